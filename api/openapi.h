@@ -1,0 +1,12 @@
+/* The OpenAPI document, compiled in from api/openapi.yaml as JSON.
+ * Leaves to others: serving it.
+ * Invariant: the bytes are valid JSON and the same as the YAML's meaning. */
+#ifndef API_OPENAPI_H
+#define API_OPENAPI_H
+
+#include <stddef.h>
+
+extern const char api_openapi_json[];
+extern const size_t api_openapi_bytes;
+
+#endif

@@ -1,0 +1,35 @@
+/* Angular accelerations and arm forces of a moving tree in O(n), without a matrix.
+ * Leaves to others: the paper's matrix form (reference), positions and energies (motion).
+ * Invariant: no allocation; arms in the tree's stored order. */
+#ifndef PEND_DYNAMICS_H
+#define PEND_DYNAMICS_H
+
+#include <stddef.h>
+
+#include "core/tree.h"
+
+/**
+ * Bytes of scratch that pend_dynamics needs for a tree of n arms.
+ */
+size_t pend_dynamics_work_bytes(int n);
+
+/**
+ * Angular accelerations and compression forces of a moving tree.
+ *
+ * Two sweeps, leaves to root then root to leaves, solve (aaa) and (bbb) without forming a matrix: relative angles,
+ * arm-local frames, one division an arm, tension first (see core/README.md for the derivation).
+ *
+ * tree     n arms; all arrays in the tree's stored order.
+ * gravity  m/s^2, along -i; any finite value.
+ * phi      n angles, rad, from the positive real axis.
+ * rate     n angular velocities, rad/s.
+ * work     pend_dynamics_work_bytes(n) bytes, aligned to 64; contents on entry do not matter.
+ * acc      out, n values, rad/s^2; may be the same array as rate.
+ * force    out, n values, N, compression positive; NULL to skip.
+ *
+ * Cannot fail on a valid tree and finite inputs. O(n), no allocation. Safe on any thread with its own work.
+ */
+void pend_dynamics(const struct pend_tree *tree, double gravity, const double phi[], const double rate[], void *work,
+                   double acc[], double force[]);
+
+#endif

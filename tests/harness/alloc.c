@@ -1,0 +1,36 @@
+/* Allocation counting and faults, by the linker's --wrap of malloc, calloc, realloc and aligned_alloc.
+ * Leaves to others: deciding which allocation fails (the test).
+ * Invariant: with faults off every call goes straight through. */
+#include <stdatomic.h>
+#include <stddef.h>
+
+#include "tests/harness/test.h"
+
+void *__real_malloc(size_t bytes);
+void *__real_calloc(size_t count, size_t bytes);
+void *__real_realloc(void *old, size_t bytes);
+void *__real_aligned_alloc(size_t alignment, size_t bytes);
+
+static atomic_long alloc_count, alloc_fail_at;
+static atomic_int alloc_for_good;
+
+void test_alloc_fail(long count, int for_good) {
+    alloc_for_good = for_good;
+    alloc_fail_at = alloc_count + count;
+}
+
+void test_alloc_faults_off(void) { alloc_fail_at = 0; }
+
+long test_alloc_count(void) { return alloc_count; }
+
+static int alloc_fails(void) {
+    long number = ++alloc_count, fail_at = alloc_fail_at;
+    return fail_at && (number == fail_at || (alloc_for_good && number > fail_at));
+}
+
+void *__wrap_malloc(size_t bytes) { return alloc_fails() ? NULL : __real_malloc(bytes); }
+void *__wrap_calloc(size_t count, size_t bytes) { return alloc_fails() ? NULL : __real_calloc(count, bytes); }
+void *__wrap_realloc(void *old, size_t bytes) { return alloc_fails() ? NULL : __real_realloc(old, bytes); }
+void *__wrap_aligned_alloc(size_t alignment, size_t bytes) {
+    return alloc_fails() ? NULL : __real_aligned_alloc(alignment, bytes);
+}

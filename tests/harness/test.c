@@ -1,0 +1,96 @@
+#include "tests/harness/test.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+static struct test_case *test_first, **test_last = &test_first;
+static int test_checks, test_faults, test_skipped, test_list_residuals;
+static const char *test_running;
+
+void test_register(struct test_case *test) {
+    *test_last = test;
+    test_last = &test->next;
+}
+
+int test_check(int pass, const char *file, int line, const char *format, ...) {
+    test_checks++;
+    if (pass) return 1;
+    test_faults++;
+    va_list arguments;
+    va_start(arguments, format);
+    printf("  %s:%d: ", file, line);
+    vprintf(format, arguments);
+    printf("\n");
+    va_end(arguments);
+    return 0;
+}
+
+int test_check_int(long long got, long long want, const char *what, const char *file, int line) {
+    return test_check(got == want, file, line, "%s is %lld, expected %lld", what, got, want);
+}
+
+int test_check_text(const char *got, const char *want, const char *what, const char *file, int line) {
+    if (!got) got = "(null)";
+    if (!want) want = "(null)";
+    return test_check(!strcmp(got, want), file, line, "%s is \"%s\", expected \"%s\"", what, got, want);
+}
+
+int test_check_residual(double residual, double tolerance, const char *what, const char *file, int line) {
+    if (test_list_residuals) printf("  %-60s residual %9.2e  tolerance %9.2e\n", what, residual, tolerance);
+    if (!(residual <= tolerance))
+        return test_check(0, file, line, "%s: residual %.3e is above the tolerance %.3e", what, residual, tolerance);
+    return test_check(tolerance <= 1000 * fmax(residual, 1e-18), file, line,
+                      "%s: tolerance %.3e is over 1000 times slacker than the residual %.3e", what, tolerance,
+                      residual);
+}
+
+void test_skip(const char *reason) {
+    test_skipped = 1;
+    printf("skip %s: %s\n", test_running, reason);
+}
+
+double test_random(unsigned long long *state) {
+    unsigned long long x = (*state += 0x9e3779b97f4a7c15ull);
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+    return (double)((x ^ (x >> 31)) >> 11) * 0x1p-53;
+}
+
+int test_random_int(unsigned long long *state, int below) { return (int)(test_random(state) * below); }
+
+/* runs one test and says how it ended: 0 passed, 1 failed, 2 skipped */
+static int test_run(const struct test_case *test) {
+    struct timespec begin, end;
+    test_checks = test_faults = test_skipped = 0;
+    test_running = test->name;
+    clock_gettime(CLOCK_MONOTONIC, &begin);
+    test->run();
+    clock_gettime(CLOCK_MONOTONIC, &end);
+    test_alloc_faults_off();
+    if (test_skipped && !test_faults) return 2;
+    if (!test_checks) printf("  %s checked nothing\n", test->name);
+    int failed = test_faults || !test_checks;
+    double seconds = (double)(end.tv_sec - begin.tv_sec) + 1e-9 * (double)(end.tv_nsec - begin.tv_nsec);
+    printf("%s %s (%.2f s)\n", failed ? "FAIL" : "ok  ", test->name, seconds);
+    fflush(stdout);
+    return failed;
+}
+
+/* usage: run [PART-OF-A-NAME-OR-FILE ...]; the last line is "N passed, N failed", with ", N skipped" where any were */
+int main(int argc, char **argv) {
+    int ended[3] = {0, 0, 0};
+    const char *tolerance = getenv("TOL");
+    test_list_residuals = tolerance && !strcmp(tolerance, "0");
+    for (const struct test_case *test = test_first; test; test = test->next) {
+        int wanted = argc < 2;
+        for (int i = 1; i < argc; i++) wanted |= strstr(test->name, argv[i]) || strstr(test->file, argv[i]);
+        if (wanted) ended[test_run(test)]++;
+    }
+    printf("%d passed, %d failed", ended[0], ended[1]);
+    printf(ended[2] ? ", %d skipped\n" : "\n", ended[2]);
+    return ended[1] > 0 || ended[0] + ended[1] == 0;
+}
