@@ -72,8 +72,9 @@ LISTEN ?= 127.0.0.1:8080
 
 check: ## builds and runs every test; the last line counts them
 	@docker/install.sh build test
-	@$(CHECK)
+	@$(CHECK); $(COUNT)
 CHECK = rm -rf build/check; $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS)) -f tests/harness/check.mk
+COUNT = tests/harness/job.sh --sum
 
 #@ Build (MODE=release|debug|asan|tsan, into build/MODE)
 build: $(B)/pendulumd ## the server
@@ -103,16 +104,16 @@ test-%: $(B)/tests/%/run
 test-wire: $(B)/pendulumd
 
 asan: ## all test programs and the server under the address and undefined sanitizers
-	@$(CHECK) ONLY='build-asan asan-%'
+	@$(CHECK) ONLY='build-asan asan-%'; $(COUNT)
 
 tsan: ## the server's tests under the thread sanitizer
-	@$(CHECK) ONLY='build-tsan tsan-%'
+	@$(CHECK) ONLY='build-tsan tsan-%'; $(COUNT)
 
 valgrind: ## the quick tests, and the server, under valgrind
-	@$(CHECK) ONLY='valgrind-%'
+	@$(CHECK) ONLY='valgrind-%'; $(COUNT)
 
 rules: ## the rooms' include rules, documents compared with code, replies with the OpenAPI document
-	@$(CHECK) ONLY='layers docs replies layout openapi'
+	@$(CHECK) ONLY='layers docs replies layout openapi'; $(COUNT)
 
 #@ Source
 format: ## lays out the C with clang-format
@@ -162,6 +163,7 @@ $(B)/pendulumd: $(B)/server/main.o $(SERVER) $(API) $(B)/libpendulum.a $(B)/part
 
 define test_program
 $(B)/tests/$(1)/run: $(call objects,tests/$(1)) $(HARNESS) $(PARTS.$(1)) $(B)/parts
+	@mkdir -p $$(@D)
 	$$(call say,link,$$@)
 	$(Q)$$(LINK) $(WRAP) -o $$@ $$(filter-out %/parts,$$^) $$(LIBS) $(QUADMATH)
 endef
