@@ -63,10 +63,6 @@ static int store_first(const struct pend_tree *tree, const double x[], double ze
     return from;
 }
 
-static void store_scale(int n, double x[], double factor) {
-    for (int k = 0; k < n; k++) x[k] *= factor;
-}
-
 /* turns the pair (x, y) so that y becomes 0 at an entry */
 static void store_rotate(int n, double x[], double y[], int entry) {
     double h = hypot(x[entry], y[entry]), c = x[entry] / h, s = y[entry] / h;
@@ -121,23 +117,23 @@ void pend_modes_settle(struct pend_modes *modes, const struct pend_tree *tree, d
     pend_modes_normalize(modes, tree, PEND_NORMALIZE_MASS);
 }
 
-/* the number by which a vector is to be multiplied */
-static double store_factor(const struct pend_tree *tree, const double x[], double norm, enum pend_normalize rule) {
+/* the number by which a vector is to be divided */
+static double store_divisor(const struct pend_tree *tree, const double x[], double norm, enum pend_normalize rule) {
     double largest = store_largest(tree->n, x);
     int first = store_first(tree, x, PEND_MODES_ZERO * largest, 0);
     if (first == tree->n) return 1;
     double head = x[tree->place[first]];
-    if (rule == PEND_NORMALIZE_FIRST) return 1 / head;
-    if (rule == PEND_NORMALIZE_MASS) return copysign(1 / norm, head);
-    return 1 / x[tree->place[store_first(tree, x, (1 - PEND_MODES_ZERO) * largest, 0)]];
+    if (rule == PEND_NORMALIZE_FIRST) return head;
+    if (rule == PEND_NORMALIZE_MASS) return copysign(norm, head);
+    return x[tree->place[store_first(tree, x, (1 - PEND_MODES_ZERO) * largest, 0)]];
 }
 
 void pend_modes_normalize(struct pend_modes *modes, const struct pend_tree *tree, enum pend_normalize rule) {
     for (int k = 0; modes->vector && k < modes->count; k++) {
         double *x = modes->vector + (size_t)k * modes->n;
-        double factor = store_factor(tree, x, modes->norm[k], rule);
-        store_scale(modes->n, x, factor);
-        modes->norm[k] = rule == PEND_NORMALIZE_MASS ? 1 : modes->norm[k] * fabs(factor);
+        double divisor = store_divisor(tree, x, modes->norm[k], rule);
+        for (int arm = 0; arm < modes->n; arm++) x[arm] /= divisor;
+        modes->norm[k] = rule == PEND_NORMALIZE_MASS ? 1 : modes->norm[k] / fabs(divisor);
     }
 }
 
