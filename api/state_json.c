@@ -38,16 +38,6 @@ void api_states_free(struct api_states **states) {
     *states = NULL;
 }
 
-void api_states_modes_allowed(const struct api_value *value, const char *what, const struct api_tree *tree,
-                              const struct api_limits *limits, struct api_problem *problem) {
-    if (!(tree->gravity > 0))
-        api_value_fault(value, problem, "%s needs the modes about hanging, and so a gravity greater than 0, not %.15g",
-                        what, tree->gravity);
-    if (tree->n > limits->mode_arms)
-        api_value_fault(value, problem, "%s needs the modes of %d arms, more than the limit max-mode-arms of %.0f",
-                        what, tree->n, limits->mode_arms);
-}
-
 /* reads n numbers, given in the caller's order, scaled and shifted into the stored order */
 static void read_angles(const struct api_value *value, const struct api_tree *tree, double scale, double offset,
                         double out[], struct api_problem *problem) {
@@ -66,7 +56,7 @@ static void read_mode(struct api_states *states, long i, const struct api_value 
     (void)api_field_whole(mode, 1, tree->n ? tree->n : (long)limits->arms, &number, problem);
     if (api_field_needed(amplitude, problem))
         (void)api_value_read_number(amplitude, -INFINITY, INFINITY, "", &size, problem);
-    api_states_modes_allowed(mode, "a start in a mode", tree, limits, problem);
+    api_tree_modes_allowed(tree, mode, "a start in a mode", limits, problem);
     if (!states) return;
     states->mode[i] = (int)number;
     states->amplitude[i] = scale * size;

@@ -45,12 +45,4 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
 PEND_MUST_CHECK enum pend_status api_states_settle(struct api_states *states, const struct api_tree *tree,
                                                    struct pend_error *error);
 
-/**
- * Faults a use of the modes that the tree or the limits forbid: gravity must be positive, the arms not too many.
- *
- * value  what asks for the modes; what says so in the message: "a start in a mode".
- */
-void api_states_modes_allowed(const struct api_value *value, const char *what, const struct api_tree *tree,
-                              const struct api_limits *limits, struct api_problem *problem);
-
 #endif

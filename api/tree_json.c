@@ -373,3 +373,13 @@ const char *api_tree_name(const struct api_tree *tree, int i, char scratch[16]) 
     snprintf(scratch, 16, "%d", i + 1);
     return scratch;
 }
+
+void api_tree_modes_allowed(const struct api_tree *tree, const struct api_value *value, const char *what,
+                            const struct api_limits *limits, struct api_problem *problem) {
+    if (!(tree->gravity > 0))
+        api_value_fault(value, problem, "%s needs the modes about hanging, and so a gravity greater than 0, not %.15g",
+                        what, tree->gravity);
+    if (tree->n > limits->mode_arms)
+        api_value_fault(value, problem, "%s needs the modes of %d arms, more than the limit max-mode-arms of %.0f",
+                        what, tree->n, limits->mode_arms);
+}

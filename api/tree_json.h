@@ -38,7 +38,12 @@ int api_tree_parent(const struct api_tree *tree, int i);
 /** The name of the caller's arm i, or its number from 1 as text, printed into the scratch given. O(1). */
 const char *api_tree_name(const struct api_tree *tree, int i, char scratch[16]);
 
-/** The number of the caller's arm i in an array of the stored order. O(1). */
-static inline int api_tree_place(const struct api_tree *tree, int i) { return tree->tree->place[i]; }
+/**
+ * Faults a use of the modes that the tree or the limits forbid: gravity must be positive, the arms not too many.
+ *
+ * value  what asks for the modes; what says so in the message: "a start in a mode".
+ */
+void api_tree_modes_allowed(const struct api_tree *tree, const struct api_value *value, const char *what,
+                            const struct api_limits *limits, struct api_problem *problem);
 
 #endif
