@@ -61,11 +61,7 @@ struct exponent_table {
 
   private:
     static constexpr uint64_t text(int e) {
-        unsigned rest = (unsigned)(e < 0 ? -e : e),
-                 count = rest > 99  ? 3
-                         : rest > 9 ? 2
-                                    : 1,
-                 bytes = count + 1 + (e < 0);
+        unsigned rest = (unsigned)(e < 0 ? -e : e), count = 1 + (rest > 9) + (rest > 99), bytes = count + 1 + (e < 0);
         uint64_t word = 'e' | (e < 0 ? (uint64_t)'-' << 8 : 0) | (uint64_t)bytes << 56;
         for (unsigned at = bytes; count--; rest /= 10) word |= (uint64_t)('0' + rest % 10) << 8 * --at;
         return word;
@@ -253,7 +249,11 @@ SELDOM char *write_zero(char *out, double x) {
 
 SELDOM char *write_shortest_library(char *out, double x) { return write_digits(out, spread_any(shortest_library(x))); }
 
+/* number of digits of the shortest decimal, x > 0 */
+int shortest_digits(double x) { return spread_any(shortest_library(x)).significant(); }
+
 SELDOM char *write_rounded_library(char *out, double x, int digits) {
+    if (shortest_digits(x) <= digits) return write_shortest_library(out, x);
     return write_digits(out, spread_any(rounded_library(x, digits)));
 }
 
@@ -265,14 +265,6 @@ inline char *write_shortest(char *out, double x) {
     if (whole(x)) return write_plain(out, spread_any({(uint64_t)(int64_t)x, 0}));
     if (!shortest_fast(x, d)) return write_shortest_library(out, x);
     return write_digits(out, spread_found(d));
-}
-
-/* number of digits of the shortest decimal, x > 0 */
-SELDOM int shortest_digits(double x) {
-    char text[API_NUMBER_BYTES], *end = write_scientific(text, spread_any(shortest_library(x)));
-    int count = 0;
-    for (const char *p = text; p < end && *p != 'e'; p++) count += *p != '.';
-    return count;
 }
 
 } // namespace
@@ -291,9 +283,9 @@ extern "C" char *api_number_write_digits(char *out, double x, int digits) {
     if (x == 0) return write_zero(out, x);
     *out = '-';
     out += std::signbit(x);
-    if (digits == DIGITS || (digits == DIGITS - 1 && shortest_digits(magnitude) < DIGITS))
-        return write_shortest(out, magnitude);
-    if (!rounded_fast(magnitude, digits, d) || d.significand == power10[digits])
+    if (digits == DIGITS) return write_shortest(out, magnitude);
+    /* with 15 digits or less the shortest decimal, where it is no longer, comes out by rounding */
+    if (digits > 15 || !rounded_fast(magnitude, digits, d) || d.significand == power10[digits])
         return write_rounded_library(out, magnitude, digits);
     return write_digits(out, spread(d.significand * power10[DIGITS - digits], d.exponent + digits - 1));
 }
