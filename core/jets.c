@@ -1,3 +1,6 @@
+/* Memory and angles for the power series of one tree, with plain doubles as the kernel's numbers.
+ * Leaves to others: the series themselves (jets_kernel).
+ * Invariant: u = e^{i phi} is formed anew from the summed angles at every expansion. */
 #include "core/jets.h"
 
 #include <math.h>
@@ -39,17 +42,16 @@ size_t pend_jets_bytes(int n, int order_cap) {
 
 static struct jets_system jets_view(const struct pend_jets *jets) {
     double *at = jets->system;
-    struct jets_system s = {
-        .n = jets->tree->n,
-        .stride = jets->stride,
-        .parent = jets->tree->parent,
-        .end = jets->tree->end,
-        .rate = jets->rate,
-        .force = jets->force,
-        .turn_re = jets->turn_re,
-        .turn_im = jets->turn_im,
+    struct jets_system s = {.n = jets->tree->n,
+                            .stride = jets->stride,
+                            .parent = jets->tree->parent,
+                            .end = jets->tree->end,
+                            .rate = jets->rate,
+                            .force = jets->force,
+                            .turn_re = jets->turn_re,
+                            .turn_im = jets->turn_im,
 #define X(name) .name = at + (size_t)JETS_##name * jets->stride,
-        JETS_ARRAYS(X)
+                            JETS_ARRAYS(X)
 #undef X
     };
     return s;

@@ -122,7 +122,8 @@ static void jets_down(const struct jets_system *s, num gravity) {
         num shift = num_mul(num_sub(tension, s->push[k]), s->inv_eff[k]);
         num radial = num_fma(s->kappa[k], ar, shift);
         s->radial[k] = radial;
-        s->tangential[k] = num_mul(s->inv[k], num_sub(num_sub(s->side[k], s->sum_side[k]), num_mul(s->sum_r[k], radial)));
+        s->tangential[k] =
+            num_mul(s->inv[k], num_sub(num_sub(s->side[k], s->sum_side[k]), num_mul(s->sum_r[k], radial)));
         s->from_radial[k] = ar;
         s->from_tangential[k] = at;
         s->tension[k] = tension;
@@ -138,7 +139,8 @@ static void jets_learn(const struct jets_system *s, int k) {
         wide C = wide_get(s->cosine + a), Z = wide_get(s->sine + a);
         wide gap = wide_add(wide_sub(wide_mul(Z, ar), wide_mul(C, at)), wide_get(s->tangential + a));
         wide acc = wide_sub(wide_mul(gap, wide_get(s->inv_len + a)), wide_mul(wide_of(k + 1), Tr));
-        wide lambda = wide_sub(wide_fma(wide_get(s->stiff + a), ar, wide_get(s->tension + a)), wide_get(s->drag_re + a));
+        wide lambda =
+            wide_sub(wide_fma(wide_get(s->stiff + a), ar, wide_get(s->tension + a)), wide_get(s->drag_re + a));
         wide rate = wide_mul(acc, share);
         wide_put(s->force + now + a, lambda);
         wide_put(s->rate + next + a, rate);

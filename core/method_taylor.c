@@ -1,6 +1,6 @@
 /* The Taylor method: one power series a step, its order by the tolerance, its step by the trailing coefficients.
  * Leaves to others: the series (jets), the time loop (run).
- * Invariant: angles, rates and time are sums with compensation; a step allocates nothing. */
+ * Invariant: angles and rates are sums with compensation; a step allocates nothing. */
 #include "core/method.h"
 
 #include <math.h>
@@ -20,10 +20,9 @@ struct taylor {
     const struct pend_tree *tree;
     double gravity, rtol, atol;
     int order;
-    double unit;                    /* s, of the series */
-    double next_unit;               /* s, > 0 */
-    double time, time_low;          /* s: start of the last step as a sum of two */
-    double reached, reached_low;    /* s: its end */
+    double unit;          /* s, of the series */
+    double next_unit;     /* s, > 0 */
+    double time, reached; /* s: start and end of the last step, exact: the step is what lies between */
     struct taylor_state begin, end;
     struct pend_jets jets;
     struct pend_stepper_counts counts;
@@ -69,7 +68,8 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     size_t state = pend_jets_bytes(n, 0), bytes = head + series + state;
     char *block = *stepper = aligned_alloc(64, bytes);
     if (!block) {
-        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the power series of %d arms: %zu bytes", n, bytes);
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the power series of %d arms: %zu bytes", n,
+                         bytes);
     }
     struct taylor *taylor = (struct taylor *)block;
     *taylor = (struct taylor){.tree = problem->tree, .gravity = problem->gravity, .order = order};
@@ -199,7 +199,6 @@ static enum pend_status taylor_step(void *stepper, double limit, double *reached
     taylor->begin = taylor->end;
     taylor->end = swap;
     taylor->time = taylor->reached;
-    taylor->time_low = taylor->reached_low;
     taylor->unit = copysign(taylor->next_unit, limit - taylor->time);
     int arm;
     double x = taylor_expand(taylor, limit, &arm);
@@ -207,13 +206,11 @@ static enum pend_status taylor_step(void *stepper, double limit, double *reached
         return pend_fail(error, PEND_NOT_FINITE, taylor->tree->order[arm], taylor->time,
                          "the motion of an arm ceased to be finite");
     }
-    double step = x * taylor->unit;
-    taylor->reached = taylor_add(taylor->time, step + taylor->time_low, &taylor->reached_low);
+    taylor->reached = taylor->time + x * taylor->unit;
     if (taylor->reached == taylor->time) {
-        return pend_fail(error, PEND_STEP_TOO_SMALL, -1, taylor->time, "the step fell to %g s", step);
+        return pend_fail(error, PEND_STEP_TOO_SMALL, -1, taylor->time, "the step fell to %g s", x * taylor->unit);
     }
-    step = (taylor->reached - taylor->time) + (taylor->reached_low - taylor->time_low);
-    taylor_advance(taylor, step / taylor->unit);
+    taylor_advance(taylor, (taylor->reached - taylor->time) / taylor->unit);
     taylor->next_unit = exp2(floor(log2(x * fabs(taylor->unit))));
     taylor->counts.steps++;
     *reached = taylor->reached;
@@ -233,7 +230,7 @@ static void taylor_copy(double to[], const double from[], size_t base, size_t a,
 
 static void taylor_at_one(const struct taylor *taylor, double t, size_t base, const struct pend_points *points) {
     const struct taylor_state *from = &taylor->begin;
-    double x = ((t - taylor->time) - taylor->time_low) / taylor->unit;
+    double x = (t - taylor->time) / taylor->unit;
     size_t n = (size_t)taylor->tree->n;
     for (size_t a = 0; a < n; a += TAYLOR_TILE) {
         size_t count = n - a < TAYLOR_TILE ? n - a : TAYLOR_TILE;

@@ -8,7 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/dynamics.h"
 #include "tests/harness/test.h"
 
 extern const struct pend_method pend_method_taylor;
@@ -29,7 +28,7 @@ struct ride {
 static int ride_open(struct ride *ride, const struct pend_problem *problem) {
     ride->stepper = NULL;
     ride->reached = 0;
-    return pend_method_taylor.open(&ride->stepper, problem, NULL) == PEND_OK;
+    return CHECK(pend_method_taylor.open(&ride->stepper, problem, NULL) == PEND_OK);
 }
 
 static int ride_to(struct ride *ride, double t, double limit) {
@@ -147,7 +146,7 @@ TEST(taylor_runs_backwards_to_its_start) {
     REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, back, back));
     pend_method_taylor.at(ride.stepper, &back, 1, &points);
     for (int k = 0; k < ARMS; k++) error = fmax(error, fmax(fabs(phi[k]), fabs(rate[k])));
-    CHECK_RESIDUAL(error, 1e-11, "phi and phi' after there and back");
+    CHECK_RESIDUAL(error, 1e-13, "phi and phi' after there and back");
     pend_method_taylor.close(&ride.stepper);
     pend_tree_free(&ride.tree);
 }
@@ -157,17 +156,14 @@ TEST(taylor_ends_a_step_where_the_next_begins) {
     double phi[2][ARMS], rate[2][ARMS];
     REQUIRE(pend_tree_new(&ride.tree, ARMS, paper_len, paper_mass, paper_parent, NULL) == PEND_OK);
     struct pend_problem problem = {.tree = ride.tree, .gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-10};
-    REQUIRE(ride_open(&ride, &problem));
+    REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, 0.1, 5));
     for (int i = 0; i < 30; i++) {
-        double t[2] = {ride.reached, 0};
-        for (int j = 0; j < 2; j++) {
-            // the instant as the end of one step, then as the start of the next
-            if (i || j) REQUIRE(!pend_method_taylor.step(ride.stepper, 5, &ride.reached, NULL) || j);
-            if (j == 0) t[0] = ride.reached;
-            struct pend_points points = {phi[j], rate[j], NULL, NULL};
-            if (i) pend_method_taylor.at(ride.stepper, t, 1, &points);
-        }
-        if (i) CHECK(!memcmp(phi[0], phi[1], sizeof phi[0]) && !memcmp(rate[0], rate[1], sizeof rate[0]));
+        double t = ride.reached;
+        struct pend_points end = {phi[0], rate[0], NULL, NULL}, start = {phi[1], rate[1], NULL, NULL};
+        pend_method_taylor.at(ride.stepper, &t, 1, &end);
+        REQUIRE(!pend_method_taylor.step(ride.stepper, 5, &ride.reached, NULL));
+        pend_method_taylor.at(ride.stepper, &t, 1, &start);
+        CHECK(!memcmp(phi[0], phi[1], sizeof phi[0]) && !memcmp(rate[0], rate[1], sizeof rate[0]));
     }
     pend_method_taylor.close(&ride.stepper);
     pend_tree_free(&ride.tree);
@@ -218,19 +214,25 @@ TEST(taylor_does_not_care_for_the_unit_of_length) {
     }
 }
 
-TEST(taylor_turns_freely_without_gravity_and_stays_at_rest_when_hanging) {
+TEST(taylor_turns_freely_without_gravity) {
     struct ride ride;
-    double phi[2], rate[2], t = 1e6, hang[2] = {-M_PI / 2, -M_PI / 2}, rest[2] = {0, 0}, spin[2] = {0.25, 0.25};
-    struct pend_points points = {phi, rate, NULL, NULL};
-    REQUIRE(pend_tree_new(&ride.tree, 2, one, one, chain, NULL) == PEND_OK);
-    struct pend_problem problem = {.tree = ride.tree, .gravity = 0, .phi = rest, .rate = spin, .rtol = 1e-10};
+    double phi, rate, t = 1000, start = 0.5, spin = 0.25;
+    struct pend_points points = {&phi, &rate, NULL, NULL};
+    REQUIRE(pend_tree_new(&ride.tree, 1, one, one, paper_parent, NULL) == PEND_OK);
+    struct pend_problem problem = {.tree = ride.tree, .gravity = 0, .phi = &start, .rate = &spin, .rtol = 1e-15};
     REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, t, t));
     pend_method_taylor.at(ride.stepper, &t, 1, &points);
-    CHECK_SAYING(fabs(phi[0] - 0.25e6) < 1e-4 && rate[1] == 0.25, "%.17g %.17g", phi[0], rate[1]);
-    CHECK(pend_method_taylor.counts(ride.stepper).steps < 10);
+    CHECK_RESIDUAL(fabs(phi - 250.5), 1e-11, "phi after 40 turns");
     pend_method_taylor.close(&ride.stepper);
-    t = 100;
-    problem = (struct pend_problem){.tree = ride.tree, .gravity = 9.81, .phi = hang, .rate = rest, .rtol = 1e-10};
+    pend_tree_free(&ride.tree);
+}
+
+TEST(taylor_stays_at_rest_when_hanging) {
+    struct ride ride;
+    double phi[2], rate[2], t = 100, hang[2] = {-M_PI / 2, -M_PI / 2};
+    struct pend_points points = {phi, rate, NULL, NULL};
+    REQUIRE(pend_tree_new(&ride.tree, 2, one, one, chain, NULL) == PEND_OK);
+    struct pend_problem problem = {.tree = ride.tree, .gravity = 9.81, .phi = hang, .rate = zero, .rtol = 1e-10};
     REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, t, t));
     pend_method_taylor.at(ride.stepper, &t, 1, &points);
     CHECK_SAYING(fabs(phi[1] - hang[1]) < 1e-15, "%g", phi[1] - hang[1]);
