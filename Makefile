@@ -109,6 +109,9 @@ asan: ## all test programs and the server under the address and undefined saniti
 tsan: ## the server's tests under the thread sanitizer
 	@$(CHECK) ONLY='build-tsan tsan-%'; $(COUNT)
 
+bench: $(B)/tests/bench/run ## how fast the pieces are, in about a minute
+	$< $(T)
+
 valgrind: ## the quick tests, and the server, under valgrind
 	@$(CHECK) ONLY='valgrind-%'; $(COUNT)
 
@@ -169,14 +172,18 @@ $(B)/tests/$(1)/run: $(call objects,tests/$(1)) $(HARNESS) $(PARTS.$(1)) $(B)/pa
 endef
 $(foreach room,$(ROOMS),$(eval $(call test_program,$(room))))
 
+$(B)/tests/bench/run: $(call objects,tests/bench) $(API) $(B)/libpendulum.a $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
+
 # these two files change when the flags or the list of source files do, and so cause what depends on them to be redone
 $(B)/flags: changed
 	@$(call remember,$(CC) $(CXX) $(CFLAGS_ALL) $(CXXFLAGS_ALL))
 $(B)/parts: changed
-	@$(call remember,$(LINK) $(sort $(CORE) $(API) $(SERVER) $(HARNESS) $(foreach room,$(ROOMS),$(call objects,tests/$(room)))))
+	@$(call remember,$(LINK) $(sort $(CORE) $(API) $(SERVER) $(HARNESS) $(foreach room,$(ROOMS) bench,$(call objects,tests/$(room)))))
 remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build debug install uninstall clean test asan tsan valgrind rules format format-check changed
+.PHONY: help run check build bench debug install uninstall clean test asan tsan valgrind rules format format-check changed
 .DELETE_ON_ERROR:
