@@ -72,8 +72,9 @@ static enum pend_status column_fails(const struct api_table *table, const struct
     char where[40] = "", when[40] = "";
     if (arm >= 0) snprintf(where, sizeof where, " of arm %d", arm + 1);
     if (timed) snprintf(when, sizeof when, " at t = %g s", time);
-    return pend_fail(error, PEND_NOT_FINITE, arm, time, "%s%s%s%s overflows%s: the numbers grow beyond what a double holds",
-                     column->name, column->part ? " " : "", column->part ? column->part : "", where, when);
+    return pend_fail(error, PEND_NOT_FINITE, arm, time,
+                     "%s%s%s%s overflows%s: the numbers grow beyond what a double holds", column->name,
+                     column->part ? " " : "", column->part ? column->part : "", where, when);
 }
 
 enum pend_status api_writer_block(struct api_writer *writer, long rows, const double *const data[],

@@ -48,9 +48,9 @@ static void read_angles(const struct api_value *value, const struct api_tree *tr
     for (int i = 0; i < tree->n; i++) out[tree->tree->place[i]] = scale * numbers[i] - offset;
 }
 
-static void read_mode(struct api_states *states, long i, const struct api_value *mode, const struct api_value *amplitude,
-                      double scale, const struct api_tree *tree, const struct api_limits *limits,
-                      struct api_problem *problem) {
+static void read_mode(struct api_states *states, long i, const struct api_value *mode,
+                      const struct api_value *amplitude, double scale, const struct api_tree *tree,
+                      const struct api_limits *limits, struct api_problem *problem) {
     long number = 0;
     double size = 0;
     (void)api_field_whole(mode, 1, tree->n ? tree->n : (long)limits->arms, &number, problem);

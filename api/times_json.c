@@ -141,8 +141,8 @@ static enum pend_status read_list(struct api_times *times, const struct api_valu
     return PEND_OK;
 }
 
-enum pend_status api_times_read(struct api_times *times, const struct api_value *value,
-                                const struct api_limits *limits, struct api_problem *problem) {
+enum pend_status api_times_read(struct api_times *times, const struct api_value *value, const struct api_limits *limits,
+                                struct api_problem *problem) {
     *times = (struct api_times){0};
     if (!api_field_needed(value, problem)) return PEND_INVALID;
     if (api_value_kind(value) == API_ARRAY) return read_list(times, value, limits, problem);

@@ -153,7 +153,7 @@ static int names_find(const struct name_list *names, int n, const char *name) {
 static int arm_parent(const struct name_list *names, int n, const struct api_value *arm, struct api_problem *problem) {
     char found[API_FOUND_BYTES];
     struct api_value field = api_value_member(arm, "parent");
-    if (api_value_kind(&field) == API_MISSING) return -1;
+    if (api_value_kind(&field) == API_MISSING || api_value_kind(&field) == API_NULL) return -1;
     const char *text = api_value_text(&field), *near = NULL;
     int parent = text ? names_find(names, n, text) : NO_PARENT;
     if (parent >= 0) return parent;
@@ -162,7 +162,7 @@ static int arm_parent(const struct name_list *names, int n, const struct api_val
     if (near)
         api_value_fault(&field, problem, "must be the name of an arm, got %s; did you mean \"%s\"?", found, near);
     else
-        api_value_fault(&field, problem, "must be the name of an arm (leave it out at the pivot), got %s", found);
+        api_value_fault(&field, problem, "must be the name of an arm (left out or null at the pivot), got %s", found);
     return NO_PARENT;
 }
 
@@ -323,8 +323,8 @@ static enum pend_status read_form(struct tree_reading *reading, const char ***na
     return reading->form == FORM_LISTS ? read_parents(reading) : read_path(reading);
 }
 
-enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pendulum,
-                               const struct api_limits *limits, struct api_problem *problem) {
+enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pendulum, const struct api_limits *limits,
+                               struct api_problem *problem) {
     struct tree_reading reading = {.pendulum = pendulum, .problem = problem};
     struct pend_fault_sink sink = {tree_report, &reading};
     long faults = fault_count(problem);
@@ -377,9 +377,8 @@ const char *api_tree_name(const struct api_tree *tree, int i, char scratch[16]) 
 void api_tree_modes_allowed(const struct api_tree *tree, const struct api_value *value, const char *what,
                             const struct api_limits *limits, struct api_problem *problem) {
     if (!(tree->gravity > 0))
-        api_value_fault(value, problem, "%s needs the modes about hanging, and so a gravity greater than 0, not %.15g",
-                        what, tree->gravity);
+        api_value_fault(value, problem, "%s needs a gravity greater than 0, got %.15g", what, tree->gravity);
     if (tree->n > limits->mode_arms)
-        api_value_fault(value, problem, "%s needs the modes of %d arms, more than the limit max-mode-arms of %.0f",
-                        what, tree->n, limits->mode_arms);
+        api_value_fault(value, problem, "%s takes at most %.0f arms (the limit max-mode-arms), and here are %d", what,
+                        limits->mode_arms, tree->n);
 }
