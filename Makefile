@@ -72,7 +72,9 @@ LISTEN ?= 127.0.0.1:8080
 
 check: ## builds and runs every test; the last line counts them
 	@docker/install.sh build test
-	@tests/check.sh $(JOBS)
+	@$(CHECK); $(COUNT)
+CHECK = rm -rf build/check; $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS)) -f tests/harness/check.mk
+COUNT = tests/harness/job.sh --sum
 
 #@ Build (MODE=release|debug|asan|tsan, into build/MODE)
 build: $(B)/pendulumd ## the server
@@ -102,16 +104,24 @@ test-%: $(B)/tests/%/run
 test-wire: $(B)/pendulumd
 
 asan: ## all test programs and the server under the address and undefined sanitizers
-	@$(MAKE) --no-print-directory MODE=asan test
+	@$(CHECK) ONLY='build-asan asan-%'; $(COUNT)
 
 tsan: ## the server's tests under the thread sanitizer
-	@$(MAKE) --no-print-directory MODE=tsan test-server test-wire
+	@$(CHECK) ONLY='build-tsan tsan-%'; $(COUNT)
 
-valgrind: build $(B)/tests/core/run $(B)/tests/api/run $(B)/tests/wire/run ## test programs and server under valgrind
-	@for room in core api wire; do tests/valgrind.sh $(B) $$room $(T) || exit; done
+bench: $(B)/tests/bench/run ## how fast the pieces are, in about a minute
+	$< $(T)
 
-rules: build ## the rooms' include rules, and documents compared with code
-	@for rule in layers docs; do tests/rules/$$rule.sh || exit; done
+valgrind: ## the quick tests, and the server, under valgrind
+	@$(CHECK) ONLY='valgrind-%'; $(COUNT)
+
+rules: ## the rooms' include rules, documents compared with code, replies with the OpenAPI document
+	@$(CHECK) ONLY='layers docs replies layout openapi'; $(COUNT)
+
+lint: ## clang's warnings, layout and spectral; installs clang, clang-format and npm
+	@docker/install.sh build lint
+	@$(MAKE) --no-print-directory CC=clang CXX=clang++ B=build/clang build/clang/pendulumd $(ROOMS:%=build/clang/tests/%/run)
+	@$(CHECK) ONLY='layout openapi'; $(COUNT)
 
 #@ Source
 format: ## lays out the C with clang-format
@@ -120,50 +130,65 @@ format: ## lays out the C with clang-format
 format-check: ## fails where format would change something
 	clang-format --dry-run -Werror $(SOURCES)
 
-# the rules proper; everything above is for reading
+# the rules proper; V=1 shows the commands whole
+Q := $(if $(V),,@)
+say = $(if $(V),,@printf '  %-8s %-5s %s\n' '$(MODE)' '$(1)' '$(2)')
+
 $(B)/%.o: %.c $(B)/flags
 	@mkdir -p $(@D)
-	$(CC) $(CFLAGS_ALL) -c $< -o $@
+	$(call say,cc,$<)
+	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@
 
 $(B)/%.o: %.cpp $(B)/flags
 	@mkdir -p $(@D)
-	$(CXX) $(CXXFLAGS_ALL) -c $< -o $@
+	$(call say,c++,$<)
+	$(Q)$(CXX) $(CXXFLAGS_ALL) -c $< -o $@
 
 define kernel_rule
 $(B)/%.$(1).o: %.c $(B)/flags
 	@mkdir -p $$(@D)
-	$$(CC) $$(CFLAGS_ALL) $(ISA_FLAGS.$(1)) -DPEND_ISA=$(1) -c $$< -o $$@
+	$$(call say,cc,$$< for $(1))
+	$(Q)$$(CC) $$(CFLAGS_ALL) $(ISA_FLAGS.$(1)) -DPEND_ISA=$(1) -c $$< -o $$@
 endef
 $(foreach isa,$(ISAS),$(eval $(call kernel_rule,$(isa))))
 
 $(B)/api/openapi_json.c: api/openapi.yaml api/openapi_embed.py
 	@mkdir -p $(@D)
-	/usr/bin/python3 api/openapi_embed.py $< > $@.new && mv $@.new $@
+	$(call say,embed,$<)
+	$(Q)/usr/bin/python3 api/openapi_embed.py $< > $@.new && mv $@.new $@
 
 $(B)/api/openapi_json.o: $(B)/api/openapi_json.c $(B)/flags
-	$(CC) $(CFLAGS_ALL) -c $< -o $@
+	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@
 
 $(B)/libpendulum.a: $(CORE) $(B)/parts
 	@rm -f $@
-	ar rcs $@ $(CORE)
+	$(call say,ar,$@)
+	$(Q)ar rcs $@ $(CORE)
 
 $(B)/pendulumd: $(B)/server/main.o $(SERVER) $(API) $(B)/libpendulum.a $(B)/parts
-	$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
 define test_program
 $(B)/tests/$(1)/run: $(call objects,tests/$(1)) $(HARNESS) $(PARTS.$(1)) $(B)/parts
-	$$(LINK) $(WRAP) -o $$@ $$(filter-out %/parts,$$^) $$(LIBS) $(QUADMATH)
+	@mkdir -p $$(@D)
+	$$(call say,link,$$@)
+	$(Q)$$(LINK) $(WRAP) -o $$@ $$(filter-out %/parts,$$^) $$(LIBS) $(QUADMATH)
 endef
 $(foreach room,$(ROOMS),$(eval $(call test_program,$(room))))
+
+$(B)/tests/bench/run: $(call objects,tests/bench) $(API) $(B)/libpendulum.a $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
 # these two files change when the flags or the list of source files do, and so cause what depends on them to be redone
 $(B)/flags: changed
 	@$(call remember,$(CC) $(CXX) $(CFLAGS_ALL) $(CXXFLAGS_ALL))
 $(B)/parts: changed
-	@$(call remember,$(LINK) $(sort $(CORE) $(API) $(SERVER) $(HARNESS) $(foreach room,$(ROOMS),$(call objects,tests/$(room)))))
+	@$(call remember,$(LINK) $(sort $(CORE) $(API) $(SERVER) $(HARNESS) $(foreach room,$(ROOMS) bench,$(call objects,tests/$(room)))))
 remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build debug install uninstall clean test asan tsan valgrind rules format format-check changed
+.PHONY: help run check build bench debug install uninstall clean test asan tsan valgrind rules lint format format-check changed
 .DELETE_ON_ERROR:

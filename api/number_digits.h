@@ -1,0 +1,117 @@
+/* Sixteen decimal digits at once: from two numbers to characters, with SSE2 or in plain 64-bit arithmetic.
+ * Leaves to others: which digits, and what stands around them (number_write).
+ * Invariant: both ways give the same bytes; only bytes [out, out + 17) are written. C++17. */
+#ifndef API_NUMBER_DIGITS_H
+#define API_NUMBER_DIGITS_H
+
+#include <cstdint>
+#include <cstring>
+
+#if defined __SSE2__ && !defined API_NUMBER_PORTABLE
+#include <emmintrin.h>
+#define API_NUMBER_SSE2
+#endif
+
+namespace api {
+
+/* sets of leading bytes: masks + 16 - n begins with n bytes of ones, then zeros */
+struct lead_masks {
+    constexpr lead_masks() : bytes() {
+        for (int i = 0; i < 16; i++) bytes[i] = 0xff;
+    }
+    unsigned char bytes[32];
+};
+inline constexpr lead_masks masks{};
+
+#ifdef API_NUMBER_SSE2
+
+class digits16 {
+  public:
+    /* the digits of high, then those of low, each below 10^8: halves, quarters, digits, two numbers at a time */
+    digits16(uint64_t high, uint64_t low) {
+        __m128i x = _mm_unpacklo_epi64(_mm_cvtsi64_si128((int64_t)high), _mm_cvtsi64_si128((int64_t)low));
+        __m128i front = _mm_srli_epi64(_mm_mul_epu32(x, _mm_set1_epi64x(109951163)), 40);
+        __m128i back = _mm_sub_epi64(x, _mm_mul_epu32(front, _mm_set1_epi64x(10000)));
+        x = _mm_or_si128(front, _mm_slli_epi64(back, 32));
+        front = _mm_srli_epi16(_mm_mulhi_epu16(x, _mm_set1_epi16(5243)), 3);
+        back = _mm_sub_epi32(x, _mm_madd_epi16(front, _mm_set1_epi32(100)));
+        x = _mm_or_si128(front, _mm_slli_epi32(back, 16));
+        front = _mm_mulhi_epu16(x, _mm_set1_epi16(6554));
+        back = _mm_sub_epi16(x, _mm_mullo_epi16(front, _mm_set1_epi16(10)));
+        digits = _mm_or_si128(front, _mm_slli_epi16(back, 8));
+    }
+
+    /* number of digits up to the last that is not 0 */
+    int significant() const {
+        unsigned zeros = (unsigned)_mm_movemask_epi8(_mm_cmpeq_epi8(digits, _mm_setzero_si128()));
+        return __builtin_clz((~zeros << 1 & 0x1fffe) | 1) ^ 31;
+    }
+
+    /* 16 characters */
+    void store(char *out) const { _mm_storeu_si128((__m128i *)out, text()); }
+
+    /* 17 characters: the point comes behind the first `before`, 0 to 15 */
+    void store_with_point(char *out, int before) const {
+        __m128i lead = _mm_loadu_si128((const __m128i *)(masks.bytes + 16 - before)), all = text();
+        out[16] = (char)(_mm_extract_epi16(all, 7) >> 8);
+        __m128i moved = _mm_slli_si128(all, 1);
+        _mm_storeu_si128((__m128i *)out, _mm_or_si128(_mm_and_si128(lead, all), _mm_andnot_si128(lead, moved)));
+        out[before] = '.';
+    }
+
+  private:
+    __m128i text() const { return _mm_or_si128(digits, _mm_set1_epi8('0')); }
+    __m128i digits;
+};
+
+#else
+
+class digits16 {
+  public:
+    digits16(uint64_t x, uint64_t y) : high(eight(x)), low(eight(y)) {}
+
+    int significant() const {
+        if (low) return 16 - __builtin_clzll(low) / 8;
+        return high ? 8 - __builtin_clzll(high) / 8 : 0;
+    }
+
+    void store(char *out) const {
+        store(out, high | ZEROS);
+        store(out + 8, low | ZEROS);
+    }
+
+    void store_with_point(char *out, int before) const {
+        char text[16];
+        store(text);
+        store(out + 1);
+        memcpy(out, text, (size_t)before);
+        out[before] = '.';
+    }
+
+  private:
+    static constexpr uint64_t ZEROS = 0x3030303030303030;
+
+    /* one digit a byte, the first in the lowest */
+    static uint64_t eight(uint64_t x) {
+        uint64_t four = x * 109951163 >> 40, halves = four | (x - 10000 * four) << 32;
+        uint64_t hundreds = (halves * 10486 >> 20) & 0x0000007f0000007f;
+        uint64_t quarters = hundreds | (halves - 100 * hundreds) << 16;
+        uint64_t tens = (quarters * 103 >> 10) & 0x000f000f000f000f;
+        return tens | (quarters - 10 * tens) << 8;
+    }
+
+    static void store(char *out, uint64_t bytes) {
+#if __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
+        bytes = __builtin_bswap64(bytes);
+#endif
+        memcpy(out, &bytes, sizeof bytes);
+    }
+
+    uint64_t high, low;
+};
+
+#endif
+
+} // namespace api
+
+#endif
