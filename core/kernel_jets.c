@@ -9,14 +9,17 @@
 enum { WIDE = 8 };
 typedef lanes8 wide;
 #define wide_fma lanes8_fma
+#define wide_of lanes8_of
 #elif defined(__AVX2__)
 enum { WIDE = 4 };
 typedef lanes4 wide;
 #define wide_fma lanes4_fma
+#define wide_of lanes4_of
 #else
 enum { WIDE = 2 };
 typedef lanes2 wide;
 #define wide_fma lanes2_fma
+#define wide_of lanes2_of
 #endif
 #define num_fma lanes1_fma
 
@@ -25,7 +28,6 @@ LANES_INLINE double num_add(double x, double y) { return x + y; }
 LANES_INLINE double num_sub(double x, double y) { return x - y; }
 LANES_INLINE double num_mul(double x, double y) { return x * y; }
 LANES_INLINE double num_div(double x, double y) { return x / y; }
-LANES_INLINE wide wide_of(double x) { return (wide){0} + x; }
 LANES_INLINE wide wide_neg(wide x) { return -x; }
 LANES_INLINE wide wide_add(wide x, wide y) { return x + y; }
 LANES_INLINE wide wide_sub(wide x, wide y) { return x - y; }

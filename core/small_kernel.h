@@ -7,7 +7,7 @@
 #define VEC SMALL_PASTE(lanes, LANES)
 #define VEC_FMA SMALL_PASTE(SMALL_PASTE(lanes, LANES), _fma)
 
-LANES_INLINE VEC SMALL(of)(double x) { return (VEC){0} + x; }
+LANES_INLINE VEC SMALL(of)(double x) { return SMALL_PASTE(SMALL_PASTE(lanes, LANES), _of)(x); }
 
 LANES_INLINE VEC SMALL(get)(const double *at) { return *(const VEC *)(const void *)at; }
 
@@ -84,84 +84,100 @@ LANES_INLINE void SMALL(down)(const struct jets_system *s, struct SMALL(node) no
     }
 }
 
-/* the known parts of order k: T and c, as sums of two halves so that the additions overlap */
-LANES_INLINE void SMALL(known)(const struct jets_system *s, int k, VEC *Tr, VEC *Ti, VEC *cr, VEC *ci) {
+/* coefficients of one order */
+struct SMALL(order) {
+    VEC re, im, rate, force;
+};
+
+/* one term of T and c: u_j times phi'_{k + 1 - j} and lambda_{k - j} */
+LANES_INLINE void SMALL(term)(const struct jets_system *s, int k, int j, VEC sum[4]) {
     enum { STRIDE = 8 };
-    VEC T[4], c[4];
-    for (int i = 0; i < 4; i++) T[i] = c[i] = SMALL(of)(0);
-    // the newest coefficients, which are waited for, come last: j = 1 and j = k + 1
-    const double *re = s->turn_re + 2 * STRIDE, *im = s->turn_im + 2 * STRIDE;
-    const double *rate = s->rate + (k - 1) * STRIDE, *force = s->force + (k - 2) * STRIDE;
+    VEC ur = SMALL(get)(s->turn_re + j * STRIDE), ui = SMALL(get)(s->turn_im + j * STRIDE);
+    VEC w = SMALL(get)(s->rate + (k + 1 - j) * STRIDE), f = SMALL(get)(s->force + (k - j) * STRIDE);
+    sum[0] = VEC_FMA(ur, w, sum[0]);
+    sum[1] = VEC_FMA(ui, w, sum[1]);
+    sum[2] = VEC_FMA(ur, f, sum[2]);
+    sum[3] = VEC_FMA(ui, f, sum[3]);
+}
+
+/* T and c of order k, as sums of two halves so that the additions overlap; the newest coefficients come last */
+LANES_INLINE struct SMALL(order) SMALL(known)(const struct jets_system *s, int k, const struct SMALL(order) *first,
+                                             const struct SMALL(order) *newest) {
+    VEC even[4], odd[4];
+    for (int i = 0; i < 4; i++) even[i] = odd[i] = SMALL(of)(0);
     int j = 2;
     for (; j < k; j += 2) {
-        for (int i = 0; i < 2; i++) {
-            VEC ur = SMALL(get)(re), ui = SMALL(get)(im), w = SMALL(get)(rate), f = SMALL(get)(force);
-            T[2 * i] = VEC_FMA(ur, w, T[2 * i]);
-            T[2 * i + 1] = VEC_FMA(ui, w, T[2 * i + 1]);
-            c[2 * i] = VEC_FMA(ur, f, c[2 * i]);
-            c[2 * i + 1] = VEC_FMA(ui, f, c[2 * i + 1]);
-            re += STRIDE, im += STRIDE, rate -= STRIDE, force -= STRIDE;
-        }
+        SMALL(term)(s, k, j, even);
+        SMALL(term)(s, k, j + 1, odd);
     }
-    if (j == k) {
-        VEC ur = SMALL(get)(re), ui = SMALL(get)(im), w = SMALL(get)(rate), f = SMALL(get)(force);
-        T[0] = VEC_FMA(ur, w, T[0]);
-        T[1] = VEC_FMA(ui, w, T[1]);
-        c[0] = VEC_FMA(ur, f, c[0]);
-        c[1] = VEC_FMA(ui, f, c[1]);
-    }
-    for (int i = 0; i < 2; i++) T[i] += T[i + 2], c[i] += c[i + 2];
+    if (j == k) SMALL(term)(s, k, j, even);
+    for (int i = 0; i < 4; i++) even[i] += odd[i];
     if (k) {
         // u_1 is imaginary
-        VEC ui = SMALL(get)(s->turn_im + STRIDE);
-        T[1] = VEC_FMA(ui, SMALL(get)(s->rate + k * STRIDE), T[1]);
-        c[1] = VEC_FMA(ui, SMALL(get)(s->force + (k - 1) * STRIDE), c[1]);
+        even[1] = VEC_FMA(first->im, newest->rate, even[1]);
+        even[3] = VEC_FMA(first->im, newest->force, even[3]);
     }
-    VEC w = SMALL(get)(s->rate);
-    *Tr = VEC_FMA(SMALL(get)(s->turn_re + (k + 1) * STRIDE), w, T[0]);
-    *Ti = VEC_FMA(SMALL(get)(s->turn_im + (k + 1) * STRIDE), w, T[1]);
-    *cr = c[0];
-    *ci = c[1];
+    even[0] = VEC_FMA(newest->re, first->rate, even[0]);
+    even[1] = VEC_FMA(newest->im, first->rate, even[1]);
+    return (struct SMALL(order)){even[0], even[1], even[2], even[3]};
+}
+
+LANES_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct SMALL(order) *x) {
+    enum { STRIDE = 8 };
+    SMALL(put)(s->rate + (k + 1) * STRIDE, x->rate);
+    SMALL(put)(s->force + k * STRIDE, x->force);
+    SMALL(put)(s->turn_re + (k + 2) * STRIDE, x->re);
+    SMALL(put)(s->turn_im + (k + 2) * STRIDE, x->im);
+}
+
+/* the columns in the units of the orders: pulls are l T, accelerations of angles */
+LANES_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns) *columns) {
+    VEC inv_len = SMALL(get)(s->inv_len);
+    for (int j = 0; j < s->n; j++) {
+        VEC len = SMALL(of)(s->len[j]);
+        columns->acc_side[j] *= inv_len;
+        columns->force_side[j] *= inv_len * len;
+        columns->force_pull[j] *= len;
+    }
 }
 
 static void SMALL(orders)(const struct jets_system *s, double gravity, int order) {
     enum { STRIDE = 8 };
     struct SMALL(node) node[LANES];
-    struct SMALL(columns) columns;
+    struct SMALL(columns) columns = {0};
     SMALL(up)(s, node);
     SMALL(down)(s, node, &columns);
-    VEC len = SMALL(get)(s->len), inv_len = SMALL(get)(s->inv_len), zero = SMALL(of)(0);
-    // by reciprocity: the answer of arm i to W_j is that of arm j to W_i, and acceleration to W is force to s
-    for (int j = 0; j < s->n; j++) {
-        columns.acc_side[j] *= inv_len;
-        columns.force_side[j] *= inv_len;
-    }
+    SMALL(scale)(s, &columns);
+    VEC zero = SMALL(of)(0), lift = zero, drop = zero;
+    struct SMALL(order) first = {zero, SMALL(get)(s->rate), SMALL(get)(s->rate), zero}, newest = first;
     SMALL(put)(s->turn_re, SMALL(of)(1));
     SMALL(put)(s->turn_im, zero);
-    SMALL(put)(s->turn_re + STRIDE, zero);
-    SMALL(put)(s->turn_im + STRIDE, SMALL(get)(s->rate));
-    VEC lift = zero, drop = zero;
-    lift[0] = s->sine[0] * gravity;
+    SMALL(put)(s->turn_re + STRIDE, first.re);
+    SMALL(put)(s->turn_im + STRIDE, first.im);
+    // gravity is a pull on the root
+    lift[0] = s->sine[0] * gravity * s->inv_len[0];
     drop[0] = s->cosine[0] * gravity * s->inv_len[0];
     for (int k = 0; k < order; k++) {
-        double share = s->share[k], turn_share = s->share[k + 1];
-        VEC Tr, Ti, cr, ci;
-        SMALL(known)(s, k, &Tr, &Ti, &cr, &ci);
-        // phi''_k / (k + 1) and (lambda_k + c_r) / (k + 1); gravity is a pull on the root
-        VEC pull = len * Ti - lift, side = ci * share;
-        VEC rate[2] = {-Tr - drop, zero}, force[2] = {zero, zero};
-        for (int j = 0; j < s->n; j++) {
+        struct SMALL(order) known = SMALL(known)(s, k, &first, &newest);
+        double pull[LANES] __attribute__((aligned(64))), side[LANES] __attribute__((aligned(64)));
+        SMALL(put)(pull, known.im - lift);
+        SMALL(put)(side, known.force * s->share[k]);
+        // by reciprocity the answer of arm i to W_j is that of arm j to W_i, and acceleration to W is force to s;
+        // rate is (phi''_k + (k + 1) T) / (k + 1), force (lambda_k + c) / (k + 1)
+        VEC rate[2] = {-drop, zero}, force[2] = {zero, zero};
+        for (int j = 0; j < LANES; j++) {
             VEC W = SMALL(of)(pull[j]), S = SMALL(of)(side[j]);
             rate[0] = VEC_FMA(W, columns.force_side[j], rate[0]);
             rate[1] = VEC_FMA(S, columns.acc_side[j], rate[1]);
             force[0] = VEC_FMA(W, columns.force_pull[j], force[0]);
             force[1] = VEC_FMA(S, columns.acc_pull[j], force[1]);
         }
-        VEC next = rate[0] + rate[1];
-        SMALL(put)(s->rate + (k + 1) * STRIDE, next);
-        SMALL(put)(s->force + k * STRIDE, VEC_FMA(SMALL(of)(k + 1), force[0] + force[1], -cr));
-        SMALL(put)(s->turn_re + (k + 2) * STRIDE, -turn_share * Ti);
-        SMALL(put)(s->turn_im + (k + 2) * STRIDE, turn_share * (next + Tr));
+        VEC turned = rate[0] + rate[1];
+        newest.rate = turned - known.re;
+        newest.force = VEC_FMA(SMALL(of)(k + 1), force[0] + force[1], -known.rate);
+        newest.re = -s->share[k + 1] * known.im;
+        newest.im = s->share[k + 1] * turned;
+        SMALL(keep)(s, k, &newest);
         lift = drop = zero;
     }
 }
