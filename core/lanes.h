@@ -45,7 +45,12 @@ LANES_INLINE lanes8 lanes8_fma(lanes8 x, lanes8 y, lanes8 z) {
 #endif
 }
 
-/** The same for one number. */
+/** A number in every lane. */
+LANES_INLINE lanes2 lanes2_of(double x) { return (lanes2){x, x}; }
+LANES_INLINE lanes4 lanes4_of(double x) { return (lanes4){x, x, x, x}; }
+LANES_INLINE lanes8 lanes8_of(double x) { return (lanes8){x, x, x, x, x, x, x, x}; }
+
+/** The fused multiply-add of one number. */
 LANES_INLINE double lanes1_fma(double x, double y, double z) {
 #ifdef __FMA__
     return __builtin_fma(x, y, z);
@@ -53,5 +58,12 @@ LANES_INLINE double lanes1_fma(double x, double y, double z) {
     return x * y + z;
 #endif
 }
+
+#define LANES 2
+#include "core/lanes_math.h"
+#define LANES 4
+#include "core/lanes_math.h"
+#define LANES 8
+#include "core/lanes_math.h"
 
 #endif

@@ -10,7 +10,7 @@
 
 #include "core/jets.h"
 
-enum { TAYLOR_TRAILING = 4, TAYLOR_LEADING = 4, TAYLOR_ORDER_MIN = 8, TAYLOR_ORDER_MAX = 24 };
+enum { TAYLOR_TRAILING = 4, TAYLOR_LEADING = 4, TAYLOR_ORDER_MIN = 8, TAYLOR_ORDER_MAX = 30 };
 
 struct taylor {
     const struct pend_tree *tree;
@@ -27,7 +27,7 @@ struct taylor {
 /* the order that reaches the tolerance at the least cost; fewer where the series would fill the memory */
 static int taylor_order(double rtol, int n) {
     enum { BYTES_CAP = 512 << 20 };
-    int order = (int)ceil(4 - 0.5 * log(rtol));
+    int order = (int)ceil(4 - 0.65 * log(rtol));
     if (order < TAYLOR_ORDER_MIN) order = TAYLOR_ORDER_MIN;
     if (order > TAYLOR_ORDER_MAX) order = TAYLOR_ORDER_MAX;
     while (order > TAYLOR_ORDER_MIN && pend_jets_bytes(n, order) > BYTES_CAP) order--;
