@@ -1,69 +1,189 @@
-# pendulumd: `make run` serves, `make check` tests, `make help` lists the rest.
+# `make run` serves, `make check` tests, `make help` lists the rest.
+#
+# MODE is how the code is built: release (default), debug, asan (address and undefined sanitizers) or tsan (threads).
+# Each has its own directory, build/MODE. CC, CXX, CFLAGS, CXXFLAGS and LDFLAGS are obeyed; WERROR= lets warnings pass.
 MODE ?= release
 B := build/$(MODE)
+ARCH ?= $(shell uname -m)
+JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 
-CC ?= gcc
-CXX ?= g++
+# $(call lazy,NAME,command): runs the command when NAME is first used, once; before that a package may be missing
+lazy = $(eval $(1) = $$(eval $(1) := $$$$(shell $(2)))$$($(1)))
+ifeq ($(origin CC),default)
+CC := gcc
+endif
+ifeq ($(origin CXX),default)
+CXX := g++
+endif
+WERROR ?= -Werror
 PKG := libmicrohttpd libcjson gsl
-WARN := -Wall -Wextra -Wshadow -Wpointer-arith -Wvla -Wformat=2 -Werror
+WARN := -Wall -Wextra -Wshadow -Wpointer-arith -Wvla -Wformat=2 $(WERROR)
 FLAGS.release := -O3 -g -DNDEBUG
 FLAGS.debug := -O1 -g
 FLAGS.asan := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
 FLAGS.tsan := -O1 -g -fsanitize=thread
-COMMON := -I. $(FLAGS.$(MODE)) $(WARN) -MMD -MP -pthread $(shell pkg-config --cflags $(PKG))
-CFLAGS_ALL := -std=c17 -D_GNU_SOURCE -Wstrict-prototypes -Wmissing-prototypes $(COMMON) $(CFLAGS)
-CXXFLAGS_ALL := -std=c++17 -fno-exceptions -fno-rtti $(COMMON) $(addprefix -isystem ,$(wildcard /usr/include/dragonbox-*)) $(CXXFLAGS)
-LIBS := $(shell pkg-config --libs $(PKG)) -lm
+$(if $(FLAGS.$(MODE)),,$(error MODE is one of release debug asan tsan, not $(MODE)))
+$(call lazy,PKG_CFLAGS,pkg-config --cflags $(PKG))
+$(call lazy,PKG_LIBS,pkg-config --libs $(PKG))
+# the same bits from every compiler: no fused multiply-add that the source does not write
+COMMON = -I. $(FLAGS.$(MODE)) -ffp-contract=off $(WARN) -MMD -MP -pthread $(PKG_CFLAGS)
+CFLAGS_ALL = -std=c17 -D_GNU_SOURCE -Wstrict-prototypes -Wmissing-prototypes $(COMMON) $(CFLAGS)
+CXXFLAGS_ALL = -std=c++17 -fno-exceptions -fno-rtti $(COMMON) $(addprefix -isystem ,$(wildcard /usr/include/dragonbox-*)) $(CXXFLAGS)
+LINK = $(CC) $(FLAGS.$(MODE)) -pthread $(LDFLAGS)
+LIBS = $(PKG_LIBS) -lm
 
-objects = $(patsubst %,$(B)/%.o,$(basename $(wildcard $(1)/*.c $(1)/*.cpp)))
-CORE := $(call objects,core)
+# One binary for every processor: each core/kernel_X.c is compiled once for every instruction set below, as
+# kernel_X.base.o, kernel_X.avx2.o and so on, with -DPEND_ISA=base, avx2 or avx512. Such a file gives its functions
+# names that end in PEND_ISA (pend_X_base, pend_X_avx2, ...); a plain file beside it chooses at run time
+# (__builtin_cpu_supports) and may name avx2 and avx512 only #ifdef __x86_64__. The widths in doubles are 2, 4 and 8.
+ISAS := base $(if $(filter x86_64,$(ARCH)),avx2 avx512)
+ISA_FLAGS.base :=
+ISA_FLAGS.avx2 := -march=x86-64-v3
+ISA_FLAGS.avx512 := -march=x86-64-v4 -mprefer-vector-width=512
+KERNELS := $(wildcard core/kernel_*.c)
+
+objects = $(patsubst %,$(B)/%.o,$(basename $(filter-out $(KERNELS),$(wildcard $(1)/*.c $(1)/*.cpp))))
+CORE := $(call objects,core) $(foreach isa,$(ISAS),$(KERNELS:%.c=$(B)/%.$(isa).o))
 API := $(call objects,api) $(B)/api/openapi_json.o
 SERVER := $(filter-out $(B)/server/main.o,$(call objects,server))
 HARNESS := $(call objects,tests/harness)
-ROOMS := core laws api server wire
+
+# one test program a room: build/MODE/tests/core/run and so on
 WRAP := -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=aligned_alloc
+QUADMATH := $(if $(filter x86_64 i%86,$(ARCH)),-lquadmath)
+PARTS.core := $(B)/libpendulum.a
+PARTS.laws := $(B)/libpendulum.a
+PARTS.api := $(API) $(B)/libpendulum.a
+PARTS.server := $(SERVER) $(API) $(B)/libpendulum.a
+PARTS.wire := $(API) $(B)/libpendulum.a
+ROOMS := core laws api server wire
+SOURCES = $(shell git ls-files '*.c' '*.h' '*.cpp')
 
-all: $(B)/pendulumd
+help: ## lists these targets; the default
+	@printf 'pendulumd: a server for planar pendulum trees.  Targets:\n'
+	@awk -F ': .*## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$2 } /^#@/ { printf "\n%s\n", substr($$0, 4) }' Makefile
 
-$(B)/%.o: %.c
+#@ The two commands that a newcomer needs; both install missing Debian packages
+run: ## builds and serves on http://127.0.0.1:8080 (LISTEN=address:port, ARGS="more options")
+	@docker/install.sh build
+	@$(MAKE) --no-print-directory build
+	@exec $(B)/pendulumd --listen $(LISTEN) $(ARGS)
+LISTEN ?= 127.0.0.1:8080
+
+check: ## builds and runs every test; the last line counts them
+	@docker/install.sh build test
+	@$(CHECK); $(COUNT)
+CHECK = rm -rf build/check; $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS)) -f tests/harness/check.mk
+COUNT = tests/harness/job.sh --sum
+
+#@ Build (MODE=release|debug|asan|tsan, into build/MODE)
+build: $(B)/pendulumd ## the server
+
+debug: ## the server with assertions, in build/debug
+	@$(MAKE) --no-print-directory MODE=debug build
+
+install: build ## into DESTDIR PREFIX (/usr/local): server, library with headers, systemd unit
+	install -D -m 755 $(B)/pendulumd $(DESTDIR)$(PREFIX)/bin/pendulumd
+	install -D -m 644 $(B)/libpendulum.a $(DESTDIR)$(PREFIX)/lib/libpendulum.a
+	install -d $(DESTDIR)$(PREFIX)/include/pendulum/core $(DESTDIR)$(PREFIX)/lib/systemd/system
+	install -m 644 core/*.h $(DESTDIR)$(PREFIX)/include/pendulum/core
+	sed 's|@PREFIX@|$(PREFIX)|' docker/pendulumd.service > $(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service
+PREFIX ?= /usr/local
+
+uninstall: ## takes away what install put there
+	rm -rf $(addprefix $(DESTDIR)$(PREFIX)/,bin/pendulumd lib/libpendulum.a include/pendulum lib/systemd/system/pendulumd.service)
+
+clean: ## removes build/
+	rm -rf build
+
+#@ Test (T=part-of-a-name picks tests; TOL=0 lists every residual)
+test: $(ROOMS:%=test-%) ## the test programs of all rooms, in MODE
+test-core: ## one room; also test-laws, test-api, test-server, test-wire
+test-%: $(B)/tests/%/run
+	$< $(T)
+test-wire: $(B)/pendulumd
+
+asan: ## all test programs and the server under the address and undefined sanitizers
+	@$(CHECK) ONLY='build-asan asan-%'; $(COUNT)
+
+tsan: ## the server's tests under the thread sanitizer
+	@$(CHECK) ONLY='build-tsan tsan-%'; $(COUNT)
+
+bench: $(B)/tests/bench/run ## how fast the pieces are, in about a minute
+	$< $(T)
+
+valgrind: ## the quick tests, and the server, under valgrind
+	@$(CHECK) ONLY='valgrind-%'; $(COUNT)
+
+rules: ## the rooms' include rules, documents compared with code, replies with the OpenAPI document
+	@$(CHECK) ONLY='layers docs replies layout openapi'; $(COUNT)
+
+#@ Source
+format: ## lays out the C with clang-format
+	clang-format -i $(SOURCES)
+
+format-check: ## fails where format would change something
+	clang-format --dry-run -Werror $(SOURCES)
+
+# the rules proper; V=1 shows the commands whole
+Q := $(if $(V),,@)
+say = $(if $(V),,@printf '  %-8s %-5s %s\n' '$(MODE)' '$(1)' '$(2)')
+
+$(B)/%.o: %.c $(B)/flags
 	@mkdir -p $(@D)
-	$(CC) $(CFLAGS_ALL) -c $< -o $@
+	$(call say,cc,$<)
+	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@
 
-$(B)/%.o: %.cpp
+$(B)/%.o: %.cpp $(B)/flags
 	@mkdir -p $(@D)
-	$(CXX) $(CXXFLAGS_ALL) -c $< -o $@
+	$(call say,c++,$<)
+	$(Q)$(CXX) $(CXXFLAGS_ALL) -c $< -o $@
+
+define kernel_rule
+$(B)/%.$(1).o: %.c $(B)/flags
+	@mkdir -p $$(@D)
+	$$(call say,cc,$$< for $(1))
+	$(Q)$$(CC) $$(CFLAGS_ALL) $(ISA_FLAGS.$(1)) -DPEND_ISA=$(1) -c $$< -o $$@
+endef
+$(foreach isa,$(ISAS),$(eval $(call kernel_rule,$(isa))))
 
 $(B)/api/openapi_json.c: api/openapi.yaml api/openapi_embed.py
 	@mkdir -p $(@D)
-	/usr/bin/python3 api/openapi_embed.py $< > $@.new && mv $@.new $@
+	$(call say,embed,$<)
+	$(Q)/usr/bin/python3 api/openapi_embed.py $< > $@.new && mv $@.new $@
 
-$(B)/api/openapi_json.o: $(B)/api/openapi_json.c
-	$(CC) $(CFLAGS_ALL) -c $< -o $@
+$(B)/api/openapi_json.o: $(B)/api/openapi_json.c $(B)/flags
+	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@
 
-$(B)/libpendulum.a: $(CORE)
+$(B)/libpendulum.a: $(CORE) $(B)/parts
 	@rm -f $@
-	ar rcs $@ $^
+	$(call say,ar,$@)
+	$(Q)ar rcs $@ $(CORE)
 
-$(B)/pendulumd: $(B)/server/main.o $(SERVER) $(API) $(B)/libpendulum.a
-	$(CC) $(FLAGS.$(MODE)) -pthread -o $@ $^ $(LIBS)
+$(B)/pendulumd: $(B)/server/main.o $(SERVER) $(API) $(B)/libpendulum.a $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
-# one test program a room: build/MODE/tests/core/run and so on
-TEST_PARTS.core := $(B)/libpendulum.a
-TEST_PARTS.laws := $(B)/libpendulum.a
-TEST_PARTS.api := $(API) $(B)/libpendulum.a
-TEST_PARTS.server := $(SERVER) $(API) $(B)/libpendulum.a
-TEST_PARTS.wire := $(API) $(B)/libpendulum.a
 define test_program
-$(B)/tests/$(1)/run: $$(call objects,tests/$(1)) $$(HARNESS) $$(TEST_PARTS.$(1))
-	$$(CC) $$(FLAGS.$$(MODE)) -pthread $$(WRAP) -o $$@ $$^ $$(LIBS) -lquadmath
+$(B)/tests/$(1)/run: $(call objects,tests/$(1)) $(HARNESS) $(PARTS.$(1)) $(B)/parts
+	@mkdir -p $$(@D)
+	$$(call say,link,$$@)
+	$(Q)$$(LINK) $(WRAP) -o $$@ $$(filter-out %/parts,$$^) $$(LIBS) $(QUADMATH)
 endef
 $(foreach room,$(ROOMS),$(eval $(call test_program,$(room))))
 
-test-%: $(B)/tests/%/run
-	$< $(T)
+$(B)/tests/bench/run: $(call objects,tests/bench) $(API) $(B)/libpendulum.a $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
-clean:
-	rm -rf build
+# these two files change when the flags or the list of source files do, and so cause what depends on them to be redone
+$(B)/flags: changed
+	@$(call remember,$(CC) $(CXX) $(CFLAGS_ALL) $(CXXFLAGS_ALL))
+$(B)/parts: changed
+	@$(call remember,$(LINK) $(sort $(CORE) $(API) $(SERVER) $(HARNESS) $(foreach room,$(ROOMS) bench,$(call objects,tests/$(room)))))
+remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
+changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: all clean
+.PHONY: help run check build bench debug install uninstall clean test asan tsan valgrind rules format format-check changed
+.DELETE_ON_ERROR:

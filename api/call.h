@@ -1,23 +1,12 @@
 /* One request from its bytes to its answer's bytes, with no socket in sight.
  * Leaves to others: moving the bytes, threads and clocks (server).
- * Invariant: a call is used by one thread at a time; same request and limits, same answer. */
+ * Invariant: a call is used by one thread at a time; same request and limits, same answer (but for compute_seconds). */
 #ifndef API_CALL_H
 #define API_CALL_H
 
 #include "api/buffer.h"
 #include "api/limits.h"
-#include "api/problem.h"
-
-/* The operations that a route can name; the table in api/op.c holds one row each. */
-enum api_op_id {
-    API_OP_TREES,
-    API_OP_TRAJECTORIES,
-    API_OP_FORCES,
-    API_OP_MODES,
-    API_OP_PRESETS,
-    API_OP_PRESET,
-    API_OP_COUNT
-};
+#include "api/op.h"
 
 /* What came over the wire; nothing is copied, all must outlive api_call_open. */
 struct api_request {
@@ -53,6 +42,16 @@ struct api_call;
 PEND_MUST_CHECK enum pend_status api_call_new(struct api_call **call, const struct api_limits *limits);
 
 void api_call_free(struct api_call **call);
+
+/**
+ * Lends the call a clock; to be set before api_call_open, or never.
+ *
+ * now  seconds since any fixed instant, monotonic; called a few times a run on the thread that runs the call.
+ *
+ * With a clock a run comes back after about 5 ms and the answer's stats say compute_seconds; without one a run comes
+ * back after a fixed amount of work and compute_seconds is left out.
+ */
+void api_call_clock(struct api_call *call, double (*now)(void *context), void *context);
 
 /**
  * Reads and checks the whole request. Afterwards the answer is known to be a problem, or the computation is ready to

@@ -18,7 +18,7 @@ struct api_json {
     struct api_scan_array *arrays;
 };
 
-enum { FOUND_BYTES = 80, FOUND_TEXT = 40, NAME_BYTES = 64, POINTER_DEPTH = 128, NEAR_EDITS = 2 };
+enum { FOUND_TEXT = 40, NAME_BYTES = 64, POINTER_DEPTH = 128, NEAR_EDITS = 2 };
 
 /* building */
 
@@ -235,8 +235,7 @@ static int name_edits(const char *a, const char *b) {
     return last[n];
 }
 
-/* the allowed name that was probably meant, or NULL */
-static const char *name_nearest(const char *name, const char *const allowed[]) {
+const char *api_name_nearest(const char *name, const char *const allowed[]) {
     const char *nearest = NULL;
     int least = NEAR_EDITS + 1;
     if (strlen(name) > NAME_BYTES) return NULL;
@@ -265,7 +264,7 @@ static void name_list(const char *const allowed[], char list[API_DETAIL_BYTES]) 
 
 static void value_fault_unknown(const struct api_value *member, const char *const allowed[],
                                 struct api_problem *problem) {
-    const char *nearest = name_nearest(member->key, allowed);
+    const char *nearest = api_name_nearest(member->key, allowed);
     char list[API_DETAIL_BYTES];
     if (nearest) {
         api_value_fault(member, problem, "is not a known field; did you mean \"%s\"?", nearest);
@@ -289,19 +288,19 @@ int api_value_only(const struct api_value *object, const char *const allowed[], 
 
 /* numbers */
 
-/* what a message says of a value: "-1", "the text \"abc\"", "an object" */
-static void value_found(const struct api_value *value, char found[FOUND_BYTES]) {
+void api_value_found(const struct api_value *value, char found[API_FOUND_BYTES]) {
     static const char *const words[] = {
         [API_MISSING] = "nothing", [API_NULL] = "null", [API_ARRAY] = "an array", [API_OBJECT] = "an object"};
     const char *text = api_value_text(value);
     enum api_kind kind = api_value_kind(value);
     if (text) {
         size_t bytes = strlen(text), cut = api_text_cut(text, bytes, FOUND_TEXT);
-        snprintf(found, FOUND_BYTES, "the text \"%.*s%s\"", (int)cut, text, cut < bytes ? "..." : "");
+        snprintf(found, API_FOUND_BYTES, "the text \"%.*s%s\"", (int)cut, text, cut < bytes ? "..." : "");
     } else if (kind == API_NUMBER)
-        snprintf(found, FOUND_BYTES, "%.15g", api_value_number(value));
+        snprintf(found, API_FOUND_BYTES, "%.15g", api_value_number(value));
     else
-        snprintf(found, FOUND_BYTES, "%s", kind == API_BOOL ? api_value_number(value) ? "true" : "false" : words[kind]);
+        snprintf(found, API_FOUND_BYTES, "%s",
+                 kind == API_BOOL ? api_value_number(value) ? "true" : "false" : words[kind]);
 }
 
 /* "a number from 0 to 1 s", as the range has it */
@@ -323,7 +322,7 @@ static void range_text(double least, double greatest, const char *unit, char tex
 
 int api_value_read_number(const struct api_value *value, double least, double greatest, const char *unit, double *out,
                           struct api_problem *problem) {
-    char range[120], found[FOUND_BYTES];
+    char range[120], found[API_FOUND_BYTES];
     if (!value->node) return 0;
     double x = api_value_number(value);
     if (api_value_kind(value) == API_NUMBER && x >= least && x <= greatest) {
@@ -331,7 +330,7 @@ int api_value_read_number(const struct api_value *value, double least, double gr
         return 1;
     }
     range_text(least, greatest, unit, range, sizeof range);
-    value_found(value, found);
+    api_value_found(value, found);
     api_value_fault(value, problem, "must be %s, got %s", range, found);
     return -1;
 }

@@ -8,6 +8,8 @@
 
 struct api_json;
 
+enum { API_FOUND_BYTES = 80 };
+
 enum api_kind { API_MISSING, API_NULL, API_BOOL, API_NUMBER, API_STRING, API_ARRAY, API_OBJECT };
 
 /* A place in the document. It points at its parent value, which must outlive it: values live on the reader's stack. */
@@ -70,6 +72,17 @@ void api_value_pointer(const struct api_value *value, char pointer[API_POINTER_B
 /** Adds a fault at the value. */
 void api_value_fault(const struct api_value *value, struct api_problem *problem, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
+
+/** Says what a value is, for a message: "-1", "the text \"abc\"", "an object", "nothing" where it is missing. */
+void api_value_found(const struct api_value *value, char found[API_FOUND_BYTES]);
+
+/**
+ * The allowed name that was probably meant by `name`, or NULL where none is near.
+ *
+ * allowed  names, ended by NULL.
+ * O(names x length^2); names of more than 64 bytes are never near.
+ */
+const char *api_name_nearest(const char *name, const char *const allowed[]);
 
 /**
  * Faults every member that is not in the list, with the nearest allowed name where one is near.

@@ -33,15 +33,19 @@ enum {
     PEND_METHOD_LANDS = 1,      /* no dense output: each step must be cut at the next wanted instant */
     PEND_METHOD_TOLERANCES = 2, /* obeys rtol and atol */
     PEND_METHOD_FIXED_STEP = 4, /* obeys step */
-    PEND_METHOD_LINEAR = 8 /* solves (lin), not (aaa): accelerations and forces come from the method's own motion */
+    PEND_METHOD_LINEAR = 8,     /* solves (lin), not (aaa): `at` fills acc too, forces follow from that motion */
+    PEND_METHOD_SERIES = 16     /* `at` fills acc and force too, cheaper than evaluating the equations */
 };
 
-/* State at one instant handed out by a stepper; arrays of n values in stored order. */
-struct pend_point {
-    double *phi, *rate;
-    double *acc; /* filled by methods with PEND_METHOD_LINEAR only */
+/* States at several instants of one step, time-major in stored order: phi[i * n + arm]. The receiver owns the arrays.
+ */
+struct pend_points {
+    double *phi, *rate; /* always wanted */
+    double *acc;        /* rad/s^2, for methods with PEND_METHOD_LINEAR or PEND_METHOD_SERIES; NULL = not wanted */
+    double *force;      /* N, for methods with PEND_METHOD_SERIES; NULL = not wanted */
 };
 
+/* Evaluations are sweeps over the whole tree: right-hand sides, or orders of a series; work is measured in them. */
 struct pend_stepper_counts {
     long steps, rejected, evaluations;
 };
@@ -53,19 +57,28 @@ struct pend_method {
     double rtol_default, rtol_min, rtol_max; /* 0 where PEND_METHOD_TOLERANCES is not set */
     double atol_default, atol_min, atol_max;
 
-    /** Makes a stepper at the problem's first instant; NULL on failure. */
+    /** Makes a stepper at the problem's first instant; NULL on failure. The run has checked the problem. */
     enum pend_status (*open)(void **stepper, const struct pend_problem *problem, struct pend_error *error);
     /**
-     * Takes one accepted step towards `limit` (s, relative to the first instant; its sign is the direction) and not
-     * beyond it where PEND_METHOD_LANDS is set; *reached becomes the time after the step, relative to the first
-     * instant.
+     * Takes one accepted step towards `limit` (s, relative to the first instant; its sign is the direction): the next
+     * wanted instant where PEND_METHOD_LANDS is set, never to be passed and to be reached exactly; else the last
+     * wanted instant, which a step may pass. *reached becomes the time after the step, relative to the first instant.
+     * On failure error->time is relative too and the text names no time: the run adds both.
      */
     enum pend_status (*step)(void *stepper, double limit, double *reached, struct pend_error *error);
-    /** The state at time t relative to the first instant, inside the last step (dense output), or at its end. */
-    void (*at)(void *stepper, double t, struct pend_point *point);
+    /**
+     * The states at `count` instants t (s, relative to the first instant, monotonic) inside the last step; with
+     * PEND_METHOD_LANDS only at its end. The end of the step gives exactly the state that the next step starts from.
+     * An instant's bits do not depend on the others in the call. Before the first step only linear methods are asked.
+     */
+    void (*at)(void *stepper, const double t[], int count, const struct pend_points *points);
     struct pend_stepper_counts (*counts)(const void *stepper);
     void (*close)(void **stepper);
 };
+
+/* One a file, method_X.c; the three of GSL share method_gsl.c. */
+extern const struct pend_method pend_method_taylor, pend_method_ode23, pend_method_rkf45, pend_method_rk8pd,
+    pend_method_msadams, pend_method_linear;
 
 /**
  * The method of a name, or NULL. The names are the contract's: taylor ode23 rkf45 rk8pd msadams linear.

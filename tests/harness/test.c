@@ -80,14 +80,21 @@ static int test_run(const struct test_case *test) {
     return failed;
 }
 
-/* usage: run [PART-OF-A-NAME-OR-FILE ...]; the last line is "N passed, N failed", with ", N skipped" where any were */
+/* a test is wanted by a part of its name or file, or by its whole name behind '=' */
+static int test_wanted(const struct test_case *test, const char *word) {
+    if (word[0] == '=') return !strcmp(test->name, word + 1);
+    return strstr(test->name, word) || strstr(test->file, word);
+}
+
+/* usage: run [PART-OF-A-NAME-OR-FILE | =NAME ...]; the last line is "N passed, N failed", with ", N skipped" where any
+ * were */
 int main(int argc, char **argv) {
     int ended[3] = {0, 0, 0};
     const char *tolerance = getenv("TOL");
     test_list_residuals = tolerance && !strcmp(tolerance, "0");
     for (const struct test_case *test = test_first; test; test = test->next) {
         int wanted = argc < 2;
-        for (int i = 1; i < argc; i++) wanted |= strstr(test->name, argv[i]) || strstr(test->file, argv[i]);
+        for (int i = 1; i < argc; i++) wanted |= test_wanted(test, argv[i]);
         if (wanted) ended[test_run(test)]++;
     }
     printf("%d passed, %d failed", ended[0], ended[1]);

@@ -1,0 +1,98 @@
+#include "api/encode.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/status.h"
+
+void api_table_add(struct api_table *table, const char *name, const char *part, int width) {
+    table->column[table->count++] = (struct api_column){name, part, width};
+}
+
+static long column_numbers(const struct api_column *column) { return column->width ? column->width : 1; }
+
+double api_table_numbers(const struct api_table *table, int first) {
+    double numbers = 0;
+    for (int c = first; c < table->count; c++) numbers += (double)column_numbers(&table->column[c]);
+    return numbers;
+}
+
+void api_stats_text(struct api_stats *stats, const char *name, const char *text) {
+    stats->stat[stats->count++] = (struct api_stat){.name = name, .kind = API_STAT_TEXT, .text = text};
+}
+
+void api_stats_whole(struct api_stats *stats, const char *name, long value) {
+    stats->stat[stats->count++] = (struct api_stat){.name = name, .kind = API_STAT_WHOLE, .whole = value};
+}
+
+void api_stats_number(struct api_stats *stats, const char *name, double value) {
+    stats->stat[stats->count++] = (struct api_stat){.name = name, .kind = API_STAT_NUMBER, .number = value};
+}
+
+enum pend_status api_writer_new(struct api_writer **writer, const struct api_format *format,
+                                const struct api_table *table, struct api_buffer *out) {
+    *writer = calloc(1, format->writer_bytes);
+    if (!*writer) return PEND_NO_MEMORY;
+    (*writer)->format = format;
+    (*writer)->table = *table;
+    enum pend_status status = format->begin(*writer, out);
+    if (status != PEND_OK) api_writer_free(writer);
+    return status;
+}
+
+void api_writer_free(struct api_writer **writer) {
+    if (*writer && (*writer)->format->clear) (*writer)->format->clear(*writer);
+    free(*writer);
+    *writer = NULL;
+}
+
+/* true when no exponent is all ones: adding one to it carries into the sign's place. No early end, no comparison, so
+ * that the loop runs in vector lanes. */
+static int all_finite(long count, const double value[]) {
+    const uint64_t exponent = 0x7ff0000000000000, one = 0x0010000000000000;
+    uint64_t carried = 0;
+    for (long i = 0; i < count; i++) {
+        uint64_t bits;
+        memcpy(&bits, &value[i], sizeof bits);
+        carried |= (bits & exponent) + one;
+    }
+    return !(carried >> 63);
+}
+
+/* names the first number of a column that is not finite */
+static enum pend_status column_fails(const struct api_table *table, const struct api_column *column, long count,
+                                     const double value[], const double first[], struct pend_error *error) {
+    long i = 0, width = column_numbers(column);
+    while (i < count && isfinite(value[i])) i++;
+    int timed = !strcmp(table->column[0].name, "t"), arm = column->width ? (int)(i % width) : -1;
+    double time = timed ? first[i / width] : 0;
+    char where[40] = "", when[40] = "";
+    if (arm >= 0) snprintf(where, sizeof where, " of arm %d", arm + 1);
+    if (timed) snprintf(when, sizeof when, " at t = %g s", time);
+    return pend_fail(error, PEND_NOT_FINITE, arm, time,
+                     "%s%s%s%s overflows%s: the numbers grow beyond what a double holds", column->name,
+                     column->part ? " " : "", column->part ? column->part : "", where, when);
+}
+
+enum pend_status api_writer_block(struct api_writer *writer, long rows, const double *const data[],
+                                  struct api_buffer *out, struct pend_error *error) {
+    const struct api_table *table = &writer->table;
+    for (int c = 0; c < table->count; c++) {
+        long count = rows * column_numbers(&table->column[c]);
+        if (!all_finite(count, data[c])) return column_fails(table, &table->column[c], count, data[c], data[0], error);
+    }
+    return writer->format->block(writer, rows, data, out);
+}
+
+enum pend_status api_writer_end(struct api_writer *writer, const struct api_stats *stats, struct api_buffer *out) {
+    return writer->format->end(writer, stats, out);
+}
+
+static const struct api_format *const formats[] = {&api_format_json, &api_format_csv};
+
+const struct api_format *api_format_at(int i) {
+    return i >= 0 && i < (int)(sizeof formats / sizeof *formats) ? formats[i] : NULL;
+}

@@ -1,0 +1,114 @@
+/* Tables of samples as bytes: the table of representations, and the writer that feeds one of them block by block.
+ * Leaves to others: which representation a client wants (negotiate), what the columns hold (op_*).
+ * Invariant: no answer contains NaN or Infinity; a table's bytes do not depend on how its rows were cut into blocks. */
+#ifndef API_ENCODE_H
+#define API_ENCODE_H
+
+#include "api/buffer.h"
+
+enum { API_COLUMNS = 24 };
+
+/* One array of a table. Columns that share a name are its parts and stand next to each other: z is re and im. */
+struct api_column {
+    const char *name; /* "phi" */
+    const char *part; /* "re", or NULL where the name has one array only */
+    int width;        /* numbers a row: one an arm; 0 = one number that belongs to the row as a whole ("t") */
+};
+
+/* What an answer's rows hold. */
+struct api_table {
+    int count;
+    struct api_column column[API_COLUMNS];
+    long rows;  /* how many will come */
+    int single; /* one row, and the answer's arrays are that row's, not one a row */
+    int digits; /* significant digits that numbers are rounded to, 0 = the shortest that read back */
+};
+
+/* What is told of the computation behind the rows. */
+struct api_stat {
+    const char *name;
+    enum { API_STAT_TEXT, API_STAT_WHOLE, API_STAT_NUMBER } kind;
+    const char *text;
+    long whole;
+    double number;
+};
+
+struct api_stats {
+    int count;
+    struct api_stat stat[12];
+};
+
+struct api_writer;
+
+/* A representation. A writer of its own begins with struct api_writer. */
+struct api_format {
+    const char *media_type;   /* as Accept names it */
+    const char *content_type; /* as the answer says it */
+    int samples_only;         /* serves tables of samples and nothing else */
+    int digits;               /* text, so that numbers can be rounded */
+    size_t writer_bytes;
+
+    /** A number of bytes that the table's answer will not pass. */
+    double (*bytes)(const struct api_table *table);
+    enum pend_status (*begin)(struct api_writer *writer, struct api_buffer *out);
+    /** rows rows; data[c] holds width (or 1) numbers a row of column c, all finite. */
+    enum pend_status (*block)(struct api_writer *writer, long rows, const double *const data[], struct api_buffer *out);
+    /** stats may be NULL. */
+    enum pend_status (*end)(struct api_writer *writer, const struct api_stats *stats, struct api_buffer *out);
+    void (*clear)(struct api_writer *writer);
+};
+
+struct api_writer {
+    const struct api_format *format;
+    struct api_table table;
+};
+
+extern const struct api_format api_format_json, api_format_csv;
+
+/** Row i of the table of representations, or NULL beyond its end; the first is the default. */
+const struct api_format *api_format_at(int i);
+
+/** Adds a column; at most API_COLUMNS fit, which the caller knows. */
+void api_table_add(struct api_table *table, const char *name, const char *part, int width);
+
+/** Numbers that the columns from `first` on have in one row. */
+double api_table_numbers(const struct api_table *table, int first);
+
+void api_stats_text(struct api_stats *stats, const char *name, const char *text);
+void api_stats_whole(struct api_stats *stats, const char *name, long value);
+void api_stats_number(struct api_stats *stats, const char *name, double value);
+
+/**
+ * Starts a table and writes what comes before its rows.
+ *
+ * writer  out; NULL on failure.
+ * table   copied; its names must outlive the writer.
+ *
+ * PEND_NO_MEMORY, PEND_LIMIT
+ */
+PEND_MUST_CHECK enum pend_status api_writer_new(struct api_writer **writer, const struct api_format *format,
+                                                const struct api_table *table, struct api_buffer *out);
+
+void api_writer_free(struct api_writer **writer);
+
+/**
+ * Writes rows.
+ *
+ * data   one array a column, width (or 1) numbers a row.
+ * error  on failure says which column and arm, and the time where the first column is t.
+ *
+ * PEND_NOT_FINITE  a number is NaN or infinite; nothing was written.
+ * PEND_NO_MEMORY, PEND_LIMIT
+ */
+PEND_MUST_CHECK enum pend_status api_writer_block(struct api_writer *writer, long rows, const double *const data[],
+                                                  struct api_buffer *out, struct pend_error *error);
+
+/**
+ * Writes what comes after the rows.
+ *
+ * stats  in representations that have a place for them; NULL where there are none.
+ */
+PEND_MUST_CHECK enum pend_status api_writer_end(struct api_writer *writer, const struct api_stats *stats,
+                                                struct api_buffer *out);
+
+#endif

@@ -1,0 +1,82 @@
+/* The operation table: one row an operation, with what it needs and how it is read, run and freed.
+ * Leaves to others: the order of things in a request (call), the operations themselves (op_*).
+ * Invariant: an operation's state points at nothing of the request once it was read. */
+#ifndef API_OP_H
+#define API_OP_H
+
+#include "api/buffer.h"
+#include "api/limits.h"
+#include "api/problem.h"
+
+/* The operations that a route can name. */
+enum api_op_id {
+    API_OP_TREES,
+    API_OP_TRAJECTORIES,
+    API_OP_FORCES,
+    API_OP_MODES,
+    API_OP_PRESETS,
+    API_OP_PRESET,
+    API_OP_COUNT
+};
+
+struct api_format;
+struct api_value;
+
+/* What an operation is read from. */
+struct api_reading {
+    const struct api_value *root;    /* the body's JSON object; NULL for an operation without a body */
+    const char *argument;            /* the variable part of the path, or NULL */
+    const struct api_format *format; /* the representation that was negotiated */
+    const struct api_limits *limits; /* outlives the operation */
+    struct api_problem *problem;     /* receives every fault */
+};
+
+/* One turn of a running operation. */
+struct api_turn {
+    struct api_buffer *out;
+    struct api_problem *problem;  /* for faults with a pointer that only the computation can find */
+    double (*now)(void *context); /* s; NULL without a clock */
+    void *context;
+    double begun;   /* s, by the clock, when this turn began */
+    double earlier; /* s, spent in the turns before */
+};
+
+/** Seconds of computation so far, all turns together; -1 without a clock. */
+double api_turn_seconds(const struct api_turn *turn);
+
+/** True once the turn has lasted about 5 ms; without a clock always, so that a turn is one piece of work. */
+int api_turn_over(const struct api_turn *turn);
+
+struct api_op {
+    const char *name; /* as in the route: "trajectories" */
+    int body;         /* needs a JSON body */
+    int samples;      /* returns samples: every representation, not JSON alone */
+
+    /**
+     * Reads and checks the request.
+     *
+     * state  out; NULL on failure. Frees with the row's free.
+     *
+     * PEND_INVALID   every fault found is in reading->problem.
+     * PEND_NO_MEMORY
+     */
+    enum pend_status (*read)(void **state, const struct api_reading *reading);
+    /**
+     * Computes on until the turn is over or all is done, and appends to the answer.
+     *
+     * done   set non-zero once the answer is complete.
+     * error  says why a turn failed, where turn->problem does not.
+     */
+    enum pend_status (*run)(void *state, const struct api_turn *turn, int *done, struct pend_error *error);
+    /** Integration steps so far; NULL for an operation that takes none. */
+    long (*steps)(const void *state);
+    void (*free)(void **state);
+};
+
+extern const struct api_op api_op_trees, api_op_trajectories, api_op_forces, api_op_modes, api_op_presets,
+    api_op_preset;
+
+/** The row of an operation. */
+const struct api_op *api_op_at(enum api_op_id id);
+
+#endif

@@ -1,0 +1,162 @@
+#include "core/modes_store.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct store_block {
+    struct pend_modes modes; /* first, so that the address of the modes is the block's */
+    double data[];
+};
+
+enum pend_status pend_modes_alloc(struct pend_modes **modes, int count, int n, int vectors) {
+    *modes = NULL;
+    size_t doubles = (size_t)count;
+    if (vectors) {
+        if ((size_t)n > (SIZE_MAX / sizeof(double) - 16) / ((size_t)count + 1)) return PEND_NO_MEMORY;
+        doubles = (size_t)count * ((size_t)n + 2);
+    }
+    struct store_block *block = calloc(1, sizeof *block + doubles * sizeof(double));
+    if (!block) return PEND_NO_MEMORY;
+    block->modes = (struct pend_modes){.count = count, .n = n, .omega = block->data};
+    if (vectors) {
+        block->modes.norm = block->data + count;
+        block->modes.vector = block->modes.norm + count;
+    }
+    *modes = &block->modes;
+    return PEND_OK;
+}
+
+void pend_modes_free(struct pend_modes **modes) {
+    free(*modes);
+    *modes = NULL;
+}
+
+void pend_modes_mass_apply(const struct pend_tree *tree, const double x[], double product[]) {
+    /* tip displacements, pivot outwards */
+    for (int k = 0; k < tree->n; k++) product[k] = (k ? product[tree->parent[k]] : 0) + tree->len[k] * x[k];
+    for (int k = 0; k < tree->n; k++) product[k] *= tree->mass[k];
+    /* sums over the sub-trees, leaves inwards */
+    for (int k = tree->n - 1; k > 0; k--) product[tree->parent[k]] += product[k];
+    for (int k = 0; k < tree->n; k++) product[k] *= tree->len[k];
+}
+
+double pend_modes_mass_norm(const struct pend_tree *tree, const double x[], double tips[]) {
+    double sum = 0;
+    for (int k = 0; k < tree->n; k++) {
+        tips[k] = (k ? tips[tree->parent[k]] : 0) + tree->len[k] * x[k];
+        sum += tree->mass[k] * tips[k] * tips[k];
+    }
+    return sqrt(sum);
+}
+
+static double store_largest(int n, const double x[]) {
+    double largest = 0;
+    for (int k = 0; k < n; k++) largest = fmax(largest, fabs(x[k]));
+    return largest;
+}
+
+/* the caller's number, from `from`, of the first arm whose entry is not zero; n when there is none */
+static int store_first(const struct pend_tree *tree, const double x[], double zero, int from) {
+    while (from < tree->n && fabs(x[tree->place[from]]) <= zero) from++;
+    return from;
+}
+
+/* turns the pair (x, y) so that y becomes 0 at an entry */
+static void store_rotate(int n, double x[], double y[], int entry) {
+    double h = hypot(x[entry], y[entry]), c = x[entry] / h, s = y[entry] / h;
+    for (int k = 0; k < n; k++) {
+        double a = x[k], b = y[k];
+        x[k] = c * a + s * b;
+        y[k] = c * b - s * a;
+    }
+    y[entry] = 0;
+}
+
+/* brings `group` orthogonal vectors into the echelon form of the caller's order; they stay orthogonal */
+static void store_echelon(const struct pend_tree *tree, int group, double vector[]) {
+    int n = tree->n, lead = 0;
+    for (int done = 0; done < group - 1; done++, lead++) {
+        /* the first arm that moves in any of the vectors left, and the vector that moves it most */
+        int first = n, best = done;
+        for (int j = done; j < group; j++) {
+            double *x = vector + (size_t)j * n;
+            int f = store_first(tree, x, PEND_MODES_ZERO * store_largest(n, x), lead);
+            if (f > first || f == n) continue;
+            int entry = tree->place[f];
+            if (f < first || fabs(x[entry]) > fabs(vector[(size_t)best * n + entry])) best = j;
+            first = f;
+        }
+        if (first == n) return;
+        lead = first;
+        int entry = tree->place[lead];
+        double *head = vector + (size_t)done * n, *most = vector + (size_t)best * n;
+        for (int k = 0; best != done && k < n; k++) {
+            double swap = head[k];
+            head[k] = most[k];
+            most[k] = swap;
+        }
+        for (int j = done + 1; j < group; j++)
+            if (vector[(size_t)j * n + entry] != 0) store_rotate(n, head, vector + (size_t)j * n, entry);
+    }
+}
+
+void pend_modes_settle(struct pend_modes *modes, const struct pend_tree *tree, double multiple, double scratch[]) {
+    int n = modes->n, end;
+    for (int k = 0; k < modes->count; k = end) {
+        for (end = k + 1;
+             end < modes->count && modes->omega[end] - modes->omega[k] <= multiple * fabs(modes->omega[end]);)
+            end++;
+        if (end > k + 1) store_echelon(tree, end - k, modes->vector + (size_t)k * n);
+    }
+    for (int k = 0; k < modes->count; k++) {
+        double *x = modes->vector + (size_t)k * n;
+        modes->norm[k] = pend_modes_mass_norm(tree, x, scratch);
+    }
+    pend_modes_normalize(modes, tree, PEND_NORMALIZE_MASS);
+}
+
+/* the number by which a vector is to be divided */
+static double store_divisor(const struct pend_tree *tree, const double x[], double norm, enum pend_normalize rule) {
+    double largest = store_largest(tree->n, x);
+    int first = store_first(tree, x, PEND_MODES_ZERO * largest, 0);
+    if (first == tree->n) return 1;
+    double head = x[tree->place[first]];
+    if (rule == PEND_NORMALIZE_FIRST) return head;
+    if (rule == PEND_NORMALIZE_MASS) return copysign(norm, head);
+    return x[tree->place[store_first(tree, x, (1 - PEND_MODES_ZERO) * largest, 0)]];
+}
+
+void pend_modes_normalize(struct pend_modes *modes, const struct pend_tree *tree, enum pend_normalize rule) {
+    for (int k = 0; modes->vector && k < modes->count; k++) {
+        double *x = modes->vector + (size_t)k * modes->n;
+        double divisor = store_divisor(tree, x, modes->norm[k], rule);
+        for (int arm = 0; arm < modes->n; arm++) x[arm] /= divisor;
+        modes->norm[k] = rule == PEND_NORMALIZE_MASS ? 1 : modes->norm[k] / fabs(divisor);
+    }
+}
+
+enum pend_status pend_modes_decompose(const struct pend_modes *modes, const struct pend_tree *tree,
+                                      const double theta[], const double rate[], double amplitude[], double phase[]) {
+    int n = modes->n;
+    double *product = malloc(2 * (size_t)n * sizeof *product);
+    if (!product) return PEND_NO_MEMORY;
+    pend_modes_mass_apply(tree, theta, product);
+    pend_modes_mass_apply(tree, rate, product + n);
+    for (int k = 0; k < modes->count; k++) {
+        const double *x = modes->vector + (size_t)k * n;
+        double along_theta = 0, along_rate = 0, square = modes->norm[k] * modes->norm[k];
+        for (int arm = 0; arm < n; arm++) {
+            along_theta += x[arm] * product[arm];
+            along_rate += x[arm] * product[n + arm];
+        }
+        /* amplitude cos(phase) and amplitude sin(phase); + 0.0 turns -0 into 0 */
+        double c = along_theta / square + 0.0, s = -along_rate / (square * modes->omega[k]) + 0.0;
+        amplitude[k] = hypot(c, s);
+        phase[k] = atan2(s, c);
+        if (phase[k] <= -M_PI) phase[k] = M_PI;
+    }
+    free(product);
+    return PEND_OK;
+}

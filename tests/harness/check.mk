@@ -1,0 +1,43 @@
+# What `make check` runs, as jobs side by side: three builds, every test program on them, valgrind, the rules.
+# ONLY='asan-% build-asan' picks jobs.
+# Leaves to others: running a job and counting (job.sh).
+# Invariant: a job that fails, crashes or cannot start is counted as failed and the others go on.
+ROOMS := core laws api server wire
+ALL := build-release build-asan build-tsan $(foreach room,$(ROOMS),release-$(room) asan-$(room)) tsan-server tsan-wire \
+	valgrind-core valgrind-api valgrind-wire layers docs replies layout openapi image
+JOBS := $(if $(ONLY),$(filter $(ONLY),$(ALL)),$(ALL))
+job = @tests/harness/job.sh $@
+
+check: $(JOBS)
+$(shell mkdir -p build/check; echo $(JOBS) > build/check/jobs)
+
+build-release build-asan: build-%:
+	$(job) $(MAKE) --no-print-directory MODE=$* build $(ROOMS:%=build/$*/tests/%/run)
+build-tsan:
+	$(job) $(MAKE) --no-print-directory MODE=tsan build build/tsan/tests/server/run build/tsan/tests/wire/run
+
+$(ROOMS:%=release-%): release-%: build-release
+	$(job) build/release/tests/$*/run
+$(ROOMS:%=asan-%): asan-%: build-asan
+	$(job) build/asan/tests/$*/run
+
+# the thread sanitizer of gcc 12 cannot bear the address randomization of newer kernels
+FIXED := $(shell setarch $$(uname -m) -R echo setarch $$(uname -m) -R 2>/dev/null)
+tsan-server tsan-wire: tsan-%: build-tsan
+	$(job) $(FIXED) build/tsan/tests/$*/run
+
+# without names: the tests that took little time in the release run
+VALGRIND.wire := =every_route_answers =a_drain_lets_the_running_request_finish
+valgrind-core valgrind-api valgrind-wire: valgrind-%: release-%
+	$(job) tests/harness/valgrind.sh build/release $* $(VALGRIND.$*)
+
+layers: build-release
+	$(job) tests/rules/layers.sh build/release
+docs: build-release
+	$(job) tests/rules/docs.sh build/release
+replies: release-wire
+	$(job) /usr/bin/python3 tests/rules/replies.py api/openapi.yaml build/release/tests/wire/replies.ndjson
+layout openapi image:
+	$(job) tests/rules/$@.sh
+
+.PHONY: check $(ALL)

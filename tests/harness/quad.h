@@ -1,0 +1,37 @@
+/* The paper's dense matrix form in quadruple precision: what every fast or double computation is measured against.
+ * Leaves to others: trees (harness/trees).
+ * Invariant: no formula shared with core; a 113-bit significand wherever the compiler has one. */
+#ifndef QUAD_H
+#define QUAD_H
+
+#include "core/tree.h"
+
+#if defined(__x86_64__) || defined(__i386__)
+typedef __float128 test_quad;
+#else
+typedef long double test_quad; /* 113 bits on arm64 and riscv64 */
+#endif
+
+/** Elementary functions of a test_quad. */
+test_quad test_quad_sin(test_quad x);
+test_quad test_quad_cos(test_quad x);
+test_quad test_quad_sqrt(test_quad x);
+test_quad test_quad_abs(test_quad x);
+
+/**
+ * (aaa) and (bbb) as printed: M = diag(e^{-i phi} l) S^T diag(m) S diag(l e^{i phi}), Cholesky of Re M.
+ *
+ * tree        arrays in its stored order; the parameters are taken as the doubles that they are.
+ * acc, force  out, n values each.
+ * O(n^3), about 0.15 s for n = 200. Aborts when out of memory.
+ */
+void test_quad_dynamics(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
+                        test_quad acc[], test_quad force[]);
+
+/** Largest |x - exact| over the largest |exact| (0 when all are 0); NaN when anything is. */
+double test_quad_gap(int n, const double x[], const test_quad exact[]);
+
+/** Largest |x_i - exact_i| / |exact_i|, where exact_i is not 0. */
+double test_quad_gap_each(int n, const double x[], const test_quad exact[]);
+
+#endif

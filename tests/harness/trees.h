@@ -1,0 +1,62 @@
+/* Trees to test with: every small parent list, random big ones of several kinds, and random states.
+ * Leaves to others: presets (core/shapes), exact answers (harness/quad).
+ * Invariant: the same seed gives the same tree on every machine. */
+#ifndef TREES_H
+#define TREES_H
+
+#include "core/tree.h"
+
+enum test_tree_kind {
+    TEST_TREE_ATTACHED,    /* each arm hangs on a random earlier one: depth about log n */
+    TEST_TREE_CHAIN,       /* one after the other */
+    TEST_TREE_STAR,        /* all on the first */
+    TEST_TREE_BINARY,      /* the complete binary tree */
+    TEST_TREE_CATERPILLAR, /* a chain whose joints carry one more arm each */
+    TEST_TREE_BROOM,       /* a chain of n/2, the others on its tip */
+    TEST_TREE_LIMBS,       /* each arm hangs on one of the 3 before it: long, with short branches */
+    TEST_TREE_KINDS
+};
+
+/* A pendulum with a state. length .. parent are in the caller's order, phi and rate in the tree's stored order. */
+struct test_tree {
+    int n;
+    double *length, *mass;
+    int *parent;
+    double *phi, *rate;
+    struct pend_tree *tree;
+};
+
+/** A word for a kind. */
+const char *test_tree_kind_name(enum test_tree_kind kind);
+
+/** Parents of a kind, from 0, -1 = the pivot, each before its children. seed is used by the random kinds. */
+void test_parents(enum test_tree_kind kind, int n, int parent[], unsigned long long *seed);
+
+/** Renumbers the arms at random: the same tree, parents no longer first. */
+void test_parents_shuffle(int n, int parent[], unsigned long long *seed);
+
+/**
+ * Steps through all (n-1)! parent lists with parent[k] < k and one arm at the pivot: start with test_parents_first,
+ * end when test_parents_next returns 0. Over n = 1 .. 8 there are 5914.
+ */
+void test_parents_first(int n, int parent[]);
+int test_parents_next(int n, int parent[]);
+
+/**
+ * A tree with the parents given: lengths 10^±0.3 m, masses 10^±spread kg (uniform in the exponent), angles uniform in
+ * (-pi, pi), rates in ±3 rad/s. Aborts when out of memory.
+ */
+void test_tree_init(struct test_tree *t, int n, const int parent[], double spread, unsigned long long *seed);
+
+/** The same for a random tree of a kind, its arms numbered at random. */
+void test_tree_random(struct test_tree *t, enum test_tree_kind kind, int n, double spread, unsigned long long *seed);
+
+/** Builds t->tree anew after a change of length, mass or parent; the state is left as it is. */
+void test_tree_rebuild(struct test_tree *t);
+
+void test_tree_clear(struct test_tree *t);
+
+/** Largest |a - b| over the largest |b| (0 when both are all 0); NaN when anything is. */
+double test_gap(int n, const double a[], const double b[]);
+
+#endif

@@ -1,0 +1,118 @@
+#!/bin/bash
+# Checks the rooms' rules: who may include whom, one door to each outside library, the order of files, no globals.
+# usage: layers.sh BUILD     (build/release, for the symbols)
+# Leaves to others: layout (layout.sh), documents (docs.sh).
+# Invariant: a new outside library or header needs a new row here first.
+set -u
+build=$1
+passed=0 failed=0
+
+# what each room's files may include of the project
+declare -A may=([core]='^core/' [api]='^(api|core)/' [server]='^(server|api)/|^core/status\.h$')
+# system headers that core and api may use: none that knows threads, files, sockets or time
+pure='^(assert|complex|errno|float|limits|math|stdalign|stdarg|stdbool|stddef|stdint|stdio|stdlib|string|strings|tgmath|immintrin|arm_neon)\.h$|^(cstdint|cstddef|cstring|cmath|cstdlib|limits|system_error)$'
+# an outside library's headers, and the files that are its door
+doors=(
+    '^gsl/|^gsl_ ^core/(method_gsl|modes|modes_gsl|reference)\.c$'
+    '^cjson/ ^api/json_in\.c$'
+    '^dragonbox/ ^api/number_write\.cpp$'
+    '^fast_float/ ^api/number_read\.cpp$'
+    '^microhttpd\.h$ ^server/http\.c$'
+    '^sqlite3\.h$ ^server/store_sqlite\.c$'
+    '^libpq-fe\.h$ ^server/store_postgres\.c$'
+    '^(pthread|threads)\.h$ ^server/'
+)
+
+verdict() { # name, complaints
+    if [ -z "$2" ]; then passed=$((passed + 1)); return; fi
+    failed=$((failed + 1))
+    printf '%s\n' "$2" | sed 's/^/  /'
+    printf 'FAIL %s\n' "$1"
+}
+
+files() { find "$1" -name '*.[ch]' -o -name '*.cpp' | sort; }
+own_includes() { sed -nE 's/^ *# *include *"([^"]+)".*/\1/p' "$1"; }
+system_includes() { sed -nE 's/^ *# *include *<([^>]+)>.*/\1/p' "$1"; }
+
+room_includes() {
+    for file in $(files "$1"); do
+        own_includes "$file" | grep -vE "${may[$1]}" | sed "s|^|$file may not include |"
+    done
+}
+
+door() { # header pattern, file pattern
+    for file in $(files core) $(files api) $(files server); do
+        [[ $file =~ $2 ]] || system_includes "$file" | grep -E "$1" | sed "s|^|$file is no door to |"
+    done
+}
+
+pure_headers() {
+    local all=$pure row
+    for row in "${doors[@]}"; do [[ $row = *pthread* ]] || all+="|${row%% *}"; done
+    for file in $(files core) $(files api); do
+        system_includes "$file" | grep -vE "$all" | sed "s|^|$file may not use |"
+    done
+}
+
+own_header_first() {
+    for file in $(files core) $(files api) $(files server); do
+        [ -f "${file%.*}.h" ] && [[ $file != *.h ]] || continue
+        [ "$(grep -m 1 '^ *# *include' "$file")" = "#include \"${file%.*}.h\"" ] || echo "$file does not include its own header first"
+    done
+}
+
+# the stems that a room's README lists, in order: the first cell of a table's row, or the start of a list's item
+listed() {
+    sed -nE 's/^(\||[-*]|[0-9]+\.) *(`[^|]*)/\2/p' "$1/README.md" 2>/dev/null |
+        sed -E 's/ (-|–|:|\|).*//; s/^((`[^`]+`[, and]*)+).*/\1/' | grep -oE '`[^`]+`' | tr -d '`' |
+        sed -E 's|.*/||; s/\.[a-z]+$//; s/\*$//' | awk '!seen[$0]++'
+}
+
+file_order() {
+    local -A place=()
+    local number=0 stem other
+    for stem in $(listed "$1"); do place[$stem]=$((++number)); done
+    [ $number -gt 0 ] || { echo "$1/README.md lists no files"; return; }
+    for file in $(files "$1"); do
+        stem=$(basename "${file%.*}")
+        [ -n "${place[$stem]-}" ] || { echo "$1/README.md does not list $stem"; continue; }
+        for other in $(own_includes "$file" | sed -nE "s|^$1/(.*)\.h$|\1|p"); do
+            [ -z "${place[$other]-}" ] || [ "${place[$other]}" -le "${place[$stem]}" ] || echo "$file includes $other.h, which $1/README.md lists below it"
+        done
+    done | sort -u
+}
+
+# data that can change; constants with addresses in them (.data.rel.ro) cannot
+globals() {
+    objdump -t "$build/libpendulum.a" | awk '/file format/ { file = $1 }
+        $0 ~ / (O|  ) +(\.data|\.bss|\.tdata|\.tbss|\*COM\*)/ && $0 !~ /\.data\.rel\.ro/ && $(NF-1) !~ /^0+$/ { print file " holds the variable " $NF }'
+}
+
+effects() {
+    nm -u "$build/libpendulum.a" | awk '{ print $2 }' | sort -u |
+        grep -E '^(f?open|fopen64|fread|fwrite|f?printf|puts|putchar|perror|time|clock|clock_gettime|gettimeofday|nanosleep|rand|random|getenv|socket|read|write|pthread_.*|malloc_trim|exit|abort|__fprintf_chk|__printf_chk)$' |
+        grep -vE '^(abort)$' | sed 's/^/core uses /'
+}
+
+prefixes() { # objects' directory, symbol pattern
+    nm -g --defined-only "$build/$1"/*.o 2>/dev/null | awk 'NF == 3 && $2 != "w" && $2 != "V" { print $3 }' | grep -vE "$2" | sed "s|^|$1 defines |"
+}
+
+for room in core api server; do
+    verdict "$room includes only what it may" "$(room_includes $room)"
+    verdict "$room's files include only files above them in its README" "$(file_order $room)"
+done
+for row in "${doors[@]}"; do
+    read -r header file <<<"$row"
+    verdict "one door to $header" "$(door "$header" "$file")"
+done
+verdict 'core and api use no thread, file, socket or clock' "$(pure_headers)"
+verdict 'a file includes its own header first' "$(own_header_first)"
+verdict 'core has no variable of its own' "$(globals)"
+verdict 'core has no effects' "$(effects)"
+verdict 'core names begin with pend_' "$(prefixes core '^pend_')"
+verdict 'api names begin with api_' "$(prefixes api '^api_')"
+verdict 'server names begin with srv_' "$(prefixes server '^(srv_|main$)')"
+
+printf '%d passed, %d failed\n' $passed $failed
+[ $failed = 0 ]
