@@ -143,7 +143,7 @@ define kernel_rule
 $(B)/%.$(1).o: %.c $(B)/flags
 	@mkdir -p $$(@D)
 	$$(call say,cc,$$< for $(1))
-	$(Q)$$(CC) $$(CFLAGS_ALL) $(ISA_FLAGS.$(1)) -DPEND_ISA=$(1) -c $$< -o $$@
+	$(Q)$$(CC) $$(CFLAGS_ALL) -Wno-psabi $(ISA_FLAGS.$(1)) -DPEND_ISA=$(1) -c $$< -o $$@
 endef
 $(foreach isa,$(ISAS),$(eval $(call kernel_rule,$(isa))))
 

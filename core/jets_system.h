@@ -36,6 +36,7 @@ struct jets_system {
     int n;
     size_t stride;
     const int *parent, *end;
+    const double *share; /* 1 / (j + 1) of order j */
     num *rate, *force, *turn_re, *turn_im; /* order-major series */
 #define X(name) num *name;
     JETS_ARRAYS(X)
