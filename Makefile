@@ -118,6 +118,11 @@ valgrind: ## the quick tests, and the server, under valgrind
 rules: ## the rooms' include rules, documents compared with code, replies with the OpenAPI document
 	@$(CHECK) ONLY='layers docs replies layout openapi'; $(COUNT)
 
+lint: ## clang's warnings, layout and spectral; installs clang, clang-format and npm
+	@docker/install.sh build lint
+	@$(MAKE) --no-print-directory CC=clang CXX=clang++ B=build/clang build/clang/pendulumd $(ROOMS:%=build/clang/tests/%/run)
+	@$(CHECK) ONLY='layout openapi'; $(COUNT)
+
 #@ Source
 format: ## lays out the C with clang-format
 	clang-format -i $(SOURCES)
@@ -185,5 +190,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench debug install uninstall clean test asan tsan valgrind rules format format-check changed
+.PHONY: help run check build bench debug install uninstall clean test asan tsan valgrind rules lint format format-check changed
 .DELETE_ON_ERROR:

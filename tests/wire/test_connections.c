@@ -218,7 +218,7 @@ static const struct {
     const char *what, *text;
     int status;
 } malformed[] = {
-    {"no request line", "\001\002\003\r\n\r\n", 400},
+    {"no request line", "\001\002\003\r\n\r\n", 0},
     {"no version", "GET /healthz\r\n\r\n", 0},
     {"no Host", "GET /healthz HTTP/1.1\r\n\r\n", 400},
     {"two Hosts", "GET /healthz HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n", 400},

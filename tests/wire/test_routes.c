@@ -114,24 +114,6 @@ TEST(options_and_wrong_methods_say_what_is_allowed) {
     test_server_stop(&server);
 }
 
-TEST(a_browser_elsewhere_may_ask) {
-    struct test_reply reply;
-    struct test_server *server = test_server_start(NULL);
-    REQUIRE(server != NULL);
-    test_request(server, &reply, "OPTIONS", "/v1/trajectories",
-                 "Origin: https://example.org\r\nAccess-Control-Request-Method: POST\r\n"
-                 "Access-Control-Request-Headers: content-type\r\n",
-                 NULL);
-    CHECK(test_reply_header(&reply, "Access-Control-Allow-Origin") != NULL);
-    CHECK(listed(test_reply_header(&reply, "Access-Control-Allow-Methods"), "POST"));
-    CHECK(listed(test_reply_header(&reply, "Access-Control-Allow-Headers"), "content-type"));
-    test_reply_clear(&reply);
-    CHECK_INT(test_request(server, &reply, "POST", "/v1/trees", "Origin: https://example.org\r\n", ASK_LITTLE), 200);
-    CHECK(test_reply_header(&reply, "Access-Control-Allow-Origin") != NULL);
-    test_reply_clear(&reply);
-    test_server_stop(&server);
-}
-
 /* requests that are refused: what is sent, the status, and where the fault is */
 static const struct {
     const char *method, *path, *headers, *body;

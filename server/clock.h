@@ -1,0 +1,23 @@
+/* Time: a clock that never goes back for durations and deadlines, and the wall clock for people.
+ * Leaves to others: sleeping, and what is done when a time is over.
+ * Invariant: every duration and deadline of the server is in nanoseconds of srv_clock_now. */
+#ifndef SRV_CLOCK_H
+#define SRV_CLOCK_H
+
+#include <stdint.h>
+
+enum { SRV_STAMP_BYTES = 25 };
+
+/** Nanoseconds since some fixed instant; never goes back. Any thread. */
+int64_t srv_clock_now(void);
+
+/** The same in seconds, in the form that api_call_clock wants; context is not looked at. */
+double srv_clock_seconds(void *context);
+
+/** Nanoseconds in so many seconds. */
+int64_t srv_clock_span(double seconds);
+
+/** The wall clock in UTC as RFC 3339 writes it: 2026-01-31T09:30:00.125Z. */
+void srv_clock_stamp(char text[SRV_STAMP_BYTES]);
+
+#endif
