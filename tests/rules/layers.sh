@@ -10,7 +10,7 @@ passed=0 failed=0
 # what each room's files may include of the project
 declare -A may=([core]='^core/' [api]='^(api|core)/' [server]='^(server|api)/|^core/status\.h$')
 # system headers that core and api may use: none that knows threads, files, sockets or time
-pure='^(assert|complex|errno|float|limits|math|stdalign|stdarg|stdbool|stddef|stdint|stdio|stdlib|string|strings|tgmath|immintrin|arm_neon)\.h$|^(cstdint|cstddef|cstring|cmath|cstdlib|limits|system_error)$'
+pure='^(assert|complex|errno|float|limits|math|stdalign|stdarg|stdbool|stddef|stdint|stdio|stdlib|string|strings|tgmath|[ei]mmintrin|arm_neon)\.h$|^(cassert|cmath|cstddef|cstdint|cstdio|cstdlib|cstring|limits|system_error)$'
 # an outside library's headers, and the files that are its door
 doors=(
     '^gsl/|^gsl_ ^core/(method_gsl|modes|modes_gsl|reference)\.c$'
@@ -94,8 +94,9 @@ effects() {
         grep -vE '^(abort)$' | sed 's/^/core uses /'
 }
 
-prefixes() { # objects' directory, symbol pattern
-    nm -g --defined-only "$build/$1"/*.o 2>/dev/null | awk 'NF == 3 && $2 != "w" && $2 != "V" { print $3 }' | grep -vE "$2" | sed "s|^|$1 defines |"
+prefixes() { # room, symbol pattern
+    # C++ names (_Z) have namespaces: those of the room and of its outside libraries
+    nm -g --defined-only "$build/$1"/*.o | awk 'NF == 3 { print $3 }' | sort -u | grep -vE "$2|^_Z" | sed "s|^|$1 defines |"
 }
 
 for room in core api server; do
