@@ -1,6 +1,5 @@
 #include "server/clock.h"
 
-#include <stdio.h>
 #include <time.h>
 
 int64_t srv_clock_now(void) {
@@ -16,11 +15,17 @@ double srv_clock_seconds(void *context) {
 
 int64_t srv_clock_span(double seconds) { return (int64_t)(seconds * 1e9); }
 
-void srv_clock_stamp(char text[SRV_STAMP_BYTES]) {
+void srv_clock_stamp(struct srv_stamp *stamp) {
     struct timespec now;
-    struct tm part;
     clock_gettime(CLOCK_REALTIME, &now);
-    gmtime_r(&now.tv_sec, &part);
-    size_t length = strftime(text, SRV_STAMP_BYTES, "%Y-%m-%dT%H:%M:%S", &part);
-    snprintf(text + length, SRV_STAMP_BYTES - length, ".%03dZ", (int)(now.tv_nsec / 1000000) % 1000);
+    if (now.tv_sec != stamp->second) {
+        struct tm part;
+        gmtime_r(&now.tv_sec, &part);
+        strftime(stamp->text, sizeof stamp->text, "%Y-%m-%dT%H:%M:%S.000Z", &part);
+        stamp->second = now.tv_sec;
+    }
+    int ms = (int)(now.tv_nsec / 1000000);
+    stamp->text[20] = (char)('0' + ms / 100);
+    stamp->text[21] = (char)('0' + ms / 10 % 10);
+    stamp->text[22] = (char)('0' + ms % 10);
 }

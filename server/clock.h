@@ -6,7 +6,11 @@
 
 #include <stdint.h>
 
-enum { SRV_STAMP_BYTES = 25 };
+/* A wall clock reading as text, kept from one to the next: most of it stays the same for a second. */
+struct srv_stamp {
+    int64_t second; /* of the text; 0 at first */
+    char text[25];  /* 2026-01-31T09:30:00.125Z */
+};
 
 /** Nanoseconds since some fixed instant; never goes back. Any thread. */
 int64_t srv_clock_now(void);
@@ -17,7 +21,7 @@ double srv_clock_seconds(void *context);
 /** Nanoseconds in so many seconds. */
 int64_t srv_clock_span(double seconds);
 
-/** The wall clock in UTC as RFC 3339 writes it: 2026-01-31T09:30:00.125Z. */
-void srv_clock_stamp(char text[SRV_STAMP_BYTES]);
+/** Puts the wall clock's time into stamp->text, in UTC as RFC 3339 writes it; a stamp begins as {0}. */
+void srv_clock_stamp(struct srv_stamp *stamp);
 
 #endif

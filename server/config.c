@@ -75,7 +75,9 @@ enum { CONFIG_OWN = sizeof config_table / sizeof *config_table };
 /* the row of a limit, made from its line in api/limits.h; offset is its number there */
 static struct config_row config_limit(const struct api_limit_row *limit, int i) {
     int bytes = !strcmp(limit->unit, "bytes"), seconds = !strcmp(limit->unit, "s");
-    struct config_row row = {.kind = bytes ? CONFIG_BYTES : seconds ? CONFIG_SECONDS : CONFIG_WHOLE,
+    struct config_row row = {.kind = bytes     ? CONFIG_BYTES
+                                     : seconds ? CONFIG_SECONDS
+                                               : CONFIG_WHOLE,
                              .offset = (size_t)i,
                              .least = limit->least,
                              .most = limit->most};
@@ -124,7 +126,8 @@ static enum pend_status config_wrong(const struct config_place *place, const cha
     return pend_fail(error, PEND_INVALID, -1, 0, "%.80s must be %.110s, got '%.40s'", place->text, right, value);
 }
 
-/* a decimal number with nothing before or behind it; digits and one point only, so that nan, 0x10 and 1e3 are refused */
+/* a decimal number with nothing before or behind it; digits and one point only, so that nan, 0x10 and 1e3 are refused
+ */
 static int config_read(const char *text, size_t bytes, int whole, double *out) {
     char copy[32];
     size_t points = 0, digits = 0;

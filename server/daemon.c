@@ -71,7 +71,9 @@ enum pend_status srv_daemon_new(struct srv_daemon **daemon, const struct srv_con
 
 const char *srv_daemon_url(const struct srv_daemon *daemon) { return daemon->url; }
 
-struct srv_log *srv_daemon_log(const struct srv_daemon *daemon) { return daemon->service.log; }
+struct srv_log *srv_daemon_log(const struct srv_daemon *daemon) {
+    return daemon->service.log;
+}
 
 int srv_daemon_drain(struct srv_daemon *daemon, int hurry) {
     atomic_store(&daemon->service.draining, 1);

@@ -56,8 +56,8 @@ struct srv_exchange {
     char target[SRV_TARGET_BYTES]; /* as it came */
     const char *path, *query;      /* of the target; the path decoded, query NULL where there is none */
     const char *id;
-    int fields;         /* header fields so far */
-    int64_t length;     /* of the body: Content-Length, 0 without one, -1 when chunked */
+    int fields;     /* header fields so far */
+    int64_t length; /* of the body: Content-Length, 0 without one, -1 when chunked */
     struct api_buffer body;
     const struct srv_route *route;
     const char *argument; /* variable part of the path, or NULL */

@@ -16,7 +16,7 @@
 #include "server/router.h"
 
 enum {
-    HTTP_POOL = 32768,  /* bytes of libmicrohttpd's memory a connection: bounds a request's head */
+    HTTP_POOL = 16384,  /* bytes of libmicrohttpd's memory a connection: bounds a request's head; cleared every time */
     HTTP_SPARE = 64,    /* connections beyond the cap that are told so */
     HTTP_UNREAD = 65536 /* largest body that is read only to keep the connection after a refusal */
 };
@@ -47,6 +47,7 @@ struct http_connection {
     enum http_state state;
     int surplus; /* beyond the cap of connections */
     int refused; /* answered at the head, while the body is still read */
+    int cut;     /* the target was too long to be kept whole */
     int64_t deadline, body_began;
 };
 
@@ -79,8 +80,8 @@ static struct MHD_Response *http_response(const struct srv_exchange *exchange) {
     struct MHD_Response *response =
         MHD_create_response_from_buffer(exchange->bytes, (void *)exchange->data, MHD_RESPMEM_PERSISTENT);
     if (!response) return NULL;
-    int good = !exchange->media_type ||
-               MHD_add_response_header(response, "Content-Type", exchange->media_type) == MHD_YES;
+    int good =
+        !exchange->media_type || MHD_add_response_header(response, "Content-Type", exchange->media_type) == MHD_YES;
     for (int i = 0; i < exchange->headers; i++)
         good = good && MHD_add_response_header(response, exchange->header[i].name, exchange->header[i].value);
     good = good && MHD_add_response_header(response, "X-Request-Id", exchange->id);
@@ -160,7 +161,6 @@ static enum MHD_Result http_field(void *context, enum MHD_ValueKind kind, const 
 static int http_check_head(struct http_connection *connection, const char *method, const char *version) {
     struct srv_exchange *exchange = &connection->exchange;
     exchange->method = method;
-    int whole = exchange->target[SRV_TARGET_BYTES - 2] == 0;
     MHD_get_connection_values_n(connection->mhd, MHD_HEADER_KIND, http_field, exchange);
     http_identify(exchange);
     if (exchange->status) return 0;
@@ -169,8 +169,8 @@ static int http_check_head(struct http_connection *connection, const char *metho
         exchange->close = 1;
         return 0;
     }
-    if (!whole) {
-        srv_exchange_problem(exchange, 414, "the request target has more than %d bytes", SRV_TARGET_BYTES - 2);
+    if (connection->cut) {
+        srv_exchange_problem(exchange, 414, "the request target has more than %d bytes", SRV_TARGET_BYTES - 1);
         exchange->close = 1;
         return 0;
     }
@@ -211,9 +211,8 @@ static enum MHD_Result http_body(struct http_connection *connection, const char 
         http_refuse_now(connection);
         return MHD_NO;
     }
-    connection->deadline =
-        connection->body_began +
-        http_patience(connection, exchange->service->config.body_seconds, exchange->body.bytes);
+    connection->deadline = connection->body_began +
+                           http_patience(connection, exchange->service->config.body_seconds, exchange->body.bytes);
     srv_watch_phase(connection->http->watch, &connection->watched, SRV_WATCH_READING, connection->deadline);
     return MHD_YES;
 }
@@ -251,7 +250,8 @@ static void *http_target(void *context, const char *target, struct MHD_Connectio
     exchange->received = now;
     size_t bytes = strnlen(target, SRV_TARGET_BYTES - 1);
     memcpy(exchange->target, target, bytes);
-    memset(exchange->target + bytes, 0, SRV_TARGET_BYTES - bytes);
+    exchange->target[bytes] = 0;
+    connection->cut = target[bytes] != 0;
     connection->state = HTTP_HEAD;
     connection->refused = 0;
     if (deadline < connection->deadline) connection->deadline = deadline;
@@ -267,7 +267,7 @@ static const char *http_outcome(const struct http_connection *connection, enum M
     return connection->exchange.status ? "refused" : "incomplete";
 }
 
-static double http_between(int64_t from, int64_t to) { return from && to ? 1e-9 * (double)(to - from) : 0; }
+static int64_t http_between(int64_t from, int64_t to) { return from && to ? to - from : 0; }
 
 static void http_log(const struct http_connection *connection, enum MHD_RequestTerminationCode code) {
     const struct srv_exchange *exchange = &connection->exchange;
@@ -282,9 +282,9 @@ static void http_log(const struct http_connection *connection, enum MHD_RequestT
                                    .outcome = http_outcome(connection, code),
                                    .bytes_in = exchange->body.bytes,
                                    .bytes_out = bodiless ? 0 : exchange->bytes,
-                                   .wait_seconds = http_between(exchange->queued, exchange->begun),
-                                   .compute_seconds = http_between(exchange->begun, exchange->computed),
-                                   .total_seconds = http_between(exchange->received, now),
+                                   .wait = http_between(exchange->queued, exchange->begun),
+                                   .compute = http_between(exchange->begun, exchange->computed),
+                                   .total = http_between(exchange->received, now),
                                    .steps = exchange->steps};
     srv_log_request(exchange->service->log, &line);
 }
@@ -384,7 +384,8 @@ enum pend_status srv_http_new(struct srv_http **http, struct srv_service *servic
         {MHD_OPTION_END, 0, NULL},
     };
     unsigned flags = MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_TURBO;
-    made->daemon = MHD_start_daemon(flags, 0, NULL, NULL, http_request, made, MHD_OPTION_ARRAY, options, MHD_OPTION_END);
+    made->daemon =
+        MHD_start_daemon(flags, 0, NULL, NULL, http_request, made, MHD_OPTION_ARRAY, options, MHD_OPTION_END);
     if (made->daemon) return PEND_OK;
     close(fd);
     free(made);

@@ -35,6 +35,7 @@ struct srv_log {
     pthread_t thread;
     int idle, stopping; /* idle: the thread waits for a first line */
     struct log_stream requests, messages;
+    struct srv_stamp stamp;
 };
 
 static struct timespec log_in(int ms) {
@@ -80,7 +81,8 @@ static void log_swap(struct log_stream *stream, const char *before, const char *
     stream->writing = full;
     if (!stream->dropped) return;
     stream->writing.limit += LOG_TEXT;
-    if (api_buffer_format(&stream->writing, "%s%ld%s\n", before, stream->dropped, after) == PEND_OK) stream->dropped = 0;
+    if (api_buffer_format(&stream->writing, "%s%ld%s\n", before, stream->dropped, after) == PEND_OK)
+        stream->dropped = 0;
     stream->writing.limit -= LOG_TEXT;
 }
 
@@ -165,22 +167,35 @@ static enum pend_status log_text(struct api_buffer *out, const char *key, const 
     return api_text_quote(out, text, strlen(text));
 }
 
-static enum pend_status log_line(struct api_buffer *out, const struct srv_log_request *request) {
-    char stamp[SRV_STAMP_BYTES];
-    srv_clock_stamp(stamp);
+/* value / unit with the given number of decimals, at least 0; printf would take longer than the rest of the line */
+static enum pend_status log_number(struct api_buffer *out, const char *key, int64_t value, int decimals) {
+    char digits[32], *at = digits + sizeof digits;
+    uint64_t left = value > 0 ? (uint64_t)value : 0;
+    for (int place = 0; left || place <= decimals; place++, left /= 10) {
+        if (place == decimals && decimals) *--at = '.';
+        *--at = (char)('0' + left % 10);
+    }
+    PEND_TRY(api_buffer_text(out, key));
+    return api_buffer_add(out, at, (size_t)(digits + sizeof digits - at));
+}
+
+static enum pend_status log_line(struct srv_log *log, const struct srv_log_request *request) {
+    struct api_buffer *out = &log->requests.filling;
+    srv_clock_stamp(&log->stamp);
     PEND_TRY(api_buffer_text(out, "{\"time\":\""));
-    PEND_TRY(api_buffer_text(out, stamp));
+    PEND_TRY(api_buffer_text(out, log->stamp.text));
     PEND_TRY(log_text(out, "\",\"id\":", request->id));
     PEND_TRY(log_text(out, ",\"client\":", request->client));
     PEND_TRY(log_text(out, ",\"method\":", request->method));
     PEND_TRY(log_text(out, ",\"target\":", request->target));
-    PEND_TRY(api_buffer_format(out, ",\"status\":%d", request->status));
+    PEND_TRY(log_number(out, ",\"status\":", request->status, 0));
     PEND_TRY(log_text(out, ",\"outcome\":", request->outcome));
-    PEND_TRY(api_buffer_format(out,
-                               ",\"bytes_in\":%zu,\"bytes_out\":%zu,\"wait\":%.6f,\"compute\":%.6f,\"total\":%.6f,"
-                               "\"steps\":%ld",
-                               request->bytes_in, request->bytes_out, request->wait_seconds, request->compute_seconds,
-                               request->total_seconds, request->steps));
+    PEND_TRY(log_number(out, ",\"bytes_in\":", (int64_t)request->bytes_in, 0));
+    PEND_TRY(log_number(out, ",\"bytes_out\":", (int64_t)request->bytes_out, 0));
+    PEND_TRY(log_number(out, ",\"wait\":", request->wait / 1000, 6));
+    PEND_TRY(log_number(out, ",\"compute\":", request->compute / 1000, 6));
+    PEND_TRY(log_number(out, ",\"total\":", request->total / 1000, 6));
+    PEND_TRY(log_number(out, ",\"steps\":", request->steps, 0));
     if (request->agent) PEND_TRY(log_text(out, ",\"agent\":", request->agent));
     return api_buffer_text(out, "}\n");
 }
@@ -199,7 +214,7 @@ void srv_log_request(struct srv_log *log, const struct srv_log_request *request)
     if (log->requests.fd < 0) return;
     pthread_mutex_lock(&log->lock);
     size_t before = log->requests.filling.bytes;
-    log_added(log, &log->requests, before, log_line(&log->requests.filling, request));
+    log_added(log, &log->requests, before, log_line(log, request));
     pthread_mutex_unlock(&log->lock);
 }
 

@@ -6,6 +6,7 @@
 #define SRV_LOG_H
 
 #include <stddef.h>
+#include <stdint.h>
 
 #include "core/status.h"
 
@@ -17,8 +18,8 @@ struct srv_log_request {
     int status;                                        /* HTTP status of the answer; 0 where none was begun */
     const char *outcome;                               /* how it ended: "answered", "left", ... */
     size_t bytes_in, bytes_out;                        /* bodies */
-    double wait_seconds, compute_seconds, total_seconds;
-    long steps; /* of the computation */
+    int64_t wait, compute, total; /* ns: in the queue, with a worker, from the request line to the end */
+    long steps;                   /* of the computation */
 };
 
 /**
