@@ -37,7 +37,8 @@ enum {
     PEND_METHOD_SERIES = 16     /* `at` fills acc and force too, cheaper than evaluating the equations */
 };
 
-/* States at several instants of one step, time-major in stored order: phi[i * n + arm]. The receiver owns the arrays. */
+/* States at several instants of one step, time-major in stored order: phi[i * n + arm]. The receiver owns the arrays.
+ */
 struct pend_points {
     double *phi, *rate; /* always wanted */
     double *acc;        /* rad/s^2, for methods with PEND_METHOD_LINEAR or PEND_METHOD_SERIES; NULL = not wanted */
@@ -74,6 +75,10 @@ struct pend_method {
     struct pend_stepper_counts (*counts)(const void *stepper);
     void (*close)(void **stepper);
 };
+
+/* One a file, method_X.c; the three of GSL share method_gsl.c. */
+extern const struct pend_method pend_method_taylor, pend_method_ode23, pend_method_rkf45, pend_method_rk8pd,
+    pend_method_msadams, pend_method_linear;
 
 /**
  * The method of a name, or NULL. The names are the contract's: taylor ode23 rkf45 rk8pd msadams linear.

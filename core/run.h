@@ -44,11 +44,13 @@ void pend_run_free(struct pend_run **run);
  * Integrates on until `samples` is full, the last instant is reached, or `work` is used up, so that a caller can look
  * after its clock and its client in between.
  *
- * samples  count is set to the number filled; it can be 0 while a step takes long.
- * work     about how many arm-evaluations to spend before coming back; at least one step is taken.
+ * samples  cap >= 1; count is set to the number filled, also on failure; it can be 0 while a step takes long.
+ * work     about how many arm-evaluations to spend before coming back; at least one step is taken or one group of
+ *          samples made.
  * done     set non-zero once the last instant was handed out.
  *
- * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  error says the time and, if known, the arm.
+ * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  error says the time and, if known, the arm. A run that
+ * failed stays so.
  */
 PEND_MUST_CHECK enum pend_status pend_run_next(struct pend_run *run, struct pend_samples *samples, double work,
                                                int *done, struct pend_error *error);

@@ -1,6 +1,6 @@
 #!/bin/bash
 # Runs one job of `make check`, prints how it ended, and keeps its count; or adds up the counts of all.
-# usage: job.sh NAME COMMAND...  |  job.sh --sum NAME...
+# usage: job.sh NAME COMMAND...  |  job.sh --sum
 # Leaves to others: what the jobs are (check.mk).
 # Invariant: a job's count is its last line `N passed, N failed[, N skipped]`; without one, its exit status is the count.
 set -u
@@ -12,7 +12,7 @@ numbers() { sed -E 's/ passed, / /; s/ failed,? ?/ /; s/ skipped//' <<<"$1"; }
 
 sum() {
     local passed=0 failed=0 skipped=0 p f s line bad=()
-    for name; do
+    for name in $(cat "$out/jobs"); do
         line=$(cat "$out/$name.count" 2>/dev/null) || line='0 passed, 1 failed'
         read -r p f s <<<"$(numbers "$line")"
         passed=$((passed + p)) failed=$((failed + f)) skipped=$((skipped + ${s:-0}))
@@ -39,17 +39,16 @@ run() {
     read -r p f s <<<"$(numbers "$line")"
     [ $status = 0 ] || [ "$f" -gt 0 ] || line="$p passed, 1 failed${s:+, $s skipped}"
     printf '%s\n' "$line" >"$out/$name.count.new" && mv "$out/$name.count.new" "$out/$name.count"
-    report "$name" "$status" "$line" "$(bc_seconds "$begin")"
+    report "$name" "$status" "$line" "$begin"
 }
-
-bc_seconds() { awk -v a="$1" -v b="$EPOCHREALTIME" 'BEGIN { printf "%.1f", b - a }'; }
 
 # one line a job; below it what failed and what was skipped
 report() {
-    local word=ok
+    local word=ok seconds
+    seconds=$(awk -v begin="$4" -v end="$EPOCHREALTIME" 'BEGIN { printf "%.1f", end - begin }')
     [[ $3 = *' 0 failed'* ]] || word=FAIL
     {
-        printf '%-4s %-15s %s  (%s s)\n' $word "$1" "$3" "$4"
+        printf '%-4s %-15s %s  (%s s)\n' $word "$1" "$3" "$seconds"
         grep '^skip' "$out/$1.log" | sed 's/^/       /'
         if [ $word = FAIL ]; then
             printf '       exit status %d; the end of %s/%s.log:\n' "$2" "$out" "$1"
@@ -59,4 +58,4 @@ report() {
     cat "$out/$1.report"
 }
 
-if [ "$1" = --sum ]; then shift; sum "$@"; else run "$@"; fi
+if [ "$1" = --sum ]; then sum; else run "$@"; fi

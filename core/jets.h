@@ -1,0 +1,73 @@
+/* Power series in time of a moving tree: rates and arm forces about one instant, to any order, O(n) an order.
+ * Leaves to others: step sizes, sums over steps, dense output (method_taylor).
+ * Invariant: no allocation; coefficients order-major in the tree's stored order, arms padded to a multiple of 8. */
+#ifndef PEND_JETS_H
+#define PEND_JETS_H
+
+#include <stddef.h>
+
+#include "core/isa.h"
+#include "core/kernel_jets.h"
+#include "core/tree.h"
+
+enum { PEND_JETS_ORDER_MIN = 3, PEND_JETS_ORDER_MAX = 40, PEND_JETS_PAD = 8 };
+
+/*
+ * Coefficient j of arm k is array[j * stride + k], in powers of x = t / unit: unit phi' = sum_j rate_j x^j, j = 0 ..
+ * order, and unit^2 lambda = sum_j force_j x^j, j = 0 .. order - 1. The rest is the series of e^{i (phi - phi_0)} and
+ * the tree system of order 0.
+ */
+struct pend_jets {
+    const struct pend_tree *tree;
+    int order_cap;
+    enum pend_isa isa; /* the best one that runs here, unless changed to a lower one */
+    size_t stride;
+    double *rate, *force;
+    double *turn_re, *turn_im; /* e^{i (phi(t) - phi(0))}, orders 0 .. order */
+    double *share;             /* 1 / (j + 1) of order j */
+    double *system;            /* the order-0 tree system and the scratch of the sweeps */
+};
+
+/**
+ * Bytes of memory that series of a tree of n arms to order_cap need, a multiple of 64.
+ */
+size_t pend_jets_bytes(int n, int order_cap);
+
+/**
+ * Prepares series in the caller's memory.
+ *
+ * tree       must outlive the series.
+ * order_cap  PEND_JETS_ORDER_MIN .. PEND_JETS_ORDER_MAX.
+ * block      pend_jets_bytes(tree->n, order_cap) bytes, aligned to 64; not owned.
+ */
+void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int order_cap, void *block);
+
+/**
+ * Expands the motion about a state.
+ *
+ * The order-0 system is factorized once; each order then costs four real convolutions an arm and two sweeps.
+ *
+ * gravity  m/s^2, any finite value.
+ * unit     s, a power of two, of either sign: the unit of time; near the step to come it keeps all orders in range.
+ * state    n angles, rad, and angular velocities, rad/s, as sums of two doubles; arrays aligned to 64
+ *          bytes and padded to PEND_JETS_PAD.
+ * order    PEND_JETS_ORDER_MIN .. order_cap: the highest coefficient of phi' that is computed.
+ *
+ * Cannot fail; overflow shows as coefficients that are not finite. O(n order^2), no allocation.
+ */
+void pend_jets_expand(struct pend_jets *jets, double gravity, double unit, const struct jets_state *state, int order);
+
+/**
+ * The state x units of time after the one expanded about; both are sums of two doubles, arrays padded to
+ * PEND_JETS_PAD. O(n order).
+ */
+void pend_jets_advance(const struct pend_jets *jets, int order, double x, double unit, const struct jets_state *from,
+                       const struct jets_state *to);
+
+/**
+ * The values x units of time after the state expanded about. values->acc and values->force may be NULL. O(n order).
+ */
+void pend_jets_values(const struct pend_jets *jets, int order, double x, double unit, const struct jets_state *from,
+                      const struct jets_values *values);
+
+#endif

@@ -1,0 +1,168 @@
+/* The power series of a tree's motion, written once for any kind of number: included by files that define the numbers.
+ * Leaves to others: memory, sines and cosines (jets), what a number is (the including file).
+ * Invariant: one division an arm in the factorization, none in the orders; every arm does the same operations. */
+#ifndef PEND_JETS_KERNEL_H
+#define PEND_JETS_KERNEL_H
+
+#include "core/jets_system.h"
+
+/* sums of what the children of a parent do to it; the later siblings' part is kept for the arm that joins */
+static void jets_join(const struct jets_system *s, int c, int p) {
+    num C = s->cosine[c], Z = s->sine[c], S = s->eff[c];
+    num sp = s->sum_p[p], sr = s->sum_r[p], sq = s->sum_q[p];
+    num SC = num_mul(S, C), SZ = num_mul(S, Z);
+    s->late_q[c] = sq;
+    s->late_r[c] = sr;
+    // p Z^2 - 2 r Z C + q C^2 = Z (p Z - r C) + C (q C - r Z)
+    num turned = num_add(num_mul(Z, num_sub(num_mul(sp, Z), num_mul(sr, C))),
+                         num_mul(C, num_sub(num_mul(sq, C), num_mul(sr, Z))));
+    s->sum_d[p] = num_fma(S, turned, s->sum_d[p]);
+    s->sum_p[p] = num_fma(SC, C, sp);
+    s->sum_r[p] = num_fma(SC, Z, sr);
+    s->sum_q[p] = num_fma(SZ, Z, sq);
+}
+
+/* what each child of k passes on to k, from sums over its siblings that leave the child itself out */
+static void jets_share(const struct jets_system *s, int k) {
+    num early_q = num_of(0), early_r = num_of(0), inv = s->inv[k];
+    for (int c = k + 1; c < s->end[k]; c = s->end[c]) {
+        num C = s->cosine[c], Z = s->sine[c], SZ = num_mul(s->eff[c], Z);
+        num others = num_add(s->mass[k], num_add(early_q, s->late_q[c]));
+        num lean = num_add(early_r, s->late_r[c]);
+        s->kappa[c] = num_mul(inv, num_sub(num_mul(C, others), num_mul(Z, lean)));
+        s->nu[c] = num_mul(inv, others);
+        s->tau[c] = num_mul(inv, SZ);
+        early_q = num_fma(SZ, Z, early_q);
+        early_r = num_fma(SZ, C, early_r);
+    }
+}
+
+/* the order-0 tree system; cosine and sine are filled already */
+static void jets_factor(const struct jets_system *s) {
+    for (int k = 0; k < s->n; k++) s->sum_p[k] = s->sum_r[k] = s->sum_q[k] = s->sum_d[k] = num_of(0);
+    for (int k = s->n - 1; k >= 0; k--) {
+        num m = s->mass[k], q = s->sum_q[k];
+        num inv = num_div(num_of(1), num_add(m, q));
+        num S = num_mul(num_add(num_mul(m, num_add(m, num_add(s->sum_p[k], q))), s->sum_d[k]), inv);
+        s->inv[k] = inv;
+        s->lean[k] = num_mul(s->sum_r[k], inv);
+        s->eff[k] = S;
+        s->inv_eff[k] = num_div(num_of(1), S);
+        jets_share(s, k);
+        if (k) jets_join(s, k, s->parent[k]);
+    }
+    s->kappa[0] = s->tau[0] = num_of(0);
+    s->nu[0] = num_of(1);
+}
+
+/* T and c of order k, the real and imaginary parts of the known u'' and lambda u, and what follows from them alone */
+static void jets_known(const struct jets_system *s, int k) {
+    size_t stride = s->stride;
+    for (int a = 0; a < s->n; a += WIDE) {
+        const num *re = s->turn_re + a, *im = s->turn_im + a, *rate = s->rate + a, *force = s->force + a;
+        wide Tr = wide_of(0), Ti = wide_of(0), cr = wide_of(0), ci = wide_of(0);
+        for (int j = 1; j <= k; j++) {
+            wide ur = wide_get(re + (size_t)j * stride), ui = wide_get(im + (size_t)j * stride);
+            wide w = wide_get(rate + (size_t)(k + 1 - j) * stride), f = wide_get(force + (size_t)(k - j) * stride);
+            Tr = wide_fma(ur, w, Tr);
+            Ti = wide_fma(ui, w, Ti);
+            cr = wide_fma(ur, f, cr);
+            ci = wide_fma(ui, f, ci);
+        }
+        wide w = wide_get(rate);
+        Tr = wide_fma(wide_get(re + (size_t)(k + 1) * stride), w, Tr);
+        Ti = wide_fma(wide_get(im + (size_t)(k + 1) * stride), w, Ti);
+        wide heave = wide_mul(wide_mul(wide_get(s->weight + a), wide_of(k + 1)), Ti);
+        wide_put(s->wind_re + a, Tr);
+        wide_put(s->wind_im + a, Ti);
+        wide_put(s->drag_re + a, cr);
+        wide_put(s->drag_im + a, ci);
+        wide_put(s->heave + a, heave);
+        wide_put(s->sum_push + a, wide_of(0));
+        wide_put(s->sum_side + a, wide_of(0));
+        wide_put(s->sum_cos + a, wide_of(0));
+        wide_put(s->sum_sin + a, wide_of(0));
+        wide_put(s->early + a, wide_of(0));
+    }
+}
+
+/* leaves to root: the constant part of the force an arm asks for */
+static void jets_up(const struct jets_system *s) {
+    for (int k = s->n - 1; k >= 0; k--) {
+        num side = num_sub(s->drag_im[k], s->sum_cos[k]);
+        num push = num_add(num_sub(num_mul(s->lean[k], side), s->sum_sin[k]), s->sum_push[k]);
+        num bias = num_sub(push, s->heave[k]);
+        s->side[k] = side;
+        s->push[k] = push;
+        s->bias[k] = bias;
+        if (!k) break;
+        int p = s->parent[k];
+        s->late[k] = s->sum_side[p];
+        s->sum_push[p] = num_fma(s->kappa[k], bias, s->sum_push[p]);
+        s->sum_side[p] = num_fma(s->sine[k], bias, s->sum_side[p]);
+        s->sum_cos[p] = num_fma(s->cosine[k], s->drag_im[k], s->sum_cos[p]);
+        s->sum_sin[p] = num_fma(s->sine[k], s->drag_im[k], s->sum_sin[p]);
+    }
+}
+
+/* the constant part of lambda + c_r of arm k > 0, tension first: the siblings' part leaves k itself out */
+static num jets_tension(const struct jets_system *s, int k, int p) {
+    num others = num_add(s->early[p], s->late[k]);
+    s->early[p] = num_fma(s->sine[k], s->bias[k], s->early[p]);
+    return num_fma(s->tau[k], num_sub(s->side[p], others), num_mul(s->nu[k], s->bias[k]));
+}
+
+/* root to leaves: accelerations of the tips in their arms' frames; the pivot has i gravity */
+static void jets_down(const struct jets_system *s, num gravity) {
+    num lift = num_mul(s->sine[0], gravity);
+    for (int k = 0; k < s->n; k++) {
+        int p = s->parent[k];
+        num ar = p < 0 ? num_of(0) : s->radial[p], at = p < 0 ? gravity : s->tangential[p];
+        num tension = p < 0 ? num_fma(s->eff[0], lift, s->bias[0]) : jets_tension(s, k, p);
+        num shift = num_mul(num_sub(tension, s->push[k]), s->inv_eff[k]);
+        num radial = num_fma(s->kappa[k], ar, shift);
+        s->radial[k] = radial;
+        s->tangential[k] =
+            num_mul(s->inv[k], num_sub(num_sub(s->side[k], s->sum_side[k]), num_mul(s->sum_r[k], radial)));
+        s->from_radial[k] = ar;
+        s->from_tangential[k] = at;
+        s->tension[k] = tension;
+    }
+}
+
+/* the coefficients of order k and what they make of u */
+static void jets_learn(const struct jets_system *s, int k) {
+    size_t now = (size_t)k * s->stride, next = now + s->stride, after = next + s->stride;
+    wide share = wide_of(s->share[k]), turn_share = wide_of(s->share[k + 1]);
+    for (int a = 0; a < s->n; a += WIDE) {
+        wide ar = wide_get(s->from_radial + a), at = wide_get(s->from_tangential + a), Tr = wide_get(s->wind_re + a);
+        wide C = wide_get(s->cosine + a), Z = wide_get(s->sine + a);
+        wide gap = wide_add(wide_sub(wide_mul(Z, ar), wide_mul(C, at)), wide_get(s->tangential + a));
+        wide acc = wide_sub(wide_mul(gap, wide_get(s->inv_len + a)), wide_mul(wide_of(k + 1), Tr));
+        wide lambda =
+            wide_sub(wide_fma(wide_get(s->stiff + a), ar, wide_get(s->tension + a)), wide_get(s->drag_re + a));
+        wide rate = wide_mul(acc, share);
+        wide_put(s->force + now + a, lambda);
+        wide_put(s->rate + next + a, rate);
+        wide_put(s->turn_re + after + a, wide_neg(wide_mul(wide_get(s->wind_im + a), turn_share)));
+        wide_put(s->turn_im + after + a, wide_mul(wide_add(rate, Tr), turn_share));
+    }
+}
+
+/* all orders: rate_1 .. rate_order and force_0 .. force_{order - 1} from rate_0, cosine and sine */
+static void jets_orders(const struct jets_system *s, num gravity, int order) {
+    for (int a = 0; a < s->n; a += WIDE) {
+        wide_put(s->stiff + a, wide_mul(wide_get(s->eff + a), wide_get(s->kappa + a)));
+        wide_put(s->weight + a, wide_mul(wide_get(s->eff + a), wide_get(s->len + a)));
+        wide_put(s->turn_re + s->stride + a, wide_of(0));
+        wide_put(s->turn_im + s->stride + a, wide_get(s->rate + a));
+    }
+    for (int k = 0; k < order; k++) {
+        jets_known(s, k);
+        jets_up(s);
+        jets_down(s, k ? num_of(0) : gravity);
+        jets_learn(s, k);
+    }
+}
+
+#endif

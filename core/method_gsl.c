@@ -1,0 +1,187 @@
+/* rkf45, rk8pd and msadams: GSL's steppers and step control on the O(n) equations.
+ * Leaves to others: the time loop (run).
+ * Invariant: y and t are the end of the last accepted step; no call of GSL ends the process. */
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <gsl/gsl_errno.h>
+#include <gsl/gsl_odeiv2.h>
+
+#include "core/dynamics.h"
+#include "core/method.h"
+
+struct gsl_stepper {
+    const struct pend_tree *tree;
+    double gravity;
+    gsl_odeiv2_system system;
+    gsl_odeiv2_driver *driver;
+    double t, size; /* s: reached, relative to the first instant; the next step, with its direction */
+    struct pend_stepper_counts counts;
+    int n;
+    int overflow; /* the last right-hand side was not finite */
+    double *y;    /* phi and phi' beneath each other, 2 n values */
+    void *work;
+};
+
+/* GSL's default handler aborts the process, even when memory is short, and is the property of the whole process: it is
+ * switched off once, before main, where no other thread can look. A host that sets one of its own later keeps it. */
+__attribute__((constructor)) static void gsl_stepper_quieten(void) { gsl_set_error_handler_off(); }
+
+/* the right-hand side; where it overflows the step is tried again with half its size */
+static int gsl_stepper_derivative(double t, const double y[], double f[], void *context) {
+    struct gsl_stepper *g = context;
+    int n = g->n, bad = 0;
+    (void)t;
+    memcpy(f, y + n, (size_t)n * sizeof(double));
+    pend_dynamics(g->tree, g->gravity, y, y + n, g->work, f + n, NULL);
+    g->counts.evaluations++;
+    for (int k = 0; k < n; k++) bad |= !(fabs(f[n + k]) <= DBL_MAX);
+    g->overflow = bad;
+    return bad ? GSL_FAILURE : GSL_SUCCESS;
+}
+
+/* root mean square of v relative to the tolerance at y */
+static double gsl_stepper_norm(const struct gsl_stepper *g, const struct pend_problem *problem, const double v[]) {
+    double sum = 0;
+    for (int i = 0; i < 2 * g->n; i++) {
+        double part = v[i] / (problem->atol + problem->rtol * fabs(g->y[i]));
+        sum += part * part;
+    }
+    return sqrt(sum / (2 * g->n));
+}
+
+/* The first step: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.4, for a method of that
+ * order; `scratch` has 6 n values. */
+static double gsl_stepper_first_size(struct gsl_stepper *g, const struct pend_problem *problem, int order,
+                                     double scratch[]) {
+    int m = 2 * g->n;
+    double *slope = scratch, *y = scratch + m, *slope_after = scratch + 2 * m;
+    gsl_stepper_derivative(0, g->y, slope, g);
+    double d0 = gsl_stepper_norm(g, problem, g->y), d1 = gsl_stepper_norm(g, problem, slope);
+    double guess = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : 0.01 * d0 / d1;
+    for (int i = 0; i < m; i++) y[i] = g->y[i] + guess * slope[i];
+    gsl_stepper_derivative(0, y, slope_after, g);
+    for (int i = 0; i < m; i++) slope_after[i] -= slope[i];
+    double d2 = gsl_stepper_norm(g, problem, slope_after) / guess, largest = fmax(d1, d2);
+    double size = largest <= 1e-15 ? fmax(1e-6, guess * 1e-3) : pow(0.01 / largest, 1.0 / (order + 1));
+    size = fmin(100 * guess, size);
+    return isfinite(size) && size > 0 ? size : 1e-6;
+}
+
+static enum pend_status gsl_stepper_open(void **stepper, const struct pend_problem *problem, struct pend_error *error,
+                                         const gsl_odeiv2_step_type *type, int order) {
+    int n = problem->tree->n;
+    size_t head = (sizeof(struct gsl_stepper) + 63) / 64 * 64, state = ((size_t)n * 8 * sizeof(double) + 63) / 64 * 64;
+    char *block = aligned_alloc(64, head + state + (pend_dynamics_work_bytes(n) + 63) / 64 * 64);
+    *stepper = NULL;
+    if (!block) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the steps of %d arms", n);
+    struct gsl_stepper *g = (struct gsl_stepper *)block;
+    *g = (struct gsl_stepper){.tree = problem->tree,
+                              .gravity = problem->gravity,
+                              .system = {.function = gsl_stepper_derivative, .dimension = 2 * (size_t)n, .params = g},
+                              .n = n,
+                              .y = (double *)(block + head),
+                              .work = block + head + state};
+    memcpy(g->y, problem->phi, (size_t)n * sizeof(double));
+    memcpy(g->y + n, problem->rate, (size_t)n * sizeof(double));
+    const struct pend_times *times = &problem->times;
+    double span = pend_times_at(times, times->count - 1) - pend_times_at(times, 0);
+    g->size = copysign(gsl_stepper_first_size(g, problem, order, g->y + 2 * n), span);
+    g->driver = gsl_odeiv2_driver_alloc_y_new(&g->system, type, g->size, problem->atol, problem->rtol);
+    if (!g->driver) {
+        free(block);
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the steps of %d arms", n);
+    }
+    *stepper = g;
+    return PEND_OK;
+}
+
+static void gsl_stepper_close(void **stepper) {
+    struct gsl_stepper *g = *stepper;
+    if (g) gsl_odeiv2_driver_free(g->driver);
+    free(g);
+    *stepper = NULL;
+}
+
+/* One accepted step of GSL's. Where it would end within a hundredth of the limit it is stretched to land there, since
+ * GSL can miss by a rounding and then makes a step of that size; a step that is cut or stretched leaves the size alone.
+ */
+static int gsl_stepper_evolve(struct gsl_stepper *g, double limit) {
+    gsl_odeiv2_driver *d = g->driver;
+    double left = limit - g->t, size = g->size;
+    if (fabs(left) < 1.01 * fabs(size)) size = 2 * left;
+    double tried = size;
+    int status = gsl_odeiv2_evolve_apply(d->e, d->c, d->s, &g->system, &g->t, limit, &size, g->y);
+    if (size != tried || status != GSL_SUCCESS) g->size = size;
+    return status;
+}
+
+static enum pend_status gsl_stepper_step(void *stepper, double limit, double *reached, struct pend_error *error) {
+    struct gsl_stepper *g = stepper;
+    int status = gsl_stepper_evolve(g, limit);
+    g->counts.rejected = (long)g->driver->e->failed_steps;
+    if (status == GSL_SUCCESS) {
+        g->counts.steps++;
+        *reached = g->t;
+        return PEND_OK;
+    }
+    if (g->overflow) return pend_fail(error, PEND_NOT_FINITE, -1, g->t, "the accelerations ceased to be finite");
+    return pend_fail(error, PEND_STEP_TOO_SMALL, -1, g->t, "the tolerances cannot be met with a step above %.3g s",
+                     fabs(g->size));
+}
+
+static void gsl_stepper_at(void *stepper, const double t[], int count, const struct pend_points *points) {
+    struct gsl_stepper *g = stepper;
+    size_t row = (size_t)g->n * sizeof(double);
+    (void)t; /* only ever the end of the last step */
+    for (int i = 0; i < count; i++) {
+        memcpy(points->phi + i * g->n, g->y, row);
+        memcpy(points->rate + i * g->n, g->y + g->n, row);
+    }
+}
+
+static struct pend_stepper_counts gsl_stepper_counts(const void *stepper) {
+    return ((const struct gsl_stepper *)stepper)->counts;
+}
+
+static enum pend_status gsl_stepper_open_rkf45(void **stepper, const struct pend_problem *problem,
+                                               struct pend_error *error) {
+    return gsl_stepper_open(stepper, problem, error, gsl_odeiv2_step_rkf45, 5);
+}
+
+static enum pend_status gsl_stepper_open_rk8pd(void **stepper, const struct pend_problem *problem,
+                                               struct pend_error *error) {
+    return gsl_stepper_open(stepper, problem, error, gsl_odeiv2_step_rk8pd, 8);
+}
+
+/* its order varies and begins at 1 */
+static enum pend_status gsl_stepper_open_msadams(void **stepper, const struct pend_problem *problem,
+                                                 struct pend_error *error) {
+    return gsl_stepper_open(stepper, problem, error, gsl_odeiv2_step_msadams, 1);
+}
+
+#define GSL_STEPPER(name_, summary_)                                                                                   \
+    const struct pend_method pend_method_##name_ = {                                                                   \
+        .name = #name_,                                                                                                \
+        .summary = summary_,                                                                                           \
+        .flags = PEND_METHOD_LANDS | PEND_METHOD_TOLERANCES,                                                           \
+        .rtol_default = 1e-9,                                                                                          \
+        .rtol_min = 1e-14,                                                                                             \
+        .rtol_max = 0.1,                                                                                               \
+        .atol_default = 1e-12,                                                                                         \
+        .atol_min = 1e-18,                                                                                             \
+        .atol_max = 0.1,                                                                                               \
+        .open = gsl_stepper_open_##name_,                                                                              \
+        .step = gsl_stepper_step,                                                                                      \
+        .at = gsl_stepper_at,                                                                                          \
+        .counts = gsl_stepper_counts,                                                                                  \
+        .close = gsl_stepper_close,                                                                                    \
+    }
+
+GSL_STEPPER(rkf45, "Runge-Kutta-Fehlberg 4(5) of the GNU Scientific Library; every wanted instant ends a step.");
+GSL_STEPPER(rk8pd, "Runge-Kutta-Prince-Dormand 8(9) of the GNU Scientific Library; every wanted instant ends a step.");
+GSL_STEPPER(msadams,
+            "Adams multistep of variable order 1 to 12 of the GNU Scientific Library; every wanted instant ends a "
+            "step.");

@@ -1,0 +1,109 @@
+/* linear: the motion linearised about hanging, theta'' = -A theta, in closed form: a sum of modes at any instant.
+ * Leaves to others: finding the modes (modes), the forces of that motion (motion).
+ * Invariant: mode k of `modes` is scaled by its amplitude, theta(t) = sum_k vector_k cos(omega_k t + phase_k). */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/method.h"
+#include "core/modes.h"
+
+static const double linear_quarter = 1.57079632679489661923; /* theta = phi + pi/2 */
+
+struct linear {
+    struct pend_modes *modes;
+    struct pend_stepper_counts counts;
+    int n;
+    double *phase;      /* rad, one a mode */
+    double *phi, *rate; /* the start */
+};
+
+static void linear_close(void **stepper) {
+    struct linear *linear = *stepper;
+    if (linear) pend_modes_free(&linear->modes);
+    free(linear);
+    *stepper = NULL;
+}
+
+/* the modes, phases from the start, amplitudes into the vectors; scratch has 2 n values */
+static enum pend_status linear_start(struct linear *linear, const struct pend_problem *problem, double scratch[],
+                                     struct pend_error *error) {
+    const struct pend_tree *tree = problem->tree;
+    size_t n = (size_t)tree->n;
+    double *theta = scratch, *amplitude = scratch + n;
+    memcpy(linear->phi, problem->phi, n * sizeof(double));
+    memcpy(linear->rate, problem->rate, n * sizeof(double));
+    PEND_TRY(pend_modes_new(&linear->modes, tree, problem->gravity, 1, error));
+    for (size_t k = 0; k < n; k++) theta[k] = linear->phi[k] + linear_quarter;
+    if (pend_modes_decompose(linear->modes, tree, theta, linear->rate, amplitude, linear->phase) != PEND_OK)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %d arms", tree->n);
+    for (size_t i = 0; i < n * n; i++) linear->modes->vector[i] *= amplitude[i / n];
+    return PEND_OK;
+}
+
+static enum pend_status linear_open(void **stepper, const struct pend_problem *problem, struct pend_error *error) {
+    size_t n = (size_t)problem->tree->n;
+    struct linear *linear = malloc(sizeof *linear + 5 * n * sizeof(double));
+    *stepper = linear;
+    if (!linear) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %d arms", (int)n);
+    double *data = (double *)(linear + 1);
+    *linear = (struct linear){.n = (int)n, .phase = data, .phi = data + n, .rate = data + 2 * n};
+    enum pend_status status = linear_start(linear, problem, data + 3 * n, error);
+    if (status != PEND_OK) linear_close(stepper);
+    return status;
+}
+
+/* the whole time is one step */
+static enum pend_status linear_step(void *stepper, double limit, double *reached, struct pend_error *error) {
+    struct linear *linear = stepper;
+    (void)error;
+    linear->counts.steps++;
+    *reached = limit;
+    return PEND_OK;
+}
+
+/* one instant: the sum of the modes; acc may be NULL */
+static void linear_sum(const struct linear *linear, double t, double phi[], double rate[], double acc[]) {
+    int n = linear->n;
+    const struct pend_modes *modes = linear->modes;
+    for (int k = 0; k < n; k++) phi[k] = rate[k] = 0;
+    if (acc) memset(acc, 0, (size_t)n * sizeof(double));
+    for (int mode = 0; mode < n; mode++) {
+        const double *vector = modes->vector + (size_t)mode * (size_t)n;
+        double omega = modes->omega[mode], angle = omega * t + linear->phase[mode];
+        double even = cos(angle), odd = -omega * sin(angle), bend = -omega * omega * even;
+        for (int k = 0; k < n; k++) phi[k] += even * vector[k];
+        for (int k = 0; k < n; k++) rate[k] += odd * vector[k];
+        for (int k = 0; acc && k < n; k++) acc[k] += bend * vector[k];
+    }
+    for (int k = 0; k < n; k++) phi[k] -= linear_quarter;
+}
+
+static void linear_at(void *stepper, const double t[], int count, const struct pend_points *points) {
+    const struct linear *linear = stepper;
+    size_t n = (size_t)linear->n;
+    for (int i = 0; i < count; i++) {
+        double *phi = points->phi + (size_t)i * n, *rate = points->rate + (size_t)i * n;
+        linear_sum(linear, t[i], phi, rate, points->acc ? points->acc + (size_t)i * n : NULL);
+        if (t[i] != 0) continue;
+        /* the start itself, without a rounding */
+        memcpy(phi, linear->phi, n * sizeof(double));
+        memcpy(rate, linear->rate, n * sizeof(double));
+    }
+}
+
+static struct pend_stepper_counts linear_counts(const void *stepper) {
+    return ((const struct linear *)stepper)->counts;
+}
+
+const struct pend_method pend_method_linear = {
+    .name = "linear",
+    .summary = "The motion linearised about hanging, exact at every instant as a sum of modes; true for small swings; "
+               "needs gravity > 0.",
+    .flags = PEND_METHOD_LINEAR,
+    .open = linear_open,
+    .step = linear_step,
+    .at = linear_at,
+    .counts = linear_counts,
+    .close = linear_close,
+};

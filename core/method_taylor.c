@@ -1,0 +1,214 @@
+/* The Taylor method: one power series a step, its order by the tolerance, its step by the trailing coefficients.
+ * Leaves to others: the series (jets), the time loop (run).
+ * Invariant: angles and rates are sums with compensation; a step allocates nothing. */
+#include "core/method.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/jets.h"
+#include "core/taylor_order.h"
+
+enum { TAYLOR_TRAILING = 4, TAYLOR_LEADING = 4 };
+
+struct taylor {
+    const struct pend_tree *tree;
+    double gravity, log_rtol, log_atol; /* binary logarithms */
+    int order;
+    double unit;          /* s, of the series */
+    double next_unit;     /* s, > 0 */
+    double time, reached; /* s: start and end of the last step, exact: the step is what lies between */
+    struct jets_state begin, end;
+    struct pend_jets jets;
+    struct pend_stepper_counts counts;
+};
+
+/* the order for the tolerance, lower where the series would fill the memory */
+static int taylor_order(double rtol, int n) {
+    enum { BYTES_CAP = 512 << 20 };
+    int order = pend_taylor_order(rtol);
+    while (order > PEND_TAYLOR_ORDER_MIN && pend_jets_bytes(n, order) > BYTES_CAP) order--;
+    return order;
+}
+
+/* a power of two near the time that the fastest arm takes for a radian, as far as the start tells */
+static double taylor_first_unit(const struct pend_problem *problem) {
+    double fastest = 0;
+    for (int k = 0; k < problem->tree->n; k++) {
+        fastest = fmax(fastest, fabs(problem->rate[k]));
+        fastest = fmax(fastest, sqrt(fabs(problem->gravity) / problem->tree->len[k]));
+    }
+    return fastest > 0 ? exp2(-floor(log2(fastest))) : 1;
+}
+
+static void taylor_view(struct taylor *taylor, double *at) {
+    size_t stride = taylor->jets.stride;
+    double **array[] = {&taylor->begin.phi, &taylor->begin.phi_low, &taylor->begin.rate, &taylor->begin.rate_low,
+                        &taylor->end.phi,   &taylor->end.phi_low,   &taylor->end.rate,   &taylor->end.rate_low};
+    for (size_t i = 0; i < sizeof array / sizeof array[0]; i++) *array[i] = at + i * stride;
+}
+
+static enum pend_status taylor_open(void **stepper, const struct pend_problem *problem, struct pend_error *error) {
+    int n = problem->tree->n, order = taylor_order(problem->rtol, n);
+    size_t head = (sizeof(struct taylor) + 63) / 64 * 64, series = pend_jets_bytes(n, order);
+    size_t state = pend_jets_bytes(n, 0), bytes = head + series + state;
+    char *block = *stepper = aligned_alloc(64, bytes);
+    if (!block) {
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the power series of %d arms: %zu bytes", n,
+                         bytes);
+    }
+    struct taylor *taylor = (struct taylor *)block;
+    *taylor = (struct taylor){.tree = problem->tree, .gravity = problem->gravity, .order = order};
+    taylor->log_rtol = log2(problem->rtol);
+    taylor->log_atol = log2(problem->atol);
+    taylor->next_unit = taylor_first_unit(problem);
+    pend_jets_init(&taylor->jets, problem->tree, order, block + head);
+    taylor_view(taylor, (double *)(block + head + series));
+    memset(block + head + series, 0, state);
+    memcpy(taylor->end.phi, problem->phi, (size_t)n * sizeof(double));
+    memcpy(taylor->end.rate, problem->rate, (size_t)n * sizeof(double));
+    return PEND_OK;
+}
+
+static void taylor_close(void **stepper) {
+    free(*stepper);
+    *stepper = NULL;
+}
+
+/*
+ * The largest magnitude of a coefficient over the arms, infinity where one is not finite. Compared as integers: the
+ * order is the same, and what is not finite is largest.
+ */
+static double taylor_norm(const struct taylor *taylor, int j) {
+    const double *c = taylor->jets.rate + (size_t)j * taylor->jets.stride;
+    int64_t most = 0;
+    for (int k = 0; k < taylor->tree->n; k++) {
+        int64_t bits;
+        memcpy(&bits, c + k, sizeof bits);
+        bits &= INT64_MAX;
+        if (bits > most) most = bits;
+    }
+    double norm;
+    memcpy(&norm, &most, sizeof norm);
+    return isfinite(norm) ? norm : INFINITY;
+}
+
+/* the arm whose coefficients are not finite, as the caller counts; -1 where all are */
+static int taylor_bad_arm(const struct taylor *taylor) {
+    for (int j = 0; j <= taylor->order; j++) {
+        for (int k = 0; k < taylor->tree->n; k++) {
+            if (!isfinite(taylor->jets.rate[(size_t)j * taylor->jets.stride + (size_t)k])) return taylor->tree->order[k];
+        }
+    }
+    return -1;
+}
+
+/*
+ * The step in units, as its binary logarithm: the longest at which each of four trailing terms of phi is below rtol
+ * times the motion of the step, judged by its leading terms, or below atol. Four, because a symmetric start makes three
+ * of four vanish. Infinite where all are zero, NaN where one is not finite.
+ */
+static double taylor_choose(const struct taylor *taylor) {
+    double leading[TAYLOR_LEADING], reach = INFINITY;
+    for (int i = 0; i < TAYLOR_LEADING; i++) {
+        double norm = taylor_norm(taylor, i);
+        if (norm == INFINITY) return NAN;
+        leading[i] = taylor->log_rtol + log2(norm * taylor->jets.share[i]);
+    }
+    for (int j = taylor->order - TAYLOR_TRAILING + 1; j <= taylor->order; j++) {
+        double norm = taylor_norm(taylor, j);
+        if (norm == INFINITY) return NAN;
+        if (norm == 0) continue;
+        double trailing = log2(norm), here = (taylor->log_atol - trailing) * taylor->jets.share[j];
+        for (int i = 0; i < TAYLOR_LEADING; i++) {
+            here = fmax(here, (leading[i] - trailing) * taylor->jets.share[j - i - 1]);
+        }
+        reach = fmin(reach, here);
+    }
+    return reach;
+}
+
+/* expands about the start of the step in a unit of time near the step, which is returned in units; NaN where that fails */
+static double taylor_expand(struct taylor *taylor, double limit) {
+    enum { RANGE = 16, TRIES = 64 };
+    double x = NAN, left = fabs(limit - taylor->time);
+    for (int i = 0; i < TRIES; i++) {
+        pend_jets_expand(&taylor->jets, taylor->gravity, taylor->unit, &taylor->begin, taylor->order);
+        taylor->counts.evaluations += taylor->order;
+        x = exp2(taylor_choose(taylor));
+        // a step may pass the last instant, by no more than its own length
+        if (x > 2 * left / fabs(taylor->unit)) x = 2 * left / fabs(taylor->unit);
+        if (x >= exp2(-RANGE) && x <= exp2(RANGE)) break;
+        taylor->unit *= exp2(x > 1 ? RANGE : -RANGE);
+    }
+    return x;
+}
+
+static enum pend_status taylor_step(void *stepper, double limit, double *reached, struct pend_error *error) {
+    struct taylor *taylor = stepper;
+    struct jets_state swap = taylor->begin;
+    taylor->begin = taylor->end;
+    taylor->end = swap;
+    taylor->time = taylor->reached;
+    taylor->unit = copysign(taylor->next_unit, limit - taylor->time);
+    double x = taylor_expand(taylor, limit);
+    if (isnan(x)) {
+        return pend_fail(error, PEND_NOT_FINITE, taylor_bad_arm(taylor), taylor->time,
+                         "the motion of an arm ceased to be finite");
+    }
+    taylor->reached = taylor->time + x * taylor->unit;
+    if (taylor->reached == taylor->time) {
+        return pend_fail(error, PEND_STEP_TOO_SMALL, -1, taylor->time, "the step fell to %g s", x * taylor->unit);
+    }
+    pend_jets_advance(&taylor->jets, taylor->order, (taylor->reached - taylor->time) / taylor->unit, taylor->unit,
+                      &taylor->begin, &taylor->end);
+    taylor->next_unit = exp2(floor(log2(x * fabs(taylor->unit))));
+    taylor->counts.steps++;
+    *reached = taylor->reached;
+    return PEND_OK;
+}
+
+/* one instant at the end of the step: the sums themselves, so that the next step starts where this one ends */
+static void taylor_at_end(const struct taylor *taylor, double phi[], double rate[]) {
+    size_t bytes = (size_t)taylor->tree->n * sizeof(double);
+    memcpy(phi, taylor->end.phi, bytes);
+    memcpy(rate, taylor->end.rate, bytes);
+}
+
+static double *taylor_offset(double *array, size_t base) { return array ? array + base : NULL; }
+
+static void taylor_at(void *stepper, const double t[], int count, const struct pend_points *points) {
+    const struct taylor *taylor = stepper;
+    for (int i = 0; i < count; i++) {
+        size_t base = (size_t)i * (size_t)taylor->tree->n;
+        struct jets_values values = {points->phi + base, points->rate + base, taylor_offset(points->acc, base),
+                                     taylor_offset(points->force, base)};
+        pend_jets_values(&taylor->jets, taylor->order, (t[i] - taylor->time) / taylor->unit, taylor->unit,
+                         &taylor->begin, &values);
+        if (t[i] == taylor->reached) taylor_at_end(taylor, values.phi, values.rate);
+    }
+}
+
+static struct pend_stepper_counts taylor_counts(const void *stepper) {
+    const struct taylor *taylor = stepper;
+    return taylor->counts;
+}
+
+const struct pend_method pend_method_taylor = {
+    .name = "taylor",
+    .summary = "Power series of the motion, order and step by the tolerance: the most accurate and the fastest.",
+    .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES,
+    .rtol_default = 1e-12,
+    .rtol_min = 1e-16,
+    .rtol_max = 1e-1,
+    .atol_default = 0,
+    .atol_min = 0,
+    .atol_max = 1,
+    .open = taylor_open,
+    .step = taylor_step,
+    .at = taylor_at,
+    .counts = taylor_counts,
+    .close = taylor_close,
+};

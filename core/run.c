@@ -1,0 +1,432 @@
+#include "core/run.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/dynamics.h"
+#include "core/motion.h"
+
+/* samples are made in groups: at most this many instants, and about this many numbers an array */
+enum { RUN_GROUP = 64, RUN_GROUP_NUMBERS = 8192 };
+
+struct pend_run {
+    const struct pend_method *method;
+    struct pend_problem problem; /* phi and rate point into this block */
+    void *stepper;
+    double start, end;  /* s: the first instant, and the last one relative to it */
+    double reached;     /* s, relative: what the steps have reached */
+    long next;          /* number of the first instant that was not handed out */
+    int group;          /* most instants in one group */
+    int ordered;        /* stored order is the caller's order */
+    double sample_cost; /* arm-evaluations that a sample stands for */
+    double scale, energy_start, drift;
+    struct pend_error failure; /* code PEND_OK: none */
+    double *t, *relative;      /* a group's instants, and the same relative to the first */
+    struct pend_points points; /* a group's states, stored order */
+    double *re, *im;           /* one row */
+    void *work;                /* of pend_dynamics */
+};
+
+/* ---- checks of a problem */
+
+/* x - x is +0 just where x is finite; the bits are gathered because that loop vectorises */
+static int run_finite(const double x[], long count) {
+    uint64_t bad = 0;
+    for (long i = 0; i < count; i++) {
+        double zero = x[i] - x[i];
+        uint64_t bits;
+        memcpy(&bits, &zero, sizeof bits);
+        bad |= bits;
+    }
+    return !bad;
+}
+
+/* a grid's instants never run backwards; neighbours can only coincide if its step is within a rounding of its ends */
+static int run_grid_is_wide(const struct pend_times *times) {
+    double largest = fmax(fabs(times->start), fabs(times->start + times->span));
+    return fabs(times->span) / times->divisor > 8 * DBL_EPSILON * largest;
+}
+
+static enum pend_status run_check_times(const struct pend_times *times, struct pend_error *error) {
+    if (times->count < 1) return pend_fail(error, PEND_INVALID, -1, 0, "there must be at least one instant");
+    if (!times->list && !(isfinite(times->start) && isfinite(times->span) && isfinite(times->divisor)))
+        return pend_fail(error, PEND_INVALID, -1, 0, "the instants must be finite");
+    if (!times->list && !(times->divisor > 0))
+        return pend_fail(error, PEND_INVALID, -1, 0, "the divisor of a grid of instants must be > 0");
+    double first = pend_times_at(times, 0), last = pend_times_at(times, times->count - 1);
+    if (times->list ? !run_finite(times->list, times->count) : !isfinite(last))
+        return pend_fail(error, PEND_INVALID, -1, 0, "the instants must be finite");
+    if (!isfinite(last - first)) return pend_fail(error, PEND_INVALID, -1, 0, "the instants span too long a time");
+    if (!times->list && run_grid_is_wide(times)) return PEND_OK;
+    for (long i = 1; i < times->count; i++) {
+        double before = pend_times_at(times, i - 1), now = pend_times_at(times, i);
+        if (last > first ? now > before : now < before) continue;
+        return pend_fail(error, PEND_INVALID, -1, now,
+                         "the instants must be strictly increasing or strictly decreasing: instant %ld (%.17g s) does "
+                         "not follow instant %ld (%.17g s)",
+                         i + 1, now, i, before);
+    }
+    return PEND_OK;
+}
+
+static enum pend_status run_check_range(const char *method, const char *name, double value, double min, double max,
+                                        struct pend_error *error) {
+    if (value >= min && value <= max) return PEND_OK;
+    return pend_fail(error, PEND_INVALID, -1, 0, "%s of method %s must be from %g to %g, got %g", name, method, min,
+                     max, value);
+}
+
+static enum pend_status run_check_state(const struct pend_problem *problem, struct pend_error *error) {
+    const struct pend_tree *tree = problem->tree;
+    for (int k = 0; k < tree->n; k++) {
+        if (isfinite(problem->phi[k]) && isfinite(problem->rate[k])) continue;
+        return pend_fail(error, PEND_INVALID, tree->order[k], 0, "the start of arm %d must be finite",
+                         tree->order[k] + 1);
+    }
+    return PEND_OK;
+}
+
+/* checks a problem and puts the method's defaults in the place of zeros */
+static enum pend_status run_check(const struct pend_method *method, struct pend_problem *problem,
+                                  struct pend_error *error) {
+    if (!isfinite(problem->gravity)) return pend_fail(error, PEND_INVALID, -1, 0, "gravity must be finite");
+    PEND_TRY(run_check_times(&problem->times, error));
+    PEND_TRY(run_check_state(problem, error));
+    if (problem->step_cap < 0) return pend_fail(error, PEND_INVALID, -1, 0, "the step limit must not be negative");
+    if (method->flags & PEND_METHOD_FIXED_STEP && !(problem->step >= 0 && isfinite(problem->step)))
+        return pend_fail(error, PEND_INVALID, -1, 0, "the step of method %s must be finite and > 0", method->name);
+    if (!(method->flags & PEND_METHOD_TOLERANCES)) return PEND_OK;
+    if (problem->rtol == 0) problem->rtol = method->rtol_default;
+    if (problem->atol == 0) problem->atol = method->atol_default;
+    PEND_TRY(run_check_range(method->name, "rtol", problem->rtol, method->rtol_min, method->rtol_max, error));
+    return run_check_range(method->name, "atol", problem->atol, method->atol_min, method->atol_max, error);
+}
+
+/* ---- making and freeing */
+
+/* takes `bytes` from a block, aligned to 64; with base NULL only counts them */
+static void *run_take(char *base, size_t *used, size_t bytes) {
+    void *part = base ? base + *used : NULL;
+    *used += (bytes + 63) / 64 * 64;
+    return part;
+}
+
+/* places a run's parts in its block; says how many bytes they need */
+static size_t run_place(struct pend_run *run, char *base, int n, int group, double **phi, double **rate) {
+    size_t used = 0, row = (size_t)n * sizeof(double), rows = row * (size_t)group;
+    run_take(base, &used, sizeof *run);
+    *phi = run_take(base, &used, row);
+    *rate = run_take(base, &used, row);
+    run->t = run_take(base, &used, (size_t)group * sizeof(double));
+    run->relative = run_take(base, &used, (size_t)group * sizeof(double));
+    run->points.phi = run_take(base, &used, rows);
+    run->points.rate = run_take(base, &used, rows);
+    run->points.acc = run_take(base, &used, rows);
+    run->points.force = run_take(base, &used, rows);
+    run->re = run_take(base, &used, row);
+    run->im = run_take(base, &used, row);
+    run->work = run_take(base, &used, pend_dynamics_work_bytes(n));
+    return used;
+}
+
+static int run_group(int n) {
+    int group = RUN_GROUP_NUMBERS / n;
+    return group < 1 ? 1 : group > RUN_GROUP ? RUN_GROUP : group;
+}
+
+/* a run in one block, its problem's state copied, no stepper yet */
+static struct pend_run *run_allocate(const struct pend_method *method, const struct pend_problem *problem) {
+    int n = problem->tree->n, group = run_group(n);
+    struct pend_run sketch = {.method = method, .problem = *problem, .group = group};
+    double *phi, *rate;
+    size_t bytes = run_place(&sketch, NULL, n, group, &phi, &rate);
+    char *block = aligned_alloc(64, bytes);
+    if (!block) return NULL;
+#ifndef NDEBUG
+    memset(block, 0xff, bytes); /* not-a-numbers, so that reading before writing shows */
+#endif
+    run_place(&sketch, block, n, group, &phi, &rate);
+    memcpy(phi, problem->phi, (size_t)n * sizeof(double));
+    memcpy(rate, problem->rate, (size_t)n * sizeof(double));
+    sketch.problem.phi = phi;
+    sketch.problem.rate = rate;
+    struct pend_run *run = (struct pend_run *)block;
+    *run = sketch;
+    return run;
+}
+
+static void run_start(struct pend_run *run) {
+    const struct pend_problem *problem = &run->problem;
+    const struct pend_tree *tree = problem->tree;
+    run->start = pend_times_at(&problem->times, 0);
+    run->end = pend_times_at(&problem->times, problem->times.count - 1) - run->start;
+    run->ordered = 1;
+    for (int k = 0; k < tree->n; k++) run->ordered &= tree->order[k] == k;
+    /* a sum of n modes: a multiply and add takes about an eighth of an arm-evaluation */
+    run->sample_cost = run->method->flags & PEND_METHOD_LINEAR ? tree->n * (1 + tree->n / 8.0) : tree->n;
+    struct pend_energy energy = pend_motion_energy(tree, problem->gravity, problem->phi, problem->rate);
+    run->energy_start = energy.kinetic + energy.potential;
+    run->scale = pend_motion_energy_scale(tree, problem->gravity, energy.kinetic);
+}
+
+enum pend_status pend_run_new(struct pend_run **run, const struct pend_method *method,
+                              const struct pend_problem *problem, struct pend_error *error) {
+    struct pend_problem checked = *problem;
+    *run = NULL;
+    PEND_TRY(run_check(method, &checked, error));
+    struct pend_run *made = run_allocate(method, &checked);
+    if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a run of %d arms", problem->tree->n);
+    run_start(made);
+    enum pend_status status = method->open(&made->stepper, &made->problem, error);
+    if (status != PEND_OK) {
+        free(made);
+        return status;
+    }
+    *run = made;
+    return PEND_OK;
+}
+
+void pend_run_free(struct pend_run **run) {
+    if (!*run) return;
+    (*run)->method->close(&(*run)->stepper);
+    free(*run);
+    *run = NULL;
+}
+
+/* ---- failures */
+
+/* ends a run for good: the failure is kept and told again to whoever asks for more */
+static enum pend_status run_fail(struct pend_run *run, struct pend_error *error, enum pend_status code, int arm,
+                                 double t, const char *format, ...) __attribute__((format(printf, 6, 7)));
+
+static enum pend_status run_fail(struct pend_run *run, struct pend_error *error, enum pend_status code, int arm,
+                                 double t, const char *format, ...) {
+    char text[sizeof run->failure.text];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    pend_fail(&run->failure, code, arm, t, "at t = %.6g s: %.*s", t, (int)sizeof text - 40, text);
+    if (error) *error = run->failure;
+    return code;
+}
+
+/* ---- steps */
+
+/* energy drift, and whether the state is still made of numbers */
+static enum pend_status run_inspect(struct pend_run *run, struct pend_error *error) {
+    const struct pend_problem *problem = &run->problem;
+    const struct pend_tree *tree = problem->tree;
+    const struct pend_points *points = &run->points;
+    run->method->at(run->stepper, &run->reached, 1, &(struct pend_points){.phi = points->phi, .rate = points->rate});
+    if (!run_finite(points->phi, tree->n) || !run_finite(points->rate, tree->n)) {
+        int k = 0;
+        while (isfinite(points->phi[k]) && isfinite(points->rate[k])) k++;
+        return run_fail(run, error, PEND_NOT_FINITE, tree->order[k], run->start + run->reached,
+                        "the motion of arm %d ceased to be finite", tree->order[k] + 1);
+    }
+    struct pend_energy energy = pend_motion_energy(tree, problem->gravity, points->phi, points->rate);
+    double drift = fabs(energy.kinetic + energy.potential - run->energy_start);
+    if (run->scale > 0) run->drift = fmax(run->drift, drift / run->scale);
+    return PEND_OK;
+}
+
+static enum pend_status run_step(struct pend_run *run, double *spent, struct pend_error *error) {
+    const struct pend_problem *problem = &run->problem;
+    const struct pend_method *method = run->method;
+    struct pend_stepper_counts before = method->counts(run->stepper);
+    if (problem->step_cap && before.steps >= problem->step_cap)
+        return run_fail(run, error, PEND_TOO_MANY_STEPS, -1, run->start + run->reached,
+                        "the limit of %ld steps was reached before the last instant, %.6g s", problem->step_cap,
+                        run->start + run->end);
+    double limit = run->end;
+    if (method->flags & PEND_METHOD_LANDS) limit = pend_times_at(&problem->times, run->next) - run->start;
+    struct pend_error fault = {.arm = -1};
+    enum pend_status status = method->step(run->stepper, limit, &run->reached, &fault);
+    if (status != PEND_OK) return run_fail(run, error, status, fault.arm, run->start + run->reached, "%s", fault.text);
+    *spent += (double)(method->counts(run->stepper).evaluations - before.evaluations) * problem->tree->n;
+    return method->flags & PEND_METHOD_LINEAR ? PEND_OK : run_inspect(run, error);
+}
+
+/* ---- samples */
+
+/* counts the wanted instants within reach, at most `most`, and lists them */
+static int run_due(struct pend_run *run, long most) {
+    const struct pend_times *times = &run->problem.times;
+    int due = 0;
+    if (most > run->group) most = run->group;
+    if (most > times->count - run->next) most = times->count - run->next;
+    for (; due < most; due++) {
+        run->t[due] = pend_times_at(times, run->next + due);
+        run->relative[due] = run->t[due] - run->start;
+        if (run->end < 0 ? run->relative[due] < run->reached : run->relative[due] > run->reached) break;
+    }
+    return due;
+}
+
+/* the states of the instants due, and their accelerations and forces where they are wanted */
+static void run_states(struct pend_run *run, const struct pend_samples *samples, int due) {
+    const struct pend_problem *problem = &run->problem;
+    unsigned flags = run->method->flags;
+    size_t n = (size_t)problem->tree->n;
+    int first = run->next == 0 && !(flags & PEND_METHOD_LINEAR);
+    struct pend_points points = run->points;
+    if (!samples->force) points.force = NULL;
+    if (!samples->acc && !(points.force && flags & PEND_METHOD_LINEAR)) points.acc = NULL;
+    if (first) {
+        memcpy(points.phi, problem->phi, n * sizeof(double));
+        memcpy(points.rate, problem->rate, n * sizeof(double));
+    } else {
+        run->method->at(run->stepper, run->relative, due, &points);
+    }
+    if ((!points.acc && !points.force) || (flags & PEND_METHOD_SERIES && !first)) return;
+    for (size_t row = 0; row < (size_t)due * n; row += n) {
+        double *force = points.force ? points.force + row : NULL;
+        if (!(flags & PEND_METHOD_LINEAR))
+            pend_dynamics(problem->tree, problem->gravity, points.phi + row, points.rate + row, run->work,
+                          run->points.acc + row, force);
+        else if (force)
+            pend_motion_force(problem->tree, problem->gravity, points.phi + row, points.rate + row, points.acc + row,
+                              force);
+    }
+}
+
+/* copies rows in stored order to the caller's, from row `at` of `out` on */
+static void run_put(const struct pend_run *run, const double rows[], int count, double out[], long at) {
+    if (!out) return;
+    size_t n = (size_t)run->problem.tree->n;
+    const int *order = run->problem.tree->order;
+    out += (size_t)at * n;
+    if (run->ordered) {
+        memcpy(out, rows, (size_t)count * n * sizeof(double));
+        return;
+    }
+    for (int i = 0; i < count; i++, out += n, rows += n)
+        for (size_t k = 0; k < n; k++) out[order[k]] = rows[k];
+}
+
+/* positions, velocities and energies of one row, as far as they are wanted */
+static void run_derive(struct pend_run *run, const double phi[], const double rate[], struct pend_samples *samples,
+                       long at) {
+    const struct pend_problem *problem = &run->problem;
+    if (samples->z_re || samples->z_im) {
+        pend_motion_position(problem->tree, phi, run->re, run->im);
+        run_put(run, run->re, 1, samples->z_re, at);
+        run_put(run, run->im, 1, samples->z_im, at);
+    }
+    if (samples->zd_re || samples->zd_im) {
+        pend_motion_velocity(problem->tree, phi, rate, run->re, run->im);
+        run_put(run, run->re, 1, samples->zd_re, at);
+        run_put(run, run->im, 1, samples->zd_im, at);
+    }
+    if (samples->kinetic || samples->potential) {
+        struct pend_energy energy = pend_motion_energy(problem->tree, problem->gravity, phi, rate);
+        if (samples->kinetic) samples->kinetic[at] = energy.kinetic;
+        if (samples->potential) samples->potential[at] = energy.potential;
+    }
+}
+
+/* the first wanted number of a group that is not finite: row is the group's size where all are */
+struct run_flaw {
+    int row, arm;
+    const char *what;
+};
+
+static struct run_flaw run_find_flaw(const struct pend_run *run, const struct pend_samples *samples, int due) {
+    int n = run->problem.tree->n;
+    const struct {
+        const double *from;
+        int each_arm;
+        const char *what;
+    } wanted[] = {{samples->phi, 1, "angle"},        {samples->rate, 1, "angular velocity"},
+                  {samples->acc, 1, "acceleration"}, {samples->force, 1, "force"},
+                  {samples->z_re, 1, "position"},    {samples->z_im, 1, "position"},
+                  {samples->zd_re, 1, "velocity"},   {samples->zd_im, 1, "velocity"},
+                  {samples->kinetic, 0, "energy"},   {samples->potential, 0, "energy"}};
+    struct run_flaw flaw = {.row = due, .arm = -1};
+    for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
+        if (!wanted[i].from) continue;
+        int width = wanted[i].each_arm ? n : 1;
+        const double *rows = wanted[i].from + samples->count * width;
+        if (run_finite(rows, (long)flaw.row * width)) continue;
+        long bad = 0;
+        while (isfinite(rows[bad])) bad++;
+        flaw = (struct run_flaw){(int)(bad / width), wanted[i].each_arm ? (int)(bad % width) : -1, wanted[i].what};
+    }
+    return flaw;
+}
+
+/* hands out the group's rows up to the first that is not finite */
+static enum pend_status run_hand_out(struct pend_run *run, struct pend_samples *samples, int due,
+                                     struct pend_error *error) {
+    struct run_flaw flaw = run_find_flaw(run, samples, due);
+    samples->count += flaw.row;
+    run->next += flaw.row;
+    if (flaw.row == due) return PEND_OK;
+    double t = samples->t[samples->count];
+    if (flaw.arm < 0) return run_fail(run, error, PEND_NOT_FINITE, -1, t, "the %s is too large a number", flaw.what);
+    return run_fail(run, error, PEND_NOT_FINITE, flaw.arm, t, "the %s of arm %d is too large a number", flaw.what,
+                    flaw.arm + 1);
+}
+
+static enum pend_status run_sample(struct pend_run *run, struct pend_samples *samples, int due,
+                                   struct pend_error *error) {
+    size_t n = (size_t)run->problem.tree->n;
+    const struct pend_points *points = &run->points;
+    long at = samples->count;
+    run_states(run, samples, due);
+    memcpy(samples->t + at, run->t, (size_t)due * sizeof(double));
+    run_put(run, points->phi, due, samples->phi, at);
+    run_put(run, points->rate, due, samples->rate, at);
+    run_put(run, points->acc, due, samples->acc, at);
+    run_put(run, points->force, due, samples->force, at);
+    for (int i = 0; i < due; i++)
+        run_derive(run, points->phi + (size_t)i * n, points->rate + (size_t)i * n, samples, at + i);
+    return run_hand_out(run, samples, due, error);
+}
+
+enum pend_status pend_run_next(struct pend_run *run, struct pend_samples *samples, double work, int *done,
+                               struct pend_error *error) {
+    double spent = 0;
+    enum pend_status status = PEND_OK;
+    samples->count = 0;
+    *done = 0;
+    if (run->failure.code != PEND_OK) {
+        if (error) *error = run->failure;
+        return run->failure.code;
+    }
+    do {
+        if (run->next == run->problem.times.count || samples->count == samples->cap) break;
+        int due = run_due(run, samples->cap - samples->count);
+        status = due ? run_sample(run, samples, due, error) : run_step(run, &spent, error);
+        spent += due * run->sample_cost;
+    } while (status == PEND_OK && spent < work);
+    *done = status == PEND_OK && run->next == run->problem.times.count;
+    return status;
+}
+
+/* ---- statistics */
+
+/* the part of the time up to the first instant that was not handed out, as far as it is reached */
+static double run_progress(const struct pend_run *run) {
+    const struct pend_times *times = &run->problem.times;
+    if (run->next == times->count) return 1;
+    if (run->end == 0) return 0;
+    double next = pend_times_at(times, run->next) - run->start;
+    return fmin(next / run->end, run->reached / run->end);
+}
+
+struct pend_run_stats pend_run_stats(const struct pend_run *run) {
+    struct pend_stepper_counts counts = run->method->counts(run->stepper);
+    return (struct pend_run_stats){.method = run->method->name,
+                                   .steps = counts.steps,
+                                   .rejected = counts.rejected,
+                                   .evaluations = counts.evaluations,
+                                   .energy_drift = run->drift,
+                                   .progress = run_progress(run)};
+}

@@ -1,0 +1,190 @@
+/* Tests of core/jets: the series obeys the equations of motion all over a step, on every small tree and on wild ones.
+ * Leaves to others: steps (test_method_taylor), the equations themselves (test_dynamics).
+ * Invariant: residuals are relative to the largest value among the arms. */
+#include "core/jets.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "core/dynamics.h"
+#include "tests/harness/test.h"
+
+enum { ARMS_MAX = 256, ORDER = 20 };
+
+/* a tree, a state, and its series in one place */
+struct scene {
+    struct pend_tree *tree;
+    double gravity;
+    _Alignas(64) double phi[ARMS_MAX], low[ARMS_MAX], rate[ARMS_MAX];
+    struct pend_jets jets;
+    struct jets_state state;
+    void *block, *work;
+};
+
+static int scene_open(struct scene *s, int n, const int parent[], double decades, unsigned long long *seed) {
+    double len[ARMS_MAX], mass[ARMS_MAX];
+    for (int k = 0; k < n; k++) {
+        len[k] = 0.5 + test_random(seed);
+        mass[k] = pow(10, decades * (2 * test_random(seed) - 1));
+        s->phi[k] = 6.3 * test_random(seed);
+        s->low[k] = 0;
+        s->rate[k] = 4 * test_random(seed) - 2;
+    }
+    s->gravity = 9.81;
+    s->state = (struct jets_state){s->phi, s->low, s->rate, s->low};
+    s->block = s->work = NULL;
+    if (pend_tree_new(&s->tree, n, len, mass, parent, NULL) != PEND_OK) return 0;
+    s->block = aligned_alloc(64, pend_jets_bytes(n, ORDER));
+    s->work = aligned_alloc(64, (pend_dynamics_work_bytes(n) + 63) / 64 * 64);
+    if (!s->block || !s->work) return 0;
+    pend_jets_init(&s->jets, s->tree, ORDER, s->block);
+    return 1;
+}
+
+static void scene_close(struct scene *s) {
+    free(s->block);
+    free(s->work);
+    pend_tree_free(&s->tree);
+}
+
+/* sum of a series of one arm at x; what = 0 phi - phi(0), 1 phi', 2 phi'', 3 lambda, all in units of the series */
+static double series_at(const struct pend_jets *jets, int order, int k, double x, int what) {
+    double sum = 0;
+    for (int j = order; j >= 0; j--) {
+        double c = jets->rate[(size_t)j * jets->stride + (size_t)k];
+        if (what == 0) sum = sum * x + c / (j + 1);
+        if (what == 1) sum = sum * x + c;
+        if (what == 2 && j) sum = sum * x + c * j;
+        if (what == 3 && j < order) sum = sum * x + jets->force[(size_t)j * jets->stride + (size_t)k];
+    }
+    return what ? sum : sum * x;
+}
+
+/* the x at which the trailing terms are eps of the leading ones */
+static double series_reach(const struct pend_jets *jets, int n, double eps) {
+    double lead = 0, reach = INFINITY;
+    for (int k = 0; k < n; k++) lead = fmax(lead, fabs(jets->rate[k]) + fabs(jets->rate[jets->stride + (size_t)k]));
+    for (int j = ORDER - 3; j <= ORDER; j++) {
+        for (int k = 0; k < n; k++) {
+            double c = fabs(jets->rate[(size_t)j * jets->stride + (size_t)k]);
+            if (c > 0) reach = fmin(reach, pow(eps * lead / c, 1.0 / j));
+        }
+    }
+    return reach;
+}
+
+/* largest differences of phi'' and lambda, series against equations, x units after the start */
+static void scene_residual(struct scene *s, double unit, double x, double residual[2]) {
+    int n = s->tree->n;
+    double phi[ARMS_MAX] = {0}, rate[ARMS_MAX] = {0}, acc[ARMS_MAX], force[ARMS_MAX], scale[2] = {0}, worst[2] = {0};
+    for (int k = 0; k < n; k++) {
+        phi[k] = s->phi[k] + series_at(&s->jets, ORDER, k, x, 0);
+        rate[k] = series_at(&s->jets, ORDER, k, x, 1) / unit;
+    }
+    pend_dynamics(s->tree, s->gravity, phi, rate, s->work, acc, force);
+    for (int k = 0; k < n; k++) {
+        double series[2] = {series_at(&s->jets, ORDER, k, x, 2), series_at(&s->jets, ORDER, k, x, 3)};
+        double want[2] = {acc[k], force[k]};
+        for (int i = 0; i < 2; i++) {
+            scale[i] = fmax(scale[i], fabs(want[i]));
+            double error = fabs(series[i] / unit / unit - want[i]);
+            if (!(error <= worst[i])) worst[i] = error;
+        }
+    }
+    for (int i = 0; i < 2; i++) {
+        double relative = worst[i] / scale[i];
+        if (!(relative <= residual[i])) residual[i] = relative;
+    }
+}
+
+/* next parent list of n arms, parent[k] < k; 0 after the last */
+static int next_parents(int n, int parent[]) {
+    for (int k = n - 1; k > 0; k--) {
+        if (++parent[k] < k) return 1;
+        parent[k] = 0;
+    }
+    return 0;
+}
+
+TEST(jets_obey_the_equations_of_motion_on_every_tree_of_up_to_eight_arms) {
+    unsigned long long seed = 1;
+    double residual[2] = {0, 0};
+    int trees = 0;
+    for (int n = 1; n <= 8; n++) {
+        int parent[8] = {-1, 0, 0, 0, 0, 0, 0, 0};
+        do {
+            struct scene s;
+            REQUIRE(scene_open(&s, n, parent, 0.3, &seed));
+            double unit = trees % 2 ? 0.125 : -0.125;
+            pend_jets_expand(&s.jets, s.gravity, unit, &s.state, ORDER);
+            double x = series_reach(&s.jets, n, 1e-14);
+            for (int i = 0; i <= 2; i++) scene_residual(&s, unit, 0.5 * i * x, residual);
+            scene_close(&s);
+            trees++;
+        } while (next_parents(n, parent));
+    }
+    CHECK_INT(trees, 5914);
+    CHECK_RESIDUAL(residual[0], 1e-11, "phi'' of the series against the equations");
+    CHECK_RESIDUAL(residual[1], 1e-11, "lambda of the series against the equations");
+}
+
+static void random_parents(int n, int parent[], unsigned long long *seed) {
+    parent[0] = -1;
+    for (int k = 1; k < n; k++) {
+        int back = 1 + test_random_int(seed, k < 4 ? k : 4);
+        parent[k] = k - back;
+    }
+}
+
+TEST(jets_obey_the_equations_of_motion_on_large_random_trees) {
+    unsigned long long seed = 2;
+    double residual[2] = {0, 0};
+    for (int i = 0; i < 60; i++) {
+        int parent[ARMS_MAX], n = 9 + test_random_int(&seed, ARMS_MAX - 9);
+        random_parents(n, parent, &seed);
+        struct scene s;
+        REQUIRE(scene_open(&s, n, parent, 0.3, &seed));
+        pend_jets_expand(&s.jets, s.gravity, 0.0625, &s.state, ORDER);
+        scene_residual(&s, 0.0625, series_reach(&s.jets, n, 1e-14), residual);
+        scene_close(&s);
+    }
+    CHECK_RESIDUAL(residual[0], 1e-12, "phi'' of the series against the equations");
+    CHECK_RESIDUAL(residual[1], 1e-12, "lambda of the series against the equations");
+}
+
+TEST(jets_keep_their_digits_at_order_zero_when_masses_differ_by_16_decades) {
+    unsigned long long seed = 3;
+    double residual[2] = {0, 0};
+    for (int i = 0; i < 300; i++) {
+        int parent[ARMS_MAX], n = 2 + test_random_int(&seed, 60);
+        random_parents(n, parent, &seed);
+        struct scene s;
+        REQUIRE(scene_open(&s, n, parent, 8, &seed));
+        pend_jets_expand(&s.jets, s.gravity, 0.0625, &s.state, PEND_JETS_ORDER_MIN);
+        double acc[ARMS_MAX], force[ARMS_MAX], scale[2] = {0, 0}, worst[2] = {0, 0};
+        pend_dynamics(s.tree, s.gravity, s.phi, s.rate, s.work, acc, force);
+        for (int k = 0; k < n; k++) {
+            scale[0] = fmax(scale[0], fabs(acc[k]));
+            scale[1] = fmax(scale[1], fabs(force[k]));
+            worst[0] = fmax(worst[0], fabs(s.jets.rate[s.jets.stride + (size_t)k] * 256 - acc[k]));
+            worst[1] = fmax(worst[1], fabs(s.jets.force[k] * 256 - force[k]));
+        }
+        for (int j = 0; j < 2; j++) residual[j] = fmax(residual[j], worst[j] / scale[j]);
+        scene_close(&s);
+    }
+    CHECK_RESIDUAL(residual[0], 1e-10, "phi''");
+    CHECK_RESIDUAL(residual[1], 1e-9, "lambda");
+}
+
+TEST(jets_notice_a_wrong_coefficient) {
+    unsigned long long seed = 4;
+    int parent[4] = {-1, 0, 1, 1};
+    struct scene s;
+    REQUIRE(scene_open(&s, 4, parent, 0.3, &seed));
+    pend_jets_expand(&s.jets, s.gravity, 0.125, &s.state, ORDER);
+    double x = series_reach(&s.jets, 4, 1e-14), residual[2] = {0, 0};
+    s.jets.rate[7 * s.jets.stride + 1] *= 1 + 1e-3;
+    scene_residual(&s, 0.125, x, residual);
+    CHECK_SAYING(residual[0] > 1e-9, "residual %g", residual[0]);
+    scene_close(&s);
+}
