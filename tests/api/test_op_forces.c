@@ -13,7 +13,7 @@ TEST(a_hanging_tree_at_rest_pulls_with_its_weight) {
     static const double weight[] = {2, 6, 3};
     CHECK_INT(reply.status, 200);
     for (int k = 0; k < 3; k++) {
-        char pointer[20];
+        char pointer[60];
         snprintf(pointer, sizeof pointer, "/lambda/%d", k);
         CHECK(fabs(test_reply_number(&reply, pointer) + 9.81 * weight[k]) <= 1e-14 * 9.81 * weight[k]);
         snprintf(pointer, sizeof pointer, "/phidd/%d", k);
@@ -106,7 +106,8 @@ TEST(faults_of_states_have_their_pointers) {
         {"{" THREE ",\"state\":{},\"states\":[{}]}", "/state", "give one of the two"},
         {"{" THREE ",\"states\":[]}", "/states", "must be an array of at least one state"},
         {"{" THREE ",\"states\":{}}", "/states", "must be an array of at least one state"},
-        {"{" THREE ",\"states\":[{},{\"phi\":[1,2]}]}", "/states/1/phi", "must have 3 numbers, one for each arm, got 2"},
+        {"{" THREE ",\"states\":[{},{\"phi\":[1,2]}]}", "/states/1/phi",
+         "must have 3 numbers, one for each arm, got 2"},
         {"{" THREE ",\"states\":[{},7]}", "/states/1", "must be an object, got 7"},
         {"{" THREE ",\"initial\":{}}", "/initial", "not a known field"},
         {"{" THREE ",\"digits\":\"all\"}", "/digits", "must be a whole number from 1 to 17, got the text \"all\""},
@@ -130,8 +131,8 @@ TEST(too_many_states_are_refused_by_the_limits_name) {
 }
 
 TEST(forces_that_overflow_end_as_a_problem_with_their_place) {
-    struct test_reply reply = test_post(
-        API_OP_FORCES, "{" THREE ",\"states\":[{},{\"phi\":[0,0,0],\"phid\":[0,0,1e200]}]}");
+    struct test_reply reply =
+        test_post(API_OP_FORCES, "{" THREE ",\"states\":[{},{\"phi\":[0,0,0],\"phid\":[0,0,1e200]}]}");
     CHECK_INT(reply.status, 422);
     CHECK(strstr(test_reply_text(&reply, "/detail"), "in row 2 is beyond the numbers that a double holds"));
     test_reply_free(&reply);

@@ -57,7 +57,7 @@ TEST(matrices_and_vectors_are_in_the_callers_order) {
     double eigen = 0, mass = 0, inverse = 0;
     for (int k = 0; k < 4; k++)
         for (int i = 0; i < 4; i++) {
-            char pointer[20];
+            char pointer[60];
             snprintf(pointer, sizeof pointer, "/omega/%d", k);
             double omega = test_reply_number(&reply, pointer), a = 0, sb = 0, vmv = 0;
             for (int j = 0; j < 4; j++) {
@@ -96,7 +96,7 @@ TEST(a_selection_is_part_of_all_modes) {
                  {"{\"from\":1000,\"to\":1001}", 1, 0}};
     struct test_reply all = test_post(API_OP_MODES, "{" MIXED "}");
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        char body[300], pointer[20];
+        char body[300], pointer[60];
         snprintf(body, sizeof body, "{" MIXED ",\"select\":%s}", cases[i].select);
         struct test_reply some = test_post(API_OP_MODES, body);
         CHECK_INT(some.status, 200);
@@ -134,7 +134,7 @@ TEST(amplitudes_and_phases_rebuild_the_start) {
     for (int i = 0; i < 4; i++) {
         double angle = 0, velocity = 0;
         for (int k = 0; k < 4; k++) {
-            char pointer[20];
+            char pointer[60];
             snprintf(pointer, sizeof pointer, "/amplitude/%d", k);
             double amplitude = test_reply_number(&reply, pointer);
             snprintf(pointer, sizeof pointer, "/phase/%d", k);

@@ -17,7 +17,7 @@ TEST(the_list_names_every_preset) {
     CHECK_INT(test_reply_count(&reply, "/presets"), pend_preset_count());
     for (int i = 0; i < pend_preset_count(); i++) {
         struct pend_preset preset;
-        char pointer[30];
+        char pointer[60];
         pend_preset_get(i, &preset);
         snprintf(pointer, sizeof pointer, "/presets/%d/name", i);
         CHECK_TEXT(test_reply_text(&reply, pointer), preset.name);

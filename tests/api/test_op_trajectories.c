@@ -7,8 +7,7 @@
 #include "tests/harness/runs.h"
 #include "tests/harness/test.h"
 
-#define PAPER                                                                                                          \
-    "\"pendulum\":{\"L\":[2,1.5,0.75,1.25],\"m\":[1,1,1,0.1],\"S\":[[1,0,0,0],[1,1,0,0],[1,1,1,0],[1,1,0,1]]}"
+#define PAPER "\"pendulum\":{\"L\":[2,1.5,0.75,1.25],\"m\":[1,1,1,0.1],\"S\":[[1,0,0,0],[1,1,0,0],[1,1,1,0],[1,1,0,1]]}"
 #define TIMES "\"times\":{\"start\":0,\"stop\":5,\"step\":0.01}"
 
 static const char example[] = "{" PAPER "," TIMES ",\"method\":\"taylor\",\"rtol\":1e-12}";
@@ -27,7 +26,7 @@ TEST(the_papers_example_agrees_with_the_reference) {
     CHECK_INT(test_reply_count(&reply, "/t"), 501);
     double phi = 0, rate = 0, force = 0;
     for (int i = 0; i < TEST_PAPER_ROWS; i++) {
-        char pointer[20];
+        char pointer[60];
         snprintf(pointer, sizeof pointer, "/t/%d", 10 * i);
         CHECK(test_reply_number(&reply, pointer) == row[i].t);
         for (int k = 0; k < 4; k++) {
@@ -61,7 +60,7 @@ TEST(csv_has_the_digits_of_json) {
             do number[count++] = strtod(line, &line);
             while (*line++ == ',' && count < 13);
             if (!CHECK_INT(count, columns[b])) break;
-            char pointer[20];
+            char pointer[60];
             snprintf(pointer, sizeof pointer, "/t/%d", rows);
             int same = number[0] == test_reply_number(&json, pointer);
             for (int k = 0; k < 12; k++) same &= number[k + 1] == at(&json, names[b][k / 4], rows, k % 4);
@@ -172,8 +171,9 @@ TEST(all_faults_of_a_request_are_told_at_once) {
         "{\"pendulum\":{\"length\":[1,-1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"phi\":[1,2,3]},"
         "\"times\":{\"start\":0,\"step\":0},\"method\":\"runge\",\"rtol\":\"small\",\"output\":[\"psi\"],\"digits\":99,"
         "\"precision\":\"quad\",\"meta\":{}}");
-    static const char *const pointers[] = {"/pendulum/length/1", "/initial/phi", "/times/stop", "/times/step", "/method", "/rtol",
-                                           "/output/0", "/digits", "/precision", "/meta"};
+    static const char *const pointers[] = {
+        "/pendulum/length/1", "/initial/phi", "/times/stop", "/times/step", "/method", "/rtol",
+        "/output/0",          "/digits",      "/precision",  "/meta"};
     CHECK_INT(reply.status, 422);
     for (size_t i = 0; i < sizeof pointers / sizeof *pointers; i++)
         CHECK_SAYING(test_reply_has_fault(&reply, pointers[i], ""), "no fault at %s: %s", pointers[i], reply.out.data);

@@ -8,7 +8,7 @@
 #include "tests/harness/test.h"
 
 #define BODY(members)                                                                                                  \
-    "{\"pendulum\":{\"length\":[1,0.5],\"mass\":[1,2],\"parent\":[2,0]},\"initial\":{\"phi\":[0.3,-1],\"phid\":[1,"     \
+    "{\"pendulum\":{\"length\":[1,0.5],\"mass\":[1,2],\"parent\":[2,0]},\"initial\":{\"phi\":[0.3,-1],\"phid\":[1,"    \
     "-2]},\"times\":{\"stop\":0.4,\"count\":5}" members "}"
 
 TEST(the_default_output_is_phi_phid_lambda) {

@@ -36,7 +36,7 @@ TEST(the_papers_grid_has_501_instants_with_both_ends) {
     REQUIRE(read_times("{\"start\":0,\"stop\":5,\"step\":0.01}", t, 501) == 501);
     CHECK(t[0] == 0 && t[500] == 5);
     for (int i = 0; i <= 500; i++) {
-        char decimal[20];
+        char decimal[60];
         snprintf(decimal, sizeof decimal, "%d.%02d", i / 100, i % 100);
         CHECK_SAYING(t[i] == strtod(decimal, NULL), "instant %d is %.17g, not %s", i, t[i], decimal);
     }
