@@ -3,7 +3,6 @@
  * Invariant: u = e^{i phi} is formed anew from the summed angles at every expansion. */
 #include "core/jets.h"
 
-#include <math.h>
 #include <string.h>
 
 enum {
@@ -69,23 +68,9 @@ static const struct jets_kernel *jets_kernel(enum pend_isa isa) {
     return &pend_kernel_jets_base;
 }
 
-/* the angle of an arm to its parent, as the difference of two sums of two */
-static double jets_angle(const double phi[], const double low[], int k, int p) {
-    double x = phi[k], y = p < 0 ? 0 : phi[p];
-    double d = x - y, back = x - d;
-    double error = (x - (d + back)) + (back - y);
-    return d + (error + (low[k] - (p < 0 ? 0 : low[p])));
-}
-
 void pend_jets_expand(struct pend_jets *jets, double gravity, double unit, const struct jets_state *state, int order) {
     struct jets_system s = jets_view(jets);
-    for (int k = 0; k < s.n; k++) {
-        double angle = jets_angle(state->phi, state->phi_low, k, s.parent[k]);
-        s.cosine[k] = cos(angle);
-        s.sine[k] = sin(angle);
-        s.rate[k] = state->rate[k] * unit;
-    }
-    jets_kernel(jets->isa)->orders(&s, gravity * unit * unit, order);
+    jets_kernel(jets->isa)->orders(&s, state, gravity, unit, order);
 }
 
 void pend_jets_advance(const struct pend_jets *jets, int order, double x, double unit, const struct jets_state *from,

@@ -49,7 +49,8 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int or
  *
  * gravity  m/s^2, any finite value.
  * unit     s, a power of two, of either sign: the unit of time; near the step to come it keeps all orders in range.
- * state    n angles, rad, and angular velocities, rad/s, as sums of two doubles.
+ * state    n angles, rad, and angular velocities, rad/s, as sums of two doubles; arrays aligned to 64
+ *          bytes and padded to PEND_JETS_PAD.
  * order    PEND_JETS_ORDER_MIN .. order_cap: the highest coefficient of phi' that is computed.
  *
  * Cannot fail; overflow shows as coefficients that are not finite. O(n order^2), no allocation.

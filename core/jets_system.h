@@ -14,6 +14,7 @@ typedef JETS_NUM num;
 /* name, what it holds for an arm; k is the arm, sums go over its children */
 #define JETS_ARRAYS(X)                                                                                                 \
     X(len) X(inv_len) X(mass)                                                                                          \
+    X(angle) X(angle_low)             /* to the parent, as a sum of two */                                             \
     X(cosine) X(sine)                 /* of the angle to the parent */                                                 \
     X(eff) X(inv_eff)                 /* S, 1 / S */                                                                   \
     X(inv)                            /* 1 / (m + q) */                                                                \

@@ -8,19 +8,20 @@
 #if defined(__AVX512F__)
 enum { WIDE = 8 };
 typedef lanes8 wide;
-#define wide_fma lanes8_fma
-#define wide_of lanes8_of
+#define WIDE_(name) lanes8_##name
 #elif defined(__AVX2__)
 enum { WIDE = 4 };
 typedef lanes4 wide;
-#define wide_fma lanes4_fma
-#define wide_of lanes4_of
+#define WIDE_(name) lanes4_##name
 #else
 enum { WIDE = 2 };
 typedef lanes2 wide;
-#define wide_fma lanes2_fma
-#define wide_of lanes2_of
+#define WIDE_(name) lanes2_##name
 #endif
+#define wide_fma WIDE_(fma)
+#define wide_of WIDE_(of)
+#define wide_get WIDE_(get)
+#define wide_put WIDE_(put)
 #define num_fma lanes1_fma
 
 LANES_INLINE double num_of(double x) { return x; }
@@ -32,9 +33,6 @@ LANES_INLINE wide wide_neg(wide x) { return -x; }
 LANES_INLINE wide wide_add(wide x, wide y) { return x + y; }
 LANES_INLINE wide wide_sub(wide x, wide y) { return x - y; }
 LANES_INLINE wide wide_mul(wide x, wide y) { return x * y; }
-LANES_INLINE wide wide_get(const double *at) { return *(const wide *)(const void *)at; }
-LANES_INLINE void wide_put(double *at, wide x) { *(wide *)(void *)at = x; }
-
 #include "core/jets_kernel.h"
 
 #define LANES 2
@@ -44,7 +42,26 @@ LANES_INLINE void wide_put(double *at, wide x) { *(wide *)(void *)at = x; }
 #define LANES 8
 #include "core/small_kernel.h"
 
-static void kernel_orders(const struct jets_system *s, double gravity, int order) {
+/* the angle of an arm to its parent, as the sum of two doubles */
+LANES_INLINE void kernel_angle(const struct jets_system *s, const struct jets_state *state, int k) {
+    int p = s->parent[k];
+    double x = state->phi[k], y = p < 0 ? 0 : state->phi[p], low = p < 0 ? 0 : state->phi_low[p];
+    double d = x - y, back = x - d;
+    s->angle[k] = d;
+    s->angle_low[k] = ((x - (d + back)) + (back - y)) + (state->phi_low[k] - low);
+}
+
+static void kernel_orders(const struct jets_system *s, const struct jets_state *state, double gravity, double unit,
+                          int order) {
+    for (int k = 0; k < s->n; k++) kernel_angle(s, state, k);
+    for (int a = 0; a < s->n; a += WIDE) {
+        wide sine, cosine;
+        WIDE_(sincos)(wide_get(s->angle + a), wide_get(s->angle_low + a), &sine, &cosine);
+        wide_put(s->sine + a, sine);
+        wide_put(s->cosine + a, cosine);
+        wide_put(s->rate + a, wide_get(state->rate + a) * unit);
+    }
+    gravity *= unit * unit;
     jets_factor(s);
     if (s->n > 8) jets_orders(s, gravity, order);
     else if (s->n > 4) small8_orders(s, gravity, order);

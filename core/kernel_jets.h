@@ -18,13 +18,13 @@ struct jets_values {
 
 struct jets_kernel {
     /**
-     * All orders: rate_1 .. rate_order and force_0 .. force_{order - 1} from rate_0, cosine and sine.
+     * All orders: rate_0 .. rate_order and force_0 .. force_{order - 1}, in powers of t / unit.
      *
-     * system   one tree; trees of up to 8 arms need a stride of 8.
-     * gravity  in units of the series.
-     * order    >= 1.
+     * system  one tree; trees of up to 8 arms need a stride of 8.
+     * order   >= 1.
      */
-    void (*orders)(const struct jets_system *system, double gravity, int order);
+    void (*orders)(const struct jets_system *system, const struct jets_state *state, double gravity, double unit,
+                   int order);
     /**
      * The state x units after `from`, as sums of two doubles.
      */

@@ -59,4 +59,11 @@ LANES_INLINE double lanes1_fma(double x, double y, double z) {
 #endif
 }
 
+#define LANES 2
+#include "core/lanes_math.h"
+#define LANES 4
+#include "core/lanes_math.h"
+#define LANES 8
+#include "core/lanes_math.h"
+
 #endif

@@ -14,7 +14,8 @@ enum { ARMS_MAX = 256, ORDER = 20 };
 /* a tree, a state, and its series in one place */
 struct scene {
     struct pend_tree *tree;
-    double gravity, phi[ARMS_MAX], low[ARMS_MAX], rate[ARMS_MAX];
+    double gravity;
+    _Alignas(64) double phi[ARMS_MAX], low[ARMS_MAX], rate[ARMS_MAX];
     struct pend_jets jets;
     struct jets_state state;
     void *block, *work;
