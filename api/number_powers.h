@@ -5,7 +5,7 @@
 #ifndef API_NUMBER_POWERS_H
 #define API_NUMBER_POWERS_H
 
-#include <cstdint>
+#include <stdint.h>
 
 namespace api {
 
@@ -69,7 +69,7 @@ class power_table {
     uint128 entries[POWER_MOST - POWER_LEAST + 1];
 };
 
-inline constexpr power_table powers_of_ten{};
+constexpr power_table powers_of_ten{};
 
 /* the bits of the least double that is not below 10^p, for p from -307 to 308: positive doubles compare as their bits
  */
@@ -92,7 +92,7 @@ class threshold_table {
     uint64_t entries[MOST - LEAST + 1];
 };
 
-inline constexpr threshold_table thresholds{};
+constexpr threshold_table thresholds{};
 
 } // namespace api
 

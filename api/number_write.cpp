@@ -1,11 +1,11 @@
 #include "api/number.h"
 
-#include <cassert>
-#include <cmath>
-#include <cstdint>
-#include <cstdio>
-#include <cstdlib>
-#include <cstring>
+#include <assert.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include <dragonbox/dragonbox.h>
 
@@ -242,7 +242,7 @@ inline bool rounded_fast(double x, int digits, decimal &d) {
 
 SELDOM char *write_zero(char *out, double x) {
     memcpy(out, "-0.0", 4);
-    if (std::signbit(x)) return out + 4;
+    if (signbit(x)) return out + 4;
     *out = '0';
     return out + 1;
 }
@@ -270,19 +270,19 @@ inline char *write_shortest(char *out, double x) {
 } // namespace
 
 extern "C" char *api_number_write(char *out, double x) {
-    assert(std::isfinite(x));
+    assert(isfinite(x));
     if (x == 0) return write_zero(out, x);
     *out = '-';
-    return write_shortest(out + std::signbit(x), std::fabs(x));
+    return write_shortest(out + signbit(x), fabs(x));
 }
 
 extern "C" char *api_number_write_digits(char *out, double x, int digits) {
-    assert(std::isfinite(x) && digits >= 1 && digits <= DIGITS);
-    double magnitude = std::fabs(x);
+    assert(isfinite(x) && digits >= 1 && digits <= DIGITS);
+    double magnitude = fabs(x);
     decimal d;
     if (x == 0) return write_zero(out, x);
     *out = '-';
-    out += std::signbit(x);
+    out += signbit(x);
     if (digits == DIGITS) return write_shortest(out, magnitude);
     /* with 15 digits or less the shortest decimal, where it is no longer, comes out by rounding */
     if (digits > 15 || !rounded_fast(magnitude, digits, d) || d.significand == power10[digits])
