@@ -168,6 +168,7 @@ void pend_dynamics(const struct pend_tree *tree, double gravity, const double ph
     // the unit of mass is a power of 2 near the whole, so that products of masses neither overflow nor vanish
     int exponent;
     frexp(tree->subtree_mass[0], &exponent);
+    if (exponent < -1000) exponent = -1000;
     double unit = ldexp(1, -exponent);
 
     dynamics_angles(tree, phi, &w);

@@ -36,7 +36,7 @@ layers: build-release
 docs: build-release
 	$(job) tests/rules/docs.sh build/release
 replies: release-wire
-	$(job) /usr/bin/python3 tests/rules/replies.py api/openapi.yaml build/release/tests/wire/replies.ndjson
+	$(job) tests/rules/replies.sh build/release/tests/wire/replies.ndjson
 layout openapi image:
 	$(job) tests/rules/$@.sh
 
