@@ -9,8 +9,9 @@
 #include <string.h>
 
 #include "core/jets.h"
+#include "core/taylor_order.h"
 
-enum { TAYLOR_TRAILING = 4, TAYLOR_LEADING = 4, TAYLOR_ORDER_MIN = 8, TAYLOR_ORDER_MAX = 30 };
+enum { TAYLOR_TRAILING = 4, TAYLOR_LEADING = 4 };
 
 struct taylor {
     const struct pend_tree *tree;
@@ -24,13 +25,11 @@ struct taylor {
     struct pend_stepper_counts counts;
 };
 
-/* the order that reaches the tolerance at the least cost; fewer where the series would fill the memory */
+/* the order for the tolerance, lower where the series would fill the memory */
 static int taylor_order(double rtol, int n) {
     enum { BYTES_CAP = 512 << 20 };
-    int order = (int)ceil(4 - 0.65 * log(rtol));
-    if (order < TAYLOR_ORDER_MIN) order = TAYLOR_ORDER_MIN;
-    if (order > TAYLOR_ORDER_MAX) order = TAYLOR_ORDER_MAX;
-    while (order > TAYLOR_ORDER_MIN && pend_jets_bytes(n, order) > BYTES_CAP) order--;
+    int order = pend_taylor_order(rtol);
+    while (order > PEND_TAYLOR_ORDER_MIN && pend_jets_bytes(n, order) > BYTES_CAP) order--;
     return order;
 }
 
