@@ -52,12 +52,15 @@ enum {
     LEADING = 4
 };
 
+/* numbers from one series to the next; an odd multiple of the cache's line apart, or they would evict each other */
+static size_t ensemble_series(int n, int order) { return (size_t)n * (size_t)(order + 3) + 5; }
+
 static size_t ensemble_series_count(int n, int order) {
-    return (4 * (size_t)(order + 2) + ARRAY_COUNT) * (size_t)n * WIDTH;
+    return (4 * ensemble_series(n, order) + (size_t)ARRAY_COUNT * (size_t)n) * WIDTH;
 }
 
 static struct jets_system ensemble_view(const struct ensemble_lanes *lanes) {
-    size_t n = (size_t)lanes->n, series = n * (size_t)(lanes->order + 2);
+    size_t n = (size_t)lanes->n, series = ensemble_series(lanes->n, lanes->order);
     num *at = (num *)(void *)lanes->series, *arrays = at + 4 * series;
     struct jets_system s = {
         .n = lanes->n,
@@ -66,7 +69,7 @@ static struct jets_system ensemble_view(const struct ensemble_lanes *lanes) {
         .end = lanes->end,
         .share = lanes->share,
         .rate = at,
-        .force = at + series,
+        .force = at + series + n, // row -1 is zero
         .turn_re = at + 2 * series,
         .turn_im = at + 3 * series,
 #define X(name) .name = arrays + (size_t)ARRAY_##name * n,
