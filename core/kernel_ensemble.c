@@ -106,16 +106,19 @@ LANES_INLINE num ensemble_norm(const struct jets_system *s, int j) {
     return NUM_(_log2)(norm) - (num)((mask)(norm == 0) & (mask)num_of(1e4));
 }
 
-/* the step in units: each of four trailing terms below rtol times the motion of the step, or below atol */
+/* the step in units, by the rule of the taylor method: the first term left out is below rtol times the motion, or atol */
 static num ensemble_choose(const struct ensemble_lanes *lanes, const struct jets_system *s) {
     static const double log2_of[LEADING] = {0, 1, 1.5849625007211562, 2};
     num leading[LEADING], reach = num_of(10);
+    const double *last = s->share + lanes->order;
     for (int i = 0; i < LEADING; i++) {
-        leading[i] = ensemble_norm(s, i) + (lanes->log_rtol - log2_of[i]);
+        leading[i] = ensemble_norm(s, i) - log2_of[i];
     }
     for (int j = lanes->order - TRAILING + 1; j <= lanes->order; j++) {
-        num trailing = ensemble_norm(s, j), here = (lanes->log_atol - trailing) * s->share[j];
-        for (int i = 0; i < LEADING; i++) here = num_max(here, (leading[i] - trailing) * s->share[j - i - 1]);
+        num trailing = ensemble_norm(s, j), here = lanes->log_atol * last[1] - trailing * s->share[j];
+        for (int i = 0; i < LEADING; i++) {
+            here = num_max(here, lanes->log_rtol * last[-i] + (leading[i] - trailing) * s->share[j - i - 1]);
+        }
         reach = num_min(reach, here);
     }
     return NUM_(_exp2)(num_max(reach, num_of(-60)));
