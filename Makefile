@@ -18,10 +18,12 @@ endif
 WERROR ?= -Werror
 PKG := libmicrohttpd libcjson gsl
 WARN := -Wall -Wextra -Wshadow -Wpointer-arith -Wvla -Wformat=2 $(WERROR)
+# gcc's warning of unset variables is often mistaken about instrumented code; valgrind looks for these
+SANITIZED := $(if $(findstring clang,$(CC)),,-Wno-maybe-uninitialized)
 FLAGS.release := -O3 -g -DNDEBUG
 FLAGS.debug := -O1 -g
-FLAGS.asan := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
-FLAGS.tsan := -O1 -g -fsanitize=thread
+FLAGS.asan := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer $(SANITIZED)
+FLAGS.tsan := -O1 -g -fsanitize=thread $(SANITIZED)
 $(if $(FLAGS.$(MODE)),,$(error MODE is one of release debug asan tsan, not $(MODE)))
 $(call lazy,PKG_CFLAGS,pkg-config --cflags $(PKG))
 $(call lazy,PKG_LIBS,pkg-config --libs $(PKG))
@@ -118,6 +120,11 @@ valgrind: ## the quick tests, and the server, under valgrind
 rules: ## the rooms' include rules, documents compared with code, replies with the OpenAPI document
 	@$(CHECK) ONLY='layers docs replies layout openapi'; $(COUNT)
 
+lint: ## clang's warnings, layout and spectral; installs clang, clang-format and npm
+	@docker/install.sh build lint
+	@$(MAKE) --no-print-directory CC=clang CXX=clang++ B=build/clang build/clang/pendulumd $(ROOMS:%=build/clang/tests/%/run)
+	@$(CHECK) ONLY='layout openapi'; $(COUNT)
+
 #@ Source
 format: ## lays out the C with clang-format
 	clang-format -i $(SOURCES)
@@ -143,7 +150,7 @@ define kernel_rule
 $(B)/%.$(1).o: %.c $(B)/flags
 	@mkdir -p $$(@D)
 	$$(call say,cc,$$< for $(1))
-	$(Q)$$(CC) $$(CFLAGS_ALL) $(ISA_FLAGS.$(1)) -DPEND_ISA=$(1) -c $$< -o $$@
+	$(Q)$$(CC) $$(CFLAGS_ALL) -Wno-psabi $(ISA_FLAGS.$(1)) -DPEND_ISA=$(1) -c $$< -o $$@
 endef
 $(foreach isa,$(ISAS),$(eval $(call kernel_rule,$(isa))))
 
@@ -185,5 +192,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench debug install uninstall clean test asan tsan valgrind rules format format-check changed
+.PHONY: help run check build bench debug install uninstall clean test asan tsan valgrind rules lint format format-check changed
 .DELETE_ON_ERROR:

@@ -1,35 +1,16 @@
-/* Memory and angles for the power series of one tree, with plain doubles as the kernel's numbers.
- * Leaves to others: the series themselves (jets_kernel).
+/* Memory and angles for the power series of one tree.
+ * Leaves to others: the series themselves (kernel_jets).
  * Invariant: u = e^{i phi} is formed anew from the summed angles at every expansion. */
 #include "core/jets.h"
 
-#include <math.h>
 #include <string.h>
-
-#define WIDE 1
-typedef double wide;
-static double num_of(double x) { return x; }
-static double num_neg(double x) { return -x; }
-static double num_add(double x, double y) { return x + y; }
-static double num_sub(double x, double y) { return x - y; }
-static double num_mul(double x, double y) { return x * y; }
-static double num_div(double x, double y) { return x / y; }
-static double num_fma(double x, double y, double z) { return x * y + z; }
-static double wide_get(const double *x) { return *x; }
-static void wide_put(double *x, double y) { *x = y; }
-#define wide_of num_of
-#define wide_neg num_neg
-#define wide_add num_add
-#define wide_sub num_sub
-#define wide_mul num_mul
-#define wide_fma num_fma
-#include "core/jets_kernel.h"
 
 enum {
 #define X(name) JETS_##name,
     JETS_ARRAYS(X)
 #undef X
-        JETS_COUNT
+        JETS_COUNT,
+    JETS_SHARES = 48
 };
 
 static size_t jets_stride(int n) { return ((size_t)n + PEND_JETS_PAD - 1) / PEND_JETS_PAD * PEND_JETS_PAD; }
@@ -37,14 +18,15 @@ static size_t jets_stride(int n) { return ((size_t)n + PEND_JETS_PAD - 1) / PEND
 static size_t jets_series(int order_cap, int n) { return (size_t)(order_cap + 2) * jets_stride(n); }
 
 size_t pend_jets_bytes(int n, int order_cap) {
-    return (4 * jets_series(order_cap, n) + JETS_COUNT * jets_stride(n)) * sizeof(double);
+    return (4 * jets_series(order_cap, n) + JETS_COUNT * jets_stride(n) + JETS_SHARES) * sizeof(double);
 }
 
 static struct jets_system jets_view(const struct pend_jets *jets) {
     double *at = jets->system;
     struct jets_system s = {.n = jets->tree->n,
                             .stride = jets->stride,
-                            .parent = jets->tree->parent,
+                            .share = jets->share,
+        .parent = jets->tree->parent,
                             .end = jets->tree->end,
                             .rate = jets->rate,
                             .force = jets->force,
@@ -59,14 +41,16 @@ static struct jets_system jets_view(const struct pend_jets *jets) {
 
 void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int order_cap, void *block) {
     size_t series = jets_series(order_cap, tree->n);
-    *jets = (struct pend_jets){.tree = tree, .order_cap = order_cap};
+    *jets = (struct pend_jets){.tree = tree, .order_cap = order_cap, .isa = pend_isa_best()};
     jets->stride = jets_stride(tree->n);
     jets->rate = block;
     jets->force = jets->rate + series;
     jets->turn_re = jets->force + series;
     jets->turn_im = jets->turn_re + series;
-    jets->system = jets->turn_im + series;
+    jets->share = jets->turn_im + series;
+    jets->system = jets->share + JETS_SHARES;
     memset(block, 0, pend_jets_bytes(tree->n, order_cap));
+    for (int j = 0; j < JETS_SHARES; j++) jets->share[j] = 1.0 / (j + 1);
     struct jets_system s = jets_view(jets);
     for (int k = 0; k < s.n; k++) {
         s.len[k] = tree->len[k];
@@ -75,22 +59,28 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int or
     }
 }
 
-/* the angle of an arm to its parent, as the difference of two sums of two */
-static double jets_angle(const double phi[], const double low[], int k, int p) {
-    double x = phi[k], y = p < 0 ? 0 : phi[p];
-    double d = x - y, back = x - d;
-    double error = (x - (d + back)) + (back - y);
-    return d + (error + (low[k] - (p < 0 ? 0 : low[p])));
+static const struct jets_kernel *jets_kernel(enum pend_isa isa) {
+#ifdef __x86_64__
+    if (isa == PEND_ISA_AVX512) return &pend_kernel_jets_avx512;
+    if (isa == PEND_ISA_AVX2) return &pend_kernel_jets_avx2;
+#endif
+    (void)isa;
+    return &pend_kernel_jets_base;
 }
 
-void pend_jets_expand(struct pend_jets *jets, double gravity, double unit, const double phi[], const double phi_low[],
-                      const double rate[], int order) {
+void pend_jets_expand(struct pend_jets *jets, double gravity, double unit, const struct jets_state *state, int order) {
     struct jets_system s = jets_view(jets);
-    for (int k = 0; k < s.n; k++) {
-        double angle = jets_angle(phi, phi_low, k, s.parent[k]);
-        s.cosine[k] = cos(angle);
-        s.sine[k] = sin(angle);
-        s.rate[k] = rate[k] * unit;
-    }
-    jets_orders(&s, gravity * unit * unit, order);
+    jets_kernel(jets->isa)->orders(&s, state, gravity, unit, order);
+}
+
+void pend_jets_advance(const struct pend_jets *jets, int order, double x, double unit, const struct jets_state *from,
+                       const struct jets_state *to) {
+    struct jets_system s = jets_view(jets);
+    jets_kernel(jets->isa)->advance(&s, order, x, unit, from, to);
+}
+
+void pend_jets_values(const struct pend_jets *jets, int order, double x, double unit, const struct jets_state *from,
+                      const struct jets_values *values) {
+    struct jets_system s = jets_view(jets);
+    jets_kernel(jets->isa)->values(&s, order, x, unit, from, values);
 }

@@ -6,6 +6,8 @@
 
 #include <stddef.h>
 
+#include "core/isa.h"
+#include "core/kernel_jets.h"
 #include "core/tree.h"
 
 enum { PEND_JETS_ORDER_MIN = 3, PEND_JETS_ORDER_MAX = 40, PEND_JETS_PAD = 8 };
@@ -18,9 +20,11 @@ enum { PEND_JETS_ORDER_MIN = 3, PEND_JETS_ORDER_MAX = 40, PEND_JETS_PAD = 8 };
 struct pend_jets {
     const struct pend_tree *tree;
     int order_cap;
+    enum pend_isa isa; /* the best one that runs here, unless changed to a lower one */
     size_t stride;
     double *rate, *force;
     double *turn_re, *turn_im; /* e^{i (phi(t) - phi(0))}, orders 0 .. order */
+    double *share;             /* 1 / (j + 1) of order j */
     double *system;            /* the order-0 tree system and the scratch of the sweeps */
 };
 
@@ -45,14 +49,25 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int or
  *
  * gravity  m/s^2, any finite value.
  * unit     s, a power of two, of either sign: the unit of time; near the step to come it keeps all orders in range.
- * phi      n angles, rad.
- * phi_low  n values, what the sums phi + phi_low have beyond double precision.
- * rate     n angular velocities, rad/s.
+ * state    n angles, rad, and angular velocities, rad/s, as sums of two doubles; arrays aligned to 64
+ *          bytes and padded to PEND_JETS_PAD.
  * order    PEND_JETS_ORDER_MIN .. order_cap: the highest coefficient of phi' that is computed.
  *
  * Cannot fail; overflow shows as coefficients that are not finite. O(n order^2), no allocation.
  */
-void pend_jets_expand(struct pend_jets *jets, double gravity, double unit, const double phi[], const double phi_low[],
-                      const double rate[], int order);
+void pend_jets_expand(struct pend_jets *jets, double gravity, double unit, const struct jets_state *state, int order);
+
+/**
+ * The state x units of time after the one expanded about; both are sums of two doubles, arrays padded to
+ * PEND_JETS_PAD. O(n order).
+ */
+void pend_jets_advance(const struct pend_jets *jets, int order, double x, double unit, const struct jets_state *from,
+                       const struct jets_state *to);
+
+/**
+ * The values x units of time after the state expanded about. values->acc and values->force may be NULL. O(n order).
+ */
+void pend_jets_values(const struct pend_jets *jets, int order, double x, double unit, const struct jets_state *from,
+                      const struct jets_values *values);
 
 #endif

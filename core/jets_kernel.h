@@ -133,7 +133,7 @@ static void jets_down(const struct jets_system *s, num gravity) {
 /* the coefficients of order k and what they make of u */
 static void jets_learn(const struct jets_system *s, int k) {
     size_t now = (size_t)k * s->stride, next = now + s->stride, after = next + s->stride;
-    wide share = wide_of(1.0 / (k + 1)), turn_share = wide_of(1.0 / (k + 2));
+    wide share = wide_of(s->share[k]), turn_share = wide_of(s->share[k + 1]);
     for (int a = 0; a < s->n; a += WIDE) {
         wide ar = wide_get(s->from_radial + a), at = wide_get(s->from_tangential + a), Tr = wide_get(s->wind_re + a);
         wide C = wide_get(s->cosine + a), Z = wide_get(s->sine + a);
@@ -151,7 +151,6 @@ static void jets_learn(const struct jets_system *s, int k) {
 
 /* all orders: rate_1 .. rate_order and force_0 .. force_{order - 1} from rate_0, cosine and sine */
 static void jets_orders(const struct jets_system *s, num gravity, int order) {
-    jets_factor(s);
     for (int a = 0; a < s->n; a += WIDE) {
         wide_put(s->stiff + a, wide_mul(wide_get(s->eff + a), wide_get(s->kappa + a)));
         wide_put(s->weight + a, wide_mul(wide_get(s->eff + a), wide_get(s->len + a)));

@@ -14,6 +14,7 @@ typedef JETS_NUM num;
 /* name, what it holds for an arm; k is the arm, sums go over its children */
 #define JETS_ARRAYS(X)                                                                                                 \
     X(len) X(inv_len) X(mass)                                                                                          \
+    X(angle) X(angle_low)             /* to the parent, as a sum of two */                                             \
     X(cosine) X(sine)                 /* of the angle to the parent */                                                 \
     X(eff) X(inv_eff)                 /* S, 1 / S */                                                                   \
     X(inv)                            /* 1 / (m + q) */                                                                \
@@ -36,6 +37,7 @@ struct jets_system {
     int n;
     size_t stride;
     const int *parent, *end;
+    const double *share; /* 1 / (j + 1) of order j */
     num *rate, *force, *turn_re, *turn_im; /* order-major series */
 #define X(name) num *name;
     JETS_ARRAYS(X)

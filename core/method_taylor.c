@@ -4,44 +4,32 @@
 #include "core/method.h"
 
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/jets.h"
+#include "core/taylor_order.h"
 
-enum { TAYLOR_TRAILING = 4, TAYLOR_LEADING = 4, TAYLOR_ORDER_MIN = 8, TAYLOR_ORDER_MAX = 24, TAYLOR_TILE = 8 };
-
-/* a state whose values are sums of two doubles each */
-struct taylor_state {
-    double *phi, *phi_low, *rate, *rate_low;
-};
+enum { TAYLOR_TRAILING = 4, TAYLOR_LEADING = 4 };
 
 struct taylor {
     const struct pend_tree *tree;
-    double gravity, rtol, atol;
+    double gravity, log_rtol, log_atol; /* binary logarithms */
     int order;
     double unit;          /* s, of the series */
     double next_unit;     /* s, > 0 */
     double time, reached; /* s: start and end of the last step, exact: the step is what lies between */
-    struct taylor_state begin, end;
+    struct jets_state begin, end;
     struct pend_jets jets;
     struct pend_stepper_counts counts;
 };
 
-/* sum + add, exactly, as a sum of two */
-static double taylor_add(double sum, double add, double *low) {
-    double total = sum + add, part = total - sum;
-    *low = (sum - (total - part)) + (add - part);
-    return total;
-}
-
-/* the order that reaches the tolerance at the least cost; fewer where the series would fill the memory */
+/* the order for the tolerance, lower where the series would fill the memory */
 static int taylor_order(double rtol, int n) {
     enum { BYTES_CAP = 512 << 20 };
-    int order = (int)ceil(4 - 0.5 * log(rtol));
-    if (order < TAYLOR_ORDER_MIN) order = TAYLOR_ORDER_MIN;
-    if (order > TAYLOR_ORDER_MAX) order = TAYLOR_ORDER_MAX;
-    while (order > TAYLOR_ORDER_MIN && pend_jets_bytes(n, order) > BYTES_CAP) order--;
+    int order = pend_taylor_order(rtol);
+    while (order > PEND_TAYLOR_ORDER_MIN && pend_jets_bytes(n, order) > BYTES_CAP) order--;
     return order;
 }
 
@@ -73,8 +61,8 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     }
     struct taylor *taylor = (struct taylor *)block;
     *taylor = (struct taylor){.tree = problem->tree, .gravity = problem->gravity, .order = order};
-    taylor->rtol = problem->rtol;
-    taylor->atol = problem->atol;
+    taylor->log_rtol = log2(problem->rtol);
+    taylor->log_atol = log2(problem->atol);
     taylor->next_unit = taylor_first_unit(problem);
     pend_jets_init(&taylor->jets, problem->tree, order, block + head);
     taylor_view(taylor, (double *)(block + head + series));
@@ -89,102 +77,67 @@ static void taylor_close(void **stepper) {
     *stepper = NULL;
 }
 
-/* the largest magnitude of a coefficient over the arms; a number that is not finite wins, and names its arm */
-static double taylor_norm(const struct taylor *taylor, int j, int *arm) {
+/*
+ * The largest magnitude of a coefficient over the arms, infinity where one is not finite. Compared as integers: the
+ * order is the same, and what is not finite is largest.
+ */
+static double taylor_norm(const struct taylor *taylor, int j) {
     const double *c = taylor->jets.rate + (size_t)j * taylor->jets.stride;
-    double norm = 0;
+    int64_t most = 0;
     for (int k = 0; k < taylor->tree->n; k++) {
-        if (!(fabs(c[k]) <= norm)) {
-            norm = fabs(c[k]);
-            *arm = k;
-        }
-        if (!isfinite(norm)) return INFINITY;
+        int64_t bits;
+        memcpy(&bits, c + k, sizeof bits);
+        bits &= INT64_MAX;
+        if (bits > most) most = bits;
     }
-    return norm;
+    double norm;
+    memcpy(&norm, &most, sizeof norm);
+    return isfinite(norm) ? norm : INFINITY;
+}
+
+/* the arm whose coefficients are not finite, as the caller counts; -1 where all are */
+static int taylor_bad_arm(const struct taylor *taylor) {
+    for (int j = 0; j <= taylor->order; j++) {
+        for (int k = 0; k < taylor->tree->n; k++) {
+            if (!isfinite(taylor->jets.rate[(size_t)j * taylor->jets.stride + (size_t)k])) return taylor->tree->order[k];
+        }
+    }
+    return -1;
 }
 
 /*
- * The longest step, in units, at which the term of order j is below rtol times the motion of the step, judged by its
- * leading terms, or below atol. Infinite where the term is zero.
+ * The step in units, as its binary logarithm: the longest at which each of four trailing terms of phi is below rtol
+ * times the motion of the step, judged by its leading terms, or below atol. Four, because a symmetric start makes three
+ * of four vanish. Infinite where all are zero, NaN where one is not finite.
  */
-static double taylor_reach(const struct taylor *taylor, const double leading[], double trailing, int j) {
-    if (trailing == 0) return INFINITY;
-    double reach = pow(taylor->atol / trailing, 1.0 / (j + 1));
-    for (int i = 0; i < TAYLOR_LEADING; i++) {
-        reach = fmax(reach, pow(taylor->rtol * leading[i] / ((i + 1) * trailing), 1.0 / (j - i)));
-    }
-    return reach;
-}
-
-/* the step in units, from four trailing orders: a symmetric start makes three of four vanish */
-static double taylor_choose(const struct taylor *taylor, int *bad_arm) {
+static double taylor_choose(const struct taylor *taylor) {
     double leading[TAYLOR_LEADING], reach = INFINITY;
-    *bad_arm = -1;
     for (int i = 0; i < TAYLOR_LEADING; i++) {
-        leading[i] = taylor_norm(taylor, i, bad_arm);
-        if (!isfinite(leading[i])) return NAN;
+        double norm = taylor_norm(taylor, i);
+        if (norm == INFINITY) return NAN;
+        leading[i] = taylor->log_rtol + log2(norm * taylor->jets.share[i]);
     }
     for (int j = taylor->order - TAYLOR_TRAILING + 1; j <= taylor->order; j++) {
-        double trailing = taylor_norm(taylor, j, bad_arm);
-        if (!isfinite(trailing)) return NAN;
-        reach = fmin(reach, taylor_reach(taylor, leading, trailing, j));
+        double norm = taylor_norm(taylor, j);
+        if (norm == INFINITY) return NAN;
+        if (norm == 0) continue;
+        double trailing = log2(norm), here = (taylor->log_atol - trailing) * taylor->jets.share[j];
+        for (int i = 0; i < TAYLOR_LEADING; i++) {
+            here = fmax(here, (leading[i] - trailing) * taylor->jets.share[j - i - 1]);
+        }
+        reach = fmin(reach, here);
     }
     return reach;
 }
 
-/* what one instant asks of the series: x = t / unit, its powers are formed by Horner */
-struct taylor_values {
-    double phi[TAYLOR_TILE], rate[TAYLOR_TILE], acc[TAYLOR_TILE], force[TAYLOR_TILE];
-};
-
-/* changes of phi and phi', and phi'' and lambda, of the arms a .. a + TAYLOR_TILE - 1 */
-static void taylor_horner(const struct taylor *taylor, double x, size_t a, struct taylor_values *v) {
-    memset(v, 0, sizeof *v);
-    const struct pend_jets *jets = &taylor->jets;
-    for (int j = taylor->order; j >= 1; j--) {
-        const double *w = jets->rate + (size_t)j * jets->stride + a;
-        const double *f = jets->force + (size_t)(j - 1) * jets->stride + a;
-        double share = 1.0 / (j + 1);
-        for (int i = 0; i < TAYLOR_TILE; i++) {
-            v->phi[i] = v->phi[i] * x + w[i] * share;
-            v->rate[i] = v->rate[i] * x + w[i];
-            v->acc[i] = v->acc[i] * x + w[i] * j;
-            v->force[i] = v->force[i] * x + f[i];
-        }
-    }
-    double rate = 1 / taylor->unit, acc = rate * rate;
-    for (int i = 0; i < TAYLOR_TILE; i++) {
-        v->phi[i] = x * (jets->rate[a + (size_t)i] + x * v->phi[i]);
-        v->rate[i] *= x * rate;
-        v->acc[i] *= acc;
-        v->force[i] *= acc;
-    }
-}
-
-/* the state at the end of the step, x units after its start */
-static void taylor_advance(struct taylor *taylor, double x) {
-    const struct taylor_state *from = &taylor->begin, *to = &taylor->end;
-    struct taylor_values v;
-    for (size_t a = 0; a < (size_t)taylor->tree->n; a += TAYLOR_TILE) {
-        taylor_horner(taylor, x, a, &v);
-        for (size_t i = 0; i < TAYLOR_TILE; i++) {
-            size_t k = a + i;
-            to->phi[k] = taylor_add(from->phi[k], v.phi[i] + from->phi_low[k], &to->phi_low[k]);
-            to->rate[k] = taylor_add(from->rate[k], v.rate[i] + from->rate_low[k], &to->rate_low[k]);
-        }
-    }
-}
-
-/* expands about the start of the step in a unit of time near the step, which is returned in units; NaN names an arm */
-static double taylor_expand(struct taylor *taylor, double limit, int *bad_arm) {
+/* expands about the start of the step in a unit of time near the step, which is returned in units; NaN where that fails */
+static double taylor_expand(struct taylor *taylor, double limit) {
     enum { RANGE = 16, TRIES = 64 };
-    const struct taylor_state *from = &taylor->begin;
     double x = NAN, left = fabs(limit - taylor->time);
     for (int i = 0; i < TRIES; i++) {
-        pend_jets_expand(&taylor->jets, taylor->gravity, taylor->unit, from->phi, from->phi_low, from->rate,
-                         taylor->order);
+        pend_jets_expand(&taylor->jets, taylor->gravity, taylor->unit, &taylor->begin, taylor->order);
         taylor->counts.evaluations += taylor->order;
-        x = taylor_choose(taylor, bad_arm);
+        x = exp2(taylor_choose(taylor));
         // a step may pass the last instant, by no more than its own length
         if (x > 2 * left / fabs(taylor->unit)) x = 2 * left / fabs(taylor->unit);
         if (x >= exp2(-RANGE) && x <= exp2(RANGE)) break;
@@ -195,22 +148,22 @@ static double taylor_expand(struct taylor *taylor, double limit, int *bad_arm) {
 
 static enum pend_status taylor_step(void *stepper, double limit, double *reached, struct pend_error *error) {
     struct taylor *taylor = stepper;
-    struct taylor_state swap = taylor->begin;
+    struct jets_state swap = taylor->begin;
     taylor->begin = taylor->end;
     taylor->end = swap;
     taylor->time = taylor->reached;
     taylor->unit = copysign(taylor->next_unit, limit - taylor->time);
-    int arm;
-    double x = taylor_expand(taylor, limit, &arm);
+    double x = taylor_expand(taylor, limit);
     if (isnan(x)) {
-        return pend_fail(error, PEND_NOT_FINITE, taylor->tree->order[arm], taylor->time,
+        return pend_fail(error, PEND_NOT_FINITE, taylor_bad_arm(taylor), taylor->time,
                          "the motion of an arm ceased to be finite");
     }
     taylor->reached = taylor->time + x * taylor->unit;
     if (taylor->reached == taylor->time) {
         return pend_fail(error, PEND_STEP_TOO_SMALL, -1, taylor->time, "the step fell to %g s", x * taylor->unit);
     }
-    taylor_advance(taylor, (taylor->reached - taylor->time) / taylor->unit);
+    pend_jets_advance(&taylor->jets, taylor->order, (taylor->reached - taylor->time) / taylor->unit, taylor->unit,
+                      &taylor->begin, &taylor->end);
     taylor->next_unit = exp2(floor(log2(x * fabs(taylor->unit))));
     taylor->counts.steps++;
     *reached = taylor->reached;
@@ -224,35 +177,17 @@ static void taylor_at_end(const struct taylor *taylor, double phi[], double rate
     memcpy(rate, taylor->end.rate, bytes);
 }
 
-static void taylor_copy(double to[], const double from[], size_t base, size_t a, size_t count) {
-    if (to) memcpy(to + base + a, from, count * sizeof(double));
-}
-
-static void taylor_at_one(const struct taylor *taylor, double t, size_t base, const struct pend_points *points) {
-    const struct taylor_state *from = &taylor->begin;
-    double x = (t - taylor->time) / taylor->unit;
-    size_t n = (size_t)taylor->tree->n;
-    for (size_t a = 0; a < n; a += TAYLOR_TILE) {
-        size_t count = n - a < TAYLOR_TILE ? n - a : TAYLOR_TILE;
-        struct taylor_values v;
-        taylor_horner(taylor, x, a, &v);
-        for (size_t i = 0; i < TAYLOR_TILE; i++) {
-            v.phi[i] = from->phi[a + i] + (v.phi[i] + from->phi_low[a + i]);
-            v.rate[i] = from->rate[a + i] + (v.rate[i] + from->rate_low[a + i]);
-        }
-        taylor_copy(points->phi, v.phi, base, a, count);
-        taylor_copy(points->rate, v.rate, base, a, count);
-        taylor_copy(points->acc, v.acc, base, a, count);
-        taylor_copy(points->force, v.force, base, a, count);
-    }
-}
+static double *taylor_offset(double *array, size_t base) { return array ? array + base : NULL; }
 
 static void taylor_at(void *stepper, const double t[], int count, const struct pend_points *points) {
     const struct taylor *taylor = stepper;
     for (int i = 0; i < count; i++) {
         size_t base = (size_t)i * (size_t)taylor->tree->n;
-        taylor_at_one(taylor, t[i], base, points);
-        if (t[i] == taylor->reached) taylor_at_end(taylor, points->phi + base, points->rate + base);
+        struct jets_values values = {points->phi + base, points->rate + base, taylor_offset(points->acc, base),
+                                     taylor_offset(points->force, base)};
+        pend_jets_values(&taylor->jets, taylor->order, (t[i] - taylor->time) / taylor->unit, taylor->unit,
+                         &taylor->begin, &values);
+        if (t[i] == taylor->reached) taylor_at_end(taylor, values.phi, values.rate);
     }
 }
 

@@ -341,22 +341,22 @@ static struct run_flaw run_find_flaw(const struct pend_run *run, const struct pe
     int n = run->problem.tree->n;
     const struct {
         const double *from;
-        int width;
+        int each_arm;
         const char *what;
-    } wanted[] = {{samples->phi, n, "angle"},        {samples->rate, n, "angular velocity"},
-                  {samples->acc, n, "acceleration"}, {samples->force, n, "force"},
-                  {samples->z_re, n, "position"},    {samples->z_im, n, "position"},
-                  {samples->zd_re, n, "velocity"},   {samples->zd_im, n, "velocity"},
-                  {samples->kinetic, 1, "energy"},   {samples->potential, 1, "energy"}};
+    } wanted[] = {{samples->phi, 1, "angle"},        {samples->rate, 1, "angular velocity"},
+                  {samples->acc, 1, "acceleration"}, {samples->force, 1, "force"},
+                  {samples->z_re, 1, "position"},    {samples->z_im, 1, "position"},
+                  {samples->zd_re, 1, "velocity"},   {samples->zd_im, 1, "velocity"},
+                  {samples->kinetic, 0, "energy"},   {samples->potential, 0, "energy"}};
     struct run_flaw flaw = {.row = due, .arm = -1};
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
         if (!wanted[i].from) continue;
-        int width = wanted[i].width;
+        int width = wanted[i].each_arm ? n : 1;
         const double *rows = wanted[i].from + samples->count * width;
         if (run_finite(rows, (long)flaw.row * width)) continue;
         long bad = 0;
         while (isfinite(rows[bad])) bad++;
-        flaw = (struct run_flaw){(int)(bad / width), width == n ? (int)(bad % width) : -1, wanted[i].what};
+        flaw = (struct run_flaw){(int)(bad / width), wanted[i].each_arm ? (int)(bad % width) : -1, wanted[i].what};
     }
     return flaw;
 }

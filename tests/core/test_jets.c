@@ -14,8 +14,10 @@ enum { ARMS_MAX = 256, ORDER = 20 };
 /* a tree, a state, and its series in one place */
 struct scene {
     struct pend_tree *tree;
-    double gravity, phi[ARMS_MAX], low[ARMS_MAX], rate[ARMS_MAX];
+    double gravity;
+    _Alignas(64) double phi[ARMS_MAX], low[ARMS_MAX], rate[ARMS_MAX];
     struct pend_jets jets;
+    struct jets_state state;
     void *block, *work;
 };
 
@@ -29,6 +31,7 @@ static int scene_open(struct scene *s, int n, const int parent[], double decades
         s->rate[k] = 4 * test_random(seed) - 2;
     }
     s->gravity = 9.81;
+    s->state = (struct jets_state){s->phi, s->low, s->rate, s->low};
     s->block = s->work = NULL;
     if (pend_tree_new(&s->tree, n, len, mass, parent, NULL) != PEND_OK) return 0;
     s->block = aligned_alloc(64, pend_jets_bytes(n, ORDER));
@@ -113,7 +116,7 @@ TEST(jets_obey_the_equations_of_motion_on_every_tree_of_up_to_eight_arms) {
             struct scene s;
             REQUIRE(scene_open(&s, n, parent, 0.3, &seed));
             double unit = trees % 2 ? 0.125 : -0.125;
-            pend_jets_expand(&s.jets, s.gravity, unit, s.phi, s.low, s.rate, ORDER);
+            pend_jets_expand(&s.jets, s.gravity, unit, &s.state, ORDER);
             double x = series_reach(&s.jets, n, 1e-14);
             for (int i = 0; i <= 2; i++) scene_residual(&s, unit, 0.5 * i * x, residual);
             scene_close(&s);
@@ -141,7 +144,7 @@ TEST(jets_obey_the_equations_of_motion_on_large_random_trees) {
         random_parents(n, parent, &seed);
         struct scene s;
         REQUIRE(scene_open(&s, n, parent, 0.3, &seed));
-        pend_jets_expand(&s.jets, s.gravity, 0.0625, s.phi, s.low, s.rate, ORDER);
+        pend_jets_expand(&s.jets, s.gravity, 0.0625, &s.state, ORDER);
         scene_residual(&s, 0.0625, series_reach(&s.jets, n, 1e-14), residual);
         scene_close(&s);
     }
@@ -157,7 +160,7 @@ TEST(jets_keep_their_digits_at_order_zero_when_masses_differ_by_16_decades) {
         random_parents(n, parent, &seed);
         struct scene s;
         REQUIRE(scene_open(&s, n, parent, 8, &seed));
-        pend_jets_expand(&s.jets, s.gravity, 0.0625, s.phi, s.low, s.rate, PEND_JETS_ORDER_MIN);
+        pend_jets_expand(&s.jets, s.gravity, 0.0625, &s.state, PEND_JETS_ORDER_MIN);
         double acc[ARMS_MAX], force[ARMS_MAX], scale[2] = {0, 0}, worst[2] = {0, 0};
         pend_dynamics(s.tree, s.gravity, s.phi, s.rate, s.work, acc, force);
         for (int k = 0; k < n; k++) {
@@ -178,7 +181,7 @@ TEST(jets_notice_a_wrong_coefficient) {
     int parent[4] = {-1, 0, 1, 1};
     struct scene s;
     REQUIRE(scene_open(&s, 4, parent, 0.3, &seed));
-    pend_jets_expand(&s.jets, s.gravity, 0.125, s.phi, s.low, s.rate, ORDER);
+    pend_jets_expand(&s.jets, s.gravity, 0.125, &s.state, ORDER);
     double x = series_reach(&s.jets, 4, 1e-14), residual[2] = {0, 0};
     s.jets.rate[7 * s.jets.stride + 1] *= 1 + 1e-3;
     scene_residual(&s, 0.125, x, residual);

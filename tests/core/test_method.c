@@ -52,7 +52,7 @@ TEST(methods_are_those_of_the_contract) {
     CHECK(!pend_method_find(""));
 }
 
-static int range_holds(double min, double value, double max) { return 0 < min && min <= value && value <= max; }
+static int range_holds(double min, double value, double max) { return min <= value && value <= max; }
 
 TEST(methods_describe_themselves) {
     const struct pend_method *method;
@@ -60,8 +60,9 @@ TEST(methods_describe_themselves) {
         int obeys = (method->flags & PEND_METHOD_TOLERANCES) != 0;
         CHECK_SAYING(strlen(method->summary) > 20 && strchr(method->summary, '.'), "%s has no summary", method->name);
         CHECK(method->open && method->step && method->at && method->counts && method->close);
-        if (obeys) CHECK(range_holds(method->rtol_min, method->rtol_default, method->rtol_max));
-        if (obeys) CHECK(range_holds(method->atol_min, method->atol_default, method->atol_max));
+        if (obeys) CHECK(method->rtol_min > 0 && range_holds(method->rtol_min, method->rtol_default, method->rtol_max));
+        if (obeys)
+            CHECK(method->atol_min >= 0 && range_holds(method->atol_min, method->atol_default, method->atol_max));
         if (!obeys) CHECK(method->rtol_max == 0 && method->atol_max == 0);
     }
 }

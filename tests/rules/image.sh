@@ -7,6 +7,8 @@ image=pendulumd-check:$$
 base=$(sed -n 's/^FROM \([^ ]*\).*/\1/p' docker/Dockerfile | head -n 1)
 work=build/check/image
 mkdir -p "$work"
+container=
+daemon=
 
 skip() { echo "skip image: $1"; echo '0 passed, 0 failed, 1 skipped'; exit 0; }
 fail() { echo "FAIL image: $1"; echo '0 passed, 1 failed'; exit 1; }
@@ -28,7 +30,7 @@ answered() { # address
 }
 
 with_docker() {
-    local container address health code
+    local address health code
     docker image inspect "$base" >/dev/null 2>&1 || timeout 60 docker pull -q "$base" >/dev/null 2>&1 || skip "$base is not here and cannot be pulled"
     timeout 600 docker build -q -f docker/Dockerfile -t "$image" . || fail 'docker build'
     container=$(docker run -d --read-only --cap-drop ALL -p 127.0.0.1::8080 "$image") || fail 'docker run'
@@ -48,12 +50,12 @@ with_docker() {
 
 # without an engine: everything in a chroot on the host's network, so the daemon gets a free port of loopback
 with_buildah() {
-    local container root address code
+    local address
     export BUILDAH_ISOLATION=${BUILDAH_ISOLATION:-chroot} STORAGE_DRIVER=${STORAGE_DRIVER:-vfs}
     buildah inspect --type image "$base" >/dev/null 2>&1 || timeout 60 buildah pull -q "$base" >/dev/null 2>&1 || skip "$base is not here and cannot be pulled"
-    timeout 600 buildah bud --pull-never --layers=false -q -f docker/Dockerfile -t "$image" . || fail 'buildah bud'
+    timeout 600 buildah bud --format docker --pull-never --layers=false -q -f docker/Dockerfile -t "$image" . || fail 'buildah bud'
     container=$(buildah from --pull-never "$image") || fail 'buildah from'
-    trap 'kill "$daemon" 2>/dev/null; buildah rm "$container" >/dev/null 2>&1; buildah rmi -f "$image" >/dev/null 2>&1' EXIT
+    trap 'kill $daemon 2>/dev/null; buildah rm "$container" >/dev/null 2>&1; buildah rmi -f "$image" >/dev/null 2>&1' EXIT
     [ "$(buildah run "$container" -- id -u)" = 10001 ] || fail 'it runs as somebody else'
     buildah run --env PENDULUMD_LISTEN=127.0.0.1:0 "$container" -- /usr/local/bin/pendulumd >"$work/log" 2>&1 &
     daemon=$!

@@ -8,19 +8,19 @@ build=$1
 passed=0 failed=0
 
 # what each room's files may include of the project
-declare -A may=([core]='^core/' [api]='^(api|core)/' [server]='^(server|api)/|^core/status\.h$')
+declare -A may=([core]='^core/' [api]='^(api|core)/' [server]='^(server|api)/|^core/status[.]h$')
 # system headers that core and api may use: none that knows threads, files, sockets or time
-pure='^(assert|complex|errno|float|limits|math|stdalign|stdarg|stdbool|stddef|stdint|stdio|stdlib|string|strings|tgmath|immintrin|arm_neon)\.h$|^(cstdint|cstddef|cstring|cmath|cstdlib|limits|system_error)$'
+pure='^(assert|complex|errno|float|limits|math|stdalign|stdarg|stdbool|stddef|stdint|stdio|stdlib|string|strings|tgmath|[ei]mmintrin|arm_neon)[.]h$|^(cassert|cmath|cstddef|cstdint|cstdio|cstdlib|cstring|limits|system_error)$'
 # an outside library's headers, and the files that are its door
 doors=(
-    '^gsl/|^gsl_ ^core/(method_gsl|modes|modes_gsl|reference)\.c$'
-    '^cjson/ ^api/json_in\.c$'
-    '^dragonbox/ ^api/number_write\.cpp$'
-    '^fast_float/ ^api/number_read\.cpp$'
-    '^microhttpd\.h$ ^server/http\.c$'
-    '^sqlite3\.h$ ^server/store_sqlite\.c$'
-    '^libpq-fe\.h$ ^server/store_postgres\.c$'
-    '^(pthread|threads)\.h$ ^server/'
+    '^gsl/|^gsl_ ^core/(method_gsl|modes|modes_gsl|reference)[.]c$'
+    '^cjson/ ^api/json_in[.]c$'
+    '^dragonbox/ ^api/number_write[.]cpp$'
+    '^fast_float/ ^api/number_read[.]cpp$'
+    '^microhttpd[.]h$ ^server/http[.]c$'
+    '^sqlite3[.]h$ ^server/store_sqlite[.]c$'
+    '^libpq-fe[.]h$ ^server/store_postgres[.]c$'
+    '^(pthread|threads)[.]h$ ^server/'
 )
 
 verdict() { # name, complaints
@@ -31,33 +31,30 @@ verdict() { # name, complaints
 }
 
 files() { find "$1" -name '*.[ch]' -o -name '*.cpp' | sort; }
-own_includes() { sed -nE 's/^ *# *include *"([^"]+)".*/\1/p' "$1"; }
-system_includes() { sed -nE 's/^ *# *include *<([^>]+)>.*/\1/p' "$1"; }
+
+# every include of the three rooms: file, header, and the line's quote or angle
+includes=$(grep -E '^ *# *include' $(files core) $(files api) $(files server) /dev/null |
+    sed -nE 's/^([^:]+): *# *include *(["<])([^">]+)[">].*/\1 \3 \2/p')
 
 room_includes() {
-    for file in $(files "$1"); do
-        own_includes "$file" | grep -vE "${may[$1]}" | sed "s|^|$file may not include |"
-    done
+    awk -v room="^$1/" -v may="${may[$1]}" '$3 == "\"" && $1 ~ room && $2 !~ may { print $1 " may not include " $2 }' <<<"$includes"
 }
 
 door() { # header pattern, file pattern
-    for file in $(files core) $(files api) $(files server); do
-        [[ $file =~ $2 ]] || system_includes "$file" | grep -E "$1" | sed "s|^|$file is no door to |"
-    done
+    awk -v header="$1" -v file="$2" '$3 == "<" && $2 ~ header && $1 !~ file { print $1 " is no door to " $2 }' <<<"$includes"
 }
 
 pure_headers() {
     local all=$pure row
     for row in "${doors[@]}"; do [[ $row = *pthread* ]] || all+="|${row%% *}"; done
-    for file in $(files core) $(files api); do
-        system_includes "$file" | grep -vE "$all" | sed "s|^|$file may not use |"
-    done
+    awk -v all="$all" '$3 == "<" && $1 ~ /^(core|api)\// && $2 !~ all { print $1 " may not use " $2 }' <<<"$includes"
 }
 
 own_header_first() {
+    local file
     for file in $(files core) $(files api) $(files server); do
         [ -f "${file%.*}.h" ] && [[ $file != *.h ]] || continue
-        [ "$(grep -m 1 '^ *# *include' "$file")" = "#include \"${file%.*}.h\"" ] || echo "$file does not include its own header first"
+        awk -v file="$file" -v own="${file%.*}.h" '$1 == file { if ($2 != own) print file " does not include its own header first"; exit }' <<<"$includes"
     done
 }
 
@@ -76,7 +73,7 @@ file_order() {
     for file in $(files "$1"); do
         stem=$(basename "${file%.*}")
         [ -n "${place[$stem]-}" ] || { echo "$1/README.md does not list $stem"; continue; }
-        for other in $(own_includes "$file" | sed -nE "s|^$1/(.*)\.h$|\1|p"); do
+        for other in $(awk -v file="$file" '$1 == file && $3 == "\"" { print $2 }' <<<"$includes" | sed -nE "s|^$1/(.*)\.h$|\1|p"); do
             [ -z "${place[$other]-}" ] || [ "${place[$other]}" -le "${place[$stem]}" ] || echo "$file includes $other.h, which $1/README.md lists below it"
         done
     done | sort -u
@@ -94,8 +91,9 @@ effects() {
         grep -vE '^(abort)$' | sed 's/^/core uses /'
 }
 
-prefixes() { # objects' directory, symbol pattern
-    nm -g --defined-only "$build/$1"/*.o 2>/dev/null | awk 'NF == 3 && $2 != "w" && $2 != "V" { print $3 }' | grep -vE "$2" | sed "s|^|$1 defines |"
+prefixes() { # room, symbol pattern
+    # C++ names (_Z) have namespaces: those of the room and of its outside libraries
+    nm -g --defined-only "$build/$1"/*.o | awk 'NF == 3 { print $3 }' | sort -u | grep -vE "$2|^_Z" | sed "s|^|$1 defines |"
 }
 
 for room in core api server; do
@@ -104,7 +102,7 @@ for room in core api server; do
 done
 for row in "${doors[@]}"; do
     read -r header file <<<"$row"
-    verdict "one door to $header" "$(door "$header" "$file")"
+    verdict "only the door to $header includes it" "$(door "$header" "$file")"
 done
 verdict 'core and api use no thread, file, socket or clock' "$(pure_headers)"
 verdict 'a file includes its own header first' "$(own_header_first)"

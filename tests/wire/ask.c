@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-const char *ask_long(void) {
+const char *ask_long(double span) {
     static char body[8192];
     enum { ARMS = 60 };
     size_t at = (size_t)snprintf(body, sizeof body, "{\"pendulum\":{\"length\":[");
@@ -14,7 +14,7 @@ const char *ask_long(void) {
     at += (size_t)snprintf(body + at, sizeof body - at, "],\"parent\":[");
     for (int i = 0; i < ARMS; i++) at += (size_t)snprintf(body + at, sizeof body - at, i ? ",%d" : "%d", i);
     snprintf(body + at, sizeof body - at,
-             "]},\"times\":{\"start\":0,\"stop\":40,\"count\":5},\"method\":\"taylor\",\"rtol\":1e-12}");
+             "]},\"times\":{\"start\":0,\"stop\":%g,\"count\":5},\"method\":\"taylor\",\"rtol\":1e-12}", span);
     return body;
 }
 

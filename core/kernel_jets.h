@@ -1,0 +1,45 @@
+/* The series kernels of one tree, by instruction set.
+ * Leaves to others: memory, angles (jets).
+ * Invariant: an unsupported set is never called. */
+#ifndef PEND_KERNEL_JETS_H
+#define PEND_KERNEL_JETS_H
+
+#include "core/jets_system.h"
+
+/* Sums of two doubles a value, as phi and phi' are carried from step to step; n values each, padded to 8. */
+struct jets_state {
+    double *phi, *phi_low, *rate, *rate_low;
+};
+
+/* Where the values of one instant go; n values each, NULL = not wanted. */
+struct jets_values {
+    double *phi, *rate, *acc, *force;
+};
+
+struct jets_kernel {
+    /**
+     * All orders: rate_0 .. rate_order and force_0 .. force_{order - 1}, in powers of t / unit.
+     *
+     * system  one tree; trees of up to 8 arms need a stride of 8.
+     * order   >= 1.
+     */
+    void (*orders)(const struct jets_system *system, const struct jets_state *state, double gravity, double unit,
+                   int order);
+    /**
+     * The state x units after `from`, as sums of two doubles.
+     */
+    void (*advance)(const struct jets_system *system, int order, double x, double unit, const struct jets_state *from,
+                    const struct jets_state *to);
+    /**
+     * The values x units after `from`. phi and rate are always wanted.
+     */
+    void (*values)(const struct jets_system *system, int order, double x, double unit, const struct jets_state *from,
+                   const struct jets_values *values);
+};
+
+extern const struct jets_kernel pend_kernel_jets_base;
+#ifdef __x86_64__
+extern const struct jets_kernel pend_kernel_jets_avx2, pend_kernel_jets_avx512;
+#endif
+
+#endif

@@ -1,0 +1,102 @@
+/* Elementary functions of vectors; included by lanes.h once for each number of LANES.
+ * Leaves to others: arguments that are not finite (the callers look at their results).
+ * Invariant: the same operations in every lane, no table, no branch. */
+#define LANES_PASTE2(a, b) a##b
+#define LANES_PASTE(a, b) LANES_PASTE2(a, b)
+#define VEC LANES_PASTE(lanes, LANES)
+#define BITS LANES_PASTE(bits, LANES)
+#define OF(name) LANES_PASTE(LANES_PASTE(lanes, LANES), _##name)
+
+typedef long long BITS __attribute__((vector_size(8 * LANES)));
+
+LANES_INLINE VEC OF(get)(const double *at) { return *(const VEC *)(const void *)at; }
+
+LANES_INLINE void OF(put)(double *at, VEC x) { *(VEC *)(void *)at = x; }
+
+/** x where the mask is all ones, y where it is 0. */
+LANES_INLINE VEC OF(pick)(BITS mask, VEC x, VEC y) { return (VEC)((mask & (BITS)x) | (~mask & (BITS)y)); }
+
+LANES_INLINE VEC OF(max)(VEC x, VEC y) { return OF(pick)((BITS)(x > y), x, y); }
+
+LANES_INLINE VEC OF(min)(VEC x, VEC y) { return OF(pick)((BITS)(x < y), x, y); }
+
+LANES_INLINE VEC OF(abs)(VEC x) { return (VEC)((BITS)x & 0x7fffffffffffffffLL); }
+
+/** The nearest integer, |x| < 2^51. */
+LANES_INLINE VEC OF(round)(VEC x) {
+    VEC magic = OF(of)(0x1.8p52);
+    return (x + magic) - magic;
+}
+
+/** The largest integer not above x, |x| < 2^51. */
+LANES_INLINE VEC OF(floor)(VEC x) {
+    VEC near = OF(round)(x);
+    return near - (VEC)((BITS)(near > x) & (BITS)OF(of)(1));
+}
+
+/**
+ * Sine and cosine of x + low, |low| below an ulp or so of x: within 1 ulp of the larger of the two up to |x| = 1e6, and
+ * as exact as x itself up to 1e12.
+ */
+LANES_INLINE void OF(sincos)(VEC x, VEC low, VEC *sine, VEC *cosine) {
+    // n times the first two parts of pi / 2 is exact up to n = 2^20
+    VEC magic = OF(of)(0x1.8p52), shifted = OF(fma)(x, OF(of)(0x1.45f306dc9c883p-1), magic), n = shifted - magic;
+    BITS turn = (BITS)shifted;
+    VEC far = OF(fma)(n, OF(of)(-0x1.921fb54400000p+0), x), second = n * 0x1.0b4611a600000p-34, near = far - second;
+    // the rounding of that difference, and the rest of pi / 2, go to the tail
+    VEC back = far - near, tail = (back - second) + (far - (near + back));
+    tail = OF(fma)(n, OF(of)(-0x1.3198a2e037073p-69), tail + low);
+    VEC r = near + tail, z = r * r;
+    tail = (near - r) + tail;
+    VEC s = OF(fma)(z, OF(of)(0x1.5d92470eeb08bp-33), OF(of)(-0x1.ae5e63cec97aap-26));
+    s = OF(fma)(z, s, OF(of)(0x1.71de3574bc93ap-19));
+    s = OF(fma)(z, s, OF(of)(-0x1.a01a019c0e4f8p-13));
+    s = OF(fma)(z, s, OF(of)(0x1.111111110f861p-7));
+    s = OF(fma)(z, s, OF(of)(-0x1.5555555555549p-3));
+    VEC c = OF(fma)(z, OF(of)(-0x1.8fadd061d64a6p-37), OF(of)(0x1.1ee9ea6cd0900p-29));
+    c = OF(fma)(z, c, OF(of)(-0x1.27e4f807d689ep-22));
+    c = OF(fma)(z, c, OF(of)(0x1.a01a019caef49p-16));
+    c = OF(fma)(z, c, OF(of)(-0x1.6c16c16c15162p-10));
+    c = OF(fma)(z, c, OF(of)(0x1.555555555554cp-5));
+    VEC half = 0.5 * z, one = OF(of)(1), rest = one - half;
+    VEC sin_r = r + OF(fma)(r * z, s, tail * rest);
+    VEC cos_r = rest + (((one - rest) - half) + OF(fma)(z * z, c, -(r * tail)));
+    // quadrants
+    BITS swap = -(turn & 1), sine_sign = (turn & 2) << 62, cosine_sign = ((turn + 1) & 2) << 62;
+    *sine = (VEC)((BITS)OF(pick)(swap, cos_r, sin_r) ^ sine_sign);
+    *cosine = (VEC)((BITS)OF(pick)(swap, sin_r, cos_r) ^ cosine_sign);
+}
+
+/** The binary logarithm within 1e-5, x >= 0 and normal; zero gives -1023. */
+LANES_INLINE VEC OF(log2)(VEC x) {
+    BITS bits = (BITS)x;
+    VEC exponent = (VEC)(((bits >> 52) & 0x7ff) | 0x4330000000000000LL) - (0x1p52 + 1023);
+    VEC m = (VEC)((bits & 0xfffffffffffffLL) | 0x3ff0000000000000LL) - 1;
+    VEC p = OF(fma)(m, OF(of)(-0.02645722400377554), OF(of)(0.1234506284500257));
+    p = OF(fma)(m, p, OF(of)(-0.2795369132916203));
+    p = OF(fma)(m, p, OF(of)(0.4582699984536986));
+    p = OF(fma)(m, p, OF(of)(-0.718281677822792));
+    p = OF(fma)(m, p, OF(of)(1.4425531199127515));
+    return OF(fma)(m, p, exponent);
+}
+
+/** 2 to the nearest integer of x, -1022 <= x <= 1023. */
+LANES_INLINE VEC OF(power)(VEC x) { return (VEC)(((BITS)(x + (0x1.8p52 + 1023))) << 52); }
+
+/** 2 to the x within 1e-7, -1022 <= x <= 1023. */
+LANES_INLINE VEC OF(exp2)(VEC x) {
+    VEC n = OF(round)(x), f = x - n;
+    VEC p = OF(fma)(f, OF(of)(0.0013409983027996987), OF(of)(0.009676036102295737));
+    p = OF(fma)(f, p, OF(of)(0.05550297367938582));
+    p = OF(fma)(f, p, OF(of)(0.24022107383747435));
+    p = OF(fma)(f, p, OF(of)(0.6931472253727761));
+    p = OF(fma)(f, p, OF(of)(1.0000000754879643));
+    return p * OF(power)(n);
+}
+
+#undef LANES_PASTE2
+#undef LANES_PASTE
+#undef VEC
+#undef BITS
+#undef OF
+#undef LANES

@@ -1,0 +1,184 @@
+/* Series of trees of up to LANES arms, arms in lanes, the tree system of order 0 inverted once a step.
+ * Leaves to others: memory and angles (jets). Included once for each number of lanes.
+ * Invariant: the inverse is built by the stable sweeps, one unit right-hand side a lane. */
+#define SMALL_PASTE2(a, b) a##b
+#define SMALL_PASTE(a, b) SMALL_PASTE2(a, b)
+#define SMALL(name) SMALL_PASTE(SMALL_PASTE(small, LANES), _##name)
+#define VEC SMALL_PASTE(lanes, LANES)
+#define VEC_(name) SMALL_PASTE(VEC, _##name)
+
+LANES_INLINE VEC SMALL(unit)(int lane) {
+    VEC x = {0};
+    x[lane] = 1;
+    return x;
+}
+
+/* answers of arm j to a unit of inward pull W_i (first) or of force s_i across arm i (second) in lane i: force along
+ * the arm, and acceleration across it; by reciprocity these rows are the columns that the orders need */
+struct SMALL(columns) {
+    VEC force_pull[LANES], force_side[LANES], acc_pull[LANES], acc_side[LANES];
+};
+
+/* sums over the children of an arm, and what the sweep up leaves, for all unit right-hand sides */
+struct SMALL(node) {
+    VEC push_pull, push_side, side_pull, side_side, sin, side; /* sums on the way up; side is g_t itself */
+    VEC bias_pull, bias_side, late_pull, late_side, early_pull, early_side;
+    VEC radial_pull, radial_side, tangential_pull, tangential_side;
+};
+
+LANES_INLINE void SMALL(up)(const struct jets_system *s, struct SMALL(node) node[]) {
+    for (int k = 0; k < s->n; k++) {
+        VEC zero = VEC_(of)(0);
+        node[k].push_pull = node[k].push_side = node[k].side_pull = node[k].side_side = node[k].sin = zero;
+        node[k].early_pull = node[k].early_side = zero;
+        node[k].side = SMALL(unit)(k);
+    }
+    for (int k = s->n - 1; k >= 0; k--) {
+        struct SMALL(node) *x = &node[k];
+        x->push_side = VEC_(fma)(VEC_(of)(s->lean[k]), x->side, x->push_side - x->sin);
+        x->bias_pull = x->push_pull - s->eff[k] * SMALL(unit)(k);
+        x->bias_side = x->push_side;
+        if (!k) break;
+        struct SMALL(node) *up = &node[s->parent[k]];
+        VEC Z = VEC_(of)(s->sine[k]), C = VEC_(of)(s->cosine[k]), kappa = VEC_(of)(s->kappa[k]);
+        x->late_pull = up->side_pull;
+        x->late_side = up->side_side;
+        up->push_pull = VEC_(fma)(kappa, x->bias_pull, up->push_pull);
+        up->push_side = VEC_(fma)(kappa, x->bias_side, up->push_side);
+        up->side_pull = VEC_(fma)(Z, x->bias_pull, up->side_pull);
+        up->side_side = VEC_(fma)(Z, x->bias_side, up->side_side);
+        up->sin = VEC_(fma)(Z, SMALL(unit)(k), up->sin);
+        up->side = up->side - C * SMALL(unit)(k);
+    }
+}
+
+LANES_INLINE void SMALL(down)(const struct jets_system *s, struct SMALL(node) node[], struct SMALL(columns) *columns) {
+    struct SMALL(node) pivot = {0};
+    for (int k = 0; k < s->n; k++) {
+        struct SMALL(node) *x = &node[k], *up = k ? &node[s->parent[k]] : &pivot;
+        VEC Z = VEC_(of)(s->sine[k]), C = VEC_(of)(s->cosine[k]), tau = VEC_(of)(s->tau[k]);
+        VEC stiff = VEC_(of)(s->eff[k] * s->kappa[k]), inv_eff = VEC_(of)(s->inv_eff[k]);
+        VEC tension_pull = s->nu[k] * x->bias_pull, tension_side = s->nu[k] * x->bias_side;
+        if (k) {
+            // tension first, the siblings' part leaves k itself out
+            tension_pull -= tau * (up->early_pull + x->late_pull);
+            tension_side += tau * (up->side - (up->early_side + x->late_side));
+            up->early_pull = VEC_(fma)(Z, x->bias_pull, up->early_pull);
+            up->early_side = VEC_(fma)(Z, x->bias_side, up->early_side);
+        }
+        VEC kappa = VEC_(of)(s->kappa[k]);
+        x->radial_pull = VEC_(fma)(kappa, up->radial_pull, (tension_pull - x->push_pull) * inv_eff);
+        x->radial_side = VEC_(fma)(kappa, up->radial_side, (tension_side - x->push_side) * inv_eff);
+        x->tangential_pull = -s->inv[k] * VEC_(fma)(VEC_(of)(s->sum_r[k]), x->radial_pull, x->side_pull);
+        x->tangential_side = s->inv[k] * (x->side - VEC_(fma)(VEC_(of)(s->sum_r[k]), x->radial_side, x->side_side));
+        columns->force_pull[k] = VEC_(fma)(stiff, up->radial_pull, tension_pull);
+        columns->force_side[k] = VEC_(fma)(stiff, up->radial_side, tension_side);
+        columns->acc_pull[k] = x->tangential_pull + Z * up->radial_pull - C * up->tangential_pull;
+        columns->acc_side[k] = x->tangential_side + Z * up->radial_side - C * up->tangential_side;
+    }
+}
+
+/* coefficients of one order */
+struct SMALL(order) {
+    VEC re, im, rate, force;
+};
+
+/* one term of T and c: u_j times phi'_{k + 1 - j} and lambda_{k - j} */
+LANES_INLINE void SMALL(term)(const struct jets_system *s, int k, int j, VEC sum[4]) {
+    enum { STRIDE = 8 };
+    VEC ur = VEC_(get)(s->turn_re + j * STRIDE), ui = VEC_(get)(s->turn_im + j * STRIDE);
+    VEC w = VEC_(get)(s->rate + (k + 1 - j) * STRIDE), f = VEC_(get)(s->force + (k - j) * STRIDE);
+    sum[0] = VEC_(fma)(ur, w, sum[0]);
+    sum[1] = VEC_(fma)(ui, w, sum[1]);
+    sum[2] = VEC_(fma)(ur, f, sum[2]);
+    sum[3] = VEC_(fma)(ui, f, sum[3]);
+}
+
+/* T and c of order k, as sums of two halves so that the additions overlap; the newest coefficients come last */
+LANES_INLINE struct SMALL(order) SMALL(known)(const struct jets_system *s, int k, const struct SMALL(order) *first,
+                                             const struct SMALL(order) *newest) {
+    VEC even[4], odd[4];
+    for (int i = 0; i < 4; i++) even[i] = odd[i] = VEC_(of)(0);
+    int j = 2;
+    for (; j < k; j += 2) {
+        SMALL(term)(s, k, j, even);
+        SMALL(term)(s, k, j + 1, odd);
+    }
+    if (j == k) SMALL(term)(s, k, j, even);
+    for (int i = 0; i < 4; i++) even[i] += odd[i];
+    if (k) {
+        // u_1 is imaginary
+        even[1] = VEC_(fma)(first->im, newest->rate, even[1]);
+        even[3] = VEC_(fma)(first->im, newest->force, even[3]);
+    }
+    even[0] = VEC_(fma)(newest->re, first->rate, even[0]);
+    even[1] = VEC_(fma)(newest->im, first->rate, even[1]);
+    return (struct SMALL(order)){even[0], even[1], even[2], even[3]};
+}
+
+LANES_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct SMALL(order) *x) {
+    enum { STRIDE = 8 };
+    VEC_(put)(s->rate + (k + 1) * STRIDE, x->rate);
+    VEC_(put)(s->force + k * STRIDE, x->force);
+    VEC_(put)(s->turn_re + (k + 2) * STRIDE, x->re);
+    VEC_(put)(s->turn_im + (k + 2) * STRIDE, x->im);
+}
+
+/* the columns in the units of the orders: pulls are l T, accelerations of angles */
+LANES_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns) *columns) {
+    VEC inv_len = VEC_(get)(s->inv_len);
+    for (int j = 0; j < s->n; j++) {
+        VEC len = VEC_(of)(s->len[j]);
+        columns->acc_side[j] *= inv_len;
+        columns->force_side[j] *= inv_len * len;
+        columns->force_pull[j] *= len;
+    }
+}
+
+static void SMALL(orders)(const struct jets_system *s, double gravity, int order) {
+    enum { STRIDE = 8 };
+    struct SMALL(node) node[LANES];
+    struct SMALL(columns) columns = {0};
+    SMALL(up)(s, node);
+    SMALL(down)(s, node, &columns);
+    SMALL(scale)(s, &columns);
+    VEC zero = VEC_(of)(0), lift = zero, drop = zero;
+    struct SMALL(order) first = {zero, VEC_(get)(s->rate), VEC_(get)(s->rate), zero}, newest = first;
+    VEC_(put)(s->turn_re, VEC_(of)(1));
+    VEC_(put)(s->turn_im, zero);
+    VEC_(put)(s->turn_re + STRIDE, first.re);
+    VEC_(put)(s->turn_im + STRIDE, first.im);
+    // gravity is a pull on the root
+    lift[0] = s->sine[0] * gravity * s->inv_len[0];
+    drop[0] = s->cosine[0] * gravity * s->inv_len[0];
+    for (int k = 0; k < order; k++) {
+        struct SMALL(order) known = SMALL(known)(s, k, &first, &newest);
+        double pull[LANES] __attribute__((aligned(64))), side[LANES] __attribute__((aligned(64)));
+        VEC_(put)(pull, known.im - lift);
+        VEC_(put)(side, known.force * s->share[k]);
+        // by reciprocity the answer of arm i to W_j is that of arm j to W_i, and acceleration to W is force to s;
+        // rate is (phi''_k + (k + 1) T) / (k + 1), force (lambda_k + c) / (k + 1)
+        VEC rate[2] = {-drop, zero}, force[2] = {zero, zero};
+        for (int j = 0; j < LANES; j++) {
+            VEC W = VEC_(of)(pull[j]), S = VEC_(of)(side[j]);
+            rate[0] = VEC_(fma)(W, columns.force_side[j], rate[0]);
+            rate[1] = VEC_(fma)(S, columns.acc_side[j], rate[1]);
+            force[0] = VEC_(fma)(W, columns.force_pull[j], force[0]);
+            force[1] = VEC_(fma)(S, columns.acc_pull[j], force[1]);
+        }
+        VEC turned = rate[0] + rate[1];
+        newest.rate = turned - known.re;
+        newest.force = VEC_(fma)(VEC_(of)(k + 1), force[0] + force[1], -known.rate);
+        newest.re = -s->share[k + 1] * known.im;
+        newest.im = s->share[k + 1] * turned;
+        SMALL(keep)(s, k, &newest);
+        lift = drop = zero;
+    }
+}
+
+#undef SMALL_PASTE2
+#undef SMALL_PASTE
+#undef SMALL
+#undef VEC
+#undef VEC_
+#undef LANES
