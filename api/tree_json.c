@@ -298,7 +298,7 @@ static enum form tree_form(const struct api_value *pendulum, struct api_problem 
 static int tree_count(const struct tree_reading *reading) {
     for (int i = 0; i < 3 && forms[reading->form].field[i]; i++) {
         struct api_value field = api_value_member(reading->pendulum, forms[reading->form].field[i]);
-        if (api_value_count(&field)) return api_value_count(&field);
+        if (api_value_kind(&field) == API_ARRAY && api_value_count(&field)) return api_value_count(&field);
     }
     return 0;
 }
