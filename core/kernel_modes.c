@@ -25,6 +25,10 @@ typedef long long masks __attribute__((vector_size(LANES * sizeof(double))));
 #define KERNEL_NAME(isa) KERNEL_PASTE(isa)
 #define INLINE static inline __attribute__((always_inline))
 
+/* Added to each pivot in parts of its spring: far below round-off, yet no pivot vanishes, and sums over pivots that
+ * nearly do keep their digits. */
+#define KERNEL_TINY 0x1p-57
+
 INLINE lanes kernel_all(double value) { return (lanes){0} + value; }
 
 INLINE lanes kernel_pick(masks where, lanes yes, lanes no) {
@@ -42,7 +46,8 @@ struct tally {
 };
 
 /* what the children pull becomes what the node itself pulls */
-INLINE void probe_node(struct tally *tally, struct pulls *pulls, double spring, double mass, double tiny) {
+INLINE void probe_node(struct tally *tally, struct pulls *pulls, double spring, double mass) {
+    double tiny = spring * KERNEL_TINY;
     for (int i = 0; i < PAIR; i++) {
         lanes t = pulls->value[i] - tally->shift[i] * mass, d = (t + spring) + tiny, inverse = 1.0 / d;
         lanes ratio = spring * inverse, slope = (pulls->rate[i] - mass) * inverse, square = slope * slope;
@@ -68,26 +73,25 @@ INLINE void pulls_add(struct pulls *sum, const struct pulls *more) {
 static void probe_group(const struct pend_laplacian *laplacian, struct tally *result) {
     const double *spring = laplacian->spring, *mass = laplacian->mass;
     const unsigned char *turn = laplacian->turn;
-    double tiny = laplacian->tiny;
     struct tally tally = *result;
     struct pulls stack[PEND_LAPLACIAN_STACK], pulls = {0};
     int top = 0;
     for (int k = laplacian->n - 1; k >= 0; k--) switch (turn[k]) {
         case 0: /* inside a chain, or the first sibling with arms on it */
-            probe_node(&tally, &pulls, spring[k], mass[k], tiny);
+            probe_node(&tally, &pulls, spring[k], mass[k]);
             break;
         case PEND_TURN_LEAF: /* a new branch begins; what is under way waits */
             stack[top++] = pulls;
             pulls = (struct pulls){0};
-            probe_node(&tally, &pulls, spring[k], mass[k], tiny);
+            probe_node(&tally, &pulls, spring[k], mass[k]);
             break;
         case PEND_TURN_NEXT: /* a branch ends beside siblings that wait */
-            probe_node(&tally, &pulls, spring[k], mass[k], tiny);
+            probe_node(&tally, &pulls, spring[k], mass[k]);
             pulls_add(&pulls, &stack[--top]);
             break;
         default: { /* a single arm beside siblings */
             struct pulls leaf = {0};
-            probe_node(&tally, &leaf, spring[k], mass[k], tiny);
+            probe_node(&tally, &leaf, spring[k], mass[k]);
             pulls_add(&pulls, &leaf);
         }
         }
@@ -117,11 +121,6 @@ struct twist {
     lanes *tip;     /* sums over later siblings; 1 / (u + c); then x */
 };
 
-/* a pivot that vanished becomes a tiny one */
-INLINE lanes twist_guard(lanes pivot, double spring) {
-    return kernel_pick(pivot == 0, kernel_all(spring * 1e-30), pivot);
-}
-
 /* leaves inwards */
 static void twist_up(const struct pend_laplacian *laplacian, lanes shift, struct twist w) {
     lanes stack[PEND_LAPLACIAN_STACK], pull = {0};
@@ -133,7 +132,7 @@ static void twist_up(const struct pend_laplacian *laplacian, lanes shift, struct
             stack[top++] = pull;
             pull = (lanes){0};
         }
-        lanes t = pull - shift * laplacian->mass[k], inverse = 1.0 / twist_guard(t + spring, spring);
+        lanes t = pull - shift * laplacian->mass[k], inverse = 1.0 / ((t + spring) + spring * KERNEL_TINY);
         w.t[k] = t;
         w.inverse[k] = inverse;
         pull = spring * (t * inverse);
@@ -162,7 +161,7 @@ static masks twist_down(const struct pend_laplacian *laplacian, lanes shift, str
                 u += w.tip[k];
                 w.above[end[k]] = earlier + spring * (w.t[k] * w.inverse[k]);
             }
-            lanes inverse = 1.0 / twist_guard(u + spring, spring);
+            lanes inverse = 1.0 / ((u + spring) + spring * KERNEL_TINY);
             w.tip[k] = inverse;
             w.above[k] = spring * (u * inverse);
         }
