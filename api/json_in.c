@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "api/json_scan.h"
+#include "api/number.h"
 #include "api/text.h"
 
 struct api_json {
@@ -296,6 +297,16 @@ int api_value_only(const struct api_value *object, const char *const allowed[], 
 
 /* numbers */
 
+struct number_text {
+    char text[API_NUMBER_BYTES + 1];
+};
+
+static struct number_text number_text(double x) {
+    struct number_text number = {"an infinite number"};
+    if (isfinite(x)) *api_number_write(number.text, x) = 0;
+    return number;
+}
+
 void api_value_found(const struct api_value *value, char found[API_FOUND_BYTES]) {
     static const char *const words[] = {
         [API_MISSING] = "nothing", [API_NULL] = "null", [API_ARRAY] = "an array", [API_OBJECT] = "an object"};
@@ -305,7 +316,7 @@ void api_value_found(const struct api_value *value, char found[API_FOUND_BYTES])
         size_t bytes = strlen(text), cut = api_text_cut(text, bytes, FOUND_TEXT);
         snprintf(found, API_FOUND_BYTES, "the text \"%.*s%s\"", (int)cut, text, cut < bytes ? "..." : "");
     } else if (kind == API_NUMBER)
-        snprintf(found, API_FOUND_BYTES, "%.15g", api_value_number(value));
+        snprintf(found, API_FOUND_BYTES, "%s", number_text(api_value_number(value)).text);
     else
         snprintf(found, API_FOUND_BYTES, "%s",
                  kind == API_BOOL ? api_value_number(value) ? "true" : "false" : words[kind]);
@@ -314,18 +325,19 @@ void api_value_found(const struct api_value *value, char found[API_FOUND_BYTES])
 /* "a number from 0 to 1 s", as the range has it */
 static void range_text(double least, double greatest, const char *unit, char text[], size_t cap) {
     const char *space = unit[0] ? " " : "";
+    const struct number_text low = number_text(least), high = number_text(greatest);
     if (isinf(least) && isinf(greatest))
         snprintf(text, cap, "a number");
     else if (isinf(greatest) && least > 0 && least <= DBL_MIN)
         snprintf(text, cap, "a number greater than 0%s%s", space, unit);
     else if (isinf(greatest))
-        snprintf(text, cap, "a number, at least %.15g%s%s", least, space, unit);
+        snprintf(text, cap, "a number, at least %s%s%s", low.text, space, unit);
     else if (isinf(least))
-        snprintf(text, cap, "a number, at most %.15g%s%s", greatest, space, unit);
+        snprintf(text, cap, "a number, at most %s%s%s", high.text, space, unit);
     else if (least > 0 && least <= DBL_MIN)
-        snprintf(text, cap, "a number greater than 0 and at most %.15g%s%s", greatest, space, unit);
+        snprintf(text, cap, "a number greater than 0 and at most %s%s%s", high.text, space, unit);
     else
-        snprintf(text, cap, "a number from %.15g to %.15g%s%s", least, greatest, space, unit);
+        snprintf(text, cap, "a number from %s to %s%s%s", low.text, high.text, space, unit);
 }
 
 int api_value_read_number(const struct api_value *value, double least, double greatest, const char *unit, double *out,

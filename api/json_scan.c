@@ -140,55 +140,63 @@ static enum pend_status scan_spoil(struct api_scan *s) {
 
 /* scalars */
 
-static void scan_digits(struct api_scan *s) {
-    while (scan_digit(scan_peek(s))) s->at++;
+static const char *scan_digits(const char *p, const char *end) {
+    while (p < end && scan_digit((unsigned char)*p)) p++;
+    return p;
 }
 
+/* the place of a fault becomes the present one */
+static enum pend_status scan_expected_digit(struct api_scan *s, const char *p, const char *what) {
+    s->at = (size_t)(p - s->text);
+    return scan_expected(s, what);
+}
+
+/* checks a number's grammar and goes behind it */
 static enum pend_status scan_number_grammar(struct api_scan *s) {
-    if (scan_peek(s) == '-') s->at++;
-    if (!scan_digit(scan_peek(s))) return scan_expected(s, "a digit behind the minus sign");
-    int zero = scan_peek(s) == '0';
-    s->at++;
-    if (zero && scan_digit(scan_peek(s)))
-        return scan_fail(s, 400, s->at - 1, "a number may not begin with the digit 0");
-    if (!zero) scan_digits(s);
-    if (scan_peek(s) == '.') {
-        s->at++;
-        if (!scan_digit(scan_peek(s))) return scan_expected(s, "a digit behind the decimal point");
-        scan_digits(s);
+    const char *p = s->text + s->at, *end = s->text + s->bytes, *part;
+    p += *p == '-';
+    part = p;
+    if ((p = scan_digits(p, end)) == part) return scan_expected_digit(s, p, "a digit behind the minus sign");
+    if (*part == '0' && p > part + 1)
+        return scan_fail(s, 400, (size_t)(part - s->text), "a number may not begin with the digit 0");
+    if (p < end && *p == '.') {
+        part = ++p;
+        if ((p = scan_digits(p, end)) == part) return scan_expected_digit(s, p, "a digit behind the decimal point");
     }
-    if (scan_peek(s) == 'e' || scan_peek(s) == 'E') {
-        s->at++;
-        if (scan_peek(s) == '+' || scan_peek(s) == '-') s->at++;
-        if (!scan_digit(scan_peek(s))) return scan_expected(s, "a digit in the exponent");
-        scan_digits(s);
+    if (p < end && (*p | 0x20) == 'e') {
+        p++;
+        p += p < end && (*p == '+' || *p == '-');
+        part = p;
+        if ((p = scan_digits(p, end)) == part) return scan_expected_digit(s, p, "a digit in the exponent");
     }
+    s->at = (size_t)(p - s->text);
     return PEND_OK;
 }
 
-/* a whole number of few digits, the most frequent kind; 0 where it is another */
-static int scan_short_number(struct api_scan *s, double *x) {
-    size_t at = s->at, end = s->bytes - at < 15 ? s->bytes : at + 15;
+/* a whole number of few digits, the most frequent kind: returns its end, or NULL where it is another */
+static const char *scan_short_number(const char *p, const char *end, double *x) {
+    int minus = *p == '-';
+    const char *first = p += minus, *last = end - p < 15 ? end : p + 15;
     int64_t whole = 0;
-    int minus = s->text[at] == '-';
-    size_t first = at += (size_t)minus;
-    for (; at < end && scan_digit((unsigned char)s->text[at]); at++) whole = 10 * whole + (s->text[at] - '0');
-    if (at == first || at == end || s->text[at] == '.' || (s->text[at] | 0x20) == 'e') return 0;
-    if (s->text[first] == '0' && at > first + 1) return 0;
+    for (; p < last && scan_digit((unsigned char)*p); p++) whole = 10 * whole + (*p - '0');
+    if (p == first || p == last || *p == '.' || (*p | 0x20) == 'e' || (*first == '0' && p > first + 1)) return NULL;
     *x = minus ? -(double)whole : (double)whole;
-    s->at = at;
-    return 1;
+    return p;
 }
 
 static enum pend_status scan_number(struct api_scan *s) {
-    size_t begin = s->at;
     double x;
-    if (scan_short_number(s, &x)) return scan_push_number(s, x);
+    const char *begin = s->text + s->at, *end = scan_short_number(begin, s->text + s->bytes, &x);
+    if (end) {
+        s->at = (size_t)(end - s->text);
+        return scan_push_number(s, x);
+    }
     PEND_TRY(scan_number_grammar(s));
-    x = api_number_read(s->text + begin, s->text + s->at);
+    end = s->text + s->at;
+    x = api_number_read(begin, end);
     if (isfinite(x)) return scan_push_number(s, x);
-    int length = s->at - begin > FOUND_WORD ? FOUND_WORD : (int)(s->at - begin);
-    return scan_fail(s, 400, begin, "the number %.*s is beyond the range of a double", length, s->text + begin);
+    return scan_fail(s, 400, (size_t)(begin - s->text), "the number %.*s is beyond the range of a double",
+                     end - begin > FOUND_WORD ? FOUND_WORD : (int)(end - begin), begin);
 }
 
 /* the numbers from here on in an array of numbers, as far as they go */
@@ -280,16 +288,19 @@ static enum pend_status scan_escape(struct api_scan *s) {
 
 /* the run of characters that may stand in a string as they are */
 static enum pend_status scan_run(struct api_scan *s) {
-    size_t begin = s->at;
-    while (s->at < s->bytes) {
-        unsigned char c = (unsigned char)s->text[s->at];
+    const char *begin = s->text + s->at, *end = s->text + s->bytes, *p = begin;
+    while (p < end) {
+        unsigned char c = (unsigned char)*p;
         if (c == '"' || c == '\\') break;
-        if (c < 0x20) return scan_fail(s, 400, s->at, "the control character 0x%02X in a string must be escaped", c);
-        int length = c < 0x80 ? 1 : api_text_utf8(s->text + s->at, s->bytes - s->at);
-        if (!length) return scan_fail(s, 400, s->at, "the byte 0x%02X begins no UTF-8 character", c);
-        s->at += (size_t)length;
+        if (c < 0x20)
+            return scan_fail(s, 400, (size_t)(p - s->text), "the control character 0x%02X in a string must be escaped",
+                             c);
+        int length = c < 0x80 ? 1 : api_text_utf8(p, (size_t)(end - p));
+        if (!length) return scan_fail(s, 400, (size_t)(p - s->text), "the byte 0x%02X begins no UTF-8 character", c);
+        p += length;
     }
-    return api_buffer_add(&s->texts, s->text + begin, s->at - begin);
+    s->at = (size_t)(p - s->text);
+    return api_buffer_add(&s->texts, begin, (size_t)(p - begin));
 }
 
 /* a string into the texts, with a NUL behind it; *length does not count that */
