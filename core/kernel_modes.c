@@ -191,15 +191,32 @@ static void twist_climb(const struct pend_laplacian *laplacian, struct twist w, 
     }
 }
 
+/* One step of a transposition by blocks of 1, 2, 4: a pair of vectors, `size` entries apart, swaps its off-diagonal
+ * blocks */
+#define KERNEL_SWAP(node, size, LOW, HIGH)                                                                             \
+    for (int i = 0; i < WIDTH; i++)                                                                                    \
+        if (!(i & (size))) {                                                                                           \
+            lanes low = __builtin_shufflevector(node[i], node[i + (size)], LOW);                                       \
+            node[i + (size)] = __builtin_shufflevector(node[i], node[i + (size)], HIGH);                               \
+            node[i] = low;                                                                                             \
+        }
+#define KERNEL_INDICES(...) __VA_ARGS__
+
 /* writes WIDTH nodes of every lane to the lanes' rows */
-INLINE void twist_store(lanes node[WIDTH], int k, double *row[]) {
-#pragma GCC unroll 8
-    for (int i = 0; i < WIDTH; i++) {
-        lanes across;
-#pragma GCC unroll 8
-        for (int j = 0; j < WIDTH; j++) across[j] = node[j][i];
-        memcpy(row[i] + k, &across, sizeof across);
-    }
+INLINE void twist_store(const lanes given[WIDTH], int k, double *row[]) {
+    lanes node[WIDTH];
+    for (int i = 0; i < WIDTH; i++) node[i] = given[i];
+#if defined(__AVX512F__)
+    KERNEL_SWAP(node, 1, KERNEL_INDICES(0, 8, 2, 10, 4, 12, 6, 14), KERNEL_INDICES(1, 9, 3, 11, 5, 13, 7, 15))
+    KERNEL_SWAP(node, 2, KERNEL_INDICES(0, 1, 8, 9, 4, 5, 12, 13), KERNEL_INDICES(2, 3, 10, 11, 6, 7, 14, 15))
+    KERNEL_SWAP(node, 4, KERNEL_INDICES(0, 1, 2, 3, 8, 9, 10, 11), KERNEL_INDICES(4, 5, 6, 7, 12, 13, 14, 15))
+#elif defined(__AVX2__)
+    KERNEL_SWAP(node, 1, KERNEL_INDICES(0, 4, 2, 6), KERNEL_INDICES(1, 5, 3, 7))
+    KERNEL_SWAP(node, 2, KERNEL_INDICES(0, 1, 4, 5), KERNEL_INDICES(2, 3, 6, 7))
+#else
+    KERNEL_SWAP(node, 1, KERNEL_INDICES(0, 2), KERNEL_INDICES(1, 3))
+#endif
+    for (int i = 0; i < WIDTH; i++) memcpy(row[i] + k, &node[i], sizeof node[i]);
 }
 
 /* from the climbed ways into all other branches; angles go to their rows; returns sum m x^2 */
