@@ -52,7 +52,7 @@ LANES_INLINE void SMALL(up)(const struct jets_system *s, struct SMALL(node) node
     }
 }
 
-LANES_INLINE void SMALL(down)(const struct jets_system *s, struct SMALL(node) node[], struct SMALL(columns) *columns) {
+LANES_INLINE void SMALL(down)(const struct jets_system *s, struct SMALL(node) node[], struct SMALL(columns) * columns) {
     struct SMALL(node) pivot = {0};
     for (int k = 0; k < s->n; k++) {
         struct SMALL(node) *x = &node[k], *up = k ? &node[s->parent[k]] : &pivot;
@@ -95,8 +95,8 @@ LANES_INLINE void SMALL(term)(const struct jets_system *s, int k, int j, VEC sum
 }
 
 /* T and c of order k, as sums of two halves so that the additions overlap; the newest coefficients come last */
-LANES_INLINE struct SMALL(order) SMALL(known)(const struct jets_system *s, int k, const struct SMALL(order) *first,
-                                             const struct SMALL(order) *newest) {
+LANES_INLINE struct SMALL(order) SMALL(known)(const struct jets_system *s, int k, const struct SMALL(order) * first,
+                                              const struct SMALL(order) * newest) {
     VEC even[4], odd[4];
     for (int i = 0; i < 4; i++) even[i] = odd[i] = VEC_(of)(0);
     int j = 2;
@@ -116,7 +116,7 @@ LANES_INLINE struct SMALL(order) SMALL(known)(const struct jets_system *s, int k
     return (struct SMALL(order)){even[0], even[1], even[2], even[3]};
 }
 
-LANES_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct SMALL(order) *x) {
+LANES_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct SMALL(order) * x) {
     enum { STRIDE = 8 };
     VEC_(put)(s->rate + (k + 1) * STRIDE, x->rate);
     VEC_(put)(s->force + k * STRIDE, x->force);
@@ -125,7 +125,7 @@ LANES_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct S
 }
 
 /* the columns in the units of the orders: pulls are l T, accelerations of angles */
-LANES_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns) *columns) {
+LANES_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns) * columns) {
     VEC inv_len = VEC_(get)(s->inv_len);
     for (int j = 0; j < s->n; j++) {
         VEC len = VEC_(of)(s->len[j]);
