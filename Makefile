@@ -18,10 +18,12 @@ endif
 WERROR ?= -Werror
 PKG := libmicrohttpd libcjson gsl
 WARN := -Wall -Wextra -Wshadow -Wpointer-arith -Wvla -Wformat=2 $(WERROR)
+# gcc's warning of unset variables is often mistaken about instrumented code; valgrind looks for these
+SANITIZED := $(if $(findstring clang,$(CC)),,-Wno-maybe-uninitialized)
 FLAGS.release := -O3 -g -DNDEBUG
 FLAGS.debug := -O1 -g
-FLAGS.asan := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
-FLAGS.tsan := -O1 -g -fsanitize=thread
+FLAGS.asan := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer $(SANITIZED)
+FLAGS.tsan := -O1 -g -fsanitize=thread $(SANITIZED)
 $(if $(FLAGS.$(MODE)),,$(error MODE is one of release debug asan tsan, not $(MODE)))
 $(call lazy,PKG_CFLAGS,pkg-config --cflags $(PKG))
 $(call lazy,PKG_LIBS,pkg-config --libs $(PKG))
@@ -109,11 +111,19 @@ asan: ## all test programs and the server under the address and undefined saniti
 tsan: ## the server's tests under the thread sanitizer
 	@$(CHECK) ONLY='build-tsan tsan-%'; $(COUNT)
 
+bench: $(B)/tests/bench/run ## how fast the pieces are, in about a minute
+	$< $(T)
+
 valgrind: ## the quick tests, and the server, under valgrind
 	@$(CHECK) ONLY='valgrind-%'; $(COUNT)
 
 rules: ## the rooms' include rules, documents compared with code, replies with the OpenAPI document
 	@$(CHECK) ONLY='layers docs replies layout openapi'; $(COUNT)
+
+lint: ## clang's warnings, layout and spectral; installs clang, clang-format and npm
+	@docker/install.sh build lint
+	@$(MAKE) --no-print-directory CC=clang CXX=clang++ B=build/clang build/clang/pendulumd $(ROOMS:%=build/clang/tests/%/run)
+	@$(CHECK) ONLY='layout openapi'; $(COUNT)
 
 #@ Source
 format: ## lays out the C with clang-format
@@ -169,14 +179,18 @@ $(B)/tests/$(1)/run: $(call objects,tests/$(1)) $(HARNESS) $(PARTS.$(1)) $(B)/pa
 endef
 $(foreach room,$(ROOMS),$(eval $(call test_program,$(room))))
 
+$(B)/tests/bench/run: $(call objects,tests/bench) $(API) $(B)/libpendulum.a $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
+
 # these two files change when the flags or the list of source files do, and so cause what depends on them to be redone
 $(B)/flags: changed
 	@$(call remember,$(CC) $(CXX) $(CFLAGS_ALL) $(CXXFLAGS_ALL))
 $(B)/parts: changed
-	@$(call remember,$(LINK) $(sort $(CORE) $(API) $(SERVER) $(HARNESS) $(foreach room,$(ROOMS),$(call objects,tests/$(room)))))
+	@$(call remember,$(LINK) $(sort $(CORE) $(API) $(SERVER) $(HARNESS) $(foreach room,$(ROOMS) bench,$(call objects,tests/$(room)))))
 remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build debug install uninstall clean test asan tsan valgrind rules format format-check changed
+.PHONY: help run check build bench debug install uninstall clean test asan tsan valgrind rules lint format format-check changed
 .DELETE_ON_ERROR:

@@ -47,7 +47,8 @@ enum pend_status api_buffer_text(struct api_buffer *buffer, const char *text) {
 }
 
 /* prints into the room there is; returns the length of the whole text, < 0 on an encoding error */
-static int buffer_print(struct api_buffer *buffer, const char *format, va_list arguments) {
+__attribute__((format(printf, 2, 0))) static int buffer_print(struct api_buffer *buffer, const char *format,
+                                                              va_list arguments) {
     size_t room = buffer->cap - buffer->bytes;
     return vsnprintf(room ? buffer->data + buffer->bytes : NULL, room, format, arguments);
 }

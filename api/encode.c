@@ -1,7 +1,7 @@
 #include "api/encode.h"
 
-#include <float.h>
 #include <math.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -49,34 +49,42 @@ void api_writer_free(struct api_writer **writer) {
     *writer = NULL;
 }
 
-/* without an early end, so that the loop runs in vector lanes */
+/* true when no exponent is all ones: adding one to it carries into the sign's place. No early end, no comparison, so
+ * that the loop runs in vector lanes. */
 static int all_finite(long count, const double value[]) {
-    long bad = 0;
-    for (long i = 0; i < count; i++) bad |= !(fabs(value[i]) <= DBL_MAX);
-    return !bad;
+    const uint64_t exponent = 0x7ff0000000000000, one = 0x0010000000000000;
+    uint64_t carried = 0;
+    for (long i = 0; i < count; i++) {
+        uint64_t bits;
+        memcpy(&bits, &value[i], sizeof bits);
+        carried |= (bits & exponent) + one;
+    }
+    return !(carried >> 63);
 }
 
 /* names the first number of a column that is not finite */
-static enum pend_status column_fails(const struct api_table *table, const struct api_column *column, long count,
-                                     const double value[], const double first[], struct pend_error *error) {
+static enum pend_status column_fails(const struct api_writer *writer, int c, long count, const double *const data[],
+                                     struct pend_error *error) {
+    const struct api_column *column = &writer->table.column[c];
     long i = 0, width = column_numbers(column);
-    while (i < count && isfinite(value[i])) i++;
-    int timed = !strcmp(table->column[0].name, "t"), arm = column->width ? (int)(i % width) : -1;
-    double time = timed ? first[i / width] : 0;
+    while (i < count && isfinite(data[c][i])) i++;
+    int timed = !strcmp(writer->table.column[0].name, "t"), arm = column->width ? (int)(i % width) : -1;
+    double time = timed ? data[0][i / width] : 0;
     char where[40] = "", when[40] = "";
     if (arm >= 0) snprintf(where, sizeof where, " of arm %d", arm + 1);
     if (timed) snprintf(when, sizeof when, " at t = %g s", time);
-    return pend_fail(error, PEND_NOT_FINITE, arm, time, "%s%s%s%s overflows%s: the numbers grow beyond what a double holds",
+    if (!timed && !writer->table.single) snprintf(when, sizeof when, " in row %ld", writer->rows + i / width + 1);
+    return pend_fail(error, PEND_NOT_FINITE, arm, time, "%s%s%s%s%s is beyond the numbers that a double holds",
                      column->name, column->part ? " " : "", column->part ? column->part : "", where, when);
 }
 
 enum pend_status api_writer_block(struct api_writer *writer, long rows, const double *const data[],
                                   struct api_buffer *out, struct pend_error *error) {
-    const struct api_table *table = &writer->table;
-    for (int c = 0; c < table->count; c++) {
-        long count = rows * column_numbers(&table->column[c]);
-        if (!all_finite(count, data[c])) return column_fails(table, &table->column[c], count, data[c], data[0], error);
+    for (int c = 0; c < writer->table.count; c++) {
+        long count = rows * column_numbers(&writer->table.column[c]);
+        if (!all_finite(count, data[c])) return column_fails(writer, c, count, data, error);
     }
+    writer->rows += rows;
     return writer->format->block(writer, rows, data, out);
 }
 

@@ -61,6 +61,7 @@ struct api_format {
 struct api_writer {
     const struct api_format *format;
     struct api_table table;
+    long rows; /* written so far */
 };
 
 extern const struct api_format api_format_json, api_format_csv;
@@ -95,7 +96,7 @@ void api_writer_free(struct api_writer **writer);
  * Writes rows.
  *
  * data   one array a column, width (or 1) numbers a row.
- * error  on failure says which column and arm, and the time where the first column is t.
+ * error  on failure says which column and arm, and the time where the first column is t, else the row.
  *
  * PEND_NOT_FINITE  a number is NaN or infinite; nothing was written.
  * PEND_NO_MEMORY, PEND_LIMIT

@@ -4,6 +4,7 @@
 #include "api/encode.h"
 
 #include "api/json_out.h"
+#include "api/number.h"
 
 static double csv_bytes(const struct api_table *table) {
     double numbers = api_table_numbers(table, 0);
@@ -31,7 +32,7 @@ static enum pend_status csv_begin(struct api_writer *writer, struct api_buffer *
 static enum pend_status csv_block(struct api_writer *writer, long rows, const double *const data[],
                                   struct api_buffer *out) {
     const struct api_table *table = &writer->table;
-    size_t row_bytes = (size_t)api_table_numbers(table, 0) * API_OUT_NUMBER_BYTES;
+    size_t row_bytes = (size_t)api_table_numbers(table, 0) * API_OUT_NUMBER_BYTES + API_NUMBER_BYTES;
     for (long i = 0; i < rows; i++) {
         PEND_TRY(api_buffer_room(out, row_bytes));
         char *at = out->data + out->bytes;

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "api/json_out.h"
+#include "api/number.h"
 
 struct json_writer {
     struct api_writer base;
@@ -17,10 +18,10 @@ static double json_bytes(const struct api_table *table) {
     return (double)table->rows * row + 64.0 * (table->count + 12);
 }
 
-/* most bytes of `rows` rows of a column */
+/* most bytes of `rows` rows of a column while they are written */
 static size_t json_column_bytes(const struct api_column *column, long rows, int digits) {
     size_t width = column->width ? (size_t)column->width : 1;
-    return (size_t)rows * (width * (size_t)api_out_number_bytes(digits) + 3);
+    return (size_t)rows * (width * (size_t)api_out_number_bytes(digits) + 3) + API_NUMBER_BYTES;
 }
 
 static enum pend_status json_begin(struct api_writer *base, struct api_buffer *out) {

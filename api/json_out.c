@@ -6,7 +6,11 @@
 #include "api/number.h"
 #include "api/text.h"
 
-int api_out_number_bytes(int digits) { return digits ? digits + 8 : API_OUT_NUMBER_BYTES; }
+int api_out_number_bytes(int digits) {
+    int exponent_or_zeros = digits + 8, whole = 18; /* -0.000012345, and -1230000000000000, */
+    if (!digits) return API_OUT_NUMBER_BYTES;
+    return exponent_or_zeros > whole ? exponent_or_zeros : whole;
+}
 
 char *api_out_digits(char *at, double x, int digits) {
     return digits ? api_number_write_digits(at, x, digits) : api_number_write(at, x);
@@ -41,7 +45,7 @@ enum pend_status api_out_whole(struct api_buffer *out, const char *name, long va
 enum pend_status api_out_number(struct api_buffer *out, const char *name, double value, int digits) {
     if (!isfinite(value)) return PEND_NOT_FINITE;
     PEND_TRY(api_out_key(out, name));
-    PEND_TRY(api_buffer_room(out, API_OUT_NUMBER_BYTES));
+    PEND_TRY(api_buffer_room(out, API_NUMBER_BYTES));
     out->bytes = (size_t)(api_out_digits(out->data + out->bytes, value, digits) - out->data);
     return PEND_OK;
 }
@@ -50,7 +54,7 @@ enum pend_status api_out_numbers(struct api_buffer *out, const char *name, int n
     for (int i = 0; i < n; i++)
         if (!isfinite(value[i])) return PEND_NOT_FINITE;
     PEND_TRY(name ? api_out_key(out, name) : api_out_comma(out));
-    PEND_TRY(api_buffer_room(out, (size_t)n * API_OUT_NUMBER_BYTES + 2));
+    PEND_TRY(api_buffer_room(out, (size_t)n * API_OUT_NUMBER_BYTES + API_NUMBER_BYTES));
     char *at = out->data + out->bytes;
     *at++ = '[';
     for (int i = 0; i < n; i++) {

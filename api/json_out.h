@@ -15,7 +15,7 @@ enum { API_OUT_NUMBER_BYTES = 25 };
  */
 int api_out_number_bytes(int digits);
 
-/** Writes a finite number at `at`, where API_OUT_NUMBER_BYTES are free; digits as above. Returns the end. O(1). */
+/** Writes a finite number at `at`, where API_NUMBER_BYTES are free; digits as above. Returns the end of its text. */
 char *api_out_digits(char *at, double x, int digits);
 
 /** Appends a comma where one is due: after anything but an opening bracket, a colon or nothing. */

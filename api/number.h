@@ -8,6 +8,34 @@
 extern "C" {
 #endif
 
+/* Room that a number needs: the text is shorter (24 at most), but bytes behind it may be overwritten. */
+enum { API_NUMBER_BYTES = 32 };
+
+/**
+ * Writes the shortest decimal that reads back to the same double, and of several the nearest.
+ *
+ * A JSON number in plain form where 1e-5 <= |x| < 1e16 (0.57, 100, 1234.5), else with an exponent (1.5e-7, 1e300).
+ * Whole numbers below 1e16 are exact; zero is 0, and -0.0 with its sign.
+ *
+ * out  room for API_NUMBER_BYTES; no NUL is written.
+ * x    finite.
+ * Returns the end of the text. O(1), no allocation.
+ */
+char *api_number_write(char *out, double x);
+
+/**
+ * The same, rounded to at most `digits` significant digits.
+ *
+ * The text is the decimal of that many digits nearest to the exact value of the double, ties to the even digit, without
+ * trailing zeros; or the shortest decimal that reads back, where that has no more digits: so 17 never rounds.
+ *
+ * digits  1 to 17.
+ */
+char *api_number_write_digits(char *out, double x, int digits);
+
+/** Writes an integer; out has room for API_NUMBER_BYTES. Returns the end of the text. */
+char *api_number_write_int(char *out, long long i);
+
 /**
  * Reads the decimal number that fills [text, end), exactly rounded.
  *

@@ -48,10 +48,9 @@ double api_turn_seconds(const struct api_turn *turn);
 int api_turn_over(const struct api_turn *turn);
 
 struct api_op {
-    const char *name;    /* as in the route: "trajectories" */
-    const char *summary; /* one sentence for logs and documentation */
-    int body;            /* needs a JSON body */
-    int samples;         /* returns samples: every representation, not JSON alone */
+    const char *name; /* as in the route: "trajectories" */
+    int body;         /* needs a JSON body */
+    int samples;      /* returns samples: every representation, not JSON alone */
 
     /**
      * Reads and checks the request.
@@ -73,6 +72,9 @@ struct api_op {
     long (*steps)(const void *state);
     void (*free)(void **state);
 };
+
+extern const struct api_op api_op_trees, api_op_trajectories, api_op_forces, api_op_modes, api_op_presets,
+    api_op_preset;
 
 /** The row of an operation. */
 const struct api_op *api_op_at(enum api_op_id id);

@@ -44,7 +44,8 @@ static const char *problem_title(int status) {
 }
 
 /* prints, cutting a text that is too long where a character ends */
-static void problem_print(char *out, size_t cap, const char *format, va_list arguments) {
+__attribute__((format(printf, 3, 0))) static void problem_print(char *out, size_t cap, const char *format,
+                                                                va_list arguments) {
     int bytes = vsnprintf(out, cap, format, arguments);
     if (bytes < 0) out[0] = 0;
     if (bytes < 0 || (size_t)bytes < cap) return;

@@ -17,7 +17,7 @@ size_t pend_dynamics_work_bytes(int n);
  * Angular accelerations and compression forces of a moving tree.
  *
  * Two sweeps, leaves to root then root to leaves, solve (aaa) and (bbb) without forming a matrix: relative angles,
- * arm-local frames, one division an arm, tension first (see core/README.md for the derivation).
+ * arm-local frames, tensions first and made to balance at every joint (see core/README.md for the derivation).
  *
  * tree     n arms; all arrays in the tree's stored order.
  * gravity  m/s^2, along -i; any finite value.

@@ -52,9 +52,13 @@ double pend_modes_mass_norm(const struct pend_tree *tree, const double x[], doub
 }
 
 static double store_largest(int n, const double x[]) {
-    double largest = 0;
-    for (int k = 0; k < n; k++) largest = fmax(largest, fabs(x[k]));
-    return largest;
+    double largest[8] = {0};
+    int k = 0;
+    for (; k + 8 <= n; k += 8)
+        for (int i = 0; i < 8; i++) largest[i] = fabs(x[k + i]) > largest[i] ? fabs(x[k + i]) : largest[i];
+    for (; k < n; k++) largest[0] = fmax(largest[0], fabs(x[k]));
+    for (int i = 1; i < 8; i++) largest[0] = fmax(largest[0], largest[i]);
+    return largest[0];
 }
 
 /* the caller's number, from `from`, of the first arm whose entry is not zero; n when there is none */
@@ -102,18 +106,27 @@ static void store_echelon(const struct pend_tree *tree, int group, double vector
     }
 }
 
+/* true when each vector begins to move at a later arm than the one before it */
+static int store_is_echelon(const struct pend_tree *tree, int group, const double vector[]) {
+    for (int j = 0, last = -1; j < group; j++) {
+        const double *x = vector + (size_t)j * tree->n;
+        int first = store_first(tree, x, PEND_MODES_ZERO * store_largest(tree->n, x), 0);
+        if (first <= last) return 0;
+        last = first;
+    }
+    return 1;
+}
+
 void pend_modes_settle(struct pend_modes *modes, const struct pend_tree *tree, double multiple, double scratch[]) {
     int n = modes->n, end;
     for (int k = 0; k < modes->count; k = end) {
-        for (end = k + 1;
-             end < modes->count && modes->omega[end] - modes->omega[k] <= multiple * fabs(modes->omega[end]);)
-            end++;
-        if (end > k + 1) store_echelon(tree, end - k, modes->vector + (size_t)k * n);
+        double limit = modes->omega[k] + multiple * fabs(modes->omega[k]);
+        for (end = k + 1; end < modes->count && modes->omega[end] <= limit;) end++;
+        double *group = modes->vector + (size_t)k * n;
+        if (end > k + 1 && !store_is_echelon(tree, end - k, group)) store_echelon(tree, end - k, group);
     }
-    for (int k = 0; k < modes->count; k++) {
-        double *x = modes->vector + (size_t)k * n;
-        modes->norm[k] = pend_modes_mass_norm(tree, x, scratch);
-    }
+    for (int k = 0; k < modes->count; k++)
+        modes->norm[k] = scratch ? pend_modes_mass_norm(tree, modes->vector + (size_t)k * n, scratch) : 1;
     pend_modes_normalize(modes, tree, PEND_NORMALIZE_MASS);
 }
 
@@ -132,7 +145,7 @@ void pend_modes_normalize(struct pend_modes *modes, const struct pend_tree *tree
     for (int k = 0; modes->vector && k < modes->count; k++) {
         double *x = modes->vector + (size_t)k * modes->n;
         double divisor = store_divisor(tree, x, modes->norm[k], rule);
-        for (int arm = 0; arm < modes->n; arm++) x[arm] /= divisor;
+        for (int arm = 0; divisor != 1 && arm < modes->n; arm++) x[arm] /= divisor;
         modes->norm[k] = rule == PEND_NORMALIZE_MASS ? 1 : modes->norm[k] / fabs(divisor);
     }
 }

@@ -39,7 +39,7 @@ double pend_modes_mass_norm(const struct pend_tree *tree, const double x[], doub
  *
  * modes     omega ascending, vectors mass-orthogonal and of mass norm about 1.
  * multiple  frequencies are one multiple frequency when the largest is at most this much above the least, relatively.
- * scratch   n doubles.
+ * scratch   n doubles; NULL when every vector's mass norm is 1 already.
  * O(count n), and O(g^2 n) for a frequency of multiplicity g.
  */
 void pend_modes_settle(struct pend_modes *modes, const struct pend_tree *tree, double multiple, double scratch[]);

@@ -26,7 +26,7 @@ struct pend_run {
     double sample_cost; /* arm-evaluations that a sample stands for */
     double scale, energy_start, drift;
     struct pend_error failure; /* code PEND_OK: none */
-    double *t;                 /* a group's instants relative to the first */
+    double *t, *relative;      /* a group's instants, and the same relative to the first */
     struct pend_points points; /* a group's states, stored order */
     double *re, *im;           /* one row */
     void *work;                /* of pend_dynamics */
@@ -34,9 +34,15 @@ struct pend_run {
 
 /* ---- checks of a problem */
 
+/* x - x is +0 just where x is finite; the bits are gathered because that loop vectorises */
 static int run_finite(const double x[], long count) {
-    int bad = 0;
-    for (long i = 0; i < count; i++) bad |= !(fabs(x[i]) <= DBL_MAX);
+    uint64_t bad = 0;
+    for (long i = 0; i < count; i++) {
+        double zero = x[i] - x[i];
+        uint64_t bits;
+        memcpy(&bits, &zero, sizeof bits);
+        bad |= bits;
+    }
     return !bad;
 }
 
@@ -117,6 +123,7 @@ static size_t run_place(struct pend_run *run, char *base, int n, int group, doub
     *phi = run_take(base, &used, row);
     *rate = run_take(base, &used, row);
     run->t = run_take(base, &used, (size_t)group * sizeof(double));
+    run->relative = run_take(base, &used, (size_t)group * sizeof(double));
     run->points.phi = run_take(base, &used, rows);
     run->points.rate = run_take(base, &used, rows);
     run->points.acc = run_take(base, &used, rows);
@@ -248,16 +255,16 @@ static enum pend_status run_step(struct pend_run *run, double *spent, struct pen
 
 /* ---- samples */
 
-/* counts the wanted instants within reach, at most `most`, and lists them relative to the first */
+/* counts the wanted instants within reach, at most `most`, and lists them */
 static int run_due(struct pend_run *run, long most) {
     const struct pend_times *times = &run->problem.times;
     int due = 0;
     if (most > run->group) most = run->group;
     if (most > times->count - run->next) most = times->count - run->next;
     for (; due < most; due++) {
-        double t = pend_times_at(times, run->next + due) - run->start;
-        if (run->end < 0 ? t < run->reached : t > run->reached) break;
-        run->t[due] = t;
+        run->t[due] = pend_times_at(times, run->next + due);
+        run->relative[due] = run->t[due] - run->start;
+        if (run->end < 0 ? run->relative[due] < run->reached : run->relative[due] > run->reached) break;
     }
     return due;
 }
@@ -275,7 +282,7 @@ static void run_states(struct pend_run *run, const struct pend_samples *samples,
         memcpy(points.phi, problem->phi, n * sizeof(double));
         memcpy(points.rate, problem->rate, n * sizeof(double));
     } else {
-        run->method->at(run->stepper, run->t, due, &points);
+        run->method->at(run->stepper, run->relative, due, &points);
     }
     if ((!points.acc && !points.force) || (flags & PEND_METHOD_SERIES && !first)) return;
     for (size_t row = 0; row < (size_t)due * n; row += n) {
@@ -334,22 +341,22 @@ static struct run_flaw run_find_flaw(const struct pend_run *run, const struct pe
     int n = run->problem.tree->n;
     const struct {
         const double *from;
-        int width;
+        int each_arm;
         const char *what;
-    } wanted[] = {{samples->phi, n, "angle"},        {samples->rate, n, "angular velocity"},
-                  {samples->acc, n, "acceleration"}, {samples->force, n, "force"},
-                  {samples->z_re, n, "position"},    {samples->z_im, n, "position"},
-                  {samples->zd_re, n, "velocity"},   {samples->zd_im, n, "velocity"},
-                  {samples->kinetic, 1, "energy"},   {samples->potential, 1, "energy"}};
+    } wanted[] = {{samples->phi, 1, "angle"},        {samples->rate, 1, "angular velocity"},
+                  {samples->acc, 1, "acceleration"}, {samples->force, 1, "force"},
+                  {samples->z_re, 1, "position"},    {samples->z_im, 1, "position"},
+                  {samples->zd_re, 1, "velocity"},   {samples->zd_im, 1, "velocity"},
+                  {samples->kinetic, 0, "energy"},   {samples->potential, 0, "energy"}};
     struct run_flaw flaw = {.row = due, .arm = -1};
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
         if (!wanted[i].from) continue;
-        int width = wanted[i].width;
+        int width = wanted[i].each_arm ? n : 1;
         const double *rows = wanted[i].from + samples->count * width;
         if (run_finite(rows, (long)flaw.row * width)) continue;
         long bad = 0;
         while (isfinite(rows[bad])) bad++;
-        flaw = (struct run_flaw){(int)(bad / width), width == n ? (int)(bad % width) : -1, wanted[i].what};
+        flaw = (struct run_flaw){(int)(bad / width), wanted[i].each_arm ? (int)(bad % width) : -1, wanted[i].what};
     }
     return flaw;
 }
@@ -373,7 +380,7 @@ static enum pend_status run_sample(struct pend_run *run, struct pend_samples *sa
     const struct pend_points *points = &run->points;
     long at = samples->count;
     run_states(run, samples, due);
-    for (int i = 0; i < due; i++) samples->t[at + i] = pend_times_at(&run->problem.times, run->next + i);
+    memcpy(samples->t + at, run->t, (size_t)due * sizeof(double));
     run_put(run, points->phi, due, samples->phi, at);
     run_put(run, points->rate, due, samples->rate, at);
     run_put(run, points->acc, due, samples->acc, at);

@@ -215,13 +215,15 @@ void pend_tree_free(struct pend_tree **tree) {
     *tree = NULL;
 }
 
-/* the arms of a path matrix as a forest: score rises along every path away from the pivot */
+/* A path matrix on its way to becoming a tree. Arms join it in the order of their score, which in the path matrix of a
+ * tree rises by 2 or more an arm away from the pivot, so that one wrong entry hardly disturbs it. */
 struct path_reading {
     int n;
     const double *path;
-    int *score;  /* arms on the way to tip k, less arms beyond arm k */
-    int *parent; /* the best guess */
-    int *way;    /* marks: way[j] == k when j is on the way to tip k */
+    int *score;    /* arms on the way to tip k, less arms beyond arm k */
+    int *arm;      /* in the order of joining */
+    int *parent;   /* the best guess */
+    int *mismatch; /* of the arm that joins: entries that differ if it hangs on arm j */
 };
 
 /* an entry as a bit; the diagonal counts as 1 whatever it says */
@@ -229,31 +231,41 @@ static int path_bit(const struct path_reading *in, int i, int j) {
     return i == j || in->path[(size_t)i * (size_t)in->n + (size_t)j] != 0;
 }
 
-/* reads each row's parent: of the other arms in the row the one with the highest score below its own. In the path
- * matrix of a tree the score rises by 2 or more an arm, so one wrong entry leaves the other rows readable. Ties go by
- * number, hence no cycle. */
-static void path_read(const struct path_reading *in) {
-    int n = in->n, *score = in->score;
+/* scores, and the arms in their order; ties by number */
+static void path_order(const struct path_reading *in) {
+    int n = in->n, *score = in->score, *arm = in->arm;
     memset(score, 0, (size_t)n * sizeof *score);
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++)
             if (path_bit(in, i, j)) score[i]++, score[j]--;
     for (int i = 0; i < n; i++) {
-        int best = -1;
-        for (int j = 0; j < n; j++) {
-            if (!path_bit(in, i, j) || score[j] > score[i] || (score[j] == score[i] && j >= i)) continue;
-            if (best < 0 || score[j] >= score[best]) best = j;
+        int at = i;
+        for (; at > 0 && score[arm[at - 1]] > score[i]; at--) arm[at] = arm[at - 1];
+        arm[at] = i;
+    }
+}
+
+/* lets each arm join on the arm whose own way, and itself, is most like its row; O(n^2) as the ways grow arm by arm */
+static void path_read(const struct path_reading *in) {
+    in->parent[in->arm[0]] = -1;
+    for (int a = 1; a < in->n; a++) {
+        int i = in->arm[a], ones = 0, best = in->arm[0];
+        for (int j = 0; j < in->n; j++) ones += j != i && path_bit(in, i, j);
+        for (int b = 0; b < a; b++) {
+            int j = in->arm[b], p = in->parent[j];
+            in->mismatch[j] = (p < 0 ? ones : in->mismatch[p]) + (path_bit(in, i, j) ? -1 : 1);
+            if (in->mismatch[j] < in->mismatch[best]) best = j;
         }
         in->parent[i] = best;
     }
 }
 
 /* faults the entries of row i that differ from the way to tip i in the tree that was read */
-static void path_check_row(const struct path_reading *in, int i, struct tree_faults *faults) {
+static void path_check_row(const struct path_reading *in, int i, int on_way[], struct tree_faults *faults) {
     const double *row = in->path + (size_t)i * (size_t)in->n;
-    for (int j = i; j >= 0; j = in->parent[j]) in->way[j] = i;
+    for (int j = i; j >= 0; j = in->parent[j]) on_way[j] = i;
     for (int j = 0; j < in->n; j++) {
-        int want = in->way[j] == i;
+        int want = on_way[j] == i;
         if (row[j] == want) continue;
         if (row[j] != 0 && row[j] != 1)
             tree_fault(faults, PEND_FIELD_PATH, i, j, "must be 0 or 1, got %.17g", row[j]);
@@ -269,20 +281,6 @@ static void path_check_row(const struct path_reading *in, int i, struct tree_fau
     }
 }
 
-/* faults the rows that start at the pivot without the first such arm */
-static void path_check_pivot(const struct path_reading *in, struct tree_faults *faults) {
-    int root = -1;
-    for (int i = 0; i < in->n; i++) {
-        if (in->parent[i] >= 0) continue;
-        if (root < 0)
-            root = i;
-        else
-            tree_fault(faults, PEND_FIELD_PATH, i, root,
-                       "must be 1: only one arm can hang at the pivot, arm %d does, so it is on the way to every tip",
-                       root + 1);
-    }
-}
-
 enum pend_status pend_tree_parent_from_path(int n, const double path[], int parent[],
                                             const struct pend_fault_sink *sink) {
     struct tree_faults faults = {sink, 0};
@@ -290,14 +288,16 @@ enum pend_status pend_tree_parent_from_path(int n, const double path[], int pare
         tree_fault(&faults, PEND_FIELD_COUNT, -1, -1, "a tree has at least one arm");
         return PEND_INVALID;
     }
-    int *block = malloc(3 * (size_t)n * sizeof *block);
+    size_t count = (size_t)n;
+    int *block = calloc(4 * count, sizeof *block);
     if (!block) return PEND_NO_MEMORY;
-    struct path_reading in = {n, path, block, block + n, block + 2 * (size_t)n};
+    struct path_reading in = {n, path, block, block + count, block + 2 * count, block + 3 * count};
+    path_order(&in);
     path_read(&in);
-    for (int i = 0; i < n; i++) in.way[i] = -1;
-    for (int i = 0; i < n; i++) path_check_row(&in, i, &faults);
-    path_check_pivot(&in, &faults);
-    if (!faults.count) memcpy(parent, in.parent, (size_t)n * sizeof *parent);
+    int *on_way = in.mismatch;
+    for (int i = 0; i < n; i++) on_way[i] = -1;
+    for (int i = 0; i < n; i++) path_check_row(&in, i, on_way, &faults);
+    if (!faults.count) memcpy(parent, in.parent, count * sizeof *parent);
     free(block);
     return faults.count ? PEND_INVALID : PEND_OK;
 }

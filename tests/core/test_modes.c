@@ -31,7 +31,7 @@ static double entry(const struct pend_modes *modes, const struct pend_tree *tree
 /* largest relative error of omega, largest error of the entries, against lists in the caller's order */
 static void check_against(int n, const double mass, const int parent[], const double omega_unit[],
                           const double vector[], enum pend_normalize rule, double tolerance, const char *what) {
-    double length[8], masses[8], worst = 0;
+    double length[8] = {0}, masses[8] = {0}, worst = 0;
     for (int i = 0; i < n; i++) length[i] = 0.7, masses[i] = mass;
     struct pend_tree *tree = tree_of(n, length, masses, parent);
     struct pend_modes *modes = modes_of(tree, GRAVITY);

@@ -99,7 +99,7 @@ const char *test_reply_header(const struct test_reply *reply, const char *name);
 void test_reply_clear(struct test_reply *reply);
 
 /**
- * One request on a connection of its own; every JSON reply is recorded (test_reply_record).
+ * One request on a connection of its own; every reply is recorded (test_reply_record).
  *
  * headers  further header lines, each ended by CR LF, or "".
  * body     NULL for none; else sent with its Content-Length and as application/json unless headers name a type.
@@ -109,8 +109,9 @@ int test_request(const struct test_server *server, struct test_reply *reply, con
                  const char *headers, const char *body);
 
 /**
- * Appends a JSON reply as a line {"method", "path", "status", "content_type", "body"} to replies.ndjson beside the
- * test program, for tests/rules/replies.py; other replies, and those above 4 MB, are left out.
+ * Appends a reply as a line {"method", "path", "status", "content_type", "body"} to replies.ndjson beside the test
+ * program, for tests/rules/replies.py; those above 4 MB are left out, and all under
+ * TEST_UNDER, which runs beside. The body is text, or null where there was none.
  */
 void test_reply_record(const struct test_reply *reply, const char *method, const char *path);
 

@@ -86,7 +86,8 @@ static int test_wanted(const struct test_case *test, const char *word) {
     return strstr(test->name, word) || strstr(test->file, word);
 }
 
-/* usage: run [PART-OF-A-NAME-OR-FILE | =NAME ...]; the last line is "N passed, N failed", with ", N skipped" where any were */
+/* usage: run [PART-OF-A-NAME-OR-FILE | =NAME ...]; the last line is "N passed, N failed", with ", N skipped" where any
+ * were */
 int main(int argc, char **argv) {
     int ended[3] = {0, 0, 0};
     const char *tolerance = getenv("TOL");

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/dynamics.h"
 #include "tests/harness/test.h"
 
 const char *test_tree_kind_name(enum test_tree_kind kind) {
@@ -100,6 +101,16 @@ void test_tree_clear(struct test_tree *t) {
     free(t->parent);
     pend_tree_free(&t->tree);
     *t = (struct test_tree){0};
+}
+
+void test_tree_dynamics(const struct test_tree *t, double gravity, double acc[], double force[]) {
+    static const unsigned long long signalling = 0x7ff4deadbeef0000ull;
+    size_t bytes = pend_dynamics_work_bytes(t->n);
+    char *work = aligned_alloc(64, bytes);
+    if (!work) abort();
+    for (size_t at = 0; at < bytes; at += sizeof signalling) memcpy(work + at, &signalling, sizeof signalling);
+    pend_dynamics(t->tree, gravity, t->phi, t->rate, work, acc, force);
+    free(work);
 }
 
 double test_gap(int n, const double a[], const double b[]) {

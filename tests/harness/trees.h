@@ -56,6 +56,9 @@ void test_tree_rebuild(struct test_tree *t);
 
 void test_tree_clear(struct test_tree *t);
 
+/** pend_dynamics of the tree in its state, with scratch of its own that begins as signalling NaN. */
+void test_tree_dynamics(const struct test_tree *t, double gravity, double acc[], double force[]);
+
 /** Largest |a - b| over the largest |b| (0 when both are all 0); NaN when anything is. */
 double test_gap(int n, const double a[], const double b[]);
 

@@ -1,0 +1,197 @@
+/* POST /v1/forces: accelerations, forces, positions and energies of given states, without integration.
+ * Leaves to others: reading (tree_json, state_json), the mechanics (core/dynamics, motion), the bytes (encode).
+ * Invariant: one row a state, in the order in which the states came. */
+#include "api/op.h"
+
+#include <stdlib.h>
+
+#include "api/encode.h"
+#include "api/state_json.h"
+#include "core/dynamics.h"
+#include "core/motion.h"
+
+static const char *const fields[] = {"pendulum", "state", "states", "digits", NULL};
+
+enum { PHIDD, LAMBDA, Z_RE, Z_IM, ZD_RE, ZD_IM, ZDD_RE, ZDD_IM, KINETIC, POTENTIAL, TOTAL, COLUMNS };
+
+enum { BLOCK_ROWS = 64, BLOCK_NUMBERS = 65536 };
+
+/* the columns of the answer, in the order above; the energies have one number a row */
+static const struct {
+    const char *name, *part;
+} columns[COLUMNS] = {
+    [PHIDD] = {"phidd", NULL},
+    [LAMBDA] = {"lambda", NULL},
+    [Z_RE] = {"z", "re"},
+    [Z_IM] = {"z", "im"},
+    [ZD_RE] = {"zd", "re"},
+    [ZD_IM] = {"zd", "im"},
+    [ZDD_RE] = {"zdd", "re"},
+    [ZDD_IM] = {"zdd", "im"},
+    [KINETIC] = {"energy", "kinetic"},
+    [POTENTIAL] = {"energy", "potential"},
+    [TOTAL] = {"energy", "total"},
+};
+
+struct forces {
+    struct api_tree tree;
+    struct api_states *states;
+    struct api_table table;
+    const struct api_format *format;
+
+    /* once it runs; the arrays are one block that begins with work */
+    struct api_writer *writer;
+    long next, cap; /* the first state that is not written yet; rows of a block */
+    void *work;
+    double *row[4]; /* acceleration, force and two parts of a vector, n numbers in stored order */
+    double *column[COLUMNS];
+};
+
+static void forces_free(void **state) {
+    struct forces *forces = *state;
+    if (!forces) return;
+    free(forces->work);
+    api_writer_free(&forces->writer);
+    api_states_free(&forces->states);
+    api_tree_clear(&forces->tree);
+    free(forces);
+    *state = NULL;
+}
+
+/* reading */
+
+static enum pend_status forces_read_states(struct forces *forces, const struct api_reading *reading) {
+    struct api_problem *problem = reading->problem;
+    struct api_value one = api_value_member(reading->root, "state"), many = api_value_member(reading->root, "states");
+    int single = api_value_kind(&many) == API_MISSING, count = single ? 1 : api_value_count(&many);
+    forces->table.single = single;
+    forces->table.rows = count;
+    if (!single && api_value_kind(&one) != API_MISSING)
+        api_value_fault(&one, problem, "does not go together with \"states\": give one of the two");
+    if (!single && (api_value_kind(&many) != API_ARRAY || !count))
+        api_value_fault(&many, problem, "must be an array of at least one state");
+    if (count > reading->limits->samples)
+        api_value_fault(&many, problem,
+                        "has %d states, more than the limit max-samples of %.0f: ask for fewer at a "
+                        "time",
+                        count, reading->limits->samples);
+    if (!count || count > reading->limits->samples) return PEND_INVALID;
+    if (forces->tree.tree) PEND_TRY(api_states_new(&forces->states, count, forces->tree.n));
+    if (single) api_states_read(forces->states, 0, &one, &forces->tree, reading->limits, problem);
+    struct api_value state = api_value_item(&many, 0);
+    for (; api_value_kind(&state) != API_MISSING; state = api_value_next(&state))
+        api_states_read(forces->states, state.index, &state, &forces->tree, reading->limits, problem);
+    return PEND_OK;
+}
+
+static enum pend_status forces_check_size(struct forces *forces, const struct api_reading *reading) {
+    struct api_table *table = &forces->table;
+    for (int c = 0; c < COLUMNS; c++)
+        api_table_add(table, columns[c].name, columns[c].part, c < KINETIC ? forces->tree.n : 0);
+    double bytes = reading->format->bytes(table);
+    if (bytes <= reading->limits->answer_bytes) return PEND_OK;
+    api_value_fault(reading->root, reading->problem,
+                    "asks for %ld states of %.0f numbers, up to %.0f bytes, more than the limit max-answer-bytes of "
+                    "%.0f: ask for fewer at a time",
+                    table->rows, api_table_numbers(table, 0), bytes, reading->limits->answer_bytes);
+    return PEND_INVALID;
+}
+
+static enum pend_status forces_read_parts(struct forces *forces, const struct api_reading *reading) {
+    struct api_value pendulum = api_value_member(reading->root, "pendulum");
+    struct api_value digits = api_value_member(reading->root, "digits");
+    long rounded = 0;
+    (void)api_value_only(reading->root, fields, reading->problem);
+    (void)api_field_whole(&digits, 1, 17, &rounded, reading->problem);
+    forces->table.digits = (int)rounded;
+    enum pend_status status = api_tree_read(&forces->tree, &pendulum, reading->limits, reading->problem);
+    if (status == PEND_NO_MEMORY) return status;
+    status = forces_read_states(forces, reading);
+    if (status == PEND_NO_MEMORY) return status;
+    return reading->problem->status ? PEND_INVALID : forces_check_size(forces, reading);
+}
+
+static enum pend_status forces_read(void **state, const struct api_reading *reading) {
+    struct forces *forces = calloc(1, sizeof *forces);
+    *state = forces;
+    if (!forces) return PEND_NO_MEMORY;
+    forces->format = reading->format;
+    enum pend_status status = forces_read_parts(forces, reading);
+    if (status != PEND_OK) forces_free(state);
+    return status;
+}
+
+/* running */
+
+/* one block: the scratch of the dynamics, four rows, the columns of `cap` rows */
+static enum pend_status forces_allocate(struct forces *forces, struct pend_error *error) {
+    size_t n = (size_t)forces->tree.n, work = (pend_dynamics_work_bytes(forces->tree.n) + 63) / 64 * 64;
+    long cap = BLOCK_NUMBERS / forces->tree.n;
+    if (cap > BLOCK_ROWS) cap = BLOCK_ROWS;
+    if (cap > forces->table.rows) cap = forces->table.rows;
+    forces->cap = cap < 1 ? 1 : cap;
+    size_t numbers = 4 * n + (size_t)forces->cap * (KINETIC * n + (COLUMNS - KINETIC));
+    forces->work = aligned_alloc(64, work + (numbers * sizeof(double) + 63) / 64 * 64);
+    if (!forces->work) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for states of %zu arms", n);
+    double *at = (double *)((char *)forces->work + work);
+    for (int i = 0; i < 4; i++, at += n) forces->row[i] = at;
+    for (int c = 0; c < COLUMNS; c++) {
+        forces->column[c] = at;
+        at += (size_t)forces->cap * (c < KINETIC ? n : 1);
+    }
+    return PEND_OK;
+}
+
+/* copies a row in stored order to row i of a column */
+static void forces_put(const struct forces *forces, const double row[], long i, int column) {
+    double *out = forces->column[column] + i * forces->tree.n;
+    const int *order = forces->tree.tree->order;
+    for (int k = 0; k < forces->tree.n; k++) out[order[k]] = row[k];
+}
+
+/* computes state s into row i of the columns */
+static void forces_compute(const struct forces *forces, long s, long i) {
+    const struct pend_tree *tree = forces->tree.tree;
+    const double *phi = forces->states->phi + s * tree->n, *rate = forces->states->rate + s * tree->n;
+    double gravity = forces->tree.gravity, *acc = forces->row[0], *force = forces->row[1];
+    double *re = forces->row[2], *im = forces->row[3];
+    pend_dynamics(tree, gravity, phi, rate, forces->work, acc, force);
+    forces_put(forces, acc, i, PHIDD);
+    forces_put(forces, force, i, LAMBDA);
+    pend_motion_position(tree, phi, re, im);
+    forces_put(forces, re, i, Z_RE);
+    forces_put(forces, im, i, Z_IM);
+    pend_motion_velocity(tree, phi, rate, re, im);
+    forces_put(forces, re, i, ZD_RE);
+    forces_put(forces, im, i, ZD_IM);
+    pend_motion_acceleration(tree, phi, rate, acc, re, im);
+    forces_put(forces, re, i, ZDD_RE);
+    forces_put(forces, im, i, ZDD_IM);
+    struct pend_energy energy = pend_motion_energy(tree, gravity, phi, rate);
+    forces->column[KINETIC][i] = energy.kinetic;
+    forces->column[POTENTIAL][i] = energy.potential;
+    forces->column[TOTAL][i] = energy.kinetic + energy.potential;
+}
+
+static enum pend_status forces_begin(struct forces *forces, struct api_buffer *out, struct pend_error *error) {
+    PEND_TRY(api_states_settle(forces->states, &forces->tree, error));
+    PEND_TRY(forces_allocate(forces, error));
+    return api_writer_new(&forces->writer, forces->format, &forces->table, out);
+}
+
+static enum pend_status forces_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
+    struct forces *forces = state;
+    if (!forces->writer) PEND_TRY(forces_begin(forces, turn->out, error));
+    do {
+        long rows = forces->table.rows - forces->next;
+        if (rows > forces->cap) rows = forces->cap;
+        for (long i = 0; i < rows; i++) forces_compute(forces, forces->next + i, i);
+        PEND_TRY(api_writer_block(forces->writer, rows, (const double *const *)forces->column, turn->out, error));
+        forces->next += rows;
+        *done = forces->next == forces->table.rows;
+    } while (!*done && !api_turn_over(turn));
+    return *done ? api_writer_end(forces->writer, NULL, turn->out) : PEND_OK;
+}
+
+const struct api_op api_op_forces = {
+    .name = "forces", .body = 1, .samples = 1, .read = forces_read, .run = forces_run, .free = forces_free};

@@ -1,0 +1,163 @@
+/* POST /v1/trajectories: integrates a pendulum and answers samples of its motion.
+ * Leaves to others: reading the parts of a request (*_json, samples), the integration (core/run), the bytes (encode).
+ * Invariant: at most one block of samples is held besides the answer. */
+#include "api/op.h"
+
+#include <stdlib.h>
+
+#include "api/method_json.h"
+#include "api/samples.h"
+#include "api/state_json.h"
+#include "api/times_json.h"
+
+static const char *const fields[] = {"pendulum", "initial", "times",     "method", "rtol",  "atol", "step",
+                                     "output",   "digits",  "precision", "events", "trust", NULL};
+
+/* arm-evaluations asked for at a time: about a millisecond */
+static const double piece = 50000;
+
+struct trajectory {
+    struct api_tree tree;
+    struct api_states *start;
+    struct api_times times;
+    struct api_method method;
+    struct api_outputs outputs;
+    struct api_table table;
+    const struct api_format *format;
+    long step_cap;
+
+    /* once it runs */
+    struct pend_run *run;
+    struct api_samples *samples;
+    struct api_writer *writer;
+};
+
+static void trajectory_free(void **state) {
+    struct trajectory *trajectory = *state;
+    if (!trajectory) return;
+    api_writer_free(&trajectory->writer);
+    api_samples_free(&trajectory->samples);
+    pend_run_free(&trajectory->run);
+    api_times_clear(&trajectory->times);
+    api_states_free(&trajectory->start);
+    api_tree_clear(&trajectory->tree);
+    free(trajectory);
+    *state = NULL;
+}
+
+/* parts of the contract that are still to come */
+static void refuse_future(const struct api_value *root, struct api_problem *problem) {
+    static const char *const future[] = {"events", "trust"};
+    for (int i = 0; i < 2; i++) {
+        struct api_value field = api_value_member(root, future[i]);
+        if (api_value_kind(&field) != API_MISSING) api_value_fault(&field, problem, "is not served yet: leave it out");
+    }
+}
+
+static enum pend_status trajectory_read_parts(struct trajectory *trajectory, const struct api_reading *reading) {
+    const struct api_value *root = reading->root;
+    struct api_problem *problem = reading->problem;
+    struct api_value pendulum = api_value_member(root, "pendulum"), initial = api_value_member(root, "initial");
+    struct api_value times = api_value_member(root, "times"), output = api_value_member(root, "output");
+    struct api_value digits = api_value_member(root, "digits");
+    long rounded = 0;
+    (void)api_value_only(root, fields, problem);
+    enum pend_status status = api_tree_read(&trajectory->tree, &pendulum, reading->limits, problem);
+    if (status == PEND_NO_MEMORY) return status;
+    if (status == PEND_OK) PEND_TRY(api_states_new(&trajectory->start, 1, trajectory->tree.n));
+    api_states_read(trajectory->start, 0, &initial, &trajectory->tree, reading->limits, problem);
+    status = api_times_read(&trajectory->times, &times, reading->limits, problem);
+    if (status == PEND_NO_MEMORY) return status;
+    api_method_read(&trajectory->method, root, &trajectory->tree, reading->limits, problem);
+    api_outputs_read(&trajectory->outputs, &output, problem);
+    (void)api_field_whole(&digits, 1, 17, &rounded, problem);
+    trajectory->table.digits = (int)rounded;
+    refuse_future(root, problem);
+    return problem->status ? PEND_INVALID : PEND_OK;
+}
+
+/* faults an answer that would be too large, from its rows and columns */
+static enum pend_status trajectory_check_size(struct trajectory *trajectory, const struct api_reading *reading) {
+    struct api_table *table = &trajectory->table;
+    struct api_value times = api_value_member(reading->root, "times");
+    table->rows = trajectory->times.times.count;
+    api_outputs_columns(&trajectory->outputs, trajectory->tree.n, table);
+    double bytes = reading->format->bytes(table);
+    if (bytes <= reading->limits->answer_bytes) return PEND_OK;
+    api_value_fault(&times, reading->problem,
+                    "asks for %ld rows of %.0f numbers, up to %.0f bytes, more than the limit max-answer-bytes of "
+                    "%.0f: ask for fewer instants or outputs%s",
+                    table->rows, api_table_numbers(table, 0), bytes, reading->limits->answer_bytes,
+                    reading->format->digits ? ", or round the numbers by \"digits\"" : "");
+    return PEND_INVALID;
+}
+
+static enum pend_status trajectory_read(void **state, const struct api_reading *reading) {
+    struct trajectory *trajectory = calloc(1, sizeof *trajectory);
+    *state = trajectory;
+    if (!trajectory) return PEND_NO_MEMORY;
+    trajectory->format = reading->format;
+    trajectory->step_cap = (long)reading->limits->steps;
+    enum pend_status status = trajectory_read_parts(trajectory, reading);
+    if (status == PEND_OK) status = trajectory_check_size(trajectory, reading);
+    if (status != PEND_OK) trajectory_free(state);
+    return status;
+}
+
+static enum pend_status trajectory_begin(struct trajectory *trajectory, struct api_buffer *out,
+                                         struct pend_error *error) {
+    const struct api_method *method = &trajectory->method;
+    PEND_TRY(api_states_settle(trajectory->start, &trajectory->tree, error));
+    struct pend_problem problem = {.tree = trajectory->tree.tree,
+                                   .gravity = trajectory->tree.gravity,
+                                   .phi = trajectory->start->phi,
+                                   .rate = trajectory->start->rate,
+                                   .times = trajectory->times.times,
+                                   .rtol = method->rtol,
+                                   .atol = method->atol,
+                                   .step = method->step,
+                                   .step_cap = trajectory->step_cap};
+    PEND_TRY(pend_run_new(&trajectory->run, method->method, &problem, error));
+    PEND_TRY(api_samples_new(&trajectory->samples, &trajectory->outputs, trajectory->tree.n, trajectory->table.rows));
+    return api_writer_new(&trajectory->writer, trajectory->format, &trajectory->table, out);
+}
+
+static enum pend_status trajectory_end(struct trajectory *trajectory, const struct api_turn *turn) {
+    struct pend_run_stats stats = pend_run_stats(trajectory->run);
+    struct api_stats told = {0};
+    double seconds = api_turn_seconds(turn);
+    api_stats_text(&told, "method", stats.method);
+    api_stats_whole(&told, "steps", stats.steps);
+    api_stats_whole(&told, "rejected", stats.rejected);
+    api_stats_whole(&told, "evaluations", stats.evaluations);
+    api_stats_number(&told, "energy_drift", stats.energy_drift);
+    if (seconds >= 0) api_stats_number(&told, "compute_seconds", seconds);
+    return api_writer_end(trajectory->writer, &told, turn->out);
+}
+
+static enum pend_status trajectory_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
+    struct trajectory *trajectory = state;
+    if (!trajectory->run) PEND_TRY(trajectory_begin(trajectory, turn->out, error));
+    do {
+        struct api_samples *samples = trajectory->samples;
+        PEND_TRY(pend_run_next(trajectory->run, &samples->samples, piece, done, error));
+        api_samples_derive(samples);
+        PEND_TRY(api_writer_block(trajectory->writer, samples->samples.count, samples->column, turn->out, error));
+    } while (!*done && !api_turn_over(turn));
+    return *done ? trajectory_end(trajectory, turn) : PEND_OK;
+}
+
+static long trajectory_steps(const void *state) {
+    const struct trajectory *trajectory = state;
+    return trajectory->run ? pend_run_stats(trajectory->run).steps : 0;
+}
+
+const struct api_op api_op_trajectories = {
+    .name = "trajectories",
+    .body = 1,
+    .samples = 1,
+    .read = trajectory_read,
+    .run = trajectory_run,
+    .steps = trajectory_steps,
+    .free = trajectory_free,
+};

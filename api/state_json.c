@@ -1,0 +1,123 @@
+#include "api/state_json.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include "core/modes.h"
+
+static const double pi = 3.14159265358979323846;
+
+static const char *const state_fields[] = {"phi", "phid", "theta", "thetad", "mode", "amplitude", "unit", NULL};
+
+/* the ways to give a state: the field that decides, the one that goes with it, and what angle is measured from */
+static const struct {
+    const char *angle, *rate;
+    double offset; /* phi = angle - offset */
+} state_forms[] = {{"phi", "phid", 0}, {"theta", "thetad", 3.14159265358979323846 / 2}, {"mode", "amplitude", 0}};
+
+enum { FORM_COUNT = 3, FORM_MODE = 2 };
+
+enum pend_status api_states_new(struct api_states **states, long count, int n) {
+    size_t arms = (size_t)n, one = 2 * arms * sizeof(double) + sizeof(double) + sizeof(int);
+    *states = NULL;
+    if ((size_t)count > (SIZE_MAX - sizeof **states) / one) return PEND_NO_MEMORY;
+    *states = calloc(1, sizeof **states + (size_t)count * one);
+    if (!*states) return PEND_NO_MEMORY;
+    (*states)->n = n;
+    (*states)->count = count;
+    (*states)->phi = (double *)(*states + 1);
+    (*states)->rate = (*states)->phi + (size_t)count * arms;
+    (*states)->amplitude = (*states)->rate + (size_t)count * arms;
+    (*states)->mode = (int *)((*states)->amplitude + count);
+    return PEND_OK;
+}
+
+void api_states_free(struct api_states **states) {
+    free(*states);
+    *states = NULL;
+}
+
+/* reads n numbers, given in the caller's order, scaled and shifted into the stored order */
+static void read_angles(const struct api_value *value, const struct api_tree *tree, double scale, double offset,
+                        double out[], struct api_problem *problem) {
+    int count;
+    int good = api_field_numbers(value, tree->n, "arm", NULL, problem);
+    const double *numbers = api_value_numbers(value, &count);
+    if (good <= 0 || !out || !tree->tree) return;
+    for (int i = 0; i < tree->n; i++) out[tree->tree->place[i]] = scale * numbers[i] - offset;
+}
+
+static void read_mode(struct api_states *states, long i, const struct api_value *mode,
+                      const struct api_value *amplitude, double scale, const struct api_tree *tree,
+                      const struct api_limits *limits, struct api_problem *problem) {
+    long number = 0;
+    double size = 0;
+    (void)api_field_whole(mode, 1, tree->n ? tree->n : (long)limits->arms, &number, problem);
+    if (api_field_needed(amplitude, problem))
+        (void)api_value_read_number(amplitude, -INFINITY, INFINITY, "", &size, problem);
+    api_tree_modes_allowed(tree, mode, "a start in a mode", limits, problem);
+    if (!states) return;
+    states->mode[i] = (int)number;
+    states->amplitude[i] = scale * size;
+}
+
+/* the form whose first field is there, FORM_COUNT for none; faults fields of a second form and fields left alone */
+static int state_form(const struct api_value *value, struct api_problem *problem) {
+    int found = FORM_COUNT;
+    for (int form = 0; form < FORM_COUNT; form++) {
+        struct api_value angle = api_value_member(value, state_forms[form].angle);
+        struct api_value rate = api_value_member(value, state_forms[form].rate);
+        int given = api_value_kind(&angle) != API_MISSING, partner = api_value_kind(&rate) != API_MISSING;
+        if (!given && !partner) continue;
+        if (found == FORM_COUNT) found = form;
+        if (found != form)
+            api_value_fault(given ? &angle : &rate, problem,
+                            "does not go together with \"%s\": give a state by phi and phid, by theta and thetad, or "
+                            "by mode and amplitude",
+                            state_forms[found].angle);
+        else if (!given)
+            api_value_fault(&angle, problem, "is missing, and \"%s\" needs it", state_forms[form].rate);
+    }
+    return found;
+}
+
+void api_states_read(struct api_states *states, long i, const struct api_value *value, const struct api_tree *tree,
+                     const struct api_limits *limits, struct api_problem *problem) {
+    static const char *const units[] = {"rad", "deg", NULL};
+    int unit = 0;
+    if (api_value_kind(value) == API_MISSING || !api_field_object(value, problem)) return;
+    (void)api_value_only(value, state_fields, problem);
+    struct api_value field = api_value_member(value, "unit");
+    (void)api_field_word(&field, units, &unit, problem);
+    int form = state_form(value, problem);
+    if (form == FORM_COUNT) return;
+
+    double scale = unit ? pi / 180 : 1;
+    struct api_value angle = api_value_member(value, state_forms[form].angle);
+    struct api_value rate = api_value_member(value, state_forms[form].rate);
+    double *phi = states ? states->phi + (size_t)i * (size_t)states->n : NULL;
+    double *velocity = states ? states->rate + (size_t)i * (size_t)states->n : NULL;
+    if (form == FORM_MODE) {
+        if (api_value_kind(&angle) != API_MISSING) read_mode(states, i, &angle, &rate, scale, tree, limits, problem);
+        return;
+    }
+    read_angles(&angle, tree, scale, state_forms[form].offset, phi, problem);
+    read_angles(&rate, tree, scale, 0, velocity, problem);
+}
+
+enum pend_status api_states_settle(struct api_states *states, const struct api_tree *tree, struct pend_error *error) {
+    struct pend_modes *modes = NULL;
+    size_t n = (size_t)states->n;
+    for (long i = 0; i < states->count; i++) {
+        if (!states->mode[i]) continue;
+        if (!modes) {
+            PEND_TRY(pend_modes_new(&modes, tree->tree, tree->gravity, 1, error));
+            pend_modes_normalize(modes, tree->tree, PEND_NORMALIZE_MAX);
+        }
+        const double *vector = modes->vector + (size_t)(states->mode[i] - 1) * n;
+        for (size_t k = 0; k < n; k++) states->phi[(size_t)i * n + k] = states->amplitude[i] * vector[k] - pi / 2;
+    }
+    pend_modes_free(&modes);
+    return PEND_OK;
+}

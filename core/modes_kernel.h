@@ -1,0 +1,41 @@
+/* The sweeps over a tree with many shifts side by side, one a vector lane, and the choice of instruction set.
+ * Leaves to others: which shifts (modes_values), orthogonality (modes_vectors).
+ * Invariant: a lane's bits depend on its shift alone, not on the instruction set nor on the lanes beside it. */
+#ifndef PEND_MODES_KERNEL_H
+#define PEND_MODES_KERNEL_H
+
+#include "core/laplacian.h"
+
+/* What the characteristic polynomial p tells at a shift. */
+struct pend_modes_probe {
+    double shift;    /* in, 1/s^2 */
+    int below;       /* the number of eigenvalues below it */
+    double log_rate; /* p'/p = sum 1 / (shift - lambda_i), s^2 */
+    double log_bend; /* (p'/p)^2 - p''/p = sum 1 / (shift - lambda_i)^2, s^4; not finite when a pivot vanished */
+};
+
+struct pend_modes_kernel {
+    int lanes; /* vectors that `vectors` makes at a time */
+
+    /** Fills count probes from their shifts. O(count n). */
+    void (*probe)(const struct pend_laplacian *laplacian, int count, struct pend_modes_probe probe[]);
+
+    /**
+     * Eigenvectors by twisted factorization, of mass norm 1.
+     *
+     * value   `lanes` eigenvalues to full precision.
+     * work    4 * lanes * n doubles, aligned to 64.
+     * vector  out, `lanes` pointers to n angles each; lanes of no interest may share one.
+     * tip     out, the same for the tip displacements; NULL to skip.
+     */
+    void (*vectors)(const struct pend_laplacian *laplacian, const double value[], double work[], double *vector[],
+                    double *tip[]);
+};
+
+/** The kernel of this processor. */
+const struct pend_modes_kernel *pend_modes_kernel(void);
+
+/** The kernel of any processor: the same bits, for tests. */
+const struct pend_modes_kernel *pend_modes_kernel_base(void);
+
+#endif

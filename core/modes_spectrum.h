@@ -1,0 +1,66 @@
+/* The spectrum of a whole tree: its parts (modes_symmetry) with their weighted trees, counted together.
+ * Leaves to others: eigenvalues inside a part (modes_values), putting modes together (modes).
+ * Invariant: eigenvalues are signed here, negative where the equilibrium gives way. */
+#ifndef PEND_MODES_SPECTRUM_H
+#define PEND_MODES_SPECTRUM_H
+
+#include "core/modes_symmetry.h"
+
+struct pend_spectrum {
+    struct pend_symmetry *symmetry;
+    struct pend_laplacian **part; /* one for each of the symmetry's parts */
+    int *place;                   /* n ints of scratch */
+    int n;
+    int negative;       /* number of eigenvalues below 0 */
+    double least, most; /* 1/s^2: every eigenvalue has least <= |lambda| <= most */
+};
+
+/**
+ * Prepares the spectrum of a tree about an equilibrium.
+ *
+ * up  n flags in stored order, non-zero where an arm stands up; NULL when all hang.
+ *
+ * PEND_NO_MEMORY  O(n).
+ */
+PEND_MUST_CHECK enum pend_status pend_spectrum_new(struct pend_spectrum **spectrum, const struct pend_tree *tree,
+                                                   double gravity, const unsigned char up[]);
+
+void pend_spectrum_free(struct pend_spectrum **spectrum);
+
+/**
+ * Numbers of eigenvalues below several shifts, each mode counted as often as it occurs.
+ *
+ * shift  count shifts, ascending, count <= 16.
+ * below  out, count numbers.
+ * O(n).
+ */
+void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const double shift[], int below[]);
+
+/**
+ * A shift that has `number` or a few more eigenvalues below it (above = 1), or a few less (above = 0).
+ */
+double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int above);
+
+/**
+ * Eigenvalues of a part, signed and ascending.
+ *
+ * first, count  numbers in the part.
+ * value         out, count values.
+ *
+ * PEND_NO_MEMORY  O(count).
+ */
+PEND_MUST_CHECK enum pend_status pend_spectrum_values(struct pend_spectrum *spectrum, int part, int first, int count,
+                                                      double value[]);
+
+/**
+ * Eigenvectors of a part.
+ *
+ * value   count signed eigenvalues, ascending.
+ * vector  out, count pointers to as many angles as the part has arms; mass norm 1.
+ *
+ * PEND_NO_MEMORY, PEND_NO_CONVERGENCE
+ */
+PEND_MUST_CHECK enum pend_status pend_spectrum_vectors(struct pend_spectrum *spectrum, int part, int count,
+                                                       double value[], double *vector[]);
+
+#endif

@@ -1,0 +1,207 @@
+#include "core/modes_values.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    VALUES_BATCH = 64, /* shifts tried at a time */
+    VALUES_LANES = 16, /* shifts that cost no more than one: fewer are not worth a sweep */
+    VALUES_TRIES = 6   /* Laguerre steps before bisection takes turns with them */
+};
+
+/* One end of a span: a shift that was counted, and where the nearest eigenvalue inside must be. */
+struct span_end {
+    double at;
+    int below;   /* eigenvalues below `at` */
+    int near;    /* non-zero when one eigenvalue, inside, outweighs all others there: the hint converges on it */
+    double hint; /* Laguerre's bound of the nearest eigenvalue towards the inside; `at` where nothing is known */
+};
+
+/* An interval that holds hi.below - lo.below > 0 of the eigenvalues sought. */
+struct span {
+    struct span_end lo, hi;
+    double reach; /* size of the Laguerre step that led to the last shift; 0 when there was none */
+    int tries;
+};
+
+struct values {
+    const struct pend_laplacian *laplacian;
+    const struct pend_modes_kernel *kernel;
+    int first, last; /* numbers sought: first <= number < last */
+    double *value;
+    struct span *todo;
+    int todo_count;
+};
+
+int pend_modes_values_below(const struct pend_laplacian *laplacian, double shift) {
+    struct pend_modes_probe probe = {.shift = shift};
+    pend_modes_kernel()->probe(laplacian, 1, &probe);
+    return probe.below;
+}
+
+/* what a probe tells the span above it (side 1) or below it (side -1) */
+static struct span_end values_end(const struct pend_modes_probe *probe, int n, int side) {
+    struct span_end end = {probe->shift, probe->below, 0, probe->shift};
+    double rate = -side * probe->log_rate, bend = probe->log_bend;
+    double root = sqrt(fmax(0, (n - 1.0) * (n * bend - rate * rate))), step = n / (rate + root);
+    if (!(step > 0 && bend > 0 && isfinite(step) && isfinite(bend))) return end;
+    end.hint = probe->shift + side * step;
+    end.near = fabs(rate * step - 1) < 0.25 && fabs(bend * step * step - 1) < 0.25;
+    return end;
+}
+
+/* the end of a span of one eigenvalue that is nearer to it */
+static const struct span_end *values_nearer(const struct span *span, double *step) {
+    double lo = span->lo.hint - span->lo.at, hi = span->hi.at - span->hi.hint;
+    int use_lo = lo > 0 && (span->lo.near > span->hi.near || (span->lo.near == span->hi.near && !(hi > 0 && hi < lo)));
+    *step = use_lo ? lo : hi;
+    return use_lo ? &span->lo : &span->hi;
+}
+
+static double values_middle(double lo, double hi) {
+    return lo > 0 && hi > 4 * lo ? sqrt(lo) * sqrt(hi) : lo + 0.5 * (hi - lo);
+}
+
+/* the bounds of what is inside: the hints, as far as these make sense */
+static void values_bounds(const struct span *span, double *lo, double *hi) {
+    *lo = span->lo.hint > span->lo.at && span->lo.hint < span->hi.at ? span->lo.hint : span->lo.at;
+    *hi = span->hi.hint < span->hi.at && span->hi.hint > span->lo.at ? span->hi.hint : span->hi.at;
+    if (*lo <= *hi && !(*lo == span->hi.at || *hi == span->lo.at)) return;
+    *lo = span->lo.at;
+    *hi = span->hi.at;
+}
+
+/* all eigenvalues of a span are the same number to round-off */
+static void values_finish(struct values *v, const struct span *span, double value) {
+    value = fmin(fmax(value, span->lo.at), span->hi.at);
+    for (int number = span->lo.below; number < span->hi.below; number++)
+        if (number >= v->first && number < v->last) v->value[number - v->first] = value;
+}
+
+/* True when a span needs no further count: it is as small as round-off, or its one eigenvalue's hint is exact.
+ * Laguerre's iteration is cubic: a step of size `reach` that came out wrong by `step` makes the next one wrong by the
+ * ratio's cube times `step`. */
+static int values_converged(const struct span *span, double *value) {
+    double round_off = DBL_EPSILON * span->hi.at, step;
+    *value = values_middle(span->lo.at, span->hi.at);
+    if (span->hi.at - span->lo.at <= 4 * round_off) return 1;
+    if (span->hi.below - span->lo.below > 1) return 0;
+    const struct span_end *end = values_nearer(span, &step);
+    double ratio = step / span->reach;
+    *value = end->hint;
+    return end->near && (step <= round_off || 10 * step * ratio * ratio * ratio <= 0.25 * round_off);
+}
+
+/* the next shift for a span of one eigenvalue: the better hint, or bisection when the hints lead nowhere */
+static double values_next(struct span *span) {
+    double lo, hi, step;
+    values_bounds(span, &lo, &hi);
+    span->reach = 0;
+    if (span->tries++ >= VALUES_TRIES && span->tries % 2) return values_middle(span->lo.at, span->hi.at);
+    const struct span_end *end = values_nearer(span, &step);
+    if (!(step > 0) || end->hint <= span->lo.at || end->hint >= span->hi.at) return values_middle(lo, hi);
+    span->reach = end->near ? step : 0;
+    return end->hint;
+}
+
+/* the next shifts for a span of several, ascending; returns how many */
+static int values_split(struct span *span, int room, double shift[]) {
+    double lo, hi;
+    int several = span->hi.below - span->lo.below;
+    values_bounds(span, &lo, &hi);
+    span->reach = 0;
+    if (span->tries++ >= VALUES_TRIES && span->tries % 2) lo = span->lo.at, hi = span->hi.at;
+    if (room > 2 * several) room = 2 * several;
+    if (hi - lo <= 4 * DBL_EPSILON * hi) {
+        /* one number as far as the hints tell: counts on both sides of it are to prove that */
+        int count = 0;
+        double below = lo * (1 - 6 * DBL_EPSILON), above = hi * (1 + 6 * DBL_EPSILON);
+        if (below > span->lo.at) shift[count++] = below;
+        if (above < span->hi.at && room > count) shift[count++] = above;
+        if (count) return count;
+        lo = span->lo.at;
+        hi = span->hi.at;
+    }
+    if (room <= 1) {
+        shift[0] = values_middle(lo, hi);
+        return 1;
+    }
+    /* evenly spaced, in the logarithm where the bounds are far apart */
+    double ratio = lo > 0 && hi > 4 * lo ? log(hi / lo) : 0;
+    for (int i = 0; i < room; i++) {
+        double part = (i + 1.0) / (room + 1.0);
+        shift[i] = ratio > 0 ? lo * exp(part * ratio) : lo + part * (hi - lo);
+    }
+    return room;
+}
+
+/* files what lies between two counted ends */
+static void values_file(struct values *v, struct span span) {
+    double value;
+    if (span.hi.below <= span.lo.below || span.hi.below <= v->first || span.lo.below >= v->last) return;
+    if (values_converged(&span, &value))
+        values_finish(v, &span, value);
+    else
+        v->todo[v->todo_count++] = span;
+}
+
+/* cuts a span at the shifts that were counted */
+static void values_cut(struct values *v, const struct span *span, int count, struct pend_modes_probe probe[]) {
+    struct span part = *span;
+    int most = span->hi.below;
+    for (int i = 0; i < count; i++) {
+        if (!(probe[i].shift > part.lo.at && probe[i].shift < span->hi.at)) continue;
+        /* counts rise with the shift; where round-off says otherwise the first count stands */
+        if (probe[i].below < part.lo.below) probe[i].below = part.lo.below;
+        if (probe[i].below > most) probe[i].below = most;
+        part.hi = values_end(&probe[i], v->laplacian->n, -1);
+        values_file(v, part);
+        part.lo = values_end(&probe[i], v->laplacian->n, 1);
+    }
+    part.hi = span->hi;
+    /* nothing changed: no number is left between the ends */
+    if (part.lo.at == span->lo.at && count) {
+        values_finish(v, &part, values_middle(part.lo.at, part.hi.at));
+        return;
+    }
+    values_file(v, part);
+}
+
+/* one round: takes spans from the end of the list, counts at their next shifts, files the parts */
+static void values_round(struct values *v) {
+    struct pend_modes_probe probe[VALUES_BATCH];
+    struct span span[VALUES_BATCH];
+    int count[VALUES_BATCH], spans = 0, probes = 0;
+    int take = v->todo_count < VALUES_BATCH ? v->todo_count : VALUES_BATCH;
+    int room = VALUES_LANES / take > 1 ? VALUES_LANES / take : 1;
+    for (; spans < take; spans++) {
+        struct span *s = &span[spans];
+        double shift[VALUES_LANES];
+        *s = v->todo[--v->todo_count];
+        count[spans] = 1;
+        if (s->hi.below - s->lo.below == 1)
+            shift[0] = values_next(s);
+        else
+            count[spans] = values_split(s, room, shift);
+        for (int i = 0; i < count[spans]; i++) probe[probes++].shift = shift[i];
+    }
+    v->kernel->probe(v->laplacian, probes, probe);
+    for (int i = 0, at = 0; i < spans; at += count[i++]) values_cut(v, &span[i], count[i], probe + at);
+}
+
+enum pend_status pend_modes_values(const struct pend_laplacian *laplacian, int first, int count, double value[]) {
+    if (count < 1) return PEND_OK;
+    struct values v = {laplacian, pend_modes_kernel(), first, first + count, value, NULL, 0};
+    /* every span holds one of the values sought, and a round adds at most its own shifts */
+    v.todo = malloc(((size_t)count + 2 * VALUES_BATCH) * sizeof *v.todo);
+    if (!v.todo) return PEND_NO_MEMORY;
+    struct span all = {
+        {laplacian->least, 0, 0, laplacian->least}, {laplacian->most, laplacian->n, 0, laplacian->most}, 0, 0};
+    all.lo.below = pend_modes_values_below(laplacian, laplacian->least);
+    v.todo[v.todo_count++] = all;
+    while (v.todo_count) values_round(&v);
+    free(v.todo);
+    return PEND_OK;
+}

@@ -1,0 +1,378 @@
+#include "server/config.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* What a value may be. */
+enum config_kind {
+    CONFIG_FLAG,    /* no value: asks for a task */
+    CONFIG_LISTEN,  /* HOST:PORT */
+    CONFIG_TEXT,    /* anything */
+    CONFIG_WHOLE,   /* a whole number */
+    CONFIG_BYTES,   /* a whole number, or one with K, M or G behind it */
+    CONFIG_SECONDS, /* a number */
+    CONFIG_SWITCH,  /* on or off */
+    CONFIG_ONLY     /* the default and nothing else, for the reason that is given as the meaning */
+};
+
+struct config_row {
+    struct srv_option option;
+    enum config_kind kind;
+    size_t offset; /* in struct srv_config: of a text or a double */
+    double least, most;
+};
+
+enum { CONFIG_LINE = 1024 };
+
+/* clang-format off */
+#define FIELD(name) offsetof(struct srv_config, name)
+static const struct config_row config_table[] = {
+    {{"listen", "HOST:PORT", "127.0.0.1:8080", "where to serve; port 0 takes a free one, [::1]:8080 is IPv6, *:8080 every address"},
+     CONFIG_LISTEN, FIELD(listen), 0, 0},
+    {{"config", "FILE", "", "a file with lines 'name = value', the names as in this list; # begins a comment"},
+     CONFIG_TEXT, FIELD(file), 0, 0},
+    {{"workers", "N", "0", "threads that compute; 0 = one a processor"},
+     CONFIG_WHOLE, FIELD(workers), 0, 1024},
+    {{"role", "all", "all", "what this process does; the roles api and worker come with jobs, which this version does not have"},
+     CONFIG_ONLY, 0, 0, 0},
+    {{"store", "none", "none", "where jobs and scenes are kept; this version keeps nothing, sqlite:PATH and postgresql:// come with jobs"},
+     CONFIG_ONLY, 0, 0, 0},
+    {{"cache-bytes", "0", "0", "memory for answers that can be given again; this version has no cache, which is 0 bytes"},
+     CONFIG_ONLY, 0, 0, 0},
+    {{"max-connections", "N", "4096", "open connections; one more is answered 503"},
+     CONFIG_WHOLE, FIELD(connections), 1, 100000},
+    {{"max-queue", "N", "256", "requests that wait for a worker; one more is answered 503"},
+     CONFIG_WHOLE, FIELD(queue), 1, 1000000},
+    {{"max-held-bytes", "BYTES", "1G", "bodies and answers in memory, all requests together; beyond it new ones are answered 503"},
+     CONFIG_BYTES, FIELD(held_bytes), 1048576, 1e15},
+    {{"header-seconds", "S", "10", "time for a request's line and headers, from the first byte to the last"},
+     CONFIG_SECONDS, FIELD(header_seconds), 0.1, 3600},
+    {{"body-seconds", "S", "30", "time for a request's body, and one second more for every least-rate bytes that came"},
+     CONFIG_SECONDS, FIELD(body_seconds), 0.1, 3600},
+    {{"send-seconds", "S", "30", "time for the client to take an answer, and one second more for every least-rate bytes of it"},
+     CONFIG_SECONDS, FIELD(send_seconds), 0.1, 3600},
+    {{"idle-seconds", "S", "60", "time that an open connection may be silent, in whole seconds"},
+     CONFIG_WHOLE, FIELD(idle_seconds), 1, 86400},
+    {{"least-rate", "BYTES", "16K", "bytes a second that a client must manage on average"},
+     CONFIG_BYTES, FIELD(least_rate), 1, 1e12},
+    {{"drain-seconds", "S", "30", "time for running requests to finish after SIGTERM"},
+     CONFIG_SECONDS, FIELD(drain_seconds), 0, 86400},
+    {{"access-log", "on/off", "on", "one JSON line a request on standard output"},
+     CONFIG_SWITCH, FIELD(access_log), 0, 0},
+    {{"help", NULL, "", "prints this list and ends; --help=markdown prints it as a table"},
+     CONFIG_FLAG, 0, 0, 0},
+    {{"version", NULL, "", "prints the version and ends"},
+     CONFIG_FLAG, 0, 0, 0},
+};
+/* clang-format on */
+
+enum { CONFIG_OWN = sizeof config_table / sizeof *config_table };
+
+/* the row of a limit, made from its line in api/limits.h; offset is its number there */
+static struct config_row config_limit(const struct api_limit_row *limit, int i) {
+    int bytes = !strcmp(limit->unit, "bytes"), seconds = !strcmp(limit->unit, "s");
+    struct config_row row = {.kind = bytes     ? CONFIG_BYTES
+                                     : seconds ? CONFIG_SECONDS
+                                               : CONFIG_WHOLE,
+                             .offset = (size_t)i,
+                             .least = limit->least,
+                             .most = limit->most};
+    row.option = (struct srv_option){limit->name, bytes ? "BYTES" : seconds ? "S" : "N", "", limit->meaning};
+    snprintf(row.option.start, sizeof row.option.start, "%.15g", limit->start);
+    return row;
+}
+
+/* row i of the whole table; 0 beyond its end */
+static int config_at(int i, struct config_row *row) {
+    if (i < CONFIG_OWN) {
+        *row = config_table[i];
+        return 1;
+    }
+    const struct api_limit_row *limit = api_limits_row(i - CONFIG_OWN);
+    if (limit) *row = config_limit(limit, i - CONFIG_OWN);
+    return limit != NULL;
+}
+
+/* the row of a name, its number in *i; 0 if there is none */
+static int config_find(const char *name, size_t bytes, int *i, struct config_row *row) {
+    for (*i = 0; config_at(*i, row); ++*i)
+        if (strlen(row->option.name) == bytes && !memcmp(row->option.name, name, bytes)) return 1;
+    return 0;
+}
+
+int srv_config_row(int i, struct srv_option *row) {
+    struct config_row found;
+    if (!config_at(i, &found)) return 0;
+    *row = found.option;
+    return 1;
+}
+
+static double *config_number(struct srv_config *config, const struct config_row *row, int i) {
+    if (i >= CONFIG_OWN) return api_limits_value(&config->limits, (int)row->offset);
+    return (double *)((char *)config + row->offset);
+}
+
+/* Where a value was found, for messages: "--workers", "PENDULUMD_WORKERS", "pendulumd.conf:3: workers". */
+struct config_place {
+    char text[SRV_CONFIG_TEXT + 64];
+};
+
+static enum pend_status config_wrong(const struct config_place *place, const char *value, const char *right,
+                                     struct pend_error *error) {
+    return pend_fail(error, PEND_INVALID, -1, 0, "%.80s must be %.110s, got '%.40s'", place->text, right, value);
+}
+
+/* a decimal number with nothing before or behind it; digits and one point only, so that nan, 0x10 and 1e3 are refused
+ */
+static int config_read(const char *text, size_t bytes, int whole, double *out) {
+    char copy[32];
+    size_t points = 0, digits = 0;
+    for (size_t i = 0; i < bytes; i++) {
+        points += text[i] == '.';
+        digits += isdigit((unsigned char)text[i]) != 0;
+    }
+    if (!digits || digits + points != bytes || points > !whole || bytes >= sizeof copy) return 0;
+    memcpy(copy, text, bytes);
+    copy[bytes] = 0;
+    *out = strtod(copy, NULL);
+    return 1;
+}
+
+static double config_unit(char c) {
+    return c == 'K' || c == 'k' ? 1024.0 : c == 'M' ? 1024.0 * 1024 : c == 'G' ? 1024.0 * 1024 * 1024 : 1;
+}
+
+static enum pend_status config_set_number(double *out, const struct config_row *row, const struct config_place *place,
+                                          const char *value, struct pend_error *error) {
+    size_t bytes = strlen(value);
+    double unit = row->kind == CONFIG_BYTES && bytes ? config_unit(value[bytes - 1]) : 1, number = 0;
+    int good = config_read(value, bytes - (unit > 1), row->kind != CONFIG_SECONDS, &number);
+    number *= unit;
+    if (good && number >= row->least && number <= row->most) {
+        *out = number;
+        return PEND_OK;
+    }
+    char right[120];
+    snprintf(right, sizeof right, "a %snumber%s from %.15g to %.15g", row->kind == CONFIG_SECONDS ? "" : "whole ",
+             row->kind == CONFIG_BYTES ? " (K, M or G may follow)" : "", row->least, row->most);
+    return config_wrong(place, value, right, error);
+}
+
+/* HOST:PORT with a port from 0 to 65535; whether the host exists is seen when it is bound */
+static int config_listen_good(const char *value) {
+    const char *colon = strrchr(value, ':');
+    double port;
+    if (!colon || colon == value || !config_read(colon + 1, strlen(colon + 1), 1, &port) || port > 65535) return 0;
+    int bracketed = value[0] == '[' && colon[-1] == ']' && colon - value > 2;
+    return bracketed || !memchr(value, ':', (size_t)(colon - value));
+}
+
+static enum pend_status config_set_text(char *out, const struct config_row *row, const struct config_place *place,
+                                        const char *value, struct pend_error *error) {
+    if (row->kind == CONFIG_LISTEN && !config_listen_good(value))
+        return config_wrong(place, value, "HOST:PORT with a port from 0 to 65535, an IPv6 host in brackets", error);
+    if (!*value || strlen(value) >= SRV_CONFIG_TEXT)
+        return config_wrong(place, value, "a text of 1 to 255 bytes", error);
+    strcpy(out, value);
+    return PEND_OK;
+}
+
+static enum pend_status config_set_switch(double *out, const struct config_place *place, const char *value,
+                                          struct pend_error *error) {
+    if (strcmp(value, "on") && strcmp(value, "off")) return config_wrong(place, value, "on or off", error);
+    *out = !strcmp(value, "on");
+    return PEND_OK;
+}
+
+/* sets one option; i is the row's number */
+static enum pend_status config_set(struct srv_config *config, const struct config_row *row, int i,
+                                   const struct config_place *place, const char *value, struct pend_error *error) {
+    switch (row->kind) {
+    case CONFIG_LISTEN:
+    case CONFIG_TEXT:
+        return config_set_text((char *)config + row->offset, row, place, value, error);
+    case CONFIG_WHOLE:
+    case CONFIG_BYTES:
+    case CONFIG_SECONDS:
+        return config_set_number(config_number(config, row, i), row, place, value, error);
+    case CONFIG_SWITCH:
+        return config_set_switch(config_number(config, row, i), place, value, error);
+    case CONFIG_ONLY:
+        if (!strcmp(value, row->option.start)) return PEND_OK;
+        return pend_fail(error, PEND_INVALID, -1, 0, "%.80s can only be %s (%s), got '%.40s'", place->text,
+                         row->option.start, row->option.meaning, value);
+    case CONFIG_FLAG:
+        break;
+    }
+    return pend_fail(error, PEND_INVALID, -1, 0, "%.80s belongs on the command line", place->text);
+}
+
+static enum pend_status config_defaults(struct srv_config *config) {
+    struct config_row row;
+    struct config_place place;
+    *config = (struct srv_config){.task = SRV_CONFIG_SERVE};
+    for (int i = 0; config_at(i, &row); i++) {
+        if (row.kind == CONFIG_FLAG || !row.option.start[0]) continue;
+        snprintf(place.text, sizeof place.text, "the default of %s", row.option.name);
+        PEND_TRY(config_set(config, &row, i, &place, row.option.start, NULL));
+    }
+    return PEND_OK;
+}
+
+/* cuts blanks from both ends, in place */
+static char *config_trim(char *text) {
+    while (isspace((unsigned char)*text)) text++;
+    size_t bytes = strlen(text);
+    while (bytes && isspace((unsigned char)text[bytes - 1])) bytes--;
+    text[bytes] = 0;
+    return text;
+}
+
+static enum pend_status config_line(struct srv_config *config, char *line, int number, const char *path,
+                                    struct pend_error *error) {
+    line[strcspn(line, "#")] = 0;
+    char *name = config_trim(line), *equals = strchr(name, '=');
+    struct config_place place;
+    struct config_row row;
+    int i;
+    if (!*name) return PEND_OK;
+    snprintf(place.text, sizeof place.text, "%.48s:%d:", path, number);
+    if (!equals) return pend_fail(error, PEND_INVALID, -1, 0, "%s must be 'name = value'", place.text);
+    *equals = 0;
+    name = config_trim(name);
+    if (!config_find(name, strlen(name), &i, &row))
+        return pend_fail(error, PEND_INVALID, -1, 0, "%s there is no option '%.60s'; --help lists them", place.text,
+                         name);
+    snprintf(place.text, sizeof place.text, "%.48s:%d: %s", path, number, name);
+    if (row.offset == FIELD(file) && row.kind == CONFIG_TEXT)
+        return pend_fail(error, PEND_INVALID, -1, 0, "%s: a file cannot name another file", place.text);
+    return config_set(config, &row, i, &place, config_trim(equals + 1), error);
+}
+
+static enum pend_status config_load_file(struct srv_config *config, const char *path, struct pend_error *error) {
+    char line[CONFIG_LINE];
+    enum pend_status status = PEND_OK;
+    FILE *file = fopen(path, "re");
+    if (!file) return pend_fail(error, PEND_INVALID, -1, 0, "config %.120s: %s", path, strerror(errno));
+    for (int number = 1; status == PEND_OK && fgets(line, sizeof line, file); number++) {
+        int whole = strchr(line, '\n') || feof(file);
+        status = whole ? config_line(config, line, number, path, error)
+                       : pend_fail(error, PEND_INVALID, -1, 0, "%.120s:%d: the line is too long", path, number);
+    }
+    if (status == PEND_OK && ferror(file))
+        status = pend_fail(error, PEND_INVALID, -1, 0, "config %.120s: %s", path, strerror(errno));
+    fclose(file);
+    return status;
+}
+
+/* LISTEN of PENDULUMD_LISTEN=... as an option's name: listen; returns where the value begins, NULL if it is none */
+static const char *config_variable(const char *entry, char name[64]) {
+    static const char prefix[] = "PENDULUMD_";
+    size_t i = 0;
+    if (strncmp(entry, prefix, sizeof prefix - 1)) return NULL;
+    const char *at = entry + sizeof prefix - 1;
+    for (; *at && *at != '=' && i < 63; at++) name[i++] = *at == '_' ? '-' : (char)tolower((unsigned char)*at);
+    name[i] = 0;
+    return *at == '=' ? at + 1 : NULL;
+}
+
+/* sets what the environment sets; with only_file nothing but the option config */
+static enum pend_status config_load_environment(struct srv_config *config, char *const environment[], int only_file,
+                                                struct pend_error *error) {
+    for (int e = 0; environment && environment[e]; e++) {
+        struct config_place place;
+        struct config_row row;
+        char name[64];
+        int i;
+        const char *value = config_variable(environment[e], name);
+        if (!value) continue;
+        int length = (int)(value - 1 - environment[e]), found = config_find(name, strlen(name), &i, &row);
+        if (!found && !config->warning[0])
+            snprintf(config->warning, sizeof config->warning, "%.*s names no option and is not looked at", length,
+                     environment[e]);
+        if (!found || (only_file && strcmp(name, "config"))) continue;
+        snprintf(place.text, sizeof place.text, "%.*s", length, environment[e]);
+        PEND_TRY(config_set(config, &row, i, &place, value, error));
+    }
+    return PEND_OK;
+}
+
+/* the task a flag asks for */
+static enum pend_status config_flag(struct srv_config *config, const char *name, const char *value,
+                                    struct pend_error *error) {
+    int help = !strcmp(name, "help");
+    if (value && !(help && !strcmp(value, "markdown")))
+        return pend_fail(error, PEND_INVALID, -1, 0, "--%s takes no value%s", name, help ? " but markdown" : "");
+    if (config->task == SRV_CONFIG_SERVE)
+        config->task = !help ? SRV_CONFIG_VERSION : value ? SRV_CONFIG_TABLE : SRV_CONFIG_HELP;
+    return PEND_OK;
+}
+
+/* sets what the command line sets; with only_file nothing but the option config */
+static enum pend_status config_load_arguments(struct srv_config *config, int argc, char *const argv[], int only_file,
+                                              struct pend_error *error) {
+    for (int a = 1; a < argc; a++) {
+        struct config_place place;
+        struct config_row row;
+        int i;
+        const char *name = argv[a] + 2, *equals = strchr(argv[a], '=');
+        if (strncmp(argv[a], "--", 2))
+            return pend_fail(error, PEND_INVALID, -1, 0, "'%.60s' is no option: options begin with --", argv[a]);
+        size_t bytes = equals ? (size_t)(equals - name) : strlen(name);
+        if (!config_find(name, bytes, &i, &row))
+            return pend_fail(error, PEND_INVALID, -1, 0, "there is no option '%.60s'; --help lists them", argv[a]);
+        snprintf(place.text, sizeof place.text, "--%s", row.option.name);
+        if (row.kind == CONFIG_FLAG) {
+            PEND_TRY(config_flag(config, row.option.name, equals ? equals + 1 : NULL, error));
+            continue;
+        }
+        if (!equals && a + 1 == argc)
+            return pend_fail(error, PEND_INVALID, -1, 0, "%s wants a value: %s", place.text, row.option.sample);
+        const char *value = equals ? equals + 1 : argv[++a];
+        if (only_file && strcmp(row.option.name, "config")) continue;
+        PEND_TRY(config_set(config, &row, i, &place, value, error));
+    }
+    return PEND_OK;
+}
+
+enum pend_status srv_config_load(struct srv_config *config, int argc, char *const argv[], char *const environment[],
+                                 struct pend_error *error) {
+    PEND_TRY(config_defaults(config));
+    /* the file comes before the others, but they name it */
+    PEND_TRY(config_load_environment(config, environment, 1, error));
+    PEND_TRY(config_load_arguments(config, argc, argv, 1, error));
+    if (config->task != SRV_CONFIG_SERVE) return PEND_OK;
+    if (config->file[0]) PEND_TRY(config_load_file(config, config->file, error));
+    PEND_TRY(config_load_environment(config, environment, 0, error));
+    return config_load_arguments(config, argc, argv, 0, error);
+}
+
+enum pend_status srv_config_help(struct api_buffer *out) {
+    struct srv_option row;
+    PEND_TRY(api_buffer_text(out, "Usage: pendulumd [--option value]...\n"
+                                  "Serves planar pendulum trees over HTTP.\n\n"
+                                  "An option can also be set in the environment (PENDULUMD_MAX_QUEUE=10) and in the\n"
+                                  "file of --config (max-queue = 10). The command line wins over the environment, the\n"
+                                  "environment over the file, the file over the default, which is given in brackets.\n"
+                                  "Bytes may end in K, M or G.\n\n"));
+    for (int i = 0; srv_config_row(i, &row); i++) {
+        PEND_TRY(api_buffer_format(out, "  --%s %s\n      %s", row.name, row.sample ? row.sample : "", row.meaning));
+        PEND_TRY(row.start[0] ? api_buffer_format(out, " [%s]\n", row.start) : api_buffer_text(out, "\n"));
+    }
+    return PEND_OK;
+}
+
+enum pend_status srv_config_table(struct api_buffer *out) {
+    struct srv_option row;
+    PEND_TRY(api_buffer_text(out, "| option | default | meaning |\n| --- | --- | --- |\n"));
+    for (int i = 0; srv_config_row(i, &row); i++) {
+        PEND_TRY(api_buffer_format(out, "| `--%s%s%s` | %s%s%s | %s |\n", row.name, row.sample ? " " : "",
+                                   row.sample ? row.sample : "", row.start[0] ? "`" : "", row.start,
+                                   row.start[0] ? "`" : "", row.meaning));
+    }
+    return PEND_OK;
+}

@@ -1,0 +1,60 @@
+/* Every option of the server in one table, and the four places that set them: default, file, environment, command line.
+ * Leaves to others: acting on the values.
+ * Invariant: what was loaded has passed every check of the table; help and documents are written from the table. */
+#ifndef SRV_CONFIG_H
+#define SRV_CONFIG_H
+
+#include "api/buffer.h"
+#include "api/limits.h"
+
+#define SRV_VERSION "0.1.0"
+
+enum { SRV_CONFIG_TEXT = 256 };
+
+/* What the command line asks for. */
+enum srv_config_task { SRV_CONFIG_SERVE, SRV_CONFIG_HELP, SRV_CONFIG_TABLE, SRV_CONFIG_VERSION };
+
+struct srv_config {
+    enum srv_config_task task;
+    char warning[SRV_CONFIG_TEXT]; /* something odd that is no error, for the log; "" = nothing */
+    char listen[SRV_CONFIG_TEXT], file[SRV_CONFIG_TEXT];
+    double workers; /* 0 = one a processor */
+    double connections, queue, held_bytes;
+    double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds;
+    double least_rate; /* bytes/s */
+    double access_log; /* 0 or 1 */
+    struct api_limits limits;
+};
+
+/* A row of the table. */
+struct srv_option {
+    const char *name;    /* "max-queue": --max-queue, PENDULUMD_MAX_QUEUE, max-queue = ... in the file */
+    const char *sample;  /* what a value looks like, for the help; NULL where there is none */
+    char start[32];      /* the default as one would write it */
+    const char *meaning; /* one or two sentences without a capital and a full stop */
+};
+
+/**
+ * Loads the options; later places win: the defaults, the file, the environment, the command line.
+ *
+ * argv         of main; argv[0] is skipped.
+ * environment  of main, ended by NULL; a PENDULUMD_ variable that names no option gives a warning, as
+ *              supervisors set some by themselves.
+ *
+ * PEND_INVALID  error->text names the option, where it stands, and what would be right.
+ */
+PEND_MUST_CHECK enum pend_status srv_config_load(struct srv_config *config, int argc, char *const argv[],
+                                                 char *const environment[], struct pend_error *error);
+
+/**
+ * Row i of the table, the server's own options first, then api/limits.h; 0 beyond the end.
+ */
+int srv_config_row(int i, struct srv_option *row);
+
+/** Writes the help; fails as api_buffer_room does. */
+PEND_MUST_CHECK enum pend_status srv_config_help(struct api_buffer *out);
+
+/** Writes the table as Markdown, for README.md; fails as api_buffer_room does. */
+PEND_MUST_CHECK enum pend_status srv_config_table(struct api_buffer *out);
+
+#endif

@@ -1,0 +1,104 @@
+#include "server/daemon.h"
+
+#include <stdlib.h>
+#include <sys/random.h>
+#include <sys/resource.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "server/clock.h"
+#include "server/http.h"
+#include "server/listen.h"
+#include "server/workers.h"
+
+enum {
+    DAEMON_FILES = 64 + 64 + SRV_WATCH_LINGERING, /* open files besides the connections */
+    DAEMON_END_MS = 5000                          /* how long the last answers are seen off */
+};
+
+struct srv_daemon {
+    struct srv_service service;
+    struct srv_watch *watch;
+    struct srv_workers *workers;
+    struct srv_http *http;
+    char url[SRV_URL_BYTES];
+};
+
+/* as many open files as the system lets us have; fewer connections where that is not enough */
+static void daemon_files(struct srv_config *config, struct srv_log *log) {
+    struct rlimit files;
+    if (getrlimit(RLIMIT_NOFILE, &files)) return;
+    rlim_t need = (rlim_t)config->connections + DAEMON_FILES;
+    if (files.rlim_cur < need) {
+        files.rlim_cur = files.rlim_max < need ? files.rlim_max : need;
+        setrlimit(RLIMIT_NOFILE, &files);
+        getrlimit(RLIMIT_NOFILE, &files);
+    }
+    if (files.rlim_cur >= need) return;
+    double most = files.rlim_cur > DAEMON_FILES + 1 ? (double)(files.rlim_cur - DAEMON_FILES) : 1;
+    srv_log_message(log, "max-connections is %.0f, not %.0f: the system allows %llu open files", most,
+                    config->connections, (unsigned long long)files.rlim_cur);
+    config->connections = most;
+}
+
+static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_error *error) {
+    struct srv_service *service = &daemon->service;
+    struct srv_config *config = &service->config;
+    int fd, workers = config->workers > 0 ? (int)config->workers : srv_workers_default();
+    PEND_TRY(srv_listen_open(config->listen, &fd, daemon->url, error));
+    enum pend_status status = srv_log_new(&service->log, config->access_log ? STDOUT_FILENO : -1, STDERR_FILENO);
+    if (status == PEND_OK) {
+        daemon_files(config, service->log);
+        status = srv_queue_new(&service->queue, (int)config->queue);
+    }
+    if (status == PEND_OK) status = srv_watch_new(&daemon->watch);
+    if (status == PEND_OK) status = srv_workers_new(&daemon->workers, workers, service->queue);
+    if (status == PEND_OK) return srv_http_new(&daemon->http, service, daemon->watch, fd, error);
+    close(fd);
+    return pend_fail(error, status, -1, 0, "there is no memory, or there are no threads, for %d workers", workers);
+}
+
+enum pend_status srv_daemon_new(struct srv_daemon **daemon, const struct srv_config *config, struct pend_error *error) {
+    struct srv_daemon *made = *daemon = calloc(1, sizeof *made);
+    if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
+    made->service.config = *config;
+    if (getrandom(&made->service.seed, sizeof made->service.seed, GRND_NONBLOCK) < 0)
+        made->service.seed = (uint64_t)srv_clock_now();
+    enum pend_status status = daemon_start(made, error);
+    if (status != PEND_OK) srv_daemon_free(daemon);
+    return status;
+}
+
+const char *srv_daemon_url(const struct srv_daemon *daemon) { return daemon->url; }
+
+struct srv_log *srv_daemon_log(const struct srv_daemon *daemon) {
+    return daemon->service.log;
+}
+
+int srv_daemon_drain(struct srv_daemon *daemon, int hurry) {
+    atomic_store(&daemon->service.draining, 1);
+    if (hurry) srv_watch_leave_all(daemon->watch);
+    if (atomic_load(&daemon->service.computing)) return 0;
+    srv_http_quiesce(daemon->http);
+    return !srv_watch_busy(daemon->watch);
+}
+
+static void daemon_nap(void) { nanosleep(&(struct timespec){.tv_nsec = 5000000}, NULL); }
+
+void srv_daemon_free(struct srv_daemon **daemon) {
+    struct srv_daemon *gone = *daemon;
+    *daemon = NULL;
+    if (!gone) return;
+    if (gone->http) {
+        /* a computation ends within a piece of its work; an answer may be slow to go and is not waited for so long */
+        int64_t end = srv_clock_now() + (int64_t)DAEMON_END_MS * 1000000;
+        while (!srv_daemon_drain(gone, 1) && (srv_clock_now() < end || atomic_load(&gone->service.computing)))
+            daemon_nap();
+    }
+    srv_workers_free(&gone->workers);
+    srv_http_free(&gone->http);
+    srv_watch_free(&gone->watch);
+    srv_queue_free(&gone->service.queue);
+    srv_log_free(&gone->service.log);
+    free(gone);
+}

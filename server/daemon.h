@@ -1,0 +1,40 @@
+/* The running server: its parts in the order they need each other, and its end.
+ * Leaves to others: the command line and signals (main).
+ * Invariant: what was started is ended in reverse; an accepted request is answered before its connection is closed. */
+#ifndef SRV_DAEMON_H
+#define SRV_DAEMON_H
+
+#include "server/config.h"
+
+struct srv_daemon;
+
+/**
+ * Starts everything; afterwards requests are answered.
+ *
+ * config  copied.
+ *
+ * PEND_INVALID, PEND_NO_MEMORY  error says what could not be started and why.
+ */
+PEND_MUST_CHECK enum pend_status srv_daemon_new(struct srv_daemon **daemon, const struct srv_config *config,
+                                                struct pend_error *error);
+
+/** Where it listens: "http://127.0.0.1:8080". */
+const char *srv_daemon_url(const struct srv_daemon *daemon);
+
+/** The log, for messages. */
+struct srv_log *srv_daemon_log(const struct srv_daemon *daemon);
+
+/**
+ * Goes one step towards the end, and says how far it is: takes no new work, lets what runs finish, stops listening, and
+ * sees every answer off. To be called again every few milliseconds.
+ *
+ * hurry  non-zero: what runs is ended now and answered 503.
+ *
+ * Returns 1 when nothing is left to wait for.
+ */
+int srv_daemon_drain(struct srv_daemon *daemon, int hurry);
+
+/** Ends everything; what is still running is ended as srv_daemon_drain does in a hurry. */
+void srv_daemon_free(struct srv_daemon **daemon);
+
+#endif

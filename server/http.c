@@ -1,0 +1,416 @@
+#include "server/http.h"
+
+#include <assert.h>
+#include <microhttpd.h>
+#include <netdb.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "server/clock.h"
+#include "server/compute.h"
+#include "server/exchange.h"
+#include "server/message.h"
+#include "server/router.h"
+
+enum {
+    HTTP_POOL = 16384,  /* bytes of libmicrohttpd's memory a connection: bounds a request's head; cleared every time */
+    HTTP_SPARE = 64,    /* connections beyond the cap that are told so */
+    HTTP_UNREAD = 65536 /* largest body that is read only to keep the connection after a refusal */
+};
+
+/* How far the exchange of a connection is. */
+enum http_state {
+    HTTP_NONE,    /* no request line yet */
+    HTTP_HEAD,    /* the target is known */
+    HTTP_BODY,    /* the head is checked and the body is coming */
+    HTTP_WAITING, /* handed over; the connection is suspended */
+    HTTP_SENDING  /* the answer is libmicrohttpd's */
+};
+
+struct srv_http {
+    struct srv_service *service;
+    struct srv_watch *watch;
+    struct MHD_Daemon *daemon;
+    int fd, connections;
+    int quiet; /* does not listen any more */
+};
+
+/* A connection and its one exchange at a time. */
+struct http_connection {
+    struct srv_exchange exchange; /* first: an exchange of http is its connection */
+    struct srv_watched watched;
+    struct srv_http *http;
+    struct MHD_Connection *mhd;
+    enum http_state state;
+    int surplus; /* beyond the cap of connections */
+    int refused; /* answered at the head, while the body is still read */
+    int cut;     /* the target was too long to be kept whole */
+    int64_t deadline, body_began;
+};
+
+static struct http_connection *http_of_watched(struct srv_watched *watched) {
+    return (struct http_connection *)((char *)watched - offsetof(struct http_connection, watched));
+}
+
+/* what the client has, in nanoseconds, for a piece of work that moves so many bytes */
+static int64_t http_patience(const struct http_connection *connection, double seconds, size_t bytes) {
+    return srv_clock_span(seconds + (double)bytes / connection->http->service->config.least_rate);
+}
+
+/* --- answers --- */
+
+/* a problem in mid-request, when libmicrohttpd takes no answer: written past it; the caller ends the connection */
+static void http_refuse_now(struct http_connection *connection) {
+    struct srv_exchange *exchange = &connection->exchange;
+    char head[256];
+    int bytes = snprintf(head, sizeof head,
+                         "HTTP/1.1 %d Refused\r\nContent-Type: %s\r\nContent-Length: %zu\r\nX-Request-Id: %s\r\n"
+                         "Connection: close\r\n\r\n",
+                         exchange->status, exchange->media_type, exchange->bytes, exchange->id);
+    ssize_t sent = send(connection->watched.fd, head, (size_t)bytes, MSG_DONTWAIT | MSG_NOSIGNAL | MSG_MORE);
+    if (sent == bytes)
+        (void)!send(connection->watched.fd, exchange->data, exchange->bytes, MSG_DONTWAIT | MSG_NOSIGNAL);
+    exchange->close = 1;
+}
+
+static struct MHD_Response *http_response(const struct srv_exchange *exchange) {
+    struct MHD_Response *response =
+        MHD_create_response_from_buffer(exchange->bytes, (void *)exchange->data, MHD_RESPMEM_PERSISTENT);
+    if (!response) return NULL;
+    int good =
+        !exchange->media_type || MHD_add_response_header(response, "Content-Type", exchange->media_type) == MHD_YES;
+    for (int i = 0; i < exchange->headers; i++)
+        good = good && MHD_add_response_header(response, exchange->header[i].name, exchange->header[i].value);
+    good = good && MHD_add_response_header(response, "X-Request-Id", exchange->id);
+    good = good && MHD_add_response_header(response, "X-Content-Type-Options", "nosniff");
+    if (exchange->close) good = good && MHD_add_response_header(response, "Connection", "close");
+    if (good) return response;
+    MHD_destroy_response(response);
+    return NULL;
+}
+
+/* gives the answer to libmicrohttpd */
+static enum MHD_Result http_answer(struct http_connection *connection) {
+    struct srv_exchange *exchange = &connection->exchange;
+    struct srv_service *service = connection->http->service;
+    if (atomic_load(&service->draining)) exchange->close = 1;
+    struct MHD_Response *response = http_response(exchange);
+    if (!response) return MHD_NO;
+    connection->state = HTTP_SENDING;
+    int64_t patience = http_patience(connection, service->config.send_seconds, exchange->bytes);
+    srv_watch_phase(connection->http->watch, &connection->watched, SRV_WATCH_SENDING, srv_clock_now() + patience);
+    enum MHD_Result queued = MHD_queue_response(connection->mhd, (unsigned)exchange->status, response);
+    MHD_destroy_response(response);
+    return queued;
+}
+
+/* --- the way to a worker and back --- */
+
+static void http_finish(struct srv_exchange *exchange) {
+    MHD_resume_connection(((struct http_connection *)exchange)->mhd);
+}
+
+static void http_left(struct srv_watched *watched) {
+    struct http_connection *connection = http_of_watched(watched);
+    int stopping = atomic_load(&connection->http->service->draining);
+    srv_compute_stop(&connection->exchange, stopping ? SRV_STOP_SHUTDOWN : SRV_STOP_LEFT);
+}
+
+static enum MHD_Result http_hand_over(struct http_connection *connection) {
+    connection->state = HTTP_WAITING;
+    MHD_suspend_connection(connection->mhd);
+    srv_watch_phase(connection->http->watch, &connection->watched, SRV_WATCH_WAITING, 0);
+    srv_compute_queue(&connection->exchange);
+    return MHD_YES;
+}
+
+/* --- the request --- */
+
+static int http_id_good(const char *text) {
+    size_t bytes = strlen(text);
+    return bytes >= 1 && bytes <= 64 &&
+           strspn(text, "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ-_.:=+/") == bytes;
+}
+
+/* the client's own request id, or a new one: numbers of one process never repeat, and look random (splitmix64) */
+static void http_identify(struct srv_exchange *exchange) {
+    const char *given = exchange->field[SRV_REQUEST_ID];
+    if (given && http_id_good(given)) {
+        exchange->id = given;
+        return;
+    }
+    uint64_t x = exchange->service->seed + 0x9e3779b97f4a7c15u * (atomic_fetch_add(&exchange->service->number, 1) + 1);
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+    char *text = srv_exchange_text(exchange, 17);
+    if (text) snprintf(text, 17, "%016llx", (unsigned long long)(x ^ (x >> 31)));
+    exchange->id = text ? text : "0";
+}
+
+static enum MHD_Result http_field(void *context, enum MHD_ValueKind kind, const char *name, size_t name_bytes,
+                                  const char *value, size_t value_bytes) {
+    (void)kind;
+    struct srv_message_field field = {name, value ? value : "", name_bytes, value_bytes};
+    return srv_message_field(context, &field) ? MHD_YES : MHD_NO;
+}
+
+/* checks the head; returns 1 when the exchange is to go on, 0 when it is answered */
+static int http_check_head(struct http_connection *connection, const char *method, const char *version) {
+    struct srv_exchange *exchange = &connection->exchange;
+    exchange->method = method;
+    MHD_get_connection_values_n(connection->mhd, MHD_HEADER_KIND, http_field, exchange);
+    http_identify(exchange);
+    if (exchange->status) return 0;
+    if (connection->surplus) {
+        srv_exchange_busy(exchange, 1, "too many connections are open: max-connections");
+        exchange->close = 1;
+        return 0;
+    }
+    if (connection->cut) {
+        srv_exchange_problem(exchange, 414, "the request target has more than %d bytes", SRV_TARGET_BYTES - 1);
+        exchange->close = 1;
+        return 0;
+    }
+    return srv_message_head(exchange, version) && srv_router_find(exchange);
+}
+
+/* the first call of libmicrohttpd for a request: its head is there */
+static enum MHD_Result http_head(struct http_connection *connection, const char *method, const char *version) {
+    struct srv_exchange *exchange = &connection->exchange;
+    connection->state = HTTP_BODY;
+    connection->refused = !http_check_head(connection, method, version);
+    if (connection->refused) {
+        /* an answer at this point ends the connection; where nothing speaks for that, the body is read first */
+        int keep = !exchange->close && exchange->length >= 0 && exchange->length <= HTTP_UNREAD;
+        if (keep) return MHD_YES;
+        exchange->close = 1;
+        return http_answer(connection);
+    }
+    if (!exchange->length) return MHD_YES;
+    connection->body_began = srv_clock_now();
+    connection->deadline =
+        connection->body_began + http_patience(connection, connection->http->service->config.body_seconds, 0);
+    srv_watch_phase(connection->http->watch, &connection->watched, SRV_WATCH_READING, connection->deadline);
+    return MHD_YES;
+}
+
+/* a piece of the body */
+static enum MHD_Result http_body(struct http_connection *connection, const char *data, size_t bytes) {
+    struct srv_exchange *exchange = &connection->exchange;
+    if (connection->refused) return MHD_YES;
+    enum pend_status status = api_buffer_add(&exchange->body, data, bytes);
+    if (status == PEND_LIMIT)
+        srv_exchange_problem(exchange, 413, "the body has more bytes than the limit max-body-bytes of %.0f",
+                             exchange->service->config.limits.body_bytes);
+    else if (status != PEND_OK || !srv_exchange_hold(exchange, exchange->body.bytes))
+        srv_exchange_busy(exchange, 1, "there is no memory left for the body: max-held-bytes");
+    if (exchange->status) {
+        http_refuse_now(connection);
+        return MHD_NO;
+    }
+    connection->deadline = connection->body_began +
+                           http_patience(connection, exchange->service->config.body_seconds, exchange->body.bytes);
+    srv_watch_phase(connection->http->watch, &connection->watched, SRV_WATCH_READING, connection->deadline);
+    return MHD_YES;
+}
+
+/* the request is complete */
+static enum MHD_Result http_whole(struct http_connection *connection) {
+    if (connection->refused || srv_router_begin(&connection->exchange)) return http_answer(connection);
+    return http_hand_over(connection);
+}
+
+static enum MHD_Result http_request(void *context, struct MHD_Connection *mhd, const char *url, const char *method,
+                                    const char *version, const char *data, size_t *bytes, void **state) {
+    (void)context, (void)mhd, (void)url;
+    struct http_connection *connection = *state;
+    if (!connection) return MHD_NO;
+    assert(srv_exchange_valid(&connection->exchange));
+    if (connection->state == HTTP_HEAD) return http_head(connection, method, version);
+    if (connection->state == HTTP_BODY && *bytes) {
+        size_t got = *bytes;
+        *bytes = 0;
+        return http_body(connection, data, got);
+    }
+    if (connection->state == HTTP_BODY) return http_whole(connection);
+    return connection->state == HTTP_WAITING ? http_answer(connection) : MHD_NO;
+}
+
+/* the request line is there: a request begins */
+static void *http_target(void *context, const char *target, struct MHD_Connection *mhd) {
+    const union MHD_ConnectionInfo *info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    struct http_connection *connection = info ? info->socket_context : NULL;
+    struct srv_http *http = context;
+    if (!connection) return NULL;
+    struct srv_exchange *exchange = &connection->exchange;
+    int64_t now = srv_clock_now(), deadline = now + srv_clock_span(http->service->config.header_seconds);
+    exchange->received = now;
+    size_t bytes = strnlen(target, SRV_TARGET_BYTES - 1);
+    memcpy(exchange->target, target, bytes);
+    exchange->target[bytes] = 0;
+    connection->cut = target[bytes] != 0;
+    connection->state = HTTP_HEAD;
+    connection->refused = 0;
+    if (deadline < connection->deadline) connection->deadline = deadline;
+    srv_watch_phase(http->watch, &connection->watched, SRV_WATCH_READING, connection->deadline);
+    return connection;
+}
+
+/* --- the end of a request --- */
+
+static const char *http_outcome(const struct http_connection *connection, enum MHD_RequestTerminationCode code) {
+    if (atomic_load(&connection->exchange.stop) == SRV_STOP_LEFT) return "left";
+    if (connection->state == HTTP_SENDING) return code == MHD_REQUEST_TERMINATED_COMPLETED_OK ? "answered" : "cut";
+    return connection->exchange.status ? "refused" : "incomplete";
+}
+
+static int64_t http_between(int64_t from, int64_t to) { return from && to ? to - from : 0; }
+
+static void http_log(const struct http_connection *connection, enum MHD_RequestTerminationCode code) {
+    const struct srv_exchange *exchange = &connection->exchange;
+    int64_t now = srv_clock_now();
+    int bodiless = !exchange->method || !strcmp(exchange->method, "HEAD");
+    struct srv_log_request line = {.id = exchange->id ? exchange->id : "",
+                                   .client = exchange->client,
+                                   .method = exchange->method ? exchange->method : "",
+                                   .target = exchange->target,
+                                   .agent = exchange->field[SRV_USER_AGENT],
+                                   .status = exchange->status,
+                                   .outcome = http_outcome(connection, code),
+                                   .bytes_in = exchange->body.bytes,
+                                   .bytes_out = bodiless ? 0 : exchange->bytes,
+                                   .wait = http_between(exchange->queued, exchange->begun),
+                                   .compute = http_between(exchange->begun, exchange->computed),
+                                   .total = http_between(exchange->received, now),
+                                   .steps = exchange->steps};
+    srv_log_request(exchange->service->log, &line);
+}
+
+/* a request is over, in whatever way; its texts and its answer are not needed any more */
+static void http_completed(void *context, struct MHD_Connection *mhd, void **state,
+                           enum MHD_RequestTerminationCode code) {
+    (void)mhd;
+    struct srv_http *http = context;
+    struct http_connection *connection = *state;
+    if (!connection) return;
+    http_log(connection, code);
+    /* the client may still be sending: its unread bytes must not turn the answer into a reset */
+    int fd = connection->exchange.close ? dup(connection->watched.fd) : -1;
+    if (fd >= 0) srv_watch_linger(http->watch, fd);
+    srv_exchange_reset(&connection->exchange);
+    connection->state = HTTP_NONE;
+    const struct srv_config *config = &http->service->config;
+    connection->deadline = srv_clock_now() + srv_clock_span(config->idle_seconds + config->header_seconds);
+    srv_watch_phase(http->watch, &connection->watched, SRV_WATCH_IDLE, connection->deadline);
+}
+
+/* --- connections --- */
+
+static void http_client(struct MHD_Connection *mhd, char client[SRV_CLIENT_BYTES]) {
+    const union MHD_ConnectionInfo *info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+    const struct sockaddr *address = info ? info->client_addr : NULL;
+    char text[64] = "";
+    socklen_t bytes = address && address->sa_family == AF_INET6 ? 28 : 16;
+    if (address) getnameinfo(address, bytes, text, sizeof text, NULL, 0, NI_NUMERICHOST);
+    snprintf(client, SRV_CLIENT_BYTES, "%.*s", SRV_CLIENT_BYTES - 1, strncmp(text, "::ffff:", 7) ? text : text + 7);
+}
+
+static void http_connect(struct srv_http *http, struct MHD_Connection *mhd, void **socket) {
+    const union MHD_ConnectionInfo *info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD);
+    struct http_connection *connection = *socket = calloc(1, sizeof *connection);
+    http->connections++;
+    if (!connection) return;
+    srv_exchange_init(&connection->exchange, http->service);
+    connection->exchange.finish = http_finish;
+    http_client(mhd, connection->exchange.client);
+    connection->http = http;
+    connection->mhd = mhd;
+    connection->surplus = http->connections > (int)http->service->config.connections;
+    double seconds = connection->surplus ? 1 : http->service->config.header_seconds;
+    connection->deadline = srv_clock_now() + srv_clock_span(seconds);
+    connection->watched.fd = info->connect_fd;
+    connection->watched.left = http_left;
+    srv_watch_add(http->watch, &connection->watched, connection->deadline);
+}
+
+static void http_disconnect(struct srv_http *http, void **socket) {
+    struct http_connection *connection = *socket;
+    http->connections--;
+    *socket = NULL;
+    if (!connection) return;
+    srv_watch_remove(http->watch, &connection->watched);
+    srv_exchange_clear(&connection->exchange);
+    free(connection);
+}
+
+static void http_connection(void *context, struct MHD_Connection *mhd, void **socket,
+                            enum MHD_ConnectionNotificationCode code) {
+    if (code == MHD_CONNECTION_NOTIFY_STARTED)
+        http_connect(context, mhd, socket);
+    else
+        http_disconnect(context, socket);
+}
+
+/* paths are decoded by message, strictly */
+static size_t http_unescape(void *context, struct MHD_Connection *mhd, char *text) {
+    (void)context, (void)mhd;
+    return strlen(text);
+}
+
+/* --- start and end --- */
+
+enum pend_status srv_http_new(struct srv_http **http, struct srv_service *service, struct srv_watch *watch, int fd,
+                              struct pend_error *error) {
+    const struct srv_config *config = &service->config;
+    struct srv_http *made = *http = calloc(1, sizeof *made);
+    if (!made) {
+        close(fd);
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
+    }
+    *made = (struct srv_http){.service = service, .watch = watch, .fd = fd};
+    struct MHD_OptionItem options[] = {
+        {MHD_OPTION_LISTEN_SOCKET, fd, NULL},
+        {MHD_OPTION_CONNECTION_LIMIT, (intptr_t)config->connections + HTTP_SPARE, NULL},
+        {MHD_OPTION_CONNECTION_TIMEOUT, (intptr_t)config->idle_seconds, NULL},
+        {MHD_OPTION_CONNECTION_MEMORY_LIMIT, HTTP_POOL, NULL},
+        {MHD_OPTION_NOTIFY_COMPLETED, (intptr_t)http_completed, made},
+        {MHD_OPTION_NOTIFY_CONNECTION, (intptr_t)http_connection, made},
+        {MHD_OPTION_URI_LOG_CALLBACK, (intptr_t)http_target, made},
+        {MHD_OPTION_UNESCAPE_CALLBACK, (intptr_t)http_unescape, made},
+        {MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, NULL},
+        {MHD_OPTION_END, 0, NULL},
+    };
+    unsigned flags = MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_TURBO;
+    made->daemon =
+        MHD_start_daemon(flags, 0, NULL, NULL, http_request, made, MHD_OPTION_ARRAY, options, MHD_OPTION_END);
+    if (made->daemon) return PEND_OK;
+    close(fd);
+    free(made);
+    *http = NULL;
+    return pend_fail(error, PEND_NO_MEMORY, -1, 0, "libmicrohttpd does not start");
+}
+
+void srv_http_quiesce(struct srv_http *http) {
+    struct sockaddr_storage address;
+    socklen_t bytes = sizeof address;
+    if (http->quiet) return;
+    http->quiet = 1;
+    MHD_quiesce_daemon(http->daemon);
+    for (int fd; (fd = accept4(http->fd, (struct sockaddr *)&address, &bytes, SOCK_CLOEXEC | SOCK_NONBLOCK)) >= 0;) {
+        MHD_add_connection(http->daemon, fd, (struct sockaddr *)&address, bytes);
+        bytes = sizeof address;
+    }
+    close(http->fd);
+}
+
+void srv_http_free(struct srv_http **http) {
+    struct srv_http *gone = *http;
+    *http = NULL;
+    if (!gone) return;
+    srv_http_quiesce(gone);
+    MHD_stop_daemon(gone->daemon);
+    free(gone);
+}

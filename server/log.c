@@ -1,0 +1,233 @@
+#include "server/log.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <pthread.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "api/buffer.h"
+#include "api/text.h"
+#include "server/clock.h"
+
+enum {
+    LOG_BYTES = 1 << 20,    /* room for lines that are not yet written, each stream */
+    LOG_PIECE = 4096,       /* bytes a write: a pipe that polls writable takes them without waiting (PIPE_BUF) */
+    LOG_NAP_MS = 20,        /* lines of this long are written together */
+    LOG_PATIENCE_MS = 1000, /* how long the end of the log waits for a reader */
+    LOG_TEXT = 1024         /* bytes of one message */
+};
+
+/* Lines wait in `filling`; the thread swaps it with `writing` and writes that without the lock. */
+struct log_stream {
+    int fd;
+    struct api_buffer filling, writing;
+    long dropped;
+};
+
+struct srv_log {
+    pthread_mutex_t lock;
+    pthread_cond_t wake;
+    pthread_t thread;
+    int idle, stopping; /* idle: the thread waits for a first line */
+    struct log_stream requests, messages;
+    struct srv_stamp stamp;
+};
+
+static struct timespec log_in(int ms) {
+    struct timespec when;
+    clock_gettime(CLOCK_MONOTONIC, &when);
+    when.tv_nsec += (long)ms * 1000000;
+    when.tv_sec += when.tv_nsec / 1000000000;
+    when.tv_nsec %= 1000000000;
+    return when;
+}
+
+/* waits until the stream takes a piece; a reader that does not read is waited for in slices, at the end not for long */
+static int log_writable(struct srv_log *log, int fd, int *patience) {
+    for (;;) {
+        int ready = poll(&(struct pollfd){.fd = fd, .events = POLLOUT}, 1, 100);
+        if (ready > 0) return 1;
+        if (ready < 0 && errno != EINTR) return 0;
+        pthread_mutex_lock(&log->lock);
+        int stopping = log->stopping;
+        pthread_mutex_unlock(&log->lock);
+        if (stopping && (*patience -= 100) <= 0) return 0;
+    }
+}
+
+/* writes what is in `writing`; what cannot be written is lost */
+static void log_write(struct srv_log *log, struct log_stream *stream, int *patience) {
+    const char *at = stream->writing.data;
+    size_t left = stream->writing.bytes;
+    while (left && log_writable(log, stream->fd, patience)) {
+        ssize_t wrote = write(stream->fd, at, left < LOG_PIECE ? left : LOG_PIECE);
+        if (wrote < 0 && errno != EINTR && errno != EAGAIN) break;
+        if (wrote < 0) continue;
+        at += wrote;
+        left -= (size_t)wrote;
+    }
+    stream->writing.bytes = 0;
+}
+
+/* takes the lines over for writing; called with the lock */
+static void log_swap(struct log_stream *stream, const char *before, const char *after) {
+    struct api_buffer full = stream->filling;
+    stream->filling = stream->writing;
+    stream->writing = full;
+    if (!stream->dropped) return;
+    stream->writing.limit += LOG_TEXT;
+    if (api_buffer_format(&stream->writing, "%s%ld%s\n", before, stream->dropped, after) == PEND_OK)
+        stream->dropped = 0;
+    stream->writing.limit -= LOG_TEXT;
+}
+
+static int log_empty(const struct srv_log *log) {
+    return !log->requests.filling.bytes && !log->messages.filling.bytes && !log->requests.dropped &&
+           !log->messages.dropped;
+}
+
+static void *log_main(void *argument) {
+    struct srv_log *log = argument;
+    int patience = LOG_PATIENCE_MS, more = 1;
+    pthread_mutex_lock(&log->lock);
+    while (more) {
+        log->idle = 1;
+        while (log_empty(log) && !log->stopping) pthread_cond_wait(&log->wake, &log->lock);
+        log->idle = 0;
+        /* let some lines come together, unless a message is waiting */
+        struct timespec until = log_in(LOG_NAP_MS);
+        while (!log->stopping && !log->messages.filling.bytes &&
+               !pthread_cond_timedwait(&log->wake, &log->lock, &until))
+            continue;
+        log_swap(&log->requests, "{\"lost_lines\":", "}");
+        log_swap(&log->messages, "", " messages were lost");
+        pthread_mutex_unlock(&log->lock);
+        log_write(log, &log->messages, &patience);
+        log_write(log, &log->requests, &patience);
+        pthread_mutex_lock(&log->lock);
+        more = !log->stopping || (!log_empty(log) && patience > 0);
+    }
+    pthread_mutex_unlock(&log->lock);
+    return NULL;
+}
+
+static void log_stream_init(struct log_stream *stream, int fd) {
+    *stream = (struct log_stream){.fd = fd};
+    api_buffer_init(&stream->filling, LOG_BYTES);
+    api_buffer_init(&stream->writing, LOG_BYTES);
+}
+
+static void log_stream_clear(struct log_stream *stream) {
+    api_buffer_clear(&stream->filling);
+    api_buffer_clear(&stream->writing);
+}
+
+enum pend_status srv_log_new(struct srv_log **log, int requests, int messages) {
+    struct srv_log *made = *log = calloc(1, sizeof *made);
+    if (!made) return PEND_NO_MEMORY;
+    pthread_condattr_t monotonic;
+    pthread_condattr_init(&monotonic);
+    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    pthread_mutex_init(&made->lock, NULL);
+    pthread_cond_init(&made->wake, &monotonic);
+    pthread_condattr_destroy(&monotonic);
+    log_stream_init(&made->requests, requests);
+    log_stream_init(&made->messages, messages);
+    if (!pthread_create(&made->thread, NULL, log_main, made)) return PEND_OK;
+    pthread_cond_destroy(&made->wake);
+    pthread_mutex_destroy(&made->lock);
+    free(made);
+    *log = NULL;
+    return PEND_NO_MEMORY;
+}
+
+void srv_log_free(struct srv_log **log) {
+    struct srv_log *gone = *log;
+    *log = NULL;
+    if (!gone) return;
+    pthread_mutex_lock(&gone->lock);
+    gone->stopping = 1;
+    pthread_cond_signal(&gone->wake);
+    pthread_mutex_unlock(&gone->lock);
+    pthread_join(gone->thread, NULL);
+    log_stream_clear(&gone->requests);
+    log_stream_clear(&gone->messages);
+    pthread_cond_destroy(&gone->wake);
+    pthread_mutex_destroy(&gone->lock);
+    free(gone);
+}
+
+static enum pend_status log_text(struct api_buffer *out, const char *key, const char *text) {
+    PEND_TRY(api_buffer_text(out, key));
+    return api_text_quote(out, text, strlen(text));
+}
+
+/* value / unit with the given number of decimals, at least 0; printf would take longer than the rest of the line */
+static enum pend_status log_number(struct api_buffer *out, const char *key, int64_t value, int decimals) {
+    char digits[32], *at = digits + sizeof digits;
+    uint64_t left = value > 0 ? (uint64_t)value : 0;
+    for (int place = 0; left || place <= decimals; place++, left /= 10) {
+        if (place == decimals && decimals) *--at = '.';
+        *--at = (char)('0' + left % 10);
+    }
+    PEND_TRY(api_buffer_text(out, key));
+    return api_buffer_add(out, at, (size_t)(digits + sizeof digits - at));
+}
+
+static enum pend_status log_line(struct srv_log *log, const struct srv_log_request *request) {
+    struct api_buffer *out = &log->requests.filling;
+    srv_clock_stamp(&log->stamp);
+    PEND_TRY(api_buffer_text(out, "{\"time\":\""));
+    PEND_TRY(api_buffer_text(out, log->stamp.text));
+    PEND_TRY(log_text(out, "\",\"id\":", request->id));
+    PEND_TRY(log_text(out, ",\"client\":", request->client));
+    PEND_TRY(log_text(out, ",\"method\":", request->method));
+    PEND_TRY(log_text(out, ",\"target\":", request->target));
+    PEND_TRY(log_number(out, ",\"status\":", request->status, 0));
+    PEND_TRY(log_text(out, ",\"outcome\":", request->outcome));
+    PEND_TRY(log_number(out, ",\"bytes_in\":", (int64_t)request->bytes_in, 0));
+    PEND_TRY(log_number(out, ",\"bytes_out\":", (int64_t)request->bytes_out, 0));
+    PEND_TRY(log_number(out, ",\"wait\":", request->wait / 1000, 6));
+    PEND_TRY(log_number(out, ",\"compute\":", request->compute / 1000, 6));
+    PEND_TRY(log_number(out, ",\"total\":", request->total / 1000, 6));
+    PEND_TRY(log_number(out, ",\"steps\":", request->steps, 0));
+    if (request->agent) PEND_TRY(log_text(out, ",\"agent\":", request->agent));
+    return api_buffer_text(out, "}\n");
+}
+
+/* ends the adding of a line, with the lock: a line that found no room is taken back and counted */
+static void log_added(struct srv_log *log, struct log_stream *stream, size_t before, enum pend_status status) {
+    if (status != PEND_OK) {
+        stream->filling.bytes = before;
+        stream->dropped++;
+    }
+    if (log->idle) pthread_cond_signal(&log->wake);
+    log->idle = 0;
+}
+
+void srv_log_request(struct srv_log *log, const struct srv_log_request *request) {
+    if (log->requests.fd < 0) return;
+    pthread_mutex_lock(&log->lock);
+    size_t before = log->requests.filling.bytes;
+    log_added(log, &log->requests, before, log_line(log, request));
+    pthread_mutex_unlock(&log->lock);
+}
+
+void srv_log_message(struct srv_log *log, const char *format, ...) {
+    char text[LOG_TEXT];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    for (char *at = text; *at; at++)
+        if ((unsigned char)*at < ' ' || *at == 0x7f) *at = '?';
+    pthread_mutex_lock(&log->lock);
+    size_t before = log->messages.filling.bytes;
+    log_added(log, &log->messages, before, api_buffer_format(&log->messages.filling, "%s\n", text));
+    pthread_mutex_unlock(&log->lock);
+}

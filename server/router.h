@@ -1,0 +1,38 @@
+/* The one table of routes: which method and path leads where.
+ * Leaves to others: computing (compute), the message's form (message).
+ * Invariant: a path of the table is answered for every method: the route, HEAD as GET, OPTIONS, or 405 with Allow. */
+#ifndef SRV_ROUTER_H
+#define SRV_ROUTER_H
+
+#include "api/op.h"
+#include "server/exchange.h"
+
+/** A route's own answer, given at once on the socket's thread: must not wait or compute. */
+typedef void srv_handle_fn(struct srv_exchange *exchange);
+
+struct srv_route {
+    const char *method;    /* GET also serves HEAD */
+    const char *pattern;   /* "/v1/presets/{name}": one variable part at the end at most */
+    srv_handle_fn *handle; /* answers at once; NULL: a worker runs the operation */
+    enum api_op_id op;
+};
+
+/** Row i of the table, or NULL beyond its end. */
+const struct srv_route *srv_router_row(int i);
+
+/**
+ * Finds the route of an exchange whose head was checked.
+ *
+ * Returns 1 when there is one: exchange->route and exchange->argument are set. Else the exchange is answered: 404, 405,
+ * OPTIONS, or 503 where the route needs a worker and the server is draining.
+ */
+int srv_router_find(struct srv_exchange *exchange);
+
+/**
+ * Goes on with an exchange whose body is complete.
+ *
+ * Returns 1 when it is answered. Else srv_compute_queue is to be called.
+ */
+int srv_router_begin(struct srv_exchange *exchange);
+
+#endif

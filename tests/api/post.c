@@ -1,0 +1,131 @@
+#include "tests/api/post.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/harness/test.h"
+
+struct test_reply test_send(const struct api_request *request, const struct api_limits *limits) {
+    struct test_reply reply = {.status = 0};
+    struct api_limits usual;
+    struct api_call *call = NULL;
+    api_limits_init(&usual);
+    api_buffer_init(&reply.out, (size_t)1 << 30);
+    if (api_call_new(&call, limits ? limits : &usual) != PEND_OK) return reply;
+    enum api_progress progress = api_call_open(call, request, &reply.out);
+    for (; progress == API_MORE; reply.runs++) progress = api_call_run(call, &reply.out);
+    reply.status = api_call_answer(call).status;
+    reply.media_type = api_call_answer(call).media_type;
+    reply.steps = api_call_steps(call);
+    api_call_free(&call);
+    if (api_buffer_room(&reply.out, 1) != PEND_OK) return reply;
+    reply.out.data[reply.out.bytes] = 0;
+    struct api_problem problem;
+    api_problem_init(&problem);
+    if (strstr(reply.media_type, "json") && reply.out.bytes)
+        CHECK_SAYING(api_json_new(&reply.json, reply.out.data, reply.out.bytes, 64, &problem) == PEND_OK,
+                     "the answer is no JSON: %s: %.200s", problem.detail, reply.out.data);
+    api_problem_clear(&problem);
+    return reply;
+}
+
+struct test_reply test_post_as(enum api_op_id op, const char *body, const char *accept,
+                               const struct api_limits *limits) {
+    struct api_request request = {.op = op,
+                                  .content_type = "application/json",
+                                  .accept = accept,
+                                  .body = body,
+                                  .body_bytes = strlen(body)};
+    return test_send(&request, limits);
+}
+
+struct test_reply test_post(enum api_op_id op, const char *body) { return test_post_as(op, body, NULL, NULL); }
+
+void test_reply_free(struct test_reply *reply) {
+    api_json_free(&reply->json);
+    api_buffer_clear(&reply->out);
+}
+
+/* looking: a visitor is called with the value at the pointer, because values live on the stack of their reader */
+
+typedef void visit_fn(const struct api_value *value, void *context);
+
+static void visit_from(const struct api_value *value, const char *pointer, visit_fn *visit, void *context) {
+    char step[80];
+    if (!*pointer) {
+        visit(value, context);
+        return;
+    }
+    size_t bytes = strcspn(pointer + 1, "/");
+    if (bytes >= sizeof step) return;
+    memcpy(step, pointer + 1, bytes);
+    step[bytes] = 0;
+    int array = api_value_kind(value) == API_ARRAY;
+    struct api_value next = array ? api_value_item(value, atoi(step)) : api_value_member(value, step);
+    visit_from(&next, pointer + 1 + bytes, visit, context);
+}
+
+static void visit_at(const struct test_reply *reply, const char *pointer, visit_fn *visit, void *context) {
+    if (!reply->json) return;
+    struct api_value root = api_json_root(reply->json);
+    visit_from(&root, pointer, visit, context);
+}
+
+static void visit_number(const struct api_value *value, void *context) {
+    if (api_value_kind(value) == API_NUMBER) *(double *)context = api_value_number(value);
+}
+
+static void visit_text(const struct api_value *value, void *context) {
+    *(const char **)context = api_value_text(value);
+}
+
+static void visit_count(const struct api_value *value, void *context) {
+    if (api_value_kind(value) != API_MISSING) *(int *)context = api_value_count(value);
+}
+
+double test_reply_number(const struct test_reply *reply, const char *pointer) {
+    double number = NAN;
+    visit_at(reply, pointer, visit_number, &number);
+    return number;
+}
+
+const char *test_reply_text(const struct test_reply *reply, const char *pointer) {
+    const char *text = NULL;
+    visit_at(reply, pointer, visit_text, &text);
+    return text;
+}
+
+int test_reply_count(const struct test_reply *reply, const char *pointer) {
+    int count = -1;
+    visit_at(reply, pointer, visit_count, &count);
+    return count;
+}
+
+int test_reply_faults(const struct test_reply *reply) {
+    int count = test_reply_count(reply, "/errors");
+    return count < 0 ? 0 : count;
+}
+
+int test_reply_has_fault(const struct test_reply *reply, const char *pointer, const char *piece) {
+    for (int i = 0; i < test_reply_faults(reply); i++) {
+        char at[40];
+        snprintf(at, sizeof at, "/errors/%d/pointer", i);
+        const char *found = test_reply_text(reply, at);
+        snprintf(at, sizeof at, "/errors/%d/detail", i);
+        const char *detail = test_reply_text(reply, at);
+        if (found && detail && !strcmp(found, pointer) && strstr(detail, piece)) return 1;
+    }
+    return 0;
+}
+
+void test_refused(enum api_op_id op, const char *body, const char *pointer, const char *piece, const char *file,
+                  int line) {
+    struct test_reply reply = test_post(op, body);
+    int good = reply.status == 422 && !strcmp(reply.media_type, "application/problem+json") &&
+               test_reply_faults(&reply) == 1 && test_reply_has_fault(&reply, pointer, piece);
+    test_check(good, file, line, "expected one fault at \"%s\" with \"%s\", got %d %s", pointer, piece, reply.status,
+               reply.out.data);
+    test_reply_free(&reply);
+}

@@ -1,0 +1,116 @@
+#!/bin/bash
+# Checks the rooms' rules: who may include whom, one door to each outside library, the order of files, no globals.
+# usage: layers.sh BUILD     (build/release, for the symbols)
+# Leaves to others: layout (layout.sh), documents (docs.sh).
+# Invariant: a new outside library or header needs a new row here first.
+set -u
+build=$1
+passed=0 failed=0
+
+# what each room's files may include of the project
+declare -A may=([core]='^core/' [api]='^(api|core)/' [server]='^(server|api)/|^core/status[.]h$')
+# system headers that core and api may use: none that knows threads, files, sockets or time
+pure='^(assert|complex|errno|float|limits|math|stdalign|stdarg|stdbool|stddef|stdint|stdio|stdlib|string|strings|tgmath|[ei]mmintrin|arm_neon)[.]h$|^(cassert|cmath|cstddef|cstdint|cstdio|cstdlib|cstring|limits|system_error)$'
+# an outside library's headers, and the files that are its door
+doors=(
+    '^gsl/|^gsl_ ^core/(method_gsl|modes|modes_gsl|reference)[.]c$'
+    '^cjson/ ^api/json_in[.]c$'
+    '^dragonbox/ ^api/number_write[.]cpp$'
+    '^fast_float/ ^api/number_read[.]cpp$'
+    '^microhttpd[.]h$ ^server/http[.]c$'
+    '^sqlite3[.]h$ ^server/store_sqlite[.]c$'
+    '^libpq-fe[.]h$ ^server/store_postgres[.]c$'
+    '^(pthread|threads)[.]h$ ^server/'
+)
+
+verdict() { # name, complaints
+    if [ -z "$2" ]; then passed=$((passed + 1)); return; fi
+    failed=$((failed + 1))
+    printf '%s\n' "$2" | sed 's/^/  /'
+    printf 'FAIL %s\n' "$1"
+}
+
+files() { find "$1" -name '*.[ch]' -o -name '*.cpp' | sort; }
+
+# every include of the three rooms: file, header, and the line's quote or angle
+includes=$(grep -E '^ *# *include' $(files core) $(files api) $(files server) /dev/null |
+    sed -nE 's/^([^:]+): *# *include *(["<])([^">]+)[">].*/\1 \3 \2/p')
+
+room_includes() {
+    awk -v room="^$1/" -v may="${may[$1]}" '$3 == "\"" && $1 ~ room && $2 !~ may { print $1 " may not include " $2 }' <<<"$includes"
+}
+
+door() { # header pattern, file pattern
+    awk -v header="$1" -v file="$2" '$3 == "<" && $2 ~ header && $1 !~ file { print $1 " is no door to " $2 }' <<<"$includes"
+}
+
+pure_headers() {
+    local all=$pure row
+    for row in "${doors[@]}"; do [[ $row = *pthread* ]] || all+="|${row%% *}"; done
+    awk -v all="$all" '$3 == "<" && $1 ~ /^(core|api)\// && $2 !~ all { print $1 " may not use " $2 }' <<<"$includes"
+}
+
+own_header_first() {
+    local file
+    for file in $(files core) $(files api) $(files server); do
+        [ -f "${file%.*}.h" ] && [[ $file != *.h ]] || continue
+        awk -v file="$file" -v own="${file%.*}.h" '$1 == file { if ($2 != own) print file " does not include its own header first"; exit }' <<<"$includes"
+    done
+}
+
+# the stems that a room's README lists, in order: the first cell of a table's row, or the start of a list's item
+listed() {
+    sed -nE 's/^(\||[-*]|[0-9]+\.) *(`[^|]*)/\2/p' "$1/README.md" 2>/dev/null |
+        sed -E 's/ (-|–|:|\|).*//; s/^((`[^`]+`[, and]*)+).*/\1/' | grep -oE '`[^`]+`' | tr -d '`' |
+        sed -E 's|.*/||; s/\.[a-z]+$//; s/\*$//' | awk '!seen[$0]++'
+}
+
+file_order() {
+    local -A place=()
+    local number=0 stem other
+    for stem in $(listed "$1"); do place[$stem]=$((++number)); done
+    [ $number -gt 0 ] || { echo "$1/README.md lists no files"; return; }
+    for file in $(files "$1"); do
+        stem=$(basename "${file%.*}")
+        [ -n "${place[$stem]-}" ] || { echo "$1/README.md does not list $stem"; continue; }
+        for other in $(awk -v file="$file" '$1 == file && $3 == "\"" { print $2 }' <<<"$includes" | sed -nE "s|^$1/(.*)\.h$|\1|p"); do
+            [ -z "${place[$other]-}" ] || [ "${place[$other]}" -le "${place[$stem]}" ] || echo "$file includes $other.h, which $1/README.md lists below it"
+        done
+    done | sort -u
+}
+
+# data that can change; constants with addresses in them (.data.rel.ro) cannot
+globals() {
+    objdump -t "$build/libpendulum.a" | awk '/file format/ { file = $1 }
+        $0 ~ / (O|  ) +(\.data|\.bss|\.tdata|\.tbss|\*COM\*)/ && $0 !~ /\.data\.rel\.ro/ && $(NF-1) !~ /^0+$/ { print file " holds the variable " $NF }'
+}
+
+effects() {
+    nm -u "$build/libpendulum.a" | awk '{ print $2 }' | sort -u |
+        grep -E '^(f?open|fopen64|fread|fwrite|f?printf|puts|putchar|perror|time|clock|clock_gettime|gettimeofday|nanosleep|rand|random|getenv|socket|read|write|pthread_.*|malloc_trim|exit|abort|__fprintf_chk|__printf_chk)$' |
+        grep -vE '^(abort)$' | sed 's/^/core uses /'
+}
+
+prefixes() { # room, symbol pattern
+    # C++ names (_Z) have namespaces: those of the room and of its outside libraries
+    nm -g --defined-only "$build/$1"/*.o | awk 'NF == 3 { print $3 }' | sort -u | grep -vE "$2|^_Z" | sed "s|^|$1 defines |"
+}
+
+for room in core api server; do
+    verdict "$room includes only what it may" "$(room_includes $room)"
+    verdict "$room's files include only files above them in its README" "$(file_order $room)"
+done
+for row in "${doors[@]}"; do
+    read -r header file <<<"$row"
+    verdict "only the door to $header includes it" "$(door "$header" "$file")"
+done
+verdict 'core and api use no thread, file, socket or clock' "$(pure_headers)"
+verdict 'a file includes its own header first' "$(own_header_first)"
+verdict 'core has no variable of its own' "$(globals)"
+verdict 'core has no effects' "$(effects)"
+verdict 'core names begin with pend_' "$(prefixes core '^pend_')"
+verdict 'api names begin with api_' "$(prefixes api '^api_')"
+verdict 'server names begin with srv_' "$(prefixes server '^(srv_|main$)')"
+
+printf '%d passed, %d failed\n' $passed $failed
+[ $failed = 0 ]

@@ -1,0 +1,192 @@
+"""Holds replies against the OpenAPI document.
+
+    replies.py [--complete] api/openapi.yaml FILE...
+
+Each line of a FILE is a reply that some test saw: {"method", "path", "status", "content_type", "body"}, the body as text
+(or null where there was none). A reply passes when the document has its path, method, status and media type, and its body
+is valid under the schema, without a field that the document does not know. Prints each fault, what no reply reached (a
+fault too with --complete), and last "N passed, N failed". To be reached are every success and every 422 of every
+operation, and every other error of the document once.
+"""
+import copy
+import json
+import pathlib
+import re
+import sys
+import warnings
+from urllib.parse import urlsplit
+
+warnings.simplefilter("ignore", DeprecationWarning)  # jsonschema 4.18 and later have another resolver, 4.10 has not
+import jsonschema  # noqa: E402
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "api"))
+from openapi_embed import load  # noqa: E402
+
+METHODS = ("get", "post", "put", "delete", "patch")
+LONG = 40  # items of an array that are validated when all of them look alike
+NUMBER = re.compile(r"-?(0|[1-9][0-9]*)(\.[0-9]+)?(e-?[0-9]+)?")
+
+
+class Fault(Exception):
+    pass
+
+
+def close(schema):
+    """Forbids, everywhere in a schema, fields that it does not name."""
+    if isinstance(schema, list):
+        for item in schema:
+            close(item)
+    if isinstance(schema, dict):
+        if isinstance(schema.get("properties"), dict) and "additionalProperties" not in schema:
+            schema["additionalProperties"] = False
+        for value in schema.values():
+            close(value)
+
+
+def parse(text):
+    """JSON as RFC 8259 has it: no NaN, no key twice."""
+
+    def constant(name):
+        raise Fault(f"the body has {name}, which is no JSON")
+
+    def pairs(items):
+        value = dict(items)
+        if len(value) != len(items):
+            raise Fault(f"the body has a key twice among {[key for key, _ in items]}")
+        return value
+
+    try:
+        return json.loads(text, parse_constant=constant, object_pairs_hook=pairs)
+    except ValueError as error:
+        raise Fault(f"the body is not JSON: {error}") from error
+
+
+def shape(value):
+    if isinstance(value, list):
+        return ["list", len(value), shape(value[0]) if value else None]
+    return "number" if isinstance(value, (int, float)) and not isinstance(value, bool) else None
+
+
+def shorten(value):
+    """Cuts long arrays whose items are all numbers, or all rows of numbers of one length."""
+    if isinstance(value, dict):
+        return {key: shorten(item) for key, item in value.items()}
+    if not isinstance(value, list):
+        return value
+    if len(value) > LONG and shape(value[0]) and all(shape(item) == shape(value[0]) for item in value):
+        value = value[:LONG]
+    return [shorten(item) for item in value]
+
+
+def check_csv(text):
+    lines = text.split("\n")
+    if lines.pop() or len(lines) < 2:
+        raise Fault("the CSV has no header and line, or its last line does not end")
+    width = lines[0].count(",") + 1
+    for number, line in enumerate(lines[1:], 2):
+        fields = line.split(",")
+        if len(fields) != width or not all(NUMBER.fullmatch(field) for field in fields):
+            raise Fault(f"line {number} of the CSV is not {width} numbers: {line[:100]!r}")
+
+
+class Document:
+    def __init__(self, path):
+        self.document = load(path)
+        self.strict = copy.deepcopy(self.document)
+        close(self.strict["components"]["schemas"])
+        close(self.strict["paths"])
+        self.resolver = jsonschema.RefResolver("", self.strict)
+        self.paths = [(re.compile(re.sub(r"\\\{[^/]*?\\\}", "[^/]+", re.escape(path)) + "$"), path, item)
+                      for path, item in self.strict["paths"].items()]
+        self.wanted = {self.goal(method, path, status)
+                       for path, item in self.document["paths"].items() for method in METHODS if method in item
+                       for status in item[method]["responses"] if status != "default"}
+
+    @staticmethod
+    def goal(method, path, status):
+        """What a reply reaches: errors that do not depend on the operation are reached together."""
+        return (method.upper(), path, status) if status in ("200", "422") else ("error", status)
+
+    def resolve(self, thing):
+        return self.resolver.resolve(thing["$ref"])[1] if "$ref" in thing else thing
+
+    def problem(self):
+        return self.strict["components"]["responses"]["Other"]
+
+    def find(self, method, path, status):
+        """The response of the document that a reply should follow, and what was reached by it."""
+        for pattern, template, item in self.paths:
+            if not pattern.match(path):
+                continue
+            if method == "options":
+                return None, None
+            operation = item.get("get" if method == "head" else method)
+            if not operation:
+                return self.expect(status, (405, 400), method, path), None
+            responses = operation["responses"]
+            reached = self.goal(method, template, str(status))
+            return self.resolve(responses.get(str(status)) or responses["default"]), reached
+        return self.expect(status, (404, 204) if method == "options" else (404,), method, path), None
+
+    def expect(self, status, statuses, method, path):
+        if status not in statuses and status not in (400, 408, 413, 414, 417, 431, 500, 501, 503, 505):
+            raise Fault(f"{method.upper()} {path} is not in the document and was answered {status}")
+        return self.problem()
+
+    def validate(self, schema, value):
+        validator = jsonschema.Draft202012Validator(schema, resolver=self.resolver)
+        fault = jsonschema.exceptions.best_match(validator.iter_errors(shorten(value)))
+        if fault:
+            raise Fault(f"at /{'/'.join(map(str, fault.absolute_path))}: {fault.message[:300]}")
+
+    def check(self, reply):
+        """Checks one reply and answers what it reached."""
+        method, status = reply["method"].lower(), reply["status"]
+        response, reached = self.find(method, urlsplit(reply["path"]).path, status)
+        if method in ("head", "options") and status < 400 or response is None:
+            if reply.get("body"):
+                raise Fault(f"{reply['method']} has a body")
+            return reached
+        media_type = (reply.get("content_type") or "").split(";")[0].strip().lower()
+        if status >= 400 and media_type != "application/problem+json":
+            raise Fault(f"an error of media type {media_type!r}")
+        if media_type not in response["content"]:
+            raise Fault(f"the media type {media_type!r} is none of {', '.join(response['content'])}")
+        if method == "head":
+            return reached
+        if media_type == "text/csv":
+            check_csv(reply["body"])
+            return reached
+        body = parse(reply["body"])
+        self.validate(response["content"][media_type]["schema"], body)
+        if status >= 400 and body["status"] != status:
+            raise Fault(f"the problem says status {body['status']}")
+        return reached
+
+
+def main(arguments):
+    complete = "--complete" in arguments
+    path, *files = [argument for argument in arguments if argument != "--complete"]
+    document, passed, failed = Document(path), 0, 0
+    for file in files:
+        for number, line in enumerate(open(file, encoding="utf-8"), 1):
+            try:
+                reply = json.loads(line)
+                document.wanted.discard(document.check(reply))
+                passed += 1
+            except (Fault, ValueError, KeyError, TypeError) as fault:
+                failed += 1
+                print(f"{file}:{number}: {fault!r}" if not isinstance(fault, Fault) else
+                      f"{file}:{number}: {reply['method']} {reply['path']} {reply['status']}: {fault}")
+    for goal in sorted(document.wanted):
+        failed += complete
+        print("never reached:", *goal)
+    print(f"{passed} passed, {failed} failed")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 3:
+        sys.exit(__doc__)
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,62 @@
+#include "tests/wire/ask.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+const char *ask_long(double span) {
+    static char body[8192];
+    enum { ARMS = 60 };
+    size_t at = (size_t)snprintf(body, sizeof body, "{\"pendulum\":{\"length\":[");
+    for (int i = 0; i < ARMS; i++) at += (size_t)snprintf(body + at, sizeof body - at, i ? ",1" : "1");
+    at += (size_t)snprintf(body + at, sizeof body - at, "],\"mass\":[");
+    for (int i = 0; i < ARMS; i++) at += (size_t)snprintf(body + at, sizeof body - at, i ? ",1" : "1");
+    at += (size_t)snprintf(body + at, sizeof body - at, "],\"parent\":[");
+    for (int i = 0; i < ARMS; i++) at += (size_t)snprintf(body + at, sizeof body - at, i ? ",%d" : "%d", i);
+    snprintf(body + at, sizeof body - at,
+             "]},\"times\":{\"start\":0,\"stop\":%g,\"count\":5},\"method\":\"taylor\",\"rtol\":1e-12}", span);
+    return body;
+}
+
+int ask(struct test_server *server, struct test_reply *reply, const char *path, const char *body) {
+    return test_request(server, reply, "POST", path, "", body);
+}
+
+cJSON *ask_json(const struct test_reply *reply) {
+    cJSON *json = cJSON_ParseWithLength(reply->body ? reply->body : "", reply->body_bytes);
+    CHECK_SAYING(json != NULL, "not JSON: %.200s", reply->body);
+    return json;
+}
+
+double ask_at(const cJSON *rows, int row, int column) {
+    const cJSON *item = cJSON_GetArrayItem(cJSON_GetArrayItem(rows, row), column);
+    return cJSON_IsNumber(item) ? item->valuedouble : NAN;
+}
+
+static int has_pointer(const cJSON *errors, const char *pointer) {
+    const cJSON *error;
+    cJSON_ArrayForEach(error, errors) {
+        const char *text = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(error, "pointer"));
+        if (text && !strcmp(text, pointer)) return 1;
+    }
+    return 0;
+}
+
+void ask_problem(const struct test_reply *reply, int status, const char *pointer) {
+    CHECK_INT(reply->status, status);
+    if (!reply->status) return;
+    const char *type = test_reply_header(reply, "Content-Type");
+    CHECK_TEXT(type, "application/problem+json");
+    cJSON *problem = ask_json(reply);
+    const cJSON *number = cJSON_GetObjectItemCaseSensitive(problem, "status");
+    CHECK_SAYING(number && number->valueint == status, "status is not in %s", reply->body);
+    static const char *const text[] = {"type", "title", "detail"};
+    for (int i = 0; i < 3; i++) {
+        const char *value = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(problem, text[i]));
+        CHECK_SAYING(value && *value, "no %s in %s", text[i], reply->body);
+    }
+    if (pointer)
+        CHECK_SAYING(has_pointer(cJSON_GetObjectItemCaseSensitive(problem, "errors"), pointer), "no %s in %s", pointer,
+                     reply->body);
+    cJSON_Delete(problem);
+}

@@ -1,0 +1,289 @@
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/wire/ask.h"
+
+/* the whole message of a POST of JSON on a connection that stays open */
+static char *message(const char *path, const char *body) {
+    size_t bytes = strlen(body) + 256;
+    char *text = malloc(bytes);
+    if (text)
+        snprintf(text, bytes,
+                 "POST %s HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+                 "Content-Length: %zu\r\n\r\n%s",
+                 path, strlen(body), body);
+    return text;
+}
+
+static int still_healthy(struct test_server *server) {
+    struct test_reply reply;
+    int status = ask(server, &reply, "/v1/trees", ASK_LITTLE);
+    test_reply_clear(&reply);
+    return status == 200;
+}
+
+TEST(one_connection_serves_many_requests) {
+    struct test_server *server = test_server_start(NULL);
+    struct test_client client;
+    struct test_reply reply;
+    char *text = message("/v1/trees", ASK_LITTLE);
+    REQUIRE(server != NULL);
+    REQUIRE(test_client_open(&client, test_server_port(server)));
+    for (int i = 0; i < 200; i++) {
+        test_client_say(&client, text);
+        if (!CHECK_INT(test_client_receive(&client, &reply, 0, 10), 200)) break;
+        CHECK(reply.keep_alive);
+        test_reply_clear(&reply);
+    }
+    free(text);
+    test_client_close(&client);
+    test_server_stop(&server);
+}
+
+TEST(pipelined_requests_are_answered_in_their_order) {
+    struct test_server *server = test_server_start(NULL);
+    struct test_client client;
+    struct test_reply reply;
+    enum { COUNT = 20 };
+    REQUIRE(server != NULL);
+    REQUIRE(test_client_open(&client, test_server_port(server)));
+    /* slow and quick ones mixed: the quick must not overtake */
+    for (int i = 0; i < COUNT; i++) {
+        char *text = i % 5 ? message("/v1/trees", ASK_LITTLE) : message("/v1/trajectories", ASK_EXAMPLE);
+        test_client_say(&client, text);
+        free(text);
+    }
+    for (int i = 0; i < COUNT; i++) {
+        if (!CHECK_INT(test_client_receive(&client, &reply, 0, 30), 200)) break;
+        CHECK_SAYING((strstr(reply.body, "\"lambda\"") != NULL) == (i % 5 == 0), "answer %d is another's", i);
+        test_reply_clear(&reply);
+    }
+    test_client_close(&client);
+    test_server_stop(&server);
+}
+
+TEST(an_answer_to_http_1_0_ends_with_the_connection) {
+    struct test_server *server = test_server_start(NULL);
+    struct test_client client;
+    struct test_reply reply;
+    REQUIRE(server != NULL);
+    REQUIRE(test_client_open(&client, test_server_port(server)));
+    test_client_say(&client, "GET /healthz HTTP/1.0\r\n\r\n");
+    CHECK_INT(test_client_receive(&client, &reply, 0, 10), 200);
+    CHECK(!test_reply_header(&reply, "Transfer-Encoding"));
+    test_reply_clear(&reply);
+    CHECK(test_client_ended(&client, 10));
+    test_client_close(&client);
+    test_server_stop(&server);
+}
+
+TEST(expect_100_continue_is_answered_before_the_body) {
+    struct test_server *server = test_server_start(NULL);
+    struct test_client client;
+    struct test_reply reply;
+    char head[256];
+    REQUIRE(server != NULL);
+    REQUIRE(test_client_open(&client, test_server_port(server)));
+    snprintf(head, sizeof head,
+             "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nExpect: 100-continue\r\n"
+             "Content-Length: %zu\r\n\r\n",
+             strlen(ASK_LITTLE));
+    test_client_say(&client, head);
+    test_sleep(0.1);
+    test_client_say(&client, ASK_LITTLE);
+    CHECK_INT(test_client_receive(&client, &reply, 0, 10), 200);
+    CHECK_INT(reply.interim, 1);
+    test_reply_clear(&reply);
+    test_client_close(&client);
+    test_server_stop(&server);
+}
+
+TEST(a_request_that_drips_in_is_answered_all_the_same) {
+    struct test_server *server = test_server_start(NULL);
+    struct test_client client;
+    struct test_reply reply;
+    char *text = message("/v1/trees", ASK_LITTLE);
+    REQUIRE(server != NULL);
+    REQUIRE(test_client_open(&client, test_server_port(server)));
+    for (size_t i = 0; text[i]; i++) {
+        test_client_send(&client, text + i, 1);
+        if (i % 16 == 0) test_sleep(0.002);
+    }
+    CHECK_INT(test_client_receive(&client, &reply, 0, 10), 200);
+    test_reply_clear(&reply);
+    free(text);
+    test_client_close(&client);
+    test_server_stop(&server);
+}
+
+TEST(many_half_requests_hold_nobody_up) {
+    struct test_server *server = test_server_start(NULL);
+    enum { COUNT = 100 };
+    struct test_client slow[COUNT];
+    REQUIRE(server != NULL);
+    for (int i = 0; i < COUNT; i++) {
+        test_client_open(&slow[i], test_server_port(server));
+        test_client_say(&slow[i], i % 2 ? "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Le"
+                                        : "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+                                          "Content-Length: 1000\r\n\r\n{\"pend");
+    }
+    double begin = test_clock();
+    for (int i = 0; i < 20; i++) CHECK(still_healthy(server));
+    double seconds = test_clock() - begin;
+    CHECK_SAYING(seconds < 10, "20 requests beside the slow ones took %.1f s", seconds);
+    for (int i = 0; i < COUNT; i++) test_client_close(&slow[i]);
+    test_server_stop(&server);
+}
+
+TEST(a_client_that_vanishes_leaves_no_computation_behind) {
+    static const char *const one_worker[] = {"--workers", "1", NULL};
+    struct test_server *server = test_server_start(one_worker);
+    char *text = message("/v1/trajectories", ask_long(100));
+    REQUIRE(server != NULL);
+    /* with one worker, six left-over computations of seconds each would keep the next request waiting */
+    for (int i = 0; i < 6; i++) {
+        struct test_client client;
+        REQUIRE(test_client_open(&client, test_server_port(server)));
+        test_client_say(&client, text);
+        test_sleep(0.05);
+        test_client_close(&client);
+    }
+    double begin = test_clock();
+    CHECK(still_healthy(server));
+    double seconds = test_clock() - begin;
+    CHECK_SAYING(seconds < 3, "the next request waited %.1f s", seconds);
+    free(text);
+    test_server_stop(&server);
+}
+
+TEST(a_client_that_stops_reading_stalls_only_itself) {
+    struct test_server *server = test_server_start(NULL);
+    enum { COUNT = 8 };
+    struct test_client lazy[COUNT];
+    char *text = message("/v1/trajectories",
+                         "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"start\":0,\"stop\":10,\"count\":20001}}");
+    REQUIRE(server != NULL);
+    for (int i = 0; i < COUNT; i++) {
+        REQUIRE(test_client_open(&lazy[i], test_server_port(server)));
+        test_client_say(&lazy[i], text);
+    }
+    test_sleep(0.2);
+    for (int i = 0; i < 5; i++) CHECK(still_healthy(server));
+    struct test_reply reply;
+    CHECK_INT(test_client_receive(&lazy[0], &reply, 0, 30), 200);
+    test_reply_clear(&reply);
+    for (int i = 0; i < COUNT; i++) test_client_close(&lazy[i]);
+    free(text);
+    test_server_stop(&server);
+}
+
+struct crowd {
+    struct test_server *server;
+    const char *text;
+    int good;
+};
+
+static void *crowd_member(void *context) {
+    struct crowd *crowd = context;
+    struct test_client client;
+    struct test_reply reply;
+    if (!test_client_open(&client, test_server_port(crowd->server))) return NULL;
+    for (int i = 0; i < 10; i++) {
+        if (!test_client_say(&client, crowd->text)) break;
+        if (test_client_receive(&client, &reply, 0, 60) == 200) __atomic_add_fetch(&crowd->good, 1, __ATOMIC_RELAXED);
+        test_reply_clear(&reply);
+    }
+    test_client_close(&client);
+    return NULL;
+}
+
+TEST(many_clients_at_once_all_get_their_answers) {
+    enum { COUNT = 64 };
+    pthread_t thread[COUNT];
+    char *text = message("/v1/trajectories", "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"start\":0,\"stop\":1,"
+                                             "\"step\":0.01}}");
+    struct crowd crowd = {test_server_start(NULL), text, 0};
+    REQUIRE(crowd.server != NULL);
+    for (int i = 0; i < COUNT; i++) pthread_create(&thread[i], NULL, crowd_member, &crowd);
+    for (int i = 0; i < COUNT; i++) pthread_join(thread[i], NULL);
+    CHECK_INT(crowd.good, 10 * COUNT);
+    free(text);
+    test_server_stop(&crowd.server);
+}
+
+/* messages that a server must refuse (RFC 9112), each on a connection that it must then close */
+static const struct {
+    const char *what, *text;
+    int status;
+} malformed[] = {
+    {"no request line", "\001\002\003\r\n\r\n", 0},
+    {"no version", "GET /healthz\r\n\r\n", 0},
+    {"no Host", "GET /healthz HTTP/1.1\r\n\r\n", 400},
+    {"two Hosts", "GET /healthz HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n", 400},
+    {"two lengths that differ",
+     "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: 2\r\n"
+     "Content-Length: 40\r\n\r\n{}GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n",
+     400},
+    {"a negative length",
+     "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: -1\r\n\r\n", 400},
+    {"a length that is no number",
+     "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: 2x\r\n\r\n{}", 400},
+    {"a length beyond all bounds",
+     "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+     "Content-Length: 99999999999999999999999\r\n\r\n{}",
+     0},
+    {"a length and a transfer coding",
+     "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: 3\r\n"
+     "Transfer-Encoding: chunked\r\n\r\n0\r\n\r\nGET /healthz HTTP/1.1\r\nHost: x\r\n\r\n",
+     400},
+    {"an unknown transfer coding",
+     "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nTransfer-Encoding: gzip\r\n\r\n{}", 0},
+    {"a chunk size that is no number",
+     "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nTransfer-Encoding: chunked\r\n\r\n"
+     "zz\r\n{}\r\n0\r\n\r\n",
+     400},
+};
+
+TEST(malformed_messages_are_refused_and_the_connection_closed) {
+    struct test_server *server = test_server_start(NULL);
+    struct test_client client;
+    struct test_reply reply;
+    REQUIRE(server != NULL);
+    for (size_t i = 0; i < sizeof malformed / sizeof *malformed; i++) {
+        REQUIRE(test_client_open(&client, test_server_port(server)));
+        test_client_say(&client, malformed[i].text);
+        int status = test_client_receive(&client, &reply, 0, 10);
+        test_reply_clear(&reply);
+        /* 0: any refusal will do, even a closed connection; never an answer */
+        if (malformed[i].status)
+            CHECK_SAYING(status == malformed[i].status, "%s: status %d", malformed[i].what, status);
+        else
+            CHECK_SAYING(status == 0 || (status >= 400 && status < 600), "%s: status %d", malformed[i].what, status);
+        CHECK_SAYING(test_client_ended(&client, 10), "%s: the connection goes on", malformed[i].what);
+        test_client_close(&client);
+        CHECK_SAYING(still_healthy(server), "%s: not healthy afterwards", malformed[i].what);
+    }
+    test_server_stop(&server);
+}
+
+TEST(a_head_without_end_is_refused) {
+    struct test_server *server = test_server_start(NULL);
+    struct test_client client;
+    struct test_reply reply;
+    char line[1024];
+    memset(line, 'a', sizeof line - 1);
+    line[sizeof line - 1] = 0;
+    REQUIRE(server != NULL);
+    REQUIRE(test_client_open(&client, test_server_port(server)));
+    test_client_say(&client, "GET /healthz HTTP/1.1\r\nHost: x\r\nX: ");
+    for (int i = 0; i < 1024; i++)
+        if (!test_client_say(&client, line)) break;
+    int status = test_client_receive(&client, &reply, 0, 10);
+    CHECK_SAYING(status == 0 || status == 413 || status == 431 || status == 400, "status %d", status);
+    test_reply_clear(&reply);
+    test_client_close(&client);
+    CHECK(still_healthy(server));
+    test_server_stop(&server);
+}

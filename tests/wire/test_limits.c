@@ -1,0 +1,127 @@
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/wire/ask.h"
+
+/* sends a POST of the long computation and does not wait for its answer */
+static int begin_long(struct test_client *client, struct test_server *server, double span) {
+    char head[256];
+    const char *body = ask_long(span);
+    if (!test_client_open(client, test_server_port(server))) return 0;
+    snprintf(
+        head, sizeof head,
+        "POST /v1/trajectories HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: %zu\r\n\r\n",
+        strlen(body));
+    return test_client_say(client, head) && test_client_say(client, body);
+}
+
+static void check_retry_after(const struct test_reply *reply) {
+    const char *seconds = test_reply_header(reply, "Retry-After");
+    CHECK_SAYING(seconds && atoi(seconds) > 0, "Retry-After is %s", seconds);
+}
+
+TEST(a_body_that_stops_in_the_middle_gets_408) {
+    static const char *const options[] = {"--body-seconds", "0.3", NULL};
+    struct test_server *server = test_server_start(options);
+    struct test_client client;
+    struct test_reply reply;
+    REQUIRE(server != NULL);
+    REQUIRE(test_client_open(&client, test_server_port(server)));
+    test_client_say(&client, "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+                             "Content-Length: 50\r\n\r\n{\"pendulum\":");
+    double begin = test_clock();
+    test_client_receive(&client, &reply, 0, 20);
+    ask_problem(&reply, 408, NULL);
+    test_reply_record(&reply, "POST", "/v1/trees");
+    test_reply_clear(&reply);
+    CHECK(test_client_ended(&client, 10));
+    double seconds = test_clock() - begin;
+    CHECK_SAYING(seconds < 10, "it took %.1f s", seconds);
+    test_client_close(&client);
+    test_server_stop(&server);
+}
+
+TEST(a_head_that_drips_runs_out_of_time) {
+    static const char *const options[] = {"--header-seconds", "0.5", NULL};
+    struct test_server *server = test_server_start(options);
+    struct test_client client;
+    REQUIRE(server != NULL);
+    REQUIRE(test_client_open(&client, test_server_port(server)));
+    test_client_say(&client, "GET /healthz HTTP/1.1\r\nHost: x\r\nX: ");
+    double begin = test_clock();
+    int gone = 0;
+    while (!gone && test_clock() - begin < 20) {
+        gone = !test_client_say(&client, "a");
+        test_sleep(0.1);
+    }
+    CHECK_SAYING(gone, "after 20 s the server still listens to the head");
+    test_client_close(&client);
+    test_server_stop(&server);
+}
+
+TEST(a_full_queue_is_answered_503) {
+    static const char *const options[] = {"--workers", "1", "--max-queue", "1", NULL};
+    struct test_server *server = test_server_start(options);
+    struct test_client busy, waiting;
+    struct test_reply reply;
+    REQUIRE(server != NULL);
+    REQUIRE(begin_long(&busy, server, 1000));
+    test_sleep(0.2);
+    REQUIRE(begin_long(&waiting, server, 1000));
+    test_sleep(0.2);
+    ask(server, &reply, "/v1/trajectories", ASK_EXAMPLE);
+    ask_problem(&reply, 503, NULL);
+    check_retry_after(&reply);
+    test_reply_clear(&reply);
+    /* what needs no worker is answered all the same */
+    CHECK_INT(test_request(server, &reply, "GET", "/healthz", "", NULL), 200);
+    test_reply_clear(&reply);
+    test_client_close(&busy);
+    test_client_close(&waiting);
+    test_server_stop(&server);
+}
+
+TEST(a_computation_that_outruns_its_time_is_answered_503) {
+    static const char *const options[] = {"--max-compute-seconds", "1", NULL};
+    struct test_server *server = test_server_start(options);
+    struct test_reply reply;
+    REQUIRE(server != NULL);
+    double begin = test_clock();
+    ask(server, &reply, "/v1/trajectories", ask_long(10000));
+    ask_problem(&reply, 503, NULL);
+    CHECK_SAYING(strstr(reply.body, "max-compute-seconds") != NULL, "the limit is not named: %s", reply.body);
+    double seconds = test_clock() - begin;
+    CHECK_SAYING(seconds < 10, "it took %.1f s", seconds);
+    test_reply_clear(&reply);
+    test_server_stop(&server);
+}
+
+TEST(a_draining_server_is_not_ready_and_takes_nothing_new) {
+    struct test_server *server = test_server_start(NULL);
+    struct test_client open, busy;
+    struct test_reply reply;
+    REQUIRE(server != NULL);
+    REQUIRE(test_client_open(&open, test_server_port(server)));
+    test_client_say(&open, "GET /readyz HTTP/1.1\r\nHost: x\r\n\r\n");
+    CHECK_INT(test_client_receive(&open, &reply, 0, 10), 200);
+    test_reply_clear(&reply);
+    REQUIRE(begin_long(&busy, server, 1000));
+    test_sleep(0.2);
+    test_server_signal(server, SIGTERM);
+    test_sleep(0.2);
+    /* the connection that was open is answered 503, or is closed */
+    test_client_say(&open, "GET /readyz HTTP/1.1\r\nHost: x\r\n\r\n");
+    int status = test_client_receive(&open, &reply, 0, 10);
+    CHECK_SAYING(status == 503 || status == 0, "status %d", status);
+    test_reply_clear(&reply);
+    /* the client leaves, and so nothing holds the server up any more */
+    test_client_close(&busy);
+    test_client_close(&open);
+    double begin = test_clock();
+    CHECK_INT(test_server_wait(server), 0);
+    double seconds = test_clock() - begin;
+    CHECK_SAYING(seconds < 5, "it took %.1f s", seconds);
+    test_server_stop(&server);
+}

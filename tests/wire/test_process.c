@@ -1,0 +1,156 @@
+#include <arpa/inet.h>
+#include <math.h>
+#include <netinet/in.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "tests/wire/ask.h"
+
+TEST(help_and_version_are_told_on_standard_output) {
+    static const char *const help[] = {"--help", NULL}, *const version[] = {"--version", NULL};
+    char text[16384];
+    CHECK_INT(test_server_run(help, text, sizeof text), 0);
+    CHECK(strstr(text, "--listen") && strstr(text, "--workers") && strstr(text, "--max-arms"));
+    CHECK_INT(test_server_run(version, text, sizeof text), 0);
+    CHECK(strstr(text, "pendulumd") != NULL);
+}
+
+TEST(a_bad_option_is_a_clear_message_and_status_2) {
+    static const struct {
+        const char *option[3], *word;
+    } bad[] = {
+        {{"--lisen", "127.0.0.1:0", NULL}, "lisen"},
+        {{"--listen", "nowhere", NULL}, "listen"},
+        {{"--listen", "127.0.0.1:99999", NULL}, "listen"},
+        {{"--workers", "minus", NULL}, "workers"},
+        {{"--workers", "-1", NULL}, "workers"},
+        {{"--max-arms", "0", NULL}, "max-arms"},
+        {{"--listen", NULL, NULL}, "listen"},
+        {{"stray", NULL, NULL}, "stray"},
+    };
+    char text[4096];
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        int status = test_server_run(bad[i].option, text, sizeof text);
+        CHECK_SAYING(status == 2, "%s %s ended with %d", bad[i].option[0], bad[i].option[1], status);
+        CHECK_SAYING(strstr(text, bad[i].word) != NULL, "the message is: %s", text);
+    }
+}
+
+TEST(a_port_in_use_is_a_clear_message) {
+    struct test_server *server = test_server_start(NULL);
+    char address[40], text[4096];
+    REQUIRE(server != NULL);
+    snprintf(address, sizeof address, "127.0.0.1:%d", test_server_port(server));
+    const char *const options[] = {"--listen", address, NULL};
+    CHECK(test_server_run(options, text, sizeof text) > 0);
+    CHECK_SAYING(strstr(text, address) && strstr(text, "in use"), "the message is: %s", text);
+    test_server_stop(&server);
+}
+
+TEST(it_listens_on_ipv6) {
+    static const char *const options[] = {"--listen", "[::1]:0", NULL};
+    int probe = socket(AF_INET6, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    struct sockaddr_in6 address = {.sin6_family = AF_INET6, .sin6_addr = in6addr_loopback};
+    if (probe < 0 || bind(probe, (struct sockaddr *)&address, sizeof address) != 0) {
+        test_skip("this machine has no IPv6 loopback");
+        if (probe >= 0) close(probe);
+        return;
+    }
+    close(probe);
+    struct test_server *server = test_server_start(options);
+    struct test_client client = {.fd = socket(AF_INET6, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+    struct test_reply reply;
+    REQUIRE(server != NULL);
+    CHECK(strstr(test_server_log(server), "listening on http://[::1]:") != NULL);
+    address.sin6_port = htons((uint16_t)test_server_port(server));
+    CHECK(connect(client.fd, (struct sockaddr *)&address, sizeof address) == 0);
+    test_client_say(&client, "GET /healthz HTTP/1.1\r\nHost: [::1]\r\n\r\n");
+    CHECK_INT(test_client_receive(&client, &reply, 0, 10), 200);
+    test_reply_clear(&reply);
+    test_client_close(&client);
+    test_server_stop(&server);
+}
+
+TEST(every_request_leaves_one_json_line_in_the_log) {
+    struct test_reply reply;
+    struct test_server *server = test_server_start(NULL);
+    REQUIRE(server != NULL);
+    ask(server, &reply, "/v1/trees", ASK_LITTLE);
+    test_reply_clear(&reply);
+    test_request(server, &reply, "GET", "/no%22where?q=%5c", "", NULL);
+    test_reply_clear(&reply);
+    test_server_signal(server, SIGTERM);
+    CHECK_INT(test_server_wait(server), 0);
+    int lines = 0;
+    const char *log = test_server_log(server);
+    for (const char *line = log; *line; line += strcspn(line, "\n"), line += *line == '\n') {
+        if (*line != '{' || !strncmp(line, "{}", 2)) continue;
+        cJSON *entry = cJSON_ParseWithLength(line, strcspn(line, "\n"));
+        CHECK_SAYING(entry != NULL, "not JSON: %.200s", line);
+        const cJSON *status = cJSON_GetObjectItemCaseSensitive(entry, "status");
+        if (status) {
+            CHECK_INT(status->valueint, lines ? 404 : 200);
+            CHECK_TEXT(cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(entry, "method")), lines ? "GET" : "POST");
+            lines++;
+        }
+        cJSON_Delete(entry);
+    }
+    CHECK_INT(lines, 2);
+    test_server_stop(&server);
+}
+
+/* how much of the long computation takes about a second here */
+static double span_of_a_second(struct test_server *server) {
+    struct test_reply reply;
+    double begin = test_clock();
+    ask(server, &reply, "/v1/trajectories", ask_long(1));
+    test_reply_clear(&reply);
+    return fmin(100, 1 / (test_clock() - begin));
+}
+
+TEST(a_drain_lets_the_running_request_finish) {
+    struct test_server *server = test_server_start(NULL);
+    struct test_client client;
+    struct test_reply reply;
+    char head[256];
+    REQUIRE(server != NULL);
+    REQUIRE(test_client_open(&client, test_server_port(server)));
+    const char *body = ask_long(span_of_a_second(server));
+    snprintf(head, sizeof head,
+             "POST /v1/trajectories HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+             "Content-Length: %zu\r\n\r\n",
+             strlen(body));
+    test_client_say(&client, head);
+    test_client_say(&client, body);
+    test_sleep(0.15);
+    test_server_signal(server, SIGTERM);
+    CHECK_INT(test_client_receive(&client, &reply, 0, 60), 200);
+    cJSON *answer = ask_json(&reply);
+    CHECK_INT(cJSON_GetArraySize(cJSON_GetObjectItemCaseSensitive(answer, "phi")), 5);
+    cJSON_Delete(answer);
+    test_reply_clear(&reply);
+    CHECK(test_client_ended(&client, 10));
+    test_client_close(&client);
+    CHECK_INT(test_server_wait(server), 0);
+    test_server_stop(&server);
+}
+
+TEST(an_idle_server_goes_at_once_on_sigterm_and_on_sigint) {
+    for (int i = 0; i < 2; i++) {
+        struct test_server *server = test_server_start(NULL);
+        struct test_client idle;
+        REQUIRE(server != NULL);
+        REQUIRE(test_client_open(&idle, test_server_port(server)));
+        double begin = test_clock();
+        test_server_signal(server, i ? SIGINT : SIGTERM);
+        CHECK_INT(test_server_wait(server), 0);
+        double seconds = test_clock() - begin;
+        CHECK_SAYING(seconds < 5, "it took %.1f s", seconds);
+        test_client_close(&idle);
+        test_server_stop(&server);
+    }
+}

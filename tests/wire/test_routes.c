@@ -1,0 +1,217 @@
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "tests/wire/ask.h"
+
+/* every route with a request that it must answer, and a word that must stand in the answer */
+static const struct {
+    const char *method, *path, *body, *type, *word;
+} route[] = {
+    {"POST", "/v1/trees", ASK_LITTLE, "application/json", "\"subtree_mass\""},
+    {"POST", "/v1/trajectories", ASK_EXAMPLE, "application/json", "\"lambda\""},
+    {"POST", "/v1/forces", "{\"pendulum\":" ASK_DOUBLE ",\"state\":{\"theta\":[0,0]}}", "application/json", "\"zdd\""},
+    {"POST", "/v1/modes", ASK_LITTLE, "application/json", "\"omega\""},
+    {"GET", "/v1/presets", NULL, "application/json", "double"},
+    {"GET", "/openapi.json", NULL, "application/json", "\"openapi\""},
+    {"GET", "/healthz", NULL, NULL, ""},
+    {"GET", "/readyz", NULL, NULL, ""},
+};
+enum { ROUTES = sizeof route / sizeof *route };
+
+TEST(every_route_answers) {
+    struct test_reply reply;
+    struct test_server *server = test_server_start(NULL);
+    REQUIRE(server != NULL);
+    for (int i = 0; i < ROUTES; i++) {
+        CHECK_INT(test_request(server, &reply, route[i].method, route[i].path, "", route[i].body), 200);
+        const char *type = test_reply_header(&reply, "Content-Type");
+        if (route[i].type) CHECK_TEXT(type, route[i].type);
+        CHECK_SAYING(reply.body && strstr(reply.body, route[i].word), "%s has no %s", route[i].path, route[i].word);
+        test_reply_clear(&reply);
+    }
+    test_server_stop(&server);
+}
+
+TEST(every_preset_can_be_fetched_and_integrated) {
+    struct test_reply reply, one;
+    struct test_server *server = test_server_start(NULL);
+    REQUIRE(server != NULL);
+    test_request(server, &reply, "GET", "/v1/presets", "", NULL);
+    cJSON *answer = ask_json(&reply);
+    const cJSON *presets = cJSON_GetObjectItemCaseSensitive(answer, "presets"), *preset;
+    CHECK(cJSON_GetArraySize(presets) >= 11);
+    cJSON_ArrayForEach(preset, presets) {
+        char path[160];
+        const char *name = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(preset, "name"));
+        snprintf(path, sizeof path, "/v1/presets/%s", name ? name : "");
+        CHECK_INT(test_request(server, &one, "GET", path, "", NULL), 200);
+        cJSON *got = ask_json(&one), *body = cJSON_CreateObject();
+        test_reply_clear(&one);
+        cJSON_AddItemToObject(body, "pendulum", cJSON_DetachItemFromObjectCaseSensitive(got, "pendulum"));
+        cJSON_AddItemToObject(body, "initial", cJSON_DetachItemFromObjectCaseSensitive(got, "initial"));
+        cJSON_AddItemToObject(body, "times", cJSON_Parse("[0,0.5,1]"));
+        char *text = cJSON_PrintUnformatted(body);
+        CHECK_SAYING(ask(server, &one, "/v1/trajectories", text) == 200, "%s: %s: %.300s", path, text, one.body);
+        test_reply_clear(&one);
+        cJSON_free(text);
+        cJSON_Delete(body);
+        cJSON_Delete(got);
+    }
+    cJSON_Delete(answer);
+    test_reply_clear(&reply);
+    test_server_stop(&server);
+}
+
+TEST(head_answers_what_get_does_without_a_body) {
+    struct test_reply get, head;
+    struct test_server *server = test_server_start(NULL);
+    REQUIRE(server != NULL);
+    for (int i = 0; i < ROUTES; i++) {
+        if (strcmp(route[i].method, "GET") != 0) continue;
+        int status = test_request(server, &get, "GET", route[i].path, "", NULL);
+        CHECK_INT(test_request(server, &head, "HEAD", route[i].path, "", NULL), status);
+        const char *length = test_reply_header(&head, "Content-Length");
+        if (length) CHECK_INT(strtoll(length, NULL, 10), (long long)get.body_bytes);
+        const char *type_of_head = test_reply_header(&head, "Content-Type");
+        CHECK_TEXT(type_of_head, test_reply_header(&get, "Content-Type"));
+        test_reply_clear(&get);
+        test_reply_clear(&head);
+    }
+    test_server_stop(&server);
+}
+
+/* true when a comma-separated list names a word */
+static int listed(const char *list, const char *word) {
+    size_t bytes = strlen(word);
+    for (; list && *list; list += strcspn(list, ","), list += *list == ',') {
+        list += strspn(list, " ");
+        if (!strncasecmp(list, word, bytes) && (!list[bytes] || list[bytes] == ',' || list[bytes] == ' ')) return 1;
+    }
+    return 0;
+}
+
+TEST(options_and_wrong_methods_say_what_is_allowed) {
+    static const char *const wrong[] = {"DELETE", "PUT", "PATCH"};
+    struct test_reply reply;
+    struct test_server *server = test_server_start(NULL);
+    REQUIRE(server != NULL);
+    for (int i = 0; i < ROUTES; i++) {
+        int status = test_request(server, &reply, "OPTIONS", route[i].path, "", NULL);
+        CHECK_SAYING(status == 204 || status == 200, "OPTIONS %s gave %d", route[i].path, status);
+        CHECK(listed(test_reply_header(&reply, "Allow"), route[i].method));
+        CHECK(listed(test_reply_header(&reply, "Allow"), "OPTIONS"));
+        test_reply_clear(&reply);
+        for (int k = 0; k < 3; k++) {
+            test_request(server, &reply, wrong[k], route[i].path, "", NULL);
+            ask_problem(&reply, 405, NULL);
+            CHECK(listed(test_reply_header(&reply, "Allow"), route[i].method));
+            CHECK(!listed(test_reply_header(&reply, "Allow"), wrong[k]));
+            test_reply_clear(&reply);
+        }
+    }
+    test_server_stop(&server);
+}
+
+/* requests that are refused: what is sent, the status, and where the fault is */
+static const struct {
+    const char *method, *path, *headers, *body;
+    int status;
+    const char *pointer;
+} refused[] = {
+    {"GET", "/", "", NULL, 404, NULL},
+    {"GET", "/nothing", "", NULL, 404, NULL},
+    {"GET", "/v1/presets/no-such-thing", "", NULL, 404, NULL},
+    {"GET", "/v1/trees/", "", NULL, 404, NULL},
+    {"GET", "/v1/trajectories", "", NULL, 405, NULL},
+    {"POST", "/v1/trees", "Accept: image/png\r\n", ASK_LITTLE, 406, NULL},
+    {"POST", "/v1/trajectories", "Accept: text/html\r\n", ASK_LITTLE, 406, NULL},
+    {"POST", "/v1/trees", "Content-Type: text/plain\r\n", ASK_LITTLE, 415, NULL},
+    {"POST", "/v1/trees", "Content-Type: application/x-www-form-urlencoded\r\n", ASK_LITTLE, 415, NULL},
+    {"POST", "/v1/trees", "", "", 400, NULL},
+    {"POST", "/v1/trees", "", "{", 400, NULL},
+    {"POST", "/v1/trees", "", "{\"pendulum\":" ASK_DOUBLE "} x", 400, NULL},
+    {"POST", "/v1/trees", "", "{\"pendulum\":" ASK_DOUBLE ",\"pendulum\":" ASK_DOUBLE "}", 400, NULL},
+    {"POST", "/v1/trees", "", "{\"pendulum\":{\"length\":[1e999],\"mass\":[1],\"parent\":[0]}}", 400, NULL},
+    {"POST", "/v1/trees", "", "{\"pendulum\":{\"length\":[NaN],\"mass\":[1],\"parent\":[0]}}", 400, NULL},
+    {"POST", "/v1/trees", "", "[]", 422, NULL},
+    {"POST", "/v1/trees", "", "{}", 422, "/pendulum"},
+    {"POST", "/v1/trees", "", "{\"pendulum\":" ASK_DOUBLE ",\"colour\":1}", 422, "/colour"},
+    {"POST", "/v1/trees", "", "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,0],\"parent\":[0,1]}}", 422,
+     "/pendulum/mass/1"},
+    {"POST", "/v1/trees", "", "{\"pendulum\":{\"length\":[-1,1],\"mass\":[1,0],\"parent\":[0,1]}}", 422,
+     "/pendulum/length/0"},
+    {"POST", "/v1/trees", "", "{\"pendulum\":{\"L\":[1,1],\"m\":[1,1],\"S\":[[1,0],[1,2]]}}", 422, "/pendulum/S/1/1"},
+    {"POST", "/v1/forces", "", "{\"pendulum\":" ASK_DOUBLE ",\"state\":{\"phi\":[0]}}", 422, "/state/phi"},
+    {"POST", "/v1/modes", "", "{\"pendulum\":" ASK_DOUBLE ",\"normalize\":\"big\"}", 422, "/normalize"},
+    {"POST", "/v1/trajectories", "", "{\"pendulum\":" ASK_DOUBLE ",\"times\":[0,2,1]}", 422, "/times/2"},
+    {"POST", "/v1/trajectories", "", "{\"pendulum\":" ASK_DOUBLE ",\"times\":[0,1],\"rtol\":5}", 422, "/rtol"},
+    {"POST", "/v1/trajectories", "", "{\"pendulum\":" ASK_DOUBLE ",\"times\":[0,1],\"method\":\"euler\"}", 422,
+     "/method"},
+};
+
+TEST(requests_that_cannot_be_answered_are_refused_with_their_problem) {
+    struct test_reply reply;
+    struct test_server *server = test_server_start(NULL);
+    REQUIRE(server != NULL);
+    for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {
+        test_request(server, &reply, refused[i].method, refused[i].path, refused[i].headers, refused[i].body);
+        if (reply.status != refused[i].status)
+            printf("  %s %s %s%.100s\n", refused[i].method, refused[i].path, refused[i].headers,
+                   refused[i].body ? refused[i].body : "");
+        ask_problem(&reply, refused[i].status, refused[i].pointer);
+        test_reply_clear(&reply);
+    }
+    test_server_stop(&server);
+}
+
+TEST(a_body_above_the_limit_is_refused_before_it_is_read) {
+    static const char *const options[] = {"--max-body-bytes", "4096", NULL};
+    struct test_reply reply;
+    struct test_client client;
+    struct test_server *server = test_server_start(options);
+    REQUIRE(server != NULL);
+    /* announced too large: the answer comes though no byte of the body is sent */
+    REQUIRE(test_client_open(&client, test_server_port(server)));
+    test_client_say(&client, "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+                             "Content-Length: 4097\r\n\r\n");
+    test_client_receive(&client, &reply, 0, 10);
+    ask_problem(&reply, 413, NULL);
+    test_reply_record(&reply, "POST", "/v1/trees");
+    test_reply_clear(&reply);
+    test_client_close(&client);
+    /* not announced: chunks that go on and on */
+    REQUIRE(test_client_open(&client, test_server_port(server)));
+    test_client_say(&client, "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+                             "Transfer-Encoding: chunked\r\n\r\n");
+    char chunk[1100] = "400\r\n";
+    memset(chunk + 5, ' ', 1024);
+    strcpy(chunk + 5 + 1024, "\r\n");
+    for (int i = 0; i < 8; i++)
+        if (!test_client_say(&client, chunk)) break;
+    test_client_say(&client, "0\r\n\r\n");
+    test_client_receive(&client, &reply, 0, 10);
+    ask_problem(&reply, 413, NULL);
+    test_reply_record(&reply, "POST", "/v1/trees");
+    test_reply_clear(&reply);
+    test_client_close(&client);
+    CHECK_INT(ask(server, &reply, "/v1/trees", ASK_LITTLE), 200);
+    test_reply_clear(&reply);
+    test_server_stop(&server);
+}
+
+TEST(csv_comes_when_it_is_asked_for) {
+    struct test_reply reply;
+    struct test_server *server = test_server_start(NULL);
+    REQUIRE(server != NULL);
+    CHECK_INT(test_request(server, &reply, "POST", "/v1/trajectories", "Accept: text/csv\r\n", ASK_EXAMPLE), 200);
+    const char *type = test_reply_header(&reply, "Content-Type");
+    CHECK_SAYING(type && !strncmp(type, "text/csv", 8), "the type is %s", type);
+    CHECK(reply.body && !strncmp(reply.body, "t,phi_1,phi_2,phi_3,phi_4,phid_1,", 33));
+    int lines = 0;
+    for (const char *at = reply.body; at && *at; at++) lines += *at == '\n';
+    CHECK_INT(lines, 502);
+    test_reply_clear(&reply);
+    test_server_stop(&server);
+}
