@@ -114,6 +114,9 @@ tsan: ## the server's tests under the thread sanitizer
 bench: $(B)/tests/bench/run ## how fast the pieces are, in about a minute
 	$< $(T)
 
+bench-modes: $(B)/tests/bench/modes/run ## modes against LAPACK, ARPACK and GSL where these are installed, in a minute
+	$< $(T)
+
 valgrind: ## the quick tests, and the server, under valgrind
 	@$(CHECK) ONLY='valgrind-%'; $(COUNT)
 
@@ -183,6 +186,10 @@ $(B)/tests/bench/run: $(call objects,tests/bench) $(API) $(B)/libpendulum.a $(B)
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
+$(B)/tests/bench/modes/run: $(call objects,tests/bench/modes) $(B)/libpendulum.a $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS) -ldl
+
 # these two files change when the flags or the list of source files do, and so cause what depends on them to be redone
 $(B)/flags: changed
 	@$(call remember,$(CC) $(CXX) $(CFLAGS_ALL) $(CXXFLAGS_ALL))
@@ -192,5 +199,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench debug install uninstall clean test asan tsan valgrind rules lint format format-check changed
+.PHONY: help run check build bench bench-modes debug install uninstall clean test asan tsan valgrind rules lint format format-check changed
 .DELETE_ON_ERROR:

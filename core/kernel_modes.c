@@ -2,30 +2,39 @@
 
 #include <math.h>
 
+#include "core/lanes.h"
+
 /* compiled once for every instruction set: see the Makefile */
 #if defined(__AVX512F__)
-enum { LANES = 8 };
+enum { WIDTH = 8 };
+typedef lanes8 lanes;
+#define kernel_fma lanes8_fma
+#define kernel_all lanes8_of
 #elif defined(__AVX2__)
-enum { LANES = 4 };
+enum { WIDTH = 4 };
+typedef lanes4 lanes;
+#define kernel_fma lanes4_fma
+#define kernel_all lanes4_of
 #else
-enum { LANES = 2 };
+enum { WIDTH = 2 };
+typedef lanes2 lanes;
+#define kernel_fma lanes2_fma
+#define kernel_all lanes2_of
 #endif
 
-/* two vectors of shifts keep the divider busy where the tree is a chain */
-#ifndef PAIRS
-#define PAIRS 4
-#endif
-enum { PAIR = PAIRS, GROUP = PAIR * LANES };
+/* several vectors of shifts side by side keep the processor busy where the tree is a chain */
+enum { PAIR = 4, GROUP = PAIR * WIDTH };
 
-typedef double lanes __attribute__((vector_size(LANES * sizeof(double))));
-typedef unsigned long long sign_bits __attribute__((vector_size(LANES * sizeof(double))));
-typedef long long masks __attribute__((vector_size(LANES * sizeof(double))));
+typedef long long masks __attribute__((vector_size(WIDTH * sizeof(double))));
+typedef unsigned long long sign_bits __attribute__((vector_size(WIDTH * sizeof(double))));
 
 #define KERNEL_PASTE(isa) pend_modes_kernel_for_##isa
 #define KERNEL_NAME(isa) KERNEL_PASTE(isa)
 #define INLINE static inline __attribute__((always_inline))
 
-INLINE lanes kernel_all(double value) { return (lanes){0} + value; }
+/* Added to each pivot in parts of its spring: far below round-off, yet no pivot vanishes, and sums over pivots that
+ * nearly do keep their digits. */
+#define KERNEL_TINY 0x1p-57
 
 INLINE lanes kernel_pick(masks where, lanes yes, lanes no) {
     return (lanes)((where & (masks)yes) | (~where & (masks)no));
@@ -37,23 +46,25 @@ struct pulls {
 };
 
 struct tally {
-    lanes shift[PAIR], log_rate[PAIR], log_bend[PAIR];
+    lanes minus_shift[PAIR], log_rate[PAIR], log_bend[PAIR];
     sign_bits below[PAIR];
 };
 
 /* what the children pull becomes what the node itself pulls */
-INLINE void probe_node(struct tally *tally, struct pulls *pulls, double spring, double mass, double tiny) {
+INLINE void probe_node(struct tally *tally, struct pulls *pulls, double spring, double mass) {
+    double tiny = spring * KERNEL_TINY;
     for (int i = 0; i < PAIR; i++) {
-        lanes t = pulls->value[i] - tally->shift[i] * mass, d = (t + spring) + tiny, inverse = 1.0 / d;
-        lanes ratio = spring * inverse, slope = (pulls->rate[i] - mass) * inverse, square = slope * slope;
-        lanes bend = pulls->bend[i] * inverse - square;
-        tally->below[i] += (sign_bits)d >> 63;
+        lanes t = kernel_fma(tally->minus_shift[i], kernel_all(mass), pulls->value[i]);
+        lanes inverse = 1.0 / ((t + spring) + tiny), slope = (pulls->rate[i] - mass) * inverse;
+        lanes square = slope * slope, bend = kernel_fma(pulls->bend[i], inverse, -square);
+        tally->below[i] += (sign_bits)inverse >> 63;
         tally->log_rate[i] += slope;
         tally->log_bend[i] -= bend;
-        pulls->value[i] = ratio * t;
-        ratio *= spring;
-        pulls->rate[i] = ratio * slope;
-        pulls->bend[i] = ratio * (bend - square);
+        inverse *= spring;
+        pulls->value[i] = inverse * t;
+        inverse *= spring;
+        pulls->rate[i] = inverse * slope;
+        pulls->bend[i] = inverse * (bend - square);
     }
 }
 
@@ -68,26 +79,25 @@ INLINE void pulls_add(struct pulls *sum, const struct pulls *more) {
 static void probe_group(const struct pend_laplacian *laplacian, struct tally *result) {
     const double *spring = laplacian->spring, *mass = laplacian->mass;
     const unsigned char *turn = laplacian->turn;
-    double tiny = laplacian->tiny;
     struct tally tally = *result;
     struct pulls stack[PEND_LAPLACIAN_STACK], pulls = {0};
     int top = 0;
     for (int k = laplacian->n - 1; k >= 0; k--) switch (turn[k]) {
         case 0: /* inside a chain, or the first sibling with arms on it */
-            probe_node(&tally, &pulls, spring[k], mass[k], tiny);
+            probe_node(&tally, &pulls, spring[k], mass[k]);
             break;
         case PEND_TURN_LEAF: /* a new branch begins; what is under way waits */
             stack[top++] = pulls;
             pulls = (struct pulls){0};
-            probe_node(&tally, &pulls, spring[k], mass[k], tiny);
+            probe_node(&tally, &pulls, spring[k], mass[k]);
             break;
         case PEND_TURN_NEXT: /* a branch ends beside siblings that wait */
-            probe_node(&tally, &pulls, spring[k], mass[k], tiny);
+            probe_node(&tally, &pulls, spring[k], mass[k]);
             pulls_add(&pulls, &stack[--top]);
             break;
         default: { /* a single arm beside siblings */
             struct pulls leaf = {0};
-            probe_node(&tally, &leaf, spring[k], mass[k], tiny);
+            probe_node(&tally, &leaf, spring[k], mass[k]);
             pulls_add(&pulls, &leaf);
         }
         }
@@ -99,28 +109,23 @@ static void kernel_probe(const struct pend_laplacian *laplacian, int count, stru
         struct tally tally = {0};
         int size = count - begin < GROUP ? count - begin : GROUP;
         for (int i = 0; i < GROUP; i++)
-            tally.shift[i / LANES][i % LANES] = probe[begin + (i < size ? i : size - 1)].shift;
+            tally.minus_shift[i / WIDTH][i % WIDTH] = -probe[begin + (i < size ? i : size - 1)].shift;
         probe_group(laplacian, &tally);
         for (int i = 0; i < size; i++) {
-            probe[begin + i].below = (int)tally.below[i / LANES][i % LANES];
-            probe[begin + i].log_rate = tally.log_rate[i / LANES][i % LANES];
-            probe[begin + i].log_bend = tally.log_bend[i / LANES][i % LANES];
+            probe[begin + i].below = (int)tally.below[i / WIDTH][i % WIDTH];
+            probe[begin + i].log_rate = tally.log_rate[i / WIDTH][i % WIDTH];
+            probe[begin + i].log_bend = tally.log_bend[i / WIDTH][i % WIDTH];
         }
     }
 }
 
-/* Arrays of the twisted factorization, LANES entries a node. */
+/* Arrays of the twisted factorization, WIDTH entries a node. */
 struct twist {
     lanes *t;       /* pivot from below, without the node's own spring */
     lanes *inverse; /* 1 / (t + c) */
     lanes *above;   /* what pulls from above, c u / (u + c); the sums over earlier siblings, then the arm's y */
     lanes *tip;     /* sums over later siblings; 1 / (u + c); then x */
 };
-
-/* a pivot that vanished becomes a tiny one */
-INLINE lanes twist_guard(lanes pivot, double spring) {
-    return kernel_pick(pivot == 0, kernel_all(spring * 1e-30), pivot);
-}
 
 /* leaves inwards */
 static void twist_up(const struct pend_laplacian *laplacian, lanes shift, struct twist w) {
@@ -133,7 +138,7 @@ static void twist_up(const struct pend_laplacian *laplacian, lanes shift, struct
             stack[top++] = pull;
             pull = (lanes){0};
         }
-        lanes t = pull - shift * laplacian->mass[k], inverse = 1.0 / twist_guard(t + spring, spring);
+        lanes t = pull - shift * laplacian->mass[k], inverse = 1.0 / ((t + spring) + spring * KERNEL_TINY);
         w.t[k] = t;
         w.inverse[k] = inverse;
         pull = spring * (t * inverse);
@@ -162,7 +167,7 @@ static masks twist_down(const struct pend_laplacian *laplacian, lanes shift, str
                 u += w.tip[k];
                 w.above[end[k]] = earlier + spring * (w.t[k] * w.inverse[k]);
             }
-            lanes inverse = 1.0 / twist_guard(u + spring, spring);
+            lanes inverse = 1.0 / ((u + spring) + spring * KERNEL_TINY);
             w.tip[k] = inverse;
             w.above[k] = spring * (u * inverse);
         }
@@ -213,21 +218,21 @@ static void kernel_vectors(const struct pend_laplacian *laplacian, const double 
     size_t n = (size_t)laplacian->n;
     lanes shift, *room = (lanes *)work;
     struct twist w = {room, room + n, room + 2 * n, room + 3 * n};
-    for (int i = 0; i < LANES; i++) shift[i] = value[i];
+    for (int i = 0; i < WIDTH; i++) shift[i] = value[i];
     twist_up(laplacian, shift, w);
     masks at = twist_down(laplacian, shift, w);
-    for (int i = 0; i < LANES; i++) twist_climb(laplacian, w, (int)at[i], i);
+    for (int i = 0; i < WIDTH; i++) twist_climb(laplacian, w, (int)at[i], i);
     lanes square = twist_spread(laplacian, w, at), scale;
-    for (int i = 0; i < LANES; i++) scale[i] = 1 / sqrt(square[i]);
+    for (int i = 0; i < WIDTH; i++) scale[i] = 1 / sqrt(square[i]);
     for (int k = 0; k < laplacian->n; k++) {
         lanes theta = w.above[k] * (scale * (1 / laplacian->len[k]));
-        for (int i = 0; i < LANES; i++) vector[i][k] = theta[i];
+        for (int i = 0; i < WIDTH; i++) vector[i][k] = theta[i];
     }
     for (int k = 0; tip && k < laplacian->n; k++) {
         lanes x = w.tip[k] * scale;
-        for (int i = 0; i < LANES; i++) tip[i][k] = x[i];
+        for (int i = 0; i < WIDTH; i++) tip[i][k] = x[i];
     }
 }
 
 const struct pend_modes_kernel KERNEL_NAME(PEND_ISA);
-const struct pend_modes_kernel KERNEL_NAME(PEND_ISA) = {LANES, kernel_probe, kernel_vectors};
+const struct pend_modes_kernel KERNEL_NAME(PEND_ISA) = {WIDTH, kernel_probe, kernel_vectors};
