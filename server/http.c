@@ -199,8 +199,8 @@ static enum MHD_Result http_head(struct http_connection *connection, const char 
     connection->refused = !http_check_head(connection, method);
     if (connection->refused) {
         /* an answer at this point ends the connection; where nothing speaks for that, the body is read first */
-        int keep = !exchange->close && exchange->length >= 0 && exchange->length <= HTTP_UNREAD;
-        if (keep) return MHD_YES;
+        int keep = exchange->length >= 0 && exchange->length <= HTTP_UNREAD && !exchange->field[SRV_EXPECT];
+        if (keep && !exchange->close) return MHD_YES;
         exchange->close = 1;
         return http_answer(connection);
     }
