@@ -199,8 +199,8 @@ static enum MHD_Result http_head(struct http_connection *connection, const char 
     connection->refused = !http_check_head(connection, method);
     if (connection->refused) {
         /* an answer at this point ends the connection; where nothing speaks for that, the body is read first */
-        int keep = !exchange->close && exchange->length >= 0 && exchange->length <= HTTP_UNREAD;
-        if (keep) return MHD_YES;
+        int keep = exchange->length >= 0 && exchange->length <= HTTP_UNREAD && !exchange->field[SRV_EXPECT];
+        if (keep && !exchange->close) return MHD_YES;
         exchange->close = 1;
         return http_answer(connection);
     }
@@ -391,10 +391,11 @@ static int http_room(struct srv_http *http, int fd) {
 }
 
 static void http_connect(struct srv_http *http, struct MHD_Connection *mhd, void **socket) {
-    const union MHD_ConnectionInfo *info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD);
+    /* read at once: from 1.0 on the next question overwrites the answer */
+    int fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
     http_here = http;
     http->connections++;
-    struct http_connection *connection = http_room(http, info->connect_fd) ? calloc(1, sizeof *connection) : NULL;
+    struct http_connection *connection = http_room(http, fd) ? calloc(1, sizeof *connection) : NULL;
     *socket = connection;
     if (!connection) return;
     srv_exchange_init(&connection->exchange, http->service);
@@ -404,10 +405,10 @@ static void http_connect(struct srv_http *http, struct MHD_Connection *mhd, void
     connection->http = http;
     connection->mhd = mhd;
     connection->surplus = http->connections > (int)http->service->config.connections;
-    connection->watched.fd = info->connect_fd;
+    connection->watched.fd = fd;
     connection->watched.left = http_left;
     srv_watch_add(http->watch, &connection->watched, connection->surplus ? http_deadline(1) : 0);
-    http->by_fd[info->connect_fd] = connection;
+    http->by_fd[fd] = connection;
 }
 
 static void http_disconnect(struct srv_http *http, void **socket) {

@@ -63,6 +63,7 @@ static int message_length(struct srv_exchange *exchange) {
     double limit = exchange->service->config.limits.body_bytes;
     exchange->length = exchange->field[SRV_TRANSFER_ENCODING] ? -1 : length ? strtoll(length, NULL, 10) : 0;
     if ((double)exchange->length <= limit) return 1;
+    exchange->close = 1;
     return message_refuse(exchange, 413, "the body has %lld bytes, more than the limit max-body-bytes of %.0f",
                           (long long)exchange->length, limit);
 }
