@@ -55,34 +55,64 @@ static void jets_factor(const struct jets_system *s) {
     s->nu[0] = num_of(1);
 }
 
-/* T and c of order k, the real and imaginary parts of the known u'' and lambda u, and what follows from them alone */
+/* what follows from T and c alone, and sums set to nothing for the sweeps of order k */
+static inline void jets_prepare(const struct jets_system *s, int k, int a, wide Tr, wide Ti, wide cr, wide ci) {
+    wide_put(s->wind_re + a, Tr);
+    wide_put(s->wind_im + a, Ti);
+    wide_put(s->drag_re + a, cr);
+    wide_put(s->drag_im + a, ci);
+    wide_put(s->heave + a, wide_mul(wide_mul(wide_get(s->weight + a), wide_of(k + 1)), Ti));
+    wide_put(s->sum_push + a, wide_of(0));
+    wide_put(s->sum_side + a, wide_of(0));
+    wide_put(s->sum_cos + a, wide_of(0));
+    wide_put(s->sum_sin + a, wide_of(0));
+    wide_put(s->early + a, wide_of(0));
+}
+
+/*
+ * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass: what is loaded serves
+ * both. Row -1 of the forces is zero.
+ */
 static void jets_known(const struct jets_system *s, int k) {
     size_t stride = s->stride;
     for (int a = 0; a < s->n; a += WIDE) {
-        const num *re = s->turn_re + a, *im = s->turn_im + a, *rate = s->rate + a, *force = s->force + a;
-        wide Tr = wide_of(0), Ti = wide_of(0), cr = wide_of(0), ci = wide_of(0);
-        for (int j = 1; j <= k; j++) {
-            wide ur = wide_get(re + (size_t)j * stride), ui = wide_get(im + (size_t)j * stride);
-            wide w = wide_get(rate + (size_t)(k + 1 - j) * stride), f = wide_get(force + (size_t)(k - j) * stride);
+        const num *re = s->turn_re + 2 * stride + a, *im = s->turn_im + 2 * stride + a;
+        const num *rate = s->rate + (size_t)k * stride + a, *force = s->force + a + (size_t)k * stride - stride;
+        wide w = wide_get(rate), f = wide_get(force), first = wide_get(s->rate + a);
+        // u_1 is imaginary
+        wide Tr = wide_of(0), Ti = wide_mul(first, w), cr = wide_of(0), ci = wide_mul(first, f);
+        wide next_Tr = wide_of(0), next_Ti = wide_of(0), next_cr = wide_of(0), next_ci = wide_of(0);
+        for (int j = 2; j <= k + 1; j++, re += stride, im += stride) {
+            wide ur = wide_get(re), ui = wide_get(im);
+            next_Tr = wide_fma(ur, w, next_Tr);
+            next_Ti = wide_fma(ui, w, next_Ti);
+            next_cr = wide_fma(ur, f, next_cr);
+            next_ci = wide_fma(ui, f, next_ci);
+            rate -= stride, force -= stride;
+            w = wide_get(rate), f = wide_get(force);
             Tr = wide_fma(ur, w, Tr);
             Ti = wide_fma(ui, w, Ti);
             cr = wide_fma(ur, f, cr);
             ci = wide_fma(ui, f, ci);
         }
-        wide w = wide_get(rate);
-        Tr = wide_fma(wide_get(re + (size_t)(k + 1) * stride), w, Tr);
-        Ti = wide_fma(wide_get(im + (size_t)(k + 1) * stride), w, Ti);
-        wide heave = wide_mul(wide_mul(wide_get(s->weight + a), wide_of(k + 1)), Ti);
-        wide_put(s->wind_re + a, Tr);
-        wide_put(s->wind_im + a, Ti);
-        wide_put(s->drag_re + a, cr);
-        wide_put(s->drag_im + a, ci);
-        wide_put(s->heave + a, heave);
-        wide_put(s->sum_push + a, wide_of(0));
-        wide_put(s->sum_side + a, wide_of(0));
-        wide_put(s->sum_cos + a, wide_of(0));
-        wide_put(s->sum_sin + a, wide_of(0));
-        wide_put(s->early + a, wide_of(0));
+        jets_prepare(s, k, a, Tr, Ti, cr, ci);
+        wide_put(s->next_wind_re + a, next_Tr);
+        wide_put(s->next_wind_im + a, next_Ti);
+        wide_put(s->next_drag_re + a, next_cr);
+        wide_put(s->next_drag_im + a, next_ci);
+    }
+}
+
+/* T and c of order k, the second of two: the terms that were missing */
+static void jets_complete(const struct jets_system *s, int k) {
+    size_t stride = s->stride, now = (size_t)k * stride, last = now + stride;
+    for (int a = 0; a < s->n; a += WIDE) {
+        wide first = wide_get(s->rate + a);
+        wide Tr = wide_fma(wide_get(s->turn_re + last + a), first, wide_get(s->next_wind_re + a));
+        wide Ti = wide_fma(wide_get(s->turn_im + last + a), first, wide_get(s->next_wind_im + a));
+        Ti = wide_fma(first, wide_get(s->rate + now + a), Ti);
+        wide ci = wide_fma(first, wide_get(s->force + (now - stride) + a), wide_get(s->next_drag_im + a));
+        jets_prepare(s, k, a, Tr, Ti, wide_get(s->next_drag_re + a), ci);
     }
 }
 
@@ -158,7 +188,8 @@ static void jets_orders(const struct jets_system *s, num gravity, int order) {
         wide_put(s->turn_im + s->stride + a, wide_get(s->rate + a));
     }
     for (int k = 0; k < order; k++) {
-        jets_known(s, k);
+        if (k % 2) jets_complete(s, k);
+        else jets_known(s, k);
         jets_up(s);
         jets_down(s, k ? num_of(0) : gravity);
         jets_learn(s, k);

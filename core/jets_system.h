@@ -25,7 +25,8 @@ typedef JETS_NUM num;
         X(early)                                                        /* sum over the children met so far */         \
         X(wind_re) X(wind_im)                                           /* T, the known part of u' */                  \
         X(drag_re) X(drag_im)                                           /* c, the known part of lambda u */            \
-        X(heave)                                                        /* S l (k + 1) Im T */                         \
+        X(next_wind_re) X(next_wind_im) X(next_drag_re) X(next_drag_im) /* of the order after */                            \
+    X(heave)                                                        /* S l (k + 1) Im T */                         \
         X(push) X(bias) X(side)                                         /* h, f, and the known force across the arm */ \
         X(sum_push) X(sum_side) X(sum_cos) X(sum_sin) X(tension) X(radial) X(tangential) /* acceleration of the tip */ \
         X(from_radial) X(from_tangential)                                                /* the same of the parent */
