@@ -62,7 +62,6 @@ static inline void jets_prepare(const struct jets_system *s, int k, int a, wide 
     wide_put(s->drag_re + a, cr);
     wide_put(s->drag_im + a, ci);
     wide_put(s->heave + a, wide_mul(wide_mul(wide_get(s->weight + a), wide_of(k + 1)), Ti));
-    wide_put(s->sum_push + a, wide_of(0));
     wide_put(s->sum_side + a, wide_of(0));
     wide_put(s->sum_cos + a, wide_of(0));
     wide_put(s->sum_sin + a, wide_of(0));
@@ -70,8 +69,8 @@ static inline void jets_prepare(const struct jets_system *s, int k, int a, wide 
 }
 
 /*
- * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass: what is loaded serves
- * both. Row -1 of the forces is zero.
+ * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass: what is loaded
+ * serves both. Row -1 of the forces is zero.
  */
 static void jets_known(const struct jets_system *s, int k) {
     size_t stride = s->stride;
@@ -116,47 +115,72 @@ static void jets_complete(const struct jets_system *s, int k) {
     }
 }
 
-/* leaves to root: the constant part of the force an arm asks for */
-static void jets_up(const struct jets_system *s) {
-    for (int k = s->n - 1; k >= 0; k--) {
-        num side = num_sub(s->drag_im[k], s->sum_cos[k]);
-        num push = num_add(num_sub(num_mul(s->lean[k], side), s->sum_sin[k]), s->sum_push[k]);
-        num bias = num_sub(push, s->heave[k]);
-        s->side[k] = side;
-        s->push[k] = push;
-        s->bias[k] = bias;
-        if (!k) break;
+/* known forces: along and across every arm, its children's included; the rest of each sweep's start */
+static void jets_gather(const struct jets_system *s) {
+    for (int k = s->n - 1; k > 0; k--) {
         int p = s->parent[k];
-        s->late[k] = s->sum_side[p];
-        s->sum_push[p] = num_fma(s->kappa[k], bias, s->sum_push[p]);
-        s->sum_side[p] = num_fma(s->sine[k], bias, s->sum_side[p]);
         s->sum_cos[p] = num_fma(s->cosine[k], s->drag_im[k], s->sum_cos[p]);
         s->sum_sin[p] = num_fma(s->sine[k], s->drag_im[k], s->sum_sin[p]);
     }
+    for (int a = 0; a < s->n; a += WIDE) {
+        wide side = wide_sub(wide_get(s->drag_im + a), wide_get(s->sum_cos + a));
+        wide_put(s->side + a, side);
+        wide_put(s->push + a, wide_sub(wide_mul(wide_get(s->lean + a), side), wide_get(s->sum_sin + a)));
+    }
 }
 
-/* the constant part of lambda + c_r of arm k > 0, tension first: the siblings' part leaves k itself out */
-static num jets_tension(const struct jets_system *s, int k, int p) {
-    num others = num_add(s->early[p], s->late[k]);
-    s->early[p] = num_fma(s->sine[k], s->bias[k], s->early[p]);
-    return num_fma(s->tau[k], num_sub(s->side[p], others), num_mul(s->nu[k], s->bias[k]));
-}
-
-/* root to leaves: accelerations of the tips in their arms' frames; the pivot has i gravity */
-static void jets_down(const struct jets_system *s, num gravity) {
-    num lift = num_mul(s->sine[0], gravity);
-    for (int k = 0; k < s->n; k++) {
+/* leaves to root: the constant part of the force an arm asks for */
+static void jets_up(const struct jets_system *s) {
+    jets_gather(s);
+    for (int k = s->n - 1; k > 0; k--) {
         int p = s->parent[k];
-        num ar = p < 0 ? num_of(0) : s->radial[p], at = p < 0 ? gravity : s->tangential[p];
-        num tension = p < 0 ? num_fma(s->eff[0], lift, s->bias[0]) : jets_tension(s, k, p);
-        num shift = num_mul(num_sub(tension, s->push[k]), s->inv_eff[k]);
-        num radial = num_fma(s->kappa[k], ar, shift);
-        s->radial[k] = radial;
-        s->tangential[k] =
-            num_mul(s->inv[k], num_sub(num_sub(s->side[k], s->sum_side[k]), num_mul(s->sum_r[k], radial)));
+        num bias = num_sub(s->push[k], s->heave[k]);
+        s->bias[k] = bias;
+        s->late[k] = s->sum_side[p];
+        s->push[p] = num_fma(s->kappa[k], bias, s->push[p]);
+        s->sum_side[p] = num_fma(s->sine[k], bias, s->sum_side[p]);
+    }
+    s->bias[0] = num_sub(s->push[0], s->heave[0]);
+}
+
+/* the constant part of mu, tension first: the siblings' part leaves the arm itself out */
+static void jets_tension(const struct jets_system *s, num gravity) {
+    s->others[0] = s->from_side[0] = num_of(0);
+    for (int k = 1; k < s->n; k++) {
+        int p = s->parent[k];
+        num early = s->early[p];
+        s->others[k] = num_add(early, s->late[k]);
+        s->early[p] = num_fma(s->sine[k], s->bias[k], early);
+        s->from_side[k] = s->side[p];
+    }
+    for (int a = 0; a < s->n; a += WIDE) {
+        wide across = wide_sub(wide_get(s->from_side + a), wide_get(s->others + a));
+        wide tension = wide_fma(wide_get(s->tau + a), across, wide_mul(wide_get(s->nu + a), wide_get(s->bias + a)));
+        wide_put(s->tension + a, tension);
+        wide_put(s->shift + a, wide_mul(wide_sub(tension, wide_get(s->push + a)), wide_get(s->inv_eff + a)));
+        wide rest = wide_sub(wide_get(s->side + a), wide_get(s->sum_side + a));
+        wide_put(s->rest + a, wide_mul(rest, wide_get(s->inv + a)));
+    }
+    // the root hangs on the pivot, which has i gravity
+    num lift = num_mul(s->sine[0], gravity);
+    s->tension[0] = num_fma(s->eff[0], lift, s->bias[0]);
+    s->shift[0] = num_mul(num_sub(s->tension[0], s->push[0]), s->inv_eff[0]);
+}
+
+/* root to leaves: accelerations of the tips in their arms' frames */
+static void jets_down(const struct jets_system *s, num gravity) {
+    jets_tension(s, gravity);
+    s->from_radial[0] = num_of(0);
+    s->from_tangential[0] = gravity;
+    s->radial[0] = s->shift[0];
+    s->tangential[0] = num_sub(s->rest[0], num_mul(s->lean[0], s->radial[0]));
+    for (int k = 1; k < s->n; k++) {
+        int p = s->parent[k];
+        num ar = s->radial[p], radial = num_fma(s->kappa[k], ar, s->shift[k]);
         s->from_radial[k] = ar;
-        s->from_tangential[k] = at;
-        s->tension[k] = tension;
+        s->from_tangential[k] = s->tangential[p];
+        s->radial[k] = radial;
+        s->tangential[k] = num_sub(s->rest[k], num_mul(s->lean[k], radial));
     }
 }
 
@@ -188,8 +212,10 @@ static void jets_orders(const struct jets_system *s, num gravity, int order) {
         wide_put(s->turn_im + s->stride + a, wide_get(s->rate + a));
     }
     for (int k = 0; k < order; k++) {
-        if (k % 2) jets_complete(s, k);
-        else jets_known(s, k);
+        if (k % 2)
+            jets_complete(s, k);
+        else
+            jets_known(s, k);
         jets_up(s);
         jets_down(s, k ? num_of(0) : gravity);
         jets_learn(s, k);
