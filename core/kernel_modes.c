@@ -1,6 +1,7 @@
 #include "core/modes_kernel.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "core/lanes.h"
 
@@ -119,12 +120,12 @@ static void kernel_probe(const struct pend_laplacian *laplacian, int count, stru
     }
 }
 
-/* Arrays of the twisted factorization, WIDTH entries a node. */
+/* Arrays of the twisted factorization, WIDTH entries a node. What a division can restore is not kept: for large trees
+ * the time goes into memory. */
 struct twist {
-    lanes *t;       /* pivot from below, without the node's own spring */
-    lanes *inverse; /* 1 / (t + c) */
-    lanes *above;   /* what pulls from above, c u / (u + c); the sums over earlier siblings, then the arm's y */
-    lanes *tip;     /* sums over later siblings; 1 / (u + c); then x */
+    lanes *t;     /* pivot from below, without the node's own spring */
+    lanes *above; /* what pulls from above, c u / (u + c); before, the sums over earlier siblings */
+    lanes *tip;   /* sums over later siblings; then 1 / (u + c); then x */
 };
 
 /* leaves inwards */
@@ -138,10 +139,9 @@ static void twist_up(const struct pend_laplacian *laplacian, lanes shift, struct
             stack[top++] = pull;
             pull = (lanes){0};
         }
-        lanes t = pull - shift * laplacian->mass[k], inverse = 1.0 / ((t + spring) + spring * KERNEL_TINY);
+        lanes t = kernel_fma(-shift, kernel_all(laplacian->mass[k]), pull);
         w.t[k] = t;
-        w.inverse[k] = inverse;
-        pull = spring * (t * inverse);
+        pull = spring * (t / ((t + spring) + spring * KERNEL_TINY));
         if (turn & PEND_TURN_NEXT) {
             w.tip[k] = stack[--top];
             pull += stack[top];
@@ -152,28 +152,28 @@ static void twist_up(const struct pend_laplacian *laplacian, lanes shift, struct
 /* root outwards; returns the node with the smallest |gamma| / m of every lane */
 static masks twist_down(const struct pend_laplacian *laplacian, lanes shift, struct twist w) {
     const int *parent = laplacian->parent, *end = laplacian->end;
-    lanes least = kernel_all(INFINITY);
+    lanes least = kernel_all(INFINITY), least_mass = kernel_all(1);
     masks at = {0};
+    w.above[0] = kernel_all(laplacian->spring[0]);
     for (int k = 0; k < laplacian->n; k++) {
-        double spring = laplacian->spring[k];
-        if (!k) {
-            w.above[0] = kernel_all(spring);
-        } else {
+        double spring = laplacian->spring[k], mass = laplacian->mass[k];
+        if (k) {
             /* everything at the parent but this branch */
             int p = parent[k];
-            lanes u = w.above[p] - shift * laplacian->mass[p], earlier = {0};
+            lanes u = kernel_fma(-shift, kernel_all(laplacian->mass[p]), w.above[p]), earlier = {0};
             if (k > p + 1) u += earlier = w.above[k];
             if (laplacian->turn[k] & PEND_TURN_NEXT) {
                 u += w.tip[k];
-                w.above[end[k]] = earlier + spring * (w.t[k] * w.inverse[k]);
+                w.above[end[k]] = earlier + spring * (w.t[k] / ((w.t[k] + spring) + spring * KERNEL_TINY));
             }
             lanes inverse = 1.0 / ((u + spring) + spring * KERNEL_TINY);
             w.tip[k] = inverse;
             w.above[k] = spring * (u * inverse);
         }
-        lanes gamma = w.t[k] + w.above[k], size = kernel_pick(gamma < 0, -gamma, gamma) * (1 / laplacian->mass[k]);
-        masks less = size < least;
+        lanes gamma = w.t[k] + w.above[k], size = kernel_pick(gamma < 0, -gamma, gamma);
+        masks less = size * least_mass < least * mass;
         least = kernel_pick(less, size, least);
+        least_mass = kernel_pick(less, kernel_all(mass), least_mass);
         at = (less & ((masks){0} + k)) | (~less & at);
     }
     return at;
@@ -191,47 +191,71 @@ static void twist_climb(const struct pend_laplacian *laplacian, struct twist w, 
     }
 }
 
-/* from the climbed ways into all other branches; returns sum m x^2 */
-static lanes twist_spread(const struct pend_laplacian *laplacian, struct twist w, masks at) {
+/* writes WIDTH nodes of every lane to the lanes' rows */
+INLINE void twist_store(lanes node[WIDTH], int k, double *row[]) {
+#pragma GCC unroll 8
+    for (int i = 0; i < WIDTH; i++) {
+        lanes across;
+#pragma GCC unroll 8
+        for (int j = 0; j < WIDTH; j++) across[j] = node[j][i];
+        memcpy(row[i] + k, &across, sizeof across);
+    }
+}
+
+/* from the climbed ways into all other branches; angles go to their rows; returns sum m x^2 */
+static lanes twist_spread(const struct pend_laplacian *laplacian, struct twist w, masks at, double *row[]) {
     const int *end = laplacian->end;
-    lanes total = {0}, sum = {0};
-    for (int k = 0; k < laplacian->n; k++) {
-        lanes x = w.tip[k];
+    lanes total = {0}, sum = {0}, theta[WIDTH];
+    int n = laplacian->n, whole = n - n % WIDTH;
+    for (int k = 0; k < n; k++) {
+        double spring = laplacian->spring[k];
+        lanes x = w.tip[k], y = w.above[k];
         if (k) {
             masks climbed = (at >= k) & (at < end[k]);
-            lanes from = w.tip[laplacian->parent[k]], inverse = w.inverse[k];
-            x = kernel_pick(climbed, x, from * (laplacian->spring[k] * inverse));
-            w.above[k] = kernel_pick(climbed, w.above[k], -from * (w.t[k] * inverse));
+            lanes t = w.t[k], pull = w.tip[laplacian->parent[k]] / ((t + spring) + spring * KERNEL_TINY);
+            x = kernel_pick(climbed, x, pull * spring);
+            y = kernel_pick(climbed, y, -pull * t);
             w.tip[k] = x;
         }
-        sum += laplacian->mass[k] * (x * x);
+        sum = kernel_fma(laplacian->mass[k] * x, x, sum);
         if (k % 256 == 255) {
             total += sum;
             sum = (lanes){0};
         }
+        theta[k % WIDTH] = y * (1 / laplacian->len[k]);
+        if (k % WIDTH == WIDTH - 1) twist_store(theta, k + 1 - WIDTH, row);
     }
+    for (int k = whole; k < n; k++)
+        for (int i = 0; i < WIDTH; i++) row[i][k] = theta[k - whole][i];
     return total + sum;
+}
+
+static void twist_tips(int n, struct twist w, lanes scale, double *row[]) {
+    lanes node[WIDTH];
+    int whole = n - n % WIDTH;
+    for (int k = 0; k < whole; k += WIDTH) {
+        for (int j = 0; j < WIDTH; j++) node[j] = w.tip[k + j] * scale;
+        twist_store(node, k, row);
+    }
+    for (int k = whole; k < n; k++)
+        for (int i = 0; i < WIDTH; i++) row[i][k] = w.tip[k][i] * scale[i];
 }
 
 static void kernel_vectors(const struct pend_laplacian *laplacian, const double value[], double work[],
                            double *vector[], double *tip[]) {
     size_t n = (size_t)laplacian->n;
     lanes shift, *room = (lanes *)work;
-    struct twist w = {room, room + n, room + 2 * n, room + 3 * n};
+    struct twist w = {room, room + n, room + 2 * n};
     for (int i = 0; i < WIDTH; i++) shift[i] = value[i];
     twist_up(laplacian, shift, w);
     masks at = twist_down(laplacian, shift, w);
     for (int i = 0; i < WIDTH; i++) twist_climb(laplacian, w, (int)at[i], i);
-    lanes square = twist_spread(laplacian, w, at), scale;
-    for (int i = 0; i < WIDTH; i++) scale[i] = 1 / sqrt(square[i]);
-    for (int k = 0; k < laplacian->n; k++) {
-        lanes theta = w.above[k] * (scale * (1 / laplacian->len[k]));
-        for (int i = 0; i < WIDTH; i++) vector[i][k] = theta[i];
+    lanes square = twist_spread(laplacian, w, at, vector), scale;
+    for (int i = 0; i < WIDTH; i++) {
+        scale[i] = 1 / sqrt(square[i]);
+        for (size_t k = 0; k < n; k++) vector[i][k] *= scale[i];
     }
-    for (int k = 0; tip && k < laplacian->n; k++) {
-        lanes x = w.tip[k] * scale;
-        for (int i = 0; i < WIDTH; i++) tip[i][k] = x[i];
-    }
+    if (tip) twist_tips(laplacian->n, w, scale, tip);
 }
 
 const struct pend_modes_kernel KERNEL_NAME(PEND_ISA);

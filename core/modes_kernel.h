@@ -25,7 +25,7 @@ struct pend_modes_kernel {
      * Eigenvectors by twisted factorization, of mass norm 1.
      *
      * value   `lanes` eigenvalues to full precision.
-     * work    4 * lanes * n doubles, aligned to 64.
+     * work    3 * lanes * n doubles, aligned to 64.
      * vector  out, `lanes` pointers to n angles each; lanes of no interest may share one.
      * tip     out, the same for the tip displacements; NULL to skip.
      */
