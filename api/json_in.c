@@ -7,14 +7,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include <cjson/cJSON.h>
+
 #include "api/json_scan.h"
 #include "api/number.h"
 #include "api/text.h"
 
 struct api_json {
-    struct api_node *nodes;
+    cJSON *root;
     double *numbers;
-    char *texts;
+    struct api_scan_array *arrays;
 };
 
 enum { FOUND_TEXT = 40, NAME_BYTES = 64, POINTER_DEPTH = 128, NEAR_EDITS = 2 };
@@ -23,27 +25,27 @@ enum { FOUND_TEXT = 40, NAME_BYTES = 64, POINTER_DEPTH = 128, NEAR_EDITS = 2 };
 
 void api_json_free(struct api_json **document) {
     if (!*document) return;
-    free((*document)->nodes);
+    cJSON_Delete((*document)->root);
     free((*document)->numbers);
-    free((*document)->texts);
+    free((*document)->arrays);
     free(*document);
     *document = NULL;
 }
 
-/* gives back what a growing table did not use; where that fails the table simply stays */
+/* gives back what a growing array did not use; where that fails the array simply stays */
 static void *json_shrink(void *items, size_t bytes) {
     void *shrunk = bytes ? realloc(items, bytes) : items;
     return shrunk ? shrunk : items;
 }
 
-/* takes the tables of a finished scan */
-static void json_take(struct api_json *document, struct api_scan *scan) {
-    document->nodes = json_shrink(scan->nodes, scan->node_count * sizeof *scan->nodes);
+/* takes the tables of a finished scan and parses its rest */
+static enum pend_status json_take(struct api_json *document, struct api_scan *scan) {
     document->numbers = json_shrink(scan->numbers, scan->number_count * sizeof *scan->numbers);
-    document->texts = json_shrink(scan->texts.data, scan->texts.bytes);
-    scan->nodes = NULL;
+    document->arrays = json_shrink(scan->arrays, scan->array_count * sizeof *scan->arrays);
     scan->numbers = NULL;
-    scan->texts.data = NULL;
+    scan->arrays = NULL;
+    document->root = cJSON_ParseWithLength(scan->rest.data, scan->rest.bytes);
+    return document->root ? PEND_OK : PEND_NO_MEMORY; /* the rest is JSON for certain */
 }
 
 enum pend_status api_json_new(struct api_json **document, const char *text, size_t bytes, int depth_cap,
@@ -53,9 +55,9 @@ enum pend_status api_json_new(struct api_json **document, const char *text, size
     enum pend_status status = api_scan_run(&scan, text, bytes, depth_cap, problem);
     if (status != PEND_OK) goto out;
     status = PEND_NO_MEMORY;
-    if (!(*document = malloc(sizeof **document))) goto out;
-    json_take(*document, &scan);
-    status = PEND_OK;
+    if (!(*document = calloc(1, sizeof **document))) goto out;
+    status = json_take(*document, &scan);
+    if (status != PEND_OK) api_json_free(document);
 out:
     api_scan_clear(&scan);
     return status;
@@ -64,94 +66,85 @@ out:
 /* looking */
 
 struct api_value api_json_root(const struct api_json *document) {
-    return (struct api_value){.document = document, .node = document->nodes};
+    return (struct api_value){.document = document, .node = document->root};
 }
 
-static int value_is_double(const struct api_value *value);
+/* the table entry of an array of numbers, or NULL */
+static const struct api_scan_array *value_array(const struct api_value *value);
 
-/* the node of a value, or NULL where it is missing or is an item of an array of numbers, which has none */
-static const struct api_node *value_node(const struct api_value *value) {
-    return value_is_double(value) ? NULL : value->node;
-}
-
-/* an item of an array of numbers: it points at the double itself */
+/* an item of an array of numbers: its node is the double itself */
 static int value_is_double(const struct api_value *value) {
-    if (!value->node || !value->parent || value->key) return 0;
-    const struct api_node *array = value_node(value->parent);
-    return array && array->kind == API_NODE_NUMBERS;
+    return value->node && value->parent && !value->key && value_array(value->parent);
+}
+
+static const struct api_scan_array *value_array(const struct api_value *value) {
+    const cJSON *node = value->node;
+    if (!node || value_is_double(value) || !cJSON_IsNumber(node) || !(node->valuedouble < 0)) return NULL;
+    return &value->document->arrays[(size_t)(-node->valuedouble - 1)];
 }
 
 enum api_kind api_value_kind(const struct api_value *value) {
-    static const enum api_kind kinds[] = {
-        [API_NODE_NULL] = API_NULL,     [API_NODE_FALSE] = API_BOOL,    [API_NODE_TRUE] = API_BOOL,
-        [API_NODE_NUMBER] = API_NUMBER, [API_NODE_TEXT] = API_STRING,   [API_NODE_NUMBERS] = API_ARRAY,
-        [API_NODE_ARRAY] = API_ARRAY,   [API_NODE_OBJECT] = API_OBJECT,
-    };
-    const struct api_node *node = value_node(value);
-    return node ? kinds[node->kind] : value->node ? API_NUMBER : API_MISSING;
+    const cJSON *node = value->node;
+    if (!node) return API_MISSING;
+    if (value_is_double(value)) return API_NUMBER;
+    if (cJSON_IsNumber(node)) return node->valuedouble < 0 ? API_ARRAY : API_NUMBER;
+    if (cJSON_IsString(node)) return API_STRING;
+    if (cJSON_IsObject(node)) return API_OBJECT;
+    if (cJSON_IsArray(node)) return API_ARRAY;
+    return cJSON_IsBool(node) ? API_BOOL : API_NULL;
 }
 
 static struct api_value value_child(const struct api_value *parent, const void *node, const char *key, int index) {
     return (struct api_value){parent->document, node, parent, key, index};
 }
 
-/* the first item or member, and the one after a node; NULL where there is none */
-static const struct api_node *node_first(const struct api_node *node) {
-    return node && node->kind >= API_NODE_ARRAY && node->count ? node + 1 : NULL;
-}
-
-static const struct api_node *node_next(const struct api_json *document, const struct api_node *node) {
-    return node->next ? &document->nodes[node->next] : NULL;
-}
-
 struct api_value api_value_member(const struct api_value *object, const char *key) {
-    const struct api_node *node = NULL;
-    if (api_value_kind(object) == API_OBJECT) node = node_first(value_node(object));
-    while (node && strcmp(object->document->texts + node->key, key)) node = node_next(object->document, node);
+    const cJSON *node = NULL;
+    if (api_value_kind(object) == API_OBJECT) node = cJSON_GetObjectItemCaseSensitive(object->node, key);
     return value_child(object, node, key, 0);
 }
 
 int api_value_count(const struct api_value *value) {
-    const struct api_node *node = value_node(value);
-    return node && node->kind >= API_NODE_NUMBERS ? (int)node->count : 0;
+    enum api_kind kind = api_value_kind(value);
+    const struct api_scan_array *array = value_array(value);
+    if (array) return array->count;
+    return kind == API_ARRAY || kind == API_OBJECT ? cJSON_GetArraySize(value->node) : 0;
 }
 
 struct api_value api_value_item(const struct api_value *array, int i) {
-    const struct api_node *node = value_node(array), *item = NULL;
-    if (node && node->kind == API_NODE_NUMBERS) {
-        const double *numbers = array->document->numbers;
-        return value_child(array, i < (int)node->count ? &numbers[node->at + (uint32_t)i] : NULL, NULL, i);
-    }
-    if (node && node->kind == API_NODE_ARRAY) item = node_first(node);
-    for (int k = 0; k < i && item; k++) item = node_next(array->document, item);
-    return value_child(array, item, NULL, i);
+    const struct api_scan_array *entry = value_array(array);
+    const void *node = NULL;
+    if (entry)
+        node = i < entry->count ? &array->document->numbers[entry->first + (size_t)i] : NULL;
+    else if (api_value_kind(array) == API_ARRAY)
+        node = cJSON_GetArrayItem(array->node, i);
+    return value_child(array, node, NULL, i);
 }
 
 struct api_value api_value_next(const struct api_value *item) {
-    const struct api_node *node = value_node(item);
     if (!item->node) return *item;
-    if (!node) return api_value_item(item->parent, item->index + 1);
-    return value_child(item->parent, node_next(item->document, node), NULL, item->index + 1);
+    if (value_is_double(item)) return api_value_item(item->parent, item->index + 1);
+    return value_child(item->parent, ((const cJSON *)item->node)->next, NULL, item->index + 1);
 }
 
 const double *api_value_numbers(const struct api_value *array, int *count) {
     static const double none = 0;
-    const struct api_node *node = value_node(array);
-    if (!node || node->kind != API_NODE_NUMBERS) return NULL;
-    *count = (int)node->count;
-    return node->count ? &array->document->numbers[node->at] : &none;
+    const struct api_scan_array *entry = value_array(array);
+    if (!entry) return NULL;
+    *count = entry->count;
+    return entry->count ? &array->document->numbers[entry->first] : &none;
 }
 
 const char *api_value_text(const struct api_value *value) {
-    const struct api_node *node = value_node(value);
-    return node && node->kind == API_NODE_TEXT ? value->document->texts + node->at : NULL;
+    return api_value_kind(value) == API_STRING ? ((const cJSON *)value->node)->valuestring : NULL;
 }
 
 double api_value_number(const struct api_value *value) {
-    const struct api_node *node = value_node(value);
-    if (!node) return value->node ? *(const double *)value->node : 0;
-    if (node->kind == API_NODE_NUMBER) return value->document->numbers[node->at];
-    return node->kind == API_NODE_TRUE;
+    enum api_kind kind = api_value_kind(value);
+    if (kind == API_BOOL) return cJSON_IsTrue((const cJSON *)value->node);
+    if (kind != API_NUMBER) return 0;
+    if (value_is_double(value)) return *(const double *)value->node;
+    return value->document->numbers[(size_t)((const cJSON *)value->node)->valuedouble];
 }
 
 /* pointers */
@@ -287,10 +280,9 @@ static void value_fault_unknown(const struct api_value *member, const char *cons
 int api_value_only(const struct api_value *object, const char *const allowed[], struct api_problem *problem) {
     int faults = 0;
     if (api_value_kind(object) != API_OBJECT) return 0;
-    for (const struct api_node *node = node_first(value_node(object)); node; node = node_next(object->document, node)) {
-        const char *name = object->document->texts + node->key;
-        if (name_allowed(name, allowed)) continue;
-        struct api_value member = value_child(object, node, name, 0);
+    for (const cJSON *node = ((const cJSON *)object->node)->child; node; node = node->next) {
+        if (name_allowed(node->string, allowed)) continue;
+        struct api_value member = value_child(object, node, node->string, 0);
         value_fault_unknown(&member, allowed, problem);
         faults++;
     }
