@@ -49,8 +49,8 @@ struct dense_order {
 };
 
 /*
- * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass: what is loaded serves
- * both. Row -1 of the forces is zero.
+ * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass: what is loaded
+ * serves both. Row -1 of the forces is zero.
  */
 LANES_INLINE void dense_known(const struct jets_system *s, int n, int k, const struct dense_order *first,
                               struct dense_order *now, struct dense_order *next) {
@@ -158,10 +158,14 @@ LANES_INLINE void dense_orders_of(const struct jets_system *s, num gravity, int 
 
 /* all orders of a tree of up to DENSE_MAX arms whose stride is n */
 static void dense_orders(const struct jets_system *s, num gravity, int order) {
-    if (s->n == 1) dense_orders_of(s, gravity, order, 1);
-    else if (s->n == 2) dense_orders_of(s, gravity, order, 2);
-    else if (s->n == 3) dense_orders_of(s, gravity, order, 3);
-    else dense_orders_of(s, gravity, order, 4);
+    if (s->n == 1)
+        dense_orders_of(s, gravity, order, 1);
+    else if (s->n == 2)
+        dense_orders_of(s, gravity, order, 2);
+    else if (s->n == 3)
+        dense_orders_of(s, gravity, order, 3);
+    else
+        dense_orders_of(s, gravity, order, 4);
 }
 
 #endif

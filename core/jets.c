@@ -26,7 +26,7 @@ static struct jets_system jets_view(const struct pend_jets *jets) {
     struct jets_system s = {.n = jets->tree->n,
                             .stride = jets->stride,
                             .share = jets->share,
-        .parent = jets->tree->parent,
+                            .parent = jets->tree->parent,
                             .end = jets->tree->end,
                             .rate = jets->rate,
                             .force = jets->force,

@@ -62,18 +62,17 @@ static size_t ensemble_series_count(int n, int order) {
 static struct jets_system ensemble_view(const struct ensemble_lanes *lanes) {
     size_t n = (size_t)lanes->n, series = ensemble_series(lanes->n, lanes->order);
     num *at = (num *)(void *)lanes->series, *arrays = at + 4 * series;
-    struct jets_system s = {
-        .n = lanes->n,
-        .stride = n,
-        .parent = lanes->parent,
-        .end = lanes->end,
-        .share = lanes->share,
-        .rate = at,
-        .force = at + series + n, // row -1 is zero
-        .turn_re = at + 2 * series,
-        .turn_im = at + 3 * series,
+    struct jets_system s = {.n = lanes->n,
+                            .stride = n,
+                            .parent = lanes->parent,
+                            .end = lanes->end,
+                            .share = lanes->share,
+                            .rate = at,
+                            .force = at + series + n, // row -1 is zero
+                            .turn_re = at + 2 * series,
+                            .turn_im = at + 3 * series,
 #define X(name) .name = arrays + (size_t)ARRAY_##name * n,
-        JETS_ARRAYS(X)
+                            JETS_ARRAYS(X)
 #undef X
     };
     s.len = (num *)(void *)lanes->len;
@@ -106,7 +105,8 @@ LANES_INLINE num ensemble_norm(const struct jets_system *s, int j) {
     return NUM_(_log2)(norm) - (num)((mask)(norm == 0) & (mask)num_of(1e4));
 }
 
-/* the step in units, by the rule of the taylor method: the first term left out is below rtol times the motion, or atol */
+/* the step in units, by the rule of the taylor method: the first term left out is below rtol times the motion, or atol
+ */
 static num ensemble_choose(const struct ensemble_lanes *lanes, const struct jets_system *s) {
     static const double log2_of[LEADING] = {0, 1, 1.5849625007211562, 2};
     num leading[LEADING], reach = num_of(10);
@@ -171,8 +171,10 @@ static int ensemble_step(struct ensemble_lanes *lanes, unsigned char attention[]
     ensemble_start(lanes, &s, unit);
     jets_factor(&s);
     num gravity = lane_get(lanes->gravity, 0) * unit * unit;
-    if (s.n <= DENSE_MAX) dense_orders(&s, gravity, lanes->order);
-    else jets_orders(&s, gravity, lanes->order);
+    if (s.n <= DENSE_MAX)
+        dense_orders(&s, gravity, lanes->order);
+    else
+        jets_orders(&s, gravity, lanes->order);
     num x = ensemble_choose(lanes, &s), left = (stop - time) / unit;
     mask lands = (mask)(x >= left);
     num next = NUM_(_pick)(lands, stop, time + x * unit);

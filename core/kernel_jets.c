@@ -63,10 +63,14 @@ static void kernel_orders(const struct jets_system *s, const struct jets_state *
     }
     gravity *= unit * unit;
     jets_factor(s);
-    if (s->n > 8) jets_orders(s, gravity, order);
-    else if (s->n > 4) small8_orders(s, gravity, order);
-    else if (s->n > 2) small4_orders(s, gravity, order);
-    else small2_orders(s, gravity, order);
+    if (s->n > 8)
+        jets_orders(s, gravity, order);
+    else if (s->n > 4)
+        small8_orders(s, gravity, order);
+    else if (s->n > 2)
+        small4_orders(s, gravity, order);
+    else
+        small2_orders(s, gravity, order);
 }
 
 /* changes of phi and phi' and, where wanted, the new phi'' and lambda of the arms from a on, by Horner's rule */
@@ -134,10 +138,14 @@ LANES_INLINE void kernel_values_some(const struct jets_system *s, int order, dou
 
 static void kernel_values(const struct jets_system *s, int order, double x, double unit, const struct jets_state *from,
                           const struct jets_values *to) {
-    if (to->acc && to->force) kernel_values_some(s, order, x, unit, from, to, 1, 1);
-    else if (to->force) kernel_values_some(s, order, x, unit, from, to, 0, 1);
-    else if (to->acc) kernel_values_some(s, order, x, unit, from, to, 1, 0);
-    else kernel_values_some(s, order, x, unit, from, to, 0, 0);
+    if (to->acc && to->force)
+        kernel_values_some(s, order, x, unit, from, to, 1, 1);
+    else if (to->force)
+        kernel_values_some(s, order, x, unit, from, to, 0, 1);
+    else if (to->acc)
+        kernel_values_some(s, order, x, unit, from, to, 1, 0);
+    else
+        kernel_values_some(s, order, x, unit, from, to, 0, 0);
 }
 
 #define KERNEL_PASTE2(a, b) a##b

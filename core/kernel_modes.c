@@ -52,9 +52,9 @@ struct tally {
 };
 
 /* what the children pull becomes what the node itself pulls */
-INLINE void probe_node(struct tally *tally, struct pulls *pulls, double spring, double mass) {
+INLINE void probe_node(struct tally *tally, struct pulls *pulls, double spring, double mass, int pairs) {
     double tiny = spring * KERNEL_TINY;
-    for (int i = 0; i < PAIR; i++) {
+    for (int i = 0; i < pairs; i++) {
         lanes t = kernel_fma(tally->minus_shift[i], kernel_all(mass), pulls->value[i]);
         lanes inverse = 1.0 / ((t + spring) + tiny), slope = (pulls->rate[i] - mass) * inverse;
         lanes square = slope * slope, bend = kernel_fma(pulls->bend[i], inverse, -square);
@@ -69,15 +69,16 @@ INLINE void probe_node(struct tally *tally, struct pulls *pulls, double spring, 
     }
 }
 
-INLINE void pulls_add(struct pulls *sum, const struct pulls *more) {
-    for (int i = 0; i < PAIR; i++) {
+INLINE void pulls_add(struct pulls *sum, const struct pulls *more, int pairs) {
+    for (int i = 0; i < pairs; i++) {
         sum->value[i] += more->value[i];
         sum->rate[i] += more->rate[i];
         sum->bend[i] += more->bend[i];
     }
 }
 
-static void probe_group(const struct pend_laplacian *laplacian, struct tally *result) {
+/* `pairs` vectors of shifts in one sweep */
+INLINE void probe_group(const struct pend_laplacian *laplacian, struct tally *result, int pairs) {
     const double *spring = laplacian->spring, *mass = laplacian->mass;
     const unsigned char *turn = laplacian->turn;
     struct tally tally = *result;
@@ -85,25 +86,31 @@ static void probe_group(const struct pend_laplacian *laplacian, struct tally *re
     int top = 0;
     for (int k = laplacian->n - 1; k >= 0; k--) switch (turn[k]) {
         case 0: /* inside a chain, or the first sibling with arms on it */
-            probe_node(&tally, &pulls, spring[k], mass[k]);
+            probe_node(&tally, &pulls, spring[k], mass[k], pairs);
             break;
         case PEND_TURN_LEAF: /* a new branch begins; what is under way waits */
             stack[top++] = pulls;
             pulls = (struct pulls){0};
-            probe_node(&tally, &pulls, spring[k], mass[k]);
+            probe_node(&tally, &pulls, spring[k], mass[k], pairs);
             break;
         case PEND_TURN_NEXT: /* a branch ends beside siblings that wait */
-            probe_node(&tally, &pulls, spring[k], mass[k]);
-            pulls_add(&pulls, &stack[--top]);
+            probe_node(&tally, &pulls, spring[k], mass[k], pairs);
+            pulls_add(&pulls, &stack[--top], pairs);
             break;
         default: { /* a single arm beside siblings */
             struct pulls leaf = {0};
-            probe_node(&tally, &leaf, spring[k], mass[k]);
-            pulls_add(&pulls, &leaf);
+            probe_node(&tally, &leaf, spring[k], mass[k], pairs);
+            pulls_add(&pulls, &leaf, pairs);
         }
         }
     *result = tally;
 }
+
+static void probe_four(const struct pend_laplacian *laplacian, struct tally *tally) {
+    probe_group(laplacian, tally, 4);
+}
+static void probe_two(const struct pend_laplacian *laplacian, struct tally *tally) { probe_group(laplacian, tally, 2); }
+static void probe_one(const struct pend_laplacian *laplacian, struct tally *tally) { probe_group(laplacian, tally, 1); }
 
 static void kernel_probe(const struct pend_laplacian *laplacian, int count, struct pend_modes_probe probe[]) {
     for (int begin = 0; begin < count; begin += GROUP) {
@@ -111,7 +118,12 @@ static void kernel_probe(const struct pend_laplacian *laplacian, int count, stru
         int size = count - begin < GROUP ? count - begin : GROUP;
         for (int i = 0; i < GROUP; i++)
             tally.minus_shift[i / WIDTH][i % WIDTH] = -probe[begin + (i < size ? i : size - 1)].shift;
-        probe_group(laplacian, &tally);
+        if (size > 2 * WIDTH)
+            probe_four(laplacian, &tally);
+        else if (size > WIDTH)
+            probe_two(laplacian, &tally);
+        else
+            probe_one(laplacian, &tally);
         for (int i = 0; i < size; i++) {
             probe[begin + i].below = (int)tally.below[i / WIDTH][i % WIDTH];
             probe[begin + i].log_rate = tally.log_rate[i / WIDTH][i % WIDTH];
@@ -191,15 +203,32 @@ static void twist_climb(const struct pend_laplacian *laplacian, struct twist w, 
     }
 }
 
+/* One step of a transposition by blocks of 1, 2, 4: a pair of vectors, `size` entries apart, swaps its off-diagonal
+ * blocks */
+#define KERNEL_SWAP(node, size, LOW, HIGH)                                                                             \
+    for (int i = 0; i < WIDTH; i++)                                                                                    \
+        if (!(i & (size))) {                                                                                           \
+            lanes low = __builtin_shufflevector(node[i], node[i + (size)], LOW);                                       \
+            node[i + (size)] = __builtin_shufflevector(node[i], node[i + (size)], HIGH);                               \
+            node[i] = low;                                                                                             \
+        }
+#define KERNEL_INDICES(...) __VA_ARGS__
+
 /* writes WIDTH nodes of every lane to the lanes' rows */
-INLINE void twist_store(lanes node[WIDTH], int k, double *row[]) {
-#pragma GCC unroll 8
-    for (int i = 0; i < WIDTH; i++) {
-        lanes across;
-#pragma GCC unroll 8
-        for (int j = 0; j < WIDTH; j++) across[j] = node[j][i];
-        memcpy(row[i] + k, &across, sizeof across);
-    }
+INLINE void twist_store(const lanes given[WIDTH], int k, double *row[]) {
+    lanes node[WIDTH];
+    for (int i = 0; i < WIDTH; i++) node[i] = given[i];
+#if defined(__AVX512F__)
+    KERNEL_SWAP(node, 1, KERNEL_INDICES(0, 8, 2, 10, 4, 12, 6, 14), KERNEL_INDICES(1, 9, 3, 11, 5, 13, 7, 15))
+    KERNEL_SWAP(node, 2, KERNEL_INDICES(0, 1, 8, 9, 4, 5, 12, 13), KERNEL_INDICES(2, 3, 10, 11, 6, 7, 14, 15))
+    KERNEL_SWAP(node, 4, KERNEL_INDICES(0, 1, 2, 3, 8, 9, 10, 11), KERNEL_INDICES(4, 5, 6, 7, 12, 13, 14, 15))
+#elif defined(__AVX2__)
+    KERNEL_SWAP(node, 1, KERNEL_INDICES(0, 4, 2, 6), KERNEL_INDICES(1, 5, 3, 7))
+    KERNEL_SWAP(node, 2, KERNEL_INDICES(0, 1, 4, 5), KERNEL_INDICES(2, 3, 6, 7))
+#else
+    KERNEL_SWAP(node, 1, KERNEL_INDICES(0, 2), KERNEL_INDICES(1, 3))
+#endif
+    for (int i = 0; i < WIDTH; i++) memcpy(row[i] + k, &node[i], sizeof node[i]);
 }
 
 /* from the climbed ways into all other branches; angles go to their rows; returns sum m x^2 */
@@ -241,7 +270,7 @@ static void twist_tips(int n, struct twist w, lanes scale, double *row[]) {
         for (int i = 0; i < WIDTH; i++) row[i][k] = w.tip[k][i] * scale[i];
 }
 
-static void kernel_vectors(const struct pend_laplacian *laplacian, const double value[], double work[],
+static void kernel_vectors(const struct pend_laplacian *laplacian, const double value[], int lead, double work[],
                            double *vector[], double *tip[]) {
     size_t n = (size_t)laplacian->n;
     lanes shift, *room = (lanes *)work;
@@ -252,7 +281,7 @@ static void kernel_vectors(const struct pend_laplacian *laplacian, const double 
     for (int i = 0; i < WIDTH; i++) twist_climb(laplacian, w, (int)at[i], i);
     lanes square = twist_spread(laplacian, w, at, vector), scale;
     for (int i = 0; i < WIDTH; i++) {
-        scale[i] = 1 / sqrt(square[i]);
+        scale[i] = copysign(1 / sqrt(square[i]), vector[i][lead]);
         for (size_t k = 0; k < n; k++) vector[i][k] *= scale[i];
     }
     if (tip) twist_tips(laplacian->n, w, scale, tip);

@@ -99,7 +99,8 @@ static double taylor_norm(const struct taylor *taylor, int j) {
 static int taylor_bad_arm(const struct taylor *taylor) {
     for (int j = 0; j <= taylor->order; j++) {
         for (int k = 0; k < taylor->tree->n; k++) {
-            if (!isfinite(taylor->jets.rate[(size_t)j * taylor->jets.stride + (size_t)k])) return taylor->tree->order[k];
+            if (!isfinite(taylor->jets.rate[(size_t)j * taylor->jets.stride + (size_t)k]))
+                return taylor->tree->order[k];
         }
     }
     return -1;
@@ -133,7 +134,8 @@ static double taylor_choose(const struct taylor *taylor) {
     return reach;
 }
 
-/* expands about the start of the step in a unit of time near the step, which is returned in units; NaN where that fails */
+/* expands about the start of the step in a unit of time near the step, which is returned in units; NaN where that fails
+ */
 static double taylor_expand(struct taylor *taylor, double limit) {
     enum { RANGE = 16, TRIES = 64 };
     double x = NAN, left = fabs(limit - taylor->time);

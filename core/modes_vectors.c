@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/modes_room.h"
+
 /* eigenvalues nearer to each other than this, relatively, have their vectors made orthogonal */
 #define VECTORS_NEAR 2e-3
 
@@ -16,6 +18,7 @@ enum { VECTORS_TRIES = 8 };
 struct vectors {
     const struct pend_laplacian *laplacian;
     const double *value;
+    int lead;
     double **vector;
     double *tips;         /* tip displacements of the last `rows` vectors, vector k in row k % rows */
     int rows;             /* 0 when no vector has a near neighbour */
@@ -158,7 +161,7 @@ static void vectors_twist(struct vectors *v, int count, int begin) {
         if (!last) tips |= number > 0 && vectors_near(v, number - 1, number);
         if (!last) tips |= number < count - 1 && vectors_near(v, number, number + 1);
     }
-    kernel->vectors(v->laplacian, shift, v->work, target, tips ? tip : NULL);
+    kernel->vectors(v->laplacian, shift, v->lead, v->work, target, tips ? tip : NULL);
 }
 
 /* the largest number of vectors that one is to be made orthogonal to */
@@ -171,14 +174,14 @@ static int vectors_window(const struct vectors *v, int count) {
     return window;
 }
 
-enum pend_status pend_modes_vectors(const struct pend_laplacian *laplacian, int count, const double value[],
+enum pend_status pend_modes_vectors(const struct pend_laplacian *laplacian, int count, const double value[], int lead,
                                     double *vector[]) {
     int lanes = pend_modes_kernel()->lanes;
     size_t n = (size_t)laplacian->n;
-    struct vectors v = {.laplacian = laplacian, .value = value, .vector = vector};
+    struct vectors v = {.laplacian = laplacian, .value = value, .lead = lead, .vector = vector};
     int window = vectors_window(&v, count);
     if (window) v.rows = window + lanes;
-    double *work = aligned_alloc(64, ((size_t)(3 * lanes + v.rows + 2) * n * sizeof *work + 63) / 64 * 64);
+    double *work = pend_modes_room((size_t)(3 * lanes + v.rows + 2) * n * sizeof *work);
     if (!work) return PEND_NO_MEMORY;
     v.work = work;
     v.load = work + 3 * (size_t)lanes * n;

@@ -198,6 +198,10 @@ TEST(json_objects_of_very_many_members_are_a_422) {
     for (int i = 0; i < 100000; i++) used += (size_t)sprintf(text + used, "\"%d\":%d,", i, i);
     text[used - 1] = '}';
     refuses_bytes(text, used, 422, "an object has more than 256 members");
+    text[used = strcspn(text, "}")] = 0;
+    used = (size_t)(strstr(text, ",\"257\"") - text);
+    text[used++] = '}';
+    refuses_bytes(text, used, 422, "an object has more than 256 members");
     used = 1;
     for (int i = 0; i < 256; i++) used += (size_t)sprintf(text + used, "\"%d\":[%d],", i, i);
     text[used - 1] = '}';

@@ -38,6 +38,8 @@ static int scene_open(struct scene *s, int n, const int parent[], double decades
     s->work = aligned_alloc(64, (pend_dynamics_work_bytes(n) + 63) / 64 * 64);
     if (!s->block || !s->work) return 0;
     pend_jets_init(&s->jets, s->tree, ORDER, s->block);
+    // all instruction sets in turn
+    s->jets.isa = (enum pend_isa)test_random_int(seed, (int)pend_isa_best() + 1);
     return 1;
 }
 
