@@ -75,9 +75,10 @@ static inline void jets_prepare(const struct jets_system *s, int k, int a, wide 
 static void jets_known(const struct jets_system *s, int k) {
     size_t stride = s->stride;
     for (int a = 0; a < s->n; a += WIDE) {
-        const num *re = s->turn_re + 2 * stride + a, *im = s->turn_im + 2 * stride + a;
-        const num *rate = s->rate + (size_t)k * stride + a, *force = s->force + a + (size_t)k * stride - stride;
-        wide w = wide_get(rate), f = wide_get(force), first = wide_get(s->rate + a);
+        size_t row = jets_row(s, a), last = row + (size_t)k * stride;
+        const num *re = s->turn_re + row + 2 * stride, *im = s->turn_im + row + 2 * stride;
+        const num *rate = s->rate + last, *force = s->force + last - stride;
+        wide w = wide_get(rate), f = wide_get(force), first = wide_get(s->rate + row);
         // u_1 is imaginary
         wide Tr = wide_of(0), Ti = wide_mul(first, w), cr = wide_of(0), ci = wide_mul(first, f);
         wide next_Tr = wide_of(0), next_Ti = wide_of(0), next_cr = wide_of(0), next_ci = wide_of(0);
@@ -104,13 +105,13 @@ static void jets_known(const struct jets_system *s, int k) {
 
 /* T and c of order k, the second of two: the terms that were missing */
 static void jets_complete(const struct jets_system *s, int k) {
-    size_t stride = s->stride, now = (size_t)k * stride, last = now + stride;
     for (int a = 0; a < s->n; a += WIDE) {
-        wide first = wide_get(s->rate + a);
-        wide Tr = wide_fma(wide_get(s->turn_re + last + a), first, wide_get(s->next_wind_re + a));
-        wide Ti = wide_fma(wide_get(s->turn_im + last + a), first, wide_get(s->next_wind_im + a));
-        Ti = wide_fma(first, wide_get(s->rate + now + a), Ti);
-        wide ci = wide_fma(first, wide_get(s->force + (now - stride) + a), wide_get(s->next_drag_im + a));
+        size_t row = jets_row(s, a), now = row + (size_t)k * s->stride, last = now + s->stride;
+        wide first = wide_get(s->rate + row);
+        wide Tr = wide_fma(wide_get(s->turn_re + last), first, wide_get(s->next_wind_re + a));
+        wide Ti = wide_fma(wide_get(s->turn_im + last), first, wide_get(s->next_wind_im + a));
+        Ti = wide_fma(first, wide_get(s->rate + now), Ti);
+        wide ci = wide_fma(first, wide_get(s->force + now - s->stride), wide_get(s->next_drag_im + a));
         jets_prepare(s, k, a, Tr, Ti, wide_get(s->next_drag_re + a), ci);
     }
 }
@@ -186,9 +187,9 @@ static void jets_down(const struct jets_system *s, num gravity) {
 
 /* the coefficients of order k and what they make of u */
 static void jets_learn(const struct jets_system *s, int k) {
-    size_t now = (size_t)k * s->stride, next = now + s->stride, after = next + s->stride;
     wide share = wide_of(s->share[k]), turn_share = wide_of(s->share[k + 1]);
     for (int a = 0; a < s->n; a += WIDE) {
+        size_t now = jets_row(s, a) + (size_t)k * s->stride, next = now + s->stride, after = next + s->stride;
         wide ar = wide_get(s->from_radial + a), at = wide_get(s->from_tangential + a), Tr = wide_get(s->wind_re + a);
         wide C = wide_get(s->cosine + a), Z = wide_get(s->sine + a);
         wide gap = wide_add(wide_sub(wide_mul(Z, ar), wide_mul(C, at)), wide_get(s->tangential + a));
@@ -196,10 +197,10 @@ static void jets_learn(const struct jets_system *s, int k) {
         wide lambda =
             wide_sub(wide_fma(wide_get(s->stiff + a), ar, wide_get(s->tension + a)), wide_get(s->drag_re + a));
         wide rate = wide_mul(acc, share);
-        wide_put(s->force + now + a, lambda);
-        wide_put(s->rate + next + a, rate);
-        wide_put(s->turn_re + after + a, wide_neg(wide_mul(wide_get(s->wind_im + a), turn_share)));
-        wide_put(s->turn_im + after + a, wide_mul(wide_add(rate, Tr), turn_share));
+        wide_put(s->force + now, lambda);
+        wide_put(s->rate + next, rate);
+        wide_put(s->turn_re + after, wide_neg(wide_mul(wide_get(s->wind_im + a), turn_share)));
+        wide_put(s->turn_im + after, wide_mul(wide_add(rate, Tr), turn_share));
     }
 }
 
@@ -208,8 +209,9 @@ static void jets_orders(const struct jets_system *s, num gravity, int order) {
     for (int a = 0; a < s->n; a += WIDE) {
         wide_put(s->stiff + a, wide_mul(wide_get(s->eff + a), wide_get(s->kappa + a)));
         wide_put(s->weight + a, wide_mul(wide_get(s->eff + a), wide_get(s->len + a)));
-        wide_put(s->turn_re + s->stride + a, wide_of(0));
-        wide_put(s->turn_im + s->stride + a, wide_get(s->rate + a));
+        size_t row = jets_row(s, a), first = row + s->stride;
+        wide_put(s->turn_re + first, wide_of(0));
+        wide_put(s->turn_im + first, wide_get(s->rate + row));
     }
     for (int k = 0; k < order; k++) {
         if (k % 2)

@@ -1,6 +1,6 @@
 /* The arrays that the power-series kernels work on, for every kind of number.
  * Leaves to others: the numbers and the arithmetic (jets_kernel), memory (jets).
- * Invariant: one block, every array `stride` numbers long or a whole number of strides. */
+ * Invariant: one block; a series is kept in tiles of eight arms, all orders of a tile together. */
 #ifndef PEND_JETS_SYSTEM_H
 #define PEND_JETS_SYSTEM_H
 
@@ -42,13 +42,18 @@ typedef JETS_NUM num;
 
 struct jets_system {
     int n;
-    size_t stride;
+    size_t stride, tile; /* numbers from one order to the next, from eight arms to the next eight */
     const int *parent, *end;
     const double *share;                   /* 1 / (j + 1) of order j */
-    num *rate, *force, *turn_re, *turn_im; /* order-major series */
+    num *rate, *force, *turn_re, *turn_im; /* series: order j of arm k at jets_row(k) + j * stride */
 #define X(name) num *name;
     JETS_ARRAYS(X)
 #undef X
 };
+
+/** Where the series of arm k begin. */
+static inline size_t jets_row(const struct jets_system *s, int k) {
+    return (size_t)(k / 8) * s->tile + (size_t)(k % 8);
+}
 
 #endif
