@@ -77,7 +77,7 @@ static void tree_report(void *context, enum pend_field field, int i, int j, cons
     if (field == PEND_FIELD_PARENT && i >= 0 && reading->parent[i] == NO_PARENT) return;
     for (int k = 0; field == PEND_FIELD_PARENT && i < 0 && k < reading->n; k++)
         if (reading->parent[k] == NO_PARENT) return;
-    if (name) tree_fault(reading, name, i, j, text);
+    if (name) tree_fault(reading, name, i, j, text ? text : "is at fault");
 }
 
 /* the form with names */
@@ -253,7 +253,7 @@ static int read_rows(const struct tree_reading *reading, const struct api_value 
 
 /* parents out of a path matrix that has n rows */
 static enum pend_status read_matrix(struct tree_reading *reading, const struct api_value *matrix) {
-    struct pend_fault_sink sink = {tree_report, reading};
+    struct pend_fault_sink sink = {tree_report, reading, API_PROBLEM_FAULTS};
     size_t n = (size_t)reading->n;
     if (n > SIZE_MAX / n / sizeof(double)) return PEND_NO_MEMORY;
     double *path = malloc(n * n * sizeof *path);
@@ -329,7 +329,7 @@ static enum pend_status read_form(struct tree_reading *reading, const char ***na
 enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pendulum, const struct api_limits *limits,
                                struct api_problem *problem) {
     struct tree_reading reading = {.pendulum = pendulum, .problem = problem};
-    struct pend_fault_sink sink = {tree_report, &reading};
+    struct pend_fault_sink sink = {tree_report, &reading, API_PROBLEM_FAULTS};
     long faults = fault_count(problem);
     *tree = (struct api_tree){.gravity = 9.81};
     if (!api_field_object(pendulum, problem)) return PEND_INVALID;

@@ -84,9 +84,11 @@ enum pend_field {
 /** Receives every fault of an input, one call each; i and j are indices from 0, -1 where none applies. */
 typedef void pend_fault_fn(void *context, enum pend_field field, int i, int j, const char *text);
 
+/* Where faults go. Words cost time, and a hostile input has millions of faults: after `worded` of them text is NULL. */
 struct pend_fault_sink {
     pend_fault_fn *report;
     void *context;
+    long worded; /* 0 = no end to the words */
 };
 
 #endif

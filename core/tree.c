@@ -28,13 +28,18 @@ struct tree_faults {
 __attribute__((format(printf, 5, 6))) static void tree_fault(struct tree_faults *faults, enum pend_field field, int i,
                                                              int j, const char *format, ...) {
     faults->count++;
-    if (!faults->sink) return;
+    const struct pend_fault_sink *sink = faults->sink;
+    if (!sink) return;
+    if (sink->worded && faults->count > sink->worded) {
+        sink->report(sink->context, field, i, j, NULL);
+        return;
+    }
     char text[200];
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    faults->sink->report(faults->sink->context, field, i, j, text);
+    sink->report(sink->context, field, i, j, text);
 }
 
 /* faults every value that is not a finite number above 0; returns the sum of the others */

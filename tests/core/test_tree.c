@@ -42,7 +42,7 @@ static int fault_seen(const struct fault_list *list, enum pend_field field, int 
 static enum pend_status try_tree(int n, const double length[], const double mass[], const int parent[],
                                  struct fault_list *list) {
     struct pend_tree *tree = (struct pend_tree *)list;
-    struct pend_fault_sink sink = {fault_note, list};
+    struct pend_fault_sink sink = {.report = fault_note, .context = list};
     list->count = 0;
     enum pend_status status = pend_tree_new(&tree, n, length, mass, parent, &sink);
     CHECK(status == PEND_OK ? pend_tree_valid(tree) : !tree);
@@ -51,7 +51,7 @@ static enum pend_status try_tree(int n, const double length[], const double mass
 }
 
 static enum pend_status try_path(int n, const double path[], int parent[], struct fault_list *list) {
-    struct pend_fault_sink sink = {fault_note, list};
+    struct pend_fault_sink sink = {.report = fault_note, .context = list};
     list->count = 0;
     return pend_tree_parent_from_path(n, path, parent, &sink);
 }
@@ -435,4 +435,20 @@ TEST(tree_path_has_no_eigenvalue_but_1) {
         CHECK_INT(upper, 0);
         test_tree_clear(&t);
     }
+}
+
+/* counts the faults with words and those without */
+static void fault_count_words(void *context, enum pend_field field, int i, int j, const char *text) {
+    (void)field, (void)i, (void)j;
+    ++((int *)context)[text ? 0 : 1];
+}
+
+TEST(tree_puts_only_so_many_faults_in_words) {
+    double bad[5] = {0};
+    int parent[5] = {-1, 0, 1, 2, 3}, count[2] = {0, 0};
+    struct pend_fault_sink sink = {fault_count_words, count, 3};
+    struct pend_tree *tree = NULL;
+    CHECK_INT(pend_tree_new(&tree, 5, bad, bad, parent, &sink), PEND_INVALID);
+    CHECK_INT(count[0], 3);
+    CHECK_INT(count[1], 7);
 }
