@@ -3,6 +3,7 @@
  * Invariant: at most one block of samples is held besides the answer. */
 #include "api/op.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "api/method_json.h"
@@ -131,7 +132,7 @@ static enum pend_status trajectory_end(struct trajectory *trajectory, const stru
     api_stats_whole(&told, "rejected", stats.rejected);
     api_stats_whole(&told, "evaluations", stats.evaluations);
     api_stats_number(&told, "energy_drift", stats.energy_drift);
-    if (seconds >= 0) api_stats_number(&told, "compute_seconds", seconds);
+    if (seconds >= 0) api_stats_number(&told, "compute_seconds", rint(seconds * 1e6) / 1e6);
     return api_writer_end(trajectory->writer, &told, turn->out);
 }
 

@@ -25,12 +25,13 @@ struct pend_modes_kernel {
      * Eigenvectors by twisted factorization, of mass norm 1.
      *
      * value   `lanes` eigenvalues to full precision.
-     * work    4 * lanes * n doubles, aligned to 64.
+     * lead    the node whose angle is to be positive.
+     * work    3 * lanes * n doubles, aligned to 64.
      * vector  out, `lanes` pointers to n angles each; lanes of no interest may share one.
      * tip     out, the same for the tip displacements; NULL to skip.
      */
-    void (*vectors)(const struct pend_laplacian *laplacian, const double value[], double work[], double *vector[],
-                    double *tip[]);
+    void (*vectors)(const struct pend_laplacian *laplacian, const double value[], int lead, double work[],
+                    double *vector[], double *tip[]);
 };
 
 /** The kernel of this processor. */

@@ -143,7 +143,8 @@ static int config_read(const char *text, size_t bytes, int whole, double *out) {
 }
 
 static double config_unit(char c) {
-    return c == 'K' || c == 'k' ? 1024.0 : c == 'M' ? 1024.0 * 1024 : c == 'G' ? 1024.0 * 1024 * 1024 : 1;
+    c = (char)toupper((unsigned char)c);
+    return c == 'K' ? 1024.0 : c == 'M' ? 1024.0 * 1024 : c == 'G' ? 1024.0 * 1024 * 1024 : 1;
 }
 
 static enum pend_status config_set_number(double *out, const struct config_row *row, const struct config_place *place,
@@ -167,8 +168,8 @@ static int config_listen_good(const char *value) {
     const char *colon = strrchr(value, ':');
     double port;
     if (!colon || colon == value || !config_read(colon + 1, strlen(colon + 1), 1, &port) || port > 65535) return 0;
-    int bracketed = value[0] == '[' && colon[-1] == ']' && colon - value > 2;
-    return bracketed || !memchr(value, ':', (size_t)(colon - value));
+    if (value[0] == '[') return colon[-1] == ']' && colon - value > 2;
+    return !memchr(value, ':', (size_t)(colon - value));
 }
 
 static enum pend_status config_set_text(char *out, const struct config_row *row, const struct config_place *place,

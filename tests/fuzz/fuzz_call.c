@@ -14,8 +14,6 @@
 #include "tests/harness/test.h"
 #endif
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes);
-
 enum { ROOM = 1 << 14, RUN_CAP = 100000 };
 
 /* small limits, so that whatever is asked for is soon done or refused */
@@ -94,6 +92,10 @@ static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
     return fault;
 }
 
+#ifdef FUZZER
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes);
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes) {
     const char *fault = complaint(data, bytes, NULL);
     if (!fault) return 0;
@@ -101,7 +103,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes) {
     abort();
 }
 
-#ifndef FUZZER
+#else
 
 #define ARMS                                                                                                           \
     "\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":2.0,\"mass\":1.0},{\"name\":\"b\",\"parent\":\"a\","           \

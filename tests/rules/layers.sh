@@ -14,6 +14,7 @@ pure='^(assert|complex|errno|float|limits|math|stdalign|stdarg|stdbool|stddef|st
 # an outside library's headers, and the files that are its door
 doors=(
     '^gsl/|^gsl_ ^core/(method_gsl|modes|modes_gsl|reference)[.]c$'
+    '^sys/mman[.]h$ ^core/modes_room[.]c$' # advice about huge pages
     '^cjson/ ^api/json_in[.]c$'
     '^dragonbox/ ^api/number_write[.]cpp$'
     '^fast_float/ ^api/number_read[.]cpp$'

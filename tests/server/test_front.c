@@ -1,4 +1,5 @@
-/* Tests of server/front: what passes, what is refused with which status, and that cutting the stream changes nothing. */
+/* Tests of server/front: what passes, what is refused with which status, and that cutting the stream changes nothing.
+ */
 #include "server/front.h"
 
 #include <stdio.h>

@@ -1,0 +1,65 @@
+#include "tests/server/live.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/harness/test.h"
+
+struct srv_config live_config(const char *const options[]) {
+    static const char *const fixed[] = {"pendulumd", "--listen", "127.0.0.1:0", "--access-log", "off"};
+    char *argv[40];
+    struct srv_config config;
+    struct pend_error error = {.text = ""};
+    int argc = 0;
+    for (; argc < 5; argc++) argv[argc] = (char *)fixed[argc];
+    for (int i = 0; options && options[i]; i++) argv[argc++] = (char *)options[i];
+    enum pend_status status = srv_config_load(&config, argc, argv, NULL, &error);
+    CHECK_SAYING(status == PEND_OK, "%s", error.text);
+    return config;
+}
+
+struct srv_daemon *live_start(const char *const options[]) {
+    struct srv_config config = live_config(options);
+    struct pend_error error = {.text = ""};
+    struct srv_daemon *daemon;
+    enum pend_status status = srv_daemon_new(&daemon, &config, &error);
+    CHECK_SAYING(status == PEND_OK, "%s", error.text);
+    return daemon;
+}
+
+int live_port(const struct srv_daemon *daemon) { return atoi(strrchr(srv_daemon_url(daemon), ':') + 1); }
+
+int live_say(const struct srv_daemon *daemon, struct test_client *client, const char *text) {
+    return test_client_open(client, live_port(daemon)) && CHECK(test_client_say(client, text));
+}
+
+int live_post(const struct srv_daemon *daemon, struct test_client *client, const char *path, const char *body) {
+    char text[4096];
+    snprintf(text, sizeof text,
+             "POST %s HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: %zu\r\n\r\n%s", path,
+             strlen(body), body);
+    return live_say(daemon, client, text);
+}
+
+int live_status(const struct srv_daemon *daemon, const char *text) {
+    struct test_client client;
+    struct test_reply reply;
+    if (!live_say(daemon, &client, text)) return 0;
+    int status = test_client_receive(&client, &reply, 0, 10);
+    test_reply_clear(&reply);
+    test_client_close(&client);
+    return status;
+}
+
+void live_service(struct srv_service *service, int cap) {
+    *service = (struct srv_service){.config = live_config(NULL)};
+    service->config.queue = cap;
+    CHECK(srv_queue_new(&service->queue, cap) == PEND_OK);
+    CHECK(srv_log_new(&service->log, -1, 2) == PEND_OK);
+}
+
+void live_service_clear(struct srv_service *service) {
+    srv_log_free(&service->log);
+    srv_queue_free(&service->queue);
+}

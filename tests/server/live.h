@@ -1,0 +1,40 @@
+/* A daemon inside the test program, and exchanges without one.
+ * Leaves to others: the client (harness/server).
+ * Invariant: what a test starts here it ends here. */
+#ifndef TEST_LIVE_H
+#define TEST_LIVE_H
+
+#include "server/daemon.h"
+#include "server/exchange.h"
+#include "tests/harness/server.h"
+
+/* A body that is computed for many seconds, and one that is computed at once. */
+#define LIVE_LONG                                                                                                      \
+    "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"                                                \
+    "\"times\":{\"start\":0,\"stop\":100000,\"count\":5}}"
+#define LIVE_SHORT "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]}}"
+
+/** Loads a configuration from options as on a command line, ended by NULL; a free port of loopback, no access log. */
+struct srv_config live_config(const char *const options[]);
+
+/** Starts a daemon; NULL, with a failed check, if that does not work. */
+struct srv_daemon *live_start(const char *const options[]);
+
+/** Its port. */
+int live_port(const struct srv_daemon *daemon);
+
+/** Connects and sends a text; returns 0, with a failed check, if that does not work. */
+int live_say(const struct srv_daemon *daemon, struct test_client *client, const char *text);
+
+/** Connects and posts JSON to a path. */
+int live_post(const struct srv_daemon *daemon, struct test_client *client, const char *path, const char *body);
+
+/** The status of one request on a connection of its own, 0 where there is no answer within 10 s. */
+int live_status(const struct srv_daemon *daemon, const char *text);
+
+/** Prepares a service without a daemon; its queue has room for `cap` tasks. */
+void live_service(struct srv_service *service, int cap);
+
+void live_service_clear(struct srv_service *service);
+
+#endif
