@@ -15,8 +15,8 @@ enum { PEND_JETS_ORDER_MIN = 3, PEND_JETS_ORDER_MAX = 40, PEND_JETS_PAD = 8 };
 
 /*
  * Coefficient j of arm k is array[pend_jets_place(jets, k, j)], in powers of x = t / unit: unit phi' = sum_j rate_j
- * x^j, j = 0 .. order, and unit^2 lambda = sum_j force_j x^j, j = 0 .. order - 1. The rest is the series of e^{i (phi -
- * phi_0)} and the tree system of order 0.
+ * x^j, j = 0 .. order, and unit^2 lambda = sum_j force_j x^j, j = 0 .. order - 1. The rest is the
+ * series of e^{i (phi - phi_0)} and the tree system of order 0.
  */
 struct pend_jets {
     const struct pend_tree *tree;
@@ -24,9 +24,8 @@ struct pend_jets {
     enum pend_isa isa; /* the best one that runs here, unless changed to a lower one */
     size_t stride;     /* arms, padded */
     double *rate, *force;
-    double *turn_re, *turn_im; /* e^{i (phi(t) - phi(0))}, orders 0 .. order */
     double *share;             /* 1 / (j + 1) of order j */
-    double *system;            /* the order-0 tree system and the scratch of the sweeps */
+    struct jets_system system; /* the order-0 tree system and the scratch of the sweeps, in the same block */
 };
 
 /**

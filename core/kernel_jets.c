@@ -94,9 +94,11 @@ LANES_INLINE struct kernel_change kernel_horner(const struct jets_system *s, int
         tension -= s->stride;
     }
     v.phi = x * wide_fma(x, v.phi, wide_get(rate));
-    v.rate = x * v.rate / unit;
-    v.acc = v.acc / (unit * unit);
-    v.force = v.force / (unit * unit);
+    // exact: the unit is a power of two
+    double inverse = 1 / unit;
+    v.rate = x * v.rate * inverse;
+    v.acc = v.acc * (inverse * inverse);
+    v.force = v.force * (inverse * inverse);
     return v;
 }
 
