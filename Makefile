@@ -58,7 +58,8 @@ PARTS.laws := $(B)/libpendulum.a
 PARTS.api := $(API) $(B)/libpendulum.a
 PARTS.server := $(SERVER) $(API) $(B)/libpendulum.a
 PARTS.wire := $(API) $(B)/libpendulum.a
-ROOMS := core laws api server wire
+PARTS.fuzz := $(API) $(B)/libpendulum.a
+ROOMS := core laws api server wire fuzz
 SOURCES = $(shell git ls-files '*.c' '*.h' '*.cpp')
 
 help: ## lists these targets; the default
@@ -88,9 +89,10 @@ install: build ## into DESTDIR PREFIX (/usr/local): server, library with headers
 	install -D -m 755 $(B)/pendulumd $(DESTDIR)$(PREFIX)/bin/pendulumd
 	install -D -m 644 $(B)/libpendulum.a $(DESTDIR)$(PREFIX)/lib/libpendulum.a
 	install -d $(DESTDIR)$(PREFIX)/include/pendulum/core $(DESTDIR)$(PREFIX)/lib/systemd/system
-	install -m 644 core/*.h $(DESTDIR)$(PREFIX)/include/pendulum/core
+	install -m 644 $(PUBLIC:%=core/%.h) $(DESTDIR)$(PREFIX)/include/pendulum/core
 	sed 's|@PREFIX@|$(PREFIX)|' docker/pendulumd.service > $(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service
 PREFIX ?= /usr/local
+PUBLIC := status tree dynamics motion reference shapes modes method run isa ensemble
 
 uninstall: ## takes away what install put there
 	rm -rf $(addprefix $(DESTDIR)$(PREFIX)/,bin/pendulumd lib/libpendulum.a include/pendulum lib/systemd/system/pendulumd.service)
@@ -100,7 +102,7 @@ clean: ## removes build/
 
 #@ Test (T=part-of-a-name picks tests; TOL=0 lists every residual)
 test: $(ROOMS:%=test-%) ## the test programs of all rooms, in MODE
-test-core: ## one room; also test-laws, test-api, test-server, test-wire
+test-core: ## one room; also test-laws, test-api, test-server, test-wire, test-fuzz
 test-%: $(B)/tests/%/run
 	$< $(T)
 test-wire: $(B)/pendulumd
@@ -113,6 +115,19 @@ tsan: ## the server's tests under the thread sanitizer
 
 bench: $(B)/tests/bench/run ## how fast the pieces are, in about a minute
 	$< $(T)
+
+bench-modes: $(B)/tests/bench/modes/run ## modes against LAPACK, ARPACK and GSL where these are installed, in a minute
+	$< $(T)
+
+fuzz: ## requests that nobody would send, by libFuzzer, FUZZ_SECONDS (30) for each program; needs clang and libclang-rt-*-dev
+	@for name in $(FUZZERS); do \
+	  $(MAKE) --no-print-directory MODE=asan CC=clang CXX=clang++ B=build/fuzz CFLAGS='-fsanitize=fuzzer-no-link -DFUZZER' \
+	    CXXFLAGS=-fsanitize=fuzzer-no-link build/fuzz/$$name || exit; \
+	  mkdir -p build/fuzz/$$name.corpus; \
+	  build/fuzz/$$name -max_total_time=$(FUZZ_SECONDS) -max_len=16384 -verbosity=0 -artifact_prefix=build/fuzz/ build/fuzz/$$name.corpus || exit; \
+	done
+FUZZERS := $(basename $(notdir $(wildcard tests/fuzz/fuzz_*.c)))
+FUZZ_SECONDS ?= 30
 
 valgrind: ## the quick tests, and the server, under valgrind
 	@$(CHECK) ONLY='valgrind-%'; $(COUNT)
@@ -183,6 +198,14 @@ $(B)/tests/bench/run: $(call objects,tests/bench) $(API) $(B)/libpendulum.a $(B)
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
+$(B)/tests/bench/modes/run: $(call objects,tests/bench/modes) $(B)/libpendulum.a $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS) -ldl
+
+$(B)/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(API) $(B)/libpendulum.a
+	$(call say,link,$@)
+	$(Q)$(LINK) -fsanitize=fuzzer -o $@ $^ $(LIBS)
+
 # these two files change when the flags or the list of source files do, and so cause what depends on them to be redone
 $(B)/flags: changed
 	@$(call remember,$(CC) $(CXX) $(CFLAGS_ALL) $(CXXFLAGS_ALL))
@@ -192,5 +215,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench debug install uninstall clean test asan tsan valgrind rules lint format format-check changed
+.PHONY: help run check build bench bench-modes debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
 .DELETE_ON_ERROR:

@@ -132,8 +132,7 @@ enum api_progress api_call_open(struct api_call *call, const struct api_request 
 }
 
 enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
-    struct api_turn turn = {
-        .out = out, .problem = &call->problem, .now = call->now, .context = call->context, .earlier = call->seconds};
+    struct api_turn turn = {.out = out, .now = call->now, .context = call->context, .earlier = call->seconds};
     struct pend_error error = {.text = ""};
     int done = 0;
     if (call->stage == STAGE_DONE) return API_DONE;

@@ -7,15 +7,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include <cjson/cJSON.h>
-
 #include "api/json_scan.h"
+#include "api/number.h"
 #include "api/text.h"
 
 struct api_json {
-    cJSON *root;
+    struct api_node *nodes;
     double *numbers;
-    struct api_scan_array *arrays;
+    char *texts;
 };
 
 enum { FOUND_TEXT = 40, NAME_BYTES = 64, POINTER_DEPTH = 128, NEAR_EDITS = 2 };
@@ -24,27 +23,27 @@ enum { FOUND_TEXT = 40, NAME_BYTES = 64, POINTER_DEPTH = 128, NEAR_EDITS = 2 };
 
 void api_json_free(struct api_json **document) {
     if (!*document) return;
-    cJSON_Delete((*document)->root);
+    free((*document)->nodes);
     free((*document)->numbers);
-    free((*document)->arrays);
+    free((*document)->texts);
     free(*document);
     *document = NULL;
 }
 
-/* gives back what a growing array did not use; where that fails the array simply stays */
+/* gives back what a growing table did not use; where that fails the table simply stays */
 static void *json_shrink(void *items, size_t bytes) {
     void *shrunk = bytes ? realloc(items, bytes) : items;
     return shrunk ? shrunk : items;
 }
 
-/* takes the tables of a finished scan and parses its rest */
-static enum pend_status json_take(struct api_json *document, struct api_scan *scan) {
+/* takes the tables of a finished scan */
+static void json_take(struct api_json *document, struct api_scan *scan) {
+    document->nodes = json_shrink(scan->nodes, scan->node_count * sizeof *scan->nodes);
     document->numbers = json_shrink(scan->numbers, scan->number_count * sizeof *scan->numbers);
-    document->arrays = json_shrink(scan->arrays, scan->array_count * sizeof *scan->arrays);
+    document->texts = json_shrink(scan->texts.data, scan->texts.bytes);
+    scan->nodes = NULL;
     scan->numbers = NULL;
-    scan->arrays = NULL;
-    document->root = cJSON_ParseWithLength(scan->rest.data, scan->rest.bytes);
-    return document->root ? PEND_OK : PEND_NO_MEMORY; /* the rest is JSON for certain */
+    scan->texts.data = NULL;
 }
 
 enum pend_status api_json_new(struct api_json **document, const char *text, size_t bytes, int depth_cap,
@@ -54,9 +53,9 @@ enum pend_status api_json_new(struct api_json **document, const char *text, size
     enum pend_status status = api_scan_run(&scan, text, bytes, depth_cap, problem);
     if (status != PEND_OK) goto out;
     status = PEND_NO_MEMORY;
-    if (!(*document = calloc(1, sizeof **document))) goto out;
-    status = json_take(*document, &scan);
-    if (status != PEND_OK) api_json_free(document);
+    if (!(*document = malloc(sizeof **document))) goto out;
+    json_take(*document, &scan);
+    status = PEND_OK;
 out:
     api_scan_clear(&scan);
     return status;
@@ -65,85 +64,94 @@ out:
 /* looking */
 
 struct api_value api_json_root(const struct api_json *document) {
-    return (struct api_value){.document = document, .node = document->root};
+    return (struct api_value){.document = document, .node = document->nodes};
 }
 
-/* the table entry of an array of numbers, or NULL */
-static const struct api_scan_array *value_array(const struct api_value *value);
+static int value_is_double(const struct api_value *value);
 
-/* an item of an array of numbers: its node is the double itself */
+/* the node of a value, or NULL where it is missing or is an item of an array of numbers, which has none */
+static const struct api_node *value_node(const struct api_value *value) {
+    return value_is_double(value) ? NULL : value->node;
+}
+
+/* an item of an array of numbers: it points at the double itself */
 static int value_is_double(const struct api_value *value) {
-    return value->node && value->parent && !value->key && value_array(value->parent);
-}
-
-static const struct api_scan_array *value_array(const struct api_value *value) {
-    const cJSON *node = value->node;
-    if (!node || value_is_double(value) || !cJSON_IsNumber(node) || !(node->valuedouble < 0)) return NULL;
-    return &value->document->arrays[(size_t)(-node->valuedouble - 1)];
+    if (!value->node || !value->parent || value->key) return 0;
+    const struct api_node *array = value_node(value->parent);
+    return array && array->kind == API_NODE_NUMBERS;
 }
 
 enum api_kind api_value_kind(const struct api_value *value) {
-    const cJSON *node = value->node;
-    if (!node) return API_MISSING;
-    if (value_is_double(value)) return API_NUMBER;
-    if (cJSON_IsNumber(node)) return node->valuedouble < 0 ? API_ARRAY : API_NUMBER;
-    if (cJSON_IsString(node)) return API_STRING;
-    if (cJSON_IsObject(node)) return API_OBJECT;
-    if (cJSON_IsArray(node)) return API_ARRAY;
-    return cJSON_IsBool(node) ? API_BOOL : API_NULL;
+    static const enum api_kind kinds[] = {
+        [API_NODE_NULL] = API_NULL,     [API_NODE_FALSE] = API_BOOL,    [API_NODE_TRUE] = API_BOOL,
+        [API_NODE_NUMBER] = API_NUMBER, [API_NODE_TEXT] = API_STRING,   [API_NODE_NUMBERS] = API_ARRAY,
+        [API_NODE_ARRAY] = API_ARRAY,   [API_NODE_OBJECT] = API_OBJECT,
+    };
+    const struct api_node *node = value_node(value);
+    return node ? kinds[node->kind] : value->node ? API_NUMBER : API_MISSING;
 }
 
 static struct api_value value_child(const struct api_value *parent, const void *node, const char *key, int index) {
     return (struct api_value){parent->document, node, parent, key, index};
 }
 
+/* the first item or member, and the one after a node; NULL where there is none */
+static const struct api_node *node_first(const struct api_node *node) {
+    return node && node->kind >= API_NODE_ARRAY && node->count ? node + 1 : NULL;
+}
+
+static const struct api_node *node_next(const struct api_json *document, const struct api_node *node) {
+    return node->next ? &document->nodes[node->next] : NULL;
+}
+
 struct api_value api_value_member(const struct api_value *object, const char *key) {
-    const cJSON *node = NULL;
-    if (api_value_kind(object) == API_OBJECT) node = cJSON_GetObjectItemCaseSensitive(object->node, key);
+    const struct api_node *node = NULL;
+    if (api_value_kind(object) == API_OBJECT) node = node_first(value_node(object));
+    while (node && strcmp(object->document->texts + node->key, key)) node = node_next(object->document, node);
     return value_child(object, node, key, 0);
 }
 
 int api_value_count(const struct api_value *value) {
-    enum api_kind kind = api_value_kind(value);
-    const struct api_scan_array *array = value_array(value);
-    if (array) return array->count;
-    return kind == API_ARRAY || kind == API_OBJECT ? cJSON_GetArraySize(value->node) : 0;
+    const struct api_node *node = value_node(value);
+    return node && node->kind >= API_NODE_NUMBERS ? (int)node->count : 0;
 }
 
 struct api_value api_value_item(const struct api_value *array, int i) {
-    const struct api_scan_array *entry = value_array(array);
-    const void *node = NULL;
-    if (entry)
-        node = i < entry->count ? &array->document->numbers[entry->first + (size_t)i] : NULL;
-    else if (api_value_kind(array) == API_ARRAY)
-        node = cJSON_GetArrayItem(array->node, i);
-    return value_child(array, node, NULL, i);
+    const struct api_node *node = value_node(array), *item = NULL;
+    if (node && node->kind == API_NODE_NUMBERS) {
+        const double *numbers = array->document->numbers;
+        return value_child(array, i < (int)node->count ? &numbers[node->at + (uint32_t)i] : NULL, NULL, i);
+    }
+    if (node && node->kind == API_NODE_ARRAY) item = node_first(node);
+    for (int k = 0; k < i && item; k++) item = node_next(array->document, item);
+    return value_child(array, item, NULL, i);
 }
 
 struct api_value api_value_next(const struct api_value *item) {
+    const struct api_node *node = value_node(item);
     if (!item->node) return *item;
-    if (value_is_double(item)) return api_value_item(item->parent, item->index + 1);
-    return value_child(item->parent, ((const cJSON *)item->node)->next, NULL, item->index + 1);
+    if (!node) return api_value_item(item->parent, item->index + 1);
+    return value_child(item->parent, node_next(item->document, node), NULL, item->index + 1);
 }
 
 const double *api_value_numbers(const struct api_value *array, int *count) {
     static const double none = 0;
-    const struct api_scan_array *entry = value_array(array);
-    if (!entry) return NULL;
-    *count = entry->count;
-    return entry->count ? &array->document->numbers[entry->first] : &none;
+    const struct api_node *node = value_node(array);
+    if (!node || node->kind != API_NODE_NUMBERS) return NULL;
+    *count = (int)node->count;
+    return node->count ? &array->document->numbers[node->at] : &none;
 }
 
 const char *api_value_text(const struct api_value *value) {
-    return api_value_kind(value) == API_STRING ? ((const cJSON *)value->node)->valuestring : NULL;
+    const struct api_node *node = value_node(value);
+    return node && node->kind == API_NODE_TEXT ? value->document->texts + node->at : NULL;
 }
 
 double api_value_number(const struct api_value *value) {
-    enum api_kind kind = api_value_kind(value);
-    if (kind == API_BOOL) return cJSON_IsTrue((const cJSON *)value->node);
-    if (kind != API_NUMBER) return 0;
-    if (value_is_double(value)) return *(const double *)value->node;
-    return value->document->numbers[(size_t)((const cJSON *)value->node)->valuedouble];
+    const struct api_node *node = value_node(value);
+    if (!node) return value->node ? *(const double *)value->node : 0;
+    if (node->kind == API_NODE_NUMBER) return value->document->numbers[node->at];
+    return node->kind == API_NODE_TRUE;
 }
 
 /* pointers */
@@ -199,6 +207,7 @@ void api_value_pointer(const struct api_value *value, char pointer[API_POINTER_B
 void api_value_fault(const struct api_value *value, struct api_problem *problem, const char *format, ...) {
     char pointer[API_POINTER_BYTES], detail[API_DETAIL_BYTES + 8];
     va_list arguments;
+    if (api_problem_full(problem)) return;
     va_start(arguments, format);
     vsnprintf(detail, sizeof detail, format, arguments);
     va_end(arguments);
@@ -264,6 +273,7 @@ static void name_list(const char *const allowed[], char list[API_DETAIL_BYTES]) 
 
 static void value_fault_unknown(const struct api_value *member, const char *const allowed[],
                                 struct api_problem *problem) {
+    if (api_problem_full(problem)) return;
     const char *nearest = api_name_nearest(member->key, allowed);
     char list[API_DETAIL_BYTES];
     if (nearest) {
@@ -277,9 +287,10 @@ static void value_fault_unknown(const struct api_value *member, const char *cons
 int api_value_only(const struct api_value *object, const char *const allowed[], struct api_problem *problem) {
     int faults = 0;
     if (api_value_kind(object) != API_OBJECT) return 0;
-    for (const cJSON *node = ((const cJSON *)object->node)->child; node; node = node->next) {
-        if (name_allowed(node->string, allowed)) continue;
-        struct api_value member = value_child(object, node, node->string, 0);
+    for (const struct api_node *node = node_first(value_node(object)); node; node = node_next(object->document, node)) {
+        const char *name = object->document->texts + node->key;
+        if (name_allowed(name, allowed)) continue;
+        struct api_value member = value_child(object, node, name, 0);
         value_fault_unknown(&member, allowed, problem);
         faults++;
     }
@@ -287,6 +298,16 @@ int api_value_only(const struct api_value *object, const char *const allowed[], 
 }
 
 /* numbers */
+
+struct number_text {
+    char text[API_NUMBER_BYTES + 1];
+};
+
+static struct number_text number_text(double x) {
+    struct number_text number = {"an infinite number"};
+    if (isfinite(x)) *api_number_write(number.text, x) = 0;
+    return number;
+}
 
 void api_value_found(const struct api_value *value, char found[API_FOUND_BYTES]) {
     static const char *const words[] = {
@@ -297,7 +318,7 @@ void api_value_found(const struct api_value *value, char found[API_FOUND_BYTES])
         size_t bytes = strlen(text), cut = api_text_cut(text, bytes, FOUND_TEXT);
         snprintf(found, API_FOUND_BYTES, "the text \"%.*s%s\"", (int)cut, text, cut < bytes ? "..." : "");
     } else if (kind == API_NUMBER)
-        snprintf(found, API_FOUND_BYTES, "%.15g", api_value_number(value));
+        snprintf(found, API_FOUND_BYTES, "%s", number_text(api_value_number(value)).text);
     else
         snprintf(found, API_FOUND_BYTES, "%s",
                  kind == API_BOOL ? api_value_number(value) ? "true" : "false" : words[kind]);
@@ -306,18 +327,19 @@ void api_value_found(const struct api_value *value, char found[API_FOUND_BYTES])
 /* "a number from 0 to 1 s", as the range has it */
 static void range_text(double least, double greatest, const char *unit, char text[], size_t cap) {
     const char *space = unit[0] ? " " : "";
+    const struct number_text low = number_text(least), high = number_text(greatest);
     if (isinf(least) && isinf(greatest))
         snprintf(text, cap, "a number");
     else if (isinf(greatest) && least > 0 && least <= DBL_MIN)
         snprintf(text, cap, "a number greater than 0%s%s", space, unit);
     else if (isinf(greatest))
-        snprintf(text, cap, "a number, at least %.15g%s%s", least, space, unit);
+        snprintf(text, cap, "a number, at least %s%s%s", low.text, space, unit);
     else if (isinf(least))
-        snprintf(text, cap, "a number, at most %.15g%s%s", greatest, space, unit);
+        snprintf(text, cap, "a number, at most %s%s%s", high.text, space, unit);
     else if (least > 0 && least <= DBL_MIN)
-        snprintf(text, cap, "a number greater than 0 and at most %.15g%s%s", greatest, space, unit);
+        snprintf(text, cap, "a number greater than 0 and at most %s%s%s", high.text, space, unit);
     else
-        snprintf(text, cap, "a number from %.15g to %.15g%s%s", least, greatest, space, unit);
+        snprintf(text, cap, "a number from %s to %s%s%s", low.text, high.text, space, unit);
 }
 
 int api_value_read_number(const struct api_value *value, double least, double greatest, const char *unit, double *out,

@@ -1,6 +1,6 @@
 /* Strict reading of a request's JSON: one scan that accepts RFC 8259 and nothing else, then typed access with pointers.
  * Leaves to others: what the fields mean (tree_json, op_*).
- * Invariant: the only file that knows cJSON; arrays of numbers never become cJSON nodes but arrays of doubles. */
+ * Invariant: arrays of numbers are arrays of doubles; nothing of the text is needed once it was read. */
 #ifndef API_JSON_IN_H
 #define API_JSON_IN_H
 

@@ -12,18 +12,17 @@
 /* what the grammar wants next */
 enum { WANT_VALUE, WANT_ITEM_OR_END, WANT_KEY, WANT_KEY_OR_END, WANT_MORE, WANT_NOTHING };
 
-/* about what one value takes in memory, and how much of it a byte of text may ask for */
-enum { COST_NODE = 80, COST_STRING = 32, COST_ARRAY = 16, COST_PER_BYTE = 20, COST_FREE = 1 << 16 };
-
 struct api_scan_frame {
     int object;
-    int pure;     /* an array that has held nothing but numbers so far: nothing of it is in the rest yet */
-    size_t first; /* of its numbers (while pure) or keys */
+    int pure;         /* an array that has held nothing but numbers so far: they have no nodes yet */
+    uint32_t node;    /* its own */
+    uint32_t last;    /* its last item or member, 0 = none yet */
+    size_t first_key; /* of an object's keys */
 };
 
-/* the key as it is written in the rest, quotes included */
+/* a key in the texts */
 struct api_scan_key {
-    size_t at, bytes;
+    uint32_t at, bytes;
 };
 
 static int scan_peek(const struct api_scan *s) { return s->at < s->bytes ? (unsigned char)s->text[s->at] : -1; }
@@ -32,8 +31,10 @@ static int scan_digit(int c) { return c >= '0' && c <= '9'; }
 
 static int scan_word(int c) { return scan_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 
+static int scan_is_space(int c) { return c == ' ' || c == '\n' || c == '\t' || c == '\r'; }
+
 static void scan_space(struct api_scan *s) {
-    while (s->at < s->bytes && s->text[s->at] <= ' ' && strchr(" \t\n\r", s->text[s->at]) && s->text[s->at]) s->at++;
+    while (scan_is_space(scan_peek(s))) s->at++;
 }
 
 /* messages */
@@ -101,12 +102,6 @@ static enum pend_status scan_grow(void **items, size_t *cap, size_t count, size_
     return PEND_OK;
 }
 
-static enum pend_status scan_charge(struct api_scan *s, size_t cost) {
-    s->cost += cost;
-    if (s->cost <= COST_FREE + COST_PER_BYTE * s->bytes) return PEND_OK;
-    return scan_fail(s, 422, s->at, "too many tiny values for so short a text");
-}
-
 static enum pend_status scan_push_number(struct api_scan *s, double x) {
     void *numbers = s->numbers;
     PEND_TRY(scan_grow(&numbers, &s->number_cap, s->number_count, sizeof x));
@@ -115,85 +110,122 @@ static enum pend_status scan_push_number(struct api_scan *s, double x) {
     return PEND_OK;
 }
 
-/* the rest: what goes to the parser */
+static struct api_scan_frame *scan_frame(struct api_scan *s) { return s->depth ? &s->frames[s->depth - 1] : NULL; }
 
-static enum pend_status scan_emit_number(struct api_scan *s, size_t k) {
-    PEND_TRY(scan_charge(s, COST_NODE));
-    return api_buffer_format(&s->rest, "%zu", k);
-}
-
-/* an array that held only numbers meets something else: its numbers become items of the rest */
-static enum pend_status scan_spoil(struct api_scan *s) {
-    if (!s->depth || !s->frames[s->depth - 1].pure) return PEND_OK;
-    struct api_scan_frame *frame = &s->frames[s->depth - 1];
-    frame->pure = 0;
-    PEND_TRY(scan_charge(s, COST_NODE));
-    PEND_TRY(api_buffer_text(&s->rest, "["));
-    for (size_t k = frame->first; k < s->number_count; k++) {
-        PEND_TRY(scan_emit_number(s, k));
-        PEND_TRY(api_buffer_text(&s->rest, ","));
-    }
+/* appends a node and makes it the next item or member of what is open; the key of a member is the last one read */
+static enum pend_status scan_push_node(struct api_scan *s, enum api_node_kind kind, size_t at, size_t count) {
+    struct api_scan_frame *frame = scan_frame(s);
+    void *nodes = s->nodes;
+    PEND_TRY(scan_grow(&nodes, &s->node_cap, s->node_count, sizeof *s->nodes));
+    s->nodes = nodes;
+    uint32_t key = frame && frame->object ? s->keys[s->key_count - 1].at : 0, node = (uint32_t)s->node_count++;
+    s->nodes[node] = (struct api_node){(uint32_t)kind, key, 0, (uint32_t)at, (uint32_t)count};
+    if (!frame) return PEND_OK;
+    if (frame->last) s->nodes[frame->last].next = node;
+    frame->last = node;
+    s->nodes[frame->node].count++;
     return PEND_OK;
 }
 
-static enum pend_status scan_emit_array(struct api_scan *s, size_t first) {
-    void *arrays = s->arrays;
-    PEND_TRY(scan_grow(&arrays, &s->array_cap, s->array_count, sizeof *s->arrays));
-    s->arrays = arrays;
-    s->arrays[s->array_count] = (struct api_scan_array){first, (int)(s->number_count - first)};
-    PEND_TRY(scan_charge(s, COST_NODE + COST_ARRAY));
-    return api_buffer_format(&s->rest, "-%zu", ++s->array_count);
+/* an array that held only numbers meets something else: its numbers become items with nodes */
+static enum pend_status scan_spoil(struct api_scan *s) {
+    struct api_scan_frame *frame = scan_frame(s);
+    if (!frame || !frame->pure) return PEND_OK;
+    frame->pure = 0;
+    s->nodes[frame->node].kind = API_NODE_ARRAY;
+    for (size_t k = s->nodes[frame->node].at; k < s->number_count; k++)
+        PEND_TRY(scan_push_node(s, API_NODE_NUMBER, k, 0));
+    return PEND_OK;
 }
 
 /* scalars */
 
-static void scan_digits(struct api_scan *s) {
-    while (scan_digit(scan_peek(s))) s->at++;
+static const char *scan_digits(const char *p, const char *end) {
+    while (p < end && scan_digit((unsigned char)*p)) p++;
+    return p;
 }
 
+/* the place of a fault becomes the present one */
+static enum pend_status scan_expected_digit(struct api_scan *s, const char *p, const char *what) {
+    s->at = (size_t)(p - s->text);
+    return scan_expected(s, what);
+}
+
+/* checks a number's grammar and goes behind it */
 static enum pend_status scan_number_grammar(struct api_scan *s) {
-    if (scan_peek(s) == '-') s->at++;
-    if (!scan_digit(scan_peek(s))) return scan_expected(s, "a digit behind the minus sign");
-    int zero = scan_peek(s) == '0';
-    s->at++;
-    if (zero && scan_digit(scan_peek(s)))
-        return scan_fail(s, 400, s->at - 1, "a number may not begin with the digit 0");
-    if (!zero) scan_digits(s);
-    if (scan_peek(s) == '.') {
-        s->at++;
-        if (!scan_digit(scan_peek(s))) return scan_expected(s, "a digit behind the decimal point");
-        scan_digits(s);
+    const char *p = s->text + s->at, *end = s->text + s->bytes, *part;
+    p += *p == '-';
+    part = p;
+    if ((p = scan_digits(p, end)) == part) return scan_expected_digit(s, p, "a digit behind the minus sign");
+    if (*part == '0' && p > part + 1)
+        return scan_fail(s, 400, (size_t)(part - s->text), "a number may not begin with the digit 0");
+    if (p < end && *p == '.') {
+        part = ++p;
+        if ((p = scan_digits(p, end)) == part) return scan_expected_digit(s, p, "a digit behind the decimal point");
     }
-    if (scan_peek(s) == 'e' || scan_peek(s) == 'E') {
-        s->at++;
-        if (scan_peek(s) == '+' || scan_peek(s) == '-') s->at++;
-        if (!scan_digit(scan_peek(s))) return scan_expected(s, "a digit in the exponent");
-        scan_digits(s);
+    if (p < end && (*p | 0x20) == 'e') {
+        p++;
+        p += p < end && (*p == '+' || *p == '-');
+        part = p;
+        if ((p = scan_digits(p, end)) == part) return scan_expected_digit(s, p, "a digit in the exponent");
     }
+    s->at = (size_t)(p - s->text);
     return PEND_OK;
 }
 
+/* a whole number of few digits, the most frequent kind: returns its end, or NULL where it is another */
+static const char *scan_short_number(const char *p, const char *end, double *x) {
+    int minus = *p == '-';
+    const char *first = p += minus, *last = end - p < 15 ? end : p + 15;
+    int64_t whole = 0;
+    for (; p < last && scan_digit((unsigned char)*p); p++) whole = 10 * whole + (*p - '0');
+    if (p == first || p == last || *p == '.' || (*p | 0x20) == 'e' || (*first == '0' && p > first + 1)) return NULL;
+    *x = minus ? -(double)whole : (double)whole;
+    return p;
+}
+
 static enum pend_status scan_number(struct api_scan *s) {
-    size_t begin = s->at;
-    PEND_TRY(scan_number_grammar(s));
-    double x = api_number_read(s->text + begin, s->text + s->at);
-    if (!isfinite(x)) {
-        int length = s->at - begin > FOUND_WORD ? FOUND_WORD : (int)(s->at - begin);
-        return scan_fail(s, 400, begin, "the number %.*s is beyond the range of a double", length, s->text + begin);
+    double x;
+    const char *begin = s->text + s->at, *end = scan_short_number(begin, s->text + s->bytes, &x);
+    if (end) {
+        s->at = (size_t)(end - s->text);
+        return scan_push_number(s, x);
     }
-    PEND_TRY(scan_push_number(s, x));
-    return s->depth && s->frames[s->depth - 1].pure ? PEND_OK : scan_emit_number(s, s->number_count - 1);
+    PEND_TRY(scan_number_grammar(s));
+    end = s->text + s->at;
+    x = api_number_read(begin, end);
+    if (isfinite(x)) return scan_push_number(s, x);
+    return scan_fail(s, 400, (size_t)(begin - s->text), "the number %.*s is beyond the range of a double",
+                     end - begin > FOUND_WORD ? FOUND_WORD : (int)(end - begin), begin);
+}
+
+/* the numbers from here on in an array of numbers, as far as they go */
+static enum pend_status scan_numbers(struct api_scan *s) {
+    int c;
+    do {
+        PEND_TRY(scan_number(s));
+        scan_space(s);
+        s->want = WANT_MORE;
+        if (scan_peek(s) != ',') break;
+        s->at++;
+        s->want = WANT_VALUE;
+        scan_space(s);
+        c = scan_peek(s);
+    } while (c == '-' || scan_digit(c));
+    return PEND_OK;
 }
 
 static enum pend_status scan_literal(struct api_scan *s) {
-    static const char *const literals[] = {"true", "false", "null"};
+    static const struct {
+        const char *text;
+        enum api_node_kind kind;
+    } literals[] = {{"true", API_NODE_TRUE}, {"false", API_NODE_FALSE}, {"null", API_NODE_NULL}};
     for (int i = 0; i < 3; i++) {
-        size_t length = strlen(literals[i]);
-        if (s->bytes - s->at < length || memcmp(s->text + s->at, literals[i], length)) continue;
+        size_t length = strlen(literals[i].text);
+        if (s->bytes - s->at < length || memcmp(s->text + s->at, literals[i].text, length)) continue;
         if (s->at + length < s->bytes && scan_word((unsigned char)s->text[s->at + length])) continue;
-        PEND_TRY(scan_charge(s, COST_NODE));
         s->at += length;
-        return api_buffer_add(&s->rest, literals[i], length);
+        return scan_push_node(s, literals[i].kind, 0, 0);
     }
     return scan_expected(s, "a value");
 }
@@ -241,7 +273,7 @@ static enum pend_status scan_unicode(struct api_scan *s) {
         s->at += 6;
     }
     char utf8[4];
-    return api_text_escape(&s->rest, utf8, (size_t)scan_encode(code, utf8));
+    return api_buffer_add(&s->texts, utf8, (size_t)scan_encode(code, utf8));
 }
 
 static enum pend_status scan_escape(struct api_scan *s) {
@@ -251,27 +283,29 @@ static enum pend_status scan_escape(struct api_scan *s) {
     const char *found = c ? strchr(from, c) : NULL;
     if (!found) return scan_fail(s, 400, s->at, "a backslash in a string must be followed by one of \"\\/bfnrtu");
     s->at += 2;
-    return api_text_escape(&s->rest, &to[found - from], 1);
+    return api_buffer_add(&s->texts, &to[found - from], 1);
 }
 
 /* the run of characters that may stand in a string as they are */
 static enum pend_status scan_run(struct api_scan *s) {
-    size_t begin = s->at;
-    while (s->at < s->bytes) {
-        unsigned char c = (unsigned char)s->text[s->at];
+    const char *begin = s->text + s->at, *end = s->text + s->bytes, *p = begin;
+    while (p < end) {
+        unsigned char c = (unsigned char)*p;
         if (c == '"' || c == '\\') break;
-        if (c < 0x20) return scan_fail(s, 400, s->at, "the control character 0x%02X in a string must be escaped", c);
-        int length = c < 0x80 ? 1 : api_text_utf8(s->text + s->at, s->bytes - s->at);
-        if (!length) return scan_fail(s, 400, s->at, "the byte 0x%02X begins no UTF-8 character", c);
-        s->at += (size_t)length;
+        if (c < 0x20)
+            return scan_fail(s, 400, (size_t)(p - s->text), "the control character 0x%02X in a string must be escaped",
+                             c);
+        int length = c < 0x80 ? 1 : api_text_utf8(p, (size_t)(end - p));
+        if (!length) return scan_fail(s, 400, (size_t)(p - s->text), "the byte 0x%02X begins no UTF-8 character", c);
+        p += length;
     }
-    return api_buffer_add(&s->rest, s->text + begin, s->at - begin);
+    s->at = (size_t)(p - s->text);
+    return api_buffer_add(&s->texts, begin, (size_t)(p - begin));
 }
 
-/* a string, in the one spelling that equal strings share */
-static enum pend_status scan_string(struct api_scan *s) {
-    size_t begin = s->at++, rest = s->rest.bytes;
-    PEND_TRY(api_buffer_text(&s->rest, "\""));
+/* a string into the texts, with a NUL behind it; *length does not count that */
+static enum pend_status scan_string(struct api_scan *s, size_t *length) {
+    size_t begin = s->at++, text = s->texts.bytes;
     for (;;) {
         PEND_TRY(scan_run(s));
         int c = scan_peek(s);
@@ -280,29 +314,30 @@ static enum pend_status scan_string(struct api_scan *s) {
         PEND_TRY(scan_escape(s));
     }
     s->at++;
-    PEND_TRY(api_buffer_text(&s->rest, "\""));
-    return scan_charge(s, COST_STRING + s->rest.bytes - rest);
+    *length = s->texts.bytes - text;
+    return api_buffer_add(&s->texts, "", 1);
 }
 
 /* arrays and objects */
 
 static enum pend_status scan_open(struct api_scan *s, int object) {
     if (s->depth == s->depth_cap) return scan_fail(s, 422, s->at, "more than %d levels of nesting", s->depth_cap);
-    s->frames[s->depth++] = (struct api_scan_frame){object, !object, object ? s->key_count : s->number_count};
+    uint32_t node = (uint32_t)s->node_count;
+    PEND_TRY(scan_push_node(s, object ? API_NODE_OBJECT : API_NODE_NUMBERS, object ? 0 : s->number_count, 0));
+    s->frames[s->depth++] = (struct api_scan_frame){object, !object, node, 0, s->key_count};
     s->at++;
     s->want = object ? WANT_KEY_OR_END : WANT_ITEM_OR_END;
-    if (!object) return PEND_OK;
-    PEND_TRY(scan_charge(s, COST_NODE));
-    return api_buffer_text(&s->rest, "{");
+    return PEND_OK;
 }
 
 static enum pend_status scan_close(struct api_scan *s) {
-    struct api_scan_frame *frame = &s->frames[--s->depth];
+    const struct api_scan_frame *frame = &s->frames[--s->depth];
+    struct api_node *node = &s->nodes[frame->node];
     s->at++;
     s->want = s->depth ? WANT_MORE : WANT_NOTHING;
-    if (frame->object) s->key_count = frame->first;
-    if (frame->pure) return scan_emit_array(s, frame->first);
-    return api_buffer_text(&s->rest, frame->object ? "}" : "]");
+    if (frame->object) s->key_count = frame->first_key;
+    if (frame->pure) node->count = (uint32_t)(s->number_count - node->at);
+    return PEND_OK;
 }
 
 /* what follows a value inside an array or object: a comma or the end */
@@ -312,7 +347,7 @@ static enum pend_status scan_more(struct api_scan *s, int c) {
     if (c != ',') return scan_expected(s, frame->object ? "\",\" or \"}\"" : "\",\" or \"]\"");
     s->at++;
     s->want = frame->object ? WANT_KEY : WANT_VALUE;
-    return frame->pure ? PEND_OK : api_buffer_text(&s->rest, ",");
+    return PEND_OK;
 }
 
 static uint32_t scan_hash(const char *p, size_t bytes) {
@@ -322,28 +357,21 @@ static uint32_t scan_hash(const char *p, size_t bytes) {
 }
 
 /* compares a key with the others of its object: few enough, by the cap, to try them all */
-static enum pend_status scan_unique(struct api_scan *s, size_t first, struct api_scan_key key, uint32_t hash,
-                                    size_t at) {
-    const char *rest = s->rest.data;
+static enum pend_status scan_unique(struct api_scan *s, struct api_scan_key key, uint32_t hash, size_t at) {
+    const char *texts = s->texts.data;
+    size_t first = scan_frame(s)->first_key;
     if (s->key_count - first >= API_SCAN_MEMBERS)
         return scan_fail(s, 422, at, "an object has more than %d members", API_SCAN_MEMBERS);
     for (size_t i = first; i < s->key_count; i++) {
         if (s->hashes[i] != hash || s->keys[i].bytes != key.bytes) continue;
-        if (memcmp(rest + s->keys[i].at, rest + key.at, key.bytes)) continue;
-        int length = (int)api_text_cut(rest + key.at, key.bytes, 40);
-        return scan_fail(s, 400, at, "the key %.*s is there twice", length, rest + key.at);
+        if (memcmp(texts + s->keys[i].at, texts + key.at, key.bytes)) continue;
+        int length = (int)api_text_cut(texts + key.at, key.bytes, 40);
+        return scan_fail(s, 400, at, "the key \"%.*s\" is there twice", length, texts + key.at);
     }
     return PEND_OK;
 }
 
-static enum pend_status scan_key(struct api_scan *s, int c) {
-    size_t at = s->at, begin = s->rest.bytes;
-    if (c != '"')
-        return scan_expected(s, s->want == WANT_KEY ? "a key in double quotes" : "a key in double quotes or \"}\"");
-    PEND_TRY(scan_string(s));
-    struct api_scan_key key = {begin, s->rest.bytes - begin};
-    uint32_t hash = scan_hash(s->rest.data + key.at, key.bytes);
-    PEND_TRY(scan_unique(s, s->frames[s->depth - 1].first, key, hash, at));
+static enum pend_status scan_push_key(struct api_scan *s, struct api_scan_key key, uint32_t hash) {
     void *keys = s->keys, *hashes = s->hashes;
     PEND_TRY(scan_grow(&keys, &s->key_cap, s->key_count, sizeof key));
     s->keys = keys;
@@ -351,22 +379,43 @@ static enum pend_status scan_key(struct api_scan *s, int c) {
     s->hashes = hashes;
     s->keys[s->key_count] = key;
     s->hashes[s->key_count++] = hash;
+    return PEND_OK;
+}
+
+static enum pend_status scan_key(struct api_scan *s, int c) {
+    size_t at = s->at, text = s->texts.bytes, length;
+    if (c != '"')
+        return scan_expected(s, s->want == WANT_KEY ? "a key in double quotes" : "a key in double quotes or \"}\"");
+    PEND_TRY(scan_string(s, &length));
+    struct api_scan_key key = {(uint32_t)text, (uint32_t)length};
+    uint32_t hash = scan_hash(s->texts.data + text, length);
+    PEND_TRY(scan_unique(s, key, hash, at));
+    PEND_TRY(scan_push_key(s, key, hash));
     scan_space(s);
     if (scan_peek(s) != ':') return scan_expected(s, "\":\"");
     s->at++;
     s->want = WANT_VALUE;
-    return api_buffer_text(&s->rest, ":");
+    return PEND_OK;
+}
+
+static enum pend_status scan_scalar(struct api_scan *s, int c) {
+    size_t text = s->texts.bytes, length;
+    if (c == '"') {
+        PEND_TRY(scan_string(s, &length));
+        return scan_push_node(s, API_NODE_TEXT, text, length);
+    }
+    if (c != '-' && !scan_digit(c)) return scan_literal(s);
+    PEND_TRY(scan_number(s));
+    return scan_push_node(s, API_NODE_NUMBER, s->number_count - 1, 0);
 }
 
 static enum pend_status scan_value(struct api_scan *s, int c) {
-    int number = c == '-' || scan_digit(c);
-    if (!number) PEND_TRY(scan_spoil(s));
+    const struct api_scan_frame *frame = scan_frame(s);
+    if (frame && frame->pure && (c == '-' || scan_digit(c))) return scan_numbers(s);
+    PEND_TRY(scan_spoil(s));
     if (c == '{' || c == '[') return scan_open(s, c == '{');
-    s->want = s->depth ? WANT_MORE : WANT_NOTHING;
-    if (number) return scan_number(s);
-    if (c != '"') return scan_literal(s);
-    PEND_TRY(scan_charge(s, COST_NODE));
-    return scan_string(s);
+    s->want = frame ? WANT_MORE : WANT_NOTHING;
+    return scan_scalar(s, c);
 }
 
 static enum pend_status scan_step(struct api_scan *s) {
@@ -390,7 +439,7 @@ static enum pend_status scan_document(struct api_scan *s) {
 enum pend_status api_scan_run(struct api_scan *scan, const char *text, size_t bytes, int depth_cap,
                               struct api_problem *problem) {
     *scan = (struct api_scan){.text = text, .bytes = bytes, .depth_cap = depth_cap, .problem = problem};
-    api_buffer_init(&scan->rest, SIZE_MAX);
+    api_buffer_init(&scan->texts, SIZE_MAX);
     scan->frames = calloc((size_t)depth_cap, sizeof *scan->frames);
     return scan->frames ? scan_document(scan) : PEND_NO_MEMORY;
 }
@@ -400,7 +449,7 @@ void api_scan_clear(struct api_scan *scan) {
     free(scan->keys);
     free(scan->hashes);
     free(scan->numbers);
-    free(scan->arrays);
-    api_buffer_clear(&scan->rest);
+    free(scan->nodes);
+    api_buffer_clear(&scan->texts);
     *scan = (struct api_scan){0};
 }

@@ -34,7 +34,6 @@ struct api_reading {
 /* One turn of a running operation. */
 struct api_turn {
     struct api_buffer *out;
-    struct api_problem *problem;  /* for faults with a pointer that only the computation can find */
     double (*now)(void *context); /* s; NULL without a clock */
     void *context;
     double begun;   /* s, by the clock, when this turn began */
@@ -65,7 +64,7 @@ struct api_op {
      * Computes on until the turn is over or all is done, and appends to the answer.
      *
      * done   set non-zero once the answer is complete.
-     * error  says why a turn failed, where turn->problem does not.
+     * error  says why a turn failed.
      */
     enum pend_status (*run)(void *state, const struct api_turn *turn, int *done, struct pend_error *error);
     /** Integration steps so far; NULL for an operation that takes none. */

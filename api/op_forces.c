@@ -60,41 +60,51 @@ static void forces_free(void **state) {
 
 /* reading */
 
-static enum pend_status forces_read_states(struct forces *forces, const struct api_reading *reading) {
-    struct api_problem *problem = reading->problem;
-    struct api_value one = api_value_member(reading->root, "state"), many = api_value_member(reading->root, "states");
-    int single = api_value_kind(&many) == API_MISSING, count = single ? 1 : api_value_count(&many);
-    forces->table.single = single;
-    forces->table.rows = count;
-    if (!single && api_value_kind(&one) != API_MISSING)
-        api_value_fault(&one, problem, "does not go together with \"states\": give one of the two");
-    if (!single && (api_value_kind(&many) != API_ARRAY || !count))
-        api_value_fault(&many, problem, "must be an array of at least one state");
-    if (count > reading->limits->samples)
-        api_value_fault(&many, problem,
-                        "has %d states, more than the limit max-samples of %.0f: ask for fewer at a "
-                        "time",
-                        count, reading->limits->samples);
-    if (!count || count > reading->limits->samples) return PEND_INVALID;
-    if (forces->tree.tree) PEND_TRY(api_states_new(&forces->states, count, forces->tree.n));
-    if (single) api_states_read(forces->states, 0, &one, &forces->tree, reading->limits, problem);
-    struct api_value state = api_value_item(&many, 0);
-    for (; api_value_kind(&state) != API_MISSING; state = api_value_next(&state))
-        api_states_read(forces->states, state.index, &state, &forces->tree, reading->limits, problem);
-    return PEND_OK;
-}
-
-static enum pend_status forces_check_size(struct forces *forces, const struct api_reading *reading) {
+/* sets the columns and faults an answer that would be too large */
+static void forces_check_size(struct forces *forces, const struct api_reading *reading) {
     struct api_table *table = &forces->table;
     for (int c = 0; c < COLUMNS; c++)
         api_table_add(table, columns[c].name, columns[c].part, c < KINETIC ? forces->tree.n : 0);
     double bytes = reading->format->bytes(table);
-    if (bytes <= reading->limits->answer_bytes) return PEND_OK;
-    api_value_fault(reading->root, reading->problem,
-                    "asks for %ld states of %.0f numbers, up to %.0f bytes, more than the limit max-answer-bytes of "
-                    "%.0f: ask for fewer at a time",
-                    table->rows, api_table_numbers(table, 0), bytes, reading->limits->answer_bytes);
-    return PEND_INVALID;
+    if (bytes > reading->limits->answer_bytes)
+        api_value_fault(reading->root, reading->problem,
+                        "asks for %ld states of %.0f numbers, up to %.0f bytes, more than the limit max-answer-bytes "
+                        "of %.0f: ask for fewer at a time",
+                        table->rows, api_table_numbers(table, 0), bytes, reading->limits->answer_bytes);
+}
+
+/* how many states there are; 0 where that is a fault */
+static long forces_count(struct forces *forces, const struct api_reading *reading) {
+    struct api_problem *problem = reading->problem;
+    struct api_value one = api_value_member(reading->root, "state"), many = api_value_member(reading->root, "states");
+    forces->table.single = api_value_kind(&many) == API_MISSING;
+    if (forces->table.single) return 1;
+    long count = api_value_count(&many);
+    if (api_value_kind(&one) != API_MISSING)
+        api_value_fault(&one, problem, "does not go together with \"states\": give one of the two");
+    if (api_value_kind(&many) != API_ARRAY || !count) {
+        api_value_fault(&many, problem, "must be an array of at least one state");
+        return 0;
+    }
+    if ((double)count <= reading->limits->samples) return count;
+    api_value_fault(&many, problem, "has %ld states, more than the limit max-samples of %.0f: ask for fewer at a time",
+                    count, reading->limits->samples);
+    return 0;
+}
+
+/* the states; they get their memory only once nothing is wrong with the rest and with the size of the answer */
+static enum pend_status forces_read_states(struct forces *forces, const struct api_reading *reading) {
+    struct api_problem *problem = reading->problem;
+    struct api_value one = api_value_member(reading->root, "state"), many = api_value_member(reading->root, "states");
+    forces->table.rows = forces_count(forces, reading);
+    if (!forces->table.rows) return PEND_INVALID;
+    if (forces->tree.tree) forces_check_size(forces, reading);
+    if (!problem->status) PEND_TRY(api_states_new(&forces->states, forces->table.rows, forces->tree.n));
+    if (forces->table.single) api_states_read(forces->states, 0, &one, &forces->tree, reading->limits, problem);
+    struct api_value state = api_value_item(&many, 0);
+    for (; api_value_kind(&state) != API_MISSING; state = api_value_next(&state))
+        api_states_read(forces->states, state.index, &state, &forces->tree, reading->limits, problem);
+    return problem->status ? PEND_INVALID : PEND_OK;
 }
 
 static enum pend_status forces_read_parts(struct forces *forces, const struct api_reading *reading) {
@@ -106,9 +116,7 @@ static enum pend_status forces_read_parts(struct forces *forces, const struct ap
     forces->table.digits = (int)rounded;
     enum pend_status status = api_tree_read(&forces->tree, &pendulum, reading->limits, reading->problem);
     if (status == PEND_NO_MEMORY) return status;
-    status = forces_read_states(forces, reading);
-    if (status == PEND_NO_MEMORY) return status;
-    return reading->problem->status ? PEND_INVALID : forces_check_size(forces, reading);
+    return forces_read_states(forces, reading);
 }
 
 static enum pend_status forces_read(void **state, const struct api_reading *reading) {

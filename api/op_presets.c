@@ -61,13 +61,18 @@ static enum pend_status preset_read(void **state, const struct api_reading *read
     return found < 0 ? refuse_name(name, reading->problem) : presets_new(state, found);
 }
 
-static enum pend_status write_summary(const struct pend_preset *preset, struct api_buffer *out) {
+static enum pend_status write_head(const struct pend_preset *preset, struct api_buffer *out) {
     PEND_TRY(api_out_comma(out));
     PEND_TRY(api_buffer_text(out, "{"));
     PEND_TRY(api_out_text(out, "name", preset->name));
     PEND_TRY(api_out_text(out, "title", preset->title));
-    PEND_TRY(api_out_text(out, "description", preset->description));
-    return api_out_whole(out, "n", preset->n);
+    return api_out_text(out, "description", preset->description);
+}
+
+static enum pend_status write_summary(const struct pend_preset *preset, struct api_buffer *out) {
+    PEND_TRY(write_head(preset, out));
+    PEND_TRY(api_out_whole(out, "n", preset->n));
+    return api_buffer_text(out, "}");
 }
 
 static enum pend_status write_pendulum(const struct pend_preset *preset, struct api_buffer *out) {
@@ -82,7 +87,7 @@ static enum pend_status write_pendulum(const struct pend_preset *preset, struct 
 }
 
 static enum pend_status write_preset(const struct pend_preset *preset, struct api_buffer *out) {
-    PEND_TRY(write_summary(preset, out));
+    PEND_TRY(write_head(preset, out));
     PEND_TRY(write_pendulum(preset, out));
     PEND_TRY(api_out_open(out, "initial", '{'));
     PEND_TRY(api_out_numbers(out, "phi", preset->n, preset->phi, 0));
@@ -107,7 +112,6 @@ static enum pend_status presets_run(void *state, const struct api_turn *turn, in
     for (int i = 0; i < pend_preset_count(); i++) {
         pend_preset_get(i, &presets->preset);
         PEND_TRY(write_summary(&presets->preset, turn->out));
-        PEND_TRY(api_buffer_text(turn->out, "}"));
     }
     return api_buffer_text(turn->out, "]}");
 }

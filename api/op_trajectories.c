@@ -3,7 +3,10 @@
  * Invariant: at most one block of samples is held besides the answer. */
 #include "api/op.h"
 
+#include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "api/method_json.h"
 #include "api/samples.h"
@@ -131,8 +134,16 @@ static enum pend_status trajectory_end(struct trajectory *trajectory, const stru
     api_stats_whole(&told, "rejected", stats.rejected);
     api_stats_whole(&told, "evaluations", stats.evaluations);
     api_stats_number(&told, "energy_drift", stats.energy_drift);
-    if (seconds >= 0) api_stats_number(&told, "compute_seconds", seconds);
+    if (seconds >= 0) api_stats_number(&told, "compute_seconds", rint(seconds * 1e6) / 1e6);
     return api_writer_end(trajectory->writer, &told, turn->out);
+}
+
+/* names the limit behind a failure, and the way out */
+static void name_limit(enum pend_status status, struct pend_error *error) {
+    size_t used = strlen(error->text);
+    if (status == PEND_TOO_MANY_STEPS)
+        snprintf(error->text + used, sizeof error->text - used,
+                 " (max-steps): ask for a shorter time or a looser tolerance");
 }
 
 static enum pend_status trajectory_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
@@ -140,7 +151,9 @@ static enum pend_status trajectory_run(void *state, const struct api_turn *turn,
     if (!trajectory->run) PEND_TRY(trajectory_begin(trajectory, turn->out, error));
     do {
         struct api_samples *samples = trajectory->samples;
-        PEND_TRY(pend_run_next(trajectory->run, &samples->samples, piece, done, error));
+        enum pend_status status = pend_run_next(trajectory->run, &samples->samples, piece, done, error);
+        name_limit(status, error);
+        PEND_TRY(status);
         api_samples_derive(samples);
         PEND_TRY(api_writer_block(trajectory->writer, samples->samples.count, samples->column, turn->out, error));
     } while (!*done && !api_turn_over(turn));

@@ -53,6 +53,7 @@ static long fault_count(const struct api_problem *problem) { return problem->cou
 /* adds a fault at entry i (and j) of a field of the form, -1 = at the field as a whole */
 static void tree_fault(const struct tree_reading *reading, const char *field, int i, int j, const char *text) {
     char pointer[API_POINTER_BYTES + 64];
+    if (api_problem_full(reading->problem)) return;
     size_t used = (size_t)snprintf(pointer, sizeof pointer, "%s", reading->at), room = sizeof pointer - used;
     if (reading->form == FORM_ARMS && i >= 0)
         snprintf(pointer + used, room, "/arms/%d/%s", i, field);
@@ -156,7 +157,7 @@ static int arm_parent(const struct name_list *names, int n, const struct api_val
     if (api_value_kind(&field) == API_MISSING || api_value_kind(&field) == API_NULL) return -1;
     const char *text = api_value_text(&field), *near = NULL;
     int parent = text ? names_find(names, n, text) : NO_PARENT;
-    if (parent >= 0) return parent;
+    if (parent >= 0 || api_problem_full(problem)) return parent;
     if (text && n <= NEAR_NAMES && fault_count(problem) < NEAR_FAULTS) near = api_name_nearest(text, names->text);
     api_value_found(&field, found);
     if (near)
@@ -243,33 +244,35 @@ static enum pend_status read_parents(struct tree_reading *reading) {
 
 /* the rows of S into one array; true when each has n numbers */
 static int read_rows(const struct tree_reading *reading, const struct api_value *matrix, double path[]) {
-    int n = reading->n, good = 1, rows = api_value_count(matrix);
-    if (api_value_kind(matrix) != API_ARRAY || rows != n) {
-        api_value_fault(matrix, reading->problem, "must be an array of %d rows of %d numbers, one for each arm", n, n);
-        return 0;
-    }
+    int n = reading->n, good = 1;
     struct api_value row = api_value_item(matrix, 0);
     for (; api_value_kind(&row) != API_MISSING; row = api_value_next(&row))
         good &= api_field_numbers(&row, n, "arm", path + (size_t)row.index * (size_t)n, reading->problem) > 0;
     return good;
 }
 
-/* parents out of the path matrix */
-static enum pend_status read_path(struct tree_reading *reading) {
+/* parents out of a path matrix that has n rows */
+static enum pend_status read_matrix(struct tree_reading *reading, const struct api_value *matrix) {
     struct pend_fault_sink sink = {tree_report, reading};
-    struct api_value matrix = api_value_member(reading->pendulum, "S");
     size_t n = (size_t)reading->n;
+    if (n > SIZE_MAX / n / sizeof(double)) return PEND_NO_MEMORY;
+    double *path = malloc(n * n * sizeof *path);
+    if (!path) return PEND_NO_MEMORY;
     enum pend_status status = PEND_INVALID;
-    double *path = NULL;
-    if (!api_field_needed(&matrix, reading->problem)) goto out;
-    status = PEND_NO_MEMORY;
-    if (n > SIZE_MAX / n / sizeof *path || !(path = malloc(n * n * sizeof *path))) goto out;
-    status = PEND_INVALID;
-    if (read_rows(reading, &matrix, path))
-        status = pend_tree_parent_from_path(reading->n, path, reading->parent, &sink);
-out:
-    for (int i = 0; status != PEND_OK && i < reading->n; i++) reading->parent[i] = NO_PARENT;
+    if (read_rows(reading, matrix, path)) status = pend_tree_parent_from_path(reading->n, path, reading->parent, &sink);
     free(path);
+    return status;
+}
+
+static enum pend_status read_path(struct tree_reading *reading) {
+    struct api_value matrix = api_value_member(reading->pendulum, "S");
+    enum pend_status status = PEND_INVALID;
+    int n = reading->n, rows = api_value_kind(&matrix) == API_ARRAY ? api_value_count(&matrix) : -1;
+    if (rows == n)
+        status = read_matrix(reading, &matrix);
+    else if (api_field_needed(&matrix, reading->problem))
+        api_value_fault(&matrix, reading->problem, "must be an array of %d rows of %d numbers, one for each arm", n, n);
+    for (int i = 0; status != PEND_OK && i < n; i++) reading->parent[i] = NO_PARENT;
     return status == PEND_INVALID ? PEND_OK : status; /* the faults are told; the rest is still to be checked */
 }
 
@@ -298,7 +301,7 @@ static enum form tree_form(const struct api_value *pendulum, struct api_problem 
 static int tree_count(const struct tree_reading *reading) {
     for (int i = 0; i < 3 && forms[reading->form].field[i]; i++) {
         struct api_value field = api_value_member(reading->pendulum, forms[reading->form].field[i]);
-        if (api_value_count(&field)) return api_value_count(&field);
+        if (api_value_kind(&field) == API_ARRAY && api_value_count(&field)) return api_value_count(&field);
     }
     return 0;
 }

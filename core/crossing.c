@@ -22,8 +22,10 @@ static double crossing_bisect(const struct crossing_path *path, crossing_fn *f, 
     for (int i = 0; i < 64; i++) {
         double c = 0.5 * (a + b);
         if (c == a || c == b) break;
-        if ((f(path, c) >= level) == above) b = c;
-        else a = c;
+        if ((f(path, c) >= level) == above)
+            b = c;
+        else
+            a = c;
     }
     return b;
 }

@@ -18,7 +18,7 @@ struct dense_table {
 LANES_INLINE void dense_answer(const struct jets_system *s, int n, num rate[], num force[]) {
     num zero = num_of(0);
     for (int k = 0; k < n; k++) {
-        s->sum_push[k] = s->sum_side[k] = s->sum_cos[k] = s->sum_sin[k] = s->early[k] = zero;
+        s->sum_side[k] = s->sum_cos[k] = s->sum_sin[k] = s->early[k] = zero;
     }
     jets_up(s);
     jets_down(s, zero);
@@ -48,36 +48,54 @@ struct dense_order {
     num re[DENSE_MAX], im[DENSE_MAX], rate[DENSE_MAX], force[DENSE_MAX];
 };
 
-/* T and c of order k; the newest coefficients, which are waited for, come last */
-LANES_INLINE struct dense_order dense_known(const struct jets_system *s, int n, int k, const struct dense_order *first,
-                                            const struct dense_order *newest) {
-    struct dense_order x;
-    for (int i = 0; i < n; i++) x.re[i] = x.im[i] = x.rate[i] = x.force[i] = num_of(0);
-    for (int j = 2; j <= k; j++) {
-        size_t turn = (size_t)j * (size_t)n, rate = (size_t)(k + 1 - j) * (size_t)n, force = rate - (size_t)n;
-        for (int i = 0; i < n; i++) {
-            num ur = s->turn_re[turn + (size_t)i], ui = s->turn_im[turn + (size_t)i];
-            num w = s->rate[rate + (size_t)i], f = s->force[force + (size_t)i];
+/*
+ * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass: what is loaded
+ * serves both. Row -1 of the forces is zero.
+ */
+LANES_INLINE void dense_known(const struct jets_system *s, int n, int k, const struct dense_order *first,
+                              struct dense_order *now, struct dense_order *next) {
+    for (int i = 0; i < n; i++) {
+        num zero = num_of(0), x[8] = {zero, zero, zero, zero, zero, zero, zero, zero};
+        const num *re = s->turn_re + 2 * n + i, *im = s->turn_im + 2 * n + i;
+        const num *rate = s->rate + k * n + i, *force = s->force + (k - 1) * n + i;
+        num w = *rate, f = *force;
+        NUM_PIN(w);
+        NUM_PIN(f);
+        // u_1 is imaginary
+        x[1] = num_mul(first->im[i], w);
+        x[3] = num_mul(first->im[i], f);
+#pragma GCC unroll 2
+        for (int j = 2; j <= k + 1; j++, re += n, im += n) {
+            num ur = *re, ui = *im;
             NUM_PIN(ur);
             NUM_PIN(ui);
+            x[4] = num_fma(ur, w, x[4]);
+            x[5] = num_fma(ui, w, x[5]);
+            x[6] = num_fma(ur, f, x[6]);
+            x[7] = num_fma(ui, f, x[7]);
+            rate -= n, force -= n;
+            w = *rate, f = *force;
             NUM_PIN(w);
             NUM_PIN(f);
-            x.re[i] = num_fma(ur, w, x.re[i]);
-            x.im[i] = num_fma(ui, w, x.im[i]);
-            x.rate[i] = num_fma(ur, f, x.rate[i]);
-            x.force[i] = num_fma(ui, f, x.force[i]);
+            x[0] = num_fma(ur, w, x[0]);
+            x[1] = num_fma(ui, w, x[1]);
+            x[2] = num_fma(ur, f, x[2]);
+            x[3] = num_fma(ui, f, x[3]);
         }
+        now->re[i] = x[0], now->im[i] = x[1], now->rate[i] = x[2], now->force[i] = x[3];
+        next->re[i] = x[4], next->im[i] = x[5], next->rate[i] = x[6], next->force[i] = x[7];
     }
+}
+
+/* the terms of order k + 1 that the coefficients of order k are needed for */
+LANES_INLINE void dense_complete(int n, const struct dense_order *first, const struct dense_order *newest,
+                                 struct dense_order *known) {
     for (int i = 0; i < n; i++) {
-        if (k) {
-            // u_1 is imaginary
-            x.im[i] = num_fma(first->im[i], newest->rate[i], x.im[i]);
-            x.force[i] = num_fma(first->im[i], newest->force[i], x.force[i]);
-        }
-        x.re[i] = num_fma(newest->re[i], first->rate[i], x.re[i]);
-        x.im[i] = num_fma(newest->im[i], first->rate[i], x.im[i]);
+        known->im[i] = num_fma(first->im[i], newest->rate[i], known->im[i]);
+        known->force[i] = num_fma(first->im[i], newest->force[i], known->force[i]);
+        known->re[i] = num_fma(newest->re[i], first->rate[i], known->re[i]);
+        known->im[i] = num_fma(newest->im[i], first->rate[i], known->im[i]);
     }
-    return x;
 }
 
 /* the coefficients of order k from the known parts; lift and drop are gravity's, of the root */
@@ -106,6 +124,15 @@ LANES_INLINE void dense_solve(const struct jets_system *s, const struct dense_ta
     }
 }
 
+LANES_INLINE void dense_keep(const struct jets_system *s, int n, int k, const struct dense_order *x) {
+    for (int i = 0; i < n; i++) {
+        s->rate[(k + 1) * n + i] = x->rate[i];
+        s->force[k * n + i] = x->force[i];
+        s->turn_re[(k + 2) * n + i] = x->re[i];
+        s->turn_im[(k + 2) * n + i] = x->im[i];
+    }
+}
+
 LANES_INLINE void dense_orders_of(const struct jets_system *s, num gravity, int order, int n) {
     struct dense_table table;
     struct dense_order first, newest;
@@ -114,28 +141,31 @@ LANES_INLINE void dense_orders_of(const struct jets_system *s, num gravity, int 
         first.re[i] = first.force[i] = num_of(0);
         first.im[i] = first.rate[i] = s->rate[i];
     }
-    newest = first;
     // gravity is a pull on the root
     num per_len = num_mul(gravity, s->inv_len[0]), zero = num_of(0);
     num lift = num_mul(s->sine[0], per_len), drop = num_mul(s->cosine[0], per_len);
-    for (int k = 0; k < order; k++) {
-        struct dense_order known = dense_known(s, n, k, &first, &newest);
-        dense_solve(s, &table, n, k, k ? zero : lift, k ? zero : drop, &known, &newest);
-        for (int i = 0; i < n; i++) {
-            s->rate[(k + 1) * n + i] = newest.rate[i];
-            s->force[k * n + i] = newest.force[i];
-            s->turn_re[(k + 2) * n + i] = newest.re[i];
-            s->turn_im[(k + 2) * n + i] = newest.im[i];
-        }
+    for (int k = 0; k < order; k += 2) {
+        struct dense_order now, next;
+        dense_known(s, n, k, &first, &now, &next);
+        dense_solve(s, &table, n, k, k ? zero : lift, k ? zero : drop, &now, &newest);
+        dense_keep(s, n, k, &newest);
+        if (k + 1 == order) break;
+        dense_complete(n, &first, &newest, &next);
+        dense_solve(s, &table, n, k + 1, zero, zero, &next, &newest);
+        dense_keep(s, n, k + 1, &newest);
     }
 }
 
 /* all orders of a tree of up to DENSE_MAX arms whose stride is n */
 static void dense_orders(const struct jets_system *s, num gravity, int order) {
-    if (s->n == 1) dense_orders_of(s, gravity, order, 1);
-    else if (s->n == 2) dense_orders_of(s, gravity, order, 2);
-    else if (s->n == 3) dense_orders_of(s, gravity, order, 3);
-    else dense_orders_of(s, gravity, order, 4);
+    if (s->n == 1)
+        dense_orders_of(s, gravity, order, 1);
+    else if (s->n == 2)
+        dense_orders_of(s, gravity, order, 2);
+    else if (s->n == 3)
+        dense_orders_of(s, gravity, order, 3);
+    else
+        dense_orders_of(s, gravity, order, 4);
 }
 
 #endif

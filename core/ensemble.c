@@ -92,9 +92,9 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble, const struct
     const struct ensemble_kernel *kernel = ensemble_kernel(isa);
     int n = problem->tree->n, order = pend_taylor_order(problem->rtol);
     size_t width = (size_t)kernel->width, head = (sizeof **ensemble + 63) / 64 * 64;
-    size_t doubles = (ENSEMBLE_LANED + 2) * ensemble_padded((size_t)n * width) + ENSEMBLE_SINGLE * ensemble_padded(width) +
-                     ENSEMBLE_FLAT * ensemble_padded((size_t)n) + ENSEMBLE_SHARES +
-                     ensemble_padded(kernel->series_count(n, order));
+    size_t doubles = (ENSEMBLE_LANED + 2) * ensemble_padded((size_t)n * width) +
+                     ENSEMBLE_SINGLE * ensemble_padded(width) + ENSEMBLE_FLAT * ensemble_padded((size_t)n) +
+                     ENSEMBLE_SHARES + ensemble_padded(kernel->series_count(n, order));
     struct pend_ensemble *e = aligned_alloc(64, head + doubles * sizeof(double));
     if (!e) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for an ensemble of trees of %d arms", n);
     memset(e, 0, head + doubles * sizeof(double));
@@ -103,7 +103,7 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble, const struct
     e->lanes = (struct ensemble_lanes){.n = n, .order = order, .width = kernel->width};
     e->lanes.parent = problem->tree->parent;
     e->lanes.end = problem->tree->end;
-    e->lanes.log_rtol = log2(problem->rtol);
+    e->lanes.log_rtol = log2(pend_taylor_target(problem->rtol));
     e->lanes.log_atol = problem->atol > 0 ? log2(problem->atol) : -1e5;
     e->lanes.bound = problem->bound;
     ensemble_place(e, (char *)e + head);

@@ -40,8 +40,8 @@ struct pend_ensemble_problem {
     double gravity;    /* m/s^2 */
     double duration;   /* s, either sign */
     double rtol, atol; /* as of the taylor method */
-    double bound;      /* rad, > 0: theta = phi + pi/2 crossing bound + 2 i bound, i any integer, is noted: pi for flips,
-                          anything for a bound of your own; touching it inside a step counts; 0 = not wanted */
+    double bound; /* rad, > 0: theta = phi + pi/2 crossing bound + 2 i bound, i any integer, is noted: pi for flips,
+                     anything for a bound of your own; touching it inside a step counts; 0 = not wanted */
     int stop_at_bound; /* non-zero: a member ends at its first crossing */
     long step_cap;     /* most steps of a member, 0 = no limit */
     pend_fetch_fn *fetch;

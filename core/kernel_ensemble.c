@@ -52,25 +52,28 @@ enum {
     LEADING = 4
 };
 
+/* numbers from one series to the next; an odd multiple of the cache's line apart, or they would evict each other */
+static size_t ensemble_series(int n, int order) { return (size_t)n * (size_t)(order + 3) + 5; }
+
 static size_t ensemble_series_count(int n, int order) {
-    return (4 * (size_t)(order + 2) + ARRAY_COUNT) * (size_t)n * WIDTH;
+    return (4 * ensemble_series(n, order) + (size_t)ARRAY_COUNT * (size_t)n) * WIDTH;
 }
 
 static struct jets_system ensemble_view(const struct ensemble_lanes *lanes) {
-    size_t n = (size_t)lanes->n, series = n * (size_t)(lanes->order + 2);
+    size_t n = (size_t)lanes->n, series = ensemble_series(lanes->n, lanes->order);
     num *at = (num *)(void *)lanes->series, *arrays = at + 4 * series;
-    struct jets_system s = {
-        .n = lanes->n,
-        .stride = n,
-        .parent = lanes->parent,
-        .end = lanes->end,
-        .share = lanes->share,
-        .rate = at,
-        .force = at + series,
-        .turn_re = at + 2 * series,
-        .turn_im = at + 3 * series,
+    struct jets_system s = {.n = lanes->n,
+                            .stride = n,
+                            .tile = 8,
+                            .parent = lanes->parent,
+                            .end = lanes->end,
+                            .share = lanes->share,
+                            .rate = at,
+                            .force = at + series + n, // row -1 is zero
+                            .turn_re = at + 2 * series,
+                            .turn_im = at + 3 * series,
 #define X(name) .name = arrays + (size_t)ARRAY_##name * n,
-        JETS_ARRAYS(X)
+                            JETS_ARRAYS(X)
 #undef X
     };
     s.len = (num *)(void *)lanes->len;
@@ -103,16 +106,20 @@ LANES_INLINE num ensemble_norm(const struct jets_system *s, int j) {
     return NUM_(_log2)(norm) - (num)((mask)(norm == 0) & (mask)num_of(1e4));
 }
 
-/* the step in units: each of four trailing terms below rtol times the motion of the step, or below atol */
+/* the step in units, by the rule of the taylor method: the first term left out is below rtol times the motion, or atol
+ */
 static num ensemble_choose(const struct ensemble_lanes *lanes, const struct jets_system *s) {
     static const double log2_of[LEADING] = {0, 1, 1.5849625007211562, 2};
     num leading[LEADING], reach = num_of(10);
+    const double *last = s->share + lanes->order;
     for (int i = 0; i < LEADING; i++) {
-        leading[i] = ensemble_norm(s, i) + (lanes->log_rtol - log2_of[i]);
+        leading[i] = ensemble_norm(s, i) - log2_of[i];
     }
     for (int j = lanes->order - TRAILING + 1; j <= lanes->order; j++) {
-        num trailing = ensemble_norm(s, j), here = (lanes->log_atol - trailing) * s->share[j];
-        for (int i = 0; i < LEADING; i++) here = num_max(here, (leading[i] - trailing) * s->share[j - i - 1]);
+        num trailing = ensemble_norm(s, j), here = lanes->log_atol * last[1] - trailing * s->share[j];
+        for (int i = 0; i < LEADING; i++) {
+            here = num_max(here, lanes->log_rtol * last[-i] + (leading[i] - trailing) * s->share[j - i - 1]);
+        }
         reach = num_min(reach, here);
     }
     return NUM_(_exp2)(num_max(reach, num_of(-60)));
@@ -165,8 +172,10 @@ static int ensemble_step(struct ensemble_lanes *lanes, unsigned char attention[]
     ensemble_start(lanes, &s, unit);
     jets_factor(&s);
     num gravity = lane_get(lanes->gravity, 0) * unit * unit;
-    if (s.n <= DENSE_MAX) dense_orders(&s, gravity, lanes->order);
-    else jets_orders(&s, gravity, lanes->order);
+    if (s.n <= DENSE_MAX)
+        dense_orders(&s, gravity, lanes->order);
+    else
+        jets_orders(&s, gravity, lanes->order);
     num x = ensemble_choose(lanes, &s), left = (stop - time) / unit;
     mask lands = (mask)(x >= left);
     num next = NUM_(_pick)(lands, stop, time + x * unit);

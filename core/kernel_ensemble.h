@@ -15,16 +15,16 @@ struct ensemble_state {
 struct ensemble_lanes {
     int n, order, width;
     const int *parent, *end;
-    double log_rtol, log_atol;         /* binary logarithms */
-    double bound;                      /* rad; crossings of theta = bound + 2 i bound are looked for; 0 = none */
-    struct ensemble_state from, to;    /* start and end of the step */
-    double *len, *inv_len, *mass;      /* an arm's own */
-    double *gravity, *unit, *stop;     /* one value a lane; unit and stop - time have one sign */
-    double *step;                      /* out: the step in units */
-    double *cell;                      /* the number i of the stretch that theta of an arm is in */
-    double *near;                      /* out, an arm's own: 0 where the step surely stays in the cell */
-    double *series;                    /* rate, force, turn_re, turn_im, orders 0 .. order + 1, then scratch */
-    double *share;                     /* 1 / (j + 1) of order j */
+    double log_rtol, log_atol;      /* binary logarithms */
+    double bound;                   /* rad; crossings of theta = bound + 2 i bound are looked for; 0 = none */
+    struct ensemble_state from, to; /* start and end of the step */
+    double *len, *inv_len, *mass;   /* an arm's own */
+    double *gravity, *unit, *stop;  /* one value a lane; unit and stop - time have one sign */
+    double *step;                   /* out: the step in units */
+    double *cell;                   /* the number i of the stretch that theta of an arm is in */
+    double *near;                   /* out, an arm's own: 0 where the step surely stays in the cell */
+    double *series;                 /* rate, force, turn_re, turn_im, orders 0 .. order + 1, then scratch */
+    double *share;                  /* 1 / (j + 1) of order j */
 };
 
 enum { ENSEMBLE_WIDTH_MAX = 8, ENSEMBLE_DONE = 1, ENSEMBLE_BAD = 2, ENSEMBLE_NEAR = 4 };

@@ -59,14 +59,18 @@ static void kernel_orders(const struct jets_system *s, const struct jets_state *
         WIDE_(sincos)(wide_get(s->angle + a), wide_get(s->angle_low + a), &sine, &cosine);
         wide_put(s->sine + a, sine);
         wide_put(s->cosine + a, cosine);
-        wide_put(s->rate + a, wide_get(state->rate + a) * unit);
+        wide_put(s->rate + jets_row(s, a), wide_get(state->rate + a) * unit);
     }
     gravity *= unit * unit;
     jets_factor(s);
-    if (s->n > 8) jets_orders(s, gravity, order);
-    else if (s->n > 4) small8_orders(s, gravity, order);
-    else if (s->n > 2) small4_orders(s, gravity, order);
-    else small2_orders(s, gravity, order);
+    if (s->n > 8)
+        jets_orders(s, gravity, order);
+    else if (s->n > 4)
+        small8_orders(s, gravity, order);
+    else if (s->n > 2)
+        small4_orders(s, gravity, order);
+    else
+        small2_orders(s, gravity, order);
 }
 
 /* changes of phi and phi' and, where wanted, the new phi'' and lambda of the arms from a on, by Horner's rule */
@@ -78,8 +82,8 @@ LANES_INLINE struct kernel_change kernel_horner(const struct jets_system *s, int
                                                 int acc, int force) {
     wide x = wide_of(x_);
     struct kernel_change v = {wide_of(0), wide_of(0), wide_of(0), wide_of(0)};
-    const double *rate = s->rate + (size_t)order * s->stride + a;
-    const double *tension = s->force + (size_t)(order - 1) * s->stride + a;
+    const double *rate = s->rate + jets_row(s, a) + (size_t)order * s->stride;
+    const double *tension = s->force + jets_row(s, a) + (size_t)(order - 1) * s->stride;
     for (int j = order; j >= 1; j--) {
         wide w = wide_get(rate);
         v.phi = wide_fma(v.phi, x, w * s->share[j]);
@@ -134,10 +138,14 @@ LANES_INLINE void kernel_values_some(const struct jets_system *s, int order, dou
 
 static void kernel_values(const struct jets_system *s, int order, double x, double unit, const struct jets_state *from,
                           const struct jets_values *to) {
-    if (to->acc && to->force) kernel_values_some(s, order, x, unit, from, to, 1, 1);
-    else if (to->force) kernel_values_some(s, order, x, unit, from, to, 0, 1);
-    else if (to->acc) kernel_values_some(s, order, x, unit, from, to, 1, 0);
-    else kernel_values_some(s, order, x, unit, from, to, 0, 0);
+    if (to->acc && to->force)
+        kernel_values_some(s, order, x, unit, from, to, 1, 1);
+    else if (to->force)
+        kernel_values_some(s, order, x, unit, from, to, 0, 1);
+    else if (to->acc)
+        kernel_values_some(s, order, x, unit, from, to, 1, 0);
+    else
+        kernel_values_some(s, order, x, unit, from, to, 0, 0);
 }
 
 #define KERNEL_PASTE2(a, b) a##b

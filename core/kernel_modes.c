@@ -1,31 +1,41 @@
 #include "core/modes_kernel.h"
 
 #include <math.h>
+#include <string.h>
+
+#include "core/lanes.h"
 
 /* compiled once for every instruction set: see the Makefile */
 #if defined(__AVX512F__)
-enum { LANES = 8 };
+enum { WIDTH = 8 };
+typedef lanes8 lanes;
+#define kernel_fma lanes8_fma
+#define kernel_all lanes8_of
 #elif defined(__AVX2__)
-enum { LANES = 4 };
+enum { WIDTH = 4 };
+typedef lanes4 lanes;
+#define kernel_fma lanes4_fma
+#define kernel_all lanes4_of
 #else
-enum { LANES = 2 };
+enum { WIDTH = 2 };
+typedef lanes2 lanes;
+#define kernel_fma lanes2_fma
+#define kernel_all lanes2_of
 #endif
 
-/* two vectors of shifts keep the divider busy where the tree is a chain */
-#ifndef PAIRS
-#define PAIRS 4
-#endif
-enum { PAIR = PAIRS, GROUP = PAIR * LANES };
+/* several vectors of shifts side by side keep the processor busy where the tree is a chain */
+enum { PAIR = 4, GROUP = PAIR * WIDTH };
 
-typedef double lanes __attribute__((vector_size(LANES * sizeof(double))));
-typedef unsigned long long sign_bits __attribute__((vector_size(LANES * sizeof(double))));
-typedef long long masks __attribute__((vector_size(LANES * sizeof(double))));
+typedef long long masks __attribute__((vector_size(WIDTH * sizeof(double))));
+typedef unsigned long long sign_bits __attribute__((vector_size(WIDTH * sizeof(double))));
 
 #define KERNEL_PASTE(isa) pend_modes_kernel_for_##isa
 #define KERNEL_NAME(isa) KERNEL_PASTE(isa)
 #define INLINE static inline __attribute__((always_inline))
 
-INLINE lanes kernel_all(double value) { return (lanes){0} + value; }
+/* Added to each pivot in parts of its spring: far below round-off, yet no pivot vanishes, and sums over pivots that
+ * nearly do keep their digits. */
+#define KERNEL_TINY 0x1p-57
 
 INLINE lanes kernel_pick(masks where, lanes yes, lanes no) {
     return (lanes)((where & (masks)yes) | (~where & (masks)no));
@@ -37,90 +47,98 @@ struct pulls {
 };
 
 struct tally {
-    lanes shift[PAIR], log_rate[PAIR], log_bend[PAIR];
+    lanes minus_shift[PAIR], log_rate[PAIR], log_bend[PAIR];
     sign_bits below[PAIR];
 };
 
 /* what the children pull becomes what the node itself pulls */
-INLINE void probe_node(struct tally *tally, struct pulls *pulls, double spring, double mass, double tiny) {
-    for (int i = 0; i < PAIR; i++) {
-        lanes t = pulls->value[i] - tally->shift[i] * mass, d = (t + spring) + tiny, inverse = 1.0 / d;
-        lanes ratio = spring * inverse, slope = (pulls->rate[i] - mass) * inverse, square = slope * slope;
-        lanes bend = pulls->bend[i] * inverse - square;
-        tally->below[i] += (sign_bits)d >> 63;
+INLINE void probe_node(struct tally *tally, struct pulls *pulls, double spring, double mass, int pairs) {
+    double tiny = spring * KERNEL_TINY;
+    for (int i = 0; i < pairs; i++) {
+        lanes t = kernel_fma(tally->minus_shift[i], kernel_all(mass), pulls->value[i]);
+        lanes inverse = 1.0 / ((t + spring) + tiny), slope = (pulls->rate[i] - mass) * inverse;
+        lanes square = slope * slope, bend = kernel_fma(pulls->bend[i], inverse, -square);
+        tally->below[i] += (sign_bits)inverse >> 63;
         tally->log_rate[i] += slope;
         tally->log_bend[i] -= bend;
-        pulls->value[i] = ratio * t;
-        ratio *= spring;
-        pulls->rate[i] = ratio * slope;
-        pulls->bend[i] = ratio * (bend - square);
+        inverse *= spring;
+        pulls->value[i] = inverse * t;
+        inverse *= spring;
+        pulls->rate[i] = inverse * slope;
+        pulls->bend[i] = inverse * (bend - square);
     }
 }
 
-INLINE void pulls_add(struct pulls *sum, const struct pulls *more) {
-    for (int i = 0; i < PAIR; i++) {
+INLINE void pulls_add(struct pulls *sum, const struct pulls *more, int pairs) {
+    for (int i = 0; i < pairs; i++) {
         sum->value[i] += more->value[i];
         sum->rate[i] += more->rate[i];
         sum->bend[i] += more->bend[i];
     }
 }
 
-static void probe_group(const struct pend_laplacian *laplacian, struct tally *result) {
+/* `pairs` vectors of shifts in one sweep */
+INLINE void probe_group(const struct pend_laplacian *laplacian, struct tally *result, int pairs) {
     const double *spring = laplacian->spring, *mass = laplacian->mass;
     const unsigned char *turn = laplacian->turn;
-    double tiny = laplacian->tiny;
     struct tally tally = *result;
     struct pulls stack[PEND_LAPLACIAN_STACK], pulls = {0};
     int top = 0;
     for (int k = laplacian->n - 1; k >= 0; k--) switch (turn[k]) {
         case 0: /* inside a chain, or the first sibling with arms on it */
-            probe_node(&tally, &pulls, spring[k], mass[k], tiny);
+            probe_node(&tally, &pulls, spring[k], mass[k], pairs);
             break;
         case PEND_TURN_LEAF: /* a new branch begins; what is under way waits */
             stack[top++] = pulls;
             pulls = (struct pulls){0};
-            probe_node(&tally, &pulls, spring[k], mass[k], tiny);
+            probe_node(&tally, &pulls, spring[k], mass[k], pairs);
             break;
         case PEND_TURN_NEXT: /* a branch ends beside siblings that wait */
-            probe_node(&tally, &pulls, spring[k], mass[k], tiny);
-            pulls_add(&pulls, &stack[--top]);
+            probe_node(&tally, &pulls, spring[k], mass[k], pairs);
+            pulls_add(&pulls, &stack[--top], pairs);
             break;
         default: { /* a single arm beside siblings */
             struct pulls leaf = {0};
-            probe_node(&tally, &leaf, spring[k], mass[k], tiny);
-            pulls_add(&pulls, &leaf);
+            probe_node(&tally, &leaf, spring[k], mass[k], pairs);
+            pulls_add(&pulls, &leaf, pairs);
         }
         }
     *result = tally;
 }
+
+static void probe_four(const struct pend_laplacian *laplacian, struct tally *tally) {
+    probe_group(laplacian, tally, 4);
+}
+static void probe_two(const struct pend_laplacian *laplacian, struct tally *tally) { probe_group(laplacian, tally, 2); }
+static void probe_one(const struct pend_laplacian *laplacian, struct tally *tally) { probe_group(laplacian, tally, 1); }
 
 static void kernel_probe(const struct pend_laplacian *laplacian, int count, struct pend_modes_probe probe[]) {
     for (int begin = 0; begin < count; begin += GROUP) {
         struct tally tally = {0};
         int size = count - begin < GROUP ? count - begin : GROUP;
         for (int i = 0; i < GROUP; i++)
-            tally.shift[i / LANES][i % LANES] = probe[begin + (i < size ? i : size - 1)].shift;
-        probe_group(laplacian, &tally);
+            tally.minus_shift[i / WIDTH][i % WIDTH] = -probe[begin + (i < size ? i : size - 1)].shift;
+        if (size > 2 * WIDTH)
+            probe_four(laplacian, &tally);
+        else if (size > WIDTH)
+            probe_two(laplacian, &tally);
+        else
+            probe_one(laplacian, &tally);
         for (int i = 0; i < size; i++) {
-            probe[begin + i].below = (int)tally.below[i / LANES][i % LANES];
-            probe[begin + i].log_rate = tally.log_rate[i / LANES][i % LANES];
-            probe[begin + i].log_bend = tally.log_bend[i / LANES][i % LANES];
+            probe[begin + i].below = (int)tally.below[i / WIDTH][i % WIDTH];
+            probe[begin + i].log_rate = tally.log_rate[i / WIDTH][i % WIDTH];
+            probe[begin + i].log_bend = tally.log_bend[i / WIDTH][i % WIDTH];
         }
     }
 }
 
-/* Arrays of the twisted factorization, LANES entries a node. */
+/* Arrays of the twisted factorization, WIDTH entries a node. What a division can restore is not kept: for large trees
+ * the time goes into memory. */
 struct twist {
-    lanes *t;       /* pivot from below, without the node's own spring */
-    lanes *inverse; /* 1 / (t + c) */
-    lanes *above;   /* what pulls from above, c u / (u + c); the sums over earlier siblings, then the arm's y */
-    lanes *tip;     /* sums over later siblings; 1 / (u + c); then x */
+    lanes *t;     /* pivot from below, without the node's own spring */
+    lanes *above; /* what pulls from above, c u / (u + c); before, the sums over earlier siblings */
+    lanes *tip;   /* sums over later siblings; then 1 / (u + c); then x */
 };
-
-/* a pivot that vanished becomes a tiny one */
-INLINE lanes twist_guard(lanes pivot, double spring) {
-    return kernel_pick(pivot == 0, kernel_all(spring * 1e-30), pivot);
-}
 
 /* leaves inwards */
 static void twist_up(const struct pend_laplacian *laplacian, lanes shift, struct twist w) {
@@ -133,10 +151,9 @@ static void twist_up(const struct pend_laplacian *laplacian, lanes shift, struct
             stack[top++] = pull;
             pull = (lanes){0};
         }
-        lanes t = pull - shift * laplacian->mass[k], inverse = 1.0 / twist_guard(t + spring, spring);
+        lanes t = kernel_fma(-shift, kernel_all(laplacian->mass[k]), pull);
         w.t[k] = t;
-        w.inverse[k] = inverse;
-        pull = spring * (t * inverse);
+        pull = spring * (t / ((t + spring) + spring * KERNEL_TINY));
         if (turn & PEND_TURN_NEXT) {
             w.tip[k] = stack[--top];
             pull += stack[top];
@@ -147,28 +164,28 @@ static void twist_up(const struct pend_laplacian *laplacian, lanes shift, struct
 /* root outwards; returns the node with the smallest |gamma| / m of every lane */
 static masks twist_down(const struct pend_laplacian *laplacian, lanes shift, struct twist w) {
     const int *parent = laplacian->parent, *end = laplacian->end;
-    lanes least = kernel_all(INFINITY);
+    lanes least = kernel_all(INFINITY), least_mass = kernel_all(1);
     masks at = {0};
+    w.above[0] = kernel_all(laplacian->spring[0]);
     for (int k = 0; k < laplacian->n; k++) {
-        double spring = laplacian->spring[k];
-        if (!k) {
-            w.above[0] = kernel_all(spring);
-        } else {
+        double spring = laplacian->spring[k], mass = laplacian->mass[k];
+        if (k) {
             /* everything at the parent but this branch */
             int p = parent[k];
-            lanes u = w.above[p] - shift * laplacian->mass[p], earlier = {0};
+            lanes u = kernel_fma(-shift, kernel_all(laplacian->mass[p]), w.above[p]), earlier = {0};
             if (k > p + 1) u += earlier = w.above[k];
             if (laplacian->turn[k] & PEND_TURN_NEXT) {
                 u += w.tip[k];
-                w.above[end[k]] = earlier + spring * (w.t[k] * w.inverse[k]);
+                w.above[end[k]] = earlier + spring * (w.t[k] / ((w.t[k] + spring) + spring * KERNEL_TINY));
             }
-            lanes inverse = 1.0 / twist_guard(u + spring, spring);
+            lanes inverse = 1.0 / ((u + spring) + spring * KERNEL_TINY);
             w.tip[k] = inverse;
             w.above[k] = spring * (u * inverse);
         }
-        lanes gamma = w.t[k] + w.above[k], size = kernel_pick(gamma < 0, -gamma, gamma) * (1 / laplacian->mass[k]);
-        masks less = size < least;
+        lanes gamma = w.t[k] + w.above[k], size = kernel_pick(gamma < 0, -gamma, gamma);
+        masks less = size * least_mass < least * mass;
         least = kernel_pick(less, size, least);
+        least_mass = kernel_pick(less, kernel_all(mass), least_mass);
         at = (less & ((masks){0} + k)) | (~less & at);
     }
     return at;
@@ -186,48 +203,89 @@ static void twist_climb(const struct pend_laplacian *laplacian, struct twist w, 
     }
 }
 
-/* from the climbed ways into all other branches; returns sum m x^2 */
-static lanes twist_spread(const struct pend_laplacian *laplacian, struct twist w, masks at) {
+/* One step of a transposition by blocks of 1, 2, 4: a pair of vectors, `size` entries apart, swaps its off-diagonal
+ * blocks */
+#define KERNEL_SWAP(node, size, LOW, HIGH)                                                                             \
+    for (int i = 0; i < WIDTH; i++)                                                                                    \
+        if (!(i & (size))) {                                                                                           \
+            lanes low = __builtin_shufflevector(node[i], node[i + (size)], LOW);                                       \
+            node[i + (size)] = __builtin_shufflevector(node[i], node[i + (size)], HIGH);                               \
+            node[i] = low;                                                                                             \
+        }
+#define KERNEL_INDICES(...) __VA_ARGS__
+
+/* writes WIDTH nodes of every lane to the lanes' rows */
+INLINE void twist_store(const lanes given[WIDTH], int k, double *row[]) {
+    lanes node[WIDTH];
+    for (int i = 0; i < WIDTH; i++) node[i] = given[i];
+#if defined(__AVX512F__)
+    KERNEL_SWAP(node, 1, KERNEL_INDICES(0, 8, 2, 10, 4, 12, 6, 14), KERNEL_INDICES(1, 9, 3, 11, 5, 13, 7, 15))
+    KERNEL_SWAP(node, 2, KERNEL_INDICES(0, 1, 8, 9, 4, 5, 12, 13), KERNEL_INDICES(2, 3, 10, 11, 6, 7, 14, 15))
+    KERNEL_SWAP(node, 4, KERNEL_INDICES(0, 1, 2, 3, 8, 9, 10, 11), KERNEL_INDICES(4, 5, 6, 7, 12, 13, 14, 15))
+#elif defined(__AVX2__)
+    KERNEL_SWAP(node, 1, KERNEL_INDICES(0, 4, 2, 6), KERNEL_INDICES(1, 5, 3, 7))
+    KERNEL_SWAP(node, 2, KERNEL_INDICES(0, 1, 4, 5), KERNEL_INDICES(2, 3, 6, 7))
+#else
+    KERNEL_SWAP(node, 1, KERNEL_INDICES(0, 2), KERNEL_INDICES(1, 3))
+#endif
+    for (int i = 0; i < WIDTH; i++) memcpy(row[i] + k, &node[i], sizeof node[i]);
+}
+
+/* from the climbed ways into all other branches; angles go to their rows; returns sum m x^2 */
+static lanes twist_spread(const struct pend_laplacian *laplacian, struct twist w, masks at, double *row[]) {
     const int *end = laplacian->end;
-    lanes total = {0}, sum = {0};
-    for (int k = 0; k < laplacian->n; k++) {
-        lanes x = w.tip[k];
+    lanes total = {0}, sum = {0}, theta[WIDTH];
+    int n = laplacian->n, whole = n - n % WIDTH;
+    for (int k = 0; k < n; k++) {
+        double spring = laplacian->spring[k];
+        lanes x = w.tip[k], y = w.above[k];
         if (k) {
             masks climbed = (at >= k) & (at < end[k]);
-            lanes from = w.tip[laplacian->parent[k]], inverse = w.inverse[k];
-            x = kernel_pick(climbed, x, from * (laplacian->spring[k] * inverse));
-            w.above[k] = kernel_pick(climbed, w.above[k], -from * (w.t[k] * inverse));
+            lanes t = w.t[k], pull = w.tip[laplacian->parent[k]] / ((t + spring) + spring * KERNEL_TINY);
+            x = kernel_pick(climbed, x, pull * spring);
+            y = kernel_pick(climbed, y, -pull * t);
             w.tip[k] = x;
         }
-        sum += laplacian->mass[k] * (x * x);
+        sum = kernel_fma(laplacian->mass[k] * x, x, sum);
         if (k % 256 == 255) {
             total += sum;
             sum = (lanes){0};
         }
+        theta[k % WIDTH] = y * (1 / laplacian->len[k]);
+        if (k % WIDTH == WIDTH - 1) twist_store(theta, k + 1 - WIDTH, row);
     }
+    for (int k = whole; k < n; k++)
+        for (int i = 0; i < WIDTH; i++) row[i][k] = theta[k - whole][i];
     return total + sum;
 }
 
-static void kernel_vectors(const struct pend_laplacian *laplacian, const double value[], double work[],
+static void twist_tips(int n, struct twist w, lanes scale, double *row[]) {
+    lanes node[WIDTH];
+    int whole = n - n % WIDTH;
+    for (int k = 0; k < whole; k += WIDTH) {
+        for (int j = 0; j < WIDTH; j++) node[j] = w.tip[k + j] * scale;
+        twist_store(node, k, row);
+    }
+    for (int k = whole; k < n; k++)
+        for (int i = 0; i < WIDTH; i++) row[i][k] = w.tip[k][i] * scale[i];
+}
+
+static void kernel_vectors(const struct pend_laplacian *laplacian, const double value[], int lead, double work[],
                            double *vector[], double *tip[]) {
     size_t n = (size_t)laplacian->n;
     lanes shift, *room = (lanes *)work;
-    struct twist w = {room, room + n, room + 2 * n, room + 3 * n};
-    for (int i = 0; i < LANES; i++) shift[i] = value[i];
+    struct twist w = {room, room + n, room + 2 * n};
+    for (int i = 0; i < WIDTH; i++) shift[i] = value[i];
     twist_up(laplacian, shift, w);
     masks at = twist_down(laplacian, shift, w);
-    for (int i = 0; i < LANES; i++) twist_climb(laplacian, w, (int)at[i], i);
-    lanes square = twist_spread(laplacian, w, at), scale;
-    for (int i = 0; i < LANES; i++) scale[i] = 1 / sqrt(square[i]);
-    for (int k = 0; k < laplacian->n; k++) {
-        lanes theta = w.above[k] * (scale * (1 / laplacian->len[k]));
-        for (int i = 0; i < LANES; i++) vector[i][k] = theta[i];
+    for (int i = 0; i < WIDTH; i++) twist_climb(laplacian, w, (int)at[i], i);
+    lanes square = twist_spread(laplacian, w, at, vector), scale;
+    for (int i = 0; i < WIDTH; i++) {
+        scale[i] = copysign(1 / sqrt(square[i]), vector[i][lead]);
+        for (size_t k = 0; k < n; k++) vector[i][k] *= scale[i];
     }
-    for (int k = 0; tip && k < laplacian->n; k++) {
-        lanes x = w.tip[k] * scale;
-        for (int i = 0; i < LANES; i++) tip[i][k] = x[i];
-    }
+    if (tip) twist_tips(laplacian->n, w, scale, tip);
 }
 
 const struct pend_modes_kernel KERNEL_NAME(PEND_ISA);
-const struct pend_modes_kernel KERNEL_NAME(PEND_ISA) = {LANES, kernel_probe, kernel_vectors};
+const struct pend_modes_kernel KERNEL_NAME(PEND_ISA) = {WIDTH, kernel_probe, kernel_vectors};

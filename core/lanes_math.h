@@ -83,7 +83,7 @@ LANES_INLINE VEC OF(log2)(VEC x) {
 /** 2 to the nearest integer of x, -1022 <= x <= 1023. */
 LANES_INLINE VEC OF(power)(VEC x) { return (VEC)(((BITS)(x + (0x1.8p52 + 1023))) << 52); }
 
-/** 2 to the x within 1e-7, -1022 <= x <= 1023. */
+/** 2 to the x within 2e-7, -1022 <= x <= 1023. */
 LANES_INLINE VEC OF(exp2)(VEC x) {
     VEC n = OF(round)(x), f = x - n;
     VEC p = OF(fma)(f, OF(of)(0.0013409983027996987), OF(of)(0.009676036102295737));

@@ -35,7 +35,7 @@ void pend_laplacian_close(struct pend_laplacian *laplacian) {
     int n = laplacian->n;
     const int *parent = laplacian->parent, *end = laplacian->end;
     /* the trace of L^-1 M is l_tot/g: no eigenvalue is below 1 over the sum of the masses carried over the springs */
-    double trace = 0, most = 0, softest = INFINITY, carried[PEND_LAPLACIAN_STACK + 1],
+    double trace = 0, most = 0, carried[PEND_LAPLACIAN_STACK + 1],
            springs[PEND_LAPLACIAN_STACK + 1];
     int top = 0;
     for (int k = n - 1; k >= 0; k--) {
@@ -45,7 +45,6 @@ void pend_laplacian_close(struct pend_laplacian *laplacian) {
         top -= !leaf;
         mass += laplacian->mass[k];
         trace += mass / spring;
-        softest = fmin(softest, spring);
         /* Gershgorin's discs of M^-1 L */
         most = fmax(most, 2 * (spring + around) / laplacian->mass[k]);
         top += !next;
@@ -53,7 +52,6 @@ void pend_laplacian_close(struct pend_laplacian *laplacian) {
         springs[top] = next ? springs[top] + spring : spring;
     }
     laplacian->least = (1 - 1e-9) / trace;
-    laplacian->tiny = 1e-40 * softest;
     laplacian->most = (1 + 1e-9) * most;
 }
 

@@ -61,7 +61,7 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     }
     struct taylor *taylor = (struct taylor *)block;
     *taylor = (struct taylor){.tree = problem->tree, .gravity = problem->gravity, .order = order};
-    taylor->log_rtol = log2(problem->rtol);
+    taylor->log_rtol = log2(pend_taylor_target(problem->rtol));
     taylor->log_atol = log2(problem->atol);
     taylor->next_unit = taylor_first_unit(problem);
     pend_jets_init(&taylor->jets, problem->tree, order, block + head);
@@ -82,11 +82,10 @@ static void taylor_close(void **stepper) {
  * order is the same, and what is not finite is largest.
  */
 static double taylor_norm(const struct taylor *taylor, int j) {
-    const double *c = taylor->jets.rate + (size_t)j * taylor->jets.stride;
     int64_t most = 0;
     for (int k = 0; k < taylor->tree->n; k++) {
         int64_t bits;
-        memcpy(&bits, c + k, sizeof bits);
+        memcpy(&bits, taylor->jets.rate + pend_jets_place(&taylor->jets, k, j), sizeof bits);
         bits &= INT64_MAX;
         if (bits > most) most = bits;
     }
@@ -99,38 +98,42 @@ static double taylor_norm(const struct taylor *taylor, int j) {
 static int taylor_bad_arm(const struct taylor *taylor) {
     for (int j = 0; j <= taylor->order; j++) {
         for (int k = 0; k < taylor->tree->n; k++) {
-            if (!isfinite(taylor->jets.rate[(size_t)j * taylor->jets.stride + (size_t)k])) return taylor->tree->order[k];
+            if (!isfinite(taylor->jets.rate[pend_jets_place(&taylor->jets, k, j)])) return taylor->tree->order[k];
         }
     }
     return -1;
 }
 
 /*
- * The step in units, as its binary logarithm: the longest at which each of four trailing terms of phi is below rtol
- * times the motion of the step, judged by its leading terms, or below atol. Four, because a symmetric start makes three
- * of four vanish. Infinite where all are zero, NaN where one is not finite.
+ * The step in units, as its binary logarithm: the longest at which the first term of phi that is left out, as each of
+ * four trailing terms foretells it, is below rtol times the motion of the step, judged by its leading terms, or below
+ * atol. Four, because a symmetric start makes three of four vanish. Infinite where all are zero, NaN where one is not
+ * finite.
  */
 static double taylor_choose(const struct taylor *taylor) {
     double leading[TAYLOR_LEADING], reach = INFINITY;
+    const double *share = taylor->jets.share, *last = share + taylor->order;
     for (int i = 0; i < TAYLOR_LEADING; i++) {
         double norm = taylor_norm(taylor, i);
         if (norm == INFINITY) return NAN;
-        leading[i] = taylor->log_rtol + log2(norm * taylor->jets.share[i]);
+        leading[i] = log2(norm * taylor->jets.share[i]);
     }
     for (int j = taylor->order - TAYLOR_TRAILING + 1; j <= taylor->order; j++) {
         double norm = taylor_norm(taylor, j);
         if (norm == INFINITY) return NAN;
         if (norm == 0) continue;
-        double trailing = log2(norm), here = (taylor->log_atol - trailing) * taylor->jets.share[j];
+        // a radius of convergence from a trailing term and a leading one, times what is left of it at the tolerance
+        double trailing = log2(norm), here = taylor->log_atol * last[1] - trailing * share[j];
         for (int i = 0; i < TAYLOR_LEADING; i++) {
-            here = fmax(here, (leading[i] - trailing) * taylor->jets.share[j - i - 1]);
+            here = fmax(here, taylor->log_rtol * last[-i] + (leading[i] - trailing) * share[j - i - 1]);
         }
         reach = fmin(reach, here);
     }
     return reach;
 }
 
-/* expands about the start of the step in a unit of time near the step, which is returned in units; NaN where that fails */
+/* expands about the start of the step in a unit of time near the step, which is returned in units; NaN where that fails
+ */
 static double taylor_expand(struct taylor *taylor, double limit) {
     enum { RANGE = 16, TRIES = 64 };
     double x = NAN, left = fabs(limit - taylor->time);

@@ -158,7 +158,7 @@ static enum pend_status modes_part_vectors(struct modes_work *w, struct mode mod
     /* a tree without like branches has its vectors written in place */
     if (!whole && !(room = malloc(vectors * (size_t)n * sizeof *room))) goto out;
     for (size_t i = 0; i < vectors; i++) vector[i] = (whole ? w->modes->vector : room) + i * (size_t)n;
-    status = pend_spectrum_vectors(s, part, (int)vectors, w->value + w->first[part] + low, vector);
+    status = pend_spectrum_vectors(s, part, (int)vectors, w->value + w->first[part] + low, whole ? s->lead : 0, vector);
     for (int i = 0; !whole && i < count; i++)
         if (mode[i].row >= 0)
             pend_symmetry_spread(s->symmetry, part, mode[i].which, vector[mode[i].index - low], s->place,
@@ -169,13 +169,20 @@ out:
     return status;
 }
 
+/* about hanging omega^2 = sum g l W theta^2 for a vector of mass norm 1, so no angle exceeds omega times this */
+static double modes_bound(const struct pend_modes_request *r, const struct pend_tree *tree) {
+    double least = INFINITY;
+    for (int k = 0; k < tree->n; k++) least = fmin(least, r->gravity * tree->len[k] * tree->subtree_mass[k]);
+    return r->up ? 0 : 1 / sqrt(least);
+}
+
 static enum pend_status modes_vectors(struct modes_work *w, const struct pend_tree *tree) {
     if (w->spectrum->symmetry->part_count > 1) qsort(w->mode, (size_t)w->mode_count, sizeof *w->mode, modes_by_part);
     for (int i = 0, end; i < w->mode_count; i = end) {
         for (end = i + 1; end < w->mode_count && w->mode[end].part == w->mode[i].part;) end++;
         PEND_TRY(modes_part_vectors(w, w->mode + i, end - i));
     }
-    pend_modes_settle(w->modes, tree, MODES_MULTIPLE, NULL);
+    pend_modes_settle(w->modes, tree, MODES_MULTIPLE, modes_bound(w->request, tree), NULL);
     return PEND_OK;
 }
 

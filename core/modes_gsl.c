@@ -53,7 +53,7 @@ static void gsl_vectors(struct pend_modes *modes, const struct pend_tree *tree, 
         double norm = pend_modes_mass_norm(tree, x, tips);
         for (int k = 0; k < modes->n; k++) x[k] /= norm;
     }
-    pend_modes_settle(modes, tree, modes->n * 1e-15, tips);
+    pend_modes_settle(modes, tree, modes->n * 1e-15, 0, tips);
 }
 
 enum pend_status pend_modes_gsl_new(struct pend_modes **modes, const struct pend_tree *tree, double gravity,

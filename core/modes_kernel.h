@@ -1,9 +1,10 @@
 /* The sweeps over a tree with many shifts side by side, one a vector lane, and the choice of instruction set.
  * Leaves to others: which shifts (modes_values), orthogonality (modes_vectors).
- * Invariant: a lane's bits depend on its shift alone, not on the instruction set nor on the lanes beside it. */
+ * Invariant: a lane's bits depend on its shift alone, not on the lanes beside it, nor on their number. */
 #ifndef PEND_MODES_KERNEL_H
 #define PEND_MODES_KERNEL_H
 
+#include "core/isa.h"
 #include "core/laplacian.h"
 
 /* What the characteristic polynomial p tells at a shift. */
@@ -24,18 +25,19 @@ struct pend_modes_kernel {
      * Eigenvectors by twisted factorization, of mass norm 1.
      *
      * value   `lanes` eigenvalues to full precision.
-     * work    4 * lanes * n doubles, aligned to 64.
+     * lead    the node whose angle is to be positive.
+     * work    3 * lanes * n doubles, aligned to 64.
      * vector  out, `lanes` pointers to n angles each; lanes of no interest may share one.
      * tip     out, the same for the tip displacements; NULL to skip.
      */
-    void (*vectors)(const struct pend_laplacian *laplacian, const double value[], double work[], double *vector[],
-                    double *tip[]);
+    void (*vectors)(const struct pend_laplacian *laplacian, const double value[], int lead, double work[],
+                    double *vector[], double *tip[]);
 };
 
 /** The kernel of this processor. */
 const struct pend_modes_kernel *pend_modes_kernel(void);
 
-/** The kernel of any processor: the same bits, for tests. */
-const struct pend_modes_kernel *pend_modes_kernel_base(void);
+/** The kernel compiled for an instruction set, NULL where this processor does not run it. */
+const struct pend_modes_kernel *pend_modes_kernel_of(enum pend_isa isa);
 
 #endif

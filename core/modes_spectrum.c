@@ -14,6 +14,7 @@ enum pend_status pend_spectrum_new(struct pend_spectrum **spectrum, const struct
     struct pend_spectrum *s = *spectrum = calloc(1, sizeof *s);
     if (!s) return PEND_NO_MEMORY;
     s->n = tree->n;
+    s->lead = tree->place[0];
     s->place = malloc((size_t)tree->n * sizeof *s->place);
     if (!s->place || pend_symmetry_new(&s->symmetry, tree, up)) goto out;
     s->part = calloc((size_t)s->symmetry->part_count, sizeof *s->part);
@@ -119,7 +120,7 @@ enum pend_status pend_spectrum_values(struct pend_spectrum *spectrum, int part, 
     return status;
 }
 
-enum pend_status pend_spectrum_vectors(struct pend_spectrum *spectrum, int part, int count, double value[],
+enum pend_status pend_spectrum_vectors(struct pend_spectrum *spectrum, int part, int count, double value[], int lead,
                                        double *vector[]) {
-    return pend_modes_vectors(spectrum->part[part], count, value, vector);
+    return pend_modes_vectors(spectrum->part[part], count, value, lead, vector);
 }

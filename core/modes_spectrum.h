@@ -11,6 +11,7 @@ struct pend_spectrum {
     struct pend_laplacian **part; /* one for each of the symmetry's parts */
     int *place;                   /* n ints of scratch */
     int n;
+    int lead;           /* stored number of the caller's first arm */
     int negative;       /* number of eigenvalues below 0 */
     double least, most; /* 1/s^2: every eigenvalue has least <= |lambda| <= most */
 };
@@ -56,11 +57,12 @@ PEND_MUST_CHECK enum pend_status pend_spectrum_values(struct pend_spectrum *spec
  * Eigenvectors of a part.
  *
  * value   count signed eigenvalues, ascending.
+ * lead    the node of the part whose angle is to be positive.
  * vector  out, count pointers to as many angles as the part has arms; mass norm 1.
  *
  * PEND_NO_MEMORY, PEND_NO_CONVERGENCE
  */
 PEND_MUST_CHECK enum pend_status pend_spectrum_vectors(struct pend_spectrum *spectrum, int part, int count,
-                                                       double value[], double *vector[]);
+                                                       double value[], int lead, double *vector[]);
 
 #endif

@@ -3,7 +3,8 @@
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
-#include <string.h>
+
+#include "core/modes_room.h"
 
 struct store_block {
     struct pend_modes modes; /* first, so that the address of the modes is the block's */
@@ -17,7 +18,7 @@ enum pend_status pend_modes_alloc(struct pend_modes **modes, int count, int n, i
         if ((size_t)n > (SIZE_MAX / sizeof(double) - 16) / ((size_t)count + 1)) return PEND_NO_MEMORY;
         doubles = (size_t)count * ((size_t)n + 2);
     }
-    struct store_block *block = calloc(1, sizeof *block + doubles * sizeof(double));
+    struct store_block *block = pend_modes_room(sizeof *block + doubles * sizeof(double));
     if (!block) return PEND_NO_MEMORY;
     block->modes = (struct pend_modes){.count = count, .n = n, .omega = block->data};
     if (vectors) {
@@ -117,19 +118,6 @@ static int store_is_echelon(const struct pend_tree *tree, int group, const doubl
     return 1;
 }
 
-void pend_modes_settle(struct pend_modes *modes, const struct pend_tree *tree, double multiple, double scratch[]) {
-    int n = modes->n, end;
-    for (int k = 0; k < modes->count; k = end) {
-        double limit = modes->omega[k] + multiple * fabs(modes->omega[k]);
-        for (end = k + 1; end < modes->count && modes->omega[end] <= limit;) end++;
-        double *group = modes->vector + (size_t)k * n;
-        if (end > k + 1 && !store_is_echelon(tree, end - k, group)) store_echelon(tree, end - k, group);
-    }
-    for (int k = 0; k < modes->count; k++)
-        modes->norm[k] = scratch ? pend_modes_mass_norm(tree, modes->vector + (size_t)k * n, scratch) : 1;
-    pend_modes_normalize(modes, tree, PEND_NORMALIZE_MASS);
-}
-
 /* the number by which a vector is to be divided */
 static double store_divisor(const struct pend_tree *tree, const double x[], double norm, enum pend_normalize rule) {
     double largest = store_largest(tree->n, x);
@@ -141,13 +129,34 @@ static double store_divisor(const struct pend_tree *tree, const double x[], doub
     return x[tree->place[store_first(tree, x, (1 - PEND_MODES_ZERO) * largest, 0)]];
 }
 
-void pend_modes_normalize(struct pend_modes *modes, const struct pend_tree *tree, enum pend_normalize rule) {
-    for (int k = 0; modes->vector && k < modes->count; k++) {
-        double *x = modes->vector + (size_t)k * modes->n;
-        double divisor = store_divisor(tree, x, modes->norm[k], rule);
-        for (int arm = 0; divisor != 1 && arm < modes->n; arm++) x[arm] /= divisor;
-        modes->norm[k] = rule == PEND_NORMALIZE_MASS ? 1 : modes->norm[k] / fabs(divisor);
+static void store_normalize(struct pend_modes *modes, const struct pend_tree *tree, int mode,
+                            enum pend_normalize rule) {
+    double *x = modes->vector + (size_t)mode * modes->n;
+    double divisor = store_divisor(tree, x, modes->norm[mode], rule);
+    for (int arm = 0; divisor != 1 && arm < modes->n; arm++) x[arm] /= divisor;
+    modes->norm[mode] = rule == PEND_NORMALIZE_MASS ? 1 : modes->norm[mode] / fabs(divisor);
+}
+
+void pend_modes_settle(struct pend_modes *modes, const struct pend_tree *tree, double multiple, double bound,
+                       double scratch[]) {
+    int n = modes->n, end;
+    for (int k = 0; k < modes->count; k = end) {
+        double limit = modes->omega[k] + multiple * fabs(modes->omega[k]);
+        for (end = k + 1; end < modes->count && modes->omega[end] <= limit;) end++;
+        double *group = modes->vector + (size_t)k * n;
+        if (end > k + 1 && !store_is_echelon(tree, end - k, group)) store_echelon(tree, end - k, group);
     }
+    for (int k = 0; k < modes->count; k++) {
+        double *x = modes->vector + (size_t)k * n;
+        modes->norm[k] = scratch ? pend_modes_mass_norm(tree, x, scratch) : 1;
+        /* nothing to be done where the first entry is certainly not zero, and positive */
+        if (!scratch && bound > 0 && x[tree->place[0]] > PEND_MODES_ZERO * bound * modes->omega[k]) continue;
+        store_normalize(modes, tree, k, PEND_NORMALIZE_MASS);
+    }
+}
+
+void pend_modes_normalize(struct pend_modes *modes, const struct pend_tree *tree, enum pend_normalize rule) {
+    for (int k = 0; modes->vector && k < modes->count; k++) store_normalize(modes, tree, k, rule);
 }
 
 enum pend_status pend_modes_decompose(const struct pend_modes *modes, const struct pend_tree *tree,

@@ -7,7 +7,7 @@
 #include "core/modes.h"
 
 /**
- * Room for count modes of n arms in one block, everything 0.
+ * Room for count modes of n arms in one block; the arrays are not set.
  *
  * modes    out; NULL on failure.
  * vectors  non-zero to have room for vectors and their norms.
@@ -39,9 +39,11 @@ double pend_modes_mass_norm(const struct pend_tree *tree, const double x[], doub
  *
  * modes     omega ascending, vectors mass-orthogonal and of mass norm about 1.
  * multiple  frequencies are one multiple frequency when the largest is at most this much above the least, relatively.
+ * bound     no entry of a vector is larger than omega times this; 0 when nothing is known.
  * scratch   n doubles; NULL when every vector's mass norm is 1 already.
  * O(count n), and O(g^2 n) for a frequency of multiplicity g.
  */
-void pend_modes_settle(struct pend_modes *modes, const struct pend_tree *tree, double multiple, double scratch[]);
+void pend_modes_settle(struct pend_modes *modes, const struct pend_tree *tree, double multiple, double bound,
+                       double scratch[]);
 
 #endif

@@ -17,12 +17,13 @@ struct span_end {
     int below;   /* eigenvalues below `at` */
     int near;    /* non-zero when one eigenvalue, inside, outweighs all others there: the hint converges on it */
     double hint; /* Laguerre's bound of the nearest eigenvalue towards the inside; `at` where nothing is known */
+    double step; /* its distance, which may be below the last place of `at`; infinite where nothing is known */
 };
 
 /* An interval that holds hi.below - lo.below > 0 of the eigenvalues sought. */
 struct span {
     struct span_end lo, hi;
-    double reach; /* size of the Laguerre step that led to the last shift; 0 when there was none */
+    double rest; /* share of the other eigenvalues in sum 1 / (shift - lambda_i)^2, as hints turned out; 0 at first */
     int tries;
 };
 
@@ -43,21 +44,21 @@ int pend_modes_values_below(const struct pend_laplacian *laplacian, double shift
 
 /* what a probe tells the span above it (side 1) or below it (side -1) */
 static struct span_end values_end(const struct pend_modes_probe *probe, int n, int side) {
-    struct span_end end = {probe->shift, probe->below, 0, probe->shift};
+    struct span_end end = {probe->shift, probe->below, 0, probe->shift, INFINITY};
     double rate = -side * probe->log_rate, bend = probe->log_bend;
     double root = sqrt(fmax(0, (n - 1.0) * (n * bend - rate * rate))), step = n / (rate + root);
     if (!(step > 0 && bend > 0 && isfinite(step) && isfinite(bend))) return end;
     end.hint = probe->shift + side * step;
+    end.step = step;
     end.near = fabs(rate * step - 1) < 0.25 && fabs(bend * step * step - 1) < 0.25;
     return end;
 }
 
-/* the end of a span of one eigenvalue that is nearer to it */
-static const struct span_end *values_nearer(const struct span *span, double *step) {
-    double lo = span->lo.hint - span->lo.at, hi = span->hi.at - span->hi.hint;
-    int use_lo = lo > 0 && (span->lo.near > span->hi.near || (span->lo.near == span->hi.near && !(hi > 0 && hi < lo)));
-    *step = use_lo ? lo : hi;
-    return use_lo ? &span->lo : &span->hi;
+/* the end of a span of one eigenvalue that knows more of it */
+static const struct span_end *values_nearer(const struct span *span) {
+    const struct span_end *lo = &span->lo, *hi = &span->hi;
+    if (lo->near != hi->near) return lo->near ? lo : hi;
+    return lo->step < hi->step ? lo : hi;
 }
 
 static double values_middle(double lo, double hi) {
@@ -80,30 +81,30 @@ static void values_finish(struct values *v, const struct span *span, double valu
         if (number >= v->first && number < v->last) v->value[number - v->first] = value;
 }
 
-/* True when a span needs no further count: it is as small as round-off, or its one eigenvalue's hint is exact.
- * Laguerre's iteration is cubic: a step of size `reach` that came out wrong by `step` makes the next one wrong by the
- * ratio's cube times `step`. */
+/* True when a span needs no further count: it is as small as round-off, or its one eigenvalue's hint is exact: it is
+ * off by half the step's cube times the rest. */
 static int values_converged(const struct span *span, double *value) {
-    double round_off = DBL_EPSILON * span->hi.at, step;
+    double round_off = DBL_EPSILON * span->hi.at;
     *value = values_middle(span->lo.at, span->hi.at);
     if (span->hi.at - span->lo.at <= 4 * round_off) return 1;
     if (span->hi.below - span->lo.below > 1) return 0;
-    const struct span_end *end = values_nearer(span, &step);
-    double ratio = step / span->reach;
+    const struct span_end *end = values_nearer(span);
+    double error = 5 * end->step * end->step * end->step * span->rest;
     *value = end->hint;
-    return end->near && (step <= round_off || 10 * step * ratio * ratio * ratio <= 0.25 * round_off);
+    return end->near && (end->step <= round_off || (span->rest > 0 && error <= 0.25 * round_off));
 }
 
 /* the next shift for a span of one eigenvalue: the better hint, or bisection when the hints lead nowhere */
 static double values_next(struct span *span) {
-    double lo, hi, step;
+    double lo, hi;
     values_bounds(span, &lo, &hi);
-    span->reach = 0;
     if (span->tries++ >= VALUES_TRIES && span->tries % 2) return values_middle(span->lo.at, span->hi.at);
-    const struct span_end *end = values_nearer(span, &step);
-    if (!(step > 0) || end->hint <= span->lo.at || end->hint >= span->hi.at) return values_middle(lo, hi);
-    span->reach = end->near ? step : 0;
-    return end->hint;
+    const struct span_end *end = values_nearer(span);
+    if (end->hint <= span->lo.at || end->hint >= span->hi.at) return values_middle(lo, hi);
+    /* both hints fall short by the cubes of their steps, one from either side */
+    double share = span->lo.step / span->hi.step;
+    share = isfinite(span->lo.step + span->hi.step) && lo <= hi ? 1 / (1 + share * share * share) : end == &span->lo;
+    return share * lo + (1 - share) * hi;
 }
 
 /* the next shifts for a span of several, ascending; returns how many */
@@ -111,7 +112,6 @@ static int values_split(struct span *span, int room, double shift[]) {
     double lo, hi;
     int several = span->hi.below - span->lo.below;
     values_bounds(span, &lo, &hi);
-    span->reach = 0;
     if (span->tries++ >= VALUES_TRIES && span->tries % 2) lo = span->lo.at, hi = span->hi.at;
     if (room > 2 * several) room = 2 * several;
     if (hi - lo <= 4 * DBL_EPSILON * hi) {
@@ -137,10 +137,22 @@ static int values_split(struct span *span, int room, double shift[]) {
     return room;
 }
 
-/* files what lies between two counted ends */
-static void values_file(struct values *v, struct span span) {
+/* learns from the one eigenvalue of a part how far off the hints of the whole span were */
+static void values_learn(const struct span *span, struct span *part) {
+    const struct span_end *end = values_nearer(part), *old[2] = {&span->lo, &span->hi};
+    for (int i = 0; end->near && i < 2; i++) {
+        double off = fabs(old[i]->hint - end->hint) - 4 * DBL_EPSILON * end->at;
+        double rest = 2 * off / (old[i]->step * old[i]->step * old[i]->step);
+        if (rest > part->rest && isfinite(rest)) part->rest = rest;
+    }
+}
+
+/* files what lies between two counted ends of a span */
+static void values_file(struct values *v, const struct span *whole, struct span span) {
     double value;
     if (span.hi.below <= span.lo.below || span.hi.below <= v->first || span.lo.below >= v->last) return;
+    if (span.hi.below - span.lo.below < whole->hi.below - whole->lo.below) span.tries = 0;
+    if (span.hi.below - span.lo.below == 1) values_learn(whole, &span);
     if (values_converged(&span, &value))
         values_finish(v, &span, value);
     else
@@ -157,7 +169,7 @@ static void values_cut(struct values *v, const struct span *span, int count, str
         if (probe[i].below < part.lo.below) probe[i].below = part.lo.below;
         if (probe[i].below > most) probe[i].below = most;
         part.hi = values_end(&probe[i], v->laplacian->n, -1);
-        values_file(v, part);
+        values_file(v, span, part);
         part.lo = values_end(&probe[i], v->laplacian->n, 1);
     }
     part.hi = span->hi;
@@ -166,7 +178,7 @@ static void values_cut(struct values *v, const struct span *span, int count, str
         values_finish(v, &part, values_middle(part.lo.at, part.hi.at));
         return;
     }
-    values_file(v, part);
+    values_file(v, span, part);
 }
 
 /* one round: takes spans from the end of the list, counts at their next shifts, files the parts */
@@ -197,8 +209,10 @@ enum pend_status pend_modes_values(const struct pend_laplacian *laplacian, int f
     /* every span holds one of the values sought, and a round adds at most its own shifts */
     v.todo = malloc(((size_t)count + 2 * VALUES_BATCH) * sizeof *v.todo);
     if (!v.todo) return PEND_NO_MEMORY;
-    struct span all = {
-        {laplacian->least, 0, 0, laplacian->least}, {laplacian->most, laplacian->n, 0, laplacian->most}, 0, 0};
+    struct span all = {{laplacian->least, 0, 0, laplacian->least, INFINITY},
+                       {laplacian->most, laplacian->n, 0, laplacian->most, INFINITY},
+                       0,
+                       0};
     all.lo.below = pend_modes_values_below(laplacian, laplacian->least);
     v.todo[v.todo_count++] = all;
     while (v.todo_count) values_round(&v);

@@ -5,11 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/modes_room.h"
+
 /* eigenvalues nearer to each other than this, relatively, have their vectors made orthogonal */
 #define VECTORS_NEAR 2e-3
-
-/* up to this many vectors of a large tree all of them are, since there round-off adds up */
-enum { VECTORS_FEW = 64, VECTORS_LARGE = 20000 };
 
 enum { VECTORS_TRIES = 8 };
 
@@ -19,10 +18,12 @@ enum { VECTORS_TRIES = 8 };
 struct vectors {
     const struct pend_laplacian *laplacian;
     const double *value;
+    int lead;
     double **vector;
     double *tips;         /* tip displacements of the last `rows` vectors, vector k in row k % rows */
     int rows;             /* 0 when no vector has a near neighbour */
     double *load, *pivot; /* n doubles each */
+    double *work;         /* for the kernel */
 };
 
 static double *vectors_tip(const struct vectors *v, int number) {
@@ -123,10 +124,14 @@ static void vectors_start(int n, int number, double x[]) {
     }
 }
 
-/* the first of the vectors that vector `number` is to be made orthogonal to */
-static int vectors_first(const struct vectors *v, int count, int number, int first) {
-    if (count <= VECTORS_FEW && v->laplacian->n >= VECTORS_LARGE) return 0;
-    while (first < number && v->value[number] - v->value[first] > VECTORS_NEAR * fabs(v->value[number])) first++;
+/* true when the vectors of two numbers, in ascending order, are to be made orthogonal */
+static int vectors_near(const struct vectors *v, int a, int b) {
+    return v->value[b] - v->value[a] <= VECTORS_NEAR * fmax(fabs(v->value[a]), fabs(v->value[b]));
+}
+
+/* the first of the vectors that vector `number` is to be made orthogonal to, not before `first` */
+static int vectors_first(const struct vectors *v, int number, int first) {
+    while (!vectors_near(v, first, number)) first++;
     return first;
 }
 
@@ -143,46 +148,50 @@ static int vectors_settle(struct vectors *v, int first, int number) {
     return 1;
 }
 
-/* vectors begin .. begin + lanes - 1 by twisted factorization */
-static void vectors_twist(struct vectors *v, int count, int begin, double work[]) {
+/* vectors begin .. begin + lanes - 1 by twisted factorization; tip displacements only where a vector has neighbours */
+static void vectors_twist(struct vectors *v, int count, int begin) {
     const struct pend_modes_kernel *kernel = pend_modes_kernel();
     double shift[16], *target[16], *tip[16];
+    int tips = 0;
     for (int i = 0; i < kernel->lanes; i++) {
-        int number = begin + i < count ? begin + i : count - 1;
-        shift[i] = v->value[number];
-        target[i] = v->vector[number];
-        tip[i] = v->rows ? vectors_tip(v, number) : NULL;
+        int number = begin + i, last = number >= count;
+        shift[i] = v->value[last ? count - 1 : number];
+        target[i] = last ? v->load : v->vector[number];
+        tip[i] = last || !v->rows ? v->pivot : vectors_tip(v, number);
+        if (!last) tips |= number > 0 && vectors_near(v, number - 1, number);
+        if (!last) tips |= number < count - 1 && vectors_near(v, number, number + 1);
     }
-    kernel->vectors(v->laplacian, shift, work, target, v->rows ? tip : NULL);
+    kernel->vectors(v->laplacian, shift, v->lead, v->work, target, tips ? tip : NULL);
 }
 
 /* the largest number of vectors that one is to be made orthogonal to */
 static int vectors_window(const struct vectors *v, int count) {
     int window = 0;
     for (int number = 1, first = 0; number < count; number++) {
-        first = vectors_first(v, count, number, first);
+        first = vectors_first(v, number, first);
         if (number - first > window) window = number - first;
     }
     return window;
 }
 
-enum pend_status pend_modes_vectors(const struct pend_laplacian *laplacian, int count, const double value[],
+enum pend_status pend_modes_vectors(const struct pend_laplacian *laplacian, int count, const double value[], int lead,
                                     double *vector[]) {
     int lanes = pend_modes_kernel()->lanes;
     size_t n = (size_t)laplacian->n;
-    struct vectors v = {.laplacian = laplacian, .value = value, .vector = vector};
+    struct vectors v = {.laplacian = laplacian, .value = value, .lead = lead, .vector = vector};
     int window = vectors_window(&v, count);
     if (window) v.rows = window + lanes;
-    double *work = aligned_alloc(64, ((size_t)(4 * lanes + v.rows + 2) * n * sizeof *work + 63) / 64 * 64);
+    double *work = pend_modes_room((size_t)(3 * lanes + v.rows + 2) * n * sizeof *work);
     if (!work) return PEND_NO_MEMORY;
-    v.load = work + 4 * (size_t)lanes * n;
+    v.work = work;
+    v.load = work + 3 * (size_t)lanes * n;
     v.pivot = v.load + n;
     v.tips = v.pivot + n;
     enum pend_status status = PEND_OK;
     for (int begin = 0, first = 0; begin < count; begin += lanes) {
-        vectors_twist(&v, count, begin, work);
+        vectors_twist(&v, count, begin);
         for (int number = begin; number < begin + lanes && number < count; number++) {
-            first = vectors_first(&v, count, number, first);
+            first = vectors_first(&v, number, first);
             if (first < number && !vectors_settle(&v, first, number)) status = PEND_NO_CONVERGENCE;
         }
     }

@@ -14,6 +14,7 @@
  *
  * count   number of vectors.
  * value   their eigenvalues, ascending, to full relative precision.
+ * lead    the node whose angle is to be positive.
  * vector  out, count pointers to n angles each.
  *
  * PEND_NO_MEMORY       O(n).
@@ -21,6 +22,6 @@
  * O(count n), and O(g n) more for a vector with g near neighbours.
  */
 PEND_MUST_CHECK enum pend_status pend_modes_vectors(const struct pend_laplacian *laplacian, int count,
-                                                    const double value[], double *vector[]);
+                                                    const double value[], int lead, double *vector[]);
 
 #endif

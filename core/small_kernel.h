@@ -52,7 +52,7 @@ LANES_INLINE void SMALL(up)(const struct jets_system *s, struct SMALL(node) node
     }
 }
 
-LANES_INLINE void SMALL(down)(const struct jets_system *s, struct SMALL(node) node[], struct SMALL(columns) *columns) {
+LANES_INLINE void SMALL(down)(const struct jets_system *s, struct SMALL(node) node[], struct SMALL(columns) * columns) {
     struct SMALL(node) pivot = {0};
     for (int k = 0; k < s->n; k++) {
         struct SMALL(node) *x = &node[k], *up = k ? &node[s->parent[k]] : &pivot;
@@ -83,40 +83,70 @@ struct SMALL(order) {
     VEC re, im, rate, force;
 };
 
-/* one term of T and c: u_j times phi'_{k + 1 - j} and lambda_{k - j} */
-LANES_INLINE void SMALL(term)(const struct jets_system *s, int k, int j, VEC sum[4]) {
+/*
+ * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass: what is loaded
+ * serves both. Row -1 of the forces is zero.
+ */
+LANES_INLINE void SMALL(known)(const struct jets_system *s, int k, const struct SMALL(order) * first,
+                               const struct SMALL(order) * newest, struct SMALL(order) * now,
+                               struct SMALL(order) * next) {
     enum { STRIDE = 8 };
-    VEC ur = VEC_(get)(s->turn_re + j * STRIDE), ui = VEC_(get)(s->turn_im + j * STRIDE);
-    VEC w = VEC_(get)(s->rate + (k + 1 - j) * STRIDE), f = VEC_(get)(s->force + (k - j) * STRIDE);
-    sum[0] = VEC_(fma)(ur, w, sum[0]);
-    sum[1] = VEC_(fma)(ui, w, sum[1]);
-    sum[2] = VEC_(fma)(ur, f, sum[2]);
-    sum[3] = VEC_(fma)(ui, f, sum[3]);
+    const double *re = s->turn_re + 2 * STRIDE, *im = s->turn_im + 2 * STRIDE;
+    const double *rate = s->rate + k * STRIDE, *force = s->force + (k - 1) * STRIDE;
+    VEC x[8], w = newest->rate, f = newest->force;
+    for (int i = 0; i < 8; i++) x[i] = VEC_(of)(0);
+    // u_1 is imaginary
+    x[1] = first->im * w;
+    x[3] = first->im * f;
+    for (int j = 2; j <= k + 1; j++, re += STRIDE, im += STRIDE) {
+        VEC ur = VEC_(get)(re), ui = VEC_(get)(im);
+        x[4] = VEC_(fma)(ur, w, x[4]);
+        x[5] = VEC_(fma)(ui, w, x[5]);
+        x[6] = VEC_(fma)(ur, f, x[6]);
+        x[7] = VEC_(fma)(ui, f, x[7]);
+        rate -= STRIDE, force -= STRIDE;
+        w = VEC_(get)(rate), f = VEC_(get)(force);
+        x[0] = VEC_(fma)(ur, w, x[0]);
+        x[1] = VEC_(fma)(ui, w, x[1]);
+        x[2] = VEC_(fma)(ur, f, x[2]);
+        x[3] = VEC_(fma)(ui, f, x[3]);
+    }
+    *now = (struct SMALL(order)){x[0], x[1], x[2], x[3]};
+    *next = (struct SMALL(order)){x[4], x[5], x[6], x[7]};
 }
 
-/* T and c of order k, as sums of two halves so that the additions overlap; the newest coefficients come last */
-LANES_INLINE struct SMALL(order) SMALL(known)(const struct jets_system *s, int k, const struct SMALL(order) *first,
-                                             const struct SMALL(order) *newest) {
-    VEC even[4], odd[4];
-    for (int i = 0; i < 4; i++) even[i] = odd[i] = VEC_(of)(0);
-    int j = 2;
-    for (; j < k; j += 2) {
-        SMALL(term)(s, k, j, even);
-        SMALL(term)(s, k, j + 1, odd);
-    }
-    if (j == k) SMALL(term)(s, k, j, even);
-    for (int i = 0; i < 4; i++) even[i] += odd[i];
-    if (k) {
-        // u_1 is imaginary
-        even[1] = VEC_(fma)(first->im, newest->rate, even[1]);
-        even[3] = VEC_(fma)(first->im, newest->force, even[3]);
-    }
-    even[0] = VEC_(fma)(newest->re, first->rate, even[0]);
-    even[1] = VEC_(fma)(newest->im, first->rate, even[1]);
-    return (struct SMALL(order)){even[0], even[1], even[2], even[3]};
+/* the terms of order k + 1 that the coefficients of order k are needed for */
+LANES_INLINE void SMALL(complete)(const struct SMALL(order) * first, const struct SMALL(order) * newest,
+                                  struct SMALL(order) * known) {
+    known->re = VEC_(fma)(newest->re, first->rate, known->re);
+    known->im = VEC_(fma)(newest->im, first->rate, VEC_(fma)(first->im, newest->rate, known->im));
+    known->force = VEC_(fma)(first->im, newest->force, known->force);
 }
 
-LANES_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct SMALL(order) *x) {
+/* the coefficients of order k from the known parts; lift and drop are gravity's, of the root */
+LANES_INLINE void SMALL(solve)(const struct jets_system *s, const struct SMALL(columns) * columns, int k, VEC lift,
+                               VEC drop, const struct SMALL(order) * known, struct SMALL(order) * newest) {
+    double pull[LANES] __attribute__((aligned(64))), side[LANES] __attribute__((aligned(64)));
+    VEC_(put)(pull, known->im - lift);
+    VEC_(put)(side, known->force * s->share[k]);
+    // by reciprocity the answer of arm i to W_j is that of arm j to W_i, and acceleration to W is force to s;
+    // rate is (phi''_k + (k + 1) T) / (k + 1), force (lambda_k + c) / (k + 1)
+    VEC zero = VEC_(of)(0), rate[2] = {-drop, zero}, force[2] = {zero, zero};
+    for (int j = 0; j < LANES; j++) {
+        VEC W = VEC_(of)(pull[j]), S = VEC_(of)(side[j]);
+        rate[0] = VEC_(fma)(W, columns->force_side[j], rate[0]);
+        rate[1] = VEC_(fma)(S, columns->acc_side[j], rate[1]);
+        force[0] = VEC_(fma)(W, columns->force_pull[j], force[0]);
+        force[1] = VEC_(fma)(S, columns->acc_pull[j], force[1]);
+    }
+    VEC turned = rate[0] + rate[1];
+    newest->rate = turned - known->re;
+    newest->force = VEC_(fma)(VEC_(of)(k + 1), force[0] + force[1], -known->rate);
+    newest->re = -s->share[k + 1] * known->im;
+    newest->im = s->share[k + 1] * turned;
+}
+
+LANES_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct SMALL(order) * x) {
     enum { STRIDE = 8 };
     VEC_(put)(s->rate + (k + 1) * STRIDE, x->rate);
     VEC_(put)(s->force + k * STRIDE, x->force);
@@ -125,7 +155,7 @@ LANES_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct S
 }
 
 /* the columns in the units of the orders: pulls are l T, accelerations of angles */
-LANES_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns) *columns) {
+LANES_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns) * columns) {
     VEC inv_len = VEC_(get)(s->inv_len);
     for (int j = 0; j < s->n; j++) {
         VEC len = VEC_(of)(s->len[j]);
@@ -151,28 +181,15 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
     // gravity is a pull on the root
     lift[0] = s->sine[0] * gravity * s->inv_len[0];
     drop[0] = s->cosine[0] * gravity * s->inv_len[0];
-    for (int k = 0; k < order; k++) {
-        struct SMALL(order) known = SMALL(known)(s, k, &first, &newest);
-        double pull[LANES] __attribute__((aligned(64))), side[LANES] __attribute__((aligned(64)));
-        VEC_(put)(pull, known.im - lift);
-        VEC_(put)(side, known.force * s->share[k]);
-        // by reciprocity the answer of arm i to W_j is that of arm j to W_i, and acceleration to W is force to s;
-        // rate is (phi''_k + (k + 1) T) / (k + 1), force (lambda_k + c) / (k + 1)
-        VEC rate[2] = {-drop, zero}, force[2] = {zero, zero};
-        for (int j = 0; j < LANES; j++) {
-            VEC W = VEC_(of)(pull[j]), S = VEC_(of)(side[j]);
-            rate[0] = VEC_(fma)(W, columns.force_side[j], rate[0]);
-            rate[1] = VEC_(fma)(S, columns.acc_side[j], rate[1]);
-            force[0] = VEC_(fma)(W, columns.force_pull[j], force[0]);
-            force[1] = VEC_(fma)(S, columns.acc_pull[j], force[1]);
-        }
-        VEC turned = rate[0] + rate[1];
-        newest.rate = turned - known.re;
-        newest.force = VEC_(fma)(VEC_(of)(k + 1), force[0] + force[1], -known.rate);
-        newest.re = -s->share[k + 1] * known.im;
-        newest.im = s->share[k + 1] * turned;
+    for (int k = 0; k < order; k += 2) {
+        struct SMALL(order) now, next;
+        SMALL(known)(s, k, &first, &newest, &now, &next);
+        SMALL(solve)(s, &columns, k, k ? zero : lift, k ? zero : drop, &now, &newest);
         SMALL(keep)(s, k, &newest);
-        lift = drop = zero;
+        if (k + 1 == order) break;
+        SMALL(complete)(&first, &newest, &next);
+        SMALL(solve)(s, &columns, k + 1, zero, zero, &next, &newest);
+        SMALL(keep)(s, k + 1, &newest);
     }
 }
 

@@ -393,10 +393,11 @@ static int http_room(struct srv_http *http, int fd) {
 }
 
 static void http_connect(struct srv_http *http, struct MHD_Connection *mhd, void **socket) {
-    const union MHD_ConnectionInfo *info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD);
+    /* read at once: from 1.0 on the next question overwrites the answer */
+    int fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
     http_here = http;
     http->connections++;
-    struct http_connection *connection = http_room(http, info->connect_fd) ? calloc(1, sizeof *connection) : NULL;
+    struct http_connection *connection = http_room(http, fd) ? calloc(1, sizeof *connection) : NULL;
     *socket = connection;
     if (!connection) return;
     srv_exchange_init(&connection->exchange, http->service);
@@ -406,10 +407,10 @@ static void http_connect(struct srv_http *http, struct MHD_Connection *mhd, void
     connection->http = http;
     connection->mhd = mhd;
     connection->surplus = http->connections > (int)http->service->config.connections;
-    connection->watched.fd = info->connect_fd;
+    connection->watched.fd = fd;
     connection->watched.left = http_left;
     srv_watch_add(http->watch, &connection->watched, connection->surplus ? http_deadline(1) : 0);
-    http->by_fd[info->connect_fd] = connection;
+    http->by_fd[fd] = connection;
 }
 
 static void http_disconnect(struct srv_http *http, void **socket) {

@@ -99,6 +99,7 @@ TEST(faults_of_the_arms_form_have_its_pointers) {
         {ARMS("{\"length\":1,\"mass\":1},{\"length\":1,\"mass\":1,\"parent\":\"2\"}"), "/pendulum/arms/1/parent",
          "cannot hang on itself"},
         {ARMS(""), "/pendulum/arms", "a tree has at least one arm"},
+        {TREE("\"arms\":{\"a\":1}"), "/pendulum/arms", "must be an array, one entry for each arm, got an object"},
         {TREE("\"arms\":7"), "/pendulum/arms", "must be an array, one entry for each arm, got 7"},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)

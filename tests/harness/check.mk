@@ -2,7 +2,7 @@
 # ONLY='asan-% build-asan' picks jobs.
 # Leaves to others: running a job and counting (job.sh).
 # Invariant: a job that fails, crashes or cannot start is counted as failed and the others go on.
-ROOMS := core laws api server wire
+ROOMS := core laws api server wire fuzz
 ALL := build-release build-asan build-tsan $(foreach room,$(ROOMS),release-$(room) asan-$(room)) tsan-server tsan-wire \
 	valgrind-core valgrind-api valgrind-wire layers docs replies layout openapi image
 JOBS := $(if $(ONLY),$(filter $(ONLY),$(ALL)),$(ALL))

@@ -60,7 +60,7 @@ struct test_reply {
     int headers;
     char *name[TEST_HEADERS], *value[TEST_HEADERS];
     char *head; /* owns names and values */
-    char *body; /* a NUL stands behind it; "" when there is none */
+    char *body; /* a NUL stands behind it; "" when there is none, even when no reply came */
     size_t body_bytes;
 };
 

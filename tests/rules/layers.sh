@@ -14,6 +14,7 @@ pure='^(assert|complex|errno|float|limits|math|stdalign|stdarg|stdbool|stddef|st
 # an outside library's headers, and the files that are its door
 doors=(
     '^gsl/|^gsl_ ^core/(method_gsl|modes|modes_gsl|reference)[.]c$'
+    '^sys/mman[.]h$ ^core/modes_room[.]c$' # advice about huge pages
     '^cjson/ ^api/json_in[.]c$'
     '^dragonbox/ ^api/number_write[.]cpp$'
     '^fast_float/ ^api/number_read[.]cpp$'
@@ -58,11 +59,11 @@ own_header_first() {
     done
 }
 
-# the stems that a room's README lists, in order: the first cell of a table's row, or the start of a list's item
+# the files that a room's README lists, in order, X for X.h and X.c, or X.h where the header has a place of its own: the first cell of a table's row, or the start of a list's item
 listed() {
     sed -nE 's/^(\||[-*]|[0-9]+\.) *(`[^|]*)/\2/p' "$1/README.md" 2>/dev/null |
         sed -E 's/ (-|–|:|\|).*//; s/^((`[^`]+`[, and]*)+).*/\1/' | grep -oE '`[^`]+`' | tr -d '`' |
-        sed -E 's|.*/||; s/\.[a-z]+$//; s/\*$//' | awk '!seen[$0]++'
+        sed -E 's|.*/||; s/\.(c|cpp)$//' | awk '!seen[$0]++'
 }
 
 file_order() {
@@ -71,10 +72,12 @@ file_order() {
     for stem in $(listed "$1"); do place[$stem]=$((++number)); done
     [ $number -gt 0 ] || { echo "$1/README.md lists no files"; return; }
     for file in $(files "$1"); do
-        stem=$(basename "${file%.*}")
+        stem=$(basename "$file")
+        [[ $stem = *.h && -n "${place[$stem]-}" ]] || stem=${stem%.*}
         [ -n "${place[$stem]-}" ] || { echo "$1/README.md does not list $stem"; continue; }
         for other in $(awk -v file="$file" '$1 == file && $3 == "\"" { print $2 }' <<<"$includes" | sed -nE "s|^$1/(.*)\.h$|\1|p"); do
-            [ -z "${place[$other]-}" ] || [ "${place[$other]}" -le "${place[$stem]}" ] || echo "$file includes $other.h, which $1/README.md lists below it"
+            [ -z "${place[$other.h]-}" ] || other=$other.h
+            [ -z "${place[$other]-}" ] || [ "${place[$other]}" -le "${place[$stem]}" ] || echo "$file includes ${other%.h}.h, which $1/README.md lists below it"
         done
     done | sort -u
 }
@@ -110,7 +113,8 @@ verdict 'core has no variable of its own' "$(globals)"
 verdict 'core has no effects' "$(effects)"
 verdict 'core names begin with pend_' "$(prefixes core '^pend_')"
 verdict 'api names begin with api_' "$(prefixes api '^api_')"
-verdict 'server names begin with srv_' "$(prefixes server '^(srv_|main$)')"
+# recv: http.c reads along with what libmicrohttpd receives
+verdict 'server names begin with srv_' "$(prefixes server '^(srv_|main$|recv$)')"
 
 printf '%d passed, %d failed\n' $passed $failed
 [ $failed = 0 ]

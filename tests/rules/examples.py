@@ -1,0 +1,134 @@
+"""Posts every example of the OpenAPI document to a live server.
+
+    examples.py api/openapi.yaml http://127.0.0.1:PORT
+
+Each request example must be answered 200 with a valid body; where the operation's answer has an example of the same name
+it must be that answer: the same fields, the same texts and whole numbers, other numbers to 1e-5 of the largest in their
+array. What a computation takes (stats) is compared by its fields alone. Then every preset is fetched, and its parts are
+posted as a trajectory. Prints "N passed, N failed".
+"""
+import json
+import pathlib
+import sys
+import urllib.error
+import urllib.request
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from replies import Document, Fault  # noqa: E402
+
+
+def ask(url, method, body, accept):
+    data = None if body is None else json.dumps(body).encode()
+    headers = {"Accept": accept} | ({"Content-Type": "application/json"} if data else {})
+    request = urllib.request.Request(url, data, headers, method=method.upper())
+    try:
+        with urllib.request.urlopen(request, timeout=60) as answer:
+            return answer.status, answer.headers["Content-Type"], answer.read().decode()
+    except urllib.error.HTTPError as error:
+        return error.code, error.headers["Content-Type"], error.read().decode()
+
+
+def numbers(value):
+    """All numbers of nested arrays, or None where there is something else."""
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return [value]
+    if not isinstance(value, list):
+        return None
+    parts = [numbers(item) for item in value]
+    return None if None in parts else [number for part in parts for number in part]
+
+
+def same(at, got, want):
+    if type(got) is not type(want) and not (numbers(got) and numbers(want)):
+        raise Fault(f"{at} is {got!r}, the example has {want!r}")
+    if isinstance(want, dict):
+        if got.keys() != want.keys():
+            raise Fault(f"{at} has the fields {list(got)}, the example {list(want)}")
+        for key in want:
+            if at + "/" + key != "/stats":
+                same(at + "/" + key, got[key], want[key])
+            elif got[key].keys() != want[key].keys():
+                raise Fault(f"/stats has the fields {list(got[key])}, the example {list(want[key])}")
+    elif numbers(want) is not None:
+        a, b = numbers(got), numbers(want)
+        scale = max(map(abs, b), default=0)
+        if len(a) != len(b) or any(abs(x - y) > 1e-5 * max(scale, 1e-9) for x, y in zip(a, b)):
+            raise Fault(f"{at} is {got}, the example has {want}")
+    elif isinstance(want, list):
+        if len(got) != len(want):
+            raise Fault(f"{at} has {len(got)} items, the example {len(want)}")
+        for i, item in enumerate(want):
+            same(f"{at}/{i}", got[i], item)
+    elif got != want:
+        raise Fault(f"{at} is {got!r}, the example has {want!r}")
+
+
+def compare(media_type, got, want):
+    if media_type == "application/json":
+        same("", json.loads(got), want)
+        return
+    rows = [[[float(field) for field in line.split(",")] for line in text.split("\n")[1:-1]] for text in (got, want)]
+    if got.split("\n")[0] != want.split("\n")[0]:
+        raise Fault(f"the header is {got.split(chr(10))[0]!r}")
+    same("CSV", *rows)
+
+
+def cases(document):
+    """(method, path, name, request body, media type, answer or None) of every example."""
+    for path, item in document.document["paths"].items():
+        for method, operation in item.items():
+            requests = operation.get("requestBody", {}).get("content", {}).get("application/json", {}).get("examples", {})
+            bodies = {name: example["value"] for name, example in requests.items()}
+            for parameter in operation.get("parameters", []):
+                bodies[parameter["example"]] = None
+                path = path.replace("{" + parameter["name"] + "}", parameter["example"])
+            for media_type, content in operation["responses"]["200"]["content"].items():
+                answers = {name: example["value"] for name, example in content.get("examples", {}).items()}
+                for name in answers.keys() - bodies.keys():
+                    raise Fault(f"{path}: the answer {name} has no request")
+                for name, body in (bodies or {"": None}).items():
+                    yield method, path, name, body, media_type, answers.get(name)
+
+
+def check(document, base, method, path, body, media_type):
+    """Asks, holds the answer against the document, and returns it."""
+    status, content_type, got = ask(base + path, method, body, media_type)
+    if status != 200:
+        raise Fault(f"answered {status}: {got}")
+    document.check({"method": method, "path": path, "status": status, "content_type": content_type, "body": got})
+    return got
+
+
+def example(document, base, method, path, name, body, media_type, want):
+    got = check(document, base, method, path, body, media_type)
+    if want is not None:
+        compare(media_type, got, want)
+
+
+def preset(document, base, name):
+    got = json.loads(check(document, base, "get", f"/v1/presets/{name}", None, "application/json"))
+    body = {key: got[key] for key in ("pendulum", "initial", "times")}
+    check(document, base, "post", "/v1/trajectories", body | {"rtol": 1e-6, "digits": 6}, "application/json")
+
+
+def main(path, base):
+    document, passed, failed = Document(path), 0, 0
+    jobs = [(example, case) for case in cases(document)]
+    listed = json.loads(ask(base + "/v1/presets", "get", None, "application/json")[2])
+    jobs += [(preset, (item["name"],)) for item in listed["presets"]]
+    for job, arguments in jobs:
+        try:
+            job(document, base, *arguments)
+            passed += 1
+        except Fault as fault:
+            failed += 1
+            print("FAIL", job.__name__, *(argument for argument in arguments if isinstance(argument, str)), fault)
+    print(f"{passed} passed, {failed} failed")
+    return 1 if failed or not passed else 0
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    sys.exit(main(*sys.argv[1:]))
