@@ -236,7 +236,7 @@ TEST(modes_of_a_star_have_the_stated_basis) {
             worst = fmax(worst, fabs(entry(modes, tree, k, i) - want));
         }
     }
-    CHECK_RESIDUAL(worst, 1e-13, "star's multiple frequency");
+    CHECK_RESIDUAL(worst, 1e-15, "star's multiple frequency");
     pend_modes_free(&modes);
     pend_tree_free(&tree);
 }
