@@ -35,13 +35,13 @@ void pend_laplacian_close(struct pend_laplacian *laplacian) {
     int n = laplacian->n;
     const int *parent = laplacian->parent, *end = laplacian->end;
     /* the trace of L^-1 M is l_tot/g: no eigenvalue is below 1 over the sum of the masses carried over the springs */
-    double trace = 0, most = 0, carried[PEND_LAPLACIAN_STACK + 1],
-           springs[PEND_LAPLACIAN_STACK + 1];
-    int top = 0;
+    double trace = 0, most = 0, carried[PEND_LAPLACIAN_STACK + 1], springs[PEND_LAPLACIAN_STACK + 1];
+    int top = 0, height[PEND_LAPLACIAN_STACK + 1], tall = 0;
     for (int k = n - 1; k >= 0; k--) {
         int leaf = end[k] == k + 1, next = k && end[k] != end[parent[k]];
         laplacian->turn[k] = (unsigned char)((leaf ? PEND_TURN_LEAF : 0) | (next ? PEND_TURN_NEXT : 0));
         double mass = leaf ? 0 : carried[top], around = leaf ? 0 : springs[top], spring = fabs(laplacian->spring[k]);
+        tall = leaf ? 1 : height[top] + 1;
         top -= !leaf;
         mass += laplacian->mass[k];
         trace += mass / spring;
@@ -49,8 +49,10 @@ void pend_laplacian_close(struct pend_laplacian *laplacian) {
         most = fmax(most, 2 * (spring + around) / laplacian->mass[k]);
         top += !next;
         carried[top] = next ? carried[top] + mass : mass;
+        height[top] = next && height[top] > tall ? height[top] : tall;
         springs[top] = next ? springs[top] + spring : spring;
     }
+    laplacian->depth = tall;
     laplacian->least = (1 - 1e-9) / trace;
     laplacian->most = (1 + 1e-9) * most;
 }

@@ -21,6 +21,7 @@ struct pend_laplacian {
     int *parent, *end;   /* as in the tree */
     unsigned char *turn; /* PEND_TURN_ bits */
     double least, most;  /* 1/s^2: every eigenvalue has least <= |lambda| <= most */
+    int depth;           /* arms on the longest way */
 };
 
 /**
@@ -30,7 +31,7 @@ struct pend_laplacian {
  */
 PEND_MUST_CHECK enum pend_status pend_laplacian_alloc(struct pend_laplacian **laplacian, int n);
 
-/** Sets turn, least and most from the other arrays. O(n). */
+/** Sets turn, least, most and depth from the other arrays. O(n). */
 void pend_laplacian_close(struct pend_laplacian *laplacian);
 
 void pend_laplacian_free(struct pend_laplacian **laplacian);

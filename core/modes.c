@@ -182,6 +182,9 @@ static enum pend_status modes_vectors(struct modes_work *w, const struct pend_tr
         for (end = i + 1; end < w->mode_count && w->mode[end].part == w->mode[i].part;) end++;
         PEND_TRY(modes_part_vectors(w, w->mode + i, end - i));
     }
+    /* so far an angle is a displacement to the right over a length; a standing arm turns the other way */
+    for (int k = 0; w->request->up && k < tree->n; k++)
+        for (int i = 0; w->request->up[k] && i < w->modes->count; i++) w->modes->vector[(size_t)i * tree->n + k] *= -1;
     pend_modes_settle(w->modes, tree, MODES_MULTIPLE, modes_bound(w->request, tree), NULL);
     return PEND_OK;
 }

@@ -19,7 +19,8 @@ struct pend_modes {
     int growing;    /* the first so many of the modes held do not swing but grow as e^{-omega t}, their omega < 0; 0
                        about hanging */
     double *omega;  /* rad/s, ascending; 1/s below 0 */
-    double *vector; /* theta of arm, scaled so that vector^T Re(0) vector = 1; NULL when not asked for */
+    double *vector; /* theta of arm, scaled so that vector^T Re(0) vector = 1 (Re of the equilibrium's angles where
+                       arms stand); NULL when not asked for */
     double *norm;   /* sqrt(vector^T Re(0) vector) of each vector as it is scaled now; NULL without vectors */
 };
 

@@ -11,6 +11,10 @@ enum {
     VALUES_TRIES = 6   /* Laguerre steps before bisection takes turns with them */
 };
 
+/* of a tree deeper than this, so many of the slowest are polished, when they are off by no more than this part */
+enum { VALUES_DEEP = 4000, VALUES_SLOW = 32 };
+#define VALUES_POLISH 1e-9
+
 /* One end of a span: a shift that was counted, and where the nearest eigenvalue inside must be. */
 struct span_end {
     double at;
@@ -203,6 +207,25 @@ static void values_round(struct values *v) {
     for (int i = 0, at = 0; i < spans; at += count[i++]) values_cut(v, &span[i], count[i], probe + at);
 }
 
+/* One Newton step from a value that is good to a dozen digits, in extended precision. On a long way out the sums of the
+ * sweep grow by nearly the same amount arm after arm, so that their round-off all points one way. */
+static double values_polish(const struct pend_laplacian *l, double value) {
+    long double pull[PEND_LAPLACIAN_STACK + 1], rate[PEND_LAPLACIAN_STACK + 1], log_rate = 0;
+    int top = 0;
+    for (int k = l->n - 1; k >= 0; k--) {
+        int leaf = l->turn[k] & PEND_TURN_LEAF, next = l->turn[k] & PEND_TURN_NEXT;
+        long double spring = l->spring[k], t = (leaf ? 0 : pull[top]) - (long double)value * l->mass[k];
+        long double inverse = 1 / (t + spring + spring * 0x1p-70L), ratio = spring * inverse;
+        long double slope = (leaf ? 0 : rate[top]) - l->mass[k];
+        log_rate += slope * inverse;
+        top += !next - !leaf;
+        pull[top] = ratio * t + (next ? pull[top] : 0);
+        rate[top] = ratio * ratio * slope + (next ? rate[top] : 0);
+    }
+    double step = (double)(1 / log_rate);
+    return fabs(step) < VALUES_POLISH * value ? value - step : value;
+}
+
 enum pend_status pend_modes_values(const struct pend_laplacian *laplacian, int first, int count, double value[]) {
     if (count < 1) return PEND_OK;
     struct values v = {laplacian, pend_modes_kernel(), first, first + count, value, NULL, 0};
@@ -216,6 +239,8 @@ enum pend_status pend_modes_values(const struct pend_laplacian *laplacian, int f
     all.lo.below = pend_modes_values_below(laplacian, laplacian->least);
     v.todo[v.todo_count++] = all;
     while (v.todo_count) values_round(&v);
+    if (laplacian->depth >= VALUES_DEEP)
+        for (int i = 0; i < count && first + i < VALUES_SLOW; i++) value[i] = values_polish(laplacian, value[i]);
     free(v.todo);
     return PEND_OK;
 }
