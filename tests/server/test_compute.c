@@ -66,7 +66,7 @@ TEST(a_full_queue_answers_503_at_once) {
     /* the router sees it, and the queue itself would */
     CHECK_INT(srv_router_begin(&two), 1);
     CHECK_INT(two.status, 503);
-    srv_exchange_reset(&two);
+    srv_exchange_clear(&two);
     compute_post(&two, &service, "/v1/trees", LIVE_SHORT);
     srv_compute_queue(&two);
     CHECK_INT(compute_finished, 1);
