@@ -18,7 +18,7 @@ struct dense_table {
 LANES_INLINE void dense_answer(const struct jets_system *s, int n, num rate[], num force[]) {
     num zero = num_of(0);
     for (int k = 0; k < n; k++) {
-        s->sum_push[k] = s->sum_side[k] = s->sum_cos[k] = s->sum_sin[k] = s->early[k] = zero;
+        s->sum_side[k] = s->sum_cos[k] = s->sum_sin[k] = s->early[k] = zero;
     }
     jets_up(s);
     jets_down(s, zero);

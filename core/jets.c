@@ -24,7 +24,8 @@ size_t pend_jets_bytes(int n, int order_cap) {
 static struct jets_system jets_view(const struct pend_jets *jets) {
     double *at = jets->system;
     struct jets_system s = {.n = jets->tree->n,
-                            .stride = jets->stride,
+                            .stride = PEND_JETS_PAD,
+                            .tile = PEND_JETS_PAD * (size_t)(jets->order_cap + 2),
                             .share = jets->share,
                             .parent = jets->tree->parent,
                             .end = jets->tree->end,

@@ -1,6 +1,7 @@
 /* Power series in time of a moving tree: rates and arm forces about one instant, to any order, O(n) an order.
  * Leaves to others: step sizes, sums over steps, dense output (method_taylor).
- * Invariant: no allocation; coefficients order-major in the tree's stored order, arms padded to a multiple of 8. */
+ * Invariant: no allocation; coefficients in tiles of 8 arms in the tree's stored order, all orders of a tile together.
+ */
 #ifndef PEND_JETS_H
 #define PEND_JETS_H
 
@@ -13,15 +14,15 @@
 enum { PEND_JETS_ORDER_MIN = 3, PEND_JETS_ORDER_MAX = 40, PEND_JETS_PAD = 8 };
 
 /*
- * Coefficient j of arm k is array[j * stride + k], in powers of x = t / unit: unit phi' = sum_j rate_j x^j, j = 0 ..
- * order, and unit^2 lambda = sum_j force_j x^j, j = 0 .. order - 1. The rest is the series of e^{i (phi - phi_0)} and
- * the tree system of order 0.
+ * Coefficient j of arm k is array[pend_jets_place(jets, k, j)], in powers of x = t / unit: unit phi' = sum_j rate_j
+ * x^j, j = 0 .. order, and unit^2 lambda = sum_j force_j x^j, j = 0 .. order - 1. The rest is the series of e^{i (phi -
+ * phi_0)} and the tree system of order 0.
  */
 struct pend_jets {
     const struct pend_tree *tree;
     int order_cap;
     enum pend_isa isa; /* the best one that runs here, unless changed to a lower one */
-    size_t stride;
+    size_t stride;     /* arms, padded */
     double *rate, *force;
     double *turn_re, *turn_im; /* e^{i (phi(t) - phi(0))}, orders 0 .. order */
     double *share;             /* 1 / (j + 1) of order j */
@@ -32,6 +33,12 @@ struct pend_jets {
  * Bytes of memory that series of a tree of n arms to order_cap need, a multiple of 64.
  */
 size_t pend_jets_bytes(int n, int order_cap);
+
+/** Where coefficient j of arm k is in each series. */
+static inline size_t pend_jets_place(const struct pend_jets *jets, int k, int j) {
+    return (size_t)(k / PEND_JETS_PAD) * PEND_JETS_PAD * (size_t)(jets->order_cap + 2) + (size_t)(k % PEND_JETS_PAD) +
+           (size_t)j * PEND_JETS_PAD;
+}
 
 /**
  * Prepares series in the caller's memory.

@@ -1,6 +1,6 @@
 /* The arrays that the power-series kernels work on, for every kind of number.
  * Leaves to others: the numbers and the arithmetic (jets_kernel), memory (jets).
- * Invariant: one block, every array `stride` numbers long or a whole number of strides. */
+ * Invariant: one block; a series is kept in tiles of eight arms, all orders of a tile together. */
 #ifndef PEND_JETS_SYSTEM_H
 #define PEND_JETS_SYSTEM_H
 
@@ -11,34 +11,49 @@
 #endif
 typedef JETS_NUM num;
 
-/* name, what it holds for an arm; k is the arm, sums go over its children */
-#define JETS_ARRAYS(X)                                                                                                 \
-    X(len)                                                                                                             \
-    X(inv_len) X(mass) X(angle) X(angle_low) /* to the parent, as a sum of two */                                      \
-        X(cosine) X(sine)                    /* of the angle to the parent */                                          \
-        X(eff) X(inv_eff)                    /* S, 1 / S */                                                            \
-        X(inv)                               /* 1 / (m + q) */                                                         \
-        X(lean)                              /* r / (m + q) */                                                         \
-        X(kappa) X(nu) X(tau)                /* how an arm's share reaches its parent, and the two of tension first */ \
-        X(stiff) X(weight)                   /* S kappa, S l */                                                        \
-        X(sum_p) X(sum_r) X(sum_q) X(sum_d) X(late_q) X(late_r) X(late) /* sums over the later siblings of an arm */   \
-        X(early)                                                        /* sum over the children met so far */         \
-        X(wind_re) X(wind_im)                                           /* T, the known part of u' */                  \
-        X(drag_re) X(drag_im)                                           /* c, the known part of lambda u */            \
-        X(heave)                                                        /* S l (k + 1) Im T */                         \
-        X(push) X(bias) X(side)                                         /* h, f, and the known force across the arm */ \
-        X(sum_push) X(sum_side) X(sum_cos) X(sum_sin) X(tension) X(radial) X(tangential) /* acceleration of the tip */ \
-        X(from_radial) X(from_tangential)                                                /* the same of the parent */
+/*
+ * Arrays of one value an arm; sums go over its children unless another is named.
+ *
+ * len, inv_len, mass               the arm's own
+ * angle, angle_low                 to the parent, as a sum of two; cosine, sine of it
+ * eff, inv_eff                     S, 1 / S
+ * inv, lean                        1 / (m + q), r / (m + q)
+ * kappa, nu, tau                   how an arm's share reaches its parent, and the two of tension first
+ * stiff, weight                    S kappa, S l
+ * sum_p .. sum_d                   p, r, q and the determinant's remainder
+ * late, late_q, late_r             sums over the later siblings; early: over the children met so far
+ * wind, drag (re, im)              T and c of this order; next_: of the order after, as far as known
+ * heave                            S l (k + 1) Im T
+ * push, bias                       h, f = h - heave
+ * side, sum_side, sum_cos, sum_sin the known force across the arm, and sums of Z f, C s, Z s
+ * from_side, others                the parent's side; sum of Z f over the siblings
+ * shift, rest                      what stays of radial and tangential when the parent's and the radial part are off
+ * tension                          the part of mu that does not move with the parent
+ * radial, tangential               acceleration of the tip; from_: of the parent's
+ */
+// clang-format off
+#define JETS_ARRAYS(X) \
+    X(len) X(inv_len) X(mass) X(angle) X(angle_low) X(cosine) X(sine) X(eff) X(inv_eff) X(inv) X(lean) X(kappa) X(nu) \
+    X(tau) X(stiff) X(weight) X(sum_p) X(sum_r) X(sum_q) X(sum_d) X(late_q) X(late_r) X(late) X(early) X(wind_re) \
+    X(wind_im) X(drag_re) X(drag_im) X(next_wind_re) X(next_wind_im) X(next_drag_re) X(next_drag_im) X(heave) X(push) \
+    X(bias) X(side) X(sum_side) X(sum_cos) X(sum_sin) X(from_side) X(others) X(shift) X(rest) X(tension) X(radial) \
+    X(tangential) X(from_radial) X(from_tangential)
+// clang-format on
 
 struct jets_system {
     int n;
-    size_t stride;
+    size_t stride, tile; /* numbers from one order to the next, from eight arms to the next eight */
     const int *parent, *end;
     const double *share;                   /* 1 / (j + 1) of order j */
-    num *rate, *force, *turn_re, *turn_im; /* order-major series */
+    num *rate, *force, *turn_re, *turn_im; /* series: order j of arm k at jets_row(k) + j * stride */
 #define X(name) num *name;
     JETS_ARRAYS(X)
 #undef X
 };
+
+/** Where the series of arm k begin. */
+static inline size_t jets_row(const struct jets_system *s, int k) {
+    return (size_t)(k / 8) * s->tile + (size_t)(k % 8);
+}
 
 #endif

@@ -64,6 +64,7 @@ static struct jets_system ensemble_view(const struct ensemble_lanes *lanes) {
     num *at = (num *)(void *)lanes->series, *arrays = at + 4 * series;
     struct jets_system s = {.n = lanes->n,
                             .stride = n,
+                            .tile = 8,
                             .parent = lanes->parent,
                             .end = lanes->end,
                             .share = lanes->share,

@@ -59,7 +59,7 @@ static void kernel_orders(const struct jets_system *s, const struct jets_state *
         WIDE_(sincos)(wide_get(s->angle + a), wide_get(s->angle_low + a), &sine, &cosine);
         wide_put(s->sine + a, sine);
         wide_put(s->cosine + a, cosine);
-        wide_put(s->rate + a, wide_get(state->rate + a) * unit);
+        wide_put(s->rate + jets_row(s, a), wide_get(state->rate + a) * unit);
     }
     gravity *= unit * unit;
     jets_factor(s);
@@ -82,8 +82,8 @@ LANES_INLINE struct kernel_change kernel_horner(const struct jets_system *s, int
                                                 int acc, int force) {
     wide x = wide_of(x_);
     struct kernel_change v = {wide_of(0), wide_of(0), wide_of(0), wide_of(0)};
-    const double *rate = s->rate + (size_t)order * s->stride + a;
-    const double *tension = s->force + (size_t)(order - 1) * s->stride + a;
+    const double *rate = s->rate + jets_row(s, a) + (size_t)order * s->stride;
+    const double *tension = s->force + jets_row(s, a) + (size_t)(order - 1) * s->stride;
     for (int j = order; j >= 1; j--) {
         wide w = wide_get(rate);
         v.phi = wide_fma(v.phi, x, w * s->share[j]);

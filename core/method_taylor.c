@@ -82,11 +82,10 @@ static void taylor_close(void **stepper) {
  * order is the same, and what is not finite is largest.
  */
 static double taylor_norm(const struct taylor *taylor, int j) {
-    const double *c = taylor->jets.rate + (size_t)j * taylor->jets.stride;
     int64_t most = 0;
     for (int k = 0; k < taylor->tree->n; k++) {
         int64_t bits;
-        memcpy(&bits, c + k, sizeof bits);
+        memcpy(&bits, taylor->jets.rate + pend_jets_place(&taylor->jets, k, j), sizeof bits);
         bits &= INT64_MAX;
         if (bits > most) most = bits;
     }
@@ -99,8 +98,7 @@ static double taylor_norm(const struct taylor *taylor, int j) {
 static int taylor_bad_arm(const struct taylor *taylor) {
     for (int j = 0; j <= taylor->order; j++) {
         for (int k = 0; k < taylor->tree->n; k++) {
-            if (!isfinite(taylor->jets.rate[(size_t)j * taylor->jets.stride + (size_t)k]))
-                return taylor->tree->order[k];
+            if (!isfinite(taylor->jets.rate[pend_jets_place(&taylor->jets, k, j)])) return taylor->tree->order[k];
         }
     }
     return -1;

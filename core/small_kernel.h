@@ -84,12 +84,12 @@ struct SMALL(order) {
 };
 
 /*
- * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass: what is loaded serves
- * both. Row -1 of the forces is zero.
+ * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass: what is loaded
+ * serves both. Row -1 of the forces is zero.
  */
-LANES_INLINE void SMALL(known)(const struct jets_system *s, int k, const struct SMALL(order) *first,
-                               const struct SMALL(order) *newest, struct SMALL(order) *now,
-                               struct SMALL(order) *next) {
+LANES_INLINE void SMALL(known)(const struct jets_system *s, int k, const struct SMALL(order) * first,
+                               const struct SMALL(order) * newest, struct SMALL(order) * now,
+                               struct SMALL(order) * next) {
     enum { STRIDE = 8 };
     const double *re = s->turn_re + 2 * STRIDE, *im = s->turn_im + 2 * STRIDE;
     const double *rate = s->rate + k * STRIDE, *force = s->force + (k - 1) * STRIDE;
@@ -116,16 +116,16 @@ LANES_INLINE void SMALL(known)(const struct jets_system *s, int k, const struct 
 }
 
 /* the terms of order k + 1 that the coefficients of order k are needed for */
-LANES_INLINE void SMALL(complete)(const struct SMALL(order) *first, const struct SMALL(order) *newest,
-                                  struct SMALL(order) *known) {
+LANES_INLINE void SMALL(complete)(const struct SMALL(order) * first, const struct SMALL(order) * newest,
+                                  struct SMALL(order) * known) {
     known->re = VEC_(fma)(newest->re, first->rate, known->re);
     known->im = VEC_(fma)(newest->im, first->rate, VEC_(fma)(first->im, newest->rate, known->im));
     known->force = VEC_(fma)(first->im, newest->force, known->force);
 }
 
 /* the coefficients of order k from the known parts; lift and drop are gravity's, of the root */
-LANES_INLINE void SMALL(solve)(const struct jets_system *s, const struct SMALL(columns) *columns, int k, VEC lift,
-                               VEC drop, const struct SMALL(order) *known, struct SMALL(order) *newest) {
+LANES_INLINE void SMALL(solve)(const struct jets_system *s, const struct SMALL(columns) * columns, int k, VEC lift,
+                               VEC drop, const struct SMALL(order) * known, struct SMALL(order) * newest) {
     double pull[LANES] __attribute__((aligned(64))), side[LANES] __attribute__((aligned(64)));
     VEC_(put)(pull, known->im - lift);
     VEC_(put)(side, known->force * s->share[k]);

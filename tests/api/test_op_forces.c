@@ -137,3 +137,23 @@ TEST(forces_that_overflow_end_as_a_problem_with_their_place) {
     CHECK(strstr(test_reply_text(&reply, "/detail"), "in row 2 is beyond the numbers that a double holds"));
     test_reply_free(&reply);
 }
+
+TEST(states_are_not_held_before_the_size_of_the_answer_is_known) {
+    enum { ARMS = 1000, STATES = 5000 };
+    char *body = malloc(ARMS * 16 + STATES * 3 + 200), *at = body;
+    at += sprintf(at, "{\"pendulum\":{\"length\":[1");
+    for (int i = 1; i < ARMS; i++) at += sprintf(at, ",1");
+    at += sprintf(at, "],\"mass\":[1");
+    for (int i = 1; i < ARMS; i++) at += sprintf(at, ",1");
+    at += sprintf(at, "],\"parent\":[0");
+    for (int i = 1; i < ARMS; i++) at += sprintf(at, ",%d", i);
+    at += sprintf(at, "]},\"states\":[{\"phi\":[1]}");
+    for (int i = 1; i < STATES; i++) at += sprintf(at, ",{}");
+    strcpy(at, "]}");
+    struct test_reply reply = test_post(API_OP_FORCES, body);
+    CHECK(test_reply_has_fault(&reply, "", "asks for 5000 states of 8003 numbers"));
+    CHECK(test_reply_has_fault(&reply, "/states/0/phi", "must have 1000 numbers"));
+    CHECK_INT(test_reply_faults(&reply), 2);
+    test_reply_free(&reply);
+    free(body);
+}

@@ -53,11 +53,11 @@ static void scene_close(struct scene *s) {
 static double series_at(const struct pend_jets *jets, int order, int k, double x, int what) {
     double sum = 0;
     for (int j = order; j >= 0; j--) {
-        double c = jets->rate[(size_t)j * jets->stride + (size_t)k];
+        double c = jets->rate[pend_jets_place(jets, k, j)];
         if (what == 0) sum = sum * x + c / (j + 1);
         if (what == 1) sum = sum * x + c;
         if (what == 2 && j) sum = sum * x + c * j;
-        if (what == 3 && j < order) sum = sum * x + jets->force[(size_t)j * jets->stride + (size_t)k];
+        if (what == 3 && j < order) sum = sum * x + jets->force[pend_jets_place(jets, k, j)];
     }
     return what ? sum : sum * x;
 }
@@ -65,10 +65,12 @@ static double series_at(const struct pend_jets *jets, int order, int k, double x
 /* the x at which the trailing terms are eps of the leading ones */
 static double series_reach(const struct pend_jets *jets, int n, double eps) {
     double lead = 0, reach = INFINITY;
-    for (int k = 0; k < n; k++) lead = fmax(lead, fabs(jets->rate[k]) + fabs(jets->rate[jets->stride + (size_t)k]));
+    for (int k = 0; k < n; k++)
+        lead =
+            fmax(lead, fabs(jets->rate[pend_jets_place(jets, k, 0)]) + fabs(jets->rate[pend_jets_place(jets, k, 1)]));
     for (int j = ORDER - 3; j <= ORDER; j++) {
         for (int k = 0; k < n; k++) {
-            double c = fabs(jets->rate[(size_t)j * jets->stride + (size_t)k]);
+            double c = fabs(jets->rate[pend_jets_place(jets, k, j)]);
             if (c > 0) reach = fmin(reach, pow(eps * lead / c, 1.0 / j));
         }
     }
@@ -168,8 +170,8 @@ TEST(jets_keep_their_digits_at_order_zero_when_masses_differ_by_16_decades) {
         for (int k = 0; k < n; k++) {
             scale[0] = fmax(scale[0], fabs(acc[k]));
             scale[1] = fmax(scale[1], fabs(force[k]));
-            worst[0] = fmax(worst[0], fabs(s.jets.rate[s.jets.stride + (size_t)k] * 256 - acc[k]));
-            worst[1] = fmax(worst[1], fabs(s.jets.force[k] * 256 - force[k]));
+            worst[0] = fmax(worst[0], fabs(s.jets.rate[pend_jets_place(&s.jets, k, 1)] * 256 - acc[k]));
+            worst[1] = fmax(worst[1], fabs(s.jets.force[pend_jets_place(&s.jets, k, 0)] * 256 - force[k]));
         }
         for (int j = 0; j < 2; j++) residual[j] = fmax(residual[j], worst[j] / scale[j]);
         scene_close(&s);
@@ -185,7 +187,7 @@ TEST(jets_notice_a_wrong_coefficient) {
     REQUIRE(scene_open(&s, 4, parent, 0.3, &seed));
     pend_jets_expand(&s.jets, s.gravity, 0.125, &s.state, ORDER);
     double x = series_reach(&s.jets, 4, 1e-14), residual[2] = {0, 0};
-    s.jets.rate[7 * s.jets.stride + 1] *= 1 + 1e-3;
+    s.jets.rate[pend_jets_place(&s.jets, 1, 7)] *= 1 + 1e-3;
     scene_residual(&s, 0.125, x, residual);
     CHECK_SAYING(residual[0] > 1e-9, "residual %g", residual[0]);
     scene_close(&s);
