@@ -79,8 +79,7 @@ int srv_daemon_drain(struct srv_daemon *daemon, int hurry) {
     atomic_store(&daemon->service.draining, 1);
     if (hurry) srv_watch_leave_all(daemon->watch);
     if (atomic_load(&daemon->service.computing)) return 0;
-    srv_http_quiesce(daemon->http);
-    return !srv_watch_busy(daemon->watch);
+    return srv_http_quiesce(daemon->http) && !srv_watch_busy(daemon->watch);
 }
 
 static void daemon_nap(void) { nanosleep(&(struct timespec){.tv_nsec = 5000000}, NULL); }

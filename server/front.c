@@ -144,6 +144,7 @@ static int front_once(struct srv_front *front, int *count, const char *twice) {
 
 static void front_name_end(struct srv_front *front) {
     size_t bytes = (size_t)front->part;
+    front->name_bytes = front->part;
     front->field = FRONT_OTHER;
     for (size_t i = 0; i < sizeof front_fields / sizeof *front_fields && bytes <= SRV_FRONT_NAME; i++)
         if (strlen(front_fields[i].name) == bytes && !memcmp(front_fields[i].name, front->name, bytes))
@@ -188,7 +189,8 @@ static void front_known(struct srv_front *front, unsigned char c) {
         return;
     case FRONT_COOKIE:
         front->cookies += c == ';' || c == ',';
-        if (front->cookies >= SRV_FRONT_COOKIES) front_refuse(front, 431, "the request has more than 100 cookies");
+        if (front->cookies >= SRV_FRONT_COOKIES || front->part > SRV_FRONT_COOKIE)
+            front_refuse(front, 431, "the request has too many cookies");
         return;
     }
 }
@@ -350,18 +352,27 @@ static size_t front_skip(struct srv_front *front, const char *data, size_t bytes
     return run;
 }
 
+/* renames the field whose name ends at `at` */
+static void front_hide(struct srv_front *front, char *data, size_t at) {
+    if (at < (size_t)front->name_bytes) return;
+    data[at - (size_t)front->name_bytes] = 'X';
+    front->field = FRONT_OTHER;
+}
+
 static int front_in_head(const struct srv_front *front) {
     return front->place >= SRV_FRONT_IN_METHOD && front->place <= SRV_FRONT_END_LF;
 }
 
 void srv_front_init(struct srv_front *front) { *front = (struct srv_front){.place = SRV_FRONT_START}; }
 
-size_t srv_front_read(struct srv_front *front, const char *data, size_t bytes) {
+size_t srv_front_read(struct srv_front *front, char *data, size_t bytes) {
     size_t passed = 0;
     for (size_t i = 0; i < bytes && front->place != SRV_FRONT_REFUSED;) {
         long complete = front->complete;
         size_t run = front_skip(front, data + i, bytes - i);
         if (!run) front_byte(front, (unsigned char)data[i]);
+        if (!run && data[i] == ':' && front->field == FRONT_COOKIE && front->place == SRV_FRONT_BEFORE_VALUE)
+            front_hide(front, data, i);
         i += run ? run : 1;
         front->bytes += !run && front_in_head(front);
         if (front->bytes > SRV_FRONT_HEAD && front_in_head(front))

@@ -13,9 +13,10 @@ enum {
     SRV_FRONT_TARGET = 1023,    /* bytes of the target */
     SRV_FRONT_PARAMETERS = 64,  /* query parameters */
     SRV_FRONT_FIELDS = 100,     /* header fields; trailer fields as well */
-    SRV_FRONT_COOKIES = 100,    /* cookies */
     SRV_FRONT_HEAD = 8192,      /* bytes of the head; of the trailer section as well */
     SRV_FRONT_EXTENSIONS = 256, /* bytes of a chunk's extensions */
+    SRV_FRONT_COOKIES = 16,     /* cookies that could not be hidden, see srv_front_read */
+    SRV_FRONT_COOKIE = 1024,    /* bytes of them */
     SRV_FRONT_NAME = 20         /* bytes of a field's name that are kept, to know the field by */
 };
 
@@ -56,8 +57,9 @@ struct srv_front {
     int part;    /* bytes of the part of a line that is being read */
     int blanks;  /* empty lines before the request */
     int fields, parameters, cookies, hosts, lengths, codings;
-    int field;     /* which of the known fields the line is */
-    uint64_t left; /* bytes of the body or of the chunk */
+    int field;      /* which of the known fields the line is */
+    int name_bytes; /* of its name */
+    uint64_t left;  /* bytes of the body or of the chunk */
     char name[SRV_FRONT_NAME];
 };
 
@@ -67,11 +69,14 @@ void srv_front_init(struct srv_front *front);
 /**
  * Reads along.
  *
+ * Cookies are hidden from who reads next, as nobody needs them and libmicrohttpd would take them apart at great expense
+ * of memory: the field gets another name, unless the name came in two parts.
+ *
  * Returns how many bytes may be passed on: all of them, or, once the stream is refused, those of the requests that were
  * complete before the one at fault.
  * O(bytes), a nanosecond or two a byte of a head, no time for a body.
  */
-size_t srv_front_read(struct srv_front *front, const char *data, size_t bytes);
+size_t srv_front_read(struct srv_front *front, char *data, size_t bytes);
 
 /** True between the first byte of a request and its last. */
 int srv_front_within(const struct srv_front *front);

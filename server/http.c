@@ -15,6 +15,7 @@
 #include "server/compute.h"
 #include "server/exchange.h"
 #include "server/front.h"
+#include "server/listen.h"
 #include "server/message.h"
 #include "server/router.h"
 
@@ -37,8 +38,9 @@ struct srv_http {
     struct srv_service *service;
     struct srv_watch *watch;
     struct MHD_Daemon *daemon;
-    int fd, connections;
-    int quiet; /* does not listen any more */
+    int fd; /* that it listens on; -1 = no more */
+    int connections;
+    int64_t settling; /* since when nobody new is let in */
     struct http_connection **by_fd;
     int fds; /* room in by_fd */
 };
@@ -344,7 +346,7 @@ static struct http_connection *http_find(const struct srv_http *http, int fd) {
 }
 
 /* shows the front what came; returns what libmicrohttpd may see of it */
-static size_t http_show(struct http_connection *connection, const char *data, size_t bytes) {
+static size_t http_show(struct http_connection *connection, char *data, size_t bytes) {
     struct srv_front *front = &connection->front;
     int within = srv_front_within(front);
     bytes = srv_front_read(front, data, bytes);
@@ -469,24 +471,36 @@ enum pend_status srv_http_new(struct srv_http **http, struct srv_service *servic
     return pend_fail(error, PEND_NO_MEMORY, -1, 0, "libmicrohttpd does not start");
 }
 
-void srv_http_quiesce(struct srv_http *http) {
+/* takes in who has connected already, and listens no more */
+static void http_close(struct srv_http *http) {
     struct sockaddr_storage address;
     socklen_t bytes = sizeof address;
-    if (http->quiet) return;
-    http->quiet = 1;
     MHD_quiesce_daemon(http->daemon);
     for (int fd; (fd = accept4(http->fd, (struct sockaddr *)&address, &bytes, SOCK_CLOEXEC | SOCK_NONBLOCK)) >= 0;) {
         MHD_add_connection(http->daemon, fd, (struct sockaddr *)&address, bytes);
         bytes = sizeof address;
     }
     close(http->fd);
+    http->fd = -1;
+}
+
+int srv_http_quiesce(struct srv_http *http) {
+    int64_t now = srv_clock_now();
+    if (http->fd < 0) return 1;
+    if (!http->settling) {
+        srv_listen_settle(http->fd);
+        http->settling = now;
+    }
+    if (now - http->settling < (int64_t)SRV_HTTP_SETTLE_MS * 1000000) return 0;
+    http_close(http);
+    return 1;
 }
 
 void srv_http_free(struct srv_http **http) {
     struct srv_http *gone = *http;
     *http = NULL;
     if (!gone) return;
-    srv_http_quiesce(gone);
+    if (gone->fd >= 0) http_close(gone);
     MHD_stop_daemon(gone->daemon);
     free(gone->by_fd);
     free(gone);

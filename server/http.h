@@ -9,6 +9,8 @@
 #include "server/service.h"
 #include "server/watch.h"
 
+enum { SRV_HTTP_SETTLE_MS = 50 };
+
 struct srv_http;
 
 /**
@@ -22,8 +24,12 @@ struct srv_http;
 PEND_MUST_CHECK enum pend_status srv_http_new(struct srv_http **http, struct srv_service *service,
                                               struct srv_watch *watch, int fd, struct pend_error *error);
 
-/** Stops listening, after taking in who has connected already. Later calls do nothing. */
-void srv_http_quiesce(struct srv_http *http);
+/**
+ * Goes one step towards not listening any more, without turning away who has connected or is about to.
+ *
+ * Returns 1 once it does not listen; that is about SRV_HTTP_SETTLE_MS after the first call.
+ */
+int srv_http_quiesce(struct srv_http *http);
 
 /** Closes every connection and ends the thread; no exchange may be with a worker any more. */
 void srv_http_free(struct srv_http **http);

@@ -1,7 +1,9 @@
 #include "server/listen.h"
 
 #include <errno.h>
+#include <linux/filter.h>
 #include <netdb.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -79,4 +81,15 @@ enum pend_status srv_listen_open(const char *address, int *fd, char url[SRV_URL_
     if (*fd < 0) return pend_fail(error, PEND_INVALID, -1, 0, "cannot listen on %.100s: %s", address, strerror(reason));
     listen_url(*fd, parts.host, url);
     return PEND_OK;
+}
+
+void srv_listen_settle(int fd) {
+    /* byte 13 of the TCP header holds the flags: SYN (2) without ACK (16) is dropped, all else is kept */
+    struct sock_filter drop_new[] = {
+        BPF_STMT(BPF_LD | BPF_B | BPF_ABS, 13),       BPF_STMT(BPF_ALU | BPF_AND | BPF_K, 2 | 16),
+        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 2, 0, 1), BPF_STMT(BPF_RET | BPF_K, 0),
+        BPF_STMT(BPF_RET | BPF_K, UINT32_MAX),
+    };
+    struct sock_fprog program = {sizeof drop_new / sizeof *drop_new, drop_new};
+    setsockopt(fd, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program);
 }

@@ -22,4 +22,12 @@ enum { SRV_URL_BYTES = 320 };
 PEND_MUST_CHECK enum pend_status srv_listen_open(const char *address, int *fd, char url[SRV_URL_BYTES],
                                                  struct pend_error *error);
 
+/**
+ * Lets nobody new in, while those who are half-way in or waiting to be accepted still get in: new connections find
+ * silence, and knock again after a second, when this server is gone or the next one is there.
+ *
+ * Does nothing where the system does not allow it.
+ */
+void srv_listen_settle(int fd);
+
 #endif

@@ -172,6 +172,7 @@ void srv_watch_add(struct srv_watch *watch, struct srv_watched *watched, int64_t
     pthread_mutex_lock(&watch->lock);
     watched->phase = SRV_WATCH_IDLE;
     watched->deadline = deadline;
+    watched->since = srv_clock_now();
     watched->seen = 0;
     watched->next = &watch->ring;
     watched->previous = watch->ring.previous;
@@ -196,6 +197,7 @@ void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched, enum 
     watched->phase = phase;
     watched->deadline = deadline;
     watched->seen = 0;
+    if (phase == SRV_WATCH_IDLE) watched->since = srv_clock_now();
     if (phase == SRV_WATCH_WAITING) watch_wake(watch);
     pthread_mutex_unlock(&watch->lock);
 }
@@ -211,11 +213,15 @@ void srv_watch_leave_all(struct srv_watch *watch) {
 }
 
 int srv_watch_busy(struct srv_watch *watch) {
+    int busy = 0;
+    int64_t now = srv_clock_now(), moment = (int64_t)SRV_WATCH_MOMENT_MS * 1000000,
+            lingering = now + (int64_t)SRV_WATCH_LINGER_MS * 1000000 - moment;
     pthread_mutex_lock(&watch->lock);
-    int busy = watch->lingerers;
+    for (int i = 0; i < watch->lingerers; i++) busy += watch->linger[i].deadline > lingering;
     for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring; watched = watched->next) {
         int unread = 0;
-        busy += watched->phase != SRV_WATCH_IDLE || ioctl(watched->fd, FIONREAD, &unread) || unread;
+        busy += watched->phase != SRV_WATCH_IDLE || now - watched->since < moment ||
+                ioctl(watched->fd, FIONREAD, &unread) || unread;
     }
     pthread_mutex_unlock(&watch->lock);
     return busy;

@@ -10,6 +10,7 @@
 
 enum {
     SRV_WATCH_TICK_MS = 25,     /* how often waiting clients are looked at */
+    SRV_WATCH_MOMENT_MS = 250,  /* how long a drain waits for what a client may be about to do */
     SRV_WATCH_LINGER_MS = 2000, /* how long a connection that was refused in mid-request is read on, at most */
     SRV_WATCH_LINGERING = 1024  /* how many of them there are at most */
 };
@@ -30,6 +31,7 @@ struct srv_watched {
     struct srv_watched *next, *previous;
     enum srv_watch_phase phase;
     int64_t deadline; /* ns of srv_clock_now, 0 = none */
+    int64_t since;    /* ns: when it became idle */
     int seen;         /* how often in a row the end of the client's stream was seen */
 };
 
@@ -58,7 +60,10 @@ void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched, enum 
 /** Calls left for every waiting connection: the server is stopping. */
 void srv_watch_leave_all(struct srv_watch *watch);
 
-/** Connections whose request or answer is not complete, that have unread bytes, or that linger. */
+/**
+ * Connections that a drain should wait for: whose request or answer is not complete, that have unread bytes, or that
+ * are new, idle or lingering since a moment only.
+ */
 int srv_watch_busy(struct srv_watch *watch);
 
 /**

@@ -223,7 +223,7 @@ TEST(every_row_of_the_route_table_is_found) {
         strcat(path, "?q");
         answer_route(&exchange, route->method, path);
         CHECK(exchange.route == route);
-        strcpy(strchr(path, '?'), "/x");
+        strcpy(strchr(path, '?'), "/x/y");
         CHECK_INT(answer_route(&exchange, route->method, path), 404);
     }
     CHECK(!srv_router_row(-1) && srv_router_row(8) != NULL);

@@ -153,6 +153,14 @@ static const struct front_case front_cases[] = {
 
 enum { FRONT_CASES = sizeof front_cases / sizeof *front_cases };
 
+/* the front writes into what it reads: a copy */
+static size_t front_read(struct srv_front *front, const char *data, size_t bytes) {
+    char copy[2048];
+    if (bytes <= sizeof copy) return srv_front_read(front, memcpy(copy, data, bytes), bytes);
+    CHECK(0);
+    return 0;
+}
+
 static size_t front_length(const struct front_case *stream) {
     return stream->bytes ? stream->bytes : strlen(stream->stream);
 }
@@ -163,7 +171,7 @@ TEST(the_front_knows_good_streams_from_bad_ones) {
         struct srv_front front;
         size_t bytes = front_length(wanted), passed;
         srv_front_init(&front);
-        passed = srv_front_read(&front, wanted->stream, bytes);
+        passed = front_read(&front, wanted->stream, bytes);
         CHECK_SAYING(front.status == wanted->status, "%s: status %d, expected %d", wanted->what, front.status,
                      wanted->status);
         CHECK_SAYING(front.complete == wanted->complete, "%s: %ld requests complete, expected %d", wanted->what,
@@ -180,7 +188,7 @@ static size_t front_in_pieces(struct srv_front *front, const struct front_case *
     for (size_t at = 0, next; at < bytes; at = next) {
         next = at ? at + piece : first;
         if (next > bytes) next = bytes;
-        passed += srv_front_read(front, stream->stream + at, next - at);
+        passed += front_read(front, stream->stream + at, next - at);
     }
     return passed;
 }
@@ -206,8 +214,8 @@ TEST(the_front_passes_nothing_of_a_request_that_is_refused_at_once) {
     static const char stream[] = GET "\r\n" GET "X : a\r\n\r\n";
     struct srv_front front;
     srv_front_init(&front);
-    CHECK_INT((long long)srv_front_read(&front, stream, sizeof stream - 1), sizeof(GET "\r\n") - 1);
-    CHECK_INT((long long)srv_front_read(&front, GET "\r\n", sizeof(GET "\r\n") - 1), 0);
+    CHECK_INT((long long)front_read(&front, stream, sizeof stream - 1), sizeof(GET "\r\n") - 1);
+    CHECK_INT((long long)front_read(&front, GET "\r\n", sizeof(GET "\r\n") - 1), 0);
     CHECK_INT(front.complete, 1);
 }
 
@@ -215,9 +223,9 @@ TEST(the_front_passes_nothing_of_a_request_that_is_refused_at_once) {
 static int front_long(const char *before, const char *piece, int count, const char *after) {
     struct srv_front front;
     srv_front_init(&front);
-    srv_front_read(&front, before, strlen(before));
-    for (int i = 0; i < count; i++) srv_front_read(&front, piece, strlen(piece));
-    srv_front_read(&front, after, strlen(after));
+    front_read(&front, before, strlen(before));
+    for (int i = 0; i < count; i++) front_read(&front, piece, strlen(piece));
+    front_read(&front, after, strlen(after));
     return front.status ? front.status : front.complete == 1 ? 0 : -1;
 }
 
@@ -228,8 +236,7 @@ TEST(the_front_keeps_heads_within_their_limits) {
     CHECK_INT(front_long("GET /?", "&", SRV_FRONT_PARAMETERS, " HTTP/1.1\r\n" HOST "\r\n"), 414);
     CHECK_INT(front_long(GET, "X: y\r\n", SRV_FRONT_FIELDS - 1, "\r\n"), 0);
     CHECK_INT(front_long(GET, "X: y\r\n", SRV_FRONT_FIELDS, "\r\n"), 431);
-    CHECK_INT(front_long(GET "Cookie: a=b", "; a=b", SRV_FRONT_COOKIES - 1, "\r\n\r\n"), 0);
-    CHECK_INT(front_long(GET "Cookie: a=b", "; a=b", SRV_FRONT_COOKIES, "\r\n\r\n"), 431);
+    CHECK_INT(front_long(GET "Cookie: a=b", "; a=b", 1000, "\r\n\r\n"), 0);
     CHECK_INT(front_long(GET "X: ", "a", SRV_FRONT_HEAD - (int)sizeof(GET "X: \r\n\r\n"), "\r\n\r\n"), 0);
     CHECK_INT(front_long(GET "X: ", "a", SRV_FRONT_HEAD, "\r\n\r\n"), 431);
     CHECK_INT(front_long(GET, "a", SRV_FRONT_HEAD, ": b\r\n\r\n"), 431);
@@ -241,13 +248,34 @@ TEST(the_front_keeps_heads_within_their_limits) {
     CHECK_INT(front_long(CHUNKED, "1\r\na\r\n", 100000, "0\r\n\r\n"), 0);
 }
 
+TEST(the_front_hides_cookies_or_has_few_of_them) {
+    struct srv_front front;
+    char text[] = GET "cOOkie: a=b\r\nCookies: a\r\nX-Cookie: c\r\n\r\n";
+    srv_front_init(&front);
+    CHECK_INT((long long)srv_front_read(&front, text, sizeof text - 1), sizeof text - 1);
+    CHECK_TEXT(text, GET "XOOkie: a=b\r\nCookies: a\r\nX-Cookie: c\r\n\r\n");
+    /* a name in two parts is known all the same, but cannot be changed any more */
+    for (int count = SRV_FRONT_COOKIES - 1; count <= SRV_FRONT_COOKIES; count++) {
+        srv_front_init(&front);
+        front_read(&front, GET "Coo", sizeof(GET "Coo") - 1);
+        front_read(&front, "kie: a=b", 8);
+        for (int i = 0; i < count; i++) front_read(&front, ";c=d", 4);
+        CHECK_INT(front.status, count < SRV_FRONT_COOKIES ? 0 : 431);
+    }
+    srv_front_init(&front);
+    front_read(&front, GET "Coo", sizeof(GET "Coo") - 1);
+    front_read(&front, "kie: a=", 7);
+    for (int i = 0; i < SRV_FRONT_COOKIE; i++) front_read(&front, "b", 1);
+    CHECK_INT(front.status, 431);
+}
+
 TEST(the_front_tells_when_it_is_within_a_request) {
     static const char stream[] = POST "Content-Length: 2\r\n\r\nab";
     struct srv_front front;
     srv_front_init(&front);
     CHECK(!srv_front_within(&front));
     for (size_t i = 0; i + 1 < sizeof stream; i++) {
-        srv_front_read(&front, stream + i, 1);
+        front_read(&front, stream + i, 1);
         CHECK_INT(srv_front_within(&front), i + 2 < sizeof stream);
     }
     CHECK_INT(front.requests, 1);
@@ -265,7 +293,7 @@ TEST(the_front_never_lets_random_bytes_out_of_step) {
             stream[test_random_int(&random, (int)bytes)] = (char)test_random_int(&random, 256);
         struct srv_front front;
         srv_front_init(&front);
-        size_t passed = srv_front_read(&front, stream, bytes), later = srv_front_read(&front, GET "\r\n", 26);
+        size_t passed = srv_front_read(&front, stream, bytes), later = front_read(&front, GET "\r\n", 26);
         int good = front.complete <= front.requests && front.requests <= front.complete + 1 && passed <= bytes;
         if (front.status && passed < bytes) good = good && !later && front.status >= 400;
         if (!CHECK_SAYING(good, "round %d: %ld of %ld requests, status %d", round, front.complete, front.requests,

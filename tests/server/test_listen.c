@@ -1,6 +1,8 @@
 #include "server/listen.h"
 
+#include <arpa/inet.h>
 #include <fcntl.h>
+#include <netinet/in.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -57,4 +59,30 @@ TEST(what_cannot_be_listened_on_is_refused_with_the_reason) {
     CHECK(srv_listen_open(taken, &fd, url, &error) == PEND_INVALID && fd == -1);
     CHECK_SAYING(strstr(error.text, "Address already in use") != NULL, "%s", error.text);
     close(other);
+}
+
+TEST(a_settling_socket_lets_in_who_is_there_and_nobody_else) {
+    char url[SRV_URL_BYTES];
+    struct pend_error error;
+    struct test_client there;
+    int fd;
+    REQUIRE(srv_listen_open("127.0.0.1:0", &fd, url, &error) == PEND_OK);
+    int port = atoi(strrchr(url, ':') + 1);
+    REQUIRE(test_client_open(&there, port));
+    test_client_say(&there, "hello");
+    srv_listen_settle(fd);
+    int late = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons((uint16_t)port)};
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    CHECK(connect(late, (struct sockaddr *)&address, sizeof address) < 0);
+    int taken = accept(fd, NULL, NULL);
+    char text[8] = "";
+    CHECK(taken >= 0 && recv(taken, text, sizeof text - 1, 0) == 5);
+    CHECK_TEXT(text, "hello");
+    test_sleep(0.05);
+    CHECK(accept(fd, NULL, NULL) < 0);
+    close(taken);
+    close(late);
+    test_client_close(&there);
+    close(fd);
 }

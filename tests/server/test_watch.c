@@ -126,10 +126,15 @@ TEST(busy_counts_what_is_not_over) {
     REQUIRE(srv_watch_new(&watch) == PEND_OK && watch_open(&pair));
     CHECK_INT(srv_watch_busy(watch), 0);
     srv_watch_add(watch, &pair.watched, 0);
+    CHECK_INT(srv_watch_busy(watch), 1);
+    test_sleep(0.3);
     CHECK_INT(srv_watch_busy(watch), 0);
     srv_watch_phase(watch, &pair.watched, SRV_WATCH_SENDING, 0);
+    test_sleep(0.3);
     CHECK_INT(srv_watch_busy(watch), 1);
     srv_watch_phase(watch, &pair.watched, SRV_WATCH_IDLE, 0);
+    CHECK_INT(srv_watch_busy(watch), 1);
+    test_sleep(0.3);
     CHECK_INT(srv_watch_busy(watch), 0);
     test_client_say(&pair.client, "G");
     for (double until = test_clock() + 5; !srv_watch_busy(watch) && test_clock() < until;) test_sleep(0.001);

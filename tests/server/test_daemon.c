@@ -1,0 +1,474 @@
+/* Tests of server/daemon and server/http: the parts together, with real sockets. */
+#include "server/daemon.h"
+
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "tests/harness/test.h"
+#include "tests/server/live.h"
+
+#define HEALTH "GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n"
+#define READY "GET /readyz HTTP/1.1\r\nHost: x\r\n\r\n"
+
+/* drains until nothing is left, at most so long; returns the seconds it took, or the limit and more */
+static double daemon_drained(struct srv_daemon *daemon, double seconds, int hurry) {
+    double begin = test_clock();
+    while (!srv_daemon_drain(daemon, hurry) && test_clock() < begin + seconds) test_sleep(0.002);
+    return test_clock() - begin;
+}
+
+TEST(a_daemon_starts_answers_and_ends) {
+    struct srv_daemon *daemon = live_start(NULL);
+    struct test_client client;
+    struct test_reply reply;
+    REQUIRE(daemon && live_say(daemon, &client, HEALTH));
+    CHECK_INT(test_client_receive(&client, &reply, 0, 10), 200);
+    CHECK_TEXT(reply.body, "{\"status\":\"ok\"}");
+    CHECK_TEXT(test_reply_header(&reply, "Content-Type"), "application/json");
+    CHECK_TEXT(test_reply_header(&reply, "Content-Length"), "15");
+    CHECK_TEXT(test_reply_header(&reply, "Cache-Control"), "no-store");
+    CHECK_TEXT(test_reply_header(&reply, "X-Content-Type-Options"), "nosniff");
+    CHECK(test_reply_header(&reply, "Date") != NULL);
+    CHECK(reply.keep_alive);
+    test_reply_clear(&reply);
+    test_client_close(&client);
+    srv_daemon_free(&daemon);
+    CHECK(daemon == NULL);
+    srv_daemon_free(&daemon);
+}
+
+TEST(a_request_id_is_taken_over_or_given_and_never_twice) {
+    static const struct {
+        const char *field, *taken;
+    } asked[] = {
+        {"X-Request-Id: abc-1.2_3\r\n", "abc-1.2_3"},
+        {"", NULL},
+        {"X-Request-Id: with blank\r\n", NULL},
+        {"X-Request-Id:\r\n", NULL},
+        {"X-Request-Id: 0123456789012345678901234567890123456789012345678901234567890123456789\r\n", NULL},
+        {"X-Request-Id: \"quoted\"\r\n", NULL},
+    };
+    struct srv_daemon *daemon = live_start(NULL);
+    struct test_client client;
+    struct test_reply reply;
+    char text[512], last[64] = "";
+    REQUIRE(daemon && test_client_open(&client, live_port(daemon)));
+    for (size_t i = 0; i < sizeof asked / sizeof *asked; i++) {
+        snprintf(text, sizeof text, "GET /healthz HTTP/1.1\r\nHost: x\r\n%s\r\n", asked[i].field);
+        test_client_say(&client, text);
+        CHECK_INT(test_client_receive(&client, &reply, 0, 10), 200);
+        const char *id = test_reply_header(&reply, "X-Request-Id");
+        if (!CHECK(id != NULL)) continue;
+        if (asked[i].taken) CHECK_TEXT(id, asked[i].taken);
+        if (!asked[i].taken) CHECK(strlen(id) == 16 && strspn(id, "0123456789abcdef") == 16 && strcmp(id, last));
+        snprintf(last, sizeof last, "%s", id);
+        test_reply_clear(&reply);
+    }
+    test_client_close(&client);
+    srv_daemon_free(&daemon);
+}
+
+TEST(the_front_refuses_behind_good_requests_and_within_bodies) {
+    static const struct {
+        const char *text;
+        int status[3];
+    } said[] = {
+        {HEALTH HEALTH "GET / HTTP/1.1\nHost: x\n\n" HEALTH, {200, 200, 400}},
+        {"POST /v1/trees HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nhello\n" HEALTH, {400}},
+        {"POST /healthz HTTP/1.1\r\nHost: x\r\nContent-Length: 1\r\n\r\naa/b" HEALTH, {405, 400}},
+        {"GET /v1/presets HTTP/1.1\r\nHost: x\r\n\r\nGET : HTTP/1.1\r\n\r\n" HEALTH, {200, 400}},
+        {"GET /healthz HTTP/1.1\r\nHost: x\r\nX : y\r\n\r\n" HEALTH, {400}},
+    };
+    struct srv_daemon *daemon = live_start(NULL);
+    REQUIRE(daemon != NULL);
+    for (size_t i = 0; i < sizeof said / sizeof *said; i++) {
+        struct test_client client;
+        struct test_reply reply;
+        if (!live_say(daemon, &client, said[i].text)) continue;
+        for (int k = 0; k < 3 && said[i].status[k]; k++) {
+            int status = test_client_receive(&client, &reply, 0, 10);
+            CHECK_SAYING(status == said[i].status[k], "stream %zu, answer %d: %d", i, k, status);
+            if (status == 400) {
+                CHECK_TEXT(test_reply_header(&reply, "Content-Type"), "application/problem+json");
+                CHECK(test_reply_header(&reply, "X-Request-Id") && !reply.keep_alive);
+            }
+            test_reply_clear(&reply);
+        }
+        CHECK_SAYING(test_client_ended(&client, 10), "stream %zu goes on", i);
+        test_client_close(&client);
+    }
+    CHECK_INT(live_status(daemon, HEALTH), 200);
+    srv_daemon_free(&daemon);
+}
+
+TEST(an_early_no_reaches_a_client_that_is_still_sending) {
+    static const char *const options[] = {"--max-body-bytes", "1024", NULL};
+    static char rubbish[65536];
+    struct srv_daemon *daemon = live_start(options);
+    REQUIRE(daemon != NULL);
+    for (int chunked = 0; chunked < 2; chunked++) {
+        struct test_client client;
+        struct test_reply reply;
+        if (!live_say(daemon, &client,
+                      chunked ? "POST /v1/trees HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n800000\r\n"
+                              : "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Length: 8388608\r\n\r\n"))
+            continue;
+        int sent = 0;
+        while (sent < 128 && test_client_send(&client, rubbish, sizeof rubbish)) sent++;
+        CHECK_INT(sent, 128);
+        CHECK_INT(test_client_receive(&client, &reply, 0, 10), 413);
+        CHECK(strstr(reply.body, "max-body-bytes") != NULL);
+        test_reply_clear(&reply);
+        CHECK(test_client_ended(&client, 10));
+        test_client_close(&client);
+    }
+    srv_daemon_free(&daemon);
+}
+
+TEST(connections_beyond_the_cap_are_told_so) {
+    static const char *const options[] = {"--max-connections", "4", NULL};
+    struct srv_daemon *daemon = live_start(options);
+    struct test_client client[4];
+    REQUIRE(daemon != NULL);
+    for (int i = 0; i < 4; i++) {
+        struct test_reply reply;
+        REQUIRE(live_say(daemon, &client[i], HEALTH));
+        CHECK_INT(test_client_receive(&client[i], &reply, 0, 10), 200);
+        test_reply_clear(&reply);
+    }
+    CHECK_INT(live_status(daemon, HEALTH), 503);
+    CHECK_INT(live_status(daemon, HEALTH), 503);
+    for (int i = 0; i < 4; i++) test_client_close(&client[i]);
+    int status = 503;
+    for (double until = test_clock() + 5; status == 503 && test_clock() < until;) status = live_status(daemon, HEALTH);
+    CHECK_INT(status, 200);
+    srv_daemon_free(&daemon);
+}
+
+TEST(bodies_together_stay_within_their_memory) {
+    static const char *const options[] = {"--max-held-bytes", "1M", NULL};
+    static char body[700000];
+    struct srv_daemon *daemon = live_start(options);
+    struct test_client one, two;
+    struct test_reply reply;
+    static const char head[] = "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Length: 700000\r\n\r\n";
+    REQUIRE(daemon && live_say(daemon, &one, head));
+    memset(body, ' ', sizeof body);
+    test_client_send(&one, body, sizeof body - 1);
+    test_sleep(0.1);
+    REQUIRE(live_say(daemon, &two, head));
+    test_client_send(&two, body, sizeof body);
+    CHECK_INT(test_client_receive(&two, &reply, 0, 10), 503);
+    CHECK(strstr(reply.body, "max-held-bytes") != NULL);
+    test_reply_clear(&reply);
+    test_client_close(&two);
+    /* the first is not disturbed, and gives its memory back */
+    test_client_send(&one, body, 1);
+    CHECK_INT(test_client_receive(&one, &reply, 0, 10), 415);
+    test_reply_clear(&reply);
+    test_client_close(&one);
+    REQUIRE(live_say(daemon, &two, head));
+    test_client_send(&two, body, sizeof body);
+    CHECK_INT(test_client_receive(&two, &reply, 0, 10), 415);
+    test_reply_clear(&reply);
+    test_client_close(&two);
+    srv_daemon_free(&daemon);
+}
+
+TEST(times_for_heads_bodies_and_silence_are_totals) {
+    static const char *const options[] = {
+        "--header-seconds", "0.4", "--body-seconds", "0.4", "--idle-seconds", "1", NULL};
+    static const struct {
+        const char *say, *drip;
+        int status;
+        double least, most;
+    } slow[] = {
+        {"GET /healthz HTTP/1.1\r\nHost: x\r\nX: ", "a", 408, 0.3, 1.5},
+        {"POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Length: 500\r\n\r\n", "a", 408, 0.3, 1.5},
+        {"POST /v1/trees HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n", "1\r\na\r\n", 408, 0.3, 1.5},
+        {"G", "", 408, 0.3, 1.5},
+        {"", "", 0, 0.9, 4},
+    };
+    struct srv_daemon *daemon = live_start(options);
+    REQUIRE(daemon != NULL);
+    for (size_t i = 0; i < sizeof slow / sizeof *slow; i++) {
+        struct test_client client;
+        struct test_reply reply;
+        if (!live_say(daemon, &client, slow[i].say)) continue;
+        double begin = test_clock();
+        for (int k = 0; k < 30 && slow[i].drip[0]; k++) {
+            if (!test_client_say(&client, slow[i].drip)) break;
+            test_sleep(0.02);
+        }
+        int status = test_client_receive(&client, &reply, 0, 5);
+        CHECK_SAYING(status == slow[i].status, "%zu: status %d", i, status);
+        test_reply_clear(&reply);
+        CHECK(test_client_ended(&client, 5));
+        double seconds = test_clock() - begin;
+        CHECK_SAYING(seconds > slow[i].least && seconds < slow[i].most, "%zu: after %.2f s", i, seconds);
+        test_client_close(&client);
+    }
+    /* between requests a connection may be as old as it likes */
+    struct test_client client;
+    REQUIRE(test_client_open(&client, live_port(daemon)));
+    for (int i = 0; i < 4; i++) {
+        struct test_reply reply;
+        test_sleep(0.3);
+        test_client_say(&client, HEALTH);
+        CHECK_INT(test_client_receive(&client, &reply, 0, 5), 200);
+        test_reply_clear(&reply);
+    }
+    test_client_close(&client);
+    srv_daemon_free(&daemon);
+}
+
+TEST(an_answer_that_is_not_taken_is_given_up) {
+    static const char *const options[] = {"--send-seconds", "0.3", "--least-rate", "1G", NULL};
+    static const char body[] = "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
+                               "\"times\":{\"start\":0,\"stop\":1,\"count\":200001}}";
+    struct srv_daemon *daemon = live_start(options);
+    struct test_client client;
+    REQUIRE(daemon && live_post(daemon, &client, "/v1/trajectories", body));
+    /* about 20 MB, more than the sockets hold; nothing is read until the server is tired of it */
+    struct test_reply reply;
+    test_sleep(2.5);
+    CHECK_INT(test_client_receive(&client, &reply, 0, 10), 0);
+    test_reply_clear(&reply);
+    test_client_close(&client);
+    CHECK_SAYING(daemon_drained(daemon, 5, 0) < 3, "it is still sending");
+    srv_daemon_free(&daemon);
+}
+
+TEST(a_client_that_went_away_frees_its_worker_at_once) {
+    static const char *const options[] = {"--workers", "1", NULL};
+    struct srv_daemon *daemon = live_start(options);
+    struct test_client gone, waiting, next;
+    struct test_reply reply;
+    REQUIRE(daemon && live_post(daemon, &gone, "/v1/trajectories", LIVE_LONG));
+    test_sleep(0.1);
+    REQUIRE(live_post(daemon, &waiting, "/v1/trajectories", LIVE_LONG));
+    REQUIRE(live_post(daemon, &next, "/v1/trees", LIVE_SHORT));
+    test_sleep(0.1);
+    double begin = test_clock();
+    test_client_close(&waiting);
+    test_client_close(&gone);
+    CHECK_INT(test_client_receive(&next, &reply, 0, 10), 200);
+    double seconds = test_clock() - begin;
+    CHECK_SAYING(seconds < 0.5, "the next request waited %.3f s", seconds);
+    printf("  a vanished client's worker was free after %.0f ms\n", 1e3 * seconds);
+    test_reply_clear(&reply);
+    test_client_close(&next);
+    srv_daemon_free(&daemon);
+}
+
+TEST(a_client_that_only_shuts_its_side_still_gets_a_short_answer) {
+    struct srv_daemon *daemon = live_start(NULL);
+    struct test_client client;
+    struct test_reply reply;
+    REQUIRE(daemon && live_post(daemon, &client, "/v1/trees", LIVE_SHORT));
+    shutdown(client.fd, SHUT_WR);
+    CHECK_INT(test_client_receive(&client, &reply, 0, 10), 200);
+    test_reply_clear(&reply);
+    CHECK(test_client_ended(&client, 5));
+    test_client_close(&client);
+    srv_daemon_free(&daemon);
+}
+
+TEST(a_drain_finishes_what_runs_and_refuses_what_comes) {
+    static const char *const options[] = {"--workers", "1", NULL};
+    struct srv_daemon *daemon = live_start(options);
+    struct test_client running, open;
+    struct test_reply reply;
+    static const char body[] = "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
+                               "\"times\":{\"start\":0,\"stop\":20000,\"count\":5}}";
+    REQUIRE(daemon && live_say(daemon, &open, READY));
+    CHECK_INT(test_client_receive(&open, &reply, 0, 10), 200);
+    test_reply_clear(&reply);
+    REQUIRE(live_post(daemon, &running, "/v1/trajectories", body));
+    test_sleep(0.05);
+    CHECK_INT(srv_daemon_drain(daemon, 0), 0);
+    /* known and new clients are told, and their connections end */
+    test_client_say(&open, READY);
+    CHECK_INT(test_client_receive(&open, &reply, 0, 10), 503);
+    CHECK(test_reply_header(&reply, "Retry-After") && !reply.keep_alive);
+    test_reply_clear(&reply);
+    CHECK(test_client_ended(&open, 5));
+    test_client_close(&open);
+    CHECK_INT(live_status(daemon, "GET /v1/presets HTTP/1.1\r\nHost: x\r\n\r\n"), 503);
+    CHECK_INT(live_status(daemon, HEALTH), 200);
+    CHECK_SAYING(daemon_drained(daemon, 20, 0) < 20, "the drain does not end");
+    CHECK_INT(test_client_receive(&running, &reply, 0, 10), 200);
+    CHECK(!reply.keep_alive);
+    test_reply_clear(&reply);
+    test_client_close(&running);
+    srv_daemon_free(&daemon);
+}
+
+TEST(a_drain_in_a_hurry_answers_503_and_ends_at_once) {
+    static const char *const options[] = {"--workers", "1", NULL};
+    struct srv_daemon *daemon = live_start(options);
+    struct test_client running, waiting;
+    struct test_reply reply;
+    REQUIRE(daemon && live_post(daemon, &running, "/v1/trajectories", LIVE_LONG));
+    REQUIRE(live_post(daemon, &waiting, "/v1/trajectories", LIVE_LONG));
+    test_sleep(0.1);
+    CHECK_INT(srv_daemon_drain(daemon, 0), 0);
+    double begin = test_clock();
+    srv_daemon_free(&daemon);
+    double seconds = test_clock() - begin;
+    CHECK_SAYING(seconds < 1.5, "it took %.3f s", seconds);
+    for (int i = 0; i < 2; i++) {
+        struct test_client *client = i ? &waiting : &running;
+        CHECK_INT(test_client_receive(client, &reply, 0, 10), 503);
+        CHECK(strstr(reply.body, "the server is stopping") != NULL);
+        test_reply_clear(&reply);
+        test_client_close(client);
+    }
+}
+
+/* A client that asks as fast as it can until the server is gone. */
+struct daemon_crowd {
+    int port;
+    long answered, refused, lost;
+};
+
+static void *daemon_client(void *argument) {
+    struct daemon_crowd *crowd = argument;
+    struct sockaddr_in {
+        unsigned short family, port;
+        unsigned address;
+        char rest[8];
+    } address = {AF_INET, (unsigned short)(crowd->port << 8 | crowd->port >> 8), 0x0100007f, ""};
+    char text[512];
+    snprintf(text, sizeof text,
+             "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: %zu\r\n\r\n%s",
+             strlen(LIVE_SHORT), LIVE_SHORT);
+    for (;;) {
+        struct test_client client = {.fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+        struct test_reply reply;
+        if (connect(client.fd, (struct sockaddr *)&address, sizeof address)) {
+            close(client.fd);
+            return NULL;
+        }
+        for (int more = 1, first = 1; more; first = 0) {
+            if (!test_client_say(&client, text)) break;
+            int status = test_client_receive(&client, &reply, 0, 10);
+            crowd->answered += status == 200;
+            crowd->refused += status == 503;
+            /* a connection that was idle may be closed under a request (RFC 9112 9.5); a fresh one, never */
+            crowd->lost += status == 0 && first;
+            more = status && reply.keep_alive;
+            test_reply_clear(&reply);
+        }
+        test_client_close(&client);
+    }
+}
+
+TEST(a_drain_under_load_loses_no_request) {
+    enum { CLIENTS = 8 };
+    static const char *const options[] = {"--workers", "2", NULL};
+    for (int round = 0; round < 5; round++) {
+        struct srv_daemon *daemon = live_start(options);
+        struct daemon_crowd crowd[CLIENTS];
+        pthread_t thread[CLIENTS];
+        REQUIRE(daemon != NULL);
+        for (int i = 0; i < CLIENTS; i++) {
+            crowd[i] = (struct daemon_crowd){.port = live_port(daemon)};
+            pthread_create(&thread[i], NULL, daemon_client, &crowd[i]);
+        }
+        test_sleep(0.1);
+        CHECK_SAYING(daemon_drained(daemon, 10, 0) < 10, "the drain does not end");
+        srv_daemon_free(&daemon);
+        long answered = 0, lost = 0;
+        for (int i = 0; i < CLIENTS; i++) {
+            pthread_join(thread[i], NULL);
+            answered += crowd[i].answered;
+            lost += crowd[i].lost;
+        }
+        CHECK(answered > 10);
+        CHECK_INT(lost, 0);
+    }
+}
+
+TEST(heads_at_the_front_s_limits_fit_into_the_connection_s_memory) {
+    struct srv_daemon *daemon = live_start(NULL);
+    static char text[12000];
+    REQUIRE(daemon != NULL);
+    /* the most of everything at once: target, parameters, fields, cookies */
+    size_t at = (size_t)sprintf(text, "GET /healthz?");
+    for (int i = 0; i < SRV_TARGET_BYTES - 10; i++) text[at++] = i % 16 == 15 ? '&' : 'a';
+    at += (size_t)sprintf(text + at, " HTTP/1.1\r\nHost: x\r\nCookie: a=b");
+    for (int i = 0; i < 98; i++) at += (size_t)sprintf(text + at, "; c%02d=d", i);
+    for (int i = 0; i < 97; i++) at += (size_t)sprintf(text + at, "\r\nX%02d: %040d", i, i);
+    size_t rest = 8192 - at - 12;
+    at += (size_t)sprintf(text + at, "\r\nX: ");
+    memset(text + at, 'a', rest);
+    strcpy(text + at + rest, "\r\n\r\n");
+    CHECK_INT(live_status(daemon, text), 200);
+    /* and with a body that came at the same time */
+    char *both = malloc(60000);
+    REQUIRE(both != NULL);
+    sprintf(both, "POST%s", text + 3);
+    strcpy(strstr(both, "\r\nX: ") + 2, "Content-Length: 40000\r\n\r\n");
+    size_t bytes = strlen(both);
+    memset(both + bytes, ' ', 40000);
+    both[bytes + 40000] = 0;
+    CHECK_INT(live_status(daemon, both), 405);
+    free(both);
+    srv_daemon_free(&daemon);
+}
+
+TEST(a_daemon_that_cannot_start_says_why_and_leaves_nothing) {
+    struct srv_config config = live_config(NULL);
+    struct srv_daemon *daemon;
+    struct pend_error error;
+    int passed = 0;
+    for (long fail = 1; fail < 100 && !passed; fail++) {
+        error = (struct pend_error){.text = ""};
+        test_alloc_fail(fail, 0);
+        enum pend_status status = srv_daemon_new(&daemon, &config, &error);
+        test_alloc_faults_off();
+        passed = status == PEND_OK;
+        if (!passed) CHECK_SAYING(status == PEND_NO_MEMORY && !daemon && error.text[0], "allocation %ld", fail);
+    }
+    CHECK(passed);
+    if (daemon) CHECK_INT(live_status(daemon, HEALTH), 200);
+    srv_daemon_free(&daemon);
+    strcpy(config.listen, "192.0.2.1:1");
+    CHECK(srv_daemon_new(&daemon, &config, &error) == PEND_INVALID && !daemon);
+    CHECK_SAYING(strstr(error.text, "cannot listen on 192.0.2.1:1") != NULL, "%s", error.text);
+}
+
+TEST(requests_survive_want_of_memory) {
+    struct srv_daemon *daemon = live_start(NULL);
+    REQUIRE(daemon != NULL);
+    int good = 0;
+    for (long fail = 1; fail < 400 && good < 3; fail += 1 + fail / 20) {
+        struct test_client client;
+        struct test_reply reply;
+        if (!live_post(daemon, &client, "/v1/trees", "{")) break;
+        test_client_close(&client);
+        if (!test_client_open(&client, live_port(daemon))) break;
+        test_alloc_fail(fail, 0);
+        char text[512];
+        snprintf(text, sizeof text,
+                 "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: %zu\r\n"
+                 "Connection: close\r\n\r\n%s",
+                 strlen(LIVE_SHORT), LIVE_SHORT);
+        send(client.fd, text, strlen(text), MSG_NOSIGNAL);
+        test_sleep(0.02);
+        test_alloc_faults_off();
+        int status = test_client_receive(&client, &reply, 0, 5);
+        CHECK_SAYING(status == 200 || status == 503 || status == 0 || status == 500, "allocation %ld: %d", fail,
+                     status);
+        good = status == 200 ? good + 1 : 0;
+        test_reply_clear(&reply);
+        test_client_close(&client);
+    }
+    CHECK_INT(live_status(daemon, HEALTH), 200);
+    srv_daemon_free(&daemon);
+}
