@@ -16,7 +16,7 @@ void api_buffer_clear(struct api_buffer *buffer) {
 
 /* twice the present room, at least what is needed, at most the limit */
 static size_t buffer_next_cap(const struct api_buffer *buffer, size_t need) {
-    size_t cap = buffer->cap < BUFFER_FIRST / 2 ? BUFFER_FIRST : buffer->cap;
+    size_t cap = buffer->cap < BUFFER_FIRST / 2 ? BUFFER_FIRST / 2 : buffer->cap;
     cap = cap > buffer->limit / 2 ? buffer->limit : 2 * cap;
     if (cap < need) cap = need;
     return cap < buffer->limit ? cap : buffer->limit;

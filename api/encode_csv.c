@@ -4,7 +4,6 @@
 #include "api/encode.h"
 
 #include "api/json_out.h"
-#include "api/number.h"
 
 static double csv_bytes(const struct api_table *table) {
     double numbers = api_table_numbers(table, 0);

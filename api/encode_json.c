@@ -3,10 +3,13 @@
  * Invariant: the object is valid JSON, members in the order of the columns, stats last. */
 #include "api/encode.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "api/json_out.h"
-#include "api/number.h"
+
+/* a column's buffer begins with room for all its rows, up to this many bytes: most answers then never move */
+enum { JSON_FIRST_BYTES = 1 << 18 };
 
 struct json_writer {
     struct api_writer base;
@@ -18,15 +21,20 @@ static double json_bytes(const struct api_table *table) {
     return (double)table->rows * row + 64.0 * (table->count + 12);
 }
 
-/* most bytes of `rows` rows of a column while they are written */
-static size_t json_column_bytes(const struct api_column *column, long rows, int digits) {
-    size_t width = column->width ? (size_t)column->width : 1;
-    return (size_t)rows * (width * (size_t)api_out_number_bytes(digits) + 3) + API_NUMBER_BYTES;
+/* most bytes of a row of a column; while it is written the last number may take API_NUMBER_BYTES */
+static int json_row_bytes(const struct api_column *column, int digits) {
+    return (column->width ? column->width : 1) * api_out_number_bytes(digits) + 3;
 }
 
 static enum pend_status json_begin(struct api_writer *base, struct api_buffer *out) {
     struct json_writer *writer = (struct json_writer *)base;
-    for (int c = 0; c < base->table.count; c++) api_buffer_init(&writer->column[c], out->limit);
+    const struct api_table *table = &base->table;
+    for (int c = 0; c < table->count; c++) {
+        double bytes = (double)table->rows * json_row_bytes(&table->column[c], table->digits) + API_NUMBER_BYTES;
+        api_buffer_init(&writer->column[c], out->limit);
+        bytes = fmin(bytes, fmin(JSON_FIRST_BYTES, (double)out->limit));
+        PEND_TRY(api_buffer_room(&writer->column[c], (size_t)bytes));
+    }
     return PEND_OK;
 }
 
@@ -47,7 +55,8 @@ static enum pend_status json_block(struct api_writer *base, long rows, const dou
     for (int c = 0; c < table->count; c++) {
         const struct api_column *column = &table->column[c];
         struct api_buffer *text = &writer->column[c];
-        PEND_TRY(api_buffer_room(text, json_column_bytes(column, rows, table->digits)));
+        size_t row_bytes = (size_t)json_row_bytes(column, table->digits);
+        PEND_TRY(api_buffer_room(text, (size_t)rows * row_bytes + API_NUMBER_BYTES));
         char *at = text->data + text->bytes;
         if (!column->width) at = json_row(at, rows, data[c], table->digits);
         for (long i = 0; column->width && i < rows; i++) {

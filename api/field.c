@@ -13,6 +13,7 @@ int api_field_needed(const struct api_value *value, struct api_problem *problem)
 /* adds "must be ..., got ..." */
 static int field_wrong(const struct api_value *value, const char *expected, struct api_problem *problem) {
     char found[API_FOUND_BYTES];
+    if (api_problem_full(problem)) return -1;
     api_value_found(value, found);
     api_value_fault(value, problem, "must be %s, got %s", expected, found);
     return -1;
@@ -79,20 +80,27 @@ int api_field_truth(const struct api_value *value, int *out, struct api_problem 
     return 1;
 }
 
-int api_field_word(const struct api_value *value, const char *const words[], int *out, struct api_problem *problem) {
+/* faults a text that is none of the words, with the one that was probably meant or with all of them */
+static void field_fault_word(const struct api_value *value, const char *const words[], struct api_problem *problem) {
     char expected[200] = "one of ";
-    if (api_value_kind(value) == API_MISSING) return 0;
     const char *text = api_value_text(value), *near = text ? api_name_nearest(text, words) : NULL;
     size_t used = strlen(expected);
-    for (int i = 0; words[i]; i++) {
-        if (text && !strcmp(text, words[i])) {
+    for (int i = 0; words[i] && used < sizeof expected; i++)
+        used += (size_t)snprintf(expected + used, sizeof expected - used, "%s\"%s\"", i ? ", " : "", words[i]);
+    if (near)
+        api_value_fault(value, problem, "is not known; did you mean \"%s\"?", near);
+    else
+        (void)field_wrong(value, expected, problem);
+}
+
+int api_field_word(const struct api_value *value, const char *const words[], int *out, struct api_problem *problem) {
+    if (api_value_kind(value) == API_MISSING) return 0;
+    const char *text = api_value_text(value);
+    for (int i = 0; text && words[i]; i++)
+        if (!strcmp(text, words[i])) {
             *out = i;
             return 1;
         }
-        if (used < sizeof expected)
-            used += (size_t)snprintf(expected + used, sizeof expected - used, "%s\"%s\"", i ? ", " : "", words[i]);
-    }
-    if (!near) return field_wrong(value, expected, problem);
-    api_value_fault(value, problem, "is not known; did you mean \"%s\"?", near);
+    if (!api_problem_full(problem)) field_fault_word(value, words, problem);
     return -1;
 }

@@ -199,6 +199,7 @@ void api_value_pointer(const struct api_value *value, char pointer[API_POINTER_B
 void api_value_fault(const struct api_value *value, struct api_problem *problem, const char *format, ...) {
     char pointer[API_POINTER_BYTES], detail[API_DETAIL_BYTES + 8];
     va_list arguments;
+    if (api_problem_full(problem)) return;
     va_start(arguments, format);
     vsnprintf(detail, sizeof detail, format, arguments);
     va_end(arguments);
@@ -264,6 +265,7 @@ static void name_list(const char *const allowed[], char list[API_DETAIL_BYTES]) 
 
 static void value_fault_unknown(const struct api_value *member, const char *const allowed[],
                                 struct api_problem *problem) {
+    if (api_problem_full(problem)) return;
     const char *nearest = api_name_nearest(member->key, allowed);
     char list[API_DETAIL_BYTES];
     if (nearest) {

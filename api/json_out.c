@@ -3,17 +3,12 @@
 #include <math.h>
 #include <string.h>
 
-#include "api/number.h"
 #include "api/text.h"
 
 int api_out_number_bytes(int digits) {
     int exponent_or_zeros = digits + 8, whole = 18; /* -0.000012345, and -1230000000000000, */
     if (!digits) return API_OUT_NUMBER_BYTES;
     return exponent_or_zeros > whole ? exponent_or_zeros : whole;
-}
-
-char *api_out_digits(char *at, double x, int digits) {
-    return digits ? api_number_write_digits(at, x, digits) : api_number_write(at, x);
 }
 
 enum pend_status api_out_comma(struct api_buffer *out) {

@@ -6,6 +6,7 @@
 #define API_JSON_OUT_H
 
 #include "api/buffer.h"
+#include "api/number.h"
 
 /* Most bytes of one number and the comma behind it: -2.2250738585072014e-308, */
 enum { API_OUT_NUMBER_BYTES = 25 };
@@ -16,7 +17,9 @@ enum { API_OUT_NUMBER_BYTES = 25 };
 int api_out_number_bytes(int digits);
 
 /** Writes a finite number at `at`, where API_NUMBER_BYTES are free; digits as above. Returns the end of its text. */
-char *api_out_digits(char *at, double x, int digits);
+static inline char *api_out_digits(char *at, double x, int digits) {
+    return digits ? api_number_write_digits(at, x, digits) : api_number_write(at, x);
+}
 
 /** Appends a comma where one is due: after anything but an opening bracket, a colon or nothing. */
 PEND_MUST_CHECK enum pend_status api_out_comma(struct api_buffer *out);

@@ -3,9 +3,7 @@
  * Invariant: pendulum, initial and times of a preset are the body of a good request to /v1/trajectories. */
 #include "api/op.h"
 
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "api/json_in.h"
 #include "api/json_out.h"
@@ -63,26 +61,29 @@ static enum pend_status preset_read(void **state, const struct api_reading *read
     return found < 0 ? refuse_name(name, reading->problem) : presets_new(state, found);
 }
 
-static enum pend_status write_arm(const struct pend_preset *preset, int i, struct api_buffer *out) {
-    char name[16], parent[16];
-    snprintf(name, sizeof name, "%d", i + 1);
-    snprintf(parent, sizeof parent, "%d", preset->parent[i] + 1);
+static enum pend_status write_summary(const struct pend_preset *preset, struct api_buffer *out) {
     PEND_TRY(api_out_comma(out));
     PEND_TRY(api_buffer_text(out, "{"));
-    PEND_TRY(api_out_text(out, "name", name));
-    PEND_TRY(api_out_text(out, "parent", preset->parent[i] < 0 ? NULL : parent));
-    PEND_TRY(api_out_number(out, "length", preset->length[i], 0));
-    PEND_TRY(api_out_number(out, "mass", preset->mass[i], 0));
+    PEND_TRY(api_out_text(out, "name", preset->name));
+    PEND_TRY(api_out_text(out, "title", preset->title));
+    PEND_TRY(api_out_text(out, "description", preset->description));
+    return api_out_whole(out, "n", preset->n);
+}
+
+static enum pend_status write_pendulum(const struct pend_preset *preset, struct api_buffer *out) {
+    double parent[PEND_PRESET_ARMS];
+    for (int i = 0; i < preset->n; i++) parent[i] = preset->parent[i] + 1;
+    PEND_TRY(api_out_open(out, "pendulum", '{'));
+    PEND_TRY(api_out_numbers(out, "length", preset->n, preset->length, 0));
+    PEND_TRY(api_out_numbers(out, "mass", preset->n, preset->mass, 0));
+    PEND_TRY(api_out_numbers(out, "parent", preset->n, parent, 0));
+    PEND_TRY(api_out_number(out, "gravity", preset->gravity, 0));
     return api_buffer_text(out, "}");
 }
 
-static enum pend_status write_request(const struct pend_preset *preset, struct api_buffer *out) {
-    PEND_TRY(api_out_open(out, "pendulum", '{'));
-    PEND_TRY(api_out_open(out, "arms", '['));
-    for (int i = 0; i < preset->n; i++) PEND_TRY(write_arm(preset, i, out));
-    PEND_TRY(api_buffer_text(out, "]"));
-    PEND_TRY(api_out_number(out, "gravity", preset->gravity, 0));
-    PEND_TRY(api_buffer_text(out, "}"));
+static enum pend_status write_preset(const struct pend_preset *preset, struct api_buffer *out) {
+    PEND_TRY(write_summary(preset, out));
+    PEND_TRY(write_pendulum(preset, out));
     PEND_TRY(api_out_open(out, "initial", '{'));
     PEND_TRY(api_out_numbers(out, "phi", preset->n, preset->phi, 0));
     PEND_TRY(api_out_numbers(out, "phid", preset->n, preset->rate, 0));
@@ -91,18 +92,7 @@ static enum pend_status write_request(const struct pend_preset *preset, struct a
     PEND_TRY(api_out_number(out, "start", 0, 0));
     PEND_TRY(api_out_number(out, "stop", preset->stop, 0));
     PEND_TRY(api_out_number(out, "step", preset->step, 0));
-    return api_buffer_text(out, "}");
-}
-
-static enum pend_status write_preset(const struct pend_preset *preset, struct api_buffer *out) {
-    PEND_TRY(api_out_comma(out));
-    PEND_TRY(api_buffer_text(out, "{"));
-    PEND_TRY(api_out_text(out, "name", preset->name));
-    PEND_TRY(api_out_text(out, "title", preset->title));
-    PEND_TRY(api_out_text(out, "description", preset->description));
-    PEND_TRY(api_out_whole(out, "n", preset->n));
-    PEND_TRY(write_request(preset, out));
-    return api_buffer_text(out, "}");
+    return api_buffer_text(out, "}}");
 }
 
 static enum pend_status presets_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
@@ -116,7 +106,8 @@ static enum pend_status presets_run(void *state, const struct api_turn *turn, in
     PEND_TRY(api_buffer_text(turn->out, "{\"presets\":["));
     for (int i = 0; i < pend_preset_count(); i++) {
         pend_preset_get(i, &presets->preset);
-        PEND_TRY(write_preset(&presets->preset, turn->out));
+        PEND_TRY(write_summary(&presets->preset, turn->out));
+        PEND_TRY(api_buffer_text(turn->out, "}"));
     }
     return api_buffer_text(turn->out, "]}");
 }

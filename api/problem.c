@@ -73,6 +73,12 @@ void api_problem_set(struct api_problem *problem, int status, const char *format
     va_end(arguments);
 }
 
+int api_problem_full(struct api_problem *problem) {
+    int full = problem->count == API_PROBLEM_FAULTS;
+    problem->beyond += full;
+    return full;
+}
+
 /* room for one more fault, or NULL */
 static struct api_fault *problem_slot(struct api_problem *problem) {
     if (!problem->faults) problem->faults = malloc(API_PROBLEM_FAULTS * sizeof *problem->faults);

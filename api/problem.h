@@ -46,6 +46,12 @@ void api_problem_fault(struct api_problem *problem, const char *pointer, const c
     __attribute__((format(printf, 3, 4)));
 
 /**
+ * True when further faults will only be counted: then nobody need find words for them. Counts one more fault when it
+ * is.
+ */
+int api_problem_full(struct api_problem *problem);
+
+/**
  * Appends the problem as JSON (type, title, status, detail, errors) to the buffer. Text from the client is escaped and,
  * where it is not UTF-8, replaced. Fails as api_buffer_room does.
  */

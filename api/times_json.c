@@ -60,13 +60,11 @@ static void fault_count(const struct api_value *value, double count, const struc
                     limits->samples);
 }
 
-/* faults a step that leads nowhere, away from stop, or to too many instants */
+/* faults a step that leads away from stop, or to too many instants */
 static void check_step(const struct api_value *value, const struct grid *grid, const struct api_limits *limits,
                        struct api_problem *problem) {
     double span = grid->stop - grid->start, count = floor(fabs(span / grid->step)) + 1;
-    if (grid->step == 0)
-        api_value_fault(value, problem, "must not be 0");
-    else if (grid->step < 0 && span > 0)
+    if (grid->step < 0 && span > 0)
         api_value_fault(value, problem, "must be positive to get from %.15g to %.15g s, got %.15g", grid->start,
                         grid->stop, grid->step);
     else if (count > limits->samples)
@@ -95,13 +93,14 @@ static void read_grid(struct api_times *times, const struct api_value *value, co
         ends = 0;
     int by_step = api_value_read_number(&step, -INFINITY, INFINITY, "s", &grid.step, problem);
     int by_count = api_field_whole(&count, 1, 1000000000, &grid.count, problem);
+    if (by_step > 0 && grid.step == 0) api_value_fault(&step, problem, "must not be 0");
     if (by_step && by_count) api_value_fault(&count, problem, "does not go together with step: give one of the two");
     if (!by_step && !by_count) api_value_fault(value, problem, "must have a \"step\" or a \"count\"");
     if (ends && !isfinite(grid.stop - grid.start))
         api_value_fault(value, problem, "must not span more time than a double can hold");
     if (!ends || !isfinite(grid.stop - grid.start)) return;
 
-    if (by_step > 0) check_step(&step, &grid, limits, problem);
+    if (by_step > 0 && grid.step != 0) check_step(&step, &grid, limits, problem);
     if (by_count > 0) check_count(&count, &grid, limits, problem);
     if (problem->status) return;
     times->times.start = grid.start;

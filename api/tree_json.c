@@ -53,6 +53,7 @@ static long fault_count(const struct api_problem *problem) { return problem->cou
 /* adds a fault at entry i (and j) of a field of the form, -1 = at the field as a whole */
 static void tree_fault(const struct tree_reading *reading, const char *field, int i, int j, const char *text) {
     char pointer[API_POINTER_BYTES + 64];
+    if (api_problem_full(reading->problem)) return;
     size_t used = (size_t)snprintf(pointer, sizeof pointer, "%s", reading->at), room = sizeof pointer - used;
     if (reading->form == FORM_ARMS && i >= 0)
         snprintf(pointer + used, room, "/arms/%d/%s", i, field);
@@ -156,7 +157,7 @@ static int arm_parent(const struct name_list *names, int n, const struct api_val
     if (api_value_kind(&field) == API_MISSING || api_value_kind(&field) == API_NULL) return -1;
     const char *text = api_value_text(&field), *near = NULL;
     int parent = text ? names_find(names, n, text) : NO_PARENT;
-    if (parent >= 0) return parent;
+    if (parent >= 0 || api_problem_full(problem)) return parent;
     if (text && n <= NEAR_NAMES && fault_count(problem) < NEAR_FAULTS) near = api_name_nearest(text, names->text);
     api_value_found(&field, found);
     if (near)
@@ -298,7 +299,7 @@ static enum form tree_form(const struct api_value *pendulum, struct api_problem 
 static int tree_count(const struct tree_reading *reading) {
     for (int i = 0; i < 3 && forms[reading->form].field[i]; i++) {
         struct api_value field = api_value_member(reading->pendulum, forms[reading->form].field[i]);
-        if (api_value_count(&field)) return api_value_count(&field);
+        if (api_value_kind(&field) == API_ARRAY && api_value_count(&field)) return api_value_count(&field);
     }
     return 0;
 }

@@ -30,16 +30,16 @@ static struct dynamics_work dynamics_view(void *work, int n) {
                                   a + 12 * s, a + 13 * s, a + 14 * s, a + 15 * s};
 }
 
-/* What the children of one arm do to its tip, while they are still being added. u, v: directions along and across the
- * child that was added first, from which the angles between siblings are measured. */
+/* What the children of one arm do to its tip, while they are still being added. The angles between siblings are
+ * measured from the heaviest of them; u and v stand for along and across it. */
 struct dynamics_joint {
     double p, q, r;    /* S C^2, S Z^2, S C Z */
     double b, t;       /* f C, f Z */
-    double uu, vv, uv; /* S c^2, S s^2, S c s, with c, s of the angle to the first child */
-    double fu, fv;     /* f c, f s */
-    double zu, zv;     /* S Z c, S Z s */
-    double area, lift; /* D = sum S_c S_d sin^2 and H = sum S_c Z_c f_d sin over pairs, sin of the angle between */
-    double angle;      /* phi of the first child */
+    double area, lift; /* D, H: sums over pairs of S_c S_d sin^2 and of S_c Z_c f_d sin, of the angle between the two */
+    double heaviest, angle; /* S and phi of the heaviest child */
+    double uu, uv, vv;      /* S c^2, S c s, S s^2, with c, s of the angle to the heaviest */
+    double fu, fv;          /* f c, f s */
+    double zu, zv;          /* S Z c, S Z s */
 };
 
 /* Joints that wait for more children. Each lies in the sub-tree of a child of the one below it that is not the largest,
@@ -73,27 +73,41 @@ static struct dynamics_joint dynamics_first(const struct dynamics_work *w, int c
                                    .r = S * C * Z,
                                    .b = f * C,
                                    .t = f * Z,
+                                   .heaviest = S,
+                                   .angle = phi,
                                    .uu = S,
                                    .fu = f,
-                                   .zu = S * Z,
-                                   .angle = phi};
+                                   .zu = S * Z};
 }
 
-/* adds child c to a joint. The products of pairs are built up from sines between siblings: formed as differences of
- * the sums they would cancel where arms are nearly aligned. */
+/* Adds child c to a joint. The sums over pairs grow by what the others do across c. That is read off the frame of the
+ * heaviest, where it is a sum in which nothing large cancels; as differences of the sums p to t it would be lost where
+ * arms are nearly aligned. */
 static void dynamics_join(const struct dynamics_work *w, int c, double phi, struct dynamics_joint *j) {
     double C = w->cosine[c], Z = w->sine[c], S = w->eff[c], f = w->bias[c];
     double x, y;
     dynamics_between(phi, j->angle, &x, &y);
+    double vv = y * (j->uu * y - 2 * j->uv * x) + j->vv * x * x;
+    double fv = x * j->fv - y * j->fu, zv = x * j->zv - y * j->zu;
     w->q_after[c] = j->q, w->r_after[c] = j->r, w->t_after[c] = j->t;
-    double area = S * (y * (j->uu * y - 2 * j->uv * x) + j->vv * x * x);
-    j->area += area > 0 ? area : 0;
-    j->lift += f * (x * j->zv - y * j->zu) + S * Z * (y * j->fu - x * j->fv);
+    j->area += S * vv;
+    j->lift += f * zv - S * Z * fv;
     j->p += S * C * C, j->q += S * Z * Z, j->r += S * C * Z;
     j->b += f * C, j->t += f * Z;
-    j->uu += S * x * x, j->vv += S * y * y, j->uv += S * x * y;
-    j->fu += f * x, j->fv += f * y;
-    j->zu += S * Z * x, j->zv += S * Z * y;
+    if (S > j->heaviest) {
+        // c becomes the heaviest: turn the sums into its frame
+        double uu = x * (j->uu * x + 2 * j->uv * y) + j->vv * y * y;
+        double uv = (j->vv - j->uu) * x * y + j->uv * (x - y) * (x + y);
+        double fu = x * j->fu + y * j->fv, zu = x * j->zu + y * j->zv;
+        j->heaviest = S, j->angle = phi;
+        j->uu = uu + S, j->uv = uv, j->vv = vv;
+        j->fu = fu + f, j->fv = fv;
+        j->zu = zu + S * Z, j->zv = zv;
+    } else {
+        j->uu += S * x * x, j->uv += S * x * y, j->vv += S * y * y;
+        j->fu += f * x, j->fv += f * y;
+        j->zu += S * Z * x, j->zv += S * Z * y;
+    }
 }
 
 /* leaves to root: effective masses and forces */

@@ -103,7 +103,7 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble, const struct
     e->lanes = (struct ensemble_lanes){.n = n, .order = order, .width = kernel->width};
     e->lanes.parent = problem->tree->parent;
     e->lanes.end = problem->tree->end;
-    e->lanes.log_rtol = log2(problem->rtol);
+    e->lanes.log_rtol = log2(pend_taylor_target(problem->rtol));
     e->lanes.log_atol = problem->atol > 0 ? log2(problem->atol) : -1e5;
     e->lanes.bound = problem->bound;
     ensemble_place(e, (char *)e + head);

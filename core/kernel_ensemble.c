@@ -1,7 +1,5 @@
 #include "core/kernel_ensemble.h"
 
-#include <math.h>
-
 #include "core/lanes.h"
 
 /* a number is one value for each lane */
@@ -34,14 +32,16 @@ LANES_INLINE num num_add(num x, num y) { return x + y; }
 LANES_INLINE num num_sub(num x, num y) { return x - y; }
 LANES_INLINE num num_mul(num x, num y) { return x * y; }
 LANES_INLINE num num_div(num x, num y) { return x / y; }
-LANES_INLINE wide wide_neg(wide x) { return -x; }
+#define NUM_PIN LANES_PIN
+LANES_INLINE num num_neg(num x) { return -x; }
+#define wide_neg num_neg
 LANES_INLINE wide wide_add(wide x, wide y) { return x + y; }
 LANES_INLINE wide wide_sub(wide x, wide y) { return x - y; }
 LANES_INLINE wide wide_mul(wide x, wide y) { return x * y; }
 LANES_INLINE wide wide_get(const num *at) { return *at; }
 LANES_INLINE void wide_put(num *at, wide x) { *at = x; }
 
-#include "core/jets_kernel.h"
+#include "core/dense_kernel.h"
 
 enum {
 #define X(name) ARRAY_##name,
@@ -52,12 +52,15 @@ enum {
     LEADING = 4
 };
 
+/* numbers from one series to the next; an odd multiple of the cache's line apart, or they would evict each other */
+static size_t ensemble_series(int n, int order) { return (size_t)n * (size_t)(order + 3) + 5; }
+
 static size_t ensemble_series_count(int n, int order) {
-    return (4 * (size_t)(order + 2) + ARRAY_COUNT) * (size_t)n * WIDTH;
+    return (4 * ensemble_series(n, order) + (size_t)ARRAY_COUNT * (size_t)n) * WIDTH;
 }
 
 static struct jets_system ensemble_view(const struct ensemble_lanes *lanes) {
-    size_t n = (size_t)lanes->n, series = n * (size_t)(lanes->order + 2);
+    size_t n = (size_t)lanes->n, series = ensemble_series(lanes->n, lanes->order);
     num *at = (num *)(void *)lanes->series, *arrays = at + 4 * series;
     struct jets_system s = {
         .n = lanes->n,
@@ -66,7 +69,7 @@ static struct jets_system ensemble_view(const struct ensemble_lanes *lanes) {
         .end = lanes->end,
         .share = lanes->share,
         .rate = at,
-        .force = at + series,
+        .force = at + series + n, // row -1 is zero
         .turn_re = at + 2 * series,
         .turn_im = at + 3 * series,
 #define X(name) .name = arrays + (size_t)ARRAY_##name * n,
@@ -103,15 +106,19 @@ LANES_INLINE num ensemble_norm(const struct jets_system *s, int j) {
     return NUM_(_log2)(norm) - (num)((mask)(norm == 0) & (mask)num_of(1e4));
 }
 
-/* the step in units: each of four trailing terms below rtol times the motion of the step, or below atol */
+/* the step in units, by the rule of the taylor method: the first term left out is below rtol times the motion, or atol */
 static num ensemble_choose(const struct ensemble_lanes *lanes, const struct jets_system *s) {
+    static const double log2_of[LEADING] = {0, 1, 1.5849625007211562, 2};
     num leading[LEADING], reach = num_of(10);
+    const double *last = s->share + lanes->order;
     for (int i = 0; i < LEADING; i++) {
-        leading[i] = ensemble_norm(s, i) + (lanes->log_rtol - log2(i + 1));
+        leading[i] = ensemble_norm(s, i) - log2_of[i];
     }
     for (int j = lanes->order - TRAILING + 1; j <= lanes->order; j++) {
-        num trailing = ensemble_norm(s, j), here = (lanes->log_atol - trailing) * s->share[j];
-        for (int i = 0; i < LEADING; i++) here = num_max(here, (leading[i] - trailing) * s->share[j - i - 1]);
+        num trailing = ensemble_norm(s, j), here = lanes->log_atol * last[1] - trailing * s->share[j];
+        for (int i = 0; i < LEADING; i++) {
+            here = num_max(here, lanes->log_rtol * last[-i] + (leading[i] - trailing) * s->share[j - i - 1]);
+        }
         reach = num_min(reach, here);
     }
     return NUM_(_exp2)(num_max(reach, num_of(-60)));
@@ -163,7 +170,9 @@ static int ensemble_step(struct ensemble_lanes *lanes, unsigned char attention[]
     num unit = lane_get(lanes->unit, 0), time = lane_get(lanes->from.time, 0), stop = lane_get(lanes->stop, 0);
     ensemble_start(lanes, &s, unit);
     jets_factor(&s);
-    jets_orders(&s, lane_get(lanes->gravity, 0) * unit * unit, lanes->order);
+    num gravity = lane_get(lanes->gravity, 0) * unit * unit;
+    if (s.n <= DENSE_MAX) dense_orders(&s, gravity, lanes->order);
+    else jets_orders(&s, gravity, lanes->order);
     num x = ensemble_choose(lanes, &s), left = (stop - time) / unit;
     mask lands = (mask)(x >= left);
     num next = NUM_(_pick)(lands, stop, time + x * unit);

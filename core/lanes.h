@@ -50,6 +50,15 @@ LANES_INLINE lanes2 lanes2_of(double x) { return (lanes2){x, x}; }
 LANES_INLINE lanes4 lanes4_of(double x) { return (lanes4){x, x, x, x}; }
 LANES_INLINE lanes8 lanes8_of(double x) { return (lanes8){x, x, x, x, x, x, x, x}; }
 
+/* Keeps a vector of the instruction set's own width in a register: gcc 12 would load it anew for every use. */
+#if defined(__AVX512F__)
+#define LANES_PIN(x) __asm__("" : "+v"(x))
+#elif defined(__x86_64__)
+#define LANES_PIN(x) __asm__("" : "+x"(x))
+#else
+#define LANES_PIN(x) ((void)(x))
+#endif
+
 /** The fused multiply-add of one number. */
 LANES_INLINE double lanes1_fma(double x, double y, double z) {
 #ifdef __FMA__

@@ -20,8 +20,7 @@ struct gsl_stepper {
     double t, size; /* s: reached, relative to the first instant; the next step, with its direction */
     struct pend_stepper_counts counts;
     int n;
-    int overflow; /* the last right-hand side was not finite */
-    double *y;    /* phi and phi' beneath each other, 2 n values */
+    double *y; /* phi and phi' beneath each other, 2 n values */
     void *work;
 };
 
@@ -29,7 +28,7 @@ struct gsl_stepper {
  * switched off once, before main, where no other thread can look. A host that sets one of its own later keeps it. */
 __attribute__((constructor)) static void gsl_stepper_quieten(void) { gsl_set_error_handler_off(); }
 
-/* the right-hand side; where it overflows the step is tried again with half its size */
+/* the right-hand side; where it overflows GSL_EBADFUNC ends the step */
 static int gsl_stepper_derivative(double t, const double y[], double f[], void *context) {
     struct gsl_stepper *g = context;
     int n = g->n, bad = 0;
@@ -38,8 +37,7 @@ static int gsl_stepper_derivative(double t, const double y[], double f[], void *
     pend_dynamics(g->tree, g->gravity, y, y + n, g->work, f + n, NULL);
     g->counts.evaluations++;
     for (int k = 0; k < n; k++) bad |= !(fabs(f[n + k]) <= DBL_MAX);
-    g->overflow = bad;
-    return bad ? GSL_FAILURE : GSL_SUCCESS;
+    return bad ? GSL_EBADFUNC : GSL_SUCCESS;
 }
 
 /* root mean square of v relative to the tolerance at y */
@@ -127,7 +125,8 @@ static enum pend_status gsl_stepper_step(void *stepper, double limit, double *re
         *reached = g->t;
         return PEND_OK;
     }
-    if (g->overflow) return pend_fail(error, PEND_NOT_FINITE, -1, g->t, "the accelerations ceased to be finite");
+    if (status == GSL_EBADFUNC)
+        return pend_fail(error, PEND_NOT_FINITE, -1, g->t, "the accelerations ceased to be finite");
     return pend_fail(error, PEND_STEP_TOO_SMALL, -1, g->t, "the tolerances cannot be met with a step above %.3g s",
                      fabs(g->size));
 }

@@ -61,7 +61,7 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     }
     struct taylor *taylor = (struct taylor *)block;
     *taylor = (struct taylor){.tree = problem->tree, .gravity = problem->gravity, .order = order};
-    taylor->log_rtol = log2(problem->rtol);
+    taylor->log_rtol = log2(pend_taylor_target(problem->rtol));
     taylor->log_atol = log2(problem->atol);
     taylor->next_unit = taylor_first_unit(problem);
     pend_jets_init(&taylor->jets, problem->tree, order, block + head);
@@ -106,24 +106,27 @@ static int taylor_bad_arm(const struct taylor *taylor) {
 }
 
 /*
- * The step in units, as its binary logarithm: the longest at which each of four trailing terms of phi is below rtol
- * times the motion of the step, judged by its leading terms, or below atol. Four, because a symmetric start makes three
- * of four vanish. Infinite where all are zero, NaN where one is not finite.
+ * The step in units, as its binary logarithm: the longest at which the first term of phi that is left out, as each of
+ * four trailing terms foretells it, is below rtol times the motion of the step, judged by its leading terms, or below
+ * atol. Four, because a symmetric start makes three of four vanish. Infinite where all are zero, NaN where one is not
+ * finite.
  */
 static double taylor_choose(const struct taylor *taylor) {
     double leading[TAYLOR_LEADING], reach = INFINITY;
+    const double *share = taylor->jets.share, *last = share + taylor->order;
     for (int i = 0; i < TAYLOR_LEADING; i++) {
         double norm = taylor_norm(taylor, i);
         if (norm == INFINITY) return NAN;
-        leading[i] = taylor->log_rtol + log2(norm * taylor->jets.share[i]);
+        leading[i] = log2(norm * taylor->jets.share[i]);
     }
     for (int j = taylor->order - TAYLOR_TRAILING + 1; j <= taylor->order; j++) {
         double norm = taylor_norm(taylor, j);
         if (norm == INFINITY) return NAN;
         if (norm == 0) continue;
-        double trailing = log2(norm), here = (taylor->log_atol - trailing) * taylor->jets.share[j];
+        // a radius of convergence from a trailing term and a leading one, times what is left of it at the tolerance
+        double trailing = log2(norm), here = taylor->log_atol * last[1] - trailing * share[j];
         for (int i = 0; i < TAYLOR_LEADING; i++) {
-            here = fmax(here, (leading[i] - trailing) * taylor->jets.share[j - i - 1]);
+            here = fmax(here, taylor->log_rtol * last[-i] + (leading[i] - trailing) * share[j - i - 1]);
         }
         reach = fmin(reach, here);
     }

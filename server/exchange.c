@@ -46,7 +46,7 @@ void srv_exchange_reset(struct srv_exchange *exchange) {
     exchange->length = 0;
     exchange->target[0] = 0;
     exchange->media_type = exchange->data = NULL;
-    exchange->fields = exchange->status = exchange->headers = exchange->close = 0;
+    exchange->status = exchange->headers = exchange->close = 0;
     exchange->received = exchange->queued = exchange->begun = exchange->computed = 0;
     exchange->steps = 0;
     exchange->bytes = exchange->text_bytes = 0;

@@ -14,7 +14,6 @@
 
 /* name, how several of them are taken: ONE = refused, LIST = joined by commas, LAST = the last counts */
 #define SRV_FIELD_LIST(X)                                                                                              \
-    X(SRV_HOST, "Host", ONE)                                                                                           \
     X(SRV_CONTENT_LENGTH, "Content-Length", ONE)                                                                       \
     X(SRV_TRANSFER_ENCODING, "Transfer-Encoding", ONE)                                                                 \
     X(SRV_CONTENT_TYPE, "Content-Type", ONE)                                                                           \

@@ -7,23 +7,26 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <sys/uio.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "server/clock.h"
 #include "server/compute.h"
 #include "server/exchange.h"
+#include "server/front.h"
 #include "server/message.h"
 #include "server/router.h"
 
 enum {
-    HTTP_POOL = 16384,  /* bytes of libmicrohttpd's memory a connection: bounds a request's head; cleared every time */
+    HTTP_POOL = 32768,  /* bytes of libmicrohttpd's memory a connection: holds what the front lets pass */
     HTTP_SPARE = 64,    /* connections beyond the cap that are told so */
     HTTP_UNREAD = 65536 /* largest body that is read only to keep the connection after a refusal */
 };
 
 /* How far the exchange of a connection is. */
 enum http_state {
-    HTTP_NONE,    /* no request line yet */
+    HTTP_NONE,    /* no request line yet, for all that libmicrohttpd says */
     HTTP_HEAD,    /* the target is known */
     HTTP_BODY,    /* the head is checked and the body is coming */
     HTTP_WAITING, /* handed over; the connection is suspended */
@@ -36,43 +39,77 @@ struct srv_http {
     struct MHD_Daemon *daemon;
     int fd, connections;
     int quiet; /* does not listen any more */
+    struct http_connection **by_fd;
+    int fds; /* room in by_fd */
 };
 
 /* A connection and its one exchange at a time. */
 struct http_connection {
     struct srv_exchange exchange; /* first: an exchange of http is its connection */
     struct srv_watched watched;
+    struct srv_front front;
     struct srv_http *http;
     struct MHD_Connection *mhd;
     enum http_state state;
+    long done;   /* requests that are over */
     int surplus; /* beyond the cap of connections */
     int refused; /* answered at the head, while the body is still read */
-    int cut;     /* the target was too long to be kept whole */
-    int64_t deadline, body_began;
+    int64_t body_began;
 };
+
+/* set on libmicrohttpd's thread only: recv is called by others, too */
+static _Thread_local struct srv_http *http_here;
 
 static struct http_connection *http_of_watched(struct srv_watched *watched) {
     return (struct http_connection *)((char *)watched - offsetof(struct http_connection, watched));
 }
 
-/* what the client has, in nanoseconds, for a piece of work that moves so many bytes */
-static int64_t http_patience(const struct http_connection *connection, double seconds, size_t bytes) {
-    return srv_clock_span(seconds + (double)bytes / connection->http->service->config.least_rate);
+/* the seconds that a client has for so many bytes */
+static double http_patience(const struct http_connection *connection, double seconds, size_t bytes) {
+    return seconds + (double)bytes / connection->http->service->config.least_rate;
 }
+
+static int64_t http_deadline(double seconds) { return srv_clock_now() + srv_clock_span(seconds); }
 
 /* --- answers --- */
 
-/* a problem in mid-request, when libmicrohttpd takes no answer: written past it; the caller ends the connection */
-static void http_refuse_now(struct http_connection *connection) {
+static int http_id_good(const char *text) {
+    size_t bytes = strlen(text);
+    return bytes >= 1 && bytes <= 64 &&
+           strspn(text, "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ-_.:=+/") == bytes;
+}
+
+/* the client's own request id, or a new one: numbers of one process never repeat, and look random (splitmix64) */
+static void http_identify(struct srv_exchange *exchange) {
+    const char *given = exchange->field[SRV_REQUEST_ID];
+    if (given && http_id_good(given)) {
+        exchange->id = given;
+        return;
+    }
+    uint64_t x = exchange->service->seed + 0x9e3779b97f4a7c15u * (atomic_fetch_add(&exchange->service->number, 1) + 1);
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+    char *text = srv_exchange_text(exchange, 17);
+    if (text) snprintf(text, 17, "%016llx", (unsigned long long)(x ^ (x >> 31)));
+    exchange->id = text ? text : "0";
+}
+
+/* writes the exchange's answer past libmicrohttpd, which takes none in mid-request; then the connection must end */
+static void http_refuse(struct http_connection *connection) {
     struct srv_exchange *exchange = &connection->exchange;
-    char head[256];
+    char head[512], date[40];
+    time_t now = time(NULL);
+    struct tm part;
+    strftime(date, sizeof date, "%a, %d %b %Y %H:%M:%S GMT", gmtime_r(&now, &part));
     int bytes = snprintf(head, sizeof head,
-                         "HTTP/1.1 %d Refused\r\nContent-Type: %s\r\nContent-Length: %zu\r\nX-Request-Id: %s\r\n"
-                         "Connection: close\r\n\r\n",
-                         exchange->status, exchange->media_type, exchange->bytes, exchange->id);
-    ssize_t sent = send(connection->watched.fd, head, (size_t)bytes, MSG_DONTWAIT | MSG_NOSIGNAL | MSG_MORE);
-    if (sent == bytes)
-        (void)!send(connection->watched.fd, exchange->data, exchange->bytes, MSG_DONTWAIT | MSG_NOSIGNAL);
+                         "HTTP/1.1 %d %s\r\nDate: %s\r\nConnection: close\r\nContent-Type: %s\r\n"
+                         "Cache-Control: no-store\r\nX-Request-Id: %s\r\nX-Content-Type-Options: nosniff\r\n"
+                         "Content-Length: %zu\r\n\r\n",
+                         exchange->status, MHD_get_reason_phrase_for((unsigned)exchange->status), date,
+                         exchange->media_type, exchange->id, exchange->bytes);
+    struct iovec parts[] = {{head, (size_t)bytes}, {(void *)exchange->data, exchange->bytes}};
+    (void)!sendmsg(connection->watched.fd, &(struct msghdr){.msg_iov = parts, .msg_iovlen = 2},
+                   MSG_DONTWAIT | MSG_NOSIGNAL);
     exchange->close = 1;
 }
 
@@ -100,8 +137,8 @@ static enum MHD_Result http_answer(struct http_connection *connection) {
     struct MHD_Response *response = http_response(exchange);
     if (!response) return MHD_NO;
     connection->state = HTTP_SENDING;
-    int64_t patience = http_patience(connection, service->config.send_seconds, exchange->bytes);
-    srv_watch_phase(connection->http->watch, &connection->watched, SRV_WATCH_SENDING, srv_clock_now() + patience);
+    double seconds = http_patience(connection, service->config.send_seconds, exchange->bytes);
+    srv_watch_phase(connection->http->watch, &connection->watched, SRV_WATCH_SENDING, http_deadline(seconds));
     enum MHD_Result queued = MHD_queue_response(connection->mhd, (unsigned)exchange->status, response);
     MHD_destroy_response(response);
     return queued;
@@ -129,59 +166,37 @@ static enum MHD_Result http_hand_over(struct http_connection *connection) {
 
 /* --- the request --- */
 
-static int http_id_good(const char *text) {
-    size_t bytes = strlen(text);
-    return bytes >= 1 && bytes <= 64 &&
-           strspn(text, "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ-_.:=+/") == bytes;
-}
-
-/* the client's own request id, or a new one: numbers of one process never repeat, and look random (splitmix64) */
-static void http_identify(struct srv_exchange *exchange) {
-    const char *given = exchange->field[SRV_REQUEST_ID];
-    if (given && http_id_good(given)) {
-        exchange->id = given;
-        return;
-    }
-    uint64_t x = exchange->service->seed + 0x9e3779b97f4a7c15u * (atomic_fetch_add(&exchange->service->number, 1) + 1);
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-    char *text = srv_exchange_text(exchange, 17);
-    if (text) snprintf(text, 17, "%016llx", (unsigned long long)(x ^ (x >> 31)));
-    exchange->id = text ? text : "0";
-}
-
-static enum MHD_Result http_field(void *context, enum MHD_ValueKind kind, const char *name, size_t name_bytes,
-                                  const char *value, size_t value_bytes) {
+static enum MHD_Result http_field(void *context, enum MHD_ValueKind kind, const char *name, const char *value) {
     (void)kind;
-    struct srv_message_field field = {name, value ? value : "", name_bytes, value_bytes};
-    return srv_message_field(context, &field) ? MHD_YES : MHD_NO;
+    return srv_message_field(context, name, value ? value : "") ? MHD_YES : MHD_NO;
 }
 
-/* checks the head; returns 1 when the exchange is to go on, 0 when it is answered */
-static int http_check_head(struct http_connection *connection, const char *method, const char *version) {
+/* reads the head; returns 1 when the exchange is to go on, 0 when it is answered */
+static int http_check_head(struct http_connection *connection, const char *method) {
     struct srv_exchange *exchange = &connection->exchange;
     exchange->method = method;
-    MHD_get_connection_values_n(connection->mhd, MHD_HEADER_KIND, http_field, exchange);
+    MHD_get_connection_values(connection->mhd, MHD_HEADER_KIND, http_field, exchange);
     http_identify(exchange);
     if (exchange->status) return 0;
-    if (connection->surplus) {
-        srv_exchange_busy(exchange, 1, "too many connections are open: max-connections");
-        exchange->close = 1;
-        return 0;
-    }
-    if (connection->cut) {
-        srv_exchange_problem(exchange, 414, "the request target has more than %d bytes", SRV_TARGET_BYTES - 1);
-        exchange->close = 1;
-        return 0;
-    }
-    return srv_message_head(exchange, version) && srv_router_find(exchange);
+    if (!connection->surplus) return srv_message_head(exchange) && srv_router_find(exchange);
+    srv_exchange_busy(exchange, 1, "too many connections are open: max-connections");
+    exchange->close = 1;
+    return 0;
+}
+
+/* until when the body must be there, seeing what came of it */
+static void http_body_deadline(struct http_connection *connection) {
+    double seconds =
+        http_patience(connection, connection->http->service->config.body_seconds, connection->exchange.body.bytes);
+    srv_watch_phase(connection->http->watch, &connection->watched, SRV_WATCH_READING,
+                    connection->body_began + srv_clock_span(seconds));
 }
 
 /* the first call of libmicrohttpd for a request: its head is there */
-static enum MHD_Result http_head(struct http_connection *connection, const char *method, const char *version) {
+static enum MHD_Result http_head(struct http_connection *connection, const char *method) {
     struct srv_exchange *exchange = &connection->exchange;
     connection->state = HTTP_BODY;
-    connection->refused = !http_check_head(connection, method, version);
+    connection->refused = !http_check_head(connection, method);
     if (connection->refused) {
         /* an answer at this point ends the connection; where nothing speaks for that, the body is read first */
         int keep = !exchange->close && exchange->length >= 0 && exchange->length <= HTTP_UNREAD;
@@ -191,9 +206,7 @@ static enum MHD_Result http_head(struct http_connection *connection, const char 
     }
     if (!exchange->length) return MHD_YES;
     connection->body_began = srv_clock_now();
-    connection->deadline =
-        connection->body_began + http_patience(connection, connection->http->service->config.body_seconds, 0);
-    srv_watch_phase(connection->http->watch, &connection->watched, SRV_WATCH_READING, connection->deadline);
+    http_body_deadline(connection);
     return MHD_YES;
 }
 
@@ -208,12 +221,10 @@ static enum MHD_Result http_body(struct http_connection *connection, const char 
     else if (status != PEND_OK || !srv_exchange_hold(exchange, exchange->body.bytes))
         srv_exchange_busy(exchange, 1, "there is no memory left for the body: max-held-bytes");
     if (exchange->status) {
-        http_refuse_now(connection);
+        http_refuse(connection);
         return MHD_NO;
     }
-    connection->deadline = connection->body_began +
-                           http_patience(connection, exchange->service->config.body_seconds, exchange->body.bytes);
-    srv_watch_phase(connection->http->watch, &connection->watched, SRV_WATCH_READING, connection->deadline);
+    http_body_deadline(connection);
     return MHD_YES;
 }
 
@@ -225,11 +236,11 @@ static enum MHD_Result http_whole(struct http_connection *connection) {
 
 static enum MHD_Result http_request(void *context, struct MHD_Connection *mhd, const char *url, const char *method,
                                     const char *version, const char *data, size_t *bytes, void **state) {
-    (void)context, (void)mhd, (void)url;
+    (void)context, (void)mhd, (void)url, (void)version;
     struct http_connection *connection = *state;
     if (!connection) return MHD_NO;
     assert(srv_exchange_valid(&connection->exchange));
-    if (connection->state == HTTP_HEAD) return http_head(connection, method, version);
+    if (connection->state == HTTP_HEAD) return http_head(connection, method);
     if (connection->state == HTTP_BODY && *bytes) {
         size_t got = *bytes;
         *bytes = 0;
@@ -245,17 +256,14 @@ static void *http_target(void *context, const char *target, struct MHD_Connectio
     struct http_connection *connection = info ? info->socket_context : NULL;
     struct srv_http *http = context;
     if (!connection) return NULL;
-    struct srv_exchange *exchange = &connection->exchange;
-    int64_t now = srv_clock_now(), deadline = now + srv_clock_span(http->service->config.header_seconds);
-    exchange->received = now;
-    size_t bytes = strnlen(target, SRV_TARGET_BYTES - 1);
-    memcpy(exchange->target, target, bytes);
-    exchange->target[bytes] = 0;
-    connection->cut = target[bytes] != 0;
+    if (connection->front.requests <= connection->done) {
+        srv_log_message(http->service->log, "a request came past the front: this libmicrohttpd does not call recv");
+        return NULL;
+    }
+    snprintf(connection->exchange.target, SRV_TARGET_BYTES, "%s", target);
+    connection->exchange.received = srv_clock_now();
     connection->state = HTTP_HEAD;
     connection->refused = 0;
-    if (deadline < connection->deadline) connection->deadline = deadline;
-    srv_watch_phase(http->watch, &connection->watched, SRV_WATCH_READING, connection->deadline);
     return connection;
 }
 
@@ -269,7 +277,7 @@ static const char *http_outcome(const struct http_connection *connection, enum M
 
 static int64_t http_between(int64_t from, int64_t to) { return from && to ? to - from : 0; }
 
-static void http_log(const struct http_connection *connection, enum MHD_RequestTerminationCode code) {
+static void http_log(const struct http_connection *connection, const char *outcome) {
     const struct srv_exchange *exchange = &connection->exchange;
     int64_t now = srv_clock_now();
     int bodiless = !exchange->method || !strcmp(exchange->method, "HEAD");
@@ -279,7 +287,7 @@ static void http_log(const struct http_connection *connection, enum MHD_RequestT
                                    .target = exchange->target,
                                    .agent = exchange->field[SRV_USER_AGENT],
                                    .status = exchange->status,
-                                   .outcome = http_outcome(connection, code),
+                                   .outcome = outcome,
                                    .bytes_in = exchange->body.bytes,
                                    .bytes_out = bodiless ? 0 : exchange->bytes,
                                    .wait = http_between(exchange->queued, exchange->begun),
@@ -289,22 +297,74 @@ static void http_log(const struct http_connection *connection, enum MHD_RequestT
     srv_log_request(exchange->service->log, &line);
 }
 
+/* the client may still be sending: its unread bytes must not turn the answer into a reset */
+static void http_linger(struct http_connection *connection) {
+    int fd = dup(connection->watched.fd);
+    if (fd >= 0) srv_watch_linger(connection->http->watch, fd);
+}
+
+/* The front has found a byte that no request may have, and all requests before it are over. From now on libmicrohttpd
+ * sees the end of the stream. */
+static void http_refuse_stream(struct http_connection *connection) {
+    struct srv_exchange *exchange = &connection->exchange;
+    if (!exchange->id) http_identify(exchange);
+    srv_exchange_problem(exchange, connection->front.status, "%s", connection->front.detail);
+    http_refuse(connection);
+    if (connection->state != HTTP_NONE) return;
+    exchange->received = srv_clock_now();
+    http_log(connection, "refused");
+    http_linger(connection);
+    srv_exchange_reset(exchange);
+}
+
 /* a request is over, in whatever way; its texts and its answer are not needed any more */
 static void http_completed(void *context, struct MHD_Connection *mhd, void **state,
                            enum MHD_RequestTerminationCode code) {
-    (void)mhd;
     struct srv_http *http = context;
     struct http_connection *connection = *state;
     if (!connection) return;
-    http_log(connection, code);
-    /* the client may still be sending: its unread bytes must not turn the answer into a reset */
-    int fd = connection->exchange.close ? dup(connection->watched.fd) : -1;
-    if (fd >= 0) srv_watch_linger(http->watch, fd);
+    http_log(connection, http_outcome(connection, code));
+    if (connection->exchange.close) http_linger(connection);
     srv_exchange_reset(&connection->exchange);
     connection->state = HTTP_NONE;
-    const struct srv_config *config = &http->service->config;
-    connection->deadline = srv_clock_now() + srv_clock_span(config->idle_seconds + config->header_seconds);
-    srv_watch_phase(http->watch, &connection->watched, SRV_WATCH_IDLE, connection->deadline);
+    connection->done++;
+    int more = connection->front.requests > connection->done;
+    srv_watch_phase(http->watch, &connection->watched, more ? SRV_WATCH_READING : SRV_WATCH_IDLE,
+                    more ? http_deadline(http->service->config.header_seconds) : 0);
+    if (!connection->front.status || connection->front.complete != connection->done) return;
+    http_refuse_stream(connection);
+    /* it has nothing to read, and so nothing that would end it but time */
+    MHD_set_connection_option(mhd, MHD_CONNECTION_OPTION_TIMEOUT, 1u);
+}
+
+/* --- what libmicrohttpd reads --- */
+
+static struct http_connection *http_find(const struct srv_http *http, int fd) {
+    return http && fd >= 0 && fd < http->fds ? http->by_fd[fd] : NULL;
+}
+
+/* shows the front what came; returns what libmicrohttpd may see of it */
+static size_t http_show(struct http_connection *connection, const char *data, size_t bytes) {
+    struct srv_front *front = &connection->front;
+    int within = srv_front_within(front);
+    bytes = srv_front_read(front, data, bytes);
+    if (front->status && !bytes) http_refuse_stream(connection);
+    if (!within && srv_front_within(front) && connection->state == HTTP_NONE)
+        srv_watch_phase(connection->http->watch, &connection->watched, SRV_WATCH_READING,
+                        http_deadline(connection->http->service->config.header_seconds));
+    return bytes;
+}
+
+/* libmicrohttpd forgives what it should refuse, and does not show the bytes of a message. So its reading goes through
+ * here: a recv in the program comes before the C library's for every shared library. That of a refused stream says that
+ * the client has ended it. */
+ssize_t http_recv(int fd, void *data, size_t bytes, int flags) __asm__("recv");
+
+ssize_t http_recv(int fd, void *data, size_t bytes, int flags) {
+    struct http_connection *connection = http_find(http_here, fd);
+    if (connection && connection->front.status) return 0;
+    ssize_t got = recvfrom(fd, data, bytes, flags, NULL, NULL);
+    return connection && got > 0 ? (ssize_t)http_show(connection, data, (size_t)got) : got;
 }
 
 /* --- connections --- */
@@ -318,22 +378,37 @@ static void http_client(struct MHD_Connection *mhd, char client[SRV_CLIENT_BYTES
     snprintf(client, SRV_CLIENT_BYTES, "%.*s", SRV_CLIENT_BYTES - 1, strncmp(text, "::ffff:", 7) ? text : text + 7);
 }
 
+/* room for a connection's socket in the list of them */
+static int http_room(struct srv_http *http, int fd) {
+    if (fd < http->fds) return 1;
+    int fds = fd < 512 ? 1024 : 2 * fd;
+    struct http_connection **by_fd = realloc(http->by_fd, (size_t)fds * sizeof *by_fd);
+    if (!by_fd) return 0;
+    memset(by_fd + http->fds, 0, (size_t)(fds - http->fds) * sizeof *by_fd);
+    http->by_fd = by_fd;
+    http->fds = fds;
+    return 1;
+}
+
 static void http_connect(struct srv_http *http, struct MHD_Connection *mhd, void **socket) {
-    const union MHD_ConnectionInfo *info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD);
-    struct http_connection *connection = *socket = calloc(1, sizeof *connection);
+    /* read at once: from 1.0 on the next question overwrites the answer */
+    int fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
+    http_here = http;
     http->connections++;
+    struct http_connection *connection = http_room(http, fd) ? calloc(1, sizeof *connection) : NULL;
+    *socket = connection;
     if (!connection) return;
     srv_exchange_init(&connection->exchange, http->service);
+    srv_front_init(&connection->front);
     connection->exchange.finish = http_finish;
     http_client(mhd, connection->exchange.client);
     connection->http = http;
     connection->mhd = mhd;
     connection->surplus = http->connections > (int)http->service->config.connections;
-    double seconds = connection->surplus ? 1 : http->service->config.header_seconds;
-    connection->deadline = srv_clock_now() + srv_clock_span(seconds);
-    connection->watched.fd = info->connect_fd;
+    connection->watched.fd = fd;
     connection->watched.left = http_left;
-    srv_watch_add(http->watch, &connection->watched, connection->deadline);
+    srv_watch_add(http->watch, &connection->watched, connection->surplus ? http_deadline(1) : 0);
+    http->by_fd[fd] = connection;
 }
 
 static void http_disconnect(struct srv_http *http, void **socket) {
@@ -341,6 +416,7 @@ static void http_disconnect(struct srv_http *http, void **socket) {
     http->connections--;
     *socket = NULL;
     if (!connection) return;
+    http->by_fd[connection->watched.fd] = NULL;
     srv_watch_remove(http->watch, &connection->watched);
     srv_exchange_clear(&connection->exchange);
     free(connection);
@@ -412,5 +488,6 @@ void srv_http_free(struct srv_http **http) {
     if (!gone) return;
     srv_http_quiesce(gone);
     MHD_stop_daemon(gone->daemon);
+    free(gone->by_fd);
     free(gone);
 }

@@ -2,8 +2,6 @@
 
 #include <assert.h>
 #include <errno.h>
-#include <linux/tcp.h>
-#include <netinet/in.h>
 #include <poll.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -45,20 +43,9 @@ struct srv_watch {
     struct watch_lingerer linger[SRV_WATCH_LINGERING];
 };
 
-/* has not a single byte come? */
-static int watch_silent(int fd) {
-    struct tcp_info info = {0};
-    socklen_t bytes = sizeof info;
-    return !getsockopt(fd, IPPROTO_TCP, TCP_INFO, &info, &bytes) && bytes == sizeof info && !info.tcpi_bytes_received;
-}
-
-/* the client does not send its request, or take its answer: tells it so, where it can, and ends the connection */
-static void watch_expire(struct srv_watch *watch, struct srv_watched *watched, int64_t now) {
-    if (watched->phase == SRV_WATCH_IDLE && watched->fresh && watch_silent(watched->fd)) {
-        watched->deadline = now + (int64_t)SRV_WATCH_SILENT_MS * 1000000;
-        return;
-    }
-    if (watched->phase != SRV_WATCH_SENDING)
+/* the time is over: says so to a client whose request does not come to its end, and ends the connection */
+static void watch_expire(struct srv_watch *watch, struct srv_watched *watched) {
+    if (watched->phase == SRV_WATCH_READING)
         (void)!send(watched->fd, watch->timeout, strlen(watch->timeout), MSG_DONTWAIT | MSG_NOSIGNAL);
     shutdown(watched->fd, SHUT_RDWR);
     watched->deadline = 0;
@@ -76,7 +63,7 @@ static void watch_round(struct srv_watch *watch) {
     int64_t now = srv_clock_now();
     for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring; watched = watched->next) {
         if (watched->phase == SRV_WATCH_WAITING) watch_look(watched);
-        if (watched->deadline && now > watched->deadline) watch_expire(watch, watched, now);
+        if (watched->deadline && now > watched->deadline) watch_expire(watch, watched);
     }
 }
 
@@ -186,7 +173,6 @@ void srv_watch_add(struct srv_watch *watch, struct srv_watched *watched, int64_t
     watched->phase = SRV_WATCH_IDLE;
     watched->deadline = deadline;
     watched->seen = 0;
-    watched->fresh = 1;
     watched->next = &watch->ring;
     watched->previous = watch->ring.previous;
     watched->previous->next = watch->ring.previous = watched;
@@ -209,7 +195,7 @@ void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched, enum 
     watch->waiting += (phase == SRV_WATCH_WAITING) - (watched->phase == SRV_WATCH_WAITING);
     watched->phase = phase;
     watched->deadline = deadline;
-    watched->seen = watched->fresh = 0;
+    watched->seen = 0;
     if (phase == SRV_WATCH_WAITING) watch_wake(watch);
     pthread_mutex_unlock(&watch->lock);
 }

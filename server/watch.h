@@ -10,14 +10,13 @@
 
 enum {
     SRV_WATCH_TICK_MS = 25,     /* how often waiting clients are looked at */
-    SRV_WATCH_SILENT_MS = 5000, /* how soon a silent new connection is looked at again */
     SRV_WATCH_LINGER_MS = 2000, /* how long a connection that was refused in mid-request is read on, at most */
     SRV_WATCH_LINGERING = 1024  /* how many of them there are at most */
 };
 
 /* What a connection is doing. */
 enum srv_watch_phase {
-    SRV_WATCH_IDLE,    /* nothing of a request is there yet, or so little that nobody knows: as READING */
+    SRV_WATCH_IDLE,    /* no request is under way: ends at the deadline */
     SRV_WATCH_READING, /* a request comes in: must be there at the deadline, else 408 and the end */
     SRV_WATCH_WAITING, /* a request is being computed: nobody else sees when the client goes away */
     SRV_WATCH_SENDING  /* an answer goes out: must be taken at the deadline, else the end */
@@ -32,7 +31,6 @@ struct srv_watched {
     enum srv_watch_phase phase;
     int64_t deadline; /* ns of srv_clock_now, 0 = none */
     int seen;         /* how often in a row the end of the client's stream was seen */
-    int fresh;        /* has had no request yet */
 };
 
 struct srv_watch;
@@ -47,12 +45,7 @@ PEND_MUST_CHECK enum pend_status srv_watch_new(struct srv_watch **watch);
 /** Ends the thread, and closes what lingers; nothing may be watched any more. */
 void srv_watch_free(struct srv_watch **watch);
 
-/**
- * Begins to watch a new connection, which is idle; fd and left are set.
- *
- * deadline  for its first request; a client that has not sent a single byte until then is spared, since browsers open
- *           connections in advance and take a 408 for an answer.
- */
+/** Begins to watch a new connection, which is idle; fd and left are set. */
 void srv_watch_add(struct srv_watch *watch, struct srv_watched *watched, int64_t deadline);
 
 /** Ends it; afterwards neither the socket nor the structure is touched. */

@@ -33,15 +33,14 @@ struct test_reply test_send(const struct api_request *request, const struct api_
 
 struct test_reply test_post_as(enum api_op_id op, const char *body, const char *accept,
                                const struct api_limits *limits) {
-    struct api_request request = {.op = op,
-                                  .content_type = "application/json",
-                                  .accept = accept,
-                                  .body = body,
-                                  .body_bytes = strlen(body)};
+    struct api_request request = {
+        .op = op, .content_type = "application/json", .accept = accept, .body = body, .body_bytes = strlen(body)};
     return test_send(&request, limits);
 }
 
-struct test_reply test_post(enum api_op_id op, const char *body) { return test_post_as(op, body, NULL, NULL); }
+struct test_reply test_post(enum api_op_id op, const char *body) {
+    return test_post_as(op, body, NULL, NULL);
+}
 
 void test_reply_free(struct test_reply *reply) {
     api_json_free(&reply->json);

@@ -1,6 +1,6 @@
 /* Whole requests for tests: a body in, the answer out, parsed; and looks into it by JSON pointers.
- * Leaves to others: what is asked and expected (test_*). Invariant: every JSON answer was read back by api's own reader,
- * so that an answer which is no JSON fails its test. */
+ * Leaves to others: what is asked and expected (test_*). Invariant: every JSON answer was read back by api's own
+ * reader, so that an answer which is no JSON fails its test. */
 #ifndef TEST_POST_H
 #define TEST_POST_H
 

@@ -93,8 +93,8 @@ TEST(csv_has_a_header_and_a_line_a_row) {
 /* any finite double */
 static double wild(unsigned long long *seed) {
     for (;;) {
-        unsigned long long bits = (unsigned long long)(test_random(seed) * 0x1p32) << 32 |
-                                  (unsigned long long)(test_random(seed) * 0x1p32);
+        unsigned long long bits =
+            (unsigned long long)(test_random(seed) * 0x1p32) << 32 | (unsigned long long)(test_random(seed) * 0x1p32);
         double x;
         memcpy(&x, &bits, sizeof x);
         if (isfinite(x)) return x;

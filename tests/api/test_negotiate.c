@@ -5,12 +5,21 @@
 #include "tests/harness/test.h"
 
 TEST(json_bodies_are_known_by_their_content_type) {
-    static const char *const good[] = {"application/json", "Application/JSON", "application/json; charset=utf-8",
-                                       "application/json;charset=\"UTF-8\"", " application/json ;charset=UTF8 ",
+    static const char *const good[] = {"application/json",
+                                       "Application/JSON",
+                                       "application/json; charset=utf-8",
+                                       "application/json;charset=\"UTF-8\"",
+                                       " application/json ;charset=UTF8 ",
                                        "application/json; profile=x"};
-    static const char *const bad[] = {"",           "text/plain",       "application/x-www-form-urlencoded",
-                                      "json",       "application/jsonx", "application/json; charset=latin1",
-                                      "text/json",  "application/problem+json", "application/json; charset=\"",
+    static const char *const bad[] = {"",
+                                      "text/plain",
+                                      "application/x-www-form-urlencoded",
+                                      "json",
+                                      "application/jsonx",
+                                      "application/json; charset=latin1",
+                                      "text/json",
+                                      "application/problem+json",
+                                      "application/json; charset=\"",
                                       "application/json, text/plain"};
     for (size_t i = 0; i < sizeof good / sizeof *good; i++) CHECK_SAYING(api_negotiate_json(good[i]), "%s", good[i]);
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) CHECK_SAYING(!api_negotiate_json(bad[i]), "%s", bad[i]);

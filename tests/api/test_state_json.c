@@ -9,7 +9,8 @@
 
 #define DOUBLE "\"pendulum\":{\"L\":[2,1],\"m\":[1,3],\"S\":[[1,0],[1,1]]}"
 #define FORCES(state) "{" DOUBLE ",\"state\":" state "}"
-#define START(state) "{" DOUBLE ",\"initial\":" state ",\"times\":[0],\"output\":[\"phi\",\"phid\",\"theta\",\"thetad\"]}"
+#define START(state)                                                                                                   \
+    "{" DOUBLE ",\"initial\":" state ",\"times\":[0],\"output\":[\"phi\",\"phid\",\"theta\",\"thetad\"]}"
 
 static const double pi = 3.14159265358979323846;
 
@@ -93,9 +94,10 @@ TEST(faults_of_a_state_have_their_pointers) {
 }
 
 TEST(a_start_in_a_mode_needs_gravity_and_few_arms) {
-    CHECK_REFUSED(API_OP_FORCES,
-                  "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]],\"gravity\":0},\"state\":{\"mode\":1,\"amplitude\":1}}",
-                  "/state/mode", "a start in a mode needs a gravity greater than 0, got 0");
+    CHECK_REFUSED(
+        API_OP_FORCES,
+        "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]],\"gravity\":0},\"state\":{\"mode\":1,\"amplitude\":1}}",
+        "/state/mode", "a start in a mode needs a gravity greater than 0, got 0");
     struct api_limits limits;
     api_limits_init(&limits);
     limits.mode_arms = 1;
@@ -105,8 +107,8 @@ TEST(a_start_in_a_mode_needs_gravity_and_few_arms) {
 }
 
 TEST(a_state_is_checked_even_where_the_tree_is_faulty) {
-    struct test_reply reply =
-        test_post(API_OP_FORCES, "{\"pendulum\":{\"L\":[1,-1],\"m\":[1,1],\"S\":[[1,0],[1,1]]},\"state\":{\"phi\":[1]}}");
+    struct test_reply reply = test_post(
+        API_OP_FORCES, "{\"pendulum\":{\"L\":[1,-1],\"m\":[1,1],\"S\":[[1,0],[1,1]]},\"state\":{\"phi\":[1]}}");
     CHECK(test_reply_has_fault(&reply, "/pendulum/L/1", "got -1"));
     CHECK(test_reply_has_fault(&reply, "/state/phi", "must have 2 numbers"));
     CHECK_INT(test_reply_faults(&reply), 2);

@@ -36,7 +36,7 @@ TEST(the_papers_grid_has_501_instants_with_both_ends) {
     REQUIRE(read_times("{\"start\":0,\"stop\":5,\"step\":0.01}", t, 501) == 501);
     CHECK(t[0] == 0 && t[500] == 5);
     for (int i = 0; i <= 500; i++) {
-        char decimal[20];
+        char decimal[60];
         snprintf(decimal, sizeof decimal, "%d.%02d", i / 100, i % 100);
         CHECK_SAYING(t[i] == strtod(decimal, NULL), "instant %d is %.17g, not %s", i, t[i], decimal);
     }
@@ -70,10 +70,10 @@ TEST(a_grid_by_its_step_ends_at_stop_or_before) {
         CHECK_SAYING(count == good[i].count, "%s has %ld instants", good[i].text, count);
         if (count < 1) continue;
         CHECK_SAYING(t[0] == good[i].first, "%s begins at %.17g", good[i].text, t[0]);
-        CHECK_SAYING(count < 2 || fabs(t[1] - good[i].second) <= 1e-15 * fabs(good[i].second),
-                     "%s goes on at %.17g", good[i].text, t[1]);
-        CHECK_SAYING(fabs(t[count - 1] - good[i].last) <= 3e-17 + 2e-16 * fabs(good[i].last), "%s ends at %.17g", good[i].text,
-                     t[count - 1]);
+        CHECK_SAYING(count < 2 || fabs(t[1] - good[i].second) <= 1e-15 * fabs(good[i].second), "%s goes on at %.17g",
+                     good[i].text, t[1]);
+        CHECK_SAYING(fabs(t[count - 1] - good[i].last) <= 3e-17 + 2e-16 * fabs(good[i].last), "%s ends at %.17g",
+                     good[i].text, t[count - 1]);
     }
 }
 
@@ -123,7 +123,8 @@ TEST(faults_of_times_have_their_pointers) {
         {BODY("{\"start\":0,\"step\":1}"), "/times/stop", "is missing"},
         {BODY("{\"start\":0,\"stop\":1,\"step\":0.5,\"count\":3}"), "/times/count", "give one of the two"},
         {BODY("{\"start\":0,\"stop\":1,\"step\":0}"), "/times/step", "must not be 0"},
-        {BODY("{\"start\":0,\"stop\":1,\"step\":-0.1}"), "/times/step", "must be positive to get from 0 to 1 s, got -0.1"},
+        {BODY("{\"start\":0,\"stop\":1,\"step\":-0.1}"), "/times/step",
+         "must be positive to get from 0 to 1 s, got -0.1"},
         {BODY("{\"start\":\"now\",\"stop\":1,\"step\":1}"), "/times/start", "must be a number, got the text \"now\""},
         {BODY("{\"start\":0,\"stop\":1,\"steps\":1,\"count\":2}"), "/times/steps", "did you mean \"step\"?"},
         {BODY("{\"start\":0,\"stop\":1,\"step\":1e-9}"), "/times/step", "more than the limit max-samples of 1000000"},

@@ -47,9 +47,10 @@ TEST(an_answers_arms_are_a_request) {
 }
 
 TEST(arms_without_a_name_are_called_by_their_number) {
-    struct test_reply reply = test_post(API_OP_TREES, ARMS("{\"length\":1,\"mass\":1},"
-                                                           "{\"length\":1,\"mass\":2,\"parent\":\"1\"},"
-                                                           "{\"length\":1,\"mass\":3,\"parent\":\"2\",\"name\":\"x\"}"));
+    struct test_reply reply =
+        test_post(API_OP_TREES, ARMS("{\"length\":1,\"mass\":1},"
+                                     "{\"length\":1,\"mass\":2,\"parent\":\"1\"},"
+                                     "{\"length\":1,\"mass\":3,\"parent\":\"2\",\"name\":\"x\"}"));
     CHECK_INT(reply.status, 200);
     CHECK_TEXT(test_reply_text(&reply, "/arms/1/name"), "2");
     CHECK_TEXT(test_reply_text(&reply, "/arms/2/name"), "x");
@@ -98,6 +99,7 @@ TEST(faults_of_the_arms_form_have_its_pointers) {
         {ARMS("{\"length\":1,\"mass\":1},{\"length\":1,\"mass\":1,\"parent\":\"2\"}"), "/pendulum/arms/1/parent",
          "cannot hang on itself"},
         {ARMS(""), "/pendulum/arms", "a tree has at least one arm"},
+        {TREE("\"arms\":{\"a\":1}"), "/pendulum/arms", "must be an array, one entry for each arm, got an object"},
         {TREE("\"arms\":7"), "/pendulum/arms", "must be an array, one entry for each arm, got 7"},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
@@ -113,7 +115,8 @@ TEST(faults_of_the_lists_have_their_pointers) {
          "must have 2 numbers, one for each arm, got 1"},
         {TREE("\"length\":[1,1],\"mass\":\"heavy\",\"parent\":[0,1]"), "/pendulum/mass",
          "must be an array of 2 numbers, got the text \"heavy\""},
-        {TREE("\"length\":[1,null],\"mass\":[1,1],\"parent\":[0,1]"), "/pendulum/length/1", "must be a number, got null"},
+        {TREE("\"length\":[1,null],\"mass\":[1,1],\"parent\":[0,1]"), "/pendulum/length/1",
+         "must be a number, got null"},
         {TREE("\"length\":[1,1],\"mass\":[1,1]"), "/pendulum/parent", "is missing"},
         {TREE("\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,3]"), "/pendulum/parent/1",
          "must be 0 (the pivot) or the number of an arm, 1 to 2, got 3"},

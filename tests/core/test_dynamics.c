@@ -198,6 +198,45 @@ TEST(dynamics_of_a_y_with_a_light_hub_are_finite_to_the_last_bit_of_alignment) {
     CHECK_RESIDUAL(worst.force, 1e-13, "lambda of a Y with a hub of 1e-8 between 1e8");
 }
 
+TEST(dynamics_bear_many_heavy_arms_in_two_directions_at_a_light_joint) {
+    // heavy and light arms side by side, along two lines: what they do across each line is all that counts
+    struct worst worst = {0, 0};
+    unsigned long long seed = 11;
+    for (int digits = 0; digits <= 16; digits += 2)
+        for (int i = 0; i < 300; i++) {
+            struct test_tree t;
+            int n = 4 + test_random_int(&seed, 4);
+            double line[2] = {6 * test_random(&seed), 6 * test_random(&seed)};
+            test_tree_random(&t, TEST_TREE_STAR, n, 0, &seed);
+            for (int k = 0; k < n; k++) {
+                int arm = t.tree->order[k];
+                t.mass[arm] = k == 0 || test_random_int(&seed, 3) == 0 ? 1e-8 : 1e8 * (1 + test_random(&seed));
+                t.phi[k] = line[test_random_int(&seed, 2)] + pow(10, -digits) * (test_random(&seed) - 0.5);
+            }
+            test_tree_rebuild(&t);
+            worst_of(&worst, &t);
+            test_tree_clear(&t);
+        }
+    CHECK_RESIDUAL(worst.acc, 1e-12, "phi'' of stars with arms of 1e-8 and 1e8 in two directions");
+    CHECK_RESIDUAL(worst.force, 5e-8, "lambda of stars with arms of 1e-8 and 1e8 in two directions");
+}
+
+TEST(dynamics_bear_the_smallest_masses_there_are) {
+    // a few units in the last place of the smallest double, against the same tree with a few kilograms
+    unsigned long long seed = 12;
+    double acc[6], force[6], acc_tiny[6], force_tiny[6];
+    struct test_tree t;
+    test_tree_random(&t, TEST_TREE_ATTACHED, 6, 0, &seed);
+    for (int k = 0; k < 6; k++) t.mass[k] = 1 + test_random_int(&seed, 9);
+    test_tree_rebuild(&t);
+    test_tree_dynamics(&t, 9.81, acc, force);
+    for (int k = 0; k < 6; k++) t.mass[k] = ldexp(t.mass[k], -1074);
+    test_tree_rebuild(&t);
+    test_tree_dynamics(&t, 9.81, acc_tiny, force_tiny);
+    CHECK_RESIDUAL(test_gap(6, acc_tiny, acc), 1e-15, "phi'' with masses of a few times 5e-324");
+    test_tree_clear(&t);
+}
+
 TEST(dynamics_do_not_care_how_heavy_the_unit_of_mass_is) {
     static const double unit[] = {1e-300, 1e-160, 1e160, 1e290};
     unsigned long long seed = 8;

@@ -129,6 +129,29 @@ TEST(motion_energy_keeps_its_digits_in_a_long_chain) {
     free(parent);
 }
 
+TEST(motion_energy_keeps_its_digits_in_a_wide_star) {
+    enum { WIDE = 200000 };
+    unsigned long long seed = 6;
+    struct test_tree t;
+    long double kinetic = 0, moment = 0, size = 0;
+    double *v = malloc(4 * WIDE * sizeof *v);
+    REQUIRE(v);
+    test_tree_random(&t, TEST_TREE_STAR, WIDE, 1, &seed);
+    pend_motion_velocity(t.tree, t.phi, t.rate, v, v + WIDE);
+    pend_motion_position(t.tree, t.phi, v + 2 * WIDE, v + 3 * WIDE);
+    for (int k = 0; k < WIDE; k++) {
+        double square = t.tree->mass[k] * (v[k] * v[k] + v[WIDE + k] * v[WIDE + k]);
+        kinetic += square / 2;
+        moment += (long double)t.tree->mass[k] * v[3 * WIDE + k];
+        size += (long double)t.tree->mass[k] * fabs(v[3 * WIDE + k]);
+    }
+    struct pend_energy energy = pend_motion_energy(t.tree, 1, t.phi, t.rate);
+    CHECK_RESIDUAL(fabs((double)(energy.kinetic / kinetic - 1)), 1e-15, "kinetic energy of 200000 arms");
+    CHECK_RESIDUAL(fabs((double)((energy.potential - moment) / size)), 1e-14, "potential energy of 200000 arms");
+    test_tree_clear(&t);
+    free(v);
+}
+
 TEST(motion_force_is_bbb_for_any_accelerations) {
     unsigned long long seed = 4;
     double worst = 0, worst_any = 0;

@@ -93,7 +93,7 @@ TEST(ode23_limits_its_steps_as_matlab_does) {
     paper.problem.times = (struct pend_times){.count = 2, .span = 1, .divisor = 1};
     test_record(&record, "ode23", &paper.problem);
     CHECK_INT(record.status, PEND_OK);
-    CHECK_SAYING(record.stats.steps >= 10 && record.stats.steps <= 12, "%ld steps", record.stats.steps);
+    CHECK_INT(record.stats.steps, 10); /* the last one stretched by the roundings of the others */
     test_record_clear(&record);
     test_paper_clear(&paper);
 }

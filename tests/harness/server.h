@@ -60,7 +60,7 @@ struct test_reply {
     int headers;
     char *name[TEST_HEADERS], *value[TEST_HEADERS];
     char *head; /* owns names and values */
-    char *body; /* a NUL stands behind it; "" when there is none */
+    char *body; /* a NUL stands behind it; "" when there is none, even when no reply came */
     size_t body_bytes;
 };
 
@@ -110,7 +110,8 @@ int test_request(const struct test_server *server, struct test_reply *reply, con
 
 /**
  * Appends a reply as a line {"method", "path", "status", "content_type", "body"} to replies.ndjson beside the test
- * program, for tests/rules/replies.py; those above 4 MB are left out. The body is text, or null where there was none.
+ * program, for tests/rules/replies.py; those above 4 MB are left out, and all under
+ * TEST_UNDER, which runs beside. The body is text, or null where there was none.
  */
 void test_reply_record(const struct test_reply *reply, const char *method, const char *path);
 

@@ -1,0 +1,235 @@
+#include "api/call.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/api/post.h"
+#include "tests/harness/test.h"
+
+#define TREE                                                                                                           \
+    "\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":1,\"mass\":1},{\"parent\":\"a\",\"length\":1,\"mass\":2}]}"
+
+static const char trajectory[] = "{" TREE ",\"initial\":{\"mode\":2,\"amplitude\":0.5},\"times\":{\"stop\":4,\"step\":"
+                                 "0.002},\"output\":[\"phi\",\"z\",\"energy\",\"lambda\"]}";
+
+/* a clock that the test sets, and that goes on by a tick each time it is asked */
+struct clock {
+    double time, tick;
+};
+
+static double clock_now(void *context) {
+    struct clock *clock = context;
+    return clock->time += clock->tick;
+}
+
+/* the status and detail that a request's envelope gets, with a good body unless it has one */
+static void check_envelope(struct api_request request, int status, const char *piece) {
+    if (!request.body) {
+        request.body = "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]}}";
+        request.body_bytes = strlen(request.body);
+    }
+    struct test_reply reply = test_send(&request, NULL);
+    CHECK_INT(reply.status, status);
+    CHECK_TEXT(reply.media_type, status == 200 ? "application/json" : "application/problem+json");
+    CHECK_SAYING(strstr(reply.out.data, piece), "no \"%s\" in %s", piece, reply.out.data);
+    if (status != 200) CHECK(test_reply_number(&reply, "/status") == status);
+    test_reply_free(&reply);
+}
+
+TEST(the_envelope_is_checked_before_the_body) {
+    static const char json[] = "application/json";
+    check_envelope((struct api_request){.content_type = json}, 200, "\"n\":1");
+    check_envelope((struct api_request){.content_type = json, .accept = "application/*;q=0.1"}, 200, "\"n\":1");
+    check_envelope((struct api_request){.content_type = json, .query = ""}, 200, "\"n\":1");
+    check_envelope((struct api_request){0}, 415, "with Content-Type: application/json");
+    check_envelope((struct api_request){.content_type = "text/plain"}, 415, "application/json, not text/plain");
+    check_envelope((struct api_request){.content_type = json, .accept = "text/html"}, 406,
+                   "none of the representations served here: application/json");
+    check_envelope((struct api_request){.content_type = json, .query = "pretty=1"}, 422,
+                   "takes no query, got \\\"?pretty=1\\\"");
+    check_envelope((struct api_request){.content_type = "a", .accept = "b", .query = "c"}, 415, "");
+}
+
+TEST(bytes_that_are_no_json_are_refused_with_their_place) {
+    static const struct {
+        const char *body, *piece;
+    } bad[] = {
+        {"", "JSON"},           {"{", "JSON"},
+        {"nonsense", "JSON"},   {"{\"pendulum\":{}} x", "JSON"},
+        {"[1e999]", "range"},   {"{\"a\":1,\"a\":2}", "twice"},
+        {"[NaN]", "JSON"},      {"\xef\xbb\xbf{}", ""},
+        {"{\"a\":01}", "JSON"}, {"{\"a\":\"\xff\"}", "UTF-8"},
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        struct test_reply reply = test_post(API_OP_TREES, bad[i].body);
+        CHECK_INT(reply.status, 400);
+        CHECK_SAYING(test_reply_text(&reply, "/detail") && strstr(test_reply_text(&reply, "/detail"), bad[i].piece),
+                     "%s gives %s", bad[i].body, reply.out.data);
+        test_reply_free(&reply);
+    }
+    CHECK_REFUSED(API_OP_TREES, "[]", "", "must be an object, got an array");
+    CHECK_REFUSED(API_OP_MODES, "null", "", "must be an object, got null");
+}
+
+TEST(a_body_beyond_the_limit_is_too_large) {
+    struct api_limits limits;
+    api_limits_init(&limits);
+    limits.body_bytes = 10;
+    struct test_reply reply = test_post_as(API_OP_TREES, "{\"pendulum\":{}}", NULL, &limits);
+    CHECK_INT(reply.status, 413);
+    CHECK(strstr(reply.out.data, "max-body-bytes of 10"));
+    test_reply_free(&reply);
+}
+
+/* runs a call to its end with a clock; returns how many runs it took */
+static int run_timed(struct clock *clock, struct api_buffer *out) {
+    struct api_limits limits;
+    struct api_call *call;
+    struct api_request request = {.op = API_OP_TRAJECTORIES,
+                                  .content_type = "application/json",
+                                  .body = trajectory,
+                                  .body_bytes = strlen(trajectory)};
+    int runs = 0;
+    api_limits_init(&limits);
+    if (api_call_new(&call, &limits) != PEND_OK) return -1;
+    if (clock) api_call_clock(call, clock_now, clock);
+    enum api_progress progress = api_call_open(call, &request, out);
+    CHECK_INT(progress, API_MORE);
+    CHECK_INT((long long)out->bytes, 0);
+    for (; progress == API_MORE; runs++) progress = api_call_run(call, out);
+    CHECK_INT(api_call_answer(call).status, 200);
+    CHECK(api_call_steps(call) > 0);
+    CHECK_INT(api_call_run(call, out), API_DONE);
+    api_call_free(&call);
+    if (api_buffer_add(out, "", 1) != PEND_OK) return -1;
+    return runs;
+}
+
+TEST(a_clock_cuts_the_work_but_does_not_change_the_answer) {
+    struct api_buffer none, slow, fast;
+    struct clock slow_clock = {0, 1}, fast_clock = {0, 1e-9};
+    api_buffer_init(&none, 10000000);
+    api_buffer_init(&slow, 10000000);
+    api_buffer_init(&fast, 10000000);
+    int none_runs = run_timed(NULL, &none), slow_runs = run_timed(&slow_clock, &slow);
+    int fast_runs = run_timed(&fast_clock, &fast);
+    CHECK(slow_runs > 2 && none_runs == slow_runs);
+    CHECK_INT(fast_runs, 1);
+    CHECK(!strstr(none.data, "compute_seconds"));
+    char *slow_seconds = strstr(slow.data, ",\"compute_seconds\":"), *fast_seconds = strstr(fast.data, ",\"compute_s");
+    REQUIRE(slow_seconds && fast_seconds);
+    CHECK(atof(slow_seconds + 19) >= slow_runs && atof(fast_seconds + 19) < 1e-6);
+    *slow_seconds = *fast_seconds = 0;
+    CHECK_TEXT(slow.data, fast.data);
+    CHECK(!strncmp(none.data, slow.data, strlen(slow.data)));
+    api_buffer_clear(&none);
+    api_buffer_clear(&slow);
+    api_buffer_clear(&fast);
+}
+
+TEST(a_call_that_is_stopped_ends_as_a_problem_alone) {
+    for (int runs = 0; runs < 3; runs++) {
+        struct api_limits limits;
+        struct api_call *call;
+        struct api_buffer out;
+        struct api_request request = {.op = API_OP_TRAJECTORIES,
+                                      .content_type = "application/json",
+                                      .accept = "text/csv",
+                                      .body = trajectory,
+                                      .body_bytes = strlen(trajectory)};
+        api_limits_init(&limits);
+        api_buffer_init(&out, 10000000);
+        CHECK(!api_buffer_text(&out, "before|"));
+        REQUIRE(!api_call_new(&call, &limits));
+        if (runs) CHECK_INT(api_call_open(call, &request, &out), API_MORE);
+        if (runs > 1) CHECK_INT(api_call_run(call, &out), API_MORE);
+        if (runs > 1) CHECK(out.bytes > 100);
+        api_call_stop(call, 503, "the computation outran max-compute-seconds", &out);
+        CHECK_INT(api_call_answer(call).status, 503);
+        CHECK_TEXT(api_call_answer(call).media_type, "application/problem+json");
+        CHECK(!api_buffer_add(&out, "", 1));
+        CHECK(!strncmp(out.data, "before|{\"type\":", 15) && strstr(out.data, "outran max-compute-seconds"));
+        CHECK_INT(api_call_run(call, &out), API_DONE);
+        api_call_free(&call);
+        api_buffer_clear(&out);
+    }
+}
+
+/* requests that reach every part of the room */
+static const struct {
+    enum api_op_id op;
+    const char *body, *accept;
+} calls[] = {
+    {API_OP_TREES, "{" TREE "}", NULL},
+    {API_OP_TREES, "{\"pendulum\":{\"L\":[1,1],\"m\":[1,1],\"S\":[[1,0],[1,1]]}}", NULL},
+    {API_OP_TREES, "{\"pendulum\":{\"length\":[1,0],\"mass\":[1,\"x\"],\"parent\":[0,3]},\"more\":1}", NULL},
+    {API_OP_TRAJECTORIES, trajectory, NULL},
+    {API_OP_TRAJECTORIES, trajectory, "text/csv"},
+    {API_OP_TRAJECTORIES, "{" TREE ",\"times\":[0,0.1,0.2],\"method\":\"linear\"}", NULL},
+    {API_OP_TRAJECTORIES, "{" TREE ",\"times\":[0,0.1],\"method\":\"rk8pd\",\"digits\":3}", NULL},
+    {API_OP_FORCES, "{" TREE ",\"states\":[{},{\"theta\":[1,2]},{\"mode\":1,\"amplitude\":1}]}", NULL},
+    {API_OP_MODES, "{" TREE ",\"include\":[\"A\",\"M\",\"S\",\"B\"],\"initial\":{\"theta\":[1,2]}}", NULL},
+    {API_OP_PRESETS, NULL, NULL},
+    {API_OP_PRESET, NULL, NULL},
+};
+
+/* runs call i while the count-th allocation fails; returns the status, 0 where not even a call could be made. Only the
+ * call is under faults: whether its answer is whole is looked at afterwards. */
+static int run_with_fault(size_t i, long count, int for_good, struct api_buffer *out) {
+    struct api_limits limits;
+    struct api_call *call;
+    struct api_request request = {.op = calls[i].op,
+                                  .argument = "double",
+                                  .content_type = "application/json",
+                                  .accept = calls[i].accept,
+                                  .body = calls[i].body,
+                                  .body_bytes = calls[i].body ? strlen(calls[i].body) : 0};
+    int status = 0;
+    api_limits_init(&limits);
+    test_alloc_fail(count, for_good);
+    if (api_call_new(&call, &limits) == PEND_OK) {
+        enum api_progress progress = api_call_open(call, &request, out);
+        while (progress == API_MORE) progress = api_call_run(call, out);
+        status = api_call_answer(call).status;
+        api_call_free(&call);
+    }
+    test_alloc_faults_off();
+    return status;
+}
+
+TEST(whichever_allocation_fails_a_call_ends_cleanly) {
+    for (size_t i = 0; i < sizeof calls / sizeof *calls; i++)
+        for (int for_good = 0; for_good < 2; for_good++) {
+            struct api_buffer whole, out;
+            api_buffer_init(&whole, 10000000);
+            int usual = run_with_fault(i, 1000000000, 0, &whole), faults = 0;
+            for (long count = 1;; count++, faults++) {
+                api_buffer_init(&out, 10000000);
+                long before = test_alloc_count();
+                int status = run_with_fault(i, count, for_good, &out), reached = test_alloc_count() - before >= count;
+                int same = out.bytes == whole.bytes && status == usual && !memcmp(out.data, whole.data, out.bytes);
+                /* a fault is got round, or it is a 503, or it cost a refusal some of its words */
+                int clean = same || status == 503 || status == 0 || (usual == 422 && status == 422);
+                CHECK_SAYING(clean, "request %zu, allocation %ld: %d %.*s", i, count, status, (int)out.bytes, out.data);
+                int whole_problem = !out.bytes || (out.data[0] == '{' && out.data[out.bytes - 1] == '}');
+                CHECK(same || whole_problem);
+                api_buffer_clear(&out);
+                if (!reached) break;
+            }
+            CHECK_SAYING(faults >= 3, "request %zu met %d faults only", i, faults);
+            api_buffer_clear(&whole);
+        }
+}
+
+TEST(the_same_request_gives_the_same_bytes) {
+    for (size_t i = 0; i < sizeof calls / sizeof *calls; i++) {
+        struct api_buffer a, b;
+        api_buffer_init(&a, 10000000);
+        api_buffer_init(&b, 10000000);
+        CHECK_INT(run_with_fault(i, 1000000000, 0, &a), run_with_fault(i, 1000000000, 0, &b));
+        CHECK(a.bytes == b.bytes && !memcmp(a.data, b.data, a.bytes));
+        api_buffer_clear(&a);
+        api_buffer_clear(&b);
+    }
+}

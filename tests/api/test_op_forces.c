@@ -1,0 +1,139 @@
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/api/post.h"
+#include "tests/harness/test.h"
+
+#define THREE "\"pendulum\":{\"length\":[0.7,1,0.9],\"mass\":[2,1,3],\"parent\":[2,0,2]}"
+
+TEST(a_hanging_tree_at_rest_pulls_with_its_weight) {
+    struct test_reply reply = test_post(API_OP_FORCES, "{" THREE ",\"state\":{\"theta\":[0,0,0]}}");
+    static const double weight[] = {2, 6, 3};
+    CHECK_INT(reply.status, 200);
+    for (int k = 0; k < 3; k++) {
+        char pointer[60];
+        snprintf(pointer, sizeof pointer, "/lambda/%d", k);
+        CHECK(fabs(test_reply_number(&reply, pointer) + 9.81 * weight[k]) <= 1e-14 * 9.81 * weight[k]);
+        snprintf(pointer, sizeof pointer, "/phidd/%d", k);
+        CHECK(fabs(test_reply_number(&reply, pointer)) < 1e-14);
+    }
+    CHECK(test_reply_number(&reply, "/energy/kinetic") == 0);
+    CHECK(fabs(test_reply_number(&reply, "/energy/total") + 9.81 * (2 * 1.7 + 1 + 3 * 1.9)) < 1e-13);
+    test_reply_free(&reply);
+}
+
+TEST(a_single_arm_obeys_its_formula) {
+    double phi = -0.4, rate = 3, m = 1.5, l = 0.8, g = 1.62;
+    struct test_reply reply = test_post(
+        API_OP_FORCES, "{\"pendulum\":{\"L\":[0.8],\"m\":[1.5],\"S\":[[1]],\"gravity\":1.62},\"state\":{\"phi\":[-0.4],"
+                       "\"phid\":[3]}}");
+    double gap = fabs(test_reply_number(&reply, "/lambda/0") - (-m * l * rate * rate + g * m * sin(phi)));
+    gap = fmax(gap, fabs(test_reply_number(&reply, "/phidd/0") + g / l * cos(phi)));
+    double acc = test_reply_number(&reply, "/phidd/0");
+    gap = fmax(gap, fabs(test_reply_number(&reply, "/zdd/re/0") + l * (acc * sin(phi) + rate * rate * cos(phi))));
+    gap = fmax(gap, fabs(test_reply_number(&reply, "/zdd/im/0") - l * (acc * cos(phi) - rate * rate * sin(phi))));
+    gap = fmax(gap, fabs(test_reply_number(&reply, "/zd/im/0") - l * rate * cos(phi)));
+    CHECK_RESIDUAL(gap, 1e-14, "single arm");
+    test_reply_free(&reply);
+}
+
+TEST(newtons_law_holds_at_every_tip) {
+    struct test_reply reply =
+        test_post(API_OP_FORCES, "{" THREE ",\"state\":{\"phi\":[0.3,-1.2,2],\"phid\":[1,-2,0.5]}}");
+    /* arm 1: m z'' = lambda u - i g m */
+    double gap = fabs(2 * test_reply_number(&reply, "/zdd/re/0") - test_reply_number(&reply, "/lambda/0") * cos(0.3));
+    gap = fmax(gap, fabs(2 * test_reply_number(&reply, "/zdd/im/0") + 2 * 9.81 -
+                         test_reply_number(&reply, "/lambda/0") * sin(0.3)));
+    CHECK_RESIDUAL(gap, 1e-13, "m z'' = lambda u - i g m");
+    test_reply_free(&reply);
+}
+
+TEST(states_give_one_row_each_in_their_order) {
+    enum { STATES = 200 };
+    char *body = malloc(STATES * 60 + 200), *at = body;
+    at += sprintf(at, "{" THREE ",\"states\":[");
+    for (int i = 0; i < STATES; i++) at += sprintf(at, "%s{\"phi\":[%d,0.5,-1],\"phid\":[1,%d,0]}", i ? "," : "", i, i);
+    strcpy(at, "]}");
+    struct test_reply many = test_post(API_OP_FORCES, body);
+    CHECK_INT(many.status, 200);
+    CHECK_INT(test_reply_count(&many, "/phidd"), STATES);
+    CHECK_INT(test_reply_count(&many, "/energy/total"), STATES);
+    for (int i = 0; i < STATES; i += 37) {
+        char pointer[40];
+        snprintf(body, 300, "{" THREE ",\"state\":{\"phi\":[%d,0.5,-1],\"phid\":[1,%d,0]}}", i, i);
+        struct test_reply one = test_post(API_OP_FORCES, body);
+        for (int k = 0; k < 3; k++) {
+            snprintf(pointer, sizeof pointer, "/lambda/%d/%d", i, k);
+            double row = test_reply_number(&many, pointer);
+            snprintf(pointer, sizeof pointer, "/lambda/%d", k);
+            CHECK(row == test_reply_number(&one, pointer));
+        }
+        test_reply_free(&one);
+    }
+    test_reply_free(&many);
+    free(body);
+}
+
+TEST(states_in_modes_stand_beside_states_by_angles) {
+    struct test_reply reply = test_post(
+        API_OP_FORCES,
+        "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"states\":[{\"theta\":[0.01,0.0141421356]},"
+        "{\"mode\":1,\"amplitude\":0.0141421356},{}]}");
+    CHECK_INT(reply.status, 200);
+    CHECK(fabs(test_reply_number(&reply, "/phidd/0/0") - test_reply_number(&reply, "/phidd/1/0")) < 1e-8);
+    CHECK(fabs(test_reply_number(&reply, "/phidd/1/0")) > 1e-3);
+    CHECK(test_reply_number(&reply, "/z/re/2/1") == 2);
+    test_reply_free(&reply);
+}
+
+TEST(forces_as_csv_have_a_line_a_state) {
+    struct test_reply reply = test_post_as(
+        API_OP_FORCES, "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]},\"states\":[{},{\"phi\":[1]}],\"digits\":3}",
+        "text/csv", NULL);
+    CHECK_TEXT(reply.out.data, "phidd_1,lambda_1,z_re_1,z_im_1,zd_re_1,zd_im_1,zdd_re_1,zdd_im_1,energy_kinetic,"
+                               "energy_potential,energy_total\n"
+                               "-9.81,0,1,0,-0.0,0,0,-9.81,0,0,0\n"
+                               "-5.3,8.25,0.54,0.841,-0.0,0,4.46,-2.86,0,8.25,8.25\n");
+    test_reply_free(&reply);
+}
+
+TEST(faults_of_states_have_their_pointers) {
+    static const struct {
+        const char *body, *pointer, *piece;
+    } bad[] = {
+        {"{" THREE ",\"state\":{},\"states\":[{}]}", "/state", "give one of the two"},
+        {"{" THREE ",\"states\":[]}", "/states", "must be an array of at least one state"},
+        {"{" THREE ",\"states\":{}}", "/states", "must be an array of at least one state"},
+        {"{" THREE ",\"states\":[{},{\"phi\":[1,2]}]}", "/states/1/phi",
+         "must have 3 numbers, one for each arm, got 2"},
+        {"{" THREE ",\"states\":[{},7]}", "/states/1", "must be an object, got 7"},
+        {"{" THREE ",\"initial\":{}}", "/initial", "not a known field"},
+        {"{" THREE ",\"digits\":\"all\"}", "/digits", "must be a whole number from 1 to 17, got the text \"all\""},
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+        CHECK_REFUSED(API_OP_FORCES, bad[i].body, bad[i].pointer, bad[i].piece);
+}
+
+TEST(too_many_states_are_refused_by_the_limits_name) {
+    struct api_limits limits;
+    api_limits_init(&limits);
+    limits.samples = 1;
+    struct test_reply reply = test_post_as(API_OP_FORCES, "{" THREE ",\"states\":[{},{}]}", NULL, &limits);
+    CHECK(test_reply_has_fault(&reply, "/states", "has 2 states, more than the limit max-samples of 1"));
+    test_reply_free(&reply);
+    limits.samples = 10;
+    limits.answer_bytes = 500;
+    reply = test_post_as(API_OP_FORCES, "{" THREE ",\"states\":[{},{}]}", NULL, &limits);
+    CHECK(test_reply_has_fault(&reply, "", "more than the limit max-answer-bytes of 500"));
+    test_reply_free(&reply);
+}
+
+TEST(forces_that_overflow_end_as_a_problem_with_their_place) {
+    struct test_reply reply =
+        test_post(API_OP_FORCES, "{" THREE ",\"states\":[{},{\"phi\":[0,0,0],\"phid\":[0,0,1e200]}]}");
+    CHECK_INT(reply.status, 422);
+    CHECK(strstr(test_reply_text(&reply, "/detail"), "in row 2 is beyond the numbers that a double holds"));
+    test_reply_free(&reply);
+}

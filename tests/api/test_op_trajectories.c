@@ -1,0 +1,183 @@
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/api/post.h"
+#include "tests/harness/runs.h"
+#include "tests/harness/test.h"
+
+#define PAPER "\"pendulum\":{\"L\":[2,1.5,0.75,1.25],\"m\":[1,1,1,0.1],\"S\":[[1,0,0,0],[1,1,0,0],[1,1,1,0],[1,1,0,1]]}"
+#define TIMES "\"times\":{\"start\":0,\"stop\":5,\"step\":0.01}"
+
+static const char example[] = "{" PAPER "," TIMES ",\"method\":\"taylor\",\"rtol\":1e-12}";
+
+static double at(const struct test_reply *reply, const char *name, int i, int k) {
+    char pointer[60];
+    snprintf(pointer, sizeof pointer, "/%s/%d/%d", name, i, k);
+    return test_reply_number(reply, pointer);
+}
+
+TEST(the_papers_example_agrees_with_the_reference) {
+    struct test_paper_row row[TEST_PAPER_ROWS];
+    REQUIRE(test_paper_read(row));
+    struct test_reply reply = test_post(API_OP_TRAJECTORIES, example);
+    CHECK_INT(reply.status, 200);
+    CHECK_INT(test_reply_count(&reply, "/t"), 501);
+    double phi = 0, rate = 0, force = 0;
+    for (int i = 0; i < TEST_PAPER_ROWS; i++) {
+        char pointer[60];
+        snprintf(pointer, sizeof pointer, "/t/%d", 10 * i);
+        CHECK(test_reply_number(&reply, pointer) == row[i].t);
+        for (int k = 0; k < 4; k++) {
+            phi = fmax(phi, fabs(at(&reply, "phi", 10 * i, k) - row[i].phi[k]));
+            rate = fmax(rate, fabs(at(&reply, "phid", 10 * i, k) - row[i].rate[k]));
+            force = fmax(force, fabs(at(&reply, "lambda", 10 * i, k) - row[i].force[k]));
+        }
+    }
+    CHECK_RESIDUAL(phi, 1e-9, "phi of the paper's example");
+    CHECK_RESIDUAL(rate, 1e-9, "phi' of the paper's example");
+    CHECK_RESIDUAL(force, 1e-9, "lambda of the paper's example");
+    CHECK(test_reply_number(&reply, "/stats/steps") > 10 && reply.steps > 10);
+    CHECK(test_reply_number(&reply, "/stats/energy_drift") < 1e-12);
+    test_reply_free(&reply);
+}
+
+TEST(csv_has_the_digits_of_json) {
+    static const char *const bodies[] = {example, "{" PAPER "," TIMES ",\"digits\":5,\"output\":[\"phi\",\"z\"]}"};
+    static const int columns[] = {13, 13};
+    for (int b = 0; b < 2; b++) {
+        struct test_reply json = test_post(API_OP_TRAJECTORIES, bodies[b]);
+        struct test_reply csv = test_post_as(API_OP_TRAJECTORIES, bodies[b], "text/csv", NULL);
+        CHECK_INT(csv.status, 200);
+        CHECK_TEXT(csv.media_type, "text/csv; charset=utf-8; header=present");
+        static const char *const names[2][3] = {{"phi", "phid", "lambda"}, {"phi", "z/re", "z/im"}};
+        char *line = strchr(csv.out.data, '\n') + 1;
+        int rows = 0;
+        for (; *line; rows++) {
+            double number[13] = {0};
+            int count = 0;
+            do number[count++] = strtod(line, &line);
+            while (*line++ == ',' && count < 13);
+            if (!CHECK_INT(count, columns[b])) break;
+            char pointer[60];
+            snprintf(pointer, sizeof pointer, "/t/%d", rows);
+            int same = number[0] == test_reply_number(&json, pointer);
+            for (int k = 0; k < 12; k++) same &= number[k + 1] == at(&json, names[b][k / 4], rows, k % 4);
+            if (!CHECK_SAYING(same, "row %d differs", rows)) break;
+        }
+        CHECK_INT(rows, 501);
+        test_reply_free(&json);
+        test_reply_free(&csv);
+    }
+}
+
+/* the longest run of digits, dots left out, that a text holds after its first '[' */
+static int longest_mantissa(const char *text) {
+    int longest = 0, digits = 0, exponent = 0;
+    for (const char *p = strchr(text, '['); *p; p++) {
+        if (*p == 'e') exponent = 1;
+        if (strchr(",[]{}:", *p)) digits = exponent = 0;
+        if (*p >= '0' && *p <= '9' && !exponent && (digits || *p != '0')) digits++;
+        if (digits > longest) longest = digits;
+    }
+    return longest;
+}
+
+TEST(digits_are_significant_digits) {
+    for (int digits = 1; digits <= 17; digits += 4) {
+        char body[400];
+        snprintf(body, sizeof body, "{" PAPER ",\"times\":[0,0.5,1],\"output\":[\"phi\"],\"digits\":%d}", digits);
+        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        char *stats = strstr(reply.out.data, "\"stats\"");
+        REQUIRE(stats);
+        *stats = 0;
+        CHECK_INT(longest_mantissa(reply.out.data), digits < 16 ? digits : longest_mantissa(reply.out.data));
+        CHECK(longest_mantissa(reply.out.data) <= digits);
+        *stats = '"';
+        test_reply_free(&reply);
+    }
+    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0],\"digits\":0}", "/digits",
+                  "must be a whole number from 1 to 17, got 0");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0],\"digits\":18}", "/digits", "got 18");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0],\"digits\":6.5}", "/digits", "got 6.5");
+}
+
+TEST(backwards_in_time_leads_back) {
+    struct test_reply there = test_post(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0,1],\"digits\":17}");
+    char body[800];
+    snprintf(body, sizeof body,
+             "{" PAPER ",\"initial\":{\"phi\":[%.17g,%.17g,%.17g,%.17g],\"phid\":[%.17g,%.17g,%.17g,%.17g]},"
+             "\"times\":{\"start\":1,\"stop\":0,\"step\":0.5}}",
+             at(&there, "phi", 1, 0), at(&there, "phi", 1, 1), at(&there, "phi", 1, 2), at(&there, "phi", 1, 3),
+             at(&there, "phid", 1, 0), at(&there, "phid", 1, 1), at(&there, "phid", 1, 2), at(&there, "phid", 1, 3));
+    struct test_reply back = test_post(API_OP_TRAJECTORIES, body);
+    double gap = 0;
+    CHECK(test_reply_number(&back, "/t/1") == 0.5);
+    for (int k = 0; k < 4; k++) gap = fmax(gap, fabs(at(&back, "phi", 2, k)) + fabs(at(&back, "phid", 2, k)));
+    CHECK_RESIDUAL(gap, 1e-11, "there and back");
+    CHECK(fabs(at(&there, "phi", 1, 0)) > 1);
+    test_reply_free(&there);
+    test_reply_free(&back);
+}
+
+TEST(an_answer_beyond_the_limit_is_refused_before_it_is_computed) {
+    struct api_limits limits;
+    api_limits_init(&limits);
+    limits.answer_bytes = 100000;
+    struct test_reply reply = test_post_as(API_OP_TRAJECTORIES, example, NULL, &limits);
+    CHECK_INT(reply.status, 422);
+    CHECK_INT(reply.runs, 0);
+    CHECK(test_reply_has_fault(&reply, "/times", "asks for 501 rows of 13 numbers, up to"));
+    CHECK(test_reply_has_fault(&reply, "/times", "more than the limit max-answer-bytes of 100000"));
+    test_reply_free(&reply);
+    reply = test_post_as(API_OP_TRAJECTORIES, "{" PAPER "," TIMES ",\"digits\":5,\"output\":[\"phi\"]}", NULL, &limits);
+    CHECK_INT(reply.status, 200);
+    test_reply_free(&reply);
+}
+
+TEST(a_run_beyond_the_step_limit_ends_as_a_problem) {
+    struct api_limits limits;
+    api_limits_init(&limits);
+    limits.steps = 20;
+    struct test_reply reply = test_post_as(API_OP_TRAJECTORIES, example, "text/csv", &limits);
+    CHECK_INT(reply.status, 422);
+    CHECK_TEXT(reply.media_type, "application/problem+json");
+    CHECK(strstr(reply.out.data, "20 steps"));
+    test_reply_free(&reply);
+}
+
+TEST(numbers_that_overflow_end_as_a_problem) {
+    static const char *const bodies[] = {
+        "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]},\"initial\":{\"phi\":[0],\"phid\":[1e200]},\"times\":[0,1]}",
+        "{\"pendulum\":{\"L\":[1e200],\"m\":[1e200],\"S\":[[1]]},\"times\":[0,1],\"output\":[\"energy\"]}",
+    };
+    for (int i = 0; i < 2; i++) {
+        struct test_reply reply = test_post(API_OP_TRAJECTORIES, bodies[i]);
+        CHECK_SAYING(reply.status == 422, "%d %.300s", reply.status, reply.out.data);
+        CHECK(!strstr(reply.out.data, "nan") && !strstr(reply.out.data, "inf"));
+        test_reply_free(&reply);
+    }
+}
+
+TEST(what_is_still_to_come_is_refused_by_name) {
+    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0],\"events\":[]}", "/events", "is not served yet");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0],\"trust\":true}", "/trust", "is not served yet");
+}
+
+TEST(all_faults_of_a_request_are_told_at_once) {
+    struct test_reply reply = test_post(
+        API_OP_TRAJECTORIES,
+        "{\"pendulum\":{\"length\":[1,-1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"phi\":[1,2,3]},"
+        "\"times\":{\"start\":0,\"step\":0},\"method\":\"runge\",\"rtol\":\"small\",\"output\":[\"psi\"],\"digits\":99,"
+        "\"precision\":\"quad\",\"meta\":{}}");
+    static const char *const pointers[] = {
+        "/pendulum/length/1", "/initial/phi", "/times/stop", "/times/step", "/method", "/rtol",
+        "/output/0",          "/digits",      "/precision",  "/meta"};
+    CHECK_INT(reply.status, 422);
+    for (size_t i = 0; i < sizeof pointers / sizeof *pointers; i++)
+        CHECK_SAYING(test_reply_has_fault(&reply, pointers[i], ""), "no fault at %s: %s", pointers[i], reply.out.data);
+    CHECK_INT(test_reply_faults(&reply), 10);
+    CHECK_TEXT(test_reply_text(&reply, "/detail"), "10 faults in the request: see errors");
+    test_reply_free(&reply);
+}

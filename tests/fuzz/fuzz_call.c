@@ -1,0 +1,304 @@
+/* Whole requests under bodies that nobody would send: libFuzzer's entry, and tests that replay files and make mutations
+ * of good requests from a seed. libFuzzer: clang -fsanitize=fuzzer,address -DFUZZER, with api and core. Leaves to
+ * others: the grammar of JSON (fuzz_json). Invariant: every call ends, with an answer or a problem of a known status,
+ * and what it says is JSON (or CSV of even lines) again. */
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/call.h"
+#include "api/json_in.h"
+#ifndef FUZZER
+#include "tests/harness/test.h"
+#endif
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes);
+
+enum { ROOM = 1 << 14, RUN_CAP = 100000 };
+
+/* small limits, so that whatever is asked for is soon done or refused */
+static struct api_limits fuzz_limits(void) {
+    struct api_limits limits;
+    api_limits_init(&limits);
+    limits.arms = 40;
+    limits.samples = 200;
+    limits.answer_bytes = 1 << 17;
+    limits.steps = 300;
+    limits.matrix_arms = 20;
+    limits.mode_arms = 20;
+    return limits;
+}
+
+/* every line has as many commas as the header */
+static int csv_is_even(const char *text, size_t bytes) {
+    long first = -1, commas = 0;
+    for (size_t i = 0; i < bytes; i++) {
+        commas += text[i] == ',';
+        if (text[i] != '\n') continue;
+        if (first < 0) first = commas;
+        if (commas != first) return 0;
+        commas = 0;
+    }
+    return bytes > 0 && text[bytes - 1] == '\n';
+}
+
+static int status_is_known(int status) {
+    static const int known[] = {200, 400, 404, 413, 422, 503};
+    for (size_t i = 0; i < sizeof known / sizeof *known; i++)
+        if (status == known[i]) return 1;
+    return 0;
+}
+
+/* what is wrong with an answer, or NULL */
+static const char *answer_complaint(struct api_answer answer, const struct api_buffer *out) {
+    struct api_json *document = NULL;
+    struct api_problem problem;
+    if (!status_is_known(answer.status)) return "a status that nobody knows";
+    if (answer.status == 503) return "it ran out of something";
+    if ((answer.status == 200) != !strstr(answer.media_type, "problem")) return "status and media type disagree";
+    if (strstr(answer.media_type, "csv")) return csv_is_even(out->data, out->bytes) ? NULL : "uneven lines of CSV";
+    api_problem_init(&problem);
+    enum pend_status status = api_json_new(&document, out->data, out->bytes, 64, &problem);
+    api_json_free(&document);
+    api_problem_clear(&problem);
+    return status == PEND_OK ? NULL : "an answer that is no JSON";
+}
+
+/* runs one request; the first byte says which and in what form, the rest is the body. *status is told where it is not
+ * NULL. Returns what is wrong, or NULL. */
+static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
+    static const enum api_op_id ops[] = {API_OP_TRAJECTORIES, API_OP_FORCES, API_OP_MODES, API_OP_TREES};
+    struct api_limits limits = fuzz_limits();
+    struct api_call *call = NULL;
+    struct api_buffer out;
+    const char *fault = NULL;
+    int runs = 0;
+    struct api_request request = {.op = ops[bytes ? data[0] % 4 : 0],
+                                  .content_type = "application/json",
+                                  .accept = bytes && data[0] & 4 ? "text/csv, */*;q=0.1" : NULL,
+                                  .body = bytes ? (const char *)data + 1 : "",
+                                  .body_bytes = bytes ? bytes - 1 : 0};
+    api_buffer_init(&out, (size_t)limits.answer_bytes);
+    if (api_call_new(&call, &limits) != PEND_OK) return "no memory for a call";
+    enum api_progress progress = api_call_open(call, &request, &out);
+    while (progress == API_MORE && runs++ < RUN_CAP) progress = api_call_run(call, &out);
+    if (progress == API_MORE)
+        fault = "it does not end";
+    else
+        fault = answer_complaint(api_call_answer(call), &out);
+    if (status) *status = api_call_answer(call).status;
+    api_call_free(&call);
+    api_buffer_clear(&out);
+    return fault;
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes) {
+    const char *fault = complaint(data, bytes, NULL);
+    if (!fault) return 0;
+    fprintf(stderr, "%s: %.*s\n", fault, (int)bytes, (const char *)data);
+    abort();
+}
+
+#ifndef FUZZER
+
+#define ARMS                                                                                                           \
+    "\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":2.0,\"mass\":1.0},{\"name\":\"b\",\"parent\":\"a\","           \
+    "\"length\":"                                                                                                      \
+    "1.5,\"mass\":1e-1}],\"gravity\":9.81}"
+#define LISTS "\"pendulum\":{\"length\":[2,1.5,0.75,1.25],\"mass\":[1,1,1,0.1],\"parent\":[0,1,2,2]}"
+#define PAPER "\"pendulum\":{\"L\":[2,1.5,0.75],\"m\":[1,1,1],\"S\":[[1,0,0],[1,1,0],[1,1,1]]}"
+
+/* good requests, the first character for the operation and the form */
+static const char *const seeds[] = {
+    "0{" ARMS ",\"initial\":{\"theta\":[0.1,-0.2],\"thetad\":[1,0],\"unit\":\"deg\"},\"times\":[0,0.5,1],\"method\":"
+    "\"rkf45\",\"rtol\":1e-6,\"atol\":1e-9}",
+    "4{" LISTS
+    ",\"times\":{\"start\":0,\"stop\":1,\"step\":0.1},\"output\":[\"phi\",\"phid\",\"phidd\",\"theta\",\"z\","
+    "\"zd\",\"lambda\",\"energy\"],\"digits\":6,\"precision\":\"double\"}",
+    "0{" PAPER ",\"initial\":{\"mode\":2,\"amplitude\":0.1},\"times\":{\"start\":1,\"stop\":-1,\"count\":9},\"method\":"
+    "\"linear\"}",
+    "0{" ARMS ",\"times\":{\"stop\":2,\"count\":50},\"method\":\"ode23\"}",
+    "0{" PAPER ",\"times\":{\"stop\":0.5,\"count\":5},\"method\":\"msadams\"}",
+    "1{" LISTS ",\"state\":{\"phi\":[1,2,3,4],\"phid\":[0.1,0.2,0.3,0.4]}}",
+    "5{" PAPER ",\"states\":[{},{\"phi\":[1,2,3]},{\"mode\":1,\"amplitude\":3,\"unit\":\"deg\"}],\"digits\":3}",
+    "2{" LISTS ",\"select\":{\"slowest\":2},\"vectors\":true,\"normalize\":\"mass\",\"include\":[\"A\",\"M\",\"S\","
+    "\"B\"],\"initial\":{\"phi\":[0,0,0,0]}}",
+    "2{" ARMS ",\"select\":{\"from\":0,\"to\":9},\"vectors\":false}",
+    "3{" ARMS "}",
+    "3{" PAPER "}",
+};
+
+enum { SEEDS = sizeof seeds / sizeof *seeds };
+
+/* what takes the place of a number, a text or a whole value */
+static const char *const values[] = {
+    "0",
+    "-0.0",
+    "1",
+    "2",
+    "3",
+    "4",
+    "5",
+    "-1",
+    "0.5",
+    "1e-300",
+    "1e300",
+    "1e-9",
+    "1e9",
+    "1e16",
+    "17",
+    "18",
+    "null",
+    "true",
+    "[]",
+    "{}",
+    "\"\"",
+    "\"a\"",
+    "\"b\"",
+    "[1]",
+    "[[1]]",
+    "4e-324",
+    "1.7976931348623157e308",
+    "9007199254740993",
+    "[1,2]",
+    "[1,2,3]",
+    "{\"phi\":[1]}",
+    "\"all\"",
+    "\"taylor\"",
+    "\"linear\"",
+    "\"energy\"",
+    "{\"slowest\":1}",
+    "-1e18",
+    "[0,0,0,0]",
+    "[3,0,1,1]",
+    "2147483648",
+    "\"\\u0001\xc3\xa9\"",
+};
+
+static const char *const names[] = {
+    "pendulum",  "arms",      "name",    "parent",    "length", "mass",    "L",       "m",      "S",
+    "gravity",   "initial",   "state",   "states",    "phi",    "phid",    "theta",   "thetad", "mode",
+    "amplitude", "unit",      "times",   "start",     "stop",   "step",    "count",   "method", "rtol",
+    "atol",      "output",    "digits",  "precision", "select", "slowest", "fastest", "from",   "to",
+    "vectors",   "normalize", "include", "events",    "typo",
+};
+
+enum { VALUES = sizeof values / sizeof *values, NAMES = sizeof names / sizeof *names };
+
+/* puts a piece in the place of `old` bytes; a text that would grow too large stays as it is */
+static size_t replace(char *text, size_t bytes, size_t at, size_t old, const char *piece) {
+    size_t length = strlen(piece);
+    if (bytes - old + length > ROOM) return bytes;
+    memmove(text + at + length, text + at + old, bytes - at - old);
+    memcpy(text + at, piece, length);
+    return bytes - old + length;
+}
+
+/* the bytes of the value that begins at `at`: a number, a word, a text, or brackets with what is in them */
+static size_t value_bytes(const char *text, size_t bytes, size_t at) {
+    size_t i = at;
+    int depth = 0, quoted = 0;
+    do {
+        if (text[i] == '"') quoted = !quoted;
+        if (!quoted && strchr("[{", text[i])) depth++;
+        if (!quoted && strchr("]}", text[i])) depth--;
+        i++;
+    } while (i < bytes && (depth > 0 || quoted || !strchr(",]}:", text[i])));
+    return i - at;
+}
+
+/* a place where a value begins, or 0 */
+static size_t value_place(const char *text, size_t bytes, unsigned long long *state) {
+    for (int tries = 0; tries < 50; tries++) {
+        size_t at = 1 + (size_t)test_random_int(state, (int)bytes - 1);
+        if (strchr(":[,", text[at - 1]) && !strchr("]}", text[at])) return at;
+    }
+    return 0;
+}
+
+/* takes an item or a member out, with one of the commas beside it */
+static size_t lose(char *text, size_t bytes, size_t at, size_t length) {
+    if (text[at + length] == ':') length += 1 + value_bytes(text, bytes, at + length + 1);
+    if (text[at + length] == ',')
+        length++;
+    else if (text[at - 1] == ',')
+        at--, length++;
+    return text[at - 1] == ':' ? bytes : replace(text, bytes, at, length, "");
+}
+
+static size_t mutate(char *text, size_t bytes, unsigned long long *state) {
+    static char copy[ROOM + 2];
+    char member[80];
+    size_t at = bytes > 2 ? value_place(text, bytes - 1, state) : 0;
+    if (!at) return bytes;
+    size_t length = value_bytes(text, bytes, at);
+    int key = text[at + length] == ':', way = test_random_int(state, 24);
+    const char *name = names[test_random_int(state, NAMES)], *value = values[test_random_int(state, VALUES)];
+    if (way == 0) return replace(text, bytes, at, (size_t)test_random_int(state, 2), value); /* hardly JSON any more */
+    if (way < 3) return lose(text, bytes, at, length);
+    snprintf(member, sizeof member, "\"%s\":%s,", name, value);
+    if (way < 5) return replace(text, bytes, 2, 0, member);
+    snprintf(member, sizeof member, "\"%s\"", name);
+    if (key) return replace(text, bytes, at, length, member);
+    if (way < 14) return replace(text, bytes, at, length, value);
+    memcpy(copy, text + at, length);
+    copy[length] = 0;
+    if (way < 20 || text[at - 1] == ':') { /* the value is copied to the place of another */
+        at = value_place(text, bytes - 1, state);
+        length = value_bytes(text, bytes, at);
+        return at && text[at + length] != ':' ? replace(text, bytes, at, length, copy) : bytes;
+    }
+    memcpy(copy + length, ",", 2);
+    return replace(text, bytes, at, 0, copy); /* one more item of the same kind */
+}
+
+static int sound(const char *text, size_t bytes, int *status) {
+    const char *fault = complaint((const uint8_t *)text, bytes, status);
+    return CHECK_SAYING(!fault, "%s: %.*s", fault, (int)bytes, text);
+}
+
+TEST(fuzz_call_answers_the_seeds) {
+    for (int i = 0; i < SEEDS; i++) {
+        int status = 0;
+        sound(seeds[i], strlen(seeds[i]), &status);
+        CHECK_SAYING(status == 200, "%s gets %d", seeds[i], status);
+    }
+}
+
+/* FUZZ_RUNS (20000) mutations from FUZZ_SEED (1) */
+TEST(fuzz_call_survives_mutations) {
+    static char text[ROOM];
+    const char *runs_text = getenv("FUZZ_RUNS"), *seed_text = getenv("FUZZ_SEED");
+    long runs = runs_text ? atol(runs_text) : 20000, answered = 0, refused = 0;
+    unsigned long long state = seed_text ? strtoull(seed_text, NULL, 10) : 1;
+    for (long i = 0; i < runs; i++) {
+        const char *seed = seeds[test_random_int(&state, SEEDS)];
+        size_t bytes = strlen(seed);
+        int status = 0;
+        memcpy(text, seed, bytes);
+        for (int times = test_random_int(&state, 4); times >= 0; times--) bytes = mutate(text, bytes, &state);
+        if (!sound(text, bytes, &status)) return;
+        answered += status == 200;
+        refused += status == 422;
+    }
+    CHECK_SAYING(answered > runs / 50 && refused > runs / 4, "of %ld %ld were answered, %ld refused", runs, answered,
+                 refused);
+}
+
+/* FUZZ_FILES: names of files with inputs that once failed, separated by spaces */
+TEST(fuzz_call_files_are_replayed) {
+    static char text[ROOM];
+    char *files = strdup(getenv("FUZZ_FILES") ? getenv("FUZZ_FILES") : ""), *rest = files;
+    if (!*files) test_skip("FUZZ_FILES names no files");
+    for (char *name = strtok_r(files, " ", &rest); name; name = strtok_r(NULL, " ", &rest)) {
+        FILE *file = fopen(name, "rb");
+        if (!CHECK_SAYING(file != NULL, "cannot open %s", name)) continue;
+        sound(text, fread(text, 1, sizeof text, file), NULL);
+        fclose(file);
+    }
+    free(files);
+}
+
+#endif
