@@ -5,8 +5,6 @@
 
 #include <gsl/gsl_eigen.h>
 
-#include "core/modes_store.h"
-
 /* Memory of GSL's own objects comes from one block: workspaces are built by hand, since gsl_*_alloc calls the program's
  * error handler when memory is short. */
 struct gsl_room {

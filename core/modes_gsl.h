@@ -4,7 +4,7 @@
 #ifndef PEND_MODES_GSL_H
 #define PEND_MODES_GSL_H
 
-#include "core/modes.h"
+#include "core/modes_store.h"
 
 /**
  * All modes of a tree from its mass matrix. Parameters and result as pend_modes_new.
