@@ -6,7 +6,8 @@
 
 #include "core/jets_system.h"
 
-/* Sums of two doubles a value, as phi and phi' are carried from step to step; n values each, padded to 8. */
+/* Sums of two doubles a value, as phi and phi' are carried from step to step; n values each,
+ * padded with zeros to a multiple of 8: whole vectors of arms are read. */
 struct jets_state {
     double *phi, *phi_low, *rate, *rate_low;
 };

@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "core/dynamics.h"
 #include "tests/harness/test.h"
@@ -23,16 +24,15 @@ struct scene {
 
 static int scene_open(struct scene *s, int n, const int parent[], double decades, unsigned long long *seed) {
     double len[ARMS_MAX], mass[ARMS_MAX];
+    memset(s, 0, sizeof *s);
     for (int k = 0; k < n; k++) {
         len[k] = 0.5 + test_random(seed);
         mass[k] = pow(10, decades * (2 * test_random(seed) - 1));
         s->phi[k] = 6.3 * test_random(seed);
-        s->low[k] = 0;
         s->rate[k] = 4 * test_random(seed) - 2;
     }
     s->gravity = 9.81;
     s->state = (struct jets_state){s->phi, s->low, s->rate, s->low};
-    s->block = s->work = NULL;
     if (pend_tree_new(&s->tree, n, len, mass, parent, NULL) != PEND_OK) return 0;
     s->block = aligned_alloc(64, pend_jets_bytes(n, ORDER));
     s->work = aligned_alloc(64, (pend_dynamics_work_bytes(n) + 63) / 64 * 64);
