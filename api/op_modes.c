@@ -14,7 +14,6 @@
 #include "core/reference.h"
 
 static const double pi = 3.14159265358979323846;
-
 static const char *const fields[] = {"pendulum", "select",  "vectors", "normalize",
                                      "include",  "initial", "digits",  NULL};
 
@@ -197,7 +196,7 @@ static enum pend_status modes_compute(struct modes *modes, struct pend_error *er
     modes_choose(modes);
     if (!modes->start) return PEND_OK;
     PEND_TRY(api_states_settle(modes->start, tree, error));
-    for (size_t k = 0; k < n; k++) modes->start->phi[k] += pi / 2;
+    for (size_t k = 0; k < n; k++) modes->start->phi[k] = pend_modes_theta(modes->start->phi[k]);
     return pend_modes_decompose(modes->found, tree->tree, modes->start->phi, modes->start->rate, modes->scratch + n,
                                 modes->scratch + 2 * n);
 }

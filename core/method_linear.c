@@ -8,13 +8,12 @@
 #include "core/method.h"
 #include "core/modes.h"
 
-static const double linear_quarter = 1.57079632679489661923; /* theta = phi + pi/2 */
-
 struct linear {
     struct pend_modes *modes;
     struct pend_stepper_counts counts;
     int n;
     double *phase;      /* rad, one a mode */
+    double *rest;       /* rad, the hanging position nearest to the start: phi = rest + theta */
     double *phi, *rate; /* the start */
 };
 
@@ -34,7 +33,10 @@ static enum pend_status linear_start(struct linear *linear, const struct pend_pr
     memcpy(linear->phi, problem->phi, n * sizeof(double));
     memcpy(linear->rate, problem->rate, n * sizeof(double));
     PEND_TRY(pend_modes_new(&linear->modes, tree, problem->gravity, 1, error));
-    for (size_t k = 0; k < n; k++) theta[k] = linear->phi[k] + linear_quarter;
+    for (size_t k = 0; k < n; k++) {
+        theta[k] = pend_modes_theta(linear->phi[k]);
+        linear->rest[k] = linear->phi[k] - theta[k];
+    }
     if (pend_modes_decompose(linear->modes, tree, theta, linear->rate, amplitude, linear->phase) != PEND_OK)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %d arms", tree->n);
     for (size_t i = 0; i < n * n; i++) linear->modes->vector[i] *= amplitude[i / n];
@@ -43,12 +45,12 @@ static enum pend_status linear_start(struct linear *linear, const struct pend_pr
 
 static enum pend_status linear_open(void **stepper, const struct pend_problem *problem, struct pend_error *error) {
     size_t n = (size_t)problem->tree->n;
-    struct linear *linear = malloc(sizeof *linear + 5 * n * sizeof(double));
+    struct linear *linear = malloc(sizeof *linear + 6 * n * sizeof(double));
     *stepper = linear;
     if (!linear) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %d arms", (int)n);
     double *data = (double *)(linear + 1);
-    *linear = (struct linear){.n = (int)n, .phase = data, .phi = data + n, .rate = data + 2 * n};
-    enum pend_status status = linear_start(linear, problem, data + 3 * n, error);
+    *linear = (struct linear){.n = (int)n, .phase = data, .phi = data + n, .rate = data + 2 * n, .rest = data + 3 * n};
+    enum pend_status status = linear_start(linear, problem, data + 4 * n, error);
     if (status != PEND_OK) linear_close(stepper);
     return status;
 }
@@ -76,7 +78,7 @@ static void linear_sum(const struct linear *linear, double t, double phi[], doub
         for (int k = 0; k < n; k++) rate[k] += odd * vector[k];
         for (int k = 0; acc && k < n; k++) acc[k] += bend * vector[k];
     }
-    for (int k = 0; k < n; k++) phi[k] -= linear_quarter;
+    for (int k = 0; k < n; k++) phi[k] += linear->rest[k];
 }
 
 static void linear_at(void *stepper, const double t[], int count, const struct pend_points *points) {

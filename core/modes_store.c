@@ -159,6 +159,11 @@ void pend_modes_normalize(struct pend_modes *modes, const struct pend_tree *tree
     for (int k = 0; modes->vector && k < modes->count; k++) store_normalize(modes, tree, k, rule);
 }
 
+double pend_modes_theta(double phi) {
+    const double quarter = 1.57079632679489661923;
+    return remainder(phi + quarter, 4 * quarter);
+}
+
 enum pend_status pend_modes_decompose(const struct pend_modes *modes, const struct pend_tree *tree,
                                       const double theta[], const double rate[], double amplitude[], double phase[]) {
     int n = modes->n;

@@ -75,6 +75,12 @@ void pend_modes_free(struct pend_modes **modes);
 void pend_modes_normalize(struct pend_modes *modes, const struct pend_tree *tree, enum pend_normalize rule);
 
 /**
+ * The angle from the nearest hanging position, rad in [-pi, pi], of an angle phi from the positive real axis: whole
+ * turns taken off, since an arm that hangs after a turn hangs. O(1).
+ */
+double pend_modes_theta(double phi);
+
+/**
  * Amplitude and phase of every mode in a start: theta(t) = sum_k amplitude_k vector_k cos(omega_k t + phase_k). All
  * modes must swing (growing = 0).
  *

@@ -121,6 +121,28 @@ TEST(linear_forces_follow_from_its_motion) {
     test_tree_clear(&t);
 }
 
+/* an arm that was turned whole turns hangs as before */
+TEST(linear_swings_about_the_nearest_hanging_position) {
+    enum { ARMS = 4 };
+    struct test_tree t;
+    struct test_record plain, turned;
+    swing_init(&t, ARMS, 0.2, 11);
+    struct pend_problem problem = swing_problem(&t, 1, 11);
+    test_record(&plain, "linear", &problem);
+    for (int k = 0; k < ARMS; k++) t.phi[k] += (k - 1) * 4 * QUARTER;
+    test_record(&turned, "linear", &problem);
+    double gap = 0;
+    for (long i = 0; i < 11; i++)
+        for (int k = 0; k < ARMS; k++) {
+            double turns = (t.tree->place[k] - 1) * 4 * QUARTER;
+            gap = fmax(gap, fabs(turned.samples.phi[i * ARMS + k] - turns - plain.samples.phi[i * ARMS + k]));
+        }
+    CHECK_RESIDUAL(gap, 1e-14, "phi but for whole turns");
+    test_record_clear(&plain);
+    test_record_clear(&turned);
+    test_tree_clear(&t);
+}
+
 /* started in one mode it stays there and comes back after that mode's period */
 TEST(linear_repeats_after_the_period_of_a_mode) {
     enum { ARMS = 4 };
