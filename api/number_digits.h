@@ -15,15 +15,17 @@ namespace api {
 
 /*
  * Both classes hold the digits of two numbers below 10^8, those of the first before those of the second, and have
- *   significant()                  number of digits up to the last that is not 0
+ *   significant(last)              number of digits up to the last that is not 0, `last` being a 17th
  *   store(out)                     16 characters
- *   store_with_point(out, before)  17 characters: the point comes behind the first `before`, 0 to 15
+ *   store_with_point(out, before)  17 characters: the point comes behind the first `before`, 0 to 16
  */
 class digits16_plain {
   public:
+    digits16_plain() = default;
     digits16_plain(uint64_t x, uint64_t y) : high(eight(x)), low(eight(y)) {}
 
-    int significant() const {
+    int significant(unsigned last) const {
+        if (last) return 17;
         if (low) return 16 - __builtin_clzll(low) / 8;
         return high ? 8 - __builtin_clzll(high) / 8 : 0;
     }
@@ -36,8 +38,8 @@ class digits16_plain {
     void store_with_point(char *out, int before) const {
         uint64_t front = high | ZEROS, back = low | ZEROS, moved = back << 8 | front >> 56;
         store(out, before < 8 ? with_point(front, front << 8, before) : front);
-        store(out + 8, before < 8 ? moved : with_point(back, moved, before - 8));
-        out[16] = (char)(back >> 56);
+        store(out + 8, before < 8 ? moved : before < 16 ? with_point(back, moved, before - 8) : back);
+        out[16] = before < 16 ? (char)(back >> 56) : '.';
     }
 
   private:
@@ -81,6 +83,7 @@ constexpr lead_masks masks{};
 
 class digits16_sse2 {
   public:
+    digits16_sse2() = default;
     /* halves, quarters, digits, of both numbers at a time */
     digits16_sse2(uint64_t high, uint64_t low) {
         __m128i x = _mm_unpacklo_epi64(_mm_cvtsi64_si128((int64_t)high), _mm_cvtsi64_si128((int64_t)low));
@@ -95,9 +98,9 @@ class digits16_sse2 {
         digits = _mm_or_si128(front, _mm_slli_epi16(back, 8));
     }
 
-    int significant() const {
+    int significant(unsigned last) const {
         unsigned zeros = (unsigned)_mm_movemask_epi8(_mm_cmpeq_epi8(digits, _mm_setzero_si128()));
-        return __builtin_clz((~zeros << 1 & 0x1fffe) | 1) ^ 31;
+        return __builtin_clz((zeros ^ 0xffff) << 1 | (unsigned)(last != 0) << 17 | 1) ^ 31;
     }
 
     void store(char *out) const { _mm_storeu_si128((__m128i *)out, text()); }

@@ -24,11 +24,11 @@ struct decimal {
 
 /* d1 . d2 d3 ... d17 times 10^exponent */
 struct digits17 {
-    unsigned first;
-    digits16 others;
+    digits16 front; /* d1 to d16 */
+    unsigned last;  /* d17 */
     int exponent;
 
-    int significant() const { return 1 + others.significant(); }
+    int significant() const { return front.significant(last); }
 };
 
 constexpr int DIGITS = 17;
@@ -36,7 +36,7 @@ constexpr int PLAIN_LEAST = -5, PLAIN_BEYOND = 16; /* decimal exponents that are
 constexpr double WHOLE_BEYOND = 1e16;              /* whole numbers below this are exact and written as integers */
 constexpr int EXPONENT_LEAST = -324, EXPONENT_MOST = 308;
 constexpr uint64_t HIDDEN_BIT = (uint64_t)1 << 52, SMALLEST_NORMAL = HIDDEN_BIT, TIE = (uint64_t)1 << 63,
-                   TEN_8 = 100000000, TEN_16 = 10000000000000000;
+                   TEN_8 = 100000000, TEN_15 = 1000000000000000;
 
 /* 10^0 .. 10^17 */
 struct small_powers {
@@ -79,10 +79,10 @@ inline void store(char *out, uint64_t bytes) {
 
 /* layout */
 
-/* all has exactly 17 digits */
-inline digits17 spread(uint64_t all, int exponent) {
-    uint64_t top = all / TEN_8, first = top / TEN_8;
-    return {(unsigned)first, digits16(top - TEN_8 * first, all - TEN_8 * top), exponent};
+/* the first 16 digits, exactly so many, as a number */
+inline digits17 spread(uint64_t front, unsigned last, int exponent) {
+    uint64_t high = front / TEN_8;
+    return {digits16(high, front - TEN_8 * high), last, exponent};
 }
 
 /* number of decimal digits, 1 to 17 */
@@ -93,23 +93,24 @@ inline int digit_count(uint64_t x) {
 
 inline digits17 spread_any(decimal d) {
     int count = digit_count(d.significand);
-    return spread(d.significand * power10[DIGITS - count], d.exponent + count - 1);
+    uint64_t all = d.significand * power10[DIGITS - count];
+    return spread(all / 10, (unsigned)(all % 10), d.exponent + count - 1);
 }
 
 /* 0.000123 */
 inline char *write_small(char *out, const digits17 &d) {
     memcpy(out, "0.000000", 8);
     out += 1 - d.exponent;
-    *out = (char)('0' + d.first);
-    d.others.store(out + 1);
+    d.front.store(out);
+    out[16] = (char)('0' + d.last);
     return out + d.significant();
 }
 
 /* 1.23, 123.4, 1230 */
 inline char *write_plain(char *out, const digits17 &d) {
     int count = d.significant(), before = d.exponent + 1;
-    out[0] = (char)('0' + d.first);
-    d.others.store_with_point(out + 1, d.exponent);
+    d.front.store_with_point(out, before);
+    out[17] = (char)('0' + d.last);
     return out + (count > before ? count + 1 : before);
 }
 
@@ -117,9 +118,8 @@ inline char *write_plain(char *out, const digits17 &d) {
 inline char *write_scientific(char *out, const digits17 &d) {
     int count = d.significant();
     uint64_t exponent = exponents[d.exponent];
-    out[0] = (char)('0' + d.first);
-    out[1] = '.';
-    d.others.store(out + 2);
+    d.front.store_with_point(out, 1);
+    out[17] = (char)('0' + d.last);
     out += count + (count > 1);
     store(out, exponent);
     return out + (exponent >> 56);
@@ -133,25 +133,15 @@ inline char *write_digits(char *out, const digits17 &d) {
 
 /* conversion */
 
-/* a positive double as significand * 2^exponent, and its kind */
-struct binary {
-    uint64_t significand;
-    int exponent;
-    bool regular; /* normal, and no power of two: its neighbours are equally far away */
-};
-
 inline uint64_t bits_of(double x) {
     uint64_t bits;
     memcpy(&bits, &x, sizeof bits);
     return bits;
 }
 
-inline binary take_apart(uint64_t bits) {
-    uint64_t fraction = bits & (HIDDEN_BIT - 1);
-    int biased = (int)(bits >> 52);
-    if (!biased) return {fraction, -1074, false};
-    return {fraction | HIDDEN_BIT, biased - 1075, fraction != 0};
-}
+/* a normal number is mantissa * 2^exponent */
+inline uint64_t mantissa_of(uint64_t bits) { return (bits & (HIDDEN_BIT - 1)) | HIDDEN_BIT; }
+inline int exponent_of(uint64_t bits) { return (int)(bits >> 52) - 1075; }
 
 /* significand * power to 128 bits, rounded down; the error is below 2 in the last bit */
 inline uint128 times(uint64_t significand, uint128 power) {
@@ -160,30 +150,33 @@ inline uint128 times(uint64_t significand, uint128 power) {
     return {(uint64_t)(sum >> 64), (uint64_t)sum};
 }
 
-/* true where a and b are too close to say which is greater */
-inline bool unclear(uint64_t a, uint64_t b) { return a - b + 3 <= 6; }
+/* true where a difference is too small to be sure of its sign */
+inline bool unclear(int64_t difference) { return (uint64_t)difference + 3 <= 6; }
 
 /*
  * The shortest decimal in the interval of the numbers that read back to the double, scaled so that the interval is 1 to
  * 10 units wide: a multiple of 10 units if one is in it (then it is the only one), else the nearest whole number. One
- * multiplication with a truncated power decides, unless a comparison is within its error; those cases, powers of two
- * and subnormal numbers go to the library.
+ * multiplication with a truncated power decides, unless a comparison is within its error: then, and for zero, subnormal
+ * numbers and powers of two, false.
  */
-inline bool shortest_fast(double x, decimal &d) {
-    binary b = take_apart(bits_of(x));
-    int k = log10_of_power2(b.exponent);
+inline bool shortest_fast(uint64_t bits, digits17 &d) {
+    int exponent = exponent_of(bits), k = log10_of_power2(exponent);
     uint128 power = powers_of_ten[-k];
-    int shift = b.exponent + power_exponent(-k) + 128; /* 1 .. 4 */
-    uint128 scaled = times(b.significand << shift, power);
-    uint64_t units = scaled.high % 10, fraction = scaled.low;
-    /* in 2^-60: distance to the multiples of 10 below and above, half the interval */
-    uint64_t below = units << 60 | fraction >> 4, above = ((uint64_t)10 << 60) - below,
-             half = power.high >> (5 - shift);
-    if (!b.regular || unclear(below, half) || unclear(above, half) || unclear(fraction, TIE)) return false;
-    uint64_t nearest = scaled.high + (fraction >> 63);
-    if (below < half) nearest = scaled.high - units;
-    if (above < half) nearest = scaled.high - units + 10;
-    d = {nearest, k};
+    int shift = exponent + power_exponent(-k) + 128; /* 1 .. 4 */
+    uint128 scaled = times(mantissa_of(bits) << shift, power);
+    uint64_t tens = scaled.high / 10, units = scaled.high - 10 * tens, fraction = scaled.low;
+    /* in 2^-59: the distance to the multiple of 10 below, to the one above, and half the interval */
+    int64_t below = (int64_t)(units << 59 | fraction >> 5), above = ((int64_t)10 << 59) - below;
+    int64_t half = (int64_t)(power.high >> (6 - shift));
+    if (mantissa_of(bits) == HIDDEN_BIT || bits < SMALLEST_NORMAL) return false;
+    if (unclear(below - half) || unclear(above - half) || unclear((int64_t)(fraction - TIE))) return false;
+    /* all ones where a multiple of 10 is inside; without a branch, which no processor could foresee */
+    uint64_t inside = (uint64_t)(((below < above ? below : above) - half) >> 63), up = (uint64_t)(above < half);
+    uint64_t last = (units + (fraction >> 63)) & ~inside, front = tens + up;
+    /* 16 digits or 17 */
+    uint64_t sixteen = front < TEN_15;
+    front += (9 * front + last) & -sixteen;
+    d = spread(front, (unsigned)(last & (sixteen - 1)), k + 16 - (int)sixteen);
     return true;
 }
 
@@ -191,12 +184,6 @@ decimal shortest_library(double x) {
     using namespace jkj::dragonbox;
     auto d = to_decimal(x, policy::sign::ignore, policy::trailing_zero::ignore);
     return {d.significand, d.exponent};
-}
-
-/* the digits of what shortest_fast found: 16 or 17 */
-inline digits17 spread_found(decimal d) {
-    uint64_t sixteen = d.significand < TEN_16;
-    return spread(d.significand + (9 * d.significand & -sixteen), d.exponent + 16 - (int)sixteen);
 }
 
 /* rounded by the C library, exactly: for ties that the product cannot prove */
@@ -221,16 +208,16 @@ inline int decimal_exponent(uint64_t bits) {
  * way to round.
  */
 inline bool rounded_fast(double x, int digits, decimal &d) {
-    uint64_t bits = bits_of(x), significand = take_apart(bits).significand << 11;
+    uint64_t bits = bits_of(x), significand = mantissa_of(bits) << 11;
     if (bits < SMALLEST_NORMAL) return false;
     d.exponent = decimal_exponent(bits) - (digits - 1);
     int p = -d.exponent;
     uint128 power = powers_of_ten[p], scaled = times(significand, power);
     /* the point is this far up in scaled.high, 1 .. 63 */
-    int shift = -(take_apart(bits).exponent - 11 + power_exponent(p)) - 128;
+    int shift = -(exponent_of(bits) - 11 + power_exponent(p)) - 128;
     uint64_t units = scaled.high >> shift, fraction = scaled.high << (64 - shift) | scaled.low >> shift;
     d.significand = units + (fraction > TIE);
-    if (!unclear(fraction, TIE)) return true;
+    if (!unclear((int64_t)(fraction - TIE))) return true;
     bool exact = p >= 0 && p <= POWER_EXACT_MOST && !(scaled.low << (64 - shift)) && significand * power.low == 0;
     d.significand = units + (units & 1);
     return exact && fraction == TIE;
@@ -240,54 +227,49 @@ inline bool rounded_fast(double x, int digits, decimal &d) {
 
 #define SELDOM __attribute__((noinline, cold))
 
-SELDOM char *write_zero(char *out, double x) {
-    memcpy(out, "-0.0", 4);
-    if (signbit(x)) return out + 4;
-    *out = '0';
-    return out + 1;
+inline bool whole(double x) { return x < WHOLE_BEYOND && (double)(int64_t)x == x; }
+
+/* What shortest_fast leaves open; only of zero is the sign still to be told. -0.0 has a fraction, since -0 would be
+ * read as an integer by some, and lose its sign. */
+SELDOM char *write_shortest_library(char *out, double x) {
+    double magnitude = fabs(x);
+    memcpy(out, "0.0", 3);
+    if (x == 0) return out + (signbit(x) ? 3 : 1);
+    if (whole(magnitude)) return write_plain(out, spread_any({(uint64_t)(int64_t)magnitude, 0}));
+    return write_digits(out, spread_any(shortest_library(magnitude)));
 }
 
-SELDOM char *write_shortest_library(char *out, double x) { return write_digits(out, spread_any(shortest_library(x))); }
-
-/* number of digits of the shortest decimal, x > 0 */
-int shortest_digits(double x) { return spread_any(shortest_library(x)).significant(); }
+int shortest_digits(double x) { return x == 0 ? 1 : spread_any(shortest_library(fabs(x))).significant(); }
 
 SELDOM char *write_rounded_library(char *out, double x, int digits) {
     if (shortest_digits(x) <= digits) return write_shortest_library(out, x);
-    return write_digits(out, spread_any(rounded_library(x, digits)));
+    return write_digits(out, spread_any(rounded_library(fabs(x), digits)));
 }
 
-inline bool whole(double x) { return x < WHOLE_BEYOND && (double)(int64_t)x == x; }
-
-/* x > 0 */
-inline char *write_shortest(char *out, double x) {
-    decimal d;
-    if (whole(x)) return write_plain(out, spread_any({(uint64_t)(int64_t)x, 0}));
-    if (!shortest_fast(x, d)) return write_shortest_library(out, x);
-    return write_digits(out, spread_found(d));
+/* the sign, whose byte is overwritten where there is none */
+inline char *write_sign(char *out, double x) {
+    *out = '-';
+    return out + signbit(x);
 }
 
 } // namespace
 
 extern "C" char *api_number_write(char *out, double x) {
     assert(isfinite(x));
-    if (x == 0) return write_zero(out, x);
-    *out = '-';
-    return write_shortest(out + signbit(x), fabs(x));
+    digits17 d;
+    out = write_sign(out, x);
+    return shortest_fast(bits_of(fabs(x)), d) ? write_digits(out, d) : write_shortest_library(out, x);
 }
 
 extern "C" char *api_number_write_digits(char *out, double x, int digits) {
     assert(isfinite(x) && digits >= 1 && digits <= DIGITS);
-    double magnitude = fabs(x);
     decimal d;
-    if (x == 0) return write_zero(out, x);
-    *out = '-';
-    out += signbit(x);
-    if (digits == DIGITS) return write_shortest(out, magnitude);
+    if (digits == DIGITS) return api_number_write(out, x);
+    out = write_sign(out, x);
     /* with 15 digits or less the shortest decimal, where it is no longer, comes out by rounding */
-    if (digits > 15 || !rounded_fast(magnitude, digits, d) || d.significand == power10[digits])
-        return write_rounded_library(out, magnitude, digits);
-    return write_digits(out, spread(d.significand * power10[DIGITS - digits], d.exponent + digits - 1));
+    if (digits > 15 || !rounded_fast(fabs(x), digits, d) || d.significand == power10[digits])
+        return write_rounded_library(out, x, digits);
+    return write_digits(out, spread(d.significand * power10[16 - digits], 0, d.exponent + digits - 1));
 }
 
 extern "C" char *api_number_write_int(char *out, long long i) {

@@ -27,13 +27,13 @@ template <class digits16> static void agrees() {
     int faults = 0;
     for (int i = 0; i < 200000; i++) {
         unsigned long high = number(&seed), low = i % 3 ? number(&seed) : 0;
-        int before = i % 16, significant;
+        int before = i % 17, significant;
         char want[18], got[20] = {}, plain[20] = {};
         digits16 digits(high, low);
         expected(high, low, before, want, &significant);
         digits.store_with_point(got, before);
         digits.store(plain);
-        faults += strcmp(got, want) != 0 || digits.significant() != significant;
+        faults += strcmp(got, want) != 0 || digits.significant(0) != significant || digits.significant(3) != 17;
         memmove(got + before, got + before + 1, (size_t)(17 - before));
         faults += strcmp(got, plain) != 0;
     }
