@@ -53,6 +53,7 @@ static void compute_call(struct srv_exchange *exchange, struct api_call *call) {
                                   .accept = exchange->field[SRV_ACCEPT],
                                   .body = exchange->body.bytes ? exchange->body.data : NULL,
                                   .body_bytes = exchange->body.bytes};
+    srv_spares_take(&exchange->service->spares, &exchange->answer);
     api_call_clock(call, srv_clock_seconds, NULL);
     compute_pieces(exchange, call, api_call_open(call, &request, &exchange->answer));
     struct api_answer answer = api_call_answer(call);

@@ -62,6 +62,7 @@ enum pend_status srv_daemon_new(struct srv_daemon **daemon, const struct srv_con
     struct srv_daemon *made = *daemon = calloc(1, sizeof *made);
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     made->service.config = *config;
+    srv_spares_init(&made->service.spares);
     if (getrandom(&made->service.seed, sizeof made->service.seed, GRND_NONBLOCK) < 0)
         made->service.seed = (uint64_t)srv_clock_now();
     enum pend_status status = daemon_start(made, error);
@@ -99,5 +100,6 @@ void srv_daemon_free(struct srv_daemon **daemon) {
     srv_watch_free(&gone->watch);
     srv_queue_free(&gone->service.queue);
     srv_log_free(&gone->service.log);
+    srv_spares_clear(&gone->service.spares);
     free(gone);
 }

@@ -9,7 +9,7 @@
 
 enum {
     EXCHANGE_MAGIC = 0x65786368,
-    EXCHANGE_KEEP = 16384 /* largest buffer that is kept for the next request */
+    EXCHANGE_KEEP = 4096 /* largest buffer that stays with its connection for the next request */
 };
 
 static const char exchange_problem_type[] = "application/problem+json";
@@ -29,16 +29,16 @@ void srv_exchange_clear(struct srv_exchange *exchange) {
     exchange->magic = 0;
 }
 
-static void exchange_empty(struct api_buffer *buffer) {
+static void exchange_empty(struct srv_exchange *exchange, struct api_buffer *buffer) {
     buffer->bytes = 0;
-    if (buffer->cap > EXCHANGE_KEEP) api_buffer_clear(buffer);
+    if (buffer->cap > EXCHANGE_KEEP) srv_spares_give(&exchange->service->spares, buffer);
 }
 
 void srv_exchange_reset(struct srv_exchange *exchange) {
     assert(srv_exchange_valid(exchange));
     srv_exchange_hold(exchange, 0);
-    exchange_empty(&exchange->body);
-    exchange_empty(&exchange->answer);
+    exchange_empty(exchange, &exchange->body);
+    exchange_empty(exchange, &exchange->answer);
     atomic_store(&exchange->stop, SRV_GO_ON);
     memset(exchange->field, 0, sizeof exchange->field);
     exchange->method = exchange->path = exchange->query = exchange->id = exchange->argument = NULL;

@@ -25,6 +25,9 @@ enum {
     HTTP_UNREAD = 65536 /* largest body that is read only to keep the connection after a refusal */
 };
 
+_Static_assert((int)SRV_FRONT_TARGET < (int)SRV_TARGET_BYTES,
+               "a target that the front lets pass fits into an exchange");
+
 /* How far the exchange of a connection is. */
 enum http_state {
     HTTP_NONE,    /* no request line yet, for all that libmicrohttpd says */
@@ -274,6 +277,7 @@ static void *http_target(void *context, const char *target, struct MHD_Connectio
 static const char *http_outcome(const struct http_connection *connection, enum MHD_RequestTerminationCode code) {
     if (atomic_load(&connection->exchange.stop) == SRV_STOP_LEFT) return "left";
     if (connection->state == HTTP_SENDING) return code == MHD_REQUEST_TERMINATED_COMPLETED_OK ? "answered" : "cut";
+    if (atomic_load(&connection->watched.late)) return "late";
     return connection->exchange.status ? "refused" : "incomplete";
 }
 
@@ -282,13 +286,14 @@ static int64_t http_between(int64_t from, int64_t to) { return from && to ? to -
 static void http_log(const struct http_connection *connection, const char *outcome) {
     const struct srv_exchange *exchange = &connection->exchange;
     int64_t now = srv_clock_now();
+    int status = exchange->status ? exchange->status : atomic_load(&connection->watched.late) ? 408 : 0;
     int bodiless = !exchange->method || !strcmp(exchange->method, "HEAD");
     struct srv_log_request line = {.id = exchange->id ? exchange->id : "",
                                    .client = exchange->client,
                                    .method = exchange->method ? exchange->method : "",
                                    .target = exchange->target,
                                    .agent = exchange->field[SRV_USER_AGENT],
-                                   .status = exchange->status,
+                                   .status = status,
                                    .outcome = outcome,
                                    .bytes_in = exchange->body.bytes,
                                    .bytes_out = bodiless ? 0 : exchange->bytes,
@@ -418,6 +423,9 @@ static void http_disconnect(struct srv_http *http, void **socket) {
     http->connections--;
     *socket = NULL;
     if (!connection) return;
+    /* a request that was late before libmicrohttpd saw its first line */
+    if (atomic_load(&connection->watched.late) && connection->front.requests > connection->done)
+        http_log(connection, "late");
     http->by_fd[connection->watched.fd] = NULL;
     srv_watch_remove(http->watch, &connection->watched);
     srv_exchange_clear(&connection->exchange);

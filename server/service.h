@@ -10,11 +10,13 @@
 #include "server/config.h"
 #include "server/log.h"
 #include "server/queue.h"
+#include "server/spares.h"
 
 struct srv_service {
     struct srv_config config;
     struct srv_log *log;
     struct srv_queue *queue;
+    struct srv_spares spares;
     uint64_t seed;        /* of request ids */
     atomic_ullong number; /* requests so far */
     atomic_int draining;  /* no new work is taken */

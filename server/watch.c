@@ -45,8 +45,10 @@ struct srv_watch {
 
 /* the time is over: says so to a client whose request does not come to its end, and ends the connection */
 static void watch_expire(struct srv_watch *watch, struct srv_watched *watched) {
-    if (watched->phase == SRV_WATCH_READING)
+    if (watched->phase == SRV_WATCH_READING) {
+        atomic_store(&watched->late, 1);
         (void)!send(watched->fd, watch->timeout, strlen(watch->timeout), MSG_DONTWAIT | MSG_NOSIGNAL);
+    }
     shutdown(watched->fd, SHUT_RDWR);
     watched->deadline = 0;
 }

@@ -4,6 +4,7 @@
 #ifndef SRV_WATCH_H
 #define SRV_WATCH_H
 
+#include <stdatomic.h>
 #include <stdint.h>
 
 #include "core/status.h"
@@ -23,7 +24,7 @@ enum srv_watch_phase {
     SRV_WATCH_SENDING  /* an answer goes out: must be taken at the deadline, else the end */
 };
 
-/* One connection, inside its owner's structure; the fields are the watch's, but fd and left. */
+/* One connection, inside its owner's structure; the fields are the watch's, but fd and left, and late to read. */
 struct srv_watched {
     int fd;
     /** The client of a waiting connection is gone. Called once a request, on the watch's thread, with its lock held. */
@@ -32,6 +33,7 @@ struct srv_watched {
     enum srv_watch_phase phase;
     int64_t deadline; /* ns of srv_clock_now, 0 = none */
     int64_t since;    /* ns: when it became idle */
+    atomic_int late;  /* 408 was said */
     int seen;         /* how often in a row the end of the client's stream was seen */
 };
 

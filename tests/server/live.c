@@ -55,6 +55,7 @@ int live_status(const struct srv_daemon *daemon, const char *text) {
 void live_service(struct srv_service *service, int cap) {
     *service = (struct srv_service){.config = live_config(NULL)};
     service->config.queue = cap;
+    srv_spares_init(&service->spares);
     CHECK(srv_queue_new(&service->queue, cap) == PEND_OK);
     CHECK(srv_log_new(&service->log, -1, 2) == PEND_OK);
 }
@@ -62,4 +63,5 @@ void live_service(struct srv_service *service, int cap) {
 void live_service_clear(struct srv_service *service) {
     srv_log_free(&service->log);
     srv_queue_free(&service->queue);
+    srv_spares_clear(&service->spares);
 }
