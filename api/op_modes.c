@@ -17,8 +17,6 @@ static const double pi = 3.14159265358979323846;
 static const char *const fields[] = {"pendulum", "select",  "vectors", "normalize",
                                      "include",  "initial", "digits",  NULL};
 
-enum select { SELECT_ALL, SELECT_SLOWEST, SELECT_FASTEST, SELECT_RANGE };
-
 /* the matrices that can be included, in the order in which they are answered */
 enum matrix { MATRIX_A, MATRIX_M, MATRIX_S, MATRIX_B, MATRICES };
 
@@ -29,20 +27,17 @@ static const char *const normalize_names[] = {
 
 struct modes {
     struct api_tree tree;
-    struct api_states *start; /* NULL = no start was given */
-    enum select select;
-    long wanted;     /* modes, of the slowest or the fastest */
-    double from, to; /* rad/s, of a range */
-    int vectors;     /* are answered */
-    int normalize;   /* enum pend_normalize */
+    struct api_states *start;          /* NULL = no start was given */
+    struct pend_modes_request request; /* its gravity and vectors follow from the rest */
+    int vectors;                       /* are answered */
+    int normalize;                     /* enum pend_normalize */
     char include[MATRICES];
     int digits;
 
     /* once it runs */
     struct pend_modes *found;
-    int first, count; /* the modes that are answered */
-    double *scratch;  /* n numbers each: a row, amplitudes, phases; then n x n where one is included */
-    int part, row;    /* what is written next: a row of the vectors (part 0) or of matrix part - 1 */
+    double *scratch; /* n numbers each: a row, amplitudes, phases; then n x n where one is included */
+    int part, row;   /* what is written next: a row of the vectors (part 0) or of matrix part - 1 */
 };
 
 static void modes_free(void **state) {
@@ -59,24 +54,26 @@ static void modes_free(void **state) {
 /* reading */
 
 /* {"slowest": k} or {"fastest": k}; true when the object is of that kind */
-static int read_extreme(struct modes *modes, const struct api_value *object, const char *name, enum select select,
+static int read_extreme(struct modes *modes, const struct api_value *object, const char *name, enum pend_select select,
                         struct api_problem *problem) {
     struct api_value field = api_value_member(object, name);
+    long count = 0;
     if (api_value_kind(&field) == API_MISSING) return 0;
-    modes->select = select;
-    (void)api_field_whole(&field, 1, modes->tree.n ? modes->tree.n : 1000000000, &modes->wanted, problem);
+    (void)api_field_whole(&field, 1, modes->tree.n ? modes->tree.n : 1000000000, &count, problem);
+    modes->request.select = select;
+    modes->request.count = (int)count;
     return 1;
 }
 
 /* {"from": w1, "to": w2} */
 static void read_range(struct modes *modes, const struct api_value *object, struct api_problem *problem) {
     struct api_value from = api_value_member(object, "from"), to = api_value_member(object, "to");
-    modes->select = SELECT_RANGE;
+    modes->request.select = PEND_SELECT_BETWEEN;
     int good = api_field_needed(&from, problem) && api_field_needed(&to, problem);
-    good &= api_value_read_number(&from, 0, INFINITY, "rad/s", &modes->from, problem) > 0;
-    good &= api_value_read_number(&to, 0, INFINITY, "rad/s", &modes->to, problem) > 0;
-    if (good && modes->from > modes->to)
-        api_value_fault(&to, problem, "must not be below from (%.15g rad/s), got %.15g", modes->from, modes->to);
+    good &= api_value_read_number(&from, 0, INFINITY, "rad/s", &modes->request.from, problem) > 0;
+    good &= api_value_read_number(&to, 0, INFINITY, "rad/s", &modes->request.to, problem) > 0;
+    double low = modes->request.from, high = modes->request.to;
+    if (good && low > high) api_value_fault(&to, problem, "must not be below from (%.15g rad/s), got %.15g", low, high);
 }
 
 static void read_select(struct modes *modes, const struct api_value *value, struct api_problem *problem) {
@@ -89,8 +86,8 @@ static void read_select(struct modes *modes, const struct api_value *value, stru
     }
     struct api_value from = api_value_member(value, "from"), to = api_value_member(value, "to");
     (void)api_value_only(value, allowed, problem);
-    int ways = read_extreme(modes, value, "slowest", SELECT_SLOWEST, problem);
-    ways += read_extreme(modes, value, "fastest", SELECT_FASTEST, problem);
+    int ways = read_extreme(modes, value, "slowest", PEND_SELECT_SLOWEST, problem);
+    ways += read_extreme(modes, value, "fastest", PEND_SELECT_FASTEST, problem);
     if (api_value_kind(&from) != API_MISSING || api_value_kind(&to) != API_MISSING) {
         read_range(modes, value, problem);
         ways++;
@@ -122,7 +119,7 @@ static void read_include(struct modes *modes, const struct api_value *value, con
 /* faults an answer that would be too large */
 static void modes_check_size(const struct modes *modes, const struct api_reading *reading) {
     double n = modes->tree.n, numbers = n * (modes->start ? 6 : 4), count = n;
-    if (modes->select == SELECT_SLOWEST || modes->select == SELECT_FASTEST) count = (double)modes->wanted;
+    if (modes->request.count) count = modes->request.count;
     if (modes->vectors) numbers += count * n;
     for (int i = 0; i < MATRICES; i++) numbers += modes->include[i] ? n * n : 0;
     double bytes = numbers * api_out_number_bytes(modes->digits) + 10 * n + 2000;
@@ -170,20 +167,6 @@ static enum pend_status modes_read(void **state, const struct api_reading *readi
 
 /* running */
 
-/* which of the modes that were found are answered */
-static void modes_choose(struct modes *modes) {
-    const struct pend_modes *found = modes->found;
-    int first = 0, end = found->count;
-    if (modes->select == SELECT_SLOWEST) end = (int)modes->wanted;
-    if (modes->select == SELECT_FASTEST) first = end - (int)modes->wanted;
-    if (modes->select == SELECT_RANGE) {
-        while (first < end && found->omega[first] < modes->from) first++;
-        while (end > first && found->omega[end - 1] > modes->to) end--;
-    }
-    modes->first = first;
-    modes->count = end - first;
-}
-
 static enum pend_status modes_compute(struct modes *modes, struct pend_error *error) {
     const struct api_tree *tree = &modes->tree;
     size_t n = (size_t)tree->n;
@@ -191,9 +174,10 @@ static enum pend_status modes_compute(struct modes *modes, struct pend_error *er
     for (int i = 0; i < MATRICES; i++) matrices |= modes->include[i];
     modes->scratch = calloc(n, (matrices ? n + 3 : 3) * sizeof *modes->scratch);
     if (!modes->scratch) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %zu arms", n);
-    PEND_TRY(pend_modes_new(&modes->found, tree->tree, tree->gravity, modes->vectors || modes->start, error));
+    modes->request.gravity = tree->gravity;
+    modes->request.vectors = modes->vectors || modes->start;
+    PEND_TRY(pend_modes_select(&modes->found, tree->tree, &modes->request, error));
     if (modes->found->vector) pend_modes_normalize(modes->found, tree->tree, (enum pend_normalize)modes->normalize);
-    modes_choose(modes);
     if (!modes->start) return PEND_OK;
     PEND_TRY(api_states_settle(modes->start, tree, error));
     for (size_t k = 0; k < n; k++) modes->start->phi[k] = pend_modes_theta(modes->start->phi[k]);
@@ -214,21 +198,21 @@ static enum pend_status write_identity(const struct modes *modes, struct api_buf
 
 /* everything with one entry a mode */
 static enum pend_status write_lists(const struct modes *modes, struct api_buffer *out) {
-    const double *omega = modes->found->omega + modes->first;
+    const double *omega = modes->found->omega;
     double *row = modes->scratch;
-    size_t n = (size_t)modes->tree.n, first = (size_t)modes->first;
-    int count = modes->count, digits = modes->digits;
-    for (int k = 0; k < count; k++) row[k] = modes->first + k + 1;
+    size_t n = (size_t)modes->tree.n;
+    int count = modes->found->count, digits = modes->digits;
+    for (int k = 0; k < count; k++) row[k] = modes->found->first + k + 1;
     PEND_TRY(api_out_numbers(out, "mode", count, row, 0));
     PEND_TRY(api_out_numbers(out, "omega", count, omega, digits));
     for (int k = 0; k < count; k++) row[k] = omega[k] / (2 * pi);
     PEND_TRY(api_out_numbers(out, "frequency", count, row, digits));
     for (int k = 0; k < count; k++) row[k] = 2 * pi / omega[k];
     PEND_TRY(api_out_numbers(out, "period", count, row, digits));
-    if (modes->select == SELECT_ALL) PEND_TRY(write_identity(modes, out));
+    if (modes->request.select == PEND_SELECT_ALL) PEND_TRY(write_identity(modes, out));
     if (!modes->start) return PEND_OK;
-    PEND_TRY(api_out_numbers(out, "amplitude", count, modes->scratch + n + first, digits));
-    return api_out_numbers(out, "phase", count, modes->scratch + 2 * n + first, digits);
+    PEND_TRY(api_out_numbers(out, "amplitude", count, modes->scratch + n, digits));
+    return api_out_numbers(out, "phase", count, modes->scratch + 2 * n, digits);
 }
 
 static double *modes_matrix(const struct modes *modes) { return modes->scratch + 3 * (size_t)modes->tree.n; }
@@ -279,7 +263,7 @@ static enum pend_status part_write_row(const struct modes *modes, struct api_buf
     const double *matrix = modes_matrix(modes);
     if (which == MATRIX_A || which == MATRIX_M) row = tree->place[row];
     if (which >= 0) return api_out_numbers(out, NULL, n, matrix + (size_t)row * (size_t)n, modes->digits);
-    const double *vector = modes->found->vector + (size_t)(modes->first + row) * (size_t)n;
+    const double *vector = modes->found->vector + (size_t)row * (size_t)n;
     for (int k = 0; k < n; k++) modes->scratch[tree->order[k]] = vector[k];
     return api_out_numbers(out, NULL, n, modes->scratch, modes->digits);
 }
@@ -295,7 +279,7 @@ static enum pend_status modes_run(void *state, const struct api_turn *turn, int 
     struct modes *modes = state;
     if (!modes->found) PEND_TRY(modes_begin(modes, turn->out, error));
     for (; modes->part <= MATRICES; modes->part++, modes->row = 0) {
-        int rows = modes->part ? modes->tree.n : modes->count;
+        int rows = modes->part ? modes->tree.n : modes->found->count;
         if (!part_wanted(modes, modes->part)) continue;
         if (!modes->row) PEND_TRY(part_open(modes, turn->out, error));
         while (modes->row < rows) {

@@ -14,8 +14,3 @@ enum pend_isa pend_isa_best(void) {
     return PEND_ISA_BASE;
 #endif
 }
-
-const char *pend_isa_name(enum pend_isa isa) {
-    static const char *const name[PEND_ISA_COUNT] = {"base", "avx2", "avx512"};
-    return (unsigned)isa < PEND_ISA_COUNT ? name[isa] : "unknown";
-}

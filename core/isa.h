@@ -13,9 +13,4 @@ enum pend_isa { PEND_ISA_BASE, PEND_ISA_AVX2, PEND_ISA_AVX512, PEND_ISA_COUNT };
  */
 enum pend_isa pend_isa_best(void);
 
-/**
- * The name of a set: "base", "avx2", "avx512".
- */
-const char *pend_isa_name(enum pend_isa isa);
-
 #endif

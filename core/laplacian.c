@@ -61,15 +61,3 @@ double pend_laplacian_spring(const struct pend_tree *tree, double gravity, const
     double spring = gravity * tree->subtree_mass[k] / tree->len[k];
     return up && up[k] ? -spring : spring;
 }
-
-void pend_laplacian_mass_apply(const struct pend_laplacian *laplacian, const double theta[], double product[]) {
-    int n = laplacian->n;
-    const double *len = laplacian->len, *mass = laplacian->mass;
-    const int *parent = laplacian->parent;
-    /* tip displacements outwards, then masses times them summed inwards */
-    product[0] = len[0] * theta[0];
-    for (int k = 1; k < n; k++) product[k] = product[parent[k]] + len[k] * theta[k];
-    for (int k = 0; k < n; k++) product[k] *= mass[k];
-    for (int k = n - 1; k > 0; k--) product[parent[k]] += product[k];
-    for (int k = 0; k < n; k++) product[k] *= len[k];
-}

@@ -44,13 +44,4 @@ void pend_laplacian_free(struct pend_laplacian **laplacian);
  */
 double pend_laplacian_spring(const struct pend_tree *tree, double gravity, const unsigned char up[], int k);
 
-/**
- * The mass inner product's other half: product^T y = sum of m x_theta x_y for all y.
- *
- * theta    n angles.
- * product  out, n values; not the same array as theta.
- * O(n).
- */
-void pend_laplacian_mass_apply(const struct pend_laplacian *laplacian, const double theta[], double product[]);
-
 #endif

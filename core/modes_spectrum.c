@@ -44,7 +44,8 @@ void pend_spectrum_free(struct pend_spectrum **spectrum) {
     *spectrum = NULL;
 }
 
-void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const double shift[], int below[]) {
+/* numbers of eigenvalues below ascending shifts, each mode counted as often as it occurs */
+static void spectrum_below(const struct pend_spectrum *spectrum, int count, const double shift[], int below[]) {
     const struct pend_modes_kernel *kernel = pend_modes_kernel();
     for (int i = 0; i < count; i++) below[i] = 0;
     for (int p = 0; p < spectrum->symmetry->part_count; p++) {
@@ -77,7 +78,7 @@ double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int a
             size = exp(at[negative ? SPECTRUM_SHIFTS - 1 - j : j]);
             shift[j] = negative ? -size : size;
         }
-        pend_spectrum_below(spectrum, SPECTRUM_SHIFTS, shift, below);
+        spectrum_below(spectrum, SPECTRUM_SHIFTS, shift, below);
         /* the first shift that has the number below it */
         while (i < SPECTRUM_SHIFTS - 1 && below[i] < number) i++;
         if (i == 0 || below[i] == number) return shift[i];

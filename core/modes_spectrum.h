@@ -29,15 +29,6 @@ PEND_MUST_CHECK enum pend_status pend_spectrum_new(struct pend_spectrum **spectr
 void pend_spectrum_free(struct pend_spectrum **spectrum);
 
 /**
- * Numbers of eigenvalues below several shifts, each mode counted as often as it occurs.
- *
- * shift  count shifts, ascending, count <= 16.
- * below  out, count numbers.
- * O(n).
- */
-void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const double shift[], int below[]);
-
-/**
  * A shift that has `number` or a few more eigenvalues below it (above = 1), or a few less (above = 0).
  */
 double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int above);

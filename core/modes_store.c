@@ -34,7 +34,8 @@ void pend_modes_free(struct pend_modes **modes) {
     *modes = NULL;
 }
 
-void pend_modes_mass_apply(const struct pend_tree *tree, const double x[], double product[]) {
+/* Re(0) x without a matrix: masses times tip displacements, summed over the sub-trees; product is not x */
+static void modes_mass_apply(const struct pend_tree *tree, const double x[], double product[]) {
     /* tip displacements, pivot outwards */
     for (int k = 0; k < tree->n; k++) product[k] = (k ? product[tree->parent[k]] : 0) + tree->len[k] * x[k];
     for (int k = 0; k < tree->n; k++) product[k] *= tree->mass[k];
@@ -169,8 +170,8 @@ enum pend_status pend_modes_decompose(const struct pend_modes *modes, const stru
     int n = modes->n;
     double *product = malloc(2 * (size_t)n * sizeof *product);
     if (!product) return PEND_NO_MEMORY;
-    pend_modes_mass_apply(tree, theta, product);
-    pend_modes_mass_apply(tree, rate, product + n);
+    modes_mass_apply(tree, theta, product);
+    modes_mass_apply(tree, rate, product + n);
     for (int k = 0; k < modes->count; k++) {
         const double *x = modes->vector + (size_t)k * n;
         double along_theta = 0, along_rate = 0, square = modes->norm[k] * modes->norm[k];

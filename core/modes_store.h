@@ -35,15 +35,6 @@ struct pend_modes {
 PEND_MUST_CHECK enum pend_status pend_modes_alloc(struct pend_modes **modes, int count, int n, int vectors);
 
 /**
- * Re(0) x without a matrix: masses times tip displacements, summed over the sub-trees.
- *
- * x        n angles, stored order.
- * product  out, n values; not the same array as x.
- * O(n).
- */
-void pend_modes_mass_apply(const struct pend_tree *tree, const double x[], double product[]);
-
-/**
  * Square root of x^T Re(0) x.
  *
  * x     n angles, stored order.
