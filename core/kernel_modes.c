@@ -37,6 +37,27 @@ typedef unsigned long long sign_bits __attribute__((vector_size(WIDTH * sizeof(d
  * nearly do keep their digits. */
 #define KERNEL_TINY 0x1p-57
 
+/* 1 / x of normal x, each in place. A division occupies the widest unit for 16 cycles, half of all that a node takes:
+ * there an estimate of 14 bits is refined twice, to 42 bits and then to the last place. */
+INLINE void kernel_inverses(lanes x[], int count) {
+#if defined(__AVX512F__)
+    __m512d one = (__m512d)kernel_all(1), estimate[PAIR], rest[PAIR];
+    for (int i = 0; i < count; i++) estimate[i] = _mm512_rcp14_pd((__m512d)x[i]);
+    for (int i = 0; i < count; i++) rest[i] = _mm512_fnmadd_pd((__m512d)x[i], estimate[i], one);
+    for (int i = 0; i < count; i++) rest[i] = _mm512_fmadd_pd(rest[i], rest[i], rest[i]);
+    for (int i = 0; i < count; i++) estimate[i] = _mm512_fmadd_pd(estimate[i], rest[i], estimate[i]);
+    for (int i = 0; i < count; i++) rest[i] = _mm512_fnmadd_pd((__m512d)x[i], estimate[i], one);
+    for (int i = 0; i < count; i++) x[i] = (lanes)_mm512_fmadd_pd(estimate[i], rest[i], estimate[i]);
+#else
+    for (int i = 0; i < count; i++) x[i] = 1.0 / x[i];
+#endif
+}
+
+INLINE lanes kernel_inverse(lanes x) {
+    kernel_inverses(&x, 1);
+    return x;
+}
+
 INLINE lanes kernel_pick(masks where, lanes yes, lanes no) {
     return (lanes)((where & (masks)yes) | (~where & (masks)no));
 }
@@ -51,22 +72,25 @@ struct tally {
     sign_bits below[PAIR];
 };
 
-/* what the children pull becomes what the node itself pulls */
+/* What the children pull becomes what the node itself pulls. Step after step for all shifts: the processor looks only a
+ * hundred operations ahead, less than one shift's way through the node takes. */
 INLINE void probe_node(struct tally *tally, struct pulls *pulls, double spring, double mass, int pairs) {
     double tiny = spring * KERNEL_TINY;
-    for (int i = 0; i < pairs; i++) {
-        lanes t = kernel_fma(tally->minus_shift[i], kernel_all(mass), pulls->value[i]);
-        lanes inverse = 1.0 / ((t + spring) + tiny), slope = (pulls->rate[i] - mass) * inverse;
-        lanes square = slope * slope, bend = kernel_fma(pulls->bend[i], inverse, -square);
-        tally->below[i] += (sign_bits)inverse >> 63;
-        tally->log_rate[i] += slope;
-        tally->log_bend[i] -= bend;
-        inverse *= spring;
-        pulls->value[i] = inverse * t;
-        inverse *= spring;
-        pulls->rate[i] = inverse * slope;
-        pulls->bend[i] = inverse * (bend - square);
-    }
+    lanes t[PAIR], inverse[PAIR], slope[PAIR], square[PAIR], bend[PAIR];
+    for (int i = 0; i < pairs; i++) t[i] = kernel_fma(tally->minus_shift[i], kernel_all(mass), pulls->value[i]);
+    for (int i = 0; i < pairs; i++) inverse[i] = (t[i] + spring) + tiny;
+    kernel_inverses(inverse, pairs);
+    for (int i = 0; i < pairs; i++) slope[i] = (pulls->rate[i] - mass) * inverse[i];
+    for (int i = 0; i < pairs; i++) tally->below[i] += (sign_bits)inverse[i] >> 63;
+    for (int i = 0; i < pairs; i++) square[i] = slope[i] * slope[i];
+    for (int i = 0; i < pairs; i++) tally->log_rate[i] += slope[i];
+    for (int i = 0; i < pairs; i++) bend[i] = kernel_fma(pulls->bend[i], inverse[i], -square[i]);
+    for (int i = 0; i < pairs; i++) inverse[i] *= spring;
+    for (int i = 0; i < pairs; i++) pulls->value[i] = inverse[i] * t[i];
+    for (int i = 0; i < pairs; i++) inverse[i] *= spring;
+    for (int i = 0; i < pairs; i++) tally->log_bend[i] -= bend[i];
+    for (int i = 0; i < pairs; i++) pulls->rate[i] = inverse[i] * slope[i];
+    for (int i = 0; i < pairs; i++) pulls->bend[i] = inverse[i] * (bend[i] - square[i]);
 }
 
 INLINE void pulls_add(struct pulls *sum, const struct pulls *more, int pairs) {
@@ -153,7 +177,7 @@ static void twist_up(const struct pend_laplacian *laplacian, lanes shift, struct
         }
         lanes t = kernel_fma(-shift, kernel_all(laplacian->mass[k]), pull);
         w.t[k] = t;
-        pull = spring * (t / ((t + spring) + spring * KERNEL_TINY));
+        pull = spring * (t * kernel_inverse((t + spring) + spring * KERNEL_TINY));
         if (turn & PEND_TURN_NEXT) {
             w.tip[k] = stack[--top];
             pull += stack[top];
@@ -176,9 +200,9 @@ static masks twist_down(const struct pend_laplacian *laplacian, lanes shift, str
             if (k > p + 1) u += earlier = w.above[k];
             if (laplacian->turn[k] & PEND_TURN_NEXT) {
                 u += w.tip[k];
-                w.above[end[k]] = earlier + spring * (w.t[k] / ((w.t[k] + spring) + spring * KERNEL_TINY));
+                w.above[end[k]] = earlier + spring * (w.t[k] * kernel_inverse((w.t[k] + spring) + spring * KERNEL_TINY));
             }
-            lanes inverse = 1.0 / ((u + spring) + spring * KERNEL_TINY);
+            lanes inverse = kernel_inverse((u + spring) + spring * KERNEL_TINY);
             w.tip[k] = inverse;
             w.above[k] = spring * (u * inverse);
         }
@@ -241,7 +265,7 @@ static lanes twist_spread(const struct pend_laplacian *laplacian, struct twist w
         lanes x = w.tip[k], y = w.above[k];
         if (k) {
             masks climbed = (at >= k) & (at < end[k]);
-            lanes t = w.t[k], pull = w.tip[laplacian->parent[k]] / ((t + spring) + spring * KERNEL_TINY);
+            lanes t = w.t[k], pull = w.tip[laplacian->parent[k]] * kernel_inverse((t + spring) + spring * KERNEL_TINY);
             x = kernel_pick(climbed, x, pull * spring);
             y = kernel_pick(climbed, y, -pull * t);
             w.tip[k] = x;
