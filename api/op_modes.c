@@ -160,6 +160,7 @@ static enum pend_status modes_read(void **state, const struct api_reading *readi
     *state = modes;
     if (!modes) return PEND_NO_MEMORY;
     modes->vectors = 1;
+    modes->normalize = PEND_NORMALIZE_FIRST;
     enum pend_status status = modes_read_parts(modes, reading);
     if (status != PEND_OK) modes_free(state);
     return status;
@@ -176,8 +177,8 @@ static enum pend_status modes_compute(struct modes *modes, struct pend_error *er
     if (!modes->scratch) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %zu arms", n);
     modes->request.gravity = tree->gravity;
     modes->request.vectors = modes->vectors || modes->start;
+    modes->request.normalize = (enum pend_normalize)modes->normalize;
     PEND_TRY(pend_modes_select(&modes->found, tree->tree, &modes->request, error));
-    if (modes->found->vector) pend_modes_normalize(modes->found, tree->tree, (enum pend_normalize)modes->normalize);
     if (!modes->start) return PEND_OK;
     PEND_TRY(api_states_settle(modes->start, tree, error));
     for (size_t k = 0; k < n; k++) modes->start->phi[k] = pend_modes_theta(modes->start->phi[k]);

@@ -106,16 +106,27 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
     read_angles(&rate, tree, scale, 0, velocity, problem);
 }
 
+/* the modes that the states name, and those between them */
+static enum pend_status states_modes(struct pend_modes **modes, const struct api_states *states,
+                                     const struct api_tree *tree, struct pend_error *error) {
+    int low = states->n, high = 0;
+    for (long i = 0; i < states->count; i++) {
+        int mode = states->mode[i];
+        if (mode && mode < low) low = mode;
+        if (mode > high) high = mode;
+    }
+    struct pend_modes_request request = {.gravity = tree->gravity, .vectors = 1, .normalize = PEND_NORMALIZE_MAX,
+                                         .select = PEND_SELECT_NUMBERS, .first = low - 1, .count = high - low + 1};
+    return high ? pend_modes_select(modes, tree->tree, &request, error) : PEND_OK;
+}
+
 enum pend_status api_states_settle(struct api_states *states, const struct api_tree *tree, struct pend_error *error) {
     struct pend_modes *modes = NULL;
     size_t n = (size_t)states->n;
+    PEND_TRY(states_modes(&modes, states, tree, error));
     for (long i = 0; i < states->count; i++) {
         if (!states->mode[i]) continue;
-        if (!modes) {
-            PEND_TRY(pend_modes_new(&modes, tree->tree, tree->gravity, 1, error));
-            pend_modes_normalize(modes, tree->tree, PEND_NORMALIZE_MAX);
-        }
-        const double *vector = modes->vector + (size_t)(states->mode[i] - 1) * n;
+        const double *vector = modes->vector + (size_t)(states->mode[i] - 1 - modes->first) * n;
         for (size_t k = 0; k < n; k++) states->phi[(size_t)i * n + k] = states->amplitude[i] * vector[k] - pi / 2;
     }
     pend_modes_free(&modes);

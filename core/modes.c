@@ -6,42 +6,72 @@
 #include "core/modes_kernel.h"
 #include "core/modes_spectrum.h"
 #include "core/modes_store.h"
+#include "core/modes_vectors.h"
 
 /* frequencies that agree to this, relatively, are one multiple frequency: eigenvalues are good to a few units of the
  * last place */
 #define MODES_MULTIPLE 2e-15
 
-/* one mode of the result: number `index` of those computed of a part, occurrence `which` */
+/* a piece of work: so many vectors are spread or scaled at a time */
+enum { MODES_PIECE = 32 };
+
+/* eigenvalue number `index` of those computed of a part, with all its occurrences */
 struct mode {
     double value;
-    int part, index, which;
-    int row; /* in the result; -1 when not selected */
+    int part, index;
+    int row; /* of the first occurrence in the result; below 0 where that is not selected */
 };
 
-/* a computation under way */
-struct modes_work {
-    const struct pend_modes_request *request;
+/* what is to be done next; the order is the order of work */
+enum phase { PHASE_VALUES, PHASE_ROWS, PHASE_VECTORS, PHASE_SPREAD, PHASE_STAND, PHASE_BASES, PHASE_SCALE, PHASE_DONE };
+
+struct pend_modes_search {
+    struct pend_modes_request request;
+    const struct pend_tree *tree;
     struct pend_spectrum *spectrum;
-    int *first;    /* for each part, where its values begin in value[]; one more entry ends the last */
-    double *value; /* the values computed, signed, ascending in each part */
+    enum phase phase;
+    int part;       /* PHASE_VALUES: under way */
+    int *first;     /* for each part, where its values begin in value[]; one more entry ends the last */
+    int *number;    /* for each part, the number of the first computed */
+    double *value;  /* the values computed, signed, ascending in each part */
     struct mode *mode;
     int mode_count;
-    int below; /* number of modes below those computed */
+    int below;      /* number of modes below those computed */
+    int drop, keep; /* rows computed only since they belong to a multiple frequency: before the others, and where the
+                       others end */
     struct pend_modes *modes;
+    int *lead;      /* for each row, the first arm that moves, the caller's number; -1 where that is not known */
+    int at, end;    /* PHASE_VECTORS, _SPREAD: the run of modes of one part */
+    int low;        /* index of the first vector of that run */
+    int row;        /* PHASE_SPREAD: how many occurrences are done; from PHASE_STAND on: next row */
+    struct pend_vectors *vectors;
+    double **vector, *room;
 };
 
 static enum pend_status modes_check(const struct pend_modes_request *r, int n, struct pend_error *error) {
     if (!(r->gravity > 0 && isfinite(r->gravity)))
         return pend_fail(error, PEND_INVALID, -1, 0, "gravity must be a finite number greater than 0, got %.17g",
                          r->gravity);
-    int counted = r->select == PEND_SELECT_SLOWEST || r->select == PEND_SELECT_FASTEST;
-    if (counted && !(r->count >= 1 && r->count <= n))
+    int first = r->select == PEND_SELECT_NUMBERS ? r->first : 0, counted = r->select != PEND_SELECT_ALL;
+    if (r->select == PEND_SELECT_BETWEEN) counted = 0;
+    if (counted && !(first >= 0 && first < n && r->count >= 1 && r->count <= n - first))
         return pend_fail(error, PEND_INVALID, -1, 0, "the number of modes must be 1 to %d, the number of arms, got %d",
-                         n, r->count);
+                         n - first, r->count);
     if (r->select == PEND_SELECT_BETWEEN && !(r->from <= r->to))
         return pend_fail(error, PEND_INVALID, -1, 0, "the interval's end %.17g must not be below its begin %.17g",
                          r->to, r->from);
     return PEND_OK;
+}
+
+/* all selections but an interval are numbers: first .. first + count - 1 */
+static void modes_numbers(struct pend_modes_request *r, int n) {
+    if (r->select == PEND_SELECT_BETWEEN) {
+        r->count = 0;
+        return;
+    }
+    if (r->select == PEND_SELECT_ALL) r->count = n;
+    if (r->select != PEND_SELECT_NUMBERS) r->first = r->select == PEND_SELECT_FASTEST ? n - r->count : 0;
+    r->select = PEND_SELECT_NUMBERS;
 }
 
 static double modes_signed_square(double omega) { return omega * fabs(omega); }
@@ -49,27 +79,28 @@ static double modes_signed_square(double omega) { return omega * fabs(omega); }
 static double modes_omega(double value) { return copysign(sqrt(fabs(value)), value); }
 
 /* shifts that have all selected modes between them, and few others */
-static void modes_cuts(const struct modes_work *w, double cut[2]) {
-    const struct pend_modes_request *r = w->request;
-    int n = w->spectrum->n;
-    cut[0] = -2 * w->spectrum->most;
-    cut[1] = 2 * w->spectrum->most;
-    if (r->select == PEND_SELECT_SLOWEST) cut[1] = pend_spectrum_cut(w->spectrum, r->count, 1);
-    if (r->select == PEND_SELECT_FASTEST) cut[0] = pend_spectrum_cut(w->spectrum, n - r->count, 0);
-    if (r->select != PEND_SELECT_BETWEEN) return;
+static void modes_cuts(const struct pend_modes_search *s, double cut[2]) {
+    const struct pend_modes_request *r = &s->request;
+    cut[0] = -2 * s->spectrum->most;
+    cut[1] = 2 * s->spectrum->most;
+    if (r->select == PEND_SELECT_NUMBERS) {
+        cut[0] = pend_spectrum_cut(s->spectrum, r->first, 0);
+        cut[1] = pend_spectrum_cut(s->spectrum, r->first + r->count, 1);
+        return;
+    }
     double from = modes_signed_square(r->from), to = modes_signed_square(r->to);
     cut[0] = fmax(cut[0], from - 1e-12 * fabs(from));
     cut[1] = fmin(cut[1], to + 1e-12 * fabs(to));
 }
 
 /* the numbers first .. end - 1 of a part's eigenvalues that lie between the cuts */
-static void modes_range(const struct modes_work *w, int part, const double cut[2], int *first, int *end) {
-    const struct pend_laplacian *l = w->spectrum->part[part];
-    const struct pend_modes_request *r = w->request;
-    if (w->spectrum->symmetry->part_count == 1 && r->select != PEND_SELECT_BETWEEN) {
+static void modes_range(const struct pend_modes_search *s, int part, const double cut[2], int *first, int *end) {
+    const struct pend_laplacian *l = s->spectrum->part[part];
+    const struct pend_modes_request *r = &s->request;
+    if (r->select == PEND_SELECT_NUMBERS && (s->spectrum->symmetry->part_count == 1 || r->count == s->tree->n)) {
         /* numbers are known without counting */
-        *first = r->select == PEND_SELECT_FASTEST ? l->n - r->count : 0;
-        *end = r->select == PEND_SELECT_SLOWEST ? r->count : l->n;
+        *first = r->first;
+        *end = r->count == s->tree->n ? l->n : r->first + r->count;
         return;
     }
     struct pend_modes_probe probe[2] = {{.shift = cut[0]}, {.shift = cut[1]}};
@@ -78,35 +109,45 @@ static void modes_range(const struct modes_work *w, int part, const double cut[2
     *end = probe[1].below > *first ? probe[1].below : *first;
 }
 
-/* all eigenvalues between the cuts, part by part, and the modes that they make */
-static enum pend_status modes_values(struct modes_work *w) {
-    struct pend_spectrum *s = w->spectrum;
-    int parts = s->symmetry->part_count, values = 0, modes = 0, single = parts == 1;
+/* which eigenvalues of which part are to be computed */
+static enum pend_status modes_plan(struct pend_modes_search *s) {
+    int parts = s->spectrum->symmetry->part_count, values = 0;
     double cut[2] = {0, 0};
-    if (!single || w->request->select == PEND_SELECT_BETWEEN) modes_cuts(w, cut);
-    w->first = malloc(2 * ((size_t)parts + 1) * sizeof *w->first);
-    if (!w->first) return PEND_NO_MEMORY;
-    int *number = w->first + parts + 1;
+    if (s->request.count != s->tree->n) modes_cuts(s, cut);
+    s->first = malloc(2 * ((size_t)parts + 1) * sizeof *s->first);
+    if (!s->first) return PEND_NO_MEMORY;
+    s->number = s->first + parts + 1;
     for (int p = 0; p < parts; p++) {
-        int end, times = s->symmetry->part[p].times;
-        modes_range(w, p, cut, &number[p], &end);
-        w->first[p] = values;
-        values += end - number[p];
-        modes += times * (end - number[p]);
-        w->below += times * number[p];
+        int end;
+        modes_range(s, p, cut, &s->number[p], &end);
+        s->first[p] = values;
+        values += end - s->number[p];
+        s->below += s->spectrum->symmetry->part[p].times * s->number[p];
     }
-    w->first[parts] = values;
-    w->value = malloc(((size_t)values + 1) * sizeof *w->value);
-    w->mode = malloc(((size_t)modes + 1) * sizeof *w->mode);
-    if (!w->value || !w->mode) return PEND_NO_MEMORY;
-    for (int p = 0; p < parts; p++) {
-        int count = w->first[p + 1] - w->first[p];
-        double *value = w->value + w->first[p];
-        PEND_TRY(pend_spectrum_values(s, p, number[p], count, value));
-        for (int index = 0; index < count; index++)
-            for (int which = 0; which < s->symmetry->part[p].times; which++)
-                w->mode[w->mode_count++] = (struct mode){value[index], p, index, which, -1};
+    s->first[parts] = values;
+    s->value = malloc(((size_t)values + 1) * sizeof *s->value);
+    s->mode = malloc(((size_t)values + 1) * sizeof *s->mode);
+    return s->value && s->mode ? PEND_OK : PEND_NO_MEMORY;
+}
+
+/* begins with the values of a part, or goes on to what follows the last part */
+static void modes_part_begin(struct pend_modes_search *s) {
+    if (s->part == s->spectrum->symmetry->part_count) {
+        s->phase = PHASE_ROWS;
+        return;
     }
+    int count = s->first[s->part + 1] - s->first[s->part];
+    pend_spectrum_search(s->spectrum, s->part, s->number[s->part], count, s->value + s->first[s->part]);
+}
+
+static enum pend_status modes_values(struct pend_modes_search *s) {
+    int done = 0;
+    PEND_TRY(pend_spectrum_step(s->spectrum, &done));
+    if (!done) return PEND_OK;
+    for (int i = s->first[s->part]; i < s->first[s->part + 1]; i++)
+        s->mode[s->mode_count++] = (struct mode){s->value[i], s->part, i - s->first[s->part], -1};
+    s->part++;
+    modes_part_begin(s);
     return PEND_OK;
 }
 
@@ -114,111 +155,291 @@ static int modes_by_value(const void *a, const void *b) {
     const struct mode *x = a, *y = b;
     if (x->value != y->value) return x->value < y->value ? -1 : 1;
     if (x->part != y->part) return x->part < y->part ? -1 : 1;
-    if (x->index != y->index) return x->index < y->index ? -1 : 1;
-    return x->which < y->which ? -1 : x->which > y->which;
+    return x->index < y->index ? -1 : x->index > y->index;
 }
 
 static int modes_by_part(const void *a, const void *b) {
     const struct mode *x = a, *y = b;
     if (x->part != y->part) return x->part < y->part ? -1 : 1;
-    if (x->index != y->index) return x->index < y->index ? -1 : 1;
-    return x->which < y->which ? -1 : x->which > y->which;
+    return x->index < y->index ? -1 : x->index > y->index;
 }
 
-/* sorts the modes, gives rows to those selected; returns their number */
-static int modes_rows(struct modes_work *w, int *first) {
-    const struct pend_modes_request *r = w->request;
-    int begin = 0, end = w->mode_count;
-    if (w->spectrum->symmetry->part_count > 1) qsort(w->mode, (size_t)w->mode_count, sizeof *w->mode, modes_by_value);
-    if (r->select == PEND_SELECT_SLOWEST) end = r->count;
-    if (r->select == PEND_SELECT_FASTEST) begin = end - r->count;
+static int modes_times(const struct pend_modes_search *s, const struct mode *mode) {
+    return s->spectrum->symmetry->part[mode->part].times;
+}
+
+/* omega of every row, mode by mode in ascending order, rows counted from those computed; returns their number */
+static int modes_count_rows(struct pend_modes_search *s) {
+    int rows = 0;
+    if (s->spectrum->symmetry->part_count > 1)
+        qsort(s->mode, (size_t)s->mode_count, sizeof *s->mode, modes_by_value);
+    for (int i = 0; i < s->mode_count; i++) {
+        s->mode[i].row = rows;
+        rows += modes_times(s, &s->mode[i]);
+    }
+    return rows;
+}
+
+/* the first and the last of the modes that a row belongs to, going back or forth inside a multiple frequency */
+static int modes_extend(const struct pend_modes_search *s, int i, int by) {
+    while (s->request.vectors && i + by >= 0 && i + by < s->mode_count) {
+        double omega = modes_omega(s->mode[i].value), next = modes_omega(s->mode[i + by].value);
+        if (fabs(next - omega) > MODES_MULTIPLE * fabs(omega)) break;
+        i += by;
+    }
+    return i;
+}
+
+/* The rows that are wanted, begin .. end - 1 of those computed, become the rows of the result, and with them, for the
+ * time being, all others of multiple frequencies that the selection cuts. */
+static enum pend_status modes_rows(struct pend_modes_search *s) {
+    const struct pend_modes_request *r = &s->request;
+    int rows = modes_count_rows(s), begin = r->first - s->below, end = begin + r->count, low = 0, high = s->mode_count;
     if (r->select == PEND_SELECT_BETWEEN) {
-        while (begin < end && modes_omega(w->mode[begin].value) < r->from) begin++;
-        while (begin < end && modes_omega(w->mode[end - 1].value) > r->to) end--;
+        while (low < high && modes_omega(s->mode[low].value) < r->from) low++;
+        while (low < high && modes_omega(s->mode[high - 1].value) > r->to) high--;
+        begin = low < s->mode_count ? s->mode[low].row : rows;
+        end = high < s->mode_count ? s->mode[high].row : rows;
     }
-    for (int i = begin; i < end; i++) w->mode[i].row = i - begin;
-    *first = w->below + begin;
-    return end - begin;
-}
-
-/* the vectors of one part, its modes being mode[0 .. count-1] in order of index */
-static enum pend_status modes_part_vectors(struct modes_work *w, struct mode mode[], int count) {
-    struct pend_spectrum *s = w->spectrum;
-    int part = mode[0].part, n = s->part[part]->n, whole = s->symmetry->part_count == 1, low = -1, high = -1;
-    for (int i = 0; i < count; i++) {
-        if (mode[i].row < 0) continue;
-        if (low < 0) low = mode[i].index;
-        high = mode[i].index;
+    /* the modes that have these rows */
+    while (low < high && s->mode[low].row + modes_times(s, &s->mode[low]) <= begin) low++;
+    while (low < high && s->mode[high - 1].row >= end) high--;
+    if (low < high) {
+        low = modes_extend(s, low, -1);
+        high = modes_extend(s, high - 1, 1) + 1;
     }
-    if (low < 0) return PEND_OK;
-    size_t vectors = (size_t)(high - low + 1);
-    double **vector = malloc(vectors * sizeof *vector), *room = NULL;
-    enum pend_status status = PEND_NO_MEMORY;
-    if (!vector) goto out;
-    /* a tree without like branches has its vectors written in place */
-    if (!whole && !(room = malloc(vectors * (size_t)n * sizeof *room))) goto out;
-    for (size_t i = 0; i < vectors; i++) vector[i] = (whole ? w->modes->vector : room) + i * (size_t)n;
-    status = pend_spectrum_vectors(s, part, (int)vectors, w->value + w->first[part] + low, whole ? s->lead : 0, vector);
-    for (int i = 0; !whole && i < count; i++)
-        if (mode[i].row >= 0)
-            pend_symmetry_spread(s->symmetry, part, mode[i].which, vector[mode[i].index - low], s->place,
-                                 w->modes->vector + (size_t)mode[i].row * (size_t)s->n);
-out:
-    free(vector);
-    free(room);
-    return status;
-}
-
-/* about hanging omega^2 = sum g l W theta^2 for a vector of mass norm 1, so no angle exceeds omega times this */
-static double modes_bound(const struct pend_modes_request *r, const struct pend_tree *tree) {
-    double least = INFINITY;
-    for (int k = 0; k < tree->n; k++) least = fmin(least, r->gravity * tree->len[k] * tree->subtree_mass[k]);
-    return r->up ? 0 : 1 / sqrt(least);
-}
-
-static enum pend_status modes_vectors(struct modes_work *w, const struct pend_tree *tree) {
-    if (w->spectrum->symmetry->part_count > 1) qsort(w->mode, (size_t)w->mode_count, sizeof *w->mode, modes_by_part);
-    for (int i = 0, end; i < w->mode_count; i = end) {
-        for (end = i + 1; end < w->mode_count && w->mode[end].part == w->mode[i].part;) end++;
-        PEND_TRY(modes_part_vectors(w, w->mode + i, end - i));
+    int from = low < high ? s->mode[low].row : begin, to = low < high ? s->mode[high - 1].row + modes_times(s, &s->mode[high - 1]) : end;
+    if (!r->vectors) from = begin, to = end;
+    PEND_TRY(pend_modes_alloc(&s->modes, to - from, s->tree->n, r->vectors));
+    s->lead = malloc(((size_t)(to - from) + 1) * sizeof *s->lead);
+    if (!s->lead) return PEND_NO_MEMORY;
+    s->modes->first = s->below + begin;
+    s->drop = begin - from;
+    s->keep = end - from;
+    for (int i = low; i < high; i++) {
+        s->mode[i].row -= from;
+        for (int j = 0; j < modes_times(s, &s->mode[i]); j++) {
+            int row = s->mode[i].row + j;
+            if (row < 0 || row >= to - from) continue;
+            s->modes->omega[row] = modes_omega(s->mode[i].value);
+            s->lead[row] = -1;
+        }
     }
-    /* so far an angle is a displacement to the right over a length; a standing arm turns the other way */
-    for (int k = 0; w->request->up && k < tree->n; k++)
-        for (int i = 0; w->request->up[k] && i < w->modes->count; i++) w->modes->vector[(size_t)i * tree->n + k] *= -1;
-    pend_modes_settle(w->modes, tree, MODES_MULTIPLE, modes_bound(w->request, tree), NULL);
+    /* only these are of interest from here on */
+    s->at = s->end = low;
+    s->mode_count = high;
+    if (r->vectors && s->spectrum->symmetry->part_count > 1)
+        qsort(s->mode + low, (size_t)(high - low), sizeof *s->mode, modes_by_part);
     return PEND_OK;
 }
 
-static enum pend_status modes_solve(struct modes_work *w, const struct pend_tree *tree) {
-    int first;
-    PEND_TRY(pend_spectrum_new(&w->spectrum, tree, w->request->gravity, w->request->up));
-    PEND_TRY(modes_values(w));
-    int count = modes_rows(w, &first);
-    PEND_TRY(pend_modes_alloc(&w->modes, count, tree->n, w->request->vectors));
-    w->modes->first = first;
-    for (int i = 0; i < w->mode_count; i++) {
-        if (w->mode[i].row < 0) continue;
-        w->modes->omega[w->mode[i].row] = modes_omega(w->mode[i].value);
-        w->modes->growing += w->mode[i].value < 0;
+/* the next part's modes, or on to what follows the last */
+static enum pend_status modes_run_begin(struct pend_modes_search *s) {
+    struct pend_spectrum *spectrum = s->spectrum;
+    int whole = spectrum->symmetry->part_count == 1;
+    pend_vectors_free(&s->vectors);
+    free(s->vector);
+    free(s->room);
+    s->vector = NULL;
+    s->room = NULL;
+    s->at = s->end;
+    if (s->at == s->mode_count) {
+        s->phase = s->request.up ? PHASE_STAND : PHASE_BASES;
+        s->row = 0;
+        return PEND_OK;
     }
-    return w->request->vectors ? modes_vectors(w, tree) : PEND_OK;
+    int part = s->mode[s->at].part, n = spectrum->part[part]->n;
+    while (s->end < s->mode_count && s->mode[s->end].part == part) s->end++;
+    s->low = s->mode[s->at].index;
+    size_t count = (size_t)(s->mode[s->end - 1].index - s->low + 1);
+    s->vector = malloc(count * sizeof *s->vector);
+    /* a tree without like branches has its vectors written in place */
+    if (!whole) s->room = malloc(count * (size_t)n * sizeof *s->room);
+    if (!s->vector || (!whole && !s->room)) return PEND_NO_MEMORY;
+    for (size_t i = 0; i < count; i++) s->vector[i] = (whole ? s->modes->vector : s->room) + i * (size_t)n;
+    const double *value = s->value + s->first[part] + s->low;
+    s->phase = PHASE_VECTORS;
+    return pend_vectors_new(&s->vectors, spectrum->part[part], (int)count, value, whole ? spectrum->lead : 0, s->vector);
+}
+
+static enum pend_status modes_vectors(struct pend_modes_search *s) {
+    int done = 0, part = s->mode[s->at].part;
+    PEND_TRY(pend_vectors_step(s->vectors, &done));
+    if (!done) return PEND_OK;
+    if (s->spectrum->symmetry->part_count == 1) return modes_run_begin(s);
+    pend_symmetry_places(s->spectrum->symmetry, part, s->spectrum->place);
+    s->phase = PHASE_SPREAD;
+    s->row = 0;
+    return PEND_OK;
+}
+
+/* occurrences of one mode over the whole tree; then the next mode, and after the last one the next part */
+static enum pend_status modes_spread(struct pend_modes_search *s) {
+    const struct mode *mode = &s->mode[s->at];
+    int times = modes_times(s, mode), n = s->spectrum->part[mode->part]->n;
+    const double *angle = s->vector[mode->index - s->low];
+    double largest = 0;
+    for (int k = 0; k < n; k++) largest = fabs(angle[k]) > largest ? fabs(angle[k]) : largest;
+    for (int piece = 0; piece < MODES_PIECE && s->row < times; piece++, s->row++) {
+        int row = mode->row + s->row;
+        s->lead[row] = pend_symmetry_spread(s->spectrum->symmetry, mode->part, s->row, angle, PEND_MODES_ZERO * largest,
+                                            s->spectrum->place, s->modes->vector + (size_t)row * (size_t)s->tree->n);
+    }
+    if (s->row < times) return PEND_OK;
+    s->row = 0;
+    return ++s->at == s->end ? modes_run_begin(s) : PEND_OK;
+}
+
+/* an angle so far is a displacement to the right over a length; a standing arm turns the other way */
+static void modes_stand(struct pend_modes_search *s) {
+    for (int piece = 0; piece < MODES_PIECE && s->row < s->modes->count; piece++, s->row++) {
+        double *x = s->modes->vector + (size_t)s->row * (size_t)s->tree->n;
+        for (int k = 0; k < s->tree->n; k++) x[k] = s->request.up[k] ? -x[k] : x[k];
+    }
+    if (s->row < s->modes->count) return;
+    s->phase = PHASE_BASES;
+    s->row = 0;
+}
+
+/* about hanging omega^2 = sum g l W theta^2 for a vector of mass norm 1, so no angle exceeds omega times this */
+static double modes_bound(const struct pend_modes_search *s) {
+    double least = INFINITY;
+    for (int k = 0; k < s->tree->n; k++) least = fmin(least, s->request.gravity * s->tree->len[k] * s->tree->subtree_mass[k]);
+    return 1 / sqrt(least);
+}
+
+/* the basis of the next multiple frequency, or of the next few single ones */
+static void modes_bases(struct pend_modes_search *s) {
+    struct pend_modes *modes = s->modes;
+    for (int piece = 0; piece < MODES_PIECE && s->row < modes->count;) {
+        int next = pend_modes_basis(modes, s->tree, MODES_MULTIPLE, s->row, s->lead);
+        piece += next - s->row;
+        s->row = next;
+    }
+    if (s->row < modes->count) return;
+    s->phase = PHASE_SCALE;
+    s->row = 0;
+}
+
+static void modes_scale(struct pend_modes_search *s) {
+    struct pend_modes *modes = s->modes;
+    const struct pend_modes_request *r = &s->request;
+    double bound = r->up ? 0 : modes_bound(s);
+    for (int piece = 0; piece < MODES_PIECE && s->row < modes->count; piece++, s->row++) {
+        const double *x = modes->vector + (size_t)s->row * (size_t)s->tree->n;
+        modes->norm[s->row] = 1;
+        int *lead = &s->lead[s->row];
+        /* the kernel made the first entry positive; is it certainly not zero? */
+        if (*lead < 0 && bound > 0 && x[s->tree->place[0]] > PEND_MODES_ZERO * bound * modes->omega[s->row]) *lead = 0;
+        if (*lead >= 0 && x[s->tree->place[*lead]] > 0 && r->normalize == PEND_NORMALIZE_MASS) continue;
+        pend_modes_scale(modes, s->tree, s->row, r->normalize, *lead);
+    }
+    if (s->row == modes->count) s->phase = PHASE_DONE;
+}
+
+/* only the rows that were asked for stay */
+static void modes_trim(struct pend_modes *modes, int drop, int keep) {
+    modes->count = keep - drop;
+    modes->omega += drop;
+    if (modes->vector) {
+        modes->vector += (size_t)drop * (size_t)modes->n;
+        modes->norm += drop;
+    }
+    for (int k = 0; k < modes->count; k++) modes->growing += modes->omega[k] < 0;
+}
+
+static enum pend_status modes_step(struct pend_modes_search *s) {
+    switch (s->phase) {
+    case PHASE_VALUES:
+        return modes_values(s);
+    case PHASE_ROWS:
+        PEND_TRY(modes_rows(s));
+        s->phase = PHASE_DONE;
+        return s->request.vectors ? modes_run_begin(s) : PEND_OK;
+    case PHASE_VECTORS:
+        return modes_vectors(s);
+    case PHASE_SPREAD:
+        return modes_spread(s);
+    case PHASE_STAND:
+        modes_stand(s);
+        return PEND_OK;
+    case PHASE_BASES:
+        modes_bases(s);
+        return PEND_OK;
+    case PHASE_SCALE:
+        modes_scale(s);
+        return PEND_OK;
+    case PHASE_DONE:
+        return PEND_OK;
+    }
+    return PEND_BUG;
+}
+
+static enum pend_status modes_fail(enum pend_status status, int n, struct pend_error *error) {
+    return pend_fail(error, status, -1, 0, "%s: the modes of %d arms", pend_status_text(status), n);
+}
+
+enum pend_status pend_modes_search_new(struct pend_modes_search **search, const struct pend_tree *tree,
+                                       const struct pend_modes_request *request, struct pend_error *error) {
+    *search = NULL;
+    PEND_TRY(modes_check(request, tree->n, error));
+    struct pend_modes_search *s = *search = calloc(1, sizeof *s);
+    enum pend_status status = PEND_NO_MEMORY;
+    if (!s) goto out;
+    s->request = *request;
+    s->tree = tree;
+    modes_numbers(&s->request, tree->n);
+    status = pend_spectrum_new(&s->spectrum, tree, request->gravity, request->up);
+    if (!status) status = modes_plan(s);
+    if (!status) modes_part_begin(s);
+out:
+    if (status) pend_modes_search_free(search);
+    return status ? modes_fail(status, tree->n, error) : PEND_OK;
+}
+
+enum pend_status pend_modes_search_step(struct pend_modes_search *search, int *done, struct pend_error *error) {
+    enum pend_status status = modes_step(search);
+    if (status) return modes_fail(status, search->tree->n, error);
+    *done = search->phase == PHASE_DONE;
+    return PEND_OK;
+}
+
+struct pend_modes *pend_modes_search_take(struct pend_modes_search *search) {
+    struct pend_modes *modes = search->modes;
+    if (modes) modes_trim(modes, search->drop, search->keep);
+    search->modes = NULL;
+    return modes;
+}
+
+void pend_modes_search_free(struct pend_modes_search **search) {
+    struct pend_modes_search *s = *search;
+    if (!s) return;
+    pend_vectors_free(&s->vectors);
+    free(s->vector);
+    free(s->room);
+    free(s->lead);
+    pend_modes_free(&s->modes);
+    free(s->mode);
+    free(s->value);
+    free(s->first);
+    pend_spectrum_free(&s->spectrum);
+    free(s);
+    *search = NULL;
+}
+
+double pend_modes_cost(int n, int count, int vectors) {
+    /* 4.4 sweeps an eigenvalue of 1 ns an arm; a vector costs about 8, more where the vectors leave the cache */
+    return 1e-9 * n * (count + 20.0) * (vectors ? 20 : 5.5);
 }
 
 enum pend_status pend_modes_select(struct pend_modes **modes, const struct pend_tree *tree,
                                    const struct pend_modes_request *request, struct pend_error *error) {
+    struct pend_modes_search *search;
     *modes = NULL;
-    PEND_TRY(modes_check(request, tree->n, error));
-    struct modes_work w = {.request = request};
-    enum pend_status status = modes_solve(&w, tree);
-    if (status) {
-        pend_modes_free(&w.modes);
-        pend_fail(error, status, -1, 0, "%s: the modes of %d arms", pend_status_text(status), tree->n);
-    }
-    *modes = w.modes;
-    pend_spectrum_free(&w.spectrum);
-    free(w.first);
-    free(w.value);
-    free(w.mode);
+    enum pend_status status = pend_modes_search_new(&search, tree, request, error);
+    for (int done = 0; !status && !done;) status = pend_modes_search_step(search, &done, error);
+    if (!status) *modes = pend_modes_search_take(search);
+    pend_modes_search_free(&search);
     return status;
 }
 

@@ -41,17 +41,22 @@ static void gsl_fill(gsl_matrix *matrix, const struct pend_tree *tree, double gr
         }
 }
 
-/* theta = K^{-1/2} u */
+/* theta = K^{-1/2} u; lead: n ints of scratch */
 static void gsl_vectors(struct pend_modes *modes, const struct pend_tree *tree, double gravity, const gsl_matrix *u,
-                        double tips[]) {
+                        double tips[], int lead[]) {
     for (int mode = 0; mode < modes->n; mode++) {
         double *x = modes->vector + (size_t)mode * modes->n;
         for (int k = 0; k < modes->n; k++)
             x[k] = gsl_matrix_get(u, (size_t)k, (size_t)mode) / sqrt(gravity * tree->len[k] * tree->subtree_mass[k]);
         double norm = pend_modes_mass_norm(tree, x, tips);
         for (int k = 0; k < modes->n; k++) x[k] /= norm;
+        lead[mode] = -1;
     }
-    pend_modes_settle(modes, tree, modes->n * 1e-15, 0, tips);
+    for (int mode = 0; mode < modes->n;) mode = pend_modes_basis(modes, tree, modes->n * 1e-15, mode, lead);
+    for (int mode = 0; mode < modes->n; mode++) {
+        modes->norm[mode] = pend_modes_mass_norm(tree, modes->vector + (size_t)mode * modes->n, tips);
+        pend_modes_scale(modes, tree, mode, PEND_NORMALIZE_MASS, -1);
+    }
 }
 
 enum pend_status pend_modes_gsl_new(struct pend_modes **modes, const struct pend_tree *tree, double gravity,
@@ -74,7 +79,7 @@ enum pend_status pend_modes_gsl_new(struct pend_modes **modes, const struct pend
     }
     gsl_eigen_symmv_sort(&room->value.vector, &room->vector.matrix, GSL_EIGEN_SORT_VAL_DESC);
     for (int k = 0; k < tree->n; k++) (*modes)->omega[k] = 1 / sqrt(gsl_vector_get(&room->value.vector, (size_t)k));
-    if (vectors) gsl_vectors(*modes, tree, gravity, &room->vector.matrix, room->work.d);
+    if (vectors) gsl_vectors(*modes, tree, gravity, &room->vector.matrix, room->work.d, (int *)room->work.sd);
 out:
     if (status) pend_modes_free(modes);
     free(room);

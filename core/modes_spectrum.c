@@ -3,8 +3,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "core/modes_values.h"
-#include "core/modes_vectors.h"
 
 enum { SPECTRUM_SHIFTS = 16, SPECTRUM_ROUNDS = 14 };
 
@@ -36,6 +34,7 @@ out:
 void pend_spectrum_free(struct pend_spectrum **spectrum) {
     struct pend_spectrum *s = *spectrum;
     if (!s) return;
+    pend_values_free(&s->search.values);
     for (int i = 0; s->part && i < s->symmetry->part_count; i++) pend_laplacian_free(&s->part[i]);
     free(s->part);
     pend_symmetry_free(&s->symmetry);
@@ -104,24 +103,34 @@ static void spectrum_reverse(int count, double value[]) {
     }
 }
 
-enum pend_status pend_spectrum_values(struct pend_spectrum *spectrum, int part, int first, int count, double value[]) {
+void pend_spectrum_search(struct pend_spectrum *spectrum, int part, int first, int count, double value[]) {
     struct pend_laplacian *l = spectrum->part[part];
-    enum pend_status status = PEND_OK;
-    int split = spectrum->negative ? pend_modes_values_below(l, 0) - first : 0;
+    int split = spectrum->negative ? pend_values_below(l, 0) - first : 0;
     if (split < 0) split = 0;
     if (split > count) split = count;
-    if (split) {
-        /* number i from below of L is number n - 1 - i of -L, where it is positive */
-        spectrum_negate(l);
-        status = pend_modes_values(l, l->n - first - split, split, value);
-        spectrum_negate(l);
-        spectrum_reverse(split, value);
-    }
-    if (!status) status = pend_modes_values(l, first + split, count - split, value + split);
+    spectrum->search = (struct pend_search){l, NULL, value, first, count, split, split ? 0 : 1};
+}
+
+/* number i from below of L is number n - 1 - i of -L, where it is positive */
+static enum pend_status spectrum_begin(struct pend_search *s) {
+    if (s->done) return pend_values_new(&s->values, s->part, s->first + s->split, s->count - s->split, s->value + s->split);
+    spectrum_negate(s->part);
+    enum pend_status status = pend_values_new(&s->values, s->part, s->part->n - s->first - s->split, s->split, s->value);
+    if (status) spectrum_negate(s->part);
     return status;
 }
 
-enum pend_status pend_spectrum_vectors(struct pend_spectrum *spectrum, int part, int count, double value[], int lead,
-                                       double *vector[]) {
-    return pend_modes_vectors(spectrum->part[part], count, value, lead, vector);
+enum pend_status pend_spectrum_step(struct pend_spectrum *spectrum, int *done) {
+    struct pend_search *s = &spectrum->search;
+    if (!s->values && s->done < 2) PEND_TRY(spectrum_begin(s));
+    if (s->values && pend_values_step(s->values)) {
+        pend_values_free(&s->values);
+        if (!s->done) {
+            spectrum_negate(s->part);
+            spectrum_reverse(s->split, s->value);
+        }
+        s->done++;
+    }
+    *done = s->done == 2;
+    return PEND_OK;
 }

@@ -5,6 +5,16 @@
 #define PEND_MODES_SPECTRUM_H
 
 #include "core/modes_symmetry.h"
+#include "core/modes_values.h"
+
+/* The search for a part's eigenvalues: first those below 0, as positive ones of -L, then the others. */
+struct pend_search {
+    struct pend_laplacian *part;
+    struct pend_values *values; /* NULL between the two */
+    double *value;
+    int first, count, split; /* split: how many are below 0 */
+    int done;                /* 0, 1 once those below 0 are found, 2 at the end */
+};
 
 struct pend_spectrum {
     struct pend_symmetry *symmetry;
@@ -13,6 +23,7 @@ struct pend_spectrum {
     int n;
     int lead;           /* stored number of the caller's first arm */
     int negative;       /* number of eigenvalues below 0 */
+    struct pend_search search;
     double least, most; /* 1/s^2: every eigenvalue has least <= |lambda| <= most */
 };
 
@@ -34,26 +45,21 @@ void pend_spectrum_free(struct pend_spectrum **spectrum);
 double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int above);
 
 /**
- * Eigenvalues of a part, signed and ascending.
+ * Begins to search for eigenvalues of a part, signed and ascending.
  *
  * first, count  numbers in the part.
- * value         out, count values.
+ * value         out, count values, once the search is done; outlives it.
+ * O(n of the part).
+ */
+void pend_spectrum_search(struct pend_spectrum *spectrum, int part, int first, int count, double value[]);
+
+/**
+ * Searches on for at most about 64 sweeps over the part.
+ *
+ * done  set non-zero once all are found.
  *
  * PEND_NO_MEMORY  O(count).
  */
-PEND_MUST_CHECK enum pend_status pend_spectrum_values(struct pend_spectrum *spectrum, int part, int first, int count,
-                                                      double value[]);
-
-/**
- * Eigenvectors of a part.
- *
- * value   count signed eigenvalues, ascending.
- * lead    the node of the part whose angle is to be positive.
- * vector  out, count pointers to as many angles as the part has arms; mass norm 1.
- *
- * PEND_NO_MEMORY, PEND_NO_CONVERGENCE
- */
-PEND_MUST_CHECK enum pend_status pend_spectrum_vectors(struct pend_spectrum *spectrum, int part, int count,
-                                                       double value[], int lead, double *vector[]);
+PEND_MUST_CHECK enum pend_status pend_spectrum_step(struct pend_spectrum *spectrum, int *done);
 
 #endif

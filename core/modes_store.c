@@ -108,56 +108,40 @@ static void store_echelon(const struct pend_tree *tree, int group, double vector
     }
 }
 
-/* true when each vector begins to move at a later arm than the one before it */
-static int store_is_echelon(const struct pend_tree *tree, int group, const double vector[]) {
-    for (int j = 0, last = -1; j < group; j++) {
-        const double *x = vector + (size_t)j * tree->n;
-        int first = store_first(tree, x, PEND_MODES_ZERO * store_largest(tree->n, x), 0);
-        if (first <= last) return 0;
-        last = first;
-    }
-    return 1;
-}
-
 /* the number by which a vector is to be divided */
-static double store_divisor(const struct pend_tree *tree, const double x[], double norm, enum pend_normalize rule) {
-    double largest = store_largest(tree->n, x);
-    int first = store_first(tree, x, PEND_MODES_ZERO * largest, 0);
-    if (first == tree->n) return 1;
-    double head = x[tree->place[first]];
-    if (rule == PEND_NORMALIZE_FIRST) return head;
-    if (rule == PEND_NORMALIZE_MASS) return copysign(norm, head);
-    return x[tree->place[store_first(tree, x, (1 - PEND_MODES_ZERO) * largest, 0)]];
+static double store_divisor(const struct pend_tree *tree, const double x[], double norm, enum pend_normalize rule,
+                            int lead) {
+    double largest = lead < 0 || rule == PEND_NORMALIZE_MAX ? store_largest(tree->n, x) : 0;
+    if (rule == PEND_NORMALIZE_MAX) {
+        lead = store_first(tree, x, (1 - PEND_MODES_ZERO) * largest, 0);
+        return x[tree->place[lead]];
+    }
+    if (lead < 0) lead = store_first(tree, x, PEND_MODES_ZERO * largest, 0);
+    return rule == PEND_NORMALIZE_FIRST ? x[tree->place[lead]] : copysign(norm, x[tree->place[lead]]);
 }
 
-static void store_normalize(struct pend_modes *modes, const struct pend_tree *tree, int mode,
-                            enum pend_normalize rule) {
+int pend_modes_basis(struct pend_modes *modes, const struct pend_tree *tree, double multiple, int mode, int lead[]) {
+    double limit = modes->omega[mode] + multiple * fabs(modes->omega[mode]);
+    int end = mode + 1, ordered = 1;
+    while (end < modes->count && modes->omega[end] <= limit) end++;
+    if (end == mode + 1) return end;
+    for (int j = mode; j < end; j++) {
+        const double *x = modes->vector + (size_t)j * modes->n;
+        if (lead[j] < 0) lead[j] = store_first(tree, x, PEND_MODES_ZERO * store_largest(tree->n, x), 0);
+        ordered &= j == mode || lead[j] > lead[j - 1];
+    }
+    if (ordered) return end;
+    for (int j = mode; j < end; j++) lead[j] = -1;
+    store_echelon(tree, end - mode, modes->vector + (size_t)mode * modes->n);
+    return end;
+}
+
+void pend_modes_scale(struct pend_modes *modes, const struct pend_tree *tree, int mode, enum pend_normalize rule,
+                      int lead) {
     double *x = modes->vector + (size_t)mode * modes->n;
-    double divisor = store_divisor(tree, x, modes->norm[mode], rule);
+    double divisor = store_divisor(tree, x, modes->norm[mode], rule, lead);
     for (int arm = 0; divisor != 1 && arm < modes->n; arm++) x[arm] /= divisor;
     modes->norm[mode] = rule == PEND_NORMALIZE_MASS ? 1 : modes->norm[mode] / fabs(divisor);
-}
-
-void pend_modes_settle(struct pend_modes *modes, const struct pend_tree *tree, double multiple, double bound,
-                       double scratch[]) {
-    int n = modes->n, end;
-    for (int k = 0; k < modes->count; k = end) {
-        double limit = modes->omega[k] + multiple * fabs(modes->omega[k]);
-        for (end = k + 1; end < modes->count && modes->omega[end] <= limit;) end++;
-        double *group = modes->vector + (size_t)k * n;
-        if (end > k + 1 && !store_is_echelon(tree, end - k, group)) store_echelon(tree, end - k, group);
-    }
-    for (int k = 0; k < modes->count; k++) {
-        double *x = modes->vector + (size_t)k * n;
-        modes->norm[k] = scratch ? pend_modes_mass_norm(tree, x, scratch) : 1;
-        /* nothing to be done where the first entry is certainly not zero, and positive */
-        if (!scratch && bound > 0 && x[tree->place[0]] > PEND_MODES_ZERO * bound * modes->omega[k]) continue;
-        store_normalize(modes, tree, k, PEND_NORMALIZE_MASS);
-    }
-}
-
-void pend_modes_normalize(struct pend_modes *modes, const struct pend_tree *tree, enum pend_normalize rule) {
-    for (int k = 0; modes->vector && k < modes->count; k++) store_normalize(modes, tree, k, rule);
 }
 
 double pend_modes_theta(double phi) {

@@ -10,7 +10,12 @@
  * (0, 1, -1) comes out of floating point with a first entry of round-off. */
 #define PEND_MODES_ZERO 1e-9
 
-enum pend_normalize { PEND_NORMALIZE_FIRST, PEND_NORMALIZE_MASS, PEND_NORMALIZE_MAX };
+/* How a vector is scaled and signed. */
+enum pend_normalize {
+    PEND_NORMALIZE_MASS,  /* vector^T Re(0) vector = 1, the first entry (in the caller's order) that is not zero > 0 */
+    PEND_NORMALIZE_FIRST, /* that entry is 1 */
+    PEND_NORMALIZE_MAX    /* the entry of largest magnitude is 1; of several that agree to PEND_MODES_ZERO the first */
+};
 
 /* count modes of n arms; vector[k * n + arm] is mode-major, arm in stored order. */
 struct pend_modes {
@@ -19,8 +24,8 @@ struct pend_modes {
     int growing;    /* the first so many of the modes held do not swing but grow as e^{-omega t}, their omega < 0; 0
                        about hanging */
     double *omega;  /* rad/s, ascending; 1/s below 0 */
-    double *vector; /* theta of arm, scaled so that vector^T Re(0) vector = 1 (Re of the equilibrium's angles where
-                       arms stand); NULL when not asked for */
+    double *vector; /* theta of arm; mass-orthogonal, in Re(0) or, where arms stand, Re of the equilibrium's angles; NULL
+                       when not asked for */
     double *norm;   /* sqrt(vector^T Re(0) vector) of each vector as it is scaled now; NULL without vectors */
 };
 
@@ -44,26 +49,29 @@ PEND_MUST_CHECK enum pend_status pend_modes_alloc(struct pend_modes **modes, int
 double pend_modes_mass_norm(const struct pend_tree *tree, const double x[], double tips[]);
 
 /**
- * Gives every multiple frequency its stated basis, scales every vector to mass norm 1 and fixes its sign.
+ * Gives the multiple frequency that begins at a mode its stated basis: orthogonal vectors that begin to move at later
+ * and later arms.
  *
- * modes     omega ascending, vectors mass-orthogonal and of mass norm about 1.
+ * modes     omega ascending, vectors mass-orthogonal and of the same mass norm.
  * multiple  frequencies are one multiple frequency when the largest is at most this much above the least, relatively.
- * bound     no entry of a vector is larger than omega times this; 0 when nothing is known.
- * scratch   n doubles; NULL when every vector's mass norm is 1 already.
- * O(count n), and O(g^2 n) for a frequency of multiplicity g.
+ * lead      in and out, one entry a mode: the first arm (the caller's number) whose entry is not zero, -1 where that is
+ *           not known.
+ *
+ * Returns the number of the mode after it. O(n), and O(g^2 n) for a frequency of multiplicity g.
  */
-void pend_modes_settle(struct pend_modes *modes, const struct pend_tree *tree, double multiple, double bound,
-                       double scratch[]);
+int pend_modes_basis(struct pend_modes *modes, const struct pend_tree *tree, double multiple, int mode, int lead[]);
+
+/**
+ * Scales a vector by a rule, and its norm with it.
+ *
+ * lead  the first arm (the caller's number) whose entry is not zero, -1 when that is not known.
+ * O(n).
+ */
+void pend_modes_scale(struct pend_modes *modes, const struct pend_tree *tree, int mode, enum pend_normalize rule,
+                      int lead);
 
 /** Frees modes and clears the pointer; NULL is accepted. */
 void pend_modes_free(struct pend_modes **modes);
-
-/**
- * Rescales every vector in place: FIRST makes the first entry (in the caller's order) that is not zero 1, MASS makes
- * vector^T Re(0) vector = 1 with the first non-zero entry positive, MAX makes the entry of largest magnitude 1 (of
- * several that agree to PEND_MODES_ZERO the first). O(count n).
- */
-void pend_modes_normalize(struct pend_modes *modes, const struct pend_tree *tree, enum pend_normalize rule);
 
 /**
  * The angle from the nearest hanging position, rad in [-pi, pi], of an angle phi from the positive real axis: whole

@@ -276,28 +276,48 @@ enum pend_status pend_symmetry_laplacian(struct pend_laplacian **laplacian, cons
     return PEND_OK;
 }
 
-/* the angles of a part, times a factor, on the arms of one branch */
-static void symmetry_spread_branch(const struct pend_symmetry *s, int root, const double angle[], double factor,
-                                   int place[], double vector[]) {
+/* the places of the arms of one branch */
+static void symmetry_branch_places(const struct pend_symmetry *s, int root, int place[]) {
     const struct pend_tree *tree = s->tree;
-    for (int k = root; k < tree->end[root]; k++) {
-        place[k] = k == root ? 0 : place[tree->parent[k]] + s->offset[k];
-        vector[k] = factor * angle[place[k]];
+    place[root] = 0;
+    for (int k = root + 1; k < tree->end[root]; k++) place[k] = place[tree->parent[k]] + s->offset[k];
+}
+
+void pend_symmetry_places(const struct pend_symmetry *symmetry, int part, int place[]) {
+    const struct pend_part *p = &symmetry->part[part];
+    if (part == 0) symmetry_branch_places(symmetry, 0, place);
+    for (int i = 0; part && i < p->times; i++) {
+        const struct pend_contrast *contrast = &symmetry->contrast[p->first + i];
+        const struct pend_likes *likes = &symmetry->likes[contrast->likes];
+        /* once for all contrasts of a joint */
+        for (int j = 0; contrast->from == 0 && j < likes->count; j++)
+            symmetry_branch_places(symmetry, symmetry->branch[likes->first + j], place);
     }
 }
 
-void pend_symmetry_spread(const struct pend_symmetry *symmetry, int part, int which, const double angle[], int place[],
-                          double vector[]) {
-    if (part == 0) {
-        symmetry_spread_branch(symmetry, 0, angle, 1, place, vector);
-        return;
-    }
+/* the angles of a part, times a factor, on the arms of one branch */
+static void symmetry_spread_branch(const struct pend_symmetry *s, int root, const double angle[], double factor,
+                                   const int place[], double vector[]) {
+    for (int k = root, end = s->tree->end[root]; k < end; k++) vector[k] = factor * angle[place[k]];
+}
+
+int pend_symmetry_spread(const struct pend_symmetry *symmetry, int part, int which, const double angle[], double zero,
+                         const int place[], double vector[]) {
+    const struct pend_tree *tree = symmetry->tree;
     const struct pend_contrast *contrast = &symmetry->contrast[symmetry->part[part].first + which];
-    const struct pend_likes *likes = &symmetry->likes[contrast->likes];
+    int lead = part ? contrast->lead : 0;
+    double first = angle[place[tree->place[lead]]], sign = copysign(1, first);
+    if (!(fabs(first) > zero)) lead = -1;
+    if (part == 0) {
+        symmetry_spread_branch(symmetry, 0, angle, sign, place, vector);
+        return lead;
+    }
     /* Helmert's contrast: one against the mean of the `rest` later ones, of norm 1 */
-    double rest = likes->count - 1 - contrast->from, head = sqrt(rest / (rest + 1));
-    memset(vector, 0, (size_t)symmetry->tree->n * sizeof *vector);
+    const struct pend_likes *likes = &symmetry->likes[contrast->likes];
+    double rest = likes->count - 1 - contrast->from, head = sign * sqrt(rest / (rest + 1));
+    memset(vector, 0, (size_t)tree->n * sizeof *vector);
     for (int j = contrast->from; j < likes->count; j++)
         symmetry_spread_branch(symmetry, symmetry->branch[likes->first + j], angle,
                                j == contrast->from ? head : -head / rest, place, vector);
+    return lead;
 }

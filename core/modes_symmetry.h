@@ -63,15 +63,21 @@ PEND_MUST_CHECK enum pend_status pend_symmetry_laplacian(struct pend_laplacian *
                                                          const struct pend_symmetry *symmetry, int part, double gravity,
                                                          const unsigned char up[], int place[]);
 
+/** The places in a part of all arms that move in its modes. place: n ints of the tree; others are left alone. O(n). */
+void pend_symmetry_places(const struct pend_symmetry *symmetry, int part, int place[]);
+
 /**
  * Spreads a part's mode over the arms of the tree.
  *
  * which   number of the mode's occurrence, 0 <= which < times; occurrences are mass-orthogonal.
  * angle   the part's n angles.
- * place   n ints of scratch for the whole tree.
+ * zero    an angle of at most this size counts as none.
+ * place   from pend_symmetry_places.
  * vector  out, n angles of the tree.
+ *
+ * Returns the caller's number of the first arm that moves, having made its angle positive; -1 where that is not known.
  */
-void pend_symmetry_spread(const struct pend_symmetry *symmetry, int part, int which, const double angle[], int place[],
-                          double vector[]);
+int pend_symmetry_spread(const struct pend_symmetry *symmetry, int part, int which, const double angle[], double zero,
+                         const int place[], double vector[]);
 
 #endif

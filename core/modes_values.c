@@ -31,16 +31,16 @@ struct span {
     int tries;
 };
 
-struct values {
+struct pend_values {
     const struct pend_laplacian *laplacian;
     const struct pend_modes_kernel *kernel;
     int first, last; /* numbers sought: first <= number < last */
     double *value;
-    struct span *todo;
-    int todo_count;
+    int todo_count, polished;
+    struct span todo[];
 };
 
-int pend_modes_values_below(const struct pend_laplacian *laplacian, double shift) {
+int pend_values_below(const struct pend_laplacian *laplacian, double shift) {
     struct pend_modes_probe probe = {.shift = shift};
     pend_modes_kernel()->probe(laplacian, 1, &probe);
     return probe.below;
@@ -79,7 +79,7 @@ static void values_bounds(const struct span *span, double *lo, double *hi) {
 }
 
 /* all eigenvalues of a span are the same number to round-off */
-static void values_finish(struct values *v, const struct span *span, double value) {
+static void values_finish(struct pend_values *v, const struct span *span, double value) {
     value = fmin(fmax(value, span->lo.at), span->hi.at);
     for (int number = span->lo.below; number < span->hi.below; number++)
         if (number >= v->first && number < v->last) v->value[number - v->first] = value;
@@ -152,7 +152,7 @@ static void values_learn(const struct span *span, struct span *part) {
 }
 
 /* files what lies between two counted ends of a span */
-static void values_file(struct values *v, const struct span *whole, struct span span) {
+static void values_file(struct pend_values *v, const struct span *whole, struct span span) {
     double value;
     if (span.hi.below <= span.lo.below || span.hi.below <= v->first || span.lo.below >= v->last) return;
     if (span.hi.below - span.lo.below < whole->hi.below - whole->lo.below) span.tries = 0;
@@ -164,7 +164,7 @@ static void values_file(struct values *v, const struct span *whole, struct span 
 }
 
 /* cuts a span at the shifts that were counted */
-static void values_cut(struct values *v, const struct span *span, int count, struct pend_modes_probe probe[]) {
+static void values_cut(struct pend_values *v, const struct span *span, int count, struct pend_modes_probe probe[]) {
     struct span part = *span;
     int most = span->hi.below;
     for (int i = 0; i < count; i++) {
@@ -186,7 +186,7 @@ static void values_cut(struct values *v, const struct span *span, int count, str
 }
 
 /* one round: takes spans from the end of the list, counts at their next shifts, files the parts */
-static void values_round(struct values *v) {
+static void values_round(struct pend_values *v) {
     struct pend_modes_probe probe[VALUES_BATCH];
     struct span span[VALUES_BATCH];
     int count[VALUES_BATCH], spans = 0, probes = 0;
@@ -226,21 +226,34 @@ static double values_polish(const struct pend_laplacian *l, double value) {
     return fabs(step) < VALUES_POLISH * value ? value - step : value;
 }
 
-enum pend_status pend_modes_values(const struct pend_laplacian *laplacian, int first, int count, double value[]) {
-    if (count < 1) return PEND_OK;
-    struct values v = {laplacian, pend_modes_kernel(), first, first + count, value, NULL, 0};
+enum pend_status pend_values_new(struct pend_values **values, const struct pend_laplacian *laplacian, int first,
+                                 int count, double value[]) {
     /* every span holds one of the values sought, and a round adds at most its own shifts */
-    v.todo = malloc(((size_t)count + 2 * VALUES_BATCH) * sizeof *v.todo);
-    if (!v.todo) return PEND_NO_MEMORY;
-    struct span all = {{laplacian->least, 0, 0, laplacian->least, INFINITY},
-                       {laplacian->most, laplacian->n, 0, laplacian->most, INFINITY},
-                       0,
-                       0};
-    all.lo.below = pend_modes_values_below(laplacian, laplacian->least);
-    v.todo[v.todo_count++] = all;
-    while (v.todo_count) values_round(&v);
-    if (laplacian->depth >= VALUES_DEEP)
-        for (int i = 0; i < count && first + i < VALUES_SLOW; i++) value[i] = values_polish(laplacian, value[i]);
-    free(v.todo);
+    struct pend_values *v = *values = malloc(sizeof *v + ((size_t)count + 2 * VALUES_BATCH) * sizeof *v->todo);
+    if (!v) return PEND_NO_MEMORY;
+    *v = (struct pend_values){laplacian, pend_modes_kernel(), first, first + count, value, 0, 0};
+    if (!count) return PEND_OK;
+    v->todo[v->todo_count++] = (struct span){{laplacian->least, 0, 0, laplacian->least, INFINITY},
+                                             {laplacian->most, laplacian->n, 0, laplacian->most, INFINITY},
+                                             0,
+                                             0};
+    v->todo[0].lo.below = pend_values_below(laplacian, laplacian->least);
     return PEND_OK;
+}
+
+int pend_values_step(struct pend_values *v) {
+    if (v->todo_count) {
+        values_round(v);
+        return 0;
+    }
+    if (v->laplacian->depth < VALUES_DEEP || v->polished == v->last - v->first) return 1;
+    if (v->first + v->polished >= VALUES_SLOW) return 1;
+    v->value[v->polished] = values_polish(v->laplacian, v->value[v->polished]);
+    v->polished++;
+    return 0;
+}
+
+void pend_values_free(struct pend_values **values) {
+    free(*values);
+    *values = NULL;
 }

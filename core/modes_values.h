@@ -6,21 +6,31 @@
 
 #include "core/modes_kernel.h"
 
+/* A search under way. */
+struct pend_values;
+
 /**
- * The eigenvalues number first .. first + count - 1 of L x = lambda M x, counted from the smallest.
+ * Begins to search for the eigenvalues number first .. first + count - 1 of L x = lambda M x, counted from the
+ * smallest.
  *
  * Multisection isolates them; Laguerre's iteration, which each count yields at no further cost, converges on them; the
  * counts guard it. About 4 sweeps over the tree an eigenvalue.
  *
- * value  out, count values > 0, 1/s^2. All of them must be positive: see pend_modes_values_below.
+ * laplacian, value  must outlive the search; the laplacian is not to change.
+ * value             out, count values > 0, 1/s^2, once the search is done. All of them must be positive: see
+ *                   pend_values_below.
  *
  * PEND_NO_MEMORY  O(count).
- * O(count n).
  */
-PEND_MUST_CHECK enum pend_status pend_modes_values(const struct pend_laplacian *laplacian, int first, int count,
-                                                   double value[]);
+PEND_MUST_CHECK enum pend_status pend_values_new(struct pend_values **values, const struct pend_laplacian *laplacian,
+                                                 int first, int count, double value[]);
+
+/** Searches on for at most about 64 sweeps; returns non-zero once all are found. O(n), O(count n) in all. */
+int pend_values_step(struct pend_values *values);
+
+void pend_values_free(struct pend_values **values);
 
 /** Number of eigenvalues below a shift. O(n). */
-int pend_modes_values_below(const struct pend_laplacian *laplacian, double shift);
+int pend_values_below(const struct pend_laplacian *laplacian, double shift);
 
 #endif

@@ -15,18 +15,34 @@ enum { VECTORS_TRIES = 8 };
 /* parts smaller than this are left in */
 #define VECTORS_SLIGHT 2e-14
 
-struct vectors {
+/* a piece of work: so many vectors are projected on at a time */
+enum { VECTORS_PIECE = 64 };
+
+/* What is being done to vector `number`, of norm 1: passes of projection until nothing is left along the others, and
+ * inverse iteration when too little of itself was left. */
+struct settling {
+    int first;      /* of those that it is made orthogonal to */
+    int next;       /* the first that this pass has not come to */
+    int pass, try;
+    double squares; /* of the parts that this pass took out */
+    double left;    /* how much of the vector was left, 1 when all */
+};
+
+struct pend_vectors {
     const struct pend_laplacian *laplacian;
     const double *value;
-    int lead;
+    int lead, count;
+    int twisted; /* so many have been through the twisted factorization */
+    int number;  /* the vector under way */
+    struct settling settling;
     double **vector;
     double *tips;         /* tip displacements of the last `rows` vectors, vector k in row k % rows */
     int rows;             /* 0 when no vector has a near neighbour */
     double *load, *pivot; /* n doubles each */
-    double *work;         /* for the kernel */
+    double *work;         /* for the kernel; the block that ends last */
 };
 
-static double *vectors_tip(const struct vectors *v, int number) {
+static double *vectors_tip(const struct pend_vectors *v, int number) {
     return v->tips + (size_t)(number % v->rows) * (size_t)v->laplacian->n;
 }
 
@@ -43,29 +59,27 @@ static double vectors_dot(int n, const double a[], const double b[]) {
     return total;
 }
 
-/* takes the parts along the vectors first .. number - 1 out of vector `number`; returns the sum of their squares */
-static double vectors_project(struct vectors *v, int first, int number) {
-    int n = v->laplacian->n;
-    double *x = v->vector[number], *tip = vectors_tip(v, number), squares = 0;
-    for (int k = 0; k < n; k++) v->load[k] = v->laplacian->mass[k] * tip[k];
-    for (int begin = first; begin < number; begin += 64) {
-        double part[64];
-        int end = number - begin < 64 ? number : begin + 64;
-        for (int j = begin; j < end; j++) part[j - begin] = vectors_dot(n, vectors_tip(v, j), v->load);
-        for (int j = begin; j < end; j++) {
-            const double *other = v->vector[j], *other_tip = vectors_tip(v, j);
-            double factor = part[j - begin];
-            if (fabs(factor) < VECTORS_SLIGHT) continue;
-            squares += factor * factor;
-            for (int k = 0; k < n; k++) x[k] -= factor * other[k];
-            for (int k = 0; k < n; k++) tip[k] -= factor * other_tip[k];
-        }
+/* takes the parts along some of the other vectors out of vector `number`, and adds up their squares */
+static void vectors_project(struct pend_vectors *v) {
+    struct settling *s = &v->settling;
+    int n = v->laplacian->n, begin = s->next;
+    double *x = v->vector[v->number], *tip = vectors_tip(v, v->number), part[VECTORS_PIECE];
+    if (begin == s->first)
+        for (int k = 0; k < n; k++) v->load[k] = v->laplacian->mass[k] * tip[k];
+    s->next = v->number - begin < VECTORS_PIECE ? v->number : begin + VECTORS_PIECE;
+    for (int j = begin; j < s->next; j++) part[j - begin] = vectors_dot(n, vectors_tip(v, j), v->load);
+    for (int j = begin; j < s->next; j++) {
+        const double *other = v->vector[j], *other_tip = vectors_tip(v, j);
+        double factor = part[j - begin];
+        if (fabs(factor) < VECTORS_SLIGHT) continue;
+        s->squares += factor * factor;
+        for (int k = 0; k < n; k++) x[k] -= factor * other[k];
+        for (int k = 0; k < n; k++) tip[k] -= factor * other_tip[k];
     }
-    return squares;
 }
 
 /* scales vector `number` to mass norm 1; returns the norm it had */
-static double vectors_scale(struct vectors *v, int number) {
+static double vectors_scale(struct pend_vectors *v, int number) {
     int n = v->laplacian->n;
     double *x = v->vector[number], *tip = vectors_tip(v, number);
     for (int k = 0; k < n; k++) v->load[k] = v->laplacian->mass[k] * tip[k];
@@ -75,23 +89,11 @@ static double vectors_scale(struct vectors *v, int number) {
     return norm;
 }
 
-/* Makes vector `number`, of norm 1, orthogonal to first .. number - 1, again where the first time cost digits; returns
- * how much of it was left, 1 when all. */
-static double vectors_orthogonalize(struct vectors *v, int first, int number) {
-    double left = 1;
-    for (int pass = 0; pass < 3; pass++) {
-        double squares = vectors_project(v, first, number);
-        if (squares > 1e-15) left *= vectors_scale(v, number);
-        if (squares < 1e-10) break;
-    }
-    return left;
-}
-
 /* a pivot that vanished becomes round-off */
 static double vectors_pivot(double t, double spring) { return t + spring != 0 ? t + spring : DBL_EPSILON * spring; }
 
 /* one step of inverse iteration on vector `number` */
-static void vectors_iterate(struct vectors *v, double shift, int number) {
+static void vectors_iterate(struct pend_vectors *v, double shift, int number) {
     const struct pend_laplacian *l = v->laplacian;
     double *x = v->vector[number], *tip = vectors_tip(v, number), *load = v->load, *pivot = v->pivot;
     /* elimination inwards; pivot: without the node's own spring */
@@ -125,32 +127,52 @@ static void vectors_start(int n, int number, double x[]) {
 }
 
 /* true when the vectors of two numbers, in ascending order, are to be made orthogonal */
-static int vectors_near(const struct vectors *v, int a, int b) {
+static int vectors_near(const struct pend_vectors *v, int a, int b) {
     return v->value[b] - v->value[a] <= VECTORS_NEAR * fmax(fabs(v->value[a]), fabs(v->value[b]));
 }
 
 /* the first of the vectors that vector `number` is to be made orthogonal to, not before `first` */
-static int vectors_first(const struct vectors *v, int number, int first) {
+static int vectors_first(const struct pend_vectors *v, int number, int first) {
     while (!vectors_near(v, first, number)) first++;
     return first;
 }
 
-/* makes one vector orthogonal to its neighbours, with a residual of round-off */
-static int vectors_settle(struct vectors *v, int first, int number) {
-    double left = vectors_orthogonalize(v, first, number);
-    for (int try = 0; !(left > 0.3); try++) {
-        if (try == VECTORS_TRIES) return left > 1e-3;
-        /* parallel to the others: begin anew */
-        if (try == 0 && !(left > 1e-6)) vectors_start(v->laplacian->n, number, vectors_tip(v, number));
-        vectors_iterate(v, v->value[number], number);
-        left = vectors_orthogonalize(v, first, number);
+/* one more pass over all neighbours */
+static void settling_pass(struct settling *s, int pass) {
+    s->pass = pass;
+    s->next = s->first;
+    s->squares = 0;
+}
+
+/* A piece of what makes vector `number` orthogonal to its neighbours, with a residual of round-off; true once it is. A
+ * pass that cost digits is followed by another, and a vector of which little was left is iterated anew. */
+static int vectors_settle(struct pend_vectors *v, enum pend_status *status) {
+    struct settling *s = &v->settling;
+    vectors_project(v);
+    if (s->next < v->number) return 0;
+    if (s->squares > 1e-15) s->left *= vectors_scale(v, v->number);
+    if (!(s->squares < 1e-10) && s->pass < 2) {
+        settling_pass(s, s->pass + 1);
+        return 0;
     }
-    return 1;
+    if (s->left > 0.3) return 1;
+    if (s->try == VECTORS_TRIES) {
+        if (!(s->left > 1e-3)) *status = PEND_NO_CONVERGENCE;
+        return 1;
+    }
+    /* parallel to the others: begin anew */
+    if (s->try == 0 && !(s->left > 1e-6)) vectors_start(v->laplacian->n, v->number, vectors_tip(v, v->number));
+    vectors_iterate(v, v->value[v->number], v->number);
+    s->try++;
+    s->left = 1;
+    settling_pass(s, 0);
+    return 0;
 }
 
 /* vectors begin .. begin + lanes - 1 by twisted factorization; tip displacements only where a vector has neighbours */
-static void vectors_twist(struct vectors *v, int count, int begin) {
+static void vectors_twist(struct pend_vectors *v, int begin) {
     const struct pend_modes_kernel *kernel = pend_modes_kernel();
+    int count = v->count;
     double shift[16], *target[16], *tip[16];
     int tips = 0;
     for (int i = 0; i < kernel->lanes; i++) {
@@ -165,36 +187,59 @@ static void vectors_twist(struct vectors *v, int count, int begin) {
 }
 
 /* the largest number of vectors that one is to be made orthogonal to */
-static int vectors_window(const struct vectors *v, int count) {
+static int vectors_window(const struct pend_vectors *v) {
     int window = 0;
-    for (int number = 1, first = 0; number < count; number++) {
+    for (int number = 1, first = 0; number < v->count; number++) {
         first = vectors_first(v, number, first);
         if (number - first > window) window = number - first;
     }
     return window;
 }
 
-enum pend_status pend_modes_vectors(const struct pend_laplacian *laplacian, int count, const double value[], int lead,
-                                    double *vector[]) {
+enum pend_status pend_vectors_new(struct pend_vectors **vectors, const struct pend_laplacian *laplacian, int count,
+                                  const double value[], int lead, double *vector[]) {
     int lanes = pend_modes_kernel()->lanes;
     size_t n = (size_t)laplacian->n;
-    struct vectors v = {.laplacian = laplacian, .value = value, .lead = lead, .vector = vector};
-    int window = vectors_window(&v, count);
-    if (window) v.rows = window + lanes;
-    double *work = pend_modes_room((size_t)(3 * lanes + v.rows + 2) * n * sizeof *work);
-    if (!work) return PEND_NO_MEMORY;
-    v.work = work;
-    v.load = work + 3 * (size_t)lanes * n;
-    v.pivot = v.load + n;
-    v.tips = v.pivot + n;
-    enum pend_status status = PEND_OK;
-    for (int begin = 0, first = 0; begin < count; begin += lanes) {
-        vectors_twist(&v, count, begin);
-        for (int number = begin; number < begin + lanes && number < count; number++) {
-            first = vectors_first(&v, number, first);
-            if (first < number && !vectors_settle(&v, first, number)) status = PEND_NO_CONVERGENCE;
-        }
+    struct pend_vectors *v = *vectors = calloc(1, sizeof *v);
+    if (!v) return PEND_NO_MEMORY;
+    *v = (struct pend_vectors){.laplacian = laplacian, .value = value, .lead = lead, .count = count, .vector = vector};
+    int window = vectors_window(v);
+    if (window) v->rows = window + lanes;
+    v->work = pend_modes_room((size_t)(3 * lanes + v->rows + 2) * n * sizeof *v->work);
+    if (!v->work) {
+        pend_vectors_free(vectors);
+        return PEND_NO_MEMORY;
     }
-    free(work);
+    v->load = v->work + 3 * (size_t)lanes * n;
+    v->pivot = v->load + n;
+    v->tips = v->pivot + n;
+    return PEND_OK;
+}
+
+/* to the next vector */
+static void vectors_next(struct pend_vectors *v) {
+    int first = v->settling.first;
+    if (++v->number == v->count) return;
+    v->settling = (struct settling){.first = vectors_first(v, v->number, first), .left = 1};
+    settling_pass(&v->settling, 0);
+}
+
+enum pend_status pend_vectors_step(struct pend_vectors *v, int *done) {
+    enum pend_status status = PEND_OK;
+    if (v->number < v->count && v->number == v->twisted) {
+        vectors_twist(v, v->number);
+        v->twisted += pend_modes_kernel()->lanes;
+    } else if (v->number < v->count && vectors_settle(v, &status)) {
+        vectors_next(v);
+    }
+    /* those without neighbours are complete */
+    while (v->number < v->count && v->number < v->twisted && v->settling.first == v->number) vectors_next(v);
+    *done = v->number == v->count;
     return status;
+}
+
+void pend_vectors_free(struct pend_vectors **vectors) {
+    if (*vectors) free((*vectors)->work);
+    free(*vectors);
+    *vectors = NULL;
 }

@@ -151,7 +151,7 @@ TEST(linear_repeats_after_the_period_of_a_mode) {
     struct pend_modes *modes;
     swing_init(&t, ARMS, 0, 9);
     REQUIRE(pend_modes_new(&modes, t.tree, GRAVITY, 1, NULL) == PEND_OK);
-    pend_modes_normalize(modes, t.tree, PEND_NORMALIZE_MAX);
+    for (int k = 0; k < modes->count; k++) pend_modes_scale(modes, t.tree, k, PEND_NORMALIZE_MAX, -1);
     for (int k = 0; k < ARMS; k++) t.phi[k] = 0.1 * modes->vector[2 * ARMS + k] - QUARTER;
     struct pend_problem problem = swing_problem(&t, 8 * QUARTER / modes->omega[2], 3);
     test_record(&record, "linear", &problem);

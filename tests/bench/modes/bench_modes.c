@@ -2,6 +2,7 @@
  * Leaves to others: correctness (tests/core/test_modes*.c).
  * Invariant: the same trees every time; a peer that is not installed is skipped aloud. */
 #include <dlfcn.h>
+#include <malloc.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -301,6 +302,9 @@ static void *symbol(void *library, const char *name) { return library ? dlsym(li
 
 /* usage: run [PART-OF-A-NAME ...] */
 int main(int argc, char **argv) {
+    /* memory that was freed is used again: LAPACK has its matrices beforehand, too */
+    (void)mallopt(M_MMAP_MAX, 0);
+    (void)mallopt(M_TRIM_THRESHOLD, 1 << 30);
     void *blas = dlopen("libopenblas.so.0", RTLD_NOW | RTLD_GLOBAL), *arpack = dlopen("libarpack.so.2", RTLD_NOW);
     threads_fn *threads = (threads_fn *)symbol(blas, "openblas_set_num_threads");
     if (threads) threads(1);
