@@ -5,9 +5,11 @@
 
 #include "api/json_out.h"
 
+enum { CSV_NAME_BYTES = 40 }; /* of a field of the header */
+
 static double csv_bytes(const struct api_table *table) {
     double numbers = api_table_numbers(table, 0);
-    return (double)table->rows * numbers * api_out_number_bytes(table->digits) + numbers * API_OUT_NUMBER_BYTES + 64;
+    return (double)table->rows * numbers * api_out_number_bytes(table->digits) + numbers * CSV_NAME_BYTES;
 }
 
 /* one field of the header: name, name_part, name_arm or name_part_arm, and the comma */
@@ -36,21 +38,12 @@ static enum pend_status csv_block(struct api_writer *writer, long rows, const do
         PEND_TRY(api_buffer_room(out, row_bytes));
         char *at = out->data + out->bytes;
         for (int c = 0; c < table->count; c++) {
-            long width = table->column[c].width ? table->column[c].width : 1;
-            const double *value = data[c] + i * width;
-            for (long k = 0; k < width; k++) {
-                at = api_out_digits(at, value[k], table->digits);
-                *at++ = ',';
-            }
+            long width = api_column_numbers(&table->column[c]);
+            at = api_number_write_list(at, width, data[c] + i * width, table->digits);
         }
         at[-1] = '\n';
         out->bytes = (size_t)(at - out->data);
     }
-    return PEND_OK;
-}
-
-static enum pend_status csv_end(struct api_writer *writer, const struct api_stats *stats, struct api_buffer *out) {
-    (void)writer, (void)stats, (void)out;
     return PEND_OK;
 }
 
@@ -60,10 +53,8 @@ const struct api_format api_format_csv = {
     .extension = "csv",
     .samples_only = 1,
     .digits = 1,
-    .flows = 1,
     .writer_bytes = sizeof(struct api_writer),
     .bytes = csv_bytes,
     .begin = csv_begin,
     .block = csv_block,
-    .end = csv_end,
 };

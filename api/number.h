@@ -33,6 +33,16 @@ char *api_number_write(char *out, double x);
  */
 char *api_number_write_digits(char *out, double x, int digits);
 
+/**
+ * Writes numbers with a comma behind each.
+ *
+ * out     room for the texts and commas and API_NUMBER_BYTES more.
+ * x       count numbers, finite.
+ * digits  1 to 17 rounds as api_number_write_digits does, 0 does not.
+ * Returns the end of the text.
+ */
+char *api_number_write_list(char *out, long count, const double x[], int digits);
+
 /** Writes an integer; out has room for API_NUMBER_BYTES. Returns the end of the text. */
 char *api_number_write_int(char *out, long long i);
 

@@ -272,6 +272,14 @@ extern "C" char *api_number_write_digits(char *out, double x, int digits) {
     return write_digits(out, spread(d.significand * power10[16 - digits], 0, d.exponent + digits - 1));
 }
 
+extern "C" char *api_number_write_list(char *out, long count, const double x[], int digits) {
+    for (long i = 0; i < count; i++) {
+        out = digits ? api_number_write_digits(out, x[i], digits) : api_number_write(out, x[i]);
+        *out++ = ',';
+    }
+    return out;
+}
+
 extern "C" char *api_number_write_int(char *out, long long i) {
     char text[20];
     size_t at = sizeof text;
