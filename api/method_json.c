@@ -58,5 +58,5 @@ void api_method_read(struct api_method *method, const struct api_value *root, co
     read_setting(&step, known, PEND_METHOD_FIXED_STEP, 0, INFINITY, &method->step, problem);
     read_precision(&precision, problem);
     if (known && known->flags & PEND_METHOD_LINEAR)
-        api_tree_modes_allowed(tree, &name, "method linear", limits, problem);
+        api_tree_modes_allowed(tree, &name, tree->n, "method linear", limits, problem);
 }

@@ -1,6 +1,7 @@
-/* POST /v1/modes: frequencies and shapes of small oscillations about hanging, and a start's part in each of them.
- * Leaves to others: reading (tree_json, state_json), the modes (core/modes), the matrices (core/reference, tree).
- * Invariant: all arrays with one entry a mode are in the same order, slowest first. */
+/* POST /v1/modes: frequencies and shapes of small oscillations about an equilibrium, and a start's part in each of
+ * them. Leaves to others: reading (tree_json, state_json), the modes (core/modes), the matrices (core/matrix).
+ * Invariant: all arrays with one entry a mode are in the same order: those that grow, fastest first, then those that
+ * swing, slowest first. */
 #include "api/op.h"
 
 #include <math.h>
@@ -8,43 +9,61 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/encode.h"
 #include "api/json_out.h"
 #include "api/state_json.h"
+#include "core/matrix.h"
 #include "core/modes.h"
-#include "core/reference.h"
 
 static const double pi = 3.14159265358979323846;
-static const char *const fields[] = {"pendulum", "select",  "vectors", "normalize",
-                                     "include",  "initial", "digits",  NULL};
+static const char *const fields[] = {"pendulum", "about",   "select", "vectors", "normalize",
+                                     "include",  "initial", "digits", NULL};
 
-/* the matrices that can be included, in the order in which they are answered */
-enum matrix { MATRIX_A, MATRIX_M, MATRIX_S, MATRIX_B, MATRICES };
+static const char *const matrix_names[] = {
+    [PEND_MATRIX_A] = "A", [PEND_MATRIX_M] = "M", [PEND_MATRIX_S] = "S", [PEND_MATRIX_B] = "B", NULL};
 
-static const char *const matrix_names[] = {"A", "M", "S", "B", NULL};
+static const char *const normalize_names[] = {"first", "mass", "max", NULL};
+static const enum pend_normalize normalize_rules[] = {PEND_NORMALIZE_FIRST, PEND_NORMALIZE_MASS, PEND_NORMALIZE_MAX};
 
-static const char *const normalize_names[] = {
-    [PEND_NORMALIZE_FIRST] = "first", [PEND_NORMALIZE_MASS] = "mass", [PEND_NORMALIZE_MAX] = "max", NULL};
+/* what has one number a mode */
+enum scalar { MODE, OMEGA, FREQUENCY, PERIOD, GROWTH, AMPLITUDE, PHASE, RISING, FALLING, SCALARS };
+
+static const char *const scalar_names[] = {"mode",      "omega", "frequency", "period", "growth",
+                                           "amplitude", "phase", "rising",    "falling"};
+
+/* at most so many modes are split, or rows written, before the clock is looked at */
+enum { PIECE_MODES = 32, PIECE_NUMBERS = 8192 };
 
 struct modes {
     struct api_tree tree;
     struct api_states *start;          /* NULL = no start was given */
     struct pend_modes_request request; /* its gravity and vectors follow from the rest */
+    unsigned char *up;                 /* n flags in stored order, arms that stand; NULL when all hang */
     int vectors;                       /* are answered */
-    int normalize;                     /* enum pend_normalize */
-    char include[MATRICES];
-    int digits;
+    char include[PEND_MATRIX_COUNT];
+    const struct api_format *format;
+    struct api_table table; /* as which every representation but JSON answers */
+    struct pend_modes_search *search;
 
     /* once it runs */
     struct pend_modes *found;
-    double *scratch; /* n numbers each: a row, amplitudes, phases; then n x n where one is included */
-    int part, row;   /* what is written next: a row of the vectors (part 0) or of matrix part - 1 */
+    int split;               /* so many modes know their part of the start */
+    double *scratch;         /* one block: */
+    double *scalar[SCALARS]; /* one number a mode; NULL where it is not answered */
+    double *line;            /* n numbers, or rows of the table */
+    long lines;              /* rows of the table that fit there */
+    struct api_writer *writer;
+    int begun, part, row; /* what is written next: a row of the vectors (part 0) or of matrix part - 1 */
 };
 
 static void modes_free(void **state) {
     struct modes *modes = *state;
     if (!modes) return;
+    api_writer_free(&modes->writer);
     free(modes->scratch);
     pend_modes_free(&modes->found);
+    pend_modes_search_free(&modes->search);
+    free(modes->up);
     api_states_free(&modes->start);
     api_tree_clear(&modes->tree);
     free(modes);
@@ -52,6 +71,31 @@ static void modes_free(void **state) {
 }
 
 /* reading */
+
+/* ["down", "up", ...], one an arm */
+static enum pend_status read_about(struct modes *modes, const struct api_value *value, struct api_problem *problem) {
+    static const char *const words[] = {"down", "up", NULL};
+    const struct pend_tree *tree = modes->tree.tree;
+    struct api_value item = api_value_item(value, 0);
+    if (api_value_kind(value) == API_MISSING) return PEND_OK;
+    if (api_value_kind(value) != API_ARRAY || (tree && api_value_count(value) != tree->n)) {
+        api_value_fault(value, problem, "must be an array with \"down\" or \"up\" for each of the %d arms",
+                        modes->tree.n);
+        return PEND_OK;
+    }
+    if (tree && !(modes->up = calloc((size_t)tree->n, 1))) return PEND_NO_MEMORY;
+    int standing = 0;
+    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
+        int word = 0;
+        if (api_field_word(&item, words, &word, problem) <= 0 || !tree) continue;
+        modes->up[tree->place[item.index]] = (unsigned char)word;
+        standing += word;
+    }
+    if (standing) return PEND_OK;
+    free(modes->up);
+    modes->up = NULL;
+    return PEND_OK;
+}
 
 /* {"slowest": k} or {"fastest": k}; true when the object is of that kind */
 static int read_extreme(struct modes *modes, const struct api_value *object, const char *name, enum pend_select select,
@@ -97,8 +141,8 @@ static void read_select(struct modes *modes, const struct api_value *value, stru
                         "must be \"all\", or have one of \"slowest\", \"fastest\", and \"from\" with \"to\"");
 }
 
-static void read_include(struct modes *modes, const struct api_value *value, const struct api_limits *limits,
-                         struct api_problem *problem) {
+static void read_include(struct modes *modes, const struct api_value *value, const struct api_reading *reading) {
+    struct api_problem *problem = reading->problem;
     struct api_value item = api_value_item(value, 0);
     if (api_value_kind(value) == API_MISSING) return;
     if (api_value_kind(value) != API_ARRAY) api_value_fault(value, problem, "must be an array of names of matrices");
@@ -109,25 +153,72 @@ static void read_include(struct modes *modes, const struct api_value *value, con
             api_value_fault(&item, problem, "\"%s\" is in the list already", matrix_names[matrix]);
         modes->include[matrix] = 1;
     }
-    if (api_value_count(value) && modes->tree.n > limits->matrix_arms)
+    if (api_value_count(value) && modes->tree.n > reading->limits->matrix_arms)
         api_value_fault(value, problem,
                         "matrices are answered for at most %.0f arms (the limit max-matrix-arms), and "
                         "here are %d: leave it out",
-                        limits->matrix_arms, modes->tree.n);
+                        reading->limits->matrix_arms, modes->tree.n);
+    if (api_value_count(value) && reading->format != &api_format_json)
+        api_value_fault(value, problem, "matrices are answered in %s only, not in %s: leave it out, or ask for that",
+                        api_format_json.media_type, reading->format->media_type);
 }
 
-/* faults an answer that would be too large */
+/* the columns of the table, one row a mode */
+static void modes_columns(struct modes *modes) {
+    static const enum scalar always[] = {MODE, OMEGA, FREQUENCY};
+    struct api_table *table = &modes->table;
+    for (int i = 0; i < 3; i++) api_table_add(table, scalar_names[always[i]], NULL, 0);
+    api_table_add(table, scalar_names[modes->up ? GROWTH : PERIOD], NULL, 0);
+    if (modes->start) api_table_add(table, scalar_names[AMPLITUDE], NULL, 0);
+    if (modes->start) api_table_add(table, scalar_names[PHASE], NULL, 0);
+    if (modes->start && modes->up) api_table_add(table, scalar_names[RISING], NULL, 0);
+    if (modes->start && modes->up) api_table_add(table, scalar_names[FALLING], NULL, 0);
+    if (modes->vectors) api_table_add(table, "vectors", NULL, modes->tree.n);
+}
+
+/* faults an answer that would be too large, and modes that would be */
 static void modes_check_size(const struct modes *modes, const struct api_reading *reading) {
-    double n = modes->tree.n, numbers = n * (modes->start ? 6 : 4), count = n;
-    if (modes->request.count) count = modes->request.count;
-    if (modes->vectors) numbers += count * n;
-    for (int i = 0; i < MATRICES; i++) numbers += modes->include[i] ? n * n : 0;
-    double bytes = numbers * api_out_number_bytes(modes->digits) + 10 * n + 2000;
-    if (bytes > reading->limits->answer_bytes)
+    static const char fewer[] = "fewer modes by \"select\", or only the frequencies by \"vectors\": false";
+    const struct api_table *table = &modes->table;
+    double n = modes->tree.n, numbers = table->rows * api_table_numbers(table, 0), most = reading->limits->answer_bytes;
+    if (modes->request.vectors && 8 * n * table->rows > most)
         api_value_fault(reading->root, reading->problem,
-                        "asks for %.0f numbers, up to %.0f bytes, more than the limit max-answer-bytes of %.0f: select "
-                        "fewer modes, include fewer matrices, or leave out the vectors",
-                        numbers, bytes, reading->limits->answer_bytes);
+                        "asks for the vectors of %ld modes, which take %.0f bytes while they are found, more than the "
+                        "limit max-answer-bytes of %.0f: ask for %s",
+                        table->rows, 8 * n * table->rows, most, modes->start ? "fewer modes by \"select\"" : fewer);
+    if (reading->format != &api_format_json) {
+        api_reading_check_size(reading, table, reading->root, "modes", fewer);
+        return;
+    }
+    for (int i = 0; i < PEND_MATRIX_COUNT; i++) numbers += modes->include[i] ? n * n : 0;
+    double bytes = numbers * api_out_number_bytes(table->digits) + 4 * n + 1000;
+    char flowing[API_FORMATS_TEXT];
+    api_format_list(flowing, 1, 1);
+    if (bytes > most)
+        api_value_fault(
+            reading->root, reading->problem,
+            "asks for %.0f numbers, up to %.0f bytes, more than the limit max-answer-bytes of %.0f: ask for "
+            "%s, include fewer matrices, round the numbers by \"digits\", or ask for a representation "
+            "without such a limit: %s",
+            numbers, bytes, most, fewer, flowing);
+}
+
+/* begins the search, so that it is known how many modes there will be */
+static enum pend_status modes_begin_search(struct modes *modes, const struct api_reading *reading) {
+    struct pend_error error = {.text = ""};
+    modes->request.gravity = modes->tree.gravity;
+    modes->request.vectors = modes->vectors || modes->start;
+    modes->request.up = modes->up;
+    enum pend_status status = pend_modes_search_new(&modes->search, modes->tree.tree, &modes->request, &error);
+    if (status == PEND_INVALID) api_value_fault(reading->root, reading->problem, "%s", error.text);
+    if (status) return status;
+    modes->table.rows = pend_modes_search_count(modes->search);
+    modes_columns(modes);
+    struct api_value pendulum = api_value_member(reading->root, "pendulum");
+    api_tree_modes_allowed(&modes->tree, &pendulum, (int)modes->table.rows, "finding the modes", reading->limits,
+                           reading->problem);
+    modes_check_size(modes, reading);
+    return PEND_OK;
 }
 
 static enum pend_status modes_read_parts(struct modes *modes, const struct api_reading *reading) {
@@ -136,22 +227,26 @@ static enum pend_status modes_read_parts(struct modes *modes, const struct api_r
     struct api_value pendulum = api_value_member(root, "pendulum"), select = api_value_member(root, "select");
     struct api_value vectors = api_value_member(root, "vectors"), normalize = api_value_member(root, "normalize");
     struct api_value include = api_value_member(root, "include"), initial = api_value_member(root, "initial");
-    struct api_value digits = api_value_member(root, "digits");
+    struct api_value digits = api_value_member(root, "digits"), about = api_value_member(root, "about");
     long rounded = 0;
+    int rule = 0;
     (void)api_value_only(root, fields, problem);
     enum pend_status status = api_tree_read(&modes->tree, &pendulum, reading->limits, problem);
     if (status == PEND_NO_MEMORY) return status;
-    if (modes->tree.n) api_tree_modes_allowed(&modes->tree, &pendulum, "finding the modes", reading->limits, problem);
+    if (modes->tree.n)
+        api_tree_modes_allowed(&modes->tree, &pendulum, 0, "finding the modes", reading->limits, problem);
     if (api_value_kind(&initial) != API_MISSING && status == PEND_OK)
         PEND_TRY(api_states_new(&modes->start, 1, modes->tree.n));
     api_states_read(modes->start, 0, &initial, &modes->tree, reading->limits, problem);
+    PEND_TRY(read_about(modes, &about, problem));
     read_select(modes, &select, problem);
     (void)api_field_truth(&vectors, &modes->vectors, problem);
-    (void)api_field_word(&normalize, normalize_names, &modes->normalize, problem);
-    read_include(modes, &include, reading->limits, problem);
+    (void)api_field_word(&normalize, normalize_names, &rule, problem);
+    modes->request.normalize = normalize_rules[rule];
+    read_include(modes, &include, reading);
     (void)api_field_whole(&digits, 1, 17, &rounded, problem);
-    modes->digits = (int)rounded;
-    if (!problem->status) modes_check_size(modes, reading);
+    modes->table.digits = (int)rounded;
+    if (!problem->status) PEND_TRY(modes_begin_search(modes, reading));
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 
@@ -160,7 +255,7 @@ static enum pend_status modes_read(void **state, const struct api_reading *readi
     *state = modes;
     if (!modes) return PEND_NO_MEMORY;
     modes->vectors = 1;
-    modes->normalize = PEND_NORMALIZE_FIRST;
+    modes->format = reading->format;
     enum pend_status status = modes_read_parts(modes, reading);
     if (status != PEND_OK) modes_free(state);
     return status;
@@ -168,130 +263,188 @@ static enum pend_status modes_read(void **state, const struct api_reading *readi
 
 /* running */
 
-static enum pend_status modes_compute(struct modes *modes, struct pend_error *error) {
-    const struct api_tree *tree = &modes->tree;
-    size_t n = (size_t)tree->n;
-    int matrices = 0;
-    for (int i = 0; i < MATRICES; i++) matrices |= modes->include[i];
-    modes->scratch = calloc(n, (matrices ? n + 3 : 3) * sizeof *modes->scratch);
+/* one block: a row or a few, and the numbers that every mode has; where a start is split they are found in place */
+static enum pend_status modes_allocate(struct modes *modes, struct pend_error *error) {
+    size_t n = (size_t)modes->tree.n, count = (size_t)modes->found->count;
+    long lines = PIECE_NUMBERS / (long)n;
+    modes->lines = lines < 1 ? 1 : lines;
+    modes->scratch = malloc(((size_t)modes->lines * n + SCALARS * count) * sizeof *modes->scratch);
     if (!modes->scratch) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %zu arms", n);
-    modes->request.gravity = tree->gravity;
-    modes->request.vectors = modes->vectors || modes->start;
-    modes->request.normalize = (enum pend_normalize)modes->normalize;
-    PEND_TRY(pend_modes_select(&modes->found, tree->tree, &modes->request, error));
-    if (!modes->start) return PEND_OK;
-    PEND_TRY(api_states_settle(modes->start, tree, error));
-    for (size_t k = 0; k < n; k++) modes->start->phi[k] = pend_modes_theta(modes->start->phi[k]);
-    return pend_modes_decompose(modes->found, tree->tree, modes->start->phi, modes->start->rate, modes->scratch + n,
-                                modes->scratch + 2 * n);
+    modes->line = modes->scratch;
+    for (int i = 0; i < SCALARS; i++) modes->scalar[i] = modes->scratch + (size_t)modes->lines * n + (size_t)i * count;
+    return PEND_OK;
 }
 
-/* sum 1/omega^2 = l_tot/g */
+/* the start becomes a deviation from the equilibrium */
+static enum pend_status modes_settle_start(struct modes *modes, struct pend_error *error) {
+    PEND_TRY(api_states_settle(modes->start, &modes->tree, error));
+    for (int k = 0; k < modes->tree.n; k++)
+        modes->start->phi[k] = pend_modes_theta(modes->start->phi[k] - (modes->up && modes->up[k] ? pi : 0));
+    return PEND_OK;
+}
+
+/* what all numbers but the vectors follow from */
+static void modes_fill(const struct modes *modes) {
+    for (int k = 0; k < modes->found->count; k++) {
+        double omega = modes->found->omega[k], swings = omega > 0 ? omega : 0;
+        modes->scalar[MODE][k] = modes->found->first + k + 1;
+        modes->scalar[OMEGA][k] = swings;
+        modes->scalar[FREQUENCY][k] = swings / (2 * pi);
+        modes->scalar[PERIOD][k] = swings > 0 ? 2 * pi / swings : 0;
+        modes->scalar[GROWTH][k] = omega < 0 ? -omega : 0;
+        if (!modes->start) continue;
+        /* the split has put what it found of either kind under amplitude and phase */
+        modes->scalar[RISING][k] = omega < 0 ? modes->scalar[AMPLITUDE][k] : 0;
+        modes->scalar[FALLING][k] = omega < 0 ? modes->scalar[PHASE][k] : 0;
+        if (omega < 0) modes->scalar[AMPLITUDE][k] = modes->scalar[PHASE][k] = 0;
+    }
+}
+
+/* a few modes' part of the start */
+static enum pend_status modes_split(struct modes *modes, struct pend_error *error) {
+    struct pend_modes few = *modes->found;
+    int done = modes->split, count = few.count - done < PIECE_MODES ? few.count - done : PIECE_MODES;
+    if (!done) PEND_TRY(modes_settle_start(modes, error));
+    few.count = count;
+    few.omega += done;
+    few.norm += done;
+    few.vector += (size_t)done * (size_t)few.n;
+    modes->split += count;
+    return pend_modes_decompose(&few, modes->tree.tree, modes->up, modes->start->phi, modes->start->rate,
+                                modes->scalar[AMPLITUDE] + done, modes->scalar[PHASE] + done);
+}
+
+/* a vector in the caller's order */
+static void modes_vector(const struct modes *modes, int mode, double line[]) {
+    const struct pend_tree *tree = modes->tree.tree;
+    const double *vector = modes->found->vector + (size_t)mode * (size_t)tree->n;
+    for (int k = 0; k < tree->n; k++) line[tree->order[k]] = vector[k];
+}
+
+/* sum 1/omega^2 = l_tot/g, where a growing mode and a standing arm count below 0 */
 static enum pend_status write_identity(const struct modes *modes, struct api_buffer *out) {
-    double sum = 0, lengths = modes->tree.tree->length_total / modes->tree.gravity;
-    for (int k = modes->found->count - 1; k >= 0; k--) sum += 1 / (modes->found->omega[k] * modes->found->omega[k]);
+    const struct pend_tree *tree = modes->tree.tree;
+    double sum = 0, lengths = 0, all = tree->length_total / modes->tree.gravity;
+    for (int k = modes->found->count - 1; k >= 0; k--)
+        sum += 1 / (modes->found->omega[k] * fabs(modes->found->omega[k]));
+    for (int k = 0; modes->up && k < tree->n; k++)
+        lengths += (modes->up[k] ? -tree->len[k] : tree->len[k]) / modes->tree.gravity;
+    if (!modes->up) lengths = all;
     PEND_TRY(api_out_open(out, "identity", '{'));
-    PEND_TRY(api_out_number(out, "sum_inverse_omega_squared", sum, modes->digits));
-    PEND_TRY(api_out_number(out, "length_total_over_g", lengths, modes->digits));
-    PEND_TRY(api_out_number(out, "relative_difference", fabs(sum - lengths) / lengths, modes->digits));
+    PEND_TRY(api_out_number(out, "sum_inverse_omega_squared", sum, modes->table.digits));
+    PEND_TRY(api_out_number(out, "length_total_over_g", lengths, modes->table.digits));
+    PEND_TRY(api_out_number(out, "relative_difference", fabs(sum - lengths) / all, modes->table.digits));
     return api_buffer_text(out, "}");
 }
 
-/* everything with one entry a mode */
+/* the number of a name among the scalars, SCALARS for none */
+static int scalar_of(const char *name) {
+    int i = 0;
+    while (i < SCALARS && strcmp(scalar_names[i], name)) i++;
+    return i;
+}
+
+/* JSON: everything with one entry a mode */
 static enum pend_status write_lists(const struct modes *modes, struct api_buffer *out) {
-    const double *omega = modes->found->omega;
-    double *row = modes->scratch;
-    size_t n = (size_t)modes->tree.n;
-    int count = modes->found->count, digits = modes->digits;
-    for (int k = 0; k < count; k++) row[k] = modes->found->first + k + 1;
-    PEND_TRY(api_out_numbers(out, "mode", count, row, 0));
-    PEND_TRY(api_out_numbers(out, "omega", count, omega, digits));
-    for (int k = 0; k < count; k++) row[k] = omega[k] / (2 * pi);
-    PEND_TRY(api_out_numbers(out, "frequency", count, row, digits));
-    for (int k = 0; k < count; k++) row[k] = 2 * pi / omega[k];
-    PEND_TRY(api_out_numbers(out, "period", count, row, digits));
-    if (modes->request.select == PEND_SELECT_ALL) PEND_TRY(write_identity(modes, out));
-    if (!modes->start) return PEND_OK;
-    PEND_TRY(api_out_numbers(out, "amplitude", count, modes->scratch + n, digits));
-    return api_out_numbers(out, "phase", count, modes->scratch + 2 * n, digits);
-}
-
-static double *modes_matrix(const struct modes *modes) { return modes->scratch + 3 * (size_t)modes->tree.n; }
-
-/* the columns of a matrix from the stored order to the caller's, in place, by way of a row */
-static void matrix_order_columns(const struct pend_tree *tree, double matrix[], double row[]) {
-    size_t n = (size_t)tree->n;
-    for (size_t k = 0; k < n; k++) {
-        double *at = matrix + k * n;
-        for (size_t j = 0; j < n; j++) row[tree->order[j]] = at[j];
-        memcpy(at, row, n * sizeof *row);
+    const struct api_table *table = &modes->table;
+    int identity = modes->request.select == PEND_SELECT_ALL;
+    PEND_TRY(api_buffer_text(out, "{"));
+    for (int c = 0; c < table->count; c++) {
+        int which = scalar_of(table->column[c].name), exact = which == MODE;
+        if (which == SCALARS) continue;
+        PEND_TRY(api_out_numbers(out, scalar_names[which], (int)table->rows, modes->scalar[which],
+                                 exact ? 0 : table->digits));
+        if (identity && (which == PERIOD || which == GROWTH)) PEND_TRY(write_identity(modes, out));
     }
-}
-
-/* computes a matrix; A and M have columns in the caller's order and rows still in the stored one */
-static enum pend_status matrix_compute(const struct modes *modes, enum matrix which, double matrix[],
-                                       struct pend_error *error) {
-    const struct pend_tree *tree = modes->tree.tree;
-    size_t n = (size_t)tree->n;
-    enum pend_status status = PEND_OK;
-    if (which == MATRIX_S) pend_tree_path(tree, matrix);
-    if (which == MATRIX_B) pend_tree_force_map(tree, matrix);
-    if (which == MATRIX_A) status = pend_reference_linearization(tree, modes->tree.gravity, matrix, NULL);
-    if (which == MATRIX_M) {
-        double *im = malloc(n * n * sizeof *im);
-        memset(modes->scratch, 0, n * sizeof *im); /* all angles equal: M is real then */
-        status = im ? pend_reference_mass_matrix(tree, modes->scratch, matrix, im) : PEND_NO_MEMORY;
-        free(im);
-    }
-    if (status != PEND_OK)
-        return pend_fail(error, status, -1, 0, "the matrix %s: %s", matrix_names[which], pend_status_text(status));
-    if (which == MATRIX_A || which == MATRIX_M) matrix_order_columns(tree, matrix, modes->scratch);
     return PEND_OK;
 }
 
 static int part_wanted(const struct modes *modes, int part) { return part ? modes->include[part - 1] : modes->vectors; }
 
-/* opens the array of rows, and computes them where they are a matrix */
-static enum pend_status part_open(struct modes *modes, struct api_buffer *out, struct pend_error *error) {
-    int part = modes->part;
-    if (part) PEND_TRY(matrix_compute(modes, (enum matrix)(part - 1), modes_matrix(modes), error));
-    return api_out_open(out, part ? matrix_names[part - 1] : "vectors", '[');
+/* JSON: the next row of the vectors or of a matrix, or the end */
+static enum pend_status write_row(struct modes *modes, struct api_buffer *out, int *done) {
+    int n = modes->tree.n, part = modes->part, rows = part ? n : modes->found->count;
+    if (part > PEND_MATRIX_COUNT) {
+        *done = 1;
+        return api_buffer_text(out, "}");
+    }
+    if (part_wanted(modes, part) && !modes->row)
+        PEND_TRY(api_out_open(out, part ? matrix_names[part - 1] : "vectors", '['));
+    if (!part_wanted(modes, part) || modes->row == rows) {
+        if (part_wanted(modes, part)) PEND_TRY(api_buffer_text(out, "]"));
+        modes->part++;
+        modes->row = 0;
+        return PEND_OK;
+    }
+    if (part)
+        pend_matrix_row(modes->tree.tree, modes->tree.gravity, modes->up, (enum pend_matrix)(part - 1), modes->row,
+                        modes->line);
+    else
+        modes_vector(modes, modes->row, modes->line);
+    modes->row++;
+    return api_out_numbers(out, NULL, n, modes->line, modes->table.digits);
 }
 
-static enum pend_status part_write_row(const struct modes *modes, struct api_buffer *out) {
-    const struct pend_tree *tree = modes->tree.tree;
-    int n = modes->tree.n, which = modes->part - 1, row = modes->row;
-    const double *matrix = modes_matrix(modes);
-    if (which == MATRIX_A || which == MATRIX_M) row = tree->place[row];
-    if (which >= 0) return api_out_numbers(out, NULL, n, matrix + (size_t)row * (size_t)n, modes->digits);
-    const double *vector = modes->found->vector + (size_t)row * (size_t)n;
-    for (int k = 0; k < n; k++) modes->scratch[tree->order[k]] = vector[k];
-    return api_out_numbers(out, NULL, n, modes->scratch, modes->digits);
+/* other representations: the next rows of the table, or a piece of what comes behind them */
+static enum pend_status write_rows(struct modes *modes, struct api_buffer *out, int *done, struct pend_error *error) {
+    const struct api_table *table = &modes->table;
+    const double *data[API_COLUMNS];
+    if (!modes->writer) PEND_TRY(api_writer_new(&modes->writer, modes->format, table, out));
+    long rows = table->rows - modes->row < modes->lines ? table->rows - modes->row : modes->lines;
+    if (!rows) return api_writer_finish(modes->writer, NULL, out, done);
+    for (int c = 0; c < table->count; c++) {
+        int which = scalar_of(table->column[c].name);
+        data[c] = which == SCALARS ? modes->line : modes->scalar[which] + modes->row;
+    }
+    for (long i = 0; modes->vectors && i < rows; i++)
+        modes_vector(modes, modes->row + (int)i, modes->line + i * modes->tree.n);
+    modes->row += (int)rows;
+    return api_writer_block(modes->writer, rows, data, out, error);
 }
 
-static enum pend_status modes_begin(struct modes *modes, struct api_buffer *out, struct pend_error *error) {
-    PEND_TRY(modes_compute(modes, error));
-    PEND_TRY(api_buffer_text(out, "{"));
+/* the search comes to its end: what follows needs memory */
+static enum pend_status modes_found(struct modes *modes, struct pend_error *error) {
+    modes->found = pend_modes_search_take(modes->search);
+    pend_modes_search_free(&modes->search);
+    return modes_allocate(modes, error);
+}
+
+/* a piece of the search, of the split, or of the answer */
+static enum pend_status modes_piece(struct modes *modes, struct api_buffer *out, int *done, struct pend_error *error) {
+    int found = 0;
+    if (modes->search) {
+        PEND_TRY(pend_modes_search_step(modes->search, &found, error));
+        return found ? modes_found(modes, error) : PEND_OK;
+    }
+    if (modes->start && modes->split < modes->found->count) return modes_split(modes, error);
+    if (!modes->begun) modes_fill(modes);
+    if (modes->format != &api_format_json) {
+        modes->begun = 1;
+        return write_rows(modes, out, done, error);
+    }
+    if (modes->begun) return write_row(modes, out, done);
+    modes->begun = 1;
     return write_lists(modes, out);
 }
 
-/* computes all at once; the rows of large arrays are written a turn at a time */
 static enum pend_status modes_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
-    struct modes *modes = state;
-    if (!modes->found) PEND_TRY(modes_begin(modes, turn->out, error));
-    for (; modes->part <= MATRICES; modes->part++, modes->row = 0) {
-        int rows = modes->part ? modes->tree.n : modes->found->count;
-        if (!part_wanted(modes, modes->part)) continue;
-        if (!modes->row) PEND_TRY(part_open(modes, turn->out, error));
-        while (modes->row < rows) {
-            PEND_TRY(part_write_row(modes, turn->out));
-            if (++modes->row < rows && api_turn_over(turn)) return PEND_OK;
-        }
-        PEND_TRY(api_buffer_text(turn->out, "]"));
-    }
-    *done = 1;
-    return api_buffer_text(turn->out, "}");
+    do PEND_TRY(modes_piece(state, turn->out, done, error));
+    while (!*done && !api_turn_over(turn));
+    return PEND_OK;
 }
 
-const struct api_op api_op_modes = {
-    .name = "modes", .body = 1, .read = modes_read, .run = modes_run, .free = modes_free};
+static const struct api_table *modes_table(const void *state) { return &((const struct modes *)state)->table; }
+
+static double modes_cost(const void *state) {
+    const struct modes *modes = state;
+    return pend_modes_cost(modes->tree.n, (int)modes->table.rows, modes->request.vectors);
+}
+
+const struct api_op api_op_modes = {.name = "modes",
+                                    .body = 1,
+                                    .samples = 1,
+                                    .read = modes_read,
+                                    .run = modes_run,
+                                    .table = modes_table,
+                                    .cost = modes_cost,
+                                    .free = modes_free};

@@ -56,7 +56,7 @@ static void read_mode(struct api_states *states, long i, const struct api_value 
     (void)api_field_whole(mode, 1, tree->n ? tree->n : (long)limits->arms, &number, problem);
     if (api_field_needed(amplitude, problem))
         (void)api_value_read_number(amplitude, -INFINITY, INFINITY, "", &size, problem);
-    api_tree_modes_allowed(tree, mode, "a start in a mode", limits, problem);
+    api_tree_modes_allowed(tree, mode, 1, "a start in a mode", limits, problem);
     if (!states) return;
     states->mode[i] = (int)number;
     states->amplitude[i] = scale * size;
@@ -115,8 +115,12 @@ static enum pend_status states_modes(struct pend_modes **modes, const struct api
         if (mode && mode < low) low = mode;
         if (mode > high) high = mode;
     }
-    struct pend_modes_request request = {.gravity = tree->gravity, .vectors = 1, .normalize = PEND_NORMALIZE_MAX,
-                                         .select = PEND_SELECT_NUMBERS, .first = low - 1, .count = high - low + 1};
+    struct pend_modes_request request = {.gravity = tree->gravity,
+                                         .vectors = 1,
+                                         .normalize = PEND_NORMALIZE_MAX,
+                                         .select = PEND_SELECT_NUMBERS,
+                                         .first = low - 1,
+                                         .count = high - low + 1};
     return high ? pend_modes_select(modes, tree->tree, &request, error) : PEND_OK;
 }
 

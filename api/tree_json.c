@@ -377,11 +377,14 @@ const char *api_tree_name(const struct api_tree *tree, int i, char scratch[16]) 
     return scratch;
 }
 
-void api_tree_modes_allowed(const struct api_tree *tree, const struct api_value *value, const char *what,
+void api_tree_modes_allowed(const struct api_tree *tree, const struct api_value *value, int count, const char *what,
                             const struct api_limits *limits, struct api_problem *problem) {
+    double most = limits->mode_arms * limits->mode_arms;
     if (!(tree->gravity > 0))
         api_value_fault(value, problem, "%s needs a gravity greater than 0, got %.15g", what, tree->gravity);
-    if (tree->n > limits->mode_arms)
-        api_value_fault(value, problem, "%s takes at most %.0f arms (the limit max-mode-arms), and here are %d", what,
-                        limits->mode_arms, tree->n);
+    if ((double)tree->n * count > most)
+        api_value_fault(value, problem,
+                        "%s takes at most %.0f arms (the limit max-mode-arms) for all modes, and at most %.0f modes of "
+                        "%d arms; here are %d modes",
+                        what, limits->mode_arms, floor(most / tree->n), tree->n, count);
 }

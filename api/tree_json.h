@@ -39,11 +39,13 @@ int api_tree_parent(const struct api_tree *tree, int i);
 const char *api_tree_name(const struct api_tree *tree, int i, char scratch[16]);
 
 /**
- * Faults a use of the modes that the tree or the limits forbid: gravity must be positive, the arms not too many.
+ * Faults a use of the modes that the tree or the limits forbid: gravity must be positive, the modes not too many for so
+ * many arms. As many are allowed as take the time of all modes of max-mode-arms arms.
  *
  * value  what asks for the modes; what says so in the message: "a start in a mode".
+ * count  how many modes.
  */
-void api_tree_modes_allowed(const struct api_tree *tree, const struct api_value *value, const char *what,
+void api_tree_modes_allowed(const struct api_tree *tree, const struct api_value *value, int count, const char *what,
                             const struct api_limits *limits, struct api_problem *problem);
 
 #endif

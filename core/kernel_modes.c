@@ -200,7 +200,8 @@ static masks twist_down(const struct pend_laplacian *laplacian, lanes shift, str
             if (k > p + 1) u += earlier = w.above[k];
             if (laplacian->turn[k] & PEND_TURN_NEXT) {
                 u += w.tip[k];
-                w.above[end[k]] = earlier + spring * (w.t[k] * kernel_inverse((w.t[k] + spring) + spring * KERNEL_TINY));
+                w.above[end[k]] =
+                    earlier + spring * (w.t[k] * kernel_inverse((w.t[k] + spring) + spring * KERNEL_TINY));
             }
             lanes inverse = kernel_inverse((u + spring) + spring * KERNEL_TINY);
             w.tip[k] = inverse;

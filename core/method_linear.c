@@ -37,7 +37,7 @@ static enum pend_status linear_start(struct linear *linear, const struct pend_pr
         theta[k] = pend_modes_theta(linear->phi[k]);
         linear->rest[k] = linear->phi[k] - theta[k];
     }
-    if (pend_modes_decompose(linear->modes, tree, theta, linear->rate, amplitude, linear->phase) != PEND_OK)
+    if (pend_modes_decompose(linear->modes, tree, NULL, theta, linear->rate, amplitude, linear->phase) != PEND_OK)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %d arms", tree->n);
     for (size_t i = 0; i < n * n; i++) linear->modes->vector[i] *= amplitude[i / n];
     return PEND_OK;

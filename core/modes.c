@@ -1,5 +1,6 @@
 #include "core/modes.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -30,20 +31,20 @@ struct pend_modes_search {
     const struct pend_tree *tree;
     struct pend_spectrum *spectrum;
     enum phase phase;
-    int part;       /* PHASE_VALUES: under way */
-    int *first;     /* for each part, where its values begin in value[]; one more entry ends the last */
-    int *number;    /* for each part, the number of the first computed */
-    double *value;  /* the values computed, signed, ascending in each part */
+    int part;      /* PHASE_VALUES: under way */
+    int *first;    /* for each part, where its values begin in value[]; one more entry ends the last */
+    int *number;   /* for each part, the number of the first computed */
+    double *value; /* the values computed, signed, ascending in each part */
     struct mode *mode;
     int mode_count;
     int below;      /* number of modes below those computed */
     int drop, keep; /* rows computed only since they belong to a multiple frequency: before the others, and where the
                        others end */
     struct pend_modes *modes;
-    int *lead;      /* for each row, the first arm that moves, the caller's number; -1 where that is not known */
-    int at, end;    /* PHASE_VECTORS, _SPREAD: the run of modes of one part */
-    int low;        /* index of the first vector of that run */
-    int row;        /* PHASE_SPREAD: how many occurrences are done; from PHASE_STAND on: next row */
+    int *lead;   /* for each row, the first arm that moves, the caller's number; -1 where that is not known */
+    int at, end; /* PHASE_VECTORS, _SPREAD: the run of modes of one part */
+    int low;     /* index of the first vector of that run */
+    int row;     /* PHASE_SPREAD: how many occurrences are done; from PHASE_STAND on: next row */
     struct pend_vectors *vectors;
     double **vector, *room;
 };
@@ -63,46 +64,35 @@ static enum pend_status modes_check(const struct pend_modes_request *r, int n, s
     return PEND_OK;
 }
 
-/* all selections but an interval are numbers: first .. first + count - 1 */
-static void modes_numbers(struct pend_modes_request *r, int n) {
-    if (r->select == PEND_SELECT_BETWEEN) {
-        r->count = 0;
-        return;
-    }
-    if (r->select == PEND_SELECT_ALL) r->count = n;
-    if (r->select != PEND_SELECT_NUMBERS) r->first = r->select == PEND_SELECT_FASTEST ? n - r->count : 0;
-    r->select = PEND_SELECT_NUMBERS;
-}
-
 static double modes_signed_square(double omega) { return omega * fabs(omega); }
 
 static double modes_omega(double value) { return copysign(sqrt(fabs(value)), value); }
 
-/* shifts that have all selected modes between them, and few others */
-static void modes_cuts(const struct pend_modes_search *s, double cut[2]) {
-    const struct pend_modes_request *r = &s->request;
-    cut[0] = -2 * s->spectrum->most;
-    cut[1] = 2 * s->spectrum->most;
-    if (r->select == PEND_SELECT_NUMBERS) {
-        cut[0] = pend_spectrum_cut(s->spectrum, r->first, 0);
-        cut[1] = pend_spectrum_cut(s->spectrum, r->first + r->count, 1);
-        return;
+/* Every selection becomes numbers, first .. first + count - 1. The ends of an interval give way by two units of the
+ * last place, so that a mode that was told is found again. */
+static void modes_numbers(struct pend_modes_search *s) {
+    struct pend_modes_request *r = &s->request;
+    if (r->select == PEND_SELECT_BETWEEN) {
+        double from = modes_signed_square(r->from), to = modes_signed_square(r->to);
+        double shift[] = {from - 2 * DBL_EPSILON * fabs(from), to + 2 * DBL_EPSILON * fabs(to)};
+        int below[2];
+        pend_spectrum_below(s->spectrum, 2, shift, below);
+        r->first = below[0];
+        r->count = below[1] > below[0] ? below[1] - below[0] : 0;
     }
-    double from = modes_signed_square(r->from), to = modes_signed_square(r->to);
-    cut[0] = fmax(cut[0], from - 1e-12 * fabs(from));
-    cut[1] = fmin(cut[1], to + 1e-12 * fabs(to));
+    if (r->select == PEND_SELECT_ALL) r->count = s->tree->n;
+    if (r->select == PEND_SELECT_ALL || r->select == PEND_SELECT_SLOWEST) r->first = 0;
+    if (r->select == PEND_SELECT_FASTEST) r->first = s->tree->n - r->count;
 }
 
 /* the numbers first .. end - 1 of a part's eigenvalues that lie between the cuts */
 static void modes_range(const struct pend_modes_search *s, int part, const double cut[2], int *first, int *end) {
     const struct pend_laplacian *l = s->spectrum->part[part];
     const struct pend_modes_request *r = &s->request;
-    if (r->select == PEND_SELECT_NUMBERS && (s->spectrum->symmetry->part_count == 1 || r->count == s->tree->n)) {
-        /* numbers are known without counting */
-        *first = r->first;
-        *end = r->count == s->tree->n ? l->n : r->first + r->count;
-        return;
-    }
+    /* numbers are known without counting where there is one part, or all are wanted, or none */
+    *first = r->count && r->count < s->tree->n ? r->first : 0;
+    *end = r->count < s->tree->n ? *first + r->count : l->n;
+    if (s->spectrum->symmetry->part_count == 1 || !r->count || r->count == s->tree->n) return;
     struct pend_modes_probe probe[2] = {{.shift = cut[0]}, {.shift = cut[1]}};
     pend_modes_kernel()->probe(l, 2, probe);
     *first = probe[0].below;
@@ -113,7 +103,11 @@ static void modes_range(const struct pend_modes_search *s, int part, const doubl
 static enum pend_status modes_plan(struct pend_modes_search *s) {
     int parts = s->spectrum->symmetry->part_count, values = 0;
     double cut[2] = {0, 0};
-    if (s->request.count != s->tree->n) modes_cuts(s, cut);
+    if (parts > 1 && s->request.count && s->request.count < s->tree->n) {
+        /* shifts that have all selected modes between them, and few others */
+        cut[0] = pend_spectrum_cut(s->spectrum, s->request.first, 0);
+        cut[1] = pend_spectrum_cut(s->spectrum, s->request.first + s->request.count, 1);
+    }
     s->first = malloc(2 * ((size_t)parts + 1) * sizeof *s->first);
     if (!s->first) return PEND_NO_MEMORY;
     s->number = s->first + parts + 1;
@@ -168,16 +162,14 @@ static int modes_times(const struct pend_modes_search *s, const struct mode *mod
     return s->spectrum->symmetry->part[mode->part].times;
 }
 
-/* omega of every row, mode by mode in ascending order, rows counted from those computed; returns their number */
-static int modes_count_rows(struct pend_modes_search *s) {
+/* puts the modes computed in ascending order and numbers their rows */
+static void modes_count_rows(struct pend_modes_search *s) {
     int rows = 0;
-    if (s->spectrum->symmetry->part_count > 1)
-        qsort(s->mode, (size_t)s->mode_count, sizeof *s->mode, modes_by_value);
+    if (s->spectrum->symmetry->part_count > 1) qsort(s->mode, (size_t)s->mode_count, sizeof *s->mode, modes_by_value);
     for (int i = 0; i < s->mode_count; i++) {
         s->mode[i].row = rows;
         rows += modes_times(s, &s->mode[i]);
     }
-    return rows;
 }
 
 /* the first and the last of the modes that a row belongs to, going back or forth inside a multiple frequency */
@@ -194,13 +186,8 @@ static int modes_extend(const struct pend_modes_search *s, int i, int by) {
  * time being, all others of multiple frequencies that the selection cuts. */
 static enum pend_status modes_rows(struct pend_modes_search *s) {
     const struct pend_modes_request *r = &s->request;
-    int rows = modes_count_rows(s), begin = r->first - s->below, end = begin + r->count, low = 0, high = s->mode_count;
-    if (r->select == PEND_SELECT_BETWEEN) {
-        while (low < high && modes_omega(s->mode[low].value) < r->from) low++;
-        while (low < high && modes_omega(s->mode[high - 1].value) > r->to) high--;
-        begin = low < s->mode_count ? s->mode[low].row : rows;
-        end = high < s->mode_count ? s->mode[high].row : rows;
-    }
+    int begin = (r->count ? r->first : s->below) - s->below, end = begin + r->count, low = 0, high = s->mode_count;
+    modes_count_rows(s);
     /* the modes that have these rows */
     while (low < high && s->mode[low].row + modes_times(s, &s->mode[low]) <= begin) low++;
     while (low < high && s->mode[high - 1].row >= end) high--;
@@ -208,12 +195,15 @@ static enum pend_status modes_rows(struct pend_modes_search *s) {
         low = modes_extend(s, low, -1);
         high = modes_extend(s, high - 1, 1) + 1;
     }
-    int from = low < high ? s->mode[low].row : begin, to = low < high ? s->mode[high - 1].row + modes_times(s, &s->mode[high - 1]) : end;
-    if (!r->vectors) from = begin, to = end;
+    int from = begin, to = end;
+    if (low < high && r->vectors) {
+        from = s->mode[low].row;
+        to = s->mode[high - 1].row + modes_times(s, &s->mode[high - 1]);
+    }
     PEND_TRY(pend_modes_alloc(&s->modes, to - from, s->tree->n, r->vectors));
     s->lead = malloc(((size_t)(to - from) + 1) * sizeof *s->lead);
     if (!s->lead) return PEND_NO_MEMORY;
-    s->modes->first = s->below + begin;
+    s->modes->first = r->first;
     s->drop = begin - from;
     s->keep = end - from;
     for (int i = low; i < high; i++) {
@@ -259,7 +249,8 @@ static enum pend_status modes_run_begin(struct pend_modes_search *s) {
     for (size_t i = 0; i < count; i++) s->vector[i] = (whole ? s->modes->vector : s->room) + i * (size_t)n;
     const double *value = s->value + s->first[part] + s->low;
     s->phase = PHASE_VECTORS;
-    return pend_vectors_new(&s->vectors, spectrum->part[part], (int)count, value, whole ? spectrum->lead : 0, s->vector);
+    return pend_vectors_new(&s->vectors, spectrum->part[part], (int)count, value, whole ? spectrum->lead : 0,
+                            s->vector);
 }
 
 static enum pend_status modes_vectors(struct pend_modes_search *s) {
@@ -304,7 +295,8 @@ static void modes_stand(struct pend_modes_search *s) {
 /* about hanging omega^2 = sum g l W theta^2 for a vector of mass norm 1, so no angle exceeds omega times this */
 static double modes_bound(const struct pend_modes_search *s) {
     double least = INFINITY;
-    for (int k = 0; k < s->tree->n; k++) least = fmin(least, s->request.gravity * s->tree->len[k] * s->tree->subtree_mass[k]);
+    for (int k = 0; k < s->tree->n; k++)
+        least = fmin(least, s->request.gravity * s->tree->len[k] * s->tree->subtree_mass[k]);
     return 1 / sqrt(least);
 }
 
@@ -388,14 +380,16 @@ enum pend_status pend_modes_search_new(struct pend_modes_search **search, const 
     if (!s) goto out;
     s->request = *request;
     s->tree = tree;
-    modes_numbers(&s->request, tree->n);
     status = pend_spectrum_new(&s->spectrum, tree, request->gravity, request->up);
+    if (!status) modes_numbers(s);
     if (!status) status = modes_plan(s);
     if (!status) modes_part_begin(s);
 out:
     if (status) pend_modes_search_free(search);
     return status ? modes_fail(status, tree->n, error) : PEND_OK;
 }
+
+int pend_modes_search_count(const struct pend_modes_search *search) { return search->request.count; }
 
 enum pend_status pend_modes_search_step(struct pend_modes_search *search, int *done, struct pend_error *error) {
     enum pend_status status = modes_step(search);

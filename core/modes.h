@@ -6,7 +6,13 @@
 
 #include "core/modes_store.h"
 
-enum pend_select { PEND_SELECT_ALL, PEND_SELECT_SLOWEST, PEND_SELECT_FASTEST, PEND_SELECT_NUMBERS, PEND_SELECT_BETWEEN };
+enum pend_select {
+    PEND_SELECT_ALL,
+    PEND_SELECT_SLOWEST,
+    PEND_SELECT_FASTEST,
+    PEND_SELECT_NUMBERS,
+    PEND_SELECT_BETWEEN
+};
 
 /* What is wanted of a tree's modes; {.gravity = 9.81} asks for all frequencies about hanging. */
 struct pend_modes_request {
@@ -16,7 +22,7 @@ struct pend_modes_request {
     enum pend_select select; /* in ascending order of signed omega^2, so that modes that grow come first */
     int count;               /* SLOWEST, FASTEST, NUMBERS: how many of the first, of the last, from number `first` on */
     int first;               /* NUMBERS: from 0 */
-    double from, to;         /* BETWEEN: those with from <= omega <= to; none is no error */
+    double from, to;         /* BETWEEN: those with from <= omega <= to, to round-off; none is no error */
     const unsigned char *up; /* n flags in stored order, non-zero where the arm stands up; NULL: all hang. theta is then
                                 the small deviation from that equilibrium. */
 };
@@ -46,6 +52,9 @@ struct pend_modes_search;
 PEND_MUST_CHECK enum pend_status pend_modes_search_new(struct pend_modes_search **search, const struct pend_tree *tree,
                                                        const struct pend_modes_request *request,
                                                        struct pend_error *error);
+
+/** How many modes it will find; known from its beginning. */
+int pend_modes_search_count(const struct pend_modes_search *search);
 
 /**
  * Searches on for a piece of work, of O(n) with about 64 sweeps over the tree, so that a caller can look after its

@@ -3,7 +3,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-
 enum { SPECTRUM_SHIFTS = 16, SPECTRUM_ROUNDS = 14 };
 
 enum pend_status pend_spectrum_new(struct pend_spectrum **spectrum, const struct pend_tree *tree, double gravity,
@@ -43,8 +42,7 @@ void pend_spectrum_free(struct pend_spectrum **spectrum) {
     *spectrum = NULL;
 }
 
-/* numbers of eigenvalues below ascending shifts, each mode counted as often as it occurs */
-static void spectrum_below(const struct pend_spectrum *spectrum, int count, const double shift[], int below[]) {
+void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const double shift[], int below[]) {
     const struct pend_modes_kernel *kernel = pend_modes_kernel();
     for (int i = 0; i < count; i++) below[i] = 0;
     for (int p = 0; p < spectrum->symmetry->part_count; p++) {
@@ -77,7 +75,7 @@ double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int a
             size = exp(at[negative ? SPECTRUM_SHIFTS - 1 - j : j]);
             shift[j] = negative ? -size : size;
         }
-        spectrum_below(spectrum, SPECTRUM_SHIFTS, shift, below);
+        pend_spectrum_below(spectrum, SPECTRUM_SHIFTS, shift, below);
         /* the first shift that has the number below it */
         while (i < SPECTRUM_SHIFTS - 1 && below[i] < number) i++;
         if (i == 0 || below[i] == number) return shift[i];
@@ -113,9 +111,11 @@ void pend_spectrum_search(struct pend_spectrum *spectrum, int part, int first, i
 
 /* number i from below of L is number n - 1 - i of -L, where it is positive */
 static enum pend_status spectrum_begin(struct pend_search *s) {
-    if (s->done) return pend_values_new(&s->values, s->part, s->first + s->split, s->count - s->split, s->value + s->split);
+    if (s->done)
+        return pend_values_new(&s->values, s->part, s->first + s->split, s->count - s->split, s->value + s->split);
     spectrum_negate(s->part);
-    enum pend_status status = pend_values_new(&s->values, s->part, s->part->n - s->first - s->split, s->split, s->value);
+    enum pend_status status =
+        pend_values_new(&s->values, s->part, s->part->n - s->first - s->split, s->split, s->value);
     if (status) spectrum_negate(s->part);
     return status;
 }

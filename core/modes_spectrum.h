@@ -21,8 +21,8 @@ struct pend_spectrum {
     struct pend_laplacian **part; /* one for each of the symmetry's parts */
     int *place;                   /* n ints of scratch */
     int n;
-    int lead;           /* stored number of the caller's first arm */
-    int negative;       /* number of eigenvalues below 0 */
+    int lead;     /* stored number of the caller's first arm */
+    int negative; /* number of eigenvalues below 0 */
     struct pend_search search;
     double least, most; /* 1/s^2: every eigenvalue has least <= |lambda| <= most */
 };
@@ -38,6 +38,9 @@ PEND_MUST_CHECK enum pend_status pend_spectrum_new(struct pend_spectrum **spectr
                                                    double gravity, const unsigned char up[]);
 
 void pend_spectrum_free(struct pend_spectrum **spectrum);
+
+/** Numbers of eigenvalues below ascending shifts, at most 16 of them, each mode counted as often as it occurs. O(n). */
+void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const double shift[], int below[]);
 
 /**
  * A shift that has `number` or a few more eigenvalues below it (above = 1), or a few less (above = 0).

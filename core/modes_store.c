@@ -34,14 +34,20 @@ void pend_modes_free(struct pend_modes **modes) {
     *modes = NULL;
 }
 
-/* Re(0) x without a matrix: masses times tip displacements, summed over the sub-trees; product is not x */
-static void modes_mass_apply(const struct pend_tree *tree, const double x[], double product[]) {
+static double store_length(const struct pend_tree *tree, const unsigned char up[], int k) {
+    return up && up[k] ? -tree->len[k] : tree->len[k];
+}
+
+/* Re x without a matrix: masses times tip displacements, summed over the sub-trees; product is not x */
+static void modes_mass_apply(const struct pend_tree *tree, const unsigned char up[], const double x[],
+                             double product[]) {
     /* tip displacements, pivot outwards */
-    for (int k = 0; k < tree->n; k++) product[k] = (k ? product[tree->parent[k]] : 0) + tree->len[k] * x[k];
+    for (int k = 0; k < tree->n; k++)
+        product[k] = (k ? product[tree->parent[k]] : 0) + store_length(tree, up, k) * x[k];
     for (int k = 0; k < tree->n; k++) product[k] *= tree->mass[k];
     /* sums over the sub-trees, leaves inwards */
     for (int k = tree->n - 1; k > 0; k--) product[tree->parent[k]] += product[k];
-    for (int k = 0; k < tree->n; k++) product[k] *= tree->len[k];
+    for (int k = 0; k < tree->n; k++) product[k] *= store_length(tree, up, k);
 }
 
 double pend_modes_mass_norm(const struct pend_tree *tree, const double x[], double tips[]) {
@@ -150,12 +156,13 @@ double pend_modes_theta(double phi) {
 }
 
 enum pend_status pend_modes_decompose(const struct pend_modes *modes, const struct pend_tree *tree,
-                                      const double theta[], const double rate[], double amplitude[], double phase[]) {
+                                      const unsigned char up[], const double theta[], const double rate[],
+                                      double first[], double second[]) {
     int n = modes->n;
     double *product = malloc(2 * (size_t)n * sizeof *product);
     if (!product) return PEND_NO_MEMORY;
-    modes_mass_apply(tree, theta, product);
-    modes_mass_apply(tree, rate, product + n);
+    modes_mass_apply(tree, up, theta, product);
+    modes_mass_apply(tree, up, rate, product + n);
     for (int k = 0; k < modes->count; k++) {
         const double *x = modes->vector + (size_t)k * n;
         double along_theta = 0, along_rate = 0, square = modes->norm[k] * modes->norm[k];
@@ -165,9 +172,14 @@ enum pend_status pend_modes_decompose(const struct pend_modes *modes, const stru
         }
         /* amplitude cos(phase) and amplitude sin(phase); + 0.0 turns -0 into 0 */
         double c = along_theta / square + 0.0, s = -along_rate / (square * modes->omega[k]) + 0.0;
-        amplitude[k] = hypot(c, s);
-        phase[k] = atan2(s, c);
-        if (phase[k] <= -M_PI) phase[k] = M_PI;
+        if (modes->omega[k] < 0) {
+            first[k] = 0.5 * (c + s);
+            second[k] = 0.5 * (c - s);
+            continue;
+        }
+        first[k] = hypot(c, s);
+        second[k] = atan2(s, c);
+        if (second[k] <= -M_PI) second[k] = M_PI;
     }
     free(product);
     return PEND_OK;

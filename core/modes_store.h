@@ -24,8 +24,8 @@ struct pend_modes {
     int growing;    /* the first so many of the modes held do not swing but grow as e^{-omega t}, their omega < 0; 0
                        about hanging */
     double *omega;  /* rad/s, ascending; 1/s below 0 */
-    double *vector; /* theta of arm; mass-orthogonal, in Re(0) or, where arms stand, Re of the equilibrium's angles; NULL
-                       when not asked for */
+    double *vector; /* theta of arm; mass-orthogonal, in Re(0) or, where arms stand, Re of the equilibrium's angles;
+                       NULL when not asked for */
     double *norm;   /* sqrt(vector^T Re(0) vector) of each vector as it is scaled now; NULL without vectors */
 };
 
@@ -80,18 +80,19 @@ void pend_modes_free(struct pend_modes **modes);
 double pend_modes_theta(double phi);
 
 /**
- * Amplitude and phase of every mode in a start: theta(t) = sum_k amplitude_k vector_k cos(omega_k t + phase_k). All
- * modes must swing (growing = 0).
+ * What is in a start of every mode: theta(t) = sum_k c_k(t) vector_k with c_k = amplitude cos(omega t + phase) of a
+ * mode that swings, and c_k = rising e^{st} + falling e^{-st} of one that grows, s = -omega.
  *
- * theta, rate  n values, rad and rad/s, stored order; vectors as they are normalised now.
- * amplitude    out, count values, >= 0.
- * phase        out, count values, rad in (-pi, pi]; 0 where the amplitude is 0.
+ * up           as in the request for the modes.
+ * theta, rate  n values, rad and rad/s from the equilibrium, stored order; vectors as they are normalised now.
+ * first        out, count values: amplitude >= 0; rising.
+ * second       out, count values: phase, rad in (-pi, pi], 0 where the amplitude is 0; falling.
  *
  * PEND_NO_MEMORY  O(n) scratch.
  * O(count n).
  */
 PEND_MUST_CHECK enum pend_status pend_modes_decompose(const struct pend_modes *modes, const struct pend_tree *tree,
-                                                      const double theta[], const double rate[], double amplitude[],
-                                                      double phase[]);
+                                                      const unsigned char up[], const double theta[],
+                                                      const double rate[], double first[], double second[]);
 
 #endif

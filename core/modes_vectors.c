@@ -21,8 +21,8 @@ enum { VECTORS_PIECE = 64 };
 /* What is being done to vector `number`, of norm 1: passes of projection until nothing is left along the others, and
  * inverse iteration when too little of itself was left. */
 struct settling {
-    int first;      /* of those that it is made orthogonal to */
-    int next;       /* the first that this pass has not come to */
+    int first; /* of those that it is made orthogonal to */
+    int next;  /* the first that this pass has not come to */
     int pass, try;
     double squares; /* of the parts that this pass took out */
     double left;    /* how much of the vector was left, 1 when all */

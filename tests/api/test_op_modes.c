@@ -154,6 +154,174 @@ TEST(amplitudes_and_phases_rebuild_the_start) {
     test_reply_free(&reply);
 }
 
+/* what A v = lambda v misses, lambda = omega^2 - growth^2, over the size of its terms; and the modes that grow */
+static double equilibrium_residual(const struct test_reply *reply, int n, int *growing) {
+    double worst = 0;
+    for (int k = 0; k < n; k++) {
+        char pointer[60];
+        snprintf(pointer, sizeof pointer, "/omega/%d", k);
+        double omega = test_reply_number(reply, pointer);
+        snprintf(pointer, sizeof pointer, "/growth/%d", k);
+        double growth = test_reply_number(reply, pointer);
+        CHECK((omega > 0) != (growth > 0));
+        *growing += growth > 0;
+        for (int i = 0; i < n; i++) {
+            double sum = -(omega * omega - growth * growth) * matrix_at(reply, "vectors", k, i), size = fabs(sum);
+            for (int j = 0; j < n; j++) {
+                double term = matrix_at(reply, "A", i, j) * matrix_at(reply, "vectors", k, j);
+                sum += term;
+                size += fabs(term);
+            }
+            worst = fmax(worst, fabs(sum) / size);
+        }
+    }
+    return worst;
+}
+
+TEST(modes_about_standing_arms_grow_and_swing) {
+    struct test_reply reply =
+        test_post(API_OP_MODES, "{" MIXED ",\"about\":[\"up\",\"down\",\"up\",\"down\"],\"include\":[\"A\"]}");
+    CHECK_INT(reply.status, 200);
+    int growing = 0;
+    CHECK_RESIDUAL(equilibrium_residual(&reply, 4, &growing), 1e-14, "A v = lambda v about standing arms");
+    CHECK_INT(growing, 2);
+    CHECK_INT(test_reply_count(&reply, "/period"), -1);
+    /* (A^-1)_kk = ±l_k/g: the lengths of standing arms count below 0 */
+    CHECK(fabs(test_reply_number(&reply, "/identity/length_total_over_g") - (-0.7 + 1 - 0.9 + 0.3) / 9.81) < 1e-16);
+    CHECK(test_reply_number(&reply, "/identity/relative_difference") < 1e-14);
+    test_reply_free(&reply);
+    /* the inverted pendulum, and both arms of two inverted: they grow as fast as hanging ones swing */
+    reply = test_post(API_OP_MODES, "{\"pendulum\":{\"L\":[2],\"m\":[1],\"S\":[[1]]},\"about\":[\"up\"]}");
+    CHECK(gap_of(&reply, "/growth", 1, (double[]){sqrt(9.81 / 2)}) < 1e-15);
+    CHECK(gap_of(&reply, "/omega", 1, (double[]){0}) == 0);
+    test_reply_free(&reply);
+    double w = sqrt(9.81), rate[] = {w * sqrt(2 + sqrt(2)), w * sqrt(2 - sqrt(2))};
+    reply = test_post(API_OP_MODES, "{" DOUBLE ",\"about\":[\"up\",\"up\"]}");
+    CHECK(gap_of(&reply, "/growth", 2, rate) < 1e-14);
+    test_reply_free(&reply);
+    /* all down is what is meant without */
+    reply = test_post(API_OP_MODES, "{" DOUBLE ",\"about\":[\"down\",\"down\"]}");
+    CHECK_INT(test_reply_count(&reply, "/period"), 2);
+    CHECK_INT(test_reply_count(&reply, "/growth"), -1);
+    test_reply_free(&reply);
+}
+
+TEST(a_start_about_standing_arms_rises_falls_and_swings) {
+    /* angles from the equilibrium: arms 1 and 3 stand at theta = pi */
+    static const double theta[] = {0.1, -0.2, 0.3, 0.05}, rate[] = {1, 0.5, -1, 0.2};
+    struct test_reply reply =
+        test_post(API_OP_MODES, "{" MIXED ",\"about\":[\"up\",\"down\",\"up\",\"down\"],\"initial\":{\"theta\":"
+                                "[3.241592653589793,-0.2,-2.841592653589793,0.05],\"thetad\":[1,0.5,-1,0.2]}}");
+    double gap = 0;
+    CHECK_INT(reply.status, 200);
+    for (int i = 0; i < 4; i++) {
+        double angle = 0, velocity = 0;
+        for (int k = 0; k < 4; k++) {
+            static const char *const names[] = {"amplitude", "phase", "omega", "growth", "rising", "falling"};
+            double x[6], v = matrix_at(&reply, "vectors", k, i);
+            for (int j = 0; j < 6; j++) {
+                char pointer[60];
+                snprintf(pointer, sizeof pointer, "/%s/%d", names[j], k);
+                x[j] = test_reply_number(&reply, pointer);
+            }
+            angle += v * (x[0] * cos(x[1]) + x[4] + x[5]);
+            velocity += v * (x[3] * (x[4] - x[5]) - x[0] * x[2] * sin(x[1]));
+        }
+        gap = fmax(gap, fmax(fabs(angle - theta[i]), fabs(velocity - rate[i])));
+    }
+    CHECK_RESIDUAL(gap, 1e-13, "the start about standing arms as a sum of modes");
+    test_reply_free(&reply);
+}
+
+TEST(modes_are_rows_of_a_table_in_other_representations) {
+    static const char body[] = "{" TRIPLE ",\"initial\":{\"theta\":[0.1,0,0]}}";
+    struct test_reply json = test_post(API_OP_MODES, body);
+    struct test_reply csv = test_post_as(API_OP_MODES, body, "text/csv", NULL);
+    CHECK_INT(csv.status, 200);
+    CHECK(!strncmp(csv.out.data, "mode,omega,frequency,period,amplitude,phase,vectors_1,vectors_2,vectors_3", 73));
+    struct test_reply octets = test_post_as(API_OP_MODES, body, "application/octet-stream", NULL);
+    CHECK_INT(octets.status, 200);
+    REQUIRE(octets.out.bytes == 3 * 9 * sizeof(double));
+    static const char *const names[] = {"mode", "omega", "frequency", "period", "amplitude", "phase"};
+    for (int k = 0; k < 3; k++) {
+        double row[9];
+        memcpy(row, octets.out.data + k * sizeof row, sizeof row);
+        for (int c = 0; c < 6; c++) {
+            char pointer[60];
+            snprintf(pointer, sizeof pointer, "/%s/%d", names[c], k);
+            CHECK(row[c] == test_reply_number(&json, pointer));
+        }
+        for (int i = 0; i < 3; i++) CHECK(row[6 + i] == matrix_at(&json, "vectors", k, i));
+    }
+    test_reply_free(&octets);
+    test_reply_free(&csv);
+    test_reply_free(&json);
+    static const char *const types[] = {"text/csv", "application/x-ndjson", "application/x-npz",
+                                        "application/x-matlab-data", "application/octet-stream"};
+    for (int i = 0; i < 5; i++) {
+        struct test_reply none =
+            test_post_as(API_OP_MODES, "{" DOUBLE ",\"select\":{\"from\":99,\"to\":100}}", types[i], NULL);
+        CHECK_INT(none.status, 200);
+        test_reply_free(&none);
+        struct test_reply refused = test_post_as(API_OP_MODES, "{" DOUBLE ",\"include\":[\"A\"]}", types[i], NULL);
+        CHECK(test_reply_has_fault(&refused, "/include", "matrices are answered in application/json only"));
+        test_reply_free(&refused);
+    }
+}
+
+TEST(a_multiple_frequency_that_is_cut_keeps_its_basis) {
+    static const char star[] = "{\"pendulum\":{\"length\":[1,1,1,1,1],\"mass\":[1,1,1,1,1],\"parent\":[0,1,1,1,1]}";
+    char body[300];
+    snprintf(body, sizeof body, "%s}", star);
+    struct test_reply all = test_post(API_OP_MODES, body);
+    for (int count = 1; count <= 5; count++) {
+        snprintf(body, sizeof body, "%s,\"select\":{\"slowest\":%d}}", star, count);
+        struct test_reply some = test_post(API_OP_MODES, body);
+        for (int k = 0; k < count; k++)
+            for (int i = 0; i < 5; i++)
+                CHECK(fabs(matrix_at(&some, "vectors", k, i) - matrix_at(&all, "vectors", k, i)) < 1e-14);
+        test_reply_free(&some);
+    }
+    test_reply_free(&all);
+}
+
+/* a clock that moves on by a part of a turn whenever it is looked at */
+static double ticking(void *context) { return *(double *)context += 1e-3; }
+
+TEST(a_search_comes_back_every_turn) {
+    struct api_call *call = NULL;
+    struct api_limits limits;
+    struct api_buffer out, body;
+    double time = 0;
+    int runs = 0;
+    api_limits_init(&limits);
+    api_buffer_init(&out, 1 << 26);
+    api_buffer_init(&body, 1 << 20);
+    REQUIRE(api_buffer_text(&body, "{\"pendulum\":{\"length\":[1") == PEND_OK);
+    for (int i = 1; i < 300; i++) REQUIRE(api_buffer_text(&body, i % 2 ? ",0.7" : ",1.1") == PEND_OK);
+    REQUIRE(api_buffer_text(&body, "],\"mass\":[1") == PEND_OK);
+    for (int i = 1; i < 300; i++) REQUIRE(api_buffer_text(&body, i % 3 ? ",2" : ",3") == PEND_OK);
+    REQUIRE(api_buffer_text(&body, "],\"parent\":[0") == PEND_OK);
+    for (int i = 1; i < 300; i++) {
+        char number[16];
+        snprintf(number, sizeof number, ",%d", i / 2 + 1);
+        REQUIRE(api_buffer_text(&body, number) == PEND_OK);
+    }
+    REQUIRE(api_buffer_text(&body, "]}}") == PEND_OK);
+    struct api_request request = {
+        .op = API_OP_MODES, .content_type = "application/json", .body = body.data, .body_bytes = body.bytes};
+    REQUIRE(api_call_new(&call, &limits) == PEND_OK);
+    api_call_clock(call, ticking, &time);
+    CHECK_INT(api_call_open(call, &request, &out), API_MORE);
+    CHECK(api_call_cost(call) > 0);
+    while (api_call_run(call, &out) == API_MORE) runs++;
+    CHECK_INT(api_call_answer(call).status, 200);
+    CHECK_SAYING(runs > 20, "300 arms in %d runs", runs);
+    api_call_free(&call);
+    api_buffer_clear(&out);
+    api_buffer_clear(&body);
+}
+
 TEST(faults_of_modes_have_their_pointers) {
     static const struct {
         const char *body, *pointer, *piece;
@@ -170,6 +338,9 @@ TEST(faults_of_modes_have_their_pointers) {
         {"{" DOUBLE ",\"select\":{\"slow\":2,\"slowest\":1}}", "/select/slow", "not a known field"},
         {"{" DOUBLE ",\"vectors\":1}", "/vectors", "must be true or false, got 1"},
         {"{" DOUBLE ",\"normalize\":\"maximum\"}", "/normalize", "must be one of \"first\", \"mass\", \"max\""},
+        {"{" DOUBLE ",\"about\":\"up\"}", "/about", "\"down\" or \"up\" for each of the 2 arms"},
+        {"{" DOUBLE ",\"about\":[\"up\"]}", "/about", "\"down\" or \"up\" for each of the 2 arms"},
+        {"{" DOUBLE ",\"about\":[\"up\",\"left\"]}", "/about/1", "must be one of \"down\", \"up\""},
         {"{" DOUBLE ",\"include\":\"A\"}", "/include", "must be an array of names"},
         {"{" DOUBLE ",\"include\":[\"A\",\"Q\"]}", "/include/1", "must be one of \"A\", \"M\", \"S\", \"B\""},
         {"{" DOUBLE ",\"include\":[\"A\",\"A\"]}", "/include/1", "is in the list already"},
@@ -187,14 +358,21 @@ TEST(limits_of_modes_are_named) {
     struct test_reply reply = test_post_as(API_OP_MODES, "{" DOUBLE "}", NULL, &limits);
     CHECK(test_reply_has_fault(&reply, "/pendulum", "(the limit max-mode-arms)"));
     test_reply_free(&reply);
+    reply = test_post_as(API_OP_MODES, "{" DOUBLE ",\"select\":{\"slowest\":1}}", NULL, &limits);
+    CHECK(test_reply_has_fault(&reply, "/pendulum", "at most 0 modes of 2 arms"));
+    test_reply_free(&reply);
+    limits.mode_arms = 1.5;
+    reply = test_post_as(API_OP_MODES, "{" DOUBLE ",\"select\":{\"slowest\":1}}", NULL, &limits);
+    CHECK_INT(reply.status, 200);
+    test_reply_free(&reply);
     api_limits_init(&limits);
     limits.matrix_arms = 1;
     reply = test_post_as(API_OP_MODES, "{" DOUBLE ",\"include\":[\"S\"]}", NULL, &limits);
     CHECK(test_reply_has_fault(&reply, "/include", "(the limit max-matrix-arms)"));
     test_reply_free(&reply);
     api_limits_init(&limits);
-    limits.answer_bytes = 2100;
+    limits.answer_bytes = 1100;
     reply = test_post_as(API_OP_MODES, "{" DOUBLE "}", NULL, &limits);
-    CHECK(test_reply_has_fault(&reply, "", "more than the limit max-answer-bytes of 2100"));
+    CHECK(test_reply_has_fault(&reply, "", "more than the limit max-answer-bytes of 1100"));
     test_reply_free(&reply);
 }

@@ -270,7 +270,7 @@ TEST(modes_decompose_a_start) {
     double theta[N], rate[N], amplitude[N], phase[N];
     for (int rule = 0; rule < 3; rule++) {
         normalize(modes, t.tree, (enum pend_normalize)rule);
-        CHECK_INT(pend_modes_decompose(modes, t.tree, t.phi, t.rate, amplitude, phase), PEND_OK);
+        CHECK_INT(pend_modes_decompose(modes, t.tree, NULL, t.phi, t.rate, amplitude, phase), PEND_OK);
         memset(theta, 0, sizeof theta);
         memset(rate, 0, sizeof rate);
         for (int k = 0; k < N; k++) {
@@ -285,12 +285,12 @@ TEST(modes_decompose_a_start) {
     }
     /* at rest in minus a mode: that mode alone, phase pi */
     for (int i = 0; i < N; i++) theta[i] = -modes->vector[2 * N + i], rate[i] = 0;
-    CHECK_INT(pend_modes_decompose(modes, t.tree, theta, rate, amplitude, phase), PEND_OK);
+    CHECK_INT(pend_modes_decompose(modes, t.tree, NULL, theta, rate, amplitude, phase), PEND_OK);
     CHECK(phase[2] == M_PI);
     CHECK_RESIDUAL(fabs(amplitude[2] - 1), 1e-15, "amplitude of one mode");
     /* nothing moves */
     memset(theta, 0, sizeof theta);
-    CHECK_INT(pend_modes_decompose(modes, t.tree, theta, theta, amplitude, phase), PEND_OK);
+    CHECK_INT(pend_modes_decompose(modes, t.tree, NULL, theta, theta, amplitude, phase), PEND_OK);
     for (int k = 0; k < N; k++) CHECK(amplitude[k] == 0 && phase[k] == 0);
     pend_modes_free(&modes);
     test_tree_clear(&t);
@@ -319,7 +319,7 @@ TEST(modes_survive_any_allocation_that_fails) {
             double amplitude[10], phase[10];
             test_alloc_fail(count, for_good);
             enum pend_status status = pend_modes_new(&modes, t.tree, GRAVITY, 1, NULL);
-            if (!status) status = pend_modes_decompose(modes, t.tree, t.phi, t.rate, amplitude, phase);
+            if (!status) status = pend_modes_decompose(modes, t.tree, NULL, t.phi, t.rate, amplitude, phase);
             test_alloc_faults_off();
             if (status) CHECK_INT(status, PEND_NO_MEMORY);
             pend_modes_free(&modes);
