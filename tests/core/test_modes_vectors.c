@@ -156,12 +156,62 @@ TEST(modes_vectors_of_nearly_equal_arms) {
     check_quality(quality_of(TEST_TREE_BROOM, 300, 0.3, 1, 1e-9), 1e-12, 1e-13, "broom, masses off by 1e-9");
 }
 
+TEST(modes_vectors_of_unequal_masses) {
+    struct quality worst = {0, 0, 0, 0, 0};
+    for (int kind = 0; kind < TEST_TREE_KINDS; kind++)
+        worse(&worst, quality_of((enum test_tree_kind)kind, 300, 1.5, 0, 0));
+    check_quality(worst, 1e-12, 1e-13, "masses 10^±1.5");
+}
+
 TEST(modes_vectors_of_wild_masses) {
     /* angles cannot say more than this: displacements of heavy bobs are small differences of large angles */
     double worst = 0;
     for (int kind = 0; kind < TEST_TREE_KINDS; kind++)
         worst = fmax(worst, quality_of((enum test_tree_kind)kind, 300, 6, 0, 0).terms);
     CHECK_RESIDUAL(worst, 1e-13, "masses 10^±6: orthogonality and residual over their terms");
+}
+
+/* orthogonality of some modes, and the largest residual over the norm; columns are too long for a matrix of all pairs */
+static struct quality quality_of_part(const struct pend_tree *tree, const struct pend_modes *part, double norm) {
+    size_t n = (size_t)tree->n;
+    struct quality q = {0, 0, 0, 0, 0};
+    double *x = malloc(((size_t)part->count + 3) * n * sizeof *x), *size = x + (size_t)part->count * n;
+    double *force = size + n, *terms = force + n;
+    for (int i = 0; i < part->count; i++) {
+        double *xi = x + (size_t)i * n;
+        const double *theta = part->vector + (size_t)i * n;
+        tips_of(tree, theta, xi, size);
+        measure_residual(&q, tree, part->omega[i], theta, xi, size, norm, force, terms);
+        for (int j = 0; j <= i; j++) {
+            double sum = 0;
+            for (size_t k = 0; k < n; k++) sum += tree->mass[k] * xi[k] * x[(size_t)j * n + k];
+            q.orthogonality = fmax(q.orthogonality, fabs(sum - (i == j)));
+        }
+    }
+    free(x);
+    return q;
+}
+
+TEST(modes_vectors_of_a_part_of_a_hundred_thousand_arms) {
+    unsigned long long seed = 11;
+    struct quality worst = {0, 0, 0, 0, 0};
+    for (int kind = 0; kind < TEST_TREE_KINDS; kind++) {
+        if (kind == TEST_TREE_STAR) continue; /* modes_of_a_star_of_two_thousand */
+        struct test_tree t;
+        struct pend_modes *part = NULL, *fastest = NULL;
+        test_tree_random(&t, (enum test_tree_kind)kind, 100000, 0.3, &seed);
+        struct pend_modes_request request = {
+            .gravity = GRAVITY, .vectors = 1, .select = PEND_SELECT_SLOWEST, .count = 12};
+        REQUIRE(pend_modes_select(&part, t.tree, &request, NULL) == PEND_OK);
+        request = (struct pend_modes_request){.gravity = GRAVITY, .select = PEND_SELECT_FASTEST, .count = 1};
+        REQUIRE(pend_modes_select(&fastest, t.tree, &request, NULL) == PEND_OK);
+        worse(&worst, quality_of_part(t.tree, part, fastest->omega[0] * fastest->omega[0]));
+        pend_modes_free(&part);
+        pend_modes_free(&fastest);
+        test_tree_clear(&t);
+    }
+    CHECK_RESIDUAL(worst.orthogonality, 1e-12, "12 slowest of 100 000 arms: V^T Re(0) V = I");
+    CHECK_SAYING(worst.residual <= 1e-13, "12 slowest of 100 000 arms: residual %.2e", worst.residual);
 }
 
 TEST(modes_vectors_hold_at_every_instruction_set) {
