@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/epoll.h>
 #include <sys/socket.h>
 #include <sys/uio.h>
 #include <time.h>
@@ -372,6 +373,15 @@ ssize_t http_recv(int fd, void *data, size_t bytes, int flags) {
     if (connection && connection->front.status) return 0;
     ssize_t got = recvfrom(fd, data, bytes, flags, NULL, NULL);
     return connection && got > 0 ? (ssize_t)http_show(connection, data, (size_t)got) : got;
+}
+
+/* libmicrohttpd (0.9.75 to 1.0.1) asks for 128 events, and when it gets as many it asks for more before it looks at any
+ * of them, with the same timeout: it falls asleep over 128 requests until a 129th comes. So its waiting goes through
+ * here too, and never gets as many as it asks for; what is left out comes the next time. */
+int http_epoll_wait(int fd, struct epoll_event *events, int most, int timeout) __asm__("epoll_wait");
+
+int http_epoll_wait(int fd, struct epoll_event *events, int most, int timeout) {
+    return epoll_pwait(fd, events, most > 1 ? most - 1 : most, timeout, NULL);
 }
 
 /* --- connections --- */

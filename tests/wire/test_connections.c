@@ -1,4 +1,5 @@
 #include <pthread.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -211,6 +212,36 @@ TEST(many_clients_at_once_all_get_their_answers) {
     CHECK_INT(crowd.good, 10 * COUNT);
     free(text);
     test_server_stop(&crowd.server);
+}
+
+/* one turn of a server's loop can see them all at once: as many as libmicrohttpd takes from the system at a time, one
+ * fewer, one more, and twice as many */
+TEST(requests_that_come_at_the_same_moment_are_all_answered) {
+    static const int counts[] = {127, 128, 129, 256};
+    enum { MOST = 256 };
+    static struct test_client client[MOST];
+    struct test_server *server = test_server_start(NULL);
+    REQUIRE(server != NULL);
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
+        int good = 0;
+        for (int k = 0; k < counts[i]; k++) REQUIRE(test_client_open(&client[k], test_server_port(server)));
+        /* the first round leaves every connection idle and known; in the second the server finds all of them ready */
+        for (int round = 0; round < 2; round++) {
+            struct test_reply reply;
+            if (round) test_server_signal(server, SIGSTOP);
+            for (int k = 0; k < counts[i]; k++) test_client_say(&client[k], "GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n");
+            if (round) test_server_signal(server, SIGCONT);
+            for (int k = 0; k < counts[i] && good == k + round * counts[i]; k++) {
+                good += test_client_receive(&client[k], &reply, 0, 10) == 200;
+                test_reply_clear(&reply);
+            }
+            test_sleep(0.05);
+        }
+        CHECK_SAYING(good == 2 * counts[i], "of %d requests at once, only %d were answered", counts[i],
+                     good - counts[i]);
+        for (int k = 0; k < counts[i]; k++) test_client_close(&client[k]);
+    }
+    test_server_stop(&server);
 }
 
 /* messages that a server must refuse (RFC 9112), each on a connection that it must then close */
