@@ -28,6 +28,8 @@ static int message_refuse(struct srv_exchange *exchange, int status, const char 
     vsnprintf(detail, sizeof detail, format, arguments);
     va_end(arguments);
     srv_exchange_problem(exchange, status, "%s", detail);
+    /* who sends what is malformed may have meant another message than this one: nothing behind it is read */
+    exchange->close |= status == 400;
     return 0;
 }
 
