@@ -13,7 +13,8 @@
 #define SRV_COUNTERS(X)                                                                                                \
     X(bytes_in, "pendulumd_request_body_bytes_total", "", "Bytes of request bodies")                                   \
     X(bytes_out, "pendulumd_response_body_bytes_total", "", "Bytes of answers' bodies that were sent")                 \
-    X(cache_exact, "pendulumd_cache_lookups_total", "result=\"exact\"", "Looks into the cache by result: the "         \
+    X(cache_exact, "pendulumd_cache_lookups_total", "result=\"exact\"",                                                \
+      "Looks into the cache by result: the "                                                                           \
       "request's exact bytes were known, its meaning was known, it was being computed already, or nothing of it")      \
     X(cache_digest, "pendulumd_cache_lookups_total", "result=\"digest\"", "")                                          \
     X(cache_joined, "pendulumd_cache_lookups_total", "result=\"joined\"", "")                                          \
