@@ -47,7 +47,7 @@ static const struct config_row config_table[] = {
      CONFIG_BYTES, FIELD(compress_above), 0, 1e15},
     {{"cors-origins", "LIST", "*", "web pages that may read answers: * = all, none, or origins like https://example.org"},
      CONFIG_TEXT, FIELD(cors_origins), 0, 0},
-    {{"trusted-proxy", "LIST", "", "networks like 10.0.0.0/8 of proxies that may say who the client is"},
+    {{"trusted-proxy", "LIST", "none", "networks like 10.0.0.0/8 of proxies that may say who the client is"},
      CONFIG_TEXT, FIELD(trusted_proxy), 0, 0},
     {{"client-header", "NAME", "X-Forwarded-For", "the header field in which a trusted proxy says it: this, Forwarded, or one whose value is the client's key"},
      CONFIG_TEXT, FIELD(client_header), 0, 0},

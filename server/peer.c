@@ -41,12 +41,12 @@ static char *peer_next(char **list) {
 enum pend_status srv_peers_read(struct srv_peers *peers, const char *text, struct pend_error *error) {
     char copy[1024];
     *peers = (struct srv_peers){0};
+    if (!strcmp(text, "none")) return PEND_OK;
     snprintf(copy, sizeof copy, "%s", text);
     char *list = copy;
     for (char *element; (element = peer_next(&list));) {
         char shown[64];
         snprintf(shown, sizeof shown, "%s", element);
-        if (!*element && !*text) break;
         if (!peer_network(peers, element))
             return pend_fail(error, PEND_INVALID, -1, 0,
                              "trusted-proxy must be a list of at most %d networks like 10.0.0.0/8, got '%s'",

@@ -20,7 +20,7 @@ struct srv_peers {
 /**
  * Reads a list of networks.
  *
- * text  "10.0.0.0/8, ::1"; an address without a length is that address alone; "" is none.
+ * text  "10.0.0.0/8, ::1"; an address without a length is that address alone; "none" is none.
  *
  * PEND_INVALID  error says which entry is none.
  */
