@@ -253,8 +253,10 @@ struct short_exponents {
 };
 constexpr short_exponents binaries{};
 
-/* 10^p, exact, for digits - 1 - exponent */
-constexpr double exact_tens[] = {1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12};
+/* 10^p for p = digits - 1 - exponent, from -7 on; exact from 0 on, and those before are not used */
+constexpr int TENS_LEAST = -7;
+constexpr double tens[] = {1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1,    1e1,  1e2, 1e3,
+                           1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11, 1e12, 1e13};
 
 /* how a number of a decimal exponent is laid out */
 struct short_layout {
@@ -288,33 +290,33 @@ struct short_batch {
 
     /* false where one of them is of another size, zero included */
     bool scale(const double x[], int digits) {
-        uint64_t wrong = 0;
+        const double *power = tens + (digits - 1 - SHORT_LEAST - TENS_LEAST);
+        unsigned most = (unsigned)((digits - 1 < SHORT_MOST ? digits - 1 : SHORT_MOST) - SHORT_LEAST), wrong = 0;
         for (int i = 0; i < BATCH; i++) {
-            uint64_t bits = bits_of(x[i]) & ~((uint64_t)1 << 63), binary = (bits >> 52) - (1023 + SHORT_BINARY);
+            uint64_t bits = bits_of(fabs(x[i])), binary = (bits >> 52) - (1023 + SHORT_BINARY);
             wrong |= binary >= SHORT_BINARIES;
             binary = binary >= SHORT_BINARIES ? 0 : binary;
-            int decimal = binaries.exponent[binary] + (bits >= binaries.threshold[binary]);
-            int p = digits - 1 - decimal;
-            wrong |= (uint64_t)(p < 0) | (decimal < SHORT_LEAST) | (decimal > SHORT_MOST);
-            scaled[i] = fabs(x[i]) * exact_tens[p < 0 || p > 12 ? 0 : p];
-            exponent[i] = decimal - SHORT_LEAST;
+            exponent[i] = binaries.exponent[binary] - SHORT_LEAST + (bits >= binaries.threshold[binary]);
+            wrong |= (unsigned)exponent[i] > most;
+            scaled[i] = fabs(x[i]) * power[-exponent[i]];
         }
         return !wrong;
     }
 
     /* false where one is near to a tie, or rounds up to one digit more */
     bool round(int digits) {
-        int32_t most = (int32_t)power10[digits], tail = (int32_t)power10[SHORT_DIGITS - digits], wrong = 0;
-        int32_t units[BATCH];
+        int32_t tail = (int32_t)power10[SHORT_DIGITS - digits], units[BATCH], greatest = 0;
+        double nearest = 1;
         for (int i = 0; i < BATCH; i++) {
             int32_t below = (int32_t)scaled[i];
-            double fraction = scaled[i] - below;
-            int32_t up = fraction > 0.5;
-            wrong |= (fabs(fraction - 0.5) < NEAR_TIE) | (below + up == most);
-            units[i] = (below + up) * tail;
+            double above_tie = scaled[i] - below - 0.5, distance = fabs(above_tie);
+            nearest = distance < nearest ? distance : nearest;
+            units[i] = below + (above_tie > 0);
+            greatest = units[i] > greatest ? units[i] : greatest;
+            units[i] *= tail;
         }
         for (int i = 0; i < BATCH; i += 2) digits16((uint64_t)units[i], (uint64_t)units[i + 1]).values(text + i);
-        return !wrong;
+        return nearest >= NEAR_TIE && (uint64_t)greatest < power10[digits];
     }
 
     /* number i; neither its size nor the number of its digits makes a branch, which no processor could foresee */
@@ -362,12 +364,18 @@ inline char *write_sign(char *out, double x) {
 
 } // namespace
 
-extern "C" char *api_number_write(char *out, double x) {
+namespace {
+
+inline char *write_shortest(char *out, double x) {
     assert(isfinite(x));
     decimal17 d;
     out = write_sign(out, x);
     return shortest_fast(bits_of(fabs(x)), d) ? write_digits(out, spread(d)) : write_shortest_library(out, x);
 }
+
+} // namespace
+
+extern "C" char *api_number_write(char *out, double x) { return write_shortest(out, x); }
 
 extern "C" char *api_number_write_digits(char *out, double x, int digits) {
     assert(isfinite(x) && digits >= 1 && digits <= DIGITS);
@@ -400,26 +408,35 @@ struct row_writer {
     }
 };
 
-inline char *write_one(char *out, double x, int digits) {
-    return digits ? api_number_write_digits(out, x, digits) : api_number_write(out, x);
+/* two functions, each small enough for the registers */
+
+__attribute__((noinline)) char *rows_shortest(char *out, const struct api_number_rows &rows) {
+    const double *x = rows.value, *end = x + rows.rows * rows.width;
+    row_writer writer = {rows, 0};
+    for (; x < end; x++) out = writer.end(write_shortest(writer.begin(out), *x));
+    return out;
+}
+
+__attribute__((noinline)) char *rows_rounded(char *out, const struct api_number_rows &rows) {
+    const double *x = rows.value, *end = x + rows.rows * rows.width;
+    row_writer writer = {rows, 0};
+    int digits = rows.digits;
+    short_batch batch;
+    for (long count; x < end; x += count) {
+        count = end - x < BATCH ? end - x : BATCH;
+        bool brief = digits <= SHORT_DIGITS && count == BATCH && batch.scale(x, digits) && batch.round(digits);
+        for (int i = 0; brief && i < BATCH; i++)
+            out = writer.end(batch.write(write_sign(writer.begin(out), x[i]), i));
+        for (int i = 0; !brief && i < count; i++)
+            out = writer.end(api_number_write_digits(writer.begin(out), x[i], digits));
+    }
+    return out;
 }
 
 } // namespace
 
 extern "C" char *api_number_write_rows(char *out, const struct api_number_rows *rows) {
-    const double *x = rows->value, *end = x + rows->rows * rows->width;
-    int digits = rows->digits;
-    row_writer writer = {*rows, 0};
-    short_batch batch;
-    while (x < end) {
-        long count = end - x < BATCH ? end - x : BATCH;
-        bool brief = digits && digits <= SHORT_DIGITS && count == BATCH && batch.scale(x, digits) && batch.round(digits);
-        for (int i = 0; brief && i < BATCH; i++)
-            out = writer.end(batch.write(write_sign(writer.begin(out), x[i]), i));
-        for (int i = 0; !brief && i < count; i++) out = writer.end(write_one(writer.begin(out), x[i], digits));
-        x += count;
-    }
-    return out;
+    return rows->digits ? rows_rounded(out, *rows) : rows_shortest(out, *rows);
 }
 
 extern "C" char *api_number_write_int(char *out, long long i) {
