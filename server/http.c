@@ -375,8 +375,17 @@ ssize_t http_recv(int fd, void *data, size_t bytes, int flags) __asm__("recv");
 ssize_t http_recv(int fd, void *data, size_t bytes, int flags) {
     struct http_connection *connection = http_find(http_here, fd);
     if (connection && connection->front.status) return 0;
-    ssize_t got = recvfrom(fd, data, bytes, flags, NULL, NULL);
-    return connection && got > 0 ? (ssize_t)http_show(connection, data, (size_t)got) : got;
+    size_t held = 0, asked, shown;
+    ssize_t got;
+    /* where the front took something out, the room is filled up: less than was asked for says that there is no more */
+    do {
+        asked = bytes - held;
+        got = recvfrom(fd, (char *)data + held, asked, flags, NULL, NULL);
+        if (!connection || got <= 0) return held ? (ssize_t)held : got;
+        shown = http_show(connection, (char *)data + held, (size_t)got);
+        held += shown;
+    } while (!connection->front.status && (!held || (shown < (size_t)got && (size_t)got == asked)));
+    return (ssize_t)held;
 }
 
 /* libmicrohttpd (0.9.75 to 1.0.1) asks for 128 events, and when it gets as many it asks for more before it looks at any

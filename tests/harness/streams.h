@@ -36,6 +36,9 @@ static const struct stream streams[] = {
     {"a body without end", POST "Content-Length: 5\r\n\r\nhell", 0, 0, 0},
     {"chunks", CHUNKED "5\r\nhello\r\n0\r\n\r\n" GET "\r\n", 0, 2, 0},
     {"chunks with capitals, zeros and extensions", CHUNKED "00A;x=\"y\"\r\n0123456789\r\n000\r\n\r\n", 0, 1, 0},
+    {"chunks with an extension at the last", CHUNKED "1;a=b\r\na\r\n0;c=d\r\n\r\n" GET "\r\n", 0, 2, 0},
+    {"chunks with an extension before a trailer", CHUNKED "1\r\na\r\n0;c\r\nX: /hidden HTTP/1.1\r\n\r\n" GET "\r\n", 0,
+     2, 0},
     {"chunks with trailer fields", CHUNKED "1\r\na\r\n0\r\nX: y\r\n\r\n" GET "\r\n", 0, 2, 0},
     {"Chunked with a capital", POST "Transfer-Encoding: Chunked\r\n\r\n0\r\n\r\n", 0, 1, 0},
 
