@@ -16,7 +16,7 @@ ifeq ($(origin CXX),default)
 CXX := g++
 endif
 WERROR ?= -Werror
-PKG := libmicrohttpd libcjson gsl nettle libdeflate
+PKG := libmicrohttpd libcjson gsl nettle libdeflate zlib libzstd
 WARN := -Wall -Wextra -Wshadow -Wpointer-arith -Wvla -Wformat=2 $(WERROR)
 # gcc's warning of unset variables is often mistaken about instrumented code; valgrind looks for these
 SANITIZED := $(if $(findstring clang,$(CC)),,-Wno-maybe-uninitialized)
@@ -116,6 +116,10 @@ tsan: ## the server's tests under the thread sanitizer
 bench: $(B)/tests/bench/run ## how fast the pieces are, in about a minute
 	$< $(T)
 
+load: build $(B)/tests/bench/service/service $(B)/tests/load/client ## the daemon under load beside its peers, in ten minutes (T=part-of-a-line; installs wrk, nginx, Node.js)
+	@docker/install.sh load
+	@/usr/bin/python3 tests/load/load.py $(B) $(T)
+
 bench-modes: $(B)/tests/bench/modes/run ## modes against LAPACK, ARPACK and GSL where these are installed, in a minute
 	$< $(T)
 
@@ -207,6 +211,14 @@ $(B)/tests/bench/run: $(call objects,tests/bench) $(API) $(B)/libpendulum.a $(B)
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
+$(B)/tests/bench/service/service: $(call objects,tests/bench/service) $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
+
+$(B)/tests/load/client: $(call objects,tests/load) $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^)
+
 $(B)/tests/bench/modes/run: $(call objects,tests/bench/modes) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS) -ldl
@@ -224,5 +236,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench bench-modes debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
+.PHONY: help run check build bench load bench-modes debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
 .DELETE_ON_ERROR:

@@ -365,21 +365,28 @@ static int front_in_head(const struct srv_front *front) {
 
 void srv_front_init(struct srv_front *front) { *front = (struct srv_front){.place = SRV_FRONT_START}; }
 
+/* is the byte that was just read to be taken out? */
+static int front_takes_out(const struct srv_front *front) { return front->place == SRV_FRONT_IN_EXTENSION; }
+
 size_t srv_front_read(struct srv_front *front, char *data, size_t bytes) {
-    size_t passed = 0;
+    size_t passed = 0, kept = 0;
     for (size_t i = 0; i < bytes && front->place != SRV_FRONT_REFUSED;) {
         long complete = front->complete;
-        size_t run = front_skip(front, data + i, bytes - i);
+        size_t run = front_skip(front, data + i, bytes - i), count = run ? run : 1;
         if (!run) front_byte(front, (unsigned char)data[i]);
         if (!run && data[i] == ':' && front->field == FRONT_COOKIE && front->place == SRV_FRONT_BEFORE_VALUE)
-            front_hide(front, data, i);
-        i += run ? run : 1;
+            front_hide(front, data, kept);
+        if (run || !front_takes_out(front)) {
+            if (kept != i) memmove(data + kept, data + i, count);
+            kept += count;
+        }
+        i += count;
         front->bytes += !run && front_in_head(front);
         if (front->bytes > SRV_FRONT_HEAD && front_in_head(front))
             front_refuse(front, 431, "the request's head has more than 8192 bytes");
-        if (front->complete != complete) passed = i;
+        if (front->complete != complete) passed = kept;
     }
-    return front->place == SRV_FRONT_REFUSED ? passed : bytes;
+    return front->place == SRV_FRONT_REFUSED ? passed : kept;
 }
 
 int srv_front_within(const struct srv_front *front) {

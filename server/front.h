@@ -72,8 +72,11 @@ void srv_front_init(struct srv_front *front);
  * Cookies are hidden from who reads next, as nobody needs them and libmicrohttpd would take them apart at great expense
  * of memory: the field gets another name, unless the name came in two parts.
  *
- * Returns how many bytes may be passed on: all of them, or, once the stream is refused, those of the requests that were
- * complete before the one at fault.
+ * The extensions of chunks are taken out: nobody needs them either, and libmicrohttpd 1.0 takes the end of such a line
+ * for the chunk's first byte.
+ *
+ * Returns how many bytes may be passed on, from `data` on: all that were not taken out, or, once the stream is refused,
+ * those of the requests that were complete before the one at fault.
  * O(bytes), a nanosecond or two a byte of a head, no time for a body.
  */
 size_t srv_front_read(struct srv_front *front, char *data, size_t bytes);

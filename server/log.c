@@ -196,6 +196,8 @@ static enum pend_status log_line(struct srv_log *log, const struct srv_log_reque
     PEND_TRY(log_number(out, ",\"compute\":", request->compute / 1000, 6));
     PEND_TRY(log_number(out, ",\"total\":", request->total / 1000, 6));
     PEND_TRY(log_number(out, ",\"steps\":", request->steps, 0));
+    if (request->cache) PEND_TRY(log_text(out, ",\"cache\":", request->cache));
+    if (request->trace) PEND_TRY(log_text(out, ",\"trace\":", request->trace));
     if (request->agent) PEND_TRY(log_text(out, ",\"agent\":", request->agent));
     return api_buffer_text(out, "}\n");
 }
