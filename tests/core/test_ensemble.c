@@ -229,7 +229,7 @@ TEST(ensemble_times_the_flips_of_a_spinning_arm) {
     CHECK_INT(result.crossings[1], 3);
     CHECK_RESIDUAL(fabs(result.first[0] / want - 1), 1e-13, "time of the first flip");
     CHECK(fabs(result.first[0] - result.first[1]) < 1e-14);
-    problem.stop_at_bound = 1;
+    problem.until = PEND_UNTIL_FIRST;
     REQUIRE(crowd_run(&problem, pend_isa_best(), 0, 2));
     CHECK(result.time[0] == result.first[0] && result.crossings[0] == 1);
     pend_tree_free(&tree);
