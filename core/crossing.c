@@ -17,29 +17,49 @@ static double crossing_slope(const struct crossing_path *path, double s) {
     return sum;
 }
 
-typedef double crossing_fn(const struct crossing_path *path, double s);
+/* a quantity and its derivative */
+struct crossing_pair {
+    double value, slope;
+};
 
-/* where a function that changes sign relative to `level` between a and b does so, on b's side to the last bits: the
- * false position of both ends in turn, and halving, so that it ends in any case */
-static double crossing_root(const struct crossing_path *path, crossing_fn *f, double level, double a, double b) {
-    double at_a = f(path, a) - level, at_b = f(path, b) - level;
-    int above = at_b >= 0;
-    for (int i = 0; i < 160 && b - a > 0x1p-53; i++) {
-        double c = i % 3 == 2 ? 0.5 * (a + b) : b - at_b * ((b - a) / (at_b - at_a));
-        // a hair towards the far end, so that the bracket closes from both sides
-        c += c - a < b - c ? 0x1p-53 : -0x1p-53;
-        if (!(c > a && c < b)) c = 0.5 * (a + b);
-        if (c == a || c == b) break;
-        double at_c = f(path, c) - level;
-        if ((at_c >= 0) == above) {
-            b = c;
-            at_b = at_c;
-        } else {
-            a = c;
-            at_a = at_c;
-        }
+typedef struct crossing_pair crossing_fn(const struct crossing_path *path, double s);
+
+static struct crossing_pair crossing_value_pair(const struct crossing_path *path, double s) {
+    struct crossing_pair sum = {0, 0};
+    for (int j = path->degree; j >= 1; j--) {
+        sum.slope = sum.slope * s + j * path->a[j];
+        sum.value = (sum.value + path->a[j]) * s;
     }
-    return b;
+    sum.value = path->base + (sum.value + path->low);
+    return sum;
+}
+
+static struct crossing_pair crossing_slope_pair(const struct crossing_path *path, double s) {
+    struct crossing_pair sum = {0, 0};
+    for (int j = path->degree; j >= 1; j--) {
+        sum.slope = sum.slope * s + sum.value;
+        sum.value = sum.value * s + j * path->a[j];
+    }
+    return sum;
+}
+
+/* where a function that changes sign relative to `level` between a and b does so: Newton's method, and halving where
+ * that would leave what is known of the place */
+static double crossing_root(const struct crossing_path *path, crossing_fn *f, double level, double a, double b) {
+    int above = f(path, b).value >= level;
+    double s = 0.5 * (a + b);
+    for (int i = 0; i < 100; i++) {
+        struct crossing_pair at = f(path, s);
+        if ((at.value >= level) == above)
+            b = s;
+        else
+            a = s;
+        double next = s - (at.value - level) / at.slope;
+        if (!(next > a && next < b) || i % 8 == 7) next = 0.5 * (a + b);
+        if (fabs(next - s) <= 0x1p-53 || !(next > a && next < b)) break;
+        s = next;
+    }
+    return s;
 }
 
 /* the derivative in Bernstein's form on [0, 1] */
@@ -76,7 +96,7 @@ static void crossing_halve(int d, double b[], double right[]) {
 static void crossing_turn(struct crossing_path *path, double a, double b) {
     double from = crossing_slope(path, a), to = crossing_slope(path, b);
     if ((from < 0) == (to < 0)) return;
-    double s = crossing_root(path, crossing_slope, 0, a, b);
+    double s = crossing_root(path, crossing_slope_pair, 0, a, b);
     if (path->pieces && s <= path->end[path->pieces - 1]) return;
     if (s < 1 && path->pieces < PEND_CROSSING_DEGREE) path->end[path->pieces++] = s;
 }
@@ -105,8 +125,7 @@ void pend_crossing_divide(struct crossing_path *path) {
             double from = stack[top].from, to = stack[top].to;
             if (changes > 1 && top < DEPTH) {
                 // the left half goes on top: turns come out in order
-                double right[PEND_CROSSING_DEGREE];
-                memcpy(stack[top + 1].b, stack[top].b, sizeof right);
+                memcpy(stack[top + 1].b, stack[top].b, sizeof stack[top].b);
                 crossing_halve(d, stack[top + 1].b, stack[top].b);
                 stack[top].from = stack[top + 1].to = 0.5 * (from + to);
                 stack[top].to = to;
@@ -131,8 +150,8 @@ double pend_crossing_next(const struct crossing_path *path, double from, double 
             *way = up ? 1 : -1;
             double level = up ? high : low;
             // it may be there already, by rounding
-            if (up ? at_a >= level : at_a <= level) return b;
-            return crossing_root(path, pend_crossing_value, level, a, b);
+            if (up ? at_a >= level : at_a <= level) return a;
+            return crossing_root(path, crossing_value_pair, level, a, b);
         }
         a = b;
     }

@@ -187,29 +187,45 @@ LANES_INLINE void dense_complete(int n, const struct dense_order *first, const s
     }
 }
 
-/* the coefficients of order k from the known parts; lift and drop are gravity's, of the root */
-LANES_INLINE void dense_solve(const struct jets_system *s, const struct dense_table *table, int n, int k, num lift,
-                              num drop, const struct dense_order *known, struct dense_order *newest) {
+/* the coefficients of order k from the known parts */
+LANES_INLINE void dense_solve(const struct jets_system *s, const struct dense_table *table, int n, int k,
+                              const struct dense_order *known, struct dense_order *newest) {
     num share = num_of(s->share[k]), turn_share = num_of(s->share[k + 1]), order = num_of(k + 1);
-    num pull[DENSE_MAX], side[DENSE_MAX];
-    for (int j = 0; j < n; j++) {
-        pull[j] = j ? known->im[j] : num_sub(known->im[j], lift);
-        side[j] = num_mul(known->force[j], share);
-    }
+    num turn_back = num_neg(turn_share), side[DENSE_MAX];
+    for (int j = 0; j < n; j++) side[j] = num_mul(known->force[j], share);
     for (int i = 0; i < n; i++) {
-        num rate = i ? num_of(0) : num_neg(drop), force = num_of(0);
-        for (int j = 0; j < n; j++) {
+        num rate = num_mul(side[0], table->rate_side[0][i]), force = num_mul(side[0], table->force_side[0][i]);
+        for (int j = 1; j < n; j++) {
             rate = num_fma(side[j], table->rate_side[j][i], rate);
             force = num_fma(side[j], table->force_side[j][i], force);
         }
+        for (int j = 0; j < n; j++) {
+            rate = num_fma(known->im[j], table->rate_pull[j][i], rate);
+            force = num_fma(known->im[j], table->force_pull[j][i], force);
+        }
+        newest->rate[i] = num_sub(rate, known->re[i]);
+        newest->force[i] = num_fma(order, force, num_neg(known->rate[i]));
+        newest->re[i] = num_mul(turn_back, known->im[i]);
+        newest->im[i] = num_mul(turn_share, rate);
+    }
+}
+
+/* order 0, where gravity pulls at the root */
+LANES_INLINE void dense_zeroth(const struct jets_system *s, const struct dense_table *table, int n, num gravity,
+                               const struct dense_order *known, struct dense_order *newest) {
+    num per_len = num_mul(gravity, s->inv_len[0]), half = num_of(s->share[1]), pull[DENSE_MAX];
+    for (int j = 0; j < n; j++) pull[j] = known->im[j];
+    pull[0] = num_sub(pull[0], num_mul(s->sine[0], per_len));
+    for (int i = 0; i < n; i++) {
+        num rate = i ? num_of(0) : num_neg(num_mul(s->cosine[0], per_len)), force = num_of(0);
         for (int j = 0; j < n; j++) {
             rate = num_fma(pull[j], table->rate_pull[j][i], rate);
             force = num_fma(pull[j], table->force_pull[j][i], force);
         }
         newest->rate[i] = num_sub(rate, known->re[i]);
-        newest->force[i] = num_sub(num_mul(order, force), known->rate[i]);
-        newest->re[i] = num_neg(num_mul(turn_share, known->im[i]));
-        newest->im[i] = num_mul(turn_share, rate);
+        newest->force[i] = num_sub(force, known->rate[i]);
+        newest->re[i] = num_neg(num_mul(half, known->im[i]));
+        newest->im[i] = num_mul(half, rate);
     }
 }
 
@@ -232,9 +248,6 @@ LANES_INLINE void dense_orders_of(const struct jets_system *s, num gravity, int 
         s->turn_re[n + i] = num_of(0);
         s->turn_im[n + i] = s->rate[i];
     }
-    // gravity is a pull on the root
-    num per_len = num_mul(gravity, s->inv_len[0]), zero = num_of(0);
-    num lift = num_mul(s->sine[0], per_len), drop = num_mul(s->cosine[0], per_len);
     for (int k = 0; k < order; k += 2) {
         struct dense_order now, next;
         if (k < 4)
@@ -242,11 +255,14 @@ LANES_INLINE void dense_orders_of(const struct jets_system *s, num gravity, int 
         else
             for (int i = 0; i < n; i += DENSE_LOOP)
                 dense_known(s, n, k, i, n - i < DENSE_LOOP ? n - i : DENSE_LOOP, &now, &next);
-        dense_solve(s, &table, n, k, k ? zero : lift, k ? zero : drop, &now, &newest);
+        if (k)
+            dense_solve(s, &table, n, k, &now, &newest);
+        else
+            dense_zeroth(s, &table, n, gravity, &now, &newest);
         dense_keep(s, n, k, &newest);
         if (k + 1 == order) break;
         dense_complete(n, &first, &newest, &next);
-        dense_solve(s, &table, n, k + 1, zero, zero, &next, &newest);
+        dense_solve(s, &table, n, k + 1, &next, &newest);
         dense_keep(s, n, k + 1, &newest);
     }
 }

@@ -74,7 +74,7 @@ static size_t ensemble_series_count(int n, int order) {
     return (4 * ensemble_series(n, order) + (size_t)ARRAY_COUNT * (size_t)n) * WIDTH;
 }
 
-static struct jets_system ensemble_view(const struct ensemble_lanes *lanes) {
+LANES_INLINE struct jets_system ensemble_view(const struct ensemble_lanes *lanes) {
     size_t n = (size_t)lanes->n, series = ensemble_series(lanes->n, lanes->order);
     num *at = (num *)(void *)lanes->series, *arrays = at + 4 * series;
     struct jets_system s = {.n = lanes->n,
