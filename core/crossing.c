@@ -11,12 +11,6 @@ double pend_crossing_value(const struct crossing_path *path, double s) {
     return path->base + (sum + path->low);
 }
 
-static double crossing_slope(const struct crossing_path *path, double s) {
-    double sum = 0;
-    for (int j = path->degree; j >= 1; j--) sum = sum * s + j * path->a[j];
-    return sum;
-}
-
 /* a quantity and its derivative */
 struct crossing_pair {
     double value, slope;
@@ -43,14 +37,14 @@ static struct crossing_pair crossing_slope_pair(const struct crossing_path *path
     return sum;
 }
 
-/* where a function that changes sign relative to `level` between a and b does so: Newton's method, and halving where
- * that would leave what is known of the place */
-static double crossing_root(const struct crossing_path *path, crossing_fn *f, double level, double a, double b) {
-    int above = f(path, b).value >= level;
+/* where a function comes to be above `level` between a and b, or below it: Newton's method, and halving where that
+ * would leave what is known of the place */
+static double crossing_root(const struct crossing_path *path, crossing_fn *f, double level, int above, double a,
+                            double b) {
     double s = 0.5 * (a + b);
     for (int i = 0; i < 100; i++) {
         struct crossing_pair at = f(path, s);
-        if ((at.value >= level) == above)
+        if ((at.value >= level) == (above != 0))
             b = s;
         else
             a = s;
@@ -74,15 +68,22 @@ static void crossing_bernstein(const struct crossing_path *path, double b[]) {
         for (int i = d; i >= r; i--) b[i] += b[i - 1];
 }
 
-/* sign changes of coefficients, those within rounding of zero left out; more than one counts as two */
-static int crossing_changes(int d, const double b[], double noise) {
-    int changes = 0, sign = 0;
-    for (int i = 0; i <= d && changes < 2; i++) {
+/* signs of coefficients, those within rounding of zero left out: the first one's, the last one's, how often it changes
+ */
+struct crossing_signs {
+    int first, last, changes;
+};
+
+static struct crossing_signs crossing_signs(int d, const double b[], double noise) {
+    struct crossing_signs signs = {0, 0, 0};
+    for (int i = 0; i <= d; i++) {
         int here = (b[i] > noise) - (b[i] < -noise);
-        if (here && sign && here != sign) changes++;
-        if (here) sign = here;
+        if (!here) continue;
+        if (!signs.first) signs.first = here;
+        signs.changes += signs.last == -here;
+        signs.last = here;
     }
-    return changes;
+    return signs;
 }
 
 /* the two halves of an interval: left over b, right into `right` */
@@ -93,12 +94,16 @@ static void crossing_halve(int d, double b[], double right[]) {
     }
 }
 
-static void crossing_turn(struct crossing_path *path, double a, double b) {
-    double from = crossing_slope(path, a), to = crossing_slope(path, b);
-    if ((from < 0) == (to < 0)) return;
-    double s = crossing_root(path, crossing_slope_pair, 0, a, b);
+static void crossing_note(struct crossing_path *path, double s) {
     if (path->pieces && s <= path->end[path->pieces - 1]) return;
     if (s < 1 && path->pieces < PEND_CROSSING_DEGREE) path->end[path->pieces++] = s;
+}
+
+/* notes the turns in an interval that is not to be halved; *before is the sign left of it, and then that in it */
+static void crossing_turns(struct crossing_path *path, struct crossing_signs signs, int *before, double a, double b) {
+    if (signs.first && *before == -signs.first) crossing_note(path, a);
+    if (signs.changes % 2) crossing_note(path, crossing_root(path, crossing_slope_pair, 0, signs.last > 0, a, b));
+    if (signs.last) *before = signs.last;
 }
 
 /* true where the derivative's leading coefficient outweighs all others */
@@ -108,34 +113,36 @@ static int crossing_plain(const struct crossing_path *path) {
     return fabs(path->a[1]) > rest * (1 + 1e-12);
 }
 
-void pend_crossing_divide(struct crossing_path *path) {
+/* the whole step in Bernstein's form, halved until each part turns once at most; parts come in order */
+static void crossing_search(struct crossing_path *path) {
     struct {
         double from, to, b[PEND_CROSSING_DEGREE];
     } stack[DEPTH + 1];
-    int d = path->degree - 1, top = 0;
-    path->pieces = 0;
-    if (!crossing_plain(path)) {
-        double noise = 0;
-        for (int j = 1; j <= path->degree; j++) noise += 1e-15 * j * fabs(path->a[j]);
-        crossing_bernstein(path, stack[0].b);
-        stack[0].from = 0, stack[0].to = 1, top = 1;
-        while (top) {
-            top--;
-            int changes = crossing_changes(d, stack[top].b, noise);
-            double from = stack[top].from, to = stack[top].to;
-            if (changes > 1 && top < DEPTH) {
-                // the left half goes on top: turns come out in order
-                memcpy(stack[top + 1].b, stack[top].b, sizeof stack[top].b);
-                crossing_halve(d, stack[top + 1].b, stack[top].b);
-                stack[top].from = stack[top + 1].to = 0.5 * (from + to);
-                stack[top].to = to;
-                stack[top + 1].from = from;
-                top += 2;
-            } else if (changes) {
-                crossing_turn(path, from, to);
-            }
+    int d = path->degree - 1, before = 0;
+    double noise = 0;
+    for (int j = 1; j <= path->degree; j++) noise += 1e-15 * j * fabs(path->a[j]);
+    crossing_bernstein(path, stack[0].b);
+    stack[0].from = 0, stack[0].to = 1;
+    for (int top = 1; top--;) {
+        double from = stack[top].from, to = stack[top].to;
+        struct crossing_signs signs = crossing_signs(d, stack[top].b, noise);
+        if (signs.changes <= 1 || top == DEPTH) {
+            crossing_turns(path, signs, &before, from, to);
+            continue;
         }
+        // the left half goes on top
+        memcpy(stack[top + 1].b, stack[top].b, sizeof stack[top].b);
+        crossing_halve(d, stack[top + 1].b, stack[top].b);
+        stack[top].from = stack[top + 1].to = 0.5 * (from + to);
+        stack[top].to = to;
+        stack[top + 1].from = from;
+        top += 2;
     }
+}
+
+void pend_crossing_divide(struct crossing_path *path) {
+    path->pieces = 0;
+    if (!crossing_plain(path)) crossing_search(path);
     path->end[path->pieces++] = 1;
 }
 
@@ -151,7 +158,7 @@ double pend_crossing_next(const struct crossing_path *path, double from, double 
             double level = up ? high : low;
             // it may be there already, by rounding
             if (up ? at_a >= level : at_a <= level) return a;
-            return crossing_root(path, crossing_value_pair, level, a, b);
+            return crossing_root(path, crossing_value_pair, level, up, a, b);
         }
         a = b;
     }

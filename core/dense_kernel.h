@@ -63,10 +63,10 @@ LANES_INLINE void dense_down(const struct jets_system *s, int n, const struct de
         }
         num shift = num_mul(num_sub(tension, x->push[k]), s->inv_eff[k]);
         radial[k] = k ? num_fma(s->kappa[k], ar, shift) : shift;
-        tangential[k] = num_sub(num_mul(num_sub(x->side[k], x->sum_side[k]), s->inv[k]),
-                                num_mul(s->lean[k], radial[k]));
-        num gap = k ? num_add(num_sub(num_mul(s->sine[k], ar), num_mul(s->cosine[k], at)), tangential[k])
-                    : tangential[0];
+        tangential[k] =
+            num_sub(num_mul(num_sub(x->side[k], x->sum_side[k]), s->inv[k]), num_mul(s->lean[k], radial[k]));
+        num gap =
+            k ? num_add(num_sub(num_mul(s->sine[k], ar), num_mul(s->cosine[k], at)), tangential[k]) : tangential[0];
         rate[k] = num_mul(gap, s->inv_len[k]);
         force[k] = k ? num_fma(num_mul(s->eff[k], s->kappa[k]), ar, tension) : tension;
     }

@@ -56,14 +56,14 @@ static size_t ensemble_doubles(int n_, int width_, size_t series) {
 static void ensemble_place(struct pend_ensemble *e, char *at) {
     struct ensemble_lanes *lanes = &e->lanes;
     size_t n = (size_t)lanes->n, width = (size_t)lanes->width;
-    double **laned[ENSEMBLE_LANED] = {&lanes->from.phi, &lanes->from.phi_low, &lanes->from.rate, &lanes->from.rate_low,
-                                      &lanes->to.phi,   &lanes->to.phi_low,   &lanes->to.rate,   &lanes->to.rate_low,
-                                      &lanes->len,      &lanes->inv_len,      &lanes->mass,      &lanes->cell,
+    double **laned[ENSEMBLE_LANED] = {&lanes->from.phi,  &lanes->from.phi_low, &lanes->from.rate, &lanes->from.rate_low,
+                                      &lanes->to.phi,    &lanes->to.phi_low,   &lanes->to.rate,   &lanes->to.rate_low,
+                                      &lanes->len,       &lanes->inv_len,      &lanes->mass,      &lanes->cell,
                                       &lanes->force_max, &lanes->force_min};
     double **single[ENSEMBLE_SINGLE] = {&lanes->from.time, &lanes->to.time, &lanes->gravity,
                                         &lanes->unit,      &lanes->stop,    &lanes->step};
-    double **noted[ENSEMBLE_NOTED - 1] = {&e->first_crossing, &e->most, &e->most_time, &e->least, &e->least_time,
-                                          &e->sign_change, &e->sense};
+    double **noted[ENSEMBLE_NOTED - 1] = {&e->first_crossing, &e->most,        &e->most_time, &e->least,
+                                          &e->least_time,     &e->sign_change, &e->sense};
     double **flat[ENSEMBLE_FLAT] = {&e->member.phi, &e->member.rate, &e->member.length, &e->member.mass,
                                     &e->phi,        &e->rate,        &e->subtree};
     ensemble_set **set[3] = {&lanes->near, &lanes->peak, &lanes->turn};
@@ -183,7 +183,8 @@ static void ensemble_seat_notes(const struct pend_ensemble *e, int i, struct pen
         e->least[own + (size_t)k] = e->lanes.force_min[k * e->lanes.width + i];
     }
     if (e->lanes.extremes) {
-        outcome->force = (struct pend_force_range){e->most + own, e->most_time + own, e->least + own, e->least_time + own};
+        outcome->force =
+            (struct pend_force_range){e->most + own, e->most_time + own, e->least + own, e->least_time + own};
     }
     if (e->lanes.signs) outcome->sign_change = e->sign_change + own;
 }
@@ -295,7 +296,8 @@ static void ensemble_step(struct pend_ensemble *e, struct ensemble_queue *queue)
     memcpy(e->unit, lanes->unit, (size_t)width * sizeof(double));
     e->kernel->step(lanes, &attention);
     for (int i = 0; i < width; i += apart) e->seat[i].steps++;
-    unsigned call = always ? ~0u : (unsigned)(attention.done | attention.bad | attention.near | attention.force), served = 0;
+    unsigned call = always ? ~0u : (unsigned)(attention.done | attention.bad | attention.near | attention.force),
+             served = 0;
     for (int i = 0; i < width; i += apart) {
         if (!(call >> i & 1) || e->seat[i].member < 0) continue;
         if (ensemble_seat_serve(e, i, &attention, &queue->cancelled)) served |= 1u << i;

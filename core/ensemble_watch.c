@@ -29,7 +29,8 @@ void pend_ensemble_watch_start(struct pend_ensemble *e, int i) {
 static struct crossing_path watch_phi(const struct pend_ensemble *e, int i, int k) {
     const struct ensemble_lanes *lanes = &e->lanes;
     size_t at = (size_t)(k * lanes->width + i), stride = (size_t)lanes->n * (size_t)lanes->width;
-    struct crossing_path path = {.degree = lanes->order + 1, .base = lanes->from.phi[at], .low = lanes->from.phi_low[at]};
+    struct crossing_path path = {
+        .degree = lanes->order + 1, .base = lanes->from.phi[at], .low = lanes->from.phi_low[at]};
     double x = lanes->step[i], power = x;
     for (int j = 0; j <= lanes->order; j++, power *= x)
         path.a[j + 1] = lanes->series[at + (size_t)j * stride] * lanes->share[j] * power;
@@ -121,27 +122,29 @@ static void watch_extremes(struct pend_ensemble *e, int i, int k, double part, c
     }
 }
 
-/* the sign of a force from its first term that is more than rounding; *slack is what rounding may be */
-static double watch_sense(const struct crossing_path *path, double *slack) {
-    double size = fabs(path->base);
-    for (int j = 1; j <= path->degree; j++) size += fabs(path->a[j]);
-    *slack = 1e-12 * size;
-    if (fabs(path->base) > *slack) return copysign(1, path->base);
+/* the sign of a force from its first term that is more than rounding */
+static double watch_sense(const struct crossing_path *path, double slack) {
+    if (fabs(path->base) > slack) return copysign(1, path->base);
     for (int j = 1; j <= path->degree; j++) {
-        if (fabs(path->a[j]) > *slack) return copysign(1, path->a[j]);
+        if (fabs(path->a[j]) > slack) return copysign(1, path->a[j]);
     }
     return 0;
 }
 
+/* a force that comes back from zero, to rounding, has not changed sign */
 static void watch_sign(struct pend_ensemble *e, int i, int k, double part, const struct crossing_path *path) {
     int own = i * e->lanes.n + k, way = 0;
-    double slack = 0;
-    if (!isnan(e->sign_change[own])) return;
-    if (e->sense[own] == 0) e->sense[own] = watch_sense(path, &slack);
-    if (e->sense[own] == 0) return;
-    double low = e->sense[own] > 0 ? -slack : -INFINITY, high = e->sense[own] > 0 ? INFINITY : slack;
-    double s = pend_crossing_next(path, 0, low, high, &way);
-    if (s < INFINITY) e->sign_change[own] = pend_ensemble_watch_time(e, i, s * part);
+    double *sense = &e->sense[own], slack = 0;
+    for (int j = 1; j <= path->degree; j++) slack += 1e-12 * fabs(path->a[j]);
+    slack += 1e-12 * fabs(path->base);
+    double start = *sense;
+    if (start == 0) *sense = watch_sense(path, slack);
+    if (*sense == 0) return;
+    double beyond = pend_crossing_next(path, 0, *sense > 0 ? -slack : -INFINITY, *sense > 0 ? INFINITY : slack, &way);
+    if (!(beyond < INFINITY)) return;
+    // where it starts at zero the first zero is not the change
+    double zero = pend_crossing_next(path, 0, *sense > 0 ? 0 : -INFINITY, *sense > 0 ? INFINITY : 0, &way);
+    e->sign_change[own] = pend_ensemble_watch_time(e, i, part * (start == 0 ? beyond : fmin(zero, beyond)));
 }
 
 void pend_ensemble_watch_force(struct pend_ensemble *e, int i, double part) {

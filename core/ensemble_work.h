@@ -28,9 +28,10 @@ struct pend_ensemble {
     double *most, *most_time, *least, *least_time, *sign_change;
     double *sense; /* the sign that a force had first, 0 = none yet */
     struct pend_member member;
-    double *phi, *rate;          /* of an outcome */
-    double *subtree;             /* kg, of the member in `member` */
-    double *rows[3], *instants[3]; /* angles, rates, forces: of some instants, row by row and as the kernel leaves them */
+    double *phi, *rate; /* of an outcome */
+    double *subtree;    /* kg, of the member in `member` */
+    double *rows[3],
+        *instants[3]; /* angles, rates, forces: of some instants, row by row and as the kernel leaves them */
 };
 
 #endif

@@ -149,16 +149,20 @@ LANES_INLINE void ensemble_sum(double *high, double *low, int k, num sum, num ad
 /* B_i = sum_j weight[i][j] a_j: the polynomial sum a_j x^j in Bernstein's form on [0, 1], whose values lie between the
  * least and the largest B_i */
 enum { RANGE_DEGREE = 8 };
-#define F(i) {1, i / 8.0, i *(i - 1) / 56.0, i *(i - 1) * (i - 2) / 336.0, i *(i - 1) * (i - 2) * (i - 3) / 1680.0,      \
-              i *(i - 1) * (i - 2) * (i - 3) * (i - 4) / 6720.0,                                                       \
-              i *(i - 1) * (i - 2) * (i - 3) * (i - 4) * (i - 5) / 20160.0,                                            \
-              i *(i - 1) * (i - 2) * (i - 3) * (i - 4) * (i - 5) * (i - 6) / 40320.0,                                  \
-              i *(i - 1) * (i - 2) * (i - 3) * (i - 4) * (i - 5) * (i - 6) * (i - 7) / 40320.0}
+#define F(i)                                                                                                           \
+    {                                                                                                                  \
+        1, i / 8.0, i *(i - 1) / 56.0, i *(i - 1) * (i - 2) / 336.0, i *(i - 1) * (i - 2) * (i - 3) / 1680.0,          \
+            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) / 6720.0,                                                         \
+            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) * (i - 5) / 20160.0,                                              \
+            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) * (i - 5) * (i - 6) / 40320.0,                                    \
+            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) * (i - 5) * (i - 6) * (i - 7) / 40320.0                           \
+    }
 static const double range_weight[RANGE_DEGREE + 1][RANGE_DEGREE + 1] = {F(0), F(1), F(2), F(3), F(4),
                                                                         F(5), F(6), F(7), F(8)};
 #undef F
 
-/* what a series may reach on [0, x]: its first terms in Bernstein's form, the rest by their size, the rounding of all */
+/* what a series may reach on [0, x]: its first terms in Bernstein's form, the rest by their size, the rounding of all
+ */
 LANES_INLINE void ensemble_range(const num a[], num rest, num *low, num *high) {
     num top = a[0], bottom = a[0], size = num_abs(a[0]);
     for (int j = 1; j <= RANGE_DEGREE; j++) size += num_abs(a[j]);
@@ -196,7 +200,8 @@ static void ensemble_force(struct ensemble_lanes *lanes, const struct jets_syste
     for (int j = 1; j <= RANGE_DEGREE; j++, power *= x) a[j] = c[(size_t)j * s->stride] * power;
     for (int j = lanes->order - 1; j > RANGE_DEGREE; j--) rest = num_fma(rest, x, num_abs(c[(size_t)j * s->stride]));
     ensemble_range(a, rest * power, &low, &high);
-    mask above = (mask)(high * scale > lane_get(lanes->force_max, k)), below = (mask)(low * scale < lane_get(lanes->force_min, k));
+    mask above = (mask)(high * scale > lane_get(lanes->force_max, k)),
+         below = (mask)(low * scale < lane_get(lanes->force_min, k));
     lanes->peak[k] = lanes->extremes ? mask_set(above | below) : 0;
     lanes->turn[k] = lanes->signs ? mask_set((mask)(high >= 0) & (mask)(low <= 0)) : 0;
 }

@@ -19,15 +19,15 @@ struct ensemble_lanes {
     int n, order, width;
     int paired; /* lanes 2 j and 2 j + 1 take the same step */
     const int *parent, *end;
-    double log_rtol, log_atol;        /* binary logarithms */
-    double bound;                     /* rad; crossings of theta = bound + 2 i bound are looked for; 0 = none */
-    int extremes, signs;              /* non-zero: forces beyond those met so far, and changes of sign, are looked for */
-    struct ensemble_state from, to;   /* start and end of the step */
-    double *len, *inv_len, *mass;     /* an arm's own */
-    double *gravity, *unit, *stop;    /* one value a lane; unit and stop - time have one sign */
-    double *step;                     /* out: the step in units */
-    double *cell;                     /* the number i of the stretch that theta of an arm is in */
-    double *force_max, *force_min;    /* N, of each arm so far */
+    double log_rtol, log_atol;      /* binary logarithms */
+    double bound;                   /* rad; crossings of theta = bound + 2 i bound are looked for; 0 = none */
+    int extremes, signs;            /* non-zero: forces beyond those met so far, and changes of sign, are looked for */
+    struct ensemble_state from, to; /* start and end of the step */
+    double *len, *inv_len, *mass;   /* an arm's own */
+    double *gravity, *unit, *stop;  /* one value a lane; unit and stop - time have one sign */
+    double *step;                   /* out: the step in units */
+    double *cell;                   /* the number i of the stretch that theta of an arm is in */
+    double *force_max, *force_min;  /* N, of each arm so far */
     ensemble_set *near, *peak, *turn; /* out, a set an arm: where the step may leave the cell, where the force may pass
                                          its extremes, where it may be zero */
     double *series;                   /* rate, force, turn_re, turn_im, orders 0 .. order + 1, then scratch */
@@ -38,9 +38,9 @@ enum { ENSEMBLE_WIDTH_MAX = 8, ENSEMBLE_INSTANTS = 8 };
 
 /* Lanes that want attention. */
 struct ensemble_attention {
-    ensemble_set done; /* stop is reached */
-    ensemble_set bad;  /* a number is not finite, or time stands still */
-    ensemble_set near; /* some arm may have left its cell */
+    ensemble_set done;  /* stop is reached */
+    ensemble_set bad;   /* a number is not finite, or time stands still */
+    ensemble_set near;  /* some arm may have left its cell */
     ensemble_set force; /* the force of some arm may have passed an extreme or zero */
 };
 

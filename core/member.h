@@ -37,11 +37,11 @@ struct pend_force_range {
 /* What became of a member; arrays of n values, valid during the call only. */
 struct pend_outcome {
     enum pend_stop stop;
-    enum pend_status status; /* PEND_OK, or why it failed: PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS */
-    double time;             /* s, where it ended */
-    int arm;                 /* stored number of the arm that crossed its bound first, -1 = none did */
-    double first;            /* s, when; NaN = never */
-    const double *phi, *rate;      /* at `time`; of a member that was spared, at the start */
+    enum pend_status status;  /* PEND_OK, or why it failed: PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS */
+    double time;              /* s, where it ended */
+    int arm;                  /* stored number of the arm that crossed its bound first, -1 = none did */
+    double first;             /* s, when; NaN = never */
+    const double *phi, *rate; /* at `time`; of a member that was spared, at the start */
     const double *first_crossing;  /* s, of each arm; NaN = it never crossed; NULL when no bound was asked for */
     const long *crossings;         /* how often each arm crossed; NULL when no bound was asked for */
     struct pend_force_range force; /* NULLs where not asked for */
@@ -65,8 +65,8 @@ struct pend_ensemble_problem {
     double duration;   /* s, either sign */
     double rtol, atol; /* as of the taylor method */
     double bound; /* rad, > 0: theta = phi + pi/2 crossing bound + 2 i bound, i any integer, is noted: pi for flips,
-                     anything for a bound of your own; touching it inside a step counts, starting on it does not; 0 = not
-                     wanted */
+                     anything for a bound of your own; touching it inside a step counts, starting on it does not; 0 =
+                     not wanted */
     enum pend_until until;
     int spare; /* non-zero: the end is not wanted, and a member whose energy lets no arm reach its bound is delivered at
                   once, with `time` the duration and no steps */
