@@ -216,13 +216,6 @@ static void ensemble_seat_spare(struct pend_ensemble *e, int i, int *cancelled) 
     ensemble_seat_deliver(e, i, &outcome, cancelled);
 }
 
-/* the members of a run that still wait */
-struct ensemble_queue {
-    long next, end;
-    long done; /* delivered */
-    int cancelled;
-};
-
 static void ensemble_fetch(struct pend_ensemble *e, long i, struct ensemble_queue *queue) {
     const struct pend_tree *tree = e->problem.tree;
     size_t bytes = (size_t)tree->n * sizeof(double);
@@ -242,7 +235,7 @@ static void ensemble_seat_next(struct pend_ensemble *e, int i, struct ensemble_q
         e->seat[i].open = ensemble_seat_start(e, i);
         if (!e->problem.spare || e->seat[i].open) return;
         ensemble_seat_spare(e, i, &queue->cancelled);
-        queue->done++;
+        queue->left--;
     }
     e->seat[i].member = -1;
     for (int lane = i; lane <= i + e->lanes.paired; lane++) e->lanes.stop[lane] = copysign(1e300, e->lanes.unit[lane]);
@@ -307,14 +300,28 @@ static void ensemble_step(struct pend_ensemble *e, struct ensemble_queue *queue)
     lanes->to = swap;
     for (int i = 0; served && i < width; i += apart) {
         if (!(served >> i & 1)) continue;
-        queue->done++;
+        queue->left--;
         ensemble_seat_next(e, i, queue);
     }
 }
 
+void pend_ensemble_begin(struct pend_ensemble *e, long first, long count) {
+    e->queue = (struct ensemble_queue){.next = first, .end = first + count, .left = count};
+    for (int i = 0; i < e->lanes.width; i += 1 + e->lanes.paired) ensemble_seat_next(e, i, &e->queue);
+}
+
+enum pend_status pend_ensemble_go(struct pend_ensemble *e, long steps, int *done) {
+    struct ensemble_queue *queue = &e->queue;
+    for (; steps > 0 && queue->left > 0 && !queue->cancelled; steps--) ensemble_step(e, queue);
+    *done = queue->left <= 0;
+    return queue->cancelled ? PEND_CANCELLED : PEND_OK;
+}
+
 enum pend_status pend_ensemble_run(struct pend_ensemble *e, long first, long count) {
-    struct ensemble_queue queue = {.next = first, .end = first + count};
-    for (int i = 0; i < e->lanes.width; i += 1 + e->lanes.paired) ensemble_seat_next(e, i, &queue);
-    while (queue.done < count && !queue.cancelled) ensemble_step(e, &queue);
-    return queue.cancelled ? PEND_CANCELLED : PEND_OK;
+    enum { MANY = 1 << 20 };
+    enum pend_status status = PEND_OK;
+    int done = 0;
+    pend_ensemble_begin(e, first, count);
+    while (status == PEND_OK && !done) status = pend_ensemble_go(e, MANY, &done);
+    return status;
 }

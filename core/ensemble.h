@@ -36,6 +36,18 @@ void pend_ensemble_free(struct pend_ensemble **ensemble);
  */
 PEND_MUST_CHECK enum pend_status pend_ensemble_run(struct pend_ensemble *ensemble, long first, long count);
 
+/** Begins a run of members in pieces; what an earlier run had not finished is dropped. */
+void pend_ensemble_begin(struct pend_ensemble *ensemble, long first, long count);
+
+/**
+ * Takes up to `steps` steps of all lanes, so that the caller can look after its clock.
+ *
+ * done  set to whether all members of the run were delivered. How a run is cut changes no bit of its results.
+ *
+ * PEND_CANCELLED  a callback asked for it.
+ */
+PEND_MUST_CHECK enum pend_status pend_ensemble_go(struct pend_ensemble *ensemble, long steps, int *done);
+
 /** Members that a workspace computes at once: a run of fewer leaves lanes idle. */
 int pend_ensemble_width(const struct pend_ensemble *ensemble);
 

@@ -17,11 +17,19 @@ struct ensemble_seat {
     double growth, frequency; /* logarithm of the neighbour's growth so far; 1/s, what makes angles of rates */
 };
 
+/* the members of a run that still wait */
+struct ensemble_queue {
+    long next, end;
+    long left; /* not delivered yet */
+    int cancelled;
+};
+
 struct pend_ensemble {
     struct pend_ensemble_problem problem;
     const struct ensemble_kernel *kernel;
     struct ensemble_lanes lanes;
     double unit[ENSEMBLE_WIDTH_MAX]; /* s, of the step just taken */
+    struct ensemble_queue queue;
     struct ensemble_seat seat[ENSEMBLE_WIDTH_MAX];
     double *first_crossing; /* [lane * n + arm], as all of these */
     long *crossings;

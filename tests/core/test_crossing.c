@@ -1,6 +1,6 @@
-/* Tests of core/crossing: turning points however close, touching, pieces, extremes, on polynomials whose roots are known.
- * Leaves to others: series of real motions (test_ensemble).
- * Invariant: each polynomial is given by its roots, so that the right answer is known beforehand. */
+/* Tests of core/crossing: turning points however close, touching, pieces, extremes, on polynomials whose roots are
+ * known. Leaves to others: series of real motions (test_ensemble). Invariant: each polynomial is given by its roots, so
+ * that the right answer is known beforehand. */
 #include "core/crossing.h"
 
 #include <math.h>
