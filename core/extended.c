@@ -42,7 +42,7 @@ static const struct extended_kernel *extended_kernel(enum pend_isa isa) {
  * numbers' own last digit */
 static double extended_target(double rtol) { return fmax(0.01 * rtol, 0x1p-106); }
 
-static int extended_order(double target) { return (int)ceil(6 - 0.62 * log(target)); }
+static int extended_order(double target) { return (int)ceil(6 - 0.45 * log(target)); }
 
 /*
  * The order above which coefficients need but one double: where the terms of a step have fallen by as much as a double
@@ -85,7 +85,7 @@ static size_t extended_place(struct pend_extended *e, char *base) {
 }
 
 enum pend_status pend_extended_new(struct pend_extended **extended, const struct pend_tree *tree, double rtol,
-                                   double atol, enum pend_isa isa, struct pend_error *error) {
+                                   double atol, int single, enum pend_isa isa, struct pend_error *error) {
     *extended = NULL;
     if (!(rtol >= PEND_EXTENDED_RTOL_MIN && rtol <= 0.1))
         return pend_fail(error, PEND_INVALID, -1, 0, "rtol must be from %g to 0.1, got %g", PEND_EXTENDED_RTOL_MIN,
@@ -94,8 +94,11 @@ enum pend_status pend_extended_new(struct pend_extended **extended, const struct
         return pend_fail(error, PEND_INVALID, -1, 0, "atol must be from 0 to 1, got %g", atol);
     double target = extended_target(rtol);
     int order = extended_order(target);
+    // four lanes hold the four sums of an arm
+    if (single && isa > PEND_ISA_AVX2) isa = PEND_ISA_AVX2;
     struct pend_extended sketch = {.tree = tree, .kernel = extended_kernel(isa)};
     sketch.lanes = (struct extended_lanes){.n = tree->n,
+                                           .single = single,
                                            .order = order,
                                            .precise = extended_precise(target, order),
                                            .parent = tree->parent,

@@ -24,6 +24,7 @@ struct pend_extended;
  * tree      must outlive the workspace; lengths and masses are taken as the doubles that they are.
  * rtol      PEND_EXTENDED_RTOL_MIN .. 0.1, of the local error; the error of a motion that is not chaotic stays near it.
  * atol      0 .. 1.
+ * single    non-zero: only lane 0 will be started; the same bits, in less time than when lanes are idle.
  * isa       pend_isa_best(), or a lower one.
  *
  * PEND_INVALID  a tolerance is out of range.
@@ -31,8 +32,8 @@ struct pend_extended;
  * One allocation.
  */
 PEND_MUST_CHECK enum pend_status pend_extended_new(struct pend_extended **extended, const struct pend_tree *tree,
-                                                   double rtol, double atol, enum pend_isa isa,
-                                                   struct pend_error *error);
+                                                   double rtol, double atol, int single,
+                                                   enum pend_isa isa, struct pend_error *error);
 
 void pend_extended_free(struct pend_extended **extended);
 

@@ -60,7 +60,12 @@ enum {
         ARRAY_COUNT,
     DENSE_MAX = 4, /* arms of trees whose orders are solved by an inverse */
     TRAILING = 4,
-    LEADING = 4
+    LEADING = 4,
+#ifdef __FMA__
+    FIXED = 8 /* the order from which terms are so small that sums with a fixed last place do */
+#else
+    FIXED = 1 << 30 /* these need fused multiply-add */
+#endif
 };
 
 /* ---- memory */
@@ -69,7 +74,8 @@ enum {
 static size_t extended_series(int n, int order) { return (size_t)n * (size_t)(order + 2); }
 
 static size_t extended_series_count(int n, int order) {
-    return (4 * extended_series(n, order) + (size_t)ARRAY_COUNT * (size_t)n) * WIDTH * 2;
+    size_t numbers = 4 * extended_series(n, order) + (size_t)ARRAY_COUNT * (size_t)n;
+    return (2 * numbers + 7 * extended_series(n, order)) * WIDTH;
 }
 
 static struct jets_system extended_view(const struct extended_lanes *lanes) {
@@ -89,6 +95,55 @@ static struct jets_system extended_view(const struct extended_lanes *lanes) {
                                 JETS_ARRAYS(X)
 #undef X
     };
+}
+
+/*
+ * What the sums of T and c need besides the series, in the same order. Sizes are |Re u| + |Im u|, |phi'| and |lambda|.
+ * With a single trajectory the four sums of an arm go side by side in lanes: u = (Re u, Im u, Re u, Im u) of order j
+ * and met = (phi', phi', lambda, lambda), phi' of order j and lambda of order j - 1.
+ */
+struct extended_sizes {
+    int single;
+    vec *turn, *rate, *force; /* force is met's sizes with a single trajectory */
+    num *u, *met;
+};
+
+static struct extended_sizes extended_sizes_view(const struct extended_lanes *lanes) {
+    size_t n = (size_t)lanes->n, series = extended_series(lanes->n, lanes->order);
+    num *u = (num *)(void *)lanes->series + 4 * series + (size_t)ARRAY_COUNT * n;
+    vec *at = (vec *)(void *)(u + 2 * series);
+    return (struct extended_sizes){lanes->single && WIDTH == 4, at, at + series, at + 2 * series, u, u + series};
+}
+
+/* x in the lanes of a set, y in the others */
+LANES_INLINE num extended_blend(const mask *set, num x, num y) { return NUM_(_pick)(*set, x, y); }
+
+/* lays out phi' and u of order k, and lambda of the order before, for a single trajectory */
+static void extended_pack(const struct jets_system *s, const struct extended_sizes *sizes, int k) {
+    mask odd = {0}, late = {0};
+    for (int i = 0; i < WIDTH; i++) odd[i] = -(i % 2), late[i] = -(i / 2);
+    for (int i = 0; i < s->n; i++) {
+        size_t at = (size_t)k * s->stride + (size_t)i, next = at + s->stride;
+        num force = k ? s->force[at - s->stride] : num_of(0);
+        sizes->u[next] = extended_blend(&odd, s->turn_im[next], s->turn_re[next]);
+        sizes->met[at] = extended_blend(&late, force, s->rate[at]);
+        sizes->turn[next] = VEC_OF(_abs)(s->turn_re[next].high) + VEC_OF(_abs)(s->turn_im[next].high);
+        sizes->force[at] = VEC_OF(_abs)(sizes->met[at].high);
+    }
+}
+
+/* sizes of phi' and u of order k, and of lambda of the order before */
+static void extended_measure(const struct jets_system *s, const struct extended_sizes *sizes, int k) {
+    if (sizes->single) {
+        extended_pack(s, sizes, k);
+        return;
+    }
+    for (int i = 0; i < s->n; i++) {
+        size_t at = (size_t)k * s->stride + (size_t)i, before = at - s->stride, next = at + s->stride;
+        sizes->rate[at] = VEC_OF(_abs)(s->rate[at].high);
+        sizes->turn[next] = VEC_OF(_abs)(s->turn_re[next].high) + VEC_OF(_abs)(s->turn_im[next].high);
+        if (k) sizes->force[before] = VEC_OF(_abs)(s->force[before].high);
+    }
 }
 
 LANES_INLINE vec lane_get(const double *array, int k) { return VEC_OF(_get)(array + (size_t)k * WIDTH); }
@@ -149,13 +204,83 @@ LANES_INLINE struct extended_known extended_convolve(const struct jets_system *s
     return x;
 }
 
+/* sums whose first part has a fixed last place, far enough up that every product fits */
+struct extended_fixed {
+    vec start, high, low;
+};
+
+/* a start for products whose sizes add up to `size` at most: 6 times a power of two above it, so that the last place is
+ * the same all along */
+LANES_INLINE vec extended_bias(vec size) {
+    mask exponent = (mask)size & 0x7ff0000000000000LL;
+    return (vec)((exponent + (2LL << 52)) | 0x8000000000000LL);
+}
+
+/* adds x y: what of the product the first part has no place for goes to the second */
+LANES_INLINE void extended_collect(struct extended_fixed *sum, num x, num y) {
+    vec high = vec_fma(x.high, y.high, sum->high), part = high - sum->high;
+    vec rest = vec_fma(x.high, y.low, vec_fma(x.high, y.high, -part));
+    sum->low += vec_fma(x.low, y.high, rest);
+    sum->high = high;
+}
+
+LANES_INLINE num extended_collected(const struct extended_fixed *sum) {
+    return num_total(sum->high - sum->start, sum->low);
+}
+
+LANES_INLINE struct extended_fixed extended_empty(vec size) {
+    vec start = extended_bias(size);
+    return (struct extended_fixed){start, start, vec_of(0)};
+}
+
+/* sums of the sizes of the terms of both */
+LANES_INLINE void extended_sizes(const struct extended_sizes *sizes, int n, int k, int a, vec *wind, vec *drag) {
+    const vec *turn = sizes->turn + n + a, *rate = sizes->rate + k * n + a, *force = sizes->force + (k - 1) * n + a;
+    *wind = *drag = vec_of(0);
+    for (int j = 1; j <= k; j++, turn += n, rate -= n, force -= n) {
+        *wind = vec_fma(*turn, *rate, *wind);
+        *drag = vec_fma(*turn, *force, *drag);
+    }
+    *wind = vec_fma(*turn, *rate, *wind);
+}
+
+/* order k > 0, a few digits short, where the terms are small */
+LANES_INLINE struct extended_known extended_convolve_fixed(const struct jets_system *s,
+                                                           const struct extended_sizes *sizes, int k, int a) {
+    size_t n = s->stride;
+    const num *re = s->turn_re + a + n, *im = s->turn_im + a + n;
+    const num *rate = s->rate + a + (size_t)k * n, *force = s->force + a + (size_t)(k - 1) * n;
+    vec wind, drag;
+    extended_sizes(sizes, s->n, k, a, &wind, &drag);
+    struct extended_fixed wind_re = extended_empty(wind), wind_im = wind_re;
+    struct extended_fixed drag_re = extended_empty(drag), drag_im = drag_re;
+    for (int j = 1; j <= k; j++, re += n, im += n, rate -= n, force -= n) {
+        num w = *rate, f = *force, x = *re, y = *im;
+        extended_collect(&wind_re, x, w);
+        extended_collect(&wind_im, y, w);
+        extended_collect(&drag_re, x, f);
+        extended_collect(&drag_im, y, f);
+    }
+    extended_collect(&wind_re, *re, *rate);
+    extended_collect(&wind_im, *im, *rate);
+    return (struct extended_known){extended_collected(&wind_re), extended_collected(&wind_im),
+                                   extended_collected(&drag_re), extended_collected(&drag_im)};
+}
+
 struct extended_rough {
     vec wind_re, wind_im, drag_re, drag_im;
 };
 
 /* the same of an order that needs but one double */
-LANES_INLINE struct extended_rough extended_convolve_rough(const struct jets_system *s, int k, int a) {
+LANES_INLINE struct extended_rough extended_convolve_rough(const struct jets_system *s,
+                                                           const struct extended_sizes *sizes, int k, int a) {
     size_t n = s->stride;
+    if (sizes->single) {
+        const num *u = sizes->u + a + n, *met = sizes->met + a + (size_t)k * n;
+        vec sum = vec_of(0);
+        for (int j = 1; j <= k + 1; j++, u += n, met -= n) sum = vec_fma(u->high, met->high, sum);
+        return (struct extended_rough){vec_of(sum[0]), vec_of(sum[1]), vec_of(sum[2 % WIDTH]), vec_of(sum[3 % WIDTH])};
+    }
     const num *re = s->turn_re + a + n, *im = s->turn_im + a + n;
     const num *rate = s->rate + a + (size_t)k * n, *force = s->force + a + (size_t)(k - 1) * n;
     struct extended_rough x = {vec_of(0), vec_of(0), vec_of(0), vec_of(0)};
@@ -201,6 +326,37 @@ static void extended_invert(const struct jets_system *s, struct extended_table *
         extended_answer(s, table->rate_side[j], table->force_side[j]);
         s->drag_im[j] = num_of(0);
     }
+}
+
+/* the four sums of a single trajectory, from one each in a lane */
+LANES_INLINE struct extended_known extended_spread(num x) {
+    return (struct extended_known){NUM_(_of2)(x.high[0], x.low[0]), NUM_(_of2)(x.high[1], x.low[1]),
+                                   NUM_(_of2)(x.high[2 % WIDTH], x.low[2 % WIDTH]),
+                                   NUM_(_of2)(x.high[3 % WIDTH], x.low[3 % WIDTH])};
+}
+
+/* the sums of order k of a single trajectory, by the same operations */
+LANES_INLINE struct extended_known extended_convolve_single(const struct jets_system *s,
+                                                            const struct extended_sizes *sizes, int k, int a) {
+    size_t n = s->stride;
+    const num *u = sizes->u + a + n, *met = sizes->met + a + (size_t)k * n;
+    if (k < FIXED) {
+        num sum = num_of(0);
+        for (int j = 1; j <= k + 1; j++, u += n, met -= n) sum = num_gather(*u, *met, sum);
+        return extended_spread(num_settle(sum));
+    }
+    vec size = vec_of(0);
+    const vec *turn = sizes->turn + a + n, *other = sizes->force + a + (size_t)k * n;
+    for (int j = 1; j <= k + 1; j++, turn += n, other -= n) size = vec_fma(*turn, *other, size);
+    struct extended_fixed sum = extended_empty(size);
+    for (int j = 1; j <= k + 1; j++, u += n, met -= n) extended_collect(&sum, *u, *met);
+    return extended_spread(extended_collected(&sum));
+}
+
+LANES_INLINE struct extended_known extended_find(const struct jets_system *s, const struct extended_sizes *sizes, int k,
+                                                 int a) {
+    if (sizes->single) return extended_convolve_single(s, sizes, k, a);
+    return k < FIXED ? extended_convolve(s, k, a) : extended_convolve_fixed(s, sizes, k, a);
 }
 
 /* order k from its known parts; lift and drop are gravity's, of the root */
@@ -251,31 +407,35 @@ LANES_INLINE void extended_solve_rough(const struct jets_system *s, const struct
     }
 }
 
-LANES_INLINE void extended_small_of(const struct jets_system *s, num gravity, int order, int precise, int n) {
+LANES_INLINE void extended_small_of(const struct jets_system *s, const struct extended_sizes *sizes, num gravity,
+                                    int order, int precise, int n) {
     struct extended_table table;
     extended_invert(s, &table);
+    extended_measure(s, sizes, 0);
     for (int k = 0; k < order; k++) {
         struct extended_known known[DENSE_MAX];
         struct extended_rough rough[DENSE_MAX];
         if (k < precise) {
-            for (int i = 0; i < n; i++) known[i] = extended_convolve(s, k, i);
+            for (int i = 0; i < n; i++) known[i] = extended_find(s, sizes, k, i);
             extended_solve(s, &table, n, k, gravity, known);
+            extended_measure(s, sizes, k + 1);
         } else {
-            for (int i = 0; i < n; i++) rough[i] = extended_convolve_rough(s, k, i);
+            for (int i = 0; i < n; i++) rough[i] = extended_convolve_rough(s, sizes, k, i);
             extended_solve_rough(s, &table, n, k, rough);
+            if (sizes->single) extended_measure(s, sizes, k + 1);
         }
     }
 }
 
-static void extended_small(const struct jets_system *s, num gravity, int order, int precise) {
+static void extended_small(const struct jets_system *s, const struct extended_sizes *sizes, num gravity, int order, int precise) {
     if (s->n == 1)
-        extended_small_of(s, gravity, order, precise, 1);
+        extended_small_of(s, sizes, gravity, order, precise, 1);
     else if (s->n == 2)
-        extended_small_of(s, gravity, order, precise, 2);
+        extended_small_of(s, sizes, gravity, order, precise, 2);
     else if (s->n == 3)
-        extended_small_of(s, gravity, order, precise, 3);
+        extended_small_of(s, sizes, gravity, order, precise, 3);
     else
-        extended_small_of(s, gravity, order, precise, 4);
+        extended_small_of(s, sizes, gravity, order, precise, 4);
 }
 
 /* ---- orders of other trees, by the sweeps */
@@ -294,18 +454,19 @@ static void extended_learn(const struct jets_system *s, int k) {
     }
 }
 
-static void extended_orders(const struct jets_system *s, num gravity, int order, int precise) {
+static void extended_orders(const struct jets_system *s, const struct extended_sizes *sizes, num gravity, int order, int precise) {
     for (int i = 0; i < s->n; i++) {
         s->stiff[i] = num_mul(s->eff[i], s->kappa[i]);
         s->weight[i] = num_mul(s->eff[i], s->len[i]);
     }
+    extended_measure(s, sizes, 0);
     for (int k = 0; k < order; k++) {
         for (int i = 0; i < s->n; i++) {
             struct extended_known x;
             if (k < precise) {
-                x = extended_convolve(s, k, i);
+                x = extended_find(s, sizes, k, i);
             } else {
-                struct extended_rough y = extended_convolve_rough(s, k, i);
+                struct extended_rough y = extended_convolve_rough(s, sizes, k, i);
                 x = (struct extended_known){num_from(y.wind_re), num_from(y.wind_im), num_from(y.drag_re),
                                             num_from(y.drag_im)};
             }
@@ -314,6 +475,7 @@ static void extended_orders(const struct jets_system *s, num gravity, int order,
         jets_up(s);
         jets_down(s, k ? num_of(0) : gravity);
         extended_learn(s, k);
+        if (k < precise || sizes->single) extended_measure(s, sizes, k + 1);
     }
 }
 
@@ -394,12 +556,13 @@ static vec extended_advance(const struct extended_lanes *lanes, const struct jet
 static int extended_step(struct extended_lanes *lanes) {
     struct jets_system s = extended_view(lanes);
     vec unit = lane_get(lanes->unit, 0), time = lane_get(lanes->from.time, 0), stop = lane_get(lanes->stop, 0);
+    struct extended_sizes sizes = extended_sizes_view(lanes);
     extended_start(lanes, &s, unit);
     num gravity = num_from(lane_get(lanes->gravity, 0) * unit * unit);
     if (s.n <= DENSE_MAX)
-        extended_small(&s, gravity, lanes->order, lanes->precise);
+        extended_small(&s, &sizes, gravity, lanes->order, lanes->precise);
     else
-        extended_orders(&s, gravity, lanes->order, lanes->precise);
+        extended_orders(&s, &sizes, gravity, lanes->order, lanes->precise);
     vec x = extended_choose(lanes, &s), left = (stop - time) / unit;
     mask lands = (mask)(x >= left);
     vec next = VEC_OF(_pick)(lands, stop, time + x * unit);

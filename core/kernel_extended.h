@@ -14,6 +14,7 @@ struct extended_state {
 
 struct extended_lanes {
     int n, order;
+    int single;  /* all lanes hold the same trajectory: other kernels than of width 4 do not look */
     int precise; /* coefficients above this order are so small that one double each is enough */
     const int *parent, *end;
     double log_rtol, log_atol;       /* binary logarithms */

@@ -77,8 +77,8 @@ LANES_INLINE PAIR PAIRS(mul)(PAIR x, PAIR y) {
 /** sum + x y for long sums: the result goes to _gather again, or to _settle. */
 LANES_INLINE PAIR PAIRS(gather)(PAIR x, PAIR y, PAIR sum) {
     PAIR p = PAIRS(product)(x.high, y.high), s = PAIRS(total)(sum.high, p.high);
-    sum.low = VEC_(fma)(x.high, y.low, sum.low);
-    sum.low = VEC_(fma)(x.low, y.high, sum.low);
+    p.low = VEC_(fma)(x.high, y.low, p.low);
+    p.low = VEC_(fma)(x.low, y.high, p.low);
     s.low = sum.low + (p.low + s.low);
     return s;
 }
