@@ -56,6 +56,7 @@ struct pend_method {
     unsigned flags;
     double rtol_default, rtol_min, rtol_max; /* 0 where PEND_METHOD_TOLERANCES is not set */
     double atol_default, atol_min, atol_max;
+    double step_min, step_max;          /* s; 0 where PEND_METHOD_FIXED_STEP is not set */
     const struct pend_method *extended; /* the same in numbers of about 32 digits, answers rounded; NULL = there is none */
 
     /** Makes a stepper at the problem's first instant; NULL on failure. The run has checked the problem. */
@@ -85,7 +86,8 @@ extern const struct pend_method pend_method_taylor, pend_method_ode23, pend_meth
 extern const struct pend_method pend_method_taylor_extended;
 
 /**
- * The method of a name, or NULL. The names are the contract's: taylor ode23 rkf45 rk8pd msadams linear.
+ * The method of a name, or NULL. The names are the contract's: taylor ode23 rkf45 rk8pd msadams
+ * symplectic linear.
  */
 const struct pend_method *pend_method_find(const char *name);
 

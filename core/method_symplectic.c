@@ -205,6 +205,8 @@ const struct pend_method pend_method_symplectic = {
     .summary = "Gauss-Legendre collocation of order 16 with a fixed step: the energy stays where it is over millions of "
                "periods.",
     .flags = PEND_METHOD_FIXED_STEP,
+    .step_min = 1e-9,
+    .step_max = 1e9,
     .open = symplectic_open,
     .step = symplectic_step,
     .at = symplectic_at,
