@@ -77,8 +77,8 @@ LANES_INLINE PAIR PAIRS(mul)(PAIR x, PAIR y) {
 /** sum + x y for long sums: the result goes to _gather again, or to _settle. */
 LANES_INLINE PAIR PAIRS(gather)(PAIR x, PAIR y, PAIR sum) {
     PAIR p = PAIRS(product)(x.high, y.high), s = PAIRS(total)(sum.high, p.high);
-    sum.low = VEC_(fma)(x.high, y.low, sum.low);
-    sum.low = VEC_(fma)(x.low, y.high, sum.low);
+    p.low = VEC_(fma)(x.high, y.low, p.low);
+    p.low = VEC_(fma)(x.low, y.high, p.low);
     s.low = sum.low + (p.low + s.low);
     return s;
 }
@@ -93,9 +93,9 @@ LANES_INLINE PAIR PAIRS(div)(PAIR x, PAIR y) {
     return PAIRS(settle)((PAIR){q, (rest - q * y.low) / y.high});
 }
 
-/** x in the lanes where the mask is all ones, y where it is 0. */
-LANES_INLINE PAIR PAIRS(pick)(BITS mask, PAIR x, PAIR y) {
-    return (PAIR){VEC_(pick)(mask, x.high, y.high), VEC_(pick)(mask, x.low, y.low)};
+/** x in the lanes where `which` is all ones, y where it is 0. */
+LANES_INLINE PAIR PAIRS(pick)(BITS which, PAIR x, PAIR y) {
+    return (PAIR){VEC_(pick)(which, x.high, y.high), VEC_(pick)(which, x.low, y.low)};
 }
 
 /* (-1)^j / (2 j + 1)! from j = 1 on, (-1)^j / (2 j)! from j = 2 on: as many terms as matter up to pi / 4 */
