@@ -20,6 +20,18 @@ double api_table_numbers(const struct api_table *table, int first) {
     return numbers;
 }
 
+void api_table_columns(const struct api_table *table, char text[API_COLUMNS_TEXT]) {
+    size_t used = 0;
+    text[0] = 0;
+    for (int c = 0; c < table->count && used < API_COLUMNS_TEXT; c++) {
+        const struct api_column *column = &table->column[c];
+        used += (size_t)snprintf(text + used, API_COLUMNS_TEXT - used, "%s%s%s%s", c ? "," : "", column->name,
+                                 column->part ? "." : "", column->part ? column->part : "");
+        if (column->width && used < API_COLUMNS_TEXT)
+            used += (size_t)snprintf(text + used, API_COLUMNS_TEXT - used, "[%d]", column->width);
+    }
+}
+
 void api_stats_text(struct api_stats *stats, const char *name, const char *text) {
     stats->stat[stats->count++] = (struct api_stat){.name = name, .kind = API_STAT_TEXT, .text = text};
 }
@@ -93,6 +105,16 @@ enum pend_status api_writer_end(struct api_writer *writer, const struct api_stat
 }
 
 static const struct api_format *const formats[] = {&api_format_json, &api_format_csv};
+
+void api_format_list(char text[API_FORMATS_TEXT], int samples, int flows) {
+    size_t used = 0;
+    text[0] = 0;
+    for (size_t i = 0; i < sizeof formats / sizeof *formats && used < API_FORMATS_TEXT; i++) {
+        if ((formats[i]->samples_only && !samples) || (flows && !formats[i]->flows)) continue;
+        used +=
+            (size_t)snprintf(text + used, API_FORMATS_TEXT - used, "%s%s", used ? ", " : "", formats[i]->media_type);
+    }
+}
 
 const struct api_format *api_format_at(int i) {
     return i >= 0 && i < (int)(sizeof formats / sizeof *formats) ? formats[i] : NULL;

@@ -44,8 +44,13 @@ struct api_writer;
 struct api_format {
     const char *media_type;   /* as Accept names it */
     const char *content_type; /* as the answer says it */
+    const char *extension;    /* of a file that holds such an answer; NULL where it is rather looked at */
+    int problem_line;         /* a broken answer ends with a line {"problem": {...}} */
     int samples_only;         /* serves tables of samples and nothing else */
     int digits;               /* text, so that numbers can be rounded */
+    int flows; /* each block is written when it comes, and nothing is kept: the answer has no size limit */
+    int exact; /* `bytes` is what the answer has */
+    int bare;  /* the answer does not say its columns: they go into a header field */
     size_t writer_bytes;
 
     /** A number of bytes that the table's answer will not pass. */
@@ -66,8 +71,25 @@ struct api_writer {
 
 extern const struct api_format api_format_json, api_format_csv;
 
+enum { API_FORMATS_TEXT = 160 };
+
+/**
+ * The media types of the representations, separated by commas.
+ *
+ * samples  non-zero: all that serve tables of samples; else those that serve anything.
+ * flows    non-zero: only those that flow.
+ */
+void api_format_list(char text[API_FORMATS_TEXT], int samples, int flows);
+
 /** Row i of the table of representations, or NULL beyond its end; the first is the default. */
 const struct api_format *api_format_at(int i);
+
+enum { API_COLUMNS_TEXT = 400 };
+
+/**
+ * The columns as X-Columns names them: "t,phi[4],z.re[4],z.im[4]", each as often as the bracket says, else once.
+ */
+void api_table_columns(const struct api_table *table, char text[API_COLUMNS_TEXT]);
 
 /** Adds a column; at most API_COLUMNS fit, which the caller knows. */
 void api_table_add(struct api_table *table, const char *name, const char *part, int width);

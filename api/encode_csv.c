@@ -57,8 +57,10 @@ static enum pend_status csv_end(struct api_writer *writer, const struct api_stat
 const struct api_format api_format_csv = {
     .media_type = "text/csv",
     .content_type = "text/csv; charset=utf-8; header=present",
+    .extension = "csv",
     .samples_only = 1,
     .digits = 1,
+    .flows = 1,
     .writer_bytes = sizeof(struct api_writer),
     .bytes = csv_bytes,
     .begin = csv_begin,

@@ -121,10 +121,22 @@ struct api_value api_value_item(const struct api_value *array, int i) {
     return value_child(array, node, NULL, i);
 }
 
+/* an item or a member that cJSON holds, or the end of them */
+static struct api_value value_listed(const struct api_value *parent, const cJSON *node, int index) {
+    int member = node && cJSON_IsObject((const cJSON *)parent->node);
+    return value_child(parent, node, member ? node->string : NULL, index);
+}
+
+struct api_value api_value_first(const struct api_value *value) {
+    if (value_array(value)) return api_value_item(value, 0);
+    int holds = api_value_kind(value) == API_ARRAY || api_value_kind(value) == API_OBJECT;
+    return value_listed(value, holds ? ((const cJSON *)value->node)->child : NULL, 0);
+}
+
 struct api_value api_value_next(const struct api_value *item) {
     if (!item->node) return *item;
     if (value_is_double(item)) return api_value_item(item->parent, item->index + 1);
-    return value_child(item->parent, ((const cJSON *)item->node)->next, NULL, item->index + 1);
+    return value_listed(item->parent, ((const cJSON *)item->node)->next, item->index + 1);
 }
 
 const double *api_value_numbers(const struct api_value *array, int *count) {
@@ -280,9 +292,9 @@ static void value_fault_unknown(const struct api_value *member, const char *cons
 int api_value_only(const struct api_value *object, const char *const allowed[], struct api_problem *problem) {
     int faults = 0;
     if (api_value_kind(object) != API_OBJECT) return 0;
-    for (const cJSON *node = ((const cJSON *)object->node)->child; node; node = node->next) {
-        if (name_allowed(node->string, allowed)) continue;
-        struct api_value member = value_child(object, node, node->string, 0);
+    struct api_value member = api_value_first(object);
+    for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member)) {
+        if (name_allowed(member.key, allowed)) continue;
         value_fault_unknown(&member, allowed, problem);
         faults++;
     }

@@ -54,7 +54,10 @@ int api_value_count(const struct api_value *value);
 /** Item i of an array, 0 <= i < count. O(1) for arrays of numbers, else O(i): walk with api_value_next. */
 struct api_value api_value_item(const struct api_value *array, int i);
 
-/** The item after `item` in its array; missing after the last. */
+/** The first item of an array or member of an object; missing where there is none. */
+struct api_value api_value_first(const struct api_value *value);
+
+/** The item after `item` in its array, or the member after it in its object; missing after the last. */
 struct api_value api_value_next(const struct api_value *item);
 
 /** The doubles of an array whose items are all numbers (an empty array included); NULL for anything else. */

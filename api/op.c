@@ -2,14 +2,33 @@
 
 #include <stddef.h>
 
-static const double turn_seconds = 0.005;
+#include "api/encode.h"
+#include "api/json_in.h"
+
+static const double turn_seconds = 0.001;
+static const size_t turn_bytes = 1 << 18;
 
 double api_turn_seconds(const struct api_turn *turn) {
     return turn->now ? turn->earlier + (turn->now(turn->context) - turn->begun) : -1;
 }
 
 int api_turn_over(const struct api_turn *turn) {
-    return !turn->now || turn->now(turn->context) - turn->begun >= turn_seconds;
+    return !turn->now || turn->out->bytes - turn->before >= turn_bytes ||
+           turn->now(turn->context) - turn->begun >= turn_seconds;
+}
+
+void api_reading_check_size(const struct api_reading *reading, const struct api_table *table,
+                            const struct api_value *value, const char *what, const char *fewer) {
+    const struct api_format *format = reading->format;
+    double bytes = format->bytes(table);
+    char flowing[API_FORMATS_TEXT];
+    if (format->flows || bytes <= reading->limits->answer_bytes) return;
+    api_format_list(flowing, 1, 1);
+    api_value_fault(value, reading->problem,
+                    "asks for %ld %s of %.0f numbers, up to %.0f bytes, more than the limit max-answer-bytes of %.0f: "
+                    "ask for %s%s, or for one of the representations that have no such limit: %s",
+                    table->rows, what, api_table_numbers(table, 0), bytes, reading->limits->answer_bytes, fewer,
+                    format->digits ? ", or round the numbers by \"digits\"" : "", flowing);
 }
 
 static const struct api_op *const ops[API_OP_COUNT] = {

@@ -65,12 +65,7 @@ static void forces_check_size(struct forces *forces, const struct api_reading *r
     struct api_table *table = &forces->table;
     for (int c = 0; c < COLUMNS; c++)
         api_table_add(table, columns[c].name, columns[c].part, c < KINETIC ? forces->tree.n : 0);
-    double bytes = reading->format->bytes(table);
-    if (bytes > reading->limits->answer_bytes)
-        api_value_fault(reading->root, reading->problem,
-                        "asks for %ld states of %.0f numbers, up to %.0f bytes, more than the limit max-answer-bytes "
-                        "of %.0f: ask for fewer at a time",
-                        table->rows, api_table_numbers(table, 0), bytes, reading->limits->answer_bytes);
+    api_reading_check_size(reading, table, reading->root, "states", "fewer at a time");
 }
 
 /* how many states there are; 0 where that is a fault */
@@ -201,5 +196,12 @@ static enum pend_status forces_run(void *state, const struct api_turn *turn, int
     return *done ? api_writer_end(forces->writer, NULL, turn->out) : PEND_OK;
 }
 
-const struct api_op api_op_forces = {
-    .name = "forces", .body = 1, .samples = 1, .read = forces_read, .run = forces_run, .free = forces_free};
+static const struct api_table *forces_table(const void *state) { return &((const struct forces *)state)->table; }
+
+const struct api_op api_op_forces = {.name = "forces",
+                                     .body = 1,
+                                     .samples = 1,
+                                     .read = forces_read,
+                                     .run = forces_run,
+                                     .table = forces_table,
+                                     .free = forces_free};

@@ -16,6 +16,9 @@
 static const char *const fields[] = {"pendulum", "initial", "times",     "method", "rtol",  "atol", "step",
                                      "output",   "digits",  "precision", "events", "trust", NULL};
 
+/* what a computation is estimated by: s a step, s a step and arm, s a number of the answer */
+static const double steps_a_swing = 4, step_seconds = 3e-7, arm_seconds = 7e-7, number_seconds = 4e-8;
+
 /* arm-evaluations asked for at a time: about a millisecond */
 static const double piece = 50000;
 
@@ -85,14 +88,8 @@ static enum pend_status trajectory_check_size(struct trajectory *trajectory, con
     struct api_value times = api_value_member(reading->root, "times");
     table->rows = trajectory->times.times.count;
     api_outputs_columns(&trajectory->outputs, trajectory->tree.n, table);
-    double bytes = reading->format->bytes(table);
-    if (bytes <= reading->limits->answer_bytes) return PEND_OK;
-    api_value_fault(&times, reading->problem,
-                    "asks for %ld rows of %.0f numbers, up to %.0f bytes, more than the limit max-answer-bytes of "
-                    "%.0f: ask for fewer instants or outputs%s",
-                    table->rows, api_table_numbers(table, 0), bytes, reading->limits->answer_bytes,
-                    reading->format->digits ? ", or round the numbers by \"digits\"" : "");
-    return PEND_INVALID;
+    api_reading_check_size(reading, table, &times, "rows", "fewer instants or outputs");
+    return reading->problem->status ? PEND_INVALID : PEND_OK;
 }
 
 static enum pend_status trajectory_read(void **state, const struct api_reading *reading) {
@@ -165,6 +162,23 @@ static long trajectory_steps(const void *state) {
     return trajectory->run ? pend_run_stats(trajectory->run).steps : 0;
 }
 
+/* steps go with the fastest swing of the shortest arm, each costs its arms; then every number is written */
+static double trajectory_cost(const void *state) {
+    const struct trajectory *trajectory = state;
+    const struct pend_tree *tree = trajectory->tree.tree;
+    const struct api_table *table = &trajectory->table;
+    const struct pend_times *times = &trajectory->times.times;
+    double span = fabs(pend_times_at(times, times->count - 1) - pend_times_at(times, 0)), shortest = INFINITY;
+    for (int k = 0; k < tree->n; k++) shortest = fmin(shortest, tree->len[k]);
+    double swings = span * sqrt(fabs(trajectory->tree.gravity) / shortest);
+    return swings * steps_a_swing * (step_seconds + tree->n * arm_seconds) +
+           (double)table->rows * api_table_numbers(table, 0) * number_seconds;
+}
+
+static const struct api_table *trajectory_table(const void *state) {
+    return &((const struct trajectory *)state)->table;
+}
+
 const struct api_op api_op_trajectories = {
     .name = "trajectories",
     .body = 1,
@@ -172,5 +186,7 @@ const struct api_op api_op_trajectories = {
     .read = trajectory_read,
     .run = trajectory_run,
     .steps = trajectory_steps,
+    .table = trajectory_table,
+    .cost = trajectory_cost,
     .free = trajectory_free,
 };

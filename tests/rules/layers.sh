@@ -16,9 +16,12 @@ doors=(
     '^gsl/|^gsl_ ^core/(method_gsl|modes_gsl|reference)[.]c$'
     '^sys/mman[.]h$ ^core/modes_room[.]c$' # advice about huge pages
     '^cjson/ ^api/json_in[.]c$'
+    '^nettle/ ^api/digest[.]c$'
     '^dragonbox/ ^api/number_write[.]cpp$'
     '^fast_float/ ^api/number_read[.]cpp$'
-    '^microhttpd[.]h$ ^server/http[.]c$'
+    '^microhttpd[.]h$ ^server/(http[.]c|reply[.][ch])$'
+    '^zlib[.]h$ ^server/coding_gzip[.]c$'
+    '^zstd[.]h$ ^server/coding_zstd[.]c$'
     '^sqlite3[.]h$ ^server/store_sqlite[.]c$'
     '^libpq-fe[.]h$ ^server/store_postgres[.]c$'
     '^(pthread|threads)[.]h$ ^server/'

@@ -53,15 +53,15 @@ int live_status(const struct srv_daemon *daemon, const char *text) {
 }
 
 void live_service(struct srv_service *service, int cap) {
+    struct pend_error error = {.text = ""};
     *service = (struct srv_service){.config = live_config(NULL)};
     service->config.queue = cap;
-    srv_spares_init(&service->spares);
-    CHECK(srv_queue_new(&service->queue, cap) == PEND_OK);
+    enum pend_status status = srv_service_init(service, &error);
+    CHECK_SAYING(status == PEND_OK, "%s", error.text);
     CHECK(srv_log_new(&service->log, -1, 2) == PEND_OK);
 }
 
 void live_service_clear(struct srv_service *service) {
     srv_log_free(&service->log);
-    srv_queue_free(&service->queue);
-    srv_spares_clear(&service->spares);
+    srv_service_clear(service);
 }
