@@ -70,6 +70,7 @@ static enum srv_stored sqlite_result(struct sqlite_sql *own, int code) {
         return SRV_STORED_FULL;
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
+    case SQLITE_CONSTRAINT:
         return SRV_STORED_AGAIN;
     /* a write that came up short is what some file systems answer in place of "no space" */
     case SQLITE_IOERR:
