@@ -1,0 +1,231 @@
+/* Where jobs and scenes are kept: what every store can do, whatever database is behind it.
+ * Leaves to others: the databases (store_sqlite, store_postgres), running what a job asks for.
+ * Invariant: what a call returned SRV_STORED for is on disk and survives the death of any process; a shard's result is
+ * taken once, from the attempt that holds its lease. */
+#ifndef SRV_STORE_H
+#define SRV_STORE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "server/sql.h"
+
+enum {
+    SRV_ID_BYTES = 27,            /* of a job or scene, with its NUL: 26 letters of base 32 */
+    SRV_DIGEST_BYTES = 32,        /* of a request */
+    SRV_MESSAGE_BYTES = 256,      /* what a job says of its end */
+    SRV_NAME_BYTES = 96,          /* clients, workers, operations, idempotency keys */
+    SRV_CHUNK_BYTES = 256 * 1024, /* a piece of a shard's result; only the last is shorter */
+    SRV_MOST_KILLS = 3            /* workers that may vanish with one shard before its job is given up */
+};
+
+/* The status words of OGC API - Processes; the numbers are what the databases hold. */
+enum srv_job_state {
+    SRV_JOB_ACCEPTED,
+    SRV_JOB_RUNNING,
+    SRV_JOB_SUCCESSFUL,
+    SRV_JOB_FAILED,
+    SRV_JOB_DISMISSED,
+    SRV_JOB_STATES
+};
+
+/* Quotas and times of a store; the same in all processes that share it. */
+struct srv_store_rules {
+    long client_jobs;                  /* open jobs of one client */
+    long long client_bytes, all_bytes; /* results kept, of one client and in all */
+    int64_t keep_us;                   /* from a job's end to its removal */
+    long client_scenes;                /* scenes of one client */
+};
+
+/* A job to be kept; texts are shorter than SRV_NAME_BYTES and not NULL unless said. */
+struct srv_job_order {
+    const char *id, *client, *operation;
+    const char *key; /* the client's own idempotency key, or NULL */
+    const void *request;
+    size_t request_bytes;
+    const unsigned char *digest; /* SRV_DIGEST_BYTES, of operation and request */
+    long shards;                 /* >= 1 */
+    int chained;                 /* non-zero: a shard starts from what the one before it carried over */
+};
+
+/* What is known of a job. Times are microseconds since 1970 by the store's clock, 0 = has not happened. */
+struct srv_job {
+    char id[SRV_ID_BYTES], client[SRV_NAME_BYTES], operation[SRV_NAME_BYTES];
+    enum srv_job_state state;
+    long shards, done;
+    int64_t created, started, finished, expires;
+    int64_t now;     /* of the same clock, when this was read */
+    long long bytes; /* of results */
+    char message[SRV_MESSAGE_BYTES];
+};
+
+/* A piece of a job that a worker holds for a while. */
+struct srv_lease {
+    char job[SRV_ID_BYTES], operation[SRV_NAME_BYTES];
+    long shard, shards;
+    long attempt; /* the fencing token: grows with every claim of this shard */
+    void *start;  /* what the shard before it carried over; NULL where there is none; freed by srv_lease_clear */
+    size_t start_bytes;
+};
+
+/* One connection; used by one thread at a time. */
+struct srv_store;
+
+/**
+ * Opens a store, makes or migrates its tables.
+ *
+ * store  out; NULL on failure.
+ * url    "sqlite:PATH" or "postgresql://...".
+ * error  the sentence for the operator.
+ *
+ * PEND_INVALID    the url names no known store, the file or database cannot be opened, or is of a newer version.
+ * PEND_NO_MEMORY
+ */
+PEND_MUST_CHECK enum pend_status srv_store_open(struct srv_store **store, const char *url,
+                                                const struct srv_store_rules *rules, struct pend_error *error);
+
+void srv_store_close(struct srv_store **store);
+
+/** What the database said about the last failure; "" when nothing. */
+const char *srv_store_complaint(const struct srv_store *store);
+
+/** Calls that one srv_store_together is best made of: 1 where a database groups commits by itself. */
+int srv_store_batch(const struct srv_store *store);
+
+/* One call of a batch: does its work on the store and returns the result, which is final once `stored` is set. */
+struct srv_store_call {
+    enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call);
+    enum srv_stored stored; /* out */
+};
+
+/**
+ * Runs calls in one transaction with one write to disk; a call that fails leaves no trace, the others stand. Where the
+ * transaction as a whole fails, each is run again by itself.
+ *
+ * calls  count of them; `stored` of each is set to what its run returned, or to the commit's failure.
+ */
+void srv_store_together(struct srv_store *store, struct srv_store_call *const calls[], int count);
+
+/**
+ * Keeps a job.
+ *
+ * job  out: the new job, or the one that the same key and digest made before (its id differs from the order's).
+ *
+ * SRV_STORED_CLASH  the client used the key for another request.
+ * SRV_STORED_QUOTA  too many open jobs, or too many bytes of results; job->message says which.
+ */
+enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_order *order, struct srv_job *job);
+
+/** Reads a job. SRV_STORED_NONE */
+enum srv_stored srv_store_job(struct srv_store *store, const char *id, struct srv_job *job);
+
+/**
+ * Reads a job's request.
+ *
+ * request  out, malloc'ed, the caller's.
+ *
+ * SRV_STORED_NONE
+ */
+enum srv_stored srv_store_request(struct srv_store *store, const char *id, void **request, size_t *bytes);
+
+/**
+ * A client's jobs, newest first.
+ *
+ * before  the id that the page begins after, or NULL.
+ * job     out, room for most.
+ * count   out.
+ */
+enum srv_stored srv_store_list(struct srv_store *store, const char *client, const char *before, int most,
+                               struct srv_job job[], int *count);
+
+/** Ends a job for its client: nothing of it runs on, its results go. SRV_STORED_NONE */
+enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struct srv_job *job);
+
+/**
+ * Takes a shard that waits; clients take turns, and so do the jobs of one client.
+ *
+ * worker  a name that no other process has.
+ * lease   out.
+ *
+ * SRV_STORED_NONE  nothing waits.
+ */
+enum srv_stored srv_store_claim(struct srv_store *store, const char *worker, int64_t lease_us, struct srv_lease *lease);
+
+/** Frees what a lease holds in memory. */
+void srv_lease_clear(struct srv_lease *lease);
+
+/** Holds a shard for longer. SRV_STORED_LOST */
+enum srv_stored srv_store_extend(struct srv_store *store, const struct srv_lease *lease, int64_t lease_us);
+
+/**
+ * Keeps a shard's result; the last one ends the job.
+ *
+ * carry  for a chained job: what the next shard starts from; not for the last shard.
+ *
+ * SRV_STORED_LOST   another attempt has the shard, or the job is over.
+ * SRV_STORED_QUOTA  the client's quota of bytes would be passed: the job has failed with that message.
+ * Repeating a call whose outcome is unknown is safe.
+ */
+enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease *lease, const void *data, size_t bytes,
+                                 const void *carry, size_t carry_bytes);
+
+/** Ends a job as failed; the message is for its client. SRV_STORED_LOST */
+enum srv_stored srv_store_fail(struct srv_store *store, const struct srv_lease *lease, const char *message);
+
+/** Gives back every shard that a worker holds, without a mark against them. */
+enum srv_stored srv_store_release(struct srv_store *store, const char *worker);
+
+/**
+ * Reads a chunk of a shard's result.
+ *
+ * data   out, room for SRV_CHUNK_BYTES.
+ *
+ * SRV_STORED_NONE  there is no such chunk.
+ */
+enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long shard, long chunk, void *data,
+                                size_t *bytes);
+
+/* What a sweep found. */
+struct srv_store_sweep {
+    int more;     /* work is left: sweep again soon */
+    int released; /* shards whose lease had run out wait again */
+    int given_up; /* jobs that failed because their workers vanished */
+};
+
+/**
+ * Puts shards back whose lease ran out, gives up what kills its workers, removes what is dismissed or past its time; a
+ * piece at a time. Any process may, at any time.
+ */
+enum srv_stored srv_store_sweep(struct srv_store *store, struct srv_store_sweep *sweep);
+
+/* What is in a store, for metrics and for whoever decides how many workers there should be. */
+struct srv_store_figures {
+    long jobs[SRV_JOB_STATES];
+    long long bytes;
+    long shards; /* that could be claimed now */
+};
+
+enum srv_stored srv_store_figures(struct srv_store *store, struct srv_store_figures *figures);
+
+/**
+ * Keeps a scene for ever.
+ *
+ * id  shorter than SRV_ID_BYTES; the same id and body twice is no fault.
+ *
+ * SRV_STORED_CLASH  the id has another body.
+ * SRV_STORED_QUOTA  the client has too many.
+ */
+enum srv_stored srv_store_scene_put(struct srv_store *store, const char *id, const char *client, const void *body,
+                                    size_t bytes);
+
+/** Reads a scene; body is malloc'ed and the caller's. SRV_STORED_NONE */
+enum srv_stored srv_store_scene(struct srv_store *store, const char *id, void **body, size_t *bytes);
+
+/**
+ * Waits until another process may have kept, ended or given back something; a hint only, on a connection of its own.
+ *
+ * Returns 1 when there may be news, 0 after the time; -1 where this store does not hear other processes.
+ */
+int srv_store_listen(struct srv_store *store, int timeout_ms);
+
+#endif

@@ -1,0 +1,246 @@
+#include "server/sql.h"
+
+#include <endian.h>
+#include <libpq-fe.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+/* the types that statements answer with, as PostgreSQL numbers them */
+enum { TYPE_BYTEA = 17, TYPE_INT8 = 20, TYPE_TEXT = 25 };
+enum { FIRST_WAIT_MS = 100, MOST_WAIT_MS = 5000 };
+
+struct postgres_sql {
+    struct srv_sql sql; /* first */
+    PGconn *connection;
+    int64_t retry_ms; /* when a lost connection may be tried again */
+    int wait_ms;      /* from one try to the next */
+    int listening;
+    char kept[SRV_SQL_STATEMENTS];
+};
+
+static int64_t postgres_clock_ms(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+static void postgres_close(struct srv_sql *sql) {
+    struct postgres_sql *own = (struct postgres_sql *)sql;
+    PQfinish(own->connection);
+    free(own);
+}
+
+static void postgres_quiet(void *context, const char *message) { (void)context, (void)message; }
+
+/* what a connection is told first: a process that was stopped in the middle of a transaction must not hold its rows,
+ * and nobody waits for them without end */
+static int postgres_settle(PGconn *connection) {
+    PGresult *result = PQexec(connection, "SET idle_in_transaction_session_timeout = 5000; SET lock_timeout = 5000;"
+                                          "SET synchronous_commit = on; SET client_min_messages = warning;"
+                                          "SET default_transaction_isolation = 'read committed'");
+    int good = PQresultStatus(result) == PGRES_COMMAND_OK;
+    PQclear(result);
+    PQsetNoticeProcessor(connection, postgres_quiet, NULL);
+    return good;
+}
+
+/* a link that is cut without a word is noticed in about ten seconds, unless the url says otherwise */
+static PGconn *postgres_connect(const char *url) {
+    static const char *const word[] = {"connect_timeout",
+                                       "keepalives_idle",
+                                       "keepalives_interval",
+                                       "keepalives_count",
+                                       "tcp_user_timeout",
+                                       "application_name",
+                                       "dbname",
+                                       NULL};
+    const char *const value[] = {"5", "5", "2", "3", "10000", "pendulumd", url, NULL};
+    return PQconnectdbParams(word, value, 1);
+}
+
+static enum pend_status postgres_open(struct srv_sql **sql, const char *url, struct pend_error *error) {
+    struct postgres_sql *own = calloc(1, sizeof *own);
+    enum pend_status status = PEND_OK;
+    *sql = NULL;
+    if (!own) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
+    own->sql.driver = &srv_sql_postgres;
+    own->connection = postgres_connect(url);
+    if (PQstatus(own->connection) != CONNECTION_OK || !postgres_settle(own->connection)) {
+        srv_sql_complain(&own->sql, PQerrorMessage(own->connection));
+        status = pend_fail(error, PEND_INVALID, -1, 0, "the database cannot be reached: %.180s", own->sql.complaint);
+    }
+    if (status == PEND_OK)
+        *sql = &own->sql;
+    else
+        postgres_close(&own->sql);
+    return status;
+}
+
+/* makes a lost connection anew; tries come further and further apart */
+static int postgres_again(struct postgres_sql *own) {
+    int64_t now = postgres_clock_ms();
+    if (now < own->retry_ms) return 0;
+    PQreset(own->connection);
+    memset(own->kept, 0, sizeof own->kept);
+    own->listening = 0;
+    if (PQstatus(own->connection) == CONNECTION_OK && postgres_settle(own->connection)) {
+        own->wait_ms = 0;
+        return 1;
+    }
+    srv_sql_complain(&own->sql, PQerrorMessage(own->connection));
+    own->wait_ms = !own->wait_ms ? FIRST_WAIT_MS : own->wait_ms < MOST_WAIT_MS / 2 ? 2 * own->wait_ms : MOST_WAIT_MS;
+    own->retry_ms = postgres_clock_ms() + own->wait_ms;
+    return 0;
+}
+
+/* what PostgreSQL's five letters mean for a store */
+static enum srv_stored postgres_result(struct postgres_sql *own, const PGresult *result) {
+    static const struct {
+        const char *state; /* begins with */
+        enum srv_stored stored;
+    } rows[] = {{"53100", SRV_STORED_FULL},  {"40", SRV_STORED_AGAIN}, {"55P03", SRV_STORED_AGAIN},
+                {"23505", SRV_STORED_AGAIN}, {"08", SRV_STORED_AWAY},  {"57P", SRV_STORED_AWAY},
+                {"57014", SRV_STORED_AGAIN}, {"53", SRV_STORED_AWAY},  {"25P03", SRV_STORED_AGAIN},
+                {"25006", SRV_STORED_AWAY}};
+    ExecStatusType status = PQresultStatus(result);
+    if (status == PGRES_COMMAND_OK || status == PGRES_TUPLES_OK) return SRV_STORED;
+    const char *state = result ? PQresultErrorField(result, PG_DIAG_SQLSTATE) : NULL;
+    srv_sql_complain(&own->sql, result ? PQresultErrorMessage(result) : PQerrorMessage(own->connection));
+    for (size_t i = 0; state && i < sizeof rows / sizeof *rows; i++)
+        if (!strncmp(state, rows[i].state, strlen(rows[i].state))) return rows[i].stored;
+    return !state || PQstatus(own->connection) != CONNECTION_OK ? SRV_STORED_AWAY : SRV_STORED_BROKEN;
+}
+
+/* parameters as libpq wants them */
+struct postgres_values {
+    Oid type[SRV_SQL_PARAMETERS];
+    const char *data[SRV_SQL_PARAMETERS];
+    int bytes[SRV_SQL_PARAMETERS], binary[SRV_SQL_PARAMETERS];
+    int64_t whole[SRV_SQL_PARAMETERS];
+};
+
+static void postgres_values(struct postgres_values *out, const struct srv_value value[], int count) {
+    memset(out, 0, sizeof *out);
+    for (int i = 0; i < count; i++) switch (value[i].kind) {
+        case SRV_SQL_NULL:
+            break;
+        case SRV_SQL_WHOLE:
+            out->whole[i] = (int64_t)htobe64((uint64_t)value[i].whole);
+            out->type[i] = TYPE_INT8;
+            out->data[i] = (const char *)&out->whole[i];
+            out->bytes[i] = 8;
+            out->binary[i] = 1;
+            break;
+        case SRV_SQL_STRING:
+            out->type[i] = TYPE_TEXT;
+            out->data[i] = value[i].data;
+            break;
+        case SRV_SQL_BYTES:
+            out->type[i] = TYPE_BYTEA;
+            out->data[i] = value[i].bytes ? value[i].data : "";
+            out->bytes[i] = (int)value[i].bytes;
+            out->binary[i] = 1;
+            break;
+        }
+}
+
+static void postgres_fields(const PGresult *result, int row, struct srv_value field[], int count) {
+    for (int i = 0; i < count; i++) {
+        struct srv_value *value = &field[i];
+        const char *data = PQgetvalue(result, row, i);
+        uint64_t whole;
+        *value = (struct srv_value){0};
+        if (PQgetisnull(result, row, i)) continue;
+        if (PQftype(result, i) == TYPE_INT8) {
+            memcpy(&whole, data, sizeof whole);
+            value->kind = SRV_SQL_WHOLE;
+            value->whole = (int64_t)be64toh(whole);
+            continue;
+        }
+        value->kind = PQftype(result, i) == TYPE_BYTEA ? SRV_SQL_BYTES : SRV_SQL_STRING;
+        value->data = data;
+        value->bytes = (size_t)PQgetlength(result, row, i);
+    }
+}
+
+static PGresult *postgres_ask(struct postgres_sql *own, int id, const char *text, const struct srv_value value[],
+                              int count) {
+    struct postgres_values values;
+    char spelt[SRV_SQL_TEXT], name[16];
+    PGresult *result;
+    postgres_values(&values, value, count);
+    snprintf(name, sizeof name, "s%d", id);
+    srv_sql_spell(&srv_sql_postgres, text, spelt);
+    if (id < 0)
+        return PQexecParams(own->connection, spelt, count, values.type, values.data, values.bytes, values.binary, 1);
+    if (!own->kept[id]) {
+        result = PQprepare(own->connection, name, spelt, count, values.type);
+        if (PQresultStatus(result) != PGRES_COMMAND_OK) return result;
+        PQclear(result);
+        own->kept[id] = 1;
+    }
+    return PQexecPrepared(own->connection, name, count, values.data, values.bytes, values.binary, 1);
+}
+
+static enum srv_stored postgres_run(struct srv_sql *sql, int id, const char *text, const struct srv_value value[],
+                                    int count, srv_row_fn *row, void *context) {
+    struct postgres_sql *own = (struct postgres_sql *)sql;
+    struct srv_value field[SRV_SQL_PARAMETERS];
+    if (PQstatus(own->connection) != CONNECTION_OK && (strcmp(text, "{begin}") || !postgres_again(own)))
+        return SRV_STORED_AWAY;
+    PGresult *result = postgres_ask(own, id, text, value, count);
+    enum srv_stored stored = postgres_result(own, result);
+    int rows = stored == SRV_STORED ? PQntuples(result) : 0, columns = stored == SRV_STORED ? PQnfields(result) : 0;
+    for (int i = 0; i < rows && stored == SRV_STORED && row && columns <= SRV_SQL_PARAMETERS; i++) {
+        postgres_fields(result, i, field, columns);
+        stored = row(context, field);
+    }
+    PQclear(result);
+    return stored;
+}
+
+/* takes what has arrived; the number of notifications among it, -1 when the connection is lost */
+static int postgres_heard(struct postgres_sql *own) {
+    PGnotify *note;
+    int heard = 0;
+    if (!PQconsumeInput(own->connection)) return -1;
+    while ((note = PQnotifies(own->connection))) {
+        PQfreemem(note);
+        heard++;
+    }
+    return heard;
+}
+
+static int postgres_listen(struct srv_sql *sql, int timeout_ms) {
+    struct postgres_sql *own = (struct postgres_sql *)sql;
+    int lost = PQstatus(own->connection) != CONNECTION_OK && !postgres_again(own);
+    if (!lost && !own->listening) {
+        PGresult *result = PQexec(own->connection, "LISTEN pendulumd");
+        own->listening = PQresultStatus(result) == PGRES_COMMAND_OK;
+        PQclear(result);
+    }
+    lost = lost || !own->listening;
+    struct pollfd waiting = {lost ? -1 : PQsocket(own->connection), POLLIN, 0};
+    int heard = lost ? 0 : postgres_heard(own);
+    if (!heard && poll(&waiting, 1, timeout_ms) > 0) heard = postgres_heard(own);
+    return heard != 0;
+}
+
+const struct srv_sql_driver srv_sql_postgres = {
+    .scheme = "postgresql://",
+    .batch = 1,
+    .begin = "BEGIN",
+    .now = "(extract(epoch from clock_timestamp()) * 1000000)::bigint",
+    .lock = "FOR UPDATE",
+    .skip = "FOR UPDATE SKIP LOCKED",
+    .alone = "SELECT pg_advisory_xact_lock(7016996765293437281)",
+    .ring = "NOTIFY pendulumd",
+    .bytes = "BYTEA",
+    .open = postgres_open,
+    .close = postgres_close,
+    .run = postgres_run,
+    .listen = postgres_listen,
+};

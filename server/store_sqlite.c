@@ -1,0 +1,184 @@
+#include "server/sql.h"
+
+#include <sqlite3.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+struct sqlite_sql {
+    struct srv_sql sql; /* first */
+    sqlite3 *db;
+    sqlite3_stmt *kept[SRV_SQL_STATEMENTS];
+};
+
+/* the wall clock, in microseconds: SQLite's own has milliseconds */
+static void sqlite_now(sqlite3_context *context, int count, sqlite3_value **value) {
+    struct timespec now;
+    (void)count, (void)value;
+    clock_gettime(CLOCK_REALTIME, &now);
+    sqlite3_result_int64(context, (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000);
+}
+
+static void sqlite_close(struct srv_sql *sql) {
+    struct sqlite_sql *own = (struct sqlite_sql *)sql;
+    for (int i = 0; i < SRV_SQL_STATEMENTS; i++) sqlite3_finalize(own->kept[i]);
+    sqlite3_close(own->db);
+    free(own);
+}
+
+/* what a connection is told first: every commit is on disk before it returns, and readers do not wait for the writer */
+static const char *const sqlite_settings = "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA temp_store = "
+                                           "MEMORY; PRAGMA wal_autocheckpoint = 1000;";
+
+static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, struct pend_error *error) {
+    const char *path = url + strlen(srv_sql_sqlite.scheme);
+    struct sqlite_sql *own = calloc(1, sizeof *own);
+    enum pend_status status = PEND_OK;
+    char *said = NULL;
+    *sql = NULL;
+    if (!own) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
+    own->sql.driver = &srv_sql_sqlite;
+    int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
+    if (!*path) {
+        status = pend_fail(error, PEND_INVALID, -1, 0,
+                           "sqlite: wants a file's path, as in sqlite:/var/lib/pendulumd/store.db");
+    } else if (sqlite3_open_v2(path, &own->db, flags, NULL) != SQLITE_OK) {
+        status = pend_fail(error, PEND_INVALID, -1, 0, "%s cannot be opened: %s", path,
+                           own->db ? sqlite3_errmsg(own->db) : "out of memory");
+    } else {
+        sqlite3_extended_result_codes(own->db, 1);
+        sqlite3_busy_timeout(own->db, 5000);
+        if (sqlite3_create_function(own->db, "now_us", 0, SQLITE_UTF8, NULL, sqlite_now, NULL, NULL) != SQLITE_OK ||
+            sqlite3_exec(own->db, sqlite_settings, NULL, NULL, &said) != SQLITE_OK)
+            status = pend_fail(error, PEND_INVALID, -1, 0, "%s is no store: %s", path, said ? said : "out of memory");
+    }
+    sqlite3_free(said);
+    if (status == PEND_OK)
+        *sql = &own->sql;
+    else
+        sqlite_close(&own->sql);
+    return status;
+}
+
+/* what the library's result code means for a store */
+static enum srv_stored sqlite_result(struct sqlite_sql *own, int code) {
+    if (code == SQLITE_OK || code == SQLITE_ROW || code == SQLITE_DONE) return SRV_STORED;
+    srv_sql_complain(&own->sql, sqlite3_errmsg(own->db));
+    switch (code & 0xff) {
+    case SQLITE_FULL:
+        return SRV_STORED_FULL;
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+    case SQLITE_CONSTRAINT:
+        return SRV_STORED_AGAIN;
+    /* a write that came up short is what some file systems answer in place of "no space" */
+    case SQLITE_IOERR:
+        return code == SQLITE_IOERR_WRITE || code == SQLITE_IOERR_SHMSIZE ? SRV_STORED_FULL : SRV_STORED_AWAY;
+    case SQLITE_CANTOPEN:
+        return SRV_STORED_AWAY;
+    default:
+        return SRV_STORED_BROKEN;
+    }
+}
+
+static int sqlite_bind(sqlite3_stmt *statement, const struct srv_value value[], int count) {
+    int code = SQLITE_OK;
+    for (int i = 0; i < count && code == SQLITE_OK; i++) {
+        char name[16];
+        snprintf(name, sizeof name, "$%d", i + 1);
+        int at = sqlite3_bind_parameter_index(statement, name);
+        if (!at) continue;
+        switch (value[i].kind) {
+        case SRV_SQL_NULL:
+            code = sqlite3_bind_null(statement, at);
+            break;
+        case SRV_SQL_WHOLE:
+            code = sqlite3_bind_int64(statement, at, value[i].whole);
+            break;
+        case SRV_SQL_STRING:
+            code = sqlite3_bind_text(statement, at, value[i].data, -1, SQLITE_STATIC);
+            break;
+        case SRV_SQL_BYTES:
+            code =
+                sqlite3_bind_blob64(statement, at, value[i].bytes ? value[i].data : "", value[i].bytes, SQLITE_STATIC);
+            break;
+        }
+    }
+    return code;
+}
+
+static void sqlite_fields(sqlite3_stmt *statement, struct srv_value field[], int count) {
+    for (int i = 0; i < count; i++) {
+        struct srv_value *value = &field[i];
+        *value = (struct srv_value){0};
+        switch (sqlite3_column_type(statement, i)) {
+        case SQLITE_INTEGER:
+            value->kind = SRV_SQL_WHOLE;
+            value->whole = sqlite3_column_int64(statement, i);
+            break;
+        case SQLITE_TEXT:
+            value->kind = SRV_SQL_STRING;
+            value->data = sqlite3_column_text(statement, i);
+            break;
+        case SQLITE_BLOB:
+            value->kind = SRV_SQL_BYTES;
+            value->data = sqlite3_column_blob(statement, i);
+            break;
+        default:
+            break;
+        }
+        if (value->data) value->bytes = (size_t)sqlite3_column_bytes(statement, i);
+    }
+}
+
+static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text, const struct srv_value value[],
+                                  int count, srv_row_fn *row, void *context) {
+    struct sqlite_sql *own = (struct sqlite_sql *)sql;
+    sqlite3_stmt *once = NULL, **statement = id < 0 ? &once : &own->kept[id];
+    struct srv_value field[SRV_SQL_PARAMETERS];
+    enum srv_stored stored = SRV_STORED;
+    int code = SQLITE_OK;
+    if (!*statement) {
+        char spelt[SRV_SQL_TEXT];
+        srv_sql_spell(&srv_sql_sqlite, text, spelt);
+        code = sqlite3_prepare_v3(own->db, spelt, -1, id < 0 ? 0 : SQLITE_PREPARE_PERSISTENT, statement, NULL);
+    }
+    if (code == SQLITE_OK) code = sqlite_bind(*statement, value, count);
+    if (code == SQLITE_OK) {
+        int columns = sqlite3_column_count(*statement);
+        while (stored == SRV_STORED && (code = sqlite3_step(*statement)) == SQLITE_ROW)
+            if (row && columns <= SRV_SQL_PARAMETERS) {
+                sqlite_fields(*statement, field, columns);
+                stored = row(context, field);
+            }
+    }
+    if (stored == SRV_STORED) stored = sqlite_result(own, code);
+    if (*statement) {
+        sqlite3_reset(*statement);
+        sqlite3_clear_bindings(*statement);
+    }
+    sqlite3_finalize(once);
+    return stored;
+}
+
+static int sqlite_listen(struct srv_sql *sql, int timeout_ms) {
+    (void)sql, (void)timeout_ms;
+    return -1;
+}
+
+const struct srv_sql_driver srv_sql_sqlite = {
+    .scheme = "sqlite:",
+    .batch = 64,
+    .begin = "BEGIN IMMEDIATE",
+    .now = "now_us()",
+    .lock = "",
+    .skip = "",
+    .alone = "SELECT 1",
+    .ring = "SELECT 1",
+    .bytes = "BLOB",
+    .open = sqlite_open,
+    .close = sqlite_close,
+    .run = sqlite_run,
+    .listen = sqlite_listen,
+};

@@ -1,0 +1,28 @@
+/* A real PostgreSQL of the test's own, in a new directory, heard on a Unix socket there and nowhere else.
+ * Leaves to others: what is asked of it.
+ * Invariant: a database that a test started is gone when the test program is. */
+#ifndef TEST_POSTGRES_H
+#define TEST_POSTGRES_H
+
+struct test_postgres;
+
+/**
+ * Makes a database cluster and starts it, with its durability on.
+ *
+ * Returns NULL where the programs are not installed (`make check` installs them) or it does not get ready.
+ */
+struct test_postgres *test_postgres_start(void);
+
+/** "postgresql://..." as the server's --store takes it; valid until the end. */
+const char *test_postgres_url(const struct test_postgres *postgres);
+
+/** Ends it with a signal, waits, and starts it anew on the same data: SIGINT restarts, SIGQUIT or SIGKILL crashes. */
+int test_postgres_restart(struct test_postgres *postgres, int number);
+
+/** Runs one command on it; non-zero when it went well. */
+int test_postgres_run(const struct test_postgres *postgres, const char *command);
+
+/** Stops it and removes its directory; NULL is accepted. */
+void test_postgres_stop(struct test_postgres **postgres);
+
+#endif

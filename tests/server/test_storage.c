@@ -1,0 +1,158 @@
+/* Tests of server/storage: asks from many threads, and a store that goes away. */
+#include "server/storage.h"
+
+#include <fcntl.h>
+#include <pthread.h>
+#include <signal.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "tests/harness/postgres.h"
+#include "tests/harness/test.h"
+
+static const struct srv_store_rules storage_rules = {.client_jobs = 100000,
+                                                     .client_bytes = 1 << 28,
+                                                     .all_bytes = 1LL << 30,
+                                                     .keep_us = 3600000000LL,
+                                                     .client_scenes = 3};
+
+struct setting {
+    struct srv_log *log;
+    struct srv_storage *storage;
+    char directory[64], url[96];
+    atomic_int news;
+};
+
+static void setting_news(void *context) { atomic_fetch_add(&((struct setting *)context)->news, 1); }
+
+static int setting_begin(struct setting *setting, const char *url) {
+    struct pend_error error;
+    snprintf(setting->directory, sizeof setting->directory, "/tmp/pendulumd-test-XXXXXX");
+    if (!CHECK(mkdtemp(setting->directory) && srv_log_new(&setting->log, -1, open("/dev/null", O_WRONLY)) == PEND_OK))
+        return 0;
+    snprintf(setting->url, sizeof setting->url, "sqlite:%s/store.db", setting->directory);
+    return CHECK(srv_storage_new(&setting->storage, url ? url : setting->url, &storage_rules, setting->log,
+                                 setting_news, setting, &error) == PEND_OK);
+}
+
+static void setting_end(struct setting *setting) {
+    char command[128];
+    srv_storage_free(&setting->storage);
+    srv_log_free(&setting->log);
+    snprintf(command, sizeof command, "rm -rf '%s'", setting->directory);
+    CHECK(!system(command));
+}
+
+/* submits one job; counts how it ended */
+struct submission {
+    struct srv_ask ask; /* first */
+    char id[SRV_ID_BYTES];
+    struct srv_job job;
+    atomic_int *done, *good;
+};
+
+static enum srv_stored submission_run(struct srv_store *store, struct srv_store_call *call) {
+    struct submission *own = (struct submission *)call;
+    unsigned char digest[SRV_DIGEST_BYTES] = {0};
+    struct srv_job_order order = {
+        .id = own->id, .client = "anna", .operation = "forces", .request = "", .digest = digest, .shards = 1};
+    return srv_store_submit(store, &order, &own->job);
+}
+
+static void submission_done(struct srv_ask *ask) {
+    struct submission *own = (struct submission *)ask;
+    atomic_fetch_add(own->good, ask->call.stored == SRV_STORED);
+    atomic_fetch_add(own->done, 1);
+}
+
+enum { SUBMITTERS = 4, EACH = 200 };
+
+struct submitter {
+    struct srv_storage *storage;
+    struct submission *submission;
+};
+
+static void *submitter_main(void *context) {
+    struct submitter *own = context;
+    for (int i = 0; i < EACH; i++) srv_storage_ask(own->storage, SRV_ASK_WRITE, &own->submission[i].ask);
+    return NULL;
+}
+
+TEST(everything_that_many_threads_ask_is_answered_once_and_kept) {
+    static struct submission submission[SUBMITTERS * EACH];
+    struct setting setting = {0};
+    struct submitter submitter[SUBMITTERS];
+    pthread_t thread[SUBMITTERS];
+    atomic_int done = 0, good = 0;
+    REQUIRE(setting_begin(&setting, NULL));
+    for (int i = 0; i < SUBMITTERS * EACH; i++) {
+        submission[i] = (struct submission){
+            .ask = {.call = {.run = submission_run}, .done = submission_done}, .done = &done, .good = &good};
+        snprintf(submission[i].id, sizeof submission[i].id, "j%d", i);
+    }
+    for (int i = 0; i < SUBMITTERS; i++) {
+        submitter[i] = (struct submitter){setting.storage, submission + i * EACH};
+        REQUIRE(!pthread_create(&thread[i], NULL, submitter_main, &submitter[i]));
+    }
+    for (int i = 0; i < SUBMITTERS; i++) pthread_join(thread[i], NULL);
+    /* the end waits for what was asked */
+    srv_storage_free(&setting.storage);
+    CHECK(done == SUBMITTERS * EACH && good == SUBMITTERS * EACH);
+    struct srv_store *store;
+    struct srv_store_figures figures;
+    struct pend_error error;
+    REQUIRE(srv_store_open(&store, setting.url, &storage_rules, &error) == PEND_OK);
+    CHECK_INT(srv_store_figures(store, &figures), SRV_STORED);
+    CHECK_INT(figures.jobs[SRV_JOB_ACCEPTED], SUBMITTERS * EACH);
+    srv_store_close(&store);
+    setting_end(&setting);
+}
+
+TEST(who_may_wait_waits_and_sees_what_was_written) {
+    struct setting setting = {0};
+    atomic_int none = 0;
+    struct submission submission = {.ask = {.call = {.run = submission_run}}, .id = "j", .done = &none, .good = &none};
+    REQUIRE(setting_begin(&setting, NULL));
+    CHECK_INT(srv_storage_wait(setting.storage, SRV_ASK_WRITE, &submission.ask), SRV_STORED);
+    CHECK_TEXT(submission.job.id, "j");
+    CHECK_INT(srv_storage_wait(setting.storage, SRV_ASK_WRITE, &submission.ask), SRV_STORED_AGAIN);
+    CHECK(srv_storage_here(setting.storage));
+    CHECK(none == 0);
+    /* the figures follow within a second or so */
+    for (int i = 0; i < 300 && !srv_storage_figures(setting.storage).shards; i++)
+        nanosleep(&(struct timespec){0, 10000000}, NULL);
+    CHECK_INT(srv_storage_figures(setting.storage).shards, 1);
+    setting_end(&setting);
+}
+
+TEST(a_store_that_goes_away_is_noticed_and_so_is_its_return) {
+    struct setting setting = {0};
+    struct test_postgres *postgres;
+    if (access("/usr/lib/postgresql", F_OK)) {
+        test_skip("PostgreSQL is not installed");
+        return;
+    }
+    postgres = test_postgres_start();
+    REQUIRE(postgres);
+    if (setting_begin(&setting, test_postgres_url(postgres))) {
+        int before = setting.news, here = 1;
+        CHECK(srv_storage_here(setting.storage));
+        CHECK(test_postgres_restart(postgres, SIGQUIT));
+        for (int i = 0; i < 300 && here; i++) {
+            nanosleep(&(struct timespec){0, 10000000}, NULL);
+            here = srv_storage_here(setting.storage);
+        }
+        CHECK(!here);
+        for (int i = 0; i < 500 && !here; i++) {
+            nanosleep(&(struct timespec){0, 10000000}, NULL);
+            here = srv_storage_here(setting.storage);
+        }
+        CHECK(here && setting.news > before);
+        setting_end(&setting);
+    }
+    test_postgres_stop(&postgres);
+}
