@@ -259,7 +259,7 @@ static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attentio
     *attention = (struct ensemble_attention){.done = mask_set(lands)};
     ensemble_watch(lanes, &s, x, inverse, attention);
     num bad = ensemble_advance(lanes, &s, x, inverse);
-    attention->bad = mask_set(still | ~(mask)(bad == 0));
+    attention->bad = mask_set((still & ~lands) | ~(mask)(bad == 0));
     lane_put(lanes->to.time, 0, next);
     lane_put(lanes->step, 0, x);
     // the next unit is a power of two near this step
