@@ -5,10 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/digest.h"
 #include "api/encode.h"
-#include "api/engine.h"
-#include "api/field.h"
 #include "api/negotiate.h"
 
 enum stage { STAGE_NEW, STAGE_READY, STAGE_RUNNING, STAGE_DONE, STAGE_BROKEN };
@@ -109,24 +106,9 @@ static enum api_progress call_fail(struct api_call *call, enum pend_status statu
 
 /* what can be said of a request before its body is looked at; a problem where it is refused */
 static void call_check_envelope(struct api_call *call, const struct api_request *request) {
-    struct api_problem *problem = &call->problem;
-    if (call->op->body && !api_negotiate_json(request->content_type))
-        api_problem_set(problem, 415, "the body must be JSON in UTF-8, with Content-Type: application/json%s%s",
-                        request->content_type ? ", not " : "", request->content_type ? request->content_type : "");
     call->format = api_negotiate_format(request->accept, call->op->samples);
-    if (!call->format) api_negotiate_refuse(problem, call->op->samples);
-    if (request->query && *request->query)
-        api_problem_set(problem, 422, "this route takes no query, got \"?%s\"", request->query);
-    if (call->op->body && (double)request->body_bytes > call->limits->body_bytes)
-        api_problem_set(problem, 413, "the body has %zu bytes, more than the limit max-body-bytes of %.0f",
-                        request->body_bytes, call->limits->body_bytes);
-}
-
-/* what tells the request from others */
-static void call_digest(struct api_call *call, const struct api_request *request, const struct api_value *root) {
-    const char *argument = request->argument ? request->argument : "";
-    const char *const parts[] = {call->op->name, argument, call->format->media_type, api_engine, NULL};
-    api_digest(call->digest, parts, root);
+    api_request_check(request, call->limits, &call->problem);
+    if (!call->format) api_negotiate_refuse(&call->problem, call->op->samples);
 }
 
 /* the head of the answer, from what was read of the request */
@@ -148,36 +130,13 @@ static void call_foresee(struct api_call *call) {
     call->answer.file_name = call->file_name;
 }
 
-/* reads the body and hands it to the operation */
-static enum pend_status call_read(struct api_call *call, const struct api_request *request) {
-    struct api_problem *problem = &call->problem;
-    struct api_json *document = NULL;
-    struct api_value root;
-    struct api_reading reading = {
-        .argument = request->argument, .format = call->format, .limits = call->limits, .problem = problem};
-    enum pend_status status = PEND_OK;
-    if (call->op->body) {
-        const char *body = request->body ? request->body : "";
-        status = api_json_new(&document, body, request->body_bytes, (int)call->limits->depth, problem);
-        if (status != PEND_OK) goto out;
-        root = api_json_root(document);
-        reading.root = &root;
-        status = PEND_INVALID;
-        if (!api_field_object(&root, problem)) goto out;
-    }
-    status = call->op->read(&call->state, &reading);
-    if (status == PEND_OK) call_digest(call, request, reading.root);
-out:
-    api_json_free(&document);
-    return status;
-}
-
 enum api_progress api_call_open(struct api_call *call, const struct api_request *request, struct api_buffer *out) {
     call->op = api_op_at(request->op);
     call->before = out->bytes;
     call_check_envelope(call, request);
     if (call->problem.status) return call_refuse(call, out);
-    enum pend_status status = call_read(call, request);
+    enum pend_status status =
+        api_request_read(request, call->format, call->limits, &call->problem, &call->state, call->digest);
     if (status != PEND_OK) return call_fail(call, status, NULL, out);
     call_foresee(call);
     call->stage = STAGE_READY;

@@ -6,18 +6,7 @@
 
 #include "api/buffer.h"
 #include "api/limits.h"
-#include "api/op.h"
-
-/* What came over the wire; nothing is copied, all must outlive api_call_open. */
-struct api_request {
-    enum api_op_id op;
-    const char *argument;     /* the variable part of the path ("paper-four-arms"), or NULL */
-    const char *query;        /* what follows '?', or NULL */
-    const char *content_type; /* header values as they came, or NULL */
-    const char *accept;
-    const char *body; /* NULL for GET */
-    size_t body_bytes;
-};
+#include "api/request.h"
 
 /* What is known of an answer before its first byte is sent; the texts live as long as the call. */
 struct api_answer {

@@ -47,8 +47,8 @@ struct api_turn {
 double api_turn_seconds(const struct api_turn *turn);
 
 /**
- * True once the turn has lasted about a millisecond or appended 256 KiB; without a clock always, so that a turn is one piece of
- * work.
+ * True once the turn has lasted about a millisecond or appended 256 KiB; without a clock always, so that a turn is one
+ * piece of work.
  */
 int api_turn_over(const struct api_turn *turn);
 
@@ -79,6 +79,11 @@ struct api_op {
     const struct api_table *(*table)(const void *state);
     /** An estimate of the computation, s; NULL where it does not matter. */
     double (*cost)(const void *state);
+    /** The most parts that its rows can be computed in, each by itself; NULL: it is one piece. */
+    long (*parts)(const void *state);
+    /** Leaves all but part `number` of `parts` out; before the first run. */
+    void (*part)(void *state, long number, long parts);
+    int json_apart; /* its JSON says more than its table does */
     void (*free)(void **state);
 };
 

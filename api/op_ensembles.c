@@ -18,9 +18,10 @@ struct ensembles {
 
     /* once it runs */
     struct api_writer *writer;
-    struct api_shard *shard; /* that is being computed, else NULL */
-    double *raw;             /* its rows */
+    struct api_shard *shard;       /* that is being computed, else NULL */
+    double *raw;                   /* its rows */
     long shard_most, first, count; /* members of a shard; those of this one */
+    long begin, end;               /* members that are computed: all, or a part's */
     long written, rows;            /* rows of the shard that are written, and that there are */
     long failed, steps;
     struct api_stats stats;
@@ -42,15 +43,30 @@ static enum pend_status ensembles_read(void **state, const struct api_reading *r
     if (!op) return PEND_NO_MEMORY;
     op->format = reading->format;
     enum pend_status status = api_ensemble_new(&op->ensemble, reading);
-    if (status != PEND_OK) ensembles_free(state);
+    if (status == PEND_OK)
+        op->end = api_ensemble_count(op->ensemble);
+    else
+        ensembles_free(state);
     return status;
+}
+
+static long ensembles_parts(const void *state) {
+    const struct ensembles *op = state;
+    return 1 + (op->end - op->begin - 1) / SHARD_MEMBERS_LEAST;
+}
+
+static void ensembles_part(void *state, long number, long parts) {
+    struct ensembles *op = state;
+    long count = api_ensemble_count(op->ensemble);
+    op->begin = op->first = (long)((double)count * (double)number / (double)parts);
+    op->end = (long)((double)count * (double)(number + 1) / (double)parts);
 }
 
 static enum pend_status ensembles_begin(struct ensembles *op, struct api_buffer *out, struct pend_error *error) {
     const struct api_ensemble *ensemble = op->ensemble;
     double numbers = (double)api_ensemble_rows(ensemble) * (double)api_ensemble_numbers(ensemble);
     double most = fmin(fmax(floor(SHARD_NUMBERS / numbers), SHARD_MEMBERS_LEAST), SHARD_MEMBERS);
-    op->shard_most = (long)fmin(most, (double)api_ensemble_count(ensemble));
+    op->shard_most = (long)fmin(most, (double)(op->end - op->begin));
     PEND_TRY(api_ensemble_prepare(op->ensemble, error));
     op->raw = malloc((size_t)op->shard_most * (size_t)numbers * sizeof *op->raw);
     if (!op->raw) return PEND_NO_MEMORY;
@@ -61,7 +77,7 @@ static enum pend_status ensembles_begin(struct ensembles *op, struct api_buffer 
 static enum pend_status ensembles_compute(struct ensembles *op, struct pend_error *error) {
     int done = 0;
     if (!op->shard) {
-        long left = api_ensemble_count(op->ensemble) - op->first;
+        long left = op->end - op->first;
         op->count = left < op->shard_most ? left : op->shard_most;
         op->written = op->rows = 0;
         PEND_TRY(api_shard_new(&op->shard, op->ensemble, op->first, op->count, op->raw, error));
@@ -89,7 +105,7 @@ static enum pend_status ensembles_write(struct ensembles *op, struct api_buffer 
 static void ensembles_tell(struct ensembles *op, const struct api_turn *turn) {
     double seconds = api_turn_seconds(turn);
     api_stats_text(&op->stats, "method", "taylor");
-    api_stats_whole(&op->stats, "members", api_ensemble_count(op->ensemble));
+    api_stats_whole(&op->stats, "members", op->end - op->begin);
     api_stats_whole(&op->stats, "failed", op->failed);
     api_stats_whole(&op->stats, "steps", op->steps);
     if (seconds >= 0) api_stats_number(&op->stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
@@ -101,7 +117,7 @@ static enum pend_status ensembles_run(void *state, const struct api_turn *turn, 
     do {
         if (op->written < op->rows) {
             PEND_TRY(ensembles_write(op, turn->out, error));
-        } else if (op->first < api_ensemble_count(op->ensemble)) {
+        } else if (op->first < op->end) {
             PEND_TRY(ensembles_compute(op, error));
         } else {
             if (!op->stats.count) ensembles_tell(op, turn);
@@ -134,5 +150,7 @@ const struct api_op api_op_ensembles = {
     .steps = ensembles_steps,
     .table = ensembles_table,
     .cost = ensembles_cost,
+    .parts = ensembles_parts,
+    .part = ensembles_part,
     .free = ensembles_free,
 };

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/encode.h"
+#include "api/encode_raw.h"
 #include "api/json_out.h"
 #include "api/state_json.h"
 #include "core/matrix.h"
@@ -158,7 +158,7 @@ static void read_include(struct modes *modes, const struct api_value *value, con
                         "matrices are answered for at most %.0f arms (the limit max-matrix-arms), and "
                         "here are %d: leave it out",
                         reading->limits->matrix_arms, modes->tree.n);
-    if (api_value_count(value) && reading->format != &api_format_json)
+    if (api_value_count(value) && reading->format != &api_format_json && reading->format != &api_format_raw)
         api_value_fault(value, problem, "matrices are answered in %s only, not in %s: leave it out, or ask for that",
                         api_format_json.media_type, reading->format->media_type);
 }
@@ -447,4 +447,5 @@ const struct api_op api_op_modes = {.name = "modes",
                                     .run = modes_run,
                                     .table = modes_table,
                                     .cost = modes_cost,
+                                    .json_apart = 1,
                                     .free = modes_free};

@@ -1,0 +1,122 @@
+#include "api/part.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/encode_raw.h"
+
+int api_plan_read(struct api_plan *plan, const struct api_request *request, const struct api_limits *limits,
+                  double seconds, struct api_buffer *out) {
+    const struct api_op *op = api_op_at(request->op);
+    struct api_problem problem;
+    void *state = NULL;
+    int http = 0;
+    *plan = (struct api_plan){.parts = 1};
+    api_problem_init(&problem);
+    if (!op->table) api_problem_set(&problem, 422, "this route answers at once: leave out Prefer: respond-async");
+    api_request_check(request, limits, &problem);
+    enum pend_status status = problem.status
+                                  ? PEND_INVALID
+                                  : api_request_read(request, &api_format_raw, limits, &problem, &state, plan->digest);
+    if (status == PEND_OK) {
+        if (op->cost) plan->cost = op->cost(state);
+        double wanted = ceil(plan->cost / seconds), most = op->parts ? (double)op->parts(state) : 1;
+        plan->parts = (long)fmax(1, fmin(wanted, most));
+        op->free(&state);
+    } else {
+        api_problem_set(&problem, pend_status_http(status), "%s", pend_status_text(status));
+        http = problem.status;
+        if (api_problem_write(&problem, out) != PEND_OK) out->bytes = 0;
+    }
+    api_problem_clear(&problem);
+    return http;
+}
+
+struct api_part {
+    struct api_request request;
+    const struct api_limits *limits;
+    const struct api_op *op;
+    const struct api_format *format; /* raw, then JSON where that says more */
+    void *state;
+    double (*now)(void *context);
+    void *context;
+    double seconds;
+};
+
+/* has the operation read the request for a representation */
+static enum pend_status part_read(struct api_part *part, const struct api_format *format, struct pend_error *error) {
+    char digest[API_DIGEST_BYTES];
+    struct api_problem problem;
+    api_problem_init(&problem);
+    part->format = format;
+    part->seconds = 0;
+    enum pend_status status = api_request_read(&part->request, format, part->limits, &problem, &part->state, digest);
+    if (status != PEND_OK)
+        pend_fail(error, status, -1, 0, "%s%s%.150s", problem.count ? problem.faults[0].pointer : "",
+                  problem.count ? " " : "",
+                  problem.count    ? problem.faults[0].detail
+                  : problem.status ? problem.detail
+                                   : pend_status_text(status));
+    api_problem_clear(&problem);
+    return status;
+}
+
+enum pend_status api_part_new(struct api_part **part, const struct api_request *request,
+                              const struct api_limits *limits, long number, long parts, struct pend_error *error) {
+    struct api_part *made = *part = calloc(1, sizeof *made);
+    if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "there was no memory to begin");
+    made->request = *request;
+    made->limits = limits;
+    made->op = api_op_at(request->op);
+    enum pend_status status = part_read(made, &api_format_raw, error);
+    if (status == PEND_OK && made->op->part) made->op->part(made->state, number, parts);
+    if (status != PEND_OK) api_part_free(part);
+    return status;
+}
+
+void api_part_free(struct api_part **part) {
+    if (!*part) return;
+    if ((*part)->state) (*part)->op->free(&(*part)->state);
+    free(*part);
+    *part = NULL;
+}
+
+void api_part_clock(struct api_part *part, double (*now)(void *context), void *context) {
+    part->now = now;
+    part->context = context;
+}
+
+/* puts what was appended as JSON since `before` into records, the last one first: each moves up by the heads before it
+ */
+static enum pend_status part_wrap(struct api_buffer *out, size_t before) {
+    size_t bytes = out->bytes - before, records = (bytes + API_PIECE_BYTES - 1) / API_PIECE_BYTES;
+    PEND_TRY(api_buffer_room(out, records * API_RAW_HEAD));
+    for (size_t i = records; i-- > 0;) {
+        size_t from = i * API_PIECE_BYTES, piece = bytes - from < API_PIECE_BYTES ? bytes - from : API_PIECE_BYTES;
+        char *to = out->data + before + from + i * API_RAW_HEAD;
+        memmove(to + API_RAW_HEAD, out->data + before + from, piece);
+        api_raw_head_put(to, API_RAW_JSON, piece);
+    }
+    out->bytes += records * API_RAW_HEAD;
+    return PEND_OK;
+}
+
+enum pend_status api_part_run(struct api_part *part, struct api_buffer *out, int *done, struct pend_error *error) {
+    struct api_turn turn = {
+        .out = out, .now = part->now, .context = part->context, .earlier = part->seconds, .before = out->bytes};
+    int over = 0;
+    *done = 0;
+    error->text[0] = 0;
+    if (turn.now) turn.begun = turn.now(turn.context);
+    enum pend_status status = part->op->run(part->state, &turn, &over, error);
+    if (turn.now) part->seconds = api_turn_seconds(&turn);
+    if (status == PEND_OK && part->format != &api_format_raw) status = part_wrap(out, turn.before);
+    if (status != PEND_OK)
+        return error->text[0] ? status : pend_fail(error, status, -1, 0, "%s", pend_status_text(status));
+    if (!over) return PEND_OK;
+    *done = part->format != &api_format_raw || !part->op->json_apart;
+    part->op->free(&part->state);
+    return *done ? PEND_OK : part_read(part, &api_format_json, error);
+}

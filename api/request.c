@@ -1,0 +1,47 @@
+#include "api/request.h"
+
+#include "api/encode.h"
+#include "api/engine.h"
+#include "api/field.h"
+#include "api/negotiate.h"
+
+void api_request_check(const struct api_request *request, const struct api_limits *limits,
+                       struct api_problem *problem) {
+    const struct api_op *op = api_op_at(request->op);
+    if (op->body && !api_negotiate_json(request->content_type))
+        api_problem_set(problem, 415, "the body must be JSON in UTF-8, with Content-Type: application/json%s%s",
+                        request->content_type ? ", not " : "", request->content_type ? request->content_type : "");
+    if (request->query && *request->query)
+        api_problem_set(problem, 422, "this route takes no query, got \"?%s\"", request->query);
+    if (op->body && (double)request->body_bytes > limits->body_bytes)
+        api_problem_set(problem, 413, "the body has %zu bytes, more than the limit max-body-bytes of %.0f",
+                        request->body_bytes, limits->body_bytes);
+}
+
+enum pend_status api_request_read(const struct api_request *request, const struct api_format *format,
+                                  const struct api_limits *limits, struct api_problem *problem, void **state,
+                                  char digest[API_DIGEST_BYTES]) {
+    const struct api_op *op = api_op_at(request->op);
+    const char *argument = request->argument ? request->argument : "";
+    const char *const parts[] = {op->name, argument, format->media_type, api_engine, NULL};
+    struct api_json *document = NULL;
+    struct api_value root;
+    struct api_reading reading = {
+        .argument = request->argument, .format = format, .limits = limits, .problem = problem};
+    enum pend_status status = PEND_OK;
+    *state = NULL;
+    if (op->body) {
+        const char *body = request->body ? request->body : "";
+        status = api_json_new(&document, body, request->body_bytes, (int)limits->depth, problem);
+        if (status != PEND_OK) goto out;
+        root = api_json_root(document);
+        reading.root = &root;
+        status = PEND_INVALID;
+        if (!api_field_object(&root, problem)) goto out;
+    }
+    status = op->read(state, &reading);
+    if (status == PEND_OK) api_digest(digest, parts, reading.root);
+out:
+    api_json_free(&document);
+    return status;
+}

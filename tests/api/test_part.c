@@ -1,0 +1,232 @@
+/* Tests of api/part, api/results and api/encode_raw: an answer by parts is the answer. */
+#include "api/part.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/encode_raw.h"
+#include "api/results.h"
+#include "tests/api/post.h"
+#include "tests/harness/test.h"
+
+enum { MOST_PARTS = 7 };
+
+/* requests of every kind of answer; the number of parts that each can be cut into is at least `parts` */
+static const struct {
+    enum api_op_id op;
+    const char *body;
+    int parts, json_only;
+} cases[] = {
+    {API_OP_ENSEMBLES,
+     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"duration\":2,\"random\":{\"count\":60,"
+     "\"seed\":5,"
+     "\"draw\":[{\"vary\":\"theta\",\"arm\":1,\"distribution\":\"uniform\",\"low\":-3,\"high\":3},"
+     "{\"vary\":\"theta\",\"arm\":2,\"distribution\":\"uniform\",\"low\":-3,\"high\":3}]},"
+     "\"observables\":[\"final\",\"first_flip\",\"flips\",\"energy_drift\"]}",
+     7, 0},
+    {API_OP_TRAJECTORIES,
+     "{\"pendulum\":{\"length\":[2,1.5,0.75,1.25],\"mass\":[1,1,1,0.1],\"parent\":[0,1,2,2]},"
+     "\"times\":{\"start\":0,\"stop\":2,\"step\":0.01},\"output\":[\"phi\",\"z\",\"lambda\",\"energy\"]}",
+     1, 0},
+    {API_OP_FORCES,
+     "{\"pendulum\":{\"length\":[2,1.5],\"mass\":[1,1],\"parent\":[0,1]},\"states\":[{\"phi\":[1,2]},{\"phi\":[0.5,0."
+     "25]}]}",
+     1, 0},
+    {API_OP_FORCES, "{\"pendulum\":{\"length\":[2,1.5],\"mass\":[1,1],\"parent\":[0,1]},\"state\":{\"phi\":[1,2]}}", 1,
+     0},
+    {API_OP_MODES,
+     "{\"pendulum\":{\"length\":[2,1.5,1],\"mass\":[1,1,2],\"parent\":[0,1,1]},\"include\":[\"A\",\"M\"],"
+     "\"initial\":{\"phi\":[0,1,2]}}",
+     1, 1},
+    {API_OP_MODES, "{\"pendulum\":{\"length\":[2,1.5,1],\"mass\":[1,1,2],\"parent\":[0,1,1]}}", 1, 0},
+};
+enum { CASES = sizeof cases / sizeof *cases };
+
+static const char *const accepts[] = {"application/json",         "application/x-ndjson", "text/csv",
+                                      "application/octet-stream", "application/x-npz",    "application/x-matlab-data"};
+enum { ACCEPTS = sizeof accepts / sizeof *accepts };
+
+static struct api_request request_of(int i, const char *accept) {
+    return (struct api_request){.op = cases[i].op,
+                                .content_type = "application/json",
+                                .accept = accept,
+                                .body = cases[i].body,
+                                .body_bytes = strlen(cases[i].body)};
+}
+
+/* all parts of a case, one behind the other */
+static int compute_parts(int i, long parts, struct api_buffer *kept) {
+    struct api_request request = request_of(i, NULL);
+    struct api_limits limits;
+    struct pend_error error;
+    api_limits_init(&limits);
+    for (long p = 0; p < parts; p++) {
+        struct api_part *part;
+        int done = 0;
+        if (!CHECK_SAYING(api_part_new(&part, &request, &limits, p, parts, &error) == PEND_OK, "%s", error.text))
+            return 0;
+        while (!done)
+            if (!CHECK_SAYING(api_part_run(part, kept, &done, &error) == PEND_OK, "%s", error.text)) break;
+        api_part_free(&part);
+    }
+    return 1;
+}
+
+/* feeds in pieces of random length; the status of what failed first */
+static enum pend_status feed(struct api_results *results, const char *data, size_t bytes, unsigned long long *random,
+                             struct api_buffer *out) {
+    int done = 0;
+    for (size_t at = 0; at < bytes;) {
+        size_t piece = 1 + (size_t)test_random_int(random, test_random_int(random, 2) ? 40 : 200000);
+        if (piece > bytes - at) piece = bytes - at;
+        /* a copy of just that length, so that a sanitizer sees who reads on */
+        char *copy = malloc(piece);
+        if (!copy) return PEND_NO_MEMORY;
+        memcpy(copy, data + at, piece);
+        enum pend_status status = api_results_feed(results, copy, piece, out);
+        free(copy);
+        PEND_TRY(status);
+        at += piece;
+    }
+    while (!done) PEND_TRY(api_results_end(results, out, &done));
+    return PEND_OK;
+}
+
+TEST(an_answer_from_parts_is_the_answer_at_once) {
+    unsigned long long random = 11;
+    struct api_limits limits;
+    api_limits_init(&limits);
+    for (int i = 0; i < CASES; i++) {
+        for (long parts = 1; parts <= cases[i].parts; parts += parts == 3 ? 4 : 1) {
+            struct api_buffer kept, out;
+            api_buffer_init(&kept, 1 << 28);
+            if (!compute_parts(i, parts, &kept)) return;
+            for (int a = 0; a < (cases[i].json_only ? 1 : ACCEPTS); a++) {
+                struct api_results *results;
+                struct api_request request = request_of(i, accepts[a]);
+                struct test_reply whole = test_send(&request, NULL);
+                api_buffer_init(&out, 1 << 28);
+                CHECK_INT(whole.status, 200);
+                CHECK_INT(api_results_new(&results, &request, &limits, &out), 0);
+                if (results) {
+                    CHECK_INT(feed(results, kept.data, kept.bytes, &random, &out), PEND_OK);
+                    CHECK_SAYING(out.bytes == whole.out.bytes && !memcmp(out.data, whole.out.data, out.bytes),
+                                 "case %d as %s in %ld parts: %zu bytes, at once %zu", i, accepts[a], parts, out.bytes,
+                                 whole.out.bytes);
+                    struct api_answer head = api_results_answer(results);
+                    CHECK(head.status == 200 && (head.length < 0 || (size_t)head.length == out.bytes));
+                    CHECK_TEXT(head.media_type, whole.media_type);
+                }
+                api_results_free(&results);
+                api_buffer_clear(&out);
+                test_reply_free(&whole);
+            }
+            api_buffer_clear(&kept);
+        }
+    }
+}
+
+TEST(a_plan_tells_parts_cost_and_digest_or_the_problem) {
+    struct api_limits limits;
+    struct api_plan plan, again;
+    struct api_buffer out;
+    api_limits_init(&limits);
+    api_buffer_init(&out, 1 << 20);
+    for (int i = 0; i < CASES; i++) {
+        struct api_request request = request_of(i, "nothing/at-all");
+        CHECK_INT(api_plan_read(&plan, &request, &limits, 1e-9, &out), 0);
+        CHECK_SAYING(plan.parts >= cases[i].parts && plan.cost >= 0, "case %d: %ld parts", i, plan.parts);
+        CHECK_INT(api_plan_read(&again, &request, &limits, 1e9, &out), 0);
+        CHECK_INT(again.parts, 1);
+        CHECK_TEXT(again.digest, plan.digest);
+        CHECK(out.bytes == 0);
+    }
+    struct api_request bad = request_of(1, NULL);
+    bad.body_bytes--;
+    CHECK_INT(api_plan_read(&plan, &bad, &limits, 1, &out), 400);
+    CHECK(out.bytes > 0 && !memcmp(out.data, "{\"type\"", 7));
+    out.bytes = 0;
+    struct api_request tree = {.op = API_OP_TREES, .content_type = "application/json", .body = "{}", .body_bytes = 2};
+    CHECK_INT(api_plan_read(&plan, &tree, &limits, 1, &out), 422);
+    api_buffer_clear(&out);
+}
+
+TEST(parts_that_were_damaged_are_refused_not_believed) {
+    unsigned long long random = 3;
+    struct api_limits limits;
+    struct api_buffer kept, out;
+    int refused = 0;
+    api_limits_init(&limits);
+    api_buffer_init(&kept, 1 << 28);
+    if (!compute_parts(1, 1, &kept)) return;
+    for (int round = 0; round < 300; round++) {
+        struct api_request request = request_of(1, accepts[round % ACCEPTS]);
+        struct api_results *results;
+        size_t bytes = kept.bytes;
+        api_buffer_init(&out, 1 << 28);
+        CHECK_INT(api_results_new(&results, &request, &limits, &out), 0);
+        char *copy = malloc(bytes);
+        REQUIRE(copy);
+        memcpy(copy, kept.data, bytes);
+        /* cut, or some bytes of a head changed */
+        if (round % 2)
+            bytes = (size_t)test_random_int(&random, (int)bytes);
+        else
+            copy[test_random_int(&random, 8)] ^= (char)(1 << test_random_int(&random, 8));
+        refused += feed(results, copy, bytes, &random, &out) != PEND_OK;
+        free(copy);
+        api_results_free(&results);
+        api_buffer_clear(&out);
+    }
+    CHECK_INT(refused, 300);
+    api_buffer_clear(&kept);
+}
+
+TEST(results_in_a_form_that_nobody_serves_or_that_is_too_large_are_refused) {
+    struct api_limits limits;
+    struct api_results *results;
+    struct api_buffer out;
+    api_limits_init(&limits);
+    api_buffer_init(&out, 1 << 20);
+    struct api_request request = request_of(1, "text/html");
+    CHECK_INT(api_results_new(&results, &request, &limits, &out), 406);
+    CHECK(!results && out.bytes > 0);
+    out.bytes = 0;
+    limits.answer_bytes = 1000;
+    request.accept = "application/json";
+    CHECK_INT(api_results_new(&results, &request, &limits, &out), 422);
+    CHECK(!results && out.bytes > 0);
+    api_buffer_clear(&out);
+}
+
+TEST(allocation_faults_leave_nothing_behind_in_parts_and_results) {
+    struct api_limits limits;
+    api_limits_init(&limits);
+    int good = 0;
+    for (long count = 1; !good && count < 2000; count++) {
+        struct api_request request = request_of(0, "text/csv");
+        struct api_buffer kept, out;
+        struct api_part *part;
+        struct api_results *results;
+        struct pend_error error;
+        unsigned long long random = 1;
+        int done = 0;
+        api_buffer_init(&kept, 1 << 28);
+        api_buffer_init(&out, 1 << 28);
+        test_alloc_fail(count, 1);
+        enum pend_status status = api_part_new(&part, &request, &limits, 0, 1, &error);
+        while (status == PEND_OK && !done) status = api_part_run(part, &kept, &done, &error);
+        int http = 0;
+        if (status == PEND_OK) http = api_results_new(&results, &request, &limits, &out);
+        if (status == PEND_OK && !http) status = feed(results, kept.data, kept.bytes, &random, &out);
+        test_alloc_faults_off();
+        good = status == PEND_OK && !http;
+        if (status != PEND_OK) CHECK_INT(status, PEND_NO_MEMORY);
+        if (part && done && !http) api_results_free(&results);
+        api_part_free(&part);
+        api_buffer_clear(&kept);
+        api_buffer_clear(&out);
+    }
+    CHECK(good);
+}
