@@ -62,7 +62,16 @@ static double random_number(unsigned long long *state) {
     return (double)((x ^ (x >> 31)) >> 11) * 0x1p-53;
 }
 
-/* reach: how many arms back a parent may be; 1 makes a chain, 0 a complete binary tree. Equal arms where alike. */
+enum { BINARY = 0, CHAIN = 1, STAR = -1 };
+enum { RANDOM_ARMS, EQUAL_ARMS, NEARLY_EQUAL_ARMS };
+
+static double subject_number(int alike, unsigned long long *seed) {
+    if (alike == EQUAL_ARMS) return 1;
+    double x = random_number(seed);
+    return alike == RANDOM_ARMS ? pow(10, 0.6 * x - 0.3) : 1 + 1e-6 * x;
+}
+
+/* reach: how many arms back a parent may be; 1 makes a chain */
 static void subject_init(struct subject *s, int n, int reach, int alike, int dense) {
     unsigned long long seed = 7;
     size_t square = (size_t)n * (size_t)n;
@@ -71,11 +80,11 @@ static void subject_init(struct subject *s, int n, int reach, int alike, int den
     s->mass = must(malloc((size_t)n * sizeof *s->mass));
     s->parent = must(malloc((size_t)n * sizeof *s->parent));
     for (int i = 0; i < n; i++) {
-        s->length[i] = alike ? 1 : pow(10, 0.6 * random_number(&seed) - 0.3);
-        s->mass[i] = alike ? 1 : pow(10, 0.6 * random_number(&seed) - 0.3);
-        s->parent[i] = i == 0  ? -1
-                       : reach ? i - 1 - (int)(random_number(&seed) * (i < reach ? i : reach))
-                               : (i - 1) / 2;
+        s->length[i] = subject_number(alike, &seed);
+        s->mass[i] = subject_number(alike, &seed);
+        if (i && reach > 0) s->parent[i] = i - 1 - (int)(random_number(&seed) * (i < reach ? i : reach));
+        if (i && reach <= 0) s->parent[i] = reach == STAR ? 0 : (i - 1) / 2;
+        if (!i) s->parent[i] = -1;
     }
     if (pend_tree_new(&s->tree, n, s->length, s->mass, s->parent, NULL)) exit(1);
     s->a = s->b = s->room = NULL;
@@ -290,8 +299,11 @@ static const struct line lines[] = {
     {"random_1000 all with vectors / dsygvd", 1000, 1000, 0, ALL, DSYGVD, 3, 3},
     {"random_1000 frequencies / dsyevd", 1000, 1000, 0, VALUES, DSYEVD_VALUES, 6, 5},
     {"random_1000 all with vectors / GSL symmv", 1000, 1000, 0, ALL, GSL, 1, 3},
-    {"chain_4000 all with vectors / dstemr", 4000, 1, 0, ALL, DSTEMR, 2, 2},
-    {"binary_511 all with vectors / dsyevd", 511, 0, 1, ALL, DSYEVD, 5, 20},
+    {"chain_4000 all with vectors / dstemr", 4000, CHAIN, 0, ALL, DSTEMR, 2, 2},
+    {"binary_511 all with vectors / dsyevd", 511, BINARY, EQUAL_ARMS, ALL, DSYEVD, 5, 20},
+    {"binary_511 off by 1e-6 all with vectors / dsyevd", 511, BINARY, NEARLY_EQUAL_ARMS, ALL, DSYEVD, 3, 3},
+    {"star_400 off by 1e-6 all with vectors / dsyevd", 400, STAR, NEARLY_EQUAL_ARMS, ALL, DSYEVD, 5, 5},
+    {"star_2000 equal arms all with vectors / dsyevd", 2000, STAR, EQUAL_ARMS, ALL, DSYEVD, 1, 5},
     {"random_100000 20 slowest with vectors / ARPACK", 100000, 100000, 0, SLOWEST(20), ARPACK, 1, 3},
     {"random_1000000 20 slowest with vectors", 1000000, 1000000, 0, SLOWEST(20), ALONE, 2, 1},
     {"random_4000 frequencies / dsyevd", 4000, 4000, 0, VALUES, DSYEVD_VALUES, 1, 4},
