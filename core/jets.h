@@ -7,6 +7,7 @@
 
 #include <stddef.h>
 
+#include "core/blocks.h"
 #include "core/isa.h"
 #include "core/kernel_jets.h"
 #include "core/tree.h"
@@ -22,16 +23,21 @@ struct pend_jets {
     const struct pend_tree *tree;
     int order_cap;
     enum pend_isa isa; /* the best one that runs here, unless changed to a lower one */
-    size_t stride;     /* arms, padded */
     double *rate, *force;
     double *share;             /* 1 / (j + 1) of order j */
-    struct jets_system system; /* the order-0 tree system and the scratch of the sweeps, in the same block */
+    struct jets_system system; /* the order-0 tree system, in the same memory */
+    struct blocks blocks;      /* of a tree of more than PEND_JETS_PAD arms */
 };
 
 /**
- * Bytes of memory that series of a tree of n arms to order_cap need, a multiple of 64.
+ * Bytes of memory that series of a tree to order_cap need, a multiple of 64. O(n).
  */
-size_t pend_jets_bytes(int n, int order_cap);
+size_t pend_jets_bytes(const struct pend_tree *tree, int order_cap);
+
+/**
+ * Arms that an array of one value an arm has room for, padding included.
+ */
+size_t pend_jets_stride(int n);
 
 /** Where coefficient j of arm k is in each series. */
 static inline size_t pend_jets_place(const struct pend_jets *jets, int k, int j) {
@@ -44,9 +50,9 @@ static inline size_t pend_jets_place(const struct pend_jets *jets, int k, int j)
  *
  * tree       must outlive the series.
  * order_cap  PEND_JETS_ORDER_MIN .. PEND_JETS_ORDER_MAX.
- * block      pend_jets_bytes(tree->n, order_cap) bytes, aligned to 64; not owned.
+ * memory     pend_jets_bytes(tree, order_cap) bytes, aligned to 64; not owned.
  */
-void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int order_cap, void *block);
+void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int order_cap, void *memory);
 
 /**
  * Expands the motion about a state.

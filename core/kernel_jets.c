@@ -33,7 +33,8 @@ LANES_INLINE wide wide_neg(wide x) { return -x; }
 LANES_INLINE wide wide_add(wide x, wide y) { return x + y; }
 LANES_INLINE wide wide_sub(wide x, wide y) { return x - y; }
 LANES_INLINE wide wide_mul(wide x, wide y) { return x * y; }
-#include "core/jets_kernel.h"
+#include "core/blocks_kernel.h"
+#include "core/jets_factor.h"
 
 #define LANES 2
 #include "core/small_kernel.h"
@@ -64,7 +65,7 @@ static void kernel_orders(const struct jets_system *s, const struct jets_state *
     gravity *= unit * unit;
     jets_factor(s);
     if (s->n > 8)
-        jets_orders(s, gravity, order);
+        blocks_orders(s, gravity, order);
     else if (s->n > 4)
         small8_orders(s, gravity, order);
     else if (s->n > 2)

@@ -11,7 +11,7 @@
 #include "core/jets.h"
 #include "core/taylor_order.h"
 
-enum { TAYLOR_TRAILING = 4, TAYLOR_LEADING = 4 };
+enum { TAYLOR_TRAILING = 4, TAYLOR_LEADING = 4, TAYLOR_STATE = 8 };
 
 struct taylor {
     const struct pend_tree *tree;
@@ -26,10 +26,10 @@ struct taylor {
 };
 
 /* the order for the tolerance, lower where the series would fill the memory */
-static int taylor_order(double rtol, int n) {
+static int taylor_order(double rtol, const struct pend_tree *tree) {
     enum { BYTES_CAP = 512 << 20 };
     int order = pend_taylor_order(rtol);
-    while (order > PEND_TAYLOR_ORDER_MIN && pend_jets_bytes(n, order) > BYTES_CAP) order--;
+    while (order > PEND_TAYLOR_ORDER_MIN && pend_jets_bytes(tree, order) > BYTES_CAP) order--;
     return order;
 }
 
@@ -44,16 +44,16 @@ static double taylor_first_unit(const struct pend_problem *problem) {
 }
 
 static void taylor_view(struct taylor *taylor, double *at) {
-    size_t stride = taylor->jets.stride;
+    size_t stride = pend_jets_stride(taylor->tree->n);
     double **array[] = {&taylor->begin.phi, &taylor->begin.phi_low, &taylor->begin.rate, &taylor->begin.rate_low,
                         &taylor->end.phi,   &taylor->end.phi_low,   &taylor->end.rate,   &taylor->end.rate_low};
     for (size_t i = 0; i < sizeof array / sizeof array[0]; i++) *array[i] = at + i * stride;
 }
 
 static enum pend_status taylor_open(void **stepper, const struct pend_problem *problem, struct pend_error *error) {
-    int n = problem->tree->n, order = taylor_order(problem->rtol, n);
-    size_t head = (sizeof(struct taylor) + 63) / 64 * 64, series = pend_jets_bytes(n, order);
-    size_t state = pend_jets_bytes(n, 0), bytes = head + series + state;
+    int n = problem->tree->n, order = taylor_order(problem->rtol, problem->tree);
+    size_t head = (sizeof(struct taylor) + 63) / 64 * 64, series = pend_jets_bytes(problem->tree, order);
+    size_t state = TAYLOR_STATE * pend_jets_stride(n) * sizeof(double), bytes = head + series + state;
     char *block = *stepper = aligned_alloc(64, bytes);
     if (!block) {
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the power series of %d arms: %zu bytes", n,
