@@ -6,19 +6,29 @@ static int blocks_crosses(const struct pend_tree *tree, int k) {
     return p < start && !(k == start && p == k - 1);
 }
 
-static int blocks_has_siblings(const struct pend_tree *tree, int k) {
-    int p = tree->parent[k];
-    return p >= 0 && !(k == p + 1 && tree->end[k] == tree->end[p]);
+/* children of arm k, BLOCK_SIBLINGS + 2 where there are as many or more */
+static int blocks_degree(const struct pend_tree *tree, int k) {
+    int degree = 0;
+    for (int c = k + 1; c < tree->end[k] && degree < BLOCK_SIBLINGS + 2; c = tree->end[c]) degree++;
+    return degree;
 }
 
-/* counts edges, joints with several children, and these children */
-static void blocks_measure(const struct pend_tree *tree, int *edges, int *joints, int *kids) {
-    *edges = *joints = *kids = 0;
+static int blocks_crowded(const struct pend_tree *tree, int k) { return blocks_degree(tree, k) == BLOCK_SIBLINGS + 2; }
+
+struct blocks_counts {
+    size_t edges, kids, joints, crowd;
+};
+
+static struct blocks_counts blocks_measure(const struct pend_tree *tree) {
+    struct blocks_counts counts = {0, 0, 0, 0};
     for (int k = 0; k < tree->n; k++) {
-        *edges += blocks_crosses(tree, k);
-        *kids += blocks_has_siblings(tree, k);
-        *joints += k + 1 < tree->end[k] && tree->end[k + 1] != tree->end[k];
+        counts.edges += (size_t)blocks_crosses(tree, k);
+        counts.kids += k > 0 && tree->parent[k] != k - 1;
+        if (!blocks_crowded(tree, k)) continue;
+        counts.joints++;
+        for (int c = k + 1; c < tree->end[k]; c = tree->end[c]) counts.crowd++;
     }
+    return counts;
 }
 
 static void *blocks_take(char *base, size_t *used, size_t count, size_t bytes) {
@@ -28,24 +38,24 @@ static void *blocks_take(char *base, size_t *used, size_t count, size_t bytes) {
 }
 
 static size_t blocks_lay(struct blocks *b, const struct pend_tree *tree, char *base) {
+    struct blocks_counts counts = blocks_measure(tree);
     size_t used = 0, row = BLOCK_ARMS * sizeof(double);
-    int kids;
-    blocks_measure(tree, &b->edges, &b->joints, &kids);
     b->count = (tree->n + BLOCK_ARMS - 1) / BLOCK_ARMS;
-    size_t count = (size_t)b->count, edges = (size_t)b->edges, joints = (size_t)b->joints;
-    b->numbers = blocks_take(base, &used, count + 1, BLOCK_NUMBERS * sizeof(double));
+    b->numbers = blocks_take(base, &used, (size_t)b->count + 1, BLOCK_NUMBERS * sizeof(double));
     if (base) b->numbers += BLOCK_NUMBERS; // the pivot's comes first
-    b->edge_up = blocks_take(base, &used, edges, row);
-    b->edge_down = blocks_take(base, &used, edges, row);
-    b->shape = blocks_take(base, &used, count, sizeof *b->shape);
-    b->up_place = blocks_take(base, &used, edges, sizeof(int));
-    b->down_place = blocks_take(base, &used, edges, sizeof(int));
-    b->up_arm = blocks_take(base, &used, edges, sizeof(int));
-    b->down_arm = blocks_take(base, &used, edges, sizeof(int));
-    b->joint = blocks_take(base, &used, joints, sizeof(int));
-    b->first = blocks_take(base, &used, joints + 1, sizeof(int));
-    b->kid = blocks_take(base, &used, (size_t)kids, sizeof(int));
-    b->kid_arm = blocks_take(base, &used, (size_t)kids, sizeof(int));
+    b->shape = blocks_take(base, &used, (size_t)b->count, sizeof *b->shape);
+    b->up = blocks_take(base, &used, counts.edges, row);
+    b->down = blocks_take(base, &used, counts.edges, row);
+    b->kid = blocks_take(base, &used, counts.kids, 2 * row);
+    b->up_place = blocks_take(base, &used, counts.edges, sizeof(int));
+    b->up_arm = blocks_take(base, &used, counts.edges, sizeof(int));
+    b->down_place = blocks_take(base, &used, counts.edges, sizeof(int));
+    b->down_arm = blocks_take(base, &used, counts.edges, sizeof(int));
+    b->kid_place = blocks_take(base, &used, counts.kids, sizeof(int));
+    b->kid_arm = blocks_take(base, &used, counts.kids, sizeof(int));
+    b->crowd_first = blocks_take(base, &used, counts.joints + 1, sizeof(int));
+    b->crowd_place = blocks_take(base, &used, counts.crowd, sizeof(int));
+    b->crowd_arm = blocks_take(base, &used, counts.crowd, sizeof(int));
     return used;
 }
 
@@ -62,70 +72,81 @@ static void blocks_shape(struct block_shape *shape, const struct pend_tree *tree
         shape->straight &= p == k - 1;
         shape->inside[i] = (signed char)(p < start ? -1 : p - start);
         shape->parent[i] = pend_blocks_place(p);
+        for (int j = 0; j < BLOCK_SIBLINGS; j++) shape->sibling[j][i] = pend_blocks_place(-1);
+        if (k >= tree->n || p < 0 || blocks_crowded(tree, p)) continue;
+        int rounds = 0;
+        for (int c = p + 1; c < tree->end[p]; c = tree->end[c]) {
+            if (c != k) shape->sibling[rounds++][i] = pend_blocks_place(c);
+        }
+        if (rounds > shape->rounds) shape->rounds = rounds;
     }
 }
 
-/* edges in the order of their children's blocks, and in the order of their parents' */
-static void blocks_edges(struct blocks *b, const struct pend_tree *tree) {
+/* edges to earlier blocks in the order of their children */
+static void blocks_down_edges(struct blocks *b, const struct pend_tree *tree) {
     int edges = 0;
     for (int k = 0; k < tree->n; k++) {
-        struct block_shape *shape = &b->shape[k / BLOCK_ARMS];
-        if (k % BLOCK_ARMS == 0) shape->down_first = edges;
+        struct block_run *run = &b->shape[k / BLOCK_ARMS].down;
+        if (k % BLOCK_ARMS == 0) run->first = edges;
         if (blocks_crosses(tree, k)) {
             b->down_place[edges] = pend_blocks_place(tree->parent[k]);
             b->down_arm[edges++] = k;
-            b->shape[tree->parent[k] / BLOCK_ARMS].up_end++;
         }
-        shape->down_end = edges;
+        run->end = edges;
     }
-    edges = 0;
+}
+
+/* edges from later blocks in the order of their parents' blocks; the sweep that needs them comes from the last block:
+ * what is known last is added last */
+static void blocks_up_edges(struct blocks *b, const struct pend_tree *tree) {
+    int edges = 0;
+    for (int k = 0; k < tree->n; k++) {
+        if (blocks_crosses(tree, k)) b->shape[tree->parent[k] / BLOCK_ARMS].up.end++;
+    }
     for (int i = 0; i < b->count; i++) {
-        struct block_shape *shape = &b->shape[i];
-        shape->up_first = edges;
-        edges += shape->up_end;
-        shape->up_end = shape->up_first;
+        struct block_run *run = &b->shape[i].up;
+        int count = run->end;
+        run->first = run->end = edges;
+        edges += count;
     }
-    // the sweep that needs them comes from the last block: what is known last is added last
     for (int k = tree->n - 1; k >= 0; k--) {
         if (!blocks_crosses(tree, k)) continue;
-        struct block_shape *shape = &b->shape[tree->parent[k] / BLOCK_ARMS];
-        b->up_place[shape->up_end] = pend_blocks_place(k);
-        b->up_arm[shape->up_end++] = k;
+        int at = b->shape[tree->parent[k] / BLOCK_ARMS].up.end++;
+        b->up_place[at] = pend_blocks_place(k);
+        b->up_arm[at] = k;
     }
 }
 
-/* children of arm k */
-static int blocks_degree(const struct pend_tree *tree, int k) {
-    int degree = 0;
-    for (int c = k + 1; c < tree->end[k]; c = tree->end[c]) degree++;
-    return degree;
-}
-
-static void blocks_kids(struct blocks *b, const struct pend_tree *tree, int k, int *joints, int *kids) {
-    b->joint[*joints] = pend_blocks_place(k);
-    b->first[(*joints)++] = *kids;
-    for (int c = k + 1; c < tree->end[k]; c = tree->end[c]) {
-        b->kid[*kids] = pend_blocks_place(c);
-        b->kid_arm[(*kids)++] = c;
-    }
-}
-
-/* joints with few children come sorted by their number, so that loops over the children foresee their ends */
-static void blocks_joints(struct blocks *b, const struct pend_tree *tree) {
-    enum { SORTED = 8 };
-    int joints = 0, kids = 0;
-    for (int degree = 2; degree <= SORTED; degree++) {
-        for (int k = 0; k < tree->n; k++) {
-            int here = blocks_degree(tree, k);
-            if (here == degree || (degree == SORTED && here > degree)) blocks_kids(b, tree, k, &joints, &kids);
+/* children that are not first, and crowded joints with all their children, by the parent's block */
+static void blocks_children(struct blocks *b, const struct pend_tree *tree) {
+    int kids = 0, joints = 0, crowd = 0;
+    for (int k = 0; k < tree->n; k++) {
+        struct block_shape *shape = &b->shape[k / BLOCK_ARMS];
+        if (k % BLOCK_ARMS == 0) {
+            shape->kids.first = kids;
+            shape->joints.first = joints;
         }
+        int crowded = blocks_crowded(tree, k);
+        if (crowded) b->crowd_first[joints++] = crowd;
+        for (int c = k + 1; c < tree->end[k]; c = tree->end[c]) {
+            if (crowded) {
+                b->crowd_place[crowd] = pend_blocks_place(c);
+                b->crowd_arm[crowd++] = c;
+            }
+            if (c == k + 1) continue;
+            b->kid_place[kids] = pend_blocks_place(c);
+            b->kid_arm[kids++] = c;
+        }
+        shape->kids.end = kids;
+        shape->joints.end = joints;
     }
-    b->first[joints] = kids;
+    b->crowd_first[joints] = crowd;
 }
 
 void pend_blocks_init(struct blocks *blocks, const struct pend_tree *tree, void *memory) {
     blocks_lay(blocks, tree, memory);
     for (int i = 0; i < blocks->count; i++) blocks_shape(&blocks->shape[i], tree, i * BLOCK_ARMS);
-    blocks_edges(blocks, tree);
-    blocks_joints(blocks, tree);
+    blocks_down_edges(blocks, tree);
+    blocks_up_edges(blocks, tree);
+    blocks_children(blocks, tree);
 }

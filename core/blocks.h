@@ -11,27 +11,28 @@
 /*
  * Rows of a block, eight numbers each.
  *
- * C_ONLY, Z_ONLY             cosine and sine of the next arm where it is the only child, else 0
+ * C_FIRST, Z_FIRST           cosine and sine of each arm's first child, which is the next arm; 0 where there is none
  * LEAN, NU, TAU, INV, INV_EFF, STIFF, WEIGHT   as in jets_system
- * PART, ACROSS, ALONG        1, cosine and sine over the length
+ * PART, ACROSS, ALONG, SINE  1, cosine and sine over the length; sine
  * LEAD_UP, LEAD_DOWN         what the next block's first arm does to this block, what the last block's last arm does
- * TR, TI, CR, S              T and c of the order at hand, Im c over the order
- * NEXT_*                     the same of the order after, as far as known
- * SUM_COS, SUM_SIN, SUM_SIDE sums over the children of joints with several: of C s, Z s and Z f; else 0
- * OTHERS                     sum of Z f over the siblings
- * SIDE, PULL, BIAS           known force across, its share along less the heave, f
- * HEAVE, TENSION, SHIFT, REST, RADIAL, TANGENTIAL   as in jets_system
+ * TR, TI, CR, NEXT_*         T and c of the order at hand and, as far as known, of the order after
+ * S, SIDE                    known force across each arm over the order; the same with its children's
+ * BIAS, PUSH, SWAY           f, h, Z f
+ * OTHERS                     sum of Z f over the siblings at crowded joints; else 0
+ * REST, TENSION              as in jets_system
+ * RADIAL, TANGENTIAL         acceleration of the tip
  * UP, DOWN                   eight rows each: answers of the block's arms to a unit at one of them
  */
 // clang-format off
 #define BLOCK_ROWS(X) \
-    X(C_ONLY) X(Z_ONLY) X(LEAN) X(NU) X(TAU) X(INV) X(INV_EFF) X(STIFF) X(WEIGHT) X(PART) X(ACROSS) X(ALONG) X(LEAD_UP) \
-    X(LEAD_DOWN) X(TR) X(TI) X(CR) X(S) X(NEXT_TR) X(NEXT_TI) X(NEXT_CR) X(NEXT_CI) X(SUM_COS) X(SUM_SIN) X(SUM_SIDE) \
-    X(OTHERS) X(SIDE) X(PULL) X(BIAS) X(HEAVE) X(TENSION) X(SHIFT) X(REST) X(RADIAL) X(TANGENTIAL) X(UP)
+    X(C_FIRST) X(Z_FIRST) X(LEAN) X(NU) X(TAU) X(INV) X(INV_EFF) X(STIFF) X(WEIGHT) X(PART) X(ACROSS) X(ALONG) X(SINE) \
+    X(LEAD_UP) X(LEAD_DOWN) X(TR) X(TI) X(CR) X(NEXT_TR) X(NEXT_TI) X(NEXT_CR) X(NEXT_CI) X(S) X(SIDE) X(BIAS) X(PUSH) \
+    X(SWAY) X(OTHERS) X(REST) X(TENSION) X(RADIAL) X(TANGENTIAL) X(UP)
 // clang-format on
 
 enum {
     BLOCK_ARMS = 8,
+    BLOCK_SIBLINGS = 3, /* arms with more are at a crowded joint */
 #define X(name) BLOCK_##name,
     BLOCK_ROWS(X)
 #undef X
@@ -40,29 +41,37 @@ enum {
     BLOCK_NUMBERS = BLOCK_ROW_COUNT * BLOCK_ARMS
 };
 
-/* The structure of one block; lanes count its arms. */
-struct block_shape {
-    int straight;                     /* every arm hangs on the one before it, the first on the last block's last */
-    int lead;                         /* the first arm does so */
-    signed char inside[BLOCK_ARMS];   /* lane of the parent, -1 = in another block */
-    int parent[BLOCK_ARMS];           /* place of the parent */
-    int up_first, up_end;             /* edges that end here, of later blocks */
-    int down_first, down_end;         /* edges that begin here, to earlier blocks */
+/* A run of a list. */
+struct block_run {
+    int first, end;
 };
 
-/* A place is an index from `numbers` in steps of one number, of lane i of block b in its row 0: b BLOCK_NUMBERS + i.
- * Before block 0 is one more, whose last lane is the pivot. */
+/* The structure of one block; lanes count its arms. */
+struct block_shape {
+    int straight; /* every arm hangs on the one before it, the first on the last block's last */
+    int lead;     /* the first arm does so */
+    int rounds;   /* most siblings of an arm that is not at a crowded joint */
+    signed char inside[BLOCK_ARMS];          /* lane of the parent, -1 = in another block */
+    int parent[BLOCK_ARMS];                  /* place of the parent */
+    int sibling[BLOCK_SIBLINGS][BLOCK_ARMS]; /* place of each sibling; of the pivot where there is none */
+    struct block_run up, down;               /* edges from later blocks; edges to earlier ones */
+    struct block_run kids;                   /* children of the block's arms that are not first */
+    struct block_run joints;                 /* crowded joints */
+};
+
+/* A place is an index from `numbers`: lane i of block b in its row 0 is b BLOCK_NUMBERS + i. Before block 0 is one more,
+ * whose last lane is the pivot and whose other rows are zero. */
 struct blocks {
-    int count;                /* blocks */
-    int edges;                /* between blocks, without those of lead */
-    int joints;               /* with several children */
-    double *numbers;          /* count blocks of BLOCK_NUMBERS */
-    double *edge_up, *edge_down; /* rows, one an edge */
+    int count;       /* blocks */
+    double *numbers; /* count blocks of BLOCK_NUMBERS */
     struct block_shape *shape;
-    int *up_place, *down_place; /* of the child, of the parent: where an edge's number comes from */
-    int *up_arm, *down_arm;     /* the child's number, both in the edge's order */
-    int *joint, *first; /* place of joint i; its kids are first[i] .. first[i + 1] - 1 */
-    int *kid, *kid_arm; /* their places, and their numbers */
+    /* edges between blocks but for those of `lead`: in the order of their parents' blocks, and of their children's */
+    int *up_place, *up_arm;     /* of the child */
+    int *down_place, *down_arm; /* of the parent; of the child */
+    double *up, *down;          /* rows: what a unit at the edge's end does to the block */
+    int *kid_place, *kid_arm;
+    double *kid; /* two rows each: cosine and sine in the parent's lane, else 0 */
+    int *crowd_first, *crowd_place, *crowd_arm; /* crowded joint i has the children crowd_first[i] .. [i + 1] - 1 */
 };
 
 /** Bytes that the blocks of a tree need, a multiple of 64. O(n). */

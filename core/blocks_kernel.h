@@ -8,6 +8,12 @@
 #include "core/jets_system.h"
 #include "core/lanes.h"
 
+#if defined(__AVX512F__)
+#define BLOCK_PIN LANES_PIN
+#else
+#define BLOCK_PIN(x) ((void)0)
+#endif
+
 LANES_INLINE double *blocks_at(const struct blocks *b, int block) { return b->numbers + (size_t)block * BLOCK_NUMBERS; }
 
 LANES_INLINE lanes8 block_get(const double *at, int row) { return lanes8_get(at + row * BLOCK_ARMS); }
@@ -21,12 +27,6 @@ LANES_INLINE lanes8 block_next(lanes8 x, lanes8 after) {
 
 LANES_INLINE lanes8 block_last(lanes8 x, lanes8 before) {
     return __builtin_shufflevector(before, x, 7, 8, 9, 10, 11, 12, 13, 14);
-}
-
-/* a row's values at the arms' parents */
-LANES_INLINE lanes8 block_parents(const struct blocks *b, const struct block_shape *shape, const double *at, int row) {
-    if (shape->straight) return block_last(block_get(at, row), block_get(at - BLOCK_NUMBERS, row));
-    return lanes8_gather(b->numbers + row * BLOCK_ARMS, shape->parent);
 }
 
 /* ---- once a step */
@@ -63,11 +63,12 @@ LANES_INLINE void block_coefficients(const struct jets_system *s, const struct b
     block_put(at, BLOCK_PART, part);
     block_put(at, BLOCK_ACROSS, cosine * part);
     block_put(at, BLOCK_ALONG, sine * part);
+    block_put(at, BLOCK_SINE, sine);
     block_put(at, BLOCK_LEAD_DOWN, shape->lead ? kappa[0] * block_get(at, BLOCK_DOWN) : lanes8_of(0));
     for (int i = 0; i < BLOCK_ARMS && a + i < s->n; i++) {
-        int k = a + i, only = k + 1 < s->end[k] && s->end[k + 1] == s->end[k];
-        at[BLOCK_C_ONLY * BLOCK_ARMS + i] = only ? s->cosine[k + 1] : 0;
-        at[BLOCK_Z_ONLY * BLOCK_ARMS + i] = only ? s->sine[k + 1] : 0;
+        int k = a + i, carries = k + 1 < s->end[k];
+        at[BLOCK_C_FIRST * BLOCK_ARMS + i] = carries ? s->cosine[k + 1] : 0;
+        at[BLOCK_Z_FIRST * BLOCK_ARMS + i] = carries ? s->sine[k + 1] : 0;
     }
 }
 
@@ -79,13 +80,18 @@ static void blocks_join(const struct jets_system *s, const struct blocks *b) {
         int next = (i + 1) * BLOCK_ARMS;
         double lead = i + 1 < b->count && b->shape[i + 1].lead ? s->kappa[next] : 0;
         block_put(at, BLOCK_LEAD_UP, lead * block_get(at, BLOCK_UP + BLOCK_ARMS - 1));
-        for (int e = shape->up_first; e < shape->up_end; e++) {
+        for (int e = shape->up.first; e < shape->up.end; e++) {
             int k = b->up_arm[e], lane = s->parent[k] % BLOCK_ARMS;
-            lanes8_put(b->edge_up + e * BLOCK_ARMS, s->kappa[k] * block_get(at, BLOCK_UP + lane));
+            lanes8_put(b->up + (size_t)e * BLOCK_ARMS, s->kappa[k] * block_get(at, BLOCK_UP + lane));
         }
-        for (int e = shape->down_first; e < shape->down_end; e++) {
+        for (int e = shape->down.first; e < shape->down.end; e++) {
             int k = b->down_arm[e], lane = k % BLOCK_ARMS;
-            lanes8_put(b->edge_down + e * BLOCK_ARMS, s->kappa[k] * block_get(at, BLOCK_DOWN + lane));
+            lanes8_put(b->down + (size_t)e * BLOCK_ARMS, s->kappa[k] * block_get(at, BLOCK_DOWN + lane));
+        }
+        for (int e = shape->kids.first; e < shape->kids.end; e++) {
+            int k = b->kid_arm[e], lane = s->parent[k] % BLOCK_ARMS;
+            b->kid[(size_t)e * 2 * BLOCK_ARMS + (size_t)lane] = s->cosine[k];
+            b->kid[(size_t)e * 2 * BLOCK_ARMS + BLOCK_ARMS + (size_t)lane] = s->sine[k];
         }
     }
 }
@@ -99,203 +105,219 @@ static void blocks_prepare(const struct jets_system *s, const struct blocks *b) 
     blocks_join(s, b);
 }
 
-/* ---- once an order */
+/* ---- once an order, from the last block to the first */
+
+struct block_known {
+    lanes8 Tr, Ti, cr, ci;
+};
 
 /*
  * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass: what is loaded
  * serves both. Row -1 of the forces is zero.
  */
-static void blocks_known(const struct jets_system *s, const struct blocks *b, int k) {
+LANES_INLINE struct block_known block_known(const struct jets_system *s, double *at, size_t row, int k) {
     enum { STRIDE = BLOCK_ARMS };
-    lanes8 share = lanes8_of(s->share[k]);
-    for (int i = b->count - 1; i >= 0; i--) {
-        double *at = blocks_at(b, i);
-        size_t row = (size_t)i * s->tile;
-        const double *re = s->turn_re + row + 2 * STRIDE, *im = s->turn_im + row + 2 * STRIDE;
-        const double *rate = s->rate + row + k * STRIDE, *force = s->force + row + (k - 1) * STRIDE;
-        lanes8 w = lanes8_get(rate), f = lanes8_get(force), first = lanes8_get(s->rate + row), zero = lanes8_of(0);
-        // u_1 is imaginary
-        lanes8 Tr = zero, Ti = first * w, cr = zero, ci = first * f;
-        lanes8 next_Tr = zero, next_Ti = zero, next_cr = zero, next_ci = zero;
-        for (int j = 2; j <= k + 1; j++, re += STRIDE, im += STRIDE) {
-            lanes8 ur = lanes8_get(re), ui = lanes8_get(im);
-            next_Tr = lanes8_fma(ur, w, next_Tr);
-            next_Ti = lanes8_fma(ui, w, next_Ti);
-            next_cr = lanes8_fma(ur, f, next_cr);
-            next_ci = lanes8_fma(ui, f, next_ci);
-            rate -= STRIDE, force -= STRIDE;
-            w = lanes8_get(rate), f = lanes8_get(force);
-            Tr = lanes8_fma(ur, w, Tr);
-            Ti = lanes8_fma(ui, w, Ti);
-            cr = lanes8_fma(ur, f, cr);
-            ci = lanes8_fma(ui, f, ci);
-        }
-        block_put(at, BLOCK_TR, Tr);
-        block_put(at, BLOCK_TI, Ti);
-        block_put(at, BLOCK_CR, cr);
-        block_put(at, BLOCK_S, ci * share);
-        block_put(at, BLOCK_NEXT_TR, next_Tr);
-        block_put(at, BLOCK_NEXT_TI, next_Ti);
-        block_put(at, BLOCK_NEXT_CR, next_cr);
-        block_put(at, BLOCK_NEXT_CI, next_ci);
+    const double *re = s->turn_re + row + 2 * STRIDE, *im = s->turn_im + row + 2 * STRIDE;
+    const double *rate = s->rate + row + (size_t)k * STRIDE, *force = s->force + row + (size_t)k * STRIDE - STRIDE;
+    lanes8 w = lanes8_get(rate), f = lanes8_get(force), first = lanes8_get(s->rate + row), zero = lanes8_of(0);
+    // u_1 is imaginary
+    struct block_known now = {zero, first * w, zero, first * f}, next = {zero, zero, zero, zero};
+    for (int j = 2; j <= k + 1; j++, re += STRIDE, im += STRIDE) {
+        lanes8 ur = lanes8_get(re), ui = lanes8_get(im);
+        BLOCK_PIN(ur);
+        BLOCK_PIN(ui);
+        next.Tr = lanes8_fma(ur, w, next.Tr);
+        next.Ti = lanes8_fma(ui, w, next.Ti);
+        next.cr = lanes8_fma(ur, f, next.cr);
+        next.ci = lanes8_fma(ui, f, next.ci);
+        rate -= STRIDE, force -= STRIDE;
+        w = lanes8_get(rate), f = lanes8_get(force);
+        BLOCK_PIN(w);
+        BLOCK_PIN(f);
+        now.Tr = lanes8_fma(ur, w, now.Tr);
+        now.Ti = lanes8_fma(ui, w, now.Ti);
+        now.cr = lanes8_fma(ur, f, now.cr);
+        now.ci = lanes8_fma(ui, f, now.ci);
     }
+    block_put(at, BLOCK_NEXT_TR, next.Tr);
+    block_put(at, BLOCK_NEXT_TI, next.Ti);
+    block_put(at, BLOCK_NEXT_CR, next.cr);
+    block_put(at, BLOCK_NEXT_CI, next.ci);
+    return now;
 }
 
 /* T and c of order k, the second of two: the terms that were missing */
-static void blocks_complete(const struct jets_system *s, const struct blocks *b, int k) {
+LANES_INLINE struct block_known block_complete(const struct jets_system *s, const double *at, size_t row, int k) {
     enum { STRIDE = BLOCK_ARMS };
-    lanes8 share = lanes8_of(s->share[k]);
-    for (int i = b->count - 1; i >= 0; i--) {
-        double *at = blocks_at(b, i);
-        size_t row = (size_t)i * s->tile, now = row + (size_t)k * STRIDE;
-        lanes8 first = lanes8_get(s->rate + row);
-        lanes8 Tr = lanes8_fma(lanes8_get(s->turn_re + now + STRIDE), first, block_get(at, BLOCK_NEXT_TR));
-        lanes8 Ti = lanes8_fma(lanes8_get(s->turn_im + now + STRIDE), first, block_get(at, BLOCK_NEXT_TI));
-        Ti = lanes8_fma(first, lanes8_get(s->rate + now), Ti);
-        lanes8 ci = lanes8_fma(first, lanes8_get(s->force + now - STRIDE), block_get(at, BLOCK_NEXT_CI));
-        block_put(at, BLOCK_TR, Tr);
-        block_put(at, BLOCK_TI, Ti);
-        block_put(at, BLOCK_CR, block_get(at, BLOCK_NEXT_CR));
-        block_put(at, BLOCK_S, ci * share);
-    }
+    size_t now = row + (size_t)k * STRIDE;
+    lanes8 first = lanes8_get(s->rate + row);
+    struct block_known known = {block_get(at, BLOCK_NEXT_TR), block_get(at, BLOCK_NEXT_TI),
+                                block_get(at, BLOCK_NEXT_CR), block_get(at, BLOCK_NEXT_CI)};
+    known.Tr = lanes8_fma(lanes8_get(s->turn_re + now + STRIDE), first, known.Tr);
+    known.Ti = lanes8_fma(lanes8_get(s->turn_im + now + STRIDE), first, known.Ti);
+    known.Ti = lanes8_fma(first, lanes8_get(s->rate + now), known.Ti);
+    known.ci = lanes8_fma(first, lanes8_get(s->force + now - STRIDE), known.ci);
+    return known;
 }
 
-/* sums of C s and Z s over the children of joints with several */
-static void blocks_sum_known(const struct jets_system *s, const struct blocks *b) {
-    enum { S = BLOCK_S * BLOCK_ARMS };
-    for (int i = 0; i < b->joints; i++) {
-        double along = 0, across = 0;
-        for (int c = b->first[i]; c < b->first[i + 1]; c++) {
-            double side = b->numbers[b->kid[c] + S];
-            along = lanes1_fma(s->cosine[b->kid_arm[c]], side, along);
-            across = lanes1_fma(s->sine[b->kid_arm[c]], side, across);
-        }
-        b->numbers[b->joint[i] + BLOCK_SUM_COS * BLOCK_ARMS] = along;
-        b->numbers[b->joint[i] + BLOCK_SUM_SIN * BLOCK_ARMS] = across;
-    }
+/* a number of a row */
+LANES_INLINE double blocks_one(const struct blocks *b, int place, int row) {
+    return b->numbers[place + row * BLOCK_ARMS];
 }
 
-/* the known forces, and what they ask of each arm */
-static void blocks_pull(const struct blocks *b) {
-    lanes8 after = lanes8_of(0);
-    for (int i = b->count - 1; i >= 0; i--) {
-        double *at = blocks_at(b, i);
-        lanes8 here = block_get(at, BLOCK_S), next = block_next(here, after);
-        lanes8 side = here - lanes8_fma(block_get(at, BLOCK_C_ONLY), next, block_get(at, BLOCK_SUM_COS));
-        lanes8 sum_sin = lanes8_fma(block_get(at, BLOCK_Z_ONLY), next, block_get(at, BLOCK_SUM_SIN));
-        lanes8 heave = block_get(at, BLOCK_WEIGHT) * block_get(at, BLOCK_TI);
-        block_put(at, BLOCK_SIDE, side);
-        block_put(at, BLOCK_HEAVE, heave);
-        block_put(at, BLOCK_PULL, (block_get(at, BLOCK_LEAN) * side - sum_sin) - heave);
-        after = here;
-    }
-}
-
-/* the product of eight rows with eight numbers of another row */
-LANES_INLINE lanes8 block_product(const double *at, int rows, int factors, lanes8 sum) {
-    const double *x = at + factors * BLOCK_ARMS;
-    lanes8 part = block_get(at, rows) * x[0];
-    for (int i = 1; i < BLOCK_ARMS; i += 2) part = lanes8_fma(block_get(at, rows + i), lanes8_of(x[i]), part);
-    for (int i = 2; i < BLOCK_ARMS; i += 2) sum = lanes8_fma(block_get(at, rows + i), lanes8_of(x[i]), sum);
+/* the product of eight rows with the eight numbers of a vector */
+LANES_INLINE lanes8 block_product(const double *at, int rows, lanes8 x) {
+#define BLOCK_TERM(i) block_get(at, rows + (i)), __builtin_shufflevector(x, x, i, i, i, i, i, i, i, i)
+    lanes8 part = lanes8_fma(BLOCK_TERM(0), lanes8_of(0)), sum = lanes8_fma(BLOCK_TERM(1), lanes8_of(0));
+    part = lanes8_fma(BLOCK_TERM(2), part);
+    sum = lanes8_fma(BLOCK_TERM(3), sum);
+    part = lanes8_fma(BLOCK_TERM(4), part);
+    sum = lanes8_fma(BLOCK_TERM(5), sum);
+    part = lanes8_fma(BLOCK_TERM(6), part);
+    sum = lanes8_fma(BLOCK_TERM(7), sum);
+#undef BLOCK_TERM
     return part + sum;
 }
 
-/* leaves to root: the constant part of the force an arm asks for */
-static void blocks_up(const struct blocks *b) {
-    lanes8 after = lanes8_of(0);
+/* f, the constant part of the force that an arm asks for; `after` holds that of the next block */
+LANES_INLINE lanes8 block_bias(const struct blocks *b, const struct block_shape *shape, double *at, lanes8 pull,
+                               lanes8 after) {
+    lanes8 bias = block_product(at, BLOCK_UP, pull);
+    for (int e = shape->up.first; e < shape->up.end; e++) {
+        lanes8 child = lanes8_of(blocks_one(b, b->up_place[e], BLOCK_BIAS));
+        bias = lanes8_fma(lanes8_get(b->up + (size_t)e * BLOCK_ARMS), child, bias);
+    }
+    lanes8 first = __builtin_shufflevector(after, after, 0, 0, 0, 0, 0, 0, 0, 0);
+    return lanes8_fma(block_get(at, BLOCK_LEAD_UP), first, bias);
+}
+
+/* at crowded joints: the sum of Z f over the siblings before an arm and over those after it */
+LANES_INLINE void block_crowd(const struct blocks *b, int joint) {
+    enum { SWAY = BLOCK_SWAY * BLOCK_ARMS, OTHERS = BLOCK_OTHERS * BLOCK_ARMS };
+    double early = 0, late = 0;
+    for (int c = b->crowd_first[joint]; c < b->crowd_first[joint + 1]; c++) {
+        double *kid = b->numbers + b->crowd_place[c];
+        kid[OTHERS] = early;
+        early += kid[SWAY];
+    }
+    for (int c = b->crowd_first[joint + 1] - 1; c >= b->crowd_first[joint]; c--) {
+        double *kid = b->numbers + b->crowd_place[c];
+        kid[OTHERS] += late;
+        late += kid[SWAY];
+    }
+}
+
+/* leaves to root */
+static void blocks_up(const struct jets_system *s, const struct blocks *b, int k) {
+    lanes8 share = lanes8_of(s->share[k]), after_s = lanes8_of(0), after_bias = after_s;
     for (int i = b->count - 1; i >= 0; i--) {
         double *at = blocks_at(b, i);
         const struct block_shape *shape = &b->shape[i];
-        lanes8 bias = block_product(at, BLOCK_UP, BLOCK_PULL, lanes8_of(0));
-        for (int e = shape->up_first; e < shape->up_end; e++) {
-            double child = b->numbers[b->up_place[e] + BLOCK_BIAS * BLOCK_ARMS];
-            bias = lanes8_fma(lanes8_get(b->edge_up + e * BLOCK_ARMS), lanes8_of(child), bias);
+        size_t row = (size_t)i * s->tile;
+        struct block_known known = k % 2 ? block_complete(s, at, row, k) : block_known(s, at, row, k);
+        block_put(at, BLOCK_TR, known.Tr);
+        block_put(at, BLOCK_TI, known.Ti);
+        block_put(at, BLOCK_CR, known.cr);
+        // known forces of the arm and its children
+        lanes8 here = known.ci * share, next = block_next(here, after_s), side = here, push = lanes8_of(0);
+        block_put(at, BLOCK_S, here);
+        side -= block_get(at, BLOCK_C_FIRST) * next;
+        push -= block_get(at, BLOCK_Z_FIRST) * next;
+        for (int e = shape->kids.first; e < shape->kids.end; e++) {
+            const double *kid = b->kid + (size_t)e * 2 * BLOCK_ARMS;
+            lanes8 child = lanes8_of(blocks_one(b, b->kid_place[e], BLOCK_S));
+            side -= lanes8_get(kid) * child;
+            push -= lanes8_get(kid + BLOCK_ARMS) * child;
         }
-        lanes8 first = __builtin_shufflevector(after, after, 0, 0, 0, 0, 0, 0, 0, 0);
-        bias = lanes8_fma(block_get(at, BLOCK_LEAD_UP), first, bias);
+        lanes8 heave = block_get(at, BLOCK_WEIGHT) * known.Ti;
+        block_put(at, BLOCK_SIDE, side);
+        lanes8 pull = lanes8_fma(block_get(at, BLOCK_LEAN), side, push) - heave;
+        lanes8 bias = block_bias(b, shape, at, pull, after_bias);
         block_put(at, BLOCK_BIAS, bias);
-        after = bias;
+        block_put(at, BLOCK_PUSH, bias + heave);
+        block_put(at, BLOCK_SWAY, bias * block_get(at, BLOCK_SINE));
+        // what stays of the tangential acceleration
+        lanes8 rest = side - block_get(at, BLOCK_Z_FIRST) * block_next(bias, after_bias);
+        for (int e = shape->kids.first; e < shape->kids.end; e++) {
+            lanes8 child = lanes8_of(blocks_one(b, b->kid_place[e], BLOCK_BIAS));
+            rest -= lanes8_get(b->kid + (size_t)(2 * e + 1) * BLOCK_ARMS) * child;
+        }
+        block_put(at, BLOCK_REST, block_get(at, BLOCK_INV) * rest);
+        for (int j = shape->joints.first; j < shape->joints.end; j++) block_crowd(b, j);
+        after_s = here, after_bias = bias;
     }
 }
 
-/* sums of Z f over the siblings of each arm and over all children of a joint, where there are several */
-static void blocks_sum_bias(const struct jets_system *s, const struct blocks *b) {
-    enum { BIAS = BLOCK_BIAS * BLOCK_ARMS, OTHERS = BLOCK_OTHERS * BLOCK_ARMS };
-    for (int i = 0; i < b->joints; i++) {
-        double early = 0, late = 0;
-        for (int c = b->first[i]; c < b->first[i + 1]; c++) {
-            b->numbers[b->kid[c] + OTHERS] = early;
-            early = lanes1_fma(s->sine[b->kid_arm[c]], b->numbers[b->kid[c] + BIAS], early);
-        }
-        for (int c = b->first[i + 1] - 1; c >= b->first[i]; c--) {
-            b->numbers[b->kid[c] + OTHERS] += late;
-            late = lanes1_fma(s->sine[b->kid_arm[c]], b->numbers[b->kid[c] + BIAS], late);
-        }
-        b->numbers[b->joint[i] + BLOCK_SUM_SIDE * BLOCK_ARMS] = late;
-    }
+/* ---- once an order, from the first block to the last */
+
+/* a row's values at the arms' parents */
+LANES_INLINE lanes8 block_parents(const struct blocks *b, const struct block_shape *shape, const double *at, int row) {
+    if (shape->straight) return block_last(block_get(at, row), block_get(at - BLOCK_NUMBERS, row));
+    return lanes8_gather(b->numbers + row * BLOCK_ARMS, shape->parent);
 }
 
 /* the constant part of mu, tension first: the siblings' part leaves the arm itself out */
-static void blocks_tension(const struct blocks *b) {
-    lanes8 after = lanes8_of(0);
-    for (int i = b->count - 1; i >= 0; i--) {
-        double *at = blocks_at(b, i);
-        lanes8 bias = block_get(at, BLOCK_BIAS), next = block_next(bias, after);
-        lanes8 sum_side = lanes8_fma(block_get(at, BLOCK_Z_ONLY), next, block_get(at, BLOCK_SUM_SIDE));
-        lanes8 across = block_parents(b, &b->shape[i], at, BLOCK_SIDE) - block_get(at, BLOCK_OTHERS);
-        lanes8 tension = lanes8_fma(block_get(at, BLOCK_TAU), across, block_get(at, BLOCK_NU) * bias);
-        lanes8 push = bias + block_get(at, BLOCK_HEAVE);
-        block_put(at, BLOCK_TENSION, tension);
-        block_put(at, BLOCK_SHIFT, (tension - push) * block_get(at, BLOCK_INV_EFF));
-        block_put(at, BLOCK_REST, block_get(at, BLOCK_INV) * (block_get(at, BLOCK_SIDE) - sum_side));
-        after = bias;
+LANES_INLINE lanes8 block_tension(const struct blocks *b, const struct block_shape *shape, double *at) {
+    lanes8 across = block_parents(b, shape, at, BLOCK_SIDE) - block_get(at, BLOCK_OTHERS);
+    for (int i = 0; i < shape->rounds; i++) {
+        across -= lanes8_gather(b->numbers + BLOCK_SWAY * BLOCK_ARMS, shape->sibling[i]);
     }
+    lanes8 bias = block_get(at, BLOCK_BIAS), push = block_get(at, BLOCK_PUSH);
+    lanes8 tension = lanes8_fma(block_get(at, BLOCK_TAU), across, block_get(at, BLOCK_NU) * bias);
+    block_put(at, BLOCK_TENSION, tension);
+    return (tension - push) * block_get(at, BLOCK_INV_EFF);
 }
 
-/* the root hangs on the pivot, which has i gravity */
-static void blocks_hang(const struct jets_system *s, const struct blocks *b, double gravity) {
-    double *root = blocks_at(b, 0), lift = s->sine[0] * gravity;
-    root[pend_blocks_place(-1) + BLOCK_TANGENTIAL * BLOCK_ARMS] = gravity;
-    if (gravity == 0) return;
-    root[BLOCK_TENSION * BLOCK_ARMS] = lanes1_fma(s->eff[0], lift, root[BLOCK_TENSION * BLOCK_ARMS]);
-    root[BLOCK_SHIFT * BLOCK_ARMS] += lift;
+/* acceleration of the tips along their arms; `before` is that of the block before */
+LANES_INLINE lanes8 block_radial(const struct blocks *b, const struct block_shape *shape, double *at, lanes8 shift,
+                                 lanes8 before) {
+    lanes8 radial = block_product(at, BLOCK_DOWN, shift);
+    for (int e = shape->down.first; e < shape->down.end; e++) {
+        lanes8 parent = lanes8_of(blocks_one(b, b->down_place[e], BLOCK_RADIAL));
+        radial = lanes8_fma(lanes8_get(b->down + (size_t)e * BLOCK_ARMS), parent, radial);
+    }
+    lanes8 last = __builtin_shufflevector(before, before, 7, 7, 7, 7, 7, 7, 7, 7);
+    return lanes8_fma(block_get(at, BLOCK_LEAD_DOWN), last, radial);
 }
 
-/* root to leaves: accelerations of the tips in their arms' frames */
-static void blocks_down(const struct blocks *b) {
+/* the coefficients of order k and what they make of u */
+LANES_INLINE void block_learn(const struct jets_system *s, const struct blocks *b, int i, int k) {
+    enum { STRIDE = BLOCK_ARMS };
+    double *at = blocks_at(b, i);
+    size_t now = (size_t)i * s->tile + (size_t)k * STRIDE, next = now + STRIDE, after = next + STRIDE;
+    lanes8 order = lanes8_of(k + 1), turn_share = lanes8_of(s->share[k + 1]);
+    lanes8 radial = block_parents(b, &b->shape[i], at, BLOCK_RADIAL);
+    lanes8 tangential = block_parents(b, &b->shape[i], at, BLOCK_TANGENTIAL);
+    lanes8 turned = block_get(at, BLOCK_ALONG) * radial - block_get(at, BLOCK_ACROSS) * tangential;
+    turned = lanes8_fma(block_get(at, BLOCK_PART), block_get(at, BLOCK_TANGENTIAL), turned);
+    lanes8 mu = lanes8_fma(block_get(at, BLOCK_STIFF), radial, block_get(at, BLOCK_TENSION));
+    lanes8_put(s->rate + next, turned - block_get(at, BLOCK_TR));
+    lanes8_put(s->force + now, mu * order - block_get(at, BLOCK_CR));
+    lanes8_put(s->turn_re + after, -block_get(at, BLOCK_TI) * turn_share);
+    lanes8_put(s->turn_im + after, turned * turn_share);
+}
+
+/* the root hangs on the pivot, which has i gravity: what that adds to the shifts of the first block */
+LANES_INLINE lanes8 blocks_hang(const struct jets_system *s, const struct blocks *b, double gravity) {
+    double *root = blocks_at(b, 0) + BLOCK_TENSION * BLOCK_ARMS, lift = s->sine[0] * gravity;
+    b->numbers[pend_blocks_place(-1) + BLOCK_TANGENTIAL * BLOCK_ARMS] = gravity;
+    if (gravity != 0) *root = lanes1_fma(s->eff[0], lift, *root);
+    return (lanes8){lift};
+}
+
+/* root to leaves */
+static void blocks_down(const struct jets_system *s, const struct blocks *b, double gravity, int k) {
     lanes8 before = lanes8_of(0);
     for (int i = 0; i < b->count; i++) {
         double *at = blocks_at(b, i);
         const struct block_shape *shape = &b->shape[i];
-        lanes8 radial = block_product(at, BLOCK_DOWN, BLOCK_SHIFT, lanes8_of(0));
-        for (int e = shape->down_first; e < shape->down_end; e++) {
-            double parent = b->numbers[b->down_place[e] + BLOCK_RADIAL * BLOCK_ARMS];
-            radial = lanes8_fma(lanes8_get(b->edge_down + e * BLOCK_ARMS), lanes8_of(parent), radial);
-        }
-        lanes8 last = __builtin_shufflevector(before, before, 7, 7, 7, 7, 7, 7, 7, 7);
-        radial = lanes8_fma(block_get(at, BLOCK_LEAD_DOWN), last, radial);
+        lanes8 shift = block_tension(b, shape, at);
+        if (!i) shift += blocks_hang(s, b, gravity);
+        lanes8 radial = block_radial(b, shape, at, shift, before);
         block_put(at, BLOCK_RADIAL, radial);
         block_put(at, BLOCK_TANGENTIAL, block_get(at, BLOCK_REST) - block_get(at, BLOCK_LEAN) * radial);
+        block_learn(s, b, i, k);
         before = radial;
-    }
-}
-
-/* the coefficients of order k and what they make of u */
-static void blocks_learn(const struct jets_system *s, const struct blocks *b, int k) {
-    enum { STRIDE = BLOCK_ARMS };
-    lanes8 order = lanes8_of(k + 1), turn_share = lanes8_of(s->share[k + 1]);
-    for (int i = 0; i < b->count; i++) {
-        double *at = blocks_at(b, i);
-        size_t now = (size_t)i * s->tile + (size_t)k * STRIDE, next = now + STRIDE, after = next + STRIDE;
-        lanes8 radial = block_parents(b, &b->shape[i], at, BLOCK_RADIAL);
-        lanes8 tangential = block_parents(b, &b->shape[i], at, BLOCK_TANGENTIAL);
-        lanes8 turned = block_get(at, BLOCK_ALONG) * radial - block_get(at, BLOCK_ACROSS) * tangential;
-        turned = lanes8_fma(block_get(at, BLOCK_PART), block_get(at, BLOCK_TANGENTIAL), turned);
-        lanes8 mu = lanes8_fma(block_get(at, BLOCK_STIFF), radial, block_get(at, BLOCK_TENSION));
-        lanes8_put(s->rate + next, turned - block_get(at, BLOCK_TR));
-        lanes8_put(s->force + now, mu * order - block_get(at, BLOCK_CR));
-        lanes8_put(s->turn_re + after, -block_get(at, BLOCK_TI) * turn_share);
-        lanes8_put(s->turn_im + after, turned * turn_share);
     }
 }
 
@@ -309,18 +331,8 @@ static void blocks_orders(const struct jets_system *s, double gravity, int order
         lanes8_put(s->turn_im + row + BLOCK_ARMS, lanes8_get(s->rate + row));
     }
     for (int k = 0; k < order; k++) {
-        if (k % 2)
-            blocks_complete(s, b, k);
-        else
-            blocks_known(s, b, k);
-        blocks_sum_known(s, b);
-        blocks_pull(b);
-        blocks_up(b);
-        blocks_sum_bias(s, b);
-        blocks_tension(b);
-        blocks_hang(s, b, k ? 0 : gravity);
-        blocks_down(b);
-        blocks_learn(s, b, k);
+        blocks_up(s, b, k);
+        blocks_down(s, b, k ? 0 : gravity, k);
     }
 }
 
