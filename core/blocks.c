@@ -1,9 +1,18 @@
 #include "core/blocks.h"
 
-/* an arm that neither hangs on its own block nor, as its first, on the last arm of the block before */
+static int blocks_start(int k) { return k / BLOCK_ARMS * BLOCK_ARMS; }
+
+/* an arm that hangs on no arm of its own block */
+static int blocks_leaves(const struct pend_tree *tree, int k) { return tree->parent[k] < blocks_start(k); }
+
+/* an arm that is its block's first and hangs on the last of the block before */
+static int blocks_leads(const struct pend_tree *tree, int k) {
+    return k == blocks_start(k) && tree->parent[k] == k - 1;
+}
+
+/* an arm whose edge the parent's block keeps in its list */
 static int blocks_crosses(const struct pend_tree *tree, int k) {
-    int start = k / BLOCK_ARMS * BLOCK_ARMS, p = tree->parent[k];
-    return p < start && !(k == start && p == k - 1);
+    return blocks_leaves(tree, k) && !blocks_leads(tree, k);
 }
 
 /* children of arm k, BLOCK_SIBLINGS + 2 where there are as many or more */
@@ -16,17 +25,23 @@ static int blocks_degree(const struct pend_tree *tree, int k) {
 static int blocks_crowded(const struct pend_tree *tree, int k) { return blocks_degree(tree, k) == BLOCK_SIBLINGS + 2; }
 
 struct blocks_counts {
-    size_t edges, kids, joints, crowd;
+    size_t up, down, kids, apart, joints, crowd;
 };
 
 static struct blocks_counts blocks_measure(const struct pend_tree *tree) {
-    struct blocks_counts counts = {0, 0, 0, 0};
+    struct blocks_counts counts = {0};
     for (int k = 0; k < tree->n; k++) {
-        counts.edges += (size_t)blocks_crosses(tree, k);
+        counts.up += (size_t)blocks_crosses(tree, k);
+        counts.down += (size_t)blocks_leaves(tree, k);
         counts.kids += k > 0 && tree->parent[k] != k - 1;
-        if (!blocks_crowded(tree, k)) continue;
-        counts.joints++;
-        for (int c = k + 1; c < tree->end[k]; c = tree->end[c]) counts.crowd++;
+        int crowded = blocks_crowded(tree, k);
+        counts.joints += (size_t)crowded;
+        for (int c = k + 1; c < tree->end[k]; c = tree->end[c]) {
+            counts.crowd += (size_t)crowded;
+            for (int d = k + 1; d < tree->end[k] && !crowded; d = tree->end[d]) {
+                counts.apart += blocks_start(c) != blocks_start(d);
+            }
+        }
     }
     return counts;
 }
@@ -44,13 +59,16 @@ static size_t blocks_lay(struct blocks *b, const struct pend_tree *tree, char *b
     b->numbers = blocks_take(base, &used, (size_t)b->count + 1, BLOCK_NUMBERS * sizeof(double));
     if (base) b->numbers += BLOCK_NUMBERS; // the pivot's comes first
     b->shape = blocks_take(base, &used, (size_t)b->count, sizeof *b->shape);
-    b->up = blocks_take(base, &used, counts.edges, row);
-    b->down = blocks_take(base, &used, counts.edges, row);
+    b->up = blocks_take(base, &used, counts.up, row);
+    b->down = blocks_take(base, &used, counts.down, row);
     b->kid = blocks_take(base, &used, counts.kids, 2 * row);
-    b->up_place = blocks_take(base, &used, counts.edges, sizeof(int));
-    b->up_arm = blocks_take(base, &used, counts.edges, sizeof(int));
-    b->down_place = blocks_take(base, &used, counts.edges, sizeof(int));
-    b->down_arm = blocks_take(base, &used, counts.edges, sizeof(int));
+    b->up_place = blocks_take(base, &used, counts.up, sizeof(int));
+    b->up_arm = blocks_take(base, &used, counts.up, sizeof(int));
+    b->down_place = blocks_take(base, &used, counts.down, sizeof(int));
+    b->down_arm = blocks_take(base, &used, counts.down, sizeof(int));
+    b->down_lane = blocks_take(base, &used, counts.down, 1);
+    b->apart_lane = blocks_take(base, &used, counts.apart, 1);
+    b->apart_place = blocks_take(base, &used, counts.apart, sizeof(int));
     b->kid_place = blocks_take(base, &used, counts.kids, sizeof(int));
     b->kid_arm = blocks_take(base, &used, counts.kids, sizeof(int));
     b->crowd_first = blocks_take(base, &used, counts.joints + 1, sizeof(int));
@@ -64,21 +82,59 @@ size_t pend_blocks_bytes(const struct pend_tree *tree) {
     return blocks_lay(&sketch, tree, NULL);
 }
 
-static void blocks_shape(struct block_shape *shape, const struct pend_tree *tree, int start) {
-    shape->lead = tree->parent[start] == start - 1;
-    shape->straight = 1;
-    for (int i = 0; i < BLOCK_ARMS; i++) {
-        int k = start + i, p = k < tree->n ? tree->parent[k] : k - 1;
-        shape->straight &= p == k - 1;
-        shape->inside[i] = (signed char)(p < start ? -1 : p - start);
-        shape->parent[i] = pend_blocks_place(p);
-        for (int j = 0; j < BLOCK_SIBLINGS; j++) shape->sibling[j][i] = pend_blocks_place(-1);
-        if (k >= tree->n || p < 0 || blocks_crowded(tree, p)) continue;
-        int rounds = 0;
+static void blocks_read(struct block_lanes *lanes, int lane, int from) {
+    lanes->from[lane] = (signed char)from;
+    lanes->mask = (unsigned char)(lanes->mask | 1 << lane);
+}
+
+/* siblings of arm k, those in its own block first */
+static int blocks_siblings(const struct pend_tree *tree, int k, int sibling[BLOCK_SIBLINGS], int *near) {
+    int p = tree->parent[k], count = 0;
+    *near = 0;
+    if (p < 0 || blocks_crowded(tree, p)) return 0;
+    for (int far = 0; far < 2; far++) {
         for (int c = p + 1; c < tree->end[p]; c = tree->end[c]) {
-            if (c != k) shape->sibling[rounds++][i] = pend_blocks_place(c);
+            if (c == k || (blocks_start(c) != blocks_start(k)) != far) continue;
+            sibling[count++] = c;
+            *near += !far;
         }
-        if (rounds > shape->rounds) shape->rounds = rounds;
+    }
+    return count;
+}
+
+static void blocks_lane(struct blocks *b, const struct pend_tree *tree, int k, int *apart) {
+    struct block_shape *shape = &b->shape[k / BLOCK_ARMS];
+    int lane = k % BLOCK_ARMS, start = k - lane, p = tree->parent[k], sibling[BLOCK_SIBLINGS], near;
+    shape->straight &= p == k - 1;
+    shape->parents[lane] = pend_blocks_place(p);
+    if (p >= start) blocks_read(&shape->parent, lane, p - start);
+    int count = blocks_siblings(tree, k, sibling, &near);
+    for (int i = 0; i < count; i++) {
+        shape->siblings[i][lane] = pend_blocks_place(sibling[i]);
+        if (i < near) {
+            blocks_read(&shape->sibling[i], lane, sibling[i] - start);
+            continue;
+        }
+        b->apart_lane[*apart] = (unsigned char)(1 << lane);
+        b->apart_place[(*apart)++] = pend_blocks_place(sibling[i]);
+    }
+    if (count > shape->rounds) shape->rounds = count;
+}
+
+static void blocks_shapes(struct blocks *b, const struct pend_tree *tree) {
+    int apart = 0;
+    for (int i = 0; i < b->count; i++) {
+        struct block_shape *shape = &b->shape[i];
+        int start = i * BLOCK_ARMS;
+        shape->straight = 1;
+        shape->lead = blocks_leads(tree, start);
+        shape->apart.first = apart;
+        for (int lane = 0; lane < BLOCK_ARMS; lane++) {
+            shape->parents[lane] = pend_blocks_place(start + lane - 1);
+            for (int j = 0; j < BLOCK_SIBLINGS; j++) shape->siblings[j][lane] = pend_blocks_place(-1);
+        }
+        for (int k = start; k < start + BLOCK_ARMS && k < tree->n; k++) blocks_lane(b, tree, k, &apart);
+        shape->apart.end = apart;
     }
 }
 
@@ -88,8 +144,9 @@ static void blocks_down_edges(struct blocks *b, const struct pend_tree *tree) {
     for (int k = 0; k < tree->n; k++) {
         struct block_run *run = &b->shape[k / BLOCK_ARMS].down;
         if (k % BLOCK_ARMS == 0) run->first = edges;
-        if (blocks_crosses(tree, k)) {
+        if (blocks_leaves(tree, k)) {
             b->down_place[edges] = pend_blocks_place(tree->parent[k]);
+            b->down_lane[edges] = (unsigned char)(1 << k % BLOCK_ARMS);
             b->down_arm[edges++] = k;
         }
         run->end = edges;
@@ -145,7 +202,7 @@ static void blocks_children(struct blocks *b, const struct pend_tree *tree) {
 
 void pend_blocks_init(struct blocks *blocks, const struct pend_tree *tree, void *memory) {
     blocks_lay(blocks, tree, memory);
-    for (int i = 0; i < blocks->count; i++) blocks_shape(&blocks->shape[i], tree, i * BLOCK_ARMS);
+    blocks_shapes(blocks, tree);
     blocks_down_edges(blocks, tree);
     blocks_up_edges(blocks, tree);
     blocks_children(blocks, tree);

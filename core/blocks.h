@@ -46,17 +46,24 @@ struct block_run {
     int first, end;
 };
 
+/* Which lane of a block each lane reads: from[i] where bit i of mask is set. */
+struct block_lanes {
+    signed char from[BLOCK_ARMS];
+    unsigned char mask;
+};
+
 /* The structure of one block; lanes count its arms. */
 struct block_shape {
     int straight; /* every arm hangs on the one before it, the first on the last block's last */
     int lead;     /* the first arm does so */
     int rounds;   /* most siblings of an arm that is not at a crowded joint */
-    signed char inside[BLOCK_ARMS];          /* lane of the parent, -1 = in another block */
-    int parent[BLOCK_ARMS];                  /* place of the parent */
-    int sibling[BLOCK_SIBLINGS][BLOCK_ARMS]; /* place of each sibling; of the pivot where there is none */
-    struct block_run up, down;               /* edges from later blocks; edges to earlier ones */
-    struct block_run kids;                   /* children of the block's arms that are not first */
-    struct block_run joints;                 /* crowded joints */
+    struct block_lanes parent, sibling[BLOCK_SIBLINGS]; /* those in this block */
+    int parents[BLOCK_ARMS], siblings[BLOCK_SIBLINGS][BLOCK_ARMS]; /* places of all; the pivot where there is none */
+    struct block_run up;     /* edges from later blocks, without a lead */
+    struct block_run down;   /* edges to earlier ones, a lead first */
+    struct block_run kids;   /* children of the block's arms that are not first */
+    struct block_run apart;  /* siblings in other blocks */
+    struct block_run joints; /* crowded joints */
 };
 
 /* A place is an index from `numbers`: lane i of block b in its row 0 is b BLOCK_NUMBERS + i. Before block 0 is one more,
@@ -65,12 +72,14 @@ struct blocks {
     int count;       /* blocks */
     double *numbers; /* count blocks of BLOCK_NUMBERS */
     struct block_shape *shape;
-    /* edges between blocks but for those of `lead`: in the order of their parents' blocks, and of their children's */
+    /* edges between blocks, in the order of their parents' blocks, and of their children's */
     int *up_place, *up_arm;     /* of the child */
     int *down_place, *down_arm; /* of the parent; of the child */
     double *up, *down;          /* rows: what a unit at the edge's end does to the block */
     int *kid_place, *kid_arm;
-    double *kid; /* two rows each: cosine and sine in the parent's lane, else 0 */
+    double *kid; /* two rows each: less cosine and less sine in the parent's lane, else 0 */
+    unsigned char *down_lane, *apart_lane; /* 1 << the arm's lane */
+    int *apart_place;                      /* of its sibling */
     int *crowd_first, *crowd_place, *crowd_arm; /* crowded joint i has the children crowd_first[i] .. [i + 1] - 1 */
 };
 

@@ -37,12 +37,12 @@ LANES_INLINE void block_invert(const struct jets_system *s, const struct block_s
     for (int i = 0; i < BLOCK_ARMS; i++) {
         up[i] = down[i] = lanes8_of(0);
         up[i][i] = down[i][i] = 1;
-        int p = shape->inside[i];
-        if (p >= 0) up[i] = lanes8_fma(lanes8_of(s->kappa[start + i]), up[p], up[i]);
+        int p = shape->parent.from[i];
+        if (shape->parent.mask >> i & 1) up[i] = lanes8_fma(lanes8_of(s->kappa[start + i]), up[p], up[i]);
     }
     for (int i = BLOCK_ARMS - 1; i >= 0; i--) {
-        int p = shape->inside[i];
-        if (p >= 0) down[p] = lanes8_fma(lanes8_of(s->kappa[start + i]), down[i], down[p]);
+        int p = shape->parent.from[i];
+        if (shape->parent.mask >> i & 1) down[p] = lanes8_fma(lanes8_of(s->kappa[start + i]), down[i], down[p]);
     }
     for (int i = 0; i < BLOCK_ARMS; i++) {
         block_put(at, BLOCK_UP + i, up[i]);
@@ -67,8 +67,8 @@ LANES_INLINE void block_coefficients(const struct jets_system *s, const struct b
     block_put(at, BLOCK_LEAD_DOWN, shape->lead ? kappa[0] * block_get(at, BLOCK_DOWN) : lanes8_of(0));
     for (int i = 0; i < BLOCK_ARMS && a + i < s->n; i++) {
         int k = a + i, carries = k + 1 < s->end[k];
-        at[BLOCK_C_FIRST * BLOCK_ARMS + i] = carries ? s->cosine[k + 1] : 0;
-        at[BLOCK_Z_FIRST * BLOCK_ARMS + i] = carries ? s->sine[k + 1] : 0;
+        at[BLOCK_C_FIRST * BLOCK_ARMS + i] = carries ? -s->cosine[k + 1] : 0;
+        at[BLOCK_Z_FIRST * BLOCK_ARMS + i] = carries ? -s->sine[k + 1] : 0;
     }
 }
 
@@ -90,8 +90,8 @@ static void blocks_join(const struct jets_system *s, const struct blocks *b) {
         }
         for (int e = shape->kids.first; e < shape->kids.end; e++) {
             int k = b->kid_arm[e], lane = s->parent[k] % BLOCK_ARMS;
-            b->kid[(size_t)e * 2 * BLOCK_ARMS + (size_t)lane] = s->cosine[k];
-            b->kid[(size_t)e * 2 * BLOCK_ARMS + BLOCK_ARMS + (size_t)lane] = s->sine[k];
+            b->kid[(size_t)e * 2 * BLOCK_ARMS + (size_t)lane] = -s->cosine[k];
+            b->kid[(size_t)e * 2 * BLOCK_ARMS + BLOCK_ARMS + (size_t)lane] = -s->sine[k];
         }
     }
 }
@@ -219,15 +219,14 @@ static void blocks_up(const struct jets_system *s, const struct blocks *b, int k
         block_put(at, BLOCK_TI, known.Ti);
         block_put(at, BLOCK_CR, known.cr);
         // known forces of the arm and its children
-        lanes8 here = known.ci * share, next = block_next(here, after_s), side = here, push = lanes8_of(0);
+        lanes8 here = known.ci * share, next = block_next(here, after_s);
         block_put(at, BLOCK_S, here);
-        side -= block_get(at, BLOCK_C_FIRST) * next;
-        push -= block_get(at, BLOCK_Z_FIRST) * next;
+        lanes8 side = lanes8_fma(block_get(at, BLOCK_C_FIRST), next, here), push = block_get(at, BLOCK_Z_FIRST) * next;
         for (int e = shape->kids.first; e < shape->kids.end; e++) {
             const double *kid = b->kid + (size_t)e * 2 * BLOCK_ARMS;
             lanes8 child = lanes8_of(blocks_one(b, b->kid_place[e], BLOCK_S));
-            side -= lanes8_get(kid) * child;
-            push -= lanes8_get(kid + BLOCK_ARMS) * child;
+            side = lanes8_fma(lanes8_get(kid), child, side);
+            push = lanes8_fma(lanes8_get(kid + BLOCK_ARMS), child, push);
         }
         lanes8 heave = block_get(at, BLOCK_WEIGHT) * known.Ti;
         block_put(at, BLOCK_SIDE, side);
@@ -237,10 +236,10 @@ static void blocks_up(const struct jets_system *s, const struct blocks *b, int k
         block_put(at, BLOCK_PUSH, bias + heave);
         block_put(at, BLOCK_SWAY, bias * block_get(at, BLOCK_SINE));
         // what stays of the tangential acceleration
-        lanes8 rest = side - block_get(at, BLOCK_Z_FIRST) * block_next(bias, after_bias);
+        lanes8 rest = lanes8_fma(block_get(at, BLOCK_Z_FIRST), block_next(bias, after_bias), side);
         for (int e = shape->kids.first; e < shape->kids.end; e++) {
             lanes8 child = lanes8_of(blocks_one(b, b->kid_place[e], BLOCK_BIAS));
-            rest -= lanes8_get(b->kid + (size_t)(2 * e + 1) * BLOCK_ARMS) * child;
+            rest = lanes8_fma(lanes8_get(b->kid + (size_t)(2 * e + 1) * BLOCK_ARMS), child, rest);
         }
         block_put(at, BLOCK_REST, block_get(at, BLOCK_INV) * rest);
         for (int j = shape->joints.first; j < shape->joints.end; j++) block_crowd(b, j);
@@ -250,18 +249,50 @@ static void blocks_up(const struct jets_system *s, const struct blocks *b, int k
 
 /* ---- once an order, from the first block to the last */
 
+#if defined(__AVX512F__)
+LANES_INLINE lanes8 block_lanes(const struct block_lanes *lanes, lanes8 x) {
+    __m512i from = _mm512_cvtepi8_epi64(_mm_loadl_epi64((const __m128i *)(const void *)lanes->from));
+    return (lanes8)_mm512_maskz_permutexvar_pd(lanes->mask, from, (__m512d)x);
+}
+#endif
+
 /* a row's values at the arms' parents */
 LANES_INLINE lanes8 block_parents(const struct blocks *b, const struct block_shape *shape, const double *at, int row) {
     if (shape->straight) return block_last(block_get(at, row), block_get(at - BLOCK_NUMBERS, row));
-    return lanes8_gather(b->numbers + row * BLOCK_ARMS, shape->parent);
+#if defined(__AVX512F__)
+    lanes8 x = block_lanes(&shape->parent, block_get(at, row));
+    for (int e = shape->down.first; e < shape->down.end; e++) {
+        lanes8 other = lanes8_of(blocks_one(b, b->down_place[e], row));
+        x = (lanes8)_mm512_mask_mov_pd((__m512d)x, b->down_lane[e], (__m512d)other);
+    }
+    return x;
+#else
+    return lanes8_gather(b->numbers + row * BLOCK_ARMS, shape->parents);
+#endif
+}
+
+/* x less the sum of Z f over each arm's siblings, but for crowded joints */
+LANES_INLINE lanes8 block_siblings(const struct blocks *b, const struct block_shape *shape, const double *at, lanes8 x) {
+#if defined(__AVX512F__)
+    lanes8 sway = block_get(at, BLOCK_SWAY);
+    for (int i = 0; i < shape->rounds; i++) x -= block_lanes(&shape->sibling[i], sway);
+    for (int e = shape->apart.first; e < shape->apart.end; e++) {
+        __m512d other = (__m512d)lanes8_of(blocks_one(b, b->apart_place[e], BLOCK_SWAY));
+        x = (lanes8)_mm512_mask_sub_pd((__m512d)x, b->apart_lane[e], (__m512d)x, other);
+    }
+#else
+    (void)at;
+    for (int i = 0; i < shape->rounds; i++) {
+        x -= lanes8_gather(b->numbers + BLOCK_SWAY * BLOCK_ARMS, shape->siblings[i]);
+    }
+#endif
+    return x;
 }
 
 /* the constant part of mu, tension first: the siblings' part leaves the arm itself out */
 LANES_INLINE lanes8 block_tension(const struct blocks *b, const struct block_shape *shape, double *at) {
     lanes8 across = block_parents(b, shape, at, BLOCK_SIDE) - block_get(at, BLOCK_OTHERS);
-    for (int i = 0; i < shape->rounds; i++) {
-        across -= lanes8_gather(b->numbers + BLOCK_SWAY * BLOCK_ARMS, shape->sibling[i]);
-    }
+    across = block_siblings(b, shape, at, across);
     lanes8 bias = block_get(at, BLOCK_BIAS), push = block_get(at, BLOCK_PUSH);
     lanes8 tension = lanes8_fma(block_get(at, BLOCK_TAU), across, block_get(at, BLOCK_NU) * bias);
     block_put(at, BLOCK_TENSION, tension);
@@ -272,7 +303,7 @@ LANES_INLINE lanes8 block_tension(const struct blocks *b, const struct block_sha
 LANES_INLINE lanes8 block_radial(const struct blocks *b, const struct block_shape *shape, double *at, lanes8 shift,
                                  lanes8 before) {
     lanes8 radial = block_product(at, BLOCK_DOWN, shift);
-    for (int e = shape->down.first; e < shape->down.end; e++) {
+    for (int e = shape->down.first + shape->lead; e < shape->down.end; e++) {
         lanes8 parent = lanes8_of(blocks_one(b, b->down_place[e], BLOCK_RADIAL));
         radial = lanes8_fma(lanes8_get(b->down + (size_t)e * BLOCK_ARMS), parent, radial);
     }
