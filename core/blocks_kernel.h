@@ -207,20 +207,28 @@ LANES_INLINE void block_crowd(const struct blocks *b, int joint) {
     }
 }
 
-/* leaves to root */
-static void blocks_up(const struct jets_system *s, const struct blocks *b, int k) {
-    lanes8 share = lanes8_of(s->share[k]), after_s = lanes8_of(0), after_bias = after_s;
+/* T and c of order k of all arms */
+static void blocks_known(const struct jets_system *s, const struct blocks *b, int k) {
+    lanes8 share = lanes8_of(s->share[k]);
     for (int i = b->count - 1; i >= 0; i--) {
         double *at = blocks_at(b, i);
-        const struct block_shape *shape = &b->shape[i];
         size_t row = (size_t)i * s->tile;
         struct block_known known = k % 2 ? block_complete(s, at, row, k) : block_known(s, at, row, k);
         block_put(at, BLOCK_TR, known.Tr);
         block_put(at, BLOCK_TI, known.Ti);
         block_put(at, BLOCK_CR, known.cr);
+        block_put(at, BLOCK_S, known.ci * share);
+    }
+}
+
+/* leaves to root */
+static void blocks_up(const struct blocks *b) {
+    lanes8 after_s = lanes8_of(0), after_bias = after_s;
+    for (int i = b->count - 1; i >= 0; i--) {
+        double *at = blocks_at(b, i);
+        const struct block_shape *shape = &b->shape[i];
         // known forces of the arm and its children
-        lanes8 here = known.ci * share, next = block_next(here, after_s);
-        block_put(at, BLOCK_S, here);
+        lanes8 here = block_get(at, BLOCK_S), next = block_next(here, after_s);
         lanes8 side = lanes8_fma(block_get(at, BLOCK_C_FIRST), next, here), push = block_get(at, BLOCK_Z_FIRST) * next;
         for (int e = shape->kids.first; e < shape->kids.end; e++) {
             const double *kid = b->kid + (size_t)e * 2 * BLOCK_ARMS;
@@ -228,7 +236,7 @@ static void blocks_up(const struct jets_system *s, const struct blocks *b, int k
             side = lanes8_fma(lanes8_get(kid), child, side);
             push = lanes8_fma(lanes8_get(kid + BLOCK_ARMS), child, push);
         }
-        lanes8 heave = block_get(at, BLOCK_WEIGHT) * known.Ti;
+        lanes8 heave = block_get(at, BLOCK_WEIGHT) * block_get(at, BLOCK_TI);
         block_put(at, BLOCK_SIDE, side);
         lanes8 pull = lanes8_fma(block_get(at, BLOCK_LEAN), side, push) - heave;
         lanes8 bias = block_bias(b, shape, at, pull, after_bias);
@@ -362,7 +370,8 @@ static void blocks_orders(const struct jets_system *s, double gravity, int order
         lanes8_put(s->turn_im + row + BLOCK_ARMS, lanes8_get(s->rate + row));
     }
     for (int k = 0; k < order; k++) {
-        blocks_up(s, b, k);
+        blocks_known(s, b, k);
+        blocks_up(b);
         blocks_down(s, b, k ? 0 : gravity, k);
     }
 }
