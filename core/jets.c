@@ -83,7 +83,11 @@ void pend_jets_advance(const struct pend_jets *jets, int order, double x, double
     jets_kernel(jets->isa)->advance(&jets->system, order, x, unit, from, to);
 }
 
-void pend_jets_values(const struct pend_jets *jets, int order, double x, double unit, const struct jets_state *from,
-                      const struct jets_values *values) {
-    jets_kernel(jets->isa)->values(&jets->system, order, x, unit, from, values);
+void pend_jets_values(const struct pend_jets *jets, int order, const double x[], int count, double unit,
+                      const struct jets_state *from, const struct jets_values *values) {
+    jets_kernel(jets->isa)->values(&jets->system, order, x, count, unit, from, values);
+}
+
+void pend_jets_sizes(const struct pend_jets *jets, int order, double log2_of[JETS_SIZES]) {
+    jets_kernel(jets->isa)->sizes(&jets->system, order, log2_of);
 }

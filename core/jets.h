@@ -77,9 +77,17 @@ void pend_jets_advance(const struct pend_jets *jets, int order, double x, double
                        const struct jets_state *to);
 
 /**
- * The values x units of time after the state expanded about. values->acc and values->force may be NULL. O(n order).
+ * The values x[i] units of time after the state expanded about, i = 0 .. count - 1, in rows of n. values->acc and
+ * values->force may be NULL. A row's bits do not depend on the other rows. O(n order) an instant.
  */
-void pend_jets_values(const struct pend_jets *jets, int order, double x, double unit, const struct jets_state *from,
-                      const struct jets_values *values);
+void pend_jets_values(const struct pend_jets *jets, int order, const double x[], int count, double unit,
+                      const struct jets_state *from, const struct jets_values *values);
+
+/**
+ * How large the coefficients of phi' are, the four of lowest order first, then the four of highest: binary logarithms
+ * of the largest magnitude among the arms, within 1e-5; -1023 where all are zero, not below 1024 where one is not
+ * finite. O(n).
+ */
+void pend_jets_sizes(const struct pend_jets *jets, int order, double log2_of[JETS_SIZES]);
 
 #endif
