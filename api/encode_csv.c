@@ -30,18 +30,42 @@ static enum pend_status csv_begin(struct api_writer *writer, struct api_buffer *
     return PEND_OK;
 }
 
-static enum pend_status csv_block(struct api_writer *writer, long rows, const double *const data[],
-                                  struct api_buffer *out) {
-    const struct api_table *table = &writer->table;
-    size_t row_bytes = (size_t)api_table_numbers(table, 0) * API_OUT_NUMBER_BYTES + API_NUMBER_BYTES;
-    for (long i = 0; i < rows; i++) {
-        PEND_TRY(api_buffer_room(out, row_bytes));
-        char *at = out->data + out->bytes;
+/* some rows, put together from the columns; they are few enough for `row` */
+static char *csv_rows(char *at, const struct api_table *table, long rows, long from, const double *const data[],
+                      double row[]) {
+    long numbers = 0;
+    for (long i = from; i < from + rows; i++)
         for (int c = 0; c < table->count; c++) {
             long width = api_column_numbers(&table->column[c]);
-            at = api_number_write_list(at, width, data[c] + i * width, table->digits);
+            for (long k = 0; k < width; k++) row[numbers++] = data[c][i * width + k];
         }
-        at[-1] = '\n';
+    const struct api_number_rows lines = {rows, numbers / rows, row, table->digits, 0, "\n", 1};
+    return api_number_write_rows(at, &lines);
+}
+
+/* a row too long for that, column by column */
+static char *csv_long_row(char *at, const struct api_table *table, long i, const double *const data[]) {
+    for (int c = 0; c < table->count; c++) {
+        long width = api_column_numbers(&table->column[c]);
+        const struct api_number_rows part = {1, width, data[c] + i * width, table->digits, 0, ",", 1};
+        at = api_number_write_rows(at, &part);
+    }
+    at[-1] = '\n';
+    return at;
+}
+
+static enum pend_status csv_block(struct api_writer *writer, long rows, const double *const data[],
+                                  struct api_buffer *out) {
+    enum { TOGETHER = 512 };
+    const struct api_table *table = &writer->table;
+    double row[TOGETHER];
+    long numbers = (long)api_table_numbers(table, 0), most = numbers < TOGETHER ? TOGETHER / numbers : 1;
+    size_t row_bytes = (size_t)numbers * API_OUT_NUMBER_BYTES;
+    for (long i = 0, some; i < rows; i += some) {
+        some = rows - i < most ? rows - i : most;
+        PEND_TRY(api_buffer_room(out, (size_t)some * row_bytes + API_NUMBER_ROWS_BYTES));
+        char *at = out->data + out->bytes;
+        at = numbers > TOGETHER ? csv_long_row(at, table, i, data) : csv_rows(at, table, some, i, data, row);
         out->bytes = (size_t)(at - out->data);
     }
     return PEND_OK;

@@ -45,14 +45,9 @@ static enum pend_status json_close(const struct json_writer *writer, struct api_
 
 /* rows with a comma behind each */
 static char *json_write_rows(char *at, const struct api_column *column, long rows, const double value[], int digits) {
-    if (!column->width) return api_number_write_list(at, rows, value, digits);
-    for (long i = 0; i < rows; i++, value += column->width) {
-        *at++ = '[';
-        at = api_number_write_list(at, column->width, value, digits);
-        at[-1] = ']';
-        *at++ = ',';
-    }
-    return at;
+    struct api_number_rows list = {rows, 1, value, digits, 0, ",", 1},
+                           nested = {rows, column->width, value, digits, '[', "],", 2};
+    return api_number_write_rows(at, column->width ? &nested : &list);
 }
 
 /* the next rows of the column, as many as make a piece */
