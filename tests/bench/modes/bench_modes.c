@@ -265,6 +265,54 @@ static double time_peer(const struct line *line, const struct subject *s) {
     }
 }
 
+/* tip displacements of a mode */
+static void tips_of(const struct subject *s, const struct pend_modes *modes, int mode, double x[]) {
+    const double *theta = modes->vector + (size_t)mode * (size_t)s->n;
+    for (int k = 0; k < s->n; k++) x[k] = (k ? x[s->tree->parent[k]] : 0) + s->tree->len[k] * theta[k];
+}
+
+/* |(L - omega^2 M) x| in the norm of M^-1 */
+static double residual_of(const struct subject *s, const struct pend_modes *modes, int mode, const double x[]) {
+    const double *theta = modes->vector + (size_t)mode * (size_t)s->n;
+    double *force = must(malloc((size_t)s->n * sizeof *force)), sum = 0;
+    for (int k = 0; k < s->n; k++) force[k] = -modes->omega[mode] * modes->omega[mode] * s->tree->mass[k] * x[k];
+    for (int k = 0; k < s->n; k++) {
+        double pull = GRAVITY * s->tree->subtree_mass[k] * theta[k];
+        force[k] += pull;
+        if (k) force[s->tree->parent[k]] -= pull;
+    }
+    for (int k = 0; k < s->n; k++) sum += force[k] * force[k] / s->tree->mass[k];
+    free(force);
+    return sqrt(sum);
+}
+
+/* how good ours are: neighbours' products in the mass inner product, residuals over the norm; or the sum of 1/omega^2
+ */
+static void print_accuracy(const struct line *line, const struct subject *s) {
+    struct pend_modes_request request = line->request, last = {GRAVITY, .select = PEND_SELECT_FASTEST, .count = 1};
+    struct pend_modes *modes, *fastest;
+    double trace = 0, orthogonality = 0, residual = 0, *x = must(malloc(2 * (size_t)s->n * sizeof *x)), *y = x + s->n;
+    request.gravity = GRAVITY;
+    if (pend_modes_select(&modes, s->tree, &request, NULL)) exit(1);
+    if (pend_modes_select(&fastest, s->tree, &last, NULL)) exit(1);
+    for (int i = modes->count - 1; i >= 0; i--) trace += GRAVITY / (modes->omega[i] * modes->omega[i]);
+    for (int i = 0; modes->vector && i < modes->count; i++) {
+        double dot = 0;
+        tips_of(s, modes, i, i % 2 ? y : x);
+        for (int k = 0; i && k < s->n; k++) dot += s->tree->mass[k] * x[k] * y[k];
+        orthogonality = fmax(orthogonality, fabs(dot));
+        residual = fmax(residual, residual_of(s, modes, i, i % 2 ? y : x));
+    }
+    if (modes->vector)
+        printf("%60s neighbours' products %.1e, residuals %.1e\n", "", orthogonality,
+               residual / (fastest->omega[0] * fastest->omega[0]));
+    else
+        printf("%60s sum of g/omega^2 over l_tot - 1: %.1e\n", "", fabs(trace / s->tree->length_total - 1));
+    pend_modes_free(&modes);
+    pend_modes_free(&fastest);
+    free(x);
+}
+
 static void run_line(const struct line *line) {
     struct subject s;
     double ours = INFINITY, theirs = INFINITY;
@@ -281,6 +329,7 @@ static void run_line(const struct line *line) {
         printf("%-58s %10.3f %10s %8s  ms\n", line->name, 1e3 * ours, "-", "-");
     else
         printf("%-58s %10.3f %10.3f %8.1f  ms\n", line->name, 1e3 * ours, 1e3 * theirs, theirs / ours);
+    print_accuracy(line, &s);
     fflush(stdout);
     subject_clear(&s);
 }
