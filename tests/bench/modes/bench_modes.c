@@ -313,6 +313,12 @@ static void print_accuracy(const struct line *line, const struct subject *s) {
     free(x);
 }
 
+/* GB */
+static double memory_so_far(void) {
+    struct rusage usage;
+    return getrusage(RUSAGE_SELF, &usage) ? NAN : (double)usage.ru_maxrss * 1024e-9;
+}
+
 static void run_line(const struct line *line) {
     struct subject s;
     double ours = INFINITY, theirs = INFINITY;
@@ -326,7 +332,8 @@ static void run_line(const struct line *line) {
         if (line->peer != ALONE) theirs = fmin(theirs, time_peer(line, &s));
     }
     if (line->peer == ALONE)
-        printf("%-58s %10.3f %10s %8s  ms\n", line->name, 1e3 * ours, "-", "-");
+        printf("%-58s %10.3f %10s %8s  ms, largest memory so far %.2f GB\n", line->name, 1e3 * ours, "-", "-",
+               memory_so_far());
     else
         printf("%-58s %10.3f %10.3f %8.1f  ms\n", line->name, 1e3 * ours, 1e3 * theirs, theirs / ours);
     print_accuracy(line, &s);
@@ -363,8 +370,8 @@ static void *symbol(void *library, const char *name) { return library ? dlsym(li
 
 /* usage: run [PART-OF-A-NAME ...] */
 int main(int argc, char **argv) {
-    /* memory that was freed is used again: LAPACK has its matrices beforehand, too */
-    (void)mallopt(M_MMAP_MAX, 0);
+    /* memory that was freed is used again, but for very large blocks: LAPACK has its matrices beforehand, too */
+    (void)mallopt(M_MMAP_THRESHOLD, 32 << 20);
     (void)mallopt(M_TRIM_THRESHOLD, 1 << 30);
     void *blas = dlopen("libopenblas.so.0", RTLD_NOW | RTLD_GLOBAL), *arpack = dlopen("libarpack.so.2", RTLD_NOW);
     threads_fn *threads = (threads_fn *)symbol(blas, "openblas_set_num_threads");
@@ -379,6 +386,4 @@ int main(int argc, char **argv) {
         for (int j = 1; j < argc; j++) wanted |= strstr(lines[i].name, argv[j]) != NULL;
         if (wanted) run_line(&lines[i]);
     }
-    struct rusage usage;
-    if (!getrusage(RUSAGE_SELF, &usage)) printf("largest memory of the run %.2f GB\n", (double)usage.ru_maxrss / 1e6);
 }
