@@ -14,7 +14,7 @@
     X(compute_seconds, "max-compute-seconds", 60, 1, 86400, "s", "the computation of one request")                     \
     X(steps, "max-steps", 100000000, 100, 1000000000000, "steps", "integration steps of one request")                  \
     X(matrix_arms, "max-matrix-arms", 1000, 1, 20000, "arms", "arms of a pendulum whose n x n matrices are answered")  \
-    X(mode_arms, "max-mode-arms", 5000, 1, 20000, "arms", "arms of a pendulum all of whose modes are asked for")              \
+    X(mode_arms, "max-mode-arms", 5000, 1, 20000, "arms", "arms of a pendulum all of whose modes are asked for")       \
     X(depth, "max-json-depth", 16, 4, 64, "levels", "nesting of a request's JSON")
 
 struct api_limits {

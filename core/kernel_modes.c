@@ -31,6 +31,8 @@ typedef unsigned long long sign_bits __attribute__((vector_size(WIDTH * sizeof(d
 
 #define KERNEL_PASTE(isa) pend_modes_kernel_for_##isa
 #define KERNEL_NAME(isa) KERNEL_PASTE(isa)
+#define FINE_PASTE(isa) pend_modes_fine_for_##isa
+#define FINE_NAME(isa) FINE_PASTE(isa)
 #define INLINE static inline __attribute__((always_inline))
 
 /* Added to each pivot in parts of its spring: far below round-off, yet no pivot vanishes, and sums over pivots that
@@ -312,5 +314,9 @@ static void kernel_vectors(const struct pend_laplacian *laplacian, const double 
     if (tip) twist_tips(laplacian->n, w, scale, tip);
 }
 
+/* kernel_fine */
+void FINE_NAME(PEND_ISA)(const struct pend_laplacian *laplacian, const double value[], int lead, double work[],
+                         double *vector[], double *tip[]);
+
 const struct pend_modes_kernel KERNEL_NAME(PEND_ISA);
-const struct pend_modes_kernel KERNEL_NAME(PEND_ISA) = {WIDTH, kernel_probe, kernel_vectors};
+const struct pend_modes_kernel KERNEL_NAME(PEND_ISA) = {WIDTH, kernel_probe, kernel_vectors, FINE_NAME(PEND_ISA)};

@@ -32,6 +32,15 @@ struct pend_modes_kernel {
      */
     void (*vectors)(const struct pend_laplacian *laplacian, const double value[], int lead, double work[],
                     double *vector[], double *tip[]);
+
+    /**
+     * The same in sums of two doubles, about ten times as slow, for eigenvalues that are near each other: those are
+     * refined too, so that vectors whose eigenvalues agree to 1e-11 are still orthogonal to round-off.
+     *
+     * work    6 * lanes * n doubles, aligned to 64.
+     */
+    void (*fine)(const struct pend_laplacian *laplacian, const double value[], int lead, double work[],
+                 double *vector[], double *tip[]);
 };
 
 /** The kernel of this processor. */

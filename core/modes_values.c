@@ -163,22 +163,27 @@ static void values_file(struct pend_values *v, const struct span *whole, struct 
         v->todo[v->todo_count++] = span;
 }
 
-/* cuts a span at the shifts that were counted */
+/* cuts a span at the shifts that were counted; ends are worked out where something lies between them */
 static void values_cut(struct pend_values *v, const struct span *span, int count, struct pend_modes_probe probe[]) {
-    struct span part = *span;
-    int most = span->hi.below;
+    const struct pend_modes_probe *from = NULL;
+    int n = v->laplacian->n, below = span->lo.below, most = span->hi.below;
     for (int i = 0; i < count; i++) {
-        if (!(probe[i].shift > part.lo.at && probe[i].shift < span->hi.at)) continue;
+        if (!(probe[i].shift > (from ? from->shift : span->lo.at) && probe[i].shift < span->hi.at)) continue;
         /* counts rise with the shift; where round-off says otherwise the first count stands */
-        if (probe[i].below < part.lo.below) probe[i].below = part.lo.below;
+        if (probe[i].below < below) probe[i].below = below;
         if (probe[i].below > most) probe[i].below = most;
-        part.hi = values_end(&probe[i], v->laplacian->n, -1);
-        values_file(v, span, part);
-        part.lo = values_end(&probe[i], v->laplacian->n, 1);
+        if (probe[i].below > below) {
+            struct span part = {from ? values_end(from, n, 1) : span->lo, values_end(&probe[i], n, -1), span->rest,
+                                span->tries};
+            values_file(v, span, part);
+        }
+        below = probe[i].below;
+        from = &probe[i];
     }
-    part.hi = span->hi;
+    if (from && below == most) return;
+    struct span part = {from ? values_end(from, n, 1) : span->lo, span->hi, span->rest, span->tries};
     /* nothing changed: no number is left between the ends */
-    if (part.lo.at == span->lo.at && count) {
+    if (!from && count) {
         values_finish(v, &part, values_middle(part.lo.at, part.hi.at));
         return;
     }

@@ -10,6 +10,10 @@
 /* eigenvalues nearer to each other than this, relatively, have their vectors made orthogonal */
 #define VECTORS_NEAR 2e-3
 
+/* two vectors with more neighbours than this are computed so finely that only these are still near */
+enum { VECTORS_CROWD = 16 };
+#define VECTORS_NEAR_FINE 1e-11
+
 enum { VECTORS_TRIES = 8 };
 
 /* parts smaller than this are left in */
@@ -24,6 +28,7 @@ struct settling {
     int first; /* of those that it is made orthogonal to */
     int next;  /* the first that this pass has not come to */
     int pass, try;
+    int due;        /* so many more iterations, whatever is left: a random start has a part of every mode */
     double squares; /* of the parts that this pass took out */
     double left;    /* how much of the vector was left, 1 when all */
 };
@@ -35,12 +40,35 @@ struct pend_vectors {
     int twisted; /* so many have been through the twisted factorization */
     int number;  /* the vector under way */
     struct settling settling;
+    int begin;           /* the first vector that is near by the wider measure */
+    int begin_fine;      /* by the narrower one */
+    int coarse;          /* the first from `begin` on that is not computed finely */
+    unsigned char *fine; /* for each vector, non-zero when it is computed finely */
     double **vector;
     double *tips;         /* tip displacements of the last `rows` vectors, vector k in row k % rows */
     int rows;             /* 0 when no vector has a near neighbour */
     double *load, *pivot; /* n doubles each */
     double *work;         /* for the kernel; the block that ends last */
 };
+
+static int vectors_within(const struct pend_vectors *v, int a, int b, double part) {
+    return v->value[b] - v->value[a] <= part * fmax(fabs(v->value[a]), fabs(v->value[b]));
+}
+
+/* true when the vectors of two numbers, in ascending order, are to be made orthogonal */
+static int vectors_near(const struct pend_vectors *v, int a, int b) {
+    return vectors_within(v, a, b, v->fine[a] && v->fine[b] ? VECTORS_NEAR_FINE : VECTORS_NEAR);
+}
+
+/* the first of the vectors that vector `number` is to be made orthogonal to; numbers are to ascend */
+static int vectors_first(struct pend_vectors *v, int number) {
+    while (!vectors_within(v, v->begin, number, VECTORS_NEAR)) v->begin++;
+    if (!v->fine[number]) return v->begin;
+    while (!vectors_within(v, v->begin_fine, number, VECTORS_NEAR_FINE)) v->begin_fine++;
+    if (v->coarse < v->begin) v->coarse = v->begin;
+    while (v->coarse < number && v->fine[v->coarse]) v->coarse++;
+    return v->coarse < v->begin_fine ? v->coarse : v->begin_fine;
+}
 
 static double *vectors_tip(const struct pend_vectors *v, int number) {
     return v->tips + (size_t)(number % v->rows) * (size_t)v->laplacian->n;
@@ -67,7 +95,8 @@ static void vectors_project(struct pend_vectors *v) {
     if (begin == s->first)
         for (int k = 0; k < n; k++) v->load[k] = v->laplacian->mass[k] * tip[k];
     s->next = v->number - begin < VECTORS_PIECE ? v->number : begin + VECTORS_PIECE;
-    for (int j = begin; j < s->next; j++) part[j - begin] = vectors_dot(n, vectors_tip(v, j), v->load);
+    for (int j = begin; j < s->next; j++)
+        part[j - begin] = vectors_near(v, j, v->number) ? vectors_dot(n, vectors_tip(v, j), v->load) : 0;
     for (int j = begin; j < s->next; j++) {
         const double *other = v->vector[j], *other_tip = vectors_tip(v, j);
         double factor = part[j - begin];
@@ -112,6 +141,8 @@ static void vectors_iterate(struct pend_vectors *v, double shift, int number) {
         x[k] = (load[k] - pivot[k] * from) / d / l->len[k];
         tip[k] = (load[k] + l->spring[k] * from) / d;
     }
+    /* what counts is where the angles, as they were rounded, bring the tips */
+    for (int k = 0; k < l->n; k++) tip[k] = (k ? tip[l->parent[k]] : 0) + l->len[k] * x[k];
     vectors_scale(v, number);
 }
 
@@ -124,17 +155,6 @@ static void vectors_start(int n, int number, double x[]) {
         state ^= state << 17;
         x[k] = (double)(state >> 11) * 0x1p-53 - 0.5;
     }
-}
-
-/* true when the vectors of two numbers, in ascending order, are to be made orthogonal */
-static int vectors_near(const struct pend_vectors *v, int a, int b) {
-    return v->value[b] - v->value[a] <= VECTORS_NEAR * fmax(fabs(v->value[a]), fabs(v->value[b]));
-}
-
-/* the first of the vectors that vector `number` is to be made orthogonal to, not before `first` */
-static int vectors_first(const struct pend_vectors *v, int number, int first) {
-    while (!vectors_near(v, first, number)) first++;
-    return first;
 }
 
 /* one more pass over all neighbours */
@@ -155,15 +175,19 @@ static int vectors_settle(struct pend_vectors *v, enum pend_status *status) {
         settling_pass(s, s->pass + 1);
         return 0;
     }
-    if (s->left > 0.3) return 1;
+    if (s->left > 0.3 && s->due <= 0) return 1;
     if (s->try == VECTORS_TRIES) {
         if (!(s->left > 1e-3)) *status = PEND_NO_CONVERGENCE;
         return 1;
     }
     /* parallel to the others: begin anew */
-    if (s->try == 0 && !(s->left > 1e-6)) vectors_start(v->laplacian->n, v->number, vectors_tip(v, v->number));
+    if (s->try == 0 && !(s->left > 1e-6)) {
+        vectors_start(v->laplacian->n, v->number, vectors_tip(v, v->number));
+        s->due = 2;
+    }
     vectors_iterate(v, v->value[v->number], v->number);
     s->try++;
+    s->due--;
     s->left = 1;
     settling_pass(s, 0);
     return 0;
@@ -183,16 +207,33 @@ static void vectors_twist(struct pend_vectors *v, int begin) {
         if (!last) tips |= number > 0 && vectors_near(v, number - 1, number);
         if (!last) tips |= number < count - 1 && vectors_near(v, number, number + 1);
     }
-    kernel->vectors(v->laplacian, shift, v->lead, v->work, target, tips ? tip : NULL);
+    if (v->fine[begin])
+        kernel->fine(v->laplacian, shift, v->lead, v->work, target, tips ? tip : NULL);
+    else
+        kernel->vectors(v->laplacian, shift, v->lead, v->work, target, tips ? tip : NULL);
 }
 
-/* the largest number of vectors that one is to be made orthogonal to */
-static int vectors_window(const struct pend_vectors *v) {
+/* says which vectors are to be computed finely: all that are made together with one in a crowd; true when there are */
+static int vectors_crowds(struct pend_vectors *v, int lanes) {
+    int any = 0;
+    for (int number = 0, low = 0, high = 0; number < v->count; number++) {
+        while (!vectors_within(v, low, number, VECTORS_NEAR)) low++;
+        while (high < v->count && vectors_within(v, number, high, VECTORS_NEAR)) high++;
+        if (high - low <= VECTORS_CROWD) continue;
+        any = 1;
+        for (int i = number / lanes * lanes; i < v->count && i < (number / lanes + 1) * lanes; i++) v->fine[i] = 1;
+    }
+    return any;
+}
+
+/* the largest number of vectors that one is to be made orthogonal to, and those between */
+static int vectors_window(struct pend_vectors *v) {
     int window = 0;
-    for (int number = 1, first = 0; number < v->count; number++) {
-        first = vectors_first(v, number, first);
+    for (int number = 1; number < v->count; number++) {
+        int first = vectors_first(v, number);
         if (number - first > window) window = number - first;
     }
+    v->begin = v->begin_fine = v->coarse = 0;
     return window;
 }
 
@@ -200,17 +241,18 @@ enum pend_status pend_vectors_new(struct pend_vectors **vectors, const struct pe
                                   const double value[], int lead, double *vector[]) {
     int lanes = pend_modes_kernel()->lanes;
     size_t n = (size_t)laplacian->n;
-    struct pend_vectors *v = *vectors = calloc(1, sizeof *v);
+    struct pend_vectors *v = *vectors = calloc(1, sizeof *v + (size_t)count);
     if (!v) return PEND_NO_MEMORY;
     *v = (struct pend_vectors){.laplacian = laplacian, .value = value, .lead = lead, .count = count, .vector = vector};
-    int window = vectors_window(v);
+    v->fine = (unsigned char *)(v + 1);
+    int arrays = (vectors_crowds(v, lanes) ? 6 : 3) * lanes, window = vectors_window(v);
     if (window) v->rows = window + lanes;
-    v->work = pend_modes_room((size_t)(3 * lanes + v->rows + 2) * n * sizeof *v->work);
+    v->work = pend_modes_room((size_t)(arrays + v->rows + 2) * n * sizeof *v->work);
     if (!v->work) {
         pend_vectors_free(vectors);
         return PEND_NO_MEMORY;
     }
-    v->load = v->work + 3 * (size_t)lanes * n;
+    v->load = v->work + (size_t)arrays * n;
     v->pivot = v->load + n;
     v->tips = v->pivot + n;
     return PEND_OK;
@@ -218,9 +260,8 @@ enum pend_status pend_vectors_new(struct pend_vectors **vectors, const struct pe
 
 /* to the next vector */
 static void vectors_next(struct pend_vectors *v) {
-    int first = v->settling.first;
     if (++v->number == v->count) return;
-    v->settling = (struct settling){.first = vectors_first(v, v->number, first), .left = 1};
+    v->settling = (struct settling){.first = vectors_first(v, v->number), .left = 1};
     settling_pass(&v->settling, 0);
 }
 

@@ -285,6 +285,25 @@ TEST(a_multiple_frequency_that_is_cut_keeps_its_basis) {
     test_reply_free(&all);
 }
 
+/* a request for a tree of `n` different arms, three to a joint */
+static void body_of(struct api_buffer *body, int n, const char *more) {
+    char piece[40];
+    api_buffer_init(body, 1 << 20);
+    for (int list = 0; list < 3; list++) {
+        static const char *const names[] = {"{\"pendulum\":{\"length\":[", "],\"mass\":[", "],\"parent\":["};
+        REQUIRE(api_buffer_text(body, names[list]) == PEND_OK);
+        for (int i = 0; i < n; i++) {
+            if (list < 2)
+                snprintf(piece, sizeof piece, "%s%.6f", i ? "," : "", 1 + fmod((list + 1) * 0.6180339887 * i, 1));
+            if (list == 2) snprintf(piece, sizeof piece, "%s%d", i ? "," : "", (i + 2) / 3);
+            REQUIRE(api_buffer_text(body, piece) == PEND_OK);
+        }
+    }
+    REQUIRE(api_buffer_text(body, "]}") == PEND_OK && api_buffer_text(body, more) == PEND_OK &&
+            api_buffer_add(body, "}", 2) == PEND_OK);
+    body->bytes--;
+}
+
 /* a clock that moves on by a part of a turn whenever it is looked at */
 static double ticking(void *context) { return *(double *)context += 1e-3; }
 
@@ -296,18 +315,7 @@ TEST(a_search_comes_back_every_turn) {
     int runs = 0;
     api_limits_init(&limits);
     api_buffer_init(&out, 1 << 26);
-    api_buffer_init(&body, 1 << 20);
-    REQUIRE(api_buffer_text(&body, "{\"pendulum\":{\"length\":[1") == PEND_OK);
-    for (int i = 1; i < 300; i++) REQUIRE(api_buffer_text(&body, i % 2 ? ",0.7" : ",1.1") == PEND_OK);
-    REQUIRE(api_buffer_text(&body, "],\"mass\":[1") == PEND_OK);
-    for (int i = 1; i < 300; i++) REQUIRE(api_buffer_text(&body, i % 3 ? ",2" : ",3") == PEND_OK);
-    REQUIRE(api_buffer_text(&body, "],\"parent\":[0") == PEND_OK);
-    for (int i = 1; i < 300; i++) {
-        char number[16];
-        snprintf(number, sizeof number, ",%d", i / 2 + 1);
-        REQUIRE(api_buffer_text(&body, number) == PEND_OK);
-    }
-    REQUIRE(api_buffer_text(&body, "]}}") == PEND_OK);
+    body_of(&body, 300, "");
     struct api_request request = {
         .op = API_OP_MODES, .content_type = "application/json", .body = body.data, .body_bytes = body.bytes};
     REQUIRE(api_call_new(&call, &limits) == PEND_OK);
@@ -318,7 +326,65 @@ TEST(a_search_comes_back_every_turn) {
     CHECK_INT(api_call_answer(call).status, 200);
     CHECK_SAYING(runs > 20, "300 arms in %d runs", runs);
     api_call_free(&call);
+    /* stopped in the middle of its search, it ends at once */
+    out.bytes = 0;
+    REQUIRE(api_call_new(&call, &limits) == PEND_OK);
+    api_call_clock(call, ticking, &time);
+    CHECK_INT(api_call_open(call, &request, &out), API_MORE);
+    for (int i = 0; i < 3; i++) CHECK_INT(api_call_run(call, &out), API_MORE);
+    CHECK_INT(api_call_stop(call, 503, "stopped", &out), API_DONE);
+    CHECK_INT(api_call_answer(call).status, 503);
+    api_call_free(&call);
     api_buffer_clear(&out);
+    api_buffer_clear(&body);
+}
+
+TEST(all_modes_of_a_thousand_arms_are_the_same_in_json_and_in_doubles) {
+    enum { N = 1000, COLUMNS = 4 + N };
+    struct api_buffer body;
+    body_of(&body, N, "");
+    struct test_reply json = test_post(API_OP_MODES, body.data);
+    struct test_reply octets = test_post_as(API_OP_MODES, body.data, "application/octet-stream", NULL);
+    CHECK_INT(json.status, 200);
+    CHECK_INT(octets.status, 200);
+    CHECK(test_reply_number(&json, "/identity/relative_difference") < 1e-13);
+    REQUIRE(octets.out.bytes == N * COLUMNS * sizeof(double));
+    double row[COLUMNS];
+    for (int k = 0; k < N; k += 37) {
+        memcpy(row, octets.out.data + (size_t)k * sizeof row, sizeof row);
+        char pointer[40];
+        snprintf(pointer, sizeof pointer, "/omega/%d", k);
+        CHECK(row[0] == k + 1 && row[1] == test_reply_number(&json, pointer));
+        for (int i = 0; i < N; i += 41) CHECK(row[4 + i] == matrix_at(&json, "vectors", k, i));
+    }
+    test_reply_free(&json);
+    test_reply_free(&octets);
+    api_buffer_clear(&body);
+}
+
+TEST(too_much_names_the_way_out) {
+    struct api_limits limits;
+    struct api_buffer body;
+    body_of(&body, 200, "");
+    api_limits_init(&limits);
+    limits.answer_bytes = 600000;
+    struct test_reply reply = test_post_as(API_OP_MODES, body.data, NULL, &limits);
+    CHECK(test_reply_has_fault(&reply, "", "fewer modes by \"select\", or only the frequencies by \"vectors\": false"));
+    CHECK(test_reply_has_fault(&reply, "", "application/octet-stream"));
+    test_reply_free(&reply);
+    reply = test_post_as(API_OP_MODES, body.data, "application/octet-stream", &limits);
+    CHECK_INT(reply.status, 200);
+    test_reply_free(&reply);
+    limits.answer_bytes = 300000;
+    reply = test_post_as(API_OP_MODES, body.data, "application/octet-stream", &limits);
+    CHECK(test_reply_has_fault(&reply, "", "which take 320000 bytes while they are found"));
+    test_reply_free(&reply);
+    limits.mode_arms = 100;
+    reply = test_post_as(API_OP_MODES, body.data, NULL, &limits);
+    CHECK(test_reply_has_fault(&reply, "/pendulum",
+                               "at most 100 arms (the limit max-mode-arms) for all modes, and at most "
+                               "50 modes of 200 arms; here are 200 modes"));
+    test_reply_free(&reply);
     api_buffer_clear(&body);
 }
 

@@ -62,7 +62,16 @@ static double random_number(unsigned long long *state) {
     return (double)((x ^ (x >> 31)) >> 11) * 0x1p-53;
 }
 
-/* reach: how many arms back a parent may be; 1 makes a chain, 0 a complete binary tree. Equal arms where alike. */
+enum { BINARY = 0, CHAIN = 1, STAR = -1 };
+enum { RANDOM_ARMS, EQUAL_ARMS, NEARLY_EQUAL_ARMS };
+
+static double subject_number(int alike, unsigned long long *seed) {
+    if (alike == EQUAL_ARMS) return 1;
+    double x = random_number(seed);
+    return alike == RANDOM_ARMS ? pow(10, 0.6 * x - 0.3) : 1 + 1e-6 * x;
+}
+
+/* reach: how many arms back a parent may be; 1 makes a chain */
 static void subject_init(struct subject *s, int n, int reach, int alike, int dense) {
     unsigned long long seed = 7;
     size_t square = (size_t)n * (size_t)n;
@@ -71,11 +80,11 @@ static void subject_init(struct subject *s, int n, int reach, int alike, int den
     s->mass = must(malloc((size_t)n * sizeof *s->mass));
     s->parent = must(malloc((size_t)n * sizeof *s->parent));
     for (int i = 0; i < n; i++) {
-        s->length[i] = alike ? 1 : pow(10, 0.6 * random_number(&seed) - 0.3);
-        s->mass[i] = alike ? 1 : pow(10, 0.6 * random_number(&seed) - 0.3);
-        s->parent[i] = i == 0  ? -1
-                       : reach ? i - 1 - (int)(random_number(&seed) * (i < reach ? i : reach))
-                               : (i - 1) / 2;
+        s->length[i] = subject_number(alike, &seed);
+        s->mass[i] = subject_number(alike, &seed);
+        if (i && reach > 0) s->parent[i] = i - 1 - (int)(random_number(&seed) * (i < reach ? i : reach));
+        if (i && reach <= 0) s->parent[i] = reach == STAR ? 0 : (i - 1) / 2;
+        if (!i) s->parent[i] = -1;
     }
     if (pend_tree_new(&s->tree, n, s->length, s->mass, s->parent, NULL)) exit(1);
     s->a = s->b = s->room = NULL;
@@ -256,6 +265,60 @@ static double time_peer(const struct line *line, const struct subject *s) {
     }
 }
 
+/* tip displacements of a mode */
+static void tips_of(const struct subject *s, const struct pend_modes *modes, int mode, double x[]) {
+    const double *theta = modes->vector + (size_t)mode * (size_t)s->n;
+    for (int k = 0; k < s->n; k++) x[k] = (k ? x[s->tree->parent[k]] : 0) + s->tree->len[k] * theta[k];
+}
+
+/* |(L - omega^2 M) x| in the norm of M^-1 */
+static double residual_of(const struct subject *s, const struct pend_modes *modes, int mode, const double x[]) {
+    const double *theta = modes->vector + (size_t)mode * (size_t)s->n;
+    double *force = must(malloc((size_t)s->n * sizeof *force)), sum = 0;
+    for (int k = 0; k < s->n; k++) force[k] = -modes->omega[mode] * modes->omega[mode] * s->tree->mass[k] * x[k];
+    for (int k = 0; k < s->n; k++) {
+        double pull = GRAVITY * s->tree->subtree_mass[k] * theta[k];
+        force[k] += pull;
+        if (k) force[s->tree->parent[k]] -= pull;
+    }
+    for (int k = 0; k < s->n; k++) sum += force[k] * force[k] / s->tree->mass[k];
+    free(force);
+    return sqrt(sum);
+}
+
+/* how good ours are: neighbours' products in the mass inner product, residuals over the norm; or the sum of 1/omega^2
+ */
+static void print_accuracy(const struct line *line, const struct subject *s) {
+    struct pend_modes_request request = line->request, last = {GRAVITY, .select = PEND_SELECT_FASTEST, .count = 1};
+    struct pend_modes *modes, *fastest;
+    double trace = 0, orthogonality = 0, residual = 0, *x = must(malloc(2 * (size_t)s->n * sizeof *x)), *y = x + s->n;
+    request.gravity = GRAVITY;
+    if (pend_modes_select(&modes, s->tree, &request, NULL)) exit(1);
+    if (pend_modes_select(&fastest, s->tree, &last, NULL)) exit(1);
+    for (int i = modes->count - 1; i >= 0; i--) trace += GRAVITY / (modes->omega[i] * modes->omega[i]);
+    for (int i = 0; modes->vector && i < modes->count; i++) {
+        double dot = 0;
+        tips_of(s, modes, i, i % 2 ? y : x);
+        for (int k = 0; i && k < s->n; k++) dot += s->tree->mass[k] * x[k] * y[k];
+        orthogonality = fmax(orthogonality, fabs(dot));
+        residual = fmax(residual, residual_of(s, modes, i, i % 2 ? y : x));
+    }
+    if (modes->vector)
+        printf("%60s neighbours' products %.1e, residuals %.1e\n", "", orthogonality,
+               residual / (fastest->omega[0] * fastest->omega[0]));
+    else
+        printf("%60s sum of g/omega^2 over l_tot - 1: %.1e\n", "", fabs(trace / s->tree->length_total - 1));
+    pend_modes_free(&modes);
+    pend_modes_free(&fastest);
+    free(x);
+}
+
+/* GB */
+static double memory_so_far(void) {
+    struct rusage usage;
+    return getrusage(RUSAGE_SELF, &usage) ? NAN : (double)usage.ru_maxrss * 1024e-9;
+}
+
 static void run_line(const struct line *line) {
     struct subject s;
     double ours = INFINITY, theirs = INFINITY;
@@ -269,9 +332,11 @@ static void run_line(const struct line *line) {
         if (line->peer != ALONE) theirs = fmin(theirs, time_peer(line, &s));
     }
     if (line->peer == ALONE)
-        printf("%-58s %10.3f %10s %8s  ms\n", line->name, 1e3 * ours, "-", "-");
+        printf("%-58s %10.3f %10s %8s  ms, largest memory so far %.2f GB\n", line->name, 1e3 * ours, "-", "-",
+               memory_so_far());
     else
         printf("%-58s %10.3f %10.3f %8.1f  ms\n", line->name, 1e3 * ours, 1e3 * theirs, theirs / ours);
+    print_accuracy(line, &s);
     fflush(stdout);
     subject_clear(&s);
 }
@@ -290,8 +355,11 @@ static const struct line lines[] = {
     {"random_1000 all with vectors / dsygvd", 1000, 1000, 0, ALL, DSYGVD, 3, 3},
     {"random_1000 frequencies / dsyevd", 1000, 1000, 0, VALUES, DSYEVD_VALUES, 6, 5},
     {"random_1000 all with vectors / GSL symmv", 1000, 1000, 0, ALL, GSL, 1, 3},
-    {"chain_4000 all with vectors / dstemr", 4000, 1, 0, ALL, DSTEMR, 2, 2},
-    {"binary_511 all with vectors / dsyevd", 511, 0, 1, ALL, DSYEVD, 5, 20},
+    {"chain_4000 all with vectors / dstemr", 4000, CHAIN, 0, ALL, DSTEMR, 2, 2},
+    {"binary_511 all with vectors / dsyevd", 511, BINARY, EQUAL_ARMS, ALL, DSYEVD, 5, 20},
+    {"binary_511 off by 1e-6 all with vectors / dsyevd", 511, BINARY, NEARLY_EQUAL_ARMS, ALL, DSYEVD, 3, 3},
+    {"star_400 off by 1e-6 all with vectors / dsyevd", 400, STAR, NEARLY_EQUAL_ARMS, ALL, DSYEVD, 5, 5},
+    {"star_2000 equal arms all with vectors / dsyevd", 2000, STAR, EQUAL_ARMS, ALL, DSYEVD, 1, 5},
     {"random_100000 20 slowest with vectors / ARPACK", 100000, 100000, 0, SLOWEST(20), ARPACK, 1, 3},
     {"random_1000000 20 slowest with vectors", 1000000, 1000000, 0, SLOWEST(20), ALONE, 2, 1},
     {"random_4000 frequencies / dsyevd", 4000, 4000, 0, VALUES, DSYEVD_VALUES, 1, 4},
@@ -302,8 +370,8 @@ static void *symbol(void *library, const char *name) { return library ? dlsym(li
 
 /* usage: run [PART-OF-A-NAME ...] */
 int main(int argc, char **argv) {
-    /* memory that was freed is used again: LAPACK has its matrices beforehand, too */
-    (void)mallopt(M_MMAP_MAX, 0);
+    /* memory that was freed is used again, but for very large blocks: LAPACK has its matrices beforehand, too */
+    (void)mallopt(M_MMAP_THRESHOLD, 32 << 20);
     (void)mallopt(M_TRIM_THRESHOLD, 1 << 30);
     void *blas = dlopen("libopenblas.so.0", RTLD_NOW | RTLD_GLOBAL), *arpack = dlopen("libarpack.so.2", RTLD_NOW);
     threads_fn *threads = (threads_fn *)symbol(blas, "openblas_set_num_threads");
@@ -318,6 +386,4 @@ int main(int argc, char **argv) {
         for (int j = 1; j < argc; j++) wanted |= strstr(lines[i].name, argv[j]) != NULL;
         if (wanted) run_line(&lines[i]);
     }
-    struct rusage usage;
-    if (!getrusage(RUSAGE_SELF, &usage)) printf("largest memory of the run %.2f GB\n", (double)usage.ru_maxrss / 1e6);
 }
