@@ -1,6 +1,7 @@
 #include "api/op.h"
 
 #include <stddef.h>
+#include <stdio.h>
 
 #include "api/encode.h"
 #include "api/json_in.h"
@@ -20,14 +21,19 @@ int api_turn_over(const struct api_turn *turn) {
 void api_reading_check_size(const struct api_reading *reading, const struct api_table *table,
                             const struct api_value *value, const char *what, const char *fewer) {
     const struct api_format *format = reading->format;
-    double bytes = format->bytes(table);
-    char flowing[API_FORMATS_TEXT];
-    if (format->flows || bytes <= reading->limits->answer_bytes) return;
+    double bytes = format->bytes(table), most = reading->limits->answer_bytes;
+    char flowing[API_FORMATS_TEXT], reason[80] = "the limit max-answer-bytes";
+    if (format->block) return;
+    if (format->most_bytes && format->most_bytes < most) {
+        snprintf(reason, sizeof reason, "the bound of %s", format->media_type);
+        most = format->most_bytes;
+    }
+    if (bytes <= most) return;
     api_format_list(flowing, 1, 1);
     api_value_fault(value, reading->problem,
-                    "asks for %ld %s of %.0f numbers, up to %.0f bytes, more than the limit max-answer-bytes of %.0f: "
-                    "ask for %s%s, or for one of the representations that have no such limit: %s",
-                    table->rows, what, api_table_numbers(table, 0), bytes, reading->limits->answer_bytes, fewer,
+                    "asks for %ld %s of %.0f numbers, up to %.0f bytes, more than %s of %.0f: ask for %s%s, or for a "
+                    "representation without such a limit: %s",
+                    table->rows, what, api_table_numbers(table, 0), bytes, reason, most, fewer,
                     format->digits ? ", or round the numbers by \"digits\"" : "", flowing);
 }
 

@@ -14,7 +14,7 @@ static const char *const fields[] = {"pendulum", "state", "states", "digits", NU
 
 enum { PHIDD, LAMBDA, Z_RE, Z_IM, ZD_RE, ZD_IM, ZDD_RE, ZDD_IM, KINETIC, POTENTIAL, TOTAL, COLUMNS };
 
-enum { BLOCK_ROWS = 64, BLOCK_NUMBERS = 65536 };
+enum { BLOCK_ROWS = 64, BLOCK_NUMBERS = 16384 };
 
 /* the columns of the answer, in the order above; the energies have one number a row */
 static const struct {
@@ -129,7 +129,7 @@ static enum pend_status forces_read(void **state, const struct api_reading *read
 /* one block: the scratch of the dynamics, four rows, the columns of `cap` rows */
 static enum pend_status forces_allocate(struct forces *forces, struct pend_error *error) {
     size_t n = (size_t)forces->tree.n, work = (pend_dynamics_work_bytes(forces->tree.n) + 63) / 64 * 64;
-    long cap = BLOCK_NUMBERS / forces->tree.n;
+    long cap = BLOCK_NUMBERS / (long)api_table_numbers(&forces->table, 0);
     if (cap > BLOCK_ROWS) cap = BLOCK_ROWS;
     if (cap > forces->table.rows) cap = forces->table.rows;
     forces->cap = cap < 1 ? 1 : cap;
@@ -182,18 +182,25 @@ static enum pend_status forces_begin(struct forces *forces, struct api_buffer *o
     return api_writer_new(&forces->writer, forces->format, &forces->table, out);
 }
 
+/* the next block of states */
+static enum pend_status forces_block(struct forces *forces, struct api_buffer *out, struct pend_error *error) {
+    long rows = forces->table.rows - forces->next;
+    if (rows > forces->cap) rows = forces->cap;
+    for (long i = 0; i < rows; i++) forces_compute(forces, forces->next + i, i);
+    forces->next += rows;
+    return api_writer_block(forces->writer, rows, (const double *const *)forces->column, out, error);
+}
+
 static enum pend_status forces_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
     struct forces *forces = state;
     if (!forces->writer) PEND_TRY(forces_begin(forces, turn->out, error));
     do {
-        long rows = forces->table.rows - forces->next;
-        if (rows > forces->cap) rows = forces->cap;
-        for (long i = 0; i < rows; i++) forces_compute(forces, forces->next + i, i);
-        PEND_TRY(api_writer_block(forces->writer, rows, (const double *const *)forces->column, turn->out, error));
-        forces->next += rows;
-        *done = forces->next == forces->table.rows;
+        if (forces->next == forces->table.rows)
+            PEND_TRY(api_writer_finish(forces->writer, NULL, turn->out, done));
+        else
+            PEND_TRY(forces_block(forces, turn->out, error));
     } while (!*done && !api_turn_over(turn));
-    return *done ? api_writer_end(forces->writer, NULL, turn->out) : PEND_OK;
+    return PEND_OK;
 }
 
 static const struct api_table *forces_table(const void *state) { return &((const struct forces *)state)->table; }

@@ -36,6 +36,8 @@ struct trajectory {
     struct pend_run *run;
     struct api_samples *samples;
     struct api_writer *writer;
+    int computed; /* all samples are there; what remains is to write */
+    struct api_stats stats;
 };
 
 static void trajectory_free(void **state) {
@@ -122,17 +124,17 @@ static enum pend_status trajectory_begin(struct trajectory *trajectory, struct a
     return api_writer_new(&trajectory->writer, trajectory->format, &trajectory->table, out);
 }
 
-static enum pend_status trajectory_end(struct trajectory *trajectory, const struct api_turn *turn) {
+/* what is told of the computation; once, so that it is the same in every piece of the answer */
+static void trajectory_tell(struct trajectory *trajectory, const struct api_turn *turn) {
     struct pend_run_stats stats = pend_run_stats(trajectory->run);
-    struct api_stats told = {0};
+    struct api_stats *told = &trajectory->stats;
     double seconds = api_turn_seconds(turn);
-    api_stats_text(&told, "method", stats.method);
-    api_stats_whole(&told, "steps", stats.steps);
-    api_stats_whole(&told, "rejected", stats.rejected);
-    api_stats_whole(&told, "evaluations", stats.evaluations);
-    api_stats_number(&told, "energy_drift", stats.energy_drift);
-    if (seconds >= 0) api_stats_number(&told, "compute_seconds", rint(seconds * 1e6) / 1e6);
-    return api_writer_end(trajectory->writer, &told, turn->out);
+    api_stats_text(told, "method", stats.method);
+    api_stats_whole(told, "steps", stats.steps);
+    api_stats_whole(told, "rejected", stats.rejected);
+    api_stats_whole(told, "evaluations", stats.evaluations);
+    api_stats_number(told, "energy_drift", stats.energy_drift);
+    if (seconds >= 0) api_stats_number(told, "compute_seconds", rint(seconds * 1e6) / 1e6);
 }
 
 /* names the limit behind a failure, and the way out */
@@ -143,18 +145,28 @@ static void name_limit(enum pend_status status, struct pend_error *error) {
                  " (max-steps): ask for a shorter time or a looser tolerance");
 }
 
+/* the next samples, as many as a piece of work gives */
+static enum pend_status trajectory_block(struct trajectory *trajectory, struct api_buffer *out, int *computed,
+                                         struct pend_error *error) {
+    struct api_samples *samples = trajectory->samples;
+    enum pend_status status = pend_run_next(trajectory->run, &samples->samples, piece, computed, error);
+    name_limit(status, error);
+    PEND_TRY(status);
+    api_samples_derive(samples);
+    return api_writer_block(trajectory->writer, samples->samples.count, samples->column, out, error);
+}
+
 static enum pend_status trajectory_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
     struct trajectory *trajectory = state;
     if (!trajectory->run) PEND_TRY(trajectory_begin(trajectory, turn->out, error));
     do {
-        struct api_samples *samples = trajectory->samples;
-        enum pend_status status = pend_run_next(trajectory->run, &samples->samples, piece, done, error);
-        name_limit(status, error);
-        PEND_TRY(status);
-        api_samples_derive(samples);
-        PEND_TRY(api_writer_block(trajectory->writer, samples->samples.count, samples->column, turn->out, error));
+        if (trajectory->computed)
+            PEND_TRY(api_writer_finish(trajectory->writer, &trajectory->stats, turn->out, done));
+        else
+            PEND_TRY(trajectory_block(trajectory, turn->out, &trajectory->computed, error));
+        if (trajectory->computed && !trajectory->stats.count) trajectory_tell(trajectory, turn);
     } while (!*done && !api_turn_over(turn));
-    return *done ? trajectory_end(trajectory, turn) : PEND_OK;
+    return PEND_OK;
 }
 
 static long trajectory_steps(const void *state) {

@@ -99,7 +99,8 @@ TEST(metrics_are_counted_and_written_in_prometheus_form) {
         CHECK(metrics_value(out.data, sample) == bucket[i].count);
     }
     CHECK(metrics_value(out.data, "pendulumd_request_duration_seconds_count{stage=\"compute\"}") == 4);
-    CHECK(fabs(metrics_value(out.data, "pendulumd_request_duration_seconds_sum{stage=\"compute\"}") - 7200.000020002) < 1e-6);
+    CHECK(fabs(metrics_value(out.data, "pendulumd_request_duration_seconds_sum{stage=\"compute\"}") - 7200.000020002) <
+          1e-6);
     CHECK(metrics_value(out.data, "pendulumd_request_duration_seconds_count{stage=\"queue\"}") == 0);
     api_buffer_clear(&out);
     /* no room: said, not cut silently */
