@@ -126,7 +126,7 @@ TEST(without_a_cache_304_needs_no_computation_all_the_same) {
 
 TEST(a_class_that_asks_the_same_is_computed_for_once_and_who_leaves_disturbs_nobody) {
     enum { CLASS = 12 };
-    static const char body[] = DOUBLE "\"times\":{\"start\":0,\"stop\":40000,\"count\":5}}";
+    static const char body[] = DOUBLE "\"times\":{\"start\":0,\"stop\":12000,\"count\":5}}";
     static const char *const options[] = {"--workers", "2", NULL};
     struct srv_daemon *daemon = live_start(options);
     struct test_client client[CLASS];
