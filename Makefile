@@ -16,7 +16,7 @@ ifeq ($(origin CXX),default)
 CXX := g++
 endif
 WERROR ?= -Werror
-PKG := libmicrohttpd libcjson gsl nettle libdeflate
+PKG := libmicrohttpd libcjson gsl nettle libdeflate zlib libzstd
 WARN := -Wall -Wextra -Wshadow -Wpointer-arith -Wvla -Wformat=2 $(WERROR)
 # gcc's warning of unset variables is often mistaken about instrumented code; valgrind looks for these
 SANITIZED := $(if $(findstring clang,$(CC)),,-Wno-maybe-uninitialized)
