@@ -90,6 +90,28 @@ def check_csv(text):
             raise Fault(f"line {number} of the CSV is not {width} numbers: {line[:100]!r}")
 
 
+def check_ndjson(text):
+    lines = text.split("\n")
+    if lines.pop() or not lines:
+        raise Fault("the NDJSON has no line, or its last line does not end")
+    rows = [parse(line) for line in lines]
+    for number, row in enumerate(rows, 1):
+        if not isinstance(row, dict) or list(row) != list(rows[0]):
+            raise Fault(f"line {number} of the NDJSON is no object with the members of the first: {lines[number - 1][:100]!r}")
+
+
+BINARY = ("application/octet-stream", "application/x-npz", "application/x-matlab-data")
+
+
+SAMPLE = re.compile(r'[a-zA-Z_:][a-zA-Z0-9_:]*(\{[a-zA-Z_]\w*="[^"\\]*"(,[a-zA-Z_]\w*="[^"\\]*")*\})? [-+0-9.eInf]+')
+
+
+def check_metrics(text):
+    for number, line in enumerate(text.splitlines(), 1):
+        if not line.startswith(("# HELP ", "# TYPE ")) and not SAMPLE.fullmatch(line):
+            raise Fault(f"line {number} is no sample of Prometheus' text format: {line[:100]!r}")
+
+
 class Document:
     def __init__(self, path):
         self.document = load(path)
@@ -144,7 +166,7 @@ class Document:
         """Checks one reply and answers what it reached."""
         method, status = reply["method"].lower(), reply["status"]
         response, reached = self.find(method, urlsplit(reply["path"]).path, status)
-        if method in ("head", "options") and status < 400 or response is None:
+        if method in ("head", "options") and status < 400 or response is None or "content" not in response:
             if reply.get("body"):
                 raise Fault(f"{reply['method']} has a body")
             return reached
@@ -155,8 +177,16 @@ class Document:
             raise Fault(f"the media type {media_type!r} is none of {', '.join(response['content'])}")
         if method == "head":
             return reached
+        if media_type == "text/plain":
+            check_metrics(reply["body"])
+            return reached
         if media_type == "text/csv":
             check_csv(reply["body"])
+            return reached
+        if media_type == "application/x-ndjson":
+            check_ndjson(reply["body"])
+            return reached
+        if media_type in BINARY:
             return reached
         body = parse(reply["body"])
         self.validate(response["content"][media_type]["schema"], body)
