@@ -1,5 +1,6 @@
 #include "api/digest.h"
 
+#include <math.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -41,6 +42,20 @@ static void digest_text(struct digest *digest, const char *text) {
     digest_bytes(digest, bytes, text);
 }
 
+/* numbers of a byte each: paths, parents and counts may be many, and hashing is what costs */
+static int digest_small(struct digest *digest, int count, const double number[]) {
+    uint8_t bytes[256];
+    for (int i = 0; i < count; i++)
+        if (!(number[i] >= 0 && number[i] <= 255 && (uint8_t)number[i] == number[i] && !signbit(number[i]))) return 0;
+    digest_kind(digest, 'w', (uint64_t)count);
+    for (int i = 0, some; i < count; i += some) {
+        some = count - i < 256 ? count - i : 256;
+        for (int k = 0; k < some; k++) bytes[k] = (uint8_t)number[i + k];
+        digest_bytes(digest, (size_t)some, bytes);
+    }
+    return 1;
+}
+
 static void digest_numbers(struct digest *digest, char kind, int count, const double number[]) {
     digest_kind(digest, kind, (uint64_t)count);
     digest_bytes(digest, (size_t)count * sizeof *number, number);
@@ -52,7 +67,7 @@ static void digest_array(struct digest *digest, const struct api_value *value) {
     int count = 0;
     const double *number = api_value_numbers(value, &count);
     if (number) {
-        digest_numbers(digest, 'v', count, number);
+        if (!digest_small(digest, count, number)) digest_numbers(digest, 'v', count, number);
         return;
     }
     digest_kind(digest, 'a', (uint64_t)api_value_count(value));

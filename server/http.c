@@ -21,7 +21,7 @@
 #include "server/router.h"
 
 enum {
-    HTTP_POOL = 32768,  /* bytes of libmicrohttpd's memory a connection: holds what the front lets pass */
+    HTTP_POOL = 24576,  /* bytes of libmicrohttpd's memory a connection: holds what the front lets pass */
     HTTP_SPARE = 64,    /* connections beyond the cap that are told so */
     HTTP_UNREAD = 65536 /* largest body that is read only to keep the connection after a refusal */
 };
@@ -244,7 +244,9 @@ static void *http_target(void *context, const char *target, struct MHD_Connectio
         srv_log_message(http->service->log, "a request came past the front: this libmicrohttpd does not call recv");
         return NULL;
     }
-    snprintf(connection->exchange.target, SRV_TARGET_BYTES, "%s", target);
+    size_t bytes = strnlen(target, SRV_TARGET_BYTES - 1);
+    memcpy(connection->exchange.target, target, bytes);
+    connection->exchange.target[bytes] = 0;
     connection->exchange.received = srv_clock_now();
     connection->state = HTTP_HEAD;
     connection->refused = 0;
