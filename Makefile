@@ -118,7 +118,7 @@ bench: $(B)/tests/bench/run ## how fast the pieces are, in about a minute
 
 load: build $(B)/tests/bench/service/service $(B)/tests/load/client ## the daemon under load beside its peers, in ten minutes (T=part-of-a-line; installs wrk, nginx, Node.js)
 	@docker/install.sh load
-	@/usr/bin/python3 tests/load/load.py $(B) $(T)
+	@/usr/bin/python3 -B tests/load/load.py $(B) $(T)
 
 bench-modes: $(B)/tests/bench/modes/run ## modes against LAPACK, ARPACK and GSL where these are installed, in a minute
 	$< $(T)

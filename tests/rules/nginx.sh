@@ -4,4 +4,4 @@
 # Leaves to others: the comparison (nginx.py), containers (image.sh).
 # Invariant: a program that is not installed is skipped aloud; what was started ends.
 cd "$(dirname "$0")/../.." || exit
-exec /usr/bin/python3 tests/rules/nginx.py "$1"
+exec /usr/bin/python3 -B tests/rules/nginx.py "$1"

@@ -4,4 +4,4 @@
 # Leaves to others: the comparison (readback.py).
 # Invariant: a program that is not installed is skipped aloud.
 cd "$(dirname "$0")/../.." || exit
-exec /usr/bin/python3 tests/rules/readback.py "$1"
+exec /usr/bin/python3 -B tests/rules/readback.py "$1"
