@@ -71,7 +71,7 @@ void srv_exchange_reset(struct srv_exchange *exchange) {
 
 int srv_exchange_valid(const struct srv_exchange *exchange) {
     return exchange->magic == EXCHANGE_MAGIC && exchange->service && exchange->headers <= SRV_HEADERS &&
-           exchange->text_bytes <= SRV_TEXT_BYTES && (!exchange->bytes || exchange->data) &&
+           exchange->text_bytes <= SRV_TEXT_BYTES && (!exchange->bytes || exchange->data || exchange->streams) &&
            memchr(exchange->target, 0, SRV_TARGET_BYTES);
 }
 

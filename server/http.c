@@ -307,10 +307,13 @@ static void http_linger(struct http_connection *connection) {
     if (fd >= 0) srv_watch_linger(connection->http->watch, fd);
 }
 
-/* an HTTP/1.0 client takes the end of the connection for the end of the answer: it gets a reset instead */
+/* Ends the connection under a broken stream. An HTTP/1.0 client would take its end for the end of the answer, and gets
+ * a reset. libmicrohttpd would do it too, but only when something happens on another connection. */
 static void http_cut(struct http_connection *connection) {
     if (connection->front.old)
-        setsockopt(connection->watched.fd, SOL_SOCKET, SO_LINGER, &(struct linger){1, 0}, sizeof(struct linger));
+        connect(connection->watched.fd, &(struct sockaddr){.sa_family = AF_UNSPEC}, sizeof(struct sockaddr));
+    else
+        shutdown(connection->watched.fd, SHUT_RDWR);
 }
 
 /* The front has found a byte that no request may have, and all requests before it are over. From now on libmicrohttpd
@@ -337,8 +340,10 @@ static void http_completed(void *context, struct MHD_Connection *mhd, void **sta
     /* a stream that was cut is not computed on */
     if (connection->exchange.streams) srv_compute_leave(&connection->exchange, SRV_STOP_LEFT);
     http_log(connection, outcome);
-    if (connection->stream.broken) http_cut(connection);
-    if (connection->exchange.close) http_linger(connection);
+    if (connection->stream.broken)
+        http_cut(connection);
+    else if (connection->exchange.close)
+        http_linger(connection);
     srv_exchange_reset(&connection->exchange);
     connection->state = HTTP_NONE;
     connection->done++;

@@ -16,7 +16,7 @@ struct cache_room {
 static struct srv_payload *cache_payload(struct cache_room *room, size_t bytes, char fill) {
     struct api_buffer body;
     api_buffer_init(&body, 1 << 24);
-    if (!CHECK(api_buffer_room(&body, bytes) == PEND_OK)) return NULL;
+    if (api_buffer_room(&body, bytes) != PEND_OK) return NULL;
     memset(body.data, fill, bytes);
     body.bytes = bytes;
     return srv_payload_new(200, "application/json", &body, 64, &room->held, &room->spares);

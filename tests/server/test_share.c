@@ -20,8 +20,10 @@ static double share_metric(const struct srv_daemon *daemon, const char *sample) 
     double value = NAN;
     if (!live_say(daemon, &client, "GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n")) return value;
     if (CHECK_INT(test_client_receive(&client, &reply, 0, 20), 200)) {
-        const char *at = strstr(reply.body, sample);
-        if (CHECK_SAYING(at != NULL, "no sample %s", sample)) value = strtod(at + strlen(sample), NULL);
+        char line[128];
+        snprintf(line, sizeof line, "\n%s", sample);
+        const char *at = strstr(reply.body, line);
+        if (CHECK_SAYING(at != NULL, "no sample %s", sample)) value = strtod(at + strlen(line), NULL);
     }
     test_reply_clear(&reply);
     test_client_close(&client);
@@ -92,7 +94,7 @@ TEST(the_same_again_comes_from_the_cache_in_every_coding) {
     CHECK(share_metric(daemon, "pendulumd_cache_lookups_total{result=\"missed\"} ") == 1);
     CHECK(share_metric(daemon, "pendulumd_cache_lookups_total{result=\"exact\"} ") >= 4);
     CHECK(share_metric(daemon, "pendulumd_cache_lookups_total{result=\"digest\"} ") >= 2);
-    CHECK(share_metric(daemon, "pendulumd_not_modified_total ") == 2);
+    CHECK_INT((long)share_metric(daemon, "pendulumd_not_modified_total "), 2);
     /* another representation is another answer */
     CHECK_INT(share_ask(daemon, &reply, "Accept: text/csv\r\n", body), 200);
     CHECK(strcmp(share_header(&reply, "ETag"), share_header(&first, "ETag")) != 0);
@@ -124,7 +126,7 @@ TEST(without_a_cache_304_needs_no_computation_all_the_same) {
 
 TEST(a_class_that_asks_the_same_is_computed_for_once_and_who_leaves_disturbs_nobody) {
     enum { CLASS = 12 };
-    static const char body[] = DOUBLE "\"times\":{\"start\":0,\"stop\":4000,\"count\":5}}";
+    static const char body[] = DOUBLE "\"times\":{\"start\":0,\"stop\":12000,\"count\":5}}";
     static const char *const options[] = {"--workers", "2", NULL};
     struct srv_daemon *daemon = live_start(options);
     struct test_client client[CLASS];
@@ -187,7 +189,7 @@ TEST(a_long_answer_flows_and_is_the_same_in_every_coding_and_protocol) {
     srv_daemon_free(&daemon);
 }
 
-#define ENDLESS DOUBLE "\"times\":{\"start\":0,\"stop\":3000,\"count\":1000001}}"
+#define ENDLESS DOUBLE "\"times\":{\"start\":0,\"stop\":3000,\"count\":1000000}}"
 
 TEST(a_slow_reader_holds_little_memory_and_no_worker_and_is_missed_at_once) {
     enum { SLOW = 6 };
@@ -250,12 +252,12 @@ TEST(a_stream_that_breaks_is_seen_to_be_incomplete) {
         share_await(daemon, "pendulumd_computations ", 1, 10);
         test_sleep(0.3);
         /* no patience: the server ends what runs */
-        double until = test_clock() + 10;
-        while (!srv_daemon_drain(daemon, 1) && test_clock() < until && client.bytes < 1) {
-            if (test_clock() > until - 9.9) break;
-            test_sleep(0.005);
-        }
-        CHECK_INT(test_client_receive(&client, &reply, 0, 20), 0);
+        srv_daemon_drain(daemon, 1);
+        double begin = test_clock();
+        int status = test_client_receive(&client, &reply, 0, 20);
+        CHECK_SAYING(test_clock() - begin < 5, "it took %.1f s", test_clock() - begin);
+        /* the test's client, as others, knows no better of an HTTP/1.0 answer that ends without a reset */
+        CHECK_INT(status, 0);
         test_reply_clear(&reply);
         test_client_close(&client);
         srv_daemon_free(&daemon);
@@ -322,7 +324,6 @@ TEST(who_waits_too_long_for_a_worker_is_told) {
     struct test_client busy;
     struct test_reply reply;
     REQUIRE(daemon != NULL);
-    /* reading 8 MB of digits takes a worker more than a moment: nobody is let in between */
     REQUIRE(share_post(daemon, &busy, "", DOUBLE "\"times\":{\"start\":0,\"stop\":50000,\"count\":5}}"));
     test_sleep(0.05);
     CHECK_INT(share_ask(daemon, &reply, "", DOUBLE "\"times\":[0,1]}"), 200);
