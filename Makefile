@@ -107,6 +107,9 @@ test-%: $(B)/tests/%/run
 	$< $(T)
 test-wire: $(B)/pendulumd
 
+test-number-long: $(B)/tests/api/run ## 1e8 random doubles written and read back, 2e6 rounded as printf does: a minute
+	PEND_NUMBERS=100000000 $< number_
+
 asan: ## all test programs and the server under the address and undefined sanitizers
 	@$(CHECK) ONLY='build-asan asan-%'; $(COUNT)
 

@@ -135,7 +135,7 @@ enum pend_status api_writer_finish(struct api_writer *writer, const struct api_s
 }
 
 static const struct api_format *const formats[] = {&api_format_json,   &api_format_ndjson, &api_format_csv,
-                                                 &api_format_octets, &api_format_npz,    &api_format_mat};
+                                                   &api_format_octets, &api_format_npz,    &api_format_mat};
 
 void api_format_list(char text[API_FORMATS_TEXT], int samples, int flows) {
     size_t used = 0;

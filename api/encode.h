@@ -76,8 +76,8 @@ struct api_format {
 struct api_writer {
     const struct api_format *format;
     struct api_table table;
-    long rows;                    /* written or kept so far */
-    double *column[API_COLUMNS];  /* the rows that are kept, one block; NULL where the representation flows */
+    long rows;                     /* written or kept so far */
+    double *column[API_COLUMNS];   /* the rows that are kept, one block; NULL where the representation flows */
     const struct api_stats *stats; /* once all rows are there; NULL = none */
 };
 

@@ -52,8 +52,8 @@ static void npy_head(char head[HEAD_BYTES], const char *type, const char *shape)
     memset(head, ' ', HEAD_BYTES);
     memcpy(head, "\x93NUMPY\x01\0", 8);
     api_octets_whole(head + 8, HEAD_BYTES - 10, 2);
-    int bytes = snprintf(head + 10, HEAD_BYTES - 10, "{'descr': '%s', 'fortran_order': False, 'shape': %s, }", type,
-                         shape);
+    int bytes =
+        snprintf(head + 10, HEAD_BYTES - 10, "{'descr': '%s', 'fortran_order': False, 'shape': %s, }", type, shape);
     head[10 + bytes] = ' ';
     head[HEAD_BYTES - 1] = '\n';
 }

@@ -91,13 +91,19 @@ enum api_kind api_value_kind(const struct api_value *value) {
     if (!node) return API_MISSING;
     if (value_is_double(value)) return API_NUMBER;
     switch (node_type(node)) {
-    case cJSON_Number: return node->valuedouble < 0 ? API_ARRAY : API_NUMBER;
-    case cJSON_String: return API_STRING;
-    case cJSON_Object: return API_OBJECT;
-    case cJSON_Array: return API_ARRAY;
+    case cJSON_Number:
+        return node->valuedouble < 0 ? API_ARRAY : API_NUMBER;
+    case cJSON_String:
+        return API_STRING;
+    case cJSON_Object:
+        return API_OBJECT;
+    case cJSON_Array:
+        return API_ARRAY;
     case cJSON_True:
-    case cJSON_False: return API_BOOL;
-    default: return API_NULL;
+    case cJSON_False:
+        return API_BOOL;
+    default:
+        return API_NULL;
     }
 }
 

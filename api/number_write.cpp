@@ -433,8 +433,7 @@ __attribute__((noinline)) char *rows_rounded(char *out, const struct api_number_
     for (long count; x < end; x += count) {
         count = end - x < BATCH ? end - x : BATCH;
         bool brief = digits <= SHORT_DIGITS && count == BATCH && batch.scale(x, digits) && batch.round(digits);
-        for (int i = 0; brief && i < BATCH; i++)
-            out = writer.end(batch.write(write_sign(writer.begin(out), x[i]), i));
+        for (int i = 0; brief && i < BATCH; i++) out = writer.end(batch.write(write_sign(writer.begin(out), x[i]), i));
         for (int i = 0; !brief && i < count; i++)
             out = writer.end(api_number_write_digits(writer.begin(out), x[i], digits));
     }
