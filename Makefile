@@ -121,7 +121,7 @@ bench: $(B)/tests/bench/run ## how fast the pieces are, in about a minute
 
 load: build $(B)/tests/bench/service/service $(B)/tests/load/client ## the daemon under load beside its peers, in ten minutes (T=part-of-a-line; installs wrk, nginx, Node.js)
 	@docker/install.sh load
-	@/usr/bin/python3 tests/load/load.py $(B) $(T)
+	@/usr/bin/python3 -B tests/load/load.py $(B) $(T)
 
 bench-modes: $(B)/tests/bench/modes/run ## modes against LAPACK, ARPACK and GSL where these are installed, in a minute
 	$< $(T)
@@ -140,7 +140,7 @@ valgrind: ## the quick tests, and the server, under valgrind
 	@$(CHECK) ONLY='valgrind-%'; $(COUNT)
 
 rules: ## the rooms' include rules, documents compared with code, replies with the OpenAPI document
-	@$(CHECK) ONLY='layers docs replies layout openapi'; $(COUNT)
+	@$(CHECK) ONLY='layers docs replies readback nginx layout openapi'; $(COUNT)
 
 lint: ## clang's warnings, layout and spectral; installs clang, clang-format and npm
 	@docker/install.sh build lint

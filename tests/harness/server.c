@@ -194,6 +194,13 @@ void test_server_stop(struct test_server **server) {
     *server = NULL;
 }
 
+void test_server_drop(struct test_server **server) {
+    test_server_signal(*server, SIGKILL);
+    test_server_wait(*server);
+    server_free(*server);
+    *server = NULL;
+}
+
 int test_server_run(const char *const options[], char text[], size_t cap) {
     struct test_server *server = server_new(options, NULL);
     if (!server) return -1;

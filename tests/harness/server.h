@@ -42,6 +42,9 @@ int test_server_wait(struct test_server *server);
  */
 void test_server_stop(struct test_server **server);
 
+/** Kills it where it still runs, frees it and clears the pointer; nothing is checked. */
+void test_server_drop(struct test_server **server);
+
 /**
  * Runs the daemon to its end with some options.
  *

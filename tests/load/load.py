@@ -72,7 +72,7 @@ def skip(name, why):
 def ratio_row(name, ours, peer, asked, unit, more=""):
     ratio = ours / peer if peer else float("inf")
     short = "" if ratio >= asked else "   (short)"
-    row(name, f"{ours:.1f}", f"{peer:.1f}", f"{ratio:.2f}x", f"{asked:g}x", unit + short, more)
+    row(name, f"{ours:.1f}", f"{peer:.1f}", f"{ratio:.2f}x", f"{asked:g}x" if asked else "-", unit + short, more)
 
 
 def told(best, errors):
@@ -218,7 +218,7 @@ def cache(directory):
             fail("nginx does not serve the file")
         best, wrong = compare({"ours": (ours, body, None, None), "nginx": (static, "-", None, "/paper.json")})
     ratio_row("from the cache, against nginx", best["ours"]["rate"], best["nginx"]["rate"], 0.7, "requests/s",
-              f"{len(first)} bytes, ETag {headers.get('ETag')} · " + told(best, wrong))
+              f"{len(first)} bytes, ETag {headers.get('ETag')}\n    " + told(best, wrong))
 
 
 # --- memory ---

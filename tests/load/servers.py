@@ -40,24 +40,32 @@ class Server:
     def url(self):
         return f"http://127.0.0.1:{self.port}{self.path}"
 
-    def memory(self, field="VmRSS"):
-        """Bytes, of the process and its children."""
-        pids = [self.process.pid]
+    def processes(self):
+        """The process and its children."""
+        pids = [str(self.process.pid)]
         for pid in pids:
             with contextlib.suppress(OSError):
                 for task in os.listdir(f"/proc/{pid}/task"):
                     pids += pathlib.Path(f"/proc/{pid}/task/{task}/children").read_text().split()
+        return pids
+
+    def memory(self):
+        """Resident bytes."""
         total = 0
-        for pid in pids:
+        for pid in self.processes():
             with contextlib.suppress(OSError):
                 for line in pathlib.Path(f"/proc/{pid}/status").read_text().splitlines():
-                    total += 1024 * int(line.split()[1]) if line.startswith(field + ":") else 0
+                    total += 1024 * int(line.split()[1]) if line.startswith("VmRSS:") else 0
         return total
 
     def cpu(self):
-        """Seconds of processor that it has used."""
-        fields = pathlib.Path(f"/proc/{self.process.pid}/stat").read_text().rsplit(")", 1)[1].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+        """Seconds of processor used so far; the kernel counts nanoseconds for every thread."""
+        total = 0
+        for pid in self.processes():
+            with contextlib.suppress(OSError):
+                for task in os.listdir(f"/proc/{pid}/task"):
+                    total += int(pathlib.Path(f"/proc/{pid}/task/{task}/schedstat").read_text().split()[0])
+        return total / 1e9
 
     def ask(self, body=None, accept=None, path=None, seconds=60):
         """Status, header fields and bytes of one answer."""

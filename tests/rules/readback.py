@@ -1,0 +1,222 @@
+"""Answers in every representation, read by the programs that people read them with: NumPy, SciPy, Octave, the csv and
+json modules. Every number must be the one of the JSON answer to the last bit, the sign of zero and all.
+
+usage: readback.py BUILD
+Leaves to others: whether the JSON is right (tests/wire, tests/laws). Invariant: what is not installed is skipped aloud.
+"""
+import csv
+import io
+import json
+import pathlib
+import re
+import struct
+import subprocess
+import sys
+import tempfile
+
+TOP = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(TOP / "tests/load"))
+from servers import daemon, tool  # noqa: E402
+
+try:
+    import numpy
+except ImportError:
+    numpy = None
+try:
+    import scipy.io
+except ImportError:
+    scipy = None
+
+FOUR = '"pendulum":{"L":[2,1.5,0.75,1.25],"m":[1,1,1,0.1],"S":[[1,0,0,0],[1,1,0,0],[1,1,1,0],[1,1,0,1]]}'
+ONE = '"pendulum":{"length":[0.7],"mass":[1.3],"parent":[0]}'
+ALL = '"output":["phi","phid","phidd","theta","thetad","z","zd","lambda","energy"]'
+REQUESTS = {
+    "the paper's example": ("/v1/trajectories", f'{{{FOUR},"times":{{"start":0,"stop":5,"step":0.01}},{ALL}}}'),
+    "its default output": ("/v1/trajectories", f'{{{FOUR},"times":{{"start":0,"stop":5,"step":0.01}}}}'),
+    "one arm, one instant": ("/v1/trajectories", f'{{{ONE},"times":[0.25],{ALL}}}'),
+    "backwards, unevenly": ("/v1/trajectories", f'{{{FOUR},"times":[0,-0.1,-0.25,-3],{ALL}}}'),
+    "longer than a block": ("/v1/trajectories", f'{{{FOUR},"times":{{"start":0,"stop":20,"count":20001}}}}'),
+    "states": ("/v1/forces", f'{{{FOUR},"states":[{{"phi":[1,2,3,4]}},{{"theta":[0.1,0,0,0],"thetad":[1,1e-300,-1,0]}}]}}'),
+}
+counts = {"passed": 0, "failed": 0, "skipped": 0}
+
+
+def bits(value):
+    return struct.pack("<d", value)
+
+
+def check(what, good, detail=""):
+    counts["passed" if good else "failed"] += 1
+    if not good:
+        print(f"FAIL {what}: {detail}")
+
+
+def skip(what, why):
+    counts["skipped"] += 1
+    print(f"skip {what}: {why}")
+
+
+def columns_of(answer):
+    """Name -> rows of numbers, from JSON: z becomes z_re and z_im, energy its parts."""
+    columns = {}
+    for name, value in answer.items():
+        if name != "stats":
+            parts = {f"{name}_{part}": rows for part, rows in value.items()} if isinstance(value, dict) else {name: value}
+            columns |= {part: [row if isinstance(row, list) else [row] for row in rows] for part, rows in parts.items()}
+    return columns
+
+
+def rows_of(columns):
+    """The same as rows of all columns side by side."""
+    return [[number for part in parts for number in part] for parts in zip(*columns.values())]
+
+
+def same(what, wanted, rows):
+    """Both are lists of rows of doubles."""
+    rows = [list(row) for row in rows]
+    if [len(row) for row in rows] != [len(row) for row in wanted]:
+        check(what, False, f"{len(rows)} rows, expected {len(wanted)}")
+        return
+    wrong = [(i, k) for i, row in enumerate(wanted) for k, number in enumerate(row) if bits(number) != bits(rows[i][k])]
+    check(what, not wrong, f"{len(wrong)} numbers differ, the first in row {wrong[0][0]}, column {wrong[0][1]}" if wrong else "")
+
+
+# --- readers: bytes of an answer and its header fields, the columns of the JSON ---
+
+def read_csv(what, data, headers, columns):
+    header, *rows = csv.reader(io.StringIO(data.decode(), newline=""))
+    names = [f"{name}_{k + 1}" if len(rows_[0]) > 1 or name not in SCALARS else name
+             for name, rows_ in columns.items() for k in range(len(rows_[0]))]
+    check(f"{what}: the header of the CSV", header == names, f"{header} is not {names}")
+    same(what, rows_of(columns), [[float(cell) for cell in row] for row in rows])
+
+
+SCALARS = {"t", "energy_kinetic", "energy_potential", "energy_total"}
+
+
+def read_ndjson(what, data, headers, columns):
+    lines = data.decode().splitlines()
+    parts = [columns_of({name: {part: [rows] for part, rows in value.items()} if isinstance(value, dict) else [value]
+                         for name, value in json.loads(line).items()}) for line in lines if '"stats"' not in line[:9]]
+    same(what, rows_of(columns), [[number for rows in part.values() for number in rows[0]] for part in parts])
+
+
+def read_octets(what, data, headers, columns):
+    names = [f"{name}[{len(rows[0])}]" if name not in SCALARS else name for name, rows in columns.items()]
+    check(f"{what}: X-Columns", headers.get("X-Columns") == ",".join(names), headers.get("X-Columns"))
+    width = sum(int((re.search(r"\[(\d+)\]", name) or [0, 1])[1]) for name in names)
+    same(what, rows_of(columns), numpy.frombuffer(data, "<f8").reshape(-1, width).tolist())
+
+
+def compare_arrays(what, arrays, columns):
+    """arrays: name -> nested lists of rows; complex ones hold two columns of the JSON each."""
+    wanted = {name: rows for name, rows in columns.items() if not name.endswith("_im")}
+    wanted = {name.removesuffix("_re"): rows for name, rows in wanted.items()}
+    check(f"{what}: names", set(arrays) == set(wanted), f"{sorted(arrays)} are not {sorted(wanted)}")
+    for name in set(arrays) & set(wanted):
+        if f"{name}_re" in columns:
+            same(f"{what}: {name}, real", columns[f"{name}_re"], [[z.real for z in row] for row in arrays[name]])
+            same(f"{what}: {name}, imaginary", columns[f"{name}_im"], [[z.imag for z in row] for row in arrays[name]])
+        else:
+            same(f"{what}: {name}", columns[name], arrays[name])
+
+
+def read_npz(what, data, headers, columns):
+    trajectory = not what.startswith("states")
+    with numpy.load(io.BytesIO(data), allow_pickle=False) as file:
+        arrays = {name: file[name].reshape(len(file[name]), -1).tolist() for name in file.files if not name.startswith("stats_")}
+        check(f"{what}: statistics", not trajectory or file["stats_method"] == "taylor", file.files)
+    compare_arrays(what, arrays, columns)
+
+
+def read_mat_scipy(what, data, headers, columns):
+    arrays, rows = {}, len(next(iter(columns.values())))
+    for name, value in scipy.io.loadmat(io.BytesIO(data)).items():
+        if name == "stats":
+            check(f"{what}: statistics", value["method"][0, 0][0] == "taylor", value)
+        elif value.__class__.__name__ == "ndarray" and value.dtype.names:
+            arrays |= {f"{name}_{part}": value[part][0, 0] for part in value.dtype.names}
+        elif not name.startswith("__"):
+            arrays[name] = value
+    compare_arrays(what, {name: value.reshape(rows, -1).tolist() for name, value in arrays.items()}, columns)
+
+
+OCTAVE = """
+1;
+function tell(out, name, value)
+  if isstruct(value)
+    for [part, key] = value
+      tell(out, [name '_' key], part);
+    end
+  elseif !ischar(value)
+    printf('%s %d %d\\n', name, rows(value), columns(value));
+    fwrite(out, real(value.'), 'double');
+    fwrite(out, imag(value.'), 'double');
+  end
+end
+s = load(argv(){1});
+out = fopen(argv(){2}, 'w');
+for [value, name] = rmfield(s, intersect(fieldnames(s), {'stats'}))
+  tell(out, name, value);
+end
+fclose(out);
+"""
+
+
+def read_mat_octave(what, data, headers, columns):
+    with tempfile.TemporaryDirectory() as directory:
+        file, out, script = (pathlib.Path(directory, name) for name in ("answer.mat", "numbers", "read.m"))
+        file.write_bytes(data)
+        script.write_text(OCTAVE)
+        run = subprocess.run([tool("octave-cli") or tool("octave"), "--norc", "--quiet", script, file, out], capture_output=True, text=True, timeout=120)
+        check(f"{what}: load", not run.returncode, run.stderr[-500:])
+        numbers = out.read_bytes() if not run.returncode else b""
+    arrays, at = {}, 0
+    for line in run.stdout.splitlines():
+        name, rows, width = (int(word) if word.isdigit() else word for word in line.split())
+        count = rows * width
+        real, imaginary = (struct.unpack_from(f"<{count}d", numbers, at + part * 8 * count) for part in (0, 1))
+        at += 16 * count
+        pairs = [complex(a, b) for a, b in zip(real, imaginary)]
+        arrays[name] = [pairs[i * width:(i + 1) * width] for i in range(rows)]
+    arrays = {name: rows if f"{name}_re" in columns else [[z.real for z in row] for row in rows] for name, rows in arrays.items()}
+    compare_arrays(what, arrays, columns)
+
+
+READERS = [
+    ("CSV", "text/csv", read_csv, True, ""),
+    ("NDJSON", "application/x-ndjson", read_ndjson, True, ""),
+    ("octet-stream in NumPy", "application/octet-stream", read_octets, numpy, "python3-numpy is not installed"),
+    ("NPZ in NumPy", "application/x-npz", read_npz, numpy, "python3-numpy is not installed"),
+    ("MAT in SciPy", "application/x-matlab-data", read_mat_scipy, scipy, "python3-scipy is not installed"),
+    ("MAT in Octave", "application/x-matlab-data", read_mat_octave, tool("octave-cli") or tool("octave"), "octave is not installed"),
+]
+
+
+def main():
+    with daemon(sys.argv[1], "--cache-bytes", "0") as server:
+        for title, (path, body) in REQUESTS.items():
+            status, _, data = server.ask(body, path=path)
+            check(f"{title}: JSON", status == 200, f"{status} {data[:300]}")
+            columns = columns_of(json.loads(data))
+            for name, media_type, read, there, _ in READERS:
+                if there:
+                    status, headers, data = server.ask(body, media_type, path=path)
+                    check(f"{title}, {name}", status == 200, f"{status} {data[:300]}")
+                    if status == 200:
+                        read(f"{title}, {name}", data, headers, columns)
+        # rounded numbers are the same texts everywhere
+        path, body = REQUESTS["its default output"]
+        rounded = body[:-1] + ',"digits":6}'
+        columns = columns_of(json.loads(server.ask(rounded, path=path)[2]))
+        for name, media_type, read, _, _ in READERS[:2]:
+            _, headers, data = server.ask(rounded, media_type, path=path)
+            read(f"six digits, {name}", data, headers, columns)
+    for name, _, _, there, why in READERS:
+        if not there:
+            skip(name, why)
+    print(", ".join(f"{count} {word}" for word, count in counts.items() if count or word != "skipped"))
+    sys.exit(counts["failed"] > 0)
+
+
+main()

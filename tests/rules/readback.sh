@@ -1,0 +1,7 @@
+#!/bin/bash
+# Reads answers in every representation with the programs that people use, and compares them with the JSON to the last bit.
+# usage: readback.sh BUILD     (build/release, for the server)
+# Leaves to others: the comparison (readback.py).
+# Invariant: a program that is not installed is skipped aloud.
+cd "$(dirname "$0")/../.." || exit
+exec /usr/bin/python3 -B tests/rules/readback.py "$1"
