@@ -28,15 +28,11 @@ static void router_openapi(struct srv_exchange *exchange) {
 }
 
 static const struct srv_route router_table[] = {
-    {"POST", "/v1/trees", NULL, API_OP_TREES},
-    {"POST", "/v1/trajectories", NULL, API_OP_TRAJECTORIES},
-    {"POST", "/v1/forces", NULL, API_OP_FORCES},
-    {"POST", "/v1/modes", NULL, API_OP_MODES},
-    {"GET", "/v1/presets", NULL, API_OP_PRESETS},
-    {"GET", "/v1/presets/{name}", NULL, API_OP_PRESET},
-    {"GET", "/openapi.json", router_openapi, API_OP_COUNT},
-    {"GET", "/healthz", router_healthz, API_OP_COUNT},
-    {"GET", "/readyz", router_readyz, API_OP_COUNT},
+    {"POST", "/v1/trees", NULL, API_OP_TREES},          {"POST", "/v1/trajectories", NULL, API_OP_TRAJECTORIES},
+    {"POST", "/v1/forces", NULL, API_OP_FORCES},        {"POST", "/v1/modes", NULL, API_OP_MODES},
+    {"POST", "/v1/ensembles", NULL, API_OP_ENSEMBLES},  {"GET", "/v1/presets", NULL, API_OP_PRESETS},
+    {"GET", "/v1/presets/{name}", NULL, API_OP_PRESET}, {"GET", "/openapi.json", router_openapi, API_OP_COUNT},
+    {"GET", "/healthz", router_healthz, API_OP_COUNT},  {"GET", "/readyz", router_readyz, API_OP_COUNT},
 };
 
 enum { ROUTER_COUNT = sizeof router_table / sizeof *router_table, ROUTER_ALLOW = 64 };

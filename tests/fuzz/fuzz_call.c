@@ -22,6 +22,7 @@ static struct api_limits fuzz_limits(void) {
     api_limits_init(&limits);
     limits.arms = 40;
     limits.samples = 200;
+    limits.members = 200;
     limits.answer_bytes = 1 << 17;
     limits.steps = 300;
     limits.matrix_arms = 20;
@@ -67,13 +68,14 @@ static const char *answer_complaint(struct api_answer answer, const struct api_b
 /* runs one request; the first byte says which and in what form, the rest is the body. *status is told where it is not
  * NULL. Returns what is wrong, or NULL. */
 static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
-    static const enum api_op_id ops[] = {API_OP_TRAJECTORIES, API_OP_FORCES, API_OP_MODES, API_OP_TREES};
+    static const enum api_op_id ops[] = {API_OP_TRAJECTORIES, API_OP_FORCES, API_OP_MODES, API_OP_TREES,
+                                         API_OP_ENSEMBLES};
     struct api_limits limits = fuzz_limits();
     struct api_call *call = NULL;
     struct api_buffer out;
     const char *fault = NULL;
     int runs = 0;
-    struct api_request request = {.op = ops[bytes ? data[0] % 4 : 0],
+    struct api_request request = {.op = ops[bytes ? (data[0] & 3) + (data[0] >> 3 & 1 && !(data[0] & 3) ? 4 : 0) : 0],
                                   .content_type = "application/json",
                                   .accept = bytes && data[0] & 4 ? "text/csv, */*;q=0.1" : NULL,
                                   .body = bytes ? (const char *)data + 1 : "",
@@ -130,6 +132,17 @@ static const char *const seeds[] = {
     "2{" ARMS ",\"select\":{\"from\":0,\"to\":9},\"vectors\":false}",
     "3{" ARMS "}",
     "3{" PAPER "}",
+    "8{" ARMS ",\"states\":[{},{\"phi\":[1,2,3,4]}],\"duration\":1,\"observables\":[\"final\",\"flips\",\"first_flip\","
+    "\"lambda_max\",\"sign_change\",\"lyapunov\",\"parameters\"],\"digits\":4}",
+    "8{" LISTS
+    ",\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":0,\"stop\":3,\"count\":4,\"unit\":\"rad\"},{\"vary\":"
+    "\"mass\",\"arm\":2,\"start\":1,\"stop\":2,\"count\":3,\"scale\":\"log\"}],\"initial\":{},\"duration\":1,"
+    "\"observables\":["
+    "\"flip_time\"],\"picture\":{\"of\":\"flip_time\",\"arm\":2,\"scale\":\"log\"}}",
+    "8{" LISTS
+    ",\"random\":{\"count\":5,\"seed\":3,\"draw\":[{\"vary\":\"length\",\"arm\":1,\"distribution\":\"normal\",\"mean\":"
+    "1,\"deviation\":1},{\"vary\":\"gravity\",\"distribution\":\"uniform\",\"low\":1,\"high\":9}]},\"times\":[0,1],"
+    "\"observables\":[\"trajectory\"],\"output\":[\"theta\",\"lambda\"]}",
 };
 
 enum { SEEDS = sizeof seeds / sizeof *seeds };
@@ -180,11 +193,12 @@ static const char *const values[] = {
 };
 
 static const char *const names[] = {
-    "pendulum",  "arms",      "name",    "parent",    "length", "mass",    "L",       "m",      "S",
-    "gravity",   "initial",   "state",   "states",    "phi",    "phid",    "theta",   "thetad", "mode",
-    "amplitude", "unit",      "times",   "start",     "stop",   "step",    "count",   "method", "rtol",
-    "atol",      "output",    "digits",  "precision", "select", "slowest", "fastest", "from",   "to",
-    "vectors",   "normalize", "include", "events",    "typo",
+    "pendulum",  "arms",        "name",    "parent",    "length",  "mass",    "L",       "m",      "S",
+    "gravity",   "initial",     "state",   "states",    "phi",     "phid",    "theta",   "thetad", "mode",
+    "amplitude", "unit",        "times",   "start",     "stop",    "step",    "count",   "method", "rtol",
+    "atol",      "output",      "digits",  "precision", "select",  "slowest", "fastest", "from",   "to",
+    "vectors",   "normalize",   "include", "events",    "typo",    "grid",    "random",  "vary",   "arm",
+    "duration",  "observables", "draw",    "seed",      "picture",
 };
 
 enum { VALUES = sizeof values / sizeof *values, NAMES = sizeof names / sizeof *names };
