@@ -132,7 +132,7 @@ static const char *const seeds[] = {
     "2{" ARMS ",\"select\":{\"from\":0,\"to\":9},\"vectors\":false}",
     "3{" ARMS "}",
     "3{" PAPER "}",
-    "8{" ARMS ",\"states\":[{},{\"phi\":[1,2,3,4]}],\"duration\":1,\"observables\":[\"final\",\"flips\",\"first_flip\","
+    "8{" ARMS ",\"states\":[{},{\"phi\":[1,2]}],\"duration\":1,\"observables\":[\"final\",\"flips\",\"first_flip\","
     "\"lambda_max\",\"sign_change\",\"lyapunov\",\"parameters\"],\"digits\":4}",
     "8{" LISTS
     ",\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":0,\"stop\":3,\"count\":4,\"unit\":\"rad\"},{\"vary\":"
