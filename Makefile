@@ -16,7 +16,7 @@ ifeq ($(origin CXX),default)
 CXX := g++
 endif
 WERROR ?= -Werror
-PKG := libmicrohttpd libcjson gsl nettle libdeflate libpng
+PKG := libmicrohttpd libcjson gsl nettle libdeflate zlib libzstd libpng
 WARN := -Wall -Wextra -Wshadow -Wpointer-arith -Wvla -Wformat=2 $(WERROR)
 # gcc's warning of unset variables is often mistaken about instrumented code; valgrind looks for these
 SANITIZED := $(if $(findstring clang,$(CC)),,-Wno-maybe-uninitialized)
@@ -106,6 +106,9 @@ test-core: ## one room; also test-laws, test-api, test-server, test-wire, test-f
 test-%: $(B)/tests/%/run
 	$< $(T)
 test-wire: $(B)/pendulumd
+
+test-number-long: $(B)/tests/api/run ## 1e8 random doubles written and read back, 2e6 rounded as printf does: a minute
+	PEND_NUMBERS=100000000 $< number_
 
 asan: ## all test programs and the server under the address and undefined sanitizers
 	@$(CHECK) ONLY='build-asan asan-%'; $(COUNT)

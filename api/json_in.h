@@ -29,7 +29,8 @@ struct api_value {
  * depth_cap  deepest nesting accepted.
  * problem    400 with line, column and byte where it is no JSON (RFC 8259: grammar, UTF-8, escapes, no BOM, nothing
  *            behind it, one key once an object, no number beyond the range of a double, no NUL in a string); 422 where
- *            it is too deep or an object has more than 256 members.
+ *            it is too deep, an object has more than 256 members, or the document more than 300000 values that are not
+ *            in an array of numbers.
  *
  * PEND_INVALID   problem says why.
  * PEND_NO_MEMORY

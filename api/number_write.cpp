@@ -411,9 +411,17 @@ struct row_writer {
 /* two functions, each small enough for the registers */
 
 __attribute__((noinline)) char *rows_shortest(char *out, const struct api_number_rows &rows) {
-    const double *x = rows.value, *end = x + rows.rows * rows.width;
-    row_writer writer = {rows, 0};
-    for (; x < end; x++) out = writer.end(write_shortest(writer.begin(out), *x));
+    const double *x = rows.value;
+    for (long i = 0; i < rows.rows; i++) {
+        *out = rows.open;
+        out += rows.open != 0;
+        for (const double *end = x + rows.width; x < end; x++) {
+            out = write_shortest(out, *x);
+            *out++ = ',';
+        }
+        memcpy(out - 1, rows.close, sizeof rows.close);
+        out += rows.close_bytes - 1;
+    }
     return out;
 }
 

@@ -6,7 +6,7 @@
 #include "api/encode.h"
 #include "api/json_in.h"
 
-static const double turn_seconds = 0.005;
+static const double turn_seconds = 0.001;
 static const size_t turn_bytes = 1 << 18;
 
 double api_turn_seconds(const struct api_turn *turn) {

@@ -16,8 +16,16 @@
 static const char *const fields[] = {"pendulum", "initial", "times",     "method", "rtol",  "atol", "step",
                                      "output",   "digits",  "precision", "events", "trust", NULL};
 
-/* what a computation is estimated by: s a step, s a step and arm, s a number of the answer */
-static const double steps_a_swing = 4, step_seconds = 3e-7, arm_seconds = 7e-7, number_seconds = 4e-8;
+/* what a computation is estimated by: s a step, s a step and arm, s a number of the answer as text and as it is */
+static const double step_seconds = 3e-7, arm_seconds = 6e-7, text_seconds = 4e-8, binary_seconds = 1.5e-8;
+
+/* steps for the fastest swing to go on by a radian, times what a step costs in steps of taylor's; at default tolerances
+ */
+static const struct {
+    const char *method;
+    double steps;
+} steps_a_radian[] = {{"taylor", 4}, {"linear", 0}, {"ode23", 6}, {"rkf45", 45}, {"rk8pd", 35}, {"msadams", 30}};
+static const double steps_of_others = 20;
 
 /* arm-evaluations asked for at a time: about a millisecond */
 static const double piece = 50000;
@@ -174,17 +182,30 @@ static long trajectory_steps(const void *state) {
     return trajectory->run ? pend_run_stats(trajectory->run).steps : 0;
 }
 
-/* steps go with the fastest swing of the shortest arm, each costs its arms; then every number is written */
+/* rad/s at which the fastest arm turns, about: as fast as the shortest arm swings, faster where many hang on each
+ * other, and as the start has it */
+static double trajectory_rate(const struct trajectory *trajectory) {
+    const struct pend_tree *tree = trajectory->tree.tree;
+    double shortest = INFINITY, rate = 0;
+    for (int k = 0; k < tree->n; k++) {
+        shortest = fmin(shortest, tree->len[k]);
+        rate = fmax(rate, fabs(trajectory->start->rate[k]));
+    }
+    return rate + sqrt(fabs(trajectory->tree.gravity) / shortest * sqrt(tree->n));
+}
+
 static double trajectory_cost(const void *state) {
     const struct trajectory *trajectory = state;
-    const struct pend_tree *tree = trajectory->tree.tree;
     const struct api_table *table = &trajectory->table;
     const struct pend_times *times = &trajectory->times.times;
-    double span = fabs(pend_times_at(times, times->count - 1) - pend_times_at(times, 0)), shortest = INFINITY;
-    for (int k = 0; k < tree->n; k++) shortest = fmin(shortest, tree->len[k]);
-    double swings = span * sqrt(fabs(trajectory->tree.gravity) / shortest);
-    return swings * steps_a_swing * (step_seconds + tree->n * arm_seconds) +
-           (double)table->rows * api_table_numbers(table, 0) * number_seconds;
+    double span = fabs(pend_times_at(times, times->count - 1) - pend_times_at(times, 0)), steps = steps_of_others;
+    double numbers = (double)table->rows * api_table_numbers(table, 0);
+    for (size_t i = 0; i < sizeof steps_a_radian / sizeof *steps_a_radian; i++)
+        if (!strcmp(trajectory->method.method->name, steps_a_radian[i].method)) steps = steps_a_radian[i].steps;
+    steps *= span * trajectory_rate(trajectory);
+    if (trajectory->method.step > 0) steps = span / trajectory->method.step;
+    return fmin(steps, (double)trajectory->step_cap) * (step_seconds + trajectory->tree.n * arm_seconds) +
+           numbers * (trajectory->format->digits ? text_seconds : binary_seconds);
 }
 
 static const struct api_table *trajectory_table(const void *state) {

@@ -19,7 +19,10 @@ struct srv_config {
     char warning[SRV_CONFIG_TEXT]; /* something odd that is no error, for the log; "" = nothing */
     char listen[SRV_CONFIG_TEXT], file[SRV_CONFIG_TEXT];
     double workers; /* 0 = one a processor */
-    double connections, queue, held_bytes;
+    double connections, queue, client_queue, held_bytes;
+    double wait_seconds, requests_a_minute;
+    double cache_bytes, compress_above;
+    char cors_origins[SRV_CONFIG_TEXT], trusted_proxy[SRV_CONFIG_TEXT], client_header[SRV_CONFIG_TEXT];
     double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds;
     double least_rate; /* bytes/s */
     double access_log; /* 0 or 1 */

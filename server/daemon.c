@@ -1,7 +1,6 @@
 #include "server/daemon.h"
 
 #include <stdlib.h>
-#include <sys/random.h>
 #include <sys/resource.h>
 #include <time.h>
 #include <unistd.h>
@@ -9,6 +8,7 @@
 #include "server/clock.h"
 #include "server/http.h"
 #include "server/listen.h"
+#include "server/parts.h"
 #include "server/workers.h"
 
 enum {
@@ -44,27 +44,25 @@ static void daemon_files(struct srv_config *config, struct srv_log *log) {
 static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_error *error) {
     struct srv_service *service = &daemon->service;
     struct srv_config *config = &service->config;
-    int fd, workers = config->workers > 0 ? (int)config->workers : srv_workers_default();
+    int fd;
+    PEND_TRY(srv_parts_init(service, error));
     PEND_TRY(srv_listen_open(config->listen, &fd, daemon->url, error));
     enum pend_status status = srv_log_new(&service->log, config->access_log ? STDOUT_FILENO : -1, STDERR_FILENO);
     if (status == PEND_OK) {
         daemon_files(config, service->log);
-        status = srv_queue_new(&service->queue, (int)config->queue);
+        status = srv_watch_new(&daemon->watch);
     }
-    if (status == PEND_OK) status = srv_watch_new(&daemon->watch);
-    if (status == PEND_OK) status = srv_workers_new(&daemon->workers, workers, service->queue);
+    if (status == PEND_OK) status = srv_workers_new(&daemon->workers, service->workers, service->queue);
     if (status == PEND_OK) return srv_http_new(&daemon->http, service, daemon->watch, fd, error);
     close(fd);
-    return pend_fail(error, status, -1, 0, "there is no memory, or there are no threads, for %d workers", workers);
+    return pend_fail(error, status, -1, 0, "there is no memory, or there are no threads, for %d workers",
+                     service->workers);
 }
 
 enum pend_status srv_daemon_new(struct srv_daemon **daemon, const struct srv_config *config, struct pend_error *error) {
     struct srv_daemon *made = *daemon = calloc(1, sizeof *made);
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     made->service.config = *config;
-    srv_spares_init(&made->service.spares);
-    if (getrandom(&made->service.seed, sizeof made->service.seed, GRND_NONBLOCK) < 0)
-        made->service.seed = (uint64_t)srv_clock_now();
     enum pend_status status = daemon_start(made, error);
     if (status != PEND_OK) srv_daemon_free(daemon);
     return status;
@@ -98,8 +96,7 @@ void srv_daemon_free(struct srv_daemon **daemon) {
     srv_workers_free(&gone->workers);
     srv_http_free(&gone->http);
     srv_watch_free(&gone->watch);
-    srv_queue_free(&gone->service.queue);
     srv_log_free(&gone->service.log);
-    srv_spares_clear(&gone->service.spares);
+    srv_parts_clear(&gone->service);
     free(gone);
 }

@@ -1,6 +1,7 @@
 #include "server/exchange.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -12,6 +13,8 @@ enum {
     EXCHANGE_KEEP = 4096 /* largest buffer that stays with its connection for the next request */
 };
 
+const char srv_exchange_vary[] = "Accept, Accept-Encoding";
+
 static const char exchange_problem_type[] = "application/problem+json";
 static const char exchange_no_memory[] = "{\"type\":\"about:blank\",\"title\":\"Service Unavailable\",\"status\":503,"
                                          "\"detail\":\"out of memory\"}";
@@ -22,8 +25,17 @@ void srv_exchange_init(struct srv_exchange *exchange, struct srv_service *servic
     api_buffer_init(&exchange->answer, (size_t)service->config.limits.answer_bytes);
 }
 
-void srv_exchange_clear(struct srv_exchange *exchange) {
+/* what it shares with others */
+static void exchange_let_go(struct srv_exchange *exchange) {
+    assert(!exchange->work && !exchange->stream);
     srv_exchange_hold(exchange, 0);
+    srv_payload_drop(&exchange->payload);
+    if (exchange->account) srv_clients_give(exchange->service->clients, exchange->account);
+    exchange->account = NULL;
+}
+
+void srv_exchange_clear(struct srv_exchange *exchange) {
+    exchange_let_go(exchange);
     api_buffer_clear(&exchange->body);
     api_buffer_clear(&exchange->answer);
     exchange->magic = 0;
@@ -36,25 +48,30 @@ static void exchange_empty(struct srv_exchange *exchange, struct api_buffer *buf
 
 void srv_exchange_reset(struct srv_exchange *exchange) {
     assert(srv_exchange_valid(exchange));
-    srv_exchange_hold(exchange, 0);
+    exchange_let_go(exchange);
     exchange_empty(exchange, &exchange->body);
     exchange_empty(exchange, &exchange->answer);
-    atomic_store(&exchange->stop, SRV_GO_ON);
+    exchange->stop = SRV_GO_ON;
+    exchange->streams = 0;
     memset(exchange->field, 0, sizeof exchange->field);
-    exchange->method = exchange->path = exchange->query = exchange->id = exchange->argument = NULL;
+    exchange->method = exchange->path = exchange->query = exchange->id = exchange->argument = exchange->trace = NULL;
+    exchange->coding = SRV_IDENTITY;
+    exchange->quota = (struct srv_quota){0};
+    exchange->client[0] = 0;
     exchange->route = NULL;
     exchange->length = 0;
     exchange->target[0] = 0;
     exchange->media_type = exchange->data = NULL;
     exchange->status = exchange->headers = exchange->close = 0;
-    exchange->received = exchange->queued = exchange->begun = exchange->computed = 0;
+    exchange->received = exchange->queued = exchange->sending = exchange->waited = exchange->computed = 0;
     exchange->steps = 0;
+    exchange->cache = NULL;
     exchange->bytes = exchange->text_bytes = 0;
 }
 
 int srv_exchange_valid(const struct srv_exchange *exchange) {
     return exchange->magic == EXCHANGE_MAGIC && exchange->service && exchange->headers <= SRV_HEADERS &&
-           exchange->text_bytes <= SRV_TEXT_BYTES && (!exchange->bytes || exchange->data) &&
+           exchange->text_bytes <= SRV_TEXT_BYTES && (!exchange->bytes || exchange->data || exchange->streams) &&
            memchr(exchange->target, 0, SRV_TARGET_BYTES);
 }
 
@@ -84,6 +101,37 @@ void srv_exchange_answered(struct srv_exchange *exchange, int status, const char
     if (status >= 400) srv_exchange_header(exchange, "Cache-Control", "no-store");
 }
 
+void srv_exchange_payload(struct srv_exchange *exchange, struct srv_payload *payload) {
+    srv_exchange_static(exchange, payload->status, payload->media_type, payload->body.data, payload->body.bytes);
+    srv_payload_drop(&exchange->payload);
+    exchange->payload = srv_payload_share(payload);
+    exchange->steps = payload->steps;
+}
+
+int srv_exchange_matches(const struct srv_exchange *exchange, const char *etag) {
+    const char *at = exchange->field[SRV_IF_NONE_MATCH];
+    if (!at || !*etag) return 0;
+    /* the comparison of RFC 9110 8.8.3.2 that heeds no W/ */
+    size_t weak = strncmp(etag, "W/", 2) ? 0 : 2, bytes = strlen(etag + weak);
+    for (; *at; at += strcspn(at, ","), at += *at == ',') {
+        at += strspn(at, " \t");
+        if (*at == '*') return 1;
+        if (!strncmp(at, "W/", 2)) at += 2;
+        if (!strncmp(at, etag + weak, bytes)) return 1;
+    }
+    return 0;
+}
+
+void srv_exchange_not_modified(struct srv_exchange *exchange, const char *etag) {
+    char *text = srv_exchange_text(exchange, SRV_ETAG_BYTES);
+    srv_exchange_static(exchange, 304, NULL, NULL, 0);
+    srv_metrics_count(&exchange->service->metrics.not_modified, 1);
+    srv_exchange_header(exchange, "Vary", srv_exchange_vary);
+    if (!text) return;
+    snprintf(text, SRV_ETAG_BYTES, "%s", etag);
+    srv_exchange_header(exchange, "ETag", text);
+}
+
 void srv_exchange_problem(struct srv_exchange *exchange, int status, const char *format, ...) {
     char detail[API_DETAIL_BYTES];
     struct api_problem problem;
@@ -93,6 +141,7 @@ void srv_exchange_problem(struct srv_exchange *exchange, int status, const char 
     va_end(arguments);
     exchange->headers = 0;
     exchange->answer.bytes = 0;
+    srv_payload_drop(&exchange->payload);
     api_problem_init(&problem);
     api_problem_set(&problem, status, "%s", detail);
     enum pend_status written = api_problem_write(&problem, &exchange->answer);
@@ -105,18 +154,22 @@ void srv_exchange_problem(struct srv_exchange *exchange, int status, const char 
     srv_exchange_header(exchange, "Cache-Control", "no-store");
 }
 
-void srv_exchange_busy(struct srv_exchange *exchange, int seconds, const char *detail) {
-    srv_exchange_problem(exchange, 503, "%s", detail);
+void srv_exchange_retry(struct srv_exchange *exchange, double seconds) {
     char *text = srv_exchange_text(exchange, 12);
     if (!text) return;
-    snprintf(text, 12, "%d", seconds);
+    snprintf(text, 12, "%.0f", ceil(seconds > 1 ? seconds : 1));
     srv_exchange_header(exchange, "Retry-After", text);
+}
+
+void srv_exchange_busy(struct srv_exchange *exchange, int seconds, const char *detail) {
+    srv_exchange_problem(exchange, 503, "%s", detail);
+    srv_exchange_retry(exchange, seconds);
 }
 
 int srv_exchange_hold(struct srv_exchange *exchange, size_t bytes) {
     if (bytes == exchange->held) return 1;
     long long change = (long long)bytes - (long long)exchange->held;
-    long long all = atomic_fetch_add(&exchange->service->held, change) + change;
+    atomic_fetch_add(&exchange->service->held, change);
     exchange->held = bytes;
-    return change < 0 || (double)all <= exchange->service->config.held_bytes;
+    return change < 0 || srv_service_room(exchange->service);
 }

@@ -1,15 +1,18 @@
 /* One request and its answer, with no socket in sight: what http hands to the router and the workers.
  * Leaves to others: bytes on the wire (http), what an answer says (router, compute).
- * Invariant: one thread at a time owns an exchange; only `stop` is set by others. */
+ * Invariant: one thread at a time owns an exchange, but for the fields that are compute's. */
 #ifndef SRV_EXCHANGE_H
 #define SRV_EXCHANGE_H
 
-#include <stdatomic.h>
 #include <stddef.h>
 #include <stdint.h>
 
 #include "api/buffer.h"
-#include "server/queue.h"
+#include "api/op.h"
+#include "server/clients.h"
+#include "server/coding.h"
+#include "server/payload.h"
+#include "server/peer.h"
 #include "server/service.h"
 
 /* name, how several of them are taken: ONE = refused, LIST = joined by commas, LAST = the last counts */
@@ -19,7 +22,14 @@
     X(SRV_CONTENT_TYPE, "Content-Type", ONE)                                                                           \
     X(SRV_EXPECT, "Expect", LIST)                                                                                      \
     X(SRV_ACCEPT, "Accept", LIST)                                                                                      \
+    X(SRV_ACCEPT_ENCODING, "Accept-Encoding", LIST)                                                                    \
+    X(SRV_IF_NONE_MATCH, "If-None-Match", LIST)                                                                        \
+    X(SRV_ORIGIN, "Origin", LAST)                                                                                      \
+    X(SRV_PREFLIGHT, "Access-Control-Request-Method", LAST)                                                            \
+    X(SRV_PREFLIGHT_FIELDS, "Access-Control-Request-Headers", LIST)                                                    \
     X(SRV_REQUEST_ID, "X-Request-Id", LAST)                                                                            \
+    X(SRV_TRACE, "Traceparent", LAST)                                                                                  \
+    X(SRV_FORWARDED, "", LIST) /* the name is the option client-header */                                              \
     X(SRV_USER_AGENT, "User-Agent", LAST)
 
 /* The header fields that the server looks at. */
@@ -33,39 +43,50 @@ enum srv_field_id {
 enum {
     SRV_TARGET_BYTES = 1024, /* longest request target, with its NUL */
     SRV_TEXT_BYTES = 2048,   /* small texts of one exchange */
-    SRV_CLIENT_BYTES = 48,
-    SRV_HEADERS = 8 /* most header fields that are added to an answer */
+    SRV_HEADERS = 12         /* most header fields that are added to an answer */
 };
 
 /* Why an exchange's computation is not to go on. */
 enum srv_stop { SRV_GO_ON, SRV_STOP_LEFT, SRV_STOP_SHUTDOWN };
 
 struct srv_route;
+struct srv_work;
 
 struct srv_exchange {
-    struct srv_task task; /* first: a task of this kind is its exchange */
     unsigned magic;
     struct srv_service *service;
-    atomic_int stop; /* enum srv_stop */
 
     /* the request */
     const char *method; /* valid until the exchange is answered, as are the fields */
     const char *field[SRV_FIELD_COUNT];
-    char client[SRV_CLIENT_BYTES];
+    char peer[SRV_PEER_BYTES];     /* the other end of the connection; outlives the request */
+    char client[SRV_PEER_BYTES];   /* whom the request comes from */
+    struct srv_client *account;    /* of that client; NULL where the route needs none */
     char target[SRV_TARGET_BYTES]; /* as it came */
     const char *path, *query;      /* of the target; the path decoded, query NULL where there is none */
-    const char *id;
-    int fields;     /* header fields so far */
-    int64_t length; /* of the body: Content-Length, 0 without one, -1 when chunked */
+    const char *id, *trace;        /* X-Request-Id; traceparent, or NULL */
+    enum srv_coding coding;        /* that the client wants */
+    int64_t length;                /* of the body: Content-Length, 0 without one, -1 when chunked */
     struct api_buffer body;
     const struct srv_route *route;
+    enum api_op_id op;    /* that the route names */
     const char *argument; /* variable part of the path, or NULL */
+
+    /* being computed; compute's, under its lock */
+    struct srv_work *work;            /* that computes the answer, NULL before and after */
+    struct srv_exchange *next_beside; /* that waits for the same */
+    struct srv_work *stream; /* that the answer's body is read from, piece by piece; NULL for one that is whole */
+    int streams;             /* the answer is a stream, even where that is gone */
+    int stop;                /* enum srv_stop: why it is not waited for any more */
 
     /* the answer */
     int status; /* 0 until it is known */
     const char *media_type;
-    const char *data; /* the body; lies in `answer`, or lasts longer than the exchange */
+    const char *data; /* the body; lies in `answer` or `payload`, or lasts longer than the exchange */
     size_t bytes;
+    int64_t stream_bytes;        /* of a stream's body, -1 = not known before its end */
+    struct srv_payload *payload; /* that it is, or NULL */
+    struct srv_quota quota;      /* what the client may still ask; to be told where quota.refresh > 0 */
     struct api_buffer answer;
     struct {
         const char *name, *value;
@@ -74,8 +95,11 @@ struct srv_exchange {
     int close; /* the connection is to end with this answer */
 
     /* for the log */
-    int64_t received, queued, begun, computed; /* ns, 0 = has not happened */
+    int64_t received, queued, sending; /* ns when, 0 = has not happened */
+    int64_t waited, computed;          /* ns how long, 0 = not at all */
     long steps;
+    const char
+        *cache;  /* "exact", "digest", "joined": why it was not computed; NULL = it was, or is nothing to compute */
     size_t held; /* bytes counted in service->held */
 
     /** Gives the answered exchange back to where it came from; afterwards it is no more the caller's. Any thread. */
@@ -85,7 +109,10 @@ struct srv_exchange {
     char text[SRV_TEXT_BYTES];
 };
 
-/** Prepares a new exchange for its first request; the caller sets finish and client. */
+/* Of Vary: what an answer depends on besides its target and its body. */
+extern const char srv_exchange_vary[];
+
+/** Prepares a new exchange for its first request; the caller sets finish and peer. */
 void srv_exchange_init(struct srv_exchange *exchange, struct srv_service *service);
 
 /** Frees what an exchange owns. */
@@ -107,6 +134,15 @@ void srv_exchange_header(struct srv_exchange *exchange, const char *name, const 
 void srv_exchange_static(struct srv_exchange *exchange, int status, const char *media_type, const char *data,
                          size_t bytes);
 
+/** Answers with a payload, of which the exchange takes a share. */
+void srv_exchange_payload(struct srv_exchange *exchange, struct srv_payload *payload);
+
+/** True when the request's If-None-Match names an entity tag. */
+int srv_exchange_matches(const struct srv_exchange *exchange, const char *etag);
+
+/** Answers 304: the client has it already. */
+void srv_exchange_not_modified(struct srv_exchange *exchange, const char *etag);
+
 /** Answers with what is in exchange->answer. */
 void srv_exchange_answered(struct srv_exchange *exchange, int status, const char *media_type);
 
@@ -120,6 +156,9 @@ void srv_exchange_problem(struct srv_exchange *exchange, int status, const char 
 
 /** Answers 503 with Retry-After; the client may come again after so many seconds. */
 void srv_exchange_busy(struct srv_exchange *exchange, int seconds, const char *detail);
+
+/** Adds Retry-After. */
+void srv_exchange_retry(struct srv_exchange *exchange, double seconds);
 
 /** Counts bytes as held in memory by this exchange, all that it holds now. Returns 0 where that is beyond the limit. */
 int srv_exchange_hold(struct srv_exchange *exchange, size_t bytes);

@@ -7,20 +7,20 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
-#include <sys/uio.h>
-#include <time.h>
 #include <unistd.h>
 
+#include "server/admission.h"
 #include "server/clock.h"
 #include "server/compute.h"
 #include "server/exchange.h"
 #include "server/front.h"
 #include "server/listen.h"
 #include "server/message.h"
+#include "server/reply.h"
 #include "server/router.h"
 
 enum {
-    HTTP_POOL = 32768,  /* bytes of libmicrohttpd's memory a connection: holds what the front lets pass */
+    HTTP_POOL = 24576,  /* bytes of libmicrohttpd's memory a connection: holds what the front lets pass */
     HTTP_SPARE = 64,    /* connections beyond the cap that are told so */
     HTTP_UNREAD = 65536 /* largest body that is read only to keep the connection after a refusal */
 };
@@ -41,8 +41,7 @@ struct srv_http {
     struct srv_service *service;
     struct srv_watch *watch;
     struct MHD_Daemon *daemon;
-    int fd; /* that it listens on; -1 = no more */
-    int connections;
+    int fd;           /* that it listens on; -1 = no more */
     int64_t settling; /* since when nobody new is let in */
     struct http_connection **by_fd;
     int fds; /* room in by_fd */
@@ -60,6 +59,8 @@ struct http_connection {
     int surplus; /* beyond the cap of connections */
     int refused; /* answered at the head, while the body is still read */
     int64_t body_began;
+    struct srv_reply_stream stream;
+    int64_t paused, pauses; /* ns: since when a stream has nothing to send, how long it had nothing before */
 };
 
 /* set on libmicrohttpd's thread only: recv is called by others, too */
@@ -78,60 +79,26 @@ static int64_t http_deadline(double seconds) { return srv_clock_now() + srv_cloc
 
 /* --- answers --- */
 
-static int http_id_good(const char *text) {
-    size_t bytes = strlen(text);
-    return bytes >= 1 && bytes <= 64 &&
-           strspn(text, "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ-_.:=+/") == bytes;
-}
-
-/* the client's own request id, or a new one: numbers of one process never repeat, and look random (splitmix64) */
-static void http_identify(struct srv_exchange *exchange) {
-    const char *given = exchange->field[SRV_REQUEST_ID];
-    if (given && http_id_good(given)) {
-        exchange->id = given;
+/* how long the client has for what it got of a stream, not counting the time that it had to wait for more */
+static void http_moved(struct srv_exchange *exchange, uint64_t bytes) {
+    struct http_connection *connection = (struct http_connection *)exchange;
+    struct srv_watch *watch = connection->http->watch;
+    int64_t now = srv_clock_now();
+    if (!bytes) {
+        connection->paused = now;
+        srv_watch_phase(watch, &connection->watched, SRV_WATCH_WAITING, 0);
         return;
     }
-    uint64_t x = exchange->service->seed + 0x9e3779b97f4a7c15u * (atomic_fetch_add(&exchange->service->number, 1) + 1);
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-    char *text = srv_exchange_text(exchange, 17);
-    if (text) snprintf(text, 17, "%016llx", (unsigned long long)(x ^ (x >> 31)));
-    exchange->id = text ? text : "0";
+    exchange->bytes = bytes;
+    if (connection->paused) connection->pauses += now - connection->paused;
+    connection->paused = 0;
+    double seconds = http_patience(connection, exchange->service->config.send_seconds, bytes);
+    srv_watch_phase(watch, &connection->watched, SRV_WATCH_STREAMING,
+                    exchange->sending + connection->pauses + srv_clock_span(seconds));
 }
 
-/* writes the exchange's answer past libmicrohttpd, which takes none in mid-request; then the connection must end */
-static void http_refuse(struct http_connection *connection) {
-    struct srv_exchange *exchange = &connection->exchange;
-    char head[512], date[40];
-    time_t now = time(NULL);
-    struct tm part;
-    strftime(date, sizeof date, "%a, %d %b %Y %H:%M:%S GMT", gmtime_r(&now, &part));
-    int bytes = snprintf(head, sizeof head,
-                         "HTTP/1.1 %d %s\r\nDate: %s\r\nConnection: close\r\nContent-Type: %s\r\n"
-                         "Cache-Control: no-store\r\nX-Request-Id: %s\r\nX-Content-Type-Options: nosniff\r\n"
-                         "Content-Length: %zu\r\n\r\n",
-                         exchange->status, MHD_get_reason_phrase_for((unsigned)exchange->status), date,
-                         exchange->media_type, exchange->id, exchange->bytes);
-    struct iovec parts[] = {{head, (size_t)bytes}, {(void *)exchange->data, exchange->bytes}};
-    (void)!sendmsg(connection->watched.fd, &(struct msghdr){.msg_iov = parts, .msg_iovlen = 2},
-                   MSG_DONTWAIT | MSG_NOSIGNAL);
-    exchange->close = 1;
-}
-
-static struct MHD_Response *http_response(const struct srv_exchange *exchange) {
-    struct MHD_Response *response =
-        MHD_create_response_from_buffer(exchange->bytes, (void *)exchange->data, MHD_RESPMEM_PERSISTENT);
-    if (!response) return NULL;
-    int good =
-        !exchange->media_type || MHD_add_response_header(response, "Content-Type", exchange->media_type) == MHD_YES;
-    for (int i = 0; i < exchange->headers; i++)
-        good = good && MHD_add_response_header(response, exchange->header[i].name, exchange->header[i].value);
-    good = good && MHD_add_response_header(response, "X-Request-Id", exchange->id);
-    good = good && MHD_add_response_header(response, "X-Content-Type-Options", "nosniff");
-    if (exchange->close) good = good && MHD_add_response_header(response, "Connection", "close");
-    if (good) return response;
-    MHD_destroy_response(response);
-    return NULL;
+static void http_pause(struct srv_exchange *exchange) {
+    MHD_suspend_connection(((struct http_connection *)exchange)->mhd);
 }
 
 /* gives the answer to libmicrohttpd */
@@ -139,11 +106,16 @@ static enum MHD_Result http_answer(struct http_connection *connection) {
     struct srv_exchange *exchange = &connection->exchange;
     struct srv_service *service = connection->http->service;
     if (atomic_load(&service->draining)) exchange->close = 1;
-    struct MHD_Response *response = http_response(exchange);
+    connection->stream = (struct srv_reply_stream){.exchange = exchange, .moved = http_moved, .pause = http_pause};
+    connection->paused = connection->pauses = 0;
+    struct MHD_Response *response = srv_reply_new(exchange, &connection->stream);
     if (!response) return MHD_NO;
     connection->state = HTTP_SENDING;
+    exchange->sending = srv_clock_now();
     double seconds = http_patience(connection, service->config.send_seconds, exchange->bytes);
-    srv_watch_phase(connection->http->watch, &connection->watched, SRV_WATCH_SENDING, http_deadline(seconds));
+    srv_watch_phase(connection->http->watch, &connection->watched,
+                    exchange->streams ? SRV_WATCH_STREAMING : SRV_WATCH_SENDING,
+                    exchange->sending + srv_clock_span(seconds));
     enum MHD_Result queued = MHD_queue_response(connection->mhd, (unsigned)exchange->status, response);
     MHD_destroy_response(response);
     return queued;
@@ -158,14 +130,15 @@ static void http_finish(struct srv_exchange *exchange) {
 static void http_left(struct srv_watched *watched) {
     struct http_connection *connection = http_of_watched(watched);
     int stopping = atomic_load(&connection->http->service->draining);
-    srv_compute_stop(&connection->exchange, stopping ? SRV_STOP_SHUTDOWN : SRV_STOP_LEFT);
+    srv_compute_leave(&connection->exchange, stopping ? SRV_STOP_SHUTDOWN : SRV_STOP_LEFT);
 }
 
+/* it may be answered, and the connection resumed, before this returns: that takes effect after it */
 static enum MHD_Result http_hand_over(struct http_connection *connection) {
     connection->state = HTTP_WAITING;
     MHD_suspend_connection(connection->mhd);
+    srv_compute_begin(&connection->exchange);
     srv_watch_phase(connection->http->watch, &connection->watched, SRV_WATCH_WAITING, 0);
-    srv_compute_queue(&connection->exchange);
     return MHD_YES;
 }
 
@@ -181,9 +154,12 @@ static int http_check_head(struct http_connection *connection, const char *metho
     struct srv_exchange *exchange = &connection->exchange;
     exchange->method = method;
     MHD_get_connection_values(connection->mhd, MHD_HEADER_KIND, http_field, exchange);
-    http_identify(exchange);
+    srv_reply_identify(exchange);
+    srv_admission_client(exchange);
+    exchange->coding = srv_coding_choose(exchange->field[SRV_ACCEPT_ENCODING]);
     if (exchange->status) return 0;
     if (!connection->surplus) return srv_message_head(exchange) && srv_router_find(exchange);
+    srv_metrics_count(&exchange->service->metrics.refused_connections, 1);
     srv_exchange_busy(exchange, 1, "too many connections are open: max-connections");
     exchange->close = 1;
     return 0;
@@ -223,10 +199,12 @@ static enum MHD_Result http_body(struct http_connection *connection, const char 
     if (status == PEND_LIMIT)
         srv_exchange_problem(exchange, 413, "the body has more bytes than the limit max-body-bytes of %.0f",
                              exchange->service->config.limits.body_bytes);
-    else if (status != PEND_OK || !srv_exchange_hold(exchange, exchange->body.bytes))
+    else if (status != PEND_OK || !srv_exchange_hold(exchange, exchange->body.bytes)) {
+        srv_metrics_count(&exchange->service->metrics.refused_held, 1);
         srv_exchange_busy(exchange, 1, "there is no memory left for the body: max-held-bytes");
+    }
     if (exchange->status) {
-        http_refuse(connection);
+        srv_reply_refuse(&connection->exchange, connection->watched.fd);
         return MHD_NO;
     }
     http_body_deadline(connection);
@@ -265,7 +243,9 @@ static void *http_target(void *context, const char *target, struct MHD_Connectio
         srv_log_message(http->service->log, "a request came past the front: this libmicrohttpd does not call recv");
         return NULL;
     }
-    snprintf(connection->exchange.target, SRV_TARGET_BYTES, "%s", target);
+    size_t bytes = strnlen(target, SRV_TARGET_BYTES - 1);
+    memcpy(connection->exchange.target, target, bytes);
+    connection->exchange.target[bytes] = 0;
     connection->exchange.received = srv_clock_now();
     connection->state = HTTP_HEAD;
     connection->refused = 0;
@@ -275,13 +255,26 @@ static void *http_target(void *context, const char *target, struct MHD_Connectio
 /* --- the end of a request --- */
 
 static const char *http_outcome(const struct http_connection *connection, enum MHD_RequestTerminationCode code) {
-    if (atomic_load(&connection->exchange.stop) == SRV_STOP_LEFT) return "left";
-    if (connection->state == HTTP_SENDING) return code == MHD_REQUEST_TERMINATED_COMPLETED_OK ? "answered" : "cut";
+    const struct srv_exchange *exchange = &connection->exchange;
+    int left = exchange->stop == SRV_STOP_LEFT;
+    if (left) return "left";
+    if (connection->state == HTTP_SENDING && code == MHD_REQUEST_TERMINATED_COMPLETED_OK) return "answered";
+    if (connection->state == HTTP_SENDING) return connection->stream.broken ? "broken" : "cut";
     if (atomic_load(&connection->watched.late)) return "late";
-    return connection->exchange.status ? "refused" : "incomplete";
+    return exchange->status ? "refused" : "incomplete";
 }
 
-static int64_t http_between(int64_t from, int64_t to) { return from && to ? to - from : 0; }
+/* counts a request that is over */
+static void http_count(const struct srv_exchange *exchange, const struct srv_log_request *line, int64_t now) {
+    struct srv_metrics *metrics = &exchange->service->metrics;
+    srv_metrics_request(metrics, srv_router_number(exchange->route), line->status);
+    srv_metrics_time(&metrics->queue, exchange->waited);
+    srv_metrics_time(&metrics->compute, exchange->computed);
+    if (exchange->sending) srv_metrics_time(&metrics->write, now - exchange->sending);
+    srv_metrics_time(&metrics->total, line->total);
+    if (line->bytes_in) srv_metrics_count(&metrics->bytes_in, line->bytes_in);
+    if (line->bytes_out) srv_metrics_count(&metrics->bytes_out, line->bytes_out);
+}
 
 static void http_log(const struct http_connection *connection, const char *outcome) {
     const struct srv_exchange *exchange = &connection->exchange;
@@ -289,18 +282,21 @@ static void http_log(const struct http_connection *connection, const char *outco
     int status = exchange->status ? exchange->status : atomic_load(&connection->watched.late) ? 408 : 0;
     int bodiless = !exchange->method || !strcmp(exchange->method, "HEAD");
     struct srv_log_request line = {.id = exchange->id ? exchange->id : "",
-                                   .client = exchange->client,
+                                   .client = exchange->client[0] ? exchange->client : exchange->peer,
                                    .method = exchange->method ? exchange->method : "",
                                    .target = exchange->target,
                                    .agent = exchange->field[SRV_USER_AGENT],
+                                   .trace = exchange->trace,
+                                   .cache = exchange->cache,
                                    .status = status,
                                    .outcome = outcome,
                                    .bytes_in = exchange->body.bytes,
                                    .bytes_out = bodiless ? 0 : exchange->bytes,
-                                   .wait = http_between(exchange->queued, exchange->begun),
-                                   .compute = http_between(exchange->begun, exchange->computed),
-                                   .total = http_between(exchange->received, now),
+                                   .wait = exchange->waited,
+                                   .compute = exchange->computed,
+                                   .total = exchange->received ? now - exchange->received : 0,
                                    .steps = exchange->steps};
+    http_count(exchange, &line, now);
     srv_log_request(exchange->service->log, &line);
 }
 
@@ -310,13 +306,22 @@ static void http_linger(struct http_connection *connection) {
     if (fd >= 0) srv_watch_linger(connection->http->watch, fd);
 }
 
+/* Ends the connection under a broken stream. An HTTP/1.0 client would take its end for the end of the answer, and gets
+ * a reset. libmicrohttpd would do it too, but only when something happens on another connection. */
+static void http_cut(struct http_connection *connection) {
+    if (connection->front.old)
+        connect(connection->watched.fd, &(struct sockaddr){.sa_family = AF_UNSPEC}, sizeof(struct sockaddr));
+    else
+        shutdown(connection->watched.fd, SHUT_RDWR);
+}
+
 /* The front has found a byte that no request may have, and all requests before it are over. From now on libmicrohttpd
  * sees the end of the stream. */
 static void http_refuse_stream(struct http_connection *connection) {
     struct srv_exchange *exchange = &connection->exchange;
-    if (!exchange->id) http_identify(exchange);
+    if (!exchange->id) srv_reply_identify(exchange);
     srv_exchange_problem(exchange, connection->front.status, "%s", connection->front.detail);
-    http_refuse(connection);
+    srv_reply_refuse(&connection->exchange, connection->watched.fd);
     if (connection->state != HTTP_NONE) return;
     exchange->received = srv_clock_now();
     http_log(connection, "refused");
@@ -330,8 +335,14 @@ static void http_completed(void *context, struct MHD_Connection *mhd, void **sta
     struct srv_http *http = context;
     struct http_connection *connection = *state;
     if (!connection) return;
-    http_log(connection, http_outcome(connection, code));
-    if (connection->exchange.close) http_linger(connection);
+    const char *outcome = http_outcome(connection, code);
+    /* a stream that was cut is not computed on */
+    if (connection->exchange.streams) srv_compute_leave(&connection->exchange, SRV_STOP_LEFT);
+    http_log(connection, outcome);
+    if (connection->stream.broken)
+        http_cut(connection);
+    else if (connection->exchange.close)
+        http_linger(connection);
     srv_exchange_reset(&connection->exchange);
     connection->state = HTTP_NONE;
     connection->done++;
@@ -376,13 +387,13 @@ ssize_t http_recv(int fd, void *data, size_t bytes, int flags) {
 
 /* --- connections --- */
 
-static void http_client(struct MHD_Connection *mhd, char client[SRV_CLIENT_BYTES]) {
+static void http_peer(struct MHD_Connection *mhd, char peer[SRV_PEER_BYTES]) {
     const union MHD_ConnectionInfo *info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
     const struct sockaddr *address = info ? info->client_addr : NULL;
     char text[64] = "";
     socklen_t bytes = address && address->sa_family == AF_INET6 ? 28 : 16;
     if (address) getnameinfo(address, bytes, text, sizeof text, NULL, 0, NI_NUMERICHOST);
-    snprintf(client, SRV_CLIENT_BYTES, "%.*s", SRV_CLIENT_BYTES - 1, strncmp(text, "::ffff:", 7) ? text : text + 7);
+    snprintf(peer, SRV_PEER_BYTES, "%.*s", SRV_PEER_BYTES - 1, strncmp(text, "::ffff:", 7) ? text : text + 7);
 }
 
 /* room for a connection's socket in the list of them */
@@ -401,17 +412,17 @@ static void http_connect(struct srv_http *http, struct MHD_Connection *mhd, void
     /* read at once: from 1.0 on the next question overwrites the answer */
     int fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
     http_here = http;
-    http->connections++;
+    int connections = 1 + atomic_fetch_add(&http->service->connections, 1);
     struct http_connection *connection = http_room(http, fd) ? calloc(1, sizeof *connection) : NULL;
     *socket = connection;
     if (!connection) return;
     srv_exchange_init(&connection->exchange, http->service);
     srv_front_init(&connection->front);
     connection->exchange.finish = http_finish;
-    http_client(mhd, connection->exchange.client);
+    http_peer(mhd, connection->exchange.peer);
     connection->http = http;
     connection->mhd = mhd;
-    connection->surplus = http->connections > (int)http->service->config.connections;
+    connection->surplus = connections > (int)http->service->config.connections;
     connection->watched.fd = fd;
     connection->watched.left = http_left;
     srv_watch_add(http->watch, &connection->watched, connection->surplus ? http_deadline(1) : 0);
@@ -420,7 +431,7 @@ static void http_connect(struct srv_http *http, struct MHD_Connection *mhd, void
 
 static void http_disconnect(struct srv_http *http, void **socket) {
     struct http_connection *connection = *socket;
-    http->connections--;
+    atomic_fetch_sub(&http->service->connections, 1);
     *socket = NULL;
     if (!connection) return;
     /* a request that was late before libmicrohttpd saw its first line */

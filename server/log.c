@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -17,6 +18,7 @@
 enum {
     LOG_BYTES = 1 << 20,    /* room for lines that are not yet written, each stream */
     LOG_PIECE = 4096,       /* bytes a write: a pipe that polls writable takes them without waiting (PIPE_BUF) */
+    LOG_FILE = 1 << 17,     /* bytes a write to a file, which never waits */
     LOG_NAP_MS = 20,        /* lines of this long are written together */
     LOG_PATIENCE_MS = 1000, /* how long the end of the log waits for a reader */
     LOG_TEXT = 1024         /* bytes of one message */
@@ -25,6 +27,7 @@ enum {
 /* Lines wait in `filling`; the thread swaps it with `writing` and writes that without the lock. */
 struct log_stream {
     int fd;
+    size_t piece; /* bytes a write */
     struct api_buffer filling, writing;
     long dropped;
 };
@@ -65,7 +68,7 @@ static void log_write(struct srv_log *log, struct log_stream *stream, int *patie
     const char *at = stream->writing.data;
     size_t left = stream->writing.bytes;
     while (left && log_writable(log, stream->fd, patience)) {
-        ssize_t wrote = write(stream->fd, at, left < LOG_PIECE ? left : LOG_PIECE);
+        ssize_t wrote = write(stream->fd, at, left < stream->piece ? left : stream->piece);
         if (wrote < 0 && errno != EINTR && errno != EAGAIN) break;
         if (wrote < 0) continue;
         at += wrote;
@@ -117,7 +120,9 @@ static void *log_main(void *argument) {
 }
 
 static void log_stream_init(struct log_stream *stream, int fd) {
-    *stream = (struct log_stream){.fd = fd};
+    struct stat file;
+    int plain = fd >= 0 && !fstat(fd, &file) && S_ISREG(file.st_mode);
+    *stream = (struct log_stream){.fd = fd, .piece = plain ? LOG_FILE : LOG_PIECE};
     api_buffer_init(&stream->filling, LOG_BYTES);
     api_buffer_init(&stream->writing, LOG_BYTES);
 }
@@ -162,9 +167,30 @@ void srv_log_free(struct srv_log **log) {
     free(gone);
 }
 
+/* bytes at the start of a text that JSON takes as they are */
+static size_t log_plain(const char *text) {
+    size_t bytes = 0;
+    while ((unsigned char)text[bytes] >= ' ' && (unsigned char)text[bytes] < 0x7f && text[bytes] != '"' &&
+           text[bytes] != '\\')
+        bytes++;
+    return bytes;
+}
+
+/* a member; what is plain, as nearly all is, is copied */
 static enum pend_status log_text(struct api_buffer *out, const char *key, const char *text) {
-    PEND_TRY(api_buffer_text(out, key));
-    return api_text_quote(out, text, strlen(text));
+    size_t before = strlen(key), bytes = log_plain(text);
+    PEND_TRY(api_buffer_room(out, before + bytes + 2));
+    char *at = out->data + out->bytes;
+    memcpy(at, key, before);
+    if (text[bytes]) {
+        out->bytes += before;
+        return api_text_quote(out, text, strlen(text));
+    }
+    at[before] = '"';
+    memcpy(at + before + 1, text, bytes);
+    at[before + 1 + bytes] = '"';
+    out->bytes += before + bytes + 2;
+    return PEND_OK;
 }
 
 /* value / unit with the given number of decimals, at least 0; printf would take longer than the rest of the line */
@@ -175,16 +201,19 @@ static enum pend_status log_number(struct api_buffer *out, const char *key, int6
         if (place == decimals && decimals) *--at = '.';
         *--at = (char)('0' + left % 10);
     }
-    PEND_TRY(api_buffer_text(out, key));
-    return api_buffer_add(out, at, (size_t)(digits + sizeof digits - at));
+    size_t before = strlen(key), bytes = (size_t)(digits + sizeof digits - at);
+    PEND_TRY(api_buffer_room(out, before + bytes));
+    memcpy(out->data + out->bytes, key, before);
+    memcpy(out->data + out->bytes + before, at, bytes);
+    out->bytes += before + bytes;
+    return PEND_OK;
 }
 
 static enum pend_status log_line(struct srv_log *log, const struct srv_log_request *request) {
     struct api_buffer *out = &log->requests.filling;
     srv_clock_stamp(&log->stamp);
-    PEND_TRY(api_buffer_text(out, "{\"time\":\""));
-    PEND_TRY(api_buffer_text(out, log->stamp.text));
-    PEND_TRY(log_text(out, "\",\"id\":", request->id));
+    PEND_TRY(log_text(out, "{\"time\":", log->stamp.text));
+    PEND_TRY(log_text(out, ",\"id\":", request->id));
     PEND_TRY(log_text(out, ",\"client\":", request->client));
     PEND_TRY(log_text(out, ",\"method\":", request->method));
     PEND_TRY(log_text(out, ",\"target\":", request->target));
@@ -196,6 +225,8 @@ static enum pend_status log_line(struct srv_log *log, const struct srv_log_reque
     PEND_TRY(log_number(out, ",\"compute\":", request->compute / 1000, 6));
     PEND_TRY(log_number(out, ",\"total\":", request->total / 1000, 6));
     PEND_TRY(log_number(out, ",\"steps\":", request->steps, 0));
+    if (request->cache) PEND_TRY(log_text(out, ",\"cache\":", request->cache));
+    if (request->trace) PEND_TRY(log_text(out, ",\"trace\":", request->trace));
     if (request->agent) PEND_TRY(log_text(out, ",\"agent\":", request->agent));
     return api_buffer_text(out, "}\n");
 }

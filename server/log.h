@@ -14,12 +14,13 @@ struct srv_log;
 
 /* One request that is over. Texts may hold any bytes: they are escaped. */
 struct srv_log_request {
-    const char *id, *client, *method, *target, *agent; /* agent may be NULL */
-    int status;                                        /* HTTP status of the answer; 0 where none was begun */
-    const char *outcome;                               /* how it ended: "answered", "left", ... */
-    size_t bytes_in, bytes_out;                        /* bodies */
-    int64_t wait, compute, total; /* ns: in the queue, with a worker, from the request line to the end */
-    long steps;                   /* of the computation */
+    const char *id, *client, *method, *target;
+    const char *agent, *trace, *cache; /* each may be NULL */
+    int status;                        /* HTTP status of the answer; 0 where none was begun */
+    const char *outcome;               /* how it ended: "answered", "left", ... */
+    size_t bytes_in, bytes_out;        /* bodies */
+    int64_t wait, compute, total;      /* ns: in the queue, with a worker, from the request line to the end */
+    long steps;                        /* of the computation */
 };
 
 /**

@@ -11,9 +11,10 @@ enum message_several { MESSAGE_ONE, MESSAGE_LIST, MESSAGE_LAST };
 
 static const struct {
     const char *name;
+    size_t bytes;
     enum message_several several;
 } message_fields[SRV_FIELD_COUNT] = {
-#define X(id, name, several) {name, MESSAGE_##several},
+#define X(id, name, several) {name, sizeof name - 1, MESSAGE_##several},
     SRV_FIELD_LIST(X)
 #undef X
 };
@@ -31,10 +32,13 @@ static int message_refuse(struct srv_exchange *exchange, int status, const char 
     return 0;
 }
 
-static int message_find(const char *name) {
+static int message_find(const struct srv_service *service, const char *name) {
+    size_t bytes = strlen(name);
     for (int id = 0; id < SRV_FIELD_COUNT; id++)
-        if (!strcasecmp(name, message_fields[id].name)) return id;
-    return SRV_FIELD_COUNT;
+        if (bytes == message_fields[id].bytes && !strcasecmp(name, message_fields[id].name)) return id;
+    /* nobody's word is taken where no proxy is trusted */
+    int told = service->trusted.count && !strcasecmp(name, service->config.client_header);
+    return told ? SRV_FORWARDED : SRV_FIELD_COUNT;
 }
 
 /* "a" and "b" of two fields become "a, b" */
@@ -46,7 +50,7 @@ static const char *message_join(struct srv_exchange *exchange, const char *first
 }
 
 int srv_message_field(struct srv_exchange *exchange, const char *name, const char *value) {
-    int id = message_find(name);
+    int id = message_find(exchange->service, name);
     if (id == SRV_FIELD_COUNT) return 1;
     const char **known = &exchange->field[id];
     if (*known && message_fields[id].several == MESSAGE_ONE)

@@ -2,23 +2,53 @@
 
 #include <assert.h>
 #include <pthread.h>
+#include <stdatomic.h>
+#include <stddef.h>
 #include <stdlib.h>
 
-/* The ring of waiting tasks closes in `ring`, whose next is the first and whose previous is the last. */
 struct srv_queue {
     pthread_mutex_t lock;
     pthread_cond_t some;
-    struct srv_task ring;
-    int count, cap, closed;
+    struct srv_link lanes[SRV_QUEUE_LEVELS]; /* rings of lanes that have tasks of the level */
+    int waiting;                             /* threads that wait for a task */
+    int cap, lane_cap, closed;
+    unsigned turn; /* tasks taken so far */
+    atomic_int count;
 };
 
-enum pend_status srv_queue_new(struct srv_queue **queue, int cap) {
+/* --- rings: they close in a link that stands for nothing but the ring --- */
+
+static void link_ring(struct srv_link *ring) { ring->next = ring->previous = ring; }
+
+static int link_empty(const struct srv_link *ring) { return !ring->next || ring->next == ring; }
+
+static void link_append(struct srv_link *ring, struct srv_link *link) {
+    link->next = ring;
+    link->previous = ring->previous;
+    link->previous->next = ring->previous = link;
+}
+
+static void link_remove(struct srv_link *link) {
+    link->previous->next = link->next;
+    link->next->previous = link->previous;
+    link->next = link->previous = NULL;
+}
+
+static struct srv_lane *queue_lane(struct srv_link *link, int level) {
+    return (struct srv_lane *)((char *)link - offsetof(struct srv_lane, at) -
+                               (size_t)level * sizeof(((struct srv_lane *)0)->at[0]));
+}
+
+/* --- the queue --- */
+
+enum pend_status srv_queue_new(struct srv_queue **queue, int cap, int lane_cap) {
     struct srv_queue *made = *queue = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
     pthread_mutex_init(&made->lock, NULL);
     pthread_cond_init(&made->some, NULL);
-    made->ring.next = made->ring.previous = &made->ring;
+    for (int level = 0; level < SRV_QUEUE_LEVELS; level++) link_ring(&made->lanes[level]);
     made->cap = cap;
+    made->lane_cap = lane_cap;
     return PEND_OK;
 }
 
@@ -26,42 +56,83 @@ void srv_queue_free(struct srv_queue **queue) {
     struct srv_queue *gone = *queue;
     *queue = NULL;
     if (!gone) return;
-    assert(!gone->count);
+    assert(!srv_queue_count(gone));
     pthread_cond_destroy(&gone->some);
     pthread_mutex_destroy(&gone->lock);
     free(gone);
 }
 
-enum pend_status srv_queue_push(struct srv_queue *queue, struct srv_task *task) {
-    pthread_mutex_lock(&queue->lock);
-    int room = queue->count < queue->cap && !queue->closed;
-    if (room) {
-        assert(!task->queued);
-        task->next = &queue->ring;
-        task->previous = queue->ring.previous;
-        task->previous->next = queue->ring.previous = task;
-        task->queued = 1;
-        queue->count++;
-        pthread_cond_signal(&queue->some);
-    }
-    pthread_mutex_unlock(&queue->lock);
-    return room ? PEND_OK : PEND_LIMIT;
+static void queue_count(struct srv_queue *queue, struct srv_lane *lane, int change) {
+    lane->count += change;
+    atomic_fetch_add_explicit(&queue->count, change, memory_order_relaxed);
+}
+
+/* called with the lock */
+static void queue_add(struct srv_queue *queue, struct srv_task *task) {
+    struct srv_lane *lane = task->lane;
+    assert(!task->queued && lane && task->level >= 0 && task->level < SRV_QUEUE_LEVELS);
+    if (!lane->at[task->level].tasks.next) link_ring(&lane->at[task->level].tasks);
+    if (link_empty(&lane->at[task->level].tasks)) link_append(&queue->lanes[task->level], &lane->at[task->level].link);
+    link_append(&lane->at[task->level].tasks, &task->link);
+    task->queued = 1;
+    queue_count(queue, lane, 1);
+    if (queue->waiting) pthread_cond_signal(&queue->some);
 }
 
 /* called with the lock */
 static void queue_unlink(struct srv_queue *queue, struct srv_task *task) {
-    task->previous->next = task->next;
-    task->next->previous = task->previous;
-    task->next = task->previous = NULL;
+    struct srv_lane *lane = task->lane;
+    link_remove(&task->link);
     task->queued = 0;
-    queue->count--;
+    queue_count(queue, lane, -1);
+    if (link_empty(&lane->at[task->level].tasks)) link_remove(&lane->at[task->level].link);
+}
+
+enum pend_status srv_queue_push(struct srv_queue *queue, struct srv_task *task) {
+    enum pend_status status = PEND_OK;
+    pthread_mutex_lock(&queue->lock);
+    if (srv_queue_count(queue) >= queue->cap || queue->closed)
+        status = PEND_LIMIT;
+    else if (task->lane->count >= queue->lane_cap)
+        status = PEND_INVALID;
+    else
+        queue_add(queue, task);
+    pthread_mutex_unlock(&queue->lock);
+    return status;
+}
+
+void srv_queue_again(struct srv_queue *queue, struct srv_task *task) {
+    pthread_mutex_lock(&queue->lock);
+    queue_add(queue, task);
+    pthread_mutex_unlock(&queue->lock);
+}
+
+/* the level whose turn it is; called with the lock, when there is a task */
+static int queue_level(struct srv_queue *queue) {
+    unsigned turn = queue->turn++;
+    int first = turn % SRV_QUEUE_SHARE == SRV_QUEUE_SHARE - 1 ? (int)(turn / SRV_QUEUE_SHARE % SRV_QUEUE_LEVELS) : 0;
+    while (link_empty(&queue->lanes[first])) first = (first + 1) % SRV_QUEUE_LEVELS;
+    return first;
+}
+
+/* the next task, with the lock */
+static struct srv_task *queue_take(struct srv_queue *queue) {
+    int level = queue_level(queue);
+    struct srv_lane *lane = queue_lane(queue->lanes[level].next, level);
+    struct srv_task *task = (struct srv_task *)lane->at[level].tasks.next;
+    /* the lane goes behind the others */
+    link_remove(&lane->at[level].link);
+    link_append(&queue->lanes[level], &lane->at[level].link);
+    queue_unlink(queue, task);
+    return task;
 }
 
 struct srv_task *srv_queue_pop(struct srv_queue *queue) {
     pthread_mutex_lock(&queue->lock);
-    while (!queue->count && !queue->closed) pthread_cond_wait(&queue->some, &queue->lock);
-    struct srv_task *task = queue->count ? queue->ring.next : NULL;
-    if (task) queue_unlink(queue, task);
+    queue->waiting++;
+    while (!srv_queue_count(queue) && !queue->closed) pthread_cond_wait(&queue->some, &queue->lock);
+    queue->waiting--;
+    struct srv_task *task = srv_queue_count(queue) ? queue_take(queue) : NULL;
     pthread_mutex_unlock(&queue->lock);
     return task;
 }
@@ -74,12 +145,7 @@ int srv_queue_remove(struct srv_queue *queue, struct srv_task *task) {
     return there;
 }
 
-int srv_queue_count(struct srv_queue *queue) {
-    pthread_mutex_lock(&queue->lock);
-    int count = queue->count;
-    pthread_mutex_unlock(&queue->lock);
-    return count;
-}
+int srv_queue_count(const struct srv_queue *queue) { return atomic_load_explicit(&queue->count, memory_order_relaxed); }
 
 void srv_queue_close(struct srv_queue *queue) {
     pthread_mutex_lock(&queue->lock);
@@ -88,12 +154,30 @@ void srv_queue_close(struct srv_queue *queue) {
     pthread_mutex_unlock(&queue->lock);
 }
 
+/* tasks of a lane at a level, -1 where a link is wrong; no more than `most` are looked at */
+static int queue_lane_valid(const struct srv_lane *lane, int level, int most) {
+    int count = 0;
+    const struct srv_link *ring = &lane->at[level].tasks;
+    for (const struct srv_link *link = ring->next; link != ring; link = link->next) {
+        const struct srv_task *task = (const struct srv_task *)link;
+        if (link->next->previous != link || !task->queued || task->lane != lane || task->level != level) return -1;
+        if (++count > most) return -1;
+    }
+    return count ? count : -1;
+}
+
 int srv_queue_valid(struct srv_queue *queue) {
-    int count = 0, good = 1;
+    int all = 0, good = 1;
     pthread_mutex_lock(&queue->lock);
-    for (struct srv_task *task = queue->ring.next; good && task != &queue->ring; task = task->next, count++)
-        good = task->queued && task->next->previous == task && count < queue->count;
-    good = good && count == queue->count && count <= queue->cap;
+    int most = srv_queue_count(queue);
+    for (int level = 0; level < SRV_QUEUE_LEVELS; level++) {
+        struct srv_link *ring = &queue->lanes[level];
+        for (struct srv_link *link = ring->next; good && link != ring; link = link->next) {
+            int count = queue_lane_valid(queue_lane(link, level), level, most);
+            good = count > 0 && link->next->previous == link;
+            all += count;
+        }
+    }
     pthread_mutex_unlock(&queue->lock);
-    return good;
+    return good && all == most;
 }

@@ -4,6 +4,8 @@
 #include <string.h>
 
 #include "api/openapi.h"
+#include "server/admission.h"
+#include "server/compute.h"
 
 static const char router_json[] = "application/json";
 
@@ -15,8 +17,9 @@ static void router_healthz(struct srv_exchange *exchange) {
 
 static void router_readyz(struct srv_exchange *exchange) {
     static const char ready[] = "{\"status\":\"ready\"}";
-    if (atomic_load(&exchange->service->draining)) {
-        srv_exchange_busy(exchange, 5, "the server is draining");
+    const char *reason = srv_service_unready(exchange->service);
+    if (reason) {
+        srv_exchange_busy(exchange, 5, reason);
         return;
     }
     srv_exchange_static(exchange, 200, router_json, ready, sizeof ready - 1);
@@ -27,17 +30,39 @@ static void router_openapi(struct srv_exchange *exchange) {
     srv_exchange_static(exchange, 200, router_json, api_openapi_json, api_openapi_bytes);
 }
 
+static void router_metrics(struct srv_exchange *exchange) {
+    struct srv_gauges gauges = srv_service_gauges(exchange->service);
+    if (srv_metrics_write(&exchange->service->metrics, &gauges, srv_router_label, &exchange->answer) != PEND_OK) {
+        srv_exchange_busy(exchange, 1, "out of memory");
+        return;
+    }
+    srv_exchange_answered(exchange, 200, "text/plain; version=0.0.4; charset=utf-8");
+    srv_exchange_header(exchange, "Cache-Control", "no-store");
+}
+
 static const struct srv_route router_table[] = {
-    {"POST", "/v1/trees", NULL, API_OP_TREES},          {"POST", "/v1/trajectories", NULL, API_OP_TRAJECTORIES},
-    {"POST", "/v1/forces", NULL, API_OP_FORCES},        {"POST", "/v1/modes", NULL, API_OP_MODES},
-    {"POST", "/v1/ensembles", NULL, API_OP_ENSEMBLES},  {"GET", "/v1/presets", NULL, API_OP_PRESETS},
-    {"GET", "/v1/presets/{name}", NULL, API_OP_PRESET}, {"GET", "/openapi.json", router_openapi, API_OP_COUNT},
-    {"GET", "/healthz", router_healthz, API_OP_COUNT},  {"GET", "/readyz", router_readyz, API_OP_COUNT},
+    {"POST", "/v1/trees", NULL, API_OP_TREES, "POST /v1/trees"},
+    {"POST", "/v1/trajectories", NULL, API_OP_TRAJECTORIES, "POST /v1/trajectories"},
+    {"POST", "/v1/forces", NULL, API_OP_FORCES, "POST /v1/forces"},
+    {"POST", "/v1/modes", NULL, API_OP_MODES, "POST /v1/modes"},
+    {"POST", "/v1/ensembles", NULL, API_OP_ENSEMBLES, "POST /v1/ensembles"},
+    {"GET", "/v1/presets", NULL, API_OP_PRESETS, "GET /v1/presets"},
+    {"GET", "/v1/presets/{name}", NULL, API_OP_PRESET, "GET /v1/presets/{name}"},
+    {"GET", "/openapi.json", router_openapi, API_OP_COUNT, "GET /openapi.json"},
+    {"GET", "/healthz", router_healthz, API_OP_COUNT, "GET /healthz"},
+    {"GET", "/readyz", router_readyz, API_OP_COUNT, "GET /readyz"},
+    {"GET", "/metrics", router_metrics, API_OP_COUNT, "GET /metrics"},
 };
 
-enum { ROUTER_COUNT = sizeof router_table / sizeof *router_table, ROUTER_ALLOW = 64 };
+enum { ROUTER_COUNT = sizeof router_table / sizeof *router_table, ROUTER_ALLOW = 64, ROUTER_LABEL = 64 };
+
+_Static_assert((int)ROUTER_COUNT < (int)SRV_METRIC_ROUTES, "every route has its counters");
 
 const struct srv_route *srv_router_row(int i) { return i >= 0 && i < ROUTER_COUNT ? &router_table[i] : NULL; }
+
+int srv_router_number(const struct srv_route *route) { return route ? (int)(route - router_table) : -1; }
+
+const char *srv_router_label(int i) { return i >= 0 && i < ROUTER_COUNT ? router_table[i].label : NULL; }
 
 /* does the path follow the pattern? The variable part goes to argument, NULL where there is none */
 static int router_match(const char *pattern, const char *path, const char **argument) {
@@ -71,6 +96,17 @@ static void router_allow(const char *path, char allow[ROUTER_ALLOW]) {
     if (allow[0]) router_allow_add(allow, "OPTIONS");
 }
 
+/* OPTIONS; a browser that asks before a page's request wants to know what such a request may have */
+static void router_options(struct srv_exchange *exchange, const char *allow) {
+    const char *fields = exchange->field[SRV_PREFLIGHT_FIELDS];
+    srv_exchange_static(exchange, 204, NULL, NULL, 0);
+    if (!exchange->field[SRV_ORIGIN] || !exchange->field[SRV_PREFLIGHT]) return;
+    srv_exchange_header(exchange, "Access-Control-Allow-Methods", allow);
+    srv_exchange_header(exchange, "Access-Control-Allow-Headers",
+                        fields && *fields ? fields : "Accept, Content-Type, If-None-Match, X-Request-Id");
+    srv_exchange_header(exchange, "Access-Control-Max-Age", "86400");
+}
+
 /* OPTIONS, 404 or 405 */
 static void router_explain(struct srv_exchange *exchange) {
     char *allow = srv_exchange_text(exchange, ROUTER_ALLOW);
@@ -86,7 +122,7 @@ static void router_explain(struct srv_exchange *exchange) {
         return;
     }
     if (options)
-        srv_exchange_static(exchange, 204, NULL, NULL, 0);
+        router_options(exchange, allow);
     else
         srv_exchange_problem(exchange, 405, "%.40s is not for %.200s, but %s", exchange->method, exchange->path, allow);
     srv_exchange_header(exchange, "Allow", allow);
@@ -99,8 +135,11 @@ int srv_router_find(struct srv_exchange *exchange) {
             !router_match(route->pattern, exchange->path, &exchange->argument))
             continue;
         exchange->route = route;
-        if (route->handle || !atomic_load(&exchange->service->draining)) return 1;
-        srv_exchange_busy(exchange, 5, "the server is draining");
+        exchange->op = route->op;
+        if (route->handle) return 1;
+        const char *reason = srv_service_unready(exchange->service);
+        if (!reason) return srv_admission_count(exchange);
+        srv_exchange_busy(exchange, 5, reason);
         exchange->close = 1;
         return 0;
     }
@@ -109,11 +148,8 @@ int srv_router_find(struct srv_exchange *exchange) {
 }
 
 int srv_router_begin(struct srv_exchange *exchange) {
-    if (exchange->route->handle) {
-        exchange->route->handle(exchange);
-        return 1;
-    }
-    if (srv_queue_count(exchange->service->queue) < (int)exchange->service->config.queue) return 0;
-    srv_exchange_busy(exchange, 1, "every worker is busy and the queue is full: max-queue");
+    srv_handle_fn *handle = exchange->route->handle;
+    if (!handle) return srv_compute_cached(exchange);
+    handle(exchange);
     return 1;
 }

@@ -15,23 +15,30 @@ struct srv_route {
     const char *pattern;   /* "/v1/presets/{name}": one variable part at the end at most */
     srv_handle_fn *handle; /* answers at once; NULL: a worker runs the operation */
     enum api_op_id op;
+    const char *label; /* for the metrics: method and pattern */
 };
 
 /** Row i of the table, or NULL beyond its end. */
 const struct srv_route *srv_router_row(int i);
 
+/** The number of a row, -1 of none. */
+int srv_router_number(const struct srv_route *route);
+
+/** The label of row i, or NULL beyond the table's end. */
+const char *srv_router_label(int i);
+
 /**
  * Finds the route of an exchange whose head was checked.
  *
  * Returns 1 when there is one: exchange->route and exchange->argument are set. Else the exchange is answered: 404, 405,
- * OPTIONS, or 503 where the route needs a worker and the server is draining.
+ * OPTIONS, or, where the route needs a worker, 503 while the server is draining and 429 beyond the client's quota.
  */
 int srv_router_find(struct srv_exchange *exchange);
 
 /**
  * Goes on with an exchange whose body is complete.
  *
- * Returns 1 when it is answered. Else srv_compute_queue is to be called.
+ * Returns 1 when it is answered: by the route itself or from the cache. Else srv_compute_begin is to be called.
  */
 int srv_router_begin(struct srv_exchange *exchange);
 

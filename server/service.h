@@ -1,27 +1,51 @@
 /* What the parts of a running server share.
- * Leaves to others: making and ending it (daemon).
- * Invariant: outlives every exchange; what changes in it is atomic. */
+ * Leaves to others: making and ending it (parts).
+ * Invariant: outlives every exchange; what changes in it is atomic or has a lock of its own. */
 #ifndef SRV_SERVICE_H
 #define SRV_SERVICE_H
 
 #include <stdatomic.h>
 #include <stdint.h>
 
+#include "server/cache.h"
+#include "server/clients.h"
 #include "server/config.h"
 #include "server/log.h"
+#include "server/metrics.h"
+#include "server/peer.h"
 #include "server/queue.h"
 #include "server/spares.h"
 
+struct srv_flights;
+
 struct srv_service {
     struct srv_config config;
+    struct srv_peers trusted; /* proxies that may say who the client is */
     struct srv_log *log;
     struct srv_queue *queue;
+    struct srv_clients *clients;
+    struct srv_cache *cache;
+    struct srv_flights *flights; /* computations that others may join */
     struct srv_spares spares;
-    uint64_t seed;        /* of request ids */
-    atomic_ullong number; /* requests so far */
-    atomic_int draining;  /* no new work is taken */
-    atomic_int computing; /* exchanges that wait for a worker or have one */
-    atomic_llong held;    /* bytes of bodies and answers in memory */
+    struct srv_metrics metrics;
+    uint64_t seed;          /* of request ids */
+    atomic_ullong number;   /* requests so far */
+    atomic_int draining;    /* no new work is taken */
+    atomic_int computing;   /* computations that are not over */
+    atomic_int busy;        /* workers that compute just now */
+    atomic_int connections; /* open ones */
+    atomic_llong held;      /* bytes of bodies and answers in memory, the cache's too */
+    double started;         /* s since 1970 */
+    int workers;
 };
+
+/** True while bodies and answers, without those that only the cache has, are within max-held-bytes. */
+int srv_service_room(const struct srv_service *service);
+
+/** Why no new work is wanted, as a sentence's part, or NULL: draining, or a part that new work needs is gone. */
+const char *srv_service_unready(const struct srv_service *service);
+
+/** What the gauges of /metrics show just now. */
+struct srv_gauges srv_service_gauges(const struct srv_service *service);
 
 #endif

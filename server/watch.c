@@ -207,7 +207,8 @@ void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched, enum 
 void srv_watch_leave_all(struct srv_watch *watch) {
     pthread_mutex_lock(&watch->lock);
     for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring; watched = watched->next)
-        if (watched->phase == SRV_WATCH_WAITING && watched->seen < WATCH_SIGHTS) {
+        if ((watched->phase == SRV_WATCH_WAITING || watched->phase == SRV_WATCH_STREAMING) &&
+            watched->seen < WATCH_SIGHTS) {
             watched->seen = WATCH_SIGHTS;
             watched->left(watched);
         }

@@ -18,10 +18,11 @@ enum {
 
 /* What a connection is doing. */
 enum srv_watch_phase {
-    SRV_WATCH_IDLE,    /* no request is under way: ends at the deadline */
-    SRV_WATCH_READING, /* a request comes in: must be there at the deadline, else 408 and the end */
-    SRV_WATCH_WAITING, /* a request is being computed: nobody else sees when the client goes away */
-    SRV_WATCH_SENDING  /* an answer goes out: must be taken at the deadline, else the end */
+    SRV_WATCH_IDLE,     /* no request is under way: ends at the deadline */
+    SRV_WATCH_READING,  /* a request comes in: must be there at the deadline, else 408 and the end */
+    SRV_WATCH_WAITING,  /* a request is being computed: nobody else sees when the client goes away */
+    SRV_WATCH_SENDING,  /* an answer goes out: must be taken at the deadline, else the end */
+    SRV_WATCH_STREAMING /* the same, of an answer that is computed meanwhile */
 };
 
 /* One connection, inside its owner's structure; the fields are the watch's, but fd and left, and late to read. */
@@ -59,7 +60,7 @@ void srv_watch_remove(struct srv_watch *watch, struct srv_watched *watched);
 void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched, enum srv_watch_phase phase,
                      int64_t deadline);
 
-/** Calls left for every waiting connection: the server is stopping. */
+/** Calls left for every waiting or streaming connection: the server is stopping. */
 void srv_watch_leave_all(struct srv_watch *watch);
 
 /**

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "api/json_in.h"
+#include "tests/api/table.h"
 #include "tests/harness/test.h"
 
 /* t, two columns of three arms, a name with two parts, one of single numbers */
@@ -90,24 +91,13 @@ TEST(csv_has_a_header_and_a_line_a_row) {
     api_buffer_clear(&out);
 }
 
-/* any finite double */
-static double wild(unsigned long long *seed) {
-    for (;;) {
-        unsigned long long bits =
-            (unsigned long long)(test_random(seed) * 0x1p32) << 32 | (unsigned long long)(test_random(seed) * 0x1p32);
-        double x;
-        memcpy(&x, &bits, sizeof x);
-        if (isfinite(x)) return x;
-    }
-}
-
 TEST(the_bytes_do_not_depend_on_the_blocks_and_stay_below_the_estimate) {
     enum { ROWS = 50 };
     unsigned long long seed = 11;
     double numbers[5][3 * ROWS];
     const double *columns[5];
     for (int c = 0; c < 5; c++) {
-        for (int i = 0; i < 3 * ROWS; i++) numbers[c][i] = wild(&seed);
+        for (int i = 0; i < 3 * ROWS; i++) numbers[c][i] = test_wild(&seed);
         columns[c] = numbers[c];
     }
     for (int digits = 0; digits <= 17; digits++)
@@ -138,7 +128,7 @@ TEST(every_double_reads_back_from_json_and_csv) {
     struct api_json *document;
     struct api_problem problem;
     int count = 0;
-    for (int i = 0; i < 3 * ROWS; i++) numbers[i] = wild(&seed);
+    for (int i = 0; i < 3 * ROWS; i++) numbers[i] = test_wild(&seed);
     numbers[0] = DBL_MAX, numbers[1] = DBL_MIN, numbers[2] = 0x1p-1074, numbers[3] = -0.0;
     api_table_add(&table, "x", NULL, 3);
     api_buffer_init(&json, 1000000);

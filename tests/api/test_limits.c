@@ -9,7 +9,7 @@ TEST(limits_start_with_the_defaults_of_the_table) {
     struct api_limits limits;
     api_limits_init(&limits);
     CHECK(limits.arms == 5000);
-    CHECK(limits.samples == 1e6);
+    CHECK(limits.samples == 1e7);
     CHECK(limits.body_bytes == 8 << 20);
     CHECK(limits.compute_seconds == 60);
     CHECK(limits.depth == 16);
@@ -39,5 +39,5 @@ TEST(limits_are_set_through_their_row) {
     for (int i = 0; api_limits_row(i); i++)
         if (!strcmp(api_limits_row(i)->name, "max-arms")) *api_limits_value(&limits, i) = 7;
     CHECK(limits.arms == 7);
-    CHECK(limits.samples == 1e6);
+    CHECK(limits.samples == 1e7);
 }

@@ -16,7 +16,8 @@
 TEST(ensembles_members_end_where_trajectories_end) {
     struct test_reply many = test_post(API_OP_ENSEMBLES, "{" TURNED ",\"states\":[{\"theta\":[1,2,-1],\"thetad\":[0,1,"
                                                          "2]},{},{\"mode\":2,\"amplitude\":0.3}],\"duration\":2}");
-    static const char *const state[] = {"{\"theta\":[1,2,-1],\"thetad\":[0,1,2]}", "{}", "{\"mode\":2,\"amplitude\":0.3}"};
+    static const char *const state[] = {"{\"theta\":[1,2,-1],\"thetad\":[0,1,2]}", "{}",
+                                        "{\"mode\":2,\"amplitude\":0.3}"};
     double worst = 0;
     CHECK_INT(many.status, 200);
     CHECK_INT(test_reply_count(&many, "/member"), 3);
@@ -39,17 +40,19 @@ TEST(ensembles_members_end_where_trajectories_end) {
 }
 
 TEST(ensembles_trajectories_are_member_major_and_those_of_trajectories) {
-    struct test_reply many = test_post(API_OP_ENSEMBLES, "{" TURNED ",\"states\":[{},{\"phi\":[1,2,3]}],\"times\":{\"start\":1,"
-                                                         "\"stop\":2,\"count\":5},\"observables\":[\"trajectory\"],"
-                                                         "\"output\":[\"theta\",\"thetad\",\"lambda\",\"phi\"]}");
+    struct test_reply many =
+        test_post(API_OP_ENSEMBLES, "{" TURNED ",\"states\":[{},{\"phi\":[1,2,3]}],\"times\":{\"start\":1,"
+                                    "\"stop\":2,\"count\":5},\"observables\":[\"trajectory\"],"
+                                    "\"output\":[\"theta\",\"thetad\",\"lambda\",\"phi\"]}");
     double worst = 0;
     CHECK_INT(test_reply_count(&many, "/t"), 10);
     for (int i = 0; i < 2; i++) {
-        struct test_reply one = test_post(
-            API_OP_TRAJECTORIES, i ? "{" TURNED ",\"initial\":{\"phi\":[1,2,3]},\"times\":{\"start\":1,\"stop\":2,\"count\":5},"
-                                     "\"output\":[\"theta\",\"thetad\",\"lambda\",\"phi\"]}"
-                                   : "{" TURNED ",\"times\":{\"start\":1,\"stop\":2,\"count\":5},"
-                                     "\"output\":[\"theta\",\"thetad\",\"lambda\",\"phi\"]}");
+        struct test_reply one =
+            test_post(API_OP_TRAJECTORIES,
+                      i ? "{" TURNED ",\"initial\":{\"phi\":[1,2,3]},\"times\":{\"start\":1,\"stop\":2,\"count\":5},"
+                          "\"output\":[\"theta\",\"thetad\",\"lambda\",\"phi\"]}"
+                        : "{" TURNED ",\"times\":{\"start\":1,\"stop\":2,\"count\":5},"
+                          "\"output\":[\"theta\",\"thetad\",\"lambda\",\"phi\"]}");
         static const char *const name[] = {"theta", "thetad", "lambda", "phi"};
         for (int j = 0; j < 5 * 3 * 4; j++) {
             char pointer[2][40];
@@ -68,9 +71,12 @@ TEST(ensembles_trajectories_are_member_major_and_those_of_trajectories) {
 TEST(ensembles_grids_run_through_their_axes_the_first_fastest) {
     struct test_reply reply = test_post(
         API_OP_ENSEMBLES,
-        "{" TURNED ",\"grid\":[{\"vary\":\"phi\",\"arm\":3,\"start\":-90,\"stop\":90,\"count\":3,\"unit\":\"deg\"},{\"vary\":"
-        "\"gravity\",\"start\":1,\"stop\":4,\"count\":2},{\"vary\":\"mass\",\"arm\":1,\"start\":1,\"stop\":100,\"count\":3,"
-        "\"scale\":\"log\"}],\"initial\":{\"phi\":[1,2,3],\"phid\":[5,6,7]},\"duration\":0.1,\"observables\":[\"start\",\"parameters\"]}");
+        "{" TURNED
+        ",\"grid\":[{\"vary\":\"phi\",\"arm\":3,\"start\":-90,\"stop\":90,\"count\":3,\"unit\":\"deg\"},{\"vary\":"
+        "\"gravity\",\"start\":1,\"stop\":4,\"count\":2},{\"vary\":\"mass\",\"arm\":1,\"start\":1,\"stop\":100,"
+        "\"count\":3,"
+        "\"scale\":\"log\"}],\"initial\":{\"phi\":[1,2,3],\"phid\":[5,6,7]},\"duration\":0.1,\"observables\":["
+        "\"start\",\"parameters\"]}");
     CHECK_INT(test_reply_count(&reply, "/member"), 18);
     static const double angle[] = {-M_PI / 2, 0, M_PI / 2}, gravity[] = {1, 4}, mass[] = {1, 10, 100};
     for (int i = 0; i < 18; i++) {
@@ -88,10 +94,11 @@ TEST(ensembles_grids_run_through_their_axes_the_first_fastest) {
 }
 
 TEST(ensembles_draws_depend_on_seed_and_member_alone) {
-    static const char *const form = "{" TWO ",\"random\":{\"count\":%d,\"seed\":%d,\"draw\":[{\"vary\":\"theta\",\"arm\":2,"
-                                    "\"distribution\":\"normal\",\"mean\":180,\"deviation\":10,\"unit\":\"deg\"},{\"vary\":\"length\","
-                                    "\"arm\":1,\"distribution\":\"uniform\",\"low\":2,\"high\":3}]},\"duration\":0.1,\"observables\":["
-                                    "\"start\",\"parameters\"]}";
+    static const char *const form =
+        "{" TWO ",\"random\":{\"count\":%d,\"seed\":%d,\"draw\":[{\"vary\":\"theta\",\"arm\":2,"
+        "\"distribution\":\"normal\",\"mean\":180,\"deviation\":10,\"unit\":\"deg\"},{\"vary\":\"length\","
+        "\"arm\":1,\"distribution\":\"uniform\",\"low\":2,\"high\":3}]},\"duration\":0.1,\"observables\":["
+        "\"start\",\"parameters\"]}";
     char body[600];
     struct test_reply reply[3];
     for (int i = 0; i < 3; i++) {
@@ -104,7 +111,8 @@ TEST(ensembles_draws_depend_on_seed_and_member_alone) {
         char angle[40], length[40];
         snprintf(angle, sizeof angle, "/start/phi/%d/1", i);
         snprintf(length, sizeof length, "/parameters/length/%d/0", i);
-        double x = (test_reply_number(&reply[0], angle) - M_PI / 2) * 18 / M_PI, l = test_reply_number(&reply[0], length);
+        double x = (test_reply_number(&reply[0], angle) - M_PI / 2) * 18 / M_PI,
+               l = test_reply_number(&reply[0], length);
         mean += x / 300;
         square += x * x / 300;
         CHECK(l >= 2 && l < 3);
@@ -119,15 +127,17 @@ TEST(ensembles_draws_depend_on_seed_and_member_alone) {
 
 TEST(ensembles_a_member_that_fails_leaves_the_others_alone) {
     struct test_reply reply = test_post(
-        API_OP_ENSEMBLES, "{" TWO ",\"states\":[{},{\"phi\":[0,0],\"phid\":[1e200,0]},{\"phi\":[1,1]}],\"duration\":1,\"observables\":["
-                          "\"final\",\"first_flip\",\"lambda_max\",\"sign_change\",\"energy_drift\",\"lyapunov\"]}");
+        API_OP_ENSEMBLES,
+        "{" TWO ",\"states\":[{},{\"phi\":[0,0],\"phid\":[1e200,0]},{\"phi\":[1,1]}],\"duration\":1,\"observables\":["
+        "\"final\",\"first_flip\",\"lambda_max\",\"sign_change\",\"energy_drift\",\"lyapunov\"]}");
     CHECK_INT(reply.status, 200);
     CHECK(test_reply_number(&reply, "/status/0") == 0 && test_reply_number(&reply, "/status/1") != 0);
     CHECK(test_reply_number(&reply, "/status/2") == 0 && test_reply_number(&reply, "/stats/failed") == 1);
     CHECK(test_reply_number(&reply, "/final/phi/2/0") != 0 && test_reply_number(&reply, "/first_flip/time/0") == -1);
     test_reply_free(&reply);
-    reply = test_post(API_OP_ENSEMBLES, "{" TWO ",\"states\":[{\"phi\":[0,0],\"phid\":[1e200,0]},{}],\"times\":[0,1],\"observables\":["
-                                        "\"trajectory\"]}");
+    reply = test_post(API_OP_ENSEMBLES,
+                      "{" TWO ",\"states\":[{\"phi\":[0,0],\"phid\":[1e200,0]},{}],\"times\":[0,1],\"observables\":["
+                      "\"trajectory\"]}");
     CHECK(test_reply_number(&reply, "/status/1") != 0 && test_reply_number(&reply, "/status/3") == 0);
     CHECK(test_reply_number(&reply, "/t/1") == 1 && test_reply_number(&reply, "/phi/1/0") == 0);
     test_reply_free(&reply);
@@ -141,7 +151,8 @@ static struct test_reply answer_as(const char *accept, const char *body) {
 }
 
 TEST(ensembles_come_in_every_representation) {
-    const char *body = "{" TWO ",\"grid\":[" AXIS1 "," AXIS2 "],\"duration\":3,\"observables\":[\"first_flip\",\"flips\"]}";
+    const char *body =
+        "{" TWO ",\"grid\":[" AXIS1 "," AXIS2 "],\"duration\":3,\"observables\":[\"first_flip\",\"flips\"]}";
     struct test_reply csv = answer_as("text/csv", body), lines = answer_as("application/x-ndjson", body);
     static const char head[] = "member,status,first_flip_time,first_flip_arm,flips_1,flips_2\n0,0,";
     CHECK(!strncmp(csv.out.data, head, sizeof head - 1));
@@ -166,20 +177,25 @@ TEST(ensembles_pictures_are_refused_where_there_is_nothing_to_draw) {
     static const struct {
         const char *body, *pointer, *piece;
     } bad[] = {
-        {"{" TWO ",\"states\":[{}],\"duration\":1,\"observables\":[\"flips\"]}", "/picture", "needs a \"grid\" of two axes"},
-        {"{" TWO ",\"grid\":[" AXIS1 "],\"duration\":1,\"observables\":[\"flips\"]}", "/picture", "needs a \"grid\" of two"},
+        {"{" TWO ",\"states\":[{}],\"duration\":1,\"observables\":[\"flips\"]}", "/picture",
+         "needs a \"grid\" of two axes"},
+        {"{" TWO ",\"grid\":[" AXIS1 "],\"duration\":1,\"observables\":[\"flips\"]}", "/picture",
+         "needs a \"grid\" of two"},
         {"{" TWO ",\"grid\":[" AXIS1 "," AXIS2 "],\"duration\":1}", "/picture", "needs an observable to draw"},
-        {"{" TWO ",\"grid\":[" AXIS1 "," AXIS2 "],\"duration\":1,\"observables\":[\"flips\"],\"picture\":{\"of\":\"final\"}}",
+        {"{" TWO ",\"grid\":[" AXIS1 "," AXIS2
+         "],\"duration\":1,\"observables\":[\"flips\"],\"picture\":{\"of\":\"final\"}}",
          "/picture/of", "must be one of \"flips\""},
         {"{" TWO ",\"grid\":[" AXIS1 "," AXIS2 "],\"duration\":1,\"observables\":[\"flips\"],\"picture\":{\"arm\":3}}",
          "/picture/arm", "from 1 to 2"},
-        {"{" TWO ",\"grid\":[" AXIS1 "," AXIS2 "],\"duration\":1,\"observables\":[\"lyapunov\"],\"picture\":{\"arm\":1}}",
+        {"{" TWO ",\"grid\":[" AXIS1 "," AXIS2
+         "],\"duration\":1,\"observables\":[\"lyapunov\"],\"picture\":{\"arm\":1}}",
          "/picture/arm", "of no arm"},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         struct test_reply reply = test_post_as(API_OP_ENSEMBLES, bad[i].body, "image/png", NULL);
         CHECK_INT(reply.status, 422);
-        CHECK_SAYING(test_reply_has_fault(&reply, bad[i].pointer, bad[i].piece), "%s: %.400s", bad[i].body, reply.out.data);
+        CHECK_SAYING(test_reply_has_fault(&reply, bad[i].pointer, bad[i].piece), "%s: %.400s", bad[i].body,
+                     reply.out.data);
         test_reply_free(&reply);
     }
     struct test_reply forces = test_post_as(API_OP_FORCES, "{" TWO "}", "image/png", NULL);
@@ -200,42 +216,51 @@ TEST(ensembles_refuse_what_makes_no_sense_at_its_pointer) {
         {"{" TWO ",\"states\":[{}],\"initial\":{}" MORE "}", "/initial", "does not go together"},
         {"{" TWO ",\"states\":[{}],\"grid\":[" AXIS1 "]" MORE "}", "/grid", "does not go together with \"states\""},
         {"{" TWO ",\"grid\":[]" MORE "}", "/grid", "1 to 8 axes"},
-        {"{" TWO ",\"grid\":[{\"vary\":\"theta\",\"arm\":3,\"start\":0,\"stop\":1,\"count\":2}]" MORE "}", "/grid/0/arm",
-         "a number from 1 to 2, got 3"},
+        {"{" TWO ",\"grid\":[{\"vary\":\"theta\",\"arm\":3,\"start\":0,\"stop\":1,\"count\":2}]" MORE "}",
+         "/grid/0/arm", "a number from 1 to 2, got 3"},
         {"{" TWO ",\"grid\":[{\"vary\":\"theta\",\"arm\":\"b\",\"start\":0,\"stop\":1,\"count\":2}]" MORE "}",
          "/grid/0/arm", "got the text \"b\""},
-        {"{" TWO ",\"grid\":[{\"vary\":\"theta\",\"start\":0,\"stop\":1,\"count\":2}]" MORE "}", "/grid/0/arm", "is missing"},
-        {"{" TWO ",\"grid\":[{\"vary\":\"gravity\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":2}]" MORE "}", "/grid/0/arm",
-         "does not go together with gravity"},
-        {"{" TWO ",\"grid\":[{\"vary\":\"thetta\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":2}]" MORE "}", "/grid/0/vary",
-         "did you mean \"theta\""},
-        {"{" TWO ",\"grid\":[{\"vary\":\"mass\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":2}]" MORE "}", "/grid/0/start",
-         "greater than 0"},
-        {"{" TWO ",\"grid\":[{\"vary\":\"phi\",\"arm\":1,\"start\":-1,\"stop\":1,\"count\":2,\"scale\":\"log\"}]" MORE "}",
+        {"{" TWO ",\"grid\":[{\"vary\":\"theta\",\"start\":0,\"stop\":1,\"count\":2}]" MORE "}", "/grid/0/arm",
+         "is missing"},
+        {"{" TWO ",\"grid\":[{\"vary\":\"gravity\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":2}]" MORE "}",
+         "/grid/0/arm", "does not go together with gravity"},
+        {"{" TWO ",\"grid\":[{\"vary\":\"thetta\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":2}]" MORE "}",
+         "/grid/0/vary", "did you mean \"theta\""},
+        {"{" TWO ",\"grid\":[{\"vary\":\"mass\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":2}]" MORE "}",
+         "/grid/0/start", "greater than 0"},
+        {"{" TWO ",\"grid\":[{\"vary\":\"phi\",\"arm\":1,\"start\":-1,\"stop\":1,\"count\":2,\"scale\":\"log\"}]" MORE
+         "}",
          "/grid/0/start", "logarithmic"},
-        {"{" TWO ",\"grid\":[{\"vary\":\"mass\",\"arm\":1,\"start\":1,\"stop\":2,\"count\":2,\"unit\":\"deg\"}]" MORE "}",
+        {"{" TWO ",\"grid\":[{\"vary\":\"mass\",\"arm\":1,\"start\":1,\"stop\":2,\"count\":2,\"unit\":\"deg\"}]" MORE
+         "}",
          "/grid/0/unit", "leave it out"},
-        {"{" TWO ",\"grid\":[{\"vary\":\"mass\",\"arm\":1,\"start\":1,\"stop\":2,\"count\":0}]" MORE "}", "/grid/0/count",
-         "whole number"},
-        {"{" TWO ",\"grid\":[" AXIS1 ",{\"vary\":\"phi\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":2}]" MORE "}", "/grid/1",
-         "varies already"},
-        {"{" TWO ",\"grid\":[{\"vary\":\"phi\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":100000},{\"vary\":\"phi\",\"arm\":2,"
+        {"{" TWO ",\"grid\":[{\"vary\":\"mass\",\"arm\":1,\"start\":1,\"stop\":2,\"count\":0}]" MORE "}",
+         "/grid/0/count", "whole number"},
+        {"{" TWO ",\"grid\":[" AXIS1 ",{\"vary\":\"phi\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":2}]" MORE "}",
+         "/grid/1", "varies already"},
+        {"{" TWO
+         ",\"grid\":[{\"vary\":\"phi\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":100000},{\"vary\":\"phi\",\"arm\":2,"
          "\"start\":0,\"stop\":1,\"count\":100000}]" MORE "}",
          "/grid", "10000000000 members, more than the limit max-members of 4194304"},
-        {"{" TWO ",\"random\":{\"count\":5000000,\"draw\":[{\"vary\":\"phi\",\"arm\":1,\"distribution\":\"uniform\",\"low\":0,"
+        {"{" TWO
+         ",\"random\":{\"count\":5000000,\"draw\":[{\"vary\":\"phi\",\"arm\":1,\"distribution\":\"uniform\",\"low\":0,"
          "\"high\":1}]}" MORE "}",
          "/random/count", "max-members"},
         {"{" TWO ",\"random\":{\"count\":5}" MORE "}", "/random/draw", "is missing"},
-        {"{" TWO ",\"random\":{\"count\":5,\"seed\":-1,\"draw\":[{\"vary\":\"phi\",\"arm\":1,\"distribution\":\"uniform\","
+        {"{" TWO
+         ",\"random\":{\"count\":5,\"seed\":-1,\"draw\":[{\"vary\":\"phi\",\"arm\":1,\"distribution\":\"uniform\","
          "\"low\":0,\"high\":1}]}" MORE "}",
          "/random/seed", "whole number"},
-        {"{" TWO ",\"random\":{\"count\":5,\"draw\":[{\"vary\":\"phi\",\"arm\":1,\"distribution\":\"uniform\",\"low\":2,"
+        {"{" TWO
+         ",\"random\":{\"count\":5,\"draw\":[{\"vary\":\"phi\",\"arm\":1,\"distribution\":\"uniform\",\"low\":2,"
          "\"high\":1}]}" MORE "}",
          "/random/draw/0/high", "must not be less"},
-        {"{" TWO ",\"random\":{\"count\":5,\"draw\":[{\"vary\":\"phi\",\"arm\":1,\"distribution\":\"normal\",\"mean\":2,"
+        {"{" TWO
+         ",\"random\":{\"count\":5,\"draw\":[{\"vary\":\"phi\",\"arm\":1,\"distribution\":\"normal\",\"mean\":2,"
          "\"deviation\":-1}]}" MORE "}",
          "/random/draw/0/deviation", "got -1"},
-        {"{" TWO ",\"random\":{\"count\":5,\"draw\":[{\"vary\":\"phi\",\"arm\":1,\"distribution\":\"normal\",\"mean\":2,"
+        {"{" TWO
+         ",\"random\":{\"count\":5,\"draw\":[{\"vary\":\"phi\",\"arm\":1,\"distribution\":\"normal\",\"mean\":2,"
          "\"deviation\":1,\"low\":0}]}" MORE "}",
          "/random/draw/0/low", "no meaning"},
         {"{" TWO ",\"states\":[{}],\"observables\":[\"flipz\"]" MORE "}", "/observables/0", "did you mean \"flips\""},
@@ -251,9 +276,9 @@ TEST(ensembles_refuse_what_makes_no_sense_at_its_pointer) {
         {"{" TWO ",\"states\":[{}],\"rtol\":1" MORE "}", "/rtol", "0.1"},
         {"{" TWO ",\"states\":[{\"phi\":[1]}]" MORE "}", "/states/0/phi", "must have 2 numbers"},
         {"{" TWO ",\"states\":[{}],\"duration\":1e8}", "", "max-compute-seconds"},
-        {"{" TWO ",\"grid\":[{\"vary\":\"phi\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":2000}],\"observables\":["
+        {"{" TWO ",\"grid\":[{\"vary\":\"phi\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":20000}],\"observables\":["
          "\"trajectory\"],\"times\":{\"stop\":1,\"count\":1000}}",
-         "", "2000000 rows, instants times members, more than the limit max-samples"},
+         "", "20000000 rows, instants times members, more than the limit max-samples"},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
         CHECK_REFUSED(API_OP_ENSEMBLES, bad[i].body, bad[i].pointer, bad[i].piece);
@@ -293,13 +318,17 @@ static double *raw_rows(const char *body, const long size[], int sizes, size_t *
 }
 
 TEST(ensembles_have_the_same_bits_however_they_are_cut_into_shards) {
-    static const char *const body[] = {
-        "{" TURNED ",\"random\":{\"count\":150,\"seed\":4,\"draw\":[{\"vary\":\"theta\",\"arm\":2,\"distribution\":\"uniform\",\"low\":"
-        "-3,\"high\":3},{\"vary\":\"mass\",\"arm\":1,\"distribution\":\"uniform\",\"low\":1,\"high\":9}]},\"duration\":3,\"observables\":["
-        "\"final\",\"flips\",\"first_flip\",\"flip_time\",\"lambda_max\",\"lambda_min\",\"sign_change\",\"energy_drift\","
-        "\"lyapunov\"]}",
-        "{" TWO ",\"grid\":[" AXIS1 "," AXIS2 "],\"duration\":9,\"observables\":[\"flip_time\"]}",
-        "{" TWO ",\"grid\":[" AXIS1 "," AXIS2 "],\"times\":{\"stop\":1,\"count\":11},\"observables\":[\"trajectory\"]}"};
+    static const char *const body[] = {"{" TURNED ",\"random\":{\"count\":150,\"seed\":4,\"draw\":[{\"vary\":\"theta\","
+                                       "\"arm\":2,\"distribution\":\"uniform\",\"low\":"
+                                       "-3,\"high\":3},{\"vary\":\"mass\",\"arm\":1,\"distribution\":\"uniform\","
+                                       "\"low\":1,\"high\":9}]},\"duration\":3,\"observables\":["
+                                       "\"final\",\"flips\",\"first_flip\",\"flip_time\",\"lambda_max\",\"lambda_min\","
+                                       "\"sign_change\",\"energy_drift\","
+                                       "\"lyapunov\"]}",
+                                       "{" TWO ",\"grid\":[" AXIS1 "," AXIS2
+                                       "],\"duration\":9,\"observables\":[\"flip_time\"]}",
+                                       "{" TWO ",\"grid\":[" AXIS1 "," AXIS2
+                                       "],\"times\":{\"stop\":1,\"count\":11},\"observables\":[\"trajectory\"]}"};
     static const long whole[] = {1000}, parts[] = {1, 13, 5};
     for (int i = 0; i < 3; i++) {
         size_t bytes[2];
@@ -314,7 +343,8 @@ TEST(ensembles_have_the_same_bits_however_they_are_cut_into_shards) {
 TEST(ensembles_of_trees_with_varied_masses_and_large_answers_come_in_turns) {
     struct test_reply reply = test_post_as(
         API_OP_ENSEMBLES,
-        "{" TURNED ",\"random\":{\"count\":2000,\"draw\":[{\"vary\":\"mass\",\"arm\":1,\"distribution\":\"normal\",\"mean\":1,"
+        "{" TURNED
+        ",\"random\":{\"count\":2000,\"draw\":[{\"vary\":\"mass\",\"arm\":1,\"distribution\":\"normal\",\"mean\":1,"
         "\"deviation\":0.4}]},\"duration\":0.2,\"observables\":[\"parameters\",\"final\"]}",
         "text/csv", NULL);
     CHECK_INT(reply.status, 200);

@@ -247,7 +247,7 @@ static int client_more(struct test_client *client, double end) {
     struct pollfd wait = {.fd = client->fd, .events = POLLIN};
     if (poll(&wait, 1, left > 0 ? (int)(left * 1000) + 1 : 0) <= 0) return -1;
     ssize_t got = recv(client->fd, client->data + client->bytes, client->cap - client->bytes - 1, 0);
-    if (got <= 0) return 0;
+    if (got <= 0) return got < 0 ? -1 : 0; /* a reset is no end */
     client->bytes += (size_t)got;
     client->data[client->bytes] = 0;
     return 1;

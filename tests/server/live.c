@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "server/parts.h"
 #include "tests/harness/test.h"
 
 struct srv_config live_config(const char *const options[]) {
@@ -53,15 +54,15 @@ int live_status(const struct srv_daemon *daemon, const char *text) {
 }
 
 void live_service(struct srv_service *service, int cap) {
+    struct pend_error error = {.text = ""};
     *service = (struct srv_service){.config = live_config(NULL)};
     service->config.queue = cap;
-    srv_spares_init(&service->spares);
-    CHECK(srv_queue_new(&service->queue, cap) == PEND_OK);
+    enum pend_status status = srv_parts_init(service, &error);
+    CHECK_SAYING(status == PEND_OK, "%s", error.text);
     CHECK(srv_log_new(&service->log, -1, 2) == PEND_OK);
 }
 
 void live_service_clear(struct srv_service *service) {
     srv_log_free(&service->log);
-    srv_queue_free(&service->queue);
-    srv_spares_clear(&service->spares);
+    srv_parts_clear(service);
 }

@@ -1,7 +1,10 @@
 #include "server/compute.h"
 
+#include <stdio.h>
 #include <string.h>
 
+#include "api/call.h"
+#include "server/admission.h"
 #include "server/router.h"
 #include "server/workers.h"
 #include "tests/harness/server.h"
@@ -20,6 +23,8 @@ static void compute_post(struct srv_exchange *exchange, struct srv_service *serv
                          const char *body) {
     srv_exchange_init(exchange, service);
     exchange->finish = compute_finish;
+    snprintf(exchange->peer, sizeof exchange->peer, "127.0.0.1");
+    srv_admission_client(exchange);
     exchange->method = "POST";
     exchange->path = path;
     exchange->field[SRV_CONTENT_TYPE] = "application/json";
@@ -39,17 +44,18 @@ TEST(a_computed_exchange_comes_back_answered) {
     atomic_store(&compute_finished, 0);
     REQUIRE(srv_workers_new(&workers, 1, service.queue) == PEND_OK);
     compute_post(&exchange, &service, "/v1/trees", LIVE_SHORT);
-    srv_compute_queue(&exchange);
+    srv_compute_begin(&exchange);
     CHECK(compute_await(1));
     srv_workers_free(&workers);
     CHECK_INT(exchange.status, 200);
     CHECK_TEXT(exchange.media_type, "application/json");
     CHECK(exchange.bytes && strstr(exchange.data, "\"subtree_mass\""));
-    CHECK(exchange.queued && exchange.begun >= exchange.queued && exchange.computed >= exchange.begun);
+    CHECK(exchange.queued && exchange.waited > 0 && exchange.computed > 0);
     CHECK_INT(service.computing, 0);
     CHECK(service.held > 0);
     srv_exchange_clear(&exchange);
-    CHECK_INT(service.held, 0);
+    /* the cache has the answer */
+    CHECK(service.held > 0 && service.held == (long long)srv_cache_size(service.cache).bodies);
     live_service_clear(&service);
 }
 
@@ -61,18 +67,14 @@ TEST(a_full_queue_answers_503_at_once) {
     compute_post(&one, &service, "/v1/trees", LIVE_SHORT);
     compute_post(&two, &service, "/v1/trees", LIVE_SHORT);
     CHECK_INT(srv_router_begin(&one), 0);
-    srv_compute_queue(&one);
+    srv_compute_begin(&one);
     CHECK_INT(compute_finished, 0);
-    /* the router sees it, and the queue itself would */
-    CHECK_INT(srv_router_begin(&two), 1);
-    CHECK_INT(two.status, 503);
-    srv_exchange_clear(&two);
-    compute_post(&two, &service, "/v1/trees", LIVE_SHORT);
-    srv_compute_queue(&two);
+    CHECK_INT(srv_router_begin(&two), 0);
+    srv_compute_begin(&two);
     CHECK_INT(compute_finished, 1);
     CHECK_INT(two.status, 503);
     /* the client of the first goes away while it waits */
-    srv_compute_stop(&one, SRV_STOP_LEFT);
+    srv_compute_leave(&one, SRV_STOP_LEFT);
     CHECK_INT(compute_finished, 2);
     CHECK_INT(one.status, 503);
     CHECK_INT(service.computing, 0);
@@ -90,12 +92,13 @@ TEST(a_stopped_computation_ends_within_a_piece_of_its_work) {
     atomic_store(&compute_finished, 0);
     REQUIRE(srv_workers_new(&workers, 1, service.queue) == PEND_OK);
     compute_post(&exchange, &service, "/v1/trajectories", LIVE_LONG);
-    srv_compute_queue(&exchange);
+    srv_compute_begin(&exchange);
     test_sleep(0.05);
     CHECK_INT(compute_finished, 0);
     double begin = test_clock();
-    srv_compute_stop(&exchange, SRV_STOP_SHUTDOWN);
-    CHECK(compute_await(1));
+    srv_compute_leave(&exchange, SRV_STOP_SHUTDOWN);
+    CHECK_INT(compute_finished, 1);
+    while (atomic_load(&service.computing) && test_clock() < begin + 5) test_sleep(0.001);
     double seconds = test_clock() - begin;
     CHECK_SAYING(seconds < 0.5, "it took %.3f s", seconds);
     srv_workers_free(&workers);
@@ -105,16 +108,52 @@ TEST(a_stopped_computation_ends_within_a_piece_of_its_work) {
     live_service_clear(&service);
 }
 
+/* what a trajectory is estimated to take */
+static double compute_cost(const char *body) {
+    struct api_limits limits;
+    struct api_call *call;
+    struct api_buffer out;
+    struct api_request request = {
+        .op = API_OP_TRAJECTORIES, .content_type = "application/json", .body = body, .body_bytes = strlen(body)};
+    api_limits_init(&limits);
+    api_buffer_init(&out, 1 << 20);
+    if (!CHECK(api_call_new(&call, &limits) == PEND_OK)) return 1;
+    CHECK(api_call_open(call, &request, &out) == API_MORE);
+    double cost = api_call_cost(call);
+    api_call_free(&call);
+    api_buffer_clear(&out);
+    return cost;
+}
+
+TEST(a_computation_that_is_sure_to_outrun_its_time_is_not_begun) {
+    struct srv_service service;
+    struct srv_workers *workers;
+    struct srv_exchange exchange;
+    live_service(&service, 4);
+    service.config.limits.compute_seconds = 1e-3 * compute_cost(LIVE_LONG);
+    atomic_store(&compute_finished, 0);
+    REQUIRE(srv_workers_new(&workers, 1, service.queue) == PEND_OK);
+    compute_post(&exchange, &service, "/v1/trajectories", LIVE_LONG);
+    srv_compute_begin(&exchange);
+    CHECK(compute_await(1));
+    srv_workers_free(&workers);
+    CHECK_INT(exchange.status, 422);
+    CHECK(exchange.bytes && strstr(exchange.data, "max-compute-seconds") && !exchange.steps);
+    srv_exchange_clear(&exchange);
+    live_service_clear(&service);
+}
+
 TEST(a_computation_that_outruns_its_time_says_so) {
     struct srv_service service;
     struct srv_workers *workers;
     struct srv_exchange exchange;
     live_service(&service, 4);
-    service.config.limits.compute_seconds = 0.05;
+    /* an estimate below it by so much is begun */
+    service.config.limits.compute_seconds = compute_cost(LIVE_LONG) / 2.9;
     atomic_store(&compute_finished, 0);
     REQUIRE(srv_workers_new(&workers, 1, service.queue) == PEND_OK);
     compute_post(&exchange, &service, "/v1/trajectories", LIVE_LONG);
-    srv_compute_queue(&exchange);
+    srv_compute_begin(&exchange);
     CHECK(compute_await(1));
     srv_workers_free(&workers);
     CHECK_INT(exchange.status, 503);
@@ -132,7 +171,7 @@ TEST(an_answer_that_leaves_no_memory_is_503) {
     atomic_store(&compute_finished, 0);
     REQUIRE(srv_workers_new(&workers, 1, service.queue) == PEND_OK);
     compute_post(&exchange, &service, "/v1/trees", LIVE_SHORT);
-    srv_compute_queue(&exchange);
+    srv_compute_begin(&exchange);
     CHECK(compute_await(1));
     srv_workers_free(&workers);
     CHECK_INT(exchange.status, 503);

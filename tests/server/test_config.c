@@ -136,7 +136,7 @@ TEST(a_bad_value_is_refused_by_name) {
         {"--role api", NULL, "--role can only be all"},
         {"--role worker", NULL, "--role"},
         {"--store sqlite:/tmp/x", NULL, "--store can only be none"},
-        {"--cache-bytes 1M", NULL, "--cache-bytes can only be 0"},
+        {"--cache-bytes lots", NULL, "--cache-bytes must be a whole number"},
         {"--help=html", NULL, "--help"},
         {"--version=2", NULL, "--version takes no value"},
         {"--config /nonexistent/file", NULL, "/nonexistent/file: No such file"},

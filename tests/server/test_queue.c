@@ -9,10 +9,12 @@
 #include "tests/harness/server.h"
 #include "tests/harness/test.h"
 
-TEST(a_queue_is_first_in_first_out_and_bounded) {
+TEST(a_lane_is_first_in_first_out_and_the_queue_is_bounded) {
     struct srv_queue *queue;
+    struct srv_lane lane = {0};
     struct srv_task task[4] = {0};
-    REQUIRE(srv_queue_new(&queue, 3) == PEND_OK);
+    for (int i = 0; i < 4; i++) task[i].lane = &lane;
+    REQUIRE(srv_queue_new(&queue, 3, 3) == PEND_OK);
     for (int round = 0; round < 3; round++) {
         for (int i = 0; i < 3; i++) CHECK(srv_queue_push(queue, &task[i]) == PEND_OK);
         CHECK(srv_queue_push(queue, &task[3]) == PEND_LIMIT && !task[3].queued);
@@ -26,11 +28,80 @@ TEST(a_queue_is_first_in_first_out_and_bounded) {
     srv_queue_free(&queue);
 }
 
+TEST(one_lane_does_not_take_all_the_room_but_what_was_begun_has_room) {
+    struct srv_queue *queue;
+    struct srv_lane one = {0}, two = {0};
+    struct srv_task task[5] = {0};
+    for (int i = 0; i < 5; i++) task[i].lane = i < 3 ? &one : &two;
+    REQUIRE(srv_queue_new(&queue, 3, 2) == PEND_OK);
+    CHECK(srv_queue_push(queue, &task[0]) == PEND_OK);
+    CHECK(srv_queue_push(queue, &task[1]) == PEND_OK);
+    CHECK(srv_queue_push(queue, &task[2]) == PEND_INVALID);
+    CHECK(srv_queue_push(queue, &task[3]) == PEND_OK);
+    CHECK(srv_queue_push(queue, &task[4]) == PEND_LIMIT);
+    srv_queue_again(queue, &task[4]);
+    CHECK_INT(srv_queue_count(queue), 4);
+    CHECK(srv_queue_valid(queue));
+    while (srv_queue_count(queue)) srv_queue_pop(queue);
+    srv_queue_free(&queue);
+}
+
+TEST(lanes_take_turns_however_much_one_brings) {
+    enum { MANY = 12 };
+    struct srv_queue *queue;
+    struct srv_lane lane[3] = {0};
+    struct srv_task many[MANY] = {0}, few[2] = {0};
+    REQUIRE(srv_queue_new(&queue, 100, 100) == PEND_OK);
+    for (int i = 0; i < MANY; i++) {
+        many[i].lane = &lane[0];
+        CHECK(srv_queue_push(queue, &many[i]) == PEND_OK);
+    }
+    for (int i = 0; i < 2; i++) {
+        few[i].lane = &lane[1 + i];
+        CHECK(srv_queue_push(queue, &few[i]) == PEND_OK);
+    }
+    CHECK(srv_queue_pop(queue) == &many[0]);
+    CHECK(srv_queue_pop(queue) == &few[0]);
+    CHECK(srv_queue_pop(queue) == &few[1]);
+    for (int i = 1; i < MANY; i++) CHECK(srv_queue_pop(queue) == &many[i]);
+    srv_queue_free(&queue);
+}
+
+TEST(short_tasks_come_before_long_ones_which_do_not_starve) {
+    enum { SHORTS = 64 };
+    struct srv_queue *queue;
+    struct srv_lane lane[2] = {0};
+    struct srv_task task[SHORTS] = {0}, batch = {.lane = &lane[1], .level = 3};
+    REQUIRE(srv_queue_new(&queue, 100, 100) == PEND_OK);
+    CHECK(srv_queue_push(queue, &batch) == PEND_OK);
+    for (int i = 0; i < SHORTS; i++) {
+        task[i].lane = &lane[0];
+        CHECK(srv_queue_push(queue, &task[i]) == PEND_OK);
+    }
+    int turns = 0, first = -1, taken = 0;
+    for (struct srv_task *next; srv_queue_count(queue) > 1; turns++) {
+        next = srv_queue_pop(queue);
+        if (next != &batch) continue;
+        if (first < 0) first = turns;
+        taken++;
+        srv_queue_again(queue, &batch);
+    }
+    CHECK_SAYING(first >= SRV_QUEUE_SHARE - 1, "the long one came at turn %d", first);
+    CHECK_SAYING(taken >= turns / (2 * SRV_QUEUE_SHARE), "it had %d of %d turns", taken, turns);
+    CHECK_SAYING(taken <= turns / SRV_QUEUE_SHARE + 1, "it had %d of %d turns", taken, turns);
+    srv_queue_pop(queue);
+    srv_queue_free(&queue);
+}
+
 TEST(a_task_can_be_taken_out_of_the_middle_once) {
     struct srv_queue *queue;
+    struct srv_lane lane = {0};
     struct srv_task task[3] = {0};
-    REQUIRE(srv_queue_new(&queue, 3) == PEND_OK);
-    for (int i = 0; i < 3; i++) CHECK(srv_queue_push(queue, &task[i]) == PEND_OK);
+    REQUIRE(srv_queue_new(&queue, 3, 3) == PEND_OK);
+    for (int i = 0; i < 3; i++) {
+        task[i].lane = &lane;
+        CHECK(srv_queue_push(queue, &task[i]) == PEND_OK);
+    }
     CHECK_INT(srv_queue_remove(queue, &task[1]), 1);
     CHECK_INT(srv_queue_remove(queue, &task[1]), 0);
     CHECK(srv_queue_valid(queue));
@@ -43,32 +114,36 @@ TEST(a_task_can_be_taken_out_of_the_middle_once) {
 }
 
 TEST(random_pushes_pops_and_removals_keep_a_queue_whole) {
-    enum { TASKS = 40 };
+    enum { TASKS = 40, LANES = 5 };
     struct srv_queue *queue;
+    struct srv_lane lane[LANES] = {0};
     struct srv_task task[TASKS] = {0};
-    int order[TASKS], waiting = 0;
+    int waiting = 0;
     unsigned long long random = 3;
-    REQUIRE(srv_queue_new(&queue, TASKS / 2) == PEND_OK);
+    REQUIRE(srv_queue_new(&queue, TASKS / 2, TASKS / 4) == PEND_OK);
     for (int round = 0; round < 20000; round++) {
-        int i = test_random_int(&random, TASKS), at = 0, act = test_random_int(&random, 3), good = 1;
-        while (at < waiting && order[at] != i) at++;
-        int there = at < waiting;
-        if (act == 0 && !there) {
-            int room = waiting < TASKS / 2;
-            good = (srv_queue_push(queue, &task[i]) == PEND_OK) == room;
-            if (room) order[waiting++] = i;
+        int i = test_random_int(&random, TASKS), act = test_random_int(&random, 3), good = 1;
+        struct srv_task *other;
+        if (act == 0 && !task[i].queued) {
+            task[i].lane = &lane[i % LANES];
+            task[i].level = test_random_int(&random, SRV_QUEUE_LEVELS);
+            enum pend_status right = waiting >= TASKS / 2               ? PEND_LIMIT
+                                     : task[i].lane->count >= TASKS / 4 ? PEND_INVALID
+                                                                        : PEND_OK;
+            good = srv_queue_push(queue, &task[i]) == right;
+            waiting += right == PEND_OK;
         } else if (act == 1 && waiting) {
-            good = srv_queue_pop(queue) == &task[order[0]];
-            for (int k = 1; k < waiting; k++) order[k - 1] = order[k];
-            waiting--;
+            other = srv_queue_pop(queue);
+            good = other && !other->queued && srv_queue_count(queue) == --waiting;
         } else if (act == 2) {
+            int there = task[i].queued;
             good = srv_queue_remove(queue, &task[i]) == there;
-            for (int k = at + 1; k < waiting; k++) order[k - 1] = order[k];
             waiting -= there;
         }
         if (!CHECK(good && srv_queue_valid(queue) && srv_queue_count(queue) == waiting)) break;
     }
     while (waiting--) srv_queue_pop(queue);
+    for (int i = 0; i < LANES; i++) CHECK_INT(lane[i].count, 0);
     srv_queue_free(&queue);
 }
 
@@ -88,12 +163,14 @@ TEST(workers_run_every_task_once) {
     enum { TASKS = 5000, CAP = 16 };
     struct srv_queue *queue;
     struct srv_workers *workers;
+    struct srv_lane lane[3] = {0};
     struct task_count *task = calloc(TASKS, sizeof *task);
     atomic_store(&task_runs, 0);
-    REQUIRE(task && srv_queue_new(&queue, CAP) == PEND_OK);
+    REQUIRE(task && srv_queue_new(&queue, CAP, CAP) == PEND_OK);
     REQUIRE(srv_workers_new(&workers, 4, queue) == PEND_OK);
     for (int i = 0; i < TASKS;) {
         task[i].task.run = task_run;
+        task[i].task.lane = &lane[i % 3];
         if (srv_queue_push(queue, &task[i].task) == PEND_OK) i++;
     }
     srv_workers_free(&workers);
@@ -109,8 +186,9 @@ TEST(workers_run_every_task_once) {
 TEST(workers_wait_for_tasks_and_are_woken) {
     struct srv_queue *queue;
     struct srv_workers *workers;
-    struct task_count task = {.task.run = task_run};
-    REQUIRE(srv_queue_new(&queue, 2) == PEND_OK);
+    struct srv_lane lane = {0};
+    struct task_count task = {.task.run = task_run, .task.lane = &lane};
+    REQUIRE(srv_queue_new(&queue, 2, 2) == PEND_OK);
     REQUIRE(srv_workers_new(&workers, 2, queue) == PEND_OK);
     test_sleep(0.02);
     CHECK(srv_queue_push(queue, &task.task) == PEND_OK);
@@ -128,9 +206,9 @@ TEST(queue_and_workers_survive_want_of_memory) {
     struct srv_queue *queue = NULL;
     struct srv_workers *workers = NULL;
     test_alloc_fail(1, 0);
-    CHECK(srv_queue_new(&queue, 2) == PEND_NO_MEMORY && !queue);
+    CHECK(srv_queue_new(&queue, 2, 2) == PEND_NO_MEMORY && !queue);
     test_alloc_faults_off();
-    REQUIRE(srv_queue_new(&queue, 2) == PEND_OK);
+    REQUIRE(srv_queue_new(&queue, 2, 2) == PEND_OK);
     test_alloc_fail(1, 0);
     CHECK(srv_workers_new(&workers, 2, queue) == PEND_NO_MEMORY && !workers);
     test_alloc_faults_off();

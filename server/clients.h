@@ -1,0 +1,60 @@
+/* Who asks: a key for each client, its lane in the queue, and its quota.
+ * Leaves to others: the order of the lanes' tasks (queue), telling a client that it has to wait (router).
+ * Invariant: a record lives while somebody has it; records that nobody has are kept up to a bound, the oldest go
+ * first. */
+#ifndef SRV_CLIENTS_H
+#define SRV_CLIENTS_H
+
+#include <stdint.h>
+
+#include "server/queue.h"
+
+enum { SRV_CLIENT_KEY = 64, SRV_CLIENTS_KEPT = 8192 };
+
+struct srv_client {
+    struct srv_lane lane; /* the queue's */
+    /* the rest is the table's */
+    struct srv_link idle;           /* in the ring of those that nobody has */
+    struct srv_client *next_in_row; /* of the same hash */
+    int users;
+    double tokens;   /* requests that it may send now */
+    int64_t counted; /* ns: when tokens were counted */
+    char key[SRV_CLIENT_KEY];
+};
+
+struct srv_clients;
+
+/** PEND_NO_MEMORY */
+PEND_MUST_CHECK enum pend_status srv_clients_new(struct srv_clients **clients);
+
+/** Frees all; nobody may have one any more. */
+void srv_clients_free(struct srv_clients **clients);
+
+/**
+ * The record of a client, made where there is none; to be given back.
+ *
+ * key  an address, or any name, cut at SRV_CLIENT_KEY - 1 bytes. Of an IPv6 address its network of 64 bits is the
+ *      client: that is what one household gets.
+ *
+ * Returns NULL without memory. Any thread.
+ */
+struct srv_client *srv_clients_take(struct srv_clients *clients, const char *key);
+
+/** One more has a record that somebody has. */
+void srv_clients_share(struct srv_clients *clients, struct srv_client *client);
+
+void srv_clients_give(struct srv_clients *clients, struct srv_client *client);
+
+/* What a client may still do. */
+struct srv_quota {
+    int granted;
+    double left;    /* requests */
+    double refresh; /* s until all are there again */
+    double retry;   /* s until one is there, if none was granted */
+};
+
+/** Takes one request off a client's quota of so many a minute, which may all come at once. */
+struct srv_quota srv_clients_quota(struct srv_clients *clients, struct srv_client *client, double a_minute,
+                                   int64_t now);
+
+#endif

@@ -1,0 +1,168 @@
+/* Tests of server/clients, server/peer and server/cors: who asks, and how often. */
+#include "server/clients.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "server/cors.h"
+#include "server/peer.h"
+#include "tests/harness/test.h"
+
+TEST(a_client_is_one_record_however_often_it_comes) {
+    struct srv_clients *clients;
+    REQUIRE(srv_clients_new(&clients) == PEND_OK);
+    struct srv_client *one = srv_clients_take(clients, "192.0.2.1"), *again = srv_clients_take(clients, "192.0.2.1"),
+                      *other = srv_clients_take(clients, "192.0.2.2");
+    CHECK(one && one == again && one != other);
+    srv_clients_share(clients, one);
+    for (int i = 0; i < 3; i++) srv_clients_give(clients, one);
+    srv_clients_give(clients, other);
+    /* what nobody has is still known for a while */
+    CHECK(srv_clients_take(clients, "192.0.2.1") == one);
+    srv_clients_give(clients, one);
+    srv_clients_free(&clients);
+}
+
+TEST(an_ipv6_network_is_one_client) {
+    struct srv_clients *clients;
+    REQUIRE(srv_clients_new(&clients) == PEND_OK);
+    struct srv_client *one = srv_clients_take(clients, "2001:db8:1:2::1"),
+                      *same = srv_clients_take(clients, "2001:db8:1:2:ffff::9"),
+                      *other = srv_clients_take(clients, "2001:db8:1:3::1");
+    CHECK(one == same && one != other);
+    srv_clients_give(clients, one);
+    srv_clients_give(clients, same);
+    srv_clients_give(clients, other);
+    srv_clients_free(&clients);
+}
+
+TEST(clients_that_nobody_has_are_forgotten_beyond_a_bound) {
+    struct srv_clients *clients;
+    char key[SRV_CLIENT_KEY];
+    int64_t second = 1000000000;
+    REQUIRE(srv_clients_new(&clients) == PEND_OK);
+    struct srv_client *held = srv_clients_take(clients, "held");
+    CHECK(srv_clients_quota(clients, held, 60, second).left == 59);
+    for (int i = 0; i < 3 * SRV_CLIENTS_KEPT; i++) {
+        snprintf(key, sizeof key, "client %d", i);
+        struct srv_client *client = srv_clients_take(clients, key);
+        if (!CHECK(client != NULL)) break;
+        srv_clients_quota(clients, client, 60, second);
+        srv_clients_give(clients, client);
+    }
+    /* the one that is in use is there still, the last is known, the first is not */
+    CHECK(srv_clients_take(clients, "held") == held);
+    CHECK(srv_clients_quota(clients, held, 60, second).left == 58);
+    struct srv_client *last = srv_clients_take(clients, key), *first = srv_clients_take(clients, "client 0");
+    CHECK(srv_clients_quota(clients, last, 60, second).left == 58);
+    CHECK(srv_clients_quota(clients, first, 60, second).left == 59);
+    srv_clients_give(clients, last);
+    srv_clients_give(clients, first);
+    srv_clients_give(clients, held);
+    srv_clients_give(clients, held);
+    srv_clients_free(&clients);
+}
+
+TEST(a_quota_is_so_many_a_minute_and_fills_evenly) {
+    struct srv_clients *clients;
+    int64_t second = 1000000000, now = 5 * second;
+    REQUIRE(srv_clients_new(&clients) == PEND_OK);
+    struct srv_client *client = srv_clients_take(clients, "a");
+    struct srv_quota quota;
+    for (int i = 0; i < 6; i++) {
+        quota = srv_clients_quota(clients, client, 6, now);
+        CHECK(quota.granted && quota.left == 5 - i);
+    }
+    CHECK(fabs(quota.refresh - 60) < 1e-6);
+    quota = srv_clients_quota(clients, client, 6, now);
+    CHECK(!quota.granted);
+    CHECK(fabs(quota.retry - 10) < 1e-6);
+    /* asking too early costs nothing, and one comes every ten seconds */
+    quota = srv_clients_quota(clients, client, 6, now + 9 * second);
+    CHECK(!quota.granted);
+    CHECK(fabs(quota.retry - 1) < 1e-6);
+    CHECK(srv_clients_quota(clients, client, 6, now + 11 * second).granted);
+    CHECK(!srv_clients_quota(clients, client, 6, now + 11 * second).granted);
+    /* never more than a minute's */
+    now += 1000 * second;
+    for (int i = 0; i < 6; i++) CHECK(srv_clients_quota(clients, client, 6, now).granted);
+    CHECK(!srv_clients_quota(clients, client, 6, now).granted);
+    srv_clients_give(clients, client);
+    srv_clients_free(&clients);
+}
+
+TEST(clients_survive_want_of_memory) {
+    struct srv_clients *clients = NULL;
+    test_alloc_fail(1, 0);
+    CHECK(srv_clients_new(&clients) == PEND_NO_MEMORY && !clients);
+    test_alloc_faults_off();
+    REQUIRE(srv_clients_new(&clients) == PEND_OK);
+    test_alloc_fail(1, 0);
+    CHECK(!srv_clients_take(clients, "a"));
+    test_alloc_faults_off();
+    struct srv_client *client = srv_clients_take(clients, "a");
+    CHECK(client != NULL);
+    srv_clients_give(clients, client);
+    srv_clients_free(&clients);
+}
+
+TEST(only_a_trusted_proxy_is_believed) {
+    static const struct {
+        const char *trusted, *peer, *header, *value, *client;
+    } told[] = {
+        {"none", "10.0.0.1", "X-Forwarded-For", "1.2.3.4", "10.0.0.1"},
+        {"10.0.0.0/8", "10.0.0.1", "X-Forwarded-For", NULL, "10.0.0.1"},
+        {"10.0.0.0/8", "10.0.0.1", "X-Forwarded-For", "1.2.3.4", "1.2.3.4"},
+        {"10.0.0.0/8", "11.0.0.1", "X-Forwarded-For", "1.2.3.4", "11.0.0.1"},
+        {"10.0.0.0/8", "::ffff:10.0.0.1", "X-Forwarded-For", "1.2.3.4", "1.2.3.4"},
+        /* a client may have written what it likes before the proxy added whom it saw */
+        {"10.0.0.0/8", "10.0.0.1", "X-Forwarded-For", "6.6.6.6, 1.2.3.4", "1.2.3.4"},
+        {"10.0.0.0/8", "10.0.0.1", "X-Forwarded-For", "6.6.6.6, 1.2.3.4 ,10.3.3.3", "1.2.3.4"},
+        {"10.0.0.0/8", "10.0.0.1", "X-Forwarded-For", "10.9.9.9", "10.9.9.9"},
+        {"10.0.0.0/8", "10.0.0.1", "X-Forwarded-For", "1.2.3.4:5555", "1.2.3.4"},
+        {"10.0.0.0/8", "10.0.0.1", "X-Forwarded-For", "rubbish", "10.0.0.1"},
+        {"10.0.0.0/8", "10.0.0.1", "X-Forwarded-For", "1.2.3.4, unknown", "10.0.0.1"},
+        {"10.0.0.0/8", "10.0.0.1", "X-Forwarded-For", ",,", "10.0.0.1"},
+        {"::1, 10.0.0.0/8", "::1", "X-Forwarded-For", "[2001:db8::1]:80", "2001:db8::1"},
+        {"fd00::/8", "fd12::1", "x-forwarded-for", "2001:db8::1", "2001:db8::1"},
+        {"10.0.0.0/9", "10.128.0.1", "X-Forwarded-For", "1.2.3.4", "10.128.0.1"},
+        {"10.0.0.0/9", "10.127.0.1", "X-Forwarded-For", "1.2.3.4", "1.2.3.4"},
+        {"0.0.0.0/0", "9.9.9.9", "X-Forwarded-For", "1.2.3.4", "1.2.3.4"},
+        {"127.0.0.1", "127.0.0.1", "Forwarded", "for=1.2.3.4;proto=http, for=\"[2001:db8::7]:99\"", "2001:db8::7"},
+        {"127.0.0.1", "127.0.0.1", "Forwarded", "proto=https;For=1.2.3.4", "1.2.3.4"},
+        {"127.0.0.1", "127.0.0.1", "Forwarded", "by=1.2.3.4", "127.0.0.1"},
+        {"127.0.0.1", "127.0.0.1", "X-Api-Key", "class-of-1905", "class-of-1905"},
+        {"127.0.0.1", "127.0.0.2", "X-Api-Key", "class-of-1905", "127.0.0.2"},
+    };
+    static const char *const wrong[] = {"x",          "10.0.0.0/33",  "::/129", "10.0.0.0/-1",
+                                        "1.2.3.4/8x", "1.2.3.4,,::1", "/8",     "none,::1"};
+    struct srv_peers peers;
+    struct pend_error error;
+    char client[SRV_PEER_BYTES];
+    for (size_t i = 0; i < sizeof told / sizeof *told; i++) {
+        if (!CHECK_SAYING(srv_peers_read(&peers, told[i].trusted, &error) == PEND_OK, "%s", error.text)) continue;
+        srv_peer_client(&peers, told[i].peer, told[i].header, told[i].value, client);
+        CHECK_SAYING(!strcmp(client, told[i].client), "row %zu: %s", i, client);
+    }
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+        CHECK_SAYING(srv_peers_read(&peers, wrong[i], &error) == PEND_INVALID, "%s is accepted", wrong[i]);
+    /* a list of many trusted hops ends at the first that is not */
+    char value[2000] = "7.7.7.7";
+    for (int i = 0; i < 150; i++) strcat(value, ",10.0.0.1");
+    REQUIRE(srv_peers_read(&peers, "10.0.0.0/8", &error) == PEND_OK);
+    srv_peer_client(&peers, "10.0.0.1", "X-Forwarded-For", value, client);
+    CHECK_TEXT(client, "10.0.0.1");
+}
+
+TEST(origins_are_compared_whole) {
+    static const char list[] = "https://a.org,  http://localhost:8000";
+    CHECK_TEXT(srv_cors_origin("*", NULL), "*");
+    CHECK_TEXT(srv_cors_origin("*", "https://evil.org"), "*");
+    CHECK(!srv_cors_origin("none", "https://a.org"));
+    CHECK_TEXT(srv_cors_origin(list, "https://a.org"), "https://a.org");
+    CHECK_TEXT(srv_cors_origin(list, "http://localhost:8000"), "http://localhost:8000");
+    CHECK(!srv_cors_origin(list, "http://localhost:80") && !srv_cors_origin(list, "https://a.org.evil.org"));
+    CHECK(!srv_cors_origin(list, NULL) && !srv_cors_origin(list, ""));
+    CHECK(srv_cors_varies(list) && !srv_cors_varies("*") && !srv_cors_varies("none"));
+}

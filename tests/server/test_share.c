@@ -1,0 +1,379 @@
+/* Tests of server/compute and server/flights through a daemon: what is shared, streamed, cut, counted and refused. */
+#include "server/flights.h"
+
+#include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+
+#include "tests/harness/test.h"
+#include "tests/server/live.h"
+
+#define DOUBLE "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"output\":[\"phi\"],"
+
+/* a sample of /metrics; NaN where there is none */
+static double share_metric(const struct srv_daemon *daemon, const char *sample) {
+    struct test_client client;
+    struct test_reply reply;
+    double value = NAN;
+    if (!live_say(daemon, &client, "GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n")) return value;
+    if (CHECK_INT(test_client_receive(&client, &reply, 0, 20), 200)) {
+        char line[128];
+        snprintf(line, sizeof line, "\n%s", sample);
+        const char *at = strstr(reply.body, line);
+        if (CHECK_SAYING(at != NULL, "no sample %s", sample)) value = strtod(at + strlen(line), NULL);
+    }
+    test_reply_clear(&reply);
+    test_client_close(&client);
+    return value;
+}
+
+static int share_await(const struct srv_daemon *daemon, const char *sample, double value, double seconds) {
+    double until = test_clock() + seconds, now;
+    while ((now = share_metric(daemon, sample)) != value && test_clock() < until) test_sleep(0.005);
+    return CHECK_SAYING(now == value, "%s is %g, not %g", sample, now, value);
+}
+
+/* posts with further header lines */
+static int share_post(const struct srv_daemon *daemon, struct test_client *client, const char *headers,
+                      const char *body) {
+    char text[4096];
+    snprintf(text, sizeof text,
+             "POST /v1/trajectories HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n%sContent-Length: "
+             "%zu\r\n\r\n%s",
+             headers, strlen(body), body);
+    return live_say(daemon, client, text);
+}
+
+static int share_ask(const struct srv_daemon *daemon, struct test_reply *reply, const char *headers, const char *body) {
+    struct test_client client;
+    *reply = (struct test_reply){0};
+    if (!share_post(daemon, &client, headers, body)) return 0;
+    int status = test_client_receive(&client, reply, 0, 60);
+    test_client_close(&client);
+    return status;
+}
+
+static const char *share_header(const struct test_reply *reply, const char *name) {
+    const char *value = test_reply_header(reply, name);
+    return value ? value : "";
+}
+
+TEST(the_same_again_comes_from_the_cache_in_every_coding) {
+    struct srv_daemon *daemon = live_start(NULL);
+    struct test_reply first, reply;
+    static const char body[] = DOUBLE "\"times\":{\"start\":0,\"stop\":5,\"step\":0.01}}";
+    /* the same request in other words */
+    static const char other[] =
+        "{\"times\":{\"step\":1e-2,\"stop\":5.0,\"start\":0},\"output\":[\"phi\"],\"pendulum\":{\"parent\":[0,1],"
+        "\"mass\":[1,1.0],\"length\":[1,1]}}";
+    static const char *const gzip = "Accept-Encoding: gzip\r\n", *const zstd = "Accept-Encoding: zstd\r\n";
+    char match[256];
+    REQUIRE(daemon != NULL);
+    CHECK_INT(share_ask(daemon, &first, "", body), 200);
+    CHECK(!test_reply_header(&first, "Content-Encoding"));
+    CHECK_TEXT(test_reply_header(&first, "Vary"), "Accept, Accept-Encoding");
+    snprintf(match, sizeof match, "If-None-Match: \"x\", %s\r\n", share_header(&first, "ETag"));
+    for (int turn = 0; turn < 2; turn++) {
+        CHECK_INT(share_ask(daemon, &reply, "", turn ? body : other), 200);
+        CHECK(reply.body_bytes == first.body_bytes && !memcmp(reply.body, first.body, first.body_bytes));
+        CHECK_TEXT(test_reply_header(&reply, "ETag"), share_header(&first, "ETag"));
+        test_reply_clear(&reply);
+        for (int coding = 0; coding < 2; coding++) {
+            CHECK_INT(share_ask(daemon, &reply, coding ? zstd : gzip, body), 200);
+            CHECK_TEXT(test_reply_header(&reply, "Content-Encoding"), coding ? "zstd" : "gzip");
+            CHECK(reply.body_bytes < 0.7 * (double)first.body_bytes);
+            test_reply_clear(&reply);
+        }
+        CHECK_INT(share_ask(daemon, &reply, match, turn ? body : other), 304);
+        CHECK_TEXT(test_reply_header(&reply, "ETag"), share_header(&first, "ETag"));
+        test_reply_clear(&reply);
+    }
+    CHECK(share_metric(daemon, "pendulumd_cache_lookups_total{result=\"missed\"} ") == 1);
+    CHECK(share_metric(daemon, "pendulumd_cache_lookups_total{result=\"exact\"} ") >= 4);
+    CHECK(share_metric(daemon, "pendulumd_cache_lookups_total{result=\"digest\"} ") >= 2);
+    CHECK_INT((long)share_metric(daemon, "pendulumd_not_modified_total "), 2);
+    /* another representation is another answer */
+    CHECK_INT(share_ask(daemon, &reply, "Accept: text/csv\r\n", body), 200);
+    CHECK(strcmp(share_header(&reply, "ETag"), share_header(&first, "ETag")) != 0);
+    CHECK(!strncmp(reply.body, "t,phi_1,phi_2", 13));
+    test_reply_clear(&reply);
+    test_reply_clear(&first);
+    srv_daemon_free(&daemon);
+}
+
+TEST(without_a_cache_304_needs_no_computation_all_the_same) {
+    static const char *const options[] = {"--cache-bytes", "0", "--compress-above", "0", NULL};
+    static const char body[] = DOUBLE "\"times\":{\"start\":0,\"stop\":5,\"step\":0.01}}";
+    struct srv_daemon *daemon = live_start(options);
+    struct test_reply reply;
+    char match[256];
+    REQUIRE(daemon != NULL);
+    CHECK_INT(share_ask(daemon, &reply, "Accept-Encoding: gzip\r\n", body), 200);
+    CHECK(!test_reply_header(&reply, "Content-Encoding"));
+    snprintf(match, sizeof match, "If-None-Match: %s\r\n", share_header(&reply, "ETag"));
+    test_reply_clear(&reply);
+    CHECK_INT(share_ask(daemon, &reply, match, body), 304);
+    test_reply_clear(&reply);
+    CHECK_INT(share_ask(daemon, &reply, "", body), 200);
+    test_reply_clear(&reply);
+    CHECK(share_metric(daemon, "pendulumd_cache_lookups_total{result=\"missed\"} ") == 2);
+    CHECK(share_metric(daemon, "pendulumd_cache_bytes ") == 0);
+    srv_daemon_free(&daemon);
+}
+
+TEST(a_class_that_asks_the_same_is_computed_for_once_and_who_leaves_disturbs_nobody) {
+    enum { CLASS = 12 };
+    static const char body[] = DOUBLE "\"times\":{\"start\":0,\"stop\":12000,\"count\":5}}";
+    static const char *const options[] = {"--workers", "2", NULL};
+    struct srv_daemon *daemon = live_start(options);
+    struct test_client client[CLASS];
+    struct test_reply reply[CLASS];
+    REQUIRE(daemon != NULL);
+    REQUIRE(share_post(daemon, &client[0], "", body));
+    share_await(daemon, "pendulumd_computations ", 1, 10);
+    for (int i = 1; i < CLASS; i++) REQUIRE(share_post(daemon, &client[i], "", body));
+    share_await(daemon, "pendulumd_cache_lookups_total{result=\"joined\"} ", CLASS - 1, 10);
+    /* the one that began it goes, and one of the others */
+    test_client_close(&client[0]);
+    test_client_close(&client[5]);
+    for (int i = 1; i < CLASS; i++) {
+        if (i == 5) continue;
+        CHECK_INT(test_client_receive(&client[i], &reply[i], 0, 60), 200);
+        CHECK_TEXT(reply[i].body, reply[1].body);
+    }
+    for (int i = 1; i < CLASS; i++) {
+        if (i == 5) continue;
+        test_reply_clear(&reply[i]);
+        test_client_close(&client[i]);
+    }
+    CHECK(share_metric(daemon, "pendulumd_cache_lookups_total{result=\"missed\"} ") == 1);
+    CHECK(share_metric(daemon, "pendulumd_cancelled_total ") == 0);
+    share_await(daemon, "pendulumd_computations ", 0, 10);
+    srv_daemon_free(&daemon);
+}
+
+#define STREAM DOUBLE "\"times\":{\"start\":0,\"stop\":3000,\"count\":300001}}"
+
+TEST(a_long_answer_flows_and_is_the_same_in_every_coding_and_protocol) {
+    struct srv_daemon *daemon = live_start(NULL);
+    struct test_client client;
+    struct test_reply reply, coded, old;
+    char text[1024];
+    REQUIRE(daemon != NULL);
+    CHECK_INT(share_ask(daemon, &reply, "Accept: text/csv\r\n", STREAM), 200);
+    CHECK_TEXT(test_reply_header(&reply, "Transfer-Encoding"), "chunked");
+    CHECK(reply.body_bytes > 10000000 && reply.body[reply.body_bytes - 1] == '\n');
+    int lines = 0;
+    for (size_t i = 0; i < reply.body_bytes; i++) lines += reply.body[i] == '\n';
+    CHECK_INT(lines, 300002);
+    CHECK_INT(share_ask(daemon, &coded, "Accept: text/csv\r\nAccept-Encoding: zstd\r\n", STREAM), 200);
+    CHECK_TEXT(test_reply_header(&coded, "Content-Encoding"), "zstd");
+    CHECK(coded.body_bytes < 0.7 * (double)reply.body_bytes && coded.body_bytes > 0.2 * (double)reply.body_bytes);
+    /* HTTP/1.0 knows no chunks: the end of the connection is the end */
+    snprintf(text, sizeof text,
+             "POST /v1/trajectories HTTP/1.0\r\nContent-Type: application/json\r\nAccept: "
+             "text/csv\r\nContent-Length: %zu\r\n\r\n%s",
+             strlen(STREAM), STREAM);
+    REQUIRE(live_say(daemon, &client, text));
+    CHECK_INT(test_client_receive(&client, &old, 0, 60), 200);
+    CHECK(old.body_bytes == reply.body_bytes && !memcmp(old.body, reply.body, old.body_bytes));
+    test_client_close(&client);
+    test_reply_clear(&reply);
+    test_reply_clear(&coded);
+    test_reply_clear(&old);
+    share_await(daemon, "pendulumd_computations ", 0, 10);
+    CHECK(share_metric(daemon, "pendulumd_held_bytes ") < 100000);
+    srv_daemon_free(&daemon);
+}
+
+#define ENDLESS DOUBLE "\"times\":{\"start\":0,\"stop\":3000,\"count\":1000000}}"
+
+TEST(a_slow_reader_holds_little_memory_and_no_worker_and_is_missed_at_once) {
+    enum { SLOW = 6 };
+    static const char *const options[] = {"--workers", "1", "--max-samples", "2000000", NULL};
+    struct srv_daemon *daemon = live_start(options);
+    struct test_client slow[SLOW];
+    struct test_reply reply;
+    REQUIRE(daemon != NULL);
+    for (int i = 0; i < SLOW; i++) {
+        char body[512];
+        snprintf(body, sizeof body, DOUBLE "\"times\":{\"start\":0,\"stop\":%d,\"count\":1000001}}", 3000 + i);
+        REQUIRE(share_post(daemon, &slow[i], "Accept: text/csv\r\n", body));
+    }
+    /* they stand still once the sockets are full: the worker has nothing to do */
+    share_await(daemon, "pendulumd_workers_busy ", 0, 30);
+    double busy = 1;
+    for (double until = test_clock() + 30; busy > 0 && test_clock() < until;) {
+        double before = share_metric(daemon, "pendulumd_worker_busy_seconds_total ");
+        test_sleep(0.1);
+        busy = share_metric(daemon, "pendulumd_worker_busy_seconds_total ") - before;
+    }
+    CHECK(busy == 0);
+    CHECK(share_metric(daemon, "pendulumd_computations ") == SLOW);
+    double held = share_metric(daemon, "pendulumd_held_bytes ");
+    CHECK_SAYING(held > SLOW * 200000 && held < SLOW * 4e6, "%g bytes are held", held);
+    CHECK_INT(share_ask(daemon, &reply, "", DOUBLE "\"times\":[0,1]}"), 200);
+    test_reply_clear(&reply);
+    double begin = test_clock();
+    for (int i = 0; i < SLOW; i++) test_client_close(&slow[i]);
+    share_await(daemon, "pendulumd_computations ", 0, 20);
+    printf("  %d streams were over %.0f ms after their clients had gone\n", SLOW, 1e3 * (test_clock() - begin));
+    srv_daemon_free(&daemon);
+}
+
+TEST(a_reader_that_does_not_read_runs_out_of_time) {
+    static const char *const options[] = {"--send-seconds", "0.5", "--least-rate", "100M", NULL};
+    struct srv_daemon *daemon = live_start(options);
+    struct test_client slow;
+    REQUIRE(daemon != NULL);
+    REQUIRE(share_post(daemon, &slow, "Accept: text/csv\r\n", ENDLESS));
+    share_await(daemon, "pendulumd_computations ", 1, 10);
+    share_await(daemon, "pendulumd_computations ", 0, 10);
+    CHECK(share_metric(daemon, "pendulumd_held_bytes ") < 100000);
+    test_client_close(&slow);
+    srv_daemon_free(&daemon);
+}
+
+TEST(a_stream_that_breaks_is_seen_to_be_incomplete) {
+    for (int old = 0; old < 2; old++) {
+        struct srv_daemon *daemon = live_start(NULL);
+        struct test_client client;
+        struct test_reply reply;
+        char text[1024];
+        REQUIRE(daemon != NULL);
+        snprintf(text, sizeof text,
+                 "POST /v1/trajectories HTTP/1.%d\r\nHost: x\r\nContent-Type: application/json\r\nAccept: "
+                 "text/csv\r\nContent-Length: %zu\r\n\r\n%s",
+                 !old, strlen(ENDLESS), ENDLESS);
+        REQUIRE(live_say(daemon, &client, text));
+        share_await(daemon, "pendulumd_computations ", 1, 10);
+        test_sleep(0.3);
+        /* no patience: the server ends what runs */
+        srv_daemon_drain(daemon, 1);
+        double begin = test_clock();
+        int status = test_client_receive(&client, &reply, 0, 20);
+        CHECK_SAYING(test_clock() - begin < 5, "it took %.1f s", test_clock() - begin);
+        /* the test's client, as others, knows no better of an HTTP/1.0 answer that ends without a reset */
+        CHECK_INT(status, 0);
+        test_reply_clear(&reply);
+        test_client_close(&client);
+        srv_daemon_free(&daemon);
+    }
+}
+
+TEST(requests_a_minute_are_counted_for_each_client) {
+    static const char *const options[] = {
+        "--max-requests-a-minute", "3", "--trusted-proxy", "127.0.0.0/8", "--cache-bytes", "0", NULL};
+    static const char body[] = DOUBLE "\"times\":[0,1]}";
+    struct srv_daemon *daemon = live_start(options);
+    struct test_reply reply;
+    REQUIRE(daemon != NULL);
+    for (int i = 0; i < 5; i++) {
+        CHECK_INT(share_ask(daemon, &reply, "X-Forwarded-For: 192.0.2.1\r\n", body), i < 3 ? 200 : 429);
+        CHECK_TEXT(test_reply_header(&reply, "RateLimit-Limit"), "3");
+        CHECK_INT(atoi(share_header(&reply, "RateLimit-Remaining")), i < 3 ? 2 - i : 0);
+        CHECK(atoi(share_header(&reply, "RateLimit-Reset")) > 0);
+        if (i >= 3) CHECK(atoi(share_header(&reply, "Retry-After")) > 0 && strstr(reply.body, "max-requests-a-minute"));
+        test_reply_clear(&reply);
+    }
+    CHECK_INT(share_ask(daemon, &reply, "X-Forwarded-For: 192.0.2.2\r\n", body), 200);
+    test_reply_clear(&reply);
+    /* what computes nothing is not counted */
+    CHECK_INT(live_status(daemon, "GET /healthz HTTP/1.1\r\nHost: x\r\nX-Forwarded-For: 192.0.2.1\r\n\r\n"), 200);
+    CHECK(share_metric(daemon, "pendulumd_refused_total{limit=\"max-requests-a-minute\"} ") == 2);
+    srv_daemon_free(&daemon);
+}
+
+TEST(one_client_cannot_fill_the_queue) {
+    static const char *const options[] = {
+        "--workers", "1", "--max-queue", "20", "--max-client-queue", "3", "--trusted-proxy", "127.0.0.1", NULL};
+    struct srv_daemon *daemon = live_start(options);
+    struct test_client client[8];
+    struct test_reply reply;
+    int refused = 0;
+    REQUIRE(daemon != NULL);
+    for (int i = 0; i < 8; i++) {
+        char body[512];
+        snprintf(body, sizeof body, DOUBLE "\"times\":{\"start\":0,\"stop\":%d,\"count\":5}}", 50000 + i);
+        REQUIRE(share_post(daemon, &client[i], "X-Forwarded-For: 192.0.2.1\r\n", body));
+        test_sleep(0.05);
+    }
+    /* another client is served at once, in front of the long ones */
+    double begin = test_clock();
+    CHECK_INT(share_ask(daemon, &reply, "X-Forwarded-For: 192.0.2.2\r\n", DOUBLE "\"times\":[0,1]}"), 200);
+    double seconds = test_clock() - begin;
+    CHECK_SAYING(seconds < 0.5, "a short request took %.3f s beside long ones", seconds);
+    test_reply_clear(&reply);
+    for (int i = 0; i < 8; i++) {
+        refused += test_client_receive(&client[i], &reply, 0, 0.01) == 429;
+        test_reply_clear(&reply);
+        test_client_close(&client[i]);
+    }
+    CHECK_SAYING(refused == 4, "%d of 8 were refused", refused);
+    CHECK(share_metric(daemon, "pendulumd_refused_total{limit=\"max-client-queue\"} ") == refused);
+    share_await(daemon, "pendulumd_computations ", 0, 20);
+    srv_daemon_free(&daemon);
+}
+
+TEST(who_waits_too_long_for_a_worker_is_told) {
+    static const char *const options[] = {"--workers", "1", "--max-wait-seconds", "0.1", NULL};
+    struct srv_daemon *daemon = live_start(options);
+    struct test_client busy;
+    struct test_reply reply;
+    REQUIRE(daemon != NULL);
+    REQUIRE(share_post(daemon, &busy, "", DOUBLE "\"times\":{\"start\":0,\"stop\":50000,\"count\":5}}"));
+    test_sleep(0.05);
+    CHECK_INT(share_ask(daemon, &reply, "", DOUBLE "\"times\":[0,1]}"), 200);
+    test_reply_clear(&reply);
+    test_client_close(&busy);
+    share_await(daemon, "pendulumd_computations ", 0, 20);
+    srv_daemon_free(&daemon);
+}
+
+TEST(pages_of_other_origins_may_ask_and_traces_go_on) {
+    static const char trace[] = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01";
+    static const char *const options[] = {"--cors-origins", "https://a.org, https://b.org", NULL};
+    struct srv_daemon *daemon = live_start(NULL);
+    struct test_client client;
+    struct test_reply reply;
+    char text[512];
+    REQUIRE(daemon != NULL);
+    REQUIRE(live_say(daemon, &client,
+                     "OPTIONS /v1/trees HTTP/1.1\r\nHost: x\r\nOrigin: https://c.org\r\nAccess-Control-Request-Method: "
+                     "POST\r\nAccess-Control-Request-Headers: content-type, x-y\r\n\r\n"));
+    CHECK_INT(test_client_receive(&client, &reply, 0, 10), 204);
+    CHECK_TEXT(test_reply_header(&reply, "Access-Control-Allow-Origin"), "*");
+    CHECK_TEXT(test_reply_header(&reply, "Access-Control-Allow-Methods"), "POST, OPTIONS");
+    CHECK_TEXT(test_reply_header(&reply, "Access-Control-Allow-Headers"), "content-type, x-y");
+    CHECK_TEXT(test_reply_header(&reply, "Allow"), "POST, OPTIONS");
+    test_reply_clear(&reply);
+    snprintf(text, sizeof text, "GET /healthz HTTP/1.1\r\nHost: x\r\nOrigin: https://c.org\r\ntraceparent: %s\r\n\r\n",
+             trace);
+    test_client_say(&client, text);
+    CHECK_INT(test_client_receive(&client, &reply, 0, 10), 200);
+    CHECK_TEXT(test_reply_header(&reply, "Traceparent"), trace);
+    CHECK(strstr(share_header(&reply, "Access-Control-Expose-Headers"), "X-Columns") != NULL);
+    test_reply_clear(&reply);
+    /* a trace that is none is not told on */
+    test_client_say(&client, "GET /healthz HTTP/1.1\r\nHost: x\r\ntraceparent: 00-xyz\r\n\r\n");
+    CHECK_INT(test_client_receive(&client, &reply, 0, 10), 200);
+    CHECK(!test_reply_header(&reply, "Traceparent"));
+    test_reply_clear(&reply);
+    test_client_close(&client);
+    srv_daemon_free(&daemon);
+    daemon = live_start(options);
+    REQUIRE(daemon && live_say(daemon, &client, "GET /healthz HTTP/1.1\r\nHost: x\r\nOrigin: https://b.org\r\n\r\n"));
+    CHECK_INT(test_client_receive(&client, &reply, 0, 10), 200);
+    CHECK_TEXT(test_reply_header(&reply, "Access-Control-Allow-Origin"), "https://b.org");
+    CHECK_TEXT(test_reply_header(&reply, "Vary"), "Origin");
+    test_reply_clear(&reply);
+    test_client_say(&client, "GET /healthz HTTP/1.1\r\nHost: x\r\nOrigin: https://c.org\r\n\r\n");
+    CHECK_INT(test_client_receive(&client, &reply, 0, 10), 200);
+    CHECK(!test_reply_header(&reply, "Access-Control-Allow-Origin"));
+    test_reply_clear(&reply);
+    test_client_close(&client);
+    srv_daemon_free(&daemon);
+}
