@@ -7,6 +7,10 @@
 
 #include "api/encode.h"
 #include "api/negotiate.h"
+#include "api/results.h"
+
+/* s that a row of kept results takes to be read and written, about */
+static const double fetch_row_seconds = 5e-7;
 
 enum stage { STAGE_NEW, STAGE_READY, STAGE_RUNNING, STAGE_DONE, STAGE_BROKEN };
 
@@ -17,7 +21,10 @@ struct api_call {
     enum stage stage;
     const struct api_op *op;
     const struct api_format *format;
-    void *state; /* the operation's */
+    void *state;                 /* the operation's */
+    struct api_source source;    /* where the answer lies already; all NULL where it is computed */
+    struct api_results *results; /* once it is taken from there */
+    int fetched;                 /* all of it was */
     struct api_problem problem;
     double seconds; /* of the turns so far */
     long steps;
@@ -40,6 +47,7 @@ enum pend_status api_call_new(struct api_call **call, const struct api_limits *l
 
 /* lets go of what the operation holds; its steps are kept for the log */
 static void call_end_op(struct api_call *call) {
+    api_results_free(&call->results);
     if (!call->state) return;
     if (call->op->steps) call->steps = call->op->steps(call->state);
     call->op->free(&call->state);
@@ -143,6 +151,41 @@ enum api_progress api_call_open(struct api_call *call, const struct api_request 
     return API_MORE;
 }
 
+enum api_progress api_call_results(struct api_call *call, const struct api_request *request,
+                                   const struct api_source *source, struct api_buffer *out) {
+    enum api_progress progress = api_call_open(call, request, out);
+    if (progress != API_MORE) return progress;
+    call->source = *source;
+    call->cost = api_op_at(request->op)->table(call->state)->rows * fetch_row_seconds;
+    return API_MORE;
+}
+
+/* the next piece of an answer that lies in parts */
+static enum pend_status call_fetch(struct api_call *call, struct api_buffer *out, int *done, struct pend_error *error) {
+    enum { FETCH_BYTES = 1 << 18 };
+    size_t bytes = 0;
+    if (!call->results)
+        PEND_TRY(
+            api_results_new(&call->results, call->format, call->op->table(call->state), call->op->json_apart, out));
+    if (call->fetched) return api_results_end(call->results, out, done);
+    char *data = malloc(FETCH_BYTES);
+    enum pend_status status = data ? PEND_OK : PEND_NO_MEMORY;
+    if (data) status = call->source.fetch(call->source.context, data, FETCH_BYTES, &bytes, error);
+    if (status == PEND_OK) status = api_results_feed(call->results, data, bytes, out);
+    free(data);
+    call->fetched = !bytes;
+    return status;
+}
+
+/* computes on until the turn is over */
+static enum pend_status call_turn(struct api_call *call, const struct api_turn *turn, int *done,
+                                  struct pend_error *error) {
+    if (!call->source.fetch) return call->op->run(call->state, turn, done, error);
+    do PEND_TRY(call_fetch(call, turn->out, done, error));
+    while (!*done && !api_turn_over(turn));
+    return PEND_OK;
+}
+
 enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
     struct api_turn turn = {
         .out = out, .now = call->now, .context = call->context, .earlier = call->seconds, .before = out->bytes};
@@ -153,7 +196,7 @@ enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
     if (call->stage == STAGE_READY) call->before = out->bytes;
     call->stage = STAGE_RUNNING;
     if (turn.now) turn.begun = turn.now(turn.context);
-    enum pend_status status = call->op->run(call->state, &turn, &done, &error);
+    enum pend_status status = call_turn(call, &turn, &done, &error);
     if (turn.now) call->seconds = api_turn_seconds(&turn);
     if (status != PEND_OK) return call_fail(call, status, &error, out);
     if (!done) return API_MORE;

@@ -60,6 +60,29 @@ void api_call_clock(struct api_call *call, double (*now)(void *context), void *c
 PEND_MUST_CHECK enum api_progress api_call_open(struct api_call *call, const struct api_request *request,
                                                 struct api_buffer *out);
 
+/* Where the parts of a job lie (api/part). */
+struct api_source {
+    /**
+     * Fetches the next bytes of the parts, in their order.
+     *
+     * data   out, room for `cap` bytes.
+     * bytes  out; 0 = that was all.
+     *
+     * Anything but PEND_OK ends the answer; error->text says why.
+     */
+    enum pend_status (*fetch)(void *context, void *data, size_t cap, size_t *bytes, struct pend_error *error);
+    void *context;
+};
+
+/**
+ * As api_call_open, but api_call_run takes the answer from the kept parts of a job instead of computing it.
+ *
+ * request  what the job was made of, with the Accept of the client who wants the results.
+ * source   copied; its context must outlive the call.
+ */
+PEND_MUST_CHECK enum api_progress api_call_results(struct api_call *call, const struct api_request *request,
+                                                   const struct api_source *source, struct api_buffer *out);
+
 /**
  * What tells a request from every other, as 64 hexadecimal digits: a SHA-256 of the operation, what it was asked in a
  * canonical form (the order of keys, blanks and the spelling of numbers do not matter), the representation, and the

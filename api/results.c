@@ -1,16 +1,11 @@
 #include "api/results.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "api/encode_raw.h"
-#include "api/negotiate.h"
 
 struct api_results {
-    const struct api_op *op;
-    const struct api_format *format;
-    void *state; /* the operation's, for its table */
     const struct api_table *table;
     struct api_writer *writer; /* NULL where JSON pieces are passed on as they are */
     struct api_buffer record;  /* the record that is not whole yet, head and all */
@@ -18,8 +13,6 @@ struct api_results {
     struct api_raw_figures figures;
     struct api_stats stats;
     int pieces; /* JSON records so far */
-    struct api_answer answer;
-    char columns[API_COLUMNS_TEXT], file_name[40];
 };
 
 static size_t row_bytes(const struct api_table *table) { return (size_t)api_table_numbers(table, 0) * sizeof(double); }
@@ -41,56 +34,17 @@ static enum pend_status results_room(struct api_results *results) {
     return PEND_OK;
 }
 
-static void results_head(struct api_results *results) {
-    const struct api_format *format = results->format;
-    results->answer = (struct api_answer){.status = 200, .media_type = format->content_type, .length = -1};
-    if (format->exact) results->answer.length = (long long)format->bytes(results->table);
-    if (format->bare) {
-        api_table_columns(results->table, results->columns);
-        results->answer.columns = results->columns;
-    }
-    if (!format->extension) return;
-    snprintf(results->file_name, sizeof results->file_name, "%s.%s", results->op->name, format->extension);
-    results->answer.file_name = results->file_name;
-}
-
-static enum pend_status results_begin(struct api_results *results, const struct api_request *request,
-                                      const struct api_limits *limits, struct api_problem *problem,
-                                      struct api_buffer *out) {
-    char digest[API_DIGEST_BYTES];
-    int samples = results->op->samples;
-    results->format = api_negotiate_format(request->accept, samples);
-    if (!results->format) api_negotiate_refuse(problem, samples);
-    if (problem->status) return PEND_INVALID;
-    PEND_TRY(api_request_read(request, results->format, limits, problem, &results->state, digest));
-    results->table = results->op->table(results->state);
-    api_buffer_init(&results->record, record_most(results->table));
-    results_head(results);
-    PEND_TRY(results_room(results));
-    if (results->op->json_apart && results->format == &api_format_json) return PEND_OK;
-    return api_writer_new(&results->writer, results->format, results->table, out);
-}
-
-int api_results_new(struct api_results **results, const struct api_request *request, const struct api_limits *limits,
-                    struct api_buffer *out) {
+enum pend_status api_results_new(struct api_results **results, const struct api_format *format,
+                                 const struct api_table *table, int apart, struct api_buffer *out) {
     struct api_results *made = *results = calloc(1, sizeof *made);
-    struct api_problem problem;
-    int http = 0;
-    api_problem_init(&problem);
-    enum pend_status status = PEND_NO_MEMORY;
-    if (made) {
-        made->op = api_op_at(request->op);
-        status = results_begin(made, request, limits, &problem, out);
-    }
-    if (status != PEND_OK) {
-        api_problem_set(&problem, pend_status_http(status), "%s", pend_status_text(status));
-        http = problem.status;
-        out->bytes = 0;
-        if (api_problem_write(&problem, out) != PEND_OK) out->bytes = 0;
-        api_results_free(results);
-    }
-    api_problem_clear(&problem);
-    return http;
+    if (!made) return PEND_NO_MEMORY;
+    made->table = table;
+    api_buffer_init(&made->record, record_most(table));
+    enum pend_status status = results_room(made);
+    if (status == PEND_OK && !(apart && format == &api_format_json))
+        status = api_writer_new(&made->writer, format, table, out);
+    if (status != PEND_OK) api_results_free(results);
+    return status;
 }
 
 void api_results_free(struct api_results **results) {
@@ -100,12 +54,7 @@ void api_results_free(struct api_results **results) {
     api_writer_free(&gone->writer);
     free(gone->rows[0]);
     api_buffer_clear(&gone->record);
-    if (gone->state) gone->op->free(&gone->state);
     free(gone);
-}
-
-struct api_answer api_results_answer(const struct api_results *results) {
-    return results->answer;
 }
 
 /* a record that is whole */

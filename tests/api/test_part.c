@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "api/encode_raw.h"
-#include "api/results.h"
+#include "api/call.h"
 #include "tests/api/post.h"
 #include "tests/harness/test.h"
 
@@ -73,24 +73,39 @@ static int compute_parts(int i, long parts, struct api_buffer *kept) {
     return 1;
 }
 
-/* feeds in pieces of random length; the status of what failed first */
-static enum pend_status feed(struct api_results *results, const char *data, size_t bytes, unsigned long long *random,
-                             struct api_buffer *out) {
-    int done = 0;
-    for (size_t at = 0; at < bytes;) {
-        size_t piece = 1 + (size_t)test_random_int(random, test_random_int(random, 2) ? 40 : 200000);
-        if (piece > bytes - at) piece = bytes - at;
-        /* a copy of just that length, so that a sanitizer sees who reads on */
-        char *copy = malloc(piece);
-        if (!copy) return PEND_NO_MEMORY;
-        memcpy(copy, data + at, piece);
-        enum pend_status status = api_results_feed(results, copy, piece, out);
-        free(copy);
-        PEND_TRY(status);
-        at += piece;
-    }
-    while (!done) PEND_TRY(api_results_end(results, out, &done));
+/* hands out bytes in pieces of random length */
+struct pieces {
+    const char *data;
+    size_t bytes, at;
+    unsigned long long *random;
+};
+
+static enum pend_status pieces_fetch(void *context, void *data, size_t cap, size_t *bytes, struct pend_error *error) {
+    struct pieces *pieces = context;
+    (void)error;
+    size_t piece = 1 + (size_t)test_random_int(pieces->random, test_random_int(pieces->random, 2) ? 40 : 200000);
+    if (piece > pieces->bytes - pieces->at) piece = pieces->bytes - pieces->at;
+    if (piece > cap) piece = cap;
+    if (piece) memcpy(data, pieces->data + pieces->at, piece);
+    pieces->at += piece;
+    *bytes = piece;
     return PEND_OK;
+}
+
+/* the answer of a request from kept parts; its status */
+static struct api_answer fetch(const struct api_request *request, const struct api_limits *limits, const char *data,
+                               size_t bytes, unsigned long long *random, struct api_buffer *out) {
+    struct pieces pieces = {data, bytes, 0, random};
+    struct api_source source = {pieces_fetch, &pieces};
+    struct api_answer answer = {.status = 503};
+    struct api_call *call;
+    if (api_call_new(&call, limits) != PEND_OK) return answer;
+    enum api_progress progress = api_call_results(call, request, &source, out);
+    while (progress == API_MORE) progress = api_call_run(call, out);
+    answer = api_call_answer(call);
+    answer.columns = answer.file_name = answer.etag = NULL;
+    api_call_free(&call);
+    return answer;
 }
 
 TEST(an_answer_from_parts_is_the_answer_at_once) {
@@ -103,22 +118,16 @@ TEST(an_answer_from_parts_is_the_answer_at_once) {
             api_buffer_init(&kept, 1 << 28);
             if (!compute_parts(i, parts, &kept)) return;
             for (int a = 0; a < (cases[i].json_only ? 1 : ACCEPTS); a++) {
-                struct api_results *results;
                 struct api_request request = request_of(i, accepts[a]);
                 struct test_reply whole = test_send(&request, NULL);
                 api_buffer_init(&out, 1 << 28);
                 CHECK_INT(whole.status, 200);
-                CHECK_INT(api_results_new(&results, &request, &limits, &out), 0);
-                if (results) {
-                    CHECK_INT(feed(results, kept.data, kept.bytes, &random, &out), PEND_OK);
-                    CHECK_SAYING(out.bytes == whole.out.bytes && !memcmp(out.data, whole.out.data, out.bytes),
-                                 "case %d as %s in %ld parts: %zu bytes, at once %zu", i, accepts[a], parts, out.bytes,
-                                 whole.out.bytes);
-                    struct api_answer head = api_results_answer(results);
-                    CHECK(head.status == 200 && (head.length < 0 || (size_t)head.length == out.bytes));
-                    CHECK_TEXT(head.media_type, whole.media_type);
-                }
-                api_results_free(&results);
+                struct api_answer head = fetch(&request, &limits, kept.data, kept.bytes, &random, &out);
+                CHECK_SAYING(out.bytes == whole.out.bytes && !memcmp(out.data, whole.out.data, out.bytes),
+                             "case %d as %s in %ld parts: %zu bytes, at once %zu", i, accepts[a], parts, out.bytes,
+                             whole.out.bytes);
+                CHECK(head.status == 200 && (head.length < 0 || (size_t)head.length == out.bytes));
+                CHECK_TEXT(head.media_type, whole.media_type);
                 api_buffer_clear(&out);
                 test_reply_free(&whole);
             }
@@ -162,21 +171,19 @@ TEST(parts_that_were_damaged_are_refused_not_believed) {
     if (!compute_parts(1, 1, &kept)) return;
     for (int round = 0; round < 300; round++) {
         struct api_request request = request_of(1, accepts[round % ACCEPTS]);
-        struct api_results *results;
         size_t bytes = kept.bytes;
         api_buffer_init(&out, 1 << 28);
-        CHECK_INT(api_results_new(&results, &request, &limits, &out), 0);
         char *copy = malloc(bytes);
         REQUIRE(copy);
         memcpy(copy, kept.data, bytes);
-        /* cut, or some bytes of a head changed */
+        /* cut, or some bits of a head changed */
         if (round % 2)
             bytes = (size_t)test_random_int(&random, (int)bytes);
         else
             copy[test_random_int(&random, 8)] ^= (char)(1 << test_random_int(&random, 8));
-        refused += feed(results, copy, bytes, &random, &out) != PEND_OK;
+        struct api_answer answer = fetch(&request, &limits, copy, bytes, &random, &out);
+        refused += answer.status == 500 && out.bytes > 0;
         free(copy);
-        api_results_free(&results);
         api_buffer_clear(&out);
     }
     CHECK_INT(refused, 300);
@@ -184,31 +191,29 @@ TEST(parts_that_were_damaged_are_refused_not_believed) {
 }
 
 TEST(results_in_a_form_that_nobody_serves_or_that_is_too_large_are_refused) {
+    unsigned long long random = 3;
     struct api_limits limits;
-    struct api_results *results;
     struct api_buffer out;
     api_limits_init(&limits);
     api_buffer_init(&out, 1 << 20);
     struct api_request request = request_of(1, "text/html");
-    CHECK_INT(api_results_new(&results, &request, &limits, &out), 406);
-    CHECK(!results && out.bytes > 0);
-    out.bytes = 0;
+    CHECK_INT(fetch(&request, &limits, NULL, 0, &random, &out).status, 406);
+    CHECK(out.bytes > 0);
     limits.answer_bytes = 1000;
     request.accept = "application/json";
-    CHECK_INT(api_results_new(&results, &request, &limits, &out), 422);
-    CHECK(!results && out.bytes > 0);
+    CHECK_INT(fetch(&request, &limits, NULL, 0, &random, &out).status, 422);
     api_buffer_clear(&out);
 }
 
 TEST(allocation_faults_leave_nothing_behind_in_parts_and_results) {
     struct api_limits limits;
-    api_limits_init(&limits);
     int good = 0;
+    api_limits_init(&limits);
     for (long count = 1; !good && count < 2000; count++) {
         struct api_request request = request_of(0, "text/csv");
+        struct api_answer answer = {.status = 0};
         struct api_buffer kept, out;
         struct api_part *part;
-        struct api_results *results;
         struct pend_error error;
         unsigned long long random = 1;
         int done = 0;
@@ -217,13 +222,13 @@ TEST(allocation_faults_leave_nothing_behind_in_parts_and_results) {
         test_alloc_fail(count, 1);
         enum pend_status status = api_part_new(&part, &request, &limits, 0, 1, &error);
         while (status == PEND_OK && !done) status = api_part_run(part, &kept, &done, &error);
-        int http = 0;
-        if (status == PEND_OK) http = api_results_new(&results, &request, &limits, &out);
-        if (status == PEND_OK && !http) status = feed(results, kept.data, kept.bytes, &random, &out);
+        if (status == PEND_OK) answer = fetch(&request, &limits, kept.data, kept.bytes, &random, &out);
         test_alloc_faults_off();
-        good = status == PEND_OK && !http;
-        if (status != PEND_OK) CHECK_INT(status, PEND_NO_MEMORY);
-        if (part && done && !http) api_results_free(&results);
+        good = answer.status == 200;
+        if (status != PEND_OK)
+            CHECK_INT(status, PEND_NO_MEMORY);
+        else
+            CHECK(answer.status == 200 || answer.status == 503);
         api_part_free(&part);
         api_buffer_clear(&kept);
         api_buffer_clear(&out);
