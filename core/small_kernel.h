@@ -227,39 +227,49 @@ struct SMALL(known) {
     BOTH T, c;
 };
 
-/* one term of T and c of order k, and of the order after */
-LANES_INLINE void SMALL(term)(const struct jets_system *s, int k, int j, struct SMALL(known) * now,
-                              struct SMALL(known) * later) {
-    enum { STRIDE = 8 };
-    const double *rate = s->rate + (k + 1 - j) * STRIDE, *force = s->force + (k - j) * STRIDE;
-    BOTH u = BOTH_(get)(s->turn_re + j * STRIDE);
-    later->T = BOTH_(fma)(u, BOTH_(get)(rate + STRIDE), later->T);
-    later->c = BOTH_(fma)(u, BOTH_(get)(force + STRIDE), later->c);
-    now->T = BOTH_(fma)(u, BOTH_(get)(rate), now->T);
-    now->c = BOTH_(fma)(u, BOTH_(get)(force), now->c);
-}
+/* what an order brings, in registers: u_{k+2}, phi'_{k+1} and lambda_k, the last two twice */
+struct SMALL(order) {
+    BOTH turn, rate, force;
+};
 
-/*
- * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass: what is loaded
- * serves both. Row -1 of the forces is zero. What order k - 1 brought comes last, so that the rest need not wait for it.
- */
+/* T and c of order k less the terms of the orders from k - 1 on, and the same of order k + 1: what is loaded serves
+ * both. Two sums each, so that none waits for itself. Row -1 of the forces is zero. */
 LANES_INLINE struct SMALL(known) SMALL(known)(const struct jets_system *s, int k, struct SMALL(known) * later) {
     enum { STRIDE = 8 };
     BOTH zero = BOTH_(of)(0);
     struct SMALL(known) now[2] = {{zero, zero}, {zero, zero}}, next[2] = {{zero, zero}, {zero, zero}};
-    for (int j = 3; j < k; j += 2) {
-        SMALL(term)(s, k, j, &now[0], &next[0]);
-        SMALL(term)(s, k, j + 1, &now[1], &next[1]);
+    const double *turn = s->turn_re + 3 * STRIDE, *rate = s->rate + (k - 1) * STRIDE, *force = s->force + (k - 2) * STRIDE;
+    for (int j = 3; j < k; j += 2, turn += 2 * STRIDE, rate -= 2 * STRIDE, force -= 2 * STRIDE) {
+        BOTH u = BOTH_(get)(turn), v = BOTH_(get)(turn + STRIDE);
+        BOTH w = BOTH_(get)(rate - STRIDE), f = BOTH_(get)(force - STRIDE);
+        next[0].T = BOTH_(fma)(u, BOTH_(get)(rate), next[0].T);
+        next[0].c = BOTH_(fma)(u, BOTH_(get)(force), next[0].c);
+        now[0].T = BOTH_(fma)(u, w, now[0].T);
+        now[0].c = BOTH_(fma)(u, f, now[0].c);
+        next[1].T = BOTH_(fma)(v, w, next[1].T);
+        next[1].c = BOTH_(fma)(v, f, next[1].c);
+        now[1].T = BOTH_(fma)(v, BOTH_(get)(rate - 2 * STRIDE), now[1].T);
+        now[1].c = BOTH_(fma)(v, BOTH_(get)(force - 2 * STRIDE), now[1].c);
     }
-    if (k) {
-        SMALL(term)(s, k, 2, &now[0], &next[0]);
-        SMALL(term)(s, k, k + 1, &now[1], &next[1]);
-    }
-    BOTH u = BOTH_(get)(s->turn_re + STRIDE);
-    now[0].T = BOTH_(fma)(u, BOTH_(get)(s->rate + k * STRIDE), now[0].T);
-    now[0].c = BOTH_(fma)(u, BOTH_(get)(s->force + (k - 1) * STRIDE), now[0].c);
     *later = (struct SMALL(known)){next[0].T + next[1].T, next[0].c + next[1].c};
     return (struct SMALL(known)){now[0].T + now[1].T, now[0].c + now[1].c};
+}
+
+/* adds to order k, and to the order after, the terms that order k - 1 is needed for */
+LANES_INLINE void SMALL(join)(const struct jets_system *s, int k, BOTH first, const struct SMALL(order) * newest,
+                              struct SMALL(known) * now, struct SMALL(known) * later) {
+    enum { STRIDE = 8 };
+    if (k) {
+        BOTH u = BOTH_(get)(s->turn_re + 2 * STRIDE), w = BOTH_(get)(s->rate + (k - 1) * STRIDE);
+        BOTH f = BOTH_(get)(s->force + (k - 2) * STRIDE), second = BOTH_(get)(s->rate + STRIDE);
+        now->T = BOTH_(fma)(u, w, now->T);
+        now->c = BOTH_(fma)(u, f, now->c);
+        now->T = BOTH_(fma)(newest->turn, BOTH_(get)(s->rate), now->T);
+        later->T = BOTH_(fma)(u, newest->rate, BOTH_(fma)(newest->turn, second, later->T));
+        later->c = BOTH_(fma)(u, newest->force, BOTH_(fma)(newest->turn, BOTH_(get)(s->force), later->c));
+    }
+    now->T = BOTH_(fma)(first, newest->rate, now->T);
+    now->c = BOTH_(fma)(first, newest->force, now->c);
 }
 
 /* phi''/(k + 1) + T and lambda + c over k + 1, each twice */
@@ -290,16 +300,19 @@ LANES_INLINE struct SMALL(answer) SMALL(solve)(const struct SMALL(twins) * twins
 }
 
 /* the coefficients of order k, T whole and c over k + 1 */
-LANES_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct SMALL(known) * known,
-                              const struct SMALL(answer) * answer) {
+LANES_INLINE struct SMALL(order) SMALL(keep)(const struct jets_system *s, int k, const struct SMALL(known) * known,
+                                             const struct SMALL(answer) * answer) {
     enum { STRIDE = 8 };
     BOTH Tr = __builtin_shufflevector(known->T, known->T, BOTH_LOW);
     BOTH Ti = __builtin_shufflevector(known->T, known->T, BOTH_HIGH);
     BOTH cr = __builtin_shufflevector(known->c, known->c, BOTH_LOW);
-    BOTH turn = __builtin_shufflevector(-Ti, answer->turned, BOTH_JOIN);
-    BOTH_(put)(s->rate + (k + 1) * STRIDE, answer->turned - Tr);
-    BOTH_(put)(s->force + k * STRIDE, (answer->force - cr) * (double)(k + 1));
-    BOTH_(put)(s->turn_re + (k + 2) * STRIDE, turn * s->share[k + 1]);
+    BOTH turn = __builtin_shufflevector(-Ti, answer->turned, BOTH_JOIN), order = BOTH_(of)(k + 1);
+    struct SMALL(order) newest = {turn * s->share[k + 1], answer->turned - Tr,
+                                  BOTH_(fma)(answer->force, order, -cr * order)};
+    BOTH_(put)(s->rate + (k + 1) * STRIDE, newest.rate);
+    BOTH_(put)(s->force + k * STRIDE, newest.force);
+    BOTH_(put)(s->turn_re + (k + 2) * STRIDE, newest.turn);
+    return newest;
 }
 
 /*
@@ -336,20 +349,23 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
     }
     BOTH zero = BOTH_(of)(0), first = SMALL(twice)(VEC_(get)(s->rate)), drop = zero;
     BOTH_(put)(s->rate, first);
-    BOTH_(put)(s->turn_re + STRIDE, __builtin_shufflevector(zero, first, BOTH_JOIN));
     // gravity is a pull on the root
     drop[0] = drop[LANES] = -s->cosine[0] * gravity * s->inv_len[0];
     BOTH lift = zero;
     lift[LANES] = s->sine[0] * gravity * s->inv_len[0];
+    BOTH turn = __builtin_shufflevector(zero, first, BOTH_JOIN);
+    struct SMALL(order) newest = {turn, first, zero};
+    BOTH_(put)(s->turn_re + STRIDE, turn);
     for (int k = 0; k < order; k += 2) {
         struct SMALL(known) later, known = SMALL(known)(s, k, &later);
+        SMALL(join)(s, k, turn, &newest, &known, &later);
         known.c *= s->share[k];
         struct SMALL(answer) answer = SMALL(solve)(&twins, k ? known.T : known.T - lift, known.c, k ? zero : drop);
-        SMALL(keep)(s, k, &known, &answer);
+        newest = SMALL(keep)(s, k, &known, &answer);
         if (k + 1 == order) break;
         known = SMALL(complete)(s, k, first, &known, &answer, &later);
         answer = SMALL(solve)(&twins, known.T, known.c, zero);
-        SMALL(keep)(s, k + 1, &known, &answer);
+        newest = SMALL(keep)(s, k + 1, &known, &answer);
     }
 }
 
