@@ -32,8 +32,8 @@ struct pend_extended;
  * One allocation.
  */
 PEND_MUST_CHECK enum pend_status pend_extended_new(struct pend_extended **extended, const struct pend_tree *tree,
-                                                   double rtol, double atol, int single,
-                                                   enum pend_isa isa, struct pend_error *error);
+                                                   double rtol, double atol, int single, enum pend_isa isa,
+                                                   struct pend_error *error);
 
 void pend_extended_free(struct pend_extended **extended);
 

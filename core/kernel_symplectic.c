@@ -58,13 +58,12 @@ static size_t symplectic_count(int n) { return (size_t)ARRAY_COUNT * (size_t)n *
 static struct symplectic_lanes symplectic_view(const struct symplectic_system *system) {
     size_t n = (size_t)system->n;
     num *at = (num *)(void *)system->lanes;
-    return (struct symplectic_lanes){
-        .tree = {.n = system->n,
-                 .parent = system->parent,
-                 .end = system->end,
+    return (struct symplectic_lanes){.tree = {.n = system->n,
+                                              .parent = system->parent,
+                                              .end = system->end,
 #define X(name) .name = at + (size_t)ARRAY_##name * n,
-                 JETS_ARRAYS(X)},
-        SYMPLECTIC_ARRAYS(X)
+                                              JETS_ARRAYS(X)},
+                                     SYMPLECTIC_ARRAYS(X)
 #undef X
     };
 }
@@ -237,8 +236,7 @@ static void symplectic_momenta(const struct symplectic_system *system, const dou
     symplectic_place(&s);
     symplectic_flow(&s);
     // p = l Im(conj(u) P)
-    for (int k = 0; k < system->n; k++)
-        p[k] = (s.tree.len[k] * (s.up_re[k] * s.go_im[k] - s.up_im[k] * s.go_re[k]))[0];
+    for (int k = 0; k < system->n; k++) p[k] = (s.tree.len[k] * (s.up_re[k] * s.go_im[k] - s.up_im[k] * s.go_re[k]))[0];
 }
 
 static void symplectic_rates(const struct symplectic_system *system, const struct symplectic_state *state,

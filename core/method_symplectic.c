@@ -96,8 +96,8 @@ static size_t symplectic_place(struct symplectic *s, char *base) {
     size_t used = (sizeof *s + 63) / 64 * 64, row = symplectic_row(n), series = pend_jets_bytes(n, SYMPLECTIC_ORDER);
     for (int i = 0; i < 2; i++) {
         struct symplectic_end *end = &s->end[i];
-        double **part[] = {&end->state.phi, &end->state.phi_low, &end->state.p, &end->state.p_low, &end->rate,
-                           &end->zero};
+        double **part[] = {&end->state.phi,   &end->state.phi_low, &end->state.p,
+                           &end->state.p_low, &end->rate,          &end->zero};
         for (size_t j = 0; j < sizeof part / sizeof *part; j++) {
             if (base) *part[j] = (double *)(void *)(base + used);
             used += row * sizeof(double);
@@ -202,8 +202,9 @@ static struct pend_stepper_counts symplectic_counts(const void *stepper) {
 
 const struct pend_method pend_method_symplectic = {
     .name = "symplectic",
-    .summary = "Gauss-Legendre collocation of order 16 with a fixed step: the energy stays where it is over millions of "
-               "periods.",
+    .summary =
+        "Gauss-Legendre collocation of order 16 with a fixed step: the energy stays where it is over millions of "
+        "periods.",
     .flags = PEND_METHOD_FIXED_STEP,
     .step_min = 1e-9,
     .step_max = 1e9,
