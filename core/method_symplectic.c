@@ -72,6 +72,7 @@ static enum pend_status symplectic_choose(struct symplectic *s, const struct pen
         length = symplectic_round(length);
     }
     s->length = copysign(length, span);
+    s->system.length = length;
     s->unit = copysign(exp2(floor(log2(length))), span);
     for (int j = 0; j < GAUSS_STAGES; j++) s->system.weight[j] = s->length * gauss_weight[j];
     return PEND_OK;
