@@ -69,7 +69,8 @@ static enum pend_status symplectic_choose(struct symplectic *s, const struct pen
     double span = pend_times_at(times, times->count - 1) - pend_times_at(times, 0), length = problem->step;
     if (length == 0 && span != 0) {
         PEND_TRY(symplectic_scout(problem, span, &length, error));
-        length = symplectic_round(length);
+        // where nothing moves, steps have no end
+        length = fmin(symplectic_round(length), pend_method_symplectic.step_max);
     }
     s->length = copysign(length, span);
     s->system.length = length;
