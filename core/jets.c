@@ -7,54 +7,60 @@
 
 enum {
 #define X(name) JETS_##name,
-    JETS_ARRAYS(X)
+    JETS_FACTOR_ARRAYS(X)
 #undef X
         JETS_COUNT,
     JETS_SHARES = 48
 };
 
-static size_t jets_stride(int n) { return ((size_t)n + PEND_JETS_PAD - 1) / PEND_JETS_PAD * PEND_JETS_PAD; }
+size_t pend_jets_stride(int n) { return ((size_t)n + PEND_JETS_PAD - 1) / PEND_JETS_PAD * PEND_JETS_PAD; }
 
-static size_t jets_series(int order_cap, int n) { return (size_t)(order_cap + 2) * jets_stride(n); }
+static size_t jets_series(int order_cap, int n) { return (size_t)(order_cap + 2) * pend_jets_stride(n); }
 
-size_t pend_jets_bytes(int n, int order_cap) {
-    return (4 * jets_series(order_cap, n) + JETS_COUNT * jets_stride(n) + JETS_SHARES) * sizeof(double);
+/* numbers of the series and of the factorization */
+static size_t jets_numbers(int order_cap, int n) {
+    return 4 * jets_series(order_cap, n) + JETS_COUNT * pend_jets_stride(n) + JETS_SHARES;
 }
 
-static struct jets_system jets_view(const struct pend_tree *tree, int order_cap, double *block) {
-    size_t series = jets_series(order_cap, tree->n), stride = jets_stride(tree->n);
-    double *share = block + 4 * series, *at = share + JETS_SHARES;
+size_t pend_jets_bytes(const struct pend_tree *tree, int order_cap) {
+    size_t blocks = tree->n > PEND_JETS_PAD ? pend_blocks_bytes(tree) : 0;
+    return jets_numbers(order_cap, tree->n) * sizeof(double) + blocks;
+}
+
+static struct jets_system jets_view(const struct pend_tree *tree, int order_cap, double *memory) {
+    size_t series = jets_series(order_cap, tree->n), stride = pend_jets_stride(tree->n);
+    double *share = memory + 4 * series, *at = share + JETS_SHARES;
     struct jets_system s = {.n = tree->n,
                             .stride = PEND_JETS_PAD,
                             .tile = PEND_JETS_PAD * (size_t)(order_cap + 2),
                             .share = share,
                             .parent = tree->parent,
                             .end = tree->end,
-                            .rate = block,
-                            .force = block + series,
-                            .turn_re = block + 2 * series,
-                            .turn_im = block + 3 * series,
+                            .rate = memory,
+                            .force = memory + series,
+                            .turn_re = memory + 2 * series,
+                            .turn_im = memory + 3 * series,
 #define X(name) .name = at + (size_t)JETS_##name * stride,
-                            JETS_ARRAYS(X)
+                            JETS_FACTOR_ARRAYS(X)
 #undef X
     };
     return s;
 }
 
-void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int order_cap, void *block) {
-    memset(block, 0, pend_jets_bytes(tree->n, order_cap));
-    struct jets_system s = jets_view(tree, order_cap, block);
+void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int order_cap, void *memory) {
+    memset(memory, 0, pend_jets_bytes(tree, order_cap));
+    struct jets_system s = jets_view(tree, order_cap, memory);
     *jets = (struct pend_jets){.tree = tree, .order_cap = order_cap, .isa = pend_isa_best(), .system = s};
-    jets->stride = jets_stride(tree->n);
     jets->rate = s.rate;
     jets->force = s.force;
-    jets->share = (double *)block + 4 * jets_series(order_cap, tree->n);
+    jets->share = (double *)memory + 4 * jets_series(order_cap, tree->n);
     for (int j = 0; j < JETS_SHARES; j++) jets->share[j] = 1.0 / (j + 1);
     for (int k = 0; k < s.n; k++) {
         s.len[k] = tree->len[k];
         s.inv_len[k] = 1 / tree->len[k];
         s.mass[k] = tree->mass[k];
     }
+    if (tree->n > PEND_JETS_PAD) pend_blocks_init(&jets->blocks, tree, (double *)memory + jets_numbers(order_cap, s.n));
 }
 
 static const struct jets_kernel *jets_kernel(enum pend_isa isa) {
@@ -67,7 +73,9 @@ static const struct jets_kernel *jets_kernel(enum pend_isa isa) {
 }
 
 void pend_jets_expand(struct pend_jets *jets, double gravity, double unit, const struct jets_state *state, int order) {
-    jets_kernel(jets->isa)->orders(&jets->system, state, gravity, unit, order);
+    struct jets_system system = jets->system;
+    system.blocks = &jets->blocks;
+    jets_kernel(jets->isa)->orders(&system, state, gravity, unit, order);
 }
 
 void pend_jets_advance(const struct pend_jets *jets, int order, double x, double unit, const struct jets_state *from,
@@ -75,7 +83,11 @@ void pend_jets_advance(const struct pend_jets *jets, int order, double x, double
     jets_kernel(jets->isa)->advance(&jets->system, order, x, unit, from, to);
 }
 
-void pend_jets_values(const struct pend_jets *jets, int order, double x, double unit, const struct jets_state *from,
-                      const struct jets_values *values) {
-    jets_kernel(jets->isa)->values(&jets->system, order, x, unit, from, values);
+void pend_jets_values(const struct pend_jets *jets, int order, const double x[], int count, double unit,
+                      const struct jets_state *from, const struct jets_values *values) {
+    jets_kernel(jets->isa)->values(&jets->system, order, x, count, unit, from, values);
+}
+
+void pend_jets_sizes(const struct pend_jets *jets, int order, double log2_of[JETS_SIZES]) {
+    jets_kernel(jets->isa)->sizes(&jets->system, order, log2_of);
 }

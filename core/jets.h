@@ -7,6 +7,7 @@
 
 #include <stddef.h>
 
+#include "core/blocks.h"
 #include "core/isa.h"
 #include "core/kernel_jets.h"
 #include "core/tree.h"
@@ -22,16 +23,21 @@ struct pend_jets {
     const struct pend_tree *tree;
     int order_cap;
     enum pend_isa isa; /* the best one that runs here, unless changed to a lower one */
-    size_t stride;     /* arms, padded */
     double *rate, *force;
     double *share;             /* 1 / (j + 1) of order j */
-    struct jets_system system; /* the order-0 tree system and the scratch of the sweeps, in the same block */
+    struct jets_system system; /* the order-0 tree system, in the same memory */
+    struct blocks blocks;      /* of a tree of more than PEND_JETS_PAD arms */
 };
 
 /**
- * Bytes of memory that series of a tree of n arms to order_cap need, a multiple of 64.
+ * Bytes of memory that series of a tree to order_cap need, a multiple of 64. O(n).
  */
-size_t pend_jets_bytes(int n, int order_cap);
+size_t pend_jets_bytes(const struct pend_tree *tree, int order_cap);
+
+/**
+ * Arms that an array of one value an arm has room for, padding included.
+ */
+size_t pend_jets_stride(int n);
 
 /** Where coefficient j of arm k is in each series. */
 static inline size_t pend_jets_place(const struct pend_jets *jets, int k, int j) {
@@ -44,9 +50,9 @@ static inline size_t pend_jets_place(const struct pend_jets *jets, int k, int j)
  *
  * tree       must outlive the series.
  * order_cap  PEND_JETS_ORDER_MIN .. PEND_JETS_ORDER_MAX.
- * block      pend_jets_bytes(tree->n, order_cap) bytes, aligned to 64; not owned.
+ * memory     pend_jets_bytes(tree, order_cap) bytes, aligned to 64; not owned.
  */
-void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int order_cap, void *block);
+void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int order_cap, void *memory);
 
 /**
  * Expands the motion about a state.
@@ -71,9 +77,17 @@ void pend_jets_advance(const struct pend_jets *jets, int order, double x, double
                        const struct jets_state *to);
 
 /**
- * The values x units of time after the state expanded about. values->acc and values->force may be NULL. O(n order).
+ * The values x[i] units of time after the state expanded about, i = 0 .. count - 1, in rows of n. values->acc and
+ * values->force may be NULL. A row's bits do not depend on the other rows. O(n order) an instant.
  */
-void pend_jets_values(const struct pend_jets *jets, int order, double x, double unit, const struct jets_state *from,
-                      const struct jets_values *values);
+void pend_jets_values(const struct pend_jets *jets, int order, const double x[], int count, double unit,
+                      const struct jets_state *from, const struct jets_values *values);
+
+/**
+ * How large the coefficients of phi' are, the four of lowest order first, then the four of highest: binary logarithms
+ * of the largest magnitude among the arms, within 1e-5; -1023 where all are zero, not below 1024 where one is not
+ * finite. O(n).
+ */
+void pend_jets_sizes(const struct pend_jets *jets, int order, double log2_of[JETS_SIZES]);
 
 #endif

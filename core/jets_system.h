@@ -12,7 +12,7 @@
 typedef JETS_NUM num;
 
 /*
- * Arrays of one value an arm; sums go over its children unless another is named.
+ * Arrays of one value an arm, of the factorization and of the sweeps of an order; sums go over its children unless another is named.
  *
  * len, inv_len, mass               the arm's own
  * angle, angle_low                 to the parent, as a sum of two; cosine, sine of it
@@ -32,18 +32,21 @@ typedef JETS_NUM num;
  * radial, tangential               acceleration of the tip; from_: of the parent's
  */
 // clang-format off
-#define JETS_ARRAYS(X) \
+#define JETS_FACTOR_ARRAYS(X) \
     X(len) X(inv_len) X(mass) X(angle) X(angle_low) X(cosine) X(sine) X(eff) X(inv_eff) X(inv) X(lean) X(kappa) X(nu) \
-    X(tau) X(stiff) X(weight) X(sum_p) X(sum_r) X(sum_q) X(sum_d) X(late_q) X(late_r) X(late) X(early) X(wind_re) \
-    X(wind_im) X(drag_re) X(drag_im) X(next_wind_re) X(next_wind_im) X(next_drag_re) X(next_drag_im) X(heave) X(push) \
-    X(bias) X(side) X(sum_side) X(sum_cos) X(sum_sin) X(from_side) X(others) X(shift) X(rest) X(tension) X(radial) \
-    X(tangential) X(from_radial) X(from_tangential)
+    X(tau) X(sum_p) X(sum_r) X(sum_q) X(sum_d) X(late_q) X(late_r)
+#define JETS_SWEEP_ARRAYS(X) \
+    X(stiff) X(weight) X(late) X(early) X(wind_re) X(wind_im) X(drag_re) X(drag_im) X(next_wind_re) X(next_wind_im) \
+    X(next_drag_re) X(next_drag_im) X(heave) X(push) X(bias) X(side) X(sum_side) X(sum_cos) X(sum_sin) X(from_side) \
+    X(others) X(shift) X(rest) X(tension) X(radial) X(tangential) X(from_radial) X(from_tangential)
+#define JETS_ARRAYS(X) JETS_FACTOR_ARRAYS(X) JETS_SWEEP_ARRAYS(X)
 // clang-format on
 
 struct jets_system {
     int n;
     size_t stride, tile; /* numbers from one order to the next, from eight arms to the next eight */
     const int *parent, *end;
+    const struct blocks *blocks;           /* of one tree of doubles with more than eight arms, else NULL */
     const double *share;                   /* 1 / (j + 1) of order j */
     num *rate, *force, *turn_re, *turn_im; /* series: order j of arm k at jets_row(k) + j * stride */
 #define X(name) num *name;

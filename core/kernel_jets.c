@@ -33,7 +33,8 @@ LANES_INLINE wide wide_neg(wide x) { return -x; }
 LANES_INLINE wide wide_add(wide x, wide y) { return x + y; }
 LANES_INLINE wide wide_sub(wide x, wide y) { return x - y; }
 LANES_INLINE wide wide_mul(wide x, wide y) { return x * y; }
-#include "core/jets_kernel.h"
+#include "core/blocks_kernel.h"
+#include "core/jets_factor.h"
 
 #define LANES 2
 #include "core/small_kernel.h"
@@ -64,7 +65,7 @@ static void kernel_orders(const struct jets_system *s, const struct jets_state *
     gravity *= unit * unit;
     jets_factor(s);
     if (s->n > 8)
-        jets_orders(s, gravity, order);
+        blocks_orders(s, gravity, order);
     else if (s->n > 4)
         small8_orders(s, gravity, order);
     else if (s->n > 2)
@@ -109,10 +110,29 @@ LANES_INLINE void kernel_sum(wide sum, wide add, double *high, double *low) {
     wide_put(low, (sum - (total - part)) + (add - part));
 }
 
+/* changes of phi and phi', even and odd orders apart: half the waiting */
+LANES_INLINE struct kernel_change kernel_halves(const struct jets_system *s, int order, double x_, double unit, int a) {
+    wide x = wide_of(x_), square = x * x, phi[2] = {wide_of(0), wide_of(0)}, rate[2] = {wide_of(0), wide_of(0)};
+    const double *from = s->rate + jets_row(s, a);
+    for (int j = order - order % 2; j >= 0; j -= 2) {
+        wide even = wide_get(from + (size_t)j * s->stride);
+        // the row after the last is zero
+        wide odd = j < order ? wide_get(from + (size_t)(j + 1) * s->stride) : wide_of(0);
+        phi[0] = wide_fma(phi[0], square, even * s->share[j]);
+        phi[1] = wide_fma(phi[1], square, odd * s->share[j + 1]);
+        if (j) rate[0] = wide_fma(rate[0], square, even);
+        rate[1] = wide_fma(rate[1], square, odd);
+    }
+    // what is left of the even orders of phi' has x^2 outstanding, of the odd ones x
+    double inverse = 1 / unit;
+    wide turn = x * wide_fma(x, rate[0], rate[1]);
+    return (struct kernel_change){.phi = x * wide_fma(x, phi[1], phi[0]), .rate = turn * inverse};
+}
+
 static void kernel_advance(const struct jets_system *s, int order, double x, double unit, const struct jets_state *from,
                            const struct jets_state *to) {
     for (int a = 0; a < s->n; a += WIDE) {
-        struct kernel_change v = kernel_horner(s, order, x, unit, a, 0, 0);
+        struct kernel_change v = kernel_halves(s, order, x, unit, a);
         kernel_sum(wide_get(from->phi + a), v.phi + wide_get(from->phi_low + a), to->phi + a, to->phi_low + a);
         kernel_sum(wide_get(from->rate + a), v.rate + wide_get(from->rate_low + a), to->rate + a, to->rate_low + a);
     }
@@ -127,8 +147,9 @@ LANES_INLINE void kernel_give(double to[], int a, int n, wide x) {
     for (int i = 0; a + i < n; i++) to[a + i] = x[i];
 }
 
-LANES_INLINE void kernel_values_some(const struct jets_system *s, int order, double x, double unit,
-                                     const struct jets_state *from, const struct jets_values *to, int acc, int force) {
+/* one instant, arms in lanes */
+LANES_INLINE void kernel_row(const struct jets_system *s, int order, double x, double unit,
+                             const struct jets_state *from, const struct jets_values *to, int acc, int force) {
     for (int a = 0; a < s->n; a += WIDE) {
         struct kernel_change v = kernel_horner(s, order, x, unit, a, acc, force);
         kernel_give(to->phi, a, s->n, wide_get(from->phi + a) + (v.phi + wide_get(from->phi_low + a)));
@@ -138,16 +159,95 @@ LANES_INLINE void kernel_values_some(const struct jets_system *s, int order, dou
     }
 }
 
-static void kernel_values(const struct jets_system *s, int order, double x, double unit, const struct jets_state *from,
-                          const struct jets_values *to) {
+/* one arm, up to WIDE instants in lanes */
+LANES_INLINE struct kernel_change kernel_column(const struct jets_system *s, int order, wide x, double unit, int k,
+                                                int acc, int force) {
+    struct kernel_change v = {wide_of(0), wide_of(0), wide_of(0), wide_of(0)};
+    const double *rate = s->rate + jets_row(s, k), *tension = s->force + jets_row(s, k);
+    for (int j = order; j >= 1; j--) {
+        double w = rate[(size_t)j * s->stride];
+        v.phi = wide_fma(v.phi, x, wide_of(w * s->share[j]));
+        v.rate = wide_fma(v.rate, x, wide_of(w));
+        if (acc) v.acc = wide_fma(v.acc, x, wide_of(w * j));
+        if (force) v.force = wide_fma(v.force, x, wide_of(tension[(size_t)(j - 1) * s->stride]));
+    }
+    v.phi = x * wide_fma(x, v.phi, wide_of(rate[0]));
+    double inverse = 1 / unit;
+    v.rate = x * v.rate * inverse;
+    v.acc = v.acc * (inverse * inverse);
+    v.force = v.force * (inverse * inverse);
+    return v;
+}
+
+LANES_INLINE void kernel_spread(double to[], int stride, int count, wide x) {
+    for (int i = 0; i < count; i++) to[(size_t)i * (size_t)stride] = x[i];
+}
+
+LANES_INLINE void kernel_columns(const struct jets_system *s, int order, const double x[], int count, double unit,
+                                 const struct jets_state *from, const struct jets_values *to, int acc, int force) {
+    wide at = wide_of(0);
+    int n = s->n;
+    memcpy(&at, x, (size_t)count * sizeof *x);
+    for (int k = 0; k < n; k++) {
+        struct kernel_change v = kernel_column(s, order, at, unit, k, acc, force);
+        kernel_spread(to->phi + k, n, count, from->phi[k] + (v.phi + from->phi_low[k]));
+        kernel_spread(to->rate + k, n, count, from->rate[k] + (v.rate + from->rate_low[k]));
+        if (acc) kernel_spread(to->acc + k, n, count, v.acc);
+        if (force) kernel_spread(to->force + k, n, count, v.force);
+    }
+}
+
+/* small trees have their instants in lanes, large ones their arms */
+LANES_INLINE void kernel_values_some(const struct jets_system *s, int order, const double x[], int count, double unit,
+                                     const struct jets_state *from, const struct jets_values *values, int acc,
+                                     int force) {
+    int many = s->n > 8 ? 1 : WIDE;
+    for (int i = 0; i < count; i += many) {
+        size_t row = (size_t)i * (size_t)s->n;
+        struct jets_values to = {values->phi + row, values->rate + row, acc ? values->acc + row : NULL,
+                                 force ? values->force + row : NULL};
+        if (many == 1)
+            kernel_row(s, order, x[i], unit, from, &to, acc, force);
+        else
+            kernel_columns(s, order, x + i, count - i < many ? count - i : many, unit, from, &to, acc, force);
+    }
+}
+
+static void kernel_values(const struct jets_system *s, int order, const double x[], int count, double unit,
+                          const struct jets_state *from, const struct jets_values *to) {
     if (to->acc && to->force)
-        kernel_values_some(s, order, x, unit, from, to, 1, 1);
+        kernel_values_some(s, order, x, count, unit, from, to, 1, 1);
     else if (to->force)
-        kernel_values_some(s, order, x, unit, from, to, 0, 1);
+        kernel_values_some(s, order, x, count, unit, from, to, 0, 1);
     else if (to->acc)
-        kernel_values_some(s, order, x, unit, from, to, 1, 0);
+        kernel_values_some(s, order, x, count, unit, from, to, 1, 0);
     else
-        kernel_values_some(s, order, x, unit, from, to, 0, 0);
+        kernel_values_some(s, order, x, count, unit, from, to, 0, 0);
+}
+
+/*
+ * Magnitudes are compared as integers: the order is the same, and what is not finite is largest. Sums of a tile would
+ * do as well but for that.
+ */
+static void kernel_sizes(const struct jets_system *s, int order, double log2_of[JETS_SIZES]) {
+    _Alignas(64) double largest[JETS_SIZES];
+    for (int i = 0; i < JETS_SIZES; i++) {
+        size_t row = (size_t)(i < JETS_SIZES / 2 ? i : order + 1 - JETS_SIZES + i) * s->stride;
+        bits8 most = {0};
+        for (size_t a = 0; a < (size_t)s->n; a += 8) {
+            bits8 here = (bits8)lanes8_abs(lanes8_get(s->rate + a / 8 * s->tile + row)), more = here > most;
+            most = (here & more) | (most & ~more);
+        }
+        bits8 other = __builtin_shufflevector(most, most, 4, 5, 6, 7, 0, 1, 2, 3), more = other > most;
+        most = (other & more) | (most & ~more);
+        other = __builtin_shufflevector(most, most, 2, 3, 0, 1, 6, 7, 4, 5), more = other > most;
+        most = (other & more) | (most & ~more);
+        other = __builtin_shufflevector(most, most, 1, 0, 3, 2, 5, 4, 7, 6), more = other > most;
+        most = (other & more) | (most & ~more);
+        largest[i] = ((lanes8)most)[0];
+    }
+    lanes8_put(largest, lanes8_log2(lanes8_get(largest)));
+    memcpy(log2_of, largest, sizeof largest);
 }
 
 #define KERNEL_PASTE2(a, b) a##b
@@ -156,5 +256,6 @@ static void kernel_values(const struct jets_system *s, int order, double x, doub
 const struct jets_kernel KERNEL_PASTE(pend_kernel_jets_, PEND_ISA) = {
     .orders = kernel_orders,
     .advance = kernel_advance,
+    .sizes = kernel_sizes,
     .values = kernel_values,
 };

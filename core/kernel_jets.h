@@ -12,7 +12,9 @@ struct jets_state {
     double *phi, *phi_low, *rate, *rate_low;
 };
 
-/* Where the values of one instant go; n values each, NULL = not wanted. */
+enum { JETS_SIZES = 8 };
+
+/* Where values go; n values an instant, NULL = not wanted. */
 struct jets_values {
     double *phi, *rate, *acc, *force;
 };
@@ -32,10 +34,16 @@ struct jets_kernel {
     void (*advance)(const struct jets_system *system, int order, double x, double unit, const struct jets_state *from,
                     const struct jets_state *to);
     /**
-     * The values x units after `from`. phi and rate are always wanted.
+     * Binary logarithms, within 1e-5, of the largest magnitudes among the arms of rate_0 .. rate_3 and
+     * rate_{order - 3} .. rate_order; -1023 where all are zero, 1024 or more, or not a number, where one is not finite.
      */
-    void (*values)(const struct jets_system *system, int order, double x, double unit, const struct jets_state *from,
-                   const struct jets_values *values);
+    void (*sizes)(const struct jets_system *system, int order, double log2_of[JETS_SIZES]);
+    /**
+     * The values x[i] units after `from`, i = 0 .. count - 1, in rows of n. phi and rate are always wanted. A row's bits
+     * do not depend on the other rows.
+     */
+    void (*values)(const struct jets_system *system, int order, const double x[], int count, double unit,
+                   const struct jets_state *from, const struct jets_values *values);
 };
 
 extern const struct jets_kernel pend_kernel_jets_base;

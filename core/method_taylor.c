@@ -4,14 +4,13 @@
 #include "core/method.h"
 
 #include <math.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/jets.h"
 #include "core/taylor_order.h"
 
-enum { TAYLOR_TRAILING = 4, TAYLOR_LEADING = 4 };
+enum { TAYLOR_STATE = 8, TAYLOR_GROUP = 64 };
 
 struct taylor {
     const struct pend_tree *tree;
@@ -26,10 +25,10 @@ struct taylor {
 };
 
 /* the order for the tolerance, lower where the series would fill the memory */
-static int taylor_order(double rtol, int n) {
+static int taylor_order(double rtol, const struct pend_tree *tree) {
     enum { BYTES_CAP = 512 << 20 };
     int order = pend_taylor_order(rtol);
-    while (order > PEND_TAYLOR_ORDER_MIN && pend_jets_bytes(n, order) > BYTES_CAP) order--;
+    while (order > PEND_TAYLOR_ORDER_MIN && pend_jets_bytes(tree, order) > BYTES_CAP) order--;
     return order;
 }
 
@@ -44,16 +43,16 @@ static double taylor_first_unit(const struct pend_problem *problem) {
 }
 
 static void taylor_view(struct taylor *taylor, double *at) {
-    size_t stride = taylor->jets.stride;
+    size_t stride = pend_jets_stride(taylor->tree->n);
     double **array[] = {&taylor->begin.phi, &taylor->begin.phi_low, &taylor->begin.rate, &taylor->begin.rate_low,
                         &taylor->end.phi,   &taylor->end.phi_low,   &taylor->end.rate,   &taylor->end.rate_low};
     for (size_t i = 0; i < sizeof array / sizeof array[0]; i++) *array[i] = at + i * stride;
 }
 
 static enum pend_status taylor_open(void **stepper, const struct pend_problem *problem, struct pend_error *error) {
-    int n = problem->tree->n, order = taylor_order(problem->rtol, n);
-    size_t head = (sizeof(struct taylor) + 63) / 64 * 64, series = pend_jets_bytes(n, order);
-    size_t state = pend_jets_bytes(n, 0), bytes = head + series + state;
+    int n = problem->tree->n, order = taylor_order(problem->rtol, problem->tree);
+    size_t head = (sizeof(struct taylor) + 63) / 64 * 64, series = pend_jets_bytes(problem->tree, order);
+    size_t state = TAYLOR_STATE * pend_jets_stride(n) * sizeof(double), bytes = head + series + state;
     char *block = *stepper = aligned_alloc(64, bytes);
     if (!block) {
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the power series of %d arms: %zu bytes", n,
@@ -77,23 +76,6 @@ static void taylor_close(void **stepper) {
     *stepper = NULL;
 }
 
-/*
- * The largest magnitude of a coefficient over the arms, infinity where one is not finite. Compared as integers: the
- * order is the same, and what is not finite is largest.
- */
-static double taylor_norm(const struct taylor *taylor, int j) {
-    int64_t most = 0;
-    for (int k = 0; k < taylor->tree->n; k++) {
-        int64_t bits;
-        memcpy(&bits, taylor->jets.rate + pend_jets_place(&taylor->jets, k, j), sizeof bits);
-        bits &= INT64_MAX;
-        if (bits > most) most = bits;
-    }
-    double norm;
-    memcpy(&norm, &most, sizeof norm);
-    return isfinite(norm) ? norm : INFINITY;
-}
-
 /* the arm whose coefficients are not finite, as the caller counts; -1 where all are */
 static int taylor_bad_arm(const struct taylor *taylor) {
     for (int j = 0; j <= taylor->order; j++) {
@@ -111,21 +93,24 @@ static int taylor_bad_arm(const struct taylor *taylor) {
  * finite.
  */
 static double taylor_choose(const struct taylor *taylor) {
-    double leading[TAYLOR_LEADING], reach = INFINITY;
+    enum { HALF = JETS_SIZES / 2, ZERO = -1022, BAD = 1024 };
+    static const double log2_of[HALF] = {0, 1, 1.5849625007211562, 2}; // phi has these coefficients over 1 .. 4
+    double size[JETS_SIZES], reach = INFINITY;
     const double *share = taylor->jets.share, *last = share + taylor->order;
-    for (int i = 0; i < TAYLOR_LEADING; i++) {
-        double norm = taylor_norm(taylor, i);
-        if (norm == INFINITY) return NAN;
-        leading[i] = log2(norm * taylor->jets.share[i]);
+    pend_jets_sizes(&taylor->jets, taylor->order, size);
+    for (int i = 0; i < JETS_SIZES; i++) {
+        if (!(size[i] < BAD)) return NAN;
+        if (i < HALF) size[i] -= log2_of[i];
     }
-    for (int j = taylor->order - TAYLOR_TRAILING + 1; j <= taylor->order; j++) {
-        double norm = taylor_norm(taylor, j);
-        if (norm == INFINITY) return NAN;
-        if (norm == 0) continue;
+    for (int i = 0; i < HALF; i++) {
+        double trailing = size[HALF + i];
+        if (trailing < ZERO) continue;
         // a radius of convergence from a trailing term and a leading one, times what is left of it at the tolerance
-        double trailing = log2(norm), here = taylor->log_atol * last[1] - trailing * share[j];
-        for (int i = 0; i < TAYLOR_LEADING; i++) {
-            here = fmax(here, taylor->log_rtol * last[-i] + (leading[i] - trailing) * share[j - i - 1]);
+        int j = taylor->order - HALF + 1 + i;
+        double here = taylor->log_atol * last[1] - trailing * share[j];
+        for (int l = 0; l < HALF; l++) {
+            if (size[l] < ZERO) continue;
+            here = fmax(here, taylor->log_rtol * last[-l] + (size[l] - trailing) * share[j - l - 1]);
         }
         reach = fmin(reach, here);
     }
@@ -182,15 +167,24 @@ static void taylor_at_end(const struct taylor *taylor, double phi[], double rate
 
 static double *taylor_offset(double *array, size_t base) { return array ? array + base : NULL; }
 
+static void taylor_group(const struct taylor *taylor, const double t[], int count, const struct jets_values *values) {
+    double x[TAYLOR_GROUP];
+    for (int i = 0; i < count; i++) x[i] = (t[i] - taylor->time) / taylor->unit;
+    pend_jets_values(&taylor->jets, taylor->order, x, count, taylor->unit, &taylor->begin, values);
+}
+
 static void taylor_at(void *stepper, const double t[], int count, const struct pend_points *points) {
     const struct taylor *taylor = stepper;
-    for (int i = 0; i < count; i++) {
-        size_t base = (size_t)i * (size_t)taylor->tree->n;
+    size_t n = (size_t)taylor->tree->n;
+    int end_alone = count == 1 && t[0] == taylor->reached && !points->acc && !points->force;
+    for (int i = 0; i < count && !end_alone; i += TAYLOR_GROUP) {
+        size_t base = (size_t)i * n;
         struct jets_values values = {points->phi + base, points->rate + base, taylor_offset(points->acc, base),
                                      taylor_offset(points->force, base)};
-        pend_jets_values(&taylor->jets, taylor->order, (t[i] - taylor->time) / taylor->unit, taylor->unit,
-                         &taylor->begin, &values);
-        if (t[i] == taylor->reached) taylor_at_end(taylor, values.phi, values.rate);
+        taylor_group(taylor, t + i, count - i < TAYLOR_GROUP ? count - i : TAYLOR_GROUP, &values);
+    }
+    for (int i = 0; i < count; i++) {
+        if (t[i] == taylor->reached) taylor_at_end(taylor, points->phi + (size_t)i * n, points->rate + (size_t)i * n);
     }
 }
 

@@ -4,6 +4,9 @@
 #include <limits.h>
 #include <math.h>
 
+#include "core/isa.h"
+#include "core/kernel_turn.h"
+
 struct motion_vector {
     double re, im;
 };
@@ -53,15 +56,44 @@ static void motion_join(const struct pend_tree *tree, int k, struct motion_vecto
     }
 }
 
+/* e^{i phi} of the arms from `from` on, as many as there is room for */
+struct motion_units {
+    pend_turn_fn *turn;
+    int from, end;
+    _Alignas(64) double re[PEND_TURN_CAP], im[PEND_TURN_CAP];
+};
+
+static void motion_units_begin(struct motion_units *units) {
+    units->from = units->end = 0;
+    units->turn = pend_kernel_turn_base;
+#ifdef __x86_64__
+    enum pend_isa isa = pend_isa_best();
+    if (isa == PEND_ISA_AVX2) units->turn = pend_kernel_turn_avx2;
+    if (isa == PEND_ISA_AVX512) units->turn = pend_kernel_turn_avx512;
+#endif
+}
+
+static void motion_units_fill(struct motion_units *units, int n, const double phi[], int k) {
+    int count = n - k < PEND_TURN_CAP ? n - k : PEND_TURN_CAP, near = 1;
+    for (int i = 0; i < count; i++) near &= fabs(phi[k + i]) <= 1e6;
+    if (near) units->turn(phi + k, count, units->re, units->im);
+    // the vectors' range has ended
+    for (int i = 0; i < count && !near; i++) units->re[i] = cos(phi[k + i]), units->im[i] = sin(phi[k + i]);
+    units->from = k;
+    units->end = k + count;
+}
+
+/* l e^{i phi} of arm k, where arms are taken in turn from 0 on */
+static struct motion_vector motion_next(struct motion_units *units, const struct pend_tree *tree, const double phi[],
+                                        int k) {
+    if (k == units->end) motion_units_fill(units, tree->n, phi, k);
+    double len = tree->len[k];
+    return (struct motion_vector){len * units->re[k - units->from], len * units->im[k - units->from]};
+}
+
 /* l e^{i phi} */
 static struct motion_vector motion_arm(const struct pend_tree *tree, const double phi[], int k) {
     return (struct motion_vector){tree->len[k] * cos(phi[k]), tree->len[k] * sin(phi[k])};
-}
-
-/* i phi' l e^{i phi} */
-static struct motion_vector motion_turn(const struct pend_tree *tree, const double phi[], const double rate[], int k) {
-    struct motion_vector arm = motion_arm(tree, phi, k);
-    return (struct motion_vector){-rate[k] * arm.im, rate[k] * arm.re};
 }
 
 /* (i phi'' - phi'^2) l e^{i phi} */
@@ -80,12 +112,19 @@ static void motion_write(const struct pend_tree *tree, int k, struct motion_vect
 }
 
 void pend_motion_position(const struct pend_tree *tree, const double phi[], double re[], double im[]) {
-    for (int k = 0; k < tree->n; k++) motion_write(tree, k, motion_arm(tree, phi, k), re, im);
+    struct motion_units units;
+    motion_units_begin(&units);
+    for (int k = 0; k < tree->n; k++) motion_write(tree, k, motion_next(&units, tree, phi, k), re, im);
 }
 
 void pend_motion_velocity(const struct pend_tree *tree, const double phi[], const double rate[], double re[],
                           double im[]) {
-    for (int k = 0; k < tree->n; k++) motion_write(tree, k, motion_turn(tree, phi, rate, k), re, im);
+    struct motion_units units;
+    motion_units_begin(&units);
+    for (int k = 0; k < tree->n; k++) {
+        struct motion_vector arm = motion_next(&units, tree, phi, k);
+        motion_write(tree, k, (struct motion_vector){-rate[k] * arm.im, rate[k] * arm.re}, re, im);
+    }
 }
 
 void pend_motion_acceleration(const struct pend_tree *tree, const double phi[], const double rate[], const double acc[],
@@ -107,9 +146,12 @@ static void motion_add(struct motion_sum *s, double x) {
 struct pend_energy pend_motion_energy(const struct pend_tree *tree, double gravity, const double phi[],
                                       const double rate[]) {
     struct motion_sum kinetic = {0, 0}, moment = {0, 0};
-    struct motion_stack stack = {.count = 0};
+    struct motion_stack stack;
+    stack.count = 0;
+    struct motion_units units;
+    motion_units_begin(&units);
     for (int k = 0; k < tree->n; k++) {
-        struct motion_vector arm = motion_arm(tree, phi, k), turn = {-rate[k] * arm.im, rate[k] * arm.re};
+        struct motion_vector arm = motion_next(&units, tree, phi, k), turn = {-rate[k] * arm.im, rate[k] * arm.re};
         struct motion_vector v = motion_tip(tree, k, motion_base(tree, k, &stack), turn, &stack);
         motion_add(&kinetic, tree->mass[k] * (v.re * v.re + v.im * v.im));
         // sum m_k Im z_k, arm by arm instead of tip by tip
@@ -131,7 +173,8 @@ static double motion_along(const double phi[], int k, struct motion_vector v) {
 
 void pend_motion_force(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
                        const double acc[], double force[]) {
-    struct motion_stack stack = {.count = 0};
+    struct motion_stack stack;
+    stack.count = 0;
 
     // leaves to root: m_p (z''_p - z'' of the base of arm k), summed over the sub-tree
     for (int k = tree->n - 1; k >= 0; k--) {

@@ -34,7 +34,7 @@ static int scene_open(struct scene *s, int n, const int parent[], double decades
     s->gravity = 9.81;
     s->state = (struct jets_state){s->phi, s->low, s->rate, s->low};
     if (pend_tree_new(&s->tree, n, len, mass, parent, NULL) != PEND_OK) return 0;
-    s->block = aligned_alloc(64, pend_jets_bytes(n, ORDER));
+    s->block = aligned_alloc(64, pend_jets_bytes(s->tree, ORDER));
     s->work = aligned_alloc(64, (pend_dynamics_work_bytes(n) + 63) / 64 * 64);
     if (!s->block || !s->work) return 0;
     pend_jets_init(&s->jets, s->tree, ORDER, s->block);
