@@ -259,6 +259,7 @@ static int extended_seat_serve(struct pend_extended *e, const struct pend_ensemb
                                int *cancelled) {
     struct extended_seat *seat = &e->seat[lane];
     struct pend_outcome outcome = {.time = e->lanes.to.time[lane], .arm = -1, .steps = seat->steps};
+    outcome.first = outcome.lyapunov = outcome.energy_drift = NAN;
     if (!seat->taken) return 0;
     if (seat->state == PEND_EXTENDED_FAILED) {
         outcome.stop = PEND_STOP_FAILED;

@@ -25,8 +25,9 @@ struct symplectic {
     const struct symplectic_kernel *kernel;
     struct symplectic_system system;
     double length, unit; /* s, signed */
-    double time;         /* s, of the first end */
+    double time;         /* s, where the last step began */
     struct symplectic_end end[2];
+    int now; /* which of them the last step ended with; it began with the other */
     struct pend_stepper_counts counts;
 };
 
@@ -90,12 +91,11 @@ static const struct symplectic_kernel *symplectic_kernel(enum pend_isa isa) {
     return &pend_kernel_symplectic_base;
 }
 
-static size_t symplectic_row(int n) { return ((size_t)n + 7) / 8 * 8; }
-
 /* lays the parts out in a block that was set to zero; with base NULL only counts its bytes */
 static size_t symplectic_place(struct symplectic *s, char *base) {
     int n = s->tree->n;
-    size_t used = (sizeof *s + 63) / 64 * 64, row = symplectic_row(n), series = pend_jets_bytes(n, SYMPLECTIC_ORDER);
+    size_t used = (sizeof *s + 63) / 64 * 64, row = pend_jets_stride(n),
+           series = pend_jets_bytes(s->tree, SYMPLECTIC_ORDER);
     for (int i = 0; i < 2; i++) {
         struct symplectic_end *end = &s->end[i];
         double **part[] = {&end->state.phi,   &end->state.phi_low, &end->state.p,
@@ -132,11 +132,11 @@ static enum pend_status symplectic_open(void **stepper, const struct pend_proble
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the stages of %d arms: %zu bytes", tree->n,
                          bytes);
     memset(block, 0, bytes);
-    symplectic_place(&sketch, block);
     struct symplectic *s = (struct symplectic *)(void *)block;
     *s = sketch;
+    symplectic_place(s, block);
     s->kernel->load(&s->system, tree->len, tree->mass);
-    struct symplectic_end *end = &s->end[1];
+    struct symplectic_end *end = &s->end[s->now];
     memcpy(end->state.phi, problem->phi, (size_t)tree->n * sizeof(double));
     memcpy(end->rate, problem->rate, (size_t)tree->n * sizeof(double));
     s->kernel->momenta(&s->system, problem->phi, problem->rate, end->state.p);
@@ -148,14 +148,13 @@ static enum pend_status symplectic_open(void **stepper, const struct pend_proble
 
 static enum pend_status symplectic_step(void *stepper, double limit, double *reached, struct pend_error *error) {
     struct symplectic *s = stepper;
-    struct symplectic_end swap = s->end[0];
     (void)limit; /* the step is fixed, and may pass the last instant */
-    s->end[0] = s->end[1];
-    s->end[1] = swap;
-    s->end[1].known = 0;
+    struct symplectic_end *begin = &s->end[s->now], *end = &s->end[!s->now];
+    s->now = !s->now;
+    end->known = 0;
     s->time = (double)s->counts.steps * s->length;
     long before = s->system.iterations;
-    int good = s->kernel->step(&s->system, &s->end[0].state, &s->end[1].state);
+    int good = s->kernel->step(&s->system, &begin->state, &end->state);
     s->counts.evaluations += GAUSS_STAGES * (s->system.iterations - before);
     if (!good)
         return pend_fail(error, PEND_STEP_TOO_SMALL, -1, s->time,
@@ -165,7 +164,7 @@ static enum pend_status symplectic_step(void *stepper, double limit, double *rea
     *reached = (double)s->counts.steps * s->length;
     if (*reached == s->time)
         return pend_fail(error, PEND_STEP_TOO_SMALL, -1, s->time, "the step is too small to move the time on");
-    s->kernel->rates(&s->system, &s->end[1].state, s->end[1].rate);
+    s->kernel->rates(&s->system, &end->state, end->rate);
     return PEND_OK;
 }
 
@@ -173,18 +172,19 @@ static enum pend_status symplectic_step(void *stepper, double limit, double *rea
 static void symplectic_inside(struct symplectic *s, double t, double phi[], double rate[]) {
     double end_time = (double)s->counts.steps * s->length;
     int late = fabs(end_time - t) < fabs(t - s->time);
-    struct symplectic_end *end = &s->end[late];
+    struct symplectic_end *end = &s->end[late ? s->now : !s->now];
     struct jets_state state = {end->state.phi, end->state.phi_low, end->rate, end->zero};
     struct jets_values values = {.phi = phi, .rate = rate};
     if (!end->known) pend_jets_expand(&end->jets, s->system.gravity, s->unit, &state, SYMPLECTIC_ORDER);
     s->counts.evaluations += end->known ? 0 : SYMPLECTIC_ORDER;
     end->known = 1;
-    pend_jets_values(&end->jets, SYMPLECTIC_ORDER, (t - (late ? end_time : s->time)) / s->unit, s->unit, &state,
-                     &values);
+    double x = (t - (late ? end_time : s->time)) / s->unit;
+    pend_jets_values(&end->jets, SYMPLECTIC_ORDER, &x, 1, s->unit, &state, &values);
 }
 
 static void symplectic_at(void *stepper, const double t[], int count, const struct pend_points *points) {
     struct symplectic *s = stepper;
+    const struct symplectic_end *end = &s->end[s->now];
     size_t n = (size_t)s->tree->n;
     double end_time = (double)s->counts.steps * s->length;
     for (int i = 0; i < count; i++) {
@@ -193,8 +193,8 @@ static void symplectic_at(void *stepper, const double t[], int count, const stru
             symplectic_inside(s, t[i], phi, rate);
             continue;
         }
-        memcpy(phi, s->end[1].state.phi, n * sizeof(double));
-        memcpy(rate, s->end[1].rate, n * sizeof(double));
+        memcpy(phi, end->state.phi, n * sizeof(double));
+        memcpy(rate, end->rate, n * sizeof(double));
     }
 }
 
