@@ -16,7 +16,7 @@ ifeq ($(origin CXX),default)
 CXX := g++
 endif
 WERROR ?= -Werror
-PKG := libmicrohttpd libcjson gsl
+PKG := libmicrohttpd libcjson gsl nettle libdeflate libpng
 WARN := -Wall -Wextra -Wshadow -Wpointer-arith -Wvla -Wformat=2 $(WERROR)
 # gcc's warning of unset variables is often mistaken about instrumented code; valgrind looks for these
 SANITIZED := $(if $(findstring clang,$(CC)),,-Wno-maybe-uninitialized)
@@ -46,7 +46,7 @@ KERNELS := $(wildcard core/kernel_*.c)
 
 objects = $(patsubst %,$(B)/%.o,$(basename $(filter-out $(KERNELS),$(wildcard $(1)/*.c $(1)/*.cpp))))
 CORE := $(call objects,core) $(foreach isa,$(ISAS),$(KERNELS:%.c=$(B)/%.$(isa).o))
-API := $(call objects,api) $(B)/api/openapi_json.o
+API := $(call objects,api) $(B)/api/openapi_json.o $(B)/api/engine.o
 SERVER := $(filter-out $(B)/server/main.o,$(call objects,server))
 HARNESS := $(call objects,tests/harness)
 
@@ -92,7 +92,7 @@ install: build ## into DESTDIR PREFIX (/usr/local): server, library with headers
 	install -m 644 $(PUBLIC:%=core/%.h) $(DESTDIR)$(PREFIX)/include/pendulum/core
 	sed 's|@PREFIX@|$(PREFIX)|' docker/pendulumd.service > $(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service
 PREFIX ?= /usr/local
-PUBLIC := status tree dynamics motion reference shapes modes method run isa ensemble
+PUBLIC := status tree dynamics motion reference shapes modes method run isa member ensemble
 
 uninstall: ## takes away what install put there
 	rm -rf $(addprefix $(DESTDIR)$(PREFIX)/,bin/pendulumd lib/libpendulum.a include/pendulum lib/systemd/system/pendulumd.service)
@@ -106,6 +106,9 @@ test-core: ## one room; also test-laws, test-api, test-server, test-wire, test-f
 test-%: $(B)/tests/%/run
 	$< $(T)
 test-wire: $(B)/pendulumd
+
+test-number-long: $(B)/tests/api/run ## 1e8 random doubles written and read back, 2e6 rounded as printf does: a minute
+	PEND_NUMBERS=100000000 $< number_
 
 asan: ## all test programs and the server under the address and undefined sanitizers
 	@$(CHECK) ONLY='build-asan asan-%'; $(COUNT)
@@ -175,6 +178,15 @@ $(B)/api/openapi_json.c: api/openapi.yaml api/openapi_embed.py
 	$(Q)/usr/bin/python3 api/openapi_embed.py $< > $@.new && mv $@.new $@
 
 $(B)/api/openapi_json.o: $(B)/api/openapi_json.c $(B)/flags
+	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@
+
+# the digest of all sources that decide an answer's bytes
+ENGINE := $(sort $(filter-out api/openapi%,$(wildcard core/*.[ch] api/*.[ch] api/*.cpp)))
+$(B)/api/engine.c: $(ENGINE) $(B)/parts
+	@mkdir -p $(@D)
+	$(Q)cat $(ENGINE) | sha256sum | sed -E 's/^([0-9a-f]+).*/#include "api\/engine.h"\nconst char api_engine[] = "\1";/' > $@
+
+$(B)/api/engine.o: $(B)/api/engine.c $(B)/flags
 	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@
 
 $(B)/libpendulum.a: $(CORE) $(B)/parts

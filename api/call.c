@@ -1,13 +1,17 @@
 #include "api/call.h"
 
+#include <assert.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/digest.h"
 #include "api/encode.h"
+#include "api/engine.h"
 #include "api/field.h"
 #include "api/negotiate.h"
 
-enum stage { STAGE_NEW, STAGE_READY, STAGE_RUNNING, STAGE_DONE };
+enum stage { STAGE_NEW, STAGE_READY, STAGE_RUNNING, STAGE_DONE, STAGE_BROKEN };
 
 struct api_call {
     const struct api_limits *limits;
@@ -21,7 +25,12 @@ struct api_call {
     double seconds; /* of the turns so far */
     long steps;
     size_t before; /* bytes of the caller's buffer before the answer began */
+    int promised;  /* the answer's head is out of our hands */
+    double cost;   /* s, as estimated */
     struct api_answer answer;
+    char digest[API_DIGEST_BYTES];
+    char columns[API_COLUMNS_TEXT];
+    char file_name[40];
 };
 
 enum pend_status api_call_new(struct api_call **call, const struct api_limits *limits) {
@@ -52,9 +61,23 @@ void api_call_clock(struct api_call *call, double (*now)(void *context), void *c
     call->context = context;
 }
 
+/* ends the call after its answer was promised: only some representations can still say why */
+static enum api_progress call_break(struct api_call *call, struct api_buffer *out) {
+    size_t before = out->bytes;
+    call_end_op(call);
+    call->stage = STAGE_BROKEN;
+    if (!call->format->problem_line) return API_BROKEN;
+    enum pend_status status = api_buffer_text(out, "{\"problem\":");
+    if (status == PEND_OK) status = api_problem_write(&call->problem, out);
+    if (status == PEND_OK) status = api_buffer_text(out, "}\n");
+    if (status != PEND_OK) out->bytes = before;
+    return API_BROKEN;
+}
+
 /* ends the call with its problem in place of what was written. Where there is no room for that a shorter one is tried,
  * and then nothing: the status says enough. */
 static enum api_progress call_refuse(struct api_call *call, struct api_buffer *out) {
+    if (call->promised) return call_break(call, out);
     call_end_op(call);
     out->bytes = call->before;
     if (api_problem_write(&call->problem, out) != PEND_OK) {
@@ -63,7 +86,9 @@ static enum api_progress call_refuse(struct api_call *call, struct api_buffer *o
         api_problem_set(&call->problem, status, "there was no memory to say more");
         if (api_problem_write(&call->problem, out) != PEND_OK) out->bytes = call->before;
     }
-    call->answer = (struct api_answer){call->problem.status, "application/problem+json"};
+    call->answer =
+        (struct api_answer){.status = call->problem.status, .media_type = "application/problem+json", .length = -1};
+    call->cost = 0;
     call->stage = STAGE_DONE;
     return API_DONE;
 }
@@ -97,6 +122,32 @@ static void call_check_envelope(struct api_call *call, const struct api_request 
                         request->body_bytes, call->limits->body_bytes);
 }
 
+/* what tells the request from others */
+static void call_digest(struct api_call *call, const struct api_request *request, const struct api_value *root) {
+    const char *argument = request->argument ? request->argument : "";
+    const char *const parts[] = {call->op->name, argument, call->format->media_type, api_engine, NULL};
+    api_digest(call->digest, parts, root);
+}
+
+/* the head of the answer, from what was read of the request */
+static void call_foresee(struct api_call *call) {
+    const struct api_op *op = call->op;
+    const struct api_format *format = call->format;
+    const struct api_table *table = op->table ? op->table(call->state) : NULL;
+    call->answer =
+        (struct api_answer){.status = 200, .media_type = format->content_type, .etag = call->digest, .length = -1};
+    if (op->cost) call->cost = op->cost(call->state);
+    if (!table) return;
+    if (format->exact) call->answer.length = (long long)format->bytes(table);
+    if (format->bare) {
+        api_table_columns(table, call->columns);
+        call->answer.columns = call->columns;
+    }
+    if (!format->extension) return;
+    snprintf(call->file_name, sizeof call->file_name, "%s.%s", op->name, format->extension);
+    call->answer.file_name = call->file_name;
+}
+
 /* reads the body and hands it to the operation */
 static enum pend_status call_read(struct api_call *call, const struct api_request *request) {
     struct api_problem *problem = &call->problem;
@@ -115,6 +166,7 @@ static enum pend_status call_read(struct api_call *call, const struct api_reques
         if (!api_field_object(&root, problem)) goto out;
     }
     status = call->op->read(&call->state, &reading);
+    if (status == PEND_OK) call_digest(call, request, reading.root);
 out:
     api_json_free(&document);
     return status;
@@ -127,15 +179,18 @@ enum api_progress api_call_open(struct api_call *call, const struct api_request 
     if (call->problem.status) return call_refuse(call, out);
     enum pend_status status = call_read(call, request);
     if (status != PEND_OK) return call_fail(call, status, NULL, out);
+    call_foresee(call);
     call->stage = STAGE_READY;
     return API_MORE;
 }
 
 enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
-    struct api_turn turn = {.out = out, .now = call->now, .context = call->context, .earlier = call->seconds};
+    struct api_turn turn = {
+        .out = out, .now = call->now, .context = call->context, .earlier = call->seconds, .before = out->bytes};
     struct pend_error error = {.text = ""};
     int done = 0;
     if (call->stage == STAGE_DONE) return API_DONE;
+    if (call->stage == STAGE_BROKEN) return API_BROKEN;
     if (call->stage == STAGE_READY) call->before = out->bytes;
     call->stage = STAGE_RUNNING;
     if (turn.now) turn.begun = turn.now(turn.context);
@@ -144,17 +199,30 @@ enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
     if (status != PEND_OK) return call_fail(call, status, &error, out);
     if (!done) return API_MORE;
     call_end_op(call);
-    call->answer = (struct api_answer){200, call->format->content_type};
     call->stage = STAGE_DONE;
     return API_DONE;
 }
 
-void api_call_stop(struct api_call *call, int status, const char *detail, struct api_buffer *out) {
-    if (call->stage == STAGE_DONE) return;
+int api_call_streams(const struct api_call *call) {
+    return (call->stage == STAGE_READY || call->stage == STAGE_RUNNING) && call->op->samples;
+}
+
+void api_call_promise(struct api_call *call) {
+    assert(api_call_streams(call));
+    call->promised = 1;
+}
+
+const char *api_call_etag(const struct api_call *call) { return call->answer.etag; }
+
+double api_call_cost(const struct api_call *call) { return call->cost; }
+
+enum api_progress api_call_stop(struct api_call *call, int status, const char *detail, struct api_buffer *out) {
+    if (call->stage == STAGE_DONE) return API_DONE;
+    if (call->stage == STAGE_BROKEN) return API_BROKEN;
     if (call->stage == STAGE_NEW) call->before = out->bytes;
     api_problem_clear(&call->problem);
     api_problem_set(&call->problem, status, "%s", detail);
-    (void)call_refuse(call, out);
+    return call_refuse(call, out);
 }
 
 struct api_answer api_call_answer(const struct api_call *call) {

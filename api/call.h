@@ -19,15 +19,21 @@ struct api_request {
     size_t body_bytes;
 };
 
-/* What is known of an answer before its first byte is sent. */
+/* What is known of an answer before its first byte is sent; the texts live as long as the call. */
 struct api_answer {
     int status;             /* HTTP status */
     const char *media_type; /* a static string */
+    const char *columns;   /* of X-Columns, "t,phi[4],phid[4]", or NULL: the representation does not tell them itself */
+    const char *file_name; /* under which a browser would save it, or NULL: to be looked at */
+    const char *etag;      /* as api_call_etag; NULL for a problem */
+    long long length;      /* bytes of the whole answer where that is known, else -1 */
 };
 
 enum api_progress {
-    API_MORE, /* call again; bytes may have been appended */
-    API_DONE  /* the answer is complete: an answer of the operation, or a problem */
+    API_MORE,  /* call again; bytes may have been appended */
+    API_DONE,  /* the answer is complete: an answer of the operation, or a problem */
+    API_BROKEN /* it failed after api_call_promise: what is in out may be sent, then the client is to see a message that
+                  is not complete */
 };
 
 struct api_call;
@@ -49,7 +55,8 @@ void api_call_free(struct api_call **call);
  * now  seconds since any fixed instant, monotonic; called a few times a run on the thread that runs the call.
  *
  * With a clock a run comes back after about 5 ms and the answer's stats say compute_seconds; without one a run comes
- * back after a fixed amount of work and compute_seconds is left out.
+ * back after a fixed amount of work and compute_seconds is left out. Either way it comes back once it has appended
+ * about 256 KiB: with one block of samples more at most.
  */
 void api_call_clock(struct api_call *call, double (*now)(void *context), void *context);
 
@@ -65,20 +72,55 @@ PEND_MUST_CHECK enum api_progress api_call_open(struct api_call *call, const str
                                                 struct api_buffer *out);
 
 /**
- * Computes on and appends to the answer, for about 5 ms at a time, so that the caller can look after its clock and its
- * client.
+ * What tells a request from every other, as 64 hexadecimal digits: a SHA-256 of the operation, what it was asked in a
+ * canonical form (the order of keys, blanks and the spelling of numbers do not matter), the representation, and the
+ * engine. NULL for a request that was refused. Equal digests: the same answer but for compute_seconds.
  *
- * On failure in mid-way the bytes written so far are taken back where nothing was promised to the client yet
- * (out->bytes returns to what it was before the first run), the answer becomes a problem, and API_DONE is returned.
+ * Valid once api_call_open came back; lives as long as the call.
+ */
+const char *api_call_etag(const struct api_call *call);
+
+/**
+ * An estimate of the computation, s, from the request alone: within a factor of three or so for most, on the machine
+ * that it was adjusted on. 0 for a request that was refused.
+ */
+double api_call_cost(const struct api_call *call);
+
+/**
+ * True when the answer may be sent in pieces while it is computed; valid once api_call_open came back.
+ */
+int api_call_streams(const struct api_call *call);
+
+/**
+ * Takes the answer of api_call_answer for promised: its head is on its way to the client. From now on the caller may
+ * take bytes out of `out` between two runs, and a failure breaks the answer instead of replacing it.
+ *
+ * To be called between api_call_open and API_DONE, where api_call_streams says so; once is enough.
+ */
+void api_call_promise(struct api_call *call);
+
+/**
+ * Computes on and appends to the answer, for about 5 ms or 256 KiB at a time, so that the caller can look after its
+ * clock and its client.
+ *
+ * API_DONE    also after a failure where nothing was promised: the bytes written so far are taken back (out->bytes
+ *             returns to what it was before the first run) and the answer becomes a problem.
+ * API_BROKEN  a failure after api_call_promise. What was appended stays; application/x-ndjson gets a last line
+ *             {"problem": {...}}.
  */
 PEND_MUST_CHECK enum api_progress api_call_run(struct api_call *call, struct api_buffer *out);
 
 /**
- * Ends a call early: what is in out is replaced by a problem of that status (a deadline, a cancellation).
+ * Ends a call early, as a failure in api_call_run would: by a problem of that status (a deadline, a cancellation).
+ *
+ * Returns API_DONE or API_BROKEN.
  */
-void api_call_stop(struct api_call *call, int status, const char *detail, struct api_buffer *out);
+enum api_progress api_call_stop(struct api_call *call, int status, const char *detail, struct api_buffer *out);
 
-/** The status line and media type of the answer; valid once API_DONE was returned. */
+/**
+ * The head of the answer. After api_call_open returned API_MORE: what it will be if nothing fails; after API_DONE:
+ * what it is.
+ */
 struct api_answer api_call_answer(const struct api_call *call);
 
 /** Computation steps so far, for the log: integration steps of a trajectory, 0 for others. */

@@ -1,5 +1,6 @@
 #include "api/encode.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -12,12 +13,22 @@ void api_table_add(struct api_table *table, const char *name, const char *part, 
     table->column[table->count++] = (struct api_column){name, part, width};
 }
 
-static long column_numbers(const struct api_column *column) { return column->width ? column->width : 1; }
-
 double api_table_numbers(const struct api_table *table, int first) {
     double numbers = 0;
-    for (int c = first; c < table->count; c++) numbers += (double)column_numbers(&table->column[c]);
+    for (int c = first; c < table->count; c++) numbers += (double)api_column_numbers(&table->column[c]);
     return numbers;
+}
+
+void api_table_columns(const struct api_table *table, char text[API_COLUMNS_TEXT]) {
+    size_t used = 0;
+    text[0] = 0;
+    for (int c = 0; c < table->count && used < API_COLUMNS_TEXT; c++) {
+        const struct api_column *column = &table->column[c];
+        used += (size_t)snprintf(text + used, API_COLUMNS_TEXT - used, "%s%s%s%s", c ? "," : "", column->name,
+                                 column->part ? "_" : "", column->part ? column->part : "");
+        if (column->width && used < API_COLUMNS_TEXT)
+            used += (size_t)snprintf(text + used, API_COLUMNS_TEXT - used, "[%d]", column->width);
+    }
 }
 
 void api_stats_text(struct api_stats *stats, const char *name, const char *text) {
@@ -32,19 +43,34 @@ void api_stats_number(struct api_stats *stats, const char *name, double value) {
     stats->stat[stats->count++] = (struct api_stat){.name = name, .kind = API_STAT_NUMBER, .number = value};
 }
 
+/* room for all rows of all columns, in one block that begins with column 0; pages that stay empty cost nothing */
+static enum pend_status writer_keep(struct api_writer *writer) {
+    const struct api_table *table = &writer->table;
+    double numbers = (double)table->rows * api_table_numbers(table, 0);
+    if (numbers > (double)(SIZE_MAX / 2) / sizeof(double)) return PEND_NO_MEMORY;
+    double *at = malloc((size_t)numbers * sizeof *at + 1);
+    if (!at) return PEND_NO_MEMORY;
+    for (int c = 0; c < table->count; c++) {
+        writer->column[c] = at;
+        at += table->rows * api_column_numbers(&table->column[c]);
+    }
+    return PEND_OK;
+}
+
 enum pend_status api_writer_new(struct api_writer **writer, const struct api_format *format,
                                 const struct api_table *table, struct api_buffer *out) {
     *writer = calloc(1, format->writer_bytes);
     if (!*writer) return PEND_NO_MEMORY;
     (*writer)->format = format;
     (*writer)->table = *table;
-    enum pend_status status = format->begin(*writer, out);
+    enum pend_status status = format->block ? PEND_OK : writer_keep(*writer);
+    if (status == PEND_OK && format->begin) status = format->begin(*writer, out);
     if (status != PEND_OK) api_writer_free(writer);
     return status;
 }
 
 void api_writer_free(struct api_writer **writer) {
-    if (*writer && (*writer)->format->clear) (*writer)->format->clear(*writer);
+    if (*writer) free((*writer)->column[0]);
     free(*writer);
     *writer = NULL;
 }
@@ -66,7 +92,7 @@ static int all_finite(long count, const double value[]) {
 static enum pend_status column_fails(const struct api_writer *writer, int c, long count, const double *const data[],
                                      struct pend_error *error) {
     const struct api_column *column = &writer->table.column[c];
-    long i = 0, width = column_numbers(column);
+    long i = 0, width = api_column_numbers(column);
     while (i < count && isfinite(data[c][i])) i++;
     int timed = !strcmp(writer->table.column[0].name, "t"), arm = column->width ? (int)(i % width) : -1;
     double time = timed ? data[0][i / width] : 0;
@@ -78,21 +104,49 @@ static enum pend_status column_fails(const struct api_writer *writer, int c, lon
                      column->name, column->part ? " " : "", column->part ? column->part : "", where, when);
 }
 
+static void writer_take(struct api_writer *writer, long rows, const double *const data[]) {
+    for (int c = 0; c < writer->table.count; c++) {
+        size_t width = (size_t)api_column_numbers(&writer->table.column[c]), count = (size_t)rows * width;
+        if (count) memcpy(writer->column[c] + (size_t)writer->rows * width, data[c], count * sizeof(double));
+    }
+}
+
 enum pend_status api_writer_block(struct api_writer *writer, long rows, const double *const data[],
                                   struct api_buffer *out, struct pend_error *error) {
     for (int c = 0; c < writer->table.count; c++) {
-        long count = rows * column_numbers(&writer->table.column[c]);
+        long count = rows * api_column_numbers(&writer->table.column[c]);
         if (!all_finite(count, data[c])) return column_fails(writer, c, count, data, error);
     }
+    assert(writer->rows + rows <= writer->table.rows);
+    if (writer->format->block)
+        PEND_TRY(writer->format->block(writer, rows, data, out));
+    else
+        writer_take(writer, rows, data);
     writer->rows += rows;
-    return writer->format->block(writer, rows, data, out);
+    return PEND_OK;
 }
 
-enum pend_status api_writer_end(struct api_writer *writer, const struct api_stats *stats, struct api_buffer *out) {
-    return writer->format->end(writer, stats, out);
+enum pend_status api_writer_finish(struct api_writer *writer, const struct api_stats *stats, struct api_buffer *out,
+                                   int *done) {
+    writer->stats = stats;
+    if (writer->format->finish) return writer->format->finish(writer, out, done);
+    *done = 1;
+    return PEND_OK;
 }
 
-static const struct api_format *const formats[] = {&api_format_json, &api_format_csv};
+static const struct api_format *const formats[] = {&api_format_json,   &api_format_ndjson, &api_format_csv,
+                                                   &api_format_octets, &api_format_npz,    &api_format_mat,
+                                                   &api_format_png};
+
+void api_format_list(char text[API_FORMATS_TEXT], int samples, int flows) {
+    size_t used = 0;
+    text[0] = 0;
+    for (size_t i = 0; i < sizeof formats / sizeof *formats && used < API_FORMATS_TEXT; i++) {
+        if (formats[i]->samples_only > samples || (flows && !formats[i]->block)) continue;
+        used +=
+            (size_t)snprintf(text + used, API_FORMATS_TEXT - used, "%s%s", used ? ", " : "", formats[i]->media_type);
+    }
+}
 
 const struct api_format *api_format_at(int i) {
     return i >= 0 && i < (int)(sizeof formats / sizeof *formats) ? formats[i] : NULL;

@@ -5,9 +5,11 @@
 
 #include "api/json_out.h"
 
+enum { CSV_NAME_BYTES = 40 }; /* of a field of the header */
+
 static double csv_bytes(const struct api_table *table) {
     double numbers = api_table_numbers(table, 0);
-    return (double)table->rows * numbers * api_out_number_bytes(table->digits) + numbers * API_OUT_NUMBER_BYTES + 64;
+    return (double)table->rows * numbers * api_out_number_bytes(table->digits) + numbers * CSV_NAME_BYTES;
 }
 
 /* one field of the header: name, name_part, name_arm or name_part_arm, and the comma */
@@ -28,40 +30,55 @@ static enum pend_status csv_begin(struct api_writer *writer, struct api_buffer *
     return PEND_OK;
 }
 
-static enum pend_status csv_block(struct api_writer *writer, long rows, const double *const data[],
-                                  struct api_buffer *out) {
-    const struct api_table *table = &writer->table;
-    size_t row_bytes = (size_t)api_table_numbers(table, 0) * API_OUT_NUMBER_BYTES + API_NUMBER_BYTES;
-    for (long i = 0; i < rows; i++) {
-        PEND_TRY(api_buffer_room(out, row_bytes));
-        char *at = out->data + out->bytes;
+/* some rows, put together from the columns; they are few enough for `row` */
+static char *csv_rows(char *at, const struct api_table *table, long rows, long from, const double *const data[],
+                      double row[]) {
+    long numbers = 0;
+    for (long i = from; i < from + rows; i++)
         for (int c = 0; c < table->count; c++) {
-            long width = table->column[c].width ? table->column[c].width : 1;
-            const double *value = data[c] + i * width;
-            for (long k = 0; k < width; k++) {
-                at = api_out_digits(at, value[k], table->digits);
-                *at++ = ',';
-            }
+            long width = api_column_numbers(&table->column[c]);
+            for (long k = 0; k < width; k++) row[numbers++] = data[c][i * width + k];
         }
-        at[-1] = '\n';
-        out->bytes = (size_t)(at - out->data);
-    }
-    return PEND_OK;
+    const struct api_number_rows lines = {rows, numbers / rows, row, table->digits, 0, "\n", 1};
+    return api_number_write_rows(at, &lines);
 }
 
-static enum pend_status csv_end(struct api_writer *writer, const struct api_stats *stats, struct api_buffer *out) {
-    (void)writer, (void)stats, (void)out;
+/* a row too long for that, column by column */
+static char *csv_long_row(char *at, const struct api_table *table, long i, const double *const data[]) {
+    for (int c = 0; c < table->count; c++) {
+        long width = api_column_numbers(&table->column[c]);
+        const struct api_number_rows part = {1, width, data[c] + i * width, table->digits, 0, ",", 1};
+        at = api_number_write_rows(at, &part);
+    }
+    at[-1] = '\n';
+    return at;
+}
+
+static enum pend_status csv_block(struct api_writer *writer, long rows, const double *const data[],
+                                  struct api_buffer *out) {
+    enum { TOGETHER = 512 };
+    const struct api_table *table = &writer->table;
+    double row[TOGETHER];
+    long numbers = (long)api_table_numbers(table, 0), most = numbers < TOGETHER ? TOGETHER / numbers : 1;
+    size_t row_bytes = (size_t)numbers * API_OUT_NUMBER_BYTES;
+    for (long i = 0, some; i < rows; i += some) {
+        some = rows - i < most ? rows - i : most;
+        PEND_TRY(api_buffer_room(out, (size_t)some * row_bytes + API_NUMBER_ROWS_BYTES));
+        char *at = out->data + out->bytes;
+        at = numbers > TOGETHER ? csv_long_row(at, table, i, data) : csv_rows(at, table, some, i, data, row);
+        out->bytes = (size_t)(at - out->data);
+    }
     return PEND_OK;
 }
 
 const struct api_format api_format_csv = {
     .media_type = "text/csv",
     .content_type = "text/csv; charset=utf-8; header=present",
+    .extension = "csv",
     .samples_only = 1,
     .digits = 1,
     .writer_bytes = sizeof(struct api_writer),
     .bytes = csv_bytes,
     .begin = csv_begin,
     .block = csv_block,
-    .end = csv_end,
 };

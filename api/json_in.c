@@ -69,6 +69,9 @@ struct api_value api_json_root(const struct api_json *document) {
     return (struct api_value){.document = document, .node = document->root};
 }
 
+/* what cJSON says that a node is; its own questions are calls of functions, one for each type */
+static int node_type(const cJSON *node) { return node->type & 0xff; }
+
 /* the table entry of an array of numbers, or NULL */
 static const struct api_scan_array *value_array(const struct api_value *value);
 
@@ -79,7 +82,7 @@ static int value_is_double(const struct api_value *value) {
 
 static const struct api_scan_array *value_array(const struct api_value *value) {
     const cJSON *node = value->node;
-    if (!node || value_is_double(value) || !cJSON_IsNumber(node) || !(node->valuedouble < 0)) return NULL;
+    if (!node || value_is_double(value) || node_type(node) != cJSON_Number || !(node->valuedouble < 0)) return NULL;
     return &value->document->arrays[(size_t)(-node->valuedouble - 1)];
 }
 
@@ -87,11 +90,21 @@ enum api_kind api_value_kind(const struct api_value *value) {
     const cJSON *node = value->node;
     if (!node) return API_MISSING;
     if (value_is_double(value)) return API_NUMBER;
-    if (cJSON_IsNumber(node)) return node->valuedouble < 0 ? API_ARRAY : API_NUMBER;
-    if (cJSON_IsString(node)) return API_STRING;
-    if (cJSON_IsObject(node)) return API_OBJECT;
-    if (cJSON_IsArray(node)) return API_ARRAY;
-    return cJSON_IsBool(node) ? API_BOOL : API_NULL;
+    switch (node_type(node)) {
+    case cJSON_Number:
+        return node->valuedouble < 0 ? API_ARRAY : API_NUMBER;
+    case cJSON_String:
+        return API_STRING;
+    case cJSON_Object:
+        return API_OBJECT;
+    case cJSON_Array:
+        return API_ARRAY;
+    case cJSON_True:
+    case cJSON_False:
+        return API_BOOL;
+    default:
+        return API_NULL;
+    }
 }
 
 static struct api_value value_child(const struct api_value *parent, const void *node, const char *key, int index) {
@@ -121,10 +134,22 @@ struct api_value api_value_item(const struct api_value *array, int i) {
     return value_child(array, node, NULL, i);
 }
 
+/* an item or a member that cJSON holds, or the end of them */
+static struct api_value value_listed(const struct api_value *parent, const cJSON *node, int index) {
+    int member = node && node_type(parent->node) == cJSON_Object;
+    return value_child(parent, node, member ? node->string : NULL, index);
+}
+
+struct api_value api_value_first(const struct api_value *value) {
+    if (value_array(value)) return api_value_item(value, 0);
+    int holds = api_value_kind(value) == API_ARRAY || api_value_kind(value) == API_OBJECT;
+    return value_listed(value, holds ? ((const cJSON *)value->node)->child : NULL, 0);
+}
+
 struct api_value api_value_next(const struct api_value *item) {
     if (!item->node) return *item;
     if (value_is_double(item)) return api_value_item(item->parent, item->index + 1);
-    return value_child(item->parent, ((const cJSON *)item->node)->next, NULL, item->index + 1);
+    return value_listed(item->parent, ((const cJSON *)item->node)->next, item->index + 1);
 }
 
 const double *api_value_numbers(const struct api_value *array, int *count) {
@@ -280,9 +305,9 @@ static void value_fault_unknown(const struct api_value *member, const char *cons
 int api_value_only(const struct api_value *object, const char *const allowed[], struct api_problem *problem) {
     int faults = 0;
     if (api_value_kind(object) != API_OBJECT) return 0;
-    for (const cJSON *node = ((const cJSON *)object->node)->child; node; node = node->next) {
-        if (name_allowed(node->string, allowed)) continue;
-        struct api_value member = value_child(object, node, node->string, 0);
+    struct api_value member = api_value_first(object);
+    for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member)) {
+        if (name_allowed(member.key, allowed)) continue;
         value_fault_unknown(&member, allowed, problem);
         faults++;
     }

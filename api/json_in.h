@@ -29,7 +29,8 @@ struct api_value {
  * depth_cap  deepest nesting accepted.
  * problem    400 with line, column and byte where it is no JSON (RFC 8259: grammar, UTF-8, escapes, no BOM, nothing
  *            behind it, one key once an object, no number beyond the range of a double, no NUL in a string); 422 where
- *            it is too deep or an object has more than 256 members.
+ *            it is too deep, an object has more than 256 members, or the document more than 300000 values that are not
+ *            in an array of numbers.
  *
  * PEND_INVALID   problem says why.
  * PEND_NO_MEMORY
@@ -54,7 +55,10 @@ int api_value_count(const struct api_value *value);
 /** Item i of an array, 0 <= i < count. O(1) for arrays of numbers, else O(i): walk with api_value_next. */
 struct api_value api_value_item(const struct api_value *array, int i);
 
-/** The item after `item` in its array; missing after the last. */
+/** The first item of an array or member of an object; missing where there is none. */
+struct api_value api_value_first(const struct api_value *value);
+
+/** The item after `item` in its array, or the member after it in its object; missing after the last. */
 struct api_value api_value_next(const struct api_value *item);
 
 /** The doubles of an array whose items are all numbers (an empty array included); NULL for anything else. */

@@ -107,6 +107,21 @@ static enum pend_status scan_charge(struct api_scan *s, size_t cost) {
     return scan_fail(s, 422, s->at, "too many tiny values for so short a text");
 }
 
+/* a value that becomes a node of the parser's tree: these take time, of the parser and of whoever walks the tree */
+static enum pend_status scan_charge_node(struct api_scan *s) {
+    if (++s->nodes > API_SCAN_VALUES)
+        return scan_fail(s, 422, s->at, "more than %d values, not counting those in arrays of numbers",
+                         API_SCAN_VALUES);
+    return scan_charge(s, COST_NODE);
+}
+
+/* appends a whole number to the rest */
+static enum pend_status scan_emit_whole(struct api_scan *s, long long k) {
+    PEND_TRY(api_buffer_room(&s->rest, API_NUMBER_BYTES));
+    s->rest.bytes = (size_t)(api_number_write_int(s->rest.data + s->rest.bytes, k) - s->rest.data);
+    return PEND_OK;
+}
+
 static enum pend_status scan_push_number(struct api_scan *s, double x) {
     void *numbers = s->numbers;
     PEND_TRY(scan_grow(&numbers, &s->number_cap, s->number_count, sizeof x));
@@ -118,8 +133,8 @@ static enum pend_status scan_push_number(struct api_scan *s, double x) {
 /* the rest: what goes to the parser */
 
 static enum pend_status scan_emit_number(struct api_scan *s, size_t k) {
-    PEND_TRY(scan_charge(s, COST_NODE));
-    return api_buffer_format(&s->rest, "%zu", k);
+    PEND_TRY(scan_charge_node(s));
+    return scan_emit_whole(s, (long long)k);
 }
 
 /* an array that held only numbers meets something else: its numbers become items of the rest */
@@ -127,7 +142,7 @@ static enum pend_status scan_spoil(struct api_scan *s) {
     if (!s->depth || !s->frames[s->depth - 1].pure) return PEND_OK;
     struct api_scan_frame *frame = &s->frames[s->depth - 1];
     frame->pure = 0;
-    PEND_TRY(scan_charge(s, COST_NODE));
+    PEND_TRY(scan_charge_node(s));
     PEND_TRY(api_buffer_text(&s->rest, "["));
     for (size_t k = frame->first; k < s->number_count; k++) {
         PEND_TRY(scan_emit_number(s, k));
@@ -141,8 +156,9 @@ static enum pend_status scan_emit_array(struct api_scan *s, size_t first) {
     PEND_TRY(scan_grow(&arrays, &s->array_cap, s->array_count, sizeof *s->arrays));
     s->arrays = arrays;
     s->arrays[s->array_count] = (struct api_scan_array){first, (int)(s->number_count - first)};
-    PEND_TRY(scan_charge(s, COST_NODE + COST_ARRAY));
-    return api_buffer_format(&s->rest, "-%zu", ++s->array_count);
+    PEND_TRY(scan_charge_node(s));
+    PEND_TRY(scan_charge(s, COST_ARRAY));
+    return scan_emit_whole(s, -(long long)++s->array_count);
 }
 
 /* scalars */
@@ -228,7 +244,7 @@ static enum pend_status scan_literal(struct api_scan *s) {
         size_t length = strlen(literals[i]);
         if (s->bytes - s->at < length || memcmp(s->text + s->at, literals[i], length)) continue;
         if (s->at + length < s->bytes && scan_word((unsigned char)s->text[s->at + length])) continue;
-        PEND_TRY(scan_charge(s, COST_NODE));
+        PEND_TRY(scan_charge_node(s));
         s->at += length;
         return api_buffer_add(&s->rest, literals[i], length);
     }
@@ -332,7 +348,7 @@ static enum pend_status scan_open(struct api_scan *s, int object) {
     s->at++;
     s->want = object ? WANT_KEY_OR_END : WANT_ITEM_OR_END;
     if (!object) return PEND_OK;
-    PEND_TRY(scan_charge(s, COST_NODE));
+    PEND_TRY(scan_charge_node(s));
     return api_buffer_text(&s->rest, "{");
 }
 
@@ -412,7 +428,7 @@ static enum pend_status scan_value(struct api_scan *s, int c) {
     s->want = s->depth ? WANT_MORE : WANT_NOTHING;
     if (number) return scan_lone_number(s);
     if (c != '"') return scan_literal(s);
-    PEND_TRY(scan_charge(s, COST_NODE));
+    PEND_TRY(scan_charge_node(s));
     return scan_string(s);
 }
 

@@ -9,7 +9,8 @@
 
 #include "api/problem.h"
 
-enum { API_SCAN_MEMBERS = 256 };
+/* of an object, and of a document but for those in arrays of numbers */
+enum { API_SCAN_MEMBERS = 256, API_SCAN_VALUES = 300000 };
 
 /* numbers[first .. first + count - 1] */
 struct api_scan_array {
@@ -32,6 +33,7 @@ struct api_scan {
     size_t number_count, number_cap;
     struct api_scan_array *arrays;
     size_t array_count, array_cap;
+    long nodes;  /* values so far, but for those in arrays of numbers */
     size_t cost; /* memory of the values so far, bytes, about */
     struct api_buffer rest;
     struct api_problem *problem;
@@ -43,8 +45,8 @@ struct api_scan {
  * scan       out: numbers, arrays and rest; ends with api_scan_clear whatever is returned.
  * text       bytes of it are read, not one more; need not outlive the call.
  * depth_cap  deepest nesting accepted, >= 1.
- * problem    as api_json_new says, and 422 for an object of more than API_SCAN_MEMBERS members or where the values
- * would need more than about 20 bytes a byte of text.
+ * problem    as api_json_new says, and 422 for an object of more than API_SCAN_MEMBERS members, for more than
+ * API_SCAN_VALUES values, and where they would need more than about 20 bytes a byte of text.
  *
  * PEND_INVALID, PEND_NO_MEMORY
  * O(bytes), no recursion.

@@ -1,6 +1,5 @@
 #include "api/negotiate.h"
 
-#include <stdio.h>
 #include <string.h>
 #include <strings.h>
 
@@ -101,7 +100,7 @@ const struct api_format *api_negotiate_format(const char *accept, int samples) {
     if (!accept || !accept[strspn(accept, " \t,")]) return api_format_at(0);
     for (int i = 0; api_format_at(i); i++) {
         const struct api_format *format = api_format_at(i);
-        if (format->samples_only && !samples) continue;
+        if (format->samples_only > samples) continue;
         int q = accept_quality(accept, format->media_type);
         if (q <= best_quality) continue;
         best_quality = q;
@@ -111,12 +110,7 @@ const struct api_format *api_negotiate_format(const char *accept, int samples) {
 }
 
 void api_negotiate_refuse(struct api_problem *problem, int samples) {
-    char served[200] = "";
-    size_t used = 0;
-    for (int i = 0; api_format_at(i); i++) {
-        if (api_format_at(i)->samples_only && !samples) continue;
-        used += (size_t)snprintf(served + used, sizeof served - used, "%s%s", used ? ", " : "",
-                                 api_format_at(i)->media_type);
-    }
+    char served[API_FORMATS_TEXT];
+    api_format_list(served, samples, 0);
     api_problem_set(problem, 406, "Accept allows none of the representations served here: %s", served);
 }

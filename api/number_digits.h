@@ -13,21 +13,37 @@
 
 namespace api {
 
+/* eight decimal digits of a number below 10^8, one a byte, the first in the lowest: halves, quarters, digits, all at
+ * once */
+inline uint64_t digits8(uint64_t x) {
+    uint64_t four = x * 109951163 >> 40, halves = four | (x - 10000 * four) << 32;
+    uint64_t hundreds = (halves * 10486 >> 20) & 0x0000007f0000007f;
+    uint64_t quarters = hundreds | (halves - 100 * hundreds) << 16;
+    uint64_t tens = (quarters * 103 >> 10) & 0x000f000f000f000f;
+    return tens | (quarters - 10 * tens) << 8;
+}
+
 /*
  * Both classes hold the digits of two numbers below 10^8, those of the first before those of the second, and have
  *   significant(last)              number of digits up to the last that is not 0, `last` being a 17th
+ *   values(out)                    the digits themselves, one a byte, the first of each number in the lowest
  *   store(out)                     16 characters
  *   store_with_point(out, before)  17 characters: the point comes behind the first `before`, 0 to 16
  */
 class digits16_plain {
   public:
     digits16_plain() = default;
-    digits16_plain(uint64_t x, uint64_t y) : high(eight(x)), low(eight(y)) {}
+    digits16_plain(uint64_t x, uint64_t y) : high(digits8(x)), low(digits8(y)) {}
 
     int significant(unsigned last) const {
         if (last) return 17;
         if (low) return 16 - __builtin_clzll(low) / 8;
         return high ? 8 - __builtin_clzll(high) / 8 : 0;
+    }
+
+    void values(uint64_t out[2]) const {
+        out[0] = high;
+        out[1] = low;
     }
 
     void store(char *out) const {
@@ -44,15 +60,6 @@ class digits16_plain {
 
   private:
     static constexpr uint64_t ZEROS = 0x3030303030303030;
-
-    /* one digit a byte, the first in the lowest: halves, quarters, digits, all at once */
-    static uint64_t eight(uint64_t x) {
-        uint64_t four = x * 109951163 >> 40, halves = four | (x - 10000 * four) << 32;
-        uint64_t hundreds = (halves * 10486 >> 20) & 0x0000007f0000007f;
-        uint64_t quarters = hundreds | (halves - 100 * hundreds) << 16;
-        uint64_t tens = (quarters * 103 >> 10) & 0x000f000f000f000f;
-        return tens | (quarters - 10 * tens) << 8;
-    }
 
     /* a point put in at byte `at`, 0 to 7: the bytes before it stay, those behind it come from `moved` */
     static uint64_t with_point(uint64_t bytes, uint64_t moved, int at) {
@@ -102,6 +109,8 @@ class digits16_sse2 {
         unsigned zeros = (unsigned)_mm_movemask_epi8(_mm_cmpeq_epi8(digits, _mm_setzero_si128()));
         return __builtin_clz((zeros ^ 0xffff) << 1 | (unsigned)(last != 0) << 17 | 1) ^ 31;
     }
+
+    void values(uint64_t out[2]) const { _mm_storeu_si128((__m128i *)out, digits); }
 
     void store(char *out) const { _mm_storeu_si128((__m128i *)out, text()); }
 

@@ -22,7 +22,14 @@ struct decimal {
     int exponent;
 };
 
-/* d1 . d2 d3 ... d17 times 10^exponent */
+/* d1 . d2 d3 ... d17 times 10^exponent, the first 16 digits as a number and the last */
+struct decimal17 {
+    uint64_t front;
+    unsigned last;
+    int exponent;
+};
+
+/* the same, as characters */
 struct digits17 {
     digits16 front; /* d1 to d16 */
     unsigned last;  /* d17 */
@@ -79,10 +86,9 @@ inline void store(char *out, uint64_t bytes) {
 
 /* layout */
 
-/* the first 16 digits, exactly so many, as a number */
-inline digits17 spread(uint64_t front, unsigned last, int exponent) {
-    uint64_t high = front / TEN_8;
-    return {digits16(high, front - TEN_8 * high), last, exponent};
+inline digits17 spread(const decimal17 &d) {
+    uint64_t high = d.front / TEN_8;
+    return {digits16(high, d.front - TEN_8 * high), d.last, d.exponent};
 }
 
 /* number of decimal digits, 1 to 17 */
@@ -94,7 +100,7 @@ inline int digit_count(uint64_t x) {
 inline digits17 spread_any(decimal d) {
     int count = digit_count(d.significand);
     uint64_t all = d.significand * power10[DIGITS - count];
-    return spread(all / 10, (unsigned)(all % 10), d.exponent + count - 1);
+    return spread({all / 10, (unsigned)(all % 10), d.exponent + count - 1});
 }
 
 /* 0.000123 */
@@ -159,7 +165,7 @@ inline bool unclear(int64_t difference) { return (uint64_t)difference + 3 <= 6; 
  * multiplication with a truncated power decides, unless a comparison is within its error: then, and for zero, subnormal
  * numbers and powers of two, false.
  */
-inline bool shortest_fast(uint64_t bits, digits17 &d) {
+inline bool shortest_fast(uint64_t bits, decimal17 &d) {
     int exponent = exponent_of(bits), k = log10_of_power2(exponent);
     uint128 power = powers_of_ten[-k];
     int shift = exponent + power_exponent(-k) + 128; /* 1 .. 4 */
@@ -176,7 +182,7 @@ inline bool shortest_fast(uint64_t bits, digits17 &d) {
     /* 16 digits or 17 */
     uint64_t sixteen = front < TEN_15;
     front += (9 * front + last) & -sixteen;
-    d = spread(front, (unsigned)(last & (sixteen - 1)), k + 16 - (int)sixteen);
+    d = {front, (unsigned)(last & (sixteen - 1)), k + 16 - (int)sixteen};
     return true;
 }
 
@@ -223,6 +229,110 @@ inline bool rounded_fast(double x, int digits, decimal &d) {
     return exact && fraction == TIE;
 }
 
+/*
+ * Short numbers: at most eight digits, and of an everyday size. Sixteen of them are made at a time, each step for all:
+ * the steps of one number wait for each other, and a processor looks ahead over a short loop only.
+ */
+
+constexpr int SHORT_DIGITS = 8, SHORT_LEAST = PLAIN_LEAST, SHORT_MOST = 6; /* decimal exponents written this way */
+constexpr int SHORT_BINARY = -17, SHORT_BINARIES = 41;                     /* 2^-17 < 1e-5, 2^24 > 1e7 */
+constexpr int BATCH = 16;
+constexpr double NEAR_TIE = 1e-7;
+
+/* for every binary exponent of an everyday number: the least that has one decimal digit more than 2^exponent, as bits,
+ * and the decimal exponent below it */
+struct short_exponents {
+    constexpr short_exponents() : threshold(), exponent() {
+        for (int i = 0; i < SHORT_BINARIES; i++) {
+            exponent[i] = log10_of_power2(SHORT_BINARY + i);
+            threshold[i] = thresholds[exponent[i] + 1];
+        }
+    }
+    uint64_t threshold[SHORT_BINARIES];
+    int exponent[SHORT_BINARIES];
+};
+constexpr short_exponents binaries{};
+
+/* 10^p for p = digits - 1 - exponent, from -7 on; exact from 0 on, and those before are not used */
+constexpr int TENS_LEAST = -7;
+constexpr double tens[] = {1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1,    1e1,  1e2, 1e3,
+                           1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11, 1e12, 1e13};
+
+/* how a number of a decimal exponent is laid out */
+struct short_layout {
+    uint64_t stay, move; /* masks of the bytes before the point and behind it */
+    uint64_t point;
+    int start;  /* of the digits, behind "0.000" */
+    int before; /* digits before the point; 8 = the point is not among them */
+    int least;  /* characters even if the digits are fewer */
+};
+
+struct short_layouts {
+    constexpr short_layouts() : value() {
+        for (int e = SHORT_LEAST; e <= SHORT_MOST; e++) {
+            short_layout &layout = value[e - SHORT_LEAST];
+            if (e < 0)
+                layout = {~(uint64_t)0, 0, 0, 1 - e, 8, 0};
+            else
+                layout = {before(e + 1), ~before(e + 1) << 8, (uint64_t)'.' << 8 * (e + 1), 0, e + 1, e + 1};
+        }
+    }
+    static constexpr uint64_t before(int bytes) { return ((uint64_t)1 << 8 * bytes) - 1; }
+    short_layout value[SHORT_MOST - SHORT_LEAST + 1];
+};
+constexpr short_layouts layouts{};
+
+/* sixteen short numbers on their way to text */
+struct short_batch {
+    double scaled[BATCH]; /* to `digits` digits before the point; below 10^8, so that it is wrong by less than 10^-8 */
+    int exponent[BATCH];  /* decimal, from SHORT_LEAST on */
+    uint64_t text[BATCH]; /* eight digits, one a byte, the first in the lowest */
+
+    /* false where one of them is of another size, zero included */
+    bool scale(const double x[], int digits) {
+        const double *power = tens + (digits - 1 - SHORT_LEAST - TENS_LEAST);
+        unsigned most = (unsigned)((digits - 1 < SHORT_MOST ? digits - 1 : SHORT_MOST) - SHORT_LEAST), wrong = 0;
+        for (int i = 0; i < BATCH; i++) {
+            uint64_t bits = bits_of(fabs(x[i])), binary = (bits >> 52) - (1023 + SHORT_BINARY);
+            wrong |= binary >= SHORT_BINARIES;
+            binary = binary >= SHORT_BINARIES ? 0 : binary;
+            exponent[i] = binaries.exponent[binary] - SHORT_LEAST + (bits >= binaries.threshold[binary]);
+            wrong |= (unsigned)exponent[i] > most;
+            scaled[i] = fabs(x[i]) * power[-exponent[i]];
+        }
+        return !wrong;
+    }
+
+    /* false where one is near to a tie, or rounds up to one digit more */
+    bool round(int digits) {
+        int32_t tail = (int32_t)power10[SHORT_DIGITS - digits], units[BATCH], greatest = 0;
+        double nearest = 1;
+        for (int i = 0; i < BATCH; i++) {
+            int32_t below = (int32_t)scaled[i];
+            double above_tie = scaled[i] - below - 0.5, distance = fabs(above_tie);
+            nearest = distance < nearest ? distance : nearest;
+            units[i] = below + (above_tie > 0);
+            greatest = units[i] > greatest ? units[i] : greatest;
+            units[i] *= tail;
+        }
+        for (int i = 0; i < BATCH; i += 2) digits16((uint64_t)units[i], (uint64_t)units[i + 1]).values(text + i);
+        return nearest >= NEAR_TIE && (uint64_t)greatest < power10[digits];
+    }
+
+    /* number i; neither its size nor the number of its digits makes a branch, which no processor could foresee */
+    char *write(char *out, int i) const {
+        const short_layout &layout = layouts.value[exponent[i]];
+        int count = 8 - (__builtin_clzll(text[i]) >> 3);
+        uint64_t digits = text[i] | 0x3030303030303030;
+        memcpy(out, "0.000000", 8);
+        out += layout.start;
+        store(out, (digits & layout.stay) | layout.point | (digits << 8 & layout.move));
+        out[8] = (char)(digits >> 56);
+        count += count > layout.before;
+        return out + (count > layout.least ? count : layout.least);
+    }
+};
+
 /* ways that are seldom taken */
 
 #define SELDOM __attribute__((noinline, cold))
@@ -254,12 +364,18 @@ inline char *write_sign(char *out, double x) {
 
 } // namespace
 
-extern "C" char *api_number_write(char *out, double x) {
+namespace {
+
+inline char *write_shortest(char *out, double x) {
     assert(isfinite(x));
-    digits17 d;
+    decimal17 d;
     out = write_sign(out, x);
-    return shortest_fast(bits_of(fabs(x)), d) ? write_digits(out, d) : write_shortest_library(out, x);
+    return shortest_fast(bits_of(fabs(x)), d) ? write_digits(out, spread(d)) : write_shortest_library(out, x);
 }
+
+} // namespace
+
+extern "C" char *api_number_write(char *out, double x) { return write_shortest(out, x); }
 
 extern "C" char *api_number_write_digits(char *out, double x, int digits) {
     assert(isfinite(x) && digits >= 1 && digits <= DIGITS);
@@ -269,7 +385,65 @@ extern "C" char *api_number_write_digits(char *out, double x, int digits) {
     /* with 15 digits or less the shortest decimal, where it is no longer, comes out by rounding */
     if (digits > 15 || !rounded_fast(fabs(x), digits, d) || d.significand == power10[digits])
         return write_rounded_library(out, x, digits);
-    return write_digits(out, spread(d.significand * power10[16 - digits], 0, d.exponent + digits - 1));
+    return write_digits(out, spread({d.significand * power10[16 - digits], 0, d.exponent + digits - 1}));
+}
+
+namespace {
+
+/* what stands between the numbers of rows, and where in a row the next one is */
+struct row_writer {
+    const struct api_number_rows &rows;
+    long k;
+
+    char *begin(char *out) const {
+        *out = rows.open;
+        return out + (rows.open && !k);
+    }
+    char *end(char *out) {
+        *out++ = ',';
+        if (++k < rows.width) return out;
+        k = 0;
+        memcpy(out - 1, rows.close, sizeof rows.close);
+        return out - 1 + rows.close_bytes;
+    }
+};
+
+/* two functions, each small enough for the registers */
+
+__attribute__((noinline)) char *rows_shortest(char *out, const struct api_number_rows &rows) {
+    const double *x = rows.value;
+    for (long i = 0; i < rows.rows; i++) {
+        *out = rows.open;
+        out += rows.open != 0;
+        for (const double *end = x + rows.width; x < end; x++) {
+            out = write_shortest(out, *x);
+            *out++ = ',';
+        }
+        memcpy(out - 1, rows.close, sizeof rows.close);
+        out += rows.close_bytes - 1;
+    }
+    return out;
+}
+
+__attribute__((noinline)) char *rows_rounded(char *out, const struct api_number_rows &rows) {
+    const double *x = rows.value, *end = x + rows.rows * rows.width;
+    row_writer writer = {rows, 0};
+    int digits = rows.digits;
+    short_batch batch;
+    for (long count; x < end; x += count) {
+        count = end - x < BATCH ? end - x : BATCH;
+        bool brief = digits <= SHORT_DIGITS && count == BATCH && batch.scale(x, digits) && batch.round(digits);
+        for (int i = 0; brief && i < BATCH; i++) out = writer.end(batch.write(write_sign(writer.begin(out), x[i]), i));
+        for (int i = 0; !brief && i < count; i++)
+            out = writer.end(api_number_write_digits(writer.begin(out), x[i], digits));
+    }
+    return out;
+}
+
+} // namespace
+
+extern "C" char *api_number_write_rows(char *out, const struct api_number_rows *rows) {
+    return rows->digits ? rows_rounded(out, *rows) : rows_shortest(out, *rows);
 }
 
 extern "C" char *api_number_write_int(char *out, long long i) {

@@ -14,12 +14,14 @@ enum api_op_id {
     API_OP_TRAJECTORIES,
     API_OP_FORCES,
     API_OP_MODES,
+    API_OP_ENSEMBLES,
     API_OP_PRESETS,
     API_OP_PRESET,
     API_OP_COUNT
 };
 
 struct api_format;
+struct api_table;
 struct api_value;
 
 /* What an operation is read from. */
@@ -38,18 +40,22 @@ struct api_turn {
     void *context;
     double begun;   /* s, by the clock, when this turn began */
     double earlier; /* s, spent in the turns before */
+    size_t before;  /* bytes of out when this turn began */
 };
 
 /** Seconds of computation so far, all turns together; -1 without a clock. */
 double api_turn_seconds(const struct api_turn *turn);
 
-/** True once the turn has lasted about 5 ms; without a clock always, so that a turn is one piece of work. */
+/**
+ * True once the turn has lasted about 5 ms or appended 256 KiB; without a clock always, so that a turn is one piece of
+ * work.
+ */
 int api_turn_over(const struct api_turn *turn);
 
 struct api_op {
     const char *name; /* as in the route: "trajectories" */
     int body;         /* needs a JSON body */
-    int samples;      /* returns samples: every representation, not JSON alone */
+    int samples;      /* 1: returns samples, in every representation and not JSON alone; 2: may be drawn, too */
 
     /**
      * Reads and checks the request.
@@ -69,11 +75,24 @@ struct api_op {
     enum pend_status (*run)(void *state, const struct api_turn *turn, int *done, struct pend_error *error);
     /** Integration steps so far; NULL for an operation that takes none. */
     long (*steps)(const void *state);
+    /** The table that the answer is; NULL for an operation without samples. */
+    const struct api_table *(*table)(const void *state);
+    /** An estimate of the computation, s; NULL where it does not matter. */
+    double (*cost)(const void *state);
     void (*free)(void **state);
 };
 
-extern const struct api_op api_op_trees, api_op_trajectories, api_op_forces, api_op_modes, api_op_presets,
-    api_op_preset;
+extern const struct api_op api_op_trees, api_op_trajectories, api_op_forces, api_op_modes, api_op_ensembles,
+    api_op_presets, api_op_preset;
+
+/**
+ * Faults an answer that is held in memory and would be larger than max-answer-bytes.
+ *
+ * value  what asks for so much.
+ * what   "instants", and how to ask for less: "fewer instants or outputs".
+ */
+void api_reading_check_size(const struct api_reading *reading, const struct api_table *table,
+                            const struct api_value *value, const char *what, const char *fewer);
 
 /** The row of an operation. */
 const struct api_op *api_op_at(enum api_op_id id);

@@ -14,7 +14,7 @@ static const char *const fields[] = {"pendulum", "state", "states", "digits", NU
 
 enum { PHIDD, LAMBDA, Z_RE, Z_IM, ZD_RE, ZD_IM, ZDD_RE, ZDD_IM, KINETIC, POTENTIAL, TOTAL, COLUMNS };
 
-enum { BLOCK_ROWS = 64, BLOCK_NUMBERS = 65536 };
+enum { BLOCK_ROWS = 64, BLOCK_NUMBERS = 16384 };
 
 /* the columns of the answer, in the order above; the energies have one number a row */
 static const struct {
@@ -65,12 +65,7 @@ static void forces_check_size(struct forces *forces, const struct api_reading *r
     struct api_table *table = &forces->table;
     for (int c = 0; c < COLUMNS; c++)
         api_table_add(table, columns[c].name, columns[c].part, c < KINETIC ? forces->tree.n : 0);
-    double bytes = reading->format->bytes(table);
-    if (bytes > reading->limits->answer_bytes)
-        api_value_fault(reading->root, reading->problem,
-                        "asks for %ld states of %.0f numbers, up to %.0f bytes, more than the limit max-answer-bytes "
-                        "of %.0f: ask for fewer at a time",
-                        table->rows, api_table_numbers(table, 0), bytes, reading->limits->answer_bytes);
+    api_reading_check_size(reading, table, reading->root, "states", "fewer at a time");
 }
 
 /* how many states there are; 0 where that is a fault */
@@ -134,7 +129,7 @@ static enum pend_status forces_read(void **state, const struct api_reading *read
 /* one block: the scratch of the dynamics, four rows, the columns of `cap` rows */
 static enum pend_status forces_allocate(struct forces *forces, struct pend_error *error) {
     size_t n = (size_t)forces->tree.n, work = (pend_dynamics_work_bytes(forces->tree.n) + 63) / 64 * 64;
-    long cap = BLOCK_NUMBERS / forces->tree.n;
+    long cap = BLOCK_NUMBERS / (long)api_table_numbers(&forces->table, 0);
     if (cap > BLOCK_ROWS) cap = BLOCK_ROWS;
     if (cap > forces->table.rows) cap = forces->table.rows;
     forces->cap = cap < 1 ? 1 : cap;
@@ -187,19 +182,33 @@ static enum pend_status forces_begin(struct forces *forces, struct api_buffer *o
     return api_writer_new(&forces->writer, forces->format, &forces->table, out);
 }
 
+/* the next block of states */
+static enum pend_status forces_block(struct forces *forces, struct api_buffer *out, struct pend_error *error) {
+    long rows = forces->table.rows - forces->next;
+    if (rows > forces->cap) rows = forces->cap;
+    for (long i = 0; i < rows; i++) forces_compute(forces, forces->next + i, i);
+    forces->next += rows;
+    return api_writer_block(forces->writer, rows, (const double *const *)forces->column, out, error);
+}
+
 static enum pend_status forces_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
     struct forces *forces = state;
     if (!forces->writer) PEND_TRY(forces_begin(forces, turn->out, error));
     do {
-        long rows = forces->table.rows - forces->next;
-        if (rows > forces->cap) rows = forces->cap;
-        for (long i = 0; i < rows; i++) forces_compute(forces, forces->next + i, i);
-        PEND_TRY(api_writer_block(forces->writer, rows, (const double *const *)forces->column, turn->out, error));
-        forces->next += rows;
-        *done = forces->next == forces->table.rows;
+        if (forces->next == forces->table.rows)
+            PEND_TRY(api_writer_finish(forces->writer, NULL, turn->out, done));
+        else
+            PEND_TRY(forces_block(forces, turn->out, error));
     } while (!*done && !api_turn_over(turn));
-    return *done ? api_writer_end(forces->writer, NULL, turn->out) : PEND_OK;
+    return PEND_OK;
 }
 
-const struct api_op api_op_forces = {
-    .name = "forces", .body = 1, .samples = 1, .read = forces_read, .run = forces_run, .free = forces_free};
+static const struct api_table *forces_table(const void *state) { return &((const struct forces *)state)->table; }
+
+const struct api_op api_op_forces = {.name = "forces",
+                                     .body = 1,
+                                     .samples = 1,
+                                     .read = forces_read,
+                                     .run = forces_run,
+                                     .table = forces_table,
+                                     .free = forces_free};

@@ -16,6 +16,9 @@
 static const char *const fields[] = {"pendulum", "initial", "times",     "method", "rtol",  "atol", "step",
                                      "output",   "digits",  "precision", "events", "trust", NULL};
 
+/* what a computation is estimated by: s a step, s a step and arm, s a number of the answer */
+static const double steps_a_swing = 4, step_seconds = 3e-7, arm_seconds = 7e-7, number_seconds = 4e-8;
+
 /* arm-evaluations asked for at a time: about a millisecond */
 static const double piece = 50000;
 
@@ -33,6 +36,8 @@ struct trajectory {
     struct pend_run *run;
     struct api_samples *samples;
     struct api_writer *writer;
+    int computed; /* all samples are there; what remains is to write */
+    struct api_stats stats;
 };
 
 static void trajectory_free(void **state) {
@@ -85,14 +90,8 @@ static enum pend_status trajectory_check_size(struct trajectory *trajectory, con
     struct api_value times = api_value_member(reading->root, "times");
     table->rows = trajectory->times.times.count;
     api_outputs_columns(&trajectory->outputs, trajectory->tree.n, table);
-    double bytes = reading->format->bytes(table);
-    if (bytes <= reading->limits->answer_bytes) return PEND_OK;
-    api_value_fault(&times, reading->problem,
-                    "asks for %ld rows of %.0f numbers, up to %.0f bytes, more than the limit max-answer-bytes of "
-                    "%.0f: ask for fewer instants or outputs%s",
-                    table->rows, api_table_numbers(table, 0), bytes, reading->limits->answer_bytes,
-                    reading->format->digits ? ", or round the numbers by \"digits\"" : "");
-    return PEND_INVALID;
+    api_reading_check_size(reading, table, &times, "rows", "fewer instants or outputs");
+    return reading->problem->status ? PEND_INVALID : PEND_OK;
 }
 
 static enum pend_status trajectory_read(void **state, const struct api_reading *reading) {
@@ -125,17 +124,17 @@ static enum pend_status trajectory_begin(struct trajectory *trajectory, struct a
     return api_writer_new(&trajectory->writer, trajectory->format, &trajectory->table, out);
 }
 
-static enum pend_status trajectory_end(struct trajectory *trajectory, const struct api_turn *turn) {
+/* what is told of the computation; once, so that it is the same in every piece of the answer */
+static void trajectory_tell(struct trajectory *trajectory, const struct api_turn *turn) {
     struct pend_run_stats stats = pend_run_stats(trajectory->run);
-    struct api_stats told = {0};
+    struct api_stats *told = &trajectory->stats;
     double seconds = api_turn_seconds(turn);
-    api_stats_text(&told, "method", stats.method);
-    api_stats_whole(&told, "steps", stats.steps);
-    api_stats_whole(&told, "rejected", stats.rejected);
-    api_stats_whole(&told, "evaluations", stats.evaluations);
-    api_stats_number(&told, "energy_drift", stats.energy_drift);
-    if (seconds >= 0) api_stats_number(&told, "compute_seconds", rint(seconds * 1e6) / 1e6);
-    return api_writer_end(trajectory->writer, &told, turn->out);
+    api_stats_text(told, "method", stats.method);
+    api_stats_whole(told, "steps", stats.steps);
+    api_stats_whole(told, "rejected", stats.rejected);
+    api_stats_whole(told, "evaluations", stats.evaluations);
+    api_stats_number(told, "energy_drift", stats.energy_drift);
+    if (seconds >= 0) api_stats_number(told, "compute_seconds", rint(seconds * 1e6) / 1e6);
 }
 
 /* names the limit behind a failure, and the way out */
@@ -146,23 +145,50 @@ static void name_limit(enum pend_status status, struct pend_error *error) {
                  " (max-steps): ask for a shorter time or a looser tolerance");
 }
 
+/* the next samples, as many as a piece of work gives */
+static enum pend_status trajectory_block(struct trajectory *trajectory, struct api_buffer *out, int *computed,
+                                         struct pend_error *error) {
+    struct api_samples *samples = trajectory->samples;
+    enum pend_status status = pend_run_next(trajectory->run, &samples->samples, piece, computed, error);
+    name_limit(status, error);
+    PEND_TRY(status);
+    api_samples_derive(samples);
+    return api_writer_block(trajectory->writer, samples->samples.count, samples->column, out, error);
+}
+
 static enum pend_status trajectory_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
     struct trajectory *trajectory = state;
     if (!trajectory->run) PEND_TRY(trajectory_begin(trajectory, turn->out, error));
     do {
-        struct api_samples *samples = trajectory->samples;
-        enum pend_status status = pend_run_next(trajectory->run, &samples->samples, piece, done, error);
-        name_limit(status, error);
-        PEND_TRY(status);
-        api_samples_derive(samples);
-        PEND_TRY(api_writer_block(trajectory->writer, samples->samples.count, samples->column, turn->out, error));
+        if (trajectory->computed)
+            PEND_TRY(api_writer_finish(trajectory->writer, &trajectory->stats, turn->out, done));
+        else
+            PEND_TRY(trajectory_block(trajectory, turn->out, &trajectory->computed, error));
+        if (trajectory->computed && !trajectory->stats.count) trajectory_tell(trajectory, turn);
     } while (!*done && !api_turn_over(turn));
-    return *done ? trajectory_end(trajectory, turn) : PEND_OK;
+    return PEND_OK;
 }
 
 static long trajectory_steps(const void *state) {
     const struct trajectory *trajectory = state;
     return trajectory->run ? pend_run_stats(trajectory->run).steps : 0;
+}
+
+/* steps go with the fastest swing of the shortest arm, each costs its arms; then every number is written */
+static double trajectory_cost(const void *state) {
+    const struct trajectory *trajectory = state;
+    const struct pend_tree *tree = trajectory->tree.tree;
+    const struct api_table *table = &trajectory->table;
+    const struct pend_times *times = &trajectory->times.times;
+    double span = fabs(pend_times_at(times, times->count - 1) - pend_times_at(times, 0)), shortest = INFINITY;
+    for (int k = 0; k < tree->n; k++) shortest = fmin(shortest, tree->len[k]);
+    double swings = span * sqrt(fabs(trajectory->tree.gravity) / shortest);
+    return swings * steps_a_swing * (step_seconds + tree->n * arm_seconds) +
+           (double)table->rows * api_table_numbers(table, 0) * number_seconds;
+}
+
+static const struct api_table *trajectory_table(const void *state) {
+    return &((const struct trajectory *)state)->table;
 }
 
 const struct api_op api_op_trajectories = {
@@ -172,5 +198,7 @@ const struct api_op api_op_trajectories = {
     .read = trajectory_read,
     .run = trajectory_run,
     .steps = trajectory_steps,
+    .table = trajectory_table,
+    .cost = trajectory_cost,
     .free = trajectory_free,
 };

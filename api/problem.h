@@ -6,7 +6,7 @@
 
 #include "api/buffer.h"
 
-enum { API_PROBLEM_FAULTS = 100, API_POINTER_BYTES = 160, API_DETAIL_BYTES = 320 };
+enum { API_PROBLEM_FAULTS = 100, API_POINTER_BYTES = 160, API_DETAIL_BYTES = 400 };
 
 struct api_fault {
     char pointer[API_POINTER_BYTES]; /* "/pendulum/arms/3/mass", "" for the whole document; RFC 6901 escapes done */

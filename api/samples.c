@@ -9,7 +9,7 @@ static const double half_pi = 3.14159265358979323846 / 2;
 /* where the numbers of a column come from */
 enum source { PHI, RATE, ACC, FORCE, Z_RE, Z_IM, ZD_RE, ZD_IM, THETA, KINETIC, POTENTIAL, TOTAL, SOURCES };
 
-enum { PARTS = 3, BLOCK_ROWS = 256, BLOCK_NUMBERS = 65536 };
+enum { PARTS = 3, BLOCK_ROWS = 256, BLOCK_NUMBERS = 16384 };
 
 static const struct {
     const char *name;
@@ -99,8 +99,9 @@ static size_t samples_place(const char wanted[SOURCES], int n, long cap, double 
     return used;
 }
 
-static long samples_cap(int n, long rows) {
-    long cap = BLOCK_NUMBERS / n;
+/* rows of a block: its numbers as text are about 300 KiB */
+static long samples_cap(size_t numbers, long rows) {
+    long cap = BLOCK_NUMBERS / (long)numbers;
     if (cap > BLOCK_ROWS) cap = BLOCK_ROWS;
     if (cap > rows) cap = rows;
     return cap < 1 ? 1 : cap;
@@ -109,8 +110,8 @@ static long samples_cap(int n, long rows) {
 enum pend_status api_samples_new(struct api_samples **samples, const struct api_outputs *outputs, int n, long rows) {
     char wanted[SOURCES];
     double *array[SOURCES];
-    long cap = samples_cap(n, rows);
     outputs_sources(outputs, wanted);
+    long cap = samples_cap(samples_place(wanted, n, 1, NULL, array), rows);
     *samples = NULL;
     struct api_samples *made = malloc(sizeof *made + samples_place(wanted, n, cap, NULL, array) * sizeof(double));
     if (!made) return PEND_NO_MEMORY;

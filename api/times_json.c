@@ -130,8 +130,10 @@ static enum pend_status read_list(struct api_times *times, const struct api_valu
         return PEND_INVALID;
     }
     if (!count) api_value_fault(value, problem, "must have at least one instant");
-    if (count > limits->samples) fault_count(value, count, limits, problem);
-    check_list(value, count, list, problem);
+    if (count > limits->samples)
+        fault_count(value, count, limits, problem);
+    else
+        check_list(value, count, list, problem);
     if (problem->status) return PEND_INVALID;
     times->list = malloc((size_t)count * sizeof *list);
     if (!times->list) return PEND_NO_MEMORY;

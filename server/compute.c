@@ -30,7 +30,7 @@ static void compute_pieces(struct srv_exchange *exchange, struct api_call *call,
     while (progress == API_MORE) {
         enum srv_stop why = atomic_load(&exchange->stop);
         if (why != SRV_GO_ON) {
-            api_call_stop(call, 503, compute_reason(why), &exchange->answer);
+            (void)api_call_stop(call, 503, compute_reason(why), &exchange->answer);
             exchange->close = 1;
             break;
         }
@@ -38,7 +38,7 @@ static void compute_pieces(struct srv_exchange *exchange, struct api_call *call,
             char detail[96];
             snprintf(detail, sizeof detail, "the computation took longer than max-compute-seconds allows: %.15g s",
                      limit);
-            api_call_stop(call, 503, detail, &exchange->answer);
+            (void)api_call_stop(call, 503, detail, &exchange->answer);
             break;
         }
         progress = api_call_run(call, &exchange->answer);

@@ -7,6 +7,10 @@
 
 #include "tests/harness/test.h"
 
+static int is_json(const char *media_type) {
+    return !strcmp(media_type, "application/json") || !strcmp(media_type, "application/problem+json");
+}
+
 struct test_reply test_send(const struct api_request *request, const struct api_limits *limits) {
     struct test_reply reply = {.status = 0};
     struct api_limits usual;
@@ -24,7 +28,7 @@ struct test_reply test_send(const struct api_request *request, const struct api_
     reply.out.data[reply.out.bytes] = 0;
     struct api_problem problem;
     api_problem_init(&problem);
-    if (strstr(reply.media_type, "json") && reply.out.bytes)
+    if (is_json(reply.media_type) && reply.out.bytes)
         CHECK_SAYING(api_json_new(&reply.json, reply.out.data, reply.out.bytes, 64, &problem) == PEND_OK,
                      "the answer is no JSON: %s: %.200s", problem.detail, reply.out.data);
     api_problem_clear(&problem);

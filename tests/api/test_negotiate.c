@@ -47,7 +47,7 @@ TEST(accept_chooses_by_quality_and_nearness) {
         {"text/csv, application/json", "application/json"},
         {"text/csv;q=1.0, application/json;q=0.9", "text/csv"},
         {"text/csv;q=0.5, application/json;q=0.501", "application/json"},
-        {"application/json;q=0, */*", "text/csv"},
+        {"application/json;q=0, */*", "application/x-ndjson"},
         {"*/*;q=0.1, text/csv;q=0.2", "text/csv"},
         {"text/*;q=0.9, text/csv;q=0.1, application/json;q=0.5", "application/json"},
         {"text/html, application/xhtml+xml, application/xml;q=0.9, */*;q=0.8", "application/json"},
@@ -81,7 +81,7 @@ TEST(a_refusal_lists_what_is_served) {
     api_problem_init(&problem);
     api_negotiate_refuse(&problem, 1);
     CHECK_INT(problem.status, 406);
-    CHECK(strstr(problem.detail, "application/json, text/csv"));
+    CHECK(strstr(problem.detail, "application/json, application/x-ndjson, text/csv, application/octet-stream"));
     api_problem_clear(&problem);
     api_negotiate_refuse(&problem, 0);
     CHECK(strstr(problem.detail, "application/json") && !strstr(problem.detail, "text/csv"));

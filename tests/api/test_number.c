@@ -247,11 +247,12 @@ static int rounding_faults(double x, int digits) {
 
 TEST(number_rounded_to_digits_is_that_of_printf) {
     unsigned long long seed = 6;
-    int faults = 0;
-    for (int i = 0; i < 100000; i++) {
+    const char *wish = getenv("PEND_NUMBERS");
+    long count = wish ? atol(wish) / 50 : 100000, faults = 0;
+    for (long i = 0; i < count; i++) {
         double bits = from_bits(random_bits(&seed));
-        if (isfinite(bits)) faults += rounding_faults(bits, 1 + i % 17);
-        faults += rounding_faults(20 * test_random(&seed) - 10, 1 + i % 17);
+        if (isfinite(bits)) faults += rounding_faults(bits, (int)(1 + i % 17));
+        faults += rounding_faults(20 * test_random(&seed) - 10, (int)(1 + i % 17));
     }
     CHECK_INT(faults, 0);
 }
@@ -296,6 +297,48 @@ TEST(number_rounded_at_a_tie_goes_to_the_even_digit) {
     for (int i = 0; i < 100000; i++) {
         double x = ldexp(2.0 * test_random_int(&seed, 1 << 20) + 1, -test_random_int(&seed, 30));
         for (int digits = 1; digits <= 15; digits += 7) faults += rounding_faults(x, digits);
+    }
+    CHECK_INT(faults, 0);
+}
+
+/* numbers as they come in rows: alike, of all sizes, with zeros, ties, carries and whole numbers among them */
+static double row_number(int kind, unsigned long long *seed) {
+    int way = kind ? test_random_int(seed, 8 * kind) : 7;
+    if (way == 0) return 0;
+    if (way == 1) return test_random_int(seed, 2000) / 2.0 - 500;
+    if (way == 2) return (test_random_int(seed, 1 << 20) - (1 << 19)) / 1024.0;
+    if (way == 3) return 10 - pow(10, -test_random_int(seed, 16));
+    if (way == 4) return pow(10, test_random_int(seed, 40) - 20);
+    if (way == 5) return test_random(seed) * pow(10, test_random_int(seed, 16) - 7);
+    double bits = from_bits(random_bits(seed));
+    return way == 6 && isfinite(bits) ? bits : 20 * test_random(seed) - 10;
+}
+
+/* PEND_NUMBERS as above */
+TEST(number_rows_are_their_numbers_one_by_one) {
+    enum { MOST = 120, ROUNDS = 9000 };
+    static char text[MOST * 32 + API_NUMBER_ROWS_BYTES], want[MOST * 32 + API_NUMBER_BYTES];
+    const char *wish = getenv("PEND_NUMBERS");
+    long rounds = wish ? atol(wish) / 50 : ROUNDS, faults = 0;
+    unsigned long long seed = 8;
+    for (long round = 0; round < rounds; round++) {
+        double value[MOST];
+        int digits = (int)(round % 18), width = 1 + test_random_int(&seed, 20);
+        struct api_number_rows rows = {test_random_int(&seed, MOST / width + 1), width, value, digits, 0, "\n", 1};
+        if (round & 1) rows.open = '[', memcpy(rows.close, "],", 3), rows.close_bytes = 2;
+        char *at = want;
+        for (long i = 0; i < rows.rows; i++) {
+            if (rows.open) *at++ = rows.open;
+            for (int k = 0; k < width; k++) {
+                double x = value[i * width + k] = row_number((int)(round / 18 % 4), &seed);
+                at = digits ? api_number_write_digits(at, x, digits) : api_number_write(at, x);
+                *at++ = ',';
+            }
+            memcpy(at - 1, rows.close, 2);
+            at += rows.close_bytes - 1;
+        }
+        char *end = api_number_write_rows(text, &rows);
+        faults += end - text != at - want || memcmp(text, want, (size_t)(at - want)) != 0;
     }
     CHECK_INT(faults, 0);
 }

@@ -59,6 +59,16 @@ static void with_printf(struct bench *bench, struct numbers *numbers, int digits
     }
 }
 
+/* as they stand in an answer */
+static void in_rows(struct bench *bench, struct numbers *numbers, int digits) {
+    const struct api_number_rows rows = {COUNT / 4, 4, numbers->value, digits, '[', "],", 2};
+    while (bench_go(bench, COUNT))
+        if (api_number_write_rows(numbers->text, &rows) < numbers->text + 2 * COUNT)
+            bench_broken("numbers that are too short");
+}
+
+BENCH(number_everyday_in_rows, "number") { in_rows(bench, everyday(), 0); }
+BENCH(number_everyday_in_rows_to_6_digits, "number") { in_rows(bench, everyday(), 6); }
 BENCH(number_everyday, "number") { ours(bench, everyday(), 0); }
 BENCH(number_everyday_to_6_digits, "number") { ours(bench, everyday(), 6); }
 BENCH(number_any_bits, "number") { ours(bench, any_bits(), 0); }

@@ -90,6 +90,19 @@ def check_csv(text):
             raise Fault(f"line {number} of the CSV is not {width} numbers: {line[:100]!r}")
 
 
+def check_ndjson(text):
+    lines = text.split("\n")
+    if lines.pop() or not lines:
+        raise Fault("the NDJSON has no line, or its last line does not end")
+    rows = [parse(line) for line in lines]
+    for number, row in enumerate(rows, 1):
+        if not isinstance(row, dict) or list(row) != list(rows[0]):
+            raise Fault(f"line {number} of the NDJSON is no object with the members of the first: {lines[number - 1][:100]!r}")
+
+
+BINARY = ("application/octet-stream", "application/x-npz", "application/x-matlab-data")
+
+
 class Document:
     def __init__(self, path):
         self.document = load(path)
@@ -157,6 +170,11 @@ class Document:
             return reached
         if media_type == "text/csv":
             check_csv(reply["body"])
+            return reached
+        if media_type == "application/x-ndjson":
+            check_ndjson(reply["body"])
+            return reached
+        if media_type in BINARY:
             return reached
         body = parse(reply["body"])
         self.validate(response["content"][media_type]["schema"], body)

@@ -1,0 +1,34 @@
+/* Numbers as little-endian bytes, whatever the processor's own order is.
+ * Leaves to others: what the numbers mean (encode_octets, encode_npz, encode_mat).
+ * Invariant: on a little-endian processor it is all memcpy. */
+#ifndef API_OCTETS_H
+#define API_OCTETS_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+/** Writes the low `bytes` bytes of x, the lowest first. Returns the end. */
+static inline char *api_octets_whole(char *at, uint64_t x, int bytes) {
+    for (int i = 0; i < bytes; i++, x >>= 8) *at++ = (char)(x & 0xff);
+    return at;
+}
+
+/** Writes a double, IEEE 754 binary64. Returns the end. */
+static inline char *api_octets_double(char *at, double x) {
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+#if __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
+    bits = __builtin_bswap64(bits);
+#endif
+    memcpy(at, &bits, sizeof bits);
+    return at + sizeof bits;
+}
+
+/** Writes doubles that stand `step` apart, one behind the other. Returns the end. */
+static inline char *api_octets_doubles(char *at, size_t count, const double x[], size_t step) {
+    for (size_t i = 0; i < count; i++) at = api_octets_double(at, x[i * step]);
+    return at;
+}
+
+#endif
