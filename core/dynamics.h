@@ -6,6 +6,7 @@
 
 #include <stddef.h>
 
+#include "core/isa.h"
 #include "core/tree.h"
 
 /**
@@ -31,5 +32,9 @@ size_t pend_dynamics_work_bytes(int n);
  */
 void pend_dynamics(const struct pend_tree *tree, double gravity, const double phi[], const double rate[], void *work,
                    double acc[], double force[]);
+
+/** The same, compiled for an instruction set that this processor runs: for tests. */
+void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree, double gravity, const double phi[],
+                       const double rate[], void *work, double acc[], double force[]);
 
 #endif
