@@ -39,3 +39,36 @@ void pend_dynamics(const struct pend_tree *tree, double gravity, const double ph
                    double acc[], double force[]) {
     pend_dynamics_for(pend_isa_best(), tree, gravity, phi, rate, work, acc, force);
 }
+
+/* the vectors of the quick form, then one state for the careful one: phi, rate, acc, force and its scratch */
+static size_t dynamics_lanes_quick_bytes(int n) {
+    return (size_t)DYNAMICS_VALUES * DYNAMICS_LANES * (size_t)n * sizeof(double);
+}
+
+size_t pend_dynamics_lanes_bytes(int n) {
+    return dynamics_lanes_quick_bytes(n) + 4 * dynamics_row(n) * sizeof(double) + pend_dynamics_careful_bytes(n);
+}
+
+static void dynamics_lane(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
+                          void *work, double acc[], double force[]) {
+    size_t row = dynamics_row(tree->n);
+    double *one = (double *)((char *)work + dynamics_lanes_quick_bytes(tree->n));
+    for (int k = 0; k < tree->n; k++) one[k] = phi[DYNAMICS_LANES * k], one[row + k] = rate[DYNAMICS_LANES * k];
+    pend_dynamics_careful(tree, gravity, one, one + row, one + 4 * row, one + 2 * row, one + 3 * row);
+    for (int k = 0; k < tree->n; k++) {
+        acc[DYNAMICS_LANES * k] = one[2 * row + k];
+        force[DYNAMICS_LANES * k] = one[3 * row + k];
+    }
+}
+
+void pend_dynamics_lanes_for(enum pend_isa isa, const struct pend_tree *tree, double gravity, const double phi[],
+                             const double rate[], void *work, double acc[], double force[]) {
+    unsigned kept = dynamics_kernel(isa)->lanes(tree, gravity, phi, rate, work, acc, force);
+    for (int i = 0; i < DYNAMICS_LANES; i++)
+        if (!(kept >> i & 1)) dynamics_lane(tree, gravity, phi + i, rate + i, work, acc + i, force + i);
+}
+
+void pend_dynamics_lanes(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
+                         void *work, double acc[], double force[]) {
+    pend_dynamics_lanes_for(pend_isa_best(), tree, gravity, phi, rate, work, acc, force);
+}

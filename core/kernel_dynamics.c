@@ -258,7 +258,140 @@ static int kernel_one(const struct pend_tree *tree, double gravity, const double
     return poison == 0 && load <= LOAD_MOST * most;
 }
 
+/* Several states of one tree, one a lane: the same sweeps, every number a vector. */
+struct lanes_arm {
+    wide cosine, sine, spin, eff, held, lean, side;
+};
+
+struct lanes_sums {
+    wide s, q, r, b, t, area, lift;
+};
+
+struct lanes_tip {
+    wide radial, tangential, lean, side, far;
+};
+
+/* arms whose angles are done together, so that nothing waits for a sine */
+enum { LANES_BLOCK = 16 };
+
+static void lanes_prepare(const struct pend_tree *tree, const double phi[], const double rate[], struct lanes_arm arm[],
+                          int begin, int end) {
+    for (int k = begin; k < end; k++) {
+        wide x = WIDE_(get)(phi + DYNAMICS_LANES * k), base = WIDE_(of)(0), v = WIDE_(get)(rate + DYNAMICS_LANES * k);
+        if (k) base = WIDE_(get)(phi + DYNAMICS_LANES * tree->parent[k]);
+        wide angle = x - base, back = x - angle, low = (x - (angle + back)) + (back - base);
+        WIDE_(sincos)(angle, low, &arm[k].sine, &arm[k].cosine);
+        arm[k].spin = tree->len[k] * v * v;
+    }
+}
+
+LANES_INLINE struct lanes_sums lanes_first(wide S, wide f, wide C, wide Z) {
+    wide zero = WIDE_(of)(0), SZ = S * Z;
+    return (struct lanes_sums){S, SZ * Z, SZ * C, f * C, f * Z, zero, zero};
+}
+
+LANES_INLINE struct lanes_sums lanes_join(const struct lanes_sums *j, wide S, wide f, wide C, wide Z) {
+    wide x = WIDE_(fma)(j->q, C, -j->r * Z), y = WIDE_(fma)(j->s - j->q, Z, -j->r * C), SZ = S * Z;
+    wide z = S * WIDE_(fma)(j->b, Z, -j->t * C);
+    return (struct lanes_sums){j->s + S,
+                               WIDE_(fma)(SZ, Z, j->q),
+                               WIDE_(fma)(SZ, C, j->r),
+                               WIDE_(fma)(f, C, j->b),
+                               WIDE_(fma)(f, Z, j->t),
+                               WIDE_(fma)(S, WIDE_(fma)(Z, y, C * x), j->area),
+                               WIDE_(fma)(f, x, WIDE_(fma)(Z, z, j->lift))};
+}
+
+static void lanes_up(const struct pend_tree *tree, double unit, const double phi[], const double rate[],
+                     struct lanes_arm arm[]) {
+    struct lanes_sums stack[WAITING], *top = stack, now = {0};
+    int ready = tree->n;
+    for (int k = tree->n - 1; k >= 0; k--) {
+        if (k < ready) {
+            int begin = ready > LANES_BLOCK ? ready - LANES_BLOCK : 0;
+            lanes_prepare(tree, phi, rate, arm, begin, ready);
+            ready = begin;
+        }
+        unsigned how = tree->kin[k];
+        struct lanes_arm *a = &arm[k];
+        wide m = WIDE_(of)(unit * tree->mass[k]), S = m, C = a->cosine, Z = a->sine, f = -m * a->spin;
+        if (!(how & PEND_KIN_LEAF)) {
+            wide inv = 1.0 / (m + now.q), h = WIDE_(fma)(m, now.b, now.lift) * inv;
+            S = WIDE_(fma)(m, m + now.s, now.area) * inv;
+            f = WIDE_(fma)(-S, a->spin, h);
+            a->held = h;
+            a->lean = now.r * inv;
+            a->side = now.t * inv;
+        }
+        a->eff = S;
+        if (!(how & PEND_KIN_LAST)) {
+            now = lanes_join(top, S, f, C, Z);
+            if (how & PEND_KIN_FIRST)
+                top--;
+            else
+                *top = now;
+        } else {
+            now = lanes_first(S, f, C, Z);
+            if (!(how & PEND_KIN_FIRST)) *++top = now;
+        }
+    }
+}
+
+/* returns all ones in the lanes whose digits are kept */
+static wide lanes_down(const struct pend_tree *tree, double unit, double gravity, const struct lanes_arm arm[],
+                       double acc[], double force[]) {
+    struct lanes_tip stack[WAITING], *top = stack, now;
+    wide zero = WIDE_(of)(0), most = zero, loads = zero, poison = zero;
+    double inverse_unit = 1 / unit;
+    // gravity is a pivot that accelerates with i g
+    now = (struct lanes_tip){zero, zero + gravity, zero, zero - gravity, zero + fabs(gravity)};
+    for (int k = 0; k < tree->n; k++) {
+        unsigned how = tree->kin[k];
+        const struct lanes_arm *a = &arm[k];
+        if (!(how & PEND_KIN_FIRST)) {
+            now = *top;
+            if (how & PEND_KIN_LAST) top--;
+        }
+        wide C = a->cosine, Z = a->sine, w = a->spin, S = a->eff;
+        wide kappa = WIDE_(fma)(-Z, now.lean, C), shift = WIDE_(fma)(Z, now.side, w);
+        wide radial = WIDE_(fma)(kappa, now.radial, -shift), tension = S * radial;
+        wide across = WIDE_(fma)(Z, now.radial, -C * now.tangential);
+        loads = WIDE_(max)(S * (now.far + w), loads);
+        if (!(how & PEND_KIN_LEAF)) {
+            now.lean = a->lean, now.side = a->side;
+            now.tangential = -WIDE_(fma)(now.lean, radial, now.side);
+            now.radial = radial;
+            now.far = WIDE_(max)(WIDE_(abs)(radial) + WIDE_(abs)(now.tangential) + w, now.far);
+            tension += a->held;
+            across += now.tangential;
+            if (how & PEND_KIN_FORK) *++top = now;
+        }
+        most = WIDE_(max)(WIDE_(abs)(tension), most);
+        tension *= inverse_unit;
+        across *= 1 / tree->len[k];
+        poison += (across - across) + (tension - tension);
+        WIDE_(put)(acc + DYNAMICS_LANES * k, across);
+        WIDE_(put)(force + DYNAMICS_LANES * k, tension);
+    }
+    return (wide)((loads <= LOAD_MOST * most) & (poison == 0));
+}
+
+static unsigned kernel_lanes(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
+                             double work[], double acc[], double force[]) {
+    struct lanes_arm *arm = (struct lanes_arm *)work;
+    double unit = kernel_unit(tree->subtree_mass[0]);
+    unsigned kept = 0;
+    for (int i = 0; i < DYNAMICS_LANES; i += WIDE) {
+        lanes_up(tree, unit, phi + i, rate + i, arm);
+        wide good = lanes_down(tree, unit, gravity, arm, acc + i, force + i);
+        long long bits[WIDE];
+        memcpy(bits, &good, sizeof bits);
+        for (int j = 0; j < WIDE; j++) kept |= bits[j] ? 1u << (i + j) : 0;
+    }
+    return kept;
+}
+
 #define KERNEL_PASTE2(a, b) a##b
 #define KERNEL_PASTE(a, b) KERNEL_PASTE2(a, b)
 
-const struct dynamics_kernel KERNEL_PASTE(pend_kernel_dynamics_, PEND_ISA) = {.one = kernel_one};
+const struct dynamics_kernel KERNEL_PASTE(pend_kernel_dynamics_, PEND_ISA) = {.one = kernel_one, .lanes = kernel_lanes};
