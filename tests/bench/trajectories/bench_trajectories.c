@@ -93,8 +93,11 @@ static const struct {
 
 static int solve(const struct pend_method *method, const struct problem *problem, double tolerance, double phi[]) {
     static double t[4096];
-    struct pend_problem ask = {.tree = problem->tree, .gravity = problem->gravity, .phi = problem->phi,
-                               .rate = problem->rate, .rtol = tolerance};
+    struct pend_problem ask = {.tree = problem->tree,
+                               .gravity = problem->gravity,
+                               .phi = problem->phi,
+                               .rate = problem->rate,
+                               .rtol = tolerance};
     ask.times = (struct pend_times){.count = problem->count, .span = problem->stop, .divisor = problem->count - 1};
     struct pend_samples samples = {.cap = problem->count, .t = t, .phi = phi};
     struct pend_run *run;
