@@ -75,11 +75,10 @@ struct blocks {
     /* edges between blocks, in the order of their parents' blocks, and of their children's */
     int *up_place, *up_arm;     /* of the child */
     int *down_place, *down_arm; /* of the parent; of the child */
-    double *up, *down;          /* rows: what a unit at the edge's end does to the block */
     int *kid_place, *kid_arm;
-    double *kid;                           /* two rows each: less cosine and less sine in the parent's lane, else 0 */
-    unsigned char *down_lane, *apart_lane; /* 1 << the arm's lane */
-    int *apart_place;                      /* of its sibling */
+    int *apart_place;                                 /* of a sibling */
+    unsigned char *up_lane;                           /* the parent's */
+    unsigned char *down_lane, *kid_lane, *apart_lane; /* 1 << the arm's, the parent's, the arm's lane */
     int *crowd_first, *crowd_place, *crowd_arm; /* crowded joint i has the children crowd_first[i] .. [i + 1] - 1 */
 };
 

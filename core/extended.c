@@ -68,12 +68,11 @@ static double *extended_take(char *base, size_t *used, size_t count) {
 static size_t extended_place(struct pend_extended *e, char *base) {
     struct extended_lanes *l = &e->lanes;
     size_t n = (size_t)l->n, width = (size_t)e->kernel->width, used = 0;
-    double **laned[EXTENDED_LANED] = {&l->from.phi,    &l->from.phi_low, &l->from.rate,   &l->from.rate_low,
-                                      &l->to.phi,      &l->to.phi_low,   &l->to.rate,     &l->to.rate_low,
-                                      &l->len,         &l->mass};
+    double **laned[EXTENDED_LANED] = {&l->from.phi,   &l->from.phi_low, &l->from.rate,   &l->from.rate_low, &l->to.phi,
+                                      &l->to.phi_low, &l->to.rate,      &l->to.rate_low, &l->len,           &l->mass};
     double **single[EXTENDED_SINGLE] = {&l->from.time, &l->to.time, &l->gravity, &l->unit, &l->stop};
-    double **flat[EXTENDED_FLAT] = {&e->member.phi,    &e->member.rate, &e->member.length, &e->member.mass,
-                                    &e->end.phi,       &e->end.rate,    &e->end.phi_low,   &e->end.rate_low};
+    double **flat[EXTENDED_FLAT] = {&e->member.phi, &e->member.rate, &e->member.length, &e->member.mass,
+                                    &e->end.phi,    &e->end.rate,    &e->end.phi_low,   &e->end.rate_low};
     extended_take(base, &used, sizeof *e / sizeof(double) + 1);
     for (int i = 0; i < EXTENDED_LANED; i++) *laned[i] = extended_take(base, &used, n * width);
     for (int i = 0; i < EXTENDED_SINGLE; i++) *single[i] = extended_take(base, &used, width);
@@ -260,6 +259,7 @@ static int extended_seat_serve(struct pend_extended *e, const struct pend_ensemb
                                int *cancelled) {
     struct extended_seat *seat = &e->seat[lane];
     struct pend_outcome outcome = {.time = e->lanes.to.time[lane], .arm = -1, .steps = seat->steps};
+    outcome.first = outcome.lyapunov = outcome.energy_drift = NAN;
     if (!seat->taken) return 0;
     if (seat->state == PEND_EXTENDED_FAILED) {
         outcome.stop = PEND_STOP_FAILED;

@@ -4,8 +4,7 @@
 #ifndef PEND_EXTENDED_H
 #define PEND_EXTENDED_H
 
-#include "core/ensemble.h"
-#include "core/isa.h"
+#include "core/member.h"
 
 #define PEND_EXTENDED_RTOL_MIN 1e-30
 
@@ -32,8 +31,8 @@ struct pend_extended;
  * One allocation.
  */
 PEND_MUST_CHECK enum pend_status pend_extended_new(struct pend_extended **extended, const struct pend_tree *tree,
-                                                   double rtol, double atol, int single,
-                                                   enum pend_isa isa, struct pend_error *error);
+                                                   double rtol, double atol, int single, enum pend_isa isa,
+                                                   struct pend_error *error);
 
 void pend_extended_free(struct pend_extended **extended);
 
@@ -92,7 +91,7 @@ void pend_extended_at(const struct pend_extended *extended, int lane, int count,
 /**
  * Many trajectories, as pend_ensemble_run: a lane whose member ends takes the next. Only the duration ends a member.
  *
- * problem  tree and tolerances as of the workspace; bound, if not 0, is not looked at.
+ * problem  tree and tolerances as of the workspace; bounds, observations and instants are not looked at.
  *
  * PEND_CANCELLED  a callback asked for it.
  * No allocation.

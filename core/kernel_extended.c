@@ -427,7 +427,8 @@ LANES_INLINE void extended_small_of(const struct jets_system *s, const struct ex
     }
 }
 
-static void extended_small(const struct jets_system *s, const struct extended_sizes *sizes, num gravity, int order, int precise) {
+static void extended_small(const struct jets_system *s, const struct extended_sizes *sizes, num gravity, int order,
+                           int precise) {
     if (s->n == 1)
         extended_small_of(s, sizes, gravity, order, precise, 1);
     else if (s->n == 2)
@@ -454,7 +455,8 @@ static void extended_learn(const struct jets_system *s, int k) {
     }
 }
 
-static void extended_orders(const struct jets_system *s, const struct extended_sizes *sizes, num gravity, int order, int precise) {
+static void extended_orders(const struct jets_system *s, const struct extended_sizes *sizes, num gravity, int order,
+                            int precise) {
     for (int i = 0; i < s->n; i++) {
         s->stiff[i] = num_mul(s->eff[i], s->kappa[i]);
         s->weight[i] = num_mul(s->eff[i], s->len[i]);

@@ -17,18 +17,19 @@ struct extended_lanes {
     int single;  /* all lanes hold the same trajectory: other kernels than of width 4 do not look */
     int precise; /* coefficients above this order are so small that one double each is enough */
     const int *parent, *end;
-    double log_rtol, log_atol;       /* binary logarithms */
-    struct extended_state from, to;  /* start and end of the step */
-    double *len, *mass;              /* an arm's own */
-    double *gravity, *unit, *stop;   /* one value a lane; unit and stop - time have one sign */
-    unsigned char *attention;        /* out, one a lane */
-    double *share;                   /* 1 / (j + 1) of order j, up to order + 1 */
-    double *series;                  /* rate, force, turn_re, turn_im, orders 0 .. order + 1, then scratch */
+    double log_rtol, log_atol;      /* binary logarithms */
+    struct extended_state from, to; /* start and end of the step */
+    double *len, *mass;             /* an arm's own */
+    double *gravity, *unit, *stop;  /* one value a lane; unit and stop - time have one sign */
+    unsigned char *attention;       /* out, one a lane */
+    double *share;                  /* 1 / (j + 1) of order j, up to order + 1 */
+    double *series;                 /* rate, force, turn_re, turn_im, orders 0 .. order + 1, then scratch */
 };
 
 enum { EXTENDED_WIDTH_MAX = 8, EXTENDED_DONE = 1, EXTENDED_BAD = 2 };
 
-/* Values of all arms at several instants, instant i of arm k at [i * n + k]; NULL = not wanted, but phi and rate are. */
+/* Values of all arms at several instants, instant i of arm k at [i * n + k]; NULL = not wanted, but phi and rate are.
+ */
 struct extended_values {
     double *phi, *phi_low, *rate, *rate_low, *acc, *force;
 };

@@ -58,13 +58,12 @@ static size_t symplectic_count(int n) { return (size_t)ARRAY_COUNT * (size_t)n *
 static struct symplectic_lanes symplectic_view(const struct symplectic_system *system) {
     size_t n = (size_t)system->n;
     num *at = (num *)(void *)system->lanes;
-    return (struct symplectic_lanes){
-        .tree = {.n = system->n,
-                 .parent = system->parent,
-                 .end = system->end,
+    return (struct symplectic_lanes){.tree = {.n = system->n,
+                                              .parent = system->parent,
+                                              .end = system->end,
 #define X(name) .name = at + (size_t)ARRAY_##name * n,
-                 JETS_ARRAYS(X)},
-        SYMPLECTIC_ARRAYS(X)
+                                              JETS_ARRAYS(X)},
+                                     SYMPLECTIC_ARRAYS(X)
 #undef X
     };
 }
@@ -136,7 +135,7 @@ LANES_INLINE num symplectic_through(num gain) {
     return sum;
 }
 
-/* one iteration: angles from rates, rates from momenta, forces from both; returns the largest change of an angle */
+/* one iteration: angles from rates, rates from momenta, forces from both; returns the largest change as an angle */
 static double symplectic_iterate(const struct symplectic_system *system, const struct symplectic_lanes *s,
                                  const struct symplectic_state *from, num weight) {
     const struct jets_system *tree = &s->tree;
@@ -155,11 +154,14 @@ static double symplectic_iterate(const struct symplectic_system *system, const s
         // p' = - l (phi' Re(conj(u) P) + g m cos phi), P and m of all that hangs on the arm
         num along = s->up_re[k] * s->go_re[k] + s->up_im[k] * s->go_im[k];
         num force = -tree->len[k] * num_fma(s->rate[k], along, system->gravity * system->subtree_mass[k] * s->up_re[k]);
-        num turn = weight * s->rate[k];
+        num turn = weight * s->rate[k], boost = weight * force;
         change = lanes8_max(change, lanes8_abs(turn - s->turn[k]));
+        // of a momentum: what the angle would change by in a step
+        num inertia = system->subtree_mass[k] * tree->len[k] * tree->len[k];
+        change = lanes8_max(change, system->length * lanes8_abs(boost - s->boost[k]) / inertia);
         s->turn[k] = turn;
-        s->boost[k] = weight * force;
-        bad += (turn - turn) + (force - force);
+        s->boost[k] = boost;
+        bad += (turn - turn) + (boost - boost);
     }
     double most = 0;
     for (int i = 0; i < WIDTH; i++) {
@@ -179,12 +181,11 @@ static int symplectic_converge(struct symplectic_system *system, const struct sy
         double change = symplectic_iterate(system, s, from, weight);
         system->iterations++;
         if (isnan(change)) return 0;
-        // from rest the angles need a second look
-        if (i < 2) last = INFINITY;
-        if (i == 1)
+        if (i == 0)
             for (int k = 0; k < system->n; k++)
                 for (int j = 0; j < WIDTH; j++) size = fmax(size, fabs(s->turn[k][j]));
-        if (i > 1 && (change == 0 || (change >= last && change <= 1e-12 * size))) {
+        size = fmax(size, change);
+        if (change == 0 || (change >= last && change <= 1e-12 * size)) {
             symplectic_iterate(system, s, from, weight);
             system->iterations++;
             return 1;
@@ -237,8 +238,7 @@ static void symplectic_momenta(const struct symplectic_system *system, const dou
     symplectic_place(&s);
     symplectic_flow(&s);
     // p = l Im(conj(u) P)
-    for (int k = 0; k < system->n; k++)
-        p[k] = (s.tree.len[k] * (s.up_re[k] * s.go_im[k] - s.up_im[k] * s.go_re[k]))[0];
+    for (int k = 0; k < system->n; k++) p[k] = (s.tree.len[k] * (s.up_re[k] * s.go_im[k] - s.up_im[k] * s.go_re[k]))[0];
 }
 
 static void symplectic_rates(const struct symplectic_system *system, const struct symplectic_state *state,

@@ -14,11 +14,12 @@ struct symplectic_state {
 struct symplectic_system {
     int n;
     const int *parent, *end;
-    double gravity;                   /* m/s^2 */
-    const double *subtree_mass;       /* n values, kg */
-    double weight[8];                 /* s: the step times b_j */
-    double *lanes;                    /* symplectic_count(n) doubles, aligned to 64: the tree system, eight lanes a value */
-    long iterations;                  /* in all steps so far */
+    double gravity;             /* m/s^2 */
+    const double *subtree_mass; /* n values, kg */
+    double length;              /* s, > 0, of the step, whatever its direction */
+    double weight[8];           /* s: the step times b_j */
+    double *lanes;              /* symplectic_count(n) doubles, aligned to 64: the tree system, eight lanes a value */
+    long iterations;            /* in all steps so far */
 };
 
 struct symplectic_kernel {

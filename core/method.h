@@ -56,8 +56,9 @@ struct pend_method {
     unsigned flags;
     double rtol_default, rtol_min, rtol_max; /* 0 where PEND_METHOD_TOLERANCES is not set */
     double atol_default, atol_min, atol_max;
-    double step_min, step_max;          /* s; 0 where PEND_METHOD_FIXED_STEP is not set */
-    const struct pend_method *extended; /* the same in numbers of about 32 digits, answers rounded; NULL = there is none */
+    double step_min, step_max; /* s; 0 where PEND_METHOD_FIXED_STEP is not set */
+    const struct pend_method
+        *extended; /* the same in numbers of about 32 digits, answers rounded; NULL = there is none */
 
     /** Makes a stepper at the problem's first instant; NULL on failure. The run has checked the problem. */
     enum pend_status (*open)(void **stepper, const struct pend_problem *problem, struct pend_error *error);

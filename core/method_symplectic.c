@@ -25,8 +25,9 @@ struct symplectic {
     const struct symplectic_kernel *kernel;
     struct symplectic_system system;
     double length, unit; /* s, signed */
-    double time;         /* s, of the first end */
+    double time;         /* s, where the last step began */
     struct symplectic_end end[2];
+    int now; /* which of them the last step ended with; it began with the other */
     struct pend_stepper_counts counts;
 };
 
@@ -69,9 +70,11 @@ static enum pend_status symplectic_choose(struct symplectic *s, const struct pen
     double span = pend_times_at(times, times->count - 1) - pend_times_at(times, 0), length = problem->step;
     if (length == 0 && span != 0) {
         PEND_TRY(symplectic_scout(problem, span, &length, error));
-        length = symplectic_round(length);
+        // where nothing moves, steps have no end
+        length = fmin(symplectic_round(length), pend_method_symplectic.step_max);
     }
     s->length = copysign(length, span);
+    s->system.length = length;
     s->unit = copysign(exp2(floor(log2(length))), span);
     for (int j = 0; j < GAUSS_STAGES; j++) s->system.weight[j] = s->length * gauss_weight[j];
     return PEND_OK;
@@ -88,16 +91,15 @@ static const struct symplectic_kernel *symplectic_kernel(enum pend_isa isa) {
     return &pend_kernel_symplectic_base;
 }
 
-static size_t symplectic_row(int n) { return ((size_t)n + 7) / 8 * 8; }
-
 /* lays the parts out in a block that was set to zero; with base NULL only counts its bytes */
 static size_t symplectic_place(struct symplectic *s, char *base) {
     int n = s->tree->n;
-    size_t used = (sizeof *s + 63) / 64 * 64, row = symplectic_row(n), series = pend_jets_bytes(n, SYMPLECTIC_ORDER);
+    size_t used = (sizeof *s + 63) / 64 * 64, row = pend_jets_stride(n),
+           series = pend_jets_bytes(s->tree, SYMPLECTIC_ORDER);
     for (int i = 0; i < 2; i++) {
         struct symplectic_end *end = &s->end[i];
-        double **part[] = {&end->state.phi, &end->state.phi_low, &end->state.p, &end->state.p_low, &end->rate,
-                           &end->zero};
+        double **part[] = {&end->state.phi,   &end->state.phi_low, &end->state.p,
+                           &end->state.p_low, &end->rate,          &end->zero};
         for (size_t j = 0; j < sizeof part / sizeof *part; j++) {
             if (base) *part[j] = (double *)(void *)(base + used);
             used += row * sizeof(double);
@@ -130,11 +132,11 @@ static enum pend_status symplectic_open(void **stepper, const struct pend_proble
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the stages of %d arms: %zu bytes", tree->n,
                          bytes);
     memset(block, 0, bytes);
-    symplectic_place(&sketch, block);
     struct symplectic *s = (struct symplectic *)(void *)block;
     *s = sketch;
+    symplectic_place(s, block);
     s->kernel->load(&s->system, tree->len, tree->mass);
-    struct symplectic_end *end = &s->end[1];
+    struct symplectic_end *end = &s->end[s->now];
     memcpy(end->state.phi, problem->phi, (size_t)tree->n * sizeof(double));
     memcpy(end->rate, problem->rate, (size_t)tree->n * sizeof(double));
     s->kernel->momenta(&s->system, problem->phi, problem->rate, end->state.p);
@@ -146,14 +148,13 @@ static enum pend_status symplectic_open(void **stepper, const struct pend_proble
 
 static enum pend_status symplectic_step(void *stepper, double limit, double *reached, struct pend_error *error) {
     struct symplectic *s = stepper;
-    struct symplectic_end swap = s->end[0];
     (void)limit; /* the step is fixed, and may pass the last instant */
-    s->end[0] = s->end[1];
-    s->end[1] = swap;
-    s->end[1].known = 0;
+    struct symplectic_end *begin = &s->end[s->now], *end = &s->end[!s->now];
+    s->now = !s->now;
+    end->known = 0;
     s->time = (double)s->counts.steps * s->length;
     long before = s->system.iterations;
-    int good = s->kernel->step(&s->system, &s->end[0].state, &s->end[1].state);
+    int good = s->kernel->step(&s->system, &begin->state, &end->state);
     s->counts.evaluations += GAUSS_STAGES * (s->system.iterations - before);
     if (!good)
         return pend_fail(error, PEND_STEP_TOO_SMALL, -1, s->time,
@@ -163,7 +164,7 @@ static enum pend_status symplectic_step(void *stepper, double limit, double *rea
     *reached = (double)s->counts.steps * s->length;
     if (*reached == s->time)
         return pend_fail(error, PEND_STEP_TOO_SMALL, -1, s->time, "the step is too small to move the time on");
-    s->kernel->rates(&s->system, &s->end[1].state, s->end[1].rate);
+    s->kernel->rates(&s->system, &end->state, end->rate);
     return PEND_OK;
 }
 
@@ -171,18 +172,19 @@ static enum pend_status symplectic_step(void *stepper, double limit, double *rea
 static void symplectic_inside(struct symplectic *s, double t, double phi[], double rate[]) {
     double end_time = (double)s->counts.steps * s->length;
     int late = fabs(end_time - t) < fabs(t - s->time);
-    struct symplectic_end *end = &s->end[late];
+    struct symplectic_end *end = &s->end[late ? s->now : !s->now];
     struct jets_state state = {end->state.phi, end->state.phi_low, end->rate, end->zero};
     struct jets_values values = {.phi = phi, .rate = rate};
     if (!end->known) pend_jets_expand(&end->jets, s->system.gravity, s->unit, &state, SYMPLECTIC_ORDER);
     s->counts.evaluations += end->known ? 0 : SYMPLECTIC_ORDER;
     end->known = 1;
-    pend_jets_values(&end->jets, SYMPLECTIC_ORDER, (t - (late ? end_time : s->time)) / s->unit, s->unit, &state,
-                     &values);
+    double x = (t - (late ? end_time : s->time)) / s->unit;
+    pend_jets_values(&end->jets, SYMPLECTIC_ORDER, &x, 1, s->unit, &state, &values);
 }
 
 static void symplectic_at(void *stepper, const double t[], int count, const struct pend_points *points) {
     struct symplectic *s = stepper;
+    const struct symplectic_end *end = &s->end[s->now];
     size_t n = (size_t)s->tree->n;
     double end_time = (double)s->counts.steps * s->length;
     for (int i = 0; i < count; i++) {
@@ -191,8 +193,8 @@ static void symplectic_at(void *stepper, const double t[], int count, const stru
             symplectic_inside(s, t[i], phi, rate);
             continue;
         }
-        memcpy(phi, s->end[1].state.phi, n * sizeof(double));
-        memcpy(rate, s->end[1].rate, n * sizeof(double));
+        memcpy(phi, end->state.phi, n * sizeof(double));
+        memcpy(rate, end->rate, n * sizeof(double));
     }
 }
 
@@ -202,8 +204,9 @@ static struct pend_stepper_counts symplectic_counts(const void *stepper) {
 
 const struct pend_method pend_method_symplectic = {
     .name = "symplectic",
-    .summary = "Gauss-Legendre collocation of order 16 with a fixed step: the energy stays where it is over millions of "
-               "periods.",
+    .summary =
+        "Gauss-Legendre collocation of order 16 with a fixed step: the energy stays where it is over millions of "
+        "periods.",
     .flags = PEND_METHOD_FIXED_STEP,
     .step_min = 1e-9,
     .step_max = 1e9,
