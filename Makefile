@@ -122,6 +122,9 @@ bench: $(B)/tests/bench/run ## how fast the pieces are, in about a minute
 bench-modes: $(B)/tests/bench/modes/run ## modes against LAPACK, ARPACK and GSL where these are installed, in a minute
 	$< $(T)
 
+bench-trajectories: $(B)/tests/bench/trajectories/run ## trajectories against GSL, and SUNDIALS and Octave where these are installed, in three minutes
+	$< $(T)
+
 fuzz: ## requests that nobody would send, by libFuzzer, FUZZ_SECONDS (30) for each program; needs clang and libclang-rt-*-dev
 	@for name in $(FUZZERS); do \
 	  $(MAKE) --no-print-directory MODE=asan CC=clang CXX=clang++ B=build/fuzz CFLAGS='-fsanitize=fuzzer-no-link -DFUZZER' \
@@ -214,6 +217,14 @@ $(B)/tests/bench/modes/run: $(call objects,tests/bench/modes) $(B)/libpendulum.a
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS) -ldl
 
+# peers get every instruction of this machine
+SUNDIALS = $(if $(wildcard /usr/include/cvode/cvode.h),-lsundials_cvode -lsundials_arkode -lsundials_nvecserial \
+  $(if $(wildcard /usr/lib/*/libsundials_core.so),-lsundials_core))
+$(B)/tests/bench/trajectories/peers.o: CFLAGS += -march=native -ffast-math
+$(B)/tests/bench/trajectories/run: $(call objects,tests/bench/trajectories) $(B)/libpendulum.a $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS) $(SUNDIALS) -ldl
+
 $(B)/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(API) $(B)/libpendulum.a
 	$(call say,link,$@)
 	$(Q)$(LINK) -fsanitize=fuzzer -o $@ $^ $(LIBS)
@@ -227,5 +238,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench bench-modes debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
+.PHONY: help run check build bench bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
 .DELETE_ON_ERROR:

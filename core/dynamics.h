@@ -6,6 +6,7 @@
 
 #include <stddef.h>
 
+#include "core/isa.h"
 #include "core/tree.h"
 
 /**
@@ -27,9 +28,37 @@ size_t pend_dynamics_work_bytes(int n);
  * acc      out, n values, rad/s^2; may be the same array as rate.
  * force    out, n values, N, compression positive; NULL to skip.
  *
+ * Two forms do this: a quick one in the processor's vectors, and a careful one for states on which the quick one loses
+ * digits, which it notices (see core/README.md). Same input, same bits, on processors with the same instruction set;
+ * between instruction sets the last digits differ.
+ *
  * Cannot fail on a valid tree and finite inputs. O(n), no allocation. Safe on any thread with its own work.
  */
 void pend_dynamics(const struct pend_tree *tree, double gravity, const double phi[], const double rate[], void *work,
                    double acc[], double force[]);
+
+/* States that go side by side through pend_dynamics_lanes. */
+enum { PEND_DYNAMICS_LANES = 8 };
+
+/** Bytes of scratch that pend_dynamics_lanes needs for a tree of n arms. */
+size_t pend_dynamics_lanes_bytes(int n);
+
+/**
+ * Angular accelerations and compression forces of PEND_DYNAMICS_LANES states of one tree, one a vector lane.
+ *
+ * phi, rate, acc, force  n PEND_DYNAMICS_LANES values each, aligned to 64: arm k of state i at PEND_DYNAMICS_LANES k +
+ * i; no two arrays the same, none NULL. Lanes of no use hold copies of another. work pend_dynamics_lanes_bytes(n)
+ * bytes, aligned to 64.
+ *
+ * The rest as pend_dynamics, to rounding; a lane's bits do not depend on its neighbours.
+ */
+void pend_dynamics_lanes(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
+                         void *work, double acc[], double force[]);
+
+/** The same two, compiled for an instruction set that this processor runs: for tests. */
+void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree, double gravity, const double phi[],
+                       const double rate[], void *work, double acc[], double force[]);
+void pend_dynamics_lanes_for(enum pend_isa isa, const struct pend_tree *tree, double gravity, const double phi[],
+                             const double rate[], void *work, double acc[], double force[]);
 
 #endif

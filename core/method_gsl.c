@@ -19,8 +19,9 @@ struct gsl_stepper {
     gsl_odeiv2_driver *driver;
     double t, size; /* s: reached, relative to the first instant; the next step, with its direction */
     struct pend_stepper_counts counts;
+    long rejected; /* steps before GSL's last start */
     int n;
-    double *y; /* phi and phi' beneath each other, 2 n values */
+    double *y; /* phi and phi' beneath each other, 2 n values; behind them 6 n of scratch */
     void *work;
 };
 
@@ -116,10 +117,25 @@ static int gsl_stepper_evolve(struct gsl_stepper *g, double limit) {
     return status;
 }
 
+/* The same; where it fails on numbers that are not finite, once more without history: GSL's multistep method divides by
+ * differences that vanish where two states are all but one. */
+static int gsl_stepper_evolve_anew(struct gsl_stepper *g, double limit) {
+    double t = g->t, size = g->size, *kept = g->y + 2 * g->n;
+    size_t bytes = 2 * (size_t)g->n * sizeof(double);
+    memcpy(kept, g->y, bytes);
+    int status = gsl_stepper_evolve(g, limit);
+    if (status != GSL_EBADFUNC) return status;
+    g->t = t, g->size = size;
+    memcpy(g->y, kept, bytes);
+    g->rejected += (long)g->driver->e->failed_steps + 1;
+    gsl_odeiv2_driver_reset(g->driver);
+    return gsl_stepper_evolve(g, limit);
+}
+
 static enum pend_status gsl_stepper_step(void *stepper, double limit, double *reached, struct pend_error *error) {
     struct gsl_stepper *g = stepper;
-    int status = gsl_stepper_evolve(g, limit);
-    g->counts.rejected = (long)g->driver->e->failed_steps;
+    int status = gsl_stepper_evolve_anew(g, limit);
+    g->counts.rejected = g->rejected + (long)g->driver->e->failed_steps;
     if (status == GSL_SUCCESS) {
         g->counts.steps++;
         *reached = g->t;

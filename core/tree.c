@@ -12,11 +12,12 @@
 struct tree_parts {
     double *len, *mass, *subtree_mass;
     int *parent, *end, *depth, *order, *place;
+    unsigned char *kin;
 };
 
 struct tree_block {
     struct pend_tree tree; /* first, so that the tree's address is the block's */
-    double data[];         /* three arrays of n doubles, then five of n ints */
+    double data[];         /* three arrays of n doubles, then five of n ints and one of n bytes */
 };
 
 /* counts the faults of an input and passes them on */
@@ -142,6 +143,18 @@ static void tree_place(int n, const int parent[], const int size[], const int li
     }
 }
 
+/* how stored arm k stands among its siblings */
+static unsigned char tree_kin(const int parent[], const int end[], int k) {
+    int p = parent[k], kin = 0;
+    if (end[k] == k + 1)
+        kin |= PEND_KIN_LEAF;
+    else if (end[k + 1] != end[k])
+        kin |= PEND_KIN_FORK;
+    if (p == k - 1) kin |= PEND_KIN_FIRST;
+    if (p < 0 || end[p] == end[k]) kin |= PEND_KIN_LAST;
+    return (unsigned char)kin;
+}
+
 /* fills the stored arrays; part.place and, in the caller's order, the sizes in part.depth are known */
 static void tree_store(int n, const double length[], const double mass[], const int parent[],
                        const struct tree_parts *part) {
@@ -156,10 +169,11 @@ static void tree_store(int n, const double length[], const double mass[], const 
     part->depth[0] = 1;
     for (int k = 1; k < n; k++) part->depth[k] = part->depth[part->parent[k]] + 1;
     for (int k = n - 1; k > 0; k--) part->subtree_mass[part->parent[k]] += part->subtree_mass[k];
+    for (int k = 0; k < n; k++) part->kin[k] = tree_kin(part->parent, part->end, k);
 }
 
 static struct tree_block *tree_block_new(int n, struct tree_parts *part) {
-    size_t one = 3 * sizeof(double) + 5 * sizeof(int), count = (size_t)n;
+    size_t one = 3 * sizeof(double) + 5 * sizeof(int) + 1, count = (size_t)n;
     if (count > (SIZE_MAX - sizeof(struct tree_block)) / one) return NULL;
     struct tree_block *block = malloc(sizeof *block + count * one);
     if (!block) return NULL;
@@ -171,6 +185,7 @@ static struct tree_block *tree_block_new(int n, struct tree_parts *part) {
     part->depth = part->end + count;
     part->order = part->depth + count;
     part->place = part->order + count;
+    part->kin = (unsigned char *)(part->place + count);
     block->tree = (struct pend_tree){.n = n,
                                      .len = part->len,
                                      .mass = part->mass,
@@ -179,7 +194,8 @@ static struct tree_block *tree_block_new(int n, struct tree_parts *part) {
                                      .end = part->end,
                                      .depth = part->depth,
                                      .order = part->order,
-                                     .place = part->place};
+                                     .place = part->place,
+                                     .kin = part->kin};
     return block;
 }
 
@@ -331,6 +347,7 @@ static int tree_arm_valid(const struct pend_tree *tree, int k) {
     if (!(tree->len[k] > 0 && isfinite(tree->len[k]) && tree->mass[k] > 0)) return 0;
     if (!(tree->subtree_mass[k] >= tree->mass[k] && isfinite(tree->subtree_mass[k]))) return 0;
     if (tree->end[k] <= k || tree->end[k] > tree->n) return 0;
+    if (p >= k || tree->kin[k] != tree_kin(tree->parent, tree->end, k)) return 0;
     if (k == 0) return p == -1 && tree->depth[0] == 1 && tree->end[0] == tree->n;
     if (p < 0 || p >= k || tree->depth[k] != tree->depth[p] + 1) return 0;
     // depth first: an arm follows its parent or the sub-tree of a sibling, and is no larger than the last sibling

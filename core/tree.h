@@ -8,6 +8,14 @@
 
 #include "core/status.h"
 
+/* How an arm stands among its siblings, in stored order, and whether any hang on it. */
+enum pend_kin {
+    PEND_KIN_LEAF = 1,  /* nothing hangs on it */
+    PEND_KIN_FIRST = 2, /* it comes right after its parent */
+    PEND_KIN_LAST = 4,  /* its sub-tree ends with its parent's */
+    PEND_KIN_FORK = 8   /* two or more arms hang on it */
+};
+
 /* Stored arm k is the caller's arm order[k]; place is the inverse. All arrays have n entries and one owner. */
 struct pend_tree {
     int n;
@@ -19,7 +27,8 @@ struct pend_tree {
     const int *depth;           /* 1 for the arm at the pivot */
     const int *order;
     const int *place;
-    double length_total; /* m, l_tot: the sum of all lengths */
+    const unsigned char *kin; /* of enum pend_kin; the root is first and last */
+    double length_total;      /* m, l_tot: the sum of all lengths */
 };
 
 /**

@@ -81,7 +81,7 @@ TEST(law_the_accelerations_conserve_the_energy) {
         spoilt = fmax(spoilt, power_miss(&t, 9.81, acc));
         test_tree_clear(&t);
     }
-    CHECK_RESIDUAL(worst, 1e-12, "dE/dt = 0");
+    CHECK_RESIDUAL(worst, 1e-13, "dE/dt = 0");
     CHECK_SAYING(spoilt > 1e-11, "accelerations off by 1e-9 go unseen: %g", spoilt);
 }
 

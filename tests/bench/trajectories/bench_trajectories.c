@@ -1,0 +1,257 @@
+/* Single trajectories at equal accuracy: ours against GSL, SUNDIALS and the paper's code in GNU Octave.
+ * Leaves to others: the peers (peers).
+ * Invariant: who is timed has reached the error asked for, against numbers of 32 digits; all take turns, so that a slow
+ * spell hits all alike, and the figure is the smallest. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "core/method.h"
+#include "core/run.h"
+#include "tests/bench/trajectories/peers.h"
+
+extern const struct pend_method pend_method_taylor_extended;
+
+/* ---- problems */
+
+struct start {
+    double length[PROBLEM_ARMS_MAX], mass[PROBLEM_ARMS_MAX], theta[PROBLEM_ARMS_MAX], rate[PROBLEM_ARMS_MAX];
+    int parent[PROBLEM_ARMS_MAX];
+};
+
+static void broken(const char *what) {
+    fprintf(stderr, "broken: %s\n", what);
+    exit(1);
+}
+
+static void finish(struct problem *problem, int n, const struct start *start) {
+    problem->gravity = 9.81;
+    if (pend_tree_new(&problem->tree, n, start->length, start->mass, start->parent, NULL) != PEND_OK) broken("tree");
+    for (int k = 0; k < n; k++) {
+        problem->phi[k] = start->theta[problem->tree->order[k]] - M_PI_2;
+        problem->rate[k] = start->rate[problem->tree->order[k]];
+    }
+}
+
+static void make_paper(struct problem *problem) {
+    struct start start = {.length = {2, 1.5, 0.75, 1.25}, .mass = {1, 1, 1, 0.1}, .parent = {-1, 0, 1, 1}};
+    for (int k = 0; k < 4; k++) start.theta[k] = M_PI_2;
+    finish(problem, 4, &start);
+}
+
+static void make_double(struct problem *problem) {
+    struct start start = {.length = {1, 1}, .mass = {1, 1}, .theta = {2, 2.5}, .parent = {-1, 0}};
+    finish(problem, 2, &start);
+}
+
+static void make_chain(struct problem *problem) {
+    struct start start = {.rate = {0}};
+    for (int k = 0; k < 32; k++) {
+        start.length[k] = start.mass[k] = 1 / 32.0;
+        start.theta[k] = M_PI_2;
+        start.parent[k] = k - 1;
+    }
+    finish(problem, 32, &start);
+}
+
+static double uniform(unsigned long long *seed) {
+    *seed = *seed * 6364136223846793005ULL + 1442695040888963407ULL;
+    return (double)(*seed >> 11) * 0x1p-53;
+}
+
+/* each arm on a random earlier one; lengths and masses 10^+-0.3, any angle, rates up to 2 rad/s */
+static void make_tree(struct problem *problem) {
+    unsigned long long seed = 7;
+    struct start start = {.rate = {0}};
+    for (int k = 0; k < 200; k++) {
+        start.parent[k] = k ? (int)(uniform(&seed) * k) : -1;
+        start.length[k] = pow(10, 0.6 * uniform(&seed) - 0.3);
+        start.mass[k] = pow(10, 0.6 * uniform(&seed) - 0.3);
+        start.theta[k] = M_PI * (2 * uniform(&seed) - 1);
+        start.rate[k] = 2 * (2 * uniform(&seed) - 1);
+    }
+    finish(problem, 200, &start);
+}
+
+static const struct {
+    struct problem problem;
+    void (*make)(struct problem *problem);
+} cases[] = {
+    {{.name = "paper's example", .count = 501, .stop = 5, .until = 5, .error = 1e-12}, make_paper},
+    {{.name = "paper's example, to draw", .count = 501, .stop = 5, .until = 5, .error = 1e-6}, make_paper},
+    {{.name = "double pendulum", .count = 2001, .stop = 20, .until = 5, .error = 1e-12}, make_double},
+    {{.name = "double pendulum, to draw", .count = 2001, .stop = 20, .until = 5, .error = 1e-6}, make_double},
+    {{.name = "chain of 32", .count = 201, .stop = 2, .until = 1.5, .error = 1e-9}, make_chain},
+    {{.name = "chain of 32, to draw", .count = 201, .stop = 2, .until = 1.5, .error = 1e-4}, make_chain},
+    {{.name = "random tree of 200", .count = 101, .stop = 1, .until = 1, .error = 1e-9}, make_tree},
+    {{.name = "random tree of 200, to draw", .count = 101, .stop = 1, .until = 1, .error = 1e-6}, make_tree},
+};
+
+/* ---- ours */
+
+static int solve(const struct pend_method *method, const struct problem *problem, double tolerance, double phi[]) {
+    static double t[4096];
+    struct pend_problem ask = {.tree = problem->tree, .gravity = problem->gravity, .phi = problem->phi,
+                               .rate = problem->rate, .rtol = tolerance};
+    ask.times = (struct pend_times){.count = problem->count, .span = problem->stop, .divisor = problem->count - 1};
+    struct pend_samples samples = {.cap = problem->count, .t = t, .phi = phi};
+    struct pend_run *run;
+    int done = 0;
+    enum pend_status status = pend_run_new(&run, method, &ask, NULL);
+    if (status != PEND_OK) return 1;
+    while (status == PEND_OK && !done) status = pend_run_next(run, &samples, 1e12, &done, NULL);
+    pend_run_free(&run);
+    return status != PEND_OK;
+}
+
+static int ours(const struct problem *problem, double tolerance, double phi[]) {
+    return solve(pend_method_find("taylor"), problem, tolerance, phi);
+}
+
+/* ---- who takes part */
+
+struct contestant {
+    const char *name;
+    problem_solver *solver;
+    double tolerance, error, best; /* best: s, 0 = takes no part */
+};
+
+/* the largest error up to the instant that counts; ours are in the caller's order of arms, the peers' as stored */
+static double gap(const struct problem *problem, const double phi[], const double want[], int callers) {
+    double worst = 0;
+    int n = problem->tree->n;
+    for (int i = 0; i < problem->count && problem_time(problem, i) <= problem->until * (1 + 1e-12); i++) {
+        for (int k = 0; k < n; k++) {
+            int at = callers ? k : problem->tree->order[k];
+            double error = fabs(phi[i * n + k] - want[i * n + at]);
+            if (!(error <= worst)) worst = error;
+        }
+    }
+    return worst;
+}
+
+static double now(void) {
+    struct timespec time;
+    clock_gettime(CLOCK_MONOTONIC, &time);
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+/* the loosest tolerance, in steps of half a decade, that reaches the error */
+static void tune(const struct problem *problem, struct contestant *who, double phi[], const double want[]) {
+    for (double tolerance = problem->error * 30; tolerance > 0.9e-16; tolerance /= sqrt(10)) {
+        double begin = now();
+        if (who->solver(problem, fmin(tolerance, 1e-3), phi)) return;
+        who->best = now() - begin;
+        who->tolerance = fmin(tolerance, 1e-3);
+        who->error = gap(problem, phi, want, who->solver == ours);
+        if (who->error <= problem->error) return;
+        if (who->best > 10) break;
+    }
+    who->best = 0;
+}
+
+static void race(const struct problem *problem, struct contestant who[], int count, double phi[]) {
+    enum { ROUNDS_MAX = 60 };
+    double begin = now();
+    for (int round = 0; round < ROUNDS_MAX && now() - begin < 3; round++) {
+        for (int i = 0; i < count; i++) {
+            // the slow ones have had their turn
+            if (!who[i].best || (who[i].best > 0.5 && round > 1)) continue;
+            // a short one is run several times, or the clock and the cold cache would count
+            int times = who[i].best < 2e-3 ? 4 : 1;
+            while (times--) {
+                double start = now();
+                if (who[i].solver(problem, who[i].tolerance, phi)) broken(who[i].name);
+                who[i].best = fmin(who[i].best, now() - start);
+            }
+        }
+    }
+}
+
+static void compare(const struct problem *problem) {
+    struct contestant who[] = {{.name = "ours", .solver = ours},
+                               {.name = "GSL rk8pd, matrix", .solver = peer_rk8pd_matrix},
+                               {.name = "GSL msadams, matrix", .solver = peer_msadams_matrix},
+                               {.name = "GSL rk8pd, our O(n)", .solver = peer_rk8pd},
+                               {.name = "GSL msadams, our O(n)", .solver = peer_msadams},
+                               {.name = "CVODE Adams, our O(n)", .solver = peer_cvode},
+                               {.name = "ARKODE ERK 8, our O(n)", .solver = peer_arkode}};
+    enum { COUNT = sizeof who / sizeof *who };
+    size_t numbers = (size_t)problem->count * (size_t)problem->tree->n;
+    double *phi = malloc(numbers * sizeof *phi), *want = malloc(numbers * sizeof *want);
+    if (!phi || !want || solve(&pend_method_taylor_extended, problem, 1e-24, want)) broken("reference");
+    for (int i = 0; i < COUNT; i++) tune(problem, &who[i], phi, want);
+    race(problem, who, COUNT, phi);
+    for (int i = 1; i < COUNT; i++) {
+        printf("%-28s %9.3f %8.0e  %-24s", problem->name, who->best * 1e3, who->error, who[i].name);
+        if (who[i].best)
+            printf(" %10.3f %8.0e %8.1f\n", who[i].best * 1e3, who[i].error, who[i].best / who->best);
+        else
+            printf(" %10s %8.0e\n", "-", who[i].error);
+    }
+    fflush(stdout);
+    free(phi);
+    free(want);
+}
+
+/* ---- the paper's code, with its bracket put right, in GNU Octave */
+
+static const char octave_script[] =
+    "L=[2;1.5;.75;1.25];m=[1;1;1;.1];S=[1 0 0 0;1 1 0 0;1 1 1 0;1 1 0 1];g=9.81;N=4;\n"
+    "M=@(p) diag(exp(-1i*p).*L)*S'*diag(m)*S*diag(L.*exp(1i*p));\n"
+    "function d=rhs(y,M,g,L,S,m,N) p=y(1:N);w=y(N+1:2*N);A=M(p);"
+    "d=[w;real(A)\\(imag(A)*(w.^2)-g*cos(p).*L.*(S'*m))];end\n"
+    "f=@(t,y) rhs(y,M,g,L,S,m,N);t=linspace(0,5,501);y0=zeros(8,1);\n"
+    "[t1,y]=ode23(f,[0 .01],y0);tic;[t1,y]=ode23(f,t,y0);printf('%g ',toc);printf('%.17g ',y(:,1:N)');\n";
+
+static void octave(const struct problem *problem) {
+    char path[] = "/tmp/bench-octave-XXXXXX", command[128];
+    size_t numbers = (size_t)problem->count * (size_t)problem->tree->n;
+    double *phi = malloc(numbers * sizeof *phi), *want = malloc(numbers * sizeof *want), seconds = 0, best = INFINITY;
+    int file = mkstemp(path);
+    FILE *script = file < 0 ? NULL : fdopen(file, "w");
+    if (!script || !phi || !want) broken("octave's script");
+    fputs(octave_script, script);
+    fclose(script);
+    snprintf(command, sizeof command, "octave-cli --norc --quiet %s 2>/dev/null", path);
+    FILE *answer = popen(command, "r");
+    int there = answer && fscanf(answer, "%lf", &seconds) == 1;
+    for (size_t i = 0; i < numbers && there; i++) there = fscanf(answer, "%lf", &phi[i]) == 1;
+    if (answer) pclose(answer);
+    remove(path);
+    if (there && !solve(&pend_method_taylor_extended, problem, 1e-24, want)) {
+        double error = gap(problem, phi, want, 1), tolerance = 1e-1;
+        double reached = INFINITY;
+        for (; reached > error && tolerance > 1e-12; tolerance /= 10) {
+            double *mine = malloc(numbers * sizeof *mine);
+            for (int i = 0; i < 200 && mine; i++) {
+                double start = now();
+                if (ours(problem, tolerance, mine)) broken("ours");
+                best = i ? fmin(best, now() - start) : now() - start;
+            }
+            if (!mine) broken("memory");
+            reached = gap(problem, mine, want, 1);
+            free(mine);
+        }
+        printf("%-28s %9.3f %8.0e  %-24s %10.3f %8.0e %8.1f\n", problem->name, best * 1e3, reached,
+               "paper's ode23 in Octave", seconds * 1e3, error, seconds / best);
+    }
+    free(phi);
+    free(want);
+}
+
+/* usage: run [PART-OF-A-NAME] */
+int main(int argc, char **argv) {
+    peers_open();
+    printf("%-28s %9s %8s  %-24s %10s %8s %8s\n", "", "ours, ms", "error", "peer", "peer, ms", "error", "ratio");
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct problem problem = cases[i].problem;
+        if (argc > 1 && !strstr(problem.name, argv[1])) continue;
+        cases[i].make(&problem);
+        compare(&problem);
+        if (i == 0) octave(&problem);
+        pend_tree_free(&problem.tree);
+    }
+}

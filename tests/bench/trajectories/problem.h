@@ -1,0 +1,28 @@
+/* A trajectory to compute and its answer, for all who compute it.
+ * Leaves to others: computing (ours in bench_trajectories, the others in peers).
+ * Invariant: angles in the tree's stored order, one row an instant. */
+#ifndef BENCH_PROBLEM_H
+#define BENCH_PROBLEM_H
+
+#include "core/tree.h"
+
+enum { PROBLEM_ARMS_MAX = 256 };
+
+struct problem {
+    const char *name;
+    int count;                    /* instants, from 0 to stop */
+    double stop, until, error;    /* s; the error, rad, is to be reached up to `until` */
+    double gravity;
+    struct pend_tree *tree;
+    double phi[PROBLEM_ARMS_MAX], rate[PROBLEM_ARMS_MAX]; /* start */
+};
+
+/** Instant i, s. */
+static inline double problem_time(const struct problem *problem, int i) {
+    return i * problem->stop / (problem->count - 1);
+}
+
+/** Computes phi, count rows of n; 0 on success. Both tolerances are `tolerance`. */
+typedef int problem_solver(const struct problem *problem, double tolerance, double phi[]);
+
+#endif
