@@ -137,6 +137,8 @@ static enum pend_status trajectory_begin(struct trajectory *trajectory, struct a
                                    .gravity = trajectory->tree.gravity,
                                    .phi = trajectory->start->phi,
                                    .rate = trajectory->start->rate,
+                                   .phi_low = trajectory->start->phi_low,
+                                   .rate_low = trajectory->start->rate_low,
                                    .times = trajectory->times.times,
                                    .rtol = method->rtol,
                                    .atol = method->atol,
