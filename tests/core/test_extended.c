@@ -363,3 +363,22 @@ TEST(extended_method_fails_cleanly_without_memory) {
     test_record_clear(&record);
     test_paper_clear(&paper);
 }
+
+TEST(extended_start_keeps_what_rounding_left_of_it) {
+    struct test_paper paper;
+    struct test_record plain, moved;
+    test_paper_init(&paper, 2);
+    double low[4] = {1e-17, 0, 0, 0}, none[4] = {0, 0, 0, 0};
+    for (int k = 0; k < 4; k++) paper.phi[k] = 0.5 * k;
+    paper.problem.phi_low = none;
+    test_record_blocks(&plain, pend_method_taylor.extended, &paper.problem, 2, INFINITY);
+    paper.problem.phi_low = low;
+    paper.problem.rate_low = none;
+    test_record_blocks(&moved, pend_method_taylor.extended, &paper.problem, 2, INFINITY);
+    // 1e-17 grows over 5 s to what a double shows
+    double gap = test_record_gap(&plain, &moved).phi;
+    CHECK_SAYING(gap > 0 && gap < 1e-12, "%g", gap);
+    test_record_clear(&plain);
+    test_record_clear(&moved);
+    test_paper_clear(&paper);
+}
