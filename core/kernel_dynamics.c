@@ -203,7 +203,7 @@ LANES_INLINE void block_values(const struct block *block, int i, wide radial, wi
     *force = tension * descent->inverse_unit;
     descent->force = WIDE_(max)(WIDE_(abs)(tension), descent->force);
     descent->load = WIDE_(max)(load, descent->load);
-    descent->poison += (*acc - *acc) + (*force - *force);
+    descent->poison = WIDE_(fma)(*acc, WIDE_(of)(0), WIDE_(fma)(*force, WIDE_(of)(0), descent->poison));
 }
 
 LANES_INLINE void block_finish(struct block *block, const struct pend_tree *tree, struct descent *descent, int begin,
@@ -314,7 +314,7 @@ static void lanes_up(const struct pend_tree *tree, double unit, const double phi
         }
         unsigned how = tree->kin[k];
         struct lanes_arm *a = &arm[k];
-        wide m = WIDE_(of)(unit * tree->mass[k]), S = m, C = a->cosine, Z = a->sine, f = -m * a->spin;
+        wide m = WIDE_(of)(unit * tree->mass[k]), S = m, C = a->cosine, Z = a->sine, f = -(m * a->spin);
         if (!(how & PEND_KIN_LEAF)) {
             wide inv = 1.0 / (m + now.q), h = WIDE_(fma)(m, now.b, now.lift) * inv;
             S = WIDE_(fma)(m, m + now.s, now.area) * inv;
@@ -369,7 +369,7 @@ static wide lanes_down(const struct pend_tree *tree, double unit, double gravity
         most = WIDE_(max)(WIDE_(abs)(tension), most);
         tension *= inverse_unit;
         across *= 1 / tree->len[k];
-        poison += (across - across) + (tension - tension);
+        poison = WIDE_(fma)(across, zero, WIDE_(fma)(tension, zero, poison));
         WIDE_(put)(acc + DYNAMICS_LANES * k, across);
         WIDE_(put)(force + DYNAMICS_LANES * k, tension);
     }
