@@ -292,3 +292,128 @@ TEST(dynamics_take_a_hundred_thousand_arms) {
     }
     free(acc);
 }
+
+/* eight states of a tree, and what they are when each goes alone */
+struct eight {
+    int n;
+    double *phi, *rate, *acc, *force; /* n by PEND_DYNAMICS_LANES */
+    void *work;
+};
+
+static void eight_init(struct eight *e, int n) {
+    size_t bytes = (size_t)n * PEND_DYNAMICS_LANES * sizeof(double);
+    *e = (struct eight){
+        .n = n, .phi = aligned_alloc(64, 4 * bytes), .work = aligned_alloc(64, pend_dynamics_lanes_bytes(n))};
+    if (!e->phi || !e->work) abort();
+    memset(e->work, 0xff, pend_dynamics_lanes_bytes(n));
+    e->rate = e->phi + n * PEND_DYNAMICS_LANES;
+    e->acc = e->rate + n * PEND_DYNAMICS_LANES;
+    e->force = e->acc + n * PEND_DYNAMICS_LANES;
+}
+
+static void eight_clear(struct eight *e) {
+    free(e->phi);
+    free(e->work);
+}
+
+static void eight_fill(struct eight *e, int lane, const double phi[], const double rate[]) {
+    for (int k = 0; k < e->n; k++) {
+        e->phi[PEND_DYNAMICS_LANES * k + lane] = phi[k];
+        e->rate[PEND_DYNAMICS_LANES * k + lane] = rate[k];
+    }
+}
+
+TEST(dynamics_of_eight_states_are_those_of_each) {
+    unsigned long long seed = 13;
+    enum { MOST = 24 };
+    for (int isa = 0; isa <= (int)pend_isa_best(); isa++)
+        for (int wide = 0; wide < 2; wide++) {
+            struct worst worst = {0, 0};
+            for (int i = 0; i < 35; i++) {
+                struct test_tree t;
+                struct eight e;
+                double phi[8][MOST], rate[8][MOST], acc[MOST], force[MOST];
+                test_quad exact_acc[MOST], exact_force[MOST];
+                int n = 1 + test_random_int(&seed, MOST);
+                test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, wide ? 8 : 0.3, &seed);
+                eight_init(&e, n);
+                for (int j = 0; j < 8; j++) {
+                    for (int k = 0; k < n; k++) {
+                        phi[j][k] = t.phi[k] + (j % 3 ? test_random(&seed) : 0);
+                        rate[j][k] = j % 2 ? t.rate[k] * test_random(&seed) : 0;
+                    }
+                    eight_fill(&e, j, phi[j], rate[j]);
+                }
+                long before = test_alloc_count();
+                pend_dynamics_lanes_for((enum pend_isa)isa, t.tree, 9.81, e.phi, e.rate, e.work, e.acc, e.force);
+                CHECK_INT(test_alloc_count(), before);
+                for (int j = 0; j < 8; j++) {
+                    for (int k = 0; k < n; k++) acc[k] = e.acc[8 * k + j], force[k] = e.force[8 * k + j];
+                    test_quad_dynamics(t.tree, 9.81, phi[j], rate[j], exact_acc, exact_force);
+                    double gap_acc = test_quad_gap(n, acc, exact_acc), gap_force = test_quad_gap(n, force, exact_force);
+                    if (!(gap_acc <= worst.acc)) worst.acc = gap_acc;
+                    if (!(gap_force <= worst.force)) worst.force = gap_force;
+                }
+                eight_clear(&e);
+                test_tree_clear(&t);
+            }
+            CHECK_RESIDUAL(worst.acc, wide ? 5e-13 : 5e-14,
+                           wide ? "phi'' of eight states, masses of 10^+-8" : "phi'' of eight states");
+            CHECK_RESIDUAL(worst.force, wide ? 2e-12 : 5e-14,
+                           wide ? "lambda of eight states, masses of 10^+-8" : "lambda of eight states");
+        }
+}
+
+TEST(dynamics_of_a_lane_do_not_depend_on_its_place_or_neighbours) {
+    enum { N = 30, BYTES = 8 * N * (int)sizeof(double) };
+    unsigned long long seed = 14;
+    struct test_tree t;
+    struct eight e;
+    test_tree_random(&t, TEST_TREE_LIMBS, N, 1, &seed);
+    eight_init(&e, N);
+    for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
+        double acc[N], force[N];
+        for (int place = 0; place < 8; place++) {
+            // the neighbours are other states, and once not even numbers
+            for (int k = 0; k < 8 * N; k++) e.phi[k] = place == 7 ? NAN : 6 * test_random(&seed), e.rate[k] = 1;
+            eight_fill(&e, place, t.phi, t.rate);
+            pend_dynamics_lanes_for((enum pend_isa)isa, t.tree, 9.81, e.phi, e.rate, e.work, e.acc, e.force);
+            int other = 0;
+            for (int k = 0; k < N; k++) {
+                if (!place) acc[k] = e.acc[8 * k], force[k] = e.force[8 * k];
+                other |= acc[k] != e.acc[8 * k + place] || force[k] != e.force[8 * k + place];
+            }
+            CHECK_SAYING(!other, "lane %d gives other bits than lane 0", place);
+        }
+    }
+    eight_clear(&e);
+    test_tree_clear(&t);
+}
+
+TEST(dynamics_of_every_instruction_set_keep_the_digits) {
+    unsigned long long seed = 15;
+    enum { MOST = 150 };
+    for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
+        struct worst narrow = {0, 0}, wide = {0, 0};
+        for (int i = 0; i < 140; i++) {
+            struct test_tree t;
+            double acc[MOST], force[MOST];
+            test_quad exact_acc[MOST], exact_force[MOST];
+            struct worst *worst = i % 2 ? &wide : &narrow;
+            int n = 1 + test_random_int(&seed, i < 10 ? MOST : 20);
+            test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, i % 2 ? 8 : 0.3, &seed);
+            void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
+            REQUIRE(work);
+            pend_dynamics_for((enum pend_isa)isa, t.tree, 9.81, t.phi, t.rate, work, acc, force);
+            test_quad_dynamics(t.tree, 9.81, t.phi, t.rate, exact_acc, exact_force);
+            worst->acc = fmax(worst->acc, test_quad_gap(n, acc, exact_acc));
+            worst->force = fmax(worst->force, test_quad_gap(n, force, exact_force));
+            free(work);
+            test_tree_clear(&t);
+        }
+        CHECK_RESIDUAL(narrow.acc, 2e-14, "phi'', masses of 10^+-0.3");
+        CHECK_RESIDUAL(narrow.force, 2e-14, "lambda, masses of 10^+-0.3");
+        CHECK_RESIDUAL(wide.acc, 5e-13, "phi'', masses of 10^+-8");
+        CHECK_RESIDUAL(wide.force, 5e-13, "lambda, masses of 10^+-8");
+    }
+}
