@@ -1,5 +1,6 @@
 #include "core/dynamics.h"
 
+#include <limits.h>
 #include <string.h>
 
 #include "core/dynamics_careful.h"
@@ -73,13 +74,13 @@ void pend_dynamics_lanes(const struct pend_tree *tree, double gravity, const dou
     pend_dynamics_lanes_for(pend_isa_best(), tree, gravity, phi, rate, work, acc, force);
 }
 
-/* rows that are worth all lanes */
-enum { DYNAMICS_LANES_LEAST = 4 };
+/* rows that are worth all lanes, and the largest tree whose lanes stay near the processor */
+enum { DYNAMICS_LANES_LEAST = 4, DYNAMICS_LANES_ARMS = 1024 };
 
 size_t pend_dynamics_many_bytes(int n) {
+    if (n > DYNAMICS_LANES_ARMS) return pend_dynamics_work_bytes(n);
     size_t lanes = 4 * DYNAMICS_LANES * (size_t)n * sizeof(double) + pend_dynamics_lanes_bytes(n);
-    size_t one = pend_dynamics_work_bytes(n);
-    return lanes > one ? lanes : one;
+    return lanes > pend_dynamics_work_bytes(n) ? lanes : pend_dynamics_work_bytes(n);
 }
 
 /* up to DYNAMICS_LANES rows; the lanes that are left over repeat the last */
@@ -104,8 +105,9 @@ static void dynamics_rows(const struct pend_tree *tree, double gravity, int coun
 
 void pend_dynamics_many(const struct pend_tree *tree, double gravity, long count, const double phi[],
                         const double rate[], void *work, double acc[], double force[]) {
+    long least = tree->n > DYNAMICS_LANES_ARMS ? LONG_MAX : DYNAMICS_LANES_LEAST;
     while (count > 0) {
-        int rows = count >= DYNAMICS_LANES ? DYNAMICS_LANES : count >= DYNAMICS_LANES_LEAST ? (int)count : 1;
+        int rows = count < least ? 1 : count < DYNAMICS_LANES ? (int)count : DYNAMICS_LANES;
         size_t step = (size_t)rows * (size_t)tree->n;
         if (rows > 1)
             dynamics_rows(tree, gravity, rows, phi, rate, work, acc, force);
