@@ -129,6 +129,9 @@ bench-modes: $(B)/tests/bench/modes/run ## modes against LAPACK, ARPACK and GSL 
 bench-trajectories: $(B)/tests/bench/trajectories/run ## trajectories against GSL, and SUNDIALS and Octave where these are installed, in three minutes
 	$< $(T)
 
+bench-dynamics: $(B)/tests/bench/dynamics/run ## accelerations against MuJoCo and LAPACK where these are installed, in half a minute
+	$< $(T)
+
 fuzz: ## requests that nobody would send, by libFuzzer, FUZZ_SECONDS (30) for each program; needs clang and libclang-rt-*-dev
 	@for name in $(FUZZERS); do \
 	  $(MAKE) --no-print-directory MODE=asan CC=clang CXX=clang++ B=build/fuzz CFLAGS='-fsanitize=fuzzer-no-link -DFUZZER' \
@@ -237,6 +240,10 @@ $(B)/tests/bench/trajectories/run: $(call objects,tests/bench/trajectories) $(B)
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS) $(SUNDIALS) -ldl
 
+$(B)/tests/bench/dynamics/run: $(call objects,tests/bench/dynamics) $(B)/libpendulum.a $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS) -ldl
+
 $(B)/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(API) $(B)/libpendulum.a
 	$(call say,link,$@)
 	$(Q)$(LINK) -fsanitize=fuzzer -o $@ $^ $(LIBS)
@@ -250,5 +257,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench load bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
+.PHONY: help run check build bench load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
 .DELETE_ON_ERROR:

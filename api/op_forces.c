@@ -19,6 +19,9 @@ static const double number_seconds = 5e-8, text_seconds = 3e-8;
 
 enum { BLOCK_ROWS = 64, BLOCK_NUMBERS = 16384 };
 
+/* states whose accelerations are found together */
+enum { AT_ONCE = PEND_DYNAMICS_LANES };
+
 /* the columns of the answer, in the order above; the energies have one number a row */
 static const struct {
     const char *name, *part;
@@ -46,7 +49,7 @@ struct forces {
     struct api_writer *writer;
     long next, cap; /* the first state that is not written yet; rows of a block */
     void *work;
-    double *row[4]; /* acceleration, force and two parts of a vector, n numbers in stored order */
+    double *row[4]; /* accelerations, forces of AT_ONCE states; two parts of a vector; n numbers in stored order each */
     double *column[COLUMNS];
 };
 
@@ -129,18 +132,19 @@ static enum pend_status forces_read(void **state, const struct api_reading *read
 
 /* running */
 
-/* one block: the scratch of the dynamics, four rows, the columns of `cap` rows */
+/* one block: the scratch of the dynamics, what it gives for some states, two rows, the columns of `cap` rows */
 static enum pend_status forces_allocate(struct forces *forces, struct pend_error *error) {
-    size_t n = (size_t)forces->tree.n, work = (pend_dynamics_work_bytes(forces->tree.n) + 63) / 64 * 64;
+    size_t n = (size_t)forces->tree.n, work = (pend_dynamics_many_bytes(forces->tree.n) + 63) / 64 * 64;
     long cap = BLOCK_NUMBERS / (long)api_table_numbers(&forces->table, 0);
     if (cap > BLOCK_ROWS) cap = BLOCK_ROWS;
     if (cap > forces->table.rows) cap = forces->table.rows;
     forces->cap = cap < 1 ? 1 : cap;
-    size_t numbers = 4 * n + (size_t)forces->cap * (KINETIC * n + (COLUMNS - KINETIC));
+    size_t numbers = (2 * AT_ONCE + 2) * n + (size_t)forces->cap * (KINETIC * n + (COLUMNS - KINETIC));
     forces->work = aligned_alloc(64, work + (numbers * sizeof(double) + 63) / 64 * 64);
     if (!forces->work) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for states of %zu arms", n);
     double *at = (double *)((char *)forces->work + work);
-    for (int i = 0; i < 4; i++, at += n) forces->row[i] = at;
+    for (int i = 0; i < 2; i++, at += AT_ONCE * n) forces->row[i] = at;
+    for (int i = 2; i < 4; i++, at += n) forces->row[i] = at;
     for (int c = 0; c < COLUMNS; c++) {
         forces->column[c] = at;
         at += (size_t)forces->cap * (c < KINETIC ? n : 1);
@@ -159,9 +163,12 @@ static void forces_put(const struct forces *forces, const double row[], long i, 
 static void forces_compute(const struct forces *forces, long s, long i) {
     const struct pend_tree *tree = forces->tree.tree;
     const double *phi = forces->states->phi + s * tree->n, *rate = forces->states->rate + s * tree->n;
-    double gravity = forces->tree.gravity, *acc = forces->row[0], *force = forces->row[1];
-    double *re = forces->row[2], *im = forces->row[3];
-    pend_dynamics(tree, gravity, phi, rate, forces->work, acc, force);
+    double gravity = forces->tree.gravity, *re = forces->row[2], *im = forces->row[3];
+    // the first of some finds the accelerations and forces of all
+    long behind = i % AT_ONCE, left = forces->table.rows - s;
+    double *acc = forces->row[0] + behind * tree->n, *force = forces->row[1] + behind * tree->n;
+    if (!behind)
+        pend_dynamics_many(tree, gravity, left < AT_ONCE ? left : AT_ONCE, phi, rate, forces->work, acc, force);
     forces_put(forces, acc, i, PHIDD);
     forces_put(forces, force, i, LAMBDA);
     pend_motion_position(tree, phi, re, im);

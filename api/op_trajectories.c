@@ -25,7 +25,8 @@ static const double step_seconds = 3e-7, arm_seconds = 6e-7, text_seconds = 4e-8
 static const struct {
     const char *method;
     double steps;
-} steps_a_radian[] = {{"taylor", 4}, {"linear", 0}, {"ode23", 6}, {"rkf45", 45}, {"rk8pd", 35}, {"msadams", 30}, {"symplectic", 1}};
+} steps_a_radian[] = {{"taylor", 4}, {"linear", 0},   {"ode23", 6},     {"rkf45", 45},
+                      {"rk8pd", 35}, {"msadams", 30}, {"symplectic", 1}};
 static const double steps_of_others = 20;
 
 /* how many times as long 32 digits take, and the fixed step */
@@ -248,7 +249,8 @@ static double trajectory_cost(const void *state) {
     double times_as_long = trajectory->trust_tolerance > 0 ? 2 + extended_times : 1;
     if (trajectory->method.method == pend_method_taylor.extended) times_as_long = extended_times;
     if (trajectory->method.method == &pend_method_symplectic) times_as_long = symplectic_times;
-    return times_as_long * fmin(steps, (double)trajectory->step_cap) * (step_seconds + trajectory->tree.n * arm_seconds) +
+    return times_as_long * fmin(steps, (double)trajectory->step_cap) *
+               (step_seconds + trajectory->tree.n * arm_seconds) +
            numbers * (trajectory->format->digits ? text_seconds : binary_seconds);
 }
 

@@ -1,5 +1,6 @@
 #include "core/dynamics.h"
 
+#include <limits.h>
 #include <string.h>
 
 #include "core/dynamics_careful.h"
@@ -71,4 +72,47 @@ void pend_dynamics_lanes_for(enum pend_isa isa, const struct pend_tree *tree, do
 void pend_dynamics_lanes(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
                          void *work, double acc[], double force[]) {
     pend_dynamics_lanes_for(pend_isa_best(), tree, gravity, phi, rate, work, acc, force);
+}
+
+/* rows that are worth all lanes, and the largest tree whose lanes stay near the processor */
+enum { DYNAMICS_LANES_LEAST = 4, DYNAMICS_LANES_ARMS = 1024 };
+
+size_t pend_dynamics_many_bytes(int n) {
+    if (n > DYNAMICS_LANES_ARMS) return pend_dynamics_work_bytes(n);
+    size_t lanes = 4 * DYNAMICS_LANES * (size_t)n * sizeof(double) + pend_dynamics_lanes_bytes(n);
+    return lanes > pend_dynamics_work_bytes(n) ? lanes : pend_dynamics_work_bytes(n);
+}
+
+/* up to DYNAMICS_LANES rows; the lanes that are left over repeat the last */
+static void dynamics_rows(const struct pend_tree *tree, double gravity, int count, const double phi[],
+                          const double rate[], void *work, double acc[], double force[]) {
+    int n = tree->n;
+    size_t all = DYNAMICS_LANES * (size_t)n;
+    double *lane_phi = work, *lane_rate = lane_phi + all, *lane_acc = lane_rate + all, *lane_force = lane_acc + all;
+    for (int k = 0; k < n; k++)
+        for (int i = 0; i < DYNAMICS_LANES; i++) {
+            size_t from = (size_t)(i < count ? i : count - 1) * (size_t)n + (size_t)k;
+            lane_phi[DYNAMICS_LANES * k + i] = phi[from];
+            lane_rate[DYNAMICS_LANES * k + i] = rate[from];
+        }
+    pend_dynamics_lanes(tree, gravity, lane_phi, lane_rate, lane_force + all, lane_acc, lane_force);
+    for (int i = 0; i < count; i++)
+        for (int k = 0; k < n; k++) {
+            acc[(size_t)i * (size_t)n + (size_t)k] = lane_acc[DYNAMICS_LANES * k + i];
+            force[(size_t)i * (size_t)n + (size_t)k] = lane_force[DYNAMICS_LANES * k + i];
+        }
+}
+
+void pend_dynamics_many(const struct pend_tree *tree, double gravity, long count, const double phi[],
+                        const double rate[], void *work, double acc[], double force[]) {
+    long least = tree->n > DYNAMICS_LANES_ARMS ? LONG_MAX : DYNAMICS_LANES_LEAST;
+    while (count > 0) {
+        int rows = count < least ? 1 : count < DYNAMICS_LANES ? (int)count : DYNAMICS_LANES;
+        size_t step = (size_t)rows * (size_t)tree->n;
+        if (rows > 1)
+            dynamics_rows(tree, gravity, rows, phi, rate, work, acc, force);
+        else
+            pend_dynamics(tree, gravity, phi, rate, work, acc, force);
+        phi += step, rate += step, acc += step, force += step, count -= rows;
+    }
 }

@@ -50,10 +50,23 @@ size_t pend_dynamics_lanes_bytes(int n);
  * i; no two arrays the same, none NULL. Lanes of no use hold copies of another. work pend_dynamics_lanes_bytes(n)
  * bytes, aligned to 64.
  *
- * The rest as pend_dynamics, to rounding; a lane's bits do not depend on its neighbours.
+ * The rest as pend_dynamics, and the same bits: they depend neither on the lane nor on its neighbours.
  */
 void pend_dynamics_lanes(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
                          void *work, double acc[], double force[]);
+
+/** Bytes of scratch that pend_dynamics_many needs for a tree of n arms. */
+size_t pend_dynamics_many_bytes(int n);
+
+/**
+ * Angular accelerations and compression forces of any number of states of one tree, each as pend_dynamics to the bit.
+ *
+ * count                  states, >= 0.
+ * phi, rate, acc, force  count rows of n values; no two arrays the same, none NULL.
+ * work                   pend_dynamics_many_bytes(n) bytes, aligned to 64.
+ */
+void pend_dynamics_many(const struct pend_tree *tree, double gravity, long count, const double phi[],
+                        const double rate[], void *work, double acc[], double force[]);
 
 /** The same two, compiled for an instruction set that this processor runs: for tests. */
 void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree, double gravity, const double phi[],

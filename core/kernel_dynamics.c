@@ -199,11 +199,11 @@ LANES_INLINE void block_values(const struct block *block, int i, wide radial, wi
     wide tension = WIDE_(fma)(S, radial, WIDE_(get)(block->held + i));
     wide tangential = WIDE_(fma)(WIDE_(get)(block->lean + i), radial, WIDE_(get)(block->side + i));
     wide load = S * (far + WIDE_(get)(block->spin + i));
-    *acc = (across - tangential) / len;
+    *acc = (across - tangential) * (1.0 / len);
     *force = tension * descent->inverse_unit;
     descent->force = WIDE_(max)(WIDE_(abs)(tension), descent->force);
     descent->load = WIDE_(max)(load, descent->load);
-    descent->poison += (*acc - *acc) + (*force - *force);
+    descent->poison = WIDE_(fma)(*acc, WIDE_(of)(0), WIDE_(fma)(*force, WIDE_(of)(0), descent->poison));
 }
 
 LANES_INLINE void block_finish(struct block *block, const struct pend_tree *tree, struct descent *descent, int begin,
@@ -258,7 +258,7 @@ static int kernel_one(const struct pend_tree *tree, double gravity, const double
     return poison == 0 && load <= LOAD_MOST * most;
 }
 
-/* Several states of one tree, one a lane: the same sweeps, every number a vector. */
+/* Several states of one tree, one a lane: the same sweeps with the same operations, every number a vector. */
 struct lanes_arm {
     wide cosine, sine, spin, eff, held, lean, side;
 };
@@ -286,16 +286,16 @@ static void lanes_prepare(const struct pend_tree *tree, const double phi[], cons
 }
 
 LANES_INLINE struct lanes_sums lanes_first(wide S, wide f, wide C, wide Z) {
-    wide zero = WIDE_(of)(0), SZ = S * Z;
-    return (struct lanes_sums){S, SZ * Z, SZ * C, f * C, f * Z, zero, zero};
+    wide zero = WIDE_(of)(0);
+    return (struct lanes_sums){S, S * (Z * Z), S * (C * Z), f * C, f * Z, zero, zero};
 }
 
 LANES_INLINE struct lanes_sums lanes_join(const struct lanes_sums *j, wide S, wide f, wide C, wide Z) {
-    wide x = WIDE_(fma)(j->q, C, -j->r * Z), y = WIDE_(fma)(j->s - j->q, Z, -j->r * C), SZ = S * Z;
-    wide z = S * WIDE_(fma)(j->b, Z, -j->t * C);
+    wide x = WIDE_(fma)(j->q, C, -(j->r * Z)), y = WIDE_(fma)(j->s - j->q, Z, -(j->r * C));
+    wide z = S * WIDE_(fma)(j->b, Z, -(j->t * C));
     return (struct lanes_sums){j->s + S,
-                               WIDE_(fma)(SZ, Z, j->q),
-                               WIDE_(fma)(SZ, C, j->r),
+                               WIDE_(fma)(S, Z * Z, j->q),
+                               WIDE_(fma)(S, C * Z, j->r),
                                WIDE_(fma)(f, C, j->b),
                                WIDE_(fma)(f, Z, j->t),
                                WIDE_(fma)(S, WIDE_(fma)(Z, y, C * x), j->area),
@@ -314,7 +314,7 @@ static void lanes_up(const struct pend_tree *tree, double unit, const double phi
         }
         unsigned how = tree->kin[k];
         struct lanes_arm *a = &arm[k];
-        wide m = WIDE_(of)(unit * tree->mass[k]), S = m, C = a->cosine, Z = a->sine, f = -m * a->spin;
+        wide m = WIDE_(of)(unit * tree->mass[k]), S = m, C = a->cosine, Z = a->sine, f = -(m * a->spin);
         if (!(how & PEND_KIN_LEAF)) {
             wide inv = 1.0 / (m + now.q), h = WIDE_(fma)(m, now.b, now.lift) * inv;
             S = WIDE_(fma)(m, m + now.s, now.area) * inv;
@@ -355,21 +355,21 @@ static wide lanes_down(const struct pend_tree *tree, double unit, double gravity
         wide C = a->cosine, Z = a->sine, w = a->spin, S = a->eff;
         wide kappa = WIDE_(fma)(-Z, now.lean, C), shift = WIDE_(fma)(Z, now.side, w);
         wide radial = WIDE_(fma)(kappa, now.radial, -shift), tension = S * radial;
-        wide across = WIDE_(fma)(Z, now.radial, -C * now.tangential);
+        wide across = WIDE_(fma)(Z, now.radial, -(C * now.tangential));
         loads = WIDE_(max)(S * (now.far + w), loads);
         if (!(how & PEND_KIN_LEAF)) {
             now.lean = a->lean, now.side = a->side;
             now.tangential = -WIDE_(fma)(now.lean, radial, now.side);
             now.radial = radial;
             now.far = WIDE_(max)(WIDE_(abs)(radial) + WIDE_(abs)(now.tangential) + w, now.far);
-            tension += a->held;
+            tension = WIDE_(fma)(S, radial, a->held);
             across += now.tangential;
             if (how & PEND_KIN_FORK) *++top = now;
         }
         most = WIDE_(max)(WIDE_(abs)(tension), most);
         tension *= inverse_unit;
         across *= 1 / tree->len[k];
-        poison += (across - across) + (tension - tension);
+        poison = WIDE_(fma)(across, zero, WIDE_(fma)(tension, zero, poison));
         WIDE_(put)(acc + DYNAMICS_LANES * k, across);
         WIDE_(put)(force + DYNAMICS_LANES * k, tension);
     }

@@ -16,9 +16,20 @@ LANES_INLINE void OF(put)(double *at, VEC x) { *(VEC *)(void *)at = x; }
 /** x where the mask is all ones, y where it is 0. */
 LANES_INLINE VEC OF(pick)(BITS mask, VEC x, VEC y) { return (VEC)((mask & (BITS)x) | (~mask & (BITS)y)); }
 
+/** The larger, the smaller of two; y where one of them is not a number. */
+#if LANES == 8 && defined(__AVX512F__)
+LANES_INLINE VEC OF(max)(VEC x, VEC y) { return (VEC)_mm512_max_pd((__m512d)x, (__m512d)y); }
+LANES_INLINE VEC OF(min)(VEC x, VEC y) { return (VEC)_mm512_min_pd((__m512d)x, (__m512d)y); }
+#elif LANES == 4 && defined(__AVX2__)
+LANES_INLINE VEC OF(max)(VEC x, VEC y) { return (VEC)_mm256_max_pd((__m256d)x, (__m256d)y); }
+LANES_INLINE VEC OF(min)(VEC x, VEC y) { return (VEC)_mm256_min_pd((__m256d)x, (__m256d)y); }
+#elif LANES == 2 && defined(__x86_64__)
+LANES_INLINE VEC OF(max)(VEC x, VEC y) { return (VEC)_mm_max_pd((__m128d)x, (__m128d)y); }
+LANES_INLINE VEC OF(min)(VEC x, VEC y) { return (VEC)_mm_min_pd((__m128d)x, (__m128d)y); }
+#else
 LANES_INLINE VEC OF(max)(VEC x, VEC y) { return OF(pick)((BITS)(x > y), x, y); }
-
 LANES_INLINE VEC OF(min)(VEC x, VEC y) { return OF(pick)((BITS)(x < y), x, y); }
+#endif
 
 LANES_INLINE VEC OF(abs)(VEC x) { return (VEC)((BITS)x & 0x7fffffffffffffffLL); }
 

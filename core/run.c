@@ -29,7 +29,7 @@ struct pend_run {
     double *t, *relative;      /* a group's instants, and the same relative to the first */
     struct pend_points points; /* a group's states, stored order */
     double *re, *im;           /* one row */
-    void *work;                /* of pend_dynamics */
+    void *work;                /* of pend_dynamics_many */
 };
 
 /* ---- checks of a problem */
@@ -130,7 +130,7 @@ static size_t run_place(struct pend_run *run, char *base, int n, int group, doub
     run->points.force = run_take(base, &used, rows);
     run->re = run_take(base, &used, row);
     run->im = run_take(base, &used, row);
-    run->work = run_take(base, &used, pend_dynamics_work_bytes(n));
+    run->work = run_take(base, &used, pend_dynamics_many_bytes(n));
     return used;
 }
 
@@ -288,15 +288,13 @@ static void run_states(struct pend_run *run, const struct pend_samples *samples,
         run->method->at(run->stepper, run->relative, due, &points);
     }
     if ((!points.acc && !points.force) || (flags & PEND_METHOD_SERIES && !first)) return;
-    for (size_t row = 0; row < (size_t)due * n; row += n) {
-        double *force = points.force ? points.force + row : NULL;
-        if (!(flags & PEND_METHOD_LINEAR))
-            pend_dynamics(problem->tree, problem->gravity, points.phi + row, points.rate + row, run->work,
-                          run->points.acc + row, force);
-        else if (force)
+    if (!(flags & PEND_METHOD_LINEAR))
+        pend_dynamics_many(problem->tree, problem->gravity, due, points.phi, points.rate, run->work, run->points.acc,
+                           run->points.force);
+    else if (points.force)
+        for (size_t row = 0; row < (size_t)due * n; row += n)
             pend_motion_force(problem->tree, problem->gravity, points.phi + row, points.rate + row, points.acc + row,
-                              force);
-    }
+                              points.force + row);
 }
 
 /* copies rows in stored order to the caller's, from row `at` of `out` on */

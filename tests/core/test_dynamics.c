@@ -292,3 +292,150 @@ TEST(dynamics_take_a_hundred_thousand_arms) {
     }
     free(acc);
 }
+
+/* eight states of a tree, and what they are when each goes alone */
+struct eight {
+    int n;
+    double *phi, *rate, *acc, *force; /* n by PEND_DYNAMICS_LANES */
+    void *work;
+};
+
+static void eight_init(struct eight *e, int n) {
+    size_t bytes = (size_t)n * PEND_DYNAMICS_LANES * sizeof(double);
+    *e = (struct eight){
+        .n = n, .phi = aligned_alloc(64, 4 * bytes), .work = aligned_alloc(64, pend_dynamics_lanes_bytes(n))};
+    if (!e->phi || !e->work) abort();
+    memset(e->work, 0xff, pend_dynamics_lanes_bytes(n));
+    e->rate = e->phi + n * PEND_DYNAMICS_LANES;
+    e->acc = e->rate + n * PEND_DYNAMICS_LANES;
+    e->force = e->acc + n * PEND_DYNAMICS_LANES;
+}
+
+static void eight_clear(struct eight *e) {
+    free(e->phi);
+    free(e->work);
+}
+
+static void eight_fill(struct eight *e, int lane, const double phi[], const double rate[]) {
+    for (int k = 0; k < e->n; k++) {
+        e->phi[PEND_DYNAMICS_LANES * k + lane] = phi[k];
+        e->rate[PEND_DYNAMICS_LANES * k + lane] = rate[k];
+    }
+}
+
+TEST(dynamics_of_eight_states_are_those_of_each_to_the_bit) {
+    unsigned long long seed = 13;
+    enum { MOST = 100 };
+    for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
+        int other = 0;
+        for (int i = 0; i < 210; i++) {
+            struct test_tree t;
+            struct eight e;
+            double phi[8][MOST], rate[8][MOST], acc[MOST], force[MOST];
+            int n = 1 + test_random_int(&seed, MOST);
+            // with masses of 10^+-8 some states of the eight are for the careful form
+            test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, i % 2 ? 8 : 0.3, &seed);
+            eight_init(&e, n);
+            for (int j = 0; j < 8; j++) {
+                for (int k = 0; k < n; k++) {
+                    phi[j][k] = t.phi[k] + (j % 3 ? test_random(&seed) : 0);
+                    rate[j][k] = j % 2 ? t.rate[k] * test_random(&seed) : 0;
+                }
+                eight_fill(&e, j, phi[j], rate[j]);
+            }
+            void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
+            REQUIRE(work);
+            long before = test_alloc_count();
+            pend_dynamics_lanes_for((enum pend_isa)isa, t.tree, 9.81, e.phi, e.rate, e.work, e.acc, e.force);
+            CHECK_INT(test_alloc_count(), before);
+            for (int j = 0; j < 8; j++) {
+                pend_dynamics_for((enum pend_isa)isa, t.tree, 9.81, phi[j], rate[j], work, acc, force);
+                for (int k = 0; k < n; k++) other += acc[k] != e.acc[8 * k + j] || force[k] != e.force[8 * k + j];
+            }
+            free(work);
+            eight_clear(&e);
+            test_tree_clear(&t);
+        }
+        CHECK_INT(other, 0);
+    }
+}
+
+TEST(dynamics_of_many_states_are_those_of_each_to_the_bit) {
+    enum { N = 9, MOST = 21 };
+    unsigned long long seed = 16;
+    static double phi[MOST][N], rate[MOST][N], acc[MOST][N], force[MOST][N];
+    struct test_tree t;
+    test_tree_random(&t, TEST_TREE_ATTACHED, N, 2, &seed);
+    void *work = aligned_alloc(64, (pend_dynamics_many_bytes(N) + 63) / 64 * 64);
+    REQUIRE(work);
+    for (int j = 0; j < MOST; j++)
+        for (int k = 0; k < N; k++) phi[j][k] = 6 * test_random(&seed), rate[j][k] = test_random(&seed);
+    for (int count = 0; count <= MOST; count++) {
+        int other = 0;
+        memset(acc, 0, sizeof acc);
+        pend_dynamics_many(t.tree, 9.81, count, phi[0], rate[0], work, acc[0], force[0]);
+        for (int j = 0; j < count; j++) {
+            double one_acc[N], one_force[N];
+            pend_dynamics(t.tree, 9.81, phi[j], rate[j], work, one_acc, one_force);
+            other += memcmp(acc[j], one_acc, sizeof one_acc) || memcmp(force[j], one_force, sizeof one_force);
+        }
+        CHECK_SAYING(!other, "%d of %d states differ", other, count);
+        if (count < MOST) CHECK(acc[count][0] == 0);
+    }
+    free(work);
+    test_tree_clear(&t);
+}
+
+TEST(dynamics_of_a_lane_do_not_depend_on_its_place_or_neighbours) {
+    enum { N = 30, BYTES = 8 * N * (int)sizeof(double) };
+    unsigned long long seed = 14;
+    struct test_tree t;
+    struct eight e;
+    test_tree_random(&t, TEST_TREE_LIMBS, N, 1, &seed);
+    eight_init(&e, N);
+    for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
+        double acc[N], force[N];
+        for (int place = 0; place < 8; place++) {
+            // the neighbours are other states, and once not even numbers
+            for (int k = 0; k < 8 * N; k++) e.phi[k] = place == 7 ? NAN : 6 * test_random(&seed), e.rate[k] = 1;
+            eight_fill(&e, place, t.phi, t.rate);
+            pend_dynamics_lanes_for((enum pend_isa)isa, t.tree, 9.81, e.phi, e.rate, e.work, e.acc, e.force);
+            int other = 0;
+            for (int k = 0; k < N; k++) {
+                if (!place) acc[k] = e.acc[8 * k], force[k] = e.force[8 * k];
+                other |= acc[k] != e.acc[8 * k + place] || force[k] != e.force[8 * k + place];
+            }
+            CHECK_SAYING(!other, "lane %d gives other bits than lane 0", place);
+        }
+    }
+    eight_clear(&e);
+    test_tree_clear(&t);
+}
+
+TEST(dynamics_of_every_instruction_set_keep_the_digits) {
+    unsigned long long seed = 15;
+    enum { MOST = 150 };
+    for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
+        struct worst narrow = {0, 0}, wide = {0, 0};
+        for (int i = 0; i < 140; i++) {
+            struct test_tree t;
+            double acc[MOST], force[MOST];
+            test_quad exact_acc[MOST], exact_force[MOST];
+            struct worst *worst = i % 2 ? &wide : &narrow;
+            int n = 1 + test_random_int(&seed, i < 10 ? MOST : 20);
+            test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, i % 2 ? 8 : 0.3, &seed);
+            void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
+            REQUIRE(work);
+            pend_dynamics_for((enum pend_isa)isa, t.tree, 9.81, t.phi, t.rate, work, acc, force);
+            test_quad_dynamics(t.tree, 9.81, t.phi, t.rate, exact_acc, exact_force);
+            worst->acc = fmax(worst->acc, test_quad_gap(n, acc, exact_acc));
+            worst->force = fmax(worst->force, test_quad_gap(n, force, exact_force));
+            free(work);
+            test_tree_clear(&t);
+        }
+        CHECK_RESIDUAL(narrow.acc, 2e-14, "phi'', masses of 10^+-0.3");
+        CHECK_RESIDUAL(narrow.force, 2e-14, "lambda, masses of 10^+-0.3");
+        CHECK_RESIDUAL(wide.acc, 5e-13, "phi'', masses of 10^+-8");
+        CHECK_RESIDUAL(wide.force, 5e-13, "lambda, masses of 10^+-8");
+    }
+}
