@@ -39,8 +39,8 @@ struct pend_modes_search;
  *
  * Signs and bases are fixed, so that the same tree gives the same vectors: the first entry in the caller's order that
  * is not zero (PEND_MODES_ZERO) is positive, and the vectors of a multiple frequency are the one orthogonal basis in
- * which that entry comes later from vector to vector. A selection that cuts a multiple frequency has some vectors of
- * that basis.
+ * which that entry comes later from vector to vector. A selection that cuts a multiple frequency of like branches has
+ * some vectors of that basis.
  *
  * search   out; NULL on failure.
  * tree     must outlive the search, as request->up must; the rest of the request is copied.

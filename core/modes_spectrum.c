@@ -68,12 +68,11 @@ double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int a
     if (number <= 0) return -2 * spectrum->most;
     if (number >= spectrum->n) return 2 * spectrum->most;
     for (int round = 0; round < SPECTRUM_ROUNDS; round++) {
-        double at[SPECTRUM_SHIFTS], shift[SPECTRUM_SHIFTS], size, step = (hi - lo) / (SPECTRUM_SHIFTS - 1);
+        double at[SPECTRUM_SHIFTS], shift[SPECTRUM_SHIFTS], step = (hi - lo) / (SPECTRUM_SHIFTS - 1);
         int below[SPECTRUM_SHIFTS], i = 0;
         for (int j = 0; j < SPECTRUM_SHIFTS; j++) {
             at[j] = j == SPECTRUM_SHIFTS - 1 ? hi : lo + j * step;
-            size = exp(at[negative ? SPECTRUM_SHIFTS - 1 - j : j]);
-            shift[j] = negative ? -size : size;
+            shift[negative ? SPECTRUM_SHIFTS - 1 - j : j] = negative ? -exp(at[j]) : exp(at[j]);
         }
         pend_spectrum_below(spectrum, SPECTRUM_SHIFTS, shift, below);
         /* the first shift that has the number below it */

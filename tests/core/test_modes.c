@@ -331,6 +331,37 @@ TEST(modes_survive_any_allocation_that_fails) {
     test_tree_clear(&t);
 }
 
+TEST(modes_of_like_branches_and_crowds_survive_any_allocation_that_fails) {
+    enum { N = 40 };
+    unsigned long long seed = 42;
+    for (int variant = 0; variant < 6; variant++) {
+        struct test_tree t;
+        unsigned char up[N] = {0};
+        int failures = 0;
+        test_tree_random(&t, variant % 2 ? TEST_TREE_STAR : TEST_TREE_BINARY, N, 0, &seed);
+        for (int i = 0; i < N; i++) {
+            t.mass[i] = 1;
+            t.length[i] = 1 + (variant % 2) * 1e-6 * test_random(&seed);
+            up[i] = (unsigned char)(variant > 3 && i % 3 == 0);
+        }
+        test_tree_rebuild(&t);
+        struct pend_modes_request request = {.gravity = GRAVITY, .vectors = 1, .up = variant > 3 ? up : NULL};
+        if (variant > 1) request.select = PEND_SELECT_FASTEST, request.count = 30;
+        for (long count = 1;; count++) {
+            struct pend_modes *modes = NULL;
+            test_alloc_fail(count, 0);
+            enum pend_status status = pend_modes_select(&modes, t.tree, &request, NULL);
+            test_alloc_faults_off();
+            if (status) CHECK(status == PEND_NO_MEMORY && !modes);
+            pend_modes_free(&modes);
+            if (!status) break;
+            failures++;
+        }
+        CHECK(failures >= 10);
+        test_tree_clear(&t);
+    }
+}
+
 /* largest relative difference of the frequencies from GSL's */
 static double gsl_gap(const struct pend_tree *tree) {
     struct pend_modes *fast = modes_of(tree, GRAVITY), *dense = NULL;
@@ -485,6 +516,40 @@ TEST(modes_selected_are_those_of_the_whole) {
         test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-11, "selections");
+}
+
+TEST(modes_selected_about_any_equilibrium_are_those_of_the_whole) {
+    enum { N = 70 };
+    unsigned long long seed = 55;
+    double worst = 0;
+    for (int round = 0; round < 150; round++) {
+        struct test_tree t;
+        unsigned char up[N];
+        int n = 1 + test_random_int(&seed, N), first = test_random_int(&seed, n);
+        test_tree_random(&t, (enum test_tree_kind)(round % TEST_TREE_KINDS), n, 0.3, &seed);
+        for (int i = 0; round % 3 && i < n; i++) t.length[i] = t.mass[i] = 1;
+        test_tree_rebuild(&t);
+        /* standing by depth, so that like branches stay alike */
+        for (int k = 0; k < n; k++) up[k] = t.tree->depth[k] % 2 == round % 2;
+        struct pend_modes_request request = {.gravity = GRAVITY, .vectors = 1, .up = up};
+        struct pend_modes *all = NULL, *some = NULL;
+        REQUIRE(pend_modes_select(&all, t.tree, &request, NULL) == PEND_OK);
+        request.select = PEND_SELECT_NUMBERS;
+        request.first = first;
+        request.count = 1 + test_random_int(&seed, n - first);
+        REQUIRE(pend_modes_select(&some, t.tree, &request, NULL) == PEND_OK);
+        CHECK(some->count == request.count && some->first == first);
+        CHECK_INT(some->growing, all->growing > first ? fmin(all->growing - first, request.count) : 0);
+        /* a multiple frequency that like branches do not explain, cut in two, has its vectors in another basis */
+        int end = first + request.count, cut = first && all->omega[first] - all->omega[first - 1] < 1e-12;
+        cut |= end < n && all->omega[end] - all->omega[end - 1] < 1e-12;
+        if (!cut) worst = fmax(worst, selection_gap(some, all));
+        for (int k = 0; k < some->count; k++) worst = fmax(worst, fabs(some->omega[k] / all->omega[first + k] - 1));
+        pend_modes_free(&all);
+        pend_modes_free(&some);
+        test_tree_clear(&t);
+    }
+    CHECK_RESIDUAL(worst, 1e-10, "selections about standing arms");
 }
 
 TEST(modes_refuse_selections_that_mean_nothing) {

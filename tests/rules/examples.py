@@ -24,7 +24,7 @@ def ask(url, method, body, accept):
     request = urllib.request.Request(url, data, headers, method=method.upper())
     try:
         with urllib.request.urlopen(request, timeout=60) as answer:
-            return answer.status, answer.headers["Content-Type"], answer.read().decode()
+            return answer.status, answer.headers["Content-Type"], answer.read().decode(errors="surrogateescape")
     except urllib.error.HTTPError as error:
         return error.code, error.headers["Content-Type"], error.read().decode()
 
