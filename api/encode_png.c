@@ -69,6 +69,11 @@ static void sink_write(png_structp png, png_bytep data, size_t bytes) {
 
 static void sink_flush(png_structp png) { (void)png; }
 
+static void leave(png_structp png, png_const_charp text) {
+    (void)text;
+    png_longjmp(png, 1);
+}
+
 static void stay_silent(png_structp png, png_const_charp text) { (void)png, (void)text; }
 
 /* the pixels, and a note that says what the colours mean */
@@ -84,7 +89,8 @@ static void write_picture(png_structp png, png_infop info, const struct api_writ
     }
     char name[] = "Title", title[64], key[] = "Description", note[200];
     snprintf(title, sizeof title, "%s", writer->table.column[picture->column].name);
-    snprintf(note, sizeof note, "dark to light: %.6g to %.6g, %s; white: never, or without a place on the scale; grey: failed",
+    snprintf(note, sizeof note,
+             "dark to light: %.6g to %.6g, %s; white: never, or without a place on the scale; grey: failed",
              picture->logarithmic ? exp(scale.from) : scale.from, picture->logarithmic ? exp(scale.to) : scale.to,
              picture->logarithmic ? "logarithmic" : "linear");
     png_text text[2] = {{.compression = PNG_TEXT_COMPRESSION_NONE, .key = name, .text = title},
@@ -114,7 +120,7 @@ static enum pend_status png_finish(struct api_writer *writer, struct api_buffer 
     enum pend_status status = PEND_NO_MEMORY;
     png_infop info = NULL;
     png_bytep line = malloc((size_t)writer->table.picture.across + 1);
-    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, NULL, stay_silent);
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, leave, stay_silent);
     if (!line || !png) goto out;
     info = png_create_info_struct(png);
     if (!info) goto out;

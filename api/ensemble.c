@@ -8,9 +8,9 @@
 #include "core/ensemble.h"
 #include "core/method.h"
 
-static const char *const fields[] = {"pendulum",    "initial",  "states", "grid", "random", "duration", "times",
-                                     "observables", "output",   "method", "rtol", "atol",   "digits",   "picture",
-                                     NULL};
+static const char *const fields[] = {"pendulum", "initial", "states",      "grid",    "random",
+                                     "duration", "times",   "observables", "output",  "method",
+                                     "rtol",     "atol",    "digits",      "picture", NULL};
 
 /* what a cost is estimated by: steps a radian of the fastest swing, s an arm and squared order, s a number */
 static const double steps_a_radian = 6, pair_seconds = 0.15e-9, number_seconds = 20e-9;
@@ -147,7 +147,8 @@ static enum pend_status read_parts(struct api_ensemble *e, const struct api_read
 enum pend_status api_ensemble_new(struct api_ensemble **ensemble, const struct api_reading *reading) {
     struct api_ensemble *e = *ensemble = calloc(1, sizeof *e);
     if (!e) return PEND_NO_MEMORY;
-    e->step_cap = (long)reading->limits->steps;
+    // one member among many may take a hundredth
+    e->step_cap = (long)(reading->limits->steps / 100);
     enum pend_status status = read_parts(e, reading);
     if (status != PEND_OK) api_ensemble_free(ensemble);
     return status;
@@ -276,7 +277,9 @@ enum pend_status api_shard_go(struct api_shard *shard, int *done) {
     return pend_ensemble_go(shard->work, shard->slice, done);
 }
 
-struct api_shard_stats api_shard_stats(const struct api_shard *shard) { return shard->stats; }
+struct api_shard_stats api_shard_stats(const struct api_shard *shard) {
+    return shard->stats;
+}
 
 enum pend_status api_ensemble_write(const struct api_ensemble *e, struct api_writer *writer, long rows,
                                     const double raw[], struct api_buffer *out, struct pend_error *error) {

@@ -1,6 +1,7 @@
 /* A checked request for an ensemble, and its computation in shards that need not know of each other.
  * Leaves to others: when and where a shard runs (op_ensembles; a job's workers), the bytes of the answer (encode).
- * Invariant: raw rows of members a .. b - 1 are the same bits however the ensemble is cut into shards, on any thread. */
+ * Invariant: raw rows of members a .. b - 1 are the same bits however the ensemble is cut into shards, on any thread.
+ */
 #ifndef API_ENSEMBLE_H
 #define API_ENSEMBLE_H
 

@@ -10,8 +10,8 @@ static const double pi = 3.14159265358979323846;
 
 static const char *const quantities[] = {"phi", "theta", "phid", "thetad", "length", "mass", "gravity", NULL};
 static const char *const axis_fields[] = {"vary", "arm", "start", "stop", "count", "scale", "unit", NULL};
-static const char *const draw_fields[] = {"vary", "arm", "distribution", "low", "high", "mean", "deviation", "unit",
-                                          NULL};
+static const char *const draw_fields[] = {"vary", "arm",       "distribution", "low", "high",
+                                          "mean", "deviation", "unit",         NULL};
 static const char *const random_fields[] = {"count", "seed", "draw", NULL};
 
 /* what a variation is read with */
@@ -112,7 +112,8 @@ static void read_draw(const struct api_value *value, const struct reading *readi
     int chosen = 0;
     (void)api_value_only(value, draw_fields, reading->problem);
     double factor = read_target(value, reading, out);
-    if (!api_field_needed(&kind, reading->problem) || api_field_word(&kind, kinds, &chosen, reading->problem) < 0) return;
+    if (!api_field_needed(&kind, reading->problem) || api_field_word(&kind, kinds, &chosen, reading->problem) < 0)
+        return;
     out->spread = chosen ? API_SPREAD_NORMAL : API_SPREAD_UNIFORM;
     const struct api_value *own[2] = {chosen ? &mean : &low, chosen ? &deviation : &high};
     const struct api_value *other[2] = {chosen ? &low : &mean, chosen ? &high : &deviation};
@@ -168,10 +169,11 @@ static enum pend_status read_variations(struct api_members *members, const struc
 
 static void check_count(double count, const struct api_value *value, const struct reading *reading) {
     if (count <= reading->limits->members) return;
-    api_value_fault(value, reading->problem,
-                    "makes %.15g members, more than the limit max-members of %.0f: ask for fewer, or for parts of it in "
-                    "several requests",
-                    count, reading->limits->members);
+    api_value_fault(
+        value, reading->problem,
+        "makes %.15g members, more than the limit max-members of %.0f: ask for fewer, or for parts of it in "
+        "several requests",
+        count, reading->limits->members);
 }
 
 enum { AXES_MOST = 8 };
@@ -259,8 +261,7 @@ static double member_value(const struct api_members *members, const struct api_v
                            uint32_t place) {
     if (of->spread == API_SPREAD_UNIFORM)
         return of->from + (of->to - of->from) * pend_rng_uniform(members->seed, (uint64_t)i, place);
-    if (of->spread == API_SPREAD_NORMAL)
-        return of->from + of->to * pend_rng_normal(members->seed, (uint64_t)i, place);
+    if (of->spread == API_SPREAD_NORMAL) return of->from + of->to * pend_rng_normal(members->seed, (uint64_t)i, place);
     // both ends exactly
     double part = of->count > 1 ? (double)step / (double)(of->count - 1) : 0;
     double x = step == of->count - 1 && of->count > 1 ? of->to : of->from + (of->to - of->from) * part;
@@ -270,13 +271,25 @@ static double member_value(const struct api_members *members, const struct api_v
 static void member_set(struct pend_member *member, const struct api_variation *of, double x) {
     double size = x > 0 && isfinite(x) ? x : NAN;
     switch (of->quantity) {
-    case API_VARY_PHI: member->phi[of->arm] = x; break;
-    case API_VARY_THETA: member->phi[of->arm] = x - pi / 2; break;
+    case API_VARY_PHI:
+        member->phi[of->arm] = x;
+        break;
+    case API_VARY_THETA:
+        member->phi[of->arm] = x - pi / 2;
+        break;
     case API_VARY_PHID:
-    case API_VARY_THETAD: member->rate[of->arm] = x; break;
-    case API_VARY_LENGTH: member->length[of->arm] = size; break;
-    case API_VARY_MASS: member->mass[of->arm] = size; break;
-    default: member->gravity = x; break;
+    case API_VARY_THETAD:
+        member->rate[of->arm] = x;
+        break;
+    case API_VARY_LENGTH:
+        member->length[of->arm] = size;
+        break;
+    case API_VARY_MASS:
+        member->mass[of->arm] = size;
+        break;
+    default:
+        member->gravity = x;
+        break;
     }
 }
 

@@ -24,7 +24,7 @@ enum api_quantity {
 /* One value that varies: the arm's stored number and how it comes about. */
 struct api_variation {
     enum api_quantity quantity;
-    int arm;                                                                     /* stored number; -1 for gravity */
+    int arm; /* stored number; -1 for gravity */
     enum { API_SPREAD_LINEAR, API_SPREAD_LOG, API_SPREAD_UNIFORM, API_SPREAD_NORMAL } spread;
     double from, to; /* ends of an axis or of a uniform draw; mean and deviation of a normal one; logarithms with LOG */
     long count;      /* of an axis */

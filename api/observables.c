@@ -133,22 +133,30 @@ static double *write_one(enum api_observable observable, const struct pend_tree 
                          const struct pend_outcome *outcome, double *at) {
     const struct pend_force_range *force = &outcome->force;
     switch (observable) {
-    case API_SEE_START: return put(put(at, tree, start->phi, 0), tree, start->rate, 0);
+    case API_SEE_START:
+        return put(put(at, tree, start->phi, 0), tree, start->rate, 0);
     case API_SEE_PARAMETERS:
         return put_one(put(put(at, tree, start->length, 0), tree, start->mass, 0), start->gravity, 0);
-    case API_SEE_FINAL: return put(put(at, tree, outcome->phi, 0), tree, outcome->rate, 0);
+    case API_SEE_FINAL:
+        return put(put(at, tree, outcome->phi, 0), tree, outcome->rate, 0);
     case API_SEE_FIRST_FLIP:
         at = put_one(at, outcome->first, never);
         return put_one(at, outcome->arm < 0 ? 0 : tree->order[outcome->arm] + 1, 0);
-    case API_SEE_FLIP_TIME: return put(at, tree, outcome->first_crossing, never);
+    case API_SEE_FLIP_TIME:
+        return put(at, tree, outcome->first_crossing, never);
     case API_SEE_FLIPS:
         for (int k = 0; k < tree->n; k++) at[tree->order[k]] = (double)outcome->crossings[k];
         return at + tree->n;
-    case API_SEE_LAMBDA_MAX: return put(put(at, tree, force->most, 0), tree, force->most_time, never);
-    case API_SEE_LAMBDA_MIN: return put(put(at, tree, force->least, 0), tree, force->least_time, never);
-    case API_SEE_SIGN_CHANGE: return put(at, tree, outcome->sign_change, never);
-    case API_SEE_ENERGY_DRIFT: return put_one(at, outcome->energy_drift, 0);
-    default: return put_one(at, outcome->lyapunov, 0);
+    case API_SEE_LAMBDA_MAX:
+        return put(put(at, tree, force->most, 0), tree, force->most_time, never);
+    case API_SEE_LAMBDA_MIN:
+        return put(put(at, tree, force->least, 0), tree, force->least_time, never);
+    case API_SEE_SIGN_CHANGE:
+        return put(at, tree, outcome->sign_change, never);
+    case API_SEE_ENERGY_DRIFT:
+        return put_one(at, outcome->energy_drift, 0);
+    default:
+        return put_one(at, outcome->lyapunov, 0);
     }
 }
 

@@ -25,8 +25,8 @@ enum api_observable {
 };
 
 struct api_observables {
-    unsigned wanted;     /* bit i for observable i */
-    unsigned output;     /* of a trajectory: bits of phi, phid, theta, thetad, lambda */
+    unsigned wanted; /* bit i for observable i */
+    unsigned output; /* of a trajectory: bits of phi, phid, theta, thetad, lambda */
     struct api_table table;
     int at[API_SEE_COUNT]; /* first column of each that is wanted */
 };

@@ -47,8 +47,8 @@ struct api_turn {
 double api_turn_seconds(const struct api_turn *turn);
 
 /**
- * True once the turn has lasted about a millisecond or appended 256 KiB; without a clock always, so that a turn is one piece of
- * work.
+ * True once the turn has lasted about a millisecond or appended 256 KiB; without a clock always, so that a turn is one
+ * piece of work.
  */
 int api_turn_over(const struct api_turn *turn);
 

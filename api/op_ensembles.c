@@ -18,8 +18,8 @@ struct ensembles {
 
     /* once it runs */
     struct api_writer *writer;
-    struct api_shard *shard; /* that is being computed, else NULL */
-    double *raw;             /* its rows */
+    struct api_shard *shard;       /* that is being computed, else NULL */
+    double *raw;                   /* its rows */
     long shard_most, first, count; /* members of a shard; those of this one */
     long written, rows;            /* rows of the shard that are written, and that there are */
     long failed, steps;

@@ -1,5 +1,6 @@
 /* What a picture of an ensemble shows, out of JSON: which observable, of which arm, on which scale.
- * Leaves to others: drawing it (encode_png). Invariant: what was read is a column of the table, of a grid of two axes. */
+ * Leaves to others: drawing it (encode_png). Invariant: what was read is a column of the table, of a grid of two axes.
+ */
 #ifndef API_PICTURE_JSON_H
 #define API_PICTURE_JSON_H
 

@@ -249,7 +249,9 @@ static double ensemble_seat_end(struct pend_ensemble *e, int i, const struct ens
     if (attention->bad & own) {
         outcome->stop = PEND_STOP_FAILED;
         outcome->time = lanes->from.time[i];
-        outcome->status = lanes->to.time[i] == outcome->time ? PEND_STEP_TOO_SMALL : PEND_NOT_FINITE;
+        outcome->status = isfinite(lanes->step[i]) && fabs(lanes->step[i] * e->unit[i]) < fabs(lanes->stop[i]) * 0x1p-52
+                              ? PEND_STEP_TOO_SMALL
+                              : PEND_NOT_FINITE;
         return 1;
     }
     double stop = attention->near & own ? pend_ensemble_watch_bound(e, i) : INFINITY;

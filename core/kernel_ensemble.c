@@ -254,7 +254,8 @@ static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attentio
     if (lanes->paired) x = num_min(x, num_swap(x));
     mask lands = (mask)(x >= (stop - time) * inverse);
     num next = NUM_(_pick)(lands, stop, time + x * unit);
-    mask still = (mask)(next == time);
+    // a step that the duration does not resolve leads nowhere
+    mask still = (mask)(next == time) | (mask)(num_abs(x * unit) < num_abs(stop) * 0x1p-52);
     x = (next - time) * inverse;
     *attention = (struct ensemble_attention){.done = mask_set(lands)};
     ensemble_watch(lanes, &s, x, inverse, attention);
