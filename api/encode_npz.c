@@ -117,6 +117,9 @@ static uint32_t array_crc(const struct npz_writer *writer, const struct api_arra
     enum { SOME = 512 };
     char bytes[SOME * 16];
     uint64_t numbers = array_numbers(writer, array);
+#if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
+    if (array->im < 0) return libdeflate_crc32(crc, writer->base.column[array->re], numbers * sizeof(double));
+#endif
     for (uint64_t from = 0; from < numbers; from += SOME) {
         size_t count = numbers - from < SOME ? (size_t)(numbers - from) : SOME;
         array_write(writer, array, from, count, bytes);

@@ -207,12 +207,12 @@ static const char *const seeds[] = {
     "3{" PAPER "}",
     "4{" ARMS ",\"states\":[{},{\"phi\":[1,2]}],\"duration\":1,\"observables\":[\"final\",\"flips\",\"first_flip\","
     "\"lambda_max\",\"sign_change\",\"lyapunov\",\"parameters\"],\"digits\":4}",
-    "8{" LISTS
+    "4{" LISTS
     ",\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":0,\"stop\":3,\"count\":4,\"unit\":\"rad\"},{\"vary\":"
     "\"mass\",\"arm\":2,\"start\":1,\"stop\":2,\"count\":3,\"scale\":\"log\"}],\"initial\":{},\"duration\":1,"
     "\"observables\":["
     "\"flip_time\"],\"picture\":{\"of\":\"flip_time\",\"arm\":2,\"scale\":\"log\"}}",
-    "8{" LISTS
+    "4{" LISTS
     ",\"random\":{\"count\":5,\"seed\":3,\"draw\":[{\"vary\":\"length\",\"arm\":1,\"distribution\":\"normal\",\"mean\":"
     "1,\"deviation\":1},{\"vary\":\"gravity\",\"distribution\":\"uniform\",\"low\":1,\"high\":9}]},\"times\":[0,1],"
     "\"observables\":[\"trajectory\"],\"output\":[\"theta\",\"lambda\"]}",
