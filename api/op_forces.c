@@ -14,6 +14,9 @@ static const char *const fields[] = {"pendulum", "state", "states", "digits", NU
 
 enum { PHIDD, LAMBDA, Z_RE, Z_IM, ZD_RE, ZD_IM, ZDD_RE, ZDD_IM, KINETIC, POTENTIAL, TOTAL, COLUMNS };
 
+/* what a computation is estimated by: s a number of the answer, and that it is text */
+static const double number_seconds = 5e-8, text_seconds = 3e-8;
+
 enum { BLOCK_ROWS = 64, BLOCK_NUMBERS = 16384 };
 
 /* the columns of the answer, in the order above; the energies have one number a row */
@@ -203,6 +206,12 @@ static enum pend_status forces_run(void *state, const struct api_turn *turn, int
     return PEND_OK;
 }
 
+static double forces_cost(const void *state) {
+    const struct forces *forces = state;
+    double numbers = (double)forces->table.rows * api_table_numbers(&forces->table, 0);
+    return numbers * (number_seconds + (forces->format->digits ? text_seconds : 0));
+}
+
 static const struct api_table *forces_table(const void *state) { return &((const struct forces *)state)->table; }
 
 const struct api_op api_op_forces = {.name = "forces",
@@ -211,4 +220,5 @@ const struct api_op api_op_forces = {.name = "forces",
                                      .read = forces_read,
                                      .run = forces_run,
                                      .table = forces_table,
+                                     .cost = forces_cost,
                                      .free = forces_free};

@@ -6,7 +6,6 @@
 
 #include "server/clock.h"
 #include "server/flights.h"
-#include "server/router.h"
 
 enum {
     COMPUTE_HOLD = 1 << 20,       /* bytes of an answer that may stream are held, so that it can be shared and kept */
@@ -368,7 +367,7 @@ static int compute_too_long(struct srv_work *work) {
 static void compute_open(struct srv_work *work) {
     struct srv_exchange *exchange = work->waiters;
     struct srv_queue *queue = work->service->queue;
-    struct api_request request = {.op = exchange->route->op,
+    struct api_request request = {.op = exchange->op,
                                   .argument = exchange->argument,
                                   .query = exchange->query,
                                   .content_type = exchange->field[SRV_CONTENT_TYPE],
@@ -458,7 +457,7 @@ static void compute_push(struct srv_exchange *exchange) {
 }
 
 void srv_compute_begin(struct srv_exchange *exchange) {
-    assert(srv_exchange_valid(exchange) && exchange->route && !exchange->route->handle && exchange->account);
+    assert(srv_exchange_valid(exchange) && exchange->account);
     exchange->queued = srv_clock_now();
     compute_push(exchange);
 }

@@ -8,6 +8,7 @@
 #include "server/clock.h"
 #include "server/http.h"
 #include "server/listen.h"
+#include "server/parts.h"
 #include "server/workers.h"
 
 enum {
@@ -44,7 +45,7 @@ static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_erro
     struct srv_service *service = &daemon->service;
     struct srv_config *config = &service->config;
     int fd;
-    PEND_TRY(srv_service_init(service, error));
+    PEND_TRY(srv_parts_init(service, error));
     PEND_TRY(srv_listen_open(config->listen, &fd, daemon->url, error));
     enum pend_status status = srv_log_new(&service->log, config->access_log ? STDOUT_FILENO : -1, STDERR_FILENO);
     if (status == PEND_OK) {
@@ -96,6 +97,6 @@ void srv_daemon_free(struct srv_daemon **daemon) {
     srv_http_free(&gone->http);
     srv_watch_free(&gone->watch);
     srv_log_free(&gone->service.log);
-    srv_service_clear(&gone->service);
+    srv_parts_clear(&gone->service);
     free(gone);
 }

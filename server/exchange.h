@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "api/buffer.h"
+#include "api/op.h"
 #include "server/clients.h"
 #include "server/coding.h"
 #include "server/payload.h"
@@ -68,6 +69,7 @@ struct srv_exchange {
     int64_t length;                /* of the body: Content-Length, 0 without one, -1 when chunked */
     struct api_buffer body;
     const struct srv_route *route;
+    enum api_op_id op;    /* that the route names */
     const char *argument; /* variable part of the path, or NULL */
 
     /* being computed; compute's, under its lock */

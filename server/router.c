@@ -134,6 +134,7 @@ int srv_router_find(struct srv_exchange *exchange) {
             !router_match(route->pattern, exchange->path, &exchange->argument))
             continue;
         exchange->route = route;
+        exchange->op = route->op;
         if (route->handle) return 1;
         const char *reason = srv_service_unready(exchange->service);
         if (!reason) return srv_admission_count(exchange);

@@ -1,5 +1,5 @@
 /* What the parts of a running server share.
- * Leaves to others: making and ending it (daemon).
+ * Leaves to others: making and ending it (parts).
  * Invariant: outlives every exchange; what changes in it is atomic or has a lock of its own. */
 #ifndef SRV_SERVICE_H
 #define SRV_SERVICE_H
@@ -38,20 +38,6 @@ struct srv_service {
     double started;         /* s since 1970 */
     int workers;
 };
-
-/**
- * Gets everything that the config asks for but the log, and no threads. Ends with srv_service_clear, after a failure
- * too.
- *
- * service  zeroed but for config.
- *
- * PEND_NO_MEMORY
- * PEND_INVALID    error says which option is wrong.
- */
-PEND_MUST_CHECK enum pend_status srv_service_init(struct srv_service *service, struct pend_error *error);
-
-/** Frees what srv_service_init got. */
-void srv_service_clear(struct srv_service *service);
 
 /** True while bodies and answers, without those that only the cache has, are within max-held-bytes. */
 int srv_service_room(const struct srv_service *service);

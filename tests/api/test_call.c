@@ -232,6 +232,60 @@ TEST(what_fails_after_the_promise_is_broken_off) {
     }
 }
 
+TEST(a_computation_that_fails_after_the_promise_says_so_in_a_last_line) {
+    struct api_limits limits;
+    struct api_buffer out;
+    api_limits_init(&limits);
+    limits.steps = 100;
+    api_buffer_init(&out, 10000000);
+    struct api_call *call =
+        open_as("{" TREE ",\"times\":{\"stop\":90,\"step\":0.01}}", "application/x-ndjson", &limits, &out);
+    REQUIRE(call);
+    api_call_promise(call);
+    enum api_progress progress = API_MORE;
+    while (progress == API_MORE) progress = api_call_run(call, &out);
+    CHECK_INT(progress, API_BROKEN);
+    REQUIRE(!api_buffer_add(&out, "", 1));
+    char *last = strstr(out.data, "{\"problem\":");
+    REQUIRE(last && last > out.data);
+    CHECK(last[-1] == '\n' && strstr(last, "max-steps") && !strcmp(out.data + out.bytes - 3, "}\n"));
+    int lines = 0;
+    for (char *at = out.data; at < last; at = strchr(at, '\n') + 1, lines++) CHECK(!strncmp(at, "{\"t\":", 5));
+    CHECK(lines > 10);
+    api_call_free(&call);
+    api_buffer_clear(&out);
+}
+
+TEST(only_answers_that_are_held_have_a_size) {
+    static const char body[] = "{" TREE ",\"times\":{\"stop\":9,\"count\":100000000}}";
+    for (int f = 0; api_format_at(f); f++) {
+        const struct api_format *format = api_format_at(f);
+        struct api_limits limits;
+        struct api_buffer out;
+        struct api_call *call;
+        struct api_request request = {.op = API_OP_TRAJECTORIES,
+                                      .content_type = "application/json",
+                                      .accept = format->media_type,
+                                      .body = body,
+                                      .body_bytes = strlen(body)};
+        api_limits_init(&limits);
+        limits.samples = 1e9;
+        if (format->most_bytes) limits.answer_bytes = 1e11;
+        api_buffer_init(&out, 10000000);
+        REQUIRE(!api_call_new(&call, &limits));
+        CHECK_INT(api_call_open(call, &request, &out), format->block ? API_MORE : API_DONE);
+        CHECK(!api_buffer_add(&out, "", 1));
+        if (!format->block) {
+            CHECK_INT(api_call_answer(call).status, 422);
+            CHECK(strstr(out.data, format->most_bytes ? format->media_type : "max-answer-bytes of 268435456"));
+            CHECK_SAYING(strstr(out.data, "application/x-ndjson, text/csv, application/octet-stream\"}") != NULL, "%s",
+                         out.data);
+        }
+        api_call_free(&call);
+        api_buffer_clear(&out);
+    }
+}
+
 /* the ETag of a trajectory's request */
 static struct etag { char text[80]; } etag_of(const char *body, const char *accept) {
     struct etag etag;

@@ -658,3 +658,48 @@ TEST(json_numbers_are_read_with_their_range) {
         api_json_free(&document);
     }
 }
+
+/* an array of so many arrays */
+static struct api_buffer small_arrays(int count) {
+    struct api_buffer text;
+    api_buffer_init(&text, 10000000);
+    CHECK(!api_buffer_add(&text, "[", 1));
+    for (int i = 0; i < count; i++) CHECK(!api_buffer_text(&text, i ? ",[ 1, 2, 3, 4]" : "[ 1, 2, 3, 4]"));
+    CHECK(!api_buffer_add(&text, "]", 1));
+    return text;
+}
+
+TEST(a_document_may_have_so_many_values_besides_numbers_in_arrays) {
+    for (int beyond = 0; beyond < 2; beyond++) {
+        struct api_buffer text = small_arrays(299999 + beyond); /* and the array of them */
+        struct api_problem problem;
+        struct api_json *document;
+        api_problem_init(&problem);
+        CHECK_INT(api_json_new(&document, text.data, text.bytes, 4, &problem), beyond ? PEND_INVALID : PEND_OK);
+        CHECK_INT(problem.status, beyond ? 422 : 0);
+        CHECK(!beyond || strstr(problem.detail, "more than 300000 values"));
+        api_json_free(&document);
+        api_problem_clear(&problem);
+        api_buffer_clear(&text);
+    }
+}
+
+TEST(members_and_items_are_walked_alike) {
+    static const char text[] = "{\"a\":[1,2],\"b\":[[],3],\"c\":{}}";
+    struct api_json *document;
+    struct api_problem problem;
+    api_problem_init(&problem);
+    REQUIRE(!api_json_new(&document, text, sizeof text - 1, 9, &problem));
+    struct api_value root = api_json_root(document), a = api_value_first(&root), b = api_value_next(&a);
+    struct api_value c = api_value_next(&b), end = api_value_next(&c), none = api_value_first(&c);
+    CHECK_TEXT(a.key, "a");
+    CHECK_TEXT(b.key, "b");
+    CHECK_TEXT(c.key, "c");
+    CHECK(api_value_kind(&end) == API_MISSING && api_value_kind(&none) == API_MISSING);
+    struct api_value one = api_value_first(&a), two = api_value_next(&one), three = api_value_next(&two);
+    CHECK(api_value_number(&one) == 1 && api_value_number(&two) == 2 && api_value_kind(&three) == API_MISSING);
+    struct api_value list = api_value_first(&b), number = api_value_next(&list), behind = api_value_next(&number);
+    CHECK(api_value_kind(&list) == API_ARRAY && api_value_number(&number) == 3);
+    CHECK(api_value_kind(&behind) == API_MISSING && !number.key && number.index == 1);
+    api_json_free(&document);
+}

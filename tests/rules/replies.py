@@ -103,6 +103,15 @@ def check_ndjson(text):
 BINARY = ("application/octet-stream", "application/x-npz", "application/x-matlab-data")
 
 
+SAMPLE = re.compile(r'[a-zA-Z_:][a-zA-Z0-9_:]*(\{[a-zA-Z_]\w*="[^"\\]*"(,[a-zA-Z_]\w*="[^"\\]*")*\})? [-+0-9.eInf]+')
+
+
+def check_metrics(text):
+    for number, line in enumerate(text.splitlines(), 1):
+        if not line.startswith(("# HELP ", "# TYPE ")) and not SAMPLE.fullmatch(line):
+            raise Fault(f"line {number} is no sample of Prometheus' text format: {line[:100]!r}")
+
+
 class Document:
     def __init__(self, path):
         self.document = load(path)
@@ -157,7 +166,7 @@ class Document:
         """Checks one reply and answers what it reached."""
         method, status = reply["method"].lower(), reply["status"]
         response, reached = self.find(method, urlsplit(reply["path"]).path, status)
-        if method in ("head", "options") and status < 400 or response is None:
+        if method in ("head", "options") and status < 400 or response is None or "content" not in response:
             if reply.get("body"):
                 raise Fault(f"{reply['method']} has a body")
             return reached
@@ -167,6 +176,9 @@ class Document:
         if media_type not in response["content"]:
             raise Fault(f"the media type {media_type!r} is none of {', '.join(response['content'])}")
         if method == "head":
+            return reached
+        if media_type == "text/plain":
+            check_metrics(reply["body"])
             return reached
         if media_type == "text/csv":
             check_csv(reply["body"])

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "server/parts.h"
 #include "tests/harness/test.h"
 
 struct srv_config live_config(const char *const options[]) {
@@ -56,12 +57,12 @@ void live_service(struct srv_service *service, int cap) {
     struct pend_error error = {.text = ""};
     *service = (struct srv_service){.config = live_config(NULL)};
     service->config.queue = cap;
-    enum pend_status status = srv_service_init(service, &error);
+    enum pend_status status = srv_parts_init(service, &error);
     CHECK_SAYING(status == PEND_OK, "%s", error.text);
     CHECK(srv_log_new(&service->log, -1, 2) == PEND_OK);
 }
 
 void live_service_clear(struct srv_service *service) {
     srv_log_free(&service->log);
-    srv_service_clear(service);
+    srv_parts_clear(service);
 }

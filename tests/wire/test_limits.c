@@ -126,3 +126,19 @@ TEST(a_draining_server_is_not_ready_and_takes_nothing_new) {
     CHECK_SAYING(seconds < 5, "it took %.1f s", seconds);
     test_server_stop(&server);
 }
+
+TEST(requests_beyond_a_minutes_quota_are_answered_429) {
+    static const char *const options[] = {"--max-requests-a-minute", "2", NULL};
+    struct test_server *server = test_server_start(options);
+    struct test_reply reply;
+    REQUIRE(server != NULL);
+    for (int i = 0; i < 3; i++) {
+        ask(server, &reply, "/v1/trees", ASK_LITTLE);
+        CHECK_TEXT(test_reply_header(&reply, "RateLimit-Limit"), "2");
+        if (i < 2) CHECK_INT(reply.status, 200);
+        if (i == 2) ask_problem(&reply, 429, NULL);
+        if (i == 2) check_retry_after(&reply);
+        test_reply_clear(&reply);
+    }
+    test_server_stop(&server);
+}

@@ -215,3 +215,34 @@ TEST(csv_comes_when_it_is_asked_for) {
     test_reply_clear(&reply);
     test_server_stop(&server);
 }
+
+TEST(an_answer_that_the_client_has_is_not_sent_again) {
+    struct test_server *server = test_server_start(NULL);
+    struct test_reply reply;
+    char headers[256];
+    REQUIRE(server != NULL);
+    CHECK_INT(test_request(server, &reply, "POST", "/v1/trees", "", ASK_LITTLE), 200);
+    const char *etag = test_reply_header(&reply, "ETag");
+    REQUIRE(etag != NULL);
+    snprintf(headers, sizeof headers, "If-None-Match: %s\r\n", etag);
+    test_reply_clear(&reply);
+    CHECK_INT(test_request(server, &reply, "POST", "/v1/trees", headers, ASK_LITTLE), 304);
+    CHECK(!reply.body_bytes);
+    test_reply_clear(&reply);
+    CHECK_INT(test_request(server, &reply, "POST", "/v1/trees", "If-None-Match: \"other\"\r\n", ASK_LITTLE), 200);
+    test_reply_clear(&reply);
+    test_server_stop(&server);
+}
+
+TEST(what_is_counted_is_there_for_prometheus) {
+    struct test_server *server = test_server_start(NULL);
+    struct test_reply reply;
+    REQUIRE(server != NULL);
+    CHECK_INT(test_request(server, &reply, "POST", "/v1/trees", "", ASK_LITTLE), 200);
+    test_reply_clear(&reply);
+    CHECK_INT(test_request(server, &reply, "GET", "/metrics", "", NULL), 200);
+    CHECK_TEXT(test_reply_header(&reply, "Content-Type"), "text/plain; version=0.0.4; charset=utf-8");
+    CHECK(strstr(reply.body, "\npendulumd_requests_total{route=\"POST /v1/trees\",status=\"200\"} 1\n") != NULL);
+    test_reply_clear(&reply);
+    test_server_stop(&server);
+}
