@@ -16,7 +16,7 @@ ifeq ($(origin CXX),default)
 CXX := g++
 endif
 WERROR ?= -Werror
-PKG := libmicrohttpd libcjson gsl nettle libdeflate zlib libzstd
+PKG := libmicrohttpd libcjson gsl nettle libdeflate zlib libzstd libpng
 WARN := -Wall -Wextra -Wshadow -Wpointer-arith -Wvla -Wformat=2 $(WERROR)
 # gcc's warning of unset variables is often mistaken about instrumented code; valgrind looks for these
 SANITIZED := $(if $(findstring clang,$(CC)),,-Wno-maybe-uninitialized)
@@ -92,7 +92,7 @@ install: build ## into DESTDIR PREFIX (/usr/local): server, library with headers
 	install -m 644 $(PUBLIC:%=core/%.h) $(DESTDIR)$(PREFIX)/include/pendulum/core
 	sed 's|@PREFIX@|$(PREFIX)|' docker/pendulumd.service > $(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service
 PREFIX ?= /usr/local
-PUBLIC := status tree dynamics motion reference shapes modes method run isa ensemble
+PUBLIC := status tree dynamics motion reference shapes modes method run isa member ensemble
 
 uninstall: ## takes away what install put there
 	rm -rf $(addprefix $(DESTDIR)$(PREFIX)/,bin/pendulumd lib/libpendulum.a include/pendulum lib/systemd/system/pendulumd.service)

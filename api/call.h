@@ -54,9 +54,9 @@ void api_call_free(struct api_call **call);
  *
  * now  seconds since any fixed instant, monotonic; called a few times a run on the thread that runs the call.
  *
- * With a clock a run comes back after about a millisecond and the answer's stats say compute_seconds; without one a run comes
- * back after a fixed amount of work and compute_seconds is left out. Either way it comes back once it has appended
- * about 256 KiB: with one block of samples more at most.
+ * With a clock a run comes back after about a millisecond and the answer's stats say compute_seconds; without one a run
+ * comes back after a fixed amount of work and compute_seconds is left out. Either way it comes back once it has
+ * appended about 256 KiB: with one block of samples more at most.
  */
 void api_call_clock(struct api_call *call, double (*now)(void *context), void *context);
 
@@ -100,8 +100,8 @@ int api_call_streams(const struct api_call *call);
 void api_call_promise(struct api_call *call);
 
 /**
- * Computes on and appends to the answer, for about a millisecond or 256 KiB at a time, so that the caller can look after its
- * clock and its client.
+ * Computes on and appends to the answer, for about a millisecond or 256 KiB at a time, so that the caller can look
+ * after its clock and its client.
  *
  * API_DONE    also after a failure where nothing was promised: the bytes written so far are taken back (out->bytes
  *             returns to what it was before the first run) and the answer becomes a problem.

@@ -135,13 +135,14 @@ enum pend_status api_writer_finish(struct api_writer *writer, const struct api_s
 }
 
 static const struct api_format *const formats[] = {&api_format_json,   &api_format_ndjson, &api_format_csv,
-                                                   &api_format_octets, &api_format_npz,    &api_format_mat};
+                                                   &api_format_octets, &api_format_npz,    &api_format_mat,
+                                                   &api_format_png};
 
 void api_format_list(char text[API_FORMATS_TEXT], int samples, int flows) {
     size_t used = 0;
     text[0] = 0;
     for (size_t i = 0; i < sizeof formats / sizeof *formats && used < API_FORMATS_TEXT; i++) {
-        if ((formats[i]->samples_only && !samples) || (flows && !formats[i]->block)) continue;
+        if (formats[i]->samples_only > samples || (flows && !formats[i]->block)) continue;
         used +=
             (size_t)snprintf(text + used, API_FORMATS_TEXT - used, "%s%s", used ? ", " : "", formats[i]->media_type);
     }

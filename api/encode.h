@@ -15,6 +15,13 @@ struct api_column {
     int width;        /* numbers a row: one an arm; 0 = one number that belongs to the row as a whole ("t") */
 };
 
+/* What is drawn of a grid's members: one number of a column a pixel. */
+struct api_table_picture {
+    long across;     /* pixels of a line; 0 = no picture */
+    int column, arm; /* which number */
+    int logarithmic;
+};
+
 /* What an answer's rows hold. */
 struct api_table {
     int count;
@@ -22,6 +29,7 @@ struct api_table {
     long rows;  /* how many will come */
     int single; /* one row, and the answer's arrays are that row's, not one a row */
     int digits; /* significant digits that numbers are rounded to, 0 = the shortest that read back */
+    struct api_table_picture picture;
 };
 
 /* What is told of the computation behind the rows; the texts outlive the writer. */
@@ -55,7 +63,8 @@ struct api_format {
     const char *media_type;   /* as Accept names it */
     const char *content_type; /* as the answer says it */
     const char *extension;    /* of a file that holds such an answer; NULL where it is rather looked at */
-    int samples_only;         /* serves tables of samples and nothing else */
+    int samples_only;         /* 1: serves tables of samples and nothing else; 2: only those that can be drawn */
+    int picture;              /* draws the table's picture */
     int digits;               /* text, so that numbers can be rounded */
     int exact;                /* `bytes` is what the answer has */
     int bare;                 /* the answer does not say its columns: they go into a header field */
@@ -82,14 +91,14 @@ struct api_writer {
 };
 
 extern const struct api_format api_format_json, api_format_ndjson, api_format_csv, api_format_octets, api_format_npz,
-    api_format_mat;
+    api_format_mat, api_format_png;
 
 enum { API_FORMATS_TEXT = 160 };
 
 /**
  * The media types of the representations, separated by commas.
  *
- * samples  non-zero: all that serve tables of samples; else those that serve anything.
+ * samples  as of the operation: 0, 1 where the answer is a table of samples, 2 where it may be drawn.
  * flows    non-zero: only those that flow.
  */
 void api_format_list(char text[API_FORMATS_TEXT], int samples, int flows);

@@ -8,6 +8,7 @@
 #define API_LIMITS_LIST(X)                                                                                             \
     X(arms, "max-arms", 5000, 1, 10000000, "arms", "arms of a pendulum")                                               \
     X(samples, "max-samples", 10000000, 1, 1000000000, "samples", "instants of a trajectory, or states of a request")  \
+    X(members, "max-members", 4194304, 1, 1000000000, "members", "members of an ensemble")                             \
     X(body_bytes, "max-body-bytes", 8388608, 1024, 1073741824, "bytes", "a request's body")                            \
     X(answer_bytes, "max-answer-bytes", 268435456, 65536, 17179869184, "bytes", "an answer that is held in memory")    \
     X(compute_seconds, "max-compute-seconds", 60, 1, 86400, "s", "the computation of one request")                     \

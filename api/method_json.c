@@ -1,24 +1,13 @@
 #include "api/method_json.h"
 
 #include <math.h>
-#include <string.h>
 
 enum { METHODS = 15 };
-
-/* words of the contract that are still to come: refused by name, so that nobody searches for a typing mistake */
-static int is_text(const struct api_value *value, const char *text) {
-    const char *found = api_value_text(value);
-    return found && !strcmp(found, text);
-}
 
 static const struct pend_method *read_method(const struct api_value *value, struct api_problem *problem) {
     const char *names[METHODS + 1] = {0};
     int chosen = 0;
     for (int i = 0; i < METHODS && pend_method_at(i); i++) names[i] = pend_method_at(i)->name;
-    if (is_text(value, "symplectic") && !pend_method_find("symplectic")) {
-        api_value_fault(value, problem, "\"symplectic\" is not served yet");
-        return NULL;
-    }
     return api_field_word(value, names, &chosen, problem) < 0 ? NULL : pend_method_at(chosen);
 }
 
@@ -36,13 +25,16 @@ static void read_setting(const struct api_value *value, const struct pend_method
         *out = x;
 }
 
-static void read_precision(const struct api_value *value, struct api_problem *problem) {
-    static const char *const words[] = {"double", NULL};
+/* the method in the precision asked for; NULL where it has none such */
+static const struct pend_method *read_precision(const struct api_value *value, const struct pend_method *method,
+                                                struct api_problem *problem) {
+    static const char *const words[] = {"double", "extended", NULL};
     int chosen = 0;
-    if (is_text(value, "extended"))
-        api_value_fault(value, problem, "\"extended\" is not served yet: use \"double\"");
-    else
-        (void)api_field_word(value, words, &chosen, problem);
+    if (api_field_word(value, words, &chosen, problem) < 0) return NULL;
+    if (!chosen || !method) return method;
+    if (!method->extended)
+        api_value_fault(value, problem, "\"extended\" is for method taylor only, not for %s", method->name);
+    return method->extended;
 }
 
 void api_method_read(struct api_method *method, const struct api_value *root, const struct api_tree *tree,
@@ -51,12 +43,11 @@ void api_method_read(struct api_method *method, const struct api_value *root, co
     struct api_value name = api_value_member(root, "method"), precision = api_value_member(root, "precision");
     struct api_value rtol = api_value_member(root, "rtol"), atol = api_value_member(root, "atol");
     struct api_value step = api_value_member(root, "step");
-    *method = (struct api_method){.method = read_method(&name, problem)};
+    *method = (struct api_method){.method = read_precision(&precision, read_method(&name, problem), problem)};
     const struct pend_method *known = method->method, *range = known ? known : &none;
     read_setting(&rtol, known, PEND_METHOD_TOLERANCES, range->rtol_min, range->rtol_max, &method->rtol, problem);
     read_setting(&atol, known, PEND_METHOD_TOLERANCES, range->atol_min, range->atol_max, &method->atol, problem);
-    read_setting(&step, known, PEND_METHOD_FIXED_STEP, 0, INFINITY, &method->step, problem);
-    read_precision(&precision, problem);
+    read_setting(&step, known, PEND_METHOD_FIXED_STEP, range->step_min, range->step_max, &method->step, problem);
     if (known && known->flags & PEND_METHOD_LINEAR)
         api_tree_modes_allowed(tree, &name, "method linear", limits, problem);
 }

@@ -100,7 +100,7 @@ const struct api_format *api_negotiate_format(const char *accept, int samples) {
     if (!accept || !accept[strspn(accept, " \t,")]) return api_format_at(0);
     for (int i = 0; api_format_at(i); i++) {
         const struct api_format *format = api_format_at(i);
-        if (format->samples_only && !samples) continue;
+        if (format->samples_only > samples) continue;
         int q = accept_quality(accept, format->media_type);
         if (q <= best_quality) continue;
         best_quality = q;

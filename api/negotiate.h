@@ -18,7 +18,7 @@ int api_negotiate_json(const char *content_type);
  * The representation that the client likes best; of equals the one that stands first in the table.
  *
  * accept   the header's value, or NULL: anything.
- * samples  non-zero where the answer is a table of samples; otherwise JSON alone is served.
+ * samples  1 where the answer is a table of samples, 2 where it may be drawn as well; 0: JSON alone is served.
  *
  * Returns NULL where none fits. The most specific range that matches a type decides its q. O(length of accept).
  */

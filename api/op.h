@@ -14,6 +14,7 @@ enum api_op_id {
     API_OP_TRAJECTORIES,
     API_OP_FORCES,
     API_OP_MODES,
+    API_OP_ENSEMBLES,
     API_OP_PRESETS,
     API_OP_PRESET,
     API_OP_COUNT
@@ -46,15 +47,15 @@ struct api_turn {
 double api_turn_seconds(const struct api_turn *turn);
 
 /**
- * True once the turn has lasted about a millisecond or appended 256 KiB; without a clock always, so that a turn is one piece of
- * work.
+ * True once the turn has lasted about a millisecond or appended 256 KiB; without a clock always, so that a turn is one
+ * piece of work.
  */
 int api_turn_over(const struct api_turn *turn);
 
 struct api_op {
     const char *name; /* as in the route: "trajectories" */
     int body;         /* needs a JSON body */
-    int samples;      /* returns samples: every representation, not JSON alone */
+    int samples;      /* 1: returns samples, in every representation and not JSON alone; 2: may be drawn, too */
 
     /**
      * Reads and checks the request.
@@ -81,8 +82,8 @@ struct api_op {
     void (*free)(void **state);
 };
 
-extern const struct api_op api_op_trees, api_op_trajectories, api_op_forces, api_op_modes, api_op_presets,
-    api_op_preset;
+extern const struct api_op api_op_trees, api_op_trajectories, api_op_forces, api_op_modes, api_op_ensembles,
+    api_op_presets, api_op_preset;
 
 /**
  * Faults an answer that is held in memory and would be larger than max-answer-bytes.

@@ -280,7 +280,8 @@ LANES_INLINE lanes8 block_parents(const struct blocks *b, const struct block_sha
 }
 
 /* x less the sum of Z f over each arm's siblings, but for crowded joints */
-LANES_INLINE lanes8 block_siblings(const struct blocks *b, const struct block_shape *shape, const double *at, lanes8 x) {
+LANES_INLINE lanes8 block_siblings(const struct blocks *b, const struct block_shape *shape, const double *at,
+                                   lanes8 x) {
 #if defined(__AVX512F__)
     lanes8 sway = block_get(at, BLOCK_SWAY);
     for (int i = 0; i < shape->rounds; i++) x -= block_lanes(&shape->sibling[i], sway);

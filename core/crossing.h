@@ -1,33 +1,49 @@
-/* Where an angle given by a power series leaves an interval inside one step, grazing included.
+/* Where a quantity given by a power series turns, leaves an interval or is largest inside one step, grazing included.
  * Leaves to others: which intervals matter, and which steps are worth the look (ensemble).
- * Invariant: the first exit is found whatever the number of extrema, as long as they are a 32nd of the step apart. */
+ * Invariant: no turning point is missed that moves the quantity by more than its rounding, however close two may be. */
 #ifndef PEND_CROSSING_H
 #define PEND_CROSSING_H
 
-#include <stddef.h>
+enum { PEND_CROSSING_DEGREE = 40 };
 
-/* phi(x) = phi + phi_low + sum_j rate[j * stride] x^{j + 1} / (j + 1), j = 0 .. order */
+/* base + (low + sum_{j >= 1} a[j] s^j), s from 0 to 1: the step; a[0] is not used */
 struct crossing_path {
-    int order;
-    size_t stride;
-    const double *rate, *share; /* share[j] = 1 / (j + 1) */
-    double phi, phi_low;
+    int degree; /* 1 .. PEND_CROSSING_DEGREE */
+    double base, low;
+    double a[PEND_CROSSING_DEGREE + 1];
+    /* the ends of the pieces on which it only rises or only falls, ascending; the last is 1 */
+    int pieces;
+    double end[PEND_CROSSING_DEGREE + 1];
 };
 
-/** phi at x. O(order). */
-double pend_crossing_phi(const struct crossing_path *path, double x);
+/* The least and the largest value on [0, 1], and where. */
+struct crossing_extremes {
+    double least, least_at, most, most_at;
+};
 
-/** d phi / dx at x. O(order). */
-double pend_crossing_rate(const struct crossing_path *path, double x);
+/** The quantity at s. O(degree). */
+double pend_crossing_value(const struct crossing_path *path, double s);
 
 /**
- * The first x in (from, to] at which phi reaches low or high, coming from inside.
+ * Fills in `pieces` and `end`.
  *
- * from, to  from < to, in the units of the path.
- * way       out: +1 it left at high, -1 at low; unchanged when it did not.
- *
- * Returns infinity when it stays inside. O(order).
+ * Counts the sign changes of the derivative's Bernstein coefficients: none or one says for certain how many times it
+ * turns; with more the interval is halved. O(degree) where the first terms show that it does not turn, else O(degree^2)
+ * a halving.
  */
-double pend_crossing_next(const struct crossing_path *path, double from, double to, double low, double high, int *way);
+void pend_crossing_divide(struct crossing_path *path);
+
+/**
+ * The first s in (from, 1] at which a divided path reaches low or high, coming from inside.
+ *
+ * from  0 <= from < 1; where a path left its interval before, it is not taken to leave it again without having turned.
+ * way   out: +1 it left at high, -1 at low; unchanged when it did not.
+ *
+ * Returns infinity when it stays inside.
+ */
+double pend_crossing_next(const struct crossing_path *path, double from, double low, double high, int *way);
+
+/** Extremes of a divided path; of equal ones the first. */
+struct crossing_extremes pend_crossing_extremes(const struct crossing_path *path);
 
 #endif

@@ -4,31 +4,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/crossing.h"
-#include "core/kernel_ensemble.h"
+#include "core/ensemble_shadow.h"
+#include "core/ensemble_watch.h"
+#include "core/motion.h"
 #include "core/taylor_order.h"
 
-/* one member in its lane */
-struct ensemble_seat {
-    long member; /* -1 = the lane is idle */
-    long steps;
-    int arm;
-    double first; /* s, of the first crossing of any arm */
-};
-
-struct pend_ensemble {
-    struct pend_ensemble_problem problem;
-    const struct ensemble_kernel *kernel;
-    struct ensemble_lanes lanes;
-    struct ensemble_seat seat[ENSEMBLE_WIDTH_MAX];
-    double *first_crossing; /* [lane * n + arm] */
-    long *crossings;        /* [lane * n + arm] */
-    struct pend_member member;
-    double *phi, *rate; /* of an outcome */
-};
-
-/* doubles an arm for a member's start and an outcome, which share no lanes */
-enum { ENSEMBLE_FLAT = 6, ENSEMBLE_LANED = 13, ENSEMBLE_SINGLE = 6, ENSEMBLE_SHARES = 48 };
+/* arrays of n values a lane for the kernel, of one value a lane, of n values a lane for the notes, of n values */
+enum { ENSEMBLE_LANED = 14, ENSEMBLE_SINGLE = 6, ENSEMBLE_NOTED = 8, ENSEMBLE_FLAT = 7, ENSEMBLE_SHARES = 48 };
 
 static const struct ensemble_kernel *ensemble_kernel(enum pend_isa isa) {
 #ifdef __x86_64__
@@ -62,28 +44,41 @@ static double *ensemble_take(char **at, size_t count) {
     return piece;
 }
 
+static size_t ensemble_padded(size_t count) { return (count + 7) / 8 * 8; }
+
+static size_t ensemble_doubles(int n_, int width_, size_t series) {
+    size_t n = (size_t)n_, width = (size_t)width_;
+    return (ENSEMBLE_LANED + ENSEMBLE_NOTED) * ensemble_padded(n * width) + ENSEMBLE_SINGLE * ensemble_padded(width) +
+           ENSEMBLE_FLAT * ensemble_padded(n) + 6 * ensemble_padded(n * ENSEMBLE_INSTANTS) + ENSEMBLE_SHARES +
+           3 * ensemble_padded(n) + ensemble_padded(series);
+}
+
 static void ensemble_place(struct pend_ensemble *e, char *at) {
     struct ensemble_lanes *lanes = &e->lanes;
     size_t n = (size_t)lanes->n, width = (size_t)lanes->width;
-    double **laned[ENSEMBLE_LANED] = {&lanes->from.phi, &lanes->from.phi_low, &lanes->from.rate, &lanes->from.rate_low,
-                                      &lanes->to.phi,   &lanes->to.phi_low,   &lanes->to.rate,   &lanes->to.rate_low,
-                                      &lanes->len,      &lanes->inv_len,      &lanes->mass,      &lanes->cell,
-                                      &lanes->near};
+    double **laned[ENSEMBLE_LANED] = {&lanes->from.phi,  &lanes->from.phi_low, &lanes->from.rate, &lanes->from.rate_low,
+                                      &lanes->to.phi,    &lanes->to.phi_low,   &lanes->to.rate,   &lanes->to.rate_low,
+                                      &lanes->len,       &lanes->inv_len,      &lanes->mass,      &lanes->cell,
+                                      &lanes->force_max, &lanes->force_min};
     double **single[ENSEMBLE_SINGLE] = {&lanes->from.time, &lanes->to.time, &lanes->gravity,
                                         &lanes->unit,      &lanes->stop,    &lanes->step};
-    double **flat[ENSEMBLE_FLAT] = {&e->member.phi,  &e->member.rate, &e->member.length,
-                                    &e->member.mass, &e->phi,         &e->rate};
+    double **noted[ENSEMBLE_NOTED - 1] = {&e->first_crossing, &e->most,        &e->most_time, &e->least,
+                                          &e->least_time,     &e->sign_change, &e->sense};
+    double **flat[ENSEMBLE_FLAT] = {&e->member.phi, &e->member.rate, &e->member.length, &e->member.mass,
+                                    &e->phi,        &e->rate,        &e->subtree};
+    ensemble_set **set[3] = {&lanes->near, &lanes->peak, &lanes->turn};
     for (int i = 0; i < ENSEMBLE_LANED; i++) *laned[i] = ensemble_take(&at, n * width);
     for (int i = 0; i < ENSEMBLE_SINGLE; i++) *single[i] = ensemble_take(&at, width);
+    for (int i = 0; i < ENSEMBLE_NOTED - 1; i++) *noted[i] = ensemble_take(&at, n * width);
     for (int i = 0; i < ENSEMBLE_FLAT; i++) *flat[i] = ensemble_take(&at, n);
+    for (int i = 0; i < 3; i++) e->rows[i] = ensemble_take(&at, n * ENSEMBLE_INSTANTS);
+    for (int i = 0; i < 3; i++) e->instants[i] = ensemble_take(&at, n * ENSEMBLE_INSTANTS);
+    for (int i = 0; i < 3; i++) *set[i] = (ensemble_set *)ensemble_take(&at, n);
     lanes->share = ensemble_take(&at, ENSEMBLE_SHARES);
     for (int j = 0; j < ENSEMBLE_SHARES; j++) lanes->share[j] = 1.0 / (j + 1);
-    e->first_crossing = ensemble_take(&at, n * width);
     e->crossings = (long *)(void *)ensemble_take(&at, n * width);
     lanes->series = (double *)(void *)at;
 }
-
-static size_t ensemble_padded(size_t count) { return (count + 7) / 8 * 8; }
 
 enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble, const struct pend_ensemble_problem *problem,
                                    enum pend_isa isa, struct pend_error *error) {
@@ -91,13 +86,11 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble, const struct
     PEND_TRY(ensemble_check(problem, error));
     const struct ensemble_kernel *kernel = ensemble_kernel(isa);
     int n = problem->tree->n, order = pend_taylor_order(problem->rtol);
-    size_t width = (size_t)kernel->width, head = (sizeof **ensemble + 63) / 64 * 64;
-    size_t doubles = (ENSEMBLE_LANED + 2) * ensemble_padded((size_t)n * width) +
-                     ENSEMBLE_SINGLE * ensemble_padded(width) + ENSEMBLE_FLAT * ensemble_padded((size_t)n) +
-                     ENSEMBLE_SHARES + ensemble_padded(kernel->series_count(n, order));
-    struct pend_ensemble *e = aligned_alloc(64, head + doubles * sizeof(double));
+    size_t head = (sizeof **ensemble + 63) / 64 * 64;
+    size_t bytes = head + ensemble_doubles(n, kernel->width, kernel->series_count(n, order)) * sizeof(double);
+    struct pend_ensemble *e = aligned_alloc(64, bytes);
     if (!e) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for an ensemble of trees of %d arms", n);
-    memset(e, 0, head + doubles * sizeof(double));
+    memset(e, 0, bytes);
     e->problem = *problem;
     e->kernel = kernel;
     e->lanes = (struct ensemble_lanes){.n = n, .order = order, .width = kernel->width};
@@ -106,6 +99,9 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble, const struct
     e->lanes.log_rtol = log2(pend_taylor_target(problem->rtol));
     e->lanes.log_atol = problem->atol > 0 ? log2(problem->atol) : -1e5;
     e->lanes.bound = problem->bound;
+    e->lanes.paired = (problem->observe & PEND_OBSERVE_LYAPUNOV) != 0;
+    e->lanes.extremes = (problem->observe & PEND_OBSERVE_EXTREMES) != 0;
+    e->lanes.signs = (problem->observe & PEND_OBSERVE_SIGNS) != 0;
     ensemble_place(e, (char *)e + head);
     *ensemble = e;
     return PEND_OK;
@@ -116,8 +112,32 @@ void pend_ensemble_free(struct pend_ensemble **ensemble) {
     *ensemble = NULL;
 }
 
-/* the start of a member into lane i */
-static void ensemble_seat_start(struct pend_ensemble *e, int i) {
+int pend_ensemble_width(const struct pend_ensemble *e) { return e->lanes.width / (1 + e->lanes.paired); }
+
+/* the tree with the lengths and masses of the member at hand, as far as energies need it */
+static struct pend_tree ensemble_tree(const struct pend_ensemble *e) {
+    struct pend_tree tree = *e->problem.tree;
+    for (int k = 0; k < tree.n; k++) e->subtree[k] = e->member.mass[k];
+    for (int k = tree.n - 1; k > 0; k--) e->subtree[tree.parent[k]] += e->subtree[k];
+    tree.len = e->member.length;
+    tree.mass = e->member.mass;
+    tree.subtree_mass = e->subtree;
+    return tree;
+}
+
+/* arms that have the energy to reach their bound: what an arm there costs at least, all others hanging at rest */
+static int ensemble_able(const struct pend_ensemble *e, const struct pend_tree *tree, double energy) {
+    double gravity = e->member.gravity, least = -pend_motion_energy_scale(tree, gravity, 0);
+    int able = 0;
+    for (int k = 0; k < tree->n; k++) {
+        double rise = gravity * tree->len[k] * tree->subtree_mass[k] * (1 - cos(fmin(e->problem.bound, M_PI)));
+        able += !(gravity > 0) || !(energy < least + rise - 1e-9 * fabs(least));
+    }
+    return able;
+}
+
+/* the start of a member into lane i; returns how many arms may reach their bound */
+static int ensemble_seat_start(struct pend_ensemble *e, int i) {
     struct ensemble_lanes *lanes = &e->lanes;
     const struct pend_member *member = &e->member;
     double fastest = 0;
@@ -129,191 +149,181 @@ static void ensemble_seat_start(struct pend_ensemble *e, int i) {
         lanes->len[at] = member->length[k];
         lanes->inv_len[at] = 1 / member->length[k];
         lanes->mass[at] = member->mass[k];
-        if (lanes->bound > 0) {
-            lanes->cell[at] = floor((member->phi[k] + M_PI_2 + lanes->bound) / (2 * lanes->bound));
-            e->first_crossing[i * lanes->n + k] = NAN;
-            e->crossings[i * lanes->n + k] = 0;
-        }
         fastest = fmax(fastest, fmax(fabs(member->rate[k]), sqrt(fabs(member->gravity) / member->length[k])));
     }
     lanes->from.time[i] = 0;
     lanes->stop[i] = e->problem.duration;
     lanes->gravity[i] = member->gravity;
     lanes->unit[i] = copysign(fastest > 0 ? exp2(-floor(log2(fastest))) : 1, e->problem.duration);
+    pend_ensemble_watch_start(e, i);
+    if (lanes->paired) pend_ensemble_shadow_start(e, i);
+    if (!(e->problem.observe & PEND_OBSERVE_ENERGY) && !e->problem.spare) return lanes->n;
+    struct pend_tree tree = ensemble_tree(e);
+    struct pend_energy energy = pend_motion_energy(&tree, member->gravity, member->phi, member->rate);
+    e->seat[i].energy = energy.kinetic + energy.potential;
+    e->seat[i].scale = pend_motion_energy_scale(&tree, member->gravity, energy.kinetic);
+    return e->problem.spare ? ensemble_able(e, &tree, e->seat[i].energy) : lanes->n;
 }
 
-/* the next member into lane i; when none is left, the lane goes idle on its last state, which does no harm */
-static void ensemble_seat_next(struct pend_ensemble *e, int i, long *next, long end, int *cancelled) {
+/* what was noted of the member in lane i, beside its end */
+static void ensemble_seat_notes(const struct pend_ensemble *e, int i, struct pend_outcome *outcome) {
+    size_t own = (size_t)i * (size_t)e->lanes.n;
+    outcome->arm = e->seat[i].arm;
+    outcome->first = e->seat[i].first;
+    outcome->steps = e->seat[i].steps;
+    outcome->phi = e->phi;
+    outcome->rate = e->rate;
+    outcome->energy_drift = outcome->lyapunov = NAN;
+    if (e->lanes.bound > 0) {
+        outcome->first_crossing = e->first_crossing + own;
+        outcome->crossings = e->crossings + own;
+    }
+    for (int k = 0; k < e->lanes.n && e->lanes.extremes; k++) {
+        e->most[own + (size_t)k] = e->lanes.force_max[k * e->lanes.width + i];
+        e->least[own + (size_t)k] = e->lanes.force_min[k * e->lanes.width + i];
+    }
+    if (e->lanes.extremes) {
+        outcome->force =
+            (struct pend_force_range){e->most + own, e->most_time + own, e->least + own, e->least_time + own};
+    }
+    if (e->lanes.signs) outcome->sign_change = e->sign_change + own;
+}
+
+/* how far the energy at the end is from the start's */
+static double ensemble_seat_drift(struct pend_ensemble *e, int i) {
+    const struct ensemble_lanes *lanes = &e->lanes;
+    for (int k = 0; k < lanes->n; k++) {
+        e->member.length[k] = lanes->len[k * lanes->width + i];
+        e->member.mass[k] = lanes->mass[k * lanes->width + i];
+    }
+    struct pend_tree tree = ensemble_tree(e);
+    struct pend_energy energy = pend_motion_energy(&tree, lanes->gravity[i], e->phi, e->rate);
+    return e->seat[i].scale > 0 ? fabs(energy.kinetic + energy.potential - e->seat[i].energy) / e->seat[i].scale : 0;
+}
+
+static void ensemble_seat_deliver(struct pend_ensemble *e, int i, struct pend_outcome *outcome, int *cancelled) {
+    ensemble_seat_notes(e, i, outcome);
+    if (outcome->steps && e->problem.observe & PEND_OBSERVE_ENERGY) outcome->energy_drift = ensemble_seat_drift(e, i);
+    if (outcome->steps && e->lanes.paired) outcome->lyapunov = pend_ensemble_shadow_exponent(e, i);
+    if (e->problem.deliver(e->problem.context, e->seat[i].member, outcome)) *cancelled = 1;
+}
+
+/* a member none of whose arms can reach its bound: nothing happens to it */
+static void ensemble_seat_spare(struct pend_ensemble *e, int i, int *cancelled) {
+    struct pend_outcome outcome = {.stop = PEND_STOP_TIME, .time = e->problem.duration};
+    memcpy(e->phi, e->member.phi, (size_t)e->lanes.n * sizeof(double));
+    memcpy(e->rate, e->member.rate, (size_t)e->lanes.n * sizeof(double));
+    ensemble_seat_deliver(e, i, &outcome, cancelled);
+}
+
+static void ensemble_fetch(struct pend_ensemble *e, long i, struct ensemble_queue *queue) {
     const struct pend_tree *tree = e->problem.tree;
     size_t bytes = (size_t)tree->n * sizeof(double);
-    e->seat[i] = (struct ensemble_seat){.member = -1, .arm = -1, .first = NAN};
-    if (*next >= end || *cancelled) {
-        e->lanes.stop[i] = copysign(1e300, e->lanes.unit[i]);
-        return;
-    }
     memset(e->member.phi, 0, bytes);
     memset(e->member.rate, 0, bytes);
     memcpy(e->member.length, tree->len, bytes);
     memcpy(e->member.mass, tree->mass, bytes);
     e->member.gravity = e->problem.gravity;
-    if (e->problem.fetch(e->problem.context, *next, &e->member)) *cancelled = 1;
-    e->seat[i].member = (*next)++;
-    ensemble_seat_start(e, i);
+    if (e->problem.fetch(e->problem.context, i, &e->member)) queue->cancelled = 1;
 }
 
-static void ensemble_seat_deliver(struct pend_ensemble *e, int i, struct pend_outcome *outcome, int *cancelled) {
+/* the next member into lane i; when none is left, the lane goes idle on its last state, which does no harm */
+static void ensemble_seat_next(struct pend_ensemble *e, int i, struct ensemble_queue *queue) {
+    while (queue->next < queue->end && !queue->cancelled) {
+        ensemble_fetch(e, queue->next, queue);
+        e->seat[i] = (struct ensemble_seat){.member = queue->next++, .arm = -1, .first = NAN};
+        e->seat[i].open = ensemble_seat_start(e, i);
+        if (!e->problem.spare || e->seat[i].open) return;
+        ensemble_seat_spare(e, i, &queue->cancelled);
+        queue->left--;
+    }
+    e->seat[i].member = -1;
+    for (int lane = i; lane <= i + e->lanes.paired; lane++) e->lanes.stop[lane] = copysign(1e300, e->lanes.unit[lane]);
+}
+
+/* how a member ends with the step of lane i: where in the step, 0 = it goes on */
+static double ensemble_seat_end(struct pend_ensemble *e, int i, const struct ensemble_attention *attention,
+                                struct pend_outcome *outcome) {
     const struct ensemble_lanes *lanes = &e->lanes;
-    const struct ensemble_seat *seat = &e->seat[i];
-    outcome->arm = seat->arm;
-    outcome->steps = seat->steps;
-    outcome->phi = e->phi;
-    outcome->rate = e->rate;
-    if (lanes->bound > 0) {
-        outcome->first_crossing = e->first_crossing + i * lanes->n;
-        outcome->crossings = e->crossings + i * lanes->n;
+    unsigned own = 1u << i | (unsigned)lanes->paired << (i + 1);
+    if (attention->bad & own) {
+        outcome->stop = PEND_STOP_FAILED;
+        outcome->time = lanes->from.time[i];
+        outcome->status = isfinite(lanes->step[i]) && fabs(lanes->step[i] * e->unit[i]) < fabs(lanes->stop[i]) * 0x1p-52
+                              ? PEND_STEP_TOO_SMALL
+                              : PEND_NOT_FINITE;
+        return 1;
     }
-    if (e->problem.deliver(e->problem.context, seat->member, outcome)) *cancelled = 1;
-}
-
-/* the state at the end of the step of lane i into the outcome's arrays */
-static void ensemble_seat_end(struct pend_ensemble *e, int i) {
-    for (int k = 0; k < e->lanes.n; k++) {
-        e->phi[k] = e->lanes.to.phi[k * e->lanes.width + i];
-        e->rate[k] = e->lanes.to.rate[k * e->lanes.width + i];
+    double stop = attention->near & own ? pend_ensemble_watch_bound(e, i) : INFINITY;
+    double part = fmin(stop, 1);
+    if (attention->force & own || lanes->signs) pend_ensemble_watch_force(e, i, part);
+    if (e->problem.times_count) pend_ensemble_watch_rows(e, i, pend_ensemble_watch_time(e, i, part));
+    if (stop < INFINITY) {
+        outcome->stop = PEND_STOP_BOUND;
+        outcome->time = pend_ensemble_watch_time(e, i, part);
+        return part;
     }
-}
-
-static struct crossing_path ensemble_path(const struct pend_ensemble *e, int i, int k) {
-    const struct ensemble_lanes *lanes = &e->lanes;
-    size_t at = (size_t)(k * lanes->width + i);
-    return (struct crossing_path){.order = lanes->order,
-                                  .stride = (size_t)lanes->n * (size_t)lanes->width,
-                                  .rate = lanes->series + at,
-                                  .share = lanes->share,
-                                  .phi = lanes->from.phi[at],
-                                  .phi_low = lanes->from.phi_low[at]};
-}
-
-/* time of a point of the step of lane i, x units after its start */
-static double ensemble_seat_time(const struct pend_ensemble *e, int i, double x) {
-    const struct ensemble_lanes *lanes = &e->lanes;
-    double from = lanes->from.time[i], to = lanes->to.time[i];
-    return x == lanes->step[i] ? to : from + (to - from) * (x / lanes->step[i]);
-}
-
-/* follows arm k of lane i through the step from cell to cell; returns where it first leaves one, infinity if never */
-static double ensemble_seat_cross(struct pend_ensemble *e, int i, int k) {
-    struct ensemble_lanes *lanes = &e->lanes;
-    struct crossing_path path = ensemble_path(e, i, k);
-    double first = INFINITY, x = 0, *cell = &lanes->cell[k * lanes->width + i];
-    int way = 0;
-    for (;;) {
-        double middle = *cell * 2 * lanes->bound - M_PI_2;
-        x = pend_crossing_next(&path, x, lanes->step[i], middle - lanes->bound, middle + lanes->bound, &way);
-        if (!(x < INFINITY)) return first;
-        if (!(first < INFINITY)) {
-            first = x;
-            double *note = &e->first_crossing[i * lanes->n + k];
-            if (isnan(*note)) *note = ensemble_seat_time(e, i, x);
-        }
-        e->crossings[i * lanes->n + k]++;
-        *cell += way;
-        if (e->problem.stop_at_bound) return first;
-    }
-}
-
-/* looks at the arms that may have left their cells; returns where the member is to stop, infinity if it is not */
-static double ensemble_seat_watch(struct pend_ensemble *e, int i) {
-    struct ensemble_seat *seat = &e->seat[i];
-    double stop = INFINITY;
-    int arm = -1;
-    for (int k = 0; k < e->lanes.n; k++) {
-        if (e->lanes.near[k * e->lanes.width + i] == 0) continue;
-        double x = ensemble_seat_cross(e, i, k);
-        if (x < stop) {
-            stop = x;
-            arm = k;
-        }
-    }
-    if (arm >= 0 && seat->arm < 0) {
-        seat->arm = arm;
-        seat->first = ensemble_seat_time(e, i, stop);
-    }
-    return e->problem.stop_at_bound ? stop : INFINITY;
-}
-
-/* an outcome that ends inside the step: crossings that come after the first did not happen */
-static void ensemble_seat_cut(struct pend_ensemble *e, int i, double x, struct pend_outcome *outcome) {
-    const struct ensemble_lanes *lanes = &e->lanes;
-    outcome->stop = PEND_STOP_BOUND;
-    outcome->time = e->seat[i].first;
-    for (int k = 0; k < lanes->n; k++) {
-        struct crossing_path path = ensemble_path(e, i, k);
-        e->phi[k] = pend_crossing_phi(&path, x);
-        e->rate[k] = pend_crossing_rate(&path, x) / lanes->unit[i];
-        if (k == e->seat[i].arm) continue;
-        e->first_crossing[i * lanes->n + k] = NAN;
-        e->crossings[i * lanes->n + k] = 0;
-    }
+    if (attention->done & own) return 1;
+    if (e->problem.step_cap <= 0 || e->seat[i].steps < e->problem.step_cap) return 0;
+    outcome->stop = PEND_STOP_FAILED;
+    outcome->status = PEND_TOO_MANY_STEPS;
+    return 1;
 }
 
 /* looks after lane i at the end of a step; non-zero when its member has ended and was delivered */
-static int ensemble_seat_serve(struct pend_ensemble *e, int i, int attention, double unit, int *cancelled) {
-    struct ensemble_lanes *lanes = &e->lanes;
-    struct pend_outcome outcome = {.stop = PEND_STOP_TIME, .time = lanes->to.time[i]};
-    double next_unit = lanes->unit[i], stop = INFINITY;
-    if (attention & ENSEMBLE_BAD) {
-        outcome.stop = PEND_STOP_FAILED;
-        outcome.time = lanes->from.time[i];
-        outcome.status = lanes->to.time[i] == outcome.time ? PEND_STEP_TOO_SMALL : PEND_NOT_FINITE;
-    } else if (attention & ENSEMBLE_NEAR) {
-        stop = ensemble_seat_watch(e, i);
-    }
-    if (stop < INFINITY) {
-        lanes->unit[i] = unit;
-        ensemble_seat_cut(e, i, stop, &outcome);
-        lanes->unit[i] = next_unit;
-    } else if (attention & (ENSEMBLE_DONE | ENSEMBLE_BAD)) {
-        ensemble_seat_end(e, i);
-    } else if (e->problem.step_cap > 0 && e->seat[i].steps >= e->problem.step_cap) {
-        outcome.stop = PEND_STOP_FAILED;
-        outcome.status = PEND_TOO_MANY_STEPS;
-        ensemble_seat_end(e, i);
-    } else {
-        return 0;
-    }
+static int ensemble_seat_serve(struct pend_ensemble *e, int i, const struct ensemble_attention *attention,
+                               int *cancelled) {
+    struct pend_outcome outcome = {.stop = PEND_STOP_TIME, .time = e->lanes.to.time[i]};
+    if (e->lanes.paired && !(attention->bad >> i & 3)) pend_ensemble_shadow_step(e, i);
+    double part = ensemble_seat_end(e, i, attention, &outcome);
+    if (part == 0) return 0;
+    pend_ensemble_watch_state(e, i, part);
     ensemble_seat_deliver(e, i, &outcome, cancelled);
     return 1;
 }
 
-/* one step of all lanes; returns how many members ended */
-static int ensemble_step(struct pend_ensemble *e, long *next, long end, int *cancelled) {
+/* one step of all lanes */
+static void ensemble_step(struct pend_ensemble *e, struct ensemble_queue *queue) {
     struct ensemble_lanes *lanes = &e->lanes;
-    unsigned char attention[ENSEMBLE_WIDTH_MAX];
-    double unit[ENSEMBLE_WIDTH_MAX];
-    int ended = 0, width = lanes->width;
-    memcpy(unit, lanes->unit, (size_t)width * sizeof(double));
-    int any = e->kernel->step(lanes, attention) || e->problem.step_cap > 0;
-    for (int i = 0; i < width; i++) e->seat[i].steps++;
-    unsigned served = 0;
-    for (int i = 0; any && i < width; i++) {
-        if (e->seat[i].member >= 0 && ensemble_seat_serve(e, i, attention[i], unit[i], cancelled)) served |= 1u << i;
+    struct ensemble_attention attention;
+    int width = lanes->width, apart = 1 + lanes->paired;
+    int always = lanes->paired || lanes->signs || e->problem.times_count || e->problem.step_cap > 0;
+    memcpy(e->unit, lanes->unit, (size_t)width * sizeof(double));
+    e->kernel->step(lanes, &attention);
+    for (int i = 0; i < width; i += apart) e->seat[i].steps++;
+    unsigned call = always ? ~0u : (unsigned)(attention.done | attention.bad | attention.near | attention.force),
+             served = 0;
+    for (int i = 0; i < width; i += apart) {
+        if (!(call >> i & 1) || e->seat[i].member < 0) continue;
+        if (ensemble_seat_serve(e, i, &attention, &queue->cancelled)) served |= 1u << i;
     }
     struct ensemble_state swap = lanes->from;
     lanes->from = lanes->to;
     lanes->to = swap;
-    for (int i = 0; served && i < width; i++) {
+    for (int i = 0; served && i < width; i += apart) {
         if (!(served >> i & 1)) continue;
-        ended++;
-        ensemble_seat_next(e, i, next, end, cancelled);
+        queue->left--;
+        ensemble_seat_next(e, i, queue);
     }
-    return ended;
+}
+
+void pend_ensemble_begin(struct pend_ensemble *e, long first, long count) {
+    e->queue = (struct ensemble_queue){.next = first, .end = first + count, .left = count};
+    for (int i = 0; i < e->lanes.width; i += 1 + e->lanes.paired) ensemble_seat_next(e, i, &e->queue);
+}
+
+enum pend_status pend_ensemble_go(struct pend_ensemble *e, long steps, int *done) {
+    struct ensemble_queue *queue = &e->queue;
+    for (; steps > 0 && queue->left > 0 && !queue->cancelled; steps--) ensemble_step(e, queue);
+    *done = queue->left <= 0;
+    return queue->cancelled ? PEND_CANCELLED : PEND_OK;
 }
 
 enum pend_status pend_ensemble_run(struct pend_ensemble *e, long first, long count) {
-    long next = first, end = first + count;
-    int cancelled = 0;
-    for (int i = 0; i < e->lanes.width; i++) ensemble_seat_next(e, i, &next, end, &cancelled);
-    for (long left = count; left > 0 && !cancelled;) left -= ensemble_step(e, &next, end, &cancelled);
-    return cancelled ? PEND_CANCELLED : PEND_OK;
+    enum { MANY = 1 << 20 };
+    enum pend_status status = PEND_OK;
+    int done = 0;
+    pend_ensemble_begin(e, first, count);
+    while (status == PEND_OK && !done) status = pend_ensemble_go(e, MANY, &done);
+    return status;
 }

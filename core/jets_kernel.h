@@ -23,7 +23,7 @@ static inline void jets_prepare(const struct jets_system *s, int k, int a, wide 
  * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass: what is loaded
  * serves both. Row -1 of the forces is zero.
  */
-static void jets_known(const struct jets_system *s, int k) {
+static inline void jets_known(const struct jets_system *s, int k) {
     size_t stride = s->stride;
     for (int a = 0; a < s->n; a += WIDE) {
         size_t row = jets_row(s, a), last = row + (size_t)k * stride;
@@ -55,7 +55,7 @@ static void jets_known(const struct jets_system *s, int k) {
 }
 
 /* T and c of order k, the second of two: the terms that were missing */
-static void jets_complete(const struct jets_system *s, int k) {
+static inline void jets_complete(const struct jets_system *s, int k) {
     for (int a = 0; a < s->n; a += WIDE) {
         size_t row = jets_row(s, a), now = row + (size_t)k * s->stride, last = now + s->stride;
         wide first = wide_get(s->rate + row);
@@ -137,7 +137,7 @@ static void jets_down(const struct jets_system *s, num gravity) {
 }
 
 /* the coefficients of order k and what they make of u */
-static void jets_learn(const struct jets_system *s, int k) {
+static inline void jets_learn(const struct jets_system *s, int k) {
     wide share = wide_of(s->share[k]), turn_share = wide_of(s->share[k + 1]);
     for (int a = 0; a < s->n; a += WIDE) {
         size_t now = jets_row(s, a) + (size_t)k * s->stride, next = now + s->stride, after = next + s->stride;
@@ -156,7 +156,7 @@ static void jets_learn(const struct jets_system *s, int k) {
 }
 
 /* all orders: rate_1 .. rate_order and force_0 .. force_{order - 1} from rate_0, cosine and sine */
-static void jets_orders(const struct jets_system *s, num gravity, int order) {
+static inline void jets_orders(const struct jets_system *s, num gravity, int order) {
     for (int a = 0; a < s->n; a += WIDE) {
         wide_put(s->stiff + a, wide_mul(wide_get(s->eff + a), wide_get(s->kappa + a)));
         wide_put(s->weight + a, wide_mul(wide_get(s->eff + a), wide_get(s->len + a)));

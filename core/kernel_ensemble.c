@@ -16,6 +16,23 @@ enum { WIDTH = 4 };
 typedef bits2 mask;
 enum { WIDTH = 2 };
 #endif
+/* x > y ? x : y and x < y ? x : y, as one instruction; bit i of a set for lane i */
+#if defined(__AVX512F__)
+#define num_max(x, y) ((lanes8)_mm512_max_pd((__m512d)(x), (__m512d)(y)))
+#define num_min(x, y) ((lanes8)_mm512_min_pd((__m512d)(x), (__m512d)(y)))
+#define mask_set(x) ((ensemble_set)_mm512_movepi64_mask((__m512i)(x)))
+#define num_swap(x) ((lanes8)_mm512_permute_pd((__m512d)(x), 0x55))
+#elif defined(__AVX2__)
+#define num_max(x, y) ((lanes4)_mm256_max_pd((__m256d)(x), (__m256d)(y)))
+#define num_min(x, y) ((lanes4)_mm256_min_pd((__m256d)(x), (__m256d)(y)))
+#define mask_set(x) ((ensemble_set)_mm256_movemask_pd((__m256d)(x)))
+#define num_swap(x) ((lanes4)_mm256_permute_pd((__m256d)(x), 5))
+#else
+#define num_max NUM_(_max)
+#define num_min NUM_(_min)
+#define mask_set(x) ((ensemble_set)(((x)[0] & 1) | ((x)[1] & 2)))
+#define num_swap(x) ((lanes2){(x)[1], (x)[0]})
+#endif
 #define JETS_NUM NUM_()
 #include "core/jets_system.h"
 
@@ -23,8 +40,6 @@ enum { WIDE = 1 };
 typedef num wide;
 #define num_of NUM_(_of)
 #define num_fma NUM_(_fma)
-#define num_max NUM_(_max)
-#define num_min NUM_(_min)
 #define num_abs NUM_(_abs)
 #define wide_of num_of
 #define wide_fma num_fma
@@ -59,7 +74,7 @@ static size_t ensemble_series_count(int n, int order) {
     return (4 * ensemble_series(n, order) + (size_t)ARRAY_COUNT * (size_t)n) * WIDTH;
 }
 
-static struct jets_system ensemble_view(const struct ensemble_lanes *lanes) {
+LANES_INLINE struct jets_system ensemble_view(const struct ensemble_lanes *lanes) {
     size_t n = (size_t)lanes->n, series = ensemble_series(lanes->n, lanes->order);
     num *at = (num *)(void *)lanes->series, *arrays = at + 4 * series;
     struct jets_system s = {.n = lanes->n,
@@ -131,25 +146,70 @@ LANES_INLINE void ensemble_sum(double *high, double *low, int k, num sum, num ad
     lane_put(low, k, (sum - (total - part)) + (add - part));
 }
 
-/* where arm k may get to during the step stays inside its cell: 0, else not 0. Horner's rule on intervals [0, x]. */
-static num ensemble_near(const struct ensemble_lanes *lanes, const struct jets_system *s, int k, num x) {
-    num high = num_of(0), low = num_of(0), zero = num_of(0);
-    for (int j = lanes->order; j >= 0; j--) {
-        num c = s->rate[(size_t)j * s->stride + (size_t)k] * s->share[j];
-        high = num_fma(x, num_max(high, zero), c);
-        low = num_fma(x, num_min(low, zero), c);
+/* B_i = sum_j weight[i][j] a_j: the polynomial sum a_j x^j in Bernstein's form on [0, 1], whose values lie between the
+ * least and the largest B_i */
+enum { RANGE_DEGREE = 8 };
+#define F(i)                                                                                                           \
+    {                                                                                                                  \
+        1, i / 8.0, i *(i - 1) / 56.0, i *(i - 1) * (i - 2) / 336.0, i *(i - 1) * (i - 2) * (i - 3) / 1680.0,          \
+            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) / 6720.0,                                                         \
+            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) * (i - 5) / 20160.0,                                              \
+            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) * (i - 5) * (i - 6) / 40320.0,                                    \
+            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) * (i - 5) * (i - 6) * (i - 7) / 40320.0                           \
     }
-    // theta = phi + pi / 2 in units of the cell, from the cell's middle
+static const double range_weight[RANGE_DEGREE + 1][RANGE_DEGREE + 1] = {F(0), F(1), F(2), F(3), F(4),
+                                                                        F(5), F(6), F(7), F(8)};
+#undef F
+
+/* what a series may reach on [0, x]: its first terms in Bernstein's form, the rest by their size, the rounding of all
+ */
+LANES_INLINE void ensemble_range(const num a[], num rest, num *low, num *high) {
+    num top = a[0], bottom = a[0], size = num_abs(a[0]);
+    for (int j = 1; j <= RANGE_DEGREE; j++) size += num_abs(a[j]);
+    for (int i = 1; i <= RANGE_DEGREE; i++) {
+        num b = a[0];
+        for (int j = 1; j <= i; j++) b = num_fma(a[j], num_of(range_weight[i][j]), b);
+        top = num_max(b, top);
+        bottom = num_min(b, bottom);
+    }
+    rest = num_fma(size, num_of(1e-14), rest);
+    *high = top + rest;
+    *low = bottom - rest;
+}
+
+/* where arm k may get to during the step stays inside its cell: no, as a mask */
+static mask ensemble_near(const struct ensemble_lanes *lanes, const struct jets_system *s, int k, num x) {
+    const num *c = s->rate + k;
+    num a[RANGE_DEGREE + 1], power = x, rest = num_of(0), low, high;
+    a[0] = num_of(0);
+    for (int j = 1; j <= RANGE_DEGREE; j++, power *= x) a[j] = c[(size_t)(j - 1) * s->stride] * s->share[j - 1] * power;
+    for (int j = lanes->order; j >= RANGE_DEGREE; j--)
+        rest = num_fma(rest, x, num_abs(c[(size_t)j * s->stride]) * s->share[j]);
+    ensemble_range(a, rest * power, &low, &high);
+    // theta = phi + pi / 2, from the cell's middle
     num middle = lane_get(lanes->from.phi, k) + 1.57079632679489661923 - lane_get(lanes->cell, k) * (2 * lanes->bound);
-    num top = num_fma(x, num_max(high, zero), middle), bottom = num_fma(x, num_min(low, zero), middle);
     double inside = lanes->bound * (1 - 1e-12);
-    return (num)(((mask)(top >= inside) | (mask)(bottom <= -inside)) & (mask)num_of(1));
+    return ~((mask)(middle + high < inside) & (mask)(middle + low > -inside));
+}
+
+/* which lanes may have a force of arm k beyond its extremes so far, and which may have none at all */
+static void ensemble_force(struct ensemble_lanes *lanes, const struct jets_system *s, int k, num x, num scale) {
+    const num *c = s->force + k;
+    num a[RANGE_DEGREE + 1], power = x, rest = num_of(0), low, high;
+    a[0] = c[0];
+    for (int j = 1; j <= RANGE_DEGREE; j++, power *= x) a[j] = c[(size_t)j * s->stride] * power;
+    for (int j = lanes->order - 1; j > RANGE_DEGREE; j--) rest = num_fma(rest, x, num_abs(c[(size_t)j * s->stride]));
+    ensemble_range(a, rest * power, &low, &high);
+    mask above = (mask)(high * scale > lane_get(lanes->force_max, k)),
+         below = (mask)(low * scale < lane_get(lanes->force_min, k));
+    lanes->peak[k] = lanes->extremes ? mask_set(above | below) : 0;
+    lanes->turn[k] = lanes->signs ? mask_set((mask)(high >= 0) & (mask)(low <= 0)) : 0;
 }
 
 /* the state at the end of the step; a sum that is not finite shows in the return value, 0 where all are */
-static num ensemble_advance(const struct ensemble_lanes *lanes, const struct jets_system *s, num x, num unit) {
+static num ensemble_advance(const struct ensemble_lanes *lanes, const struct jets_system *s, num x, num inverse) {
     const struct ensemble_state *from = &lanes->from, *to = &lanes->to;
-    num bad = num_of(0), inverse = 1 / unit;
+    num bad = num_of(0);
     for (int k = 0; k < s->n; k++) {
         num phi = num_of(0), rate = num_of(0);
         const num *c = s->rate + (size_t)lanes->order * s->stride + k;
@@ -166,40 +226,77 @@ static num ensemble_advance(const struct ensemble_lanes *lanes, const struct jet
     return bad;
 }
 
-static int ensemble_step(struct ensemble_lanes *lanes, unsigned char attention[]) {
+/* what the step may have done that somebody asked for */
+static void ensemble_watch(struct ensemble_lanes *lanes, const struct jets_system *s, num x, num inverse,
+                           struct ensemble_attention *attention) {
+    for (int k = 0; k < s->n && lanes->bound > 0; k++) {
+        lanes->near[k] = mask_set(ensemble_near(lanes, s, k, x));
+        attention->near |= lanes->near[k];
+    }
+    for (int k = 0; k < s->n && (lanes->extremes || lanes->signs); k++) {
+        ensemble_force(lanes, s, k, x, inverse * inverse);
+        attention->force |= lanes->peak[k] | lanes->turn[k];
+    }
+}
+
+static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attention *attention) {
     struct jets_system s = ensemble_view(lanes);
     num unit = lane_get(lanes->unit, 0), time = lane_get(lanes->from.time, 0), stop = lane_get(lanes->stop, 0);
     ensemble_start(lanes, &s, unit);
     jets_factor(&s);
-    num gravity = lane_get(lanes->gravity, 0) * unit * unit;
+    // the unit is a power of two: its inverse is exact
+    num gravity = lane_get(lanes->gravity, 0) * unit * unit, inverse = 1 / unit;
     if (s.n <= DENSE_MAX)
         dense_orders(&s, gravity, lanes->order);
     else
         jets_orders(&s, gravity, lanes->order);
-    num x = ensemble_choose(lanes, &s), left = (stop - time) / unit;
-    mask lands = (mask)(x >= left);
+    num x = ensemble_choose(lanes, &s);
+    if (lanes->paired) x = num_min(x, num_swap(x));
+    mask lands = (mask)(x >= (stop - time) * inverse);
     num next = NUM_(_pick)(lands, stop, time + x * unit);
-    num still = (num)((mask)(next == time) & (mask)num_of(1));
-    x = (next - time) / unit;
-    num near = num_of(0);
-    for (int k = 0; k < s.n && lanes->bound > 0; k++) {
-        num here = ensemble_near(lanes, &s, k, x);
-        lane_put(lanes->near, k, here);
-        near += here;
-    }
-    num bad = ensemble_advance(lanes, &s, x, unit) + still;
+    // a step that the duration does not resolve leads nowhere
+    mask still = (mask)(next == time) | (mask)(num_abs(x * unit) < num_abs(stop) * 0x1p-52);
+    x = (next - time) * inverse;
+    *attention = (struct ensemble_attention){.done = mask_set(lands)};
+    ensemble_watch(lanes, &s, x, inverse, attention);
+    num bad = ensemble_advance(lanes, &s, x, inverse);
+    attention->bad = mask_set((still & ~lands) | ~(mask)(bad == 0));
     lane_put(lanes->to.time, 0, next);
     lane_put(lanes->step, 0, x);
     // the next unit is a power of two near this step
     num grown = NUM_(_round)(NUM_(_log2)(num_max(x, num_of(0x1p-60))));
     lane_put(lanes->unit, 0, unit * NUM_(_power)(grown));
-    int any = 0;
-    for (int i = 0; i < WIDTH; i++) {
-        attention[i] = (unsigned char)((lands[i] ? ENSEMBLE_DONE : 0) | (bad[i] == 0 ? 0 : ENSEMBLE_BAD) |
-                                       (near[i] == 0 ? 0 : ENSEMBLE_NEAR));
-        any |= attention[i];
+}
+
+static const double *ensemble_forces(const struct ensemble_lanes *lanes) {
+    return (const double *)ensemble_view(lanes).force;
+}
+
+/* a vector of instants at a time; the sums are those of ensemble_advance */
+static void ensemble_values(const struct ensemble_lanes *lanes, int lane, double unit, const double x[],
+                            const struct ensemble_values *to) {
+    struct jets_system s = ensemble_view(lanes);
+    double inverse = 1 / unit;
+    for (int k = 0; k < s.n; k++) {
+        size_t at = (size_t)k * WIDTH + (size_t)lane;
+        double base = lanes->from.phi[at], base_rate = lanes->from.rate[at];
+        for (int i = 0; i < ENSEMBLE_INSTANTS / WIDTH; i++) {
+            num phi = num_of(0), rate = num_of(0), force = num_of(0), place = lane_get(x, i);
+            const double *c = (const double *)(s.rate + k) + lane, *f = (const double *)(s.force + k) + lane;
+            for (int j = lanes->order; j >= 1; j--) {
+                double w = c[(size_t)j * s.stride * WIDTH];
+                phi = num_fma(phi, place, num_of(w * s.share[j]));
+                rate = num_fma(rate, place, num_of(w));
+                if (to->force) force = num_fma(force, place, num_of(f[(size_t)(j - 1) * s.stride * WIDTH]));
+            }
+            phi = place * num_fma(place, phi, num_of(c[0]));
+            rate = place * rate * inverse;
+            int row = k * (ENSEMBLE_INSTANTS / WIDTH) + i;
+            lane_put(to->phi, row, base + (phi + lanes->from.phi_low[at]));
+            lane_put(to->rate, row, base_rate + (rate + lanes->from.rate_low[at]));
+            if (to->force) lane_put(to->force, row, force * (inverse * inverse));
+        }
     }
-    return any;
 }
 
 #define KERNEL_PASTE2(a, b) a##b
@@ -208,5 +305,7 @@ static int ensemble_step(struct ensemble_lanes *lanes, unsigned char attention[]
 const struct ensemble_kernel KERNEL_PASTE(pend_kernel_ensemble_, PEND_ISA) = {
     .width = WIDTH,
     .series_count = ensemble_series_count,
+    .force = ensemble_forces,
     .step = ensemble_step,
+    .values = ensemble_values,
 };

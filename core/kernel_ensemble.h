@@ -1,6 +1,6 @@
 /* One step of several members of an ensemble at once, one member a lane, by instruction set.
  * Leaves to others: which member is in which lane, and what becomes of it (ensemble).
- * Invariant: no lane's result depends on another lane. */
+ * Invariant: no lane's result depends on another lane, but for the two of a pair. */
 #ifndef PEND_KERNEL_ENSEMBLE_H
 #define PEND_KERNEL_ENSEMBLE_H
 
@@ -12,35 +12,59 @@ struct ensemble_state {
     double *time;                            /* s, one value a lane */
 };
 
+/* Sets of lanes, bit i for lane i. */
+typedef unsigned char ensemble_set;
+
 struct ensemble_lanes {
     int n, order, width;
+    int paired; /* lanes 2 j and 2 j + 1 take the same step */
     const int *parent, *end;
     double log_rtol, log_atol;      /* binary logarithms */
     double bound;                   /* rad; crossings of theta = bound + 2 i bound are looked for; 0 = none */
+    int extremes, signs;            /* non-zero: forces beyond those met so far, and changes of sign, are looked for */
     struct ensemble_state from, to; /* start and end of the step */
     double *len, *inv_len, *mass;   /* an arm's own */
     double *gravity, *unit, *stop;  /* one value a lane; unit and stop - time have one sign */
     double *step;                   /* out: the step in units */
     double *cell;                   /* the number i of the stretch that theta of an arm is in */
-    double *near;                   /* out, an arm's own: 0 where the step surely stays in the cell */
-    double *series;                 /* rate, force, turn_re, turn_im, orders 0 .. order + 1, then scratch */
-    double *share;                  /* 1 / (j + 1) of order j */
+    double *force_max, *force_min;  /* N, of each arm so far */
+    ensemble_set *near, *peak, *turn; /* out, a set an arm: where the step may leave the cell, where the force may pass
+                                         its extremes, where it may be zero */
+    double *series;                   /* rate, force, turn_re, turn_im, orders 0 .. order + 1, then scratch */
+    double *share;                    /* 1 / (j + 1) of order j */
 };
 
-enum { ENSEMBLE_WIDTH_MAX = 8, ENSEMBLE_DONE = 1, ENSEMBLE_BAD = 2, ENSEMBLE_NEAR = 4 };
+enum { ENSEMBLE_WIDTH_MAX = 8, ENSEMBLE_INSTANTS = 8 };
+
+/* Lanes that want attention. */
+struct ensemble_attention {
+    ensemble_set done;  /* stop is reached */
+    ensemble_set bad;   /* a number is not finite, or time stands still */
+    ensemble_set near;  /* some arm may have left its cell */
+    ensemble_set force; /* the force of some arm may have passed an extreme or zero */
+};
+
+/* Values inside a step: instant i of arm k at [k * ENSEMBLE_INSTANTS + i]; force may be NULL. */
+struct ensemble_values {
+    double *phi, *rate, *force; /* rad, rad/s, N */
+};
 
 struct ensemble_kernel {
     int width;
     /** Doubles that `series` needs. */
     size_t (*series_count)(int n, int order);
+    /** Where the series of the forces begin; those of the rates begin with `series`. */
+    const double *(*force)(const struct ensemble_lanes *lanes);
+    /** Takes one step in every lane, never beyond stop. */
+    void (*step)(struct ensemble_lanes *lanes, struct ensemble_attention *attention);
     /**
-     * Takes one step in every lane, never beyond stop.
+     * The values of one lane at ENSEMBLE_INSTANTS places x inside its last step, in units; before from and to are
+     * swapped.
      *
-     * attention  out, width values: ENSEMBLE_DONE where stop is reached, ENSEMBLE_BAD where a number is not finite or
-     *            time stands still, ENSEMBLE_NEAR where some arm may have left its cell.
-     * Returns whether any lane wants attention.
+     * unit  s, of the step taken.
      */
-    int (*step)(struct ensemble_lanes *lanes, unsigned char attention[]);
+    void (*values)(const struct ensemble_lanes *lanes, int lane, double unit, const double x[],
+                   const struct ensemble_values *to);
 };
 
 extern const struct ensemble_kernel pend_kernel_ensemble_base;

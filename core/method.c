@@ -10,8 +10,8 @@ double pend_times_at(const struct pend_times *times, long i) {
 }
 
 static const struct pend_method *const method_table[] = {
-    &pend_method_taylor, &pend_method_ode23,   &pend_method_rkf45,
-    &pend_method_rk8pd,  &pend_method_msadams, &pend_method_linear,
+    &pend_method_taylor,  &pend_method_ode23,      &pend_method_rkf45,  &pend_method_rk8pd,
+    &pend_method_msadams, &pend_method_symplectic, &pend_method_linear,
 };
 
 enum { METHOD_COUNT = sizeof method_table / sizeof *method_table };

@@ -56,6 +56,9 @@ struct pend_method {
     unsigned flags;
     double rtol_default, rtol_min, rtol_max; /* 0 where PEND_METHOD_TOLERANCES is not set */
     double atol_default, atol_min, atol_max;
+    double step_min, step_max; /* s; 0 where PEND_METHOD_FIXED_STEP is not set */
+    const struct pend_method
+        *extended; /* the same in numbers of about 32 digits, answers rounded; NULL = there is none */
 
     /** Makes a stepper at the problem's first instant; NULL on failure. The run has checked the problem. */
     enum pend_status (*open)(void **stepper, const struct pend_problem *problem, struct pend_error *error);
@@ -78,10 +81,14 @@ struct pend_method {
 
 /* One a file, method_X.c; the three of GSL share method_gsl.c. */
 extern const struct pend_method pend_method_taylor, pend_method_ode23, pend_method_rkf45, pend_method_rk8pd,
-    pend_method_msadams, pend_method_linear;
+    pend_method_msadams, pend_method_linear, pend_method_symplectic;
+
+/* what pend_method_taylor.extended points to */
+extern const struct pend_method pend_method_taylor_extended;
 
 /**
- * The method of a name, or NULL. The names are the contract's: taylor ode23 rkf45 rk8pd msadams linear.
+ * The method of a name, or NULL. The names are the contract's: taylor ode23 rkf45 rk8pd msadams
+ * symplectic linear.
  */
 const struct pend_method *pend_method_find(const char *name);
 

@@ -203,6 +203,7 @@ const struct pend_method pend_method_taylor = {
     .atol_default = 0,
     .atol_min = 0,
     .atol_max = 1,
+    .extended = &pend_method_taylor_extended,
     .open = taylor_open,
     .step = taylor_step,
     .at = taylor_at,

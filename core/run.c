@@ -98,8 +98,8 @@ static enum pend_status run_check(const struct pend_method *method, struct pend_
     PEND_TRY(run_check_times(&problem->times, error));
     PEND_TRY(run_check_state(problem, error));
     if (problem->step_cap < 0) return pend_fail(error, PEND_INVALID, -1, 0, "the step limit must not be negative");
-    if (method->flags & PEND_METHOD_FIXED_STEP && !(problem->step >= 0 && isfinite(problem->step)))
-        return pend_fail(error, PEND_INVALID, -1, 0, "the step of method %s must be finite and > 0", method->name);
+    if (method->flags & PEND_METHOD_FIXED_STEP && problem->step != 0)
+        PEND_TRY(run_check_range(method->name, "step", problem->step, method->step_min, method->step_max, error));
     if (!(method->flags & PEND_METHOD_TOLERANCES)) return PEND_OK;
     if (problem->rtol == 0) problem->rtol = method->rtol_default;
     if (problem->atol == 0) problem->atol = method->atol_default;

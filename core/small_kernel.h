@@ -78,6 +78,18 @@ LANES_INLINE void SMALL(down)(const struct jets_system *s, struct SMALL(node) no
     }
 }
 
+/* the columns in the units of the orders: pulls are l T, accelerations of angles */
+LANES_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns) * columns) {
+    VEC inv_len = VEC_(get)(s->inv_len);
+    for (int j = 0; j < s->n; j++) {
+        VEC len = VEC_(of)(s->len[j]);
+        columns->acc_side[j] *= inv_len;
+        columns->force_side[j] *= inv_len * len;
+        columns->force_pull[j] *= len;
+    }
+}
+
+#if LANES == 8
 /* coefficients of one order */
 struct SMALL(order) {
     VEC re, im, rate, force;
@@ -154,17 +166,6 @@ LANES_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct S
     VEC_(put)(s->turn_im + (k + 2) * STRIDE, x->im);
 }
 
-/* the columns in the units of the orders: pulls are l T, accelerations of angles */
-LANES_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns) * columns) {
-    VEC inv_len = VEC_(get)(s->inv_len);
-    for (int j = 0; j < s->n; j++) {
-        VEC len = VEC_(of)(s->len[j]);
-        columns->acc_side[j] *= inv_len;
-        columns->force_side[j] *= inv_len * len;
-        columns->force_pull[j] *= len;
-    }
-}
-
 static void SMALL(orders)(const struct jets_system *s, double gravity, int order) {
     enum { STRIDE = 8 };
     struct SMALL(node) node[LANES];
@@ -192,6 +193,191 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
         SMALL(keep)(s, k + 1, &newest);
     }
 }
+
+#else
+
+/* re and im of a series side by side, and what is multiplied with both of them twice */
+#if LANES == 2
+#define BOTH lanes4
+#define BOTH_(name) lanes4_##name
+#define BOTH_LANE(i) i, i, i, i
+#define BOTH_LOW 0, 1, 0, 1
+#define BOTH_HIGH 2, 3, 2, 3
+#define BOTH_JOIN 0, 1, 6, 7
+#define VEC_TWICE 0, 1, 0, 1
+#else
+#define BOTH lanes8
+#define BOTH_(name) lanes8_##name
+#define BOTH_LANE(i) i, i, i, i, i, i, i, i
+#define BOTH_LOW 0, 1, 2, 3, 0, 1, 2, 3
+#define BOTH_HIGH 4, 5, 6, 7, 4, 5, 6, 7
+#define BOTH_JOIN 0, 1, 2, 3, 12, 13, 14, 15
+#define VEC_TWICE 0, 1, 2, 3, 0, 1, 2, 3
+#endif
+
+LANES_INLINE BOTH SMALL(twice)(VEC x) { return __builtin_shufflevector(x, x, VEC_TWICE); }
+
+/* the columns, twice side by side; those of the force across bear 1 */
+struct SMALL(twins) {
+    BOTH rate_pull[LANES], rate_side[LANES], force_pull[LANES], force_side[LANES];
+};
+
+/* T and c: real parts in the lower half, imaginary ones in the upper */
+struct SMALL(known) {
+    BOTH T, c;
+};
+
+/* what an order brings, in registers: u_{k+2}, phi'_{k+1} and lambda_k, the last two twice */
+struct SMALL(order) {
+    BOTH turn, rate, force;
+};
+
+/* T and c of order k less the terms of the orders from k - 1 on, and the same of order k + 1: what is loaded serves
+ * both. Two sums each, so that none waits for itself. Row -1 of the forces is zero. */
+LANES_INLINE struct SMALL(known) SMALL(known)(const struct jets_system *s, int k, struct SMALL(known) * later) {
+    enum { STRIDE = 8 };
+    BOTH zero = BOTH_(of)(0);
+    struct SMALL(known) now[2] = {{zero, zero}, {zero, zero}}, next[2] = {{zero, zero}, {zero, zero}};
+    const double *turn = s->turn_re + 3 * STRIDE, *rate = s->rate + (k - 1) * STRIDE, *force = s->force + (k - 2) * STRIDE;
+    for (int j = 3; j < k; j += 2, turn += 2 * STRIDE, rate -= 2 * STRIDE, force -= 2 * STRIDE) {
+        BOTH u = BOTH_(get)(turn), v = BOTH_(get)(turn + STRIDE);
+        BOTH w = BOTH_(get)(rate - STRIDE), f = BOTH_(get)(force - STRIDE);
+        next[0].T = BOTH_(fma)(u, BOTH_(get)(rate), next[0].T);
+        next[0].c = BOTH_(fma)(u, BOTH_(get)(force), next[0].c);
+        now[0].T = BOTH_(fma)(u, w, now[0].T);
+        now[0].c = BOTH_(fma)(u, f, now[0].c);
+        next[1].T = BOTH_(fma)(v, w, next[1].T);
+        next[1].c = BOTH_(fma)(v, f, next[1].c);
+        now[1].T = BOTH_(fma)(v, BOTH_(get)(rate - 2 * STRIDE), now[1].T);
+        now[1].c = BOTH_(fma)(v, BOTH_(get)(force - 2 * STRIDE), now[1].c);
+    }
+    *later = (struct SMALL(known)){next[0].T + next[1].T, next[0].c + next[1].c};
+    return (struct SMALL(known)){now[0].T + now[1].T, now[0].c + now[1].c};
+}
+
+/* adds to order k, and to the order after, the terms that order k - 1 is needed for */
+LANES_INLINE void SMALL(join)(const struct jets_system *s, int k, BOTH first, const struct SMALL(order) * newest,
+                              struct SMALL(known) * now, struct SMALL(known) * later) {
+    enum { STRIDE = 8 };
+    if (k) {
+        BOTH u = BOTH_(get)(s->turn_re + 2 * STRIDE), w = BOTH_(get)(s->rate + (k - 1) * STRIDE);
+        BOTH f = BOTH_(get)(s->force + (k - 2) * STRIDE), second = BOTH_(get)(s->rate + STRIDE);
+        now->T = BOTH_(fma)(u, w, now->T);
+        now->c = BOTH_(fma)(u, f, now->c);
+        now->T = BOTH_(fma)(newest->turn, BOTH_(get)(s->rate), now->T);
+        later->T = BOTH_(fma)(u, newest->rate, BOTH_(fma)(newest->turn, second, later->T));
+        later->c = BOTH_(fma)(u, newest->force, BOTH_(fma)(newest->turn, BOTH_(get)(s->force), later->c));
+    }
+    now->T = BOTH_(fma)(first, newest->rate, now->T);
+    now->c = BOTH_(fma)(first, newest->force, now->c);
+}
+
+/* phi''/(k + 1) + T and lambda + c over k + 1, each twice */
+struct SMALL(answer) {
+    BOTH turned, force;
+};
+
+/* what the tree answers to T and to c / (k + 1) */
+LANES_INLINE struct SMALL(answer) SMALL(solve)(const struct SMALL(twins) * twins, BOTH T, BOTH c, BOTH start) {
+    BOTH zero = BOTH_(of)(0), turned[2] = {start, zero}, force[2] = {zero, zero};
+#define SMALL_TERM(j)                                                                                                  \
+    do {                                                                                                               \
+        BOTH pull = __builtin_shufflevector(T, T, BOTH_LANE(LANES + (j)));                                             \
+        BOTH side = __builtin_shufflevector(c, c, BOTH_LANE(LANES + (j)));                                             \
+        turned[0] = BOTH_(fma)(pull, twins->rate_pull[j], turned[0]);                                                  \
+        turned[1] = BOTH_(fma)(side, twins->rate_side[j], turned[1]);                                                  \
+        force[0] = BOTH_(fma)(pull, twins->force_pull[j], force[0]);                                                   \
+        force[1] = BOTH_(fma)(side, twins->force_side[j], force[1]);                                                   \
+    } while (0)
+    SMALL_TERM(0);
+    SMALL_TERM(1);
+#if LANES > 2
+    SMALL_TERM(2);
+    SMALL_TERM(3);
+#endif
+#undef SMALL_TERM
+    return (struct SMALL(answer)){turned[0] + turned[1], force[0] + force[1]};
+}
+
+/* the coefficients of order k, T whole and c over k + 1 */
+LANES_INLINE struct SMALL(order) SMALL(keep)(const struct jets_system *s, int k, const struct SMALL(known) * known,
+                                             const struct SMALL(answer) * answer) {
+    enum { STRIDE = 8 };
+    BOTH Tr = __builtin_shufflevector(known->T, known->T, BOTH_LOW);
+    BOTH Ti = __builtin_shufflevector(known->T, known->T, BOTH_HIGH);
+    BOTH cr = __builtin_shufflevector(known->c, known->c, BOTH_LOW);
+    BOTH turn = __builtin_shufflevector(-Ti, answer->turned, BOTH_JOIN), order = BOTH_(of)(k + 1);
+    struct SMALL(order) newest = {turn * s->share[k + 1], answer->turned - Tr,
+                                  BOTH_(fma)(answer->force, order, -cr * order)};
+    BOTH_(put)(s->rate + (k + 1) * STRIDE, newest.rate);
+    BOTH_(put)(s->force + k * STRIDE, newest.force);
+    BOTH_(put)(s->turn_re + (k + 2) * STRIDE, newest.turn);
+    return newest;
+}
+
+/*
+ * Adds to T and c of order k + 1 what order k brings; the way from the answer of one order to the next is but one
+ * multiply-add long. u_1 is i phi'_0, and u_{k+2} = i (turned + i Im T) / (k + 2).
+ */
+LANES_INLINE struct SMALL(known) SMALL(complete)(const struct jets_system *s, int k, BOTH first,
+                                                 const struct SMALL(known) * known, const struct SMALL(answer) * answer,
+                                                 const struct SMALL(known) * later) {
+    BOTH zero = BOTH_(of)(0), share = BOTH_(of)(s->share[k + 1]);
+    BOTH Tr = __builtin_shufflevector(known->T, known->T, BOTH_LOW), cr = __builtin_shufflevector(known->c, known->c, BOTH_LOW);
+    BOTH Ti = __builtin_shufflevector(known->T, known->T, BOTH_HIGH);
+    BOTH high = __builtin_shufflevector(zero, first, BOTH_JOIN), low = first - high;
+    BOTH ready = BOTH_(fma)(-high, Tr, later->T) - low * Ti * share;
+    BOTH scaled = later->c * share, lift = high * (share * (double)(k + 1));
+    return (struct SMALL(known)){BOTH_(fma)(answer->turned, high + high * share, ready),
+                                 BOTH_(fma)(answer->force, lift, BOTH_(fma)(-lift, cr, scaled))};
+}
+
+static void SMALL(orders)(const struct jets_system *s, double gravity, int order) {
+    enum { STRIDE = 8 };
+    struct SMALL(node) node[LANES];
+    struct SMALL(columns) columns = {0};
+    struct SMALL(twins) twins;
+    SMALL(up)(s, node);
+    SMALL(down)(s, node, &columns);
+    SMALL(scale)(s, &columns);
+    // by reciprocity the answer of arm i to W_j is that of arm j to W_i, and acceleration to W is force to s
+    for (int j = 0; j < LANES; j++) {
+        twins.rate_pull[j] = SMALL(twice)(columns.force_side[j]);
+        twins.rate_side[j] = SMALL(twice)(columns.acc_side[j]);
+        twins.force_pull[j] = SMALL(twice)(columns.force_pull[j]);
+        twins.force_side[j] = SMALL(twice)(columns.acc_pull[j]);
+    }
+    BOTH zero = BOTH_(of)(0), first = SMALL(twice)(VEC_(get)(s->rate)), drop = zero;
+    BOTH_(put)(s->rate, first);
+    // gravity is a pull on the root
+    drop[0] = drop[LANES] = -s->cosine[0] * gravity * s->inv_len[0];
+    BOTH lift = zero;
+    lift[LANES] = s->sine[0] * gravity * s->inv_len[0];
+    BOTH turn = __builtin_shufflevector(zero, first, BOTH_JOIN);
+    struct SMALL(order) newest = {turn, first, zero};
+    BOTH_(put)(s->turn_re + STRIDE, turn);
+    for (int k = 0; k < order; k += 2) {
+        struct SMALL(known) later, known = SMALL(known)(s, k, &later);
+        SMALL(join)(s, k, turn, &newest, &known, &later);
+        known.c *= s->share[k];
+        struct SMALL(answer) answer = SMALL(solve)(&twins, k ? known.T : known.T - lift, known.c, k ? zero : drop);
+        newest = SMALL(keep)(s, k, &known, &answer);
+        if (k + 1 == order) break;
+        known = SMALL(complete)(s, k, first, &known, &answer, &later);
+        answer = SMALL(solve)(&twins, known.T, known.c, zero);
+        newest = SMALL(keep)(s, k + 1, &known, &answer);
+    }
+}
+
+#undef BOTH
+#undef BOTH_
+#undef BOTH_LANE
+#undef BOTH_LOW
+#undef BOTH_HIGH
+#undef BOTH_JOIN
+#undef VEC_TWICE
+
+#endif
 
 #undef SMALL_PASTE2
 #undef SMALL_PASTE

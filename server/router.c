@@ -45,6 +45,7 @@ static const struct srv_route router_table[] = {
     {"POST", "/v1/trajectories", NULL, API_OP_TRAJECTORIES, "POST /v1/trajectories"},
     {"POST", "/v1/forces", NULL, API_OP_FORCES, "POST /v1/forces"},
     {"POST", "/v1/modes", NULL, API_OP_MODES, "POST /v1/modes"},
+    {"POST", "/v1/ensembles", NULL, API_OP_ENSEMBLES, "POST /v1/ensembles"},
     {"GET", "/v1/presets", NULL, API_OP_PRESETS, "GET /v1/presets"},
     {"GET", "/v1/presets/{name}", NULL, API_OP_PRESET, "GET /v1/presets/{name}"},
     {"GET", "/openapi.json", router_openapi, API_OP_COUNT, "GET /openapi.json"},

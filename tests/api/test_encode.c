@@ -102,6 +102,7 @@ TEST(the_bytes_do_not_depend_on_the_blocks_and_stay_below_the_estimate) {
     }
     for (int digits = 0; digits <= 17; digits++)
         for (int f = 0; api_format_at(f); f++) {
+            if (api_format_at(f)->picture) continue;
             struct api_table table = table_of(ROWS, digits);
             struct api_buffer whole, cut;
             api_buffer_init(&whole, 1000000);
@@ -176,7 +177,7 @@ TEST(a_number_that_is_not_finite_ends_a_table_by_its_place) {
 }
 
 TEST(a_table_beyond_the_buffers_limit_fails_cleanly) {
-    for (int f = 0; api_format_at(f); f++)
+    for (int f = 0; api_format_at(f) && !api_format_at(f)->picture; f++)
         for (size_t limit = 0; limit < 400; limit += 7) {
             struct api_table table = table_of(2, 0);
             struct api_buffer out;

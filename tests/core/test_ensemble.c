@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "core/method.h"
+#include "core/run.h"
 #include "tests/harness/test.h"
 
 extern const struct pend_method pend_method_taylor;
@@ -229,7 +230,7 @@ TEST(ensemble_times_the_flips_of_a_spinning_arm) {
     CHECK_INT(result.crossings[1], 3);
     CHECK_RESIDUAL(fabs(result.first[0] / want - 1), 1e-13, "time of the first flip");
     CHECK(fabs(result.first[0] - result.first[1]) < 1e-14);
-    problem.stop_at_bound = 1;
+    problem.until = PEND_UNTIL_FIRST;
     REQUIRE(crowd_run(&problem, pend_isa_best(), 0, 2));
     CHECK(result.time[0] == result.first[0] && result.crossings[0] == 1);
     pend_tree_free(&tree);
@@ -304,5 +305,389 @@ TEST(ensemble_refuses_what_it_cannot_do) {
         test_alloc_faults_off();
         CHECK(status == (i == 4 ? PEND_NO_MEMORY : PEND_INVALID) && !ensemble && error.text[0]);
     }
+    pend_tree_free(&crowd.tree);
+}
+
+/* one member's notes beside those of a single run in many small samples */
+enum { FINE = 20001 };
+
+struct notes {
+    struct crowd *crowd;
+    int n;
+    double most[MEMBERS][ARMS_MAX], most_time[MEMBERS][ARMS_MAX], least[MEMBERS][ARMS_MAX];
+    double least_time[MEMBERS][ARMS_MAX], change[MEMBERS][ARMS_MAX], drift[MEMBERS], lyapunov[MEMBERS];
+    long rows[MEMBERS];
+    double phi[MEMBERS][8][ARMS_MAX], rate[MEMBERS][8][ARMS_MAX], force[MEMBERS][8][ARMS_MAX];
+};
+
+static int notes_fetch(void *context, long i, struct pend_member *member) {
+    return crowd_fetch(((struct notes *)context)->crowd, i, member);
+}
+
+static int notes_deliver(void *context, long i, const struct pend_outcome *outcome) {
+    struct notes *notes = context;
+    for (int k = 0; k < notes->n; k++) {
+        if (outcome->force.most) {
+            notes->most[i][k] = outcome->force.most[k];
+            notes->most_time[i][k] = outcome->force.most_time[k];
+            notes->least[i][k] = outcome->force.least[k];
+            notes->least_time[i][k] = outcome->force.least_time[k];
+        }
+        if (outcome->sign_change) notes->change[i][k] = outcome->sign_change[k];
+    }
+    notes->drift[i] = outcome->energy_drift;
+    notes->lyapunov[i] = outcome->lyapunov;
+    return 0;
+}
+
+static void notes_rows(void *context, long i, long first, int count, const double phi[], const double rate[],
+                       const double force[]) {
+    struct notes *notes = context;
+    for (int row = 0; row < count; row++) {
+        for (int k = 0; k < notes->n; k++) {
+            notes->phi[i][first + row][k] = phi[row * notes->n + k];
+            notes->rate[i][first + row][k] = rate[row * notes->n + k];
+            notes->force[i][first + row][k] = force[row * notes->n + k];
+        }
+    }
+    notes->rows[i] += count;
+}
+
+/* angles, rates and forces of member i at count equidistant instants of the duration, the first at 0; in stored order
+ * of a tree whose stored order is the caller's */
+static int notes_samples(struct crowd *crowd, long i, double duration, int count, double phi[], double rate[],
+                         double force[]) {
+    double start[4][ARMS_MAX], *t = malloc((size_t)count * sizeof(double));
+    struct pend_member member = {start[0], start[1], start[2], start[3], 9.81};
+    memcpy(start[2], crowd->tree->len, (size_t)crowd->tree->n * sizeof(double));
+    memcpy(start[3], crowd->tree->mass, (size_t)crowd->tree->n * sizeof(double));
+    crowd_fetch(crowd, i, &member);
+    struct pend_problem problem = {
+        .tree = crowd->tree, .gravity = member.gravity, .phi = start[0], .rate = start[1], .rtol = 1e-15};
+    problem.times = (struct pend_times){.count = count, .start = 0, .span = duration, .divisor = count - 1};
+    struct pend_samples samples = {.cap = count, .t = t, .phi = phi, .rate = rate, .force = force};
+    struct pend_run *run;
+    int done = 0, fine = pend_run_new(&run, &pend_method_taylor, &problem, NULL) == PEND_OK;
+    while (fine && !done) fine = pend_run_next(run, &samples, 1e12, &done, NULL) == PEND_OK;
+    pend_run_free(&run);
+    free(t);
+    return CHECK(fine && samples.count == count);
+}
+
+/* a crowd of chains, whose stored order is the caller's */
+static int notes_new(struct notes *notes, struct crowd *crowd, int n, double duration, unsigned observe,
+                     struct pend_ensemble_problem *problem) {
+    static const int parent[ARMS_MAX] = {-1, 0, 1, 2, 3, 4};
+    static const double length[ARMS_MAX] = {1, 0.8, 0.7, 0.9, 0.5, 0.6}, mass[ARMS_MAX] = {1, 0.5, 0.7, 1.2, 0.4, 0.9};
+    memset(crowd, 0, sizeof *crowd);
+    memset(notes, 0, sizeof *notes);
+    crowd->broken = -1;
+    notes->crowd = crowd;
+    notes->n = n;
+    *problem = crowd_problem(crowd, duration);
+    problem->observe = observe;
+    problem->fetch = notes_fetch;
+    problem->deliver = notes_deliver;
+    problem->rows = notes_rows;
+    problem->context = notes;
+    int made = CHECK(pend_tree_new(&crowd->tree, n, length, mass, parent, NULL) == PEND_OK);
+    problem->tree = crowd->tree;
+    return made;
+}
+
+/* the value of the parabola through three samples a step apart at its vertex, and where, in steps from the middle */
+static double vertex(double a, double b, double c, double *at) {
+    *at = 0.5 * (a - c) / (a - 2 * b + c);
+    return b - 0.25 * (a - c) * *at;
+}
+
+TEST(ensemble_knows_the_true_extremes_of_the_forces) {
+    static struct notes notes;
+    double worst[2] = {0, 0}, duration = 4, step = duration / (FINE - 1);
+    for (int n = 1; n <= ARMS_MAX; n += n < 2 ? 1 : 4) {
+        struct crowd crowd;
+        struct pend_ensemble_problem problem;
+        double *samples[3];
+        REQUIRE(notes_new(&notes, &crowd, n, duration, PEND_OBSERVE_EXTREMES, &problem));
+        REQUIRE(crowd_run(&problem, pend_isa_best(), 0, MEMBERS));
+        for (int a = 0; a < 3; a++) samples[a] = malloc(sizeof(double) * FINE * (size_t)n);
+        for (long i = 0; i < MEMBERS; i += 5) {
+            if (!notes_samples(&crowd, i, duration, FINE, samples[0], samples[1], samples[2])) break;
+            for (int k = 0; k < n; k++) {
+                const double *force = samples[2] + k;
+                for (int sign = -1; sign <= 1; sign += 2) {
+                    int best = 0;
+                    for (int j = 0; j < FINE; j++)
+                        if (force[j * n] * sign > force[best * n] * sign) best = j;
+                    double at = 0, value = force[best * n], size = fabs(force[0]) + 10;
+                    if (best > 0 && best < FINE - 1)
+                        value = vertex(force[(best - 1) * n], force[best * n], force[(best + 1) * n], &at);
+                    double got = sign > 0 ? notes.most[i][k] : notes.least[i][k];
+                    double time = sign > 0 ? notes.most_time[i][k] : notes.least_time[i][k];
+                    CHECK((got - force[best * n]) * sign >= -1e-10 * size);
+                    // a single arm has the same extremes again and again, the forces of six turn too fast for parabolas
+                    if (n != 2) continue;
+                    worst[0] = fmax(worst[0], fabs(got - value) / size);
+                    worst[1] = fmax(worst[1], fabs(time - (best + at) * step));
+                }
+            }
+        }
+        for (int a = 0; a < 3; a++) free(samples[a]);
+        pend_tree_free(&crowd.tree);
+    }
+    CHECK_RESIDUAL(worst[0], 1e-7, "extreme of a force against the parabola through fine samples");
+    CHECK_RESIDUAL(worst[1], 1e-5, "its time, s");
+}
+
+TEST(ensemble_knows_when_a_rod_first_changes_from_push_to_pull) {
+    static struct notes notes;
+    struct crowd crowd;
+    struct pend_ensemble_problem problem;
+    double worst = 0, duration = 4, step = duration / (FINE - 1);
+    int changed = 0, stayed = 0;
+    REQUIRE(notes_new(&notes, &crowd, 2, duration, PEND_OBSERVE_SIGNS, &problem));
+    REQUIRE(crowd_run(&problem, pend_isa_best(), 0, MEMBERS));
+    double *samples[3];
+    for (int a = 0; a < 3; a++) samples[a] = malloc(sizeof(double) * FINE * 2);
+    for (long i = 0; i < MEMBERS; i++) {
+        if (!notes_samples(&crowd, i, duration, FINE, samples[0], samples[1], samples[2])) break;
+        for (int k = 0; k < 2; k++) {
+            const double *force = samples[2] + k;
+            int j = 1;
+            while (j < FINE && (force[2 * j] > 0) == (force[0] > 0)) j++;
+            if (!CHECK(isnan(notes.change[i][k]) == (j == FINE))) continue;
+            if (j == FINE) {
+                stayed++;
+                continue;
+            }
+            changed++;
+            double want = (j - force[2 * j] / (force[2 * j] - force[2 * j - 2])) * step;
+            worst = fmax(worst, fabs(notes.change[i][k] - want));
+        }
+    }
+    CHECK(changed > 10 && stayed > 3);
+    CHECK_RESIDUAL(worst, 1e-5, "time of a change of sign against fine samples, s");
+    for (int a = 0; a < 3; a++) free(samples[a]);
+    pend_tree_free(&crowd.tree);
+}
+
+/* released from the horizontal a rod's force begins at 0 and has a sign at once */
+static int level_fetch(void *context, long i, struct pend_member *member) {
+    (void)context, (void)i, (void)member;
+    return 0;
+}
+
+TEST(ensemble_does_not_take_the_start_at_zero_for_a_change_of_sign) {
+    static struct notes notes;
+    struct crowd crowd;
+    struct pend_ensemble_problem problem;
+    for (int n = 1; n <= ARMS_MAX; n++) {
+        REQUIRE(notes_new(&notes, &crowd, n, 1, PEND_OBSERVE_SIGNS, &problem));
+        problem.fetch = level_fetch;
+        REQUIRE(crowd_run(&problem, pend_isa_best(), 0, 1));
+        for (int k = 0; k < n; k++) CHECK(isnan(notes.change[0][k]) || notes.change[0][k] > 0.1);
+        // a single arm is level again at half its period, 1.18 s: its force touches 0 and does not change sign
+        problem.duration = 3;
+        REQUIRE(crowd_run(&problem, pend_isa_best(), 0, 1));
+        CHECK(n > 1 || isnan(notes.change[0][0]));
+        pend_tree_free(&crowd.tree);
+    }
+}
+
+TEST(ensemble_rows_are_those_of_single_runs) {
+    static struct notes notes;
+    double worst = 0;
+    for (int n = 1; n <= ARMS_MAX; n++) {
+        struct crowd crowd;
+        struct pend_ensemble_problem problem;
+        double duration = n % 2 ? 1.4 : -1.4, times[8], phi[8 * ARMS_MAX], rate[8 * ARMS_MAX], force[8 * ARMS_MAX];
+        REQUIRE(notes_new(&notes, &crowd, n, duration, 0, &problem));
+        for (int j = 0; j < 8; j++) times[j] = 0 + duration * j / 7;
+        problem.times = times;
+        problem.times_count = 8;
+        for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
+            memset(notes.rows, 0, sizeof notes.rows);
+            REQUIRE(crowd_run(&problem, (enum pend_isa)isa, 0, MEMBERS));
+            for (long i = 0; i < MEMBERS; i += 3) {
+                CHECK_INT(notes.rows[i], 8);
+                if (!notes_samples(&crowd, i, duration, 8, phi, rate, force)) return;
+                for (int j = 0; j < 8 * n; j++) {
+                    double gap = fabs(notes.phi[i][j / n][j % n] - phi[j]) +
+                                 fabs(notes.rate[i][j / n][j % n] - rate[j]) / 10 +
+                                 fabs(notes.force[i][j / n][j % n] - force[j]) / 100;
+                    if (!(gap <= worst)) worst = gap;
+                }
+            }
+        }
+        pend_tree_free(&crowd.tree);
+    }
+    CHECK_RESIDUAL(worst, 1e-10, "rows of a member against a single run");
+}
+
+TEST(ensemble_energy_hardly_drifts) {
+    static struct notes notes;
+    struct crowd crowd;
+    struct pend_ensemble_problem problem;
+    double worst = 0;
+    REQUIRE(notes_new(&notes, &crowd, 3, 10, PEND_OBSERVE_ENERGY, &problem));
+    crowd.vary = 1;
+    REQUIRE(crowd_run(&problem, pend_isa_best(), 0, MEMBERS));
+    for (int i = 0; i < MEMBERS; i++) worst = fmax(worst, notes.drift[i]);
+    CHECK_RESIDUAL(worst, 1e-13, "relative drift of the energy over 10 s");
+    problem.rtol = 1e-4;
+    REQUIRE(crowd_run(&problem, pend_isa_best(), 0, MEMBERS));
+    CHECK(notes.drift[0] > 1e-12);
+    pend_tree_free(&crowd.tree);
+}
+
+/* an arm that stands upright leaves at the rate sqrt(g / l); one that hangs does not */
+static int upright_fetch(void *context, long i, struct pend_member *member) {
+    (void)context;
+    member->phi[0] = i ? -M_PI / 2 : M_PI / 2;
+    return 0;
+}
+
+TEST(ensemble_lyapunov_estimate_is_the_exponent_where_that_is_known) {
+    static struct notes notes;
+    struct crowd crowd;
+    struct pend_ensemble_problem problem;
+    double exponent[2];
+    REQUIRE(notes_new(&notes, &crowd, 1, 4, PEND_OBSERVE_LYAPUNOV, &problem));
+    problem.fetch = upright_fetch;
+    for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
+        // the difference of two durations is free of what the first direction had to turn
+        for (int j = 0; j < 2; j++) {
+            problem.duration = 4 + 2 * j;
+            REQUIRE(crowd_run(&problem, (enum pend_isa)isa, 0, 2));
+            exponent[j] = notes.lyapunov[0] * problem.duration;
+            CHECK(fabs(notes.lyapunov[1]) < 0.5);
+        }
+        CHECK(fabs((exponent[1] - exponent[0]) / 2 / sqrt(9.81) - 1) < 1e-12);
+    }
+    pend_tree_free(&crowd.tree);
+}
+
+/* the growth of a difference by the variational equation of a double pendulum, Runge and Kutta's fourth order */
+static void double_rate(const double y[4], double d[4]) {
+    double s = sin(y[0] - y[1]), c = cos(y[0] - y[1]), g = 9.81;
+    double p = -s * y[3] * y[3] - 2 * g * sin(y[0]), q = s * y[2] * y[2] - g * sin(y[1]), det = 2 - c * c;
+    d[0] = y[2], d[1] = y[3], d[2] = (p - c * q) / det, d[3] = (2 * q - c * p) / det;
+}
+
+static int double_fetch(void *context, long i, struct pend_member *member) {
+    (void)context;
+    member->phi[0] = 2 + 0.1 * (double)i - M_PI / 2;
+    member->phi[1] = 2.5 - M_PI / 2;
+    return 0;
+}
+
+static void double_step(double y[4], double h) {
+    double k[4][4], x[4];
+    static const double part[4] = {0, 0.5, 0.5, 1}, weight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
+    for (int j = 0; j < 4; j++) {
+        for (int a = 0; a < 4; a++) x[a] = y[a] + (j ? part[j] * h * k[j - 1][a] : 0);
+        double_rate(x, k[j]);
+    }
+    for (int j = 0; j < 4; j++)
+        for (int a = 0; a < 4; a++) y[a] += h * weight[j] * k[j][a];
+}
+
+TEST(ensemble_lyapunov_estimate_is_the_growth_of_a_small_difference) {
+    static struct notes notes;
+    struct crowd crowd;
+    struct pend_ensemble_problem problem;
+    double worst = 0, duration = 4, frequency = sqrt(9.81 / 2), one[2] = {1, 1};
+    int parent[2] = {-1, 0};
+    REQUIRE(notes_new(&notes, &crowd, 2, duration, PEND_OBSERVE_LYAPUNOV, &problem));
+    pend_tree_free(&crowd.tree);
+    REQUIRE(pend_tree_new(&crowd.tree, 2, one, one, parent, NULL) == PEND_OK);
+    problem.tree = crowd.tree;
+    problem.fetch = double_fetch;
+    REQUIRE(crowd_run(&problem, pend_isa_best(), 0, 8));
+    for (int i = 0; i < 8; i++) {
+        // central differences of two neighbours, 1e-6 to either side along the ensemble's own direction
+        double y[2][4], sum = 0, gap = 0;
+        for (int k = 0; k < 2; k++) sum += pow(cos(k + 1), 2) + pow(sin(3 * k + 2), 2);
+        for (int side = 0; side < 2; side++) {
+            double eps = (side ? 1e-7 : -1e-7) / sqrt(sum);
+            for (int k = 0; k < 2; k++) {
+                y[side][k] = (k ? 2.5 : 2 + 0.1 * i) + eps * cos(k + 1);
+                y[side][2 + k] = eps * frequency * sin(3 * k + 2);
+            }
+            for (int j = 0; j < 16000; j++) double_step(y[side], duration / 16000);
+        }
+        for (int a = 0; a < 4; a++) gap += pow((y[1][a] - y[0][a]) / (a < 2 ? 1 : frequency), 2);
+        worst = fmax(worst, fabs(notes.lyapunov[i] - log(sqrt(gap) / 2e-7) / duration));
+        CHECK(notes.lyapunov[i] > 0.05);
+    }
+    CHECK_RESIDUAL(worst, 1e-4, "exponent against central differences, 1/s");
+    pend_tree_free(&crowd.tree);
+}
+
+TEST(ensemble_spares_only_members_that_never_cross) {
+    for (int n = 1; n <= ARMS_MAX; n++) {
+        struct crowd all, some;
+        REQUIRE(crowd_tree(&all, n) && crowd_tree(&some, n));
+        all.vary = some.vary = n % 2;
+        struct pend_ensemble_problem a = crowd_problem(&all, 3), b = crowd_problem(&some, 3);
+        a.bound = b.bound = M_PI;
+        b.spare = 1;
+        for (int until = PEND_UNTIL_TIME; until <= PEND_UNTIL_ALL; until++) {
+            a.until = b.until = (enum pend_until)until;
+            REQUIRE(crowd_run(&a, pend_isa_best(), 0, MEMBERS) && crowd_run(&b, pend_isa_best(), 0, MEMBERS));
+            // bits of the times, NaN where there was none
+            CHECK(!memcmp(all.first, some.first, sizeof all.first));
+            CHECK(!memcmp(all.arm, some.arm, sizeof all.arm));
+        }
+        pend_tree_free(&all.tree);
+        pend_tree_free(&some.tree);
+    }
+}
+
+/* two arms straight up, and a hair to either side of it */
+static int balance_fetch(void *context, long i, struct pend_member *member) {
+    (void)context;
+    double theta = i % 2 ? M_PI : -M_PI, aside = i / 2 == 0 ? 0 : i / 2 == 1 ? 0.3 : -0.3;
+    member->phi[0] = theta - M_PI / 2;
+    member->rate[0] = aside;
+    return 0;
+}
+
+TEST(ensemble_does_not_count_the_start_on_the_bound_as_a_flip) {
+    struct crowd crowd;
+    REQUIRE(crowd_tree(&crowd, 1));
+    struct pend_ensemble_problem problem = crowd_problem(&crowd, 0.5);
+    problem.bound = M_PI;
+    problem.fetch = balance_fetch;
+    REQUIRE(crowd_run(&problem, pend_isa_best(), 0, 6));
+    for (int i = 0; i < 6; i++) CHECK_INT(crowd.crossings[i][0], 0);
+    // half a second later it has gone a long way down, once around it passes the top again
+    problem.duration = 6;
+    REQUIRE(crowd_run(&problem, pend_isa_best(), 2, 4));
+    for (int i = 2; i < 6; i++) CHECK(crowd.crossings[i][0] >= 1 && crowd.first[i][0] > 1);
+    pend_tree_free(&crowd.tree);
+}
+
+TEST(ensemble_takes_trees_of_hundreds_of_arms) {
+    enum { N = 200 };
+    double length[N], mass[N];
+    int parent[N];
+    unsigned long long seed = 5;
+    for (int k = 0; k < N; k++) {
+        length[k] = 1.0 / N;
+        mass[k] = 1.0 / N;
+        parent[k] = k ? test_random_int(&seed, k) : -1;
+    }
+    struct crowd crowd = {.broken = -1};
+    REQUIRE(pend_tree_new(&crowd.tree, N, length, mass, parent, NULL) == PEND_OK);
+    struct pend_ensemble_problem problem = crowd_problem(&crowd, 0.1);
+    struct notes notes = {.crowd = &crowd};
+    problem.fetch = level_fetch;
+    problem.deliver = notes_deliver;
+    problem.context = &notes;
+    problem.observe = PEND_OBSERVE_ENERGY;
+    REQUIRE(crowd_run(&problem, pend_isa_best(), 0, 9));
+    for (int i = 0; i < 9; i++)
+        CHECK(notes.drift[i] >= 0 && notes.drift[i] < 1e-12 && notes.drift[i] == notes.drift[0]);
     pend_tree_free(&crowd.tree);
 }

@@ -39,7 +39,7 @@ TEST(times_of_a_list_are_the_list) {
 }
 
 TEST(methods_are_those_of_the_contract) {
-    const char *const name[] = {"taylor", "ode23", "rkf45", "rk8pd", "msadams", "linear"};
+    const char *const name[] = {"taylor", "ode23", "rkf45", "rk8pd", "msadams", "symplectic", "linear"};
     int count = sizeof name / sizeof *name;
     for (int i = 0; i < count; i++) {
         REQUIRE(pend_method_at(i));
@@ -64,5 +64,7 @@ TEST(methods_describe_themselves) {
         if (obeys)
             CHECK(method->atol_min >= 0 && range_holds(method->atol_min, method->atol_default, method->atol_max));
         if (!obeys) CHECK(method->rtol_max == 0 && method->atol_max == 0);
+        CHECK(((method->flags & PEND_METHOD_FIXED_STEP) != 0) == (method->step_max > 0));
+        if (method->extended) CHECK(!strcmp(method->extended->name, method->name) && !method->extended->extended);
     }
 }

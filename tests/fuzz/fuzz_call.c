@@ -14,7 +14,7 @@
 #include "tests/harness/test.h"
 #endif
 
-enum { ROOM = 1 << 14, RUN_CAP = 100000, FORMATS = 6 };
+enum { ROOM = 1 << 14, RUN_CAP = 100000, FORMATS = 6, OPS = 5 };
 
 /* small limits, so that whatever is asked for is soon done or refused */
 static struct api_limits fuzz_limits(void) {
@@ -22,6 +22,7 @@ static struct api_limits fuzz_limits(void) {
     api_limits_init(&limits);
     limits.arms = 40;
     limits.samples = 200;
+    limits.members = 200;
     limits.answer_bytes = 1 << 17;
     limits.steps = 300;
     limits.matrix_arms = 20;
@@ -134,7 +135,8 @@ static enum api_progress run(struct api_call *call, int pieces, struct api_buffe
 /* runs one request; the first byte says which and in what form, the rest is the body. *status is told where it is not
  * NULL. Returns what is wrong, or NULL. */
 static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
-    static const enum api_op_id ops[] = {API_OP_TRAJECTORIES, API_OP_FORCES, API_OP_MODES, API_OP_TREES};
+    static const enum api_op_id ops[] = {API_OP_TRAJECTORIES, API_OP_FORCES, API_OP_MODES, API_OP_TREES,
+                                         API_OP_ENSEMBLES};
     static const char *const accepts[FORMATS] = {NULL,
                                                  "text/csv, */*;q=0.1",
                                                  "application/x-ndjson, */*;q=0.1",
@@ -146,15 +148,15 @@ static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
     struct api_call *call = NULL;
     struct api_buffer out;
     const char *fault = NULL;
-    struct api_request request = {.op = ops[first % 4],
+    struct api_request request = {.op = ops[first % OPS],
                                   .content_type = "application/json",
-                                  .accept = accepts[first / 4 % FORMATS],
+                                  .accept = accepts[first / OPS % FORMATS],
                                   .body = bytes ? (const char *)data + 1 : "",
                                   .body_bytes = bytes ? bytes - 1 : 0};
     api_buffer_init(&out, (size_t)limits.answer_bytes);
     if (api_call_new(&call, &limits) != PEND_OK) return "no memory for a call";
     enum api_progress progress = api_call_open(call, &request, &out);
-    if (progress == API_MORE) progress = run(call, first / 24 % 2, &out);
+    if (progress == API_MORE) progress = run(call, first / (OPS * FORMATS) % 2, &out);
     if (progress == API_MORE)
         fault = "it does not end";
     else if (progress == API_DONE)
@@ -189,7 +191,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes) {
 static const char *const seeds[] = {
     "0{" ARMS ",\"initial\":{\"theta\":[0.1,-0.2],\"thetad\":[1,0],\"unit\":\"deg\"},\"times\":[0,0.5,1],\"method\":"
     "\"rkf45\",\"rtol\":1e-6,\"atol\":1e-9}",
-    "4{" LISTS
+    "5{" LISTS
     ",\"times\":{\"start\":0,\"stop\":1,\"step\":0.1},\"output\":[\"phi\",\"phid\",\"phidd\",\"theta\",\"z\","
     "\"zd\",\"lambda\",\"energy\"],\"digits\":6,\"precision\":\"double\"}",
     "0{" PAPER ",\"initial\":{\"mode\":2,\"amplitude\":0.1},\"times\":{\"start\":1,\"stop\":-1,\"count\":9},\"method\":"
@@ -197,12 +199,23 @@ static const char *const seeds[] = {
     "0{" ARMS ",\"times\":{\"stop\":2,\"count\":50},\"method\":\"ode23\"}",
     "0{" PAPER ",\"times\":{\"stop\":0.5,\"count\":5},\"method\":\"msadams\"}",
     "1{" LISTS ",\"state\":{\"phi\":[1,2,3,4],\"phid\":[0.1,0.2,0.3,0.4]}}",
-    "5{" PAPER ",\"states\":[{},{\"phi\":[1,2,3]},{\"mode\":1,\"amplitude\":3,\"unit\":\"deg\"}],\"digits\":3}",
+    "6{" PAPER ",\"states\":[{},{\"phi\":[1,2,3]},{\"mode\":1,\"amplitude\":3,\"unit\":\"deg\"}],\"digits\":3}",
     "2{" LISTS ",\"select\":{\"slowest\":2},\"vectors\":true,\"normalize\":\"mass\",\"include\":[\"A\",\"M\",\"S\","
     "\"B\"],\"initial\":{\"phi\":[0,0,0,0]}}",
     "2{" ARMS ",\"select\":{\"from\":0,\"to\":9},\"vectors\":false}",
     "3{" ARMS "}",
     "3{" PAPER "}",
+    "4{" ARMS ",\"states\":[{},{\"phi\":[1,2]}],\"duration\":1,\"observables\":[\"final\",\"flips\",\"first_flip\","
+    "\"lambda_max\",\"sign_change\",\"lyapunov\",\"parameters\"],\"digits\":4}",
+    "4{" LISTS
+    ",\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":0,\"stop\":3,\"count\":4,\"unit\":\"rad\"},{\"vary\":"
+    "\"mass\",\"arm\":2,\"start\":1,\"stop\":2,\"count\":3,\"scale\":\"log\"}],\"initial\":{},\"duration\":1,"
+    "\"observables\":["
+    "\"flip_time\"],\"picture\":{\"of\":\"flip_time\",\"arm\":2,\"scale\":\"log\"}}",
+    "4{" LISTS
+    ",\"random\":{\"count\":5,\"seed\":3,\"draw\":[{\"vary\":\"length\",\"arm\":1,\"distribution\":\"normal\",\"mean\":"
+    "1,\"deviation\":1},{\"vary\":\"gravity\",\"distribution\":\"uniform\",\"low\":1,\"high\":9}]},\"times\":[0,1],"
+    "\"observables\":[\"trajectory\"],\"output\":[\"theta\",\"lambda\"]}",
 };
 
 enum { SEEDS = sizeof seeds / sizeof *seeds };
@@ -253,11 +266,12 @@ static const char *const values[] = {
 };
 
 static const char *const names[] = {
-    "pendulum",  "arms",      "name",    "parent",    "length", "mass",    "L",       "m",      "S",
-    "gravity",   "initial",   "state",   "states",    "phi",    "phid",    "theta",   "thetad", "mode",
-    "amplitude", "unit",      "times",   "start",     "stop",   "step",    "count",   "method", "rtol",
-    "atol",      "output",    "digits",  "precision", "select", "slowest", "fastest", "from",   "to",
-    "vectors",   "normalize", "include", "events",    "typo",
+    "pendulum",  "arms",        "name",    "parent",    "length",  "mass",    "L",       "m",      "S",
+    "gravity",   "initial",     "state",   "states",    "phi",     "phid",    "theta",   "thetad", "mode",
+    "amplitude", "unit",        "times",   "start",     "stop",    "step",    "count",   "method", "rtol",
+    "atol",      "output",      "digits",  "precision", "select",  "slowest", "fastest", "from",   "to",
+    "vectors",   "normalize",   "include", "events",    "typo",    "grid",    "random",  "vary",   "arm",
+    "duration",  "observables", "draw",    "seed",      "picture",
 };
 
 enum { VALUES = sizeof values / sizeof *values, NAMES = sizeof names / sizeof *names };
@@ -335,7 +349,7 @@ static int sound(const char *text, size_t bytes, int *status) {
 }
 
 /* the same request in another representation, whole or in pieces */
-static void in_form(char *text, unsigned form) { *text = (char)('0' + (*text - '0') % 4 + (int)(4 * form)); }
+static void in_form(char *text, unsigned form) { *text = (char)('0' + (*text - '0') % OPS + (int)(OPS * form)); }
 
 TEST(fuzz_call_answers_the_seeds) {
     for (int i = 0; i < SEEDS; i++)

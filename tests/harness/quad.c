@@ -22,6 +22,25 @@ test_quad test_quad_sqrt(test_quad x) { return sqrtl(x); }
 
 test_quad test_quad_abs(test_quad x) { return x < 0 ? -x : x; }
 
+test_quad test_quad_read(const char *text) {
+    test_quad x = 0, unit = 1;
+    int negative = *text == '-', point = 0;
+    for (text += negative; (*text >= '0' && *text <= '9') || *text == '.'; text++) {
+        if (*text == '.') {
+            point = 1;
+            continue;
+        }
+        // digits and powers of ten below 10^33 are exact
+        x = 10 * x + (*text - '0');
+        if (point) unit *= 10;
+    }
+    int exponent = *text == 'e' ? atoi(text + 1) : 0;
+    for (; exponent > 0; exponent--) x *= 10;
+    for (; exponent < 0; exponent++) unit *= 10;
+    x /= unit;
+    return negative ? -x : x;
+}
+
 /* S^T diag(m) S: every arm k adds its mass where both arms are on the way to tip k */
 static void quad_gram(const struct pend_tree *tree, test_quad gram[]) {
     size_t n = (size_t)tree->n;

@@ -18,6 +18,9 @@ test_quad test_quad_cos(test_quad x);
 test_quad test_quad_sqrt(test_quad x);
 test_quad test_quad_abs(test_quad x);
 
+/** A decimal number of any length, to all digits of a test_quad. */
+test_quad test_quad_read(const char *text);
+
 /**
  * (aaa) and (bbb) as printed: M = diag(e^{-i phi} l) S^T diag(m) S diag(l e^{i phi}), Cholesky of Re M.
  *

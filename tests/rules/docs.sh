@@ -66,7 +66,7 @@ paths = {f"{verb.upper()} {path}" for path, item in openapi["paths"].items() for
 same("routes in api/openapi.yaml", routes, paths)
 
 # methods: the descriptors of the core
-source = "".join(text(f"core/{name}.c") for name in ("method_taylor", "method_ode23", "method_gsl", "method_linear"))
+source = "".join(text(f"core/{name}.c") for name in ("method_taylor", "method_ode23", "method_gsl", "method_symplectic", "method_linear"))
 methods = set(re.findall(r'\.name = "(\w+)"', source)) | set(re.findall(r"GSL_STEPPER\((\w+),", source.replace("GSL_STEPPER(name_", "")))
 same("methods in README.md", methods, first_cells(readme, "| method | what it is |"))
 enums = [node["enum"] for node in walk(openapi) if isinstance(node, dict) and "taylor" in (node.get("enum") or ())]

@@ -84,6 +84,8 @@ def cases(document):
                 bodies[parameter["example"]] = None
                 path = path.replace("{" + parameter["name"] + "}", parameter["example"])
             for media_type, content in operation["responses"]["200"]["content"].items():
+                if media_type.startswith("image/"):
+                    continue  # not every example can be drawn
                 answers = {name: example["value"] for name, example in content.get("examples", {}).items()}
                 for name in answers.keys() - bodies.keys():
                     raise Fault(f"{path}: the answer {name} has no request")

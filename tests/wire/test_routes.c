@@ -13,6 +13,8 @@ static const struct {
     {"POST", "/v1/trajectories", ASK_EXAMPLE, "application/json", "\"lambda\""},
     {"POST", "/v1/forces", "{\"pendulum\":" ASK_DOUBLE ",\"state\":{\"theta\":[0,0]}}", "application/json", "\"zdd\""},
     {"POST", "/v1/modes", ASK_LITTLE, "application/json", "\"omega\""},
+    {"POST", "/v1/ensembles", "{\"pendulum\":" ASK_DOUBLE ",\"states\":[{},{}],\"duration\":1}", "application/json",
+     "\"final\""},
     {"GET", "/v1/presets", NULL, "application/json", "double"},
     {"GET", "/openapi.json", NULL, "application/json", "\"openapi\""},
     {"GET", "/healthz", NULL, NULL, ""},
