@@ -10,20 +10,15 @@ Leaves to others: servers and clients (servers.py, client.c, post.lua), the piec
 Invariant: traffic stays on loopback; what was started ends.
 """
 import contextlib
-import hashlib
 import http.client
 import json
 import pathlib
-import re
-import socket
-import struct
-import subprocess
 import sys
 import tempfile
 import threading
 import time
 
-from servers import CLIENT_CORE, SERVER_CORE, TOP, client, daemon, finish, message, nginx, pinned, saying_port, tool, wrk
+from servers import CLIENT_CORE, SERVER_CORE, TOP, client, daemon, finish, message, nginx, saying_port, tool, wrk
 
 BUILD = sys.argv[1] if len(sys.argv) > 1 else "build/release"
 PEER = TOP / BUILD / "tests/bench/service/service"
@@ -223,8 +218,8 @@ def cache(directory):
 
 # --- memory ---
 
-def read_slowly(port, body, accept, hundreds):
-    """POSTs and reads the answer to its end; returns its bytes and the time. hundreds: MB/s at most, 0 = all that comes."""
+def read_through(port, body, accept):
+    """POSTs and reads the answer to its end; returns how many bytes came, the last of them, and the seconds (0: refused)."""
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=600)
     connection.request("POST", "/v1/trajectories", body, {"Content-Type": "application/json", "Accept": accept})
     reply, count, begin = connection.getresponse(), 0, time.monotonic()
@@ -233,8 +228,6 @@ def read_slowly(port, body, accept, hundreds):
     tail = b""
     while piece := reply.read1(1 << 18):
         count, tail = count + len(piece), (tail + piece)[-200:]
-        if hundreds:
-            time.sleep(len(piece) / (hundreds * 1e6))
     connection.close()
     return count, tail, time.monotonic() - begin
 
@@ -248,7 +241,7 @@ def csv(directory):
         time.sleep(0.2)
         idle, most, over = ours.memory(), 0, threading.Event()
         result = []
-        reader = threading.Thread(target=lambda: (result.extend(read_slowly(ours.port, body, "text/csv", 0)), over.set()))
+        reader = threading.Thread(target=lambda: (result.extend(read_through(ours.port, body, "text/csv")), over.set()))
         reader.start()
         while not over.wait(0.05):
             most = max(most, ours.memory())
@@ -270,7 +263,7 @@ def csv(directory):
 
 def soak(directory):
     """A million mixed requests: resident memory has to be flat."""
-    count = 1_000_000 if "soak-little" not in sys.argv else 20_000
+    count = 1_000_000
     small = f'{{{DOUBLE},"times":{{"start":0,"stop":1,"step":0.1}}}}'
     mix = {
         "trees": (message("/v1/trees", LITTLE), 200), "health": (message("/healthz"), 200), "ready": (message("/readyz"), 200),
@@ -354,7 +347,7 @@ LINES = {"peers": peers, "representations": representations, "cache": cache, "cs
 
 
 def main():
-    wanted = [word for word in sys.argv[2:] if word != "soak-little"]
+    wanted = sys.argv[2:]
     if SERVER_CORE == CLIENT_CORE:
         print("there is one core only: server and client share it, the ratios say little")
     if not tool("wrk") or not tool("taskset"):
