@@ -103,6 +103,7 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble, const struct
     e->lanes.extremes = (problem->observe & PEND_OBSERVE_EXTREMES) != 0;
     e->lanes.signs = (problem->observe & PEND_OBSERVE_SIGNS) != 0;
     ensemble_place(e, (char *)e + head);
+    kernel->prepare(&e->lanes);
     *ensemble = e;
     return PEND_OK;
 }

@@ -70,11 +70,21 @@ enum {
 /* numbers from one series to the next; an odd multiple of the cache's line apart, or they would evict each other */
 static size_t ensemble_series(int n, int order) { return (size_t)n * (size_t)(order + 3) + 5; }
 
-static size_t ensemble_series_count(int n, int order) {
-    return (4 * ensemble_series(n, order) + (size_t)ARRAY_COUNT * (size_t)n) * WIDTH;
+static size_t ensemble_numbers(int n, int order) {
+    return 4 * ensemble_series(n, order) + (size_t)ARRAY_COUNT * (size_t)n;
 }
 
-LANES_INLINE struct jets_system ensemble_view(const struct ensemble_lanes *lanes) {
+static size_t ensemble_series_count(int n, int order) {
+    return ensemble_numbers(n, order) * WIDTH + (sizeof(struct jets_system) + 7) / 8;
+}
+
+/* the arrays of the series, behind which their table stands */
+LANES_INLINE struct jets_system *ensemble_view(const struct ensemble_lanes *lanes) {
+    num *at = (num *)(void *)lanes->series;
+    return (struct jets_system *)(void *)(at + ensemble_numbers(lanes->n, lanes->order));
+}
+
+static void ensemble_prepare(struct ensemble_lanes *lanes) {
     size_t n = (size_t)lanes->n, series = ensemble_series(lanes->n, lanes->order);
     num *at = (num *)(void *)lanes->series, *arrays = at + 4 * series;
     struct jets_system s = {.n = lanes->n,
@@ -94,7 +104,7 @@ LANES_INLINE struct jets_system ensemble_view(const struct ensemble_lanes *lanes
     s.len = (num *)(void *)lanes->len;
     s.inv_len = (num *)(void *)lanes->inv_len;
     s.mass = (num *)(void *)lanes->mass;
-    return s;
+    *ensemble_view(lanes) = s;
 }
 
 LANES_INLINE num lane_get(const double *array, int k) { return NUM_(_get)(array + (size_t)k * WIDTH); }
@@ -240,17 +250,17 @@ static void ensemble_watch(struct ensemble_lanes *lanes, const struct jets_syste
 }
 
 static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attention *attention) {
-    struct jets_system s = ensemble_view(lanes);
+    const struct jets_system *s = ensemble_view(lanes);
     num unit = lane_get(lanes->unit, 0), time = lane_get(lanes->from.time, 0), stop = lane_get(lanes->stop, 0);
-    ensemble_start(lanes, &s, unit);
-    jets_factor(&s);
+    ensemble_start(lanes, s, unit);
+    jets_factor(s);
     // the unit is a power of two: its inverse is exact
     num gravity = lane_get(lanes->gravity, 0) * unit * unit, inverse = 1 / unit;
-    if (s.n <= DENSE_MAX)
-        dense_orders(&s, gravity, lanes->order);
+    if (s->n <= DENSE_MAX)
+        dense_orders(s, gravity, lanes->order);
     else
-        jets_orders(&s, gravity, lanes->order);
-    num x = ensemble_choose(lanes, &s);
+        jets_orders(s, gravity, lanes->order);
+    num x = ensemble_choose(lanes, s);
     if (lanes->paired) x = num_min(x, num_swap(x));
     mask lands = (mask)(x >= (stop - time) * inverse);
     num next = NUM_(_pick)(lands, stop, time + x * unit);
@@ -258,8 +268,8 @@ static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attentio
     mask still = (mask)(next == time) | (mask)(num_abs(x * unit) < num_abs(stop) * 0x1p-52);
     x = (next - time) * inverse;
     *attention = (struct ensemble_attention){.done = mask_set(lands)};
-    ensemble_watch(lanes, &s, x, inverse, attention);
-    num bad = ensemble_advance(lanes, &s, x, inverse);
+    ensemble_watch(lanes, s, x, inverse, attention);
+    num bad = ensemble_advance(lanes, s, x, inverse);
     attention->bad = mask_set((still & ~lands) | ~(mask)(bad == 0));
     lane_put(lanes->to.time, 0, next);
     lane_put(lanes->step, 0, x);
@@ -269,25 +279,25 @@ static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attentio
 }
 
 static const double *ensemble_forces(const struct ensemble_lanes *lanes) {
-    return (const double *)ensemble_view(lanes).force;
+    return (const double *)ensemble_view(lanes)->force;
 }
 
 /* a vector of instants at a time; the sums are those of ensemble_advance */
 static void ensemble_values(const struct ensemble_lanes *lanes, int lane, double unit, const double x[],
                             const struct ensemble_values *to) {
-    struct jets_system s = ensemble_view(lanes);
+    const struct jets_system *s = ensemble_view(lanes);
     double inverse = 1 / unit;
-    for (int k = 0; k < s.n; k++) {
+    for (int k = 0; k < s->n; k++) {
         size_t at = (size_t)k * WIDTH + (size_t)lane;
         double base = lanes->from.phi[at], base_rate = lanes->from.rate[at];
         for (int i = 0; i < ENSEMBLE_INSTANTS / WIDTH; i++) {
             num phi = num_of(0), rate = num_of(0), force = num_of(0), place = lane_get(x, i);
-            const double *c = (const double *)(s.rate + k) + lane, *f = (const double *)(s.force + k) + lane;
+            const double *c = (const double *)(s->rate + k) + lane, *f = (const double *)(s->force + k) + lane;
             for (int j = lanes->order; j >= 1; j--) {
-                double w = c[(size_t)j * s.stride * WIDTH];
-                phi = num_fma(phi, place, num_of(w * s.share[j]));
+                double w = c[(size_t)j * s->stride * WIDTH];
+                phi = num_fma(phi, place, num_of(w * s->share[j]));
                 rate = num_fma(rate, place, num_of(w));
-                if (to->force) force = num_fma(force, place, num_of(f[(size_t)(j - 1) * s.stride * WIDTH]));
+                if (to->force) force = num_fma(force, place, num_of(f[(size_t)(j - 1) * s->stride * WIDTH]));
             }
             phi = place * num_fma(place, phi, num_of(c[0]));
             rate = place * rate * inverse;
@@ -305,6 +315,7 @@ static void ensemble_values(const struct ensemble_lanes *lanes, int lane, double
 const struct ensemble_kernel KERNEL_PASTE(pend_kernel_ensemble_, PEND_ISA) = {
     .width = WIDTH,
     .series_count = ensemble_series_count,
+    .prepare = ensemble_prepare,
     .force = ensemble_forces,
     .step = ensemble_step,
     .values = ensemble_values,

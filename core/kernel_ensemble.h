@@ -53,6 +53,8 @@ struct ensemble_kernel {
     int width;
     /** Doubles that `series` needs. */
     size_t (*series_count)(int n, int order);
+    /** Prepares `series`, once, when all other arrays are in their places. */
+    void (*prepare)(struct ensemble_lanes *lanes);
     /** Where the series of the forces begin; those of the rates begin with `series`. */
     const double *(*force)(const struct ensemble_lanes *lanes);
     /** Takes one step in every lane, never beyond stop. */
