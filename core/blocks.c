@@ -54,19 +54,18 @@ static void *blocks_take(char *base, size_t *used, size_t count, size_t bytes) {
 
 static size_t blocks_lay(struct blocks *b, const struct pend_tree *tree, char *base) {
     struct blocks_counts counts = blocks_measure(tree);
-    size_t used = 0, row = BLOCK_ARMS * sizeof(double);
+    size_t used = 0;
     b->count = (tree->n + BLOCK_ARMS - 1) / BLOCK_ARMS;
     b->numbers = blocks_take(base, &used, (size_t)b->count + 1, BLOCK_NUMBERS * sizeof(double));
     if (base) b->numbers += BLOCK_NUMBERS; // the pivot's comes first
     b->shape = blocks_take(base, &used, (size_t)b->count, sizeof *b->shape);
-    b->up = blocks_take(base, &used, counts.up, row);
-    b->down = blocks_take(base, &used, counts.down, row);
-    b->kid = blocks_take(base, &used, counts.kids, 2 * row);
     b->up_place = blocks_take(base, &used, counts.up, sizeof(int));
     b->up_arm = blocks_take(base, &used, counts.up, sizeof(int));
     b->down_place = blocks_take(base, &used, counts.down, sizeof(int));
     b->down_arm = blocks_take(base, &used, counts.down, sizeof(int));
+    b->up_lane = blocks_take(base, &used, counts.up, 1);
     b->down_lane = blocks_take(base, &used, counts.down, 1);
+    b->kid_lane = blocks_take(base, &used, counts.kids, 1);
     b->apart_lane = blocks_take(base, &used, counts.apart, 1);
     b->apart_place = blocks_take(base, &used, counts.apart, sizeof(int));
     b->kid_place = blocks_take(base, &used, counts.kids, sizeof(int));
@@ -170,6 +169,7 @@ static void blocks_up_edges(struct blocks *b, const struct pend_tree *tree) {
         if (!blocks_crosses(tree, k)) continue;
         int at = b->shape[tree->parent[k] / BLOCK_ARMS].up.end++;
         b->up_place[at] = pend_blocks_place(k);
+        b->up_lane[at] = (unsigned char)(tree->parent[k] % BLOCK_ARMS);
         b->up_arm[at] = k;
     }
 }
@@ -192,6 +192,7 @@ static void blocks_children(struct blocks *b, const struct pend_tree *tree) {
             }
             if (c == k + 1) continue;
             b->kid_place[kids] = pend_blocks_place(c);
+            b->kid_lane[kids] = (unsigned char)(1 << k % BLOCK_ARMS);
             b->kid_arm[kids++] = c;
         }
         shape->kids.end = kids;

@@ -57,17 +57,17 @@ struct block_shape {
     int straight; /* every arm hangs on the one before it, the first on the last block's last */
     int lead;     /* the first arm does so */
     int rounds;   /* most siblings of an arm that is not at a crowded joint */
-    struct block_lanes parent, sibling[BLOCK_SIBLINGS]; /* those in this block */
+    struct block_lanes parent, sibling[BLOCK_SIBLINGS];            /* those in this block */
     int parents[BLOCK_ARMS], siblings[BLOCK_SIBLINGS][BLOCK_ARMS]; /* places of all; the pivot where there is none */
-    struct block_run up;     /* edges from later blocks, without a lead */
-    struct block_run down;   /* edges to earlier ones, a lead first */
-    struct block_run kids;   /* children of the block's arms that are not first */
-    struct block_run apart;  /* siblings in other blocks */
-    struct block_run joints; /* crowded joints */
+    struct block_run up;                                           /* edges from later blocks, without a lead */
+    struct block_run down;                                         /* edges to earlier ones, a lead first */
+    struct block_run kids;                                         /* children of the block's arms that are not first */
+    struct block_run apart;                                        /* siblings in other blocks */
+    struct block_run joints;                                       /* crowded joints */
 };
 
-/* A place is an index from `numbers`: lane i of block b in its row 0 is b BLOCK_NUMBERS + i. Before block 0 is one more,
- * whose last lane is the pivot and whose other rows are zero. */
+/* A place is an index from `numbers`: lane i of block b in its row 0 is b BLOCK_NUMBERS + i. Before block 0 is one
+ * more, whose last lane is the pivot and whose other rows are zero. */
 struct blocks {
     int count;       /* blocks */
     double *numbers; /* count blocks of BLOCK_NUMBERS */
@@ -75,11 +75,10 @@ struct blocks {
     /* edges between blocks, in the order of their parents' blocks, and of their children's */
     int *up_place, *up_arm;     /* of the child */
     int *down_place, *down_arm; /* of the parent; of the child */
-    double *up, *down;          /* rows: what a unit at the edge's end does to the block */
     int *kid_place, *kid_arm;
-    double *kid; /* two rows each: less cosine and less sine in the parent's lane, else 0 */
-    unsigned char *down_lane, *apart_lane; /* 1 << the arm's lane */
-    int *apart_place;                      /* of its sibling */
+    int *apart_place;                                 /* of a sibling */
+    unsigned char *up_lane;                           /* the parent's */
+    unsigned char *down_lane, *kid_lane, *apart_lane; /* 1 << the arm's, the parent's, the arm's lane */
     int *crowd_first, *crowd_place, *crowd_arm; /* crowded joint i has the children crowd_first[i] .. [i + 1] - 1 */
 };
 
@@ -95,6 +94,8 @@ size_t pend_blocks_bytes(const struct pend_tree *tree);
 void pend_blocks_init(struct blocks *blocks, const struct pend_tree *tree, void *memory);
 
 /** The place of arm k. */
-static inline int pend_blocks_place(int k) { return k < 0 ? -BLOCK_NUMBERS + BLOCK_ARMS - 1 : k / BLOCK_ARMS * BLOCK_NUMBERS + k % BLOCK_ARMS; }
+static inline int pend_blocks_place(int k) {
+    return k < 0 ? -BLOCK_NUMBERS + BLOCK_ARMS - 1 : k / BLOCK_ARMS * BLOCK_NUMBERS + k % BLOCK_ARMS;
+}
 
 #endif

@@ -72,27 +72,13 @@ LANES_INLINE void block_coefficients(const struct jets_system *s, const struct b
     }
 }
 
-/* what arms of other blocks do to a block: the edges' own kappa times the answer of the block */
+/* what the next block's first arm does to a block, where it hangs on the block's last */
 static void blocks_join(const struct jets_system *s, const struct blocks *b) {
     for (int i = 0; i < b->count; i++) {
         double *at = blocks_at(b, i);
-        const struct block_shape *shape = &b->shape[i];
         int next = (i + 1) * BLOCK_ARMS;
         double lead = i + 1 < b->count && b->shape[i + 1].lead ? s->kappa[next] : 0;
         block_put(at, BLOCK_LEAD_UP, lead * block_get(at, BLOCK_UP + BLOCK_ARMS - 1));
-        for (int e = shape->up.first; e < shape->up.end; e++) {
-            int k = b->up_arm[e], lane = s->parent[k] % BLOCK_ARMS;
-            lanes8_put(b->up + (size_t)e * BLOCK_ARMS, s->kappa[k] * block_get(at, BLOCK_UP + lane));
-        }
-        for (int e = shape->down.first; e < shape->down.end; e++) {
-            int k = b->down_arm[e], lane = k % BLOCK_ARMS;
-            lanes8_put(b->down + (size_t)e * BLOCK_ARMS, s->kappa[k] * block_get(at, BLOCK_DOWN + lane));
-        }
-        for (int e = shape->kids.first; e < shape->kids.end; e++) {
-            int k = b->kid_arm[e], lane = s->parent[k] % BLOCK_ARMS;
-            b->kid[(size_t)e * 2 * BLOCK_ARMS + (size_t)lane] = -s->cosine[k];
-            b->kid[(size_t)e * 2 * BLOCK_ARMS + BLOCK_ARMS + (size_t)lane] = -s->sine[k];
-        }
     }
 }
 
@@ -165,6 +151,16 @@ LANES_INLINE double blocks_one(const struct blocks *b, int place, int row) {
     return b->numbers[place + row * BLOCK_ARMS];
 }
 
+/* x less y in the lanes of a mask, of which one is set */
+LANES_INLINE lanes8 block_less(lanes8 x, unsigned char mask, double y) {
+#if defined(__AVX512F__)
+    return (lanes8)_mm512_mask_sub_pd((__m512d)x, mask, (__m512d)x, (__m512d)lanes8_of(y));
+#else
+    x[__builtin_ctz(mask)] -= y;
+    return x;
+#endif
+}
+
 /* the product of eight rows with the eight numbers of a vector */
 LANES_INLINE lanes8 block_product(const double *at, int rows, lanes8 x) {
 #define BLOCK_TERM(i) block_get(at, rows + (i)), __builtin_shufflevector(x, x, i, i, i, i, i, i, i, i)
@@ -180,12 +176,12 @@ LANES_INLINE lanes8 block_product(const double *at, int rows, lanes8 x) {
 }
 
 /* f, the constant part of the force that an arm asks for; `after` holds that of the next block */
-LANES_INLINE lanes8 block_bias(const struct blocks *b, const struct block_shape *shape, double *at, lanes8 pull,
-                               lanes8 after) {
+LANES_INLINE lanes8 block_bias(const struct jets_system *s, const struct blocks *b, const struct block_shape *shape,
+                               double *at, lanes8 pull, lanes8 after) {
     lanes8 bias = block_product(at, BLOCK_UP, pull);
     for (int e = shape->up.first; e < shape->up.end; e++) {
-        lanes8 child = lanes8_of(blocks_one(b, b->up_place[e], BLOCK_BIAS));
-        bias = lanes8_fma(lanes8_get(b->up + (size_t)e * BLOCK_ARMS), child, bias);
+        double child = s->kappa[b->up_arm[e]] * blocks_one(b, b->up_place[e], BLOCK_BIAS);
+        bias = lanes8_fma(block_get(at, BLOCK_UP + b->up_lane[e]), lanes8_of(child), bias);
     }
     lanes8 first = __builtin_shufflevector(after, after, 0, 0, 0, 0, 0, 0, 0, 0);
     return lanes8_fma(block_get(at, BLOCK_LEAD_UP), first, bias);
@@ -222,7 +218,7 @@ static void blocks_known(const struct jets_system *s, const struct blocks *b, in
 }
 
 /* leaves to root */
-static void blocks_up(const struct blocks *b) {
+static void blocks_up(const struct jets_system *s, const struct blocks *b) {
     lanes8 after_s = lanes8_of(0), after_bias = after_s;
     for (int i = b->count - 1; i >= 0; i--) {
         double *at = blocks_at(b, i);
@@ -231,23 +227,23 @@ static void blocks_up(const struct blocks *b) {
         lanes8 here = block_get(at, BLOCK_S), next = block_next(here, after_s);
         lanes8 side = lanes8_fma(block_get(at, BLOCK_C_FIRST), next, here), push = block_get(at, BLOCK_Z_FIRST) * next;
         for (int e = shape->kids.first; e < shape->kids.end; e++) {
-            const double *kid = b->kid + (size_t)e * 2 * BLOCK_ARMS;
-            lanes8 child = lanes8_of(blocks_one(b, b->kid_place[e], BLOCK_S));
-            side = lanes8_fma(lanes8_get(kid), child, side);
-            push = lanes8_fma(lanes8_get(kid + BLOCK_ARMS), child, push);
+            double child = blocks_one(b, b->kid_place[e], BLOCK_S);
+            int arm = b->kid_arm[e];
+            side = block_less(side, b->kid_lane[e], s->cosine[arm] * child);
+            push = block_less(push, b->kid_lane[e], s->sine[arm] * child);
         }
         lanes8 heave = block_get(at, BLOCK_WEIGHT) * block_get(at, BLOCK_TI);
         block_put(at, BLOCK_SIDE, side);
         lanes8 pull = lanes8_fma(block_get(at, BLOCK_LEAN), side, push) - heave;
-        lanes8 bias = block_bias(b, shape, at, pull, after_bias);
+        lanes8 bias = block_bias(s, b, shape, at, pull, after_bias);
         block_put(at, BLOCK_BIAS, bias);
         block_put(at, BLOCK_PUSH, bias + heave);
         block_put(at, BLOCK_SWAY, bias * block_get(at, BLOCK_SINE));
         // what stays of the tangential acceleration
         lanes8 rest = lanes8_fma(block_get(at, BLOCK_Z_FIRST), block_next(bias, after_bias), side);
         for (int e = shape->kids.first; e < shape->kids.end; e++) {
-            lanes8 child = lanes8_of(blocks_one(b, b->kid_place[e], BLOCK_BIAS));
-            rest = lanes8_fma(lanes8_get(b->kid + (size_t)(2 * e + 1) * BLOCK_ARMS), child, rest);
+            double child = blocks_one(b, b->kid_place[e], BLOCK_BIAS);
+            rest = block_less(rest, b->kid_lane[e], s->sine[b->kid_arm[e]] * child);
         }
         block_put(at, BLOCK_REST, block_get(at, BLOCK_INV) * rest);
         for (int j = shape->joints.first; j < shape->joints.end; j++) block_crowd(b, j);
@@ -280,13 +276,13 @@ LANES_INLINE lanes8 block_parents(const struct blocks *b, const struct block_sha
 }
 
 /* x less the sum of Z f over each arm's siblings, but for crowded joints */
-LANES_INLINE lanes8 block_siblings(const struct blocks *b, const struct block_shape *shape, const double *at, lanes8 x) {
+LANES_INLINE lanes8 block_siblings(const struct blocks *b, const struct block_shape *shape, const double *at,
+                                   lanes8 x) {
 #if defined(__AVX512F__)
     lanes8 sway = block_get(at, BLOCK_SWAY);
     for (int i = 0; i < shape->rounds; i++) x -= block_lanes(&shape->sibling[i], sway);
     for (int e = shape->apart.first; e < shape->apart.end; e++) {
-        __m512d other = (__m512d)lanes8_of(blocks_one(b, b->apart_place[e], BLOCK_SWAY));
-        x = (lanes8)_mm512_mask_sub_pd((__m512d)x, b->apart_lane[e], (__m512d)x, other);
+        x = block_less(x, b->apart_lane[e], blocks_one(b, b->apart_place[e], BLOCK_SWAY));
     }
 #else
     (void)at;
@@ -308,12 +304,13 @@ LANES_INLINE lanes8 block_tension(const struct blocks *b, const struct block_sha
 }
 
 /* acceleration of the tips along their arms; `before` is that of the block before */
-LANES_INLINE lanes8 block_radial(const struct blocks *b, const struct block_shape *shape, double *at, lanes8 shift,
-                                 lanes8 before) {
+LANES_INLINE lanes8 block_radial(const struct jets_system *s, const struct blocks *b, const struct block_shape *shape,
+                                 double *at, lanes8 shift, lanes8 before) {
     lanes8 radial = block_product(at, BLOCK_DOWN, shift);
     for (int e = shape->down.first + shape->lead; e < shape->down.end; e++) {
-        lanes8 parent = lanes8_of(blocks_one(b, b->down_place[e], BLOCK_RADIAL));
-        radial = lanes8_fma(lanes8_get(b->down + (size_t)e * BLOCK_ARMS), parent, radial);
+        int arm = b->down_arm[e];
+        double parent = s->kappa[arm] * blocks_one(b, b->down_place[e], BLOCK_RADIAL);
+        radial = lanes8_fma(block_get(at, BLOCK_DOWN + arm % BLOCK_ARMS), lanes8_of(parent), radial);
     }
     lanes8 last = __builtin_shufflevector(before, before, 7, 7, 7, 7, 7, 7, 7, 7);
     return lanes8_fma(block_get(at, BLOCK_LEAD_DOWN), last, radial);
@@ -352,7 +349,7 @@ static void blocks_down(const struct jets_system *s, const struct blocks *b, dou
         const struct block_shape *shape = &b->shape[i];
         lanes8 shift = block_tension(b, shape, at);
         if (!i) shift += blocks_hang(s, b, gravity);
-        lanes8 radial = block_radial(b, shape, at, shift, before);
+        lanes8 radial = block_radial(s, b, shape, at, shift, before);
         block_put(at, BLOCK_RADIAL, radial);
         block_put(at, BLOCK_TANGENTIAL, block_get(at, BLOCK_REST) - block_get(at, BLOCK_LEAN) * radial);
         block_learn(s, b, i, k);
@@ -371,7 +368,7 @@ static void blocks_orders(const struct jets_system *s, double gravity, int order
     }
     for (int k = 0; k < order; k++) {
         blocks_known(s, b, k);
-        blocks_up(b);
+        blocks_up(s, b);
         blocks_down(s, b, k ? 0 : gravity, k);
     }
 }

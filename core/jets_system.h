@@ -12,7 +12,8 @@
 typedef JETS_NUM num;
 
 /*
- * Arrays of one value an arm, of the factorization and of the sweeps of an order; sums go over its children unless another is named.
+ * Arrays of one value an arm, of the factorization and of the sweeps of an order; sums go over its children unless
+ * another is named.
  *
  * len, inv_len, mass               the arm's own
  * angle, angle_low                 to the parent, as a sum of two; cosine, sine of it

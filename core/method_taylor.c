@@ -12,6 +12,9 @@
 
 enum { TAYLOR_STATE = 8, TAYLOR_GROUP = 64 };
 
+/* the shortest step, as a part of the time that is left */
+static const double TAYLOR_LEAST = 1e-14;
+
 struct taylor {
     const struct pend_tree *tree;
     double gravity, log_rtol, log_atol; /* binary logarithms */
@@ -26,7 +29,7 @@ struct taylor {
 
 /* the order for the tolerance, lower where the series would fill the memory */
 static int taylor_order(double rtol, const struct pend_tree *tree) {
-    enum { BYTES_CAP = 512 << 20 };
+    enum { BYTES_CAP = 1 << 30 };
     int order = pend_taylor_order(rtol);
     while (order > PEND_TAYLOR_ORDER_MIN && pend_jets_bytes(tree, order) > BYTES_CAP) order--;
     return order;
@@ -149,7 +152,8 @@ static enum pend_status taylor_step(void *stepper, double limit, double *reached
                          "the motion of an arm ceased to be finite");
     }
     taylor->reached = taylor->time + x * taylor->unit;
-    if (taylor->reached == taylor->time) {
+    // nobody would see the end of a run of such steps, though the clock, near zero, still moves
+    if (taylor->reached == taylor->time || x * fabs(taylor->unit) < TAYLOR_LEAST * fabs(limit - taylor->time)) {
         return pend_fail(error, PEND_STEP_TOO_SMALL, -1, taylor->time, "the step fell to %g s", x * taylor->unit);
     }
     pend_jets_advance(&taylor->jets, taylor->order, (taylor->reached - taylor->time) / taylor->unit, taylor->unit,

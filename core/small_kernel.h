@@ -238,7 +238,8 @@ LANES_INLINE struct SMALL(known) SMALL(known)(const struct jets_system *s, int k
     enum { STRIDE = 8 };
     BOTH zero = BOTH_(of)(0);
     struct SMALL(known) now[2] = {{zero, zero}, {zero, zero}}, next[2] = {{zero, zero}, {zero, zero}};
-    const double *turn = s->turn_re + 3 * STRIDE, *rate = s->rate + (k - 1) * STRIDE, *force = s->force + (k - 2) * STRIDE;
+    const double *turn = s->turn_re + 3 * STRIDE, *rate = s->rate + (k - 1) * STRIDE,
+                 *force = s->force + (k - 2) * STRIDE;
     for (int j = 3; j < k; j += 2, turn += 2 * STRIDE, rate -= 2 * STRIDE, force -= 2 * STRIDE) {
         BOTH u = BOTH_(get)(turn), v = BOTH_(get)(turn + STRIDE);
         BOTH w = BOTH_(get)(rate - STRIDE), f = BOTH_(get)(force - STRIDE);
@@ -307,8 +308,8 @@ LANES_INLINE struct SMALL(order) SMALL(keep)(const struct jets_system *s, int k,
     BOTH Ti = __builtin_shufflevector(known->T, known->T, BOTH_HIGH);
     BOTH cr = __builtin_shufflevector(known->c, known->c, BOTH_LOW);
     BOTH turn = __builtin_shufflevector(-Ti, answer->turned, BOTH_JOIN), order = BOTH_(of)(k + 1);
-    struct SMALL(order) newest = {turn * s->share[k + 1], answer->turned - Tr,
-                                  BOTH_(fma)(answer->force, order, -cr * order)};
+    struct SMALL(order)
+        newest = {turn * s->share[k + 1], answer->turned - Tr, BOTH_(fma)(answer->force, order, -cr * order)};
     BOTH_(put)(s->rate + (k + 1) * STRIDE, newest.rate);
     BOTH_(put)(s->force + k * STRIDE, newest.force);
     BOTH_(put)(s->turn_re + (k + 2) * STRIDE, newest.turn);
@@ -319,11 +320,12 @@ LANES_INLINE struct SMALL(order) SMALL(keep)(const struct jets_system *s, int k,
  * Adds to T and c of order k + 1 what order k brings; the way from the answer of one order to the next is but one
  * multiply-add long. u_1 is i phi'_0, and u_{k+2} = i (turned + i Im T) / (k + 2).
  */
-LANES_INLINE struct SMALL(known) SMALL(complete)(const struct jets_system *s, int k, BOTH first,
-                                                 const struct SMALL(known) * known, const struct SMALL(answer) * answer,
-                                                 const struct SMALL(known) * later) {
+LANES_INLINE struct SMALL(known)
+    SMALL(complete)(const struct jets_system *s, int k, BOTH first, const struct SMALL(known) * known,
+                    const struct SMALL(answer) * answer, const struct SMALL(known) * later) {
     BOTH zero = BOTH_(of)(0), share = BOTH_(of)(s->share[k + 1]);
-    BOTH Tr = __builtin_shufflevector(known->T, known->T, BOTH_LOW), cr = __builtin_shufflevector(known->c, known->c, BOTH_LOW);
+    BOTH Tr = __builtin_shufflevector(known->T, known->T, BOTH_LOW),
+         cr = __builtin_shufflevector(known->c, known->c, BOTH_LOW);
     BOTH Ti = __builtin_shufflevector(known->T, known->T, BOTH_HIGH);
     BOTH high = __builtin_shufflevector(zero, first, BOTH_JOIN), low = first - high;
     BOTH ready = BOTH_(fma)(-high, Tr, later->T) - low * Ti * share;

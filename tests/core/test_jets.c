@@ -9,6 +9,7 @@
 
 #include "core/dynamics.h"
 #include "tests/harness/test.h"
+#include "tests/harness/trees.h"
 
 enum { ARMS_MAX = 256, ORDER = 20 };
 
@@ -154,6 +155,57 @@ TEST(jets_obey_the_equations_of_motion_on_large_random_trees) {
     }
     CHECK_RESIDUAL(residual[0], 1e-12, "phi'' of the series against the equations");
     CHECK_RESIDUAL(residual[1], 1e-12, "lambda of the series against the equations");
+}
+
+/* blocks of eight arms: whole and broken ones, straight and crowded ones, edges to near and far blocks */
+TEST(jets_obey_the_equations_of_motion_on_large_trees_of_every_kind) {
+    unsigned long long seed = 5;
+    static const int sizes[] = {9, 15, 16, 17, 40, 200};
+    double residual[2] = {0, 0};
+    for (int kind = 0; kind < TEST_TREE_KINDS; kind++) {
+        for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+            int parent[ARMS_MAX];
+            struct scene s;
+            test_parents((enum test_tree_kind)kind, sizes[i], parent, &seed);
+            for (enum pend_isa isa = 0; isa <= pend_isa_best(); isa++) {
+                REQUIRE(scene_open(&s, sizes[i], parent, 0.3, &seed));
+                s.jets.isa = isa;
+                pend_jets_expand(&s.jets, s.gravity, 0.0625, &s.state, ORDER);
+                scene_residual(&s, 0.0625, series_reach(&s.jets, sizes[i], 1e-14), residual);
+                scene_close(&s);
+            }
+        }
+    }
+    CHECK_RESIDUAL(residual[0], 1e-12, "phi'' of the series against the equations");
+    CHECK_RESIDUAL(residual[1], 1e-12, "lambda of the series against the equations");
+}
+
+TEST(jets_have_the_same_bits_in_avx2_and_avx512) {
+    unsigned long long seed = 6;
+    enum pend_isa best = pend_isa_best(), least = best < PEND_ISA_AVX2 ? best : PEND_ISA_AVX2;
+    for (int i = 0; i < 60; i++) {
+        int parent[ARMS_MAX], n = i < 16 ? 1 + i : 1 + test_random_int(&seed, ARMS_MAX - 1);
+        struct scene s;
+        test_parents((enum test_tree_kind)(i % TEST_TREE_KINDS), n, parent, &seed);
+        REQUIRE(scene_open(&s, n, parent, 0.3, &seed));
+        double *first = malloc(sizeof(double) * (ORDER + 1) * (size_t)n);
+        REQUIRE(first != NULL);
+        int differ = 0;
+        for (enum pend_isa isa = least; isa <= best; isa++) {
+            s.jets.isa = isa;
+            pend_jets_expand(&s.jets, s.gravity, 0.0625, &s.state, ORDER);
+            for (int k = 0; k < n; k++) {
+                for (int j = 0; j <= ORDER; j++) {
+                    double x = s.jets.rate[pend_jets_place(&s.jets, k, j)];
+                    if (isa == least) first[k * (ORDER + 1) + j] = x;
+                    differ += first[k * (ORDER + 1) + j] != x;
+                }
+            }
+        }
+        CHECK_SAYING(!differ && first[1] != 0, "%d coefficients of %d arms differ", differ, n);
+        free(first);
+        scene_close(&s);
+    }
 }
 
 TEST(jets_keep_their_digits_at_order_zero_when_masses_differ_by_16_decades) {

@@ -254,6 +254,60 @@ TEST(taylor_says_when_and_which_arm_ceased_to_be_finite) {
     pend_tree_free(&ride.tree);
 }
 
+TEST(taylor_says_at_once_that_steps_are_too_short_to_end) {
+    for (double wild = 1e20; wild <= 1e200; wild *= 1e30) {
+        struct ride ride;
+        double start[2] = {0, 1}, rate[2] = {wild, -wild};
+        struct pend_error error = {0};
+        REQUIRE(pend_tree_new(&ride.tree, 2, one, one, chain, NULL) == PEND_OK);
+        struct pend_problem problem = {.tree = ride.tree, .gravity = 9.81, .phi = start, .rate = rate, .rtol = 1e-10};
+        REQUIRE(ride_open(&ride, &problem));
+        enum pend_status status = PEND_OK;
+        int steps = 0;
+        for (; status == PEND_OK && steps < 100; steps++)
+            status = pend_method_taylor.step(ride.stepper, 1, &ride.reached, &error);
+        CHECK_SAYING(status == PEND_STEP_TOO_SMALL || status == PEND_NOT_FINITE, "status %d at rate %g", status, wild);
+        CHECK_SAYING(steps == 1 && error.text[0], "%d steps at rate %g", steps, wild);
+        pend_method_taylor.close(&ride.stepper);
+        pend_tree_free(&ride.tree);
+    }
+}
+
+/* a tree cut into several blocks, branching at most joints */
+TEST(taylor_steps_and_samples_of_a_large_tree_allocate_nothing) {
+    enum { MANY = 90, INSTANTS = 100 };
+    struct ride ride;
+    double len[MANY], phi[MANY], rate[MANY], t[INSTANTS], energy = 0;
+    double *rows = malloc(4 * sizeof(double) * MANY * INSTANTS);
+    int parent[MANY];
+    unsigned long long seed = 5;
+    REQUIRE(rows != NULL);
+    for (int k = 0; k < MANY; k++) {
+        len[k] = 0.5 + test_random(&seed);
+        phi[k] = 6 * test_random(&seed);
+        rate[k] = 2 * test_random(&seed) - 1;
+        parent[k] = k ? test_random_int(&seed, k) : -1;
+    }
+    REQUIRE(pend_tree_new(&ride.tree, MANY, len, len, parent, NULL) == PEND_OK);
+    struct pend_problem problem = {.tree = ride.tree, .gravity = 9.81, .phi = phi, .rate = rate, .rtol = 1e-10};
+    size_t all = (size_t)MANY * INSTANTS;
+    struct pend_points points = {rows, rows + all, rows + 2 * all, rows + 3 * all};
+    REQUIRE(ride_open(&ride, &problem));
+    long allocations = test_alloc_count();
+    double from = 0;
+    for (int i = 0; i < 10; i++, from = ride.reached) {
+        REQUIRE(!pend_method_taylor.step(ride.stepper, 1, &ride.reached, NULL));
+        for (int j = 0; j < INSTANTS; j++) t[j] = from + (ride.reached - from) * (j + 1) / INSTANTS;
+        pend_method_taylor.at(ride.stepper, t, INSTANTS, &points);
+        energy = fmax(energy, fabs(rows[all + 1]));
+    }
+    CHECK_INT(test_alloc_count(), allocations);
+    CHECK(ride.reached > 0.01 && energy > 0);
+    pend_method_taylor.close(&ride.stepper);
+    pend_tree_free(&ride.tree);
+    free(rows);
+}
+
 TEST(taylor_open_fails_cleanly_without_memory) {
     struct ride ride;
     REQUIRE(pend_tree_new(&ride.tree, ARMS, paper_len, paper_mass, paper_parent, NULL) == PEND_OK);

@@ -21,7 +21,8 @@
 /* small systems gain nothing from LAPACK */
 enum { PEERS_SMALL = 24 };
 
-typedef void peers_dposv_fn(const char *, const int *, const int *, double *, const int *, double *, const int *, int *);
+typedef void peers_dposv_fn(const char *, const int *, const int *, double *, const int *, double *, const int *,
+                            int *);
 
 static peers_dposv_fn *peers_dposv;
 
@@ -175,8 +176,10 @@ int peer_msadams(const struct problem *problem, double tolerance, double phi[]) 
 
 #if SUNDIALS_VERSION_MAJOR < 7
 #define PEERS_NO_COMM NULL
+#define PEERS_QUIET(context) ((void)0)
 #else
 #define PEERS_NO_COMM SUN_COMM_NULL
+#define PEERS_QUIET(context) SUNContext_ClearErrHandlers(context)
 #endif
 
 static int peers_sundials(sunrealtype t, N_Vector y, N_Vector f, void *context) {
@@ -192,6 +195,9 @@ static int peers_cvode(const struct problem *problem, double tolerance, double p
     int failed = CVodeInit(cvode, peers_sundials, 0, y) || CVodeSetUserData(cvode, x) ||
                  CVodeSStolerances(cvode, tolerance, tolerance) || CVodeSetMaxNumSteps(cvode, 10000000) ||
                  CVodeSetNonlinearSolver(cvode, solver);
+#if SUNDIALS_VERSION_MAJOR < 7
+    CVodeSetErrFile(cvode, NULL);
+#endif
     for (int i = 1; i < problem->count && !failed; i++) {
         sunrealtype t;
         failed = CVode(cvode, problem_time(problem, i), y, &t, CV_NORMAL) < 0;
@@ -209,6 +215,9 @@ static int peers_arkode(const struct problem *problem, double tolerance, double 
     void *arkode = ERKStepCreate(peers_sundials, 0, y, context);
     int failed = ERKStepSetUserData(arkode, x) || ERKStepSStolerances(arkode, tolerance, tolerance) ||
                  ERKStepSetOrder(arkode, 8) || ERKStepSetMaxNumSteps(arkode, 10000000);
+#if SUNDIALS_VERSION_MAJOR < 7
+    ERKStepSetErrFile(arkode, NULL);
+#endif
     for (int i = 1; i < problem->count && !failed; i++) {
         sunrealtype t, wanted = problem_time(problem, i);
         failed = ERKStepSetStopTime(arkode, wanted) || ERKStepEvolve(arkode, wanted, y, &t, ARK_NORMAL) < 0;
@@ -226,6 +235,7 @@ static int peers_with_sundials(const struct problem *problem, double tolerance, 
     struct peers_system x;
     SUNContext context;
     if (SUNContext_Create(PEERS_NO_COMM, &context)) return 1;
+    PEERS_QUIET(context);
     int failed = peers_system_init(&x, problem);
     if (!failed) {
         N_Vector y = N_VNew_Serial(2 * (sunindextype)n, context);

@@ -10,8 +10,8 @@ enum { PROBLEM_ARMS_MAX = 256 };
 
 struct problem {
     const char *name;
-    int count;                    /* instants, from 0 to stop */
-    double stop, until, error;    /* s; the error, rad, is to be reached up to `until` */
+    int count;                 /* instants, from 0 to stop */
+    double stop, until, error; /* s; the error, rad, is to be reached up to `until` */
     double gravity;
     struct pend_tree *tree;
     double phi[PROBLEM_ARMS_MAX], rate[PROBLEM_ARMS_MAX]; /* start */
