@@ -311,6 +311,20 @@ TEST(extended_refuses_tolerances_out_of_range_and_fails_cleanly_without_memory) 
     test_paper_clear(&paper);
 }
 
+TEST(extended_refuses_trees_whose_series_would_fill_the_memory) {
+    enum { ARMS = 100000 };
+    struct pend_tree *tree;
+    struct pend_extended *extended;
+    struct pend_error error;
+    static double one[ARMS];
+    static int parent[ARMS];
+    for (int k = 0; k < ARMS; k++) one[k] = 1, parent[k] = k - 1;
+    REQUIRE(pend_tree_new(&tree, ARMS, one, one, parent, NULL) == PEND_OK);
+    CHECK(pend_extended_new(&extended, tree, 1e-20, 0, 1, pend_isa_best(), &error) == PEND_INVALID && !extended);
+    CHECK_SAYING(strstr(error.text, "32 digits are for smaller trees: the series of 100000 arms"), "%s", error.text);
+    pend_tree_free(&tree);
+}
+
 /* ---- as a method */
 
 TEST(extended_method_gives_doubles_that_are_right_to_the_last_digit) {
