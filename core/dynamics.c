@@ -38,7 +38,10 @@ void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree, double g
 
 void pend_dynamics(const struct pend_tree *tree, double gravity, const double phi[], const double rate[], void *work,
                    double acc[], double force[]) {
-    pend_dynamics_for(pend_isa_best(), tree, gravity, phi, rate, work, acc, force);
+    // half of the widest vectors is enough for a few arms, quicker, and the same bits
+    enum pend_isa isa = pend_isa_best();
+    if (isa == PEND_ISA_AVX512 && tree->n <= 4) isa = PEND_ISA_AVX2;
+    pend_dynamics_for(isa, tree, gravity, phi, rate, work, acc, force);
 }
 
 /* the vectors of the quick form, then one state for the careful one: phi, rate, acc, force and its scratch */
@@ -77,6 +80,11 @@ void pend_dynamics_lanes(const struct pend_tree *tree, double gravity, const dou
 /* rows that are worth all lanes, and the largest tree whose lanes stay near the processor */
 enum { DYNAMICS_LANES_LEAST = 4, DYNAMICS_LANES_ARMS = 1024 };
 
+/* large trees, and long chains, whose quick form has other bits than lanes and is as quick */
+static int dynamics_alone(const struct pend_tree *tree) {
+    return tree->n > DYNAMICS_LANES_ARMS || (tree->n >= DYNAMICS_CHAIN && tree->depth[tree->n - 1] == tree->n);
+}
+
 size_t pend_dynamics_many_bytes(int n) {
     if (n > DYNAMICS_LANES_ARMS) return pend_dynamics_work_bytes(n);
     size_t lanes = 4 * DYNAMICS_LANES * (size_t)n * sizeof(double) + pend_dynamics_lanes_bytes(n);
@@ -105,7 +113,7 @@ static void dynamics_rows(const struct pend_tree *tree, double gravity, int coun
 
 void pend_dynamics_many(const struct pend_tree *tree, double gravity, long count, const double phi[],
                         const double rate[], void *work, double acc[], double force[]) {
-    long least = tree->n > DYNAMICS_LANES_ARMS ? LONG_MAX : DYNAMICS_LANES_LEAST;
+    long least = dynamics_alone(tree) ? LONG_MAX : DYNAMICS_LANES_LEAST;
     while (count > 0) {
         int rows = count < least ? 1 : count < DYNAMICS_LANES ? (int)count : DYNAMICS_LANES;
         size_t step = (size_t)rows * (size_t)tree->n;

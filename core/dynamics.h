@@ -50,7 +50,8 @@ size_t pend_dynamics_lanes_bytes(int n);
  * i; no two arrays the same, none NULL. Lanes of no use hold copies of another. work pend_dynamics_lanes_bytes(n)
  * bytes, aligned to 64.
  *
- * The rest as pend_dynamics, and the same bits: they depend neither on the lane nor on its neighbours.
+ * The rest as pend_dynamics, and the same bits, but for chains of 128 arms and more: they depend neither on the lane
+ * nor on its neighbours.
  */
 void pend_dynamics_lanes(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
                          void *work, double acc[], double force[]);

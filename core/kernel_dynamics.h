@@ -9,6 +9,9 @@
 /* Arms whose scratch lies together: one base address serves all arrays of a sweep. */
 enum { DYNAMICS_BLOCK = 64, DYNAMICS_LANES = 8 };
 
+/* A single state of a chain of so many arms or more is solved in pieces. */
+enum { DYNAMICS_CHAIN = 128 };
+
 /* Scratch of DYNAMICS_BLOCK arms with one number, or DYNAMICS_LANES numbers, a value. */
 enum { DYNAMICS_VALUES = 7 };
 

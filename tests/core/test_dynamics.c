@@ -439,3 +439,62 @@ TEST(dynamics_of_every_instruction_set_keep_the_digits) {
         CHECK_RESIDUAL(wide.force, 5e-13, "lambda, masses of 10^+-8");
     }
 }
+
+TEST(dynamics_of_long_chains_keep_the_digits) {
+    unsigned long long seed = 17;
+    enum { MOST = 150 };
+    double worst_acc = 0, worst_force = 0;
+    for (int i = 0; i < 12; i++) {
+        struct test_tree t;
+        double acc[MOST], force[MOST], other_acc[MOST], other_force[MOST];
+        test_quad exact_acc[MOST], exact_force[MOST];
+        int n = 128 + i;
+        // random, about hanging, almost straight, and with masses for which it is not cut
+        test_tree_random(&t, TEST_TREE_CHAIN, n, i % 6 == 5 ? 4 : i % 2 ? 1 : 0.3, &seed);
+        double spread = pow(10, -3 * (i % 3)), line = i % 2 ? DOWN : test_random(&seed);
+        for (int k = 0; k < n && i % 4; k++) t.phi[k] = line + spread * (test_random(&seed) - 0.5);
+        void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
+        REQUIRE(work);
+        test_quad_dynamics(t.tree, 9.81, t.phi, t.rate, exact_acc, exact_force);
+        for (int isa = 0; isa <= (int)pend_isa_best(); isa++) {
+            pend_dynamics_for((enum pend_isa)isa, t.tree, 9.81, t.phi, t.rate, work, acc, force);
+            worst_acc = fmax(worst_acc, test_quad_gap(n, acc, exact_acc));
+            worst_force = fmax(worst_force, test_quad_gap(n, force, exact_force));
+            if (isa == PEND_ISA_AVX512)
+                CHECK_SAYING(!memcmp(acc, other_acc, sizeof acc[0] * (size_t)n) &&
+                                 !memcmp(force, other_force, sizeof acc[0] * (size_t)n),
+                             "avx2 and avx512 differ for a chain of %d", n);
+            memcpy(other_acc, acc, sizeof acc);
+            memcpy(other_force, force, sizeof force);
+        }
+        free(work);
+        test_tree_clear(&t);
+    }
+    CHECK_RESIDUAL(worst_acc, 1e-13, "phi'' of chains of 128 arms and more");
+    CHECK_RESIDUAL(worst_force, 1e-13, "lambda of chains of 128 arms and more");
+}
+
+TEST(dynamics_have_the_same_bits_with_avx2_and_avx512) {
+    if (pend_isa_best() < PEND_ISA_AVX512) {
+        test_skip("this processor has no AVX-512");
+        return;
+    }
+    unsigned long long seed = 18;
+    enum { MOST = 300 };
+    int other = 0;
+    for (int i = 0; i < 400; i++) {
+        struct test_tree t;
+        double acc[2][MOST], force[2][MOST];
+        int n = 1 + test_random_int(&seed, i % 4 ? 12 : MOST);
+        test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, 0.5, &seed);
+        void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
+        REQUIRE(work);
+        for (int j = 0; j < 2; j++)
+            pend_dynamics_for(j ? PEND_ISA_AVX512 : PEND_ISA_AVX2, t.tree, 9.81, t.phi, t.rate, work, acc[j], force[j]);
+        other += memcmp(acc[0], acc[1], sizeof(double) * (size_t)n) ||
+                 memcmp(force[0], force[1], sizeof(double) * (size_t)n);
+        free(work);
+        test_tree_clear(&t);
+    }
+    CHECK_INT(other, 0);
+}
