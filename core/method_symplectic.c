@@ -48,8 +48,8 @@ static enum pend_status symplectic_scout(const struct pend_problem *problem, dou
     *shortest = INFINITY;
     steps = steps < 16 ? 16 : steps > 512 ? 512 : steps;
     for (int i = 0; i < steps && status == PEND_OK && fabs(reached) < fabs(span); i++) {
-        // far beyond the last instant, so that none is cut short
-        status = pend_method_taylor.step(stepper, copysign(1e300, span), &reached, error);
+        // towards a time beyond the last instant, so that none is cut short
+        status = pend_method_taylor.step(stepper, 4 * span, &reached, error);
         *shortest = fmin(*shortest, fabs(reached - last));
         last = reached;
     }
