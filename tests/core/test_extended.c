@@ -184,6 +184,7 @@ TEST(extended_error_follows_the_tolerance) {
         last = steps;
     }
     CHECK(last > 3);
+    test_tree_clear(&t);
 }
 
 /* the equations themselves, by the paper's matrices in quad precision */
