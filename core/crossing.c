@@ -41,7 +41,7 @@ static struct crossing_pair crossing_slope_pair(const struct crossing_path *path
  * would leave what is known of the place */
 static double crossing_root(const struct crossing_path *path, crossing_fn *f, double level, int above, double a,
                             double b) {
-    double s = 0.5 * (a + b);
+    double s = 0.5 * (a + b), last = 1;
     for (int i = 0; i < 100; i++) {
         struct crossing_pair at = f(path, s);
         if ((at.value >= level) == (above != 0))
@@ -49,9 +49,14 @@ static double crossing_root(const struct crossing_path *path, crossing_fn *f, do
         else
             a = s;
         double next = s - (at.value - level) / at.slope;
-        if (!(next > a && next < b) || i % 8 == 7) next = 0.5 * (a + b);
-        if (fabs(next - s) <= 0x1p-53 || !(next > a && next < b)) break;
+        double step = fabs(next - s);
+        // near the root, steps that leave the bracket or do not shrink are rounding
+        if (last < 1e-7 && !(next > a && next < b && step < 0.25 * last)) break;
+        if (!(next > a && next < b)) next = 0.5 * (a + b);
+        step = fabs(next - s);
         s = next;
+        if (step <= 1e-15) break;
+        last = step;
     }
     return s;
 }
