@@ -12,12 +12,16 @@
 #include "api/samples.h"
 #include "api/state_json.h"
 #include "api/times_json.h"
+#include "core/trust.h"
 
 static const char *const fields[] = {"pendulum", "initial", "times",     "method", "rtol",  "atol", "step",
                                      "output",   "digits",  "precision", "events", "trust", NULL};
 
 /* what a computation is estimated by: s a step, s a step and arm, s a number of the answer */
 static const double steps_a_swing = 4, step_seconds = 3e-7, arm_seconds = 7e-7, number_seconds = 4e-8;
+
+/* how many times as long 32 digits take, and the fixed step */
+static const double extended_times = 25, symplectic_times = 20;
 
 /* arm-evaluations asked for at a time: about a millisecond */
 static const double piece = 50000;
@@ -31,12 +35,15 @@ struct trajectory {
     struct api_table table;
     const struct api_format *format;
     long step_cap;
+    double trust_tolerance; /* rad, 0 = not wanted */
 
     /* once it runs */
     struct pend_run *run;
+    struct pend_trust *trust; /* NULL where it is not wanted, or found out */
     struct api_samples *samples;
     struct api_writer *writer;
-    int computed; /* all samples are there; what remains is to write */
+    int computed; /* all samples are there; what remains is to compare and to write */
+    double trust_until;
     struct api_stats stats;
 };
 
@@ -45,6 +52,7 @@ static void trajectory_free(void **state) {
     if (!trajectory) return;
     api_writer_free(&trajectory->writer);
     api_samples_free(&trajectory->samples);
+    pend_trust_free(&trajectory->trust);
     pend_run_free(&trajectory->run);
     api_times_clear(&trajectory->times);
     api_states_free(&trajectory->start);
@@ -55,11 +63,25 @@ static void trajectory_free(void **state) {
 
 /* parts of the contract that are still to come */
 static void refuse_future(const struct api_value *root, struct api_problem *problem) {
-    static const char *const future[] = {"events", "trust"};
-    for (int i = 0; i < 2; i++) {
-        struct api_value field = api_value_member(root, future[i]);
-        if (api_value_kind(&field) != API_MISSING) api_value_fault(&field, problem, "is not served yet: leave it out");
+    struct api_value field = api_value_member(root, "events");
+    if (api_value_kind(&field) != API_MISSING) api_value_fault(&field, problem, "is not served yet: leave it out");
+}
+
+/* true, false, or how far an angle may be off, rad */
+static void read_trust(struct trajectory *trajectory, const struct api_value *root, struct api_problem *problem) {
+    static const double usual = 1e-6, least = 1e-12, most = 1;
+    struct api_value field = api_value_member(root, "trust");
+    const struct pend_method *method = trajectory->method.method;
+    enum api_kind kind = api_value_kind(&field);
+    if (kind == API_MISSING) return;
+    double value = api_value_number(&field);
+    if (kind != API_BOOL && !(kind == API_NUMBER && value >= least && value <= most)) {
+        api_value_fault(&field, problem, "must be true, false, or a number of radians from %g to %g", least, most);
+        return;
     }
+    trajectory->trust_tolerance = kind == API_BOOL && value != 0 ? usual : value;
+    if (method && method == pend_method_taylor.extended && trajectory->trust_tolerance > 0)
+        api_value_fault(&field, problem, "compares with precision \"extended\", which is asked for already");
 }
 
 static enum pend_status trajectory_read_parts(struct trajectory *trajectory, const struct api_reading *reading) {
@@ -80,6 +102,7 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory, con
     api_outputs_read(&trajectory->outputs, &output, problem);
     (void)api_field_whole(&digits, 1, 17, &rounded, problem);
     trajectory->table.digits = (int)rounded;
+    read_trust(trajectory, root, problem);
     refuse_future(root, problem);
     return problem->status ? PEND_INVALID : PEND_OK;
 }
@@ -114,12 +137,16 @@ static enum pend_status trajectory_begin(struct trajectory *trajectory, struct a
                                    .gravity = trajectory->tree.gravity,
                                    .phi = trajectory->start->phi,
                                    .rate = trajectory->start->rate,
+                                   .phi_low = trajectory->start->phi_low,
+                                   .rate_low = trajectory->start->rate_low,
                                    .times = trajectory->times.times,
                                    .rtol = method->rtol,
                                    .atol = method->atol,
                                    .step = method->step,
                                    .step_cap = trajectory->step_cap};
     PEND_TRY(pend_run_new(&trajectory->run, method->method, &problem, error));
+    if (trajectory->trust_tolerance > 0)
+        PEND_TRY(pend_trust_new(&trajectory->trust, method->method, &problem, trajectory->trust_tolerance, error));
     PEND_TRY(api_samples_new(&trajectory->samples, &trajectory->outputs, trajectory->tree.n, trajectory->table.rows));
     return api_writer_new(&trajectory->writer, trajectory->format, &trajectory->table, out);
 }
@@ -134,7 +161,19 @@ static void trajectory_tell(struct trajectory *trajectory, const struct api_turn
     api_stats_whole(told, "rejected", stats.rejected);
     api_stats_whole(told, "evaluations", stats.evaluations);
     api_stats_number(told, "energy_drift", stats.energy_drift);
+    if (trajectory->trust_tolerance > 0) api_stats_number(told, "trust_until", trajectory->trust_until);
     if (seconds >= 0) api_stats_number(told, "compute_seconds", rint(seconds * 1e6) / 1e6);
+}
+
+/* compares on with 32 digits, once all samples are there */
+static enum pend_status trajectory_compare(struct trajectory *trajectory, struct pend_error *error) {
+    int done = 0;
+    // an evaluation in 32 digits takes some ten times as long
+    enum pend_status status = pend_trust_next(trajectory->trust, piece / 10, &done, error);
+    if (status != PEND_OK || !done) return status;
+    trajectory->trust_until = pend_trust_until(trajectory->trust);
+    pend_trust_free(&trajectory->trust);
+    return PEND_OK;
 }
 
 /* names the limit behind a failure, and the way out */
@@ -160,11 +199,13 @@ static enum pend_status trajectory_run(void *state, const struct api_turn *turn,
     struct trajectory *trajectory = state;
     if (!trajectory->run) PEND_TRY(trajectory_begin(trajectory, turn->out, error));
     do {
-        if (trajectory->computed)
+        if (trajectory->computed && trajectory->trust)
+            PEND_TRY(trajectory_compare(trajectory, error));
+        else if (trajectory->computed)
             PEND_TRY(api_writer_finish(trajectory->writer, &trajectory->stats, turn->out, done));
         else
             PEND_TRY(trajectory_block(trajectory, turn->out, &trajectory->computed, error));
-        if (trajectory->computed && !trajectory->stats.count) trajectory_tell(trajectory, turn);
+        if (trajectory->computed && !trajectory->trust && !trajectory->stats.count) trajectory_tell(trajectory, turn);
     } while (!*done && !api_turn_over(turn));
     return PEND_OK;
 }
@@ -183,7 +224,10 @@ static double trajectory_cost(const void *state) {
     double span = fabs(pend_times_at(times, times->count - 1) - pend_times_at(times, 0)), shortest = INFINITY;
     for (int k = 0; k < tree->n; k++) shortest = fmin(shortest, tree->len[k]);
     double swings = span * sqrt(fabs(trajectory->tree.gravity) / shortest);
-    return swings * steps_a_swing * (step_seconds + tree->n * arm_seconds) +
+    double times_as_long = trajectory->trust_tolerance > 0 ? 2 + extended_times : 1;
+    if (trajectory->method.method == pend_method_taylor.extended) times_as_long = extended_times;
+    if (trajectory->method.method == &pend_method_symplectic) times_as_long += symplectic_times;
+    return times_as_long * swings * steps_a_swing * (step_seconds + tree->n * arm_seconds) +
            (double)table->rows * api_table_numbers(table, 0) * number_seconds;
 }
 

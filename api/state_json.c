@@ -8,18 +8,25 @@
 
 static const double pi = 3.14159265358979323846;
 
+/* numbers of 32 digits */
+struct exact {
+    double high, low;
+};
+static const struct exact exact_one = {1, 0}, exact_degree = {0x1.1df46a2529d39p-6, 0x1.5c1d8becdd291p-62},
+                          exact_right_angle = {0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54};
+
 static const char *const state_fields[] = {"phi", "phid", "theta", "thetad", "mode", "amplitude", "unit", NULL};
 
 /* the ways to give a state: the field that decides, the one that goes with it, and what angle is measured from */
 static const struct {
     const char *angle, *rate;
-    double offset; /* phi = angle - offset */
-} state_forms[] = {{"phi", "phid", 0}, {"theta", "thetad", 3.14159265358979323846 / 2}, {"mode", "amplitude", 0}};
+    int from_hanging; /* phi = angle - pi/2 */
+} state_forms[] = {{"phi", "phid", 0}, {"theta", "thetad", 1}, {"mode", "amplitude", 0}};
 
 enum { FORM_COUNT = 3, FORM_MODE = 2 };
 
 enum pend_status api_states_new(struct api_states **states, long count, int n) {
-    size_t arms = (size_t)n, one = 2 * arms * sizeof(double) + sizeof(double) + sizeof(int);
+    size_t arms = (size_t)n, one = (count == 1 ? 4 : 2) * arms * sizeof(double) + sizeof(double) + sizeof(int);
     *states = NULL;
     if ((size_t)count > (SIZE_MAX - sizeof **states) / one) return PEND_NO_MEMORY;
     *states = calloc(1, sizeof **states + (size_t)count * one);
@@ -29,6 +36,11 @@ enum pend_status api_states_new(struct api_states **states, long count, int n) {
     (*states)->phi = (double *)(*states + 1);
     (*states)->rate = (*states)->phi + (size_t)count * arms;
     (*states)->amplitude = (*states)->rate + (size_t)count * arms;
+    if (count == 1) {
+        (*states)->phi_low = (*states)->amplitude;
+        (*states)->rate_low = (*states)->phi_low + arms;
+        (*states)->amplitude = (*states)->rate_low + arms;
+    }
     (*states)->mode = (int *)((*states)->amplitude + count);
     return PEND_OK;
 }
@@ -38,14 +50,28 @@ void api_states_free(struct api_states **states) {
     *states = NULL;
 }
 
-/* reads n numbers, given in the caller's order, scaled and shifted into the stored order */
-static void read_angles(const struct api_value *value, const struct api_tree *tree, double scale, double offset,
-                        double out[], struct api_problem *problem) {
+/* scale x - offset, as a double and what that leaves */
+static struct exact exact_turn(struct exact scale, double x, struct exact offset) {
+    double product = scale.high * x, rest = fma(scale.high, x, -product) + scale.low * x;
+    double high = product - offset.high, part = high - product;
+    double low = (product - (high - part)) - (offset.high + part) + (rest - offset.low);
+    struct exact sum = {high + low, 0};
+    sum.low = low - (sum.high - high);
+    return sum;
+}
+
+/* reads n numbers, given in the caller's order, scaled and shifted into the stored order; low may be NULL */
+static void read_angles(const struct api_value *value, const struct api_tree *tree, struct exact scale,
+                        struct exact offset, double out[], double low[], struct api_problem *problem) {
     int count;
     int good = api_field_numbers(value, tree->n, "arm", NULL, problem);
     const double *numbers = api_value_numbers(value, &count);
     if (good <= 0 || !out || !tree->tree) return;
-    for (int i = 0; i < tree->n; i++) out[tree->tree->place[i]] = scale * numbers[i] - offset;
+    for (int i = 0; i < tree->n; i++) {
+        struct exact x = exact_turn(scale, numbers[i], offset);
+        out[tree->tree->place[i]] = x.high;
+        if (low) low[tree->tree->place[i]] = x.low;
+    }
 }
 
 static void read_mode(struct api_states *states, long i, const struct api_value *mode,
@@ -102,8 +128,11 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
         if (api_value_kind(&angle) != API_MISSING) read_mode(states, i, &angle, &rate, scale, tree, limits, problem);
         return;
     }
-    read_angles(&angle, tree, scale, state_forms[form].offset, phi, problem);
-    read_angles(&rate, tree, scale, 0, velocity, problem);
+    static const struct exact none = {0, 0};
+    struct exact turn = unit ? exact_degree : exact_one;
+    read_angles(&angle, tree, turn, state_forms[form].from_hanging ? exact_right_angle : none, phi,
+                states ? states->phi_low : NULL, problem);
+    read_angles(&rate, tree, turn, none, velocity, states ? states->rate_low : NULL, problem);
 }
 
 enum pend_status api_states_settle(struct api_states *states, const struct api_tree *tree, struct pend_error *error) {

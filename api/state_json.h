@@ -10,9 +10,10 @@
 struct api_states {
     int n;
     long count;
-    double *phi, *rate; /* count x n, rad and rad/s */
-    double *amplitude;  /* count, rad */
-    int *mode;          /* count, from 1; 0 = given by its angles */
+    double *phi, *rate;         /* count x n, rad and rad/s */
+    double *phi_low, *rate_low; /* n each, what rounding leaves of a single state's; NULL where there are many */
+    double *amplitude;          /* count, rad */
+    int *mode;                  /* count, from 1; 0 = given by its angles */
 };
 
 /**

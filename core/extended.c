@@ -25,7 +25,7 @@ struct pend_extended {
 };
 
 /* arrays with values for every lane, with one value a lane, and with one for all lanes */
-enum { EXTENDED_LANED = 10, EXTENDED_SINGLE = 5, EXTENDED_FLAT = 8 };
+enum { EXTENDED_LANED = 10, EXTENDED_SINGLE = 5, EXTENDED_FLAT = 8, EXTENDED_BYTES_CAP = 1 << 30 };
 
 static const struct extended_kernel *extended_kernel(enum pend_isa isa) {
 #ifdef __x86_64__
@@ -105,6 +105,10 @@ enum pend_status pend_extended_new(struct pend_extended **extended, const struct
                                            .log_rtol = log2(target),
                                            .log_atol = atol > 0 ? log2(atol) : -1e5};
     size_t bytes = extended_place(&sketch, NULL);
+    if (bytes > (size_t)EXTENDED_BYTES_CAP)
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "32 digits are for smaller trees: the series of %d arms would take %zu bytes, more than %d",
+                         tree->n, bytes, EXTENDED_BYTES_CAP);
     char *block = aligned_alloc(64, bytes);
     if (!block)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the series of %d arms: %zu bytes", tree->n,

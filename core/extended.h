@@ -26,7 +26,7 @@ struct pend_extended;
  * single    non-zero: only lane 0 will be started; the same bits, in less time than when lanes are idle.
  * isa       pend_isa_best(), or a lower one.
  *
- * PEND_INVALID  a tolerance is out of range.
+ * PEND_INVALID  a tolerance is out of range, or the series would take more than 1 GiB (some 20 000 arms in 8 lanes).
  * PEND_NO_MEMORY
  * One allocation.
  */

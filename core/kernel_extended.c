@@ -185,8 +185,7 @@ struct extended_known {
     num wind_re, wind_im, drag_re, drag_im;
 };
 
-LANES_INLINE struct extended_known extended_convolve(const struct jets_system *s, int k, int a) {
-    size_t n = s->stride;
+LANES_INLINE struct extended_known extended_convolve(const struct jets_system *s, size_t n, int k, int a) {
     const num *re = s->turn_re + a + n, *im = s->turn_im + a + n;
     const num *rate = s->rate + a + (size_t)k * n, *force = s->force + a + (size_t)(k ? k - 1 : 0) * n;
     struct extended_known x = {num_of(0), num_of(0), num_of(0), num_of(0)};
@@ -246,12 +245,11 @@ LANES_INLINE void extended_sizes(const struct extended_sizes *sizes, int n, int 
 
 /* order k > 0, a few digits short, where the terms are small */
 LANES_INLINE struct extended_known extended_convolve_fixed(const struct jets_system *s,
-                                                           const struct extended_sizes *sizes, int k, int a) {
-    size_t n = s->stride;
+                                                           const struct extended_sizes *sizes, size_t n, int k, int a) {
     const num *re = s->turn_re + a + n, *im = s->turn_im + a + n;
     const num *rate = s->rate + a + (size_t)k * n, *force = s->force + a + (size_t)(k - 1) * n;
     vec wind, drag;
-    extended_sizes(sizes, s->n, k, a, &wind, &drag);
+    extended_sizes(sizes, (int)n, k, a, &wind, &drag);
     struct extended_fixed wind_re = extended_empty(wind), wind_im = wind_re;
     struct extended_fixed drag_re = extended_empty(drag), drag_im = drag_re;
     for (int j = 1; j <= k; j++, re += n, im += n, rate -= n, force -= n) {
@@ -273,8 +271,7 @@ struct extended_rough {
 
 /* the same of an order that needs but one double */
 LANES_INLINE struct extended_rough extended_convolve_rough(const struct jets_system *s,
-                                                           const struct extended_sizes *sizes, int k, int a) {
-    size_t n = s->stride;
+                                                           const struct extended_sizes *sizes, size_t n, int k, int a) {
     if (sizes->single) {
         const num *u = sizes->u + a + n, *met = sizes->met + a + (size_t)k * n;
         vec sum = vec_of(0);
@@ -336,9 +333,8 @@ LANES_INLINE struct extended_known extended_spread(num x) {
 }
 
 /* the sums of order k of a single trajectory, by the same operations */
-LANES_INLINE struct extended_known extended_convolve_single(const struct jets_system *s,
-                                                            const struct extended_sizes *sizes, int k, int a) {
-    size_t n = s->stride;
+LANES_INLINE struct extended_known extended_convolve_single(const struct extended_sizes *sizes, size_t n, int k,
+                                                            int a) {
     const num *u = sizes->u + a + n, *met = sizes->met + a + (size_t)k * n;
     if (k < FIXED) {
         num sum = num_of(0);
@@ -353,10 +349,10 @@ LANES_INLINE struct extended_known extended_convolve_single(const struct jets_sy
     return extended_spread(extended_collected(&sum));
 }
 
-LANES_INLINE struct extended_known extended_find(const struct jets_system *s, const struct extended_sizes *sizes, int k,
-                                                 int a) {
-    if (sizes->single) return extended_convolve_single(s, sizes, k, a);
-    return k < FIXED ? extended_convolve(s, k, a) : extended_convolve_fixed(s, sizes, k, a);
+LANES_INLINE struct extended_known extended_find(const struct jets_system *s, const struct extended_sizes *sizes,
+                                                 size_t n, int k, int a) {
+    if (sizes->single) return extended_convolve_single(sizes, n, k, a);
+    return k < FIXED ? extended_convolve(s, n, k, a) : extended_convolve_fixed(s, sizes, n, k, a);
 }
 
 /* order k from its known parts; lift and drop are gravity's, of the root */
@@ -416,11 +412,11 @@ LANES_INLINE void extended_small_of(const struct jets_system *s, const struct ex
         struct extended_known known[DENSE_MAX];
         struct extended_rough rough[DENSE_MAX];
         if (k < precise) {
-            for (int i = 0; i < n; i++) known[i] = extended_find(s, sizes, k, i);
+            for (int i = 0; i < n; i++) known[i] = extended_find(s, sizes, (size_t)n, k, i);
             extended_solve(s, &table, n, k, gravity, known);
             extended_measure(s, sizes, k + 1);
         } else {
-            for (int i = 0; i < n; i++) rough[i] = extended_convolve_rough(s, sizes, k, i);
+            for (int i = 0; i < n; i++) rough[i] = extended_convolve_rough(s, sizes, (size_t)n, k, i);
             extended_solve_rough(s, &table, n, k, rough);
             if (sizes->single) extended_measure(s, sizes, k + 1);
         }
@@ -466,9 +462,9 @@ static void extended_orders(const struct jets_system *s, const struct extended_s
         for (int i = 0; i < s->n; i++) {
             struct extended_known x;
             if (k < precise) {
-                x = extended_find(s, sizes, k, i);
+                x = extended_find(s, sizes, s->stride, k, i);
             } else {
-                struct extended_rough y = extended_convolve_rough(s, sizes, k, i);
+                struct extended_rough y = extended_convolve_rough(s, sizes, s->stride, k, i);
                 x = (struct extended_known){num_from(y.wind_re), num_from(y.wind_im), num_from(y.drag_re),
                                             num_from(y.drag_im)};
             }

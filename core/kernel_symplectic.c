@@ -180,7 +180,8 @@ static int symplectic_converge(struct symplectic_system *system, const struct sy
     for (int i = 0; i < ITERATIONS; i++) {
         double change = symplectic_iterate(system, s, from, weight);
         system->iterations++;
-        if (isnan(change)) return 0;
+        // later than in the first, numbers that are not finite come of stages that do not converge
+        if (isnan(change)) return i ? 0 : -1;
         if (i == 0)
             for (int k = 0; k < system->n; k++)
                 for (int j = 0; j < WIDTH; j++) size = fmax(size, fabs(s->turn[k][j]));
@@ -211,7 +212,8 @@ static int symplectic_step(struct symplectic_system *system, const struct symple
     struct symplectic_lanes s = symplectic_view(system);
     num weight;
     memcpy(&weight, system->weight, sizeof weight);
-    if (!symplectic_converge(system, &s, from, weight)) return 0;
+    int good = symplectic_converge(system, &s, from, weight);
+    if (good <= 0) return good;
     for (int k = 0; k < system->n; k++) {
         symplectic_sum(from->phi[k], from->phi_low[k], s.turn[k], &to->phi[k], &to->phi_low[k]);
         symplectic_sum(from->p[k], from->p_low[k], s.boost[k], &to->p[k], &to->p_low[k]);

@@ -34,7 +34,7 @@ struct symplectic_kernel {
     /**
      * One step; the stages' equations are iterated until rounding ends their convergence.
      *
-     * Returns 0 when they do not converge or a number is not finite; `to` then holds nothing of use.
+     * Returns 1, 0 when they do not converge, -1 when a number is not finite; `to` then holds nothing of use.
      */
     int (*step)(struct symplectic_system *system, const struct symplectic_state *from,
                 const struct symplectic_state *to);

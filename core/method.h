@@ -23,6 +23,9 @@ struct pend_problem {
     const struct pend_tree *tree; /* must outlive every run of it */
     double gravity;               /* m/s^2 */
     const double *phi, *rate;     /* start at the first instant, n values each, stored order; copied by the run */
+    /* what rounding to doubles has left of the start, n values each; NULL = nothing; methods that carry no more than
+     * doubles do not look */
+    const double *phi_low, *rate_low;
     struct pend_times times;
     double rtol, atol; /* of the local error; 0 = the method's default */
     double step;       /* s, fixed-step methods only; 0 = the method's choice */

@@ -33,7 +33,10 @@ static enum pend_status extended_stepper_open(void **stepper, const struct pend_
         return status;
     }
     // the kernel only reads a start
-    struct pend_extended_state start = {.phi = (double *)problem->phi, .rate = (double *)problem->rate};
+    struct pend_extended_state start = {.phi = (double *)problem->phi,
+                                        .phi_low = (double *)problem->phi_low,
+                                        .rate = (double *)problem->rate,
+                                        .rate_low = (double *)problem->rate_low};
     const struct pend_times *times = &problem->times;
     double span = pend_times_at(times, times->count - 1) - pend_times_at(times, 0);
     pend_extended_start(x->extended, 0, problem->gravity, &start, span);

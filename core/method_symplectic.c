@@ -156,6 +156,9 @@ static enum pend_status symplectic_step(void *stepper, double limit, double *rea
     long before = s->system.iterations;
     int good = s->kernel->step(&s->system, &begin->state, &end->state);
     s->counts.evaluations += GAUSS_STAGES * (s->system.iterations - before);
+    if (good < 0)
+        return pend_fail(error, PEND_NOT_FINITE, -1, s->time, "the motion ceased to be finite in a step of %.6g s",
+                         fabs(s->length));
     if (!good)
         return pend_fail(error, PEND_STEP_TOO_SMALL, -1, s->time,
                          "a step of %.6g s is too long for how fast the motion is here: ask for a shorter one",

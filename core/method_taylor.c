@@ -71,6 +71,8 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     memset(block + head + series, 0, state);
     memcpy(taylor->end.phi, problem->phi, (size_t)n * sizeof(double));
     memcpy(taylor->end.rate, problem->rate, (size_t)n * sizeof(double));
+    if (problem->phi_low) memcpy(taylor->end.phi_low, problem->phi_low, (size_t)n * sizeof(double));
+    if (problem->rate_low) memcpy(taylor->end.rate_low, problem->rate_low, (size_t)n * sizeof(double));
     return PEND_OK;
 }
 

@@ -84,7 +84,8 @@ static enum pend_status run_check_range(const char *method, const char *name, do
 static enum pend_status run_check_state(const struct pend_problem *problem, struct pend_error *error) {
     const struct pend_tree *tree = problem->tree;
     for (int k = 0; k < tree->n; k++) {
-        if (isfinite(problem->phi[k]) && isfinite(problem->rate[k])) continue;
+        double low = (problem->phi_low ? problem->phi_low[k] : 0) + (problem->rate_low ? problem->rate_low[k] : 0);
+        if (isfinite(problem->phi[k]) && isfinite(problem->rate[k]) && isfinite(low)) continue;
         return pend_fail(error, PEND_INVALID, tree->order[k], 0, "the start of arm %d must be finite",
                          tree->order[k] + 1);
     }
@@ -117,11 +118,10 @@ static void *run_take(char *base, size_t *used, size_t bytes) {
 }
 
 /* places a run's parts in its block; says how many bytes they need */
-static size_t run_place(struct pend_run *run, char *base, int n, int group, double **phi, double **rate) {
+static size_t run_place(struct pend_run *run, char *base, int n, int group, double *start[4]) {
     size_t used = 0, row = (size_t)n * sizeof(double), rows = row * (size_t)group;
     run_take(base, &used, sizeof *run);
-    *phi = run_take(base, &used, row);
-    *rate = run_take(base, &used, row);
+    for (int i = 0; i < 4; i++) start[i] = run_take(base, &used, row);
     run->t = run_take(base, &used, (size_t)group * sizeof(double));
     run->relative = run_take(base, &used, (size_t)group * sizeof(double));
     run->points.phi = run_take(base, &used, rows);
@@ -143,18 +143,21 @@ static int run_group(int n) {
 static struct pend_run *run_allocate(const struct pend_method *method, const struct pend_problem *problem) {
     int n = problem->tree->n, group = run_group(n);
     struct pend_run sketch = {.method = method, .problem = *problem, .group = group};
-    double *phi, *rate;
-    size_t bytes = run_place(&sketch, NULL, n, group, &phi, &rate);
+    double *start[4];
+    const double *given[4] = {problem->phi, problem->rate, problem->phi_low, problem->rate_low};
+    size_t bytes = run_place(&sketch, NULL, n, group, start);
     char *block = aligned_alloc(64, bytes);
     if (!block) return NULL;
 #ifndef NDEBUG
     memset(block, 0xff, bytes); /* not-a-numbers, so that reading before writing shows */
 #endif
-    run_place(&sketch, block, n, group, &phi, &rate);
-    memcpy(phi, problem->phi, (size_t)n * sizeof(double));
-    memcpy(rate, problem->rate, (size_t)n * sizeof(double));
-    sketch.problem.phi = phi;
-    sketch.problem.rate = rate;
+    run_place(&sketch, block, n, group, start);
+    for (int i = 0; i < 4; i++)
+        if (given[i]) memcpy(start[i], given[i], (size_t)n * sizeof(double));
+    sketch.problem.phi = start[0];
+    sketch.problem.rate = start[1];
+    sketch.problem.phi_low = given[2] ? start[2] : NULL;
+    sketch.problem.rate_low = given[3] ? start[3] : NULL;
     struct pend_run *run = (struct pend_run *)block;
     *run = sketch;
     return run;

@@ -70,8 +70,10 @@ TEST(faults_of_a_method_have_their_pointers) {
          "\"extended\" is for method taylor only, not for rk8pd"},
         {BODY("\"precision\":\"extended\",\"rtol\":1e-31"), "/rtol", "must be from 1e-30 to 0.1"},
         {BODY("\"precision\":\"single\""), "/precision", "must be one of \"double\", \"extended\""},
-        {BODY("\"method\":\"symplectic\",\"step\":-1"), "/step", "must be from 1e-09 to 1000000000 for method symplectic"},
-        {BODY("\"method\":\"symplectic\",\"step\":0"), "/step", "must be from 1e-09 to 1000000000 for method symplectic"},
+        {BODY("\"method\":\"symplectic\",\"step\":-1"), "/step",
+         "must be from 1e-09 to 1000000000 for method symplectic"},
+        {BODY("\"method\":\"symplectic\",\"step\":0"), "/step",
+         "must be from 1e-09 to 1000000000 for method symplectic"},
         {BODY("\"rtol\":\"1e-6\""), "/rtol", "must be a number, got the text \"1e-6\""},
         {BODY("\"step\":0.01"), "/step", "has no meaning for method taylor: leave it out"},
     };

@@ -163,7 +163,6 @@ TEST(numbers_that_overflow_end_as_a_problem) {
 
 TEST(what_is_still_to_come_is_refused_by_name) {
     CHECK_REFUSED(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0],\"events\":[]}", "/events", "is not served yet");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0],\"trust\":true}", "/trust", "is not served yet");
 }
 
 TEST(all_faults_of_a_request_are_told_at_once) {
@@ -181,4 +180,68 @@ TEST(all_faults_of_a_request_are_told_at_once) {
     CHECK_INT(test_reply_faults(&reply), 10);
     CHECK_TEXT(test_reply_text(&reply, "/detail"), "10 faults in the request: see errors");
     test_reply_free(&reply);
+}
+
+/* ---- how long digits hold */
+
+#define TUMBLE                                                                                                         \
+    "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"theta\":[2,2.5]},"                \
+    "\"times\":{\"start\":0,\"stop\":30,\"step\":0.25},\"output\":[\"thetad\"],"
+
+static double trust_until(const char *more) {
+    char body[400];
+    snprintf(body, sizeof body, TUMBLE "%s}", more);
+    struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+    CHECK_SAYING(reply.status == 200, "%s: %s", more, reply.out.data);
+    double until = test_reply_number(&reply, "/stats/trust_until");
+    test_reply_free(&reply);
+    return until;
+}
+
+TEST(trust_tells_how_long_a_chaotic_motion_is_known) {
+    double usual = trust_until("\"trust\":true"), strict = trust_until("\"trust\":1e-10");
+    double loose = trust_until("\"trust\":true,\"rtol\":1e-6"), coarse = trust_until("\"trust\":0.1");
+    CHECK_SAYING(usual > 8 && usual < 20, "%g", usual);
+    CHECK_SAYING(strict < usual && usual < coarse && loose < usual, "%g %g %g %g", strict, usual, coarse, loose);
+    CHECK_SAYING(trust_until("\"trust\":0.01,\"method\":\"ode23\"") < 3, "ode23 is coarse");
+    CHECK_SAYING(trust_until("\"trust\":0.01,\"method\":\"linear\"") < 1, "this is no small swing");
+    CHECK(fmod(usual, 0.25) == 0);
+}
+
+TEST(trust_of_a_tame_motion_reaches_the_last_instant) {
+    struct test_reply reply = test_post(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0,1,5],\"trust\":true}");
+    CHECK(test_reply_number(&reply, "/stats/trust_until") == 5);
+    test_reply_free(&reply);
+    reply = test_post(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[3,2,-2],\"trust\":true}");
+    CHECK(test_reply_number(&reply, "/stats/trust_until") == -2);
+    test_reply_free(&reply);
+    reply = test_post(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0,1],\"trust\":false}");
+    CHECK(reply.status == 200 && !strstr(reply.out.data, "trust_until"));
+    test_reply_free(&reply);
+}
+
+TEST(trust_that_makes_no_sense_is_refused) {
+    static const char *const bad[] = {"2", "0", "-1", "\"yes\"", "[1e-6]", "null"};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        char body[400];
+        snprintf(body, sizeof body, "{" PAPER ",\"times\":[0],\"trust\":%s}", bad[i]);
+        CHECK_REFUSED(API_OP_TRAJECTORIES, body, "/trust", "must be true, false, or a number of radians");
+    }
+    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0],\"trust\":true,\"precision\":\"extended\"}", "/trust",
+                  "which is asked for already");
+}
+
+TEST(extended_precision_follows_a_chaotic_motion_to_its_end) {
+    struct test_reply loose = test_post(API_OP_TRAJECTORIES, TUMBLE "\"precision\":\"extended\",\"rtol\":1e-26}");
+    struct test_reply tight = test_post(API_OP_TRAJECTORIES, TUMBLE "\"precision\":\"extended\",\"rtol\":1e-30}");
+    struct test_reply plain = test_post(API_OP_TRAJECTORIES, TUMBLE "\"rtol\":1e-16}");
+    CHECK(tight.status == 200 && plain.status == 200);
+    CHECK_TEXT(test_reply_text(&tight, "/stats/method"), "taylor");
+    double a = test_reply_number(&loose, "/thetad/100/1"), b = test_reply_number(&tight, "/thetad/100/1");
+    double off = fabs(test_reply_number(&plain, "/thetad/100/1") - b);
+    CHECK_SAYING(fabs(a - b) < 1e-6 && fabs(b) > 0.01, "25 s: %g and %g", a, b);
+    CHECK_SAYING(off > 1e-3, "doubles are right too, within %g", off);
+    test_reply_free(&loose);
+    test_reply_free(&tight);
+    test_reply_free(&plain);
 }

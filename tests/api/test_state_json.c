@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "tests/api/post.h"
+#include "tests/harness/quad.h"
 #include "tests/harness/test.h"
 
 #define DOUBLE "\"pendulum\":{\"L\":[2,1],\"m\":[1,3],\"S\":[[1,0],[1,1]]}"
@@ -113,4 +114,40 @@ TEST(a_state_is_checked_even_where_the_tree_is_faulty) {
     CHECK(test_reply_has_fault(&reply, "/state/phi", "must have 2 numbers"));
     CHECK_INT(test_reply_faults(&reply), 2);
     test_reply_free(&reply);
+}
+
+/* theta = 2 is phi = 2 - pi/2, which no double is: the sum of two keeps 32 digits of it, of degrees too */
+TEST(a_single_state_keeps_what_rounding_leaves_of_it) {
+    const test_quad half_turn = test_quad_read("3.14159265358979323846264338327950288");
+    static const char *const bodies[] = {"{\"theta\":[2,-7.25],\"thetad\":[0.1,3]}",
+                                         "{\"unit\":\"deg\",\"theta\":[2,-725],\"thetad\":[0.1,3]}",
+                                         "{\"unit\":\"deg\",\"phi\":[2,-725],\"phid\":[0.1,3]}"};
+    static const double angle[][2] = {{2, -7.25}, {2, -725}, {2, -725}}, rate[2] = {0.1, 3};
+    for (int form = 0; form < 3; form++) {
+        struct api_json *document;
+        struct api_problem problem;
+        struct api_tree tree = {.n = 2};
+        struct api_states *states;
+        struct api_limits limits;
+        const double one[2] = {1, 1};
+        const int chain[2] = {-1, 0};
+        api_limits_init(&limits);
+        api_problem_init(&problem);
+        REQUIRE(pend_tree_new(&tree.tree, 2, one, one, chain, NULL) == PEND_OK);
+        REQUIRE(api_states_new(&states, 1, 2) == PEND_OK);
+        REQUIRE(api_json_new(&document, bodies[form], strlen(bodies[form]), 8, &problem) == PEND_OK);
+        struct api_value root = api_json_root(document);
+        api_states_read(states, 0, &root, &tree, &limits, &problem);
+        for (int k = 0; k < 2; k++) {
+            test_quad turn = form ? half_turn / 180 : 1, from = form < 2 ? half_turn / 2 : 0;
+            test_quad phi = (test_quad)states->phi[k] + states->phi_low[k];
+            test_quad phid = (test_quad)states->rate[k] + states->rate_low[k];
+            CHECK((double)test_quad_abs(phi - (turn * angle[form][k] - from)) < 1e-30);
+            CHECK((double)test_quad_abs(phid - turn * rate[k]) < 1e-31);
+            CHECK(states->phi_low[k] != 0);
+        }
+        api_json_free(&document);
+        api_states_free(&states);
+        pend_tree_free(&tree.tree);
+    }
 }

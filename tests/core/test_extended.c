@@ -184,6 +184,7 @@ TEST(extended_error_follows_the_tolerance) {
         last = steps;
     }
     CHECK(last > 3);
+    test_tree_clear(&t);
 }
 
 /* the equations themselves, by the paper's matrices in quad precision */
@@ -311,6 +312,20 @@ TEST(extended_refuses_tolerances_out_of_range_and_fails_cleanly_without_memory) 
     test_paper_clear(&paper);
 }
 
+TEST(extended_refuses_trees_whose_series_would_fill_the_memory) {
+    enum { ARMS = 100000 };
+    struct pend_tree *tree;
+    struct pend_extended *extended;
+    struct pend_error error;
+    static double one[ARMS];
+    static int parent[ARMS];
+    for (int k = 0; k < ARMS; k++) one[k] = 1, parent[k] = k - 1;
+    REQUIRE(pend_tree_new(&tree, ARMS, one, one, parent, NULL) == PEND_OK);
+    CHECK(pend_extended_new(&extended, tree, 1e-20, 0, 1, pend_isa_best(), &error) == PEND_INVALID && !extended);
+    CHECK_SAYING(strstr(error.text, "32 digits are for smaller trees: the series of 100000 arms"), "%s", error.text);
+    pend_tree_free(&tree);
+}
+
 /* ---- as a method */
 
 TEST(extended_method_gives_doubles_that_are_right_to_the_last_digit) {
@@ -361,5 +376,24 @@ TEST(extended_method_fails_cleanly_without_memory) {
     test_record_blocks(&record, pend_method_find("taylor")->extended, &paper.problem, 3, INFINITY);
     CHECK_INT(record.status, PEND_OK);
     test_record_clear(&record);
+    test_paper_clear(&paper);
+}
+
+TEST(extended_start_keeps_what_rounding_left_of_it) {
+    struct test_paper paper;
+    struct test_record plain, moved;
+    test_paper_init(&paper, 2);
+    double low[4] = {1e-17, 0, 0, 0}, none[4] = {0, 0, 0, 0};
+    for (int k = 0; k < 4; k++) paper.phi[k] = 0.5 * k;
+    paper.problem.phi_low = none;
+    test_record_blocks(&plain, pend_method_taylor.extended, &paper.problem, 2, INFINITY);
+    paper.problem.phi_low = low;
+    paper.problem.rate_low = none;
+    test_record_blocks(&moved, pend_method_taylor.extended, &paper.problem, 2, INFINITY);
+    // 1e-17 grows over 5 s to what a double shows
+    double gap = test_record_gap(&plain, &moved).phi;
+    CHECK_SAYING(gap > 0 && gap < 1e-12, "%g", gap);
+    test_record_clear(&plain);
+    test_record_clear(&moved);
     test_paper_clear(&paper);
 }
