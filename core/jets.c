@@ -60,7 +60,9 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int or
         s.inv_len[k] = 1 / tree->len[k];
         s.mass[k] = tree->mass[k];
     }
-    if (tree->n > PEND_JETS_PAD) pend_blocks_init(&jets->blocks, tree, (double *)memory + jets_numbers(order_cap, s.n));
+    if (tree->n <= PEND_JETS_PAD) return;
+    pend_blocks_init(&jets->blocks, tree, (double *)memory + jets_numbers(order_cap, s.n));
+    jets->system.blocks = &jets->blocks;
 }
 
 static const struct jets_kernel *jets_kernel(enum pend_isa isa) {
@@ -73,9 +75,7 @@ static const struct jets_kernel *jets_kernel(enum pend_isa isa) {
 }
 
 void pend_jets_expand(struct pend_jets *jets, double gravity, double unit, const struct jets_state *state, int order) {
-    struct jets_system system = jets->system;
-    system.blocks = &jets->blocks;
-    jets_kernel(jets->isa)->orders(&system, state, gravity, unit, order);
+    jets_kernel(jets->isa)->orders(&jets->system, state, gravity, unit, order);
 }
 
 void pend_jets_advance(const struct pend_jets *jets, int order, double x, double unit, const struct jets_state *from,

@@ -48,6 +48,7 @@ static inline size_t pend_jets_place(const struct pend_jets *jets, int k, int j)
 /**
  * Prepares series in the caller's memory.
  *
+ * jets       stays where it is: it points into itself.
  * tree       must outlive the series.
  * order_cap  PEND_JETS_ORDER_MIN .. PEND_JETS_ORDER_MAX.
  * memory     pend_jets_bytes(tree, order_cap) bytes, aligned to 64; not owned.

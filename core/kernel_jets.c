@@ -159,24 +159,31 @@ LANES_INLINE void kernel_row(const struct jets_system *s, int order, double x, d
     }
 }
 
-/* one arm, up to WIDE instants in lanes */
-LANES_INLINE struct kernel_change kernel_column(const struct jets_system *s, int order, wide x, double unit, int k,
-                                                int acc, int force) {
-    struct kernel_change v = {wide_of(0), wide_of(0), wide_of(0), wide_of(0)};
-    const double *rate = s->rate + jets_row(s, k), *tension = s->force + jets_row(s, k);
-    for (int j = order; j >= 1; j--) {
-        double w = rate[(size_t)j * s->stride];
-        v.phi = wide_fma(v.phi, x, wide_of(w * s->share[j]));
-        v.rate = wide_fma(v.rate, x, wide_of(w));
-        if (acc) v.acc = wide_fma(v.acc, x, wide_of(w * j));
-        if (force) v.force = wide_fma(v.force, x, wide_of(tension[(size_t)(j - 1) * s->stride]));
+/* two arms, up to WIDE instants in lanes */
+LANES_INLINE void kernel_column(const struct jets_system *s, int order, wide x, double unit, const int pair[2], int acc,
+                                int force, struct kernel_change v[2]) {
+    const double *rate[2], *tension[2];
+    double inverse = 1 / unit; // exact: a power of two
+    for (int i = 0; i < 2; i++) {
+        v[i] = (struct kernel_change){wide_of(0), wide_of(0), wide_of(0), wide_of(0)};
+        rate[i] = s->rate + jets_row(s, pair[i]);
+        tension[i] = s->force + jets_row(s, pair[i]);
     }
-    v.phi = x * wide_fma(x, v.phi, wide_of(rate[0]));
-    double inverse = 1 / unit;
-    v.rate = x * v.rate * inverse;
-    v.acc = v.acc * (inverse * inverse);
-    v.force = v.force * (inverse * inverse);
-    return v;
+    for (int j = order; j >= 1; j--) {
+        for (int i = 0; i < 2; i++) {
+            double w = rate[i][(size_t)j * s->stride];
+            v[i].phi = wide_fma(v[i].phi, x, wide_of(w * s->share[j]));
+            v[i].rate = wide_fma(v[i].rate, x, wide_of(w));
+            if (acc) v[i].acc = wide_fma(v[i].acc, x, wide_of(w * j));
+            if (force) v[i].force = wide_fma(v[i].force, x, wide_of(tension[i][(size_t)(j - 1) * s->stride]));
+        }
+    }
+    for (int i = 0; i < 2; i++) {
+        v[i].phi = x * wide_fma(x, v[i].phi, wide_of(rate[i][0]));
+        v[i].rate = x * v[i].rate * inverse;
+        v[i].acc = v[i].acc * (inverse * inverse);
+        v[i].force = v[i].force * (inverse * inverse);
+    }
 }
 
 LANES_INLINE void kernel_spread(double to[], int stride, int count, wide x) {
@@ -188,12 +195,19 @@ LANES_INLINE void kernel_columns(const struct jets_system *s, int order, const d
     wide at = wide_of(0);
     int n = s->n;
     memcpy(&at, x, (size_t)count * sizeof *x);
-    for (int k = 0; k < n; k++) {
-        struct kernel_change v = kernel_column(s, order, at, unit, k, acc, force);
-        kernel_spread(to->phi + k, n, count, from->phi[k] + (v.phi + from->phi_low[k]));
-        kernel_spread(to->rate + k, n, count, from->rate[k] + (v.rate + from->rate_low[k]));
-        if (acc) kernel_spread(to->acc + k, n, count, v.acc);
-        if (force) kernel_spread(to->force + k, n, count, v.force);
+    for (int k = 0; k < n; k += 2) {
+        // two arms side by side: a lone series would wait for itself
+        int pair[2] = {k, k + 1 < n ? k + 1 : k};
+        struct kernel_change both[2];
+        kernel_column(s, order, at, unit, pair, acc, force, both);
+        for (int i = 0; i < 2; i++) {
+            int arm = pair[i];
+            const struct kernel_change *v = &both[i];
+            kernel_spread(to->phi + arm, n, count, from->phi[arm] + (v->phi + from->phi_low[arm]));
+            kernel_spread(to->rate + arm, n, count, from->rate[arm] + (v->rate + from->rate_low[arm]));
+            if (acc) kernel_spread(to->acc + arm, n, count, v->acc);
+            if (force) kernel_spread(to->force + arm, n, count, v->force);
+        }
     }
 }
 

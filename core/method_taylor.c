@@ -158,7 +158,7 @@ static enum pend_status taylor_step(void *stepper, double limit, double *reached
     }
     pend_jets_advance(&taylor->jets, taylor->order, (taylor->reached - taylor->time) / taylor->unit, taylor->unit,
                       &taylor->begin, &taylor->end);
-    taylor->next_unit = exp2(floor(log2(x * fabs(taylor->unit))));
+    taylor->next_unit = ldexp(1, ilogb(x * taylor->unit));
     taylor->counts.steps++;
     *reached = taylor->reached;
     return PEND_OK;
@@ -174,8 +174,8 @@ static void taylor_at_end(const struct taylor *taylor, double phi[], double rate
 static double *taylor_offset(double *array, size_t base) { return array ? array + base : NULL; }
 
 static void taylor_group(const struct taylor *taylor, const double t[], int count, const struct jets_values *values) {
-    double x[TAYLOR_GROUP];
-    for (int i = 0; i < count; i++) x[i] = (t[i] - taylor->time) / taylor->unit;
+    double x[TAYLOR_GROUP], inverse = 1 / taylor->unit; // exact: a power of two
+    for (int i = 0; i < count; i++) x[i] = (t[i] - taylor->time) * inverse;
     pend_jets_values(&taylor->jets, taylor->order, x, count, taylor->unit, &taylor->begin, values);
 }
 

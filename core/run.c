@@ -386,7 +386,9 @@ static enum pend_status run_sample(struct pend_run *run, struct pend_samples *sa
     run_put(run, points->rate, due, samples->rate, at);
     run_put(run, points->acc, due, samples->acc, at);
     run_put(run, points->force, due, samples->force, at);
-    for (int i = 0; i < due; i++)
+    int derived =
+        samples->z_re || samples->z_im || samples->zd_re || samples->zd_im || samples->kinetic || samples->potential;
+    for (int i = 0; i < due && derived; i++)
         run_derive(run, points->phi + (size_t)i * n, points->rate + (size_t)i * n, samples, at + i);
     return run_hand_out(run, samples, due, error);
 }
