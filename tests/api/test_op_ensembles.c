@@ -33,7 +33,7 @@ TEST(ensembles_members_end_where_trajectories_end) {
         }
         test_reply_free(&one);
     }
-    CHECK_RESIDUAL(worst, 1e-12, "final angles against trajectories");
+    CHECK_RESIDUAL(worst, 1e-14, "final angles against trajectories");
     CHECK_TEXT(test_reply_text(&many, "/stats/method"), "taylor");
     CHECK(test_reply_number(&many, "/stats/members") == 3 && test_reply_number(&many, "/stats/failed") == 0);
     test_reply_free(&many);
