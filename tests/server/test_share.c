@@ -89,6 +89,7 @@ TEST(the_same_again_comes_from_the_cache_in_every_coding) {
         }
         CHECK_INT(share_ask(daemon, &reply, match, turn ? body : other), 304);
         CHECK_TEXT(test_reply_header(&reply, "ETag"), share_header(&first, "ETag"));
+        CHECK_INT(atoi(share_header(&reply, "Content-Length")), (int)first.body_bytes);
         test_reply_clear(&reply);
     }
     CHECK(share_metric(daemon, "pendulumd_cache_lookups_total{result=\"missed\"} ") == 1);
