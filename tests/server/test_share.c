@@ -319,21 +319,6 @@ TEST(one_client_cannot_fill_the_queue) {
     srv_daemon_free(&daemon);
 }
 
-TEST(who_waits_too_long_for_a_worker_is_told) {
-    static const char *const options[] = {"--workers", "1", "--max-wait-seconds", "0.1", NULL};
-    struct srv_daemon *daemon = live_start(options);
-    struct test_client busy;
-    struct test_reply reply;
-    REQUIRE(daemon != NULL);
-    REQUIRE(share_post(daemon, &busy, "", DOUBLE "\"times\":{\"start\":0,\"stop\":50000,\"count\":5}}"));
-    test_sleep(0.05);
-    CHECK_INT(share_ask(daemon, &reply, "", DOUBLE "\"times\":[0,1]}"), 200);
-    test_reply_clear(&reply);
-    test_client_close(&busy);
-    share_await(daemon, "pendulumd_computations ", 0, 20);
-    srv_daemon_free(&daemon);
-}
-
 TEST(pages_of_other_origins_may_ask_and_traces_go_on) {
     static const char trace[] = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01";
     static const char *const options[] = {"--cors-origins", "https://a.org, https://b.org", NULL};
