@@ -1,6 +1,6 @@
-/* Double pendulums of 20 s at round-off accuracy: in an ensemble, one by one, and by GSL on the same O(n) equations; with
- * observables; the usual flip map. Leaves to others: single trajectories. Invariant: all lines start from angles near
- * (2, 2.5); one core; ns a member, so that 15 000 members a second are 66 667. */
+/* Double pendulums of 20 s at round-off accuracy: in an ensemble, one by one, and by GSL on the same O(n) equations;
+ * with observables; the usual flip map. Leaves to others: single trajectories. Invariant: all lines start from angles
+ * near (2, 2.5); one core; ns a member, so that 15 000 members a second are 66 667. */
 #include <math.h>
 
 #include "core/ensemble.h"
