@@ -170,6 +170,11 @@ double api_ensemble_cost(const struct api_ensemble *e, long members) {
     for (int k = 0; k < tree->n; k++) shortest = fmin(shortest, tree->len[k]);
     double radians = fabs(e->duration) * sqrt(fabs(e->tree.gravity) / shortest);
     double steps = 1 + steps_a_radian * radians * 28 / order;
+    struct pend_ensemble_problem problem = {.until = PEND_UNTIL_TIME};
+    api_observables_ask(&e->seen, &problem);
+    // many end early, or are spared; a neighbour is as much work again
+    if (problem.until != PEND_UNTIL_TIME) steps *= 0.3;
+    if (problem.observe & PEND_OBSERVE_LYAPUNOV) steps *= 2;
     double numbers = (double)api_ensemble_rows(e) * (double)e->numbers;
     return (double)members * (steps * tree->n * order * order * pair_seconds + numbers * number_seconds);
 }

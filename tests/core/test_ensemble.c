@@ -524,6 +524,33 @@ TEST(ensemble_rows_are_those_of_single_runs) {
     CHECK_RESIDUAL(worst, 1e-10, "rows of a member against a single run");
 }
 
+TEST(ensemble_observes_the_same_bits_with_avx2_and_avx512_and_in_any_lane) {
+    static struct notes notes[3];
+    if (pend_isa_best() < PEND_ISA_AVX512) {
+        test_skip("this processor has no AVX-512");
+        return;
+    }
+    const unsigned all = PEND_OBSERVE_EXTREMES | PEND_OBSERVE_SIGNS | PEND_OBSERVE_ENERGY | PEND_OBSERVE_LYAPUNOV;
+    static const double times[8] = {0, 0.1, 0.2, 0.9, 1.3, 1.4, 1.5, 2};
+    for (int n = 2; n <= ARMS_MAX; n += 4) {
+        for (int i = 0; i < 3; i++) {
+            struct crowd crowd;
+            struct pend_ensemble_problem problem;
+            enum pend_isa isa = i == 1 ? PEND_ISA_AVX2 : PEND_ISA_AVX512;
+            REQUIRE(notes_new(&notes[i], &crowd, n, 2, all, &problem));
+            problem.bound = M_PI;
+            problem.times = times;
+            problem.times_count = 8;
+            REQUIRE(crowd_run(&problem, isa, 0, i == 2 ? 7 : MEMBERS));
+            if (i == 2) REQUIRE(crowd_run(&problem, isa, 7, MEMBERS - 7));
+            pend_tree_free(&crowd.tree);
+            notes[i].crowd = NULL;
+        }
+        CHECK(!memcmp(&notes[0], &notes[1], sizeof notes[0]) && !memcmp(&notes[0], &notes[2], sizeof notes[0]));
+        CHECK(notes[0].lyapunov[3] != 0 && notes[0].most[3][1] > notes[0].least[3][1]);
+    }
+}
+
 TEST(ensemble_energy_hardly_drifts) {
     static struct notes notes;
     struct crowd crowd;
