@@ -116,7 +116,11 @@ asan: ## all test programs and the server under the address and undefined saniti
 tsan: ## the server's tests under the thread sanitizer
 	@$(CHECK) ONLY='build-tsan tsan-%'; $(COUNT)
 
-bench: $(B)/tests/bench/run ## how fast the pieces are, in about a minute
+bench: ## everything below but load: ours, the peer's, ratio; seven minutes (installs the peers; T=part-of-a-line)
+	@docker/install.sh bench
+	@$(MAKE) --no-print-directory bench-dynamics bench-trajectories bench-modes bench-parts
+
+bench-parts: $(B)/tests/bench/run ## ensembles, numbers, requests, in a minute
 	$< $(T)
 
 load: build $(B)/tests/bench/service/service $(B)/tests/load/client ## the daemon under load beside its peers, in ten minutes (T=part-of-a-line; installs wrk, nginx, Node.js)
@@ -257,5 +261,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
+.PHONY: help run check build bench bench-parts load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
 .DELETE_ON_ERROR:
