@@ -53,6 +53,7 @@ struct modes {
     double *line;            /* n numbers, or rows of the table */
     long lines;              /* rows of the table that fit there */
     struct api_writer *writer;
+    char last;            /* byte of the JSON so far, kept back; 0 = none */
     int begun, part, row; /* what is written next: a row of the vectors (part 0) or of matrix part - 1 */
 };
 
@@ -427,9 +428,17 @@ static enum pend_status modes_piece(struct modes *modes, struct api_buffer *out,
     return write_lists(modes, out);
 }
 
+/* JSON's commas follow from what was written last, and what a turn wrote may be taken away after it: its last byte is
+ * kept back for the next turn */
 static enum pend_status modes_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
-    do PEND_TRY(modes_piece(state, turn->out, done, error));
+    struct modes *modes = state;
+    struct api_buffer *out = turn->out;
+    if (modes->last) PEND_TRY(api_buffer_add(out, &modes->last, 1));
+    do PEND_TRY(modes_piece(modes, out, done, error));
     while (!*done && !api_turn_over(turn));
+    modes->last = 0;
+    if (*done || !modes->begun || modes->format != &api_format_json) return PEND_OK;
+    modes->last = out->data[--out->bytes];
     return PEND_OK;
 }
 

@@ -501,8 +501,7 @@ TEST(run_stops_at_its_step_limit_and_stays_stopped) {
     bench_clear(&bench);
 }
 
-/* the squares of such rates are no numbers; only a method that scales its time sees more: steps of 1e-200 s, which no
- * time resolves */
+/* the squares of such rates are no numbers; only a method that scales its time could get on, by 1e-200 s a step */
 TEST(run_ends_where_numbers_overflow_and_says_when) {
     struct bench bench;
     bench_init(&bench, 4, 39);

@@ -255,38 +255,38 @@ STORE_TEST(a_key_makes_one_job_and_no_other) {
 }
 
 struct doubled {
-    const struct ground *ground;
+    struct srv_store *store;
     int number;
-    char id[SRV_ID_BYTES];
+    enum srv_stored stored;
+    struct srv_job job;
 };
 
 static void *submit_doubled(void *context) {
     struct doubled *doubled = context;
-    struct srv_store *store = ground_open(doubled->ground);
-    struct srv_job job = {0};
     char own[16];
     snprintf(own, sizeof own, "d%d", doubled->number);
-    if (store) {
-        enum srv_stored stored = SRV_STORED_AGAIN;
-        for (int i = 0; i < 20 && stored == SRV_STORED_AGAIN; i++)
-            stored = submit(store, own, "anna", "same", 1, 0, &job);
-        CHECK_INT(stored, SRV_STORED);
-    }
-    memcpy(doubled->id, job.id, sizeof doubled->id);
-    srv_store_close(&store);
+    doubled->stored = SRV_STORED_AGAIN;
+    for (int i = 0; i < 20 && doubled->stored == SRV_STORED_AGAIN; i++)
+        doubled->stored = submit(doubled->store, own, "anna", "same", 1, 0, &doubled->job);
     return NULL;
 }
 
 STORE_TEST(doubled_submissions_from_eight_clients_make_one_job) {
-    struct doubled doubled[8];
+    struct doubled doubled[8] = {{0}};
     pthread_t thread[8];
     struct srv_store_figures figures;
     for (int i = 0; i < 8; i++) {
-        doubled[i] = (struct doubled){.ground = ground, .number = i};
-        REQUIRE(!pthread_create(&thread[i], NULL, submit_doubled, &doubled[i]));
+        doubled[i].store = ground_open(ground);
+        doubled[i].number = i;
+        REQUIRE(doubled[i].store);
     }
+    for (int i = 0; i < 8; i++) REQUIRE(!pthread_create(&thread[i], NULL, submit_doubled, &doubled[i]));
     for (int i = 0; i < 8; i++) pthread_join(thread[i], NULL);
-    for (int i = 1; i < 8; i++) CHECK_TEXT(doubled[i].id, doubled[0].id);
+    for (int i = 0; i < 8; i++) {
+        CHECK_INT(doubled[i].stored, SRV_STORED);
+        CHECK_TEXT(doubled[i].job.id, doubled[0].job.id);
+        srv_store_close(&doubled[i].store);
+    }
     CHECK_INT(srv_store_figures(store, &figures), SRV_STORED);
     CHECK_INT(figures.jobs[SRV_JOB_ACCEPTED], 1);
 }
