@@ -130,6 +130,23 @@ static void check_same(struct test_reply *one, struct test_reply *two, const cha
                  two->body_bytes);
 }
 
+/* one request whose reply, maybe of bytes that are no text, is not recorded; a body makes it a POST */
+static int fetch(const struct test_server *server, struct test_reply *reply, const char *path, const char *accept,
+                 const char *body) {
+    struct test_client client;
+    static char text[16384];
+    *reply = (struct test_reply){0};
+    if (!test_client_open(&client, test_server_port(server))) return 0;
+    snprintf(text, sizeof text,
+             "%s %s HTTP/1.1\r\nHost: x\r\nConnection: close\r\nAccept: %s\r\nContent-Type: application/json\r\n"
+             "Content-Length: %zu\r\n\r\n%s",
+             body ? "POST" : "GET", path, accept, body ? strlen(body) : 0, body ? body : "");
+    test_client_say(&client, text);
+    int status = test_client_receive(&client, reply, 0, 60);
+    test_client_close(&client);
+    return status;
+}
+
 static const struct {
     const char *path, *body, *accept[5];
 } kinds[] = {
@@ -150,12 +167,16 @@ static void answers_are_the_same(struct place *place) {
         CHECK_INT(submit(server, kinds[i].path, ASYNC, kinds[i].body, id), 202);
         job_wait(server, id, word);
         CHECK_TEXT(word, "successful");
+        struct test_reply reply;
+        CHECK_INT(job_get(server, &reply, id, "/results", ""), 200);
+        test_reply_clear(&reply);
         for (int a = 0; a < 5 && kinds[i].accept[a]; a++) {
             struct test_reply now, kept;
-            char accept[96];
-            snprintf(accept, sizeof accept, "Accept: %s\r\n", kinds[i].accept[a]);
-            CHECK_INT(test_request(server, &now, "POST", kinds[i].path, accept, kinds[i].body), 200);
-            CHECK_INT(job_get(server, &kept, id, "/results", accept), 200);
+            const char *accept = kinds[i].accept[a];
+            char path[96];
+            snprintf(path, sizeof path, "/v1/jobs/%s/results", id);
+            CHECK_INT(fetch(server, &now, kinds[i].path, accept, kinds[i].body), 200);
+            CHECK_INT(fetch(server, &kept, path, accept, NULL), 200);
             const char *tag = test_reply_header(&now, "ETag");
             CHECK_TEXT(test_reply_header(&kept, "Content-Type"), test_reply_header(&now, "Content-Type"));
             CHECK(tag && !strcmp(tag, test_reply_header(&kept, "ETag")));
