@@ -52,7 +52,7 @@ static size_t compute_exact_key(struct srv_exchange *exchange, const char **key)
 
 /* such an exchange is never answered from the exact bytes */
 static int compute_unkeyed(const struct srv_exchange *exchange) {
-    return !srv_cache_on(exchange->service->cache) || exchange->body.bytes > SRV_CACHE_KEY || exchange->query;
+    return !srv_cache_on(exchange->service->cache) || exchange->apart || exchange->body.bytes > SRV_CACHE_KEY || exchange->query;
 }
 
 /* an exchange is answered by a payload */
@@ -257,7 +257,7 @@ static void compute_stop(struct srv_work *work, const char *detail) {
 /* a reason to end it early; 0 where there is none */
 static int compute_over(struct srv_work *work) {
     struct srv_metrics *metrics = &work->service->metrics;
-    double limit = work->service->config.limits.compute_seconds;
+    double limit = work->limits->compute_seconds;
     enum srv_stop why = srv_flights_stop(work);
     char detail[96];
     if (why) {
@@ -346,6 +346,8 @@ static int compute_spared(struct srv_work *work) {
         compute_release(work, NULL, NULL, 304, NULL);
         return 1;
     }
+    /* what lies somewhere already is not joined: it may cease to, which is nobody else's concern */
+    if (work->source) work->key_bytes = 0;
     if (!srv_flights_opened(work)) return 0;
     srv_metrics_count(&service->metrics.cache_joined, 1);
     srv_flights_end(work);
@@ -356,7 +358,7 @@ static int compute_spared(struct srv_work *work) {
 /* a computation that is sure to outrun its limit is not begun */
 static int compute_too_long(struct srv_work *work) {
     char detail[160];
-    double limit = work->service->config.limits.compute_seconds;
+    double limit = work->limits->compute_seconds;
     if (work->cost <= COMPUTE_REFUSE_COST * limit) return 0;
     snprintf(detail, sizeof detail,
              "this would compute for about %.0f s, longer than max-compute-seconds allows: %.15g s", work->cost, limit);
@@ -375,13 +377,21 @@ static void compute_open(struct srv_work *work) {
                                   .accept = exchange->field[SRV_ACCEPT],
                                   .body = exchange->body.bytes ? exchange->body.data : NULL,
                                   .body_bytes = exchange->body.bytes};
-    if (api_call_new(&work->call, &work->service->config.limits) != PEND_OK) {
+    struct srv_source *source = work->source;
+    if (source) {
+        request.content_type = "application/json";
+        request.body = source->body;
+        request.body_bytes = source->body_bytes;
+        request.argument = NULL;
+    }
+    if (api_call_new(&work->call, work->limits) != PEND_OK) {
         compute_fail(work, "out of memory");
         return;
     }
     srv_spares_take(&work->service->spares, &work->out);
     api_call_clock(work->call, srv_clock_seconds, NULL);
-    enum api_progress progress = api_call_open(work->call, &request, &work->out);
+    enum api_progress progress = source ? api_call_results(work->call, &request, &source->from, &work->out)
+                                        : api_call_open(work->call, &request, &work->out);
     if (progress == API_DONE) {
         compute_settle(work);
         return;

@@ -16,7 +16,8 @@ enum config_kind {
     CONFIG_BYTES,   /* a whole number, or one with K, M or G behind it */
     CONFIG_SECONDS, /* a number */
     CONFIG_SWITCH,  /* on or off */
-    CONFIG_ONLY     /* the default and nothing else, for the reason that is given as the meaning */
+    CONFIG_ROLE,    /* all, api or worker */
+    CONFIG_STORE    /* none, sqlite, sqlite:PATH or postgresql://... */
 };
 
 struct config_row {
@@ -37,10 +38,10 @@ static const struct config_row config_table[] = {
      CONFIG_TEXT, FIELD(file), 0, 0},
     {{"workers", "N", "0", "threads that compute; 0 = one a processor"},
      CONFIG_WHOLE, FIELD(workers), 0, 1024},
-    {{"role", "all", "all", "what this process does; the roles api and worker come with jobs, which this version does not have"},
-     CONFIG_ONLY, 0, 0, 0},
-    {{"store", "none", "none", "where jobs and scenes are kept; this version keeps nothing, sqlite:PATH and postgresql:// come with jobs"},
-     CONFIG_ONLY, 0, 0, 0},
+    {{"role", "ROLE", "all", "what this process does: all, api = it answers but computes no jobs, worker = it computes jobs and nothing else"},
+     CONFIG_ROLE, FIELD(role), 0, 0},
+    {{"store", "URL", "sqlite", "where jobs are kept: sqlite:PATH, sqlite = a file in the user's state directory, postgresql://..., or none"},
+     CONFIG_STORE, FIELD(store), 0, 0},
     {{"cache-bytes", "BYTES", "64M", "memory for answers that can be given again; 0 = none"},
      CONFIG_BYTES, FIELD(cache_bytes), 0, 1e15},
     {{"compress-above", "BYTES", "4K", "answers of text that are larger are compressed for clients that accept it; 0 = none is"},
@@ -77,6 +78,26 @@ static const struct config_row config_table[] = {
      CONFIG_SECONDS, FIELD(drain_seconds), 0, 86400},
     {{"access-log", "on/off", "on", "one JSON line a request on standard output"},
      CONFIG_SWITCH, FIELD(access_log), 0, 0},
+    {{"job-part-seconds", "S", "1", "computation after which a part of a job is kept: what a crash repeats at most"},
+     CONFIG_SECONDS, FIELD(job_part_seconds), 0.01, 3600},
+    {{"job-lease-seconds", "S", "15", "time after which a worker that is not heard of loses its part of a job to another"},
+     CONFIG_SECONDS, FIELD(job_lease_seconds), 0.5, 3600},
+    {{"max-client-jobs", "N", "10000", "jobs of one client that have not ended; one more is answered 429"},
+     CONFIG_WHOLE, FIELD(client_jobs), 1, 1e9},
+    {{"max-client-bytes", "BYTES", "4G", "results of one client that are kept; beyond it jobs fail and new ones are answered 429"},
+     CONFIG_BYTES, FIELD(client_bytes), 65536, 1e15},
+    {{"max-store-bytes", "BYTES", "16G", "results of all clients that are kept; beyond it jobs fail and new ones are answered 429"},
+     CONFIG_BYTES, FIELD(store_bytes), 65536, 1e15},
+    {{"keep-seconds", "S", "604800", "time that a job and its results are kept after its end"},
+     CONFIG_SECONDS, FIELD(keep_seconds), 1, 1e9},
+    {{"max-job-members", "N", "100000000", "members of an ensemble that is a job"},
+     CONFIG_WHOLE, FIELD(job_members), 1, 1e9},
+    {{"max-job-samples", "N", "20000000", "instants of a trajectory, or states of a request, that is a job"},
+     CONFIG_WHOLE, FIELD(job_samples), 1, 1e9},
+    {{"max-job-steps", "N", "10000000000", "integration steps of one part of a job"},
+     CONFIG_WHOLE, FIELD(job_steps), 100, 1e12},
+    {{"max-job-seconds", "S", "86400", "computation of a job as it is estimated, and of any part of it"},
+     CONFIG_SECONDS, FIELD(job_seconds), 1, 1e7},
     {{"help", NULL, "", "prints this list and ends; --help=markdown prints it as a table"},
      CONFIG_FLAG, 0, 0, 0},
     {{"version", NULL, "", "prints the version and ends"},
@@ -196,6 +217,18 @@ static enum pend_status config_set_text(char *out, const struct config_row *row,
     return PEND_OK;
 }
 
+/* what is wrong with it is told without the value: it may hold a password */
+static enum pend_status config_set_store(char *out, const struct config_row *row, const struct config_place *place,
+                                         const char *value, struct pend_error *error) {
+    int good = !strcmp(value, "none") || !strcmp(value, "sqlite") || (!strncmp(value, "sqlite:", 7) && value[7]) ||
+               !strncmp(value, "postgresql://", 13);
+    if (!good || strlen(value) >= SRV_CONFIG_TEXT)
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "%.80s must be none, sqlite, sqlite:PATH or postgresql://..., of less than 256 bytes",
+                         place->text);
+    return config_set_text(out, row, place, value, error);
+}
+
 static enum pend_status config_set_switch(double *out, const struct config_place *place, const char *value,
                                           struct pend_error *error) {
     if (strcmp(value, "on") && strcmp(value, "off")) return config_wrong(place, value, "on or off", error);
@@ -216,10 +249,12 @@ static enum pend_status config_set(struct srv_config *config, const struct confi
         return config_set_number(config_number(config, row, i), row, place, value, error);
     case CONFIG_SWITCH:
         return config_set_switch(config_number(config, row, i), place, value, error);
-    case CONFIG_ONLY:
-        if (!strcmp(value, row->option.start)) return PEND_OK;
-        return pend_fail(error, PEND_INVALID, -1, 0, "%.80s can only be %s (%s), got '%.40s'", place->text,
-                         row->option.start, row->option.meaning, value);
+    case CONFIG_ROLE:
+        if (strcmp(value, "all") && strcmp(value, "api") && strcmp(value, "worker"))
+            return config_wrong(place, value, "all, api or worker", error);
+        return config_set_text((char *)config + row->offset, row, place, value, error);
+    case CONFIG_STORE:
+        return config_set_store((char *)config + row->offset, row, place, value, error);
     case CONFIG_FLAG:
         break;
     }
@@ -390,4 +425,21 @@ enum pend_status srv_config_table(struct api_buffer *out) {
                                    row.start[0] ? "`" : "", row.meaning));
     }
     return PEND_OK;
+}
+
+int srv_config_answers(const struct srv_config *config) { return strcmp(config->role, "worker") != 0; }
+
+int srv_config_works(const struct srv_config *config) { return strcmp(config->role, "api") != 0; }
+
+static double config_wider(double of_requests, double of_jobs) {
+    return of_requests > of_jobs ? of_requests : of_jobs;
+}
+
+struct api_limits srv_config_job_limits(const struct srv_config *config) {
+    struct api_limits limits = config->limits;
+    limits.members = config_wider(limits.members, config->job_members);
+    limits.samples = config_wider(limits.samples, config->job_samples);
+    limits.steps = config_wider(limits.steps, config->job_steps);
+    limits.compute_seconds = config_wider(limits.compute_seconds, config->job_seconds);
+    return limits;
 }

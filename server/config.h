@@ -18,6 +18,7 @@ struct srv_config {
     enum srv_config_task task;
     char warning[SRV_CONFIG_TEXT]; /* something odd that is no error, for the log; "" = nothing */
     char listen[SRV_CONFIG_TEXT], file[SRV_CONFIG_TEXT];
+    char role[SRV_CONFIG_TEXT], store[SRV_CONFIG_TEXT];
     double workers; /* 0 = one a processor */
     double connections, queue, client_queue, held_bytes;
     double wait_seconds, requests_a_minute;
@@ -26,8 +27,18 @@ struct srv_config {
     double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds;
     double least_rate; /* bytes/s */
     double access_log; /* 0 or 1 */
+    double job_part_seconds, job_lease_seconds;
+    double client_jobs, client_bytes, store_bytes, keep_seconds;
+    double job_members, job_samples, job_steps, job_seconds;
     struct api_limits limits;
 };
+
+/** What a process does, after its role. */
+int srv_config_answers(const struct srv_config *config); /* requests that compute */
+int srv_config_works(const struct srv_config *config);   /* jobs */
+
+/** The limits of a job's request: those of any request, or wider. */
+struct api_limits srv_config_job_limits(const struct srv_config *config);
 
 /* A row of the table. */
 struct srv_option {

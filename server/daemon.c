@@ -9,6 +9,7 @@
 #include "server/http.h"
 #include "server/listen.h"
 #include "server/parts.h"
+#include "server/runner.h"
 #include "server/workers.h"
 
 enum {
@@ -53,7 +54,12 @@ static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_erro
         status = srv_watch_new(&daemon->watch);
     }
     if (status == PEND_OK) status = srv_workers_new(&daemon->workers, service->workers, service->queue);
-    if (status == PEND_OK) return srv_http_new(&daemon->http, service, daemon->watch, fd, error);
+    if (status == PEND_OK) {
+        status = srv_parts_jobs(service, error);
+        if (status == PEND_OK) return srv_http_new(&daemon->http, service, daemon->watch, fd, error);
+        close(fd);
+        return status;
+    }
     close(fd);
     return pend_fail(error, status, -1, 0, "there is no memory, or there are no threads, for %d workers",
                      service->workers);
@@ -77,7 +83,8 @@ struct srv_log *srv_daemon_log(const struct srv_daemon *daemon) {
 int srv_daemon_drain(struct srv_daemon *daemon, int hurry) {
     atomic_store(&daemon->service.draining, 1);
     if (hurry) srv_watch_leave_all(daemon->watch);
-    if (atomic_load(&daemon->service.computing)) return 0;
+    int held = daemon->service.runner && !srv_runner_drain(daemon->service.runner);
+    if (held || atomic_load(&daemon->service.computing)) return 0;
     return srv_http_quiesce(daemon->http) && !srv_watch_busy(daemon->watch);
 }
 
@@ -93,8 +100,10 @@ void srv_daemon_free(struct srv_daemon **daemon) {
         while (!srv_daemon_drain(gone, 1) && (srv_clock_now() < end || atomic_load(&gone->service.computing)))
             daemon_nap();
     }
+    while (gone->service.runner && gone->service.storage && !srv_runner_drain(gone->service.runner)) daemon_nap();
     srv_workers_free(&gone->workers);
     srv_http_free(&gone->http);
+    srv_parts_jobs_end(&gone->service);
     srv_watch_free(&gone->watch);
     srv_log_free(&gone->service.log);
     srv_parts_clear(&gone->service);

@@ -30,6 +30,8 @@ static void exchange_let_go(struct srv_exchange *exchange) {
     assert(!exchange->work && !exchange->stream);
     srv_exchange_hold(exchange, 0);
     srv_payload_drop(&exchange->payload);
+    if (exchange->source) exchange->source->free(exchange->source);
+    exchange->source = NULL;
     if (exchange->account) srv_clients_give(exchange->service->clients, exchange->account);
     exchange->account = NULL;
 }
@@ -52,7 +54,7 @@ void srv_exchange_reset(struct srv_exchange *exchange) {
     exchange_empty(exchange, &exchange->body);
     exchange_empty(exchange, &exchange->answer);
     exchange->stop = SRV_GO_ON;
-    exchange->streams = 0;
+    exchange->streams = exchange->apart = 0;
     memset(exchange->field, 0, sizeof exchange->field);
     exchange->method = exchange->path = exchange->query = exchange->id = exchange->argument = exchange->trace = NULL;
     exchange->coding = SRV_IDENTITY;

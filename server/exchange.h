@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "api/buffer.h"
+#include "api/call.h"
 #include "api/op.h"
 #include "server/clients.h"
 #include "server/coding.h"
@@ -27,6 +28,8 @@
     X(SRV_ORIGIN, "Origin", LAST)                                                                                      \
     X(SRV_PREFLIGHT, "Access-Control-Request-Method", LAST)                                                            \
     X(SRV_PREFLIGHT_FIELDS, "Access-Control-Request-Headers", LIST)                                                    \
+    X(SRV_PREFER, "Prefer", LIST)                                                                                      \
+    X(SRV_IDEMPOTENCY_KEY, "Idempotency-Key", ONE)                                                                     \
     X(SRV_REQUEST_ID, "X-Request-Id", LAST)                                                                            \
     X(SRV_TRACE, "Traceparent", LAST)                                                                                  \
     X(SRV_FORWARDED, "", LIST) /* the name is the option client-header */                                              \
@@ -51,6 +54,14 @@ enum srv_stop { SRV_GO_ON, SRV_STOP_LEFT, SRV_STOP_SHUTDOWN };
 
 struct srv_route;
 struct srv_work;
+
+/* An answer that lies somewhere already: what it was made of, and where its parts are. */
+struct srv_source {
+    struct api_source from;
+    const char *body; /* of the request that it was made of */
+    size_t body_bytes;
+    void (*free)(struct srv_source *source);
+};
 
 struct srv_exchange {
     unsigned magic;
@@ -77,6 +88,8 @@ struct srv_exchange {
     struct srv_exchange *next_beside; /* that waits for the same */
     struct srv_work *stream; /* that the answer's body is read from, piece by piece; NULL for one that is whole */
     int streams;             /* the answer is a stream, even where that is gone */
+    struct srv_source *source; /* the answer is taken from there; NULL = it is computed */
+    int apart;                 /* its bytes do not say what is answered: it is not looked up, nor kept, by them */
     int stop;                /* enum srv_stop: why it is not waited for any more */
 
     /* the answer */

@@ -39,6 +39,9 @@ struct srv_work *srv_flights_begin(struct srv_exchange *exchange) {
     if (!made) return NULL;
     size_t limit = (size_t)service->config.limits.answer_bytes;
     made->service = service;
+    made->limits = exchange->source ? &service->job_limits : &service->config.limits;
+    made->source = exchange->source;
+    exchange->source = NULL;
     made->account = exchange->account;
     made->task.lane = &made->account->lane;
     made->coding = exchange->coding;
@@ -58,6 +61,7 @@ void srv_flights_end(struct srv_work *work) {
     struct srv_spares *spares = &work->service->spares;
     assert(!work->waiters && !work->reader && !work->listed);
     api_call_free(&work->call);
+    if (work->source) work->source->free(work->source);
     if (work->coder) srv_coding_at(work->coding)->free(work->coder);
     srv_spares_give(spares, &work->out);
     srv_spares_give(spares, &work->coded);

@@ -19,6 +19,8 @@ struct srv_work {
     struct srv_client *account; /* on whose account it is */
 
     /* the worker's that runs it */
+    const struct api_limits *limits;
+    struct srv_source *source; /* of an answer that lies somewhere already; NULL = it is computed */
     struct api_call *call;
     struct api_buffer out;   /* of the call */
     struct api_buffer coded; /* what the coding made of it */

@@ -138,7 +138,7 @@ static void http_left(struct srv_watched *watched) {
 static enum MHD_Result http_hand_over(struct http_connection *connection) {
     connection->state = HTTP_WAITING;
     MHD_suspend_connection(connection->mhd);
-    srv_compute_begin(&connection->exchange);
+    srv_router_hand(&connection->exchange);
     srv_watch_phase(connection->http->watch, &connection->watched, SRV_WATCH_WAITING, 0);
     return MHD_YES;
 }

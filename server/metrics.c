@@ -25,10 +25,10 @@ static const struct {
 };
 
 static const struct {
-    const char *name, *help;
+    const char *name, *labels, *help;
     size_t offset;
 } metrics_gauge[] = {
-#define X(field, name, help) {name, help, offsetof(struct srv_gauges, field)},
+#define X(field, name, labels, help) {name, labels, help, offsetof(struct srv_gauges, field)},
     SRV_GAUGES(X)
 #undef X
 };
@@ -92,9 +92,11 @@ static enum pend_status metrics_counters(const struct srv_metrics *metrics, stru
 
 static enum pend_status metrics_gauges(const struct srv_gauges *gauges, struct api_buffer *out) {
     for (size_t i = 0; i < COUNT(metrics_gauge); i++) {
-        PEND_TRY(metrics_head(out, metrics_gauge[i].name, NULL, metrics_gauge[i].help, "gauge"));
-        PEND_TRY(api_buffer_format(out, "%s %.15g\n", metrics_gauge[i].name,
-                                   *(const double *)((const char *)gauges + metrics_gauge[i].offset)));
+        const char *name = metrics_gauge[i].name, *labels = metrics_gauge[i].labels;
+        double value = *(const double *)((const char *)gauges + metrics_gauge[i].offset);
+        PEND_TRY(metrics_head(out, name, i ? metrics_gauge[i - 1].name : NULL, metrics_gauge[i].help, "gauge"));
+        PEND_TRY(*labels ? api_buffer_format(out, "%s{%s} %.15g\n", name, labels, value)
+                         : api_buffer_format(out, "%s %.15g\n", name, value));
     }
     return PEND_OK;
 }

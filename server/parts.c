@@ -1,14 +1,22 @@
 #include "server/parts.h"
 
+#include <stdio.h>
+#include <string.h>
 #include <sys/random.h>
 #include <time.h>
 
 #include "server/clock.h"
 #include "server/flights.h"
+#include "server/runner.h"
+#include "server/state.h"
 #include "server/workers.h"
+
+/* parts of jobs that are held for each worker: one is computed while another is kept or claimed */
+enum { PARTS_SLOTS = 2 };
 
 enum pend_status srv_parts_init(struct srv_service *service, struct pend_error *error) {
     struct srv_config *config = &service->config;
+    service->job_limits = srv_config_job_limits(config);
     service->started = (double)time(NULL);
     service->workers = config->workers > 0 ? (int)config->workers : srv_workers_default();
     if (getrandom(&service->seed, sizeof service->seed, GRND_NONBLOCK) < 0) service->seed = (uint64_t)srv_clock_now();
@@ -19,6 +27,39 @@ enum pend_status srv_parts_init(struct srv_service *service, struct pend_error *
     if (status == PEND_OK) status = srv_flights_new(&service->flights);
     if (status == PEND_OK) status = srv_cache_new(&service->cache, (size_t)config->cache_bytes, service->seed);
     return status == PEND_NO_MEMORY ? pend_fail(error, status, -1, 0, "out of memory") : status;
+}
+
+static enum pend_status parts_storage(struct srv_service *service, struct pend_error *error) {
+    const struct srv_config *config = &service->config;
+    const struct srv_store_rules rules = {.client_jobs = (long)config->client_jobs,
+                                          .client_bytes = (long long)config->client_bytes,
+                                          .all_bytes = (long long)config->store_bytes,
+                                          .keep_us = (int64_t)(1e6 * config->keep_seconds),
+                                          .client_scenes = 10000};
+    char url[SRV_CONFIG_TEXT];
+    struct pend_error why = {.text = ""};
+    PEND_TRY(srv_state_url(config->store, url, error));
+    enum pend_status status =
+        srv_storage_new(&service->storage, url, &rules, service->log, srv_runner_news, service->runner, &why);
+    return status == PEND_OK ? status : pend_fail(error, status, -1, 0, "the store: %.220s", why.text);
+}
+
+enum pend_status srv_parts_jobs(struct srv_service *service, struct pend_error *error) {
+    int slots = srv_config_works(&service->config) ? PARTS_SLOTS * service->workers : 0;
+    if (!strcmp(service->config.store, "none")) {
+        if (srv_config_answers(&service->config) && srv_config_works(&service->config)) return PEND_OK;
+        return pend_fail(error, PEND_INVALID, -1, 0, "--role %.10s needs a --store that it shares",
+                         service->config.role);
+    }
+    enum pend_status status = srv_runner_new(&service->runner, service, slots);
+    if (status == PEND_OK) PEND_TRY(parts_storage(service, error));
+    if (status == PEND_OK) status = srv_runner_start(service->runner);
+    return status == PEND_OK ? status : pend_fail(error, status, -1, 0, "there is no memory for jobs");
+}
+
+void srv_parts_jobs_end(struct srv_service *service) {
+    srv_storage_free(&service->storage);
+    srv_runner_free(&service->runner);
 }
 
 void srv_parts_clear(struct srv_service *service) {

@@ -17,6 +17,17 @@
  */
 PEND_MUST_CHECK enum pend_status srv_parts_init(struct srv_service *service, struct pend_error *error);
 
+/**
+ * Opens the store and starts computing jobs, as the config says; service->log, the queue and its workers are there.
+ *
+ * PEND_NO_MEMORY
+ * PEND_INVALID    error says what is wrong with the store.
+ */
+PEND_MUST_CHECK enum pend_status srv_parts_jobs(struct srv_service *service, struct pend_error *error);
+
+/** Ends what srv_parts_jobs started; after srv_runner_drain, while nobody asks the storage any more. */
+void srv_parts_jobs_end(struct srv_service *service);
+
 /** Frees what srv_parts_init got. */
 void srv_parts_clear(struct srv_service *service);
 

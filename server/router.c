@@ -6,6 +6,7 @@
 #include "api/openapi.h"
 #include "server/admission.h"
 #include "server/compute.h"
+#include "server/jobs.h"
 
 static const char router_json[] = "application/json";
 
@@ -41,17 +42,21 @@ static void router_metrics(struct srv_exchange *exchange) {
 }
 
 static const struct srv_route router_table[] = {
-    {"POST", "/v1/trees", NULL, API_OP_TREES, "POST /v1/trees"},
-    {"POST", "/v1/trajectories", NULL, API_OP_TRAJECTORIES, "POST /v1/trajectories"},
-    {"POST", "/v1/forces", NULL, API_OP_FORCES, "POST /v1/forces"},
-    {"POST", "/v1/modes", NULL, API_OP_MODES, "POST /v1/modes"},
-    {"POST", "/v1/ensembles", NULL, API_OP_ENSEMBLES, "POST /v1/ensembles"},
-    {"GET", "/v1/presets", NULL, API_OP_PRESETS, "GET /v1/presets"},
-    {"GET", "/v1/presets/{name}", NULL, API_OP_PRESET, "GET /v1/presets/{name}"},
-    {"GET", "/openapi.json", router_openapi, API_OP_COUNT, "GET /openapi.json"},
-    {"GET", "/healthz", router_healthz, API_OP_COUNT, "GET /healthz"},
-    {"GET", "/readyz", router_readyz, API_OP_COUNT, "GET /readyz"},
-    {"GET", "/metrics", router_metrics, API_OP_COUNT, "GET /metrics"},
+    {"POST", "/v1/trees", NULL, NULL, API_OP_TREES, "POST /v1/trees"},
+    {"POST", "/v1/trajectories", NULL, NULL, API_OP_TRAJECTORIES, "POST /v1/trajectories"},
+    {"POST", "/v1/forces", NULL, NULL, API_OP_FORCES, "POST /v1/forces"},
+    {"POST", "/v1/modes", NULL, NULL, API_OP_MODES, "POST /v1/modes"},
+    {"POST", "/v1/ensembles", NULL, NULL, API_OP_ENSEMBLES, "POST /v1/ensembles"},
+    {"GET", "/v1/presets", NULL, NULL, API_OP_PRESETS, "GET /v1/presets"},
+    {"GET", "/v1/presets/{name}", NULL, NULL, API_OP_PRESET, "GET /v1/presets/{name}"},
+    {"GET", "/v1/jobs", NULL, srv_jobs_list, API_OP_COUNT, "GET /v1/jobs"},
+    {"GET", "/v1/jobs/{id}", NULL, srv_jobs_read, API_OP_COUNT, "GET /v1/jobs/{id}"},
+    {"DELETE", "/v1/jobs/{id}", NULL, srv_jobs_dismiss, API_OP_COUNT, "DELETE /v1/jobs/{id}"},
+    {"GET", "/v1/jobs/{id}/results", NULL, srv_jobs_results, API_OP_COUNT, "GET /v1/jobs/{id}/results"},
+    {"GET", "/openapi.json", router_openapi, NULL, API_OP_COUNT, "GET /openapi.json"},
+    {"GET", "/healthz", router_healthz, NULL, API_OP_COUNT, "GET /healthz"},
+    {"GET", "/readyz", router_readyz, NULL, API_OP_COUNT, "GET /readyz"},
+    {"GET", "/metrics", router_metrics, NULL, API_OP_COUNT, "GET /metrics"},
 };
 
 enum { ROUTER_COUNT = sizeof router_table / sizeof *router_table, ROUTER_ALLOW = 64, ROUTER_LABEL = 64 };
@@ -64,12 +69,15 @@ int srv_router_number(const struct srv_route *route) { return route ? (int)(rout
 
 const char *srv_router_label(int i) { return i >= 0 && i < ROUTER_COUNT ? router_table[i].label : NULL; }
 
-/* does the path follow the pattern? The variable part goes to argument, NULL where there is none */
-static int router_match(const char *pattern, const char *path, const char **argument) {
+/* does the path follow the pattern? Its variable part is from *argument on, *bytes long; NULL where there is none */
+static int router_match(const char *pattern, const char *path, const char **argument, size_t *bytes) {
     size_t fixed = strcspn(pattern, "{");
     *argument = NULL;
+    *bytes = 0;
     if (!pattern[fixed]) return !strcmp(pattern, path);
-    if (strncmp(pattern, path, fixed) || !path[fixed] || strchr(path + fixed, '/')) return 0;
+    if (strncmp(pattern, path, fixed)) return 0;
+    *bytes = strcspn(path + fixed, "/");
+    if (!*bytes || strcmp(path + fixed + *bytes, strchr(pattern, '}') + 1)) return 0;
     *argument = path + fixed;
     return 1;
 }
@@ -87,9 +95,10 @@ static void router_allow_add(char allow[ROUTER_ALLOW], const char *method) {
 /* what a path without the asked method can do; "" where there is no such path */
 static void router_allow(const char *path, char allow[ROUTER_ALLOW]) {
     const char *argument;
+    size_t bytes;
     allow[0] = 0;
     for (int i = 0; i < ROUTER_COUNT; i++) {
-        if (!router_match(router_table[i].pattern, path, &argument)) continue;
+        if (!router_match(router_table[i].pattern, path, &argument, &bytes)) continue;
         router_allow_add(allow, router_table[i].method);
         if (!strcmp(router_table[i].method, "GET")) router_allow_add(allow, "HEAD");
     }
@@ -103,7 +112,7 @@ static void router_options(struct srv_exchange *exchange, const char *allow) {
     if (!exchange->field[SRV_ORIGIN] || !exchange->field[SRV_PREFLIGHT]) return;
     srv_exchange_header(exchange, "Access-Control-Allow-Methods", allow);
     srv_exchange_header(exchange, "Access-Control-Allow-Headers",
-                        fields && *fields ? fields : "Accept, Content-Type, If-None-Match, X-Request-Id");
+                        fields && *fields ? fields : "Accept, Content-Type, Idempotency-Key, If-None-Match, Prefer, X-Request-Id");
     srv_exchange_header(exchange, "Access-Control-Max-Age", "86400");
 }
 
@@ -116,7 +125,7 @@ static void router_explain(struct srv_exchange *exchange) {
     }
     router_allow(exchange->path, allow);
     int options = !strcmp(exchange->method, "OPTIONS");
-    if (options && !strcmp(exchange->path, "*")) strcpy(allow, "GET, HEAD, POST, OPTIONS");
+    if (options && !strcmp(exchange->path, "*")) strcpy(allow, "GET, HEAD, POST, DELETE, OPTIONS");
     if (!allow[0]) {
         srv_exchange_problem(exchange, 404, "there is nothing at %.200s; see /openapi.json", exchange->path);
         return;
@@ -128,19 +137,46 @@ static void router_explain(struct srv_exchange *exchange) {
     srv_exchange_header(exchange, "Allow", allow);
 }
 
+/* the variable part as a text of its own; 0 without room */
+static int router_argument(struct srv_exchange *exchange, const char *argument, size_t bytes) {
+    exchange->argument = argument;
+    if (!argument || !argument[bytes]) return 1;
+    char *text = srv_exchange_text(exchange, bytes + 1);
+    if (!text) return 0;
+    memcpy(text, argument, bytes);
+    text[bytes] = 0;
+    exchange->argument = text;
+    return 1;
+}
+
+/* may the exchange go on with its route? Else it is answered */
+static int router_admit(struct srv_exchange *exchange) {
+    const struct srv_route *route = exchange->route;
+    const struct srv_service *service = exchange->service;
+    if (route->handle) return 1;
+    if (!srv_config_answers(&service->config)) {
+        srv_exchange_busy(exchange, 60, "this process computes jobs and answers nothing else: --role worker");
+        return 0;
+    }
+    if (route->begin) return 1;
+    if (!atomic_load(&service->draining)) return srv_admission_count(exchange);
+    srv_exchange_busy(exchange, 5, "the server is draining");
+    exchange->close = 1;
+    return 0;
+}
+
 int srv_router_find(struct srv_exchange *exchange) {
+    const char *argument;
+    size_t bytes;
     for (int i = 0; i < ROUTER_COUNT; i++) {
         const struct srv_route *route = &router_table[i];
         if (!router_serves(route, exchange->method) ||
-            !router_match(route->pattern, exchange->path, &exchange->argument))
+            !router_match(route->pattern, exchange->path, &argument, &bytes))
             continue;
         exchange->route = route;
         exchange->op = route->op;
-        if (route->handle) return 1;
-        const char *reason = srv_service_unready(exchange->service);
-        if (!reason) return srv_admission_count(exchange);
-        srv_exchange_busy(exchange, 5, reason);
-        exchange->close = 1;
+        if (router_argument(exchange, argument, bytes)) return router_admit(exchange);
+        srv_exchange_problem(exchange, 431, "the request's head is too long");
         return 0;
     }
     router_explain(exchange);
@@ -148,8 +184,20 @@ int srv_router_find(struct srv_exchange *exchange) {
 }
 
 int srv_router_begin(struct srv_exchange *exchange) {
-    srv_handle_fn *handle = exchange->route->handle;
-    if (!handle) return srv_compute_cached(exchange);
-    handle(exchange);
-    return 1;
+    const struct srv_route *route = exchange->route;
+    if (route->handle) {
+        route->handle(exchange);
+        return 1;
+    }
+    return !route->begin && !srv_jobs_wanted(exchange) && srv_compute_cached(exchange);
+}
+
+void srv_router_hand(struct srv_exchange *exchange) {
+    const struct srv_route *route = exchange->route;
+    if (route->begin)
+        route->begin(exchange);
+    else if (srv_jobs_wanted(exchange))
+        srv_jobs_submit(exchange);
+    else
+        srv_compute_begin(exchange);
 }

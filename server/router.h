@@ -10,10 +10,14 @@
 /** A route's own answer, given at once on the socket's thread: must not wait or compute. */
 typedef void srv_handle_fn(struct srv_exchange *exchange);
 
+/** A route's own answer that takes time; the exchange comes back through its finish. */
+typedef void srv_begin_fn(struct srv_exchange *exchange);
+
 struct srv_route {
     const char *method;    /* GET also serves HEAD */
-    const char *pattern;   /* "/v1/presets/{name}": one variable part at the end at most */
-    srv_handle_fn *handle; /* answers at once; NULL: a worker runs the operation */
+    const char *pattern;   /* "/v1/presets/{name}": one variable part at most */
+    srv_handle_fn *handle; /* answers at once; NULL: see begin */
+    srv_begin_fn *begin;   /* takes its time; NULL: a worker runs the operation */
     enum api_op_id op;
     const char *label; /* for the metrics: method and pattern */
 };
@@ -38,8 +42,11 @@ int srv_router_find(struct srv_exchange *exchange);
 /**
  * Goes on with an exchange whose body is complete.
  *
- * Returns 1 when it is answered: by the route itself or from the cache. Else srv_compute_begin is to be called.
+ * Returns 1 when it is answered: by the route itself or from the cache. Else srv_router_hand is to be called.
  */
 int srv_router_begin(struct srv_exchange *exchange);
+
+/** Hands an exchange over to whom it concerns; it comes back through its finish, answered, maybe before this returns. */
+void srv_router_hand(struct srv_exchange *exchange);
 
 #endif

@@ -6,11 +6,14 @@ int srv_service_room(const struct srv_service *service) {
 }
 
 const char *srv_service_unready(const struct srv_service *service) {
-    return atomic_load(&service->draining) ? "the server is draining" : NULL;
+    if (atomic_load(&service->draining)) return "the server is draining";
+    return service->storage && !srv_storage_here(service->storage) ? "the store is out of reach" : NULL;
 }
 
 struct srv_gauges srv_service_gauges(const struct srv_service *service) {
     struct srv_cache_size cache = srv_cache_size(service->cache);
+    struct srv_store_figures store = {0};
+    if (service->storage) store = srv_storage_figures(service->storage);
     return (struct srv_gauges){.queued = srv_queue_count(service->queue),
                                .computing = atomic_load(&service->computing),
                                .workers = service->workers,
@@ -20,6 +23,14 @@ struct srv_gauges srv_service_gauges(const struct srv_service *service) {
                                .cache_bytes = (double)cache.bytes,
                                .cache_entries = (double)cache.entries,
                                .draining = atomic_load(&service->draining),
+                               .jobs_accepted = (double)store.jobs[SRV_JOB_ACCEPTED],
+                               .jobs_running = (double)store.jobs[SRV_JOB_RUNNING],
+                               .jobs_successful = (double)store.jobs[SRV_JOB_SUCCESSFUL],
+                               .jobs_failed = (double)store.jobs[SRV_JOB_FAILED],
+                               .jobs_dismissed = (double)store.jobs[SRV_JOB_DISMISSED],
+                               .parts_waiting = (double)store.shards,
+                               .store_bytes = (double)store.bytes,
+                               .store_up = service->storage && srv_storage_here(service->storage),
                                .resident = srv_metrics_resident(),
                                .started = service->started};
 }

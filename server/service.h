@@ -15,8 +15,10 @@
 #include "server/peer.h"
 #include "server/queue.h"
 #include "server/spares.h"
+#include "server/storage.h"
 
 struct srv_flights;
+struct srv_runner;
 
 struct srv_service {
     struct srv_config config;
@@ -26,6 +28,9 @@ struct srv_service {
     struct srv_clients *clients;
     struct srv_cache *cache;
     struct srv_flights *flights; /* computations that others may join */
+    struct srv_storage *storage; /* where jobs are kept; NULL = nowhere */
+    struct srv_runner *runner;   /* that computes them; NULL with the storage */
+    struct api_limits job_limits;
     struct srv_spares spares;
     struct srv_metrics metrics;
     uint64_t seed;          /* of request ids */
@@ -42,7 +47,7 @@ struct srv_service {
 /** True while bodies and answers, without those that only the cache has, are within max-held-bytes. */
 int srv_service_room(const struct srv_service *service);
 
-/** Why no new work is wanted, as a sentence's part, or NULL: draining, or a part that new work needs is gone. */
+/** Why this process is not to be asked for anything, as a sentence's part, or NULL: draining, or the store is gone. */
 const char *srv_service_unready(const struct srv_service *service);
 
 /** What the gauges of /metrics show just now. */

@@ -75,7 +75,10 @@ static pid_t launch(const char *const options[], const char *listen, const char 
     for (char *at = strtok(under, " "); at && count < WORDS / 2; at = strtok(NULL, " ")) word[count++] = at;
     path_from_program(program, 2, "pendulumd");
     word[count++] = program;
-    if (listen) word[count++] = (char *)"--listen", word[count++] = (char *)listen;
+    if (listen) {
+        const char *const front[] = {"--listen", listen, "--store", "none"};
+        for (int i = 0; i < 4; i++) word[count++] = (char *)front[i];
+    }
     for (int i = 0; options && options[i] && count < WORDS - 1; i++) word[count++] = (char *)options[i];
     word[count] = NULL;
     fflush(stdout);

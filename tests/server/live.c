@@ -8,12 +8,13 @@
 #include "tests/harness/test.h"
 
 struct srv_config live_config(const char *const options[]) {
-    static const char *const fixed[] = {"pendulumd", "--listen", "127.0.0.1:0", "--access-log", "off"};
+    static const char *const fixed[] = {"pendulumd", "--listen", "127.0.0.1:0", "--access-log",
+                                        "off",       "--store",  "none"};
     char *argv[40];
     struct srv_config config;
     struct pend_error error = {.text = ""};
     int argc = 0;
-    for (; argc < 5; argc++) argv[argc] = (char *)fixed[argc];
+    for (; argc < 7; argc++) argv[argc] = (char *)fixed[argc];
     for (int i = 0; options && options[i]; i++) argv[argc++] = (char *)options[i];
     enum pend_status status = srv_config_load(&config, argc, argv, NULL, &error);
     CHECK_SAYING(status == PEND_OK, "%s", error.text);

@@ -214,7 +214,8 @@ TEST(every_row_of_the_route_table_is_found) {
         const struct srv_route *route = srv_router_row(i);
         char path[128];
         size_t fixed = strcspn(route->pattern, "{");
-        snprintf(path, sizeof path, "%.*s%s", (int)fixed, route->pattern, route->pattern[fixed] ? "a%20b" : "");
+        const char *end = strchr(route->pattern, '}');
+        snprintf(path, sizeof path, "%.*s%s%s", (int)fixed, route->pattern, end ? "a%20b" : "", end ? end + 1 : "");
         int status = answer_route(&exchange, route->method, path);
         CHECK_SAYING(exchange.route == route, "%s leads elsewhere", path);
         CHECK_INT(status, route->handle ? 200 : 0);
@@ -239,12 +240,16 @@ TEST(methods_that_a_path_does_not_have_are_told_those_it_has) {
     } asked[] = {
         {"GET", "/v1/trees", 405, "POST, OPTIONS"},
         {"HEAD", "/v1/trees", 405, "POST, OPTIONS"},
+        {"PUT", "/v1/jobs/x", 405, "GET, HEAD, DELETE, OPTIONS"},
+        {"POST", "/v1/jobs/x/results", 405, "GET, HEAD, OPTIONS"},
+        {"GET", "/v1/jobs/x/nothing", 404, NULL},
+        {"GET", "/v1/jobs//results", 404, NULL},
         {"DELETE", "/healthz", 405, "GET, HEAD, OPTIONS"},
         {"get", "/healthz", 405, "GET, HEAD, OPTIONS"},
         {"POST", "/v1/presets/x", 405, "GET, HEAD, OPTIONS"},
         {"OPTIONS", "/v1/presets/x", 204, "GET, HEAD, OPTIONS"},
         {"OPTIONS", "/v1/trees", 204, "POST, OPTIONS"},
-        {"OPTIONS", "*", 204, "GET, HEAD, POST, OPTIONS"},
+        {"OPTIONS", "*", 204, "GET, HEAD, POST, DELETE, OPTIONS"},
         {"GET", "*", 404, NULL},
         {"OPTIONS", "/nowhere", 404, NULL},
         {"GET", "/v1/presets/", 404, NULL},

@@ -1,0 +1,27 @@
+/* The routes of jobs: how a request becomes one, and what its client can ask of it.
+ * Leaves to others: keeping jobs (store), computing them (runner), their JSON (api/job_json), results (compute).
+ * Invariant: every exchange that comes in goes out through its finish, once; a job that was told of is kept. */
+#ifndef SRV_JOBS_H
+#define SRV_JOBS_H
+
+#include "server/exchange.h"
+
+/** True where the client prefers a job and this server keeps jobs: Prefer: respond-async on a route that computes. */
+int srv_jobs_wanted(const struct srv_exchange *exchange);
+
+/** Makes a job of a request: 202, with the job as JSON and where it is. */
+void srv_jobs_submit(struct srv_exchange *exchange);
+
+/** GET /v1/jobs: the client's own, newest first. */
+void srv_jobs_list(struct srv_exchange *exchange);
+
+/** GET /v1/jobs/{id}. Who knows the id may ask. */
+void srv_jobs_read(struct srv_exchange *exchange);
+
+/** GET /v1/jobs/{id}/results, in the representation that is asked for. */
+void srv_jobs_results(struct srv_exchange *exchange);
+
+/** DELETE /v1/jobs/{id}. */
+void srv_jobs_dismiss(struct srv_exchange *exchange);
+
+#endif

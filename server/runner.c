@@ -1,0 +1,501 @@
+#include "server/runner.h"
+
+#include <assert.h>
+#include <pthread.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+#include <unistd.h>
+
+#include "api/part.h"
+#include "server/clock.h"
+#include "server/storage.h"
+
+/* What a slot is doing. */
+enum runner_state {
+    RUNNER_IDLE,
+    RUNNER_CLAIM,   /* asks for a part */
+    RUNNER_REQUEST, /* asks for its job's request */
+    RUNNER_COMPUTE, /* its task is in the queue or with a worker */
+    RUNNER_FINISH,  /* asks for the result to be kept */
+    RUNNER_FAIL,    /* asks for the job to be ended */
+    RUNNER_RETRY    /* will ask again */
+};
+
+/* Why a slot's part is not to go on. */
+enum runner_stop {
+    RUNNER_GO_ON,
+    RUNNER_LOST, /* another has it, or its job is over */
+    RUNNER_BACK  /* it is to be given back */
+};
+
+/* A part that is held, or room for one. */
+struct runner_slot {
+    struct srv_task task; /* first: a task is its slot */
+    struct srv_ask ask;
+    struct srv_ask beat;
+    struct srv_lease beaten; /* the lease that the beat is of; without its start */
+    struct srv_runner *runner;
+    atomic_int stop; /* enum runner_stop */
+
+    /* under the lock, but for `lease` while it is being claimed */
+    enum runner_state state, again; /* again: what is asked after RUNNER_RETRY */
+    int beating;
+    int64_t at;      /* ns: when to ask again */
+    int64_t beat_at; /* ns: when to hold it for longer */
+    struct srv_lease lease;
+
+    /* who has the slot has these */
+    char job[SRV_ID_BYTES]; /* whose request is kept; "" = none */
+    void *request;
+    size_t request_bytes;
+    struct api_part *part;
+    struct api_buffer out;
+    int64_t spent; /* ns of computation */
+    char message[SRV_MESSAGE_BYTES];
+};
+
+struct srv_runner {
+    struct srv_service *service;
+    char name[SRV_NAME_BYTES];
+    int64_t lease_us;
+    struct srv_lane lane; /* the queue's */
+    struct srv_ask release;
+    pthread_mutex_t lock;
+    pthread_cond_t some;
+    pthread_t thread;
+    int started, over;
+    int wanted;       /* somebody should look whether there is a part */
+    int64_t poll_at;  /* ns: when to look without being told */
+    int64_t beat_all; /* ns: when all were held for longer at once */
+    int draining;     /* 1 = no more claims, 2 = asked to give back, 3 = given back */
+    int count;
+    struct runner_slot slot[];
+};
+
+enum { RUNNER_POLL_MS = 1000, RUNNER_AGAIN_MS = 200, RUNNER_BEATS_MS = 50, RUNNER_CONTENDED_MS = 5, RUNNER_KEEP = 1 << 20 };
+
+static int64_t runner_ms(int ms) { return (int64_t)ms * 1000000; }
+
+static struct runner_slot *slot_of_ask(struct srv_ask *ask) {
+    return (struct runner_slot *)((char *)ask - offsetof(struct runner_slot, ask));
+}
+
+static struct runner_slot *slot_of_beat(struct srv_ask *beat) {
+    return (struct runner_slot *)((char *)beat - offsetof(struct runner_slot, beat));
+}
+
+/* does it hold a part? */
+static int slot_holds(const struct runner_slot *slot) {
+    return slot->state != RUNNER_IDLE && slot->state != RUNNER_CLAIM;
+}
+
+static int lease_same(const struct srv_lease *one, const struct srv_lease *two) {
+    return one->shard == two->shard && one->attempt == two->attempt && !strcmp(one->job, two->job);
+}
+
+/* --- what is asked of the store, on its threads --- */
+
+static enum srv_stored slot_claim(struct srv_store *store, struct srv_store_call *call) {
+    struct runner_slot *slot = slot_of_ask((struct srv_ask *)call);
+    return srv_store_claim(store, slot->runner->name, slot->runner->lease_us, &slot->lease);
+}
+
+static enum srv_stored slot_request(struct srv_store *store, struct srv_store_call *call) {
+    struct runner_slot *slot = slot_of_ask((struct srv_ask *)call);
+    return srv_store_request(store, slot->lease.job, &slot->request, &slot->request_bytes);
+}
+
+static enum srv_stored slot_finish(struct srv_store *store, struct srv_store_call *call) {
+    struct runner_slot *slot = slot_of_ask((struct srv_ask *)call);
+    return srv_store_finish(store, &slot->lease, slot->out.data, slot->out.bytes, NULL, 0);
+}
+
+static enum srv_stored slot_fail(struct srv_store *store, struct srv_store_call *call) {
+    struct runner_slot *slot = slot_of_ask((struct srv_ask *)call);
+    return srv_store_fail(store, &slot->lease, slot->message);
+}
+
+static enum srv_stored slot_extend(struct srv_store *store, struct srv_store_call *call) {
+    struct runner_slot *slot = slot_of_beat((struct srv_ask *)call);
+    return srv_store_extend(store, &slot->beaten, slot->runner->lease_us);
+}
+
+static enum srv_stored runner_release(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_runner *runner = (struct srv_runner *)((char *)call - offsetof(struct srv_runner, release));
+    return srv_store_release(store, runner->name);
+}
+
+/* --- from one state to the next --- */
+
+/* asks what the state is about; called with the lock */
+static void slot_ask(struct runner_slot *slot, enum runner_state state) {
+    enum srv_ask_kind kind = state == RUNNER_REQUEST ? SRV_ASK_READ : SRV_ASK_WRITE;
+    slot->state = state;
+    slot->ask.call.run = state == RUNNER_CLAIM     ? slot_claim
+                         : state == RUNNER_REQUEST ? slot_request
+                         : state == RUNNER_FINISH  ? slot_finish
+                                                   : slot_fail;
+    srv_storage_ask(slot->runner->service->storage, kind, &slot->ask);
+}
+
+/* the part is out of this slot's hands; called with the lock */
+static void slot_end(struct runner_slot *slot) {
+    api_part_free(&slot->part);
+    slot->out.bytes = 0;
+    if (slot->out.cap > RUNNER_KEEP) api_buffer_clear(&slot->out);
+    srv_lease_clear(&slot->lease);
+    slot->spent = 0;
+    slot->state = RUNNER_IDLE;
+    atomic_store(&slot->stop, RUNNER_GO_ON);
+    slot->runner->wanted = 1;
+    pthread_cond_signal(&slot->runner->some);
+}
+
+/* a worker is to have it; called with the lock */
+static void slot_compute(struct runner_slot *slot) {
+    slot->state = RUNNER_COMPUTE;
+    srv_queue_again(slot->runner->service->queue, &slot->task);
+}
+
+/* asks again after a while; called with the lock */
+static void slot_retry(struct runner_slot *slot, enum runner_state again) {
+    slot->state = RUNNER_RETRY;
+    slot->again = again;
+    slot->at = srv_clock_now() + runner_ms(RUNNER_AGAIN_MS);
+    pthread_cond_signal(&slot->runner->some);
+}
+
+static void slot_say(struct runner_slot *slot, const char *message) {
+    snprintf(slot->message, sizeof slot->message, "%s", message);
+}
+
+/* the answer to a claim; called with the lock */
+static void slot_claimed(struct runner_slot *slot, enum srv_stored stored) {
+    struct srv_runner *runner = slot->runner;
+    int64_t now = srv_clock_now();
+    if (stored != SRV_STORED) {
+        slot->state = RUNNER_IDLE;
+        if (stored == SRV_STORED_AGAIN) runner->poll_at = now + runner_ms(RUNNER_CONTENDED_MS);
+        pthread_cond_signal(&runner->some);
+        return;
+    }
+    /* where there was one there may be more */
+    runner->wanted = 1;
+    slot->beat_at = now + runner->lease_us * 1000 / 3;
+    pthread_cond_signal(&runner->some);
+    if (runner->draining) {
+        slot_end(slot);
+    } else if (strcmp(slot->job, slot->lease.job)) {
+        free(slot->request);
+        slot->request = NULL;
+        slot->job[0] = 0;
+        slot_ask(slot, RUNNER_REQUEST);
+    } else {
+        slot_compute(slot);
+    }
+}
+
+/* the answer to another question; called with the lock */
+static void slot_answered(struct runner_slot *slot, enum srv_stored stored) {
+    enum runner_state asked = slot->state;
+    struct srv_metrics *metrics = &slot->runner->service->metrics;
+    if (stored == SRV_STORED && asked == RUNNER_REQUEST) {
+        snprintf(slot->job, sizeof slot->job, "%s", slot->lease.job);
+        slot_compute(slot);
+    } else if (stored == SRV_STORED_FULL && asked == RUNNER_FINISH) {
+        slot_say(slot, "the store's disk is full");
+        slot_ask(slot, RUNNER_FAIL);
+    } else if (stored >= SRV_STORED_FULL) {
+        slot_retry(slot, asked);
+    } else {
+        if (asked == RUNNER_FINISH) srv_metrics_count(stored == SRV_STORED ? &metrics->parts_kept : &metrics->parts_lost, 1);
+        if (asked == RUNNER_FAIL) srv_metrics_count(&metrics->parts_failed, stored == SRV_STORED);
+        slot_end(slot);
+    }
+}
+
+static void slot_done(struct srv_ask *ask) {
+    struct runner_slot *slot = slot_of_ask(ask);
+    struct srv_runner *runner = slot->runner;
+    pthread_mutex_lock(&runner->lock);
+    if (slot->state == RUNNER_CLAIM)
+        slot_claimed(slot, ask->call.stored);
+    else
+        slot_answered(slot, ask->call.stored);
+    pthread_mutex_unlock(&runner->lock);
+}
+
+static void slot_beaten(struct srv_ask *beat) {
+    struct runner_slot *slot = slot_of_beat(beat);
+    struct srv_runner *runner = slot->runner;
+    enum srv_stored stored = beat->call.stored;
+    pthread_mutex_lock(&runner->lock);
+    slot->beating = 0;
+    if (slot_holds(slot) && lease_same(&slot->lease, &slot->beaten)) {
+        slot->beat_at =
+            srv_clock_now() + (stored == SRV_STORED ? runner->lease_us * 1000 / 3 : runner_ms(RUNNER_AGAIN_MS));
+        if (stored == SRV_STORED_LOST) atomic_store(&slot->stop, RUNNER_LOST);
+    }
+    pthread_cond_signal(&runner->some);
+    pthread_mutex_unlock(&runner->lock);
+}
+
+/* --- on a worker --- */
+
+static enum api_op_id runner_op(const char *name) {
+    int op = 0;
+    while (op < API_OP_COUNT && strcmp(api_op_at((enum api_op_id)op)->name, name)) op++;
+    return (enum api_op_id)op;
+}
+
+/* makes the part ready */
+static enum pend_status slot_begin(struct runner_slot *slot, struct pend_error *error) {
+    struct srv_service *service = slot->runner->service;
+    struct api_request request = {.op = runner_op(slot->lease.operation),
+                                  .content_type = "application/json",
+                                  .body = slot->request,
+                                  .body_bytes = slot->request_bytes};
+    if (request.op == API_OP_COUNT)
+        return pend_fail(error, PEND_INVALID, -1, 0, "this version does not know the operation '%.60s'",
+                         slot->lease.operation);
+    PEND_TRY(api_part_new(&slot->part, &request, &service->job_limits, slot->lease.shard, slot->lease.shards, error));
+    api_part_clock(slot->part, srv_clock_seconds, NULL);
+    return PEND_OK;
+}
+
+/* one piece of a part */
+static enum pend_status slot_piece(struct runner_slot *slot, int *done, struct pend_error *error) {
+    double limit = slot->runner->service->job_limits.compute_seconds;
+    int64_t begin = srv_clock_now();
+    *done = 0;
+    if (!slot->part) PEND_TRY(slot_begin(slot, error));
+    enum pend_status status = api_part_run(slot->part, &slot->out, done, error);
+    slot->spent += srv_clock_now() - begin;
+    if (status == PEND_LIMIT && slot->out.bytes + slot->out.limit / 2 > slot->out.limit)
+        return pend_fail(error, status, -1, 0, "a part's results are larger than max-answer-bytes: %zu bytes",
+                         slot->out.limit);
+    if (status == PEND_OK && (double)slot->spent > 1e9 * limit)
+        return pend_fail(error, PEND_DEADLINE, -1, 0, "a part computed longer than max-job-seconds allows: %.15g s",
+                         limit);
+    return status;
+}
+
+/* the part is over, or is not to go on */
+static void slot_leave(struct runner_slot *slot, enum runner_state ask) {
+    struct srv_runner *runner = slot->runner;
+    pthread_mutex_lock(&runner->lock);
+    if (ask == RUNNER_IDLE)
+        slot_end(slot);
+    else
+        slot_ask(slot, ask);
+    pthread_mutex_unlock(&runner->lock);
+}
+
+/* computes on until the part is over or somebody waits; returns 1 in that case */
+static int slot_turn(struct runner_slot *slot) {
+    struct pend_error error = {.text = ""};
+    int done = 0;
+    do {
+        if (atomic_load(&slot->stop)) {
+            slot_leave(slot, RUNNER_IDLE);
+            return 0;
+        }
+        if (slot_piece(slot, &done, &error) != PEND_OK) {
+            slot_say(slot, error.text);
+            slot_leave(slot, RUNNER_FAIL);
+            return 0;
+        }
+        if (done) {
+            api_part_free(&slot->part);
+            slot_leave(slot, RUNNER_FINISH);
+            return 0;
+        }
+    } while (!srv_queue_count(slot->runner->service->queue));
+    return 1;
+}
+
+static void slot_run(struct srv_task *task) {
+    struct runner_slot *slot = (struct runner_slot *)task;
+    struct srv_service *service = slot->runner->service;
+    int64_t begin = srv_clock_now();
+    atomic_fetch_add(&service->busy, 1);
+    if (slot_turn(slot)) srv_queue_again(service->queue, &slot->task);
+    atomic_fetch_sub(&service->busy, 1);
+    srv_metrics_count(&service->metrics.busy_ns, (unsigned long long)(srv_clock_now() - begin));
+}
+
+/* --- the runner's thread; its functions are called with the lock --- */
+
+/* one slot at a time looks for a part; where it finds one the next looks */
+static void runner_claim(struct srv_runner *runner, int64_t now) {
+    struct runner_slot *idle = NULL;
+    if (runner->draining || (!runner->wanted && now < runner->poll_at)) return;
+    for (int i = 0; i < runner->count; i++) {
+        if (runner->slot[i].state == RUNNER_CLAIM) return;
+        if (!idle && runner->slot[i].state == RUNNER_IDLE) idle = &runner->slot[i];
+    }
+    if (!idle) return;
+    runner->wanted = 0;
+    runner->poll_at = now + runner_ms(RUNNER_POLL_MS);
+    slot_ask(idle, RUNNER_CLAIM);
+}
+
+static void runner_beat(struct runner_slot *slot, int64_t now) {
+    if (!slot_holds(slot) || slot->beating || now < slot->beat_at) return;
+    slot->beaten = slot->lease;
+    slot->beaten.start = NULL;
+    slot->beating = 1;
+    srv_storage_ask(slot->runner->service->storage, SRV_ASK_WRITE, &slot->beat);
+}
+
+static void runner_retry(struct runner_slot *slot, int64_t now) {
+    if (slot->state != RUNNER_RETRY) return;
+    if (slot->runner->draining || atomic_load(&slot->stop))
+        slot_end(slot);
+    else if (now >= slot->at)
+        slot_ask(slot, slot->again);
+}
+
+/* ns: when there is something to do without being told */
+static int64_t runner_next(const struct srv_runner *runner, int64_t now) {
+    int64_t next = now + runner_ms(RUNNER_POLL_MS);
+    if (!runner->draining && runner->poll_at > now && runner->poll_at < next) next = runner->poll_at;
+    for (int i = 0; i < runner->count; i++) {
+        const struct runner_slot *slot = &runner->slot[i];
+        if (slot_holds(slot) && !slot->beating && slot->beat_at < next) next = slot->beat_at;
+        if (slot->state == RUNNER_RETRY && slot->at < next) next = slot->at;
+    }
+    return next;
+}
+
+static void *runner_main(void *context) {
+    struct srv_runner *runner = context;
+    pthread_mutex_lock(&runner->lock);
+    while (!runner->over) {
+        int64_t now = srv_clock_now();
+        for (int i = 0; i < runner->count; i++) {
+            runner_beat(&runner->slot[i], now);
+            runner_retry(&runner->slot[i], now);
+        }
+        runner_claim(runner, now);
+        int64_t next = runner_next(runner, now);
+        struct timespec until = {next / 1000000000, next % 1000000000};
+        if (next > now) pthread_cond_timedwait(&runner->some, &runner->lock, &until);
+    }
+    pthread_mutex_unlock(&runner->lock);
+    return NULL;
+}
+
+/* --- from outside --- */
+
+static void runner_released(struct srv_ask *ask) {
+    struct srv_runner *runner = (struct srv_runner *)((char *)ask - offsetof(struct srv_runner, release));
+    pthread_mutex_lock(&runner->lock);
+    runner->draining = 3;
+    pthread_mutex_unlock(&runner->lock);
+}
+
+/* a name that no other process has, on whatever machine */
+static void runner_name(char name[SRV_NAME_BYTES]) {
+    char host[48] = "";
+    uint64_t bits = 0;
+    gethostname(host, sizeof host - 1);
+    if (getrandom(&bits, sizeof bits, GRND_NONBLOCK) < 0) bits = (uint64_t)srv_clock_now();
+    snprintf(name, SRV_NAME_BYTES, "%s:%ld:%016llx", host, (long)getpid(), (unsigned long long)bits);
+}
+
+enum pend_status srv_runner_new(struct srv_runner **runner, struct srv_service *service, int slots) {
+    struct srv_runner *made = *runner = calloc(1, sizeof *made + (size_t)slots * sizeof made->slot[0]);
+    pthread_condattr_t clock;
+    if (!made) return PEND_NO_MEMORY;
+    made->service = service;
+    made->count = slots;
+    made->wanted = 1;
+    made->lease_us = (int64_t)(1e6 * service->config.job_lease_seconds);
+    made->release = (struct srv_ask){.call = {.run = runner_release}, .done = runner_released};
+    runner_name(made->name);
+    pthread_mutex_init(&made->lock, NULL);
+    pthread_condattr_init(&clock);
+    pthread_condattr_setclock(&clock, CLOCK_MONOTONIC);
+    pthread_cond_init(&made->some, &clock);
+    pthread_condattr_destroy(&clock);
+    for (int i = 0; i < slots; i++) {
+        struct runner_slot *slot = &made->slot[i];
+        slot->runner = made;
+        slot->task = (struct srv_task){.run = slot_run, .lane = &made->lane, .level = SRV_QUEUE_LEVELS - 1};
+        slot->ask.done = slot_done;
+        slot->beat = (struct srv_ask){.call = {.run = slot_extend}, .done = slot_beaten};
+        api_buffer_init(&slot->out, (size_t)service->config.limits.answer_bytes);
+    }
+    return PEND_OK;
+}
+
+enum pend_status srv_runner_start(struct srv_runner *runner) {
+    if (!runner->count) return PEND_OK;
+    runner->started = !pthread_create(&runner->thread, NULL, runner_main, runner);
+    return runner->started ? PEND_OK : PEND_NO_MEMORY;
+}
+
+void srv_runner_free(struct srv_runner **runner) {
+    struct srv_runner *gone = *runner;
+    *runner = NULL;
+    if (!gone) return;
+    pthread_mutex_lock(&gone->lock);
+    gone->over = 1;
+    pthread_cond_signal(&gone->some);
+    pthread_mutex_unlock(&gone->lock);
+    if (gone->started) pthread_join(gone->thread, NULL);
+    for (int i = 0; i < gone->count; i++) {
+        assert(gone->slot[i].state == RUNNER_IDLE && !gone->slot[i].beating);
+        free(gone->slot[i].request);
+        api_buffer_clear(&gone->slot[i].out);
+    }
+    pthread_cond_destroy(&gone->some);
+    pthread_mutex_destroy(&gone->lock);
+    free(gone);
+}
+
+void srv_runner_news(void *context) {
+    struct srv_runner *runner = context;
+    pthread_mutex_lock(&runner->lock);
+    int64_t now = srv_clock_now();
+    runner->wanted = 1;
+    /* a job may have been dismissed elsewhere */
+    if (now >= runner->beat_all) {
+        runner->beat_all = now + runner_ms(RUNNER_BEATS_MS);
+        for (int i = 0; i < runner->count; i++)
+            if (runner->slot[i].beat_at > runner->beat_all) runner->slot[i].beat_at = runner->beat_all;
+    }
+    pthread_cond_signal(&runner->some);
+    pthread_mutex_unlock(&runner->lock);
+}
+
+void srv_runner_dismiss(struct srv_runner *runner, const char *job) {
+    pthread_mutex_lock(&runner->lock);
+    for (int i = 0; i < runner->count; i++)
+        if (slot_holds(&runner->slot[i]) && !strcmp(runner->slot[i].lease.job, job))
+            atomic_store(&runner->slot[i].stop, RUNNER_LOST);
+    pthread_mutex_unlock(&runner->lock);
+}
+
+int srv_runner_drain(struct srv_runner *runner) {
+    int busy = 0;
+    pthread_mutex_lock(&runner->lock);
+    if (!runner->draining) runner->draining = 1;
+    for (int i = 0; i < runner->count; i++) {
+        struct runner_slot *slot = &runner->slot[i];
+        if (slot_holds(slot)) atomic_store(&slot->stop, RUNNER_BACK);
+        busy |= slot->state != RUNNER_IDLE || slot->beating;
+    }
+    pthread_cond_signal(&runner->some);
+    if (!busy && runner->draining == 1) {
+        runner->draining = runner->started ? 2 : 3;
+        if (runner->started) srv_storage_ask(runner->service->storage, SRV_ASK_WRITE, &runner->release);
+    }
+    int over = runner->draining == 3;
+    pthread_mutex_unlock(&runner->lock);
+    return over;
+}

@@ -1,0 +1,460 @@
+/* Jobs as a client sees them, on both stores: the same bits as an undisturbed answer, whatever dies meanwhile. */
+#include <pthread.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "tests/harness/postgres.h"
+#include "tests/wire/ask.h"
+
+#define ASYNC "Prefer: respond-async\r\n"
+#define FLIPS                                                                                                          \
+    "{\"pendulum\":" ASK_DOUBLE ",\"duration\":20,\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":-3,\"stop\":3,"    \
+    "\"count\":60},{\"vary\":\"theta\",\"arm\":2,\"start\":-3,\"stop\":3,\"count\":50}],"                              \
+    "\"observables\":[\"first_flip\",\"final\"]}"
+
+enum { ID = 26, WORDS = 24 };
+
+/* A store of the test's own. */
+struct place {
+    struct test_postgres *postgres;
+    char directory[64], url[256];
+};
+
+static int place_begin(struct place *place, int postgres) {
+    *place = (struct place){0};
+    if (postgres) {
+        place->postgres = test_postgres_start();
+        if (place->postgres) snprintf(place->url, sizeof place->url, "%s", test_postgres_url(place->postgres));
+        return CHECK(place->postgres != NULL);
+    }
+    snprintf(place->directory, sizeof place->directory, "/tmp/pendulumd-test-XXXXXX");
+    if (!CHECK(mkdtemp(place->directory) != NULL)) return 0;
+    snprintf(place->url, sizeof place->url, "sqlite:%s/store.db", place->directory);
+    return 1;
+}
+
+static void place_end(struct place *place) {
+    char command[128];
+    test_postgres_stop(&place->postgres);
+    if (!place->directory[0]) return;
+    snprintf(command, sizeof command, "rm -rf '%s'", place->directory);
+    CHECK(!system(command));
+}
+
+/* a daemon on the store, without a cache so that nothing is answered from memory; more options may follow */
+static struct test_server *place_serve(const struct place *place, const char *role, const char *part,
+                                       const char *option, const char *value) {
+    const char *const options[] = {"--store",       place->url, "--cache-bytes",       "0", "--job-part-seconds",
+                                   part,            "--role",   role,                  "--job-lease-seconds",
+                                   "0.7",           "--workers", "2",                  option, value, NULL};
+    return test_server_start(options);
+}
+
+/* ends a daemon that may have said that another fell silent */
+static void stop_after_deaths(struct test_server **server) {
+    if (!*server) return;
+    test_server_signal(*server, SIGTERM);
+    CHECK_INT(test_server_wait(*server), 0);
+    test_server_drop(server);
+}
+
+static void on_both(void (*drill)(struct place *place)) {
+    for (int postgres = 0; postgres < 2; postgres++) {
+        struct place place;
+        if (postgres && access("/usr/lib/postgresql", F_OK)) {
+            test_skip("PostgreSQL is not installed");
+            return;
+        }
+        if (place_begin(&place, postgres)) drill(&place);
+        place_end(&place);
+    }
+}
+
+/* submits; the new job's id, "" where there is none */
+static int submit(const struct test_server *server, const char *path, const char *headers, const char *body,
+                  char id[ID + 1]) {
+    struct test_reply reply;
+    id[0] = 0;
+    int status = test_request(server, &reply, "POST", path, headers, body);
+    const char *location = test_reply_header(&reply, "Location");
+    if (status == 202 && CHECK(location && strlen(location) == 9 + ID && !strncmp(location, "/v1/jobs/", 9)))
+        memcpy(id, location + 9, ID + 1);
+    test_reply_clear(&reply);
+    return status;
+}
+
+static int job_get(const struct test_server *server, struct test_reply *reply, const char *id, const char *what,
+                   const char *headers) {
+    char path[96];
+    snprintf(path, sizeof path, "/v1/jobs/%s%s", id, what);
+    return test_request(server, reply, "GET", path, headers, NULL);
+}
+
+/* waits until a job has ended; its last word */
+static void job_wait(const struct test_server *server, const char *id, char word[WORDS]) {
+    double end = test_clock() + 60;
+    word[0] = 0;
+    for (; test_clock() < end; test_sleep(0.02)) {
+        struct test_reply reply;
+        if (job_get(server, &reply, id, "", "") == 200) {
+            cJSON *json = ask_json(&reply);
+            const char *status = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "status"));
+            snprintf(word, WORDS, "%s", status ? status : "");
+            cJSON_Delete(json);
+        } else {
+            snprintf(word, WORDS, "%d", reply.status);
+        }
+        test_reply_clear(&reply);
+        if (strcmp(word, "accepted") && strcmp(word, "running")) return;
+    }
+}
+
+/* the one thing that may differ between two answers */
+static void blank_seconds(struct test_reply *reply) {
+    char *at = strstr(reply->body, "\"compute_seconds\":");
+    if (!at) return;
+    at += strlen("\"compute_seconds\":");
+    size_t bytes = strcspn(at, ",}"), rest = strlen(at + bytes);
+    memmove(at, at + bytes, rest + 1);
+    reply->body_bytes -= bytes;
+}
+
+static void check_same(struct test_reply *one, struct test_reply *two, const char *what) {
+    blank_seconds(one);
+    blank_seconds(two);
+    int same = one->body_bytes == two->body_bytes && !memcmp(one->body, two->body, one->body_bytes);
+    CHECK_SAYING(same && one->body_bytes > 20, "%s differs: %zu and %zu bytes", what, one->body_bytes,
+                 two->body_bytes);
+}
+
+/* one request whose reply, maybe of bytes that are no text, is not recorded; a body makes it a POST */
+static int fetch(const struct test_server *server, struct test_reply *reply, const char *path, const char *accept,
+                 const char *body) {
+    struct test_client client;
+    static char text[16384];
+    *reply = (struct test_reply){0};
+    if (!test_client_open(&client, test_server_port(server))) return 0;
+    snprintf(text, sizeof text,
+             "%s %s HTTP/1.1\r\nHost: x\r\nConnection: close\r\nAccept: %s\r\nContent-Type: application/json\r\n"
+             "Content-Length: %zu\r\n\r\n%s",
+             body ? "POST" : "GET", path, accept, body ? strlen(body) : 0, body ? body : "");
+    test_client_say(&client, text);
+    int status = test_client_receive(&client, reply, 0, 60);
+    test_client_close(&client);
+    return status;
+}
+
+static const struct {
+    const char *path, *body, *accept[5];
+} kinds[] = {
+    {"/v1/ensembles",
+     FLIPS,
+     {"application/json", "text/csv", "application/octet-stream", "application/x-ndjson", "image/png"}},
+    {"/v1/trajectories", ASK_EXAMPLE, {"application/json", "text/csv", "application/octet-stream"}},
+    {"/v1/forces", ASK_LITTLE, {"application/json", "text/csv"}},
+    {"/v1/modes", ASK_LITTLE, {"application/json", "text/csv"}},
+};
+enum { KINDS = sizeof kinds / sizeof *kinds };
+
+static void answers_are_the_same(struct place *place) {
+    struct test_server *server = place_serve(place, "all", "0.05", NULL, NULL);
+    if (!server) return;
+    for (int i = 0; i < KINDS; i++) {
+        char id[ID + 1], word[WORDS];
+        CHECK_INT(submit(server, kinds[i].path, ASYNC, kinds[i].body, id), 202);
+        job_wait(server, id, word);
+        CHECK_TEXT(word, "successful");
+        struct test_reply reply;
+        CHECK_INT(job_get(server, &reply, id, "/results", ""), 200);
+        test_reply_clear(&reply);
+        for (int a = 0; a < 5 && kinds[i].accept[a]; a++) {
+            struct test_reply now, kept;
+            const char *accept = kinds[i].accept[a];
+            char path[96];
+            snprintf(path, sizeof path, "/v1/jobs/%s/results", id);
+            CHECK_INT(fetch(server, &now, kinds[i].path, accept, kinds[i].body), 200);
+            CHECK_INT(fetch(server, &kept, path, accept, NULL), 200);
+            const char *tag = test_reply_header(&now, "ETag");
+            CHECK_TEXT(test_reply_header(&kept, "Content-Type"), test_reply_header(&now, "Content-Type"));
+            CHECK(tag && !strcmp(tag, test_reply_header(&kept, "ETag")));
+            check_same(&now, &kept, kinds[i].accept[a]);
+            test_reply_clear(&now);
+            test_reply_clear(&kept);
+        }
+    }
+    test_server_stop(&server);
+}
+
+TEST(results_of_a_job_are_those_of_a_request_bit_for_bit) { on_both(answers_are_the_same); }
+
+/* a problem of that status from some method and path */
+static void refused(const struct test_server *server, const char *method, const char *path, const char *headers,
+                    const char *body, int status) {
+    struct test_reply reply;
+    test_request(server, &reply, method, path, headers, body);
+    ask_problem(&reply, status, NULL);
+    test_reply_clear(&reply);
+}
+
+static void refusals(struct place *place) {
+    char id[ID + 1], again[ID + 1], path[64], word[WORDS];
+    struct test_reply reply;
+    struct test_server *server = place_serve(place, "all", "1", NULL, NULL);
+    if (!server) return;
+    CHECK_INT(submit(server, "/v1/trajectories", ASYNC "Idempotency-Key: \"one\"\r\n", ask_long(1e6), id), 202);
+    CHECK_INT(submit(server, "/v1/trajectories", ASYNC "Idempotency-Key: one\r\n", ask_long(1e6), again), 202);
+    CHECK_TEXT(again, id);
+    refused(server, "POST", "/v1/trajectories", ASYNC "Idempotency-Key: one\r\n", ASK_EXAMPLE, 422);
+    refused(server, "POST", "/v1/forces", ASYNC "Idempotency-Key: one\r\n", ASK_LITTLE, 422);
+    refused(server, "POST", "/v1/forces", ASYNC "Idempotency-Key: \r\n", ASK_LITTLE, 400);
+    refused(server, "POST", "/v1/forces", ASYNC "Idempotency-Key: a b\r\n", ASK_LITTLE, 400);
+    refused(server, "POST", "/v1/forces", ASYNC, "{\"pendulum\":{}}", 422);
+    refused(server, "POST", "/v1/forces", ASYNC, "{", 400);
+    refused(server, "GET", "/v1/jobs/0123456789abcdefghjkmnpqrs", "", NULL, 404);
+    refused(server, "GET", "/v1/jobs/0123456789abcdefghjkmnpqrs/results", "", NULL, 404);
+    refused(server, "DELETE", "/v1/jobs/0123456789abcdefghjkmnpqrs", "", NULL, 404);
+    refused(server, "GET", "/v1/jobs/'--", "", NULL, 404);
+    refused(server, "GET", "/v1/jobs?limit=0", "", NULL, 422);
+    refused(server, "GET", "/v1/jobs?before=x", "", NULL, 422);
+    refused(server, "GET", "/v1/jobs?of=me", "", NULL, 422);
+    refused(server, "POST", "/v1/jobs", "", "{}", 405);
+    snprintf(path, sizeof path, "/v1/jobs/%s/results", id);
+    refused(server, "GET", path, "", NULL, 409);
+    path[9 + ID] = 0;
+    CHECK_INT(test_request(server, &reply, "DELETE", path, "", NULL), 200);
+    CHECK(strstr(reply.body, "\"status\":\"dismissed\"") != NULL);
+    test_reply_clear(&reply);
+    job_wait(server, id, word);
+    CHECK_TEXT(word, "dismissed");
+    path[9 + ID] = '/';
+    refused(server, "GET", path, "", NULL, 409);
+    test_server_stop(&server);
+}
+
+TEST(what_is_wrong_about_a_job_is_said) { on_both(refusals); }
+
+/* the number behind a name in /metrics; -1 where there is none */
+static double metric(const struct test_server *server, const char *name) {
+    struct test_reply reply;
+    double value = -1;
+    char line[96];
+    snprintf(line, sizeof line, "\n%s ", name);
+    if (test_request(server, &reply, "GET", "/metrics", "", NULL) == 200) {
+        const char *at = strstr(reply.body, line);
+        if (at) value = atof(at + strlen(line));
+    }
+    test_reply_clear(&reply);
+    return value;
+}
+
+/* s until no worker is busy */
+static double until_idle(const struct test_server *server) {
+    double begin = test_clock();
+    while (metric(server, "pendulumd_workers_busy") > 0 && test_clock() < begin + 20) test_sleep(0.002);
+    return test_clock() - begin;
+}
+
+static void a_dismissal(struct place *place) {
+    char id[ID + 1], path[64];
+    struct test_reply reply;
+    struct test_server *one = place_serve(place, "api", "1", NULL, NULL);
+    struct test_server *two = place_serve(place, "all", "1", NULL, NULL);
+    for (int i = 0; i < 2 && one && two; i++) {
+        CHECK_INT(submit(one, "/v1/trajectories", ASYNC, ask_long(1e6), id), 202);
+        for (double end = test_clock() + 20; metric(two, "pendulumd_workers_busy") < 1 && test_clock() < end;)
+            test_sleep(0.01);
+        CHECK_INT((int)metric(two, "pendulumd_workers_busy"), 1);
+        snprintf(path, sizeof path, "/v1/jobs/%s", id);
+        /* here, and in another process */
+        CHECK_INT(test_request(i ? one : two, &reply, "DELETE", path, "", NULL), 200);
+        test_reply_clear(&reply);
+        double seconds = until_idle(two);
+        CHECK_SAYING(seconds < 5, "it ran on for %.3f s", seconds);
+    }
+    test_server_stop(&one);
+    test_server_stop(&two);
+}
+
+TEST(a_dismissed_job_stops_here_and_elsewhere) { on_both(a_dismissal); }
+
+/* what FLIPS answers undisturbed */
+static void flips_now(const struct test_server *server, struct test_reply *reply) {
+    CHECK_INT(test_request(server, reply, "POST", "/v1/ensembles", "Accept: text/csv\r\n", FLIPS), 200);
+}
+
+static void check_flips(const struct test_server *server, const char *id, struct test_reply *right) {
+    char word[WORDS];
+    struct test_reply kept;
+    job_wait(server, id, word);
+    CHECK_TEXT(word, "successful");
+    CHECK_INT(job_get(server, &kept, id, "/results", "Accept: text/csv\r\n"), 200);
+    check_same(right, &kept, "what was disturbed");
+    test_reply_clear(&kept);
+}
+
+static void kills(struct place *place) {
+    enum { KILLS = 6 };
+    unsigned long long random = (unsigned long long)(test_clock() * 1e6);
+    char id[KILLS + 1][ID + 1];
+    struct test_reply right;
+    struct test_server *server = place_serve(place, "all", "0.02", NULL, NULL);
+    if (!server) return;
+    flips_now(server, &right);
+    for (int i = 0; i < KILLS && server; i++) {
+        CHECK_INT(submit(server, "/v1/ensembles", ASYNC, FLIPS, id[i]), 202);
+        test_sleep(0.5 * test_random(&random));
+        test_server_drop(&server);
+        server = place_serve(place, "all", "0.02", NULL, NULL);
+    }
+    if (server) {
+        CHECK_INT((int)metric(server, "pendulumd_jobs{state=\"failed\"}"), 0);
+        for (int i = 0; i < KILLS; i++) check_flips(server, id[i], &right);
+        stop_after_deaths(&server);
+    }
+    test_reply_clear(&right);
+}
+
+TEST(a_daemon_killed_at_any_instant_loses_no_job_and_no_bit) { on_both(kills); }
+
+static void drains(struct place *place) {
+    char id[ID + 1];
+    struct test_reply right;
+    struct test_server *server = place_serve(place, "all", "0.02", NULL, NULL);
+    if (!server) return;
+    flips_now(server, &right);
+    CHECK_INT(submit(server, "/v1/ensembles", ASYNC, FLIPS, id), 202);
+    for (int i = 0; i < 4 && server; i++) {
+        test_sleep(0.05);
+        test_server_stop(&server);
+        server = place_serve(place, "all", "0.02", "--job-lease-seconds", "600");
+    }
+    /* what was given back is taken at once: nobody waits for a lease of ten minutes */
+    if (server) {
+        check_flips(server, id, &right);
+        test_server_stop(&server);
+    }
+    test_reply_clear(&right);
+}
+
+TEST(a_daemon_that_drains_gives_its_parts_back) { on_both(drains); }
+
+static void roles(struct place *place) {
+    char id[2][ID + 1];
+    struct test_reply right, reply;
+    struct test_server *api = place_serve(place, "api", "0.02", NULL, NULL);
+    struct test_server *other = place_serve(place, "api", "0.02", NULL, NULL);
+    struct test_server *worker = place_serve(place, "worker", "0.02", NULL, NULL);
+    struct test_server *sleeper = place_serve(place, "worker", "0.02", NULL, NULL);
+    if (api && other && worker && sleeper) {
+        flips_now(api, &right);
+        refused(worker, "POST", "/v1/forces", "", ASK_LITTLE, 503);
+        CHECK_INT(test_request(worker, &reply, "GET", "/readyz", "", NULL), 200);
+        test_reply_clear(&reply);
+        for (int i = 0; i < 2; i++) CHECK_INT(submit(api, "/v1/ensembles", ASYNC, FLIPS, id[i]), 202);
+        test_sleep(0.1);
+        /* one falls silent for longer than its lease, and wakes; another dies */
+        test_server_signal(sleeper, SIGSTOP);
+        test_sleep(0.3);
+        test_server_drop(&worker);
+        worker = place_serve(place, "worker", "0.02", NULL, NULL);
+        check_flips(other, id[0], &right);
+        test_server_signal(sleeper, SIGCONT);
+        check_flips(other, id[1], &right);
+        test_reply_clear(&right);
+    }
+    stop_after_deaths(&api);
+    stop_after_deaths(&other);
+    stop_after_deaths(&worker);
+    stop_after_deaths(&sleeper);
+}
+
+TEST(api_and_workers_share_a_store_and_survive_each_other) { on_both(roles); }
+
+/* --- doubled submissions --- */
+
+enum { CLIENTS = 8, ROUNDS = 5 };
+
+struct doubled {
+    const struct test_server *server;
+    char id[ROUNDS][ID + 1];
+    int status[ROUNDS];
+};
+
+static void *doubled_main(void *context) {
+    struct doubled *own = context;
+    for (int i = 0; i < ROUNDS; i++) {
+        char headers[96];
+        snprintf(headers, sizeof headers, ASYNC "Idempotency-Key: round-%d\r\n", i);
+        struct test_client client;
+        struct test_reply reply = {0};
+        char text[600];
+        if (!test_client_open(&client, test_server_port(own->server))) return NULL;
+        snprintf(text, sizeof text,
+                 "POST /v1/forces HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n%sContent-Length: "
+                 "%zu\r\n\r\n%s",
+                 headers, strlen(ASK_LITTLE), ASK_LITTLE);
+        test_client_say(&client, text);
+        own->status[i] = test_client_receive(&client, &reply, 0, 30);
+        const char *location = test_reply_header(&reply, "Location");
+        if (location && strlen(location) == 9 + ID) memcpy(own->id[i], location + 9, ID + 1);
+        test_reply_clear(&reply);
+        test_client_close(&client);
+    }
+    return NULL;
+}
+
+static void doubles(struct place *place) {
+    static struct doubled own[CLIENTS];
+    pthread_t thread[CLIENTS];
+    struct test_reply reply;
+    struct test_server *server = place_serve(place, "all", "1", NULL, NULL);
+    if (!server) return;
+    memset(own, 0, sizeof own);
+    for (int i = 0; i < CLIENTS; i++) {
+        own[i].server = server;
+        if (!CHECK(!pthread_create(&thread[i], NULL, doubled_main, &own[i]))) return;
+    }
+    for (int i = 0; i < CLIENTS; i++) pthread_join(thread[i], NULL);
+    for (int i = 0; i < CLIENTS; i++)
+        for (int k = 0; k < ROUNDS; k++) {
+            CHECK_INT(own[i].status[k], 202);
+            CHECK_TEXT(own[i].id[k], own[0].id[k]);
+        }
+    /* pages of two: every job once, the newest first */
+    char path[96] = "/v1/jobs?limit=2";
+    int seen = 0;
+    for (int page = 0; page < ROUNDS && path[0]; page++) {
+        CHECK_INT(test_request(server, &reply, "GET", path, "", NULL), 200);
+        cJSON *json = ask_json(&reply);
+        const cJSON *jobs = cJSON_GetObjectItemCaseSensitive(json, "jobs"), *job;
+        cJSON_ArrayForEach(job, jobs) {
+            const char *id = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(job, "id"));
+            if (seen < ROUNDS) CHECK_TEXT(id, own[0].id[ROUNDS - 1 - seen]);
+            seen++;
+        }
+        const cJSON *links = cJSON_GetObjectItemCaseSensitive(json, "links");
+        const char *next =
+            cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(cJSON_GetArrayItem(links, 0), "href"));
+        snprintf(path, sizeof path, "%s", next ? next : "");
+        cJSON_Delete(json);
+        test_reply_clear(&reply);
+    }
+    CHECK_INT(seen, ROUNDS);
+    test_server_stop(&server);
+}
+
+TEST(eight_clients_with_one_key_make_one_job) { on_both(doubles); }
+
+TEST(a_server_without_a_store_answers_at_once_and_says_so_of_jobs) {
+    struct test_reply reply;
+    struct test_server *server = test_server_start(NULL);
+    REQUIRE(server);
+    CHECK_INT(test_request(server, &reply, "POST", "/v1/forces", ASYNC, ASK_LITTLE), 200);
+    CHECK(!test_reply_header(&reply, "Preference-Applied"));
+    test_reply_clear(&reply);
+    refused(server, "GET", "/v1/jobs", "", NULL, 404);
+    test_server_stop(&server);
+}
