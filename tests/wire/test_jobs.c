@@ -9,10 +9,15 @@
 #include "tests/harness/postgres.h"
 #include "tests/wire/ask.h"
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define SECOND "3" /* everything takes longer */
+#else
+#define SECOND "50"
+#endif
 #define ASYNC "Prefer: respond-async\r\n"
 #define FLIPS                                                                                                          \
     "{\"pendulum\":" ASK_DOUBLE ",\"duration\":20,\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":-3,\"stop\":3,"    \
-    "\"count\":60},{\"vary\":\"theta\",\"arm\":2,\"start\":-3,\"stop\":3,\"count\":50}],"                              \
+    "\"count\":60},{\"vary\":\"theta\",\"arm\":2,\"start\":-3,\"stop\":3,\"count\":" SECOND "}],"                              \
     "\"observables\":[\"first_flip\",\"final\"]}"
 
 enum { ID = 26, WORDS = 24 };
@@ -233,6 +238,45 @@ static void refusals(struct place *place) {
     refused(server, "GET", path, "", NULL, 409);
     test_server_stop(&server);
 }
+
+static void failures(struct place *place) {
+    char id[ID + 1], word[WORDS];
+    struct test_reply reply;
+    struct test_server *server = place_serve(place, "all", "1", "--max-client-jobs", "1");
+    if (!server) return;
+    /* found out while it is computed */
+    CHECK_INT(submit(server, "/v1/trajectories", ASYNC,
+                     "{\"pendulum\":" ASK_DOUBLE ",\"initial\":{\"phi\":[0,0],\"phid\":[1e200,0]},\"times\":[0,1]}", id),
+              202);
+    job_wait(server, id, word);
+    CHECK_TEXT(word, "failed");
+    CHECK_INT(job_get(server, &reply, id, "", ""), 200);
+    CHECK_SAYING(!strstr(reply.body, "\"message\":\"\""), "no reason in %s", reply.body);
+    test_reply_clear(&reply);
+    CHECK_INT(job_get(server, &reply, id, "/results", ""), 409);
+    test_reply_clear(&reply);
+    /* over a quota */
+    CHECK_INT(submit(server, "/v1/trajectories", ASYNC, ask_long(1e6), id), 202);
+    refused(server, "POST", "/v1/forces", ASYNC, ASK_LITTLE, 429);
+    test_server_stop(&server);
+    server = place_serve(place, "all", "1", "--max-client-bytes", "65536");
+    if (!server) return;
+    char path[64];
+    snprintf(path, sizeof path, "/v1/jobs/%s", id);
+    CHECK_INT(test_request(server, &reply, "DELETE", path, "", NULL), 200);
+    test_reply_clear(&reply);
+    CHECK_INT(submit(server, "/v1/trajectories", ASYNC,
+                     "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"start\":0,\"stop\":1,\"count\":9999}}", id),
+              202);
+    job_wait(server, id, word);
+    CHECK_TEXT(word, "failed");
+    CHECK_INT(job_get(server, &reply, id, "", ""), 200);
+    CHECK_SAYING(strstr(reply.body, "max-client-bytes") != NULL, "it says %s", reply.body);
+    test_reply_clear(&reply);
+    test_server_stop(&server);
+}
+
+TEST(a_job_that_fails_says_why) { on_both(failures); }
 
 TEST(what_is_wrong_about_a_job_is_said) { on_both(refusals); }
 
