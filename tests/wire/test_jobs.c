@@ -218,6 +218,7 @@ static void refusals(struct place *place) {
     refused(server, "POST", "/v1/forces", ASYNC "Idempotency-Key: a b\r\n", ASK_LITTLE, 400);
     refused(server, "POST", "/v1/forces", ASYNC, "{\"pendulum\":{}}", 422);
     refused(server, "POST", "/v1/forces", ASYNC, "{", 400);
+    refused(server, "POST", "/v1/ensembles", ASYNC, "{\"pendulum\":" ASK_DOUBLE "}", 422);
     refused(server, "GET", "/v1/jobs/0123456789abcdefghjkmnpqrs", "", NULL, 404);
     refused(server, "GET", "/v1/jobs/0123456789abcdefghjkmnpqrs/results", "", NULL, 404);
     refused(server, "DELETE", "/v1/jobs/0123456789abcdefghjkmnpqrs", "", NULL, 404);
