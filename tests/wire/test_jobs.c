@@ -418,6 +418,48 @@ static void roles(struct place *place) {
 
 TEST(api_and_workers_share_a_store_and_survive_each_other) { on_both(roles); }
 
+TEST(a_database_that_crashes_loses_no_job_and_its_absence_is_told) {
+    struct place place;
+    char id[3][ID + 1];
+    struct test_reply right, reply;
+    if (access("/usr/lib/postgresql", F_OK)) {
+        test_skip("PostgreSQL is not installed");
+        return;
+    }
+    REQUIRE(place_begin(&place, 1));
+    struct test_server *server = place_serve(&place, "all", "0.02", NULL, NULL);
+    if (server) {
+        flips_now(server, &right);
+        for (int i = 0; i < 3; i++) {
+            CHECK_INT(submit(server, "/v1/ensembles", ASYNC, FLIPS, id[i]), 202);
+            test_sleep(0.1);
+            if (i < 2) CHECK(test_postgres_restart(place.postgres, i ? SIGINT : SIGQUIT));
+            for (double end = test_clock() + 20; test_clock() < end; test_sleep(0.05)) {
+                int status = test_request(server, &reply, "GET", "/readyz", "", NULL);
+                test_reply_clear(&reply);
+                if (status == 200) break;
+            }
+            test_sleep(0.3);
+        }
+        for (int i = 0; i < 3; i++) check_flips(server, id[i], &right);
+        /* and now for good: what needs no store is answered, the rest is told when to come again */
+        test_postgres_stop(&place.postgres);
+        test_request(server, &reply, "POST", "/v1/forces", ASYNC, ASK_LITTLE);
+        CHECK(test_reply_header(&reply, "Retry-After") != NULL);
+        ask_problem(&reply, 503, NULL);
+        test_reply_clear(&reply);
+        refused(server, "GET", "/readyz", "", NULL, 503);
+        CHECK_INT(test_request(server, &reply, "POST", "/v1/forces", "", ASK_LITTLE), 200);
+        test_reply_clear(&reply);
+        double begin = test_clock();
+        stop_after_deaths(&server);
+        double seconds = test_clock() - begin;
+        CHECK_SAYING(seconds < 30, "it took %.1f s to end", seconds);
+        test_reply_clear(&right);
+    }
+    place_end(&place);
+}
+
 /* --- doubled submissions --- */
 
 enum { CLIENTS = 8, ROUNDS = 5 };
