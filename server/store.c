@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SCHEMA = 1, TRIES = 5, SHARD_HELD = 1, SHARD_DONE = 2, CLEAN_CHUNKS = 64, SWEEP_LEASES = 64 };
+enum { SCHEMA = 1, TRIES = 5, SHARD_HELD = 1, SHARD_DONE = 2, CLEAN_CHUNKS = 64, SWEEP_LEASES = 64, LAST_SHARDS = 8 };
 
 struct srv_store {
     struct srv_sql *sql;
@@ -47,7 +47,7 @@ struct srv_store {
     X(JOB_LOCK, "SELECT " JOB_COLUMNS " FROM jobs WHERE id = $1 {lock}")                                               \
     X(JOB_OF_KEY, "SELECT " JOB_COLUMNS ", digest FROM jobs WHERE client = $1 AND key = $2")                           \
     X(JOB_REQUEST, "SELECT request FROM jobs WHERE id = $1")                                                           \
-    X(JOB_READY, "SELECT id, operation, shards, begun, waiting FROM jobs WHERE client = $1 AND ready = 1 "             \
+    X(JOB_READY, "SELECT id, operation, shards, begun, waiting, chained FROM jobs WHERE client = $1 AND ready = 1 "             \
                  "ORDER BY turn, created LIMIT 1 {skip}")                                                              \
     X(JOB_CLAIM, "UPDATE jobs SET turn = turn + 1, state = 1, started = CASE WHEN started = 0 THEN {now} ELSE "        \
                  "started END, waiting = waiting - $2, begun = begun + $3, ready = " READY(                            \
@@ -73,6 +73,7 @@ struct srv_store {
     X(SHARD_EXTEND, "UPDATE shards SET lease = {now} + $4 WHERE job = $1 AND number = $2 AND attempt = $3 AND state "  \
                     "= 1 RETURNING number")                                                                            \
     X(SHARD_END, "UPDATE shards SET state = 2, bytes = $3, start = NULL, worker = '' WHERE job = $1 AND number = $2")  \
+    X(SHARDS_CLEARED, "UPDATE shards SET kills = 0 WHERE job = $1 AND kills > 0")                                      \
     X(SHARD_BACK, "UPDATE shards SET state = 0, kills = kills + $3, worker = '' WHERE job = $1 AND number = $2 AND "   \
                   "state = 1 AND ($3 = 0 OR lease < {now}) RETURNING kills")                                           \
     X(SHARDS_LATE, "SELECT job, number FROM shards WHERE state = 1 AND lease < {now} ORDER BY lease LIMIT 64")         \
@@ -122,6 +123,7 @@ static const char *const schema[] = {
     "kills BIGINT NOT NULL, worker TEXT NOT NULL, lease BIGINT NOT NULL, start {bytes}, bytes BIGINT NOT NULL, "
     "PRIMARY KEY (job, number))",
     "CREATE INDEX shards_lease ON shards (lease) WHERE state = 1",
+    "CREATE INDEX shards_marked ON shards (job) WHERE kills > 0",
     "CREATE INDEX shards_waiting ON shards (job, number) WHERE state = 0",
     "CREATE TABLE results (job TEXT NOT NULL, shard BIGINT NOT NULL, chunk BIGINT NOT NULL, data {bytes} NOT NULL, "
     "PRIMARY KEY (job, shard, chunk))",
@@ -523,7 +525,7 @@ static enum srv_stored row_client(void *context, const struct srv_value field[])
 struct row_ready {
     int rows;
     struct srv_lease *lease;
-    int64_t waiting;
+    int again; /* one that was held before is next */
 };
 
 static enum srv_stored row_ready(void *context, const struct srv_value field[]) {
@@ -531,7 +533,9 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
     row_text(&field[0], row->lease->job, sizeof row->lease->job);
     row_text(&field[1], row->lease->operation, sizeof row->lease->operation);
     row->lease->shards = (long)field[2].whole;
-    row->waiting = field[4].whole;
+    /* what was held before comes last, unless there is much of it: it may be what kills its workers */
+    int last = !field[5].whole && field[3].whole < field[2].whole && field[4].whole <= LAST_SHARDS;
+    row->again = field[4].whole > 0 && !last;
     row->rows++;
     return SRV_STORED;
 }
@@ -541,11 +545,11 @@ static enum srv_stored claim_shard(struct srv_store *store, const char *client, 
                                    const struct row_ready *ready) {
     struct srv_lease *lease = ready->lease;
     struct row_lease row = {.lease = lease};
-    enum statement take = ready->waiting > 0 ? SQL_SHARD_AGAIN : SQL_SHARD_NEXT;
+    enum statement take = ready->again ? SQL_SHARD_AGAIN : SQL_SHARD_NEXT;
     STORE_TRY(RUN(store, take, row_lease, &row, text_value(lease->job), text_value(worker), whole_value(lease_us)));
     if (!row.rows) return SRV_STORED_BROKEN;
-    STORE_TRY(RUN(store, SQL_JOB_CLAIM, NULL, NULL, text_value(lease->job), whole_value(ready->waiting > 0),
-                  whole_value(ready->waiting <= 0)));
+    STORE_TRY(RUN(store, SQL_JOB_CLAIM, NULL, NULL, text_value(lease->job), whole_value(ready->again),
+                  whole_value(!ready->again)));
     return store_client(store, client, 0, 0, 1, NULL);
 }
 
@@ -622,6 +626,8 @@ enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease
         if (stored == SRV_STORED) stored = store_job_end(store, &job, SRV_JOB_FAILED, message);
     } else {
         if (stored == SRV_STORED) stored = finish_data(store, lease, data, bytes);
+        /* a job that gets on is not what kills its workers */
+        if (stored == SRV_STORED) stored = RUN(store, SQL_SHARDS_CLEARED, NULL, NULL, text_value(lease->job));
         if (stored == SRV_STORED)
             stored = RUN(store, SQL_JOB_STEP, NULL, NULL, text_value(lease->job), whole_value((int64_t)bytes),
                          bytes_value(carry, carry_bytes));
@@ -674,7 +680,7 @@ static enum srv_stored shard_back(struct srv_store *store, const char *id, int64
     sweep->released++;
     if (row.whole[0] < SRV_MOST_KILLS) return RUN(store, SQL_JOB_WAIT, NULL, NULL, text_value(id));
     sweep->given_up++;
-    snprintf(message, sizeof message, "given up: %d workers ended or fell silent while they computed part %lld of %ld",
+    snprintf(message, sizeof message, "given up: %d workers ended or fell silent over part %lld of %ld, and nothing was done between",
              SRV_MOST_KILLS, (long long)number + 1, job.shards);
     return store_job_end(store, &job, SRV_JOB_FAILED, message);
 }

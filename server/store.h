@@ -16,7 +16,7 @@ enum {
     SRV_MESSAGE_BYTES = 256,      /* what a job says of its end */
     SRV_NAME_BYTES = 96,          /* clients, workers, operations, idempotency keys */
     SRV_CHUNK_BYTES = 256 * 1024, /* a piece of a shard's result; only the last is shorter */
-    SRV_MOST_KILLS = 3            /* workers that may vanish with one shard before its job is given up */
+    SRV_MOST_KILLS = 3            /* workers that may vanish with one shard, and no shard of the job be done between, before it is given up */
 };
 
 /* The status words of OGC API - Processes; the numbers are what the databases hold. */
@@ -142,7 +142,7 @@ enum srv_stored srv_store_list(struct srv_store *store, const char *client, cons
 enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struct srv_job *job);
 
 /**
- * Takes a shard that waits; clients take turns, and so do the jobs of one client.
+ * Takes a shard that waits, those that nobody held before first; clients take turns, and so do the jobs of one client.
  *
  * worker  a name that no other process has.
  * lease   out.

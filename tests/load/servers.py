@@ -99,7 +99,7 @@ def running(process, port, path="/", files=None):
 
 def daemon(build, *options, path="/v1/trajectories", core=SERVER_CORE):
     """pendulumd with its request lines thrown away."""
-    command = pinned(core, [TOP / build / "pendulumd", "--listen", "127.0.0.1:0", *options])
+    command = pinned(core, [TOP / build / "pendulumd", "--listen", "127.0.0.1:0", "--store", "none", *options])
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     line = process.stderr.readline()
     if "listening on" not in line:

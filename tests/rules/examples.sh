@@ -6,7 +6,7 @@
 set -u
 cd "$(dirname "$0")/../.." || exit
 log=$(mktemp)
-"$1/pendulumd" --listen 127.0.0.1:0 >/dev/null 2>"$log" &
+"$1/pendulumd" --listen 127.0.0.1:0 --store none >/dev/null 2>"$log" &
 server=$!
 trap 'kill $server 2>/dev/null; wait $server; rm -f "$log"' EXIT
 for _ in $(seq 100); do

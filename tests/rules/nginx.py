@@ -153,7 +153,7 @@ def behind_nginx(build):
         return
     with tempfile.TemporaryDirectory() as directory:
         log = pathlib.Path(directory, "log")
-        command = [TOP / build / "pendulumd", "--listen", "127.0.0.1:0", "--trusted-proxy", "127.0.0.1/32"]
+        command = [TOP / build / "pendulumd", "--listen", "127.0.0.1:0", "--store", "none", "--trusted-proxy", "127.0.0.1/32"]
         with log.open("w") as out:
             process = subprocess.Popen(command, stdout=out, stderr=subprocess.PIPE, text=True)
         port = int(process.stderr.readline().rsplit(":", 1)[1])

@@ -9,10 +9,15 @@
 #include "tests/harness/postgres.h"
 #include "tests/wire/ask.h"
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define SECOND "3" /* everything takes longer */
+#else
+#define SECOND "50"
+#endif
 #define ASYNC "Prefer: respond-async\r\n"
 #define FLIPS                                                                                                          \
     "{\"pendulum\":" ASK_DOUBLE ",\"duration\":20,\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":-3,\"stop\":3,"    \
-    "\"count\":60},{\"vary\":\"theta\",\"arm\":2,\"start\":-3,\"stop\":3,\"count\":50}],"                              \
+    "\"count\":60},{\"vary\":\"theta\",\"arm\":2,\"start\":-3,\"stop\":3,\"count\":" SECOND "}],"                      \
     "\"observables\":[\"first_flip\",\"final\"]}"
 
 enum { ID = 26, WORDS = 24 };
@@ -47,9 +52,21 @@ static void place_end(struct place *place) {
 /* a daemon on the store, without a cache so that nothing is answered from memory; more options may follow */
 static struct test_server *place_serve(const struct place *place, const char *role, const char *part,
                                        const char *option, const char *value) {
-    const char *const options[] = {"--store",       place->url, "--cache-bytes",       "0", "--job-part-seconds",
-                                   part,            "--role",   role,                  "--job-lease-seconds",
-                                   "0.7",           "--workers", "2",                  option, value, NULL};
+    const char *const options[] = {"--store",
+                                   place->url,
+                                   "--cache-bytes",
+                                   "0",
+                                   "--job-part-seconds",
+                                   part,
+                                   "--role",
+                                   role,
+                                   "--job-lease-seconds",
+                                   "0.7",
+                                   "--workers",
+                                   "2",
+                                   option,
+                                   value,
+                                   NULL};
     return test_server_start(options);
 }
 
@@ -126,8 +143,7 @@ static void check_same(struct test_reply *one, struct test_reply *two, const cha
     blank_seconds(one);
     blank_seconds(two);
     int same = one->body_bytes == two->body_bytes && !memcmp(one->body, two->body, one->body_bytes);
-    CHECK_SAYING(same && one->body_bytes > 20, "%s differs: %zu and %zu bytes", what, one->body_bytes,
-                 two->body_bytes);
+    CHECK_SAYING(same && one->body_bytes > 20, "%s differs: %zu and %zu bytes", what, one->body_bytes, two->body_bytes);
 }
 
 /* one request whose reply, maybe of bytes that are no text, is not recorded; a body makes it a POST */
@@ -213,6 +229,7 @@ static void refusals(struct place *place) {
     refused(server, "POST", "/v1/forces", ASYNC "Idempotency-Key: a b\r\n", ASK_LITTLE, 400);
     refused(server, "POST", "/v1/forces", ASYNC, "{\"pendulum\":{}}", 422);
     refused(server, "POST", "/v1/forces", ASYNC, "{", 400);
+    refused(server, "POST", "/v1/ensembles", ASYNC, "{\"pendulum\":" ASK_DOUBLE "}", 422);
     refused(server, "GET", "/v1/jobs/0123456789abcdefghjkmnpqrs", "", NULL, 404);
     refused(server, "GET", "/v1/jobs/0123456789abcdefghjkmnpqrs/results", "", NULL, 404);
     refused(server, "DELETE", "/v1/jobs/0123456789abcdefghjkmnpqrs", "", NULL, 404);
@@ -233,6 +250,46 @@ static void refusals(struct place *place) {
     refused(server, "GET", path, "", NULL, 409);
     test_server_stop(&server);
 }
+
+static void failures(struct place *place) {
+    char id[ID + 1], word[WORDS];
+    struct test_reply reply;
+    struct test_server *server = place_serve(place, "all", "1", "--max-client-jobs", "1");
+    if (!server) return;
+    /* found out while it is computed */
+    CHECK_INT(submit(server, "/v1/trajectories", ASYNC,
+                     "{\"pendulum\":" ASK_DOUBLE ",\"initial\":{\"phi\":[0,0],\"phid\":[1e200,0]},\"times\":[0,1]}",
+                     id),
+              202);
+    job_wait(server, id, word);
+    CHECK_TEXT(word, "failed");
+    CHECK_INT(job_get(server, &reply, id, "", ""), 200);
+    CHECK_SAYING(!strstr(reply.body, "\"message\":\"\""), "no reason in %s", reply.body);
+    test_reply_clear(&reply);
+    CHECK_INT(job_get(server, &reply, id, "/results", ""), 409);
+    test_reply_clear(&reply);
+    /* over a quota */
+    CHECK_INT(submit(server, "/v1/trajectories", ASYNC, ask_long(1e6), id), 202);
+    refused(server, "POST", "/v1/forces", ASYNC, ASK_LITTLE, 429);
+    test_server_stop(&server);
+    server = place_serve(place, "all", "1", "--max-client-bytes", "65536");
+    if (!server) return;
+    char path[64];
+    snprintf(path, sizeof path, "/v1/jobs/%s", id);
+    CHECK_INT(test_request(server, &reply, "DELETE", path, "", NULL), 200);
+    test_reply_clear(&reply);
+    CHECK_INT(submit(server, "/v1/trajectories", ASYNC,
+                     "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"start\":0,\"stop\":1,\"count\":9999}}", id),
+              202);
+    job_wait(server, id, word);
+    CHECK_TEXT(word, "failed");
+    CHECK_INT(job_get(server, &reply, id, "", ""), 200);
+    CHECK_SAYING(strstr(reply.body, "max-client-bytes") != NULL, "it says %s", reply.body);
+    test_reply_clear(&reply);
+    test_server_stop(&server);
+}
+
+TEST(a_job_that_fails_says_why) { on_both(failures); }
 
 TEST(what_is_wrong_about_a_job_is_said) { on_both(refusals); }
 
@@ -373,6 +430,48 @@ static void roles(struct place *place) {
 
 TEST(api_and_workers_share_a_store_and_survive_each_other) { on_both(roles); }
 
+TEST(a_database_that_crashes_loses_no_job_and_its_absence_is_told) {
+    struct place place;
+    char id[3][ID + 1];
+    struct test_reply right, reply;
+    if (access("/usr/lib/postgresql", F_OK)) {
+        test_skip("PostgreSQL is not installed");
+        return;
+    }
+    REQUIRE(place_begin(&place, 1));
+    struct test_server *server = place_serve(&place, "all", "0.02", NULL, NULL);
+    if (server) {
+        flips_now(server, &right);
+        for (int i = 0; i < 3; i++) {
+            CHECK_INT(submit(server, "/v1/ensembles", ASYNC, FLIPS, id[i]), 202);
+            test_sleep(0.1);
+            if (i < 2) CHECK(test_postgres_restart(place.postgres, i ? SIGINT : SIGQUIT));
+            for (double end = test_clock() + 20; test_clock() < end; test_sleep(0.05)) {
+                int status = test_request(server, &reply, "GET", "/readyz", "", NULL);
+                test_reply_clear(&reply);
+                if (status == 200) break;
+            }
+            test_sleep(0.3);
+        }
+        for (int i = 0; i < 3; i++) check_flips(server, id[i], &right);
+        /* and now for good: what needs no store is answered, the rest is told when to come again */
+        test_postgres_stop(&place.postgres);
+        test_request(server, &reply, "POST", "/v1/forces", ASYNC, ASK_LITTLE);
+        CHECK(test_reply_header(&reply, "Retry-After") != NULL);
+        ask_problem(&reply, 503, NULL);
+        test_reply_clear(&reply);
+        refused(server, "GET", "/readyz", "", NULL, 503);
+        CHECK_INT(test_request(server, &reply, "POST", "/v1/forces", "", ASK_LITTLE), 200);
+        test_reply_clear(&reply);
+        double begin = test_clock();
+        stop_after_deaths(&server);
+        double seconds = test_clock() - begin;
+        CHECK_SAYING(seconds < 30, "it took %.1f s to end", seconds);
+        test_reply_clear(&right);
+    }
+    place_end(&place);
+}
+
 /* --- doubled submissions --- */
 
 enum { CLIENTS = 8, ROUNDS = 5 };
@@ -436,8 +535,7 @@ static void doubles(struct place *place) {
             seen++;
         }
         const cJSON *links = cJSON_GetObjectItemCaseSensitive(json, "links");
-        const char *next =
-            cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(cJSON_GetArrayItem(links, 0), "href"));
+        const char *next = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(cJSON_GetArrayItem(links, 0), "href"));
         snprintf(path, sizeof path, "%s", next ? next : "");
         cJSON_Delete(json);
         test_reply_clear(&reply);
