@@ -17,7 +17,7 @@
 #define ASYNC "Prefer: respond-async\r\n"
 #define FLIPS                                                                                                          \
     "{\"pendulum\":" ASK_DOUBLE ",\"duration\":20,\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":-3,\"stop\":3,"    \
-    "\"count\":60},{\"vary\":\"theta\",\"arm\":2,\"start\":-3,\"stop\":3,\"count\":" SECOND "}],"                              \
+    "\"count\":60},{\"vary\":\"theta\",\"arm\":2,\"start\":-3,\"stop\":3,\"count\":" SECOND "}],"                      \
     "\"observables\":[\"first_flip\",\"final\"]}"
 
 enum { ID = 26, WORDS = 24 };
@@ -52,9 +52,21 @@ static void place_end(struct place *place) {
 /* a daemon on the store, without a cache so that nothing is answered from memory; more options may follow */
 static struct test_server *place_serve(const struct place *place, const char *role, const char *part,
                                        const char *option, const char *value) {
-    const char *const options[] = {"--store",       place->url, "--cache-bytes",       "0", "--job-part-seconds",
-                                   part,            "--role",   role,                  "--job-lease-seconds",
-                                   "0.7",           "--workers", "2",                  option, value, NULL};
+    const char *const options[] = {"--store",
+                                   place->url,
+                                   "--cache-bytes",
+                                   "0",
+                                   "--job-part-seconds",
+                                   part,
+                                   "--role",
+                                   role,
+                                   "--job-lease-seconds",
+                                   "0.7",
+                                   "--workers",
+                                   "2",
+                                   option,
+                                   value,
+                                   NULL};
     return test_server_start(options);
 }
 
@@ -131,8 +143,7 @@ static void check_same(struct test_reply *one, struct test_reply *two, const cha
     blank_seconds(one);
     blank_seconds(two);
     int same = one->body_bytes == two->body_bytes && !memcmp(one->body, two->body, one->body_bytes);
-    CHECK_SAYING(same && one->body_bytes > 20, "%s differs: %zu and %zu bytes", what, one->body_bytes,
-                 two->body_bytes);
+    CHECK_SAYING(same && one->body_bytes > 20, "%s differs: %zu and %zu bytes", what, one->body_bytes, two->body_bytes);
 }
 
 /* one request whose reply, maybe of bytes that are no text, is not recorded; a body makes it a POST */
@@ -247,7 +258,8 @@ static void failures(struct place *place) {
     if (!server) return;
     /* found out while it is computed */
     CHECK_INT(submit(server, "/v1/trajectories", ASYNC,
-                     "{\"pendulum\":" ASK_DOUBLE ",\"initial\":{\"phi\":[0,0],\"phid\":[1e200,0]},\"times\":[0,1]}", id),
+                     "{\"pendulum\":" ASK_DOUBLE ",\"initial\":{\"phi\":[0,0],\"phid\":[1e200,0]},\"times\":[0,1]}",
+                     id),
               202);
     job_wait(server, id, word);
     CHECK_TEXT(word, "failed");
@@ -523,8 +535,7 @@ static void doubles(struct place *place) {
             seen++;
         }
         const cJSON *links = cJSON_GetObjectItemCaseSensitive(json, "links");
-        const char *next =
-            cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(cJSON_GetArrayItem(links, 0), "href"));
+        const char *next = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(cJSON_GetArrayItem(links, 0), "href"));
         snprintf(path, sizeof path, "%s", next ? next : "");
         cJSON_Delete(json);
         test_reply_clear(&reply);
