@@ -67,6 +67,7 @@ int srv_coding_worth(const char *media_type) {
 
 enum pend_status srv_coding_whole(enum srv_coding coding, const void *data, size_t bytes, struct api_buffer *out) {
     const struct srv_coding_row *row = coding_table[coding];
+    if (row->whole) return row->whole(data, bytes, out);
     void *state = row->begin();
     enum pend_status status = state ? row->write(state, data, bytes, SRV_CODING_END, out) : PEND_NO_MEMORY;
     if (state) row->free(state);

@@ -1,10 +1,11 @@
+#include <libdeflate.h>
 #include <stdlib.h>
 #include <zlib.h>
 
 #include "server/coding.h"
 
 enum {
-    GZIP_LEVEL = 1,        /* digits are noise: level 6 takes four times as long for 4 % fewer bytes */
+    GZIP_LEVEL = 1,        /* of digits: level 6 takes five times as long for 4 % fewer bytes */
     GZIP_WINDOW = 15 + 16, /* 32 KiB, with gzip's head and tail */
     GZIP_MEMORY = 8,
     GZIP_ROOM = 16384
@@ -40,4 +41,15 @@ static void gzip_free(void *state) {
     free(state);
 }
 
-const struct srv_coding_row srv_coding_gzip = {"gzip", gzip_begin, gzip_write, gzip_free};
+/* libdeflate takes a third of zlib's time, but knows no streams */
+static enum pend_status gzip_whole(const void *data, size_t bytes, struct api_buffer *out) {
+    struct libdeflate_compressor *compressor = libdeflate_alloc_compressor(GZIP_LEVEL);
+    if (!compressor) return PEND_NO_MEMORY;
+    enum pend_status status = api_buffer_room(out, libdeflate_gzip_compress_bound(compressor, bytes));
+    if (status == PEND_OK)
+        out->bytes += libdeflate_gzip_compress(compressor, data, bytes, out->data + out->bytes, out->cap - out->bytes);
+    libdeflate_free_compressor(compressor);
+    return status;
+}
+
+const struct srv_coding_row srv_coding_gzip = {"gzip", gzip_begin, gzip_write, gzip_free, gzip_whole};

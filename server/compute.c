@@ -59,10 +59,11 @@ static int compute_unkeyed(const struct srv_exchange *exchange) {
 /* an exchange is answered by a payload */
 static void compute_give(struct srv_exchange *exchange, struct srv_payload *payload, const char *cache) {
     exchange->cache = cache;
-    if (payload->status == 200 && srv_exchange_matches(exchange, payload->etag))
-        srv_exchange_not_modified(exchange, payload->etag);
-    else
-        srv_exchange_payload(exchange, payload);
+    srv_exchange_payload(exchange, payload);
+    if (payload->status != 200 || !srv_exchange_matches(exchange, payload->etag)) return;
+    /* with the length of the answer that it stands for, which is not sent */
+    exchange->status = 304;
+    srv_metrics_count(&exchange->service->metrics.not_modified, 1);
 }
 
 int srv_compute_cached(struct srv_exchange *exchange) {
@@ -335,15 +336,15 @@ static int compute_spared(struct srv_work *work) {
     struct srv_service *service = work->service;
     struct srv_exchange *exchange = work->waiters;
     compute_key(work, work->coding);
-    if (srv_exchange_matches(exchange, work->etag)) {
-        compute_release(work, NULL, NULL, 304, NULL);
-        return 1;
-    }
     struct srv_payload *found = compute_find(work);
     if (found) {
         srv_metrics_count(&service->metrics.cache_digest, 1);
         compute_release(work, found, "digest", 0, NULL);
         srv_payload_drop(&found);
+        return 1;
+    }
+    if (srv_exchange_matches(exchange, work->etag)) {
+        compute_release(work, NULL, NULL, 304, NULL);
         return 1;
     }
     /* what lies somewhere already is not joined: it may cease to, which is nobody else's concern */

@@ -281,7 +281,7 @@ static void http_log(const struct http_connection *connection, const char *outco
     const struct srv_exchange *exchange = &connection->exchange;
     int64_t now = srv_clock_now();
     int status = exchange->status ? exchange->status : atomic_load(&connection->watched.late) ? 408 : 0;
-    int bodiless = !exchange->method || !strcmp(exchange->method, "HEAD");
+    int bodiless = !exchange->method || !strcmp(exchange->method, "HEAD") || status == 304;
     struct srv_log_request line = {.id = exchange->id ? exchange->id : "",
                                    .client = exchange->client[0] ? exchange->client : exchange->peer,
                                    .method = exchange->method ? exchange->method : "",

@@ -2,15 +2,18 @@
 
 #include <assert.h>
 #include <pthread.h>
+#include <semaphore.h>
 #include <stdatomic.h>
 #include <stddef.h>
 #include <stdlib.h>
 
+/* Workers wait for the semaphore, which has at least as many as there are tasks. A condition variable would do, but
+ * that of the C library before 2.41 can lose a signal when several threads wait (its bug 25847): a task would lie here
+ * until the next one comes. */
 struct srv_queue {
     pthread_mutex_t lock;
-    pthread_cond_t some;
+    sem_t some;
     struct srv_link lanes[SRV_QUEUE_LEVELS]; /* rings of lanes that have tasks of the level */
-    int waiting;                             /* threads that wait for a task */
     int cap, lane_cap, closed;
     unsigned turn; /* tasks taken so far */
     atomic_int count;
@@ -45,7 +48,7 @@ enum pend_status srv_queue_new(struct srv_queue **queue, int cap, int lane_cap) 
     struct srv_queue *made = *queue = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
     pthread_mutex_init(&made->lock, NULL);
-    pthread_cond_init(&made->some, NULL);
+    sem_init(&made->some, 0, 0);
     for (int level = 0; level < SRV_QUEUE_LEVELS; level++) link_ring(&made->lanes[level]);
     made->cap = cap;
     made->lane_cap = lane_cap;
@@ -57,7 +60,7 @@ void srv_queue_free(struct srv_queue **queue) {
     *queue = NULL;
     if (!gone) return;
     assert(!srv_queue_count(gone));
-    pthread_cond_destroy(&gone->some);
+    sem_destroy(&gone->some);
     pthread_mutex_destroy(&gone->lock);
     free(gone);
 }
@@ -76,7 +79,6 @@ static void queue_add(struct srv_queue *queue, struct srv_task *task) {
     link_append(&lane->at[task->level].tasks, &task->link);
     task->queued = 1;
     queue_count(queue, lane, 1);
-    if (queue->waiting) pthread_cond_signal(&queue->some);
 }
 
 /* called with the lock */
@@ -98,6 +100,7 @@ enum pend_status srv_queue_push(struct srv_queue *queue, struct srv_task *task) 
     else
         queue_add(queue, task);
     pthread_mutex_unlock(&queue->lock);
+    if (status == PEND_OK) sem_post(&queue->some);
     return status;
 }
 
@@ -105,6 +108,7 @@ void srv_queue_again(struct srv_queue *queue, struct srv_task *task) {
     pthread_mutex_lock(&queue->lock);
     queue_add(queue, task);
     pthread_mutex_unlock(&queue->lock);
+    sem_post(&queue->some);
 }
 
 /* the level whose turn it is; called with the lock, when there is a task */
@@ -128,12 +132,18 @@ static struct srv_task *queue_take(struct srv_queue *queue) {
 }
 
 struct srv_task *srv_queue_pop(struct srv_queue *queue) {
-    pthread_mutex_lock(&queue->lock);
-    queue->waiting++;
-    while (!srv_queue_count(queue) && !queue->closed) pthread_cond_wait(&queue->some, &queue->lock);
-    queue->waiting--;
-    struct srv_task *task = srv_queue_count(queue) ? queue_take(queue) : NULL;
-    pthread_mutex_unlock(&queue->lock);
+    struct srv_task *task = NULL;
+    int closed = 0;
+    while (!task && !closed) {
+        if (sem_wait(&queue->some)) continue;
+        pthread_mutex_lock(&queue->lock);
+        /* there is none where one was taken out of the middle */
+        if (srv_queue_count(queue)) task = queue_take(queue);
+        closed = queue->closed;
+        pthread_mutex_unlock(&queue->lock);
+    }
+    /* the next one is to see that too */
+    if (!task) sem_post(&queue->some);
     return task;
 }
 
@@ -150,8 +160,8 @@ int srv_queue_count(const struct srv_queue *queue) { return atomic_load_explicit
 void srv_queue_close(struct srv_queue *queue) {
     pthread_mutex_lock(&queue->lock);
     queue->closed = 1;
-    pthread_cond_broadcast(&queue->some);
     pthread_mutex_unlock(&queue->lock);
+    sem_post(&queue->some);
 }
 
 /* tasks of a lane at a level, -1 where a link is wrong; no more than `most` are looked at */

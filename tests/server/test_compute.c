@@ -179,3 +179,56 @@ TEST(an_answer_that_leaves_no_memory_is_503) {
     srv_exchange_clear(&exchange);
     live_service_clear(&service);
 }
+
+TEST(who_waits_too_long_for_a_worker_is_told) {
+    struct srv_service service;
+    struct srv_workers *workers;
+    struct srv_exchange late, soon;
+    live_service(&service, 4);
+    service.config.wait_seconds = 0.1;
+    atomic_store(&compute_finished, 0);
+    compute_post(&late, &service, "/v1/trees", LIVE_SHORT);
+    srv_compute_begin(&late);
+    test_sleep(0.15);
+    compute_post(&soon, &service, "/v1/trees", LIVE_SHORT);
+    srv_compute_begin(&soon);
+    REQUIRE(srv_workers_new(&workers, 1, service.queue) == PEND_OK);
+    CHECK(compute_await(2));
+    srv_workers_free(&workers);
+    CHECK_INT(late.status, 503);
+    CHECK(late.bytes && strstr(late.data, "max-wait-seconds"));
+    CHECK_INT(soon.status, 200);
+    CHECK_INT((long)service.metrics.refused_wait, 1);
+    CHECK_INT(service.computing, 0);
+    srv_exchange_clear(&late);
+    srv_exchange_clear(&soon);
+    live_service_clear(&service);
+}
+
+TEST(a_computation_survives_want_of_memory_wherever_it_comes) {
+    int answered = 0;
+    for (int n = 1; n < 400 && !answered; n++) {
+        struct srv_service service;
+        struct srv_workers *workers;
+        struct srv_exchange exchange;
+        live_service(&service, 4);
+        atomic_store(&compute_finished, 0);
+        REQUIRE(srv_workers_new(&workers, 1, service.queue) == PEND_OK);
+        compute_post(&exchange, &service, "/v1/trees", LIVE_SHORT);
+        exchange.coding = SRV_GZIP;
+        service.config.compress_above = 1;
+        long before = test_alloc_count();
+        test_alloc_fail(n, 0);
+        srv_compute_begin(&exchange);
+        CHECK(compute_await(1));
+        int untouched = test_alloc_count() - before < n;
+        test_alloc_faults_off();
+        srv_workers_free(&workers);
+        CHECK_SAYING(exchange.status == 200 || exchange.status == 503, "fault %d: status %d", n, exchange.status);
+        CHECK(srv_cache_valid(service.cache) && !service.computing);
+        answered = untouched && exchange.status == 200;
+        srv_exchange_clear(&exchange);
+        live_service_clear(&service);
+    }
+    CHECK(answered);
+}

@@ -89,6 +89,7 @@ TEST(the_same_again_comes_from_the_cache_in_every_coding) {
         }
         CHECK_INT(share_ask(daemon, &reply, match, turn ? body : other), 304);
         CHECK_TEXT(test_reply_header(&reply, "ETag"), share_header(&first, "ETag"));
+        CHECK_INT(atoi(share_header(&reply, "Content-Length")), (int)first.body_bytes);
         test_reply_clear(&reply);
     }
     CHECK(share_metric(daemon, "pendulumd_cache_lookups_total{result=\"missed\"} ") == 1);
@@ -314,21 +315,6 @@ TEST(one_client_cannot_fill_the_queue) {
     }
     CHECK_SAYING(refused == 4, "%d of 8 were refused", refused);
     CHECK(share_metric(daemon, "pendulumd_refused_total{limit=\"max-client-queue\"} ") == refused);
-    share_await(daemon, "pendulumd_computations ", 0, 20);
-    srv_daemon_free(&daemon);
-}
-
-TEST(who_waits_too_long_for_a_worker_is_told) {
-    static const char *const options[] = {"--workers", "1", "--max-wait-seconds", "0.1", NULL};
-    struct srv_daemon *daemon = live_start(options);
-    struct test_client busy;
-    struct test_reply reply;
-    REQUIRE(daemon != NULL);
-    REQUIRE(share_post(daemon, &busy, "", DOUBLE "\"times\":{\"start\":0,\"stop\":50000,\"count\":5}}"));
-    test_sleep(0.05);
-    CHECK_INT(share_ask(daemon, &reply, "", DOUBLE "\"times\":[0,1]}"), 200);
-    test_reply_clear(&reply);
-    test_client_close(&busy);
     share_await(daemon, "pendulumd_computations ", 0, 20);
     srv_daemon_free(&daemon);
 }
