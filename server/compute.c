@@ -52,7 +52,8 @@ static size_t compute_exact_key(struct srv_exchange *exchange, const char **key)
 
 /* such an exchange is never answered from the exact bytes */
 static int compute_unkeyed(const struct srv_exchange *exchange) {
-    return !srv_cache_on(exchange->service->cache) || exchange->apart || exchange->body.bytes > SRV_CACHE_KEY || exchange->query;
+    return !srv_cache_on(exchange->service->cache) || exchange->apart || exchange->body.bytes > SRV_CACHE_KEY ||
+           exchange->query;
 }
 
 /* an exchange is answered by a payload */

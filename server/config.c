@@ -431,9 +431,7 @@ int srv_config_answers(const struct srv_config *config) { return strcmp(config->
 
 int srv_config_works(const struct srv_config *config) { return strcmp(config->role, "api") != 0; }
 
-static double config_wider(double of_requests, double of_jobs) {
-    return of_requests > of_jobs ? of_requests : of_jobs;
-}
+static double config_wider(double of_requests, double of_jobs) { return of_requests > of_jobs ? of_requests : of_jobs; }
 
 struct api_limits srv_config_job_limits(const struct srv_config *config) {
     struct api_limits limits = config->limits;

@@ -145,8 +145,9 @@ static void jobs_refuse(struct srv_exchange *exchange, enum srv_stored stored, c
         srv_exchange_busy(exchange, 1, "the store is busy; nothing was changed");
         break;
     default:
-        srv_exchange_busy(exchange, 2, "the store is out of reach; a job whose request is repeated with the same "
-                                       "Idempotency-Key is made once");
+        srv_exchange_busy(exchange, 2,
+                          "the store is out of reach; a job whose request is repeated with the same "
+                          "Idempotency-Key is made once");
         break;
     }
 }
@@ -199,8 +200,7 @@ static int jobs_read_query(const char *query, struct jobs_errand *errand) {
             memcpy(errand->id, at + 7, SRV_ID_BYTES - 1);
             errand->before = errand->id;
             if (!jobs_id_good(errand->id)) return 0;
-        } else if (!strncmp(at, "limit=", 6) && bytes > 6 && bytes < 10 &&
-                   strspn(at + 6, "0123456789") == bytes - 6) {
+        } else if (!strncmp(at, "limit=", 6) && bytes > 6 && bytes < 10 && strspn(at + 6, "0123456789") == bytes - 6) {
             errand->most = atoi(at + 6);
             if (errand->most < 1 || errand->most > JOBS_PAGE) return 0;
         } else {
@@ -272,7 +272,8 @@ static int jobs_plan(struct jobs_errand *errand) {
                                   .content_type = exchange->field[SRV_CONTENT_TYPE],
                                   .body = exchange->body.bytes ? exchange->body.data : NULL,
                                   .body_bytes = exchange->body.bytes};
-    int http = api_plan_read(&plan, &request, &service->job_limits, service->config.job_part_seconds, &exchange->answer);
+    int http =
+        api_plan_read(&plan, &request, &service->job_limits, service->config.job_part_seconds, &exchange->answer);
     if (http) {
         srv_exchange_answered(exchange, http, "application/problem+json");
         return 0;
@@ -449,7 +450,8 @@ static enum pend_status source_fetch(void *context, void *data, size_t cap, size
     struct jobs_source *source = context;
     enum srv_stored stored = SRV_STORED;
     *bytes = 0;
-    if (cap < SRV_CHUNK_BYTES) return pend_fail(error, PEND_BUG, -1, 0, "a chunk of %d bytes has no room", SRV_CHUNK_BYTES);
+    if (cap < SRV_CHUNK_BYTES)
+        return pend_fail(error, PEND_BUG, -1, 0, "a chunk of %d bytes has no room", SRV_CHUNK_BYTES);
     source->data = data;
     while (source->shard < source->shards && !*bytes) {
         source->ask.call.run = source_read;

@@ -30,23 +30,25 @@
     X(refused_wait, "pendulumd_refused_total", "limit=\"max-wait-seconds\"", "")                                       \
     X(refused_connections, "pendulumd_refused_total", "limit=\"max-connections\"", "")                                 \
     X(slices, "pendulumd_slices_total", "", "Turns that computations had on a worker")                                 \
-    X(parts_kept, "pendulumd_job_parts_total", "end=\"kept\"", "Parts of jobs that this process computed, by their end")     \
+    X(parts_kept, "pendulumd_job_parts_total", "end=\"kept\"",                                                         \
+      "Parts of jobs that this process computed, by their end")                                                        \
     X(parts_lost, "pendulumd_job_parts_total", "end=\"lost\"", "")                                                     \
     X(parts_failed, "pendulumd_job_parts_total", "end=\"failed\"", "")                                                 \
     X(busy_ns, "pendulumd_worker_busy_seconds_total", "", "Time that workers were busy, all together")
 
 /* Gauges, read when they are asked for: field, name, labels, help. Rows of one name stand together. */
 #define SRV_GAUGES(X)                                                                                                  \
-    X(queued, "pendulumd_queue_depth", "", "Computations that wait for a worker")                                          \
-    X(computing, "pendulumd_computations", "", "Computations under way: waiting, running, or waiting for their reader")    \
-    X(workers, "pendulumd_workers", "", "Threads that compute")                                                            \
-    X(busy, "pendulumd_workers_busy", "", "Workers that compute just now")                                                 \
-    X(connections, "pendulumd_connections", "", "Open connections")                                                        \
-    X(held, "pendulumd_held_bytes", "", "Bodies and answers in memory")                                                    \
-    X(cache_bytes, "pendulumd_cache_bytes", "", "Memory of the cache")                                                     \
-    X(cache_entries, "pendulumd_cache_entries", "", "Keys in the cache")                                                   \
-    X(draining, "pendulumd_draining", "", "1 while the server drains, else 0")                                             \
-    X(jobs_accepted, "pendulumd_jobs", "state=\"accepted\"", "Jobs in the store by their state")                          \
+    X(queued, "pendulumd_queue_depth", "", "Computations that wait for a worker")                                      \
+    X(computing, "pendulumd_computations", "",                                                                         \
+      "Computations under way: waiting, running, or waiting for their reader")                                         \
+    X(workers, "pendulumd_workers", "", "Threads that compute")                                                        \
+    X(busy, "pendulumd_workers_busy", "", "Workers that compute just now")                                             \
+    X(connections, "pendulumd_connections", "", "Open connections")                                                    \
+    X(held, "pendulumd_held_bytes", "", "Bodies and answers in memory")                                                \
+    X(cache_bytes, "pendulumd_cache_bytes", "", "Memory of the cache")                                                 \
+    X(cache_entries, "pendulumd_cache_entries", "", "Keys in the cache")                                               \
+    X(draining, "pendulumd_draining", "", "1 while the server drains, else 0")                                         \
+    X(jobs_accepted, "pendulumd_jobs", "state=\"accepted\"", "Jobs in the store by their state")                       \
     X(jobs_running, "pendulumd_jobs", "state=\"running\"", "")                                                         \
     X(jobs_successful, "pendulumd_jobs", "state=\"successful\"", "")                                                   \
     X(jobs_failed, "pendulumd_jobs", "state=\"failed\"", "")                                                           \
@@ -54,7 +56,7 @@
     X(parts_waiting, "pendulumd_job_parts_waiting", "", "Parts of jobs that a free worker would take now")             \
     X(store_bytes, "pendulumd_store_bytes", "", "Results of jobs in the store")                                        \
     X(store_up, "pendulumd_store_up", "", "1 while the store answers, 0 while it does not or there is none")           \
-    X(resident, "process_resident_memory_bytes", "", "Resident memory of the process")                                     \
+    X(resident, "process_resident_memory_bytes", "", "Resident memory of the process")                                 \
     X(started, "process_start_time_seconds", "", "When the process began, in seconds since 1970")
 
 /* Histograms of seconds: field, stage. */

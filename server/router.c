@@ -111,8 +111,9 @@ static void router_options(struct srv_exchange *exchange, const char *allow) {
     srv_exchange_static(exchange, 204, NULL, NULL, 0);
     if (!exchange->field[SRV_ORIGIN] || !exchange->field[SRV_PREFLIGHT]) return;
     srv_exchange_header(exchange, "Access-Control-Allow-Methods", allow);
-    srv_exchange_header(exchange, "Access-Control-Allow-Headers",
-                        fields && *fields ? fields : "Accept, Content-Type, Idempotency-Key, If-None-Match, Prefer, X-Request-Id");
+    srv_exchange_header(
+        exchange, "Access-Control-Allow-Headers",
+        fields && *fields ? fields : "Accept, Content-Type, Idempotency-Key, If-None-Match, Prefer, X-Request-Id");
     srv_exchange_header(exchange, "Access-Control-Max-Age", "86400");
 }
 
@@ -170,8 +171,7 @@ int srv_router_find(struct srv_exchange *exchange) {
     size_t bytes;
     for (int i = 0; i < ROUTER_COUNT; i++) {
         const struct srv_route *route = &router_table[i];
-        if (!router_serves(route, exchange->method) ||
-            !router_match(route->pattern, exchange->path, &argument, &bytes))
+        if (!router_serves(route, exchange->method) || !router_match(route->pattern, exchange->path, &argument, &bytes))
             continue;
         exchange->route = route;
         exchange->op = route->op;

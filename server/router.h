@@ -46,7 +46,8 @@ int srv_router_find(struct srv_exchange *exchange);
  */
 int srv_router_begin(struct srv_exchange *exchange);
 
-/** Hands an exchange over to whom it concerns; it comes back through its finish, answered, maybe before this returns. */
+/** Hands an exchange over to whom it concerns; it comes back through its finish, answered, maybe before this returns.
+ */
 void srv_router_hand(struct srv_exchange *exchange);
 
 #endif

@@ -75,7 +75,13 @@ struct srv_runner {
     struct runner_slot slot[];
 };
 
-enum { RUNNER_POLL_MS = 1000, RUNNER_AGAIN_MS = 200, RUNNER_BEATS_MS = 50, RUNNER_CONTENDED_MS = 5, RUNNER_KEEP = 1 << 20 };
+enum {
+    RUNNER_POLL_MS = 1000,
+    RUNNER_AGAIN_MS = 200,
+    RUNNER_BEATS_MS = 50,
+    RUNNER_CONTENDED_MS = 5,
+    RUNNER_KEEP = 1 << 20
+};
 
 static int64_t runner_ms(int ms) { return (int64_t)ms * 1000000; }
 
@@ -211,7 +217,8 @@ static void slot_answered(struct runner_slot *slot, enum srv_stored stored) {
     } else if (stored >= SRV_STORED_FULL) {
         slot_retry(slot, asked);
     } else {
-        if (asked == RUNNER_FINISH) srv_metrics_count(stored == SRV_STORED ? &metrics->parts_kept : &metrics->parts_lost, 1);
+        if (asked == RUNNER_FINISH)
+            srv_metrics_count(stored == SRV_STORED ? &metrics->parts_kept : &metrics->parts_lost, 1);
         if (asked == RUNNER_FAIL) srv_metrics_count(&metrics->parts_failed, stored == SRV_STORED);
         slot_end(slot);
     }

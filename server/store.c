@@ -47,7 +47,7 @@ struct srv_store {
     X(JOB_LOCK, "SELECT " JOB_COLUMNS " FROM jobs WHERE id = $1 {lock}")                                               \
     X(JOB_OF_KEY, "SELECT " JOB_COLUMNS ", digest FROM jobs WHERE client = $1 AND key = $2")                           \
     X(JOB_REQUEST, "SELECT request FROM jobs WHERE id = $1")                                                           \
-    X(JOB_READY, "SELECT id, operation, shards, begun, waiting, chained FROM jobs WHERE client = $1 AND ready = 1 "             \
+    X(JOB_READY, "SELECT id, operation, shards, begun, waiting, chained FROM jobs WHERE client = $1 AND ready = 1 "    \
                  "ORDER BY turn, created LIMIT 1 {skip}")                                                              \
     X(JOB_CLAIM, "UPDATE jobs SET turn = turn + 1, state = 1, started = CASE WHEN started = 0 THEN {now} ELSE "        \
                  "started END, waiting = waiting - $2, begun = begun + $3, ready = " READY(                            \
@@ -680,7 +680,8 @@ static enum srv_stored shard_back(struct srv_store *store, const char *id, int64
     sweep->released++;
     if (row.whole[0] < SRV_MOST_KILLS) return RUN(store, SQL_JOB_WAIT, NULL, NULL, text_value(id));
     sweep->given_up++;
-    snprintf(message, sizeof message, "given up: %d workers ended or fell silent over part %lld of %ld, and nothing was done between",
+    snprintf(message, sizeof message,
+             "given up: %d workers ended or fell silent over part %lld of %ld, and nothing was done between",
              SRV_MOST_KILLS, (long long)number + 1, job.shards);
     return store_job_end(store, &job, SRV_JOB_FAILED, message);
 }

@@ -16,7 +16,8 @@ enum {
     SRV_MESSAGE_BYTES = 256,      /* what a job says of its end */
     SRV_NAME_BYTES = 96,          /* clients, workers, operations, idempotency keys */
     SRV_CHUNK_BYTES = 256 * 1024, /* a piece of a shard's result; only the last is shorter */
-    SRV_MOST_KILLS = 3            /* workers that may vanish with one shard, and no shard of the job be done between, before it is given up */
+    SRV_MOST_KILLS =
+        3 /* workers that may vanish with one shard, and no shard of the job be done between, before it is given up */
 };
 
 /* The status words of OGC API - Processes; the numbers are what the databases hold. */

@@ -15,7 +15,7 @@ import urllib.request
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from replies import Document, Fault  # noqa: E402
+from replies import BINARY, Document, Fault  # noqa: E402
 
 
 def ask(url, method, body, accept):
@@ -77,19 +77,25 @@ def compare(media_type, got, want):
 def cases(document):
     """(method, path, name, request body, media type, answer or None) of every example."""
     for path, item in document.document["paths"].items():
+        if path.startswith("/v1/jobs"):
+            continue  # no id is known beforehand, and this server keeps no jobs: tests/wire asks for them
         for method, operation in item.items():
             requests = operation.get("requestBody", {}).get("content", {}).get("application/json", {}).get("examples", {})
             bodies = {name: example["value"] for name, example in requests.items()}
             for parameter in operation.get("parameters", []):
+                if "$ref" in parameter:
+                    continue  # a header field that may be left out
                 bodies[parameter["example"]] = None
                 path = path.replace("{" + parameter["name"] + "}", parameter["example"])
             for media_type, content in operation["responses"]["200"]["content"].items():
-                if media_type.startswith("image/"):
-                    continue  # not every example can be drawn
+                if media_type.startswith("image/") or media_type in BINARY:
+                    continue  # not every example can be drawn; readback.sh reads what is no text
                 answers = {name: example["value"] for name, example in content.get("examples", {}).items()}
                 for name in answers.keys() - bodies.keys():
                     raise Fault(f"{path}: the answer {name} has no request")
                 for name, body in (bodies or {"": None}).items():
+                    if media_type != "application/json" and "include" in (body or {}):
+                        continue  # matrices are answered in JSON only
                     yield method, path, name, body, media_type, answers.get(name)
 
 

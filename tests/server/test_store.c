@@ -169,7 +169,8 @@ STORE_TEST(what_kills_three_workers_is_given_up) {
     struct srv_job job;
     (void)ground;
     CHECK_INT(submit(store, "poison", "anna", NULL, 7, 0, &job), SRV_STORED);
-    /* one before the others, which are done: that the job gets on speaks for it; and as often as it may be afterwards */
+    /* one before the others, which are done: that the job gets on speaks for it; and as often as it may be afterwards
+     */
     for (int i = 0; i <= SRV_MOST_KILLS; i++) {
         CHECK_INT(srv_store_claim(store, "w", 1000, &lease), SRV_STORED);
         CHECK(lease.shard == 0 && lease.attempt == i + 1);
