@@ -79,7 +79,7 @@ static const struct config_row config_table[] = {
     {{"access-log", "on/off", "on", "one JSON line a request on standard output"},
      CONFIG_SWITCH, FIELD(access_log), 0, 0},
     {{"job-part-seconds", "S", "1", "computation after which a part of a job is kept: what a crash repeats at most"},
-     CONFIG_SECONDS, FIELD(job_part_seconds), 0.01, 3600},
+     CONFIG_SECONDS, FIELD(job_part_seconds), 0.001, 3600},
     {{"job-lease-seconds", "S", "15", "time after which a worker that is not heard of loses its part of a job to another"},
      CONFIG_SECONDS, FIELD(job_lease_seconds), 0.5, 3600},
     {{"max-client-jobs", "N", "10000", "jobs of one client that have not ended; one more is answered 429"},
