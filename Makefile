@@ -69,14 +69,16 @@ help: ## lists these targets; the default
 #@ The two commands that a newcomer needs; both install missing Debian packages
 run: ## builds and serves on http://127.0.0.1:8080 (LISTEN=address:port, ARGS="more options")
 	@docker/install.sh build
-	@$(MAKE) --no-print-directory build
+	@$(MAKE) --no-print-directory $(PARALLEL) build
 	@exec $(B)/pendulumd --listen $(LISTEN) $(ARGS)
 LISTEN ?= 127.0.0.1:8080
 
 check: ## builds and runs every test; the last line counts them
 	@docker/install.sh build test
 	@$(CHECK); $(COUNT)
-CHECK = rm -rf build/check; $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS)) -f tests/harness/check.mk
+CHECK = rm -rf build/check; $(MAKE) --no-print-directory $(PARALLEL) -f tests/harness/check.mk
+# all processors, unless whoever called make has said how many
+PARALLEL = $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS))
 COUNT = tests/harness/job.sh --sum
 
 #@ Build (MODE=release|debug|asan|tsan, into build/MODE)
