@@ -39,8 +39,9 @@ static void postgres_drop(void) {
     if (user && (setgroups(0, NULL) || setgid(user->pw_gid) || setuid(user->pw_uid))) _exit(126);
 }
 
-/* starts a program of PostgreSQL's with its output in the directory's log */
-static pid_t postgres_spawn(const struct test_postgres *postgres, const char *program, char *const argv[]) {
+/* starts a program of PostgreSQL's with its output in the directory's log; it finds its fellows by the path in argv[0]
+ */
+static pid_t postgres_spawn(const struct test_postgres *postgres, const char *program, char *argv[]) {
     char path[PATH_BYTES], log[PATH_BYTES];
     snprintf(path, sizeof path, "%s/%s", postgres->bin, program);
     snprintf(log, sizeof log, "%s/log", postgres->directory);
@@ -51,6 +52,7 @@ static pid_t postgres_spawn(const struct test_postgres *postgres, const char *pr
     prctl(PR_SET_PDEATHSIG, SIGINT);
     int out = open(log, O_WRONLY | O_CREAT | O_APPEND, 0600);
     if (out < 0 || dup2(out, 1) < 0 || dup2(out, 2) < 0 || chdir(postgres->directory)) _exit(126);
+    argv[0] = path;
     execv(path, argv);
     _exit(127);
 }
