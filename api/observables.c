@@ -36,12 +36,6 @@ static const char *const outputs[OUT_COUNT + 1] = {"phi", "phid", "theta", "thet
 /* a time that never came */
 static const double never = -1;
 
-int api_observables_find(const char *name) {
-    for (int i = 0; i < API_SEE_COUNT; i++)
-        if (!strcmp(name, observables[i].name)) return i;
-    return -1;
-}
-
 const char *api_observables_name(enum api_observable observable) { return observables[observable].name; }
 
 /* the words of a list as bits; 0 where the field is missing or faulty */

@@ -41,9 +41,6 @@ void api_observables_read(struct api_observables *seen, const struct api_value *
 /** Sets the columns for n arms; the rows of the table are left alone. */
 void api_observables_columns(struct api_observables *seen, int n);
 
-/** The number of an observable by its name, or -1. */
-int api_observables_find(const char *name);
-
 /** The name of an observable. */
 const char *api_observables_name(enum api_observable observable);
 

@@ -4,15 +4,6 @@
 #include <stdio.h>
 #include <string.h>
 
-const char *srv_stored_text(enum srv_stored stored) {
-    static const char *const text[] = {
-#define X(name, text) text,
-        SRV_STORED_LIST(X)
-#undef X
-    };
-    return (unsigned)stored < SRV_STORED_COUNT ? text[stored] : "unknown";
-}
-
 void srv_sql_complain(struct srv_sql *sql, const char *text) {
     snprintf(sql->complaint, sizeof sql->complaint, "%.*s", (int)strcspn(text, "\n"), text);
 }

@@ -11,24 +11,17 @@
 
 enum { SRV_SQL_PARAMETERS = 16, SRV_SQL_STATEMENTS = 64, SRV_SQL_TEXT = 2048, SRV_SQL_COMPLAINT = 240 };
 
-/* name, what it means */
-#define SRV_STORED_LIST(X)                                                                                             \
-    X(SRV_STORED, "done, and on disk")                                                                                 \
-    X(SRV_STORED_NONE, "there is no such thing")                                                                       \
-    X(SRV_STORED_CLASH, "the key or id is taken by another request")                                                   \
-    X(SRV_STORED_QUOTA, "a quota would be exceeded")                                                                   \
-    X(SRV_STORED_LOST, "the lease was lost, or the job ended meanwhile; nothing was written")                          \
-    X(SRV_STORED_FULL, "the disk is full; nothing was written")                                                        \
-    X(SRV_STORED_AGAIN, "another process was in the way; nothing was written")                                         \
-    X(SRV_STORED_AWAY, "the store cannot be reached now; whether the call took effect is unknown")                     \
-    X(SRV_STORED_BROKEN, "the store is damaged, out of memory, or not what this version can read")
-
 /* What became of a call to a store. */
 enum srv_stored {
-#define X(name, text) name,
-    SRV_STORED_LIST(X)
-#undef X
-        SRV_STORED_COUNT
+    SRV_STORED,       /* done, and on disk */
+    SRV_STORED_NONE,  /* there is no such thing */
+    SRV_STORED_CLASH, /* the key or id is taken by another request */
+    SRV_STORED_QUOTA, /* a quota would be exceeded */
+    SRV_STORED_LOST,  /* the lease was lost, or the job ended meanwhile; nothing was written */
+    SRV_STORED_FULL,  /* the disk is full; nothing was written */
+    SRV_STORED_AGAIN, /* another process was in the way; nothing was written */
+    SRV_STORED_AWAY,  /* the store cannot be reached now; whether the call took effect is unknown */
+    SRV_STORED_BROKEN /* the store is damaged, out of memory, or not what this version can read */
 };
 
 /* A parameter, or a field of a row; data is borrowed. */
@@ -81,9 +74,6 @@ struct srv_sql_driver {
 };
 
 extern const struct srv_sql_driver srv_sql_sqlite, srv_sql_postgres;
-
-/** The text of a result, a static string. */
-const char *srv_stored_text(enum srv_stored stored);
 
 /** Notes what the database said, the first line of it. */
 void srv_sql_complain(struct srv_sql *sql, const char *text);
