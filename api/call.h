@@ -50,6 +50,14 @@ void api_call_free(struct api_call **call);
 void api_call_clock(struct api_call *call, double (*now)(void *context), void *context);
 
 /**
+ * Lends a look at who else waits; with a clock, to be set before api_call_open, or never.
+ *
+ * hurry  asked between two pieces of work once a run has lasted a quarter of a millisecond; where it returns non-zero
+ *        the run comes back. Called on the thread that runs the call.
+ */
+void api_call_hurry(struct api_call *call, int (*hurry)(void *company), void *company);
+
+/**
  * Reads and checks the whole request. Afterwards the answer is known to be a problem, or the computation is ready to
  * run.
  *

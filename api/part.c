@@ -42,6 +42,8 @@ struct api_part {
     void *state;
     double (*now)(void *context);
     void *context;
+    int (*hurry)(void *company);
+    void *company;
     double seconds;
 };
 
@@ -88,6 +90,11 @@ void api_part_clock(struct api_part *part, double (*now)(void *context), void *c
     part->context = context;
 }
 
+void api_part_hurry(struct api_part *part, int (*hurry)(void *company), void *company) {
+    part->hurry = hurry;
+    part->company = company;
+}
+
 /* puts what was appended as JSON since `before` into records, the last one first: each moves up by the heads before it
  */
 static enum pend_status part_wrap(struct api_buffer *out, size_t before) {
@@ -104,8 +111,13 @@ static enum pend_status part_wrap(struct api_buffer *out, size_t before) {
 }
 
 enum pend_status api_part_run(struct api_part *part, struct api_buffer *out, int *done, struct pend_error *error) {
-    struct api_turn turn = {
-        .out = out, .now = part->now, .context = part->context, .earlier = part->seconds, .before = out->bytes};
+    struct api_turn turn = {.out = out,
+                            .now = part->now,
+                            .context = part->context,
+                            .hurry = part->hurry,
+                            .company = part->company,
+                            .earlier = part->seconds,
+                            .before = out->bytes};
     int over = 0;
     *done = 0;
     error->text[0] = 0;

@@ -129,6 +129,37 @@ TEST(a_clock_cuts_the_work_but_does_not_change_the_answer) {
     api_buffer_clear(&fast);
 }
 
+static int in_hurry(void *company) {
+    ++*(int *)company;
+    return 1;
+}
+
+TEST(a_hurried_call_comes_back_after_a_quarter_of_a_millisecond) {
+    struct api_limits limits;
+    struct api_request request = {.op = API_OP_TRAJECTORIES,
+                                  .content_type = "application/json",
+                                  .body = trajectory,
+                                  .body_bytes = strlen(trajectory)};
+    int runs[2] = {0}, asked = 0;
+    api_limits_init(&limits);
+    for (int hurried = 0; hurried < 2; hurried++) {
+        struct clock clock = {0, 0.0003}; /* a tick after each piece */
+        struct api_call *call;
+        struct api_buffer out;
+        api_buffer_init(&out, 10000000);
+        REQUIRE(api_call_new(&call, &limits) == PEND_OK);
+        api_call_clock(call, clock_now, &clock);
+        if (hurried) api_call_hurry(call, in_hurry, &asked);
+        enum api_progress progress = api_call_open(call, &request, &out);
+        for (; progress == API_MORE; runs[hurried]++) progress = api_call_run(call, &out);
+        CHECK(progress == API_DONE);
+        api_call_free(&call);
+        api_buffer_clear(&out);
+    }
+    CHECK_SAYING(runs[1] > runs[0] && runs[1] <= 4 * runs[0], "%d runs, %d in hurry", runs[0], runs[1]);
+    CHECK(asked >= runs[1] - 1 && asked <= runs[1]);
+}
+
 TEST(a_call_that_is_stopped_ends_as_a_problem_alone) {
     for (int runs = 0; runs < 3; runs++) {
         struct api_limits limits;
