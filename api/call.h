@@ -93,8 +93,9 @@ PEND_MUST_CHECK enum api_progress api_call_results(struct api_call *call, const 
 
 /**
  * What tells a request from every other, as 64 hexadecimal digits: a SHA-256 of the operation, what it was asked in a
- * canonical form (the order of keys, blanks and the spelling of numbers do not matter), the representation, and the
- * engine. NULL for a request that was refused. Equal digests: the same answer but for compute_seconds.
+ * canonical form (the order of keys, blanks, the spelling of numbers and most defaults written out do not matter), the
+ * representation, and the engine. NULL for a request that was refused. Equal digests: the same answer but for
+ * compute_seconds.
  *
  * Valid once api_call_open came back; lives as long as the call.
  */
