@@ -9,12 +9,17 @@
 
 enum {
     COMPUTE_HOLD = 1 << 20,       /* bytes of an answer that may stream are held, so that it can be shared and kept */
+    COMPUTE_SHARE = 1 << 23,      /* the same where several wait for it, or where it is soon complete */
     COMPUTE_LONG_BODY = 1 << 18,  /* bytes of a body that takes a while to read */
     COMPUTE_MOST_CODED = 1 << 30, /* bytes of an answer that is compressed whole */
     COMPUTE_REFUSE_COST = 3       /* times max-compute-seconds: an estimate may be wrong by this factor */
 };
 
-static const double compute_patience = 0.05; /* s of computation after which a stream begins, however little there is */
+/* s of computation after which a stream begins, however little there is; a whole one that is waited for all the same */
+static const double compute_patience = 0.05, compute_soon = 0.25;
+
+/* s after which a computation that was out of time or memory may be tried again: it may find a machine that is less busy */
+static const char compute_retry[] = "60";
 
 /* s of computation from which on it belongs to the next level of the queue */
 static const double compute_level[SRV_QUEUE_LEVELS - 1] = {0.003, 0.05, 1};
@@ -117,6 +122,7 @@ static struct srv_payload *compute_payload(struct srv_work *work, struct api_ans
     if (!made) return NULL;
     made->steps = api_call_steps(work->call);
     if (answer.status >= 400) srv_payload_header(made, "Cache-Control", "no-store");
+    if (answer.status == 503) srv_payload_header(made, "Retry-After", compute_retry);
     srv_payload_header(made, "Vary", srv_exchange_vary);
     if (answer.status == 200 && work->etag[0]) {
         snprintf(made->etag, sizeof made->etag, "%s", work->etag);
@@ -126,6 +132,13 @@ static struct srv_payload *compute_payload(struct srv_work *work, struct api_ans
     if (file) srv_payload_header(made, "Content-Disposition", disposition);
     if (coding) srv_payload_header(made, "Content-Encoding", srv_coding_at(coding)->name);
     return made;
+}
+
+/* counts the memory of an answer that is under way */
+static void compute_hold(struct srv_work *work) {
+    size_t bytes = work->out.cap + work->coded.cap + SRV_FLIGHT_BLOCK;
+    atomic_fetch_add(&work->service->held, (long long)bytes - (long long)work->held);
+    work->held = bytes;
 }
 
 /* --- the end of a work --- */
@@ -163,6 +176,7 @@ static void compute_settle(struct srv_work *work) {
     if (answer.status == 200 && work->key_bytes) srv_metrics_count(&service->metrics.cache_missed, 1);
     enum srv_coding coding = compute_code(work, answer.media_type);
     struct srv_payload *payload = compute_payload(work, answer, coding, &work->out);
+    if (work->held) compute_hold(work); /* the answer's memory is counted with the payload now */
     if (!payload) {
         compute_fail(work, "out of memory");
     } else if (!srv_service_room(service)) {
@@ -187,12 +201,6 @@ static void compute_apart(struct srv_exchange *others) {
         next = exchange->next_beside;
         compute_push(exchange);
     }
-}
-
-static void compute_hold(struct srv_work *work) {
-    size_t bytes = work->out.cap + work->coded.cap + SRV_FLIGHT_BLOCK;
-    atomic_fetch_add(&work->service->held, (long long)bytes - (long long)work->held);
-    work->held = bytes;
 }
 
 /* hands over what was appended; 1 when the worker goes on with it */
@@ -237,11 +245,22 @@ static void compute_promise(struct srv_work *work) {
     compute_apart(others);
 }
 
+/* whether a larger answer than usual is held: it is worth more whole than early. One that is to be compressed is not, as
+ * that takes a worker long in one go. */
+static int compute_whole(struct srv_work *work, int alone) {
+    double seconds = compute_seconds(work);
+    if (work->coding && srv_coding_worth(api_call_answer(work->call).media_type)) return 0;
+    if (work->out.cap > COMPUTE_HOLD) compute_hold(work);
+    return (!alone || (seconds > work->cost ? seconds : work->cost) < compute_soon) && srv_service_room(work->service);
+}
+
 /* is it time to begin sending? */
 static int compute_ripe(struct srv_work *work) {
-    int much = work->out.bytes >= COMPUTE_HOLD;
-    if (!api_call_streams(work->call)) return 0;
-    return much || (work->out.bytes && compute_seconds(work) >= compute_patience && srv_flights_waiters(work) == 1);
+    if (!api_call_streams(work->call) || !work->out.bytes) return 0;
+    if (work->out.bytes < COMPUTE_HOLD && compute_seconds(work) < compute_patience) return 0;
+    int alone = srv_flights_waiters(work) == 1;
+    size_t most = compute_whole(work, alone) ? COMPUTE_SHARE : COMPUTE_HOLD;
+    return work->out.bytes >= most || (alone && most == COMPUTE_HOLD);
 }
 
 /* --- turns on a worker --- */
