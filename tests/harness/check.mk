@@ -16,8 +16,9 @@ build-release build-asan: build-%:
 build-tsan:
 	$(job) $(MAKE) --no-print-directory MODE=tsan build build/tsan/tests/server/run build/tsan/tests/wire/run
 
+# fresh memory holds nonsense, so that a number that was never set is a wrong one
 $(ROOMS:%=release-%): release-%: build-release
-	$(job) build/release/tests/$*/run
+	$(job) env MALLOC_PERTURB_=85 build/release/tests/$*/run
 $(ROOMS:%=asan-%): asan-%: build-asan
 	$(job) build/asan/tests/$*/run
 
