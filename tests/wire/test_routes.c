@@ -122,7 +122,7 @@ static const struct {
     int status;
     const char *pointer;
 } refused[] = {
-    {"GET", "/", "", NULL, 404, NULL},
+    {"GET", "/page/0000000000000000/index.html", "", NULL, 404, NULL},
     {"GET", "/nothing", "", NULL, 404, NULL},
     {"GET", "/v1/presets/no-such-thing", "", NULL, 404, NULL},
     {"GET", "/v1/trees/", "", NULL, 404, NULL},
