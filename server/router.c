@@ -8,6 +8,7 @@
 #include "server/assets.h"
 #include "server/compute.h"
 #include "server/jobs.h"
+#include "server/scenes.h"
 
 static const char router_json[] = "application/json";
 
@@ -50,6 +51,8 @@ static const struct srv_route router_table[] = {
     {"POST", "/v1/ensembles", NULL, NULL, API_OP_ENSEMBLES, "POST /v1/ensembles"},
     {"GET", "/v1/presets", NULL, NULL, API_OP_PRESETS, "GET /v1/presets"},
     {"GET", "/v1/presets/{name}", NULL, NULL, API_OP_PRESET, "GET /v1/presets/{name}"},
+    {"POST", "/v1/scenes", NULL, srv_scenes_create, API_OP_COUNT, "POST /v1/scenes"},
+    {"GET", "/v1/scenes/{id}", NULL, srv_scenes_read, API_OP_COUNT, "GET /v1/scenes/{id}"},
     {"GET", "/v1/jobs", NULL, srv_jobs_list, API_OP_COUNT, "GET /v1/jobs"},
     {"GET", "/v1/jobs/{id}", NULL, srv_jobs_read, API_OP_COUNT, "GET /v1/jobs/{id}"},
     {"DELETE", "/v1/jobs/{id}", NULL, srv_jobs_dismiss, API_OP_COUNT, "DELETE /v1/jobs/{id}"},
