@@ -205,7 +205,7 @@ build/web/fetched: server/web/package-lock.json server/assets_fetch.sh
 
 build/web/assets.c: $(WEB) server/assets_embed.py build/web/fetched build/web/files
 	$(if $(V),,@printf '  %-8s %-5s %s\n' web embed server/web)
-	$(Q)/usr/bin/python3 -B server/assets_embed.py server/web $(@D)/node_modules > $@.$$$$ && mv -f $@.$$$$ $@
+	$(Q)/usr/bin/python3 -B server/assets_embed.py server/web $(@D)/node_modules $(@D)/lib > $@.$$$$ && mv -f $@.$$$$ $@
 
 build/web/assets.o: build/web/assets.c server/assets.h
 	$(Q)$(CC) -I. -O1 $(CFLAGS) -c $< -o $@.$$$$ && mv -f $@.$$$$ $@
