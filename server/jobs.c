@@ -29,6 +29,7 @@ struct jobs_errand {
     char key[JOBS_KEY + 1]; /* "" = none */
     unsigned char digest[SRV_DIGEST_BYTES];
     long shards;
+    int chained;
     struct srv_job job;
     void *request; /* of a job whose results are wanted */
     size_t request_bytes;
@@ -231,7 +232,8 @@ static enum srv_stored jobs_put(struct srv_store *store, struct srv_store_call *
                                   .request = exchange->body.data,
                                   .request_bytes = exchange->body.bytes,
                                   .digest = errand->digest,
-                                  .shards = errand->shards};
+                                  .shards = errand->shards,
+                                  .chained = errand->chained};
     return srv_store_submit(store, &order, &errand->job);
 }
 
@@ -285,6 +287,7 @@ static int jobs_plan(struct jobs_errand *errand) {
         return 0;
     }
     errand->shards = plan.parts;
+    errand->chained = plan.chained;
     jobs_digest(plan.digest, errand->digest);
     if (jobs_make_id(errand->id)) return 1;
     srv_exchange_busy(exchange, 1, "the system has no random numbers");

@@ -11,10 +11,12 @@
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define SECOND "3" /* everything takes longer */
+#define WAY "2000"
 #define PART "0.001"
 enum { KILLS = 4, MOST_LIFE = 3 };
 #else
 #define SECOND "50"
+#define WAY "20000"
 #define PART "0.02"
 enum { KILLS = 6, MOST_LIFE = 1 };
 #endif
@@ -23,6 +25,11 @@ enum { KILLS = 6, MOST_LIFE = 1 };
     "{\"pendulum\":" ASK_DOUBLE ",\"duration\":20,\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":-3,\"stop\":3,"    \
     "\"count\":60},{\"vary\":\"theta\",\"arm\":2,\"start\":-3,\"stop\":3,\"count\":" SECOND "}],"                      \
     "\"observables\":[\"first_flip\",\"final\"]}"
+
+/* one trajectory of many parts */
+#define LONG_WAY                                                                                                       \
+    "{\"pendulum\":" ASK_DOUBLE ",\"initial\":{\"phi\":[1,2]},\"times\":{\"start\":0,\"stop\":" WAY                    \
+    ",\"step\":0.5},\"rtol\":1e-14,\"output\":[\"phi\",\"lambda\"]}"
 
 enum { ID = 26, WORDS = 24 };
 
@@ -174,6 +181,7 @@ static const struct {
      FLIPS,
      {"application/json", "text/csv", "application/octet-stream", "application/x-ndjson", "image/png"}},
     {"/v1/trajectories", ASK_EXAMPLE, {"application/json", "text/csv", "application/octet-stream"}},
+    {"/v1/trajectories", LONG_WAY, {"application/json", "text/csv", "application/octet-stream"}},
     {"/v1/forces", ASK_LITTLE, {"application/json", "text/csv"}},
     {"/v1/modes", ASK_LITTLE, {"application/json", "text/csv"}},
 };
@@ -382,6 +390,37 @@ static void kills(struct place *place) {
 }
 
 TEST(a_daemon_killed_at_any_instant_loses_no_job_and_no_bit) { on_both(kills); }
+
+/* the parts of a trajectory begin where the one before ended, in whatever process; those in between were killed */
+static void chained_kills(struct place *place) {
+    unsigned long long random = (unsigned long long)(test_clock() * 1e6);
+    char id[ID + 1], word[WORDS];
+    struct test_reply right, kept;
+    int killed_running = 0;
+    struct test_server *server = place_serve(place, "all", PART, NULL, NULL);
+    if (!server) return;
+    CHECK_INT(test_request(server, &right, "POST", "/v1/trajectories", "Accept: text/csv\r\n", LONG_WAY), 200);
+    CHECK_INT(submit(server, "/v1/trajectories", ASYNC, LONG_WAY, id), 202);
+    for (int i = 0; i < KILLS && server; i++) {
+        test_sleep(0.05 + 0.2 * MOST_LIFE * test_random(&random));
+        if (job_get(server, &kept, id, "", "") == 200) killed_running += strstr(kept.body, "\"running\"") != NULL;
+        test_reply_clear(&kept);
+        test_server_drop(&server);
+        server = place_serve(place, "all", PART, NULL, NULL);
+    }
+    if (server) {
+        job_wait(server, id, word);
+        CHECK_TEXT(word, "successful");
+        CHECK_SAYING(killed_running > 0, "the job was over before it was killed once");
+        CHECK_INT(job_get(server, &kept, id, "/results", "Accept: text/csv\r\n"), 200);
+        check_same(&right, &kept, "a trajectory whose parts were killed");
+        test_reply_clear(&kept);
+        stop_after_deaths(&server);
+    }
+    test_reply_clear(&right);
+}
+
+TEST(a_trajectory_killed_in_mid_part_goes_on_with_the_same_bits) { on_both(chained_kills); }
 
 static void drains(struct place *place) {
     char id[ID + 1];
