@@ -6,6 +6,7 @@
 #include "api/openapi.h"
 #include "server/admission.h"
 #include "server/compute.h"
+#include "server/job_results.h"
 #include "server/jobs.h"
 
 static const char router_json[] = "application/json";
@@ -52,7 +53,8 @@ static const struct srv_route router_table[] = {
     {"GET", "/v1/jobs", NULL, srv_jobs_list, API_OP_COUNT, "GET /v1/jobs"},
     {"GET", "/v1/jobs/{id}", NULL, srv_jobs_read, API_OP_COUNT, "GET /v1/jobs/{id}"},
     {"DELETE", "/v1/jobs/{id}", NULL, srv_jobs_dismiss, API_OP_COUNT, "DELETE /v1/jobs/{id}"},
-    {"GET", "/v1/jobs/{id}/results", NULL, srv_jobs_results, API_OP_COUNT, "GET /v1/jobs/{id}/results"},
+    {"GET", "/v1/jobs/{id}/events", NULL, srv_jobs_events, API_OP_COUNT, "GET /v1/jobs/{id}/events"},
+    {"GET", "/v1/jobs/{id}/results", NULL, srv_job_results, API_OP_COUNT, "GET /v1/jobs/{id}/results"},
     {"GET", "/openapi.json", router_openapi, NULL, API_OP_COUNT, "GET /openapi.json"},
     {"GET", "/healthz", router_healthz, NULL, API_OP_COUNT, "GET /healthz"},
     {"GET", "/readyz", router_readyz, NULL, API_OP_COUNT, "GET /readyz"},

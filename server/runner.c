@@ -11,6 +11,7 @@
 
 #include "api/part.h"
 #include "server/clock.h"
+#include "server/events.h"
 #include "server/storage.h"
 
 /* What a slot is doing. */
@@ -190,6 +191,7 @@ static void slot_claimed(struct runner_slot *slot, enum srv_stored stored) {
         pthread_cond_signal(&runner->some);
         return;
     }
+    srv_events_news(runner->service->events);
     /* where there was one there may be more */
     runner->wanted = 1;
     slot->beat_at = now + runner->lease_us * 1000 / 3;
@@ -222,6 +224,7 @@ static void slot_answered(struct runner_slot *slot, enum srv_stored stored) {
         if (asked == RUNNER_FINISH)
             srv_metrics_count(stored == SRV_STORED ? &metrics->parts_kept : &metrics->parts_lost, 1);
         if (asked == RUNNER_FAIL) srv_metrics_count(&metrics->parts_failed, stored == SRV_STORED);
+        srv_events_news(slot->runner->service->events);
         slot_end(slot);
     }
 }
