@@ -25,6 +25,8 @@
     X(SRV_ACCEPT, "Accept", LIST)                                                                                      \
     X(SRV_ACCEPT_ENCODING, "Accept-Encoding", LIST)                                                                    \
     X(SRV_IF_NONE_MATCH, "If-None-Match", LIST)                                                                        \
+    X(SRV_RANGE, "Range", ONE)                                                                                         \
+    X(SRV_IF_RANGE, "If-Range", ONE)                                                                                   \
     X(SRV_LAST_EVENT_ID, "Last-Event-ID", LAST)                                                                        \
     X(SRV_ORIGIN, "Origin", LAST)                                                                                      \
     X(SRV_PREFLIGHT, "Access-Control-Request-Method", LAST)                                                            \
@@ -62,6 +64,8 @@ struct srv_source {
     struct api_source from;
     const char *body; /* of the request that it was made of */
     size_t body_bytes;
+    int ranged; /* the client wants `range` of it, if the answer is the one that it knows already */
+    struct api_range range;
     void (*free)(struct srv_source *source);
 };
 

@@ -8,6 +8,7 @@
 #include "server/compute.h"
 #include "server/errand.h"
 #include "server/job_view.h"
+#include "server/range.h"
 
 /* Where a job's parts are read from, a chunk at a time. */
 struct results_source {
@@ -49,6 +50,11 @@ static enum pend_status source_fetch(void *context, void *data, size_t cap, size
     return PEND_OK;
 }
 
+static void source_again(void *context) {
+    struct results_source *source = context;
+    source->shard = source->chunk = 0;
+}
+
 static void source_free(struct srv_source *source) {
     struct results_source *gone = (struct results_source *)source;
     free(gone->request);
@@ -67,10 +73,14 @@ static void results_deliver(struct srv_errand *errand) {
         srv_errand_end(errand);
         return;
     }
-    source->source = (struct srv_source){.from = {.fetch = source_fetch, .context = source},
+    source->source = (struct srv_source){.from = {.fetch = source_fetch, .again = source_again, .context = source},
                                          .body = errand->request,
                                          .body_bytes = errand->request_bytes,
                                          .free = source_free};
+    if (!strcmp(exchange->method, "GET"))
+        source->source.ranged = srv_range_read(exchange->field[SRV_RANGE], &source->source.range);
+    /* the bytes that are numbered are those of the answer as it is */
+    if (source->source.ranged) exchange->coding = SRV_IDENTITY;
     source->request = errand->request;
     source->storage = exchange->service->storage;
     source->shards = errand->job.shards;
