@@ -116,20 +116,29 @@ static enum pend_status pieces_fetch(void *context, void *data, size_t cap, size
     return PEND_OK;
 }
 
-/* the answer of a request from kept parts; its status */
-static struct api_answer fetch(const struct api_request *request, const struct api_limits *limits, const char *data,
-                               size_t bytes, unsigned long long *random, struct api_buffer *out) {
+static void pieces_again(void *context) { ((struct pieces *)context)->at = 0; }
+
+/* the answer of a request from kept parts, or a range of it; its status */
+static struct api_answer fetch_range(const struct api_request *request, const struct api_limits *limits,
+                                     const char *data, size_t bytes, unsigned long long *random,
+                                     const struct api_range *range, struct api_buffer *out) {
     struct pieces pieces = {data, bytes, 0, random};
-    struct api_source source = {pieces_fetch, &pieces};
+    struct api_source source = {pieces_fetch, pieces_again, &pieces};
     struct api_answer answer = {.status = 503};
     struct api_call *call;
     if (api_call_new(&call, limits) != PEND_OK) return answer;
     enum api_progress progress = api_call_results(call, request, &source, out);
+    if (progress == API_MORE && range) progress = api_call_range(call, *range, out);
     while (progress == API_MORE) progress = api_call_run(call, out);
     answer = api_call_answer(call);
     answer.columns = answer.file_name = answer.etag = NULL;
     api_call_free(&call);
     return answer;
+}
+
+static struct api_answer fetch(const struct api_request *request, const struct api_limits *limits, const char *data,
+                               size_t bytes, unsigned long long *random, struct api_buffer *out) {
+    return fetch_range(request, limits, data, bytes, random, NULL, out);
 }
 
 TEST(an_answer_from_parts_is_the_answer_at_once) {
@@ -157,6 +166,56 @@ TEST(an_answer_from_parts_is_the_answer_at_once) {
             }
             api_buffer_clear(&kept);
         }
+    }
+}
+
+/* a range of an answer against the same bytes of the whole */
+static void check_range(int i, const char *accept, const struct api_buffer *kept, const struct api_buffer *whole,
+                        struct api_range range, unsigned long long *random) {
+    struct api_limits limits;
+    struct api_buffer out;
+    struct api_request request = request_of(i, accept);
+    long long total = (long long)whole->bytes, first = range.first, last = range.last;
+    if (first < 0) first = last < total ? total - last : 0, last = total - 1;
+    if (last < 0 || last >= total) last = total - 1;
+    api_limits_init(&limits);
+    api_buffer_init(&out, 1 << 28);
+    struct api_answer head = fetch_range(&request, &limits, kept->data, kept->bytes, random, &range, &out);
+    if (first <= last) {
+        CHECK_INT(head.status, 206);
+        CHECK(head.first == first && head.length == last - first + 1 && (long long)out.bytes == head.length);
+        CHECK_SAYING((long long)out.bytes == head.length && !memcmp(out.data, whole->data + first, out.bytes),
+                     "case %d as %s, bytes %lld to %lld", i, accept, first, last);
+    } else {
+        CHECK_INT(head.status, 416);
+        CHECK(out.bytes > 20 && !memcmp(out.data, "{\"type\"", 7));
+    }
+    CHECK_INT(head.total, total);
+    api_buffer_clear(&out);
+}
+
+TEST(a_range_of_an_answer_is_those_bytes_of_it) {
+    unsigned long long random = 17;
+    for (int i = 0; i < CASES; i++) {
+        struct api_buffer kept;
+        api_buffer_init(&kept, 1 << 28);
+        if (!compute_parts(i, cases[i].parts > 1 ? 3 : 1, &kept)) return;
+        for (int a = 0; a < (cases[i].json_only ? 1 : ACCEPTS); a++) {
+            struct api_request request = request_of(i, accepts[a]);
+            struct api_limits limits;
+            struct api_buffer whole;
+            api_limits_init(&limits);
+            api_buffer_init(&whole, 1 << 28);
+            CHECK_INT(fetch(&request, &limits, kept.data, kept.bytes, &random, &whole).status, 200);
+            long long total = (long long)whole.bytes, some = test_random_int(&random, (int)total);
+            const struct api_range ranges[] = {{0, 0},     {0, -1},         {total - 1, -1}, {total - 1, total + 5},
+                                               {-1, 1},    {-1, total + 9}, {-1, 0},         {total, -1},
+                                               {some, -1}, {some, some},    {some / 2, some}};
+            for (size_t r = 0; r < sizeof ranges / sizeof *ranges; r++)
+                check_range(i, accepts[a], &kept, &whole, ranges[r], &random);
+            api_buffer_clear(&whole);
+        }
+        api_buffer_clear(&kept);
     }
 }
 

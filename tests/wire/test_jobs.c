@@ -107,6 +107,69 @@ static void answers_are_the_same(struct place *place) {
     test_server_stop(&server);
 }
 
+/* what the wire adds to a range: fields, conditions, and that a coding gives way to it */
+static void ranges(struct place *place) {
+    char id[ID + 1], word[WORDS], headers[256], text[64];
+    struct test_reply whole, reply;
+    struct test_server *server = place_serve(place, "all", "0.05", NULL, NULL);
+    if (!server) return;
+    CHECK_INT(submit(server, "/v1/trajectories", ASYNC, LONG_WAY, id), 202);
+    job_wait(server, id, word);
+    CHECK_INT(job_get(server, &whole, id, "/results", "Accept: text/csv\r\n"), 200);
+    const char *tag = test_reply_header(&whole, "ETag");
+    if (!CHECK(tag && tag[0] == '"' && whole.body_bytes > 100000)) return;
+    const struct {
+        const char *fields, *condition;
+        size_t first, count; /* count 0: the whole */
+        int status;
+    } row[] = {
+        {"Range: bytes=0-9\r\n", NULL, 0, 10, 206},
+        {"Range: bytes=90000-90999\r\nAccept-Encoding: gzip, zstd\r\n", NULL, 90000, 1000, 206},
+        {"Range: bytes=-5\r\n", NULL, whole.body_bytes - 5, 5, 206},
+        {"Range: bytes=50000-\r\n", tag, 50000, whole.body_bytes - 50000, 206},
+        {"Range: bytes=0-9\r\n", "\"another\"", 0, 0, 200},
+        {"Range: bytes=0-9\r\n", "Sun, 06 Nov 1994 08:49:37 GMT", 0, 0, 200},
+        {"Range: bytes=0-9,20-29\r\n", NULL, 0, 0, 200},
+        {"Range: pages=1-2\r\n", NULL, 0, 0, 200},
+        {"Range: bytes=99999999999-\r\n", NULL, 0, 0, 416},
+    };
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        snprintf(headers, sizeof headers, "Accept: text/csv\r\n%s%s%s%s", row[i].fields,
+                 row[i].condition ? "If-Range: " : "", row[i].condition ? row[i].condition : "",
+                 row[i].condition ? "\r\n" : "");
+        CHECK_INT(job_get(server, &reply, id, "/results", headers), row[i].status);
+        size_t count = row[i].count ? row[i].count : whole.body_bytes;
+        const char *range = test_reply_header(&reply, "Content-Range");
+        if (row[i].status == 416) {
+            ask_problem(&reply, 416, NULL);
+            snprintf(text, sizeof text, "bytes */%zu", whole.body_bytes);
+        } else {
+            CHECK(reply.body_bytes == count && !memcmp(reply.body, whole.body + row[i].first, count));
+            CHECK_TEXT(test_reply_header(&reply, "ETag"), tag);
+            CHECK(!test_reply_header(&reply, "Content-Encoding"));
+            snprintf(text, sizeof text, "bytes %zu-%zu/%zu", row[i].first, row[i].first + count - 1, whole.body_bytes);
+        }
+        if (row[i].status == 200)
+            CHECK(!range);
+        else
+            CHECK_TEXT(range, text);
+        test_reply_clear(&reply);
+    }
+    /* a range does not matter to HEAD, nor to who has the answer already */
+    snprintf(headers, sizeof headers, "Accept: text/csv\r\nRange: bytes=0-9\r\nIf-None-Match: %s\r\n", tag);
+    CHECK_INT(job_get(server, &reply, id, "/results", headers), 304);
+    test_reply_clear(&reply);
+    snprintf(text, sizeof text, "/v1/jobs/%s/results", id);
+    CHECK_INT(test_request(server, &reply, "HEAD", text, "Accept: application/octet-stream\r\nRange: bytes=0-9\r\n", NULL), 200);
+    const char *length = test_reply_header(&reply, "Content-Length");
+    CHECK(length && atol(length) > 100000 && !test_reply_header(&reply, "Content-Range"));
+    test_reply_clear(&reply);
+    test_reply_clear(&whole);
+    test_server_stop(&server);
+}
+
+TEST(results_come_in_ranges_as_well) { place_on_both(ranges); }
+
 TEST(results_of_a_job_are_those_of_a_request_bit_for_bit) { place_on_both(answers_are_the_same); }
 
 /* a problem of that status from some method and path */
