@@ -7,6 +7,7 @@
 #include "api/buffer.h"
 #include "api/limits.h"
 #include "api/problem.h"
+#include "core/tape.h"
 
 /* The operations that a route can name. */
 enum api_op_id {
@@ -84,6 +85,11 @@ struct api_op {
     long (*parts)(const void *state);
     /** Leaves all but part `number` of `parts` out; before the first run. */
     void (*part)(void *state, long number, long parts);
+    /**
+     * Shows a tape all that the next part needs of this one, once this one is complete; where the tape puts it back,
+     * after `part` and before the first run. NULL: parts need not know of each other.
+     */
+    enum pend_status (*carry)(void *state, struct pend_tape *tape, struct pend_error *error);
     int json_apart; /* its JSON says more than its table does */
     void (*free)(void **state);
 };

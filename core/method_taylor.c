@@ -199,6 +199,22 @@ static struct pend_stepper_counts taylor_counts(const void *stepper) {
     return taylor->counts;
 }
 
+static void taylor_carry(void *stepper, struct pend_tape *tape) {
+    struct taylor *taylor = stepper;
+    size_t stride = pend_jets_stride(taylor->tree->n);
+    struct jets_state *ends[] = {&taylor->begin, &taylor->end};
+    pend_tape_part(tape, &taylor->counts, sizeof taylor->counts);
+    double *numbers[] = {&taylor->unit, &taylor->next_unit, &taylor->time, &taylor->reached};
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) pend_tape_row(tape, numbers[i], 1);
+    for (int i = 0; i < 2; i++) {
+        double *rows[] = {ends[i]->phi, ends[i]->phi_low, ends[i]->rate, ends[i]->rate_low};
+        for (size_t j = 0; j < sizeof rows / sizeof *rows; j++) pend_tape_row(tape, rows[j], stride);
+    }
+    // the series of the last step follows from its start
+    if (pend_tape_puts(tape) && taylor->counts.steps)
+        pend_jets_expand(&taylor->jets, taylor->gravity, taylor->unit, &taylor->begin, taylor->order);
+}
+
 const struct pend_method pend_method_taylor = {
     .name = "taylor",
     .summary = "Power series of the motion, order and step by the tolerance: the most accurate and the fastest.",
@@ -214,5 +230,6 @@ const struct pend_method pend_method_taylor = {
     .step = taylor_step,
     .at = taylor_at,
     .counts = taylor_counts,
+    .carry = taylor_carry,
     .close = taylor_close,
 };
