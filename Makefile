@@ -157,7 +157,7 @@ valgrind: ## the quick tests, and the server, under valgrind
 	@$(CHECK) ONLY='valgrind-%'; $(COUNT)
 
 rules: ## the rooms' include rules, documents compared with code, replies with the OpenAPI document
-	@$(CHECK) ONLY='layers docs replies readback nginx layout openapi'; $(COUNT)
+	@$(CHECK) ONLY='layers docs replies readback nginx deploy layout openapi'; $(COUNT)
 
 lint: ## clang's warnings, layout and spectral; installs clang, clang-format and npm
 	@docker/install.sh build lint
