@@ -125,6 +125,11 @@ bench: ## everything below but load: ours, the peer's, ratio; seven minutes (ins
 bench-parts: $(B)/tests/bench/run ## ensembles, numbers, requests, in a minute
 	$< $(T)
 
+drill: build $(B)/tests/drill/clock.so ## kills, stops, cuts, full disks and wrong clocks, ROUNDS (50) of each on both stores, in half an hour (T=part-of-a-name)
+	@docker/install.sh test
+	@/usr/bin/python3 -B tests/drill/drill.py $(B) --rounds $(ROUNDS) $(T)
+ROUNDS ?= 50
+
 load: build $(B)/tests/bench/service/service $(B)/tests/load/client ## the daemon under load beside its peers, in ten minutes (T=part-of-a-line; installs wrk, nginx, Node.js)
 	@docker/install.sh load
 	@/usr/bin/python3 -B tests/load/load.py $(B) $(T)
@@ -152,7 +157,7 @@ valgrind: ## the quick tests, and the server, under valgrind
 	@$(CHECK) ONLY='valgrind-%'; $(COUNT)
 
 rules: ## the rooms' include rules, documents compared with code, replies with the OpenAPI document
-	@$(CHECK) ONLY='layers docs replies readback equations nginx layout openapi'; $(COUNT)
+	@$(CHECK) ONLY='layers docs replies readback equations nginx deploy layout openapi'; $(COUNT)
 
 lint: ## clang's warnings, layout and spectral; installs clang and clang-format
 	@docker/install.sh build lint
@@ -248,6 +253,12 @@ $(B)/tests/load/client: $(call objects,tests/load) $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^)
 
+# what is put before a process
+$(B)/tests/drill/%.so: tests/drill/%.c $(B)/flags
+	@mkdir -p $(@D)
+	$(call say,cc,$<)
+	$(Q)$(CC) $(filter-out -fsanitize=%,$(CFLAGS_ALL)) -shared -fPIC $< -o $@
+
 $(B)/tests/bench/modes/run: $(call objects,tests/bench/modes) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS) -ldl
@@ -279,5 +290,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench bench-parts load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
+.PHONY: help run check build bench bench-parts drill load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
 .DELETE_ON_ERROR:

@@ -40,6 +40,8 @@ static const struct config_row config_table[] = {
      CONFIG_WHOLE, FIELD(workers), 0, 1024},
     {{"role", "ROLE", "all", "what this process does: all, api = it answers but computes no jobs, worker = it computes jobs and nothing else"},
      CONFIG_ROLE, FIELD(role), 0, 0},
+    {{"until-idle-seconds", "S", "0", "a process that computes jobs ends when it found nothing to compute for so long, as batch schedulers want it; 0 = never"},
+     CONFIG_SECONDS, FIELD(until_idle_seconds), 0, 86400},
     {{"store", "URL", "sqlite", "where jobs are kept: sqlite:PATH, sqlite = a file in the user's state directory, postgresql://..., or none"},
      CONFIG_STORE, FIELD(store), 0, 0},
     {{"cache-bytes", "BYTES", "64M", "memory for answers that can be given again; 0 = none"},

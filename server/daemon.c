@@ -81,6 +81,10 @@ struct srv_log *srv_daemon_log(const struct srv_daemon *daemon) {
     return daemon->service.log;
 }
 
+double srv_daemon_idle(struct srv_daemon *daemon) {
+    return daemon->service.runner ? srv_runner_idle(daemon->service.runner) : 0;
+}
+
 int srv_daemon_drain(struct srv_daemon *daemon, int hurry) {
     atomic_store(&daemon->service.draining, 1);
     if (hurry) srv_watch_leave_all(daemon->watch);

@@ -54,6 +54,8 @@ static enum pend_status parts_storage(struct srv_service *service, struct pend_e
 
 enum pend_status srv_parts_jobs(struct srv_service *service, struct pend_error *error) {
     int slots = srv_config_works(&service->config) ? PARTS_SLOTS * service->workers : 0;
+    if (service->config.until_idle_seconds > 0 && (!slots || !strcmp(service->config.store, "none")))
+        return pend_fail(error, PEND_INVALID, -1, 0, "--until-idle-seconds is for a process that computes jobs");
     if (!strcmp(service->config.store, "none")) {
         if (srv_config_answers(&service->config) && srv_config_works(&service->config)) return PEND_OK;
         return pend_fail(error, PEND_INVALID, -1, 0, "--role %.10s needs a --store that it shares",

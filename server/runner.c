@@ -71,6 +71,7 @@ struct srv_runner {
     int wanted;       /* somebody should look whether there is a part */
     int64_t poll_at;  /* ns: when to look without being told */
     int64_t beat_all; /* ns: when all were held for longer at once */
+    int64_t idle;     /* ns: since when there was nothing to do; 0 = there is, or nobody knows */
     int draining;     /* 1 = no more claims, 2 = asked to give back, 3 = given back */
     int count;
     struct runner_slot slot[];
@@ -181,10 +182,18 @@ static void slot_say(struct runner_slot *slot, const char *message) {
     snprintf(slot->message, sizeof slot->message, "%s", message);
 }
 
+/* notes since when nothing was to be had, and nothing is held; called with the lock */
+static void runner_rest(struct srv_runner *runner, enum srv_stored claimed, int64_t now) {
+    int holds = claimed != SRV_STORED_NONE;
+    for (int i = 0; i < runner->count; i++) holds |= slot_holds(&runner->slot[i]);
+    runner->idle = holds ? 0 : runner->idle ? runner->idle : now;
+}
+
 /* the answer to a claim; called with the lock */
 static void slot_claimed(struct runner_slot *slot, enum srv_stored stored) {
     struct srv_runner *runner = slot->runner;
     int64_t now = srv_clock_now();
+    runner_rest(runner, stored, now);
     if (stored != SRV_STORED) {
         slot->state = RUNNER_IDLE;
         if (stored == SRV_STORED_AGAIN) runner->poll_at = now + runner_ms(RUNNER_CONTENDED_MS);
@@ -495,6 +504,13 @@ void srv_runner_dismiss(struct srv_runner *runner, const char *job) {
         if (slot_holds(&runner->slot[i]) && !strcmp(runner->slot[i].lease.job, job))
             atomic_store(&runner->slot[i].stop, RUNNER_LOST);
     pthread_mutex_unlock(&runner->lock);
+}
+
+double srv_runner_idle(struct srv_runner *runner) {
+    pthread_mutex_lock(&runner->lock);
+    double seconds = runner->idle ? 1e-9 * (double)(srv_clock_now() - runner->idle) : 0;
+    pthread_mutex_unlock(&runner->lock);
+    return seconds;
 }
 
 int srv_runner_drain(struct srv_runner *runner) {

@@ -70,6 +70,8 @@ struct srv_sql_driver {
      */
     enum srv_stored (*run)(struct srv_sql *sql, int id, const char *text, const struct srv_value value[], int count,
                            srv_row_fn *row, void *context);
+    /** Whether so many bytes of results may be written, and small things after them; NULL = it may be tried. */
+    int (*room)(struct srv_sql *sql, size_t bytes);
     /** As srv_store_listen. */
     int (*listen)(struct srv_sql *sql, int timeout_ms);
 };

@@ -381,10 +381,13 @@ static enum srv_stored store_client(struct srv_store *store, const char *client,
     return SRV_STORED;
 }
 
-/* whether so many bytes of a client's leave room under the quotas; `message` says which does not */
-static enum srv_stored store_room(struct srv_store *store, int64_t client_bytes, char message[SRV_MESSAGE_BYTES]) {
+/* whether so many new bytes, and all bytes of a client's, leave room on the disk and under the quotas; `message` says
+ * which of these does not */
+static enum srv_stored store_room(struct srv_store *store, size_t bytes, int64_t client_bytes,
+                                  char message[SRV_MESSAGE_BYTES]) {
     const struct srv_store_rules *rules = &store->rules;
     struct row_wholes all = {.count = 1};
+    if (store->sql->driver->room && !store->sql->driver->room(store->sql, bytes)) return SRV_STORED_FULL;
     STORE_TRY(store_run(store, SQL_ALL_BYTES, NULL, 0, row_wholes, &all));
     if (client_bytes > rules->client_bytes)
         snprintf(message, SRV_MESSAGE_BYTES,
@@ -414,7 +417,7 @@ static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_
                  store->rules.client_jobs);
         return SRV_STORED_QUOTA;
     }
-    STORE_TRY(store_room(store, client->whole[1], job->message));
+    STORE_TRY(store_room(store, order->request_bytes, client->whole[1], job->message));
     STORE_TRY(RUN(store, SQL_JOB_PUT, row_job, &rows, text_value(order->id), text_value(order->client),
                   text_value(order->operation), bytes_value(order->request, order->request_bytes),
                   text_value(order->key), bytes_value(order->digest, SRV_DIGEST_BYTES), whole_value(order->shards),
@@ -635,7 +638,7 @@ enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease
     enum srv_stored stored = lease_check(store, lease, &job, &done);
     if (stored != SRV_STORED || done) return store_end(store, 0, stored);
     stored = store_client(store, job.client, 0, (long long)bytes, 0, &kept);
-    if (stored == SRV_STORED) stored = store_room(store, kept, message);
+    if (stored == SRV_STORED) stored = store_room(store, bytes, kept, message);
     if (stored == SRV_STORED_QUOTA) {
         /* what was counted is taken back, and the job ends */
         over = 1;

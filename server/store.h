@@ -230,7 +230,7 @@ enum srv_stored srv_store_scene(struct srv_store *store, const char *id, void **
 /**
  * Waits until another process may have kept, ended or given back something; a hint only, on a connection of its own.
  *
- * Returns 1 when there may be news, 0 after the time; -1 where this store does not hear other processes.
+ * Returns 1 when there may be news, 0 after the time; -1 where other processes cannot be heard.
  */
 int srv_store_listen(struct srv_store *store, int timeout_ms);
 
