@@ -18,6 +18,8 @@ struct api_call {
     const struct api_limits *limits;
     double (*now)(void *context);
     void *context;
+    int (*hurry)(void *company);
+    void *company;
     enum stage stage;
     const struct api_op *op;
     const struct api_format *format;
@@ -70,6 +72,11 @@ void api_call_free(struct api_call **call) {
 void api_call_clock(struct api_call *call, double (*now)(void *context), void *context) {
     call->now = now;
     call->context = context;
+}
+
+void api_call_hurry(struct api_call *call, int (*hurry)(void *company), void *company) {
+    call->hurry = hurry;
+    call->company = company;
 }
 
 /* ends the call after its answer was promised: only some representations can still say why */
@@ -247,8 +254,13 @@ static enum pend_status call_turn(struct api_call *call, const struct api_turn *
 }
 
 enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
-    struct api_turn turn = {
-        .out = out, .now = call->now, .context = call->context, .earlier = call->seconds, .before = out->bytes};
+    struct api_turn turn = {.out = out,
+                            .now = call->now,
+                            .context = call->context,
+                            .hurry = call->hurry,
+                            .company = call->company,
+                            .earlier = call->seconds,
+                            .before = out->bytes};
     struct pend_error error = {.text = ""};
     int done = 0;
     if (call->stage == STAGE_DONE) return API_DONE;

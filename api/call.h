@@ -52,6 +52,14 @@ void api_call_free(struct api_call **call);
 void api_call_clock(struct api_call *call, double (*now)(void *context), void *context);
 
 /**
+ * Lends a look at who else waits; with a clock, to be set before api_call_open, or never.
+ *
+ * hurry  asked between two pieces of work once a run has lasted a quarter of a millisecond; where it returns non-zero
+ *        the run comes back. Called on the thread that runs the call.
+ */
+void api_call_hurry(struct api_call *call, int (*hurry)(void *company), void *company);
+
+/**
  * Reads and checks the whole request. Afterwards the answer is known to be a problem, or the computation is ready to
  * run.
  *
@@ -103,8 +111,9 @@ PEND_MUST_CHECK enum api_progress api_call_range(struct api_call *call, struct a
 
 /**
  * What tells a request from every other, as 64 hexadecimal digits: a SHA-256 of the operation, what it was asked in a
- * canonical form (the order of keys, blanks and the spelling of numbers do not matter), the representation, and the
- * engine. NULL for a request that was refused. Equal digests: the same answer but for compute_seconds.
+ * canonical form (the order of keys, blanks, the spelling of numbers and most defaults written out do not matter), the
+ * representation, and the engine. NULL for a request that was refused. Equal digests: the same answer but for
+ * compute_seconds.
  *
  * Valid once api_call_open came back; lives as long as the call.
  */

@@ -40,6 +40,8 @@ struct api_turn {
     struct api_buffer *out;
     double (*now)(void *context); /* s; NULL without a clock */
     void *context;
+    int (*hurry)(void *company); /* does somebody wait who should not wait long?; NULL = nobody does */
+    void *company;
     double begun;   /* s, by the clock, when this turn began */
     double earlier; /* s, spent in the turns before */
     size_t before;  /* bytes of out when this turn began */
@@ -49,8 +51,8 @@ struct api_turn {
 double api_turn_seconds(const struct api_turn *turn);
 
 /**
- * True once the turn has lasted about a millisecond or appended 256 KiB; without a clock always, so that a turn is one
- * piece of work.
+ * True once the turn has lasted about a millisecond, a quarter of one where there is hurry, or appended 256 KiB;
+ * without a clock always, so that a turn is one piece of work.
  */
 int api_turn_over(const struct api_turn *turn);
 

@@ -91,6 +91,7 @@ static void read_trust(struct trajectory *trajectory, const struct api_value *ro
     enum api_kind kind = api_value_kind(&field);
     if (kind == API_MISSING) return;
     double value = api_value_number(&field);
+    if (kind == API_BOOL && value == 0) api_value_usual(&field);
     if (kind != API_BOOL && !(kind == API_NUMBER && value >= least && value <= most)) {
         api_value_fault(&field, problem, "must be true, false, or a number of radians from %g to %g", least, most);
         return;
@@ -112,6 +113,7 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory, con
     if (status == PEND_NO_MEMORY) return status;
     if (status == PEND_OK) PEND_TRY(api_states_new(&trajectory->start, 1, trajectory->tree.n));
     api_states_read(trajectory->start, 0, &initial, &trajectory->tree, reading->limits, problem);
+    api_value_usual_object(&initial);
     status = api_times_read(&trajectory->times, &times, reading->limits, problem);
     if (status == PEND_NO_MEMORY) return status;
     api_method_read(&trajectory->method, root, &trajectory->tree, reading->limits, problem);

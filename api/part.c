@@ -45,6 +45,8 @@ struct api_part {
     int wrote;            /* something is to be kept of it */
     double (*now)(void *context);
     void *context;
+    int (*hurry)(void *company);
+    void *company;
     double seconds;
 };
 
@@ -91,6 +93,11 @@ void api_part_free(struct api_part **part) {
 void api_part_clock(struct api_part *part, double (*now)(void *context), void *context) {
     part->now = now;
     part->context = context;
+}
+
+void api_part_hurry(struct api_part *part, int (*hurry)(void *company), void *company) {
+    part->hurry = hurry;
+    part->company = company;
 }
 
 enum pend_status api_part_resume(struct api_part *part, const void *carried, size_t bytes, struct pend_error *error) {
@@ -141,8 +148,13 @@ static enum pend_status part_write_nothing(struct api_part *part, struct api_buf
 }
 
 enum pend_status api_part_run(struct api_part *part, struct api_buffer *out, int *done, struct pend_error *error) {
-    struct api_turn turn = {
-        .out = out, .now = part->now, .context = part->context, .earlier = part->seconds, .before = out->bytes};
+    struct api_turn turn = {.out = out,
+                            .now = part->now,
+                            .context = part->context,
+                            .hurry = part->hurry,
+                            .company = part->company,
+                            .earlier = part->seconds,
+                            .before = out->bytes};
     int over = 0;
     *done = 0;
     error->text[0] = 0;

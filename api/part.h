@@ -66,8 +66,11 @@ PEND_MUST_CHECK enum pend_status api_part_carry(struct api_part *part, struct ap
 /** Lends a clock, as api_call_clock. */
 void api_part_clock(struct api_part *part, double (*now)(void *context), void *context);
 
+/** Lends a look at who else waits, as api_call_hurry. */
+void api_part_hurry(struct api_part *part, int (*hurry)(void *company), void *company);
+
 /**
- * Computes on for about 5 ms and appends to out what is to be kept.
+ * Computes on for about a millisecond and appends to out what is to be kept.
  *
  * done  set non-zero once the part is complete.
  *

@@ -312,6 +312,15 @@ static void compute_turn(struct srv_work *work) {
     }
 }
 
+/* between two pieces of a computation: does a shorter one wait? */
+static int compute_hurry(void *company) {
+    struct srv_work *work = company;
+    srv_intake_look(&work->service->intake);
+    for (int level = 0; level < work->task.level; level++)
+        if (srv_queue_waiting(work->service->queue, level)) return 1;
+    return 0;
+}
+
 /* --- the first turn: reading the request --- */
 
 /* what tells the answer from others, as the cache knows it, of that coding */
@@ -414,6 +423,7 @@ static void compute_open(struct srv_work *work) {
     }
     srv_spares_take(&work->service->spares, &work->out);
     api_call_clock(work->call, srv_clock_seconds, NULL);
+    api_call_hurry(work->call, compute_hurry, work);
     enum api_progress progress = source ? api_call_results(work->call, &request, &source->from, &work->out)
                                         : api_call_open(work->call, &request, &work->out);
     if (progress == API_DONE) {

@@ -54,7 +54,8 @@ static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_erro
         daemon_files(config, service->log);
         status = srv_watch_new(&daemon->watch);
     }
-    if (status == PEND_OK) status = srv_workers_new(&daemon->workers, service->workers, service->queue);
+    if (status == PEND_OK)
+        status = srv_workers_new(&daemon->workers, service->workers, service->queue, &service->intake);
     if (status == PEND_OK) {
         status = srv_parts_jobs(service, error);
         if (status == PEND_OK) return srv_http_new(&daemon->http, service, daemon->watch, fd, error);

@@ -409,6 +409,7 @@ ssize_t http_recv(int fd, void *data, size_t bytes, int flags) {
 int http_epoll_wait(int fd, struct epoll_event *events, int most, int timeout) __asm__("epoll_wait");
 
 int http_epoll_wait(int fd, struct epoll_event *events, int most, int timeout) {
+    if (http_here && timeout) srv_intake_nap(&http_here->service->intake, fd);
     return epoll_pwait(fd, events, most > 1 ? most - 1 : most, timeout, NULL);
 }
 

@@ -24,6 +24,7 @@ enum pend_status srv_parts_init(struct srv_service *service, struct pend_error *
     srv_spares_init(&service->spares);
     enum pend_status status = srv_peers_read(&service->trusted, config->trusted_proxy, error);
     if (status == PEND_OK) status = srv_queue_new(&service->queue, (int)config->queue, (int)config->client_queue);
+    srv_intake_init(&service->intake, service->queue, service->workers);
     if (status == PEND_OK) status = srv_clients_new(&service->clients);
     if (status == PEND_OK) status = srv_flights_new(&service->flights);
     if (status == PEND_OK) status = srv_cache_new(&service->cache, (size_t)config->cache_bytes, service->seed);
@@ -81,6 +82,7 @@ void srv_parts_clear(struct srv_service *service) {
     srv_cache_free(&service->cache);
     srv_flights_free(&service->flights);
     srv_queue_free(&service->queue);
+    srv_intake_clear(&service->intake);
     srv_clients_free(&service->clients);
     srv_spares_clear(&service->spares);
 }

@@ -10,6 +10,7 @@
 #include "server/cache.h"
 #include "server/clients.h"
 #include "server/config.h"
+#include "server/intake.h"
 #include "server/log.h"
 #include "server/metrics.h"
 #include "server/peer.h"
@@ -26,6 +27,7 @@ struct srv_service {
     struct srv_peers trusted; /* proxies that may say who the client is */
     struct srv_log *log;
     struct srv_queue *queue;
+    struct srv_intake intake; /* who goes first, the sockets or the workers */
     struct srv_clients *clients;
     struct srv_cache *cache;
     struct srv_flights *flights; /* computations that others may join */
