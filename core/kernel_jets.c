@@ -2,22 +2,12 @@
 
 #include <string.h>
 
-#include "core/lanes.h"
+#include "core/kernel_width.h"
 
 /* numbers of the sweeps are doubles; loops over arms take as many at once as the instruction set holds */
-#if defined(__AVX512F__)
-enum { WIDE = 8 };
-typedef lanes8 wide;
-#define WIDE_(name) lanes8_##name
-#elif defined(__AVX2__)
-enum { WIDE = 4 };
-typedef lanes4 wide;
-#define WIDE_(name) lanes4_##name
-#else
-enum { WIDE = 2 };
-typedef lanes2 wide;
-#define WIDE_(name) lanes2_##name
-#endif
+enum { WIDE = KERNEL_WIDTH };
+typedef KERNEL_OF(lanes, ) wide;
+#define WIDE_(name) KERNEL_OF(lanes, _##name)
 #define wide_fma WIDE_(fma)
 #define wide_of WIDE_(of)
 #define wide_get WIDE_(get)
@@ -264,10 +254,7 @@ static void kernel_sizes(const struct jets_system *s, int order, double log2_of[
     memcpy(log2_of, largest, sizeof largest);
 }
 
-#define KERNEL_PASTE2(a, b) a##b
-#define KERNEL_PASTE(a, b) KERNEL_PASTE2(a, b)
-
-const struct jets_kernel KERNEL_PASTE(pend_kernel_jets_, PEND_ISA) = {
+const struct jets_kernel KERNEL_NAME(pend_kernel_jets_) = {
     .orders = kernel_orders,
     .advance = kernel_advance,
     .sizes = kernel_sizes,
