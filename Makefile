@@ -47,7 +47,7 @@ KERNELS := $(wildcard core/kernel_*.c)
 objects = $(patsubst %,$(B)/%.o,$(basename $(filter-out $(KERNELS),$(wildcard $(1)/*.c $(1)/*.cpp))))
 CORE := $(call objects,core) $(foreach isa,$(ISAS),$(KERNELS:%.c=$(B)/%.$(isa).o))
 API := $(call objects,api) $(B)/api/openapi_json.o $(B)/api/engine.o
-SERVER := $(filter-out $(B)/server/main.o,$(call objects,server))
+SERVER := $(filter-out $(B)/server/main.o,$(call objects,server)) build/web/assets.o
 HARNESS := $(call objects,tests/harness)
 
 # one test program a room: build/MODE/tests/core/run and so on
@@ -125,6 +125,11 @@ bench: ## everything below but load: ours, the peer's, ratio; seven minutes (ins
 bench-parts: $(B)/tests/bench/run ## ensembles, numbers, requests, in a minute
 	$< $(T)
 
+drill: build $(B)/tests/drill/clock.so ## kills, stops, cuts, full disks and wrong clocks, ROUNDS (50) of each on both stores, in half an hour (T=part-of-a-name)
+	@docker/install.sh test
+	@/usr/bin/python3 -B tests/drill/drill.py $(B) --rounds $(ROUNDS) $(T)
+ROUNDS ?= 50
+
 load: build $(B)/tests/bench/service/service $(B)/tests/load/client ## the daemon under load beside its peers, in ten minutes (T=part-of-a-line; installs wrk, nginx, Node.js)
 	@docker/install.sh load
 	@/usr/bin/python3 -B tests/load/load.py $(B) $(T)
@@ -152,9 +157,9 @@ valgrind: ## the quick tests, and the server, under valgrind
 	@$(CHECK) ONLY='valgrind-%'; $(COUNT)
 
 rules: ## the rooms' include rules, documents compared with code, replies with the OpenAPI document
-	@$(CHECK) ONLY='layers docs replies readback nginx layout openapi'; $(COUNT)
+	@$(CHECK) ONLY='layers docs replies readback equations nginx deploy layout openapi'; $(COUNT)
 
-lint: ## clang's warnings, layout and spectral; installs clang, clang-format and npm
+lint: ## clang's warnings, layout and spectral; installs clang and clang-format
 	@docker/install.sh build lint
 	@$(MAKE) --no-print-directory CC=clang CXX=clang++ B=build/clang build/clang/pendulumd $(ROOMS:%=build/clang/tests/%/run)
 	@$(CHECK) ONLY='layout openapi'; $(COUNT)
@@ -196,6 +201,20 @@ $(B)/api/openapi_json.c: api/openapi.yaml api/openapi_embed.py
 $(B)/api/openapi_json.o: $(B)/api/openapi_json.c $(B)/flags
 	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@
 
+# the page: its own files and what a browser loads of the npm packages, in one object that every MODE shares. Builds that
+# run side by side may make it at once: each file is moved into its place whole.
+WEB := $(shell find server/web -type f -not -path '*/node_modules/*' 2>/dev/null)
+build/web/fetched: server/web/package-lock.json server/assets_fetch.sh
+	$(if $(V),,@printf '  %-8s %-5s %s\n' web npm $<)
+	$(Q)server/assets_fetch.sh $(@D) && touch $@
+
+build/web/assets.c: $(WEB) server/assets_embed.py build/web/fetched build/web/files
+	$(if $(V),,@printf '  %-8s %-5s %s\n' web embed server/web)
+	$(Q)/usr/bin/python3 -B server/assets_embed.py server/web $(@D)/node_modules $(@D)/lib > $@.$$$$ && mv -f $@.$$$$ $@
+
+build/web/assets.o: build/web/assets.c server/assets.h
+	$(Q)$(CC) -I. -O1 $(CFLAGS) -c $< -o $@.$$$$ && mv -f $@.$$$$ $@
+
 # the digest of all sources that decide an answer's bytes
 ENGINE := $(sort $(filter-out api/openapi%,$(wildcard core/*.[ch] api/*.[ch] api/*.cpp)))
 $(B)/api/engine.c: $(ENGINE) $(B)/parts
@@ -234,6 +253,12 @@ $(B)/tests/load/client: $(call objects,tests/load) $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^)
 
+# what is put before a process
+$(B)/tests/drill/%.so: tests/drill/%.c $(B)/flags
+	@mkdir -p $(@D)
+	$(call say,cc,$<)
+	$(Q)$(CC) $(filter-out -fsanitize=%,$(CFLAGS_ALL)) -shared -fPIC $< -o $@
+
 $(B)/tests/bench/modes/run: $(call objects,tests/bench/modes) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS) -ldl
@@ -254,7 +279,9 @@ $(B)/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(API) $(B)/libpendulum.a
 	$(call say,link,$@)
 	$(Q)$(LINK) -fsanitize=fuzzer -o $@ $^ $(LIBS)
 
-# these two files change when the flags or the list of source files do, and so cause what depends on them to be redone
+# these files change when the flags or the lists of source files do, and so cause what depends on them to be redone
+build/web/files: changed
+	@$(call remember,$(sort $(WEB)))
 $(B)/flags: changed
 	@$(call remember,$(CC) $(CXX) $(CFLAGS_ALL) $(CXXFLAGS_ALL))
 $(B)/parts: changed
@@ -263,5 +290,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench bench-parts load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
+.PHONY: help run check build bench bench-parts drill load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
 .DELETE_ON_ERROR:

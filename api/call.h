@@ -15,7 +15,9 @@ struct api_answer {
     const char *columns;   /* of X-Columns, "t,phi[4],phid[4]", or NULL: the representation does not tell them itself */
     const char *file_name; /* under which a browser would save it, or NULL: to be looked at */
     const char *etag;      /* as api_call_etag; NULL for a problem */
-    long long length;      /* bytes of the whole answer where that is known, else -1 */
+    long long length;      /* bytes of the answer's body where that is known, else -1 */
+    long long first;       /* status 206: the number of its first byte in the whole, from 0 */
+    long long total;       /* status 206 and 416: bytes of the whole */
 };
 
 enum api_progress {
@@ -79,6 +81,8 @@ struct api_source {
      * Anything but PEND_OK ends the answer; error->text says why.
      */
     enum pend_status (*fetch)(void *context, void *data, size_t cap, size_t *bytes, struct pend_error *error);
+    /** Begins with the first part again. */
+    void (*again)(void *context);
     void *context;
 };
 
@@ -90,6 +94,20 @@ struct api_source {
  */
 PEND_MUST_CHECK enum api_progress api_call_results(struct api_call *call, const struct api_request *request,
                                                    const struct api_source *source, struct api_buffer *out);
+
+/* A range of an answer's bytes, numbered from 0. */
+struct api_range {
+    long long first; /* -1: the last `last` bytes are wanted */
+    long long last;  /* -1: all to the end */
+};
+
+/**
+ * Asks for a part of the answer only, status 206, of a call that api_call_results has opened; before its first run.
+ * Where the length of the whole is not known before it is written, that is done twice, the first time for nobody.
+ *
+ * API_DONE  as after api_call_open; status 416 where no byte of the answer is in the range: that may also come later.
+ */
+PEND_MUST_CHECK enum api_progress api_call_range(struct api_call *call, struct api_range range, struct api_buffer *out);
 
 /**
  * What tells a request from every other, as 64 hexadecimal digits: a SHA-256 of the operation, what it was asked in a

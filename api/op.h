@@ -7,6 +7,7 @@
 #include "api/buffer.h"
 #include "api/limits.h"
 #include "api/problem.h"
+#include "core/tape.h"
 
 /* The operations that a route can name. */
 enum api_op_id {
@@ -15,6 +16,7 @@ enum api_op_id {
     API_OP_FORCES,
     API_OP_MODES,
     API_OP_ENSEMBLES,
+    API_OP_EQUATIONS,
     API_OP_PRESETS,
     API_OP_PRESET,
     API_OP_COUNT
@@ -85,12 +87,17 @@ struct api_op {
     long (*parts)(const void *state);
     /** Leaves all but part `number` of `parts` out; before the first run. */
     void (*part)(void *state, long number, long parts);
+    /**
+     * Shows a tape all that the next part needs of this one, once this one is complete; where the tape puts it back,
+     * after `part` and before the first run. NULL: parts need not know of each other.
+     */
+    enum pend_status (*carry)(void *state, struct pend_tape *tape, struct pend_error *error);
     int json_apart; /* its JSON says more than its table does */
     void (*free)(void **state);
 };
 
 extern const struct api_op api_op_trees, api_op_trajectories, api_op_forces, api_op_modes, api_op_ensembles,
-    api_op_presets, api_op_preset;
+    api_op_equations, api_op_presets, api_op_preset;
 
 /**
  * Faults an answer that is held in memory and would be larger than max-answer-bytes.

@@ -18,6 +18,7 @@
 #include "server/spares.h"
 #include "server/storage.h"
 
+struct srv_events;
 struct srv_flights;
 struct srv_runner;
 
@@ -32,6 +33,7 @@ struct srv_service {
     struct srv_flights *flights; /* computations that others may join */
     struct srv_storage *storage; /* where jobs are kept; NULL = nowhere */
     struct srv_runner *runner;   /* that computes them; NULL with the storage */
+    struct srv_events *events;   /* who listens to them; NULL with the storage */
     struct api_limits job_limits;
     struct srv_spares spares;
     struct srv_metrics metrics;
@@ -41,6 +43,7 @@ struct srv_service {
     atomic_int computing;   /* computations that are not over */
     atomic_int busy;        /* workers that compute just now */
     atomic_int connections; /* open ones */
+    atomic_int listening;   /* streams of events that are open */
     atomic_llong held;      /* bytes of bodies and answers in memory, the cache's too */
     double started;         /* s since 1970 */
     int workers;
