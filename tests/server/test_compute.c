@@ -1,6 +1,7 @@
 #include "server/compute.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "api/call.h"
