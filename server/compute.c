@@ -222,9 +222,7 @@ static void compute_turn(struct srv_work *work) {
 static int compute_hurry(void *company) {
     struct srv_work *work = company;
     srv_intake_look(&work->service->intake);
-    for (int level = 0; level < work->task.level; level++)
-        if (srv_queue_waiting(work->service->queue, level)) return 1;
-    return 0;
+    return srv_queue_shorter(work->service->queue, work->task.level);
 }
 
 /* --- the first turn: reading the request --- */

@@ -286,10 +286,11 @@ def soak(directory):
     with daemon(BUILD) as ours:
         client(BUILD, ours, files, "--requests", count // 10, "--connections", "32", "--close-every", "50", seconds=600)
         memory = [ours.memory()]
-        begin, figures = time.monotonic(), {}
+        begin, figures, stalls = time.monotonic(), {}, 0
         for turn in range(10):
             figures = client(BUILD, ours, files, "--requests", count // 10, "--connections", "32", "--close-every", "50",
-                             "--leave-every", "997", "--seed", turn, seconds=600)
+                             "--leave-every", "997", "--seed", turn, "--slow-ms", "1000", seconds=600)
+            stalls += figures["stalls"]
             memory.append(ours.memory())
             if figures["wrong"] or figures["broken"] or figures["refused"]:
                 fail(f"soak: {figures}")
@@ -297,7 +298,7 @@ def soak(directory):
         code = ours.stop()
     grown = (memory[-1] - memory[2]) / 1e6
     row(f"{count} mixed requests", f"{grown:+.2f}", "", "", "flat", "MB grown since the first fifth",
-        f"{count / seconds:.0f} requests/s, MB: " + " ".join(f"{m / 1e6:.1f}" for m in memory) + f", ended with {code}")
+        f"{count / seconds:.0f} requests/s, MB: " + " ".join(f"{m / 1e6:.1f}" for m in memory) + f", {stalls} times nobody was answered for 1 s, ended with {code}")
     if grown > 1 or code:
         fail("memory grows, or the end was not clean")
 
