@@ -14,20 +14,12 @@ export const summaryOf = ({ method, operation }) => [badge(method), h("span", {}
 
 const part = (title, ...children) => [h("h4", {}, title), ...children];
 
-/** Where a response has one schema in all of its forms' words: its JSON's fields. */
+/** The forms that an answer has, each with its schema: by name where it has one, else with its fields. */
 function contentOf(content, reader) {
   const types = Object.entries(content);
-  const schemas = types.filter(([, { schema }]) => schema);
-  const shown = new Set();
-  return [h("p", { class: "doc-kind" }, ...types.flatMap(([type], i) => [i ? " · " : "", h("code", {}, type)])),
-    ...schemas.flatMap(([type, { schema }]) => {
-      const key = JSON.stringify(schema);
-      if (shown.has(key)) return [];
-      shown.add(key);
-      const name = schema.$ref?.split("/").pop();
-      const said = name ? [h("p", {}, h("code", {}, type), ": ", h("a", { href: `#schema-${name}` }, name))] : fieldsOf(schema, reader);
-      return name || reader.resolve(schema).properties ? said : [];
-    })];
+  const link = ({ schema }) => (schema?.$ref ? [": ", h("a", { href: `#schema-${schema.$ref.split("/").pop()}` }, schema.$ref.split("/").pop())] : []);
+  return [h("p", { class: "doc-kind" }, ...types.flatMap(([type, one], i) => [i ? " · " : "", h("code", {}, type), ...link(one)])),
+    ...types.flatMap(([, { schema }]) => (schema && !schema.$ref && schema.properties ? fieldsOf(schema, reader) : []))];
 }
 
 function responseOf([status, given], reader) {

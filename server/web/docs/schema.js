@@ -34,8 +34,8 @@ function typeOf(schema) {
 /** Bounds and the like: [["at least", 0], ...]. */
 function boundsOf(schema) {
   const words = [["minimum", "at least"], ["exclusiveMinimum", "greater than"], ["maximum", "at most"], ["exclusiveMaximum", "less than"],
-    ["multipleOf", "a multiple of"], ["minItems", "items, at least"], ["maxItems", "items, at most"], ["minLength", "characters, at least"],
-    ["maxLength", "characters, at most"], ["minProperties", "members, at least"], ["maxProperties", "members, at most"], ["pattern", "matches"], ["format", "format"]];
+    ["multipleOf", "a multiple of"], ["minItems", "items: at least"], ["maxItems", "items: at most"], ["minLength", "characters: at least"],
+    ["maxLength", "characters: at most"], ["minProperties", "members: at least"], ["maxProperties", "members: at most"], ["pattern", "matches"], ["format", "format"]];
   const bounds = words.filter(([key]) => schema[key] !== undefined).map(([key, word]) => [`${word} `, h("code", {}, String(schema[key]))]);
   if (schema.uniqueItems) bounds.push(["no item twice"]);
   if (schema.enum) bounds.push(join(schema.enum.map((one) => [value(one)]), ", "));
