@@ -41,8 +41,10 @@ export function mountCard(element, app, look) {
     const value = text.read(input.value);
     const sound = Number.isFinite(value) && (!field.positive || value > 0);
     input.setAttribute("aria-invalid", !sound);
-    if (sound) field.set(edits, arm, value);
-    else app.announce(text(field.positive ? "arm.wrong.positive" : "arm.wrong", { what: text(`arm.${field.name}`) }));
+    if (sound) {
+      field.set(edits, arm, value);
+      input.value = input.defaultValue;
+    } else app.announce(text(field.positive ? "arm.wrong.positive" : "arm.wrong", { what: text(`arm.${field.name}`) }));
   }
 
   function show(doc) {
@@ -112,9 +114,8 @@ export function mountCard(element, app, look) {
   };
   bag.on(card, "keydown", (event) => {
     if (event.key !== "Escape") return;
-    const last = arm;
-    edits.select(0);
-    element.querySelector(`[data-arm="${last}"]`)?.focus();
+    event.stopPropagation();
+    element.querySelector(`[data-arm="${arm}"]`)?.focus();
   });
   bag(store.subscribe(show));
   show(store.get());
