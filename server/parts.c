@@ -35,7 +35,7 @@ static enum pend_status parts_storage(struct srv_service *service, struct pend_e
                                           .client_bytes = (long long)config->client_bytes,
                                           .all_bytes = (long long)config->store_bytes,
                                           .keep_us = (int64_t)(1e6 * config->keep_seconds),
-                                          .client_scenes = 10000};
+                                          .client_scenes = (long)config->client_scenes};
     char url[SRV_CONFIG_TEXT];
     struct pend_error why = {.text = ""};
     PEND_TRY(srv_state_url(config->store, url, error));
