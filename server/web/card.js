@@ -56,7 +56,7 @@ export function mountCard(element, app, look) {
     name.textContent = text("arm.name", { arm });
     carrier.textContent = on ? text("arm.on", { carrier: on }) : text("arm.on.pivot");
     FIELDS.forEach((field, i) => {
-      const shown = text.short(field.get(doc, arm - 1), 6);
+      const shown = text.short(field.get(doc, arm - 1), 5);
       inputs[i].defaultValue = shown;
       if (document.activeElement !== inputs[i] || text.read(inputs[i].value) !== text.read(shown)) inputs[i].value = shown;
       inputs[i].setAttribute("aria-invalid", "false");

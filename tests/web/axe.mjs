@@ -3,9 +3,9 @@
 // Invariant: the rules of WCAG 2.2 AA and axe's best practices, all of them.
 
 import { readFileSync } from "node:fs";
-import { createRequire } from "node:module";
+import { fetched } from "./rig.mjs";
 
-const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+export const AXE = readFileSync(fetched.resolve("axe-core/axe.min.js"), "utf8");
 const TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"];
 
 /** What axe finds in the page as it is: "rule: element", none if all is well. */

@@ -4,20 +4,13 @@ import assert from "node:assert/strict";
 import { readdirSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 import { gzipSync } from "node:zlib";
-import { close, ROOT } from "./rig.mjs";
+import { close, crowd, ROOT } from "./rig.mjs";
 import de from "../../server/web/text/de.js";
 import en from "../../server/web/text/en.js";
 
-const WEB = join(ROOT, "server/web");
+export const rig = { sources: false };
 
-/** How many times slower a program runs here and now than it would alone: 1 on a quiet machine. */
-function crowd() {
-  const begun = performance.now();
-  const used = process.cpuUsage();
-  let more = { user: 0, system: 0 };
-  while (more.user + more.system < 25000) more = process.cpuUsage(used);
-  return Math.max(1, (performance.now() - begun) * 1000 / (more.user + more.system));
-}
+const WEB = join(ROOT, "server/web");
 
 /** Milliseconds from the navigation's start to the first frame that shows another instant than the first. */
 async function firstMotion(rig) {
