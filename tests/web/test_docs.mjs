@@ -1,13 +1,10 @@
 // The reference page as the daemon serves it: all of the document is there, examples run, it is found, linked, read aloud.
 
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
-import { join } from "node:path";
-import { close, ROOT } from "./rig.mjs";
+import { AXE } from "./axe.mjs";
+import { close } from "./rig.mjs";
 
 export const rig = { sources: false, store: true };
-
-const AXE = readFileSync(join(ROOT, "tests/web/node_modules/axe-core/axe.min.js"), "utf8");
 
 async function open(rig, more = {}) {
   const page = await rig.open({ path: "/docs", wait: false, ...more });
