@@ -26,7 +26,7 @@ TEST(lyapunov_of_few_samples_is_that_of_many_and_one_exponent_the_first_of_all) 
     struct test_reply few = test_post(API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":5,\"samples\":1}");
     CHECK_INT(test_reply_count(&few, "/exponents/0"), 1);
     double off = test_reply_number(&few, "/exponents/0/0") - test_reply_number(&many, "/exponents/49/0");
-    CHECK_RESIDUAL(fabs(off), 1e-6, "exponent of other intervals");
+    CHECK_RESIDUAL(fabs(off), 1e-7, "exponent of other intervals");
     test_reply_free(&many);
     test_reply_free(&few);
 }
