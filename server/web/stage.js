@@ -150,6 +150,13 @@ export function mountStage(element, app) {
     canvas.setAttribute("aria-label", text(n === 1 ? "stage.label.one" : "stage.label", { n }));
   }
 
+  /** Where on the stage an arm's tip is (0: the pivot), in pixels; for those who point at it. */
+  app.stage = {
+    tip(arm) {
+      const { shape, camera } = look;
+      return { x: camera.x + (arm ? camera.scale * shape.x[arm - 1] : 0), y: camera.y - (arm ? camera.scale * shape.y[arm - 1] : 0) };
+    },
+  };
   const notices = mountNotices(element, app);
   const legend = mountLegend(element, app, look);
   const card = mountCard(element, app, look);
