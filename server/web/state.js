@@ -73,7 +73,7 @@ function patched(doc, patch) {
 
 const onlyView = (patch) => Object.keys(patch).every((key) => key === "view");
 
-export function createStore(first = PAPER) {
+export function createStore(first = {}) {
   let doc = patched(PAPER, first);
   let past = [];
   let future = [];

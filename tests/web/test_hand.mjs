@@ -111,6 +111,9 @@ export async function numbers_are_edited_in_place_and_wrong_ones_are_refused(rig
   const page = await rig.open();
   await pause(page, 3.3);
   const spot = await tip(page, 2);
+  await page.mouse.move(spot.x, spot.y);
+  await page.waitForTimeout(150);
+  await rig.shot(page, "hover");
   await page.mouse.click(spot.x, spot.y);
   await page.waitForTimeout(200);
   await rig.shot(page, "arm");
