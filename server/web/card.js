@@ -5,6 +5,7 @@
 import { createBag, h, icon, iconButton } from "./dom.js";
 import { removable } from "./tree.js";
 
+const LEGEND = 76; // pixels at the bottom of the stage
 const DEGREES = 180 / Math.PI;
 
 // name, unit, from the document, back; positive: must be greater than 0
@@ -86,7 +87,7 @@ export function mountCard(element, app, look) {
     let best = null;
     for (const [left, top] of spots) {
       const x = clamp(left, element.clientWidth - width);
-      const y = clamp(top, element.clientHeight - height);
+      const y = clamp(top, element.clientHeight - LEGEND - height);
       let hidden = Math.abs(x - left) / 40 + Math.abs(y - top) / 40;
       for (let i = 0; i < shape.n; i++) {
         const dx = camera.x + camera.scale * shape.x[i];
