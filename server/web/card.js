@@ -93,10 +93,15 @@ export function mountCard(element, app, look) {
       const x = clamp(left, element.clientWidth - width);
       const y = clamp(top, element.clientHeight - LEGEND - height);
       let hidden = Math.abs(x - left) / 40 + Math.abs(y - top) / 40;
+      const hides = (ax, ay) => {
+        const [dx, dy] = [camera.x + camera.scale * ax, camera.y - camera.scale * ay];
+        return dx > x - 10 && dx < x + width + 10 && dy > y - 10 && dy < y + height + 10;
+      };
+      if (hides(0, 0)) hidden += 5;
       for (let i = 0; i < shape.n; i++) {
-        const dx = camera.x + camera.scale * shape.x[i];
-        const dy = camera.y - camera.scale * shape.y[i];
-        if (dx > x - 10 && dx < x + width + 10 && dy > y - 10 && dy < y + height + 10) hidden += i === k ? 30 : 3;
+        const from = shape.tree.parent[i] - 1;
+        if (hides(shape.x[i], shape.y[i])) hidden += i === k ? 30 : 3;
+        if (hides((shape.x[i] + (from < 0 ? 0 : shape.x[from])) / 2, (shape.y[i] + (from < 0 ? 0 : shape.y[from])) / 2)) hidden += 3;
       }
       if (!best || hidden < best.hidden) best = { x, y, hidden };
     }
