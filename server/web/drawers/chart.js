@@ -51,15 +51,24 @@ export async function createGroup({ clock, text, key }) {
   return group;
 }
 
-function axes({ text, unit, times, log }) {
+/** Powers of ten between two, not more than a few. */
+function powers(low, high) {
+  const from = Math.round(Math.log10(low));
+  const to = Math.round(Math.log10(high));
+  const step = Math.max(1, Math.ceil((to - from) / 6));
+  const list = [];
+  for (let power = Math.ceil(from / step) * step; power <= to; power += step) list.push(10 ** power);
+  return list;
+}
+
+function axes({ text, times, log }) {
   const ink = cssValue("--quiet");
   const line = cssValue("--line");
   const font = "11px system-ui, sans-serif";
   const common = { stroke: ink, font, ticks: { stroke: line, width: 1, size: 4 }, grid: { stroke: line, width: 1 } };
   const time = { ...common, show: true, size: times ? 26 : 6, space: 60, values: (_, ticks) => ticks.map((tick) => (times ? text.short(tick) : "")) };
   const value = { ...common, size: AXIS, space: log ? 22 : 30, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : figure(text, tick))) };
-  if (log) value.filter = (_, ticks) => ticks.map((tick) => (Number.isInteger(Math.round(Math.log10(tick) * 1e6) / 1e6) ? tick : null));
-  if (unit === null) value.size = AXIS;
+  if (log) Object.assign(value, { splits: (_, axis, low, high) => powers(low, high), filter: (_, ticks) => ticks });
   return [time, value];
 }
 

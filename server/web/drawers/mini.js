@@ -35,7 +35,7 @@ export function createMini(tree, { width, height, top = 0.5, label = null }) {
     context.stroke();
     context.beginPath();
     for (let k = 0; k < n; k++) {
-      const r = Math.max(thin * 0.9, thin * 2.2 * Math.cbrt(tree.mass[k] / heaviest));
+      const r = Math.max(thin * 0.9, thin * 1.8 * Math.cbrt(tree.mass[k] / heaviest));
       context.moveTo(scale * x[k] + r, -scale * y[k]);
       context.arc(scale * x[k], -scale * y[k], r, 0, 2 * Math.PI);
     }

@@ -14,7 +14,7 @@ const ALL = 300; // so many arms are asked for all of their modes
 const SLOWEST = 48;
 const PAGE = 12;
 const DEGREE = Math.PI / 180;
-const FIRST = 15; // degrees
+const FIRST = 25; // degrees
 const STEEPEST = 60;
 
 const hang = (theta) => theta.map((angle) => HANGING + angle);
