@@ -10,6 +10,7 @@ import { fileURLToPath } from "node:url";
 
 const ROOT = fileURLToPath(new URL("../../", import.meta.url));
 const WEB = join(ROOT, "server/web");
+const LIB = join(ROOT, "build/web/lib");
 const PAGE = "/page/sources";
 
 const TYPES = { ".html": "text/html; charset=utf-8", ".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8",
@@ -29,7 +30,7 @@ function fileOf(path) {
   if (!path.startsWith(`${PAGE}/`)) return null;
   const inner = normalize(path.slice(PAGE.length + 1));
   if (inner.startsWith("..")) return null;
-  return join(WEB, inner);
+  return inner.startsWith("lib/") ? join(LIB, inner.slice(4)) : join(WEB, inner);
 }
 
 async function sendFile(reply, file) {
@@ -54,22 +55,11 @@ function passOn(asked, reply, daemon) {
   asked.pipe(onward);
 }
 
-/** What is made of npm packages is the daemon's: where it has it. */
-async function libraries(daemon) {
-  const reply = await fetch(`${daemon}/`);
-  return /"(\/page\/[0-9a-f]+)\//.exec(await reply.text())?.[1] ?? PAGE;
-}
-
 /** {url, close(), fault}; fault(asked, reply) may answer instead: true if it did. */
 export async function servePage(daemon, port = 0) {
   const page = { daemon, fault: null };
-  const built = await libraries(daemon);
   const server = createServer((asked, reply) => {
     if (page.fault?.(asked, reply)) return;
-    if (asked.url.startsWith(`${PAGE}/lib/`)) {
-      asked.url = asked.url.replace(PAGE, built);
-      return passOn(asked, reply, page.daemon);
-    }
     const file = fileOf(new URL(asked.url, "http://page").pathname);
     file ? sendFile(reply, file) : passOn(asked, reply, page.daemon);
   });
