@@ -152,7 +152,7 @@ valgrind: ## the quick tests, and the server, under valgrind
 	@$(CHECK) ONLY='valgrind-%'; $(COUNT)
 
 rules: ## the rooms' include rules, documents compared with code, replies with the OpenAPI document
-	@$(CHECK) ONLY='layers docs replies readback nginx layout openapi'; $(COUNT)
+	@$(CHECK) ONLY='layers docs replies readback equations nginx layout openapi'; $(COUNT)
 
 lint: ## clang's warnings, layout and spectral; installs clang and clang-format
 	@docker/install.sh build lint
@@ -205,7 +205,7 @@ build/web/fetched: server/web/package-lock.json server/assets_fetch.sh
 
 build/web/assets.c: $(WEB) server/assets_embed.py build/web/fetched build/web/files
 	$(if $(V),,@printf '  %-8s %-5s %s\n' web embed server/web)
-	$(Q)/usr/bin/python3 -B server/assets_embed.py server/web $(@D)/node_modules > $@.$$$$ && mv -f $@.$$$$ $@
+	$(Q)/usr/bin/python3 -B server/assets_embed.py server/web $(@D)/node_modules $(@D)/lib > $@.$$$$ && mv -f $@.$$$$ $@
 
 build/web/assets.o: build/web/assets.c server/assets.h
 	$(Q)$(CC) -I. -O1 $(CFLAGS) -c $< -o $@.$$$$ && mv -f $@.$$$$ $@

@@ -1,9 +1,10 @@
 """Turns the page's files into what is compiled in.
 
-    assets_embed.py server/web build/web/node_modules    C source that defines srv_assets_table and its count
+    assets_embed.py server/web build/web/node_modules build/web/lib    C source that defines srv_assets_table and its count
 
 Takes the files of the first directory as they are, and of the npm packages what a browser loads: uPlot, KaTeX and the QR
-code as ES modules, their styles, and the fonts. All of it is served under /page/DIGEST, a digest of all files, so that a
+code as ES modules, their styles, and the fonts; these are put into the third directory as well, for pages that are served
+from their sources. All of it is served under /page/DIGEST, a digest of all files, so that a
 browser may keep it for ever; @PAGE@ in an HTML document becomes that path. Each file is there as it is and, where that
 is shorter, gzipped at the best level. The same files give the same source.
 """
@@ -112,8 +113,19 @@ def write(files, digest, out):
     out.write(f"const int srv_assets_count = {len(rows)};\n")
 
 
-def main(web, modules):
-    files = sorted([*own_files(pathlib.Path(web)), *packages(pathlib.Path(modules))])
+def put(lib, files):
+    """Writes files whose names begin with lib/; one that is there already is left alone."""
+    for name, data in files:
+        path = lib / name.removeprefix("lib/")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not path.exists() or path.read_bytes() != data:
+            path.write_bytes(data)
+
+
+def main(web, modules, lib):
+    brought = list(packages(pathlib.Path(modules)))
+    files = sorted([*own_files(pathlib.Path(web)), *brought])
+    put(pathlib.Path(lib), brought)
     sha = hashlib.sha256()
     for name, data in files:
         sha.update(f"{name} {len(data)}\n".encode() + data)
@@ -121,6 +133,6 @@ def main(web, modules):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 3:
+    if len(sys.argv) != 4:
         sys.exit(__doc__)
     main(*sys.argv[1:])
