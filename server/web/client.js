@@ -32,18 +32,21 @@ async function problemOf(reply) {
   }
 }
 
-function pause(seconds, signal) {
+/** Waits so long, or until one of `wakers` is called. */
+function pause(seconds, signal, wakers) {
   return new Promise((resolve, reject) => {
-    const stop = () => {
+    const end = (settle) => {
       clearTimeout(timer);
-      reject(new DOMException("given up", "AbortError"));
-    };
-    const timer = setTimeout(() => {
+      wakers.delete(wake);
       signal?.removeEventListener("abort", stop);
-      resolve();
-    }, seconds * 1000);
-    if (signal?.aborted) stop();
+      settle();
+    };
+    const wake = () => end(resolve);
+    const stop = () => end(() => reject(new DOMException("given up", "AbortError")));
+    const timer = setTimeout(wake, seconds * 1000);
+    wakers.add(wake);
     signal?.addEventListener("abort", stop, { once: true });
+    if (signal?.aborted) stop();
   });
 }
 
@@ -51,6 +54,7 @@ const gaveUp = (error) => error?.name === "AbortError";
 
 export function createClient() {
   const watchers = new Set();
+  const wakers = new Set();
   let state = { kind: "well", retry: 0 };
 
   /** Tells who watches how the server is: {kind: "well" | "busy" | "away", retry}. */
@@ -90,7 +94,7 @@ export function createClient() {
         // who waits together does not come again together
         const wait = Math.min(failure.retry || 2 ** (tried - 1), LONGEST_WAIT) * (1 + 0.25 * Math.random());
         report(failure.kind, Math.ceil(wait));
-        await pause(wait, options.signal);
+        await pause(wait, options.signal, wakers);
       }
     }
   }
@@ -103,8 +107,13 @@ export function createClient() {
   const answer = (path) => async (body, options) => (await post(path, body, options)).json();
   const get = (path) => async ({ signal } = {}) => (await ask(path, { signal })).json();
 
+  const hurry = () => [...wakers].forEach((wake) => wake());
+  window.addEventListener("online", hurry);
+
   return {
     get state() { return state; },
+    /** Those who wait to try again try now. */
+    hurry,
     /** fn({kind, retry}) whenever the server comes, goes or asks to wait. */
     watch(fn) {
       watchers.add(fn);

@@ -4,7 +4,7 @@
 
 import { createBag, h } from "./dom.js";
 
-export const DRAWERS = ["plots", "modes", "compare", "method", "equations", "share", "worksheet"];
+export const DRAWERS = ["presets", "plots", "modes", "compare", "method", "equations", "share", "worksheet"];
 
 export function mountDrawers(element, app) {
   const { store, text } = app;
@@ -14,13 +14,14 @@ export function mountDrawers(element, app) {
   const list = h("div", { class: "tabs", role: "tablist", "aria-label": text("drawers") });
   const panels = h("div", { class: "panels" });
   element.append(list, panels);
+  element.setAttribute("aria-label", text("drawers"));
 
   for (const id of DRAWERS) {
     const tab = h("button", { type: "button", role: "tab", id: `tab-${id}`, "aria-controls": `panel-${id}`, "data-tab": id,
       on: { click: () => toggle(id) } }, text(`drawer.${id}`));
     tabs.set(id, tab);
     list.append(tab);
-    panels.append(h("div", { role: "tabpanel", id: `panel-${id}`, "aria-labelledby": `tab-${id}`, "data-drawer": id, hidden: true, tabindex: 0 }));
+    panels.append(h("div", { role: "tabpanel", id: `panel-${id}`, "aria-labelledby": `tab-${id}`, "data-drawer": id, hidden: true, tabindex: -1 }));
   }
 
   function toggle(id) {
@@ -28,7 +29,7 @@ export function mountDrawers(element, app) {
   }
 
   async function mount(id, panel) {
-    const { default: drawer } = await import(`./drawers/${id}.js`);
+    const { default: drawer } = await import(id === "presets" ? "./gallery.js" : `./drawers/${id}.js`);
     return drawer.mount(panel, app);
   }
 

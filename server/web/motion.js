@@ -14,7 +14,7 @@ const TRUST_SAMPLES = 401;
 function createTrack(doc, initial) {
   const n = doc.pendulum.length.length;
   const total = Math.floor(doc.span.stop / doc.span.step + 1e-9) + 1;
-  return { doc, initial, n, total, count: 0, complete: false, t: new Float64Array(0), columns: {}, widths: {} };
+  return { doc, initial, n, total, count: 0, complete: false, preview: null, t: new Float64Array(0), columns: {}, widths: {} };
 }
 
 function createGhost(doc, ghost) {
@@ -76,9 +76,9 @@ export function anglesAt(track, time, place, phi) {
   }
 }
 
-/** A column at a time, linear between two samples, into values; zeros where there is no sample yet. */
+/** A column at a time, linear between two samples, into values; what is known before the first sample, else zeros. */
 export function valuesAt(track, name, time, place, values) {
-  if (!track.count) return values.fill(0);
+  if (!track.count) return track.preview && name === "lambda" ? values.set(track.preview) : values.fill(0);
   locate(track, time, place);
   const width = track.widths[name];
   const column = track.columns[name];
@@ -102,6 +102,7 @@ export function createMotion({ store, client, clock }) {
     stats: null, // of the server: method, steps, energy_drift, trust_until ...
     loading: false,
     failure: null,
+    complaint: null,
     get t() { return motion.track.t; },
     get columns() { return motion.track.columns; },
     get widths() { return motion.track.widths; },
@@ -123,11 +124,23 @@ export function createMotion({ store, client, clock }) {
     },
     /** Loads nothing while something is being dragged; loads what has changed when it is let go. */
     hold() { held = true; },
+    get held() { return held; },
+    /** The forces of the start, known before its motion. */
+    foresee(lambda) {
+      if (motion.track.count || lambda.length !== motion.track.n) return;
+      motion.track.preview = lambda;
+      tell("preview");
+    },
     release() {
       held = false;
       if (waiting) load();
     },
     reload: () => load(),
+    /** Something to be said that is no failure of the motion: a link that cannot be read. */
+    note(words) {
+      motion.complaint = words;
+      tell("note");
+    },
     /** fn(motion, what) when a motion begins ("begin"), rows arrive ("rows"), it is whole ("complete"), stats come, it fails. */
     subscribe(fn) {
       listeners.add(fn);
@@ -137,6 +150,16 @@ export function createMotion({ store, client, clock }) {
 
   function tell(what) {
     for (const listener of [...listeners]) listener(motion, what);
+  }
+
+  /** Makes the document's track the current one; it begins with the forces that are seen now. */
+  function renew() {
+    const doc = store.get();
+    const seen = motion.n === doc.pendulum.length.length ? motion.at(clock.time).lambda : null;
+    motion.track = createTrack(doc, doc.initial);
+    motion.track.preview = seen;
+    motion.stats = null;
+    motion.failure = null;
   }
 
   function extend() {
@@ -197,9 +220,7 @@ export function createMotion({ store, client, clock }) {
     const before = motion.track.doc;
     const sameStart = before.pendulum === doc.pendulum && before.initial === doc.initial;
     waiting = false;
-    motion.track = createTrack(doc, doc.initial);
-    motion.stats = null;
-    motion.failure = null;
+    renew();
     motion.loading = true;
     clock.restart(sameStart ? clock.time : 0);
     extend();
@@ -234,12 +255,14 @@ export function createMotion({ store, client, clock }) {
   store.subscribe((doc, before) => {
     if (!sameMotion(doc, before)) {
       if (!held) return load();
+      stop?.abort();
       waiting = true;
-      motion.track = createTrack(doc, doc.initial);
+      renew();
       motion.ghosts = doc.ghosts.map((ghost) => createGhost(doc, ghost));
       clock.restart(0);
       extend();
-      return tell("begin");
+      tell("begin");
+      return;
     }
     if (doc.ghosts !== before.ghosts) {
       loadGhosts(doc);

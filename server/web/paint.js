@@ -4,6 +4,7 @@
 
 const BINS = 49; // odd: the middle one is no force
 const MIDDLE = (BINS - 1) / 2;
+const ARROW = 120; // pixels of the force at the end of the scale
 
 const names = {
   safe: ["--tension", "--no-force", "--compression"],
@@ -49,6 +50,18 @@ const width = (i, thin) => thin * (1 + 1.9 * Math.abs(i - MIDDLE) / MIDDLE);
 /** Radius of a tip in pixels. */
 export function tipRadius(mass, heaviest, thin) {
   return Math.max(thin * 1.1, thin * 3 * Math.cbrt(mass / heaviest));
+}
+
+/** Adds an arrow of so many pixels to the path. */
+function arrow(context, x, y, dx, dy, pixels) {
+  const head = Math.min(9, 3 + pixels * 0.2);
+  const tx = x + dx * pixels;
+  const ty = y + dy * pixels;
+  context.moveTo(x, y);
+  context.lineTo(tx, ty);
+  context.moveTo(tx - head * (dx + 0.55 * dy), ty - head * (dy - 0.55 * dx));
+  context.lineTo(tx, ty);
+  context.lineTo(tx - head * (dx - 0.55 * dy), ty - head * (dy + 0.55 * dx));
 }
 
 /** A painter for trees of up to n arms. */
@@ -103,17 +116,53 @@ export function createPainter(context) {
       context.stroke();
     },
 
-    pivot(camera, colours, thin) {
-      const r = thin * 1.6;
+    /** What the pendulum hangs on. */
+    pivot(camera, colours) {
+      const half = 22;
+      const up = camera.y - 9;
       context.strokeStyle = colours.quiet;
-      context.lineWidth = 1.5;
+      context.fillStyle = colours.paper;
+      context.lineCap = "round";
+      context.lineWidth = 1.6;
       context.beginPath();
-      context.moveTo(camera.x - 7 * r, camera.y);
-      context.lineTo(camera.x - r, camera.y);
-      context.moveTo(camera.x + r, camera.y);
-      context.lineTo(camera.x + 7 * r, camera.y);
-      context.moveTo(camera.x + r, camera.y);
-      context.arc(camera.x, camera.y, r, 0, 2 * Math.PI);
+      context.moveTo(camera.x - half, up);
+      context.lineTo(camera.x + half, up);
+      context.moveTo(camera.x - 8, up);
+      context.lineTo(camera.x, camera.y);
+      context.lineTo(camera.x + 8, up);
+      context.stroke();
+      context.beginPath();
+      context.arc(camera.x, camera.y, 4, 0, 2 * Math.PI);
+      context.fill();
+      context.stroke();
+    },
+
+    /** At every tip the force that its arm pushes it with. */
+    arrows(tree, x, y, phi, forces, most, camera, colours) {
+      if (!(most > 0)) return;
+      for (let sign = -1; sign <= 1; sign += 2) {
+        context.beginPath();
+        for (let k = 0; k < tree.length.length; k++) {
+          if (forces[k] * sign <= most * 0.01) continue;
+          arrow(context, camera.x + camera.scale * x[k], camera.y - camera.scale * y[k], Math.cos(phi[k]) * sign, -Math.sin(phi[k]) * sign,
+            ARROW * Math.min(1.5, (forces[k] * sign) / most));
+        }
+        context.strokeStyle = colours.bins[sign < 0 ? 0 : BINS - 1];
+        context.lineWidth = 2;
+        context.lineCap = "round";
+        context.lineJoin = "round";
+        context.stroke();
+      }
+    },
+
+    /** Around the tip of the arm that is chosen, or under the hand. */
+    ring(arm, shape, camera, colours, strong) {
+      const k = arm - 1;
+      context.beginPath();
+      context.arc(camera.x + camera.scale * shape.x[k], camera.y - camera.scale * shape.y[k],
+        tipRadius(shape.tree.mass[k], shape.heaviest, shape.thin) + 5, 0, 2 * Math.PI);
+      context.strokeStyle = colours.accent;
+      context.lineWidth = strong ? 3.5 : 2;
       context.stroke();
     },
 
