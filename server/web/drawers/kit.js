@@ -46,7 +46,7 @@ export function toggle(words, pressed, change, attributes = {}) {
 
 /** A bit of a line in the colour of a custom property, for legends. */
 export function swatch(name, dash = null) {
-  const line = h("span", { class: dash ? "swatch dashed" : "swatch" });
+  const line = h("span", { class: dash ? "stroke dashed" : "stroke" });
   line.style.setProperty("--colour", `var(${name})`);
   return line;
 }

@@ -34,7 +34,7 @@ async function mount(element, app) {
   await loadStyle("drawers.css");
   const { store, motion, clock, client, text } = app;
   const bag = createBag();
-  const way = h("div", { class: "fields" });
+  const way = h("div", { class: "method-fields" });
   const facts = h("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": text("method.stats") });
   const referenceWords = h("p", { class: "quiet" });
   const verdicts = h("div", { role: "status" });

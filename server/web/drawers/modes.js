@@ -25,7 +25,7 @@ async function mount(element, app) {
   const { store, motion, clock, client, text } = app;
   const bag = createBag();
   const status = h("p", { class: "quiet", role: "status" });
-  const cards = h("ul", { class: "cards" });
+  const cards = h("ul", { class: "mode-cards" });
   const more = button("", () => {
     many += PAGE;
     build();
@@ -95,8 +95,8 @@ async function mount(element, app) {
     const facts = [["omega", modes.omega[k]], ["frequency", modes.frequency[k]], ["period", modes.period[k]]];
     mini.fit(hang(oneOf(k, STEEPEST * DEGREE)));
     views.push({ mini, k });
-    return h("li", { class: "card", "data-mode": mode }, mini.canvas,
-      h("div", { class: "card-body" }, h("h3", {}, text("modes.title", { mode })),
+    return h("li", { class: "mode-card", "data-mode": mode }, mini.canvas,
+      h("div", { class: "mode-body" }, h("h3", {}, text("modes.title", { mode })),
         h("dl", {}, ...facts.flatMap(([id, value]) => [h("dt", {}, text(`modes.${id}`)), h("dd", {}, text(`modes.${id}Value`, { value: value > 0.01 && value < 1e5 ? text.number(value, 3) : figure(text, value, 4) }))])),
         h("div", { class: "amplitude" }, slider, said), part.element,
         button(text("modes.start"), () => begin(oneOf(k, angles[k] * DEGREE), "mode", text("modes.started", { mode })), { "data-start": mode })));
@@ -195,7 +195,7 @@ async function mount(element, app) {
       fill();
     });
     const names = [["--ink", "modes.nonlinear"], ["--arm-2", "modes.linearName"]].map(([name, key]) => {
-      const line = h("span", { class: "swatch" });
+      const line = h("span", { class: "stroke" });
       line.style.setProperty("--colour", `var(${name})`);
       return h("span", { class: "name" }, line, " ", text(key));
     });
