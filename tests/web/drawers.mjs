@@ -27,7 +27,7 @@ export async function saved(page, selector) {
 export async function violations(page, selector) {
   if (!await page.evaluate(() => "axe" in window)) await page.evaluate(await readFile(AXE, "utf8"));
   return page.evaluate(async (at) => {
-    const { violations: found } = await window.axe.run({ include: [at], exclude: [".katex"] });
+    const { violations: found } = await window.axe.run({ include: [at], exclude: [".katex"] }, { resultTypes: ["violations"] });
     return found.flatMap(({ id, nodes }) => nodes.map((node) => `${id}: ${node.html.slice(0, 160)} ${node.any[0]?.message ?? ""}`));
   }, selector);
 }

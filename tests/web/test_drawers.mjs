@@ -24,6 +24,7 @@ async function look(rig, name, options) {
   for (const id of DRAWERS) {
     const selector = await openDrawer(page, id);
     await page.waitForSelector(`${selector} ${READY[id]}`, { state: "attached" });
+    await page.evaluate((at) => document.querySelector(at).scrollIntoView({ block: "start" }), selector);
     if (id === "compare") {
       await page.selectOption("[data-map=count]", "60");
       await page.click("[data-add=off]");
@@ -31,12 +32,11 @@ async function look(rig, name, options) {
       await page.waitForSelector("[data-map=png]:not([hidden])");
     }
     if (id === "method") await page.waitForSelector(".verdict");
-    await page.waitForTimeout(120);
+    await page.waitForTimeout(60);
+    await rig.shot(page, `drawer-${id}-${name}`);
     bad.push(...(await violations(page, selector)).map((words) => `${id}, ${name}: ${words}`));
     const wide = await page.evaluate((at) => document.querySelector(at).scrollWidth - document.querySelector(at).clientWidth, selector);
     if (wide > 0) bad.push(`${id}, ${name}: it is ${wide} pixels too wide`);
-    await page.evaluate((at) => document.querySelector(at).scrollIntoView({ block: "start" }), selector);
-    await rig.shot(page, `drawer-${id}-${name}`);
   }
   await close(page);
   return bad;

@@ -7,6 +7,7 @@ import { createBag, h } from "../dom.js";
 import { cssValue, figure, loadStyle } from "./kit.js";
 
 const AXIS = 58;
+const LEAST = 1e-16;
 
 /** Charts that share time: {add(host, options), zoom(from, to), span(), follow(), destroy()}. */
 export async function createGroup({ clock, text, key }) {
@@ -72,9 +73,9 @@ function axes({ text, times, log }) {
   return [time, value];
 }
 
-/** Powers of ten around what there is, so that few values make an axis too. */
+/** Powers of ten around what there is, so that few values make an axis too; what is below the last digit of a double is cut off. */
 function logRange(_, low, high) {
-  const from = Number.isFinite(low) && low > 0 ? low : 1e-9;
+  const from = Number.isFinite(low) && low > 0 ? Math.max(low, LEAST) : 1e-9;
   const to = Number.isFinite(high) && high > 0 ? high : 1;
   return [10 ** Math.floor(Math.log10(from)), 10 ** Math.max(Math.ceil(Math.log10(to)), Math.floor(Math.log10(from)) + 1)];
 }

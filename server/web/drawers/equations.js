@@ -3,9 +3,9 @@
 // Invariant: what is shown and copied is what the server wrote for the pendulum on the stage.
 
 import katex from "../lib/katex.js";
-import { createBag, h } from "../dom.js";
+import { createBag, h, iconButton } from "../dom.js";
 import { said } from "../client.js";
-import { aborted, choice, copyButton, loadStyle, settled } from "./kit.js";
+import { aborted, button, choice, copyButton, loadStyle, settled } from "./kit.js";
 
 const PARTS = ["parameters", "z", "S", "B", "M", "aaa", "bbb"];
 const EXPLICIT = 8; // written out by itself
@@ -33,7 +33,7 @@ async function mount(element, app) {
     });
     pick.select.dataset.form = "";
     pick.select.disabled = n > MOST;
-    formPlace.replaceChildren(pick.element, ...(n > MOST ? [h("span", { class: "quiet" }, text("equations.tooMany"))] : []));
+    formPlace.replaceChildren(pick.element, enlarge, ...(n > MOST ? [h("span", { class: "quiet" }, text("equations.tooMany"))] : []));
   }
 
   function show({ latex }) {
@@ -79,6 +79,14 @@ async function mount(element, app) {
     return written ? copies[kind](written.answer) : "";
   }
 
+  const sheet = h("div", {});
+  const large = h("dialog", { class: "large", "aria-label": text("drawer.equations") },
+    iconButton("close", text("equations.close"), () => large.close(), { "data-large": "close" }), sheet);
+  const enlarge = button(text("equations.large"), () => {
+    sheet.replaceChildren(formulas.cloneNode(true));
+    large.showModal();
+  }, { "data-large": "open" });
+
   const buttons = Object.keys(copies).map((kind) => {
     const key = copyButton(app, text(`equations.${kind}`), () => give(kind));
     key.dataset.copy = kind;
@@ -87,7 +95,7 @@ async function mount(element, app) {
 
   element.append(h("h2", {}, text("drawer.equations")), h("p", { class: "quiet" }, text("equations.intro")), formPlace,
     h("div", { class: "row", role: "group", "aria-label": text("equations.copy") }, h("span", { class: "quiet" }, text("equations.copy")), ...buttons),
-    h("p", { class: "quiet small" }, text("equations.copyHint")), status, formulas);
+    h("p", { class: "quiet small" }, text("equations.copyHint")), status, formulas, large);
 
   const soon = settled(load, 200);
   bag(soon.end);

@@ -79,7 +79,7 @@ export default {
   "modes.identity": "Eine Probe",
   "modes.identityText": "Die Summe von 1/ω² über alle Moden ist die Summe aller Längen durch g, welche Massen auch immer.",
   "modes.identitySum": "Σ 1/ω² = {sum} s²",
-  "modes.identityLength": "l_ges / g = {length} m / {gravity} m/s² = {quotient} s²",
+  "modes.identityLength": "Σ ℓ / g = {length} m / {gravity} m/s² = {quotient} s²",
   "modes.identityDifference": "Sie unterscheiden sich um {difference} davon.",
   "modes.noGravity": "Ohne Schwerkraft schwingt nichts: Es gibt keine Moden.",
   "modes.many": "Die {count} langsamsten Moden von {all}",
@@ -250,6 +250,8 @@ export default {
   "worksheet.forces.do": "Die Uhr in einem Augenblick anhalten, in dem ein Arm drückt.",
   "worksheet.forces.answer": "Nein: Wo ein Arm drückt, wäre ein Faden schlaff. Die Marken auf der Zeitleiste zeigen, wo das geschieht.",
   "step.worksheet": "Schritt des Arbeitsblatts",
+  "equations.large": "Groß zeigen",
+  "equations.close": "Schließen",
   "stage.label": "Ein Pendel aus {n} Armen in Bewegung. Seine Arme sind Knöpfe, die mit der Tabulatortaste folgen.",
   "stage.label.one": "Ein Pendel aus einem Arm in Bewegung. Sein Arm ist ein Knopf, der mit der Tabulatortaste folgt.",
 

@@ -79,7 +79,7 @@ export default {
   "modes.identity": "A check",
   "modes.identityText": "The sum of 1/ω² over all modes is the sum of all lengths over g, whatever the masses.",
   "modes.identitySum": "Σ 1/ω² = {sum} s²",
-  "modes.identityLength": "l_tot / g = {length} m / {gravity} m/s² = {quotient} s²",
+  "modes.identityLength": "Σ ℓ / g = {length} m / {gravity} m/s² = {quotient} s²",
   "modes.identityDifference": "They differ by {difference} of it.",
   "modes.noGravity": "Without gravity nothing swings: there are no modes.",
   "modes.many": "The {count} slowest modes of {all}",
@@ -249,6 +249,8 @@ export default {
   "worksheet.forces.do": "Stop the clock at an instant at which some arm pushes.",
   "worksheet.forces.answer": "No: whenever an arm pushes, a string would go slack there. The marks on the time bar show where that happens.",
   "step.worksheet": "step of the worksheet",
+  "equations.large": "Enlarge",
+  "equations.close": "Close",
   "stage.label": "A pendulum of {n} arms in motion. Its arms are buttons, next in the order of the tab key.",
   "stage.label.one": "A pendulum of one arm in motion. Its arm is a button, next in the order of the tab key.",
 
