@@ -41,8 +41,10 @@ export function mountCard(element, app, look) {
     const value = text.read(input.value);
     const sound = Number.isFinite(value) && (!field.positive || value > 0);
     input.setAttribute("aria-invalid", !sound);
-    if (sound) field.set(edits, arm, value);
-    else app.announce(text(field.positive ? "arm.wrong.positive" : "arm.wrong", { what: text(`arm.${field.name}`) }));
+    if (sound) {
+      field.set(edits, arm, value);
+      input.value = input.defaultValue;
+    } else app.announce(text(field.positive ? "arm.wrong.positive" : "arm.wrong", { what: text(`arm.${field.name}`) }));
   }
 
   function show(doc) {
@@ -54,7 +56,7 @@ export function mountCard(element, app, look) {
     name.textContent = text("arm.name", { arm });
     carrier.textContent = on ? text("arm.on", { carrier: on }) : text("arm.on.pivot");
     FIELDS.forEach((field, i) => {
-      const shown = text.short(field.get(doc, arm - 1), 6);
+      const shown = text.short(field.get(doc, arm - 1), 5);
       inputs[i].defaultValue = shown;
       if (document.activeElement !== inputs[i] || text.read(inputs[i].value) !== text.read(shown)) inputs[i].value = shown;
       inputs[i].setAttribute("aria-invalid", "false");
@@ -112,9 +114,8 @@ export function mountCard(element, app, look) {
   };
   bag.on(card, "keydown", (event) => {
     if (event.key !== "Escape") return;
-    const last = arm;
-    edits.select(0);
-    element.querySelector(`[data-arm="${last}"]`)?.focus();
+    event.stopPropagation();
+    element.querySelector(`[data-arm="${arm}"]`)?.focus();
   });
   bag(store.subscribe(show));
   show(store.get());

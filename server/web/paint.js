@@ -33,7 +33,8 @@ export function readColours(palette) {
   });
   return {
     bins,
-    ink: value("--ink"), quiet: value("--quiet"), line: value("--line"), accent: value("--accent"),
+    font: `13px ${getComputedStyle(document.body).fontFamily}`,
+    ink: value("--ink"), quiet: value("--quiet"), glass: value("--glass"), accent: value("--accent"),
     paper: value("--stage"), mass: value("--mass"), ghost: value("--ghost"), trails: [1, 2, 3, 4, 5].map((i) => value(`--trail-${i}`)),
   };
 }
@@ -62,6 +63,13 @@ function arrow(context, x, y, dx, dy, pixels) {
   context.moveTo(tx - head * (dx + 0.55 * dy), ty - head * (dy - 0.55 * dx));
   context.lineTo(tx, ty);
   context.lineTo(tx - head * (dx - 0.55 * dy), ty - head * (dy + 0.55 * dx));
+}
+
+/** A rectangle with round ends. */
+function pill(context, x, y, width, height) {
+  const r = height / 2;
+  context.arc(x + r, y + r, r, Math.PI / 2, 1.5 * Math.PI);
+  context.arc(x + width - r, y + r, r, 1.5 * Math.PI, 0.5 * Math.PI);
 }
 
 /** A painter for trees of up to n arms. */
@@ -164,6 +172,37 @@ export function createPainter(context) {
       context.strokeStyle = colours.accent;
       context.lineWidth = strong ? 3.5 : 2;
       context.stroke();
+    },
+
+    /** Words beside a tip, where they hide the fewest other tips. */
+    label(words, arm, shape, camera, colours, across) {
+      context.font = colours.font;
+      const wide = context.measureText(words).width + 20;
+      const px = camera.x + camera.scale * shape.x[arm - 1];
+      const py = camera.y - camera.scale * shape.y[arm - 1];
+      let best = null;
+      for (const [x, y] of [[px + 16, py - 13], [px - 16 - wide, py - 13], [px - wide / 2, py - 44], [px - wide / 2, py + 18]]) {
+        let hidden = x < 4 || x + wide > across - 4 ? 50 : 0;
+        for (let k = 0; k < shape.n; k++) {
+          const dx = camera.x + camera.scale * shape.x[k] - x;
+          const dy = camera.y - camera.scale * shape.y[k] - y;
+          if (dx > -8 && dx < wide + 8 && dy > -8 && dy < 34) hidden++;
+          // the middle of the arm
+          const carrier = shape.tree.parent[k];
+          const mx = dx - (camera.scale * (shape.x[k] - (carrier ? shape.x[carrier - 1] : 0))) / 2;
+          const my = dy + (camera.scale * (shape.y[k] - (carrier ? shape.y[carrier - 1] : 0))) / 2;
+          if (mx > -4 && mx < wide + 4 && my > -4 && my < 30) hidden += 0.5;
+        }
+        if (!best || hidden < best.hidden) best = { x, y, hidden };
+      }
+      context.beginPath();
+      pill(context, best.x, best.y, wide, 26);
+      context.fillStyle = colours.glass;
+      context.fill();
+      context.textBaseline = "middle";
+      context.textAlign = "left";
+      context.fillStyle = colours.ink;
+      context.fillText(words, best.x + 10, best.y + 14);
     },
 
     /** Thin and pale: another start of the same pendulum. */

@@ -75,16 +75,17 @@ function freeze(value) {
   return value;
 }
 
-/** The whole document of a patch: what it does not name stays, `view` is merged key by key. */
+/** The whole document of a patch: what it does not name stays, `view` is merged key by key; another pendulum is no longer the example. */
 function patched(doc, patch) {
-  const next = { ...doc, ...patch };
+  const other = doc.preset && patch.pendulum && !("preset" in patch);
+  const next = { ...doc, ...(other && { preset: null, title: "" }), ...patch };
   if (patch.view) next.view = { ...doc.view, ...patch.view };
   return freeze(next);
 }
 
 const onlyView = (patch) => Object.keys(patch).every((key) => key === "view");
 
-export function createStore(first = PAPER) {
+export function createStore(first = {}) {
   let doc = patched(PAPER, first);
   let past = [];
   let future = [];

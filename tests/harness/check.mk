@@ -4,7 +4,7 @@
 # Invariant: a job that fails, crashes or cannot start is counted as failed and the others go on.
 ROOMS := core laws api server wire fuzz
 ALL := build-release build-asan build-tsan $(foreach room,$(ROOMS),release-$(room) asan-$(room)) tsan-server tsan-wire \
-	valgrind-core valgrind-api valgrind-wire layers docs replies examples readback equations nginx layout openapi image
+	valgrind-core valgrind-api valgrind-wire layers docs replies examples web readback equations nginx layout openapi image
 JOBS := $(if $(ONLY),$(filter $(ONLY),$(ALL)),$(ALL))
 job = @tests/harness/job.sh $@
 
@@ -36,7 +36,7 @@ valgrind-core valgrind-api valgrind-wire: valgrind-%: release-%
 
 layers: build-release
 	$(job) tests/rules/layers.sh build/release
-docs examples readback equations nginx: build-release
+docs examples web readback equations nginx: build-release
 	$(job) tests/rules/$@.sh build/release
 replies: release-wire
 	$(job) tests/rules/replies.sh build/release/tests/wire/replies.ndjson

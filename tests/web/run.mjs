@@ -26,8 +26,19 @@ async function run(name, test, rig) {
   }
 }
 
+/** The tests of a file; one that cannot be read is a failure. */
+async function read(file) {
+  try {
+    return await import(pathToFileURL(join(HERE, file)));
+  } catch (error) {
+    failed++;
+    console.log(`FAIL  ${file}: ${error.stack}`);
+    return {};
+  }
+}
+
 for (const file of files) {
-  const tests = await import(pathToFileURL(join(HERE, file)));
+  const tests = await read(file);
   const chosen = Object.entries(tests).filter(([name, test]) => typeof test === "function" && `${file} ${name}`.includes(wanted));
   if (!chosen.length) continue;
   const rig = await createRig(tests.rig);

@@ -258,6 +258,7 @@ export default {
   arms: "Arme des Pendels",
   "arm.label": "Arm {arm} an Arm {carrier}: {length} m, {mass} kg, beginnt bei {angle}°",
   "arm.label.pivot": "Arm {arm} an der Aufhängung: {length} m, {mass} kg, beginnt bei {angle}°",
+  "arm.numbers": "{arm}: {length} m, {mass} kg, {force} N",
   "arm.card": "Der gewählte Arm",
   "arm.name": "Arm {arm}",
   "arm.on": "an Arm {carrier}",

@@ -257,6 +257,7 @@ export default {
   arms: "Arms of the pendulum",
   "arm.label": "Arm {arm} on arm {carrier}: {length} m, {mass} kg, starts at {angle}°",
   "arm.label.pivot": "Arm {arm} at the pivot: {length} m, {mass} kg, starts at {angle}°",
+  "arm.numbers": "{arm}: {length} m, {mass} kg, {force} N",
   "arm.card": "The chosen arm",
   "arm.name": "Arm {arm}",
   "arm.on": "on arm {carrier}",
