@@ -13,7 +13,7 @@ struct api_column {
     const char *name; /* "phi" */
     const char *part; /* "re", or NULL where the name has one array only */
     int width;        /* numbers a row: one an arm; 0 = one number that belongs to the row as a whole ("t") */
-    int sparse;       /* a number below 0 stands for none: text says so, what holds nothing but doubles has it as it is */
+    int sparse; /* a number below 0 stands for none: text says so, what holds nothing but doubles has it as it is */
 };
 
 /* What is drawn of a grid's members: one number of a column a pixel. */

@@ -134,13 +134,15 @@ static struct test_reply answer_as(const char *accept, const char *body) {
 
 /* one member turns over, the other never does; only its first arm's force changes sign */
 TEST(ensembles_a_time_that_never_comes_is_no_number_where_text_can_say_so) {
-    static const char body[] = "{" TWO ",\"states\":[{},{\"theta\":[0,0],\"thetad\":[30,30]}],\"duration\":1,\"observables\":"
-                               "[\"first_flip\",\"flip_time\"]}";
+    static const char body[] =
+        "{" TWO ",\"states\":[{},{\"theta\":[0,0],\"thetad\":[30,30]}],\"duration\":1,\"observables\":"
+        "[\"first_flip\",\"flip_time\"]}";
     static const struct {
         const char *accept, *never[2];
     } row[] = {
         {"application/json", {"\"time\":[null,0.", "\"flip_time\":[[null,null],[0."}},
-        {"application/x-ndjson", {"\"first_flip\":{\"time\":null,\"arm\":0},\"flip_time\":[null,null]}\n", "\"time\":0."}},
+        {"application/x-ndjson",
+         {"\"first_flip\":{\"time\":null,\"arm\":0},\"flip_time\":[null,null]}\n", "\"time\":0."}},
         {"text/csv", {"\n0,0,,0,,\n", "\n1,0,0."}},
     };
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
