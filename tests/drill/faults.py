@@ -220,9 +220,10 @@ def disk_full(house):
         elif status != 503 or b"disk is full" not in text:
             house.wrong.append(f"a job for a full disk is answered {status}: {text[:300]}")
         house.note("not accepted", status != 202)
-    end = time.monotonic() + 30
-    while room(house) > 1 << 19 and any(house.look(job)["status"] in ("accepted", "running") for job in jobs) and time.monotonic() < end:
+    met, end = False, time.monotonic() + 30
+    while not met and any(house.look(job)["status"] in ("accepted", "running") for job in jobs) and time.monotonic() < end:
         time.sleep(0.02)
+        met = room(house) < 1 << 19
     house.nap(0.1, 0.4)
     house.finish([stands])
     if house.place.name == "postgres":
@@ -233,7 +234,8 @@ def disk_full(house):
             house.wrong.append(f"a job failed of something else: {view}")
     full = sum(view.get("status") == "failed" for view in views)
     house.note("failed", full)
-    if not jobs or (not full and len(jobs) == 10):
+    # where room was made soon enough, all may fit in the end
+    if not jobs or not (met or full or len(jobs) < 10):
         house.wrong.append(f"{len(jobs)} jobs were accepted, and none met a full disk")
     dismiss(house, *jobs, stands[0])
     after = house.submit("walk")
@@ -248,10 +250,16 @@ def dismiss(house, *jobs):
     house.settle()
 
 
+def set_clock(house, seconds):
+    """In place: those who look at it have the file in their memory."""
+    with open(house.clock, "r+b" if house.clock.exists() else "xb", buffering=0) as file:
+        file.write(struct.pack("<q", seconds))
+
+
 def with_clock(house):
     """One worker whose clock can be set; on SQLite there is no clock but the machine's, so that all have it."""
     house.clock = pathlib.Path(house.directory, "clock")
-    house.clock.write_bytes(struct.pack("<q", 0))
+    set_clock(house, 0)
     shim = pathlib.Path(house.build, "tests/drill/clock.so")
     house.shim = {"LD_PRELOAD": str(shim), "DRILL_CLOCK": str(house.clock)}
     everybody = house.place.name == "sqlite"
@@ -264,6 +272,6 @@ def clock_wrong(house):
     """The clock is an hour early or late, and jumps while parts are computed."""
     jobs = several(house)
     house.nap(0, 0.3)
-    house.clock.write_bytes(struct.pack("<q", house.random.choice((-3600, 0, 3600))))
+    set_clock(house, house.random.choice((-3600, 0, 3600)))
     jobs += [house.submit("walk")]
     house.finish(jobs)

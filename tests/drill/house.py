@@ -109,7 +109,7 @@ class House:
         for daemon in self.daemons:
             if daemon.stopped:
                 daemon.process.send_signal(signal.SIGCONT)
-            if daemon.kill(signal.SIGTERM):
+            if daemon.process.poll() is None and daemon.kill(signal.SIGTERM):
                 self.wrong.append(f"a daemon ended with {daemon.process.returncode}")
         self.daemons = []
 
@@ -118,6 +118,13 @@ class House:
 
     def note(self, what, count=1):
         self.notes[what] = self.notes.get(what, 0) + count
+
+    def all_here(self):
+        """A daemon that nobody killed and that is gone is what no fault may lead to."""
+        for daemon in [daemon for daemon in self.daemons if daemon.process.poll() is not None]:
+            self.wrong.append(f"a {daemon.role} has ended by itself with {daemon.process.returncode}: {daemon.log.read_text()[-300:]}")
+            self.daemons.remove(daemon)
+            self.start(daemon.role)
 
     # --- what is asked
 
@@ -164,6 +171,7 @@ class House:
         while (view := self.look(job)).get("status") not in words and view and time.monotonic() < end:
             if view["status"] not in ("accepted", "running"):
                 break
+            self.all_here()
             time.sleep(0.01)
         return view
 
