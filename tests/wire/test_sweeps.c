@@ -7,9 +7,11 @@
 #include "tests/wire/ask.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define SIDE "24" /* everything takes longer */
+#define SIDE "40" /* everything takes longer */
+#define PART "0.001"
 #else
 #define SIDE "160"
+#define PART "0.02"
 #endif
 #define AXIS(arm) "{\"vary\":\"theta\",\"arm\":" arm ",\"start\":-3,\"stop\":3,\"count\":" SIDE "}"
 
@@ -31,7 +33,7 @@ static int sweep_begin(struct sweep *sweep, const char *steps) {
                                    "--workers",
                                    "2",
                                    "--job-part-seconds",
-                                   "0.02",
+                                   PART,
                                    "--cache-bytes",
                                    "0",
                                    "--max-steps",
