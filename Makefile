@@ -47,7 +47,7 @@ KERNELS := $(wildcard core/kernel_*.c)
 objects = $(patsubst %,$(B)/%.o,$(basename $(filter-out $(KERNELS),$(wildcard $(1)/*.c $(1)/*.cpp))))
 CORE := $(call objects,core) $(foreach isa,$(ISAS),$(KERNELS:%.c=$(B)/%.$(isa).o))
 API := $(call objects,api) $(B)/api/openapi_json.o $(B)/api/engine.o
-SERVER := $(filter-out $(B)/server/main.o,$(call objects,server))
+SERVER := $(filter-out $(B)/server/main.o,$(call objects,server)) build/web/assets.o
 HARNESS := $(call objects,tests/harness)
 
 # one test program a room: build/MODE/tests/core/run and so on
@@ -157,9 +157,9 @@ valgrind: ## the quick tests, and the server, under valgrind
 	@$(CHECK) ONLY='valgrind-%'; $(COUNT)
 
 rules: ## the rooms' include rules, documents compared with code, replies with the OpenAPI document
-	@$(CHECK) ONLY='layers docs replies readback nginx deploy layout openapi'; $(COUNT)
+	@$(CHECK) ONLY='layers docs replies readback equations nginx deploy layout openapi'; $(COUNT)
 
-lint: ## clang's warnings, layout and spectral; installs clang, clang-format and npm
+lint: ## clang's warnings, layout and spectral; installs clang and clang-format
 	@docker/install.sh build lint
 	@$(MAKE) --no-print-directory CC=clang CXX=clang++ B=build/clang build/clang/pendulumd $(ROOMS:%=build/clang/tests/%/run)
 	@$(CHECK) ONLY='layout openapi'; $(COUNT)
@@ -200,6 +200,20 @@ $(B)/api/openapi_json.c: api/openapi.yaml api/openapi_embed.py
 
 $(B)/api/openapi_json.o: $(B)/api/openapi_json.c $(B)/flags
 	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@
+
+# the page: its own files and what a browser loads of the npm packages, in one object that every MODE shares. Builds that
+# run side by side may make it at once: each file is moved into its place whole.
+WEB := $(shell find server/web -type f -not -path '*/node_modules/*' 2>/dev/null)
+build/web/fetched: server/web/package-lock.json server/assets_fetch.sh
+	$(if $(V),,@printf '  %-8s %-5s %s\n' web npm $<)
+	$(Q)server/assets_fetch.sh $(@D) && touch $@
+
+build/web/assets.c: $(WEB) server/assets_embed.py build/web/fetched build/web/files
+	$(if $(V),,@printf '  %-8s %-5s %s\n' web embed server/web)
+	$(Q)/usr/bin/python3 -B server/assets_embed.py server/web $(@D)/node_modules $(@D)/lib > $@.$$$$ && mv -f $@.$$$$ $@
+
+build/web/assets.o: build/web/assets.c server/assets.h
+	$(Q)$(CC) -I. -O1 $(CFLAGS) -c $< -o $@.$$$$ && mv -f $@.$$$$ $@
 
 # the digest of all sources that decide an answer's bytes
 ENGINE := $(sort $(filter-out api/openapi%,$(wildcard core/*.[ch] api/*.[ch] api/*.cpp)))
@@ -269,7 +283,9 @@ $(B)/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(API) $(B)/libpendulum.a
 	$(call say,link,$@)
 	$(Q)$(LINK) -fsanitize=fuzzer -o $@ $^ $(LIBS)
 
-# these two files change when the flags or the list of source files do, and so cause what depends on them to be redone
+# these files change when the flags or the lists of source files do, and so cause what depends on them to be redone
+build/web/files: changed
+	@$(call remember,$(sort $(WEB)))
 $(B)/flags: changed
 	@$(call remember,$(CC) $(CXX) $(CFLAGS_ALL) $(CXXFLAGS_ALL))
 $(B)/parts: changed

@@ -57,7 +57,9 @@ static void read_method(struct api_ensemble *e, const struct api_reading *readin
     struct api_value method = api_value_member(reading->root, "method");
     struct api_value rtol = api_value_member(reading->root, "rtol"), atol = api_value_member(reading->root, "atol");
     int chosen = 0;
-    (void)api_field_word(&method, methods, &chosen, reading->problem);
+    if (api_field_word(&method, methods, &chosen, reading->problem) > 0) api_value_usual(&method);
+    api_value_usual_number(&rtol, taylor->rtol_default);
+    api_value_usual_number(&atol, taylor->atol_default);
     e->rtol = taylor->rtol_default;
     e->atol = taylor->atol_default;
     (void)api_value_read_number(&rtol, taylor->rtol_min, taylor->rtol_max, "", &e->rtol, reading->problem);

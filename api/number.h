@@ -27,7 +27,8 @@ char *api_number_write(char *out, double x);
  * The same, rounded to at most `digits` significant digits.
  *
  * The text is the decimal of that many digits nearest to the exact value of the double, ties to the even digit, without
- * trailing zeros; or the shortest decimal that reads back, where that has no more digits: so 17 never rounds.
+ * trailing zeros; or the shortest decimal that reads back, where that has no more digits: so 17 never rounds. Next to
+ * the largest double it is the nearest below, where the one above could not be read.
  *
  * digits  1 to 17.
  */

@@ -373,6 +373,13 @@ inline char *write_shortest(char *out, double x) {
     return shortest_fast(bits_of(fabs(x)), d) ? write_digits(out, spread(d)) : write_shortest_library(out, x);
 }
 
+/* the largest double cut to so many digits: rounded up, it could not be read back */
+__attribute__((noinline, cold)) double cut_greatest(double x, int digits) {
+    uint64_t unit = power10[DIGITS - digits], greatest = UINT64_C(17976931348623157) / unit * unit;
+    double cut = static_cast<double>(greatest) * 1e292;
+    return fabs(x) > cut ? copysign(cut, x) : x;
+}
+
 } // namespace
 
 extern "C" char *api_number_write(char *out, double x) { return write_shortest(out, x); }
@@ -381,6 +388,7 @@ extern "C" char *api_number_write_digits(char *out, double x, int digits) {
     assert(isfinite(x) && digits >= 1 && digits <= DIGITS);
     decimal d;
     if (digits == DIGITS) return api_number_write(out, x);
+    if (fabs(x) >= 1.5e308) x = cut_greatest(x, digits);
     out = write_sign(out, x);
     /* with 15 digits or less the shortest decimal, where it is no longer, comes out by rounding */
     if (digits > 15 || !rounded_fast(fabs(x), digits, d) || d.significand == power10[digits])

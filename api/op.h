@@ -7,6 +7,7 @@
 #include "api/buffer.h"
 #include "api/limits.h"
 #include "api/problem.h"
+#include "core/tape.h"
 
 /* The operations that a route can name. */
 enum api_op_id {
@@ -15,6 +16,7 @@ enum api_op_id {
     API_OP_FORCES,
     API_OP_MODES,
     API_OP_ENSEMBLES,
+    API_OP_EQUATIONS,
     API_OP_PRESETS,
     API_OP_PRESET,
     API_OP_COUNT
@@ -38,6 +40,8 @@ struct api_turn {
     struct api_buffer *out;
     double (*now)(void *context); /* s; NULL without a clock */
     void *context;
+    int (*hurry)(void *company); /* does somebody wait who should not wait long?; NULL = nobody does */
+    void *company;
     double begun;   /* s, by the clock, when this turn began */
     double earlier; /* s, spent in the turns before */
     size_t before;  /* bytes of out when this turn began */
@@ -47,8 +51,8 @@ struct api_turn {
 double api_turn_seconds(const struct api_turn *turn);
 
 /**
- * True once the turn has lasted about a millisecond or appended 256 KiB; without a clock always, so that a turn is one
- * piece of work.
+ * True once the turn has lasted about a millisecond, a quarter of one where there is hurry, or appended 256 KiB;
+ * without a clock always, so that a turn is one piece of work.
  */
 int api_turn_over(const struct api_turn *turn);
 
@@ -83,12 +87,17 @@ struct api_op {
     long (*parts)(const void *state);
     /** Leaves all but part `number` of `parts` out; before the first run. */
     void (*part)(void *state, long number, long parts);
+    /**
+     * Shows a tape all that the next part needs of this one, once this one is complete; where the tape puts it back,
+     * after `part` and before the first run. NULL: parts need not know of each other.
+     */
+    enum pend_status (*carry)(void *state, struct pend_tape *tape, struct pend_error *error);
     int json_apart; /* its JSON says more than its table does */
     void (*free)(void **state);
 };
 
 extern const struct api_op api_op_trees, api_op_trajectories, api_op_forces, api_op_modes, api_op_ensembles,
-    api_op_presets, api_op_preset;
+    api_op_equations, api_op_presets, api_op_preset;
 
 /**
  * Faults an answer that is held in memory and would be larger than max-answer-bytes.

@@ -4,22 +4,12 @@
 #include <math.h>
 #include <string.h>
 
-#include "core/lanes.h"
+#include "core/kernel_width.h"
 
 /* loops over arms take as many at once as the instruction set holds */
-#if defined(__AVX512F__)
-enum { WIDE = 8 };
-typedef lanes8 wide;
-#define WIDE_(name) lanes8_##name
-#elif defined(__AVX2__)
-enum { WIDE = 4 };
-typedef lanes4 wide;
-#define WIDE_(name) lanes4_##name
-#else
-enum { WIDE = 2 };
-typedef lanes2 wide;
-#define WIDE_(name) lanes2_##name
-#endif
+enum { WIDE = KERNEL_WIDTH };
+typedef KERNEL_OF(lanes, ) wide;
+#define WIDE_(name) KERNEL_OF(lanes, _##name)
 #define fma1 lanes1_fma
 
 /* Scratch of a block of arms; the letters are those of core/README.md. */
@@ -609,7 +599,4 @@ static unsigned kernel_lanes(const struct pend_tree *tree, double gravity, const
     return kept;
 }
 
-#define KERNEL_PASTE2(a, b) a##b
-#define KERNEL_PASTE(a, b) KERNEL_PASTE2(a, b)
-
-const struct dynamics_kernel KERNEL_PASTE(pend_kernel_dynamics_, PEND_ISA) = {.one = kernel_one, .lanes = kernel_lanes};
+const struct dynamics_kernel KERNEL_NAME(pend_kernel_dynamics_) = {.one = kernel_one, .lanes = kernel_lanes};

@@ -37,8 +37,10 @@ static int coding_named(const char *at, const char *end, const char *name) {
            (at + bytes == end || strchr("; \t", at[bytes]));
 }
 
-enum srv_coding srv_coding_choose(const char *accept) {
-    int quality[SRV_CODINGS] = {0}, named[SRV_CODINGS] = {0}, any = 0;
+/* the q-value of every coding, 0 = it is not to be used */
+static void coding_qualities(const char *accept, int quality[SRV_CODINGS]) {
+    int named[SRV_CODINGS] = {0}, any = 0;
+    memset(quality, 0, SRV_CODINGS * sizeof *quality);
     for (const char *at = accept; at && *at;) {
         const char *end = at + strcspn(at, ",");
         while (at < end && (*at == ' ' || *at == '\t')) at++;
@@ -51,12 +53,22 @@ enum srv_coding srv_coding_choose(const char *accept) {
         if (coding_named(at, end, "*")) any = coding_quality(at, end);
         at = *end ? end + 1 : end;
     }
-    int best = SRV_IDENTITY;
-    for (int i = SRV_GZIP; i < SRV_CODINGS; i++) {
+    for (int i = SRV_GZIP; i < SRV_CODINGS; i++)
         if (!named[i]) quality[i] = any;
+}
+
+enum srv_coding srv_coding_choose(const char *accept) {
+    int quality[SRV_CODINGS], best = SRV_IDENTITY;
+    coding_qualities(accept, quality);
+    for (int i = SRV_GZIP; i < SRV_CODINGS; i++)
         if (quality[i] && quality[i] >= quality[best]) best = i;
-    }
     return best;
+}
+
+int srv_coding_accepts(const char *accept, enum srv_coding coding) {
+    int quality[SRV_CODINGS];
+    coding_qualities(accept, quality);
+    return quality[coding] > 0;
 }
 
 int srv_coding_worth(const char *media_type) {

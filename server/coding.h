@@ -36,6 +36,9 @@ const struct srv_coding_row *srv_coding_at(enum srv_coding coding);
  */
 enum srv_coding srv_coding_choose(const char *accept);
 
+/** True when a client takes a coding, whether or not it likes another one better. */
+int srv_coding_accepts(const char *accept, enum srv_coding coding);
+
 /** True for a media type whose bytes are text: numbers in binary do not shrink by what compressing costs. */
 int srv_coding_worth(const char *media_type);
 

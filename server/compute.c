@@ -104,13 +104,22 @@ static enum srv_coding compute_code(struct srv_work *work, const char *media_typ
     return work->coding;
 }
 
+/* Content-Range; 0 where an answer has none */
+static int compute_range(const struct api_answer *answer, char text[], size_t cap) {
+    if (answer->status == 206)
+        snprintf(text, cap, "bytes %lld-%lld/%lld", answer->first, answer->first + answer->length - 1, answer->total);
+    else
+        snprintf(text, cap, "bytes */%lld", answer->total);
+    return answer->status == 206 || answer->status == 416;
+}
+
 /* the head of the answer as a payload; its body is what is in `body` */
 static struct srv_payload *compute_payload(struct srv_work *work, struct api_answer answer, enum srv_coding coding,
                                            struct api_buffer *body) {
-    char disposition[128];
+    char disposition[128], range[96];
     const char *columns = answer.columns, *file = answer.file_name;
     if (file) snprintf(disposition, sizeof disposition, "inline; filename=\"%.80s\"", file);
-    size_t text = 256 + SRV_ETAG_BYTES + (columns ? strlen(columns) + 1 : 0);
+    size_t text = 352 + SRV_ETAG_BYTES + (columns ? strlen(columns) + 1 : 0);
     struct srv_service *service = work->service;
     struct srv_payload *made =
         srv_payload_new(answer.status, answer.media_type, body, text, &service->held, &service->spares);
@@ -118,10 +127,13 @@ static struct srv_payload *compute_payload(struct srv_work *work, struct api_ans
     made->steps = api_call_steps(work->call);
     if (answer.status >= 400) srv_payload_header(made, "Cache-Control", "no-store");
     srv_payload_header(made, "Vary", srv_exchange_vary);
-    if (answer.status == 200 && work->etag[0]) {
-        snprintf(made->etag, sizeof made->etag, "%s", work->etag);
+    if (answer.status < 400 && work->etag[0]) {
+        /* a coding may compress differently another time */
+        snprintf(made->etag, sizeof made->etag, "%s%.70s", coding && work->source ? "W/" : "", work->etag);
         srv_payload_header(made, "ETag", made->etag);
     }
+    if (answer.status < 400 && work->source) srv_payload_header(made, "Accept-Ranges", "bytes");
+    if (compute_range(&answer, range, sizeof range)) srv_payload_header(made, "Content-Range", range);
     if (columns) srv_payload_header(made, "X-Columns", columns);
     if (file) srv_payload_header(made, "Content-Disposition", disposition);
     if (coding) srv_payload_header(made, "Content-Encoding", srv_coding_at(coding)->name);
@@ -300,6 +312,15 @@ static void compute_turn(struct srv_work *work) {
     }
 }
 
+/* between two pieces of a computation: does a shorter one wait? */
+static int compute_hurry(void *company) {
+    struct srv_work *work = company;
+    srv_intake_look(&work->service->intake);
+    for (int level = 0; level < work->task.level; level++)
+        if (srv_queue_waiting(work->service->queue, level)) return 1;
+    return 0;
+}
+
 /* --- the first turn: reading the request --- */
 
 /* what tells the answer from others, as the cache knows it, of that coding */
@@ -308,7 +329,8 @@ static void compute_key(struct srv_work *work, enum srv_coding coding) {
     work->etag[0] = 0;
     work->key_bytes = 0;
     if (!digest) return;
-    snprintf(work->etag, sizeof work->etag, "W/\"%.64s\"", digest);
+    /* what a job has found out comes the same to the byte, even compute_seconds */
+    snprintf(work->etag, sizeof work->etag, "%s\"%.64s\"", work->source ? "" : "W/", digest);
     work->key_bytes = (size_t)snprintf(work->key, sizeof work->key, "%.64s %d", digest, coding);
 }
 
@@ -330,13 +352,20 @@ static struct srv_payload *compute_find(struct srv_work *work) {
     return coded;
 }
 
+/* does If-Range, where there is one, name this very answer? A date names none: answers have no dates */
+static int compute_range_holds(const struct srv_exchange *exchange, const char *etag) {
+    const char *known = exchange->field[SRV_IF_RANGE];
+    return !known || !strcmp(known, etag);
+}
+
 /* answers a request that was read and needs no computation: it is in the client's memory, in the cache, or computed
  * already by another; returns 1 when it is */
 static int compute_spared(struct srv_work *work) {
     struct srv_service *service = work->service;
     struct srv_exchange *exchange = work->waiters;
     compute_key(work, work->coding);
-    struct srv_payload *found = compute_find(work);
+    /* what lies somewhere already is not what others have computed, to the byte */
+    struct srv_payload *found = work->source ? NULL : compute_find(work);
     if (found) {
         srv_metrics_count(&service->metrics.cache_digest, 1);
         compute_release(work, found, "digest", 0, NULL);
@@ -348,7 +377,10 @@ static int compute_spared(struct srv_work *work) {
         return 1;
     }
     /* what lies somewhere already is not joined: it may cease to, which is nobody else's concern */
-    if (work->source) work->key_bytes = 0;
+    if (work->source) {
+        work->key_bytes = 0;
+        work->source->ranged = work->source->ranged && compute_range_holds(exchange, work->etag);
+    }
     if (!srv_flights_opened(work)) return 0;
     srv_metrics_count(&service->metrics.cache_joined, 1);
     srv_flights_end(work);
@@ -391,6 +423,7 @@ static void compute_open(struct srv_work *work) {
     }
     srv_spares_take(&work->service->spares, &work->out);
     api_call_clock(work->call, srv_clock_seconds, NULL);
+    api_call_hurry(work->call, compute_hurry, work);
     enum api_progress progress = source ? api_call_results(work->call, &request, &source->from, &work->out)
                                         : api_call_open(work->call, &request, &work->out);
     if (progress == API_DONE) {
@@ -398,6 +431,12 @@ static void compute_open(struct srv_work *work) {
         return;
     }
     if (compute_spared(work)) return;
+    if (source && source->ranged) {
+        if (api_call_range(work->call, source->range, &work->out) == API_DONE) {
+            compute_settle(work);
+            return;
+        }
+    }
     work->cost = api_call_cost(work->call);
     if (compute_too_long(work)) return;
     work->task.level = compute_level_of(work->cost);

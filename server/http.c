@@ -13,6 +13,7 @@
 #include "server/admission.h"
 #include "server/clock.h"
 #include "server/compute.h"
+#include "server/events.h"
 #include "server/exchange.h"
 #include "server/front.h"
 #include "server/listen.h"
@@ -87,7 +88,7 @@ static void http_moved(struct srv_exchange *exchange, uint64_t bytes) {
     int64_t now = srv_clock_now();
     if (!bytes) {
         connection->paused = now;
-        srv_watch_phase(watch, &connection->watched, SRV_WATCH_WAITING, 0);
+        srv_watch_phase(watch, &connection->watched, exchange->listens ? SRV_WATCH_LISTENING : SRV_WATCH_WAITING, 0);
         return;
     }
     exchange->bytes = bytes;
@@ -128,10 +129,17 @@ static void http_finish(struct srv_exchange *exchange) {
     MHD_resume_connection(((struct http_connection *)exchange)->mhd);
 }
 
+/* whoever works on an exchange's answer need not go on */
+static void http_leave(struct http_connection *connection, enum srv_stop why) {
+    if (connection->exchange.listens)
+        srv_events_leave(&connection->exchange, why);
+    else
+        srv_compute_leave(&connection->exchange, why);
+}
+
 static void http_left(struct srv_watched *watched) {
     struct http_connection *connection = http_of_watched(watched);
-    int stopping = atomic_load(&connection->http->service->draining);
-    srv_compute_leave(&connection->exchange, stopping ? SRV_STOP_SHUTDOWN : SRV_STOP_LEFT);
+    http_leave(connection, atomic_load(&connection->http->service->draining) ? SRV_STOP_SHUTDOWN : SRV_STOP_LEFT);
 }
 
 /* it may be answered, and the connection resumed, before this returns: that takes effect after it */
@@ -338,7 +346,7 @@ static void http_completed(void *context, struct MHD_Connection *mhd, void **sta
     if (!connection) return;
     const char *outcome = http_outcome(connection, code);
     /* a stream that was cut is not computed on */
-    if (connection->exchange.streams) srv_compute_leave(&connection->exchange, SRV_STOP_LEFT);
+    if (connection->exchange.streams) http_leave(connection, SRV_STOP_LEFT);
     http_log(connection, outcome);
     if (connection->stream.broken)
         http_cut(connection);
@@ -401,6 +409,7 @@ ssize_t http_recv(int fd, void *data, size_t bytes, int flags) {
 int http_epoll_wait(int fd, struct epoll_event *events, int most, int timeout) __asm__("epoll_wait");
 
 int http_epoll_wait(int fd, struct epoll_event *events, int most, int timeout) {
+    if (http_here && timeout) srv_intake_nap(&http_here->service->intake, fd);
     return epoll_pwait(fd, events, most > 1 ? most - 1 : most, timeout, NULL);
 }
 

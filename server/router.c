@@ -5,8 +5,11 @@
 
 #include "api/openapi.h"
 #include "server/admission.h"
+#include "server/assets.h"
 #include "server/compute.h"
+#include "server/job_results.h"
 #include "server/jobs.h"
+#include "server/scenes.h"
 
 static const char router_json[] = "application/json";
 
@@ -47,12 +50,19 @@ static const struct srv_route router_table[] = {
     {"POST", "/v1/forces", NULL, NULL, API_OP_FORCES, "POST /v1/forces"},
     {"POST", "/v1/modes", NULL, NULL, API_OP_MODES, "POST /v1/modes"},
     {"POST", "/v1/ensembles", NULL, NULL, API_OP_ENSEMBLES, "POST /v1/ensembles"},
+    {"POST", "/v1/equations", NULL, NULL, API_OP_EQUATIONS, "POST /v1/equations"},
     {"GET", "/v1/presets", NULL, NULL, API_OP_PRESETS, "GET /v1/presets"},
     {"GET", "/v1/presets/{name}", NULL, NULL, API_OP_PRESET, "GET /v1/presets/{name}"},
+    {"POST", "/v1/scenes", NULL, srv_scenes_create, API_OP_COUNT, "POST /v1/scenes"},
+    {"GET", "/v1/scenes/{id}", NULL, srv_scenes_read, API_OP_COUNT, "GET /v1/scenes/{id}"},
     {"GET", "/v1/jobs", NULL, srv_jobs_list, API_OP_COUNT, "GET /v1/jobs"},
     {"GET", "/v1/jobs/{id}", NULL, srv_jobs_read, API_OP_COUNT, "GET /v1/jobs/{id}"},
     {"DELETE", "/v1/jobs/{id}", NULL, srv_jobs_dismiss, API_OP_COUNT, "DELETE /v1/jobs/{id}"},
-    {"GET", "/v1/jobs/{id}/results", NULL, srv_jobs_results, API_OP_COUNT, "GET /v1/jobs/{id}/results"},
+    {"GET", "/v1/jobs/{id}/events", NULL, srv_jobs_events, API_OP_COUNT, "GET /v1/jobs/{id}/events"},
+    {"GET", "/v1/jobs/{id}/results", NULL, srv_job_results, API_OP_COUNT, "GET /v1/jobs/{id}/results"},
+    {"GET", "/", srv_assets_index, NULL, API_OP_COUNT, "GET /"},
+    {"GET", "/docs", srv_assets_docs, NULL, API_OP_COUNT, "GET /docs"},
+    {"GET", "/page/{digest}/{file}", srv_assets_file, NULL, API_OP_COUNT, "GET /page/{digest}/{file}"},
     {"GET", "/openapi.json", router_openapi, NULL, API_OP_COUNT, "GET /openapi.json"},
     {"GET", "/healthz", router_healthz, NULL, API_OP_COUNT, "GET /healthz"},
     {"GET", "/readyz", router_readyz, NULL, API_OP_COUNT, "GET /readyz"},
@@ -69,14 +79,18 @@ int srv_router_number(const struct srv_route *route) { return route ? (int)(rout
 
 const char *srv_router_label(int i) { return i >= 0 && i < ROUTER_COUNT ? router_table[i].label : NULL; }
 
-/* does the path follow the pattern? Its variable part is from *argument on, *bytes long; NULL where there is none */
+/* does the path follow the pattern? Its variable part is from *argument on, *bytes long; NULL where there is none. Two
+ * variables are the path's rest, slashes and all. */
 static int router_match(const char *pattern, const char *path, const char **argument, size_t *bytes) {
     size_t fixed = strcspn(pattern, "{");
     *argument = NULL;
     *bytes = 0;
     if (!pattern[fixed]) return !strcmp(pattern, path);
     if (strncmp(pattern, path, fixed)) return 0;
-    *bytes = strcspn(path + fixed, "/");
+    int rest = strchr(pattern + fixed + 1, '{') != NULL;
+    *bytes = rest ? strlen(path + fixed) : strcspn(path + fixed, "/");
+    *argument = path + fixed;
+    if (rest) return *bytes > 0;
     if (!*bytes || strcmp(path + fixed + *bytes, strchr(pattern, '}') + 1)) return 0;
     *argument = path + fixed;
     return 1;

@@ -15,7 +15,7 @@ typedef void srv_begin_fn(struct srv_exchange *exchange);
 
 struct srv_route {
     const char *method;    /* GET also serves HEAD */
-    const char *pattern;   /* "/v1/presets/{name}": one variable part at most */
+    const char *pattern;   /* "/v1/presets/{name}": one variable part at most, or two at the end that take all of it */
     srv_handle_fn *handle; /* answers at once; NULL: see begin */
     srv_begin_fn *begin;   /* takes its time; NULL: a worker runs the operation */
     enum api_op_id op;

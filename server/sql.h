@@ -45,6 +45,7 @@ typedef enum srv_stored srv_row_fn(void *context, const struct srv_value field[]
 struct srv_sql_driver {
     const char *scheme; /* what urls begin with: "sqlite:" */
     int batch;          /* calls worth one transaction */
+    int distant;        /* it may be out of reach for a while */
     /* what stands in statements for {begin}; {now}, microseconds since 1970 by the database's clock; {lock} and {skip}:
      * the rows read are locked, those that another transaction has locked are waited for, or left out; {alone}: one
      * migration at a time; {ring}: wakes the processes that listen, once committed; {bytes}: the type of byte strings
@@ -52,7 +53,7 @@ struct srv_sql_driver {
     const char *begin, *now, *lock, *skip, *alone, *ring, *bytes;
 
     /**
-     * Connects.
+     * Connects. Where the database cannot be reached just now the connection is like one that was lost.
      *
      * PEND_INVALID, PEND_NO_MEMORY
      */

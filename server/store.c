@@ -11,6 +11,7 @@ struct srv_store {
     struct srv_sql *sql;
     struct srv_store_rules rules;
     int together; /* a batch's transaction is open: calls are savepoints in it */
+    int settled;  /* the tables are there, as this version wants them */
 };
 
 #define JOB_COLUMNS                                                                                                    \
@@ -224,8 +225,11 @@ static enum srv_stored store_plain(struct srv_store *store, enum statement id) {
     return store_run(store, id, NULL, 0, NULL, NULL);
 }
 
+static enum srv_stored store_settle(struct srv_store *store);
+
 /* a call begins: a transaction of its own, or a savepoint in the batch's */
 static enum srv_stored store_begin(struct srv_store *store) {
+    if (!store->settled) STORE_TRY(store_settle(store));
     return store_plain(store, store->together ? SQL_SAVE : SQL_BEGIN);
 }
 
@@ -254,7 +258,7 @@ static void store_single(struct srv_store *store, struct srv_store_call *call) {
 }
 
 void srv_store_together(struct srv_store *store, struct srv_store_call *const calls[], int count) {
-    enum srv_stored stored = count > 1 ? store_plain(store, SQL_BEGIN) : SRV_STORED_AGAIN;
+    enum srv_stored stored = count > 1 && store->settled ? store_plain(store, SQL_BEGIN) : SRV_STORED_AGAIN;
     if (stored == SRV_STORED) {
         store->together = 1;
         for (int i = 0; i < count && !store_hard(stored); i++)
@@ -297,13 +301,29 @@ static enum srv_stored store_migrate(struct srv_sql *sql, int64_t *version) {
     return stored == SRV_STORED ? ended : stored;
 }
 
+/* makes or migrates the tables, once the database can be reached */
+static enum srv_stored store_settle(struct srv_store *store) {
+    int64_t version = 0;
+    STORE_TRY(store_migrate(store->sql, &version));
+    if (version > SCHEMA) {
+        char text[SRV_SQL_COMPLAINT];
+        snprintf(text, sizeof text, "the store is of version %lld, this program knows up to %d", (long long)version,
+                 SCHEMA);
+        srv_sql_complain(store->sql, text);
+        return SRV_STORED_BROKEN;
+    }
+    store->settled = 1;
+    return SRV_STORED;
+}
+
+int srv_store_settled(const struct srv_store *store) { return store->settled; }
+
 enum pend_status srv_store_open(struct srv_store **store, const char *url, const struct srv_store_rules *rules,
                                 struct pend_error *error) {
     static const struct srv_sql_driver *const drivers[] = {&srv_sql_sqlite, &srv_sql_postgres};
     const struct srv_sql_driver *driver = NULL;
     struct srv_store *made = NULL;
     enum pend_status status = PEND_OK;
-    int64_t version = 0;
     *store = NULL;
     for (size_t i = 0; i < sizeof drivers / sizeof *drivers; i++)
         if (!strncmp(url, drivers[i]->scheme, strlen(drivers[i]->scheme))) driver = drivers[i];
@@ -313,13 +333,10 @@ enum pend_status srv_store_open(struct srv_store **store, const char *url, const
     made->rules = *rules;
     status = driver->open(&made->sql, url, error);
     if (status == PEND_OK) {
-        enum srv_stored stored = store_migrate(made->sql, &version);
-        if (stored != SRV_STORED)
-            status = pend_fail(error, PEND_INVALID, -1, 0, "the store's tables cannot be made: %.180s",
-                               made->sql->complaint);
-        else if (version > SCHEMA)
-            status = pend_fail(error, PEND_INVALID, -1, 0, "the store is of version %lld, this program knows up to %d",
-                               (long long)version, SCHEMA);
+        enum srv_stored stored = store_settle(made);
+        int waits = stored == SRV_STORED_AWAY && driver->distant;
+        if (stored != SRV_STORED && !waits)
+            status = pend_fail(error, PEND_INVALID, -1, 0, "its tables cannot be used: %.180s", made->sql->complaint);
     }
     if (status == PEND_OK)
         *store = made;

@@ -37,6 +37,7 @@ struct srv_watch {
     pthread_t thread;
     int stopping, asleep; /* asleep: the thread waits longer than a quick tick */
     int count, waiting, glow;
+    int64_t listened; /* ns: when those who listen were looked at */
     struct srv_watched ring;
     char timeout[512]; /* the answer 408 */
     int lingerers;
@@ -63,8 +64,10 @@ static void watch_look(struct srv_watched *watched) {
 
 static void watch_round(struct srv_watch *watch) {
     int64_t now = srv_clock_now();
+    int slow = now - watch->listened >= (int64_t)(WATCH_SLOW_MS - SRV_WATCH_TICK_MS) * 1000000;
+    if (slow) watch->listened = now;
     for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring; watched = watched->next) {
-        if (watched->phase == SRV_WATCH_WAITING) watch_look(watched);
+        if (watched->phase == SRV_WATCH_WAITING || (slow && watched->phase == SRV_WATCH_LISTENING)) watch_look(watched);
         if (watched->deadline && now > watched->deadline) watch_expire(watch, watched);
     }
 }
@@ -207,7 +210,8 @@ void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched, enum 
 void srv_watch_leave_all(struct srv_watch *watch) {
     pthread_mutex_lock(&watch->lock);
     for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring; watched = watched->next)
-        if ((watched->phase == SRV_WATCH_WAITING || watched->phase == SRV_WATCH_STREAMING) &&
+        if ((watched->phase == SRV_WATCH_WAITING || watched->phase == SRV_WATCH_STREAMING ||
+             watched->phase == SRV_WATCH_LISTENING) &&
             watched->seen < WATCH_SIGHTS) {
             watched->seen = WATCH_SIGHTS;
             watched->left(watched);

@@ -240,6 +240,7 @@ static int rounding_faults(double x, int digits) {
     written(x, digits, text);
     written(x, 0, shortest);
     snprintf(want, sizeof want, "%.*e", digits - 1, x);
+    if (isinf(strtod(want, NULL))) return !is_json(text) || isinf(strtod(text, NULL));
     int fault = !is_json(text) || !same_decimal(text, digit_count(shortest) <= digits ? shortest : want);
     if (fault && told++ < 10) printf("  %a to %d digits: \"%s\", expected \"%s\"\n", x, digits, text, want);
     return fault;
@@ -255,6 +256,23 @@ TEST(number_rounded_to_digits_is_that_of_printf) {
         faults += rounding_faults(20 * test_random(&seed) - 10, (int)(1 + i % 17));
     }
     CHECK_INT(faults, 0);
+}
+
+TEST(number_rounded_is_never_beyond_the_largest_double) {
+    static const char *const want[] = {"1e308", "1.7e308", "1.79e308", "1.797e308", "1.7976e308", "1.79769e308"};
+    char text[API_NUMBER_BYTES + 9];
+    for (int digits = 1; digits <= 17; digits++)
+        for (int sign = -1; sign <= 1; sign += 2) {
+            written(sign * DBL_MAX, digits, text);
+            CHECK(isfinite(strtod(text, NULL)) && digit_count(text) <= digits);
+            if (digits <= 6) CHECK_TEXT(text + (sign < 0), want[digits - 1]);
+            /* cut, not rounded: of 17 digits 17976931348623157 */
+            CHECK(fabs(strtod(text, NULL)) > DBL_MAX * (1 - pow(10, 1 - digits)));
+        }
+    written(1.49e308, 1, text);
+    CHECK_TEXT(text, "1e308");
+    written(1.5e308, 2, text);
+    CHECK_TEXT(text, "1.5e308");
 }
 
 /* x.5, x.25, 12500000: halfway between two decimals, exactly */
@@ -284,7 +302,7 @@ TEST(number_rounded_at_a_tie_goes_to_the_even_digit) {
         {0, 6, "0"},
         {-0.0, 6, "-0.0"},
         {5e-324, 6, "5e-324"},
-        {DBL_MAX, 3, "1.8e308"},
+        {DBL_MAX, 3, "1.79e308"},
         {9.9999999e15, 3, "1e16"},
         {0.1 + 0.2, 16, "0.3"},
     };

@@ -229,8 +229,10 @@ def disk_full(house):
     if house.place.name == "postgres":
         load_disk(house, False)
     views = [house.wait(job, "successful", "failed") for job in jobs]
+    # where not even a lease can be written, PostgreSQL's workers seem silent
+    words = ("disk is full",) if house.place.name == "sqlite" else ("disk is full", "fell silent")
     for view in views:
-        if view.get("status") == "failed" and "disk is full" not in view["message"]:
+        if view.get("status") == "failed" and not any(word in view["message"] for word in words):
             house.wrong.append(f"a job failed of something else: {view}")
     full = sum(view.get("status") == "failed" for view in views)
     house.note("failed", full)

@@ -10,11 +10,12 @@
 
 #include "api/call.h"
 #include "api/json_in.h"
+#include "api/scene.h"
 #ifndef FUZZER
 #include "tests/harness/test.h"
 #endif
 
-enum { ROOM = 1 << 14, RUN_CAP = 100000, FORMATS = 6, OPS = 5 };
+enum { ROOM = 1 << 14, RUN_CAP = 100000, FORMATS = 6, OPS = 7, SCENE = 6 };
 
 /* small limits, so that whatever is asked for is soon done or refused */
 static struct api_limits fuzz_limits(void) {
@@ -133,11 +134,28 @@ static enum api_progress run(struct api_call *call, int pieces, struct api_buffe
     return progress;
 }
 
+/* reads a scene; what is kept of it must be JSON */
+static const char *scene_complaint(const struct api_request *request, const struct api_limits *limits, int *status) {
+    struct api_buffer scene, problem;
+    char id[API_SCENE_ID];
+    api_buffer_init(&scene, ROOM * 8);
+    api_buffer_init(&problem, ROOM * 8);
+    int http = api_scene_read(request, limits, ROOM, "2026-01-31T09:30:00.125Z", id, &scene, &problem);
+    const struct api_buffer *said = http ? &problem : &scene;
+    const char *fault = json_is_sound(said->data, said->bytes) ? NULL : "a scene that is no JSON";
+    if (http && !status_is_known(http)) fault = "a status that nobody knows";
+    if (!http && strlen(id) != API_SCENE_ID - 1) fault = "an id that is none";
+    if (status) *status = http ? http : 200;
+    api_buffer_clear(&scene);
+    api_buffer_clear(&problem);
+    return fault;
+}
+
 /* runs one request; the first byte says which and in what form, the rest is the body. *status is told where it is not
  * NULL. Returns what is wrong, or NULL. */
 static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
-    static const enum api_op_id ops[] = {API_OP_TRAJECTORIES, API_OP_FORCES, API_OP_MODES, API_OP_TREES,
-                                         API_OP_ENSEMBLES};
+    static const enum api_op_id ops[] = {API_OP_TRAJECTORIES, API_OP_FORCES,    API_OP_MODES,       API_OP_TREES,
+                                         API_OP_ENSEMBLES,    API_OP_EQUATIONS, API_OP_TRAJECTORIES};
     static const char *const accepts[FORMATS] = {NULL,
                                                  "text/csv, */*;q=0.1",
                                                  "application/x-ndjson, */*;q=0.1",
@@ -154,6 +172,7 @@ static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
                                   .accept = accepts[first / OPS % FORMATS],
                                   .body = bytes ? (const char *)data + 1 : "",
                                   .body_bytes = bytes ? bytes - 1 : 0};
+    if (first % OPS == SCENE) return scene_complaint(&request, &limits, status);
     api_buffer_init(&out, (size_t)limits.answer_bytes);
     if (api_call_new(&call, &limits) != PEND_OK) return "no memory for a call";
     enum api_progress progress = api_call_open(call, &request, &out);
@@ -192,7 +211,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes) {
 static const char *const seeds[] = {
     "0{" ARMS ",\"initial\":{\"theta\":[0.1,-0.2],\"thetad\":[1,0],\"unit\":\"deg\"},\"times\":[0,0.5,1],\"method\":"
     "\"rkf45\",\"rtol\":1e-6,\"atol\":1e-9}",
-    "5{" LISTS
+    "7{" LISTS
     ",\"times\":{\"start\":0,\"stop\":1,\"step\":0.1},\"output\":[\"phi\",\"phid\",\"phidd\",\"theta\",\"z\","
     "\"zd\",\"lambda\",\"energy\"],\"digits\":6,\"precision\":\"double\"}",
     "0{" PAPER ",\"initial\":{\"mode\":2,\"amplitude\":0.1},\"times\":{\"start\":1,\"stop\":-1,\"count\":9},\"method\":"
@@ -200,12 +219,16 @@ static const char *const seeds[] = {
     "0{" ARMS ",\"times\":{\"stop\":2,\"count\":50},\"method\":\"ode23\"}",
     "0{" PAPER ",\"times\":{\"stop\":0.5,\"count\":5},\"method\":\"msadams\"}",
     "1{" LISTS ",\"state\":{\"phi\":[1,2,3,4],\"phid\":[0.1,0.2,0.3,0.4]}}",
-    "6{" PAPER ",\"states\":[{},{\"phi\":[1,2,3]},{\"mode\":1,\"amplitude\":3,\"unit\":\"deg\"}],\"digits\":3}",
+    "8{" PAPER ",\"states\":[{},{\"phi\":[1,2,3]},{\"mode\":1,\"amplitude\":3,\"unit\":\"deg\"}],\"digits\":3}",
     "2{" LISTS ",\"select\":{\"slowest\":2},\"vectors\":true,\"normalize\":\"mass\",\"include\":[\"A\",\"M\",\"S\","
     "\"B\"],\"initial\":{\"phi\":[0,0,0,0]}}",
     "2{" ARMS ",\"select\":{\"from\":0,\"to\":9},\"vectors\":false}",
     "3{" ARMS "}",
     "3{" PAPER "}",
+    "5{" LISTS ",\"form\":\"compact\",\"initial\":{\"theta\":[1,2,3,4],\"unit\":\"deg\"}}",
+    "5{" PAPER ",\"initial\":{\"mode\":1,\"amplitude\":0.5},\"form\":\"explicit\"}",
+    "6{\"title\":\"\\u00e9\",\"request\":{" LISTS
+    ",\"times\":[0,1e0]},\"view\":{\"trails\":[1,2],\"on\":true,\"none\":null}}",
     "4{" ARMS ",\"states\":[{},{\"phi\":[1,2]}],\"duration\":1,\"observables\":[\"final\",\"flips\",\"first_flip\","
     "\"lambda_max\",\"sign_change\",\"lyapunov\",\"parameters\"],\"digits\":4}",
     "4{" LISTS
@@ -267,12 +290,12 @@ static const char *const values[] = {
 };
 
 static const char *const names[] = {
-    "pendulum",  "arms",        "name",    "parent",    "length",  "mass",    "L",       "m",      "S",
-    "gravity",   "initial",     "state",   "states",    "phi",     "phid",    "theta",   "thetad", "mode",
-    "amplitude", "unit",        "times",   "start",     "stop",    "step",    "count",   "method", "rtol",
-    "atol",      "output",      "digits",  "precision", "select",  "slowest", "fastest", "from",   "to",
-    "vectors",   "normalize",   "include", "events",    "typo",    "grid",    "random",  "vary",   "arm",
-    "duration",  "observables", "draw",    "seed",      "picture",
+    "pendulum",  "arms",        "name",    "parent",    "length",  "mass",    "L",       "m",       "S",
+    "gravity",   "initial",     "state",   "states",    "phi",     "phid",    "theta",   "thetad",  "mode",
+    "amplitude", "unit",        "times",   "start",     "stop",    "step",    "count",   "method",  "rtol",
+    "atol",      "output",      "digits",  "precision", "select",  "slowest", "fastest", "from",    "to",
+    "vectors",   "normalize",   "include", "events",    "typo",    "grid",    "random",  "vary",    "arm",
+    "duration",  "observables", "draw",    "seed",      "picture", "form",    "title",   "request", "view",
 };
 
 enum { VALUES = sizeof values / sizeof *values, NAMES = sizeof names / sizeof *names };

@@ -4,7 +4,7 @@
 # Invariant: a job that fails, crashes or cannot start is counted as failed and the others go on.
 ROOMS := core laws api server wire fuzz
 ALL := build-release build-asan build-tsan $(foreach room,$(ROOMS),release-$(room) asan-$(room)) tsan-server tsan-wire \
-	valgrind-core valgrind-api valgrind-wire drill layers docs replies examples readback nginx deploy layout openapi image
+	valgrind-core valgrind-api valgrind-wire drill layers docs replies examples readback equations nginx deploy layout openapi image
 JOBS := $(if $(ONLY),$(filter $(ONLY),$(ALL)),$(ALL))
 job = @tests/harness/job.sh $@
 
@@ -16,8 +16,9 @@ build-release build-asan: build-%:
 build-tsan:
 	$(job) $(MAKE) --no-print-directory MODE=tsan build build/tsan/tests/server/run build/tsan/tests/wire/run
 
+# fresh memory holds nonsense, so that a number that was never set is a wrong one
 $(ROOMS:%=release-%): release-%: build-release
-	$(job) build/release/tests/$*/run
+	$(job) env MALLOC_PERTURB_=85 build/release/tests/$*/run
 $(ROOMS:%=asan-%): asan-%: build-asan
 	$(job) build/asan/tests/$*/run
 
@@ -39,7 +40,7 @@ drill: build-release
 	$(job) tests/drill/drill.sh build/release
 layers: build-release
 	$(job) tests/rules/layers.sh build/release
-docs examples readback nginx deploy: build-release
+docs examples readback equations nginx deploy: build-release
 	$(job) tests/rules/$@.sh build/release
 replies: release-wire
 	$(job) tests/rules/replies.sh build/release/tests/wire/replies.ndjson

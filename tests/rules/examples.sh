@@ -5,10 +5,11 @@
 # Invariant: the server that it started ends with it.
 set -u
 cd "$(dirname "$0")/../.." || exit
-log=$(mktemp)
-"$1/pendulumd" --listen 127.0.0.1:0 --store none >/dev/null 2>"$log" &
+home=$(mktemp -d)
+log=$home/log
+"$1/pendulumd" --listen 127.0.0.1:0 --store "sqlite:$home/store.db" >/dev/null 2>"$log" &
 server=$!
-trap 'kill $server 2>/dev/null; wait $server; rm -f "$log"' EXIT
+trap 'kill $server 2>/dev/null; wait $server; rm -rf "$home"' EXIT
 for _ in $(seq 100); do
     url=$(sed -n 's/^listening on //p' "$log")
     [ -z "$url" ] || break

@@ -645,7 +645,7 @@ TEST(a_store_that_cannot_be_opened_says_why) {
                                          {"sqlite:", "wants a file's path"},
                                          {"sqlite:/nowhere/at/all.db", "cannot be opened"},
                                          {"sqlite:/etc/passwd", "no store"},
-                                         {"postgresql://127.0.0.1:1/x", "cannot be reached"}};
+                                         {"postgresql://127.0.0.1:1/x?colour=blue", "colour"}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         struct srv_store *store;
         struct pend_error error;
@@ -697,6 +697,19 @@ TEST(a_lost_database_is_away_and_comes_back) {
     }
     CHECK_INT(srv_store_claim(store, "w", SECOND, &lease), SRV_STORED);
     CHECK_TEXT(lease.job, "j");
+    srv_store_close(&store);
+}
+
+/* nobody listens there: the store is away, in no time, and says of what */
+TEST(a_database_that_is_not_there_yet_is_away) {
+    struct srv_store *store;
+    struct pend_error error;
+    struct srv_job job;
+    REQUIRE(srv_store_open(&store, "postgresql://127.0.0.1:1/x", &store_rules, &error) == PEND_OK);
+    CHECK(!srv_store_settled(store));
+    for (int i = 0; i < 3; i++) CHECK_INT(srv_store_job(store, "j", &job), SRV_STORED_AWAY);
+    CHECK_SAYING(strstr(srv_store_complaint(store), "127.0.0.1"), "%s", srv_store_complaint(store));
+    CHECK_INT(srv_store_listen(store, 1), 0);
     srv_store_close(&store);
 }
 

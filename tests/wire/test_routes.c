@@ -15,6 +15,9 @@ static const struct {
     {"POST", "/v1/modes", ASK_LITTLE, "application/json", "\"omega\""},
     {"POST", "/v1/ensembles", "{\"pendulum\":" ASK_DOUBLE ",\"states\":[{},{}],\"duration\":1}", "application/json",
      "\"final\""},
+    {"POST", "/v1/equations", ASK_LITTLE, "application/json", "ell_{2}"},
+    {"GET", "/", NULL, "text/html; charset=utf-8", "<title>"},
+    {"GET", "/docs", NULL, "text/html; charset=utf-8", "<title>"},
     {"GET", "/v1/presets", NULL, "application/json", "double"},
     {"GET", "/openapi.json", NULL, "application/json", "\"openapi\""},
     {"GET", "/healthz", NULL, NULL, ""},
@@ -122,7 +125,7 @@ static const struct {
     int status;
     const char *pointer;
 } refused[] = {
-    {"GET", "/", "", NULL, 404, NULL},
+    {"GET", "/page/0000000000000000/index.html", "", NULL, 404, NULL},
     {"GET", "/nothing", "", NULL, 404, NULL},
     {"GET", "/v1/presets/no-such-thing", "", NULL, 404, NULL},
     {"GET", "/v1/trees/", "", NULL, 404, NULL},
@@ -146,6 +149,7 @@ static const struct {
      "/pendulum/length/0"},
     {"POST", "/v1/trees", "", "{\"pendulum\":{\"L\":[1,1],\"m\":[1,1],\"S\":[[1,0],[1,2]]}}", 422, "/pendulum/S/1/1"},
     {"POST", "/v1/forces", "", "{\"pendulum\":" ASK_DOUBLE ",\"state\":{\"phi\":[0]}}", 422, "/state/phi"},
+    {"POST", "/v1/equations", "", "{\"pendulum\":" ASK_DOUBLE ",\"form\":\"long\"}", 422, "/form"},
     {"POST", "/v1/modes", "", "{\"pendulum\":" ASK_DOUBLE ",\"normalize\":\"big\"}", 422, "/normalize"},
     {"POST", "/v1/trajectories", "", "{\"pendulum\":" ASK_DOUBLE ",\"times\":[0,2,1]}", 422, "/times/2"},
     {"POST", "/v1/trajectories", "", "{\"pendulum\":" ASK_DOUBLE ",\"times\":[0,1],\"rtol\":5}", 422, "/rtol"},

@@ -1,0 +1,15 @@
+/* The routes of scenes: links that show the same to everybody, for ever.
+ * Leaves to others: what a scene is (api/scene), keeping it (store).
+ * Invariant: an id never changes its meaning; every exchange that comes in goes out through its finish, once. */
+#ifndef SRV_SCENES_H
+#define SRV_SCENES_H
+
+#include "server/exchange.h"
+
+/** POST /v1/scenes: 201 with the scene and where it is; the same scene again leads to the one that is there. */
+void srv_scenes_create(struct srv_exchange *exchange);
+
+/** GET /v1/scenes/{id}. Who knows the id may ask. */
+void srv_scenes_read(struct srv_exchange *exchange);
+
+#endif

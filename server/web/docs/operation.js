@@ -1,0 +1,59 @@
+// A route of the reference: what it does, what it takes, what it answers, and an example that runs.
+// Leaves to others: fields (schema.js), running (example.js).
+// Invariant: every parameter, body, status, media type and header field of the route is shown.
+
+import { h } from "../dom.js";
+import { example } from "./example.js";
+import { inline, markdown } from "./markdown.js";
+import { fieldsOf, parametersOf } from "./schema.js";
+
+const badge = (method) => h("span", { class: `method ${method}` }, method.toUpperCase());
+
+/** The route's line in the contents. */
+export const summaryOf = ({ method, operation }) => [badge(method), h("span", {}, operation.summary ?? operation.operationId)];
+
+const part = (title, ...children) => [h("h4", {}, title), ...children];
+
+/** Where a response has one schema in all of its forms' words: its JSON's fields. */
+function contentOf(content, reader) {
+  const types = Object.entries(content);
+  const schemas = types.filter(([, { schema }]) => schema);
+  const shown = new Set();
+  return [h("p", { class: "kind" }, ...types.flatMap(([type], i) => [i ? " · " : "", h("code", {}, type)])),
+    ...schemas.flatMap(([type, { schema }]) => {
+      const key = JSON.stringify(schema);
+      if (shown.has(key)) return [];
+      shown.add(key);
+      const name = schema.$ref?.split("/").pop();
+      const said = name ? [h("p", {}, h("code", {}, type), ": ", h("a", { href: `#schema-${name}` }, name))] : fieldsOf(schema, reader);
+      return name || reader.resolve(schema).properties ? said : [];
+    })];
+}
+
+function responseOf([status, given], reader) {
+  const response = reader.resolve(given);
+  const headers = Object.entries(response.headers ?? {}).map(([name, one]) => ({ name, ...reader.resolve(one) }));
+  return h("details", { class: "response" },
+    h("summary", {}, h("strong", {}, status), " ", h("span", {}, ...inline((response.description ?? "").split("\n")[0]))),
+    ...markdown((response.description ?? "").split("\n").slice(1).join("\n")),
+    ...(response.content ? contentOf(response.content, reader) : []),
+    ...(headers.length ? [h("p", {}, "Header fields:"), parametersOf(headers, reader)] : []));
+}
+
+/** The entry of a route; heading(tag, text, id, ...children) makes its title. */
+export function article(one, reader, heading) {
+  const { method, path, operation } = one;
+  const parameters = (operation.parameters ?? []).map(reader.resolve);
+  const body = reader.resolve(operation.requestBody)?.content ?? {};
+  const schema = body["application/json"]?.schema;
+  const name = schema?.$ref?.split("/").pop();
+  return h("article", { class: "operation" },
+    h("div", { class: "told" },
+      heading("h3", operation.summary, operation.operationId),
+      h("p", { class: "route" }, badge(method), " ", h("code", {}, path)),
+      ...markdown(operation.description ?? ""),
+      ...(parameters.length ? part("Parameters", parametersOf(parameters, reader)) : []),
+      ...(schema ? part("Body", name ? h("p", { class: "kind" }, h("code", {}, "application/json"), ": ", h("a", { href: `#schema-${name}` }, name)) : null, ...fieldsOf(schema, reader)) : []),
+      ...part("Answers", ...Object.entries(operation.responses).map((response) => responseOf(response, reader)))),
+    example(one, reader));
+}

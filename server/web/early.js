@@ -1,0 +1,18 @@
+// The first request, made before the rest of the page is there: the motion that the page opens with.
+// Leaves to others: reading it (motion.js). A link that names another motion (after #) asks nothing here.
+// Invariant: `early.body` is to the letter what motion.js would ask for the first document.
+
+import { PAPER, request } from "./state.js";
+
+export const OUTPUT = ["phi", "phid", "lambda", "energy"];
+
+export const motionBody = (doc, initial) => ({ ...request(doc, initial), output: OUTPUT });
+
+function ask() {
+  const body = JSON.stringify(motionBody(PAPER));
+  const headers = { "Content-Type": "application/json", Accept: "application/octet-stream" };
+  const reply = fetch("/v1/trajectories", { method: "POST", headers, body }).then((answer) => (answer.ok ? answer : null), () => null);
+  return { body, reply };
+}
+
+export const early = location.hash.length > 1 ? null : ask();

@@ -1,0 +1,203 @@
+// The examples: the server's presets, each as a small live picture; a click puts one on the stage.
+// Leaves to others: which there are (GET /v1/presets).
+// Invariant: pictures follow the one clock, and only those that can be seen are drawn.
+
+import { farthest } from "./edits.js";
+import { createBag, h } from "./dom.js";
+import { anglesAt } from "./motion.js";
+import { fromRequest } from "./state.js";
+import { theme } from "./theme.js";
+import { order, reach, tips } from "./tree.js";
+
+const SECONDS = 6;
+const STEP = 0.04;
+const SHORTEST_SPAN = 20;
+const FRAME_MS = 30;
+
+/** The document of a preset. */
+function documentOf(preset) {
+  const patch = fromRequest(preset);
+  return { ...patch, span: { ...patch.span, stop: Math.max(patch.span.stop, SHORTEST_SPAN) }, title: preset.title, preset: preset.name,
+    view: { selected: 0, trails: [farthest(patch.pendulum)] } };
+}
+
+/** A preset's first seconds, coarsely: a track as motion.js has them. */
+async function load(preset, client, signal) {
+  const { pendulum, initial } = preset;
+  const n = pendulum.length.length;
+  const track = { doc: { pendulum, span: { step: STEP } }, initial, n, count: 0, columns: { phi: null, phid: null } };
+  const total = Math.round(SECONDS / STEP) + 1;
+  track.columns.phi = new Float64Array(total * n);
+  track.columns.phid = new Float64Array(total * n);
+  const body = { pendulum, initial, times: { start: 0, stop: SECONDS, step: STEP }, rtol: 1e-6, output: ["phi", "phid"] };
+  const width = 1 + 2 * n;
+  await client.table("/v1/trajectories", body, {
+    signal,
+    begin() {},
+    rows(values, count) {
+      for (let i = 0; i < count; i++) {
+        track.columns.phi.set(values.subarray(i * width + 1, i * width + 1 + n), (track.count + i) * n);
+        track.columns.phid.set(values.subarray(i * width + 1 + n, (i + 1) * width), (track.count + i) * n);
+      }
+      track.count += count;
+    },
+  });
+  return track;
+}
+
+/** How far around its pivot a track goes: {side, up, down} in metres. */
+function extent(track, rows, x, y) {
+  const box = { side: 0.1, up: 0, down: 0.1 };
+  for (let i = 0; i < track.count; i += 3) {
+    tips(track.doc.pendulum, rows, track.columns.phi, i * track.n, x, y);
+    for (let k = 0; k < track.n; k++) {
+      box.side = Math.max(box.side, Math.abs(x[k]));
+      box.up = Math.max(box.up, y[k]);
+      box.down = Math.max(box.down, -y[k]);
+    }
+  }
+  return box;
+}
+
+/** Draws a track on a small canvas at a time; forth and back, since a motion may be run backwards. */
+function createPicture(canvas, track) {
+  const context = canvas.getContext("2d");
+  const tree = track.doc.pendulum;
+  const rows = order(tree.parent);
+  const array = () => new Float64Array(track.n);
+  const [phi, x, y] = [array(), array(), array()];
+  const place = { index: 0, fraction: 0 };
+  const box = track.count ? extent(track, rows, x, y) : { side: reach(tree), up: reach(tree), down: reach(tree) };
+  const last = (track.count - 1) * STEP;
+  const ratio = Math.min(devicePixelRatio, 2);
+  const heaviest = Math.max(...tree.mass);
+
+  return (time, colours) => {
+    const { clientWidth: width, clientHeight: height } = canvas;
+    if (canvas.width !== Math.round(width * ratio)) {
+      canvas.width = Math.round(width * ratio);
+      canvas.height = Math.round(height * ratio);
+    }
+    const turn = time % (2 * last);
+    anglesAt(track, turn > last ? 2 * last - turn : turn, place, phi);
+    tips(tree, rows, phi, 0, x, y);
+    const scale = Math.min((width / 2 - 10) / box.side, (height - 20) / (box.up + box.down));
+    const top = (height - scale * (box.up + box.down)) / 2 + scale * box.up;
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, width, height);
+    context.beginPath();
+    context.moveTo(width / 2 - 9, top);
+    context.lineTo(width / 2 + 9, top);
+    context.strokeStyle = colours.pivot;
+    context.lineWidth = 1.2;
+    context.stroke();
+    context.beginPath();
+    for (let k = 0; k < track.n; k++) {
+      const from = tree.parent[k] - 1;
+      context.moveTo(width / 2 + (from < 0 ? 0 : scale * x[from]), top - (from < 0 ? 0 : scale * y[from]));
+      context.lineTo(width / 2 + scale * x[k], top - scale * y[k]);
+    }
+    context.strokeStyle = colours.line;
+    context.lineWidth = 1.6;
+    context.lineCap = "round";
+    context.stroke();
+    context.beginPath();
+    for (let k = 0; k < track.n; k++) {
+      const r = Math.max(1.2, 3.4 * Math.cbrt(tree.mass[k] / heaviest));
+      context.moveTo(width / 2 + scale * x[k] + r, top - scale * y[k]);
+      context.arc(width / 2 + scale * x[k], top - scale * y[k], r, 0, 2 * Math.PI);
+    }
+    context.fillStyle = colours.mass;
+    context.fill();
+  };
+}
+
+export default {
+  id: "presets",
+  title: (text) => text("drawer.presets"),
+  mount(element, app) {
+    const { store, clock, client, text } = app;
+    const bag = createBag();
+    const stop = new AbortController();
+    const cards = new Map(); // name -> {button, picture, seen}
+    const grid = h("div", { class: "gallery" });
+    element.append(h("h2", {}, text("presets.title")), h("p", { class: "quiet" }, text("presets.words")), grid);
+    let colours = null;
+    let shown = false;
+    let drawn = 0;
+
+    const sight = new IntersectionObserver((entries) => {
+      for (const { target, isIntersecting } of entries) cards.get(target.dataset.preset).seen = isIntersecting;
+      draw();
+    });
+
+    function choose(preset) {
+      store.set(documentOf(preset), { label: "preset" });
+      app.announce(text("said.preset", { name: named(preset) }));
+      clock.play();
+    }
+
+    const named = ({ name, title }) => (text.has(`preset.${name}`) ? text(`preset.${name}`) : title);
+
+    function card({ name, title, n }) {
+      const canvas = h("canvas", { "aria-hidden": "true" });
+      const button = h("button", { type: "button", class: "preset", "data-preset": name, disabled: true },
+        canvas, h("span", { class: "preset-name" }, named({ name, title })), h("span", { class: "quiet" }, text(n === 1 ? "presets.arm" : "presets.arms", { n })));
+      grid.append(button);
+      cards.set(name, { button, canvas, picture: null, seen: false });
+      sight.observe(button);
+    }
+
+    async function fill() {
+      const { presets } = await client.presets({ signal: stop.signal });
+      presets.forEach(card);
+      mark();
+      for (const { name } of presets) {
+        const preset = await client.preset(name, { signal: stop.signal });
+        const entry = cards.get(name);
+        entry.button.addEventListener("click", () => choose(preset));
+        entry.button.disabled = false;
+        entry.picture = createPicture(entry.canvas, await load(preset, client, stop.signal));
+        draw();
+      }
+    }
+
+    function draw() {
+      if (!shown) return;
+      drawn = performance.now();
+      for (const { picture, seen } of cards.values()) if (seen && picture) picture(clock.time, colours);
+    }
+
+    function mark() {
+      for (const [name, { button }] of cards) button.setAttribute("aria-pressed", name === store.get().preset);
+    }
+
+    function recolour() {
+      const style = getComputedStyle(document.documentElement);
+      colours = { pivot: style.getPropertyValue("--ghost"), line: style.getPropertyValue("--quiet"), mass: style.getPropertyValue("--mass") };
+      draw();
+    }
+
+    bag(clock.subscribe(() => performance.now() - drawn > FRAME_MS && draw()));
+    bag(store.subscribe(mark));
+    bag(theme.subscribe(recolour));
+    recolour();
+    fill().catch((error) => {
+      if (error.name === "AbortError") return;
+      grid.append(h("p", { class: "quiet" }, text("presets.none")));
+    });
+    return {
+      show() {
+        shown = true;
+        draw();
+      },
+      hide() { shown = false; },
+      destroy() {
+        stop.abort();
+        sight.disconnect();
+        bag.end();
+        element.replaceChildren();
+      },
+    };
+  },
+};

@@ -1,0 +1,91 @@
+// Scenes: what a link stands for. `#d=` holds all of it, `#s=` names one that the server keeps.
+// Leaves to others: storing (client.storeScene), showing the link (drawers/share.js).
+// Invariant: the document of a scene that was made of doc has the motion of doc, to the bit; what is read is checked, whoever wrote it.
+
+import { DRAWERS } from "./drawers.js";
+import { fromRequest, request } from "./state.js";
+import { order } from "./tree.js";
+
+const PALETTES = ["safe", "paper"];
+
+/** {title, request, view} of a document, as /v1/scenes takes it. */
+export function sceneOf(doc) {
+  const scene = { request: request(doc), view: { ...doc.view, ghosts: doc.ghosts } };
+  if (doc.title) scene.title = doc.title;
+  return scene;
+}
+
+const numbers = (list, n) => Array.isArray(list) && list.length === n && list.every(Number.isFinite);
+const state = (value, n) => numbers(value?.phi, n) && numbers(value?.phid, n);
+
+/** What of a scene's view this page understands. */
+function viewOf(view, n) {
+  const arm = (k) => Number.isInteger(k) && k >= 1 && k <= n;
+  const known = {};
+  if (view.drawer === null || DRAWERS.includes(view.drawer)) known.drawer = view.drawer;
+  if (view.speed > 0 && view.speed <= 16) known.speed = view.speed;
+  if (typeof view.loop === "boolean") known.loop = view.loop;
+  if (typeof view.arrows === "boolean") known.arrows = view.arrows;
+  if (PALETTES.includes(view.palette)) known.palette = view.palette;
+  if (Array.isArray(view.trails)) known.trails = view.trails.filter(arm).slice(0, 8);
+  known.selected = arm(view.selected) ? view.selected : 0;
+  return known;
+}
+
+/** The patch of a scene whose request is in the page's own form; throws where it is not sound. */
+function patchOf(scene) {
+  const patch = fromRequest(scene.request);
+  const { length, mass, parent } = patch.pendulum;
+  const n = length.length;
+  const carriers = Array.isArray(parent) && parent.every((k) => Number.isInteger(k) && k >= 0 && k <= n);
+  const sound = numbers(length, n) && numbers(mass, n) && carriers && parent.length === n && order(parent).length === n
+    && state(patch.initial, n) && patch.span.stop > 0 && patch.span.step > 0;
+  if (!sound) throw new Error("not a scene of this page");
+  const ghosts = Array.isArray(scene.view?.ghosts) ? scene.view.ghosts.filter((ghost) => state(ghost, n)).slice(0, 20) : [];
+  return { ...patch, title: String(scene.title ?? ""), preset: null, ghosts, view: viewOf(scene.view ?? {}, n) };
+}
+
+/** Any body of /v1/trajectories in the page's own form: the server tells what tree and what start it stands for. */
+async function plain(body, client) {
+  const { pendulum, initial, times } = body;
+  const arrays = Array.isArray(pendulum.length) && !pendulum.arms;
+  const angles = initial?.phi && (initial.unit ?? "rad") === "rad";
+  if (arrays && angles && times.stop > 0 && (times.start ?? 0) === 0) return body;
+  const tree = await client.trees({ pendulum });
+  const start = await client.trajectory({ pendulum, ...(initial && { initial }), times: [0], output: ["phi", "phid"] });
+  const stop = Array.isArray(times) ? Math.max(...times) : times.stop;
+  return {
+    ...body,
+    pendulum: { length: tree.arms.map((arm) => arm.length), mass: tree.arms.map((arm) => arm.mass), parent: tree.parent, gravity: pendulum.gravity ?? 9.81 },
+    initial: { phi: start.phi[0], phid: start.phid[0] },
+    times: { stop, step: times.step ?? stop / 1000 },
+  };
+}
+
+async function through(stream, bytes) {
+  const writer = stream.writable.getWriter();
+  writer.write(bytes).catch(() => {});
+  writer.close().catch(() => {});
+  return new Uint8Array(await new Response(stream.readable).arrayBuffer());
+}
+
+/** "#d=..." : needs no store. */
+export async function linkOf(doc) {
+  const bytes = await through(new CompressionStream("deflate-raw"), new TextEncoder().encode(JSON.stringify(sceneOf(doc))));
+  const letters = btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""));
+  return `#d=${letters.replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "")}`;
+}
+
+async function unpack(letters) {
+  const packed = atob(letters.replaceAll("-", "+").replaceAll("_", "/"));
+  const bytes = await through(new DecompressionStream("deflate-raw"), Uint8Array.from(packed, (letter) => letter.charCodeAt(0)));
+  return JSON.parse(new TextDecoder().decode(bytes));
+}
+
+/** The patch that a hash stands for, null without one; throws where it is damaged or the server has no such scene. */
+export async function readLink(hash, client) {
+  const [, kind, rest] = /^#([sd])=(.+)$/.exec(hash) ?? [];
+  if (!kind) return null;
+  const scene = kind === "s" ? await client.scene(rest) : await unpack(rest);
+  return patchOf({ ...scene, request: await plain(scene.request, client) });
+}

@@ -1,0 +1,101 @@
+// Puts the page together: the document, its motion, the clock, and the views of them.
+// Leaves to others: everything else.
+// Invariant: views know the app {store, motion, clock, client, text, announce}, never each other.
+
+import { createClient } from "./client.js";
+import { createClock } from "./clock.js";
+import { createEdits } from "./edits.js";
+import { mountDrawers } from "./drawers.js";
+import { mountHeader } from "./header.js";
+import { readLink } from "./link.js";
+import { createMotion } from "./motion.js";
+import { followForces } from "./preview.js";
+import { mountStage } from "./stage.js";
+import { createStore } from "./state.js";
+import { createText } from "./text.js";
+import { still } from "./theme.js";
+import { mountTimebar } from "./timebar.js";
+
+const VIEWS = { header: mountHeader, stage: mountStage, timebar: mountTimebar, drawers: mountDrawers };
+
+const text = createText();
+const client = createClient();
+const clock = createClock();
+const store = createStore();
+const motion = createMotion({ store, client, clock });
+const live = document.getElementById("live");
+let views = [];
+
+const app = {
+  store, motion, clock, client, text,
+  /** Says it to those who listen instead of looking. */
+  announce(words) { live.textContent = words; },
+  /** Says it on the stage, for all. */
+  complain(words) { motion.note(words); },
+  undo() { tell("undo", store.undo()); },
+  redo() { tell("redo", store.redo()); },
+  /** Another language: all views are built anew. */
+  async speak(language) {
+    await text.use(language, true);
+    mount();
+  },
+};
+
+app.edits = createEdits(app);
+followForces(app);
+
+function tell(direction, label) {
+  if (label) app.announce(text(`said.${direction}`, { what: text(`step.${label}`) }));
+}
+
+function mount() {
+  views.forEach((view) => view.destroy());
+  document.title = text("name");
+  views = Object.entries(VIEWS).map(([id, view]) => view(document.getElementById(id), app));
+}
+
+function keys(event) {
+  const field = event.target.closest("input:not([type=range]), textarea");
+  // in a field whose text has changed, keys belong to the text
+  const typing = field && field.value !== field.defaultValue;
+  if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z" && !typing) {
+    event.preventDefault();
+    event.shiftKey ? app.redo() : app.undo();
+  } else if (event.ctrlKey && event.key.toLowerCase() === "y" && !typing) {
+    event.preventDefault();
+    app.redo();
+  } else if (event.key === " " && !event.target.closest("input:not([type=range]), textarea, select, button, summary, a")) {
+    event.preventDefault();
+    clock.toggle();
+  }
+}
+
+async function open() {
+  try {
+    const patch = await readLink(location.hash, client);
+    if (patch) store.set(patch, { label: "open" });
+    else motion.begin();
+  } catch (error) {
+    app.complain(text("failure.link"));
+    motion.begin();
+  }
+}
+
+/** On a wide screen the examples lie open beside the stage, once it moves. */
+function invite() {
+  const wide = matchMedia("(min-width: 861px)").matches;
+  if (wide && store.get().view.drawer === null && !location.hash) store.set({ view: { drawer: "presets" } });
+}
+
+window.pendulumd = app; // for the console, and for tests
+document.addEventListener("keydown", keys);
+window.addEventListener("hashchange", open);
+await text.use();
+mount();
+const end = motion.subscribe((_, what) => {
+  if (what !== "complete") return;
+  end();
+  setTimeout(invite, 50);
+});
+open();
+if (!still.matches) clock.play();

@@ -1,0 +1,100 @@
+// What the time bar knows of the whole motion: how far its data reaches, moments at which an arm goes slack, and from when on digits are not to be trusted.
+// Leaves to others: the clock's hand (timebar.js).
+// Invariant: drawn anew only when the motion, the chosen arm, the size or the theme changes.
+
+import { h } from "./dom.js";
+import { theme } from "./theme.js";
+
+const HEIGHT = 22;
+
+/** For every pixel how many arms go slack there: the sign of their force changes between two samples. */
+function slackMoments(track, only, pixels) {
+  const counts = new Uint16Array(pixels);
+  const { lambda } = track.columns;
+  const { n, count, total } = track;
+  if (!lambda) return counts;
+  for (let i = 1; i < count; i++) {
+    const pixel = Math.min(pixels - 1, Math.floor((i / (total - 1)) * pixels));
+    const row = i * n;
+    for (let k = only ? only - 1 : 0; k < (only || n); k++) {
+      if (lambda[row + k] * lambda[row - n + k] < 0) counts[pixel]++;
+    }
+  }
+  return counts;
+}
+
+export function createMarks({ store, motion, clock }) {
+  const canvas = h("canvas", { class: "marks", "aria-hidden": "true" });
+  const context = canvas.getContext("2d");
+  let slack = 0;
+  let frame = 0;
+
+  function colour(name) {
+    return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  }
+
+  function hatch(from, to) {
+    context.save();
+    context.beginPath();
+    context.rect(from, 0, to - from, HEIGHT);
+    context.clip();
+    context.beginPath();
+    for (let x = from - HEIGHT; x < to; x += 6) {
+      context.moveTo(x, HEIGHT);
+      context.lineTo(x + HEIGHT, 0);
+    }
+    context.strokeStyle = colour("--hatch");
+    context.lineWidth = 1.2;
+    context.stroke();
+    context.restore();
+  }
+
+  function draw() {
+    frame = 0;
+    const width = canvas.clientWidth;
+    if (!width) return;
+    const ratio = Math.min(devicePixelRatio, 2);
+    canvas.width = Math.round(width * ratio);
+    canvas.height = Math.round(HEIGHT * ratio);
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    const share = clock.duration ? clock.available / clock.duration : 0;
+    context.fillStyle = colour("--line");
+    context.fillRect(0, HEIGHT / 2 - 2, width, 4);
+    context.fillStyle = colour("--loaded");
+    context.fillRect(0, HEIGHT / 2 - 2, width * share, 4);
+    const until = motion.stats?.trust_until;
+    if (until < clock.duration) hatch((width * until) / clock.duration, width);
+    const counts = slackMoments(motion.track, store.get().view.selected, Math.round(width));
+    slack = counts.reduce((sum, count) => sum + count, 0);
+    context.fillStyle = colour("--mark");
+    for (let x = 0; x < counts.length; x++) {
+      if (!counts[x]) continue;
+      context.globalAlpha = Math.min(1, 0.5 + 0.15 * counts[x]);
+      context.fillRect(x, 0, 1, 6);
+    }
+    context.globalAlpha = 1;
+  }
+
+  const later = () => {
+    if (!frame) frame = requestAnimationFrame(draw);
+  };
+  const observer = new ResizeObserver(later);
+  observer.observe(canvas);
+  const forget = theme.subscribe(later);
+
+  return {
+    canvas,
+    draw,
+    /** How many slack moments are marked. */
+    count: () => slack,
+    follow(what) {
+      if (what === "complete" || what === "stats") draw();
+      else if (what !== "preview") later();
+    },
+    destroy() {
+      observer.disconnect();
+      forget();
+      cancelAnimationFrame(frame);
+    },
+  };
+}

@@ -1,0 +1,51 @@
+// The words of the page: one flat object a language, in text/; no other file has words that are seen.
+// Leaves to others: where they stand.
+// Invariant: a key that is missing shows itself, so that a test sees it.
+
+import en from "./text/en.js";
+
+const LOADERS = { en: async () => en, de: async () => (await import("./text/de.js")).default };
+const KEPT = "pendulumd.language";
+
+export const LANGUAGES = Object.keys(LOADERS);
+
+function wanted() {
+  const kept = localStorage.getItem(KEPT);
+  const tongue = kept ?? navigator.languages.map((name) => name.slice(0, 2)).find((name) => name in LOADERS);
+  return tongue in LOADERS ? tongue : "en";
+}
+
+/**
+ * text(key, holes) with numbers as the language writes them:
+ * text.number(value, digits) fixed decimals, text.short(value, digits) significant digits, text.read(typed) a number or NaN.
+ */
+export function createText() {
+  let words = en;
+  const formats = new Map();
+  const text = (key, holes = {}) => (words[key] ?? key).replace(/\{(\w+)\}/g, (hole, name) => holes[name] ?? hole);
+
+  function format(options) {
+    const key = JSON.stringify(options);
+    if (!formats.has(key)) formats.set(key, new Intl.NumberFormat(text.language, { useGrouping: false, ...options }));
+    return formats.get(key);
+  }
+
+  text.language = "en";
+  text.has = (key) => key in words;
+  text.number = (value, digits = 2) => format({ minimumFractionDigits: digits, maximumFractionDigits: digits })
+    .format(Object.is(value, -0) ? 0 : value).replace("-", "\u2212");
+  text.short = (value, digits = 4) => format({ maximumSignificantDigits: digits }).format(value).replace("-", "\u2212");
+  text.read = (typed) => {
+    const plain = typed.trim().replace("\u2212", "-").replace(",", ".");
+    return plain === "" ? NaN : Number(plain);
+  };
+  /** Loads a language, keeps the choice. */
+  text.use = async (language = wanted(), keep = false) => {
+    words = await LOADERS[language]();
+    text.language = language;
+    formats.clear();
+    document.documentElement.lang = language;
+    if (keep) localStorage.setItem(KEPT, language);
+  };
+  return text;
+}

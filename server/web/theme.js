@@ -1,0 +1,30 @@
+// Light or dark: as the system says, until the switch is used.
+// Leaves to others: the colours themselves (style.css), redrawing.
+// Invariant: the root's data-theme is "light" or "dark", always.
+
+const KEPT = "pendulumd.theme";
+const system = matchMedia("(prefers-color-scheme: dark)");
+const listeners = new Set();
+
+export const still = matchMedia("(prefers-reduced-motion: reduce)");
+
+export const theme = {
+  get dark() { return document.documentElement.dataset.theme === "dark"; },
+  toggle() {
+    localStorage.setItem(KEPT, theme.dark ? "light" : "dark");
+    apply();
+  },
+  /** fn() after every change. */
+  subscribe(fn) {
+    listeners.add(fn);
+    return () => listeners.delete(fn);
+  },
+};
+
+function apply() {
+  document.documentElement.dataset.theme = localStorage.getItem(KEPT) ?? (system.matches ? "dark" : "light");
+  for (const listener of listeners) listener();
+}
+
+system.addEventListener("change", apply);
+apply();

@@ -1,0 +1,104 @@
+/* What is said of which tree. That the formulas and programs are right: tests/rules/equations.py. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/api/post.h"
+#include "tests/harness/test.h"
+
+#define DOUBLE "\"pendulum\":{\"length\":[1,2],\"mass\":[3,0.5],\"parent\":[0,1]}"
+
+TEST(equations_of_two_arms_are_those_of_the_textbook) {
+    struct test_reply reply = test_post(API_OP_EQUATIONS, "{" DOUBLE "}");
+    CHECK_INT(reply.status, 200);
+    CHECK(test_reply_number(&reply, "/n") == 2);
+    CHECK_TEXT(test_reply_text(&reply, "/form"), "explicit");
+    CHECK_TEXT(test_reply_text(&reply, "/latex/S"), "S=\\begin{pmatrix}1&0\\\\1&1\\end{pmatrix}");
+    CHECK_TEXT(test_reply_text(&reply, "/latex/B"), "B=S^{-\\mathsf{T}}=\\begin{pmatrix}1&-1\\\\0&1\\end{pmatrix}");
+    CHECK_TEXT(
+        test_reply_text(&reply, "/latex/M"),
+        "M(\\phi)=\\begin{pmatrix}(m_{1}+m_{2})\\ell_{1}^{2}&m_{2}\\ell_{1}\\ell_{2}e^{\\mathrm{i}(\\phi_{2}-\\phi_"
+        "{1})}\\\\m_{2}\\ell_{1}\\ell_{2}e^{\\mathrm{i}(\\phi_{1}-\\phi_{2})}&m_{2}\\ell_{2}^{2}\\end{pmatrix}");
+    CHECK_TEXT(
+        test_reply_text(&reply, "/latex/aaa"),
+        "\\begin{aligned}&(m_{1}+m_{2})\\ell_{1}^{2}\\ddot{\\phi}_{1}+m_{2}\\ell_{1}\\ell_{2}\\cos(\\phi_{2}-\\phi_{"
+        "1})\\ddot{\\phi}_{2}=m_{2}\\ell_{1}\\ell_{2}\\sin(\\phi_{2}-\\phi_{1})\\dot{\\phi}_{2}^{2}-g(m_{1}+m_{2})\\"
+        "ell_{1}\\cos\\phi_{1}\\\\[1ex]&m_{2}\\ell_{1}\\ell_{2}\\cos(\\phi_{1}-\\phi_{2})\\ddot{\\phi}_{1}+m_{2}\\"
+        "ell_{2}^{2}\\ddot{\\phi}_{2}=m_{2}\\ell_{1}\\ell_{2}\\sin(\\phi_{1}-\\phi_{2})\\dot{\\phi}_{1}^{2}-gm_{2}\\"
+        "ell_{2}\\cos\\phi_{2}\\end{aligned}");
+    CHECK_TEXT(test_reply_text(&reply, "/latex/parameters"),
+               "\\ell=(1,\\,2)\\,\\mathrm{m},\\qquad m=(3,\\,0.5)\\,\\mathrm{kg},\\qquad g=9.81\\,\\mathrm{m/s^{2}}");
+    test_reply_free(&reply);
+}
+
+TEST(equations_start_where_the_request_does) {
+    struct test_reply reply =
+        test_post(API_OP_EQUATIONS, "{" DOUBLE ",\"initial\":{\"phi\":[1e-9,2],\"phid\":[0,-3]}}");
+    CHECK_INT(reply.status, 200);
+    CHECK(strstr(test_reply_text(&reply, "/code/matlab"), "phi0 = [1e-9; 2];") != NULL);
+    CHECK(strstr(test_reply_text(&reply, "/code/matlab"), "w0 = [0; -3];") != NULL);
+    CHECK(strstr(test_reply_text(&reply, "/code/python"), "phi0 = np.array([1e-9, 2], dtype=float)") != NULL);
+    CHECK(strstr(test_reply_text(&reply, "/curl"), "\"initial\":{\"phi\":[1e-9,2],\"phid\":[0,-3]}") != NULL);
+    test_reply_free(&reply);
+}
+
+/* a chain of n arms in some form, or in the usual one */
+static struct test_reply chain(int n, const char *form) {
+    char *body = malloc((size_t)n * 20 + 200), *at = body;
+    at += sprintf(at, "{\"pendulum\":{\"length\":[1");
+    for (int k = 1; k < n; k++) at += sprintf(at, ",1");
+    at += sprintf(at, "],\"mass\":[1");
+    for (int k = 1; k < n; k++) at += sprintf(at, ",1");
+    at += sprintf(at, "],\"parent\":[0");
+    for (int k = 1; k < n; k++) at += sprintf(at, ",%d", k);
+    sprintf(at, "]}%s%s%s}", form ? ",\"form\":\"" : "", form ? form : "", form ? "\"" : "");
+    struct test_reply reply = test_post(API_OP_EQUATIONS, body);
+    free(body);
+    return reply;
+}
+
+TEST(equations_are_explicit_up_to_eight_arms_and_can_be_up_to_twenty) {
+    static const struct {
+        int n;
+        const char *asked, *form;
+    } rows[] = {{1, NULL, "explicit"},       {8, NULL, "explicit"},        {9, NULL, "compact"},
+                {9, "explicit", "explicit"}, {20, "explicit", "explicit"}, {20, "compact", "compact"},
+                {21, NULL, "compact"}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        struct test_reply reply = chain(rows[i].n, rows[i].asked);
+        CHECK_INT(reply.status, 200);
+        CHECK_TEXT(test_reply_text(&reply, "/form"), rows[i].form);
+        test_reply_free(&reply);
+    }
+    struct test_reply reply = chain(21, "explicit");
+    CHECK_INT(reply.status, 422);
+    CHECK(test_reply_has_fault(&reply, "/form", "at most 20 arms, this pendulum has 21"));
+    test_reply_free(&reply);
+}
+
+TEST(equations_of_a_large_tree_are_short_formulas_and_whole_programs) {
+    struct test_reply reply = chain(5000, NULL);
+    CHECK_INT(reply.status, 200);
+    CHECK(strlen(test_reply_text(&reply, "/latex/S")) < 200);
+    CHECK(strlen(test_reply_text(&reply, "/latex/parameters")) < 300);
+    CHECK(strstr(test_reply_text(&reply, "/latex/S"), "p=(0,\\,1,\\,2,") != NULL);
+    CHECK(strstr(test_reply_text(&reply, "/latex/S"), "\\ldots,\\,4999)") != NULL);
+    CHECK(strstr(test_reply_text(&reply, "/code/matlab"), "; 4999];") != NULL);
+    test_reply_free(&reply);
+}
+
+TEST(equations_tell_nothing_back_but_numbers) {
+    struct test_reply reply = test_post(API_OP_EQUATIONS, "{\"pendulum\":{\"arms\":[{\"name\":\"');evil(\\\"\\n%\","
+                                                          "\"length\":1,\"mass\":1}]}}");
+    CHECK_INT(reply.status, 200);
+    CHECK(!strstr(reply.out.data, "evil"));
+    test_reply_free(&reply);
+}
+
+TEST(equations_that_cannot_be_written_are_refused) {
+    CHECK_REFUSED(API_OP_EQUATIONS, "{" DOUBLE ",\"form\":\"short\"}", "/form", "\"explicit\"");
+    CHECK_REFUSED(API_OP_EQUATIONS, "{" DOUBLE ",\"forms\":\"compact\"}", "/forms", "did you mean \"form\"");
+    CHECK_REFUSED(API_OP_EQUATIONS, "{\"pendulum\":{\"length\":[1],\"mass\":[0],\"parent\":[0]}}", "/pendulum/mass/0",
+                  "0");
+    CHECK_REFUSED(API_OP_EQUATIONS, "{" DOUBLE ",\"initial\":{\"phi\":[0]}}", "/initial/phi", "2");
+}

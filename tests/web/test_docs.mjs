@@ -1,0 +1,158 @@
+// The reference page as the daemon serves it: all of the document is there, examples run, it is found, linked, read aloud.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { close, ROOT } from "./rig.mjs";
+
+export const rig = { sources: false, store: true };
+
+const AXE = readFileSync(join(ROOT, "tests/web/node_modules/axe-core/axe.min.js"), "utf8");
+
+async function open(rig, more = {}) {
+  const page = await rig.open({ path: "/docs", wait: false, ...more });
+  await page.waitForSelector("html[data-ready]");
+  return page;
+}
+
+const documentOf = async (rig) => (await fetch(`${rig.daemon.url}/openapi.json`)).json();
+
+const operations = (api) => Object.entries(api.paths).flatMap(([path, item]) =>
+  Object.entries(item).filter(([, one]) => one.operationId).map(([method, operation]) => ({ path, method, operation })));
+
+/** Every name of a property, and every word of a list, in a schema and below. */
+function* words(schema) {
+  if (Array.isArray(schema)) for (const one of schema) yield* words(one);
+  if (!schema || typeof schema !== "object" || Array.isArray(schema)) return;
+  if (schema.properties && typeof schema.properties === "object") yield* Object.keys(schema.properties);
+  if (Array.isArray(schema.enum)) yield* schema.enum.map(String);
+  for (const [key, one] of Object.entries(schema)) if (!["example", "examples", "default", "enum"].includes(key)) yield* words(one);
+}
+
+export async function the_reference_has_every_route_field_limit_status_and_media_type(rig) {
+  const page = await open(rig);
+  const api = await documentOf(rig);
+  for (const { path, operation } of operations(api)) {
+    const text = await page.locator(`article[id="${operation.operationId}"]`).evaluate((element) => element.textContent);
+    assert.ok(text.includes(path) && text.includes(operation.summary), path);
+    for (const status of Object.keys(operation.responses)) assert.ok(text.includes(status), `${path} lacks ${status}`);
+    for (const response of Object.values(operation.responses))
+      for (const type of Object.keys(response.content ?? {})) assert.ok(text.includes(type), `${path} lacks ${type}`);
+  }
+  let count = 0;
+  for (const [name, schema] of Object.entries(api.components.schemas)) {
+    const text = await page.locator(`[id="schema-${name}"]`).evaluate((element) => element.textContent);
+    for (const word of new Set(words(schema))) {
+      count++;
+      assert.ok(text.includes(word), `${name} lacks ${word}`);
+    }
+  }
+  assert.ok(count > 150, `${count} words`);
+  const all = await page.evaluate(() => document.body.textContent);
+  const limits = api.info.description.match(/`max-[a-z-]+`/g);
+  assert.ok(limits.length > 15 && limits.every((limit) => all.includes(limit.slice(1, -1))));
+  const broken = await page.$$eval('a[href^="#"]', (links) => links.map((link) => link.getAttribute("href").slice(1)).filter((id) => !document.getElementById(id)));
+  assert.deepEqual(broken, []);
+  await rig.shot(page, "docs");
+  await close(page);
+}
+
+export async function every_example_runs_and_shows_what_came_back(rig) {
+  const page = await open(rig);
+  const api = await documentOf(rig);
+  let ran = 0;
+  for (const { path, method, operation } of operations(api)) {
+    if (/\{(digest|id)\}/.test(path) && !path.startsWith("/v1/scenes")) continue; // no such id is known
+    const entry = page.locator(`article[id="${operation.operationId}"]`);
+    await entry.getByRole("button", { name: "Run" }).click();
+    const status = entry.locator(".status");
+    await status.waitFor();
+    const text = await status.textContent();
+    assert.match(text, method === "post" && path === "/v1/scenes" ? /^201 / : /^200 /, `${method} ${path}: ${text}`);
+    await entry.locator(".headers summary").click();
+    assert.match(await entry.locator(".headers dl").textContent(), /content-type/);
+    ran++;
+  }
+  assert.ok(ran > 12, `${ran} examples`);
+  await page.locator('article:has(.route code:text-is("/v1/trees"))').scrollIntoViewIfNeeded();
+  await rig.shot(page, "docs-example");
+  await close(page);
+}
+
+export async function an_example_that_is_spoilt_shows_the_problem(rig) {
+  const page = await open(rig);
+  const entry = page.locator('article:has(.route code:text-is("/v1/trees"))');
+  const field = entry.locator("textarea");
+  await field.fill('{"pendulum": {"length": [1], "mass": [-1], "parent": [0]}}');
+  await entry.getByRole("button", { name: "Run" }).click();
+  await entry.locator(".status.bad").waitFor();
+  assert.match(await entry.locator(".answer pre").textContent(), /\/pendulum\/mass\/0/);
+  page.forgiven.push(/422/);
+  await close(page);
+}
+
+export async function a_search_leaves_what_has_the_words_and_escape_brings_all_back(rig) {
+  const page = await open(rig);
+  await page.keyboard.press("/");
+  await page.keyboard.type("flip_time");
+  const shown = () => page.$$eval("#content > article", (all) => all.filter((one) => !one.hidden).map((one) => one.id));
+  const found = await shown();
+  assert.ok(found.length > 0 && found.length < 4, found.join());
+  assert.match(await page.locator(".found").textContent(), /^\d+ places?$/);
+  await rig.shot(page, "docs-search");
+  await page.keyboard.press("Escape");
+  assert.ok((await shown()).length > 15);
+  await close(page);
+}
+
+export async function a_link_to_an_anchor_opens_there(rig) {
+  const page = await open(rig, { path: "/docs#schema-Times" });
+  const box = await page.locator("#schema-Times").boundingBox();
+  assert.ok(box.y >= 0 && box.y < 400, `at ${box.y}`);
+  await page.locator('#contents a[href="#getPreset"]').click();
+  await page.waitForFunction(() => Math.abs(document.getElementById("getPreset").getBoundingClientRect().top - 56) < 20);
+  await close(page);
+}
+
+export async function the_reference_can_be_read_in_the_dark_on_a_phone_and_by_keyboard(rig) {
+  for (const [name, more] of [["dark", { dark: true }], ["phone", { width: 390, height: 844, touch: true }], ["phone-dark", { width: 390, height: 844, dark: true }], ["wide", { width: 1920, height: 1080 }]]) {
+    const page = await open(rig, more);
+    const over = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+    assert.ok(over <= 0, `${name} is ${over} px too wide`);
+    await rig.shot(page, `docs-${name}`);
+    await page.locator("article .example").nth(1).scrollIntoViewIfNeeded();
+    await rig.shot(page, `docs-${name}-example`);
+    await close(page);
+  }
+  const page = await open(rig);
+  await page.keyboard.press("Tab");
+  assert.equal(await page.evaluate(() => document.activeElement.textContent), "To the text");
+  await page.keyboard.press("Enter");
+  assert.equal(await page.evaluate(() => document.activeElement.id), "content");
+  await close(page);
+}
+
+export async function axe_finds_nothing_in_the_reference(rig) {
+  for (const dark of [false, true]) {
+    const page = await open(rig, { dark, bypassCSP: true });
+    await page.locator('article:has(.route code:text-is("/v1/trees"))').getByRole("button", { name: "Run" }).click();
+    await page.locator(".answer pre").waitFor();
+    await page.evaluate(() => document.querySelectorAll("details").forEach((one) => { one.open = true; }));
+    await page.addScriptTag({ content: AXE });
+    const { violations } = await page.evaluate(() => window.axe.run());
+    assert.deepEqual(violations.map((one) => `${one.id}: ${one.nodes.slice(0, 3).map((node) => `${node.target} ${node.failureSummary}`).join("; ")}`), []);
+    await close(page);
+  }
+}
+
+export async function a_server_that_is_away_is_said(rig) {
+  const page = await rig.open({ path: "/healthz", wait: false });
+  await page.route("**/openapi.json", (route) => route.abort());
+  await page.goto(`${rig.url}/docs`);
+  await page.getByRole("alert").waitFor();
+  await page.unroute("**/openapi.json");
+  await page.getByRole("button", { name: "Try again" }).click();
+  await page.waitForSelector("article");
+  page.forgiven.push(/Failed to load resource/, /favicon/);
+  await close(page);
+}

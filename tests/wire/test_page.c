@@ -1,0 +1,133 @@
+/* The page's documents and files, as a browser fetches them. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/wire/ask.h"
+
+/* the path under which a document says that the page's files are; "" with a failed check where it does not */
+static void page_of(struct test_server *server, const char *path, char page[64]) {
+    struct test_reply reply;
+    page[0] = 0;
+    CHECK_INT(test_request(server, &reply, "GET", path, "", NULL), 200);
+    const char *at = reply.body ? strstr(reply.body, "/page/") : NULL;
+    CHECK_SAYING(at != NULL, "%s names no file of the page", path);
+    if (at) snprintf(page, 64, "%.22s", at);
+    CHECK(strspn(page + 6, "0123456789abcdef") == 16);
+    CHECK(!strstr(reply.body, "@PAGE@"));
+    test_reply_clear(&reply);
+}
+
+TEST(documents_of_the_page_may_load_from_this_server_only) {
+    static const char *const path[] = {"/", "/docs"};
+    struct test_reply reply;
+    struct test_server *server = test_server_start(NULL);
+    REQUIRE(server != NULL);
+    for (int i = 0; i < 2; i++) {
+        CHECK_INT(test_request(server, &reply, "GET", path[i], "", NULL), 200);
+        CHECK_TEXT(test_reply_header(&reply, "Content-Type"), "text/html; charset=utf-8");
+        CHECK_TEXT(test_reply_header(&reply, "Cache-Control"), "no-cache");
+        CHECK_TEXT(test_reply_header(&reply, "X-Content-Type-Options"), "nosniff");
+        CHECK_TEXT(test_reply_header(&reply, "Referrer-Policy"), "no-referrer");
+        const char *policy = test_reply_header(&reply, "Content-Security-Policy");
+        CHECK(policy && !strncmp(policy, "default-src 'none'; script-src 'self'; ", 39));
+        CHECK(policy && !strstr(policy, "unsafe") && strstr(policy, "frame-ancestors 'none'"));
+        CHECK(reply.body && !strstr(reply.body, "=\"http") && !strstr(reply.body, "=\"//"));
+        test_reply_clear(&reply);
+    }
+    test_server_stop(&server);
+}
+
+/* of lib/, so that what the page itself is made of does not matter here */
+static const struct {
+    const char *file, *type;
+    int packed;
+} file[] = {
+    {"lib/uplot.js", "text/javascript; charset=utf-8", 1},   {"lib/uplot.css", "text/css; charset=utf-8", 1},
+    {"lib/katex.js", "text/javascript; charset=utf-8", 1},   {"lib/katex.css", "text/css; charset=utf-8", 1},
+    {"lib/qrcode.js", "text/javascript; charset=utf-8", 1},  {"lib/licenses.txt", "text/plain; charset=utf-8", 1},
+    {"lib/fonts/KaTeX_Main-Regular.woff2", "font/woff2", 0},
+};
+enum { FILES = sizeof file / sizeof *file };
+
+TEST(files_of_the_page_are_kept_for_ever_and_come_gzipped_to_who_takes_that) {
+    static const char *const accept[] = {"", "Accept-Encoding: gzip, deflate, br, zstd\r\n",
+                                         "Accept-Encoding: gzip;q=0, zstd\r\n"};
+    struct test_reply reply;
+    struct test_server *server = test_server_start(NULL);
+    char page[64], path[160];
+    REQUIRE(server != NULL);
+    page_of(server, "/", page);
+    for (int i = 0; i < FILES; i++) {
+        size_t plain = 0;
+        for (int k = 0; k < 3; k++) {
+            snprintf(path, sizeof path, "%s/%s", page, file[i].file);
+            CHECK_INT(test_request(server, &reply, "GET", path, accept[k], NULL), 200);
+            CHECK_TEXT(test_reply_header(&reply, "Content-Type"), file[i].type);
+            CHECK_TEXT(test_reply_header(&reply, "Cache-Control"), "public, max-age=31536000, immutable");
+            CHECK_TEXT(test_reply_header(&reply, "Vary"), "Accept-Encoding");
+            const char *coding = test_reply_header(&reply, "Content-Encoding");
+            int packed = k == 1 && file[i].packed;
+            CHECK_INT(coding && !strcmp(coding, "gzip"), packed);
+            CHECK_INT(reply.body_bytes > 2 && !memcmp(reply.body, "\x1f\x8b", 2), packed);
+            if (!k) plain = reply.body_bytes;
+            CHECK(packed ? reply.body_bytes < plain : reply.body_bytes == plain);
+            test_reply_clear(&reply);
+        }
+    }
+    test_server_stop(&server);
+}
+
+TEST(a_file_of_the_page_that_the_browser_has_is_not_sent_again) {
+    struct test_reply reply;
+    struct test_server *server = test_server_start(NULL);
+    char page[64], path[2][160], headers[160];
+    REQUIRE(server != NULL);
+    page_of(server, "/docs", page);
+    snprintf(path[0], sizeof path[0], "/");
+    snprintf(path[1], sizeof path[1], "%s/lib/uplot.js", page);
+    for (int i = 0; i < 2; i++) {
+        CHECK_INT(test_request(server, &reply, "GET", path[i], "", NULL), 200);
+        const char *etag = test_reply_header(&reply, "ETag");
+        snprintf(headers, sizeof headers, "If-None-Match: %.100s\r\n", etag ? etag : "");
+        test_reply_clear(&reply);
+        CHECK_INT(test_request(server, &reply, "GET", path[i], headers, NULL), 304);
+        CHECK_INT((long long)reply.body_bytes, 0);
+        CHECK(test_reply_header(&reply, "ETag") != NULL);
+        test_reply_clear(&reply);
+    }
+    test_server_stop(&server);
+}
+
+TEST(what_is_no_file_of_the_page_is_not_found) {
+    static const char *const rest[] = {"",
+                                       "/",
+                                       "/nothing",
+                                       "/lib",
+                                       "/lib/",
+                                       "/lib/../index.html",
+                                       "/index.html",
+                                       "/docs.html",
+                                       "/package.json",
+                                       "/lib/uplot.js/",
+                                       "//lib/uplot.js"};
+    struct test_reply reply;
+    struct test_server *server = test_server_start(NULL);
+    char page[64], path[160];
+    REQUIRE(server != NULL);
+    page_of(server, "/", page);
+    for (size_t i = 0; i < sizeof rest / sizeof *rest; i++) {
+        snprintf(path, sizeof path, "%s%s", page, rest[i]);
+        test_request(server, &reply, "GET", path, "", NULL);
+        if (reply.status != 404) printf("  %s\n", path);
+        ask_problem(&reply, 404, NULL);
+        test_reply_clear(&reply);
+    }
+    /* the files of another build are not this one's */
+    page[8] = page[8] == '0' ? '1' : '0';
+    snprintf(path, sizeof path, "%s/lib/uplot.js", page);
+    test_request(server, &reply, "GET", path, "", NULL);
+    ask_problem(&reply, 404, NULL);
+    test_reply_clear(&reply);
+    test_server_stop(&server);
+}
