@@ -62,6 +62,10 @@ def worker_stopped(house):
     house.note("refused", int(worker.metric('pendulumd_job_parts_total{end="lost"}') - lost))
 
 
+def in_one_part(house):
+    house.part = "3600"
+
+
 def poison(house):
     """A part that ends its workers three times is given up, and says so; other jobs stand."""
     other = house.submit("walk")

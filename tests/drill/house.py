@@ -16,7 +16,7 @@ import time
 from places import die_with_parent
 
 LEASE = 0.5  # s: the shortest that the daemon takes
-PART = "0.03"
+PART = "0.03"  # s of computation in a part
 DOUBLE = '"pendulum":{"length":[1,1],"mass":[1,1],"parent":[0,1]}'
 FOUR = '"pendulum":{"L":[2,1.5,0.75,1.25],"m":[1,1,1,0.1],"S":[[1,0,0,0],[1,1,0,0],[1,1,1,0],[1,1,0,1]]}'
 OCTETS = "application/octet-stream"
@@ -84,12 +84,12 @@ class House:
         self.daemons, self.turn, self.keys = [], itertools.count(), itertools.count()
         self.accepted, self.notes = {}, {}
         self.lost, self.wrong = [], []
-        self.url = {}  # of roles that reach the store another way
+        self.url, self.part = {}, PART  # url: of roles that reach the store another way
 
     # --- daemons
 
     def start(self, role, *options, environment=None):
-        options = ("--job-part-seconds", PART, "--job-lease-seconds", str(LEASE), *options)
+        options = ("--job-part-seconds", self.part, "--job-lease-seconds", str(LEASE), *options)
         self.daemons.append(Daemon(self.build, self.url.get(role, self.place.url), role, self.directory, options, environment))
         return self.daemons[-1]
 
