@@ -130,7 +130,7 @@ drill: build $(B)/tests/drill/clock.so ## kills, stops, cuts, full disks and wro
 	@/usr/bin/python3 -B tests/drill/drill.py $(B) --rounds $(ROUNDS) $(T)
 ROUNDS ?= 50
 
-load: build $(B)/tests/bench/service/service $(B)/tests/load/client ## the daemon under load beside its peers, in ten minutes (T=part-of-a-line; installs wrk, nginx, Node.js)
+load: build $(B)/tests/bench/service/service $(B)/tests/bench/jobs/engine $(B)/tests/load/client ## the daemon under load beside its peers, in ten minutes (T=part-of-a-line; installs wrk, nginx, Node.js)
 	@docker/install.sh load
 	@/usr/bin/python3 -B tests/load/load.py $(B) $(T)
 
@@ -246,6 +246,10 @@ $(B)/tests/bench/run: $(call objects,tests/bench) $(API) $(B)/libpendulum.a $(B)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
 $(B)/tests/bench/service/service: $(call objects,tests/bench/service) $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
+
+$(B)/tests/bench/jobs/engine: $(call objects,tests/bench/jobs) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
