@@ -162,6 +162,12 @@ int srv_queue_waiting(const struct srv_queue *queue, int level) {
     return atomic_load_explicit(&queue->at[level], memory_order_relaxed);
 }
 
+int srv_queue_shorter(const struct srv_queue *queue, int level) {
+    int shorter = 0;
+    while (level-- > 0) shorter |= srv_queue_waiting(queue, level) > 0;
+    return shorter;
+}
+
 void srv_queue_close(struct srv_queue *queue) {
     pthread_mutex_lock(&queue->lock);
     queue->closed = 1;

@@ -5,6 +5,7 @@
 
 #include "api/openapi.h"
 #include "server/admission.h"
+#include "server/answer.h"
 #include "server/assets.h"
 #include "server/compute.h"
 #include "server/job_results.h"
@@ -204,7 +205,7 @@ int srv_router_begin(struct srv_exchange *exchange) {
         route->handle(exchange);
         return 1;
     }
-    return !route->begin && !srv_jobs_wanted(exchange) && srv_compute_cached(exchange);
+    return !route->begin && !srv_jobs_wanted(exchange) && srv_answer_cached(exchange);
 }
 
 void srv_router_hand(struct srv_exchange *exchange) {

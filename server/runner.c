@@ -272,6 +272,14 @@ static enum api_op_id runner_op(const char *name) {
     return (enum api_op_id)op;
 }
 
+/* between two pieces of a part: does anybody wait for an answer? */
+static int slot_hurry(void *company) {
+    const struct runner_slot *slot = company;
+    struct srv_service *service = slot->runner->service;
+    srv_intake_look(&service->intake);
+    return srv_queue_shorter(service->queue, slot->task.level);
+}
+
 /* makes the part ready */
 static enum pend_status slot_begin(struct runner_slot *slot, struct pend_error *error) {
     struct srv_service *service = slot->runner->service;
@@ -284,6 +292,7 @@ static enum pend_status slot_begin(struct runner_slot *slot, struct pend_error *
                          slot->lease.operation);
     PEND_TRY(api_part_new(&slot->part, &request, &service->job_limits, slot->lease.shard, slot->lease.shards, error));
     api_part_clock(slot->part, srv_clock_seconds, NULL);
+    api_part_hurry(slot->part, slot_hurry, slot);
     if (!slot->lease.start) return PEND_OK;
     return api_part_resume(slot->part, slot->lease.start, slot->lease.start_bytes, error);
 }

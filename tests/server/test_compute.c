@@ -1,10 +1,12 @@
 #include "server/compute.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "api/call.h"
 #include "server/admission.h"
+#include "server/payload.h"
 #include "server/router.h"
 #include "server/workers.h"
 #include "tests/harness/server.h"
@@ -158,6 +160,10 @@ TEST(a_computation_that_outruns_its_time_says_so) {
     srv_workers_free(&workers);
     CHECK_INT(exchange.status, 503);
     CHECK(exchange.bytes && strstr(exchange.data, "max-compute-seconds"));
+    const char *again = NULL;
+    for (int i = 0; i < exchange.payload->headers; i++)
+        if (!strcmp(exchange.payload->header[i].name, "Retry-After")) again = exchange.payload->header[i].value;
+    CHECK(again && atoi(again) > 0);
     srv_exchange_clear(&exchange);
     live_service_clear(&service);
 }

@@ -20,6 +20,7 @@ TEST(a_lane_is_first_in_first_out_and_the_queue_is_bounded) {
         CHECK(srv_queue_push(queue, &task[3]) == PEND_LIMIT && !task[3].queued);
         CHECK_INT(srv_queue_count(queue), 3);
         CHECK(srv_queue_waiting(queue, 0) == 3 && !srv_queue_waiting(queue, 1));
+        CHECK(!srv_queue_shorter(queue, 0) && srv_queue_shorter(queue, 1) && srv_queue_shorter(queue, 3));
         CHECK(srv_queue_valid(queue));
         for (int i = 0; i < 3; i++) CHECK(srv_queue_pop(queue) == &task[i]);
         CHECK(srv_queue_valid(queue) && srv_queue_count(queue) == 0);
