@@ -36,4 +36,10 @@ LANES_INLINE double kernel_unit(double mass) {
     return mass;
 }
 
+LANES_INLINE wide wide_load(const double *from) {
+    wide x;
+    memcpy(&x, from, sizeof x);
+    return x;
+}
+
 #endif

@@ -25,12 +25,6 @@ struct tip {
     double radial, yield, lean, side;
 };
 
-LANES_INLINE wide wide_load(const double *from) {
-    wide x;
-    memcpy(&x, from, sizeof x);
-    return x;
-}
-
 /* the first `count` numbers of a vector; the others are 1 */
 LANES_INLINE wide wide_load_some(const double *from, int count) {
 #if defined(__AVX512F__)
@@ -82,9 +76,9 @@ static void block_prepare(struct block *block, const struct pend_tree *tree, con
 
 /* the sweep from the leaves to the root */
 struct climb {
-    struct sums now; /* of the joint to which the arm before belongs */
+    struct sums now;                  /* of the joint to which the arm before belongs */
     struct sums stack[WAITING], *top; /* joints that wait for more children */
-    double unit, eff; /* eff: the largest S */
+    double unit, eff;                 /* eff: the largest S */
 };
 
 LANES_INLINE struct sums sums_first(double S, double f, double C, double Z) {
