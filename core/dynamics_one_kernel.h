@@ -136,8 +136,8 @@ LANES_INLINE void block_up(const struct turns *turns, const struct pend_tree *tr
 struct descent {
     struct tip now, stack[WAITING], *top;
     const struct joint *joint; /* one past the next */
-    double unit, inverse_unit;
-    wide force, radial, yield, spin, poison; /* as struct lanes_peaks */
+    double unit, inverse_unit, yield;
+    wide force, radial, spin, poison; /* as struct lanes_peaks */
 };
 
 /* the acceleration of a tip along its arm, from that of the arm's base */
@@ -145,10 +145,9 @@ LANES_INLINE double tip_radial(const struct tip *base, double C, double Z, doubl
     return fma1(fma1(-Z, base->lean, C), base->radial, -fma1(Z, base->side, w));
 }
 
-/* Of the arms of a block: accelerations along them, and across with the sign turned, l phi'', scaled lambda; 0 for the
- * places behind the last. */
+/* Of the arms of a block: accelerations along them, l phi'', scaled lambda; 0 for the places behind the last. */
 struct values {
-    double radial[DYNAMICS_BLOCK], yield[DYNAMICS_BLOCK], bend[DYNAMICS_BLOCK], tension[DYNAMICS_BLOCK];
+    double radial[DYNAMICS_BLOCK], bend[DYNAMICS_BLOCK], tension[DYNAMICS_BLOCK];
 };
 
 /* the arms of a block from the first to the last */
@@ -158,7 +157,7 @@ LANES_INLINE void block_down(const struct turns *turns, const struct pend_tree *
     const double *mass = tree->mass + begin;
     struct tip now = descent->now, *top = descent->top;
     const struct joint *joint = descent->joint;
-    double unit = descent->unit;
+    double unit = descent->unit, largest = descent->yield;
     for (int i = 0; i < count; i++) {
         unsigned how = kin[i];
         if (!(how & PEND_KIN_FIRST)) {
@@ -166,23 +165,24 @@ LANES_INLINE void block_down(const struct turns *turns, const struct pend_tree *
             if (how & PEND_KIN_LAST) top--;
         }
         double C = turns->cosine[i], Z = turns->sine[i], radial = tip_radial(&now, C, Z, turns->spin[i]);
-        double across = fma1(C, now.yield, Z * now.radial), yield = 0, tension;
+        double bend = fma1(C, now.yield, Z * now.radial), tension;
         if (how & PEND_KIN_LEAF) {
             tension = unit * mass[i] * radial;
         } else {
             joint--;
-            yield = fma1(joint->lean, radial, joint->side);
+            double yield = fma1(joint->lean, radial, joint->side);
             tension = fma1(joint->eff, radial, joint->held);
+            bend -= yield;
+            largest = fabs(yield) > largest ? fabs(yield) : largest;
             now = (struct tip){radial, yield, joint->lean, joint->side};
             if (how & PEND_KIN_FORK) *++top = now;
         }
         values->radial[i] = radial;
-        values->yield[i] = yield;
-        values->bend[i] = across - yield;
+        values->bend[i] = bend;
         values->tension[i] = tension;
     }
-    for (int i = count; i % WIDE; i++) values->radial[i] = values->yield[i] = values->bend[i] = values->tension[i] = 0;
-    descent->now = now, descent->top = top, descent->joint = joint;
+    for (int i = count; i % WIDE; i++) values->radial[i] = values->bend[i] = values->tension[i] = 0;
+    descent->now = now, descent->top = top, descent->joint = joint, descent->yield = largest;
 }
 
 /* phi'' and lambda of some arms of a block */
@@ -193,7 +193,6 @@ LANES_INLINE void block_values(const struct turns *turns, const struct values *v
     *force = tension * descent->inverse_unit;
     descent->force = WIDE_(peak)(tension, descent->force);
     descent->radial = WIDE_(peak)(WIDE_(get)(values->radial + i), descent->radial);
-    descent->yield = WIDE_(peak)(WIDE_(get)(values->yield + i), descent->yield);
     descent->spin = WIDE_(max)(WIDE_(get)(turns->spin + i), descent->spin);
     descent->poison = WIDE_(fma)(*acc, WIDE_(of)(0), descent->poison);
 }
@@ -290,7 +289,8 @@ static int kernel_blocks(const struct pend_tree *tree, double gravity, const dou
     descent.now = (struct tip){0, -gravity, 0, -gravity};
     descent.top = descent.stack, descent.joint = climb.joint;
     descent.unit = climb.unit, descent.inverse_unit = 1 / climb.unit;
-    descent.force = descent.yield = descent.spin = descent.poison = WIDE_(of)(0);
+    descent.yield = 0;
+    descent.force = descent.spin = descent.poison = WIDE_(of)(0);
     descent.radial = WIDE_(of)(fabs(gravity));
     for (int b = 0; b < one.blocks; b++) {
         const struct turns *turns = one_turns(&one, b, 1, &begin, &count);
@@ -300,7 +300,7 @@ static int kernel_blocks(const struct pend_tree *tree, double gravity, const dou
     for (int i = 0; i < WIDE; i++) poison += descent.poison[i];
     if (!(poison == 0 && most < INFINITY)) return 0;
     // no load is above this bound, which is most often enough
-    double far = wide_most(descent.radial) + wide_most(descent.yield) + spin;
+    double far = wide_most(descent.radial) + descent.yield + spin;
     return climb.eff * (far + spin) <= most || one_load(&one, climb.joint, gravity, climb.unit) <= most;
 }
 
