@@ -66,7 +66,7 @@ static wide lanes_up(const struct pend_tree *tree, double unit, const double phi
         if (k >= LANES_AHEAD) lanes_prepare(tree, phi, rate, &arm[k - LANES_AHEAD], k - LANES_AHEAD);
         unsigned how = tree->kin[k];
         struct lanes_arm *a = &arm[k];
-        wide m = WIDE_(of)(unit * tree->mass[k]), S, f, C = a->cosine, Z = a->sine;
+        wide m = unit * WIDE_(of)(tree->mass[k]), S, f, C = a->cosine, Z = a->sine;
         if (!(how & PEND_KIN_LEAF)) {
             wide inv = 1.0 / (m + now.q), h = WIDE_(fma)(m, now.b, now.lift) * inv;
             S = WIDE_(fma)(WIDE_(fma)(m, now.p, now.area), inv, m);
