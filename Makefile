@@ -156,8 +156,8 @@ FUZZ_SECONDS ?= 30
 valgrind: ## the quick tests, and the server, under valgrind
 	@$(CHECK) ONLY='valgrind-%'; $(COUNT)
 
-rules: ## the rooms' include rules, documents compared with code, replies with the OpenAPI document
-	@$(CHECK) ONLY='layers docs replies readback equations nginx deploy layout openapi'; $(COUNT)
+rules: ## the rooms' include rules, documents compared with code, replies with the OpenAPI document, instructions counted
+	@$(CHECK) ONLY='layers docs replies readback equations nginx deploy layout openapi instructions'; $(COUNT)
 
 lint: ## clang's warnings, layout and spectral; installs clang and clang-format
 	@docker/install.sh build lint
@@ -275,9 +275,13 @@ $(B)/tests/bench/trajectories/run: $(call objects,tests/bench/trajectories) $(B)
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS) $(SUNDIALS) -ldl
 
-$(B)/tests/bench/dynamics/run: $(call objects,tests/bench/dynamics) $(B)/libpendulum.a $(B)/parts
+$(B)/tests/bench/dynamics/run: $(call objects,tests/bench/dynamics) $(B)/tests/harness/quad.o $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
-	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS) -ldl
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS) $(QUADMATH) -ldl
+
+$(B)/tests/bench/instructions/run: $(call objects,tests/bench/instructions) $(B)/libpendulum.a $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
 $(B)/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(API) $(B)/libpendulum.a
 	$(call say,link,$@)
