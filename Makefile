@@ -94,7 +94,7 @@ install: build ## into DESTDIR PREFIX (/usr/local): server, library with headers
 	install -m 644 $(PUBLIC:%=core/%.h) $(DESTDIR)$(PREFIX)/include/pendulum/core
 	sed 's|@PREFIX@|$(PREFIX)|' docker/pendulumd.service > $(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service
 PREFIX ?= /usr/local
-PUBLIC := status tree dynamics motion reference shapes modes method run isa member ensemble extended trust
+PUBLIC := status tree dynamics motion reference shapes modes method run isa member ensemble extended trust lyapunov
 
 uninstall: ## takes away what install put there
 	rm -rf $(addprefix $(DESTDIR)$(PREFIX)/,bin/pendulumd lib/libpendulum.a include/pendulum lib/systemd/system/pendulumd.service)
@@ -130,7 +130,7 @@ drill: build $(B)/tests/drill/clock.so ## kills, stops, cuts, full disks and wro
 	@/usr/bin/python3 -B tests/drill/drill.py $(B) --rounds $(ROUNDS) $(T)
 ROUNDS ?= 50
 
-load: build $(B)/tests/bench/service/service $(B)/tests/load/client ## the daemon under load beside its peers, in ten minutes (T=part-of-a-line; installs wrk, nginx, Node.js)
+load: build $(B)/tests/bench/service/service $(B)/tests/bench/jobs/engine $(B)/tests/load/client ## the daemon under load beside its peers, in ten minutes (T=part-of-a-line; installs wrk, nginx, Node.js)
 	@docker/install.sh load
 	@/usr/bin/python3 -B tests/load/load.py $(B) $(T)
 
@@ -156,8 +156,8 @@ FUZZ_SECONDS ?= 30
 valgrind: ## the quick tests, and the server, under valgrind
 	@$(CHECK) ONLY='valgrind-%'; $(COUNT)
 
-rules: ## the rooms' include rules, documents compared with code, replies with the OpenAPI document
-	@$(CHECK) ONLY='layers docs replies readback equations nginx deploy layout openapi'; $(COUNT)
+rules: ## the rooms' include rules, documents compared with code, replies with the OpenAPI document, instructions counted
+	@$(CHECK) ONLY='layers docs replies readback equations nginx deploy layout openapi instructions'; $(COUNT)
 
 lint: ## clang's warnings, layout and spectral; installs clang and clang-format
 	@docker/install.sh build lint
@@ -249,6 +249,10 @@ $(B)/tests/bench/service/service: $(call objects,tests/bench/service) $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
+$(B)/tests/bench/jobs/engine: $(call objects,tests/bench/jobs) $(B)/libpendulum.a $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
+
 $(B)/tests/load/client: $(call objects,tests/load) $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^)
@@ -271,9 +275,13 @@ $(B)/tests/bench/trajectories/run: $(call objects,tests/bench/trajectories) $(B)
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS) $(SUNDIALS) -ldl
 
-$(B)/tests/bench/dynamics/run: $(call objects,tests/bench/dynamics) $(B)/libpendulum.a $(B)/parts
+$(B)/tests/bench/dynamics/run: $(call objects,tests/bench/dynamics) $(B)/tests/harness/quad.o $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
-	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS) -ldl
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS) $(QUADMATH) -ldl
+
+$(B)/tests/bench/instructions/run: $(call objects,tests/bench/instructions) $(B)/libpendulum.a $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
 $(B)/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(API) $(B)/libpendulum.a
 	$(call say,link,$@)

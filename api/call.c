@@ -29,8 +29,8 @@ struct api_call {
     int fetched;                 /* all of it was */
     int ranged;                  /* not all of it is wanted, but `range` */
     struct api_range range;
-    long long position;          /* bytes of the answer that were passed over or handed out */
-    struct api_buffer whole;     /* what was written of the whole, on its way to the range */
+    long long position;      /* bytes of the answer that were passed over or handed out */
+    struct api_buffer whole; /* what was written of the whole, on its way to the range */
     struct api_problem problem;
     double seconds; /* of the turns so far */
     long steps;

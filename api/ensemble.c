@@ -235,9 +235,12 @@ static int shard_deliver(void *context, long i, const struct pend_outcome *outco
     }
     struct pend_member start = {shard->start, shard->start + n, shard->start + 2 * n, shard->start + 3 * n,
                                 e->tree.gravity};
-    memcpy(start.length, tree->len, n * sizeof(double));
-    memcpy(start.mass, tree->mass, n * sizeof(double));
-    api_members_fill(&e->members, tree->n, i, &start);
+    /* drawn again, where it is told */
+    if (e->seen.wanted & (1u << API_SEE_START | 1u << API_SEE_PARAMETERS)) {
+        memcpy(start.length, tree->len, n * sizeof(double));
+        memcpy(start.mass, tree->mass, n * sizeof(double));
+        api_members_fill(&e->members, tree->n, i, &start);
+    }
     api_observables_write(&e->seen, tree, i, &start, outcome, shard_row(shard, i, 0));
     return 0;
 }

@@ -39,9 +39,11 @@ void api_reading_check_size(const struct api_reading *reading, const struct api_
 }
 
 static const struct api_op *const ops[API_OP_COUNT] = {
-    [API_OP_TREES] = &api_op_trees,   [API_OP_TRAJECTORIES] = &api_op_trajectories, [API_OP_FORCES] = &api_op_forces,
-    [API_OP_MODES] = &api_op_modes,   [API_OP_ENSEMBLES] = &api_op_ensembles,       [API_OP_PRESETS] = &api_op_presets,
-    [API_OP_PRESET] = &api_op_preset, [API_OP_EQUATIONS] = &api_op_equations,
+    [API_OP_TREES] = &api_op_trees,         [API_OP_TRAJECTORIES] = &api_op_trajectories,
+    [API_OP_FORCES] = &api_op_forces,       [API_OP_MODES] = &api_op_modes,
+    [API_OP_ENSEMBLES] = &api_op_ensembles, [API_OP_PRESETS] = &api_op_presets,
+    [API_OP_PRESET] = &api_op_preset,       [API_OP_EQUATIONS] = &api_op_equations,
+    [API_OP_LYAPUNOV] = &api_op_lyapunov,
 };
 
 const struct api_op *api_op_at(enum api_op_id id) { return id >= 0 && id < API_OP_COUNT ? ops[id] : NULL; }

@@ -17,6 +17,7 @@ enum api_op_id {
     API_OP_MODES,
     API_OP_ENSEMBLES,
     API_OP_EQUATIONS,
+    API_OP_LYAPUNOV,
     API_OP_PRESETS,
     API_OP_PRESET,
     API_OP_COUNT
@@ -97,7 +98,7 @@ struct api_op {
 };
 
 extern const struct api_op api_op_trees, api_op_trajectories, api_op_forces, api_op_modes, api_op_ensembles,
-    api_op_equations, api_op_presets, api_op_preset;
+    api_op_equations, api_op_lyapunov, api_op_presets, api_op_preset;
 
 /**
  * Faults an answer that is held in memory and would be larger than max-answer-bytes.

@@ -193,7 +193,7 @@ static enum pend_status gsl_stepper_open_msadams(void **stepper, const struct pe
     return gsl_stepper_open(stepper, problem, error, gsl_odeiv2_step_msadams, 1);
 }
 
-#define GSL_STEPPER(name_, carry_, summary_)                                                                                   \
+#define GSL_STEPPER(name_, carry_, summary_)                                                                           \
     const struct pend_method pend_method_##name_ = {                                                                   \
         .name = #name_,                                                                                                \
         .summary = summary_,                                                                                           \
@@ -212,8 +212,10 @@ static enum pend_status gsl_stepper_open_msadams(void **stepper, const struct pe
         .close = gsl_stepper_close,                                                                                    \
     }
 
-GSL_STEPPER(rkf45, gsl_stepper_carry, "Runge-Kutta-Fehlberg 4(5) of the GNU Scientific Library; every wanted instant ends a step.");
-GSL_STEPPER(rk8pd, gsl_stepper_carry, "Runge-Kutta-Prince-Dormand 8(9) of the GNU Scientific Library; every wanted instant ends a step.");
+GSL_STEPPER(rkf45, gsl_stepper_carry,
+            "Runge-Kutta-Fehlberg 4(5) of the GNU Scientific Library; every wanted instant ends a step.");
+GSL_STEPPER(rk8pd, gsl_stepper_carry,
+            "Runge-Kutta-Prince-Dormand 8(9) of the GNU Scientific Library; every wanted instant ends a step.");
 /* the history of the multistep method is out of reach: such a run is never cut */
 GSL_STEPPER(msadams, NULL,
             "Adams multistep of variable order 1 to 12 of the GNU Scientific Library; every wanted instant ends a "

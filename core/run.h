@@ -62,7 +62,8 @@ int pend_run_carries(const struct pend_method *method);
 
 /**
  * Shows a tape all that a run has in hand between two calls of pend_run_next; where the tape puts it back, into a run
- * that was just made of the same problem, that one hands out what this one would have, bit for bit. Not after a failure.
+ * that was just made of the same problem, that one hands out what this one would have, bit for bit. Not after a
+ * failure.
  *
  * method  of which pend_run_carries.
  *

@@ -19,6 +19,4 @@ void pend_tape_row(struct pend_tape *tape, double row[], size_t count) {
 
 int pend_tape_puts(const struct pend_tape *tape) { return tape->way == PEND_TAPE_PUT; }
 
-int pend_tape_whole(const struct pend_tape *tape) {
-    return tape->way != PEND_TAPE_COUNT && tape->used == tape->bytes;
-}
+int pend_tape_whole(const struct pend_tape *tape) { return tape->way != PEND_TAPE_COUNT && tape->used == tape->bytes; }

@@ -1,7 +1,6 @@
-/* What a computation has in hand, as bytes: a tape is shown every part of it in a fixed order and takes it down, puts it
- * back, or only counts.
- * Leaves to others: which parts there are (the owners' `carry`), where the bytes are kept (server).
- * Invariant: one function shows the parts for all three, so that what is taken down is what is put back. */
+/* What a computation has in hand, as bytes: a tape is shown every part of it in a fixed order and takes it down, puts
+ * it back, or only counts. Leaves to others: which parts there are (the owners' `carry`), where the bytes are kept
+ * (server). Invariant: one function shows the parts for all three, so that what is taken down is what is put back. */
 #ifndef PEND_TAPE_H
 #define PEND_TAPE_H
 

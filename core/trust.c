@@ -92,7 +92,6 @@ enum pend_status pend_trust_carry(struct pend_trust *trust, struct pend_tape *ta
         PEND_TRY(pend_run_carry(trust->run[i], tape));
     }
     int good = trust->compared >= 0;
-    for (int i = 0; i < 2; i++)
-        good = good && trust->compared <= trust->count[i] && trust->count[i] <= trust->cap;
+    for (int i = 0; i < 2; i++) good = good && trust->compared <= trust->count[i] && trust->count[i] <= trust->cap;
     return good ? PEND_OK : PEND_INVALID;
 }

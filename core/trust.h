@@ -39,7 +39,6 @@ PEND_MUST_CHECK enum pend_status pend_trust_next(struct pend_trust *trust, doubl
 /** The last instant up to which every angle was within the tolerance, s: among those compared so far. */
 double pend_trust_until(const struct pend_trust *trust);
 
-
 /** How far both computations are, 0 .. 1. */
 double pend_trust_progress(const struct pend_trust *trust);
 

@@ -36,7 +36,8 @@ struct srv_errand {
 /** An errand for an exchange; NULL, with the exchange answered and gone, where that cannot be. */
 struct srv_errand *srv_errand_begin(struct srv_exchange *exchange);
 
-/** An errand for the job that the path names; NULL, with the exchange answered and gone, where it cannot be one's id. */
+/** An errand for the job that the path names; NULL, with the exchange answered and gone, where it cannot be one's id.
+ */
 struct srv_errand *srv_errand_begin_one(struct srv_exchange *exchange);
 
 /**

@@ -11,8 +11,8 @@
 #include "server/job_view.h"
 
 enum {
-    EVENTS_LOOK_MS = 500,  /* how often the store is asked without news */
-    EVENTS_LEAST_MS = 40,  /* how long nothing is asked after it was */
+    EVENTS_LOOK_MS = 500, /* how often the store is asked without news */
+    EVENTS_LEAST_MS = 40, /* how long nothing is asked after it was */
     EVENTS_TEXT = 8192
 };
 
@@ -20,13 +20,13 @@ enum {
 struct srv_listener {
     struct srv_exchange *exchange;
     struct srv_listener *next;
-    struct srv_job job;       /* as it was seen last */
-    char told[SRV_EVENT_ID];  /* of the event that was sent last; "" = none */
-    int64_t beat_at;          /* ns: when a comment is due */
-    int beat, over;           /* a comment is due; nothing will come any more */
-    int waits;                /* suspended, for the next event */
-    struct api_buffer text;   /* what is being sent */
-    size_t taken;             /* bytes of it that were */
+    struct srv_job job;      /* as it was seen last */
+    char told[SRV_EVENT_ID]; /* of the event that was sent last; "" = none */
+    int64_t beat_at;         /* ns: when a comment is due */
+    int beat, over;          /* a comment is due; nothing will come any more */
+    int waits;               /* suspended, for the next event */
+    struct api_buffer text;  /* what is being sent */
+    size_t taken;            /* bytes of it that were */
 };
 
 /* A question about all jobs that somebody listens to. */

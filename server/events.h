@@ -1,7 +1,7 @@
 /* Who listens to the progress of jobs: streams of server-sent events, and the one thread that looks for what is new.
  * Leaves to others: jobs themselves (store), connections (http), a job as JSON (job_view).
- * Invariant: an open stream holds one event's memory, no worker and no thread; a reader that is slow misses steps, never
- * the last word. */
+ * Invariant: an open stream holds one event's memory, no worker and no thread; a reader that is slow misses steps,
+ * never the last word. */
 #ifndef SRV_EVENTS_H
 #define SRV_EVENTS_H
 

@@ -92,13 +92,13 @@ struct srv_exchange {
     /* being computed; compute's, under its lock */
     struct srv_work *work;            /* that computes the answer, NULL before and after */
     struct srv_exchange *next_beside; /* that waits for the same */
-    struct srv_work *stream;   /* that the answer's body is read from, piece by piece; NULL for one that is whole */
-    int streams;               /* the answer is a stream, even where that is gone */
+    struct srv_work *stream;       /* that the answer's body is read from, piece by piece; NULL for one that is whole */
+    int streams;                   /* the answer is a stream, even where that is gone */
     struct srv_listener *listener; /* of a stream of events; events', under its lock */
     int listens;                   /* the answer is one, even where the listener is gone */
-    struct srv_source *source; /* the answer is taken from there; NULL = it is computed */
-    int apart;                 /* its bytes do not say what is answered: it is not looked up, nor kept, by them */
-    int stop;                  /* enum srv_stop: why it is not waited for any more */
+    struct srv_source *source;     /* the answer is taken from there; NULL = it is computed */
+    int apart;                     /* its bytes do not say what is answered: it is not looked up, nor kept, by them */
+    int stop;                      /* enum srv_stop: why it is not waited for any more */
 
     /* the answer */
     int status; /* 0 until it is known */

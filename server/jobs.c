@@ -267,8 +267,8 @@ static int jobs_ended(struct srv_errand *errand) {
 static void jobs_listen(struct srv_errand *errand) {
     struct srv_exchange *exchange = errand->exchange;
     int own, most = (int)errand->service->config.event_streams;
-    enum pend_status status = srv_events_open(errand->service->events, exchange, &errand->job,
-                                              exchange->field[SRV_LAST_EVENT_ID], &own);
+    enum pend_status status =
+        srv_events_open(errand->service->events, exchange, &errand->job, exchange->field[SRV_LAST_EVENT_ID], &own);
     if (status == PEND_NO_MEMORY) {
         srv_exchange_busy(exchange, 1, "out of memory");
     } else if (status != PEND_OK && own) {

@@ -48,8 +48,7 @@ static enum pend_status parts_storage(struct srv_service *service, struct pend_e
     char url[SRV_CONFIG_TEXT];
     struct pend_error why = {.text = ""};
     PEND_TRY(srv_state_url(config->store, url, error));
-    enum pend_status status =
-        srv_storage_new(&service->storage, url, &rules, service->log, parts_news, service, &why);
+    enum pend_status status = srv_storage_new(&service->storage, url, &rules, service->log, parts_news, service, &why);
     return status == PEND_OK ? status : pend_fail(error, status, -1, 0, "the store: %.220s", why.text);
 }
 

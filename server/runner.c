@@ -54,7 +54,7 @@ struct runner_slot {
     size_t request_bytes;
     struct api_part *part;
     struct api_buffer out, carry; /* what is kept of it, and what the next part of a chain begins with */
-    int64_t spent; /* ns of computation */
+    int64_t spent;                /* ns of computation */
     char message[SRV_MESSAGE_BYTES];
 };
 

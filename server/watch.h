@@ -18,10 +18,10 @@ enum {
 
 /* What a connection is doing. */
 enum srv_watch_phase {
-    SRV_WATCH_IDLE,     /* no request is under way: ends at the deadline */
-    SRV_WATCH_READING,  /* a request comes in: must be there at the deadline, else 408 and the end */
-    SRV_WATCH_WAITING,  /* a request is being computed: nobody else sees when the client goes away */
-    SRV_WATCH_SENDING,  /* an answer goes out: must be taken at the deadline, else the end */
+    SRV_WATCH_IDLE,      /* no request is under way: ends at the deadline */
+    SRV_WATCH_READING,   /* a request comes in: must be there at the deadline, else 408 and the end */
+    SRV_WATCH_WAITING,   /* a request is being computed: nobody else sees when the client goes away */
+    SRV_WATCH_SENDING,   /* an answer goes out: must be taken at the deadline, else the end */
     SRV_WATCH_STREAMING, /* the same, of an answer that is computed meanwhile */
     SRV_WATCH_LISTENING  /* a client waits for news, for long: looked at now and then */
 };

@@ -32,11 +32,11 @@ function groupsOf(reader) {
   for (const tag of tags) {
     const found = Object.entries(paths).flatMap(([path, item]) => METHODS.filter((method) => item[method]?.tags?.includes(tag.name))
       .map((method) => ({ path, method, operation: item[method] })));
-    const intro = entry(`tag-${tag.name}`, null, h("section", { class: "tag" }, heading("h2", title(tag.name), `tag-${tag.name}`), ...markdown(tag.description ?? "")));
+    const intro = entry(`tag-${tag.name}`, null, h("section", { class: "doc-tag" }, heading("h2", title(tag.name), `tag-${tag.name}`), ...markdown(tag.description ?? "")));
     groups.push({ title: title(tag.name), entries: [intro, ...found.map((one) => entry(one.operation.operationId, summaryOf(one), article(one, reader, heading)))] });
   }
   const schemas = Object.entries(components.schemas ?? {}).map(([name, schema]) => entry(`schema-${name}`, name,
-    h("section", { class: "schema" }, heading("h3", name, `schema-${name}`), ...fieldsOf(schema, reader))));
+    h("section", { class: "doc-schema" }, heading("h3", name, `schema-${name}`), ...fieldsOf(schema, reader))));
   const intro = entry("schemas", null, h("section", {}, heading("h2", "Schemas", "schemas"), h("p", {}, "What the bodies of requests and answers are made of.")));
   groups.push({ title: "Schemas", entries: [intro, ...schemas] });
   return groups;
@@ -51,7 +51,7 @@ function entry(id, label, element) {
 
 /** A heading that leads to itself. */
 function heading(tag, text, id, ...more) {
-  return h(tag, {}, ...(more.length ? more : [text]), h("a", { class: "anchor", href: `#${id}`, "aria-label": `Link to ${text}` }, "#"));
+  return h(tag, {}, ...(more.length ? more : [text]), h("a", { class: "doc-anchor", href: `#${id}`, "aria-label": `Link to ${text}` }, "#"));
 }
 
 /** The contents; returns {element, show(entry, found)}. */
@@ -77,7 +77,7 @@ function contentsOf(groups) {
 function search(groups, contents) {
   const entries = groups.flatMap((group) => group.entries);
   const texts = new Map(entries.map((one) => [one.id, one.element.textContent.toLowerCase()]));
-  const said = h("span", { class: "found", role: "status", "aria-live": "polite" });
+  const said = h("span", { class: "doc-found", role: "status", "aria-live": "polite" });
   const field = h("input", { type: "search", placeholder: "Search", "aria-label": "Search the reference", "aria-keyshortcuts": "/", spellcheck: "false", on: { input: find, keydown: leave } });
 
   function find() {
@@ -106,7 +106,7 @@ function search(groups, contents) {
     event.preventDefault();
     field.focus();
   });
-  return { element: h("div", { class: "search" }, field, said), clear: () => { field.value = ""; find(); } };
+  return { element: h("div", { class: "doc-search" }, field, said), clear: () => { field.value = ""; find(); } };
 }
 
 /** Marks in the contents what is being read. */

@@ -28,7 +28,7 @@ export function mountHeader(element, app) {
   const redo = iconButton("redo", text("redo"), () => app.redo(), { "data-act": "redo" });
   const shade = iconButton("dark", text("theme"), () => theme.toggle(), { "data-act": "theme" });
   const tongue = h("select", { class: "tongue", "aria-label": text("language"), on: { change: () => app.speak(tongue.value) } },
-    ...LANGUAGES.map((name) => h("option", { value: name, selected: name === text.language }, text(`language.${name}`))));
+    ...LANGUAGES.map((name) => h("option", { value: name, selected: name === text.language, title: text(`language.${name}`) }, name.toUpperCase())));
   const title = h("p", { class: "title" });
   element.append(h("h1", {}, text("name")), title, h("div", { class: "tools" },
     h("button", { type: "button", class: "button", "data-act": "new", on: { click: () => app.edits.begin() } }, text("new")),

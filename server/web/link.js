@@ -7,6 +7,7 @@ import { fromRequest, request } from "./state.js";
 import { order } from "./tree.js";
 
 const PALETTES = ["safe", "paper"];
+const MOST_NUMBERS = 1e7; // of one column of a motion: what a page can hold
 
 /** {title, request, view} of a document, as /v1/scenes takes it. */
 export function sceneOf(doc) {
@@ -39,7 +40,7 @@ function patchOf(scene) {
   const n = length.length;
   const carriers = Array.isArray(parent) && parent.every((k) => Number.isInteger(k) && k >= 0 && k <= n);
   const sound = numbers(length, n) && numbers(mass, n) && carriers && parent.length === n && order(parent).length === n
-    && state(patch.initial, n) && patch.span.stop > 0 && patch.span.step > 0;
+    && state(patch.initial, n) && patch.span.stop > 0 && patch.span.step > 0 && patch.span.stop / patch.span.step * n < MOST_NUMBERS;
   if (!sound) throw new Error("not a scene of this page");
   const ghosts = Array.isArray(scene.view?.ghosts) ? scene.view.ghosts.filter((ghost) => state(ghost, n)).slice(0, 20) : [];
   return { ...patch, title: String(scene.title ?? ""), preset: null, ghosts, view: viewOf(scene.view ?? {}, n) };

@@ -88,8 +88,8 @@ export function createMarks({ store, motion, clock }) {
     /** How many slack moments are marked. */
     count: () => slack,
     follow(what) {
-      if (what === "complete" || what === "stats") draw();
-      else if (what !== "preview") later();
+      if (what === "rows") later();
+      else if (what !== "preview") draw();
     },
     destroy() {
       observer.disconnect();

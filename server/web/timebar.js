@@ -80,7 +80,7 @@ export function mountTimebar(element, app) {
     loop.setAttribute("aria-pressed", doc.view.loop);
     until.defaultValue = text.short(doc.span.stop, 6);
     if (document.activeElement !== until) until.value = until.defaultValue;
-    until.style.width = `${until.defaultValue.length + 2}ch`;
+    until.style.width = `calc(${until.defaultValue.length}ch + 12px)`;
   }
 
   function explain() {

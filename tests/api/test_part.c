@@ -14,7 +14,7 @@ enum { MOST_PARTS = 7 };
 
 /* instants far apart and close together, so that parts end inside a step and between two instants */
 #define TRAJECTORY(how)                                                                                                \
-    "{\"pendulum\":{\"length\":[2,1.5,0.75],\"mass\":[1,1,1],\"parent\":[0,1,1]},\"initial\":{\"phi\":[0.5,1,-1]},"       \
+    "{\"pendulum\":{\"length\":[2,1.5,0.75],\"mass\":[1,1,1],\"parent\":[0,1,1]},\"initial\":{\"phi\":[0.5,1,-1]},"    \
     "\"times\":[0,0.001,0.002,0.003,0.4,0.401,0.402,1.5,1.501,2.9,2.901,2.902,3]," how "}"
 
 /* requests of every kind of answer; the number of parts that each can be cut into is at least `parts` */
@@ -250,10 +250,8 @@ TEST(a_job_is_the_same_whichever_engine_computes_it) {
     struct api_limits limits;
     struct api_plan plan;
     struct api_buffer out;
-    struct api_request request = {.op = API_OP_MODES,
-                                  .content_type = "application/json",
-                                  .body = body,
-                                  .body_bytes = sizeof body - 1};
+    struct api_request request = {
+        .op = API_OP_MODES, .content_type = "application/json", .body = body, .body_bytes = sizeof body - 1};
     api_limits_init(&limits);
     api_buffer_init(&out, 1 << 20);
     CHECK_INT(api_plan_read(&plan, &request, &limits, 1, &out), 0);

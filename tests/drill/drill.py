@@ -30,7 +30,7 @@ FAULTS = {
     "worker-killed": (faults.worker_killed, BOTH, SPLIT, None, None, None),
     "daemon-killed": (faults.daemon_killed, BOTH, ("all",), None, None, None),
     "worker-stopped": (faults.worker_stopped, BOTH, SPLIT, None, None, None),
-    "poison": (faults.poison, BOTH, ("api", "worker"), None, None, None),
+    "poison": (faults.poison, BOTH, ("api", "worker"), faults.in_one_part, None, None),
     "database-restarted": (faults.database_restarted, ("postgres",), SPLIT, None, None, None),
     "connections-cut": (faults.connections_cut, ("postgres",), SPLIT, faults.through_proxies, None, None),
     "doubled": (faults.doubled, BOTH, ("api", "api", "worker"), None, None, None),
@@ -102,7 +102,7 @@ def main():
         right = undisturbed(build, directory)
     print(f"undisturbed: {', '.join(f'{kind} {len(data)} bytes' for kind, data in right.items())}; seed {asked.seed}", flush=True)
     # most of a round is waiting for a lease to end, so drills stand side by side, each in a process of its own
-    with concurrent.futures.ProcessPoolExecutor(max(2, os.cpu_count() or 2)) as pool:
+    with concurrent.futures.ProcessPoolExecutor(2 * (os.cpu_count() or 1)) as pool:
         running = []
         for name, (_, stores, *_) in FAULTS.items():
             for kind in stores:

@@ -16,7 +16,7 @@ import time
 from places import die_with_parent
 
 LEASE = 0.5  # s: the shortest that the daemon takes
-PART = "0.03"
+PART = "0.03"  # s of computation in a part
 DOUBLE = '"pendulum":{"length":[1,1],"mass":[1,1],"parent":[0,1]}'
 FOUR = '"pendulum":{"L":[2,1.5,0.75,1.25],"m":[1,1,1,0.1],"S":[[1,0,0,0],[1,1,0,0],[1,1,1,0],[1,1,0,1]]}'
 OCTETS = "application/octet-stream"
@@ -84,12 +84,12 @@ class House:
         self.daemons, self.turn, self.keys = [], itertools.count(), itertools.count()
         self.accepted, self.notes = {}, {}
         self.lost, self.wrong = [], []
-        self.url = {}  # of roles that reach the store another way
+        self.url, self.part = {}, PART  # url: of roles that reach the store another way
 
     # --- daemons
 
     def start(self, role, *options, environment=None):
-        options = ("--job-part-seconds", PART, "--job-lease-seconds", str(LEASE), *options)
+        options = ("--job-part-seconds", self.part, "--job-lease-seconds", str(LEASE), *options)
         self.daemons.append(Daemon(self.build, self.url.get(role, self.place.url), role, self.directory, options, environment))
         return self.daemons[-1]
 
@@ -109,7 +109,7 @@ class House:
         for daemon in self.daemons:
             if daemon.stopped:
                 daemon.process.send_signal(signal.SIGCONT)
-            if daemon.kill(signal.SIGTERM):
+            if daemon.process.poll() is None and daemon.kill(signal.SIGTERM):
                 self.wrong.append(f"a daemon ended with {daemon.process.returncode}")
         self.daemons = []
 
@@ -118,6 +118,13 @@ class House:
 
     def note(self, what, count=1):
         self.notes[what] = self.notes.get(what, 0) + count
+
+    def all_here(self):
+        """A daemon that nobody killed and that is gone is what no fault may lead to."""
+        for daemon in [daemon for daemon in self.daemons if daemon.process.poll() is not None]:
+            self.wrong.append(f"a {daemon.role} has ended by itself with {daemon.process.returncode}: {daemon.log.read_text()[-300:]}")
+            self.daemons.remove(daemon)
+            self.start(daemon.role)
 
     # --- what is asked
 
@@ -164,6 +171,7 @@ class House:
         while (view := self.look(job)).get("status") not in words and view and time.monotonic() < end:
             if view["status"] not in ("accepted", "running"):
                 break
+            self.all_here()
             time.sleep(0.01)
         return view
 

@@ -4,7 +4,8 @@
 # Invariant: a job that fails, crashes or cannot start is counted as failed and the others go on.
 ROOMS := core laws api server wire fuzz
 ALL := build-release build-asan build-tsan $(foreach room,$(ROOMS),release-$(room) asan-$(room)) tsan-server tsan-wire \
-	valgrind-core valgrind-api valgrind-wire drill layers docs replies examples readback equations nginx deploy layout openapi image
+	valgrind-core valgrind-api valgrind-wire drill \
+	web layers docs replies examples readback equations nginx deploy layout openapi image instructions
 JOBS := $(if $(ONLY),$(filter $(ONLY),$(ALL)),$(ALL))
 job = @tests/harness/job.sh $@
 
@@ -40,10 +41,13 @@ drill: build-release
 	$(job) tests/drill/drill.sh build/release
 layers: build-release
 	$(job) tests/rules/layers.sh build/release
-docs examples readback equations nginx deploy: build-release
+docs examples web readback equations nginx deploy: build-release
 	$(job) tests/rules/$@.sh build/release
 replies: release-wire
 	$(job) tests/rules/replies.sh build/release/tests/wire/replies.ndjson
+instructions: build-release
+	@$(MAKE) --no-print-directory build/release/tests/bench/instructions/run
+	$(job) tests/rules/instructions.sh build/release
 layout openapi image:
 	$(job) tests/rules/$@.sh
 

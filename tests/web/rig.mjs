@@ -3,14 +3,17 @@
 // Invariant: a page that writes an error on its console or asks another host fails its test; what was started is ended.
 
 import { spawn } from "node:child_process";
-import { existsSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
+import { createRequire } from "node:module";
+import { mkdirSync, mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
-import { chromium } from "playwright-core";
 import { servePage } from "./serve.mjs";
 
 export const ROOT = fileURLToPath(new URL("../../", import.meta.url));
+/** require() of the packages in package.json, which lie in build/ (tests/rules/web.sh fetches them). */
+export const fetched = createRequire(join(ROOT, "build/webtest/package.json"));
+const CHROMIUM = process.env.CHROMIUM ?? "/usr/bin/chromium";
 const PROGRAM = process.env.PENDULUMD ?? join(ROOT, "build/release/pendulumd");
 const PICTURES = join(ROOT, "build/check/web");
 const ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
@@ -64,7 +67,7 @@ export async function createRig({ store = false, sources = true, options = [] } 
   const own = !sources && await servesPage(daemon.url);
   const front = own ? null : await servePage(daemon.url);
   const url = own ? daemon.url : front.url;
-  const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: ARGUMENTS });
+  const browser = await fetched("playwright-core").chromium.launch({ executablePath: CHROMIUM, args: ARGUMENTS });
   mkdirSync(PICTURES, { recursive: true });
 
   /** A page of a browser of its own; page.faults lists what went wrong, allow(pattern) is forgiven. */
@@ -97,6 +100,15 @@ export async function createRig({ store = false, sources = true, options = [] } 
   };
 }
 
+/** How many times slower a program runs here and now than it would alone: 1 on a quiet machine. */
+export function crowd() {
+  const begun = performance.now();
+  const used = process.cpuUsage();
+  let more = { user: 0, system: 0 };
+  while (more.user + more.system < 25000) more = process.cpuUsage(used);
+  return Math.max(1, (performance.now() - begun) * 1000 / (more.user + more.system));
+}
+
 /** Waits until the page has a whole motion. */
 export const moving = (page) => page.waitForFunction(() => window.pendulumd?.motion.complete, null, { timeout: 15000 });
 
@@ -106,5 +118,3 @@ export async function close(page) {
   await page.context().close();
   if (bad.length) throw new Error(`the page is not clean: ${bad.join(" | ")}`);
 }
-
-export const available = () => existsSync(process.env.CHROMIUM ?? "/usr/bin/chromium");

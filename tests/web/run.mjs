@@ -9,7 +9,7 @@ import { fileURLToPath, pathToFileURL } from "node:url";
 import { createRig } from "./rig.mjs";
 
 const HERE = dirname(fileURLToPath(import.meta.url));
-const wanted = process.argv[2] ?? "";
+const wanted = (process.argv[2] ?? "").replaceAll(" ", "_");
 const files = readdirSync(HERE).filter((name) => /^test_.*\.mjs$/.test(name)).sort();
 let passed = 0;
 let failed = 0;
@@ -26,8 +26,19 @@ async function run(name, test, rig) {
   }
 }
 
+/** The tests of a file; one that cannot be read is a failure. */
+async function read(file) {
+  try {
+    return await import(pathToFileURL(join(HERE, file)));
+  } catch (error) {
+    failed++;
+    console.log(`FAIL  ${file}: ${error.stack}`);
+    return {};
+  }
+}
+
 for (const file of files) {
-  const tests = await import(pathToFileURL(join(HERE, file)));
+  const tests = await read(file);
   const chosen = Object.entries(tests).filter(([name, test]) => typeof test === "function" && `${file} ${name}`.includes(wanted));
   if (!chosen.length) continue;
   const rig = await createRig(tests.rig);

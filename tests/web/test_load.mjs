@@ -1,14 +1,167 @@
-// The page opens: the paper's pendulum moves at once, in every window, light and dark, and nothing else is asked.
+// The page opens: the paper's pendulum moves at once, in every window, and nothing else is asked.
 
 import assert from "node:assert/strict";
-import { close } from "./rig.mjs";
+import { readdirSync, readFileSync } from "node:fs";
+import { join } from "node:path";
+import { gzipSync } from "node:zlib";
+import { close, crowd, ROOT } from "./rig.mjs";
+import de from "../../server/web/text/de.js";
+import en from "../../server/web/text/en.js";
 
-export async function the_paper_s_pendulum_moves_when_the_page_is_opened(rig) {
+export const rig = { sources: false };
+
+const WEB = join(ROOT, "server/web");
+
+/** Milliseconds from the navigation's start to the first frame that shows another instant than the first. */
+async function firstMotion(rig) {
+  const page = await rig.open({ wait: false });
+  const time = await page.evaluate(() => new Promise((resolve) => {
+    const look = () => (window.pendulumd?.clock.time > 0 ? resolve(performance.now()) : requestAnimationFrame(look));
+    look();
+  }));
+  await page.waitForFunction(() => window.pendulumd.motion.stats);
+  await close(page);
+  return time;
+}
+
+export async function the_paper_s_pendulum_moves_within_300_ms(rig) {
+  const rounds = [];
+  for (let i = 0; i < 7; i++) {
+    const before = crowd();
+    const wall = await firstMotion(rig);
+    rounds.push({ wall, alone: wall / Math.min(before, crowd()) });
+  }
+  rounds.sort((a, b) => a.alone - b.alone);
+  const said = rounds.map(({ wall, alone }) => `${Math.round(alone)} (${Math.round(wall)})`).join(", ");
+  assert.ok(rounds[0].alone < 300, `first motion after ${said} ms`);
+  return `first motion after ${said} ms (by the clock, on a shared machine)`;
+}
+
+export async function the_page_opens_wide_with_the_examples_beside_it(rig) {
   const page = await rig.open();
-  await page.waitForFunction(() => window.pendulumd.clock.time > 0.2);
-  const before = await page.evaluate(() => window.pendulumd.clock.time);
+  await page.waitForSelector('[data-preset="octopus"]:not([disabled])');
+  await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(3.98); });
   await page.waitForTimeout(200);
-  assert.ok(await page.evaluate(() => window.pendulumd.clock.time) > before);
-  await rig.shot(page, "load");
+  await rig.shot(page, "wide");
+  assert.equal(await page.locator(".preset").count(), 14);
+  await close(page);
+}
+
+export async function the_page_fits_a_phone(rig) {
+  const page = await rig.open({ width: 390, height: 844, touch: true, isMobile: true, deviceScaleFactor: 2 });
+  const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+  assert.equal(wide, 390, "nothing lies beside the screen");
+  await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(2.8); });
+  await page.waitForTimeout(150);
+  await rig.shot(page, "phone");
+  await page.evaluate(() => pendulumd.edits.select(2));
+  await page.waitForTimeout(400);
+  await rig.shot(page, "phone_arm");
+  await close(page);
+}
+
+export async function the_page_is_dark_where_the_system_is_and_the_switch_turns_it(rig) {
+  const page = await rig.open({ dark: true });
+  const paper = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  assert.equal(await paper(), "rgb(20, 23, 29)");
+  await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(5.5); });
+  await page.waitForSelector('[data-preset="mobile"]:not([disabled])');
+  await rig.shot(page, "dark");
+  await page.click('[data-act="theme"]');
+  assert.equal(await paper(), "rgb(250, 249, 246)");
+  await page.reload();
+  assert.equal(await paper(), "rgb(250, 249, 246)", "the choice is kept");
+  await close(page);
+}
+
+export async function the_page_fills_a_projector(rig) {
+  const page = await rig.open({ width: 1920, height: 1080 });
+  await page.waitForSelector('[data-preset="mobile"]:not([disabled])');
+  await page.click('[data-preset="octopus"]');
+  await page.waitForFunction(() => pendulumd.motion.n === 17 && pendulumd.motion.complete);
+  await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(2.5); });
+  await page.waitForTimeout(500);
+  await rig.shot(page, "projector");
+  await close(page);
+}
+
+export async function the_page_speaks_german(rig) {
+  const page = await rig.open({ language: "de-DE" });
+  assert.equal(await page.textContent("h1"), de.name);
+  await page.selectOption(".tongue", "en");
+  await page.waitForFunction((name) => document.querySelector("h1").textContent === name, en.name);
+  await page.selectOption(".tongue", "de");
+  await page.waitForFunction((name) => document.querySelector("h1").textContent === name, de.name);
+  await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(3.3); pendulumd.edits.select(3); });
+  await page.waitForSelector('[data-preset="mobile"]:not([disabled])');
+  await rig.shot(page, "german");
+  await close(page);
+}
+
+export async function all_languages_have_the_same_words_to_say() {
+  const holes = (words) => (words.match(/\{\w+\}/g) ?? []).sort().join();
+  assert.deepEqual(Object.keys(de), Object.keys(en));
+  for (const key of Object.keys(en)) assert.equal(holes(de[key]), holes(en[key]), key);
+}
+
+export async function no_word_is_missing(rig) {
+  for (const locale of ["en", "de"]) {
+    const page = await rig.open({ language: locale });
+    await page.waitForSelector('[data-preset="mobile"]');
+    await page.evaluate(() => pendulumd.edits.select(1));
+    const seen = await page.evaluate(() => [document.body.innerText, ...[...document.querySelectorAll("[aria-label], [title]")]
+      .flatMap((element) => [element.ariaLabel, element.title])].join("\n"));
+    const bare = seen.match(/\b(?:arm|time|legend|drawer|preset|presets|help|said|step|failure)\.[a-z.]+/g);
+    assert.equal(bare, null, `keys are shown: ${bare}`);
+    await close(page);
+  }
+}
+
+export async function the_page_s_own_files_stay_small() {
+  const files = readdirSync(WEB, { recursive: true }).map(String)
+    .filter((name) => !name.includes("node_modules") && /\.(js|css|html|svg)$/.test(name));
+  const bytes = files.reduce((sum, name) => sum + gzipSync(readFileSync(join(WEB, name))).length, 0);
+  assert.ok(bytes < 150000 && bytes > 10000, `${bytes} bytes`);
+  return `${files.length} files, ${bytes} bytes compressed`;
+}
+
+export async function nothing_jumps_while_the_page_opens(rig) {
+  for (const size of [{ width: 1280, height: 800 }, { width: 390, height: 844, isMobile: true, touch: true }]) {
+    const page = await rig.open(size);
+    await page.waitForFunction(() => pendulumd.motion.stats);
+    await page.waitForTimeout(500);
+    const shift = await page.evaluate(() => new Promise((resolve) => {
+      const found = { sum: 0, what: [] };
+      new PerformanceObserver((list) => list.getEntries().forEach((entry) => {
+        found.sum += entry.value;
+        found.what.push(...entry.sources.map(({ node }) => node?.outerHTML?.slice(0, 60)));
+      })).observe({ type: "layout-shift", buffered: true });
+      setTimeout(() => resolve(found), 100);
+    }));
+    assert.ok(shift.sum < 0.05, `layout shift ${shift.sum} of ${shift.what.join(" | ")}`);
+    const head = await page.evaluate(() => ({ title: document.title, lang: document.documentElement.lang, viewport: !!document.querySelector("meta[name=viewport]"),
+      description: document.querySelector("meta[name=description]").content.length }));
+    assert.ok(head.title && head.lang === "en" && head.viewport && head.description > 20);
+    const small = await page.evaluate(() => [...document.querySelectorAll("button, select, input, a")].filter((element) => {
+      const { width, height } = element.getBoundingClientRect();
+      return width && !element.closest(".unseen") && Math.min(width, height) < 22;
+    }).map((element) => element.outerHTML.slice(0, 90)));
+    assert.deepEqual(small, [], "targets large enough for a finger");
+    await close(page);
+  }
+}
+
+export async function every_module_that_the_page_needs_at_once_is_preloaded(rig) {
+  const page = await rig.open({ wait: false });
+  const asked = [];
+  page.on("request", (request) => asked.push(new URL(request.url()).pathname));
+  await page.reload();
+  await page.waitForFunction(() => window.pendulumd);
+  const preloaded = await page.evaluate(() => [...document.querySelectorAll("link[rel=modulepreload]")].map((link) => new URL(link.href).pathname));
+  const needed = await page.evaluate(() => performance.getEntriesByType("resource").map((entry) => new URL(entry.name).pathname)
+    .filter((path) => path.endsWith(".js") && !path.includes("/gallery") && !path.includes("/drawers/")));
+  assert.deepEqual(needed.filter((path) => !preloaded.includes(path)), []);
+  assert.ok(asked.length > 10);
+  await page.waitForFunction(() => window.pendulumd.motion.stats);
   await close(page);
 }

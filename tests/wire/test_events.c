@@ -154,7 +154,7 @@ TEST(streams_are_counted_and_a_client_has_its_share) {
     static struct ear crowd[MOST];
     struct test_reply reply;
     REQUIRE(place_begin(&place, 0));
-    const char *const options[] = {"--store", place.url, "--role",         "api",          "--max-event-streams",
+    const char *const options[] = {"--store", place.url,         "--role",      "api", "--max-event-streams",
                                    "8",       "--trusted-proxy", "127.0.0.0/8", NULL};
     struct test_server *server = test_server_start(options);
     if (server && CHECK_INT(submit(server, "/v1/trajectories", ASYNC, JOB, id), 202)) {

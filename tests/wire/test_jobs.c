@@ -160,7 +160,9 @@ static void ranges(struct place *place) {
     CHECK_INT(job_get(server, &reply, id, "/results", headers), 304);
     test_reply_clear(&reply);
     snprintf(text, sizeof text, "/v1/jobs/%s/results", id);
-    CHECK_INT(test_request(server, &reply, "HEAD", text, "Accept: application/octet-stream\r\nRange: bytes=0-9\r\n", NULL), 200);
+    CHECK_INT(
+        test_request(server, &reply, "HEAD", text, "Accept: application/octet-stream\r\nRange: bytes=0-9\r\n", NULL),
+        200);
     const char *length = test_reply_header(&reply, "Content-Length");
     CHECK(length && atol(length) > 100000 && !test_reply_header(&reply, "Content-Range"));
     test_reply_clear(&reply);

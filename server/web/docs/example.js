@@ -19,7 +19,7 @@ export function pretty(value, indent = "") {
   const list = Array.isArray(value);
   const whole = value === null || typeof value !== "object" || (list && value.every((one) => typeof one === "number"));
   const deep = !whole && Object.values(value).some((one) => one !== null && typeof one === "object");
-  if (whole || (flat(value).length < 60 && (list || !deep))) return flat(value);
+  if (whole || (flat(value).length < 70 && (list || !deep))) return flat(value);
   const inner = `${indent}  `;
   const parts = list ? value.map((one) => inner + pretty(one, inner)) : Object.entries(value).map(([key, one]) => `${inner}${JSON.stringify(key)}: ${pretty(one, inner)}`);
   return `${list ? "[" : "{"}\n${parts.join(",\n")}\n${indent}${list ? "]" : "}"}`;
@@ -46,15 +46,15 @@ async function show(reply, begun, place) {
   const blob = new Blob([bytes], { type });
   const headers = [...reply.headers].filter(([name]) => KEPT.includes(name)).sort();
   place.replaceChildren(
-    h("p", { class: reply.ok ? "status good" : "status bad" }, h("strong", {}, `${reply.status} ${reply.statusText}`.trim()), ` · ${took} ms · ${size(bytes.length)}`),
-    h("details", { class: "headers" }, h("summary", {}, "Header fields"), h("dl", {}, ...headers.flatMap(([name, value]) => [h("dt", {}, name), h("dd", {}, value)]))),
+    h("p", { class: reply.ok ? "doc-status good" : "doc-status bad" }, h("strong", {}, `${reply.status} ${reply.statusText}`.trim()), ` · ${took} ms · ${size(bytes.length)}`),
+    h("details", { class: "doc-headers" }, h("summary", {}, "Header fields"), h("dl", {}, ...headers.flatMap(([name, value]) => [h("dt", {}, name), h("dd", {}, value)]))),
     ...bodyOf(bytes, type, blob));
 }
 
 function bodyOf(bytes, type, blob) {
   if (!bytes.length) return [];
   const save = h("a", { href: URL.createObjectURL(blob), download: "answer" }, "Save the answer");
-  if (type.startsWith("image/")) return [h("img", { src: save.href, alt: "The picture that was answered", class: "answer-picture" }), save];
+  if (type.startsWith("image/")) return [h("img", { src: save.href, alt: "The picture that was answered", class: "doc-answer-picture" }), save];
   if (!/json|text|csv|svg/.test(type)) return [h("p", {}, `${size(bytes.length)} that are no text. `, save)];
   let text = new TextDecoder().decode(bytes.subarray(0, SHOWN));
   if (/json$/.test(type.split(";")[0]) && bytes.length <= SHOWN && !type.includes("ndjson")) {
@@ -73,12 +73,12 @@ export function example(one, reader) {
   const { method, path, operation } = one;
   const { bodies, types, parameters } = choices(one, reader);
   const id = operation.operationId;
-  const answer = h("div", { class: "answer", "aria-live": "polite" });
+  const answer = h("div", { class: "doc-answer", "aria-live": "polite" });
   const body = bodies.length ? h("textarea", { spellcheck: "false", "aria-label": `Body of ${operation.summary}`, rows: String(Math.min(16, bodies[0][2].split("\n").length + 1)) }) : null;
   const pick = bodies.length > 1 ? h("select", { "aria-label": `Example of ${operation.summary}`, on: { change: () => fill(pick.selectedIndex) } }, ...bodies.map(([, summary]) => h("option", {}, summary))) : null;
   const accept = types.length > 1 ? h("select", { "aria-label": `Form of the answer of ${operation.summary}` }, ...types.map((type) => h("option", {}, type))) : null;
   const inputs = parameters.map((parameter) => h("input", { type: "text", value: String(parameter.example ?? ""), id: `${id}-${parameter.name}`, spellcheck: "false" }));
-  const copied = h("span", { class: "copied", role: "status" });
+  const copied = h("span", { class: "doc-copied", role: "status" });
   const run = h("button", { type: "button", class: "button main", on: { click: send } }, "Run");
   const copy = h("button", { type: "button", class: "button", on: { click: take } }, "Copy as curl");
 
@@ -99,7 +99,7 @@ export function example(one, reader) {
     try {
       await show(await fetch(target(), { method: method.toUpperCase(), headers: headers(), ...(body ? { body: body.value } : {}) }), begun, answer);
     } catch (error) {
-      answer.replaceChildren(h("p", { class: "status bad" }, `There was no answer: ${error.message}`));
+      answer.replaceChildren(h("p", { class: "doc-status bad" }, `There was no answer: ${error.message}`));
     }
     run.disabled = false;
   }
@@ -114,11 +114,11 @@ export function example(one, reader) {
   }
 
   if (body) fill(0);
-  return h("div", { class: "example" },
+  return h("div", { class: "doc-example" },
     h("h4", {}, "Example"),
     pick,
     ...parameters.map((parameter, i) => h("label", { class: "field" }, h("span", {}, parameter.name), inputs[i])),
     body,
-    h("div", { class: "row" }, run, copy, accept, copied),
+    h("div", { class: "doc-row" }, run, copy, accept, copied),
     answer);
 }

@@ -20,7 +20,7 @@ const cells = (line) => line.trim().replace(/^\||\|$/g, "").split("|").map((cell
 
 function table(lines) {
   const [names, , ...rows] = lines;
-  return h("div", { class: "wide", tabindex: "0", role: "group", "aria-label": `Table: ${cells(names).join(", ")}` },
+  return h("div", { class: "doc-wide", tabindex: "0", role: "group", "aria-label": `Table: ${cells(names).join(", ")}` },
     h("table", {},
       h("thead", {}, h("tr", {}, ...cells(names).map((cell) => h("th", { scope: "col" }, ...inline(cell))))),
       h("tbody", {}, ...rows.map((row) => h("tr", {}, ...cells(row).map((cell) => h("td", {}, ...inline(cell))))))));

@@ -34,8 +34,8 @@ function typeOf(schema) {
 /** Bounds and the like: [["at least", 0], ...]. */
 function boundsOf(schema) {
   const words = [["minimum", "at least"], ["exclusiveMinimum", "greater than"], ["maximum", "at most"], ["exclusiveMaximum", "less than"],
-    ["multipleOf", "a multiple of"], ["minItems", "items, at least"], ["maxItems", "items, at most"], ["minLength", "characters, at least"],
-    ["maxLength", "characters, at most"], ["minProperties", "members, at least"], ["maxProperties", "members, at most"], ["pattern", "matches"], ["format", "format"]];
+    ["multipleOf", "a multiple of"], ["minItems", "items: at least"], ["maxItems", "items: at most"], ["minLength", "characters: at least"],
+    ["maxLength", "characters: at most"], ["minProperties", "members: at least"], ["maxProperties", "members: at most"], ["pattern", "matches"], ["format", "format"]];
   const bounds = words.filter(([key]) => schema[key] !== undefined).map(([key, word]) => [`${word} `, h("code", {}, String(schema[key]))]);
   if (schema.uniqueItems) bounds.push(["no item twice"]);
   if (schema.enum) bounds.push(join(schema.enum.map((one) => [value(one)]), ", "));
@@ -46,10 +46,10 @@ function boundsOf(schema) {
 
 function field(name, schema, needed, reader) {
   const inner = nested(schema, reader);
-  return h("div", { class: "field-row" },
-    h("dt", {}, h("code", {}, name), needed ? h("span", { class: "needed" }, "required") : null),
+  return h("div", { class: "doc-field-row" },
+    h("dt", {}, h("code", {}, name), needed ? h("span", { class: "doc-needed" }, "required") : null),
     h("dd", {},
-      h("div", { class: "kind" }, ...typeOf(schema), ...boundsOf(schema).flatMap((bound) => [h("span", { class: "dot", "aria-hidden": "true" }, " · "), ...bound])),
+      h("div", { class: "doc-kind" }, ...typeOf(schema), ...boundsOf(schema).flatMap((bound) => [h("span", { class: "doc-dot", "aria-hidden": "true" }, " · "), ...bound])),
       ...markdown(schema.description ?? ""),
       ...inner));
 }
@@ -64,7 +64,7 @@ function nested(schema, reader) {
 
 function list(schema, reader) {
   const needed = new Set(schema.required ?? []);
-  return h("dl", { class: "fields" }, ...Object.entries(schema.properties).map(([name, one]) => field(name, one, needed.has(name), reader)));
+  return h("dl", { class: "doc-fields" }, ...Object.entries(schema.properties).map(([name, one]) => field(name, one, needed.has(name), reader)));
 }
 
 /** A schema as its description and its fields; of a reference, those of what it stands for. */
@@ -72,16 +72,16 @@ export function fieldsOf(given, reader) {
   const schema = reader.resolve(given);
   const said = markdown(schema.description ?? "");
   if (schema.properties) return [...said, list(schema, reader)];
-  const bounds = boundsOf(schema).flatMap((bound) => [h("span", { class: "dot", "aria-hidden": "true" }, " · "), ...bound]);
-  return [h("p", { class: "kind" }, ...typeOf({ ...schema, $ref: undefined }), ...bounds), ...said, ...nested(schema, reader)];
+  const bounds = boundsOf(schema).flatMap((bound) => [h("span", { class: "doc-dot", "aria-hidden": "true" }, " · "), ...bound]);
+  return [h("p", { class: "doc-kind" }, ...typeOf({ ...schema, $ref: undefined }), ...bounds), ...said, ...nested(schema, reader)];
 }
 
 /** Parameters and header fields: like fields of an object. */
 export function parametersOf(parameters, reader) {
-  return h("dl", { class: "fields" }, ...parameters.map((one) => {
+  return h("dl", { class: "doc-fields" }, ...parameters.map((one) => {
     const { name, in: place, required, schema = {}, description = "" } = reader.resolve(one);
-    return h("div", { class: "field-row" },
-      h("dt", {}, h("code", {}, name), place ? h("span", { class: "place" }, place) : null, required ? h("span", { class: "needed" }, "required") : null),
-      h("dd", {}, h("div", { class: "kind" }, ...typeOf(schema), ...boundsOf(reader.resolve(schema)).flatMap((bound) => [" · ", ...bound])), h("p", {}, ...inline(description))));
+    return h("div", { class: "doc-field-row" },
+      h("dt", {}, h("code", {}, name), place ? h("span", { class: "doc-place" }, place) : null, required ? h("span", { class: "doc-needed" }, "required") : null),
+      h("dd", {}, h("div", { class: "doc-kind" }, ...typeOf(schema), ...boundsOf(reader.resolve(schema)).flatMap((bound) => [" · ", ...bound])), h("p", {}, ...inline(description))));
   }));
 }

@@ -1,0 +1,103 @@
+// Links: what is on the screen opens in another browser, to the bit; damaged and hostile ones do no harm.
+
+import assert from "node:assert/strict";
+import { deflateRawSync } from "node:zlib";
+import { close, moving } from "./rig.mjs";
+
+export const rig = { store: true };
+
+const linkOf = (scene) => `/#d=${deflateRawSync(Buffer.from(JSON.stringify(scene))).toString("base64url")}`;
+
+const pixels = (page) => page.evaluate(() => document.querySelector(".canvas").toDataURL());
+
+/** Stands at the end of the motion with the last frame drawn. */
+async function end(page) {
+  await page.waitForFunction(() => pendulumd.motion.complete && pendulumd.motion.stats);
+  await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(pendulumd.clock.duration); });
+  await page.waitForTimeout(900);
+}
+
+/** Asks the page's own module for something of its document. */
+const linking = (page, ask) => page.evaluate(async (name) => {
+  const link = await import(new URL("link.js", document.querySelector("script[src$='main.js']").src));
+  return link[name](pendulumd.store.get());
+}, ask);
+
+/** A pendulum that nobody else has, at its end. */
+async function unusual(rig) {
+  const page = await rig.open();
+  await page.evaluate(() => {
+    const { edits, store } = pendulumd;
+    edits.add(3);
+    edits.setStart(5, "phi", 0.123456789);
+    edits.setLength(1, 1.7);
+    store.set({ title: "For the class", span: { stop: 3, step: 0.01 }, view: { trails: [5, 4], arrows: true, palette: "paper", drawer: null } });
+  });
+  await end(page);
+  return page;
+}
+
+async function sameInAnotherBrowser(rig, page, path, picture) {
+  const other = await rig.open({ path });
+  await end(other);
+  const phi = (where) => where.evaluate(() => [...pendulumd.motion.columns.phi]);
+  assert.deepEqual(await phi(other), await phi(page));
+  assert.equal(await pixels(other), await pixels(page));
+  assert.equal(await other.textContent(".title"), "For the class");
+  await rig.shot(other, picture);
+  await close(other);
+}
+
+export async function a_link_without_a_store_shows_the_same_pixels_in_another_browser(rig) {
+  const page = await unusual(rig);
+  await sameInAnotherBrowser(rig, page, `/${await linking(page, "linkOf")}`, "link");
+  await close(page);
+}
+
+export async function a_stored_scene_shows_the_same_pixels_in_another_browser(rig) {
+  const page = await unusual(rig);
+  const scene = await linking(page, "sceneOf");
+  const { id } = await page.evaluate((kept) => pendulumd.client.storeScene(kept), scene);
+  assert.match(id, /^\w{20,}$/);
+  await sameInAnotherBrowser(rig, page, `/#s=${id}`, "scene");
+  await close(page);
+}
+
+export async function a_scene_of_another_client_opens_whatever_its_form(rig) {
+  const request = { pendulum: { arms: [{ name: "a", length: 1, mass: 2 }, { name: "b", parent: "a", length: 0.5, mass: 1 }] },
+    initial: { theta: [90, 45], unit: "deg" }, times: { start: 0, stop: 4, count: 201 } };
+  const page = await rig.open({ path: linkOf({ request }) });
+  const { pendulum, initial, span } = await page.evaluate(() => pendulumd.store.get());
+  assert.deepEqual([pendulum.length, pendulum.mass, pendulum.parent], [[1, 0.5], [2, 1], [0, 1]]);
+  assert.ok(Math.abs(initial.phi[0]) < 1e-15 && Math.abs(initial.phi[1] + Math.PI / 4) < 1e-15);
+  assert.deepEqual(span, { stop: 4, step: 0.004 });
+  await close(page);
+}
+
+export async function links_that_are_damaged_or_hostile_do_no_harm(rig) {
+  const tree = { length: [1, 1], mass: [1, 1], parent: [0, 1] };
+  const start = { phi: [0, 0], phid: [0, 0] };
+  const times = { start: 0, stop: 5, step: 0.01 };
+  const bad = ["/#d=%%%", "/#d=AAAA", "/#s=nosuchscene0000000000", linkOf({}), linkOf([]), linkOf({ request: null }),
+    linkOf({ request: { pendulum: { ...tree, parent: [2, 1] }, initial: start, times } }),
+    linkOf({ request: { pendulum: tree, initial: { phi: ["<b>", 0], phid: [0, 0] }, times } }),
+    linkOf({ request: { pendulum: tree, initial: start, times: { start: 0, stop: 1e9, step: 1e-9 } } })];
+  const first = await rig.open({ path: bad[0] });
+  first.forgiven.push(/Failed to load resource/);
+  for (const path of bad) {
+    await first.evaluate((hash) => { location.hash = hash; }, path.slice(1));
+    await first.waitForSelector(".notice.bad:not([hidden])");
+    await moving(first);
+    assert.equal(await first.evaluate(() => pendulumd.motion.n), 4, `${path}: the paper's pendulum stays`);
+    await first.click(".notice button");
+  }
+  await close(first);
+  const view = { drawer: "constructor", speed: "fast", trails: [1, 99, "x"], palette: "__proto__", selected: 7, ghosts: [{ phi: [1] }, 5] };
+  const title = "<img src=x onerror=alert(1)>";
+  const page = await rig.open({ path: linkOf({ title, request: { pendulum: tree, initial: start, times }, view }) });
+  const doc = await page.evaluate(() => pendulumd.store.get());
+  assert.deepEqual([doc.view.speed, doc.view.trails, doc.view.palette, doc.view.selected, doc.ghosts], [1, [1], "safe", 0, []]);
+  assert.equal(await page.textContent(".title"), title);
+  await moving(page);
+  await close(page);
+}
