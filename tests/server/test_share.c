@@ -2,6 +2,7 @@
 #include "server/flights.h"
 
 #include <math.h>
+#include <poll.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -160,7 +161,8 @@ TEST(an_answer_of_megabytes_is_shared_and_kept_too) {
     enum { CLASS = 6 };
     static const char before[] = DOUBLE "\"times\":{\"start\":0,\"stop\":6000,\"count\":5}}";
     static const char body[] = DOUBLE "\"times\":{\"start\":0,\"stop\":200,\"count\":150001}}";
-    static const char *const options[] = {"--workers", "1", NULL}, *const octets = "Accept: application/octet-stream\r\n";
+    static const char *const options[] = {"--workers", "1", NULL}, *const octets =
+                                                                       "Accept: application/octet-stream\r\n";
     struct srv_daemon *daemon = live_start(options);
     struct test_client blocker, client[CLASS];
     struct test_reply reply[CLASS], again;
@@ -285,7 +287,8 @@ TEST(a_stream_that_breaks_is_seen_to_be_incomplete) {
                  !old, strlen(ENDLESS), ENDLESS);
         REQUIRE(live_say(daemon, &client, text));
         share_await(daemon, "pendulumd_computations ", 1, 10);
-        test_sleep(0.3);
+        struct pollfd look = {.fd = client.fd, .events = POLLIN};
+        CHECK_INT(poll(&look, 1, 20000), 1);
         /* no patience: the server ends what runs */
         srv_daemon_drain(daemon, 1);
         double begin = test_clock();
