@@ -55,7 +55,7 @@ def worker_stopped(house):
     worker.stopped = True
     worker.process.send_signal(signal.SIGSTOP)
     house.note("held", house.held(worker))
-    house.nap(2 * LEASE, 4 * LEASE)
+    house.nap(1.2 * LEASE, 2.5 * LEASE)
     worker.process.send_signal(signal.SIGCONT)
     worker.stopped = False
     house.finish(jobs)
@@ -117,7 +117,7 @@ def connections_cut(house):
             house.proxies[i].freeze()
         if how == "cut":
             house.proxies[i].cut()
-    house.nap(1.5 * LEASE, 3 * LEASE)
+    house.nap(1.2 * LEASE, 2.5 * LEASE)
     for i in which:
         if how == "both":
             house.proxies[i].cut()
