@@ -81,9 +81,9 @@ struct kernel_change {
     wide phi, rate, acc, force;
 };
 
-/* what an instant is asked for, beside phi */
+/* what an instant is asked for, beside phi and phi' */
 struct kernel_wish {
-    int rate, acc, force;
+    int acc, force;
 };
 
 LANES_INLINE struct kernel_change kernel_horner(const struct jets_system *s, int order, double x_, double unit, int a,
@@ -95,7 +95,7 @@ LANES_INLINE struct kernel_change kernel_horner(const struct jets_system *s, int
     for (int j = order; j >= 1; j--) {
         wide w = wide_get(rate);
         v.phi = wide_fma(v.phi, x, w * s->share[j]);
-        if (wish.rate) v.rate = wide_fma(v.rate, x, w);
+        v.rate = wide_fma(v.rate, x, w);
         if (wish.acc) v.acc = wide_fma(v.acc, x, w * (double)j);
         if (wish.force) v.force = wide_fma(v.force, x, wide_get(tension));
         rate -= s->stride;
@@ -160,7 +160,7 @@ LANES_INLINE void kernel_row(const struct jets_system *s, int order, double x, d
     for (int a = 0; a < s->n; a += WIDE) {
         struct kernel_change v = kernel_horner(s, order, x, unit, a, wish);
         kernel_give(to->phi, a, s->n, wide_get(from->phi + a) + (v.phi + wide_get(from->phi_low + a)));
-        if (wish.rate) kernel_give(to->rate, a, s->n, wide_get(from->rate + a) + (v.rate + wide_get(from->rate_low + a)));
+        kernel_give(to->rate, a, s->n, wide_get(from->rate + a) + (v.rate + wide_get(from->rate_low + a)));
         if (wish.acc) kernel_give(to->acc, a, s->n, v.acc);
         if (wish.force) kernel_give(to->force, a, s->n, v.force);
     }
@@ -179,17 +179,17 @@ LANES_INLINE void kernel_table(const struct jets_system *s, int order, int acc, 
     }
 }
 
-/* a sum over the orders up to `last` of one arm, instants in lanes: even and odd ones apart, as in kernel_halves */
-struct kernel_sum {
+/* a sum over the orders up to `last` of one arm, instants in lanes: even and odd ones apart, as in kernel_advance */
+struct kernel_parts {
     wide even, odd;
 };
 
-LANES_INLINE struct kernel_sum kernel_top(const double *at, int last) {
+LANES_INLINE struct kernel_parts kernel_top(const double *at, int last) {
     int odd = last % 2;
-    return (struct kernel_sum){wide_of(at[8 * (last - odd)]), odd ? wide_of(at[8 * last]) : wide_of(0)};
+    return (struct kernel_parts){wide_of(at[8 * (last - odd)]), odd ? wide_of(at[8 * last]) : wide_of(0)};
 }
 
-LANES_INLINE void kernel_two(struct kernel_sum *sum, const double *at, int j, wide square) {
+LANES_INLINE void kernel_two(struct kernel_parts *sum, const double *at, int j, wide square) {
     sum->even = wide_fma(sum->even, square, wide_of(at[8 * j]));
     sum->odd = wide_fma(sum->odd, square, wide_of(at[8 * j + 8]));
 }
@@ -199,19 +199,19 @@ LANES_INLINE void kernel_column(const struct jets_system *s, const struct kernel
                                 double unit, const int pair[2], struct kernel_wish wish, struct kernel_change v[2]) {
     double inverse = 1 / unit; // exact: a power of two
     wide square = x * x;
-    struct kernel_sum phi[2], rate[2], acc[2], force[2];
+    struct kernel_parts phi[2], rate[2], acc[2], force[2];
     int last = order - 1;
     for (int i = 0; i < 2; i++) {
         int k = pair[i];
         phi[i] = kernel_top(table->phi + k, order);
         // phi' without its start, over x
-        if (wish.rate) rate[i] = kernel_top(s->rate + 8 + k, last);
+        rate[i] = kernel_top(s->rate + 8 + k, last);
         if (wish.acc) acc[i] = kernel_top(table->acc + k, last);
         if (wish.force) force[i] = kernel_top(s->force + k, last);
     }
     for (int j = order - order % 2 - 2; j >= 0; j -= 2)
         for (int i = 0; i < 2; i++) kernel_two(&phi[i], table->phi + pair[i], j, square);
-    for (int j = last - last % 2 - 2; j >= 0 && wish.rate; j -= 2)
+    for (int j = last - last % 2 - 2; j >= 0; j -= 2)
         for (int i = 0; i < 2; i++) kernel_two(&rate[i], s->rate + 8 + pair[i], j, square);
     for (int j = last - last % 2 - 2; j >= 0 && wish.acc; j -= 2)
         for (int i = 0; i < 2; i++) kernel_two(&acc[i], table->acc + pair[i], j, square);
@@ -219,7 +219,7 @@ LANES_INLINE void kernel_column(const struct jets_system *s, const struct kernel
         for (int i = 0; i < 2; i++) kernel_two(&force[i], s->force + pair[i], j, square);
     for (int i = 0; i < 2; i++) {
         v[i].phi = x * wide_fma(x, phi[i].odd, phi[i].even);
-        if (wish.rate) v[i].rate = x * wide_fma(x, rate[i].odd, rate[i].even) * inverse;
+        v[i].rate = x * wide_fma(x, rate[i].odd, rate[i].even) * inverse;
         if (wish.acc) v[i].acc = wide_fma(x, acc[i].odd, acc[i].even) * (inverse * inverse);
         if (wish.force) v[i].force = wide_fma(x, force[i].odd, force[i].even) * (inverse * inverse);
     }
@@ -234,8 +234,9 @@ LANES_INLINE void kernel_spread(double rows[], int n, wide first, wide second) {
 }
 
 /* up to WIDE instants: rows are written whole here and copied, for loops that end at count would be foretold badly */
-LANES_INLINE void kernel_columns(const struct jets_system *s, const struct kernel_table *table, int order, const double x[], int count, double unit,
-                                 const struct jets_state *from, const struct jets_values *to, struct kernel_wish wish) {
+LANES_INLINE void kernel_columns(const struct jets_system *s, const struct kernel_table *table, int order,
+                                 const double x[], int count, double unit, const struct jets_state *from,
+                                 const struct jets_values *to, struct kernel_wish wish) {
     double phi[WIDE * 8 + 1], rate[WIDE * 8 + 1], acc[WIDE * 8 + 1], force[WIDE * 8 + 1];
     wide at = wide_of(0);
     int n = s->n;
@@ -250,15 +251,15 @@ LANES_INLINE void kernel_columns(const struct jets_system *s, const struct kerne
         for (int i = 0; i < 2; i++) {
             int arm = pair[i];
             v[i].phi = from->phi[arm] + (v[i].phi + from->phi_low[arm]);
-            if (wish.rate) v[i].rate = from->rate[arm] + (v[i].rate + from->rate_low[arm]);
+            v[i].rate = from->rate[arm] + (v[i].rate + from->rate_low[arm]);
         }
         kernel_spread(phi + k, n, v[0].phi, v[1].phi);
-        if (wish.rate) kernel_spread(rate + k, n, v[0].rate, v[1].rate);
+        kernel_spread(rate + k, n, v[0].rate, v[1].rate);
         if (wish.acc) kernel_spread(acc + k, n, v[0].acc, v[1].acc);
         if (wish.force) kernel_spread(force + k, n, v[0].force, v[1].force);
     }
     memcpy(to->phi, phi, bytes);
-    if (wish.rate) memcpy(to->rate, rate, bytes);
+    memcpy(to->rate, rate, bytes);
     if (wish.acc) memcpy(to->acc, acc, bytes);
     if (wish.force) memcpy(to->force, force, bytes);
 }
@@ -272,8 +273,8 @@ LANES_INLINE void kernel_values_some(const struct jets_system *s, int order, con
     if (s->n <= 8) kernel_table(s, order, wish.acc, &table);
     for (int i = 0; i < count; i += many) {
         size_t row = (size_t)i * (size_t)s->n;
-        struct jets_values to = {values->phi + row, wish.rate ? values->rate + row : NULL,
-                                 wish.acc ? values->acc + row : NULL, wish.force ? values->force + row : NULL};
+        struct jets_values to = {values->phi + row, values->rate + row, wish.acc ? values->acc + row : NULL,
+                                 wish.force ? values->force + row : NULL};
         if (many == 1)
             kernel_row(s, order, x[i], unit, from, &to, wish);
         else
@@ -284,15 +285,13 @@ LANES_INLINE void kernel_values_some(const struct jets_system *s, int order, con
 static void kernel_values(const struct jets_system *s, int order, const double x[], int count, double unit,
                           const struct jets_state *from, const struct jets_values *to) {
     if (to->acc && to->force)
-        kernel_values_some(s, order, x, count, unit, from, to, (struct kernel_wish){1, 1, 1});
+        kernel_values_some(s, order, x, count, unit, from, to, (struct kernel_wish){1, 1});
     else if (to->force)
-        kernel_values_some(s, order, x, count, unit, from, to, (struct kernel_wish){1, 0, 1});
+        kernel_values_some(s, order, x, count, unit, from, to, (struct kernel_wish){0, 1});
     else if (to->acc)
-        kernel_values_some(s, order, x, count, unit, from, to, (struct kernel_wish){1, 1, 0});
-    else if (to->rate)
-        kernel_values_some(s, order, x, count, unit, from, to, (struct kernel_wish){1, 0, 0});
+        kernel_values_some(s, order, x, count, unit, from, to, (struct kernel_wish){1, 0});
     else
-        kernel_values_some(s, order, x, count, unit, from, to, (struct kernel_wish){0, 0, 0});
+        kernel_values_some(s, order, x, count, unit, from, to, (struct kernel_wish){0, 0});
 }
 
 LANES_INLINE bits8 kernel_larger(bits8 x, bits8 y) {

@@ -40,8 +40,8 @@ struct jets_kernel {
      */
     double (*reach)(const struct jets_system *system, int order, double log_rtol, double log_atol);
     /**
-     * The values x[i] units after `from`, i = 0 .. count - 1, in rows of n. phi is always wanted, rate with acc or
-     * force. A row's bits do not depend on the other rows.
+     * The values x[i] units after `from`, i = 0 .. count - 1, in rows of n. phi and rate are always wanted. A row's
+     * bits do not depend on the other rows.
      */
     void (*values)(const struct jets_system *system, int order, const double x[], int count, double unit,
                    const struct jets_state *from, const struct jets_values *values);

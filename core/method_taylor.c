@@ -148,7 +148,7 @@ static enum pend_status taylor_step(void *stepper, double limit, double *reached
 static void taylor_at_end(const struct taylor *taylor, double phi[], double rate[]) {
     size_t bytes = (size_t)taylor->tree->n * sizeof(double);
     memcpy(phi, taylor->end.phi, bytes);
-    if (rate) memcpy(rate, taylor->end.rate, bytes);
+    memcpy(rate, taylor->end.rate, bytes);
 }
 
 static double *taylor_offset(double *array, size_t base) { return array ? array + base : NULL; }
@@ -165,13 +165,13 @@ static void taylor_at(void *stepper, const double t[], int count, const struct p
     int end_alone = count == 1 && t[0] == taylor->reached && !points->acc && !points->force;
     for (int i = 0; i < count && !end_alone; i += TAYLOR_GROUP) {
         size_t base = (size_t)i * n;
-        struct jets_values values = {points->phi + base, taylor_offset(points->rate, base),
-                                     taylor_offset(points->acc, base), taylor_offset(points->force, base)};
+        struct jets_values values = {points->phi + base, points->rate + base, taylor_offset(points->acc, base),
+                                     taylor_offset(points->force, base)};
         taylor_group(taylor, t + i, count - i < TAYLOR_GROUP ? count - i : TAYLOR_GROUP, &values);
     }
     for (int i = 0; i < count; i++) {
         if (t[i] != taylor->reached) continue;
-        taylor_at_end(taylor, points->phi + (size_t)i * n, taylor_offset(points->rate, (size_t)i * n));
+        taylor_at_end(taylor, points->phi + (size_t)i * n, points->rate + (size_t)i * n);
     }
 }
 
