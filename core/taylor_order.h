@@ -18,7 +18,8 @@ double pend_taylor_target(double rtol);
  * The order, PEND_TAYLOR_ORDER_MIN .. PEND_TAYLOR_ORDER_MAX.
  *
  * rtol   > 0.
- * alone  non-zero for one trajectory, where what a step costs beside its orders counts for more.
+ * alone  non-zero for one trajectory: near round-off it takes two orders more, for what a step costs beside its orders
+ *        counts for more, and fewer steps round less.
  */
 int pend_taylor_order(double rtol, int alone);
 
