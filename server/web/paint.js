@@ -48,9 +48,10 @@ export function bin(force, most) {
 /** How wide an arm is drawn, in pixels: wider with its force. */
 const width = (i, thin) => thin * (1 + 1.9 * Math.abs(i - MIDDLE) / MIDDLE);
 
-/** Radius of a tip in pixels. */
-export function tipRadius(mass, heaviest, thin) {
-  return Math.max(thin * 1.1, thin * 3 * Math.cbrt(mass / heaviest));
+/** Radius of a tip in pixels: by its mass, but a short arm is not to vanish behind it. */
+function tipRadius(tree, k, heaviest, camera, thin) {
+  const wanted = Math.max(thin * 1.1, thin * 3 * Math.cbrt(tree.mass[k] / heaviest));
+  return Math.max(0.6, Math.min(wanted, 0.35 * camera.scale * tree.length[k]));
 }
 
 /** Adds an arrow of so many pixels to the path. */
@@ -109,16 +110,19 @@ export function createPainter(context) {
     },
 
     tips(tree, x, y, heaviest, camera, colours, thin) {
+      let outlined = false;
       context.beginPath();
       for (let k = 0; k < tree.length.length; k++) {
         const px = camera.x + camera.scale * x[k];
         const py = camera.y - camera.scale * y[k];
-        const r = tipRadius(tree.mass[k], heaviest, thin);
+        const r = tipRadius(tree, k, heaviest, camera, thin);
+        outlined ||= r > 3;
         context.moveTo(px + r, py);
         context.arc(px, py, r, 0, 2 * Math.PI);
       }
       context.fillStyle = colours.mass;
       context.fill();
+      if (!outlined) return;
       context.lineWidth = Math.max(1, thin * 0.5);
       context.strokeStyle = colours.paper;
       context.stroke();
@@ -168,7 +172,7 @@ export function createPainter(context) {
       const k = arm - 1;
       context.beginPath();
       context.arc(camera.x + camera.scale * shape.x[k], camera.y - camera.scale * shape.y[k],
-        tipRadius(shape.tree.mass[k], shape.heaviest, shape.thin) + 5, 0, 2 * Math.PI);
+        tipRadius(shape.tree, k, shape.heaviest, camera, shape.thin) + 5, 0, 2 * Math.PI);
       context.strokeStyle = colours.accent;
       context.lineWidth = strong ? 3.5 : 2;
       context.stroke();
