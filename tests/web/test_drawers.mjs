@@ -42,6 +42,8 @@ async function look(rig, name, options) {
     await rig.shot(page, `drawer-${id}-${name}`);
     bad.push(...(await violations(page, { include: [selector], exclude: [".katex"] })).map((words) => `${id}, ${name}: ${words}`));
     const wide = await page.evaluate((at) => document.querySelector(at).scrollWidth - document.querySelector(at).clientWidth, selector);
+    const scrolled = await page.evaluate(() => (innerWidth > 860 ? document.documentElement.scrollHeight - innerHeight : 0));
+    if (scrolled > 0) bad.push(`${id}, ${name}: the page is ${scrolled} pixels longer than the window`);
     if (wide > 0) bad.push(`${id}, ${name}: it is ${wide} pixels too wide`);
   }
   await close(page);
