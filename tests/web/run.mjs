@@ -25,6 +25,9 @@ async function run(name, test, rig) {
     failed++;
     console.log(`FAIL  ${name}: ${error.stack}`);
   }
+  // a test that failed leaves neither its pages nor its trouble to the next one
+  if (rig.front) rig.front.fault = null;
+  for (const context of rig.browser.contexts()) await context.close();
 }
 
 /** The tests of a file; one that cannot be read is a failure. */
