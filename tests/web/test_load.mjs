@@ -1,16 +1,11 @@
 // The page opens: the paper's pendulum moves at once, in every window, and nothing else is asked.
 
 import assert from "node:assert/strict";
-import { readdirSync, readFileSync } from "node:fs";
-import { join } from "node:path";
-import { gzipSync } from "node:zlib";
-import { close, crowd, ROOT } from "./rig.mjs";
+import { close, crowd } from "./rig.mjs";
 import de from "../../server/web/text/de.js";
 import en from "../../server/web/text/en.js";
 
 export const rig = { sources: false };
-
-const WEB = join(ROOT, "server/web");
 
 /** Milliseconds from the navigation's start to the first frame that shows another instant than the first. */
 async function firstMotion(rig) {
@@ -117,12 +112,22 @@ export async function no_word_is_missing(rig) {
   }
 }
 
-export async function the_page_s_own_files_stay_small() {
-  const files = readdirSync(WEB, { recursive: true }).map(String)
-    .filter((name) => !name.includes("node_modules") && /\.(js|css|html|svg)$/.test(name));
-  const bytes = files.reduce((sum, name) => sum + gzipSync(readFileSync(join(WEB, name))).length, 0);
-  assert.ok(bytes < 150000 && bytes > 10000, `${bytes} bytes`);
-  return `${files.length} files, ${bytes} bytes compressed`;
+export async function all_of_the_page_is_smaller_than_300_kB(rig) {
+  const page = await rig.open();
+  await page.waitForFunction(() => pendulumd.motion.stats);
+  const sent = () => page.evaluate(() => [...performance.getEntriesByType("resource"), ...performance.getEntriesByType("navigation")]
+    .filter(({ name }) => !name.includes("/v1/")).reduce((sum, { encodedBodySize }) => sum + encodedBodySize, 0));
+  const opening = await sent();
+  for (const tab of await page.locator("[data-tab]").all()) {
+    await tab.click();
+    const id = await tab.getAttribute("data-tab");
+    await page.waitForFunction((which) => !document.querySelector(`[data-drawer="${which}"]`).hasAttribute("aria-busy"), id);
+  }
+  await page.waitForSelector('[data-drawer="equations"] .katex', { state: "attached" });
+  const all = await sent();
+  assert.ok(opening > 20000 && opening < all && all < 300000, `${opening} bytes at first, ${all} in all`);
+  await close(page);
+  return `${opening} bytes at first, ${all} with every drawer opened`;
 }
 
 export async function nothing_jumps_while_the_page_opens(rig) {
