@@ -194,7 +194,8 @@ static int vectors_settle(struct pend_vectors *v, enum pend_status *status) {
 }
 
 /* Vectors begin .. begin + lanes - 1 by twisted factorization; tip displacements only where a vector has neighbours, by
- * the wider measure: two fine ones side by side may not be near each other, and yet be near a coarse one further off. */
+ * the wider measure: two fine ones side by side may not be near each other, and yet be near a coarse one further off.
+ */
 static void vectors_twist(struct pend_vectors *v, int begin) {
     const struct pend_modes_kernel *kernel = pend_modes_kernel();
     int count = v->count;
