@@ -5,14 +5,17 @@
 import { createBag, h, icon, iconButton } from "./dom.js";
 import { removable } from "./tree.js";
 
+const LEGEND = 76; // pixels at the bottom of the stage
 const DEGREES = 180 / Math.PI;
 
-// name, unit, from the document, back; positive: must be greater than 0
+// name, unit, from the document, back; positive: must be greater than 0; pivot: only of the arm at the pivot
 const FIELDS = [
   { name: "length", unit: "m", positive: true, get: (doc, k) => doc.pendulum.length[k], set: (edits, arm, value) => edits.setLength(arm, value) },
   { name: "mass", unit: "kg", positive: true, get: (doc, k) => doc.pendulum.mass[k], set: (edits, arm, value) => edits.setMass(arm, value) },
   { name: "angle", unit: "\u00b0", get: (doc, k) => doc.initial.phi[k] * DEGREES, set: (edits, arm, value) => edits.setStart(arm, "phi", value / DEGREES) },
   { name: "rate", unit: "rad/s", get: (doc, k) => doc.initial.phid[k], set: (edits, arm, value) => edits.setStart(arm, "phid", value) },
+  // where the pendulum hangs
+  { name: "gravity", unit: "m/s\u00b2", pivot: true, get: (doc) => doc.pendulum.gravity, set: (edits, arm, value) => edits.setGravity(value) },
 ];
 
 export function mountCard(element, app, look) {
@@ -23,6 +26,8 @@ export function mountCard(element, app, look) {
 
   const inputs = FIELDS.map((field) => h("input", { type: "text", inputmode: "decimal", autocomplete: "off", "data-field": field.name,
     "aria-label": text(`arm.${field.name}.unit`, { unit: field.unit }), on: { change: (event) => commit(field, event.target), focus: (event) => event.target.select() } }));
+  const labels = FIELDS.map((field, i) => h("label", { class: "field" }, h("span", {}, text(`arm.${field.name}`)),
+    h("span", { class: "with-unit" }, inputs[i], h("span", { class: "unit" }, field.unit))));
   const name = h("strong");
   const carrier = h("span", { class: "quiet" });
   const force = h("p", { class: "force" });
@@ -31,8 +36,7 @@ export function mountCard(element, app, look) {
   const remove = iconButton("trash", text("arm.remove"), () => edits.remove(arm), { "data-act": "remove" });
   const card = h("div", { class: "card", role: "group", "aria-label": text("arm.card"), hidden: true },
     h("div", { class: "card-head" }, name, carrier, iconButton("close", text("close"), () => edits.select(0))),
-    h("div", { class: "fields" }, ...FIELDS.map((field, i) => h("label", { class: "field" }, h("span", {}, text(`arm.${field.name}`)),
-      h("span", { class: "with-unit" }, inputs[i], h("span", { class: "unit" }, field.unit))))),
+    h("div", { class: "fields" }, ...labels),
     h("div", { class: "card-foot" }, force, add, trail, remove));
   element.append(card);
   look.cardHeight = () => (card.hidden ? 0 : card.offsetHeight);
@@ -57,6 +61,7 @@ export function mountCard(element, app, look) {
     carrier.textContent = on ? text("arm.on", { carrier: on }) : text("arm.on.pivot");
     FIELDS.forEach((field, i) => {
       const shown = text.short(field.get(doc, arm - 1), 5);
+      labels[i].hidden = Boolean(field.pivot && on);
       inputs[i].defaultValue = shown;
       if (document.activeElement !== inputs[i] || text.read(inputs[i].value) !== text.read(shown)) inputs[i].value = shown;
       inputs[i].setAttribute("aria-invalid", "false");
@@ -86,12 +91,17 @@ export function mountCard(element, app, look) {
     let best = null;
     for (const [left, top] of spots) {
       const x = clamp(left, element.clientWidth - width);
-      const y = clamp(top, element.clientHeight - height);
+      const y = clamp(top, element.clientHeight - LEGEND - height);
       let hidden = Math.abs(x - left) / 40 + Math.abs(y - top) / 40;
+      const hides = (ax, ay) => {
+        const [dx, dy] = [camera.x + camera.scale * ax, camera.y - camera.scale * ay];
+        return dx > x - 10 && dx < x + width + 10 && dy > y - 10 && dy < y + height + 10;
+      };
+      if (hides(0, 0)) hidden += 5;
       for (let i = 0; i < shape.n; i++) {
-        const dx = camera.x + camera.scale * shape.x[i];
-        const dy = camera.y - camera.scale * shape.y[i];
-        if (dx > x - 10 && dx < x + width + 10 && dy > y - 10 && dy < y + height + 10) hidden += i === k ? 30 : 3;
+        const from = shape.tree.parent[i] - 1;
+        if (hides(shape.x[i], shape.y[i])) hidden += i === k ? 30 : 3;
+        if (hides((shape.x[i] + (from < 0 ? 0 : shape.x[from])) / 2, (shape.y[i] + (from < 0 ? 0 : shape.y[from])) / 2)) hidden += 3;
       }
       if (!best || hidden < best.hidden) best = { x, y, hidden };
     }

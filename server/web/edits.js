@@ -51,6 +51,12 @@ export function createEdits(app) {
       motion.release();
       if (!still.matches) clock.play();
     },
+    /** Lets it go and takes back what has been done since grab(). */
+    cancel() {
+      if (!grabbed) return;
+      store.undo();
+      edits.release();
+    },
     /** While grabbed: the arm's angle, and its length where one is given. */
     turn(arm, angle, length = null) {
       const { initial, pendulum } = store.get();
@@ -73,6 +79,7 @@ export function createEdits(app) {
     },
     lengthen(arm, by) { edits.setLength(arm, tidy(store.get().pendulum.length[arm - 1] + by), `length ${arm}`); },
     weigh(arm, factor) { edits.setMass(arm, tidy(store.get().pendulum.mass[arm - 1] * factor), `mass ${arm}`); },
+    setGravity(gravity) { store.set({ pendulum: { ...store.get().pendulum, gravity } }, { label: "gravity" }); },
     /** The start's angle or angular velocity of an arm: name is "phi" or "phid". */
     setStart(arm, name, value) {
       const { initial } = store.get();

@@ -148,7 +148,16 @@ export default {
       sight.observe(button);
     }
 
+    /** The stage comes first. */
+    function stageMoves() {
+      if (app.motion.complete) return Promise.resolve();
+      return new Promise((resolve) => {
+        bag(app.motion.subscribe((_, what) => (what === "complete" || what === "failure") && resolve()));
+      });
+    }
+
     async function fill() {
+      await stageMoves();
       const { presets } = await client.presets({ signal: stop.signal });
       presets.forEach(card);
       mark();

@@ -101,6 +101,15 @@ export function mountHands(canvas, app, look) {
     press = null;
   }
 
+  /** Escape takes a drag back. */
+  function escape(event) {
+    if (event.key !== "Escape" || !press?.drag) return;
+    event.preventDefault();
+    edits.cancel();
+    canvas.classList.remove("grabbing");
+    press = null;
+  }
+
   function leave() {
     if (!look.hover) return;
     look.hover = 0;
@@ -112,5 +121,6 @@ export function mountHands(canvas, app, look) {
   bag.on(canvas, "pointerup", up);
   bag.on(canvas, "pointercancel", up);
   bag.on(canvas, "pointerleave", leave);
+  bag.on(document, "keydown", escape);
   return { destroy: bag.end };
 }

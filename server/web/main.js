@@ -21,7 +21,9 @@ const VIEWS = { header: mountHeader, stage: mountStage, timebar: mountTimebar, d
 const text = createText();
 const client = createClient();
 const clock = createClock();
-const store = createStore();
+// on a wide screen the examples lie open beside the stage
+const wide = matchMedia("(min-width: 861px)").matches && location.hash.length <= 1;
+const store = createStore(wide ? { view: { drawer: "presets" } } : {});
 const motion = createMotion({ store, client, clock });
 const live = document.getElementById("live");
 let views = [];
@@ -81,21 +83,10 @@ async function open() {
   }
 }
 
-/** On a wide screen the examples lie open beside the stage, once it moves. */
-function invite() {
-  const wide = matchMedia("(min-width: 861px)").matches;
-  if (wide && store.get().view.drawer === null && !location.hash) store.set({ view: { drawer: "presets" } });
-}
-
 window.pendulumd = app; // for the console, and for tests
 document.addEventListener("keydown", keys);
 window.addEventListener("hashchange", open);
 await text.use();
 mount();
-const end = motion.subscribe((_, what) => {
-  if (what !== "complete") return;
-  end();
-  setTimeout(invite, 50);
-});
 open();
 if (!still.matches) clock.play();

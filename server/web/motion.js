@@ -4,7 +4,7 @@
 
 import { Failure } from "./client.js";
 import { early, motionBody } from "./early.js";
-import { sameMotion } from "./state.js";
+import { ghostOf, sameMotion } from "./state.js";
 
 const TRUST_ARMS = 20;
 const TRUST_SECONDS = 120;
@@ -15,6 +15,11 @@ function createTrack(doc, initial) {
   const n = doc.pendulum.length.length;
   const total = Math.floor(doc.span.stop / doc.span.step + 1e-9) + 1;
   return { doc, initial, n, total, count: 0, complete: false, preview: null, t: new Float64Array(0), columns: {}, widths: {} };
+}
+
+function createGhost(doc, ghost) {
+  const { doc: own, initial } = ghostOf(doc, ghost);
+  return createTrack(own, initial);
 }
 
 function beginTrack(track, columns) {
@@ -239,7 +244,7 @@ export function createMotion({ store, client, clock }) {
     stopGhosts?.abort();
     stopGhosts = new AbortController();
     const { signal } = stopGhosts;
-    motion.ghosts = doc.ghosts.map((initial) => createTrack(doc, initial));
+    motion.ghosts = doc.ghosts.map((ghost) => createGhost(doc, ghost));
     try {
       for (const track of motion.ghosts) await fetchTrack(track, signal, () => !signal.aborted && tell("ghosts"));
     } catch (error) {
@@ -253,7 +258,7 @@ export function createMotion({ store, client, clock }) {
       stop?.abort();
       waiting = true;
       renew();
-      motion.ghosts = doc.ghosts.map((initial) => createTrack(doc, initial));
+      motion.ghosts = doc.ghosts.map((ghost) => createGhost(doc, ghost));
       clock.restart(0);
       extend();
       tell("begin");

@@ -33,7 +33,8 @@ export function readColours(palette) {
   });
   return {
     bins,
-    ink: value("--ink"), quiet: value("--quiet"), line: value("--line"), accent: value("--accent"),
+    font: `13px ${getComputedStyle(document.body).fontFamily}`,
+    ink: value("--ink"), quiet: value("--quiet"), glass: value("--glass"), accent: value("--accent"),
     paper: value("--stage"), mass: value("--mass"), ghost: value("--ghost"), trails: [1, 2, 3, 4, 5].map((i) => value(`--trail-${i}`)),
   };
 }
@@ -47,9 +48,10 @@ export function bin(force, most) {
 /** How wide an arm is drawn, in pixels: wider with its force. */
 const width = (i, thin) => thin * (1 + 1.9 * Math.abs(i - MIDDLE) / MIDDLE);
 
-/** Radius of a tip in pixels. */
-export function tipRadius(mass, heaviest, thin) {
-  return Math.max(thin * 1.1, thin * 3 * Math.cbrt(mass / heaviest));
+/** Radius of a tip in pixels: by its mass, but a short arm is not to vanish behind it. */
+function tipRadius(tree, k, heaviest, camera, thin) {
+  const wanted = Math.max(thin * 1.1, thin * 3 * Math.cbrt(tree.mass[k] / heaviest));
+  return Math.max(0.6, Math.min(wanted, 0.35 * camera.scale * tree.length[k]));
 }
 
 /** Adds an arrow of so many pixels to the path. */
@@ -62,6 +64,13 @@ function arrow(context, x, y, dx, dy, pixels) {
   context.moveTo(tx - head * (dx + 0.55 * dy), ty - head * (dy - 0.55 * dx));
   context.lineTo(tx, ty);
   context.lineTo(tx - head * (dx - 0.55 * dy), ty - head * (dy + 0.55 * dx));
+}
+
+/** A rectangle with round ends. */
+function pill(context, x, y, width, height) {
+  const r = height / 2;
+  context.arc(x + r, y + r, r, Math.PI / 2, 1.5 * Math.PI);
+  context.arc(x + width - r, y + r, r, 1.5 * Math.PI, 0.5 * Math.PI);
 }
 
 /** A painter for trees of up to n arms. */
@@ -101,16 +110,19 @@ export function createPainter(context) {
     },
 
     tips(tree, x, y, heaviest, camera, colours, thin) {
+      let outlined = false;
       context.beginPath();
       for (let k = 0; k < tree.length.length; k++) {
         const px = camera.x + camera.scale * x[k];
         const py = camera.y - camera.scale * y[k];
-        const r = tipRadius(tree.mass[k], heaviest, thin);
+        const r = tipRadius(tree, k, heaviest, camera, thin);
+        outlined ||= r > 3;
         context.moveTo(px + r, py);
         context.arc(px, py, r, 0, 2 * Math.PI);
       }
       context.fillStyle = colours.mass;
       context.fill();
+      if (!outlined) return;
       context.lineWidth = Math.max(1, thin * 0.5);
       context.strokeStyle = colours.paper;
       context.stroke();
@@ -160,10 +172,41 @@ export function createPainter(context) {
       const k = arm - 1;
       context.beginPath();
       context.arc(camera.x + camera.scale * shape.x[k], camera.y - camera.scale * shape.y[k],
-        tipRadius(shape.tree.mass[k], shape.heaviest, shape.thin) + 5, 0, 2 * Math.PI);
+        tipRadius(shape.tree, k, shape.heaviest, camera, shape.thin) + 5, 0, 2 * Math.PI);
       context.strokeStyle = colours.accent;
       context.lineWidth = strong ? 3.5 : 2;
       context.stroke();
+    },
+
+    /** Words beside a tip, where they hide the fewest other tips. */
+    label(words, arm, shape, camera, colours, across) {
+      context.font = colours.font;
+      const wide = context.measureText(words).width + 20;
+      const px = camera.x + camera.scale * shape.x[arm - 1];
+      const py = camera.y - camera.scale * shape.y[arm - 1];
+      let best = null;
+      for (const [x, y] of [[px + 16, py - 13], [px - 16 - wide, py - 13], [px - wide / 2, py - 44], [px - wide / 2, py + 18]]) {
+        let hidden = x < 4 || x + wide > across - 4 ? 50 : 0;
+        for (let k = 0; k < shape.n; k++) {
+          const dx = camera.x + camera.scale * shape.x[k] - x;
+          const dy = camera.y - camera.scale * shape.y[k] - y;
+          if (dx > -8 && dx < wide + 8 && dy > -8 && dy < 34) hidden++;
+          // the middle of the arm
+          const carrier = shape.tree.parent[k];
+          const mx = dx - (camera.scale * (shape.x[k] - (carrier ? shape.x[carrier - 1] : 0))) / 2;
+          const my = dy + (camera.scale * (shape.y[k] - (carrier ? shape.y[carrier - 1] : 0))) / 2;
+          if (mx > -4 && mx < wide + 4 && my > -4 && my < 30) hidden += 0.5;
+        }
+        if (!best || hidden < best.hidden) best = { x, y, hidden };
+      }
+      context.beginPath();
+      pill(context, best.x, best.y, wide, 26);
+      context.fillStyle = colours.glass;
+      context.fill();
+      context.textBaseline = "middle";
+      context.textAlign = "left";
+      context.fillStyle = colours.ink;
+      context.fillText(words, best.x + 10, best.y + 14);
     },
 
     /** Thin and pale: another start of the same pendulum. */

@@ -125,6 +125,16 @@ export function mountStage(element, app) {
     const { selected } = view;
     if (look.hover && look.hover <= shape.n && look.hover !== selected) painter.ring(look.hover, shape, camera, colours, false);
     if (selected && selected <= shape.n) painter.ring(selected, shape, camera, colours, look.focused);
+    const told = look.hover || (clock.playing ? selected : 0);
+    if (told && told <= shape.n) tell(told, shape);
+  }
+
+  /** An arm's numbers beside its tip. */
+  function tell(arm, shape) {
+    const k = arm - 1;
+    const { length, mass } = shape.tree;
+    const words = text("arm.numbers", { arm, length: text.short(length[k]), mass: text.short(mass[k]), force: text.number(shape.lambda[k], 1) });
+    painter.label(words, arm, shape, look.camera, look.colours, size.width);
   }
 
   function drawGhost(ghost, shape) {
@@ -157,10 +167,11 @@ export function mountStage(element, app) {
       return { x: camera.x + (arm ? camera.scale * shape.x[arm - 1] : 0), y: camera.y - (arm ? camera.scale * shape.y[arm - 1] : 0) };
     },
   };
-  const notices = mountNotices(element, app);
-  const legend = mountLegend(element, app, look);
-  const card = mountCard(element, app, look);
+  // in the order of the tab key
   const arms = mountArms(element, app, look);
+  const card = mountCard(element, app, look);
+  const legend = mountLegend(element, app, look);
+  const notices = mountNotices(element, app);
   const hands = mountHands(canvas, app, look);
   for (const part of [notices, legend, card, arms, hands]) bag(part.destroy);
 

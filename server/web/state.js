@@ -38,6 +38,18 @@ export function request(doc, initial = doc.initial) {
   return body;
 }
 
+/**
+ * {doc, initial} of a ghost {phi, phid, apart?, method?, rtol?, atol?}: another start as it stands, or, with `apart`, the
+ * document's start with its first arm turned by so much (0: the same start); by its own method where it names one.
+ */
+export function ghostOf(doc, ghost) {
+  const { phi, phid, apart, method, rtol = null, atol = null } = ghost;
+  const own = method ? { ...doc, method, rtol, atol, precision: "double" } : doc;
+  if (apart === undefined) return { doc: own, initial: { phi, phid } };
+  const start = doc.initial;
+  return { doc: own, initial: { phi: [start.phi[0] + apart, ...start.phi.slice(1)], phid: start.phid } };
+}
+
 /** The parts of a document that a body of /v1/trajectories (a scene's request, a preset) stands for. */
 export function fromRequest(body) {
   const { length, mass, parent, gravity = 9.81 } = body.pendulum;
@@ -73,7 +85,7 @@ function patched(doc, patch) {
 
 const onlyView = (patch) => Object.keys(patch).every((key) => key === "view");
 
-export function createStore(first = PAPER) {
+export function createStore(first = {}) {
   let doc = patched(PAPER, first);
   let past = [];
   let future = [];

@@ -67,7 +67,7 @@ export function removable(parent, arm) {
 /** {pendulum, initial, ghosts} with one more arm on `carrier`, its number the last. */
 export function withArm(doc, carrier, { length, mass, phi }) {
   const { pendulum } = doc;
-  const longer = (state) => ({ phi: [...state.phi, phi], phid: [...state.phid, 0] });
+  const longer = (state) => ({ ...state, phi: [...state.phi, phi], phid: [...state.phid, 0] });
   return {
     pendulum: {
       ...pendulum,
@@ -87,7 +87,7 @@ export function withoutBranch(doc, arm) {
   const keep = pendulum.parent.map((_, k) => k).filter((k) => !gone.has(k + 1));
   const number = new Map(keep.map((k, i) => [k + 1, i + 1]));
   const pick = (list) => keep.map((k) => list[k]);
-  const shorter = (state) => ({ phi: pick(state.phi), phid: pick(state.phid) });
+  const shorter = (state) => ({ ...state, phi: pick(state.phi), phid: pick(state.phid) });
   return {
     pendulum: {
       ...pendulum,

@@ -9,7 +9,7 @@ import { fileURLToPath, pathToFileURL } from "node:url";
 import { createRig } from "./rig.mjs";
 
 const HERE = dirname(fileURLToPath(import.meta.url));
-const wanted = process.argv[2] ?? "";
+const wanted = (process.argv[2] ?? "").replaceAll(" ", "_");
 const files = readdirSync(HERE).filter((name) => /^test_.*\.mjs$/.test(name)).sort();
 let passed = 0;
 let failed = 0;

@@ -111,6 +111,9 @@ export async function numbers_are_edited_in_place_and_wrong_ones_are_refused(rig
   const page = await rig.open();
   await pause(page, 3.3);
   const spot = await tip(page, 2);
+  await page.mouse.move(spot.x, spot.y);
+  await page.waitForTimeout(150);
+  await rig.shot(page, "hover");
   await page.mouse.click(spot.x, spot.y);
   await page.waitForTimeout(200);
   await rig.shot(page, "arm");
@@ -142,6 +145,40 @@ export async function a_branch_is_deleted_and_comes_back(rig) {
   await page.click('[data-act="undo"]');
   assert.deepEqual((await doc(page)).pendulum.parent, [0, 1, 2, 2]);
   await moving(page);
+  await close(page);
+}
+
+export async function escape_takes_a_drag_back(rig) {
+  const page = await rig.open();
+  await pause(page, 1);
+  const before = await doc(page);
+  const from = await tip(page, 2);
+  await page.mouse.move(from.x, from.y);
+  await page.mouse.down();
+  await page.mouse.move(from.x + 60, from.y - 30, { steps: 4 });
+  assert.notDeepEqual((await doc(page)).initial, before.initial);
+  await page.keyboard.press("Escape");
+  await page.mouse.move(from.x + 80, from.y);
+  await page.mouse.up();
+  assert.deepEqual((await doc(page)).initial, before.initial);
+  assert.equal(await page.evaluate(() => pendulumd.motion.held), false);
+  await moving(page);
+  await close(page);
+}
+
+export async function gravity_is_edited_where_the_pendulum_hangs(rig) {
+  const page = await rig.open();
+  await page.evaluate(() => pendulumd.edits.select(2));
+  assert.equal(await page.isVisible('[data-field="gravity"]'), false);
+  await page.evaluate(() => pendulumd.edits.select(1));
+  await type(page, "gravity", "1.62");
+  assert.equal((await doc(page)).pendulum.gravity, 1.62);
+  await moving(page);
+  const energy = await page.evaluate(() => Math.min(...pendulumd.motion.columns.energy_potential));
+  assert.ok(energy < -1 && energy > -1.62 * 10.3, `on the moon: ${energy} J`);
+  await page.evaluate(() => pendulumd.clock.pause());
+  await page.waitForTimeout(300);
+  await rig.shot(page, "gravity");
   await close(page);
 }
 

@@ -4,6 +4,8 @@ import assert from "node:assert/strict";
 import { deflateRawSync } from "node:zlib";
 import { close, moving } from "./rig.mjs";
 
+export const rig = { store: true };
+
 const linkOf = (scene) => `/#d=${deflateRawSync(Buffer.from(JSON.stringify(scene))).toString("base64url")}`;
 
 const pixels = (page) => page.evaluate(() => document.querySelector(".canvas").toDataURL());
@@ -15,33 +17,49 @@ async function end(page) {
   await page.waitForTimeout(900);
 }
 
-export async function a_link_without_a_store_shows_the_same_pixels_in_another_browser(rig) {
+/** Asks the page's own module for something of its document. */
+const linking = (page, ask) => page.evaluate(async (name) => {
+  const link = await import(new URL("link.js", document.querySelector("script[src$='main.js']").src));
+  return link[name](pendulumd.store.get());
+}, ask);
+
+/** A pendulum that nobody else has, at its end. */
+async function unusual(rig) {
   const page = await rig.open();
-  await page.evaluate(async () => {
+  await page.evaluate(() => {
     const { edits, store } = pendulumd;
     edits.add(3);
     edits.setStart(5, "phi", 0.123456789);
     edits.setLength(1, 1.7);
-    store.set({ title: "For the class", span: { stop: 3, step: 0.01 }, view: { trails: [5, 4], arrows: true, palette: "paper" } });
+    store.set({ title: "For the class", span: { stop: 3, step: 0.01 }, view: { trails: [5, 4], arrows: true, palette: "paper", drawer: null } });
   });
   await end(page);
-  const hash = await page.evaluate(async () => {
-    const { linkOf } = await import(new URL("link.js", document.querySelector("script[src$='main.js']").src));
-    return linkOf(pendulumd.store.get());
-  });
-  const other = await rig.open({ path: `/${hash}` });
+  return page;
+}
+
+async function sameInAnotherBrowser(rig, page, path, picture) {
+  const other = await rig.open({ path });
   await end(other);
   const phi = (where) => where.evaluate(() => [...pendulumd.motion.columns.phi]);
   assert.deepEqual(await phi(other), await phi(page));
-  // the drawer beside the stage is no part of the pendulum
-  await page.evaluate(() => pendulumd.store.set({ view: { drawer: null } }));
-  await other.evaluate(() => pendulumd.store.set({ view: { drawer: null } }));
-  await page.waitForTimeout(900);
-  await other.waitForTimeout(900);
   assert.equal(await pixels(other), await pixels(page));
   assert.equal(await other.textContent(".title"), "For the class");
-  await rig.shot(other, "link");
+  await rig.shot(other, picture);
   await close(other);
+}
+
+export async function a_link_without_a_store_shows_the_same_pixels_in_another_browser(rig) {
+  const page = await unusual(rig);
+  await sameInAnotherBrowser(rig, page, `/${await linking(page, "linkOf")}`, "link");
+  await close(page);
+}
+
+export async function a_stored_scene_shows_the_same_pixels_in_another_browser(rig) {
+  const page = await unusual(rig);
+  const scene = await linking(page, "sceneOf");
+  const { id } = await page.evaluate((kept) => pendulumd.client.storeScene(kept), scene);
+  assert.match(id, /^\w{20,}$/);
+  await sameInAnotherBrowser(rig, page, `/#s=${id}`, "scene");
   await close(page);
 }
 

@@ -125,6 +125,32 @@ export async function the_page_s_own_files_stay_small() {
   return `${files.length} files, ${bytes} bytes compressed`;
 }
 
+export async function nothing_jumps_while_the_page_opens(rig) {
+  for (const size of [{ width: 1280, height: 800 }, { width: 390, height: 844, isMobile: true, touch: true }]) {
+    const page = await rig.open(size);
+    await page.waitForFunction(() => pendulumd.motion.stats);
+    await page.waitForTimeout(500);
+    const shift = await page.evaluate(() => new Promise((resolve) => {
+      const found = { sum: 0, what: [] };
+      new PerformanceObserver((list) => list.getEntries().forEach((entry) => {
+        found.sum += entry.value;
+        found.what.push(...entry.sources.map(({ node }) => node?.outerHTML?.slice(0, 60)));
+      })).observe({ type: "layout-shift", buffered: true });
+      setTimeout(() => resolve(found), 100);
+    }));
+    assert.ok(shift.sum < 0.05, `layout shift ${shift.sum} of ${shift.what.join(" | ")}`);
+    const head = await page.evaluate(() => ({ title: document.title, lang: document.documentElement.lang, viewport: !!document.querySelector("meta[name=viewport]"),
+      description: document.querySelector("meta[name=description]").content.length }));
+    assert.ok(head.title && head.lang === "en" && head.viewport && head.description > 20);
+    const small = await page.evaluate(() => [...document.querySelectorAll("button, select, input, a")].filter((element) => {
+      const { width, height } = element.getBoundingClientRect();
+      return width && !element.closest(".unseen") && Math.min(width, height) < 22;
+    }).map((element) => element.outerHTML.slice(0, 90)));
+    assert.deepEqual(small, [], "targets large enough for a finger");
+    await close(page);
+  }
+}
+
 export async function every_module_that_the_page_needs_at_once_is_preloaded(rig) {
   const page = await rig.open({ wait: false });
   const asked = [];

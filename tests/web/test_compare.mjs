@@ -1,0 +1,108 @@
+// Compare: ghosts and their distance; the map of flips, whose points are starts that do what their colour says.
+
+import assert from "node:assert/strict";
+import { openDrawer, saved, settledMotion } from "./drawers.mjs";
+import { close } from "./rig.mjs";
+
+const HANGING = -Math.PI / 2;
+const TURN = 2 * Math.PI;
+
+export async function a_start_off_by_a_millionth_parts_and_follows_the_start(rig) {
+  const page = await rig.open();
+  await openDrawer(page, "compare");
+  await page.click("[data-add=off]");
+  await settledMotion(page);
+  const distance = () => page.evaluate(() => {
+    const { motion } = window.pendulumd;
+    const at = (time) => {
+      const row = Math.round(time / 0.01) * motion.n;
+      return Math.max(...Array.from({ length: motion.n }, (_, k) => Math.abs(motion.columns.phi[row + k] - motion.ghosts[0].columns.phi[row + k])));
+    };
+    return [at(0), at(1), at(15)];
+  });
+  const [start, soon, late] = await distance();
+  assert.ok(Math.abs(start - 1e-6) < 1e-15, `${start} rad apart at the start`);
+  assert.ok(soon < 1e-4 && late > 0.1, `${soon} after a second, ${late} after fifteen`);
+  await page.waitForFunction(() => /More than 0\.1 rad apart from \d+\.\d\d s on/.test(document.querySelector("[data-drawer=compare]").innerText));
+  // another start: the ghost goes with it, as far away as before
+  await page.evaluate(() => window.pendulumd.store.set({ initial: { phi: [1, 1, 1, 1], phid: [0, 0, 0, 0] } }));
+  await settledMotion(page);
+  assert.ok(Math.abs((await distance())[0] - 1e-6) < 1e-15);
+  await close(page);
+}
+
+export async function a_kept_start_stays_and_is_taken_away_by_keyboard(rig) {
+  const page = await rig.open();
+  await openDrawer(page, "compare");
+  await page.click("[data-add=keep]");
+  await page.evaluate(() => window.pendulumd.store.set({ initial: { phi: [1, 1, 1, 1], phid: [0, 0, 0, 0] } }));
+  await settledMotion(page);
+  assert.deepEqual(await page.evaluate(() => [...window.pendulumd.motion.ghosts[0].columns.phi.slice(0, 4)]), [0, 0, 0, 0]);
+  await page.focus(".ghosts button");
+  await page.keyboard.press("Enter");
+  assert.equal(await page.evaluate(() => window.pendulumd.store.get().ghosts.length), 0);
+  assert.match(await page.innerText(".ghosts"), /None yet/);
+  await close(page);
+}
+
+/** When an arm of the present motion first turns over, by its samples; null if none does. */
+const firstFlip = (page) => page.evaluate(({ hanging, turn }) => {
+  const { motion } = window.pendulumd;
+  const round = (phi) => Math.floor((phi - hanging - Math.PI) / turn);
+  for (let i = 1; i < motion.count; i++) {
+    for (let k = 0; k < motion.n; k++) if (round(motion.columns.phi[i * motion.n + k]) !== round(motion.columns.phi[(i - 1) * motion.n + k])) return { time: motion.t[i], arm: k + 1 };
+  }
+  return null;
+}, { hanging: HANGING, turn: TURN });
+
+export async function a_point_of_the_flip_map_starts_the_motion_that_its_colour_tells(rig) {
+  const page = await rig.open({ height: 1400 });
+  await openDrawer(page, "compare");
+  await page.selectOption("[data-map=across]", "3");
+  await page.selectOption("[data-map=up]", "1");
+  await page.selectOption("[data-map=count]", "60");
+  await page.click("[data-map=compute]");
+  await page.waitForSelector("[data-map=png]:not([hidden])");
+  assert.match(await page.innerText("[data-drawer=compare]"), /3600 motions computed/);
+  const map = page.locator(".map");
+  await map.scrollIntoViewIfNeeded();
+  const box = await map.boundingBox();
+  for (const [across, up] of [[0.2, 0.3], [0.7, 0.85]]) {
+    const side = box.width - 58;
+    await page.mouse.click(box.x + 48 + across * side, box.y + 8 + (1 - up) * side);
+    await settledMotion(page);
+    const words = await page.innerText("#map-point");
+    const [, arm, time] = /arm (\d+) turns over after ([\d.]+) s/.exec(words) ?? assert.fail(words);
+    const flip = await firstFlip(page);
+    assert.equal(flip.arm, Number(arm));
+    assert.ok(Math.abs(flip.time - Number(time)) < 0.02, `${words}, but it does at ${flip.time} s`);
+    const { phi } = await page.evaluate(() => window.pendulumd.store.get().initial);
+    assert.equal(phi[1], 0, "an arm that is on no axis has moved");
+    const angle = Math.round(Math.floor(across * 60) * 360 / 59 - 180);
+    assert.ok(Math.abs((phi[2] - HANGING) * 180 / Math.PI - angle) < 6.2, words);
+  }
+  // the cross moves by keys, and Enter starts there
+  const before = await page.evaluate(() => window.pendulumd.store.get().initial.phi);
+  await map.focus();
+  await page.keyboard.press("ArrowRight");
+  await page.keyboard.press("Enter");
+  const after = await page.evaluate(() => window.pendulumd.store.get().initial.phi);
+  assert.ok(Math.abs(after[2] - before[2] - TURN / 59) < 1e-12 && after[0] === before[0]);
+  await settledMotion(page);
+  await rig.shot(page, "compare-map");
+  const png = await saved(page, "[data-map=png]");
+  assert.equal(png.bytes.subarray(1, 4).toString(), "PNG");
+  assert.equal(png.bytes.readUInt32BE(16), 60);
+  await close(page);
+}
+
+export async function a_map_can_be_stopped(rig) {
+  const page = await rig.open();
+  await openDrawer(page, "compare");
+  await page.selectOption("[data-map=count]", "240");
+  await page.selectOption("[data-map=duration]", "20");
+  await page.click("[data-map=compute]");
+  await page.click("[data-map=compute]");
+  await page.waitForFunction(() => document.querySelector("[data-drawer=compare]").innerText.includes("Stopped"));
+  await close(page);
+}

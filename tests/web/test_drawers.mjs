@@ -1,0 +1,63 @@
+// Every drawer, for everybody: light, dark and on a phone; in English and German.
+
+import assert from "node:assert/strict";
+import { openDrawer, violations } from "./drawers.mjs";
+import { close } from "./rig.mjs";
+
+const DRAWERS = ["plots", "modes", "compare", "method", "equations", "share", "worksheet"];
+
+// what is to be there before it is looked at
+const READY = {
+  plots: ".portrait canvas[aria-label]",
+  modes: "[data-mode='1'] canvas",
+  compare: "[data-map=compute]",
+  method: "[data-fact=atEnd]",
+  equations: "[data-part=bbb] .katex",
+  share: "[data-link=long]",
+  worksheet: "[data-step='5']",
+};
+
+async function look(rig, name, options) {
+  const page = await rig.open(options);
+  const bad = [];
+  await page.evaluate(() => window.pendulumd.clock.pause());
+  for (const id of DRAWERS) {
+    const selector = await openDrawer(page, id);
+    await page.waitForSelector(`${selector} ${READY[id]}`, { state: "attached" });
+    await page.evaluate((at) => document.querySelector(at).scrollIntoView({ block: "start" }), selector);
+    if (id === "compare") {
+      await page.selectOption("[data-map=count]", "60");
+      await page.click("[data-add=off]");
+      await page.click("[data-map=compute]");
+      await page.waitForSelector("[data-map=png]:not([hidden])");
+    }
+    if (id === "method") await page.waitForSelector(".verdict");
+    await page.waitForTimeout(60);
+    await rig.shot(page, `drawer-${id}-${name}`);
+    bad.push(...(await violations(page, selector)).map((words) => `${id}, ${name}: ${words}`));
+    const wide = await page.evaluate((at) => document.querySelector(at).scrollWidth - document.querySelector(at).clientWidth, selector);
+    if (wide > 0) bad.push(`${id}, ${name}: it is ${wide} pixels too wide`);
+  }
+  await close(page);
+  return bad;
+}
+
+export async function drawers_are_accessible_in_light_dark_and_on_a_phone(rig) {
+  const bad = [
+    ...await look(rig, "light", { height: 1000 }),
+    ...await look(rig, "dark", { height: 1000, dark: true, language: "de" }),
+    ...await look(rig, "phone", { width: 390, height: 844, touch: true }),
+  ];
+  assert.deepEqual(bad, []);
+}
+
+export async function drawers_are_not_loaded_before_they_are_opened(rig) {
+  const page = await rig.open();
+  const loaded = () => page.evaluate(() => performance.getEntriesByType("resource").map(({ name }) => name).filter((name) => /drawers\/|\/lib\//.test(name)));
+  assert.deepEqual(await loaded(), []);
+  await openDrawer(page, "share");
+  const names = (await loaded()).map((name) => name.replace(/.*\/(drawers|lib)\//, ""));
+  assert.ok(names.includes("qrcode.js"));
+  assert.ok(!names.includes("katex.js") && !names.includes("uplot.js"), "a drawer brings what is another's");
+  await close(page);
+}
