@@ -125,7 +125,12 @@ bench: ## everything below but load: ours, the peer's, ratio; seven minutes (ins
 bench-parts: $(B)/tests/bench/run ## ensembles, numbers, requests, in a minute
 	$< $(T)
 
-load: build $(B)/tests/bench/service/service $(B)/tests/load/client ## the daemon under load beside its peers, in ten minutes (T=part-of-a-line; installs wrk, nginx, Node.js)
+drill: build $(B)/tests/drill/clock.so ## kills, stops, cuts, full disks and wrong clocks, ROUNDS (50) of each on both stores, in half an hour (T=part-of-a-name)
+	@docker/install.sh test
+	@/usr/bin/python3 -B tests/drill/drill.py $(B) --rounds $(ROUNDS) $(T)
+ROUNDS ?= 50
+
+load: build $(B)/tests/bench/service/service $(B)/tests/bench/jobs/engine $(B)/tests/load/client ## the daemon under load beside its peers, in ten minutes (T=part-of-a-line; installs wrk, nginx, Node.js)
 	@docker/install.sh load
 	@/usr/bin/python3 -B tests/load/load.py $(B) $(T)
 
@@ -151,8 +156,8 @@ FUZZ_SECONDS ?= 30
 valgrind: ## the quick tests, and the server, under valgrind
 	@$(CHECK) ONLY='valgrind-%'; $(COUNT)
 
-rules: ## the rooms' include rules, documents compared with code, replies with the OpenAPI document
-	@$(CHECK) ONLY='layers docs replies readback equations nginx layout openapi'; $(COUNT)
+rules: ## the rooms' include rules, documents compared with code, replies with the OpenAPI document, instructions counted
+	@$(CHECK) ONLY='layers docs replies readback equations nginx deploy layout openapi instructions'; $(COUNT)
 
 lint: ## clang's warnings, layout and spectral; installs clang and clang-format
 	@docker/install.sh build lint
@@ -244,9 +249,19 @@ $(B)/tests/bench/service/service: $(call objects,tests/bench/service) $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
+$(B)/tests/bench/jobs/engine: $(call objects,tests/bench/jobs) $(B)/libpendulum.a $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
+
 $(B)/tests/load/client: $(call objects,tests/load) $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^)
+
+# what is put before a process
+$(B)/tests/drill/%.so: tests/drill/%.c $(B)/flags
+	@mkdir -p $(@D)
+	$(call say,cc,$<)
+	$(Q)$(CC) $(filter-out -fsanitize=%,$(CFLAGS_ALL)) -shared -fPIC $< -o $@
 
 $(B)/tests/bench/modes/run: $(call objects,tests/bench/modes) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
@@ -260,9 +275,13 @@ $(B)/tests/bench/trajectories/run: $(call objects,tests/bench/trajectories) $(B)
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS) $(SUNDIALS) -ldl
 
-$(B)/tests/bench/dynamics/run: $(call objects,tests/bench/dynamics) $(B)/libpendulum.a $(B)/parts
+$(B)/tests/bench/dynamics/run: $(call objects,tests/bench/dynamics) $(B)/tests/harness/quad.o $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
-	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS) -ldl
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS) $(QUADMATH) -ldl
+
+$(B)/tests/bench/instructions/run: $(call objects,tests/bench/instructions) $(B)/libpendulum.a $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
 $(B)/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(API) $(B)/libpendulum.a
 	$(call say,link,$@)
@@ -279,5 +298,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench bench-parts load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
+.PHONY: help run check build bench bench-parts drill load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
 .DELETE_ON_ERROR:

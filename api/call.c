@@ -18,6 +18,8 @@ struct api_call {
     const struct api_limits *limits;
     double (*now)(void *context);
     void *context;
+    int (*hurry)(void *company);
+    void *company;
     enum stage stage;
     const struct api_op *op;
     const struct api_format *format;
@@ -25,6 +27,10 @@ struct api_call {
     struct api_source source;    /* where the answer lies already; all NULL where it is computed */
     struct api_results *results; /* once it is taken from there */
     int fetched;                 /* all of it was */
+    int ranged;                  /* not all of it is wanted, but `range` */
+    struct api_range range;
+    long long position;      /* bytes of the answer that were passed over or handed out */
+    struct api_buffer whole; /* what was written of the whole, on its way to the range */
     struct api_problem problem;
     double seconds; /* of the turns so far */
     long steps;
@@ -42,6 +48,7 @@ enum pend_status api_call_new(struct api_call **call, const struct api_limits *l
     if (!*call) return PEND_NO_MEMORY;
     (*call)->limits = limits;
     api_problem_init(&(*call)->problem);
+    api_buffer_init(&(*call)->whole, (size_t)limits->answer_bytes);
     return PEND_OK;
 }
 
@@ -57,6 +64,7 @@ void api_call_free(struct api_call **call) {
     if (!*call) return;
     call_end_op(*call);
     api_problem_clear(&(*call)->problem);
+    api_buffer_clear(&(*call)->whole);
     free(*call);
     *call = NULL;
 }
@@ -64,6 +72,11 @@ void api_call_free(struct api_call **call) {
 void api_call_clock(struct api_call *call, double (*now)(void *context), void *context) {
     call->now = now;
     call->context = context;
+}
+
+void api_call_hurry(struct api_call *call, int (*hurry)(void *company), void *company) {
+    call->hurry = hurry;
+    call->company = company;
 }
 
 /* ends the call after its answer was promised: only some representations can still say why */
@@ -160,6 +173,38 @@ enum api_progress api_call_results(struct api_call *call, const struct api_reque
     return API_MORE;
 }
 
+/* --- ranges --- */
+
+/* the length of the whole is known: which bytes are wanted; 0 where there are none of them */
+static int call_settle_range(struct api_call *call, long long total) {
+    struct api_range *range = &call->range;
+    call->answer.total = total;
+    int tail = range->first < 0;
+    if (tail) range->first = range->last < total ? total - range->last : 0;
+    if (tail || range->last < 0 || range->last >= total) range->last = total - 1;
+    call->answer.status = 206;
+    call->answer.first = range->first;
+    call->answer.length = range->last - range->first + 1;
+    return range->first <= range->last;
+}
+
+static enum api_progress call_refuse_range(struct api_call *call, struct api_buffer *out) {
+    long long total = call->answer.total;
+    api_problem_set(&call->problem, 416, "the answer has %lld bytes, none of which are in the range", total);
+    enum api_progress progress = call_refuse(call, out);
+    call->answer.total = total;
+    return progress;
+}
+
+enum api_progress api_call_range(struct api_call *call, struct api_range range, struct api_buffer *out) {
+    assert(call->stage == STAGE_READY && call->source.fetch);
+    call->ranged = 1;
+    call->range = range;
+    call->answer.total = -1;
+    if (call->answer.length < 0 || call_settle_range(call, call->answer.length)) return API_MORE;
+    return call_refuse_range(call, out);
+}
+
 /* the next piece of an answer that lies in parts */
 static enum pend_status call_fetch(struct api_call *call, struct api_buffer *out, int *done, struct pend_error *error) {
     enum { FETCH_BYTES = 1 << 18 };
@@ -177,18 +222,45 @@ static enum pend_status call_fetch(struct api_call *call, struct api_buffer *out
     return status;
 }
 
+/* the same, where not all of it is wanted. The first time through only counts, where the length is not known */
+static enum pend_status call_fetch_range(struct api_call *call, struct api_buffer *out, int *done,
+                                         struct pend_error *error) {
+    struct api_buffer *whole = &call->whole;
+    whole->bytes = 0;
+    PEND_TRY(call_fetch(call, whole, done, error));
+    long long begin = call->position, end = call->position += (long long)whole->bytes;
+    if (call->answer.total >= 0) {
+        long long from = begin > call->range.first ? begin : call->range.first;
+        long long to = end <= call->range.last ? end : call->range.last + 1;
+        if (*done && end != call->answer.total) return PEND_BUG;
+        *done |= end > call->range.last;
+        return from < to ? api_buffer_add(out, whole->data + (from - begin), (size_t)(to - from)) : PEND_OK;
+    }
+    if (!*done) return PEND_OK;
+    *done = 0;
+    call->position = call->fetched = 0;
+    api_results_free(&call->results);
+    call->source.again(call->source.context);
+    return call_settle_range(call, end) ? PEND_OK : PEND_INVALID;
+}
+
 /* computes on until the turn is over */
 static enum pend_status call_turn(struct api_call *call, const struct api_turn *turn, int *done,
                                   struct pend_error *error) {
     if (!call->source.fetch) return call->op->run(call->state, turn, done, error);
-    do PEND_TRY(call_fetch(call, turn->out, done, error));
+    do PEND_TRY((call->ranged ? call_fetch_range : call_fetch)(call, turn->out, done, error));
     while (!*done && !api_turn_over(turn));
     return PEND_OK;
 }
 
 enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
-    struct api_turn turn = {
-        .out = out, .now = call->now, .context = call->context, .earlier = call->seconds, .before = out->bytes};
+    struct api_turn turn = {.out = out,
+                            .now = call->now,
+                            .context = call->context,
+                            .hurry = call->hurry,
+                            .company = call->company,
+                            .earlier = call->seconds,
+                            .before = out->bytes};
     struct pend_error error = {.text = ""};
     int done = 0;
     if (call->stage == STAGE_DONE) return API_DONE;
@@ -198,6 +270,8 @@ enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
     if (turn.now) turn.begun = turn.now(turn.context);
     enum pend_status status = call_turn(call, &turn, &done, &error);
     if (turn.now) call->seconds = api_turn_seconds(&turn);
+    if (status == PEND_INVALID && call->answer.status == 206 && call->answer.length <= 0)
+        return call_refuse_range(call, out);
     if (status != PEND_OK) return call_fail(call, status, &error, out);
     if (!done) return API_MORE;
     call_end_op(call);

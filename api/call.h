@@ -15,7 +15,9 @@ struct api_answer {
     const char *columns;   /* of X-Columns, "t,phi[4],phid[4]", or NULL: the representation does not tell them itself */
     const char *file_name; /* under which a browser would save it, or NULL: to be looked at */
     const char *etag;      /* as api_call_etag; NULL for a problem */
-    long long length;      /* bytes of the whole answer where that is known, else -1 */
+    long long length;      /* bytes of the answer's body where that is known, else -1 */
+    long long first;       /* status 206: the number of its first byte in the whole, from 0 */
+    long long total;       /* status 206 and 416: bytes of the whole */
 };
 
 enum api_progress {
@@ -50,6 +52,14 @@ void api_call_free(struct api_call **call);
 void api_call_clock(struct api_call *call, double (*now)(void *context), void *context);
 
 /**
+ * Lends a look at who else waits; with a clock, to be set before api_call_open, or never.
+ *
+ * hurry  asked between two pieces of work once a run has lasted a quarter of a millisecond; where it returns non-zero
+ *        the run comes back. Called on the thread that runs the call.
+ */
+void api_call_hurry(struct api_call *call, int (*hurry)(void *company), void *company);
+
+/**
  * Reads and checks the whole request. Afterwards the answer is known to be a problem, or the computation is ready to
  * run.
  *
@@ -71,6 +81,8 @@ struct api_source {
      * Anything but PEND_OK ends the answer; error->text says why.
      */
     enum pend_status (*fetch)(void *context, void *data, size_t cap, size_t *bytes, struct pend_error *error);
+    /** Begins with the first part again. */
+    void (*again)(void *context);
     void *context;
 };
 
@@ -83,10 +95,25 @@ struct api_source {
 PEND_MUST_CHECK enum api_progress api_call_results(struct api_call *call, const struct api_request *request,
                                                    const struct api_source *source, struct api_buffer *out);
 
+/* A range of an answer's bytes, numbered from 0. */
+struct api_range {
+    long long first; /* -1: the last `last` bytes are wanted */
+    long long last;  /* -1: all to the end */
+};
+
+/**
+ * Asks for a part of the answer only, status 206, of a call that api_call_results has opened; before its first run.
+ * Where the length of the whole is not known before it is written, that is done twice, the first time for nobody.
+ *
+ * API_DONE  as after api_call_open; status 416 where no byte of the answer is in the range: that may also come later.
+ */
+PEND_MUST_CHECK enum api_progress api_call_range(struct api_call *call, struct api_range range, struct api_buffer *out);
+
 /**
  * What tells a request from every other, as 64 hexadecimal digits: a SHA-256 of the operation, what it was asked in a
- * canonical form (the order of keys, blanks and the spelling of numbers do not matter), the representation, and the
- * engine. NULL for a request that was refused. Equal digests: the same answer but for compute_seconds.
+ * canonical form (the order of keys, blanks, the spelling of numbers and most defaults written out do not matter), the
+ * representation, and the engine. NULL for a request that was refused. Equal digests: the same answer but for
+ * compute_seconds.
  *
  * Valid once api_call_open came back; lives as long as the call.
  */

@@ -75,11 +75,20 @@ static void digest_array(struct digest *digest, const struct api_value *value) {
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) digest_value(digest, &item);
 }
 
-/* the member whose key comes next behind `last` in the order of bytes; missing behind the last */
+/* how many members count: those that say what would hold without them do not */
+static int members(const struct api_value *object) {
+    int count = 0;
+    struct api_value member = api_value_first(object);
+    for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member))
+        count += !api_value_is_usual(&member);
+    return count;
+}
+
+/* the one of these whose key comes next behind `last` in the order of bytes; missing behind the last */
 static struct api_value member_behind(const struct api_value *object, const char *last) {
     struct api_value member = api_value_first(object), least = {0};
     for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member)) {
-        if (last && strcmp(member.key, last) <= 0) continue;
+        if (api_value_is_usual(&member) || (last && strcmp(member.key, last) <= 0)) continue;
         if (!least.node || strcmp(member.key, least.key) < 0) least = member;
     }
     return least;
@@ -87,7 +96,7 @@ static struct api_value member_behind(const struct api_value *object, const char
 
 static void digest_object(struct digest *digest, const struct api_value *value) {
     const char *last = NULL;
-    digest_kind(digest, 'o', (uint64_t)api_value_count(value));
+    digest_kind(digest, 'o', (uint64_t)members(value));
     for (;;) {
         struct api_value member = member_behind(value, last);
         if (!member.node) return;

@@ -7,10 +7,34 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/number.h"
 #include "core/status.h"
 
 void api_table_add(struct api_table *table, const char *name, const char *part, int width) {
-    table->column[table->count++] = (struct api_column){name, part, width};
+    table->column[table->count++] = (struct api_column){.name = name, .part = part, .width = width};
+}
+
+char *api_column_write(char *out, const struct api_column *column, const struct api_number_rows *rows,
+                       const char *none) {
+    if (!column->sparse) return api_number_write_rows(out, rows);
+    size_t none_bytes = strlen(none);
+    const double *value = rows->value;
+    for (long i = 0; i < rows->rows; i++) {
+        if (rows->open) *out++ = rows->open;
+        for (long k = 0; k < rows->width; k++, value++) {
+            const struct api_number_rows one = {1, 1, value, rows->digits, 0, "", 0};
+            if (k) *out++ = ',';
+            if (*value >= 0) {
+                out = api_number_write_rows(out, &one);
+                continue;
+            }
+            memcpy(out, none, none_bytes);
+            out += none_bytes;
+        }
+        memcpy(out, rows->close, (size_t)rows->close_bytes);
+        out += rows->close_bytes;
+    }
+    return out;
 }
 
 double api_table_numbers(const struct api_table *table, int first) {

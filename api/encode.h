@@ -13,6 +13,7 @@ struct api_column {
     const char *name; /* "phi" */
     const char *part; /* "re", or NULL where the name has one array only */
     int width;        /* numbers a row: one an arm; 0 = one number that belongs to the row as a whole ("t") */
+    int sparse; /* a number below 0 stands for none: text says so, what holds nothing but doubles has it as it is */
 };
 
 /* What is drawn of a grid's members: one number of a column a pixel. */
@@ -112,6 +113,12 @@ enum { API_COLUMNS_TEXT = 400 };
  * The columns as X-Columns names them: "t,phi[4],z_re[4],z_im[4]", each as often as the bracket says, else once.
  */
 void api_table_columns(const struct api_table *table, char text[API_COLUMNS_TEXT]);
+
+struct api_number_rows;
+
+/** As api_number_write_rows, of a column that may be sparse: where there is no number `none` is written. */
+char *api_column_write(char *out, const struct api_column *column, const struct api_number_rows *rows,
+                       const char *none);
 
 /** Adds a column; at most API_COLUMNS fit, which the caller knows. */
 void api_table_add(struct api_table *table, const char *name, const char *part, int width);

@@ -43,12 +43,12 @@ static char *csv_rows(char *at, const struct api_table *table, long rows, long f
     return api_number_write_rows(at, &lines);
 }
 
-/* a row too long for that, column by column */
+/* a row too long for that, or that may lack numbers, column by column */
 static char *csv_long_row(char *at, const struct api_table *table, long i, const double *const data[]) {
     for (int c = 0; c < table->count; c++) {
         long width = api_column_numbers(&table->column[c]);
         const struct api_number_rows part = {1, width, data[c] + i * width, table->digits, 0, ",", 1};
-        at = api_number_write_rows(at, &part);
+        at = api_column_write(at, &table->column[c], &part, "");
     }
     at[-1] = '\n';
     return at;
@@ -59,13 +59,16 @@ static enum pend_status csv_block(struct api_writer *writer, long rows, const do
     enum { TOGETHER = 512 };
     const struct api_table *table = &writer->table;
     double row[TOGETHER];
-    long numbers = (long)api_table_numbers(table, 0), most = numbers < TOGETHER ? TOGETHER / numbers : 1;
+    long numbers = (long)api_table_numbers(table, 0);
+    int apart = numbers > TOGETHER;
+    for (int c = 0; c < table->count; c++) apart |= table->column[c].sparse;
+    long most = apart ? 1 : TOGETHER / numbers;
     size_t row_bytes = (size_t)numbers * API_OUT_NUMBER_BYTES;
     for (long i = 0, some; i < rows; i += some) {
         some = rows - i < most ? rows - i : most;
         PEND_TRY(api_buffer_room(out, (size_t)some * row_bytes + API_NUMBER_ROWS_BYTES));
         char *at = out->data + out->bytes;
-        at = numbers > TOGETHER ? csv_long_row(at, table, i, data) : csv_rows(at, table, some, i, data, row);
+        at = apart ? csv_long_row(at, table, i, data) : csv_rows(at, table, some, i, data, row);
         out->bytes = (size_t)(at - out->data);
     }
     return PEND_OK;

@@ -47,7 +47,7 @@ static enum pend_status json_close(const struct json_writer *writer, struct api_
 static char *json_write_rows(char *at, const struct api_column *column, long rows, const double value[], int digits) {
     struct api_number_rows list = {rows, 1, value, digits, 0, ",", 1},
                            nested = {rows, column->width, value, digits, '[', "],", 2};
-    return api_number_write_rows(at, column->width ? &nested : &list);
+    return api_column_write(at, column, column->width ? &nested : &list, "null");
 }
 
 /* the next rows of the column, as many as make a piece */

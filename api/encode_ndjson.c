@@ -77,7 +77,7 @@ static enum pend_status ndjson_block(struct api_writer *base, long rows, const d
         for (int c = 0; c < table->count; c++) {
             long width = api_column_numbers(&table->column[c]);
             const struct api_number_rows row = {1, width, data[c] + i * width, table->digits, 0, "", 0};
-            at = api_number_write_rows(ndjson_piece(writer, c, at), &row);
+            at = api_column_write(ndjson_piece(writer, c, at), &table->column[c], &row, "null");
         }
         at = ndjson_piece(writer, table->count, at);
         out->bytes = (size_t)(at - out->data);

@@ -57,7 +57,9 @@ static void read_method(struct api_ensemble *e, const struct api_reading *readin
     struct api_value method = api_value_member(reading->root, "method");
     struct api_value rtol = api_value_member(reading->root, "rtol"), atol = api_value_member(reading->root, "atol");
     int chosen = 0;
-    (void)api_field_word(&method, methods, &chosen, reading->problem);
+    if (api_field_word(&method, methods, &chosen, reading->problem) > 0) api_value_usual(&method);
+    api_value_usual_number(&rtol, taylor->rtol_default);
+    api_value_usual_number(&atol, taylor->atol_default);
     e->rtol = taylor->rtol_default;
     e->atol = taylor->atol_default;
     (void)api_value_read_number(&rtol, taylor->rtol_min, taylor->rtol_max, "", &e->rtol, reading->problem);
@@ -233,9 +235,12 @@ static int shard_deliver(void *context, long i, const struct pend_outcome *outco
     }
     struct pend_member start = {shard->start, shard->start + n, shard->start + 2 * n, shard->start + 3 * n,
                                 e->tree.gravity};
-    memcpy(start.length, tree->len, n * sizeof(double));
-    memcpy(start.mass, tree->mass, n * sizeof(double));
-    api_members_fill(&e->members, tree->n, i, &start);
+    /* drawn again, where it is told */
+    if (e->seen.wanted & (1u << API_SEE_START | 1u << API_SEE_PARAMETERS)) {
+        memcpy(start.length, tree->len, n * sizeof(double));
+        memcpy(start.mass, tree->mass, n * sizeof(double));
+        api_members_fill(&e->members, tree->n, i, &start);
+    }
     api_observables_write(&e->seen, tree, i, &start, outcome, shard_row(shard, i, 0));
     return 0;
 }

@@ -62,6 +62,8 @@ enum pend_status api_job_write(const struct api_job *job, struct api_buffer *out
     PEND_TRY(api_out_open(out, "links", '['));
     snprintf(path, sizeof path, "/v1/jobs/%.40s", job->id);
     PEND_TRY(job_link(out, "self", path));
+    snprintf(path, sizeof path, "/v1/jobs/%.40s/events", job->id);
+    PEND_TRY(job_link(out, "events", path));
     snprintf(path, sizeof path, "/v1/jobs/%.40s/results", job->id);
     if (job->results) PEND_TRY(job_link(out, "results", path));
     return api_buffer_text(out, "]}");

@@ -19,6 +19,9 @@ struct api_json {
     struct api_scan_array *arrays;
 };
 
+/* a bit of a node's type that cJSON does not use */
+enum { NODE_USUAL = 1 << 20 };
+
 enum { FOUND_TEXT = 40, NAME_BYTES = 64, POINTER_DEPTH = 128, NEAR_EDITS = 2 };
 
 /* building */
@@ -109,6 +112,38 @@ enum api_kind api_value_kind(const struct api_value *value) {
 
 static struct api_value value_child(const struct api_value *parent, const void *node, const char *key, int index) {
     return (struct api_value){parent->document, node, parent, key, index};
+}
+
+/* marks */
+
+/* the document is ours: only its readers see it as unchanging */
+void api_value_usual(const struct api_value *member) {
+    if (member->node && member->key) ((cJSON *)member->node)->type |= NODE_USUAL;
+}
+
+int api_value_is_usual(const struct api_value *value) {
+    return value->node && value->key && ((const cJSON *)value->node)->type & NODE_USUAL;
+}
+
+void api_value_usual_number(const struct api_value *member, double usual) {
+    double number = api_value_number(member);
+    if (api_value_kind(member) == API_NUMBER && !memcmp(&number, &usual, sizeof usual)) api_value_usual(member);
+}
+
+void api_value_usual_zeros(const struct api_value *member) {
+    int count = 0;
+    const double *number = api_value_numbers(member, &count);
+    if (!number) return;
+    for (int i = 0; i < count; i++)
+        if (number[i] != 0 || signbit(number[i])) return;
+    api_value_usual(member);
+}
+
+void api_value_usual_object(const struct api_value *member) {
+    if (api_value_kind(member) != API_OBJECT) return;
+    struct api_value one = api_value_first(member);
+    while (api_value_is_usual(&one)) one = api_value_next(&one);
+    if (api_value_kind(&one) == API_MISSING) api_value_usual(member);
 }
 
 struct api_value api_value_member(const struct api_value *object, const char *key) {

@@ -80,6 +80,27 @@ void api_value_fault(const struct api_value *value, struct api_problem *problem,
 /** Says what a value is, for a message: "-1", "the text \"abc\"", "an object", "nothing" where it is missing. */
 void api_value_found(const struct api_value *value, char found[API_FOUND_BYTES]);
 
+/*
+ * Members that say what would hold without them: a reader that knows the default marks them, and the digest passes over
+ * them, so that a request is the same with its defaults written out. A member may be marked where leaving it out would
+ * be refused: what matters is that no other request means something else without it.
+ */
+
+/** Marks a member; an item or what is missing is left alone. */
+void api_value_usual(const struct api_value *member);
+
+/** Marks a member that is this number, to the bit. */
+void api_value_usual_number(const struct api_value *member, double usual);
+
+/** Marks a member that is an array of zeros, or an empty one. */
+void api_value_usual_zeros(const struct api_value *member);
+
+/** Marks a member that is an object with no members but marked ones. */
+void api_value_usual_object(const struct api_value *member);
+
+/** True for a marked member. */
+int api_value_is_usual(const struct api_value *value);
+
 /**
  * The allowed name that was probably meant by `name`, or NULL where none is near.
  *

@@ -69,7 +69,7 @@ static void read_axis(const struct api_value *value, const struct reading *readi
     int spread = 0;
     (void)api_value_only(value, axis_fields, reading->problem);
     double factor = read_target(value, reading, out);
-    (void)api_field_word(&scale, scales, &spread, reading->problem);
+    if (api_field_word(&scale, scales, &spread, reading->problem) > 0 && !spread) api_value_usual(&scale);
     out->spread = spread ? API_SPREAD_LOG : API_SPREAD_LINEAR;
     read_end(&start, out, factor, &out->from, reading->problem);
     read_end(&stop, out, factor, &out->to, reading->problem);

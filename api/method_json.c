@@ -8,7 +8,9 @@ static const struct pend_method *read_method(const struct api_value *value, stru
     const char *names[METHODS + 1] = {0};
     int chosen = 0;
     for (int i = 0; i < METHODS && pend_method_at(i); i++) names[i] = pend_method_at(i)->name;
-    return api_field_word(value, names, &chosen, problem) < 0 ? NULL : pend_method_at(chosen);
+    int found = api_field_word(value, names, &chosen, problem);
+    if (found > 0 && !chosen) api_value_usual(value);
+    return found < 0 ? NULL : pend_method_at(chosen);
 }
 
 /* a setting that only methods with the flag obey */
@@ -30,7 +32,9 @@ static const struct pend_method *read_precision(const struct api_value *value, c
                                                 struct api_problem *problem) {
     static const char *const words[] = {"double", "extended", NULL};
     int chosen = 0;
-    if (api_field_word(value, words, &chosen, problem) < 0) return NULL;
+    int found = api_field_word(value, words, &chosen, problem);
+    if (found > 0 && !chosen) api_value_usual(value);
+    if (found < 0) return NULL;
     if (!chosen || !method) return method;
     if (!method->extended)
         api_value_fault(value, problem, "\"extended\" is for method taylor only, not for %s", method->name);
@@ -45,6 +49,8 @@ void api_method_read(struct api_method *method, const struct api_value *root, co
     struct api_value step = api_value_member(root, "step");
     *method = (struct api_method){.method = read_precision(&precision, read_method(&name, problem), problem)};
     const struct pend_method *known = method->method, *range = known ? known : &none;
+    api_value_usual_number(&rtol, range->rtol_default);
+    api_value_usual_number(&atol, range->atol_default);
     read_setting(&rtol, known, PEND_METHOD_TOLERANCES, range->rtol_min, range->rtol_max, &method->rtol, problem);
     read_setting(&atol, known, PEND_METHOD_TOLERANCES, range->atol_min, range->atol_max, &method->atol, problem);
     read_setting(&step, known, PEND_METHOD_FIXED_STEP, range->step_min, range->step_max, &method->step, problem);

@@ -10,6 +10,7 @@ struct columns {
     const char *name;
     const char *part[3];
     int arms[3];
+    unsigned times; /* bit i: part i is a time that may never come */
 };
 
 /* in the order of enum api_observable */
@@ -17,12 +18,12 @@ static const struct columns observables[API_SEE_COUNT] = {
     [API_SEE_START] = {"start", {"phi", "phid"}, {1, 1}},
     [API_SEE_PARAMETERS] = {"parameters", {"length", "mass", "gravity"}, {1, 1, 0}},
     [API_SEE_FINAL] = {"final", {"phi", "phid"}, {1, 1}},
-    [API_SEE_FIRST_FLIP] = {"first_flip", {"time", "arm"}, {0, 0}},
-    [API_SEE_FLIP_TIME] = {"flip_time", {NULL}, {1}},
+    [API_SEE_FIRST_FLIP] = {"first_flip", {"time", "arm"}, {0, 0}, 1},
+    [API_SEE_FLIP_TIME] = {"flip_time", {NULL}, {1}, 1},
     [API_SEE_FLIPS] = {"flips", {NULL}, {1}},
-    [API_SEE_LAMBDA_MAX] = {"lambda_max", {"value", "time"}, {1, 1}},
-    [API_SEE_LAMBDA_MIN] = {"lambda_min", {"value", "time"}, {1, 1}},
-    [API_SEE_SIGN_CHANGE] = {"sign_change", {NULL}, {1}},
+    [API_SEE_LAMBDA_MAX] = {"lambda_max", {"value", "time"}, {1, 1}, 2},
+    [API_SEE_LAMBDA_MIN] = {"lambda_min", {"value", "time"}, {1, 1}, 2},
+    [API_SEE_SIGN_CHANGE] = {"sign_change", {NULL}, {1}, 1},
     [API_SEE_ENERGY_DRIFT] = {"energy_drift", {NULL}, {0}},
     [API_SEE_LYAPUNOV] = {"lyapunov", {NULL}, {0}},
     [API_SEE_TRAJECTORY] = {"trajectory", {NULL}, {0}},
@@ -33,7 +34,7 @@ enum { OUT_PHI, OUT_PHID, OUT_THETA, OUT_THETAD, OUT_LAMBDA, OUT_COUNT };
 
 static const char *const outputs[OUT_COUNT + 1] = {"phi", "phid", "theta", "thetad", "lambda", NULL};
 
-/* a time that never came */
+/* a time that never came: no answer has a NaN, and the clock of a member begins at 0 */
 static const double never = -1;
 
 const char *api_observables_name(enum api_observable observable) { return observables[observable].name; }
@@ -86,8 +87,10 @@ void api_observables_columns(struct api_observables *seen, int n) {
     for (int i = 0; i < API_SEE_COUNT; i++) {
         if (!(seen->wanted >> i & 1)) continue;
         seen->at[i] = table->count;
-        for (int part = 0; part < 3 && (!part || observables[i].part[part]); part++)
+        for (int part = 0; part < 3 && (!part || observables[i].part[part]); part++) {
             api_table_add(table, observables[i].name, observables[i].part[part], observables[i].arms[part] ? n : 0);
+            table->column[table->count - 1].sparse = (int)(observables[i].times >> part & 1);
+        }
     }
 }
 

@@ -6,7 +6,7 @@
 #include "api/encode.h"
 #include "api/json_in.h"
 
-static const double turn_seconds = 0.001;
+static const double turn_seconds = 0.001, hurried_seconds = 0.00025;
 static const size_t turn_bytes = 1 << 18;
 
 double api_turn_seconds(const struct api_turn *turn) {
@@ -14,8 +14,9 @@ double api_turn_seconds(const struct api_turn *turn) {
 }
 
 int api_turn_over(const struct api_turn *turn) {
-    return !turn->now || turn->out->bytes - turn->before >= turn_bytes ||
-           turn->now(turn->context) - turn->begun >= turn_seconds;
+    if (!turn->now || turn->out->bytes - turn->before >= turn_bytes) return 1;
+    double seconds = turn->now(turn->context) - turn->begun;
+    return seconds >= turn_seconds || (turn->hurry && seconds >= hurried_seconds && turn->hurry(turn->company));
 }
 
 void api_reading_check_size(const struct api_reading *reading, const struct api_table *table,

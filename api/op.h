@@ -7,6 +7,7 @@
 #include "api/buffer.h"
 #include "api/limits.h"
 #include "api/problem.h"
+#include "core/tape.h"
 
 /* The operations that a route can name. */
 enum api_op_id {
@@ -41,6 +42,8 @@ struct api_turn {
     struct api_buffer *out;
     double (*now)(void *context); /* s; NULL without a clock */
     void *context;
+    int (*hurry)(void *company); /* does somebody wait who should not wait long?; NULL = nobody does */
+    void *company;
     double begun;   /* s, by the clock, when this turn began */
     double earlier; /* s, spent in the turns before */
     size_t before;  /* bytes of out when this turn began */
@@ -50,8 +53,8 @@ struct api_turn {
 double api_turn_seconds(const struct api_turn *turn);
 
 /**
- * True once the turn has lasted about a millisecond or appended 256 KiB; without a clock always, so that a turn is one
- * piece of work.
+ * True once the turn has lasted about a millisecond, a quarter of one where there is hurry, or appended 256 KiB;
+ * without a clock always, so that a turn is one piece of work.
  */
 int api_turn_over(const struct api_turn *turn);
 
@@ -87,6 +90,11 @@ struct api_op {
     /** Leaves all but part `number` of `parts` out; before the first run. */
     void (*part)(void *state, long number, long parts);
     int rows_later; /* its table's rows are known only once it runs: until then they are the most that there can be */
+    /**
+     * Shows a tape all that the next part needs of this one, once this one is complete; where the tape puts it back,
+     * after `part` and before the first run. NULL: parts need not know of each other.
+     */
+    enum pend_status (*carry)(void *state, struct pend_tape *tape, struct pend_error *error);
     int json_apart; /* its JSON says more than its table does */
     void (*free)(void **state);
 };

@@ -126,7 +126,7 @@ static void read_select(struct modes *modes, const struct api_value *value, stru
     static const char *const allowed[] = {"slowest", "fastest", "from", "to", NULL};
     int chosen;
     if (api_value_kind(value) != API_OBJECT) {
-        (void)api_field_word(value, words, &chosen, problem);
+        if (api_field_word(value, words, &chosen, problem) > 0) api_value_usual(value);
         return;
     }
     struct api_value from = api_value_member(value, "from"), to = api_value_member(value, "to");
@@ -241,8 +241,8 @@ static enum pend_status modes_read_parts(struct modes *modes, const struct api_r
     api_states_read(modes->start, 0, &initial, &modes->tree, reading->limits, problem);
     PEND_TRY(read_about(modes, &about, problem));
     read_select(modes, &select, problem);
-    (void)api_field_truth(&vectors, &modes->vectors, problem);
-    (void)api_field_word(&normalize, normalize_names, &rule, problem);
+    if (api_field_truth(&vectors, &modes->vectors, problem) > 0 && modes->vectors) api_value_usual(&vectors);
+    if (api_field_word(&normalize, normalize_names, &rule, problem) > 0 && !rule) api_value_usual(&normalize);
     modes->request.normalize = normalize_rules[rule];
     read_include(modes, &include, reading);
     (void)api_field_whole(&digits, 1, 17, &rounded, problem);

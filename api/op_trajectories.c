@@ -29,11 +29,16 @@ static const struct {
                       {"rk8pd", 35}, {"msadams", 30}, {"symplectic", 1}};
 static const double steps_of_others = 20;
 
-/* how many times as long 32 digits take, and the fixed step */
-static const double extended_times = 25, symplectic_times = 20;
+/* how many times as long 32 digits take, the fixed step, and a comparison with 32 digits beside the trajectory */
+static const double extended_times = 25, symplectic_times = 20, trust_times = 26;
 
 /* arm-evaluations asked for at a time: about a millisecond */
 static const double piece = 50000;
+
+enum {
+    MOST_PARTS = 1000000,
+    CARRIED = 1 /* changes with what trajectory_carry shows, or any `carry` of core */
+};
 
 struct trajectory {
     struct api_tree tree;
@@ -45,6 +50,8 @@ struct trajectory {
     const struct api_format *format;
     long step_cap;
     double trust_tolerance; /* rad, 0 = not wanted */
+    double until;           /* of its progress: where this part of a job ends; 1 = it is the last, or all */
+    double earlier;         /* s, of the parts before */
 
     /* once it runs */
     struct pend_run *run;
@@ -84,6 +91,7 @@ static void read_trust(struct trajectory *trajectory, const struct api_value *ro
     enum api_kind kind = api_value_kind(&field);
     if (kind == API_MISSING) return;
     double value = api_value_number(&field);
+    if (kind == API_BOOL && value == 0) api_value_usual(&field);
     if (kind != API_BOOL && !(kind == API_NUMBER && value >= least && value <= most)) {
         api_value_fault(&field, problem, "must be true, false, or a number of radians from %g to %g", least, most);
         return;
@@ -105,6 +113,7 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory, con
     if (status == PEND_NO_MEMORY) return status;
     if (status == PEND_OK) PEND_TRY(api_states_new(&trajectory->start, 1, trajectory->tree.n));
     api_states_read(trajectory->start, 0, &initial, &trajectory->tree, reading->limits, problem);
+    api_value_usual_object(&initial);
     status = api_times_read(&trajectory->times, &times, reading->limits, problem);
     if (status == PEND_NO_MEMORY) return status;
     api_method_read(&trajectory->method, root, &trajectory->tree, reading->limits, problem);
@@ -132,14 +141,15 @@ static enum pend_status trajectory_read(void **state, const struct api_reading *
     if (!trajectory) return PEND_NO_MEMORY;
     trajectory->format = reading->format;
     trajectory->step_cap = (long)reading->limits->steps;
+    trajectory->until = 1;
     enum pend_status status = trajectory_read_parts(trajectory, reading);
     if (status == PEND_OK) status = trajectory_check_size(trajectory, reading);
     if (status != PEND_OK) trajectory_free(state);
     return status;
 }
 
-static enum pend_status trajectory_begin(struct trajectory *trajectory, struct api_buffer *out,
-                                         struct pend_error *error) {
+/* the integration at its first instant */
+static enum pend_status trajectory_begin(struct trajectory *trajectory, struct pend_error *error) {
     const struct api_method *method = &trajectory->method;
     PEND_TRY(api_states_settle(trajectory->start, &trajectory->tree, error));
     struct pend_problem problem = {.tree = trajectory->tree.tree,
@@ -156,8 +166,7 @@ static enum pend_status trajectory_begin(struct trajectory *trajectory, struct a
     PEND_TRY(pend_run_new(&trajectory->run, method->method, &problem, error));
     if (trajectory->trust_tolerance > 0)
         PEND_TRY(pend_trust_new(&trajectory->trust, method->method, &problem, trajectory->trust_tolerance, error));
-    PEND_TRY(api_samples_new(&trajectory->samples, &trajectory->outputs, trajectory->tree.n, trajectory->table.rows));
-    return api_writer_new(&trajectory->writer, trajectory->format, &trajectory->table, out);
+    return api_samples_new(&trajectory->samples, &trajectory->outputs, trajectory->tree.n, trajectory->table.rows);
 }
 
 /* what is told of the computation; once, so that it is the same in every piece of the answer */
@@ -171,7 +180,15 @@ static void trajectory_tell(struct trajectory *trajectory, const struct api_turn
     api_stats_whole(told, "evaluations", stats.evaluations);
     api_stats_number(told, "energy_drift", stats.energy_drift);
     if (trajectory->trust_tolerance > 0) api_stats_number(told, "trust_until", trajectory->trust_until);
-    if (seconds >= 0) api_stats_number(told, "compute_seconds", rint(seconds * 1e6) / 1e6);
+    if (seconds >= 0) api_stats_number(told, "compute_seconds", rint((seconds + trajectory->earlier) * 1e6) / 1e6);
+}
+
+/* how much of the computation is done, 0 .. 1 */
+static double trajectory_progress(const struct trajectory *trajectory) {
+    double sampled = pend_run_stats(trajectory->run).progress;
+    if (trajectory->trust_tolerance <= 0) return sampled;
+    double compared = trajectory->trust ? pend_trust_progress(trajectory->trust) : 1;
+    return (sampled + trust_times * compared) / (1 + trust_times);
 }
 
 /* compares on with 32 digits, once all samples are there */
@@ -204,19 +221,54 @@ static enum pend_status trajectory_block(struct trajectory *trajectory, struct a
     return api_writer_block(trajectory->writer, samples->samples.count, samples->column, out, error);
 }
 
+static enum pend_status trajectory_finish(struct trajectory *trajectory, const struct api_turn *turn, int *done) {
+    if (!trajectory->stats.count) trajectory_tell(trajectory, turn);
+    return api_writer_finish(trajectory->writer, &trajectory->stats, turn->out, done);
+}
+
 static enum pend_status trajectory_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
     struct trajectory *trajectory = state;
-    if (!trajectory->run) PEND_TRY(trajectory_begin(trajectory, turn->out, error));
-    do {
+    if (!trajectory->run) PEND_TRY(trajectory_begin(trajectory, error));
+    if (!trajectory->writer)
+        PEND_TRY(api_writer_new(&trajectory->writer, trajectory->format, &trajectory->table, turn->out));
+    while (!(*done |= trajectory->until < 1 && trajectory_progress(trajectory) >= trajectory->until)) {
         if (trajectory->computed && trajectory->trust)
             PEND_TRY(trajectory_compare(trajectory, error));
         else if (trajectory->computed)
-            PEND_TRY(api_writer_finish(trajectory->writer, &trajectory->stats, turn->out, done));
+            PEND_TRY(trajectory_finish(trajectory, turn, done));
         else
             PEND_TRY(trajectory_block(trajectory, turn->out, &trajectory->computed, error));
-        if (trajectory->computed && !trajectory->trust && !trajectory->stats.count) trajectory_tell(trajectory, turn);
-    } while (!*done && !api_turn_over(turn));
+        if (*done || api_turn_over(turn)) break;
+    }
+    if (*done && api_turn_seconds(turn) > 0) trajectory->earlier += api_turn_seconds(turn);
     return PEND_OK;
+}
+
+/* --- as a job */
+
+static long trajectory_parts(const void *state) {
+    const struct trajectory *trajectory = state;
+    return pend_run_carries(trajectory->method.method) ? MOST_PARTS : 1;
+}
+
+static void trajectory_part(void *state, long number, long parts) {
+    struct trajectory *trajectory = state;
+    trajectory->until = (double)(number + 1) / (double)parts;
+}
+
+static enum pend_status trajectory_carry(void *state, struct pend_tape *tape, struct pend_error *error) {
+    struct trajectory *trajectory = state;
+    int version = CARRIED, trusts = trajectory->trust != NULL;
+    if (!trajectory->run) PEND_TRY(trajectory_begin(trajectory, error));
+    pend_tape_part(tape, &version, sizeof version);
+    pend_tape_part(tape, &trusts, sizeof trusts);
+    pend_tape_part(tape, &trajectory->computed, sizeof trajectory->computed);
+    pend_tape_row(tape, &trajectory->earlier, 1);
+    pend_tape_row(tape, &trajectory->trust_until, 1);
+    if (version != CARRIED || (trusts && !trajectory->trust)) return PEND_INVALID;
+    if (!trusts) pend_trust_free(&trajectory->trust);
+    PEND_TRY(pend_run_carry(trajectory->run, tape));
+    return trusts ? pend_trust_carry(trajectory->trust, tape) : PEND_OK;
 }
 
 static long trajectory_steps(const void *state) {
@@ -246,7 +298,7 @@ static double trajectory_cost(const void *state) {
         if (!strcmp(trajectory->method.method->name, steps_a_radian[i].method)) steps = steps_a_radian[i].steps;
     steps *= span * trajectory_rate(trajectory);
     if (trajectory->method.step > 0) steps = span / trajectory->method.step;
-    double times_as_long = trajectory->trust_tolerance > 0 ? 2 + extended_times : 1;
+    double times_as_long = trajectory->trust_tolerance > 0 ? 1 + trust_times : 1;
     if (trajectory->method.method == pend_method_taylor.extended) times_as_long = extended_times;
     if (trajectory->method.method == &pend_method_symplectic) times_as_long = symplectic_times;
     return times_as_long * fmin(steps, (double)trajectory->step_cap) *
@@ -267,5 +319,8 @@ const struct api_op api_op_trajectories = {
     .steps = trajectory_steps,
     .table = trajectory_table,
     .cost = trajectory_cost,
+    .parts = trajectory_parts,
+    .part = trajectory_part,
+    .carry = trajectory_carry,
     .free = trajectory_free,
 };

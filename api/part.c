@@ -24,6 +24,7 @@ int api_plan_read(struct api_plan *plan, const struct api_request *request, cons
         if (op->cost) plan->cost = op->cost(state);
         double wanted = ceil(plan->cost / seconds), most = op->parts ? (double)op->parts(state) : 1;
         plan->parts = (long)fmax(1, fmin(wanted, most));
+        plan->chained = op->carry && plan->parts > 1;
         op->free(&state);
     } else {
         api_problem_set(&problem, pend_status_http(status), "%s", pend_status_text(status));
@@ -40,8 +41,12 @@ struct api_part {
     const struct api_op *op;
     const struct api_format *format; /* raw, then JSON where that says more */
     void *state;
+    int carries, resumes; /* the next part needs what this one has; this one needs what the one before had */
+    int wrote;            /* something is to be kept of it */
     double (*now)(void *context);
     void *context;
+    int (*hurry)(void *company);
+    void *company;
     double seconds;
 };
 
@@ -72,6 +77,8 @@ enum pend_status api_part_new(struct api_part **part, const struct api_request *
     made->op = api_op_at(request->op);
     enum pend_status status = part_read(made, &api_format_raw, error);
     if (status == PEND_OK && made->op->part) made->op->part(made->state, number, parts);
+    made->carries = made->op->carry && number + 1 < parts;
+    made->resumes = made->op->carry && number > 0;
     if (status != PEND_OK) api_part_free(part);
     return status;
 }
@@ -86,6 +93,34 @@ void api_part_free(struct api_part **part) {
 void api_part_clock(struct api_part *part, double (*now)(void *context), void *context) {
     part->now = now;
     part->context = context;
+}
+
+void api_part_hurry(struct api_part *part, int (*hurry)(void *company), void *company) {
+    part->hurry = hurry;
+    part->company = company;
+}
+
+enum pend_status api_part_resume(struct api_part *part, const void *carried, size_t bytes, struct pend_error *error) {
+    struct pend_tape tape = {.way = PEND_TAPE_PUT, .at = (char *)carried, .bytes = bytes};
+    error->text[0] = 0;
+    if (!part->resumes) return pend_fail(error, PEND_INVALID, -1, 0, "this part has nothing to go on from");
+    part->resumes = 0;
+    enum pend_status status = part->op->carry(part->state, &tape, error);
+    if (status == PEND_OK && pend_tape_whole(&tape)) return PEND_OK;
+    if (status != PEND_OK && status != PEND_INVALID && error->text[0]) return status;
+    return pend_fail(error, PEND_INVALID, -1, 0,
+                     "the part before this one was computed by another version of the program: submit the job again");
+}
+
+enum pend_status api_part_carry(struct api_part *part, struct api_buffer *carried) {
+    struct pend_tape tape = {.way = PEND_TAPE_COUNT};
+    if (!part->carries) return PEND_OK;
+    PEND_TRY(part->op->carry(part->state, &tape, NULL));
+    PEND_TRY(api_buffer_room(carried, tape.used));
+    tape = (struct pend_tape){.way = PEND_TAPE_TAKE, .at = carried->data + carried->bytes, .bytes = tape.used};
+    PEND_TRY(part->op->carry(part->state, &tape, NULL));
+    carried->bytes += tape.used;
+    return PEND_OK;
 }
 
 /* puts what was appended as JSON since `before` into records, the last one first: each moves up by the heads before it
@@ -103,20 +138,38 @@ static enum pend_status part_wrap(struct api_buffer *out, size_t before) {
     return PEND_OK;
 }
 
+/* a record without rows: no part is kept as nothing at all, so that one that is missing is missed */
+static enum pend_status part_write_nothing(struct api_part *part, struct api_buffer *out) {
+    PEND_TRY(api_buffer_room(out, API_RAW_HEAD));
+    api_raw_head_put(out->data + out->bytes, API_RAW_ROWS, 0);
+    out->bytes += API_RAW_HEAD;
+    part->wrote = 1;
+    return PEND_OK;
+}
+
 enum pend_status api_part_run(struct api_part *part, struct api_buffer *out, int *done, struct pend_error *error) {
-    struct api_turn turn = {
-        .out = out, .now = part->now, .context = part->context, .earlier = part->seconds, .before = out->bytes};
+    struct api_turn turn = {.out = out,
+                            .now = part->now,
+                            .context = part->context,
+                            .hurry = part->hurry,
+                            .company = part->company,
+                            .earlier = part->seconds,
+                            .before = out->bytes};
     int over = 0;
     *done = 0;
     error->text[0] = 0;
+    if (part->resumes)
+        return pend_fail(error, PEND_INVALID, -1, 0, "this part needs what the one before it carried over");
     if (turn.now) turn.begun = turn.now(turn.context);
     enum pend_status status = part->op->run(part->state, &turn, &over, error);
     if (turn.now) part->seconds = api_turn_seconds(&turn);
     if (status == PEND_OK && part->format != &api_format_raw) status = part_wrap(out, turn.before);
     if (status != PEND_OK)
         return error->text[0] ? status : pend_fail(error, status, -1, 0, "%s", pend_status_text(status));
+    part->wrote |= out->bytes > turn.before;
     if (!over) return PEND_OK;
     *done = part->format != &api_format_raw || !part->op->json_apart;
+    if (*done && part->carries) return part->wrote ? PEND_OK : part_write_nothing(part, out);
     part->op->free(&part->state);
     return *done ? PEND_OK : part_read(part, &api_format_json, error);
 }

@@ -1,4 +1,5 @@
-/* A request computed as a job: in parts that need not know of each other, each kept in raw form.
+/* A request computed as a job, in parts, each kept in raw form: parts that need not know of each other, or that are
+ * chained, each beginning where the one before it ended.
  * Leaves to others: when and where a part runs and where it is kept (server), the answer (results).
  * Invariant: a part's bytes are the same whenever and wherever it is computed, but for compute_seconds. */
 #ifndef API_PART_H
@@ -9,8 +10,9 @@
 /* What is known of a job before it runs. */
 struct api_plan {
     long parts;                    /* >= 1 */
+    int chained;                   /* non-zero: a part begins with what the one before it carried over */
     double cost;                   /* s, estimated, of all */
-    char digest[API_DIGEST_BYTES]; /* of the request, whatever the representation */
+    char digest[API_DIGEST_BYTES]; /* of the request, whatever the representation and the engine */
 };
 
 /**
@@ -44,11 +46,31 @@ PEND_MUST_CHECK enum pend_status api_part_new(struct api_part **part, const stru
 
 void api_part_free(struct api_part **part);
 
+/**
+ * Goes on from what the part before this one carried over; before the first run of every part of a chain but the first.
+ *
+ * PEND_INVALID    it is not of this request, or was carried by a version that keeps other things.
+ * PEND_NO_MEMORY, and what the operation's start fails with.
+ */
+PEND_MUST_CHECK enum pend_status api_part_resume(struct api_part *part, const void *carried, size_t bytes,
+                                                 struct pend_error *error);
+
+/**
+ * Appends what the next part begins with; once, when this one is complete. Nothing where parts need not know of each
+ * other, and after the last.
+ *
+ * PEND_NO_MEMORY, PEND_LIMIT
+ */
+PEND_MUST_CHECK enum pend_status api_part_carry(struct api_part *part, struct api_buffer *carried);
+
 /** Lends a clock, as api_call_clock. */
 void api_part_clock(struct api_part *part, double (*now)(void *context), void *context);
 
+/** Lends a look at who else waits, as api_call_hurry. */
+void api_part_hurry(struct api_part *part, int (*hurry)(void *company), void *company);
+
 /**
- * Computes on for about 5 ms and appends to out what is to be kept.
+ * Computes on for about a millisecond and appends to out what is to be kept.
  *
  * done  set non-zero once the part is complete.
  *

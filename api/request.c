@@ -1,6 +1,6 @@
 #include "api/request.h"
 
-#include "api/encode.h"
+#include "api/encode_raw.h"
 #include "api/engine.h"
 #include "api/field.h"
 #include "api/negotiate.h"
@@ -23,7 +23,9 @@ enum pend_status api_request_read(const struct api_request *request, const struc
                                   char digest[API_DIGEST_BYTES]) {
     const struct api_op *op = api_op_at(request->op);
     const char *argument = request->argument ? request->argument : "";
-    const char *const parts[] = {op->name, argument, format->media_type, api_engine, NULL};
+    /* an answer is this engine's; a job is the same job whichever engine computes it */
+    const char *engine = format == &api_format_raw ? "" : api_engine;
+    const char *const parts[] = {op->name, argument, format->media_type, engine, NULL};
     struct api_json *document = NULL;
     struct api_value root;
     struct api_reading reading = {

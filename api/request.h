@@ -27,7 +27,7 @@ void api_request_check(const struct api_request *request, const struct api_limit
  * format  the representation of the answer.
  * limits  outlives the state.
  * state   out, the operation's; NULL on failure; ends with the operation's free.
- * digest  out; of the request in canonical form, see api_call_etag.
+ * digest  out; of the request in canonical form, see api_call_etag; of the raw form without the engine.
  *
  * PEND_INVALID  the faults are in problem.
  * PEND_NO_MEMORY

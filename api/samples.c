@@ -54,6 +54,13 @@ static void output_add(struct api_outputs *outputs, const struct api_value *item
     outputs->output[outputs->count++] = output;
 }
 
+static int outputs_usual(const struct api_outputs *outputs) {
+    int i = 0;
+    while (i < outputs->count && output_start[i] && !strcmp(output_table[outputs->output[i]].name, output_start[i]))
+        i++;
+    return i == outputs->count && !output_start[i];
+}
+
 void api_outputs_read(struct api_outputs *outputs, const struct api_value *value, struct api_problem *problem) {
     *outputs = (struct api_outputs){0};
     if (api_value_kind(value) == API_MISSING) {
@@ -64,6 +71,7 @@ void api_outputs_read(struct api_outputs *outputs, const struct api_value *value
     if (api_value_kind(value) != API_ARRAY || !api_value_count(value))
         api_value_fault(value, problem, "must be an array of at least one name");
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) output_add(outputs, &item, problem);
+    if (outputs_usual(outputs)) api_value_usual(value);
 }
 
 /* columns */

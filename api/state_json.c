@@ -115,7 +115,7 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
     if (api_value_kind(value) == API_MISSING || !api_field_object(value, problem)) return;
     (void)api_value_only(value, state_fields, problem);
     struct api_value field = api_value_member(value, "unit");
-    (void)api_field_word(&field, units, &unit, problem);
+    if (api_field_word(&field, units, &unit, problem) > 0 && !unit) api_value_usual(&field);
     int form = state_form(value, problem);
     if (form == FORM_COUNT) return;
 
@@ -128,6 +128,8 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
         if (api_value_kind(&angle) != API_MISSING) read_mode(states, i, &angle, &rate, scale, tree, limits, problem);
         return;
     }
+    if (!state_forms[form].from_hanging) api_value_usual_zeros(&angle);
+    api_value_usual_zeros(&rate);
     static const struct exact none = {0, 0};
     struct exact turn = unit ? exact_degree : exact_one;
     read_angles(&angle, tree, turn, state_forms[form].from_hanging ? exact_right_angle : none, phi,

@@ -86,6 +86,7 @@ static void read_grid(struct api_times *times, const struct api_value *value, co
     struct api_value start = api_value_member(value, "start"), stop = api_value_member(value, "stop");
     struct api_value step = api_value_member(value, "step"), count = api_value_member(value, "count");
     (void)api_value_only(value, times_fields, problem);
+    api_value_usual_number(&start, 0);
     int ends = api_value_read_number(&start, -INFINITY, INFINITY, "s", &grid.start, problem) >= 0;
     if (api_field_needed(&stop, problem))
         ends &= api_value_read_number(&stop, -INFINITY, INFINITY, "s", &grid.stop, problem) > 0;

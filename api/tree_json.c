@@ -25,6 +25,8 @@ static const struct {
                     {[PEND_FIELD_LENGTH] = "L", [PEND_FIELD_MASS] = "m", [PEND_FIELD_PATH] = "S"}},
 };
 
+static const double usual_gravity = 9.81; /* m/s^2 */
+
 static const char *const tree_fields[] = {"arms", "length", "mass", "parent", "L", "m", "S", "gravity", NULL};
 static const char *const arm_fields[] = {"name", "parent", "length", "mass", NULL};
 
@@ -331,12 +333,13 @@ enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pe
     struct tree_reading reading = {.pendulum = pendulum, .problem = problem};
     struct pend_fault_sink sink = {tree_report, &reading, API_PROBLEM_FAULTS};
     long faults = fault_count(problem);
-    *tree = (struct api_tree){.gravity = 9.81};
+    *tree = (struct api_tree){.gravity = usual_gravity};
     if (!api_field_object(pendulum, problem)) return PEND_INVALID;
     api_value_pointer(pendulum, reading.at);
     (void)api_value_only(pendulum, tree_fields, problem);
     struct api_value gravity = api_value_member(pendulum, "gravity");
     (void)api_value_read_number(&gravity, -INFINITY, INFINITY, "m/s^2", &tree->gravity, problem);
+    api_value_usual_number(&gravity, usual_gravity);
 
     // the form and the number of arms decide how the rest is read
     reading.form = tree_form(pendulum, problem);

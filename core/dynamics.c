@@ -36,11 +36,13 @@ void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree, double g
         pend_dynamics_careful(tree, gravity, phi, rate, work, acc, force);
 }
 
+enum { DYNAMICS_FEW = 48 };
+
 void pend_dynamics(const struct pend_tree *tree, double gravity, const double phi[], const double rate[], void *work,
                    double acc[], double force[]) {
-    // half of the widest vectors is enough for a few arms, quicker, and the same bits
+    // half of the widest vectors is quicker for a few arms, and gives the same bits
     enum pend_isa isa = pend_isa_best();
-    if (isa == PEND_ISA_AVX512 && tree->n <= 4) isa = PEND_ISA_AVX2;
+    if (isa == PEND_ISA_AVX512 && tree->n <= DYNAMICS_FEW) isa = PEND_ISA_AVX2;
     pend_dynamics_for(isa, tree, gravity, phi, rate, work, acc, force);
 }
 

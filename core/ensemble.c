@@ -1,5 +1,6 @@
 #include "core/ensemble.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -288,12 +289,15 @@ static void ensemble_step(struct pend_ensemble *e, struct ensemble_queue *queue)
     struct ensemble_lanes *lanes = &e->lanes;
     struct ensemble_attention attention;
     int width = lanes->width, apart = 1 + lanes->paired;
-    int always = lanes->paired || lanes->signs || e->problem.times_count || e->problem.step_cap > 0;
+    int always = lanes->paired || lanes->signs || e->problem.times_count;
+    long cap = e->problem.step_cap > 0 ? e->problem.step_cap : LONG_MAX;
+    unsigned capped = 0;
     memcpy(e->unit, lanes->unit, (size_t)width * sizeof(double));
     e->kernel->step(lanes, &attention);
-    for (int i = 0; i < width; i += apart) e->seat[i].steps++;
+    for (int i = 0; i < width; i += apart) capped |= (unsigned)(++e->seat[i].steps >= cap) << i;
     unsigned call = always ? ~0u : (unsigned)(attention.done | attention.bad | attention.near | attention.force),
              served = 0;
+    call |= capped;
     for (int i = 0; i < width; i += apart) {
         if (!(call >> i & 1) || e->seat[i].member < 0) continue;
         if (ensemble_seat_serve(e, i, &attention, &queue->cancelled)) served |= 1u << i;

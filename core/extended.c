@@ -221,6 +221,35 @@ void pend_extended_end(const struct pend_extended *e, int lane, const struct pen
     }
 }
 
+void pend_extended_carry(struct pend_extended *e, struct pend_tape *tape) {
+    struct extended_lanes *l = &e->lanes;
+    struct extended_seat *seat = &e->seat[0];
+    const size_t width = (size_t)e->kernel->width;
+    /* the start of the last step; before the first one that of the next */
+    struct extended_state *start = seat->steps ? &l->from : &l->to;
+    long steps = seat->steps;
+    double unit = seat->steps ? seat->unit : l->unit[0], stop = l->stop[0], time = start->time[0];
+    pend_tape_part(tape, &steps, sizeof steps);
+    pend_tape_row(tape, &unit, 1);
+    pend_tape_row(tape, &stop, 1);
+    pend_tape_row(tape, &time, 1);
+    double *rows[] = {start->phi, start->phi_low, start->rate, start->rate_low};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+        for (size_t k = 0; k < (size_t)l->n; k++) pend_tape_row(tape, rows[i] + k * width, 1);
+    if (!pend_tape_puts(tape)) return;
+    for (size_t i = 0; i < width; i++) {
+        for (size_t j = 0; j < sizeof rows / sizeof *rows; j++)
+            for (size_t k = 0; k < (size_t)l->n; k++) rows[j][k * width + i] = rows[j][k * width];
+        l->unit[i] = unit;
+        l->stop[i] = stop;
+        start->time[i] = time;
+    }
+    if (!steps) return;
+    seat->state = PEND_EXTENDED_UNDER_WAY;
+    pend_extended_step(e);
+    seat->steps = steps;
+}
+
 static double *extended_row(double *array, size_t base) { return array ? array + base : NULL; }
 
 void pend_extended_at(const struct pend_extended *e, int lane, int count, const double t[],

@@ -5,6 +5,7 @@
 #define PEND_EXTENDED_H
 
 #include "core/member.h"
+#include "core/tape.h"
 
 #define PEND_EXTENDED_RTOL_MIN 1e-30
 
@@ -75,6 +76,12 @@ int pend_extended_order(const struct pend_extended *extended);
 
 /** The state at the end of a lane's last step, or at its start. */
 void pend_extended_end(const struct pend_extended *extended, int lane, const struct pend_extended_state *state);
+
+/**
+ * Shows a tape the state of lane 0 of a workspace in which no other lane was started: the start of its last step, which
+ * is taken anew where the tape puts it back, after pend_extended_start of the same trajectory.
+ */
+void pend_extended_carry(struct pend_extended *extended, struct pend_tape *tape);
 
 /**
  * Values of a lane at instants inside its last step, rounded to doubles and what rounding leaves.

@@ -88,6 +88,6 @@ void pend_jets_values(const struct pend_jets *jets, int order, const double x[],
     jets_kernel(jets->isa)->values(&jets->system, order, x, count, unit, from, values);
 }
 
-void pend_jets_sizes(const struct pend_jets *jets, int order, double log2_of[JETS_SIZES]) {
-    jets_kernel(jets->isa)->sizes(&jets->system, order, log2_of);
+double pend_jets_reach(const struct pend_jets *jets, int order, double log_rtol, double log_atol) {
+    return jets_kernel(jets->isa)->reach(&jets->system, order, log_rtol, log_atol);
 }

@@ -85,10 +85,10 @@ void pend_jets_values(const struct pend_jets *jets, int order, const double x[],
                       const struct jets_state *from, const struct jets_values *values);
 
 /**
- * How large the coefficients of phi' are, the four of lowest order first, then the four of highest: binary logarithms
- * of the largest magnitude among the arms, within 1e-5; -1023 where all are zero, not below 1024 where one is not
- * finite. O(n).
+ * The step in units, as the kernel's reach. O(n).
+ *
+ * order  >= PEND_TAYLOR_ORDER_MIN.
  */
-void pend_jets_sizes(const struct pend_jets *jets, int order, double log2_of[JETS_SIZES]);
+double pend_jets_reach(const struct pend_jets *jets, int order, double log_rtol, double log_atol);
 
 #endif

@@ -1,21 +1,11 @@
 #include "core/kernel_ensemble.h"
 
-#include "core/lanes.h"
+#include "core/kernel_width.h"
 
 /* a number is one value for each lane */
-#if defined(__AVX512F__)
-#define NUM_(name) lanes8##name
-typedef bits8 mask;
-enum { WIDTH = 8 };
-#elif defined(__AVX2__)
-#define NUM_(name) lanes4##name
-typedef bits4 mask;
-enum { WIDTH = 4 };
-#else
-#define NUM_(name) lanes2##name
-typedef bits2 mask;
-enum { WIDTH = 2 };
-#endif
+#define NUM_(name) KERNEL_OF(lanes, name)
+typedef KERNEL_OF(bits, ) mask;
+enum { WIDTH = KERNEL_WIDTH };
 /* x > y ? x : y and x < y ? x : y, as one instruction; bit i of a set for lane i */
 #if defined(__AVX512F__)
 #define num_max(x, y) ((lanes8)_mm512_max_pd((__m512d)(x), (__m512d)(y)))
@@ -309,10 +299,7 @@ static void ensemble_values(const struct ensemble_lanes *lanes, int lane, double
     }
 }
 
-#define KERNEL_PASTE2(a, b) a##b
-#define KERNEL_PASTE(a, b) KERNEL_PASTE2(a, b)
-
-const struct ensemble_kernel KERNEL_PASTE(pend_kernel_ensemble_, PEND_ISA) = {
+const struct ensemble_kernel KERNEL_NAME(pend_kernel_ensemble_) = {
     .width = WIDTH,
     .series_count = ensemble_series_count,
     .prepare = ensemble_prepare,

@@ -1,27 +1,13 @@
 #include "core/kernel_extended.h"
 
-#include "core/lanes.h"
+#include "core/kernel_width.h"
 
 /* a number is a sum of two doubles for each lane */
-#if defined(__AVX512F__)
-enum { WIDTH = 8 };
-#define VEC_OF(name) lanes8##name
-#define NUM_(name) pairs8##name
-typedef bits8 mask;
-#define LANES 8
-#elif defined(__AVX2__)
-enum { WIDTH = 4 };
-#define VEC_OF(name) lanes4##name
-#define NUM_(name) pairs4##name
-typedef bits4 mask;
-#define LANES 4
-#else
-enum { WIDTH = 2 };
-#define VEC_OF(name) lanes2##name
-#define NUM_(name) pairs2##name
-typedef bits2 mask;
-#define LANES 2
-#endif
+enum { WIDTH = KERNEL_WIDTH };
+#define VEC_OF(name) KERNEL_OF(lanes, name)
+#define NUM_(name) KERNEL_OF(pairs, name)
+typedef KERNEL_OF(bits, ) mask;
+#define LANES KERNEL_WIDTH
 #include "core/pairs.h"
 typedef VEC_OF() vec;
 #define vec_of VEC_OF(_of)
@@ -622,10 +608,7 @@ static void extended_values(const struct extended_lanes *lanes, int lane, double
     }
 }
 
-#define KERNEL_PASTE2(a, b) a##b
-#define KERNEL_PASTE(a, b) KERNEL_PASTE2(a, b)
-
-const struct extended_kernel KERNEL_PASTE(pend_kernel_extended_, PEND_ISA) = {
+const struct extended_kernel KERNEL_NAME(pend_kernel_extended_) = {
     .width = WIDTH,
     .series_count = extended_series_count,
     .step = extended_step,

@@ -2,28 +2,14 @@
 
 #include <math.h>
 
-#include "core/lanes.h"
+#include "core/kernel_width.h"
 
 /* compiled once for every instruction set: see the Makefile */
-#if defined(__AVX512F__)
-enum { WIDTH = 8 };
-#define VEC_OF(name) lanes8##name
-#define NUM_OF(name) pairs8##name
-typedef bits8 masks;
-#define LANES 8
-#elif defined(__AVX2__)
-enum { WIDTH = 4 };
-#define VEC_OF(name) lanes4##name
-#define NUM_OF(name) pairs4##name
-typedef bits4 masks;
-#define LANES 4
-#else
-enum { WIDTH = 2 };
-#define VEC_OF(name) lanes2##name
-#define NUM_OF(name) pairs2##name
-typedef bits2 masks;
-#define LANES 2
-#endif
+enum { WIDTH = KERNEL_WIDTH };
+#define VEC_OF(name) KERNEL_OF(lanes, name)
+#define NUM_OF(name) KERNEL_OF(pairs, name)
+typedef KERNEL_OF(bits, ) masks;
+#define LANES KERNEL_WIDTH
 #include "core/pairs.h"
 
 typedef VEC_OF() vec;
@@ -37,9 +23,6 @@ typedef NUM_OF() num;
 #define num_fma NUM_OF(_fma)
 #define num_div NUM_OF(_div)
 #define num_pick NUM_OF(_pick)
-
-#define FINE_PASTE(isa) pend_modes_fine_for_##isa
-#define FINE_NAME(isa) FINE_PASTE(isa)
 
 /* a correction of the eigenvalue by this part or less ends the iteration */
 #define FINE_ENOUGH 1e-27
@@ -144,10 +127,10 @@ static vec fine_spread(const struct pend_laplacian *laplacian, struct fine w, ma
     return total;
 }
 
-void FINE_NAME(PEND_ISA)(const struct pend_laplacian *laplacian, const double value[], int lead, double work[],
-                         double *vector[], double *tip[]);
-void FINE_NAME(PEND_ISA)(const struct pend_laplacian *laplacian, const double value[], int lead, double work[],
-                         double *vector[], double *tip[]) {
+void KERNEL_NAME(pend_modes_fine_for_)(const struct pend_laplacian *laplacian, const double value[], int lead,
+                                       double work[], double *vector[], double *tip[]);
+void KERNEL_NAME(pend_modes_fine_for_)(const struct pend_laplacian *laplacian, const double value[], int lead,
+                                       double work[], double *vector[], double *tip[]) {
     size_t n = (size_t)laplacian->n;
     struct fine w = {(num *)work, (num *)work + n, (num *)work + 2 * n};
     num minus_shift = num_of(0);

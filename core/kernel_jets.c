@@ -1,28 +1,22 @@
 #include "core/kernel_jets.h"
 
+#include <math.h>
 #include <string.h>
 
-#include "core/lanes.h"
+#include "core/kernel_width.h"
 
 /* numbers of the sweeps are doubles; loops over arms take as many at once as the instruction set holds */
-#if defined(__AVX512F__)
-enum { WIDE = 8 };
-typedef lanes8 wide;
-#define WIDE_(name) lanes8_##name
-#elif defined(__AVX2__)
-enum { WIDE = 4 };
-typedef lanes4 wide;
-#define WIDE_(name) lanes4_##name
-#else
-enum { WIDE = 2 };
-typedef lanes2 wide;
-#define WIDE_(name) lanes2_##name
-#endif
+enum { WIDE = KERNEL_WIDTH };
+typedef KERNEL_OF(lanes, ) wide;
+#define WIDE_(name) KERNEL_OF(lanes, _##name)
 #define wide_fma WIDE_(fma)
 #define wide_of WIDE_(of)
 #define wide_get WIDE_(get)
 #define wide_put WIDE_(put)
 #define num_fma lanes1_fma
+
+/* terms that a step is judged by; the longest step in units, as a binary logarithm */
+enum { KERNEL_SIZES = 8, KERNEL_FAR = 1000 };
 
 LANES_INLINE double num_of(double x) { return x; }
 LANES_INLINE double num_add(double x, double y) { return x + y; }
@@ -239,37 +233,74 @@ static void kernel_values(const struct jets_system *s, int order, const double x
         kernel_values_some(s, order, x, count, unit, from, to, 0, 0);
 }
 
-/*
- * Magnitudes are compared as integers: the order is the same, and what is not finite is largest. Sums of a tile would
- * do as well but for that.
- */
-static void kernel_sizes(const struct jets_system *s, int order, double log2_of[JETS_SIZES]) {
-    _Alignas(64) double largest[JETS_SIZES];
-    for (int i = 0; i < JETS_SIZES; i++) {
-        size_t row = (size_t)(i < JETS_SIZES / 2 ? i : order + 1 - JETS_SIZES + i) * s->stride;
-        bits8 most = {0};
-        for (size_t a = 0; a < (size_t)s->n; a += 8) {
-            bits8 here = (bits8)lanes8_abs(lanes8_get(s->rate + a / 8 * s->tile + row)), more = here > most;
-            most = (here & more) | (most & ~more);
-        }
-        bits8 other = __builtin_shufflevector(most, most, 4, 5, 6, 7, 0, 1, 2, 3), more = other > most;
-        most = (other & more) | (most & ~more);
-        other = __builtin_shufflevector(most, most, 2, 3, 0, 1, 6, 7, 4, 5), more = other > most;
-        most = (other & more) | (most & ~more);
-        other = __builtin_shufflevector(most, most, 1, 0, 3, 2, 5, 4, 7, 6), more = other > most;
-        most = (other & more) | (most & ~more);
-        largest[i] = ((lanes8)most)[0];
-    }
-    lanes8_put(largest, lanes8_log2(lanes8_get(largest)));
-    memcpy(log2_of, largest, sizeof largest);
+LANES_INLINE bits8 kernel_larger(bits8 x, bits8 y) {
+#ifdef __AVX512F__
+    return (bits8)_mm512_max_epi64((__m512i)x, (__m512i)y);
+#else
+    bits8 more = x > y;
+    return (x & more) | (y & ~more);
+#endif
 }
 
-#define KERNEL_PASTE2(a, b) a##b
-#define KERNEL_PASTE(a, b) KERNEL_PASTE2(a, b)
+/*
+ * The largest magnitudes among the arms of rate_0 .. rate_3 and of rate_{order - 3} .. rate_order, one a lane. They are
+ * compared as integers: the order is the same, and what is not finite is largest.
+ */
+LANES_INLINE bits8 kernel_sizes(const struct jets_system *s, int order) {
+    bits8 x[KERNEL_SIZES], pair[4], four[2];
+    for (int i = 0; i < KERNEL_SIZES; i++) x[i] = (bits8){0};
+    for (size_t a = 0; a < (size_t)s->n; a += 8) {
+        const double *first = s->rate + a / 8 * s->tile, *last = first + (size_t)(order + 1 - KERNEL_SIZES) * s->stride;
+        for (int i = 0; i < KERNEL_SIZES; i++) {
+            const double *row = i < KERNEL_SIZES / 2 ? first : last;
+            x[i] = kernel_larger(x[i], (bits8)lanes8_abs(lanes8_get(row + (size_t)i * s->stride)));
+        }
+    }
+    for (int i = 0; i < 4; i++) {
+        bits8 even = x[2 * i], odd = x[2 * i + 1];
+        pair[i] = kernel_larger(__builtin_shufflevector(even, odd, 0, 8, 2, 10, 4, 12, 6, 14),
+                                __builtin_shufflevector(even, odd, 1, 9, 3, 11, 5, 13, 7, 15));
+    }
+    for (int i = 0; i < 2; i++) {
+        bits8 even = pair[2 * i], odd = pair[2 * i + 1];
+        four[i] = kernel_larger(__builtin_shufflevector(even, odd, 0, 1, 8, 9, 4, 5, 12, 13),
+                                __builtin_shufflevector(even, odd, 2, 3, 10, 11, 6, 7, 14, 15));
+    }
+    return kernel_larger(__builtin_shufflevector(four[0], four[1], 0, 1, 2, 3, 8, 9, 10, 11),
+                         __builtin_shufflevector(four[0], four[1], 4, 5, 6, 7, 12, 13, 14, 15));
+}
 
-const struct jets_kernel KERNEL_PASTE(pend_kernel_jets_, PEND_ISA) = {
+/* the trailing terms in lanes, the leading ones in turn */
+static double kernel_reach(const struct jets_system *s, int order, double log_rtol, double log_atol) {
+    // phi has the coefficients of the rates over 1 .. 4
+    static const double log2_of[4] = {0, 1, 1.5849625007211562, 2};
+    const long long least = 1LL << 52, infinite = 0x7ffLL << 52; // bits of normal numbers lie between
+    const double *share = s->share + order - 3;
+    bits8 sizes = kernel_sizes(s, order), bad = sizes >= infinite;
+    lanes8 logs = lanes8_log2((lanes8)sizes);
+    lanes4 trailing = __builtin_shufflevector(logs, logs, 4, 5, 6, 7), part, here;
+    long long any = 0;
+    for (int i = 0; i < KERNEL_SIZES; i++) any |= bad[i];
+    if (any) return NAN;
+    memcpy(&part, share, sizeof part);
+    here = log_atol * s->share[order + 1] - trailing * part;
+    for (int i = 0; i < 4; i++) {
+        if (sizes[i] < least) continue;
+        // a radius of convergence from a trailing term and a leading one, times what is left of it at the tolerance
+        memcpy(&part, share - i - 1, sizeof part);
+        lanes4 gap = lanes4_of(logs[i] - log2_of[i]) - trailing;
+        here = lanes4_max(lanes4_of(log_rtol * s->share[order - i]) + gap * part, here);
+    }
+    double reach = KERNEL_FAR;
+    for (int i = 0; i < 4; i++) {
+        if (sizes[4 + i] >= least && here[i] < reach) reach = here[i];
+    }
+    return lanes2_exp2(lanes2_of(reach > -KERNEL_FAR ? reach : -KERNEL_FAR))[0];
+}
+
+const struct jets_kernel KERNEL_NAME(pend_kernel_jets_) = {
     .orders = kernel_orders,
     .advance = kernel_advance,
-    .sizes = kernel_sizes,
+    .reach = kernel_reach,
     .values = kernel_values,
 };

@@ -12,8 +12,6 @@ struct jets_state {
     double *phi, *phi_low, *rate, *rate_low;
 };
 
-enum { JETS_SIZES = 8 };
-
 /* Where values go; n values an instant, NULL = not wanted. */
 struct jets_values {
     double *phi, *rate, *acc, *force;
@@ -34,10 +32,13 @@ struct jets_kernel {
     void (*advance)(const struct jets_system *system, int order, double x, double unit, const struct jets_state *from,
                     const struct jets_state *to);
     /**
-     * Binary logarithms, within 1e-5, of the largest magnitudes among the arms of rate_0 .. rate_3 and
-     * rate_{order - 3} .. rate_order; -1023 where all are zero, 1024 or more, or not a number, where one is not finite.
+     * The step in units: the longest at which the first term of phi that is left out, as each of four trailing terms
+     * foretells it, is below rtol times the motion of the step, judged by its leading terms, or below atol. Four,
+     * because a symmetric start makes three of four vanish. 2^1000 where all are zero, NaN where one is not finite.
+     *
+     * log_rtol, log_atol  binary logarithms.
      */
-    void (*sizes)(const struct jets_system *system, int order, double log2_of[JETS_SIZES]);
+    double (*reach)(const struct jets_system *system, int order, double log_rtol, double log_atol);
     /**
      * The values x[i] units after `from`, i = 0 .. count - 1, in rows of n. phi and rate are always wanted. A row's
      * bits do not depend on the other rows.

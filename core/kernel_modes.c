@@ -3,25 +3,12 @@
 #include <math.h>
 #include <string.h>
 
-#include "core/lanes.h"
+#include "core/kernel_width.h"
 
-/* compiled once for every instruction set: see the Makefile */
-#if defined(__AVX512F__)
-enum { WIDTH = 8 };
-typedef lanes8 lanes;
-#define kernel_fma lanes8_fma
-#define kernel_all lanes8_of
-#elif defined(__AVX2__)
-enum { WIDTH = 4 };
-typedef lanes4 lanes;
-#define kernel_fma lanes4_fma
-#define kernel_all lanes4_of
-#else
-enum { WIDTH = 2 };
-typedef lanes2 lanes;
-#define kernel_fma lanes2_fma
-#define kernel_all lanes2_of
-#endif
+enum { WIDTH = KERNEL_WIDTH };
+typedef KERNEL_OF(lanes, ) lanes;
+#define kernel_fma KERNEL_OF(lanes, _fma)
+#define kernel_all KERNEL_OF(lanes, _of)
 
 /* several vectors of shifts side by side keep the processor busy where the tree is a chain */
 enum { PAIR = 4, GROUP = PAIR * WIDTH };
@@ -29,10 +16,6 @@ enum { PAIR = 4, GROUP = PAIR * WIDTH };
 typedef long long masks __attribute__((vector_size(WIDTH * sizeof(double))));
 typedef unsigned long long sign_bits __attribute__((vector_size(WIDTH * sizeof(double))));
 
-#define KERNEL_PASTE(isa) pend_modes_kernel_for_##isa
-#define KERNEL_NAME(isa) KERNEL_PASTE(isa)
-#define FINE_PASTE(isa) pend_modes_fine_for_##isa
-#define FINE_NAME(isa) FINE_PASTE(isa)
 #define INLINE static inline __attribute__((always_inline))
 
 /* Added to each pivot in parts of its spring: far below round-off, yet no pivot vanishes, and sums over pivots that
@@ -315,8 +298,9 @@ static void kernel_vectors(const struct pend_laplacian *laplacian, const double 
 }
 
 /* kernel_fine */
-void FINE_NAME(PEND_ISA)(const struct pend_laplacian *laplacian, const double value[], int lead, double work[],
-                         double *vector[], double *tip[]);
+void KERNEL_NAME(pend_modes_fine_for_)(const struct pend_laplacian *laplacian, const double value[], int lead,
+                                       double work[], double *vector[], double *tip[]);
 
-const struct pend_modes_kernel KERNEL_NAME(PEND_ISA);
-const struct pend_modes_kernel KERNEL_NAME(PEND_ISA) = {WIDTH, kernel_probe, kernel_vectors, FINE_NAME(PEND_ISA)};
+const struct pend_modes_kernel KERNEL_NAME(pend_modes_kernel_for_);
+const struct pend_modes_kernel KERNEL_NAME(pend_modes_kernel_for_) = {WIDTH, kernel_probe, kernel_vectors,
+                                                                      KERNEL_NAME(pend_modes_fine_for_)};

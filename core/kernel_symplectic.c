@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "core/gauss_table.h"
-#include "core/lanes.h"
+#include "core/kernel_width.h"
 
 /* a number is one value for each stage */
 #define JETS_NUM lanes8
@@ -256,10 +256,7 @@ static void symplectic_rates(const struct symplectic_system *system, const struc
     for (int k = 0; k < system->n; k++) rate[k] = s.rate[k][0];
 }
 
-#define KERNEL_PASTE2(a, b) a##b
-#define KERNEL_PASTE(a, b) KERNEL_PASTE2(a, b)
-
-const struct symplectic_kernel KERNEL_PASTE(pend_kernel_symplectic_, PEND_ISA) = {
+const struct symplectic_kernel KERNEL_NAME(pend_kernel_symplectic_) = {
     .count = symplectic_count,
     .load = symplectic_load,
     .momenta = symplectic_momenta,

@@ -33,6 +33,13 @@ LANES_INLINE VEC OF(min)(VEC x, VEC y) { return OF(pick)((BITS)(x < y), x, y); }
 
 LANES_INLINE VEC OF(abs)(VEC x) { return (VEC)((BITS)x & 0x7fffffffffffffffLL); }
 
+/** The larger of |x| and y >= 0; y where x is not a number. */
+#if LANES == 8 && defined(__AVX512DQ__)
+LANES_INLINE VEC OF(peak)(VEC x, VEC y) { return (VEC)_mm512_range_pd((__m512d)x, (__m512d)y, 0x0b); }
+#else
+LANES_INLINE VEC OF(peak)(VEC x, VEC y) { return OF(max)(OF(abs)(x), y); }
+#endif
+
 /** The nearest integer, |x| < 2^51. */
 LANES_INLINE VEC OF(round)(VEC x) {
     VEC magic = OF(of)(0x1.8p52);
@@ -45,37 +52,85 @@ LANES_INLINE VEC OF(floor)(VEC x) {
     return near - (VEC)((BITS)(near > x) & (BITS)OF(of)(1));
 }
 
+/* x + low = turn pi / 2 + r + rest, |r| below pi / 4 and a little, rest below an ulp of r; returns r. */
+LANES_INLINE VEC OF(reduce)(VEC x, VEC low, VEC *rest, BITS *turn) {
+    VEC magic = OF(of)(0x1.8p52), shifted = OF(fma)(x, OF(of)(0x1.45f306dc9c883p-1), magic), n = shifted - magic;
+#ifdef __FMA__
+    // what is left by all 53 bits of pi / 2 is a multiple of 2^-53 below 1, hence exact
+    VEC near = OF(fma)(n, OF(of)(-0x1.921fb54442d18p+0), x), tail = OF(fma)(n, OF(of)(-0x1.1a62633145c07p-54), low);
+#else
+    // n times the first two parts of pi / 2 is exact up to n = 2^20
+    VEC far = x - n * 0x1.921fb54400000p+0, second = n * 0x1.0b4611a600000p-34, near = far - second;
+    // the rounding of that difference, none where far is the smaller one, and the rest of pi / 2 go to the tail
+    VEC tail = ((far - near) - second) + low - n * 0x1.3198a2e037073p-69;
+#endif
+    VEC r = near + tail;
+    *rest = (near - r) + tail;
+    *turn = (BITS)shifted;
+    return r;
+}
+
+/* (sin r - r) / r^3 and (cos r - 1 + r^2 / 2) / r^4, of z = r^2, |r| below pi / 4 */
+LANES_INLINE VEC OF(sine_terms)(VEC z) {
+    VEC s = OF(fma)(z, OF(of)(0x1.5d92470eeb08bp-33), OF(of)(-0x1.ae5e63cec97aap-26));
+    s = OF(fma)(z, s, OF(of)(0x1.71de3574bc93ap-19));
+    s = OF(fma)(z, s, OF(of)(-0x1.a01a019c0e4f8p-13));
+    s = OF(fma)(z, s, OF(of)(0x1.111111110f861p-7));
+    return OF(fma)(z, s, OF(of)(-0x1.5555555555549p-3));
+}
+
+LANES_INLINE VEC OF(cosine_terms)(VEC z) {
+    VEC c = OF(fma)(z, OF(of)(-0x1.8fadd061d64a6p-37), OF(of)(0x1.1ee9ea6cd0900p-29));
+    c = OF(fma)(z, c, OF(of)(-0x1.27e4f807d689ep-22));
+    c = OF(fma)(z, c, OF(of)(0x1.a01a019caef49p-16));
+    c = OF(fma)(z, c, OF(of)(-0x1.6c16c16c15162p-10));
+    return OF(fma)(z, c, OF(of)(0x1.555555555554cp-5));
+}
+
+/* sine and cosine of r + turn pi / 2 from those of r */
+LANES_INLINE void OF(quadrant)(BITS turn, VEC sin_r, VEC cos_r, VEC *sine, VEC *cosine) {
+#if LANES == 8 && defined(__AVX512F__)
+    __m512i sign = _mm512_set1_epi64((long long)0x8000000000000000ULL), one = _mm512_set1_epi64(1);
+    __m512i first = _mm512_slli_epi64((__m512i)turn, 62), next = _mm512_add_epi64(first, _mm512_set1_epi64(1LL << 62));
+    __mmask8 swap = _mm512_test_epi64_mask((__m512i)turn, one);
+    __m512i s = (__m512i)_mm512_mask_blend_pd(swap, (__m512d)sin_r, (__m512d)cos_r);
+    __m512i c = (__m512i)_mm512_mask_blend_pd(swap, (__m512d)cos_r, (__m512d)sin_r);
+    // s ^ (first & sign)
+    *sine = (VEC)_mm512_ternarylogic_epi64(s, first, sign, 0x78);
+    *cosine = (VEC)_mm512_ternarylogic_epi64(c, next, sign, 0x78);
+#else
+    BITS swap = -(turn & 1), sine_sign = (turn & 2) << 62, cosine_sign = ((turn + 1) & 2) << 62;
+    *sine = (VEC)((BITS)OF(pick)(swap, cos_r, sin_r) ^ sine_sign);
+    *cosine = (VEC)((BITS)OF(pick)(swap, sin_r, cos_r) ^ cosine_sign);
+#endif
+}
+
 /**
  * Sine and cosine of x + low, |low| below an ulp or so of x: within 1 ulp of the larger of the two up to |x| = 1e6, and
  * as exact as x itself up to 1e12.
  */
 LANES_INLINE void OF(sincos)(VEC x, VEC low, VEC *sine, VEC *cosine) {
-    // n times the first two parts of pi / 2 is exact up to n = 2^20
-    VEC magic = OF(of)(0x1.8p52), shifted = OF(fma)(x, OF(of)(0x1.45f306dc9c883p-1), magic), n = shifted - magic;
-    BITS turn = (BITS)shifted;
-    VEC far = OF(fma)(n, OF(of)(-0x1.921fb54400000p+0), x), second = n * 0x1.0b4611a600000p-34, near = far - second;
-    // the rounding of that difference, and the rest of pi / 2, go to the tail
-    VEC back = far - near, tail = (back - second) + (far - (near + back));
-    tail = OF(fma)(n, OF(of)(-0x1.3198a2e037073p-69), tail + low);
-    VEC r = near + tail, z = r * r;
-    tail = (near - r) + tail;
-    VEC s = OF(fma)(z, OF(of)(0x1.5d92470eeb08bp-33), OF(of)(-0x1.ae5e63cec97aap-26));
-    s = OF(fma)(z, s, OF(of)(0x1.71de3574bc93ap-19));
-    s = OF(fma)(z, s, OF(of)(-0x1.a01a019c0e4f8p-13));
-    s = OF(fma)(z, s, OF(of)(0x1.111111110f861p-7));
-    s = OF(fma)(z, s, OF(of)(-0x1.5555555555549p-3));
-    VEC c = OF(fma)(z, OF(of)(-0x1.8fadd061d64a6p-37), OF(of)(0x1.1ee9ea6cd0900p-29));
-    c = OF(fma)(z, c, OF(of)(-0x1.27e4f807d689ep-22));
-    c = OF(fma)(z, c, OF(of)(0x1.a01a019caef49p-16));
-    c = OF(fma)(z, c, OF(of)(-0x1.6c16c16c15162p-10));
-    c = OF(fma)(z, c, OF(of)(0x1.555555555554cp-5));
+    BITS turn;
+    VEC tail, r = OF(reduce)(x, low, &tail, &turn), z = r * r;
+    VEC s = OF(sine_terms)(z), c = OF(cosine_terms)(z);
     VEC half = 0.5 * z, one = OF(of)(1), rest = one - half;
     VEC sin_r = r + OF(fma)(r * z, s, tail * rest);
     VEC cos_r = rest + (((one - rest) - half) + OF(fma)(z * z, c, -(r * tail)));
-    // quadrants
-    BITS swap = -(turn & 1), sine_sign = (turn & 2) << 62, cosine_sign = ((turn + 1) & 2) << 62;
-    *sine = (VEC)((BITS)OF(pick)(swap, cos_r, sin_r) ^ sine_sign);
-    *cosine = (VEC)((BITS)OF(pick)(swap, sin_r, cos_r) ^ cosine_sign);
+    OF(quadrant)(turn, sin_r, cos_r, sine, cosine);
+}
+
+/**
+ * Sine and cosine of the exact x - base: of either half an ulp of 1 more than sincos at the most, a sine near 0 to its
+ * own last digits; three quarters of the work.
+ */
+LANES_INLINE void OF(between)(VEC x, VEC base, VEC *sine, VEC *cosine) {
+    // the difference is rounded, and near a half turn its rounding is all that tells two arms from aligned ones
+    VEC angle = x - base, back = x - angle, low = (x - (angle + back)) + (back - base), tail;
+    BITS turn;
+    VEC r = OF(reduce)(angle, low, &tail, &turn), z = r * r;
+    VEC s = OF(sine_terms)(z), c = OF(cosine_terms)(z);
+    VEC sin_r = r + OF(fma)(r * z, s, tail), cos_r = OF(fma)(z, OF(fma)(z, c, OF(of)(-0.5)), OF(of)(1));
+    OF(quadrant)(turn, sin_r, cos_r, sine, cosine);
 }
 
 /** The binary logarithm within 1e-5, x >= 0 and normal; zero gives -1023. */

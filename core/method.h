@@ -4,6 +4,7 @@
 #ifndef PEND_METHOD_H
 #define PEND_METHOD_H
 
+#include "core/tape.h"
 #include "core/tree.h"
 
 /* The instants that are wanted, strictly monotonic, forwards or backwards. */
@@ -79,6 +80,12 @@ struct pend_method {
      */
     void (*at)(void *stepper, const double t[], int count, const struct pend_points *points);
     struct pend_stepper_counts (*counts)(const void *stepper);
+    /**
+     * Shows a tape all that steps have changed since `open`; where the tape puts it back, into a stepper that was just
+     * opened for the same problem, that one goes on as this one would have, `at` inside the last step too, bit for bit.
+     * NULL: it cannot be told from outside.
+     */
+    void (*carry)(void *stepper, struct pend_tape *tape);
     void (*close)(void **stepper);
 };
 

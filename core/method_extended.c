@@ -70,6 +70,12 @@ static struct pend_stepper_counts extended_stepper_counts(const void *stepper) {
     return (struct pend_stepper_counts){.steps = x->steps, .evaluations = x->steps * pend_extended_order(x->extended)};
 }
 
+static void extended_stepper_carry(void *stepper, struct pend_tape *tape) {
+    struct extended_stepper *x = stepper;
+    pend_tape_part(tape, &x->steps, sizeof x->steps);
+    pend_extended_carry(x->extended, tape);
+}
+
 const struct pend_method pend_method_taylor_extended = {
     .name = "taylor",
     .summary = "Power series of the motion in numbers of about 32 digits: what other answers are checked against.",
@@ -84,5 +90,6 @@ const struct pend_method pend_method_taylor_extended = {
     .step = extended_stepper_step,
     .at = extended_stepper_at,
     .counts = extended_stepper_counts,
+    .carry = extended_stepper_carry,
     .close = extended_stepper_close,
 };

@@ -157,6 +157,22 @@ static void gsl_stepper_at(void *stepper, const double t[], int count, const str
     }
 }
 
+/* the steppers of one step keep nothing but what their driver shows: the last derivative, and that there is one */
+static void gsl_stepper_carry(void *stepper, struct pend_tape *tape) {
+    struct gsl_stepper *g = stepper;
+    gsl_odeiv2_evolve *e = g->driver->e;
+    size_t m = 2 * (size_t)g->n;
+    pend_tape_part(tape, &g->counts, sizeof g->counts);
+    pend_tape_part(tape, &g->rejected, sizeof g->rejected);
+    pend_tape_row(tape, &g->t, 1);
+    pend_tape_row(tape, &g->size, 1);
+    pend_tape_row(tape, g->y, m);
+    pend_tape_part(tape, &e->count, sizeof e->count);
+    pend_tape_part(tape, &e->failed_steps, sizeof e->failed_steps);
+    pend_tape_row(tape, &e->last_step, 1);
+    pend_tape_row(tape, e->dydt_out, m);
+}
+
 static struct pend_stepper_counts gsl_stepper_counts(const void *stepper) {
     return ((const struct gsl_stepper *)stepper)->counts;
 }
@@ -177,7 +193,7 @@ static enum pend_status gsl_stepper_open_msadams(void **stepper, const struct pe
     return gsl_stepper_open(stepper, problem, error, gsl_odeiv2_step_msadams, 1);
 }
 
-#define GSL_STEPPER(name_, summary_)                                                                                   \
+#define GSL_STEPPER(name_, carry_, summary_)                                                                           \
     const struct pend_method pend_method_##name_ = {                                                                   \
         .name = #name_,                                                                                                \
         .summary = summary_,                                                                                           \
@@ -191,12 +207,16 @@ static enum pend_status gsl_stepper_open_msadams(void **stepper, const struct pe
         .open = gsl_stepper_open_##name_,                                                                              \
         .step = gsl_stepper_step,                                                                                      \
         .at = gsl_stepper_at,                                                                                          \
+        .carry = (carry_),                                                                                             \
         .counts = gsl_stepper_counts,                                                                                  \
         .close = gsl_stepper_close,                                                                                    \
     }
 
-GSL_STEPPER(rkf45, "Runge-Kutta-Fehlberg 4(5) of the GNU Scientific Library; every wanted instant ends a step.");
-GSL_STEPPER(rk8pd, "Runge-Kutta-Prince-Dormand 8(9) of the GNU Scientific Library; every wanted instant ends a step.");
-GSL_STEPPER(msadams,
+GSL_STEPPER(rkf45, gsl_stepper_carry,
+            "Runge-Kutta-Fehlberg 4(5) of the GNU Scientific Library; every wanted instant ends a step.");
+GSL_STEPPER(rk8pd, gsl_stepper_carry,
+            "Runge-Kutta-Prince-Dormand 8(9) of the GNU Scientific Library; every wanted instant ends a step.");
+/* the history of the multistep method is out of reach: such a run is never cut */
+GSL_STEPPER(msadams, NULL,
             "Adams multistep of variable order 1 to 12 of the GNU Scientific Library; every wanted instant ends a "
             "step.");

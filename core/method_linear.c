@@ -98,6 +98,12 @@ static struct pend_stepper_counts linear_counts(const void *stepper) {
     return ((const struct linear *)stepper)->counts;
 }
 
+/* the modes are found anew, the same ones */
+static void linear_carry(void *stepper, struct pend_tape *tape) {
+    struct linear *linear = stepper;
+    pend_tape_part(tape, &linear->counts, sizeof linear->counts);
+}
+
 const struct pend_method pend_method_linear = {
     .name = "linear",
     .summary = "The motion linearised about hanging, exact at every instant as a sum of modes; true for small swings; "
@@ -107,5 +113,6 @@ const struct pend_method pend_method_linear = {
     .step = linear_step,
     .at = linear_at,
     .counts = linear_counts,
+    .carry = linear_carry,
     .close = linear_close,
 };

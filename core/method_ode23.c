@@ -186,6 +186,15 @@ static void ode23_at(void *stepper, const double t[], int count, const struct pe
 
 static struct pend_stepper_counts ode23_counts(const void *stepper) { return ((const struct ode23 *)stepper)->counts; }
 
+static void ode23_carry(void *stepper, struct pend_tape *tape) {
+    struct ode23 *o = stepper;
+    double *numbers[] = {&o->begin, &o->end, &o->length, &o->size};
+    double *rows[] = {o->y, o->y_end, o->f[0], o->f[1], o->f[2], o->f[3]};
+    pend_tape_part(tape, &o->counts, sizeof o->counts);
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) pend_tape_row(tape, numbers[i], 1);
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) pend_tape_row(tape, rows[i], 2 * (size_t)o->n);
+}
+
 const struct pend_method pend_method_ode23 = {
     .name = "ode23",
     .summary =
@@ -202,5 +211,6 @@ const struct pend_method pend_method_ode23 = {
     .step = ode23_step,
     .at = ode23_at,
     .counts = ode23_counts,
+    .carry = ode23_carry,
     .close = ode23_close,
 };

@@ -206,6 +206,26 @@ static struct pend_stepper_counts symplectic_counts(const void *stepper) {
     return ((const struct symplectic *)stepper)->counts;
 }
 
+/* the lanes hold the first guess of the next step's stages */
+static void symplectic_carry(void *stepper, struct pend_tape *tape) {
+    struct symplectic *s = stepper;
+    size_t row = pend_jets_stride(s->tree->n);
+    pend_tape_part(tape, &s->counts, sizeof s->counts);
+    pend_tape_part(tape, &s->system.iterations, sizeof s->system.iterations);
+    pend_tape_part(tape, &s->now, sizeof s->now);
+    pend_tape_row(tape, &s->time, 1);
+    pend_tape_row(tape, s->system.lanes, s->kernel->count(s->tree->n));
+    for (int i = 0; i < 2; i++) {
+        struct symplectic_end *end = &s->end[i];
+        double *rows[] = {end->state.phi, end->state.phi_low, end->state.p, end->state.p_low, end->rate};
+        pend_tape_part(tape, &end->known, sizeof end->known);
+        for (size_t j = 0; j < sizeof rows / sizeof *rows; j++) pend_tape_row(tape, rows[j], row);
+        struct jets_state state = {end->state.phi, end->state.phi_low, end->rate, end->zero};
+        if (pend_tape_puts(tape) && end->known)
+            pend_jets_expand(&end->jets, s->system.gravity, s->unit, &state, SYMPLECTIC_ORDER);
+    }
+}
+
 const struct pend_method pend_method_symplectic = {
     .name = "symplectic",
     .summary =
@@ -218,5 +238,6 @@ const struct pend_method pend_method_symplectic = {
     .step = symplectic_step,
     .at = symplectic_at,
     .counts = symplectic_counts,
+    .carry = symplectic_carry,
     .close = symplectic_close,
 };

@@ -3,7 +3,9 @@
  * Invariant: angles and rates are sums with compensation; a step allocates nothing. */
 #include "core/method.h"
 
+#include <float.h>
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -91,37 +93,6 @@ static int taylor_bad_arm(const struct taylor *taylor) {
     return -1;
 }
 
-/*
- * The step in units, as its binary logarithm: the longest at which the first term of phi that is left out, as each of
- * four trailing terms foretells it, is below rtol times the motion of the step, judged by its leading terms, or below
- * atol. Four, because a symmetric start makes three of four vanish. Infinite where all are zero, NaN where one is not
- * finite.
- */
-static double taylor_choose(const struct taylor *taylor) {
-    enum { HALF = JETS_SIZES / 2, ZERO = -1022, BAD = 1024 };
-    static const double log2_of[HALF] = {0, 1, 1.5849625007211562, 2}; // phi has these coefficients over 1 .. 4
-    double size[JETS_SIZES], reach = INFINITY;
-    const double *share = taylor->jets.share, *last = share + taylor->order;
-    pend_jets_sizes(&taylor->jets, taylor->order, size);
-    for (int i = 0; i < JETS_SIZES; i++) {
-        if (!(size[i] < BAD)) return NAN;
-        if (i < HALF) size[i] -= log2_of[i];
-    }
-    for (int i = 0; i < HALF; i++) {
-        double trailing = size[HALF + i];
-        if (trailing < ZERO) continue;
-        // a radius of convergence from a trailing term and a leading one, times what is left of it at the tolerance
-        int j = taylor->order - HALF + 1 + i;
-        double here = taylor->log_atol * last[1] - trailing * share[j];
-        for (int l = 0; l < HALF; l++) {
-            if (size[l] < ZERO) continue;
-            here = fmax(here, taylor->log_rtol * last[-l] + (size[l] - trailing) * share[j - l - 1]);
-        }
-        reach = fmin(reach, here);
-    }
-    return reach;
-}
-
 /* expands about the start of the step in a unit of time near the step, which is returned in units; NaN where that fails
  */
 static double taylor_expand(struct taylor *taylor, double limit) {
@@ -130,13 +101,22 @@ static double taylor_expand(struct taylor *taylor, double limit) {
     for (int i = 0; i < TRIES; i++) {
         pend_jets_expand(&taylor->jets, taylor->gravity, taylor->unit, &taylor->begin, taylor->order);
         taylor->counts.evaluations += taylor->order;
-        x = exp2(taylor_choose(taylor));
+        x = pend_jets_reach(&taylor->jets, taylor->order, taylor->log_rtol, taylor->log_atol);
         // a step may pass the last instant, by no more than its own length
         if (x > 2 * left / fabs(taylor->unit)) x = 2 * left / fabs(taylor->unit);
         if (x >= exp2(-RANGE) && x <= exp2(RANGE)) break;
         taylor->unit *= exp2(x > 1 ? RANGE : -RANGE);
     }
     return x;
+}
+
+/* the power of two below a step's length; of a step that is hardly a number, one that is far too long */
+static double taylor_power(double step) {
+    uint64_t bits;
+    memcpy(&bits, &step, sizeof bits);
+    bits &= UINT64_C(0x7ff) << 52;
+    memcpy(&step, &bits, sizeof step);
+    return step > 0 ? step : DBL_MIN;
 }
 
 static enum pend_status taylor_step(void *stepper, double limit, double *reached, struct pend_error *error) {
@@ -158,7 +138,7 @@ static enum pend_status taylor_step(void *stepper, double limit, double *reached
     }
     pend_jets_advance(&taylor->jets, taylor->order, (taylor->reached - taylor->time) / taylor->unit, taylor->unit,
                       &taylor->begin, &taylor->end);
-    taylor->next_unit = ldexp(1, ilogb(x * taylor->unit));
+    taylor->next_unit = taylor_power(x * taylor->unit);
     taylor->counts.steps++;
     *reached = taylor->reached;
     return PEND_OK;
@@ -199,6 +179,22 @@ static struct pend_stepper_counts taylor_counts(const void *stepper) {
     return taylor->counts;
 }
 
+static void taylor_carry(void *stepper, struct pend_tape *tape) {
+    struct taylor *taylor = stepper;
+    size_t stride = pend_jets_stride(taylor->tree->n);
+    struct jets_state *ends[] = {&taylor->begin, &taylor->end};
+    pend_tape_part(tape, &taylor->counts, sizeof taylor->counts);
+    double *numbers[] = {&taylor->unit, &taylor->next_unit, &taylor->time, &taylor->reached};
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) pend_tape_row(tape, numbers[i], 1);
+    for (int i = 0; i < 2; i++) {
+        double *rows[] = {ends[i]->phi, ends[i]->phi_low, ends[i]->rate, ends[i]->rate_low};
+        for (size_t j = 0; j < sizeof rows / sizeof *rows; j++) pend_tape_row(tape, rows[j], stride);
+    }
+    // the series of the last step follows from its start
+    if (pend_tape_puts(tape) && taylor->counts.steps)
+        pend_jets_expand(&taylor->jets, taylor->gravity, taylor->unit, &taylor->begin, taylor->order);
+}
+
 const struct pend_method pend_method_taylor = {
     .name = "taylor",
     .summary = "Power series of the motion, order and step by the tolerance: the most accurate and the fastest.",
@@ -214,5 +210,6 @@ const struct pend_method pend_method_taylor = {
     .step = taylor_step,
     .at = taylor_at,
     .counts = taylor_counts,
+    .carry = taylor_carry,
     .close = taylor_close,
 };

@@ -193,7 +193,8 @@ static int vectors_settle(struct pend_vectors *v, enum pend_status *status) {
     return 0;
 }
 
-/* vectors begin .. begin + lanes - 1 by twisted factorization; tip displacements only where a vector has neighbours */
+/* Vectors begin .. begin + lanes - 1 by twisted factorization; tip displacements only where a vector has neighbours, by
+ * the wider measure: two fine ones side by side may not be near each other, and yet be near a coarse one further off. */
 static void vectors_twist(struct pend_vectors *v, int begin) {
     const struct pend_modes_kernel *kernel = pend_modes_kernel();
     int count = v->count;
@@ -204,8 +205,8 @@ static void vectors_twist(struct pend_vectors *v, int begin) {
         shift[i] = v->value[last ? count - 1 : number];
         target[i] = last ? v->load : v->vector[number];
         tip[i] = last || !v->rows ? v->pivot : vectors_tip(v, number);
-        if (!last) tips |= number > 0 && vectors_near(v, number - 1, number);
-        if (!last) tips |= number < count - 1 && vectors_near(v, number, number + 1);
+        if (!last) tips |= number > 0 && vectors_within(v, number - 1, number, VECTORS_NEAR);
+        if (!last) tips |= number < count - 1 && vectors_within(v, number, number + 1, VECTORS_NEAR);
     }
     if (v->fine[begin])
         kernel->fine(v->laplacian, shift, v->lead, v->work, target, tips ? tip : NULL);

@@ -1,5 +1,6 @@
 #include "core/run.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdarg.h>
@@ -432,4 +433,19 @@ struct pend_run_stats pend_run_stats(const struct pend_run *run) {
                                    .evaluations = counts.evaluations,
                                    .energy_drift = run->drift,
                                    .progress = run_progress(run)};
+}
+
+/* ---- from one process to another */
+
+int pend_run_carries(const struct pend_method *method) { return method->carry != NULL; }
+
+enum pend_status pend_run_carry(struct pend_run *run, struct pend_tape *tape) {
+    assert(run->failure.code == PEND_OK);
+    pend_tape_part(tape, &run->reached, sizeof run->reached);
+    pend_tape_part(tape, &run->next, sizeof run->next);
+    pend_tape_part(tape, &run->drift, sizeof run->drift);
+    run->method->carry(run->stepper, tape);
+    if (!pend_tape_puts(tape)) return PEND_OK;
+    int good = run->next >= 0 && run->next <= run->problem.times.count && isfinite(run->reached);
+    return good ? PEND_OK : PEND_INVALID;
 }

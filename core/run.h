@@ -57,4 +57,18 @@ PEND_MUST_CHECK enum pend_status pend_run_next(struct pend_run *run, struct pend
 
 struct pend_run_stats pend_run_stats(const struct pend_run *run);
 
+/** True where runs of a method can be carried from one process to another. */
+int pend_run_carries(const struct pend_method *method);
+
+/**
+ * Shows a tape all that a run has in hand between two calls of pend_run_next; where the tape puts it back, into a run
+ * that was just made of the same problem, that one hands out what this one would have, bit for bit. Not after a
+ * failure.
+ *
+ * method  of which pend_run_carries.
+ *
+ * PEND_INVALID  what was put back is not of such a run, which is then worth nothing.
+ */
+PEND_MUST_CHECK enum pend_status pend_run_carry(struct pend_run *run, struct pend_tape *tape);
+
 #endif

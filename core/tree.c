@@ -247,18 +247,26 @@ struct path_reading {
     int *mismatch; /* of the arm that joins: entries that differ if it hangs on arm j */
 };
 
-/* an entry as a bit; the diagonal counts as 1 whatever it says */
-static int path_bit(const struct path_reading *in, int i, int j) {
-    return i == j || in->path[(size_t)i * (size_t)in->n + (size_t)j] != 0;
+/* row i: what is not 0 counts as 1, and the diagonal as 1 whatever it says */
+static const double *path_row(const struct path_reading *in, int i) { return in->path + (size_t)i * (size_t)in->n; }
+
+/* how many ones row i has beside the diagonal */
+static int path_ones(const struct path_reading *in, int i) {
+    const double *row = path_row(in, i);
+    int ones = 0;
+    for (int j = 0; j < in->n; j++) ones += row[j] != 0;
+    return ones - (row[i] != 0);
 }
 
 /* scores, and the arms in their order; ties by number */
 static void path_order(const struct path_reading *in) {
     int n = in->n, *score = in->score, *arm = in->arm;
     memset(score, 0, (size_t)n * sizeof *score);
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < n; j++)
-            if (path_bit(in, i, j)) score[i]++, score[j]--;
+    for (int i = 0; i < n; i++) {
+        const double *row = path_row(in, i);
+        for (int j = 0; j < n; j++) score[j] -= row[j] != 0;
+        score[i] += path_ones(in, i) + (row[i] != 0);
+    }
     for (int i = 0; i < n; i++) {
         int at = i;
         for (; at > 0 && score[arm[at - 1]] > score[i]; at--) arm[at] = arm[at - 1];
@@ -270,21 +278,32 @@ static void path_order(const struct path_reading *in) {
 static void path_read(const struct path_reading *in) {
     in->parent[in->arm[0]] = -1;
     for (int a = 1; a < in->n; a++) {
-        int i = in->arm[a], ones = 0, best = in->arm[0];
-        for (int j = 0; j < in->n; j++) ones += j != i && path_bit(in, i, j);
+        int i = in->arm[a], ones = path_ones(in, i), best = in->arm[0];
+        const double *row = path_row(in, i);
         for (int b = 0; b < a; b++) {
             int j = in->arm[b], p = in->parent[j];
-            in->mismatch[j] = (p < 0 ? ones : in->mismatch[p]) + (path_bit(in, i, j) ? -1 : 1);
+            in->mismatch[j] = (p < 0 ? ones : in->mismatch[p]) + 1 - 2 * (row[j] != 0);
             if (in->mismatch[j] < in->mismatch[best]) best = j;
         }
         in->parent[i] = best;
     }
 }
 
+/* faults that nobody reads the words of: they are only counted, without a look at each entry */
+static void path_count_row(int n, const double row[], const int on_way[], int i, struct tree_faults *faults) {
+    int wrong = 0;
+    for (int j = 0; j < n; j++) wrong += row[j] != (on_way[j] == i);
+    while (wrong-- > 0) tree_fault(faults, PEND_FIELD_PATH, i, -1, "is wrong");
+}
+
 /* faults the entries of row i that differ from the way to tip i in the tree that was read */
 static void path_check_row(const struct path_reading *in, int i, int on_way[], struct tree_faults *faults) {
-    const double *row = in->path + (size_t)i * (size_t)in->n;
+    const double *row = path_row(in, i);
     for (int j = i; j >= 0; j = in->parent[j]) on_way[j] = i;
+    if (faults->sink && faults->sink->worded && faults->count >= faults->sink->worded) {
+        path_count_row(in->n, row, on_way, i, faults);
+        return;
+    }
     for (int j = 0; j < in->n; j++) {
         int want = on_way[j] == i;
         if (row[j] == want) continue;

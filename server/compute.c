@@ -4,17 +4,18 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "server/answer.h"
 #include "server/clock.h"
-#include "server/flights.h"
 
 enum {
-    COMPUTE_HOLD = 1 << 20,       /* bytes of an answer that may stream are held, so that it can be shared and kept */
-    COMPUTE_LONG_BODY = 1 << 18,  /* bytes of a body that takes a while to read */
-    COMPUTE_MOST_CODED = 1 << 30, /* bytes of an answer that is compressed whole */
-    COMPUTE_REFUSE_COST = 3       /* times max-compute-seconds: an estimate may be wrong by this factor */
+    COMPUTE_HOLD = 1 << 20,      /* bytes of an answer that may stream are held, so that it can be shared and kept */
+    COMPUTE_SHARE = 1 << 23,     /* the same where several wait for it, or where it is soon complete */
+    COMPUTE_LONG_BODY = 1 << 18, /* bytes of a body that takes a while to read */
+    COMPUTE_REFUSE_COST = 3      /* times max-compute-seconds: an estimate may be wrong by this factor */
 };
 
-static const double compute_patience = 0.05; /* s of computation after which a stream begins, however little there is */
+/* s of computation after which a stream begins, however little there is; a whole one that is waited for all the same */
+static const double compute_patience = 0.05, compute_soon = 0.25;
 
 /* s of computation from which on it belongs to the next level of the queue */
 static const double compute_level[SRV_QUEUE_LEVELS - 1] = {0.003, 0.05, 1};
@@ -32,100 +33,11 @@ static const char *compute_reason(enum srv_stop why) {
 
 static double compute_seconds(const struct srv_work *work) { return 1e-9 * (double)work->spent; }
 
-/* --- keys of the cache --- */
-
-/* the bytes of a request that make its answer, as a key: written behind its body; returns its length, 0 without memory
- */
-static size_t compute_exact_key(struct srv_exchange *exchange, const char **key) {
-    struct api_buffer *body = &exchange->body;
-    size_t bytes = body->bytes;
-    const char *part[] = {exchange->path, exchange->field[SRV_ACCEPT], exchange->field[SRV_CONTENT_TYPE]};
-    enum pend_status status = PEND_OK;
-    for (size_t i = 0; i < sizeof part / sizeof *part && status == PEND_OK; i++)
-        status = api_buffer_add(body, part[i] ? part[i] : "", part[i] ? strlen(part[i]) + 1 : 1);
-    if (status == PEND_OK) status = api_buffer_add(body, &(char){(char)('0' + exchange->coding)}, 1);
-    size_t all = body->bytes;
-    body->bytes = bytes;
-    *key = body->data;
-    return status == PEND_OK ? all : 0;
-}
-
-/* such an exchange is never answered from the exact bytes */
-static int compute_unkeyed(const struct srv_exchange *exchange) {
-    return !srv_cache_on(exchange->service->cache) || exchange->apart || exchange->body.bytes > SRV_CACHE_KEY ||
-           exchange->query;
-}
-
-/* an exchange is answered by a payload */
-static void compute_give(struct srv_exchange *exchange, struct srv_payload *payload, const char *cache) {
-    exchange->cache = cache;
-    srv_exchange_payload(exchange, payload);
-    if (payload->status != 200 || !srv_exchange_matches(exchange, payload->etag)) return;
-    /* with the length of the answer that it stands for, which is not sent */
-    exchange->status = 304;
-    srv_metrics_count(&exchange->service->metrics.not_modified, 1);
-}
-
-int srv_compute_cached(struct srv_exchange *exchange) {
-    const char *key;
-    if (compute_unkeyed(exchange)) return 0;
-    size_t bytes = compute_exact_key(exchange, &key);
-    struct srv_payload *payload = bytes ? srv_cache_find(exchange->service->cache, key, bytes) : NULL;
-    if (!payload) return 0;
-    srv_metrics_count(&exchange->service->metrics.cache_exact, 1);
-    compute_give(exchange, payload, "exact");
-    srv_payload_drop(&payload);
-    return 1;
-}
-
-static void compute_remember(struct srv_exchange *exchange, struct srv_payload *payload) {
-    const char *key;
-    if (payload->status != 200 || compute_unkeyed(exchange)) return;
-    size_t bytes = compute_exact_key(exchange, &key);
-    if (bytes) srv_cache_add(exchange->service->cache, key, bytes, payload);
-}
-
-/* --- payloads --- */
-
-/* compresses what is in out where that is worth it; returns the coding that it has then */
-static enum srv_coding compute_code(struct srv_work *work, const char *media_type) {
-    double least = work->service->config.compress_above;
-    if (!work->coding || least <= 0 || (double)work->out.bytes < least || work->out.bytes > COMPUTE_MOST_CODED ||
-        !srv_coding_worth(media_type))
-        return SRV_IDENTITY;
-    work->coded.bytes = 0;
-    srv_spares_take(&work->service->spares, &work->coded);
-    if (srv_coding_whole(work->coding, work->out.data, work->out.bytes, &work->coded) != PEND_OK ||
-        work->coded.bytes >= work->out.bytes)
-        return SRV_IDENTITY;
-    struct api_buffer plain = work->out;
-    work->out = work->coded;
-    work->coded = plain;
-    return work->coding;
-}
-
-/* the head of the answer as a payload; its body is what is in `body` */
-static struct srv_payload *compute_payload(struct srv_work *work, struct api_answer answer, enum srv_coding coding,
-                                           struct api_buffer *body) {
-    char disposition[128];
-    const char *columns = answer.columns, *file = answer.file_name;
-    if (file) snprintf(disposition, sizeof disposition, "inline; filename=\"%.80s\"", file);
-    size_t text = 256 + SRV_ETAG_BYTES + (columns ? strlen(columns) + 1 : 0);
-    struct srv_service *service = work->service;
-    struct srv_payload *made =
-        srv_payload_new(answer.status, answer.media_type, body, text, &service->held, &service->spares);
-    if (!made) return NULL;
-    made->steps = api_call_steps(work->call);
-    if (answer.status >= 400) srv_payload_header(made, "Cache-Control", "no-store");
-    srv_payload_header(made, "Vary", srv_exchange_vary);
-    if (answer.status == 200 && work->etag[0]) {
-        snprintf(made->etag, sizeof made->etag, "%s", work->etag);
-        srv_payload_header(made, "ETag", made->etag);
-    }
-    if (columns) srv_payload_header(made, "X-Columns", columns);
-    if (file) srv_payload_header(made, "Content-Disposition", disposition);
-    if (coding) srv_payload_header(made, "Content-Encoding", srv_coding_at(coding)->name);
-    return made;
+/* counts the memory of an answer that is under way */
+static void compute_hold(struct srv_work *work) {
+    size_t bytes = work->out.cap + work->coded.cap + SRV_FLIGHT_BLOCK;
+    atomic_fetch_add(&work->service->held, (long long)bytes - (long long)work->held);
+    work->held = bytes;
 }
 
 /* --- the end of a work --- */
@@ -141,8 +53,8 @@ static void compute_release(struct srv_work *work, struct srv_payload *payload, 
         exchange->waited = work->begun > exchange->queued ? work->begun - exchange->queued : 0;
         exchange->computed = work->spent;
         if (payload) {
-            compute_give(exchange, payload, next ? "joined" : cache);
-            compute_remember(exchange, payload);
+            srv_answer_give(exchange, payload, next ? "joined" : cache);
+            srv_answer_remember(exchange, payload);
         } else if (status == 304) {
             srv_exchange_not_modified(exchange, work->etag);
         } else {
@@ -161,8 +73,9 @@ static void compute_settle(struct srv_work *work) {
     struct srv_service *service = work->service;
     struct api_answer answer = api_call_answer(work->call);
     if (answer.status == 200 && work->key_bytes) srv_metrics_count(&service->metrics.cache_missed, 1);
-    enum srv_coding coding = compute_code(work, answer.media_type);
-    struct srv_payload *payload = compute_payload(work, answer, coding, &work->out);
+    enum srv_coding coding = srv_answer_code(work, answer.media_type);
+    struct srv_payload *payload = srv_answer_payload(work, answer, coding, &work->out);
+    if (work->held) compute_hold(work); /* the answer's memory is counted with the payload now */
     if (!payload) {
         compute_fail(work, "out of memory");
     } else if (!srv_service_room(service)) {
@@ -187,12 +100,6 @@ static void compute_apart(struct srv_exchange *others) {
         next = exchange->next_beside;
         compute_push(exchange);
     }
-}
-
-static void compute_hold(struct srv_work *work) {
-    size_t bytes = work->out.cap + work->coded.cap + SRV_FLIGHT_BLOCK;
-    atomic_fetch_add(&work->service->held, (long long)bytes - (long long)work->held);
-    work->held = bytes;
 }
 
 /* hands over what was appended; 1 when the worker goes on with it */
@@ -222,7 +129,7 @@ static void compute_promise(struct srv_work *work) {
     int coded = row && work->service->config.compress_above > 0 && srv_coding_worth(answer.media_type);
     api_buffer_init(&none, 0);
     if (coded && !(work->coder = row->begin())) return;
-    struct srv_payload *head = compute_payload(work, answer, coded ? work->coding : SRV_IDENTITY, &none);
+    struct srv_payload *head = srv_answer_payload(work, answer, coded ? work->coding : SRV_IDENTITY, &none);
     if (!head) return;
     struct srv_exchange *others, *reader = srv_flights_stream(work, &others);
     work->promised = reader != NULL;
@@ -237,11 +144,22 @@ static void compute_promise(struct srv_work *work) {
     compute_apart(others);
 }
 
+/* whether a larger answer than usual is held: it is worth more whole than early. One that is to be compressed is not,
+ * as that takes a worker long in one go. */
+static int compute_whole(struct srv_work *work, int alone) {
+    double seconds = compute_seconds(work);
+    if (work->coding && srv_coding_worth(api_call_answer(work->call).media_type)) return 0;
+    if (work->out.cap > COMPUTE_HOLD) compute_hold(work);
+    return (!alone || (seconds > work->cost ? seconds : work->cost) < compute_soon) && srv_service_room(work->service);
+}
+
 /* is it time to begin sending? */
 static int compute_ripe(struct srv_work *work) {
-    int much = work->out.bytes >= COMPUTE_HOLD;
-    if (!api_call_streams(work->call)) return 0;
-    return much || (work->out.bytes && compute_seconds(work) >= compute_patience && srv_flights_waiters(work) == 1);
+    if (!api_call_streams(work->call) || !work->out.bytes) return 0;
+    if (work->out.bytes < COMPUTE_HOLD && compute_seconds(work) < compute_patience) return 0;
+    int alone = srv_flights_waiters(work) == 1;
+    size_t most = compute_whole(work, alone) ? COMPUTE_SHARE : COMPUTE_HOLD;
+    return work->out.bytes >= most || (alone && most == COMPUTE_HOLD);
 }
 
 /* --- turns on a worker --- */
@@ -300,34 +218,19 @@ static void compute_turn(struct srv_work *work) {
     }
 }
 
-/* --- the first turn: reading the request --- */
-
-/* what tells the answer from others, as the cache knows it, of that coding */
-static void compute_key(struct srv_work *work, enum srv_coding coding) {
-    const char *digest = api_call_etag(work->call);
-    work->etag[0] = 0;
-    work->key_bytes = 0;
-    if (!digest) return;
-    snprintf(work->etag, sizeof work->etag, "W/\"%.64s\"", digest);
-    work->key_bytes = (size_t)snprintf(work->key, sizeof work->key, "%.64s %d", digest, coding);
+/* between two pieces of a computation: does a shorter one wait? */
+static int compute_hurry(void *company) {
+    struct srv_work *work = company;
+    srv_intake_look(&work->service->intake);
+    return srv_queue_shorter(work->service->queue, work->task.level);
 }
 
-/* the answer in the cache, compressed now if it is there only as it is; NULL if it is not there */
-static struct srv_payload *compute_find(struct srv_work *work) {
-    struct srv_cache *cache = work->service->cache;
-    struct srv_payload *found = srv_cache_find(cache, work->key, work->key_bytes);
-    if (found || !work->coding) return found;
-    compute_key(work, SRV_IDENTITY);
-    found = srv_cache_find(cache, work->key, work->key_bytes);
-    compute_key(work, work->coding);
-    if (!found || api_buffer_add(&work->out, found->body.data, found->body.bytes) != PEND_OK) return found;
-    enum srv_coding coding = compute_code(work, found->media_type);
-    struct srv_payload *coded = coding ? compute_payload(work, api_call_answer(work->call), coding, &work->out) : NULL;
-    work->out.bytes = 0;
-    if (!coded) return found;
-    srv_cache_add(cache, work->key, work->key_bytes, coded);
-    srv_payload_drop(&found);
-    return coded;
+/* --- the first turn: reading the request --- */
+
+/* does If-Range, where there is one, name this very answer? A date names none: answers have no dates */
+static int compute_range_holds(const struct srv_exchange *exchange, const char *etag) {
+    const char *known = exchange->field[SRV_IF_RANGE];
+    return !known || !strcmp(known, etag);
 }
 
 /* answers a request that was read and needs no computation: it is in the client's memory, in the cache, or computed
@@ -335,8 +238,9 @@ static struct srv_payload *compute_find(struct srv_work *work) {
 static int compute_spared(struct srv_work *work) {
     struct srv_service *service = work->service;
     struct srv_exchange *exchange = work->waiters;
-    compute_key(work, work->coding);
-    struct srv_payload *found = compute_find(work);
+    srv_answer_key(work, work->coding);
+    /* what lies somewhere already is not what others have computed, to the byte */
+    struct srv_payload *found = work->source ? NULL : srv_answer_find(work);
     if (found) {
         srv_metrics_count(&service->metrics.cache_digest, 1);
         compute_release(work, found, "digest", 0, NULL);
@@ -348,7 +252,10 @@ static int compute_spared(struct srv_work *work) {
         return 1;
     }
     /* what lies somewhere already is not joined: it may cease to, which is nobody else's concern */
-    if (work->source) work->key_bytes = 0;
+    if (work->source) {
+        work->key_bytes = 0;
+        work->source->ranged = work->source->ranged && compute_range_holds(exchange, work->etag);
+    }
     if (!srv_flights_opened(work)) return 0;
     srv_metrics_count(&service->metrics.cache_joined, 1);
     srv_flights_end(work);
@@ -391,6 +298,7 @@ static void compute_open(struct srv_work *work) {
     }
     srv_spares_take(&work->service->spares, &work->out);
     api_call_clock(work->call, srv_clock_seconds, NULL);
+    api_call_hurry(work->call, compute_hurry, work);
     enum api_progress progress = source ? api_call_results(work->call, &request, &source->from, &work->out)
                                         : api_call_open(work->call, &request, &work->out);
     if (progress == API_DONE) {
@@ -398,6 +306,12 @@ static void compute_open(struct srv_work *work) {
         return;
     }
     if (compute_spared(work)) return;
+    if (source && source->ranged) {
+        if (api_call_range(work->call, source->range, &work->out) == API_DONE) {
+            compute_settle(work);
+            return;
+        }
+    }
     work->cost = api_call_cost(work->call);
     if (compute_too_long(work)) return;
     work->task.level = compute_level_of(work->cost);

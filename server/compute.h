@@ -8,10 +8,6 @@
 
 #include "server/exchange.h"
 
-/** Answers an exchange from the cache where its very bytes were seen before; returns 1 when it did. No worker needed.
- */
-int srv_compute_cached(struct srv_exchange *exchange);
-
 /**
  * Queues an exchange whose route names an operation; it comes back through its finish, answered. Where the queue has no
  * room that happens before this returns, with a 503 or a 429.

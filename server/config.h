@@ -27,9 +27,10 @@ struct srv_config {
     double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds;
     double least_rate; /* bytes/s */
     double access_log; /* 0 or 1 */
-    double job_part_seconds, job_lease_seconds;
+    double job_part_seconds, job_lease_seconds, until_idle_seconds;
     double client_jobs, client_bytes, store_bytes, keep_seconds;
     double client_scenes, scene_bytes;
+    double event_streams;
     double job_members, job_samples, job_steps, job_seconds;
     struct api_limits limits;
 };

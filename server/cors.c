@@ -2,9 +2,9 @@
 
 #include <string.h>
 
-const char srv_cors_expose[] =
-    "Content-Disposition, ETag, Location, Preference-Applied, RateLimit-Limit, RateLimit-Remaining, "
-    "RateLimit-Reset, Retry-After, X-Columns, X-Request-Id";
+const char srv_cors_expose[] = "Accept-Ranges, Content-Disposition, Content-Range, ETag, Location, Preference-Applied, "
+                               "RateLimit-Limit, RateLimit-Remaining, "
+                               "RateLimit-Reset, Retry-After, X-Columns, X-Request-Id";
 
 int srv_cors_varies(const char *allowed) { return strcmp(allowed, "*") && strcmp(allowed, "none"); }
 

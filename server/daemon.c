@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "server/clock.h"
+#include "server/events.h"
 #include "server/http.h"
 #include "server/listen.h"
 #include "server/parts.h"
@@ -53,7 +54,8 @@ static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_erro
         daemon_files(config, service->log);
         status = srv_watch_new(&daemon->watch);
     }
-    if (status == PEND_OK) status = srv_workers_new(&daemon->workers, service->workers, service->queue);
+    if (status == PEND_OK)
+        status = srv_workers_new(&daemon->workers, service->workers, service->queue, &service->intake);
     if (status == PEND_OK) {
         status = srv_parts_jobs(service, error);
         if (status == PEND_OK) return srv_http_new(&daemon->http, service, daemon->watch, fd, error);
@@ -80,9 +82,14 @@ struct srv_log *srv_daemon_log(const struct srv_daemon *daemon) {
     return daemon->service.log;
 }
 
+double srv_daemon_idle(struct srv_daemon *daemon) {
+    return daemon->service.runner ? srv_runner_idle(daemon->service.runner) : 0;
+}
+
 int srv_daemon_drain(struct srv_daemon *daemon, int hurry) {
     atomic_store(&daemon->service.draining, 1);
     if (hurry) srv_watch_leave_all(daemon->watch);
+    srv_events_drain(daemon->service.events);
     int held = daemon->service.runner && !srv_runner_drain(daemon->service.runner);
     if (held || atomic_load(&daemon->service.computing)) return 0;
     return srv_http_quiesce(daemon->http) && !srv_watch_busy(daemon->watch);

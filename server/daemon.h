@@ -24,6 +24,9 @@ const char *srv_daemon_url(const struct srv_daemon *daemon);
 /** The log, for messages. */
 struct srv_log *srv_daemon_log(const struct srv_daemon *daemon);
 
+/** Seconds since when it found no part of a job to compute; 0 while it has one, or computes none at all. */
+double srv_daemon_idle(struct srv_daemon *daemon);
+
 /**
  * Goes one step towards the end, and says how far it is: takes no new work, lets what runs finish, stops listening, and
  * sees every answer off. To be called again every few milliseconds.

@@ -27,7 +27,7 @@ void srv_exchange_init(struct srv_exchange *exchange, struct srv_service *servic
 
 /* what it shares with others */
 static void exchange_let_go(struct srv_exchange *exchange) {
-    assert(!exchange->work && !exchange->stream);
+    assert(!exchange->work && !exchange->stream && !exchange->listener);
     srv_exchange_hold(exchange, 0);
     srv_payload_drop(&exchange->payload);
     if (exchange->source) exchange->source->free(exchange->source);
@@ -54,7 +54,7 @@ void srv_exchange_reset(struct srv_exchange *exchange) {
     exchange_empty(exchange, &exchange->body);
     exchange_empty(exchange, &exchange->answer);
     exchange->stop = SRV_GO_ON;
-    exchange->streams = exchange->apart = 0;
+    exchange->streams = exchange->listens = exchange->apart = 0;
     memset(exchange->field, 0, sizeof exchange->field);
     exchange->method = exchange->path = exchange->query = exchange->id = exchange->argument = exchange->trace = NULL;
     exchange->coding = SRV_IDENTITY;

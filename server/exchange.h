@@ -25,6 +25,9 @@
     X(SRV_ACCEPT, "Accept", LIST)                                                                                      \
     X(SRV_ACCEPT_ENCODING, "Accept-Encoding", LIST)                                                                    \
     X(SRV_IF_NONE_MATCH, "If-None-Match", LIST)                                                                        \
+    X(SRV_RANGE, "Range", ONE)                                                                                         \
+    X(SRV_IF_RANGE, "If-Range", ONE)                                                                                   \
+    X(SRV_LAST_EVENT_ID, "Last-Event-ID", LAST)                                                                        \
     X(SRV_ORIGIN, "Origin", LAST)                                                                                      \
     X(SRV_PREFLIGHT, "Access-Control-Request-Method", LAST)                                                            \
     X(SRV_PREFLIGHT_FIELDS, "Access-Control-Request-Headers", LIST)                                                    \
@@ -52,6 +55,7 @@ enum {
 /* Why an exchange's computation is not to go on. */
 enum srv_stop { SRV_GO_ON, SRV_STOP_LEFT, SRV_STOP_SHUTDOWN };
 
+struct srv_listener;
 struct srv_route;
 struct srv_work;
 
@@ -60,6 +64,8 @@ struct srv_source {
     struct api_source from;
     const char *body; /* of the request that it was made of */
     size_t body_bytes;
+    int ranged; /* the client wants `range` of it, if the answer is the one that it knows already */
+    struct api_range range;
     void (*free)(struct srv_source *source);
 };
 
@@ -86,11 +92,13 @@ struct srv_exchange {
     /* being computed; compute's, under its lock */
     struct srv_work *work;            /* that computes the answer, NULL before and after */
     struct srv_exchange *next_beside; /* that waits for the same */
-    struct srv_work *stream;   /* that the answer's body is read from, piece by piece; NULL for one that is whole */
-    int streams;               /* the answer is a stream, even where that is gone */
-    struct srv_source *source; /* the answer is taken from there; NULL = it is computed */
-    int apart;                 /* its bytes do not say what is answered: it is not looked up, nor kept, by them */
-    int stop;                  /* enum srv_stop: why it is not waited for any more */
+    struct srv_work *stream;       /* that the answer's body is read from, piece by piece; NULL for one that is whole */
+    int streams;                   /* the answer is a stream, even where that is gone */
+    struct srv_listener *listener; /* of a stream of events; events', under its lock */
+    int listens;                   /* the answer is one, even where the listener is gone */
+    struct srv_source *source;     /* the answer is taken from there; NULL = it is computed */
+    int apart;                     /* its bytes do not say what is answered: it is not looked up, nor kept, by them */
+    int stop;                      /* enum srv_stop: why it is not waited for any more */
 
     /* the answer */
     int status; /* 0 until it is known */

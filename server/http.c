@@ -6,19 +6,20 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/epoll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include "server/admission.h"
 #include "server/clock.h"
 #include "server/compute.h"
+#include "server/events.h"
 #include "server/exchange.h"
-#include "server/front.h"
+#include "server/ledger.h"
 #include "server/listen.h"
 #include "server/message.h"
 #include "server/reply.h"
 #include "server/router.h"
+#include "server/wire.h"
 
 enum {
     HTTP_POOL = 24576,  /* bytes of libmicrohttpd's memory a connection: holds what the front lets pass */
@@ -44,15 +45,14 @@ struct srv_http {
     struct MHD_Daemon *daemon;
     int fd;           /* that it listens on; -1 = no more */
     int64_t settling; /* since when nobody new is let in */
-    struct http_connection **by_fd;
-    int fds; /* room in by_fd */
+    struct srv_wires wires;
 };
 
 /* A connection and its one exchange at a time. */
 struct http_connection {
     struct srv_exchange exchange; /* first: an exchange of http is its connection */
     struct srv_watched watched;
-    struct srv_front front;
+    struct srv_wire wire;
     struct srv_http *http;
     struct MHD_Connection *mhd;
     enum http_state state;
@@ -63,9 +63,6 @@ struct http_connection {
     struct srv_reply_stream stream;
     int64_t paused, pauses; /* ns: since when a stream has nothing to send, how long it had nothing before */
 };
-
-/* set on libmicrohttpd's thread only: recv is called by others, too */
-static _Thread_local struct srv_http *http_here;
 
 static struct http_connection *http_of_watched(struct srv_watched *watched) {
     return (struct http_connection *)((char *)watched - offsetof(struct http_connection, watched));
@@ -87,7 +84,7 @@ static void http_moved(struct srv_exchange *exchange, uint64_t bytes) {
     int64_t now = srv_clock_now();
     if (!bytes) {
         connection->paused = now;
-        srv_watch_phase(watch, &connection->watched, SRV_WATCH_WAITING, 0);
+        srv_watch_phase(watch, &connection->watched, exchange->listens ? SRV_WATCH_LISTENING : SRV_WATCH_WAITING, 0);
         return;
     }
     exchange->bytes = bytes;
@@ -128,10 +125,17 @@ static void http_finish(struct srv_exchange *exchange) {
     MHD_resume_connection(((struct http_connection *)exchange)->mhd);
 }
 
+/* whoever works on an exchange's answer need not go on */
+static void http_leave(struct http_connection *connection, enum srv_stop why) {
+    if (connection->exchange.listens)
+        srv_events_leave(&connection->exchange, why);
+    else
+        srv_compute_leave(&connection->exchange, why);
+}
+
 static void http_left(struct srv_watched *watched) {
     struct http_connection *connection = http_of_watched(watched);
-    int stopping = atomic_load(&connection->http->service->draining);
-    srv_compute_leave(&connection->exchange, stopping ? SRV_STOP_SHUTDOWN : SRV_STOP_LEFT);
+    http_leave(connection, atomic_load(&connection->http->service->draining) ? SRV_STOP_SHUTDOWN : SRV_STOP_LEFT);
 }
 
 /* it may be answered, and the connection resumed, before this returns: that takes effect after it */
@@ -240,7 +244,7 @@ static void *http_target(void *context, const char *target, struct MHD_Connectio
     struct http_connection *connection = info ? info->socket_context : NULL;
     struct srv_http *http = context;
     if (!connection) return NULL;
-    if (connection->front.requests <= connection->done) {
+    if (connection->wire.front.requests <= connection->done) {
         srv_log_message(http->service->log, "a request came past the front: this libmicrohttpd does not call recv");
         return NULL;
     }
@@ -265,40 +269,10 @@ static const char *http_outcome(const struct http_connection *connection, enum M
     return exchange->status ? "refused" : "incomplete";
 }
 
-/* counts a request that is over */
-static void http_count(const struct srv_exchange *exchange, const struct srv_log_request *line, int64_t now) {
-    struct srv_metrics *metrics = &exchange->service->metrics;
-    srv_metrics_request(metrics, srv_router_number(exchange->route), line->status);
-    srv_metrics_time(&metrics->queue, exchange->waited);
-    srv_metrics_time(&metrics->compute, exchange->computed);
-    if (exchange->sending) srv_metrics_time(&metrics->write, now - exchange->sending);
-    srv_metrics_time(&metrics->total, line->total);
-    if (line->bytes_in) srv_metrics_count(&metrics->bytes_in, line->bytes_in);
-    if (line->bytes_out) srv_metrics_count(&metrics->bytes_out, line->bytes_out);
-}
-
 static void http_log(const struct http_connection *connection, const char *outcome) {
     const struct srv_exchange *exchange = &connection->exchange;
-    int64_t now = srv_clock_now();
-    int status = exchange->status ? exchange->status : atomic_load(&connection->watched.late) ? 408 : 0;
-    int bodiless = !exchange->method || !strcmp(exchange->method, "HEAD") || status == 304;
-    struct srv_log_request line = {.id = exchange->id ? exchange->id : "",
-                                   .client = exchange->client[0] ? exchange->client : exchange->peer,
-                                   .method = exchange->method ? exchange->method : "",
-                                   .target = exchange->target,
-                                   .agent = exchange->field[SRV_USER_AGENT],
-                                   .trace = exchange->trace,
-                                   .cache = exchange->cache,
-                                   .status = status,
-                                   .outcome = outcome,
-                                   .bytes_in = exchange->body.bytes,
-                                   .bytes_out = bodiless ? 0 : exchange->bytes,
-                                   .wait = exchange->waited,
-                                   .compute = exchange->computed,
-                                   .total = exchange->received ? now - exchange->received : 0,
-                                   .steps = exchange->steps};
-    http_count(exchange, &line, now);
-    srv_log_request(exchange->service->log, &line);
+    int late = atomic_load(&connection->watched.late);
+    srv_ledger_enter(exchange, outcome, exchange->status ? exchange->status : late ? 408 : 0);
 }
 
 /* the client may still be sending: its unread bytes must not turn the answer into a reset */
@@ -310,7 +284,7 @@ static void http_linger(struct http_connection *connection) {
 /* Ends the connection under a broken stream. An HTTP/1.0 client would take its end for the end of the answer, and gets
  * a reset. libmicrohttpd would do it too, but only when something happens on another connection. */
 static void http_cut(struct http_connection *connection) {
-    if (connection->front.old)
+    if (connection->wire.front.old)
         connect(connection->watched.fd, &(struct sockaddr){.sa_family = AF_UNSPEC}, sizeof(struct sockaddr));
     else
         shutdown(connection->watched.fd, SHUT_RDWR);
@@ -321,7 +295,7 @@ static void http_cut(struct http_connection *connection) {
 static void http_refuse_stream(struct http_connection *connection) {
     struct srv_exchange *exchange = &connection->exchange;
     if (!exchange->id) srv_reply_identify(exchange);
-    srv_exchange_problem(exchange, connection->front.status, "%s", connection->front.detail);
+    srv_exchange_problem(exchange, connection->wire.front.status, "%s", connection->wire.front.detail);
     srv_reply_refuse(&connection->exchange, connection->watched.fd);
     if (connection->state != HTTP_NONE) return;
     exchange->received = srv_clock_now();
@@ -338,7 +312,7 @@ static void http_completed(void *context, struct MHD_Connection *mhd, void **sta
     if (!connection) return;
     const char *outcome = http_outcome(connection, code);
     /* a stream that was cut is not computed on */
-    if (connection->exchange.streams) srv_compute_leave(&connection->exchange, SRV_STOP_LEFT);
+    if (connection->exchange.streams) http_leave(connection, SRV_STOP_LEFT);
     http_log(connection, outcome);
     if (connection->stream.broken)
         http_cut(connection);
@@ -347,61 +321,28 @@ static void http_completed(void *context, struct MHD_Connection *mhd, void **sta
     srv_exchange_reset(&connection->exchange);
     connection->state = HTTP_NONE;
     connection->done++;
-    int more = connection->front.requests > connection->done;
+    int more = connection->wire.front.requests > connection->done;
     srv_watch_phase(http->watch, &connection->watched, more ? SRV_WATCH_READING : SRV_WATCH_IDLE,
                     more ? http_deadline(http->service->config.header_seconds) : 0);
-    if (!connection->front.status || connection->front.complete != connection->done) return;
+    if (!connection->wire.front.status || connection->wire.front.complete != connection->done) return;
     http_refuse_stream(connection);
     /* it has nothing to read, and so nothing that would end it but time */
     MHD_set_connection_option(mhd, MHD_CONNECTION_OPTION_TIMEOUT, 1u);
 }
 
-/* --- what libmicrohttpd reads --- */
+/* --- what the wire tells --- */
 
-static struct http_connection *http_find(const struct srv_http *http, int fd) {
-    return http && fd >= 0 && fd < http->fds ? http->by_fd[fd] : NULL;
+static struct http_connection *http_of_wire(struct srv_wire *wire) {
+    return (struct http_connection *)((char *)wire - offsetof(struct http_connection, wire));
 }
 
-/* shows the front what came; returns what libmicrohttpd may see of it */
-static size_t http_show(struct http_connection *connection, char *data, size_t bytes) {
-    struct srv_front *front = &connection->front;
-    int within = srv_front_within(front);
-    bytes = srv_front_read(front, data, bytes);
-    if (front->status && !bytes) http_refuse_stream(connection);
-    if (!within && srv_front_within(front) && connection->state == HTTP_NONE)
+static void http_refuses(struct srv_wire *wire) { http_refuse_stream(http_of_wire(wire)); }
+
+static void http_begins(struct srv_wire *wire) {
+    struct http_connection *connection = http_of_wire(wire);
+    if (connection->state == HTTP_NONE)
         srv_watch_phase(connection->http->watch, &connection->watched, SRV_WATCH_READING,
                         http_deadline(connection->http->service->config.header_seconds));
-    return bytes;
-}
-
-/* libmicrohttpd forgives what it should refuse, and does not show the bytes of a message. So its reading goes through
- * here: a recv in the program comes before the C library's for every shared library. That of a refused stream says that
- * the client has ended it. */
-ssize_t http_recv(int fd, void *data, size_t bytes, int flags) __asm__("recv");
-
-ssize_t http_recv(int fd, void *data, size_t bytes, int flags) {
-    struct http_connection *connection = http_find(http_here, fd);
-    if (connection && connection->front.status) return 0;
-    size_t held = 0, asked, shown;
-    ssize_t got;
-    /* where the front took something out, the room is filled up: less than was asked for says that there is no more */
-    do {
-        asked = bytes - held;
-        got = recvfrom(fd, (char *)data + held, asked, flags, NULL, NULL);
-        if (!connection || got <= 0) return held ? (ssize_t)held : got;
-        shown = http_show(connection, (char *)data + held, (size_t)got);
-        held += shown;
-    } while (!connection->front.status && (!held || (shown < (size_t)got && (size_t)got == asked)));
-    return (ssize_t)held;
-}
-
-/* libmicrohttpd (0.9.75 to 1.0.1) asks for 128 events, and when it gets as many it asks for more before it looks at any
- * of them, with the same timeout: it falls asleep over 128 requests until a 129th comes. So its waiting goes through
- * here too, and never gets as many as it asks for; what is left out comes the next time. */
-int http_epoll_wait(int fd, struct epoll_event *events, int most, int timeout) __asm__("epoll_wait");
-
-int http_epoll_wait(int fd, struct epoll_event *events, int most, int timeout) {
-    return epoll_pwait(fd, events, most > 1 ? most - 1 : most, timeout, NULL);
 }
 
 /* --- connections --- */
@@ -415,28 +356,20 @@ static void http_peer(struct MHD_Connection *mhd, char peer[SRV_PEER_BYTES]) {
     snprintf(peer, SRV_PEER_BYTES, "%.*s", SRV_PEER_BYTES - 1, strncmp(text, "::ffff:", 7) ? text : text + 7);
 }
 
-/* room for a connection's socket in the list of them */
-static int http_room(struct srv_http *http, int fd) {
-    if (fd < http->fds) return 1;
-    int fds = fd < 512 ? 1024 : 2 * fd;
-    struct http_connection **by_fd = realloc(http->by_fd, (size_t)fds * sizeof *by_fd);
-    if (!by_fd) return 0;
-    memset(by_fd + http->fds, 0, (size_t)(fds - http->fds) * sizeof *by_fd);
-    http->by_fd = by_fd;
-    http->fds = fds;
-    return 1;
-}
-
 static void http_connect(struct srv_http *http, struct MHD_Connection *mhd, void **socket) {
     /* read at once: from 1.0 on the next question overwrites the answer */
     int fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
-    http_here = http;
+    srv_wires_here(&http->wires);
     int connections = 1 + atomic_fetch_add(&http->service->connections, 1);
-    struct http_connection *connection = http_room(http, fd) ? calloc(1, sizeof *connection) : NULL;
+    struct http_connection *connection = calloc(1, sizeof *connection);
+    if (connection && !srv_wires_add(&http->wires, fd, &connection->wire)) {
+        free(connection);
+        connection = NULL;
+    }
     *socket = connection;
     if (!connection) return;
     srv_exchange_init(&connection->exchange, http->service);
-    srv_front_init(&connection->front);
+    srv_front_init(&connection->wire.front);
     connection->exchange.finish = http_finish;
     http_peer(mhd, connection->exchange.peer);
     connection->http = http;
@@ -445,7 +378,8 @@ static void http_connect(struct srv_http *http, struct MHD_Connection *mhd, void
     connection->watched.fd = fd;
     connection->watched.left = http_left;
     srv_watch_add(http->watch, &connection->watched, connection->surplus ? http_deadline(1) : 0);
-    http->by_fd[fd] = connection;
+    connection->wire.begins = http_begins;
+    connection->wire.refuses = http_refuses;
 }
 
 static void http_disconnect(struct srv_http *http, void **socket) {
@@ -454,9 +388,9 @@ static void http_disconnect(struct srv_http *http, void **socket) {
     *socket = NULL;
     if (!connection) return;
     /* a request that was late before libmicrohttpd saw its first line */
-    if (atomic_load(&connection->watched.late) && connection->front.requests > connection->done)
+    if (atomic_load(&connection->watched.late) && connection->wire.front.requests > connection->done)
         http_log(connection, "late");
-    http->by_fd[connection->watched.fd] = NULL;
+    srv_wires_remove(&http->wires, connection->watched.fd);
     srv_watch_remove(http->watch, &connection->watched);
     srv_exchange_clear(&connection->exchange);
     free(connection);
@@ -487,6 +421,7 @@ enum pend_status srv_http_new(struct srv_http **http, struct srv_service *servic
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     }
     *made = (struct srv_http){.service = service, .watch = watch, .fd = fd};
+    srv_wires_init(&made->wires, &service->intake);
     struct MHD_OptionItem options[] = {
         {MHD_OPTION_LISTEN_SOCKET, fd, NULL},
         {MHD_OPTION_CONNECTION_LIMIT, (intptr_t)config->connections + HTTP_SPARE, NULL},
@@ -540,6 +475,6 @@ void srv_http_free(struct srv_http **http) {
     if (!gone) return;
     if (gone->fd >= 0) http_close(gone);
     MHD_stop_daemon(gone->daemon);
-    free(gone->by_fd);
+    srv_wires_clear(&gone->wires);
     free(gone);
 }

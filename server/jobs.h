@@ -1,5 +1,5 @@
 /* The routes of jobs: how a request becomes one, and what its client can ask of it.
- * Leaves to others: keeping jobs (store), computing them (runner), their JSON (api/job_json), results (compute).
+ * Leaves to others: keeping jobs (store), computing them (runner), their JSON (api/job_json), results (job_results).
  * Invariant: every exchange that comes in goes out through its finish, once; a job that was told of is kept. */
 #ifndef SRV_JOBS_H
 #define SRV_JOBS_H
@@ -18,8 +18,8 @@ void srv_jobs_list(struct srv_exchange *exchange);
 /** GET /v1/jobs/{id}. Who knows the id may ask. */
 void srv_jobs_read(struct srv_exchange *exchange);
 
-/** GET /v1/jobs/{id}/results, in the representation that is asked for. */
-void srv_jobs_results(struct srv_exchange *exchange);
+/** GET /v1/jobs/{id}/events: its progress as server-sent events, until it has ended. Who knows the id may ask. */
+void srv_jobs_events(struct srv_exchange *exchange);
 
 /** DELETE /v1/jobs/{id}. */
 void srv_jobs_dismiss(struct srv_exchange *exchange);

@@ -16,6 +16,8 @@
 
 extern char **environ;
 
+enum { MAIN_LOOK_MS = 100 };
+
 /* the signals that end the server wait for main_signal; a closed pipe is an error of write, not the end */
 static void main_signals(sigset_t *ends) {
     sigemptyset(ends);
@@ -49,6 +51,15 @@ static int main_print(enum srv_config_task task) {
     return good ? 0 : 1;
 }
 
+/* serves until a signal, or until there was nothing to compute for so many seconds, > 0 */
+static void main_serve(struct srv_daemon *daemon, const sigset_t *ends, double idle) {
+    while (!main_signal(ends, idle > 0 ? MAIN_LOOK_MS : -1)) {
+        if (srv_daemon_idle(daemon) < idle) continue;
+        srv_log_message(srv_daemon_log(daemon), "there was nothing to compute for %.15g s: ends", idle);
+        return;
+    }
+}
+
 /* lets what runs finish within its time; a second signal ends the patience */
 static void main_drain(struct srv_daemon *daemon, const sigset_t *ends, double seconds) {
     int64_t limit = srv_clock_now() + srv_clock_span(seconds);
@@ -76,7 +87,7 @@ int main(int argc, char **argv) {
     if (config.warning[0]) srv_log_message(srv_daemon_log(daemon), "%s", config.warning);
     srv_log_message(srv_daemon_log(daemon), "listening on %s", srv_daemon_url(daemon));
     srv_notify("READY=1");
-    main_signal(&ends, -1);
+    main_serve(daemon, &ends, config.until_idle_seconds);
     main_drain(daemon, &ends, config.drain_seconds);
     return 0;
 }

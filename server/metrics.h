@@ -44,6 +44,7 @@
     X(workers, "pendulumd_workers", "", "Threads that compute")                                                        \
     X(busy, "pendulumd_workers_busy", "", "Workers that compute just now")                                             \
     X(connections, "pendulumd_connections", "", "Open connections")                                                    \
+    X(event_streams, "pendulumd_event_streams", "", "Open streams of jobs' events")                                    \
     X(held, "pendulumd_held_bytes", "", "Bodies and answers in memory")                                                \
     X(cache_bytes, "pendulumd_cache_bytes", "", "Memory of the cache")                                                 \
     X(cache_entries, "pendulumd_cache_entries", "", "Keys in the cache")                                               \

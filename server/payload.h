@@ -10,8 +10,8 @@
 #include "server/spares.h"
 
 enum {
-    SRV_PAYLOAD_HEADERS = 6,
-    SRV_ETAG_BYTES = 72 /* W/"64 digits" and a NUL */
+    SRV_PAYLOAD_HEADERS = 8,
+    SRV_ETAG_BYTES = 76 /* W/"64 digits" and a NUL, with room */
 };
 
 struct srv_payload {

@@ -15,8 +15,8 @@ struct srv_queue {
     sem_t some;
     struct srv_link lanes[SRV_QUEUE_LEVELS]; /* rings of lanes that have tasks of the level */
     int cap, lane_cap, closed;
-    unsigned turn; /* tasks taken so far */
-    atomic_int count;
+    unsigned turn;                          /* tasks taken so far */
+    atomic_int count, at[SRV_QUEUE_LEVELS]; /* tasks that wait, in all and of each level */
 };
 
 /* --- rings: they close in a link that stands for nothing but the ring --- */
@@ -65,9 +65,10 @@ void srv_queue_free(struct srv_queue **queue) {
     free(gone);
 }
 
-static void queue_count(struct srv_queue *queue, struct srv_lane *lane, int change) {
-    lane->count += change;
+static void queue_count(struct srv_queue *queue, const struct srv_task *task, int change) {
+    task->lane->count += change;
     atomic_fetch_add_explicit(&queue->count, change, memory_order_relaxed);
+    atomic_fetch_add_explicit(&queue->at[task->level], change, memory_order_relaxed);
 }
 
 /* called with the lock */
@@ -78,7 +79,7 @@ static void queue_add(struct srv_queue *queue, struct srv_task *task) {
     if (link_empty(&lane->at[task->level].tasks)) link_append(&queue->lanes[task->level], &lane->at[task->level].link);
     link_append(&lane->at[task->level].tasks, &task->link);
     task->queued = 1;
-    queue_count(queue, lane, 1);
+    queue_count(queue, task, 1);
 }
 
 /* called with the lock */
@@ -86,7 +87,7 @@ static void queue_unlink(struct srv_queue *queue, struct srv_task *task) {
     struct srv_lane *lane = task->lane;
     link_remove(&task->link);
     task->queued = 0;
-    queue_count(queue, lane, -1);
+    queue_count(queue, task, -1);
     if (link_empty(&lane->at[task->level].tasks)) link_remove(&lane->at[task->level].link);
 }
 
@@ -156,6 +157,16 @@ int srv_queue_remove(struct srv_queue *queue, struct srv_task *task) {
 }
 
 int srv_queue_count(const struct srv_queue *queue) { return atomic_load_explicit(&queue->count, memory_order_relaxed); }
+
+int srv_queue_waiting(const struct srv_queue *queue, int level) {
+    return atomic_load_explicit(&queue->at[level], memory_order_relaxed);
+}
+
+int srv_queue_shorter(const struct srv_queue *queue, int level) {
+    int shorter = 0;
+    while (level-- > 0) shorter |= srv_queue_waiting(queue, level) > 0;
+    return shorter;
+}
 
 void srv_queue_close(struct srv_queue *queue) {
     pthread_mutex_lock(&queue->lock);

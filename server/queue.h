@@ -73,6 +73,12 @@ int srv_queue_remove(struct srv_queue *queue, struct srv_task *task);
 /** Tasks that wait; without a lock, so that it may be past. */
 int srv_queue_count(const struct srv_queue *queue);
 
+/** Tasks of a level that wait; without a lock, so that it may be past. */
+int srv_queue_waiting(const struct srv_queue *queue, int level);
+
+/** True when a task of a level below this one waits; without a lock, so that it may be past. */
+int srv_queue_shorter(const struct srv_queue *queue, int level);
+
 /** Refuses further new tasks and wakes who waits once it is empty. */
 void srv_queue_close(struct srv_queue *queue);
 

@@ -8,6 +8,7 @@
 #include <time.h>
 
 #include "server/cors.h"
+#include "server/events.h"
 #include "server/flights.h"
 #include "server/service.h"
 
@@ -101,7 +102,8 @@ static int reply_fields(struct MHD_Response *response, const struct srv_exchange
 /* libmicrohttpd wants bytes of a stream */
 static ssize_t reply_read(void *context, uint64_t position, char *to, size_t cap) {
     struct srv_reply_stream *stream = context;
-    long count = srv_flights_read(stream->exchange, to, cap, stream->pause);
+    long count = stream->exchange->listens ? srv_events_read(stream->exchange, to, cap, stream->pause)
+                                           : srv_flights_read(stream->exchange, to, cap, stream->pause);
     if (count == SRV_FLIGHT_END) return MHD_CONTENT_READER_END_OF_STREAM;
     stream->broken = count == SRV_FLIGHT_BROKEN;
     if (stream->broken) return MHD_CONTENT_READER_END_WITH_ERROR;

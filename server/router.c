@@ -5,8 +5,10 @@
 
 #include "api/openapi.h"
 #include "server/admission.h"
+#include "server/answer.h"
 #include "server/assets.h"
 #include "server/compute.h"
+#include "server/job_results.h"
 #include "server/jobs.h"
 #include "server/scenes.h"
 
@@ -59,7 +61,8 @@ static const struct srv_route router_table[] = {
     {"GET", "/v1/jobs", NULL, srv_jobs_list, API_OP_COUNT, "GET /v1/jobs"},
     {"GET", "/v1/jobs/{id}", NULL, srv_jobs_read, API_OP_COUNT, "GET /v1/jobs/{id}"},
     {"DELETE", "/v1/jobs/{id}", NULL, srv_jobs_dismiss, API_OP_COUNT, "DELETE /v1/jobs/{id}"},
-    {"GET", "/v1/jobs/{id}/results", NULL, srv_jobs_results, API_OP_COUNT, "GET /v1/jobs/{id}/results"},
+    {"GET", "/v1/jobs/{id}/events", NULL, srv_jobs_events, API_OP_COUNT, "GET /v1/jobs/{id}/events"},
+    {"GET", "/v1/jobs/{id}/results", NULL, srv_job_results, API_OP_COUNT, "GET /v1/jobs/{id}/results"},
     {"GET", "/", srv_assets_index, NULL, API_OP_COUNT, "GET /"},
     {"GET", "/docs", srv_assets_docs, NULL, API_OP_COUNT, "GET /docs"},
     {"GET", "/page/{digest}/{file}", srv_assets_file, NULL, API_OP_COUNT, "GET /page/{digest}/{file}"},
@@ -203,7 +206,7 @@ int srv_router_begin(struct srv_exchange *exchange) {
         route->handle(exchange);
         return 1;
     }
-    return !route->begin && !srv_jobs_wanted(exchange) && srv_compute_cached(exchange);
+    return !route->begin && !srv_jobs_wanted(exchange) && srv_answer_cached(exchange);
 }
 
 void srv_router_hand(struct srv_exchange *exchange) {

@@ -11,6 +11,7 @@
 
 #include "api/part.h"
 #include "server/clock.h"
+#include "server/events.h"
 #include "server/storage.h"
 
 /* What a slot is doing. */
@@ -52,8 +53,8 @@ struct runner_slot {
     void *request;
     size_t request_bytes;
     struct api_part *part;
-    struct api_buffer out;
-    int64_t spent; /* ns of computation */
+    struct api_buffer out, carry; /* what is kept of it, and what the next part of a chain begins with */
+    int64_t spent;                /* ns of computation */
     char message[SRV_MESSAGE_BYTES];
 };
 
@@ -70,6 +71,7 @@ struct srv_runner {
     int wanted;       /* somebody should look whether there is a part */
     int64_t poll_at;  /* ns: when to look without being told */
     int64_t beat_all; /* ns: when all were held for longer at once */
+    int64_t idle;     /* ns: since when there was nothing to do; 0 = there is, or nobody knows */
     int draining;     /* 1 = no more claims, 2 = asked to give back, 3 = given back */
     int count;
     struct runner_slot slot[];
@@ -116,7 +118,8 @@ static enum srv_stored slot_request(struct srv_store *store, struct srv_store_ca
 
 static enum srv_stored slot_finish(struct srv_store *store, struct srv_store_call *call) {
     struct runner_slot *slot = slot_of_ask((struct srv_ask *)call);
-    return srv_store_finish(store, &slot->lease, slot->out.data, slot->out.bytes, NULL, 0);
+    return srv_store_finish(store, &slot->lease, slot->out.data, slot->out.bytes,
+                            slot->carry.bytes ? slot->carry.data : NULL, slot->carry.bytes);
 }
 
 static enum srv_stored slot_fail(struct srv_store *store, struct srv_store_call *call) {
@@ -152,6 +155,7 @@ static void slot_end(struct runner_slot *slot) {
     api_part_free(&slot->part);
     slot->out.bytes = 0;
     if (slot->out.cap > RUNNER_KEEP) api_buffer_clear(&slot->out);
+    api_buffer_clear(&slot->carry);
     srv_lease_clear(&slot->lease);
     slot->spent = 0;
     slot->state = RUNNER_IDLE;
@@ -178,16 +182,25 @@ static void slot_say(struct runner_slot *slot, const char *message) {
     snprintf(slot->message, sizeof slot->message, "%s", message);
 }
 
+/* notes since when nothing was to be had, and nothing is held; called with the lock */
+static void runner_rest(struct srv_runner *runner, enum srv_stored claimed, int64_t now) {
+    int holds = claimed != SRV_STORED_NONE;
+    for (int i = 0; i < runner->count; i++) holds |= slot_holds(&runner->slot[i]);
+    runner->idle = holds ? 0 : runner->idle ? runner->idle : now;
+}
+
 /* the answer to a claim; called with the lock */
 static void slot_claimed(struct runner_slot *slot, enum srv_stored stored) {
     struct srv_runner *runner = slot->runner;
     int64_t now = srv_clock_now();
+    runner_rest(runner, stored, now);
     if (stored != SRV_STORED) {
         slot->state = RUNNER_IDLE;
         if (stored == SRV_STORED_AGAIN) runner->poll_at = now + runner_ms(RUNNER_CONTENDED_MS);
         pthread_cond_signal(&runner->some);
         return;
     }
+    srv_events_news(runner->service->events);
     /* where there was one there may be more */
     runner->wanted = 1;
     slot->beat_at = now + runner->lease_us * 1000 / 3;
@@ -220,6 +233,7 @@ static void slot_answered(struct runner_slot *slot, enum srv_stored stored) {
         if (asked == RUNNER_FINISH)
             srv_metrics_count(stored == SRV_STORED ? &metrics->parts_kept : &metrics->parts_lost, 1);
         if (asked == RUNNER_FAIL) srv_metrics_count(&metrics->parts_failed, stored == SRV_STORED);
+        srv_events_news(slot->runner->service->events);
         slot_end(slot);
     }
 }
@@ -258,6 +272,14 @@ static enum api_op_id runner_op(const char *name) {
     return (enum api_op_id)op;
 }
 
+/* between two pieces of a part: does anybody wait for an answer? */
+static int slot_hurry(void *company) {
+    const struct runner_slot *slot = company;
+    struct srv_service *service = slot->runner->service;
+    srv_intake_look(&service->intake);
+    return srv_queue_shorter(service->queue, slot->task.level);
+}
+
 /* makes the part ready */
 static enum pend_status slot_begin(struct runner_slot *slot, struct pend_error *error) {
     struct srv_service *service = slot->runner->service;
@@ -270,7 +292,9 @@ static enum pend_status slot_begin(struct runner_slot *slot, struct pend_error *
                          slot->lease.operation);
     PEND_TRY(api_part_new(&slot->part, &request, &service->job_limits, slot->lease.shard, slot->lease.shards, error));
     api_part_clock(slot->part, srv_clock_seconds, NULL);
-    return PEND_OK;
+    api_part_hurry(slot->part, slot_hurry, slot);
+    if (!slot->lease.start) return PEND_OK;
+    return api_part_resume(slot->part, slot->lease.start, slot->lease.start_bytes, error);
 }
 
 /* one piece of a part */
@@ -280,6 +304,7 @@ static enum pend_status slot_piece(struct runner_slot *slot, int *done, struct p
     *done = 0;
     if (!slot->part) PEND_TRY(slot_begin(slot, error));
     enum pend_status status = api_part_run(slot->part, &slot->out, done, error);
+    if (status == PEND_OK && *done) status = api_part_carry(slot->part, &slot->carry);
     slot->spent += srv_clock_now() - begin;
     if (status == PEND_LIMIT && slot->out.bytes + slot->out.limit / 2 > slot->out.limit)
         return pend_fail(error, status, -1, 0, "a part's results are larger than max-answer-bytes: %zu bytes",
@@ -436,6 +461,7 @@ enum pend_status srv_runner_new(struct srv_runner **runner, struct srv_service *
         slot->ask.done = slot_done;
         slot->beat = (struct srv_ask){.call = {.run = slot_extend}, .done = slot_beaten};
         api_buffer_init(&slot->out, (size_t)service->config.limits.answer_bytes);
+        api_buffer_init(&slot->carry, (size_t)service->config.limits.answer_bytes);
     }
     return PEND_OK;
 }
@@ -459,6 +485,7 @@ void srv_runner_free(struct srv_runner **runner) {
         assert(gone->slot[i].state == RUNNER_IDLE && !gone->slot[i].beating);
         free(gone->slot[i].request);
         api_buffer_clear(&gone->slot[i].out);
+        api_buffer_clear(&gone->slot[i].carry);
     }
     pthread_cond_destroy(&gone->some);
     pthread_mutex_destroy(&gone->lock);
@@ -486,6 +513,13 @@ void srv_runner_dismiss(struct srv_runner *runner, const char *job) {
         if (slot_holds(&runner->slot[i]) && !strcmp(runner->slot[i].lease.job, job))
             atomic_store(&runner->slot[i].stop, RUNNER_LOST);
     pthread_mutex_unlock(&runner->lock);
+}
+
+double srv_runner_idle(struct srv_runner *runner) {
+    pthread_mutex_lock(&runner->lock);
+    double seconds = runner->idle ? 1e-9 * (double)(srv_clock_now() - runner->idle) : 0;
+    pthread_mutex_unlock(&runner->lock);
+    return seconds;
 }
 
 int srv_runner_drain(struct srv_runner *runner) {

@@ -30,6 +30,9 @@ void srv_runner_news(void *runner);
 /** A job was dismissed in this process: what runs of it stops at its next turn. Any thread. */
 void srv_runner_dismiss(struct srv_runner *runner, const char *job);
 
+/** Seconds since when the store had nothing to compute and nothing was held here; 0 while there is, or nobody knows. */
+double srv_runner_idle(struct srv_runner *runner);
+
 /**
  * Claims nothing more and gives back what runs, each at its next turn. To be called again every few milliseconds.
  *

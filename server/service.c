@@ -19,6 +19,7 @@ struct srv_gauges srv_service_gauges(const struct srv_service *service) {
                                .workers = service->workers,
                                .busy = atomic_load(&service->busy),
                                .connections = atomic_load(&service->connections),
+                               .event_streams = atomic_load(&service->listening),
                                .held = (double)atomic_load(&service->held),
                                .cache_bytes = (double)cache.bytes,
                                .cache_entries = (double)cache.entries,

@@ -10,6 +10,7 @@
 #include "server/cache.h"
 #include "server/clients.h"
 #include "server/config.h"
+#include "server/intake.h"
 #include "server/log.h"
 #include "server/metrics.h"
 #include "server/peer.h"
@@ -17,6 +18,7 @@
 #include "server/spares.h"
 #include "server/storage.h"
 
+struct srv_events;
 struct srv_flights;
 struct srv_runner;
 
@@ -25,11 +27,13 @@ struct srv_service {
     struct srv_peers trusted; /* proxies that may say who the client is */
     struct srv_log *log;
     struct srv_queue *queue;
+    struct srv_intake intake; /* who goes first, the sockets or the workers */
     struct srv_clients *clients;
     struct srv_cache *cache;
     struct srv_flights *flights; /* computations that others may join */
     struct srv_storage *storage; /* where jobs are kept; NULL = nowhere */
     struct srv_runner *runner;   /* that computes them; NULL with the storage */
+    struct srv_events *events;   /* who listens to them; NULL with the storage */
     struct api_limits job_limits;
     struct srv_spares spares;
     struct srv_metrics metrics;
@@ -39,6 +43,7 @@ struct srv_service {
     atomic_int computing;   /* computations that are not over */
     atomic_int busy;        /* workers that compute just now */
     atomic_int connections; /* open ones */
+    atomic_int listening;   /* streams of events that are open */
     atomic_llong held;      /* bytes of bodies and answers in memory, the cache's too */
     double started;         /* s since 1970 */
     int workers;

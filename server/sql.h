@@ -45,6 +45,7 @@ typedef enum srv_stored srv_row_fn(void *context, const struct srv_value field[]
 struct srv_sql_driver {
     const char *scheme; /* what urls begin with: "sqlite:" */
     int batch;          /* calls worth one transaction */
+    int distant;        /* it may be out of reach for a while */
     /* what stands in statements for {begin}; {now}, microseconds since 1970 by the database's clock; {lock} and {skip}:
      * the rows read are locked, those that another transaction has locked are waited for, or left out; {alone}: one
      * migration at a time; {ring}: wakes the processes that listen, once committed; {bytes}: the type of byte strings
@@ -52,7 +53,7 @@ struct srv_sql_driver {
     const char *begin, *now, *lock, *skip, *alone, *ring, *bytes;
 
     /**
-     * Connects.
+     * Connects. Where the database cannot be reached just now the connection is like one that was lost.
      *
      * PEND_INVALID, PEND_NO_MEMORY
      */
@@ -69,6 +70,8 @@ struct srv_sql_driver {
      */
     enum srv_stored (*run)(struct srv_sql *sql, int id, const char *text, const struct srv_value value[], int count,
                            srv_row_fn *row, void *context);
+    /** Whether so many bytes of results may be written, and small things after them; NULL = it may be tried. */
+    int (*room)(struct srv_sql *sql, size_t bytes);
     /** As srv_store_listen. */
     int (*listen)(struct srv_sql *sql, int timeout_ms);
 };

@@ -141,6 +141,7 @@ static enum pend_status storage_start(struct srv_storage *storage, const char *u
         desk->storage = storage;
         desk->kind = i < WRITERS ? SRV_ASK_WRITE : SRV_ASK_READ;
         PEND_TRY(srv_store_open(&desk->store, url, rules, error));
+        if (!i && !srv_store_settled(desk->store)) storage_note(storage, desk->store, SRV_STORED_AWAY);
         if (listens && srv_store_listen(desk->store, 0) < 0) continue;
         desk->runs = !pthread_create(&desk->thread, NULL, listens ? storage_listen : storage_serve, desk);
         if (!desk->runs) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no thread for the store can be had");

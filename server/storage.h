@@ -32,7 +32,7 @@ struct srv_storage;
  * log      hears when the store is lost, and when it is back; outlives the storage.
  * error    the sentence for the operator.
  *
- * As srv_store_open, and PEND_NO_MEMORY when threads cannot be had.
+ * As srv_store_open, and PEND_NO_MEMORY when threads cannot be had. A database that cannot be reached is waited for.
  */
 PEND_MUST_CHECK enum pend_status srv_storage_new(struct srv_storage **storage, const char *url,
                                                  const struct srv_store_rules *rules, struct srv_log *log,

@@ -11,6 +11,7 @@ struct srv_store {
     struct srv_sql *sql;
     struct srv_store_rules rules;
     int together; /* a batch's transaction is open: calls are savepoints in it */
+    int settled;  /* the tables are there, as this version wants them */
 };
 
 #define JOB_COLUMNS                                                                                                    \
@@ -224,8 +225,11 @@ static enum srv_stored store_plain(struct srv_store *store, enum statement id) {
     return store_run(store, id, NULL, 0, NULL, NULL);
 }
 
+static enum srv_stored store_settle(struct srv_store *store);
+
 /* a call begins: a transaction of its own, or a savepoint in the batch's */
 static enum srv_stored store_begin(struct srv_store *store) {
+    if (!store->settled) STORE_TRY(store_settle(store));
     return store_plain(store, store->together ? SQL_SAVE : SQL_BEGIN);
 }
 
@@ -254,7 +258,7 @@ static void store_single(struct srv_store *store, struct srv_store_call *call) {
 }
 
 void srv_store_together(struct srv_store *store, struct srv_store_call *const calls[], int count) {
-    enum srv_stored stored = count > 1 ? store_plain(store, SQL_BEGIN) : SRV_STORED_AGAIN;
+    enum srv_stored stored = count > 1 && store->settled ? store_plain(store, SQL_BEGIN) : SRV_STORED_AGAIN;
     if (stored == SRV_STORED) {
         store->together = 1;
         for (int i = 0; i < count && !store_hard(stored); i++)
@@ -297,13 +301,29 @@ static enum srv_stored store_migrate(struct srv_sql *sql, int64_t *version) {
     return stored == SRV_STORED ? ended : stored;
 }
 
+/* makes or migrates the tables, once the database can be reached */
+static enum srv_stored store_settle(struct srv_store *store) {
+    int64_t version = 0;
+    STORE_TRY(store_migrate(store->sql, &version));
+    if (version > SCHEMA) {
+        char text[SRV_SQL_COMPLAINT];
+        snprintf(text, sizeof text, "the store is of version %lld, this program knows up to %d", (long long)version,
+                 SCHEMA);
+        srv_sql_complain(store->sql, text);
+        return SRV_STORED_BROKEN;
+    }
+    store->settled = 1;
+    return SRV_STORED;
+}
+
+int srv_store_settled(const struct srv_store *store) { return store->settled; }
+
 enum pend_status srv_store_open(struct srv_store **store, const char *url, const struct srv_store_rules *rules,
                                 struct pend_error *error) {
     static const struct srv_sql_driver *const drivers[] = {&srv_sql_sqlite, &srv_sql_postgres};
     const struct srv_sql_driver *driver = NULL;
     struct srv_store *made = NULL;
     enum pend_status status = PEND_OK;
-    int64_t version = 0;
     *store = NULL;
     for (size_t i = 0; i < sizeof drivers / sizeof *drivers; i++)
         if (!strncmp(url, drivers[i]->scheme, strlen(drivers[i]->scheme))) driver = drivers[i];
@@ -313,13 +333,10 @@ enum pend_status srv_store_open(struct srv_store **store, const char *url, const
     made->rules = *rules;
     status = driver->open(&made->sql, url, error);
     if (status == PEND_OK) {
-        enum srv_stored stored = store_migrate(made->sql, &version);
-        if (stored != SRV_STORED)
-            status = pend_fail(error, PEND_INVALID, -1, 0, "the store's tables cannot be made: %.180s",
-                               made->sql->complaint);
-        else if (version > SCHEMA)
-            status = pend_fail(error, PEND_INVALID, -1, 0, "the store is of version %lld, this program knows up to %d",
-                               (long long)version, SCHEMA);
+        enum srv_stored stored = store_settle(made);
+        int waits = stored == SRV_STORED_AWAY && driver->distant;
+        if (stored != SRV_STORED && !waits)
+            status = pend_fail(error, PEND_INVALID, -1, 0, "its tables cannot be used: %.180s", made->sql->complaint);
     }
     if (status == PEND_OK)
         *store = made;
@@ -364,10 +381,13 @@ static enum srv_stored store_client(struct srv_store *store, const char *client,
     return SRV_STORED;
 }
 
-/* whether so many bytes of a client's leave room under the quotas; `message` says which does not */
-static enum srv_stored store_room(struct srv_store *store, int64_t client_bytes, char message[SRV_MESSAGE_BYTES]) {
+/* whether so many new bytes, and all bytes of a client's, leave room on the disk and under the quotas; `message` says
+ * which of these does not */
+static enum srv_stored store_room(struct srv_store *store, size_t bytes, int64_t client_bytes,
+                                  char message[SRV_MESSAGE_BYTES]) {
     const struct srv_store_rules *rules = &store->rules;
     struct row_wholes all = {.count = 1};
+    if (store->sql->driver->room && !store->sql->driver->room(store->sql, bytes)) return SRV_STORED_FULL;
     STORE_TRY(store_run(store, SQL_ALL_BYTES, NULL, 0, row_wholes, &all));
     if (client_bytes > rules->client_bytes)
         snprintf(message, SRV_MESSAGE_BYTES,
@@ -397,7 +417,7 @@ static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_
                  store->rules.client_jobs);
         return SRV_STORED_QUOTA;
     }
-    STORE_TRY(store_room(store, client->whole[1], job->message));
+    STORE_TRY(store_room(store, order->request_bytes, client->whole[1], job->message));
     STORE_TRY(RUN(store, SQL_JOB_PUT, row_job, &rows, text_value(order->id), text_value(order->client),
                   text_value(order->operation), bytes_value(order->request, order->request_bytes),
                   text_value(order->key), bytes_value(order->digest, SRV_DIGEST_BYTES), whole_value(order->shards),
@@ -618,7 +638,7 @@ enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease
     enum srv_stored stored = lease_check(store, lease, &job, &done);
     if (stored != SRV_STORED || done) return store_end(store, 0, stored);
     stored = store_client(store, job.client, 0, (long long)bytes, 0, &kept);
-    if (stored == SRV_STORED) stored = store_room(store, kept, message);
+    if (stored == SRV_STORED) stored = store_room(store, bytes, kept, message);
     if (stored == SRV_STORED_QUOTA) {
         /* what was counted is taken back, and the job ends */
         over = 1;

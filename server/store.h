@@ -79,13 +79,18 @@ struct srv_store;
  * url    "sqlite:PATH" or "postgresql://...".
  * error  the sentence for the operator.
  *
- * PEND_INVALID    the url names no known store, the file or database cannot be opened, or is of a newer version.
+ * A database that cannot be reached just now is no failure: calls return SRV_STORED_AWAY until it can be.
+ *
+ * PEND_INVALID    the url names no known store, the file cannot be opened, or the tables are of a newer version.
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status srv_store_open(struct srv_store **store, const char *url,
                                                 const struct srv_store_rules *rules, struct pend_error *error);
 
 void srv_store_close(struct srv_store **store);
+
+/** True once its tables are known to be as this version wants them: not before the database was reached. */
+int srv_store_settled(const struct srv_store *store);
 
 /** What the database said about the last failure; "" when nothing. */
 const char *srv_store_complaint(const struct srv_store *store);
@@ -225,7 +230,7 @@ enum srv_stored srv_store_scene(struct srv_store *store, const char *id, void **
 /**
  * Waits until another process may have kept, ended or given back something; a hint only, on a connection of its own.
  *
- * Returns 1 when there may be news, 0 after the time; -1 where this store does not hear other processes.
+ * Returns 1 when there may be news, 0 after the time; -1 where other processes cannot be heard.
  */
 int srv_store_listen(struct srv_store *store, int timeout_ms);
 

@@ -61,17 +61,31 @@ static PGconn *postgres_connect(const char *url) {
     return PQconnectdbParams(word, value, 1);
 }
 
+/* notes why there is no connection, and when to try again */
+static void postgres_lost(struct postgres_sql *own) {
+    srv_sql_complain(&own->sql, PQerrorMessage(own->connection));
+    own->wait_ms = !own->wait_ms ? FIRST_WAIT_MS : own->wait_ms < MOST_WAIT_MS / 2 ? 2 * own->wait_ms : MOST_WAIT_MS;
+    own->retry_ms = postgres_clock_ms() + own->wait_ms;
+}
+
 static enum pend_status postgres_open(struct srv_sql **sql, const char *url, struct pend_error *error) {
     struct postgres_sql *own = calloc(1, sizeof *own);
     enum pend_status status = PEND_OK;
     *sql = NULL;
     if (!own) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     own->sql.driver = &srv_sql_postgres;
-    own->connection = postgres_connect(url);
-    if (PQstatus(own->connection) != CONNECTION_OK || !postgres_settle(own->connection)) {
-        srv_sql_complain(&own->sql, PQerrorMessage(own->connection));
-        status = pend_fail(error, PEND_INVALID, -1, 0, "the database cannot be reached: %.180s", own->sql.complaint);
+    char *said = NULL;
+    PQconninfoOption *options = PQconninfoParse(url, &said);
+    if (!options) {
+        srv_sql_complain(&own->sql, said ? said : "out of memory");
+        status = pend_fail(error, PEND_INVALID, -1, 0, "the url of the database: %.180s", own->sql.complaint);
     }
+    PQconninfoFree(options);
+    PQfreemem(said);
+    if (status == PEND_OK) own->connection = postgres_connect(url);
+    /* a database that is away now may come: then the connection is like one that was lost */
+    if (own->connection && (PQstatus(own->connection) != CONNECTION_OK || !postgres_settle(own->connection)))
+        postgres_lost(own);
     if (status == PEND_OK)
         *sql = &own->sql;
     else
@@ -90,9 +104,7 @@ static int postgres_again(struct postgres_sql *own) {
         own->wait_ms = 0;
         return 1;
     }
-    srv_sql_complain(&own->sql, PQerrorMessage(own->connection));
-    own->wait_ms = !own->wait_ms ? FIRST_WAIT_MS : own->wait_ms < MOST_WAIT_MS / 2 ? 2 * own->wait_ms : MOST_WAIT_MS;
-    own->retry_ms = postgres_clock_ms() + own->wait_ms;
+    postgres_lost(own);
     return 0;
 }
 
@@ -232,6 +244,7 @@ static int postgres_listen(struct srv_sql *sql, int timeout_ms) {
 const struct srv_sql_driver srv_sql_postgres = {
     .scheme = "postgresql://",
     .batch = 1,
+    .distant = 1,
     .begin = "BEGIN",
     .now = "(extract(epoch from clock_timestamp()) * 1000000)::bigint",
     .lock = "FOR UPDATE",

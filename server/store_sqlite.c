@@ -1,15 +1,28 @@
 #include "server/sql.h"
 
+#include <fcntl.h>
+#include <poll.h>
 #include <sqlite3.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/inotify.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <time.h>
+#include <unistd.h>
+
+/* bytes of the disk that results leave alone, so that a full one has room for the ends of jobs; half of it for the log
+ * of writes */
+enum { SQLITE_SPARE = 4 << 20 };
 
 struct sqlite_sql {
     struct srv_sql sql; /* first */
     sqlite3 *db;
     sqlite3_stmt *kept[SRV_SQL_STATEMENTS];
+    int full;    /* the disk was, in the last transaction */
+    int ringing; /* others are to be woken, once it is committed */
+    int ear;     /* hears their rings; -1 = does not listen yet */
 };
 
 /* the wall clock, in microseconds: SQLite's own has milliseconds */
@@ -20,8 +33,18 @@ static void sqlite_now(sqlite3_context *context, int count, sqlite3_value **valu
     sqlite3_result_int64(context, (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000);
 }
 
+/* a ring is heard by whoever watches the file's times, in any process; nobody opens the file for it, as closing it
+ * would end SQLite's locks */
+static void sqlite_ring(sqlite3_context *context, int count, sqlite3_value **value) {
+    struct sqlite_sql *own = sqlite3_user_data(context);
+    (void)count, (void)value;
+    own->ringing = 1;
+    sqlite3_result_int(context, 1);
+}
+
 static void sqlite_close(struct srv_sql *sql) {
     struct sqlite_sql *own = (struct sqlite_sql *)sql;
+    if (own->ear >= 0) close(own->ear);
     for (int i = 0; i < SRV_SQL_STATEMENTS; i++) sqlite3_finalize(own->kept[i]);
     sqlite3_close(own->db);
     free(own);
@@ -29,7 +52,8 @@ static void sqlite_close(struct srv_sql *sql) {
 
 /* what a connection is told first: every commit is on disk before it returns, and readers do not wait for the writer */
 static const char *const sqlite_settings = "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA temp_store = "
-                                           "MEMORY; PRAGMA wal_autocheckpoint = 1000;";
+                                           "MEMORY; PRAGMA wal_autocheckpoint = 1000; PRAGMA journal_size_limit = "
+                                           "4194304;";
 
 static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, struct pend_error *error) {
     const char *path = url + strlen(srv_sql_sqlite.scheme);
@@ -39,6 +63,7 @@ static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, struc
     *sql = NULL;
     if (!own) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     own->sql.driver = &srv_sql_sqlite;
+    own->ear = -1;
     int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
     if (!*path) {
         status = pend_fail(error, PEND_INVALID, -1, 0,
@@ -50,6 +75,7 @@ static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, struc
         sqlite3_extended_result_codes(own->db, 1);
         sqlite3_busy_timeout(own->db, 5000);
         if (sqlite3_create_function(own->db, "now_us", 0, SQLITE_UTF8, NULL, sqlite_now, NULL, NULL) != SQLITE_OK ||
+            sqlite3_create_function(own->db, "ring", 0, SQLITE_UTF8, own, sqlite_ring, NULL, NULL) != SQLITE_OK ||
             sqlite3_exec(own->db, sqlite_settings, NULL, NULL, &said) != SQLITE_OK)
             status = pend_fail(error, PEND_INVALID, -1, 0, "%s is no store: %s", path, said ? said : "out of memory");
     }
@@ -132,6 +158,18 @@ static void sqlite_fields(sqlite3_stmt *statement, struct srv_value field[], int
     }
 }
 
+/* what a transaction that found the disk full has left in the log of writes is given back before the next */
+static void sqlite_before(struct sqlite_sql *own) {
+    own->ringing = 0;
+    if (own->full) sqlite3_wal_checkpoint_v2(own->db, NULL, SQLITE_CHECKPOINT_TRUNCATE, NULL, NULL);
+    own->full = 0;
+}
+
+static void sqlite_committed(struct sqlite_sql *own) {
+    if (own->ringing) utimensat(AT_FDCWD, sqlite3_db_filename(own->db, "main"), NULL, 0);
+    own->ringing = 0;
+}
+
 static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text, const struct srv_value value[],
                                   int count, srv_row_fn *row, void *context) {
     struct sqlite_sql *own = (struct sqlite_sql *)sql;
@@ -139,6 +177,7 @@ static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text,
     struct srv_value field[SRV_SQL_PARAMETERS];
     enum srv_stored stored = SRV_STORED;
     int code = SQLITE_OK;
+    if (!strcmp(text, "{begin}")) sqlite_before(own);
     if (!*statement) {
         char spelt[SRV_SQL_TEXT];
         srv_sql_spell(&srv_sql_sqlite, text, spelt);
@@ -159,12 +198,48 @@ static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text,
         sqlite3_clear_bindings(*statement);
     }
     sqlite3_finalize(once);
+    own->full |= stored == SRV_STORED_FULL;
+    if (stored == SRV_STORED && !strcmp(text, "COMMIT")) sqlite_committed(own);
     return stored;
 }
 
+/* a whole number that a pragma answers with; 0 where it does not */
+static double sqlite_pragma(struct sqlite_sql *own, const char *pragma) {
+    sqlite3_stmt *statement = NULL;
+    double value = 0;
+    if (sqlite3_prepare_v2(own->db, pragma, -1, &statement, NULL) == SQLITE_OK && sqlite3_step(statement) == SQLITE_ROW)
+        value = (double)sqlite3_column_int64(statement, 0);
+    sqlite3_finalize(statement);
+    return value;
+}
+
+/* what is written goes to the log of writes, then to the file, where pages that are free already serve as well */
+static int sqlite_room(struct srv_sql *sql, size_t bytes) {
+    struct sqlite_sql *own = (struct sqlite_sql *)sql;
+    struct statvfs disk;
+    double need = SQLITE_SPARE + 2 * (double)bytes;
+    if (statvfs(sqlite3_db_filename(own->db, "main"), &disk)) return 1;
+    double room = (double)disk.f_bavail * (double)disk.f_frsize;
+    if (room >= need) return 1;
+    if (room >= SQLITE_SPARE / 2)
+        room += sqlite_pragma(own, "PRAGMA freelist_count") * sqlite_pragma(own, "PRAGMA page_size");
+    if (room >= need) return 1;
+    srv_sql_complain(sql, "the disk is full, but for what the ends of jobs need");
+    return 0;
+}
+
 static int sqlite_listen(struct srv_sql *sql, int timeout_ms) {
-    (void)sql, (void)timeout_ms;
-    return -1;
+    struct sqlite_sql *own = (struct sqlite_sql *)sql;
+    char event[4096];
+    int heard = 0;
+    if (own->ear < 0) {
+        own->ear = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+        if (own->ear < 0 || inotify_add_watch(own->ear, sqlite3_db_filename(own->db, "main"), IN_ATTRIB) < 0) return -1;
+    }
+    struct pollfd waiting = {own->ear, POLLIN, 0};
+    if (poll(&waiting, 1, timeout_ms) > 0)
+        while (read(own->ear, event, sizeof event) > 0) heard = 1;
+    return heard;
 }
 
 const struct srv_sql_driver srv_sql_sqlite = {
@@ -175,10 +250,11 @@ const struct srv_sql_driver srv_sql_sqlite = {
     .lock = "",
     .skip = "",
     .alone = "SELECT 1",
-    .ring = "SELECT 1",
+    .ring = "SELECT ring()",
     .bytes = "BLOB",
     .open = sqlite_open,
     .close = sqlite_close,
     .run = sqlite_run,
+    .room = sqlite_room,
     .listen = sqlite_listen,
 };

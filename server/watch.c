@@ -30,13 +30,15 @@ struct watch_lingerer {
     int64_t deadline;
 };
 
-/* The ring of watched connections closes in `ring`. */
+/* The ring of watched connections closes in `ring`; those whose client waits come first, so that a quick tick need not
+ * look at thousands of others. */
 struct srv_watch {
     pthread_mutex_t lock;
     pthread_cond_t wake;
     pthread_t thread;
     int stopping, asleep; /* asleep: the thread waits longer than a quick tick */
     int count, waiting, glow;
+    int64_t listened; /* ns: when those who listen were looked at */
     struct srv_watched ring;
     char timeout[512]; /* the answer 408 */
     int lingerers;
@@ -61,10 +63,24 @@ static void watch_look(struct srv_watched *watched) {
     if (watched->seen >= WATCH_SIGHTS) watched->left(watched);
 }
 
+static void watch_unlink(struct srv_watched *watched) {
+    watched->previous->next = watched->next;
+    watched->next->previous = watched->previous;
+}
+
+static void watch_link(struct srv_watched *before, struct srv_watched *watched) {
+    watched->previous = before;
+    watched->next = before->next;
+    before->next = watched->next->previous = watched;
+}
+
 static void watch_round(struct srv_watch *watch) {
     int64_t now = srv_clock_now();
+    int slow = now - watch->listened >= (int64_t)(WATCH_SLOW_MS - SRV_WATCH_TICK_MS) * 1000000;
+    if (slow) watch->listened = now;
     for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring; watched = watched->next) {
-        if (watched->phase == SRV_WATCH_WAITING) watch_look(watched);
+        if (watched->phase != SRV_WATCH_WAITING && !slow) return;
+        if (watched->phase == SRV_WATCH_WAITING || watched->phase == SRV_WATCH_LISTENING) watch_look(watched);
         if (watched->deadline && now > watched->deadline) watch_expire(watch, watched);
     }
 }
@@ -176,17 +192,14 @@ void srv_watch_add(struct srv_watch *watch, struct srv_watched *watched, int64_t
     watched->deadline = deadline;
     watched->since = srv_clock_now();
     watched->seen = 0;
-    watched->next = &watch->ring;
-    watched->previous = watch->ring.previous;
-    watched->previous->next = watch->ring.previous = watched;
+    watch_link(watch->ring.previous, watched);
     if (!watch->count++) watch_wake(watch);
     pthread_mutex_unlock(&watch->lock);
 }
 
 void srv_watch_remove(struct srv_watch *watch, struct srv_watched *watched) {
     pthread_mutex_lock(&watch->lock);
-    watched->previous->next = watched->next;
-    watched->next->previous = watched->previous;
+    watch_unlink(watched);
     watch->count--;
     watch->waiting -= watched->phase == SRV_WATCH_WAITING;
     pthread_mutex_unlock(&watch->lock);
@@ -195,7 +208,12 @@ void srv_watch_remove(struct srv_watch *watch, struct srv_watched *watched) {
 void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched, enum srv_watch_phase phase,
                      int64_t deadline) {
     pthread_mutex_lock(&watch->lock);
-    watch->waiting += (phase == SRV_WATCH_WAITING) - (watched->phase == SRV_WATCH_WAITING);
+    int waits = phase == SRV_WATCH_WAITING;
+    if (waits != (watched->phase == SRV_WATCH_WAITING)) {
+        watch->waiting += waits ? 1 : -1;
+        watch_unlink(watched);
+        watch_link(waits ? &watch->ring : watch->ring.previous, watched);
+    }
     watched->phase = phase;
     watched->deadline = deadline;
     watched->seen = 0;
@@ -207,7 +225,8 @@ void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched, enum 
 void srv_watch_leave_all(struct srv_watch *watch) {
     pthread_mutex_lock(&watch->lock);
     for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring; watched = watched->next)
-        if ((watched->phase == SRV_WATCH_WAITING || watched->phase == SRV_WATCH_STREAMING) &&
+        if ((watched->phase == SRV_WATCH_WAITING || watched->phase == SRV_WATCH_STREAMING ||
+             watched->phase == SRV_WATCH_LISTENING) &&
             watched->seen < WATCH_SIGHTS) {
             watched->seen = WATCH_SIGHTS;
             watched->left(watched);

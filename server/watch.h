@@ -18,11 +18,12 @@ enum {
 
 /* What a connection is doing. */
 enum srv_watch_phase {
-    SRV_WATCH_IDLE,     /* no request is under way: ends at the deadline */
-    SRV_WATCH_READING,  /* a request comes in: must be there at the deadline, else 408 and the end */
-    SRV_WATCH_WAITING,  /* a request is being computed: nobody else sees when the client goes away */
-    SRV_WATCH_SENDING,  /* an answer goes out: must be taken at the deadline, else the end */
-    SRV_WATCH_STREAMING /* the same, of an answer that is computed meanwhile */
+    SRV_WATCH_IDLE,      /* no request is under way: ends at the deadline */
+    SRV_WATCH_READING,   /* a request comes in: must be there at the deadline, else 408 and the end */
+    SRV_WATCH_WAITING,   /* a request is being computed: nobody else sees when the client goes away */
+    SRV_WATCH_SENDING,   /* an answer goes out: must be taken at the deadline, else the end */
+    SRV_WATCH_STREAMING, /* the same, of an answer that is computed meanwhile */
+    SRV_WATCH_LISTENING  /* a client waits for news, for long: looked at now and then */
 };
 
 /* One connection, inside its owner's structure; the fields are the watch's, but fd and left, and late to read. */
@@ -60,7 +61,7 @@ void srv_watch_remove(struct srv_watch *watch, struct srv_watched *watched);
 void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched, enum srv_watch_phase phase,
                      int64_t deadline);
 
-/** Calls left for every waiting or streaming connection: the server is stopping. */
+/** Calls left for every waiting, streaming or listening connection: the server is stopping. */
 void srv_watch_leave_all(struct srv_watch *watch);
 
 /**

@@ -6,6 +6,7 @@
 
 struct srv_workers {
     struct srv_queue *queue;
+    struct srv_intake *intake;
     int count;
     pthread_t thread[];
 };
@@ -17,16 +18,23 @@ int srv_workers_default(void) {
 }
 
 static void *workers_main(void *argument) {
-    struct srv_queue *queue = argument;
-    for (struct srv_task *task; (task = srv_queue_pop(queue));) task->run(task);
+    const struct srv_workers *workers = argument;
+    for (struct srv_task *task; (task = srv_queue_pop(workers->queue));) {
+        int level = task->level;
+        if (workers->intake) srv_intake_begin(workers->intake, level);
+        task->run(task);
+        if (workers->intake) srv_intake_end(workers->intake, level);
+    }
     return NULL;
 }
 
-enum pend_status srv_workers_new(struct srv_workers **workers, int count, struct srv_queue *queue) {
+enum pend_status srv_workers_new(struct srv_workers **workers, int count, struct srv_queue *queue,
+                                 struct srv_intake *intake) {
     struct srv_workers *made = *workers = calloc(1, sizeof *made + (size_t)count * sizeof *made->thread);
     if (!made) return PEND_NO_MEMORY;
     made->queue = queue;
-    while (made->count < count && !pthread_create(&made->thread[made->count], NULL, workers_main, queue)) made->count++;
+    made->intake = intake;
+    while (made->count < count && !pthread_create(&made->thread[made->count], NULL, workers_main, made)) made->count++;
     if (made->count == count) return PEND_OK;
     srv_workers_free(workers);
     return PEND_NO_MEMORY;

@@ -129,6 +129,37 @@ TEST(a_clock_cuts_the_work_but_does_not_change_the_answer) {
     api_buffer_clear(&fast);
 }
 
+static int in_hurry(void *company) {
+    ++*(int *)company;
+    return 1;
+}
+
+TEST(a_hurried_call_comes_back_after_a_quarter_of_a_millisecond) {
+    struct api_limits limits;
+    struct api_request request = {.op = API_OP_TRAJECTORIES,
+                                  .content_type = "application/json",
+                                  .body = trajectory,
+                                  .body_bytes = strlen(trajectory)};
+    int runs[2] = {0}, asked = 0;
+    api_limits_init(&limits);
+    for (int hurried = 0; hurried < 2; hurried++) {
+        struct clock clock = {0, 0.0003}; /* a tick after each piece */
+        struct api_call *call;
+        struct api_buffer out;
+        api_buffer_init(&out, 10000000);
+        REQUIRE(api_call_new(&call, &limits) == PEND_OK);
+        api_call_clock(call, clock_now, &clock);
+        if (hurried) api_call_hurry(call, in_hurry, &asked);
+        enum api_progress progress = api_call_open(call, &request, &out);
+        for (; progress == API_MORE; runs[hurried]++) progress = api_call_run(call, &out);
+        CHECK(progress == API_DONE);
+        api_call_free(&call);
+        api_buffer_clear(&out);
+    }
+    CHECK_SAYING(runs[1] > runs[0] && runs[1] <= 4 * runs[0], "%d runs, %d in hurry", runs[0], runs[1]);
+    CHECK(asked >= runs[1] - 1 && asked <= runs[1]);
+}
+
 TEST(a_call_that_is_stopped_ends_as_a_problem_alone) {
     for (int runs = 0; runs < 3; runs++) {
         struct api_limits limits;
@@ -331,6 +362,76 @@ TEST(the_etag_depends_on_what_was_asked_and_not_on_how_it_was_written) {
     }
     CHECK(strcmp(etag_of(same[0], "text/csv").text, first.text) != 0);
     CHECK_TEXT(etag_of(same[0], "*/*").text, first.text);
+}
+
+/* the digest of any request */
+static struct etag digest_of(enum api_op_id op, const char *body) {
+    struct etag digest = {"refused"};
+    struct api_limits limits;
+    struct api_buffer out;
+    struct api_call *call;
+    struct api_request request = {
+        .op = op, .content_type = "application/json", .body = body, .body_bytes = strlen(body)};
+    api_limits_init(&limits);
+    api_buffer_init(&out, 10000000);
+    if (api_call_new(&call, &limits) != PEND_OK) return digest;
+    if (CHECK_SAYING(api_call_open(call, &request, &out) == API_MORE, "%s", body))
+        snprintf(digest.text, sizeof digest.text, "%s", api_call_etag(call));
+    api_call_free(&call);
+    api_buffer_clear(&out);
+    return digest;
+}
+
+#define ONE "\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]"
+
+TEST(the_etag_is_the_same_with_defaults_written_out) {
+    static const struct {
+        enum api_op_id op;
+        const char *plain, *usual, *other; /* without a field, with its default, with another value */
+    } field[] = {
+        {API_OP_TRAJECTORIES, "", "\"method\":\"taylor\"", "\"method\":\"rkf45\""},
+        {API_OP_TRAJECTORIES, "", "\"precision\":\"double\"", "\"precision\":\"extended\""},
+        {API_OP_TRAJECTORIES, "", "\"rtol\":1e-12", "\"rtol\":1e-9"},
+        {API_OP_TRAJECTORIES, "", "\"atol\":0", "\"atol\":1e-11"},
+        {API_OP_TRAJECTORIES, "\"method\":\"ode23\"", "\"method\":\"ode23\",\"rtol\":1e-3",
+         "\"method\":\"ode23\",\"rtol\":1e-10"},
+        {API_OP_TRAJECTORIES, "", "\"trust\":false", "\"trust\":true"},
+        {API_OP_TRAJECTORIES, "", "\"output\":[\"phi\",\"phid\",\"lambda\"]", "\"output\":[\"phi\",\"phid\"]"},
+        {API_OP_TRAJECTORIES, "", "\"output\":[\"phi\",\"phid\",\"lambda\"]",
+         "\"output\":[\"phid\",\"phi\",\"lambda\"]"},
+        {API_OP_TRAJECTORIES, "", "\"initial\":{}", "\"initial\":{\"theta\":[0]}"},
+        {API_OP_TRAJECTORIES, "", "\"initial\":{\"phi\":[0],\"phid\":[0.0],\"unit\":\"rad\"}",
+         "\"initial\":{\"phi\":[-0.0]}"},
+        {API_OP_TRAJECTORIES, "\"initial\":{\"theta\":[0]}", "\"initial\":{\"theta\":[0],\"thetad\":[0]}",
+         "\"initial\":{\"theta\":[0],\"thetad\":[1]}"},
+        {API_OP_TRAJECTORIES, "\"initial\":{\"phi\":[1]}", "\"initial\":{\"phi\":[1],\"unit\":\"rad\"}",
+         "\"initial\":{\"phi\":[1],\"unit\":\"deg\"}"},
+        {API_OP_MODES, "", "\"select\":\"all\"", "\"select\":{\"slowest\":1}"},
+        {API_OP_MODES, "", "\"vectors\":true", "\"vectors\":false"},
+        {API_OP_MODES, "", "\"normalize\":\"first\"", "\"normalize\":\"mass\""},
+        {API_OP_MODES, "\"vectors\":true", "\"normalize\":\"first\"", "\"initial\":{}"},
+        {API_OP_FORCES, "\"state\":{\"phi\":[1]}", "\"state\":{\"phi\":[1],\"phid\":[0],\"unit\":\"rad\"}",
+         "\"state\":{\"phi\":[1],\"phid\":[2]}"},
+        {API_OP_FORCES, "\"states\":[{},{\"phi\":[1]}]", "\"states\":[{\"phi\":[0]},{\"phi\":[1]}]",
+         "\"states\":[{\"phi\":[1]},{\"phi\":[1]}]"},
+    };
+    for (size_t i = 0; i < sizeof field / sizeof *field; i++) {
+        const char *part[] = {field[i].plain, field[i].usual, field[i].other};
+        const char *times = field[i].op == API_OP_TRAJECTORIES ? ",\"times\":{\"stop\":1,\"count\":3}" : "";
+        struct etag digest[3];
+        for (int k = 0; k < 3; k++) {
+            char body[400];
+            snprintf(body, sizeof body, "{" ONE "}%s%s%s}", times, *part[k] ? "," : "", part[k]);
+            digest[k] = digest_of(field[i].op, body);
+        }
+        CHECK_SAYING(!strcmp(digest[0].text, digest[1].text), "%s is the default", field[i].usual);
+        CHECK_SAYING(strcmp(digest[0].text, digest[2].text) != 0, "%s is none", field[i].other);
+    }
+    static const char start[] = "{" ONE "},\"times\":{\"start\":0,\"stop\":1,\"count\":3}}";
+    static const char gravity[] = "{" ONE ",\"gravity\":9.81},\"times\":{\"stop\":1,\"count\":3}}";
+    static const char moon[] = "{" ONE ",\"gravity\":1.62},\"times\":{\"stop\":1,\"count\":3}}";
+    CHECK_TEXT(digest_of(API_OP_TRAJECTORIES, start).text, digest_of(API_OP_TRAJECTORIES, gravity).text);
+    CHECK(strcmp(digest_of(API_OP_TRAJECTORIES, start).text, digest_of(API_OP_TRAJECTORIES, moon).text) != 0);
 }
 
 /* requests that reach every part of the room */

@@ -125,6 +125,43 @@ TEST(ensembles_draws_depend_on_seed_and_member_alone) {
     for (int i = 0; i < 3; i++) test_reply_free(&reply[i]);
 }
 
+/* the answer of one request by its media type */
+static struct test_reply answer_as(const char *accept, const char *body) {
+    struct test_reply reply = test_post_as(API_OP_ENSEMBLES, body, accept, NULL);
+    CHECK_SAYING(reply.status == 200, "%s: %.300s", accept, reply.out.data);
+    return reply;
+}
+
+/* one member turns over, the other never does; only its first arm's force changes sign */
+TEST(ensembles_a_time_that_never_comes_is_no_number_where_text_can_say_so) {
+    static const char body[] =
+        "{" TWO ",\"states\":[{},{\"theta\":[0,0],\"thetad\":[30,30]}],\"duration\":1,\"observables\":"
+        "[\"first_flip\",\"flip_time\"]}";
+    static const struct {
+        const char *accept, *never[2];
+    } row[] = {
+        {"application/json", {"\"time\":[null,0.", "\"flip_time\":[[null,null],[0."}},
+        {"application/x-ndjson",
+         {"\"first_flip\":{\"time\":null,\"arm\":0},\"flip_time\":[null,null]}\n", "\"time\":0."}},
+        {"text/csv", {"\n0,0,,0,,\n", "\n1,0,0."}},
+    };
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        struct test_reply reply = answer_as(row[i].accept, body);
+        for (int j = 0; j < 2; j++)
+            CHECK_SAYING(strstr(reply.out.data, row[i].never[j]) != NULL, "%s: no %s in %.400s", row[i].accept,
+                         row[i].never[j], reply.out.data);
+        CHECK(!strstr(reply.out.data, "-1"));
+        test_reply_free(&reply);
+    }
+    /* doubles have no null, and no answer has a NaN: member, status, time, arm, times */
+    struct test_reply plain = answer_as("application/octet-stream", body);
+    double numbers[12];
+    REQUIRE(plain.out.bytes == sizeof numbers);
+    memcpy(numbers, plain.out.data, sizeof numbers);
+    CHECK(numbers[2] == -1 && numbers[4] == -1 && numbers[5] == -1 && numbers[8] > 0);
+    test_reply_free(&plain);
+}
+
 TEST(ensembles_a_member_that_fails_leaves_the_others_alone) {
     struct test_reply reply = test_post(
         API_OP_ENSEMBLES,
@@ -133,7 +170,8 @@ TEST(ensembles_a_member_that_fails_leaves_the_others_alone) {
     CHECK_INT(reply.status, 200);
     CHECK(test_reply_number(&reply, "/status/0") == 0 && test_reply_number(&reply, "/status/1") != 0);
     CHECK(test_reply_number(&reply, "/status/2") == 0 && test_reply_number(&reply, "/stats/failed") == 1);
-    CHECK(test_reply_number(&reply, "/final/phi/2/0") != 0 && test_reply_number(&reply, "/first_flip/time/0") == -1);
+    CHECK(test_reply_number(&reply, "/final/phi/2/0") != 0);
+    CHECK(strstr(reply.out.data, "\"first_flip\":{\"time\":[null,") != NULL);
     test_reply_free(&reply);
     reply = test_post(API_OP_ENSEMBLES,
                       "{" TWO ",\"states\":[{\"phi\":[0,0],\"phid\":[1e200,0]},{}],\"times\":[0,1],\"observables\":["
@@ -141,13 +179,6 @@ TEST(ensembles_a_member_that_fails_leaves_the_others_alone) {
     CHECK(test_reply_number(&reply, "/status/1") != 0 && test_reply_number(&reply, "/status/3") == 0);
     CHECK(test_reply_number(&reply, "/t/1") == 1 && test_reply_number(&reply, "/phi/1/0") == 0);
     test_reply_free(&reply);
-}
-
-/* the answer of one request by its media type */
-static struct test_reply answer_as(const char *accept, const char *body) {
-    struct test_reply reply = test_post_as(API_OP_ENSEMBLES, body, accept, NULL);
-    CHECK_SAYING(reply.status == 200, "%s: %.300s", accept, reply.out.data);
-    return reply;
 }
 
 TEST(ensembles_come_in_every_representation) {

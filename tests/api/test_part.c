@@ -12,6 +12,11 @@
 
 enum { MOST_PARTS = 7 };
 
+/* instants far apart and close together, so that parts end inside a step and between two instants */
+#define TRAJECTORY(how)                                                                                                \
+    "{\"pendulum\":{\"length\":[2,1.5,0.75],\"mass\":[1,1,1],\"parent\":[0,1,1]},\"initial\":{\"phi\":[0.5,1,-1]},"    \
+    "\"times\":[0,0.001,0.002,0.003,0.4,0.401,0.402,1.5,1.501,2.9,2.901,2.902,3]," how "}"
+
 /* requests of every kind of answer; the number of parts that each can be cut into is at least `parts` */
 static const struct {
     enum api_op_id op;
@@ -28,7 +33,15 @@ static const struct {
     {API_OP_TRAJECTORIES,
      "{\"pendulum\":{\"length\":[2,1.5,0.75,1.25],\"mass\":[1,1,1,0.1],\"parent\":[0,1,2,2]},"
      "\"times\":{\"start\":0,\"stop\":2,\"step\":0.01},\"output\":[\"phi\",\"z\",\"lambda\",\"energy\"]}",
-     1, 0},
+     7, 0},
+    {API_OP_TRAJECTORIES, TRAJECTORY("\"method\":\"ode23\",\"output\":[\"phi\",\"phidd\"]"), 7, 0},
+    {API_OP_TRAJECTORIES, TRAJECTORY("\"method\":\"rkf45\""), 7, 0},
+    {API_OP_TRAJECTORIES, TRAJECTORY("\"method\":\"rk8pd\",\"rtol\":1e-11"), 7, 0},
+    {API_OP_TRAJECTORIES, TRAJECTORY("\"method\":\"msadams\""), 1, 0},
+    {API_OP_TRAJECTORIES, TRAJECTORY("\"method\":\"symplectic\""), 7, 0},
+    {API_OP_TRAJECTORIES, TRAJECTORY("\"method\":\"linear\""), 7, 0},
+    {API_OP_TRAJECTORIES, TRAJECTORY("\"precision\":\"extended\",\"rtol\":1e-28"), 7, 0},
+    {API_OP_TRAJECTORIES, TRAJECTORY("\"trust\":true"), 7, 0},
     {API_OP_FORCES,
      "{\"pendulum\":{\"length\":[2,1.5],\"mass\":[1,1],\"parent\":[0,1]},\"states\":[{\"phi\":[1,2]},{\"phi\":[0.5,0."
      "25]}]}",
@@ -55,21 +68,32 @@ static struct api_request request_of(int i, const char *accept) {
                                 .body_bytes = strlen(cases[i].body)};
 }
 
-/* all parts of a case, one behind the other */
+/* all parts of a case, one behind the other, each from what the one before carried over as a copy of just its bytes */
 static int compute_parts(int i, long parts, struct api_buffer *kept) {
     struct api_request request = request_of(i, NULL);
     struct api_limits limits;
     struct pend_error error;
+    struct api_buffer carried;
     api_limits_init(&limits);
+    api_buffer_init(&carried, 1 << 28);
     for (long p = 0; p < parts; p++) {
         struct api_part *part;
         int done = 0;
         if (!CHECK_SAYING(api_part_new(&part, &request, &limits, p, parts, &error) == PEND_OK, "%s", error.text))
             return 0;
+        if (carried.bytes) {
+            CHECK_SAYING(api_part_resume(part, carried.data, carried.bytes, &error) == PEND_OK, "%s", error.text);
+            api_buffer_clear(&carried);
+        }
+        size_t before = kept->bytes;
         while (!done)
             if (!CHECK_SAYING(api_part_run(part, kept, &done, &error) == PEND_OK, "%s", error.text)) break;
+        CHECK(kept->bytes > before);
+        CHECK(api_part_carry(part, &carried) == PEND_OK);
+        CHECK(!!carried.bytes == (cases[i].op == API_OP_TRAJECTORIES && p + 1 < parts));
         api_part_free(&part);
     }
+    api_buffer_clear(&carried);
     return 1;
 }
 
@@ -92,20 +116,29 @@ static enum pend_status pieces_fetch(void *context, void *data, size_t cap, size
     return PEND_OK;
 }
 
-/* the answer of a request from kept parts; its status */
-static struct api_answer fetch(const struct api_request *request, const struct api_limits *limits, const char *data,
-                               size_t bytes, unsigned long long *random, struct api_buffer *out) {
+static void pieces_again(void *context) { ((struct pieces *)context)->at = 0; }
+
+/* the answer of a request from kept parts, or a range of it; its status */
+static struct api_answer fetch_range(const struct api_request *request, const struct api_limits *limits,
+                                     const char *data, size_t bytes, unsigned long long *random,
+                                     const struct api_range *range, struct api_buffer *out) {
     struct pieces pieces = {data, bytes, 0, random};
-    struct api_source source = {pieces_fetch, &pieces};
+    struct api_source source = {pieces_fetch, pieces_again, &pieces};
     struct api_answer answer = {.status = 503};
     struct api_call *call;
     if (api_call_new(&call, limits) != PEND_OK) return answer;
     enum api_progress progress = api_call_results(call, request, &source, out);
+    if (progress == API_MORE && range) progress = api_call_range(call, *range, out);
     while (progress == API_MORE) progress = api_call_run(call, out);
     answer = api_call_answer(call);
     answer.columns = answer.file_name = answer.etag = NULL;
     api_call_free(&call);
     return answer;
+}
+
+static struct api_answer fetch(const struct api_request *request, const struct api_limits *limits, const char *data,
+                               size_t bytes, unsigned long long *random, struct api_buffer *out) {
+    return fetch_range(request, limits, data, bytes, random, NULL, out);
 }
 
 TEST(an_answer_from_parts_is_the_answer_at_once) {
@@ -136,6 +169,56 @@ TEST(an_answer_from_parts_is_the_answer_at_once) {
     }
 }
 
+/* a range of an answer against the same bytes of the whole */
+static void check_range(int i, const char *accept, const struct api_buffer *kept, const struct api_buffer *whole,
+                        struct api_range range, unsigned long long *random) {
+    struct api_limits limits;
+    struct api_buffer out;
+    struct api_request request = request_of(i, accept);
+    long long total = (long long)whole->bytes, first = range.first, last = range.last;
+    if (first < 0) first = last < total ? total - last : 0, last = total - 1;
+    if (last < 0 || last >= total) last = total - 1;
+    api_limits_init(&limits);
+    api_buffer_init(&out, 1 << 28);
+    struct api_answer head = fetch_range(&request, &limits, kept->data, kept->bytes, random, &range, &out);
+    if (first <= last) {
+        CHECK_INT(head.status, 206);
+        CHECK(head.first == first && head.length == last - first + 1 && (long long)out.bytes == head.length);
+        CHECK_SAYING((long long)out.bytes == head.length && !memcmp(out.data, whole->data + first, out.bytes),
+                     "case %d as %s, bytes %lld to %lld", i, accept, first, last);
+    } else {
+        CHECK_INT(head.status, 416);
+        CHECK(out.bytes > 20 && !memcmp(out.data, "{\"type\"", 7));
+    }
+    CHECK_INT(head.total, total);
+    api_buffer_clear(&out);
+}
+
+TEST(a_range_of_an_answer_is_those_bytes_of_it) {
+    unsigned long long random = 17;
+    for (int i = 0; i < CASES; i++) {
+        struct api_buffer kept;
+        api_buffer_init(&kept, 1 << 28);
+        if (!compute_parts(i, cases[i].parts > 1 ? 3 : 1, &kept)) return;
+        for (int a = 0; a < (cases[i].json_only ? 1 : ACCEPTS); a++) {
+            struct api_request request = request_of(i, accepts[a]);
+            struct api_limits limits;
+            struct api_buffer whole;
+            api_limits_init(&limits);
+            api_buffer_init(&whole, 1 << 28);
+            CHECK_INT(fetch(&request, &limits, kept.data, kept.bytes, &random, &whole).status, 200);
+            long long total = (long long)whole.bytes, some = test_random_int(&random, (int)total);
+            const struct api_range ranges[] = {{0, 0},     {0, -1},         {total - 1, -1}, {total - 1, total + 5},
+                                               {-1, 1},    {-1, total + 9}, {-1, 0},         {total, -1},
+                                               {some, -1}, {some, some},    {some / 2, some}};
+            for (size_t r = 0; r < sizeof ranges / sizeof *ranges; r++)
+                check_range(i, accepts[a], &kept, &whole, ranges[r], &random);
+            api_buffer_clear(&whole);
+        }
+        api_buffer_clear(&kept);
+    }
+}
+
 TEST(a_plan_tells_parts_cost_and_digest_or_the_problem) {
     struct api_limits limits;
     struct api_plan plan, again;
@@ -146,6 +229,7 @@ TEST(a_plan_tells_parts_cost_and_digest_or_the_problem) {
         struct api_request request = request_of(i, "nothing/at-all");
         CHECK_INT(api_plan_read(&plan, &request, &limits, 1e-9, &out), 0);
         CHECK_SAYING(plan.parts >= cases[i].parts && plan.cost >= 0, "case %d: %ld parts", i, plan.parts);
+        CHECK_INT(plan.chained, cases[i].op == API_OP_TRAJECTORIES && plan.parts > 1);
         CHECK_INT(api_plan_read(&again, &request, &limits, 1e9, &out), 0);
         CHECK_INT(again.parts, 1);
         CHECK_TEXT(again.digest, plan.digest);
@@ -159,6 +243,60 @@ TEST(a_plan_tells_parts_cost_and_digest_or_the_problem) {
     struct api_request tree = {.op = API_OP_TREES, .content_type = "application/json", .body = "{}", .body_bytes = 2};
     CHECK_INT(api_plan_read(&plan, &tree, &limits, 1, &out), 422);
     api_buffer_clear(&out);
+}
+
+TEST(a_job_is_the_same_whichever_engine_computes_it) {
+    static const char body[] = "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]}}";
+    struct api_limits limits;
+    struct api_plan plan;
+    struct api_buffer out;
+    struct api_request request = {
+        .op = API_OP_MODES, .content_type = "application/json", .body = body, .body_bytes = sizeof body - 1};
+    api_limits_init(&limits);
+    api_buffer_init(&out, 1 << 20);
+    CHECK_INT(api_plan_read(&plan, &request, &limits, 1, &out), 0);
+    /* of these very bytes, whatever the sources of the program are */
+    CHECK_TEXT(plan.digest, "e76ae203115218c53e13a1e22bd7b5ba6ce3116bf73dc8ae638c0dc421e32166");
+    api_buffer_clear(&out);
+}
+
+TEST(a_part_goes_on_from_what_is_its_own_and_from_nothing_else) {
+    struct api_limits limits;
+    struct api_part *part;
+    struct api_buffer kept, carried;
+    struct pend_error error;
+    struct api_request request = request_of(1, NULL), other = request_of(0, NULL);
+    int done = 0;
+    api_limits_init(&limits);
+    api_buffer_init(&kept, 1 << 20);
+    api_buffer_init(&carried, 1 << 20);
+    REQUIRE(api_part_new(&part, &request, &limits, 0, 3, &error) == PEND_OK);
+    while (!done) REQUIRE(api_part_run(part, &kept, &done, &error) == PEND_OK);
+    CHECK(api_part_carry(part, &carried) == PEND_OK && carried.bytes > 100);
+    CHECK_INT(api_part_resume(part, carried.data, carried.bytes, &error), PEND_INVALID);
+    api_part_free(&part);
+    /* without it, with less of it, with more, with another version's */
+    for (int way = 0; way < 5; way++) {
+        size_t bytes = carried.bytes - (way == 1) + (way == 2) - (way == 3 ? carried.bytes / 2 : 0);
+        char *copy = calloc(1, carried.bytes + 1);
+        REQUIRE(copy && api_part_new(&part, &request, &limits, 1, 3, &error) == PEND_OK);
+        memcpy(copy, carried.data, carried.bytes);
+        copy[0] = (char)(copy[0] + (way == 4));
+        if (way) {
+            CHECK_INT(api_part_resume(part, copy, bytes, &error), PEND_INVALID);
+            CHECK_SAYING(strstr(error.text, "submit the job again"), "%s", error.text);
+        } else {
+            CHECK_INT(api_part_run(part, &kept, &done, &error), PEND_INVALID);
+            CHECK_SAYING(strstr(error.text, "carried over"), "%s", error.text);
+        }
+        free(copy);
+        api_part_free(&part);
+    }
+    REQUIRE(api_part_new(&part, &other, &limits, 1, 3, &error) == PEND_OK);
+    CHECK_INT(api_part_resume(part, carried.data, carried.bytes, &error), PEND_INVALID);
+    api_part_free(&part);
+    api_buffer_clear(&kept);
+    api_buffer_clear(&carried);
 }
 
 TEST(parts_that_were_damaged_are_refused_not_believed) {

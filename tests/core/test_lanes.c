@@ -41,6 +41,37 @@ TEST(lanes_sine_of_small_angles_keeps_its_digits) {
     CHECK_RESIDUAL(worst, 3e-16, "relative error of sin x");
 }
 
+static double between_worst(double range, double apart, unsigned long long seed) {
+    double worst = 0;
+    for (int i = 0; i < 20000; i++) {
+        double x = range * (2 * test_random(&seed) - 1), base = range * (2 * test_random(&seed) - 1);
+        if (i % 4 == 0) base = x + M_PI_2 * (i / 4 % 5 - 2) + apart * (test_random(&seed) - 0.5);
+        lanes2 sine, cosine;
+        lanes2_between(lanes2_of(x), lanes2_of(base), &sine, &cosine);
+        test_quad exact = (test_quad)x - (test_quad)base;
+        worst = fmax(worst, fmax(ulps(sine[0], test_quad_sin(exact)), ulps(cosine[1], test_quad_cos(exact))));
+    }
+    return worst;
+}
+
+TEST(lanes_sine_and_cosine_of_a_difference_are_within_an_ulp_and_a_half) {
+    CHECK_RESIDUAL(between_worst(4, 1, 4), 1.5, "ulps of 1, angles up to 4");
+    CHECK_RESIDUAL(between_worst(1e6, 1e-6, 5), 1.5, "ulps of 1, angles up to 1e6");
+}
+
+TEST(lanes_sine_of_a_difference_keeps_its_digits_near_multiples_of_a_half_turn) {
+    double worst = 0;
+    unsigned long long seed = 6;
+    for (int i = 0; i < 20000; i++) {
+        double x = 8 * test_random(&seed), base = x + M_PI * (i % 5 - 2) + pow(10, -15 * test_random(&seed));
+        lanes2 sine, cosine;
+        lanes2_between(lanes2_of(x), lanes2_of(base), &sine, &cosine);
+        test_quad exact = test_quad_sin((test_quad)x - (test_quad)base);
+        if (exact != 0) worst = fmax(worst, (double)test_quad_abs(((test_quad)sine[0] - exact) / exact));
+    }
+    CHECK_RESIDUAL(worst, 5e-16, "relative error of sin(x - base)");
+}
+
 TEST(lanes_logarithm_and_power_are_good_enough_for_step_sizes) {
     double worst[2] = {0, 0};
     unsigned long long seed = 3;

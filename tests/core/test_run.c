@@ -556,6 +556,75 @@ static struct outcome outcome_of(double length, double rate, long count, struct 
     return outcome;
 }
 
+/* ---- from one process to another */
+
+/* the same problem carried after every block and nearly every step, and as a whole, bit for bit */
+static void carried_is_whole(const struct pend_method *method, const struct pend_problem *problem, long block) {
+    struct test_record whole, carried;
+    test_record_blocks(&whole, method, problem, problem->times.count, INFINITY);
+    test_record_carried(&carried, method, problem, block, 1);
+    CHECK_INT(whole.status, PEND_OK);
+    CHECK_INT(carried.status, PEND_OK);
+    CHECK_SAYING(carried.calls > 5, "%s was carried %ld times", method->name, carried.calls);
+    CHECK_SAYING(test_record_same(&whole, &carried), "%s is another one when carried", method->name);
+    CHECK_INT(carried.stats.steps, whole.stats.steps);
+    CHECK_INT(carried.stats.rejected, whole.stats.rejected);
+    CHECK_INT(carried.stats.evaluations, whole.stats.evaluations);
+    CHECK(carried.stats.energy_drift == whole.stats.energy_drift);
+    test_record_clear(&whole);
+    test_record_clear(&carried);
+}
+
+TEST(run_carried_after_every_step_hands_out_the_same_bits) {
+    const struct pend_method *method;
+    int arms[] = {1, 5, 19}, carries = 0;
+    for (int m = 0; (method = pend_method_at(m)); m++) {
+        if (!pend_run_carries(method)) CHECK_TEXT(method->name, "msadams");
+        carries += pend_run_carries(method);
+        for (int i = 0; i < 6 && pend_run_carries(method); i++) {
+            struct bench bench;
+            bench_init(&bench, arms[i % 3], 50 + (unsigned long long)i);
+            if (i >= 3) bench.problem.times.span = -bench.problem.times.span;
+            if (method == pend_method_find("ode23")) bench.problem.rtol = 1e-5;
+            carried_is_whole(method, &bench.problem, 1 + i % 4);
+            if (method->extended) carried_is_whole(method->extended, &bench.problem, 1 + i % 4);
+            bench_clear(&bench);
+        }
+    }
+    CHECK_INT(carries, 6);
+}
+
+TEST(run_does_not_go_on_from_what_is_not_its_own) {
+    struct bench bench;
+    bench_init(&bench, 5, 61);
+    struct pend_run *run;
+    double t[31];
+    struct pend_samples samples = {.cap = 7, .t = t};
+    int done;
+    REQUIRE(pend_run_new(&run, &pend_method_taylor, &bench.problem, NULL) == PEND_OK);
+    CHECK(pend_run_next(run, &samples, INFINITY, &done, NULL) == PEND_OK && !done);
+    struct pend_tape tape = {.way = PEND_TAPE_COUNT};
+    CHECK(pend_run_carry(run, &tape) == PEND_OK);
+    char *bytes = malloc(tape.used);
+    REQUIRE(bytes);
+    size_t all = tape.used;
+    /* every length but the right one is seen */
+    for (size_t less = 0; less < all; less += 7) {
+        tape = (struct pend_tape){.way = PEND_TAPE_TAKE, .bytes = less, .at = bytes};
+        CHECK(pend_run_carry(run, &tape) == PEND_OK && !pend_tape_whole(&tape) && tape.used == all);
+    }
+    tape = (struct pend_tape){.way = PEND_TAPE_TAKE, .bytes = all, .at = bytes};
+    CHECK(pend_run_carry(run, &tape) == PEND_OK && pend_tape_whole(&tape));
+    /* `next`, the second part shown */
+    long next = 1000;
+    memcpy(bytes + sizeof(double), &next, sizeof next);
+    tape = (struct pend_tape){.way = PEND_TAPE_PUT, .bytes = all, .at = bytes};
+    CHECK_INT(pend_run_carry(run, &tape), PEND_INVALID);
+    free(bytes);
+    pend_run_free(&run);
+    bench_clear(&bench);
+}
+
 /* a motion may be finite where what follows from it is not: energy goes with the square of the length */
 TEST(run_hands_out_no_number_that_is_not_finite) {
     double x[11];

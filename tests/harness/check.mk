@@ -4,7 +4,8 @@
 # Invariant: a job that fails, crashes or cannot start is counted as failed and the others go on.
 ROOMS := core laws api server wire fuzz
 ALL := build-release build-asan build-tsan $(foreach room,$(ROOMS),release-$(room) asan-$(room)) tsan-server tsan-wire \
-	valgrind-core valgrind-api valgrind-wire layers docs replies examples web readback equations nginx layout openapi image
+	valgrind-core valgrind-api valgrind-wire drill \
+	web layers docs replies examples readback equations nginx deploy layout openapi image instructions
 JOBS := $(if $(ONLY),$(filter $(ONLY),$(ALL)),$(ALL))
 job = @tests/harness/job.sh $@
 
@@ -12,12 +13,13 @@ check: $(JOBS)
 $(shell mkdir -p build/check; echo $(JOBS) > build/check/jobs)
 
 build-release build-asan: build-%:
-	$(job) $(MAKE) --no-print-directory MODE=$* build $(ROOMS:%=build/$*/tests/%/run)
+	$(job) $(MAKE) --no-print-directory MODE=$* build $(ROOMS:%=build/$*/tests/%/run) build/$*/tests/drill/clock.so
 build-tsan:
 	$(job) $(MAKE) --no-print-directory MODE=tsan build build/tsan/tests/server/run build/tsan/tests/wire/run
 
+# fresh memory holds nonsense, so that a number that was never set is a wrong one
 $(ROOMS:%=release-%): release-%: build-release
-	$(job) build/release/tests/$*/run
+	$(job) env MALLOC_PERTURB_=85 build/release/tests/$*/run
 $(ROOMS:%=asan-%): asan-%: build-asan
 	$(job) build/asan/tests/$*/run
 
@@ -34,12 +36,18 @@ VALGRIND.wire := =every_route_answers =requests_that_cannot_be_answered_are_refu
 valgrind-core valgrind-api valgrind-wire: valgrind-%: release-%
 	$(job) tests/harness/valgrind.sh build/release $* $(VALGRIND.$*)
 
+# a few of each fault; make drill has fifty
+drill: build-release
+	$(job) tests/drill/drill.sh build/release
 layers: build-release
 	$(job) tests/rules/layers.sh build/release
-docs examples web readback equations nginx: build-release
+docs examples web readback equations nginx deploy: build-release
 	$(job) tests/rules/$@.sh build/release
 replies: release-wire
 	$(job) tests/rules/replies.sh build/release/tests/wire/replies.ndjson
+instructions: build-release
+	@$(MAKE) --no-print-directory build/release/tests/bench/instructions/run
+	$(job) tests/rules/instructions.sh build/release
 layout openapi image:
 	$(job) tests/rules/$@.sh
 

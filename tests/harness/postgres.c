@@ -112,9 +112,13 @@ struct test_postgres *test_postgres_start(void) {
 
 const char *test_postgres_url(const struct test_postgres *postgres) { return postgres->url; }
 
-int test_postgres_restart(struct test_postgres *postgres, int number) {
+void test_postgres_halt(struct test_postgres *postgres, int number) {
     kill(postgres->pid, number);
     postgres_end(postgres->pid);
+    postgres->pid = 0;
+}
+
+int test_postgres_resume(struct test_postgres *postgres) {
     /* after a crash the children go by themselves, and the new server waits for none of them */
     for (int i = 0; i < 250; i++) {
         if (postgres_serve(postgres)) return 1;
@@ -122,6 +126,11 @@ int test_postgres_restart(struct test_postgres *postgres, int number) {
         nanosleep(&(struct timespec){0, 20000000}, NULL);
     }
     return 0;
+}
+
+int test_postgres_restart(struct test_postgres *postgres, int number) {
+    test_postgres_halt(postgres, number);
+    return test_postgres_resume(postgres);
 }
 
 int test_postgres_run(const struct test_postgres *postgres, const char *command) {

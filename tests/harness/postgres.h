@@ -19,6 +19,12 @@ const char *test_postgres_url(const struct test_postgres *postgres);
 /** Ends it with a signal, waits, and starts it anew on the same data: SIGINT restarts, SIGQUIT or SIGKILL crashes. */
 int test_postgres_restart(struct test_postgres *postgres, int number);
 
+/** Ends it with a signal and waits; test_postgres_resume starts it anew on the same data. */
+void test_postgres_halt(struct test_postgres *postgres, int number);
+
+/** Non-zero once it is there. */
+int test_postgres_resume(struct test_postgres *postgres);
+
 /** Runs one command on it; non-zero when it went well. */
 int test_postgres_run(const struct test_postgres *postgres, const char *command);
 

@@ -44,27 +44,59 @@ static struct pend_samples runs_view(const struct test_record *record, long at, 
     return view;
 }
 
-static void runs_loop(struct test_record *record, struct pend_run *run, long count, long block, double work) {
+/* a new run in the place of one, by way of bytes */
+static void runs_carry(struct test_record *record, struct pend_run **run, const struct pend_method *method,
+                       const struct pend_problem *problem) {
+    struct pend_tape tape = {.way = PEND_TAPE_COUNT};
+    struct pend_run *next;
+    if (!CHECK(pend_run_carry(*run, &tape) == PEND_OK)) return;
+    tape = (struct pend_tape){.way = PEND_TAPE_TAKE, .bytes = tape.used, .at = malloc(tape.used)};
+    if (!tape.at) abort();
+    CHECK(pend_run_carry(*run, &tape) == PEND_OK && pend_tape_whole(&tape));
+    pend_run_free(run);
+    record->status = pend_run_new(&next, method, problem, &record->error);
+    *run = next;
+    if (record->status != PEND_OK) abort();
+    tape.way = PEND_TAPE_PUT;
+    tape.used = 0;
+    CHECK(pend_run_carry(*run, &tape) == PEND_OK && pend_tape_whole(&tape));
+    free(tape.at);
+}
+
+/* carried: the problem, where each call is to have a run of its own; else NULL */
+static void runs_loop(struct test_record *record, struct pend_run **run, const struct pend_method *method,
+                      const struct pend_problem *carried, long count, long block, double work) {
     long *at = &record->samples.count;
     int done = 0;
     while (!done && record->status == PEND_OK) {
         struct pend_samples view = runs_view(record, *at, block < count - *at ? block : count - *at);
-        record->status = pend_run_next(run, &view, work, &done, &record->error);
+        record->status = pend_run_next(*run, &view, work, &done, &record->error);
         record->calls++;
         *at += view.count;
+        if (carried && !done && record->status == PEND_OK) runs_carry(record, run, method, carried);
     }
-    record->stats = pend_run_stats(run);
+    record->stats = pend_run_stats(*run);
 }
 
-void test_record_blocks(struct test_record *record, const struct pend_method *method,
-                        const struct pend_problem *problem, long block, double work) {
+static void runs_record(struct test_record *record, const struct pend_method *method,
+                        const struct pend_problem *problem, int carried, long block, double work) {
     struct pend_run *run;
     *record = (struct test_record){.n = problem->tree->n};
     record->status = pend_run_new(&run, method, problem, &record->error);
     if (record->status != PEND_OK) return;
     runs_allocate(record, problem->times.count);
-    runs_loop(record, run, problem->times.count, block, work);
+    runs_loop(record, &run, method, carried ? problem : NULL, problem->times.count, block, work);
     pend_run_free(&run);
+}
+
+void test_record_blocks(struct test_record *record, const struct pend_method *method,
+                        const struct pend_problem *problem, long block, double work) {
+    runs_record(record, method, problem, 0, block, work);
+}
+
+void test_record_carried(struct test_record *record, const struct pend_method *method,
+                         const struct pend_problem *problem, long block, double work) {
+    runs_record(record, method, problem, 1, block, work);
 }
 
 void test_record(struct test_record *record, const char *method, const struct pend_problem *problem) {

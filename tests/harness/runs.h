@@ -23,6 +23,10 @@ struct test_record {
 void test_record_blocks(struct test_record *record, const struct pend_method *method,
                         const struct pend_problem *problem, long block, double work);
 
+/** The same, but after every call of pend_run_next all is carried into a new run of the problem, which goes on. */
+void test_record_carried(struct test_record *record, const struct pend_method *method,
+                         const struct pend_problem *problem, long block, double work);
+
 /** The same with one big block; the method by its name. */
 void test_record(struct test_record *record, const char *method, const struct pend_problem *problem);
 

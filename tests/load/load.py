@@ -13,11 +13,13 @@ import contextlib
 import http.client
 import json
 import pathlib
+import random
 import sys
 import tempfile
 import threading
 import time
 
+import jobs
 from servers import CLIENT_CORE, SERVER_CORE, TOP, client, daemon, finish, message, nginx, saying_port, tool, wrk
 
 BUILD = sys.argv[1] if len(sys.argv) > 1 else "build/release"
@@ -177,7 +179,7 @@ events { worker_connections 1024; }
 http {
     access_log off;
     sendfile on;
-    tcp_nopush on;
+    @PUSH@
     keepalive_requests 100000000;
     open_file_cache max=10 inactive=600s;
     default_type application/json;
@@ -192,7 +194,7 @@ http {
 
 
 def cache(directory):
-    """The same from the cache, against nginx that serves the same bytes from a file."""
+    """The same from the cache, against nginx that serves the same bytes from a file, in the faster of two ways."""
     body = file_of(directory, "paper.json", PAPER)
     if not tool("nginx"):
         skip("cached against nginx", "nginx is not installed")
@@ -207,13 +209,17 @@ def cache(directory):
         _, _, second = ours.ask(PAPER)
         if first != second:
             fail("a cached answer is not the first one")
-        static = stack.enter_context(nginx(NGINX_FILE))
-        file_of(static.files, "paper.json", first)
-        if static.ask(path="/paper.json")[2] != first:
-            fail("nginx does not serve the file")
-        best, wrong = compare({"ours": (ours, body, None, None), "nginx": (static, "-", None, "/paper.json")})
-    ratio_row("from the cache, against nginx", best["ours"]["rate"], best["nginx"]["rate"], 0.7, "requests/s",
-              f"{len(first)} bytes, ETag {headers.get('ETag')}\n    " + told(best, wrong))
+        contenders = {"ours": (ours, body, None, None)}
+        for name, push in (("nginx", ""), ("nginx, tcp_nopush", "tcp_nopush on;")):
+            static = stack.enter_context(nginx(NGINX_FILE.replace("@PUSH@", push)))
+            file_of(static.files, "paper.json", first)
+            if static.ask(path="/paper.json")[2] != first:
+                fail("nginx does not serve the file")
+            contenders[name] = (static, "-", None, "/paper.json")
+        best, wrong = compare(contenders)
+    faster = max((name for name in best if name != "ours"), key=lambda name: best[name]["rate"])
+    ratio_row(f"from the cache, against {faster}", best["ours"]["rate"], best[faster]["rate"], 0.7, "requests/s",
+              f"{len(first)} bytes, ETag {headers.get('ETag')}\n    " + told({"ours": best["ours"], faster: best[faster]}, wrong))
 
 
 # --- memory ---
@@ -281,10 +287,11 @@ def soak(directory):
     with daemon(BUILD) as ours:
         client(BUILD, ours, files, "--requests", count // 10, "--connections", "32", "--close-every", "50", seconds=600)
         memory = [ours.memory()]
-        begin, figures = time.monotonic(), {}
+        begin, figures, stalls = time.monotonic(), {}, 0
         for turn in range(10):
             figures = client(BUILD, ours, files, "--requests", count // 10, "--connections", "32", "--close-every", "50",
-                             "--leave-every", "997", "--seed", turn, seconds=600)
+                             "--leave-every", "997", "--seed", turn, "--slow-ms", "1000", seconds=600)
+            stalls += figures["stalls"]
             memory.append(ours.memory())
             if figures["wrong"] or figures["broken"] or figures["refused"]:
                 fail(f"soak: {figures}")
@@ -292,7 +299,7 @@ def soak(directory):
         code = ours.stop()
     grown = (memory[-1] - memory[2]) / 1e6
     row(f"{count} mixed requests", f"{grown:+.2f}", "", "", "flat", "MB grown since the first fifth",
-        f"{count / seconds:.0f} requests/s, MB: " + " ".join(f"{m / 1e6:.1f}" for m in memory) + f", ended with {code}")
+        f"{count / seconds:.0f} requests/s, MB: " + " ".join(f"{m / 1e6:.1f}" for m in memory) + f", {stalls} times nobody was answered for 1 s, ended with {code}")
     if grown > 1 or code:
         fail("memory grows, or the end was not clean")
 
@@ -302,13 +309,14 @@ def soak(directory):
 def batch(directory):
     """p99 of the paper's example alone, and while eight batch clients saturate the server."""
     paper = file_of(directory, "paper.http", message("/v1/trajectories", PAPER))
-    heavy = file_of(directory, "heavy.http", message("/v1/trajectories", chain(60, 20)))
+    # each another computation: the same would be computed once for all
+    heavy = [f"{file_of(directory, f'heavy{i}.http', message('/v1/trajectories', chain(60, 20 + i / 1000)))}=0" for i in range(48)]
     for where, spread in (("each from its own address", ["--spread"]), ("all from one address", [])):
         alone, beside = [], []
         with daemon(BUILD, *NO_CACHE, *QUIET) as ours:
-            for _ in range(3):
+            for _ in range(TURNS):
                 alone.append(client(BUILD, ours, [paper], "--connections", "1"))
-                eight = client(BUILD, ours, [f"{heavy}=0"], "--connections", "8", *spread, seconds=4.0, wait=False)
+                eight = client(BUILD, ours, heavy, "--connections", "8", *spread, seconds=4.0, wait=False)
                 time.sleep(0.7)
                 beside.append(client(BUILD, ours, [f"{paper}=0"], "--connections", "1"))
                 finish(eight)
@@ -328,22 +336,85 @@ def drips(directory):
     for name, text in (("small requests", trees), ("the paper's example", paper)):
         without, beside = [], []
         with daemon(BUILD, *NO_CACHE, *QUIET) as ours:
-            for _ in range(TURNS):
-                for figures, more in ((without, ()), (beside, slow)):
+            for turn in range(2 * TURNS):
+                for figures, more in ((without, ()), (beside, slow))[:: 1 - turn % 2 * 2]:
                     before = ours.cpu()
-                    figures.append(client(BUILD, ours, [text], *more, seconds=3.0))
+                    figures.append(client(BUILD, ours, [text], *more))
                     figures[-1]["us"] = 1e6 * (ours.cpu() - before) / figures[-1]["requests"]
         free, held = max(without, key=lambda f: f["rate"]), max(beside, key=lambda f: f["rate"])
+        pairs = sorted(b["rate"] / w["rate"] for w, b in zip(without, beside))
         if any(f["wrong"] or f["broken"] or f["refused"] for f in without + beside):
             fail("healthy clients got no answer")
         ratio = held["rate"] / free["rate"]
         row(f"2000 open, half dripping: {name}", f"{held['rate']:.0f}", f"{free['rate']:.0f}", f"{ratio:.3f}", "> 0.9",
-            "requests/s" + ("" if ratio > 0.9 else "   (short)"), f"p99 {held['p99']:.2f} against {free['p99']:.2f} ms, by processor time "
-            f"{min(f['us'] for f in without) / min(f['us'] for f in beside):.3f}")
+            "requests/s" + ("" if ratio > 0.9 else "   (short)"),
+            f"p99 {held['p99']:.2f} against {free['p99']:.2f} ms, by processor time "
+            f"{min(f['us'] for f in without) / min(f['us'] for f in beside):.3f}, pairs " + " ".join(f"{p:.2f}" for p in pairs))
+
+
+# --- requests that are a burden ---
+
+def hostile(directory):
+    """Bodies of the largest size that take longest to be read and checked: processor time of one."""
+    del directory
+    size = 8 << 20
+    random.seed(1)
+    matrix = ",".join(f"[{','.join(random.choices('01', k=2000))}]" for _ in range(2000))
+    ones = ",".join(["1"] * 2000)
+    keys = ",".join(f'"{"a" * 29}{k:03}":1' for k in range(250))
+    one = '{"pendulum":{"L":[1],"m":[1],"S":[[1]]},'
+
+    def filled(field, item, count):
+        return f'{one}"{field}":[{",".join([item] * count)}]}}'
+
+    bodies = {
+        "a matrix of random digits": ("/v1/trees", f'{{"pendulum":{{"L":[{ones}],"m":[{ones}],"S":[{matrix}]}}}}'),
+        "many states": ("/v1/forces", filled("states", '{"phi":[1],"phid":[2],"unit":"deg"}', 74000)),
+        "objects with many keys": ("/v1/forces", filled("states", f"{{{keys}}}", 900)),
+        "zeros": ("/v1/trajectories", filled("times", "0", size // 2 - 100)),
+        "words": ("/v1/trajectories", filled("times", '"abcdefghijklmnopqrstuvwx"', 299000)),
+    }
+    for name, (path, body) in bodies.items():
+        with daemon(BUILD, *NO_CACHE, *QUIET, "--max-answer-bytes", "1M", path=path) as ours:
+            ours.ask(body)
+            least = min(seconds_of(ours, body, 5) for _ in range(3))
+        row(f"8 MB: {name}", f"{1e3 * least:.0f}", "", "", "< 150", "ms of processor" + ("" if least < 0.15 else "   (short)"),
+            f"{len(body)} bytes")
+
+
+def seconds_of(server, body, count):
+    before = server.cpu()
+    for _ in range(count):
+        server.ask(body)
+    return (server.cpu() - before) / count
+
+
+def school(directory):
+    """Thirty ask for the same run of some megabytes at once: processor time over that of one."""
+    del directory
+    bodies = [f'{{{DOUBLE},"times":{{"start":0,"stop":{400 + i},"count":100001}},"output":["phi","phid"]}}' for i in range(6)]
+    accept, times = TYPES["octets"], []
+    with daemon(BUILD, *QUIET) as ours:
+        for body in bodies:
+            before, answers = ours.cpu(), []
+            count = 1 if len(times) % 2 == 0 else 30
+            threads = [threading.Thread(target=lambda: answers.append(ours.ask(body, accept)[2])) for _ in range(count)]
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()
+            times.append((ours.cpu() - before, len(answers[0])))
+            if len(answers) != count or any(answer != answers[0] for answer in answers):
+                fail("the same request has several answers")
+    one, all_of_them = min(t for t, _ in times[::2]), min(t for t, _ in times[1::2])
+    row("thirty ask the same at once", f"{1e3 * all_of_them:.0f}", f"{1e3 * one:.0f}", f"{all_of_them / one:.2f}x", "-",
+        "ms of processor, sending included", f"{times[0][1]} bytes each")
 
 
 LINES = {"peers": peers, "representations": representations, "cache": cache, "csv": csv, "batch": batch, "drips": drips,
-         "soak": soak}
+         "hostile": hostile, "school": school, "soak": soak}
+# those of jobs write into the same table
+LINES |= {name: lambda directory, line=line: line(sys.modules[__name__]) for name, line in jobs.LINES.items()}
 
 
 def main():

@@ -26,6 +26,7 @@ from openapi_embed import load  # noqa: E402
 METHODS = ("get", "post", "put", "delete", "patch")
 LONG = 40  # items of an array that are validated when all of them look alike
 NUMBER = re.compile(r"-?(0|[1-9][0-9]*)(\.[0-9]+)?(e-?[0-9]+)?")
+MAY_LACK = re.compile(r"((first_flip|lambda_max|lambda_min)_time|flip_time|sign_change)(_[0-9]+)?")  # times that never come
 
 
 class Fault(Exception):
@@ -83,10 +84,12 @@ def check_csv(text):
     lines = text.split("\n")
     if lines.pop() or len(lines) < 2:
         raise Fault("the CSV has no header and line, or its last line does not end")
-    width = lines[0].count(",") + 1
+    names = lines[0].split(",")
+    width = len(names)
     for number, line in enumerate(lines[1:], 2):
         fields = line.split(",")
-        if len(fields) != width or not all(NUMBER.fullmatch(field) for field in fields):
+        if len(fields) != width or not all(NUMBER.fullmatch(field) or (not field and MAY_LACK.fullmatch(name))
+                                           for field, name in zip(fields, names)):
             raise Fault(f"line {number} of the CSV is not {width} numbers: {line[:100]!r}")
 
 
@@ -111,6 +114,20 @@ def check_metrics(text):
     for number, line in enumerate(text.splitlines(), 1):
         if not line.startswith(("# HELP ", "# TYPE ")) and not SAMPLE.fullmatch(line):
             raise Fault(f"line {number} is no sample of Prometheus' text format: {line[:100]!r}")
+
+
+EVENT = re.compile(r"event: progress\nid: [a-z]+-[0-9]+\ndata: (.*)")
+
+
+def read_events(text):
+    """The data of the events of a stream that has ended."""
+    pieces = text.split("\n\n")
+    if pieces.pop() or not pieces or pieces[0] != "retry: 2000":
+        raise Fault(f"the stream begins or ends otherwise: {text[:100]!r}")
+    events = [EVENT.fullmatch(piece) for piece in pieces[1:] if piece != ":"]
+    if not events or not all(events):
+        raise Fault(f"the stream has something else than events: {text[:300]!r}")
+    return [parse(event.group(1)) for event in events]
 
 
 class Document:
@@ -177,7 +194,11 @@ class Document:
             raise Fault(f"an error of media type {media_type!r}")
         if media_type not in response["content"]:
             raise Fault(f"the media type {media_type!r} is none of {', '.join(response['content'])}")
-        if method == "head":
+        if method == "head" or status == 206:  # a piece of what is looked at as a whole
+            return reached
+        if media_type == "text/event-stream":
+            for event in read_events(reply["body"]):
+                self.validate({"$ref": "#/components/schemas/Job"}, event)
             return reached
         if media_type == "text/plain":
             check_metrics(reply["body"])

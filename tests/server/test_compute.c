@@ -1,10 +1,12 @@
 #include "server/compute.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "api/call.h"
 #include "server/admission.h"
+#include "server/payload.h"
 #include "server/router.h"
 #include "server/workers.h"
 #include "tests/harness/server.h"
@@ -42,7 +44,7 @@ TEST(a_computed_exchange_comes_back_answered) {
     struct srv_exchange exchange;
     live_service(&service, 4);
     atomic_store(&compute_finished, 0);
-    REQUIRE(srv_workers_new(&workers, 1, service.queue) == PEND_OK);
+    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.intake) == PEND_OK);
     compute_post(&exchange, &service, "/v1/trees", LIVE_SHORT);
     srv_compute_begin(&exchange);
     CHECK(compute_await(1));
@@ -90,7 +92,7 @@ TEST(a_stopped_computation_ends_within_a_piece_of_its_work) {
     struct srv_exchange exchange;
     live_service(&service, 4);
     atomic_store(&compute_finished, 0);
-    REQUIRE(srv_workers_new(&workers, 1, service.queue) == PEND_OK);
+    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.intake) == PEND_OK);
     compute_post(&exchange, &service, "/v1/trajectories", LIVE_LONG);
     srv_compute_begin(&exchange);
     test_sleep(0.05);
@@ -132,7 +134,7 @@ TEST(a_computation_that_is_sure_to_outrun_its_time_is_not_begun) {
     live_service(&service, 4);
     service.config.limits.compute_seconds = 1e-3 * compute_cost(LIVE_LONG);
     atomic_store(&compute_finished, 0);
-    REQUIRE(srv_workers_new(&workers, 1, service.queue) == PEND_OK);
+    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.intake) == PEND_OK);
     compute_post(&exchange, &service, "/v1/trajectories", LIVE_LONG);
     srv_compute_begin(&exchange);
     CHECK(compute_await(1));
@@ -151,13 +153,17 @@ TEST(a_computation_that_outruns_its_time_says_so) {
     /* an estimate below it by so much is begun */
     service.config.limits.compute_seconds = compute_cost(LIVE_LONG) / 2.9;
     atomic_store(&compute_finished, 0);
-    REQUIRE(srv_workers_new(&workers, 1, service.queue) == PEND_OK);
+    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.intake) == PEND_OK);
     compute_post(&exchange, &service, "/v1/trajectories", LIVE_LONG);
     srv_compute_begin(&exchange);
     CHECK(compute_await(1));
     srv_workers_free(&workers);
     CHECK_INT(exchange.status, 503);
     CHECK(exchange.bytes && strstr(exchange.data, "max-compute-seconds"));
+    const char *again = NULL;
+    for (int i = 0; i < exchange.payload->headers; i++)
+        if (!strcmp(exchange.payload->header[i].name, "Retry-After")) again = exchange.payload->header[i].value;
+    CHECK(again && atoi(again) > 0);
     srv_exchange_clear(&exchange);
     live_service_clear(&service);
 }
@@ -169,7 +175,7 @@ TEST(an_answer_that_leaves_no_memory_is_503) {
     live_service(&service, 4);
     service.config.held_bytes = 100;
     atomic_store(&compute_finished, 0);
-    REQUIRE(srv_workers_new(&workers, 1, service.queue) == PEND_OK);
+    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.intake) == PEND_OK);
     compute_post(&exchange, &service, "/v1/trees", LIVE_SHORT);
     srv_compute_begin(&exchange);
     CHECK(compute_await(1));
@@ -192,7 +198,7 @@ TEST(who_waits_too_long_for_a_worker_is_told) {
     test_sleep(0.15);
     compute_post(&soon, &service, "/v1/trees", LIVE_SHORT);
     srv_compute_begin(&soon);
-    REQUIRE(srv_workers_new(&workers, 1, service.queue) == PEND_OK);
+    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.intake) == PEND_OK);
     CHECK(compute_await(2));
     srv_workers_free(&workers);
     CHECK_INT(late.status, 503);
@@ -213,7 +219,7 @@ TEST(a_computation_survives_want_of_memory_wherever_it_comes) {
         struct srv_exchange exchange;
         live_service(&service, 4);
         atomic_store(&compute_finished, 0);
-        REQUIRE(srv_workers_new(&workers, 1, service.queue) == PEND_OK);
+        REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.intake) == PEND_OK);
         compute_post(&exchange, &service, "/v1/trees", LIVE_SHORT);
         exchange.coding = SRV_GZIP;
         service.config.compress_above = 1;

@@ -19,6 +19,8 @@ TEST(a_lane_is_first_in_first_out_and_the_queue_is_bounded) {
         for (int i = 0; i < 3; i++) CHECK(srv_queue_push(queue, &task[i]) == PEND_OK);
         CHECK(srv_queue_push(queue, &task[3]) == PEND_LIMIT && !task[3].queued);
         CHECK_INT(srv_queue_count(queue), 3);
+        CHECK(srv_queue_waiting(queue, 0) == 3 && !srv_queue_waiting(queue, 1));
+        CHECK(!srv_queue_shorter(queue, 0) && srv_queue_shorter(queue, 1) && srv_queue_shorter(queue, 3));
         CHECK(srv_queue_valid(queue));
         for (int i = 0; i < 3; i++) CHECK(srv_queue_pop(queue) == &task[i]);
         CHECK(srv_queue_valid(queue) && srv_queue_count(queue) == 0);
@@ -167,7 +169,7 @@ TEST(workers_run_every_task_once) {
     struct task_count *task = calloc(TASKS, sizeof *task);
     atomic_store(&task_runs, 0);
     REQUIRE(task && srv_queue_new(&queue, CAP, CAP) == PEND_OK);
-    REQUIRE(srv_workers_new(&workers, 4, queue) == PEND_OK);
+    REQUIRE(srv_workers_new(&workers, 4, queue, NULL) == PEND_OK);
     for (int i = 0; i < TASKS;) {
         task[i].task.run = task_run;
         task[i].task.lane = &lane[i % 3];
@@ -189,7 +191,7 @@ TEST(workers_wait_for_tasks_and_are_woken) {
     struct srv_lane lane = {0};
     struct task_count task = {.task.run = task_run, .task.lane = &lane};
     REQUIRE(srv_queue_new(&queue, 2, 2) == PEND_OK);
-    REQUIRE(srv_workers_new(&workers, 2, queue) == PEND_OK);
+    REQUIRE(srv_workers_new(&workers, 2, queue, NULL) == PEND_OK);
     test_sleep(0.02);
     CHECK(srv_queue_push(queue, &task.task) == PEND_OK);
     for (double until = test_clock() + 5; !task.runs && test_clock() < until;) test_sleep(0.001);
@@ -210,7 +212,7 @@ TEST(queue_and_workers_survive_want_of_memory) {
     test_alloc_faults_off();
     REQUIRE(srv_queue_new(&queue, 2, 2) == PEND_OK);
     test_alloc_fail(1, 0);
-    CHECK(srv_workers_new(&workers, 2, queue) == PEND_NO_MEMORY && !workers);
+    CHECK(srv_workers_new(&workers, 2, queue, NULL) == PEND_NO_MEMORY && !workers);
     test_alloc_faults_off();
     srv_queue_free(&queue);
 }

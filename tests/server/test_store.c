@@ -645,7 +645,7 @@ TEST(a_store_that_cannot_be_opened_says_why) {
                                          {"sqlite:", "wants a file's path"},
                                          {"sqlite:/nowhere/at/all.db", "cannot be opened"},
                                          {"sqlite:/etc/passwd", "no store"},
-                                         {"postgresql://127.0.0.1:1/x", "cannot be reached"}};
+                                         {"postgresql://127.0.0.1:1/x?colour=blue", "colour"}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         struct srv_store *store;
         struct pend_error error;
@@ -700,20 +700,32 @@ TEST(a_lost_database_is_away_and_comes_back) {
     srv_store_close(&store);
 }
 
-TEST(processes_that_share_postgresql_hear_each_other) {
-    struct ground ground;
+/* nobody listens there: the store is away, in no time, and says of what */
+TEST(a_database_that_is_not_there_yet_is_away) {
+    struct srv_store *store;
+    struct pend_error error;
     struct srv_job job;
-    if (access("/usr/lib/postgresql", F_OK)) {
-        test_skip("PostgreSQL is not installed");
-        return;
-    }
-    REQUIRE(ground_begin(&ground, 1));
-    struct srv_store *store = ground_open(&ground), *ear = ground_open(&ground);
-    REQUIRE(store && ear);
+    REQUIRE(srv_store_open(&store, "postgresql://127.0.0.1:1/x", &store_rules, &error) == PEND_OK);
+    CHECK(!srv_store_settled(store));
+    for (int i = 0; i < 3; i++) CHECK_INT(srv_store_job(store, "j", &job), SRV_STORED_AWAY);
+    CHECK_SAYING(strstr(srv_store_complaint(store), "127.0.0.1"), "%s", srv_store_complaint(store));
+    CHECK_INT(srv_store_listen(store, 1), 0);
+    srv_store_close(&store);
+}
+
+STORE_TEST(processes_that_share_a_store_hear_each_other) {
+    struct srv_job job;
+    struct srv_store *ear = ground_open(ground);
+    REQUIRE(ear);
     CHECK_INT(srv_store_listen(ear, 1), 0);
     CHECK_INT(submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
     CHECK_INT(srv_store_listen(ear, 2000), 1);
     CHECK_INT(srv_store_listen(ear, 1), 0);
-    srv_store_close(&store);
+    /* what is not kept is not told */
+    CHECK_INT(submit(store, "k", "anna", "key", 1, 0, &job), SRV_STORED);
+    CHECK_INT(srv_store_listen(ear, 2000), 1);
+    CHECK_INT(submit(store, "l", "anna", "key", 1, 0, &job), SRV_STORED);
+    CHECK_TEXT(job.id, "k");
+    CHECK_INT(srv_store_listen(ear, 50), 0);
     srv_store_close(&ear);
 }

@@ -6,132 +6,28 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "tests/harness/postgres.h"
-#include "tests/wire/ask.h"
+#include "tests/wire/place.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define SECOND "3" /* everything takes longer */
+#define WAY "2000"
 #define PART "0.001"
 enum { KILLS = 4, MOST_LIFE = 3 };
 #else
 #define SECOND "50"
+#define WAY "20000"
 #define PART "0.02"
 enum { KILLS = 6, MOST_LIFE = 1 };
 #endif
-#define ASYNC "Prefer: respond-async\r\n"
 #define FLIPS                                                                                                          \
     "{\"pendulum\":" ASK_DOUBLE ",\"duration\":20,\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":-3,\"stop\":3,"    \
     "\"count\":60},{\"vary\":\"theta\",\"arm\":2,\"start\":-3,\"stop\":3,\"count\":" SECOND "}],"                      \
     "\"observables\":[\"first_flip\",\"final\"]}"
 
-enum { ID = 26, WORDS = 24 };
-
-/* A store of the test's own. */
-struct place {
-    struct test_postgres *postgres;
-    char directory[64], url[256];
-};
-
-static int place_begin(struct place *place, int postgres) {
-    *place = (struct place){0};
-    if (postgres) {
-        place->postgres = test_postgres_start();
-        if (place->postgres) snprintf(place->url, sizeof place->url, "%s", test_postgres_url(place->postgres));
-        return CHECK(place->postgres != NULL);
-    }
-    snprintf(place->directory, sizeof place->directory, "/tmp/pendulumd-test-XXXXXX");
-    if (!CHECK(mkdtemp(place->directory) != NULL)) return 0;
-    snprintf(place->url, sizeof place->url, "sqlite:%s/store.db", place->directory);
-    return 1;
-}
-
-static void place_end(struct place *place) {
-    char command[128];
-    test_postgres_stop(&place->postgres);
-    if (!place->directory[0]) return;
-    snprintf(command, sizeof command, "rm -rf '%s'", place->directory);
-    CHECK(!system(command));
-}
-
-/* a daemon on the store, without a cache so that nothing is answered from memory; more options may follow */
-static struct test_server *place_serve(const struct place *place, const char *role, const char *part,
-                                       const char *option, const char *value) {
-    const char *const options[] = {"--store",
-                                   place->url,
-                                   "--cache-bytes",
-                                   "0",
-                                   "--job-part-seconds",
-                                   part,
-                                   "--role",
-                                   role,
-                                   "--job-lease-seconds",
-                                   "0.7",
-                                   "--workers",
-                                   "2",
-                                   option,
-                                   value,
-                                   NULL};
-    return test_server_start(options);
-}
-
-/* ends a daemon that may have said that another fell silent */
-static void stop_after_deaths(struct test_server **server) {
-    if (!*server) return;
-    test_server_signal(*server, SIGTERM);
-    CHECK_INT(test_server_wait(*server), 0);
-    test_server_drop(server);
-}
-
-static void on_both(void (*drill)(struct place *place)) {
-    for (int postgres = 0; postgres < 2; postgres++) {
-        struct place place;
-        if (postgres && access("/usr/lib/postgresql", F_OK)) {
-            test_skip("PostgreSQL is not installed");
-            return;
-        }
-        if (place_begin(&place, postgres)) drill(&place);
-        place_end(&place);
-    }
-}
-
-/* submits; the new job's id, "" where there is none */
-static int submit(const struct test_server *server, const char *path, const char *headers, const char *body,
-                  char id[ID + 1]) {
-    struct test_reply reply;
-    id[0] = 0;
-    int status = test_request(server, &reply, "POST", path, headers, body);
-    const char *location = test_reply_header(&reply, "Location");
-    if (status == 202 && CHECK(location && strlen(location) == 9 + ID && !strncmp(location, "/v1/jobs/", 9)))
-        memcpy(id, location + 9, ID + 1);
-    test_reply_clear(&reply);
-    return status;
-}
-
-static int job_get(const struct test_server *server, struct test_reply *reply, const char *id, const char *what,
-                   const char *headers) {
-    char path[96];
-    snprintf(path, sizeof path, "/v1/jobs/%s%s", id, what);
-    return test_request(server, reply, "GET", path, headers, NULL);
-}
-
-/* waits until a job has ended; its last word */
-static void job_wait(const struct test_server *server, const char *id, char word[WORDS]) {
-    double end = test_clock() + 60;
-    word[0] = 0;
-    for (; test_clock() < end; test_sleep(0.02)) {
-        struct test_reply reply;
-        if (job_get(server, &reply, id, "", "") == 200) {
-            cJSON *json = ask_json(&reply);
-            const char *status = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "status"));
-            snprintf(word, WORDS, "%s", status ? status : "");
-            cJSON_Delete(json);
-        } else {
-            snprintf(word, WORDS, "%d", reply.status);
-        }
-        test_reply_clear(&reply);
-        if (strcmp(word, "accepted") && strcmp(word, "running")) return;
-    }
-}
+/* one trajectory of many parts */
+#define LONG_WAY                                                                                                       \
+    "{\"pendulum\":" ASK_DOUBLE ",\"initial\":{\"phi\":[1,2]},\"times\":{\"start\":0,\"stop\":" WAY                    \
+    ",\"step\":0.5},\"rtol\":1e-14,\"output\":[\"phi\",\"lambda\"]}"
 
 /* the one thing that may differ between two answers */
 static void blank_seconds(struct test_reply *reply) {
@@ -174,6 +70,7 @@ static const struct {
      FLIPS,
      {"application/json", "text/csv", "application/octet-stream", "application/x-ndjson", "image/png"}},
     {"/v1/trajectories", ASK_EXAMPLE, {"application/json", "text/csv", "application/octet-stream"}},
+    {"/v1/trajectories", LONG_WAY, {"application/json", "text/csv", "application/octet-stream"}},
     {"/v1/forces", ASK_LITTLE, {"application/json", "text/csv"}},
     {"/v1/modes", ASK_LITTLE, {"application/json", "text/csv"}},
 };
@@ -199,7 +96,9 @@ static void answers_are_the_same(struct place *place) {
             CHECK_INT(fetch(server, &kept, path, accept, NULL), 200);
             const char *tag = test_reply_header(&now, "ETag");
             CHECK_TEXT(test_reply_header(&kept, "Content-Type"), test_reply_header(&now, "Content-Type"));
-            CHECK(tag && !strcmp(tag, test_reply_header(&kept, "ETag")));
+            /* the same to the byte, so that ranges can be asked for: its tag is a strong one */
+            CHECK(tag && !strncmp(tag, "W/", 2) && !strcmp(tag + 2, test_reply_header(&kept, "ETag")));
+            CHECK_TEXT(test_reply_header(&kept, "Accept-Ranges"), "bytes");
             check_same(&now, &kept, kinds[i].accept[a]);
             test_reply_clear(&now);
             test_reply_clear(&kept);
@@ -208,7 +107,72 @@ static void answers_are_the_same(struct place *place) {
     test_server_stop(&server);
 }
 
-TEST(results_of_a_job_are_those_of_a_request_bit_for_bit) { on_both(answers_are_the_same); }
+/* what the wire adds to a range: fields, conditions, and that a coding gives way to it */
+static void ranges(struct place *place) {
+    char id[ID + 1], word[WORDS], headers[256], text[64];
+    struct test_reply whole, reply;
+    struct test_server *server = place_serve(place, "all", "0.05", NULL, NULL);
+    if (!server) return;
+    CHECK_INT(submit(server, "/v1/trajectories", ASYNC, LONG_WAY, id), 202);
+    job_wait(server, id, word);
+    CHECK_INT(job_get(server, &whole, id, "/results", "Accept: text/csv\r\n"), 200);
+    const char *tag = test_reply_header(&whole, "ETag");
+    if (!CHECK(tag && tag[0] == '"' && whole.body_bytes > 100000)) return;
+    const struct {
+        const char *fields, *condition;
+        size_t first, count; /* count 0: the whole */
+        int status;
+    } row[] = {
+        {"Range: bytes=0-9\r\n", NULL, 0, 10, 206},
+        {"Range: bytes=90000-90999\r\nAccept-Encoding: gzip, zstd\r\n", NULL, 90000, 1000, 206},
+        {"Range: bytes=-5\r\n", NULL, whole.body_bytes - 5, 5, 206},
+        {"Range: bytes=50000-\r\n", tag, 50000, whole.body_bytes - 50000, 206},
+        {"Range: bytes=0-9\r\n", "\"another\"", 0, 0, 200},
+        {"Range: bytes=0-9\r\n", "Sun, 06 Nov 1994 08:49:37 GMT", 0, 0, 200},
+        {"Range: bytes=0-9,20-29\r\n", NULL, 0, 0, 200},
+        {"Range: pages=1-2\r\n", NULL, 0, 0, 200},
+        {"Range: bytes=99999999999-\r\n", NULL, 0, 0, 416},
+    };
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        snprintf(headers, sizeof headers, "Accept: text/csv\r\n%s%s%s%s", row[i].fields,
+                 row[i].condition ? "If-Range: " : "", row[i].condition ? row[i].condition : "",
+                 row[i].condition ? "\r\n" : "");
+        CHECK_INT(job_get(server, &reply, id, "/results", headers), row[i].status);
+        size_t count = row[i].count ? row[i].count : whole.body_bytes;
+        const char *range = test_reply_header(&reply, "Content-Range");
+        if (row[i].status == 416) {
+            ask_problem(&reply, 416, NULL);
+            snprintf(text, sizeof text, "bytes */%zu", whole.body_bytes);
+        } else {
+            CHECK(reply.body_bytes == count && !memcmp(reply.body, whole.body + row[i].first, count));
+            CHECK_TEXT(test_reply_header(&reply, "ETag"), tag);
+            CHECK(!test_reply_header(&reply, "Content-Encoding"));
+            snprintf(text, sizeof text, "bytes %zu-%zu/%zu", row[i].first, row[i].first + count - 1, whole.body_bytes);
+        }
+        if (row[i].status == 200)
+            CHECK(!range);
+        else
+            CHECK_TEXT(range, text);
+        test_reply_clear(&reply);
+    }
+    /* a range does not matter to HEAD, nor to who has the answer already */
+    snprintf(headers, sizeof headers, "Accept: text/csv\r\nRange: bytes=0-9\r\nIf-None-Match: %s\r\n", tag);
+    CHECK_INT(job_get(server, &reply, id, "/results", headers), 304);
+    test_reply_clear(&reply);
+    snprintf(text, sizeof text, "/v1/jobs/%s/results", id);
+    CHECK_INT(
+        test_request(server, &reply, "HEAD", text, "Accept: application/octet-stream\r\nRange: bytes=0-9\r\n", NULL),
+        200);
+    const char *length = test_reply_header(&reply, "Content-Length");
+    CHECK(length && atol(length) > 100000 && !test_reply_header(&reply, "Content-Range"));
+    test_reply_clear(&reply);
+    test_reply_clear(&whole);
+    test_server_stop(&server);
+}
+
+TEST(results_come_in_ranges_as_well) { place_on_both(ranges); }
+
+TEST(results_of_a_job_are_those_of_a_request_bit_for_bit) { place_on_both(answers_are_the_same); }
 
 /* a problem of that status from some method and path */
 static void refused(const struct test_server *server, const char *method, const char *path, const char *headers,
@@ -293,9 +257,9 @@ static void failures(struct place *place) {
     test_server_stop(&server);
 }
 
-TEST(a_job_that_fails_says_why) { on_both(failures); }
+TEST(a_job_that_fails_says_why) { place_on_both(failures); }
 
-TEST(what_is_wrong_about_a_job_is_said) { on_both(refusals); }
+TEST(what_is_wrong_about_a_job_is_said) { place_on_both(refusals); }
 
 /* the number behind a name in /metrics; -1 where there is none */
 static double metric(const struct test_server *server, const char *name) {
@@ -339,7 +303,7 @@ static void a_dismissal(struct place *place) {
     test_server_stop(&two);
 }
 
-TEST(a_dismissed_job_stops_here_and_elsewhere) { on_both(a_dismissal); }
+TEST(a_dismissed_job_stops_here_and_elsewhere) { place_on_both(a_dismissal); }
 
 /* what FLIPS answers undisturbed */
 static void flips_now(const struct test_server *server, struct test_reply *reply) {
@@ -381,7 +345,38 @@ static void kills(struct place *place) {
     test_reply_clear(&right);
 }
 
-TEST(a_daemon_killed_at_any_instant_loses_no_job_and_no_bit) { on_both(kills); }
+TEST(a_daemon_killed_at_any_instant_loses_no_job_and_no_bit) { place_on_both(kills); }
+
+/* the parts of a trajectory begin where the one before ended, in whatever process; those in between were killed */
+static void chained_kills(struct place *place) {
+    unsigned long long random = (unsigned long long)(test_clock() * 1e6);
+    char id[ID + 1], word[WORDS];
+    struct test_reply right, kept;
+    int killed_running = 0;
+    struct test_server *server = place_serve(place, "all", PART, NULL, NULL);
+    if (!server) return;
+    CHECK_INT(test_request(server, &right, "POST", "/v1/trajectories", "Accept: text/csv\r\n", LONG_WAY), 200);
+    CHECK_INT(submit(server, "/v1/trajectories", ASYNC, LONG_WAY, id), 202);
+    for (int i = 0; i < KILLS && server; i++) {
+        test_sleep(0.05 + 0.2 * MOST_LIFE * test_random(&random));
+        if (job_get(server, &kept, id, "", "") == 200) killed_running += strstr(kept.body, "\"running\"") != NULL;
+        test_reply_clear(&kept);
+        test_server_drop(&server);
+        server = place_serve(place, "all", PART, NULL, NULL);
+    }
+    if (server) {
+        job_wait(server, id, word);
+        CHECK_TEXT(word, "successful");
+        CHECK_SAYING(killed_running > 0, "the job was over before it was killed once");
+        CHECK_INT(job_get(server, &kept, id, "/results", "Accept: text/csv\r\n"), 200);
+        check_same(&right, &kept, "a trajectory whose parts were killed");
+        test_reply_clear(&kept);
+        stop_after_deaths(&server);
+    }
+    test_reply_clear(&right);
+}
+
+TEST(a_trajectory_killed_in_mid_part_goes_on_with_the_same_bits) { place_on_both(chained_kills); }
 
 static void drains(struct place *place) {
     char id[ID + 1];
@@ -403,7 +398,7 @@ static void drains(struct place *place) {
     test_reply_clear(&right);
 }
 
-TEST(a_daemon_that_drains_gives_its_parts_back) { on_both(drains); }
+TEST(a_daemon_that_drains_gives_its_parts_back) { place_on_both(drains); }
 
 static void roles(struct place *place) {
     char id[2][ID + 1];
@@ -435,7 +430,46 @@ static void roles(struct place *place) {
     stop_after_deaths(&sleeper);
 }
 
-TEST(api_and_workers_share_a_store_and_survive_each_other) { on_both(roles); }
+TEST(api_and_workers_share_a_store_and_survive_each_other) { place_on_both(roles); }
+
+static int ready_within(const struct test_server *server, double seconds, int wanted) {
+    struct test_reply reply;
+    int status = 0;
+    for (double end = test_clock() + seconds; test_clock() < end && status != wanted; test_sleep(0.05)) {
+        status = test_request(server, &reply, "GET", "/readyz", "", NULL);
+        test_reply_clear(&reply);
+    }
+    return status;
+}
+
+TEST(a_daemon_starts_before_its_database_and_finds_it) {
+    struct place place;
+    struct test_reply reply;
+    char id[ID + 1], word[WORDS];
+    if (access("/usr/lib/postgresql", F_OK)) {
+        test_skip("PostgreSQL is not installed");
+        return;
+    }
+    REQUIRE(place_begin(&place, 1));
+    test_postgres_halt(place.postgres, SIGINT);
+    struct test_server *server = place_serve(&place, "all", PART, NULL, NULL);
+    if (CHECK(server != NULL)) {
+        CHECK_INT(ready_within(server, 5, 503), 503);
+        CHECK(strstr(test_server_log(server), "out of reach") != NULL);
+        /* what needs no store is answered; what needs it is told to come again */
+        CHECK_INT(ask(server, &reply, "/v1/forces", ASK_LITTLE), 200);
+        test_reply_clear(&reply);
+        refused(server, "POST", "/v1/forces", ASYNC, ASK_LITTLE, 503);
+        CHECK(test_postgres_resume(place.postgres));
+        CHECK_INT(ready_within(server, 15, 200), 200);
+        CHECK_INT(submit(server, "/v1/ensembles", ASYNC, FLIPS, id), 202);
+        job_wait(server, id, word);
+        CHECK_TEXT(word, "successful");
+    }
+    /* its log tells of the absence */
+    stop_after_deaths(&server);
+    place_end(&place);
+}
 
 TEST(a_database_that_crashes_loses_no_job_and_its_absence_is_told) {
     struct place place;
@@ -551,7 +585,7 @@ static void doubles(struct place *place) {
     test_server_stop(&server);
 }
 
-TEST(eight_clients_with_one_key_make_one_job) { on_both(doubles); }
+TEST(eight_clients_with_one_key_make_one_job) { place_on_both(doubles); }
 
 TEST(a_server_without_a_store_answers_at_once_and_says_so_of_jobs) {
     struct test_reply reply;

@@ -154,3 +154,31 @@ TEST(an_idle_server_goes_at_once_on_sigterm_and_on_sigint) {
         test_server_stop(&server);
     }
 }
+
+TEST(a_worker_may_end_when_nothing_is_left_to_compute) {
+    char directory[] = "/tmp/pendulumd-test-XXXXXX", store[64], command[64], path[64], text[1024];
+    struct test_reply reply;
+    REQUIRE(mkdtemp(directory));
+    snprintf(store, sizeof store, "sqlite:%s/store.db", directory);
+    snprintf(command, sizeof command, "rm -rf '%s'", directory);
+    const char *const api[] = {"--store", store, "--role", "api", NULL};
+    const char *const worker[] = {"--store", store, "--role", "worker", "--until-idle-seconds", "0.3", NULL};
+    struct test_server *asked = test_server_start(api);
+    REQUIRE(asked);
+    CHECK_INT(test_request(asked, &reply, "POST", "/v1/trajectories", "Prefer: respond-async\r\n", ASK_EXAMPLE), 202);
+    snprintf(path, sizeof path, "%s", test_reply_header(&reply, "Location"));
+    test_reply_clear(&reply);
+    struct test_server *works = test_server_start(worker);
+    CHECK_INT(test_server_wait(works), 0);
+    CHECK_SAYING(strstr(test_server_log(works), "nothing to compute"), "it says %s", test_server_log(works));
+    test_server_drop(&works);
+    CHECK_INT(test_request(asked, &reply, "GET", path, "", NULL), 200);
+    CHECK_SAYING(strstr(reply.body, "\"status\":\"successful\""), "the job: %s", reply.body);
+    test_reply_clear(&reply);
+    test_server_stop(&asked);
+    CHECK(!system(command));
+    /* it is for those who compute jobs */
+    static const char *const idle[] = {"--store", "none", "--until-idle-seconds", "1", NULL};
+    CHECK_INT(test_server_run(idle, text, sizeof text), 1);
+    CHECK_SAYING(strstr(text, "until-idle-seconds"), "the message is: %s", text);
+}

@@ -12,6 +12,7 @@
 
 #include "core/dynamics.h"
 #include "core/dynamics_careful.h"
+#include "tests/harness/quad.h"
 
 #if __has_include(<mujoco/mujoco.h>)
 #include <mujoco/mujoco.h>
@@ -313,6 +314,30 @@ static long turns_for(run_fn *run, struct subject *s) {
     return time > 1e-4 ? 1 : (long)(1e-4 / time) + 1;
 }
 
+/* largest trees whose exact accelerations and forces take less than a second */
+enum { EXACT_ARMS = 256 };
+
+/* The errors of ours, over the largest component: against quadruple precision, or where that takes too long against the
+ * careful form. */
+static void errors(struct subject *s, const struct line *line, double *acc, double *force) {
+    size_t n = (size_t)s->n;
+    test_quad *exact_acc = must(malloc(n * sizeof *exact_acc)), *exact_force = must(malloc(n * sizeof *exact_force));
+    if (s->n <= EXACT_ARMS) {
+        test_quad_dynamics(s->tree, GRAVITY, s->phi, s->rate, exact_acc, exact_force);
+    } else {
+        run_careful(s);
+        for (size_t k = 0; k < n; k++) exact_acc[k] = s->acc[k], exact_force[k] = s->force[k];
+    }
+    line->ours(s);
+    // the first lane has the state itself
+    for (size_t k = 0; k < n && line->ours == run_lanes; k++)
+        s->acc[k] = s->lane_acc[8 * k], s->force[k] = s->lane_force[8 * k];
+    *acc = test_quad_gap(s->n, s->acc, exact_acc);
+    *force = test_quad_gap(s->n, s->force, exact_force);
+    free(exact_acc);
+    free(exact_force);
+}
+
 static void run_line(const struct line *line) {
     struct subject s;
     subject_init(&s, line->n, line->chain);
@@ -325,7 +350,10 @@ static void run_line(const struct line *line) {
             peers = fmin(peers, once(line->peers, &s, peers_turns));
         } while (now() - begin < 2);
         ours *= 1e9 / ((double)line->n * line->states), peers *= 1e9 / ((double)line->n * line->peers_states);
-        printf("%-58s %10.2f %10.2f %8.1f  ns an arm and state\n", line->name, ours, peers, peers / ours);
+        double acc, force;
+        errors(&s, line, &acc, &force);
+        printf("%-58s %10.2f %10.2f %8.1f  ns an arm and state   %.0e %.0e\n", line->name, ours, peers, peers / ours, acc,
+               force);
     } else {
         printf("%-58s skipped: the peer is not installed\n", line->name);
     }
@@ -338,7 +366,7 @@ int main(int argc, char **argv) {
     threads_fn *threads = blas ? (threads_fn *)dlsym(blas, "openblas_set_num_threads") : NULL;
     if (threads) threads(1);
     if (blas) dposv = (dposv_fn *)dlsym(blas, "dposv_");
-    printf("%-58s %10s %10s %8s  unit\n", "", "ours", "peer's", "ratio");
+    printf("%-58s %10s %10s %8s  unit                  errors of our phi'', lambda\n", "", "ours", "peer's", "ratio");
     for (size_t i = 0; i < sizeof lines / sizeof *lines; i++) {
         int wanted = argc < 2;
         for (int j = 1; j < argc; j++) wanted |= strstr(lines[i].name, argv[j]) != NULL;

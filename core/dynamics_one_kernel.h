@@ -1,0 +1,307 @@
+/* Phi'' and lambda of one state of any tree.
+ * Leaves to others: long chains (dynamics_chain_kernel), several states (dynamics_lanes_kernel), memory (dynamics).
+ * Invariant: the operations of dynamics_lanes_kernel, hence its bits. */
+#ifndef PEND_DYNAMICS_ONE_KERNEL_H
+#define PEND_DYNAMICS_ONE_KERNEL_H
+
+#include "core/dynamics_kernel.h"
+
+/* What a block of arms does by itself: C and Z, of the angle to the parent, and w = l phi'^2. Trees of more than
+ * TURNS_KEPT arms do it anew in the second sweep: that takes less time than memory does. */
+struct turns {
+    double cosine[DYNAMICS_BLOCK], sine[DYNAMICS_BLOCK], spin[DYNAMICS_BLOCK];
+};
+
+enum { TURNS_KEPT = 1 << 15 };
+
+/* What the second sweep needs of an arm that carries others: S, h, r / (m + q), t / (m + q). They lie in the order of
+ * the first sweep. */
+struct joint {
+    double eff, held, lean, side;
+};
+
+/* Sums over the children of a joint that were met so far: S C^2, S Z^2, S C Z, f C, f Z, D and H. */
+struct sums {
+    double p, q, r, b, t, area, lift;
+};
+
+/* What a joint hands to its children: its acceleration along its arm and, with its sign turned, across, and how it
+ * yields. */
+struct tip {
+    double radial, yield, lean, side;
+};
+
+/* the first `count` numbers of a vector; the others are 1 */
+LANES_INLINE wide wide_load_some(const double *from, int count) {
+#if defined(__AVX512F__)
+    return (wide)_mm512_mask_loadu_pd(_mm512_set1_pd(1), (__mmask8)((1u << count) - 1), from);
+#else
+    wide x = WIDE_(of)(1);
+    for (int i = 0; i < WIDE; i++)
+        if (i < count) x[i] = from[i];
+    return x;
+#endif
+}
+
+LANES_INLINE void wide_store_some(double *to, wide x, int count) {
+#if defined(__AVX512F__)
+    _mm512_mask_storeu_pd(to, (__mmask8)((1u << count) - 1), (__m512d)x);
+#else
+    for (int i = 0; i < WIDE; i++)
+        if (i < count) to[i] = x[i];
+#endif
+}
+
+/* arms i to i + WIDE of a block */
+LANES_INLINE void turns_some(struct turns *turns, int i, wide x, wide base, wide rate, wide len) {
+    wide sine, cosine;
+    WIDE_(between)(x, base, &sine, &cosine);
+    WIDE_(put)(turns->cosine + i, cosine);
+    WIDE_(put)(turns->sine + i, sine);
+    WIDE_(put)(turns->spin + i, len * rate * rate);
+}
+
+static void block_turns(struct turns *turns, const struct pend_tree *tree, const double phi[], const double rate[],
+                        int begin, int count) {
+    double base[DYNAMICS_BLOCK] __attribute__((aligned(64)));
+    const int *parent = tree->parent + begin;
+    int i = 0;
+    if (!begin) base[i++] = 0;
+    for (; i < count; i++) base[i] = phi[parent[i]];
+    phi += begin, rate += begin;
+    const double *len = tree->len + begin;
+    for (i = 0; i + WIDE <= count; i += WIDE)
+        turns_some(turns, i, wide_load(phi + i), WIDE_(get)(base + i), wide_load(rate + i), wide_load(len + i));
+    if (i == count) return;
+    count -= i;
+    turns_some(turns, i, wide_load_some(phi + i, count), wide_load_some(base + i, count),
+               wide_load_some(rate + i, count), wide_load_some(len + i, count));
+}
+
+/* the sweep from the leaves to the root */
+struct climb {
+    struct sums now;                  /* of the joint to which the arm before belongs */
+    struct sums stack[WAITING], *top; /* joints that wait for more children */
+    struct joint *joint;
+    double unit, eff; /* eff: the largest S */
+};
+
+LANES_INLINE struct sums sums_first(double S, double f, double C, double Z) {
+    return (struct sums){S * (C * C), S * (Z * Z), S * (C * Z), f * C, f * Z, 0, 0};
+}
+
+LANES_INLINE struct sums sums_join(const struct sums *j, double S, double f, double C, double Z) {
+    double x = fma1(j->q, C, -(j->r * Z)), y = fma1(j->p, Z, -(j->r * C)), z = fma1(j->b, Z, -(j->t * C));
+    return (struct sums){fma1(S, C * C, j->p),
+                         fma1(S, Z * Z, j->q),
+                         fma1(S, C * Z, j->r),
+                         fma1(f, C, j->b),
+                         fma1(f, Z, j->t),
+                         fma1(S, fma1(Z, y, C * x), j->area),
+                         fma1(S, Z * z, fma1(f, x, j->lift))};
+}
+
+/* the arms of a block from the last to the first */
+LANES_INLINE void block_up(const struct turns *turns, const struct pend_tree *tree, struct climb *climb, int begin,
+                           int count) {
+    const unsigned char *kin = tree->kin + begin;
+    const double *mass = tree->mass + begin;
+    struct sums now = climb->now, *top = climb->top;
+    struct joint *joint = climb->joint;
+    double unit = climb->unit, largest = climb->eff;
+    for (int i = count - 1; i >= 0; i--) {
+        unsigned how = kin[i];
+        double m = unit * mass[i], C = turns->cosine[i], Z = turns->sine[i], S = m, h = 0;
+        if (!(how & PEND_KIN_LEAF)) {
+            double inv = 1 / (m + now.q);
+            S = fma1(fma1(m, now.p, now.area), inv, m);
+            h = fma1(m, now.b, now.lift) * inv;
+            *joint++ = (struct joint){S, h, now.r * inv, now.t * inv};
+        }
+        double f = fma1(-S, turns->spin[i], h);
+        largest = S > largest ? S : largest;
+        if (how & PEND_KIN_LAST)
+            now = sums_first(S, f, C, Z);
+        else if (how & PEND_KIN_LEAF)
+            now = sums_join(&now, S, f, C, Z);
+        else
+            now = sums_join(top--, S, f, C, Z);
+        // the arm before is neither parent nor sibling
+        if (!(how & PEND_KIN_FIRST) && kin[i - 1] & PEND_KIN_LAST) *++top = now;
+    }
+    climb->now = now, climb->top = top, climb->joint = joint, climb->eff = largest;
+}
+
+/* the sweep from the root to the leaves */
+struct descent {
+    struct tip now, stack[WAITING], *top;
+    const struct joint *joint; /* one past the next */
+    double unit, inverse_unit, yield;
+    wide force, radial, spin, poison; /* as struct lanes_peaks */
+};
+
+/* the acceleration of a tip along its arm, from that of the arm's base */
+LANES_INLINE double tip_radial(const struct tip *base, double C, double Z, double w) {
+    return fma1(fma1(-Z, base->lean, C), base->radial, -fma1(Z, base->side, w));
+}
+
+/* Of the arms of a block: accelerations along them, l phi'', scaled lambda; 0 for the places behind the last. */
+struct values {
+    double radial[DYNAMICS_BLOCK], bend[DYNAMICS_BLOCK], tension[DYNAMICS_BLOCK];
+};
+
+/* the arms of a block from the first to the last */
+LANES_INLINE void block_down(const struct turns *turns, const struct pend_tree *tree, struct descent *descent,
+                             int begin, int count, struct values *values) {
+    const unsigned char *kin = tree->kin + begin;
+    const double *mass = tree->mass + begin;
+    struct tip now = descent->now, *top = descent->top;
+    const struct joint *joint = descent->joint;
+    double unit = descent->unit, largest = descent->yield;
+    for (int i = 0; i < count; i++) {
+        unsigned how = kin[i];
+        if (!(how & PEND_KIN_FIRST)) {
+            now = *top;
+            if (how & PEND_KIN_LAST) top--;
+        }
+        double C = turns->cosine[i], Z = turns->sine[i], radial = tip_radial(&now, C, Z, turns->spin[i]);
+        double bend = fma1(C, now.yield, Z * now.radial), tension;
+        if (how & PEND_KIN_LEAF) {
+            tension = unit * mass[i] * radial;
+        } else {
+            joint--;
+            double yield = fma1(joint->lean, radial, joint->side);
+            tension = fma1(joint->eff, radial, joint->held);
+            bend -= yield;
+            largest = fabs(yield) > largest ? fabs(yield) : largest;
+            now = (struct tip){radial, yield, joint->lean, joint->side};
+            if (how & PEND_KIN_FORK) *++top = now;
+        }
+        values->radial[i] = radial;
+        values->bend[i] = bend;
+        values->tension[i] = tension;
+    }
+    for (int i = count; i % WIDE; i++) values->radial[i] = values->bend[i] = values->tension[i] = 0;
+    descent->now = now, descent->top = top, descent->joint = joint, descent->yield = largest;
+}
+
+/* phi'' and lambda of some arms of a block */
+LANES_INLINE void block_values(const struct turns *turns, const struct values *values, int i, wide len,
+                               struct descent *descent, wide *acc, wide *force) {
+    wide tension = WIDE_(get)(values->tension + i);
+    *acc = WIDE_(get)(values->bend + i) * (1.0 / len);
+    *force = tension * descent->inverse_unit;
+    descent->force = WIDE_(peak)(tension, descent->force);
+    descent->radial = WIDE_(peak)(WIDE_(get)(values->radial + i), descent->radial);
+    descent->spin = WIDE_(max)(WIDE_(get)(turns->spin + i), descent->spin);
+    descent->poison = WIDE_(fma)(*acc, WIDE_(of)(0), descent->poison);
+}
+
+LANES_INLINE void block_finish(const struct turns *turns, const struct pend_tree *tree, struct descent *descent,
+                               int begin, int count, double acc[], double force[]) {
+    struct values values __attribute__((aligned(64)));
+    block_down(turns, tree, descent, begin, count, &values);
+    const double *len = tree->len + begin;
+    wide a, f;
+    int i = 0;
+    acc += begin, force += begin;
+    for (; i + WIDE <= count; i += WIDE) {
+        block_values(turns, &values, i, wide_load(len + i), descent, &a, &f);
+        memcpy(acc + i, &a, sizeof a);
+        memcpy(force + i, &f, sizeof f);
+    }
+    if (i == count) return;
+    count -= i;
+    block_values(turns, &values, i, wide_load_some(len + i, count), descent, &a, &f);
+    wide_store_some(acc + i, a, count);
+    wide_store_some(force + i, f, count);
+}
+
+/* A state whose sweeps are under way. */
+struct one {
+    const struct pend_tree *tree;
+    const double *phi, *rate;
+    struct turns *turns;
+    int keep, blocks;
+};
+
+/* what block b does by itself; done anew, unless it is kept and `again` */
+LANES_INLINE struct turns *one_turns(const struct one *one, int b, int again, int *begin, int *count) {
+    struct turns *turns = one->turns + (one->keep ? b : 0);
+    int n = one->tree->n;
+    *begin = b * DYNAMICS_BLOCK;
+    *count = n - *begin < DYNAMICS_BLOCK ? n - *begin : DYNAMICS_BLOCK;
+    if (!again || !one->keep) block_turns(turns, one->tree, one->phi, one->rate, *begin, *count);
+    return turns;
+}
+
+/* The largest S |acceleration of the base|, where an acceleration counts as the largest on the way from the pivot. The
+ * joints end at `joint`. */
+static double one_load(const struct one *one, const struct joint *joint, double gravity, double unit) {
+    struct {
+        struct tip tip;
+        double far;
+    } stack[WAITING], *top = stack, now = {{0, -gravity, 0, -gravity}, fabs(gravity)};
+    double most = 0;
+    for (int b = 0; b < one->blocks; b++) {
+        int begin, count;
+        const struct turns *turns = one_turns(one, b, 1, &begin, &count);
+        for (int i = 0; i < count; i++) {
+            unsigned how = one->tree->kin[begin + i];
+            if (!(how & PEND_KIN_FIRST)) {
+                now = *top;
+                if (how & PEND_KIN_LAST) top--;
+            }
+            double w = turns->spin[i], S = how & PEND_KIN_LEAF ? unit * one->tree->mass[begin + i] : (--joint)->eff;
+            double load = S * (now.far + w), radial = tip_radial(&now.tip, turns->cosine[i], turns->sine[i], w);
+            most = load > most ? load : most;
+            if (how & PEND_KIN_LEAF) continue;
+            now.tip = (struct tip){radial, fma1(joint->lean, radial, joint->side), joint->lean, joint->side};
+            double size = fabs(radial) + fabs(now.tip.yield) + w;
+            now.far = size > now.far ? size : now.far;
+            if (how & PEND_KIN_FORK) *++top = now;
+        }
+    }
+    return most;
+}
+
+LANES_INLINE double wide_most(wide x) {
+    double most = x[0];
+    for (int i = 1; i < WIDE; i++) most = x[i] > most ? x[i] : most;
+    return most;
+}
+
+static int kernel_blocks(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
+                         double work[], double acc[], double force[]) {
+    int n = tree->n, begin, count;
+    struct one one = {
+        tree, phi, rate, (struct turns *)work, n <= TURNS_KEPT, (n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK};
+    struct climb climb;
+    climb.now = (struct sums){0};
+    climb.top = climb.stack, climb.joint = (struct joint *)(one.turns + (one.keep ? one.blocks : 1));
+    climb.unit = kernel_unit(tree->subtree_mass[0]), climb.eff = 0;
+    for (int b = one.blocks - 1; b >= 0; b--) {
+        const struct turns *turns = one_turns(&one, b, 0, &begin, &count);
+        block_up(turns, tree, &climb, begin, count);
+    }
+    struct descent descent;
+    // gravity is a pivot that accelerates with i g
+    descent.now = (struct tip){0, -gravity, 0, -gravity};
+    descent.top = descent.stack, descent.joint = climb.joint;
+    descent.unit = climb.unit, descent.inverse_unit = 1 / climb.unit;
+    descent.yield = 0;
+    descent.force = descent.spin = descent.poison = WIDE_(of)(0);
+    descent.radial = WIDE_(of)(fabs(gravity));
+    for (int b = 0; b < one.blocks; b++) {
+        const struct turns *turns = one_turns(&one, b, 1, &begin, &count);
+        block_finish(turns, tree, &descent, begin, count, acc, force);
+    }
+    double poison = 0, most = LOAD_MOST * wide_most(descent.force), spin = wide_most(descent.spin);
+    for (int i = 0; i < WIDE; i++) poison += descent.poison[i];
+    if (!(poison == 0 && most < INFINITY)) return 0;
+    // no load is above this bound, which is most often enough
+    double far = wide_most(descent.radial) + descent.yield + spin;
+    return climb.eff * (far + spin) <= most || one_load(&one, climb.joint, gravity, climb.unit) <= most;
+}
+
+#endif

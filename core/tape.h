@@ -1,0 +1,30 @@
+/* What a computation has in hand, as bytes: a tape is shown every part of it in a fixed order and takes it down, puts
+ * it back, or only counts. Leaves to others: which parts there are (the owners' `carry`), where the bytes are kept
+ * (server). Invariant: one function shows the parts for all three, so that what is taken down is what is put back. */
+#ifndef PEND_TAPE_H
+#define PEND_TAPE_H
+
+#include <stddef.h>
+
+enum pend_tape_way { PEND_TAPE_COUNT, PEND_TAPE_TAKE, PEND_TAPE_PUT };
+
+struct pend_tape {
+    enum pend_tape_way way;
+    char *at;     /* the bytes; only read when they are put back */
+    size_t used;  /* bytes shown so far */
+    size_t bytes; /* there are; nothing beyond is touched */
+};
+
+/** Shows a part: so many bytes at `data`. What no room or no bytes are left for is only counted. */
+void pend_tape_part(struct pend_tape *tape, void *data, size_t bytes);
+
+/** Shows an array of doubles. */
+void pend_tape_row(struct pend_tape *tape, double row[], size_t count);
+
+/** True while parts are put back. */
+int pend_tape_puts(const struct pend_tape *tape);
+
+/** True where the parts shown were just the bytes that there are. */
+int pend_tape_whole(const struct pend_tape *tape);
+
+#endif

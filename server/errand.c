@@ -1,0 +1,106 @@
+#include "server/errand.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+const char srv_errand_letters[] = "0123456789abcdefghjkmnpqrstvwxyz";
+
+int srv_errand_id_good(const char *id) {
+    return strlen(id) == SRV_ID_BYTES - 1 && strspn(id, srv_errand_letters) == SRV_ID_BYTES - 1;
+}
+
+struct srv_errand *srv_errand_begin(struct srv_exchange *exchange) {
+    struct srv_errand *errand = exchange->service->storage ? calloc(1, sizeof *errand) : NULL;
+    exchange->apart = 1;
+    if (errand) {
+        errand->exchange = exchange;
+        errand->service = exchange->service;
+        atomic_fetch_add(&exchange->service->computing, 1);
+        return errand;
+    }
+    if (exchange->service->storage)
+        srv_exchange_busy(exchange, 1, "out of memory");
+    else
+        srv_exchange_problem(exchange, 404, "this server keeps no jobs: its option --store is none");
+    exchange->finish(exchange);
+    return NULL;
+}
+
+struct srv_errand *srv_errand_begin_one(struct srv_exchange *exchange) {
+    struct srv_errand *errand = srv_errand_begin(exchange);
+    if (!errand) return NULL;
+    if (srv_errand_id_good(exchange->argument)) {
+        memcpy(errand->id, exchange->argument, SRV_ID_BYTES);
+        return errand;
+    }
+    srv_errand_refuse(errand, SRV_STORED_NONE);
+    srv_errand_end(errand);
+    return NULL;
+}
+
+static void errand_done(struct srv_ask *ask) {
+    struct srv_errand *errand = (struct srv_errand *)ask;
+    errand->answer(errand, ask->call.stored);
+}
+
+void srv_errand_ask(struct srv_errand *errand, enum srv_ask_kind kind,
+                    enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
+                    void (*answer)(struct srv_errand *errand, enum srv_stored stored)) {
+    errand->ask.call.run = run;
+    errand->ask.done = errand_done;
+    errand->answer = answer;
+    srv_storage_ask(errand->service->storage, kind, &errand->ask);
+}
+
+enum srv_stored srv_errand_find(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_errand *errand = (struct srv_errand *)call;
+    return srv_store_job(store, errand->id, &errand->job);
+}
+
+void srv_errand_refuse(struct srv_errand *errand, enum srv_stored stored) {
+    struct srv_exchange *exchange = errand->exchange;
+    switch (stored) {
+    case SRV_STORED_NONE:
+        srv_exchange_problem(exchange, 404, "there is no job of this id; ended ones are kept for keep-seconds, %.15g s",
+                             exchange->service->config.keep_seconds);
+        break;
+    case SRV_STORED_CLASH:
+        srv_exchange_problem(exchange, 422, "this Idempotency-Key has come with another request before");
+        break;
+    case SRV_STORED_QUOTA:
+        srv_exchange_problem(exchange, 429, "%.200s", errand->job.message);
+        srv_exchange_retry(exchange, 5);
+        break;
+    case SRV_STORED_FULL:
+        srv_exchange_busy(exchange, 60, "the store's disk is full");
+        break;
+    case SRV_STORED_AGAIN:
+        srv_exchange_busy(exchange, 1, "the store is busy; nothing was changed");
+        break;
+    default:
+        srv_exchange_busy(exchange, 2,
+                          "the store is out of reach; a job whose request is repeated with the same "
+                          "Idempotency-Key is made once");
+        break;
+    }
+}
+
+static void errand_free(struct srv_errand *errand) {
+    free(errand->page);
+    free(errand->request);
+    free(errand);
+}
+
+void srv_errand_end(struct srv_errand *errand) {
+    struct srv_exchange *exchange = errand->exchange;
+    struct srv_service *service = errand->service;
+    errand_free(errand);
+    exchange->finish(exchange);
+    atomic_fetch_sub(&service->computing, 1);
+}
+
+void srv_errand_leave(struct srv_errand *errand) {
+    struct srv_service *service = errand->service;
+    errand_free(errand);
+    atomic_fetch_sub(&service->computing, 1);
+}

@@ -1,0 +1,70 @@
+/* An exchange on its way to the store and back: what the routes of jobs have in common.
+ * Leaves to others: what is asked and what follows (jobs, job_results).
+ * Invariant: every exchange that comes in goes out through its finish, once, and not before the store has answered. */
+#ifndef SRV_ERRAND_H
+#define SRV_ERRAND_H
+
+#include "server/exchange.h"
+
+enum { SRV_ERRAND_KEY = 80 };
+
+struct srv_errand {
+    struct srv_ask ask; /* first: an ask is its errand */
+    struct srv_task task;
+    struct srv_exchange *exchange;
+    struct srv_service *service;
+    void (*answer)(struct srv_errand *errand, enum srv_stored stored);
+    char id[SRV_ID_BYTES];
+    struct srv_job job;
+
+    /* of a new job */
+    char key[SRV_ERRAND_KEY + 1]; /* "" = none */
+    unsigned char digest[SRV_DIGEST_BYTES];
+    long shards;
+    int chained;
+
+    /* of a job whose results are wanted */
+    void *request;
+    size_t request_bytes;
+
+    /* of many jobs */
+    struct srv_job *page; /* room for `most` */
+    int most, count;
+    const char *before;
+};
+
+/** An errand for an exchange; NULL, with the exchange answered and gone, where that cannot be. */
+struct srv_errand *srv_errand_begin(struct srv_exchange *exchange);
+
+/** An errand for the job that the path names; NULL, with the exchange answered and gone, where it cannot be one's id.
+ */
+struct srv_errand *srv_errand_begin_one(struct srv_exchange *exchange);
+
+/**
+ * Asks the store.
+ *
+ * answer  called on a thread of the storage; ends the errand, or asks again.
+ */
+void srv_errand_ask(struct srv_errand *errand, enum srv_ask_kind kind,
+                    enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
+                    void (*answer)(struct srv_errand *errand, enum srv_stored stored));
+
+/** A question: the job of errand->id, into errand->job. */
+enum srv_stored srv_errand_find(struct srv_store *store, struct srv_store_call *call);
+
+/** Answers what went wrong in the store. */
+void srv_errand_refuse(struct srv_errand *errand, enum srv_stored stored);
+
+/** The exchange is answered and goes home; the errand is over. */
+void srv_errand_end(struct srv_errand *errand);
+
+/** The errand is over, but another has taken the exchange on. */
+void srv_errand_leave(struct srv_errand *errand);
+
+/** The letters of an id. */
+extern const char srv_errand_letters[];
+
+/** True for what may be a job's id. */
+int srv_errand_id_good(const char *id);
+
+#endif

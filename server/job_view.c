@@ -1,0 +1,29 @@
+#include "server/job_view.h"
+
+const char *srv_job_word(enum srv_job_state state) {
+    static const char *const word[SRV_JOB_STATES] = {"accepted", "running", "successful", "failed", "dismissed"};
+    return word[state];
+}
+
+/* s until the job is done, at the pace of its parts so far; -1 = unknown */
+static double job_remaining(const struct srv_job *job) {
+    if (job->state != SRV_JOB_RUNNING || !job->done || !job->started) return -1;
+    return 1e-6 * (double)(job->now - job->started) / (double)job->done * (double)(job->shards - job->done);
+}
+
+struct api_job srv_job_view(const struct srv_job *job) {
+    return (struct api_job){.id = job->id,
+                            .operation = job->operation,
+                            .status = srv_job_word(job->state),
+                            .message = job->message,
+                            .parts = job->shards,
+                            .done = job->done,
+                            .created = job->created,
+                            .started = job->started,
+                            .finished = job->finished,
+                            .expires = job->expires,
+                            .remaining = job_remaining(job),
+                            .results = job->state == SRV_JOB_SUCCESSFUL};
+}
+
+int srv_job_over(const struct srv_job *job) { return job->state > SRV_JOB_RUNNING; }

@@ -1,0 +1,283 @@
+"""What goes wrong, a function each: one round on a house that stands. A round ends when every job has ended.
+
+Leaves to others: how a daemon or a store is handled (house.py, places.py), rounds and counts (drill.py).
+Invariant: a fault strikes at a random instant while parts are computed; the drill says how many were held.
+"""
+import concurrent.futures
+import itertools
+import os
+import pathlib
+import signal
+import struct
+import time
+
+from house import JOBS, LEASE
+from places import small_disk
+from proxy import Proxy
+
+
+class Skip(Exception):
+    """A fault that cannot be had here; says why."""
+
+
+def several(house):
+    return [house.submit(kind) for kind in ("map", "walk", "map")]
+
+
+# --- processes
+
+def worker_killed(house):
+    """kill -9 of a worker in mid-part; another takes over, a new one comes."""
+    jobs = several(house)
+    house.nap(0, 0.3)
+    house.kill(house.pick("worker"))
+    house.start("worker")
+    house.finish(jobs)
+
+
+def daemon_killed(house):
+    """kill -9 of the only process, at any instant, while a client submits."""
+    with concurrent.futures.ThreadPoolExecutor(1) as client:
+        jobs = client.submit(several, house)
+        for longest in (0.2, 0.3):
+            house.nap(0, longest)
+            house.kill(house.pick("all"))
+            house.start("all")
+        house.finish(jobs.result())
+
+
+def worker_stopped(house):
+    """SIGSTOP past the lease, then SIGCONT: what it had is another's by then, and it writes nothing."""
+    jobs = several(house)
+    house.nap(0, 0.3)
+    worker = house.pick("worker")
+    lost = worker.metric('pendulumd_job_parts_total{end="lost"}')
+    worker.stopped = True
+    worker.process.send_signal(signal.SIGSTOP)
+    house.note("held", house.held(worker))
+    house.nap(1.2 * LEASE, 2.5 * LEASE)
+    worker.process.send_signal(signal.SIGCONT)
+    worker.stopped = False
+    house.finish(jobs)
+    house.note("refused", int(worker.metric('pendulumd_job_parts_total{end="lost"}') - lost))
+
+
+def in_one_part(house):
+    house.part = "3600"
+
+
+def poison(house):
+    """A part that ends its workers three times is given up, and says so; other jobs stand."""
+    other = house.submit("walk")
+    house.finish([other])
+    job, _ = house.submit("long")
+    house.accepted[job] = "failed"
+    for _ in range(3):
+        worker = house.pick("worker")
+        end = time.monotonic() + 30
+        while not house.held(worker) and time.monotonic() < end:
+            time.sleep(0.01)
+        house.kill(worker)
+        house.start("worker")
+    view = house.wait(job, "failed")
+    if "3 workers ended" not in view.get("message", ""):
+        house.wrong.append(f"a poisonous job is told so: {view}")
+    house.finish([house.submit("map")])
+
+
+# --- the database and the way to it
+
+RESTARTS = itertools.cycle((signal.SIGINT, signal.SIGKILL, signal.SIGQUIT))
+
+
+def database_restarted(house):
+    """PostgreSQL ends in order, by kill -9, or at once, while parts are computed."""
+    jobs = several(house)
+    house.nap(0, 0.3)
+    house.place.restart(next(RESTARTS))
+    jobs.append(house.submit("walk"))
+    house.finish(jobs)
+
+
+def through_proxies(house):
+    """Every role gets its own way to the database."""
+    house.proxies = [Proxy(house.place.socket) for _ in range(2)]
+    for role, proxy in zip(("api", "worker"), house.proxies):
+        house.url[role] = f"postgresql://pendulumd@127.0.0.1:{proxy.port}/postgres?sslmode=disable&gssencmode=disable"
+
+
+def connections_cut(house):
+    """The lines to the database are silent, or reset and barred, or first the one and then the other, for longer than a lease."""
+    jobs = several(house)
+    house.nap(0, 0.3)
+    which = house.random.choice(([0], [1], [0, 1]))
+    how = house.random.choice(("silent", "cut", "both"))
+    for i in which:
+        if how != "cut":
+            house.proxies[i].freeze()
+        if how == "cut":
+            house.proxies[i].cut()
+    house.nap(1.2 * LEASE, 2.5 * LEASE)
+    for i in which:
+        if how == "both":
+            house.proxies[i].cut()
+        house.proxies[i].mend()
+    jobs.append(house.submit("walk"))
+    house.finish(jobs)
+
+
+# --- clients
+
+def doubled(house):
+    """Eight clients send one request with one key at once, to two processes: one job."""
+    key = f"doubled-{next(house.keys)}"
+    kind = house.random.choice(list(JOBS))
+    with concurrent.futures.ThreadPoolExecutor(8) as pool:
+        jobs = set(pool.map(lambda _: house.submit(kind, key=key), range(8)))
+    if len(jobs) != 1:
+        house.wrong.append(f"one key made {len(jobs)} jobs")
+    house.finish(jobs)
+
+
+def cancelled(house):
+    """DELETE while it runs: it stops everywhere, nothing of it is kept, its neighbour goes on."""
+    job, _ = house.submit(house.random.choice(("long", "big")))
+    house.wait(job, "running")
+    house.nap(0, 0.2)
+    house.accepted[job] = "dismissed"
+    begin = time.monotonic()
+    status, _, _ = house.ask("DELETE", f"/v1/jobs/{job}")
+    workers = [daemon for daemon in house.daemons if daemon.role == "worker"]
+    while any(worker.metric("pendulumd_workers_busy") for worker in workers) and time.monotonic() < begin + 10:
+        pass
+    house.times.append(time.monotonic() - begin)
+    results, _, _ = house.ask("GET", f"/v1/jobs/{job}/results")
+    if status != 200 or results != 409 or house.look(job).get("status") != "dismissed":
+        house.wrong.append(f"a DELETE is answered {status}, then results are {results}")
+    house.finish([house.submit("map")])
+
+
+def note_times(house):
+    house.times = []
+
+
+def tell_times(house):
+    times = sorted(house.times)
+    return f"computation stopped after {1e3 * times[len(times) // 2]:.0f} ms in the median, {1e3 * times[-1]:.0f} at most" if times else ""
+
+
+# --- the machine
+
+BALLAST = 6 << 20  # bytes that somebody else has on the database's disk, and can do without
+
+
+def on_small_disk(house):
+    """What a store writes lies on a file system of sixteen megabytes."""
+    place = house.place
+    directory = os.path.join(place.directory, "small")
+    house.disk, house.ballast = small_disk(directory, "16m" if place.name == "sqlite" else "24m"), os.path.join(directory, "ballast")
+    try:
+        house.disk.__enter__()
+    except PermissionError as error:
+        raise Skip(str(error)) from None
+    if place.name == "sqlite":
+        place.use(directory)
+    else:
+        os.chown(directory, place.user["user"], place.user["group"])
+        place.rows(f"CREATE TABLESPACE small LOCATION '{directory}'")
+        place.rows("ALTER ROLE pendulumd SET default_tablespace = small")
+
+
+def off_small_disk(house):
+    if house.place.name == "postgres":  # it writes what it has left before it ends
+        pathlib.Path(house.ballast).unlink(missing_ok=True)
+    house.place.close()
+    house.disk.__exit__(None, None, None)
+
+
+def room(house):
+    """Bytes that are free on the small disk."""
+    disk = os.statvfs(os.path.dirname(house.ballast))
+    return disk.f_bavail * disk.f_frsize
+
+
+def load_disk(house, loaded):
+    if house.place.name == "postgres" and loaded:
+        house.place.rows("VACUUM FULL results")  # what it does by itself, later, gives less back
+        with open(house.ballast, "wb") as file:
+            os.posix_fallocate(file.fileno(), 0, BALLAST)
+    elif house.place.name == "postgres":
+        os.unlink(house.ballast)
+
+
+def disk_full(house):
+    """Results that do not fit: the job fails and says why, others stand, and when it has gone there is room again. SQLite
+    keeps room for that; PostgreSQL waits until somebody makes some."""
+    stands = house.submit("walk")
+    house.finish([stands])
+    load_disk(house, True)
+    jobs = []
+    for _ in range(10):
+        status, fields, text = house.post("wide", patience=0)
+        if status == 202:
+            jobs.append(fields["Location"].rsplit("/", 1)[1])
+        elif status != 503 or b"disk is full" not in text:
+            house.wrong.append(f"a job for a full disk is answered {status}: {text[:300]}")
+        house.note("not accepted", status != 202)
+    met, end = False, time.monotonic() + 30
+    while not met and any(house.look(job)["status"] in ("accepted", "running") for job in jobs) and time.monotonic() < end:
+        time.sleep(0.02)
+        met = room(house) < 1 << 19
+    house.nap(0.1, 0.4)
+    house.finish([stands])
+    if house.place.name == "postgres":
+        load_disk(house, False)
+    views = [house.wait(job, "successful", "failed") for job in jobs]
+    # where not even a lease can be written, PostgreSQL's workers seem silent
+    words = ("disk is full",) if house.place.name == "sqlite" else ("disk is full", "fell silent")
+    for view in views:
+        if view.get("status") == "failed" and not any(word in view["message"] for word in words):
+            house.wrong.append(f"a job failed of something else: {view}")
+    full = sum(view.get("status") == "failed" for view in views)
+    house.note("failed", full)
+    # where room was made soon enough, all may fit in the end
+    if not jobs or not (met or full or len(jobs) < 10):
+        house.wrong.append(f"{len(jobs)} jobs were accepted, and none met a full disk")
+    dismiss(house, *jobs, stands[0])
+    after = house.submit("walk")
+    house.finish([after])
+    dismiss(house, after[0])
+
+
+def dismiss(house, *jobs):
+    for job in jobs:
+        house.accepted[job] = "dismissed"
+        house.ask("DELETE", f"/v1/jobs/{job}")
+    house.settle()
+
+
+def set_clock(house, seconds):
+    """In place: those who look at it have the file in their memory."""
+    with open(house.clock, "r+b" if house.clock.exists() else "xb", buffering=0) as file:
+        file.write(struct.pack("<q", seconds))
+
+
+def with_clock(house):
+    """One worker whose clock can be set; on SQLite there is no clock but the machine's, so that all have it."""
+    house.clock = pathlib.Path(house.directory, "clock")
+    set_clock(house, 0)
+    shim = pathlib.Path(house.build, "tests/drill/clock.so")
+    house.shim = {"LD_PRELOAD": str(shim), "DRILL_CLOCK": str(house.clock)}
+    everybody = house.place.name == "sqlite"
+    house.start("api", environment=house.shim if everybody else None)
+    house.start("worker", environment=house.shim if everybody else None)
+    house.start("worker", environment=house.shim)
+
+
+def clock_wrong(house):
+    """The clock is an hour early or late, and jumps while parts are computed."""
+    jobs = several(house)
+    house.nap(0, 0.3)
+    set_clock(house, house.random.choice((-3600, 0, 3600)))
+    jobs += [house.submit("walk")]
+    house.finish(jobs)
