@@ -5,7 +5,7 @@
 #define PEND_BLOCKS_KERNEL_H
 
 #include "core/blocks.h"
-#include "core/jets_system.h"
+#include "core/jets_factor.h"
 #include "core/lanes.h"
 
 #if defined(__AVX512F__)
@@ -360,6 +360,7 @@ static void blocks_down(const struct jets_system *s, const struct blocks *b, dou
 /* all orders: rate_1 .. rate_order and force_0 .. force_{order - 1} from rate_0 and the factorization */
 static void blocks_orders(const struct jets_system *s, double gravity, int order) {
     const struct blocks *b = s->blocks;
+    jets_factor(s);
     blocks_prepare(s, b);
     for (int i = 0; i < b->count; i++) {
         size_t row = (size_t)i * s->tile;

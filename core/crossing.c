@@ -50,8 +50,11 @@ static double crossing_root(const struct crossing_path *path, crossing_fn *f, do
             a = s;
         double next = s - (at.value - level) / at.slope;
         double step = fabs(next - s);
-        // near the root, steps that leave the bracket or do not shrink are rounding
-        if (last < 1e-7 && !(next > a && next < b && step < 0.25 * last)) break;
+        // near the root, steps that leave the bracket or do not shrink are rounding: its nearer end is as good as any
+        if (last < 1e-7 && !(next > a && next < b && step < 0.25 * last)) {
+            if (step <= 2 * last) s = fmin(fmax(next, a), b);
+            break;
+        }
         if (!(next > a && next < b)) next = 0.5 * (a + b);
         step = fabs(next - s);
         s = next;

@@ -8,8 +8,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "core/kernel_dynamics.h"
+#include "core/dynamics_sizes.h"
 #include "core/kernel_width.h"
+#include "core/tree.h"
 
 /* loops over arms, or over states, take as many at once as the instruction set holds */
 enum { WIDE = KERNEL_WIDTH };

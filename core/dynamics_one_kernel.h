@@ -7,7 +7,7 @@
 #include "core/dynamics_kernel.h"
 
 /* What a block of arms does by itself: C and Z, of the angle to the parent, and w = l phi'^2. Trees of more than
- * TURNS_KEPT arms do it anew in the second sweep: that takes less time than memory does. */
+ * TURNS_KEPT arms do it anew in the second sweep: 90 bytes an arm less go to memory and back. */
 struct turns {
     double cosine[DYNAMICS_BLOCK], sine[DYNAMICS_BLOCK], spin[DYNAMICS_BLOCK];
 };
@@ -31,12 +31,25 @@ struct tip {
     double radial, yield, lean, side;
 };
 
-/* the first `count` numbers of a vector; the others are 1 */
-LANES_INLINE wide wide_load_some(const double *from, int count) {
+#if KERNEL_WIDTH == 4
+/* all ones in the first `count` lanes */
+LANES_INLINE bits4 wide_first(int count) {
+    static const long long ones[8] = {-1, -1, -1, -1, 0, 0, 0, 0};
+    bits4 mask;
+    memcpy(&mask, ones + 4 - count, sizeof mask);
+    return mask;
+}
+#endif
+
+/* the first `count` numbers of a vector; the others are `rest` */
+LANES_INLINE wide wide_load_some(const double *from, int count, double rest) {
 #if defined(__AVX512F__)
-    return (wide)_mm512_mask_loadu_pd(_mm512_set1_pd(1), (__mmask8)((1u << count) - 1), from);
+    return (wide)_mm512_mask_loadu_pd(_mm512_set1_pd(rest), (__mmask8)((1u << count) - 1), from);
+#elif KERNEL_WIDTH == 4
+    bits4 mask = wide_first(count);
+    return lanes4_pick(mask, (wide)_mm256_maskload_pd(from, (__m256i)mask), lanes4_of(rest));
 #else
-    wide x = WIDE_(of)(1);
+    wide x = WIDE_(of)(rest);
     for (int i = 0; i < WIDE; i++)
         if (i < count) x[i] = from[i];
     return x;
@@ -46,6 +59,8 @@ LANES_INLINE wide wide_load_some(const double *from, int count) {
 LANES_INLINE void wide_store_some(double *to, wide x, int count) {
 #if defined(__AVX512F__)
     _mm512_mask_storeu_pd(to, (__mmask8)((1u << count) - 1), (__m512d)x);
+#elif KERNEL_WIDTH == 4
+    _mm256_maskstore_pd(to, (__m256i)wide_first(count), (__m256d)x);
 #else
     for (int i = 0; i < WIDE; i++)
         if (i < count) to[i] = x[i];
@@ -74,8 +89,8 @@ static void block_turns(struct turns *turns, const struct pend_tree *tree, const
         turns_some(turns, i, wide_load(phi + i), WIDE_(get)(base + i), wide_load(rate + i), wide_load(len + i));
     if (i == count) return;
     count -= i;
-    turns_some(turns, i, wide_load_some(phi + i, count), wide_load_some(base + i, count),
-               wide_load_some(rate + i, count), wide_load_some(len + i, count));
+    turns_some(turns, i, wide_load_some(phi + i, count, 0), wide_load_some(base + i, count, 0),
+               wide_load_some(rate + i, count, 0), wide_load_some(len + i, count, 0));
 }
 
 /* the sweep from the leaves to the root */
@@ -145,7 +160,7 @@ LANES_INLINE double tip_radial(const struct tip *base, double C, double Z, doubl
     return fma1(fma1(-Z, base->lean, C), base->radial, -fma1(Z, base->side, w));
 }
 
-/* Of the arms of a block: accelerations along them, l phi'', scaled lambda; 0 for the places behind the last. */
+/* Of the arms of a block: accelerations along them, l phi'', scaled lambda. */
 struct values {
     double radial[DYNAMICS_BLOCK], bend[DYNAMICS_BLOCK], tension[DYNAMICS_BLOCK];
 };
@@ -181,19 +196,17 @@ LANES_INLINE void block_down(const struct turns *turns, const struct pend_tree *
         values->bend[i] = bend;
         values->tension[i] = tension;
     }
-    for (int i = count; i % WIDE; i++) values->radial[i] = values->bend[i] = values->tension[i] = 0;
     descent->now = now, descent->top = top, descent->joint = joint, descent->yield = largest;
 }
 
 /* phi'' and lambda of some arms of a block */
-LANES_INLINE void block_values(const struct turns *turns, const struct values *values, int i, wide len,
-                               struct descent *descent, wide *acc, wide *force) {
-    wide tension = WIDE_(get)(values->tension + i);
-    *acc = WIDE_(get)(values->bend + i) * (1.0 / len);
+LANES_INLINE void block_values(struct descent *descent, wide radial, wide bend, wide tension, wide spin, wide len,
+                               wide *acc, wide *force) {
+    *acc = bend * (1.0 / len);
     *force = tension * descent->inverse_unit;
     descent->force = WIDE_(peak)(tension, descent->force);
-    descent->radial = WIDE_(peak)(WIDE_(get)(values->radial + i), descent->radial);
-    descent->spin = WIDE_(max)(WIDE_(get)(turns->spin + i), descent->spin);
+    descent->radial = WIDE_(peak)(radial, descent->radial);
+    descent->spin = WIDE_(max)(spin, descent->spin);
     descent->poison = WIDE_(fma)(*acc, WIDE_(of)(0), descent->poison);
 }
 
@@ -206,13 +219,16 @@ LANES_INLINE void block_finish(const struct turns *turns, const struct pend_tree
     int i = 0;
     acc += begin, force += begin;
     for (; i + WIDE <= count; i += WIDE) {
-        block_values(turns, &values, i, wide_load(len + i), descent, &a, &f);
+        block_values(descent, WIDE_(get)(values.radial + i), WIDE_(get)(values.bend + i),
+                     WIDE_(get)(values.tension + i), WIDE_(get)(turns->spin + i), wide_load(len + i), &a, &f);
         memcpy(acc + i, &a, sizeof a);
         memcpy(force + i, &f, sizeof f);
     }
     if (i == count) return;
     count -= i;
-    block_values(turns, &values, i, wide_load_some(len + i, count), descent, &a, &f);
+    block_values(descent, wide_load_some(values.radial + i, count, 0), wide_load_some(values.bend + i, count, 0),
+                 wide_load_some(values.tension + i, count, 0), WIDE_(get)(turns->spin + i),
+                 wide_load_some(len + i, count, 1), &a, &f);
     wide_store_some(acc + i, a, count);
     wide_store_some(force + i, f, count);
 }

@@ -86,7 +86,7 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble, const struct
     *ensemble = NULL;
     PEND_TRY(ensemble_check(problem, error));
     const struct ensemble_kernel *kernel = ensemble_kernel(isa);
-    int n = problem->tree->n, order = pend_taylor_order(problem->rtol);
+    int n = problem->tree->n, order = pend_taylor_order(problem->rtol, 0);
     size_t head = (sizeof **ensemble + 63) / 64 * 64;
     size_t bytes = head + ensemble_doubles(n, kernel->width, kernel->series_count(n, order)) * sizeof(double);
     struct pend_ensemble *e = aligned_alloc(64, bytes);

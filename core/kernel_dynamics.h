@@ -4,16 +4,8 @@
 #ifndef PEND_KERNEL_DYNAMICS_H
 #define PEND_KERNEL_DYNAMICS_H
 
+#include "core/dynamics_sizes.h"
 #include "core/tree.h"
-
-/* Arms whose scratch lies together: one base address serves all arrays of a sweep. */
-enum { DYNAMICS_BLOCK = 64, DYNAMICS_LANES = 8 };
-
-/* A single state of a chain of so many arms or more is solved in pieces. */
-enum { DYNAMICS_CHAIN = 128 };
-
-/* Scratch of DYNAMICS_BLOCK arms with one number, or DYNAMICS_LANES numbers, a value. */
-enum { DYNAMICS_VALUES = 7 };
 
 struct dynamics_kernel {
     /**

@@ -32,7 +32,7 @@ struct taylor {
 /* the order for the tolerance, lower where the series would fill the memory */
 static int taylor_order(double rtol, const struct pend_tree *tree) {
     enum { BYTES_CAP = 1 << 30 };
-    int order = pend_taylor_order(rtol);
+    int order = pend_taylor_order(rtol, 1);
     while (order > PEND_TAYLOR_ORDER_MIN && pend_jets_bytes(tree, order) > BYTES_CAP) order--;
     return order;
 }
@@ -170,7 +170,8 @@ static void taylor_at(void *stepper, const double t[], int count, const struct p
         taylor_group(taylor, t + i, count - i < TAYLOR_GROUP ? count - i : TAYLOR_GROUP, &values);
     }
     for (int i = 0; i < count; i++) {
-        if (t[i] == taylor->reached) taylor_at_end(taylor, points->phi + (size_t)i * n, points->rate + (size_t)i * n);
+        if (t[i] != taylor->reached) continue;
+        taylor_at_end(taylor, points->phi + (size_t)i * n, points->rate + (size_t)i * n);
     }
 }
 

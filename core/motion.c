@@ -132,14 +132,14 @@ void pend_motion_acceleration(const struct pend_tree *tree, const double phi[], 
     for (int k = 0; k < tree->n; k++) motion_write(tree, k, motion_bend(tree, phi, rate, acc, k), re, im);
 }
 
-/* a sum and what its roundings lost (Neumaier) */
+/* a sum and what its roundings lost (Knuth's, which branches nowhere) */
 struct motion_sum {
     double sum, lost;
 };
 
 static void motion_add(struct motion_sum *s, double x) {
-    double sum = s->sum + x;
-    s->lost += fabs(s->sum) >= fabs(x) ? (s->sum - sum) + x : (x - sum) + s->sum;
+    double sum = s->sum + x, part = sum - s->sum;
+    s->lost += (s->sum - (sum - part)) + (x - part);
     s->sum = sum;
 }
 

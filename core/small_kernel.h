@@ -89,6 +89,39 @@ LANES_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns
     }
 }
 
+#if LANES == 2
+/* two arms, one on the other: what the sweeps come to, with one division */
+LANES_INLINE void small_double(const struct jets_system *s, struct small2_columns *columns) {
+    double m0 = s->mass[0], m1 = s->mass[1], C = s->cosine[1], Z = s->sine[1], light = 1 / m1;
+    double hung = m1 * Z, inv = 1 / lanes1_fma(hung, Z, m0), share = inv * m0, lean = inv * hung * C;
+    columns->acc_pull[0] = (lanes2){lean, inv * hung};
+    columns->acc_side[0] = (lanes2){inv, -inv * C};
+    columns->acc_pull[1] = (lanes2){-lanes1_fma(C, lean, Z), -lean};
+    columns->acc_side[1] = (lanes2){-inv * C, lanes1_fma(C, inv * C, light)};
+    columns->force_pull[0] = (lanes2){-share * (m0 + m1), -share * m1 * C};
+    columns->force_side[0] = (lanes2){lean, -lanes1_fma(C, lean, Z)};
+    columns->force_pull[1] = (lanes2){-share * m1 * C, -share * m1};
+    columns->force_side[1] = (lanes2){inv * hung, -lean};
+}
+#endif
+
+/* the inverse of the tree system */
+LANES_INLINE void SMALL(invert)(const struct jets_system *s, struct SMALL(columns) * columns) {
+    struct SMALL(node) node[LANES];
+#if LANES == 2
+    if (s->n == 2) {
+        small_double(s, columns);
+        SMALL(scale)(s, columns);
+        return;
+    }
+#endif
+    jets_factor(s);
+    *columns = (struct SMALL(columns)){0};
+    SMALL(up)(s, node);
+    SMALL(down)(s, node, columns);
+    SMALL(scale)(s, columns);
+}
+
 #if LANES == 8
 /* coefficients of one order */
 struct SMALL(order) {
@@ -168,11 +201,8 @@ LANES_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct S
 
 static void SMALL(orders)(const struct jets_system *s, double gravity, int order) {
     enum { STRIDE = 8 };
-    struct SMALL(node) node[LANES];
-    struct SMALL(columns) columns = {0};
-    SMALL(up)(s, node);
-    SMALL(down)(s, node, &columns);
-    SMALL(scale)(s, &columns);
+    struct SMALL(columns) columns;
+    SMALL(invert)(s, &columns);
     VEC zero = VEC_(of)(0), lift = zero, drop = zero;
     struct SMALL(order) first = {zero, VEC_(get)(s->rate), VEC_(get)(s->rate), zero}, newest = first;
     VEC_(put)(s->turn_re, VEC_(of)(1));
@@ -196,7 +226,9 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
 
 #else
 
-/* re and im of a series side by side, and what is multiplied with both of them twice */
+/* re and im of a series side by side, and what is multiplied with both of them twice: one vector where the registers
+ * are as wide, else two */
+#if LANES == 2 ? defined(__AVX2__) : defined(__AVX512F__)
 #if LANES == 2
 #define BOTH lanes4
 #define BOTH_(name) lanes4_##name
@@ -204,7 +236,6 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
 #define BOTH_LOW 0, 1, 0, 1
 #define BOTH_HIGH 2, 3, 2, 3
 #define BOTH_JOIN 0, 1, 6, 7
-#define VEC_TWICE 0, 1, 0, 1
 #else
 #define BOTH lanes8
 #define BOTH_(name) lanes8_##name
@@ -212,10 +243,48 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
 #define BOTH_LOW 0, 1, 2, 3, 0, 1, 2, 3
 #define BOTH_HIGH 4, 5, 6, 7, 4, 5, 6, 7
 #define BOTH_JOIN 0, 1, 2, 3, 12, 13, 14, 15
-#define VEC_TWICE 0, 1, 2, 3, 0, 1, 2, 3
 #endif
-
-LANES_INLINE BOTH SMALL(twice)(VEC x) { return __builtin_shufflevector(x, x, VEC_TWICE); }
+LANES_INLINE BOTH SMALL(twice)(VEC x) { return __builtin_shufflevector(x, x, BOTH_LOW); }
+LANES_INLINE BOTH SMALL(of)(double x) { return BOTH_(of)(x); }
+LANES_INLINE BOTH SMALL(get)(const double *at) { return BOTH_(get)(at); }
+LANES_INLINE void SMALL(put)(double *at, BOTH x) { BOTH_(put)(at, x); }
+LANES_INLINE BOTH SMALL(fma)(BOTH x, BOTH y, BOTH z) { return BOTH_(fma)(x, y, z); }
+LANES_INLINE BOTH SMALL(add)(BOTH x, BOTH y) { return x + y; }
+LANES_INLINE BOTH SMALL(sub)(BOTH x, BOTH y) { return x - y; }
+LANES_INLINE BOTH SMALL(mul)(BOTH x, BOTH y) { return x * y; }
+LANES_INLINE BOTH SMALL(neg)(BOTH x) { return -x; }
+LANES_INLINE BOTH SMALL(low)(BOTH x) { return __builtin_shufflevector(x, x, BOTH_LOW); }
+LANES_INLINE BOTH SMALL(high)(BOTH x) { return __builtin_shufflevector(x, x, BOTH_HIGH); }
+LANES_INLINE BOTH SMALL(join)(BOTH low, BOTH high) { return __builtin_shufflevector(low, high, BOTH_JOIN); }
+#define BOTH_BEAM(x, j) __builtin_shufflevector(x, x, BOTH_LANE(LANES + (j)))
+#else
+struct SMALL(both) {
+    VEC low, high;
+};
+#define BOTH struct SMALL(both)
+LANES_INLINE BOTH SMALL(twice)(VEC x) { return (BOTH){x, x}; }
+LANES_INLINE BOTH SMALL(of)(double x) { return SMALL(twice)(VEC_(of)(x)); }
+LANES_INLINE BOTH SMALL(get)(const double *at) { return (BOTH){VEC_(get)(at), VEC_(get)(at + LANES)}; }
+LANES_INLINE void SMALL(put)(double *at, BOTH x) {
+    VEC_(put)(at, x.low);
+    VEC_(put)(at + LANES, x.high);
+}
+LANES_INLINE BOTH SMALL(fma)(BOTH x, BOTH y, BOTH z) {
+    return (BOTH){VEC_(fma)(x.low, y.low, z.low), VEC_(fma)(x.high, y.high, z.high)};
+}
+LANES_INLINE BOTH SMALL(add)(BOTH x, BOTH y) { return (BOTH){x.low + y.low, x.high + y.high}; }
+LANES_INLINE BOTH SMALL(sub)(BOTH x, BOTH y) { return (BOTH){x.low - y.low, x.high - y.high}; }
+LANES_INLINE BOTH SMALL(mul)(BOTH x, BOTH y) { return (BOTH){x.low * y.low, x.high * y.high}; }
+LANES_INLINE BOTH SMALL(neg)(BOTH x) { return (BOTH){-x.low, -x.high}; }
+LANES_INLINE BOTH SMALL(low)(BOTH x) { return SMALL(twice)(x.low); }
+LANES_INLINE BOTH SMALL(high)(BOTH x) { return SMALL(twice)(x.high); }
+LANES_INLINE BOTH SMALL(join)(BOTH low, BOTH high) { return (BOTH){low.low, high.high}; }
+#if LANES == 2
+#define BOTH_BEAM(x, j) SMALL(twice)(__builtin_shufflevector((x).high, (x).high, j, j))
+#else
+#define BOTH_BEAM(x, j) SMALL(twice)(__builtin_shufflevector((x).high, (x).high, j, j, j, j))
+#endif
+#endif
 
 /* the columns, twice side by side; those of the force across bear 1 */
 struct SMALL(twins) {
@@ -232,45 +301,44 @@ struct SMALL(order) {
     BOTH turn, rate, force;
 };
 
+/* adds u times a rate and a force */
+LANES_INLINE void SMALL(meet)(struct SMALL(known) * sum, BOTH u, BOTH rate, BOTH force) {
+    sum->T = SMALL(fma)(u, rate, sum->T);
+    sum->c = SMALL(fma)(u, force, sum->c);
+}
+
 /* T and c of order k less the terms of the orders from k - 1 on, and the same of order k + 1: what is loaded serves
  * both. Two sums each, so that none waits for itself. Row -1 of the forces is zero. */
 LANES_INLINE struct SMALL(known) SMALL(known)(const struct jets_system *s, int k, struct SMALL(known) * later) {
     enum { STRIDE = 8 };
-    BOTH zero = BOTH_(of)(0);
+    BOTH zero = SMALL(of)(0);
     struct SMALL(known) now[2] = {{zero, zero}, {zero, zero}}, next[2] = {{zero, zero}, {zero, zero}};
     const double *turn = s->turn_re + 3 * STRIDE, *rate = s->rate + (k - 1) * STRIDE,
                  *force = s->force + (k - 2) * STRIDE;
     for (int j = 3; j < k; j += 2, turn += 2 * STRIDE, rate -= 2 * STRIDE, force -= 2 * STRIDE) {
-        BOTH u = BOTH_(get)(turn), v = BOTH_(get)(turn + STRIDE);
-        BOTH w = BOTH_(get)(rate - STRIDE), f = BOTH_(get)(force - STRIDE);
-        next[0].T = BOTH_(fma)(u, BOTH_(get)(rate), next[0].T);
-        next[0].c = BOTH_(fma)(u, BOTH_(get)(force), next[0].c);
-        now[0].T = BOTH_(fma)(u, w, now[0].T);
-        now[0].c = BOTH_(fma)(u, f, now[0].c);
-        next[1].T = BOTH_(fma)(v, w, next[1].T);
-        next[1].c = BOTH_(fma)(v, f, next[1].c);
-        now[1].T = BOTH_(fma)(v, BOTH_(get)(rate - 2 * STRIDE), now[1].T);
-        now[1].c = BOTH_(fma)(v, BOTH_(get)(force - 2 * STRIDE), now[1].c);
+        BOTH u = SMALL(get)(turn), v = SMALL(get)(turn + STRIDE);
+        BOTH w = SMALL(get)(rate - STRIDE), f = SMALL(get)(force - STRIDE);
+        SMALL(meet)(&next[0], u, SMALL(get)(rate), SMALL(get)(force));
+        SMALL(meet)(&now[0], u, w, f);
+        SMALL(meet)(&next[1], v, w, f);
+        SMALL(meet)(&now[1], v, SMALL(get)(rate - 2 * STRIDE), SMALL(get)(force - 2 * STRIDE));
     }
-    *later = (struct SMALL(known)){next[0].T + next[1].T, next[0].c + next[1].c};
-    return (struct SMALL(known)){now[0].T + now[1].T, now[0].c + now[1].c};
+    *later = (struct SMALL(known)){SMALL(add)(next[0].T, next[1].T), SMALL(add)(next[0].c, next[1].c)};
+    return (struct SMALL(known)){SMALL(add)(now[0].T, now[1].T), SMALL(add)(now[0].c, now[1].c)};
 }
 
 /* adds to order k, and to the order after, the terms that order k - 1 is needed for */
-LANES_INLINE void SMALL(join)(const struct jets_system *s, int k, BOTH first, const struct SMALL(order) * newest,
-                              struct SMALL(known) * now, struct SMALL(known) * later) {
+LANES_INLINE void SMALL(arrive)(const struct jets_system *s, int k, BOTH first, const struct SMALL(order) * newest,
+                                struct SMALL(known) * now, struct SMALL(known) * later) {
     enum { STRIDE = 8 };
     if (k) {
-        BOTH u = BOTH_(get)(s->turn_re + 2 * STRIDE), w = BOTH_(get)(s->rate + (k - 1) * STRIDE);
-        BOTH f = BOTH_(get)(s->force + (k - 2) * STRIDE), second = BOTH_(get)(s->rate + STRIDE);
-        now->T = BOTH_(fma)(u, w, now->T);
-        now->c = BOTH_(fma)(u, f, now->c);
-        now->T = BOTH_(fma)(newest->turn, BOTH_(get)(s->rate), now->T);
-        later->T = BOTH_(fma)(u, newest->rate, BOTH_(fma)(newest->turn, second, later->T));
-        later->c = BOTH_(fma)(u, newest->force, BOTH_(fma)(newest->turn, BOTH_(get)(s->force), later->c));
+        BOTH u = SMALL(get)(s->turn_re + 2 * STRIDE);
+        SMALL(meet)(now, u, SMALL(get)(s->rate + (k - 1) * STRIDE), SMALL(get)(s->force + (k - 2) * STRIDE));
+        now->T = SMALL(fma)(newest->turn, SMALL(get)(s->rate), now->T);
+        SMALL(meet)(later, newest->turn, SMALL(get)(s->rate + STRIDE), SMALL(get)(s->force));
+        SMALL(meet)(later, u, newest->rate, newest->force);
     }
-    now->T = BOTH_(fma)(first, newest->rate, now->T);
-    now->c = BOTH_(fma)(first, newest->force, now->c);
+    SMALL(meet)(now, first, newest->rate, newest->force);
 }
 
 /* phi''/(k + 1) + T and lambda + c over k + 1, each twice */
@@ -280,15 +348,14 @@ struct SMALL(answer) {
 
 /* what the tree answers to T and to c / (k + 1) */
 LANES_INLINE struct SMALL(answer) SMALL(solve)(const struct SMALL(twins) * twins, BOTH T, BOTH c, BOTH start) {
-    BOTH zero = BOTH_(of)(0), turned[2] = {start, zero}, force[2] = {zero, zero};
+    BOTH zero = SMALL(of)(0), turned[2] = {start, zero}, force[2] = {zero, zero};
 #define SMALL_TERM(j)                                                                                                  \
     do {                                                                                                               \
-        BOTH pull = __builtin_shufflevector(T, T, BOTH_LANE(LANES + (j)));                                             \
-        BOTH side = __builtin_shufflevector(c, c, BOTH_LANE(LANES + (j)));                                             \
-        turned[0] = BOTH_(fma)(pull, twins->rate_pull[j], turned[0]);                                                  \
-        turned[1] = BOTH_(fma)(side, twins->rate_side[j], turned[1]);                                                  \
-        force[0] = BOTH_(fma)(pull, twins->force_pull[j], force[0]);                                                   \
-        force[1] = BOTH_(fma)(side, twins->force_side[j], force[1]);                                                   \
+        BOTH pull = BOTH_BEAM(T, j), side = BOTH_BEAM(c, j);                                                           \
+        turned[0] = SMALL(fma)(pull, twins->rate_pull[j], turned[0]);                                                  \
+        turned[1] = SMALL(fma)(side, twins->rate_side[j], turned[1]);                                                  \
+        force[0] = SMALL(fma)(pull, twins->force_pull[j], force[0]);                                                   \
+        force[1] = SMALL(fma)(side, twins->force_side[j], force[1]);                                                   \
     } while (0)
     SMALL_TERM(0);
     SMALL_TERM(1);
@@ -297,22 +364,20 @@ LANES_INLINE struct SMALL(answer) SMALL(solve)(const struct SMALL(twins) * twins
     SMALL_TERM(3);
 #endif
 #undef SMALL_TERM
-    return (struct SMALL(answer)){turned[0] + turned[1], force[0] + force[1]};
+    return (struct SMALL(answer)){SMALL(add)(turned[0], turned[1]), SMALL(add)(force[0], force[1])};
 }
 
 /* the coefficients of order k, T whole and c over k + 1 */
 LANES_INLINE struct SMALL(order) SMALL(keep)(const struct jets_system *s, int k, const struct SMALL(known) * known,
                                              const struct SMALL(answer) * answer) {
     enum { STRIDE = 8 };
-    BOTH Tr = __builtin_shufflevector(known->T, known->T, BOTH_LOW);
-    BOTH Ti = __builtin_shufflevector(known->T, known->T, BOTH_HIGH);
-    BOTH cr = __builtin_shufflevector(known->c, known->c, BOTH_LOW);
-    BOTH turn = __builtin_shufflevector(-Ti, answer->turned, BOTH_JOIN), order = BOTH_(of)(k + 1);
-    struct SMALL(order)
-        newest = {turn * s->share[k + 1], answer->turned - Tr, BOTH_(fma)(answer->force, order, -cr * order)};
-    BOTH_(put)(s->rate + (k + 1) * STRIDE, newest.rate);
-    BOTH_(put)(s->force + k * STRIDE, newest.force);
-    BOTH_(put)(s->turn_re + (k + 2) * STRIDE, newest.turn);
+    BOTH Tr = SMALL(low)(known->T), Ti = SMALL(high)(known->T), cr = SMALL(low)(known->c);
+    BOTH turn = SMALL(join)(SMALL(neg)(Ti), answer->turned), order = SMALL(of)(k + 1);
+    struct SMALL(order) newest = {SMALL(mul)(turn, SMALL(of)(s->share[k + 1])), SMALL(sub)(answer->turned, Tr),
+                                  SMALL(fma)(answer->force, order, SMALL(neg)(SMALL(mul)(cr, order)))};
+    SMALL(put)(s->rate + (k + 1) * STRIDE, newest.rate);
+    SMALL(put)(s->force + k * STRIDE, newest.force);
+    SMALL(put)(s->turn_re + (k + 2) * STRIDE, newest.turn);
     return newest;
 }
 
@@ -323,25 +388,27 @@ LANES_INLINE struct SMALL(order) SMALL(keep)(const struct jets_system *s, int k,
 LANES_INLINE struct SMALL(known)
     SMALL(complete)(const struct jets_system *s, int k, BOTH first, const struct SMALL(known) * known,
                     const struct SMALL(answer) * answer, const struct SMALL(known) * later) {
-    BOTH zero = BOTH_(of)(0), share = BOTH_(of)(s->share[k + 1]);
-    BOTH Tr = __builtin_shufflevector(known->T, known->T, BOTH_LOW),
-         cr = __builtin_shufflevector(known->c, known->c, BOTH_LOW);
-    BOTH Ti = __builtin_shufflevector(known->T, known->T, BOTH_HIGH);
-    BOTH high = __builtin_shufflevector(zero, first, BOTH_JOIN), low = first - high;
-    BOTH ready = BOTH_(fma)(-high, Tr, later->T) - low * Ti * share;
-    BOTH scaled = later->c * share, lift = high * (share * (double)(k + 1));
-    return (struct SMALL(known)){BOTH_(fma)(answer->turned, high + high * share, ready),
-                                 BOTH_(fma)(answer->force, lift, BOTH_(fma)(-lift, cr, scaled))};
+    BOTH share = SMALL(of)(s->share[k + 1]), Tr = SMALL(low)(known->T), cr = SMALL(low)(known->c);
+    BOTH high = SMALL(join)(SMALL(of)(0), first), low = SMALL(sub)(first, high);
+    BOTH back = SMALL(mul)(SMALL(mul)(low, SMALL(high)(known->T)), share);
+    BOTH ready = SMALL(sub)(SMALL(fma)(SMALL(neg)(high), Tr, later->T), back);
+    BOTH lift = SMALL(mul)(high, SMALL(of)(s->share[k + 1] * (double)(k + 1)));
+    BOTH scaled = SMALL(fma)(SMALL(neg)(lift), cr, SMALL(mul)(later->c, share));
+    return (struct SMALL(known)){SMALL(fma)(answer->turned, SMALL(add)(high, SMALL(mul)(high, share)), ready),
+                                 SMALL(fma)(answer->force, lift, scaled)};
+}
+
+/* gravity's answers and pulls are of the root alone: x in the first lane of each half, or of the upper one */
+LANES_INLINE BOTH SMALL(root)(double x) {
+    VEC root = {x};
+    return SMALL(twice)(root);
 }
 
 static void SMALL(orders)(const struct jets_system *s, double gravity, int order) {
     enum { STRIDE = 8 };
-    struct SMALL(node) node[LANES];
-    struct SMALL(columns) columns = {0};
+    struct SMALL(columns) columns;
     struct SMALL(twins) twins;
-    SMALL(up)(s, node);
-    SMALL(down)(s, node, &columns);
-    SMALL(scale)(s, &columns);
+    SMALL(invert)(s, &columns);
     // by reciprocity the answer of arm i to W_j is that of arm j to W_i, and acceleration to W is force to s
     for (int j = 0; j < LANES; j++) {
         twins.rate_pull[j] = SMALL(twice)(columns.force_side[j]);
@@ -349,20 +416,19 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
         twins.force_pull[j] = SMALL(twice)(columns.force_pull[j]);
         twins.force_side[j] = SMALL(twice)(columns.acc_pull[j]);
     }
-    BOTH zero = BOTH_(of)(0), first = SMALL(twice)(VEC_(get)(s->rate)), drop = zero;
-    BOTH_(put)(s->rate, first);
+    BOTH zero = SMALL(of)(0), first = SMALL(twice)(VEC_(get)(s->rate)), turn = SMALL(join)(zero, first);
+    SMALL(put)(s->rate, first);
+    SMALL(put)(s->turn_re + STRIDE, turn);
     // gravity is a pull on the root
-    drop[0] = drop[LANES] = -s->cosine[0] * gravity * s->inv_len[0];
-    BOTH lift = zero;
-    lift[LANES] = s->sine[0] * gravity * s->inv_len[0];
-    BOTH turn = __builtin_shufflevector(zero, first, BOTH_JOIN);
+    BOTH drop = SMALL(root)(-s->cosine[0] * gravity * s->inv_len[0]);
+    BOTH lift = SMALL(join)(zero, SMALL(root)(s->sine[0] * gravity * s->inv_len[0]));
     struct SMALL(order) newest = {turn, first, zero};
-    BOTH_(put)(s->turn_re + STRIDE, turn);
     for (int k = 0; k < order; k += 2) {
         struct SMALL(known) later, known = SMALL(known)(s, k, &later);
-        SMALL(join)(s, k, turn, &newest, &known, &later);
-        known.c *= s->share[k];
-        struct SMALL(answer) answer = SMALL(solve)(&twins, k ? known.T : known.T - lift, known.c, k ? zero : drop);
+        SMALL(arrive)(s, k, turn, &newest, &known, &later);
+        known.c = SMALL(mul)(known.c, SMALL(of)(s->share[k]));
+        BOTH T = k ? known.T : SMALL(sub)(known.T, lift);
+        struct SMALL(answer) answer = SMALL(solve)(&twins, T, known.c, k ? zero : drop);
         newest = SMALL(keep)(s, k, &known, &answer);
         if (k + 1 == order) break;
         known = SMALL(complete)(s, k, first, &known, &answer, &later);
@@ -377,7 +443,7 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
 #undef BOTH_LOW
 #undef BOTH_HIGH
 #undef BOTH_JOIN
-#undef VEC_TWICE
+#undef BOTH_BEAM
 
 #endif
 

@@ -4,8 +4,9 @@
 
 double pend_taylor_target(double rtol) { return fmax(0.01 * rtol, 1e-16); }
 
-int pend_taylor_order(double rtol) {
-    int order = (int)ceil(4 - 0.65 * log(pend_taylor_target(rtol)));
+int pend_taylor_order(double rtol, int alone) {
+    double target = pend_taylor_target(rtol);
+    int order = (int)ceil(4 - 0.65 * log(target)) + (alone && target < 2e-15 ? 2 : 0);
     if (order < PEND_TAYLOR_ORDER_MIN) return PEND_TAYLOR_ORDER_MIN;
     return order > PEND_TAYLOR_ORDER_MAX ? PEND_TAYLOR_ORDER_MAX : order;
 }

@@ -1,6 +1,6 @@
 /* The order of the power series that reaches a tolerance at the least cost, and the size of the term left out.
  * Leaves to others: memory (method_taylor caps the order of huge trees).
- * Invariant: the same for one trajectory and for a member of an ensemble. */
+ * Invariant: of an ensemble's members the same for all. */
 #ifndef PEND_TAYLOR_ORDER_H
 #define PEND_TAYLOR_ORDER_H
 
@@ -17,8 +17,10 @@ double pend_taylor_target(double rtol);
 /**
  * The order, PEND_TAYLOR_ORDER_MIN .. PEND_TAYLOR_ORDER_MAX.
  *
- * rtol  > 0.
+ * rtol   > 0.
+ * alone  non-zero for one trajectory: near round-off it takes two orders more, for what a step costs beside its orders
+ *        counts for more, and fewer steps round less.
  */
-int pend_taylor_order(double rtol);
+int pend_taylor_order(double rtol, int alone);
 
 #endif

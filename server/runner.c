@@ -81,11 +81,19 @@ enum {
     RUNNER_POLL_MS = 1000,
     RUNNER_AGAIN_MS = 200,
     RUNNER_BEATS_MS = 50,
+    RUNNER_BEAT_MS = 500,
     RUNNER_CONTENDED_MS = 5,
     RUNNER_KEEP = 1 << 20
 };
 
 static int64_t runner_ms(int ms) { return (int64_t)ms * 1000000; }
+
+/* how often a part is held for longer: well within its lease, and often enough to hear that its job was dismissed by
+ * another process, where the store tells no news */
+static int64_t runner_beat_ns(const struct srv_runner *runner) {
+    int64_t third = runner->lease_us * 1000 / 3;
+    return third < runner_ms(RUNNER_BEAT_MS) ? third : runner_ms(RUNNER_BEAT_MS);
+}
 
 static struct runner_slot *slot_of_ask(struct srv_ask *ask) {
     return (struct runner_slot *)((char *)ask - offsetof(struct runner_slot, ask));
@@ -203,7 +211,7 @@ static void slot_claimed(struct runner_slot *slot, enum srv_stored stored) {
     srv_events_news(runner->service->events);
     /* where there was one there may be more */
     runner->wanted = 1;
-    slot->beat_at = now + runner->lease_us * 1000 / 3;
+    slot->beat_at = now + runner_beat_ns(runner);
     pthread_cond_signal(&runner->some);
     if (runner->draining) {
         slot_end(slot);
@@ -256,8 +264,7 @@ static void slot_beaten(struct srv_ask *beat) {
     pthread_mutex_lock(&runner->lock);
     slot->beating = 0;
     if (slot_holds(slot) && lease_same(&slot->lease, &slot->beaten)) {
-        slot->beat_at =
-            srv_clock_now() + (stored == SRV_STORED ? runner->lease_us * 1000 / 3 : runner_ms(RUNNER_AGAIN_MS));
+        slot->beat_at = srv_clock_now() + (stored == SRV_STORED ? runner_beat_ns(runner) : runner_ms(RUNNER_AGAIN_MS));
         if (stored == SRV_STORED_LOST) atomic_store(&slot->stop, RUNNER_LOST);
     }
     pthread_cond_signal(&runner->some);

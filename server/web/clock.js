@@ -95,7 +95,9 @@ export function createClock() {
 
   function advance(seconds) {
     const next = clock.time + seconds;
-    clock.waiting = false;
+    // on the way to where it was before
+    clock.waiting = goal > 0;
+    if (clock.waiting) return;
     if (next <= clock.available) {
       clock.time = next;
     } else if (!clock.complete) {

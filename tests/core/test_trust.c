@@ -1,6 +1,7 @@
 #include "core/trust.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #include "tests/harness/runs.h"
 #include "tests/harness/test.h"
@@ -62,6 +63,35 @@ TEST(trust_does_not_depend_on_how_it_is_cut) {
     struct pend_problem problem = tumble_problem(&t, 25, 501);
     CHECK(tumble_until(&problem, 1e-6, 1) == tumble_until(&problem, 1e-6, INFINITY));
     CHECK(tumble_until(&problem, 1e-6, 100) < tumble_until(&problem, 1e-2, 100));
+    test_tree_clear(&t);
+}
+
+/* carried into a new comparison after every call */
+TEST(trust_carried_says_the_same) {
+    struct test_tree t;
+    struct pend_trust *trust, *next;
+    int done = 0, carried = 0;
+    tumble_init(&t);
+    struct pend_problem problem = tumble_problem(&t, 25, 501);
+    REQUIRE(pend_trust_new(&trust, &pend_method_taylor, &problem, 1e-6, NULL) == PEND_OK);
+    for (; !done; carried++) {
+        struct pend_tape tape = {.way = PEND_TAPE_COUNT};
+        REQUIRE(pend_trust_next(trust, 300, &done, NULL) == PEND_OK);
+        CHECK(pend_trust_carry(trust, &tape) == PEND_OK);
+        tape = (struct pend_tape){.way = PEND_TAPE_TAKE, .bytes = tape.used, .at = malloc(tape.used)};
+        REQUIRE(tape.at && pend_trust_carry(trust, &tape) == PEND_OK && pend_tape_whole(&tape));
+        REQUIRE(pend_trust_new(&next, &pend_method_taylor, &problem, 1e-6, NULL) == PEND_OK);
+        tape.way = PEND_TAPE_PUT;
+        tape.used = 0;
+        CHECK(pend_trust_carry(next, &tape) == PEND_OK && pend_tape_whole(&tape));
+        CHECK(pend_trust_progress(next) == pend_trust_progress(trust));
+        free(tape.at);
+        pend_trust_free(&trust);
+        trust = next;
+    }
+    CHECK_SAYING(carried > 50, "%d", carried);
+    CHECK(pend_trust_until(trust) == tumble_until(&problem, 1e-6, INFINITY));
+    pend_trust_free(&trust);
     test_tree_clear(&t);
 }
 

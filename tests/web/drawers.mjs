@@ -1,11 +1,8 @@
-// What the drawers' tests share: opening one, files that the page saves, accessibility.
+// What the drawers' tests share: opening one, files that the page saves, waiting for motions.
 // Leaves to others: the rig (rig.mjs).
 // Invariant: throws where a drawer does not come.
 
 import { readFile } from "node:fs/promises";
-import { createRequire } from "node:module";
-
-const AXE = createRequire(import.meta.url).resolve("axe-core/axe.min.js");
 
 /** Opens a drawer by its tab and waits until it is there; answers its selector. */
 export async function openDrawer(page, id) {
@@ -21,15 +18,6 @@ export async function openDrawer(page, id) {
 export async function saved(page, selector) {
   const [download] = await Promise.all([page.waitForEvent("download"), page.click(selector)]);
   return { name: download.suggestedFilename(), bytes: await readFile(await download.path()) };
-}
-
-/** What axe-core finds wrong below a selector, as sentences; what KaTeX sets is its own, and large. */
-export async function violations(page, selector) {
-  if (!await page.evaluate(() => "axe" in window)) await page.evaluate(await readFile(AXE, "utf8"));
-  return page.evaluate(async (at) => {
-    const { violations: found } = await window.axe.run({ include: [at], exclude: [".katex"] }, { resultTypes: ["violations"] });
-    return found.flatMap(({ id, nodes }) => nodes.map((node) => `${id}: ${node.html.slice(0, 160)} ${node.any[0]?.message ?? ""}`));
-  }, selector);
 }
 
 /** Ends what the page is waiting for: its motion and its ghosts are whole. */

@@ -11,6 +11,7 @@ import { createRig } from "./rig.mjs";
 const HERE = dirname(fileURLToPath(import.meta.url));
 const wanted = (process.argv[2] ?? "").replaceAll(" ", "_");
 const files = readdirSync(HERE).filter((name) => /^test_.*\.mjs$/.test(name)).sort();
+const rigs = new Map();
 let passed = 0;
 let failed = 0;
 
@@ -24,6 +25,9 @@ async function run(name, test, rig) {
     failed++;
     console.log(`FAIL  ${name}: ${error.stack}`);
   }
+  // a test that failed leaves neither its pages nor its trouble to the next one
+  if (rig.front) rig.front.fault = null;
+  for (const context of rig.browser.contexts()) await context.close();
 }
 
 /** The tests of a file; one that cannot be read is a failure. */
@@ -37,13 +41,20 @@ async function read(file) {
   }
 }
 
+/** Files that want the same rig share one. */
+async function rigFor(options) {
+  const key = JSON.stringify(options ?? {});
+  if (!rigs.has(key)) rigs.set(key, await createRig(options));
+  return rigs.get(key);
+}
+
 for (const file of files) {
   const tests = await read(file);
   const chosen = Object.entries(tests).filter(([name, test]) => typeof test === "function" && `${file} ${name}`.includes(wanted));
   if (!chosen.length) continue;
-  const rig = await createRig(tests.rig);
+  const rig = await rigFor(tests.rig);
   for (const [name, test] of chosen) await run(name.replaceAll("_", " "), test, rig);
-  await rig.close();
 }
+for (const rig of rigs.values()) await rig.close();
 console.log(`${passed} passed, ${failed} failed`);
 process.exit(failed || !passed ? 1 : 0);

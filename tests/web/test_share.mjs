@@ -36,6 +36,8 @@ const state = (page) => page.evaluate(() => {
 });
 
 async function sameElsewhere(rig, page, link) {
+  // the link shows the stage, without the drawer that it was made in
+  await page.evaluate(() => window.pendulumd.store.set({ view: { drawer: null } }));
   assert.ok(link.startsWith(`${rig.url}/#`), link);
   const other = await rig.open({ path: link.slice(rig.url.length) });
   await other.waitForFunction(() => window.pendulumd.store.get().method === "rk8pd");
@@ -60,8 +62,10 @@ export async function a_short_link_and_a_long_one_show_the_same_pixels_in_anothe
   assert.equal(await page.locator("svg.qr").count(), 2);
   await rig.shot(page, "share-links");
   await sameElsewhere(rig, page, short);
+  await openDrawer(page, "share");
   await page.waitForFunction(() => document.querySelector("[data-link=long]").value.includes("#d="));
   await sameElsewhere(rig, page, await page.inputValue("[data-link=long]"));
+  await openDrawer(page, "share");
   // a link that does not stand for what is shown goes away
   await page.evaluate(() => window.pendulumd.store.set({ rtol: 1e-6 }));
   await page.waitForSelector("[data-link=short]", { state: "hidden" });

@@ -149,7 +149,10 @@ export async function a_long_run_moves_before_it_is_whole(rig) {
     reply.end = (...rest) => { held.then(() => end.call(reply, ...rest)); };
     return false;
   };
-  await page.evaluate(() => pendulumd.store.set({ span: { stop: 200, step: 0.01 } }));
+  await page.evaluate(() => {
+    pendulumd.clock.seek(0);
+    pendulumd.store.set({ span: { stop: 200, step: 0.01 } });
+  });
   await page.evaluate(() => pendulumd.clock.play());
   await page.waitForFunction(() => pendulumd.motion.count > 0 && pendulumd.clock.time > 0.1);
   const seen = await page.evaluate(() => ({ complete: pendulumd.motion.complete, count: pendulumd.motion.count, total: pendulumd.motion.total }));

@@ -45,14 +45,16 @@ export async function a_server_over_quota_is_waited_for(rig) { await refusesAndR
 export async function a_server_without_room_is_waited_for(rig) { await refusesAndRecovers(rig, 503); }
 
 export async function a_server_that_is_away_is_missed_and_found_again(rig) {
-  const { page, over } = await troubled(rig, (reply) => reply.destroy());
+  const { page, over, times } = await troubled(rig, (reply) => reply.destroy());
   await change(page);
   await page.waitForSelector(".notice.bad:not([hidden])");
   assert.match(await notice(page), /does not answer/);
-  await page.waitForTimeout(200);
   await rig.shot(page, "away");
-  over();
+  const before = times();
   await page.click(".notice button");
+  while (times() === before) await page.waitForTimeout(20);
+  over();
+  await page.evaluate(() => pendulumd.client.hurry());
   await moving(page);
   await page.waitForSelector(".notice", { state: "hidden" });
   await close(page);

@@ -305,6 +305,68 @@ static void a_dismissal(struct place *place) {
 
 TEST(a_dismissed_job_stops_here_and_elsewhere) { place_on_both(a_dismissal); }
 
+/* a job in the midst of whose only part three workers die is not tried for ever, and says why; then it is forgotten */
+static void poison(struct place *place) {
+    char id[ID + 1], word[WORDS], path[64];
+    struct test_reply reply;
+    struct test_server *server = place_serve(place, "all", "3600", "--keep-seconds", "2");
+    if (!server) return;
+    CHECK_INT(submit(server, "/v1/trajectories", ASYNC, ask_long(2000), id), 202);
+    for (int i = 0; i < 3 && server; i++) {
+        for (double end = test_clock() + 20; metric(server, "pendulumd_workers_busy") < 1 && test_clock() < end;)
+            test_sleep(0.02);
+        test_server_drop(&server);
+        server = place_serve(place, "all", "3600", "--keep-seconds", "2");
+    }
+    if (server) {
+        job_wait(server, id, word);
+        CHECK_TEXT(word, "failed");
+        CHECK_INT(job_get(server, &reply, id, "", ""), 200);
+        CHECK_SAYING(strstr(reply.body, "given up: 3 workers ended or fell silent over part 1 of 1"), "%s", reply.body);
+        test_reply_clear(&reply);
+        snprintf(path, sizeof path, "/v1/jobs/%s/results", id);
+        refused(server, "GET", path, "", NULL, 409);
+        for (double end = test_clock() + 10; test_clock() < end; test_sleep(0.1)) {
+            int status = job_get(server, &reply, id, "", "");
+            test_reply_clear(&reply);
+            if (status == 404) break;
+        }
+        path[9 + ID] = 0;
+        refused(server, "GET", path, "", NULL, 404);
+        stop_after_deaths(&server);
+    }
+}
+
+TEST(a_job_that_kills_its_workers_is_given_up_and_later_forgotten) { place_on_both(poison); }
+
+/* what nobody should ask of an ensemble is refused as a job, too, with its place */
+TEST(ensembles_that_make_no_sense_make_no_job) {
+    static const struct {
+        const char *rest, *pointer;
+    } bad[] = {
+        {"\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":100000},{\"vary\":\"theta\",\"arm\":"
+         "2,"
+         "\"start\":0,\"stop\":1,\"count\":100000}]",
+         "/grid"},
+        {"\"grid\":[{\"vary\":\"theta\",\"arm\":3,\"start\":0,\"stop\":1,\"count\":2}]", "/grid/0/arm"},
+        {"\"states\":[{}],\"observables\":[\"colour\"]", "/observables/0"},
+    };
+    struct place place;
+    struct test_reply reply;
+    REQUIRE(place_begin(&place, 0));
+    struct test_server *server = place_serve(&place, "all", "1", NULL, NULL);
+    for (size_t i = 0; server && i < sizeof bad / sizeof *bad; i++) {
+        char body[512];
+        snprintf(body, sizeof body, "{\"pendulum\":" ASK_DOUBLE ",\"duration\":1,%s}", bad[i].rest);
+        CHECK_INT(test_request(server, &reply, "POST", "/v1/ensembles", ASYNC, body), 422);
+        ask_problem(&reply, 422, bad[i].pointer);
+        test_reply_clear(&reply);
+    }
+    if (server) CHECK_INT((int)metric(server, "pendulumd_jobs{state=\"accepted\"}"), 0);
+    test_server_stop(&server);
+    place_end(&place);
+}
+
 /* what FLIPS answers undisturbed */
 static void flips_now(const struct test_server *server, struct test_reply *reply) {
     CHECK_INT(test_request(server, reply, "POST", "/v1/ensembles", "Accept: text/csv\r\n", FLIPS), 200);

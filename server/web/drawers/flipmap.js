@@ -4,7 +4,7 @@
 
 import { createBag, h } from "../dom.js";
 import { said } from "../client.js";
-import { theme } from "../theme.js";
+import { still, theme } from "../theme.js";
 import { aborted, button, choice, cssValue, fetchTable, figure, later, save } from "./kit.js";
 
 const SIZES = [60, 120, 240];
@@ -259,7 +259,7 @@ export function mountFlipMap(app) {
     phi[map.up - 1] = HANGING + angleAt(where.j, map.count) * DEGREE;
     store.set({ initial: { phi, phid: map.initial.phid } }, { label: "flipmap" });
     clock.seek(0);
-    clock.play();
+    if (!still.matches) clock.play();
     describe(where);
     draw();
   }

@@ -26,9 +26,12 @@ const FINE_SECONDS = 120;
 
 const isPaper = (ghost) => ghost.method === "ode23";
 
-/** Whether the reference has 32 digits: where they are cheap, and where the run itself is as good as the other reference. */
-const isFine = (doc) => (doc.pendulum.length.length <= FINE_ARMS && doc.span.stop <= FINE_SECONDS)
-  || (doc.method === "taylor" && (doc.precision === "extended" || (doc.rtol ?? 1e-12) <= 1e-12));
+/** {words, way}: 32 digits where they are cheap, else a tolerance that is finer than the run's. */
+function referenceOf(doc) {
+  if (doc.pendulum.length.length <= FINE_ARMS && doc.span.stop <= FINE_SECONDS) return { words: "method.referenceFine", way: { precision: "extended", rtol: null } };
+  const fine = doc.method === "taylor" && (doc.precision === "extended" || (doc.rtol ?? 1e-12) <= 1e-12);
+  return fine ? { words: "method.referenceFiner", way: { precision: "double", rtol: 1e-15 } } : { words: "method.reference", way: { precision: "double", rtol: 1e-12 } };
+}
 
 async function mount(element, app) {
   await loadStyle("drawers.css");
@@ -125,6 +128,7 @@ async function mount(element, app) {
   }
 
   function showVerdicts(runs) {
+    if (!runs.some(({ distance }) => distance)) return verdicts.replaceChildren(h("p", { class: "quiet" }, text("kit.waiting")));
     verdicts.replaceChildren(...runs.filter(({ distance }) => distance).map(({ name, distance }) => {
       const at = distance.findIndex((value) => value > WRONG);
       const most = distance.reduce((all, value) => Math.max(all, value), 0);
@@ -135,7 +139,7 @@ async function mount(element, app) {
   function show() {
     if (!shown) return;
     overlay.box.checked = store.get().ghosts.some(isPaper);
-    referenceWords.textContent = text(isFine(motion.doc) ? "method.referenceFine" : "method.reference");
+    referenceWords.textContent = text(referenceOf(motion.doc).words);
     const runs = runsNow();
     showFacts(runs);
     showVerdicts(runs);
@@ -161,8 +165,7 @@ async function mount(element, app) {
     try {
       await paperFacts(store.get(), signal);
       if (reference && sameMotion(reference.doc, doc)) return;
-      const finer = isFine(doc) ? { precision: "extended", rtol: null } : { precision: "double", rtol: 1e-12 };
-      const body = { ...request({ ...doc, method: "taylor", atol: null, ...finer }), output: ["phi"] };
+      const body = { ...request({ ...doc, method: "taylor", atol: null, ...referenceOf(doc).way }), output: ["phi"] };
       reference = { doc, table: await fetchTable(client, "/v1/trajectories", body, { signal }) };
       show();
     } catch (error) {

@@ -39,6 +39,9 @@ export function qrOf(letters, label) {
   return svg;
 }
 
+/** What is handed on: all but this drawer being open. */
+const handedOn = (doc) => ({ ...doc, view: { ...doc.view, drawer: null } });
+
 const whole = (hash) => `${location.origin}/${hash}`;
 
 async function mount(element, app) {
@@ -70,7 +73,7 @@ async function mount(element, app) {
   const make = button(text("share.make"), makeShort, { class: "button main", "data-share": "make" });
 
   async function makeShort() {
-    const scene = sceneOf(store.get());
+    const scene = sceneOf(handedOn(store.get()));
     make.disabled = true;
     status.textContent = text("kit.waiting");
     try {
@@ -89,12 +92,12 @@ async function mount(element, app) {
     if (!shown) return;
     const doc = store.get();
     if (document.activeElement !== title) title.value = doc.title;
-    if (kept !== null && JSON.stringify(sceneOf(doc)) !== kept) {
+    if (kept !== null && JSON.stringify(sceneOf(handedOn(doc))) !== kept) {
       kept = null;
       short.set("");
       status.textContent = text("share.outdated");
     }
-    const hash = await linkOf(doc);
+    const hash = await linkOf(handedOn(doc));
     if (doc === store.get()) long.set(whole(hash), text("share.qrLong"));
   }
 
@@ -109,7 +112,7 @@ async function mount(element, app) {
     }
   }
 
-  const saveScene = () => save(new Blob([JSON.stringify(sceneOf(store.get()), null, 1)], { type: "application/json" }), "scene.json");
+  const saveScene = () => save(new Blob([JSON.stringify(sceneOf(handedOn(store.get())), null, 1)], { type: "application/json" }), "scene.json");
 
   element.append(h("h2", {}, text("drawer.share")), h("p", { class: "quiet" }, text("share.intro")),
     h("label", { class: "field wide" }, h("span", {}, text("share.title")), title),

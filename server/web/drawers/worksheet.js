@@ -4,6 +4,7 @@
 
 import { createBag, h } from "../dom.js";
 import { PAPER } from "../state.js";
+import { still } from "../theme.js";
 import { button, loadStyle } from "./kit.js";
 
 const KEPT = "pendulumd.worksheet";
@@ -51,7 +52,7 @@ async function mount(element, app) {
     store.set({ ...set, title: "", preset: null, method: "taylor", rtol: null, atol: null, precision: "double", ghosts: [],
       view: { trails: [set.pendulum.length.length], selected: 0 } }, { label: "worksheet" });
     staged = true;
-    clock.play();
+    if (!still.matches) clock.play();
   }
 
   function go(step, focus) {

@@ -352,8 +352,8 @@ static void run_line(const struct line *line) {
         ours *= 1e9 / ((double)line->n * line->states), peers *= 1e9 / ((double)line->n * line->peers_states);
         double acc, force;
         errors(&s, line, &acc, &force);
-        printf("%-58s %10.2f %10.2f %8.1f  ns an arm and state   %.0e %.0e\n", line->name, ours, peers, peers / ours, acc,
-               force);
+        printf("%-58s %10.2f %10.2f %8.1f  ns an arm and state   %.0e %.0e\n", line->name, ours, peers, peers / ours,
+               acc, force);
     } else {
         printf("%-58s skipped: the peer is not installed\n", line->name);
     }

@@ -8,6 +8,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "core/ensemble.h"
 #include "core/method.h"
 #include "core/run.h"
 #include "tests/bench/trajectories/peers.h"
@@ -83,6 +84,8 @@ static const struct {
     {{.name = "paper's example, to draw", .count = 501, .stop = 5, .until = 5, .error = 1e-6}, make_paper},
     {{.name = "double pendulum", .count = 2001, .stop = 20, .until = 5, .error = 1e-12}, make_double},
     {{.name = "double pendulum, to draw", .count = 2001, .stop = 20, .until = 5, .error = 1e-6}, make_double},
+    {{.name = "double pendulum in lanes", .count = 5, .stop = 20, .until = 5, .error = 1e-12, .members = 64},
+     make_double},
     {{.name = "chain of 32", .count = 201, .stop = 2, .until = 1.5, .error = 1e-9}, make_chain},
     {{.name = "chain of 32, to draw", .count = 201, .stop = 2, .until = 1.5, .error = 1e-4}, make_chain},
     {{.name = "random tree of 200", .count = 101, .stop = 1, .until = 1, .error = 1e-9}, make_tree},
@@ -111,6 +114,55 @@ static int solve(const struct pend_method *method, const struct problem *problem
 
 static int ours(const struct problem *problem, double tolerance, double phi[]) {
     return solve(pend_method_find("taylor"), problem, tolerance, phi);
+}
+
+/* ---- ours, many members in lanes: all alike, so that one stands for all */
+
+struct crowd {
+    const struct problem *problem;
+    double *phi;
+};
+
+static int crowd_fetch(void *context, long i, struct pend_member *member) {
+    const struct crowd *crowd = context;
+    (void)i;
+    memcpy(member->phi, crowd->problem->phi, (size_t)crowd->problem->tree->n * sizeof(double));
+    memcpy(member->rate, crowd->problem->rate, (size_t)crowd->problem->tree->n * sizeof(double));
+    return 0;
+}
+
+static int crowd_deliver(void *context, long i, const struct pend_outcome *outcome) {
+    (void)context, (void)i;
+    return outcome->status != PEND_OK;
+}
+
+static void crowd_rows(void *context, long i, long first, int count, const double phi[], const double rate[],
+                       const double force[]) {
+    struct crowd *crowd = context;
+    size_t n = (size_t)crowd->problem->tree->n;
+    (void)rate, (void)force;
+    if (!i) memcpy(crowd->phi + (size_t)first * n, phi, (size_t)count * n * sizeof *phi);
+}
+
+static int lanes(const struct problem *problem, double tolerance, double phi[]) {
+    double t[16];
+    struct crowd crowd = {problem, phi};
+    struct pend_ensemble *ensemble;
+    for (int i = 0; i < problem->count; i++) t[i] = problem_time(problem, i);
+    struct pend_ensemble_problem ask = {.tree = problem->tree,
+                                        .gravity = problem->gravity,
+                                        .duration = problem->stop,
+                                        .rtol = fmax(tolerance, 1e-16),
+                                        .times = t,
+                                        .times_count = problem->count,
+                                        .fetch = crowd_fetch,
+                                        .deliver = crowd_deliver,
+                                        .rows = crowd_rows,
+                                        .context = &crowd};
+    if (pend_ensemble_new(&ensemble, &ask, pend_isa_best(), NULL) != PEND_OK) return 1;
+    enum pend_status status = pend_ensemble_run(ensemble, 0, problem->members);
+    pend_ensemble_free(&ensemble);
+    return status != PEND_OK;
 }
 
 /* ---- who takes part */
@@ -175,7 +227,7 @@ static void race(const struct problem *problem, struct contestant who[], int cou
 }
 
 static void compare(const struct problem *problem) {
-    struct contestant who[] = {{.name = "ours", .solver = ours},
+    struct contestant who[] = {{.name = "ours", .solver = problem->members ? lanes : ours},
                                {.name = "GSL rk8pd, matrix", .solver = peer_rk8pd_matrix},
                                {.name = "GSL msadams, matrix", .solver = peer_msadams_matrix},
                                {.name = "GSL rk8pd, our O(n)", .solver = peer_rk8pd},
@@ -188,6 +240,7 @@ static void compare(const struct problem *problem) {
     if (!phi || !want || solve(&pend_method_taylor_extended, problem, 1e-24, want)) broken("reference");
     for (int i = 0; i < COUNT; i++) tune(problem, &who[i], phi, want);
     race(problem, who, COUNT, phi);
+    if (problem->members) who->best /= problem->members;
     for (int i = 1; i < COUNT; i++) {
         printf("%-28s %9.3f %8.0e  %-24s", problem->name, who->best * 1e3, who->error, who[i].name);
         if (who[i].best)

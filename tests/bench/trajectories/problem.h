@@ -11,6 +11,7 @@ enum { PROBLEM_ARMS_MAX = 256 };
 struct problem {
     const char *name;
     int count;                 /* instants, from 0 to stop */
+    int members;               /* of an ensemble, whose time is a member's; 0 = one trajectory */
     double stop, until, error; /* s; the error, rad, is to be reached up to `until` */
     double gravity;
     struct pend_tree *tree;
