@@ -94,7 +94,7 @@ install: build ## into DESTDIR PREFIX (/usr/local): server, library with headers
 	install -m 644 $(PUBLIC:%=core/%.h) $(DESTDIR)$(PREFIX)/include/pendulum/core
 	sed 's|@PREFIX@|$(PREFIX)|' docker/pendulumd.service > $(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service
 PREFIX ?= /usr/local
-PUBLIC := status tree dynamics motion reference shapes modes method run isa member ensemble extended trust lyapunov
+PUBLIC := status tree dynamics motion reference shapes modes method run isa member ensemble extended trust lyapunov section
 
 uninstall: ## takes away what install put there
 	rm -rf $(addprefix $(DESTDIR)$(PREFIX)/,bin/pendulumd lib/libpendulum.a include/pendulum lib/systemd/system/pendulumd.service)

@@ -141,7 +141,7 @@ static void call_foresee(struct api_call *call) {
         (struct api_answer){.status = 200, .media_type = format->content_type, .etag = call->digest, .length = -1};
     if (op->cost) call->cost = op->cost(call->state);
     if (!table) return;
-    if (format->exact) call->answer.length = (long long)format->bytes(table);
+    if (format->exact && !op->rows_later) call->answer.length = (long long)format->bytes(table);
     if (format->bare) {
         api_table_columns(table, call->columns);
         call->answer.columns = call->columns;

@@ -1,5 +1,6 @@
 #include "api/equations.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 enum pend_status api_equations_new(struct api_equations **equations, const struct api_tree *tree,
@@ -24,6 +25,11 @@ enum pend_status api_equations_new(struct api_equations **equations, const struc
         made->phi[i] = start->phi[k];
         made->rate[i] = start->rate[k];
     }
+    for (size_t i = 0; i < n; i++)
+        if (!isfinite(made->phi[i]) || !isfinite(made->rate[i])) {
+            api_equations_free(equations);
+            return PEND_NOT_FINITE;
+        }
     return PEND_OK;
 }
 

@@ -28,6 +28,7 @@ struct api_equations {
  * start      one state of the tree.
  *
  * PEND_NO_MEMORY
+ * PEND_NOT_FINITE  the start, of a mode, is beyond all numbers.
  * O(n), one allocation.
  */
 PEND_MUST_CHECK enum pend_status api_equations_new(struct api_equations **equations, const struct api_tree *tree,

@@ -21,37 +21,14 @@ struct reading {
     struct api_problem *problem;
 };
 
-static void fault_arm(const struct api_value *value, const struct api_tree *tree, struct api_problem *problem) {
-    char found[API_FOUND_BYTES];
-    api_value_found(value, found);
-    api_value_fault(value, problem, "must be an arm of this pendulum, a number from 1 to %d%s, got %s", tree->n,
-                    tree->names ? " or an arm's name" : "", found);
-}
-
-/* the caller's number, from 0, of an arm by its number or its name; -1 where there is none */
-static int find_arm(const struct api_value *value, const struct api_tree *tree) {
-    const char *text = api_value_text(value);
-    double number = api_value_number(value);
-    char scratch[16];
-    if (api_value_kind(value) == API_NUMBER && number == floor(number) && number >= 1 && number <= tree->n)
-        return (int)number - 1;
-    for (int i = 0; text && i < tree->n; i++)
-        if (!strcmp(text, api_tree_name(tree, i, scratch))) return i;
-    return -1;
-}
-
 static void read_arm(const struct api_value *value, const struct reading *reading, struct api_variation *out) {
     if (out->quantity == API_VARY_GRAVITY) {
         if (api_value_kind(value) != API_MISSING)
             api_value_fault(value, reading->problem, "does not go together with gravity, which all arms share");
         return;
     }
-    if (!api_field_needed(value, reading->problem) || !reading->tree->tree) return;
-    int arm = find_arm(value, reading->tree);
-    if (arm < 0)
-        fault_arm(value, reading->tree, reading->problem);
-    else
-        out->arm = reading->tree->tree->place[arm];
+    int arm = api_tree_read_arm(reading->tree, value, reading->problem);
+    if (arm >= 0) out->arm = reading->tree->tree->place[arm];
 }
 
 /* true for what must be positive */

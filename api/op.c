@@ -43,7 +43,7 @@ static const struct api_op *const ops[API_OP_COUNT] = {
     [API_OP_FORCES] = &api_op_forces,       [API_OP_MODES] = &api_op_modes,
     [API_OP_ENSEMBLES] = &api_op_ensembles, [API_OP_PRESETS] = &api_op_presets,
     [API_OP_PRESET] = &api_op_preset,       [API_OP_EQUATIONS] = &api_op_equations,
-    [API_OP_LYAPUNOV] = &api_op_lyapunov,
+    [API_OP_LYAPUNOV] = &api_op_lyapunov,   [API_OP_SECTIONS] = &api_op_sections,
 };
 
 const struct api_op *api_op_at(enum api_op_id id) { return id >= 0 && id < API_OP_COUNT ? ops[id] : NULL; }

@@ -18,6 +18,7 @@ enum api_op_id {
     API_OP_ENSEMBLES,
     API_OP_EQUATIONS,
     API_OP_LYAPUNOV,
+    API_OP_SECTIONS,
     API_OP_PRESETS,
     API_OP_PRESET,
     API_OP_COUNT
@@ -88,6 +89,7 @@ struct api_op {
     long (*parts)(const void *state);
     /** Leaves all but part `number` of `parts` out; before the first run. */
     void (*part)(void *state, long number, long parts);
+    int rows_later; /* its table's rows are known only once it runs: until then they are the most that there can be */
     /**
      * Shows a tape all that the next part needs of this one, once this one is complete; where the tape puts it back,
      * after `part` and before the first run. NULL: parts need not know of each other.
@@ -98,7 +100,7 @@ struct api_op {
 };
 
 extern const struct api_op api_op_trees, api_op_trajectories, api_op_forces, api_op_modes, api_op_ensembles,
-    api_op_equations, api_op_lyapunov, api_op_presets, api_op_preset;
+    api_op_equations, api_op_lyapunov, api_op_sections, api_op_presets, api_op_preset;
 
 /**
  * Faults an answer that is held in memory and would be larger than max-answer-bytes.

@@ -380,6 +380,29 @@ const char *api_tree_name(const struct api_tree *tree, int i, char scratch[16]) 
     return scratch;
 }
 
+/* the caller's number, from 0, of an arm by its number or its name; -1 where there is none */
+static int tree_find(const struct api_tree *tree, const struct api_value *value) {
+    const char *text = api_value_text(value);
+    double number = api_value_number(value);
+    char scratch[16];
+    if (api_value_kind(value) == API_NUMBER && number == floor(number) && number >= 1 && number <= tree->n)
+        return (int)number - 1;
+    for (int i = 0; text && i < tree->n; i++)
+        if (!strcmp(text, api_tree_name(tree, i, scratch))) return i;
+    return -1;
+}
+
+int api_tree_read_arm(const struct api_tree *tree, const struct api_value *value, struct api_problem *problem) {
+    char found[API_FOUND_BYTES];
+    if (!api_field_needed(value, problem) || !tree->tree) return -1;
+    int arm = tree_find(tree, value);
+    if (arm >= 0) return arm;
+    api_value_found(value, found);
+    api_value_fault(value, problem, "must be an arm of this pendulum, a number from 1 to %d%s, got %s", tree->n,
+                    tree->names ? " or an arm's name" : "", found);
+    return -1;
+}
+
 void api_tree_modes_allowed(const struct api_tree *tree, const struct api_value *value, int count, const char *what,
                             const struct api_limits *limits, struct api_problem *problem) {
     double most = limits->mode_arms * limits->mode_arms;

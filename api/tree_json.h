@@ -39,6 +39,13 @@ int api_tree_parent(const struct api_tree *tree, int i);
 const char *api_tree_name(const struct api_tree *tree, int i, char scratch[16]);
 
 /**
+ * Reads which arm is meant, by its number from 1 or by its name.
+ *
+ * Returns the caller's number, from 0; -1 where it is missing, which is a fault, is none, or the tree is faulty.
+ */
+int api_tree_read_arm(const struct api_tree *tree, const struct api_value *value, struct api_problem *problem);
+
+/**
  * Faults a use of the modes that the tree or the limits forbid: gravity must be positive, the modes not too many for so
  * many arms. As many are allowed as take the time of all modes of max-mode-arms arms.
  *

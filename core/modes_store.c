@@ -114,15 +114,16 @@ static void store_echelon(const struct pend_tree *tree, int group, double vector
     }
 }
 
-/* the number by which a vector is to be divided */
+/* the number by which a vector is to be divided; NaN where all its entries are zero or infinite */
 static double store_divisor(const struct pend_tree *tree, const double x[], double norm, enum pend_normalize rule,
                             int lead) {
     double largest = lead < 0 || rule == PEND_NORMALIZE_MAX ? store_largest(tree->n, x) : 0;
     if (rule == PEND_NORMALIZE_MAX) {
         lead = store_first(tree, x, (1 - PEND_MODES_ZERO) * largest, 0);
-        return x[tree->place[lead]];
+        return lead < tree->n ? x[tree->place[lead]] : NAN;
     }
     if (lead < 0) lead = store_first(tree, x, PEND_MODES_ZERO * largest, 0);
+    if (lead == tree->n) return NAN;
     return rule == PEND_NORMALIZE_FIRST ? x[tree->place[lead]] : copysign(norm, x[tree->place[lead]]);
 }
 
@@ -134,6 +135,7 @@ int pend_modes_basis(struct pend_modes *modes, const struct pend_tree *tree, dou
     for (int j = mode; j < end; j++) {
         const double *x = modes->vector + (size_t)j * modes->n;
         if (lead[j] < 0) lead[j] = store_first(tree, x, PEND_MODES_ZERO * store_largest(tree->n, x), 0);
+        if (lead[j] == tree->n) lead[j] = -1;
         ordered &= j == mode || lead[j] > lead[j - 1];
     }
     if (ordered) return end;

@@ -52,6 +52,7 @@ static const struct srv_route router_table[] = {
     {"POST", "/v1/modes", NULL, NULL, API_OP_MODES, "POST /v1/modes"},
     {"POST", "/v1/ensembles", NULL, NULL, API_OP_ENSEMBLES, "POST /v1/ensembles"},
     {"POST", "/v1/lyapunov", NULL, NULL, API_OP_LYAPUNOV, "POST /v1/lyapunov"},
+    {"POST", "/v1/sections", NULL, NULL, API_OP_SECTIONS, "POST /v1/sections"},
     {"POST", "/v1/equations", NULL, NULL, API_OP_EQUATIONS, "POST /v1/equations"},
     {"GET", "/v1/presets", NULL, NULL, API_OP_PRESETS, "GET /v1/presets"},
     {"GET", "/v1/presets/{name}", NULL, NULL, API_OP_PRESET, "GET /v1/presets/{name}"},

@@ -102,3 +102,12 @@ TEST(equations_that_cannot_be_written_are_refused) {
                   "0");
     CHECK_REFUSED(API_OP_EQUATIONS, "{" DOUBLE ",\"initial\":{\"phi\":[0]}}", "/initial/phi", "2");
 }
+
+TEST(equations_from_a_mode_that_is_beyond_all_numbers_are_a_problem) {
+    struct test_reply reply =
+        test_post(API_OP_EQUATIONS, "{\"pendulum\":{\"length\":[4e-324,1.5,0.75],\"mass\":[1,1,1],\"parent\":[0,1,2]},"
+                                    "\"initial\":{\"mode\":3,\"amplitude\":1}}");
+    CHECK_SAYING(reply.status == 422 || reply.status == 200, "%d", reply.status);
+    CHECK(!strstr(reply.out.data, "nan") && !strstr(reply.out.data, "inf"));
+    test_reply_free(&reply);
+}

@@ -157,3 +157,26 @@ TEST(states_are_not_held_before_the_size_of_the_answer_is_known) {
     test_reply_free(&reply);
     free(body);
 }
+
+TEST(forces_of_a_mode_that_is_beyond_all_numbers_are_a_problem) {
+    static const char *const length[] = {"4e-324,1.5,0.75", "4e-324,4e-324,4e-324", "1e308,1e308,1e308"};
+    static const char *const normalize[] = {"first", "mass", "max"};
+    for (int i = 0; i < 3; i++) {
+        char body[300];
+        for (int k = 1; k <= 3; k++) {
+            snprintf(body, sizeof body,
+                     "{\"pendulum\":{\"length\":[%s],\"mass\":[1,1,1],\"parent\":[0,1,2]},\"state\":{\"mode\":%d,"
+                     "\"amplitude\":1}}",
+                     length[i], k);
+            struct test_reply reply = test_post(API_OP_FORCES, body);
+            CHECK_SAYING(reply.status == 200 || reply.status == 422, "%d for %s", reply.status, body);
+            test_reply_free(&reply);
+            snprintf(body, sizeof body,
+                     "{\"pendulum\":{\"length\":[%s],\"mass\":[1,1,1],\"parent\":[0,1,2]},\"normalize\":\"%s\"}",
+                     length[i], normalize[k - 1]);
+            reply = test_post(API_OP_MODES, body);
+            CHECK_SAYING(reply.status == 200 || reply.status == 422, "%d for %s", reply.status, body);
+            test_reply_free(&reply);
+        }
+    }
+}

@@ -63,8 +63,9 @@ TEST(scene_has_the_same_id_however_it_is_spelt_and_another_if_anything_differs) 
     static const char *const same[] = {
         "{\"request\":" REQUEST "}",
         " { \"view\" : {}, \"title\":\"\", \"request\":" REQUEST "}",
-        "{\"request\":{\"times\":{\"step\":1e-1,\"stop\":1.0},\"pendulum\":{\"parent\":[0,1],\"mass\":[1,1],\"length\":"
-        "[1,1.0]}}}",
+        ("{\"request\":{\"times\":{\"step\":1e-1,\"stop\":1.0},\"pendulum\":{\"parent\":[0,1],\"mass\":[1,1],"
+         "\"length\":"
+         "[1,1.0]}}}"),
     };
     static const char *const other[] = {
         "{\"request\":" REQUEST ",\"title\":\"a\"}",

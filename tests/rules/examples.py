@@ -68,7 +68,7 @@ def compare(media_type, got, want):
     if media_type == "application/json":
         same("", json.loads(got), want)
         return
-    rows = [[[float(field) for field in line.split(",")] for line in text.split("\n")[1:-1]] for text in (got, want)]
+    rows = [[[float(field) if field else None for field in line.split(",")] for line in text.split("\n")[1:-1]] for text in (got, want)]
     if got.split("\n")[0] != want.split("\n")[0]:
         raise Fault(f"the header is {got.split(chr(10))[0]!r}")
     same("CSV", *rows)
