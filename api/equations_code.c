@@ -4,13 +4,56 @@
 
 enum { CODE_LINE = 10 }; /* numbers of a line */
 
-/* What a language writes between the numbers of a list. */
-struct code_style {
-    const char *comma, *wrap; /* wrap: where a line ends */
+/* How a language writes what is given. */
+struct code_language {
+    const char *comma, *wrap;               /* between the numbers of a list, and where a line ends */
+    const char *list, *list_end;            /* around a list that a name is given to */
+    const char *end, *comment;              /* of a statement */
+    const char *open, *entry, *row, *close; /* around and in S, row by row */
+    const char *climb;                      /* S from the arms that carry the arms, p */
 };
 
-static const struct code_style code_matlab = {"; ", " ...\n     "}, code_python = {", ", "\n    "},
-                               code_json = {",", ""};
+static const struct code_language code_matlab = {
+    .comma = "; ",
+    .wrap = " ...\n     ",
+    .list = "",
+    .list_end = ";",
+    .end = ";",
+    .comment = "%",
+    .open = "S = [",
+    .entry = " ",
+    .row = "\n     ",
+    .close = "];  % row k: the arms on the way from the pivot to tip k\n",
+    .climb = ";  % the arm that carries each, 0 = the pivot\n"
+             "S = zeros(n);  % row k: the arms on the way from the pivot to tip k\n"
+             "for k = 1:n\n"
+             "    j = k;\n"
+             "    while j > 0\n"
+             "        S(k, j) = 1;\n"
+             "        j = p(j);\n"
+             "    end\n"
+             "end\n"};
+
+static const struct code_language code_python = {
+    .comma = ", ",
+    .wrap = "\n    ",
+    .list = "np.array(",
+    .list_end = ", dtype=float)",
+    .end = "",
+    .comment = "#",
+    .open = "S = np.array([[",
+    .entry = ", ",
+    .row = "],\n              [",
+    .close = "]], dtype=float)  # row k: the arms on the way from the pivot to tip k\n",
+    .climb = "  # the arm that carries each, from 1; 0 = the pivot\n"
+             "S = np.zeros((n, n))  # row k: the arms on the way from the pivot to tip k\n"
+             "for k in range(n):\n"
+             "    j = k\n"
+             "    while j >= 0:\n"
+             "        S[k, j] = 1\n"
+             "        j = p[j] - 1\n"};
+
+static const struct code_language code_json = {.comma = ",", .wrap = ""};
 
 static enum pend_status code_number(double number, struct api_buffer *out) {
     PEND_TRY(api_buffer_room(out, API_NUMBER_BYTES));
@@ -18,64 +61,71 @@ static enum pend_status code_number(double number, struct api_buffer *out) {
     return PEND_OK;
 }
 
-static enum pend_status code_numbers(const struct code_style *style, int n, const double number[],
+static enum pend_status code_numbers(const struct code_language *language, int n, const double number[],
                                      struct api_buffer *out) {
     PEND_TRY(api_buffer_text(out, "["));
     for (int i = 0; i < n; i++) {
-        if (i) PEND_TRY(api_buffer_text(out, style->comma));
-        if (i && i % CODE_LINE == 0) PEND_TRY(api_buffer_text(out, style->wrap));
+        if (i) PEND_TRY(api_buffer_text(out, language->comma));
+        if (i && i % CODE_LINE == 0) PEND_TRY(api_buffer_text(out, language->wrap));
         PEND_TRY(code_number(number[i], out));
     }
     return api_buffer_text(out, "]");
 }
 
 /* the arms that carry the arms, from 1; 0 is the pivot */
-static enum pend_status code_parents(const struct code_style *style, const struct api_equations *equations,
+static enum pend_status code_parents(const struct code_language *language, const struct api_equations *equations,
                                      struct api_buffer *out) {
     PEND_TRY(api_buffer_text(out, "["));
     for (int i = 0; i < equations->n; i++) {
-        if (i) PEND_TRY(api_buffer_text(out, style->comma));
-        if (i && i % CODE_LINE == 0) PEND_TRY(api_buffer_text(out, style->wrap));
+        if (i) PEND_TRY(api_buffer_text(out, language->comma));
+        if (i && i % CODE_LINE == 0) PEND_TRY(api_buffer_text(out, language->wrap));
         PEND_TRY(api_buffer_format(out, "%d", equations->parent[i] + 1));
     }
     return api_buffer_text(out, "]");
 }
 
 /* S row by row, as the paper gives it */
-static enum pend_status code_path(const struct api_equations *equations, const char *open, const char *comma,
-                                  const char *row, const char *close, struct api_buffer *out) {
+static enum pend_status code_rows(const struct code_language *language, const struct api_equations *equations,
+                                  struct api_buffer *out) {
     int n = equations->n;
     for (int i = 0; i < n; i++) {
-        PEND_TRY(api_buffer_text(out, i ? row : open));
+        PEND_TRY(api_buffer_text(out, i ? language->row : language->open));
         for (int j = 0; j < n; j++)
-            PEND_TRY(api_buffer_format(out, "%s%d", j ? comma : "", api_equations_carries(equations, j, i)));
+            PEND_TRY(api_buffer_format(out, "%s%d", j ? language->entry : "", api_equations_carries(equations, j, i)));
     }
-    return api_buffer_text(out, close);
+    return api_buffer_text(out, language->close);
 }
 
-/* name = [...]; */
-static enum pend_status code_matlab_list(const char *name, const char *end, const struct api_equations *equations,
-                                         const double number[], struct api_buffer *out) {
-    PEND_TRY(api_buffer_format(out, "%s = ", name));
-    PEND_TRY(code_numbers(&code_matlab, equations->n, number, out));
-    return api_buffer_format(out, ";%s\n", end);
-}
-
-static enum pend_status code_matlab_path(const struct api_equations *equations, struct api_buffer *out) {
-    if (equations->is_explicit)
-        return code_path(equations, "S = [", " ", "\n     ",
-                         "];  % row k: the arms on the way from the pivot to tip k\n", out);
+static enum pend_status code_path(const struct code_language *language, const struct api_equations *equations,
+                                  struct api_buffer *out) {
+    if (equations->is_explicit) return code_rows(language, equations, out);
     PEND_TRY(api_buffer_text(out, "p = "));
-    PEND_TRY(code_parents(&code_matlab, equations, out));
-    return api_buffer_text(out, ";  % the arm that carries each, 0 = the pivot\n"
-                                "S = zeros(n);  % row k: the arms on the way from the pivot to tip k\n"
-                                "for k = 1:n\n"
-                                "    j = k;\n"
-                                "    while j > 0\n"
-                                "        S(k, j) = 1;\n"
-                                "        j = p(j);\n"
-                                "    end\n"
-                                "end\n");
+    PEND_TRY(code_parents(language, equations, out));
+    return api_buffer_text(out, language->climb);
+}
+
+/* name = [...], with a comment or NULL */
+static enum pend_status code_list(const struct code_language *language, const char *name, const char *comment, int n,
+                                  const double number[], struct api_buffer *out) {
+    PEND_TRY(api_buffer_format(out, "%s = %s", name, language->list));
+    PEND_TRY(code_numbers(language, n, number, out));
+    PEND_TRY(api_buffer_text(out, language->list_end));
+    if (comment) PEND_TRY(api_buffer_format(out, "  %s %s", language->comment, comment));
+    return api_buffer_text(out, "\n");
+}
+
+/* all that is given: the pendulum and its start */
+static enum pend_status code_givens(const struct code_language *language, const struct api_equations *equations,
+                                    struct api_buffer *out) {
+    int n = equations->n;
+    PEND_TRY(code_list(language, "L", "lengths", n, equations->length, out));
+    PEND_TRY(code_list(language, "m", "masses at the tips", n, equations->mass, out));
+    PEND_TRY(api_buffer_text(out, "g = "));
+    PEND_TRY(code_number(equations->gravity, out));
+    PEND_TRY(api_buffer_format(out, "%s\n", language->end));
+    PEND_TRY(code_path(language, equations, out));
+    PEND_TRY(code_list(language, "phi0", "the start", n, equations->phi, out));
+    return code_list(language, "w0", NULL, n, equations->rate, out);
 }
 
 enum pend_status api_code_matlab(const struct api_equations *equations, struct api_buffer *out) {
@@ -86,14 +136,7 @@ enum pend_status api_code_matlab(const struct api_equations *equations, struct a
                           "%% Runs as it is in MATLAB and in Octave. Angles from the positive real axis, SI units.\n"
                           "n = %d;\n",
                           equations->n, equations->n > 1 ? "s" : "", equations->n));
-    PEND_TRY(code_matlab_list("L", "  % lengths", equations, equations->length, out));
-    PEND_TRY(code_matlab_list("m", "  % masses at the tips", equations, equations->mass, out));
-    PEND_TRY(api_buffer_text(out, "g = "));
-    PEND_TRY(code_number(equations->gravity, out));
-    PEND_TRY(api_buffer_text(out, ";\n"));
-    PEND_TRY(code_matlab_path(equations, out));
-    PEND_TRY(code_matlab_list("phi0", "  % the start", equations, equations->phi, out));
-    PEND_TRY(code_matlab_list("w0", "", equations, equations->rate, out));
+    PEND_TRY(code_givens(&code_matlab, equations, out));
     return api_buffer_text(out,
                            "\n"
                            "mu = S.' * diag(m) * S;\n"
@@ -117,28 +160,6 @@ enum pend_status api_code_matlab(const struct api_equations *equations, struct a
                            "subplot(1, 2, 2); plot(t, force); xlabel('t'); title('compression forces');\n");
 }
 
-static enum pend_status code_python_list(const char *name, const char *end, const struct api_equations *equations,
-                                         const double number[], struct api_buffer *out) {
-    PEND_TRY(api_buffer_format(out, "%s = np.array(", name));
-    PEND_TRY(code_numbers(&code_python, equations->n, number, out));
-    return api_buffer_format(out, ", dtype=float)%s\n", end);
-}
-
-static enum pend_status code_python_path(const struct api_equations *equations, struct api_buffer *out) {
-    if (equations->is_explicit)
-        return code_path(equations, "S = np.array([[", ", ", "],\n              [",
-                         "]], dtype=float)  # row k: the arms on the way from the pivot to tip k\n", out);
-    PEND_TRY(api_buffer_text(out, "p = "));
-    PEND_TRY(code_parents(&code_python, equations, out));
-    return api_buffer_text(out, "  # the arm that carries each, from 1; 0 = the pivot\n"
-                                "S = np.zeros((n, n))  # row k: the arms on the way from the pivot to tip k\n"
-                                "for k in range(n):\n"
-                                "    j = k\n"
-                                "    while j >= 0:\n"
-                                "        S[k, j] = 1\n"
-                                "        j = p[j] - 1\n");
-}
-
 enum pend_status api_code_python(const struct api_equations *equations, struct api_buffer *out) {
     PEND_TRY(api_buffer_format(
         out,
@@ -151,14 +172,7 @@ enum pend_status api_code_python(const struct api_equations *equations, struct a
         "\n"
         "n = %d\n",
         equations->n, equations->n > 1 ? "s" : "", equations->n));
-    PEND_TRY(code_python_list("L", "  # lengths", equations, equations->length, out));
-    PEND_TRY(code_python_list("m", "  # masses at the tips", equations, equations->mass, out));
-    PEND_TRY(api_buffer_text(out, "g = "));
-    PEND_TRY(code_number(equations->gravity, out));
-    PEND_TRY(api_buffer_text(out, "\n"));
-    PEND_TRY(code_python_path(equations, out));
-    PEND_TRY(code_python_list("phi0", "  # the start", equations, equations->phi, out));
-    PEND_TRY(code_python_list("w0", "", equations, equations->rate, out));
+    PEND_TRY(code_givens(&code_python, equations, out));
     return api_buffer_text(
         out, "mu = S.T @ (m[:, None] * S)\n"
              "\n"

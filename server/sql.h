@@ -1,5 +1,5 @@
 /* What a database must be able to do to be a store: statements, rows, and the words that differ between dialects.
- * Leaves to others: the statements (store), the libraries (store_sqlite, store_postgres).
+ * Leaves to others: the statements (store_statements), the libraries (store_sqlite, store_postgres).
  * Invariant: a connection is used by one thread at a time; what came from outside goes in as a parameter only. */
 #ifndef SRV_SQL_H
 #define SRV_SQL_H
@@ -23,6 +23,13 @@ enum srv_stored {
     SRV_STORED_AWAY,  /* the store cannot be reached now; whether the call took effect is unknown */
     SRV_STORED_BROKEN /* the store is damaged, out of memory, or not what this version can read */
 };
+
+/* Passes on what is not SRV_STORED. */
+#define SRV_STORED_TRY(call)                                                                                           \
+    do {                                                                                                               \
+        enum srv_stored stored_try_ = (call);                                                                          \
+        if (stored_try_ != SRV_STORED) return stored_try_;                                                             \
+    } while (0)
 
 /* A parameter, or a field of a row; data is borrowed. */
 struct srv_value {

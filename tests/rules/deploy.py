@@ -17,25 +17,12 @@ import time
 
 import yaml
 
-TOP = pathlib.Path(__file__).resolve().parents[2]
-sys.path += [str(TOP / "tests/load"), str(TOP / "tests/drill")]
-from house import JOBS, OCTETS, Daemon, House, undisturbed  # noqa: E402
-from places import place, postgres_programs  # noqa: E402
-from servers import nginx, tool  # noqa: E402
+from rule import TOP, check, shipped_nginx, skip, summary
+from house import JOBS, OCTETS, Daemon, House, undisturbed
+from places import place, postgres_programs
+from servers import nginx, tool
 
 BUILD = pathlib.Path(sys.argv[1]).resolve()
-counts = {"passed": 0, "failed": 0, "skipped": 0}
-
-
-def check(what, good, detail=""):
-    counts["passed" if good else "failed"] += 1
-    if not good:
-        print(f"FAIL {what}: {detail}")
-
-
-def skip(what, why):
-    counts["skipped"] += 1
-    print(f"skip {what}: {why}")
 
 
 def known(what, names, right):
@@ -171,7 +158,6 @@ def live(services):
     if not postgres_programs() or not tool("nginx"):
         skip("the processes of compose.yaml", "postgresql or nginx-light is not installed")
         return
-    config = (TOP / "docker/nginx.conf").read_text()
     with tempfile.TemporaryDirectory(prefix="pendulumd-drill-") as directory, place("postgres") as store:
         right = undisturbed(BUILD, directory)
         house = House(BUILD, store, random.Random(1), directory, right)
@@ -182,12 +168,7 @@ def live(services):
                         house.start(body["environment"]["PENDULUMD_ROLE"], "--trusted-proxy", "127.0.0.1/32")
             apis = [daemon for daemon in house.daemons if daemon.role == "api"]
             check("two answer, two compute", (len(apis), len(house.daemons)) == (2, 4), [daemon.role for daemon in house.daemons])
-            for old, new in (("pid /run/", "pid @DIR@/"), ("_temp_path /tmp/", "_temp_path @DIR@/"), ("listen 8080 ", "listen 127.0.0.1:@PORT@ "),
-                             ("server pendulumd:8080;", " ".join(f"server 127.0.0.1:{api.port};" for api in apis)),
-                             ("worker_processes auto", "worker_processes 1")):
-                check(f"nginx.conf has {old.strip()!r}", old in config)
-                config = config.replace(old, new)
-            with nginx(config) as server:
+            with nginx(shipped_nginx([api.port for api in apis])) as server:
                 front = Front(server.port)
                 job = any_answers(front, list(apis), right)
                 one_dies(front, house, apis, job)
@@ -201,5 +182,4 @@ try:
     live(compose("compose.yaml"))
 except (OSError, http.client.HTTPException, RuntimeError, KeyError) as error:
     check("it runs", False, repr(error))
-print(", ".join(f"{count} {word}" for word, count in counts.items() if count or word != "skipped"))
-sys.exit(counts["failed"] > 0)
+sys.exit(summary())

@@ -17,34 +17,15 @@ import subprocess
 import sys
 import tempfile
 
-TOP = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(TOP / "tests/load"))
-from servers import daemon  # noqa: E402
+from rule import OCTAVE, TOP, check, optional, skip, summary
+from servers import daemon
 
-try:
-    import numpy
-except ImportError:
-    numpy = None
-try:
-    import scipy
-except ImportError:
-    scipy = None
+numpy = optional("numpy")
+scipy = optional("scipy")
 
 TOLERANCE = 1e-10  # relative to the largest; measured 4e-13
 STATES = 3
-counts = {"passed": 0, "failed": 0, "skipped": 0}
 worst = {}
-
-
-def check(what, good, detail=""):
-    counts["passed" if good else "failed"] += 1
-    if not good:
-        print(f"FAIL {what}: {detail}")
-
-
-def skip(what, why):
-    counts["skipped"] += 1
-    print(f"skip {what}: {why}")
 
 
 def near(kind, what, got, wanted, tolerance=TOLERANCE):
@@ -228,8 +209,7 @@ def octave(directory, script):
     for name in ("subplot", "plot", "axis", "title", "xlabel"):
         (directory / f"{name}.m").write_text(f"function {name}(varargin)\nend\n")
     (directory / "all.m").write_text(script)
-    program = shutil.which("octave-cli") or shutil.which("octave")
-    ran = subprocess.run([program, "--no-gui", "--no-history", "--norc", "-q", "all.m"], cwd=directory,
+    ran = subprocess.run([OCTAVE, "--no-gui", "--no-history", "--norc", "-q", "all.m"], cwd=directory,
                          capture_output=True, text=True, timeout=240)
     check("Octave runs the scripts", ran.returncode == 0, ran.stderr[:500])
     return [[float(word) for word in line.split()] for line in ran.stdout.splitlines()]
@@ -253,7 +233,7 @@ def check_whole(server, tree, initial):
     """The programs from their first line to their last, against the trajectory."""
     answer = ask(server, "/v1/equations", {"pendulum": tree, "initial": initial})
     wanted = ask(server, "/v1/trajectories", {"pendulum": tree, "initial": initial, "times": {"stop": 5, "step": 0.01}})
-    if shutil.which("octave-cli") or shutil.which("octave"):
+    if OCTAVE:
         with tempfile.TemporaryDirectory() as directory:
             lines = octave(pathlib.Path(directory), answer["code"]["matlab"] +
                            "printf('%.17g ', x(end, 1:n)); printf('\\n'); printf('%.17g ', force(end, :)); printf('\\n');\n")
@@ -288,7 +268,7 @@ def main(build):
                     {"phi": [0, -0.5, 0.25, 1], "phid": [0, 1, 0, -1]})
     if not numpy:
         skip("the Python programs", "NumPy is not installed")
-    if shutil.which("octave-cli") or shutil.which("octave"):
+    if OCTAVE:
         check_octave(cases)
     else:
         skip("the Octave scripts", "Octave is not installed")
@@ -298,8 +278,7 @@ def main(build):
         skip("KaTeX", "Node.js is not installed")
     for kind, off in worst.items():
         print(f"worst of {kind}: {off:.1e}")
-    print(f"{counts['passed']} passed, {counts['failed']} failed, {counts['skipped']} skipped")
-    return counts["failed"] > 0
+    return summary()
 
 
 if __name__ == "__main__":

@@ -16,25 +16,12 @@ import sys
 import tempfile
 import time
 
-TOP = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(TOP / "tests/load"))
-from servers import nginx, running, tool  # noqa: E402
+from rule import TOP, check, shipped_nginx, skip, summary
+from servers import nginx, running, tool
 
-counts = {"passed": 0, "failed": 0, "skipped": 0}
 DOUBLE = '"pendulum":{"length":[1,1],"mass":[1,1],"parent":[0,1]}'
 LITTLE = f"{{{DOUBLE}}}"
 JSON = {"Content-Type": "application/json"}
-
-
-def check(what, good, detail=""):
-    counts["passed" if good else "failed"] += 1
-    if not good:
-        print(f"FAIL {what}: {detail}")
-
-
-def skip(what, why):
-    counts["skipped"] += 1
-    print(f"skip {what}: {why}")
 
 
 def ask(server, method, path, body=None, headers=JSON, source="127.0.0.1"):
@@ -157,12 +144,7 @@ def behind_nginx(build):
         with log.open("w") as out:
             process = subprocess.Popen(command, stdout=out, stderr=subprocess.PIPE, text=True)
         port = int(process.stderr.readline().rsplit(":", 1)[1])
-        config = (TOP / "docker/nginx.conf").read_text()
-        for old, new in (("pid /run/", "pid @DIR@/"), ("_temp_path /tmp/", "_temp_path @DIR@/"), ("listen 8080 ", "listen 127.0.0.1:@PORT@ "),
-                         ("server pendulumd:8080;", f"server 127.0.0.1:{port};"), ("worker_processes auto", "worker_processes 1")):
-            check(f"nginx.conf has {old.strip()!r}", old in config)
-            config = config.replace(old, new)
-        with running(process, port) as back, nginx(config) as front:
+        with running(process, port) as back, nginx(shipped_nginx([port])) as front:
             passes(front, back)
             refused(front)
             clients(front, log)
@@ -191,5 +173,4 @@ def unit(build):
 
 behind_nginx(sys.argv[1])
 unit(sys.argv[1])
-print(", ".join(f"{count} {word}" for word, count in counts.items() if count or word != "skipped"))
-sys.exit(counts["failed"] > 0)
+sys.exit(summary())

@@ -14,18 +14,11 @@ import subprocess
 import sys
 import tempfile
 
-TOP = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(TOP / "tests/load"))
-from servers import daemon, tool  # noqa: E402
+from rule import OCTAVE, check, optional, skip, summary
+from servers import daemon
 
-try:
-    import numpy
-except ImportError:
-    numpy = None
-try:
-    import scipy.io
-except ImportError:
-    scipy = None
+numpy = optional("numpy")
+scipy = optional("scipy.io")
 
 FOUR = '"pendulum":{"L":[2,1.5,0.75,1.25],"m":[1,1,1,0.1],"S":[[1,0,0,0],[1,1,0,0],[1,1,1,0],[1,1,0,1]]}'
 ONE = '"pendulum":{"length":[0.7],"mass":[1.3],"parent":[0]}'
@@ -38,22 +31,10 @@ REQUESTS = {
     "longer than a block": ("/v1/trajectories", f'{{{FOUR},"times":{{"start":0,"stop":20,"count":20001}}}}'),
     "states": ("/v1/forces", f'{{{FOUR},"states":[{{"phi":[1,2,3,4]}},{{"theta":[0.1,0,0,0],"thetad":[1,1e-300,-1,0]}}]}}'),
 }
-counts = {"passed": 0, "failed": 0, "skipped": 0}
 
 
 def bits(value):
     return struct.pack("<d", value)
-
-
-def check(what, good, detail=""):
-    counts["passed" if good else "failed"] += 1
-    if not good:
-        print(f"FAIL {what}: {detail}")
-
-
-def skip(what, why):
-    counts["skipped"] += 1
-    print(f"skip {what}: {why}")
 
 
 def columns_of(answer):
@@ -141,7 +122,7 @@ def read_mat_scipy(what, data, headers, columns):
     compare_arrays(what, {name: value.reshape(rows, -1).tolist() for name, value in arrays.items()}, columns)
 
 
-OCTAVE = """
+TELL = """
 1;
 function tell(out, name, value)
   if isstruct(value)
@@ -167,8 +148,8 @@ def read_mat_octave(what, data, headers, columns):
     with tempfile.TemporaryDirectory() as directory:
         file, out, script = (pathlib.Path(directory, name) for name in ("answer.mat", "numbers", "read.m"))
         file.write_bytes(data)
-        script.write_text(OCTAVE)
-        run = subprocess.run([tool("octave-cli") or tool("octave"), "--norc", "--quiet", script, file, out], capture_output=True, text=True, timeout=120)
+        script.write_text(TELL)
+        run = subprocess.run([OCTAVE, "--norc", "--quiet", script, file, out], capture_output=True, text=True, timeout=120)
         check(f"{what}: load", not run.returncode, run.stderr[-500:])
         numbers = out.read_bytes() if not run.returncode else b""
     arrays, at = {}, 0
@@ -189,7 +170,7 @@ READERS = [
     ("octet-stream in NumPy", "application/octet-stream", read_octets, numpy, "python3-numpy is not installed"),
     ("NPZ in NumPy", "application/x-npz", read_npz, numpy, "python3-numpy is not installed"),
     ("MAT in SciPy", "application/x-matlab-data", read_mat_scipy, scipy, "python3-scipy is not installed"),
-    ("MAT in Octave", "application/x-matlab-data", read_mat_octave, tool("octave-cli") or tool("octave"), "octave is not installed"),
+    ("MAT in Octave", "application/x-matlab-data", read_mat_octave, OCTAVE, "octave is not installed"),
 ]
 
 
@@ -215,8 +196,7 @@ def main():
     for name, _, _, there, why in READERS:
         if not there:
             skip(name, why)
-    print(", ".join(f"{count} {word}" for word, count in counts.items() if count or word != "skipped"))
-    sys.exit(counts["failed"] > 0)
+    sys.exit(summary())
 
 
 main()

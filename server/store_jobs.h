@@ -1,0 +1,19 @@
+/* Jobs: submitted, read, listed, ended.
+ * Leaves to others: their shards (store_leases), their removal (store_sweep).
+ * Invariant: a job ends once; a client's key makes one job, however many submissions come at once. */
+#ifndef SRV_STORE_JOBS_H
+#define SRV_STORE_JOBS_H
+
+#include "server/store_call.h"
+
+/** Reads a job by a statement of its id, in a call that has begun. SRV_STORED_NONE */
+enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, const char *name, struct srv_job *job);
+
+/** True for a job that has not ended. */
+int srv_job_open(const struct srv_job *job);
+
+/** Ends a job that was locked, in a call that has begun; its shards go, so that no attempt can write any more. */
+enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job, enum srv_job_state state,
+                                  const char *message);
+
+#endif

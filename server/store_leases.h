@@ -1,0 +1,18 @@
+/* Shards of jobs under leases: claimed, extended, finished or failed, given back; and the results.
+ * Leaves to others: jobs as a whole (store_jobs), finding leases that ran out (store_sweep).
+ * Invariant: a shard's result is taken once, from the attempt that holds it. */
+#ifndef SRV_STORE_LEASES_H
+#define SRV_STORE_LEASES_H
+
+#include "server/store_call.h"
+
+/**
+ * Lets shards wait again, in a call that has begun: SQL_SHARDS_MOST at most.
+ *
+ * worker  whose; or NULL: those whose lease ran out, which counts against them.
+ * sweep   counts what became of them.
+ * found   out: how many there were.
+ */
+enum srv_stored srv_store_back(struct srv_store *store, const char *worker, struct srv_store_sweep *sweep, int *found);
+
+#endif

@@ -1,0 +1,33 @@
+#include "server/store_quotas.h"
+
+#include <stdio.h>
+
+#include "server/store_rows.h"
+
+enum srv_stored srv_store_client(struct srv_store *store, const char *client, long jobs, long long bytes, int turn,
+                                 int64_t *total) {
+    struct srv_row_wholes row = {.count = 1};
+    SRV_STORED_TRY(SRV_RUN(store, SQL_CLIENT_CHANGE, srv_row_wholes, &row, srv_value_text(client),
+                           srv_value_whole(jobs), srv_value_whole(bytes), srv_value_whole(turn)));
+    if (total) *total = row.whole[0];
+    return SRV_STORED;
+}
+
+enum srv_stored srv_store_room(struct srv_store *store, size_t bytes, int64_t client_bytes,
+                               char message[SRV_MESSAGE_BYTES]) {
+    const struct srv_store_rules *rules = &store->rules;
+    struct srv_row_wholes all = {.count = 1};
+    if (store->sql->driver->room && !store->sql->driver->room(store->sql, bytes)) return SRV_STORED_FULL;
+    SRV_STORED_TRY(srv_store_run(store, SQL_ALL_BYTES, NULL, 0, srv_row_wholes, &all));
+    if (client_bytes > rules->client_bytes)
+        snprintf(message, SRV_MESSAGE_BYTES,
+                 "the client's kept results would pass max-client-bytes, %lld bytes; "
+                 "DELETE jobs that are not needed any more",
+                 rules->client_bytes);
+    else if (all.whole[0] > rules->all_bytes)
+        snprintf(message, SRV_MESSAGE_BYTES, "all kept results would pass max-store-bytes, %lld bytes",
+                 rules->all_bytes);
+    else
+        return SRV_STORED;
+    return SRV_STORED_QUOTA;
+}

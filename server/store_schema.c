@@ -1,0 +1,74 @@
+#include "server/store_schema.h"
+
+#include <stdio.h>
+
+#include "server/store_rows.h"
+
+enum { SCHEMA = 1 };
+
+/* The tables, version by version; a statement each, NULL between versions. */
+static const char *const schema[] = {
+    "CREATE TABLE clients (name TEXT PRIMARY KEY, turn BIGINT NOT NULL, jobs BIGINT NOT NULL, bytes BIGINT NOT NULL)",
+    "CREATE TABLE jobs (id TEXT PRIMARY KEY, client TEXT NOT NULL, operation TEXT NOT NULL, request {bytes} NOT NULL, "
+    "key TEXT, digest {bytes} NOT NULL, state BIGINT NOT NULL DEFAULT 0, shards BIGINT NOT NULL, "
+    "begun BIGINT NOT NULL DEFAULT 0, done BIGINT NOT NULL DEFAULT 0, waiting BIGINT NOT NULL DEFAULT 0, "
+    "chained BIGINT NOT NULL, carry {bytes}, ready BIGINT NOT NULL DEFAULT 1, turn BIGINT NOT NULL, "
+    "created BIGINT NOT NULL, started BIGINT NOT NULL DEFAULT 0, finished BIGINT NOT NULL DEFAULT 0, "
+    "expires BIGINT NOT NULL DEFAULT 0, bytes BIGINT NOT NULL DEFAULT 0, message TEXT NOT NULL DEFAULT '')",
+    "CREATE UNIQUE INDEX jobs_key ON jobs (client, key) WHERE key IS NOT NULL",
+    "CREATE INDEX jobs_ready ON jobs (client, turn, created) WHERE ready = 1",
+    "CREATE INDEX jobs_client ON jobs (client, created, id)",
+    "CREATE INDEX jobs_expires ON jobs (expires) WHERE expires > 0",
+    "CREATE INDEX jobs_unclean ON jobs (finished) WHERE state >= 3 AND bytes > 0",
+    "CREATE TABLE shards (job TEXT NOT NULL, number BIGINT NOT NULL, state BIGINT NOT NULL, attempt BIGINT NOT NULL, "
+    "kills BIGINT NOT NULL, worker TEXT NOT NULL, lease BIGINT NOT NULL, start {bytes}, bytes BIGINT NOT NULL, "
+    "PRIMARY KEY (job, number))",
+    "CREATE INDEX shards_lease ON shards (lease) WHERE state = 1",
+    "CREATE INDEX shards_marked ON shards (job) WHERE kills > 0",
+    "CREATE INDEX shards_waiting ON shards (job, number) WHERE state = 0",
+    "CREATE TABLE results (job TEXT NOT NULL, shard BIGINT NOT NULL, chunk BIGINT NOT NULL, data {bytes} NOT NULL, "
+    "PRIMARY KEY (job, shard, chunk))",
+    "CREATE TABLE scenes (id TEXT PRIMARY KEY, client TEXT NOT NULL, body {bytes} NOT NULL, created BIGINT NOT NULL)",
+    "CREATE INDEX scenes_client ON scenes (client)",
+    NULL};
+
+static enum srv_stored schema_version(struct srv_sql *sql, int64_t *version) {
+    struct srv_row_wholes row = {.count = 1};
+    SRV_STORED_TRY(sql->driver->run(sql, -1, "CREATE TABLE IF NOT EXISTS pendulumd (version BIGINT NOT NULL)", NULL, 0,
+                                    NULL, NULL));
+    SRV_STORED_TRY(sql->driver->run(sql, -1, "SELECT version FROM pendulumd", NULL, 0, srv_row_wholes, &row));
+    *version = row.rows ? row.whole[0] : 0;
+    if (row.rows) return SRV_STORED;
+    return sql->driver->run(sql, -1, "INSERT INTO pendulumd (version) VALUES (0)", NULL, 0, NULL, NULL);
+}
+
+/* brings the tables to this version's, in one transaction */
+static enum srv_stored schema_migrate(struct srv_sql *sql, int64_t *version) {
+    enum srv_stored stored = sql->driver->run(sql, -1, "{begin}", NULL, 0, NULL, NULL);
+    if (stored == SRV_STORED) stored = sql->driver->run(sql, -1, "{alone}", NULL, 0, NULL, NULL);
+    if (stored == SRV_STORED) stored = schema_version(sql, version);
+    int at = 0;
+    for (int64_t v = 0; v < SCHEMA && stored == SRV_STORED; v++, at++)
+        for (; schema[at] && stored == SRV_STORED; at++)
+            if (v >= *version) stored = sql->driver->run(sql, -1, schema[at], NULL, 0, NULL, NULL);
+    if (stored == SRV_STORED && *version < SCHEMA) {
+        struct srv_value value[] = {srv_value_whole(SCHEMA)};
+        stored = sql->driver->run(sql, -1, "UPDATE pendulumd SET version = $1", value, 1, NULL, NULL);
+    }
+    enum srv_stored ended =
+        sql->driver->run(sql, -1, stored == SRV_STORED ? "COMMIT" : "ROLLBACK", NULL, 0, NULL, NULL);
+    return stored == SRV_STORED ? ended : stored;
+}
+
+enum srv_stored srv_schema_settle(struct srv_sql *sql) {
+    int64_t version = 0;
+    SRV_STORED_TRY(schema_migrate(sql, &version));
+    if (version > SCHEMA) {
+        char text[SRV_SQL_COMPLAINT];
+        snprintf(text, sizeof text, "the store is of version %lld, this program knows up to %d", (long long)version,
+                 SCHEMA);
+        srv_sql_complain(sql, text);
+        return SRV_STORED_BROKEN;
+    }
+    return SRV_STORED;
+}

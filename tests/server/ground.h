@@ -1,0 +1,48 @@
+/* A store of a test's own, on each database.
+ * Leaves to others: the server of PostgreSQL (harness/postgres).
+ * Invariant: a test finds the store empty, and leaves nothing but that server, which ends with the program. */
+#ifndef TEST_GROUND_H
+#define TEST_GROUND_H
+
+#include "server/store.h"
+#include "tests/harness/postgres.h"
+#include "tests/harness/test.h"
+
+/* in the store's microseconds */
+#define SECOND 1000000
+
+/* Rules that are in no test's way. */
+extern const struct srv_store_rules ground_rules;
+
+/* A database that is empty when a test begins. */
+struct ground {
+    char url[300], path[64];
+    struct srv_store_rules rules;
+    struct test_postgres *postgres; /* NULL on SQLite */
+};
+
+/** Empties a place; returns 0 if that does not work. */
+int ground_begin(struct ground *ground, int postgres);
+
+void ground_clear(struct ground *ground);
+
+/** Opens another connection; NULL, with a failed check, if that does not work. */
+struct srv_store *ground_open(const struct ground *ground);
+
+/** Runs a test with one connection; skips it where PostgreSQL is not installed. */
+void ground_test(int postgres, void (*test)(struct ground *ground, struct srv_store *store));
+
+/** Defines the same test on each store. */
+#define STORE_TEST(name)                                                                                               \
+    static void name(struct ground *ground, struct srv_store *store);                                                  \
+    TEST(name##_on_sqlite) { ground_test(0, name); }                                                                   \
+    TEST(name##_on_postgresql) { ground_test(1, name); }                                                               \
+    static void name(struct ground *ground, struct srv_store *store)
+
+/** Submits a job of the operation "ensembles"; all have one request and one digest. */
+enum srv_stored ground_submit(struct srv_store *store, const char *id, const char *client, const char *key, long shards,
+                              int chained, struct srv_job *job);
+
+void ground_pause_ms(int ms);
+
+#endif
