@@ -46,9 +46,9 @@ static int jobs_prefers(const char *list, const char *name) {
 }
 
 int srv_jobs_wanted(const struct srv_exchange *exchange) {
-    int op = exchange->op == API_OP_TRAJECTORIES || exchange->op == API_OP_FORCES || exchange->op == API_OP_MODES ||
-             exchange->op == API_OP_ENSEMBLES;
-    return op && exchange->service->storage && jobs_prefers(exchange->field[SRV_PREFER], "respond-async");
+    /* what answers a table computes; anything else is there at once */
+    const struct api_op *op = api_op_at(exchange->op);
+    return op && op->table && exchange->service->storage && jobs_prefers(exchange->field[SRV_PREFER], "respond-async");
 }
 
 /* visible ASCII, with or without the quotes of a structured field */
