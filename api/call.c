@@ -210,8 +210,8 @@ static enum pend_status call_fetch(struct api_call *call, struct api_buffer *out
     enum { FETCH_BYTES = 1 << 18 };
     size_t bytes = 0;
     if (!call->results)
-        PEND_TRY(
-            api_results_new(&call->results, call->format, call->op->table(call->state), call->op->json_apart, out));
+        PEND_TRY(api_results_new(&call->results, call->format, call->op->table(call->state), call->op->json_apart,
+                                 call->op->rows_later, out));
     if (call->fetched) return api_results_end(call->results, out, done);
     char *data = malloc(FETCH_BYTES);
     enum pend_status status = data ? PEND_OK : PEND_NO_MEMORY;

@@ -434,8 +434,15 @@ static enum pend_status modes_run(void *state, const struct api_turn *turn, int 
     struct modes *modes = state;
     struct api_buffer *out = turn->out;
     if (modes->last) PEND_TRY(api_buffer_add(out, &modes->last, 1));
-    do PEND_TRY(modes_piece(modes, out, done, error));
-    while (!*done && !api_turn_over(turn));
+    do {
+        enum pend_status status = modes_piece(modes, out, done, error);
+        if (status == PEND_NOT_FINITE && !error->text[0])
+            return pend_fail(
+                error, status, -1, 0,
+                "lengths, masses and gravity are too far apart: a number of the modes is beyond those that "
+                "a double holds");
+        PEND_TRY(status);
+    } while (!*done && !api_turn_over(turn));
     modes->last = 0;
     if (*done || !modes->begun || modes->format != &api_format_json) return PEND_OK;
     modes->last = out->data[--out->bytes];

@@ -13,6 +13,7 @@ struct api_results {
     struct api_raw_figures figures;
     struct api_stats stats;
     int pieces; /* JSON records so far */
+    int later;  /* how many rows come is not known before the end */
 };
 
 static size_t row_bytes(const struct api_table *table) { return (size_t)api_table_numbers(table, 0) * sizeof(double); }
@@ -35,10 +36,11 @@ static enum pend_status results_room(struct api_results *results) {
 }
 
 enum pend_status api_results_new(struct api_results **results, const struct api_format *format,
-                                 const struct api_table *table, int apart, struct api_buffer *out) {
+                                 const struct api_table *table, int apart, int later, struct api_buffer *out) {
     struct api_results *made = *results = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
     made->table = table;
+    made->later = later;
     api_buffer_init(&made->record, record_most(table));
     enum pend_status status = results_room(made);
     if (status == PEND_OK && !(apart && format == &api_format_json))
@@ -101,7 +103,7 @@ enum pend_status api_results_end(struct api_results *results, struct api_buffer 
         *done = 1;
         return results->pieces ? PEND_OK : PEND_BUG;
     }
-    if (results->writer->rows != results->table->rows) return PEND_BUG;
+    if (results->later ? !results->figures.count : results->writer->rows != results->table->rows) return PEND_BUG;
     api_raw_stats(&results->figures, &results->stats);
     return api_writer_finish(results->writer, results->stats.count ? &results->stats : NULL, out, done);
 }

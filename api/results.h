@@ -14,12 +14,14 @@ struct api_results;
  * results  out; NULL on failure.
  * table    outlives the results.
  * apart    non-zero: JSON is kept as such, since it says more than the table.
+ * later    non-zero: the table's rows are the most that there can be, and a record of figures says that all are there.
  * out      what comes before the rows is appended.
  *
  * PEND_NO_MEMORY, PEND_LIMIT
  */
 PEND_MUST_CHECK enum pend_status api_results_new(struct api_results **results, const struct api_format *format,
-                                                 const struct api_table *table, int apart, struct api_buffer *out);
+                                                 const struct api_table *table, int apart, int later,
+                                                 struct api_buffer *out);
 
 void api_results_free(struct api_results **results);
 

@@ -13,6 +13,14 @@
  * last place */
 #define MODES_MULTIPLE 2e-15
 
+/* (rad/s)^2, within which the squares of the frequencies are computed: beyond, sums and quotients on the way would not
+ * be numbers any more, or lose digits */
+#define MODES_LEAST 1e-300
+#define MODES_MOST 1e300
+
+/* so far apart, relatively, what is large leaves nothing of the square of what is small */
+#define MODES_FAR 1e30
+
 /* a piece of work: so many vectors are spread or scaled at a time */
 enum { MODES_PIECE = 32 };
 
@@ -62,6 +70,16 @@ static enum pend_status modes_check(const struct pend_modes_request *r, int n, s
         return pend_fail(error, PEND_INVALID, -1, 0, "the interval's end %.17g must not be below its begin %.17g",
                          r->to, r->from);
     return PEND_OK;
+}
+
+/* do the squares of the frequencies, and what is between, lie well within the numbers that there are? */
+static enum pend_status modes_check_range(const struct pend_spectrum *spectrum, struct pend_error *error) {
+    if (spectrum->least >= MODES_LEAST && spectrum->most <= MODES_MOST) return PEND_OK;
+    return pend_fail(
+        error, PEND_INVALID, -1, 0,
+        "lengths, masses and gravity are too far apart: the squares of the frequencies lie between %.3g and "
+        "%.3g (rad/s)^2, and only from %.0g to %.0g can they be found",
+        spectrum->least, spectrum->most, MODES_LEAST, MODES_MOST);
 }
 
 static double modes_signed_square(double omega) { return omega * fabs(omega); }
@@ -381,6 +399,10 @@ enum pend_status pend_modes_search_new(struct pend_modes_search **search, const 
     s->request = *request;
     s->tree = tree;
     status = pend_spectrum_new(&s->spectrum, tree, request->gravity, request->up);
+    if (!status && modes_check_range(s->spectrum, error)) {
+        pend_modes_search_free(search);
+        return PEND_INVALID;
+    }
     if (!status) modes_numbers(s);
     if (!status) status = modes_plan(s);
     if (!status) modes_part_begin(s);
@@ -392,7 +414,12 @@ out:
 int pend_modes_search_count(const struct pend_modes_search *search) { return search->request.count; }
 
 enum pend_status pend_modes_search_step(struct pend_modes_search *search, int *done, struct pend_error *error) {
+    const struct pend_spectrum *spectrum = search->spectrum;
     enum pend_status status = modes_step(search);
+    if (status == PEND_NO_CONVERGENCE && !(spectrum->most < MODES_FAR * spectrum->least))
+        return pend_fail(error, PEND_NOT_FINITE, -1, 0,
+                         "lengths and masses are too far apart: no modes of %d arms were found that are orthogonal",
+                         search->tree->n);
     if (status) return modes_fail(status, search->tree->n, error);
     *done = search->phase == PHASE_DONE;
     return PEND_OK;

@@ -45,7 +45,8 @@ struct pend_modes_search;
  * search   out; NULL on failure.
  * tree     must outlive the search, as request->up must; the rest of the request is copied.
  *
- * PEND_INVALID    gravity is not > 0, count not in 1 .. n, from > to or not a number.
+ * PEND_INVALID    gravity is not > 0, count not in 1 .. n, from > to or not a number, or the squares of the frequencies
+ *                 may lie beyond what is computed with: below 1e-300 or above 1e300.
  * PEND_NO_MEMORY
  * O(n), O(n log n) at worst.
  */

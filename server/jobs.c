@@ -1,6 +1,5 @@
 #include "server/jobs.h"
 
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,13 +8,12 @@
 
 #include "api/part.h"
 #include "server/admission.h"
-#include "server/clock.h"
 #include "server/errand.h"
 #include "server/events.h"
 #include "server/job_view.h"
 #include "server/runner.h"
 
-enum { JOBS_PAGE = 100, JOBS_DEFAULT = 20, JOBS_LONG_BODY = 1 << 18, JOBS_COST = 3 };
+enum { JOBS_PAGE = 100, JOBS_DEFAULT = 20, JOBS_COST = 3 };
 
 static const char jobs_json[] = "application/json";
 
@@ -48,9 +46,9 @@ static int jobs_prefers(const char *list, const char *name) {
 }
 
 int srv_jobs_wanted(const struct srv_exchange *exchange) {
-    int op = exchange->op == API_OP_TRAJECTORIES || exchange->op == API_OP_FORCES || exchange->op == API_OP_MODES ||
-             exchange->op == API_OP_ENSEMBLES;
-    return op && exchange->service->storage && jobs_prefers(exchange->field[SRV_PREFER], "respond-async");
+    /* what answers a table computes; anything else is there at once */
+    const struct api_op *op = api_op_at(exchange->op);
+    return op && op->table && exchange->service->storage && jobs_prefers(exchange->field[SRV_PREFER], "respond-async");
 }
 
 /* visible ASCII, with or without the quotes of a structured field */
@@ -172,51 +170,15 @@ static int jobs_plan(struct srv_errand *errand) {
     return 0;
 }
 
-static void jobs_run(struct srv_task *task) {
-    struct srv_errand *errand = (struct srv_errand *)((char *)task - offsetof(struct srv_errand, task));
-    int64_t begin = srv_clock_now();
-    struct srv_service *service = errand->exchange->service;
-    errand->exchange->waited = begin - errand->exchange->queued;
-    atomic_fetch_add(&service->busy, 1);
-    int good = jobs_plan(errand);
-    errand->exchange->computed = srv_clock_now() - begin;
-    atomic_fetch_sub(&service->busy, 1);
-    srv_metrics_count(&service->metrics.busy_ns, (unsigned long long)(srv_clock_now() - begin));
-    if (good)
-        srv_errand_ask(errand, SRV_ASK_WRITE, jobs_put, jobs_submitted);
-    else
-        srv_errand_end(errand);
-}
-
-/* there is no room in the queue */
-static void jobs_crowded(struct srv_exchange *exchange, enum pend_status status) {
-    struct srv_metrics *metrics = &exchange->service->metrics;
-    if (status == PEND_LIMIT) {
-        srv_metrics_count(&metrics->refused_queue, 1);
-        srv_exchange_busy(exchange, 1, "every worker is busy and the queue is full: max-queue");
-        return;
-    }
-    srv_metrics_count(&metrics->refused_client, 1);
-    srv_exchange_problem(exchange, 429, "%.0f requests of yours wait for a worker: max-client-queue",
-                         exchange->service->config.client_queue);
-    srv_exchange_retry(exchange, 1);
-}
-
 void srv_jobs_submit(struct srv_exchange *exchange) {
-    struct srv_errand *errand = srv_errand_begin(exchange);
+    struct srv_errand *errand = srv_errand_begin(exchange, &srv_errand_jobs);
     if (!errand) return;
     if (!jobs_read_key(exchange->field[SRV_IDEMPOTENCY_KEY], errand->key)) {
         srv_exchange_problem(exchange, 400, "Idempotency-Key must be 1 to %d visible ASCII characters", SRV_ERRAND_KEY);
         srv_errand_end(errand);
         return;
     }
-    exchange->queued = srv_clock_now();
-    errand->task = (struct srv_task){
-        .run = jobs_run, .lane = &exchange->account->lane, .level = exchange->body.bytes > JOBS_LONG_BODY};
-    enum pend_status status = srv_queue_push(exchange->service->queue, &errand->task);
-    if (status == PEND_OK) return;
-    jobs_crowded(exchange, status);
-    srv_errand_end(errand);
+    srv_errand_work(errand, jobs_plan, jobs_put, jobs_submitted);
 }
 
 /* --- one job --- */
@@ -327,7 +289,7 @@ static void jobs_found_page(struct srv_errand *errand, enum srv_stored stored) {
 }
 
 void srv_jobs_list(struct srv_exchange *exchange) {
-    struct srv_errand *errand = srv_errand_begin(exchange);
+    struct srv_errand *errand = srv_errand_begin(exchange, &srv_errand_jobs);
     if (!errand) return;
     if (!jobs_read_query(exchange->query, errand)) {
         srv_exchange_problem(exchange, 422, "the query may say before=ID and limit=1 to %d, got ?%.100s", JOBS_PAGE,

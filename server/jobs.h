@@ -6,7 +6,8 @@
 
 #include "server/exchange.h"
 
-/** True where the client prefers a job and this server keeps jobs: Prefer: respond-async on a route that computes. */
+/** True where the client prefers a job and this server keeps jobs: Prefer: respond-async on a route that answers a
+ * table. */
 int srv_jobs_wanted(const struct srv_exchange *exchange);
 
 /** Makes a job of a request: 202, with the job as JSON and where it is. */

@@ -417,6 +417,33 @@ TEST(faults_of_modes_have_their_pointers) {
         CHECK_REFUSED(API_OP_MODES, bad[i].body, bad[i].pointer, bad[i].piece);
 }
 
+/* each is refused with a reason, whatever is asked for, and is no fault of the server's */
+TEST(pendulums_beyond_what_a_double_holds_have_no_modes) {
+    static const char *const bad[] = {
+        "\"length\":[1e308,1],\"mass\":[1,1],\"parent\":[0,1]",
+        "\"length\":[1,1e308],\"mass\":[1,1],\"parent\":[0,1]",
+        "\"length\":[5e-324,1],\"mass\":[1,1],\"parent\":[0,1]",
+        "\"length\":[1,1],\"mass\":[1e308,1],\"parent\":[0,1]",
+        "\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1],\"gravity\":1e308",
+        "\"length\":[1,5.6e-149],\"mass\":[1,2.2e136],\"parent\":[0,1]",
+        "\"length\":[2.3e93,1e-160],\"mass\":[3.8e-54,44],\"parent\":[0,1]",
+        "\"length\":[1,1e300,1],\"mass\":[1,1,2.9e44],\"parent\":[0,1,2]",
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        char body[256];
+        snprintf(body, sizeof body, "{\"pendulum\":{%s}}", bad[i]);
+        struct test_reply reply = test_post(API_OP_MODES, body);
+        CHECK_INT(reply.status, 422);
+        CHECK_SAYING(memmem(reply.out.data, reply.out.bytes, "too far apart", 13) != NULL, "%s", bad[i]);
+        test_reply_free(&reply);
+    }
+    /* far, and yet not too far */
+    struct test_reply good =
+        test_post(API_OP_MODES, "{\"pendulum\":{\"length\":[1e100,1e-100],\"mass\":[1,1],\"parent\":[0,1]}}");
+    CHECK_INT(good.status, 200);
+    test_reply_free(&good);
+}
+
 TEST(limits_of_modes_are_named) {
     struct api_limits limits;
     api_limits_init(&limits);

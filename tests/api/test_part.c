@@ -53,6 +53,13 @@ static const struct {
      "\"initial\":{\"phi\":[0,1,2]}}",
      1, 1},
     {API_OP_MODES, "{\"pendulum\":{\"length\":[2,1.5,1],\"mass\":[1,1,2],\"parent\":[0,1,1]}}", 1, 0},
+    {API_OP_LYAPUNOV,
+     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"duration\":5,\"samples\":150,\"count\":3}", 1,
+     0},
+    {API_OP_SECTIONS,
+     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"section\":{\"arm\":1,\"theta\":0},"
+     "\"duration\":20}",
+     1, 0},
 };
 enum { CASES = sizeof cases / sizeof *cases };
 

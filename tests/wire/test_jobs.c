@@ -29,6 +29,8 @@ enum { KILLS = 6, MOST_LIFE = 1 };
     "{\"pendulum\":" ASK_DOUBLE ",\"initial\":{\"phi\":[1,2]},\"times\":{\"start\":0,\"stop\":" WAY                    \
     ",\"step\":0.5},\"rtol\":1e-14,\"output\":[\"phi\",\"lambda\"]}"
 
+#define PASSAGES(duration) "{\"pendulum\":" ASK_DOUBLE ",\"section\":{\"arm\":1,\"theta\":0},\"duration\":" duration "}"
+
 /* the one thing that may differ between two answers */
 static void blank_seconds(struct test_reply *reply) {
     char *at = strstr(reply->body, "\"compute_seconds\":");
@@ -73,6 +75,14 @@ static const struct {
     {"/v1/trajectories", LONG_WAY, {"application/json", "text/csv", "application/octet-stream"}},
     {"/v1/forces", ASK_LITTLE, {"application/json", "text/csv"}},
     {"/v1/modes", ASK_LITTLE, {"application/json", "text/csv"}},
+    {"/v1/lyapunov",
+     "{\"pendulum\":" ASK_DOUBLE ",\"duration\":20,\"samples\":70,\"count\":\"all\"}",
+     {"application/json", "text/csv", "application/octet-stream", "application/x-ndjson"}},
+    {"/v1/sections",
+     PASSAGES("20"),
+     {"application/json", "text/csv", "application/octet-stream", "application/x-ndjson"}},
+    /* no passage at all */
+    {"/v1/sections", PASSAGES("1e-6"), {"application/json"}},
 };
 enum { KINDS = sizeof kinds / sizeof *kinds };
 
@@ -198,6 +208,11 @@ static void refusals(struct place *place) {
     refused(server, "POST", "/v1/forces", ASYNC, "{\"pendulum\":{}}", 422);
     refused(server, "POST", "/v1/forces", ASYNC, "{", 400);
     refused(server, "POST", "/v1/ensembles", ASYNC, "{\"pendulum\":" ASK_DOUBLE "}", 422);
+    refused(server, "POST", "/v1/lyapunov", ASYNC, ASK_LITTLE, 422);
+    refused(server, "POST", "/v1/sections", ASYNC, ASK_LITTLE, 422);
+    /* what is there at once is answered at once */
+    CHECK_INT(test_request(server, &reply, "POST", "/v1/trees", ASYNC, ASK_LITTLE), 200);
+    test_reply_clear(&reply);
     refused(server, "GET", "/v1/jobs/0123456789abcdefghjkmnpqrs", "", NULL, 404);
     refused(server, "GET", "/v1/jobs/0123456789abcdefghjkmnpqrs/results", "", NULL, 404);
     refused(server, "DELETE", "/v1/jobs/0123456789abcdefghjkmnpqrs", "", NULL, 404);

@@ -3,59 +3,16 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
-#include "tests/harness/postgres.h"
-#include "tests/wire/ask.h"
+#include "tests/wire/place.h"
 
 #define SCENE "{\"title\":\"Zw\\u00f6lf <b>\",\"request\":" ASK_EXAMPLE ",\"view\":{\"speed\":0.5,\"trails\":[1,2]}}"
 #define SCENE_AGAIN                                                                                                    \
     "{\"view\":{\"trails\":[1.0,2e0],\"speed\":5e-1},\n \"request\":" ASK_EXAMPLE ",\"title\":\"Zw\xc3\xb6lf <b>\"}"
 
-enum { ID = 26 };
-
-/* A store of the test's own. */
-struct place {
-    struct test_postgres *postgres;
-    char directory[64], url[256];
-};
-
-static int place_begin(struct place *place, int postgres) {
-    *place = (struct place){0};
-    if (postgres) {
-        place->postgres = test_postgres_start();
-        if (place->postgres) snprintf(place->url, sizeof place->url, "%s", test_postgres_url(place->postgres));
-        return CHECK(place->postgres != NULL);
-    }
-    snprintf(place->directory, sizeof place->directory, "/tmp/pendulumd-test-XXXXXX");
-    if (!CHECK(mkdtemp(place->directory) != NULL)) return 0;
-    snprintf(place->url, sizeof place->url, "sqlite:%s/store.db", place->directory);
-    return 1;
-}
-
-static void place_end(struct place *place) {
-    char command[128];
-    test_postgres_stop(&place->postgres);
-    if (!place->directory[0]) return;
-    snprintf(command, sizeof command, "rm -rf '%s'", place->directory);
-    CHECK(!system(command));
-}
-
-static struct test_server *place_serve(const struct place *place, const char *option, const char *value) {
+static struct test_server *serve(const struct place *place, const char *option, const char *value) {
     const char *const options[] = {"--store", place->url, option, value, NULL};
     return test_server_start(options);
-}
-
-static void on_both(void (*drill)(struct place *place)) {
-    for (int postgres = 0; postgres < 2; postgres++) {
-        struct place place;
-        if (postgres && access("/usr/lib/postgresql", F_OK)) {
-            test_skip("PostgreSQL is not installed");
-            return;
-        }
-        if (place_begin(&place, postgres)) drill(&place);
-        place_end(&place);
-    }
 }
 
 /* keeps a scene; its path, "" where there is none */
@@ -83,7 +40,7 @@ static void check_there(const struct test_server *server, const char *path, cons
 static void lasts(struct place *place) {
     char path[64], again[64];
     char *text = NULL, *second = NULL;
-    struct test_server *server = place_serve(place, NULL, NULL);
+    struct test_server *server = serve(place, NULL, NULL);
     if (!server) return;
     CHECK_INT(put(server, SCENE, path, &text), 201);
     test_sleep(0.01);
@@ -94,7 +51,7 @@ static void lasts(struct place *place) {
     check_there(server, path, text);
     /* an end in peace, then one without */
     test_server_stop(&server);
-    for (int life = 0; life < 3 && (server = place_serve(place, NULL, NULL)); life++) {
+    for (int life = 0; life < 3 && (server = serve(place, NULL, NULL)); life++) {
         char body[400], other[64];
         char *kept = NULL;
         check_there(server, path, text);
@@ -104,7 +61,7 @@ static void lasts(struct place *place) {
         test_server_signal(server, SIGKILL);
         test_server_wait(server);
         test_server_drop(&server);
-        if (!(server = place_serve(place, NULL, NULL))) break;
+        if (!(server = serve(place, NULL, NULL))) break;
         check_there(server, other, kept);
         CHECK_INT(put(server, SCENE, again, NULL), 201);
         CHECK_TEXT(again, path);
@@ -115,12 +72,12 @@ static void lasts(struct place *place) {
     free(second);
 }
 
-TEST(a_scene_is_the_same_for_ever_through_restarts_and_kills) { on_both(lasts); }
+TEST(a_scene_is_the_same_for_ever_through_restarts_and_kills) { place_on_both(lasts); }
 
 static void two_servers(struct place *place) {
     char path[2][64];
     char *text = NULL;
-    struct test_server *one = place_serve(place, NULL, NULL), *two = place_serve(place, NULL, NULL);
+    struct test_server *one = serve(place, NULL, NULL), *two = serve(place, NULL, NULL);
     if (one && two) {
         CHECK_INT(put(one, SCENE, path[0], &text), 201);
         check_there(two, path[0], text);
@@ -132,12 +89,12 @@ static void two_servers(struct place *place) {
     test_server_stop(&two);
 }
 
-TEST(a_scene_that_one_server_kept_is_there_for_another) { on_both(two_servers); }
+TEST(a_scene_that_one_server_kept_is_there_for_another) { place_on_both(two_servers); }
 
 static void refusals(struct place *place) {
     struct test_reply reply;
     char path[64], headers[160];
-    struct test_server *server = place_serve(place, "--max-client-scenes", "1");
+    struct test_server *server = serve(place, "--max-client-scenes", "1");
     if (!server) return;
     static const struct {
         const char *body, *pointer;
@@ -177,13 +134,13 @@ static void refusals(struct place *place) {
     test_server_stop(&server);
 }
 
-TEST(scenes_that_cannot_be_kept_are_refused_with_their_problem) { on_both(refusals); }
+TEST(scenes_that_cannot_be_kept_are_refused_with_their_problem) { place_on_both(refusals); }
 
 TEST(a_scene_can_be_asked_for_its_motion) {
     struct place place;
     char path[64];
     REQUIRE(place_begin(&place, 0));
-    struct test_server *server = place_serve(&place, NULL, NULL);
+    struct test_server *server = serve(&place, NULL, NULL);
     if (server) {
         struct test_reply scene, kept, plain;
         CHECK_INT(put(server, SCENE, path, NULL), 201);
@@ -223,7 +180,7 @@ TEST(a_scene_beyond_its_bytes_is_refused) {
     struct place place;
     struct test_reply reply;
     REQUIRE(place_begin(&place, 0));
-    struct test_server *server = place_serve(&place, "--max-scene-bytes", "1024");
+    struct test_server *server = serve(&place, "--max-scene-bytes", "1024");
     if (server) {
         char *body = malloc(5000), *at = body;
         at += sprintf(at, "{\"request\":{\"pendulum\":%s,\"times\":[0", ASK_DOUBLE);
