@@ -125,6 +125,9 @@ bench: ## everything below but load: ours, the peer's, ratio; seven minutes (ins
 bench-parts: $(B)/tests/bench/run ## ensembles, numbers, requests, in a minute
 	$< $(T)
 
+bench-page: build ## the page in a browser: first paint and motion, frames of fifty arms, thirty students at once, in half a minute
+	@tests/rules/web.sh $(B) --bench
+
 drill: build $(B)/tests/drill/clock.so ## kills, stops, cuts, full disks and wrong clocks, ROUNDS (50) of each on both stores, in half an hour (T=part-of-a-name)
 	@docker/install.sh test
 	@/usr/bin/python3 -B tests/drill/drill.py $(B) --rounds $(ROUNDS) $(T)
@@ -298,5 +301,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench bench-parts drill load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
+.PHONY: help run check build bench bench-parts bench-page drill load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
 .DELETE_ON_ERROR:

@@ -1,6 +1,6 @@
 #!/bin/bash
 # Drives the page with a real browser, where chromium and npm are here and npm can fetch what drives it.
-# usage: web.sh BUILD [NAME]     (build/release, for the server; a part of a test's name)
+# usage: web.sh BUILD [--bench] [NAME]     (build/release, for the server; a part of a test's name; --bench: measures instead)
 # Leaves to others: the tests (tests/web).
 # Invariant: what npm fetches lies in build/; pictures of every view are left in build/check/web.
 set -u
@@ -16,4 +16,4 @@ if ! cmp -s tests/web/package-lock.json $home/package-lock.json || [ ! -d $home/
         >/dev/null 2>&1 || skip 'npm cannot fetch what drives the browser'
     rm -rf $home && mv $home.new $home
 fi
-PENDULUMD=$PWD/$1/pendulumd exec node tests/web/run.mjs "${2:-}"
+PENDULUMD=$PWD/$1/pendulumd exec node tests/web/run.mjs "${@:2}"

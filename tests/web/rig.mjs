@@ -48,73 +48,132 @@ async function servesPage(url) {
   return reply.ok && (reply.headers.get("Content-Type") ?? "").startsWith("text/html");
 }
 
-/** A new directory that goes with the rig, for a daemon's store. */
-function directory() {
-  const path = mkdtempSync(join(tmpdir(), "pendulumd-web-"));
-  return { path, remove: () => rmSync(path, { recursive: true, force: true }) };
+const shared = new Map(); // what all rigs use together, by name: promises of {..., stop()}
+
+function share(name, make) {
+  if (!shared.has(name)) shared.set(name, make());
+  return shared.get(name);
+}
+
+const sharedBrowser = () => share("browser", async () => {
+  const browser = await fetched("playwright-core").chromium.launch({ executablePath: CHROMIUM, args: ARGUMENTS });
+  return { browser, stop: () => browser.close() };
+});
+
+/** One daemon that keeps scenes, in a file that goes with it, and one that does not. */
+const sharedDaemon = (store) => share(`daemon ${store}`, async () => {
+  if (!store) return startDaemon();
+  const home = mkdtempSync(join(tmpdir(), "pendulumd-web-"));
+  const daemon = await startDaemon(["--store", `sqlite:${join(home, "store")}`]);
+  const stop = async () => {
+    await daemon.stop();
+    rmSync(home, { recursive: true, force: true });
+  };
+  return { ...daemon, stop };
+});
+
+/** Ends what the rigs have shared. */
+export async function endShared() {
+  for (const one of shared.values()) await (await one).stop();
+}
+
+const unused = new Map(); // pages that tests have left, empty, by what cannot be changed of them
+
+/** A page that nobody uses, of a browser of its own (a context). A window takes long to make, so it is used again. */
+async function emptyPage(options, cold) {
+  const key = cold ? null : JSON.stringify(options);
+  const page = unused.get(key)?.pop() ?? await newPage(options, key);
+  page.faults = [];
+  page.forgiven = [];
+  return page;
+}
+
+async function newPage(options, key) {
+  const { browser } = await sharedBrowser();
+  const context = await browser.newContext(options);
+  context.setDefaultTimeout(60000);
+  const page = await context.newPage();
+  page.key = key;
+  page.session = await context.newCDPSession(page);
+  page.on("console", (message) => message.type() === "error" && page.faults.push(message.text()));
+  page.on("pageerror", (error) => page.faults.push(String(error)));
+  page.on("request", (asked) => {
+    const { origin, protocol } = new URL(asked.url());
+    if (protocol.startsWith("http") && origin !== page.home) page.faults.push(`asked ${asked.url()}`);
+  });
+  return page;
 }
 
 /**
- * {url, daemon, front, open(options), shot(page, name), close()}
+ * A page as a browser opens it that has never been here (its cache may hold the page's files, unless `cold`).
+ * page.faults lists what went wrong; what fits the patterns in page.forgiven is not held against it.
+ */
+async function openPage(home, used, { path = "/", width = 1280, height = 800, dark = false, still = false, touch = false, language = "en", wait = true, cold = false, ...more } = {}) {
+  const page = await emptyPage({ hasTouch: touch, locale: language, ...more }, cold);
+  page.home = home;
+  page.used = used.add(page);
+  await page.setViewportSize({ width, height });
+  await page.emulateMedia({ colorScheme: dark ? "dark" : "light", reducedMotion: still ? "reduce" : "no-preference" });
+  await page.session.send("Storage.clearDataForOrigin", { origin: home, storageTypes: "local_storage" });
+  await page.goto(home + path);
+  if (wait) await moving(page);
+  return page;
+}
+
+/**
+ * {url, daemon, front, open(options), shot(page, name), clear(), close()}; the browser and the daemons are every rig's.
  *
- * store    true: scenes are kept (a file that goes with the rig).
+ * store    true: scenes are kept.
  * sources  true: the page comes from server/web through serve.mjs, whose `fault` can stand in for a server in trouble;
  *          false: from the daemon, if that serves it.
  */
-export async function createRig({ store = false, sources = true, options = [] } = {}) {
-  const home = directory();
-  const daemon = await startDaemon(["--store", store ? `sqlite:${join(home.path, "store")}` : "none", ...options]);
+export async function createRig({ store = false, sources = true } = {}) {
+  const daemon = await sharedDaemon(store);
   const own = !sources && await servesPage(daemon.url);
   const front = own ? null : await servePage(daemon.url);
   const url = own ? daemon.url : front.url;
-  const browser = await fetched("playwright-core").chromium.launch({ executablePath: CHROMIUM, args: ARGUMENTS });
   mkdirSync(PICTURES, { recursive: true });
 
-  /** A page of a browser of its own; page.faults lists what went wrong, allow(pattern) is forgiven. */
-  async function open({ path = "/", width = 1280, height = 800, dark = false, still = false, touch = false, language = "en", wait = true, ...more } = {}) {
-    const context = await browser.newContext({ viewport: { width, height }, colorScheme: dark ? "dark" : "light", hasTouch: touch,
-      reducedMotion: still ? "reduce" : "no-preference", locale: language, ...more });
-    const page = await context.newPage();
-    page.faults = [];
-    page.forgiven = [];
-    page.on("console", (message) => message.type() === "error" && page.faults.push(message.text()));
-    page.on("pageerror", (error) => page.faults.push(String(error)));
-    page.on("request", (asked) => {
-      const { origin, protocol } = new URL(asked.url());
-      if (protocol.startsWith("http") && origin !== url) page.faults.push(`asked ${asked.url()}`);
-    });
-    await page.goto(url + path);
-    if (wait) await moving(page);
-    return page;
-  }
+  const used = new Set(); // the pages that a test has
 
   return {
-    url, daemon, front, browser, open,
+    url, daemon, front,
+    open: (options) => openPage(url, used, options),
     shot: (page, name, more = {}) => page.screenshot({ path: join(PICTURES, `${name}.png`), ...more }),
-    async close() {
-      await browser.close();
-      front?.close();
-      await daemon.stop();
-      home.remove();
+    /** Closes what a test has left open, and ends the trouble that it made. */
+    async clear() {
+      if (front) front.fault = null;
+      for (const page of used) await page.context().close();
+      used.clear();
     },
+    close: () => front?.close(),
   };
 }
 
-/** How many times slower a program runs here and now than it would alone: 1 on a quiet machine. */
-export function crowd() {
-  const begun = performance.now();
-  const used = process.cpuUsage();
-  let more = { user: 0, system: 0 };
-  while (more.user + more.system < 25000) more = process.cpuUsage(used);
-  return Math.max(1, (performance.now() - begun) * 1000 / (more.user + more.system));
-}
-
 /** Waits until the page has a whole motion. */
-export const moving = (page) => page.waitForFunction(() => window.pendulumd?.motion.complete, null, { timeout: 15000 });
+export const moving = (page) => page.waitForFunction(() => window.pendulumd?.motion.complete);
 
-/** Throws if the page has seen an error that is not of the forgiven patterns; then closes it. */
+/** Waits until what has changed is drawn: the view has come to where it goes, and every transition has ended. */
+export const drawn = (page) => page.evaluate(async () => {
+  const frame = () => new Promise((resolve) => { requestAnimationFrame(resolve); });
+  // the pivot, and a tip where the clock stands, move with the view alone
+  const view = () => (window.pendulumd ? JSON.stringify([pendulumd.stage.tip(0), pendulumd.clock.playing || pendulumd.stage.tip(1)]) : "");
+  await frame();
+  for (let same = 0, before = null; same < 3; await frame()) {
+    const now = view();
+    same = now === before ? same + 1 : 0;
+    before = now;
+  }
+  const ending = document.getAnimations().filter((one) => one.effect.getComputedTiming().endTime < Infinity);
+  await Promise.all(ending.map((one) => one.finished.catch(() => {})));
+});
+
+/** Throws if the page has seen an error that is not of the forgiven patterns; else empties it for the next test. */
 export async function close(page) {
   const bad = page.faults.filter((fault) => !page.forgiven.some((pattern) => pattern.test(fault)));
-  await page.context().close();
   if (bad.length) throw new Error(`the page is not clean: ${bad.join(" | ")}`);
+  page.used.delete(page);
+  if (!page.key) return page.context().close();
+  await page.goto("about:blank");
+  unused.set(page.key, [...unused.get(page.key) ?? [], page]);
 }

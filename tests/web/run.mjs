@@ -1,19 +1,29 @@
-// Runs the browser tests: `node tests/web/run.mjs [part-of-a-name]`; the last line counts them.
+// Runs the browser tests: `node tests/web/run.mjs [part-of-a-name]`; the last line counts them. With `--bench` before the
+// name it runs the measurements (bench_*.mjs) instead, one after the other: they print figures and assert nothing of time.
 // A test is an exported function of a test_*.mjs: its name is a sentence, it gets the rig and throws if it fails.
-// Leaves to others: the rig (rig.mjs). A file may export `rig`, options of a rig of its own.
-// Invariant: every test runs, whatever the others did.
+// Leaves to others: the rig (rig.mjs). A file may export `rig`, options of its rig.
+// Invariant: every test runs, whatever the others did; files run side by side, the tests of one in their order.
 
 import { readdirSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
-import { createRig } from "./rig.mjs";
+import { createRig, endShared } from "./rig.mjs";
 
 const HERE = dirname(fileURLToPath(import.meta.url));
-const wanted = (process.argv[2] ?? "").replaceAll(" ", "_");
-const files = readdirSync(HERE).filter((name) => /^test_.*\.mjs$/.test(name)).sort();
-const rigs = new Map();
+const bench = process.argv[2] === "--bench";
+const wanted = (process.argv[bench ? 3 : 2] ?? "").replaceAll(" ", "_");
+const LANES = bench ? 1 : Number(process.env.LANES ?? 3);
+const FIRST = ["test_drawers.mjs", "test_docs.mjs", "test_hand.mjs"]; // what takes longest, so that no lane is left alone with it
+const rank = (name) => (FIRST.includes(name) ? FIRST.indexOf(name) : FIRST.length);
+const pattern = bench ? /^bench_.*\.mjs$/ : /^test_.*\.mjs$/;
+const files = readdirSync(HERE).filter((name) => pattern.test(name)).sort((a, b) => rank(a) - rank(b) || a.localeCompare(b));
 let passed = 0;
 let failed = 0;
+
+function fail(name, error) {
+  failed++;
+  console.log(`FAIL  ${name}: ${error.stack}`);
+}
 
 async function run(name, test, rig) {
   const begun = performance.now();
@@ -22,39 +32,30 @@ async function run(name, test, rig) {
     passed++;
     console.log(`ok    ${name} (${Math.round(performance.now() - begun)} ms)${note ? `: ${note}` : ""}`);
   } catch (error) {
-    failed++;
-    console.log(`FAIL  ${name}: ${error.stack}`);
+    fail(name, error);
   }
   // a test that failed leaves neither its pages nor its trouble to the next one
-  if (rig.front) rig.front.fault = null;
-  for (const context of rig.browser.contexts()) await context.close();
+  await rig.clear();
 }
 
-/** The tests of a file; one that cannot be read is a failure. */
-async function read(file) {
+/** The tests of a file, with a rig of their own; a file that cannot be read is a failure. */
+async function runFile(file) {
   try {
-    return await import(pathToFileURL(join(HERE, file)));
+    const tests = await import(pathToFileURL(join(HERE, file)));
+    const chosen = Object.entries(tests).filter(([name, test]) => typeof test === "function" && `${file} ${name}`.includes(wanted));
+    if (!chosen.length) return;
+    const rig = await createRig(tests.rig);
+    for (const [name, test] of chosen) await run(name.replaceAll("_", " "), test, rig);
+    await rig.close();
   } catch (error) {
-    failed++;
-    console.log(`FAIL  ${file}: ${error.stack}`);
-    return {};
+    fail(file, error);
   }
 }
 
-/** Files that want the same rig share one. */
-async function rigFor(options) {
-  const key = JSON.stringify(options ?? {});
-  if (!rigs.has(key)) rigs.set(key, await createRig(options));
-  return rigs.get(key);
-}
-
-for (const file of files) {
-  const tests = await read(file);
-  const chosen = Object.entries(tests).filter(([name, test]) => typeof test === "function" && `${file} ${name}`.includes(wanted));
-  if (!chosen.length) continue;
-  const rig = await rigFor(tests.rig);
-  for (const [name, test] of chosen) await run(name.replaceAll("_", " "), test, rig);
-}
-for (const rig of rigs.values()) await rig.close();
+const lane = async () => {
+  while (files.length) await runFile(files.shift());
+};
+await Promise.all(Array.from({ length: LANES }, lane));
+await endShared();
 console.log(`${passed} passed, ${failed} failed`);
 process.exit(failed || !passed ? 1 : 0);

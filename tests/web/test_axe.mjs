@@ -2,14 +2,14 @@
 
 import assert from "node:assert/strict";
 import { violations } from "./axe.mjs";
-import { close } from "./rig.mjs";
+import { close, drawn } from "./rig.mjs";
 
 async function check(rig, options, views) {
   const page = await rig.open(options);
   for (const [name, go] of views) {
     await go(page);
-    await page.waitForTimeout(200);
-    assert.deepEqual(await violations(page), [], `${name} ${JSON.stringify(options)}`);
+    await drawn(page);
+    assert.deepEqual(await violations(page, { colours: options.dark }), [], `${name} ${JSON.stringify(options)}`);
   }
   await close(page);
 }

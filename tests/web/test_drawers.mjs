@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { violations } from "./axe.mjs";
 import { openDrawer } from "./drawers.mjs";
-import { close } from "./rig.mjs";
+import { close, drawn } from "./rig.mjs";
 
 const DRAWERS = ["plots", "modes", "compare", "method", "equations", "share", "worksheet"];
 
@@ -38,9 +38,9 @@ async function look(rig, name, options) {
       await page.waitForSelector("[data-map=png]:not([hidden])");
     }
     if (id === "method") await page.waitForSelector(".verdict");
-    await page.waitForTimeout(60);
+    await drawn(page);
     await rig.shot(page, `drawer-${id}-${name}`);
-    bad.push(...(await violations(page, { include: [selector], exclude: [".katex"] })).map((words) => `${id}, ${name}: ${words}`));
+    bad.push(...(await violations(page, { context: { include: [selector], exclude: [".katex"] }, colours: options.dark })).map((words) => `${id}, ${name}: ${words}`));
     const wide = await page.evaluate((at) => document.querySelector(at).scrollWidth - document.querySelector(at).clientWidth, selector);
     const scrolled = await page.evaluate(() => (innerWidth > 860 ? document.documentElement.scrollHeight - innerHeight : 0));
     if (scrolled > 0) bad.push(`${id}, ${name}: the page is ${scrolled} pixels longer than the window`);

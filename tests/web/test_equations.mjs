@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { openDrawer } from "./drawers.mjs";
-import { close } from "./rig.mjs";
+import { close, drawn } from "./rig.mjs";
 
 const clipboard = (page) => page.evaluate(() => navigator.clipboard.readText());
 
@@ -49,7 +49,7 @@ export async function equations_follow_the_tree_and_are_compact_for_large_ones(r
   await chain(40);
   await page.waitForFunction(() => document.querySelector("[data-form]").disabled);
   assert.equal(await page.inputValue("[data-form]"), "compact");
-  await page.waitForTimeout(400);
+  await drawn(page);
   assert.equal(await page.locator(".katex-error").count(), 0);
   assert.ok(await rows() <= 40);
   await close(page);

@@ -1,13 +1,13 @@
 // Hands: tips are dragged, arms are added and changed by clicks, everything is undone and done again.
 
 import assert from "node:assert/strict";
-import { close, moving } from "./rig.mjs";
+import { close, drawn, moving } from "./rig.mjs";
 
 const doc = (page) => page.evaluate(() => pendulumd.store.get());
 
 /** Where an arm's tip is on the screen; the stage stands still for it. */
 async function tip(page, arm) {
-  await page.waitForTimeout(120);
+  await drawn(page);
   return page.evaluate((k) => {
     const place = document.querySelector(".canvas").getBoundingClientRect();
     const spot = pendulumd.stage.tip(k);
@@ -17,7 +17,7 @@ async function tip(page, arm) {
 
 async function pause(page, time = 0) {
   await page.evaluate((t) => { pendulumd.clock.pause(); pendulumd.clock.seek(t); }, time);
-  await page.waitForTimeout(500);
+  await drawn(page);
 }
 
 async function type(page, field, value) {
@@ -92,7 +92,7 @@ export async function the_paper_s_pendulum_is_built_by_clicks(rig) {
   await moving(page);
   await page.waitForFunction(() => pendulumd.clock.time > 0.3);
   await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(1.2); });
-  await page.waitForTimeout(500);
+  await drawn(page);
   await rig.shot(page, "built");
   // all the way back, and all the way forth
   let steps = 0;
@@ -112,10 +112,10 @@ export async function numbers_are_edited_in_place_and_wrong_ones_are_refused(rig
   await pause(page, 3.3);
   const spot = await tip(page, 2);
   await page.mouse.move(spot.x, spot.y);
-  await page.waitForTimeout(150);
+  await drawn(page);
   await rig.shot(page, "hover");
   await page.mouse.click(spot.x, spot.y);
-  await page.waitForTimeout(200);
+  await drawn(page);
   await rig.shot(page, "arm");
   await type(page, "length", "-1");
   assert.equal(await page.getAttribute('[data-field="length"]', "aria-invalid"), "true");
@@ -177,7 +177,7 @@ export async function gravity_is_edited_where_the_pendulum_hangs(rig) {
   const energy = await page.evaluate(() => Math.min(...pendulumd.motion.columns.energy_potential));
   assert.ok(energy < -1 && energy > -1.62 * 10.3, `on the moon: ${energy} J`);
   await page.evaluate(() => pendulumd.clock.pause());
-  await page.waitForTimeout(300);
+  await drawn(page);
   await rig.shot(page, "gravity");
   await close(page);
 }

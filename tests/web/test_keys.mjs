@@ -1,7 +1,7 @@
 // The keyboard alone: a pendulum is walked through, turned, changed, built and played without a hand on the stage.
 
 import assert from "node:assert/strict";
-import { close, moving } from "./rig.mjs";
+import { close, drawn, moving } from "./rig.mjs";
 
 const doc = (page) => page.evaluate(() => pendulumd.store.get());
 const said = (page) => page.textContent("#live");
@@ -27,7 +27,7 @@ export async function arms_are_turned_stretched_weighed_added_and_deleted_by_key
   await page.keyboard.press("ArrowRight");
   assert.ok(Math.abs((await doc(page)).initial.phi[1] + Math.PI / 18) < 1e-12, "two times five degrees");
   assert.match(await said(page), /Arm 2 on arm 1.*−10°/);
-  await page.waitForFunction(() => pendulumd.clock.playing, null, { timeout: 5000 });
+  await page.waitForFunction(() => pendulumd.clock.playing);
   await page.keyboard.press("Shift+ArrowUp");
   assert.equal((await doc(page)).pendulum.length[1], 1.55);
   await page.keyboard.press("+");
@@ -89,7 +89,7 @@ export async function the_help_opens_and_closes_by_keys(rig) {
   await tabTo(page, '[data-act="help"]');
   await page.keyboard.press("Enter");
   assert.ok(await page.isVisible("dialog.help"));
-  await page.waitForTimeout(150);
+  await drawn(page);
   await rig.shot(page, "help");
   await page.keyboard.press("Escape");
   assert.equal(await page.isVisible("dialog.help"), false);

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { deflateRawSync } from "node:zlib";
-import { close, moving } from "./rig.mjs";
+import { close, drawn, moving } from "./rig.mjs";
 
 export const rig = { store: true };
 
@@ -14,7 +14,7 @@ const pixels = (page) => page.evaluate(() => document.querySelector(".canvas").t
 async function end(page) {
   await page.waitForFunction(() => pendulumd.motion.complete && pendulumd.motion.stats);
   await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(pendulumd.clock.duration); });
-  await page.waitForTimeout(900);
+  await drawn(page);
 }
 
 /** Asks the page's own module for something of its document. */

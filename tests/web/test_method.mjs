@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { openDrawer } from "./drawers.mjs";
-import { close } from "./rig.mjs";
+import { close, drawn } from "./rig.mjs";
 
 /** Short enough for doubles: after 15 s or so no method can follow this motion without more digits. */
 async function opened(rig) {
@@ -46,7 +46,7 @@ export async function the_paper_s_ode23_lies_over_the_motion_and_is_accounted_fo
     return motion.columns.phi.reduce((most, phi, i) => Math.max(most, Math.abs(phi - motion.ghosts[0].columns.phi[i])), 0);
   });
   assert.ok(apart > 1, `ode23 is ${apart} rad away`);
-  await page.waitForTimeout(100);
+  await drawn(page);
   await rig.shot(page, "method-overlay");
   await page.uncheck("[data-overlay]");
   await page.waitForFunction(() => document.querySelectorAll(".verdict").length === 1);

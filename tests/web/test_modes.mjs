@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { openDrawer, settledMotion } from "./drawers.mjs";
-import { close } from "./rig.mjs";
+import { close, drawn } from "./rig.mjs";
 
 const HANGING = -Math.PI / 2;
 const DEGREE = Math.PI / 180;
@@ -36,7 +36,7 @@ export async function a_mode_s_picture_swings_with_the_clock(rig) {
   await page.evaluate(() => window.pendulumd.clock.pause());
   const picture = async (time) => {
     await page.evaluate((at) => window.pendulumd.clock.seek(at), time);
-    await page.waitForTimeout(50);
+    await drawn(page);
     return page.evaluate(() => document.querySelector("[data-mode='1'] canvas").toDataURL());
   };
   const start = await picture(0);
@@ -80,7 +80,7 @@ export async function linear_and_full_motion_part_when_the_amplitude_is_large(ri
   assert.ok(large > 0.5, `50 degrees: ${large} rad`);
   await page.waitForSelector("[data-drawer=modes] .u-over");
   await page.locator("[data-drawer=modes] .u-over").scrollIntoViewIfNeeded();
-  await page.waitForTimeout(100);
+  await drawn(page);
   await rig.shot(page, "modes-linear");
   await page.uncheck("[data-linear]");
   assert.equal(await page.evaluate(() => window.pendulumd.store.get().ghosts.length), 0);

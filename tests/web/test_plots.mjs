@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { openDrawer, saved } from "./drawers.mjs";
-import { close } from "./rig.mjs";
+import { close, drawn } from "./rig.mjs";
 
 const clockTime = (page) => page.evaluate(() => window.pendulumd.clock.time);
 
@@ -20,7 +20,7 @@ export async function plots_lead_the_clock_when_it_stands_and_zoom_together(rig)
   await page.mouse.down();
   await page.mouse.move(box.x + box.width / 2, box.y + 30, { steps: 4 });
   await page.mouse.up();
-  await page.waitForTimeout(60);
+  await drawn(page);
   await page.mouse.move(box.x + 1, box.y + 30);
   assert.ok(Math.abs(await clockTime(page) - 5) < 0.2, `the zoom begins at ${await clockTime(page)} s`);
   const lowest = await page.locator("[data-chart=drift] .u-over").boundingBox();
@@ -50,12 +50,12 @@ export async function plots_hide_an_arm_s_curves_by_keyboard(rig) {
   const page = await rig.open({ height: 1200 });
   await openDrawer(page, "plots");
   await page.waitForSelector(ARM);
-  await page.waitForTimeout(100);
+  await drawn(page);
   const before = await inked(page, "angles");
   await page.focus(ARM);
   await page.keyboard.press("Enter");
   assert.equal(await page.getAttribute(ARM, "aria-pressed"), "false");
-  await page.waitForTimeout(100);
+  await drawn(page);
   const after = await inked(page, "angles");
   assert.ok(after < before, `${after} of ${before} pixels`);
   await close(page);

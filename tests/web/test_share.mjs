@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { openDrawer, saved, settledMotion } from "./drawers.mjs";
-import { close, startDaemon } from "./rig.mjs";
+import { close, drawn, startDaemon } from "./rig.mjs";
 
 export const rig = { store: true };
 
@@ -26,7 +26,7 @@ async function lastPixels(page) {
     window.pendulumd.clock.pause();
     window.pendulumd.clock.seek(window.pendulumd.clock.duration);
   });
-  await page.waitForTimeout(250);
+  await drawn(page);
   return page.evaluate(() => document.querySelector("#stage canvas").toDataURL());
 }
 

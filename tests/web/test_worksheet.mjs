@@ -9,7 +9,7 @@ async function press(page, selector) {
   await page.keyboard.press("Enter");
 }
 
-const isDone = (page, step) => page.waitForSelector(`[data-step='${step}'].done`, { state: "attached", timeout: 5000 });
+const isDone = (page, step) => page.waitForSelector(`[data-step='${step}'].done`, { state: "attached" });
 const arms = (page) => page.evaluate(() => window.pendulumd.store.get().pendulum.length.length);
 
 export async function the_worksheet_is_gone_through_by_keyboard(rig) {

@@ -21,7 +21,7 @@ export default {
   "drawer.method": "Verfahren",
   "drawer.equations": "Formeln",
   "drawer.share": "Teilen",
-  "drawer.worksheet": "Arbeitsblatt",
+  "drawer.worksheet": "Aufgaben",
   "kit.copied": "Kopiert",
   "kit.notCopied": "Nicht kopiert",
   "kit.save": "Sichern als",
@@ -164,7 +164,6 @@ export default {
   "method.atEnd": "Differenz am Ende, rad",
   "step.method": "Verfahren",
   "step.tolerance": "Toleranz",
-  "drawer.worksheet": "Aufgaben",
 
   "equations.intro": "Die Gleichungen des Pendels auf der Bühne, in den Buchstaben des Artikels.",
   "equations.form": "Form",
