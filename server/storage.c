@@ -11,6 +11,7 @@
 enum {
     MOST_TOGETHER = 64,
     SWEEP_MS = 1000,
+    LATE_MS = 200,
     LISTEN_MS = 500,
     READERS = 1,
     WRITERS = 1,
@@ -93,6 +94,10 @@ static void storage_sweep(struct srv_storage *storage, struct srv_store *store) 
     pthread_mutex_unlock(&storage->lock);
 }
 
+/* A process that was not run for a while, or whose disk was slow, has no word to say on who else fell silent: its own
+ * parts have not been held for longer either. So a sweep that comes late is put off, once. */
+static int storage_overslept(int64_t late) { return late > srv_clock_span(LATE_MS / 1000.0); }
+
 static int storage_over(struct srv_storage *storage) {
     pthread_mutex_lock(&storage->lock);
     int over = storage->over;
@@ -105,14 +110,11 @@ static void *storage_serve(void *context) {
     struct srv_storage *storage = desk->storage;
     int most = desk->kind == SRV_ASK_WRITE ? srv_store_batch(desk->store) : 1;
     int64_t second = srv_clock_span(SWEEP_MS / 1000.0), sweep = srv_clock_now();
+    int put_off = 0;
     struct srv_store_call *call[MOST_TOGETHER];
     int count;
     if (most > MOST_TOGETHER) most = MOST_TOGETHER;
     do {
-        if (desk->kind == SRV_ASK_WRITE && srv_clock_now() >= sweep) {
-            storage_sweep(storage, desk->store);
-            sweep = srv_clock_now() + second;
-        }
         count = storage_take(storage, desk->kind, most, desk->kind == SRV_ASK_WRITE ? sweep : srv_clock_now() + second,
                              call);
         if (count) srv_store_together(desk->store, call, count);
@@ -120,6 +122,12 @@ static void *storage_serve(void *context) {
             storage_note(storage, desk->store, call[i]->stored);
             ((struct srv_ask *)call[i])->done((struct srv_ask *)call[i]);
         }
+        /* what waited goes first: it may hold parts for longer whose leases a sweep would end */
+        int64_t now = srv_clock_now();
+        if (desk->kind == SRV_ASK_READ || now < sweep) continue;
+        put_off = !put_off && storage_overslept(now - sweep);
+        if (!put_off) storage_sweep(storage, desk->store);
+        sweep = srv_clock_now() + second;
     } while (count || !storage_over(storage));
     return NULL;
 }

@@ -354,6 +354,32 @@ static void poison(struct place *place) {
 
 TEST(a_job_that_kills_its_workers_is_given_up_and_later_forgotten) { place_on_both(poison); }
 
+/* a process that slept longer than its leases, more often than a poisonous job would be tried, goes on with its part */
+static void sleeps(struct place *place) {
+    char id[ID + 1], path[64];
+    struct test_reply reply;
+    struct test_server *server = place_serve(place, "all", "3600", NULL, NULL);
+    if (!server) return;
+    CHECK_INT(submit(server, "/v1/trajectories", ASYNC, ask_long(1e6), id), 202);
+    for (double end = test_clock() + 20; metric(server, "pendulumd_workers_busy") < 1 && test_clock() < end;)
+        test_sleep(0.02);
+    for (int i = 0; i < 4; i++) {
+        test_server_signal(server, SIGSTOP);
+        test_sleep(1.5);
+        test_server_signal(server, SIGCONT);
+        test_sleep(1.5);
+    }
+    CHECK_INT((int)metric(server, "pendulumd_workers_busy"), 1);
+    snprintf(path, sizeof path, "/v1/jobs/%s", id);
+    CHECK_INT(test_request(server, &reply, "DELETE", path, "", NULL), 200);
+    CHECK_SAYING(strstr(reply.body, "\"dismissed\"") != NULL, "%s", reply.body);
+    test_reply_clear(&reply);
+    /* which sees, too, that nothing was said of parts taken back */
+    test_server_stop(&server);
+}
+
+TEST(a_process_that_slept_takes_nothing_from_itself) { place_on_both(sleeps); }
+
 /* what nobody should ask of an ensemble is refused as a job, too, with its place */
 TEST(ensembles_that_make_no_sense_make_no_job) {
     static const struct {
@@ -400,6 +426,19 @@ static void check_flips(const struct test_server *server, const char *id, struct
     test_reply_clear(&kept);
 }
 
+/* waits until this life of a server has kept so many parts, or has none left: three lives in a row in which nothing of
+ * a job gets done end it as poison, and on a busy machine a life may be too short for anything */
+static void until_kept(const struct test_server *server, int parts) {
+    double begin = test_clock();
+    for (; test_clock() < begin + 10; test_sleep(0.01)) {
+        if (metric(server, "pendulumd_job_parts_total{end=\"kept\"}") >= parts) return;
+        double open = metric(server, "pendulumd_jobs{state=\"running\"}");
+        open += metric(server, "pendulumd_jobs{state=\"accepted\"}");
+        /* these figures are a second old, and 0 at first */
+        if (test_clock() > begin + 2.5 && open <= 0) return;
+    }
+}
+
 static void kills(struct place *place) {
     unsigned long long random = (unsigned long long)(test_clock() * 1e6);
     char id[KILLS + 1][ID + 1];
@@ -409,7 +448,8 @@ static void kills(struct place *place) {
     flips_now(server, &right);
     for (int i = 0; i < KILLS && server; i++) {
         CHECK_INT(submit(server, "/v1/ensembles", ASYNC, FLIPS, id[i]), 202);
-        /* three lives in a row in which no part gets done would end a job as poison */
+        /* all jobs have their turns */
+        until_kept(server, 2 * KILLS);
         test_sleep(0.5 * MOST_LIFE * test_random(&random));
         test_server_drop(&server);
         server = place_serve(place, "all", PART, NULL, NULL);
@@ -435,6 +475,7 @@ static void chained_kills(struct place *place) {
     CHECK_INT(test_request(server, &right, "POST", "/v1/trajectories", "Accept: text/csv\r\n", LONG_WAY), 200);
     CHECK_INT(submit(server, "/v1/trajectories", ASYNC, LONG_WAY, id), 202);
     for (int i = 0; i < KILLS && server; i++) {
+        until_kept(server, 1);
         test_sleep(0.05 + 0.2 * MOST_LIFE * test_random(&random));
         if (job_get(server, &kept, id, "", "") == 200) killed_running += strstr(kept.body, "\"running\"") != NULL;
         test_reply_clear(&kept);
