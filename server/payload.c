@@ -4,6 +4,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* A long body has grown by doubling; what it does not need goes back, since it may be kept. Short ones become spares.
+ */
+static void payload_trim(struct api_buffer *body) {
+    if (body->cap <= SRV_SPARE_BYTES || body->cap == body->bytes || !body->bytes) return;
+    char *data = realloc(body->data, body->bytes);
+    if (!data) return;
+    body->data = data;
+    body->cap = body->bytes;
+}
+
 struct srv_payload *srv_payload_new(int status, const char *media_type, struct api_buffer *body, size_t text,
                                     atomic_llong *held, struct srv_spares *spares) {
     struct srv_payload *made = calloc(1, sizeof *made + text);
@@ -17,6 +27,7 @@ struct srv_payload *srv_payload_new(int status, const char *media_type, struct a
     made->held = held;
     made->spares = spares;
     made->text_cap = text;
+    payload_trim(body);
     made->body = *body;
     api_buffer_init(body, body->limit);
     atomic_fetch_add(held, (long long)made->body.cap);

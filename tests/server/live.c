@@ -1,5 +1,6 @@
 #include "tests/server/live.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -52,6 +53,28 @@ int live_status(const struct srv_daemon *daemon, const char *text) {
     test_reply_clear(&reply);
     test_client_close(&client);
     return status;
+}
+
+double live_metric(const struct srv_daemon *daemon, const char *sample) {
+    struct test_client client;
+    struct test_reply reply;
+    double value = NAN;
+    if (!live_say(daemon, &client, "GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n")) return value;
+    if (CHECK_INT(test_client_receive(&client, &reply, 0, 20), 200)) {
+        char line[128];
+        snprintf(line, sizeof line, "\n%s", sample);
+        const char *at = strstr(reply.body, line);
+        if (CHECK_SAYING(at != NULL, "no sample %s", sample)) value = strtod(at + strlen(line), NULL);
+    }
+    test_reply_clear(&reply);
+    test_client_close(&client);
+    return value;
+}
+
+int live_await(const struct srv_daemon *daemon, const char *sample, double value, double seconds) {
+    double until = test_clock() + seconds, now;
+    while ((now = live_metric(daemon, sample)) != value && test_clock() < until) test_sleep(0.005);
+    return CHECK_SAYING(now == value, "%s is %g, not %g", sample, now, value);
 }
 
 void live_service(struct srv_service *service, int cap) {

@@ -32,6 +32,13 @@ int live_post(const struct srv_daemon *daemon, struct test_client *client, const
 /** The status of one request on a connection of its own, 0 where there is no answer within 10 s. */
 int live_status(const struct srv_daemon *daemon, const char *text);
 
+/** A sample of /metrics, named as its line begins, with the space before the value; NAN, with a failed check, without.
+ */
+double live_metric(const struct srv_daemon *daemon, const char *sample);
+
+/** Waits until a sample has a value; returns 0, with a failed check, when that takes longer. */
+int live_await(const struct srv_daemon *daemon, const char *sample, double value, double seconds);
+
 /** Prepares a service without a daemon; its queue has room for `cap` tasks. */
 void live_service(struct srv_service *service, int cap);
 

@@ -338,7 +338,7 @@ TEST(a_drain_in_a_hurry_answers_503_and_ends_at_once) {
     struct test_reply reply;
     REQUIRE(daemon && live_post(daemon, &running, "/v1/trajectories", LIVE_LONG));
     REQUIRE(live_post(daemon, &waiting, "/v1/trajectories", LIVE_LONG));
-    test_sleep(0.1);
+    live_await(daemon, "pendulumd_computations ", 2, 10);
     CHECK_INT(srv_daemon_drain(daemon, 0), 0);
     double begin = test_clock();
     srv_daemon_free(&daemon);

@@ -1,7 +1,6 @@
 /* Tests of server/compute and server/flights through a daemon: what is shared, streamed, cut, counted and refused. */
 #include "server/flights.h"
 
-#include <math.h>
 #include <poll.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -13,29 +12,6 @@
 #include "tests/server/live.h"
 
 #define DOUBLE "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"output\":[\"phi\"],"
-
-/* a sample of /metrics; NaN where there is none */
-static double share_metric(const struct srv_daemon *daemon, const char *sample) {
-    struct test_client client;
-    struct test_reply reply;
-    double value = NAN;
-    if (!live_say(daemon, &client, "GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n")) return value;
-    if (CHECK_INT(test_client_receive(&client, &reply, 0, 20), 200)) {
-        char line[128];
-        snprintf(line, sizeof line, "\n%s", sample);
-        const char *at = strstr(reply.body, line);
-        if (CHECK_SAYING(at != NULL, "no sample %s", sample)) value = strtod(at + strlen(line), NULL);
-    }
-    test_reply_clear(&reply);
-    test_client_close(&client);
-    return value;
-}
-
-static int share_await(const struct srv_daemon *daemon, const char *sample, double value, double seconds) {
-    double until = test_clock() + seconds, now;
-    while ((now = share_metric(daemon, sample)) != value && test_clock() < until) test_sleep(0.005);
-    return CHECK_SAYING(now == value, "%s is %g, not %g", sample, now, value);
-}
 
 /* posts with further header lines */
 static int share_post(const struct srv_daemon *daemon, struct test_client *client, const char *headers,
@@ -93,10 +69,10 @@ TEST(the_same_again_comes_from_the_cache_in_every_coding) {
         CHECK_INT(atoi(share_header(&reply, "Content-Length")), (int)first.body_bytes);
         test_reply_clear(&reply);
     }
-    CHECK(share_metric(daemon, "pendulumd_cache_lookups_total{result=\"missed\"} ") == 1);
-    CHECK(share_metric(daemon, "pendulumd_cache_lookups_total{result=\"exact\"} ") >= 4);
-    CHECK(share_metric(daemon, "pendulumd_cache_lookups_total{result=\"digest\"} ") >= 2);
-    CHECK_INT((long)share_metric(daemon, "pendulumd_not_modified_total "), 2);
+    CHECK(live_metric(daemon, "pendulumd_cache_lookups_total{result=\"missed\"} ") == 1);
+    CHECK(live_metric(daemon, "pendulumd_cache_lookups_total{result=\"exact\"} ") >= 4);
+    CHECK(live_metric(daemon, "pendulumd_cache_lookups_total{result=\"digest\"} ") >= 2);
+    CHECK_INT((long)live_metric(daemon, "pendulumd_not_modified_total "), 2);
     /* another representation is another answer */
     CHECK_INT(share_ask(daemon, &reply, "Accept: text/csv\r\n", body), 200);
     CHECK(strcmp(share_header(&reply, "ETag"), share_header(&first, "ETag")) != 0);
@@ -121,8 +97,8 @@ TEST(without_a_cache_304_needs_no_computation_all_the_same) {
     test_reply_clear(&reply);
     CHECK_INT(share_ask(daemon, &reply, "", body), 200);
     test_reply_clear(&reply);
-    CHECK(share_metric(daemon, "pendulumd_cache_lookups_total{result=\"missed\"} ") == 2);
-    CHECK(share_metric(daemon, "pendulumd_cache_bytes ") == 0);
+    CHECK(live_metric(daemon, "pendulumd_cache_lookups_total{result=\"missed\"} ") == 2);
+    CHECK(live_metric(daemon, "pendulumd_cache_bytes ") == 0);
     srv_daemon_free(&daemon);
 }
 
@@ -135,9 +111,9 @@ TEST(a_class_that_asks_the_same_is_computed_for_once_and_who_leaves_disturbs_nob
     struct test_reply reply[CLASS];
     REQUIRE(daemon != NULL);
     REQUIRE(share_post(daemon, &client[0], "", body));
-    share_await(daemon, "pendulumd_computations ", 1, 10);
+    live_await(daemon, "pendulumd_computations ", 1, 10);
     for (int i = 1; i < CLASS; i++) REQUIRE(share_post(daemon, &client[i], "", body));
-    share_await(daemon, "pendulumd_cache_lookups_total{result=\"joined\"} ", CLASS - 1, 10);
+    live_await(daemon, "pendulumd_cache_lookups_total{result=\"joined\"} ", CLASS - 1, 10);
     /* the one that began it goes, and one of the others */
     test_client_close(&client[0]);
     test_client_close(&client[5]);
@@ -151,9 +127,9 @@ TEST(a_class_that_asks_the_same_is_computed_for_once_and_who_leaves_disturbs_nob
         test_reply_clear(&reply[i]);
         test_client_close(&client[i]);
     }
-    CHECK(share_metric(daemon, "pendulumd_cache_lookups_total{result=\"missed\"} ") == 1);
-    CHECK(share_metric(daemon, "pendulumd_cancelled_total ") == 0);
-    share_await(daemon, "pendulumd_computations ", 0, 10);
+    CHECK(live_metric(daemon, "pendulumd_cache_lookups_total{result=\"missed\"} ") == 1);
+    CHECK(live_metric(daemon, "pendulumd_cancelled_total ") == 0);
+    live_await(daemon, "pendulumd_computations ", 0, 10);
     srv_daemon_free(&daemon);
 }
 
@@ -169,7 +145,7 @@ TEST(an_answer_of_megabytes_is_shared_and_kept_too) {
     REQUIRE(daemon != NULL);
     /* while the worker is busy with another, all of them come */
     REQUIRE(share_post(daemon, &blocker, "", before));
-    share_await(daemon, "pendulumd_computations ", 1, 10);
+    live_await(daemon, "pendulumd_computations ", 1, 10);
     for (int i = 0; i < CLASS; i++) REQUIRE(share_post(daemon, &client[i], octets, body));
     for (int i = 0; i < CLASS; i++) {
         CHECK_INT(test_client_receive(&client[i], &reply[i], 0, 60), 200);
@@ -178,16 +154,16 @@ TEST(an_answer_of_megabytes_is_shared_and_kept_too) {
         CHECK(!memcmp(reply[i].body, reply[0].body, reply[0].body_bytes));
         test_client_close(&client[i]);
     }
-    CHECK(share_metric(daemon, "pendulumd_cache_lookups_total{result=\"joined\"} ") == CLASS - 1);
+    CHECK(live_metric(daemon, "pendulumd_cache_lookups_total{result=\"joined\"} ") == CLASS - 1);
     CHECK_INT(share_ask(daemon, &again, octets, body), 200);
     CHECK(again.body_bytes == reply[0].body_bytes && !memcmp(again.body, reply[0].body, again.body_bytes));
-    CHECK(share_metric(daemon, "pendulumd_cache_lookups_total{result=\"exact\"} ") == 1);
+    CHECK(live_metric(daemon, "pendulumd_cache_lookups_total{result=\"exact\"} ") == 1);
     test_reply_clear(&again);
     for (int i = 0; i < CLASS; i++) test_reply_clear(&reply[i]);
     test_client_close(&blocker);
-    share_await(daemon, "pendulumd_computations ", 0, 60);
+    live_await(daemon, "pendulumd_computations ", 0, 60);
     /* what is held is what the cache has, and a word or two */
-    double held = share_metric(daemon, "pendulumd_held_bytes ");
+    double held = live_metric(daemon, "pendulumd_held_bytes ");
     CHECK_SAYING(held >= 3600024 && held < 6e6, "%.0f bytes are held", held);
     srv_daemon_free(&daemon);
 }
@@ -221,8 +197,8 @@ TEST(a_long_answer_flows_and_is_the_same_in_every_coding_and_protocol) {
     test_reply_clear(&reply);
     test_reply_clear(&coded);
     test_reply_clear(&old);
-    share_await(daemon, "pendulumd_computations ", 0, 10);
-    CHECK(share_metric(daemon, "pendulumd_held_bytes ") < 100000);
+    live_await(daemon, "pendulumd_computations ", 0, 10);
+    CHECK(live_metric(daemon, "pendulumd_held_bytes ") < 100000);
     srv_daemon_free(&daemon);
 }
 
@@ -241,22 +217,22 @@ TEST(a_slow_reader_holds_little_memory_and_no_worker_and_is_missed_at_once) {
         REQUIRE(share_post(daemon, &slow[i], "Accept: text/csv\r\n", body));
     }
     /* they stand still once the sockets are full: the worker has nothing to do */
-    share_await(daemon, "pendulumd_workers_busy ", 0, 30);
+    live_await(daemon, "pendulumd_workers_busy ", 0, 30);
     double busy = 1;
     for (double until = test_clock() + 30; busy > 0 && test_clock() < until;) {
-        double before = share_metric(daemon, "pendulumd_worker_busy_seconds_total ");
+        double before = live_metric(daemon, "pendulumd_worker_busy_seconds_total ");
         test_sleep(0.1);
-        busy = share_metric(daemon, "pendulumd_worker_busy_seconds_total ") - before;
+        busy = live_metric(daemon, "pendulumd_worker_busy_seconds_total ") - before;
     }
     CHECK(busy == 0);
-    CHECK(share_metric(daemon, "pendulumd_computations ") == SLOW);
-    double held = share_metric(daemon, "pendulumd_held_bytes ");
+    CHECK(live_metric(daemon, "pendulumd_computations ") == SLOW);
+    double held = live_metric(daemon, "pendulumd_held_bytes ");
     CHECK_SAYING(held > SLOW * 200000 && held < SLOW * 4e6, "%g bytes are held", held);
     CHECK_INT(share_ask(daemon, &reply, "", DOUBLE "\"times\":[0,1]}"), 200);
     test_reply_clear(&reply);
     double begin = test_clock();
     for (int i = 0; i < SLOW; i++) test_client_close(&slow[i]);
-    share_await(daemon, "pendulumd_computations ", 0, 20);
+    live_await(daemon, "pendulumd_computations ", 0, 20);
     printf("  %d streams were over %.0f ms after their clients had gone\n", SLOW, 1e3 * (test_clock() - begin));
     srv_daemon_free(&daemon);
 }
@@ -267,9 +243,9 @@ TEST(a_reader_that_does_not_read_runs_out_of_time) {
     struct test_client slow;
     REQUIRE(daemon != NULL);
     REQUIRE(share_post(daemon, &slow, "Accept: text/csv\r\n", ENDLESS));
-    share_await(daemon, "pendulumd_computations ", 1, 10);
-    share_await(daemon, "pendulumd_computations ", 0, 10);
-    CHECK(share_metric(daemon, "pendulumd_held_bytes ") < 100000);
+    live_await(daemon, "pendulumd_computations ", 1, 10);
+    live_await(daemon, "pendulumd_computations ", 0, 10);
+    CHECK(live_metric(daemon, "pendulumd_held_bytes ") < 100000);
     test_client_close(&slow);
     srv_daemon_free(&daemon);
 }
@@ -286,7 +262,7 @@ TEST(a_stream_that_breaks_is_seen_to_be_incomplete) {
                  "text/csv\r\nContent-Length: %zu\r\n\r\n%s",
                  !old, strlen(ENDLESS), ENDLESS);
         REQUIRE(live_say(daemon, &client, text));
-        share_await(daemon, "pendulumd_computations ", 1, 10);
+        live_await(daemon, "pendulumd_computations ", 1, 10);
         struct pollfd look = {.fd = client.fd, .events = POLLIN};
         CHECK_INT(poll(&look, 1, 20000), 1);
         /* no patience: the server ends what runs */
@@ -321,7 +297,7 @@ TEST(requests_a_minute_are_counted_for_each_client) {
     test_reply_clear(&reply);
     /* what computes nothing is not counted */
     CHECK_INT(live_status(daemon, "GET /healthz HTTP/1.1\r\nHost: x\r\nX-Forwarded-For: 192.0.2.1\r\n\r\n"), 200);
-    CHECK(share_metric(daemon, "pendulumd_refused_total{limit=\"max-requests-a-minute\"} ") == 2);
+    CHECK(live_metric(daemon, "pendulumd_refused_total{limit=\"max-requests-a-minute\"} ") == 2);
     srv_daemon_free(&daemon);
 }
 
@@ -351,8 +327,8 @@ TEST(one_client_cannot_fill_the_queue) {
         test_client_close(&client[i]);
     }
     CHECK_SAYING(refused == 4, "%d of 8 were refused", refused);
-    CHECK(share_metric(daemon, "pendulumd_refused_total{limit=\"max-client-queue\"} ") == refused);
-    share_await(daemon, "pendulumd_computations ", 0, 20);
+    CHECK(live_metric(daemon, "pendulumd_refused_total{limit=\"max-client-queue\"} ") == refused);
+    live_await(daemon, "pendulumd_computations ", 0, 20);
     srv_daemon_free(&daemon);
 }
 
