@@ -30,7 +30,7 @@ tsan-server tsan-wire: tsan-%: build-tsan
 
 # without names: the tests that took little time in the release run
 VALGRIND.wire := =every_route_answers =requests_that_cannot_be_answered_are_refused_with_their_problem \
-	=pipelined_requests_are_answered_in_their_order =a_client_that_vanishes_leaves_no_computation_behind \
+	=pipelined_requests_are_answered_in_their_order \
 	=malformed_messages_are_refused_and_the_connection_closed =a_body_that_stops_in_the_middle_gets_408 \
 	=a_drain_lets_the_running_request_finish
 valgrind-core valgrind-api valgrind-wire: valgrind-%: release-%

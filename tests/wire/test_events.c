@@ -10,7 +10,7 @@
 #include "tests/wire/place.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define WAY "1000"
+#define WAY "4000"
 #else
 #define WAY "10000"
 #endif
