@@ -70,7 +70,7 @@ struct srv_runner {
     int started, over;
     int wanted;       /* somebody should look whether there is a part */
     int64_t poll_at;  /* ns: when to look without being told */
-    int64_t beat_all; /* ns: when all were held for longer at once */
+    int64_t beat_all; /* ns: when news may have all held for longer again */
     int64_t idle;     /* ns: since when there was nothing to do; 0 = there is, or nobody knows */
     int draining;     /* 1 = no more claims, 2 = asked to give back, 3 = given back */
     int count;
@@ -504,12 +504,14 @@ void srv_runner_news(void *context) {
     pthread_mutex_lock(&runner->lock);
     int64_t now = srv_clock_now();
     runner->wanted = 1;
-    /* a job may have been dismissed elsewhere */
-    if (now >= runner->beat_all) {
+    /* a job may have been dismissed elsewhere: it is seen to at once, but not at each of much news */
+    int64_t at = runner->beat_all;
+    if (now >= at) {
+        at = now;
         runner->beat_all = now + runner_ms(RUNNER_BEATS_MS);
-        for (int i = 0; i < runner->count; i++)
-            if (runner->slot[i].beat_at > runner->beat_all) runner->slot[i].beat_at = runner->beat_all;
     }
+    for (int i = 0; i < runner->count; i++)
+        if (runner->slot[i].beat_at > at) runner->slot[i].beat_at = at;
     pthread_cond_signal(&runner->some);
     pthread_mutex_unlock(&runner->lock);
 }

@@ -354,7 +354,7 @@ static void poison(struct place *place) {
 
 TEST(a_job_that_kills_its_workers_is_given_up_and_later_forgotten) { place_on_both(poison); }
 
-/* a process that slept longer than its leases, more often than a poisonous job would be tried, goes on with its part */
+/* a process that slept longer than its leases, as often as a poisonous job would be tried, goes on with its part */
 static void sleeps(struct place *place) {
     char id[ID + 1], path[64];
     struct test_reply reply;
@@ -363,11 +363,11 @@ static void sleeps(struct place *place) {
     CHECK_INT(submit(server, "/v1/trajectories", ASYNC, ask_long(1e6), id), 202);
     for (double end = test_clock() + 20; metric(server, "pendulumd_workers_busy") < 1 && test_clock() < end;)
         test_sleep(0.02);
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 3; i++) {
         test_server_signal(server, SIGSTOP);
-        test_sleep(1.5);
+        test_sleep(1);
         test_server_signal(server, SIGCONT);
-        test_sleep(1.5);
+        test_sleep(1.3);
     }
     CHECK_INT((int)metric(server, "pendulumd_workers_busy"), 1);
     snprintf(path, sizeof path, "/v1/jobs/%s", id);
