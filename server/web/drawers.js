@@ -17,7 +17,7 @@ export function mountDrawers(element, app) {
   element.setAttribute("aria-label", text("drawers"));
 
   for (const id of DRAWERS) {
-    const tab = h("button", { type: "button", role: "tab", id: `tab-${id}`, "aria-controls": `panel-${id}`, "data-tab": id,
+    const tab = h("button", { type: "button", role: "tab", id: `tab-${id}`, "aria-controls": `panel-${id}`, "data-tab": id, "data-words": text(`drawer.${id}`),
       on: { click: () => toggle(id) } }, text(`drawer.${id}`));
     tabs.set(id, tab);
     list.append(tab);

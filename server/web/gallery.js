@@ -183,7 +183,7 @@ export default {
 
     function recolour() {
       const style = getComputedStyle(document.documentElement);
-      colours = { pivot: style.getPropertyValue("--ghost"), line: style.getPropertyValue("--quiet"), mass: style.getPropertyValue("--mass") };
+      colours = { pivot: style.getPropertyValue("--faint"), line: style.getPropertyValue("--quiet"), mass: style.getPropertyValue("--mass") };
       draw();
     }
 

@@ -1,4 +1,4 @@
-// The line at the top: the page's name, what is shown, a new pendulum, undo and redo, help, language and theme.
+// The line at the top: the page's name, what is shown, a new pendulum, undo and redo, help, the reference, language and theme.
 // Leaves to others: what these change.
 // Invariant: a button that would do nothing is disabled.
 
@@ -30,9 +30,10 @@ export function mountHeader(element, app) {
   const tongue = h("select", { class: "tongue", "aria-label": text("language"), on: { change: () => app.speak(tongue.value) } },
     ...LANGUAGES.map((name) => h("option", { value: name, selected: name === text.language, title: text(`language.${name}`) }, name.toUpperCase())));
   const title = h("p", { class: "title" });
+  const docs = h("a", { class: "docs-link", href: "/docs", title: text("help.docs") }, text("docs"));
   element.append(h("h1", {}, text("name")), title, h("div", { class: "tools" },
     h("button", { type: "button", class: "button", "data-act": "new", on: { click: () => app.edits.begin() } }, text("new")),
-    undo, redo, iconButton("help", text("help.title"), () => help.showModal(), { "data-act": "help" }), tongue, shade), help);
+    undo, redo, iconButton("help", text("help.title"), () => help.showModal(), { "data-act": "help" }), docs, tongue, shade), help);
 
   function show(doc) {
     undo.disabled = !store.canUndo();

@@ -20,6 +20,11 @@ function rgb(hex) {
   return [0, 2, 4].map((i) => parseInt(digits.slice(i, i + 2), 16));
 }
 
+const GHOSTS = [4, 3, 5, 7, 6, 8]; // of the arms' colours, those least like tension and compression first
+
+/** The property that holds the colour of the `i`th ghost, on the stage and wherever it is marked. */
+export const ghostColour = (i) => `--arm-${GHOSTS[i % GHOSTS.length]}`;
+
 /** The colours of the page's style, as a canvas takes them; made anew when the theme or the palette changes. */
 export function readColours(palette) {
   const style = getComputedStyle(document.documentElement);
@@ -35,7 +40,7 @@ export function readColours(palette) {
     bins,
     font: `13px ${getComputedStyle(document.body).fontFamily}`,
     ink: value("--ink"), quiet: value("--quiet"), glass: value("--glass"), accent: value("--accent"),
-    paper: value("--stage"), mass: value("--mass"), ghost: value("--ghost"), trails: [1, 2, 3, 4, 5].map((i) => value(`--trail-${i}`)),
+    paper: value("--stage"), mass: value("--mass"), ghosts: GHOSTS.map((_, i) => value(ghostColour(i))), trails: [1, 2, 3, 4, 5].map((i) => value(`--trail-${i}`)),
   };
 }
 
@@ -209,17 +214,19 @@ export function createPainter(context) {
       context.fillText(words, best.x + 10, best.y + 14);
     },
 
-    /** Thin and pale: another start of the same pendulum. */
-    ghost(tree, x, y, camera, colours, thin) {
+    /** Thin and pale: another motion of the same pendulum, the `i`th. */
+    ghost(i, tree, x, y, camera, colours, thin) {
       context.beginPath();
       for (let k = 0; k < tree.length.length; k++) {
         const carrier = tree.parent[k];
         context.moveTo(camera.x + camera.scale * (carrier ? x[carrier - 1] : 0), camera.y - camera.scale * (carrier ? y[carrier - 1] : 0));
         context.lineTo(camera.x + camera.scale * x[k], camera.y - camera.scale * y[k]);
       }
-      context.strokeStyle = colours.ghost;
+      context.strokeStyle = colours.ghosts[i % colours.ghosts.length];
       context.lineWidth = thin;
+      context.globalAlpha = 0.65;
       context.stroke();
+      context.globalAlpha = 1;
     },
   };
 }

@@ -115,7 +115,7 @@ export function mountStage(element, app) {
     const { camera, colours, most } = look;
     const { view } = store.get();
     const { tree, x, y, thin } = shape;
-    for (const ghost of motion.ghosts) drawGhost(ghost, shape);
+    motion.ghosts.forEach((ghost, i) => drawGhost(ghost, i, shape));
     const until = motion.stats?.trust_until;
     trails.draw(track, place, x, y, camera, colours, thin, until === undefined ? Infinity : until / track.doc.span.step);
     painter.pivot(camera, colours);
@@ -137,11 +137,11 @@ export function mountStage(element, app) {
     painter.label(words, arm, shape, look.camera, look.colours, size.width);
   }
 
-  function drawGhost(ghost, shape) {
+  function drawGhost(ghost, i, shape) {
     if (ghost.n !== shape.n) return;
     anglesAt(ghost, clock.time, ghostPlace, shape.ghostPhi);
     tips(shape.tree, shape.rows, shape.ghostPhi, 0, shape.ghostX, shape.ghostY);
-    painter.ghost(shape.tree, shape.ghostX, shape.ghostY, look.camera, look.colours, shape.thin * 0.7);
+    painter.ghost(i, shape.tree, shape.ghostX, shape.ghostY, look.camera, look.colours, shape.thin * 0.7);
   }
 
   function soon() {

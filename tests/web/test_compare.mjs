@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { openDrawer, saved, settledMotion } from "./drawers.mjs";
-import { close } from "./rig.mjs";
+import { close, drawn } from "./rig.mjs";
 
 const HANGING = -Math.PI / 2;
 const TURN = 2 * Math.PI;
@@ -28,6 +28,35 @@ export async function a_start_off_by_a_millionth_parts_and_follows_the_start(rig
   await page.evaluate(() => window.pendulumd.store.set({ initial: { phi: [1, 1, 1, 1], phid: [0, 0, 0, 0] } }));
   await settledMotion(page);
   assert.ok(Math.abs((await distance())[0] - 1e-6) < 1e-15);
+  await close(page);
+}
+
+export async function ghosts_have_on_the_stage_the_colours_of_their_marks(rig) {
+  const page = await rig.open();
+  await openDrawer(page, "compare");
+  await page.evaluate(() => {
+    const { store, clock } = window.pendulumd;
+    const { initial } = store.get();
+    clock.pause();
+    store.set({ ghosts: [0.4, -0.9].map((turn) => ({ phi: initial.phi.map((phi) => phi + turn), phid: initial.phid })) });
+    clock.seek(0);
+  });
+  await settledMotion(page);
+  await drawn(page);
+  const found = await page.evaluate(() => {
+    const canvas = document.querySelector(".canvas");
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    return [...document.querySelectorAll(".ghosts .stroke")].map((mark) => {
+      const wanted = getComputedStyle(mark).borderTopColor.match(/\d+/g).map(Number);
+      let count = 0;
+      for (let i = 0; i < data.length; i += 4) {
+        // pale: half seen through, of its own colour nevertheless
+        if (data[i + 3] > 140 && data[i + 3] < 200 && wanted.every((value, c) => Math.abs(data[i + c] - value) < 4)) count++;
+      }
+      return { colour: wanted.join(), count };
+    });
+  });
+  assert.ok(found.length === 2 && found[0].colour !== found[1].colour && found.every(({ count }) => count > 200), JSON.stringify(found));
   await close(page);
 }
 

@@ -3,6 +3,7 @@
 // Invariant: the ghosts are the document's; what is shown of their distance is of the server's samples.
 
 import { createBag, h, iconButton } from "../dom.js";
+import { ghostColour } from "../paint.js";
 import { theme } from "../theme.js";
 import { button, choice, cssValue, figure, later, loadStyle, swatch } from "./kit.js";
 import { mountFlipMap } from "./flipmap.js";
@@ -74,7 +75,7 @@ async function mount(element, app) {
     clear.hidden = ghosts.length < 2;
     list.replaceChildren(...ghosts.map((ghost, i) => {
       const name = ghostName(ghost, text);
-      return h("li", {}, swatch(`--arm-${i + 1}`), h("span", {}, name), iconButton("close", text("compare.remove", { what: name }), () => remove(i)));
+      return h("li", {}, swatch(ghostColour(i)), h("span", {}, name), iconButton("close", text("compare.remove", { what: name }), () => remove(i)));
     }));
     if (!ghosts.length) list.append(h("li", { class: "quiet" }, text("compare.none")));
   }
@@ -91,13 +92,16 @@ async function mount(element, app) {
     if (lines !== ghosts.length) {
       if (chart) group.remove(chart);
       lines = ghosts.length;
-      chart = group.add(host, { series: ghosts.map((_, i) => ({ colour: cssValue(`--arm-${i + 1}`) })), times: true, log: true, height: 170 });
+      chart = group.add(host, { series: ghosts.map((_, i) => ({ colour: cssValue(ghostColour(i)) })), times: true, log: true, height: 170 });
     }
     const all = ghosts.map((ghost) => (ghost.count ? distances(motion.track, ghost) : new Float64Array(0)));
     const count = Math.max(...all.map((one) => one.length));
     chart.set([motion.t.slice(0, count), ...all.map((one) => logarithmic(one, count))]);
-    const at = all[0].findIndex((distance) => distance > PARTED);
-    verdict.textContent = at < 0 ? text("compare.together") : text("compare.parted", { time: text.number(motion.t[at], 2) });
+    verdict.replaceChildren(...all.map((one, i) => {
+      const at = one.findIndex((distance) => distance > PARTED);
+      const words = at < 0 ? text("compare.together") : text("compare.parted", { time: text.number(motion.t[at], 2) });
+      return h("span", { class: "parted" }, ...(all.length > 1 ? [swatch(ghostColour(i)), " "] : []), words);
+    }));
   }
 
   const map = mountFlipMap(app);

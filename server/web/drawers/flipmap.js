@@ -147,7 +147,7 @@ export function mountFlipMap(app) {
     if (!width) return;
     const ratio = Math.min(devicePixelRatio, 2);
     const side = width - MARGIN.left - MARGIN.right;
-    size = { side, width, height: side + MARGIN.top + MARGIN.bottom + 52, ratio };
+    size = { side, width, height: side + MARGIN.top + MARGIN.bottom + 54, ratio };
     canvas.width = width * ratio;
     canvas.height = size.height * ratio;
     canvas.style.width = `${width}px`;
@@ -190,10 +190,18 @@ export function mountFlipMap(app) {
     context.fillStyle = cssValue("--quiet");
     context.textAlign = "center";
     const ticks = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20].filter((time) => time >= low && time <= map.duration);
-    for (const time of ticks) context.fillText(text.short(time), MARGIN.left + Math.log(time / low) / Math.log(map.duration / low) * wide, y + 22);
-    context.fillText(text("compare.neverShort"), MARGIN.left + wide + 42, y + 22);
+    const at = (time) => MARGIN.left + Math.log(time / low) / Math.log(map.duration / low) * wide;
+    for (const time of ticks) context.fillText(text.short(time), at(time), y + 24);
+    // every digit has its stroke, which shows that the scale is one of logarithms
+    for (const power of [0.01, 0.1, 1, 10]) {
+      for (let digit = 1; digit < 10; digit++) {
+        const time = digit * power;
+        if (time >= low && time <= map.duration) context.fillRect(at(time) - 0.5, y + 9, 1, ticks.includes(time) ? 5 : 3);
+      }
+    }
+    context.fillText(text("compare.neverShort"), MARGIN.left + wide + 42, y + 24);
     context.textAlign = "left";
-    context.fillText(text("compare.scale"), MARGIN.left, y + 38);
+    context.fillText(text("compare.scale"), MARGIN.left, y + 40);
     context.strokeStyle = cssValue("--quiet");
     context.lineWidth = 1;
     context.strokeRect(MARGIN.left + wide + 32.5, y + 0.5, 20, 8);

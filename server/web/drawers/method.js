@@ -4,6 +4,7 @@
 
 import { createBag, h } from "../dom.js";
 import { said } from "../client.js";
+import { ghostColour } from "../paint.js";
 import { request, sameMotion } from "../state.js";
 import { theme } from "../theme.js";
 import { distances, logarithmic } from "./compare.js";
@@ -107,7 +108,7 @@ async function mount(element, app) {
     const far = (track) => (believed && track.complete ? distances(track, { count: believed.count, columns: believed.columns }) : null);
     const list = [{ name: motion.doc.method, colour: "--arm-1", stats: motion.stats, distance: far(motion.track) }];
     const paper = motion.ghosts.find(({ doc, initial }) => doc.method === "ode23" && initial.phi.every((phi, k) => phi === motion.doc.initial.phi[k]));
-    if (paper) list.push({ name: text("method.overlaid"), colour: "--arm-2", stats: paperStats && sameMotion(paperStats.doc, motion.doc) ? paperStats.stats : null, distance: far(paper) });
+    if (paper) list.push({ name: text("method.overlaid"), colour: ghostColour(motion.ghosts.indexOf(paper)), stats: paperStats && sameMotion(paperStats.doc, motion.doc) ? paperStats.stats : null, distance: far(paper) });
     return list;
   }
 

@@ -5,6 +5,7 @@
 
 import { createBag, h } from "../dom.js";
 import { said } from "../client.js";
+import { ghostColour } from "../paint.js";
 import { theme } from "../theme.js";
 import { aborted, button, choice, cssValue, figure, later, loadStyle, settled, tick } from "./kit.js";
 import { createMini } from "./mini.js";
@@ -194,13 +195,14 @@ async function mount(element, app) {
       arm = Number(value);
       fill();
     });
-    const names = [["--ink", "modes.nonlinear"], ["--arm-2", "modes.linearName"]].map(([name, key]) => {
+    const pale = ghostColour(store.get().ghosts.findIndex(isLinear));
+    const names = [["--ink", "modes.nonlinear"], [pale, "modes.linearName"]].map(([name, key]) => {
       const line = h("span", { class: "stroke" });
       line.style.setProperty("--colour", `var(${name})`);
       return h("span", { class: "name" }, line, " ", text(key));
     });
     chartPlace.replaceChildren(h("p", { class: "quiet" }, text("modes.linearHint")), title, h("div", { class: "row small" }, ...names, pick.element), host);
-    const chart = group.add(host, { series: [{ colour: cssValue("--ink") }, { colour: cssValue("--arm-2"), dash: [6, 3] }], times: true, height: 150 });
+    const chart = group.add(host, { series: [{ colour: cssValue("--ink") }, { colour: cssValue(pale), dash: [6, 3] }], times: true, height: 150 });
     const n = motion.n;
     const theta = (track) => Array.from({ length: track.count }, (_, i) => (track.columns.phi[i * n + arm - 1] - HANGING) / DEGREE);
     function fill() {
