@@ -77,7 +77,8 @@ struct srv_store {
     X(SHARDS_CLEARED, "UPDATE shards SET kills = 0 WHERE job = $1 AND kills > 0")                                      \
     X(SHARD_BACK, "UPDATE shards SET state = 0, kills = kills + $3, worker = '' WHERE job = $1 AND number = $2 AND "   \
                   "state = 1 AND ($3 = 0 OR lease < {now}) RETURNING kills")                                           \
-    X(SHARDS_LATE, "SELECT job, number FROM shards WHERE state = 1 AND lease < {now} ORDER BY lease LIMIT 64")         \
+    X(SHARDS_LATE, "SELECT job, number FROM shards WHERE state = 1 AND lease < $1 ORDER BY lease LIMIT 64")            \
+    X(NOW, "SELECT {now}")                                                                                             \
     X(SHARDS_OF, "SELECT job, number FROM shards WHERE state = 1 AND worker = $1 LIMIT 64")                            \
     X(SHARDS_REMOVE, "DELETE FROM shards WHERE job = $1")                                                              \
     X(RESULT_PUT, "INSERT INTO results (job, shard, chunk, data) VALUES ($1, $2, $3, $4)")                             \
@@ -799,11 +800,15 @@ static enum srv_stored sweep_expired(struct srv_store *store, struct srv_store_s
     return RUN(store, SQL_JOB_REMOVE, NULL, NULL, text_value(id));
 }
 
-enum srv_stored srv_store_sweep(struct srv_store *store, struct srv_store_sweep *sweep) {
+enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked, struct srv_store_sweep *sweep) {
     struct row_shards late = {0};
+    struct row_wholes now = {.count = 1};
     *sweep = (struct srv_store_sweep){0};
     STORE_TRY(store_begin(store));
-    enum srv_stored stored = store_run(store, SQL_SHARDS_LATE, NULL, 0, row_shard, &late);
+    enum srv_stored stored = store_run(store, SQL_NOW, NULL, 0, row_wholes, &now);
+    int64_t before = looked ? *looked : now.whole[0];
+    if (stored == SRV_STORED) stored = RUN(store, SQL_SHARDS_LATE, row_shard, &late, whole_value(before));
+    if (stored == SRV_STORED && looked) *looked = now.whole[0];
     if (stored == SRV_STORED) stored = shards_back(store, &late, 1, sweep);
     if (stored == SRV_STORED) stored = sweep_dismissed(store, sweep);
     if (stored == SRV_STORED) stored = sweep_expired(store, sweep);

@@ -145,7 +145,7 @@ STORE_TEST(a_late_worker_writes_nothing) {
     CHECK_INT(submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
     CHECK_INT(srv_store_claim(store, "late", 1000, &late), SRV_STORED);
     pause_ms(5);
-    CHECK_INT(srv_store_sweep(other, &sweep), SRV_STORED);
+    CHECK_INT(srv_store_sweep(other, NULL, &sweep), SRV_STORED);
     CHECK(sweep.released == 1 && !sweep.given_up);
     CHECK_INT(srv_store_extend(store, &late, SECOND), SRV_STORED_LOST);
     CHECK_INT(srv_store_claim(other, "now", 60 * SECOND, &now), SRV_STORED);
@@ -175,7 +175,7 @@ STORE_TEST(what_kills_three_workers_is_given_up) {
         CHECK_INT(srv_store_claim(store, "w", 1000, &lease), SRV_STORED);
         CHECK(lease.shard == 0 && lease.attempt == i + 1);
         pause_ms(3);
-        CHECK_INT(srv_store_sweep(store, &sweep), SRV_STORED);
+        CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
         CHECK_INT(sweep.given_up, i == SRV_MOST_KILLS);
         for (int k = 1; k < 7 && !i; k++) {
             CHECK_INT(srv_store_claim(store, "w", 60000000, &lease), SRV_STORED);
@@ -199,7 +199,7 @@ STORE_TEST(a_job_all_of_whose_parts_kill_ends_soon) {
     for (; kills < 20 && !sweep.given_up; kills++) {
         CHECK_INT(srv_store_claim(store, "w", 1000, &lease), SRV_STORED);
         pause_ms(3);
-        CHECK_INT(srv_store_sweep(store, &sweep), SRV_STORED);
+        CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
     }
     CHECK_INT(sweep.given_up, 1);
     CHECK_INT(kills, 11);
@@ -236,7 +236,7 @@ STORE_TEST(chained_shards_come_one_after_the_other) {
             /* a shard that is done again starts from the same */
             srv_lease_clear(&lease);
             pause_ms(3);
-            CHECK_INT(srv_store_sweep(store, &sweep), SRV_STORED);
+            CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
             CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
             CHECK_INT(lease.attempt, 2);
         }
@@ -357,7 +357,7 @@ STORE_TEST(quotas_hold_and_say_so) {
     CHECK_INT(srv_store_job(own, "j1", &job), SRV_STORED);
     CHECK(job.state == SRV_JOB_FAILED && strstr(job.message, "max-client-bytes"));
     /* the failed job's bytes go, and there is room again */
-    do CHECK_INT(srv_store_sweep(own, &sweep), SRV_STORED);
+    do CHECK_INT(srv_store_sweep(own, NULL, &sweep), SRV_STORED);
     while (sweep.more);
     CHECK_INT(srv_store_job(own, "j1", &job), SRV_STORED);
     CHECK_INT(job.bytes, 0);
@@ -392,7 +392,7 @@ STORE_TEST(a_dismissed_job_stops_and_frees_what_it_held) {
     CHECK_INT(srv_store_finish(store, &lease, data, 5, NULL, 0), SRV_STORED_LOST);
     CHECK_INT(srv_store_claim(store, "w", SECOND, &lease), SRV_STORED_NONE);
     int sweeps = 0;
-    do CHECK_INT(srv_store_sweep(store, &sweep), SRV_STORED);
+    do CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
     while (sweep.more && ++sweeps < 10);
     CHECK_INT(sweeps, 2);
     CHECK_INT(srv_store_chunk(store, "j", 0, 99, data, &bytes), SRV_STORED_NONE);
@@ -415,7 +415,7 @@ STORE_TEST(a_job_past_its_time_is_removed) {
     CHECK_INT(srv_store_finish(own, &lease, "abc", 3, NULL, 0), SRV_STORED);
     for (int i = 0; i < 10; i++) {
         pause_ms(2);
-        CHECK_INT(srv_store_sweep(own, &sweep), SRV_STORED);
+        CHECK_INT(srv_store_sweep(own, NULL, &sweep), SRV_STORED);
     }
     CHECK_INT(srv_store_job(own, "j", &job), SRV_STORED_NONE);
     CHECK_INT(submit(own, "again", "anna", "k", 1, 0, &job), SRV_STORED);
