@@ -11,7 +11,6 @@
 enum {
     MOST_TOGETHER = 64,
     SWEEP_MS = 1000,
-    LATE_MS = 200,
     LISTEN_MS = 500,
     READERS = 1,
     WRITERS = 1,
@@ -75,17 +74,21 @@ static int storage_take(struct srv_storage *storage, enum srv_ask_kind kind, int
 }
 
 /* what is done once a second beside what is asked */
-static void storage_sweep(struct srv_storage *storage, struct srv_store *store) {
+static void storage_sweep(struct srv_storage *storage, struct srv_store *store, int64_t *looked) {
     struct srv_store_sweep sweep;
     struct srv_store_figures figures;
-    enum srv_stored stored = srv_store_sweep(store, &sweep);
+    int64_t before = *looked;
+    enum srv_stored stored = srv_store_sweep(store, looked, &sweep);
     if (stored == SRV_STORED && (sweep.released || sweep.given_up)) {
         srv_log_message(storage->log,
                         "%d parts of jobs were taken back from workers that fell silent, %d jobs given up",
                         sweep.released, sweep.given_up);
         storage->news(storage->context);
     }
-    for (int i = 0; i < 16 && stored == SRV_STORED && sweep.more; i++) stored = srv_store_sweep(store, &sweep);
+    for (int i = 0; i < 16 && stored == SRV_STORED && sweep.more; i++) {
+        int64_t same = before;
+        stored = srv_store_sweep(store, &same, &sweep);
+    }
     if (stored == SRV_STORED) stored = srv_store_figures(store, &figures);
     storage_note(storage, store, stored);
     if (stored != SRV_STORED) return;
@@ -93,10 +96,6 @@ static void storage_sweep(struct srv_storage *storage, struct srv_store *store) 
     storage->figures = figures;
     pthread_mutex_unlock(&storage->lock);
 }
-
-/* A process that was not run for a while, or whose disk was slow, has no word to say on who else fell silent: its own
- * parts have not been held for longer either. So a sweep that comes late is put off, once. */
-static int storage_overslept(int64_t late) { return late > srv_clock_span(LATE_MS / 1000.0); }
 
 static int storage_over(struct srv_storage *storage) {
     pthread_mutex_lock(&storage->lock);
@@ -110,7 +109,7 @@ static void *storage_serve(void *context) {
     struct srv_storage *storage = desk->storage;
     int most = desk->kind == SRV_ASK_WRITE ? srv_store_batch(desk->store) : 1;
     int64_t second = srv_clock_span(SWEEP_MS / 1000.0), sweep = srv_clock_now();
-    int put_off = 0;
+    int64_t looked = 0;
     struct srv_store_call *call[MOST_TOGETHER];
     int count;
     if (most > MOST_TOGETHER) most = MOST_TOGETHER;
@@ -125,8 +124,7 @@ static void *storage_serve(void *context) {
         /* what waited goes first: it may hold parts for longer whose leases a sweep would end */
         int64_t now = srv_clock_now();
         if (desk->kind == SRV_ASK_READ || now < sweep) continue;
-        put_off = !put_off && storage_overslept(now - sweep);
-        if (!put_off) storage_sweep(storage, desk->store);
+        storage_sweep(storage, desk->store, &looked);
         sweep = srv_clock_now() + second;
     } while (count || !storage_over(storage));
     return NULL;

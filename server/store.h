@@ -201,8 +201,12 @@ struct srv_store_sweep {
 /**
  * Puts shards back whose lease ran out, gives up what kills its workers, removes what is dismissed or past its time; a
  * piece at a time. Any process may, at any time.
+ *
+ * looked  us by the store's clock, 0 at first: leases count that had run out when this process looked the last time, so
+ *         that after a pause it holds its own for longer before it judges any; becomes now. NULL: all that have
+ *         run out.
  */
-enum srv_stored srv_store_sweep(struct srv_store *store, struct srv_store_sweep *sweep);
+enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked, struct srv_store_sweep *sweep);
 
 /* What is in a store, for metrics and for whoever decides how many workers there should be. */
 struct srv_store_figures {

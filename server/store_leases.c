@@ -216,10 +216,11 @@ static enum srv_stored shard_back(struct srv_store *store, const char *id, int64
     return srv_store_job_end(store, &job, SRV_JOB_FAILED, message);
 }
 
-enum srv_stored srv_store_back(struct srv_store *store, const char *worker, struct srv_store_sweep *sweep, int *found) {
+enum srv_stored srv_store_back(struct srv_store *store, const char *worker, int64_t before,
+                               struct srv_store_sweep *sweep, int *found) {
     struct row_shards rows = {0};
     enum srv_stored stored = worker ? SRV_RUN(store, SQL_SHARDS_OF, row_shard, &rows, srv_value_text(worker))
-                                    : srv_store_run(store, SQL_SHARDS_LATE, NULL, 0, row_shard, &rows);
+                                    : SRV_RUN(store, SQL_SHARDS_LATE, row_shard, &rows, srv_value_whole(before));
     *found = rows.count;
     SRV_STORED_TRY(stored);
     for (int i = 0; i < rows.count; i++)
@@ -234,7 +235,7 @@ enum srv_stored srv_store_release(struct srv_store *store, const char *worker) {
     do {
         sweep = (struct srv_store_sweep){0};
         SRV_STORED_TRY(srv_store_begin(store));
-        stored = srv_store_back(store, worker, &sweep, &found);
+        stored = srv_store_back(store, worker, 0, &sweep, &found);
         stored = srv_store_end(store, stored == SRV_STORED, stored);
     } while (stored == SRV_STORED && sweep.released == SQL_SHARDS_MOST);
     return stored;

@@ -10,9 +10,11 @@
  * Lets shards wait again, in a call that has begun: SQL_SHARDS_MOST at most.
  *
  * worker  whose; or NULL: those whose lease ran out, which counts against them.
+ * before  and had run out by then, us by the store's clock; without a worker only.
  * sweep   counts what became of them.
  * found   out: how many there were.
  */
-enum srv_stored srv_store_back(struct srv_store *store, const char *worker, struct srv_store_sweep *sweep, int *found);
+enum srv_stored srv_store_back(struct srv_store *store, const char *worker, int64_t before,
+                               struct srv_store_sweep *sweep, int *found);
 
 #endif

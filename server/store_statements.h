@@ -69,7 +69,8 @@
     X(SHARDS_CLEARED, "UPDATE shards SET kills = 0 WHERE job = $1 AND kills > 0")                                      \
     X(SHARD_BACK, "UPDATE shards SET state = 0, kills = kills + $3, worker = '' WHERE job = $1 AND number = $2 AND "   \
                   "state = 1 AND ($3 = 0 OR lease < {now}) RETURNING kills")                                           \
-    X(SHARDS_LATE, "SELECT job, number FROM shards WHERE state = 1 AND lease < {now} ORDER BY lease LIMIT 64")         \
+    X(SHARDS_LATE, "SELECT job, number FROM shards WHERE state = 1 AND lease < $1 ORDER BY lease LIMIT 64")            \
+    X(NOW, "SELECT {now}")                                                                                             \
     X(SHARDS_OF, "SELECT job, number FROM shards WHERE state = 1 AND worker = $1 LIMIT 64")                            \
     X(SHARDS_REMOVE, "DELETE FROM shards WHERE job = $1")                                                              \
     X(RESULT_PUT, "INSERT INTO results (job, shard, chunk, data) VALUES ($1, $2, $3, $4)")                             \

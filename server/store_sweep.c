@@ -46,11 +46,15 @@ static enum srv_stored sweep_expired(struct srv_store *store, struct srv_store_s
     return SRV_RUN(store, SQL_JOB_REMOVE, NULL, NULL, srv_value_text(id));
 }
 
-enum srv_stored srv_store_sweep(struct srv_store *store, struct srv_store_sweep *sweep) {
+enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked, struct srv_store_sweep *sweep) {
+    struct srv_row_wholes now = {.count = 1};
     int late = 0;
     *sweep = (struct srv_store_sweep){0};
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored = srv_store_back(store, NULL, sweep, &late);
+    enum srv_stored stored = srv_store_run(store, SQL_NOW, NULL, 0, srv_row_wholes, &now);
+    int64_t before = looked ? *looked : now.whole[0];
+    if (stored == SRV_STORED) stored = srv_store_back(store, NULL, before, sweep, &late);
+    if (stored == SRV_STORED && looked) *looked = now.whole[0];
     if (stored == SRV_STORED) stored = sweep_dismissed(store, sweep);
     if (stored == SRV_STORED) stored = sweep_expired(store, sweep);
     if (stored == SRV_STORED && !sweep->more) stored = srv_store_plain(store, SQL_CLIENTS_LEAVE);

@@ -18,7 +18,7 @@ STORE_TEST(a_late_worker_writes_nothing) {
     CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
     CHECK_INT(srv_store_claim(store, "late", 1000, &late), SRV_STORED);
     ground_pause_ms(5);
-    CHECK_INT(srv_store_sweep(other, &sweep), SRV_STORED);
+    CHECK_INT(srv_store_sweep(other, NULL, &sweep), SRV_STORED);
     CHECK(sweep.released == 1 && !sweep.given_up);
     CHECK_INT(srv_store_extend(store, &late, SECOND), SRV_STORED_LOST);
     CHECK_INT(srv_store_claim(other, "now", 60 * SECOND, &now), SRV_STORED);
@@ -48,7 +48,7 @@ STORE_TEST(what_kills_three_workers_is_given_up) {
         CHECK_INT(srv_store_claim(store, "w", 1000, &lease), SRV_STORED);
         CHECK(lease.shard == 0 && lease.attempt == i + 1);
         ground_pause_ms(3);
-        CHECK_INT(srv_store_sweep(store, &sweep), SRV_STORED);
+        CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
         CHECK_INT(sweep.given_up, i == SRV_MOST_KILLS);
         for (int k = 1; k < 7 && !i; k++) {
             CHECK_INT(srv_store_claim(store, "w", 60000000, &lease), SRV_STORED);
@@ -72,7 +72,7 @@ STORE_TEST(a_job_all_of_whose_parts_kill_ends_soon) {
     for (; kills < 20 && !sweep.given_up; kills++) {
         CHECK_INT(srv_store_claim(store, "w", 1000, &lease), SRV_STORED);
         ground_pause_ms(3);
-        CHECK_INT(srv_store_sweep(store, &sweep), SRV_STORED);
+        CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
     }
     CHECK_INT(sweep.given_up, 1);
     CHECK_INT(kills, 11);
@@ -109,7 +109,7 @@ STORE_TEST(chained_shards_come_one_after_the_other) {
             /* a shard that is done again starts from the same */
             srv_lease_clear(&lease);
             ground_pause_ms(3);
-            CHECK_INT(srv_store_sweep(store, &sweep), SRV_STORED);
+            CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
             CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
             CHECK_INT(lease.attempt, 2);
         }

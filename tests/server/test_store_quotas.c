@@ -28,7 +28,7 @@ STORE_TEST(quotas_hold_and_say_so) {
     CHECK_INT(srv_store_job(own, "j1", &job), SRV_STORED);
     CHECK(job.state == SRV_JOB_FAILED && strstr(job.message, "max-client-bytes"));
     /* the failed job's bytes go, and there is room again */
-    do CHECK_INT(srv_store_sweep(own, &sweep), SRV_STORED);
+    do CHECK_INT(srv_store_sweep(own, NULL, &sweep), SRV_STORED);
     while (sweep.more);
     CHECK_INT(srv_store_job(own, "j1", &job), SRV_STORED);
     CHECK_INT(job.bytes, 0);

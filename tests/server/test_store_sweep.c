@@ -22,7 +22,7 @@ STORE_TEST(a_dismissed_job_stops_and_frees_what_it_held) {
     CHECK_INT(srv_store_finish(store, &lease, data, 5, NULL, 0), SRV_STORED_LOST);
     CHECK_INT(srv_store_claim(store, "w", SECOND, &lease), SRV_STORED_NONE);
     int sweeps = 0;
-    do CHECK_INT(srv_store_sweep(store, &sweep), SRV_STORED);
+    do CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
     while (sweep.more && ++sweeps < 10);
     CHECK_INT(sweeps, 2);
     CHECK_INT(srv_store_chunk(store, "j", 0, 99, data, &bytes), SRV_STORED_NONE);
@@ -45,7 +45,7 @@ STORE_TEST(a_job_past_its_time_is_removed) {
     CHECK_INT(srv_store_finish(own, &lease, "abc", 3, NULL, 0), SRV_STORED);
     for (int i = 0; i < 10; i++) {
         ground_pause_ms(2);
-        CHECK_INT(srv_store_sweep(own, &sweep), SRV_STORED);
+        CHECK_INT(srv_store_sweep(own, NULL, &sweep), SRV_STORED);
     }
     CHECK_INT(srv_store_job(own, "j", &job), SRV_STORED_NONE);
     CHECK_INT(ground_submit(own, "again", "anna", "k", 1, 0, &job), SRV_STORED);

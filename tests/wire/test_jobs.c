@@ -354,32 +354,6 @@ static void poison(struct place *place) {
 
 TEST(a_job_that_kills_its_workers_is_given_up_and_later_forgotten) { place_on_both(poison); }
 
-/* a process that slept longer than its leases, as often as a poisonous job would be tried, goes on with its part */
-static void sleeps(struct place *place) {
-    char id[ID + 1], path[64];
-    struct test_reply reply;
-    struct test_server *server = place_serve(place, "all", "3600", NULL, NULL);
-    if (!server) return;
-    CHECK_INT(submit(server, "/v1/trajectories", ASYNC, ask_long(1e6), id), 202);
-    for (double end = test_clock() + 20; metric(server, "pendulumd_workers_busy") < 1 && test_clock() < end;)
-        test_sleep(0.02);
-    for (int i = 0; i < 3; i++) {
-        test_server_signal(server, SIGSTOP);
-        test_sleep(1);
-        test_server_signal(server, SIGCONT);
-        test_sleep(1.3);
-    }
-    CHECK_INT((int)metric(server, "pendulumd_workers_busy"), 1);
-    snprintf(path, sizeof path, "/v1/jobs/%s", id);
-    CHECK_INT(test_request(server, &reply, "DELETE", path, "", NULL), 200);
-    CHECK_SAYING(strstr(reply.body, "\"dismissed\"") != NULL, "%s", reply.body);
-    test_reply_clear(&reply);
-    /* which sees, too, that nothing was said of parts taken back */
-    test_server_stop(&server);
-}
-
-TEST(a_process_that_slept_takes_nothing_from_itself) { place_on_both(sleeps); }
-
 /* what nobody should ask of an ensemble is refused as a job, too, with its place */
 TEST(ensembles_that_make_no_sense_make_no_job) {
     static const struct {
