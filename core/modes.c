@@ -79,7 +79,7 @@ static enum pend_status modes_check_range(const struct pend_spectrum *spectrum, 
         error, PEND_INVALID, -1, 0,
         "lengths, masses and gravity are too far apart: the squares of the frequencies lie between %.3g and "
         "%.3g (rad/s)^2, and only from %.0g to %.0g can they be found",
-        spectrum->least, spectrum->most, MODES_LEAST, MODES_MOST);
+        fmax(spectrum->least, 0), fmin(spectrum->most, DBL_MAX), MODES_LEAST, MODES_MOST);
 }
 
 static double modes_signed_square(double omega) { return omega * fabs(omega); }
