@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 const char *ask_long(double span) {
@@ -59,4 +60,17 @@ void ask_problem(const struct test_reply *reply, int status, const char *pointer
         CHECK_SAYING(has_pointer(cJSON_GetObjectItemCaseSensitive(problem, "errors"), pointer), "no %s in %s", pointer,
                      reply->body);
     cJSON_Delete(problem);
+}
+
+double ask_metric(const struct test_server *server, const char *name) {
+    struct test_reply reply;
+    double value = -1;
+    char line[96];
+    snprintf(line, sizeof line, "\n%s ", name);
+    if (test_request(server, &reply, "GET", "/metrics", "", NULL) == 200) {
+        const char *at = strstr(reply.body, line);
+        if (at) value = atof(at + strlen(line));
+    }
+    test_reply_clear(&reply);
+    return value;
 }

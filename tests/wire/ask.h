@@ -47,4 +47,7 @@ void ask_problem(const struct test_reply *reply, int status, const char *pointer
 /** Item `column` of row `row` of an array of arrays; NaN where there is none. */
 double ask_at(const cJSON *rows, int row, int column);
 
+/** The number behind a name in /metrics; -1 where there is none. */
+double ask_metric(const struct test_server *server, const char *name);
+
 #endif

@@ -58,17 +58,6 @@ static int ear_count(const struct ear *ear, const char *text) {
     return count;
 }
 
-static double listening(const struct test_server *server) {
-    struct test_reply reply;
-    double value = -1;
-    if (test_request(server, &reply, "GET", "/metrics", "", NULL) == 200) {
-        const char *at = strstr(reply.body, "\npendulumd_event_streams ");
-        if (at) value = atof(at + strlen("\npendulumd_event_streams "));
-    }
-    test_reply_clear(&reply);
-    return value;
-}
-
 static struct ear ear[2];
 
 /* heard from a process that computes nothing; another one works */
@@ -143,7 +132,8 @@ TEST(a_silent_stream_has_a_heartbeat) {
 
 static double here_of(const struct test_server *server, double wanted) {
     double now = -1;
-    for (double end = test_clock() + 5; test_clock() < end && now != wanted; test_sleep(0.05)) now = listening(server);
+    for (double end = test_clock() + 5; test_clock() < end && now != wanted; test_sleep(0.05))
+        now = ask_metric(server, "pendulumd_event_streams");
     return now;
 }
 
@@ -172,7 +162,7 @@ TEST(streams_are_counted_and_a_client_has_its_share) {
         CHECK_INT(job_get(server, &reply, id, "/events", "X-Forwarded-For: 10.0.0.9\r\n"), 503);
         CHECK(test_reply_header(&reply, "Retry-After") != NULL);
         test_reply_clear(&reply);
-        CHECK(listening(server) == MOST);
+        CHECK(ask_metric(server, "pendulumd_event_streams") == MOST);
         /* half of them go away, by an end and by a reset; others may come */
         for (int i = 0; i < MOST; i += 2) {
             struct linger reset = {1, 0};

@@ -276,24 +276,10 @@ TEST(a_job_that_fails_says_why) { place_on_both(failures); }
 
 TEST(what_is_wrong_about_a_job_is_said) { place_on_both(refusals); }
 
-/* the number behind a name in /metrics; -1 where there is none */
-static double metric(const struct test_server *server, const char *name) {
-    struct test_reply reply;
-    double value = -1;
-    char line[96];
-    snprintf(line, sizeof line, "\n%s ", name);
-    if (test_request(server, &reply, "GET", "/metrics", "", NULL) == 200) {
-        const char *at = strstr(reply.body, line);
-        if (at) value = atof(at + strlen(line));
-    }
-    test_reply_clear(&reply);
-    return value;
-}
-
 /* s until no worker is busy */
 static double until_idle(const struct test_server *server) {
     double begin = test_clock();
-    while (metric(server, "pendulumd_workers_busy") > 0 && test_clock() < begin + 20) test_sleep(0.002);
+    while (ask_metric(server, "pendulumd_workers_busy") > 0 && test_clock() < begin + 20) test_sleep(0.002);
     return test_clock() - begin;
 }
 
@@ -304,9 +290,9 @@ static void a_dismissal(struct place *place) {
     struct test_server *two = place_serve(place, "all", "1", NULL, NULL);
     for (int i = 0; i < 2 && one && two; i++) {
         CHECK_INT(submit(one, "/v1/trajectories", ASYNC, ask_long(1e6), id), 202);
-        for (double end = test_clock() + 20; metric(two, "pendulumd_workers_busy") < 1 && test_clock() < end;)
+        for (double end = test_clock() + 20; ask_metric(two, "pendulumd_workers_busy") < 1 && test_clock() < end;)
             test_sleep(0.01);
-        CHECK_INT((int)metric(two, "pendulumd_workers_busy"), 1);
+        CHECK_INT((int)ask_metric(two, "pendulumd_workers_busy"), 1);
         snprintf(path, sizeof path, "/v1/jobs/%s", id);
         /* here, and in another process */
         CHECK_INT(test_request(i ? one : two, &reply, "DELETE", path, "", NULL), 200);
@@ -328,7 +314,7 @@ static void poison(struct place *place) {
     if (!server) return;
     CHECK_INT(submit(server, "/v1/trajectories", ASYNC, ask_long(2000), id), 202);
     for (int i = 0; i < 3 && server; i++) {
-        for (double end = test_clock() + 20; metric(server, "pendulumd_workers_busy") < 1 && test_clock() < end;)
+        for (double end = test_clock() + 20; ask_metric(server, "pendulumd_workers_busy") < 1 && test_clock() < end;)
             test_sleep(0.02);
         test_server_drop(&server);
         server = place_serve(place, "all", "3600", "--keep-seconds", "2");
@@ -377,7 +363,7 @@ TEST(ensembles_that_make_no_sense_make_no_job) {
         ask_problem(&reply, 422, bad[i].pointer);
         test_reply_clear(&reply);
     }
-    if (server) CHECK_INT((int)metric(server, "pendulumd_jobs{state=\"accepted\"}"), 0);
+    if (server) CHECK_INT((int)ask_metric(server, "pendulumd_jobs{state=\"accepted\"}"), 0);
     test_server_stop(&server);
     place_end(&place);
 }
@@ -405,9 +391,9 @@ static void check_flips(const struct test_server *server, const char *id, struct
 static void until_kept(const struct test_server *server, int parts) {
     double begin = test_clock();
     for (; test_clock() < begin + 10; test_sleep(0.01)) {
-        if (metric(server, "pendulumd_job_parts_total{end=\"kept\"}") >= parts) return;
-        double open = metric(server, "pendulumd_jobs{state=\"running\"}");
-        open += metric(server, "pendulumd_jobs{state=\"accepted\"}");
+        if (ask_metric(server, "pendulumd_job_parts_total{end=\"kept\"}") >= parts) return;
+        double open = ask_metric(server, "pendulumd_jobs{state=\"running\"}");
+        open += ask_metric(server, "pendulumd_jobs{state=\"accepted\"}");
         /* these figures are a second old, and 0 at first */
         if (test_clock() > begin + 2.5 && open <= 0) return;
     }
@@ -429,7 +415,7 @@ static void kills(struct place *place) {
         server = place_serve(place, "all", PART, NULL, NULL);
     }
     if (server) {
-        CHECK_INT((int)metric(server, "pendulumd_jobs{state=\"failed\"}"), 0);
+        CHECK_INT((int)ask_metric(server, "pendulumd_jobs{state=\"failed\"}"), 0);
         for (int i = 0; i < KILLS; i++) check_flips(server, id[i], &right);
         stop_after_deaths(&server);
     }
