@@ -231,7 +231,7 @@ $(B)/api/engine.o: $(B)/api/engine.c $(B)/flags
 $(B)/libpendulum.a: $(CORE) $(B)/parts
 	@rm -f $@
 	$(call say,ar,$@)
-	$(Q)ar rcs $@ $(CORE)
+	$(Q)$(AR) rcs $@ $(CORE)
 
 $(B)/pendulumd: $(B)/server/main.o $(SERVER) $(API) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
