@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/json_digits.h"
 #include "api/number.h"
 #include "api/text.h"
 
@@ -28,9 +29,7 @@ struct api_scan_key {
 
 static int scan_peek(const struct api_scan *s) { return s->at < s->bytes ? (unsigned char)s->text[s->at] : -1; }
 
-static int scan_digit(int c) { return c >= '0' && c <= '9'; }
-
-static int scan_word(int c) { return scan_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+static int scan_word(int c) { return api_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 
 static void scan_space(struct api_scan *s) {
     while (s->at < s->bytes && s->text[s->at] <= ' ' && strchr(" \t\n\r", s->text[s->at]) && s->text[s->at]) s->at++;
@@ -164,7 +163,7 @@ static enum pend_status scan_emit_array(struct api_scan *s, size_t first) {
 /* scalars */
 
 static const char *scan_digits(const char *p, const char *end) {
-    while (p < end && scan_digit((unsigned char)*p)) p++;
+    while (p < end && api_digit((unsigned char)*p)) p++;
     return p;
 }
 
@@ -196,20 +195,18 @@ static enum pend_status scan_number_grammar(struct api_scan *s) {
     return PEND_OK;
 }
 
-/* a whole number of few digits, the most frequent kind: returns its end, or NULL where it is another */
-static const char *scan_short_number(const char *p, const char *end, double *x) {
-    int minus = *p == '-';
-    const char *first = p += minus, *last = end - p < 15 ? end : p + 15;
-    int64_t whole = 0;
-    for (; p < last && scan_digit((unsigned char)*p); p++) whole = 10 * whole + (*p - '0');
-    if (p == first || p == last || *p == '.' || (*p | 0x20) == 'e' || (*first == '0' && p > first + 1)) return NULL;
-    *x = minus ? -(double)whole : (double)whole;
-    return p;
+/* the single digits from here on, each with a comma behind it, as far as there is room in the table */
+static void scan_single_digits(struct api_scan *s) {
+    const char *p = s->text + s->at, *end = s->text + s->bytes;
+    double *to = s->numbers + s->number_count, *cap = s->numbers + s->number_cap;
+    while (cap - to >= 4 && end - p >= 8 && api_digits_four(p, to)) to += 4, p += 8;
+    s->number_count = (size_t)(to - s->numbers);
+    s->at = (size_t)(p - s->text);
 }
 
 static enum pend_status scan_number(struct api_scan *s) {
     double x;
-    const char *begin = s->text + s->at, *end = scan_short_number(begin, s->text + s->bytes, &x);
+    const char *begin = s->text + s->at, *end = api_digits_whole(begin, s->text + s->bytes, &x);
     if (end) {
         s->at = (size_t)(end - s->text);
         return scan_push_number(s, x);
@@ -232,9 +229,10 @@ static enum pend_status scan_numbers(struct api_scan *s) {
         if (scan_peek(s) != ',') break;
         s->at++;
         s->want = WANT_VALUE;
+        scan_single_digits(s);
         scan_space(s);
         c = scan_peek(s);
-    } while (c == '-' || scan_digit(c));
+    } while (c == '-' || api_digit(c));
     return PEND_OK;
 }
 
@@ -260,8 +258,8 @@ static long scan_hex(const struct api_scan *s, size_t at) {
     for (int i = 0; i < 4; i++) {
         int c = (unsigned char)s->text[at + (size_t)i];
         int lower = c | 0x20;
-        if (!scan_digit(c) && (lower < 'a' || lower > 'f')) return -1;
-        value = 16 * value + (scan_digit(c) ? c - '0' : lower - 'a' + 10);
+        if (!api_digit(c) && (lower < 'a' || lower > 'f')) return -1;
+        value = 16 * value + (api_digit(c) ? c - '0' : lower - 'a' + 10);
     }
     return value;
 }
@@ -421,7 +419,7 @@ static enum pend_status scan_lone_number(struct api_scan *s) {
 }
 
 static enum pend_status scan_value(struct api_scan *s, int c) {
-    int number = c == '-' || scan_digit(c);
+    int number = c == '-' || api_digit(c);
     if (number && s->depth && s->frames[s->depth - 1].pure) return scan_numbers(s);
     PEND_TRY(scan_spoil(s));
     if (c == '{' || c == '[') return scan_open(s, c == '{');
