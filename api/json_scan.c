@@ -22,11 +22,6 @@ struct api_scan_frame {
     size_t first; /* of its numbers (while pure) or keys */
 };
 
-/* the key as it is written in the rest, quotes included */
-struct api_scan_key {
-    size_t at, bytes;
-};
-
 static int scan_peek(const struct api_scan *s) { return s->at < s->bytes ? (unsigned char)s->text[s->at] : -1; }
 
 static int scan_word(int c) { return api_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
@@ -342,7 +337,7 @@ static enum pend_status scan_string(struct api_scan *s) {
 
 static enum pend_status scan_open(struct api_scan *s, int object) {
     if (s->depth == s->depth_cap) return scan_fail(s, 422, s->at, "more than %d levels of nesting", s->depth_cap);
-    s->frames[s->depth++] = (struct api_scan_frame){object, !object, object ? s->key_count : s->number_count};
+    s->frames[s->depth++] = (struct api_scan_frame){object, !object, object ? s->keys.count : s->number_count};
     s->at++;
     s->want = object ? WANT_KEY_OR_END : WANT_ITEM_OR_END;
     if (!object) return PEND_OK;
@@ -354,7 +349,7 @@ static enum pend_status scan_close(struct api_scan *s) {
     struct api_scan_frame *frame = &s->frames[--s->depth];
     s->at++;
     s->want = s->depth ? WANT_MORE : WANT_NOTHING;
-    if (frame->object) s->key_count = frame->first;
+    if (frame->object) s->keys.count = frame->first;
     if (frame->pure) return scan_emit_array(s, frame->first);
     return api_buffer_text(&s->rest, frame->object ? "}" : "]");
 }
@@ -369,25 +364,14 @@ static enum pend_status scan_more(struct api_scan *s, int c) {
     return frame->pure ? PEND_OK : api_buffer_text(&s->rest, ",");
 }
 
-static uint32_t scan_hash(const char *p, size_t bytes) {
-    uint32_t hash = 2166136261u;
-    for (size_t i = 0; i < bytes; i++) hash = (hash ^ (unsigned char)p[i]) * 16777619u;
-    return hash;
-}
-
-/* compares a key with the others of its object: few enough, by the cap, to try them all */
-static enum pend_status scan_unique(struct api_scan *s, size_t first, struct api_scan_key key, uint32_t hash,
-                                    size_t at) {
+/* keeps a key as it is written in the rest, quotes included */
+static enum pend_status scan_keep_key(struct api_scan *s, struct api_key key, size_t at) {
     const char *rest = s->rest.data;
-    if (s->key_count - first >= API_SCAN_MEMBERS)
-        return scan_fail(s, 422, at, "an object has more than %d members", API_SCAN_MEMBERS);
-    for (size_t i = first; i < s->key_count; i++) {
-        if (s->hashes[i] != hash || s->keys[i].bytes != key.bytes) continue;
-        if (memcmp(rest + s->keys[i].at, rest + key.at, key.bytes)) continue;
-        int length = (int)api_text_cut(rest + key.at, key.bytes, 40);
-        return scan_fail(s, 400, at, "the key %.*s is there twice", length, rest + key.at);
-    }
-    return PEND_OK;
+    enum pend_status status = api_keys_add(&s->keys, s->frames[s->depth - 1].first, API_SCAN_MEMBERS, rest, key);
+    if (status == PEND_LIMIT) return scan_fail(s, 422, at, "an object has more than %d members", API_SCAN_MEMBERS);
+    if (status != PEND_INVALID) return status;
+    int length = (int)api_text_cut(rest + key.at, key.bytes, 40);
+    return scan_fail(s, 400, at, "the key %.*s is there twice", length, rest + key.at);
 }
 
 static enum pend_status scan_key(struct api_scan *s, int c) {
@@ -395,16 +379,7 @@ static enum pend_status scan_key(struct api_scan *s, int c) {
     if (c != '"')
         return scan_expected(s, s->want == WANT_KEY ? "a key in double quotes" : "a key in double quotes or \"}\"");
     PEND_TRY(scan_string(s));
-    struct api_scan_key key = {begin, s->rest.bytes - begin};
-    uint32_t hash = scan_hash(s->rest.data + key.at, key.bytes);
-    PEND_TRY(scan_unique(s, s->frames[s->depth - 1].first, key, hash, at));
-    void *keys = s->keys, *hashes = s->hashes;
-    PEND_TRY(scan_grow(&keys, &s->key_cap, s->key_count, sizeof key));
-    s->keys = keys;
-    PEND_TRY(scan_grow(&hashes, &s->hash_cap, s->key_count, sizeof hash));
-    s->hashes = hashes;
-    s->keys[s->key_count] = key;
-    s->hashes[s->key_count++] = hash;
+    PEND_TRY(scan_keep_key(s, (struct api_key){begin, s->rest.bytes - begin}, at));
     scan_space(s);
     if (scan_peek(s) != ':') return scan_expected(s, "\":\"");
     s->at++;
@@ -458,8 +433,7 @@ enum pend_status api_scan_run(struct api_scan *scan, const char *text, size_t by
 
 void api_scan_clear(struct api_scan *scan) {
     free(scan->frames);
-    free(scan->keys);
-    free(scan->hashes);
+    api_keys_clear(&scan->keys);
     free(scan->numbers);
     free(scan->arrays);
     api_buffer_clear(&scan->rest);

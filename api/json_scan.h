@@ -5,8 +5,7 @@
 #ifndef API_JSON_SCAN_H
 #define API_JSON_SCAN_H
 
-#include <stdint.h>
-
+#include "api/json_keys.h"
 #include "api/problem.h"
 
 /* of an object, and of a document but for those in arrays of numbers */
@@ -19,16 +18,13 @@ struct api_scan_array {
 };
 
 struct api_scan_frame; /* an array or object that is open */
-struct api_scan_key;   /* a key of an object that is open */
 
 struct api_scan {
     const char *text;
     size_t bytes, at;
     int depth, depth_cap, want;
     struct api_scan_frame *frames; /* depth of depth_cap */
-    struct api_scan_key *keys;
-    uint32_t *hashes; /* of the keys */
-    size_t key_count, key_cap, hash_cap;
+    struct api_keys keys;
     double *numbers;
     size_t number_count, number_cap;
     struct api_scan_array *arrays;
