@@ -13,8 +13,8 @@
 /* what the grammar wants next */
 enum { WANT_VALUE, WANT_ITEM_OR_END, WANT_KEY, WANT_KEY_OR_END, WANT_MORE, WANT_NOTHING };
 
-/* about what one value takes in memory, and how much of it a byte of text may ask for */
-enum { COST_NODE = 80, COST_STRING = 32, COST_ARRAY = 16, COST_PER_BYTE = 20, COST_FREE = 1 << 16 };
+/* what one value takes in memory at most, and how much of it a byte of text may ask for */
+enum { COST_NODE = API_SCAN_NODE, COST_STRING = 32, COST_ARRAY = 16, COST_PER_BYTE = 20, COST_FREE = 1 << 16 };
 
 struct api_scan_frame {
     int object;

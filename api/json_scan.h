@@ -11,6 +11,8 @@
 /* of an object, and of a document but for those in arrays of numbers */
 enum { API_SCAN_MEMBERS = 256, API_SCAN_VALUES = 300000 };
 
+enum { API_SCAN_NODE = 80 }; /* bytes that a value may take in memory, beside its strings */
+
 /* numbers[first .. first + count - 1] */
 struct api_scan_array {
     size_t first;
@@ -30,7 +32,7 @@ struct api_scan {
     struct api_scan_array *arrays;
     size_t array_count, array_cap;
     long nodes;  /* values so far, but for those in arrays of numbers */
-    size_t cost; /* memory of the values so far, bytes, about */
+    size_t cost; /* memory of the values so far, bytes, at most: whoever builds them needs no more */
     struct api_buffer rest;
     struct api_problem *problem;
 };
