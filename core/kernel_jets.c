@@ -1,5 +1,6 @@
 #include "core/kernel_jets.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -16,7 +17,7 @@ typedef KERNEL_OF(lanes, ) wide;
 #define num_fma lanes1_fma
 
 /* terms that a step is judged by; the longest step in units, as a binary logarithm */
-enum { KERNEL_SIZES = 8, KERNEL_FAR = 1000, KERNEL_ORDERS = 40 };
+enum { KERNEL_SIZES = 8, KERNEL_FAR = 1000 };
 
 LANES_INLINE double num_of(double x) { return x; }
 LANES_INLINE double num_add(double x, double y) { return x + y; }
@@ -74,14 +75,26 @@ LANES_INLINE void kernel_sum(wide sum, wide add, double *high, double *low) {
     wide_put(low, (sum - (total - part)) + (add - part));
 }
 
+/* rates of `arms` arms (2, 4 or 8), of whole vectors the rest is 0: the forces of few arms stand beside their rates */
+LANES_INLINE wide kernel_rates(const double *at, int arms) {
+#if defined(__AVX512F__)
+    if (arms == 2) return (wide)_mm512_zextpd128_pd512(_mm_load_pd(at));
+    if (arms == 4) return (wide)_mm512_zextpd256_pd512(_mm256_load_pd(at));
+#elif KERNEL_WIDTH == 4
+    if (arms == 2) return (wide)_mm256_zextpd128_pd256(_mm_load_pd(at));
+#endif
+    (void)arms;
+    return wide_get(at);
+}
+
 /* changes of phi and phi', even and odd orders apart: half the waiting */
-LANES_INLINE struct values_change kernel_halves(const struct jets_system *s, int order, double x_, double unit, int a) {
+LANES_INLINE struct values_change kernel_halves(const struct jets_system *s, int order, double x_, double unit, int a,
+                                                int arms) {
     wide x = wide_of(x_), square = x * x, phi[2] = {wide_of(0), wide_of(0)}, rate[2] = {wide_of(0), wide_of(0)};
     const double *from = s->rate + jets_row(s, a);
     for (int j = order - order % 2; j >= 0; j -= 2) {
-        wide even = wide_get(from + (size_t)j * s->stride);
-        // the row after the last is zero
-        wide odd = j < order ? wide_get(from + (size_t)(j + 1) * s->stride) : wide_of(0);
+        wide even = kernel_rates(from + (size_t)j * s->stride, arms);
+        wide odd = j < order ? kernel_rates(from + (size_t)(j + 1) * s->stride, arms) : wide_of(0);
         phi[0] = wide_fma(phi[0], square, even * s->share[j]);
         phi[1] = wide_fma(phi[1], square, odd * s->share[j + 1]);
         if (j) rate[0] = wide_fma(rate[0], square, even);
@@ -93,37 +106,61 @@ LANES_INLINE struct values_change kernel_halves(const struct jets_system *s, int
     return (struct values_change){.phi = x * wide_fma(x, phi[1], phi[0]), .rate = turn * inverse};
 }
 
-static void kernel_advance(const struct jets_system *s, int order, double x, double unit, const struct jets_state *from,
-                           const struct jets_state *to) {
+LANES_INLINE void kernel_advance_some(const struct jets_system *s, int order, double x, double unit,
+                                      const struct jets_state *from, const struct jets_state *to, int arms) {
     for (int a = 0; a < s->n; a += WIDE) {
-        struct values_change v = kernel_halves(s, order, x, unit, a);
+        struct values_change v = kernel_halves(s, order, x, unit, a, arms);
         kernel_sum(wide_get(from->phi + a), v.phi + wide_get(from->phi_low + a), to->phi + a, to->phi_low + a);
         kernel_sum(wide_get(from->rate + a), v.rate + wide_get(from->rate_low + a), to->rate + a, to->rate_low + a);
     }
 }
 
-LANES_INLINE bits8 kernel_larger(bits8 x, bits8 y) {
-#ifdef __AVX512F__
-    return (bits8)_mm512_max_epi64((__m512i)x, (__m512i)y);
-#else
-    bits8 more = x > y;
-    return (x & more) | (y & ~more);
-#endif
+static void kernel_advance(const struct jets_system *s, int order, double x, double unit, const struct jets_state *from,
+                           const struct jets_state *to) {
+    if (s->n > 4)
+        kernel_advance_some(s, order, x, unit, from, to, 8);
+    else if (s->n > 2)
+        kernel_advance_some(s, order, x, unit, from, to, 4);
+    else
+        kernel_advance_some(s, order, x, unit, from, to, 2);
 }
 
-/*
- * The largest magnitudes among the arms of rate_0 .. rate_3 and of rate_{order - 3} .. rate_order, one a lane. They are
- * compared as integers: the order is the same, and what is not finite is largest.
- */
-LANES_INLINE bits8 kernel_sizes(const struct jets_system *s, int order) {
+/* four numbers, as one vector or as two */
+#if KERNEL_WIDTH == 2
+typedef lanes2 term;
+#define TERM_(name) lanes2_##name
+#else
+typedef lanes4 term;
+#define TERM_(name) lanes4_##name
+#endif
+enum { TERM_WIDTH = KERNEL_WIDTH == 2 ? 2 : 4, TERMS = KERNEL_SIZES / 2, TERM_PARTS = TERMS / TERM_WIDTH };
+
+struct kernel_terms {
+    term part[KERNEL_SIZES / TERM_WIDTH]; /* the leading ones, then the trailing ones */
+};
+
+LANES_INLINE term term_get(const double *at) {
+    term x;
+    memcpy(&x, at, sizeof x);
+    return x;
+}
+
+/* row i of the rates that a step is judged by: rate_0 .. rate_3 and rate_{order - 3} .. rate_order */
+LANES_INLINE const double *kernel_term(const struct jets_system *s, int order, int i) {
+    return s->rate + (size_t)(i < TERMS ? i : order + 1 - KERNEL_SIZES + i) * s->stride;
+}
+
+/* the largest magnitude among the arms of each of these rows; not a number, or infinite, where one of them is */
+#ifdef __AVX512F__
+LANES_INLINE bits8 kernel_larger(bits8 x, bits8 y) { return (bits8)_mm512_max_epi64((__m512i)x, (__m512i)y); }
+
+LANES_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int order, int arms) {
+    // compared as integers: the order is the same, and what is not finite is largest
     bits8 x[KERNEL_SIZES], pair[4], four[2];
     for (int i = 0; i < KERNEL_SIZES; i++) x[i] = (bits8){0};
-    for (size_t a = 0; a < (size_t)s->n; a += 8) {
-        const double *first = s->rate + a / 8 * s->tile, *last = first + (size_t)(order + 1 - KERNEL_SIZES) * s->stride;
-        for (int i = 0; i < KERNEL_SIZES; i++) {
-            const double *row = i < KERNEL_SIZES / 2 ? first : last;
-            x[i] = kernel_larger(x[i], (bits8)lanes8_abs(lanes8_get(row + (size_t)i * s->stride)));
-        }
+    for (int a = 0; a < s->n; a += 8) {
+        for (int i = 0; i < KERNEL_SIZES; i++)
+            x[i] = kernel_larger(x[i], (bits8)lanes8_abs(kernel_rates(kernel_term(s, order, i) + jets_row(s, a), arms)));
     }
     for (int i = 0; i < 4; i++) {
         bits8 even = x[2 * i], odd = x[2 * i + 1];
@@ -135,36 +172,74 @@ LANES_INLINE bits8 kernel_sizes(const struct jets_system *s, int order) {
         four[i] = kernel_larger(__builtin_shufflevector(even, odd, 0, 1, 8, 9, 4, 5, 12, 13),
                                 __builtin_shufflevector(even, odd, 2, 3, 10, 11, 6, 7, 14, 15));
     }
-    return kernel_larger(__builtin_shufflevector(four[0], four[1], 0, 1, 2, 3, 8, 9, 10, 11),
-                         __builtin_shufflevector(four[0], four[1], 4, 5, 6, 7, 12, 13, 14, 15));
+    lanes8 all = (lanes8)kernel_larger(__builtin_shufflevector(four[0], four[1], 0, 1, 2, 3, 8, 9, 10, 11),
+                                       __builtin_shufflevector(four[0], four[1], 4, 5, 6, 7, 12, 13, 14, 15));
+    return (struct kernel_terms){
+        {__builtin_shufflevector(all, all, 0, 1, 2, 3), __builtin_shufflevector(all, all, 4, 5, 6, 7)}};
+}
+#else
+LANES_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int order, int arms) {
+    struct kernel_terms terms;
+    for (int i = 0; i < KERNEL_SIZES; i++) {
+        wide most = wide_of(0), poison = wide_of(0);
+        for (int a = 0; a < s->n; a += WIDE) {
+            wide x = kernel_rates(kernel_term(s, order, i) + jets_row(s, a), arms);
+            most = WIDE_(peak)(x, most);
+            poison += x * 0;
+        }
+        double size = most[0], spoilt = poison[0];
+        for (int lane = 1; lane < WIDE; lane++) {
+            size = most[lane] > size ? most[lane] : size;
+            spoilt += poison[lane];
+        }
+        terms.part[i / TERM_WIDTH][i % TERM_WIDTH] = size + spoilt;
+    }
+    return terms;
+}
+#endif
+
+/* the least of four */
+LANES_INLINE double term_least(const term x[]) {
+#if KERNEL_WIDTH == 2
+    lanes2 two = lanes2_min(x[0], x[1]);
+#else
+    lanes2 two = lanes2_min(__builtin_shufflevector(x[0], x[0], 0, 1), __builtin_shufflevector(x[0], x[0], 2, 3));
+#endif
+    return lanes2_min(two, __builtin_shufflevector(two, two, 1, 0))[0];
 }
 
 /* the trailing terms in lanes, the leading ones in turn */
-static double kernel_reach(const struct jets_system *s, int order, double log_rtol, double log_atol) {
+LANES_INLINE double kernel_reach_some(const struct jets_system *s, int order, double log_rtol, double log_atol,
+                                      int arms) {
     // phi has the coefficients of the rates over 1 .. 4
-    static const double log2_of[4] = {0, 1, 1.5849625007211562, 2};
-    const long long least = 1LL << 52, infinite = 0x7ffLL << 52; // bits of normal numbers lie between
+    static const double log2_of[TERMS] = {0, 1, 1.5849625007211562, 2};
     const double *share = s->share + order - 3;
-    bits8 sizes = kernel_sizes(s, order), bad = sizes >= infinite;
-    lanes8 logs = lanes8_log2((lanes8)sizes);
-    lanes4 trailing = __builtin_shufflevector(logs, logs, 4, 5, 6, 7), part, here;
-    long long any = 0;
-    for (int i = 0; i < KERNEL_SIZES; i++) any |= bad[i];
-    if (any) return NAN;
-    memcpy(&part, share, sizeof part);
-    here = log_atol * s->share[order + 1] - trailing * part;
-    for (int i = 0; i < 4; i++) {
-        if (sizes[i] < least) continue;
-        // a radius of convergence from a trailing term and a leading one, times what is left of it at the tolerance
-        memcpy(&part, share - i - 1, sizeof part);
-        lanes4 gap = lanes4_of(logs[i] - log2_of[i]) - trailing;
-        here = lanes4_max(lanes4_of(log_rtol * s->share[order - i]) + gap * part, here);
+    struct kernel_terms size = kernel_sizes(s, order, arms);
+    term here[TERM_PARTS], leading[TERM_PARTS], poison = TERM_(of)(0);
+    for (int i = 0; i < KERNEL_SIZES / TERM_WIDTH; i++) poison += size.part[i] * 0;
+    for (int i = 0; i < TERM_PARTS; i++) leading[i] = TERM_(log2)(size.part[i]) - term_get(log2_of + i * TERM_WIDTH);
+    for (int i = 0; i < TERM_PARTS; i++) {
+        const double *own = share + i * TERM_WIDTH;
+        term trailing = TERM_(log2)(size.part[TERM_PARTS + i]), far = TERM_(of)(KERNEL_FAR);
+        term most = log_atol * s->share[order + 1] - trailing * term_get(own);
+        for (int j = 0; j < TERMS; j++) {
+            if (size.part[j / TERM_WIDTH][j % TERM_WIDTH] < DBL_MIN) continue;
+            // a radius of convergence from a trailing term and a leading one, times what is left at the tolerance
+            term gap = TERM_(of)(leading[j / TERM_WIDTH][j % TERM_WIDTH]) - trailing;
+            most = TERM_(max)(TERM_(of)(log_rtol * s->share[order - j]) + gap * term_get(own - j - 1), most);
+        }
+        here[i] = TERM_(min)(TERM_(pick)(size.part[TERM_PARTS + i] < DBL_MIN, far, most), far);
     }
-    double reach = KERNEL_FAR;
-    for (int i = 0; i < 4; i++) {
-        if (sizes[4 + i] >= least && here[i] < reach) reach = here[i];
-    }
+    double reach = term_least(here), spoilt = 0;
+    for (int i = 0; i < TERM_WIDTH; i++) spoilt += poison[i];
+    if (!(spoilt == 0)) return NAN;
     return lanes2_exp2(lanes2_of(reach > -KERNEL_FAR ? reach : -KERNEL_FAR))[0];
+}
+
+static double kernel_reach(const struct jets_system *s, int order, double log_rtol, double log_atol) {
+    if (s->n > 4) return kernel_reach_some(s, order, log_rtol, log_atol, 8);
+    if (s->n > 2) return kernel_reach_some(s, order, log_rtol, log_atol, 4);
+    return kernel_reach_some(s, order, log_rtol, log_atol, 2);
 }
 
 const struct jets_kernel KERNEL_NAME(pend_kernel_jets_) = {
