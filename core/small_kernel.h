@@ -4,39 +4,52 @@
 #define SMALL_PASTE2(a, b) a##b
 #define SMALL_PASTE(a, b) SMALL_PASTE2(a, b)
 #define SMALL(name) SMALL_PASTE(SMALL_PASTE(small, LANES), _##name)
-#define VEC SMALL_PASTE(lanes, LANES)
+/* one number an arm: a vector where the registers are as wide, else several, spans of arms */
+#if LANES < KERNEL_WIDTH
+#define VEC_WIDTH LANES
+#else
+#define VEC_WIDTH KERNEL_WIDTH
+#endif
+#define VEC SMALL_PASTE(lanes, VEC_WIDTH)
 #define VEC_(name) SMALL_PASTE(VEC, _##name)
+#define SPANS (LANES / VEC_WIDTH)
 
-LANES_INLINE VEC SMALL(unit)(int lane) {
-    VEC x = {0};
-    x[lane] = 1;
+struct SMALL(arms) {
+    VEC span[SPANS];
+};
+
+/* 1 at an arm, of a span */
+LANES_INLINE VEC SMALL(unit)(int arm, int span) {
+    VEC x = VEC_(of)(0);
+    for (int i = 0; i < VEC_WIDTH; i++)
+        if (span * VEC_WIDTH + i == arm) x[i] = 1;
     return x;
 }
 
 /* answers of arm j to a unit of inward pull W_i (first) or of force s_i across arm i (second) in lane i: force along
  * the arm, and acceleration across it; by reciprocity these rows are the columns that the orders need */
 struct SMALL(columns) {
-    VEC force_pull[LANES], force_side[LANES], acc_pull[LANES], acc_side[LANES];
+    struct SMALL(arms) force_pull[LANES], force_side[LANES], acc_pull[LANES], acc_side[LANES];
 };
 
-/* sums over the children of an arm, and what the sweep up leaves, for all unit right-hand sides */
+/* sums over the children of an arm, and what the sweep up leaves, for the unit right-hand sides of a span */
 struct SMALL(node) {
     VEC push_pull, push_side, side_pull, side_side, sin, side; /* sums on the way up; side is g_t itself */
     VEC bias_pull, bias_side, late_pull, late_side, early_pull, early_side;
     VEC radial_pull, radial_side, tangential_pull, tangential_side;
 };
 
-LANES_INLINE void SMALL(up)(const struct jets_system *s, struct SMALL(node) node[]) {
+LANES_INLINE void SMALL(up)(const struct jets_system *s, int span, struct SMALL(node) node[]) {
     for (int k = 0; k < s->n; k++) {
         VEC zero = VEC_(of)(0);
         node[k].push_pull = node[k].push_side = node[k].side_pull = node[k].side_side = node[k].sin = zero;
         node[k].early_pull = node[k].early_side = zero;
-        node[k].side = SMALL(unit)(k);
+        node[k].side = SMALL(unit)(k, span);
     }
     for (int k = s->n - 1; k >= 0; k--) {
         struct SMALL(node) *x = &node[k];
         x->push_side = VEC_(fma)(VEC_(of)(s->lean[k]), x->side, x->push_side - x->sin);
-        x->bias_pull = x->push_pull - s->eff[k] * SMALL(unit)(k);
+        x->bias_pull = x->push_pull - s->eff[k] * SMALL(unit)(k, span);
         x->bias_side = x->push_side;
         if (!k) break;
         struct SMALL(node) *up = &node[s->parent[k]];
@@ -47,12 +60,13 @@ LANES_INLINE void SMALL(up)(const struct jets_system *s, struct SMALL(node) node
         up->push_side = VEC_(fma)(kappa, x->bias_side, up->push_side);
         up->side_pull = VEC_(fma)(Z, x->bias_pull, up->side_pull);
         up->side_side = VEC_(fma)(Z, x->bias_side, up->side_side);
-        up->sin = VEC_(fma)(Z, SMALL(unit)(k), up->sin);
-        up->side = up->side - C * SMALL(unit)(k);
+        up->sin = VEC_(fma)(Z, SMALL(unit)(k, span), up->sin);
+        up->side = up->side - C * SMALL(unit)(k, span);
     }
 }
 
-LANES_INLINE void SMALL(down)(const struct jets_system *s, struct SMALL(node) node[], struct SMALL(columns) * columns) {
+LANES_INLINE void SMALL(down)(const struct jets_system *s, int span, struct SMALL(node) node[],
+                              struct SMALL(columns) * columns) {
     struct SMALL(node) pivot = {0};
     for (int k = 0; k < s->n; k++) {
         struct SMALL(node) *x = &node[k], *up = k ? &node[s->parent[k]] : &pivot;
@@ -71,21 +85,23 @@ LANES_INLINE void SMALL(down)(const struct jets_system *s, struct SMALL(node) no
         x->radial_side = VEC_(fma)(kappa, up->radial_side, (tension_side - x->push_side) * inv_eff);
         x->tangential_pull = -s->inv[k] * VEC_(fma)(VEC_(of)(s->sum_r[k]), x->radial_pull, x->side_pull);
         x->tangential_side = s->inv[k] * (x->side - VEC_(fma)(VEC_(of)(s->sum_r[k]), x->radial_side, x->side_side));
-        columns->force_pull[k] = VEC_(fma)(stiff, up->radial_pull, tension_pull);
-        columns->force_side[k] = VEC_(fma)(stiff, up->radial_side, tension_side);
-        columns->acc_pull[k] = x->tangential_pull + Z * up->radial_pull - C * up->tangential_pull;
-        columns->acc_side[k] = x->tangential_side + Z * up->radial_side - C * up->tangential_side;
+        columns->force_pull[k].span[span] = VEC_(fma)(stiff, up->radial_pull, tension_pull);
+        columns->force_side[k].span[span] = VEC_(fma)(stiff, up->radial_side, tension_side);
+        columns->acc_pull[k].span[span] = x->tangential_pull + Z * up->radial_pull - C * up->tangential_pull;
+        columns->acc_side[k].span[span] = x->tangential_side + Z * up->radial_side - C * up->tangential_side;
     }
 }
 
 /* the columns in the units of the orders: pulls are l T, accelerations of angles */
 LANES_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns) * columns) {
-    VEC inv_len = VEC_(get)(s->inv_len);
-    for (int j = 0; j < s->n; j++) {
-        VEC len = VEC_(of)(s->len[j]);
-        columns->acc_side[j] *= inv_len;
-        columns->force_side[j] *= inv_len * len;
-        columns->force_pull[j] *= len;
+    for (int span = 0; span < SPANS; span++) {
+        VEC inv_len = VEC_(get)(s->inv_len + span * VEC_WIDTH);
+        for (int j = 0; j < s->n; j++) {
+            VEC len = VEC_(of)(s->len[j]);
+            columns->acc_side[j].span[span] *= inv_len;
+            columns->force_side[j].span[span] *= inv_len * len;
+            columns->force_pull[j].span[span] *= len;
+        }
     }
 }
 
@@ -94,14 +110,14 @@ LANES_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns
 LANES_INLINE void small_double(const struct jets_system *s, struct small2_columns *columns) {
     double m0 = s->mass[0], m1 = s->mass[1], C = s->cosine[1], Z = s->sine[1], light = 1 / m1;
     double hung = m1 * Z, inv = 1 / lanes1_fma(hung, Z, m0), share = inv * m0, lean = inv * hung * C;
-    columns->acc_pull[0] = (lanes2){lean, inv * hung};
-    columns->acc_side[0] = (lanes2){inv, -inv * C};
-    columns->acc_pull[1] = (lanes2){-lanes1_fma(C, lean, Z), -lean};
-    columns->acc_side[1] = (lanes2){-inv * C, lanes1_fma(C, inv * C, light)};
-    columns->force_pull[0] = (lanes2){-share * (m0 + m1), -share * m1 * C};
-    columns->force_side[0] = (lanes2){lean, -lanes1_fma(C, lean, Z)};
-    columns->force_pull[1] = (lanes2){-share * m1 * C, -share * m1};
-    columns->force_side[1] = (lanes2){inv * hung, -lean};
+    columns->acc_pull[0].span[0] = (lanes2){lean, inv * hung};
+    columns->acc_side[0].span[0] = (lanes2){inv, -inv * C};
+    columns->acc_pull[1].span[0] = (lanes2){-lanes1_fma(C, lean, Z), -lean};
+    columns->acc_side[1].span[0] = (lanes2){-inv * C, lanes1_fma(C, inv * C, light)};
+    columns->force_pull[0].span[0] = (lanes2){-share * (m0 + m1), -share * m1 * C};
+    columns->force_side[0].span[0] = (lanes2){lean, -lanes1_fma(C, lean, Z)};
+    columns->force_pull[1].span[0] = (lanes2){-share * m1 * C, -share * m1};
+    columns->force_side[1].span[0] = (lanes2){inv * hung, -lean};
 }
 #endif
 
@@ -117,8 +133,10 @@ LANES_INLINE void SMALL(invert)(const struct jets_system *s, struct SMALL(column
 #endif
     jets_factor(s);
     *columns = (struct SMALL(columns)){0};
-    SMALL(up)(s, node);
-    SMALL(down)(s, node, columns);
+    for (int span = 0; span < SPANS && span * VEC_WIDTH < s->n; span++) {
+        SMALL(up)(s, span, node);
+        SMALL(down)(s, span, node, columns);
+    }
     SMALL(scale)(s, columns);
 }
 
@@ -165,17 +183,14 @@ LANES_INLINE double *SMALL(motion)(const struct jets_system *s, int j, int part)
 }
 
 /* a pair from its halves */
-LANES_INLINE struct SMALL(pair) SMALL(join)(VEC rate, VEC force) {
+LANES_INLINE struct SMALL(pair) SMALL(join)(const struct SMALL(arms) * rate, const struct SMALL(arms) * force) {
     struct SMALL(pair) pair;
 #if PARTS == 1 && LANES == 2
-    pair.part[0] = __builtin_shufflevector(rate, force, 0, 1, 2, 3);
+    pair.part[0] = __builtin_shufflevector(rate->span[0], force->span[0], 0, 1, 2, 3);
 #elif PARTS == 1
-    pair.part[0] = __builtin_shufflevector(rate, force, 0, 1, 2, 3, 4, 5, 6, 7);
+    pair.part[0] = __builtin_shufflevector(rate->span[0], force->span[0], 0, 1, 2, 3, 4, 5, 6, 7);
 #else
-    double both[2 * LANES] __attribute__((aligned(64)));
-    VEC_(put)(both, rate);
-    VEC_(put)(both + LANES, force);
-    for (int p = 0; p < PARTS; p++) pair.part[p] = PART_(get)(both + p * PART_WIDTH);
+    for (int p = 0; p < PARTS; p++) pair.part[p] = p < SPANS ? rate->span[p] : force->span[p - SPANS];
 #endif
     return pair;
 }
@@ -370,29 +385,47 @@ LANES_INLINE void SMALL(complete)(const struct jets_system *s, int k, const stru
     }
 }
 
+/* the rates of order 0 and what they make of the first question */
+struct SMALL(start) {
+    struct SMALL(arms) zero, rate, opposite, square, pull, drop;
+};
+
+LANES_INLINE struct SMALL(start) SMALL(begin)(const struct jets_system *s, double gravity) {
+    struct SMALL(start) x;
+    double per_len = gravity * s->inv_len[0];
+    for (int i = 0; i < SPANS; i++) {
+        VEC rate = VEC_(get)(s->rate + i * VEC_WIDTH), root = SMALL(unit)(0, i);
+        x.zero.span[i] = VEC_(of)(0);
+        x.rate.span[i] = rate;
+        x.opposite.span[i] = -rate;
+        x.square.span[i] = rate * rate;
+        // gravity is a pull on the root
+        x.pull.span[i] = rate * rate - s->sine[0] * per_len * root;
+        x.drop.span[i] = s->cosine[0] * per_len * root;
+    }
+    return x;
+}
+
 static void SMALL(orders)(const struct jets_system *s, double gravity, int order) {
     struct SMALL(columns) columns;
     struct SMALL(table) table;
     SMALL(invert)(s, &columns);
     // by reciprocity the answer of arm i to W_j is that of arm j to W_i, and acceleration to W is force to s
     for (int j = 0; j < LANES; j++) {
-        table.pull[j] = SMALL(join)(columns.force_side[j], columns.force_pull[j]);
-        table.side[j] = SMALL(join)(columns.acc_side[j], columns.acc_pull[j]);
+        table.pull[j] = SMALL(join)(&columns.force_side[j], &columns.force_pull[j]);
+        table.side[j] = SMALL(join)(&columns.acc_side[j], &columns.acc_pull[j]);
     }
-    VEC rate = VEC_(get)(s->rate), zero = VEC_(of)(0), lift = zero, drop = zero;
-    // gravity is a pull on the root
-    lift[0] = s->sine[0] * gravity * s->inv_len[0];
-    drop[0] = s->cosine[0] * gravity * s->inv_len[0];
-    struct SMALL(first) first = {SMALL(join)(rate, rate), SMALL(join)(rate, -rate), SMALL(join)(rate, zero)};
-    struct SMALL(known) known = {SMALL(join)(zero, zero), SMALL(join)(rate * rate, zero)}, now = known, next = known;
-    struct SMALL(pair) question = SMALL(join)(rate * rate - lift, zero), motion, fall = SMALL(join)(drop, zero);
+    struct SMALL(start) start = SMALL(begin)(s, gravity);
+    struct SMALL(first) first = {SMALL(join)(&start.rate, &start.rate), SMALL(join)(&start.rate, &start.opposite),
+                                 SMALL(join)(&start.rate, &start.zero)};
+    struct SMALL(known) known = {SMALL(join)(&start.zero, &start.zero), SMALL(join)(&start.square, &start.zero)};
+    struct SMALL(known) next = {known.minus_re, known.minus_re}, now = next;
+    struct SMALL(pair) question = SMALL(join)(&start.pull, &start.zero), motion;
+    struct SMALL(pair) drop = SMALL(join)(&start.drop, &start.zero);
     struct SMALL(turn) turn;
-    for (int p = 0; p < PARTS; p++) {
-        PART_(put)(SMALL(motion)(s, 0, p), first.alone.part[p]);
-        next.minus_re.part[p] = next.im.part[p] = PART_(of)(0);
-    }
+    for (int p = 0; p < PARTS; p++) PART_(put)(SMALL(motion)(s, 0, p), first.alone.part[p]);
     struct SMALL(pair) answer = SMALL(solve)(&table, &question);
-    for (int p = 0; p < PARTS; p++) answer.part[p] -= fall.part[p];
+    for (int p = 0; p < PARTS; p++) answer.part[p] -= drop.part[p];
     SMALL(keep)(s, 0, &known, &answer, &motion, &turn);
     for (int k = 1; k < order; k += 2) {
         // the first of two, whose sums were made with those of the order before
@@ -420,6 +453,8 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
 #undef SMALL_PASTE2
 #undef SMALL_PASTE
 #undef SMALL
+#undef VEC_WIDTH
 #undef VEC
 #undef VEC_
+#undef SPANS
 #undef LANES
