@@ -11,7 +11,8 @@ struct turns {
     double cosine[DYNAMICS_BLOCK], sine[DYNAMICS_BLOCK], spin[DYNAMICS_BLOCK];
 };
 
-/* From so many arms on, jumps by how an arm stands in the tree are foreseen wrongly too often: both sweeps do without. */
+/* From so many arms on, jumps by how an arm stands in the tree are foreseen wrongly too often: both sweeps do without.
+ */
 enum { EVEN_ARMS = 1 << 13 };
 
 /* What the second sweep needs of an arm that carries others: S, h, r / (m + q), t / (m + q). They lie in the order of
@@ -95,7 +96,7 @@ static void block_turns(struct turns *turns, const struct pend_tree *tree, const
 
 /* the sweep from the leaves to the root */
 struct climb {
-    struct sums now;                  /* of the joint to which the arm before belongs */
+    struct sums now;                      /* of the joint to which the arm before belongs */
     struct sums stack[WAITING + 1], *top; /* joints that wait for more children */
     int at;                               /* without jumps: the top of the stack, which `now` is on too */
     struct joint *joint;
@@ -178,7 +179,7 @@ LANES_INLINE void block_up_even(const struct turns *turns, const struct pend_tre
 /* the sweep from the root to the leaves */
 struct descent {
     struct tip now, stack[WAITING + 2], *top;
-    int at; /* without jumps: the top of the stack, the parent of the next arm */
+    int at;                    /* without jumps: the top of the stack, the parent of the next arm */
     const struct joint *joint; /* one past the next */
     double unit, inverse_unit, yield;
     wide force, radial, spin, poison; /* as struct lanes_peaks */

@@ -160,7 +160,8 @@ LANES_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int o
     for (int i = 0; i < KERNEL_SIZES; i++) x[i] = (bits8){0};
     for (int a = 0; a < s->n; a += 8) {
         for (int i = 0; i < KERNEL_SIZES; i++)
-            x[i] = kernel_larger(x[i], (bits8)lanes8_abs(kernel_rates(kernel_term(s, order, i) + jets_row(s, a), arms)));
+            x[i] =
+                kernel_larger(x[i], (bits8)lanes8_abs(kernel_rates(kernel_term(s, order, i) + jets_row(s, a), arms)));
     }
     for (int i = 0; i < 4; i++) {
         bits8 even = x[2 * i], odd = x[2 * i + 1];

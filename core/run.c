@@ -1,23 +1,23 @@
 #include "core/run.h"
 
 #include <assert.h>
-#include <float.h>
 #include <math.h>
 #include <stdarg.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/dynamics.h"
 #include "core/motion.h"
+#include "core/run_check.h"
 
 /* samples are made in groups: at most this many instants, and about this many numbers an array */
 enum { RUN_GROUP = 64, RUN_GROUP_NUMBERS = 8192 };
 /* ends of steps whose energies are found together: at most this many, and about this many numbers an array */
 enum { RUN_ENDS = 16, RUN_ENDS_NUMBERS = 64 };
 
-/* States at the ends of the last steps, whose energies nobody has looked at. None is left when pend_run_next returns. */
+/* States at the ends of the last steps, whose energies nobody has looked at. None is left when pend_run_next returns.
+ */
 struct run_ends {
     int count, cap;
     double *phi, *rate; /* stored order */
@@ -40,85 +40,9 @@ struct pend_run {
     double *t, *relative;      /* the next instants, and the same relative to the first */
     struct pend_points points; /* a group's states, stored order */
     struct run_ends ends;
-    double *re, *im;           /* one row */
-    void *work;                /* of pend_dynamics_many */
+    double *re, *im; /* one row */
+    void *work;      /* of pend_dynamics_many */
 };
-
-/* ---- checks of a problem */
-
-/* x - x is +0 just where x is finite; the bits are gathered because that loop vectorises */
-static int run_finite(const double x[], long count) {
-    uint64_t bad = 0;
-    for (long i = 0; i < count; i++) {
-        double zero = x[i] - x[i];
-        uint64_t bits;
-        memcpy(&bits, &zero, sizeof bits);
-        bad |= bits;
-    }
-    return !bad;
-}
-
-/* a grid's instants never run backwards; neighbours can only coincide if its step is within a rounding of its ends */
-static int run_grid_is_wide(const struct pend_times *times) {
-    double largest = fmax(fabs(times->start), fabs(times->start + times->span));
-    return fabs(times->span) / times->divisor > 8 * DBL_EPSILON * largest;
-}
-
-static enum pend_status run_check_times(const struct pend_times *times, struct pend_error *error) {
-    if (times->count < 1) return pend_fail(error, PEND_INVALID, -1, 0, "there must be at least one instant");
-    if (!times->list && !(isfinite(times->start) && isfinite(times->span) && isfinite(times->divisor)))
-        return pend_fail(error, PEND_INVALID, -1, 0, "the instants must be finite");
-    if (!times->list && !(times->divisor > 0))
-        return pend_fail(error, PEND_INVALID, -1, 0, "the divisor of a grid of instants must be > 0");
-    double first = pend_times_at(times, 0), last = pend_times_at(times, times->count - 1);
-    if (times->list ? !run_finite(times->list, times->count) : !isfinite(last))
-        return pend_fail(error, PEND_INVALID, -1, 0, "the instants must be finite");
-    if (!isfinite(last - first)) return pend_fail(error, PEND_INVALID, -1, 0, "the instants span too long a time");
-    if (!times->list && run_grid_is_wide(times)) return PEND_OK;
-    for (long i = 1; i < times->count; i++) {
-        double before = pend_times_at(times, i - 1), now = pend_times_at(times, i);
-        if (last > first ? now > before : now < before) continue;
-        return pend_fail(error, PEND_INVALID, -1, now,
-                         "the instants must be strictly increasing or strictly decreasing: instant %ld (%.17g s) does "
-                         "not follow instant %ld (%.17g s)",
-                         i + 1, now, i, before);
-    }
-    return PEND_OK;
-}
-
-static enum pend_status run_check_range(const char *method, const char *name, double value, double min, double max,
-                                        struct pend_error *error) {
-    if (value >= min && value <= max) return PEND_OK;
-    return pend_fail(error, PEND_INVALID, -1, 0, "%s of method %s must be from %g to %g, got %g", name, method, min,
-                     max, value);
-}
-
-static enum pend_status run_check_state(const struct pend_problem *problem, struct pend_error *error) {
-    const struct pend_tree *tree = problem->tree;
-    for (int k = 0; k < tree->n; k++) {
-        double low = (problem->phi_low ? problem->phi_low[k] : 0) + (problem->rate_low ? problem->rate_low[k] : 0);
-        if (isfinite(problem->phi[k]) && isfinite(problem->rate[k]) && isfinite(low)) continue;
-        return pend_fail(error, PEND_INVALID, tree->order[k], 0, "the start of arm %d must be finite",
-                         tree->order[k] + 1);
-    }
-    return PEND_OK;
-}
-
-/* checks a problem and puts the method's defaults in the place of zeros */
-static enum pend_status run_check(const struct pend_method *method, struct pend_problem *problem,
-                                  struct pend_error *error) {
-    if (!isfinite(problem->gravity)) return pend_fail(error, PEND_INVALID, -1, 0, "gravity must be finite");
-    PEND_TRY(run_check_times(&problem->times, error));
-    PEND_TRY(run_check_state(problem, error));
-    if (problem->step_cap < 0) return pend_fail(error, PEND_INVALID, -1, 0, "the step limit must not be negative");
-    if (method->flags & PEND_METHOD_FIXED_STEP && problem->step != 0)
-        PEND_TRY(run_check_range(method->name, "step", problem->step, method->step_min, method->step_max, error));
-    if (!(method->flags & PEND_METHOD_TOLERANCES)) return PEND_OK;
-    if (problem->rtol == 0) problem->rtol = method->rtol_default;
-    if (problem->atol == 0) problem->atol = method->atol_default;
-    PEND_TRY(run_check_range(method->name, "rtol", problem->rtol, method->rtol_min, method->rtol_max, error));
-    return run_check_range(method->name, "atol", problem->atol, method->atol_min, method->atol_max, error);
-}
 
 /* ---- making and freeing */
 
@@ -201,7 +125,7 @@ enum pend_status pend_run_new(struct pend_run **run, const struct pend_method *m
                               const struct pend_problem *problem, struct pend_error *error) {
     struct pend_problem checked = *problem;
     *run = NULL;
-    PEND_TRY(run_check(method, &checked, error));
+    PEND_TRY(pend_run_check(method, &checked, error));
     struct pend_run *made = run_allocate(method, &checked);
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a run of %d arms", problem->tree->n);
     run_start(made);
@@ -264,7 +188,7 @@ static enum pend_status run_inspect(struct pend_run *run, struct pend_error *err
     size_t row = (size_t)ends->count * (size_t)tree->n;
     double *phi = ends->phi + row, *rate = ends->rate + row;
     run->method->at(run->stepper, &run->reached, 1, &(struct pend_points){.phi = phi, .rate = rate});
-    if (!run_finite(phi, tree->n) || !run_finite(rate, tree->n)) {
+    if (!pend_run_finite(phi, tree->n) || !pend_run_finite(rate, tree->n)) {
         int k = 0;
         while (isfinite(phi[k]) && isfinite(rate[k])) k++;
         return run_fail(run, error, PEND_NOT_FINITE, tree->order[k], run->start + run->reached,
@@ -410,7 +334,7 @@ static struct run_flaw run_find_flaw(const struct pend_run *run, const struct pe
         if (!wanted[i].from) continue;
         int width = wanted[i].each_arm ? n : 1;
         const double *rows = wanted[i].from + samples->count * width;
-        if (run_finite(rows, (long)flaw.row * width)) continue;
+        if (pend_run_finite(rows, (long)flaw.row * width)) continue;
         long bad = 0;
         while (isfinite(rows[bad])) bad++;
         flaw = (struct run_flaw){(int)(bad / width), wanted[i].each_arm ? (int)(bad % width) : -1, wanted[i].what};

@@ -142,8 +142,8 @@ LANES_INLINE void SMALL(invert)(const struct jets_system *s, struct SMALL(column
 
 /*
  * What the orders work on: rates in the lower half, forces in the upper one, as one vector where the registers are as
- * wide, else in parts. A sum over the turns u then has its real and its imaginary part apart, [T | c] each; real parts of
- * turns are kept with their signs turned, which saves every other change of sign.
+ * wide, else in parts. A sum over the turns u then has its real and its imaginary part apart, [T | c] each; real parts
+ * of turns are kept with their signs turned, which saves every other change of sign.
  */
 #if LANES == 2 && defined(__AVX2__)
 #define PART_WIDTH 4
@@ -254,8 +254,8 @@ LANES_INLINE void SMALL(long_known)(const struct jets_system *s, int k, int part
     }
 }
 
-/* T and c of orders k and k + 1, k even and not 0, less the terms of the orders from k - 1 on; the coefficients of order
- * k - 2 come late and last */
+/* T and c of orders k and k + 1, k even and not 0, less the terms of the orders from k - 1 on; the coefficients of
+ * order k - 2 come late and last */
 LANES_INLINE void SMALL(known)(const struct jets_system *s, int k, struct SMALL(known) * now,
                                struct SMALL(known) * next) {
     for (int p = 0; p < PARTS; p++) {
@@ -379,8 +379,7 @@ LANES_INLINE void SMALL(complete)(const struct jets_system *s, int k, const stru
         PART same = first->same.part[p], scale = SMALL(factor)(1, s->share[k + 1], p);
         PART ready = scale * PART_(fma)(same, known->minus_re.part[p], next->im.part[p]);
         question->part[p] = PART_(fma)(answer->part[p], PART_(fma)(share, first->opposite.part[p], same), ready);
-        next->minus_re.part[p] =
-            PART_(fma)(turn->minus_re[p % TURNS], first->alone.part[p], next->minus_re.part[p]);
+        next->minus_re.part[p] = PART_(fma)(turn->minus_re[p % TURNS], first->alone.part[p], next->minus_re.part[p]);
         next->im.part[p] = question->part[p];
     }
 }

@@ -1,12 +1,12 @@
 /* Values of a series at many instants: phi, phi' and, where wanted, phi'' and lambda.
- * Leaves to others: the series (blocks_kernel, small_kernel), what vectors are (the including file).
+ * Leaves to others: the series (blocks_kernel, small_kernel), what vectors, states and values are (the including file).
  * Invariant: a row's bits depend neither on the other rows nor on the width of vectors. */
 #ifndef PEND_VALUES_KERNEL_H
 #define PEND_VALUES_KERNEL_H
 
 #include <string.h>
 
-#include "core/kernel_jets.h"
+#include "core/jets_system.h"
 
 /* what an instant is asked for, beside phi and phi' */
 struct values_wish {
