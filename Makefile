@@ -42,6 +42,8 @@ ISAS := base $(if $(filter x86_64,$(ARCH)),avx2 avx512)
 ISA_FLAGS.base :=
 ISA_FLAGS.avx2 := -march=x86-64-v3
 ISA_FLAGS.avx512 := -march=x86-64-v4 -mprefer-vector-width=512
+# sums that wait for each other stay in registers of their own: packed into vectors, they wait for the packing too
+KERNEL_FLAGS.core/kernel_dynamics := -fno-tree-slp-vectorize
 KERNELS := $(wildcard core/kernel_*.c)
 
 objects = $(patsubst %,$(B)/%.o,$(basename $(filter-out $(KERNELS),$(wildcard $(1)/*.c $(1)/*.cpp))))
@@ -193,7 +195,7 @@ define kernel_rule
 $(B)/%.$(1).o: %.c $(B)/flags
 	@mkdir -p $$(@D)
 	$$(call say,cc,$$< for $(1))
-	$(Q)$$(CC) $$(CFLAGS_ALL) -Wno-psabi $(ISA_FLAGS.$(1)) -DPEND_ISA=$(1) -c $$< -o $$@
+	$(Q)$$(CC) $$(CFLAGS_ALL) -Wno-psabi $(ISA_FLAGS.$(1)) $$(KERNEL_FLAGS.$$*) -DPEND_ISA=$(1) -c $$< -o $$@
 endef
 $(foreach isa,$(ISAS),$(eval $(call kernel_rule,$(isa))))
 

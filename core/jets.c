@@ -10,12 +10,17 @@ enum {
     JETS_FACTOR_ARRAYS(X)
 #undef X
         JETS_COUNT,
-    JETS_SHARES = 48
+    JETS_SHARES = 48,
+    /* Rows from one series of a small tree to the next, at least PEND_JETS_ORDER_MAX + 2. A load waits for an earlier
+     * store whose address differs by a multiple of 64 rows; these are 16 rows from that. */
+    JETS_APART = 48
 };
 
 size_t pend_jets_stride(int n) { return ((size_t)n + PEND_JETS_PAD - 1) / PEND_JETS_PAD * PEND_JETS_PAD; }
 
-static size_t jets_series(int order_cap, int n) { return (size_t)(order_cap + 2) * pend_jets_stride(n); }
+static size_t jets_series(int order_cap, int n) {
+    return n > PEND_JETS_PAD ? (size_t)(order_cap + 2) * pend_jets_stride(n) : JETS_APART * PEND_JETS_PAD;
+}
 
 /* numbers of the series and of the factorization */
 static size_t jets_numbers(int order_cap, int n) {
@@ -44,6 +49,8 @@ static struct jets_system jets_view(const struct pend_tree *tree, int order_cap,
                             JETS_FACTOR_ARRAYS(X)
 #undef X
     };
+    // the orders of up to four arms have rates and forces side by side
+    if (s.n <= 4) s.force = s.rate + s.stride + (s.n <= 2 ? 2 : 4);
     return s;
 }
 
