@@ -83,12 +83,17 @@ static void motion_units_fill(struct motion_units *units, int n, const double ph
     units->end = k + count;
 }
 
-/* l e^{i phi} of arm k, where arms are taken in turn from 0 on */
+/* l e^{i phi} of arm k, whose direction is there */
+static struct motion_vector motion_unit(const struct motion_units *units, const struct pend_tree *tree, int k) {
+    double len = tree->len[k];
+    return (struct motion_vector){len * units->re[k - units->from], len * units->im[k - units->from]};
+}
+
+/* the same, where arms are taken in turn from 0 on */
 static struct motion_vector motion_next(struct motion_units *units, const struct pend_tree *tree, const double phi[],
                                         int k) {
     if (k == units->end) motion_units_fill(units, tree->n, phi, k);
-    double len = tree->len[k];
-    return (struct motion_vector){len * units->re[k - units->from], len * units->im[k - units->from]};
+    return motion_unit(units, tree, k);
 }
 
 /* l e^{i phi} */
@@ -150,12 +155,16 @@ struct pend_energy pend_motion_energy(const struct pend_tree *tree, double gravi
     stack.count = 0;
     struct motion_units units;
     motion_units_begin(&units);
-    for (int k = 0; k < tree->n; k++) {
-        struct motion_vector arm = motion_next(&units, tree, phi, k), turn = {-rate[k] * arm.im, rate[k] * arm.re};
-        struct motion_vector v = motion_tip(tree, k, motion_base(tree, k, &stack), turn, &stack);
-        motion_add(&kinetic, tree->mass[k] * (v.re * v.re + v.im * v.im));
-        // sum m_k Im z_k, arm by arm instead of tip by tip
-        motion_add(&moment, tree->subtree_mass[k] * arm.im);
+    while (units.end < tree->n) {
+        motion_units_fill(&units, tree->n, phi, units.end);
+        // no call in this loop: all sums stay in registers
+        for (int k = units.from; k < units.end; k++) {
+            struct motion_vector arm = motion_unit(&units, tree, k), turn = {-rate[k] * arm.im, rate[k] * arm.re};
+            struct motion_vector v = motion_tip(tree, k, motion_base(tree, k, &stack), turn, &stack);
+            motion_add(&kinetic, tree->mass[k] * (v.re * v.re + v.im * v.im));
+            // sum m_k Im z_k, arm by arm instead of tip by tip
+            motion_add(&moment, tree->subtree_mass[k] * arm.im);
+        }
     }
     return (struct pend_energy){(kinetic.sum + kinetic.lost) / 2, gravity * (moment.sum + moment.lost)};
 }
