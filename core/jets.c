@@ -28,8 +28,12 @@ static size_t jets_numbers(int order_cap, int n) {
 }
 
 size_t pend_jets_bytes(const struct pend_tree *tree, int order_cap) {
-    size_t blocks = tree->n > PEND_JETS_PAD ? pend_blocks_bytes(tree) : 0;
-    return jets_numbers(order_cap, tree->n) * sizeof(double) + blocks;
+    size_t large = 0;
+    if (pend_strand_suits(tree))
+        large = pend_strand_bytes(tree);
+    else if (tree->n > PEND_JETS_PAD)
+        large = pend_blocks_bytes(tree);
+    return jets_numbers(order_cap, tree->n) * sizeof(double) + large;
 }
 
 static struct jets_system jets_view(const struct pend_tree *tree, int order_cap, double *memory) {
@@ -67,9 +71,14 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int or
         s.inv_len[k] = 1 / tree->len[k];
         s.mass[k] = tree->mass[k];
     }
-    if (tree->n <= PEND_JETS_PAD) return;
-    pend_blocks_init(&jets->blocks, tree, (double *)memory + jets_numbers(order_cap, s.n));
-    jets->system.blocks = &jets->blocks;
+    void *large = (double *)memory + jets_numbers(order_cap, s.n);
+    if (pend_strand_suits(tree)) {
+        pend_strand_init(&jets->strand, tree, large);
+        jets->system.strand = &jets->strand;
+    } else if (tree->n > PEND_JETS_PAD) {
+        pend_blocks_init(&jets->blocks, tree, large);
+        jets->system.blocks = &jets->blocks;
+    }
 }
 
 static const struct jets_kernel *jets_kernel(enum pend_isa isa) {

@@ -10,6 +10,7 @@
 #include "core/blocks.h"
 #include "core/isa.h"
 #include "core/kernel_jets.h"
+#include "core/strand.h"
 #include "core/tree.h"
 
 enum { PEND_JETS_ORDER_MIN = 3, PEND_JETS_ORDER_MAX = 40, PEND_JETS_PAD = 8 };
@@ -27,6 +28,7 @@ struct pend_jets {
     double *share;             /* 1 / (j + 1) of order j */
     struct jets_system system; /* the order-0 tree system, in the same memory */
     struct blocks blocks;      /* of a tree of more than PEND_JETS_PAD arms */
+    struct strand strand;      /* in its place where that suits the tree */
 };
 
 /**

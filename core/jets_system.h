@@ -47,7 +47,8 @@ struct jets_system {
     int n;
     size_t stride, tile; /* numbers from one order to the next, from eight arms to the next eight */
     const int *parent, *end;
-    const struct blocks *blocks;           /* of one tree of doubles with more than eight arms, else NULL */
+    const struct blocks *blocks;           /* of one tree of doubles with more than eight arms that is no strand */
+    const struct strand *strand;           /* of one chain of doubles that suits it; else NULL, as blocks */
     const double *share;                   /* 1 / (j + 1) of order j */
     num *rate, *force, *turn_re, *turn_im; /* series: order j of arm k at jets_row(k) + j * stride */
 #define X(name) num *name;

@@ -29,6 +29,7 @@ LANES_INLINE wide wide_add(wide x, wide y) { return x + y; }
 LANES_INLINE wide wide_sub(wide x, wide y) { return x - y; }
 LANES_INLINE wide wide_mul(wide x, wide y) { return x * y; }
 #include "core/blocks_kernel.h"
+#include "core/strand_kernel.h"
 
 #define LANES 2
 #include "core/small_kernel.h"
@@ -58,7 +59,9 @@ static void kernel_orders(const struct jets_system *s, const struct jets_state *
         wide_put(s->rate + jets_row(s, a), wide_get(state->rate + a) * unit);
     }
     gravity *= unit * unit;
-    if (s->n > 8)
+    if (s->strand)
+        strand_orders(s, gravity, order);
+    else if (s->n > 8)
         blocks_orders(s, gravity, order);
     else if (s->n > 4)
         small8_orders(s, gravity, order);

@@ -152,15 +152,19 @@ static struct pend_energy motion_energy(struct motion_units *units, const struct
     struct motion_sum kinetic = {0, 0}, moment = {0, 0};
     struct motion_stack stack;
     stack.count = 0;
-    for (int k = 0; k < tree->n; k++) {
-        int i = from + k;
-        if (i == units->end) motion_units_fill(units, end, phi, i);
-        double re = tree->len[k] * units->re[i - units->from], im = tree->len[k] * units->im[i - units->from];
-        struct motion_vector turn = {-rate[i] * im, rate[i] * re};
-        struct motion_vector v = motion_tip(tree, k, motion_base(tree, k, &stack), turn, &stack);
-        motion_add(&kinetic, tree->mass[k] * (v.re * v.re + v.im * v.im));
-        // sum m_k Im z_k, arm by arm instead of tip by tip
-        motion_add(&moment, tree->subtree_mass[k] * im);
+    for (int k = 0; k < tree->n;) {
+        if (from + k == units->end) motion_units_fill(units, end, phi, from + k);
+        int next = units->end - from < tree->n ? units->end - from : tree->n;
+        // no call in this loop: all sums stay in registers
+        for (; k < next; k++) {
+            int i = from + k;
+            double re = tree->len[k] * units->re[i - units->from], im = tree->len[k] * units->im[i - units->from];
+            struct motion_vector turn = {-rate[i] * im, rate[i] * re};
+            struct motion_vector v = motion_tip(tree, k, motion_base(tree, k, &stack), turn, &stack);
+            motion_add(&kinetic, tree->mass[k] * (v.re * v.re + v.im * v.im));
+            // sum m_k Im z_k, arm by arm instead of tip by tip
+            motion_add(&moment, tree->subtree_mass[k] * im);
+        }
     }
     return (struct pend_energy){(kinetic.sum + kinetic.lost) / 2, gravity * (moment.sum + moment.lost)};
 }
