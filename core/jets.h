@@ -10,6 +10,7 @@
 #include "core/blocks.h"
 #include "core/isa.h"
 #include "core/kernel_jets.h"
+#include "core/layers.h"
 #include "core/tree.h"
 
 enum { PEND_JETS_ORDER_MIN = 3, PEND_JETS_ORDER_MAX = 40, PEND_JETS_PAD = 8 };
@@ -27,6 +28,7 @@ struct pend_jets {
     double *share;             /* 1 / (j + 1) of order j */
     struct jets_system system; /* the order-0 tree system, in the same memory */
     struct blocks blocks;      /* of a tree of more than PEND_JETS_PAD arms */
+    struct layers layers;      /* of a large bushy one instead */
 };
 
 /**
@@ -41,8 +43,7 @@ size_t pend_jets_stride(int n);
 
 /** Where coefficient j of arm k is in each series. */
 static inline size_t pend_jets_place(const struct pend_jets *jets, int k, int j) {
-    return (size_t)(k / PEND_JETS_PAD) * PEND_JETS_PAD * (size_t)(jets->order_cap + 2) + (size_t)(k % PEND_JETS_PAD) +
-           (size_t)j * PEND_JETS_PAD;
+    return jets_row(&jets->system, jets->system.seat ? jets->system.seat[k] : k) + (size_t)j * PEND_JETS_PAD;
 }
 
 /**

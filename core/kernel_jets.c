@@ -28,6 +28,7 @@ LANES_INLINE wide wide_add(wide x, wide y) { return x + y; }
 LANES_INLINE wide wide_sub(wide x, wide y) { return x - y; }
 LANES_INLINE wide wide_mul(wide x, wide y) { return x * y; }
 #include "core/blocks_kernel.h"
+#include "core/layers_kernel.h"
 
 #define LANES 2
 #include "core/small_kernel.h"
@@ -53,10 +54,13 @@ static void kernel_orders(const struct jets_system *s, const struct jets_state *
         WIDE_(sincos)(wide_get(s->angle + a), wide_get(s->angle_low + a), &sine, &cosine);
         wide_put(s->sine + a, sine);
         wide_put(s->cosine + a, cosine);
-        wide_put(s->rate + jets_row(s, a), wide_get(state->rate + a) * unit);
+        if (!s->seat) wide_put(s->rate + jets_row(s, a), wide_get(state->rate + a) * unit);
     }
+    for (int k = 0; k < s->n && s->seat; k++) s->rate[jets_row(s, s->seat[k])] = state->rate[k] * unit;
     gravity *= unit * unit;
-    if (s->n > 8)
+    if (s->layers)
+        layers_orders(s, gravity, order);
+    else if (s->n > 8)
         blocks_orders(s, gravity, order);
     else if (s->n > 4)
         small8_orders(s, gravity, order);
@@ -107,6 +111,12 @@ LANES_INLINE void kernel_sum(wide sum, wide add, double *high, double *low) {
     wide_put(low, (sum - (total - part)) + (add - part));
 }
 
+static void kernel_sum1(double sum, double add, double *high, double *low) {
+    double total = sum + add, part = total - sum;
+    *high = total;
+    *low = (sum - (total - part)) + (add - part);
+}
+
 /* changes of phi and phi', even and odd orders apart: half the waiting */
 LANES_INLINE struct kernel_change kernel_halves(const struct jets_system *s, int order, double x_, double unit, int a) {
     wide x = wide_of(x_), square = x * x, phi[2] = {wide_of(0), wide_of(0)}, rate[2] = {wide_of(0), wide_of(0)};
@@ -126,8 +136,30 @@ LANES_INLINE struct kernel_change kernel_halves(const struct jets_system *s, int
     return (struct kernel_change){.phi = x * wide_fma(x, phi[1], phi[0]), .rate = turn * inverse};
 }
 
+/* eight seats of a tree in layers */
+static void kernel_advance_seats(const struct jets_system *s, int order, double x, double unit,
+                                 const struct jets_state *from, const struct jets_state *to, int tile) {
+    double phi[8], rate[8];
+    const int *arm = s->layers->arm + (size_t)tile * 8;
+    for (int a = 0; a < 8; a += WIDE) {
+        struct kernel_change v = kernel_halves(s, order, x, unit, tile * 8 + a);
+        memcpy(phi + a, &v.phi, sizeof v.phi);
+        memcpy(rate + a, &v.rate, sizeof v.rate);
+    }
+    for (int i = 0; i < 8; i++) {
+        int k = arm[i];
+        if (k < 0) continue;
+        kernel_sum1(from->phi[k], phi[i] + from->phi_low[k], to->phi + k, to->phi_low + k);
+        kernel_sum1(from->rate[k], rate[i] + from->rate_low[k], to->rate + k, to->rate_low + k);
+    }
+}
+
 static void kernel_advance(const struct jets_system *s, int order, double x, double unit, const struct jets_state *from,
                            const struct jets_state *to) {
+    if (s->layers) {
+        for (int tile = 0; tile < s->tiles; tile++) kernel_advance_seats(s, order, x, unit, from, to, tile);
+        return;
+    }
     for (int a = 0; a < s->n; a += WIDE) {
         struct kernel_change v = kernel_halves(s, order, x, unit, a);
         kernel_sum(wide_get(from->phi + a), v.phi + wide_get(from->phi_low + a), to->phi + a, to->phi_low + a);
@@ -147,6 +179,20 @@ LANES_INLINE void kernel_give(double to[], int a, int n, wide x) {
 /* one instant, arms in lanes */
 LANES_INLINE void kernel_row(const struct jets_system *s, int order, double x, double unit,
                              const struct jets_state *from, const struct jets_values *to, struct kernel_wish wish) {
+    if (s->layers) {
+        for (int a = 0; a < s->tiles * 8; a += WIDE) {
+            struct kernel_change v = kernel_horner(s, order, x, unit, a, wish);
+            for (int i = 0; i < WIDE; i++) {
+                int k = s->layers->arm[a + i];
+                if (k < 0) continue;
+                to->phi[k] = from->phi[k] + (v.phi[i] + from->phi_low[k]);
+                to->rate[k] = from->rate[k] + (v.rate[i] + from->rate_low[k]);
+                if (wish.acc) to->acc[k] = v.acc[i];
+                if (wish.force) to->force[k] = v.force[i];
+            }
+        }
+        return;
+    }
     for (int a = 0; a < s->n; a += WIDE) {
         struct kernel_change v = kernel_horner(s, order, x, unit, a, wish);
         kernel_give(to->phi, a, s->n, wide_get(from->phi + a) + (v.phi + wide_get(from->phi_low + a)));
@@ -300,8 +346,8 @@ LANES_INLINE bits8 kernel_larger(bits8 x, bits8 y) {
 LANES_INLINE bits8 kernel_sizes(const struct jets_system *s, int order) {
     bits8 x[KERNEL_SIZES], pair[4], four[2];
     for (int i = 0; i < KERNEL_SIZES; i++) x[i] = (bits8){0};
-    for (size_t a = 0; a < (size_t)s->n; a += 8) {
-        const double *first = s->rate + a / 8 * s->tile, *last = first + (size_t)(order + 1 - KERNEL_SIZES) * s->stride;
+    for (int tile = 0; tile < s->tiles; tile++) {
+        const double *first = s->rate + (size_t)tile * s->tile, *last = first + (size_t)(order + 1 - KERNEL_SIZES) * s->stride;
         for (int i = 0; i < KERNEL_SIZES; i++) {
             const double *row = i < KERNEL_SIZES / 2 ? first : last;
             x[i] = kernel_larger(x[i], (bits8)lanes8_abs(lanes8_get(row + (size_t)i * s->stride)));
