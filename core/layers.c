@@ -79,7 +79,7 @@ static size_t layers_lay(struct layers *l, struct layers_plan *plan, const struc
     size_t used = 0, ranks = (size_t)(layers_light(tree) + LAYERS_CHILDREN), n = (size_t)tree->n;
     l->count = pend_layers_count(tree);
     l->ranks = 0;
-    l->numbers = layers_take(base, &used, ((size_t)l->count + 1) * LAYER_NUMBERS + ranks * LAYER_ARMS, sizeof(double));
+    l->numbers = layers_take(base, &used, ((size_t)l->count + 1) * LAYER_NUMBERS + 2 * ranks * LAYER_ARMS, sizeof(double));
     l->up = layers_take(base, &used, LAYER_ARMS * LAYER_ARMS, sizeof(double));
     l->down = layers_take(base, &used, LAYER_ARMS * LAYER_ARMS, sizeof(double));
     l->block = layers_take(base, &used, (size_t)l->count, sizeof *l->block);
@@ -137,7 +137,7 @@ static void layers_joint(struct layers *l, const struct pend_tree *tree, const s
             own->light &= ~(1 << at);
             continue;
         }
-        own->shares[at] = table + rank * LAYER_ARMS + lane;
+        own->shares[at] = table + 2 * rank * LAYER_ARMS + lane;
         if (rank == block->end) {
             for (int i = 0; i < LAYER_ARMS; i++) {
                 l->rank[rank].children[i] = pend_layers_place(l->count * LAYER_ARMS);
@@ -162,6 +162,21 @@ static void layers_link(struct layers *l, const struct pend_tree *tree, const st
             if (k >= 0) layers_joint(l, tree, plan, k, block, lane);
         }
         l->ranks = block->end;
+    }
+}
+
+/* what no step changes, of leaves all but the share in their parents; an empty lane has a mass, to be divided by, but no length */
+static void layers_furnish(struct layers *l, const struct pend_tree *tree) {
+    for (int i = 0; i < l->count * LAYER_ARMS; i++) {
+        double *at = l->numbers + pend_layers_place(i);
+        int k = l->arm[i];
+        at[LAYER_MASS * LAYER_ARMS] = k < 0 ? 1 : tree->mass[k];
+        at[LAYER_LENGTH * LAYER_ARMS] = k < 0 ? 0 : tree->len[k];
+        at[LAYER_PART * LAYER_ARMS] = k < 0 ? 0 : 1 / tree->len[k];
+        if (k < 0 || tree->end[k] > k + 1) continue;
+        at[LAYER_EFF * LAYER_ARMS] = tree->mass[k];
+        at[LAYER_WEIGHT * LAYER_ARMS] = tree->mass[k] * tree->len[k];
+        at[LAYER_INV * LAYER_ARMS] = at[LAYER_INV_EFF * LAYER_ARMS] = 1 / tree->mass[k];
     }
 }
 
@@ -198,4 +213,5 @@ void pend_layers_init(struct layers *l, const struct pend_tree *tree, void *memo
         layers_link(l, tree, &plan, start[i], start[i + 1], i ? start[i - 1] : -1, start[i + 1]);
     }
     layers_link(l, tree, &plan, l->count - 1, l->count, 0, l->count);
+    layers_furnish(l, tree);
 }

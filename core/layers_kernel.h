@@ -50,18 +50,20 @@ LANES_INLINE lanes8 layer_parents(const struct layers *l, const struct layer_blo
 /* ---- once a step */
 
 /* answers of the cap's arms to a unit at one of them, on the way up and on the way down */
-static void layers_invert(const struct jets_system *s, const struct layers *l) {
-    const int *arm = l->arm + (l->count - 1) * LAYER_ARMS;
+static void layers_invert(const struct layers *l) {
+    int root = (l->count - 1) * LAYER_ARMS;
+    const int *parents = l->block[l->count - 1].parents;
+    const double *kappa = layers_at(l, l->count - 1) + LAYER_KAPPA * LAYER_ARMS;
     lanes8 up[LAYER_ARMS], down[LAYER_ARMS];
     for (int i = 0; i < LAYER_ARMS; i++) {
-        int p = i && arm[i] >= 0 ? l->seat[s->parent[arm[i]]] % LAYER_ARMS : -1;
         up[i] = down[i] = lanes8_of(0);
         up[i][i] = down[i][i] = 1;
-        if (p >= 0) up[i] = lanes8_fma(lanes8_of(s->kappa[arm[i]]), up[p], up[i]);
+        int p = parents[i] - pend_layers_place(root);
+        if (p < LAYER_ARMS) up[i] = lanes8_fma(lanes8_of(kappa[i]), up[p], up[i]);
     }
     for (int i = LAYER_ARMS - 1; i >= 0; i--) {
-        int p = i && arm[i] >= 0 ? l->seat[s->parent[arm[i]]] % LAYER_ARMS : -1;
-        if (p >= 0) down[p] = lanes8_fma(lanes8_of(s->kappa[arm[i]]), down[i], down[p]);
+        int p = parents[i] - pend_layers_place(root);
+        if (p < LAYER_ARMS) down[p] = lanes8_fma(lanes8_of(kappa[i]), down[i], down[p]);
     }
     for (int i = 0; i < LAYER_ARMS; i++) {
         layer_put(l->up, i, up[i]);
@@ -69,24 +71,126 @@ static void layers_invert(const struct jets_system *s, const struct layers *l) {
     }
 }
 
-static void layers_prepare(const struct jets_system *s, const struct layers *l) {
+enum { LAYER_TABLE = 2 * LAYER_ARMS };
+
+/* what hangs on each joint of a block: sums over the children met so far */
+struct layer_load {
+    lanes8 p, r, q, d;
+};
+
+/* the child of one rank joins; what the others do to it so far is kept */
+LANES_INLINE void layer_join(struct layer_load *load, double *share, lanes8 C, lanes8 Z, lanes8 S) {
+    lanes8 SC = S * C, SZ = S * Z;
+    lanes8_put(share, load->q);
+    lanes8_put(share + LAYER_ARMS, load->r);
+    // p Z^2 - 2 r Z C + q C^2 = Z (p Z - r C) + C (q C - r Z)
+    lanes8 turned = Z * (load->p * Z - load->r * C) + C * (load->q * C - load->r * Z);
+    load->d = lanes8_fma(S, turned, load->d);
+    load->p = lanes8_fma(SC, C, load->p);
+    load->r = lanes8_fma(SC, Z, load->r);
+    load->q = lanes8_fma(SZ, Z, load->q);
+}
+
+/* the same from the last child to the first: the others are those before and those after, never all less the child */
+LANES_INLINE void layer_part(struct layer_load *late, double *share, lanes8 mass, lanes8 C, lanes8 Z, lanes8 S) {
+    lanes8 SZ = S * Z;
+    lanes8_put(share, mass + (lanes8_get(share) + late->q));
+    lanes8_put(share + LAYER_ARMS, lanes8_get(share + LAYER_ARMS) + late->r);
+    late->q = lanes8_fma(SZ, Z, late->q);
+    late->r = lanes8_fma(SZ, C, late->r);
+}
+
+/* the factors of a block's own arms, from its children's */
+LANES_INLINE void layer_factor(const struct layers *l, const struct layer_block *block, double *at) {
+    const double *below = layers_at(l, block->below);
+    double *table = layers_at(l, l->count + 1), *own = at + LAYER_FIRST * LAYER_ARMS;
+    lanes8 mass = layer_get(at, LAYER_MASS), zero = lanes8_of(0);
+    struct layer_load load = {zero, zero, zero, zero}, late = load;
+    layer_join(&load, own, layer_get(below, LAYER_COSINE), layer_get(below, LAYER_SINE), layer_get(below, LAYER_EFF));
+    for (int i = block->first; i < block->end; i++) {
+        const int *children = l->rank[i].children;
+        layer_join(&load, table + i * LAYER_TABLE, layer_gather(l, LAYER_COSINE, children),
+                   layer_gather(l, LAYER_SINE, children), layer_gather(l, LAYER_EFF, children));
+    }
+    for (int i = block->end - 1; i >= block->first; i--) {
+        const int *children = l->rank[i].children;
+        layer_part(&late, table + i * LAYER_TABLE, mass, layer_gather(l, LAYER_COSINE, children),
+                   layer_gather(l, LAYER_SINE, children), layer_gather(l, LAYER_EFF, children));
+    }
+    layer_part(&late, own, mass, zero, zero, zero);
+    lanes8 inv = 1 / (mass + load.q);
+    lanes8 S = lanes8_fma(mass, mass + (load.p + load.q), load.d) * inv;
+    layer_put(at, LAYER_INV, inv);
+    layer_put(at, LAYER_LEAN, load.r * inv);
+    layer_put(at, LAYER_EFF, S);
+    layer_put(at, LAYER_INV_EFF, 1 / S);
+    layer_put(at, LAYER_WEIGHT, S * layer_get(at, LAYER_LENGTH));
+}
+
+/* the factors of one arm of the cap */
+static void layer_factor_one(const struct layers *l, int lane) {
+    const struct layer_block *block = &l->block[l->count - 1];
+    const struct layer_rank *rank = l->rank + block->first;
+    double *at = layers_at(l, l->count - 1) + lane, *row = layers_at(l, l->count + 1) + block->first * LAYER_TABLE + lane;
+    double mass = at[LAYER_MASS * LAYER_ARMS], p = 0, r = 0, q = 0, d = 0, late_q = 0, late_r = 0;
+    int pivot = pend_layers_place(l->count * LAYER_ARMS), count = 0;
+    for (; count < block->end - block->first && rank[count].children[lane] != pivot; count++) {
+        const double *c = l->numbers + rank[count].children[lane];
+        double C = c[LAYER_COSINE * LAYER_ARMS], Z = c[LAYER_SINE * LAYER_ARMS], S = c[LAYER_EFF * LAYER_ARMS];
+        row[count * LAYER_TABLE] = q;
+        row[count * LAYER_TABLE + LAYER_ARMS] = r;
+        d = lanes1_fma(S, Z * (p * Z - r * C) + C * (q * C - r * Z), d);
+        p = lanes1_fma(S * C, C, p);
+        r = lanes1_fma(S * C, Z, r);
+        q = lanes1_fma(S * Z, Z, q);
+    }
+    while (count--) {
+        const double *c = l->numbers + rank[count].children[lane];
+        double C = c[LAYER_COSINE * LAYER_ARMS], SZ = c[LAYER_EFF * LAYER_ARMS] * c[LAYER_SINE * LAYER_ARMS];
+        row[count * LAYER_TABLE] = mass + (row[count * LAYER_TABLE] + late_q);
+        row[count * LAYER_TABLE + LAYER_ARMS] += late_r;
+        late_q = lanes1_fma(SZ, c[LAYER_SINE * LAYER_ARMS], late_q);
+        late_r = lanes1_fma(SZ, C, late_r);
+    }
+    double inv = 1 / (mass + q), S = lanes1_fma(mass, mass + (p + q), d) * inv;
+    at[LAYER_INV * LAYER_ARMS] = inv;
+    at[LAYER_LEAN * LAYER_ARMS] = r * inv;
+    at[LAYER_EFF * LAYER_ARMS] = S;
+    at[LAYER_INV_EFF * LAYER_ARMS] = 1 / S;
+    at[LAYER_WEIGHT * LAYER_ARMS] = S * at[LAYER_LENGTH * LAYER_ARMS];
+}
+
+/* what a block's arms pass on to their parents */
+LANES_INLINE void layer_share(const struct layers *l, const struct layer_block *block, double *at) {
+    lanes8 C = layer_get(at, LAYER_COSINE), Z = layer_get(at, LAYER_SINE), S = layer_get(at, LAYER_EFF);
+    lanes8 others = layer_parents(l, block, LAYER_FIRST, block->shares);
+    lanes8 lean = layer_parents(l, block, LAYER_FIRST_LEAN, block->shares);
+    lanes8 inv = layer_parents(l, block, LAYER_INV, block->parents);
+    lanes8 kappa = inv * (C * others - Z * lean);
+    layer_put(at, LAYER_KAPPA, kappa);
+    layer_put(at, LAYER_STIFF, S * kappa);
+    layer_put(at, LAYER_NU, inv * others);
+    layer_put(at, LAYER_TAU, inv * (S * Z));
+    layer_put(at, LAYER_GRIP, lanes8_fma(layer_parents(l, block, LAYER_LEAN, block->parents), C, Z));
+}
+
+/* the order-0 tree system, as jets_factor has it */
+static void layers_factor(const struct jets_system *s, const struct layers *l) {
+    int cap = l->count - 1;
     for (int k = 0; k < s->n; k++) {
         double *at = l->numbers + pend_layers_place(l->seat[k]);
-        int p = s->parent[k];
-        at[LAYER_WEIGHT * LAYER_ARMS] = s->eff[k] * s->len[k];
-        at[LAYER_KAPPA * LAYER_ARMS] = s->kappa[k];
-        at[LAYER_GRIP * LAYER_ARMS] = p < 0 ? 0 : lanes1_fma(s->lean[p], s->cosine[k], s->sine[k]);
         at[LAYER_COSINE * LAYER_ARMS] = s->cosine[k];
         at[LAYER_SINE * LAYER_ARMS] = s->sine[k];
-        at[LAYER_LEAN * LAYER_ARMS] = s->lean[k];
-        at[LAYER_INV * LAYER_ARMS] = s->inv[k];
-        at[LAYER_NU * LAYER_ARMS] = s->nu[k];
-        at[LAYER_TAU * LAYER_ARMS] = s->tau[k];
-        at[LAYER_INV_EFF * LAYER_ARMS] = s->inv_eff[k];
-        at[LAYER_PART * LAYER_ARMS] = s->inv_len[k];
-        at[LAYER_STIFF * LAYER_ARMS] = s->eff[k] * s->kappa[k];
     }
-    layers_invert(s, l);
+    for (int i = 0; i < cap; i++) {
+        if (!l->block[i].leaves) layer_factor(l, &l->block[i], layers_at(l, i));
+    }
+    for (int lane = LAYER_ARMS - 1; lane >= 0; lane--) {
+        if (l->arm[cap * LAYER_ARMS + lane] >= 0) layer_factor_one(l, lane);
+    }
+    for (int i = 0; i <= cap; i++) layer_share(l, &l->block[i], layers_at(l, i));
+    layers_at(l, cap)[LAYER_NU * LAYER_ARMS] = 1;
+    layers_invert(l);
 }
 
 /* ---- once an order, from the leaves to the root */
@@ -172,19 +276,19 @@ struct layer_sums {
 LANES_INLINE struct layer_sums layer_children(const struct layers *l, const struct layer_block *block, double *at,
                                               lanes8 known) {
     const double *below = layers_at(l, block->below);
-    double *table = layers_at(l, l->count + 1) + (size_t)block->first * LAYER_ARMS;
+    double *table = layers_at(l, l->count + 1) + (size_t)block->first * LAYER_TABLE;
     struct layer_sums sums = {layer_get(below, LAYER_ASKED), layer_get(below, LAYER_GIVEN)};
     lanes8 given[LAYERS_CHILDREN], late = lanes8_of(0);
     int ranks = block->end - block->first;
     for (int i = 0; i < ranks; i++) {
         const int *children = l->rank[block->first + i].children;
-        layer_put(table, i, sums.given);
+        lanes8_put(table + i * LAYER_TABLE, sums.given);
         sums.asked += layer_gather(l, LAYER_ASKED, children);
         given[i] = layer_gather(l, LAYER_GIVEN, children);
         sums.given += given[i];
     }
     for (int i = ranks - 1; i >= 0; i--) {
-        layer_put(table, i, known - (layer_get(table, i) + late));
+        lanes8_put(table + i * LAYER_TABLE, known - (lanes8_get(table + i * LAYER_TABLE) + late));
         late += given[i];
     }
     layer_put(at, LAYER_FIRST, known - late);
@@ -210,7 +314,7 @@ static void layers_up_cap(const struct jets_system *s, const struct layers *l, i
     int i = l->count - 1;
     double *at = layers_at(l, i);
     const struct layer_block *block = &l->block[i];
-    double *table = layers_at(l, l->count + 1) + (size_t)block->first * LAYER_ARMS;
+    double *table = layers_at(l, l->count + 1) + (size_t)block->first * LAYER_TABLE;
     struct layer_known known = layer_begin(s, at, (size_t)i * s->tile, k);
     layer_ask(at, known.ci, lanes8_of(0));
     lanes8 pull = layer_get(at, LAYER_LEAN) * known.ci, heave = layer_get(at, LAYER_WEIGHT) * known.Ti;
@@ -222,11 +326,11 @@ static void layers_up_cap(const struct jets_system *s, const struct layers *l, i
     lanes8 given[LAYERS_CHILDREN], sum = lanes8_of(0), late = sum;
     for (int j = 0; j < ranks; j++) {
         given[j] = layer_gather(l, LAYER_GIVEN, l->rank[block->first + j].children);
-        layer_put(table, j, sum);
+        lanes8_put(table + j * LAYER_TABLE, sum);
         sum += given[j];
     }
     for (int j = ranks - 1; j >= 0; j--) {
-        layer_put(table, j, known.ci - (layer_get(table, j) + late));
+        lanes8_put(table + j * LAYER_TABLE, known.ci - (lanes8_get(table + j * LAYER_TABLE) + late));
         late += given[j];
     }
     layer_put(at, LAYER_TANGENTIAL, layer_get(at, LAYER_INV) * (known.ci - sum));
@@ -283,19 +387,19 @@ LANES_INLINE void layer_learn(const struct jets_system *s, const double *at, siz
 }
 
 /* the root hangs on the pivot, which has i gravity; it is alone in its block */
-LANES_INLINE lanes8 layers_lift(const struct jets_system *s, const struct layers *l, double gravity) {
+LANES_INLINE lanes8 layers_lift(const struct layers *l, double gravity) {
     layers_at(l, l->count)[LAYER_TANGENTIAL * LAYER_ARMS] = gravity;
-    return (lanes8){s->sine[0] * gravity};
+    return (lanes8){layers_at(l, l->count - 1)[LAYER_SINE * LAYER_ARMS] * gravity};
 }
 
 static void layers_down_cap(const struct jets_system *s, const struct layers *l, double gravity, int k) {
-    lanes8 lift = layers_lift(s, l, gravity);
+    lanes8 lift = layers_lift(l, gravity);
     int i = l->count - 1;
     double *at = layers_at(l, i);
     const struct layer_block *block = &l->block[i];
     lanes8 tension = layer_tension(at, layer_gather(l, LAYER_FIRST, block->shares));
     lanes8 shift = (tension - layer_get(at, LAYER_PUSH)) * layer_get(at, LAYER_INV_EFF) + lift;
-    tension += lift * lanes8_of(s->eff[0]);
+    tension = lanes8_fma(lift, layer_get(at, LAYER_EFF), tension);
     lanes8 radial = layer_product(l->down, shift);
     lanes8 tangential = layer_get(at, LAYER_TANGENTIAL) - layer_get(at, LAYER_LEAN) * radial;
     layer_put(at, LAYER_RADIAL, radial);
@@ -331,8 +435,7 @@ static void layers_down(const struct jets_system *s, const struct layers *l, dou
 /* all orders: rate_1 .. rate_order and force_0 .. force_{order - 1} from rate_0 and the factorization */
 static void layers_orders(const struct jets_system *s, double gravity, int order) {
     const struct layers *l = s->layers;
-    jets_factor(s);
-    layers_prepare(s, l);
+    layers_factor(s, l);
     for (int i = 0; i < l->count; i++) {
         size_t row = (size_t)i * s->tile;
         lanes8_put(s->turn_re + row + LAYER_ARMS, lanes8_of(0));
