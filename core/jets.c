@@ -11,7 +11,8 @@ enum {
 #undef X
         JETS_COUNT,
     JETS_SHARES = 48,
-    JETS_LAYERS_ABOVE = 64
+    JETS_LAYERS_ABOVE = 64,
+    JETS_BEYOND = 3 /* rows of a tile beyond the order: u is two ahead, and what is known of the next order */
 };
 
 /* blocks of a tree that is cut into layers, else 0 */
@@ -28,7 +29,7 @@ static int jets_tiles(const struct pend_tree *tree) {
 }
 
 static size_t jets_series(int order_cap, const struct pend_tree *tree) {
-    return (size_t)(order_cap + 2) * PEND_JETS_PAD * (size_t)jets_tiles(tree);
+    return (size_t)(order_cap + JETS_BEYOND) * PEND_JETS_PAD * (size_t)jets_tiles(tree);
 }
 
 /* numbers of the series and of the factorization */
@@ -51,7 +52,7 @@ static struct jets_system jets_view(const struct pend_tree *tree, int order_cap,
     struct jets_system s = {.n = tree->n,
                             .tiles = jets_tiles(tree),
                             .stride = PEND_JETS_PAD,
-                            .tile = PEND_JETS_PAD * (size_t)(order_cap + 2),
+                            .tile = PEND_JETS_PAD * (size_t)(order_cap + JETS_BEYOND),
                             .share = share,
                             .parent = tree->parent,
                             .end = tree->end,

@@ -12,7 +12,6 @@
  * Rows of a block, eight numbers each.
  *
  * LEAN .. STIFF       as in jets_system; GRIP: Z and C times the parent's lean, COSINE, SINE, PART: 1 over the length
- * NEXT_*              T and c of the order after the one at hand, as far as known
  * KNOWN               known force across each arm, over the order
  * BIAS, PUSH          f, h
  * ASKED, GIVEN        what the parent adds to its h for the arm, and takes from its known force for it
@@ -22,7 +21,7 @@
 // clang-format off
 #define LAYER_ROWS(X) \
     X(WEIGHT) X(KAPPA) X(GRIP) X(COSINE) X(SINE) X(LEAN) X(INV) X(NU) X(TAU) X(INV_EFF) X(PART) X(STIFF) \
-    X(NEXT_TR) X(NEXT_TI) X(NEXT_CR) X(NEXT_CI) X(KNOWN) X(BIAS) X(PUSH) X(ASKED) X(GIVEN) X(FIRST) X(FIRST_LEAN) \
+    X(KNOWN) X(BIAS) X(PUSH) X(ASKED) X(GIVEN) X(FIRST) X(FIRST_LEAN) \
     X(RADIAL) X(TANGENTIAL) X(MASS) X(LENGTH) X(EFF)
 // clang-format on
 

@@ -199,18 +199,29 @@ struct layer_known {
     lanes8 Tr, Ti, cr, ci;
 };
 
+/* where a block's series of order k will be, which until then hold T and c, or what is known of them */
+struct layer_rows {
+    double *rate, *turn_re, *turn_im, *force;
+};
+
+LANES_INLINE struct layer_rows layer_rows(const struct jets_system *s, int block, int k) {
+    size_t row = (size_t)block * s->tile + (size_t)k * LAYER_ARMS;
+    return (struct layer_rows){s->rate + row + LAYER_ARMS, s->turn_re + row + (size_t)2 * LAYER_ARMS,
+                               s->turn_im + row + (size_t)2 * LAYER_ARMS, s->force + row};
+}
+
 /*
  * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass: what is loaded
  * serves both. Row -1 of the forces is zero.
  */
-LANES_INLINE struct layer_known layer_known(const struct jets_system *s, double *at, size_t row, int k) {
-    enum { STRIDE = LAYER_ARMS };
-    const double *re = s->turn_re + row + 2 * STRIDE, *im = s->turn_im + row + 2 * STRIDE;
-    const double *rate = s->rate + row + (size_t)k * STRIDE, *force = s->force + row + (size_t)k * STRIDE - STRIDE;
-    lanes8 w = lanes8_get(rate), f = lanes8_get(force), first = lanes8_get(s->rate + row), zero = lanes8_of(0);
+LANES_INLINE struct layer_known layer_known(const struct jets_system *s, int block, int k) {
+    struct layer_rows first = layer_rows(s, block, 0), last = layer_rows(s, block, k), after = layer_rows(s, block, k + 1);
+    const double *re = first.turn_re, *im = first.turn_im, *rate = last.rate - LAYER_ARMS,
+                 *force = last.force - LAYER_ARMS;
+    lanes8 w = lanes8_get(rate), f = lanes8_get(force), turn = lanes8_get(first.rate - LAYER_ARMS), zero = lanes8_of(0);
     // u_1 is imaginary
-    struct layer_known now = {zero, first * w, zero, first * f}, next = {zero, zero, zero, zero};
-    for (int j = 2; j <= k + 1; j++, re += STRIDE, im += STRIDE) {
+    struct layer_known now = {zero, turn * w, zero, turn * f}, next = {zero, zero, zero, zero};
+    for (int j = 2; j <= k + 1; j++, re += LAYER_ARMS, im += LAYER_ARMS) {
         lanes8 ur = lanes8_get(re), ui = lanes8_get(im);
         LAYER_PIN(ur);
         LAYER_PIN(ui);
@@ -218,7 +229,7 @@ LANES_INLINE struct layer_known layer_known(const struct jets_system *s, double 
         next.Ti = lanes8_fma(ui, w, next.Ti);
         next.cr = lanes8_fma(ur, f, next.cr);
         next.ci = lanes8_fma(ui, f, next.ci);
-        rate -= STRIDE, force -= STRIDE;
+        rate -= LAYER_ARMS, force -= LAYER_ARMS;
         w = lanes8_get(rate), f = lanes8_get(force);
         LAYER_PIN(w);
         LAYER_PIN(f);
@@ -227,36 +238,33 @@ LANES_INLINE struct layer_known layer_known(const struct jets_system *s, double 
         now.cr = lanes8_fma(ur, f, now.cr);
         now.ci = lanes8_fma(ui, f, now.ci);
     }
-    layer_put(at, LAYER_NEXT_TR, next.Tr);
-    layer_put(at, LAYER_NEXT_TI, next.Ti);
-    layer_put(at, LAYER_NEXT_CR, next.cr);
-    layer_put(at, LAYER_NEXT_CI, next.ci);
+    lanes8_put(after.rate, next.Tr);
+    lanes8_put(after.turn_re, next.Ti);
+    lanes8_put(after.force, next.cr);
+    lanes8_put(after.turn_im, next.ci);
+    lanes8_put(last.force, now.cr);
     return now;
 }
 
-/* T and c of order k, the second of two: the terms that were missing */
-LANES_INLINE struct layer_known layer_complete(const struct jets_system *s, const double *at, size_t row, int k) {
-    enum { STRIDE = LAYER_ARMS };
-    size_t now = row + (size_t)k * STRIDE;
-    lanes8 first = lanes8_get(s->rate + row);
-    struct layer_known known = {layer_get(at, LAYER_NEXT_TR), layer_get(at, LAYER_NEXT_TI),
-                                layer_get(at, LAYER_NEXT_CR), layer_get(at, LAYER_NEXT_CI)};
-    known.Tr = lanes8_fma(lanes8_get(s->turn_re + now + STRIDE), first, known.Tr);
-    known.Ti = lanes8_fma(lanes8_get(s->turn_im + now + STRIDE), first, known.Ti);
-    known.Ti = lanes8_fma(first, lanes8_get(s->rate + now), known.Ti);
-    known.ci = lanes8_fma(first, lanes8_get(s->force + now - STRIDE), known.ci);
+/* T and c of order k, the second of two: the terms that were missing, of which Re c has none */
+LANES_INLINE struct layer_known layer_complete(const struct jets_system *s, int block, int k) {
+    struct layer_rows first = layer_rows(s, block, 0), last = layer_rows(s, block, k - 1), now = layer_rows(s, block, k);
+    lanes8 turn = lanes8_get(first.rate - LAYER_ARMS);
+    struct layer_known known = {.ci = lanes8_fma(turn, lanes8_get(last.force), lanes8_get(now.turn_im))};
+    known.Tr = lanes8_fma(lanes8_get(last.turn_re), turn, lanes8_get(now.rate));
+    known.Ti = lanes8_fma(lanes8_get(last.turn_im), turn, lanes8_get(now.turn_re));
+    known.Ti = lanes8_fma(turn, lanes8_get(last.rate), known.Ti);
     return known;
 }
 
 /* T and c of order k, put where what they are part of will be; Ti and s go on */
-LANES_INLINE struct layer_known layer_begin(const struct jets_system *s, double *at, size_t row, int k) {
-    struct layer_known known = k % 2 ? layer_complete(s, at, row, k) : layer_known(s, at, row, k);
-    double *force = s->force + row + (size_t)k * LAYER_ARMS, *rate = s->rate + row + (size_t)(k + 1) * LAYER_ARMS;
-    lanes8_put(force, known.cr);
-    lanes8_put(rate, known.Tr);
-    lanes8_put(s->turn_re + row + (size_t)(k + 2) * LAYER_ARMS, -known.Ti * lanes8_of(s->share[k + 1]));
+LANES_INLINE struct layer_known layer_begin(const struct jets_system *s, const struct layers *l, int block, int k) {
+    struct layer_known known = k % 2 ? layer_complete(s, block, k) : layer_known(s, block, k);
+    struct layer_rows now = layer_rows(s, block, k);
+    lanes8_put(now.rate, known.Tr);
+    lanes8_put(now.turn_re, -known.Ti * lanes8_of(s->share[k + 1]));
     known.ci *= lanes8_of(s->share[k]);
-    layer_put(at, LAYER_KNOWN, known.ci);
+    layer_put(layers_at(l, block), LAYER_KNOWN, known.ci);
     return known;
 }
 
@@ -315,7 +323,7 @@ static void layers_up_cap(const struct jets_system *s, const struct layers *l, i
     double *at = layers_at(l, i);
     const struct layer_block *block = &l->block[i];
     double *table = layers_at(l, l->count + 1) + (size_t)block->first * LAYER_TABLE;
-    struct layer_known known = layer_begin(s, at, (size_t)i * s->tile, k);
+    struct layer_known known = layer_begin(s, l, i, k);
     layer_ask(at, known.ci, lanes8_of(0));
     lanes8 pull = layer_get(at, LAYER_LEAN) * known.ci, heave = layer_get(at, LAYER_WEIGHT) * known.Ti;
     int ranks = block->end - block->first;
@@ -340,12 +348,12 @@ static void layers_up(const struct jets_system *s, const struct layers *l, int k
     int i = 0;
     for (; i < l->count && l->block[i].leaves; i++) {
         double *at = layers_at(l, i);
-        struct layer_known known = layer_begin(s, at, (size_t)i * s->tile, k);
+        struct layer_known known = layer_begin(s, l, i, k);
         layer_ask(at, known.ci, -(layer_get(at, LAYER_WEIGHT) * known.Ti));
     }
     for (; i < l->count - 1; i++) {
         double *at = layers_at(l, i);
-        struct layer_known known = layer_begin(s, at, (size_t)i * s->tile, k);
+        struct layer_known known = layer_begin(s, l, i, k);
         struct layer_sums sums = layer_children(l, &l->block[i], at, known.ci);
         lanes8 push = lanes8_fma(layer_get(at, LAYER_LEAN), known.ci, sums.asked);
         layer_put(at, LAYER_PUSH, push);
@@ -375,15 +383,16 @@ LANES_INLINE lanes8 layer_tension(const double *at, lanes8 share) {
 }
 
 /* the coefficients of order k and what they make of u */
-LANES_INLINE void layer_learn(const struct jets_system *s, const double *at, size_t row, int k,
+LANES_INLINE void layer_learn(const struct jets_system *s, const struct layers *l, int block, int k,
                               const struct layer_felt *felt, lanes8 tension, lanes8 tangential) {
-    size_t now = row + (size_t)k * LAYER_ARMS, next = now + LAYER_ARMS, after = next + LAYER_ARMS;
+    const double *at = layers_at(l, block);
+    struct layer_rows now = layer_rows(s, block, k);
     lanes8 gap = lanes8_fma(layer_get(at, LAYER_SINE), felt->radial, tangential);
     lanes8 turned = (gap - layer_get(at, LAYER_COSINE) * felt->tangential) * layer_get(at, LAYER_PART);
     lanes8 mu = lanes8_fma(layer_get(at, LAYER_STIFF), felt->radial, tension);
-    lanes8_put(s->rate + next, turned - lanes8_get(s->rate + next));
-    lanes8_put(s->force + now, mu * lanes8_of(k + 1) - lanes8_get(s->force + now));
-    lanes8_put(s->turn_im + after, turned * lanes8_of(s->share[k + 1]));
+    lanes8_put(now.rate, turned - lanes8_get(now.rate));
+    lanes8_put(now.force, mu * lanes8_of(k + 1) - lanes8_get(now.force));
+    lanes8_put(now.turn_im, turned * lanes8_of(s->share[k + 1]));
 }
 
 /* the root hangs on the pivot, which has i gravity; it is alone in its block */
@@ -406,7 +415,7 @@ static void layers_down_cap(const struct jets_system *s, const struct layers *l,
     layer_put(at, LAYER_TANGENTIAL, tangential);
     struct layer_felt felt = {radial, layer_gather(l, LAYER_RADIAL, block->parents),
                               layer_gather(l, LAYER_TANGENTIAL, block->parents)};
-    layer_learn(s, at, (size_t)i * s->tile, k, &felt, tension, tangential);
+    layer_learn(s, l, i, k, &felt, tension, tangential);
 }
 
 static void layers_down(const struct jets_system *s, const struct layers *l, double gravity, int k) {
@@ -421,14 +430,14 @@ static void layers_down(const struct jets_system *s, const struct layers *l, dou
         lanes8 tangential = layer_get(at, LAYER_TANGENTIAL) - layer_get(at, LAYER_LEAN) * radial;
         layer_put(at, LAYER_RADIAL, radial);
         layer_put(at, LAYER_TANGENTIAL, tangential);
-        layer_learn(s, at, (size_t)i * s->tile, k, &felt, tension, tangential);
+        layer_learn(s, l, i, k, &felt, tension, tangential);
     }
     for (; i >= 0; i--) {
         const double *at = layers_at(l, i);
         struct layer_felt felt = layer_feel(l, &l->block[i]);
         lanes8 tension = layer_tension(at, felt.across);
         lanes8 tangential = layer_get(at, LAYER_INV) * layer_get(at, LAYER_KNOWN);
-        layer_learn(s, at, (size_t)i * s->tile, k, &felt, tension, tangential);
+        layer_learn(s, l, i, k, &felt, tension, tangential);
     }
 }
 
