@@ -85,7 +85,6 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int or
     if (jets_layers(tree)) {
         pend_layers_init(&jets->layers, tree, cut);
         jets->system.layers = &jets->layers;
-        jets->system.seat = jets->layers.seat;
         return;
     }
     pend_blocks_init(&jets->blocks, tree, cut);

@@ -43,7 +43,7 @@ size_t pend_jets_stride(int n);
 
 /** Where coefficient j of arm k is in each series. */
 static inline size_t pend_jets_place(const struct pend_jets *jets, int k, int j) {
-    return jets_row(&jets->system, jets->system.seat ? jets->system.seat[k] : k) + (size_t)j * PEND_JETS_PAD;
+    return jets_row(&jets->system, jets->system.layers ? jets->layers.seat[k] : k) + (size_t)j * PEND_JETS_PAD;
 }
 
 /**

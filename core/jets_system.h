@@ -44,12 +44,11 @@ typedef JETS_NUM num;
 // clang-format on
 
 struct jets_system {
-    int n, tiles;        /* arms, tiles of eight */
+    int n, tiles;        /* arms; tiles of eight in the series */
     size_t stride, tile; /* numbers from one order to the next, from eight arms to the next eight */
     const int *parent, *end;
-    const struct blocks *blocks;           /* of one tree of doubles with more than eight arms, else NULL */
-    const struct layers *layers;           /* the same, of one that is cut so instead */
-    const int *seat;                       /* of one in layers: of each arm, tile and lane; else NULL */
+    const struct blocks *blocks;           /* of one tree of doubles with more than eight arms, else NULL, as is: */
+    const struct layers *layers;           /* of one that is cut so instead: its series are in the order of seats */
     const double *share;                   /* 1 / (j + 1) of order j */
     num *rate, *force, *turn_re, *turn_im; /* series: order j of arm k at jets_row(k) + j * stride */
 #define X(name) num *name;

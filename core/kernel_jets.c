@@ -54,9 +54,9 @@ static void kernel_orders(const struct jets_system *s, const struct jets_state *
         WIDE_(sincos)(wide_get(s->angle + a), wide_get(s->angle_low + a), &sine, &cosine);
         wide_put(s->sine + a, sine);
         wide_put(s->cosine + a, cosine);
-        if (!s->seat) wide_put(s->rate + jets_row(s, a), wide_get(state->rate + a) * unit);
+        if (!s->layers) wide_put(s->rate + jets_row(s, a), wide_get(state->rate + a) * unit);
     }
-    for (int k = 0; k < s->n && s->seat; k++) s->rate[jets_row(s, s->seat[k])] = state->rate[k] * unit;
+    for (int k = 0; k < s->n && s->layers; k++) s->rate[jets_row(s, s->layers->seat[k])] = state->rate[k] * unit;
     gravity *= unit * unit;
     if (s->layers)
         layers_orders(s, gravity, order);
@@ -104,17 +104,33 @@ LANES_INLINE struct kernel_change kernel_horner(const struct jets_system *s, int
     return v;
 }
 
+/* changes of a tree in layers, which come by seats and go by arms */
+LANES_INLINE void kernel_keep(const struct layers *l, int seat, struct kernel_change v, struct kernel_wish wish) {
+    wide_put(l->change[0] + seat, v.phi);
+    wide_put(l->change[1] + seat, v.rate);
+    if (wish.acc) wide_put(l->change[2] + seat, v.acc);
+    if (wish.force) wide_put(l->change[3] + seat, v.force);
+}
+
+LANES_INLINE wide kernel_pick(const double from[], const int seat[]) {
+    wide x;
+    for (int i = 0; i < WIDE; i++) x[i] = from[seat[i]];
+    return x;
+}
+
+LANES_INLINE struct kernel_change kernel_kept(const struct layers *l, int a, struct kernel_wish wish) {
+    const int *seat = l->seat + a;
+    struct kernel_change v = {kernel_pick(l->change[0], seat), kernel_pick(l->change[1], seat), wide_of(0), wide_of(0)};
+    if (wish.acc) v.acc = kernel_pick(l->change[2], seat);
+    if (wish.force) v.force = kernel_pick(l->change[3], seat);
+    return v;
+}
+
 /* sum + add, exactly, as a sum of two */
 LANES_INLINE void kernel_sum(wide sum, wide add, double *high, double *low) {
     wide total = sum + add, part = total - sum;
     wide_put(high, total);
     wide_put(low, (sum - (total - part)) + (add - part));
-}
-
-static void kernel_sum1(double sum, double add, double *high, double *low) {
-    double total = sum + add, part = total - sum;
-    *high = total;
-    *low = (sum - (total - part)) + (add - part);
 }
 
 /* changes of phi and phi', even and odd orders apart: half the waiting */
@@ -136,32 +152,15 @@ LANES_INLINE struct kernel_change kernel_halves(const struct jets_system *s, int
     return (struct kernel_change){.phi = x * wide_fma(x, phi[1], phi[0]), .rate = turn * inverse};
 }
 
-/* eight seats of a tree in layers */
-static void kernel_advance_seats(const struct jets_system *s, int order, double x, double unit,
-                                 const struct jets_state *from, const struct jets_state *to, int tile) {
-    double phi[8], rate[8];
-    const int *arm = s->layers->arm + (size_t)tile * 8;
-    for (int a = 0; a < 8; a += WIDE) {
-        struct kernel_change v = kernel_halves(s, order, x, unit, tile * 8 + a);
-        memcpy(phi + a, &v.phi, sizeof v.phi);
-        memcpy(rate + a, &v.rate, sizeof v.rate);
-    }
-    for (int i = 0; i < 8; i++) {
-        int k = arm[i];
-        if (k < 0) continue;
-        kernel_sum1(from->phi[k], phi[i] + from->phi_low[k], to->phi + k, to->phi_low + k);
-        kernel_sum1(from->rate[k], rate[i] + from->rate_low[k], to->rate + k, to->rate_low + k);
-    }
-}
-
 static void kernel_advance(const struct jets_system *s, int order, double x, double unit, const struct jets_state *from,
                            const struct jets_state *to) {
-    if (s->layers) {
-        for (int tile = 0; tile < s->tiles; tile++) kernel_advance_seats(s, order, x, unit, from, to, tile);
-        return;
+    struct kernel_wish wish = {0, 0};
+    for (int a = 0; a < s->tiles * 8 && s->layers; a += WIDE) {
+        kernel_keep(s->layers, a, kernel_halves(s, order, x, unit, a), wish);
     }
     for (int a = 0; a < s->n; a += WIDE) {
-        struct kernel_change v = kernel_halves(s, order, x, unit, a);
+        struct kernel_change v =
+            s->layers ? kernel_kept(s->layers, a, wish) : kernel_halves(s, order, x, unit, a);
         kernel_sum(wide_get(from->phi + a), v.phi + wide_get(from->phi_low + a), to->phi + a, to->phi_low + a);
         kernel_sum(wide_get(from->rate + a), v.rate + wide_get(from->rate_low + a), to->rate + a, to->rate_low + a);
     }
@@ -179,22 +178,12 @@ LANES_INLINE void kernel_give(double to[], int a, int n, wide x) {
 /* one instant, arms in lanes */
 LANES_INLINE void kernel_row(const struct jets_system *s, int order, double x, double unit,
                              const struct jets_state *from, const struct jets_values *to, struct kernel_wish wish) {
-    if (s->layers) {
-        for (int a = 0; a < s->tiles * 8; a += WIDE) {
-            struct kernel_change v = kernel_horner(s, order, x, unit, a, wish);
-            for (int i = 0; i < WIDE; i++) {
-                int k = s->layers->arm[a + i];
-                if (k < 0) continue;
-                to->phi[k] = from->phi[k] + (v.phi[i] + from->phi_low[k]);
-                to->rate[k] = from->rate[k] + (v.rate[i] + from->rate_low[k]);
-                if (wish.acc) to->acc[k] = v.acc[i];
-                if (wish.force) to->force[k] = v.force[i];
-            }
-        }
-        return;
+    for (int a = 0; a < s->tiles * 8 && s->layers; a += WIDE) {
+        kernel_keep(s->layers, a, kernel_horner(s, order, x, unit, a, wish), wish);
     }
     for (int a = 0; a < s->n; a += WIDE) {
-        struct kernel_change v = kernel_horner(s, order, x, unit, a, wish);
+        struct kernel_change v =
+            s->layers ? kernel_kept(s->layers, a, wish) : kernel_horner(s, order, x, unit, a, wish);
         kernel_give(to->phi, a, s->n, wide_get(from->phi + a) + (v.phi + wide_get(from->phi_low + a)));
         kernel_give(to->rate, a, s->n, wide_get(from->rate + a) + (v.rate + wide_get(from->rate_low + a)));
         if (wish.acc) kernel_give(to->acc, a, s->n, v.acc);

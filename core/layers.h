@@ -29,11 +29,13 @@ enum {
     LAYER_ARMS = 8,
     LAYERS_MAX = 64,  /* layers, and children of an arm: more than either is left to blocks */
     LAYERS_CHILDREN = 16,
+    LAYERS_CHANGES = 4,
 #define X(name) LAYER_##name,
     LAYER_ROWS(X)
 #undef X
         LAYER_ROW_COUNT,
-    LAYER_NUMBERS = LAYER_ROW_COUNT * LAYER_ARMS
+    LAYER_NUMBERS = LAYER_ROW_COUNT * LAYER_ARMS,
+    LAYER_TABLE = 2 * LAYER_ARMS
 };
 
 /* A place is an index from `numbers`: of lane i of block b it is b LAYER_NUMBERS + i. */
@@ -41,7 +43,7 @@ struct layer_block {
     int leaves;        /* nothing hangs on any of its arms */
     int below, above;  /* the blocks of its arms' first children, and of the parents of its first children */
     int first, end;    /* its joints' further children, by rank */
-    int light;         /* mask of the lanes whose arm is no first child, empty ones included */
+    int aligned;       /* all of its arms are first children, and no lane is empty */
     int parents[LAYER_ARMS]; /* places; the pivot's for an empty lane */
     int shares[LAYER_ARMS];  /* places of what the arms feel across */
 };
@@ -58,8 +60,9 @@ struct layers {
     double *up, *down; /* answers of the cap's arms to a unit at each of them */
     struct layer_block *block;
     struct layer_rank *rank;
-    int *seat; /* of arm k: 8 times its block, and its lane */
+    int *seat; /* of arm k: 8 times its block, and its lane; padded to whole vectors, with seats in the row of zeros */
     int *arm;  /* of a seat; -1 where it is empty */
+    double *change[LAYERS_CHANGES]; /* of a seat: room for what a state changes by, and a row of zeros */
 };
 
 /** Blocks that a tree has in layers; 0 where it has too many layers, crowded joints, or layers too narrow. O(n). */
@@ -75,6 +78,9 @@ size_t pend_layers_bytes(const struct pend_tree *tree);
  * O(n).
  */
 void pend_layers_init(struct layers *layers, const struct pend_tree *tree, void *memory);
+
+/** Where the rows of the ranks begin, two a rank, to be found in place of FIRST and FIRST_LEAN. */
+static inline int pend_layers_table(int count) { return (count + 1) * LAYER_NUMBERS; }
 
 /** The place of a seat. */
 static inline int pend_layers_place(int seat) { return seat / LAYER_ARMS * LAYER_NUMBERS + seat % LAYER_ARMS; }

@@ -22,29 +22,14 @@ LANES_INLINE void layer_put(double *at, int row, lanes8 x) { lanes8_put(at + row
 
 /* a row's numbers at eight places */
 LANES_INLINE lanes8 layer_gather(const struct layers *l, int row, const int places[LAYER_ARMS]) {
-#if defined(__AVX512F__) && !defined(NOGATHER)
-    __m256i index = _mm256_loadu_si256((const __m256i *)(const void *)places);
-    return (lanes8)_mm512_i32gather_pd(index, l->numbers + row * LAYER_ARMS, 8);
-#else
     return lanes8_gather(l->numbers + row * LAYER_ARMS, places);
-#endif
 }
 
 /* a row's numbers at the arms' parents: first children have their parents' lanes */
 LANES_INLINE lanes8 layer_parents(const struct layers *l, const struct layer_block *block, int row,
                                   const int places[LAYER_ARMS]) {
-#if defined(__AVX512F__) && !defined(NOGATHER)
-    int all = (1 << LAYER_ARMS) - 1;
-    if (block->light == all) return layer_gather(l, row, places);
-    lanes8 near = layer_get(layers_at(l, block->above), row);
-    if (!block->light) return near;
-    __m256i index = _mm256_loadu_si256((const __m256i *)(const void *)places);
-    return (lanes8)_mm512_mask_i32gather_pd((__m512d)near, (__mmask8)block->light, index,
-                                            l->numbers + row * LAYER_ARMS, 8);
-#else
-    if (!block->light) return layer_get(layers_at(l, block->above), row);
+    if (block->aligned) return layer_get(layers_at(l, block->above), row);
     return layer_gather(l, row, places);
-#endif
 }
 
 /* ---- once a step */
@@ -70,8 +55,6 @@ static void layers_invert(const struct layers *l) {
         layer_put(l->down, i, down[i]);
     }
 }
-
-enum { LAYER_TABLE = 2 * LAYER_ARMS };
 
 /* what hangs on each joint of a block: sums over the children met so far */
 struct layer_load {
@@ -103,7 +86,7 @@ LANES_INLINE void layer_part(struct layer_load *late, double *share, lanes8 mass
 /* the factors of a block's own arms, from its children's */
 LANES_INLINE void layer_factor(const struct layers *l, const struct layer_block *block, double *at) {
     const double *below = layers_at(l, block->below);
-    double *table = layers_at(l, l->count + 1), *own = at + LAYER_FIRST * LAYER_ARMS;
+    double *table = l->numbers + pend_layers_table(l->count), *own = at + LAYER_FIRST * LAYER_ARMS;
     lanes8 mass = layer_get(at, LAYER_MASS), zero = lanes8_of(0);
     struct layer_load load = {zero, zero, zero, zero}, late = load;
     layer_join(&load, own, layer_get(below, LAYER_COSINE), layer_get(below, LAYER_SINE), layer_get(below, LAYER_EFF));
@@ -131,7 +114,7 @@ LANES_INLINE void layer_factor(const struct layers *l, const struct layer_block 
 static void layer_factor_one(const struct layers *l, int lane) {
     const struct layer_block *block = &l->block[l->count - 1];
     const struct layer_rank *rank = l->rank + block->first;
-    double *at = layers_at(l, l->count - 1) + lane, *row = layers_at(l, l->count + 1) + block->first * LAYER_TABLE + lane;
+    double *at = layers_at(l, l->count - 1) + lane, *row = l->numbers + pend_layers_table(l->count) + block->first * LAYER_TABLE + lane;
     double mass = at[LAYER_MASS * LAYER_ARMS], p = 0, r = 0, q = 0, d = 0, late_q = 0, late_r = 0;
     int pivot = pend_layers_place(l->count * LAYER_ARMS), count = 0;
     for (; count < block->end - block->first && rank[count].children[lane] != pivot; count++) {
@@ -284,7 +267,7 @@ struct layer_sums {
 LANES_INLINE struct layer_sums layer_children(const struct layers *l, const struct layer_block *block, double *at,
                                               lanes8 known) {
     const double *below = layers_at(l, block->below);
-    double *table = layers_at(l, l->count + 1) + (size_t)block->first * LAYER_TABLE;
+    double *table = l->numbers + pend_layers_table(l->count) + block->first * LAYER_TABLE;
     struct layer_sums sums = {layer_get(below, LAYER_ASKED), layer_get(below, LAYER_GIVEN)};
     lanes8 given[LAYERS_CHILDREN], late = lanes8_of(0);
     int ranks = block->end - block->first;
@@ -322,7 +305,7 @@ static void layers_up_cap(const struct jets_system *s, const struct layers *l, i
     int i = l->count - 1;
     double *at = layers_at(l, i);
     const struct layer_block *block = &l->block[i];
-    double *table = layers_at(l, l->count + 1) + (size_t)block->first * LAYER_TABLE;
+    double *table = l->numbers + pend_layers_table(l->count) + block->first * LAYER_TABLE;
     struct layer_known known = layer_begin(s, l, i, k);
     layer_ask(at, known.ci, lanes8_of(0));
     lanes8 pull = layer_get(at, LAYER_LEAN) * known.ci, heave = layer_get(at, LAYER_WEIGHT) * known.Ti;
