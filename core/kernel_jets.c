@@ -159,8 +159,7 @@ static void kernel_advance(const struct jets_system *s, int order, double x, dou
         kernel_keep(s->layers, a, kernel_halves(s, order, x, unit, a), wish);
     }
     for (int a = 0; a < s->n; a += WIDE) {
-        struct kernel_change v =
-            s->layers ? kernel_kept(s->layers, a, wish) : kernel_halves(s, order, x, unit, a);
+        struct kernel_change v = s->layers ? kernel_kept(s->layers, a, wish) : kernel_halves(s, order, x, unit, a);
         kernel_sum(wide_get(from->phi + a), v.phi + wide_get(from->phi_low + a), to->phi + a, to->phi_low + a);
         kernel_sum(wide_get(from->rate + a), v.rate + wide_get(from->rate_low + a), to->rate + a, to->rate_low + a);
     }
@@ -336,7 +335,8 @@ LANES_INLINE bits8 kernel_sizes(const struct jets_system *s, int order) {
     bits8 x[KERNEL_SIZES], pair[4], four[2];
     for (int i = 0; i < KERNEL_SIZES; i++) x[i] = (bits8){0};
     for (int tile = 0; tile < s->tiles; tile++) {
-        const double *first = s->rate + (size_t)tile * s->tile, *last = first + (size_t)(order + 1 - KERNEL_SIZES) * s->stride;
+        const double *first = s->rate + (size_t)tile * s->tile,
+                     *last = first + (size_t)(order + 1 - KERNEL_SIZES) * s->stride;
         for (int i = 0; i < KERNEL_SIZES; i++) {
             const double *row = i < KERNEL_SIZES / 2 ? first : last;
             x[i] = kernel_larger(x[i], (bits8)lanes8_abs(lanes8_get(row + (size_t)i * s->stride)));

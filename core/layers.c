@@ -190,7 +190,8 @@ static void layers_link(struct layers *l, const struct pend_tree *tree, const st
     }
 }
 
-/* what no step changes, of leaves all but the share in their parents; an empty lane has a mass, to be divided by, but no length */
+/* what no step changes, of leaves all but the share in their parents; an empty lane has a mass, to be divided by, but
+ * no length */
 static void layers_furnish(struct layers *l, const struct pend_tree *tree) {
     for (int i = 0; i < l->count * LAYER_ARMS; i++) {
         double *at = l->numbers + pend_layers_place(i);

@@ -1,4 +1,4 @@
-/* A bushy tree by height: arms in layers, leaves first, each layer in blocks of eight arms that do not touch each other.
+/* A bushy tree by height: leaves first, layer after layer, each in blocks of eight arms that do not touch each other.
  * Leaves to others: the arithmetic (layers_kernel), memory (jets), trees that are deep or crowded (blocks).
  * Invariant: depends on the tree's shape alone; an arm's first child, one of its highest, has the arm's own lane. */
 #ifndef PEND_LAYERS_H
@@ -11,12 +11,14 @@
 /*
  * Rows of a block, eight numbers each.
  *
- * LEAN .. STIFF       as in jets_system; GRIP: Z and C times the parent's lean, COSINE, SINE, PART: 1 over the length
+ * WEIGHT .. STIFF     as in jets_system; GRIP: Z, and C times the parent's lean; PART: 1 over the length
  * KNOWN               known force across each arm, over the order
  * BIAS, PUSH          f, h
  * ASKED, GIVEN        what the parent adds to its h for the arm, and takes from its known force for it
- * FIRST               known force less what the children but the first take: what the first feels across
+ * FIRST               known force less what the children but the first take: what the first feels across; before the
+ *                     orders it holds m and sums of S Z^2, FIRST_LEAN sums of S C Z, of the same children
  * RADIAL, TANGENTIAL  acceleration of the tip; before it is known TANGENTIAL holds what stays of it
+ * MASS, LENGTH, EFF   for the factorization
  */
 // clang-format off
 #define LAYER_ROWS(X) \
@@ -27,8 +29,8 @@
 
 enum {
     LAYER_ARMS = 8,
-    LAYERS_MAX = 64,  /* layers, and children of an arm: more than either is left to blocks */
-    LAYERS_CHILDREN = 16,
+    LAYERS_MAX = 64,      /* layers: trees with more are left to blocks */
+    LAYERS_CHILDREN = 16, /* of one arm: the same */
     LAYERS_CHANGES = 4,
 #define X(name) LAYER_##name,
     LAYER_ROWS(X)
@@ -40,10 +42,10 @@ enum {
 
 /* A place is an index from `numbers`: of lane i of block b it is b LAYER_NUMBERS + i. */
 struct layer_block {
-    int leaves;        /* nothing hangs on any of its arms */
-    int below, above;  /* the blocks of its arms' first children, and of the parents of its first children */
-    int first, end;    /* its joints' further children, by rank */
-    int aligned;       /* all of its arms are first children, and no lane is empty */
+    int leaves;              /* nothing hangs on any of its arms */
+    int below, above;        /* the blocks of its arms' first children, and of the parents of its first children */
+    int first, end;          /* its joints' further children, by rank */
+    int aligned;             /* all of its arms are first children, and no lane is empty */
     int parents[LAYER_ARMS]; /* places; the pivot's for an empty lane */
     int shares[LAYER_ARMS];  /* places of what the arms feel across */
 };
@@ -53,10 +55,11 @@ struct layer_rank {
     int children[LAYER_ARMS];
 };
 
-/* The last block is the cap: the topmost arms, parents before children, which may hang on each other. One more block, after the last, is the pivot's. */
+/* The last block is the cap: the topmost arms, parents before children, which may hang on each other. One more block,
+ * after the last, is the pivot's. */
 struct layers {
     int count, ranks;
-    double *numbers; /* count + 1 blocks of LAYER_NUMBERS, and a row a rank */
+    double *numbers;   /* count + 1 blocks of LAYER_NUMBERS, and two rows a rank */
     double *up, *down; /* answers of the cap's arms to a unit at each of them */
     struct layer_block *block;
     struct layer_rank *rank;
