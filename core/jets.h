@@ -1,7 +1,6 @@
 /* Power series in time of a moving tree: rates and arm forces about one instant, to any order, O(n) an order.
  * Leaves to others: step sizes, sums over steps, dense output (method_taylor).
- * Invariant: no allocation; coefficients in tiles of 8 arms, all orders of a tile together: arms in the tree's stored
- * order, or of a tree in layers in the order of their seats.
+ * Invariant: no allocation; coefficients in tiles of 8 arms, all orders of a tile together.
  */
 #ifndef PEND_JETS_H
 #define PEND_JETS_H
