@@ -29,6 +29,7 @@ LANES_INLINE wide wide_add(wide x, wide y) { return x + y; }
 LANES_INLINE wide wide_sub(wide x, wide y) { return x - y; }
 LANES_INLINE wide wide_mul(wide x, wide y) { return x * y; }
 #include "core/blocks_kernel.h"
+#include "core/layers_kernel.h"
 #include "core/strand_kernel.h"
 
 #define LANES 2
@@ -56,11 +57,14 @@ static void kernel_orders(const struct jets_system *s, const struct jets_state *
         WIDE_(sincos)(wide_get(s->angle + a), wide_get(s->angle_low + a), &sine, &cosine);
         wide_put(s->sine + a, sine);
         wide_put(s->cosine + a, cosine);
-        wide_put(s->rate + jets_row(s, a), wide_get(state->rate + a) * unit);
+        if (!s->layers) wide_put(s->rate + jets_row(s, a), wide_get(state->rate + a) * unit);
     }
+    for (int k = 0; k < s->n && s->layers; k++) s->rate[jets_row(s, s->layers->seat[k])] = state->rate[k] * unit;
     gravity *= unit * unit;
     if (s->strand)
         strand_orders(s, gravity, order);
+    else if (s->layers)
+        layers_orders(s, gravity, order);
     else if (s->n > 8)
         blocks_orders(s, gravity, order);
     else if (s->n > 4)
@@ -111,8 +115,11 @@ LANES_INLINE struct values_change kernel_halves(const struct jets_system *s, int
 
 LANES_INLINE void kernel_advance_some(const struct jets_system *s, int order, double x, double unit,
                                       const struct jets_state *from, const struct jets_state *to, int arms) {
+    struct values_wish wish = {0, 0};
+    int seats = arms == 8 ? jets_seats(s) : 0;
+    for (int a = 0; a < seats; a += WIDE) values_keep(s->layers, a, kernel_halves(s, order, x, unit, a, arms), wish);
     for (int a = 0; a < s->n; a += WIDE) {
-        struct values_change v = kernel_halves(s, order, x, unit, a, arms);
+        struct values_change v = seats ? values_kept(s->layers, a, wish) : kernel_halves(s, order, x, unit, a, arms);
         kernel_sum(wide_get(from->phi + a), v.phi + wide_get(from->phi_low + a), to->phi + a, to->phi_low + a);
         kernel_sum(wide_get(from->rate + a), v.rate + wide_get(from->rate_low + a), to->rate + a, to->rate_low + a);
     }
@@ -161,7 +168,8 @@ LANES_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int o
     // compared as integers: the order is the same, and what is not finite is largest
     bits8 x[KERNEL_SIZES], pair[4], four[2];
     for (int i = 0; i < KERNEL_SIZES; i++) x[i] = (bits8){0};
-    for (int a = 0; a < s->n; a += 8) {
+    int last = s->layers ? jets_seats(s) : s->n;
+    for (int a = 0; a < last; a += 8) {
         for (int i = 0; i < KERNEL_SIZES; i++)
             x[i] =
                 kernel_larger(x[i], (bits8)lanes8_abs(kernel_rates(kernel_term(s, order, i) + jets_row(s, a), arms)));
@@ -184,9 +192,10 @@ LANES_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int o
 #else
 LANES_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int order, int arms) {
     struct kernel_terms terms;
+    int last = s->layers ? jets_seats(s) : s->n;
     for (int i = 0; i < KERNEL_SIZES; i++) {
         wide most = wide_of(0), poison = wide_of(0);
-        for (int a = 0; a < s->n; a += WIDE) {
+        for (int a = 0; a < last; a += WIDE) {
             wide x = kernel_rates(kernel_term(s, order, i) + jets_row(s, a), arms);
             most = WIDE_(peak)(x, most);
             poison += x * 0;
