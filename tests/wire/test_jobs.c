@@ -283,23 +283,30 @@ static double until_idle(const struct test_server *server) {
     return test_clock() - begin;
 }
 
+enum { DISMISSALS = 8 };
+
+/* the least of some times tells how a worker hears of it: a beat of its lease would come after 0.25 s on average, and
+ * how long a busy machine takes to run those who hear is not tested here */
 static void a_dismissal(struct place *place) {
     char id[ID + 1], path[64];
     struct test_reply reply;
+    double least[2] = {20, 20};
     struct test_server *one = place_serve(place, "api", "1", NULL, NULL);
     struct test_server *two = place_serve(place, "all", "1", NULL, NULL);
-    for (int i = 0; i < 2 && one && two; i++) {
+    for (int i = 0; i < DISMISSALS && one && two; i++) {
         CHECK_INT(submit(one, "/v1/trajectories", ASYNC, ask_long(1e6), id), 202);
         for (double end = test_clock() + 20; ask_metric(two, "pendulumd_workers_busy") < 1 && test_clock() < end;)
             test_sleep(0.01);
         CHECK_INT((int)ask_metric(two, "pendulumd_workers_busy"), 1);
         snprintf(path, sizeof path, "/v1/jobs/%s", id);
         /* here, and in another process */
-        CHECK_INT(test_request(i ? one : two, &reply, "DELETE", path, "", NULL), 200);
+        CHECK_INT(test_request(i % 2 ? one : two, &reply, "DELETE", path, "", NULL), 200);
         test_reply_clear(&reply);
         double seconds = until_idle(two);
         CHECK_SAYING(seconds < 5, "it ran on for %.3f s", seconds);
+        if (seconds < least[i % 2]) least[i % 2] = seconds;
     }
+    for (int i = 0; i < 2; i++) CHECK_SAYING(least[i] < 0.05, "it ran on for %.3f s at least", least[i]);
     test_server_stop(&one);
     test_server_stop(&two);
 }
