@@ -16,6 +16,7 @@
 /* Each statement, in the dialect that both databases share. */
 #define STATEMENTS(X)                                                                                                  \
     X(BEGIN, "{begin}")                                                                                                \
+    X(READ, "{read}")                                                                                                  \
     X(COMMIT, "COMMIT")                                                                                                \
     X(ROLLBACK, "ROLLBACK")                                                                                            \
     X(SAVE, "SAVEPOINT one")                                                                                           \
