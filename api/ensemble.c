@@ -102,9 +102,9 @@ static void check_size(struct api_ensemble *e, const struct api_reading *reading
     e->numbers = (long)api_table_numbers(table, 0);
     if (trajectory && rows > limits->samples) {
         api_value_fault(reading->root, reading->problem,
-                        "asks for %.15g rows, instants times members, more than the limit max-samples of %.0f: ask for "
+                        "asks for %.15g rows, instants times members, more than the limit %s of %.0f: ask for "
                         "fewer of either at a time",
-                        rows, limits->samples);
+                        rows, api_limits_name(limits, &limits->samples), limits->samples);
         return;
     }
     if ((double)api_ensemble_rows(e) * (double)e->numbers > member_numbers) {
@@ -119,9 +119,9 @@ static void check_size(struct api_ensemble *e, const struct api_reading *reading
     double cost = api_ensemble_cost(e, e->members.count);
     if (cost > limits->compute_seconds)
         api_value_fault(reading->root, reading->problem,
-                        "would take about %.3g s, more than the limit max-compute-seconds of %.0f: ask for fewer "
+                        "would take about %.3g s, more than the limit %s of %.0f: ask for fewer "
                         "members, a shorter time or a looser tolerance at a time",
-                        cost, limits->compute_seconds);
+                        cost, api_limits_name(limits, &limits->compute_seconds), limits->compute_seconds);
 }
 
 static enum pend_status read_parts(struct api_ensemble *e, const struct api_reading *reading) {

@@ -1,6 +1,7 @@
 /* Every limit of a request in one table: name, default, allowed range, unit and meaning.
  * Leaves to others: where the values come from (server/config), who enforces them (op_*, server/admission).
- * Invariant: the help, the OpenAPI document and the error texts name a limit by the name in this table. */
+ * Invariant: the help, the OpenAPI document and the error texts name a limit by the name in this table, or by that of
+ * the option that widens it for jobs. */
 #ifndef API_LIMITS_H
 #define API_LIMITS_H
 
@@ -21,6 +22,7 @@ struct api_limits {
 #define X(field, name, start, least, most, unit, meaning) double field;
     API_LIMITS_LIST(X)
 #undef X
+    int of_jobs; /* they are those of jobs, some of which have names of their own */
 };
 
 struct api_limit_row {
@@ -34,6 +36,9 @@ void api_limits_init(struct api_limits *limits);
 
 /** Row i of the table, or NULL beyond its end. */
 const struct api_limit_row *api_limits_row(int i);
+
+/** The name by which texts call the limit that a field of `limits` is: "max-members", of jobs "max-job-members". */
+const char *api_limits_name(const struct api_limits *limits, const double *field);
 
 /** The value of row i in limits, for reading and for setting. */
 double *api_limits_value(struct api_limits *limits, int i);

@@ -146,11 +146,10 @@ static enum pend_status read_variations(struct api_members *members, const struc
 
 static void check_count(double count, const struct api_value *value, const struct reading *reading) {
     if (count <= reading->limits->members) return;
-    api_value_fault(
-        value, reading->problem,
-        "makes %.15g members, more than the limit max-members of %.0f: ask for fewer, or for parts of it in "
-        "several requests",
-        count, reading->limits->members);
+    api_value_fault(value, reading->problem,
+                    "makes %.15g members, more than the limit %s of %.0f: ask for fewer, or for parts of it in "
+                    "several requests",
+                    count, api_limits_name(reading->limits, &reading->limits->members), reading->limits->members);
 }
 
 enum { AXES_MOST = 8 };

@@ -88,8 +88,8 @@ static long forces_count(struct forces *forces, const struct api_reading *readin
         return 0;
     }
     if ((double)count <= reading->limits->samples) return count;
-    api_value_fault(&many, problem, "has %ld states, more than the limit max-samples of %.0f: ask for fewer at a time",
-                    count, reading->limits->samples);
+    api_value_fault(&many, problem, "has %ld states, more than the limit %s of %.0f: ask for fewer at a time", count,
+                    api_limits_name(reading->limits, &reading->limits->samples), reading->limits->samples);
     return 0;
 }
 

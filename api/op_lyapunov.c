@@ -30,6 +30,7 @@ struct lyapunov {
     struct api_table table;
     const struct api_format *format;
     double step_cap;
+    const char *step_name; /* of the limit */
 
     /* once it runs */
     struct pend_lyapunov *exponents;
@@ -116,6 +117,7 @@ static enum pend_status lyapunov_read(void **state, const struct api_reading *re
     if (!lyapunov) return PEND_NO_MEMORY;
     lyapunov->format = reading->format;
     lyapunov->step_cap = reading->limits->steps;
+    lyapunov->step_name = api_limits_name(reading->limits, &reading->limits->steps);
     enum pend_status status = lyapunov_read_parts(lyapunov, reading);
     if (status == PEND_OK) status = lyapunov_check_size(lyapunov, reading);
     if (status != PEND_OK) lyapunov_free(state);
@@ -148,10 +150,9 @@ static enum pend_status lyapunov_begin(struct lyapunov *lyapunov, struct api_buf
     lyapunov->interval = lyapunov->duration / (double)lyapunov->table.rows / a_row;
     double skip = ceil(lyapunov->transient / lyapunov->interval);
     if (!(a_row * (double)lyapunov->table.rows + skip < lyapunov->step_cap))
-        return pend_fail(
-            error, PEND_TOO_MANY_STEPS, -1, 0,
-            "this takes at least %.3g steps, more than the limit max-steps of %.0f: ask for a shorter time",
-            a_row * (double)lyapunov->table.rows + skip, lyapunov->step_cap);
+        return pend_fail(error, PEND_TOO_MANY_STEPS, -1, 0,
+                         "this takes at least %.3g steps, more than the limit %s of %.0f: ask for a shorter time",
+                         a_row * (double)lyapunov->table.rows + skip, lyapunov->step_name, lyapunov->step_cap);
     lyapunov->a_row = (long)a_row;
     lyapunov->skip = (long)skip;
     lyapunov->column[0] = malloc(ROWS * width * sizeof(double));
@@ -193,8 +194,8 @@ static enum pend_status lyapunov_piece(struct lyapunov *lyapunov, struct api_buf
     PEND_TRY(pend_lyapunov_go(lyapunov->exponents, steps > 0 ? steps : 1, &over, error));
     if ((double)pend_lyapunov_steps(lyapunov->exponents) > lyapunov->step_cap)
         return pend_fail(error, PEND_TOO_MANY_STEPS, -1, 0,
-                         "more steps than the limit max-steps of %.0f: ask for a shorter time or fewer exponents",
-                         lyapunov->step_cap);
+                         "more steps than the limit %s of %.0f: ask for a shorter time or fewer exponents",
+                         lyapunov->step_name, lyapunov->step_cap);
     return over ? lyapunov_step(lyapunov, out, error) : PEND_OK;
 }
 

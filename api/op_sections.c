@@ -30,6 +30,7 @@ struct sections {
     struct api_table table;
     const struct api_format *format;
     double step_cap;
+    const char *step_name; /* of the limit */
 
     /* once it runs */
     struct pend_section *section;
@@ -141,6 +142,7 @@ static enum pend_status sections_read(void **state, const struct api_reading *re
     if (!sections) return PEND_NO_MEMORY;
     sections->format = reading->format;
     sections->step_cap = reading->limits->steps;
+    sections->step_name = api_limits_name(reading->limits, &reading->limits->steps);
     enum pend_status status = sections_read_parts(sections, reading);
     if (status == PEND_OK) status = sections_check_size(sections, reading);
     if (status != PEND_OK) sections_free(state);
@@ -208,8 +210,8 @@ static enum pend_status sections_search(struct sections *sections, struct api_bu
     if (found == PEND_FOUND_END) sections->until = sections->duration;
     if ((double)pend_section_steps(sections->section) > sections->step_cap)
         return pend_fail(error, PEND_TOO_MANY_STEPS, -1, 0,
-                         "more steps than the limit max-steps of %.0f: ask for a shorter time or fewer passages",
-                         sections->step_cap);
+                         "more steps than the limit %s of %.0f: ask for a shorter time or fewer passages",
+                         sections->step_name, sections->step_cap);
     if (found != PEND_FOUND_END && sections->count < sections->table.rows) return PEND_OK;
     sections->found_all = 1;
     sections->table.rows = sections->count;

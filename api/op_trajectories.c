@@ -49,6 +49,7 @@ struct trajectory {
     struct api_table table;
     const struct api_format *format;
     long step_cap;
+    const char *step_name;  /* of the limit */
     double trust_tolerance; /* rad, 0 = not wanted */
     double until;           /* of its progress: where this part of a job ends; 1 = it is the last, or all */
     double earlier;         /* s, of the parts before */
@@ -141,6 +142,7 @@ static enum pend_status trajectory_read(void **state, const struct api_reading *
     if (!trajectory) return PEND_NO_MEMORY;
     trajectory->format = reading->format;
     trajectory->step_cap = (long)reading->limits->steps;
+    trajectory->step_name = api_limits_name(reading->limits, &reading->limits->steps);
     trajectory->until = 1;
     enum pend_status status = trajectory_read_parts(trajectory, reading);
     if (status == PEND_OK) status = trajectory_check_size(trajectory, reading);
@@ -203,11 +205,11 @@ static enum pend_status trajectory_compare(struct trajectory *trajectory, struct
 }
 
 /* names the limit behind a failure, and the way out */
-static void name_limit(enum pend_status status, struct pend_error *error) {
+static void name_limit(const struct trajectory *trajectory, enum pend_status status, struct pend_error *error) {
     size_t used = strlen(error->text);
     if (status == PEND_TOO_MANY_STEPS)
-        snprintf(error->text + used, sizeof error->text - used,
-                 " (max-steps): ask for a shorter time or a looser tolerance");
+        snprintf(error->text + used, sizeof error->text - used, " (%s): ask for a shorter time or a looser tolerance",
+                 trajectory->step_name);
 }
 
 /* the next samples, as many as a piece of work gives */
@@ -215,7 +217,7 @@ static enum pend_status trajectory_block(struct trajectory *trajectory, struct a
                                          struct pend_error *error) {
     struct api_samples *samples = trajectory->samples;
     enum pend_status status = pend_run_next(trajectory->run, &samples->samples, piece, computed, error);
-    name_limit(status, error);
+    name_limit(trajectory, status, error);
     PEND_TRY(status);
     api_samples_derive(samples);
     return api_writer_block(trajectory->writer, samples->samples.count, samples->column, out, error);

@@ -55,9 +55,8 @@ static void grid_by_count(const struct grid *grid, struct pend_times *times) {
 
 static void fault_count(const struct api_value *value, double count, const struct api_limits *limits,
                         struct api_problem *problem) {
-    api_value_fault(value, problem,
-                    "asks for %.15g instants, more than the limit max-samples of %.0f: ask for fewer at a time", count,
-                    limits->samples);
+    api_value_fault(value, problem, "asks for %.15g instants, more than the limit %s of %.0f: ask for fewer at a time",
+                    count, api_limits_name(limits, &limits->samples), limits->samples);
 }
 
 /* faults a step that leads away from stop, or to too many instants */

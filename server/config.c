@@ -443,6 +443,7 @@ static double config_wider(double of_requests, double of_jobs) { return of_reque
 
 struct api_limits srv_config_job_limits(const struct srv_config *config) {
     struct api_limits limits = config->limits;
+    limits.of_jobs = 1;
     limits.members = config_wider(limits.members, config->job_members);
     limits.samples = config_wider(limits.samples, config->job_samples);
     limits.steps = config_wider(limits.steps, config->job_steps);

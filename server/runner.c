@@ -9,10 +9,11 @@
 #include <sys/random.h>
 #include <unistd.h>
 
-#include "api/part.h"
 #include "server/clock.h"
 #include "server/events.h"
+#include "server/stint.h"
 #include "server/storage.h"
+#include "server/survey.h"
 
 /* What a slot is doing. */
 enum runner_state {
@@ -25,13 +26,6 @@ enum runner_state {
     RUNNER_RETRY    /* will ask again */
 };
 
-/* Why a slot's part is not to go on. */
-enum runner_stop {
-    RUNNER_GO_ON,
-    RUNNER_LOST, /* another has it, or its job is over */
-    RUNNER_BACK  /* it is to be given back */
-};
-
 /* A part that is held, or room for one. */
 struct runner_slot {
     struct srv_task task; /* first: a task is its slot */
@@ -39,7 +33,7 @@ struct runner_slot {
     struct srv_ask beat;
     struct srv_lease beaten; /* the lease that the beat is of; without its start */
     struct srv_runner *runner;
-    atomic_int stop; /* enum runner_stop */
+    struct srv_stint stint; /* who has the slot has this, but for its stop */
 
     /* under the lock, but for `lease` while it is being claimed */
     enum runner_state state, again; /* again: what is asked after RUNNER_RETRY */
@@ -47,15 +41,6 @@ struct runner_slot {
     int64_t at;      /* ns: when to ask again */
     int64_t beat_at; /* ns: when to hold it for longer */
     struct srv_lease lease;
-
-    /* who has the slot has these */
-    char job[SRV_ID_BYTES]; /* whose request is kept; "" = none */
-    void *request;
-    size_t request_bytes;
-    struct api_part *part;
-    struct api_buffer out, carry; /* what is kept of it, and what the next part of a chain begins with */
-    int64_t spent;                /* ns of computation */
-    char message[SRV_MESSAGE_BYTES];
 };
 
 struct srv_runner {
@@ -64,15 +49,17 @@ struct srv_runner {
     int64_t lease_us;
     struct srv_lane lane; /* the queue's */
     struct srv_ask release;
+    struct srv_survey *survey; /* of the jobs whose parts are held */
     pthread_mutex_t lock;
     pthread_cond_t some;
     pthread_t thread;
     int started, over;
-    int wanted;       /* somebody should look whether there is a part */
-    int64_t poll_at;  /* ns: when to look without being told */
-    int64_t beat_all; /* ns: when news may have all held for longer again */
-    int64_t idle;     /* ns: since when there was nothing to do; 0 = there is, or nobody knows */
-    int draining;     /* 1 = no more claims, 2 = asked to give back, 3 = given back */
+    int wanted;        /* somebody should look whether there is a part */
+    int64_t poll_at;   /* ns: when to look without being told */
+    int doubt, asking; /* a job may have ended elsewhere; the survey is under way */
+    int64_t survey_at; /* ns: not before */
+    int64_t idle;      /* ns: since when there was nothing to do; 0 = there is, or nobody knows */
+    int draining;      /* 1 = no more claims, 2 = asked to give back, 3 = given back */
     int count;
     struct runner_slot slot[];
 };
@@ -80,16 +67,16 @@ struct srv_runner {
 enum {
     RUNNER_POLL_MS = 1000,
     RUNNER_AGAIN_MS = 200,
-    RUNNER_BEATS_MS = 50,
     RUNNER_BEAT_MS = 500,
-    RUNNER_CONTENDED_MS = 5,
-    RUNNER_KEEP = 1 << 20
+    RUNNER_SURVEY_MS = 20, /* from one survey to the next, however much news there is */
+    RUNNER_DEAF_MS = 50,   /* and where there is no news */
+    RUNNER_CONTENDED_MS = 5
 };
 
 static int64_t runner_ms(int ms) { return (int64_t)ms * 1000000; }
 
 /* how often a part is held for longer: well within its lease, and often enough to hear that its job was dismissed by
- * another process, where the store tells no news */
+ * another process, should that be news that got lost */
 static int64_t runner_beat_ns(const struct srv_runner *runner) {
     int64_t third = runner->lease_us * 1000 / 3;
     return third < runner_ms(RUNNER_BEAT_MS) ? third : runner_ms(RUNNER_BEAT_MS);
@@ -121,18 +108,19 @@ static enum srv_stored slot_claim(struct srv_store *store, struct srv_store_call
 
 static enum srv_stored slot_request(struct srv_store *store, struct srv_store_call *call) {
     struct runner_slot *slot = slot_of_ask((struct srv_ask *)call);
-    return srv_store_request(store, slot->lease.job, &slot->request, &slot->request_bytes);
+    return srv_store_request(store, slot->lease.job, &slot->stint.request, &slot->stint.request_bytes);
 }
 
 static enum srv_stored slot_finish(struct srv_store *store, struct srv_store_call *call) {
     struct runner_slot *slot = slot_of_ask((struct srv_ask *)call);
-    return srv_store_finish(store, &slot->lease, slot->out.data, slot->out.bytes,
-                            slot->carry.bytes ? slot->carry.data : NULL, slot->carry.bytes);
+    const struct api_buffer *out = &slot->stint.out, *carry = &slot->stint.carry;
+    return srv_store_finish(store, &slot->lease, out->data, out->bytes, carry->bytes ? carry->data : NULL,
+                            carry->bytes);
 }
 
 static enum srv_stored slot_fail(struct srv_store *store, struct srv_store_call *call) {
     struct runner_slot *slot = slot_of_ask((struct srv_ask *)call);
-    return srv_store_fail(store, &slot->lease, slot->message);
+    return srv_store_fail(store, &slot->lease, slot->stint.message);
 }
 
 static enum srv_stored slot_extend(struct srv_store *store, struct srv_store_call *call) {
@@ -160,14 +148,10 @@ static void slot_ask(struct runner_slot *slot, enum runner_state state) {
 
 /* the part is out of this slot's hands; called with the lock */
 static void slot_end(struct runner_slot *slot) {
-    api_part_free(&slot->part);
-    slot->out.bytes = 0;
-    if (slot->out.cap > RUNNER_KEEP) api_buffer_clear(&slot->out);
-    api_buffer_clear(&slot->carry);
+    srv_stint_drop(&slot->stint);
     srv_lease_clear(&slot->lease);
-    slot->spent = 0;
     slot->state = RUNNER_IDLE;
-    atomic_store(&slot->stop, RUNNER_GO_ON);
+    atomic_store(&slot->stint.stop, 0);
     slot->runner->wanted = 1;
     pthread_cond_signal(&slot->runner->some);
 }
@@ -184,10 +168,6 @@ static void slot_retry(struct runner_slot *slot, enum runner_state again) {
     slot->again = again;
     slot->at = srv_clock_now() + runner_ms(RUNNER_AGAIN_MS);
     pthread_cond_signal(&slot->runner->some);
-}
-
-static void slot_say(struct runner_slot *slot, const char *message) {
-    snprintf(slot->message, sizeof slot->message, "%s", message);
 }
 
 /* notes since when nothing was to be had, and nothing is held; called with the lock */
@@ -209,16 +189,15 @@ static void slot_claimed(struct runner_slot *slot, enum srv_stored stored) {
         return;
     }
     srv_events_news(runner->service->events);
-    /* where there was one there may be more */
+    /* where there was one there may be more; and it may have been dismissed since */
     runner->wanted = 1;
+    runner->doubt = 1;
     slot->beat_at = now + runner_beat_ns(runner);
     pthread_cond_signal(&runner->some);
     if (runner->draining) {
         slot_end(slot);
-    } else if (strcmp(slot->job, slot->lease.job)) {
-        free(slot->request);
-        slot->request = NULL;
-        slot->job[0] = 0;
+    } else if (strcmp(slot->stint.job, slot->lease.job)) {
+        srv_stint_forget(&slot->stint);
         slot_ask(slot, RUNNER_REQUEST);
     } else {
         slot_compute(slot);
@@ -230,10 +209,10 @@ static void slot_answered(struct runner_slot *slot, enum srv_stored stored) {
     enum runner_state asked = slot->state;
     struct srv_metrics *metrics = &slot->runner->service->metrics;
     if (stored == SRV_STORED && asked == RUNNER_REQUEST) {
-        snprintf(slot->job, sizeof slot->job, "%s", slot->lease.job);
+        memcpy(slot->stint.job, slot->lease.job, sizeof slot->stint.job);
         slot_compute(slot);
     } else if (stored == SRV_STORED_FULL && asked == RUNNER_FINISH) {
-        slot_say(slot, "the store's disk is full");
+        srv_stint_say(&slot->stint, "the store's disk is full");
         slot_ask(slot, RUNNER_FAIL);
     } else if (stored >= SRV_STORED_FULL) {
         slot_retry(slot, asked);
@@ -265,62 +244,29 @@ static void slot_beaten(struct srv_ask *beat) {
     slot->beating = 0;
     if (slot_holds(slot) && lease_same(&slot->lease, &slot->beaten)) {
         slot->beat_at = srv_clock_now() + (stored == SRV_STORED ? runner_beat_ns(runner) : runner_ms(RUNNER_AGAIN_MS));
-        if (stored == SRV_STORED_LOST) atomic_store(&slot->stop, RUNNER_LOST);
+        if (stored == SRV_STORED_LOST) atomic_store(&slot->stint.stop, 1);
     }
     pthread_cond_signal(&runner->some);
     pthread_mutex_unlock(&runner->lock);
 }
 
+/* what ended elsewhere is not computed on */
+static void runner_surveyed(struct srv_ask *ask) {
+    struct srv_runner *runner = ((struct srv_survey *)ask)->context;
+    int deaf = !srv_storage_hears(runner->service->storage);
+    pthread_mutex_lock(&runner->lock);
+    for (int i = 0; i < runner->count && ask->call.stored == SRV_STORED; i++)
+        if (slot_holds(&runner->slot[i]) && srv_survey_ended(runner->survey, runner->slot[i].lease.job))
+            atomic_store(&runner->slot[i].stint.stop, 1);
+    runner->survey->count = 0;
+    runner->asking = 0;
+    runner->doubt |= deaf;
+    runner->survey_at = srv_clock_now() + runner_ms(deaf ? RUNNER_DEAF_MS : RUNNER_SURVEY_MS);
+    pthread_cond_signal(&runner->some);
+    pthread_mutex_unlock(&runner->lock);
+}
+
 /* --- on a worker --- */
-
-static enum api_op_id runner_op(const char *name) {
-    int op = 0;
-    while (op < API_OP_COUNT && strcmp(api_op_at((enum api_op_id)op)->name, name)) op++;
-    return (enum api_op_id)op;
-}
-
-/* between two pieces of a part: does anybody wait for an answer? */
-static int slot_hurry(void *company) {
-    const struct runner_slot *slot = company;
-    struct srv_service *service = slot->runner->service;
-    srv_intake_look(&service->intake);
-    return srv_queue_shorter(service->queue, slot->task.level);
-}
-
-/* makes the part ready */
-static enum pend_status slot_begin(struct runner_slot *slot, struct pend_error *error) {
-    struct srv_service *service = slot->runner->service;
-    struct api_request request = {.op = runner_op(slot->lease.operation),
-                                  .content_type = "application/json",
-                                  .body = slot->request,
-                                  .body_bytes = slot->request_bytes};
-    if (request.op == API_OP_COUNT)
-        return pend_fail(error, PEND_INVALID, -1, 0, "this version does not know the operation '%.60s'",
-                         slot->lease.operation);
-    PEND_TRY(api_part_new(&slot->part, &request, &service->job_limits, slot->lease.shard, slot->lease.shards, error));
-    api_part_clock(slot->part, srv_clock_seconds, NULL);
-    api_part_hurry(slot->part, slot_hurry, slot);
-    if (!slot->lease.start) return PEND_OK;
-    return api_part_resume(slot->part, slot->lease.start, slot->lease.start_bytes, error);
-}
-
-/* one piece of a part */
-static enum pend_status slot_piece(struct runner_slot *slot, int *done, struct pend_error *error) {
-    double limit = slot->runner->service->job_limits.compute_seconds;
-    int64_t begin = srv_clock_now();
-    *done = 0;
-    if (!slot->part) PEND_TRY(slot_begin(slot, error));
-    enum pend_status status = api_part_run(slot->part, &slot->out, done, error);
-    if (status == PEND_OK && *done) status = api_part_carry(slot->part, &slot->carry);
-    slot->spent += srv_clock_now() - begin;
-    if (status == PEND_LIMIT && slot->out.bytes + slot->out.limit / 2 > slot->out.limit)
-        return pend_fail(error, status, -1, 0, "a part's results are larger than max-answer-bytes: %zu bytes",
-                         slot->out.limit);
-    if (status == PEND_OK && (double)slot->spent > 1e9 * limit)
-        return pend_fail(error, PEND_DEADLINE, -1, 0, "a part computed longer than max-job-seconds allows: %.15g s",
-                         limit);
-    return status;
-}
 
 /* the part is over, or is not to go on */
 static void slot_leave(struct runner_slot *slot, enum runner_state ask) {
@@ -333,35 +279,25 @@ static void slot_leave(struct runner_slot *slot, enum runner_state ask) {
     pthread_mutex_unlock(&runner->lock);
 }
 
-/* computes on until the part is over or somebody waits; returns 1 in that case */
-static int slot_turn(struct runner_slot *slot) {
-    struct pend_error error = {.text = ""};
-    int done = 0;
-    do {
-        if (atomic_load(&slot->stop)) {
-            slot_leave(slot, RUNNER_IDLE);
-            return 0;
-        }
-        if (slot_piece(slot, &done, &error) != PEND_OK) {
-            slot_say(slot, error.text);
-            slot_leave(slot, RUNNER_FAIL);
-            return 0;
-        }
-        if (done) {
-            api_part_free(&slot->part);
-            slot_leave(slot, RUNNER_FINISH);
-            return 0;
-        }
-    } while (!srv_queue_count(slot->runner->service->queue));
-    return 1;
-}
-
 static void slot_run(struct srv_task *task) {
     struct runner_slot *slot = (struct runner_slot *)task;
     struct srv_service *service = slot->runner->service;
     int64_t begin = srv_clock_now();
     atomic_fetch_add(&service->busy, 1);
-    if (slot_turn(slot)) srv_queue_again(service->queue, &slot->task);
+    switch (srv_stint_turn(&slot->stint, &slot->lease, slot->task.level)) {
+    case SRV_STINT_YIELDS:
+        srv_queue_again(service->queue, &slot->task);
+        break;
+    case SRV_STINT_STOPPED:
+        slot_leave(slot, RUNNER_IDLE);
+        break;
+    case SRV_STINT_DONE:
+        slot_leave(slot, RUNNER_FINISH);
+        break;
+    case SRV_STINT_FAILED:
+        slot_leave(slot, RUNNER_FAIL);
+        break;
+    }
     atomic_fetch_sub(&service->busy, 1);
     srv_metrics_count(&service->metrics.busy_ns, (unsigned long long)(srv_clock_now() - begin));
 }
@@ -390,9 +326,20 @@ static void runner_beat(struct runner_slot *slot, int64_t now) {
     srv_storage_ask(slot->runner->service->storage, SRV_ASK_WRITE, &slot->beat);
 }
 
+/* asks which of the jobs that it has parts of have ended */
+static void runner_survey(struct srv_runner *runner, int64_t now) {
+    if (runner->draining || runner->asking || !runner->doubt || now < runner->survey_at) return;
+    runner->doubt = 0;
+    for (int i = 0; i < runner->count; i++)
+        if (slot_holds(&runner->slot[i])) srv_survey_list(runner->survey, runner->slot[i].lease.job);
+    if (!runner->survey->count) return;
+    runner->asking = 1;
+    srv_storage_ask(runner->service->storage, SRV_ASK_READ, &runner->survey->ask);
+}
+
 static void runner_retry(struct runner_slot *slot, int64_t now) {
     if (slot->state != RUNNER_RETRY) return;
-    if (slot->runner->draining || atomic_load(&slot->stop))
+    if (slot->runner->draining || atomic_load(&slot->stint.stop))
         slot_end(slot);
     else if (now >= slot->at)
         slot_ask(slot, slot->again);
@@ -402,6 +349,7 @@ static void runner_retry(struct runner_slot *slot, int64_t now) {
 static int64_t runner_next(const struct srv_runner *runner, int64_t now) {
     int64_t next = now + runner_ms(RUNNER_POLL_MS);
     if (!runner->draining && runner->poll_at > now && runner->poll_at < next) next = runner->poll_at;
+    if (!runner->draining && runner->doubt && !runner->asking && runner->survey_at < next) next = runner->survey_at;
     for (int i = 0; i < runner->count; i++) {
         const struct runner_slot *slot = &runner->slot[i];
         if (slot_holds(slot) && !slot->beating && slot->beat_at < next) next = slot->beat_at;
@@ -419,6 +367,7 @@ static void *runner_main(void *context) {
             runner_beat(&runner->slot[i], now);
             runner_retry(&runner->slot[i], now);
         }
+        runner_survey(runner, now);
         runner_claim(runner, now);
         int64_t next = runner_next(runner, now);
         struct timespec until = {next / 1000000000, next % 1000000000};
@@ -450,6 +399,11 @@ enum pend_status srv_runner_new(struct srv_runner **runner, struct srv_service *
     struct srv_runner *made = *runner = calloc(1, sizeof *made + (size_t)slots * sizeof made->slot[0]);
     pthread_condattr_t clock;
     if (!made) return PEND_NO_MEMORY;
+    if (!(made->survey = srv_survey_new(slots, runner_surveyed, made))) {
+        free(made);
+        *runner = NULL;
+        return PEND_NO_MEMORY;
+    }
     made->service = service;
     made->count = slots;
     made->wanted = 1;
@@ -467,8 +421,7 @@ enum pend_status srv_runner_new(struct srv_runner **runner, struct srv_service *
         slot->task = (struct srv_task){.run = slot_run, .lane = &made->lane, .level = SRV_QUEUE_LEVELS - 1};
         slot->ask.done = slot_done;
         slot->beat = (struct srv_ask){.call = {.run = slot_extend}, .done = slot_beaten};
-        api_buffer_init(&slot->out, (size_t)service->config.limits.answer_bytes);
-        api_buffer_init(&slot->carry, (size_t)service->config.limits.answer_bytes);
+        srv_stint_init(&slot->stint, service);
     }
     return PEND_OK;
 }
@@ -490,10 +443,10 @@ void srv_runner_free(struct srv_runner **runner) {
     if (gone->started) pthread_join(gone->thread, NULL);
     for (int i = 0; i < gone->count; i++) {
         assert(gone->slot[i].state == RUNNER_IDLE && !gone->slot[i].beating);
-        free(gone->slot[i].request);
-        api_buffer_clear(&gone->slot[i].out);
-        api_buffer_clear(&gone->slot[i].carry);
+        srv_stint_clear(&gone->slot[i].stint);
     }
+    assert(!gone->asking);
+    free(gone->survey);
     pthread_cond_destroy(&gone->some);
     pthread_mutex_destroy(&gone->lock);
     free(gone);
@@ -502,16 +455,8 @@ void srv_runner_free(struct srv_runner **runner) {
 void srv_runner_news(void *context) {
     struct srv_runner *runner = context;
     pthread_mutex_lock(&runner->lock);
-    int64_t now = srv_clock_now();
     runner->wanted = 1;
-    /* a job may have been dismissed elsewhere: it is seen to at once, but not at each of much news */
-    int64_t at = runner->beat_all;
-    if (now >= at) {
-        at = now;
-        runner->beat_all = now + runner_ms(RUNNER_BEATS_MS);
-    }
-    for (int i = 0; i < runner->count; i++)
-        if (runner->slot[i].beat_at > at) runner->slot[i].beat_at = at;
+    runner->doubt = 1;
     pthread_cond_signal(&runner->some);
     pthread_mutex_unlock(&runner->lock);
 }
@@ -520,7 +465,7 @@ void srv_runner_dismiss(struct srv_runner *runner, const char *job) {
     pthread_mutex_lock(&runner->lock);
     for (int i = 0; i < runner->count; i++)
         if (slot_holds(&runner->slot[i]) && !strcmp(runner->slot[i].lease.job, job))
-            atomic_store(&runner->slot[i].stop, RUNNER_LOST);
+            atomic_store(&runner->slot[i].stint.stop, 1);
     pthread_mutex_unlock(&runner->lock);
 }
 
@@ -532,12 +477,12 @@ double srv_runner_idle(struct srv_runner *runner) {
 }
 
 int srv_runner_drain(struct srv_runner *runner) {
-    int busy = 0;
     pthread_mutex_lock(&runner->lock);
+    int busy = runner->asking;
     if (!runner->draining) runner->draining = 1;
     for (int i = 0; i < runner->count; i++) {
         struct runner_slot *slot = &runner->slot[i];
-        if (slot_holds(slot)) atomic_store(&slot->stop, RUNNER_BACK);
+        if (slot_holds(slot)) atomic_store(&slot->stint.stop, 1);
         busy |= slot->state != RUNNER_IDLE || slot->beating;
     }
     pthread_cond_signal(&runner->some);

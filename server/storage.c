@@ -11,6 +11,7 @@
 enum {
     MOST_TOGETHER = 64,
     SWEEP_MS = 1000,
+    MOST_PIECES = 17, /* of a sweep, in its second */
     LISTEN_MS = 500,
     READERS = 1,
     WRITERS = 1,
@@ -73,24 +74,40 @@ static int storage_take(struct srv_storage *storage, enum srv_ask_kind kind, int
     return count;
 }
 
-/* what is done once a second beside what is asked */
-static void storage_sweep(struct srv_storage *storage, struct srv_store *store, int64_t *looked) {
+/* What is done once a second beside what is asked: a round of pieces, between which others have their turn. */
+struct storage_round {
+    int64_t next;           /* ns: when a piece is due */
+    int64_t before, looked; /* us by the store's clock: when the rounds before this one and this one began */
+    int pieces;             /* that this one has had; 0 = it has not begun */
+};
+
+/* a piece of a sweep; 1 when the round has more */
+static int storage_piece(struct srv_storage *storage, struct srv_store *store, struct storage_round *round,
+                         enum srv_stored *stored) {
     struct srv_store_sweep sweep;
-    struct srv_store_figures figures;
-    int64_t before = *looked;
-    enum srv_stored stored = srv_store_sweep(store, looked, &sweep);
-    if (stored == SRV_STORED && (sweep.released || sweep.given_up)) {
+    int64_t looked = round->pieces ? round->before : round->looked;
+    if (!round->pieces) round->before = looked;
+    *stored = srv_store_sweep(store, &looked, &sweep);
+    if (*stored != SRV_STORED) return 0;
+    if (!round->pieces) round->looked = looked;
+    if (sweep.released || sweep.given_up) {
         srv_log_message(storage->log,
                         "%d parts of jobs were taken back from workers that fell silent, %d jobs given up",
                         sweep.released, sweep.given_up);
         storage->news(storage->context);
     }
-    for (int i = 0; i < 16 && stored == SRV_STORED && sweep.more; i++) {
-        int64_t same = before;
-        stored = srv_store_sweep(store, &same, &sweep);
-    }
+    return sweep.more && ++round->pieces < MOST_PIECES;
+}
+
+static void storage_sweep(struct srv_storage *storage, struct srv_store *store, struct storage_round *round) {
+    struct srv_store_figures figures;
+    enum srv_stored stored;
+    round->next = srv_clock_now();
+    if (storage_piece(storage, store, round, &stored)) return;
+    round->pieces = 0;
     if (stored == SRV_STORED) stored = srv_store_figures(store, &figures);
     storage_note(storage, store, stored);
+    round->next = srv_clock_now() + srv_clock_span(SWEEP_MS / 1000.0);
     if (stored != SRV_STORED) return;
     pthread_mutex_lock(&storage->lock);
     storage->figures = figures;
@@ -108,24 +125,21 @@ static void *storage_serve(void *context) {
     struct storage_desk *desk = context;
     struct srv_storage *storage = desk->storage;
     int most = desk->kind == SRV_ASK_WRITE ? srv_store_batch(desk->store) : 1;
-    int64_t second = srv_clock_span(SWEEP_MS / 1000.0), sweep = srv_clock_now();
-    int64_t looked = 0;
+    int64_t second = srv_clock_span(SWEEP_MS / 1000.0);
+    struct storage_round round = {.next = srv_clock_now()};
     struct srv_store_call *call[MOST_TOGETHER];
     int count;
     if (most > MOST_TOGETHER) most = MOST_TOGETHER;
     do {
-        count = storage_take(storage, desk->kind, most, desk->kind == SRV_ASK_WRITE ? sweep : srv_clock_now() + second,
-                             call);
+        count = storage_take(storage, desk->kind, most,
+                             desk->kind == SRV_ASK_WRITE ? round.next : srv_clock_now() + second, call);
         if (count) srv_store_together(desk->store, call, count);
         for (int i = 0; i < count; i++) {
             storage_note(storage, desk->store, call[i]->stored);
             ((struct srv_ask *)call[i])->done((struct srv_ask *)call[i]);
         }
         /* what waited goes first: it may hold parts for longer whose leases a sweep would end */
-        int64_t now = srv_clock_now();
-        if (desk->kind == SRV_ASK_READ || now < sweep) continue;
-        storage_sweep(storage, desk->store, &looked);
-        sweep = srv_clock_now() + second;
+        if (desk->kind == SRV_ASK_WRITE && srv_clock_now() >= round.next) storage_sweep(storage, desk->store, &round);
     } while (count || !storage_over(storage));
     return NULL;
 }
@@ -241,6 +255,8 @@ enum srv_stored srv_storage_wait(struct srv_storage *storage, enum srv_ask_kind 
 }
 
 int srv_storage_here(const struct srv_storage *storage) { return !atomic_load(&storage->away); }
+
+int srv_storage_hears(const struct srv_storage *storage) { return storage->desk[THREADS - 1].runs; }
 
 struct srv_store_figures srv_storage_figures(struct srv_storage *storage) {
     pthread_mutex_lock(&storage->lock);

@@ -51,6 +51,9 @@ enum srv_stored srv_storage_wait(struct srv_storage *storage, enum srv_ask_kind 
 /** True while the store answers. */
 int srv_storage_here(const struct srv_storage *storage);
 
+/** False where nobody tells what other processes did, so that who wants to know it has to ask. */
+int srv_storage_hears(const struct srv_storage *storage);
+
 /** Figures as of a second or so ago. */
 struct srv_store_figures srv_storage_figures(struct srv_storage *storage);
 

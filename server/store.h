@@ -54,6 +54,7 @@ struct srv_job {
     char id[SRV_ID_BYTES], client[SRV_NAME_BYTES], operation[SRV_NAME_BYTES];
     enum srv_job_state state;
     long shards, done;
+    long taken; /* done, or held by a worker */
     int64_t created, started, finished, expires;
     int64_t now;     /* of the same clock, when this was read */
     long long bytes; /* of results */

@@ -1,23 +1,30 @@
 #include "server/sql.h"
 
+#include <assert.h>
 #include <endian.h>
 #include <libpq-fe.h>
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/socket.h>
 #include <time.h>
 
 /* the types that statements answer with, as PostgreSQL numbers them */
 enum { TYPE_BYTEA = 17, TYPE_INT8 = 20, TYPE_TEXT = 25 };
 enum { FIRST_WAIT_MS = 100, MOST_WAIT_MS = 5000 };
+/* nobody waits for a database longer than ANSWER_MS for an answer and CONNECT_S for a connection; a listener that hears
+ * nothing asks so often whether the line still holds */
+enum { ANSWER_MS = 10000, LISTEN_MS = 5000 };
+#define CONNECT_S "5"
 
 struct postgres_sql {
     struct srv_sql sql; /* first */
     PGconn *connection;
-    int64_t retry_ms; /* when a lost connection may be tried again */
-    int wait_ms;      /* from one try to the next */
-    int listening;
+    int64_t retry_ms;  /* when a lost connection may be tried again */
+    int wait_ms;       /* from one try to the next */
+    int silent;        /* it gave no answer in time */
+    int64_t listen_ms; /* when to say LISTEN, again */
     char kept[SRV_SQL_STATEMENTS];
 };
 
@@ -35,15 +42,47 @@ static void postgres_close(struct srv_sql *sql) {
 
 static void postgres_quiet(void *context, const char *message) { (void)context, (void)message; }
 
+/* waits until PQgetResult will not, or in vain; what was said goes out meanwhile */
+static int postgres_wait(PGconn *connection, int64_t until_ms) {
+    int unsent;
+    while ((unsent = PQflush(connection)) > 0 || (unsent == 0 && PQisBusy(connection))) {
+        int64_t left = until_ms - postgres_clock_ms();
+        struct pollfd waiting = {PQsocket(connection), (short)(POLLIN | (unsent ? POLLOUT : 0)), 0};
+        if (left <= 0) return 0;
+        if (poll(&waiting, 1, (int)left) > 0 && !PQconsumeInput(connection)) break;
+    }
+    return 1;
+}
+
+/* the answer to what was said, the first complaint of several; a line on which none comes in time is cut */
+static PGresult *postgres_answer(struct postgres_sql *own, int said) {
+    int64_t until_ms = postgres_clock_ms() + ANSWER_MS;
+    PGresult *answer = NULL, *next;
+    if (!said) return NULL;
+    for (;;) {
+        if (!own->silent && !postgres_wait(own->connection, until_ms)) {
+            own->silent = 1;
+            shutdown(PQsocket(own->connection), SHUT_RDWR);
+        }
+        if (!(next = PQgetResult(own->connection))) return answer;
+        int bad = answer && PQresultStatus(answer) == PGRES_FATAL_ERROR;
+        PQclear(bad ? next : answer);
+        if (!bad) answer = next;
+    }
+}
+
 /* what a connection is told first: a process that was stopped in the middle of a transaction must not hold its rows,
  * and nobody waits for them without end */
-static int postgres_settle(PGconn *connection) {
-    PGresult *result = PQexec(connection, "SET idle_in_transaction_session_timeout = 5000; SET lock_timeout = 5000;"
-                                          "SET synchronous_commit = on; SET client_min_messages = warning;"
-                                          "SET default_transaction_isolation = 'read committed'");
+static int postgres_settle(struct postgres_sql *own) {
+    if (PQsetnonblocking(own->connection, 1)) return 0;
+    PQsetNoticeProcessor(own->connection, postgres_quiet, NULL);
+    PGresult *result = postgres_answer(
+        own, PQsendQuery(own->connection, "SET idle_in_transaction_session_timeout = 5000; SET lock_timeout = 5000;"
+                                          "SET statement_timeout = 8000; SET synchronous_commit = on;"
+                                          "SET client_min_messages = warning;"
+                                          "SET default_transaction_isolation = 'read committed'"));
     int good = PQresultStatus(result) == PGRES_COMMAND_OK;
     PQclear(result);
-    PQsetNoticeProcessor(connection, postgres_quiet, NULL);
     return good;
 }
 
@@ -57,13 +96,21 @@ static PGconn *postgres_connect(const char *url) {
                                        "application_name",
                                        "dbname",
                                        NULL};
-    const char *const value[] = {"5", "5", "2", "3", "10000", "pendulumd", url, NULL};
+    const char *const value[] = {CONNECT_S, "5", "2", "3", "10000", "pendulumd", url, NULL};
     return PQconnectdbParams(word, value, 1);
+}
+
+/* notes what the database said last, or that it said nothing */
+static void postgres_complain(struct postgres_sql *own, const PGresult *result) {
+    static_assert(ANSWER_MS == 10000, "the limit is in a text");
+    srv_sql_complain(&own->sql, own->silent ? "the database gave no answer in 10 s"
+                                : result    ? PQresultErrorMessage(result)
+                                            : PQerrorMessage(own->connection));
 }
 
 /* notes why there is no connection, and when to try again */
 static void postgres_lost(struct postgres_sql *own) {
-    srv_sql_complain(&own->sql, PQerrorMessage(own->connection));
+    postgres_complain(own, NULL);
     own->wait_ms = !own->wait_ms ? FIRST_WAIT_MS : own->wait_ms < MOST_WAIT_MS / 2 ? 2 * own->wait_ms : MOST_WAIT_MS;
     own->retry_ms = postgres_clock_ms() + own->wait_ms;
 }
@@ -84,8 +131,7 @@ static enum pend_status postgres_open(struct srv_sql **sql, const char *url, str
     PQfreemem(said);
     if (status == PEND_OK) own->connection = postgres_connect(url);
     /* a database that is away now may come: then the connection is like one that was lost */
-    if (own->connection && (PQstatus(own->connection) != CONNECTION_OK || !postgres_settle(own->connection)))
-        postgres_lost(own);
+    if (own->connection && (PQstatus(own->connection) != CONNECTION_OK || !postgres_settle(own))) postgres_lost(own);
     if (status == PEND_OK)
         *sql = &own->sql;
     else
@@ -97,10 +143,11 @@ static enum pend_status postgres_open(struct srv_sql **sql, const char *url, str
 static int postgres_again(struct postgres_sql *own) {
     int64_t now = postgres_clock_ms();
     if (now < own->retry_ms) return 0;
+    own->silent = 0;
     PQreset(own->connection);
     memset(own->kept, 0, sizeof own->kept);
-    own->listening = 0;
-    if (PQstatus(own->connection) == CONNECTION_OK && postgres_settle(own->connection)) {
+    own->listen_ms = 0;
+    if (PQstatus(own->connection) == CONNECTION_OK && postgres_settle(own)) {
         own->wait_ms = 0;
         return 1;
     }
@@ -115,12 +162,12 @@ static enum srv_stored postgres_result(struct postgres_sql *own, const PGresult 
         enum srv_stored stored;
     } rows[] = {{"53100", SRV_STORED_FULL},  {"40", SRV_STORED_AGAIN}, {"55P03", SRV_STORED_AGAIN},
                 {"23505", SRV_STORED_AGAIN}, {"08", SRV_STORED_AWAY},  {"57P", SRV_STORED_AWAY},
-                {"57014", SRV_STORED_AGAIN}, {"53", SRV_STORED_AWAY},  {"25P03", SRV_STORED_AGAIN},
+                {"57014", SRV_STORED_AWAY},  {"53", SRV_STORED_AWAY},  {"25P03", SRV_STORED_AGAIN},
                 {"25006", SRV_STORED_AWAY}};
     ExecStatusType status = PQresultStatus(result);
     if (status == PGRES_COMMAND_OK || status == PGRES_TUPLES_OK) return SRV_STORED;
     const char *state = result ? PQresultErrorField(result, PG_DIAG_SQLSTATE) : NULL;
-    srv_sql_complain(&own->sql, result ? PQresultErrorMessage(result) : PQerrorMessage(own->connection));
+    postgres_complain(own, result);
     for (size_t i = 0; state && i < sizeof rows / sizeof *rows; i++)
         if (!strncmp(state, rows[i].state, strlen(rows[i].state))) return rows[i].stored;
     return !state || PQstatus(own->connection) != CONNECTION_OK ? SRV_STORED_AWAY : SRV_STORED_BROKEN;
@@ -187,21 +234,23 @@ static PGresult *postgres_ask(struct postgres_sql *own, int id, const char *text
     snprintf(name, sizeof name, "s%d", id);
     srv_sql_spell(&srv_sql_postgres, text, spelt);
     if (id < 0)
-        return PQexecParams(own->connection, spelt, count, values.type, values.data, values.bytes, values.binary, 1);
+        return postgres_answer(own, PQsendQueryParams(own->connection, spelt, count, values.type, values.data,
+                                                      values.bytes, values.binary, 1));
     if (!own->kept[id]) {
-        result = PQprepare(own->connection, name, spelt, count, values.type);
+        result = postgres_answer(own, PQsendPrepare(own->connection, name, spelt, count, values.type));
         if (PQresultStatus(result) != PGRES_COMMAND_OK) return result;
         PQclear(result);
         own->kept[id] = 1;
     }
-    return PQexecPrepared(own->connection, name, count, values.data, values.bytes, values.binary, 1);
+    return postgres_answer(
+        own, PQsendQueryPrepared(own->connection, name, count, values.data, values.bytes, values.binary, 1));
 }
 
 static enum srv_stored postgres_run(struct srv_sql *sql, int id, const char *text, const struct srv_value value[],
                                     int count, srv_row_fn *row, void *context) {
     struct postgres_sql *own = (struct postgres_sql *)sql;
     struct srv_value field[SRV_SQL_PARAMETERS];
-    if (PQstatus(own->connection) != CONNECTION_OK && (strcmp(text, "{begin}") || !postgres_again(own)))
+    if (PQstatus(own->connection) != CONNECTION_OK && (!srv_sql_begins(text) || !postgres_again(own)))
         return SRV_STORED_AWAY;
     PGresult *result = postgres_ask(own, id, text, value, count);
     enum srv_stored stored = postgres_result(own, result);
@@ -229,12 +278,12 @@ static int postgres_heard(struct postgres_sql *own) {
 static int postgres_listen(struct srv_sql *sql, int timeout_ms) {
     struct postgres_sql *own = (struct postgres_sql *)sql;
     int lost = PQstatus(own->connection) != CONNECTION_OK && !postgres_again(own);
-    if (!lost && !own->listening) {
-        PGresult *result = PQexec(own->connection, "LISTEN pendulumd");
-        own->listening = PQresultStatus(result) == PGRES_COMMAND_OK;
+    if (!lost && postgres_clock_ms() >= own->listen_ms) {
+        PGresult *result = postgres_answer(own, PQsendQuery(own->connection, "LISTEN pendulumd"));
+        lost = PQresultStatus(result) != PGRES_COMMAND_OK;
+        own->listen_ms = lost ? 0 : postgres_clock_ms() + LISTEN_MS;
         PQclear(result);
     }
-    lost = lost || !own->listening;
     struct pollfd waiting = {lost ? -1 : PQsocket(own->connection), POLLIN, 0};
     int heard = lost ? 0 : postgres_heard(own);
     if (!heard && poll(&waiting, 1, timeout_ms) > 0) heard = postgres_heard(own);
@@ -246,6 +295,7 @@ const struct srv_sql_driver srv_sql_postgres = {
     .batch = 1,
     .distant = 1,
     .begin = "BEGIN",
+    .read = "BEGIN",
     .now = "(extract(epoch from clock_timestamp()) * 1000000)::bigint",
     .lock = "FOR UPDATE",
     .skip = "FOR UPDATE SKIP LOCKED",

@@ -53,7 +53,8 @@ enum srv_stored srv_row_job(void *context, const struct srv_value field[]) {
     job->now = field[10].whole;
     job->bytes = field[11].whole;
     srv_row_text(&field[12], job->message, sizeof job->message);
-    if (rows->with_digest && field[13].bytes == SRV_DIGEST_BYTES)
-        memcpy(rows->digest, field[13].data, SRV_DIGEST_BYTES);
+    job->taken = (long)field[13].whole;
+    if (rows->with_digest && field[14].bytes == SRV_DIGEST_BYTES)
+        memcpy(rows->digest, field[14].data, SRV_DIGEST_BYTES);
     return SRV_STORED;
 }

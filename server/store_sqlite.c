@@ -15,15 +15,34 @@
 /* bytes of the disk that results leave alone, so that a full one has room for the ends of jobs; half of it for the log
  * of writes */
 enum { SQLITE_SPARE = 4 << 20 };
+enum { BUSY_MS = 5000, BUSY_NAP_US = 1000 };
 
 struct sqlite_sql {
     struct srv_sql sql; /* first */
     sqlite3 *db;
     sqlite3_stmt *kept[SRV_SQL_STATEMENTS];
-    int full;    /* the disk was, in the last transaction */
-    int ringing; /* others are to be woken, once it is committed */
-    int ear;     /* hears their rings; -1 = does not listen yet */
+    int full;        /* the disk was, in the last transaction */
+    int ringing;     /* others are to be woken, once it is committed */
+    int ear;         /* hears their rings; -1 = does not listen yet */
+    int64_t busy_ms; /* when it began to wait for another process that writes */
 };
+
+static int64_t sqlite_clock_ms(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+/* another process writes, for some milliseconds: SQLite's own handler naps up to a tenth of a second between two looks,
+ * and comes too late again and again where there is much to write */
+static int sqlite_busy(void *context, int tries) {
+    struct sqlite_sql *own = context;
+    const struct timespec nap = {0, BUSY_NAP_US * 1000};
+    if (!tries) own->busy_ms = sqlite_clock_ms();
+    if (sqlite_clock_ms() - own->busy_ms >= BUSY_MS) return 0;
+    nanosleep(&nap, NULL);
+    return 1;
+}
 
 /* the wall clock, in microseconds: SQLite's own has milliseconds */
 static void sqlite_now(sqlite3_context *context, int count, sqlite3_value **value) {
@@ -73,7 +92,7 @@ static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, struc
                            own->db ? sqlite3_errmsg(own->db) : "out of memory");
     } else {
         sqlite3_extended_result_codes(own->db, 1);
-        sqlite3_busy_timeout(own->db, 5000);
+        sqlite3_busy_handler(own->db, sqlite_busy, own);
         if (sqlite3_create_function(own->db, "now_us", 0, SQLITE_UTF8, NULL, sqlite_now, NULL, NULL) != SQLITE_OK ||
             sqlite3_create_function(own->db, "ring", 0, SQLITE_UTF8, own, sqlite_ring, NULL, NULL) != SQLITE_OK ||
             sqlite3_exec(own->db, sqlite_settings, NULL, NULL, &said) != SQLITE_OK)
@@ -177,7 +196,7 @@ static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text,
     struct srv_value field[SRV_SQL_PARAMETERS];
     enum srv_stored stored = SRV_STORED;
     int code = SQLITE_OK;
-    if (!strcmp(text, "{begin}")) sqlite_before(own);
+    if (srv_sql_begins(text)) sqlite_before(own);
     if (!*statement) {
         char spelt[SRV_SQL_TEXT];
         srv_sql_spell(&srv_sql_sqlite, text, spelt);
@@ -246,6 +265,7 @@ const struct srv_sql_driver srv_sql_sqlite = {
     .scheme = "sqlite:",
     .batch = 64,
     .begin = "BEGIN IMMEDIATE",
+    .read = "BEGIN",
     .now = "now_us()",
     .lock = "",
     .skip = "",

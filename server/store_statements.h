@@ -7,7 +7,8 @@
 #include "server/sql.h"
 
 #define JOB_COLUMNS                                                                                                    \
-    "id, client, operation, state, shards, done, created, started, finished, expires, {now}, bytes, message"
+    "id, client, operation, state, shards, done, created, started, finished, expires, {now}, bytes, message, "         \
+    "begun - waiting"
 /* whether a shard of a job can be claimed, once `waiting`, `begun` and `done` have these values */
 #define READY(waiting, begun, done)                                                                                    \
     "CASE WHEN " waiting " > 0 OR (" begun " < shards AND (chained = 0 OR " begun " = " done ")) THEN 1 ELSE 0 END"
@@ -15,6 +16,7 @@
 /* Each statement, in the dialect that both databases share. */
 #define STATEMENTS(X)                                                                                                  \
     X(BEGIN, "{begin}")                                                                                                \
+    X(READ, "{read}")                                                                                                  \
     X(COMMIT, "COMMIT")                                                                                                \
     X(ROLLBACK, "ROLLBACK")                                                                                            \
     X(SAVE, "SAVEPOINT one")                                                                                           \

@@ -29,7 +29,7 @@ TEST(limits_table_has_a_row_for_every_field) {
             CHECK(api_limits_value(&limits, i) != api_limits_value(&limits, rows));
         }
     }
-    CHECK_INT(rows, (long long)(sizeof limits / sizeof(double)));
+    CHECK_INT(rows, (long long)(offsetof(struct api_limits, of_jobs) / sizeof(double)));
     CHECK(!api_limits_row(-1));
 }
 
@@ -40,4 +40,17 @@ TEST(limits_are_set_through_their_row) {
         if (!strcmp(api_limits_row(i)->name, "max-arms")) *api_limits_value(&limits, i) = 7;
     CHECK(limits.arms == 7);
     CHECK(limits.samples == 1e7);
+}
+
+TEST(limits_of_jobs_are_called_by_the_names_of_their_own_options) {
+    struct api_limits limits;
+    api_limits_init(&limits);
+    CHECK_TEXT(api_limits_name(&limits, &limits.members), "max-members");
+    CHECK_TEXT(api_limits_name(&limits, &limits.depth), "max-json-depth");
+    limits.of_jobs = 1;
+    CHECK_TEXT(api_limits_name(&limits, &limits.members), "max-job-members");
+    CHECK_TEXT(api_limits_name(&limits, &limits.samples), "max-job-samples");
+    CHECK_TEXT(api_limits_name(&limits, &limits.steps), "max-job-steps");
+    CHECK_TEXT(api_limits_name(&limits, &limits.compute_seconds), "max-job-seconds");
+    CHECK_TEXT(api_limits_name(&limits, &limits.arms), "max-arms");
 }

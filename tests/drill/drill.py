@@ -33,6 +33,7 @@ FAULTS = {
     "poison": (faults.poison, BOTH, ("api", "worker"), faults.in_one_part, None, None),
     "database-restarted": (faults.database_restarted, ("postgres",), SPLIT, None, None, None),
     "connections-cut": (faults.connections_cut, ("postgres",), SPLIT, faults.through_proxies, None, None),
+    "connections-swallowed": (faults.connections_swallowed, ("postgres",), SPLIT, faults.through_proxies_timed, None, faults.tell_silence),
     "doubled": (faults.doubled, BOTH, ("api", "api", "worker"), None, None, None),
     "cancelled": (faults.cancelled, BOTH, SPLIT, faults.note_times, None, faults.tell_times),
     "disk-full": (faults.disk_full, BOTH, SPLIT, faults.on_small_disk, faults.off_small_disk, None),
@@ -82,7 +83,7 @@ def drill(build, name, kind, count, seconds, seed, right, keep):
     if tell and tell(house):
         more += f", {tell(house)}"
     bad = bool(lost or twice or wrong)
-    line = (f"{'FAIL' if bad else 'ok  '} {title:<32} {done:4d} rounds  {accepted:5d} accepted  {lost} lost  {twice} twice  {wrong} wrong"
+    line = (f"{'FAIL' if bad else 'ok  '} {title:<34} {done:4d} rounds  {accepted:5d} accepted  {lost} lost  {twice} twice  {wrong} wrong"
             f"  ({time.monotonic() - begin:.1f} s{more})")
     return int(not bad), int(bad), 0, "\n".join([line] + [f"       {text}" for text in complaints[:20]] + ([f"       seed {seed}"] if bad else []))
 

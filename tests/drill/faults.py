@@ -126,6 +126,43 @@ def connections_cut(house):
     house.finish(jobs)
 
 
+def connections_swallowed(house):
+    """The lines to the database stand and nothing comes back, for longer than anybody may wait: every process says that it
+    is not ready, and goes on when something comes."""
+    jobs = several(house)
+    house.nap(0, 0.3)
+    begin = time.monotonic()
+    for proxy in house.proxies:
+        proxy.freeze()
+    await_ready(house, 503, 25)
+    house.times.append(time.monotonic() - begin)
+    for proxy in house.proxies:
+        proxy.mend()
+    await_ready(house, 200, 30)
+    jobs.append(house.submit("walk"))
+    house.finish(jobs)
+
+
+def await_ready(house, wanted, seconds):
+    """Waits until /readyz of every process has that status."""
+    end = time.monotonic() + seconds
+    for daemon in house.daemons:
+        while (status := daemon.ask("GET", "/readyz")[0]) != wanted and time.monotonic() < end:
+            time.sleep(0.02)
+        if status != wanted:
+            house.wrong.append(f"/readyz of a {daemon.role} is {status} after {seconds} s, not {wanted}")
+
+
+def through_proxies_timed(house):
+    through_proxies(house)
+    note_times(house)
+
+
+def tell_silence(house):
+    times = sorted(house.times)
+    return f"all said so after {times[len(times) // 2]:.1f} s in the median, {times[-1]:.1f} at most" if times else ""
+
+
 # --- clients
 
 def doubled(house):

@@ -133,6 +133,17 @@ int test_postgres_restart(struct test_postgres *postgres, int number) {
     return test_postgres_resume(postgres);
 }
 
+void test_postgres_freeze(const struct test_postgres *postgres, int frozen) {
+    char path[64];
+    int child, number = frozen ? SIGSTOP : SIGCONT;
+    /* it first, so that it has no more children than are read */
+    kill(postgres->pid, number);
+    snprintf(path, sizeof path, "/proc/%d/task/%d/children", (int)postgres->pid, (int)postgres->pid);
+    FILE *children = fopen(path, "r");
+    while (children && fscanf(children, "%d", &child) == 1) kill(child, number);
+    if (children) fclose(children);
+}
+
 int test_postgres_run(const struct test_postgres *postgres, const char *command) {
     char *argv[] = {"psql", "-q", "-X", "-d", (char *)postgres->url, "-c", (char *)command, NULL};
     return !postgres_end(postgres_spawn(postgres, "psql", argv));

@@ -25,6 +25,10 @@ void test_postgres_halt(struct test_postgres *postgres, int number);
 /** Non-zero once it is there. */
 int test_postgres_resume(struct test_postgres *postgres);
 
+/** Stops all its processes where they are, or lets them go on: its sockets stand meanwhile and nothing comes from them.
+ */
+void test_postgres_freeze(const struct test_postgres *postgres, int frozen);
+
 /** Runs one command on it; non-zero when it went well. */
 int test_postgres_run(const struct test_postgres *postgres, const char *command);
 

@@ -1,9 +1,12 @@
-"""Jobs under load: members a second a core against the engine by itself, jobs accepted a second, from submit to start.
+"""Jobs under load: members a second a core against the engine by itself, jobs accepted a second, from submit to start,
+from DELETE to the end of the computation.
 
 Leaves to others: rows and failures (load.py), daemons and stores (servers.py, tests/drill). Invariant: traffic stays on
 loopback and Unix sockets; a store is on a disk, with its durability as it is shipped.
 """
 import contextlib
+import http.client
+import itertools
 import json
 import os
 import pathlib
@@ -11,6 +14,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 from servers import TOP, client, message
@@ -135,4 +139,70 @@ def start(load):
                  f"least {took[0]:.2f}, nine in ten below {took[len(took) * 9 // 10]:.2f}, most {took[-1]:.2f}")
 
 
-LINES = {"members": members, "dispatch": dispatch, "start": start}
+class Busy:
+    """Looks a thousand times a second whether workers compute, on a thread of its own."""
+
+    def __init__(self, daemons):
+        self.lines = [http.client.HTTPConnection("127.0.0.1", daemon.port, timeout=10) for daemon in daemons]
+        self.seen, self.begun, self.over = 0.0, 0.0, False  # when one was last busy, when the last look began
+        self.thread = threading.Thread(target=self.run, daemon=True)
+        self.thread.start()
+
+    def run(self):
+        while not self.over:
+            begun = time.monotonic()
+            for line in self.lines:
+                line.request("GET", "/metrics")
+                if b"\npendulumd_workers_busy 0\n" not in line.getresponse().read():
+                    self.seen = time.monotonic()
+            self.begun = begun
+            time.sleep(0.001)
+
+    def until_at_rest(self, since):
+        """Waits until nobody was seen to compute for a while; when that was last so."""
+        while self.begun < max(self.seen, since) + 0.15:
+            time.sleep(0.01)
+        return max(self.seen, since)
+
+    def close(self):
+        self.over = True
+        self.thread.join(10)
+        for line in self.lines:
+            line.close()
+
+
+STOPS = 200  # on each store, with each division of the work
+LONG = [("/v1/ensembles", MAP.replace(f'"count":{SIDE}', '"count":4000')),
+        ("/v1/trajectories", f'{{{DOUBLE},"times":{{"start":0,"stop":1000000,"count":3}}}}')]
+
+
+def cancel(load):
+    """From the first byte of a DELETE to its answer, and to the instant at which no worker computes any more."""
+    split = (("api", 1), ("worker", 2))
+    for kind, roles in (("sqlite", (("all", 2),)), ("sqlite", split), ("postgres", (("all", 2),)), ("postgres", split)):
+        name = f"{kind}, {' and '.join(role for role, _ in roles)}"
+        if kind == "postgres" and not postgres_programs():
+            load.skip(f"DELETE to the end, {name}", "postgresql is not installed")
+            continue
+        answered, ended = [], []
+        with house(load.BUILD, kind, roles) as (_, daemons), contextlib.closing(Busy(daemons)) as busy:
+            jobs = itertools.cycle(LONG)
+            for i in range(STOPS):
+                path, body = next(jobs)
+                _, headers, _ = daemons[0].ask("POST", path, body, ASYNC)
+                while json.loads(daemons[0].ask("GET", headers["Location"])[2])["status"] != "running":
+                    time.sleep(0.005)
+                time.sleep(0.05 + 0.37 * i / STOPS)
+                begin = time.monotonic()
+                status, _, text = daemons[0].ask("DELETE", headers["Location"])
+                answered.append(1e3 * (time.monotonic() - begin))
+                if status != 200:
+                    load.fail(f"DELETE, {name}: status {status}: {text[:300]}")
+                ended.append(1e3 * (busy.until_at_rest(begin) - begin))
+        for what, took in (("its answer", sorted(answered)), ("the end", sorted(ended))):
+            high = took[len(took) * 99 // 100]
+            load.row(f"DELETE to {what}, {name}", f"{high:.1f}", "100", f"{high / 100:.2f}x", "< 1x", "ms, of 99 in 100" + ("" if high < 100 else "   (short)"),
+                     f"median {statistics.median(took):.1f}, most {took[-1]:.1f}, of {len(took)}")
+
+
+LINES = {"members": members, "dispatch": dispatch, "start": start, "cancel": cancel}

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "tests/harness/postgres.h"
+#include "tests/harness/server.h"
 #include "tests/harness/test.h"
 
 static const struct srv_store_rules storage_rules = {.client_jobs = 100000,
@@ -152,6 +153,70 @@ TEST(a_store_that_goes_away_is_noticed_and_so_is_its_return) {
             here = srv_storage_here(setting.storage);
         }
         CHECK(here && setting.news > before);
+        setting_end(&setting);
+    }
+    test_postgres_stop(&postgres);
+}
+
+/* waits until the storage is here, or away; s that it took, -1 where it did not come to pass */
+static double storage_until(const struct setting *setting, int here, double seconds) {
+    double begin = test_clock();
+    while (srv_storage_here(setting->storage) != here && test_clock() < begin + seconds) test_sleep(0.01);
+    return srv_storage_here(setting->storage) == here ? test_clock() - begin : -1;
+}
+
+struct silence {
+    struct setting *setting;
+    enum srv_ask_kind kind;
+    struct submission submission;
+    enum srv_stored stored;
+    double seconds;
+};
+
+static void *silence_main(void *context) {
+    struct silence *own = context;
+    double begin = test_clock();
+    own->stored = srv_storage_wait(own->setting->storage, own->kind, &own->submission.ask);
+    own->seconds = test_clock() - begin;
+    return NULL;
+}
+
+/* the line stands and nothing comes: what was asked is answered when the limit of 10 s is over, and not before; whoever
+ * asks then waits for a connection at most; and it goes on when the database does */
+TEST(nobody_waits_for_a_database_that_is_silent_longer_than_the_limit) {
+    struct setting setting = {0};
+    struct silence silence[SRV_ASK_KINDS], later = {&setting, SRV_ASK_WRITE, {.id = "later"}, SRV_STORED, 0};
+    pthread_t thread[SRV_ASK_KINDS];
+    atomic_int none = 0;
+    if (access("/usr/lib/postgresql", F_OK)) {
+        test_skip("PostgreSQL is not installed");
+        return;
+    }
+    struct test_postgres *postgres = test_postgres_start();
+    REQUIRE(postgres);
+    if (setting_begin(&setting, test_postgres_url(postgres))) {
+        test_postgres_freeze(postgres, 1);
+        for (int i = 0; i < SRV_ASK_KINDS; i++) {
+            silence[i] = (struct silence){&setting, (enum srv_ask_kind)i, {.id = "j"}, SRV_STORED, 0};
+            silence[i].submission.ask.call.run = submission_run;
+            silence[i].submission.done = silence[i].submission.good = &none;
+            REQUIRE(!pthread_create(&thread[i], NULL, silence_main, &silence[i]));
+        }
+        for (int i = 0; i < SRV_ASK_KINDS; i++) {
+            pthread_join(thread[i], NULL);
+            CHECK_INT(silence[i].stored, SRV_STORED_AWAY);
+            CHECK_SAYING(silence[i].seconds > 5 && silence[i].seconds < 17, "it took %.1f s", silence[i].seconds);
+        }
+        CHECK(!srv_storage_here(setting.storage));
+        later.submission.ask.call.run = submission_run;
+        silence_main(&later);
+        CHECK_INT(later.stored, SRV_STORED_AWAY);
+        CHECK_SAYING(later.seconds < 8, "it took %.1f s", later.seconds);
+        int news = setting.news;
+        test_postgres_freeze(postgres, 0);
+        CHECK(storage_until(&setting, 1, 15) >= 0);
+        CHECK(setting.news > news);
+        CHECK_INT(srv_storage_wait(setting.storage, SRV_ASK_WRITE, &later.submission.ask), SRV_STORED);
         setting_end(&setting);
     }
     test_postgres_stop(&postgres);

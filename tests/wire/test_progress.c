@@ -1,0 +1,96 @@
+/* What a job says of its progress while it runs: the parts that are done, and the time that is left. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/wire/place.h"
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define ROWS "30" /* everything takes longer */
+#else
+#define ROWS "150"
+#endif
+#define LONG_MAP                                                                                                       \
+    "{\"pendulum\":" ASK_DOUBLE ",\"duration\":20,\"rtol\":1e-9,\"observables\":[\"final\"],\"grid\":["                \
+    "{\"vary\":\"theta\",\"arm\":1,\"start\":0.5,\"stop\":2.5,\"count\":" ROWS "},"                                    \
+    "{\"vary\":\"theta\",\"arm\":2,\"start\":0.5,\"stop\":2.5,\"count\":150}]}"
+
+enum { MOST_LOOKS = 4000 };
+
+/* what a job said at an instant; left is NAN where it did not say */
+struct look {
+    double at, progress, left;
+    char word[WORDS];
+};
+
+static double look_number(const cJSON *json, const char *name) {
+    const cJSON *item = cJSON_GetObjectItemCaseSensitive(json, name);
+    return cJSON_IsNumber(item) ? item->valuedouble : NAN;
+}
+
+static int look_take(const struct test_server *server, const char *id, struct look *look) {
+    struct test_reply reply;
+    int status = job_get(server, &reply, id, "", "");
+    look->at = test_clock();
+    if (status == 200) {
+        cJSON *json = ask_json(&reply);
+        const char *word = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "status"));
+        snprintf(look->word, WORDS, "%s", word ? word : "");
+        look->progress = look_number(json, "progress");
+        look->left = look_number(json, "remaining_seconds");
+        cJSON_Delete(json);
+    }
+    test_reply_clear(&reply);
+    return status == 200 && (!strcmp(look->word, "accepted") || !strcmp(look->word, "running"));
+}
+
+static int by_size(const void *one, const void *two) {
+    double a = *(const double *)one, b = *(const double *)two;
+    return (a > b) - (a < b);
+}
+
+/* at what was said: the time that it really took, as a multiple of it; the median over the middle of a job. A busy
+ * machine changes its pace, so there is much room, but on both sides */
+static void check_looks(const struct look look[], int count) {
+    static double ratio[MOST_LOOKS];
+    const struct look *first = NULL, *last = NULL;
+    int ratios = 0;
+    for (int i = 0; i < count; i++) {
+        if (i) CHECK(look[i].progress >= look[i - 1].progress);
+        if (!strcmp(look[i].word, "accepted")) CHECK(isnan(look[i].left) && look[i].progress == 0);
+        if (isnan(look[i].left)) continue;
+        CHECK(look[i].left >= 0 && look[i].progress < 100);
+        if (look[i].progress < 20 || look[i].progress > 80) continue;
+        ratio[ratios++] = (look[count - 1].at - look[i].at) / look[i].left;
+        first = first ? first : &look[i];
+        last = &look[i];
+    }
+    if (!CHECK_SAYING(ratios >= 5 && last->at > first->at, "it said %d times what is left", ratios)) return;
+    qsort(ratio, (size_t)ratios, sizeof *ratio, by_size);
+    CHECK_SAYING(ratio[ratios / 2] > 0.2 && ratio[ratios / 2] < 5, "it took %.2f times what it said",
+                 ratio[ratios / 2]);
+    /* it falls as time passes */
+    double fall = (first->left - last->left) / (last->at - first->at);
+    CHECK_SAYING(fall > 0.2 && fall < 5, "it fell by %.2f s in a second", fall);
+}
+
+static void progress(struct place *place) {
+    static struct look look[MOST_LOOKS];
+    char id[ID + 1];
+    int count = 0;
+    struct test_server *server = place_serve(place, "all", "0.05", "--workers", "2");
+    if (!server) return;
+    CHECK_INT(submit(server, "/v1/ensembles", ASYNC, LONG_MAP, id), 202);
+    while (count < MOST_LOOKS - 1 && look_take(server, id, &look[count])) {
+        count++;
+        test_sleep(0.015);
+    }
+    CHECK_TEXT(look[count].word, "successful");
+    /* nothing is left in the end, and nothing is said of it */
+    CHECK(look[count].progress == 100 && isnan(look[count].left));
+    check_looks(look, count + 1);
+    test_server_stop(&server);
+}
+
+TEST(a_job_says_how_long_it_will_take_and_means_it) { place_on_both(progress); }
