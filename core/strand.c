@@ -36,5 +36,6 @@ void pend_strand_init(struct strand *strand, const struct pend_tree *tree, void 
     }
     // what is divided by, of arms that are not there
     for (int k = tree->n; k < strand->count * STRAND_ARMS; k++)
-        strand->numbers[(size_t)(strand->count - 1) * STRAND_NUMBERS + STRAND_N_LAST * STRAND_ARMS + k % STRAND_ARMS] = 1;
+        strand->numbers[(size_t)(strand->count - 1) * STRAND_NUMBERS + STRAND_N_LAST * STRAND_ARMS + k % STRAND_ARMS] =
+            1;
 }
