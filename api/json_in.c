@@ -9,12 +9,14 @@
 
 #include <cjson/cJSON.h>
 
+#include "api/json_room.h"
 #include "api/json_scan.h"
 #include "api/number.h"
 #include "api/text.h"
 
 struct api_json {
     cJSON *root;
+    void *nodes; /* the block that the tree lies in */
     double *numbers;
     struct api_scan_array *arrays;
 };
@@ -22,13 +24,20 @@ struct api_json {
 /* a bit of a node's type that cJSON does not use */
 enum { NODE_USUAL = 1 << 20 };
 
+_Static_assert(sizeof(cJSON) <= API_SCAN_NODE, "a node takes no more than the scan has counted");
+
 enum { FOUND_TEXT = 40, NAME_BYTES = 64, POINTER_DEPTH = 128, NEAR_EDITS = 2 };
 
 /* building */
 
+/* cJSON asks through here for every node and string, in this program and in tests alike */
+__attribute__((constructor)) static void json_hook(void) {
+    cJSON_InitHooks(&(cJSON_Hooks){.malloc_fn = api_room_take, .free_fn = api_room_give});
+}
+
 void api_json_free(struct api_json **document) {
     if (!*document) return;
-    cJSON_Delete((*document)->root);
+    free((*document)->nodes);
     free((*document)->numbers);
     free((*document)->arrays);
     free(*document);
@@ -47,7 +56,11 @@ static enum pend_status json_take(struct api_json *document, struct api_scan *sc
     document->arrays = json_shrink(scan->arrays, scan->array_count * sizeof *scan->arrays);
     scan->numbers = NULL;
     scan->arrays = NULL;
+    document->nodes = malloc(scan->cost);
+    if (!document->nodes) return PEND_NO_MEMORY;
+    api_room_begin(document->nodes, scan->cost);
     document->root = cJSON_ParseWithLength(scan->rest.data, scan->rest.bytes);
+    api_room_end();
     return document->root ? PEND_OK : PEND_NO_MEMORY; /* the rest is JSON for certain */
 }
 

@@ -6,14 +6,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/json_digits.h"
 #include "api/number.h"
 #include "api/text.h"
 
 /* what the grammar wants next */
 enum { WANT_VALUE, WANT_ITEM_OR_END, WANT_KEY, WANT_KEY_OR_END, WANT_MORE, WANT_NOTHING };
 
-/* about what one value takes in memory, and how much of it a byte of text may ask for */
-enum { COST_NODE = 80, COST_STRING = 32, COST_ARRAY = 16, COST_PER_BYTE = 20, COST_FREE = 1 << 16 };
+/* what one value takes in memory at most, and how much of it a byte of text may ask for */
+enum { COST_NODE = API_SCAN_NODE, COST_STRING = 32, COST_ARRAY = 16, COST_PER_BYTE = 20, COST_FREE = 1 << 16 };
 
 struct api_scan_frame {
     int object;
@@ -21,16 +22,9 @@ struct api_scan_frame {
     size_t first; /* of its numbers (while pure) or keys */
 };
 
-/* the key as it is written in the rest, quotes included */
-struct api_scan_key {
-    size_t at, bytes;
-};
-
 static int scan_peek(const struct api_scan *s) { return s->at < s->bytes ? (unsigned char)s->text[s->at] : -1; }
 
-static int scan_digit(int c) { return c >= '0' && c <= '9'; }
-
-static int scan_word(int c) { return scan_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+static int scan_word(int c) { return api_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 
 static void scan_space(struct api_scan *s) {
     while (s->at < s->bytes && s->text[s->at] <= ' ' && strchr(" \t\n\r", s->text[s->at]) && s->text[s->at]) s->at++;
@@ -164,7 +158,7 @@ static enum pend_status scan_emit_array(struct api_scan *s, size_t first) {
 /* scalars */
 
 static const char *scan_digits(const char *p, const char *end) {
-    while (p < end && scan_digit((unsigned char)*p)) p++;
+    while (p < end && api_digit((unsigned char)*p)) p++;
     return p;
 }
 
@@ -196,20 +190,18 @@ static enum pend_status scan_number_grammar(struct api_scan *s) {
     return PEND_OK;
 }
 
-/* a whole number of few digits, the most frequent kind: returns its end, or NULL where it is another */
-static const char *scan_short_number(const char *p, const char *end, double *x) {
-    int minus = *p == '-';
-    const char *first = p += minus, *last = end - p < 15 ? end : p + 15;
-    int64_t whole = 0;
-    for (; p < last && scan_digit((unsigned char)*p); p++) whole = 10 * whole + (*p - '0');
-    if (p == first || p == last || *p == '.' || (*p | 0x20) == 'e' || (*first == '0' && p > first + 1)) return NULL;
-    *x = minus ? -(double)whole : (double)whole;
-    return p;
+/* the single digits from here on, each with a comma behind it, as far as there is room in the table */
+static void scan_single_digits(struct api_scan *s) {
+    const char *p = s->text + s->at, *end = s->text + s->bytes;
+    double *to = s->numbers + s->number_count, *cap = s->numbers + s->number_cap;
+    while (cap - to >= 4 && end - p >= 8 && api_digits_four(p, to)) to += 4, p += 8;
+    s->number_count = (size_t)(to - s->numbers);
+    s->at = (size_t)(p - s->text);
 }
 
 static enum pend_status scan_number(struct api_scan *s) {
     double x;
-    const char *begin = s->text + s->at, *end = scan_short_number(begin, s->text + s->bytes, &x);
+    const char *begin = s->text + s->at, *end = api_digits_whole(begin, s->text + s->bytes, &x);
     if (end) {
         s->at = (size_t)(end - s->text);
         return scan_push_number(s, x);
@@ -232,9 +224,10 @@ static enum pend_status scan_numbers(struct api_scan *s) {
         if (scan_peek(s) != ',') break;
         s->at++;
         s->want = WANT_VALUE;
+        scan_single_digits(s);
         scan_space(s);
         c = scan_peek(s);
-    } while (c == '-' || scan_digit(c));
+    } while (c == '-' || api_digit(c));
     return PEND_OK;
 }
 
@@ -260,8 +253,8 @@ static long scan_hex(const struct api_scan *s, size_t at) {
     for (int i = 0; i < 4; i++) {
         int c = (unsigned char)s->text[at + (size_t)i];
         int lower = c | 0x20;
-        if (!scan_digit(c) && (lower < 'a' || lower > 'f')) return -1;
-        value = 16 * value + (scan_digit(c) ? c - '0' : lower - 'a' + 10);
+        if (!api_digit(c) && (lower < 'a' || lower > 'f')) return -1;
+        value = 16 * value + (api_digit(c) ? c - '0' : lower - 'a' + 10);
     }
     return value;
 }
@@ -344,7 +337,7 @@ static enum pend_status scan_string(struct api_scan *s) {
 
 static enum pend_status scan_open(struct api_scan *s, int object) {
     if (s->depth == s->depth_cap) return scan_fail(s, 422, s->at, "more than %d levels of nesting", s->depth_cap);
-    s->frames[s->depth++] = (struct api_scan_frame){object, !object, object ? s->key_count : s->number_count};
+    s->frames[s->depth++] = (struct api_scan_frame){object, !object, object ? s->keys.count : s->number_count};
     s->at++;
     s->want = object ? WANT_KEY_OR_END : WANT_ITEM_OR_END;
     if (!object) return PEND_OK;
@@ -356,7 +349,7 @@ static enum pend_status scan_close(struct api_scan *s) {
     struct api_scan_frame *frame = &s->frames[--s->depth];
     s->at++;
     s->want = s->depth ? WANT_MORE : WANT_NOTHING;
-    if (frame->object) s->key_count = frame->first;
+    if (frame->object) s->keys.count = frame->first;
     if (frame->pure) return scan_emit_array(s, frame->first);
     return api_buffer_text(&s->rest, frame->object ? "}" : "]");
 }
@@ -371,25 +364,14 @@ static enum pend_status scan_more(struct api_scan *s, int c) {
     return frame->pure ? PEND_OK : api_buffer_text(&s->rest, ",");
 }
 
-static uint32_t scan_hash(const char *p, size_t bytes) {
-    uint32_t hash = 2166136261u;
-    for (size_t i = 0; i < bytes; i++) hash = (hash ^ (unsigned char)p[i]) * 16777619u;
-    return hash;
-}
-
-/* compares a key with the others of its object: few enough, by the cap, to try them all */
-static enum pend_status scan_unique(struct api_scan *s, size_t first, struct api_scan_key key, uint32_t hash,
-                                    size_t at) {
+/* keeps a key as it is written in the rest, quotes included */
+static enum pend_status scan_keep_key(struct api_scan *s, struct api_key key, size_t at) {
     const char *rest = s->rest.data;
-    if (s->key_count - first >= API_SCAN_MEMBERS)
-        return scan_fail(s, 422, at, "an object has more than %d members", API_SCAN_MEMBERS);
-    for (size_t i = first; i < s->key_count; i++) {
-        if (s->hashes[i] != hash || s->keys[i].bytes != key.bytes) continue;
-        if (memcmp(rest + s->keys[i].at, rest + key.at, key.bytes)) continue;
-        int length = (int)api_text_cut(rest + key.at, key.bytes, 40);
-        return scan_fail(s, 400, at, "the key %.*s is there twice", length, rest + key.at);
-    }
-    return PEND_OK;
+    enum pend_status status = api_keys_add(&s->keys, s->frames[s->depth - 1].first, API_SCAN_MEMBERS, rest, key);
+    if (status == PEND_LIMIT) return scan_fail(s, 422, at, "an object has more than %d members", API_SCAN_MEMBERS);
+    if (status != PEND_INVALID) return status;
+    int length = (int)api_text_cut(rest + key.at, key.bytes, 40);
+    return scan_fail(s, 400, at, "the key %.*s is there twice", length, rest + key.at);
 }
 
 static enum pend_status scan_key(struct api_scan *s, int c) {
@@ -397,16 +379,7 @@ static enum pend_status scan_key(struct api_scan *s, int c) {
     if (c != '"')
         return scan_expected(s, s->want == WANT_KEY ? "a key in double quotes" : "a key in double quotes or \"}\"");
     PEND_TRY(scan_string(s));
-    struct api_scan_key key = {begin, s->rest.bytes - begin};
-    uint32_t hash = scan_hash(s->rest.data + key.at, key.bytes);
-    PEND_TRY(scan_unique(s, s->frames[s->depth - 1].first, key, hash, at));
-    void *keys = s->keys, *hashes = s->hashes;
-    PEND_TRY(scan_grow(&keys, &s->key_cap, s->key_count, sizeof key));
-    s->keys = keys;
-    PEND_TRY(scan_grow(&hashes, &s->hash_cap, s->key_count, sizeof hash));
-    s->hashes = hashes;
-    s->keys[s->key_count] = key;
-    s->hashes[s->key_count++] = hash;
+    PEND_TRY(scan_keep_key(s, (struct api_key){begin, s->rest.bytes - begin}, at));
     scan_space(s);
     if (scan_peek(s) != ':') return scan_expected(s, "\":\"");
     s->at++;
@@ -421,7 +394,7 @@ static enum pend_status scan_lone_number(struct api_scan *s) {
 }
 
 static enum pend_status scan_value(struct api_scan *s, int c) {
-    int number = c == '-' || scan_digit(c);
+    int number = c == '-' || api_digit(c);
     if (number && s->depth && s->frames[s->depth - 1].pure) return scan_numbers(s);
     PEND_TRY(scan_spoil(s));
     if (c == '{' || c == '[') return scan_open(s, c == '{');
@@ -460,8 +433,7 @@ enum pend_status api_scan_run(struct api_scan *scan, const char *text, size_t by
 
 void api_scan_clear(struct api_scan *scan) {
     free(scan->frames);
-    free(scan->keys);
-    free(scan->hashes);
+    api_keys_clear(&scan->keys);
     free(scan->numbers);
     free(scan->arrays);
     api_buffer_clear(&scan->rest);

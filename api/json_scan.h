@@ -5,12 +5,13 @@
 #ifndef API_JSON_SCAN_H
 #define API_JSON_SCAN_H
 
-#include <stdint.h>
-
+#include "api/json_keys.h"
 #include "api/problem.h"
 
 /* of an object, and of a document but for those in arrays of numbers */
 enum { API_SCAN_MEMBERS = 256, API_SCAN_VALUES = 300000 };
+
+enum { API_SCAN_NODE = 80 }; /* bytes that a value may take in memory, beside its strings */
 
 /* numbers[first .. first + count - 1] */
 struct api_scan_array {
@@ -19,22 +20,19 @@ struct api_scan_array {
 };
 
 struct api_scan_frame; /* an array or object that is open */
-struct api_scan_key;   /* a key of an object that is open */
 
 struct api_scan {
     const char *text;
     size_t bytes, at;
     int depth, depth_cap, want;
     struct api_scan_frame *frames; /* depth of depth_cap */
-    struct api_scan_key *keys;
-    uint32_t *hashes; /* of the keys */
-    size_t key_count, key_cap, hash_cap;
+    struct api_keys keys;
     double *numbers;
     size_t number_count, number_cap;
     struct api_scan_array *arrays;
     size_t array_count, array_cap;
     long nodes;  /* values so far, but for those in arrays of numbers */
-    size_t cost; /* memory of the values so far, bytes, about */
+    size_t cost; /* memory of the values so far, bytes, at most: whoever builds them needs no more */
     struct api_buffer rest;
     struct api_problem *problem;
 };

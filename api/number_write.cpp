@@ -10,7 +10,13 @@
 #include <dragonbox/dragonbox.h>
 
 #include "api/number_digits.h"
+#include "api/number_lanes.h"
 #include "api/number_powers.h"
+#include "api/number_short.h"
+
+extern "C" {
+#include "core/isa.h"
+}
 
 using namespace api;
 
@@ -45,20 +51,6 @@ constexpr int EXPONENT_LEAST = -324, EXPONENT_MOST = 308;
 constexpr uint64_t HIDDEN_BIT = (uint64_t)1 << 52, SMALLEST_NORMAL = HIDDEN_BIT, TIE = (uint64_t)1 << 63,
                    TEN_8 = 100000000, TEN_15 = 1000000000000000;
 
-/* 10^0 .. 10^17 */
-struct small_powers {
-    constexpr small_powers() : value() {
-        uint64_t power = 1;
-        for (uint64_t &entry : value) {
-            entry = power;
-            power *= 10;
-        }
-    }
-    constexpr uint64_t operator[](int p) const { return value[p]; }
-    uint64_t value[18];
-};
-constexpr small_powers power10{};
-
 /* "e-324" to "e308": the characters in the low bytes, their number in the highest */
 struct exponent_table {
     constexpr exponent_table() : value() {
@@ -76,13 +68,6 @@ struct exponent_table {
     uint64_t value[EXPONENT_MOST - EXPONENT_LEAST + 1];
 };
 constexpr exponent_table exponents{};
-
-inline void store(char *out, uint64_t bytes) {
-#if __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
-    bytes = __builtin_bswap64(bytes);
-#endif
-    memcpy(out, &bytes, sizeof bytes);
-}
 
 /* layout */
 
@@ -138,12 +123,6 @@ inline char *write_digits(char *out, const digits17 &d) {
 }
 
 /* conversion */
-
-inline uint64_t bits_of(double x) {
-    uint64_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
 
 /* a normal number is mantissa * 2^exponent */
 inline uint64_t mantissa_of(uint64_t bits) { return (bits & (HIDDEN_BIT - 1)) | HIDDEN_BIT; }
@@ -229,110 +208,6 @@ inline bool rounded_fast(double x, int digits, decimal &d) {
     return exact && fraction == TIE;
 }
 
-/*
- * Short numbers: at most eight digits, and of an everyday size. Sixteen of them are made at a time, each step for all:
- * the steps of one number wait for each other, and a processor looks ahead over a short loop only.
- */
-
-constexpr int SHORT_DIGITS = 8, SHORT_LEAST = PLAIN_LEAST, SHORT_MOST = 6; /* decimal exponents written this way */
-constexpr int SHORT_BINARY = -17, SHORT_BINARIES = 41;                     /* 2^-17 < 1e-5, 2^24 > 1e7 */
-constexpr int BATCH = 16;
-constexpr double NEAR_TIE = 1e-7;
-
-/* for every binary exponent of an everyday number: the least that has one decimal digit more than 2^exponent, as bits,
- * and the decimal exponent below it */
-struct short_exponents {
-    constexpr short_exponents() : threshold(), exponent() {
-        for (int i = 0; i < SHORT_BINARIES; i++) {
-            exponent[i] = log10_of_power2(SHORT_BINARY + i);
-            threshold[i] = thresholds[exponent[i] + 1];
-        }
-    }
-    uint64_t threshold[SHORT_BINARIES];
-    int exponent[SHORT_BINARIES];
-};
-constexpr short_exponents binaries{};
-
-/* 10^p for p = digits - 1 - exponent, from -7 on; exact from 0 on, and those before are not used */
-constexpr int TENS_LEAST = -7;
-constexpr double tens[] = {1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1,    1e1,  1e2, 1e3,
-                           1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11, 1e12, 1e13};
-
-/* how a number of a decimal exponent is laid out */
-struct short_layout {
-    uint64_t stay, move; /* masks of the bytes before the point and behind it */
-    uint64_t point;
-    int start;  /* of the digits, behind "0.000" */
-    int before; /* digits before the point; 8 = the point is not among them */
-    int least;  /* characters even if the digits are fewer */
-};
-
-struct short_layouts {
-    constexpr short_layouts() : value() {
-        for (int e = SHORT_LEAST; e <= SHORT_MOST; e++) {
-            short_layout &layout = value[e - SHORT_LEAST];
-            if (e < 0)
-                layout = {~(uint64_t)0, 0, 0, 1 - e, 8, 0};
-            else
-                layout = {before(e + 1), ~before(e + 1) << 8, (uint64_t)'.' << 8 * (e + 1), 0, e + 1, e + 1};
-        }
-    }
-    static constexpr uint64_t before(int bytes) { return ((uint64_t)1 << 8 * bytes) - 1; }
-    short_layout value[SHORT_MOST - SHORT_LEAST + 1];
-};
-constexpr short_layouts layouts{};
-
-/* sixteen short numbers on their way to text */
-struct short_batch {
-    double scaled[BATCH]; /* to `digits` digits before the point; below 10^8, so that it is wrong by less than 10^-8 */
-    int exponent[BATCH];  /* decimal, from SHORT_LEAST on */
-    uint64_t text[BATCH]; /* eight digits, one a byte, the first in the lowest */
-
-    /* false where one of them is of another size, zero included */
-    bool scale(const double x[], int digits) {
-        const double *power = tens + (digits - 1 - SHORT_LEAST - TENS_LEAST);
-        unsigned most = (unsigned)((digits - 1 < SHORT_MOST ? digits - 1 : SHORT_MOST) - SHORT_LEAST), wrong = 0;
-        for (int i = 0; i < BATCH; i++) {
-            uint64_t bits = bits_of(fabs(x[i])), binary = (bits >> 52) - (1023 + SHORT_BINARY);
-            wrong |= binary >= SHORT_BINARIES;
-            binary = binary >= SHORT_BINARIES ? 0 : binary;
-            exponent[i] = binaries.exponent[binary] - SHORT_LEAST + (bits >= binaries.threshold[binary]);
-            wrong |= (unsigned)exponent[i] > most;
-            scaled[i] = fabs(x[i]) * power[-exponent[i]];
-        }
-        return !wrong;
-    }
-
-    /* false where one is near to a tie, or rounds up to one digit more */
-    bool round(int digits) {
-        int32_t tail = (int32_t)power10[SHORT_DIGITS - digits], units[BATCH], greatest = 0;
-        double nearest = 1;
-        for (int i = 0; i < BATCH; i++) {
-            int32_t below = (int32_t)scaled[i];
-            double above_tie = scaled[i] - below - 0.5, distance = fabs(above_tie);
-            nearest = distance < nearest ? distance : nearest;
-            units[i] = below + (above_tie > 0);
-            greatest = units[i] > greatest ? units[i] : greatest;
-            units[i] *= tail;
-        }
-        for (int i = 0; i < BATCH; i += 2) digits16((uint64_t)units[i], (uint64_t)units[i + 1]).values(text + i);
-        return nearest >= NEAR_TIE && (uint64_t)greatest < power10[digits];
-    }
-
-    /* number i; neither its size nor the number of its digits makes a branch, which no processor could foresee */
-    char *write(char *out, int i) const {
-        const short_layout &layout = layouts.value[exponent[i]];
-        int count = 8 - (__builtin_clzll(text[i]) >> 3);
-        uint64_t digits = text[i] | 0x3030303030303030;
-        memcpy(out, "0.000000", 8);
-        out += layout.start;
-        store(out, (digits & layout.stay) | layout.point | (digits << 8 & layout.move));
-        out[8] = (char)(digits >> 56);
-        count += count > layout.before;
-        return out + (count > layout.least ? count : layout.least);
-    }
-};
-
 /* ways that are seldom taken */
 
 #define SELDOM __attribute__((noinline, cold))
@@ -398,22 +273,30 @@ extern "C" char *api_number_write_digits(char *out, double x, int digits) {
 
 namespace {
 
-/* what stands between the numbers of rows, and where in a row the next one is */
-struct row_writer {
-    const struct api_number_rows &rows;
-    long k;
-
+/* what stands between the numbers of rows, and where in a row the next one is; copies, since the text might be theirs
+ */
+class row_writer {
+  public:
+    explicit row_writer(const struct api_number_rows &rows) : k(0), width(rows.width), open(rows.open) {
+        memcpy(close, rows.close, sizeof close);
+        close_bytes = rows.close_bytes;
+    }
     char *begin(char *out) const {
-        *out = rows.open;
-        return out + (rows.open && !k);
+        *out = open;
+        return out + (open && !k);
     }
     char *end(char *out) {
         *out++ = ',';
-        if (++k < rows.width) return out;
+        if (++k < width) return out;
         k = 0;
-        memcpy(out - 1, rows.close, sizeof rows.close);
-        return out - 1 + rows.close_bytes;
+        memcpy(out - 1, close, sizeof close);
+        return out - 1 + close_bytes;
     }
+
+  private:
+    long k, width;
+    char open, close[3];
+    int close_bytes;
 };
 
 /* two functions, each small enough for the registers */
@@ -433,25 +316,38 @@ __attribute__((noinline)) char *rows_shortest(char *out, const struct api_number
     return out;
 }
 
-__attribute__((noinline)) char *rows_rounded(char *out, const struct api_number_rows &rows) {
+template <class short_numbers>
+inline __attribute__((always_inline)) char *rows_rounded_by(char *out, const struct api_number_rows &rows) {
     const double *x = rows.value, *end = x + rows.rows * rows.width;
-    row_writer writer = {rows, 0};
-    int digits = rows.digits;
-    short_batch batch;
+    row_writer writer(rows);
+    short_numbers numbers(rows.digits < SHORT_DIGITS ? rows.digits : SHORT_DIGITS);
     for (long count; x < end; x += count) {
-        count = end - x < BATCH ? end - x : BATCH;
-        bool brief = digits <= SHORT_DIGITS && count == BATCH && batch.scale(x, digits) && batch.round(digits);
-        for (int i = 0; brief && i < BATCH; i++) out = writer.end(batch.write(write_sign(writer.begin(out), x[i]), i));
+        count = end - x < numbers.COUNT ? end - x : numbers.COUNT;
+        bool brief = rows.digits <= SHORT_DIGITS && count == numbers.COUNT && numbers.take(x);
+        for (int i = 0; brief && i < numbers.COUNT; i++) out = writer.end(numbers.write(writer.begin(out), x, i));
         for (int i = 0; !brief && i < count; i++)
-            out = writer.end(api_number_write_digits(writer.begin(out), x[i], digits));
+            out = writer.end(api_number_write_digits(writer.begin(out), x[i], rows.digits));
     }
     return out;
 }
 
+__attribute__((noinline)) char *rows_rounded(char *out, const struct api_number_rows &rows) {
+    return rows_rounded_by<short_batch>(out, rows);
+}
+
+#ifdef __x86_64__
+API_LANES __attribute__((noinline)) char *rows_in_lanes(char *out, const struct api_number_rows &rows) {
+    return rows_rounded_by<short_lanes>(out, rows);
+}
+#else
+constexpr auto rows_in_lanes = rows_rounded;
+#endif
+
 } // namespace
 
 extern "C" char *api_number_write_rows(char *out, const struct api_number_rows *rows) {
-    return rows->digits ? rows_rounded(out, *rows) : rows_shortest(out, *rows);
+    if (!rows->digits) return rows_shortest(out, *rows);
+    return pend_isa_best() == PEND_ISA_AVX512 ? rows_in_lanes(out, *rows) : rows_rounded(out, *rows);
 }
 
 extern "C" char *api_number_write_int(char *out, long long i) {

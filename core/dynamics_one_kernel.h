@@ -6,13 +6,14 @@
 
 #include "core/dynamics_kernel.h"
 
-/* What a block of arms does by itself: C and Z, of the angle to the parent, and w = l phi'^2. Trees of more than
- * TURNS_KEPT arms do it anew in the second sweep: 90 bytes an arm less go to memory and back. */
+/* What a block of arms does by itself: C and Z, of the angle to the parent, and w = l phi'^2. */
 struct turns {
     double cosine[DYNAMICS_BLOCK], sine[DYNAMICS_BLOCK], spin[DYNAMICS_BLOCK];
 };
 
-enum { TURNS_KEPT = 1 << 15 };
+/* From so many arms on, jumps by how an arm stands in the tree are foreseen wrongly too often: both sweeps do without.
+ */
+enum { EVEN_ARMS = 1 << 13 };
 
 /* What the second sweep needs of an arm that carries others: S, h, r / (m + q), t / (m + q). They lie in the order of
  * the first sweep. */
@@ -95,8 +96,9 @@ static void block_turns(struct turns *turns, const struct pend_tree *tree, const
 
 /* the sweep from the leaves to the root */
 struct climb {
-    struct sums now;                  /* of the joint to which the arm before belongs */
-    struct sums stack[WAITING], *top; /* joints that wait for more children */
+    struct sums now;                      /* of the joint to which the arm before belongs */
+    struct sums stack[WAITING + 1], *top; /* joints that wait for more children */
+    int at;                               /* without jumps: the top of the stack, which `now` is on too */
     struct joint *joint;
     double unit, eff; /* eff: the largest S */
 };
@@ -147,9 +149,37 @@ LANES_INLINE void block_up(const struct turns *turns, const struct pend_tree *tr
     climb->now = now, climb->top = top, climb->joint = joint, climb->eff = largest;
 }
 
+/*
+ * The same without jumps. The joint to which the arm before belongs is on top of the stack, above those that wait, and
+ * stack[0] is a joint without children: what a leaf finds, and what an arm joins that is the last of its siblings.
+ */
+LANES_INLINE void block_up_even(const struct turns *turns, const struct pend_tree *tree, struct climb *climb, int begin,
+                                int count) {
+    const unsigned char *kin = tree->kin + begin;
+    const double *mass = tree->mass + begin;
+    struct sums *stack = climb->stack;
+    struct joint *joint = climb->joint;
+    double unit = climb->unit, largest = climb->eff;
+    int at = climb->at;
+    for (int i = count - 1; i >= 0; i--) {
+        int leaf = (kin[i] & PEND_KIN_LEAF) != 0, last = (kin[i] & PEND_KIN_LAST) != 0;
+        const struct sums *own = &stack[at & (leaf - 1)];
+        at += leaf + last - 1;
+        const struct sums *others = &stack[at & (last - 1)];
+        double m = unit * mass[i], inv = 1 / (m + own->q);
+        double S = fma1(fma1(m, own->p, own->area), inv, m), h = fma1(m, own->b, own->lift) * inv;
+        *joint = (struct joint){S, h, own->r * inv, own->t * inv};
+        joint += !leaf;
+        largest = S > largest ? S : largest;
+        stack[at] = sums_join(others, S, fma1(-S, turns->spin[i], h), turns->cosine[i], turns->sine[i]);
+    }
+    climb->at = at, climb->joint = joint, climb->eff = largest;
+}
+
 /* the sweep from the root to the leaves */
 struct descent {
-    struct tip now, stack[WAITING], *top;
+    struct tip now, stack[WAITING + 2], *top;
+    int at;                    /* without jumps: the top of the stack, the parent of the next arm */
     const struct joint *joint; /* one past the next */
     double unit, inverse_unit, yield;
     wide force, radial, spin, poison; /* as struct lanes_peaks */
@@ -199,6 +229,35 @@ LANES_INLINE void block_down(const struct turns *turns, const struct pend_tree *
     descent->now = now, descent->top = top, descent->joint = joint, descent->yield = largest;
 }
 
+/* The same without jumps: every arm that carries others is on the stack until the last of them is met. */
+LANES_INLINE void block_down_even(const struct turns *turns, const struct pend_tree *tree, struct descent *descent,
+                                  int begin, int count, struct values *values) {
+    const unsigned char *kin = tree->kin + begin;
+    const double *mass = tree->mass + begin;
+    struct tip *stack = descent->stack;
+    const struct joint *joint = descent->joint;
+    struct joint none = {0, 0, 0, 0};
+    double unit = descent->unit, largest = descent->yield;
+    int at = descent->at;
+    for (int i = 0; i < count; i++) {
+        int leaf = (kin[i] & PEND_KIN_LEAF) != 0;
+        const struct tip base = stack[at];
+        double C = turns->cosine[i], Z = turns->sine[i], radial = tip_radial(&base, C, Z, turns->spin[i]);
+        none.eff = unit * mass[i];
+        joint -= !leaf;
+        const struct joint *own = leaf ? &none : joint;
+        double yield = fma1(own->lean, radial, own->side);
+        at -= (kin[i] & PEND_KIN_LAST) != 0;
+        stack[at + 1] = (struct tip){radial, yield, own->lean, own->side};
+        at += !leaf;
+        largest = fabs(yield) > largest ? fabs(yield) : largest;
+        values->radial[i] = radial;
+        values->bend[i] = fma1(C, base.yield, Z * base.radial) - yield;
+        values->tension[i] = fma1(own->eff, radial, own->held);
+    }
+    descent->at = at, descent->joint = joint, descent->yield = largest;
+}
+
 /* phi'' and lambda of some arms of a block */
 LANES_INLINE void block_values(struct descent *descent, wide radial, wide bend, wide tension, wide spin, wide len,
                                wide *acc, wide *force) {
@@ -213,7 +272,10 @@ LANES_INLINE void block_values(struct descent *descent, wide radial, wide bend, 
 LANES_INLINE void block_finish(const struct turns *turns, const struct pend_tree *tree, struct descent *descent,
                                int begin, int count, double acc[], double force[]) {
     struct values values __attribute__((aligned(64)));
-    block_down(turns, tree, descent, begin, count, &values);
+    if (tree->n < EVEN_ARMS)
+        block_down(turns, tree, descent, begin, count, &values);
+    else
+        block_down_even(turns, tree, descent, begin, count, &values);
     const double *len = tree->len + begin;
     wide a, f;
     int i = 0;
@@ -233,42 +295,30 @@ LANES_INLINE void block_finish(const struct turns *turns, const struct pend_tree
     wide_store_some(force + i, f, count);
 }
 
-/* A state whose sweeps are under way. */
-struct one {
-    const struct pend_tree *tree;
-    const double *phi, *rate;
-    struct turns *turns;
-    int keep, blocks;
-};
-
-/* what block b does by itself; done anew, unless it is kept and `again` */
-LANES_INLINE struct turns *one_turns(const struct one *one, int b, int again, int *begin, int *count) {
-    struct turns *turns = one->turns + (one->keep ? b : 0);
-    int n = one->tree->n;
-    *begin = b * DYNAMICS_BLOCK;
-    *count = n - *begin < DYNAMICS_BLOCK ? n - *begin : DYNAMICS_BLOCK;
-    if (!again || !one->keep) block_turns(turns, one->tree, one->phi, one->rate, *begin, *count);
-    return turns;
+/* the arms of block b */
+LANES_INLINE int block_count(int n, int b) {
+    int left = n - b * DYNAMICS_BLOCK;
+    return left < DYNAMICS_BLOCK ? left : DYNAMICS_BLOCK;
 }
 
 /* The largest S |acceleration of the base|, where an acceleration counts as the largest on the way from the pivot. The
  * joints end at `joint`. */
-static double one_load(const struct one *one, const struct joint *joint, double gravity, double unit) {
+static double one_load(const struct pend_tree *tree, const struct turns *turns, const struct joint *joint,
+                       double gravity, double unit) {
     struct {
         struct tip tip;
         double far;
     } stack[WAITING], *top = stack, now = {{0, -gravity, 0, -gravity}, fabs(gravity)};
     double most = 0;
-    for (int b = 0; b < one->blocks; b++) {
-        int begin, count;
-        const struct turns *turns = one_turns(one, b, 1, &begin, &count);
+    for (int begin = 0; begin < tree->n; begin += DYNAMICS_BLOCK, turns++) {
+        int count = block_count(tree->n, begin / DYNAMICS_BLOCK);
         for (int i = 0; i < count; i++) {
-            unsigned how = one->tree->kin[begin + i];
+            unsigned how = tree->kin[begin + i];
             if (!(how & PEND_KIN_FIRST)) {
                 now = *top;
                 if (how & PEND_KIN_LAST) top--;
             }
-            double w = turns->spin[i], S = how & PEND_KIN_LEAF ? unit * one->tree->mass[begin + i] : (--joint)->eff;
+            double w = turns->spin[i], S = how & PEND_KIN_LEAF ? unit * tree->mass[begin + i] : (--joint)->eff;
             double load = S * (now.far + w), radial = tip_radial(&now.tip, turns->cosine[i], turns->sine[i], w);
             most = load > most ? load : most;
             if (how & PEND_KIN_LEAF) continue;
@@ -289,35 +339,36 @@ LANES_INLINE double wide_most(wide x) {
 
 static int kernel_blocks(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
                          double work[], double acc[], double force[]) {
-    int n = tree->n, begin, count;
-    struct one one = {
-        tree, phi, rate, (struct turns *)work, n <= TURNS_KEPT, (n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK};
+    int n = tree->n, blocks = (n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK;
+    struct turns *turns = (struct turns *)work;
     struct climb climb;
-    climb.now = (struct sums){0};
-    climb.top = climb.stack, climb.joint = (struct joint *)(one.turns + (one.keep ? one.blocks : 1));
+    climb.now = climb.stack[0] = (struct sums){0};
+    climb.top = climb.stack, climb.at = 0, climb.joint = (struct joint *)(turns + blocks);
     climb.unit = kernel_unit(tree->subtree_mass[0]), climb.eff = 0;
-    for (int b = one.blocks - 1; b >= 0; b--) {
-        const struct turns *turns = one_turns(&one, b, 0, &begin, &count);
-        block_up(turns, tree, &climb, begin, count);
+    for (int b = blocks - 1; b >= 0; b--) {
+        int begin = b * DYNAMICS_BLOCK, count = block_count(n, b);
+        block_turns(&turns[b], tree, phi, rate, begin, count);
+        if (n < EVEN_ARMS)
+            block_up(&turns[b], tree, &climb, begin, count);
+        else
+            block_up_even(&turns[b], tree, &climb, begin, count);
     }
     struct descent descent;
     // gravity is a pivot that accelerates with i g
-    descent.now = (struct tip){0, -gravity, 0, -gravity};
-    descent.top = descent.stack, descent.joint = climb.joint;
+    descent.now = descent.stack[1] = (struct tip){0, -gravity, 0, -gravity};
+    descent.top = descent.stack, descent.at = 1, descent.joint = climb.joint;
     descent.unit = climb.unit, descent.inverse_unit = 1 / climb.unit;
     descent.yield = 0;
     descent.force = descent.spin = descent.poison = WIDE_(of)(0);
     descent.radial = WIDE_(of)(fabs(gravity));
-    for (int b = 0; b < one.blocks; b++) {
-        const struct turns *turns = one_turns(&one, b, 1, &begin, &count);
-        block_finish(turns, tree, &descent, begin, count, acc, force);
-    }
+    for (int b = 0; b < blocks; b++)
+        block_finish(&turns[b], tree, &descent, b * DYNAMICS_BLOCK, block_count(n, b), acc, force);
     double poison = 0, most = LOAD_MOST * wide_most(descent.force), spin = wide_most(descent.spin);
     for (int i = 0; i < WIDE; i++) poison += descent.poison[i];
     if (!(poison == 0 && most < INFINITY)) return 0;
     // no load is above this bound, which is most often enough
     double far = wide_most(descent.radial) + descent.yield + spin;
-    return climb.eff * (far + spin) <= most || one_load(&one, climb.joint, gravity, climb.unit) <= most;
+    return climb.eff * (far + spin) <= most || one_load(tree, turns, climb.joint, gravity, climb.unit) <= most;
 }
 
 #endif

@@ -10,33 +10,51 @@ enum {
     JETS_FACTOR_ARRAYS(X)
 #undef X
         JETS_COUNT,
-    JETS_SHARES = 48
+    JETS_SHARES = 48,
+    JETS_LAYERS_FROM = 32, /* arms; with fewer, blocks are as quick */
+    JETS_BEYOND = 3        /* rows of a tile beyond the order: u is two ahead, and what is known of the next order */
 };
+
+/* blocks of a tree that is cut into layers, else 0 */
+static int jets_layers(const struct pend_tree *tree) {
+    return tree->n >= JETS_LAYERS_FROM ? pend_layers_count(tree) : 0;
+}
 
 size_t pend_jets_stride(int n) { return ((size_t)n + PEND_JETS_PAD - 1) / PEND_JETS_PAD * PEND_JETS_PAD; }
 
-static size_t jets_series(int order_cap, int n) { return (size_t)(order_cap + 2) * pend_jets_stride(n); }
+/* tiles of the series: what layers leave empty included */
+static int jets_tiles(const struct pend_tree *tree) {
+    int layers = jets_layers(tree);
+    return layers ? layers : (int)(pend_jets_stride(tree->n) / PEND_JETS_PAD);
+}
+
+static size_t jets_series(int order_cap, const struct pend_tree *tree) {
+    return (size_t)(order_cap + JETS_BEYOND) * PEND_JETS_PAD * (size_t)jets_tiles(tree);
+}
 
 /* numbers of the series and of the factorization */
-static size_t jets_numbers(int order_cap, int n) {
-    return 4 * jets_series(order_cap, n) + JETS_COUNT * pend_jets_stride(n) + JETS_SHARES;
+static size_t jets_numbers(int order_cap, const struct pend_tree *tree) {
+    return 4 * jets_series(order_cap, tree) + JETS_COUNT * pend_jets_stride(tree->n) + JETS_SHARES;
 }
 
 size_t pend_jets_bytes(const struct pend_tree *tree, int order_cap) {
-    size_t large = 0;
+    size_t cut = 0;
     if (pend_strand_suits(tree))
-        large = pend_strand_bytes(tree);
+        cut = pend_strand_bytes(tree);
+    else if (jets_layers(tree))
+        cut = pend_layers_bytes(tree);
     else if (tree->n > PEND_JETS_PAD)
-        large = pend_blocks_bytes(tree);
-    return jets_numbers(order_cap, tree->n) * sizeof(double) + large;
+        cut = pend_blocks_bytes(tree);
+    return jets_numbers(order_cap, tree) * sizeof(double) + cut;
 }
 
 static struct jets_system jets_view(const struct pend_tree *tree, int order_cap, double *memory) {
-    size_t series = jets_series(order_cap, tree->n), stride = pend_jets_stride(tree->n);
+    size_t series = jets_series(order_cap, tree), stride = pend_jets_stride(tree->n);
     double *share = memory + 4 * series, *at = share + JETS_SHARES;
     struct jets_system s = {.n = tree->n,
+                            .tiles = jets_tiles(tree),
                             .stride = PEND_JETS_PAD,
-                            .tile = PEND_JETS_PAD * (size_t)(order_cap + 2),
+                            .tile = PEND_JETS_PAD * (size_t)(order_cap + JETS_BEYOND),
                             .share = share,
                             .parent = tree->parent,
                             .end = tree->end,
@@ -48,6 +66,8 @@ static struct jets_system jets_view(const struct pend_tree *tree, int order_cap,
                             JETS_FACTOR_ARRAYS(X)
 #undef X
     };
+    // the orders of up to four arms have rates and forces side by side
+    if (s.n <= 4) s.force = s.rate + s.stride + (s.n <= 2 ? 2 : 4);
     return s;
 }
 
@@ -57,19 +77,22 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int or
     *jets = (struct pend_jets){.tree = tree, .order_cap = order_cap, .isa = pend_isa_best(), .system = s};
     jets->rate = s.rate;
     jets->force = s.force;
-    jets->share = (double *)memory + 4 * jets_series(order_cap, tree->n);
+    jets->share = (double *)memory + 4 * jets_series(order_cap, tree);
     for (int j = 0; j < JETS_SHARES; j++) jets->share[j] = 1.0 / (j + 1);
     for (int k = 0; k < s.n; k++) {
         s.len[k] = tree->len[k];
         s.inv_len[k] = 1 / tree->len[k];
         s.mass[k] = tree->mass[k];
     }
-    void *large = (double *)memory + jets_numbers(order_cap, s.n);
+    void *cut = (double *)memory + jets_numbers(order_cap, tree);
     if (pend_strand_suits(tree)) {
-        pend_strand_init(&jets->strand, tree, large);
+        pend_strand_init(&jets->strand, tree, cut);
         jets->system.strand = &jets->strand;
+    } else if (jets_layers(tree)) {
+        pend_layers_init(&jets->layers, tree, cut);
+        jets->system.layers = &jets->layers;
     } else if (tree->n > PEND_JETS_PAD) {
-        pend_blocks_init(&jets->blocks, tree, large);
+        pend_blocks_init(&jets->blocks, tree, cut);
         jets->system.blocks = &jets->blocks;
     }
 }

@@ -1,6 +1,6 @@
 /* Power series in time of a moving tree: rates and arm forces about one instant, to any order, O(n) an order.
  * Leaves to others: step sizes, sums over steps, dense output (method_taylor).
- * Invariant: no allocation; coefficients in tiles of 8 arms in the tree's stored order, all orders of a tile together.
+ * Invariant: no allocation; coefficients in tiles of 8 arms, all orders of a tile together.
  */
 #ifndef PEND_JETS_H
 #define PEND_JETS_H
@@ -10,6 +10,7 @@
 #include "core/blocks.h"
 #include "core/isa.h"
 #include "core/kernel_jets.h"
+#include "core/layers.h"
 #include "core/strand.h"
 #include "core/tree.h"
 
@@ -28,7 +29,8 @@ struct pend_jets {
     double *share;             /* 1 / (j + 1) of order j */
     struct jets_system system; /* the order-0 tree system, in the same memory */
     struct blocks blocks;      /* of a tree of more than PEND_JETS_PAD arms */
-    struct strand strand;      /* in its place where that suits the tree */
+    struct layers layers;      /* of a large bushy one instead */
+    struct strand strand;      /* of a chain that suits it instead */
 };
 
 /**
@@ -43,8 +45,7 @@ size_t pend_jets_stride(int n);
 
 /** Where coefficient j of arm k is in each series. */
 static inline size_t pend_jets_place(const struct pend_jets *jets, int k, int j) {
-    return (size_t)(k / PEND_JETS_PAD) * PEND_JETS_PAD * (size_t)(jets->order_cap + 2) + (size_t)(k % PEND_JETS_PAD) +
-           (size_t)j * PEND_JETS_PAD;
+    return jets_row(&jets->system, jets->system.layers ? jets->layers.seat[k] : k) + (size_t)j * PEND_JETS_PAD;
 }
 
 /**

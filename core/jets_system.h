@@ -44,11 +44,13 @@ typedef JETS_NUM num;
 // clang-format on
 
 struct jets_system {
-    int n;
+    int n, tiles;        /* arms; tiles of eight in the series */
     size_t stride, tile; /* numbers from one order to the next, from eight arms to the next eight */
     const int *parent, *end;
-    const struct blocks *blocks;           /* of one tree of doubles with more than eight arms that is no strand */
-    const struct strand *strand;           /* of one chain of doubles that suits it; else NULL, as blocks */
+    /* of one tree of doubles with more than eight arms, one of these, as jets has cut it; else NULL */
+    const struct blocks *blocks;
+    const struct layers *layers; /* its series are in the order of seats */
+    const struct strand *strand;
     const double *share;                   /* 1 / (j + 1) of order j */
     num *rate, *force, *turn_re, *turn_im; /* series: order j of arm k at jets_row(k) + j * stride */
 #define X(name) num *name;
@@ -60,5 +62,8 @@ struct jets_system {
 static inline size_t jets_row(const struct jets_system *s, int k) {
     return (size_t)(k / 8) * s->tile + (size_t)(k % 8);
 }
+
+/** Seats of a tree in layers, empty ones included; 0 of any other. */
+static inline int jets_seats(const struct jets_system *s) { return s->layers ? s->tiles * 8 : 0; }
 
 #endif

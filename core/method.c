@@ -9,6 +9,18 @@ double pend_times_at(const struct pend_times *times, long i) {
     return times->start + (double)i * times->span / times->divisor;
 }
 
+void pend_times_list(const struct pend_times *times, long first, int count, double t[]) {
+    if (times->list) {
+        memcpy(t, times->list + first, (size_t)count * sizeof *t);
+        return;
+    }
+    double base = (double)first, start = times->start, span = times->span, divisor = times->divisor;
+    // whole numbers of this size are exact
+    for (int i = 0; i < count; i++) t[i] = start + (base + i) * span / divisor;
+    double last = divisor - base;
+    if (last >= 0 && last < count && last == (int)last) t[(int)last] = start + span;
+}
+
 static const struct pend_method *const method_table[] = {
     &pend_method_taylor,  &pend_method_ode23,      &pend_method_rkf45,  &pend_method_rk8pd,
     &pend_method_msadams, &pend_method_symplectic, &pend_method_linear,

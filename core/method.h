@@ -20,6 +20,11 @@ struct pend_times {
  */
 double pend_times_at(const struct pend_times *times, long i);
 
+/**
+ * Instants first .. first + count - 1, s, the same numbers as one by one. O(count).
+ */
+void pend_times_list(const struct pend_times *times, long first, int count, double t[]);
+
 struct pend_problem {
     const struct pend_tree *tree; /* must outlive every run of it */
     double gravity;               /* m/s^2 */

@@ -73,27 +73,25 @@ static void motion_units_begin(struct motion_units *units) {
 #endif
 }
 
+/* those of the angles from k on, of n */
 static void motion_units_fill(struct motion_units *units, int n, const double phi[], int k) {
     int count = n - k < PEND_TURN_CAP ? n - k : PEND_TURN_CAP, near = 1;
     for (int i = 0; i < count; i++) near &= fabs(phi[k + i]) <= 1e6;
-    if (near) units->turn(phi + k, count, units->re, units->im);
-    // the vectors' range has ended
-    for (int i = 0; i < count && !near; i++) units->re[i] = cos(phi[k + i]), units->im[i] = sin(phi[k + i]);
+    units->turn(phi + k, count, units->re, units->im);
+    for (int i = 0; i < count && !near; i++) {
+        // the vectors' range has ended
+        if (!(fabs(phi[k + i]) <= 1e6)) units->re[i] = cos(phi[k + i]), units->im[i] = sin(phi[k + i]);
+    }
     units->from = k;
     units->end = k + count;
 }
 
-/* l e^{i phi} of arm k, whose direction is there */
-static struct motion_vector motion_unit(const struct motion_units *units, const struct pend_tree *tree, int k) {
-    double len = tree->len[k];
-    return (struct motion_vector){len * units->re[k - units->from], len * units->im[k - units->from]};
-}
-
-/* the same, where arms are taken in turn from 0 on */
+/* l e^{i phi} of arm k, where arms are taken in turn from 0 on */
 static struct motion_vector motion_next(struct motion_units *units, const struct pend_tree *tree, const double phi[],
                                         int k) {
     if (k == units->end) motion_units_fill(units, tree->n, phi, k);
-    return motion_unit(units, tree, k);
+    double len = tree->len[k];
+    return (struct motion_vector){len * units->re[k - units->from], len * units->im[k - units->from]};
 }
 
 /* l e^{i phi} */
@@ -148,25 +146,42 @@ static void motion_add(struct motion_sum *s, double x) {
     s->sum = sum;
 }
 
-struct pend_energy pend_motion_energy(const struct pend_tree *tree, double gravity, const double phi[],
-                                      const double rate[]) {
+/* of a state whose angles and rates begin at `from` of all the `end` */
+static struct pend_energy motion_energy(struct motion_units *units, const struct pend_tree *tree, double gravity,
+                                        int from, int end, const double phi[], const double rate[]) {
     struct motion_sum kinetic = {0, 0}, moment = {0, 0};
     struct motion_stack stack;
     stack.count = 0;
-    struct motion_units units;
-    motion_units_begin(&units);
-    while (units.end < tree->n) {
-        motion_units_fill(&units, tree->n, phi, units.end);
+    for (int k = 0; k < tree->n;) {
+        if (from + k == units->end) motion_units_fill(units, end, phi, from + k);
+        int next = units->end - from < tree->n ? units->end - from : tree->n;
         // no call in this loop: all sums stay in registers
-        for (int k = units.from; k < units.end; k++) {
-            struct motion_vector arm = motion_unit(&units, tree, k), turn = {-rate[k] * arm.im, rate[k] * arm.re};
+        for (; k < next; k++) {
+            int i = from + k;
+            double re = tree->len[k] * units->re[i - units->from], im = tree->len[k] * units->im[i - units->from];
+            struct motion_vector turn = {-rate[i] * im, rate[i] * re};
             struct motion_vector v = motion_tip(tree, k, motion_base(tree, k, &stack), turn, &stack);
             motion_add(&kinetic, tree->mass[k] * (v.re * v.re + v.im * v.im));
             // sum m_k Im z_k, arm by arm instead of tip by tip
-            motion_add(&moment, tree->subtree_mass[k] * arm.im);
+            motion_add(&moment, tree->subtree_mass[k] * im);
         }
     }
     return (struct pend_energy){(kinetic.sum + kinetic.lost) / 2, gravity * (moment.sum + moment.lost)};
+}
+
+void pend_motion_energies(const struct pend_tree *tree, double gravity, int count, const double phi[],
+                          const double rate[], struct pend_energy energy[]) {
+    struct motion_units units;
+    motion_units_begin(&units);
+    for (int i = 0; i < count; i++)
+        energy[i] = motion_energy(&units, tree, gravity, i * tree->n, count * tree->n, phi, rate);
+}
+
+struct pend_energy pend_motion_energy(const struct pend_tree *tree, double gravity, const double phi[],
+                                      const double rate[]) {
+    struct pend_energy energy;
+    pend_motion_energies(tree, gravity, 1, phi, rate, &energy);
+    return energy;
 }
 
 double pend_motion_energy_scale(const struct pend_tree *tree, double gravity, double kinetic) {

@@ -39,6 +39,15 @@ struct pend_energy pend_motion_energy(const struct pend_tree *tree, double gravi
                                       const double rate[]);
 
 /**
+ * The same of several states, rows of n, one after the other: cheaper for small trees, whose directions are found
+ * together. A state's energy has the bits that it has alone.
+ *
+ * energy  out, count values.
+ */
+void pend_motion_energies(const struct pend_tree *tree, double gravity, int count, const double phi[],
+                          const double rate[], struct pend_energy energy[]);
+
+/**
  * The scale that an energy drift is measured against: g l-weighted, sum over arms of |g| l_k (S^T m)_k, plus the
  * kinetic energy given. J.
  */

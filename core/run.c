@@ -1,19 +1,27 @@
 #include "core/run.h"
 
 #include <assert.h>
-#include <float.h>
 #include <math.h>
 #include <stdarg.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/dynamics.h"
 #include "core/motion.h"
+#include "core/run_check.h"
 
 /* samples are made in groups: at most this many instants, and about this many numbers an array */
 enum { RUN_GROUP = 64, RUN_GROUP_NUMBERS = 8192 };
+/* ends of steps whose energies are found together: at most this many, and about this many numbers an array */
+enum { RUN_ENDS = 16, RUN_ENDS_NUMBERS = 64 };
+
+/* States at the ends of the last steps, whose energies nobody has looked at. None is left when pend_run_next returns.
+ */
+struct run_ends {
+    int count, cap;
+    double *phi, *rate; /* stored order */
+};
 
 struct pend_run {
     const struct pend_method *method;
@@ -23,91 +31,18 @@ struct pend_run {
     double reached;     /* s, relative: what the steps have reached */
     long next;          /* number of the first instant that was not handed out */
     int group;          /* most instants in one group */
+    long listed_from;   /* number of the first instant in t */
+    int listed;         /* instants in t */
     int ordered;        /* stored order is the caller's order */
     double sample_cost; /* arm-evaluations that a sample stands for */
     double scale, energy_start, drift;
     struct pend_error failure; /* code PEND_OK: none */
-    double *t, *relative;      /* a group's instants, and the same relative to the first */
+    double *t, *relative;      /* the next instants, and the same relative to the first */
     struct pend_points points; /* a group's states, stored order */
-    double *re, *im;           /* one row */
-    void *work;                /* of pend_dynamics_many */
+    struct run_ends ends;
+    double *re, *im; /* one row */
+    void *work;      /* of pend_dynamics_many */
 };
-
-/* ---- checks of a problem */
-
-/* x - x is +0 just where x is finite; the bits are gathered because that loop vectorises */
-static int run_finite(const double x[], long count) {
-    uint64_t bad = 0;
-    for (long i = 0; i < count; i++) {
-        double zero = x[i] - x[i];
-        uint64_t bits;
-        memcpy(&bits, &zero, sizeof bits);
-        bad |= bits;
-    }
-    return !bad;
-}
-
-/* a grid's instants never run backwards; neighbours can only coincide if its step is within a rounding of its ends */
-static int run_grid_is_wide(const struct pend_times *times) {
-    double largest = fmax(fabs(times->start), fabs(times->start + times->span));
-    return fabs(times->span) / times->divisor > 8 * DBL_EPSILON * largest;
-}
-
-static enum pend_status run_check_times(const struct pend_times *times, struct pend_error *error) {
-    if (times->count < 1) return pend_fail(error, PEND_INVALID, -1, 0, "there must be at least one instant");
-    if (!times->list && !(isfinite(times->start) && isfinite(times->span) && isfinite(times->divisor)))
-        return pend_fail(error, PEND_INVALID, -1, 0, "the instants must be finite");
-    if (!times->list && !(times->divisor > 0))
-        return pend_fail(error, PEND_INVALID, -1, 0, "the divisor of a grid of instants must be > 0");
-    double first = pend_times_at(times, 0), last = pend_times_at(times, times->count - 1);
-    if (times->list ? !run_finite(times->list, times->count) : !isfinite(last))
-        return pend_fail(error, PEND_INVALID, -1, 0, "the instants must be finite");
-    if (!isfinite(last - first)) return pend_fail(error, PEND_INVALID, -1, 0, "the instants span too long a time");
-    if (!times->list && run_grid_is_wide(times)) return PEND_OK;
-    for (long i = 1; i < times->count; i++) {
-        double before = pend_times_at(times, i - 1), now = pend_times_at(times, i);
-        if (last > first ? now > before : now < before) continue;
-        return pend_fail(error, PEND_INVALID, -1, now,
-                         "the instants must be strictly increasing or strictly decreasing: instant %ld (%.17g s) does "
-                         "not follow instant %ld (%.17g s)",
-                         i + 1, now, i, before);
-    }
-    return PEND_OK;
-}
-
-static enum pend_status run_check_range(const char *method, const char *name, double value, double min, double max,
-                                        struct pend_error *error) {
-    if (value >= min && value <= max) return PEND_OK;
-    return pend_fail(error, PEND_INVALID, -1, 0, "%s of method %s must be from %g to %g, got %g", name, method, min,
-                     max, value);
-}
-
-static enum pend_status run_check_state(const struct pend_problem *problem, struct pend_error *error) {
-    const struct pend_tree *tree = problem->tree;
-    for (int k = 0; k < tree->n; k++) {
-        double low = (problem->phi_low ? problem->phi_low[k] : 0) + (problem->rate_low ? problem->rate_low[k] : 0);
-        if (isfinite(problem->phi[k]) && isfinite(problem->rate[k]) && isfinite(low)) continue;
-        return pend_fail(error, PEND_INVALID, tree->order[k], 0, "the start of arm %d must be finite",
-                         tree->order[k] + 1);
-    }
-    return PEND_OK;
-}
-
-/* checks a problem and puts the method's defaults in the place of zeros */
-static enum pend_status run_check(const struct pend_method *method, struct pend_problem *problem,
-                                  struct pend_error *error) {
-    if (!isfinite(problem->gravity)) return pend_fail(error, PEND_INVALID, -1, 0, "gravity must be finite");
-    PEND_TRY(run_check_times(&problem->times, error));
-    PEND_TRY(run_check_state(problem, error));
-    if (problem->step_cap < 0) return pend_fail(error, PEND_INVALID, -1, 0, "the step limit must not be negative");
-    if (method->flags & PEND_METHOD_FIXED_STEP && problem->step != 0)
-        PEND_TRY(run_check_range(method->name, "step", problem->step, method->step_min, method->step_max, error));
-    if (!(method->flags & PEND_METHOD_TOLERANCES)) return PEND_OK;
-    if (problem->rtol == 0) problem->rtol = method->rtol_default;
-    if (problem->atol == 0) problem->atol = method->atol_default;
-    PEND_TRY(run_check_range(method->name, "rtol", problem->rtol, method->rtol_min, method->rtol_max, error));
-    return run_check_range(method->name, "atol", problem->atol, method->atol_min, method->atol_max, error);
-}
 
 /* ---- making and freeing */
 
@@ -129,6 +64,8 @@ static size_t run_place(struct pend_run *run, char *base, int n, int group, doub
     run->points.rate = run_take(base, &used, rows);
     run->points.acc = run_take(base, &used, rows);
     run->points.force = run_take(base, &used, rows);
+    run->ends.phi = run_take(base, &used, row * (size_t)run->ends.cap);
+    run->ends.rate = run_take(base, &used, row * (size_t)run->ends.cap);
     run->re = run_take(base, &used, row);
     run->im = run_take(base, &used, row);
     run->work = run_take(base, &used, pend_dynamics_many_bytes(n));
@@ -140,10 +77,16 @@ static int run_group(int n) {
     return group < 1 ? 1 : group > RUN_GROUP ? RUN_GROUP : group;
 }
 
+static int run_ends(int n) {
+    int ends = RUN_ENDS_NUMBERS / n;
+    return ends < 1 ? 1 : ends > RUN_ENDS ? RUN_ENDS : ends;
+}
+
 /* a run in one block, its problem's state copied, no stepper yet */
 static struct pend_run *run_allocate(const struct pend_method *method, const struct pend_problem *problem) {
     int n = problem->tree->n, group = run_group(n);
     struct pend_run sketch = {.method = method, .problem = *problem, .group = group};
+    sketch.ends.cap = run_ends(n);
     double *start[4];
     const double *given[4] = {problem->phi, problem->rate, problem->phi_low, problem->rate_low};
     size_t bytes = run_place(&sketch, NULL, n, group, start);
@@ -182,7 +125,7 @@ enum pend_status pend_run_new(struct pend_run **run, const struct pend_method *m
                               const struct pend_problem *problem, struct pend_error *error) {
     struct pend_problem checked = *problem;
     *run = NULL;
-    PEND_TRY(run_check(method, &checked, error));
+    PEND_TRY(pend_run_check(method, &checked, error));
     struct pend_run *made = run_allocate(method, &checked);
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a run of %d arms", problem->tree->n);
     run_start(made);
@@ -222,21 +165,36 @@ static enum pend_status run_fail(struct pend_run *run, struct pend_error *error,
 
 /* ---- steps */
 
-/* energy drift, and whether the state is still made of numbers */
-static enum pend_status run_inspect(struct pend_run *run, struct pend_error *error) {
+/* energy drift of the steps since it was last looked at */
+static void run_weigh(struct pend_run *run) {
     const struct pend_problem *problem = &run->problem;
-    const struct pend_tree *tree = problem->tree;
-    const struct pend_points *points = &run->points;
-    run->method->at(run->stepper, &run->reached, 1, &(struct pend_points){.phi = points->phi, .rate = points->rate});
-    if (!run_finite(points->phi, tree->n) || !run_finite(points->rate, tree->n)) {
+    struct run_ends *ends = &run->ends;
+    struct pend_energy energy[RUN_ENDS];
+    double most = 0;
+    if (!ends->count) return;
+    pend_motion_energies(problem->tree, problem->gravity, ends->count, ends->phi, ends->rate, energy);
+    for (int i = 0; i < ends->count; i++) {
+        double drift = fabs(energy[i].kinetic + energy[i].potential - run->energy_start);
+        if (drift > most) most = drift;
+    }
+    if (run->scale > 0) run->drift = fmax(run->drift, most / run->scale);
+    ends->count = 0;
+}
+
+/* keeps the end of a step for its energy, and sees whether it is still made of numbers */
+static enum pend_status run_inspect(struct pend_run *run, struct pend_error *error) {
+    const struct pend_tree *tree = run->problem.tree;
+    struct run_ends *ends = &run->ends;
+    size_t row = (size_t)ends->count * (size_t)tree->n;
+    double *phi = ends->phi + row, *rate = ends->rate + row;
+    run->method->at(run->stepper, &run->reached, 1, &(struct pend_points){.phi = phi, .rate = rate});
+    if (!pend_run_finite(phi, tree->n) || !pend_run_finite(rate, tree->n)) {
         int k = 0;
-        while (isfinite(points->phi[k]) && isfinite(points->rate[k])) k++;
+        while (isfinite(phi[k]) && isfinite(rate[k])) k++;
         return run_fail(run, error, PEND_NOT_FINITE, tree->order[k], run->start + run->reached,
                         "the motion of arm %d ceased to be finite", tree->order[k] + 1);
     }
-    struct pend_energy energy = pend_motion_energy(tree, problem->gravity, points->phi, points->rate);
-    double drift = fabs(energy.kinetic + energy.potential - run->energy_start);
-    if (run->scale > 0) run->drift = fmax(run->drift, drift / run->scale);
+    if (++ends->count == ends->cap) run_weigh(run);
     return PEND_OK;
 }
 
@@ -259,51 +217,72 @@ static enum pend_status run_step(struct pend_run *run, double *spent, struct pen
 
 /* ---- samples */
 
-/* counts the wanted instants within reach, at most `most`, and lists them */
-static int run_due(struct pend_run *run, long most) {
+/* lists the instants from the next one on */
+static void run_list(struct pend_run *run) {
     const struct pend_times *times = &run->problem.times;
-    int due = 0;
-    if (most > run->group) most = run->group;
-    if (most > times->count - run->next) most = times->count - run->next;
-    for (; due < most; due++) {
-        run->t[due] = pend_times_at(times, run->next + due);
-        run->relative[due] = run->t[due] - run->start;
-        if (run->end < 0 ? run->relative[due] < run->reached : run->relative[due] > run->reached) break;
-    }
+    long left = times->count - run->next;
+    run->listed = left < run->group ? (int)left : run->group;
+    run->listed_from = run->next;
+    pend_times_list(times, run->next, run->listed, run->t);
+    for (int i = 0; i < run->listed; i++) run->relative[i] = run->t[i] - run->start;
+}
+
+/* counts the wanted instants within reach, at most `most` and as far as they are listed */
+static int run_due(struct pend_run *run, long most) {
+    if (run->next < run->listed_from || run->next >= run->listed_from + run->listed) run_list(run);
+    int due = 0, from = (int)(run->next - run->listed_from), left = run->listed - from;
+    const double *relative = run->relative + from;
+    if (most < left) left = (int)most;
+    for (; due < left; due++)
+        if (run->end < 0 ? relative[due] < run->reached : relative[due] > run->reached) break;
     return due;
 }
 
+/* where a group's states go: to the caller's arrays, where these have the stored order, else into the run's own */
+static struct pend_points run_room(const struct pend_run *run, const struct pend_samples *samples) {
+    struct pend_points room = run->points;
+    size_t at = (size_t)samples->count * (size_t)run->problem.tree->n;
+    if (!run->ordered) return room;
+    if (samples->phi) room.phi = samples->phi + at;
+    if (samples->rate) room.rate = samples->rate + at;
+    if (samples->acc) room.acc = samples->acc + at;
+    if (samples->force) room.force = samples->force + at;
+    return room;
+}
+
 /* the states of the instants due, and their accelerations and forces where they are wanted */
-static void run_states(struct pend_run *run, const struct pend_samples *samples, int due) {
+static void run_states(struct pend_run *run, const struct pend_samples *samples, int due,
+                       const struct pend_points *room) {
     const struct pend_problem *problem = &run->problem;
     unsigned flags = run->method->flags;
     size_t n = (size_t)problem->tree->n;
     int first = run->next == 0 && !(flags & PEND_METHOD_LINEAR);
-    struct pend_points points = run->points;
+    struct pend_points points = *room;
     if (!samples->force) points.force = NULL;
     if (!samples->acc && !(points.force && flags & PEND_METHOD_LINEAR)) points.acc = NULL;
     if (first) {
         memcpy(points.phi, problem->phi, n * sizeof(double));
         memcpy(points.rate, problem->rate, n * sizeof(double));
     } else {
-        run->method->at(run->stepper, run->relative, due, &points);
+        run->method->at(run->stepper, run->relative + (run->next - run->listed_from), due, &points);
     }
     if ((!points.acc && !points.force) || (flags & PEND_METHOD_SERIES && !first)) return;
     if (!(flags & PEND_METHOD_LINEAR))
-        pend_dynamics_many(problem->tree, problem->gravity, due, points.phi, points.rate, run->work, run->points.acc,
-                           run->points.force);
+        pend_dynamics_many(problem->tree, problem->gravity, due, points.phi, points.rate, run->work, room->acc,
+                           room->force);
     else if (points.force)
         for (size_t row = 0; row < (size_t)due * n; row += n)
             pend_motion_force(problem->tree, problem->gravity, points.phi + row, points.rate + row, points.acc + row,
                               points.force + row);
 }
 
-/* copies rows in stored order to the caller's, from row `at` of `out` on */
+/* copies rows in stored order to the caller's, from row `at` of `out` on, unless they are there already */
 static void run_put(const struct pend_run *run, const double rows[], int count, double out[], long at) {
     if (!out) return;
     size_t n = (size_t)run->problem.tree->n;
     const int *order = run->problem.tree->order;
     out += (size_t)at * n;
+    if (out == rows) return;
     if (run->ordered) {
         memcpy(out, rows, (size_t)count * n * sizeof(double));
         return;
@@ -355,7 +334,7 @@ static struct run_flaw run_find_flaw(const struct pend_run *run, const struct pe
         if (!wanted[i].from) continue;
         int width = wanted[i].each_arm ? n : 1;
         const double *rows = wanted[i].from + samples->count * width;
-        if (run_finite(rows, (long)flaw.row * width)) continue;
+        if (pend_run_finite(rows, (long)flaw.row * width)) continue;
         long bad = 0;
         while (isfinite(rows[bad])) bad++;
         flaw = (struct run_flaw){(int)(bad / width), wanted[i].each_arm ? (int)(bad % width) : -1, wanted[i].what};
@@ -379,18 +358,18 @@ static enum pend_status run_hand_out(struct pend_run *run, struct pend_samples *
 static enum pend_status run_sample(struct pend_run *run, struct pend_samples *samples, int due,
                                    struct pend_error *error) {
     size_t n = (size_t)run->problem.tree->n;
-    const struct pend_points *points = &run->points;
+    const struct pend_points points = run_room(run, samples);
     long at = samples->count;
-    run_states(run, samples, due);
-    memcpy(samples->t + at, run->t, (size_t)due * sizeof(double));
-    run_put(run, points->phi, due, samples->phi, at);
-    run_put(run, points->rate, due, samples->rate, at);
-    run_put(run, points->acc, due, samples->acc, at);
-    run_put(run, points->force, due, samples->force, at);
+    run_states(run, samples, due, &points);
+    memcpy(samples->t + at, run->t + (run->next - run->listed_from), (size_t)due * sizeof(double));
+    run_put(run, points.phi, due, samples->phi, at);
+    run_put(run, points.rate, due, samples->rate, at);
+    run_put(run, points.acc, due, samples->acc, at);
+    run_put(run, points.force, due, samples->force, at);
     int derived =
         samples->z_re || samples->z_im || samples->zd_re || samples->zd_im || samples->kinetic || samples->potential;
     for (int i = 0; i < due && derived; i++)
-        run_derive(run, points->phi + (size_t)i * n, points->rate + (size_t)i * n, samples, at + i);
+        run_derive(run, points.phi + (size_t)i * n, points.rate + (size_t)i * n, samples, at + i);
     return run_hand_out(run, samples, due, error);
 }
 
@@ -410,6 +389,7 @@ enum pend_status pend_run_next(struct pend_run *run, struct pend_samples *sample
         status = due ? run_sample(run, samples, due, error) : run_step(run, &spent, error);
         spent += due * run->sample_cost;
     } while (status == PEND_OK && spent < work);
+    run_weigh(run);
     *done = status == PEND_OK && run->next == run->problem.times.count;
     return status;
 }

@@ -1,6 +1,7 @@
 #include "server/store_schema.h"
 
 #include <stdio.h>
+#include <string.h>
 
 #include "server/store_rows.h"
 
@@ -32,20 +33,27 @@ static const char *const schema[] = {
     "CREATE INDEX scenes_client ON scenes (client)",
     NULL};
 
-static enum srv_stored schema_version(struct srv_sql *sql, int64_t *version) {
+/* the tables' version; -1 where none is written */
+static enum srv_stored schema_read(struct srv_sql *sql, int64_t *version) {
     struct srv_row_wholes row = {.count = 1};
+    SRV_STORED_TRY(sql->driver->run(sql, -1, "SELECT version FROM pendulumd", NULL, 0, srv_row_wholes, &row));
+    *version = row.rows ? row.whole[0] : -1;
+    return SRV_STORED;
+}
+
+static enum srv_stored schema_version(struct srv_sql *sql, int64_t *version) {
     SRV_STORED_TRY(sql->driver->run(sql, -1, "CREATE TABLE IF NOT EXISTS pendulumd (version BIGINT NOT NULL)", NULL, 0,
                                     NULL, NULL));
-    SRV_STORED_TRY(sql->driver->run(sql, -1, "SELECT version FROM pendulumd", NULL, 0, srv_row_wholes, &row));
-    *version = row.rows ? row.whole[0] : 0;
-    if (row.rows) return SRV_STORED;
+    SRV_STORED_TRY(schema_read(sql, version));
+    if (*version >= 0) return SRV_STORED;
+    *version = 0;
     return sql->driver->run(sql, -1, "INSERT INTO pendulumd (version) VALUES (0)", NULL, 0, NULL, NULL);
 }
 
 /* brings the tables to this version's, in one transaction */
 static enum srv_stored schema_migrate(struct srv_sql *sql, int64_t *version) {
-    enum srv_stored stored = sql->driver->run(sql, -1, "{begin}", NULL, 0, NULL, NULL);
-    if (stored == SRV_STORED) stored = sql->driver->run(sql, -1, "{alone}", NULL, 0, NULL, NULL);
+    SRV_STORED_TRY(sql->driver->run(sql, -1, "{begin}", NULL, 0, NULL, NULL));
+    enum srv_stored stored = sql->driver->run(sql, -1, "{alone}", NULL, 0, NULL, NULL);
     if (stored == SRV_STORED) stored = schema_version(sql, version);
     int at = 0;
     for (int64_t v = 0; v < SCHEMA && stored == SRV_STORED; v++, at++)
@@ -55,14 +63,19 @@ static enum srv_stored schema_migrate(struct srv_sql *sql, int64_t *version) {
         struct srv_value value[] = {srv_value_whole(SCHEMA)};
         stored = sql->driver->run(sql, -1, "UPDATE pendulumd SET version = $1", value, 1, NULL, NULL);
     }
-    enum srv_stored ended =
-        sql->driver->run(sql, -1, stored == SRV_STORED ? "COMMIT" : "ROLLBACK", NULL, 0, NULL, NULL);
-    return stored == SRV_STORED ? ended : stored;
+    if (stored == SRV_STORED) return sql->driver->run(sql, -1, "COMMIT", NULL, 0, NULL, NULL);
+    // what went wrong is what is told, not that nothing was left to roll back
+    char complaint[SRV_SQL_COMPLAINT];
+    memcpy(complaint, sql->complaint, sizeof complaint);
+    sql->driver->run(sql, -1, "ROLLBACK", NULL, 0, NULL, NULL);
+    memcpy(sql->complaint, complaint, sizeof complaint);
+    return stored;
 }
 
 enum srv_stored srv_schema_settle(struct srv_sql *sql) {
     int64_t version = 0;
-    SRV_STORED_TRY(schema_migrate(sql, &version));
+    // tables that are as they should be are only read: whoever starts waits for nobody who writes
+    if (schema_read(sql, &version) != SRV_STORED || version < SCHEMA) SRV_STORED_TRY(schema_migrate(sql, &version));
     if (version > SCHEMA) {
         char text[SRV_SQL_COMPLAINT];
         snprintf(text, sizeof text, "the store is of version %lld, this program knows up to %d", (long long)version,

@@ -1,6 +1,6 @@
 /* Timing of small pieces: each is run in short passes, the passes of all interleaved, so that a slow spell hits all
  * alike. Leaves to others: what is timed (bench_*.c), load over sockets. Invariant: one thread; the figure is the
- * median of the passes, the smallest stands beside it. */
+ * median of the passes, the smallest stands beside it, both in the thread's processor time. */
 #ifndef BENCH_H
 #define BENCH_H
 
@@ -11,7 +11,7 @@ struct bench {
     void (*run)(struct bench *bench);
     struct bench *next;
     long done;                   /* units of this pass */
-    double begin;                /* s */
+    double begin;                /* s of processor time */
     double figure[BENCH_PASSES]; /* ns a unit */
     int passes;
 };
@@ -26,7 +26,7 @@ void bench_register(struct bench *bench);
     static void bench_##name_(struct bench *bench)
 
 /**
- * True while the pass goes on, for 50 ms; the clock starts at the first call.
+ * True while the pass goes on, for 50 ms of processor time; the clock starts at the first call.
  *
  * units  how many units of work one turn of the loop does.
  */

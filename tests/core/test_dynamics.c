@@ -360,6 +360,34 @@ TEST(dynamics_of_eight_states_are_those_of_each_to_the_bit) {
     }
 }
 
+TEST(dynamics_of_huge_trees_have_the_bits_of_lanes) {
+    // below and above the number of arms from which one state's sweeps do without jumps
+    static const int arms[] = {8000, 9001};
+    unsigned long long seed = 17;
+    for (int i = 0; i < 2 * TEST_TREE_KINDS; i++) {
+        struct test_tree t;
+        struct eight e;
+        int n = arms[i / TEST_TREE_KINDS], kind = i % TEST_TREE_KINDS, other = 0, moved = 0;
+        if (kind == TEST_TREE_CHAIN) continue; // solved in pieces
+        double *acc = malloc(2 * (size_t)n * sizeof *acc), *force = acc + n;
+        REQUIRE(acc);
+        test_tree_random(&t, (enum test_tree_kind)kind, n, 0.3, &seed);
+        eight_init(&e, n);
+        for (int j = 0; j < 8; j++) eight_fill(&e, j, t.phi, t.rate);
+        pend_dynamics_lanes(t.tree, 9.81, e.phi, e.rate, e.work, e.acc, e.force);
+        test_tree_dynamics(&t, 9.81, acc, force);
+        for (int k = 0; k < n; k++) {
+            other += acc[k] != e.acc[8 * k + 3] || force[k] != e.force[8 * k + 3];
+            moved += acc[k] != 0 && force[k] != 0;
+        }
+        CHECK_SAYING(other == 0, "%s of %d arms: %d differ", test_tree_kind_name((enum test_tree_kind)kind), n, other);
+        CHECK(moved > n / 2);
+        eight_clear(&e);
+        test_tree_clear(&t);
+        free(acc);
+    }
+}
+
 TEST(dynamics_of_many_states_are_those_of_each_to_the_bit) {
     enum { N = 9, MOST = 21 };
     unsigned long long seed = 16;

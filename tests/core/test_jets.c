@@ -157,10 +157,10 @@ TEST(jets_obey_the_equations_of_motion_on_large_random_trees) {
     CHECK_RESIDUAL(residual[1], 1e-12, "lambda of the series against the equations");
 }
 
-/* blocks of eight arms: whole and broken ones, straight and crowded ones, edges to near and far blocks */
+/* blocks of eight arms: whole and broken ones, straight and crowded ones, edges to near and far blocks; and layers */
 TEST(jets_obey_the_equations_of_motion_on_large_trees_of_every_kind) {
     unsigned long long seed = 5;
-    static const int sizes[] = {9, 15, 16, 17, 40, 200};
+    static const int sizes[] = {9, 15, 16, 17, 40, 65, 72, 127, 200, 255};
     double residual[2] = {0, 0};
     for (int kind = 0; kind < TEST_TREE_KINDS; kind++) {
         for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
@@ -208,6 +208,26 @@ TEST(jets_have_the_same_bits_in_avx2_and_avx512) {
     }
 }
 
+/* the largest differences of phi'' and lambda at order 0 from the equations, over the largest values */
+static void scene_start(struct scene *s, double residual[2]) {
+    int n = s->tree->n;
+    double acc[ARMS_MAX], force[ARMS_MAX], scale[2] = {0, 0}, worst[2] = {0, 0};
+    pend_jets_expand(&s->jets, s->gravity, 0.0625, &s->state, PEND_JETS_ORDER_MIN);
+    pend_dynamics(s->tree, s->gravity, s->phi, s->rate, s->work, acc, force);
+    for (int k = 0; k < n; k++) {
+        double first = s->jets.rate[pend_jets_place(&s->jets, k, 1)] * 256;
+        double error[2] = {fabs(first - acc[k]), fabs(s->jets.force[pend_jets_place(&s->jets, k, 0)] * 256 - force[k])};
+        scale[0] = fmax(scale[0], fabs(acc[k]));
+        scale[1] = fmax(scale[1], fabs(force[k]));
+        for (int i = 0; i < 2; i++) {
+            if (!(error[i] <= worst[i])) worst[i] = error[i];
+        }
+    }
+    for (int i = 0; i < 2; i++) {
+        if (!(worst[i] / scale[i] <= residual[i])) residual[i] = worst[i] / scale[i];
+    }
+}
+
 TEST(jets_keep_their_digits_at_order_zero_when_masses_differ_by_16_decades) {
     unsigned long long seed = 3;
     double residual[2] = {0, 0};
@@ -216,16 +236,7 @@ TEST(jets_keep_their_digits_at_order_zero_when_masses_differ_by_16_decades) {
         random_parents(n, parent, &seed);
         struct scene s;
         REQUIRE(scene_open(&s, n, parent, 8, &seed));
-        pend_jets_expand(&s.jets, s.gravity, 0.0625, &s.state, PEND_JETS_ORDER_MIN);
-        double acc[ARMS_MAX], force[ARMS_MAX], scale[2] = {0, 0}, worst[2] = {0, 0};
-        pend_dynamics(s.tree, s.gravity, s.phi, s.rate, s.work, acc, force);
-        for (int k = 0; k < n; k++) {
-            scale[0] = fmax(scale[0], fabs(acc[k]));
-            scale[1] = fmax(scale[1], fabs(force[k]));
-            worst[0] = fmax(worst[0], fabs(s.jets.rate[pend_jets_place(&s.jets, k, 1)] * 256 - acc[k]));
-            worst[1] = fmax(worst[1], fabs(s.jets.force[pend_jets_place(&s.jets, k, 0)] * 256 - force[k]));
-        }
-        for (int j = 0; j < 2; j++) residual[j] = fmax(residual[j], worst[j] / scale[j]);
+        scene_start(&s, residual);
         scene_close(&s);
     }
     CHECK_RESIDUAL(residual[0], 1e-10, "phi''");
@@ -341,6 +352,24 @@ TEST(jets_of_a_chain_whose_masses_are_unlike_or_that_branches_are_found_in_block
         mass[cases[i].n / 2] = 1;
         pend_tree_free(&tree);
     }
+}
+
+TEST(jets_keep_their_digits_in_layers_too) {
+    unsigned long long seed = 7;
+    double residual[2] = {0, 0};
+    int layered = 0;
+    for (int i = 0; i < 300; i++) {
+        int parent[ARMS_MAX], n = 65 + test_random_int(&seed, ARMS_MAX - 65);
+        test_parents(i % 8 ? TEST_TREE_ATTACHED : TEST_TREE_BINARY, n, parent, &seed);
+        struct scene s;
+        REQUIRE(scene_open(&s, n, parent, 8, &seed));
+        layered += s.jets.system.layers != NULL;
+        scene_start(&s, residual);
+        scene_close(&s);
+    }
+    CHECK_SAYING(layered > 250, "%d trees in layers", layered);
+    CHECK_RESIDUAL(residual[0], 1e-10, "phi''");
+    CHECK_RESIDUAL(residual[1], 1e-11, "lambda");
 }
 
 TEST(jets_notice_a_wrong_coefficient) {

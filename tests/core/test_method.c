@@ -38,6 +38,27 @@ TEST(times_of_a_list_are_the_list) {
     for (long i = 0; i < 3; i++) CHECK(pend_times_at(&times, i) == list[i]);
 }
 
+TEST(times_in_one_list_are_the_times_one_by_one) {
+    const double list[] = {3, -1, 7, 8};
+    const struct pend_times times[] = {{.count = 501, .span = 5, .divisor = 500},
+                                       {.count = 4, .start = 1, .span = -1, .divisor = 3.5},
+                                       {.count = 1000001, .start = 0.1, .span = 0.7, .divisor = 1e6},
+                                       {.count = 4, .list = list}};
+    int same = 0, compared = 0;
+    for (size_t i = 0; i < sizeof times / sizeof *times; i++) {
+        long starts[] = {0, 1, times[i].count / 2, times[i].count - 3};
+        for (int j = 0; j < 4; j++) {
+            double t[64];
+            int count = times[i].count - starts[j] < 64 ? (int)(times[i].count - starts[j]) : 64;
+            pend_times_list(&times[i], starts[j], count, t);
+            for (int k = 0; k < count; k++) same += t[k] == pend_times_at(&times[i], starts[j] + k);
+            compared += count;
+        }
+    }
+    CHECK_INT(same, compared);
+    CHECK(compared > 400);
+}
+
 TEST(methods_are_those_of_the_contract) {
     const char *const name[] = {"taylor", "ode23", "rkf45", "rk8pd", "msadams", "symplectic", "linear"};
     int count = sizeof name / sizeof *name;

@@ -124,7 +124,7 @@ static double map_defect(int n, const double jacobian[]) {
             for (int k = 0; k < n; k++)
                 sum +=
                     jacobian[k * m + a] * jacobian[(k + n) * m + b] - jacobian[(k + n) * m + a] * jacobian[k * m + b];
-            worst = fmax(worst, fabs(sum));
+            if (!(fabs(sum) <= worst)) worst = fabs(sum);
         }
     return worst;
 }

@@ -90,6 +90,30 @@ TEST(motion_energy_is_the_sum_over_tips) {
     CHECK_RESIDUAL(worst_potential, 1e-14, "potential energy = g sum m Im z");
 }
 
+TEST(motion_energies_of_several_states_are_those_of_each) {
+    enum { STATES = 7 };
+    unsigned long long seed = 4;
+    int same = 0;
+    for (int n = 1; n <= N; n++) {
+        struct test_tree t;
+        double phi[STATES * N], rate[STATES * N];
+        struct pend_energy energy[STATES];
+        test_tree_random(&t, (enum test_tree_kind)(n % TEST_TREE_KINDS), n, 1, &seed);
+        for (int i = 0; i < STATES * n; i++) {
+            // some beyond the range of the vectors' sines
+            phi[i] = (i % 11 ? 1 : 1e7) * (test_random(&seed) - 0.5) * 6;
+            rate[i] = test_random(&seed) - 0.5;
+        }
+        pend_motion_energies(t.tree, 9.81, STATES, phi, rate, energy);
+        for (int i = 0; i < STATES; i++) {
+            struct pend_energy alone = pend_motion_energy(t.tree, 9.81, phi + i * n, rate + i * n);
+            same += alone.kinetic == energy[i].kinetic && alone.potential == energy[i].potential;
+        }
+        test_tree_clear(&t);
+    }
+    CHECK_INT(same, STATES * N);
+}
+
 TEST(motion_kinetic_energy_is_the_quadratic_form_of_re_m) {
     unsigned long long seed = 3;
     double worst = 0;

@@ -23,10 +23,10 @@ static double any(unsigned long long *seed, double decades) {
 }
 
 static pairs2 any_pair(unsigned long long *seed, double decades) {
-    pairs2 x = {{any(seed, decades), any(seed, decades)}, {0}};
+    double first = any(seed, decades), second = any(seed, decades);
     // the low part in 32 bits, so that a quad holds the sum exactly
-    for (int i = 0; i < 2; i++) x.low[i] = x.high[i] * 0x1p-53 * (float)(test_random(seed) - 0.5);
-    return pairs2_settle(x);
+    float rest = (float)(test_random(seed) - 0.5), other = (float)(test_random(seed) - 0.5);
+    return pairs2_settle((pairs2){{first, second}, {first * 0x1p-53 * rest, second * 0x1p-53 * other}});
 }
 
 static void worse(double *worst, pairs2 got, int lane, test_quad want, test_quad size) {

@@ -106,6 +106,23 @@ STORE_TEST(a_store_outlives_its_processes_and_versions_are_kept_apart) {
     CHECK_SAYING(strstr(error.text, "version 99") != NULL, "%s", error.text);
 }
 
+STORE_TEST(a_store_is_opened_while_another_process_writes) {
+    const struct srv_sql_driver *driver = ground->postgres ? &srv_sql_postgres : &srv_sql_sqlite;
+    struct pend_error error;
+    struct srv_sql *sql;
+    struct srv_job job;
+    REQUIRE(driver->open(&sql, ground->url, &error) == PEND_OK);
+    REQUIRE(driver->run(sql, -1, "{begin}", NULL, 0, NULL, NULL) == SRV_STORED);
+    CHECK_INT(driver->run(sql, -1, "UPDATE pendulumd SET version = version", NULL, 0, NULL, NULL), SRV_STORED);
+    struct srv_store *again = ground_open(ground);
+    REQUIRE(again);
+    CHECK_INT(driver->run(sql, -1, "COMMIT", NULL, 0, NULL, NULL), SRV_STORED);
+    CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
+    CHECK_INT(srv_store_job(again, "j", &job), SRV_STORED);
+    srv_store_close(&again);
+    driver->close(sql);
+}
+
 TEST(a_lost_database_is_away_and_comes_back) {
     struct ground ground;
     struct srv_job job;
