@@ -49,9 +49,22 @@ LANES_INLINE void kernel_angle(const struct jets_system *s, const struct jets_st
     s->angle_low[k] = ((x - (d + back)) + (back - y)) + (state->phi_low[k] - low);
 }
 
+/* the same of a strand, whose arms' parents are the arms before them */
+static void kernel_strand_angles(const struct jets_system *s, const struct jets_state *state) {
+    wide last = wide_of(0), last_low = wide_of(0);
+    for (int a = 0; a < s->n; a += WIDE) {
+        wide x = wide_get(state->phi + a), low = wide_get(state->phi_low + a);
+        wide y = strand_unshift(last, x), d = x - y, back = x - d;
+        wide_put(s->angle + a, d);
+        wide_put(s->angle_low + a, ((x - (d + back)) + (back - y)) + (low - strand_unshift(last_low, low)));
+        last = x, last_low = low;
+    }
+}
+
 static void kernel_orders(const struct jets_system *s, const struct jets_state *state, double gravity, double unit,
                           int order) {
-    for (int k = 0; k < s->n; k++) kernel_angle(s, state, k);
+    if (s->strand) kernel_strand_angles(s, state);
+    for (int k = 0; k < s->n && !s->strand; k++) kernel_angle(s, state, k);
     for (int a = 0; a < s->n; a += WIDE) {
         wide sine, cosine;
         WIDE_(sincos)(wide_get(s->angle + a), wide_get(s->angle_low + a), &sine, &cosine);

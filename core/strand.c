@@ -34,7 +34,7 @@ void pend_strand_init(struct strand *strand, const struct pend_tree *tree, void 
         at[STRAND_PULL * STRAND_ARMS] = -tree->len[k];
         at[STRAND_PART * STRAND_ARMS] = 1 / tree->len[k];
     }
-    // what is divided by, of arms that are not there
-    for (int k = tree->n; k < strand->count * STRAND_ARMS; k++)
-        strand->numbers[(size_t)(strand->count - 1) * STRAND_NUMBERS + STRAND_N_LAST * STRAND_ARMS + k % STRAND_ARMS] = 1;
+    // arms that are not there are divided by too
+    double *last = strand->numbers + (size_t)(strand->count - 1) * STRAND_NUMBERS + STRAND_N_LAST * STRAND_ARMS;
+    for (int k = tree->n; k < strand->count * STRAND_ARMS; k++) last[k % STRAND_ARMS] = 1;
 }

@@ -14,7 +14,7 @@
  * MASS, ABOVE                mass of the tip that the arm hangs on, 1 / it; 1 and 0 at the pivot
  * BELOW, PULL, PART          1 / m, -len, 1 / len
  * SPREAD, N, N_LAST          of the masses that hang on an arm: Z^2 / m_last, N, and N of the last arm
- * KAPPA, MORE, GAIN          how a tension reaches the next arm, what an arm adds to the inverse's diagonal, that itself
+ * KAPPA, MORE, GAIN          from a tension to the next; what an arm adds to the inverse's diagonal; that itself
  * LEAN_NEXT, LEAN_LAST       how known forces across the neighbours pull
  * SIDE, SIDE_NEXT, SIDE_LAST how known forces across the arm and its neighbours turn it
  * TURN_NEXT, TURN_LAST       how the neighbours' tensions turn it

@@ -94,7 +94,8 @@ static void strand_masses(const struct jets_system *s, const struct strand *stra
 static void strand_gains(const struct jets_system *s, const struct strand *strand) {
     double gain = 0;
     for (int piece = 0; piece < strand->count; piece++) {
-        double *at = strand_at(strand, piece), *more = at + STRAND_MORE * STRAND_ARMS, *each = at + STRAND_KAPPA * STRAND_ARMS;
+        double *at = strand_at(strand, piece);
+        const double *more = at + STRAND_MORE * STRAND_ARMS, *each = at + STRAND_KAPPA * STRAND_ARMS;
         for (int i = 0; i < STRAND_ARMS; i += WIDE) {
             wide share = strand_get(at, STRAND_N, i) / strand_get(at, STRAND_N_LAST, i);
             wide kappa = wide_get(s->cosine + piece * STRAND_ARMS + i) * share;

@@ -243,6 +243,117 @@ TEST(jets_keep_their_digits_at_order_zero_when_masses_differ_by_16_decades) {
     CHECK_RESIDUAL(residual[1], 1e-9, "lambda");
 }
 
+static void chain_parents(int n, int parent[]) {
+    for (int k = 0; k < n; k++) parent[k] = k - 1;
+}
+
+/* pieces of eight arms: whole and broken ones, one to many */
+TEST(jets_obey_the_equations_of_motion_on_chains_of_every_length) {
+    unsigned long long seed = 8;
+    double residual[2] = {0, 0};
+    int parent[ARMS_MAX], strands = 0;
+    for (int n = 2; n <= 70; n++) {
+        struct scene s;
+        chain_parents(n, parent);
+        for (enum pend_isa isa = 0; isa <= pend_isa_best(); isa++) {
+            REQUIRE(scene_open(&s, n, parent, 0.3, &seed));
+            s.jets.isa = isa;
+            strands += s.jets.system.strand != NULL;
+            double unit = n % 2 ? 0.0625 : -0.0625;
+            pend_jets_expand(&s.jets, s.gravity, unit, &s.state, ORDER);
+            scene_residual(&s, unit, series_reach(&s.jets, n, 1e-14), residual);
+            scene_close(&s);
+        }
+    }
+    CHECK_INT(strands, 62 * ((int)pend_isa_best() + 1));
+    CHECK_RESIDUAL(residual[0], 1e-12, "phi'' of the series against the equations");
+    CHECK_RESIDUAL(residual[1], 1e-12, "lambda of the series against the equations");
+}
+
+/* the largest differences between a chain's coefficients and those of the same chain in blocks, over the order's
+ * largest */
+static int scene_compare(struct scene *s, double unit, double worst[2]) {
+    int n = s->tree->n, isa = (int)s->jets.isa;
+    struct scene other = {.tree = s->tree};
+    other.block = aligned_alloc(64, pend_jets_bytes(s->tree, ORDER));
+    other.work = aligned_alloc(64, pend_blocks_bytes(s->tree));
+    if (!other.block || !other.work) return 0;
+    pend_jets_init(&other.jets, s->tree, ORDER, other.block);
+    memset(other.work, 0, pend_blocks_bytes(s->tree));
+    pend_blocks_init(&other.jets.blocks, s->tree, other.work);
+    other.jets.system.blocks = &other.jets.blocks;
+    other.jets.system.strand = NULL;
+    other.jets.isa = (enum pend_isa)isa;
+    pend_jets_expand(&s->jets, s->gravity, unit, &s->state, ORDER);
+    pend_jets_expand(&other.jets, s->gravity, unit, &s->state, ORDER);
+    for (int j = 0; j <= ORDER; j++) {
+        double gap[2] = {0, 0}, scale[2] = {0, 0};
+        for (int k = 0; k < n; k++) {
+            size_t at = pend_jets_place(&s->jets, k, j);
+            gap[0] = fmax(gap[0], fabs(s->jets.rate[at] - other.jets.rate[at]));
+            scale[0] = fmax(scale[0], fabs(other.jets.rate[at]));
+            gap[1] = fmax(gap[1], j < ORDER ? fabs(s->jets.force[at] - other.jets.force[at]) : 0);
+            scale[1] = fmax(scale[1], j < ORDER ? fabs(other.jets.force[at]) : 1);
+        }
+        for (int i = 0; i < 2; i++) {
+            double relative = gap[i] / scale[i];
+            if (!(relative <= worst[i])) worst[i] = relative;
+        }
+    }
+    free(other.block);
+    free(other.work);
+    return 1;
+}
+
+/* random directions, arms laid on one line but for 1 .. 1e-12 of a turn, and folded back on each other */
+static void scene_align(struct scene *s, int i, unsigned long long *seed) {
+    for (int k = 0; k < s->tree->n && i % 3; k++) {
+        double off = pow(10, -(i % 13)) * test_random(seed);
+        s->phi[k] = 1 + off + (i % 3 == 2 && k % 2 ? M_PI : 0);
+    }
+}
+
+TEST(jets_of_a_chain_have_the_coefficients_that_blocks_have) {
+    unsigned long long seed = 9;
+    int parent[ARMS_MAX];
+    double worst[2] = {0, 0};
+    chain_parents(ARMS_MAX, parent);
+    for (int i = 0; i < 300; i++) {
+        struct scene s;
+        // masses up to eight times their mean either way: as unlike as a strand's may be
+        REQUIRE(scene_open(&s, 9 + test_random_int(&seed, 60), parent, 0.9, &seed));
+        REQUIRE(s.jets.system.strand != NULL);
+        scene_align(&s, i, &seed);
+        REQUIRE(scene_compare(&s, 0.03125, worst));
+        scene_close(&s);
+    }
+    CHECK_RESIDUAL(worst[0], 1e-11, "coefficients of phi'");
+    CHECK_RESIDUAL(worst[1], 1e-11, "coefficients of lambda");
+}
+
+TEST(jets_of_a_chain_whose_masses_are_unlike_or_that_branches_are_found_in_blocks) {
+    int parent[ARMS_MAX];
+    double len[ARMS_MAX], mass[ARMS_MAX];
+    chain_parents(ARMS_MAX, parent);
+    for (int k = 0; k < ARMS_MAX; k++) len[k] = mass[k] = 1;
+    static const struct {
+        int n, branch;
+        double heavy;
+        int suits;
+    } cases[] = {{8, 0, 1, 0},         {9, 0, 1, 1},         {9, 0, 64, 1},  {9, 0, 65, 0},
+                 {40, 0, 1 / 64.0, 1}, {40, 0, 1 / 65.0, 0}, {40, 39, 1, 0}, {40, 1, 1, 0}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct pend_tree *tree;
+        mass[cases[i].n / 2] = cases[i].heavy;
+        parent[39] = cases[i].branch == 39 ? 37 : 38;
+        parent[2] = cases[i].branch == 1 ? 0 : 1;
+        REQUIRE(pend_tree_new(&tree, cases[i].n, len, mass, parent, NULL) == PEND_OK);
+        CHECK_INT(pend_strand_suits(tree), cases[i].suits);
+        mass[cases[i].n / 2] = 1;
+        pend_tree_free(&tree);
+    }
+}
+
 TEST(jets_keep_their_digits_in_layers_too) {
     unsigned long long seed = 7;
     double residual[2] = {0, 0};
