@@ -1,7 +1,7 @@
 /* Power series in time of a moving tree: rates and arm forces about one instant, to any order, O(n) an order.
  * Leaves to others: step sizes, sums over steps, dense output (method_taylor).
- * Invariant: no allocation; coefficients in tiles of 8 arms, all orders of a tile together.
- */
+ * Invariant: no allocation; coefficients in tiles of 8 arms, all orders of a tile together; one thread at a time, for
+ * advance and values too have scratch in the memory. */
 #ifndef PEND_JETS_H
 #define PEND_JETS_H
 
