@@ -20,10 +20,11 @@ PKG := libmicrohttpd libcjson gsl nettle libdeflate libpng zlib libzstd sqlite3 
 WARN := -Wall -Wextra -Wshadow -Wpointer-arith -Wvla -Wformat=2 $(WERROR)
 # gcc's warning of unset variables is often mistaken about instrumented code; valgrind looks for these
 SANITIZED := $(if $(findstring clang,$(CC)),,-Wno-maybe-uninitialized)
-FLAGS.release := -O3 -g -DNDEBUG
+# -g1 names functions and lines, which reports need; variables would take longer to note than all else to compile
+FLAGS.release := -O3 -g1 -DNDEBUG
 FLAGS.debug := -O1 -g
-FLAGS.asan := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer $(SANITIZED)
-FLAGS.tsan := -O1 -g -fsanitize=thread $(SANITIZED)
+FLAGS.asan := -O1 -g1 -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer $(SANITIZED)
+FLAGS.tsan := -O1 -g1 -fsanitize=thread $(SANITIZED)
 $(if $(FLAGS.$(MODE)),,$(error MODE is one of release debug asan tsan, not $(MODE)))
 $(call lazy,PKG_CFLAGS,pkg-config --cflags $(PKG))
 $(call lazy,PKG_LIBS,pkg-config --libs $(PKG))
