@@ -75,9 +75,9 @@ LANES_INLINE void layer_part(struct layer_load *late, double *share, wide mass, 
 }
 
 /* the factors of a block's own arms from lane h on, from their children's */
-LANES_INLINE void layer_factor(const struct layers *l, int at_block, int h) {
-    const struct layer_block *block = &l->block[at_block];
-    double *at = layers_at(l, at_block) + h;
+LANES_INLINE void layer_factor(const struct layers *l, int which, int h) {
+    const struct layer_block *block = &l->block[which];
+    double *at = layers_at(l, which) + h;
     const double *below = layers_at(l, block->below) + h;
     double *table = l->numbers + pend_layers_table(l->count) + h, *own = at + LAYER_FIRST * LAYER_ARMS;
     wide mass = layer_get(at, LAYER_MASS), zero = wide_of(0);

@@ -101,10 +101,10 @@ struct layer_sums {
  * What all children of a block's joints ask for and take, from what the first do. What each of them feels across leaves
  * the child itself out: it is the joint's known force less what the children before take, and those after.
  */
-LANES_INLINE struct layer_sums layer_children(const struct layers *l, int at_block, int h, wide known,
+LANES_INLINE struct layer_sums layer_children(const struct layers *l, int which, int h, wide known,
                                               struct layer_sums sums) {
-    const struct layer_block *block = &l->block[at_block];
-    double *at = layers_at(l, at_block) + h;
+    const struct layer_block *block = &l->block[which];
+    double *at = layers_at(l, which) + h;
     double *table = l->numbers + pend_layers_table(l->count) + block->first * LAYER_TABLE + h;
     wide given[LAYERS_CHILDREN], late = wide_of(0);
     int ranks = block->end - block->first;
