@@ -5,88 +5,76 @@
 #define PEND_BLOCKS_KERNEL_H
 
 #include "core/blocks.h"
+#include "core/eight_kernel.h"
 #include "core/jets_factor.h"
-#include "core/lanes.h"
-
-#if defined(__AVX512F__)
-#define BLOCK_PIN LANES_PIN
-#else
-#define BLOCK_PIN(x) ((void)0)
-#endif
 
 LANES_INLINE double *blocks_at(const struct blocks *b, int block) { return b->numbers + (size_t)block * BLOCK_NUMBERS; }
 
-LANES_INLINE lanes8 block_get(const double *at, int row) { return lanes8_get(at + row * BLOCK_ARMS); }
+LANES_INLINE wide block_get(const double *at, int row) { return wide_get(at + row * BLOCK_ARMS); }
 
-LANES_INLINE void block_put(double *at, int row, lanes8 x) { lanes8_put(at + row * BLOCK_ARMS, x); }
-
-/* the arms' successors, their predecessors */
-LANES_INLINE lanes8 block_next(lanes8 x, lanes8 after) {
-    return __builtin_shufflevector(x, after, 1, 2, 3, 4, 5, 6, 7, 8);
-}
-
-LANES_INLINE lanes8 block_last(lanes8 x, lanes8 before) {
-    return __builtin_shufflevector(before, x, 7, 8, 9, 10, 11, 12, 13, 14);
-}
+LANES_INLINE void block_put(double *at, int row, wide x) { wide_put(at + row * BLOCK_ARMS, x); }
 
 /* ---- once a step */
 
-/* answers of a block's arms to a unit at arm i, on the way up and on the way down */
-LANES_INLINE void block_invert(const struct jets_system *s, const struct block_shape *shape, double *at, int start) {
-    lanes8 up[BLOCK_ARMS], down[BLOCK_ARMS];
+/* answers of a block's arms from lane h on to a unit at arm i, on the way up and on the way down */
+LANES_INLINE void block_invert(const struct jets_system *s, const struct block_shape *shape, double *at, int start,
+                               int h) {
+    wide up[BLOCK_ARMS], down[BLOCK_ARMS];
     for (int i = 0; i < BLOCK_ARMS; i++) {
-        up[i] = down[i] = lanes8_of(0);
-        up[i][i] = down[i][i] = 1;
+        up[i] = down[i] = wide_only(1, i, h);
         int p = shape->parent.from[i];
-        if (shape->parent.mask >> i & 1) up[i] = lanes8_fma(lanes8_of(s->kappa[start + i]), up[p], up[i]);
+        if (shape->parent.mask >> i & 1) up[i] = wide_fma(wide_of(s->kappa[start + i]), up[p], up[i]);
     }
     for (int i = BLOCK_ARMS - 1; i >= 0; i--) {
         int p = shape->parent.from[i];
-        if (shape->parent.mask >> i & 1) down[p] = lanes8_fma(lanes8_of(s->kappa[start + i]), down[i], down[p]);
+        if (shape->parent.mask >> i & 1) down[p] = wide_fma(wide_of(s->kappa[start + i]), down[i], down[p]);
     }
     for (int i = 0; i < BLOCK_ARMS; i++) {
-        block_put(at, BLOCK_UP + i, up[i]);
-        block_put(at, BLOCK_DOWN + i, down[i]);
+        block_put(at + h, BLOCK_UP + i, up[i]);
+        block_put(at + h, BLOCK_DOWN + i, down[i]);
     }
 }
 
-LANES_INLINE void block_coefficients(const struct jets_system *s, const struct block_shape *shape, double *at, int a) {
-    lanes8 eff = lanes8_get(s->eff + a), kappa = lanes8_get(s->kappa + a), part = lanes8_get(s->inv_len + a);
-    lanes8 cosine = lanes8_get(s->cosine + a), sine = lanes8_get(s->sine + a);
-    block_put(at, BLOCK_LEAN, lanes8_get(s->lean + a));
-    block_put(at, BLOCK_NU, lanes8_get(s->nu + a));
-    block_put(at, BLOCK_TAU, lanes8_get(s->tau + a));
-    block_put(at, BLOCK_INV, lanes8_get(s->inv + a));
-    block_put(at, BLOCK_INV_EFF, lanes8_get(s->inv_eff + a));
+/* arms a .. a + WIDE - 1, whose rows are at `at` */
+LANES_INLINE void block_coefficients(const struct jets_system *s, double *at, int a) {
+    wide eff = wide_get(s->eff + a), kappa = wide_get(s->kappa + a), part = wide_get(s->inv_len + a);
+    wide cosine = wide_get(s->cosine + a), sine = wide_get(s->sine + a);
+    block_put(at, BLOCK_LEAN, wide_get(s->lean + a));
+    block_put(at, BLOCK_NU, wide_get(s->nu + a));
+    block_put(at, BLOCK_TAU, wide_get(s->tau + a));
+    block_put(at, BLOCK_INV, wide_get(s->inv + a));
+    block_put(at, BLOCK_INV_EFF, wide_get(s->inv_eff + a));
     block_put(at, BLOCK_STIFF, eff * kappa);
-    block_put(at, BLOCK_WEIGHT, eff * lanes8_get(s->len + a));
+    block_put(at, BLOCK_WEIGHT, eff * wide_get(s->len + a));
     block_put(at, BLOCK_PART, part);
     block_put(at, BLOCK_ACROSS, cosine * part);
     block_put(at, BLOCK_ALONG, sine * part);
     block_put(at, BLOCK_SINE, sine);
-    block_put(at, BLOCK_LEAD_DOWN, shape->lead ? kappa[0] * block_get(at, BLOCK_DOWN) : lanes8_of(0));
-    for (int i = 0; i < BLOCK_ARMS && a + i < s->n; i++) {
+    for (int i = 0; i < WIDE && a + i < s->n; i++) {
         int k = a + i, carries = k + 1 < s->end[k];
         at[BLOCK_C_FIRST * BLOCK_ARMS + i] = carries ? -s->cosine[k + 1] : 0;
         at[BLOCK_Z_FIRST * BLOCK_ARMS + i] = carries ? -s->sine[k + 1] : 0;
     }
 }
 
-/* what the next block's first arm does to a block, where it hangs on the block's last */
+/* what the next block's first arm does to a block, where it hangs on the block's last; what the last does to the next
+ */
 static void blocks_join(const struct jets_system *s, const struct blocks *b) {
-    for (int i = 0; i < b->count; i++) {
-        double *at = blocks_at(b, i);
-        int next = (i + 1) * BLOCK_ARMS;
-        double lead = i + 1 < b->count && b->shape[i + 1].lead ? s->kappa[next] : 0;
-        block_put(at, BLOCK_LEAD_UP, lead * block_get(at, BLOCK_UP + BLOCK_ARMS - 1));
+    for (int a = 0; a < b->count * BLOCK_ARMS; a += WIDE) {
+        int i = a / BLOCK_ARMS, here = i * BLOCK_ARMS, next = here + BLOCK_ARMS;
+        double *at = blocks_at(b, i) + a % BLOCK_ARMS;
+        double up = i + 1 < b->count && b->shape[i + 1].lead ? s->kappa[next] : 0;
+        double down = b->shape[i].lead ? s->kappa[here] : 0;
+        block_put(at, BLOCK_LEAD_UP, up * block_get(at, BLOCK_UP + BLOCK_ARMS - 1));
+        block_put(at, BLOCK_LEAD_DOWN, down * block_get(at, BLOCK_DOWN));
     }
 }
 
 static void blocks_prepare(const struct jets_system *s, const struct blocks *b) {
-    for (int i = 0; i < b->count; i++) {
-        double *at = blocks_at(b, i);
-        block_invert(s, &b->shape[i], at, i * BLOCK_ARMS);
-        block_coefficients(s, &b->shape[i], at, i * BLOCK_ARMS);
+    for (int a = 0; a < b->count * BLOCK_ARMS; a += WIDE) {
+        int i = a / BLOCK_ARMS, h = a % BLOCK_ARMS;
+        block_invert(s, &b->shape[i], blocks_at(b, i), i * BLOCK_ARMS, h);
+        block_coefficients(s, blocks_at(b, i) + h, a);
     }
     blocks_join(s, b);
 }
@@ -94,7 +82,7 @@ static void blocks_prepare(const struct jets_system *s, const struct blocks *b) 
 /* ---- once an order, from the last block to the first */
 
 struct block_known {
-    lanes8 Tr, Ti, cr, ci;
+    wide Tr, Ti, cr, ci;
 };
 
 /*
@@ -105,25 +93,25 @@ LANES_INLINE struct block_known block_known(const struct jets_system *s, double 
     enum { STRIDE = BLOCK_ARMS };
     const double *re = s->turn_re + row + 2 * STRIDE, *im = s->turn_im + row + 2 * STRIDE;
     const double *rate = s->rate + row + (size_t)k * STRIDE, *force = s->force + row + (size_t)k * STRIDE - STRIDE;
-    lanes8 w = lanes8_get(rate), f = lanes8_get(force), first = lanes8_get(s->rate + row), zero = lanes8_of(0);
+    wide w = wide_get(rate), f = wide_get(force), first = wide_get(s->rate + row), zero = wide_of(0);
     // u_1 is imaginary
     struct block_known now = {zero, first * w, zero, first * f}, next = {zero, zero, zero, zero};
     for (int j = 2; j <= k + 1; j++, re += STRIDE, im += STRIDE) {
-        lanes8 ur = lanes8_get(re), ui = lanes8_get(im);
-        BLOCK_PIN(ur);
-        BLOCK_PIN(ui);
-        next.Tr = lanes8_fma(ur, w, next.Tr);
-        next.Ti = lanes8_fma(ui, w, next.Ti);
-        next.cr = lanes8_fma(ur, f, next.cr);
-        next.ci = lanes8_fma(ui, f, next.ci);
+        wide ur = wide_get(re), ui = wide_get(im);
+        LANES_PIN(ur);
+        LANES_PIN(ui);
+        next.Tr = wide_fma(ur, w, next.Tr);
+        next.Ti = wide_fma(ui, w, next.Ti);
+        next.cr = wide_fma(ur, f, next.cr);
+        next.ci = wide_fma(ui, f, next.ci);
         rate -= STRIDE, force -= STRIDE;
-        w = lanes8_get(rate), f = lanes8_get(force);
-        BLOCK_PIN(w);
-        BLOCK_PIN(f);
-        now.Tr = lanes8_fma(ur, w, now.Tr);
-        now.Ti = lanes8_fma(ui, w, now.Ti);
-        now.cr = lanes8_fma(ur, f, now.cr);
-        now.ci = lanes8_fma(ui, f, now.ci);
+        w = wide_get(rate), f = wide_get(force);
+        LANES_PIN(w);
+        LANES_PIN(f);
+        now.Tr = wide_fma(ur, w, now.Tr);
+        now.Ti = wide_fma(ui, w, now.Ti);
+        now.cr = wide_fma(ur, f, now.cr);
+        now.ci = wide_fma(ui, f, now.ci);
     }
     block_put(at, BLOCK_NEXT_TR, next.Tr);
     block_put(at, BLOCK_NEXT_TI, next.Ti);
@@ -136,13 +124,13 @@ LANES_INLINE struct block_known block_known(const struct jets_system *s, double 
 LANES_INLINE struct block_known block_complete(const struct jets_system *s, const double *at, size_t row, int k) {
     enum { STRIDE = BLOCK_ARMS };
     size_t now = row + (size_t)k * STRIDE;
-    lanes8 first = lanes8_get(s->rate + row);
+    wide first = wide_get(s->rate + row);
     struct block_known known = {block_get(at, BLOCK_NEXT_TR), block_get(at, BLOCK_NEXT_TI),
                                 block_get(at, BLOCK_NEXT_CR), block_get(at, BLOCK_NEXT_CI)};
-    known.Tr = lanes8_fma(lanes8_get(s->turn_re + now + STRIDE), first, known.Tr);
-    known.Ti = lanes8_fma(lanes8_get(s->turn_im + now + STRIDE), first, known.Ti);
-    known.Ti = lanes8_fma(first, lanes8_get(s->rate + now), known.Ti);
-    known.ci = lanes8_fma(first, lanes8_get(s->force + now - STRIDE), known.ci);
+    known.Tr = wide_fma(wide_get(s->turn_re + now + STRIDE), first, known.Tr);
+    known.Ti = wide_fma(wide_get(s->turn_im + now + STRIDE), first, known.Ti);
+    known.Ti = wide_fma(first, wide_get(s->rate + now), known.Ti);
+    known.ci = wide_fma(first, wide_get(s->force + now - STRIDE), known.ci);
     return known;
 }
 
@@ -152,39 +140,31 @@ LANES_INLINE double blocks_one(const struct blocks *b, int place, int row) {
 }
 
 /* x less y in the lanes of a mask, of which one is set */
-LANES_INLINE lanes8 block_less(lanes8 x, unsigned char mask, double y) {
-#if defined(__AVX512F__)
-    return (lanes8)_mm512_mask_sub_pd((__m512d)x, mask, (__m512d)x, (__m512d)lanes8_of(y));
+LANES_INLINE void block_less(struct eight *x, unsigned char mask, double y) {
+#if KERNEL_WIDTH == 8
+    x->part[0] = (wide)_mm512_mask_sub_pd((__m512d)x->part[0], mask, (__m512d)x->part[0], (__m512d)wide_of(y));
 #else
-    x[__builtin_ctz(mask)] -= y;
-    return x;
+    int lane = __builtin_ctz(mask);
+    for (int p = 0; p < EIGHT_PARTS; p++) x->part[p] -= wide_only(y, lane, p * WIDE);
 #endif
 }
 
-/* the product of eight rows with the eight numbers of a vector */
-LANES_INLINE lanes8 block_product(const double *at, int rows, lanes8 x) {
-#define BLOCK_TERM(i) block_get(at, rows + (i)), __builtin_shufflevector(x, x, i, i, i, i, i, i, i, i)
-    lanes8 part = lanes8_fma(BLOCK_TERM(0), lanes8_of(0)), sum = lanes8_fma(BLOCK_TERM(1), lanes8_of(0));
-    part = lanes8_fma(BLOCK_TERM(2), part);
-    sum = lanes8_fma(BLOCK_TERM(3), sum);
-    part = lanes8_fma(BLOCK_TERM(4), part);
-    sum = lanes8_fma(BLOCK_TERM(5), sum);
-    part = lanes8_fma(BLOCK_TERM(6), part);
-    sum = lanes8_fma(BLOCK_TERM(7), sum);
-#undef BLOCK_TERM
-    return part + sum;
+/* adds y times a row */
+LANES_INLINE void block_add(struct eight *x, const double *at, int row, wide y) {
+    for (int p = 0; p < EIGHT_PARTS; p++) x->part[p] = wide_fma(block_get(at + p * WIDE, row), y, x->part[p]);
 }
 
-/* f, the constant part of the force that an arm asks for; `after` holds that of the next block */
-LANES_INLINE lanes8 block_bias(const struct jets_system *s, const struct blocks *b, const struct block_shape *shape,
-                               double *at, lanes8 pull, lanes8 after) {
-    lanes8 bias = block_product(at, BLOCK_UP, pull);
+/* f, the constant part of the force that an arm asks for; lane 0 of `after` is that of the next block's first */
+LANES_INLINE struct eight block_bias(const struct jets_system *s, const struct blocks *b,
+                                     const struct block_shape *shape, const double *at, const struct eight *pull,
+                                     wide after) {
+    struct eight bias = eight_product(at + BLOCK_UP * BLOCK_ARMS, pull);
     for (int e = shape->up.first; e < shape->up.end; e++) {
         double child = s->kappa[b->up_arm[e]] * blocks_one(b, b->up_place[e], BLOCK_BIAS);
-        bias = lanes8_fma(block_get(at, BLOCK_UP + b->up_lane[e]), lanes8_of(child), bias);
+        block_add(&bias, at, BLOCK_UP + b->up_lane[e], wide_of(child));
     }
-    lanes8 first = __builtin_shufflevector(after, after, 0, 0, 0, 0, 0, 0, 0, 0);
-    return lanes8_fma(block_get(at, BLOCK_LEAD_UP), first, bias);
+    block_add(&bias, at, BLOCK_LEAD_UP, wide_of(after[0]));
+    return bias;
 }
 
 /* at crowded joints: the sum of Z f over the siblings before an arm and over those after it */
@@ -205,10 +185,10 @@ LANES_INLINE void block_crowd(const struct blocks *b, int joint) {
 
 /* T and c of order k of all arms */
 static void blocks_known(const struct jets_system *s, const struct blocks *b, int k) {
-    lanes8 share = lanes8_of(s->share[k]);
-    for (int i = b->count - 1; i >= 0; i--) {
-        double *at = blocks_at(b, i);
-        size_t row = (size_t)i * s->tile;
+    wide share = wide_of(s->share[k]);
+    for (int a = b->count * BLOCK_ARMS - WIDE; a >= 0; a -= WIDE) {
+        double *at = blocks_at(b, a / BLOCK_ARMS) + a % BLOCK_ARMS;
+        size_t row = jets_row(s, a);
         struct block_known known = k % 2 ? block_complete(s, at, row, k) : block_known(s, at, row, k);
         block_put(at, BLOCK_TR, known.Tr);
         block_put(at, BLOCK_TI, known.Ti);
@@ -217,143 +197,186 @@ static void blocks_known(const struct jets_system *s, const struct blocks *b, in
     }
 }
 
+/* part p of the arms' successors; the last arm's is lane 0 of `after` */
+LANES_INLINE wide block_next(const struct eight *x, int p, wide after) {
+    return wide_shift(x->part[p], p + 1 < EIGHT_PARTS ? x->part[p + 1] : after);
+}
+
+/* known forces of the arms and their children: the constant part of h goes to `pull` */
+LANES_INLINE void block_gather(const struct jets_system *s, const struct blocks *b, const struct block_shape *shape,
+                               double *at, wide after, struct eight *side, struct eight *pull) {
+    struct eight here = eight_get(at + BLOCK_S * BLOCK_ARMS);
+    for (int p = 0; p < EIGHT_PARTS; p++) {
+        wide next = block_next(&here, p, after);
+        side->part[p] = wide_fma(block_get(at + p * WIDE, BLOCK_C_FIRST), next, here.part[p]);
+        pull->part[p] = block_get(at + p * WIDE, BLOCK_Z_FIRST) * next;
+    }
+    for (int e = shape->kids.first; e < shape->kids.end; e++) {
+        double child = blocks_one(b, b->kid_place[e], BLOCK_S);
+        int arm = b->kid_arm[e];
+        block_less(side, b->kid_lane[e], s->cosine[arm] * child);
+        block_less(pull, b->kid_lane[e], s->sine[arm] * child);
+    }
+    for (int p = 0; p < EIGHT_PARTS; p++) {
+        block_put(at + p * WIDE, BLOCK_SIDE, side->part[p]);
+        pull->part[p] = wide_fma(block_get(at + p * WIDE, BLOCK_LEAN), side->part[p], pull->part[p]);
+    }
+}
+
+/* what stays of the tangential acceleration */
+LANES_INLINE void block_rest(const struct jets_system *s, const struct blocks *b, const struct block_shape *shape,
+                             double *at, const struct eight *bias, wide after, const struct eight *side) {
+    struct eight rest;
+    for (int p = 0; p < EIGHT_PARTS; p++) {
+        rest.part[p] = wide_fma(block_get(at + p * WIDE, BLOCK_Z_FIRST), block_next(bias, p, after), side->part[p]);
+    }
+    for (int e = shape->kids.first; e < shape->kids.end; e++) {
+        double child = blocks_one(b, b->kid_place[e], BLOCK_BIAS);
+        block_less(&rest, b->kid_lane[e], s->sine[b->kid_arm[e]] * child);
+    }
+    for (int p = 0; p < EIGHT_PARTS; p++) {
+        block_put(at + p * WIDE, BLOCK_REST, block_get(at + p * WIDE, BLOCK_INV) * rest.part[p]);
+    }
+}
+
 /* leaves to root */
 static void blocks_up(const struct jets_system *s, const struct blocks *b) {
-    lanes8 after_s = lanes8_of(0), after_bias = after_s;
+    wide after_s = wide_of(0), after_bias = after_s;
     for (int i = b->count - 1; i >= 0; i--) {
         double *at = blocks_at(b, i);
         const struct block_shape *shape = &b->shape[i];
-        // known forces of the arm and its children
-        lanes8 here = block_get(at, BLOCK_S), next = block_next(here, after_s);
-        lanes8 side = lanes8_fma(block_get(at, BLOCK_C_FIRST), next, here), push = block_get(at, BLOCK_Z_FIRST) * next;
-        for (int e = shape->kids.first; e < shape->kids.end; e++) {
-            double child = blocks_one(b, b->kid_place[e], BLOCK_S);
-            int arm = b->kid_arm[e];
-            side = block_less(side, b->kid_lane[e], s->cosine[arm] * child);
-            push = block_less(push, b->kid_lane[e], s->sine[arm] * child);
+        struct eight side, pull, heave, bias;
+        block_gather(s, b, shape, at, after_s, &side, &pull);
+        for (int p = 0; p < EIGHT_PARTS; p++) {
+            heave.part[p] = block_get(at + p * WIDE, BLOCK_WEIGHT) * block_get(at + p * WIDE, BLOCK_TI);
+            pull.part[p] -= heave.part[p];
         }
-        lanes8 heave = block_get(at, BLOCK_WEIGHT) * block_get(at, BLOCK_TI);
-        block_put(at, BLOCK_SIDE, side);
-        lanes8 pull = lanes8_fma(block_get(at, BLOCK_LEAN), side, push) - heave;
-        lanes8 bias = block_bias(s, b, shape, at, pull, after_bias);
-        block_put(at, BLOCK_BIAS, bias);
-        block_put(at, BLOCK_PUSH, bias + heave);
-        block_put(at, BLOCK_SWAY, bias * block_get(at, BLOCK_SINE));
-        // what stays of the tangential acceleration
-        lanes8 rest = lanes8_fma(block_get(at, BLOCK_Z_FIRST), block_next(bias, after_bias), side);
-        for (int e = shape->kids.first; e < shape->kids.end; e++) {
-            double child = blocks_one(b, b->kid_place[e], BLOCK_BIAS);
-            rest = block_less(rest, b->kid_lane[e], s->sine[b->kid_arm[e]] * child);
+        bias = block_bias(s, b, shape, at, &pull, after_bias);
+        for (int p = 0; p < EIGHT_PARTS; p++) {
+            block_put(at + p * WIDE, BLOCK_BIAS, bias.part[p]);
+            block_put(at + p * WIDE, BLOCK_PUSH, bias.part[p] + heave.part[p]);
+            block_put(at + p * WIDE, BLOCK_SWAY, bias.part[p] * block_get(at + p * WIDE, BLOCK_SINE));
         }
-        block_put(at, BLOCK_REST, block_get(at, BLOCK_INV) * rest);
+        block_rest(s, b, shape, at, &bias, after_bias, &side);
         for (int j = shape->joints.first; j < shape->joints.end; j++) block_crowd(b, j);
-        after_s = here, after_bias = bias;
+        after_s = block_get(at, BLOCK_S), after_bias = bias.part[0];
     }
 }
 
 /* ---- once an order, from the first block to the last */
 
-#if defined(__AVX512F__)
-LANES_INLINE lanes8 block_lanes(const struct block_lanes *lanes, lanes8 x) {
+#if KERNEL_WIDTH == 8
+LANES_INLINE wide block_lanes(const struct block_lanes *lanes, wide x) {
     __m512i from = _mm512_cvtepi8_epi64(_mm_loadl_epi64((const __m128i *)(const void *)lanes->from));
-    return (lanes8)_mm512_maskz_permutexvar_pd(lanes->mask, from, (__m512d)x);
+    return (wide)_mm512_maskz_permutexvar_pd(lanes->mask, from, (__m512d)x);
 }
 #endif
 
-/* a row's values at the arms' parents */
-LANES_INLINE lanes8 block_parents(const struct blocks *b, const struct block_shape *shape, const double *at, int row) {
-    if (shape->straight) return block_last(block_get(at, row), block_get(at - BLOCK_NUMBERS, row));
-#if defined(__AVX512F__)
-    lanes8 x = block_lanes(&shape->parent, block_get(at, row));
+/* a row's values at the parents of the arms from lane h on */
+LANES_INLINE wide block_parents(const struct blocks *b, const struct block_shape *shape, const double *at, int row,
+                                int h) {
+    const double *before = h ? at + h - WIDE : at - BLOCK_NUMBERS + BLOCK_ARMS - WIDE;
+    if (shape->straight) return wide_unshift(block_get(before, row), block_get(at + h, row));
+#if KERNEL_WIDTH == 8
+    wide x = block_lanes(&shape->parent, block_get(at, row));
     for (int e = shape->down.first; e < shape->down.end; e++) {
-        lanes8 other = lanes8_of(blocks_one(b, b->down_place[e], row));
-        x = (lanes8)_mm512_mask_mov_pd((__m512d)x, b->down_lane[e], (__m512d)other);
+        wide other = wide_of(blocks_one(b, b->down_place[e], row));
+        x = (wide)_mm512_mask_mov_pd((__m512d)x, b->down_lane[e], (__m512d)other);
     }
     return x;
 #else
-    return lanes8_gather(b->numbers + row * BLOCK_ARMS, shape->parents);
+    return wide_gather(b->numbers + row * BLOCK_ARMS, shape->parents + h);
 #endif
 }
 
 /* x less the sum of Z f over each arm's siblings, but for crowded joints */
-LANES_INLINE lanes8 block_siblings(const struct blocks *b, const struct block_shape *shape, const double *at,
-                                   lanes8 x) {
-#if defined(__AVX512F__)
-    lanes8 sway = block_get(at, BLOCK_SWAY);
-    for (int i = 0; i < shape->rounds; i++) x -= block_lanes(&shape->sibling[i], sway);
+LANES_INLINE wide block_siblings(const struct blocks *b, const struct block_shape *shape, const double *at, wide x,
+                                 int h) {
+#if KERNEL_WIDTH == 8
+    (void)h;
+    struct eight all = {{x}};
+    wide sway = block_get(at, BLOCK_SWAY);
+    for (int i = 0; i < shape->rounds; i++) all.part[0] -= block_lanes(&shape->sibling[i], sway);
     for (int e = shape->apart.first; e < shape->apart.end; e++) {
-        x = block_less(x, b->apart_lane[e], blocks_one(b, b->apart_place[e], BLOCK_SWAY));
+        block_less(&all, b->apart_lane[e], blocks_one(b, b->apart_place[e], BLOCK_SWAY));
     }
+    return all.part[0];
 #else
     (void)at;
     for (int i = 0; i < shape->rounds; i++) {
-        x -= lanes8_gather(b->numbers + BLOCK_SWAY * BLOCK_ARMS, shape->siblings[i]);
+        x -= wide_gather(b->numbers + BLOCK_SWAY * BLOCK_ARMS, shape->siblings[i] + h);
     }
-#endif
     return x;
+#endif
 }
 
 /* the constant part of mu, tension first: the siblings' part leaves the arm itself out */
-LANES_INLINE lanes8 block_tension(const struct blocks *b, const struct block_shape *shape, double *at) {
-    lanes8 across = block_parents(b, shape, at, BLOCK_SIDE) - block_get(at, BLOCK_OTHERS);
-    across = block_siblings(b, shape, at, across);
-    lanes8 bias = block_get(at, BLOCK_BIAS), push = block_get(at, BLOCK_PUSH);
-    lanes8 tension = lanes8_fma(block_get(at, BLOCK_TAU), across, block_get(at, BLOCK_NU) * bias);
-    block_put(at, BLOCK_TENSION, tension);
-    return (tension - push) * block_get(at, BLOCK_INV_EFF);
+LANES_INLINE wide block_tension(const struct blocks *b, const struct block_shape *shape, double *at, int h) {
+    wide across = block_parents(b, shape, at, BLOCK_SIDE, h) - block_get(at + h, BLOCK_OTHERS);
+    across = block_siblings(b, shape, at, across, h);
+    wide bias = block_get(at + h, BLOCK_BIAS), push = block_get(at + h, BLOCK_PUSH);
+    wide tension = wide_fma(block_get(at + h, BLOCK_TAU), across, block_get(at + h, BLOCK_NU) * bias);
+    block_put(at + h, BLOCK_TENSION, tension);
+    return (tension - push) * block_get(at + h, BLOCK_INV_EFF);
 }
 
-/* acceleration of the tips along their arms; `before` is that of the block before */
-LANES_INLINE lanes8 block_radial(const struct jets_system *s, const struct blocks *b, const struct block_shape *shape,
-                                 double *at, lanes8 shift, lanes8 before) {
-    lanes8 radial = block_product(at, BLOCK_DOWN, shift);
+/* acceleration of the tips along their arms; the last lane of `before` is that of the block before */
+LANES_INLINE struct eight block_radial(const struct jets_system *s, const struct blocks *b,
+                                       const struct block_shape *shape, const double *at, const struct eight *shift,
+                                       wide before) {
+    struct eight radial = eight_product(at + BLOCK_DOWN * BLOCK_ARMS, shift);
     for (int e = shape->down.first + shape->lead; e < shape->down.end; e++) {
         int arm = b->down_arm[e];
         double parent = s->kappa[arm] * blocks_one(b, b->down_place[e], BLOCK_RADIAL);
-        radial = lanes8_fma(block_get(at, BLOCK_DOWN + arm % BLOCK_ARMS), lanes8_of(parent), radial);
+        block_add(&radial, at, BLOCK_DOWN + arm % BLOCK_ARMS, wide_of(parent));
     }
-    lanes8 last = __builtin_shufflevector(before, before, 7, 7, 7, 7, 7, 7, 7, 7);
-    return lanes8_fma(block_get(at, BLOCK_LEAD_DOWN), last, radial);
+    block_add(&radial, at, BLOCK_LEAD_DOWN, wide_end(before));
+    return radial;
 }
 
-/* the coefficients of order k and what they make of u */
-LANES_INLINE void block_learn(const struct jets_system *s, const struct blocks *b, int i, int k) {
+/* the coefficients of order k of a block's arms from lane h on and what they make of u */
+LANES_INLINE void block_learn(const struct jets_system *s, const struct blocks *b, int i, int h, int k) {
     enum { STRIDE = BLOCK_ARMS };
-    double *at = blocks_at(b, i);
-    size_t now = (size_t)i * s->tile + (size_t)k * STRIDE, next = now + STRIDE, after = next + STRIDE;
-    lanes8 order = lanes8_of(k + 1), turn_share = lanes8_of(s->share[k + 1]);
-    lanes8 radial = block_parents(b, &b->shape[i], at, BLOCK_RADIAL);
-    lanes8 tangential = block_parents(b, &b->shape[i], at, BLOCK_TANGENTIAL);
-    lanes8 turned = block_get(at, BLOCK_ALONG) * radial - block_get(at, BLOCK_ACROSS) * tangential;
-    turned = lanes8_fma(block_get(at, BLOCK_PART), block_get(at, BLOCK_TANGENTIAL), turned);
-    lanes8 mu = lanes8_fma(block_get(at, BLOCK_STIFF), radial, block_get(at, BLOCK_TENSION));
-    lanes8_put(s->rate + next, turned - block_get(at, BLOCK_TR));
-    lanes8_put(s->force + now, mu * order - block_get(at, BLOCK_CR));
-    lanes8_put(s->turn_re + after, -block_get(at, BLOCK_TI) * turn_share);
-    lanes8_put(s->turn_im + after, turned * turn_share);
+    double *block = blocks_at(b, i), *at = block + h;
+    size_t now = (size_t)i * s->tile + (size_t)k * STRIDE + (size_t)h, next = now + STRIDE, after = next + STRIDE;
+    wide order = wide_of(k + 1), turn_share = wide_of(s->share[k + 1]);
+    wide radial = block_parents(b, &b->shape[i], block, BLOCK_RADIAL, h);
+    wide tangential = block_parents(b, &b->shape[i], block, BLOCK_TANGENTIAL, h);
+    wide turned = block_get(at, BLOCK_ALONG) * radial - block_get(at, BLOCK_ACROSS) * tangential;
+    turned = wide_fma(block_get(at, BLOCK_PART), block_get(at, BLOCK_TANGENTIAL), turned);
+    wide mu = wide_fma(block_get(at, BLOCK_STIFF), radial, block_get(at, BLOCK_TENSION));
+    wide_put(s->rate + next, turned - block_get(at, BLOCK_TR));
+    wide_put(s->force + now, mu * order - block_get(at, BLOCK_CR));
+    wide_put(s->turn_re + after, -block_get(at, BLOCK_TI) * turn_share);
+    wide_put(s->turn_im + after, turned * turn_share);
 }
 
-/* the root hangs on the pivot, which has i gravity: what that adds to the shifts of the first block */
-LANES_INLINE lanes8 blocks_hang(const struct jets_system *s, const struct blocks *b, double gravity) {
+/* the root hangs on the pivot, which has i gravity: what that adds to its shift */
+LANES_INLINE double blocks_hang(const struct jets_system *s, const struct blocks *b, double gravity) {
     double *root = blocks_at(b, 0) + BLOCK_TENSION * BLOCK_ARMS, lift = s->sine[0] * gravity;
     b->numbers[pend_blocks_place(-1) + BLOCK_TANGENTIAL * BLOCK_ARMS] = gravity;
     if (gravity != 0) *root = lanes1_fma(s->eff[0], lift, *root);
-    return (lanes8){lift};
+    return lift;
 }
 
 /* root to leaves */
 static void blocks_down(const struct jets_system *s, const struct blocks *b, double gravity, int k) {
-    lanes8 before = lanes8_of(0);
+    wide before = wide_of(0);
     for (int i = 0; i < b->count; i++) {
         double *at = blocks_at(b, i);
         const struct block_shape *shape = &b->shape[i];
-        lanes8 shift = block_tension(b, shape, at);
-        if (!i) shift += blocks_hang(s, b, gravity);
-        lanes8 radial = block_radial(s, b, shape, at, shift, before);
-        block_put(at, BLOCK_RADIAL, radial);
-        block_put(at, BLOCK_TANGENTIAL, block_get(at, BLOCK_REST) - block_get(at, BLOCK_LEAN) * radial);
-        block_learn(s, b, i, k);
-        before = radial;
+        struct eight shift, radial;
+        for (int p = 0; p < EIGHT_PARTS; p++) shift.part[p] = block_tension(b, shape, at, p * WIDE);
+        if (!i) shift.part[0] += (wide){blocks_hang(s, b, gravity)};
+        radial = block_radial(s, b, shape, at, &shift, before);
+        eight_put(at + BLOCK_RADIAL * BLOCK_ARMS, &radial);
+        for (int p = 0; p < EIGHT_PARTS; p++) {
+            double *own = at + p * WIDE;
+            wide along = block_get(own, BLOCK_LEAN) * radial.part[p];
+            block_put(own, BLOCK_TANGENTIAL, block_get(own, BLOCK_REST) - along);
+        }
+        for (int h = 0; h < BLOCK_ARMS; h += WIDE) block_learn(s, b, i, h, k);
+        before = radial.part[EIGHT_PARTS - 1];
     }
 }
 
@@ -362,10 +385,10 @@ static void blocks_orders(const struct jets_system *s, double gravity, int order
     const struct blocks *b = s->blocks;
     jets_factor(s);
     blocks_prepare(s, b);
-    for (int i = 0; i < b->count; i++) {
-        size_t row = (size_t)i * s->tile;
-        lanes8_put(s->turn_re + row + BLOCK_ARMS, lanes8_of(0));
-        lanes8_put(s->turn_im + row + BLOCK_ARMS, lanes8_get(s->rate + row));
+    for (int a = 0; a < b->count * BLOCK_ARMS; a += WIDE) {
+        size_t row = jets_row(s, a);
+        wide_put(s->turn_re + row + BLOCK_ARMS, wide_of(0));
+        wide_put(s->turn_im + row + BLOCK_ARMS, wide_get(s->rate + row));
     }
     for (int k = 0; k < order; k++) {
         blocks_known(s, b, k);

@@ -14,6 +14,7 @@ typedef KERNEL_OF(lanes, ) wide;
 #define wide_of WIDE_(of)
 #define wide_get WIDE_(get)
 #define wide_put WIDE_(put)
+#define wide_gather WIDE_(gather)
 #define num_fma lanes1_fma
 
 /* terms that a step is judged by; the longest step in units, as a binary logarithm */
@@ -54,9 +55,9 @@ static void kernel_strand_angles(const struct jets_system *s, const struct jets_
     wide last = wide_of(0), last_low = wide_of(0);
     for (int a = 0; a < s->n; a += WIDE) {
         wide x = wide_get(state->phi + a), low = wide_get(state->phi_low + a);
-        wide y = strand_unshift(last, x), d = x - y, back = x - d;
+        wide y = wide_unshift(last, x), d = x - y, back = x - d;
         wide_put(s->angle + a, d);
-        wide_put(s->angle_low + a, ((x - (d + back)) + (back - y)) + (low - strand_unshift(last_low, low)));
+        wide_put(s->angle_low + a, ((x - (d + back)) + (back - y)) + (low - wide_unshift(last_low, low)));
         last = x, last_low = low;
     }
 }

@@ -45,7 +45,15 @@ LANES_INLINE lanes8 lanes8_fma(lanes8 x, lanes8 y, lanes8 z) {
 #endif
 }
 
-/** Eight numbers of an array. By single loads: the gathering instruction is slow where it has been made safe. */
+/** Numbers of an array. By single loads: the gathering instruction is slow where it has been made safe. */
+LANES_INLINE lanes2 lanes2_gather(const double *from, const int index[2]) {
+    return (lanes2){from[index[0]], from[index[1]]};
+}
+
+LANES_INLINE lanes4 lanes4_gather(const double *from, const int index[4]) {
+    return (lanes4){from[index[0]], from[index[1]], from[index[2]], from[index[3]]};
+}
+
 LANES_INLINE lanes8 lanes8_gather(const double *from, const int index[8]) {
     return (lanes8){from[index[0]], from[index[1]], from[index[2]], from[index[3]],
                     from[index[4]], from[index[5]], from[index[6]], from[index[7]]};

@@ -4,97 +4,98 @@
 #ifndef PEND_LAYERS_FACTOR_H
 #define PEND_LAYERS_FACTOR_H
 
+#include "core/eight_kernel.h"
 #include "core/jets_system.h"
-#include "core/lanes.h"
 #include "core/layers.h"
 
 LANES_INLINE double *layers_at(const struct layers *l, int block) { return l->numbers + (size_t)block * LAYER_NUMBERS; }
 
-LANES_INLINE lanes8 layer_get(const double *at, int row) { return lanes8_get(at + row * LAYER_ARMS); }
+LANES_INLINE wide layer_get(const double *at, int row) { return wide_get(at + row * LAYER_ARMS); }
 
-LANES_INLINE void layer_put(double *at, int row, lanes8 x) { lanes8_put(at + row * LAYER_ARMS, x); }
+LANES_INLINE void layer_put(double *at, int row, wide x) { wide_put(at + row * LAYER_ARMS, x); }
 
-/* a row's numbers at eight places */
-LANES_INLINE lanes8 layer_gather(const struct layers *l, int row, const int places[LAYER_ARMS]) {
-    return lanes8_gather(l->numbers + row * LAYER_ARMS, places);
+/* a row's numbers at places */
+LANES_INLINE wide layer_gather(const struct layers *l, int row, const int places[WIDE]) {
+    return wide_gather(l->numbers + row * LAYER_ARMS, places);
 }
 
-/* a row's numbers at the arms' parents: first children have their parents' lanes */
-LANES_INLINE lanes8 layer_parents(const struct layers *l, const struct layer_block *block, int row,
-                                  const int places[LAYER_ARMS]) {
-    if (block->aligned) return layer_get(layers_at(l, block->above), row);
-    return layer_gather(l, row, places);
+/* a row's numbers at the parents of a block's arms from lane h on: first children have their parents' lanes */
+LANES_INLINE wide layer_parents(const struct layers *l, const struct layer_block *block, int row,
+                                const int places[LAYER_ARMS], int h) {
+    if (block->aligned) return layer_get(layers_at(l, block->above) + h, row);
+    return layer_gather(l, row, places + h);
 }
 
-/* answers of the cap's arms to a unit at one of them, on the way up and on the way down */
-static void layers_invert(const struct layers *l) {
+/* answers of the cap's arms from lane h on to a unit at one of them, on the way up and on the way down */
+LANES_INLINE void layer_invert(const struct layers *l, int h) {
     int root = (l->count - 1) * LAYER_ARMS;
     const int *parents = l->block[l->count - 1].parents;
     const double *kappa = layers_at(l, l->count - 1) + LAYER_KAPPA * LAYER_ARMS;
-    lanes8 up[LAYER_ARMS], down[LAYER_ARMS];
+    wide up[LAYER_ARMS], down[LAYER_ARMS];
     for (int i = 0; i < LAYER_ARMS; i++) {
-        up[i] = down[i] = lanes8_of(0);
-        up[i][i] = down[i][i] = 1;
+        up[i] = down[i] = wide_only(1, i, h);
         int p = parents[i] - pend_layers_place(root);
-        if (p < LAYER_ARMS) up[i] = lanes8_fma(lanes8_of(kappa[i]), up[p], up[i]);
+        if (p < LAYER_ARMS) up[i] = wide_fma(wide_of(kappa[i]), up[p], up[i]);
     }
     for (int i = LAYER_ARMS - 1; i >= 0; i--) {
         int p = parents[i] - pend_layers_place(root);
-        if (p < LAYER_ARMS) down[p] = lanes8_fma(lanes8_of(kappa[i]), down[i], down[p]);
+        if (p < LAYER_ARMS) down[p] = wide_fma(wide_of(kappa[i]), down[i], down[p]);
     }
     for (int i = 0; i < LAYER_ARMS; i++) {
-        layer_put(l->up, i, up[i]);
-        layer_put(l->down, i, down[i]);
+        layer_put(l->up + h, i, up[i]);
+        layer_put(l->down + h, i, down[i]);
     }
 }
 
 /* what hangs on each joint of a block: sums over the children met so far */
 struct layer_load {
-    lanes8 p, r, q, d;
+    wide p, r, q, d;
 };
 
 /* the child of one rank joins; what the others do to it so far is kept */
-LANES_INLINE void layer_join(struct layer_load *load, double *share, lanes8 C, lanes8 Z, lanes8 S) {
-    lanes8 SC = S * C, SZ = S * Z;
-    lanes8_put(share, load->q);
-    lanes8_put(share + LAYER_ARMS, load->r);
+LANES_INLINE void layer_join(struct layer_load *load, double *share, wide C, wide Z, wide S) {
+    wide SC = S * C, SZ = S * Z;
+    wide_put(share, load->q);
+    wide_put(share + LAYER_ARMS, load->r);
     // p Z^2 - 2 r Z C + q C^2 = Z (p Z - r C) + C (q C - r Z)
-    lanes8 turned = Z * (load->p * Z - load->r * C) + C * (load->q * C - load->r * Z);
-    load->d = lanes8_fma(S, turned, load->d);
-    load->p = lanes8_fma(SC, C, load->p);
-    load->r = lanes8_fma(SC, Z, load->r);
-    load->q = lanes8_fma(SZ, Z, load->q);
+    wide turned = Z * (load->p * Z - load->r * C) + C * (load->q * C - load->r * Z);
+    load->d = wide_fma(S, turned, load->d);
+    load->p = wide_fma(SC, C, load->p);
+    load->r = wide_fma(SC, Z, load->r);
+    load->q = wide_fma(SZ, Z, load->q);
 }
 
 /* the same from the last child to the first: the others are those before and those after, never all less the child */
-LANES_INLINE void layer_part(struct layer_load *late, double *share, lanes8 mass, lanes8 C, lanes8 Z, lanes8 S) {
-    lanes8 SZ = S * Z;
-    lanes8_put(share, mass + (lanes8_get(share) + late->q));
-    lanes8_put(share + LAYER_ARMS, lanes8_get(share + LAYER_ARMS) + late->r);
-    late->q = lanes8_fma(SZ, Z, late->q);
-    late->r = lanes8_fma(SZ, C, late->r);
+LANES_INLINE void layer_part(struct layer_load *late, double *share, wide mass, wide C, wide Z, wide S) {
+    wide SZ = S * Z;
+    wide_put(share, mass + (wide_get(share) + late->q));
+    wide_put(share + LAYER_ARMS, wide_get(share + LAYER_ARMS) + late->r);
+    late->q = wide_fma(SZ, Z, late->q);
+    late->r = wide_fma(SZ, C, late->r);
 }
 
-/* the factors of a block's own arms, from its children's */
-LANES_INLINE void layer_factor(const struct layers *l, const struct layer_block *block, double *at) {
-    const double *below = layers_at(l, block->below);
-    double *table = l->numbers + pend_layers_table(l->count), *own = at + LAYER_FIRST * LAYER_ARMS;
-    lanes8 mass = layer_get(at, LAYER_MASS), zero = lanes8_of(0);
+/* the factors of a block's own arms from lane h on, from their children's */
+LANES_INLINE void layer_factor(const struct layers *l, int which, int h) {
+    const struct layer_block *block = &l->block[which];
+    double *at = layers_at(l, which) + h;
+    const double *below = layers_at(l, block->below) + h;
+    double *table = l->numbers + pend_layers_table(l->count) + h, *own = at + LAYER_FIRST * LAYER_ARMS;
+    wide mass = layer_get(at, LAYER_MASS), zero = wide_of(0);
     struct layer_load load = {zero, zero, zero, zero}, late = load;
     layer_join(&load, own, layer_get(below, LAYER_COSINE), layer_get(below, LAYER_SINE), layer_get(below, LAYER_EFF));
     for (int i = block->first; i < block->end; i++) {
-        const int *children = l->rank[i].children;
+        const int *children = l->rank[i].children + h;
         layer_join(&load, table + i * LAYER_TABLE, layer_gather(l, LAYER_COSINE, children),
                    layer_gather(l, LAYER_SINE, children), layer_gather(l, LAYER_EFF, children));
     }
     for (int i = block->end - 1; i >= block->first; i--) {
-        const int *children = l->rank[i].children;
+        const int *children = l->rank[i].children + h;
         layer_part(&late, table + i * LAYER_TABLE, mass, layer_gather(l, LAYER_COSINE, children),
                    layer_gather(l, LAYER_SINE, children), layer_gather(l, LAYER_EFF, children));
     }
     layer_part(&late, own, mass, zero, zero, zero);
-    lanes8 inv = 1 / (mass + load.q);
-    lanes8 S = lanes8_fma(mass, mass + (load.p + load.q), load.d) * inv;
+    wide inv = 1 / (mass + load.q);
+    wide S = wide_fma(mass, mass + (load.p + load.q), load.d) * inv;
     layer_put(at, LAYER_INV, inv);
     layer_put(at, LAYER_LEAN, load.r * inv);
     layer_put(at, LAYER_EFF, S);
@@ -136,18 +137,20 @@ static void layer_factor_one(const struct layers *l, int lane) {
     at[LAYER_WEIGHT * LAYER_ARMS] = S * at[LAYER_LENGTH * LAYER_ARMS];
 }
 
-/* what a block's arms pass on to their parents */
-LANES_INLINE void layer_share(const struct layers *l, const struct layer_block *block, double *at) {
-    lanes8 C = layer_get(at, LAYER_COSINE), Z = layer_get(at, LAYER_SINE), S = layer_get(at, LAYER_EFF);
-    lanes8 others = layer_parents(l, block, LAYER_FIRST, block->shares);
-    lanes8 lean = layer_parents(l, block, LAYER_FIRST_LEAN, block->shares);
-    lanes8 inv = layer_parents(l, block, LAYER_INV, block->parents);
-    lanes8 kappa = inv * (C * others - Z * lean);
+/* what a block's arms from lane h on pass on to their parents */
+LANES_INLINE void layer_share(const struct layers *l, int i, int h) {
+    const struct layer_block *block = &l->block[i];
+    double *at = layers_at(l, i) + h;
+    wide C = layer_get(at, LAYER_COSINE), Z = layer_get(at, LAYER_SINE), S = layer_get(at, LAYER_EFF);
+    wide others = layer_parents(l, block, LAYER_FIRST, block->shares, h);
+    wide lean = layer_parents(l, block, LAYER_FIRST_LEAN, block->shares, h);
+    wide inv = layer_parents(l, block, LAYER_INV, block->parents, h);
+    wide kappa = inv * (C * others - Z * lean);
     layer_put(at, LAYER_KAPPA, kappa);
     layer_put(at, LAYER_STIFF, S * kappa);
     layer_put(at, LAYER_NU, inv * others);
     layer_put(at, LAYER_TAU, inv * (S * Z));
-    layer_put(at, LAYER_GRIP, lanes8_fma(layer_parents(l, block, LAYER_LEAN, block->parents), C, Z));
+    layer_put(at, LAYER_GRIP, wide_fma(layer_parents(l, block, LAYER_LEAN, block->parents, h), C, Z));
 }
 
 /* the order-0 tree system, as jets_factor has it */
@@ -159,14 +162,14 @@ static void layers_factor(const struct jets_system *s, const struct layers *l) {
         at[LAYER_SINE * LAYER_ARMS] = s->sine[k];
     }
     for (int i = 0; i < cap; i++) {
-        if (!l->block[i].leaves) layer_factor(l, &l->block[i], layers_at(l, i));
+        for (int h = 0; h < LAYER_ARMS && !l->block[i].leaves; h += WIDE) layer_factor(l, i, h);
     }
     for (int lane = LAYER_ARMS - 1; lane >= 0; lane--) {
         if (l->arm[cap * LAYER_ARMS + lane] >= 0) layer_factor_one(l, lane);
     }
-    for (int i = 0; i <= cap; i++) layer_share(l, &l->block[i], layers_at(l, i));
+    for (int a = 0; a < l->count * LAYER_ARMS; a += WIDE) layer_share(l, a / LAYER_ARMS, a % LAYER_ARMS);
     layers_at(l, cap)[LAYER_NU * LAYER_ARMS] = 1;
-    layers_invert(l);
+    for (int h = 0; h < LAYER_ARMS; h += WIDE) layer_invert(l, h);
 }
 
 #endif

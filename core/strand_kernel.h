@@ -6,6 +6,7 @@
 
 #include <string.h>
 
+#include "core/eight_kernel.h"
 #include "core/jets_system.h"
 #include "core/kernel_width.h"
 #include "core/strand.h"
@@ -25,36 +26,15 @@ LANES_INLINE wide strand_load(const double *at) {
     return x;
 }
 
-/* x one lane on, and one lane back */
-LANES_INLINE wide strand_shift(wide x, wide after) {
-#if KERNEL_WIDTH == 8
-    return __builtin_shufflevector(x, after, 1, 2, 3, 4, 5, 6, 7, 8);
-#elif KERNEL_WIDTH == 4
-    return __builtin_shufflevector(x, after, 1, 2, 3, 4);
-#else
-    return __builtin_shufflevector(x, after, 1, 2);
-#endif
-}
-
-LANES_INLINE wide strand_unshift(wide before, wide x) {
-#if KERNEL_WIDTH == 8
-    return __builtin_shufflevector(before, x, 7, 8, 9, 10, 11, 12, 13, 14);
-#elif KERNEL_WIDTH == 4
-    return __builtin_shufflevector(before, x, 3, 4, 5, 6);
-#else
-    return __builtin_shufflevector(before, x, 1, 2);
-#endif
-}
-
 /* a row of the arms' neighbours */
 LANES_INLINE wide strand_next(const double *at, int row, int lane) {
     const double *after = lane + WIDE < STRAND_ARMS ? at + lane + WIDE : at + STRAND_NUMBERS;
-    return strand_shift(strand_get(at, row, lane), wide_get(after + row * STRAND_ARMS));
+    return wide_shift(strand_get(at, row, lane), wide_get(after + row * STRAND_ARMS));
 }
 
 LANES_INLINE wide strand_last(const double *at, int row, int lane) {
     const double *before = lane ? at + lane - WIDE : at - STRAND_NUMBERS + STRAND_ARMS - WIDE;
-    return strand_unshift(wide_get(before + row * STRAND_ARMS), strand_get(at, row, lane));
+    return wide_unshift(wide_get(before + row * STRAND_ARMS), strand_get(at, row, lane));
 }
 
 /* ---- once a step */
