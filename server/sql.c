@@ -12,15 +12,13 @@ void srv_sql_complain(struct srv_sql *sql, const char *text) {
 static const char *sql_word(const struct srv_sql_driver *driver, const char *token, size_t bytes) {
     const struct {
         const char *token, *word;
-    } words[] = {{"{begin}", driver->begin}, {"{read}", driver->read},  {"{now}", driver->now},
-                 {"{lock}", driver->lock},   {"{skip}", driver->skip},  {"{alone}", driver->alone},
-                 {"{ring}", driver->ring},   {"{bytes}", driver->bytes}};
+    } words[] = {{"{begin}", driver->begin}, {"{now}", driver->now},     {"{lock}", driver->lock},
+                 {"{skip}", driver->skip},   {"{alone}", driver->alone}, {"{ring}", driver->ring},
+                 {"{bytes}", driver->bytes}};
     for (size_t i = 0; i < sizeof words / sizeof *words; i++)
         if (strlen(words[i].token) == bytes && !memcmp(words[i].token, token, bytes)) return words[i].word;
     return NULL;
 }
-
-int srv_sql_begins(const char *text) { return !strcmp(text, "{begin}") || !strcmp(text, "{read}"); }
 
 void srv_sql_spell(const struct srv_sql_driver *driver, const char *text, char out[SRV_SQL_TEXT]) {
     size_t bytes = 0;

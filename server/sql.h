@@ -53,12 +53,11 @@ struct srv_sql_driver {
     const char *scheme; /* what urls begin with: "sqlite:" */
     int batch;          /* calls worth one transaction */
     int distant;        /* it may be out of reach for a while */
-    /* what stands in statements for {begin} and, where nothing is to be changed, {read}; {now}, microseconds since 1970
-     * by the database's clock; {lock} and {skip}: the rows read are locked, those that another transaction has locked
-     * are waited for, or left out; {alone}: one migration at a time; {ring}: wakes the processes that listen, once
-     * committed; {bytes}: the type of byte strings
+    /* what stands in statements for {begin}; {now}, microseconds since 1970 by the database's clock; {lock} and {skip}:
+     * the rows read are locked, those that another transaction has locked are waited for, or left out; {alone}: one
+     * migration at a time; {ring}: wakes the processes that listen, once committed; {bytes}: the type of byte strings
      */
-    const char *begin, *read, *now, *lock, *skip, *alone, *ring, *bytes;
+    const char *begin, *now, *lock, *skip, *alone, *ring, *bytes;
 
     /**
      * Connects. Where the database cannot be reached just now the connection is like one that was lost.
@@ -71,7 +70,7 @@ struct srv_sql_driver {
      * Runs one statement.
      *
      * id     0 .. SRV_SQL_STATEMENTS - 1: prepared at its first use and kept; -1: run once.
-     * text   with $1, $2, ... for the values; a lost connection is made anew by a {begin} or {read} only.
+     * text   with $1, $2, ... for the values; a lost connection is made anew by a {begin} only.
      * row    called for every row; NULL where none is of interest.
      *
      * SRV_STORED_FULL, SRV_STORED_AGAIN, SRV_STORED_AWAY, SRV_STORED_BROKEN
@@ -85,9 +84,6 @@ struct srv_sql_driver {
 };
 
 extern const struct srv_sql_driver srv_sql_sqlite, srv_sql_postgres;
-
-/** Does a statement begin a transaction? */
-int srv_sql_begins(const char *text);
 
 /** Notes what the database said, the first line of it. */
 void srv_sql_complain(struct srv_sql *sql, const char *text);

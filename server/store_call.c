@@ -22,14 +22,10 @@ enum srv_stored srv_store_settle(struct srv_store *store) {
     return SRV_STORED;
 }
 
-static enum srv_stored store_begin(struct srv_store *store, enum srv_statement alone) {
+enum srv_stored srv_store_begin(struct srv_store *store) {
     if (!store->settled) SRV_STORED_TRY(srv_store_settle(store));
-    return srv_store_plain(store, store->together ? SQL_SAVE : alone);
+    return srv_store_plain(store, store->together ? SQL_SAVE : SQL_BEGIN);
 }
-
-enum srv_stored srv_store_begin(struct srv_store *store) { return store_begin(store, SQL_BEGIN); }
-
-enum srv_stored srv_store_begin_reading(struct srv_store *store) { return store_begin(store, SQL_READ); }
 
 enum srv_stored srv_store_end(struct srv_store *store, int keep, enum srv_stored stored) {
     enum srv_stored ended;
@@ -51,7 +47,7 @@ enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, 
     struct srv_row_bytes row = {0};
     *data = NULL;
     *bytes = 0;
-    SRV_STORED_TRY(srv_store_begin_reading(store));
+    SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = SRV_RUN(store, id, srv_row_bytes, &row, srv_value_text(name));
     if (stored == SRV_STORED && !row.data) stored = SRV_STORED_NONE;
     stored = srv_store_end(store, 1, stored);

@@ -21,9 +21,6 @@ enum srv_stored srv_store_settle(struct srv_store *store);
 /** Begins a call: a transaction of its own, or a savepoint in the batch's. */
 enum srv_stored srv_store_begin(struct srv_store *store);
 
-/** Begins a call that changes nothing, and waits for nobody who does. */
-enum srv_stored srv_store_begin_reading(struct srv_store *store);
-
 /** Ends a call: what it wrote stays or goes. Returns `stored`, or why it could not be ended. */
 enum srv_stored srv_store_end(struct srv_store *store, int keep, enum srv_stored stored);
 

@@ -57,7 +57,7 @@ enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_o
 }
 
 enum srv_stored srv_store_job(struct srv_store *store, const char *id, struct srv_job *job) {
-    SRV_STORED_TRY(srv_store_begin_reading(store));
+    SRV_STORED_TRY(srv_store_begin(store));
     return srv_store_end(store, 1, srv_store_find(store, SQL_JOB, id, job));
 }
 
@@ -69,7 +69,7 @@ enum srv_stored srv_store_list(struct srv_store *store, const char *client, cons
                                struct srv_job job[], int *count) {
     struct srv_row_jobs rows = {.cap = most, .job = job};
     *count = 0;
-    SRV_STORED_TRY(srv_store_begin_reading(store));
+    SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored =
         before ? SRV_RUN(store, SQL_JOBS_BEFORE, srv_row_job, &rows, srv_value_text(client), srv_value_whole(most),
                          srv_value_text(before))

@@ -260,7 +260,7 @@ enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long sh
                                 size_t *bytes) {
     struct row_chunk row = {.data = data};
     *bytes = 0;
-    SRV_STORED_TRY(srv_store_begin_reading(store));
+    SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored =
         SRV_RUN(store, SQL_RESULT, row_chunk, &row, srv_value_text(id), srv_value_whole(shard), srv_value_whole(chunk));
     if (stored == SRV_STORED && !row.rows) stored = SRV_STORED_NONE;

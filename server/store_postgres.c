@@ -250,7 +250,7 @@ static enum srv_stored postgres_run(struct srv_sql *sql, int id, const char *tex
                                     int count, srv_row_fn *row, void *context) {
     struct postgres_sql *own = (struct postgres_sql *)sql;
     struct srv_value field[SRV_SQL_PARAMETERS];
-    if (PQstatus(own->connection) != CONNECTION_OK && (!srv_sql_begins(text) || !postgres_again(own)))
+    if (PQstatus(own->connection) != CONNECTION_OK && (strcmp(text, "{begin}") || !postgres_again(own)))
         return SRV_STORED_AWAY;
     PGresult *result = postgres_ask(own, id, text, value, count);
     enum srv_stored stored = postgres_result(own, result);
@@ -295,7 +295,6 @@ const struct srv_sql_driver srv_sql_postgres = {
     .batch = 1,
     .distant = 1,
     .begin = "BEGIN",
-    .read = "BEGIN",
     .now = "(extract(epoch from clock_timestamp()) * 1000000)::bigint",
     .lock = "FOR UPDATE",
     .skip = "FOR UPDATE SKIP LOCKED",

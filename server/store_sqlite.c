@@ -196,7 +196,7 @@ static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text,
     struct srv_value field[SRV_SQL_PARAMETERS];
     enum srv_stored stored = SRV_STORED;
     int code = SQLITE_OK;
-    if (srv_sql_begins(text)) sqlite_before(own);
+    if (!strcmp(text, "{begin}")) sqlite_before(own);
     if (!*statement) {
         char spelt[SRV_SQL_TEXT];
         srv_sql_spell(&srv_sql_sqlite, text, spelt);
@@ -264,8 +264,8 @@ static int sqlite_listen(struct srv_sql *sql, int timeout_ms) {
 const struct srv_sql_driver srv_sql_sqlite = {
     .scheme = "sqlite:",
     .batch = 64,
+    // readers too: where they overlap without end, the log of writes never starts anew, and fills the disk
     .begin = "BEGIN IMMEDIATE",
-    .read = "BEGIN",
     .now = "now_us()",
     .lock = "",
     .skip = "",

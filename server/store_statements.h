@@ -16,7 +16,6 @@
 /* Each statement, in the dialect that both databases share. */
 #define STATEMENTS(X)                                                                                                  \
     X(BEGIN, "{begin}")                                                                                                \
-    X(READ, "{read}")                                                                                                  \
     X(COMMIT, "COMMIT")                                                                                                \
     X(ROLLBACK, "ROLLBACK")                                                                                            \
     X(SAVE, "SAVEPOINT one")                                                                                           \

@@ -73,6 +73,6 @@ static enum srv_stored row_figures(void *context, const struct srv_value field[]
 
 enum srv_stored srv_store_figures(struct srv_store *store, struct srv_store_figures *figures) {
     *figures = (struct srv_store_figures){0};
-    SRV_STORED_TRY(srv_store_begin_reading(store));
+    SRV_STORED_TRY(srv_store_begin(store));
     return srv_store_end(store, 1, srv_store_run(store, SQL_FIGURES, NULL, 0, row_figures, figures));
 }

@@ -1,4 +1,4 @@
-/* Which of some jobs have ended, asked of the store by reading: it waits for nobody who writes.
+/* Which of some jobs have ended, asked of the store by reading.
  * Leaves to others: which jobs, and what follows (runner).
  * Invariant: a job that cannot be read just now is not said to have ended. */
 #ifndef SRV_SURVEY_H
