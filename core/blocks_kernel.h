@@ -5,6 +5,7 @@
 #define PEND_BLOCKS_KERNEL_H
 
 #include "core/blocks.h"
+#include "core/convolve_kernel.h"
 #include "core/eight_kernel.h"
 #include "core/jets_factor.h"
 
@@ -81,38 +82,9 @@ static void blocks_prepare(const struct jets_system *s, const struct blocks *b) 
 
 /* ---- once an order, from the last block to the first */
 
-struct block_known {
-    wide Tr, Ti, cr, ci;
-};
-
-/*
- * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass: what is loaded
- * serves both. Row -1 of the forces is zero.
- */
-LANES_INLINE struct block_known block_known(const struct jets_system *s, double *at, size_t row, int k) {
-    enum { STRIDE = BLOCK_ARMS };
-    const double *re = s->turn_re + row + 2 * STRIDE, *im = s->turn_im + row + 2 * STRIDE;
-    const double *rate = s->rate + row + (size_t)k * STRIDE, *force = s->force + row + (size_t)k * STRIDE - STRIDE;
-    wide w = wide_get(rate), f = wide_get(force), first = wide_get(s->rate + row), zero = wide_of(0);
-    // u_1 is imaginary
-    struct block_known now = {zero, first * w, zero, first * f}, next = {zero, zero, zero, zero};
-    for (int j = 2; j <= k + 1; j++, re += STRIDE, im += STRIDE) {
-        wide ur = wide_get(re), ui = wide_get(im);
-        LANES_PIN(ur);
-        LANES_PIN(ui);
-        next.Tr = wide_fma(ur, w, next.Tr);
-        next.Ti = wide_fma(ui, w, next.Ti);
-        next.cr = wide_fma(ur, f, next.cr);
-        next.ci = wide_fma(ui, f, next.ci);
-        rate -= STRIDE, force -= STRIDE;
-        w = wide_get(rate), f = wide_get(force);
-        LANES_PIN(w);
-        LANES_PIN(f);
-        now.Tr = wide_fma(ur, w, now.Tr);
-        now.Ti = wide_fma(ui, w, now.Ti);
-        now.cr = wide_fma(ur, f, now.cr);
-        now.ci = wide_fma(ui, f, now.ci);
-    }
+/* T and c of order k; what is known of order k + 1 waits in the block's rows */
+LANES_INLINE struct convolved block_known(const struct jets_system *s, double *at, size_t row, int k) {
+    struct convolved next, now = convolve(s, row, k, &next);
     block_put(at, BLOCK_NEXT_TR, next.Tr);
     block_put(at, BLOCK_NEXT_TI, next.Ti);
     block_put(at, BLOCK_NEXT_CR, next.cr);
@@ -120,18 +92,11 @@ LANES_INLINE struct block_known block_known(const struct jets_system *s, double 
     return now;
 }
 
-/* T and c of order k, the second of two: the terms that were missing */
-LANES_INLINE struct block_known block_complete(const struct jets_system *s, const double *at, size_t row, int k) {
-    enum { STRIDE = BLOCK_ARMS };
-    size_t now = row + (size_t)k * STRIDE;
-    wide first = wide_get(s->rate + row);
-    struct block_known known = {block_get(at, BLOCK_NEXT_TR), block_get(at, BLOCK_NEXT_TI),
-                                block_get(at, BLOCK_NEXT_CR), block_get(at, BLOCK_NEXT_CI)};
-    known.Tr = wide_fma(wide_get(s->turn_re + now + STRIDE), first, known.Tr);
-    known.Ti = wide_fma(wide_get(s->turn_im + now + STRIDE), first, known.Ti);
-    known.Ti = wide_fma(first, wide_get(s->rate + now), known.Ti);
-    known.ci = wide_fma(first, wide_get(s->force + now - STRIDE), known.ci);
-    return known;
+/* the same of the second of two orders */
+LANES_INLINE struct convolved block_complete(const struct jets_system *s, const double *at, size_t row, int k) {
+    struct convolved known = {block_get(at, BLOCK_NEXT_TR), block_get(at, BLOCK_NEXT_TI), block_get(at, BLOCK_NEXT_CR),
+                              block_get(at, BLOCK_NEXT_CI)};
+    return convolve_rest(s, row, k, known);
 }
 
 /* a number of a row */
@@ -189,7 +154,7 @@ static void blocks_known(const struct jets_system *s, const struct blocks *b, in
     for (int a = b->count * BLOCK_ARMS - WIDE; a >= 0; a -= WIDE) {
         double *at = blocks_at(b, a / BLOCK_ARMS) + a % BLOCK_ARMS;
         size_t row = jets_row(s, a);
-        struct block_known known = k % 2 ? block_complete(s, at, row, k) : block_known(s, at, row, k);
+        struct convolved known = k % 2 ? block_complete(s, at, row, k) : block_known(s, at, row, k);
         block_put(at, BLOCK_TR, known.Tr);
         block_put(at, BLOCK_TI, known.Ti);
         block_put(at, BLOCK_CR, known.cr);

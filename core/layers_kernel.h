@@ -4,13 +4,10 @@
 #ifndef PEND_LAYERS_KERNEL_H
 #define PEND_LAYERS_KERNEL_H
 
+#include "core/convolve_kernel.h"
 #include "core/layers_factor.h"
 
 /* ---- once an order, from the leaves to the root */
-
-struct layer_known {
-    wide Tr, Ti, cr, ci;
-};
 
 /* where the series of order k of a block's arms from lane h on will be, which until then hold T and c, or what is known
  * of them */
@@ -24,35 +21,10 @@ LANES_INLINE struct layer_rows layer_rows(const struct jets_system *s, int block
                                s->turn_im + row + (size_t)2 * LAYER_ARMS, s->force + row};
 }
 
-/*
- * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass: what is loaded
- * serves both. Row -1 of the forces is zero.
- */
-LANES_INLINE struct layer_known layer_known(const struct jets_system *s, int block, int h, int k) {
-    struct layer_rows first = layer_rows(s, block, h, 0), last = layer_rows(s, block, h, k),
-                      after = layer_rows(s, block, h, k + 1);
-    const double *re = first.turn_re, *im = first.turn_im, *rate = last.rate - LAYER_ARMS,
-                 *force = last.force - LAYER_ARMS;
-    wide w = wide_get(rate), f = wide_get(force), turn = wide_get(first.rate - LAYER_ARMS), zero = wide_of(0);
-    // u_1 is imaginary
-    struct layer_known now = {zero, turn * w, zero, turn * f}, next = {zero, zero, zero, zero};
-    for (int j = 2; j <= k + 1; j++, re += LAYER_ARMS, im += LAYER_ARMS) {
-        wide ur = wide_get(re), ui = wide_get(im);
-        LANES_PIN(ur);
-        LANES_PIN(ui);
-        next.Tr = wide_fma(ur, w, next.Tr);
-        next.Ti = wide_fma(ui, w, next.Ti);
-        next.cr = wide_fma(ur, f, next.cr);
-        next.ci = wide_fma(ui, f, next.ci);
-        rate -= LAYER_ARMS, force -= LAYER_ARMS;
-        w = wide_get(rate), f = wide_get(force);
-        LANES_PIN(w);
-        LANES_PIN(f);
-        now.Tr = wide_fma(ur, w, now.Tr);
-        now.Ti = wide_fma(ui, w, now.Ti);
-        now.cr = wide_fma(ur, f, now.cr);
-        now.ci = wide_fma(ui, f, now.ci);
-    }
+/* T and c of order k; what is known of order k + 1 waits where that order will be */
+LANES_INLINE struct convolved layer_known(const struct jets_system *s, int block, int h, int k) {
+    struct layer_rows last = layer_rows(s, block, h, k), after = layer_rows(s, block, h, k + 1);
+    struct convolved next, now = convolve(s, (size_t)block * s->tile + (size_t)h, k, &next);
     wide_put(after.rate, next.Tr);
     wide_put(after.turn_re, next.Ti);
     wide_put(after.force, next.cr);
@@ -61,22 +33,17 @@ LANES_INLINE struct layer_known layer_known(const struct jets_system *s, int blo
     return now;
 }
 
-/* T and c of order k, the second of two: the terms that were missing, of which Re c has none */
-LANES_INLINE struct layer_known layer_complete(const struct jets_system *s, int block, int h, int k) {
-    struct layer_rows first = layer_rows(s, block, h, 0), last = layer_rows(s, block, h, k - 1),
-                      now = layer_rows(s, block, h, k);
-    wide turn = wide_get(first.rate - LAYER_ARMS);
-    struct layer_known known = {.ci = wide_fma(turn, wide_get(last.force), wide_get(now.turn_im))};
-    known.Tr = wide_fma(wide_get(last.turn_re), turn, wide_get(now.rate));
-    known.Ti = wide_fma(wide_get(last.turn_im), turn, wide_get(now.turn_re));
-    known.Ti = wide_fma(turn, wide_get(last.rate), known.Ti);
-    return known;
+/* the same of the second of two orders, but for Re c, which is where it will be needed */
+LANES_INLINE struct convolved layer_complete(const struct jets_system *s, int block, int h, int k) {
+    struct layer_rows now = layer_rows(s, block, h, k);
+    struct convolved known = {wide_get(now.rate), wide_get(now.turn_re), wide_of(0), wide_get(now.turn_im)};
+    return convolve_rest(s, (size_t)block * s->tile + (size_t)h, k, known);
 }
 
 /* T and c of order k, put where what they are part of will be; Ti and s go on */
-LANES_INLINE struct layer_known layer_begin(const struct jets_system *s, const struct layers *l, int block, int h,
-                                            int k) {
-    struct layer_known known = k % 2 ? layer_complete(s, block, h, k) : layer_known(s, block, h, k);
+LANES_INLINE struct convolved layer_begin(const struct jets_system *s, const struct layers *l, int block, int h,
+                                          int k) {
+    struct convolved known = k % 2 ? layer_complete(s, block, h, k) : layer_known(s, block, h, k);
     struct layer_rows now = layer_rows(s, block, h, k);
     wide_put(now.rate, known.Tr);
     wide_put(now.turn_re, -known.Ti * wide_of(s->share[k + 1]));
@@ -126,14 +93,14 @@ LANES_INLINE struct layer_sums layer_children(const struct layers *l, int which,
 /* leaves have nothing to add up */
 LANES_INLINE void layer_up_leaves(const struct jets_system *s, const struct layers *l, int i, int h, int k) {
     double *at = layers_at(l, i) + h;
-    struct layer_known known = layer_begin(s, l, i, h, k);
+    struct convolved known = layer_begin(s, l, i, h, k);
     layer_ask(at, known.ci, -(layer_get(at, LAYER_WEIGHT) * known.Ti));
 }
 
 LANES_INLINE void layer_up(const struct jets_system *s, const struct layers *l, int i, int h, int k) {
     const double *below = layers_at(l, l->block[i].below) + h;
     double *at = layers_at(l, i) + h;
-    struct layer_known known = layer_begin(s, l, i, h, k);
+    struct convolved known = layer_begin(s, l, i, h, k);
     struct layer_sums sums = {layer_get(below, LAYER_ASKED), layer_get(below, LAYER_GIVEN)};
     sums = layer_children(l, i, h, known.ci, sums);
     wide push = wide_fma(layer_get(at, LAYER_LEAN), known.ci, sums.asked);
@@ -148,7 +115,7 @@ LANES_INLINE void layer_up_cap(const struct jets_system *s, const struct layers 
     struct eight known, heave, pull;
     for (int p = 0; p < EIGHT_PARTS; p++) {
         double *at = layers_at(l, i) + p * WIDE;
-        struct layer_known x = layer_begin(s, l, i, p * WIDE, k);
+        struct convolved x = layer_begin(s, l, i, p * WIDE, k);
         known.part[p] = x.ci;
         heave.part[p] = layer_get(at, LAYER_WEIGHT) * x.Ti;
         layer_ask(at, x.ci, wide_of(0));
