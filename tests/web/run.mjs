@@ -2,7 +2,8 @@
 // name it runs the measurements (bench_*.mjs) instead, one after the other: they print figures and assert nothing of time.
 // A test is an exported function of a test_*.mjs: its name is a sentence, it gets the rig and throws if it fails.
 // Leaves to others: the rig (rig.mjs). A file may export `rig`, options of its rig.
-// Invariant: every test runs, whatever the others did; files run side by side, the tests of one in their order.
+// Invariant: every test runs, whatever the others did; files run side by side, the tests of one in their order. A test that
+// failed among the others is run once more with the machine to itself, and what went wrong at first is told either way.
 
 import { readdirSync } from "node:fs";
 import { dirname, join } from "node:path";
@@ -17,6 +18,7 @@ const FIRST = ["test_drawers.mjs", "test_docs.mjs", "test_hand.mjs"]; // what ta
 const rank = (name) => (FIRST.includes(name) ? FIRST.indexOf(name) : FIRST.length);
 const pattern = bench ? /^bench_.*\.mjs$/ : /^test_.*\.mjs$/;
 const files = readdirSync(HERE).filter((name) => pattern.test(name)).sort((a, b) => rank(a) - rank(b) || a.localeCompare(b));
+const again = []; // what failed among the others: {name, test, options}
 let passed = 0;
 let failed = 0;
 
@@ -25,14 +27,15 @@ function fail(name, error) {
   console.log(`FAIL  ${name}: ${error.stack}`);
 }
 
-async function run(name, test, rig) {
+/** Runs a test; onFailure gets its error. */
+async function run(name, test, rig, onFailure) {
   const begun = performance.now();
   try {
     const note = await test(rig);
     passed++;
     console.log(`ok    ${name} (${Math.round(performance.now() - begun)} ms)${note ? `: ${note}` : ""}`);
   } catch (error) {
-    fail(name, error);
+    onFailure(error);
   }
   // a test that failed leaves neither its pages nor its trouble to the next one
   await rig.clear();
@@ -45,7 +48,13 @@ async function runFile(file) {
     const chosen = Object.entries(tests).filter(([name, test]) => typeof test === "function" && `${file} ${name}`.includes(wanted));
     if (!chosen.length) return;
     const rig = await createRig(tests.rig);
-    for (const [name, test] of chosen) await run(name.replaceAll("_", " "), test, rig);
+    for (const [name, test] of chosen) {
+      const said = name.replaceAll("_", " ");
+      await run(said, test, rig, (error) => {
+        again.push({ name: said, test, options: tests.rig });
+        console.log(`again ${said}: ${error.stack}`);
+      });
+    }
     await rig.close();
   } catch (error) {
     fail(file, error);
@@ -56,6 +65,11 @@ const lane = async () => {
   while (files.length) await runFile(files.shift());
 };
 await Promise.all(Array.from({ length: LANES }, lane));
+for (const { name, test, options } of again) {
+  const rig = await createRig(options);
+  await run(name, test, rig, (error) => fail(name, error));
+  await rig.close();
+}
 await endShared();
 console.log(`${passed} passed, ${failed} failed`);
 process.exit(failed || !passed ? 1 : 0);
