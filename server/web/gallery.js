@@ -187,7 +187,7 @@ export default {
       draw();
     }
 
-    bag(clock.subscribe(() => performance.now() - drawn > FRAME_MS && draw()));
+    bag(clock.subscribe(() => (!clock.playing || performance.now() - drawn > FRAME_MS) && draw()));
     bag(store.subscribe(mark));
     bag(theme.subscribe(recolour));
     recolour();

@@ -15,12 +15,12 @@ import time
 
 from places import die_with_parent
 
-LEASE = 1  # s: short, but a machine that is busy otherwise is not to make workers seem silent
+LEASE = 2  # s: short, but a machine that is busy otherwise is not to make workers seem silent
 PART = "0.03"  # s of computation in a part
 DOUBLE = '"pendulum":{"length":[1,1],"mass":[1,1],"parent":[0,1]}'
 FOUR = '"pendulum":{"L":[2,1.5,0.75,1.25],"m":[1,1,1,0.1],"S":[[1,0,0,0],[1,1,0,0],[1,1,1,0],[1,1,0,1]]}'
 OCTETS = "application/octet-stream"
-PATIENCE = 90  # s that a job may take, whatever happens to it
+PATIENCE = 300  # s that a job may take, whatever happens to it
 
 
 def flips(columns, rows=60, duration=20):
@@ -49,7 +49,7 @@ class Daemon:
         with open(self.log, "wb") as log:
             self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=log,
                                             env=os.environ | (environment or {}), preexec_fn=die_with_parent(signal.SIGKILL))
-        end = time.monotonic() + 60
+        end = time.monotonic() + PATIENCE
         while "listening on" not in (text := self.log.read_text()):
             if self.process.poll() is not None or time.monotonic() > end:
                 self.kill()
@@ -57,7 +57,7 @@ class Daemon:
             time.sleep(0.005)
         self.port = int(text.split("listening on", 1)[1].split()[0].rsplit(":", 1)[1])
 
-    def ask(self, method, path, body=None, headers=None, seconds=10):
+    def ask(self, method, path, body=None, headers=None, seconds=120):
         """Status, header fields, bytes; OSError or HTTPException where there was no answer."""
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=seconds)
         try:
@@ -73,7 +73,7 @@ class Daemon:
 
     def kill(self, number=signal.SIGKILL):
         self.process.send_signal(number)
-        return self.process.wait(60)
+        return self.process.wait(PATIENCE)
 
 
 class House:
@@ -190,7 +190,7 @@ class House:
 
     def settle(self):
         """Waits for what a sweep does later: results of dismissed jobs go, and their sums with them."""
-        end = time.monotonic() + 20
+        end = time.monotonic() + PATIENCE
         while time.monotonic() < end and self.place.rows("SELECT COUNT(*) FROM jobs WHERE state >= 3 AND bytes > 0")[0][0]:
             time.sleep(0.05)
 

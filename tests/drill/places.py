@@ -44,7 +44,7 @@ class Sqlite:
         self.url = f"sqlite:{self.file}"
 
     def rows(self, command):
-        with contextlib.closing(sqlite3.connect(self.file, timeout=30)) as base:
+        with contextlib.closing(sqlite3.connect(self.file, timeout=300)) as base:
             found = base.execute(command).fetchall()
             base.commit()
             return found
@@ -89,7 +89,7 @@ class Postgres:
         return not self.spawn("pg_isready", "-q", "-h", self.directory).wait()
 
     def start(self):
-        end = time.monotonic() + 60
+        end = time.monotonic() + 300
         while time.monotonic() < end:
             self.server = self.spawn("postgres", "-D", "data", "-k", self.directory, "-c", "listen_addresses=", "-c", "max_connections=60",
                                      "-c", "shared_buffers=16MB")
@@ -112,7 +112,7 @@ class Postgres:
 
     def rows(self, command):
         words = ("-q", "-X", "-A", "-t", "-v", "ON_ERROR_STOP=1", "-d", self.url, "-c", command)
-        for _ in range(100):
+        for _ in range(2000):
             process = self.spawn("psql", *words, stdout=subprocess.PIPE, text=True)
             out, _ = process.communicate()
             if not process.returncode:

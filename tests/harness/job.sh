@@ -29,7 +29,7 @@ run() {
     local name=$1 status line p f s begin=$EPOCHREALTIME
     shift
     mkdir -p "$out"
-    timeout -k 20 900 "$@" >"$out/$name.log" 2>&1 </dev/null
+    timeout -k 20 3600 "$@" >"$out/$name.log" 2>&1 </dev/null
     status=$?
     line=$(tail -n 1 "$out/$name.log" | grep -E "$count_line") || line=
     if [ -z "$line" ]; then

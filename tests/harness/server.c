@@ -19,7 +19,7 @@
 
 #include "tests/harness/test.h"
 
-enum { PATIENCE = 60, WORDS = 64 };
+enum { WORDS = 96 };
 
 struct test_server {
     pid_t pid; /* 0 = has ended */
@@ -76,8 +76,11 @@ static pid_t launch(const char *const options[], const char *listen, const char 
     path_from_program(program, 2, "pendulumd");
     word[count++] = program;
     if (listen) {
-        const char *const front[] = {"--listen", listen, "--store", "none"};
-        for (int i = 0; i < 4; i++) word[count++] = (char *)front[i];
+        const char *const front[] = {"--listen",           listen, "--store",          "none",
+                                     "--max-wait-seconds", "3600", "--header-seconds", "3600",
+                                     "--body-seconds",     "3600", "--send-seconds",   "3600",
+                                     "--idle-seconds",     "3600", "--drain-seconds",  "3600"};
+        for (size_t i = 0; i < sizeof front / sizeof *front; i++) word[count++] = (char *)front[i];
     }
     for (int i = 0; options && options[i] && count < WORDS - 1; i++) word[count++] = (char *)options[i];
     word[count] = NULL;
@@ -136,7 +139,7 @@ static void server_free(struct test_server *server) {
 struct test_server *test_server_start(const char *const options[]) {
     struct test_server *server = server_new(options, "127.0.0.1:0");
     if (!server) return NULL;
-    double end = test_clock() + PATIENCE;
+    double end = test_clock() + TEST_PATIENCE;
     while (!(server->port = port_in_log(server)) && !reap(server) && test_clock() < end) test_sleep(0.002);
     if (server->port) return server;
     CHECK_SAYING(0, "the server did not get ready (exit status %d); it said: %s", server->exit_status,
@@ -161,7 +164,7 @@ void test_server_signal(const struct test_server *server, int number) {
 }
 
 int test_server_wait(struct test_server *server) {
-    double end = test_clock() + PATIENCE;
+    double end = test_clock() + TEST_PATIENCE;
     while (!reap(server)) {
         if (test_clock() > end) {
             kill(server->pid, SIGKILL);
@@ -403,7 +406,7 @@ int test_request(const struct test_server *server, struct test_reply *reply, con
     if (body) test_client_say(&client, line);
     test_client_say(&client, "\r\n");
     if (body) test_client_say(&client, body);
-    int status = test_client_receive(&client, reply, !strcmp(method, "HEAD"), PATIENCE);
+    int status = test_client_receive(&client, reply, !strcmp(method, "HEAD"), TEST_PATIENCE);
     if (status) test_reply_record(reply, method, path);
     test_client_close(&client);
     return status;

@@ -8,12 +8,16 @@
 
 struct test_server;
 
+/* s that a test waits for what comes by itself: the machine may be slow, and busy with others */
+enum { TEST_PATIENCE = 120 };
+
 /**
  * Starts the daemon of the same build (build/MODE/pendulumd) and waits until it says `listening on`.
  *
- * options  command line, ended by NULL; NULL for none. `--listen 127.0.0.1:0 --store none` goes in front, so that own
- * ones win. A prefix such as "valgrind -q" can be given in the environment variable TEST_UNDER. Returns NULL, with a
- * failed check, when it does not get ready within 60 s. Ends with test_server_stop.
+ * options  command line, ended by NULL; NULL for none. `--listen 127.0.0.1:0 --store none` and an hour for all that a
+ * client or a drain may take go in front, so that own ones win. A prefix such as "valgrind -q" can be given in the
+ * environment variable TEST_UNDER. Returns NULL, with a failed check, when it does not get ready within TEST_PATIENCE.
+ * Ends with test_server_stop.
  */
 struct test_server *test_server_start(const char *const options[]);
 
@@ -30,7 +34,7 @@ const char *test_server_log(struct test_server *server);
 void test_server_signal(const struct test_server *server, int number);
 
 /**
- * Waits for the end of the process, at most 60 s.
+ * Waits for the end of the process, at most TEST_PATIENCE.
  *
  * Returns its exit status, 128 + the signal that killed it, or -1 (and kills it) when it did not end.
  */
@@ -106,7 +110,7 @@ void test_reply_clear(struct test_reply *reply);
  *
  * headers  further header lines, each ended by CR LF, or "".
  * body     NULL for none; else sent with its Content-Length and as application/json unless headers name a type.
- * Returns the status, or 0 when no whole reply came within 60 s.
+ * Returns the status, or 0 when no whole reply came within TEST_PATIENCE.
  */
 int test_request(const struct test_server *server, struct test_reply *reply, const char *method, const char *path,
                  const char *headers, const char *body);

@@ -131,7 +131,7 @@ def nginx(config, core=SERVER_CORE, path="/", ready="/"):
         process = subprocess.Popen(pinned(core, [tool("nginx"), "-p", directory, "-c", file, "-g", "daemon off;"]),
                                    stderr=subprocess.PIPE, text=True)
         with running(process, port, path, pathlib.Path(directory)) as server:
-            end = time.monotonic() + 10
+            end = time.monotonic() + 120
             while True:
                 try:
                     with socket.create_connection(("127.0.0.1", port), 1):

@@ -188,7 +188,7 @@ def check_katex(formulas):
               "katex.renderToString(text, {displayMode: true, throwOnError: true, strict: 'error'}); }"
               "catch (error) { console.log(name + ': ' + error.message); } }\n")
     ran = subprocess.run(["node", "--input-type=module", "-e", script], input=json.dumps(formulas), capture_output=True,
-                         text=True, timeout=120)
+                         text=True, timeout=600)
     check("KaTeX reads every formula", ran.returncode == 0 and not ran.stdout and len(formulas) > 100,
           (ran.stdout + ran.stderr)[:500])
 
@@ -210,7 +210,7 @@ def octave(directory, script):
         (directory / f"{name}.m").write_text(f"function {name}(varargin)\nend\n")
     (directory / "all.m").write_text(script)
     ran = subprocess.run([OCTAVE, "--no-gui", "--no-history", "--norc", "-q", "all.m"], cwd=directory,
-                         capture_output=True, text=True, timeout=240)
+                         capture_output=True, text=True, timeout=600)
     check("Octave runs the scripts", ran.returncode == 0, ran.stderr[:500])
     return [[float(word) for word in line.split()] for line in ran.stdout.splitlines()]
 

@@ -23,7 +23,7 @@ def ask(url, method, body, accept):
     headers = {"Accept": accept} | ({"Content-Type": "application/json"} if data else {})
     request = urllib.request.Request(url, data, headers, method=method.upper())
     try:
-        with urllib.request.urlopen(request, timeout=60) as answer:
+        with urllib.request.urlopen(request, timeout=300) as answer:
             return answer.status, answer.headers["Content-Type"], answer.read().decode(errors="surrogateescape")
     except urllib.error.HTTPError as error:
         return error.code, error.headers["Content-Type"], error.read().decode()

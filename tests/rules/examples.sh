@@ -10,7 +10,7 @@ log=$home/log
 "$1/pendulumd" --listen 127.0.0.1:0 --store "sqlite:$home/store.db" >/dev/null 2>"$log" &
 server=$!
 trap 'kill $server 2>/dev/null; wait $server; rm -rf "$home"' EXIT
-for _ in $(seq 100); do
+for _ in $(seq 1200); do
     url=$(sed -n 's/^listening on //p' "$log")
     [ -z "$url" ] || break
     sleep 0.1

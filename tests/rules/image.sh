@@ -21,7 +21,7 @@ ask() {
 }
 
 answered() { # address
-    for _ in $(seq 100); do
+    for _ in $(seq 1200); do
         [ "$(curl -s -o /dev/null -w '%{http_code}' --max-time 2 "http://$1/healthz")" = 200 ] && break
         sleep 0.1
     done
@@ -37,7 +37,7 @@ with_docker() {
     trap 'docker rm -f "$container" >/dev/null 2>&1; docker rmi -f "$image" >/dev/null 2>&1' EXIT
     address=$(docker port "$container" 8080 | head -n 1)
     answered "$address" || fail "the example: status $status"
-    for _ in $(seq 200); do
+    for _ in $(seq 1200); do
         health=$(docker inspect -f '{{.State.Health.Status}}' "$container")
         [ "$health" = healthy ] && break
         sleep 0.1
@@ -59,7 +59,7 @@ with_buildah() {
     [ "$(buildah run "$container" -- id -u)" = 10001 ] || fail 'it runs as somebody else'
     buildah run --env PENDULUMD_LISTEN=127.0.0.1:0 "$container" -- /usr/local/bin/pendulumd >"$work/log" 2>&1 &
     daemon=$!
-    for _ in $(seq 100); do
+    for _ in $(seq 1200); do
         address=$(sed -n 's|^listening on http://||p' "$work/log")
         [ -n "$address" ] && break
         sleep 0.1

@@ -149,7 +149,7 @@ def read_mat_octave(what, data, headers, columns):
         file, out, script = (pathlib.Path(directory, name) for name in ("answer.mat", "numbers", "read.m"))
         file.write_bytes(data)
         script.write_text(TELL)
-        run = subprocess.run([OCTAVE, "--norc", "--quiet", script, file, out], capture_output=True, text=True, timeout=120)
+        run = subprocess.run([OCTAVE, "--norc", "--quiet", script, file, out], capture_output=True, text=True, timeout=600)
         check(f"{what}: load", not run.returncode, run.stderr[-500:])
         numbers = out.read_bytes() if not run.returncode else b""
     arrays, at = {}, 0

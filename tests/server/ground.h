@@ -6,6 +6,7 @@
 
 #include "server/store.h"
 #include "tests/harness/postgres.h"
+#include "tests/harness/server.h"
 #include "tests/harness/test.h"
 
 /* in the store's microseconds */

@@ -9,13 +9,17 @@
 #include "tests/harness/test.h"
 
 struct srv_config live_config(const char *const options[]) {
-    static const char *const fixed[] = {"pendulumd", "--listen", "127.0.0.1:0", "--access-log",
-                                        "off",       "--store",  "none"};
-    char *argv[40];
+    static const char *const fixed[] = {
+        "pendulumd", "--listen",           "127.0.0.1:0",  "--access-log",     "off",  "--store",
+        "none",      "--max-wait-seconds", "3600",         "--header-seconds", "3600", "--body-seconds",
+        "3600",      "--send-seconds",     "3600",         "--idle-seconds",   "3600", "--max-compute-seconds",
+        "86400",     "--max-steps",        "1000000000000"};
+    enum { FIXED = sizeof fixed / sizeof *fixed };
+    char *argv[FIXED + 32];
     struct srv_config config;
     struct pend_error error = {.text = ""};
     int argc = 0;
-    for (; argc < 7; argc++) argv[argc] = (char *)fixed[argc];
+    for (; argc < FIXED; argc++) argv[argc] = (char *)fixed[argc];
     for (int i = 0; options && options[i]; i++) argv[argc++] = (char *)options[i];
     enum pend_status status = srv_config_load(&config, argc, argv, NULL, &error);
     CHECK_SAYING(status == PEND_OK, "%s", error.text);
@@ -49,7 +53,7 @@ int live_status(const struct srv_daemon *daemon, const char *text) {
     struct test_client client;
     struct test_reply reply;
     if (!live_say(daemon, &client, text)) return 0;
-    int status = test_client_receive(&client, &reply, 0, 10);
+    int status = test_client_receive(&client, &reply, 0, TEST_PATIENCE);
     test_reply_clear(&reply);
     test_client_close(&client);
     return status;
@@ -60,7 +64,7 @@ double live_metric(const struct srv_daemon *daemon, const char *sample) {
     struct test_reply reply;
     double value = NAN;
     if (!live_say(daemon, &client, "GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n")) return value;
-    if (CHECK_INT(test_client_receive(&client, &reply, 0, 20), 200)) {
+    if (CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200)) {
         char line[128];
         snprintf(line, sizeof line, "\n%s", sample);
         const char *at = strstr(reply.body, line);
@@ -71,10 +75,16 @@ double live_metric(const struct srv_daemon *daemon, const char *sample) {
     return value;
 }
 
-int live_await(const struct srv_daemon *daemon, const char *sample, double value, double seconds) {
-    double until = test_clock() + seconds, now;
+int live_await(const struct srv_daemon *daemon, const char *sample, double value) {
+    double until = test_clock() + TEST_PATIENCE, now;
     while ((now = live_metric(daemon, sample)) != value && test_clock() < until) test_sleep(0.005);
     return CHECK_SAYING(now == value, "%s is %g, not %g", sample, now, value);
+}
+
+int live_await_least(const struct srv_daemon *daemon, const char *sample, double least) {
+    double until = test_clock() + TEST_PATIENCE, now;
+    while (!((now = live_metric(daemon, sample)) >= least) && test_clock() < until) test_sleep(0.005);
+    return CHECK_SAYING(now >= least, "%s is %g, below %g", sample, now, least);
 }
 
 void live_service(struct srv_service *service, int cap) {

@@ -34,7 +34,8 @@ static void compute_post(struct srv_exchange *exchange, struct srv_service *serv
 }
 
 static int compute_await(int count) {
-    for (double until = test_clock() + 10; test_clock() < until && compute_finished < count;) test_sleep(0.001);
+    double until = test_clock() + TEST_PATIENCE;
+    while (test_clock() < until && compute_finished < count) test_sleep(0.001);
     return compute_finished == count;
 }
 
@@ -93,16 +94,15 @@ TEST(a_stopped_computation_ends_within_a_piece_of_its_work) {
     live_service(&service, 4);
     atomic_store(&compute_finished, 0);
     REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.intake) == PEND_OK);
-    compute_post(&exchange, &service, "/v1/trajectories", LIVE_LONG);
+    compute_post(&exchange, &service, "/v1/trajectories", LIVE_ENDLESS);
     srv_compute_begin(&exchange);
     test_sleep(0.05);
     CHECK_INT(compute_finished, 0);
-    double begin = test_clock();
+    double until = test_clock() + TEST_PATIENCE;
     srv_compute_leave(&exchange, SRV_STOP_SHUTDOWN);
     CHECK_INT(compute_finished, 1);
-    while (atomic_load(&service.computing) && test_clock() < begin + 5) test_sleep(0.001);
-    double seconds = test_clock() - begin;
-    CHECK_SAYING(seconds < 0.5, "it took %.3f s", seconds);
+    while (atomic_load(&service.computing) && test_clock() < until) test_sleep(0.001);
+    CHECK_INT(service.computing, 0);
     srv_workers_free(&workers);
     CHECK_INT(exchange.status, 503);
     CHECK(strstr(exchange.data, "the server is stopping") != NULL);
@@ -196,9 +196,11 @@ TEST(who_waits_too_long_for_a_worker_is_told) {
     compute_post(&late, &service, "/v1/trees", LIVE_SHORT);
     srv_compute_begin(&late);
     test_sleep(0.15);
+    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.intake) == PEND_OK);
+    CHECK(compute_await(1));
+    service.config.wait_seconds = 3600;
     compute_post(&soon, &service, "/v1/trees", LIVE_SHORT);
     srv_compute_begin(&soon);
-    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.intake) == PEND_OK);
     CHECK(compute_await(2));
     srv_workers_free(&workers);
     CHECK_INT(late.status, 503);

@@ -1,24 +1,28 @@
 /* Tests of server/daemon and server/http: the parts together, with real sockets. */
 #include "server/daemon.h"
 
+#include <poll.h>
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "server/watch.h"
 #include "tests/harness/test.h"
 #include "tests/server/live.h"
 
 #define HEALTH "GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n"
 #define READY "GET /readyz HTTP/1.1\r\nHost: x\r\n\r\n"
 
-/* drains until nothing is left, at most so long; returns the seconds it took, or the limit and more */
-static double daemon_drained(struct srv_daemon *daemon, double seconds, int hurry) {
-    double begin = test_clock();
-    while (!srv_daemon_drain(daemon, hurry) && test_clock() < begin + seconds) test_sleep(0.002);
-    return test_clock() - begin;
+/* drains until nothing is left; 0, with a failed check, where that does not come */
+static int daemon_drained(struct srv_daemon *daemon) {
+    double until = test_clock() + TEST_PATIENCE;
+    int over = 0;
+    while (!(over = srv_daemon_drain(daemon, 0)) && test_clock() < until) test_sleep(0.002);
+    return CHECK_SAYING(over, "the drain does not end");
 }
 
 TEST(a_daemon_starts_answers_and_ends) {
@@ -26,7 +30,7 @@ TEST(a_daemon_starts_answers_and_ends) {
     struct test_client client;
     struct test_reply reply;
     REQUIRE(daemon && live_say(daemon, &client, HEALTH));
-    CHECK_INT(test_client_receive(&client, &reply, 0, 10), 200);
+    CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
     CHECK_TEXT(reply.body, "{\"status\":\"ok\"}");
     CHECK_TEXT(test_reply_header(&reply, "Content-Type"), "application/json");
     CHECK_TEXT(test_reply_header(&reply, "Content-Length"), "15");
@@ -60,7 +64,7 @@ TEST(a_request_id_is_taken_over_or_given_and_never_twice) {
     for (size_t i = 0; i < sizeof asked / sizeof *asked; i++) {
         snprintf(text, sizeof text, "GET /healthz HTTP/1.1\r\nHost: x\r\n%s\r\n", asked[i].field);
         test_client_say(&client, text);
-        CHECK_INT(test_client_receive(&client, &reply, 0, 10), 200);
+        CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
         const char *id = test_reply_header(&reply, "X-Request-Id");
         if (!CHECK(id != NULL)) continue;
         if (asked[i].taken) CHECK_TEXT(id, asked[i].taken);
@@ -90,7 +94,7 @@ TEST(the_front_refuses_behind_good_requests_and_within_bodies) {
         struct test_reply reply;
         if (!live_say(daemon, &client, said[i].text)) continue;
         for (int k = 0; k < 3 && said[i].status[k]; k++) {
-            int status = test_client_receive(&client, &reply, 0, 10);
+            int status = test_client_receive(&client, &reply, 0, TEST_PATIENCE);
             CHECK_SAYING(status == said[i].status[k], "stream %zu, answer %d: %d", i, k, status);
             if (status == 400) {
                 CHECK_TEXT(test_reply_header(&reply, "Content-Type"), "application/problem+json");
@@ -98,7 +102,7 @@ TEST(the_front_refuses_behind_good_requests_and_within_bodies) {
             }
             test_reply_clear(&reply);
         }
-        CHECK_SAYING(test_client_ended(&client, 10), "stream %zu goes on", i);
+        CHECK_SAYING(test_client_ended(&client, TEST_PATIENCE), "stream %zu goes on", i);
         test_client_close(&client);
     }
     CHECK_INT(live_status(daemon, HEALTH), 200);
@@ -118,12 +122,13 @@ TEST(an_early_no_reaches_a_client_that_is_still_sending) {
                               : "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Length: 8388608\r\n\r\n"))
             continue;
         int sent = 0;
+        double begin = test_clock();
         while (sent < 128 && test_client_send(&client, rubbish, sizeof rubbish)) sent++;
-        CHECK_INT(sent, 128);
-        CHECK_INT(test_client_receive(&client, &reply, 0, 10), 413);
+        CHECK_SAYING(sent == 128 || test_clock() > begin + 1e-3 * SRV_WATCH_LINGER_MS, "%d pieces were taken", sent);
+        CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 413);
         CHECK(strstr(reply.body, "max-body-bytes") != NULL);
         test_reply_clear(&reply);
-        CHECK(test_client_ended(&client, 10));
+        CHECK(test_client_ended(&client, TEST_PATIENCE));
         test_client_close(&client);
     }
     srv_daemon_free(&daemon);
@@ -137,14 +142,15 @@ TEST(connections_beyond_the_cap_are_told_so) {
     for (int i = 0; i < 4; i++) {
         struct test_reply reply;
         REQUIRE(live_say(daemon, &client[i], HEALTH));
-        CHECK_INT(test_client_receive(&client[i], &reply, 0, 10), 200);
+        CHECK_INT(test_client_receive(&client[i], &reply, 0, TEST_PATIENCE), 200);
         test_reply_clear(&reply);
     }
     CHECK_INT(live_status(daemon, HEALTH), 503);
     CHECK_INT(live_status(daemon, HEALTH), 503);
     for (int i = 0; i < 4; i++) test_client_close(&client[i]);
     int status = 503;
-    for (double until = test_clock() + 5; status == 503 && test_clock() < until;) status = live_status(daemon, HEALTH);
+    for (double until = test_clock() + TEST_PATIENCE; status == 503 && test_clock() < until;)
+        status = live_status(daemon, HEALTH);
     CHECK_INT(status, 200);
     srv_daemon_free(&daemon);
 }
@@ -159,21 +165,21 @@ TEST(bodies_together_stay_within_their_memory) {
     REQUIRE(daemon && live_say(daemon, &one, head));
     memset(body, ' ', sizeof body);
     test_client_send(&one, body, sizeof body - 1);
-    test_sleep(0.1);
+    live_await_least(daemon, "pendulumd_held_bytes ", sizeof body - 1);
     REQUIRE(live_say(daemon, &two, head));
     test_client_send(&two, body, sizeof body);
-    CHECK_INT(test_client_receive(&two, &reply, 0, 10), 503);
+    CHECK_INT(test_client_receive(&two, &reply, 0, TEST_PATIENCE), 503);
     CHECK(strstr(reply.body, "max-held-bytes") != NULL);
     test_reply_clear(&reply);
     test_client_close(&two);
     /* the first is not disturbed, and gives its memory back */
     test_client_send(&one, body, 1);
-    CHECK_INT(test_client_receive(&one, &reply, 0, 10), 415);
+    CHECK_INT(test_client_receive(&one, &reply, 0, TEST_PATIENCE), 415);
     test_reply_clear(&reply);
     test_client_close(&one);
     REQUIRE(live_say(daemon, &two, head));
     test_client_send(&two, body, sizeof body);
-    CHECK_INT(test_client_receive(&two, &reply, 0, 10), 415);
+    CHECK_INT(test_client_receive(&two, &reply, 0, TEST_PATIENCE), 415);
     test_reply_clear(&reply);
     test_client_close(&two);
     srv_daemon_free(&daemon);
@@ -185,41 +191,46 @@ TEST(times_for_heads_bodies_and_silence_are_totals) {
     static const struct {
         const char *say, *drip;
         int status;
-        double least, most;
+        double least;
     } slow[] = {
-        {"GET /healthz HTTP/1.1\r\nHost: x\r\nX: ", "a", 408, 0.3, 1.5},
-        {"POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Length: 500\r\n\r\n", "a", 408, 0.3, 1.5},
-        {"POST /v1/trees HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n", "1\r\na\r\n", 408, 0.3, 1.5},
-        {"G", "", 408, 0.3, 1.5},
-        {"", "", 0, 0.9, 4},
+        {"GET /healthz HTTP/1.1\r\nHost: x\r\nX: ", "a", 408, 0.3},
+        {"POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Length: 500\r\n\r\n", "a", 408, 0.3},
+        {"POST /v1/trees HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n", "1\r\na\r\n", 408, 0.3},
+        {"G", "", 408, 0.3},
+        {"", "", 0, 0.9},
     };
     struct srv_daemon *daemon = live_start(options);
     REQUIRE(daemon != NULL);
     for (size_t i = 0; i < sizeof slow / sizeof *slow; i++) {
         struct test_client client;
         struct test_reply reply;
-        if (!live_say(daemon, &client, slow[i].say)) continue;
         double begin = test_clock();
-        for (int k = 0; k < 30 && slow[i].drip[0]; k++) {
+        if (!live_say(daemon, &client, slow[i].say)) continue;
+        /* until the server has had enough */
+        struct pollfd look = {.fd = client.fd, .events = POLLIN};
+        for (int k = 0; k < 400 && slow[i].drip[0] && !poll(&look, 1, 20); k++)
             if (!test_client_say(&client, slow[i].drip)) break;
-            test_sleep(0.02);
-        }
-        int status = test_client_receive(&client, &reply, 0, 5);
+        int status = test_client_receive(&client, &reply, 0, TEST_PATIENCE);
         CHECK_SAYING(status == slow[i].status, "%zu: status %d", i, status);
         test_reply_clear(&reply);
-        CHECK(test_client_ended(&client, 5));
+        CHECK(test_client_ended(&client, TEST_PATIENCE));
         double seconds = test_clock() - begin;
-        CHECK_SAYING(seconds > slow[i].least && seconds < slow[i].most, "%zu: after %.2f s", i, seconds);
+        CHECK_SAYING(seconds > slow[i].least, "%zu: after %.2f s", i, seconds);
         test_client_close(&client);
     }
-    /* between requests a connection may be as old as it likes */
+    srv_daemon_free(&daemon);
+}
+
+TEST(between_requests_a_connection_may_be_as_old_as_it_likes) {
+    static const char *const options[] = {"--header-seconds", "0.4", "--body-seconds", "0.4", NULL};
+    struct srv_daemon *daemon = live_start(options);
     struct test_client client;
-    REQUIRE(test_client_open(&client, live_port(daemon)));
+    REQUIRE(daemon && test_client_open(&client, live_port(daemon)));
     for (int i = 0; i < 4; i++) {
         struct test_reply reply;
         test_sleep(0.3);
         test_client_say(&client, HEALTH);
-        CHECK_INT(test_client_receive(&client, &reply, 0, 5), 200);
+        CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
         test_reply_clear(&reply);
     }
     test_client_close(&client);
@@ -237,11 +248,11 @@ TEST(an_answer_that_is_not_taken_is_given_up) {
     struct test_reply reply;
     char first;
     CHECK_INT(recv(client.fd, &first, 1, MSG_PEEK), 1);
-    test_sleep(1.5);
-    CHECK_INT(test_client_receive(&client, &reply, 0, 10), 0);
+    live_await(daemon, "pendulumd_connections ", 1); /* the one that asks for it */
+    CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 0);
     test_reply_clear(&reply);
     test_client_close(&client);
-    CHECK_SAYING(daemon_drained(daemon, 5, 0) < 3, "it is still sending");
+    daemon_drained(daemon);
     srv_daemon_free(&daemon);
 }
 
@@ -250,18 +261,18 @@ TEST(a_client_that_went_away_frees_its_worker_at_once) {
     struct srv_daemon *daemon = live_start(options);
     struct test_client gone, waiting, next;
     struct test_reply reply;
-    REQUIRE(daemon && live_post(daemon, &gone, "/v1/trajectories", LIVE_LONG));
-    test_sleep(0.1);
+    REQUIRE(daemon && live_post(daemon, &gone, "/v1/trajectories", LIVE_ENDLESS));
+    live_await(daemon, "pendulumd_workers_busy ", 1);
     REQUIRE(live_post(daemon, &waiting, "/v1/trajectories", LIVE_LONG));
-    REQUIRE(live_post(daemon, &next, "/v1/trees", LIVE_SHORT));
-    test_sleep(0.1);
+    live_await(daemon, "pendulumd_computations ", 2);
     double begin = test_clock();
     test_client_close(&waiting);
     test_client_close(&gone);
-    CHECK_INT(test_client_receive(&next, &reply, 0, 10), 200);
-    double seconds = test_clock() - begin;
-    CHECK_SAYING(seconds < 0.5, "the next request waited %.3f s", seconds);
-    printf("  a vanished client's worker was free after %.0f ms\n", 1e3 * seconds);
+    live_await(daemon, "pendulumd_cancelled_total ", 2);
+    live_await(daemon, "pendulumd_workers_busy ", 0);
+    printf("  a vanished client's worker was free after %.0f ms\n", 1e3 * (test_clock() - begin));
+    REQUIRE(live_post(daemon, &next, "/v1/trees", LIVE_SHORT));
+    CHECK_INT(test_client_receive(&next, &reply, 0, TEST_PATIENCE), 200);
     test_reply_clear(&reply);
     test_client_close(&next);
     srv_daemon_free(&daemon);
@@ -273,9 +284,9 @@ TEST(a_client_that_only_shuts_its_side_still_gets_a_short_answer) {
     struct test_reply reply;
     REQUIRE(daemon && live_post(daemon, &client, "/v1/trees", LIVE_SHORT));
     shutdown(client.fd, SHUT_WR);
-    CHECK_INT(test_client_receive(&client, &reply, 0, 10), 200);
+    CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
     test_reply_clear(&reply);
-    CHECK(test_client_ended(&client, 5));
+    CHECK(test_client_ended(&client, TEST_PATIENCE));
     test_client_close(&client);
     srv_daemon_free(&daemon);
 }
@@ -293,7 +304,7 @@ static void daemon_lasting(struct srv_daemon *daemon, double seconds, char body[
                  stop);
         double begin = test_clock();
         if (!live_post(daemon, &client, "/v1/trajectories", body)) return;
-        CHECK_INT(test_client_receive(&client, &reply, 0, 30), 200);
+        CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
         test_reply_clear(&reply);
         test_client_close(&client);
         took = test_clock() - begin;
@@ -301,30 +312,48 @@ static void daemon_lasting(struct srv_daemon *daemon, double seconds, char body[
     snprintf(strstr(body, "\"stop\""), 64, "\"stop\":%.0f,\"count\":5}}", stop * seconds / took);
 }
 
-TEST(a_drain_finishes_what_runs_and_refuses_what_comes) {
+/* a daemon whose drain has begun while it computes for a client, and a connection that was open before; where the
+ * computation was over too soon, once more with a longer one */
+static struct srv_daemon *daemon_draining(struct test_client *running, struct test_client *open) {
     static const char *const options[] = {"--workers", "1", NULL};
-    struct srv_daemon *daemon = live_start(options);
+    for (double seconds = 1; seconds < 100; seconds *= 4) {
+        struct srv_daemon *daemon = live_start(options);
+        struct test_reply reply;
+        char body[256];
+        if (!daemon || !live_say(daemon, open, READY)) return NULL;
+        CHECK_INT(test_client_receive(open, &reply, 0, TEST_PATIENCE), 200);
+        test_reply_clear(&reply);
+        daemon_lasting(daemon, seconds, body, sizeof body);
+        double slices = live_metric(daemon, "pendulumd_slices_total ");
+        if (!live_post(daemon, running, "/v1/trajectories", body)) return NULL;
+        live_await_least(daemon, "pendulumd_slices_total ", slices + 1);
+        /* a drain waits a moment even where nothing is computed: what counts is that no answer comes just now */
+        struct pollfd look = {.fd = running->fd, .events = POLLIN};
+        if (live_metric(daemon, "pendulumd_computations ") > 0 && !srv_daemon_drain(daemon, 0) && !poll(&look, 1, 50))
+            return daemon;
+        test_client_close(running);
+        test_client_close(open);
+        srv_daemon_free(&daemon);
+    }
+    return NULL;
+}
+
+TEST(a_drain_finishes_what_runs_and_refuses_what_comes) {
     struct test_client running, open;
     struct test_reply reply;
-    char body[256];
-    REQUIRE(daemon && live_say(daemon, &open, READY));
-    CHECK_INT(test_client_receive(&open, &reply, 0, 10), 200);
-    test_reply_clear(&reply);
-    daemon_lasting(daemon, 1, body, sizeof body);
-    REQUIRE(live_post(daemon, &running, "/v1/trajectories", body));
-    test_sleep(0.05);
-    CHECK_INT(srv_daemon_drain(daemon, 0), 0);
+    struct srv_daemon *daemon = daemon_draining(&running, &open);
+    REQUIRE(daemon != NULL);
     /* known and new clients are told, and their connections end */
     test_client_say(&open, READY);
-    CHECK_INT(test_client_receive(&open, &reply, 0, 10), 503);
+    CHECK_INT(test_client_receive(&open, &reply, 0, TEST_PATIENCE), 503);
     CHECK(test_reply_header(&reply, "Retry-After") && !reply.keep_alive);
     test_reply_clear(&reply);
-    CHECK(test_client_ended(&open, 5));
+    CHECK(test_client_ended(&open, TEST_PATIENCE));
     test_client_close(&open);
     CHECK_INT(live_status(daemon, "GET /v1/presets HTTP/1.1\r\nHost: x\r\n\r\n"), 503);
     CHECK_INT(live_status(daemon, HEALTH), 200);
-    CHECK_SAYING(daemon_drained(daemon, 20, 0) < 20, "the drain does not end");
-    CHECK_INT(test_client_receive(&running, &reply, 0, 10), 200);
+    daemon_drained(daemon);
+    CHECK_INT(test_client_receive(&running, &reply, 0, TEST_PATIENCE), 200);
     CHECK(!reply.keep_alive);
     test_reply_clear(&reply);
     test_client_close(&running);
@@ -336,17 +365,14 @@ TEST(a_drain_in_a_hurry_answers_503_and_ends_at_once) {
     struct srv_daemon *daemon = live_start(options);
     struct test_client running, waiting;
     struct test_reply reply;
-    REQUIRE(daemon && live_post(daemon, &running, "/v1/trajectories", LIVE_LONG));
+    REQUIRE(daemon && live_post(daemon, &running, "/v1/trajectories", LIVE_ENDLESS));
     REQUIRE(live_post(daemon, &waiting, "/v1/trajectories", LIVE_LONG));
-    live_await(daemon, "pendulumd_computations ", 2, 10);
+    live_await(daemon, "pendulumd_computations ", 2);
     CHECK_INT(srv_daemon_drain(daemon, 0), 0);
-    double begin = test_clock();
     srv_daemon_free(&daemon);
-    double seconds = test_clock() - begin;
-    CHECK_SAYING(seconds < 1.5, "it took %.3f s", seconds);
     for (int i = 0; i < 2; i++) {
         struct test_client *client = i ? &waiting : &running;
-        CHECK_INT(test_client_receive(client, &reply, 0, 10), 503);
+        CHECK_INT(test_client_receive(client, &reply, 0, TEST_PATIENCE), 503);
         CHECK(strstr(reply.body, "the server is stopping") != NULL);
         test_reply_clear(&reply);
         test_client_close(client);
@@ -356,7 +382,8 @@ TEST(a_drain_in_a_hurry_answers_503_and_ends_at_once) {
 /* A client that asks as fast as it can until the server is gone. */
 struct daemon_crowd {
     int port;
-    long answered, refused, lost;
+    atomic_long answered;
+    long refused, lost;
 };
 
 static void *daemon_client(void *argument) {
@@ -379,7 +406,7 @@ static void *daemon_client(void *argument) {
         }
         for (int more = 1, first = 1; more; first = 0) {
             if (!test_client_say(&client, text)) break;
-            int status = test_client_receive(&client, &reply, 0, 10);
+            int status = test_client_receive(&client, &reply, 0, TEST_PATIENCE);
             crowd->answered += status == 200;
             crowd->refused += status == 503;
             /* a connection that was idle may be closed under a request (RFC 9112 9.5); a fresh one, never */
@@ -400,11 +427,16 @@ TEST(a_drain_under_load_loses_no_request) {
         pthread_t thread[CLIENTS];
         REQUIRE(daemon != NULL);
         for (int i = 0; i < CLIENTS; i++) {
-            crowd[i] = (struct daemon_crowd){.port = live_port(daemon)};
+            crowd[i].port = live_port(daemon);
+            crowd[i].refused = crowd[i].lost = 0;
+            atomic_init(&crowd[i].answered, 0);
             pthread_create(&thread[i], NULL, daemon_client, &crowd[i]);
         }
-        test_sleep(0.1);
-        CHECK_SAYING(daemon_drained(daemon, 10, 0) < 10, "the drain does not end");
+        for (int i = 0; i < CLIENTS; i++) {
+            double until = test_clock() + TEST_PATIENCE;
+            while (atomic_load(&crowd[i].answered) < 10 && test_clock() < until) test_sleep(0.002);
+        }
+        daemon_drained(daemon);
         srv_daemon_free(&daemon);
         long answered = 0, lost = 0;
         for (int i = 0; i < CLIENTS; i++) {
@@ -412,7 +444,7 @@ TEST(a_drain_under_load_loses_no_request) {
             answered += crowd[i].answered;
             lost += crowd[i].lost;
         }
-        CHECK(answered > 10);
+        CHECK(answered >= 10 * CLIENTS);
         CHECK_INT(lost, 0);
     }
 }

@@ -30,10 +30,12 @@ static void nap_end(struct nap *nap) {
     close(nap->fd);
 }
 
-/* the shortest of some naps, s: a busy machine makes single ones long */
+enum { NAPS = 20, MOST_NAPS = 1000 };
+
+/* the shortest of some naps, s: a busy machine makes single ones long, a slow one many */
 static double nap_seconds(struct nap *nap) {
     double least = 1;
-    for (int i = 0; i < 20; i++) {
+    for (int i = 0; i < NAPS || (least > 0.0003 && least < 0.0009 && i < MOST_NAPS); i++) {
         double begin = test_clock();
         srv_intake_nap(&nap->intake, nap->fd);
         double seconds = test_clock() - begin;
@@ -54,7 +56,7 @@ TEST(the_sockets_thread_naps_only_while_every_worker_has_a_short_task) {
     CHECK(nap_seconds(&nap) < 0.0003);
     CHECK(srv_queue_push(nap.queue, &task) == PEND_OK);
     double seconds = nap_seconds(&nap);
-    CHECK_SAYING(seconds >= 0.0009 && seconds < 0.1, "a nap of %g s", seconds);
+    CHECK_SAYING(seconds >= 0.0009 && seconds < 1, "a nap of %g s", seconds);
     CHECK(srv_queue_pop(nap.queue) == &task);
     CHECK(nap_seconds(&nap) < 0.0003);
     srv_intake_end(&nap.intake, 3);
@@ -77,7 +79,7 @@ static void *nap_on(void *argument) {
 static long nap_least(struct nap *nap, int look, long below) {
     double begin = test_clock();
     atomic_store(&nap->least, 1000000);
-    while (test_clock() < begin + 0.1 || (atomic_load(&nap->least) >= below && test_clock() < begin + 10))
+    while (test_clock() < begin + 0.1 || (atomic_load(&nap->least) >= below && test_clock() < begin + TEST_PATIENCE))
         if (look) srv_intake_look(&nap->intake);
     return atomic_load(&nap->least);
 }

@@ -194,7 +194,7 @@ TEST(workers_wait_for_tasks_and_are_woken) {
     REQUIRE(srv_workers_new(&workers, 2, queue, NULL) == PEND_OK);
     test_sleep(0.02);
     CHECK(srv_queue_push(queue, &task.task) == PEND_OK);
-    for (double until = test_clock() + 5; !task.runs && test_clock() < until;) test_sleep(0.001);
+    for (double until = test_clock() + TEST_PATIENCE; !task.runs && test_clock() < until;) test_sleep(0.001);
     CHECK_INT(task.runs, 1);
     srv_workers_free(&workers);
     srv_queue_free(&queue);

@@ -25,7 +25,7 @@ static void runner_post(const struct srv_daemon *daemon, const char *body, char 
              "application/json\r\nContent-Length: %zu\r\n\r\n%s",
              strlen(body), body);
     if (!live_say(daemon, &client, text)) return;
-    CHECK_INT(test_client_receive(&client, &reply, 0, 10), 202);
+    CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 202);
     const char *location = test_reply_header(&reply, "Location");
     if (CHECK(location && strlen(location) == 9 + ID)) snprintf(id, SRV_ID_BYTES, "%s", location + 9);
     test_reply_clear(&reply);
@@ -50,7 +50,7 @@ TEST(a_part_that_was_running_is_given_back_by_a_drain_and_lost_by_nobody) {
     struct srv_store *store = runner_look(url);
     if (daemon && store) {
         runner_post(daemon, LIVE_LONG, id);
-        for (int i = 0; i < 1000 && job.state == SRV_JOB_ACCEPTED; i++) {
+        for (double until = test_clock() + TEST_PATIENCE; job.state == SRV_JOB_ACCEPTED && test_clock() < until;) {
             CHECK_INT(srv_store_job(store, id, &job), SRV_STORED);
             test_sleep(0.005);
         }

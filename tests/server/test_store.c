@@ -139,7 +139,7 @@ TEST(a_lost_database_is_away_and_comes_back) {
         REQUIRE(test_postgres_restart(ground.postgres, kill ? SIGQUIT : SIGINT));
         CHECK_INT(srv_store_job(store, "j", &job), SRV_STORED_AWAY);
         enum srv_stored stored = SRV_STORED_AWAY;
-        for (int i = 0; i < 100 && stored == SRV_STORED_AWAY; i++) {
+        for (int i = 0; i < 50 * TEST_PATIENCE && stored == SRV_STORED_AWAY; i++) {
             ground_pause_ms(20);
             stored = srv_store_job(store, "j", &job);
         }
@@ -169,11 +169,11 @@ STORE_TEST(processes_that_share_a_store_hear_each_other) {
     REQUIRE(ear);
     CHECK_INT(srv_store_listen(ear, 1), 0);
     CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
-    CHECK_INT(srv_store_listen(ear, 2000), 1);
+    CHECK_INT(srv_store_listen(ear, 1000 * TEST_PATIENCE), 1);
     CHECK_INT(srv_store_listen(ear, 1), 0);
     /* what is not kept is not told */
     CHECK_INT(ground_submit(store, "k", "anna", "key", 1, 0, &job), SRV_STORED);
-    CHECK_INT(srv_store_listen(ear, 2000), 1);
+    CHECK_INT(srv_store_listen(ear, 1000 * TEST_PATIENCE), 1);
     CHECK_INT(ground_submit(store, "l", "anna", "key", 1, 0, &job), SRV_STORED);
     CHECK_TEXT(job.id, "k");
     CHECK_INT(srv_store_listen(ear, 50), 0);

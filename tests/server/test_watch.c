@@ -33,7 +33,8 @@ static int watch_open(struct watch_pair *pair) {
     *pair = (struct watch_pair){.watched.left = watch_left};
     if (srv_listen_open("127.0.0.1:0", &fd, url, &error) != PEND_OK) return CHECK(0);
     int opened = test_client_open(&pair->client, atoi(strrchr(url, ':') + 1));
-    for (double until = test_clock() + 5; (pair->watched.fd = accept(fd, NULL, NULL)) < 0 && test_clock() < until;)
+    for (double until = test_clock() + TEST_PATIENCE;
+         (pair->watched.fd = accept(fd, NULL, NULL)) < 0 && test_clock() < until;)
         test_sleep(0.001);
     close(fd);
     return CHECK(opened && pair->watched.fd >= 0);
@@ -44,8 +45,8 @@ static void watch_close(struct watch_pair *pair) {
     test_client_close(&pair->client);
 }
 
-static int watch_await(struct watch_pair *pair, double seconds) {
-    for (double until = test_clock() + seconds; !pair->left && test_clock() < until;) test_sleep(0.001);
+static int watch_await(struct watch_pair *pair) {
+    for (double until = test_clock() + TEST_PATIENCE; !pair->left && test_clock() < until;) test_sleep(0.001);
     return pair->left;
 }
 
@@ -68,8 +69,7 @@ TEST(a_waiting_client_that_goes_away_is_noticed_once) {
             shutdown(pair.client.fd, SHUT_WR);
         else
             test_client_close(&pair.client);
-        CHECK_INT(watch_await(&pair, 5), 1);
-        CHECK_SAYING(pair.when - begin < 0.3, "noticed after %.3f s", pair.when - begin);
+        CHECK_INT(watch_await(&pair), 1);
         /* a client that has only shut its side may want its answer, and is given a moment */
         if (way == 2) CHECK_SAYING(pair.when - begin > 0.02, "noticed after %.3f s", pair.when - begin);
         test_sleep(0.1);
@@ -105,19 +105,25 @@ TEST(a_request_that_is_late_gets_408_and_an_answer_that_is_not_taken_an_end) {
         srv_watch_add(watch, &pair.watched, 0);
         double begin = test_clock();
         srv_watch_phase(watch, &pair.watched, phase[i], srv_clock_now() + srv_clock_span(0.2));
-        CHECK_INT(test_client_receive(&pair.client, &reply, 0, 5), i ? 0 : 408);
+        CHECK_INT(test_client_receive(&pair.client, &reply, 0, TEST_PATIENCE), i ? 0 : 408);
         double seconds = test_clock() - begin;
-        CHECK_SAYING(seconds > 0.15 && seconds < 2, "after %.3f s", seconds);
+        CHECK_SAYING(seconds > 0.15, "after %.3f s", seconds);
         if (!i) {
             CHECK_TEXT(test_reply_header(&reply, "Content-Type"), "application/problem+json");
             CHECK(strstr(reply.body, "\"status\":408") != NULL);
         }
         test_reply_clear(&reply);
-        CHECK(test_client_ended(&pair.client, 5));
+        CHECK(test_client_ended(&pair.client, TEST_PATIENCE));
         srv_watch_remove(watch, &pair.watched);
         watch_close(&pair);
         srv_watch_free(&watch);
     }
+}
+
+/* whether one is busy, as it is for a moment that began after `begin` */
+static int watch_moment(struct srv_watch *watch, double begin) {
+    int busy = srv_watch_busy(watch);
+    return busy == 1 || (!busy && test_clock() > begin + 1e-3 * SRV_WATCH_MOMENT_MS);
 }
 
 TEST(busy_counts_what_is_not_over) {
@@ -125,19 +131,22 @@ TEST(busy_counts_what_is_not_over) {
     struct watch_pair pair;
     REQUIRE(srv_watch_new(&watch) == PEND_OK && watch_open(&pair));
     CHECK_INT(srv_watch_busy(watch), 0);
+    double begin = test_clock();
     srv_watch_add(watch, &pair.watched, 0);
-    CHECK_INT(srv_watch_busy(watch), 1);
+    CHECK(watch_moment(watch, begin));
     test_sleep(0.3);
     CHECK_INT(srv_watch_busy(watch), 0);
     srv_watch_phase(watch, &pair.watched, SRV_WATCH_SENDING, 0);
     test_sleep(0.3);
     CHECK_INT(srv_watch_busy(watch), 1);
+    begin = test_clock();
     srv_watch_phase(watch, &pair.watched, SRV_WATCH_IDLE, 0);
-    CHECK_INT(srv_watch_busy(watch), 1);
+    CHECK(watch_moment(watch, begin));
     test_sleep(0.3);
     CHECK_INT(srv_watch_busy(watch), 0);
     test_client_say(&pair.client, "G");
-    for (double until = test_clock() + 5; !srv_watch_busy(watch) && test_clock() < until;) test_sleep(0.001);
+    for (double until = test_clock() + TEST_PATIENCE; !srv_watch_busy(watch) && test_clock() < until;)
+        test_sleep(0.001);
     CHECK_INT(srv_watch_busy(watch), 1);
     srv_watch_remove(watch, &pair.watched);
     watch_close(&pair);
@@ -172,16 +181,17 @@ TEST(a_lingering_socket_reads_on_so_that_nothing_is_reset) {
     /* the client sends much, the server answers early and closes */
     for (int i = 0; i < 4; i++) test_client_send(&pair.client, rubbish, sizeof rubbish);
     CHECK(send(pair.watched.fd, answer, sizeof answer - 1, MSG_NOSIGNAL) == sizeof answer - 1);
+    double begin = test_clock();
     srv_watch_linger(watch, dup(pair.watched.fd));
     close(pair.watched.fd);
-    CHECK_INT(srv_watch_busy(watch), 1);
+    CHECK(watch_moment(watch, begin));
     int sent = 0;
     for (; sent < 100 && test_client_send(&pair.client, rubbish, sizeof rubbish); sent++) continue;
-    CHECK_INT(sent, 100);
-    CHECK_INT(test_client_receive(&pair.client, &reply, 0, 5), 413);
+    CHECK_SAYING(sent == 100 || test_clock() > begin + 1e-3 * SRV_WATCH_LINGER_MS, "%d pieces were taken", sent);
+    CHECK_INT(test_client_receive(&pair.client, &reply, 0, TEST_PATIENCE), 413);
     test_reply_clear(&reply);
     test_client_close(&pair.client);
-    for (double until = test_clock() + 5; srv_watch_busy(watch) && test_clock() < until;) test_sleep(0.005);
+    for (double until = test_clock() + TEST_PATIENCE; srv_watch_busy(watch) && test_clock() < until;) test_sleep(0.005);
     CHECK_INT(srv_watch_busy(watch), 0);
     srv_watch_free(&watch);
 }

@@ -16,12 +16,15 @@ export const fetched = createRequire(join(ROOT, "build/webtest/package.json"));
 const CHROMIUM = process.env.CHROMIUM ?? "/usr/bin/chromium";
 const PROGRAM = process.env.PENDULUMD ?? join(ROOT, "build/release/pendulumd");
 const PICTURES = join(ROOT, "build/check/web");
+const TIMEOUT_MS = 180000; // for what a browser does at once: the machine may be slow, and busy with others
+// a daemon that gives up on nobody because time passes
+const PATIENT = ["--max-wait-seconds", "3600", "--header-seconds", "3600", "--body-seconds", "3600", "--send-seconds", "3600", "--idle-seconds", "86400"];
 const ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
   "--disable-component-update", "--disable-sync", "--font-render-hinting=none"];
 
 /** A daemon on a free port: {url, stop()}; options are added to its command line. */
 export async function startDaemon(options = ["--store", "none"]) {
-  const child = spawn(PROGRAM, ["--listen", "127.0.0.1:0", ...options], { stdio: ["ignore", "ignore", "pipe"] });
+  const child = spawn(PROGRAM, ["--listen", "127.0.0.1:0", ...PATIENT, ...options], { stdio: ["ignore", "ignore", "pipe"] });
   const gone = new Promise((resolve) => child.on("exit", resolve));
   const url = await new Promise((resolve, reject) => {
     let said = "";
@@ -56,7 +59,7 @@ function share(name, make) {
 }
 
 const sharedBrowser = () => share("browser", async () => {
-  const browser = await fetched("playwright-core").chromium.launch({ executablePath: CHROMIUM, args: ARGUMENTS });
+  const browser = await fetched("playwright-core").chromium.launch({ executablePath: CHROMIUM, args: ARGUMENTS, timeout: TIMEOUT_MS });
   return { browser, stop: () => browser.close() };
 });
 
@@ -91,7 +94,7 @@ async function emptyPage(options, cold) {
 async function newPage(options, key) {
   const { browser } = await sharedBrowser();
   const context = await browser.newContext(options);
-  context.setDefaultTimeout(60000);
+  context.setDefaultTimeout(TIMEOUT_MS);
   const page = await context.newPage();
   page.key = key;
   page.session = await context.newCDPSession(page);
@@ -153,9 +156,10 @@ export async function createRig({ store = false, sources = true } = {}) {
 /** Waits until the page has a whole motion. */
 export const moving = (page) => page.waitForFunction(() => window.pendulumd?.motion.complete);
 
-/** Waits until what has changed is drawn: the view has come to where it goes, and every transition has ended. */
+/** Waits until what has changed is drawn: the motion is here, the view has come to where it goes, and every transition has ended. */
 export const drawn = (page) => page.evaluate(async () => {
   const frame = () => new Promise((resolve) => { requestAnimationFrame(resolve); });
+  while (window.pendulumd?.motion.loading) await frame();
   // the pivot, and a tip where the clock stands, move with the view alone
   const view = () => (window.pendulumd ? JSON.stringify([pendulumd.stage.tip(0), pendulumd.clock.playing || pendulumd.stage.tip(1)]) : "");
   await frame();
@@ -174,6 +178,8 @@ export async function close(page) {
   if (bad.length) throw new Error(`the page is not clean: ${bad.join(" | ")}`);
   page.used.delete(page);
   if (!page.key) return page.context().close();
+  // the next test's page is not to be pointed at
+  await page.mouse.move(0, 0);
   await page.goto("about:blank");
   unused.set(page.key, [...unused.get(page.key) ?? [], page]);
 }

@@ -63,6 +63,7 @@ export async function servePage(daemon, port = 0) {
     const file = fileOf(new URL(asked.url, "http://page").pathname);
     file ? sendFile(reply, file) : passOn(asked, reply, page.daemon);
   });
+  server.keepAliveTimeout = 0; // a connection that a browser keeps is there when it asks again, however late
   await new Promise((ready) => server.listen(port, "127.0.0.1", ready));
   page.url = `http://127.0.0.1:${server.address().port}`;
   page.close = () => {

@@ -94,9 +94,10 @@ export async function a_point_of_the_flip_map_starts_the_motion_that_its_colour_
   await page.waitForSelector("[data-map=png]:not([hidden])");
   assert.match(await page.innerText("[data-drawer=compare]"), /3600 motions computed/);
   const map = page.locator(".map");
-  await map.scrollIntoViewIfNeeded();
-  const box = await map.boundingBox();
   for (const [across, up] of [[0.2, 0.3], [0.7, 0.85]]) {
+    await drawn(page); // the map fits its place in the frame after
+    await map.scrollIntoViewIfNeeded();
+    const box = await map.boundingBox();
     const side = box.width - 58;
     await page.mouse.click(box.x + 48 + across * side, box.y + 8 + (1 - up) * side);
     await settledMotion(page);
@@ -127,11 +128,15 @@ export async function a_point_of_the_flip_map_starts_the_motion_that_its_colour_
 
 export async function a_map_can_be_stopped(rig) {
   const page = await rig.open();
+  let strips = 0;
+  rig.front.fault = (asked) => asked.url === "/v1/ensembles" && ++strips > 1; // the map waits for its second strip
   await openDrawer(page, "compare");
   await page.selectOption("[data-map=count]", "240");
   await page.selectOption("[data-map=duration]", "20");
   await page.click("[data-map=compute]");
+  await page.waitForFunction(() => document.querySelector("[data-drawer=compare] progress").value > 0);
   await page.click("[data-map=compute]");
   await page.waitForFunction(() => document.querySelector("[data-drawer=compare]").innerText.includes("Stopped"));
+  rig.front.fault = null;
   await close(page);
 }

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { violations } from "./axe.mjs";
-import { close } from "./rig.mjs";
+import { close, drawn } from "./rig.mjs";
 
 export const rig = { sources: false, store: true };
 
@@ -144,6 +144,7 @@ export async function axe_finds_nothing_in_the_reference(rig) {
   const paper = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
   await page.emulateMedia({ colorScheme: "dark" });
   await page.waitForFunction((light) => getComputedStyle(document.body).backgroundColor !== light, paper);
+  await drawn(page);
   assert.deepEqual(await violations(page, { context: part, colours: true }), []);
   await close(page);
 }

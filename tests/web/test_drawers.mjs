@@ -17,7 +17,7 @@ const READY = {
   compare: "[data-map=compute]",
   method: "[data-fact=atEnd]",
   equations: "[data-part=bbb] .katex",
-  share: "[data-link=long]",
+  share: "svg.qr",
   worksheet: "[data-step='5']",
 };
 

@@ -7,8 +7,10 @@ import { close, drawn } from "./rig.mjs";
 const clipboard = (page) => page.evaluate(() => navigator.clipboard.readText());
 
 async function copied(page, kind) {
+  // the button says it for a moment only, what is read aloud stays
+  await page.evaluate(() => pendulumd.announce(""));
   await page.click(`[data-copy=${kind}]`);
-  await page.waitForFunction((key) => document.querySelector(`[data-copy=${key}]`).innerText === "Copied", kind);
+  await page.waitForFunction(() => document.getElementById("live").textContent === "Copied");
   return clipboard(page);
 }
 
@@ -49,6 +51,7 @@ export async function equations_follow_the_tree_and_are_compact_for_large_ones(r
   await chain(40);
   await page.waitForFunction(() => document.querySelector("[data-form]").disabled);
   assert.equal(await page.inputValue("[data-form]"), "compact");
+  await page.waitForFunction(() => document.querySelector("[data-part=S] annotation").textContent.includes("39"));
   await drawn(page);
   assert.equal(await page.locator(".katex-error").count(), 0);
   assert.ok(await rows() <= 40);

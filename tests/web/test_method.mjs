@@ -25,6 +25,7 @@ export async function ode23_goes_wrong_where_the_page_says_and_a_tolerance_mends
     const { pendulum, initial, span } = window.pendulumd.store.get();
     return (await window.pendulumd.client.trajectory({ pendulum, initial, times: { stop: span.stop, count: 2 }, method: "ode23" })).stats;
   });
+  await page.waitForFunction(() => /^\d+$/.test(document.querySelector("[data-fact=steps] td").innerText));
   assert.equal(Number(await fact(page, "steps")), stats.steps);
   assert.equal(Number(await fact(page, "rejected")), stats.rejected);
   assert.ok(coarse > 1 && coarse < 6, `wrong from ${coarse} s on`);

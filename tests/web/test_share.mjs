@@ -35,6 +35,17 @@ const state = (page) => page.evaluate(() => {
   return { title, pendulum, initial, span, method, rtol, atol, precision, ghosts, view };
 });
 
+/** The link that holds all itself, once it is that of the scene as it is now. */
+async function longLink(page) {
+  const link = await page.evaluate(async () => {
+    const { linkOf } = await import(new URL("link.js", document.querySelector("script[src$='main.js']").src));
+    const doc = window.pendulumd.store.get();
+    return `${location.origin}/${await linkOf({ ...doc, view: { ...doc.view, drawer: null } })}`;
+  });
+  await page.waitForFunction((wanted) => document.querySelector("[data-link=long]").value === wanted, link);
+  return link;
+}
+
 async function sameElsewhere(rig, page, link) {
   // the link shows the stage, without the drawer that it was made in
   await page.evaluate(() => window.pendulumd.store.set({ view: { drawer: null } }));
@@ -59,12 +70,13 @@ export async function a_short_link_and_a_long_one_show_the_same_pixels_in_anothe
   await page.waitForSelector("[data-link=short]", { state: "visible" });
   const short = await page.inputValue("[data-link=short]");
   assert.match(short, /\/#s=[0-9a-z]{20,}$/);
-  assert.equal(await page.locator("svg.qr").count(), 2);
+  await page.waitForFunction(() => document.querySelectorAll("svg.qr").length === 2);
   await rig.shot(page, "share-links");
   await sameElsewhere(rig, page, short);
   await openDrawer(page, "share");
-  await page.waitForFunction(() => document.querySelector("[data-link=long]").value.includes("#d="));
-  await sameElsewhere(rig, page, await page.inputValue("[data-link=long]"));
+  const long = await longLink(page);
+  assert.match(long, /\/#d=/);
+  await sameElsewhere(rig, page, long);
   await openDrawer(page, "share");
   // a link that does not stand for what is shown goes away
   await page.evaluate(() => window.pendulumd.store.set({ rtol: 1e-6 }));
@@ -84,7 +96,7 @@ export async function a_server_without_a_store_says_so_and_the_long_link_works(r
     await openDrawer(page, "share");
     await page.click("[data-share=make]");
     await page.waitForFunction(() => document.querySelector("[data-drawer=share]").innerText.includes("This server keeps no scenes"));
-    assert.match(await page.inputValue("[data-link=long]"), /#d=/);
+    await page.waitForFunction(() => document.querySelector("[data-link=long]").value.includes("#d="));
     await close(page);
   } finally {
     front.daemon = before;

@@ -81,7 +81,7 @@ export function settled(fn, milliseconds = 250) {
 export function save(blob, name) {
   const url = URL.createObjectURL(blob);
   h("a", { href: url, download: name }).click();
-  setTimeout(() => URL.revokeObjectURL(url), 10000);
+  setTimeout(() => URL.revokeObjectURL(url), 300000); // a browser that asks where to keep it waits for an answer
 }
 
 /** To the clipboard; where the page is not trusted with it (plain HTTP), by the old way. Answers whether it worked. */
@@ -103,7 +103,8 @@ export async function copy(words) {
 /** A button that copies what `give` gives, and says so. */
 export function copyButton(app, words, give) {
   const key = button(words, async () => {
-    const done = await copy(await give());
+    const given = await give();
+    const done = given !== "" && await copy(given);
     app.announce(app.text(done ? "kit.copied" : "kit.notCopied"));
     key.textContent = app.text(done ? "kit.copied" : "kit.notCopied");
     setTimeout(() => { key.textContent = words; }, 1600);

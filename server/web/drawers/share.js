@@ -59,7 +59,10 @@ async function mount(element, app) {
   function linkField(id, label) {
     const field = h("input", { type: "text", readonly: true, "aria-label": label, "data-link": id, on: { focus: () => field.select() } });
     const qr = h("div", {});
-    const place = h("div", { class: "link" }, h("div", { class: "link-row" }, field, copyButton(app, text("share.copy"), () => field.value)), qr);
+    const place = h("div", { class: "link" }, h("div", { class: "link-row" }, field, copyButton(app, text("share.copy"), async () => {
+      await follow();
+      return field.value;
+    })), qr);
     return { place, field, set(link, words) {
       place.hidden = !link;
       field.value = link;
