@@ -135,12 +135,8 @@ static void writer_take(struct api_writer *writer, long rows, const double *cons
     }
 }
 
-enum pend_status api_writer_block(struct api_writer *writer, long rows, const double *const data[],
-                                  struct api_buffer *out, struct pend_error *error) {
-    for (int c = 0; c < writer->table.count; c++) {
-        long count = rows * api_column_numbers(&writer->table.column[c]);
-        if (!all_finite(count, data[c])) return column_fails(writer, c, count, data, error);
-    }
+enum pend_status api_writer_finite_block(struct api_writer *writer, long rows, const double *const data[],
+                                         struct api_buffer *out) {
     assert(writer->rows + rows <= writer->table.rows);
     if (writer->format->block)
         PEND_TRY(writer->format->block(writer, rows, data, out));
@@ -148,6 +144,15 @@ enum pend_status api_writer_block(struct api_writer *writer, long rows, const do
         writer_take(writer, rows, data);
     writer->rows += rows;
     return PEND_OK;
+}
+
+enum pend_status api_writer_block(struct api_writer *writer, long rows, const double *const data[],
+                                  struct api_buffer *out, struct pend_error *error) {
+    for (int c = 0; c < writer->table.count; c++) {
+        long count = rows * api_column_numbers(&writer->table.column[c]);
+        if (!all_finite(count, data[c])) return column_fails(writer, c, count, data, error);
+    }
+    return api_writer_finite_block(writer, rows, data, out);
 }
 
 enum pend_status api_writer_finish(struct api_writer *writer, const struct api_stats *stats, struct api_buffer *out,
