@@ -13,7 +13,7 @@ static double octets_bytes(const struct api_table *table) {
  * a row's numbers are moved together */
 static inline __attribute__((always_inline)) void octets_column(char *at, long rows, size_t width, size_t row,
                                                                 const double value[]) {
-    for (long i = 0; i < rows; i++, at += row, value += width) api_octets_doubles(at, width, value, 1);
+    for (long i = 0; i < rows; i++, at += row, value += width) api_octets_doubles(at, width, value);
 }
 
 static void octets_place(char *at, long rows, size_t width, size_t row, const double value[]) {

@@ -81,11 +81,13 @@ enum srv_coding srv_answer_code(struct srv_work *work, const char *media_type) {
 
 /* Content-Range; 0 where an answer has none */
 static int answer_range(const struct api_answer *answer, char text[], size_t cap) {
-    if (answer->status == 206)
+    int part = answer->status == 206;
+    if (!part && answer->status != 416) return 0;
+    if (part)
         snprintf(text, cap, "bytes %lld-%lld/%lld", answer->first, answer->first + answer->length - 1, answer->total);
     else
         snprintf(text, cap, "bytes */%lld", answer->total);
-    return answer->status == 206 || answer->status == 416;
+    return 1;
 }
 
 struct srv_payload *srv_answer_payload(struct srv_work *work, struct api_answer answer, enum srv_coding coding,
