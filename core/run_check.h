@@ -24,11 +24,14 @@ static inline uint64_t pend_run_gather(uint64_t bad, double x) {
  */
 static inline int pend_run_finite(const double x[], long count) {
     enum { SIDE = 8 };
-    uint64_t bad[SIDE] = {0}, any = 0;
+    uint64_t any = 0;
     long i = 0;
-    for (; i + SIDE <= count; i += SIDE)
-        for (int k = 0; k < SIDE; k++) bad[k] = pend_run_gather(bad[k], x[i + k]);
-    for (int k = 0; k < SIDE; k++) any |= bad[k];
+    if (count >= SIDE) {
+        uint64_t bad[SIDE] = {0};
+        for (; i + SIDE <= count; i += SIDE)
+            for (int k = 0; k < SIDE; k++) bad[k] = pend_run_gather(bad[k], x[i + k]);
+        for (int k = 0; k < SIDE; k++) any |= bad[k];
+    }
     for (; i < count; i++) any = pend_run_gather(any, x[i]);
     return !any;
 }
