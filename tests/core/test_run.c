@@ -564,8 +564,11 @@ static struct outcome outcome_of(double length, double gravity, double rate, lon
     struct pend_run *run;
     int done;
     if (pend_tree_new(&tree, 1, &length, &mass, &parent, NULL) != PEND_OK) return outcome;
-    struct pend_problem problem = {
-        .tree = tree, .gravity = gravity, .phi = &phi, .rate = &rate, .times = {.count = count, .span = 1, .divisor = 10}};
+    struct pend_problem problem = {.tree = tree,
+                                   .gravity = gravity,
+                                   .phi = &phi,
+                                   .rate = &rate,
+                                   .times = {.count = count, .span = 1, .divisor = 10}};
     samples.cap = 11;
     samples.t = t;
     if (pend_run_new(&run, pend_method_find("rk8pd"), &problem, NULL) == PEND_OK)
