@@ -43,15 +43,17 @@ double api_table_numbers(const struct api_table *table, int first) {
     return numbers;
 }
 
+enum { COLUMN_TEXT = 48 }; /* letters of a column, at most: names are short */
+
 void api_table_columns(const struct api_table *table, char text[API_COLUMNS_TEXT]) {
-    size_t used = 0;
-    text[0] = 0;
-    for (int c = 0; c < table->count && used < API_COLUMNS_TEXT; c++) {
+    char *at = text;
+    *at = 0;
+    for (int c = 0; c < table->count; c++) {
         const struct api_column *column = &table->column[c];
-        used += (size_t)snprintf(text + used, API_COLUMNS_TEXT - used, "%s%s%s%s", c ? "," : "", column->name,
-                                 column->part ? "_" : "", column->part ? column->part : "");
-        if (column->width && used < API_COLUMNS_TEXT)
-            used += (size_t)snprintf(text + used, API_COLUMNS_TEXT - used, "[%d]", column->width);
+        assert(at + COLUMN_TEXT <= text + API_COLUMNS_TEXT);
+        at = stpcpy(stpcpy(at, c ? "," : ""), column->name);
+        if (column->part) at = stpcpy(stpcpy(at, "_"), column->part);
+        if (column->width) at = stpcpy(api_number_write_int(stpcpy(at, "["), column->width), "]");
     }
 }
 
@@ -135,12 +137,8 @@ static void writer_take(struct api_writer *writer, long rows, const double *cons
     }
 }
 
-enum pend_status api_writer_block(struct api_writer *writer, long rows, const double *const data[],
-                                  struct api_buffer *out, struct pend_error *error) {
-    for (int c = 0; c < writer->table.count; c++) {
-        long count = rows * api_column_numbers(&writer->table.column[c]);
-        if (!all_finite(count, data[c])) return column_fails(writer, c, count, data, error);
-    }
+enum pend_status api_writer_finite_block(struct api_writer *writer, long rows, const double *const data[],
+                                         struct api_buffer *out) {
     assert(writer->rows + rows <= writer->table.rows);
     if (writer->format->block)
         PEND_TRY(writer->format->block(writer, rows, data, out));
@@ -148,6 +146,15 @@ enum pend_status api_writer_block(struct api_writer *writer, long rows, const do
         writer_take(writer, rows, data);
     writer->rows += rows;
     return PEND_OK;
+}
+
+enum pend_status api_writer_block(struct api_writer *writer, long rows, const double *const data[],
+                                  struct api_buffer *out, struct pend_error *error) {
+    for (int c = 0; c < writer->table.count; c++) {
+        long count = rows * api_column_numbers(&writer->table.column[c]);
+        if (!all_finite(count, data[c])) return column_fails(writer, c, count, data, error);
+    }
+    return api_writer_finite_block(writer, rows, data, out);
 }
 
 enum pend_status api_writer_finish(struct api_writer *writer, const struct api_stats *stats, struct api_buffer *out,

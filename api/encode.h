@@ -158,6 +158,10 @@ void api_writer_free(struct api_writer **writer);
 PEND_MUST_CHECK enum pend_status api_writer_block(struct api_writer *writer, long rows, const double *const data[],
                                                   struct api_buffer *out, struct pend_error *error);
 
+/** The same of numbers that were all looked at already: they are finite. */
+PEND_MUST_CHECK enum pend_status api_writer_finite_block(struct api_writer *writer, long rows,
+                                                         const double *const data[], struct api_buffer *out);
+
 /**
  * Writes the next piece of what comes once all rows are there, at most about API_PIECE_BYTES and one row.
  *

@@ -137,7 +137,7 @@ static enum pend_status array_go_on(struct mat_writer *writer, struct api_buffer
     if (!writer->at) at = tag(at, DOUBLE, 8 * numbers);
     while (rest && writer->at < numbers) {
         uint64_t row = writer->at % rows, arm = writer->at / rows, count = rows - row < rest ? rows - row : rest;
-        at = api_octets_doubles(at, (size_t)count, number + row * width + arm, width);
+        at = api_octets_spread(at, (size_t)count, number + row * width + arm, width);
         writer->at += count;
         rest -= count;
     }

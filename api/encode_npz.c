@@ -5,11 +5,12 @@
  * beyond 4 GiB. */
 #include "api/encode_arrays.h"
 
-#include <stdio.h>
+#include <assert.h>
 #include <string.h>
 
 #include <libdeflate.h>
 
+#include "api/number.h"
 #include "api/octets.h"
 
 enum {
@@ -51,10 +52,11 @@ static double npz_bytes(const struct api_table *table) {
 static void npy_head(char head[HEAD_BYTES], const char *type, const char *shape) {
     memset(head, ' ', HEAD_BYTES);
     memcpy(head, "\x93NUMPY\x01\0", 8);
-    api_octets_whole(head + 8, HEAD_BYTES - 10, 2);
-    int bytes =
-        snprintf(head + 10, HEAD_BYTES - 10, "{'descr': '%s', 'fortran_order': False, 'shape': %s, }", type, shape);
-    head[10 + bytes] = ' ';
+    char *at = stpcpy(api_octets_whole(head + 8, HEAD_BYTES - 10, 2), "{'descr': '");
+    at = stpcpy(stpcpy(stpcpy(at, type), "', 'fortran_order': False, 'shape': "), shape);
+    at = stpcpy(at, ", }");
+    assert(at < head + HEAD_BYTES - 1);
+    *at = ' ';
     head[HEAD_BYTES - 1] = '\n';
 }
 
@@ -106,7 +108,7 @@ static void array_write(const struct npz_writer *writer, const struct api_array 
                         char *at) {
     const double *re = writer->base.column[array->re] + from;
     if (array->im < 0) {
-        api_octets_doubles(at, count, re, 1);
+        api_octets_doubles(at, count, re);
         return;
     }
     const double *im = writer->base.column[array->im] + from;
@@ -128,20 +130,25 @@ static uint32_t array_crc(const struct npz_writer *writer, const struct api_arra
     return crc;
 }
 
-/* one row alone has no axis for the rows */
+/* as Python writes a tuple; one row alone has no axis for the rows */
 static void array_shape(const struct npz_writer *writer, const struct api_array *array, char shape[64]) {
-    const struct api_table *table = &writer->base.table;
-    if (table->single && !array->width) snprintf(shape, 64, "()");
-    if (table->single && array->width) snprintf(shape, 64, "(%d,)", array->width);
-    if (!table->single && !array->width) snprintf(shape, 64, "(%ld,)", writer->base.rows);
-    if (!table->single && array->width) snprintf(shape, 64, "(%ld, %d)", writer->base.rows, array->width);
+    int rows = !writer->base.table.single;
+    char *at = stpcpy(shape, "(");
+    if (rows) at = stpcpy(api_number_write_int(at, writer->base.rows), array->width ? ", " : ",");
+    if (array->width) at = stpcpy(api_number_write_int(at, array->width), rows ? "" : ",");
+    stpcpy(at, ")");
+}
+
+/* names are short: they stand in the tables of the operations */
+static void member_name(struct member *member, const char *first, const char *between, const char *second) {
+    assert(strlen(first) + strlen(between) + strlen(second) + sizeof ".npy" <= sizeof member->name);
+    stpcpy(stpcpy(stpcpy(stpcpy(member->name, first), between), second), ".npy");
 }
 
 static enum pend_status array_begin(struct npz_writer *writer, const struct api_array *array, struct api_buffer *out) {
     struct member *member = &writer->member[writer->members];
     char head[HEAD_BYTES], shape[64];
-    snprintf(member->name, sizeof member->name, "%s%s%s.npy", array->name, array->part ? "_" : "",
-             array->part ? array->part : "");
+    member_name(member, array->name, array->part ? "_" : "", array->part ? array->part : "");
     array_shape(writer, array, shape);
     npy_head(head, array->im < 0 ? "<f8" : "<c16", shape);
     member->bytes = HEAD_BYTES + array_numbers(writer, array) * number_bytes(array);
@@ -172,14 +179,14 @@ static enum pend_status stat_add(struct npz_writer *writer, const struct api_sta
         /* NumPy keeps text as UTF-32; these are words of ASCII */
         for (const char *p = stat->text; *p && p < stat->text + TEXT_CAP; p++)
             end = api_octets_whole(end, (unsigned char)*p, 4);
-        snprintf(type, sizeof type, "<U%d", (int)(end - value) / 4);
+        *api_number_write_int(stpcpy(type, "<U"), (end - value) / 4) = 0;
     } else if (stat->kind == API_STAT_WHOLE) {
         memcpy(type, "<i8", 4);
         end = api_octets_whole(value, (uint64_t)stat->whole, 8);
     } else {
         end = api_octets_double(value, stat->number);
     }
-    snprintf(member->name, sizeof member->name, "stats_%s.npy", stat->name);
+    member_name(member, "stats", "_", stat->name);
     npy_head(head, type, "()");
     member->bytes = HEAD_BYTES + (uint64_t)(end - value);
     member->crc = libdeflate_crc32(libdeflate_crc32(0, head, HEAD_BYTES), value, (size_t)(end - value));

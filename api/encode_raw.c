@@ -32,7 +32,7 @@ static enum pend_status raw_record(struct api_writer *writer, long rows, long fr
     for (long i = from; i < from + rows; i++)
         for (int c = 0; c < table->count; c++) {
             long width = api_column_numbers(&table->column[c]);
-            at = api_octets_doubles(at, (size_t)width, data[c] + i * width, 1);
+            at = api_octets_doubles(at, (size_t)width, data[c] + i * width);
         }
     out->bytes += (size_t)rows * row;
     return PEND_OK;

@@ -25,8 +25,19 @@ static inline char *api_octets_double(char *at, double x) {
     return at + sizeof bits;
 }
 
+/** Writes doubles. Returns the end. */
+static inline char *api_octets_doubles(char *at, size_t count, const double x[]) {
+#if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
+    memcpy(at, x, count * sizeof *x);
+    return at + count * sizeof *x;
+#else
+    for (size_t i = 0; i < count; i++) at = api_octets_double(at, x[i]);
+    return at;
+#endif
+}
+
 /** Writes doubles that stand `step` apart, one behind the other. Returns the end. */
-static inline char *api_octets_doubles(char *at, size_t count, const double x[], size_t step) {
+static inline char *api_octets_spread(char *at, size_t count, const double x[], size_t step) {
     for (size_t i = 0; i < count; i++) at = api_octets_double(at, x[i * step]);
     return at;
 }

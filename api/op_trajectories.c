@@ -164,7 +164,8 @@ static enum pend_status trajectory_begin(struct trajectory *trajectory, struct p
                                    .rtol = method->rtol,
                                    .atol = method->atol,
                                    .step = method->step,
-                                   .step_cap = trajectory->step_cap};
+                                   .step_cap = trajectory->step_cap,
+                                   .no_drift = !trajectory->format->finish}; // what flows tells no stats
     PEND_TRY(pend_run_new(&trajectory->run, method->method, &problem, error));
     if (trajectory->trust_tolerance > 0)
         PEND_TRY(pend_trust_new(&trajectory->trust, method->method, &problem, trajectory->trust_tolerance, error));
@@ -220,6 +221,9 @@ static enum pend_status trajectory_block(struct trajectory *trajectory, struct a
     name_limit(trajectory, status, error);
     PEND_TRY(status);
     api_samples_derive(samples);
+    // what a run hands out is finite; the sum of two energies need not be
+    if (!samples->total)
+        return api_writer_finite_block(trajectory->writer, samples->samples.count, samples->column, out);
     return api_writer_block(trajectory->writer, samples->samples.count, samples->column, out, error);
 }
 

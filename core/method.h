@@ -36,6 +36,7 @@ struct pend_problem {
     double rtol, atol; /* of the local error; 0 = the method's default */
     double step;       /* s, fixed-step methods only; 0 = the method's choice */
     long step_cap;     /* most steps a run may take, 0 = no limit */
+    int no_drift;      /* nobody asks for the energy's drift: it is not looked at, and told as 0 */
 };
 
 enum {

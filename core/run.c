@@ -194,7 +194,7 @@ static enum pend_status run_inspect(struct pend_run *run, struct pend_error *err
         return run_fail(run, error, PEND_NOT_FINITE, tree->order[k], run->start + run->reached,
                         "the motion of arm %d ceased to be finite", tree->order[k] + 1);
     }
-    if (++ends->count == ends->cap) run_weigh(run);
+    if (!run->problem.no_drift && ++ends->count == ends->cap) run_weigh(run);
     return PEND_OK;
 }
 
@@ -208,7 +208,9 @@ static enum pend_status run_step(struct pend_run *run, double *spent, struct pen
                         run->start + run->end);
     double limit = run->end;
     if (method->flags & PEND_METHOD_LANDS) limit = pend_times_at(&problem->times, run->next) - run->start;
-    struct pend_error fault = {.arm = -1};
+    struct pend_error fault;
+    fault.arm = -1;
+    fault.text[0] = 0; // the rest of it is only read after a failure, and is large for a step
     enum pend_status status = method->step(run->stepper, limit, &run->reached, &fault);
     if (status != PEND_OK) return run_fail(run, error, status, fault.arm, run->start + run->reached, "%s", fault.text);
     *spent += (double)(method->counts(run->stepper).evaluations - before.evaluations) * problem->tree->n;
@@ -312,51 +314,50 @@ static void run_derive(struct pend_run *run, const double phi[], const double ra
     }
 }
 
-/* the first wanted number of a group that is not finite: row is the group's size where all are */
+/* the first wanted number that is not finite: row is the number of rows where all are */
 struct run_flaw {
-    int row, arm;
+    long row;
+    int arm;
     const char *what;
 };
 
-static struct run_flaw run_find_flaw(const struct pend_run *run, const struct pend_samples *samples, int due) {
+static struct run_flaw run_find_flaw(const struct pend_run *run, const struct pend_samples *samples) {
     int n = run->problem.tree->n;
     const struct {
         const double *from;
-        int each_arm;
+        int width;
         const char *what;
-    } wanted[] = {{samples->phi, 1, "angle"},        {samples->rate, 1, "angular velocity"},
-                  {samples->acc, 1, "acceleration"}, {samples->force, 1, "force"},
-                  {samples->z_re, 1, "position"},    {samples->z_im, 1, "position"},
-                  {samples->zd_re, 1, "velocity"},   {samples->zd_im, 1, "velocity"},
+    } wanted[] = {{samples->phi, n, "angle"},        {samples->rate, n, "angular velocity"},
+                  {samples->acc, n, "acceleration"}, {samples->force, n, "force"},
+                  {samples->z_re, n, "position"},    {samples->z_im, n, "position"},
+                  {samples->zd_re, n, "velocity"},   {samples->zd_im, n, "velocity"},
                   {samples->kinetic, 0, "energy"},   {samples->potential, 0, "energy"}};
-    struct run_flaw flaw = {.row = due, .arm = -1};
+    struct run_flaw flaw = {.row = samples->count, .arm = -1};
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
-        if (!wanted[i].from) continue;
-        int width = wanted[i].each_arm ? n : 1;
-        const double *rows = wanted[i].from + samples->count * width;
-        if (pend_run_finite(rows, (long)flaw.row * width)) continue;
+        const double *from = wanted[i].from;
+        int width = wanted[i].width ? wanted[i].width : 1;
+        if (!from || pend_run_finite(from, flaw.row * width)) continue;
         long bad = 0;
-        while (isfinite(rows[bad])) bad++;
-        flaw = (struct run_flaw){(int)(bad / width), wanted[i].each_arm ? (int)(bad % width) : -1, wanted[i].what};
+        while (isfinite(from[bad])) bad++;
+        flaw = (struct run_flaw){bad / width, wanted[i].width ? (int)(bad % width) : -1, wanted[i].what};
     }
     return flaw;
 }
 
-/* hands out the group's rows up to the first that is not finite */
-static enum pend_status run_hand_out(struct pend_run *run, struct pend_samples *samples, int due,
+/* takes rows back from the first on that is not finite, which ends the run: what came behind it never happened */
+static enum pend_status run_hand_out(struct pend_run *run, struct pend_samples *samples, enum pend_status status,
                                      struct pend_error *error) {
-    struct run_flaw flaw = run_find_flaw(run, samples, due);
-    samples->count += flaw.row;
-    run->next += flaw.row;
-    if (flaw.row == due) return PEND_OK;
-    double t = samples->t[samples->count];
+    struct run_flaw flaw = run_find_flaw(run, samples);
+    if (flaw.row == samples->count) return status;
+    run->next -= samples->count - flaw.row;
+    samples->count = flaw.row;
+    double t = samples->t[flaw.row];
     if (flaw.arm < 0) return run_fail(run, error, PEND_NOT_FINITE, -1, t, "the %s is too large a number", flaw.what);
     return run_fail(run, error, PEND_NOT_FINITE, flaw.arm, t, "the %s of arm %d is too large a number", flaw.what,
                     flaw.arm + 1);
 }
 
-static enum pend_status run_sample(struct pend_run *run, struct pend_samples *samples, int due,
-                                   struct pend_error *error) {
+static void run_sample(struct pend_run *run, struct pend_samples *samples, int due) {
     size_t n = (size_t)run->problem.tree->n;
     const struct pend_points points = run_room(run, samples);
     long at = samples->count;
@@ -370,7 +371,8 @@ static enum pend_status run_sample(struct pend_run *run, struct pend_samples *sa
         samples->z_re || samples->z_im || samples->zd_re || samples->zd_im || samples->kinetic || samples->potential;
     for (int i = 0; i < due && derived; i++)
         run_derive(run, points.phi + (size_t)i * n, points.rate + (size_t)i * n, samples, at + i);
-    return run_hand_out(run, samples, due, error);
+    samples->count += due;
+    run->next += due;
 }
 
 enum pend_status pend_run_next(struct pend_run *run, struct pend_samples *samples, double work, int *done,
@@ -386,10 +388,14 @@ enum pend_status pend_run_next(struct pend_run *run, struct pend_samples *sample
     do {
         if (run->next == run->problem.times.count || samples->count == samples->cap) break;
         int due = run_due(run, samples->cap - samples->count);
-        status = due ? run_sample(run, samples, due, error) : run_step(run, &spent, error);
+        if (due)
+            run_sample(run, samples, due);
+        else
+            status = run_step(run, &spent, error);
         spent += due * run->sample_cost;
     } while (status == PEND_OK && spent < work);
     run_weigh(run);
+    status = run_hand_out(run, samples, status, error);
     *done = status == PEND_OK && run->next == run->problem.times.count;
     return status;
 }

@@ -19,7 +19,7 @@ struct pend_run_stats {
     const char *method;
     long steps, rejected, evaluations;
     double energy_drift; /* largest |E - E(start)| over the steps, relative to pend_motion_energy_scale; 0 for a method
-                            that is linear */
+                            that is linear, and where the problem says no_drift */
     double progress;     /* 0 .. 1 */
 };
 

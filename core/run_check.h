@@ -9,20 +9,31 @@
 
 #include "core/method.h"
 
+/** The bits of x - x, which is +0 just where x is finite; added to what was gathered before. */
+static inline uint64_t pend_run_gather(uint64_t bad, double x) {
+    double zero = x - x;
+    uint64_t bits;
+    memcpy(&bits, &zero, sizeof bits);
+    return bad | bits;
+}
+
 /**
  * True where `count` numbers are all finite.
  *
- * x - x is +0 just there; the bits are gathered because that loop vectorises. O(count).
+ * The bits are gathered eight numbers side by side, without an early end, because that loop vectorises. O(count).
  */
 static inline int pend_run_finite(const double x[], long count) {
-    uint64_t bad = 0;
-    for (long i = 0; i < count; i++) {
-        double zero = x[i] - x[i];
-        uint64_t bits;
-        memcpy(&bits, &zero, sizeof bits);
-        bad |= bits;
+    enum { SIDE = 8 };
+    uint64_t any = 0;
+    long i = 0;
+    if (count >= SIDE) {
+        uint64_t bad[SIDE] = {0};
+        for (; i + SIDE <= count; i += SIDE)
+            for (int k = 0; k < SIDE; k++) bad[k] = pend_run_gather(bad[k], x[i + k]);
+        for (int k = 0; k < SIDE; k++) any |= bad[k];
     }
-    return !bad;
+    for (; i < count; i++) any = pend_run_gather(any, x[i]);
+    return !any;
 }
 
 /**

@@ -3,7 +3,13 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { ANSWER_MOST_CODED = 1 << 30 }; /* bytes of an answer that is compressed whole */
+enum {
+    ANSWER_MOST_CODED = 1 << 30, /* bytes of an answer that is compressed whole */
+    ANSWER_DIGITS = 64           /* of a digest */
+};
+
+_Static_assert((int)SRV_ETAG_BYTES > 2 + 1 + ANSWER_DIGITS + 1, "a tag is W/\"digest\"");
+_Static_assert((int)SRV_FLIGHT_KEY > ANSWER_DIGITS, "a key is the digest and the coding");
 
 /* s after which a computation that was out of time or memory may be tried again: it may find a machine that is less
  * busy */
@@ -81,11 +87,13 @@ enum srv_coding srv_answer_code(struct srv_work *work, const char *media_type) {
 
 /* Content-Range; 0 where an answer has none */
 static int answer_range(const struct api_answer *answer, char text[], size_t cap) {
-    if (answer->status == 206)
+    int part = answer->status == 206;
+    if (!part && answer->status != 416) return 0;
+    if (part)
         snprintf(text, cap, "bytes %lld-%lld/%lld", answer->first, answer->first + answer->length - 1, answer->total);
     else
         snprintf(text, cap, "bytes */%lld", answer->total);
-    return answer->status == 206 || answer->status == 416;
+    return 1;
 }
 
 struct srv_payload *srv_answer_payload(struct srv_work *work, struct api_answer answer, enum srv_coding coding,
@@ -104,7 +112,7 @@ struct srv_payload *srv_answer_payload(struct srv_work *work, struct api_answer 
     srv_payload_header(made, "Vary", srv_exchange_vary);
     if (answer.status < 400 && work->etag[0]) {
         /* a coding may compress differently another time */
-        snprintf(made->etag, sizeof made->etag, "%s%.70s", coding && work->source ? "W/" : "", work->etag);
+        stpcpy(stpcpy(made->etag, coding && work->source ? "W/" : ""), work->etag);
         srv_payload_header(made, "ETag", made->etag);
     }
     if (answer.status < 400 && work->source) srv_payload_header(made, "Accept-Ranges", "bytes");
@@ -122,9 +130,15 @@ void srv_answer_key(struct srv_work *work, enum srv_coding coding) {
     work->etag[0] = 0;
     work->key_bytes = 0;
     if (!digest) return;
+    size_t digits = strnlen(digest, ANSWER_DIGITS);
+    char *at = work->key;
+    memcpy(at, digest, digits);
+    at[digits] = (char)('0' + coding);
+    work->key_bytes = digits + 1;
     /* what a job has found out comes the same to the byte, even compute_seconds */
-    snprintf(work->etag, sizeof work->etag, "%s\"%.64s\"", work->source ? "" : "W/", digest);
-    work->key_bytes = (size_t)snprintf(work->key, sizeof work->key, "%.64s %d", digest, coding);
+    at = stpcpy(work->etag, work->source ? "\"" : "W/\"");
+    memcpy(at, digest, digits);
+    stpcpy(at + digits, "\"");
 }
 
 struct srv_payload *srv_answer_find(struct srv_work *work) {

@@ -1,8 +1,6 @@
-/* HTTP on sockets: requests become exchanges, answered exchanges become bytes. The only file that knows libmicrohttpd.
- * Leaves to others: the form of a request (front), its meaning (message, router), computing (compute), slow and absent
- * clients (watch).
- * Invariant: its one thread never computes and never waits for anything but sockets; an exchange that is with a worker
- * has its connection suspended. */
+/* HTTP on sockets: libmicrohttpd with its options, from listening to the last connection.
+ * Leaves to others: what becomes of a connection and its requests (connection), slow and absent clients (watch).
+ * Invariant: its one thread never computes and never waits for anything but sockets. */
 #ifndef SRV_HTTP_H
 #define SRV_HTTP_H
 

@@ -6,7 +6,10 @@
 
 #include "server/clock.h"
 
-static const int64_t intake_look = 400000, intake_nap = 1000000; /* ns: between two looks of a worker; longest nap */
+/* ns: between two looks of a worker; longest nap. The nap is longer than a tick of the kernel's clock (4 ms): a shorter
+ * time than that is what the processor's own timer has to be set to and back for each nap, which in a virtual machine
+ * takes ten times as long as going to sleep and waking. It is no more than a net: workers look. */
+static const int64_t intake_look = 400000, intake_nap = 5000000;
 
 void srv_intake_init(struct srv_intake *intake, const struct srv_queue *queue, int workers) {
     intake->queue = queue;

@@ -11,37 +11,9 @@
 
 #include "server/clock.h"
 #include "server/events.h"
-#include "server/stint.h"
+#include "server/slot.h"
 #include "server/storage.h"
 #include "server/survey.h"
-
-/* What a slot is doing. */
-enum runner_state {
-    RUNNER_IDLE,
-    RUNNER_CLAIM,   /* asks for a part */
-    RUNNER_REQUEST, /* asks for its job's request */
-    RUNNER_COMPUTE, /* its task is in the queue or with a worker */
-    RUNNER_FINISH,  /* asks for the result to be kept */
-    RUNNER_FAIL,    /* asks for the job to be ended */
-    RUNNER_RETRY    /* will ask again */
-};
-
-/* A part that is held, or room for one. */
-struct runner_slot {
-    struct srv_task task; /* first: a task is its slot */
-    struct srv_ask ask;
-    struct srv_ask beat;
-    struct srv_lease beaten; /* the lease that the beat is of; without its start */
-    struct srv_runner *runner;
-    struct srv_stint stint; /* who has the slot has this, but for its stop */
-
-    /* under the lock, but for `lease` while it is being claimed */
-    enum runner_state state, again; /* again: what is asked after RUNNER_RETRY */
-    int beating;
-    int64_t at;      /* ns: when to ask again */
-    int64_t beat_at; /* ns: when to hold it for longer */
-    struct srv_lease lease;
-};
 
 struct srv_runner {
     struct srv_service *service;
@@ -61,7 +33,7 @@ struct srv_runner {
     int64_t idle;      /* ns: since when there was nothing to do; 0 = there is, or nobody knows */
     int draining;      /* 1 = no more claims, 2 = asked to give back, 3 = given back */
     int count;
-    struct runner_slot slot[];
+    struct srv_slot slot[];
 };
 
 enum {
@@ -82,52 +54,6 @@ static int64_t runner_beat_ns(const struct srv_runner *runner) {
     return third < runner_ms(RUNNER_BEAT_MS) ? third : runner_ms(RUNNER_BEAT_MS);
 }
 
-static struct runner_slot *slot_of_ask(struct srv_ask *ask) {
-    return (struct runner_slot *)((char *)ask - offsetof(struct runner_slot, ask));
-}
-
-static struct runner_slot *slot_of_beat(struct srv_ask *beat) {
-    return (struct runner_slot *)((char *)beat - offsetof(struct runner_slot, beat));
-}
-
-/* does it hold a part? */
-static int slot_holds(const struct runner_slot *slot) {
-    return slot->state != RUNNER_IDLE && slot->state != RUNNER_CLAIM;
-}
-
-static int lease_same(const struct srv_lease *one, const struct srv_lease *two) {
-    return one->shard == two->shard && one->attempt == two->attempt && !strcmp(one->job, two->job);
-}
-
-/* --- what is asked of the store, on its threads --- */
-
-static enum srv_stored slot_claim(struct srv_store *store, struct srv_store_call *call) {
-    struct runner_slot *slot = slot_of_ask((struct srv_ask *)call);
-    return srv_store_claim(store, slot->runner->name, slot->runner->lease_us, &slot->lease);
-}
-
-static enum srv_stored slot_request(struct srv_store *store, struct srv_store_call *call) {
-    struct runner_slot *slot = slot_of_ask((struct srv_ask *)call);
-    return srv_store_request(store, slot->lease.job, &slot->stint.request, &slot->stint.request_bytes);
-}
-
-static enum srv_stored slot_finish(struct srv_store *store, struct srv_store_call *call) {
-    struct runner_slot *slot = slot_of_ask((struct srv_ask *)call);
-    const struct api_buffer *out = &slot->stint.out, *carry = &slot->stint.carry;
-    return srv_store_finish(store, &slot->lease, out->data, out->bytes, carry->bytes ? carry->data : NULL,
-                            carry->bytes);
-}
-
-static enum srv_stored slot_fail(struct srv_store *store, struct srv_store_call *call) {
-    struct runner_slot *slot = slot_of_ask((struct srv_ask *)call);
-    return srv_store_fail(store, &slot->lease, slot->stint.message);
-}
-
-static enum srv_stored slot_extend(struct srv_store *store, struct srv_store_call *call) {
-    struct runner_slot *slot = slot_of_beat((struct srv_ask *)call);
-    return srv_store_extend(store, &slot->beaten, slot->runner->lease_us);
-}
-
 static enum srv_stored runner_release(struct srv_store *store, struct srv_store_call *call) {
     struct srv_runner *runner = (struct srv_runner *)((char *)call - offsetof(struct srv_runner, release));
     return srv_store_release(store, runner->name);
@@ -135,36 +61,22 @@ static enum srv_stored runner_release(struct srv_store *store, struct srv_store_
 
 /* --- from one state to the next --- */
 
-/* asks what the state is about; called with the lock */
-static void slot_ask(struct runner_slot *slot, enum runner_state state) {
-    enum srv_ask_kind kind = state == RUNNER_REQUEST ? SRV_ASK_READ : SRV_ASK_WRITE;
-    slot->state = state;
-    slot->ask.call.run = state == RUNNER_CLAIM     ? slot_claim
-                         : state == RUNNER_REQUEST ? slot_request
-                         : state == RUNNER_FINISH  ? slot_finish
-                                                   : slot_fail;
-    srv_storage_ask(slot->runner->service->storage, kind, &slot->ask);
-}
-
 /* the part is out of this slot's hands; called with the lock */
-static void slot_end(struct runner_slot *slot) {
-    srv_stint_drop(&slot->stint);
-    srv_lease_clear(&slot->lease);
-    slot->state = RUNNER_IDLE;
-    atomic_store(&slot->stint.stop, 0);
+static void slot_end(struct srv_slot *slot) {
+    srv_slot_drop(slot);
     slot->runner->wanted = 1;
     pthread_cond_signal(&slot->runner->some);
 }
 
 /* a worker is to have it; called with the lock */
-static void slot_compute(struct runner_slot *slot) {
-    slot->state = RUNNER_COMPUTE;
+static void slot_compute(struct srv_slot *slot) {
+    slot->state = SRV_SLOT_COMPUTE;
     srv_queue_again(slot->runner->service->queue, &slot->task);
 }
 
 /* asks again after a while; called with the lock */
-static void slot_retry(struct runner_slot *slot, enum runner_state again) {
-    slot->state = RUNNER_RETRY;
+static void slot_retry(struct srv_slot *slot, enum srv_slot_state again) {
+    slot->state = SRV_SLOT_RETRY;
     slot->again = again;
     slot->at = srv_clock_now() + runner_ms(RUNNER_AGAIN_MS);
     pthread_cond_signal(&slot->runner->some);
@@ -173,17 +85,17 @@ static void slot_retry(struct runner_slot *slot, enum runner_state again) {
 /* notes since when nothing was to be had, and nothing is held; called with the lock */
 static void runner_rest(struct srv_runner *runner, enum srv_stored claimed, int64_t now) {
     int holds = claimed != SRV_STORED_NONE;
-    for (int i = 0; i < runner->count; i++) holds |= slot_holds(&runner->slot[i]);
+    for (int i = 0; i < runner->count; i++) holds |= srv_slot_holds(&runner->slot[i]);
     runner->idle = holds ? 0 : runner->idle ? runner->idle : now;
 }
 
 /* the answer to a claim; called with the lock */
-static void slot_claimed(struct runner_slot *slot, enum srv_stored stored) {
+static void slot_claimed(struct srv_slot *slot, enum srv_stored stored) {
     struct srv_runner *runner = slot->runner;
     int64_t now = srv_clock_now();
     runner_rest(runner, stored, now);
     if (stored != SRV_STORED) {
-        slot->state = RUNNER_IDLE;
+        slot->state = SRV_SLOT_IDLE;
         if (stored == SRV_STORED_AGAIN) runner->poll_at = now + runner_ms(RUNNER_CONTENDED_MS);
         pthread_cond_signal(&runner->some);
         return;
@@ -198,38 +110,38 @@ static void slot_claimed(struct runner_slot *slot, enum srv_stored stored) {
         slot_end(slot);
     } else if (strcmp(slot->stint.job, slot->lease.job)) {
         srv_stint_forget(&slot->stint);
-        slot_ask(slot, RUNNER_REQUEST);
+        srv_slot_ask(slot, SRV_SLOT_REQUEST);
     } else {
         slot_compute(slot);
     }
 }
 
 /* the answer to another question; called with the lock */
-static void slot_answered(struct runner_slot *slot, enum srv_stored stored) {
-    enum runner_state asked = slot->state;
+static void slot_answered(struct srv_slot *slot, enum srv_stored stored) {
+    enum srv_slot_state asked = slot->state;
     struct srv_metrics *metrics = &slot->runner->service->metrics;
-    if (stored == SRV_STORED && asked == RUNNER_REQUEST) {
+    if (stored == SRV_STORED && asked == SRV_SLOT_REQUEST) {
         memcpy(slot->stint.job, slot->lease.job, sizeof slot->stint.job);
         slot_compute(slot);
-    } else if (stored == SRV_STORED_FULL && asked == RUNNER_FINISH) {
+    } else if (stored == SRV_STORED_FULL && asked == SRV_SLOT_FINISH) {
         srv_stint_say(&slot->stint, "the store's disk is full");
-        slot_ask(slot, RUNNER_FAIL);
+        srv_slot_ask(slot, SRV_SLOT_FAIL);
     } else if (stored >= SRV_STORED_FULL) {
         slot_retry(slot, asked);
     } else {
-        if (asked == RUNNER_FINISH)
+        if (asked == SRV_SLOT_FINISH)
             srv_metrics_count(stored == SRV_STORED ? &metrics->parts_kept : &metrics->parts_lost, 1);
-        if (asked == RUNNER_FAIL) srv_metrics_count(&metrics->parts_failed, stored == SRV_STORED);
+        if (asked == SRV_SLOT_FAIL) srv_metrics_count(&metrics->parts_failed, stored == SRV_STORED);
         srv_events_news(slot->runner->service->events);
         slot_end(slot);
     }
 }
 
 static void slot_done(struct srv_ask *ask) {
-    struct runner_slot *slot = slot_of_ask(ask);
+    struct srv_slot *slot = srv_slot_of_ask(ask);
     struct srv_runner *runner = slot->runner;
     pthread_mutex_lock(&runner->lock);
-    if (slot->state == RUNNER_CLAIM)
+    if (slot->state == SRV_SLOT_CLAIM)
         slot_claimed(slot, ask->call.stored);
     else
         slot_answered(slot, ask->call.stored);
@@ -237,12 +149,12 @@ static void slot_done(struct srv_ask *ask) {
 }
 
 static void slot_beaten(struct srv_ask *beat) {
-    struct runner_slot *slot = slot_of_beat(beat);
+    struct srv_slot *slot = srv_slot_of_beat(beat);
     struct srv_runner *runner = slot->runner;
     enum srv_stored stored = beat->call.stored;
     pthread_mutex_lock(&runner->lock);
     slot->beating = 0;
-    if (slot_holds(slot) && lease_same(&slot->lease, &slot->beaten)) {
+    if (srv_slot_beats(slot)) {
         slot->beat_at = srv_clock_now() + (stored == SRV_STORED ? runner_beat_ns(runner) : runner_ms(RUNNER_AGAIN_MS));
         if (stored == SRV_STORED_LOST) atomic_store(&slot->stint.stop, 1);
     }
@@ -256,7 +168,7 @@ static void runner_surveyed(struct srv_ask *ask) {
     int deaf = !srv_storage_hears(runner->service->storage);
     pthread_mutex_lock(&runner->lock);
     for (int i = 0; i < runner->count && ask->call.stored == SRV_STORED; i++)
-        if (slot_holds(&runner->slot[i]) && srv_survey_ended(runner->survey, runner->slot[i].lease.job))
+        if (srv_slot_holds(&runner->slot[i]) && srv_survey_ended(runner->survey, runner->slot[i].lease.job))
             atomic_store(&runner->slot[i].stint.stop, 1);
     runner->survey->count = 0;
     runner->asking = 0;
@@ -269,18 +181,18 @@ static void runner_surveyed(struct srv_ask *ask) {
 /* --- on a worker --- */
 
 /* the part is over, or is not to go on */
-static void slot_leave(struct runner_slot *slot, enum runner_state ask) {
+static void slot_leave(struct srv_slot *slot, enum srv_slot_state ask) {
     struct srv_runner *runner = slot->runner;
     pthread_mutex_lock(&runner->lock);
-    if (ask == RUNNER_IDLE)
+    if (ask == SRV_SLOT_IDLE)
         slot_end(slot);
     else
-        slot_ask(slot, ask);
+        srv_slot_ask(slot, ask);
     pthread_mutex_unlock(&runner->lock);
 }
 
 static void slot_run(struct srv_task *task) {
-    struct runner_slot *slot = (struct runner_slot *)task;
+    struct srv_slot *slot = (struct srv_slot *)task;
     struct srv_service *service = slot->runner->service;
     int64_t begin = srv_clock_now();
     atomic_fetch_add(&service->busy, 1);
@@ -289,13 +201,13 @@ static void slot_run(struct srv_task *task) {
         srv_queue_again(service->queue, &slot->task);
         break;
     case SRV_STINT_STOPPED:
-        slot_leave(slot, RUNNER_IDLE);
+        slot_leave(slot, SRV_SLOT_IDLE);
         break;
     case SRV_STINT_DONE:
-        slot_leave(slot, RUNNER_FINISH);
+        slot_leave(slot, SRV_SLOT_FINISH);
         break;
     case SRV_STINT_FAILED:
-        slot_leave(slot, RUNNER_FAIL);
+        slot_leave(slot, SRV_SLOT_FAIL);
         break;
     }
     atomic_fetch_sub(&service->busy, 1);
@@ -306,24 +218,20 @@ static void slot_run(struct srv_task *task) {
 
 /* one slot at a time looks for a part; where it finds one the next looks */
 static void runner_claim(struct srv_runner *runner, int64_t now) {
-    struct runner_slot *idle = NULL;
+    struct srv_slot *idle = NULL;
     if (runner->draining || (!runner->wanted && now < runner->poll_at)) return;
     for (int i = 0; i < runner->count; i++) {
-        if (runner->slot[i].state == RUNNER_CLAIM) return;
-        if (!idle && runner->slot[i].state == RUNNER_IDLE) idle = &runner->slot[i];
+        if (runner->slot[i].state == SRV_SLOT_CLAIM) return;
+        if (!idle && runner->slot[i].state == SRV_SLOT_IDLE) idle = &runner->slot[i];
     }
     if (!idle) return;
     runner->wanted = 0;
     runner->poll_at = now + runner_ms(RUNNER_POLL_MS);
-    slot_ask(idle, RUNNER_CLAIM);
+    srv_slot_ask(idle, SRV_SLOT_CLAIM);
 }
 
-static void runner_beat(struct runner_slot *slot, int64_t now) {
-    if (!slot_holds(slot) || slot->beating || now < slot->beat_at) return;
-    slot->beaten = slot->lease;
-    slot->beaten.start = NULL;
-    slot->beating = 1;
-    srv_storage_ask(slot->runner->service->storage, SRV_ASK_WRITE, &slot->beat);
+static void runner_beat(struct srv_slot *slot, int64_t now) {
+    if (srv_slot_holds(slot) && !slot->beating && now >= slot->beat_at) srv_slot_beat(slot);
 }
 
 /* asks which of the jobs that it has parts of have ended */
@@ -331,18 +239,18 @@ static void runner_survey(struct srv_runner *runner, int64_t now) {
     if (runner->draining || runner->asking || !runner->doubt || now < runner->survey_at) return;
     runner->doubt = 0;
     for (int i = 0; i < runner->count; i++)
-        if (slot_holds(&runner->slot[i])) srv_survey_list(runner->survey, runner->slot[i].lease.job);
+        if (srv_slot_holds(&runner->slot[i])) srv_survey_list(runner->survey, runner->slot[i].lease.job);
     if (!runner->survey->count) return;
     runner->asking = 1;
     srv_storage_ask(runner->service->storage, SRV_ASK_READ, &runner->survey->ask);
 }
 
-static void runner_retry(struct runner_slot *slot, int64_t now) {
-    if (slot->state != RUNNER_RETRY) return;
+static void runner_retry(struct srv_slot *slot, int64_t now) {
+    if (slot->state != SRV_SLOT_RETRY) return;
     if (slot->runner->draining || atomic_load(&slot->stint.stop))
         slot_end(slot);
     else if (now >= slot->at)
-        slot_ask(slot, slot->again);
+        srv_slot_ask(slot, slot->again);
 }
 
 /* ns: when there is something to do without being told */
@@ -351,9 +259,9 @@ static int64_t runner_next(const struct srv_runner *runner, int64_t now) {
     if (!runner->draining && runner->poll_at > now && runner->poll_at < next) next = runner->poll_at;
     if (!runner->draining && runner->doubt && !runner->asking && runner->survey_at < next) next = runner->survey_at;
     for (int i = 0; i < runner->count; i++) {
-        const struct runner_slot *slot = &runner->slot[i];
-        if (slot_holds(slot) && !slot->beating && slot->beat_at < next) next = slot->beat_at;
-        if (slot->state == RUNNER_RETRY && slot->at < next) next = slot->at;
+        const struct srv_slot *slot = &runner->slot[i];
+        if (srv_slot_holds(slot) && !slot->beating && slot->beat_at < next) next = slot->beat_at;
+        if (slot->state == SRV_SLOT_RETRY && slot->at < next) next = slot->at;
     }
     return next;
 }
@@ -416,12 +324,15 @@ enum pend_status srv_runner_new(struct srv_runner **runner, struct srv_service *
     pthread_cond_init(&made->some, &clock);
     pthread_condattr_destroy(&clock);
     for (int i = 0; i < slots; i++) {
-        struct runner_slot *slot = &made->slot[i];
-        slot->runner = made;
-        slot->task = (struct srv_task){.run = slot_run, .lane = &made->lane, .level = SRV_QUEUE_LEVELS - 1};
-        slot->ask.done = slot_done;
-        slot->beat = (struct srv_ask){.call = {.run = slot_extend}, .done = slot_beaten};
-        srv_stint_init(&slot->stint, service);
+        struct srv_slot *slot = &made->slot[i];
+        *slot = (struct srv_slot){
+            .task = {.run = slot_run, .lane = &made->lane, .level = SRV_QUEUE_LEVELS - 1},
+            .service = service,
+            .runner = made,
+            .holder = made->name,
+            .lease_us = made->lease_us,
+        };
+        srv_slot_init(slot, slot_done, slot_beaten);
     }
     return PEND_OK;
 }
@@ -442,8 +353,8 @@ void srv_runner_free(struct srv_runner **runner) {
     pthread_mutex_unlock(&gone->lock);
     if (gone->started) pthread_join(gone->thread, NULL);
     for (int i = 0; i < gone->count; i++) {
-        assert(gone->slot[i].state == RUNNER_IDLE && !gone->slot[i].beating);
-        srv_stint_clear(&gone->slot[i].stint);
+        assert(gone->slot[i].state == SRV_SLOT_IDLE && !gone->slot[i].beating);
+        srv_slot_clear(&gone->slot[i]);
     }
     assert(!gone->asking);
     free(gone->survey);
@@ -464,7 +375,7 @@ void srv_runner_news(void *context) {
 void srv_runner_dismiss(struct srv_runner *runner, const char *job) {
     pthread_mutex_lock(&runner->lock);
     for (int i = 0; i < runner->count; i++)
-        if (slot_holds(&runner->slot[i]) && !strcmp(runner->slot[i].lease.job, job))
+        if (srv_slot_holds(&runner->slot[i]) && !strcmp(runner->slot[i].lease.job, job))
             atomic_store(&runner->slot[i].stint.stop, 1);
     pthread_mutex_unlock(&runner->lock);
 }
@@ -481,9 +392,9 @@ int srv_runner_drain(struct srv_runner *runner) {
     int busy = runner->asking;
     if (!runner->draining) runner->draining = 1;
     for (int i = 0; i < runner->count; i++) {
-        struct runner_slot *slot = &runner->slot[i];
-        if (slot_holds(slot)) atomic_store(&slot->stint.stop, 1);
-        busy |= slot->state != RUNNER_IDLE || slot->beating;
+        struct srv_slot *slot = &runner->slot[i];
+        if (srv_slot_holds(slot)) atomic_store(&slot->stint.stop, 1);
+        busy |= slot->state != SRV_SLOT_IDLE || slot->beating;
     }
     pthread_cond_signal(&runner->some);
     if (!busy && runner->draining == 1) {

@@ -356,6 +356,26 @@ TEST(run_measures_the_drift_at_every_step) {
     bench_clear(&bench);
 }
 
+TEST(run_drift_is_nought_where_nobody_asks_and_all_else_is_the_same) {
+    struct bench bench;
+    bench_init(&bench, 5, 27);
+    const struct pend_method *method;
+    for (int m = 0; (method = pend_method_at(m)); m++) {
+        struct test_record asked, unasked;
+        bench.problem.no_drift = 0;
+        test_record(&asked, method->name, &bench.problem);
+        bench.problem.no_drift = 1;
+        test_record(&unasked, method->name, &bench.problem);
+        CHECK(unasked.stats.energy_drift == 0);
+        CHECK(method->flags & PEND_METHOD_LINEAR || asked.stats.energy_drift > 0);
+        CHECK(test_record_same(&asked, &unasked));
+        CHECK_INT(unasked.stats.steps, asked.stats.steps);
+        test_record_clear(&asked);
+        test_record_clear(&unasked);
+    }
+    bench_clear(&bench);
+}
+
 TEST(run_drift_is_nought_where_there_is_no_energy) {
     struct bench bench;
     bench_init(&bench, 3, 25);
@@ -535,7 +555,7 @@ struct outcome {
     struct pend_error error;
 };
 
-static struct outcome outcome_of(double length, double rate, long count, struct pend_samples samples) {
+static struct outcome outcome_of(double length, double gravity, double rate, long count, struct pend_samples samples) {
     const int parent = -1;
     const double mass = 1, phi = 1;
     double t[11];
@@ -544,8 +564,11 @@ static struct outcome outcome_of(double length, double rate, long count, struct 
     struct pend_run *run;
     int done;
     if (pend_tree_new(&tree, 1, &length, &mass, &parent, NULL) != PEND_OK) return outcome;
-    struct pend_problem problem = {
-        .tree = tree, .phi = &phi, .rate = &rate, .times = {.count = count, .span = 1, .divisor = 10}};
+    struct pend_problem problem = {.tree = tree,
+                                   .gravity = gravity,
+                                   .phi = &phi,
+                                   .rate = &rate,
+                                   .times = {.count = count, .span = 1, .divisor = 10}};
     samples.cap = 11;
     samples.t = t;
     if (pend_run_new(&run, pend_method_find("rk8pd"), &problem, NULL) == PEND_OK)
@@ -627,21 +650,26 @@ TEST(run_does_not_go_on_from_what_is_not_its_own) {
 
 /* a motion may be finite where what follows from it is not: energy goes with the square of the length */
 TEST(run_hands_out_no_number_that_is_not_finite) {
-    double x[11];
-    struct outcome outcome = outcome_of(1e200, 1, 11, (struct pend_samples){.rate = x});
+    double x[11], y[11];
+    struct outcome outcome = outcome_of(1e200, 0, 1, 11, (struct pend_samples){.rate = x});
     CHECK_INT(outcome.status, PEND_OK);
     CHECK_INT(outcome.count, 11);
-    outcome = outcome_of(1e200, 1, 11, (struct pend_samples){.kinetic = x});
+    outcome = outcome_of(1e200, 0, 1, 11, (struct pend_samples){.kinetic = x});
     CHECK_INT(outcome.status, PEND_NOT_FINITE);
     CHECK_INT(outcome.count, 0);
     CHECK_INT(outcome.error.arm, -1);
     CHECK_TEXT(outcome.error.text, "at t = 0 s: the energy is too large a number");
-    outcome = outcome_of(1, 1e200, 1, (struct pend_samples){.rate = x});
+    outcome = outcome_of(1, 0, 1e200, 1, (struct pend_samples){.rate = x});
     CHECK_INT(outcome.status, PEND_OK);
-    outcome = outcome_of(1, 1e200, 1, (struct pend_samples){.force = x});
+    outcome = outcome_of(1, 0, 1e200, 1, (struct pend_samples){.force = x});
     CHECK_INT(outcome.status, PEND_NOT_FINITE);
     CHECK_INT(outcome.error.arm, 0);
     CHECK_TEXT(outcome.error.text, "at t = 0 s: the force of arm 1 is too large a number");
+    // it rises until its height times its weight is beyond all doubles: the rows before stand
+    outcome = outcome_of(1.4e155, 1.4e153, 1, 11, (struct pend_samples){.rate = x, .potential = y});
+    CHECK_INT(outcome.status, PEND_NOT_FINITE);
+    CHECK_INT(outcome.count, 2);
+    CHECK_TEXT(outcome.error.text, "at t = 0.2 s: the energy is too large a number");
 }
 
 TEST(run_fails_cleanly_without_memory) {

@@ -340,7 +340,10 @@ def drips(directory):
                 for figures, more in ((without, ()), (beside, slow))[:: 1 - turn % 2 * 2]:
                     before = ours.cpu()
                     figures.append(client(BUILD, ours, [text], *more))
-                    figures[-1]["us"] = 1e6 * (ours.cpu() - before) / figures[-1]["requests"]
+                    figures[-1]["us"] = 1e6 * (ours.cpu() - before) / max(figures[-1]["requests"], 1)
+        if not all(f["requests"] for f in without + beside):
+            fail(f"2000 open, half dripping: {name}: nobody was answered for a whole turn")
+            continue
         free, held = max(without, key=lambda f: f["rate"]), max(beside, key=lambda f: f["rate"])
         pairs = sorted(b["rate"] / w["rate"] for w, b in zip(without, beside))
         if any(f["wrong"] or f["broken"] or f["refused"] for f in without + beside):

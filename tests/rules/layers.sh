@@ -21,7 +21,7 @@ doors=(
     '^png[.]h$ ^api/encode_png[.]c$'
     '^dragonbox/ ^api/number_write[.]cpp$'
     '^fast_float/ ^api/number_read[.]cpp$'
-    '^microhttpd[.]h$ ^server/(http[.]c|reply[.][ch])$'
+    '^microhttpd[.]h$ ^server/(http[.]c|(connection|reply)[.][ch])$'
     '^zlib[.]h$ ^server/coding_gzip[.]c$'
     '^zstd[.]h$ ^server/coding_zstd[.]c$'
     '^sqlite3[.]h$ ^server/store_sqlite[.]c$'
@@ -118,7 +118,7 @@ verdict 'core has no variable of its own' "$(globals)"
 verdict 'core has no effects' "$(effects)"
 verdict 'core names begin with pend_' "$(prefixes core '^pend_')"
 verdict 'api names begin with api_' "$(prefixes api '^api_')"
-# recv, epoll_wait: http.c reads along with what libmicrohttpd receives, and waits for it
+# recv, epoll_wait: wire.c reads along with what libmicrohttpd receives, and waits for it
 verdict 'server names begin with srv_' "$(prefixes server '^(srv_|main$|recv$|epoll_wait$)')"
 
 printf '%d passed, %d failed\n' $passed $failed
