@@ -362,7 +362,7 @@ TEST(a_process_that_slept_takes_nothing_from_itself) {
     }
     for (int i = 0; i < 8; i++) {
         for (int k = 0; k < count; k++) test_server_signal(server[k], i % 2 ? SIGCONT : SIGSTOP);
-        test_sleep(1.2);
+        test_sleep(i % 2 ? 0.4 : 1.2);
     }
     for (int k = 0; k < count; k++) {
         ask_await(server[k], "pendulumd_workers_busy", 1, 1);
