@@ -79,8 +79,8 @@ LISTEN ?= 127.0.0.1:8080
 check: ## builds and runs every test; the last line counts them
 	@docker/install.sh build test
 	@$(CHECK); $(COUNT)
-# one job more than there are processors: a third of the time tests wait
-CHECK = rm -rf build/check; $(MAKE) --no-print-directory $(if $(PARALLEL),-j$(shell expr $(JOBS) + 1)) -f tests/harness/check.mk
+# two jobs more than there are processors: half of the time tests of the live server wait
+CHECK = rm -rf build/check; $(MAKE) --no-print-directory $(if $(PARALLEL),-j$(shell expr $(JOBS) + 2)) -f tests/harness/check.mk
 # all processors, unless whoever called make has said how many
 PARALLEL = $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS))
 COUNT = tests/harness/job.sh --sum

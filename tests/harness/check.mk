@@ -3,9 +3,10 @@
 # Leaves to others: running a job and counting (job.sh).
 # Invariant: a job that fails, crashes or cannot start is counted as failed and the others go on.
 ROOMS := core laws api server wire fuzz
-ALL := build-release build-asan build-tsan $(foreach room,$(ROOMS),release-$(room) asan-$(room)) tsan-server tsan-wire \
-	valgrind-core valgrind-api valgrind-wire drill \
-	web layers docs replies examples readback equations nginx deploy layout openapi image instructions
+# in this order they are begun as soon as what they need is there: builds, what others need or what takes long, the rest
+ALL := build-release build-tsan build-asan release-core release-api tsan-wire release-wire web asan-wire valgrind-core \
+	valgrind-api tsan-server asan-core asan-server drill release-server equations asan-laws layers valgrind-wire readback \
+	asan-fuzz asan-api replies examples deploy nginx release-laws release-fuzz openapi layout instructions docs image
 JOBS := $(if $(ONLY),$(filter $(ONLY),$(ALL)),$(ALL))
 job = @tests/harness/job.sh $@
 

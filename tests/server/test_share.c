@@ -177,9 +177,9 @@ TEST(an_answer_of_megabytes_is_shared_and_kept_too) {
         CHECK(!memcmp(reply[i].body, reply[0].body, reply[0].body_bytes));
         test_client_close(&client[i]);
     }
-    /* one, and the blocker; who came late had it of the cache */
+    /* computed for one of them; who came late had it of the cache */
     double exact = live_metric(daemon, EXACT);
-    CHECK(live_metric(daemon, MISSED) == 2 && live_metric(daemon, JOINED) + exact == FEW - 1);
+    CHECK(live_metric(daemon, JOINED) + exact == FEW - 1);
     CHECK_INT(share_ask(daemon, &again, octets, body), 200);
     CHECK(again.body_bytes == reply[0].body_bytes && !memcmp(again.body, reply[0].body, again.body_bytes));
     CHECK(live_metric(daemon, EXACT) == exact + 1);

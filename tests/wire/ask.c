@@ -62,6 +62,15 @@ void ask_problem(const struct test_reply *reply, int status, const char *pointer
     cJSON_Delete(problem);
 }
 
+int ask_await(const struct test_server *server, const char *name, double least, double most) {
+    double now = NAN;
+    for (double end = test_clock() + TEST_PATIENCE; test_clock() < end; test_sleep(0.005)) {
+        now = ask_metric(server, name);
+        if (now >= least && now <= most) return 1;
+    }
+    return CHECK_SAYING(0, "%s is %g, not %g to %g", name, now, least, most);
+}
+
 double ask_metric(const struct test_server *server, const char *name) {
     struct test_reply reply;
     double value = -1;

@@ -50,4 +50,7 @@ double ask_at(const cJSON *rows, int row, int column);
 /** The number behind a name in /metrics; -1 where there is none. */
 double ask_metric(const struct test_server *server, const char *name);
 
+/** Waits until that number is from `least` to `most`; returns 0, with a failed check, where that does not come. */
+int ask_await(const struct test_server *server, const char *name, double least, double most);
+
 #endif

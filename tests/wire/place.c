@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 int place_begin(struct place *place, int postgres) {
-    *place = (struct place){0};
+    *place = (struct place){.lease = "60"};
     if (postgres) {
         place->postgres = test_postgres_start();
         if (place->postgres) snprintf(place->url, sizeof place->url, "%s", test_postgres_url(place->postgres));
@@ -38,7 +38,7 @@ struct test_server *place_serve(const struct place *place, const char *role, con
                                    "--role",
                                    role,
                                    "--job-lease-seconds",
-                                   "0.7",
+                                   place->lease,
                                    "--workers",
                                    "2",
                                    option,
@@ -85,7 +85,7 @@ int job_get(const struct test_server *server, struct test_reply *reply, const ch
 }
 
 void job_wait(const struct test_server *server, const char *id, char word[WORDS]) {
-    double end = test_clock() + 60;
+    double end = test_clock() + TEST_PATIENCE;
     word[0] = 0;
     for (; test_clock() < end; test_sleep(0.02)) {
         struct test_reply reply;

@@ -15,6 +15,8 @@ enum { ID = 26, WORDS = 24 };
 struct place {
     struct test_postgres *postgres; /* NULL: SQLite */
     char directory[64], url[256];
+    const char
+        *lease; /* s, for daemons that are served from now on; a minute, so that a busy machine takes none away */
 };
 
 /** A new store; returns 0 with a failed check. */

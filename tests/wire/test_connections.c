@@ -1,3 +1,4 @@
+#include <poll.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdio.h>
@@ -34,7 +35,7 @@ TEST(one_connection_serves_many_requests) {
     REQUIRE(test_client_open(&client, test_server_port(server)));
     for (int i = 0; i < 200; i++) {
         test_client_say(&client, text);
-        if (!CHECK_INT(test_client_receive(&client, &reply, 0, 10), 200)) break;
+        if (!CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200)) break;
         CHECK(reply.keep_alive);
         test_reply_clear(&reply);
     }
@@ -57,7 +58,7 @@ TEST(pipelined_requests_are_answered_in_their_order) {
         free(text);
     }
     for (int i = 0; i < COUNT; i++) {
-        if (!CHECK_INT(test_client_receive(&client, &reply, 0, 30), 200)) break;
+        if (!CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200)) break;
         CHECK_SAYING((strstr(reply.body, "\"lambda\"") != NULL) == (i % 5 == 0), "answer %d is another's", i);
         test_reply_clear(&reply);
     }
@@ -72,10 +73,10 @@ TEST(an_answer_to_http_1_0_ends_with_the_connection) {
     REQUIRE(server != NULL);
     REQUIRE(test_client_open(&client, test_server_port(server)));
     test_client_say(&client, "GET /healthz HTTP/1.0\r\n\r\n");
-    CHECK_INT(test_client_receive(&client, &reply, 0, 10), 200);
+    CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
     CHECK(!test_reply_header(&reply, "Transfer-Encoding"));
     test_reply_clear(&reply);
-    CHECK(test_client_ended(&client, 10));
+    CHECK(test_client_ended(&client, TEST_PATIENCE));
     test_client_close(&client);
     test_server_stop(&server);
 }
@@ -92,9 +93,10 @@ TEST(expect_100_continue_is_answered_before_the_body) {
              "Content-Length: %zu\r\n\r\n",
              strlen(ASK_LITTLE));
     test_client_say(&client, head);
-    test_sleep(0.1);
+    struct pollfd look = {.fd = client.fd, .events = POLLIN};
+    CHECK_INT(poll(&look, 1, 1000 * TEST_PATIENCE), 1);
     test_client_say(&client, ASK_LITTLE);
-    CHECK_INT(test_client_receive(&client, &reply, 0, 10), 200);
+    CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
     CHECK_INT(reply.interim, 1);
     test_reply_clear(&reply);
     test_client_close(&client);
@@ -112,7 +114,7 @@ TEST(a_request_that_drips_in_is_answered_all_the_same) {
         test_client_send(&client, text + i, 1);
         if (i % 16 == 0) test_sleep(0.002);
     }
-    CHECK_INT(test_client_receive(&client, &reply, 0, 10), 200);
+    CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
     test_reply_clear(&reply);
     free(text);
     test_client_close(&client);
@@ -130,32 +132,28 @@ TEST(many_half_requests_hold_nobody_up) {
                                         : "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
                                           "Content-Length: 1000\r\n\r\n{\"pend");
     }
-    double begin = test_clock();
     for (int i = 0; i < 20; i++) CHECK(still_healthy(server));
-    double seconds = test_clock() - begin;
-    CHECK_SAYING(seconds < 10, "20 requests beside the slow ones took %.1f s", seconds);
     for (int i = 0; i < COUNT; i++) test_client_close(&slow[i]);
     test_server_stop(&server);
 }
 
 TEST(a_client_that_vanishes_leaves_no_computation_behind) {
-    static const char *const one_worker[] = {"--workers", "1", NULL};
-    struct test_server *server = test_server_start(one_worker);
-    char *text = message("/v1/trajectories", ask_long(100));
+    static const char *const options[] = {"--workers",     "1", "--max-compute-seconds", "86400", "--max-steps",
+                                          "1000000000000", NULL};
+    struct test_server *server = test_server_start(options);
     REQUIRE(server != NULL);
-    /* with one worker, six left-over computations of seconds each would keep the next request waiting */
+    /* six that would take an hour and more each */
     for (int i = 0; i < 6; i++) {
         struct test_client client;
-        REQUIRE(test_client_open(&client, test_server_port(server)));
+        char *text = message("/v1/trajectories", ask_long(1e6 + i));
+        REQUIRE(text && test_client_open(&client, test_server_port(server)));
         test_client_say(&client, text);
-        test_sleep(0.05);
+        free(text);
+        ask_await(server, "pendulumd_computations", 1, 1);
         test_client_close(&client);
+        ask_await(server, "pendulumd_computations", 0, 0);
     }
-    double begin = test_clock();
     CHECK(still_healthy(server));
-    double seconds = test_clock() - begin;
-    CHECK_SAYING(seconds < 3, "the next request waited %.1f s", seconds);
-    free(text);
     test_server_stop(&server);
 }
 
@@ -173,7 +171,7 @@ TEST(a_client_that_stops_reading_stalls_only_itself) {
     test_sleep(0.2);
     for (int i = 0; i < 5; i++) CHECK(still_healthy(server));
     struct test_reply reply;
-    CHECK_INT(test_client_receive(&lazy[0], &reply, 0, 30), 200);
+    CHECK_INT(test_client_receive(&lazy[0], &reply, 0, TEST_PATIENCE), 200);
     test_reply_clear(&reply);
     for (int i = 0; i < COUNT; i++) test_client_close(&lazy[i]);
     free(text);
@@ -193,7 +191,8 @@ static void *crowd_member(void *context) {
     if (!test_client_open(&client, test_server_port(crowd->server))) return NULL;
     for (int i = 0; i < 10; i++) {
         if (!test_client_say(&client, crowd->text)) break;
-        if (test_client_receive(&client, &reply, 0, 60) == 200) __atomic_add_fetch(&crowd->good, 1, __ATOMIC_RELAXED);
+        if (test_client_receive(&client, &reply, 0, TEST_PATIENCE) == 200)
+            __atomic_add_fetch(&crowd->good, 1, __ATOMIC_RELAXED);
         test_reply_clear(&reply);
     }
     test_client_close(&client);
@@ -232,7 +231,7 @@ TEST(requests_that_come_at_the_same_moment_are_all_answered) {
             for (int k = 0; k < counts[i]; k++) test_client_say(&client[k], "GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n");
             if (round) test_server_signal(server, SIGCONT);
             for (int k = 0; k < counts[i] && good == k + round * counts[i]; k++) {
-                good += test_client_receive(&client[k], &reply, 0, 10) == 200;
+                good += test_client_receive(&client[k], &reply, 0, TEST_PATIENCE) == 200;
                 test_reply_clear(&reply);
             }
             test_sleep(0.05);
@@ -256,7 +255,7 @@ TEST(a_head_without_end_is_refused) {
     test_client_say(&client, "GET /healthz HTTP/1.1\r\nHost: x\r\nX: ");
     for (int i = 0; i < 1024; i++)
         if (!test_client_say(&client, line)) break;
-    int status = test_client_receive(&client, &reply, 0, 10);
+    int status = test_client_receive(&client, &reply, 0, TEST_PATIENCE);
     CHECK_SAYING(status == 0 || status == 413 || status == 431 || status == 400, "status %d", status);
     test_reply_clear(&reply);
     test_client_close(&client);

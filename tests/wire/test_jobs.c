@@ -60,7 +60,7 @@ static int fetch(const struct test_server *server, struct test_reply *reply, con
              "Content-Length: %zu\r\n\r\n%s",
              body ? "POST" : "GET", path, accept, body ? strlen(body) : 0, body ? body : "");
     test_client_say(&client, text);
-    int status = test_client_receive(&client, reply, 0, 60);
+    int status = test_client_receive(&client, reply, 0, TEST_PATIENCE);
     test_client_close(&client);
     return status;
 }
@@ -276,55 +276,42 @@ TEST(a_job_that_fails_says_why) { place_on_both(failures); }
 
 TEST(what_is_wrong_about_a_job_is_said) { place_on_both(refusals); }
 
-/* s until no worker is busy */
-static double until_idle(const struct test_server *server) {
-    double begin = test_clock();
-    while (ask_metric(server, "pendulumd_workers_busy") > 0 && test_clock() < begin + 20) test_sleep(0.002);
-    return test_clock() - begin;
-}
+enum { DISMISSALS = 4 };
 
-enum { DISMISSALS = 8 };
-
-/* the least of some times tells how a worker hears of it: a beat of its lease would come after 0.25 s on average, and
- * how long a busy machine takes to run those who hear is not tested here */
+/* a worker hears of it long before it looks after its lease, which it does when a third of the hour is over */
 static void a_dismissal(struct place *place) {
     char id[ID + 1], path[64];
     struct test_reply reply;
-    double least[2] = {20, 20};
+    place->lease = "3600";
     struct test_server *one = place_serve(place, "api", "1", NULL, NULL);
     struct test_server *two = place_serve(place, "all", "1", NULL, NULL);
     for (int i = 0; i < DISMISSALS && one && two; i++) {
         CHECK_INT(submit(one, "/v1/trajectories", ASYNC, ask_long(1e6), id), 202);
-        for (double end = test_clock() + 20; ask_metric(two, "pendulumd_workers_busy") < 1 && test_clock() < end;)
-            test_sleep(0.01);
-        CHECK_INT((int)ask_metric(two, "pendulumd_workers_busy"), 1);
+        ask_await(two, "pendulumd_workers_busy", 1, 1);
         snprintf(path, sizeof path, "/v1/jobs/%s", id);
         /* here, and in another process */
         CHECK_INT(test_request(i % 2 ? one : two, &reply, "DELETE", path, "", NULL), 200);
         test_reply_clear(&reply);
-        double seconds = until_idle(two);
-        CHECK_SAYING(seconds < 5, "it ran on for %.3f s", seconds);
-        if (seconds < least[i % 2]) least[i % 2] = seconds;
+        ask_await(two, "pendulumd_workers_busy", 0, 0);
     }
-    for (int i = 0; i < 2; i++) CHECK_SAYING(least[i] < 0.2, "it ran on for %.3f s at least", least[i]);
     test_server_stop(&one);
     test_server_stop(&two);
 }
 
 TEST(a_dismissed_job_stops_here_and_elsewhere) { place_on_both(a_dismissal); }
 
-/* a job in the midst of whose only part three workers die is not tried for ever, and says why; then it is forgotten */
+/* a job in the midst of whose only part three workers die is not tried for ever, and says why */
 static void poison(struct place *place) {
     char id[ID + 1], word[WORDS], path[64];
     struct test_reply reply;
-    struct test_server *server = place_serve(place, "all", "3600", "--keep-seconds", "2");
+    place->lease = "0.7";
+    struct test_server *server = place_serve(place, "all", "3600", NULL, NULL);
     if (!server) return;
-    CHECK_INT(submit(server, "/v1/trajectories", ASYNC, ask_long(2000), id), 202);
+    CHECK_INT(submit(server, "/v1/trajectories", ASYNC, ask_long(1e6), id), 202);
     for (int i = 0; i < 3 && server; i++) {
-        for (double end = test_clock() + 20; ask_metric(server, "pendulumd_workers_busy") < 1 && test_clock() < end;)
-            test_sleep(0.02);
+        ask_await(server, "pendulumd_workers_busy", 1, 1);
         test_server_drop(&server);
-        server = place_serve(place, "all", "3600", "--keep-seconds", "2");
+        server = place_serve(place, "all", "3600", NULL, NULL);
     }
     if (server) {
         job_wait(server, id, word);
@@ -334,25 +321,28 @@ static void poison(struct place *place) {
         test_reply_clear(&reply);
         snprintf(path, sizeof path, "/v1/jobs/%s/results", id);
         refused(server, "GET", path, "", NULL, 409);
-        for (double end = test_clock() + 10; test_clock() < end; test_sleep(0.1)) {
-            int status = job_get(server, &reply, id, "", "");
-            test_reply_clear(&reply);
-            if (status == 404) break;
-        }
-        path[9 + ID] = 0;
-        refused(server, "GET", path, "", NULL, 404);
         stop_after_deaths(&server);
     }
 }
 
-TEST(a_job_that_kills_its_workers_is_given_up_and_later_forgotten) { place_on_both(poison); }
+TEST(a_job_that_kills_its_workers_is_given_up) { place_on_both(poison); }
 
-/* waits until a worker computes */
-static int busy_within(const struct test_server *server, double seconds) {
-    for (double end = test_clock() + seconds; test_clock() < end; test_sleep(0.02))
-        if (ask_metric(server, "pendulumd_workers_busy") >= 1) return 1;
-    return 0;
+static void forgotten(struct place *place) {
+    char id[ID + 1];
+    struct test_reply reply;
+    int status = 0;
+    struct test_server *server = place_serve(place, "all", "1", "--keep-seconds", "1");
+    if (!server) return;
+    CHECK_INT(submit(server, "/v1/forces", ASYNC, ASK_LITTLE, id), 202);
+    for (double end = test_clock() + TEST_PATIENCE; status != 404 && test_clock() < end; test_sleep(0.1)) {
+        status = job_get(server, &reply, id, "", "");
+        test_reply_clear(&reply);
+    }
+    CHECK_INT(status, 404);
+    test_server_stop(&server);
 }
+
+TEST(a_job_is_forgotten_when_it_was_kept_for_its_time) { place_on_both(forgotten); }
 
 /* processes that sleep longer than their leases, more often than a poisonous job would be tried, go on with their
  * parts; one on each store, asleep at the same time */
@@ -364,17 +354,18 @@ TEST(a_process_that_slept_takes_nothing_from_itself) {
     int count = 0, stores = access("/usr/lib/postgresql", F_OK) ? 1 : 2;
     if (stores == 1) test_skip("PostgreSQL is not installed");
     for (; count < stores && place_begin(&place[count], count); count++) {
+        place[count].lease = "0.7";
         server[count] = place_serve(&place[count], "all", "3600", NULL, NULL);
         REQUIRE(server[count]);
         CHECK_INT(submit(server[count], "/v1/trajectories", ASYNC, ask_long(1e6), id[count]), 202);
-        CHECK(busy_within(server[count], 20));
+        ask_await(server[count], "pendulumd_workers_busy", 1, 1);
     }
     for (int i = 0; i < 8; i++) {
         for (int k = 0; k < count; k++) test_server_signal(server[k], i % 2 ? SIGCONT : SIGSTOP);
-        test_sleep(1.2);
+        test_sleep(i % 2 ? 0.4 : 1.2);
     }
     for (int k = 0; k < count; k++) {
-        CHECK(busy_within(server[k], 5));
+        ask_await(server[k], "pendulumd_workers_busy", 1, 1);
         snprintf(path, sizeof path, "/v1/jobs/%s", id[k]);
         CHECK_INT(test_request(server[k], &reply, "DELETE", path, "", NULL), 200);
         CHECK_SAYING(strstr(reply.body, "\"dismissed\"") != NULL, "%s", reply.body);
@@ -431,30 +422,39 @@ static void check_flips(const struct test_server *server, const char *id, struct
     test_reply_clear(&kept);
 }
 
-/* waits until this life of a server has kept so many parts, or has none left: three lives in a row in which nothing of
+/* whether a job waits or runs */
+static int is_open(const struct test_server *server, const char *id) {
+    struct test_reply reply;
+    int open = job_get(server, &reply, id, "", "") == 200 &&
+               (strstr(reply.body, "\"status\":\"running\"") || strstr(reply.body, "\"status\":\"accepted\""));
+    test_reply_clear(&reply);
+    return open;
+}
+
+/* waits until this life of a server has kept so many parts, or no job is left: three lives in a row in which nothing of
  * a job gets done end it as poison, and on a busy machine a life may be too short for anything */
-static void until_kept(const struct test_server *server, int parts) {
-    double begin = test_clock();
-    for (; test_clock() < begin + 10; test_sleep(0.01)) {
+static void until_kept(const struct test_server *server, int parts, char id[][ID + 1], int jobs) {
+    for (double end = test_clock() + TEST_PATIENCE; test_clock() < end; test_sleep(0.01)) {
         if (ask_metric(server, "pendulumd_job_parts_total{end=\"kept\"}") >= parts) return;
-        double open = ask_metric(server, "pendulumd_jobs{state=\"running\"}");
-        open += ask_metric(server, "pendulumd_jobs{state=\"accepted\"}");
-        /* these figures are a second old, and 0 at first */
-        if (test_clock() > begin + 2.5 && open <= 0) return;
+        int open = 0;
+        for (int i = 0; i < jobs && !open; i++) open = is_open(server, id[i]);
+        if (!open) return;
     }
+    CHECK_SAYING(0, "no parts are kept");
 }
 
 static void kills(struct place *place) {
     unsigned long long random = (unsigned long long)(test_clock() * 1e6);
     char id[KILLS + 1][ID + 1];
     struct test_reply right;
+    place->lease = "0.7";
     struct test_server *server = place_serve(place, "all", PART, NULL, NULL);
     if (!server) return;
     flips_now(server, &right);
     for (int i = 0; i < KILLS && server; i++) {
         CHECK_INT(submit(server, "/v1/ensembles", ASYNC, FLIPS, id[i]), 202);
         /* all jobs have their turns */
-        until_kept(server, 2 * KILLS);
+        until_kept(server, 2 * KILLS, id, i + 1);
         test_sleep(0.5 * MOST_LIFE * test_random(&random));
         test_server_drop(&server);
         server = place_serve(place, "all", PART, NULL, NULL);
@@ -469,33 +469,45 @@ static void kills(struct place *place) {
 
 TEST(a_daemon_killed_at_any_instant_loses_no_job_and_no_bit) { place_on_both(kills); }
 
-/* the parts of a trajectory begin where the one before ended, in whatever process; those in between were killed */
-static void chained_kills(struct place *place) {
+/* kills a server again and again while it computes LONG_WAY; how often the job was still running before a kill */
+static int kill_running(struct place *place, const struct test_reply *right) {
     unsigned long long random = (unsigned long long)(test_clock() * 1e6);
-    char id[ID + 1], word[WORDS];
-    struct test_reply right, kept;
+    char id[1][ID + 1], word[WORDS];
+    struct test_reply kept, same = {.body = strdup(right->body), .body_bytes = right->body_bytes};
     int killed_running = 0;
     struct test_server *server = place_serve(place, "all", PART, NULL, NULL);
-    if (!server) return;
-    CHECK_INT(test_request(server, &right, "POST", "/v1/trajectories", "Accept: text/csv\r\n", LONG_WAY), 200);
-    CHECK_INT(submit(server, "/v1/trajectories", ASYNC, LONG_WAY, id), 202);
+    if (server) CHECK_INT(submit(server, "/v1/trajectories", ASYNC, LONG_WAY, id[0]), 202);
     for (int i = 0; i < KILLS && server; i++) {
-        until_kept(server, 1);
+        until_kept(server, 1, id, 1);
         test_sleep(0.05 + 0.2 * MOST_LIFE * test_random(&random));
-        if (job_get(server, &kept, id, "", "") == 200) killed_running += strstr(kept.body, "\"running\"") != NULL;
-        test_reply_clear(&kept);
+        killed_running += is_open(server, id[0]);
         test_server_drop(&server);
         server = place_serve(place, "all", PART, NULL, NULL);
     }
     if (server) {
-        job_wait(server, id, word);
+        job_wait(server, id[0], word);
         CHECK_TEXT(word, "successful");
-        CHECK_SAYING(killed_running > 0, "the job was over before it was killed once");
-        CHECK_INT(job_get(server, &kept, id, "/results", "Accept: text/csv\r\n"), 200);
-        check_same(&right, &kept, "a trajectory whose parts were killed");
+        CHECK_INT(job_get(server, &kept, id[0], "/results", "Accept: text/csv\r\n"), 200);
+        check_same(&same, &kept, "a trajectory whose parts were killed");
         test_reply_clear(&kept);
-        stop_after_deaths(&server);
     }
+    stop_after_deaths(&server);
+    test_reply_clear(&same);
+    return killed_running;
+}
+
+/* the parts of a trajectory begin where the one before ended, in whatever process; those in between were killed. Where
+ * a job was over before it could be killed, another one is tried */
+static void chained_kills(struct place *place) {
+    struct test_reply right;
+    int killed_running = 0;
+    place->lease = "0.7";
+    struct test_server *server = place_serve(place, "all", PART, NULL, NULL);
+    if (!server) return;
+    CHECK_INT(test_request(server, &right, "POST", "/v1/trajectories", "Accept: text/csv\r\n", LONG_WAY), 200);
+    test_server_stop(&server);
+    for (int i = 0; i < 10 && !killed_running; i++) killed_running = kill_running(place, &right);
+    CHECK_SAYING(killed_running > 0, "every job was over before it was killed once");
     test_reply_clear(&right);
 }
 
@@ -527,7 +539,7 @@ TEST(a_daemon_that_drains_gives_its_parts_back) { place_on_both(drains); }
 static void stop_between_writes(const struct test_server *sleeper, const struct test_server *api) {
     char id[ID + 1];
     int status = 0;
-    for (int i = 0; i < 10 && status != 202; i++) {
+    for (int i = 0; i < 30 && status != 202; i++) {
         if (i) test_server_signal(sleeper, SIGCONT);
         if (i) test_sleep(0.01);
         test_server_signal(sleeper, SIGSTOP);
@@ -539,6 +551,7 @@ static void stop_between_writes(const struct test_server *sleeper, const struct 
 static void roles(struct place *place) {
     char id[2][ID + 1];
     struct test_reply right, reply;
+    place->lease = "2";
     struct test_server *api = place_serve(place, "api", PART, NULL, NULL);
     struct test_server *other = place_serve(place, "api", PART, NULL, NULL);
     struct test_server *worker = place_serve(place, "worker", PART, NULL, NULL);
@@ -568,10 +581,10 @@ static void roles(struct place *place) {
 
 TEST(api_and_workers_share_a_store_and_survive_each_other) { place_on_both(roles); }
 
-static int ready_within(const struct test_server *server, double seconds, int wanted) {
+static int ready_in_time(const struct test_server *server, int wanted) {
     struct test_reply reply;
     int status = 0;
-    for (double end = test_clock() + seconds; test_clock() < end && status != wanted; test_sleep(0.05)) {
+    for (double end = test_clock() + TEST_PATIENCE; test_clock() < end && status != wanted; test_sleep(0.05)) {
         status = test_request(server, &reply, "GET", "/readyz", "", NULL);
         test_reply_clear(&reply);
     }
@@ -590,14 +603,16 @@ TEST(a_daemon_starts_before_its_database_and_finds_it) {
     test_postgres_halt(place.postgres, SIGINT);
     struct test_server *server = place_serve(&place, "all", PART, NULL, NULL);
     if (CHECK(server != NULL)) {
-        CHECK_INT(ready_within(server, 5, 503), 503);
+        CHECK_INT(ready_in_time(server, 503), 503);
+        double end = test_clock() + TEST_PATIENCE;
+        while (!strstr(test_server_log(server), "out of reach") && test_clock() < end) test_sleep(0.05);
         CHECK(strstr(test_server_log(server), "out of reach") != NULL);
         /* what needs no store is answered; what needs it is told to come again */
         CHECK_INT(ask(server, &reply, "/v1/forces", ASK_LITTLE), 200);
         test_reply_clear(&reply);
         refused(server, "POST", "/v1/forces", ASYNC, ASK_LITTLE, 503);
         CHECK(test_postgres_resume(place.postgres));
-        CHECK_INT(ready_within(server, 15, 200), 200);
+        CHECK_INT(ready_in_time(server, 200), 200);
         CHECK_INT(submit(server, "/v1/ensembles", ASYNC, FLIPS, id), 202);
         job_wait(server, id, word);
         CHECK_TEXT(word, "successful");
@@ -616,6 +631,7 @@ TEST(a_database_that_crashes_loses_no_job_and_its_absence_is_told) {
         return;
     }
     REQUIRE(place_begin(&place, 1));
+    place.lease = "2";
     struct test_server *server = place_serve(&place, "all", PART, NULL, NULL);
     if (server) {
         flips_now(server, &right);
@@ -623,11 +639,7 @@ TEST(a_database_that_crashes_loses_no_job_and_its_absence_is_told) {
             CHECK_INT(submit(server, "/v1/ensembles", ASYNC, FLIPS, id[i]), 202);
             test_sleep(0.1);
             if (i < 2) CHECK(test_postgres_restart(place.postgres, i ? SIGINT : SIGQUIT));
-            for (double end = test_clock() + 20; test_clock() < end; test_sleep(0.05)) {
-                int status = test_request(server, &reply, "GET", "/readyz", "", NULL);
-                test_reply_clear(&reply);
-                if (status == 200) break;
-            }
+            CHECK_INT(ready_in_time(server, 200), 200);
             test_sleep(0.3);
         }
         for (int i = 0; i < 3; i++) check_flips(server, id[i], &right);
@@ -640,10 +652,7 @@ TEST(a_database_that_crashes_loses_no_job_and_its_absence_is_told) {
         refused(server, "GET", "/readyz", "", NULL, 503);
         CHECK_INT(test_request(server, &reply, "POST", "/v1/forces", "", ASK_LITTLE), 200);
         test_reply_clear(&reply);
-        double begin = test_clock();
         stop_after_deaths(&server);
-        double seconds = test_clock() - begin;
-        CHECK_SAYING(seconds < 30, "it took %.1f s to end", seconds);
         test_reply_clear(&right);
     }
     place_end(&place);
@@ -673,7 +682,7 @@ static void *doubled_main(void *context) {
                  "%zu\r\n\r\n%s",
                  headers, strlen(ASK_LITTLE), ASK_LITTLE);
         test_client_say(&client, text);
-        own->status[i] = test_client_receive(&client, &reply, 0, 30);
+        own->status[i] = test_client_receive(&client, &reply, 0, TEST_PATIENCE);
         const char *location = test_reply_header(&reply, "Location");
         if (location && strlen(location) == 9 + ID) memcpy(own->id[i], location + 9, ID + 1);
         test_reply_clear(&reply);

@@ -31,14 +31,11 @@ TEST(a_body_that_stops_in_the_middle_gets_408) {
     REQUIRE(test_client_open(&client, test_server_port(server)));
     test_client_say(&client, "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
                              "Content-Length: 50\r\n\r\n{\"pendulum\":");
-    double begin = test_clock();
-    test_client_receive(&client, &reply, 0, 20);
+    test_client_receive(&client, &reply, 0, TEST_PATIENCE);
     ask_problem(&reply, 408, NULL);
     test_reply_record(&reply, "POST", "/v1/trees");
     test_reply_clear(&reply);
-    CHECK(test_client_ended(&client, 10));
-    double seconds = test_clock() - begin;
-    CHECK_SAYING(seconds < 10, "it took %.1f s", seconds);
+    CHECK(test_client_ended(&client, TEST_PATIENCE));
     test_client_close(&client);
     test_server_stop(&server);
 }
@@ -52,26 +49,27 @@ TEST(a_head_that_drips_runs_out_of_time) {
     test_client_say(&client, "GET /healthz HTTP/1.1\r\nHost: x\r\nX: ");
     double begin = test_clock();
     int gone = 0;
-    while (!gone && test_clock() - begin < 20) {
+    while (!gone && test_clock() - begin < TEST_PATIENCE) {
         gone = !test_client_say(&client, "a");
         test_sleep(0.1);
     }
-    CHECK_SAYING(gone, "after 20 s the server still listens to the head");
+    CHECK_SAYING(gone, "the server listens to the head for ever");
     test_client_close(&client);
     test_server_stop(&server);
 }
 
 TEST(a_full_queue_is_answered_503) {
-    static const char *const options[] = {"--workers", "1", "--max-queue", "1", NULL};
+    static const char *const options[] = {"--workers", "1",           "--max-queue",   "1", "--max-compute-seconds",
+                                          "86400",     "--max-steps", "1000000000000", NULL};
     struct test_server *server = test_server_start(options);
     struct test_client busy, waiting;
     struct test_reply reply;
     REQUIRE(server != NULL);
-    REQUIRE(begin_long(&busy, server, 1000));
-    test_sleep(0.2);
+    REQUIRE(begin_long(&busy, server, 1e6));
+    ask_await(server, "pendulumd_workers_busy", 1, 1);
     /* not the same, which would be computed once for both */
-    REQUIRE(begin_long(&waiting, server, 1001));
-    test_sleep(0.2);
+    REQUIRE(begin_long(&waiting, server, 2e6));
+    ask_await(server, "pendulumd_computations", 2, 2);
     ask(server, &reply, "/v1/trajectories", ASK_EXAMPLE);
     ask_problem(&reply, 503, NULL);
     check_retry_after(&reply);
@@ -89,44 +87,39 @@ TEST(a_computation_that_would_outrun_its_time_is_refused_before_it_runs) {
     struct test_server *server = test_server_start(options);
     struct test_reply reply;
     REQUIRE(server != NULL);
-    double begin = test_clock();
     ask(server, &reply, "/v1/trajectories", ask_long(1000000));
     ask_problem(&reply, 422, NULL);
     CHECK_SAYING(strstr(reply.body, "max-compute-seconds") != NULL, "the limit is not named: %s", reply.body);
-    double seconds = test_clock() - begin;
-    CHECK_SAYING(seconds < 1, "it took %.1f s", seconds);
     test_reply_clear(&reply);
     test_server_stop(&server);
 }
 
 TEST(a_draining_server_is_not_ready_and_takes_nothing_new) {
-    struct test_server *server = test_server_start(NULL);
+    static const char *const options[] = {"--max-compute-seconds", "86400", "--max-steps", "1000000000000", NULL};
+    struct test_server *server = test_server_start(options);
     struct test_client open, busy;
     struct test_reply reply;
     REQUIRE(server != NULL);
     REQUIRE(test_client_open(&open, test_server_port(server)));
     test_client_say(&open, "GET /readyz HTTP/1.1\r\nHost: x\r\n\r\n");
-    CHECK_INT(test_client_receive(&open, &reply, 0, 10), 200);
+    CHECK_INT(test_client_receive(&open, &reply, 0, TEST_PATIENCE), 200);
     test_reply_clear(&reply);
-    REQUIRE(begin_long(&busy, server, 1000));
-    test_sleep(0.2);
+    REQUIRE(begin_long(&busy, server, 1e6));
+    ask_await(server, "pendulumd_computations", 1, 1);
     test_server_signal(server, SIGTERM);
     /* the connection that was open is answered 503, or is closed, as soon as the signal was heard */
     int status = 200;
-    for (double end = test_clock() + 5; status == 200 && test_clock() < end;) {
+    for (double end = test_clock() + TEST_PATIENCE; status == 200 && test_clock() < end;) {
         test_sleep(0.05);
         test_client_say(&open, "GET /readyz HTTP/1.1\r\nHost: x\r\n\r\n");
-        status = test_client_receive(&open, &reply, 0, 10);
+        status = test_client_receive(&open, &reply, 0, TEST_PATIENCE);
         test_reply_clear(&reply);
     }
     CHECK_SAYING(status == 503 || status == 0, "status %d", status);
     /* the client leaves, and so nothing holds the server up any more */
     test_client_close(&busy);
     test_client_close(&open);
-    double begin = test_clock();
     CHECK_INT(test_server_wait(server), 0);
-    double seconds = test_clock() - begin;
-    CHECK_SAYING(seconds < 5, "it took %.1f s", seconds);
     test_server_stop(&server);
 }
 

@@ -71,7 +71,7 @@ static int say_all(struct test_server *server, const char *what, const char *tex
     say_stream(&client, text, bytes);
     test_client_say(&client, HIDDEN);
     setsockopt(client.fd, IPPROTO_TCP, TCP_CORK, &off, sizeof off);
-    while (answers <= good && (*status = test_client_receive(&client, &reply, 0, 10)) != 0) {
+    while (answers <= good && (*status = test_client_receive(&client, &reply, 0, TEST_PATIENCE)) != 0) {
         answers++;
         if (answers > good) {
             ask_problem(&reply, *status, NULL);
@@ -80,7 +80,8 @@ static int say_all(struct test_server *server, const char *what, const char *tex
         test_reply_clear(&reply);
     }
     if (!*status) test_reply_clear(&reply);
-    CHECK_SAYING(test_client_ended(&client, 10), "%s: the connection goes on, or there is more than one answer", what);
+    CHECK_SAYING(test_client_ended(&client, TEST_PATIENCE),
+                 "%s: the connection goes on, or there is more than one answer", what);
     test_client_close(&client);
     return answers;
 }
@@ -143,7 +144,7 @@ TEST(well_formed_streams_are_answered_request_by_request) {
         say_stream(&client, streams[i].stream, strlen(streams[i].stream));
         /* the last one ends the connection, so that no answer can be missed */
         test_client_say(&client, "GET /healthz HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
-        while (test_client_receive(&client, &reply, 0, 10)) {
+        while (test_client_receive(&client, &reply, 0, TEST_PATIENCE)) {
             answers++;
             test_reply_clear(&reply);
         }

@@ -46,7 +46,7 @@ static int fetch(struct test_server *server, struct test_reply *reply, const cha
     if (!test_client_open(&client, test_server_port(server))) return 0;
     snprintf(text, sizeof text, "GET %s HTTP/1.1\r\nHost: x\r\nConnection: close\r\n%s\r\n", path, headers);
     test_client_say(&client, text);
-    int status = test_client_receive(&client, reply, 0, 60);
+    int status = test_client_receive(&client, reply, 0, TEST_PATIENCE);
     test_client_close(&client);
     return status;
 }

@@ -188,7 +188,7 @@ TEST(a_body_above_the_limit_is_refused_before_it_is_read) {
     REQUIRE(test_client_open(&client, test_server_port(server)));
     test_client_say(&client, "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
                              "Content-Length: 4097\r\n\r\n");
-    test_client_receive(&client, &reply, 0, 10);
+    test_client_receive(&client, &reply, 0, TEST_PATIENCE);
     ask_problem(&reply, 413, NULL);
     test_reply_record(&reply, "POST", "/v1/trees");
     test_reply_clear(&reply);
@@ -203,7 +203,7 @@ TEST(a_body_above_the_limit_is_refused_before_it_is_read) {
     for (int i = 0; i < 8; i++)
         if (!test_client_say(&client, chunk)) break;
     test_client_say(&client, "0\r\n\r\n");
-    test_client_receive(&client, &reply, 0, 10);
+    test_client_receive(&client, &reply, 0, TEST_PATIENCE);
     ask_problem(&reply, 413, NULL);
     test_reply_record(&reply, "POST", "/v1/trees");
     test_reply_clear(&reply);

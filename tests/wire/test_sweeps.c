@@ -69,7 +69,7 @@ static int sweep_run(const struct sweep *sweep, const char *body, char path[PATH
     const char *location = test_reply_header(&reply, "Location");
     snprintf(path, PATH, "%s", location ? location : "/nowhere");
     test_reply_clear(&reply);
-    for (double end = test_clock() + 60; progress < 100 && test_clock() < end; test_sleep(0.002)) {
+    for (double end = test_clock() + TEST_PATIENCE; progress < 100 && test_clock() < end; test_sleep(0.002)) {
         CHECK_INT(test_request(sweep->server, &reply, "GET", path, "", NULL), 200);
         progress = reply_number(&reply, "progress");
         CHECK(progress >= last);
@@ -90,7 +90,7 @@ static int sweep_fetch(const struct sweep *sweep, struct test_reply *reply, cons
     if (!test_client_open(&client, test_server_port(sweep->server))) return 0;
     snprintf(text, sizeof text, "GET %s HTTP/1.1\r\nHost: x\r\nConnection: close\r\nAccept: %s\r\n\r\n", path, accept);
     test_client_say(&client, text);
-    int status = test_client_receive(&client, reply, 0, 60);
+    int status = test_client_receive(&client, reply, 0, TEST_PATIENCE);
     test_client_close(&client);
     return status;
 }
@@ -109,7 +109,9 @@ TEST(a_map_of_flips_is_a_job_with_progress_a_picture_and_arrays) {
     struct test_reply reply;
     char path[PATH];
     REQUIRE(sweep_begin(&sweep, "1000000000"));
-    int steps = sweep_run(&sweep, body, path);
+    /* who looks too seldom, on a busy machine, sees little of it */
+    int steps = 0;
+    for (int i = 0; i < 6 && steps < 3; i++) steps = sweep_run(&sweep, body, path);
     CHECK_SAYING(steps >= 3, "its progress was told %d times", steps);
     CHECK_INT(sweep_fetch(&sweep, &reply, path, "image/png"), 200);
     CHECK(reply.body_bytes > 100 && !memcmp(reply.body, "\x89PNG\r\n\x1a\n", 8));
