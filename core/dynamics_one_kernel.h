@@ -13,10 +13,11 @@ struct turns {
 
 /* From so many arms on, jumps by how an arm stands in the tree are foreseen wrongly too often: both sweeps do without.
  */
-enum { EVEN_ARMS = 1 << 13 };
+enum { EVEN_ARMS = 1 << 12 };
+#define EVEN static __attribute__((noinline)) // loops with registers of their own
 
 /* What the second sweep needs of an arm that carries others: S, h, r / (m + q), t / (m + q). They lie in the order of
- * the first sweep. */
+ * the first sweep, behind one that carries nothing. */
 struct joint {
     double eff, held, lean, side;
 };
@@ -98,7 +99,7 @@ static void block_turns(struct turns *turns, const struct pend_tree *tree, const
 struct climb {
     struct sums now;                      /* of the joint to which the arm before belongs */
     struct sums stack[WAITING + 1], *top; /* joints that wait for more children */
-    int at;                               /* without jumps: the top of the stack, which `now` is on too */
+    long at;                              /* without jumps: the top of the stack, which `now` is on too */
     struct joint *joint;
     double unit, eff; /* eff: the largest S */
 };
@@ -153,23 +154,23 @@ LANES_INLINE void block_up(const struct turns *turns, const struct pend_tree *tr
  * The same without jumps. The joint to which the arm before belongs is on top of the stack, above those that wait, and
  * stack[0] is a joint without children: what a leaf finds, and what an arm joins that is the last of its siblings.
  */
-LANES_INLINE void block_up_even(const struct turns *turns, const struct pend_tree *tree, struct climb *climb, int begin,
-                                int count) {
+EVEN void block_up_even(const struct turns *turns, const struct pend_tree *tree, struct climb *climb, int begin,
+                        int count) {
     const unsigned char *kin = tree->kin + begin;
     const double *mass = tree->mass + begin;
     struct sums *stack = climb->stack;
     struct joint *joint = climb->joint;
     double unit = climb->unit, largest = climb->eff;
-    int at = climb->at;
+    long at = climb->at;
     for (int i = count - 1; i >= 0; i--) {
-        int leaf = (kin[i] & PEND_KIN_LEAF) != 0, last = (kin[i] & PEND_KIN_LAST) != 0;
+        long leaf = (kin[i] & PEND_KIN_LEAF) != 0, last = (kin[i] & PEND_KIN_LAST) != 0;
         const struct sums *own = &stack[at & (leaf - 1)];
         at += leaf + last - 1;
         const struct sums *others = &stack[at & (last - 1)];
         double m = unit * mass[i], inv = 1 / (m + own->q);
         double S = fma1(fma1(m, own->p, own->area), inv, m), h = fma1(m, own->b, own->lift) * inv;
         *joint = (struct joint){S, h, own->r * inv, own->t * inv};
-        joint += !leaf;
+        joint += 1 - leaf;
         largest = S > largest ? S : largest;
         stack[at] = sums_join(others, S, fma1(-S, turns->spin[i], h), turns->cosine[i], turns->sine[i]);
     }
@@ -179,7 +180,8 @@ LANES_INLINE void block_up_even(const struct turns *turns, const struct pend_tre
 /* the sweep from the root to the leaves */
 struct descent {
     struct tip now, stack[WAITING + 2], *top;
-    int at;                    /* without jumps: the top of the stack, the parent of the next arm */
+    long at;                   /* without jumps: the top of the stack, the parent of the next arm */
+    struct joint *none;        /* without jumps: what is found of a leaf, whose S is its mass */
     const struct joint *joint; /* one past the next */
     double unit, inverse_unit, yield;
     wide force, radial, spin, poison; /* as struct lanes_peaks */
@@ -230,32 +232,32 @@ LANES_INLINE void block_down(const struct turns *turns, const struct pend_tree *
 }
 
 /* The same without jumps: every arm that carries others is on the stack until the last of them is met. */
-LANES_INLINE void block_down_even(const struct turns *turns, const struct pend_tree *tree, struct descent *descent,
-                                  int begin, int count, struct values *values) {
+EVEN void block_down_even(const struct turns *turns, const struct pend_tree *tree, struct descent *descent, int begin,
+                          int count, struct values *values) {
     const unsigned char *kin = tree->kin + begin;
     const double *mass = tree->mass + begin;
     struct tip *stack = descent->stack;
-    const struct joint *joint = descent->joint;
-    struct joint none = {0, 0, 0, 0};
+    struct joint *joint = descent->none;
     double unit = descent->unit, largest = descent->yield;
-    int at = descent->at;
+    long at = descent->at, next = descent->joint - joint - 1;
     for (int i = 0; i < count; i++) {
-        int leaf = (kin[i] & PEND_KIN_LEAF) != 0;
+        long leaf = (kin[i] & PEND_KIN_LEAF) != 0, last = (kin[i] & PEND_KIN_LAST) != 0;
         const struct tip base = stack[at];
         double C = turns->cosine[i], Z = turns->sine[i], radial = tip_radial(&base, C, Z, turns->spin[i]);
-        none.eff = unit * mass[i];
-        joint -= !leaf;
-        const struct joint *own = leaf ? &none : joint;
+        joint->eff = unit * mass[i];
+        // by number: where it is by address, compilers jump
+        const struct joint *own = &joint[next & (leaf - 1)];
+        next -= 1 - leaf;
         double yield = fma1(own->lean, radial, own->side);
-        at -= (kin[i] & PEND_KIN_LAST) != 0;
+        at -= last;
         stack[at + 1] = (struct tip){radial, yield, own->lean, own->side};
-        at += !leaf;
+        at += 1 - leaf;
         largest = fabs(yield) > largest ? fabs(yield) : largest;
         values->radial[i] = radial;
         values->bend[i] = fma1(C, base.yield, Z * base.radial) - yield;
         values->tension[i] = fma1(own->eff, radial, own->held);
     }
-    descent->at = at, descent->joint = joint, descent->yield = largest;
+    descent->at = at, descent->joint = joint + next + 1, descent->yield = largest;
 }
 
 /* phi'' and lambda of some arms of a block */
@@ -341,9 +343,10 @@ static int kernel_blocks(const struct pend_tree *tree, double gravity, const dou
                          double work[], double acc[], double force[]) {
     int n = tree->n, blocks = (n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK;
     struct turns *turns = (struct turns *)work;
+    struct joint *none = (struct joint *)(turns + blocks);
     struct climb climb;
     climb.now = climb.stack[0] = (struct sums){0};
-    climb.top = climb.stack, climb.at = 0, climb.joint = (struct joint *)(turns + blocks);
+    climb.top = climb.stack, climb.at = 0, climb.joint = none + 1;
     climb.unit = kernel_unit(tree->subtree_mass[0]), climb.eff = 0;
     for (int b = blocks - 1; b >= 0; b--) {
         int begin = b * DYNAMICS_BLOCK, count = block_count(n, b);
@@ -357,6 +360,7 @@ static int kernel_blocks(const struct pend_tree *tree, double gravity, const dou
     // gravity is a pivot that accelerates with i g
     descent.now = descent.stack[1] = (struct tip){0, -gravity, 0, -gravity};
     descent.top = descent.stack, descent.at = 1, descent.joint = climb.joint;
+    descent.none = memset(none, 0, sizeof *none);
     descent.unit = climb.unit, descent.inverse_unit = 1 / climb.unit;
     descent.yield = 0;
     descent.force = descent.spin = descent.poison = WIDE_(of)(0);
