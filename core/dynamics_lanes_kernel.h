@@ -60,13 +60,14 @@ LANES_INLINE struct lanes_sums lanes_join(const struct lanes_sums *j, wide S, wi
 static wide lanes_up(const struct pend_tree *tree, double unit, const double phi[], const double rate[],
                      struct lanes_arm arm[]) {
     struct lanes_sums stack[WAITING], *top = stack, now = {0};
-    wide largest = WIDE_(of)(0);
+    wide largest = WIDE_(of)(0), zero = largest, scale = WIDE_(of)(unit);
+    LANES_PIN(scale); // else masses are scaled before they are spread over lanes, which is one operation more
     for (int k = tree->n - 1; k >= 0 && k >= tree->n - LANES_AHEAD; k--) lanes_prepare(tree, phi, rate, &arm[k], k);
     for (int k = tree->n - 1; k >= 0; k--) {
         if (k >= LANES_AHEAD) lanes_prepare(tree, phi, rate, &arm[k - LANES_AHEAD], k - LANES_AHEAD);
         unsigned how = tree->kin[k];
         struct lanes_arm *a = &arm[k];
-        wide m = unit * WIDE_(of)(tree->mass[k]), S, f, C = a->cosine, Z = a->sine;
+        wide m = scale * WIDE_(of)(tree->mass[k]), S, f, C = a->cosine, Z = a->sine;
         if (!(how & PEND_KIN_LEAF)) {
             wide inv = 1.0 / (m + now.q), h = WIDE_(fma)(m, now.b, now.lift) * inv;
             S = WIDE_(fma)(WIDE_(fma)(m, now.p, now.area), inv, m);
@@ -76,7 +77,7 @@ static wide lanes_up(const struct pend_tree *tree, double unit, const double phi
             a->side = now.t * inv;
         } else {
             S = m;
-            f = -(m * a->spin);
+            f = WIDE_(fma)(-m, a->spin, zero);
         }
         a->eff = S;
         largest = WIDE_(max)(S, largest);

@@ -1,22 +1,19 @@
 /* Phi'' and lambda of one state of any tree.
- * Leaves to others: long chains (dynamics_chain_kernel), several states (dynamics_lanes_kernel), memory (dynamics).
+ * Leaves to others: angles (dynamics_turns_kernel), long chains (dynamics_chain_kernel), several states
+ * (dynamics_lanes_kernel), memory (dynamics).
  * Invariant: the operations of dynamics_lanes_kernel, hence its bits. */
 #ifndef PEND_DYNAMICS_ONE_KERNEL_H
 #define PEND_DYNAMICS_ONE_KERNEL_H
 
-#include "core/dynamics_kernel.h"
+#include "core/dynamics_turns_kernel.h"
 
-/* What a block of arms does by itself: C and Z, of the angle to the parent, and w = l phi'^2. */
-struct turns {
-    double cosine[DYNAMICS_BLOCK], sine[DYNAMICS_BLOCK], spin[DYNAMICS_BLOCK];
-};
-
-/* From so many arms on, jumps by how an arm stands in the tree are foreseen wrongly too often: both sweeps do without.
- */
-enum { EVEN_ARMS = 1 << 13 };
+/* From so many arms on a tree is huge: jumps by how an arm stands in it are foreseen wrongly too often, and what lies
+ * in memory is slow to come. Both sweeps do without jumps, and blocks lend their angles. */
+enum { HUGE_ARMS = 1 << 13 };
+#define HUGE static __attribute__((noinline)) // with registers of its own
 
 /* What the second sweep needs of an arm that carries others: S, h, r / (m + q), t / (m + q). They lie in the order of
- * the first sweep. */
+ * the first sweep, behind one that carries nothing. */
 struct joint {
     double eff, held, lean, side;
 };
@@ -32,73 +29,11 @@ struct tip {
     double radial, yield, lean, side;
 };
 
-#if KERNEL_WIDTH == 4
-/* all ones in the first `count` lanes */
-LANES_INLINE bits4 wide_first(int count) {
-    static const long long ones[8] = {-1, -1, -1, -1, 0, 0, 0, 0};
-    bits4 mask;
-    memcpy(&mask, ones + 4 - count, sizeof mask);
-    return mask;
-}
-#endif
-
-/* the first `count` numbers of a vector; the others are `rest` */
-LANES_INLINE wide wide_load_some(const double *from, int count, double rest) {
-#if defined(__AVX512F__)
-    return (wide)_mm512_mask_loadu_pd(_mm512_set1_pd(rest), (__mmask8)((1u << count) - 1), from);
-#elif KERNEL_WIDTH == 4
-    bits4 mask = wide_first(count);
-    return lanes4_pick(mask, (wide)_mm256_maskload_pd(from, (__m256i)mask), lanes4_of(rest));
-#else
-    wide x = WIDE_(of)(rest);
-    for (int i = 0; i < WIDE; i++)
-        if (i < count) x[i] = from[i];
-    return x;
-#endif
-}
-
-LANES_INLINE void wide_store_some(double *to, wide x, int count) {
-#if defined(__AVX512F__)
-    _mm512_mask_storeu_pd(to, (__mmask8)((1u << count) - 1), (__m512d)x);
-#elif KERNEL_WIDTH == 4
-    _mm256_maskstore_pd(to, (__m256i)wide_first(count), (__m256d)x);
-#else
-    for (int i = 0; i < WIDE; i++)
-        if (i < count) to[i] = x[i];
-#endif
-}
-
-/* arms i to i + WIDE of a block */
-LANES_INLINE void turns_some(struct turns *turns, int i, wide x, wide base, wide rate, wide len) {
-    wide sine, cosine;
-    WIDE_(between)(x, base, &sine, &cosine);
-    WIDE_(put)(turns->cosine + i, cosine);
-    WIDE_(put)(turns->sine + i, sine);
-    WIDE_(put)(turns->spin + i, len * rate * rate);
-}
-
-static void block_turns(struct turns *turns, const struct pend_tree *tree, const double phi[], const double rate[],
-                        int begin, int count) {
-    double base[DYNAMICS_BLOCK] __attribute__((aligned(64)));
-    const int *parent = tree->parent + begin;
-    int i = 0;
-    if (!begin) base[i++] = 0;
-    for (; i < count; i++) base[i] = phi[parent[i]];
-    phi += begin, rate += begin;
-    const double *len = tree->len + begin;
-    for (i = 0; i + WIDE <= count; i += WIDE)
-        turns_some(turns, i, wide_load(phi + i), WIDE_(get)(base + i), wide_load(rate + i), wide_load(len + i));
-    if (i == count) return;
-    count -= i;
-    turns_some(turns, i, wide_load_some(phi + i, count, 0), wide_load_some(base + i, count, 0),
-               wide_load_some(rate + i, count, 0), wide_load_some(len + i, count, 0));
-}
-
 /* the sweep from the leaves to the root */
 struct climb {
     struct sums now;                      /* of the joint to which the arm before belongs */
     struct sums stack[WAITING + 1], *top; /* joints that wait for more children */
-    int at;                               /* without jumps: the top of the stack, which `now` is on too */
+    long at;                              /* without jumps: the top of the stack, which `now` is on too */
     struct joint *joint;
     double unit, eff; /* eff: the largest S */
 };
@@ -153,23 +88,23 @@ LANES_INLINE void block_up(const struct turns *turns, const struct pend_tree *tr
  * The same without jumps. The joint to which the arm before belongs is on top of the stack, above those that wait, and
  * stack[0] is a joint without children: what a leaf finds, and what an arm joins that is the last of its siblings.
  */
-LANES_INLINE void block_up_even(const struct turns *turns, const struct pend_tree *tree, struct climb *climb, int begin,
-                                int count) {
+HUGE void block_up_even(const struct turns *turns, const struct pend_tree *tree, struct climb *climb, int begin,
+                        int count) {
     const unsigned char *kin = tree->kin + begin;
     const double *mass = tree->mass + begin;
     struct sums *stack = climb->stack;
     struct joint *joint = climb->joint;
     double unit = climb->unit, largest = climb->eff;
-    int at = climb->at;
+    long at = climb->at;
     for (int i = count - 1; i >= 0; i--) {
-        int leaf = (kin[i] & PEND_KIN_LEAF) != 0, last = (kin[i] & PEND_KIN_LAST) != 0;
+        long leaf = (kin[i] & PEND_KIN_LEAF) != 0, last = (kin[i] & PEND_KIN_LAST) != 0;
         const struct sums *own = &stack[at & (leaf - 1)];
         at += leaf + last - 1;
         const struct sums *others = &stack[at & (last - 1)];
         double m = unit * mass[i], inv = 1 / (m + own->q);
         double S = fma1(fma1(m, own->p, own->area), inv, m), h = fma1(m, own->b, own->lift) * inv;
         *joint = (struct joint){S, h, own->r * inv, own->t * inv};
-        joint += !leaf;
+        joint += 1 - leaf;
         largest = S > largest ? S : largest;
         stack[at] = sums_join(others, S, fma1(-S, turns->spin[i], h), turns->cosine[i], turns->sine[i]);
     }
@@ -179,7 +114,8 @@ LANES_INLINE void block_up_even(const struct turns *turns, const struct pend_tre
 /* the sweep from the root to the leaves */
 struct descent {
     struct tip now, stack[WAITING + 2], *top;
-    int at;                    /* without jumps: the top of the stack, the parent of the next arm */
+    long at;                   /* without jumps: the top of the stack, the parent of the next arm */
+    struct joint *none;        /* without jumps: what is found of a leaf, whose S is its mass */
     const struct joint *joint; /* one past the next */
     double unit, inverse_unit, yield;
     wide force, radial, spin, poison; /* as struct lanes_peaks */
@@ -230,32 +166,32 @@ LANES_INLINE void block_down(const struct turns *turns, const struct pend_tree *
 }
 
 /* The same without jumps: every arm that carries others is on the stack until the last of them is met. */
-LANES_INLINE void block_down_even(const struct turns *turns, const struct pend_tree *tree, struct descent *descent,
-                                  int begin, int count, struct values *values) {
+HUGE void block_down_even(const struct turns *turns, const struct pend_tree *tree, struct descent *descent, int begin,
+                          int count, struct values *values) {
     const unsigned char *kin = tree->kin + begin;
     const double *mass = tree->mass + begin;
     struct tip *stack = descent->stack;
-    const struct joint *joint = descent->joint;
-    struct joint none = {0, 0, 0, 0};
+    struct joint *joint = descent->none;
     double unit = descent->unit, largest = descent->yield;
-    int at = descent->at;
+    long at = descent->at, next = descent->joint - joint - 1;
     for (int i = 0; i < count; i++) {
-        int leaf = (kin[i] & PEND_KIN_LEAF) != 0;
+        long leaf = (kin[i] & PEND_KIN_LEAF) != 0, last = (kin[i] & PEND_KIN_LAST) != 0;
         const struct tip base = stack[at];
         double C = turns->cosine[i], Z = turns->sine[i], radial = tip_radial(&base, C, Z, turns->spin[i]);
-        none.eff = unit * mass[i];
-        joint -= !leaf;
-        const struct joint *own = leaf ? &none : joint;
+        joint->eff = unit * mass[i];
+        // by number: where it is by address, compilers jump
+        const struct joint *own = &joint[next & (leaf - 1)];
+        next -= 1 - leaf;
         double yield = fma1(own->lean, radial, own->side);
-        at -= (kin[i] & PEND_KIN_LAST) != 0;
+        at -= last;
         stack[at + 1] = (struct tip){radial, yield, own->lean, own->side};
-        at += !leaf;
+        at += 1 - leaf;
         largest = fabs(yield) > largest ? fabs(yield) : largest;
         values->radial[i] = radial;
         values->bend[i] = fma1(C, base.yield, Z * base.radial) - yield;
         values->tension[i] = fma1(own->eff, radial, own->held);
     }
-    descent->at = at, descent->joint = joint, descent->yield = largest;
+    descent->at = at, descent->joint = joint + next + 1, descent->yield = largest;
 }
 
 /* phi'' and lambda of some arms of a block */
@@ -270,12 +206,12 @@ LANES_INLINE void block_values(struct descent *descent, wide radial, wide bend, 
 }
 
 LANES_INLINE void block_finish(const struct turns *turns, const struct pend_tree *tree, struct descent *descent,
-                               int begin, int count, double acc[], double force[]) {
+                               int huge, int begin, int count, double acc[], double force[]) {
     struct values values __attribute__((aligned(64)));
-    if (tree->n < EVEN_ARMS)
-        block_down(turns, tree, descent, begin, count, &values);
-    else
+    if (huge)
         block_down_even(turns, tree, descent, begin, count, &values);
+    else
+        block_down(turns, tree, descent, begin, count, &values);
     const double *len = tree->len + begin;
     wide a, f;
     int i = 0;
@@ -295,23 +231,79 @@ LANES_INLINE void block_finish(const struct turns *turns, const struct pend_tree
     wide_store_some(force + i, f, count);
 }
 
+/* What both sweeps go through. */
+struct one {
+    const struct pend_tree *tree;
+    double gravity;
+    const double *phi, *rate;
+    double *acc, *force;
+    struct turns *turns; /* of every block; of a huge tree, of the one at hand */
+    struct joint *joint;
+    int huge;
+};
+
+LANES_INLINE struct turns *one_turns(const struct one *one, int b) { return &one->turns[one->huge ? 0 : b]; }
+
+LANES_INLINE int one_blocks(const struct pend_tree *tree) { return (tree->n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK; }
+
 /* the arms of block b */
 LANES_INLINE int block_count(int n, int b) {
     int left = n - b * DYNAMICS_BLOCK;
     return left < DYNAMICS_BLOCK ? left : DYNAMICS_BLOCK;
 }
 
+LANES_INLINE void one_up(const struct one *one, struct climb *climb) {
+    const struct pend_tree *tree = one->tree;
+    climb->now = climb->stack[0] = (struct sums){0};
+    climb->top = climb->stack, climb->at = 0, climb->joint = one->joint + 1;
+    climb->unit = kernel_unit(tree->subtree_mass[0]), climb->eff = 0;
+    for (int b = one_blocks(tree) - 1; b >= 0; b--) {
+        int begin = b * DYNAMICS_BLOCK, count = block_count(tree->n, b);
+        struct turns *turns = one_turns(one, b);
+        block_turns(turns, tree, one->phi, one->rate, begin, count);
+        if (one->huge) {
+            turns_lend(turns, count, one->acc + begin, one->force + begin);
+            block_up_even(turns, tree, climb, begin, count);
+        } else {
+            block_up(turns, tree, climb, begin, count);
+        }
+    }
+}
+
+LANES_INLINE void one_down(const struct one *one, const struct climb *climb, struct descent *descent) {
+    const struct pend_tree *tree = one->tree;
+    double *acc = one->acc, *force = one->force;
+    // gravity is a pivot that accelerates with i g
+    descent->now = descent->stack[1] = (struct tip){0, -one->gravity, 0, -one->gravity};
+    descent->top = descent->stack, descent->at = 1, descent->joint = climb->joint;
+    descent->none = memset(one->joint, 0, sizeof *one->joint);
+    descent->unit = climb->unit, descent->inverse_unit = 1 / climb->unit;
+    descent->yield = 0;
+    descent->force = descent->spin = descent->poison = WIDE_(of)(0);
+    descent->radial = WIDE_(of)(fabs(one->gravity));
+    for (int b = 0; b < one_blocks(tree); b++) {
+        int begin = b * DYNAMICS_BLOCK, count = block_count(tree->n, b);
+        struct turns *turns = one_turns(one, b);
+        if (one->huge) turns_return(turns, count, tree->len + begin, one->rate + begin, acc + begin, force + begin);
+        block_finish(turns, tree, descent, one->huge, begin, count, acc, force);
+    }
+}
+
 /* The largest S |acceleration of the base|, where an acceleration counts as the largest on the way from the pivot. The
  * joints end at `joint`. */
-static double one_load(const struct pend_tree *tree, const struct turns *turns, const struct joint *joint,
-                       double gravity, double unit) {
+static __attribute__((noinline)) double one_load(struct one one, const struct joint *joint, double unit) {
+    const struct pend_tree *tree = one.tree;
+    double gravity = one.gravity;
     struct {
         struct tip tip;
         double far;
     } stack[WAITING], *top = stack, now = {{0, -gravity, 0, -gravity}, fabs(gravity)};
     double most = 0;
-    for (int begin = 0; begin < tree->n; begin += DYNAMICS_BLOCK, turns++) {
-        int count = block_count(tree->n, begin / DYNAMICS_BLOCK);
+    for (int b = 0; b < one_blocks(tree); b++) {
+        int begin = b * DYNAMICS_BLOCK, count = block_count(tree->n, b);
+        struct turns *turns = one_turns(&one, b);
+        // what was lent is written over
+        if (one.huge) block_turns(turns, tree, one.phi, one.rate, begin, count);
         for (int i = 0; i < count; i++) {
             unsigned how = tree->kin[begin + i];
             if (!(how & PEND_KIN_FIRST)) {
@@ -337,38 +329,33 @@ LANES_INLINE double wide_most(wide x) {
     return most;
 }
 
-static int kernel_blocks(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
-                         double work[], double acc[], double force[]) {
-    int n = tree->n, blocks = (n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK;
-    struct turns *turns = (struct turns *)work;
+LANES_INLINE int one_sweeps(const struct one *one) {
     struct climb climb;
-    climb.now = climb.stack[0] = (struct sums){0};
-    climb.top = climb.stack, climb.at = 0, climb.joint = (struct joint *)(turns + blocks);
-    climb.unit = kernel_unit(tree->subtree_mass[0]), climb.eff = 0;
-    for (int b = blocks - 1; b >= 0; b--) {
-        int begin = b * DYNAMICS_BLOCK, count = block_count(n, b);
-        block_turns(&turns[b], tree, phi, rate, begin, count);
-        if (n < EVEN_ARMS)
-            block_up(&turns[b], tree, &climb, begin, count);
-        else
-            block_up_even(&turns[b], tree, &climb, begin, count);
-    }
     struct descent descent;
-    // gravity is a pivot that accelerates with i g
-    descent.now = descent.stack[1] = (struct tip){0, -gravity, 0, -gravity};
-    descent.top = descent.stack, descent.at = 1, descent.joint = climb.joint;
-    descent.unit = climb.unit, descent.inverse_unit = 1 / climb.unit;
-    descent.yield = 0;
-    descent.force = descent.spin = descent.poison = WIDE_(of)(0);
-    descent.radial = WIDE_(of)(fabs(gravity));
-    for (int b = 0; b < blocks; b++)
-        block_finish(&turns[b], tree, &descent, b * DYNAMICS_BLOCK, block_count(n, b), acc, force);
+    one_up(one, &climb);
+    one_down(one, &climb, &descent);
     double poison = 0, most = LOAD_MOST * wide_most(descent.force), spin = wide_most(descent.spin);
     for (int i = 0; i < WIDE; i++) poison += descent.poison[i];
     if (!(poison == 0 && most < INFINITY)) return 0;
     // no load is above this bound, which is most often enough
     double far = wide_most(descent.radial) + descent.yield + spin;
-    return climb.eff * (far + spin) <= most || one_load(tree, turns, climb.joint, gravity, climb.unit) <= most;
+    return climb.eff * (far + spin) <= most || one_load(*one, climb.joint, climb.unit) <= most;
+}
+
+HUGE int kernel_huge(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
+                     double work[], double acc[], double force[]) {
+    struct turns *turns = (struct turns *)work;
+    const struct one one = {tree, gravity, phi, rate, acc, force, turns, (struct joint *)(turns + 1), 1};
+    return one_sweeps(&one);
+}
+
+static int kernel_blocks(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
+                         double work[], double acc[], double force[]) {
+    if (tree->n >= HUGE_ARMS) return kernel_huge(tree, gravity, phi, rate, work, acc, force);
+    struct turns *turns = (struct turns *)work;
+    struct joint *joint = (struct joint *)(turns + one_blocks(tree));
+    const struct one one = {tree, gravity, phi, rate, acc, force, turns, joint, 0};
+    return one_sweeps(&one);
 }
 
 #endif

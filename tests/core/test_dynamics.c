@@ -361,7 +361,8 @@ TEST(dynamics_of_eight_states_are_those_of_each_to_the_bit) {
 }
 
 TEST(dynamics_of_huge_trees_have_the_bits_of_lanes) {
-    // below and above the number of arms from which one state's sweeps do without jumps
+    // below and above the number of arms from which one state's sweeps do without jumps, and its blocks lend their
+    // angles
     static const int arms[] = {8000, 9001};
     unsigned long long seed = 17;
     for (int i = 0; i < 2 * TEST_TREE_KINDS; i++) {
