@@ -15,6 +15,9 @@
 enum { RUN_GROUP = 64, RUN_GROUP_NUMBERS = 8192 };
 /* ends of steps whose energies are found together: at most this many, and about this many numbers an array */
 enum { RUN_ENDS = 16, RUN_ENDS_NUMBERS = 64 };
+/* evaluations times arms after which the block's rows are looked at before it is full: numbers that overflow can make
+ * steps so short that it never would be */
+static const double RUN_LOOK = 1e6;
 
 /* States at the ends of the last steps, whose energies nobody has looked at. None is left when pend_run_next returns.
  */
@@ -377,7 +380,7 @@ static void run_sample(struct pend_run *run, struct pend_samples *samples, int d
 
 enum pend_status pend_run_next(struct pend_run *run, struct pend_samples *samples, double work, int *done,
                                struct pend_error *error) {
-    double spent = 0;
+    double spent = 0, look = RUN_LOOK;
     enum pend_status status = PEND_OK;
     samples->count = 0;
     *done = 0;
@@ -393,6 +396,10 @@ enum pend_status pend_run_next(struct pend_run *run, struct pend_samples *sample
         else
             status = run_step(run, &spent, error);
         spent += due * run->sample_cost;
+        if (spent >= look) {
+            status = run_hand_out(run, samples, status, error);
+            look = spent + RUN_LOOK;
+        }
     } while (status == PEND_OK && spent < work);
     run_weigh(run);
     status = run_hand_out(run, samples, status, error);
