@@ -63,7 +63,8 @@ static enum srv_stored schema_migrate(struct srv_sql *sql, int64_t *version) {
         struct srv_value value[] = {srv_value_whole(SCHEMA)};
         stored = sql->driver->run(sql, -1, "UPDATE pendulumd SET version = $1", value, 1, NULL, NULL);
     }
-    if (stored == SRV_STORED) return sql->driver->run(sql, -1, "COMMIT", NULL, 0, NULL, NULL);
+    if (stored == SRV_STORED) stored = sql->driver->run(sql, -1, "COMMIT", NULL, 0, NULL, NULL);
+    if (stored == SRV_STORED) return SRV_STORED;
     // what went wrong is what is told, not that nothing was left to roll back
     char complaint[SRV_SQL_COMPLAINT];
     memcpy(complaint, sql->complaint, sizeof complaint);

@@ -8,23 +8,24 @@
 #include <string.h>
 #include <sys/inotify.h>
 #include <sys/stat.h>
-#include <sys/statvfs.h>
 #include <time.h>
 #include <unistd.h>
 
-/* bytes of the disk that results leave alone, so that a full one has room for the ends of jobs; half of it for the log
- * of writes */
-enum { SQLITE_SPARE = 4 << 20 };
-enum { BUSY_MS = 5000, BUSY_NAP_US = 1000 };
+#include "server/store_sqlite_disk.h"
+
+/* how long others are waited for: who write, and, where the log of writes is to be carried over, who read as well */
+enum { BUSY_MS = 5000, CARRY_MS = 100, BUSY_NAP_US = 1000 };
 
 struct sqlite_sql {
     struct srv_sql sql; /* first */
     sqlite3 *db;
+    struct srv_sqlite_disk disk;
     sqlite3_stmt *kept[SRV_SQL_STATEMENTS];
     int full;        /* the disk was, in the last transaction */
     int ringing;     /* others are to be woken, once it is committed */
     int ear;         /* hears their rings; -1 = does not listen yet */
-    int64_t busy_ms; /* when it began to wait for another process that writes */
+    int64_t busy_ms; /* when it began to wait for another process */
+    int patience_ms; /* how long it waits */
 };
 
 static int64_t sqlite_clock_ms(void) {
@@ -39,7 +40,7 @@ static int sqlite_busy(void *context, int tries) {
     struct sqlite_sql *own = context;
     const struct timespec nap = {0, BUSY_NAP_US * 1000};
     if (!tries) own->busy_ms = sqlite_clock_ms();
-    if (sqlite_clock_ms() - own->busy_ms >= BUSY_MS) return 0;
+    if (sqlite_clock_ms() - own->busy_ms >= own->patience_ms) return 0;
     nanosleep(&nap, NULL);
     return 1;
 }
@@ -65,14 +66,14 @@ static void sqlite_close(struct srv_sql *sql) {
     struct sqlite_sql *own = (struct sqlite_sql *)sql;
     if (own->ear >= 0) close(own->ear);
     for (int i = 0; i < SRV_SQL_STATEMENTS; i++) sqlite3_finalize(own->kept[i]);
+    srv_sqlite_disk_close(&own->disk);
     sqlite3_close(own->db);
     free(own);
 }
 
 /* what a connection is told first: every commit is on disk before it returns, and readers do not wait for the writer */
 static const char *const sqlite_settings = "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA temp_store = "
-                                           "MEMORY; PRAGMA wal_autocheckpoint = 1000; PRAGMA journal_size_limit = "
-                                           "4194304;";
+                                           "MEMORY; PRAGMA journal_size_limit = 4194304;";
 
 static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, struct pend_error *error) {
     const char *path = url + strlen(srv_sql_sqlite.scheme);
@@ -83,6 +84,7 @@ static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, struc
     if (!own) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     own->sql.driver = &srv_sql_sqlite;
     own->ear = -1;
+    own->patience_ms = BUSY_MS;
     int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
     if (!*path) {
         status = pend_fail(error, PEND_INVALID, -1, 0,
@@ -95,8 +97,10 @@ static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, struc
         sqlite3_busy_handler(own->db, sqlite_busy, own);
         if (sqlite3_create_function(own->db, "now_us", 0, SQLITE_UTF8, NULL, sqlite_now, NULL, NULL) != SQLITE_OK ||
             sqlite3_create_function(own->db, "ring", 0, SQLITE_UTF8, own, sqlite_ring, NULL, NULL) != SQLITE_OK ||
-            sqlite3_exec(own->db, sqlite_settings, NULL, NULL, &said) != SQLITE_OK)
-            status = pend_fail(error, PEND_INVALID, -1, 0, "%s is no store: %s", path, said ? said : "out of memory");
+            sqlite3_exec(own->db, sqlite_settings, NULL, NULL, &said) != SQLITE_OK ||
+            srv_sqlite_disk_open(&own->disk, own->db) != SQLITE_OK)
+            status = pend_fail(error, PEND_INVALID, -1, 0, "%s is no store: %s", path,
+                               said ? said : sqlite3_errmsg(own->db));
     }
     sqlite3_free(said);
     if (status == PEND_OK)
@@ -109,7 +113,7 @@ static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, struc
 /* what the library's result code means for a store */
 static enum srv_stored sqlite_result(struct sqlite_sql *own, int code) {
     if (code == SQLITE_OK || code == SQLITE_ROW || code == SQLITE_DONE) return SRV_STORED;
-    srv_sql_complain(&own->sql, sqlite3_errmsg(own->db));
+    srv_sql_complain(&own->sql, code == SQLITE_FULL ? sqlite3_errstr(code) : sqlite3_errmsg(own->db));
     switch (code & 0xff) {
     case SQLITE_FULL:
         return SRV_STORED_FULL;
@@ -177,16 +181,20 @@ static void sqlite_fields(sqlite3_stmt *statement, struct srv_value field[], int
     }
 }
 
-/* what a transaction that found the disk full has left in the log of writes is given back before the next */
 static void sqlite_before(struct sqlite_sql *own) {
     own->ringing = 0;
-    if (own->full) sqlite3_wal_checkpoint_v2(own->db, NULL, SQLITE_CHECKPOINT_TRUNCATE, NULL, NULL);
+    own->patience_ms = CARRY_MS;
+    srv_sqlite_disk_begin(&own->disk, own->full);
+    own->patience_ms = BUSY_MS;
     own->full = 0;
 }
 
 static void sqlite_committed(struct sqlite_sql *own) {
     if (own->ringing) utimensat(AT_FDCWD, sqlite3_db_filename(own->db, "main"), NULL, 0);
     own->ringing = 0;
+    own->patience_ms = CARRY_MS;
+    srv_sqlite_disk_committed(&own->disk);
+    own->patience_ms = BUSY_MS;
 }
 
 static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text, const struct srv_value value[],
@@ -195,9 +203,10 @@ static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text,
     sqlite3_stmt *once = NULL, **statement = id < 0 ? &once : &own->kept[id];
     struct srv_value field[SRV_SQL_PARAMETERS];
     enum srv_stored stored = SRV_STORED;
-    int code = SQLITE_OK;
+    int code = SQLITE_OK, commit = !strcmp(text, "COMMIT");
     if (!strcmp(text, "{begin}")) sqlite_before(own);
-    if (!*statement) {
+    if (commit) code = srv_sqlite_disk_take(&own->disk);
+    if (code == SQLITE_OK && !*statement) {
         char spelt[SRV_SQL_TEXT];
         srv_sql_spell(&srv_sql_sqlite, text, spelt);
         code = sqlite3_prepare_v3(own->db, spelt, -1, id < 0 ? 0 : SQLITE_PREPARE_PERSISTENT, statement, NULL);
@@ -218,31 +227,14 @@ static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text,
     }
     sqlite3_finalize(once);
     own->full |= stored == SRV_STORED_FULL;
-    if (stored == SRV_STORED && !strcmp(text, "COMMIT")) sqlite_committed(own);
+    if (stored == SRV_STORED && commit) sqlite_committed(own);
     return stored;
 }
 
-/* a whole number that a pragma answers with; 0 where it does not */
-static double sqlite_pragma(struct sqlite_sql *own, const char *pragma) {
-    sqlite3_stmt *statement = NULL;
-    double value = 0;
-    if (sqlite3_prepare_v2(own->db, pragma, -1, &statement, NULL) == SQLITE_OK && sqlite3_step(statement) == SQLITE_ROW)
-        value = (double)sqlite3_column_int64(statement, 0);
-    sqlite3_finalize(statement);
-    return value;
-}
-
-/* what is written goes to the log of writes, then to the file, where pages that are free already serve as well */
 static int sqlite_room(struct srv_sql *sql, size_t bytes) {
     struct sqlite_sql *own = (struct sqlite_sql *)sql;
-    struct statvfs disk;
-    double need = SQLITE_SPARE + 2 * (double)bytes;
-    if (statvfs(sqlite3_db_filename(own->db, "main"), &disk)) return 1;
-    double room = (double)disk.f_bavail * (double)disk.f_frsize;
-    if (room >= need) return 1;
-    if (room >= SQLITE_SPARE / 2)
-        room += sqlite_pragma(own, "PRAGMA freelist_count") * sqlite_pragma(own, "PRAGMA page_size");
-    if (room >= need) return 1;
+    if (srv_sqlite_disk_room(&own->disk, bytes)) return 1;
+    own->full = 1;
     srv_sql_complain(sql, "the disk is full, but for what the ends of jobs need");
     return 0;
 }

@@ -24,7 +24,7 @@ doors=(
     '^microhttpd[.]h$ ^server/(http[.]c|(connection|reply)[.][ch])$'
     '^zlib[.]h$ ^server/coding_gzip[.]c$'
     '^zstd[.]h$ ^server/coding_zstd[.]c$'
-    '^sqlite3[.]h$ ^server/store_sqlite[.]c$'
+    '^sqlite3[.]h$ ^server/store_sqlite([.]c|_disk[.][ch])$'
     '^libpq-fe[.]h$ ^server/store_postgres[.]c$'
     '^(pthread|threads)[.]h$ ^server/'
 )

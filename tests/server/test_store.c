@@ -4,7 +4,6 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include "tests/server/ground.h"
@@ -45,32 +44,6 @@ STORE_TEST(a_job_lives_from_submit_to_results) {
     }
     CHECK_INT(srv_store_chunk(store, "j1", 0, 3, back, &bytes), SRV_STORED_NONE);
     CHECK_INT(srv_store_chunk(store, "j1", 1, 0, back, &bytes), SRV_STORED_NONE);
-}
-
-TEST(a_full_disk_is_said_and_harms_nothing) {
-    struct ground ground;
-    struct srv_job job;
-    struct srv_lease lease;
-    struct rlimit limit, tight;
-    static char data[4 << 20];
-    REQUIRE(ground_begin(&ground, 0));
-    struct srv_store *store = ground_open(&ground);
-    REQUIRE(store);
-    signal(SIGXFSZ, SIG_IGN);
-    REQUIRE(!getrlimit(RLIMIT_FSIZE, &limit));
-    tight = (struct rlimit){3 << 20, limit.rlim_max};
-    CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
-    CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
-    REQUIRE(!setrlimit(RLIMIT_FSIZE, &tight));
-    CHECK_INT(srv_store_finish(store, &lease, data, sizeof data, NULL, 0), SRV_STORED_FULL);
-    /* the lease still holds, and the job can be ended with a reason although the disk is full */
-    CHECK_INT(srv_store_fail(store, &lease, "the disk is full"), SRV_STORED);
-    REQUIRE(!setrlimit(RLIMIT_FSIZE, &limit));
-    CHECK_INT(srv_store_job(store, "j", &job), SRV_STORED);
-    CHECK(job.state == SRV_JOB_FAILED && job.bytes == 0);
-    CHECK_TEXT(job.message, "the disk is full");
-    srv_store_close(&store);
-    ground_clear(&ground);
 }
 
 TEST(a_store_that_cannot_be_opened_says_why) {
