@@ -204,18 +204,18 @@ static int compute_piece(struct srv_work *work) {
     return 0;
 }
 
-/* the worker goes on with it unless somebody waits: then it goes to the end of its client's lane */
-static void compute_turn(struct srv_work *work) {
+/* the worker goes on with it unless somebody waits: then it goes to the end of its client's lane, and 1 is returned */
+static int compute_turn(struct srv_work *work) {
     struct srv_queue *queue = work->service->queue;
     srv_metrics_count(&work->service->metrics.slices, 1);
     while (!compute_over(work)) {
-        if (!compute_piece(work)) return;
+        if (!compute_piece(work)) return 0;
         if (!srv_queue_count(queue)) continue;
         double seconds = compute_seconds(work);
         work->task.level = compute_level_of(seconds > work->cost ? seconds : work->cost);
-        srv_queue_again(queue, &work->task);
-        return;
+        return 1;
     }
+    return 0;
 }
 
 /* between two pieces of a computation: does a shorter one wait? */
@@ -275,7 +275,7 @@ static int compute_too_long(struct srv_work *work) {
     return 1;
 }
 
-static void compute_open(struct srv_work *work) {
+static int compute_open(struct srv_work *work) {
     struct srv_exchange *exchange = work->waiters;
     struct srv_queue *queue = work->service->queue;
     struct api_request request = {.op = exchange->op,
@@ -294,7 +294,7 @@ static void compute_open(struct srv_work *work) {
     }
     if (api_call_new(&work->call, work->limits) != PEND_OK) {
         compute_fail(work, "out of memory");
-        return;
+        return 0;
     }
     srv_spares_take(&work->service->spares, &work->out);
     api_call_clock(work->call, srv_clock_seconds, NULL);
@@ -303,46 +303,39 @@ static void compute_open(struct srv_work *work) {
                                         : api_call_open(work->call, &request, &work->out);
     if (progress == API_DONE) {
         compute_settle(work);
-        return;
+        return 0;
     }
-    if (compute_spared(work)) return;
+    if (compute_spared(work)) return 0;
     if (source && source->ranged) {
         if (api_call_range(work->call, source->range, &work->out) == API_DONE) {
             compute_settle(work);
-            return;
+            return 0;
         }
     }
     work->cost = api_call_cost(work->call);
-    if (compute_too_long(work)) return;
+    if (compute_too_long(work)) return 0;
     work->task.level = compute_level_of(work->cost);
-    if (work->task.level && srv_queue_count(queue))
-        srv_queue_again(queue, &work->task);
-    else
-        compute_turn(work);
+    return (work->task.level && srv_queue_count(queue)) || compute_turn(work);
 }
 
-static void compute_first(struct srv_work *work, int64_t now) {
+static int compute_first(struct srv_work *work, int64_t now) {
     double limit = work->service->config.wait_seconds;
     work->begun = now;
-    if (now - work->queued <= srv_clock_span(limit)) {
-        compute_open(work);
-        return;
-    }
+    if (now - work->queued <= srv_clock_span(limit)) return compute_open(work);
     srv_metrics_count(&work->service->metrics.refused_wait, 1);
     compute_fail(work, "no worker was free for longer than max-wait-seconds");
+    return 0;
 }
 
-static void compute_run(struct srv_task *task) {
+static int compute_run(struct srv_task *task) {
     struct srv_work *work = (struct srv_work *)task;
     struct srv_service *service = work->service;
     int64_t begin = srv_clock_now();
     atomic_fetch_add(&service->busy, 1);
-    if (work->begun)
-        compute_turn(work);
-    else
-        compute_first(work, begin);
+    int again = work->begun ? compute_turn(work) : compute_first(work, begin);
     atomic_fetch_sub(&service->busy, 1);
     srv_metrics_count(&service->metrics.busy_ns, (unsigned long long)(srv_clock_now() - begin));
+    return again;
 }
 
 /* --- in and out --- */

@@ -68,7 +68,7 @@ void srv_errand_ask(struct srv_errand *errand, enum srv_ask_kind kind,
     srv_storage_ask(errand->service->storage, kind, &errand->ask);
 }
 
-static void errand_work(struct srv_task *task) {
+static int errand_work(struct srv_task *task) {
     struct srv_errand *errand = (struct srv_errand *)((char *)task - offsetof(struct srv_errand, task));
     struct srv_exchange *exchange = errand->exchange;
     struct srv_service *service = errand->service;
@@ -83,6 +83,7 @@ static void errand_work(struct srv_task *task) {
         srv_storage_ask(service->storage, SRV_ASK_WRITE, &errand->ask);
     else
         srv_errand_end(errand);
+    return 0;
 }
 
 /* there is no room in the queue */

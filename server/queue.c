@@ -148,6 +148,14 @@ struct srv_task *srv_queue_pop(struct srv_queue *queue) {
     return task;
 }
 
+struct srv_task *srv_queue_swap(struct srv_queue *queue, struct srv_task *task) {
+    pthread_mutex_lock(&queue->lock);
+    queue_add(queue, task);
+    struct srv_task *next = queue_take(queue);
+    pthread_mutex_unlock(&queue->lock);
+    return next;
+}
+
 int srv_queue_remove(struct srv_queue *queue, struct srv_task *task) {
     pthread_mutex_lock(&queue->lock);
     int there = task->queued;

@@ -27,11 +27,13 @@ struct srv_lane {
 
 /* Something to run; lives inside its owner's structure, so that queueing allocates nothing. */
 struct srv_task {
-    struct srv_link link;               /* the queue's */
-    void (*run)(struct srv_task *task); /* on a worker's thread; may end the task's life */
-    struct srv_lane *lane;              /* who brought it */
-    int level;                          /* how long it may take; not to be changed while it waits */
-    int queued;                         /* the queue's */
+    struct srv_link link; /* the queue's */
+    /* on a worker's thread. 1: it is not done and goes to the end of its lane; 0: it may be anybody's, or nobody's, by
+     * now */
+    int (*run)(struct srv_task *task);
+    struct srv_lane *lane; /* who brought it */
+    int level;             /* how long it may take; not to be changed while it waits */
+    int queued;            /* the queue's */
 };
 
 struct srv_queue;
@@ -66,6 +68,12 @@ void srv_queue_again(struct srv_queue *queue, struct srv_task *task);
  * Of the lowest level that has any, but for one in SRV_QUEUE_SHARE; of the lanes there in turn; of the lane the first.
  */
 struct srv_task *srv_queue_pop(struct srv_queue *queue);
+
+/**
+ * Adds a task that was taken from here, and takes the next, which may be the same, at one instant: nobody finds the
+ * lane fuller by the one that a worker has.
+ */
+struct srv_task *srv_queue_swap(struct srv_queue *queue, struct srv_task *task);
 
 /** Takes a task out of the middle. Returns 0 when it is not there any more: a worker has it or had it. O(1). */
 int srv_queue_remove(struct srv_queue *queue, struct srv_task *task);

@@ -191,14 +191,15 @@ static void slot_leave(struct srv_slot *slot, enum srv_slot_state ask) {
     pthread_mutex_unlock(&runner->lock);
 }
 
-static void slot_run(struct srv_task *task) {
+static int slot_run(struct srv_task *task) {
     struct srv_slot *slot = (struct srv_slot *)task;
     struct srv_service *service = slot->runner->service;
     int64_t begin = srv_clock_now();
+    int again = 0;
     atomic_fetch_add(&service->busy, 1);
     switch (srv_stint_turn(&slot->stint, &slot->lease, slot->task.level)) {
     case SRV_STINT_YIELDS:
-        srv_queue_again(service->queue, &slot->task);
+        again = 1;
         break;
     case SRV_STINT_STOPPED:
         slot_leave(slot, SRV_SLOT_IDLE);
@@ -212,6 +213,7 @@ static void slot_run(struct srv_task *task) {
     }
     atomic_fetch_sub(&service->busy, 1);
     srv_metrics_count(&service->metrics.busy_ns, (unsigned long long)(srv_clock_now() - begin));
+    return again;
 }
 
 /* --- the runner's thread; its functions are called with the lock --- */

@@ -19,11 +19,12 @@ int srv_workers_default(void) {
 
 static void *workers_main(void *argument) {
     const struct srv_workers *workers = argument;
-    for (struct srv_task *task; (task = srv_queue_pop(workers->queue));) {
+    for (struct srv_task *task = srv_queue_pop(workers->queue); task;) {
         int level = task->level;
         if (workers->intake) srv_intake_begin(workers->intake, level);
-        task->run(task);
+        int again = task->run(task);
         if (workers->intake) srv_intake_end(workers->intake, level);
+        task = again ? srv_queue_swap(workers->queue, task) : srv_queue_pop(workers->queue);
     }
     return NULL;
 }

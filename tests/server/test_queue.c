@@ -95,6 +95,34 @@ TEST(short_tasks_come_before_long_ones_which_do_not_starve) {
     srv_queue_free(&queue);
 }
 
+TEST(who_puts_one_back_and_takes_one_makes_no_lane_fuller) {
+    enum { ROUNDS = 100 };
+    struct srv_queue *queue;
+    struct srv_lane lane = {0}, other = {0};
+    struct srv_task task[3] = {0}, late = {.lane = &lane}, guest = {.lane = &other};
+    REQUIRE(srv_queue_new(&queue, 10, 3) == PEND_OK);
+    for (int i = 0; i < 3; i++) {
+        task[i].lane = &lane;
+        CHECK(srv_queue_push(queue, &task[i]) == PEND_OK);
+    }
+    struct srv_task *held = srv_queue_pop(queue);
+    for (int i = 0; i < ROUNDS; i++) {
+        CHECK_INT(srv_queue_count(queue), 2);
+        CHECK(held == &task[i % 3]);
+        held = srv_queue_swap(queue, held);
+    }
+    CHECK(srv_queue_valid(queue) && srv_queue_push(queue, &late) == PEND_OK &&
+          srv_queue_push(queue, &guest) == PEND_OK);
+    /* the other lane's comes soon; what was put back is not lost */
+    for (int i = 0; i < 2 && held != &guest; i++) held = srv_queue_swap(queue, held);
+    CHECK(held == &guest);
+    CHECK_INT(srv_queue_count(queue), 4);
+    while (srv_queue_count(queue)) srv_queue_pop(queue);
+    /* nobody else waits: it has the same again */
+    CHECK(srv_queue_swap(queue, &guest) == &guest && srv_queue_count(queue) == 0);
+    srv_queue_free(&queue);
+}
+
 TEST(a_task_can_be_taken_out_of_the_middle_once) {
     struct srv_queue *queue;
     struct srv_lane lane = {0};
@@ -156,9 +184,10 @@ struct task_count {
     atomic_int runs;
 };
 
-static void task_run(struct srv_task *task) {
+static int task_run(struct srv_task *task) {
     atomic_fetch_add(&((struct task_count *)task)->runs, 1);
     atomic_fetch_add(&task_runs, 1);
+    return 0;
 }
 
 TEST(workers_run_every_task_once) {
