@@ -115,9 +115,9 @@ int api_observables_status(enum pend_status status) {
     return status == PEND_OK ? 0 : status == PEND_NOT_FINITE ? 1 : status == PEND_STEP_TOO_SMALL ? 2 : 3;
 }
 
-/* n values from stored to the caller's order; what is not finite becomes `gap` */
+/* n values from stored to the caller's order; what is not finite, or not there, becomes `gap` */
 static double *put(double *at, const struct pend_tree *tree, const double x[], double gap) {
-    for (int k = 0; k < tree->n; k++) at[tree->order[k]] = isfinite(x[k]) ? x[k] : gap;
+    for (int k = 0; k < tree->n; k++) at[tree->order[k]] = x && isfinite(x[k]) ? x[k] : gap;
     return at + tree->n;
 }
 
@@ -142,7 +142,7 @@ static double *write_one(enum api_observable observable, const struct pend_tree 
     case API_SEE_FLIP_TIME:
         return put(at, tree, outcome->first_crossing, never);
     case API_SEE_FLIPS:
-        for (int k = 0; k < tree->n; k++) at[tree->order[k]] = (double)outcome->crossings[k];
+        for (int k = 0; k < tree->n; k++) at[tree->order[k]] = outcome->crossings ? (double)outcome->crossings[k] : 0;
         return at + tree->n;
     case API_SEE_LAMBDA_MAX:
         return put(put(at, tree, force->most, 0), tree, force->most_time, never);
@@ -159,9 +159,12 @@ static double *write_one(enum api_observable observable, const struct pend_tree 
 
 void api_observables_write(const struct api_observables *seen, const struct pend_tree *tree, long member,
                            const struct pend_member *start, const struct pend_outcome *outcome, double row[]) {
+    /* of a motion that was not followed to its end nothing is known */
+    static const struct pend_outcome nothing = {.arm = -1, .first = NAN, .energy_drift = NAN, .lyapunov = NAN};
     double *at = row;
     *at++ = (double)member;
     *at++ = api_observables_status(outcome->status);
+    if (outcome->status != PEND_OK) outcome = &nothing;
     for (int i = 0; i < API_SEE_COUNT; i++)
         if (seen->wanted >> i & 1) at = write_one((enum api_observable)i, tree, start, outcome, at);
 }

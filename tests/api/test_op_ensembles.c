@@ -170,7 +170,7 @@ TEST(ensembles_a_member_that_fails_leaves_the_others_alone) {
     CHECK_INT(reply.status, 200);
     CHECK(test_reply_number(&reply, "/status/0") == 0 && test_reply_number(&reply, "/status/1") != 0);
     CHECK(test_reply_number(&reply, "/status/2") == 0 && test_reply_number(&reply, "/stats/failed") == 1);
-    CHECK(test_reply_number(&reply, "/final/phi/2/0") != 0);
+    CHECK(test_reply_number(&reply, "/final/phi/2/0") != 0 && test_reply_number(&reply, "/final/phi/1/0") == 0);
     CHECK(strstr(reply.out.data, "\"first_flip\":{\"time\":[null,") != NULL);
     test_reply_free(&reply);
     reply = test_post(API_OP_ENSEMBLES,
@@ -178,6 +178,30 @@ TEST(ensembles_a_member_that_fails_leaves_the_others_alone) {
                       "\"trajectory\"]}");
     CHECK(test_reply_number(&reply, "/status/1") != 0 && test_reply_number(&reply, "/status/3") == 0);
     CHECK(test_reply_number(&reply, "/t/1") == 1 && test_reply_number(&reply, "/phi/1/0") == 0);
+    test_reply_free(&reply);
+}
+
+/* of a motion that was not followed to its end nothing is told but how it began, however far it was followed */
+TEST(ensembles_tell_nothing_of_a_member_that_failed) {
+    enum { COLUMNS = 2 + 4 + 5 + 4 + 2 + 2 + 2 + 4 + 4 + 2 + 1 + 1 };
+    double numbers[2 * COLUMNS];
+    struct api_limits limits;
+    api_limits_init(&limits);
+    limits.steps = 100000;
+    struct test_reply reply = test_post_as(
+        API_OP_ENSEMBLES,
+        "{" TWO ",\"states\":[{\"phi\":[1,2],\"phid\":[1e9,0]},{\"phi\":[1,2],\"phid\":[9,0]}],\"duration\":1,"
+        "\"observables\":[\"start\",\"parameters\",\"final\",\"first_flip\",\"flip_time\",\"flips\","
+        "\"lambda_max\",\"lambda_min\",\"sign_change\",\"energy_drift\",\"lyapunov\"]}",
+        "application/octet-stream", &limits);
+    CHECK_INT(reply.status, 200);
+    REQUIRE(reply.out.bytes == sizeof numbers);
+    memcpy(numbers, reply.out.data, sizeof numbers);
+    const double *lost = numbers, *good = numbers + COLUMNS;
+    CHECK(lost[1] == 3 && good[1] == 0 && lost[2] == 1 && lost[4] == 1e9 && lost[6] > 0);
+    for (int i = 11; i < COLUMNS; i++) CHECK_SAYING(lost[i] == 0 || lost[i] == -1, "number %d is %g", i, lost[i]);
+    /* a flip that did come to pass, and its arm */
+    CHECK(lost[15] == -1 && lost[16] == 0 && good[15] > 0 && good[16] > 0 && good[11] != 0);
     test_reply_free(&reply);
 }
 
