@@ -107,7 +107,7 @@ struct srv_store_call {
 
 /**
  * Runs calls in one transaction with one write to disk; a call that fails leaves no trace, the others stand. Where the
- * transaction as a whole fails, each is run again by itself.
+ * transaction as a whole fails, each is run again by itself; so is one that finds the disk full.
  *
  * calls  count of them; `stored` of each is set to what its run returned, or to the commit's failure.
  */

@@ -62,9 +62,12 @@ enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, 
 /* failures after which a batch's transaction is not to be trusted */
 static int store_hard(enum srv_stored stored) { return stored >= SRV_STORED_FULL; }
 
+/* a full disk is tried twice: what the first try found in the way may be given back before the second */
 static void store_single(struct srv_store *store, struct srv_store_call *call) {
-    for (int i = 0; i < TRIES; i++)
-        if ((call->stored = call->run(store, call)) != SRV_STORED_AGAIN) break;
+    for (int i = 0; i < TRIES; i++) {
+        call->stored = call->run(store, call);
+        if (call->stored != SRV_STORED_AGAIN && (call->stored != SRV_STORED_FULL || i)) break;
+    }
 }
 
 void srv_store_together(struct srv_store *store, struct srv_store_call *const calls[], int count) {

@@ -14,6 +14,7 @@ struct srv_sqlite_disk {
     sqlite3 *db;
     sqlite3_stmt *pages, *unused; /* in the transaction: all there are, those without content */
     sqlite3_int64 page_bytes;
+    int changes;     /* rows changed before this transaction */
     double promised; /* bytes that were given room in this transaction */
     int log_pages;   /* in the log, at the last commit */
     int log_most;    /* from so many on it is carried over */
@@ -32,9 +33,9 @@ void srv_sqlite_disk_begin(struct srv_sqlite_disk *disk, int full);
 int srv_sqlite_disk_room(struct srv_sqlite_disk *disk, size_t bytes);
 
 /**
- * Before the commit of a transaction that writes: takes what its pages need of the disk. Costs a look at the file.
+ * Before the commit of a transaction that may write: takes what all pages need of the disk. Costs a look at the file.
  *
- * Returns a result code of SQLite; SQLITE_FULL: not on this disk, and the transaction is to be rolled back.
+ * Returns a result code of SQLite; SQLITE_FULL: it has changed rows, which do not fit, and is to be rolled back.
  */
 int srv_sqlite_disk_take(struct srv_sqlite_disk *disk);
 

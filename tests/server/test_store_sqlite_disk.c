@@ -100,6 +100,75 @@ TEST(a_log_of_writes_is_emptied_on_a_disk_without_room) {
     ground_clear(&ground);
 }
 
+struct call_dismiss {
+    struct srv_store_call call;
+    const char *id;
+    struct srv_job job;
+};
+
+static enum srv_stored call_dismiss(struct srv_store *store, struct srv_store_call *call) {
+    struct call_dismiss *own = (struct call_dismiss *)call;
+    return srv_store_dismiss(store, own->id, &own->job);
+}
+
+/* it is what makes room: a connection that has not met the full disk yet does it at the first asking */
+TEST(a_job_is_dismissed_on_a_disk_without_room) {
+    struct ground ground;
+    struct srv_lease lease;
+    struct rlimit limit;
+    struct call_dismiss dismiss = {.call.run = call_dismiss, .id = "j1"};
+    struct srv_store_call *call = &dismiss.call;
+    enum srv_stored stored;
+    REQUIRE(ground_begin(&ground, 0));
+    struct srv_store *store = ground_open(&ground), *other = ground_open(&ground);
+    REQUIRE(store && other);
+    int number = 1;
+    REQUIRE(submit_and_claim(store, number, &lease));
+    CHECK_INT(srv_store_finish(store, &lease, data, 2 << 20, NULL, 0), SRV_STORED);
+    REQUIRE(limit_files(file_bytes(&ground, ""), &limit));
+    do stored = submit_and_claim(store, ++number, &lease) ? SRV_STORED : SRV_STORED_FULL;
+    while (stored == SRV_STORED && number < 1000);
+    CHECK(number < 1000);
+    srv_store_together(other, &call, 1);
+    CHECK_INT(call->stored, SRV_STORED);
+    CHECK(dismiss.job.state == SRV_JOB_DISMISSED);
+    REQUIRE(!setrlimit(RLIMIT_FSIZE, &limit));
+    srv_store_close(&other);
+    srv_store_close(&store);
+    ground_clear(&ground);
+}
+
+/* as another program, or a machine that failed, may leave it: who reads is answered, who writes is told */
+TEST(a_file_that_is_short_on_a_full_disk_can_be_read) {
+    struct ground ground;
+    struct srv_job job;
+    struct rlimit limit;
+    char path[128];
+    sqlite3 *db = NULL;
+    REQUIRE(ground_begin(&ground, 0));
+    struct srv_store *store = ground_open(&ground);
+    REQUIRE(store);
+    CHECK_INT(ground_submit(store, "j1", "anna", NULL, 1, 0, &job), SRV_STORED);
+    snprintf(path, sizeof path, "%s/store.db", ground.path);
+    REQUIRE(sqlite3_open(path, &db) == SQLITE_OK);
+    CHECK_INT(sqlite3_exec(db,
+                           "PRAGMA wal_autocheckpoint = 0; CREATE TABLE strange (data BLOB);"
+                           "INSERT INTO strange VALUES (zeroblob(1000000))",
+                           NULL, NULL, NULL),
+              SQLITE_OK);
+    REQUIRE(limit_files(file_bytes(&ground, ""), &limit));
+    CHECK_INT(srv_store_job(store, "j1", &job), SRV_STORED);
+    CHECK_TEXT(job.id, "j1");
+    CHECK_INT(ground_submit(store, "j2", "anna", NULL, 1, 0, &job), SRV_STORED_FULL);
+    CHECK_INT(srv_store_job(store, "j1", &job), SRV_STORED);
+    REQUIRE(!setrlimit(RLIMIT_FSIZE, &limit));
+    CHECK_INT(ground_submit(store, "j2", "anna", NULL, 1, 0, &job), SRV_STORED);
+    CHECK(file_bytes(&ground, "") > 1000000);
+    sqlite3_close(db);
+    srv_store_close(&store);
+    ground_clear(&ground);
+}
+
 /* of several connections that write in turn, each result as large as a batch's */
 TEST(whatever_is_committed_has_its_place_in_the_file) {
     enum { CONNECTIONS = 3, RESULTS = 24, RESULT = 700000 };
