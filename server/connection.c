@@ -296,8 +296,12 @@ void srv_connection_completed(void *context, struct MHD_Connection *mhd, void **
     struct connection *connection = *state;
     if (!connection) return;
     const char *outcome = connection_outcome(connection, code);
-    /* a stream that was cut is not computed on */
-    if (connection->exchange.streams) connection_leave(connection, SRV_STOP_LEFT);
+    /* a stream that was cut is not computed on; the watch may be leaving it as well, but not once it is being cleared
+     */
+    if (connection->exchange.streams) {
+        srv_watch_phase(all->watch, &connection->watched, SRV_WATCH_SENDING, 0);
+        connection_leave(connection, SRV_STOP_LEFT);
+    }
     connection_log(connection, outcome);
     if (connection->stream.broken)
         connection_cut(connection);

@@ -99,7 +99,7 @@ STORE_TEST(chained_shards_come_one_after_the_other) {
     struct srv_lease lease, none;
     struct srv_store_sweep sweep;
     struct srv_job job;
-    char carry[16];
+    char carry[32];
     (void)ground;
     CHECK_INT(ground_submit(store, "chain", "anna", NULL, 4, 1, &job), SRV_STORED);
     for (long i = 0; i < 4; i++) {
