@@ -296,8 +296,7 @@ void srv_connection_completed(void *context, struct MHD_Connection *mhd, void **
     struct connection *connection = *state;
     if (!connection) return;
     const char *outcome = connection_outcome(connection, code);
-    /* a stream that was cut is not computed on; the watch may be leaving it as well, but not once it is being cleared
-     */
+    /* a stream that was cut is not computed on; the watch, which may be leaving it just now, does so no more */
     if (connection->exchange.streams) {
         srv_watch_phase(all->watch, &connection->watched, SRV_WATCH_SENDING, 0);
         connection_leave(connection, SRV_STOP_LEFT);

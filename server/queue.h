@@ -28,8 +28,7 @@ struct srv_lane {
 /* Something to run; lives inside its owner's structure, so that queueing allocates nothing. */
 struct srv_task {
     struct srv_link link; /* the queue's */
-    /* on a worker's thread. 1: it is not done and goes to the end of its lane; 0: it may be anybody's, or nobody's, by
-     * now */
+    /* on a worker's thread. 1: it is not done and goes to the end of its lane; 0: its life may have ended */
     int (*run)(struct srv_task *task);
     struct srv_lane *lane; /* who brought it */
     int level;             /* how long it may take; not to be changed while it waits */

@@ -97,8 +97,10 @@ int srv_sqlite_disk_take(struct srv_sqlite_disk *disk) {
 }
 
 void srv_sqlite_disk_committed(struct srv_sqlite_disk *disk) {
-    if (disk->log_pages < LOG_PAGES) disk->log_most = LOG_PAGES;
-    if (disk->log_pages < disk->log_most) return;
+    int pages = disk->log_pages;
+    disk->log_pages = 0;
+    if (pages && pages < LOG_PAGES) disk->log_most = LOG_PAGES;
+    if (pages < disk->log_most) return;
     int code = sqlite3_wal_checkpoint_v2(disk->db, NULL, SQLITE_CHECKPOINT_RESTART, NULL, NULL);
-    disk->log_most = code == SQLITE_OK ? LOG_PAGES : disk->log_pages + LOG_PAGES;
+    disk->log_most = code == SQLITE_OK ? LOG_PAGES : pages + LOG_PAGES;
 }

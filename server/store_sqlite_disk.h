@@ -16,7 +16,7 @@ struct srv_sqlite_disk {
     sqlite3_int64 page_bytes;
     int changes;     /* rows changed before this transaction */
     double promised; /* bytes that were given room in this transaction */
-    int log_pages;   /* in the log, at the last commit */
+    int log_pages;   /* in the log, at this commit; 0 = it wrote nothing */
     int log_most;    /* from so many on it is carried over */
 };
 
