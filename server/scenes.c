@@ -67,14 +67,19 @@ static enum srv_stored scenes_find(struct srv_store *store, struct srv_store_cal
     return srv_store_scene(store, errand->id, &errand->kept, &errand->kept_bytes);
 }
 
-/* the scene that is there already, else the new one; between the two another process may keep the same */
+/* the scene that is there already, kept for this client too, else the new one; between the two another process may keep
+ * the same */
 static enum srv_stored scenes_put(struct srv_store *store, struct srv_store_call *call) {
     struct srv_errand *errand = (struct srv_errand *)call;
-    enum srv_stored stored = scenes_find(store, call);
-    if (stored != SRV_STORED_NONE) return stored;
-    stored =
-        srv_store_scene_put(store, errand->id, errand->exchange->account->key, errand->scene.data, errand->scene.bytes);
-    return stored == SRV_STORED_CLASH ? scenes_find(store, call) : stored;
+    const char *client = errand->exchange->account->key;
+    enum srv_stored stored = SRV_STORED_CLASH;
+    for (int turn = 0; turn < 2 && stored == SRV_STORED_CLASH; turn++) {
+        stored = srv_store_scene_keep(store, errand->id, client, NULL);
+        if (stored == SRV_STORED) return scenes_find(store, call);
+        if (stored == SRV_STORED_NONE)
+            stored = srv_store_scene_put(store, errand->id, client, NULL, errand->scene.data, errand->scene.bytes);
+    }
+    return stored;
 }
 
 static void scenes_kept(struct srv_errand *errand, enum srv_stored stored) {

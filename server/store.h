@@ -36,12 +36,17 @@ struct srv_store_rules {
     long long client_bytes, all_bytes; /* results kept, of one client and in all */
     int64_t keep_us;                   /* from a job's end to its removal */
     long client_scenes;                /* scenes of one client */
+    /* What comes from one address or account, whoever says to be its client, has these bounds; 0 = none. */
+    long source_clients; /* clients of one source that have open jobs or results */
+    long source_jobs, source_scenes;
+    long long source_bytes;
 };
 
 /* A job to be kept; texts are shorter than SRV_NAME_BYTES and not NULL unless said. */
 struct srv_job_order {
     const char *id, *client, *operation;
-    const char *key; /* the client's own idempotency key, or NULL */
+    const char *source; /* the address or account that the client comes from; NULL = the client is one itself */
+    const char *key;    /* the client's own idempotency key, or NULL */
     const void *request;
     size_t request_bytes;
     const unsigned char *digest; /* SRV_DIGEST_BYTES, of operation and request */
@@ -116,10 +121,12 @@ void srv_store_together(struct srv_store *store, struct srv_store_call *const ca
 /**
  * Keeps a job.
  *
- * job  out: the new job, or the one that the same key and digest made before (its id differs from the order's).
+ * job  out: the new job, or the one that the same key and digest made before (its id differs from the order's). The
+ *      key of a job that failed, was dismissed or is past its time is free again.
  *
  * SRV_STORED_CLASH  the client used the key for another request.
- * SRV_STORED_QUOTA  too many open jobs, or too many bytes of results; job->message says which.
+ * SRV_STORED_QUOTA  too many open jobs, or too many bytes of results, of the client or of all clients of its source;
+ *                   job->message says which.
  */
 enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_order *order, struct srv_job *job);
 
@@ -219,15 +226,27 @@ struct srv_store_figures {
 enum srv_stored srv_store_figures(struct srv_store *store, struct srv_store_figures *figures);
 
 /**
- * Keeps a scene for ever.
+ * Keeps a scene, for this client beside those who keep it already.
  *
- * id  shorter than SRV_ID_BYTES; the same id and body twice is no fault.
+ * id      shorter than SRV_ID_BYTES; the same id and body twice is no fault.
+ * source  the address or account that the client comes from; NULL = the client is one itself.
  *
- * SRV_STORED_CLASH  the id has another body.
- * SRV_STORED_QUOTA  the client has too many.
+ * SRV_STORED_CLASH  the id has another body; this client does not keep it.
+ * SRV_STORED_QUOTA  the client, or all clients of its source, have too many.
  */
-enum srv_stored srv_store_scene_put(struct srv_store *store, const char *id, const char *client, const void *body,
-                                    size_t bytes);
+enum srv_stored srv_store_scene_put(struct srv_store *store, const char *id, const char *client, const char *source,
+                                    const void *body, size_t bytes);
+
+/** As srv_store_scene_put, of a scene that is there, whatever its body. SRV_STORED_NONE, SRV_STORED_QUOTA */
+enum srv_stored srv_store_scene_keep(struct srv_store *store, const char *id, const char *client, const char *source);
+
+/**
+ * Keeps a scene no more for this client; it goes with the last who keeps it.
+ *
+ * SRV_STORED_NONE   there is no such scene.
+ * SRV_STORED_CLASH  others keep it, this client does not.
+ */
+enum srv_stored srv_store_scene_drop(struct srv_store *store, const char *id, const char *client);
 
 /** Reads a scene; body is malloc'ed and the caller's. SRV_STORED_NONE */
 enum srv_stored srv_store_scene(struct srv_store *store, const char *id, void **body, size_t *bytes);

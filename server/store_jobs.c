@@ -15,11 +15,20 @@ enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, c
 
 int srv_job_open(const struct srv_job *job) { return job->state <= SRV_JOB_RUNNING; }
 
+/* the key of a job that nobody will compute, or that is past its time, is free: what it says would be of no use */
+static int submit_spent(const struct srv_job *job) {
+    return job->state >= SRV_JOB_FAILED || (job->expires > 0 && job->expires < job->now);
+}
+
 static enum srv_stored submit_known(struct srv_store *store, const struct srv_job_order *order, struct srv_job *job) {
     struct srv_row_jobs rows = {.cap = 1, .job = job, .with_digest = 1};
     SRV_STORED_TRY(
         SRV_RUN(store, SQL_JOB_OF_KEY, srv_row_job, &rows, srv_value_text(order->client), srv_value_text(order->key)));
     if (!rows.count) return SRV_STORED_NONE;
+    if (submit_spent(job)) {
+        SRV_STORED_TRY(SRV_RUN(store, SQL_KEY_FREE, NULL, NULL, srv_value_text(job->id)));
+        return SRV_STORED_NONE;
+    }
     return memcmp(rows.digest, order->digest, SRV_DIGEST_BYTES) ? SRV_STORED_CLASH : SRV_STORED;
 }
 
@@ -31,6 +40,7 @@ static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_
                  store->rules.client_jobs);
         return SRV_STORED_QUOTA;
     }
+    SRV_STORED_TRY(srv_store_source(store, order->client, order->source, job->message));
     SRV_STORED_TRY(srv_store_room(store, order->request_bytes, client->whole[1], job->message));
     SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_PUT, srv_row_job, &rows, srv_value_text(order->id),
                            srv_value_text(order->client), srv_value_text(order->operation),
@@ -45,7 +55,8 @@ enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_o
     *job = (struct srv_job){0};
     SRV_STORED_TRY(srv_store_begin(store));
     /* the client's row is locked first, so that requests with one key come one after the other */
-    enum srv_stored stored = SRV_RUN(store, SQL_CLIENT_ENTER, srv_row_wholes, &client, srv_value_text(order->client));
+    enum srv_stored stored = SRV_RUN(store, SQL_CLIENT_ENTER, srv_row_wholes, &client, srv_value_text(order->client),
+                                     srv_value_text(order->source ? order->source : order->client));
     int known = 0;
     if (stored == SRV_STORED && order->key) {
         stored = submit_known(store, order, job);

@@ -23,4 +23,15 @@ enum srv_stored srv_store_client(struct srv_store *store, const char *client, lo
 enum srv_stored srv_store_room(struct srv_store *store, size_t bytes, int64_t client_bytes,
                                char message[SRV_MESSAGE_BYTES]);
 
+/**
+ * Whether all clients of an address or account together may have one more open job, that of a client which is counted
+ * already; O(clients of the source that have something).
+ *
+ * source  NULL, or the client itself: the client's own quotas say all.
+ *
+ * SRV_STORED_QUOTA  message says which.
+ */
+enum srv_stored srv_store_source(struct srv_store *store, const char *client, const char *source,
+                                 char message[SRV_MESSAGE_BYTES]);
+
 #endif

@@ -5,7 +5,7 @@
 
 #include "server/store_rows.h"
 
-enum { SCHEMA = 1 };
+enum { SCHEMA = 2 };
 
 /* The tables, version by version; a statement each, NULL between versions. */
 static const char *const schema[] = {
@@ -30,8 +30,15 @@ static const char *const schema[] = {
     "CREATE TABLE results (job TEXT NOT NULL, shard BIGINT NOT NULL, chunk BIGINT NOT NULL, data {bytes} NOT NULL, "
     "PRIMARY KEY (job, shard, chunk))",
     "CREATE TABLE scenes (id TEXT PRIMARY KEY, client TEXT NOT NULL, body {bytes} NOT NULL, created BIGINT NOT NULL)",
-    "CREATE INDEX scenes_client ON scenes (client)",
-    NULL};
+    "CREATE INDEX scenes_client ON scenes (client)", NULL,
+    /* 2: from which address or account a client's things came; who keeps a scene. Scenes of before have a keeper that
+     * nobody is, so that they are kept for ever as they were promised; the addresses of who made them go. */
+    "ALTER TABLE clients ADD COLUMN source TEXT NOT NULL DEFAULT ''", "CREATE INDEX clients_source ON clients (source)",
+    "CREATE TABLE keepers (scene TEXT NOT NULL, client TEXT NOT NULL, source TEXT NOT NULL, bytes BIGINT NOT NULL, "
+    "PRIMARY KEY (scene, client))",
+    "INSERT INTO keepers (scene, client, source, bytes) SELECT id, '', '', LENGTH(body) FROM scenes",
+    "CREATE INDEX keepers_client ON keepers (client)", "CREATE INDEX keepers_source ON keepers (source)",
+    "DROP INDEX scenes_client", "UPDATE scenes SET client = ''", NULL};
 
 /* the tables' version; -1 where none is written */
 static enum srv_stored schema_read(struct srv_sql *sql, int64_t *version) {

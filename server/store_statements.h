@@ -23,10 +23,13 @@
     X(BACK, "ROLLBACK TO one")                                                                                         \
     X(RING, "{ring}")                                                                                                  \
     X(CLIENT_ENTER,                                                                                                    \
-      "INSERT INTO clients (name, turn, jobs, bytes) VALUES ($1, COALESCE((SELECT MIN(turn) FROM clients "             \
-      "WHERE jobs > 0), 0), 1, 0) ON CONFLICT (name) DO UPDATE SET jobs = clients.jobs + 1, turn = CASE "              \
-      "WHEN clients.jobs = 0 AND clients.turn < EXCLUDED.turn THEN EXCLUDED.turn ELSE clients.turn END "               \
+      "INSERT INTO clients (name, turn, jobs, bytes, source) VALUES ($1, COALESCE((SELECT MIN(turn) FROM clients "     \
+      "WHERE jobs > 0), 0), 1, 0, $2) ON CONFLICT (name) DO UPDATE SET jobs = clients.jobs + 1, turn = CASE "          \
+      "WHEN clients.jobs = 0 AND clients.turn < EXCLUDED.turn THEN EXCLUDED.turn ELSE clients.turn END, source = "     \
+      "CASE WHEN clients.jobs = 0 AND clients.bytes = 0 THEN EXCLUDED.source ELSE clients.source END "                 \
       "RETURNING jobs, bytes")                                                                                         \
+    X(SOURCE, "SELECT CAST(COUNT(*) AS BIGINT), CAST(COALESCE(SUM(jobs), 0) AS BIGINT), CAST(COALESCE(SUM(bytes), 0) " \
+              "AS BIGINT) FROM clients WHERE source = $1 AND (jobs > 0 OR bytes > 0)")                                 \
     X(CLIENT_CHANGE, "UPDATE clients SET jobs = jobs + $2, bytes = bytes + $3, turn = turn + $4 WHERE name = $1 "      \
                      "RETURNING bytes")                                                                                \
     X(CLIENTS, "SELECT name FROM clients WHERE jobs > 0 AND EXISTS (SELECT 1 FROM jobs WHERE client = name AND "       \
@@ -40,6 +43,7 @@
     X(JOB, "SELECT " JOB_COLUMNS " FROM jobs WHERE id = $1")                                                           \
     X(JOB_LOCK, "SELECT " JOB_COLUMNS " FROM jobs WHERE id = $1 {lock}")                                               \
     X(JOB_OF_KEY, "SELECT " JOB_COLUMNS ", digest FROM jobs WHERE client = $1 AND key = $2")                           \
+    X(KEY_FREE, "UPDATE jobs SET key = NULL WHERE id = $1")                                                            \
     X(JOB_REQUEST, "SELECT request FROM jobs WHERE id = $1")                                                           \
     X(JOB_READY, "SELECT id, operation, shards, begun, waiting, chained FROM jobs WHERE client = $1 AND ready = 1 "    \
                  "ORDER BY turn, created LIMIT 1 {skip}")                                                              \
@@ -81,9 +85,17 @@
     X(FIGURES, "SELECT state, CAST(COUNT(*) AS BIGINT), CAST(SUM(bytes) AS BIGINT), CAST(SUM(CASE WHEN ready = 0 "     \
                "THEN 0 WHEN chained = 1 THEN 1 ELSE waiting + shards - begun END) AS BIGINT) FROM jobs GROUP BY "      \
                "state")                                                                                                \
-    X(SCENES_OF, "SELECT CAST(COUNT(*) AS BIGINT) FROM scenes WHERE client = $1")                                      \
-    X(SCENE_PUT, "INSERT INTO scenes (id, client, body, created) VALUES ($1, $2, $3, {now}) ON CONFLICT DO NOTHING "   \
+    X(KEEPERS_OF, "SELECT CAST(COUNT(*) AS BIGINT) FROM keepers WHERE client = $1")                                    \
+    X(KEEPERS_FROM, "SELECT CAST(COUNT(*) AS BIGINT) FROM keepers WHERE source = $1")                                  \
+    X(KEEPER, "SELECT CAST(COUNT(*) AS BIGINT) FROM keepers WHERE scene = $1 AND client = $2")                         \
+    X(KEEPERS, "SELECT CAST(COUNT(*) AS BIGINT) FROM keepers WHERE scene = $1")                                        \
+    X(KEEPER_PUT, "INSERT INTO keepers (scene, client, source, bytes) VALUES ($1, $2, $3, $4) ON CONFLICT DO NOTHING") \
+    X(KEEPER_REMOVE, "DELETE FROM keepers WHERE scene = $1 AND client = $2")                                           \
+    X(SCENE_PUT, "INSERT INTO scenes (id, client, body, created) VALUES ($1, '', $2, {now}) ON CONFLICT DO NOTHING "   \
                  "RETURNING created")                                                                                  \
+    X(SCENE_LOCK, "SELECT id FROM scenes WHERE id = $1 {lock}")                                                        \
+    X(SCENE_SIZE, "SELECT CAST(LENGTH(body) AS BIGINT) FROM scenes WHERE id = $1")                                     \
+    X(SCENE_REMOVE, "DELETE FROM scenes WHERE id = $1")                                                                \
     X(SCENE, "SELECT body FROM scenes WHERE id = $1")
 
 enum srv_statement {

@@ -83,3 +83,73 @@ STORE_TEST(a_list_is_the_clients_own_newest_first) {
     CHECK_INT(srv_store_list(store, "anna", "j4", 3, job, &count), SRV_STORED);
     CHECK_INT(count, 0);
 }
+
+/* a key whose job was dismissed, has failed or is past its time makes a new job, whatever is asked with it */
+STORE_TEST(a_key_is_free_again_once_its_job_is_gone) {
+    struct srv_job job;
+    struct srv_lease lease;
+    (void)ground;
+    CHECK_INT(ground_submit(store, "a", "anna", "k", 1, 0, &job), SRV_STORED);
+    CHECK_INT(srv_store_dismiss(store, "a", &job), SRV_STORED);
+    CHECK_INT(ground_submit(store, "b", "anna", "k", 1, 0, &job), SRV_STORED);
+    CHECK_TEXT(job.id, "b");
+    CHECK_INT(job.state, SRV_JOB_ACCEPTED);
+    /* it lives: the same key leads to it */
+    CHECK_INT(ground_submit(store, "c", "anna", "k", 1, 0, &job), SRV_STORED);
+    CHECK_TEXT(job.id, "b");
+    CHECK_INT(srv_store_claim(store, "w", SECOND, &lease), SRV_STORED);
+    CHECK_TEXT(lease.job, "b");
+    CHECK_INT(srv_store_fail(store, &lease, "it fails"), SRV_STORED);
+    srv_lease_clear(&lease);
+    CHECK_INT(ground_submit(store, "d", "anna", "k", 1, 0, &job), SRV_STORED);
+    CHECK_TEXT(job.id, "d");
+    /* the old ones are there still, without the key */
+    CHECK_INT(srv_store_job(store, "b", &job), SRV_STORED);
+    CHECK_INT(job.state, SRV_JOB_FAILED);
+    CHECK_INT(srv_store_dismiss(store, "d", &job), SRV_STORED);
+    CHECK_INT(srv_store_dismiss(store, "d", &job), SRV_STORED);
+    struct srv_job_order other = {.id = "e",
+                                  .client = "anna",
+                                  .operation = "ensembles",
+                                  .key = "k",
+                                  .request = "{}",
+                                  .request_bytes = 2,
+                                  .digest = (const unsigned char[SRV_DIGEST_BYTES]){9},
+                                  .shards = 1};
+    CHECK_INT(srv_store_submit(store, &other, &job), SRV_STORED);
+    CHECK_TEXT(job.id, "e");
+}
+
+static void finishes(struct srv_store *store, const char *id) {
+    struct srv_lease lease;
+    CHECK_INT(srv_store_claim(store, "w", SECOND, &lease), SRV_STORED);
+    CHECK_TEXT(lease.job, id);
+    CHECK_INT(srv_store_finish(store, &lease, "r", 1, NULL, 0), SRV_STORED);
+    srv_lease_clear(&lease);
+}
+
+static void on_expiring(struct ground *ground, struct srv_store *unused) {
+    struct srv_job job;
+    (void)unused;
+    /* kept for an hour: a repeat leads to the result; kept for no time: it makes a new job, swept or not */
+    struct srv_store *store = ground_open(ground);
+    if (!store) return;
+    CHECK_INT(ground_submit(store, "a", "anna", "k", 1, 0, &job), SRV_STORED);
+    finishes(store, "a");
+    CHECK_INT(ground_submit(store, "b", "anna", "k", 1, 0, &job), SRV_STORED);
+    CHECK_TEXT(job.id, "a");
+    CHECK_INT(job.state, SRV_JOB_SUCCESSFUL);
+    srv_store_close(&store);
+    ground->rules.keep_us = 1000;
+    store = ground_open(ground);
+    if (!store) return;
+    CHECK_INT(ground_submit(store, "c", "anna", "l", 1, 0, &job), SRV_STORED);
+    finishes(store, "c");
+    ground_pause_ms(20);
+    CHECK_INT(ground_submit(store, "d", "anna", "l", 1, 0, &job), SRV_STORED);
+    CHECK_TEXT(job.id, "d");
+    CHECK_INT(job.state, SRV_JOB_ACCEPTED);
+    srv_store_close(&store);
+}
+
+STORE_TEST(a_key_is_free_again_once_its_job_has_expired) { on_expiring(ground, store); }

@@ -1,6 +1,7 @@
 /* Tests of server/store_quotas: what is too much. */
 #include "server/store_quotas.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "tests/server/ground.h"
@@ -41,5 +42,55 @@ STORE_TEST(quotas_hold_and_say_so) {
     CHECK_INT(srv_store_finish(own, &lease, data, 600, NULL, 0), SRV_STORED_QUOTA);
     CHECK_INT(srv_store_job(own, "b1", &job), SRV_STORED);
     CHECK(strstr(job.message, "max-store-bytes") != NULL);
+    srv_store_close(&own);
+}
+
+static enum srv_stored submit_from(struct srv_store *store, const char *id, const char *client, const char *source,
+                                   struct srv_job *job) {
+    unsigned char digest[SRV_DIGEST_BYTES] = {1};
+    struct srv_job_order order = {.id = id,
+                                  .client = client,
+                                  .source = source,
+                                  .operation = "ensembles",
+                                  .request = "{}",
+                                  .request_bytes = 2,
+                                  .digest = digest,
+                                  .shards = 1};
+    return srv_store_submit(store, &order, job);
+}
+
+/* who invents a client for each job has no more than the bounds of its address */
+STORE_TEST(all_clients_of_an_address_share_its_bounds) {
+    struct srv_job job;
+    struct srv_lease lease;
+    struct srv_store *own;
+    char name[16];
+    static char data[900];
+    (void)store;
+    ground->rules.source_jobs = 4;
+    ground->rules.source_clients = 3;
+    ground->rules.source_bytes = 1000;
+    REQUIRE((own = ground_open(ground)) != NULL);
+    for (int i = 0; i < 4; i++) {
+        snprintf(name, sizeof name, "t%d", i);
+        CHECK_INT(submit_from(own, name, name, "home", &job), i < 3 ? SRV_STORED : SRV_STORED_QUOTA);
+    }
+    CHECK(strstr(job.message, "max-address-clients") != NULL);
+    CHECK_INT(submit_from(own, "t0b", "t0", "home", &job), SRV_STORED);
+    CHECK_INT(submit_from(own, "t0c", "t0", "home", &job), SRV_STORED_QUOTA);
+    CHECK(strstr(job.message, "max-client-jobs") != NULL);
+    /* nobody else is concerned: another address, and the address's own client */
+    CHECK_INT(submit_from(own, "s0", "s0", "school", &job), SRV_STORED);
+    CHECK_INT(submit_from(own, "h0", "home", "home", &job), SRV_STORED);
+    CHECK_INT(srv_store_dismiss(own, "h0", &job), SRV_STORED);
+    CHECK_INT(srv_store_dismiss(own, "s0", &job), SRV_STORED);
+    for (int i = 0; i < 4; i++) {
+        CHECK_INT(srv_store_claim(own, "w", 60 * SECOND, &lease), SRV_STORED);
+        CHECK_INT(srv_store_finish(own, &lease, data, i < 2 ? sizeof data : 1, NULL, 0), SRV_STORED);
+        srv_lease_clear(&lease);
+    }
+    CHECK_INT(submit_from(own, "t1b", "t1", "home", &job), SRV_STORED_QUOTA);
+    CHECK_SAYING(strstr(job.message, "bytes of results") != NULL, "%s", job.message);
+    CHECK_INT(submit_from(own, "s1", "s1", "school", &job), SRV_STORED);
     srv_store_close(&own);
 }

@@ -1,6 +1,7 @@
-/* Tests of server/store_scenes: kept for ever. */
+/* Tests of server/store_scenes: kept as long as somebody keeps them. */
 #include "server/store.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,12 +12,63 @@ STORE_TEST(scenes_last_and_never_change) {
     size_t bytes;
     (void)ground;
     CHECK_INT(srv_store_scene(store, "s", &body, &bytes), SRV_STORED_NONE);
-    for (int i = 0; i < 2; i++) CHECK_INT(srv_store_scene_put(store, "s", "anna", "{}", 2), SRV_STORED);
-    CHECK_INT(srv_store_scene_put(store, "s", "berta", "{ }", 3), SRV_STORED_CLASH);
-    CHECK_INT(srv_store_scene_put(store, "t", "anna", "", 0), SRV_STORED);
-    CHECK_INT(srv_store_scene_put(store, "u", "anna", "a\0b", 3), SRV_STORED);
-    CHECK_INT(srv_store_scene_put(store, "v", "anna", "x", 1), SRV_STORED_QUOTA);
+    for (int i = 0; i < 2; i++) CHECK_INT(srv_store_scene_put(store, "s", "anna", NULL, "{}", 2), SRV_STORED);
+    CHECK_INT(srv_store_scene_put(store, "s", "berta", NULL, "{ }", 3), SRV_STORED_CLASH);
+    CHECK_INT(srv_store_scene_put(store, "t", "anna", NULL, "", 0), SRV_STORED);
+    CHECK_INT(srv_store_scene_put(store, "u", "anna", NULL, "a\0b", 3), SRV_STORED);
+    CHECK_INT(srv_store_scene_put(store, "v", "anna", NULL, "x", 1), SRV_STORED_QUOTA);
     CHECK_INT(srv_store_scene(store, "u", &body, &bytes), SRV_STORED);
     CHECK(bytes == 3 && !memcmp(body, "a\0b", 3));
     free(body);
+}
+
+STORE_TEST(a_scene_goes_with_the_last_who_keeps_it) {
+    void *body;
+    size_t bytes;
+    (void)ground;
+    CHECK_INT(srv_store_scene_keep(store, "s", "anna", NULL), SRV_STORED_NONE);
+    CHECK_INT(srv_store_scene_drop(store, "s", "anna"), SRV_STORED_NONE);
+    CHECK_INT(srv_store_scene_put(store, "s", "anna", NULL, "{}", 2), SRV_STORED);
+    CHECK_INT(srv_store_scene_keep(store, "s", "berta", NULL), SRV_STORED);
+    CHECK_INT(srv_store_scene_keep(store, "s", "berta", NULL), SRV_STORED);
+    /* somebody else cannot, each keeper can for itself */
+    CHECK_INT(srv_store_scene_drop(store, "s", "clara"), SRV_STORED_CLASH);
+    CHECK_INT(srv_store_scene_drop(store, "s", "anna"), SRV_STORED);
+    CHECK_INT(srv_store_scene_drop(store, "s", "anna"), SRV_STORED_CLASH);
+    CHECK_INT(srv_store_scene(store, "s", &body, &bytes), SRV_STORED);
+    free(body);
+    CHECK_INT(srv_store_scene_drop(store, "s", "berta"), SRV_STORED);
+    CHECK_INT(srv_store_scene(store, "s", &body, &bytes), SRV_STORED_NONE);
+    /* what was dropped does not count any more: three are allowed */
+    for (int i = 0; i < 3; i++) {
+        const char id[] = {(char)('a' + i), 0};
+        CHECK_INT(srv_store_scene_put(store, id, "anna", NULL, "{}", 2), SRV_STORED);
+    }
+    CHECK_INT(srv_store_scene_put(store, "d", "anna", NULL, "{}", 2), SRV_STORED_QUOTA);
+    CHECK_INT(srv_store_scene(store, "d", &body, &bytes), SRV_STORED_NONE);
+    CHECK_INT(srv_store_scene_drop(store, "a", "anna"), SRV_STORED);
+    CHECK_INT(srv_store_scene_put(store, "d", "anna", NULL, "{}", 2), SRV_STORED);
+    /* one that another keeps counts for who keeps it too */
+    CHECK_INT(srv_store_scene_keep(store, "d", "berta", NULL), SRV_STORED);
+    CHECK_INT(srv_store_scene_put(store, "e", "berta", NULL, "{}", 2), SRV_STORED);
+    CHECK_INT(srv_store_scene_keep(store, "b", "berta", NULL), SRV_STORED);
+    CHECK_INT(srv_store_scene_keep(store, "c", "berta", NULL), SRV_STORED_QUOTA);
+}
+
+/* a token is quickly made: what all tokens of an address keep is bounded too */
+STORE_TEST(the_scenes_of_all_clients_of_an_address_are_bounded) {
+    char client[8], id[8];
+    struct srv_store *bounded;
+    (void)store;
+    ground->rules.source_scenes = 5;
+    REQUIRE((bounded = ground_open(ground)) != NULL);
+    for (int i = 0; i < 6; i++) {
+        snprintf(client, sizeof client, "t%d", i);
+        snprintf(id, sizeof id, "s%d", i);
+        CHECK_INT(srv_store_scene_put(bounded, id, client, "home", "{}", 2), i < 5 ? SRV_STORED : SRV_STORED_QUOTA);
+    }
+    CHECK_INT(srv_store_scene_put(bounded, "elsewhere", "t9", "school", "{}", 2), SRV_STORED);
+    CHECK_INT(srv_store_scene_drop(bounded, "s0", "t0"), SRV_STORED);
+    CHECK_INT(srv_store_scene_put(bounded, "s9", "t8", "home", "{}", 2), SRV_STORED);
+    srv_store_close(&bounded);
 }
