@@ -242,11 +242,15 @@ $(B)/pendulumd: $(B)/server/main.o $(SERVER) $(API) $(B)/libpendulum.a $(B)/part
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
+# what a test program has of a library's archive is wrapped too: allocations within GSL and SQLite fail as ours do
+ARCHIVES = gsl gslcblas sqlite3 deflate
+TEST_LIBS = $(foreach lib,$(LIBS),$(or $(if $(filter $(ARCHIVES:%=-l%),$(lib)),$(filter /%,$(shell $(CC) -print-file-name=$(lib:-l%=lib%).a))),$(lib)))
+
 define test_program
 $(B)/tests/$(1)/run: $(call objects,tests/$(1)) $(HARNESS) $(PARTS.$(1)) $(B)/parts
 	@mkdir -p $$(@D)
 	$$(call say,link,$$@)
-	$(Q)$$(LINK) $(WRAP) -o $$@ $$(filter-out %/parts,$$^) $$(LIBS) $(QUADMATH)
+	$(Q)$$(LINK) $(WRAP) -o $$@ $$(filter-out %/parts,$$^) $$(TEST_LIBS) $(QUADMATH)
 endef
 $(foreach room,$(ROOMS),$(eval $(call test_program,$(room))))
 

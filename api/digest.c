@@ -146,3 +146,16 @@ void api_digest(char digest[API_DIGEST_BYTES], const char *const parts[], const 
     }
     digest[2 * SHA256_DIGEST_SIZE] = 0;
 }
+
+void api_seal(unsigned char seal[API_SEAL_BYTES], const char *place, long number, const void *data, size_t bytes) {
+    struct digest fed = {.used = 0};
+    uint8_t all[SHA256_DIGEST_SIZE];
+    sha256_init(&fed.sha);
+    digest_text(&fed, place);
+    digest_kind(&fed, 'p', (uint64_t)number);
+    digest_kind(&fed, 'd', bytes);
+    digest_bytes(&fed, bytes, data);
+    digest_flush(&fed);
+    sha256_digest(&fed.sha, sizeof all, all);
+    memcpy(seal, all, API_SEAL_BYTES);
+}

@@ -18,4 +18,16 @@ enum { API_DIGEST_BYTES = 65 }; /* 64 hexadecimal digits and a NUL */
  */
 void api_digest(char digest[API_DIGEST_BYTES], const char *const parts[], const struct api_value *root);
 
+enum { API_SEAL_BYTES = 16 };
+
+/**
+ * The seal of bytes that are kept elsewhere meanwhile: it tells that they came back as they were, to the same place.
+ *
+ * seal   out: the first bytes of a SHA-256.
+ * place  what they belong to, a text and a number; the same bytes elsewhere have another seal.
+ *
+ * No secret goes in: who can write the bytes can write the seal too, so what is read is looked at as well. O(bytes).
+ */
+void api_seal(unsigned char seal[API_SEAL_BYTES], const char *place, long number, const void *data, size_t bytes);
+
 #endif

@@ -37,7 +37,7 @@ static const double piece = 50000;
 
 enum {
     MOST_PARTS = 1000000,
-    CARRIED = 1 /* changes with what trajectory_carry shows, or any `carry` of core */
+    CARRIED = 2 /* changes with what trajectory_carry shows, or any `carry` of core */
 };
 
 struct trajectory {

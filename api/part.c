@@ -39,6 +39,8 @@ struct api_part {
     struct api_request request;
     const struct api_limits *limits;
     const struct api_op *op;
+    char digest[API_DIGEST_BYTES];
+    long number;
     const struct api_format *format; /* raw, then JSON where that says more */
     void *state;
     int carries, resumes; /* the next part needs what this one has; this one needs what the one before had */
@@ -52,7 +54,7 @@ struct api_part {
 
 /* has the operation read the request for a representation */
 static enum pend_status part_read(struct api_part *part, const struct api_format *format, struct pend_error *error) {
-    char digest[API_DIGEST_BYTES];
+    char other[API_DIGEST_BYTES], *digest = format == &api_format_raw ? part->digest : other;
     struct api_problem problem;
     api_problem_init(&problem);
     part->format = format;
@@ -75,6 +77,7 @@ enum pend_status api_part_new(struct api_part **part, const struct api_request *
     made->request = *request;
     made->limits = limits;
     made->op = api_op_at(request->op);
+    made->number = number;
     enum pend_status status = part_read(made, &api_format_raw, error);
     if (status == PEND_OK && made->op->part) made->op->part(made->state, number, parts);
     made->carries = made->op->carry && number + 1 < parts;
@@ -101,9 +104,16 @@ void api_part_hurry(struct api_part *part, int (*hurry)(void *company), void *co
 }
 
 enum pend_status api_part_resume(struct api_part *part, const void *carried, size_t bytes, struct pend_error *error) {
-    struct pend_tape tape = {.way = PEND_TAPE_PUT, .at = (char *)carried, .bytes = bytes};
+    unsigned char seal[API_SEAL_BYTES];
     error->text[0] = 0;
     if (!part->resumes) return pend_fail(error, PEND_INVALID, -1, 0, "this part has nothing to go on from");
+    size_t held = bytes < sizeof seal ? 0 : bytes - sizeof seal;
+    if (held) api_seal(seal, part->digest, part->number, carried, held);
+    if (!held || memcmp(seal, (const char *)carried + held, sizeof seal))
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "what the part before this one carried over is damaged, or is not this job's: "
+                         "submit the job again");
+    struct pend_tape tape = {.way = PEND_TAPE_PUT, .at = (char *)carried, .bytes = held};
     part->resumes = 0;
     enum pend_status status = part->op->carry(part->state, &tape, error);
     if (status == PEND_OK && pend_tape_whole(&tape)) return PEND_OK;
@@ -116,10 +126,13 @@ enum pend_status api_part_carry(struct api_part *part, struct api_buffer *carrie
     struct pend_tape tape = {.way = PEND_TAPE_COUNT};
     if (!part->carries) return PEND_OK;
     PEND_TRY(part->op->carry(part->state, &tape, NULL));
-    PEND_TRY(api_buffer_room(carried, tape.used));
+    PEND_TRY(api_buffer_room(carried, tape.used + API_SEAL_BYTES));
     tape = (struct pend_tape){.way = PEND_TAPE_TAKE, .at = carried->data + carried->bytes, .bytes = tape.used};
     PEND_TRY(part->op->carry(part->state, &tape, NULL));
-    carried->bytes += tape.used;
+    /* it is kept in a store meanwhile, and read by another process */
+    unsigned char *seal = (unsigned char *)tape.at + tape.used;
+    api_seal(seal, part->digest, part->number + 1, tape.at, tape.used);
+    carried->bytes += tape.used + API_SEAL_BYTES;
     return PEND_OK;
 }
 

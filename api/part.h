@@ -49,7 +49,8 @@ void api_part_free(struct api_part **part);
 /**
  * Goes on from what the part before this one carried over; before the first run of every part of a chain but the first.
  *
- * PEND_INVALID    it is not of this request, or was carried by a version that keeps other things.
+ * PEND_INVALID    it was altered by a bit, is not of this request and part, or was carried by a version that keeps
+ *                 other things.
  * PEND_NO_MEMORY, and what the operation's start fails with.
  */
 PEND_MUST_CHECK enum pend_status api_part_resume(struct api_part *part, const void *carried, size_t bytes,

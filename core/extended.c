@@ -229,7 +229,7 @@ void pend_extended_carry(struct pend_extended *e, struct pend_tape *tape) {
     struct extended_state *start = seat->steps ? &l->from : &l->to;
     long steps = seat->steps;
     double unit = seat->steps ? seat->unit : l->unit[0], stop = l->stop[0], time = start->time[0];
-    pend_tape_part(tape, &steps, sizeof steps);
+    pend_tape_counts(tape, &steps, 1);
     pend_tape_row(tape, &unit, 1);
     pend_tape_row(tape, &stop, 1);
     pend_tape_row(tape, &time, 1);

@@ -194,11 +194,13 @@ struct extended_fixed {
     vec start, high, low;
 };
 
+typedef unsigned long long extended_bits __attribute__((vector_size(sizeof(vec))));
+
 /* a start for products whose sizes add up to `size` at most: 6 times a power of two above it, so that the last place is
  * the same all along */
 LANES_INLINE vec extended_bias(vec size) {
-    mask exponent = (mask)size & 0x7ff0000000000000LL;
-    return (vec)((exponent + (2LL << 52)) | 0x8000000000000LL);
+    extended_bits exponent = (extended_bits)size & 0x7ff0000000000000ULL;
+    return (vec)((exponent + (2ULL << 52)) | 0x8000000000000ULL);
 }
 
 /* adds x y: what of the product the first part has no place for goes to the second */

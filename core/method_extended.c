@@ -72,7 +72,7 @@ static struct pend_stepper_counts extended_stepper_counts(const void *stepper) {
 
 static void extended_stepper_carry(void *stepper, struct pend_tape *tape) {
     struct extended_stepper *x = stepper;
-    pend_tape_part(tape, &x->steps, sizeof x->steps);
+    pend_tape_counts(tape, &x->steps, 1);
     pend_extended_carry(x->extended, tape);
 }
 

@@ -16,7 +16,9 @@ struct gsl_stepper {
     const struct pend_tree *tree;
     double gravity;
     gsl_odeiv2_system system;
-    gsl_odeiv2_driver *driver;
+    gsl_odeiv2_driver driver; /* made here part by part: GSL's own maker does not look whether it got memory */
+    gsl_odeiv2_control control;
+    double atol, rtol;
     double t, size; /* s: reached, relative to the first instant; the next step, with its direction */
     struct pend_stepper_counts counts;
     long rejected; /* steps before GSL's last start */
@@ -69,6 +71,61 @@ static double gsl_stepper_first_size(struct gsl_stepper *g, const struct pend_pr
     return isfinite(size) && size > 0 ? size : 1e-6;
 }
 
+/* The step control of gsl_odeiv2_control_y_new, bit for bit, in memory that is already there: GSL's own is initialized
+ * without a look whether it could be allocated. The 0 times keeps what is not finite. */
+static double gsl_control_level(const struct gsl_stepper *g, double y, double slope, double size) {
+    return g->rtol * (fabs(y) + 0.0 * fabs(size * slope)) + g->atol;
+}
+
+static int gsl_control_adjust(void *state, size_t count, unsigned order, const double y[], const double error[],
+                              const double slope[], double *size) {
+    double worst = DBL_MIN, before = *size;
+    for (size_t i = 0; i < count; i++) {
+        double part = fabs(error[i]) / fabs(gsl_control_level(state, y[i], slope[i], before));
+        if (part > worst) worst = part;
+    }
+    if (worst > 1.1) {
+        *size = fmax(0.9 / pow(worst, 1.0 / order), 0.2) * before;
+        return GSL_ODEIV_HADJ_DEC;
+    }
+    if (worst >= 0.5) return GSL_ODEIV_HADJ_NIL;
+    *size = fmax(fmin(0.9 / pow(worst, 1.0 / (order + 1.0)), 5), 1) * before;
+    return GSL_ODEIV_HADJ_INC;
+}
+
+static int gsl_control_errlevel(void *state, const double y, const double slope, const double size, const size_t index,
+                                double *level) {
+    (void)index;
+    *level = gsl_control_level(state, y, slope, size);
+    return *level <= 0 ? GSL_ESANITY : GSL_SUCCESS;
+}
+
+static int gsl_control_set_driver(void *state, const gsl_odeiv2_driver *driver) {
+    (void)state, (void)driver;
+    return GSL_SUCCESS;
+}
+
+static const gsl_odeiv2_control_type gsl_control = {"tolerances", .hadjust = gsl_control_adjust,
+                                                    .errlevel = gsl_control_errlevel,
+                                                    .set_driver = gsl_control_set_driver};
+
+/* fills the driver as gsl_odeiv2_driver_alloc_y_new does, but looks at every allocation; 0 = out of memory */
+static int gsl_stepper_drive(struct gsl_stepper *g, const gsl_odeiv2_step_type *type) {
+    gsl_odeiv2_driver *d = &g->driver;
+    *d = (gsl_odeiv2_driver){.sys = &g->system, .h = g->size, .hmax = DBL_MAX};
+    d->s = gsl_odeiv2_step_alloc(type, g->system.dimension);
+    d->c = &g->control;
+    d->e = gsl_odeiv2_evolve_alloc(g->system.dimension);
+    return d->s && d->e && gsl_odeiv2_step_set_driver(d->s, d) == GSL_SUCCESS &&
+           gsl_odeiv2_evolve_set_driver(d->e, d) == GSL_SUCCESS;
+}
+
+static void gsl_stepper_free(struct gsl_stepper *g) {
+    if (g->driver.e) gsl_odeiv2_evolve_free(g->driver.e);
+    if (g->driver.s) gsl_odeiv2_step_free(g->driver.s);
+    free(g);
+}
+
 static enum pend_status gsl_stepper_open(void **stepper, const struct pend_problem *problem, struct pend_error *error,
                                          const gsl_odeiv2_step_type *type, int order) {
     int n = problem->tree->n;
@@ -79,6 +136,9 @@ static enum pend_status gsl_stepper_open(void **stepper, const struct pend_probl
     struct gsl_stepper *g = (struct gsl_stepper *)block;
     *g = (struct gsl_stepper){.tree = problem->tree,
                               .gravity = problem->gravity,
+                              .control = {.type = &gsl_control, .state = g},
+                              .atol = problem->atol,
+                              .rtol = problem->rtol,
                               .system = {.function = gsl_stepper_derivative, .dimension = 2 * (size_t)n, .params = g},
                               .n = n,
                               .y = (double *)(block + head),
@@ -88,9 +148,8 @@ static enum pend_status gsl_stepper_open(void **stepper, const struct pend_probl
     const struct pend_times *times = &problem->times;
     double span = pend_times_at(times, times->count - 1) - pend_times_at(times, 0);
     g->size = copysign(gsl_stepper_first_size(g, problem, order, g->y + 2 * n), span);
-    g->driver = gsl_odeiv2_driver_alloc_y_new(&g->system, type, g->size, problem->atol, problem->rtol);
-    if (!g->driver) {
-        free(block);
+    if (!gsl_stepper_drive(g, type)) {
+        gsl_stepper_free(g);
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the steps of %d arms", n);
     }
     *stepper = g;
@@ -98,9 +157,7 @@ static enum pend_status gsl_stepper_open(void **stepper, const struct pend_probl
 }
 
 static void gsl_stepper_close(void **stepper) {
-    struct gsl_stepper *g = *stepper;
-    if (g) gsl_odeiv2_driver_free(g->driver);
-    free(g);
+    if (*stepper) gsl_stepper_free(*stepper);
     *stepper = NULL;
 }
 
@@ -108,7 +165,7 @@ static void gsl_stepper_close(void **stepper) {
  * GSL can miss by a rounding and then makes a step of that size; a step that is cut or stretched leaves the size alone.
  */
 static int gsl_stepper_evolve(struct gsl_stepper *g, double limit) {
-    gsl_odeiv2_driver *d = g->driver;
+    gsl_odeiv2_driver *d = &g->driver;
     double left = limit - g->t, size = g->size;
     if (fabs(left) < 1.01 * fabs(size)) size = 2 * left;
     double tried = size;
@@ -127,15 +184,15 @@ static int gsl_stepper_evolve_anew(struct gsl_stepper *g, double limit) {
     if (status != GSL_EBADFUNC) return status;
     g->t = t, g->size = size;
     memcpy(g->y, kept, bytes);
-    g->rejected += (long)g->driver->e->failed_steps + 1;
-    gsl_odeiv2_driver_reset(g->driver);
+    g->rejected += (long)g->driver.e->failed_steps + 1;
+    gsl_odeiv2_driver_reset(&g->driver);
     return gsl_stepper_evolve(g, limit);
 }
 
 static enum pend_status gsl_stepper_step(void *stepper, double limit, double *reached, struct pend_error *error) {
     struct gsl_stepper *g = stepper;
     int status = gsl_stepper_evolve_anew(g, limit);
-    g->counts.rejected = g->rejected + (long)g->driver->e->failed_steps;
+    g->counts.rejected = g->rejected + (long)g->driver.e->failed_steps;
     if (status == GSL_SUCCESS) {
         g->counts.steps++;
         *reached = g->t;
@@ -160,15 +217,17 @@ static void gsl_stepper_at(void *stepper, const double t[], int count, const str
 /* the steppers of one step keep nothing but what their driver shows: the last derivative, and that there is one */
 static void gsl_stepper_carry(void *stepper, struct pend_tape *tape) {
     struct gsl_stepper *g = stepper;
-    gsl_odeiv2_evolve *e = g->driver->e;
+    gsl_odeiv2_evolve *e = g->driver.e;
     size_t m = 2 * (size_t)g->n;
-    pend_tape_part(tape, &g->counts, sizeof g->counts);
-    pend_tape_part(tape, &g->rejected, sizeof g->rejected);
+    long applied[] = {(long)e->count, (long)e->failed_steps};
+    pend_stepper_counts_carry(&g->counts, tape);
+    pend_tape_counts(tape, &g->rejected, 1);
     pend_tape_row(tape, &g->t, 1);
     pend_tape_row(tape, &g->size, 1);
     pend_tape_row(tape, g->y, m);
-    pend_tape_part(tape, &e->count, sizeof e->count);
-    pend_tape_part(tape, &e->failed_steps, sizeof e->failed_steps);
+    pend_tape_counts(tape, applied, 2);
+    e->count = (unsigned long)applied[0];
+    e->failed_steps = (unsigned long)applied[1];
     pend_tape_row(tape, &e->last_step, 1);
     pend_tape_row(tape, e->dydt_out, m);
 }

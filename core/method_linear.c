@@ -101,7 +101,7 @@ static struct pend_stepper_counts linear_counts(const void *stepper) {
 /* the modes are found anew, the same ones */
 static void linear_carry(void *stepper, struct pend_tape *tape) {
     struct linear *linear = stepper;
-    pend_tape_part(tape, &linear->counts, sizeof linear->counts);
+    pend_stepper_counts_carry(&linear->counts, tape);
 }
 
 const struct pend_method pend_method_linear = {

@@ -190,7 +190,7 @@ static void ode23_carry(void *stepper, struct pend_tape *tape) {
     struct ode23 *o = stepper;
     double *numbers[] = {&o->begin, &o->end, &o->length, &o->size};
     double *rows[] = {o->y, o->y_end, o->f[0], o->f[1], o->f[2], o->f[3]};
-    pend_tape_part(tape, &o->counts, sizeof o->counts);
+    pend_stepper_counts_carry(&o->counts, tape);
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) pend_tape_row(tape, numbers[i], 1);
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) pend_tape_row(tape, rows[i], 2 * (size_t)o->n);
 }

@@ -210,15 +210,15 @@ static struct pend_stepper_counts symplectic_counts(const void *stepper) {
 static void symplectic_carry(void *stepper, struct pend_tape *tape) {
     struct symplectic *s = stepper;
     size_t row = pend_jets_stride(s->tree->n);
-    pend_tape_part(tape, &s->counts, sizeof s->counts);
-    pend_tape_part(tape, &s->system.iterations, sizeof s->system.iterations);
-    pend_tape_part(tape, &s->now, sizeof s->now);
+    pend_stepper_counts_carry(&s->counts, tape);
+    pend_tape_counts(tape, &s->system.iterations, 1);
+    pend_tape_int(tape, &s->now, 1);
     pend_tape_row(tape, &s->time, 1);
     pend_tape_row(tape, s->system.lanes, s->kernel->count(s->tree->n));
     for (int i = 0; i < 2; i++) {
         struct symplectic_end *end = &s->end[i];
         double *rows[] = {end->state.phi, end->state.phi_low, end->state.p, end->state.p_low, end->rate};
-        pend_tape_part(tape, &end->known, sizeof end->known);
+        pend_tape_int(tape, &end->known, 1);
         for (size_t j = 0; j < sizeof rows / sizeof *rows; j++) pend_tape_row(tape, rows[j], row);
         struct jets_state state = {end->state.phi, end->state.phi_low, end->rate, end->zero};
         if (pend_tape_puts(tape) && end->known)

@@ -184,7 +184,7 @@ static void taylor_carry(void *stepper, struct pend_tape *tape) {
     struct taylor *taylor = stepper;
     size_t stride = pend_jets_stride(taylor->tree->n);
     struct jets_state *ends[] = {&taylor->begin, &taylor->end};
-    pend_tape_part(tape, &taylor->counts, sizeof taylor->counts);
+    pend_stepper_counts_carry(&taylor->counts, tape);
     double *numbers[] = {&taylor->unit, &taylor->next_unit, &taylor->time, &taylor->reached};
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) pend_tape_row(tape, numbers[i], 1);
     for (int i = 0; i < 2; i++) {

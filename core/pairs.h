@@ -148,7 +148,7 @@ LANES_INLINE void PAIRS(sincos)(PAIR x, PAIR *sine, PAIR *cosine) {
     s = PAIRS(fma)(PAIRS(mul)(r, z), s, r);
     c = PAIRS(fma)(PAIRS(mul)(z, z), c, PAIRS(sub)(PAIRS(of)(1), PAIRS(scale)(z, VEC_(of)(0.5))));
     // quadrants
-    BITS swap = -(turn & 1), sine_sign = (turn & 2) << 62, cosine_sign = ((turn + 1) & 2) << 62;
+    BITS swap = -(turn & 1), sine_sign = (turn & 2) << 62, cosine_sign = ((turn ^ turn << 1) & 2) << 62;
     PAIR a = PAIRS(pick)(swap, c, s), b = PAIRS(pick)(swap, s, c);
     *sine = (PAIR){(VEC)((BITS)a.high ^ sine_sign), (VEC)((BITS)a.low ^ sine_sign)};
     *cosine = (PAIR){(VEC)((BITS)b.high ^ cosine_sign), (VEC)((BITS)b.low ^ cosine_sign)};

@@ -435,10 +435,11 @@ int pend_run_carries(const struct pend_method *method) { return method->carry !=
 enum pend_status pend_run_carry(struct pend_run *run, struct pend_tape *tape) {
     assert(run->failure.code == PEND_OK);
     pend_tape_part(tape, &run->reached, sizeof run->reached);
-    pend_tape_part(tape, &run->next, sizeof run->next);
+    pend_tape_counts(tape, &run->next, 1);
     pend_tape_part(tape, &run->drift, sizeof run->drift);
     run->method->carry(run->stepper, tape);
+    /* a tape that refused on the way was put back in part: it is not whole */
     if (!pend_tape_puts(tape)) return PEND_OK;
-    int good = run->next >= 0 && run->next <= run->problem.times.count && isfinite(run->reached);
+    int good = run->next <= run->problem.times.count && isfinite(run->reached) && isfinite(run->drift);
     return good ? PEND_OK : PEND_INVALID;
 }

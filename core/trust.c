@@ -82,16 +82,16 @@ double pend_trust_progress(const struct pend_trust *trust) {
 
 enum pend_status pend_trust_carry(struct pend_trust *trust, struct pend_tape *tape) {
     size_t rows = (size_t)trust->cap * (1 + (size_t)trust->n);
-    pend_tape_part(tape, &trust->parted, sizeof trust->parted);
+    pend_tape_int(tape, &trust->parted, 1);
     pend_tape_row(tape, &trust->until, 1);
-    pend_tape_part(tape, trust->done, sizeof trust->done);
-    pend_tape_part(tape, trust->count, sizeof trust->count);
-    pend_tape_part(tape, &trust->compared, sizeof trust->compared);
+    for (int i = 0; i < 2; i++) pend_tape_int(tape, &trust->done[i], 1);
+    for (int i = 0; i < 2; i++) pend_tape_int(tape, &trust->count[i], trust->cap);
+    pend_tape_int(tape, &trust->compared, trust->cap);
     for (int i = 0; i < 2; i++) {
         pend_tape_row(tape, trust->t[i], rows);
         PEND_TRY(pend_run_carry(trust->run[i], tape));
     }
-    int good = trust->compared >= 0;
-    for (int i = 0; i < 2; i++) good = good && trust->compared <= trust->count[i] && trust->count[i] <= trust->cap;
+    int good = isfinite(trust->until) != 0;
+    for (int i = 0; i < 2; i++) good = good && trust->compared <= trust->count[i];
     return good ? PEND_OK : PEND_INVALID;
 }

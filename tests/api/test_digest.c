@@ -112,3 +112,21 @@ TEST(digest_of_long_arrays_depends_on_every_item) {
         }
     }
 }
+
+TEST(seal_is_of_the_bytes_and_of_their_place) {
+    unsigned char seal[API_SEAL_BYTES], other[API_SEAL_BYTES];
+    char data[300];
+    memset(data, 7, sizeof data);
+    api_seal(seal, "place", 3, data, sizeof data);
+    api_seal(other, "place", 3, data, sizeof data);
+    CHECK(!memcmp(seal, other, sizeof seal));
+    api_seal(other, "place", 4, data, sizeof data);
+    CHECK(memcmp(seal, other, sizeof seal));
+    api_seal(other, "plac", 3, data, sizeof data);
+    CHECK(memcmp(seal, other, sizeof seal));
+    api_seal(other, "place", 3, data, sizeof data - 1);
+    CHECK(memcmp(seal, other, sizeof seal));
+    data[200] ^= 1;
+    api_seal(other, "place", 3, data, sizeof data);
+    CHECK(memcmp(seal, other, sizeof seal));
+}

@@ -299,6 +299,18 @@ TEST(a_part_goes_on_from_what_is_its_own_and_from_nothing_else) {
         free(copy);
         api_part_free(&part);
     }
+    /* with any byte of it altered, and as another part's */
+    for (size_t at = 0; at <= carried.bytes; at++) {
+        REQUIRE(api_part_new(&part, &request, &limits, at == carried.bytes ? 2 : 1, 3, &error) == PEND_OK);
+        if (at < carried.bytes) carried.data[at] = (char)~carried.data[at];
+        CHECK_INT(api_part_resume(part, carried.data, carried.bytes, &error), PEND_INVALID);
+        CHECK_SAYING(strstr(error.text, "damaged"), "%s", error.text);
+        if (at < carried.bytes) carried.data[at] = (char)~carried.data[at];
+        api_part_free(&part);
+    }
+    REQUIRE(api_part_new(&part, &request, &limits, 1, 3, &error) == PEND_OK);
+    CHECK_SAYING(api_part_resume(part, carried.data, carried.bytes, &error) == PEND_OK, "%s", error.text);
+    api_part_free(&part);
     REQUIRE(api_part_new(&part, &other, &limits, 1, 3, &error) == PEND_OK);
     CHECK_INT(api_part_resume(part, carried.data, carried.bytes, &error), PEND_INVALID);
     api_part_free(&part);

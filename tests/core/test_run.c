@@ -648,6 +648,60 @@ TEST(run_does_not_go_on_from_what_is_not_its_own) {
     bench_clear(&bench);
 }
 
+/* Carries a run half-way, puts it back with some bytes altered and goes on a little: whatever the bytes are, it is
+ * refused, or the run goes on or fails with a reason. Returns how many were refused. */
+static long altered_are_harmless(const struct pend_method *method, const struct pend_problem *problem) {
+    static const long long alter[] = {-1, 12345, 0x7fffffff, 0x7fffffffffffffff, -0x7fffffffffffffff - 1};
+    enum { ALTERS = sizeof alter / sizeof *alter };
+    double t[64];
+    struct pend_samples samples = {.cap = 7, .t = t};
+    struct pend_tape tape = {.way = PEND_TAPE_COUNT};
+    struct pend_run *run;
+    long refused = 0;
+    int done;
+    if (!CHECK(pend_run_new(&run, method, problem, NULL) == PEND_OK)) return 0;
+    CHECK(pend_run_next(run, &samples, INFINITY, &done, NULL) == PEND_OK && !done);
+    CHECK(pend_run_carry(run, &tape) == PEND_OK);
+    size_t bytes = tape.used;
+    char *whole = malloc(bytes), *altered = malloc(bytes);
+    tape = (struct pend_tape){.way = PEND_TAPE_TAKE, .bytes = bytes, .at = whole};
+    CHECK(whole && altered && pend_run_carry(run, &tape) == PEND_OK && pend_tape_whole(&tape));
+    pend_run_free(&run);
+    for (size_t at = 0; at < bytes; at++)
+        for (size_t i = 0; i < (at % 8 ? 1 : ALTERS + 1); i++) {
+            size_t size = at % 8 ? sizeof(int) : sizeof alter[0];
+            memcpy(altered, whole, bytes);
+            if (i == ALTERS || at % 4)
+                altered[at] = (char)~altered[at];
+            else
+                memcpy(altered + at, &alter[i], size < bytes - at ? size : bytes - at);
+            if (pend_run_new(&run, method, problem, NULL) != PEND_OK) continue;
+            tape = (struct pend_tape){.way = PEND_TAPE_PUT, .bytes = bytes, .at = altered};
+            int good = pend_run_carry(run, &tape) == PEND_OK && pend_tape_whole(&tape);
+            refused += !good;
+            for (int turn = 0; good && turn < 3; turn++)
+                good = pend_run_next(run, &samples, 200, &done, NULL) == PEND_OK && !done;
+            pend_run_free(&run);
+        }
+    free(whole);
+    free(altered);
+    return refused;
+}
+
+TEST(run_put_back_from_altered_bytes_is_refused_or_goes_on) {
+    const struct pend_method *method;
+    for (int m = 0; (method = pend_method_at(m)); m++) {
+        struct bench bench;
+        if (!pend_run_carries(method)) continue;
+        bench_init(&bench, 3, 61);
+        bench.problem.step_cap = 100000;
+        if (method->flags & PEND_METHOD_FIXED_STEP) bench.problem.step = 0.02;
+        CHECK_SAYING(altered_are_harmless(method, &bench.problem) > 10, "%s refuses nothing", method->name);
+        if (method->extended) CHECK(altered_are_harmless(method->extended, &bench.problem) > 10);
+        bench_clear(&bench);
+    }
+}
+
 /* a motion may be finite where what follows from it is not: energy goes with the square of the length */
 TEST(run_hands_out_no_number_that_is_not_finite) {
     double x[11], y[11];

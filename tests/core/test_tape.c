@@ -49,3 +49,27 @@ TEST(tape_touches_nothing_beyond_its_bytes) {
     show(&two, &tape);
     CHECK(!pend_tape_whole(&tape));
 }
+
+/* three counters and a choice, as a disk may give them back */
+TEST(tape_refuses_numbers_that_nobody_counted) {
+    static const long bad[] = {-1, PEND_TAPE_MOST + 1, 0x7fffffffffffffff};
+    for (int i = 0; i < 6; i++) {
+        long count[3] = {0, PEND_TAPE_MOST, 5};
+        int choice = 1;
+        struct pend_tape tape = {.way = PEND_TAPE_TAKE, .bytes = 64};
+        char bytes[64];
+        tape.at = bytes;
+        pend_tape_counts(&tape, count, 3);
+        pend_tape_int(&tape, &choice, 1);
+        tape = (struct pend_tape){.way = PEND_TAPE_PUT, .at = bytes, .bytes = tape.used};
+        int other = i == 3 ? 2 : i == 4 ? -1 : 12345;
+        if (i < 3)
+            memcpy(bytes + sizeof(long) * (size_t)i, &bad[i], sizeof bad[i]);
+        else
+            memcpy(bytes + 3 * sizeof(long), &other, sizeof other);
+        pend_tape_counts(&tape, count, 3);
+        pend_tape_int(&tape, &choice, 1);
+        CHECK(!pend_tape_whole(&tape) && !pend_tape_puts(&tape));
+        CHECK(choice == (i < 3) && count[2] == (i == 2 ? 0 : 5));
+    }
+}

@@ -6,7 +6,7 @@
 set -u
 build=$1 room=$2
 shift 2
-valgrind="valgrind -q --fair-sched=try --error-exitcode=99 --leak-check=full --show-leak-kinds=definite,indirect,possible"
+valgrind="valgrind -q --suppressions=tests/harness/valgrind.supp --fair-sched=try --error-exitcode=99 --leak-check=full --show-leak-kinds=definite,indirect,possible"
 log=build/check/release-$room.log
 
 # name and seconds of the tests that passed, quickest first, until the sum reaches half a second
