@@ -132,8 +132,10 @@ def nginx(config, core=SERVER_CORE, path="/", ready="/"):
         file = pathlib.Path(directory, "nginx.conf")
         file.write_text(config.replace("@PORT@", str(port)).replace("@DIR@", directory))
         os.chmod(directory, 0o755)
-        process = subprocess.Popen(pinned(core, [tool("nginx"), "-p", directory, "-c", file, "-g", "daemon off;"]),
-                                   stderr=subprocess.PIPE, text=True)
+        # a pipe that nobody empties would stop nginx at its next message
+        said = pathlib.Path(directory, "said")
+        with said.open("w") as out:
+            process = subprocess.Popen(pinned(core, [tool("nginx"), "-p", directory, "-c", file, "-g", "daemon off;"]), stderr=out)
         with running(process, port, path, pathlib.Path(directory)) as server:
             end = time.monotonic() + 120
             while True:
@@ -142,7 +144,7 @@ def nginx(config, core=SERVER_CORE, path="/", ready="/"):
                         break
                 except OSError:
                     if process.poll() is not None or time.monotonic() > end:
-                        raise RuntimeError(f"nginx: {process.stderr.read()}") from None
+                        raise RuntimeError(f"nginx: {said.read_text()}") from None
                     time.sleep(0.01)
             yield server
 

@@ -57,7 +57,7 @@ def compose(name):
         check(f"{name}: its {key}", names == set(document[key]), f"{names} are used, {set(document[key])} are there")
     variables = {variable for body in services.values() for variable in body.get("environment", {}) if variable.startswith("PENDULUMD_")}
     known(f"{name}: its options", variables, options())
-    upstream = re.search(r"upstream \w+ \{\s*server (\w+):(\d+);", (TOP / "docker/nginx.conf").read_text())
+    upstream = re.search(r"set \$pendulumd (\w+):(\d+);", (TOP / "docker/nginx.conf").read_text())
     check(f"{name}: nginx finds {upstream[1]}", set(services[upstream[1]]["networks"]) & set(services["nginx"]["networks"]))
     check(f"{name}: nginx alone is published", [service for service, body in services.items() if "ports" in body] == ["nginx"])
     proxy = services[upstream[1]]["environment"].get("PENDULUMD_TRUSTED_PROXY")

@@ -5,6 +5,8 @@ usage: nginx.py BUILD
 Leaves to others: what the daemon says without a proxy (tests/wire). Invariant: the configuration is the one that is
 shipped, but for its port, its upstream and the places of its files.
 """
+import concurrent.futures
+import contextlib
 import http.client
 import io
 import json
@@ -14,10 +16,12 @@ import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
+from names import Names
 from rule import TOP, check, shipped_nginx, skip, summary
-from servers import nginx, running, tool
+from servers import free_port, nginx, running, tool
 
 DOUBLE = '"pendulum":{"length":[1,1],"mass":[1,1],"parent":[0,1]}'
 LITTLE = f"{{{DOUBLE}}}"
@@ -55,6 +59,7 @@ def once(what, headers):
 def problem(what, answer, status):
     got, headers, data = answer
     once(what, headers)
+    check(f"{what}: web pages may read it", headers.get("Access-Control-Allow-Origin") == "*", list(headers.items()))
     try:
         document = json.loads(data)
     except ValueError:
@@ -92,6 +97,8 @@ def refused(front):
     problem("a target without a slash", say(front, b"GET healthz HTTP/1.1\r\nHost: x\r\n\r\n"), 400)
     problem("the page of a problem", ask(front, "GET", "/problem/404"), 404)
     problem("no Host", say(front, b"GET /healthz HTTP/1.1\r\n\r\n"), 400)
+    status, _, data = say(front, b"GET /healthz HTTP/1.0\r\n\r\n")
+    check("HTTP/1.0 may leave Host away", status == 200, f"{status} {data[:200]}")
     problem("a length that is none", say(front, b"POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Length: x\r\n\r\n"), 400)
 
 
@@ -132,28 +139,148 @@ class Bytes(io.BytesIO):
         pass
 
 
-def at_once(front, count):
-    """Answers to so many requests that are sent in one piece."""
-    one = b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n"
+def at_once(front, count, path="/healthz", token=None, method="GET"):
+    """Answers to so many requests of one client that are sent in one piece."""
+    fields = f"Authorization: Bearer {token}\r\n" if token else ""
+    one = f"{method} {path} HTTP/1.1\r\nHost: x\r\n{fields}\r\n".encode()
     with socket.create_connection(("127.0.0.1", front.port), PATIENCE) as connection:
-        connection.sendall(one * (count - 1) + one.replace(b"x\r\n", b"x\r\nConnection: close\r\n"))
+        sender = threading.Thread(target=connection.sendall, daemon=True,
+                                  args=(one * (count - 1) + one.replace(b"x\r\n", b"x\r\nConnection: close\r\n", 1),))
+        sender.start()
         came = Bytes(b"".join(iter(lambda: connection.recv(1 << 16), b"")))
+        sender.join()
+    replies = []
     for _ in range(count):
-        reply = http.client.HTTPResponse(came)
+        reply = http.client.HTTPResponse(came, method=method)
         reply.begin()
-        yield reply.status, reply.headers, reply.read()
+        replies.append((reply.status, reply.headers, reply.read()))
+    return replies
 
 
-def crowd(front):
-    """Four hundred requests at once: what the limit does not let through is told so."""
-    time.sleep(4)  # the limit has forgotten what was asked before
-    answers = list(at_once(front, 400))
-    late = [answer for answer in answers if answer[0] != 200]
-    check("some of 400 requests pass", len(answers) - len(late) >= 60, len(answers) - len(late))
-    check("not all of them pass", len(late) >= 40, len(late))
-    for answer in late[:3]:
-        problem("one too many", answer, 429)
-        check("it says when to come again", answer[1].get("Retry-After") == "1", answer[1].get("Retry-After"))
+def refusals(answers):
+    return [answer for answer in answers if answer[0] == 429]
+
+
+def token(number):
+    return f"{number:043d}"
+
+
+def page_files(front):
+    """The page's documents and the files that it names."""
+    html = ask(front, "GET", "/")[2].decode()
+    return ["/", "/docs", "/openapi.json", *sorted(set(re.findall(r'(?:href|src)="(/page/[^"]+)"', html)))[:3]]
+
+
+def a_class(front):
+    """Thirty browsers behind one address, as the configuration is shipped: they come at once, and all of them drag an arm."""
+    for path in page_files(front):
+        answers = at_once(front, 600, path, method="HEAD")
+        check(f"{path} is never limited", {answer[0] for answer in answers} == {200}, {answer[0] for answer in answers})
+    with concurrent.futures.ThreadPoolExecutor(30) as pool:
+        answers = [answer for some in pool.map(lambda pupil: at_once(front, 60, "/v1/presets", token(pupil)), range(30)) for answer in some]
+    check("thirty clients of one address with sixty requests each pass", {answer[0] for answer in answers} == {200},
+          f"{len(refusals(answers))} of {len(answers)} are refused")
+
+
+def crowd(port):
+    """What is refused and how, with limits that even a slow machine reaches."""
+    slow = [("rate=100r/s", "rate=1r/s"), ("rate=3000r/s", "rate=2r/s"), ("burst=200 ", "burst=20 "), ("burst=3000 ", "burst=100 ")]
+    with nginx(shipped_nginx([port], changes=slow)) as front:
+        check("no client has asked too much", not refusals(at_once(front, 20, token=token(1))))
+        late = refusals(at_once(front, 40, token=token(1)))
+        check("one client asks too much", len(late) >= 20, len(late))
+        for answer in late[:2]:
+            problem("one too many", answer, 429)
+            check("it says when to come again", answer[1].get("Retry-After") == "1", answer[1].get("Retry-After"))
+            check("the page may read that", "Retry-After" in (answer[1].get("Access-Control-Expose-Headers") or ""), list(answer[1].items()))
+        check("another client of that address is not touched", not refusals(at_once(front, 10, token=token(2))))
+        check("what browsers ask before a request counts for nobody", not refusals(at_once(front, 60, token=token(1), method="OPTIONS")))
+        check("without a token the address is the client", refusals(at_once(front, 60)))
+        check("a token that is too short is none", refusals(at_once(front, 5, token="short")))
+        many = [answer for pupil in range(3, 13) for answer in at_once(front, 20, token=token(pupil))]
+        check("an address has a limit too", refusals(many))
+
+
+def networks(port):
+    """Two addresses of one IPv6 network are one client, those of another network and of IPv4 are not."""
+    changes = [("rate=100r/s", "rate=1r/s"), ("burst=200 ", "burst=20 "),
+               ("    server {", "    set_real_ip_from 127.0.0.1;\n    real_ip_header X-Test-Address;\n\n    server {")]
+    with nginx(shipped_nginx([port], changes=changes)) as front:
+        def asks(address):
+            return [ask(front, "GET", "/healthz", headers={"X-Test-Address": address})[0] for _ in range(16)]
+        check("an IPv6 address asks", 429 not in asks("2001:db8:1:2::1"))
+        check("its network is the client", 429 in asks("2001:db8:1:2:ffff::a"))
+        check("another network is another one", 429 not in asks("2001:db8:1:3::1"))
+        check("an IPv4 address is itself", 429 not in asks("192.0.2.1") and 429 not in asks("192.0.2.2"))
+
+
+@contextlib.contextmanager
+def daemon_at(build, address, log):
+    """pendulumd behind a proxy on this machine, its log in a file."""
+    command = [TOP / build / "pendulumd", "--listen", address, "--store", "none", "--trusted-proxy", "127.0.0.1/32"]
+    with log.open("w") as out:
+        process = subprocess.Popen(command, stdout=out, stderr=subprocess.PIPE, text=True)
+    with running(process, int(process.stderr.readline().rsplit(":", 1)[1])) as back:
+        yield back
+
+
+def addresses(build, directory):
+    """Processes that come, go and have other addresses are found by their name; nobody notices."""
+    port, names = free_port(), Names("127.0.0.2")
+
+    def asks():
+        return [ask(front, "POST", "/v1/trees", LITTLE)[0] for _ in range(20)]
+
+    def all_pass(what):
+        answers = asks()
+        check(what, set(answers) == {200}, answers)
+
+    def until(name):
+        """Asks until the process of this log has answered; every answer has to be good."""
+        end, log, answers = time.monotonic() + PATIENCE, pathlib.Path(directory, name), []
+        while '"target":"/v1/trees"' not in log.read_text() and time.monotonic() < end:
+            answers += asks()
+        check(f"the process of {name} is found", '"target":"/v1/trees"' in log.read_text())
+        check("nobody notices meanwhile", set(answers) <= {200}, set(answers))
+
+    first, second = (daemon_at(build, f"127.0.0.{number}:{port}", pathlib.Path(directory, f"{number}.log")) for number in (2, 3))
+    with nginx(shipped_nginx([port], names, [("rate=100r/s", "rate=9000r/s"), ("rate=3000r/s", "rate=9000r/s")])) as front:
+        with first:
+            all_pass("one address")
+            with second:
+                names.addresses = ["127.0.0.2", "127.0.0.3"]
+                until("3.log")
+            all_pass("one of two is gone, its name is not yet")
+            names.addresses = ["127.0.0.2"]
+        with daemon_at(build, f"127.0.0.4:{port}", pathlib.Path(directory, "4.log")):
+            names.addresses = ["127.0.0.4"]
+            end = time.monotonic() + PATIENCE
+            while (status := ask(front, "GET", "/healthz")[0]) == 503 and time.monotonic() < end:
+                pass  # its address is not known yet
+            check("the only one has another address", status == 200, status)
+            until("4.log")
+    names.close()
+
+
+def never_twice():
+    """A POST that was sent to a process that then dies is sent to nobody else; a GET is."""
+    with socket.create_server(("127.0.0.1", 0)) as one, socket.create_server(("127.0.0.1", 0)) as other:
+        seen = []
+
+        def die(listener):
+            with contextlib.suppress(OSError):
+                while True:
+                    connection, _ = listener.accept()
+                    seen.append(connection.recv(1 << 16).split(b" ", 1)[0])
+                    connection.close()
+
+        for listener in (one, other):
+            threading.Thread(target=die, args=(listener,), daemon=True).start()
+        with nginx(shipped_nginx([listener.getsockname()[1] for listener in (one, other)])) as front:
+            problem("a process dies after a POST", ask(front, "POST", "/v1/trees", LITTLE), 503)
+            check("the POST was sent once", seen == [b"POST"], seen)
+            problem("a process dies after a GET", ask(front, "GET", "/v1/presets"), 503)
+            check("the GET was sent to both", seen == [b"POST", b"GET", b"GET"], seen)
 
 
 def behind_nginx(build):
@@ -162,21 +289,21 @@ def behind_nginx(build):
         return
     with tempfile.TemporaryDirectory() as directory:
         log = pathlib.Path(directory, "log")
-        command = [TOP / build / "pendulumd", "--listen", "127.0.0.1:0", "--store", "none", "--trusted-proxy", "127.0.0.1/32"]
-        with log.open("w") as out:
-            process = subprocess.Popen(command, stdout=out, stderr=subprocess.PIPE, text=True)
-        port = int(process.stderr.readline().rsplit(":", 1)[1])
-        with running(process, port) as back, nginx(shipped_nginx([port])) as front:
-            passes(front, back)
-            refused(front)
-            clients(front, log)
-            streams(front, back)
-            crowd(front)
-            back.stop()
-            while (answer := ask(front, "GET", "/healthz"))[0] == 429:
-                time.sleep(0.2)  # the limit lets some in again
-            problem("nobody behind", answer, 503)
-            check("it says when to come again", answer[1].get("Retry-After") == "5", answer[1].get("Retry-After"))
+        with daemon_at(build, "127.0.0.1:0", log) as back:
+            with nginx(shipped_nginx([back.port])) as front:
+                passes(front, back)
+                refused(front)
+                clients(front, log)
+                streams(front, back)
+                a_class(front)
+                crowd(back.port)
+                networks(back.port)
+                back.stop()
+                answer = ask(front, "GET", "/healthz")
+                problem("nobody behind", answer, 503)
+                check("it says when to come again", answer[1].get("Retry-After") == "5", answer[1].get("Retry-After"))
+        addresses(build, directory)
+        never_twice()
 
 
 def unit(build):

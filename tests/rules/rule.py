@@ -41,12 +41,29 @@ def optional(name):
     return sys.modules[name.partition(".")[0]]
 
 
-def shipped_nginx(ports):
-    """docker/nginx.conf for servers.nginx: before daemons at these ports, with one worker and files of its own."""
-    config = (TOP / "docker/nginx.conf").read_text()
-    for old, new in (("pid /run/", "pid @DIR@/"), ("_temp_path /tmp/", "_temp_path @DIR@/"), ("listen 8080 ", "listen 127.0.0.1:@PORT@ "),
-                     ("server pendulumd:8080;", " ".join(f"server 127.0.0.1:{port};" for port in ports)),
-                     ("worker_processes auto", "worker_processes 1")):
+def replaced(config, changes):
+    """The text with each of the changes (old, new), all of which have to be possible."""
+    for old, new in changes:
         check(f"nginx.conf has {old.strip()!r}", old in config)
         config = config.replace(old, new)
     return config
+
+
+def shipped_nginx(ports, names=None, changes=()):
+    """docker/nginx.conf for servers.nginx, with one worker and files of its own.
+
+    ports    of daemons on 127.0.0.1; with `names` the one port of daemons whose addresses are looked up there.
+    names    a names.Names, asked in place of Docker's name server.
+    changes  further (old, new) of the text.
+    """
+    own = [("pid /tmp/", "pid @DIR@/"), ("_temp_path /tmp/", "_temp_path @DIR@/"), ("listen 8080 ", "listen 127.0.0.1:@PORT@ "),
+           ("worker_processes auto", "worker_processes 1"), ("worker_connections 8192", "worker_connections 2048")]
+    if names:
+        own += [("resolver 127.0.0.11 ", f"resolver 127.0.0.1:{names.port} "), ("pendulumd:8080;", f"pendulumd:{ports[0]};")]
+    elif len(ports) == 1:
+        own += [("pendulumd:8080;", f"127.0.0.1:{ports[0]};")]
+    else:
+        # daemons of one machine that have a port each cannot be told apart by a name; a group of them behaves as its addresses do
+        group = "".join(f" server 127.0.0.1:{port} max_fails=0;" for port in ports)
+        own += [("    server {", f"    upstream pendulumd {{{group} }}\n\n    server {{"), ("pendulumd:8080;", "pendulumd;")]
+    return replaced((TOP / "docker/nginx.conf").read_text(), [*own, *changes])
