@@ -126,7 +126,7 @@ tsan: ## the server's tests under the thread sanitizer
 
 bench: ## everything below but load: ours, the peer's, ratio; seven minutes (installs the peers; T=part-of-a-line)
 	@docker/install.sh bench
-	@$(MAKE) --no-print-directory bench-dynamics bench-trajectories bench-modes bench-parts
+	@$(MAKE) --no-print-directory bench-dynamics bench-trajectories bench-modes bench-precision bench-parts
 
 bench-parts: $(B)/tests/bench/run ## ensembles, numbers, requests, in a minute
 	$< $(T)
@@ -147,6 +147,9 @@ bench-modes: $(B)/tests/bench/modes/run ## modes against LAPACK, ARPACK and GSL 
 	$< $(T)
 
 bench-trajectories: $(B)/tests/bench/trajectories/run ## trajectories against GSL, and SUNDIALS and Octave where these are installed, in three minutes
+	$< $(T)
+
+bench-precision: $(B)/tests/bench/precision/run ## the true error of every method over its tolerance, in a minute (T=part-of-a-method)
 	$< $(T)
 
 bench-dynamics: $(B)/tests/bench/dynamics/run ## accelerations against MuJoCo and LAPACK where these are installed, in half a minute
@@ -292,6 +295,10 @@ $(B)/tests/bench/dynamics/run: $(call objects,tests/bench/dynamics) $(B)/tests/h
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS) $(QUADMATH) -ldl
 
+$(B)/tests/bench/precision/run: $(call objects,tests/bench/precision) $(B)/libpendulum.a $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
+
 $(B)/tests/bench/instructions/run: $(call objects,tests/bench/instructions) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
@@ -311,5 +318,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench bench-parts bench-page drill load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
+.PHONY: help run check build bench bench-precision bench-parts bench-page drill load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
 .DELETE_ON_ERROR:

@@ -59,9 +59,9 @@ static void read_method(struct api_ensemble *e, const struct api_reading *readin
     int chosen = 0;
     if (api_field_word(&method, methods, &chosen, reading->problem) > 0) api_value_usual(&method);
     api_value_usual_number(&rtol, taylor->rtol_default);
-    api_value_usual_number(&atol, taylor->atol_default);
+    api_value_usual_number(&atol, 0);
     e->rtol = taylor->rtol_default;
-    e->atol = taylor->atol_default;
+    e->atol = 0;
     (void)api_value_read_number(&rtol, taylor->rtol_min, taylor->rtol_max, "", &e->rtol, reading->problem);
     (void)api_value_read_number(&atol, taylor->atol_min, taylor->atol_max, "", &e->atol, reading->problem);
 }

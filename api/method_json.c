@@ -13,11 +13,11 @@ static const struct pend_method *read_method(const struct api_value *value, stru
     return found < 0 ? NULL : pend_method_at(chosen);
 }
 
-/* a setting that only methods with the flag obey */
-static void read_setting(const struct api_value *value, const struct pend_method *method, unsigned flag, double least,
-                         double most, double *out, struct api_problem *problem) {
+/* a setting that only methods with the flag obey; non-zero where there is one */
+static int read_setting(const struct api_value *value, const struct pend_method *method, unsigned flag, double least,
+                        double most, double *out, struct api_problem *problem) {
     double x = 0;
-    if (api_value_read_number(value, -INFINITY, INFINITY, "", &x, problem) <= 0 || !method) return;
+    if (api_value_read_number(value, -INFINITY, INFINITY, "", &x, problem) <= 0 || !method) return 0;
     if (!(method->flags & flag))
         api_value_fault(value, problem, "has no meaning for method %s: leave it out", method->name);
     else if (!(x >= least && x <= most))
@@ -25,6 +25,7 @@ static void read_setting(const struct api_value *value, const struct pend_method
                         method->name, x);
     else
         *out = x;
+    return 1;
 }
 
 /* the method in the precision asked for; NULL where it has none such */
@@ -50,10 +51,12 @@ void api_method_read(struct api_method *method, const struct api_value *root, co
     *method = (struct api_method){.method = read_precision(&precision, read_method(&name, problem), problem)};
     const struct pend_method *known = method->method, *range = known ? known : &none;
     api_value_usual_number(&rtol, range->rtol_default);
-    api_value_usual_number(&atol, range->atol_default);
-    read_setting(&rtol, known, PEND_METHOD_TOLERANCES, range->rtol_min, range->rtol_max, &method->rtol, problem);
-    read_setting(&atol, known, PEND_METHOD_TOLERANCES, range->atol_min, range->atol_max, &method->atol, problem);
-    read_setting(&step, known, PEND_METHOD_FIXED_STEP, range->step_min, range->step_max, &method->step, problem);
+    (void)read_setting(&rtol, known, PEND_METHOD_TOLERANCES, range->rtol_min, range->rtol_max, &method->rtol, problem);
+    // the default of one follows the other
+    api_value_usual_number(&atol, pend_method_atol(range, method->rtol > 0 ? method->rtol : range->rtol_default));
+    method->atol_given =
+        read_setting(&atol, known, PEND_METHOD_TOLERANCES, range->atol_min, range->atol_max, &method->atol, problem);
+    (void)read_setting(&step, known, PEND_METHOD_FIXED_STEP, range->step_min, range->step_max, &method->step, problem);
     if (known && known->flags & PEND_METHOD_LINEAR)
         api_tree_modes_allowed(tree, &name, tree->n, "method linear", limits, problem);
 }

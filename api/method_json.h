@@ -10,6 +10,7 @@
 struct api_method {
     const struct pend_method *method; /* NULL where it is faulty */
     double rtol, atol, step;          /* 0 = the method's default */
+    int atol_given;                   /* atol is meant as it stands, 0 included */
 };
 
 /**

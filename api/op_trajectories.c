@@ -163,6 +163,7 @@ static enum pend_status trajectory_begin(struct trajectory *trajectory, struct p
                                    .times = trajectory->times.times,
                                    .rtol = method->rtol,
                                    .atol = method->atol,
+                                   .atol_given = method->atol_given,
                                    .step = method->step,
                                    .step_cap = trajectory->step_cap,
                                    .no_drift = !trajectory->format->finish}; // what flows tells no stats

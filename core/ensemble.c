@@ -98,7 +98,7 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble, const struct
     e->lanes.parent = problem->tree->parent;
     e->lanes.end = problem->tree->end;
     e->lanes.log_rtol = log2(pend_taylor_target(problem->rtol));
-    e->lanes.log_atol = problem->atol > 0 ? log2(problem->atol) : -1e5;
+    e->lanes.log_atol = problem->atol > 0 ? log2(pend_taylor_atol(problem->atol)) : -1e5;
     e->lanes.bound = problem->bound;
     e->lanes.paired = (problem->observe & PEND_OBSERVE_LYAPUNOV) != 0;
     e->lanes.extremes = (problem->observe & PEND_OBSERVE_EXTREMES) != 0;

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/kernel_extended.h"
+#include "core/taylor_order.h"
 
 /* one trajectory in its lane */
 struct extended_seat {
@@ -103,7 +104,7 @@ enum pend_status pend_extended_new(struct pend_extended **extended, const struct
                                            .parent = tree->parent,
                                            .end = tree->end,
                                            .log_rtol = log2(target),
-                                           .log_atol = atol > 0 ? log2(atol) : -1e5};
+                                           .log_atol = atol > 0 ? log2(pend_taylor_atol(atol)) : -1e5};
     size_t bytes = extended_place(&sketch, NULL);
     if (bytes > (size_t)EXTENDED_BYTES_CAP)
         return pend_fail(error, PEND_INVALID, -1, 0,

@@ -1,6 +1,7 @@
 #include "core/kernel_ensemble.h"
 
 #include "core/kernel_width.h"
+#include "core/taylor_order.h"
 
 /* a number is one value for each lane */
 #define NUM_(name) KERNEL_OF(lanes, name)
@@ -127,14 +128,18 @@ static num ensemble_choose(const struct ensemble_lanes *lanes, const struct jets
     static const double log2_of[LEADING] = {0, 1, 1.5849625007211562, 2};
     num leading[LEADING], reach = num_of(10);
     const double *last = s->share + lanes->order;
+    double spread = (PEND_TAYLOR_LOG_CAP - lanes->log_rtol) * last[0];
     for (int i = 0; i < LEADING; i++) {
         leading[i] = ensemble_norm(s, i) - log2_of[i];
     }
     for (int j = lanes->order - TRAILING + 1; j <= lanes->order; j++) {
-        num trailing = ensemble_norm(s, j), here = lanes->log_atol * last[1] - trailing * s->share[j];
-        for (int i = 0; i < LEADING; i++) {
+        num trailing = ensemble_norm(s, j), far = lanes->log_atol * last[1] - trailing * s->share[j];
+        num here = lanes->log_rtol * last[0] + (leading[0] - trailing) * s->share[j - 1];
+        for (int i = 1; i < LEADING; i++) {
             here = num_max(here, lanes->log_rtol * last[-i] + (leading[i] - trailing) * s->share[j - i - 1]);
         }
+        // what atol lets pass is bounded as rtol is
+        here = num_max(here, num_min(far, here + spread));
         reach = num_min(reach, here);
     }
     return NUM_(_exp2)(num_max(reach, num_of(-60)));

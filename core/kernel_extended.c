@@ -1,6 +1,7 @@
 #include "core/kernel_extended.h"
 
 #include "core/kernel_width.h"
+#include "core/taylor_order.h"
 
 /* a number is a sum of two doubles for each lane */
 enum { WIDTH = KERNEL_WIDTH };
@@ -481,11 +482,15 @@ static vec extended_choose(const struct extended_lanes *lanes, const struct jets
     static const double log2_of[LEADING] = {0, 1, 1.5849625007211562, 2};
     vec leading[LEADING], reach = vec_of(10);
     const double *last = s->share + lanes->order;
+    double spread = (PEND_TAYLOR_LOG_CAP - lanes->log_rtol) * last[0];
     for (int i = 0; i < LEADING; i++) leading[i] = extended_norm(s, i) - log2_of[i];
     for (int j = lanes->order - TRAILING + 1; j <= lanes->order; j++) {
-        vec trailing = extended_norm(s, j), here = lanes->log_atol * last[1] - trailing * s->share[j];
-        for (int i = 0; i < LEADING; i++)
+        vec trailing = extended_norm(s, j), far = lanes->log_atol * last[1] - trailing * s->share[j];
+        vec here = lanes->log_rtol * last[0] + (leading[0] - trailing) * s->share[j - 1];
+        for (int i = 1; i < LEADING; i++)
             here = VEC_OF(_max)(here, lanes->log_rtol * last[-i] + (leading[i] - trailing) * s->share[j - i - 1]);
+        // what atol lets pass is bounded as rtol is
+        here = VEC_OF(_max)(here, VEC_OF(_min)(far, here + spread));
         reach = VEC_OF(_min)(reach, here);
     }
     return VEC_OF(_exp2)(VEC_OF(_max)(reach, vec_of(-60)));

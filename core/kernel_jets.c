@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/kernel_width.h"
+#include "core/taylor_order.h"
 
 /* numbers of the sweeps are doubles; loops over arms take as many at once as the instruction set holds */
 enum { WIDE = KERNEL_WIDTH };
@@ -241,6 +242,7 @@ LANES_INLINE double kernel_reach_some(const struct jets_system *s, int order, do
     // phi has the coefficients of the rates over 1 .. 4
     static const double log2_of[TERMS] = {0, 1, 1.5849625007211562, 2};
     const double *share = s->share + order - 3;
+    double spread = (PEND_TAYLOR_LOG_CAP - log_rtol) * s->share[order];
     struct kernel_terms size = kernel_sizes(s, order, arms);
     term here[TERM_PARTS], leading[TERM_PARTS], poison = TERM_(of)(0);
     for (int i = 0; i < KERNEL_SIZES / TERM_WIDTH; i++) poison += size.part[i] * 0;
@@ -248,13 +250,15 @@ LANES_INLINE double kernel_reach_some(const struct jets_system *s, int order, do
     for (int i = 0; i < TERM_PARTS; i++) {
         const double *own = share + i * TERM_WIDTH;
         term trailing = TERM_(log2)(size.part[TERM_PARTS + i]), far = TERM_(of)(KERNEL_FAR);
-        term most = log_atol * s->share[order + 1] - trailing * term_get(own);
+        term atol = log_atol * s->share[order + 1] - trailing * term_get(own), most = TERM_(of)(-KERNEL_FAR);
         for (int j = 0; j < TERMS; j++) {
             if (size.part[j / TERM_WIDTH][j % TERM_WIDTH] < DBL_MIN) continue;
             // a radius of convergence from a trailing term and a leading one, times what is left at the tolerance
             term gap = TERM_(of)(leading[j / TERM_WIDTH][j % TERM_WIDTH]) - trailing;
             most = TERM_(max)(TERM_(of)(log_rtol * s->share[order - j]) + gap * term_get(own - j - 1), most);
         }
+        // what atol lets pass is bounded as rtol is
+        most = TERM_(max)(TERM_(min)(most + spread, atol), most);
         here[i] = TERM_(min)(TERM_(pick)(size.part[TERM_PARTS + i] < DBL_MIN, far, most), far);
     }
     double reach = term_least(here), spoilt = 0;

@@ -34,10 +34,15 @@ struct pend_problem {
     const double *phi_low, *rate_low;
     struct pend_times times;
     double rtol, atol; /* of the local error; 0 = the method's default */
+    int atol_given;    /* non-zero: atol is meant as it stands, 0 included */
     double step;       /* s, fixed-step methods only; 0 = the method's choice */
     long step_cap;     /* most steps a run may take, 0 = no limit */
     int no_drift;      /* nobody asks for the energy's drift: it is not looked at, and told as 0 */
 };
+
+/* The least atol that methods with one tolerance for each component obey, as a part of rtol: a component that passes 0
+ * has no relative error, and would hold a step up for ever. */
+#define PEND_METHOD_ATOL_LEAST 1e-6
 
 enum {
     PEND_METHOD_LANDS = 1,      /* no dense output: each step must be cut at the next wanted instant */
@@ -65,7 +70,8 @@ struct pend_method {
     const char *summary; /* one sentence for the documentation */
     unsigned flags;
     double rtol_default, rtol_min, rtol_max; /* 0 where PEND_METHOD_TOLERANCES is not set */
-    double atol_default, atol_min, atol_max;
+    /* the default of atol is rtol over atol_divisor, or 0 where that is 0 */
+    double atol_divisor, atol_min, atol_max;
     double step_min, step_max; /* s; 0 where PEND_METHOD_FIXED_STEP is not set */
     const struct pend_method
         *extended; /* the same in numbers of about 32 digits, answers rounded; NULL = there is none */
@@ -105,6 +111,13 @@ extern const struct pend_method pend_method_taylor, pend_method_ode23, pend_meth
 
 /* what pend_method_taylor.extended points to */
 extern const struct pend_method pend_method_taylor_extended;
+
+/**
+ * The absolute tolerance that a method takes for a relative one where none is given, rad and rad/s. O(1).
+ */
+static inline double pend_method_atol(const struct pend_method *method, double rtol) {
+    return method->atol_divisor > 0 ? rtol / method->atol_divisor : 0;
+}
 
 /**
  * The method of a name, or NULL. The names are the contract's: taylor ode23 rkf45 rk8pd msadams

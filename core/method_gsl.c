@@ -12,6 +12,9 @@
 #include "core/dynamics.h"
 #include "core/method.h"
 
+/* what GSL can still meet: the rounding of an angle of one radian */
+static const double GSL_RTOL_LEAST = 1e-16;
+
 struct gsl_stepper {
     const struct pend_tree *tree;
     double gravity;
@@ -126,8 +129,18 @@ static void gsl_stepper_free(struct gsl_stepper *g) {
     free(g);
 }
 
-static enum pend_status gsl_stepper_open(void **stepper, const struct pend_problem *problem, struct pend_error *error,
-                                         const gsl_odeiv2_step_type *type, int order) {
+/* What GSL is asked for. It bounds the error of one step; `share` of the tolerances keeps what the steps of a run leave
+ * together within 30 times the tolerances, as long as the motion does not amplify it (core/README has the figures). */
+static struct pend_problem gsl_stepper_tighten(const struct pend_problem *problem, double share) {
+    struct pend_problem tight = *problem;
+    tight.atol = share * fmax(problem->atol, PEND_METHOD_ATOL_LEAST * problem->rtol);
+    tight.rtol = fmax(share * problem->rtol, GSL_RTOL_LEAST);
+    return tight;
+}
+
+static enum pend_status gsl_stepper_open(void **stepper, const struct pend_problem *wanted, struct pend_error *error,
+                                         const gsl_odeiv2_step_type *type, int order, double share) {
+    const struct pend_problem tight = gsl_stepper_tighten(wanted, share), *problem = &tight;
     int n = problem->tree->n;
     size_t head = (sizeof(struct gsl_stepper) + 63) / 64 * 64, state = ((size_t)n * 8 * sizeof(double) + 63) / 64 * 64;
     char *block = aligned_alloc(64, head + state + (pend_dynamics_work_bytes(n) + 63) / 64 * 64);
@@ -238,18 +251,18 @@ static struct pend_stepper_counts gsl_stepper_counts(const void *stepper) {
 
 static enum pend_status gsl_stepper_open_rkf45(void **stepper, const struct pend_problem *problem,
                                                struct pend_error *error) {
-    return gsl_stepper_open(stepper, problem, error, gsl_odeiv2_step_rkf45, 5);
+    return gsl_stepper_open(stepper, problem, error, gsl_odeiv2_step_rkf45, 5, 0.02);
 }
 
 static enum pend_status gsl_stepper_open_rk8pd(void **stepper, const struct pend_problem *problem,
                                                struct pend_error *error) {
-    return gsl_stepper_open(stepper, problem, error, gsl_odeiv2_step_rk8pd, 8);
+    return gsl_stepper_open(stepper, problem, error, gsl_odeiv2_step_rk8pd, 8, 0.2);
 }
 
 /* its order varies and begins at 1 */
 static enum pend_status gsl_stepper_open_msadams(void **stepper, const struct pend_problem *problem,
                                                  struct pend_error *error) {
-    return gsl_stepper_open(stepper, problem, error, gsl_odeiv2_step_msadams, 1);
+    return gsl_stepper_open(stepper, problem, error, gsl_odeiv2_step_msadams, 1, 0.005);
 }
 
 #define GSL_STEPPER(name_, carry_, summary_)                                                                           \
@@ -260,8 +273,8 @@ static enum pend_status gsl_stepper_open_msadams(void **stepper, const struct pe
         .rtol_default = 1e-9,                                                                                          \
         .rtol_min = 1e-14,                                                                                             \
         .rtol_max = 0.1,                                                                                               \
-        .atol_default = 1e-12,                                                                                         \
-        .atol_min = 1e-18,                                                                                             \
+        .atol_divisor = 1000,                                                                                          \
+        .atol_min = 0,                                                                                                 \
         .atol_max = 0.1,                                                                                               \
         .open = gsl_stepper_open_##name_,                                                                              \
         .step = gsl_stepper_step,                                                                                      \

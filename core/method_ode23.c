@@ -34,25 +34,24 @@ static void ode23_derivative(struct ode23 *o, const double y[], double f[]) {
     o->counts.evaluations++;
 }
 
-/* MATLAB's initial step: from |y'| alone, at most the first wanted gap */
-static double ode23_first_size(const struct ode23 *o, double gap) {
+/* MATLAB's initial step, from |y'| alone. MATLAB bounds it by the first wanted gap too, so that the motion would depend
+ * on which instants are asked for. */
+static double ode23_first_size(const struct ode23 *o) {
     double rate = 0;
     for (int i = 0; i < 2 * o->n; i++) rate = fmax(rate, fabs(o->f[3][i]) / fmax(fabs(o->y_end[i]), o->threshold));
     rate /= 0.8 * cbrt(o->rtol);
-    double size = fmin(o->size_max, gap);
-    return size * rate > 1 ? 1 / rate : size;
+    return o->size_max * rate > 1 ? 1 / rate : o->size_max;
 }
 
 static void ode23_start(struct ode23 *o, const struct pend_problem *problem) {
     const struct pend_times *times = &problem->times;
     double first = pend_times_at(times, 0);
-    double gap = times->count > 1 ? pend_times_at(times, 1) - first : 0;
     o->last = pend_times_at(times, times->count - 1) - first;
     o->size_max = 0.1 * fabs(o->last);
     memcpy(o->y_end, problem->phi, sizeof(double) * (size_t)o->n);
     memcpy(o->y_end + o->n, problem->rate, sizeof(double) * (size_t)o->n);
     ode23_derivative(o, o->y_end, o->f[3]);
-    o->size = ode23_first_size(o, fabs(gap));
+    o->size = ode23_first_size(o);
 }
 
 static enum pend_status ode23_open(void **stepper, const struct pend_problem *problem, struct pend_error *error) {
@@ -66,7 +65,7 @@ static enum pend_status ode23_open(void **stepper, const struct pend_problem *pr
     *o = (struct ode23){.tree = problem->tree,
                         .gravity = problem->gravity,
                         .rtol = problem->rtol,
-                        .threshold = problem->atol / problem->rtol,
+                        .threshold = fmax(problem->atol / problem->rtol, PEND_METHOD_ATOL_LEAST),
                         .n = n};
     o->y = (double *)(block + head);
     o->y_end = (double *)(block + head + vector);
@@ -204,8 +203,8 @@ const struct pend_method pend_method_ode23 = {
     .rtol_default = 1e-3,
     .rtol_min = 1e-13,
     .rtol_max = 0.1,
-    .atol_default = 1e-6,
-    .atol_min = 1e-18,
+    .atol_divisor = 1000,
+    .atol_min = 0,
     .atol_max = 0.1,
     .open = ode23_open,
     .step = ode23_step,

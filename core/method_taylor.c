@@ -66,7 +66,7 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     struct taylor *taylor = (struct taylor *)block;
     *taylor = (struct taylor){.tree = problem->tree, .gravity = problem->gravity, .order = order};
     taylor->log_rtol = log2(pend_taylor_target(problem->rtol));
-    taylor->log_atol = log2(problem->atol);
+    taylor->log_atol = log2(pend_taylor_atol(problem->atol));
     taylor->next_unit = taylor_first_unit(problem);
     pend_jets_init(&taylor->jets, problem->tree, order, block + head);
     taylor_view(taylor, (double *)(block + head + series));
@@ -203,7 +203,7 @@ const struct pend_method pend_method_taylor = {
     .rtol_default = 1e-12,
     .rtol_min = 1e-16,
     .rtol_max = 1e-1,
-    .atol_default = 0,
+    .atol_divisor = 0,
     .atol_min = 0,
     .atol_max = 1,
     .extended = &pend_method_taylor_extended,

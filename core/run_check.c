@@ -59,7 +59,7 @@ enum pend_status pend_run_check(const struct pend_method *method, struct pend_pr
         PEND_TRY(run_check_range(method->name, "step", problem->step, method->step_min, method->step_max, error));
     if (!(method->flags & PEND_METHOD_TOLERANCES)) return PEND_OK;
     if (problem->rtol == 0) problem->rtol = method->rtol_default;
-    if (problem->atol == 0) problem->atol = method->atol_default;
+    if (problem->atol == 0 && !problem->atol_given) problem->atol = pend_method_atol(method, problem->rtol);
     PEND_TRY(run_check_range(method->name, "rtol", problem->rtol, method->rtol_min, method->rtol_max, error));
     return run_check_range(method->name, "atol", problem->atol, method->atol_min, method->atol_max, error);
 }

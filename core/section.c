@@ -184,7 +184,7 @@ enum pend_status pend_section_new(struct pend_section **section, const struct pe
                                         .rate = problem->rate,
                                         .times = {.count = 2, .span = problem->duration, .divisor = 1},
                                         .rtol = problem->rtol > 0 ? problem->rtol : method->rtol_default,
-                                        .atol = problem->atol > 0 ? problem->atol : method->atol_default};
+                                        .atol = problem->atol};
     enum pend_status status = method->open(&made->stepper, &motion, error);
     made->problem.phi = made->problem.rate = NULL;
     if (status == PEND_OK)

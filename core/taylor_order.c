@@ -4,6 +4,8 @@
 
 double pend_taylor_target(double rtol) { return fmax(0.01 * rtol, 1e-16); }
 
+double pend_taylor_atol(double atol) { return 0.01 * atol; }
+
 int pend_taylor_order(double rtol, int alone) {
     double target = pend_taylor_target(rtol);
     int order = (int)ceil(4 - 0.65 * log(target)) + (alone && target < 2e-15 ? 2 : 0);

@@ -15,6 +15,18 @@ enum { PEND_TAYLOR_ORDER_MIN = 8, PEND_TAYLOR_ORDER_MAX = 30 };
 double pend_taylor_target(double rtol);
 
 /**
+ * The same as an absolute bound: a hundredth of atol, rad and rad/s.
+ *
+ * atol  >= 0.
+ */
+double pend_taylor_atol(double atol);
+
+/* What that bound may let the term be at most, relative to the motion of the step, as a binary logarithm: as much as
+ * the largest rtol lets it be. Near the radius of convergence a larger one would tell nothing about the terms behind
+ * it. */
+#define PEND_TAYLOR_LOG_CAP (-9.965784284662087)
+
+/**
  * The order, PEND_TAYLOR_ORDER_MIN .. PEND_TAYLOR_ORDER_MAX.
  *
  * rtol   > 0.

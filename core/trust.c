@@ -38,6 +38,7 @@ enum pend_status pend_trust_new(struct pend_trust **trust, const struct pend_met
     // the better one keeps its own tolerances
     struct pend_problem exact = *problem;
     exact.rtol = exact.atol = exact.step = 0;
+    exact.atol_given = 0;
     enum pend_status status = pend_run_new(&made->run[0], method, problem, error);
     if (status == PEND_OK) status = pend_run_new(&made->run[1], pend_method_taylor.extended, &exact, error);
     if (status != PEND_OK) pend_trust_free(trust);

@@ -95,3 +95,21 @@ TEST(linear_needs_gravity_and_few_arms) {
     CHECK(test_reply_has_fault(&reply, "/method", "method linear takes at most 1 arms"));
     test_reply_free(&reply);
 }
+
+/* the default of atol is a thousandth of rtol, and 0 is taken as it stands, by methods that compare by component */
+TEST(the_default_of_atol_follows_rtol) {
+    static const char *const names[] = {"ode23", "rkf45", "rk8pd", "msadams"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        static const char *const atols[] = {"", ",\"atol\":1e-8", ",\"atol\":0"};
+        struct test_reply reply[3];
+        for (int j = 0; j < 3; j++) {
+            char body[300];
+            snprintf(body, sizeof body, BODY("\"method\":\"%s\",\"rtol\":1e-5%s"), names[i], atols[j]);
+            reply[j] = test_post(API_OP_TRAJECTORIES, body);
+            CHECK_SAYING(reply[j].status == 200, "%s%s: %s", names[i], atols[j], reply[j].out.data);
+        }
+        CHECK(test_reply_number(&reply[0], "/phi/1/0") == test_reply_number(&reply[1], "/phi/1/0"));
+        CHECK(test_reply_number(&reply[0], "/phi/1/0") != test_reply_number(&reply[2], "/phi/1/0"));
+        for (int j = 0; j < 3; j++) test_reply_free(&reply[j]);
+    }
+}

@@ -14,7 +14,7 @@ static const struct {
     double rtol, phi, rate, force;
 } gsl_paper[] = {{"rkf45", 1e-13, 1e-10, 1e-10, 1e-9},
                  {"rk8pd", 1e-13, 2e-12, 4e-12, 4e-11},
-                 {"msadams", 1e-13, 4e-9, 8e-9, 5e-8},
+                 {"msadams", 1e-13, 4e-11, 8e-11, 5e-10},
                  {"rk8pd", 1e-9, 2e-9, 4e-9, 4e-8},
                  {"msadams", 1e-6, 1e-2, 1e-2, 1e-1}};
 

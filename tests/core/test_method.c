@@ -83,7 +83,8 @@ TEST(methods_describe_themselves) {
         CHECK(method->open && method->step && method->at && method->counts && method->close);
         if (obeys) CHECK(method->rtol_min > 0 && range_holds(method->rtol_min, method->rtol_default, method->rtol_max));
         if (obeys)
-            CHECK(method->atol_min >= 0 && range_holds(method->atol_min, method->atol_default, method->atol_max));
+            CHECK(method->atol_min >= 0 &&
+                  range_holds(method->atol_min, pend_method_atol(method, method->rtol_max), method->atol_max));
         if (!obeys) CHECK(method->rtol_max == 0 && method->atol_max == 0);
         CHECK(((method->flags & PEND_METHOD_FIXED_STEP) != 0) == (method->step_max > 0));
         if (method->extended) CHECK(!strcmp(method->extended->name, method->name) && !method->extended->extended);

@@ -41,7 +41,7 @@ static void record_list(struct test_record *record, struct test_paper *paper, co
 }
 
 TEST(ode23_takes_the_same_steps_whatever_lies_in_between) {
-    const double rough[] = {0, 0.01, 5}, fine[] = {0, 0.01, 0.02, 0.5, 1.25, 1.2500001, 3, 4.999, 5};
+    const double rough[] = {0, 0.01, 5}, fine[] = {0, 1e-7, 0.02, 0.5, 1.25, 1.2500001, 3, 4.999, 5};
     struct test_paper paper;
     struct test_record a, b;
     test_paper_init(&paper, 2);
@@ -78,15 +78,15 @@ TEST(ode23_begins_with_matlabs_first_step) {
     test_paper_clear(&paper);
 }
 
-/* the first step is no longer than the first gap between wanted instants, and no step longer than a tenth of the time
- */
-TEST(ode23_limits_its_steps_as_matlab_does) {
+/* No step is longer than a tenth of the time, as in MATLAB. The first gap between wanted instants bounds no step, which
+ * it does in MATLAB. */
+TEST(ode23_limits_its_steps_by_the_span_alone) {
     struct test_paper paper;
     struct test_record record;
     const double near[] = {0, 1e-9, 5};
     test_paper_init(&paper, 2);
     record_list(&record, &paper, near, 3);
-    CHECK(record.stats.steps > MATLAB_STEPS);
+    CHECK_INT(record.stats.steps, MATLAB_STEPS);
     test_record_clear(&record);
     /* hanging at rest: nothing but the limit ends a step */
     for (int i = 0; i < 4; i++) paper.phi[i] = -1.57079632679489661923;

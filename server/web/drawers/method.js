@@ -11,11 +11,11 @@ import { distances, logarithmic } from "./compare.js";
 import { aborted, choice, cssValue, fetchTable, figure, later, loadStyle, settled, swatch, tick } from "./kit.js";
 
 const METHODS = {
-  taylor: { rtol: 1e-12, finest: 1e-16, atol: 0 },
-  ode23: { rtol: 1e-3, finest: 1e-13, atol: 1e-6 },
-  rkf45: { rtol: 1e-9, finest: 1e-14, atol: 1e-12 },
-  rk8pd: { rtol: 1e-9, finest: 1e-14, atol: 1e-12 },
-  msadams: { rtol: 1e-9, finest: 1e-14, atol: 1e-12 },
+  taylor: { rtol: 1e-12, finest: 1e-16, divisor: Infinity },
+  ode23: { rtol: 1e-3, finest: 1e-13, divisor: 1000 },
+  rkf45: { rtol: 1e-9, finest: 1e-14, divisor: 1000 },
+  rk8pd: { rtol: 1e-9, finest: 1e-14, divisor: 1000 },
+  msadams: { rtol: 1e-9, finest: 1e-14, divisor: 1000 },
   symplectic: null,
   linear: null,
 };
@@ -71,8 +71,8 @@ async function mount(element, app) {
       const list = (values, fallback) => [{ value: "", words: text("method.default", { value: figure(text, fallback, 2) }) }, ...values.map((value) => ({ value, words: figure(text, value, 2) }))];
       const own = (values, value) => (value === null || values.includes(value) ? values : [...values, value].sort((a, b) => b - a));
       const rtol = choice(text("method.rtol"), list(own(TOLERANCES.filter((value) => value >= known.finest), doc.rtol), known.rtol), doc.rtol ?? "", (value) => store.set({ rtol: asNumber(value) }, { label: "tolerance" }));
-      const least = doc.method === "taylor" ? 0 : 1e-18;
-      const atol = choice(text("method.atol"), list(own(ABSOLUTE.filter((value) => value >= least), doc.atol), known.atol), doc.atol ?? "", (value) => store.set({ atol: asNumber(value) }, { label: "tolerance" }));
+      const usual = (doc.rtol ?? known.rtol) / known.divisor;
+      const atol = choice(text("method.atol"), list(own(ABSOLUTE, doc.atol), usual), doc.atol ?? "", (value) => store.set({ atol: asNumber(value) }, { label: "tolerance" }));
       rtol.select.dataset.rtol = "";
       atol.select.dataset.atol = "";
       rows.push(rtol.element, atol.element);
