@@ -52,6 +52,7 @@ enum pend_status api_job_write(const struct api_job *job, struct api_buffer *out
     PEND_TRY(api_out_text(out, "type", "process"));
     PEND_TRY(api_out_text(out, "operation", job->operation));
     PEND_TRY(api_out_text(out, "status", job->status));
+    PEND_TRY(api_out_text(out, "owner", job->owner));
     PEND_TRY(api_out_whole(out, "progress", job_progress(job)));
     PEND_TRY(job_time(out, "created", job->created));
     PEND_TRY(job_time(out, "started", job->started));

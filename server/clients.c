@@ -1,6 +1,5 @@
 #include "server/clients.h"
 
-#include <arpa/inet.h>
 #include <assert.h>
 #include <pthread.h>
 #include <stddef.h>
@@ -64,15 +63,6 @@ void srv_clients_free(struct srv_clients **clients) {
     free(gone);
 }
 
-/* an IPv6 address becomes its network */
-static void clients_key(const char *name, char key[SRV_CLIENT_KEY]) {
-    struct in6_addr address;
-    snprintf(key, SRV_CLIENT_KEY, "%s", name);
-    if (!strchr(name, ':') || inet_pton(AF_INET6, name, &address) != 1) return;
-    memset(address.s6_addr + 8, 0, 8);
-    inet_ntop(AF_INET6, &address, key, SRV_CLIENT_KEY);
-}
-
 static struct srv_client *clients_make(struct srv_clients *clients, const char *key, int row) {
     struct srv_client *made = calloc(1, sizeof *made);
     if (!made) return NULL;
@@ -82,16 +72,48 @@ static struct srv_client *clients_make(struct srv_clients *clients, const char *
     return made;
 }
 
-struct srv_client *srv_clients_take(struct srv_clients *clients, const char *name) {
+/* with the lock */
+static struct srv_client *clients_take(struct srv_clients *clients, const char *name) {
     char key[SRV_CLIENT_KEY];
-    clients_key(name, key);
-    pthread_mutex_lock(&clients->lock);
+    snprintf(key, sizeof key, "%s", name);
     int row = clients_row(clients, key);
     struct srv_client *client = clients->row[row];
     while (client && strcmp(client->key, key)) client = client->next_in_row;
     if (client && !client->users) clients_unlink(clients, client);
     if (!client) client = clients_make(clients, key, row);
     if (client) client->users++;
+    return client;
+}
+
+/* with the lock */
+static void clients_give(struct srv_clients *clients, struct srv_client *client) {
+    assert(client->users > 0);
+    if (--client->users) return;
+    assert(!client->lane.count);
+    struct srv_client *source = client->source;
+    client->source = NULL;
+    client->idle = (struct srv_link){.next = &clients->idle, .previous = clients->idle.previous};
+    client->idle.previous->next = clients->idle.previous = &client->idle;
+    clients->idle_count++;
+    if (source && source != client) clients_give(clients, source);
+}
+
+/* the record of where a client comes from, if it has none yet; 0 without memory; with the lock */
+static int clients_trace(struct srv_clients *clients, struct srv_client *client, const char *source) {
+    if (client->source) return 1;
+    int itself = !source || !strcmp(source, client->key);
+    client->source = itself ? client : clients_take(clients, source);
+    if (client->source && !itself && !client->source->source) client->source->source = client->source;
+    return client->source != NULL;
+}
+
+struct srv_client *srv_clients_take(struct srv_clients *clients, const char *key, const char *source) {
+    pthread_mutex_lock(&clients->lock);
+    struct srv_client *client = clients_take(clients, key);
+    if (client && !clients_trace(clients, client, source)) {
+        clients_give(clients, client);
+        client = NULL;
+    }
     pthread_mutex_unlock(&clients->lock);
     return client;
 }
@@ -104,13 +126,7 @@ void srv_clients_share(struct srv_clients *clients, struct srv_client *client) {
 
 void srv_clients_give(struct srv_clients *clients, struct srv_client *client) {
     pthread_mutex_lock(&clients->lock);
-    assert(client->users > 0);
-    if (!--client->users) {
-        assert(!client->lane.count);
-        client->idle = (struct srv_link){.next = &clients->idle, .previous = clients->idle.previous};
-        client->idle.previous->next = clients->idle.previous = &client->idle;
-        clients->idle_count++;
-    }
+    clients_give(clients, client);
     while (clients->idle_count > SRV_CLIENTS_KEPT) {
         struct srv_client *oldest = clients_of_idle(clients->idle.next);
         clients_unlink(clients, oldest);
@@ -119,18 +135,32 @@ void srv_clients_give(struct srv_clients *clients, struct srv_client *client) {
     pthread_mutex_unlock(&clients->lock);
 }
 
+/* what came in since the last time, at so many a minute */
+static void bucket_fill(struct srv_bucket *bucket, double a_minute, int64_t now) {
+    double grown = a_minute;
+    if (bucket->counted) grown = bucket->tokens + 1e-9 * (double)(now - bucket->counted) * a_minute / 60;
+    bucket->tokens = grown < a_minute ? grown : a_minute;
+    bucket->counted = now;
+}
+
 struct srv_quota srv_clients_quota(struct srv_clients *clients, struct srv_client *client, double a_minute,
-                                   int64_t now) {
+                                   double shares, int64_t now) {
     struct srv_quota quota = {0};
     pthread_mutex_lock(&clients->lock);
-    double grown = client->counted ? client->tokens + 1e-9 * (double)(now - client->counted) * a_minute / 60 : a_minute;
-    client->tokens = grown < a_minute ? grown : a_minute;
-    client->counted = now;
-    quota.granted = client->tokens >= 1;
-    if (quota.granted) client->tokens -= 1;
-    quota.left = client->tokens;
+    struct srv_bucket *own = &client->own, *all = &client->source->all;
+    bucket_fill(own, a_minute, now);
+    bucket_fill(all, a_minute * shares, now);
+    quota.granted = own->tokens >= 1 && all->tokens >= 1;
+    if (quota.granted) {
+        own->tokens -= 1;
+        all->tokens -= 1;
+    }
+    /* told of the one that has less left; an address that is at its end has as many times more a minute */
+    int crowded = all->tokens < own->tokens;
+    double left = crowded ? all->tokens : own->tokens, rate = crowded ? a_minute * shares : a_minute;
     pthread_mutex_unlock(&clients->lock);
-    quota.refresh = (a_minute - quota.left) * 60 / a_minute;
-    quota.retry = quota.granted ? 0 : (1 - quota.left) * 60 / a_minute;
+    quota.left = left;
+    quota.refresh = (a_minute - left) * 60 / rate;
+    quota.retry = quota.granted ? 0 : (1 - left) * 60 / rate;
     return quota;
 }

@@ -1,7 +1,7 @@
-/* Who asks: a key for each client, its lane in the queue, and its quota.
- * Leaves to others: the order of the lanes' tasks (queue), telling a client that it has to wait (router).
- * Invariant: a record lives while somebody has it; records that nobody has are kept up to a bound, the oldest go
- * first. */
+/* A record for each client: its lane in the queue, and its quota beside that of the address it comes from.
+ * Leaves to others: who a client is (identity), the order of the lanes' tasks (queue), telling a client that it has to
+ * wait (router). Invariant: a record lives while somebody has it; records that nobody has are kept up to a bound, the
+ * oldest go first. */
 #ifndef SRV_CLIENTS_H
 #define SRV_CLIENTS_H
 
@@ -9,7 +9,13 @@
 
 #include "server/queue.h"
 
-enum { SRV_CLIENT_KEY = 64, SRV_CLIENTS_KEPT = 8192 };
+enum { SRV_CLIENT_KEY = 68, SRV_CLIENTS_KEPT = 8192 };
+
+/* Requests that may be sent now, and since when they were counted. */
+struct srv_bucket {
+    double tokens;
+    int64_t counted; /* ns; 0 = never */
+};
 
 struct srv_client {
     struct srv_lane lane; /* the queue's */
@@ -17,8 +23,8 @@ struct srv_client {
     struct srv_link idle;           /* in the ring of those that nobody has */
     struct srv_client *next_in_row; /* of the same hash */
     int users;
-    double tokens;   /* requests that it may send now */
-    int64_t counted; /* ns: when tokens were counted */
+    struct srv_client *source; /* the record of the address or account it comes from, which may be itself; while used */
+    struct srv_bucket own, all; /* what it may send, and what all may together whose source it is */
     char key[SRV_CLIENT_KEY];
 };
 
@@ -33,12 +39,12 @@ void srv_clients_free(struct srv_clients **clients);
 /**
  * The record of a client, made where there is none; to be given back.
  *
- * key  an address, or any name, cut at SRV_CLIENT_KEY - 1 bytes. Of an IPv6 address its network of 64 bits is the
- *      client: that is what one household gets.
+ * key     who it is, shorter than SRV_CLIENT_KEY: longer ones are cut.
+ * source  the key of the address or account it comes from; NULL or the same where that is who it is.
  *
  * Returns NULL without memory. Any thread.
  */
-struct srv_client *srv_clients_take(struct srv_clients *clients, const char *key);
+struct srv_client *srv_clients_take(struct srv_clients *clients, const char *key, const char *source);
 
 /** One more has a record that somebody has. */
 void srv_clients_share(struct srv_clients *clients, struct srv_client *client);
@@ -53,8 +59,13 @@ struct srv_quota {
     double retry;   /* s until one is there, if none was granted */
 };
 
-/** Takes one request off a client's quota of so many a minute, which may all come at once. */
+/**
+ * Takes one request off a client's quota of so many a minute, which may all come at once, and off that of its source,
+ * which all of its clients share.
+ *
+ * shares  how many times a client's quota the source has.
+ */
 struct srv_quota srv_clients_quota(struct srv_clients *clients, struct srv_client *client, double a_minute,
-                                   int64_t now);
+                                   double shares, int64_t now);
 
 #endif

@@ -21,7 +21,7 @@ struct srv_config {
     char role[SRV_CONFIG_TEXT], store[SRV_CONFIG_TEXT];
     double workers; /* 0 = one a processor */
     double connections, queue, client_queue, held_bytes;
-    double wait_seconds, requests_a_minute;
+    double wait_seconds, requests_a_minute, address_clients;
     double cache_bytes, compress_above;
     char cors_origins[SRV_CONFIG_TEXT], trusted_proxy[SRV_CONFIG_TEXT], client_header[SRV_CONFIG_TEXT];
     double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds;

@@ -114,11 +114,17 @@ static void listener_free(struct srv_events *events, struct srv_listener *listen
 
 /* --- from outside --- */
 
-static int events_of_client(const struct srv_events *events, const char *client) {
-    int count = 0;
-    for (const struct srv_listener *at = events->first; at; at = at->next)
-        count += !strcmp(at->exchange->client, client);
-    return count;
+/* so many of so many, at least one */
+static int events_part(int most, int share) { return most / share > 0 ? most / share : 1; }
+
+/* whether a client has its share of the streams, or all clients of its address or account have theirs */
+static int events_sated(const struct srv_events *events, const struct srv_identity *who) {
+    int own = 0, all = 0;
+    for (const struct srv_listener *at = events->first; at; at = at->next) {
+        own += !strcmp(at->exchange->identity.key, who->key);
+        all += !strcmp(at->exchange->identity.source, who->source);
+    }
+    return own >= events_part(events->most, SRV_EVENTS_SHARE) || all >= events_part(3 * events->most, SRV_EVENTS_SHARE);
 }
 
 enum pend_status srv_events_open(struct srv_events *events, struct srv_exchange *exchange, const struct srv_job *job,
@@ -131,8 +137,7 @@ enum pend_status srv_events_open(struct srv_events *events, struct srv_exchange 
     api_buffer_init(&made->text, EVENTS_TEXT);
     enum pend_status status = api_buffer_format(&made->text, "retry: %d\n\n", SRV_EVENTS_RETRY_MS);
     pthread_mutex_lock(&events->lock);
-    int share = events->most / SRV_EVENTS_SHARE > 0 ? events->most / SRV_EVENTS_SHARE : 1;
-    *own = events_of_client(events, exchange->client) >= share;
+    *own = events_sated(events, &exchange->identity);
     if (status == PEND_OK && (*own || events->count >= events->most)) status = PEND_LIMIT;
     if (status == PEND_OK) {
         made->next = events->first;

@@ -10,7 +10,7 @@
 enum {
     SRV_EVENTS_BEAT_S = 10, /* a comment after so long without an event */
     SRV_EVENTS_RETRY_MS = 2000,
-    SRV_EVENTS_SHARE = 4, /* one client may have an open stream in so many */
+    SRV_EVENTS_SHARE = 4, /* one client may have an open stream in so many, all of an address three */
     SRV_EVENT_ID = 48
 };
 

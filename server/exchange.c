@@ -59,7 +59,8 @@ void srv_exchange_reset(struct srv_exchange *exchange) {
     exchange->method = exchange->path = exchange->query = exchange->id = exchange->argument = exchange->trace = NULL;
     exchange->coding = SRV_IDENTITY;
     exchange->quota = (struct srv_quota){0};
-    exchange->client[0] = 0;
+    exchange->identity.shown[0] = exchange->identity.secret[0] = 0;
+    exchange->unnamed = 0;
     exchange->route = NULL;
     exchange->length = 0;
     exchange->target[0] = 0;

@@ -12,8 +12,8 @@
 #include "api/op.h"
 #include "server/clients.h"
 #include "server/coding.h"
+#include "server/identity.h"
 #include "server/payload.h"
-#include "server/peer.h"
 #include "server/service.h"
 
 /* name, how several of them are taken: ONE = refused, LIST = joined by commas, LAST = the last counts */
@@ -33,6 +33,7 @@
     X(SRV_PREFLIGHT_FIELDS, "Access-Control-Request-Headers", LIST)                                                    \
     X(SRV_PREFER, "Prefer", LIST)                                                                                      \
     X(SRV_IDEMPOTENCY_KEY, "Idempotency-Key", ONE)                                                                     \
+    X(SRV_AUTHORIZATION, "Authorization", ONE)                                                                         \
     X(SRV_REQUEST_ID, "X-Request-Id", LAST)                                                                            \
     X(SRV_TRACE, "Traceparent", LAST)                                                                                  \
     X(SRV_FORWARDED, "", LIST) /* the name is the option client-header */                                              \
@@ -77,7 +78,8 @@ struct srv_exchange {
     const char *method; /* valid until the exchange is answered, as are the fields */
     const char *field[SRV_FIELD_COUNT];
     char peer[SRV_PEER_BYTES];     /* the other end of the connection; outlives the request */
-    char client[SRV_PEER_BYTES];   /* whom the request comes from */
+    struct srv_identity identity;  /* who asks; its `shown` is "" before that is known */
+    int unnamed;                   /* who it is could not be read from what a trusted proxy says */
     struct srv_client *account;    /* of that client; NULL where the route needs none */
     char target[SRV_TARGET_BYTES]; /* as it came */
     const char *path, *query;      /* of the target; the path decoded, query NULL where there is none */

@@ -17,6 +17,7 @@ struct api_job srv_job_view(const struct srv_job *job) {
                             .operation = job->operation,
                             .status = srv_job_word(job->state),
                             .message = job->message,
+                            .owner = srv_identity_word(job->client),
                             .parts = job->shards,
                             .done = job->done,
                             .created = job->created,

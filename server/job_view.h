@@ -4,6 +4,7 @@
 #define SRV_JOB_VIEW_H
 
 #include "api/job_json.h"
+#include "server/identity.h"
 #include "server/store.h"
 
 /** The word of a state, as OGC API - Processes has it: "running". */

@@ -102,7 +102,8 @@ static enum srv_stored jobs_put(struct srv_store *store, struct srv_store_call *
     struct srv_errand *errand = (struct srv_errand *)call;
     const struct srv_exchange *exchange = errand->exchange;
     struct srv_job_order order = {.id = errand->id,
-                                  .client = exchange->account->key,
+                                  .client = exchange->identity.key,
+                                  .source = exchange->identity.source,
                                   .operation = api_op_at(exchange->op)->name,
                                   .key = errand->key[0] ? errand->key : NULL,
                                   .request = exchange->body.data,
@@ -183,8 +184,12 @@ void srv_jobs_submit(struct srv_exchange *exchange) {
 
 /* --- one job --- */
 
+/* a question: the end of a job that this client may end; SRV_STORED_CLASH where it is somebody else's */
 static enum srv_stored jobs_drop(struct srv_store *store, struct srv_store_call *call) {
     struct srv_errand *errand = (struct srv_errand *)call;
+    enum srv_stored stored = srv_errand_find(store, call);
+    if (stored != SRV_STORED) return stored;
+    if (!srv_identity_owns(&errand->exchange->identity, errand->job.client)) return SRV_STORED_CLASH;
     return srv_store_dismiss(store, errand->id, &errand->job);
 }
 
@@ -196,7 +201,25 @@ static void jobs_found(struct srv_errand *errand, enum srv_stored stored) {
     srv_errand_end(errand);
 }
 
+/* Who knows an id may read the job, so that it is there is no secret: who may not end it is told so. */
+static void jobs_denied(struct srv_exchange *exchange, const struct srv_job *job) {
+    const char *owner = srv_identity_word(job->client);
+    if (exchange->identity.kind == SRV_IDENTITY_TOKEN || strcmp(owner, "token") != 0)
+        srv_exchange_problem(exchange, 403,
+                             "this job is not yours to end: it was posted %s, and only from there it can be ended",
+                             !strcmp(owner, "token")     ? "with another token"
+                             : !strcmp(owner, "account") ? "from another account"
+                                                         : "without a token, from another address");
+    else
+        srv_admission_challenge(exchange, "this job was posted with a token, which is needed to end it");
+}
+
 static void jobs_dropped(struct srv_errand *errand, enum srv_stored stored) {
+    if (stored == SRV_STORED_CLASH) {
+        jobs_denied(errand->exchange, &errand->job);
+        srv_errand_end(errand);
+        return;
+    }
     if (stored == SRV_STORED) {
         srv_runner_dismiss(errand->service->runner, errand->id);
         srv_events_news(errand->service->events);
@@ -234,7 +257,8 @@ static void jobs_listen(struct srv_errand *errand) {
     if (status == PEND_NO_MEMORY) {
         srv_exchange_busy(exchange, 1, "out of memory");
     } else if (status != PEND_OK && own) {
-        srv_exchange_problem(exchange, 429, "you have a quarter of max-event-streams, %d, open", most);
+        srv_exchange_problem(exchange, 429,
+                             "you have a quarter of max-event-streams, %d, open, or all of your address three", most);
         srv_exchange_retry(exchange, 5);
     } else if (status != PEND_OK) {
         srv_exchange_busy(exchange, 5, "too many streams of events are open: max-event-streams");
@@ -269,7 +293,7 @@ void srv_jobs_events(struct srv_exchange *exchange) {
 
 static enum srv_stored jobs_find_page(struct srv_store *store, struct srv_store_call *call) {
     struct srv_errand *errand = (struct srv_errand *)call;
-    return srv_store_list(store, errand->exchange->account->key, errand->before, errand->most, errand->page,
+    return srv_store_list(store, errand->exchange->identity.key, errand->before, errand->most, errand->page,
                           &errand->count);
 }
 
@@ -297,9 +321,14 @@ void srv_jobs_list(struct srv_exchange *exchange) {
         srv_errand_end(errand);
         return;
     }
-    exchange->account = srv_clients_take(exchange->service->clients, exchange->client);
+    if (exchange->identity.kind == SRV_IDENTITY_ADDRESS) {
+        srv_admission_challenge(exchange,
+                                "a list is of what was posted with a token, and an address is nobody's alone");
+        srv_errand_end(errand);
+        return;
+    }
     errand->page = calloc((size_t)errand->most, sizeof *errand->page);
-    if (exchange->account && errand->page) {
+    if (errand->page) {
         srv_errand_ask(errand, SRV_ASK_READ, jobs_find_page, jobs_found_page);
         return;
     }

@@ -21,7 +21,8 @@ void srv_ledger_enter(const struct srv_exchange *exchange, const char *outcome, 
     int64_t now = srv_clock_now();
     int bodiless = !exchange->method || !strcmp(exchange->method, "HEAD") || status == 304;
     struct srv_log_request line = {.id = exchange->id ? exchange->id : "",
-                                   .client = exchange->client[0] ? exchange->client : exchange->peer,
+                                   .client = exchange->identity.shown[0] ? exchange->identity.shown : exchange->peer,
+                                   .token = exchange->identity.secret[0] ? exchange->identity.secret : NULL,
                                    .method = exchange->method ? exchange->method : "",
                                    .target = exchange->target,
                                    .agent = exchange->field[SRV_USER_AGENT],

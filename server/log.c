@@ -215,6 +215,7 @@ static enum pend_status log_line(struct srv_log *log, const struct srv_log_reque
     PEND_TRY(log_text(out, "{\"time\":", log->stamp.text));
     PEND_TRY(log_text(out, ",\"id\":", request->id));
     PEND_TRY(log_text(out, ",\"client\":", request->client));
+    if (request->token) PEND_TRY(log_text(out, ",\"token\":", request->token));
     PEND_TRY(log_text(out, ",\"method\":", request->method));
     PEND_TRY(log_text(out, ",\"target\":", request->target));
     PEND_TRY(log_number(out, ",\"status\":", request->status, 0));

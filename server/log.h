@@ -15,6 +15,7 @@ struct srv_log;
 /* One request that is over. Texts may hold any bytes: they are escaped. */
 struct srv_log_request {
     const char *id, *client, *method, *target;
+    const char *token;                 /* a short form of its digest; NULL without one */
     const char *agent, *trace, *cache; /* each may be NULL */
     int status;                        /* HTTP status of the answer; 0 where none was begun */
     const char *outcome;               /* how it ended: "answered", "left", ... */

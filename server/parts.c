@@ -15,6 +15,9 @@
 /* parts of jobs that are held for each worker: one is computed while another is kept or claimed */
 enum { PARTS_SLOTS = 2 };
 
+/* clients of one address that may keep jobs, for each that it is worth */
+enum { PARTS_KEEPERS = 16 };
+
 enum pend_status srv_parts_init(struct srv_service *service, struct pend_error *error) {
     struct srv_config *config = &service->config;
     service->job_limits = srv_config_job_limits(config);
@@ -40,11 +43,19 @@ static void parts_news(void *context) {
 
 static enum pend_status parts_storage(struct srv_service *service, struct pend_error *error) {
     const struct srv_config *config = &service->config;
+    /* what all of an address keep leaves a quarter to others, unless one client may have more by itself */
+    double shares = config->address_clients, most = 0.75 * config->store_bytes;
+    double bytes = shares * config->client_bytes < most ? shares * config->client_bytes : most;
     const struct srv_store_rules rules = {.client_jobs = (long)config->client_jobs,
                                           .client_bytes = (long long)config->client_bytes,
                                           .all_bytes = (long long)config->store_bytes,
                                           .keep_us = (int64_t)(1e6 * config->keep_seconds),
-                                          .client_scenes = (long)config->client_scenes};
+                                          .client_scenes = (long)config->client_scenes,
+                                          .source_clients = (long)(PARTS_KEEPERS * shares),
+                                          .source_jobs = (long)(shares * config->client_jobs),
+                                          .source_scenes = (long)(shares * config->client_scenes),
+                                          .source_bytes =
+                                              (long long)(bytes > config->client_bytes ? bytes : config->client_bytes)};
     char url[SRV_CONFIG_TEXT];
     struct pend_error why = {.text = ""};
     PEND_TRY(srv_state_url(config->store, url, error));

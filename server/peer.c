@@ -61,12 +61,29 @@ static int peer_within(const unsigned char address[16], const unsigned char netw
     return !rest || !((address[whole] ^ network[whole]) >> (8 - rest));
 }
 
-static int peer_trusted(const struct srv_peers *peers, const char *text) {
+int srv_peer_trusted(const struct srv_peers *peers, const char *text) {
     unsigned char address[16];
     if (!peers->count || !peer_address(text, address)) return 0;
     for (int i = 0; i < peers->count; i++)
         if (peer_within(address, peers->network[i].address, peers->network[i].bits)) return 1;
     return 0;
+}
+
+int srv_peer_names_addresses(const char *header) {
+    return !strcasecmp(header, "Forwarded") || !strcasecmp(header, "X-Forwarded-For");
+}
+
+void srv_peer_network(const char *text, char network[SRV_PEER_BYTES]) {
+    static const unsigned char mapped[12] = {[10] = 0xff, [11] = 0xff};
+    unsigned char address[16];
+    snprintf(network, SRV_PEER_BYTES, "%.*s", SRV_PEER_BYTES - 1, text);
+    if (!peer_address(text, address)) return;
+    if (!memcmp(address, mapped, sizeof mapped)) {
+        inet_ntop(AF_INET, address + 12, network, SRV_PEER_BYTES);
+        return;
+    }
+    memset(address + 8, 0, 8);
+    inet_ntop(AF_INET6, address, network, SRV_PEER_BYTES);
 }
 
 /* the value of for= in an element of Forwarded; "" where there is none */
@@ -102,11 +119,7 @@ void srv_peer_client(const struct srv_peers *peers, const char *peer, const char
     unsigned char address[16];
     int count = 0, forwarded = !strcasecmp(header, "Forwarded");
     snprintf(client, SRV_PEER_BYTES, "%s", peer);
-    if (!value || !*value || !peer_trusted(peers, peer)) return;
-    if (!forwarded && strcasecmp(header, "X-Forwarded-For")) {
-        snprintf(client, SRV_PEER_BYTES, "%s", value);
-        return;
-    }
+    if (!value || !*value || !srv_peer_names_addresses(header) || !srv_peer_trusted(peers, peer)) return;
     /* of a long list the end counts */
     size_t bytes = strlen(value), cut = bytes < sizeof copy ? 0 : bytes - sizeof copy + 1;
     snprintf(copy, sizeof copy, "%s", value + cut);
@@ -119,6 +132,6 @@ void srv_peer_client(const struct srv_peers *peers, const char *peer, const char
         char *told = peer_bare(forwarded ? peer_for(element[count]) : element[count]);
         if (!peer_address(told, address)) return;
         snprintf(client, SRV_PEER_BYTES, "%s", told);
-        trusted = peer_trusted(peers, told);
+        trusted = srv_peer_trusted(peers, told);
     }
 }

@@ -58,6 +58,7 @@ static const struct srv_route router_table[] = {
     {"GET", "/v1/presets/{name}", NULL, NULL, API_OP_PRESET, "GET /v1/presets/{name}"},
     {"POST", "/v1/scenes", NULL, srv_scenes_create, API_OP_COUNT, "POST /v1/scenes"},
     {"GET", "/v1/scenes/{id}", NULL, srv_scenes_read, API_OP_COUNT, "GET /v1/scenes/{id}"},
+    {"DELETE", "/v1/scenes/{id}", NULL, srv_scenes_drop, API_OP_COUNT, "DELETE /v1/scenes/{id}"},
     {"GET", "/v1/jobs", NULL, srv_jobs_list, API_OP_COUNT, "GET /v1/jobs"},
     {"GET", "/v1/jobs/{id}", NULL, srv_jobs_read, API_OP_COUNT, "GET /v1/jobs/{id}"},
     {"DELETE", "/v1/jobs/{id}", NULL, srv_jobs_dismiss, API_OP_COUNT, "DELETE /v1/jobs/{id}"},
@@ -186,6 +187,7 @@ static int router_admit(struct srv_exchange *exchange) {
 int srv_router_find(struct srv_exchange *exchange) {
     const char *argument;
     size_t bytes;
+    if (!srv_admission_identify(exchange)) return 0;
     for (int i = 0; i < ROUTER_COUNT; i++) {
         const struct srv_route *route = &router_table[i];
         if (!router_serves(route, exchange->method) || !router_match(route->pattern, exchange->path, &argument, &bytes))

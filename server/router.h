@@ -34,8 +34,9 @@ const char *srv_router_label(int i);
 /**
  * Finds the route of an exchange whose head was checked.
  *
- * Returns 1 when there is one: exchange->route and exchange->argument are set. Else the exchange is answered: 404, 405,
- * OPTIONS, or, where the route needs a worker, 503 while the server is draining and 429 beyond the client's quota.
+ * Returns 1 when there is one: exchange->route and exchange->argument are set, and exchange->identity says who asks.
+ * Else the exchange is answered: 404, 405, OPTIONS, 401 where what should be a token is none, or, where the route needs
+ * a worker, 503 while the server is draining and 429 beyond the client's quota.
  */
 int srv_router_find(struct srv_exchange *exchange);
 

@@ -27,7 +27,9 @@ static void scenes_refuse(struct srv_errand *errand, enum srv_stored stored) {
         srv_exchange_problem(exchange, 404, "there is no scene of this id");
         break;
     case SRV_STORED_QUOTA:
-        srv_exchange_problem(exchange, 429, "the client has max-client-scenes, %.0f, scenes, which are kept for ever",
+        srv_exchange_problem(exchange, 429,
+                             "the client has max-client-scenes, %.0f, scenes, or all of its address have "
+                             "max-address-clients times as many; DELETE those that are not needed",
                              exchange->service->config.client_scenes);
         srv_exchange_retry(exchange, 3600);
         break;
@@ -71,13 +73,14 @@ static enum srv_stored scenes_find(struct srv_store *store, struct srv_store_cal
  * the same */
 static enum srv_stored scenes_put(struct srv_store *store, struct srv_store_call *call) {
     struct srv_errand *errand = (struct srv_errand *)call;
-    const char *client = errand->exchange->account->key;
+    const struct srv_identity *who = &errand->exchange->identity;
     enum srv_stored stored = SRV_STORED_CLASH;
     for (int turn = 0; turn < 2 && stored == SRV_STORED_CLASH; turn++) {
-        stored = srv_store_scene_keep(store, errand->id, client, NULL);
+        stored = srv_store_scene_keep(store, errand->id, who->key, who->source);
         if (stored == SRV_STORED) return scenes_find(store, call);
         if (stored == SRV_STORED_NONE)
-            stored = srv_store_scene_put(store, errand->id, client, NULL, errand->scene.data, errand->scene.bytes);
+            stored =
+                srv_store_scene_put(store, errand->id, who->key, who->source, errand->scene.data, errand->scene.bytes);
     }
     return stored;
 }
@@ -151,5 +154,41 @@ void srv_scenes_read(struct srv_exchange *exchange) {
         return;
     }
     scenes_refuse(errand, SRV_STORED_NONE);
+    srv_errand_end(errand);
+}
+
+/* --- letting one go --- */
+
+static enum srv_stored scenes_let_go(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_errand *errand = (struct srv_errand *)call;
+    return srv_store_scene_drop(store, errand->id, errand->exchange->identity.key);
+}
+
+static void scenes_gone(struct srv_errand *errand, enum srv_stored stored) {
+    struct srv_exchange *exchange = errand->exchange;
+    if (stored == SRV_STORED)
+        srv_exchange_static(exchange, 204, NULL, NULL, 0);
+    else if (stored == SRV_STORED_CLASH)
+        srv_exchange_problem(exchange, 403,
+                             "this scene is not yours to take away: it was not stored with your token or "
+                             "account, or you have let it go already");
+    else
+        scenes_refuse(errand, stored);
+    srv_errand_end(errand);
+}
+
+void srv_scenes_drop(struct srv_exchange *exchange) {
+    struct srv_errand *errand = srv_errand_begin(exchange, &scenes_words);
+    if (!errand) return;
+    if (exchange->identity.kind == SRV_IDENTITY_ADDRESS) {
+        srv_admission_challenge(exchange,
+                                "a scene is taken away with the token it was stored with, and stays without one");
+    } else if (srv_errand_id_good(exchange->argument)) {
+        memcpy(errand->id, exchange->argument, SRV_ID_BYTES);
+        srv_errand_ask(errand, SRV_ASK_WRITE, scenes_let_go, scenes_gone);
+        return;
+    } else {
+        scenes_refuse(errand, SRV_STORED_NONE);
+    }
     srv_errand_end(errand);
 }

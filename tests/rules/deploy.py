@@ -10,6 +10,7 @@ import json
 import pathlib
 import random
 import re
+import secrets
 import subprocess
 import sys
 import tempfile
@@ -124,10 +125,10 @@ def settled(front, method, path, body=None, headers=None):
 
 def any_answers(front, apis, right):
     """Every job is everybody's, whoever took it."""
-    jobs = {}
+    jobs, token = {}, {"Authorization": f"Bearer {secrets.token_hex(16)}"}
     for i, kind in enumerate(("map", "walk", "map", "walk")):
         path, body = JOBS[kind]
-        answers = [settled(front, "POST", path, body, {"Prefer": "respond-async", "Idempotency-Key": f"key-{i}"}) for _ in range(3)]
+        answers = [settled(front, "POST", path, body, {"Prefer": "respond-async", "Idempotency-Key": f"key-{i}"} | token) for _ in range(3)]
         check("a key makes one job, whoever is asked", {status for status, *_ in answers} == {202} and
               len({headers["Location"] for _, headers, _ in answers}) == 1, answers)
         jobs[answers[0][1]["Location"]] = kind
@@ -139,7 +140,7 @@ def any_answers(front, apis, right):
         for who in (*apis, front):
             status, _, data = settled(who, "GET", location + "/results", headers={"Accept": OCTETS})
             check("the results are those of an undisturbed answer", status == 200 and data == right[kind], f"{status}, {len(data)} bytes")
-    lists = [json.loads(settled(front, "GET", "/v1/jobs")[2])["jobs"] for _ in range(4)]
+    lists = [json.loads(settled(front, "GET", "/v1/jobs", headers=token)[2])["jobs"] for _ in range(4)]
     check("whoever lists them, they are the client's", all({f"/v1/jobs/{job['id']}" for job in jobs_} == set(jobs) for jobs_ in lists), lists)
     return next(iter(jobs))
 

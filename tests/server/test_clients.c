@@ -1,4 +1,4 @@
-/* Tests of server/clients, server/peer and server/cors: who asks, and how often. */
+/* Tests of server/clients, server/peer and server/cors: how often somebody asks, and through whom. */
 #include "server/clients.h"
 
 #include <math.h>
@@ -12,28 +12,16 @@
 TEST(a_client_is_one_record_however_often_it_comes) {
     struct srv_clients *clients;
     REQUIRE(srv_clients_new(&clients) == PEND_OK);
-    struct srv_client *one = srv_clients_take(clients, "192.0.2.1"), *again = srv_clients_take(clients, "192.0.2.1"),
-                      *other = srv_clients_take(clients, "192.0.2.2");
+    struct srv_client *one = srv_clients_take(clients, "192.0.2.1", NULL),
+                      *again = srv_clients_take(clients, "192.0.2.1", NULL),
+                      *other = srv_clients_take(clients, "192.0.2.2", NULL);
     CHECK(one && one == again && one != other);
     srv_clients_share(clients, one);
     for (int i = 0; i < 3; i++) srv_clients_give(clients, one);
     srv_clients_give(clients, other);
     /* what nobody has is still known for a while */
-    CHECK(srv_clients_take(clients, "192.0.2.1") == one);
+    CHECK(srv_clients_take(clients, "192.0.2.1", NULL) == one);
     srv_clients_give(clients, one);
-    srv_clients_free(&clients);
-}
-
-TEST(an_ipv6_network_is_one_client) {
-    struct srv_clients *clients;
-    REQUIRE(srv_clients_new(&clients) == PEND_OK);
-    struct srv_client *one = srv_clients_take(clients, "2001:db8:1:2::1"),
-                      *same = srv_clients_take(clients, "2001:db8:1:2:ffff::9"),
-                      *other = srv_clients_take(clients, "2001:db8:1:3::1");
-    CHECK(one == same && one != other);
-    srv_clients_give(clients, one);
-    srv_clients_give(clients, same);
-    srv_clients_give(clients, other);
     srv_clients_free(&clients);
 }
 
@@ -42,21 +30,22 @@ TEST(clients_that_nobody_has_are_forgotten_beyond_a_bound) {
     char key[SRV_CLIENT_KEY];
     int64_t second = 1000000000;
     REQUIRE(srv_clients_new(&clients) == PEND_OK);
-    struct srv_client *held = srv_clients_take(clients, "held");
-    CHECK(srv_clients_quota(clients, held, 60, second).left == 59);
+    struct srv_client *held = srv_clients_take(clients, "held", NULL);
+    CHECK(srv_clients_quota(clients, held, 60, 64, second).left == 59);
     for (int i = 0; i < 3 * SRV_CLIENTS_KEPT; i++) {
         snprintf(key, sizeof key, "client %d", i);
-        struct srv_client *client = srv_clients_take(clients, key);
+        struct srv_client *client = srv_clients_take(clients, key, NULL);
         if (!CHECK(client != NULL)) break;
-        srv_clients_quota(clients, client, 60, second);
+        srv_clients_quota(clients, client, 60, 64, second);
         srv_clients_give(clients, client);
     }
     /* the one that is in use is there still, the last is known, the first is not */
-    CHECK(srv_clients_take(clients, "held") == held);
-    CHECK(srv_clients_quota(clients, held, 60, second).left == 58);
-    struct srv_client *last = srv_clients_take(clients, key), *first = srv_clients_take(clients, "client 0");
-    CHECK(srv_clients_quota(clients, last, 60, second).left == 58);
-    CHECK(srv_clients_quota(clients, first, 60, second).left == 59);
+    CHECK(srv_clients_take(clients, "held", NULL) == held);
+    CHECK(srv_clients_quota(clients, held, 60, 64, second).left == 58);
+    struct srv_client *last = srv_clients_take(clients, key, NULL),
+                      *first = srv_clients_take(clients, "client 0", NULL);
+    CHECK(srv_clients_quota(clients, last, 60, 64, second).left == 58);
+    CHECK(srv_clients_quota(clients, first, 60, 64, second).left == 59);
     srv_clients_give(clients, last);
     srv_clients_give(clients, first);
     srv_clients_give(clients, held);
@@ -68,26 +57,26 @@ TEST(a_quota_is_so_many_a_minute_and_fills_evenly) {
     struct srv_clients *clients;
     int64_t second = 1000000000, now = 5 * second;
     REQUIRE(srv_clients_new(&clients) == PEND_OK);
-    struct srv_client *client = srv_clients_take(clients, "a");
+    struct srv_client *client = srv_clients_take(clients, "a", NULL);
     struct srv_quota quota;
     for (int i = 0; i < 6; i++) {
-        quota = srv_clients_quota(clients, client, 6, now);
+        quota = srv_clients_quota(clients, client, 6, 64, now);
         CHECK(quota.granted && quota.left == 5 - i);
     }
     CHECK(fabs(quota.refresh - 60) < 1e-6);
-    quota = srv_clients_quota(clients, client, 6, now);
+    quota = srv_clients_quota(clients, client, 6, 64, now);
     CHECK(!quota.granted);
     CHECK(fabs(quota.retry - 10) < 1e-6);
     /* asking too early costs nothing, and one comes every ten seconds */
-    quota = srv_clients_quota(clients, client, 6, now + 9 * second);
+    quota = srv_clients_quota(clients, client, 6, 64, now + 9 * second);
     CHECK(!quota.granted);
     CHECK(fabs(quota.retry - 1) < 1e-6);
-    CHECK(srv_clients_quota(clients, client, 6, now + 11 * second).granted);
-    CHECK(!srv_clients_quota(clients, client, 6, now + 11 * second).granted);
+    CHECK(srv_clients_quota(clients, client, 6, 64, now + 11 * second).granted);
+    CHECK(!srv_clients_quota(clients, client, 6, 64, now + 11 * second).granted);
     /* never more than a minute's */
     now += 1000 * second;
-    for (int i = 0; i < 6; i++) CHECK(srv_clients_quota(clients, client, 6, now).granted);
-    CHECK(!srv_clients_quota(clients, client, 6, now).granted);
+    for (int i = 0; i < 6; i++) CHECK(srv_clients_quota(clients, client, 6, 64, now).granted);
+    CHECK(!srv_clients_quota(clients, client, 6, 64, now).granted);
     srv_clients_give(clients, client);
     srv_clients_free(&clients);
 }
@@ -99,11 +88,46 @@ TEST(clients_survive_want_of_memory) {
     test_alloc_faults_off();
     REQUIRE(srv_clients_new(&clients) == PEND_OK);
     test_alloc_fail(1, 0);
-    CHECK(!srv_clients_take(clients, "a"));
+    CHECK(!srv_clients_take(clients, "a", NULL));
     test_alloc_faults_off();
-    struct srv_client *client = srv_clients_take(clients, "a");
+    struct srv_client *client = srv_clients_take(clients, "a", NULL);
     CHECK(client != NULL);
     srv_clients_give(clients, client);
+    srv_clients_free(&clients);
+}
+
+/* who draws a token for each request has no more than its address: here twice what a client has */
+TEST(clients_of_one_address_share_its_quota) {
+    struct srv_clients *clients;
+    struct srv_quota quota;
+    int64_t now = 5000000000;
+    char key[16];
+    int granted = 0;
+    REQUIRE(srv_clients_new(&clients) == PEND_OK);
+    for (int i = 0; i < 40; i++) {
+        snprintf(key, sizeof key, "t:%d", i);
+        struct srv_client *client = srv_clients_take(clients, key, "n:home");
+        REQUIRE(client && client->source != client);
+        quota = srv_clients_quota(clients, client, 6, 2, now);
+        granted += quota.granted;
+        srv_clients_give(clients, client);
+    }
+    CHECK_INT(granted, 12);
+    CHECK_SAYING(fabs(quota.retry - 5) < 1e-6, "%g", quota.retry);
+    struct srv_client *other = srv_clients_take(clients, "t:0", "n:school");
+    CHECK(srv_clients_quota(clients, other, 6, 2, now).granted);
+    srv_clients_give(clients, other);
+    /* one of them has its own bound as well, and the address itself one more client's */
+    now += 60000000000;
+    struct srv_client *one = srv_clients_take(clients, "t:1", "n:home"),
+                      *same = srv_clients_take(clients, "t:1", "n:school"),
+                      *home = srv_clients_take(clients, "n:home", "n:home");
+    CHECK(one == same && one->source == home && home->source == home);
+    for (int i = 0; i < 7; i++) CHECK_INT(srv_clients_quota(clients, one, 6, 2, now).granted, i < 6);
+    for (int i = 0; i < 7; i++) CHECK_INT(srv_clients_quota(clients, home, 6, 2, now).granted, i < 6);
+    srv_clients_give(clients, one);
+    srv_clients_give(clients, same);
+    srv_clients_give(clients, home);
     srv_clients_free(&clients);
 }
 
@@ -132,8 +156,7 @@ TEST(only_a_trusted_proxy_is_believed) {
         {"127.0.0.1", "127.0.0.1", "Forwarded", "for=1.2.3.4;proto=http, for=\"[2001:db8::7]:99\"", "2001:db8::7"},
         {"127.0.0.1", "127.0.0.1", "Forwarded", "proto=https;For=1.2.3.4", "1.2.3.4"},
         {"127.0.0.1", "127.0.0.1", "Forwarded", "by=1.2.3.4", "127.0.0.1"},
-        {"127.0.0.1", "127.0.0.1", "X-Api-Key", "class-of-1905", "class-of-1905"},
-        {"127.0.0.1", "127.0.0.2", "X-Api-Key", "class-of-1905", "127.0.0.2"},
+        {"127.0.0.1", "127.0.0.1", "X-Api-Key", "1.2.3.4", "127.0.0.1"},
     };
     static const char *const wrong[] = {"x",          "10.0.0.0/33",  "::/129", "10.0.0.0/-1",
                                         "1.2.3.4/8x", "1.2.3.4,,::1", "/8",     "none,::1"};

@@ -662,6 +662,8 @@ TEST(a_database_that_crashes_loses_no_job_and_its_absence_is_told) {
 
 enum { CLIENTS = 8, ROUNDS = 5 };
 
+#define TOKEN "Authorization: Bearer a-nightly-script-of-the-lab\r\n"
+
 struct doubled {
     const struct test_server *server;
     char id[ROUNDS][ID + 1];
@@ -671,8 +673,8 @@ struct doubled {
 static void *doubled_main(void *context) {
     struct doubled *own = context;
     for (int i = 0; i < ROUNDS; i++) {
-        char headers[96];
-        snprintf(headers, sizeof headers, ASYNC "Idempotency-Key: round-%d\r\n", i);
+        char headers[160];
+        snprintf(headers, sizeof headers, ASYNC TOKEN "Idempotency-Key: round-%d\r\n", i);
         struct test_client client;
         struct test_reply reply = {0};
         char text[600];
@@ -712,7 +714,7 @@ static void doubles(struct place *place) {
     char path[96] = "/v1/jobs?limit=2";
     int seen = 0;
     for (int page = 0; page < ROUNDS && path[0]; page++) {
-        CHECK_INT(test_request(server, &reply, "GET", path, "", NULL), 200);
+        CHECK_INT(test_request(server, &reply, "GET", path, TOKEN, NULL), 200);
         cJSON *json = ask_json(&reply);
         const cJSON *jobs = cJSON_GetObjectItemCaseSensitive(json, "jobs"), *job;
         cJSON_ArrayForEach(job, jobs) {
