@@ -78,8 +78,10 @@ static const struct config_row config_table[] = {
      CONFIG_WHOLE, FIELD(idle_seconds), 1, 86400},
     {{"least-rate", "BYTES", "16K", "bytes a second that a client must manage on average"},
      CONFIG_BYTES, FIELD(least_rate), 1, 1e12},
-    {{"drain-seconds", "S", "30", "time for running requests to finish after SIGTERM"},
+    {{"drain-seconds", "S", "65", "time for requests to finish after SIGTERM; more than max-compute-seconds, or a drain may cut a computation short"},
      CONFIG_SECONDS, FIELD(drain_seconds), 0, 86400},
+    {{"drain-idle-seconds", "S", "5", "time that silent connections are kept after SIGTERM, for a request that a proxy is just sending on one"},
+     CONFIG_SECONDS, FIELD(drain_idle_seconds), 0, 3600},
     {{"access-log", "on/off", "on", "one JSON line a request on standard output"},
      CONFIG_SWITCH, FIELD(access_log), 0, 0},
     {{"job-part-seconds", "S", "1", "computation after which a part of a job is kept: what a crash repeats at most"},
@@ -399,6 +401,17 @@ static enum pend_status config_load_arguments(struct srv_config *config, int arg
     return PEND_OK;
 }
 
+/* values that are good each by itself and odd together */
+static void config_weigh(struct srv_config *config) {
+    if (config->warning[0] || !srv_config_answers(config) || config->drain_seconds >= config->limits.compute_seconds)
+        return;
+    snprintf(
+        config->warning, sizeof config->warning,
+        "drain-seconds is %.15g, less than max-compute-seconds of %.15g: a longer computation is cut short when this "
+        "process is told to end; it is to be larger",
+        config->drain_seconds, config->limits.compute_seconds);
+}
+
 enum pend_status srv_config_load(struct srv_config *config, int argc, char *const argv[], char *const environment[],
                                  struct pend_error *error) {
     PEND_TRY(config_defaults(config));
@@ -408,7 +421,9 @@ enum pend_status srv_config_load(struct srv_config *config, int argc, char *cons
     if (config->task != SRV_CONFIG_SERVE) return PEND_OK;
     if (config->file[0]) PEND_TRY(config_load_file(config, config->file, error));
     PEND_TRY(config_load_environment(config, environment, 0, error));
-    return config_load_arguments(config, argc, argv, 0, error);
+    PEND_TRY(config_load_arguments(config, argc, argv, 0, error));
+    config_weigh(config);
+    return PEND_OK;
 }
 
 enum pend_status srv_config_help(struct api_buffer *out) {

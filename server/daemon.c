@@ -23,6 +23,7 @@ struct srv_daemon {
     struct srv_watch *watch;
     struct srv_workers *workers;
     struct srv_http *http;
+    int64_t drained; /* ns: since when it drains; 0 = it does not */
     char url[SRV_URL_BYTES];
 };
 
@@ -87,12 +88,16 @@ double srv_daemon_idle(struct srv_daemon *daemon) {
 }
 
 int srv_daemon_drain(struct srv_daemon *daemon, int hurry) {
-    atomic_store(&daemon->service.draining, 1);
+    if (!daemon->drained) daemon->drained = srv_clock_now();
+    atomic_store(&daemon->service.draining, hurry ? SRV_DRAIN_HURRY : SRV_DRAIN_LAST);
+    /* first of all: who is refused a connection may ask another process, even with what must not be sent twice */
+    int closed = srv_http_quiesce(daemon->http);
     if (hurry) srv_watch_leave_all(daemon->watch);
     srv_events_drain(daemon->service.events);
     int held = daemon->service.runner && !srv_runner_drain(daemon->service.runner);
-    if (held || atomic_load(&daemon->service.computing)) return 0;
-    return srv_http_quiesce(daemon->http) && !srv_watch_busy(daemon->watch);
+    if (!closed || held || atomic_load(&daemon->service.computing)) return 0;
+    int64_t patience = hurry ? 0 : srv_clock_span(daemon->service.config.drain_idle_seconds);
+    return !srv_watch_busy(daemon->watch, daemon->drained, patience);
 }
 
 static void daemon_nap(void) { nanosleep(&(struct timespec){.tv_nsec = 5000000}, NULL); }

@@ -28,10 +28,12 @@ struct srv_log *srv_daemon_log(const struct srv_daemon *daemon);
 double srv_daemon_idle(struct srv_daemon *daemon);
 
 /**
- * Goes one step towards the end, and says how far it is: takes no new work, lets what runs finish, stops listening, and
- * sees every answer off. To be called again every few milliseconds.
+ * Goes one step towards the end, and says how far it is: stops listening at once, gives back the parts of jobs, answers
+ * what runs and what still comes on open connections, each of which ends with its answer, and sees every answer off. To
+ * be called again every few milliseconds.
  *
- * hurry  non-zero: what runs is ended now and answered 503.
+ * hurry  non-zero: what runs is ended now, what comes is not begun, and both are answered 503; idle connections are not
+ *        waited for.
  *
  * Returns 1 when nothing is left to wait for.
  */

@@ -19,7 +19,7 @@ struct srv_http {
     struct srv_connections all;
     struct MHD_Daemon *daemon;
     int fd;           /* that it listens on; -1 = no more */
-    int64_t settling; /* since when nobody new is let in */
+    int64_t settling; /* ns: since when nobody new is let in, then since when it does not listen */
 };
 
 /* paths are decoded by message, strictly */
@@ -77,14 +77,15 @@ static void http_close(struct srv_http *http) {
 
 int srv_http_quiesce(struct srv_http *http) {
     int64_t now = srv_clock_now();
-    if (http->fd < 0) return 1;
     if (!http->settling) {
         srv_listen_settle(http->fd);
         http->settling = now;
     }
     if (now - http->settling < (int64_t)SRV_HTTP_SETTLE_MS * 1000000) return 0;
+    if (http->fd < 0) return 1;
     http_close(http);
-    return 1;
+    http->settling = now;
+    return 0;
 }
 
 void srv_http_free(struct srv_http **http) {

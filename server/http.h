@@ -25,7 +25,8 @@ PEND_MUST_CHECK enum pend_status srv_http_new(struct srv_http **http, struct srv
 /**
  * Goes one step towards not listening any more, without turning away who has connected or is about to.
  *
- * Returns 1 once it does not listen; that is about SRV_HTTP_SETTLE_MS after the first call.
+ * Returns 1 once it does not listen and everybody who was let in has a connection; that is twice SRV_HTTP_SETTLE_MS
+ * after the first call.
  */
 int srv_http_quiesce(struct srv_http *http);
 

@@ -281,12 +281,7 @@ static void jobs_found_events(struct srv_errand *errand, enum srv_stored stored)
 void srv_jobs_events(struct srv_exchange *exchange) {
     struct srv_errand *errand = srv_errand_begin_one(exchange);
     if (!errand) return;
-    if (!atomic_load(&exchange->service->draining)) {
-        srv_errand_ask(errand, SRV_ASK_READ, srv_errand_find, jobs_found_events);
-        return;
-    }
-    srv_exchange_busy(exchange, 5, "the server is draining");
-    srv_errand_end(errand);
+    srv_errand_ask(errand, SRV_ASK_READ, srv_errand_find, jobs_found_events);
 }
 
 /* --- many jobs --- */

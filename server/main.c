@@ -84,8 +84,8 @@ int main(int argc, char **argv) {
         fprintf(stderr, "pendulumd: %s\n", error.text);
         return 1;
     }
-    if (config.warning[0]) srv_log_message(srv_daemon_log(daemon), "%s", config.warning);
     srv_log_message(srv_daemon_log(daemon), "listening on %s", srv_daemon_url(daemon));
+    if (config.warning[0]) srv_log_message(srv_daemon_log(daemon), "%s", config.warning);
     srv_notify("READY=1");
     main_serve(daemon, &ends, config.until_idle_seconds);
     main_drain(daemon, &ends, config.drain_seconds);

@@ -178,8 +178,8 @@ static int router_admit(struct srv_exchange *exchange) {
         return 0;
     }
     if (route->begin) return 1;
-    if (!atomic_load(&service->draining)) return srv_admission_count(exchange);
-    srv_exchange_busy(exchange, 5, "the server is draining");
+    if (atomic_load(&service->draining) < SRV_DRAIN_HURRY) return srv_admission_count(exchange);
+    srv_exchange_busy(exchange, 5, "the server is stopping");
     exchange->close = 1;
     return 0;
 }

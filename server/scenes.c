@@ -124,11 +124,6 @@ static int scenes_check(struct srv_errand *errand) {
 void srv_scenes_create(struct srv_exchange *exchange) {
     struct srv_errand *errand = srv_errand_begin(exchange, &scenes_words);
     if (!errand) return;
-    if (atomic_load(&exchange->service->draining)) {
-        srv_exchange_busy(exchange, 5, "the server is draining");
-        srv_errand_end(errand);
-        return;
-    }
     if (srv_admission_count(exchange))
         srv_errand_work(errand, scenes_check, scenes_put, scenes_kept);
     else

@@ -23,7 +23,7 @@ struct srv_gauges srv_service_gauges(const struct srv_service *service) {
                                .held = (double)atomic_load(&service->held),
                                .cache_bytes = (double)cache.bytes,
                                .cache_entries = (double)cache.entries,
-                               .draining = atomic_load(&service->draining),
+                               .draining = atomic_load(&service->draining) != SRV_DRAIN_NOT,
                                .jobs_accepted = (double)store.jobs[SRV_JOB_ACCEPTED],
                                .jobs_running = (double)store.jobs[SRV_JOB_RUNNING],
                                .jobs_successful = (double)store.jobs[SRV_JOB_SUCCESSFUL],

@@ -22,6 +22,13 @@ struct srv_events;
 struct srv_flights;
 struct srv_runner;
 
+/* How far the end of this process is. */
+enum srv_drain {
+    SRV_DRAIN_NOT,  /* it serves */
+    SRV_DRAIN_LAST, /* nobody new is let in; what comes on open connections is answered, and ends its connection */
+    SRV_DRAIN_HURRY /* what runs is ended, and nothing is begun */
+};
+
 struct srv_service {
     struct srv_config config;
     struct srv_peers trusted; /* proxies that may say who the client is */
@@ -39,7 +46,7 @@ struct srv_service {
     struct srv_metrics metrics;
     uint64_t seed;          /* of request ids */
     atomic_ullong number;   /* requests so far */
-    atomic_int draining;    /* no new work is taken */
+    atomic_int draining;    /* enum srv_drain */
     atomic_int computing;   /* computations that are not over */
     atomic_int busy;        /* workers that compute just now */
     atomic_int connections; /* open ones */

@@ -191,7 +191,7 @@ void srv_watch_add(struct srv_watch *watch, struct srv_watched *watched, int64_t
     watched->phase = SRV_WATCH_IDLE;
     watched->deadline = deadline;
     watched->since = srv_clock_now();
-    watched->seen = 0;
+    watched->served = watched->seen = 0;
     watch_link(watch->ring.previous, watched);
     if (!watch->count++) watch_wake(watch);
     pthread_mutex_unlock(&watch->lock);
@@ -217,7 +217,10 @@ void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched, enum 
     watched->phase = phase;
     watched->deadline = deadline;
     watched->seen = 0;
-    if (phase == SRV_WATCH_IDLE) watched->since = srv_clock_now();
+    if (phase == SRV_WATCH_IDLE) {
+        watched->since = srv_clock_now();
+        watched->served = 1;
+    }
     if (phase == SRV_WATCH_WAITING) watch_wake(watch);
     pthread_mutex_unlock(&watch->lock);
 }
@@ -234,16 +237,17 @@ void srv_watch_leave_all(struct srv_watch *watch) {
     pthread_mutex_unlock(&watch->lock);
 }
 
-int srv_watch_busy(struct srv_watch *watch) {
+int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience) {
     int busy = 0;
     int64_t now = srv_clock_now(), moment = (int64_t)SRV_WATCH_MOMENT_MS * 1000000,
             lingering = now + (int64_t)SRV_WATCH_LINGER_MS * 1000000 - moment;
+    if (patience < moment) patience = moment;
     pthread_mutex_lock(&watch->lock);
     for (int i = 0; i < watch->lingerers; i++) busy += watch->linger[i].deadline > lingering;
     for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring; watched = watched->next) {
         int unread = 0;
-        busy += watched->phase != SRV_WATCH_IDLE || now - watched->since < moment ||
-                ioctl(watched->fd, FIONREAD, &unread) || unread;
+        busy += watched->phase != SRV_WATCH_IDLE || now - watched->since < (watched->served ? moment : patience) ||
+                (watched->served && now - began < patience) || ioctl(watched->fd, FIONREAD, &unread) || unread;
     }
     pthread_mutex_unlock(&watch->lock);
     return busy;

@@ -36,6 +36,7 @@ struct srv_watched {
     int64_t deadline; /* ns of srv_clock_now, 0 = none */
     int64_t since;    /* ns: when it became idle */
     atomic_int late;  /* 408 was said */
+    int served;       /* a request of it is over */
     int seen;         /* how often in a row the end of the client's stream was seen */
 };
 
@@ -65,10 +66,14 @@ void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched, enum 
 void srv_watch_leave_all(struct srv_watch *watch);
 
 /**
- * Connections that a drain should wait for: whose request or answer is not complete, that have unread bytes, or that
- * are new, idle or lingering since a moment only.
+ * Connections that a drain should wait for: whose request or answer is not complete, that have unread bytes, that
+ * linger since a moment only, or whose client may be sending a request at this very instant.
+ *
+ * began     ns of srv_clock_now: when the drain began.
+ * patience  ns: an idle connection is waited for so long after it was opened and, where a request was answered on it
+ *           already, so long after the drain began. Never shorter than SRV_WATCH_MOMENT_MS after it became idle.
  */
-int srv_watch_busy(struct srv_watch *watch);
+int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience);
 
 /**
  * Keeps a connection from being reset under an answer that says no while the client is still sending: its socket is

@@ -36,6 +36,17 @@ def options():
     return {"PENDULUMD_" + name.replace("-", "_").upper() for name in re.findall(r"^\| `--([\w-]+)", text, re.M)}
 
 
+def defaults():
+    text = subprocess.run([BUILD / "pendulumd", "--help=markdown"], capture_output=True, text=True, check=True).stdout
+    return dict(re.findall(r"^\| `--([\w-]+)[^|]*\| `?([^`|]*)`? \|", text, re.M))
+
+
+def lasts(what, grace, drain):
+    """A computation outlives a drain, and a drain is not cut short: the end of the last answers takes 5 s more at most."""
+    check(f"{what}: a drain is longer than a computation", drain > float(defaults()["max-compute-seconds"]), drain)
+    check(f"{what}: a drain has its time", grace >= drain + 5, f"{grace} s for {drain} s")
+
+
 # --- what the files refer to
 
 def compose(name):
@@ -58,6 +69,9 @@ def compose(name):
         check(f"{name}: its {key}", names == set(document[key]), f"{names} are used, {set(document[key])} are there")
     variables = {variable for body in services.values() for variable in body.get("environment", {}) if variable.startswith("PENDULUMD_")}
     known(f"{name}: its options", variables, options())
+    for service in (service for service in services.values() if service.get("image") == "pendulumd"):
+        drain = float(service["environment"].get("PENDULUMD_DRAIN_SECONDS", defaults()["drain-seconds"]))
+        lasts(name, float(service["stop_grace_period"].rstrip("s")), drain)
     upstream = re.search(r"set \$pendulumd (\w+):(\d+);", (TOP / "docker/nginx.conf").read_text())
     check(f"{name}: nginx finds {upstream[1]}", set(services[upstream[1]]["networks"]) & set(services["nginx"]["networks"]))
     check(f"{name}: nginx alone is published", [service for service, body in services.items() if "ports" in body] == ["nginx"])
@@ -83,6 +97,10 @@ def kubernetes():
         ports = {port["name"]: port["containerPort"] for port in container["ports"]}
         check(f"{name}: its selector", document["spec"]["selector"]["matchLabels"] == labels_of(document))
         known(f"{name}: its options", {entry["name"] for entry in container["env"]}, options())
+        given = {entry["name"]: entry.get("value") for entry in container["env"]}
+        if given["PENDULUMD_ROLE"] != "worker":
+            pause = container.get("lifecycle", {}).get("preStop", {}).get("sleep", {}).get("seconds", 0)
+            lasts(name, pod["terminationGracePeriodSeconds"] - pause, float(given.get("PENDULUMD_DRAIN_SECONDS", defaults()["drain-seconds"])))
         for entry in container["env"]:
             key = entry.get("valueFrom", {}).get("secretKeyRef")
             if key:

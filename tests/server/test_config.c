@@ -196,6 +196,19 @@ TEST(a_file_may_lack_its_last_newline_but_not_have_endless_lines) {
     unlink(path);
 }
 
+TEST(a_drain_that_is_shorter_than_a_computation_gives_a_warning) {
+    struct srv_config config;
+    struct pend_error error = {.text = ""};
+    CHECK(config_of(&config, "", NULL, NULL, &error) == PEND_OK && !config.warning[0]);
+    CHECK(config.drain_seconds > config.limits.compute_seconds);
+    CHECK(config_of(&config, "--drain-seconds 30", NULL, NULL, &error) == PEND_OK);
+    CHECK_SAYING(strstr(config.warning, "drain-seconds is 30, less than max-compute-seconds of 60"), "%s",
+                 config.warning);
+    CHECK(config_of(&config, "--max-compute-seconds 600", NULL, NULL, &error) == PEND_OK && config.warning[0]);
+    /* a worker answers no computation */
+    CHECK(config_of(&config, "--role worker --drain-seconds 5", NULL, NULL, &error) == PEND_OK && !config.warning[0]);
+}
+
 TEST(a_variable_that_names_no_option_gives_a_warning) {
     struct srv_config config;
     struct pend_error error;

@@ -1,6 +1,7 @@
 /* Tests of server/daemon and server/http: the parts together, with real sockets. */
 #include "server/daemon.h"
 
+#include <netinet/in.h>
 #include <poll.h>
 #include <pthread.h>
 #include <stdatomic.h>
@@ -338,25 +339,80 @@ static struct srv_daemon *daemon_draining(struct test_client *running, struct te
     return NULL;
 }
 
-TEST(a_drain_finishes_what_runs_and_refuses_what_comes) {
+/* does anybody still listen there? */
+static int daemon_listens(const struct srv_daemon *daemon) {
+    struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons((uint16_t)live_port(daemon))};
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    int good = !connect(fd, (struct sockaddr *)&address, sizeof address);
+    close(fd);
+    return good;
+}
+
+TEST(a_drain_lets_nobody_in_and_answers_who_is_there) {
     struct test_client running, open;
     struct test_reply reply;
     struct srv_daemon *daemon = daemon_draining(&running, &open);
+    char text[512];
     REQUIRE(daemon != NULL);
-    /* known and new clients are told, and their connections end */
-    test_client_say(&open, READY);
-    CHECK_INT(test_client_receive(&open, &reply, 0, TEST_PATIENCE), 503);
-    CHECK(test_reply_header(&reply, "Retry-After") && !reply.keep_alive);
+    /* at once, while it computes: who is refused a connection asks another process */
+    double until = test_clock() + TEST_PATIENCE;
+    while (daemon_listens(daemon) && test_clock() < until) CHECK_INT(srv_daemon_drain(daemon, 0), 0);
+    CHECK(!daemon_listens(daemon));
+    CHECK_INT(srv_daemon_drain(daemon, 0), 0);
+    /* what comes on a connection that was open is computed, and is the connection's last */
+    snprintf(text, sizeof text,
+             "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: %zu\r\n\r\n%s",
+             strlen(LIVE_SHORT), LIVE_SHORT);
+    test_client_say(&open, text);
+    CHECK_INT(test_client_receive(&open, &reply, 0, TEST_PATIENCE), 200);
+    CHECK(!reply.keep_alive);
     test_reply_clear(&reply);
     CHECK(test_client_ended(&open, TEST_PATIENCE));
     test_client_close(&open);
-    CHECK_INT(live_status(daemon, "GET /v1/presets HTTP/1.1\r\nHost: x\r\n\r\n"), 503);
-    CHECK_INT(live_status(daemon, HEALTH), 200);
     daemon_drained(daemon);
     CHECK_INT(test_client_receive(&running, &reply, 0, TEST_PATIENCE), 200);
     CHECK(!reply.keep_alive);
     test_reply_clear(&reply);
     test_client_close(&running);
+    srv_daemon_free(&daemon);
+}
+
+TEST(who_waits_to_be_accepted_at_the_end_is_answered) {
+    enum { COUNT = 100 };
+    static struct test_client client[COUNT];
+    for (int round = 0; round < 3; round++) {
+        struct srv_daemon *daemon = live_start(NULL);
+        struct test_reply reply;
+        REQUIRE(daemon != NULL);
+        for (int i = 0; i < COUNT; i++) REQUIRE(live_post(daemon, &client[i], "/v1/trees", LIVE_SHORT));
+        daemon_drained(daemon);
+        srv_daemon_free(&daemon);
+        for (int i = 0; i < COUNT; i++) {
+            CHECK_INT(test_client_receive(&client[i], &reply, 0, TEST_PATIENCE), 200);
+            test_reply_clear(&reply);
+            test_client_close(&client[i]);
+        }
+    }
+}
+
+TEST(a_connection_that_a_proxy_keeps_is_answered_once_more_in_a_drain) {
+    static const char *const options[] = {"--drain-idle-seconds", "3600", NULL};
+    struct srv_daemon *daemon = live_start(options);
+    struct test_client kept;
+    struct test_reply reply;
+    REQUIRE(daemon && live_say(daemon, &kept, HEALTH));
+    CHECK_INT(test_client_receive(&kept, &reply, 0, TEST_PATIENCE), 200);
+    CHECK(reply.keep_alive);
+    test_reply_clear(&reply);
+    for (double end = test_clock() + 0.5; test_clock() < end; test_sleep(0.01))
+        CHECK_INT(srv_daemon_drain(daemon, 0), 0);
+    test_client_say(&kept, HEALTH);
+    CHECK_INT(test_client_receive(&kept, &reply, 0, TEST_PATIENCE), 200);
+    CHECK(!reply.keep_alive);
+    test_reply_clear(&reply);
+    test_client_close(&kept);
+    daemon_drained(daemon);
     srv_daemon_free(&daemon);
 }
 

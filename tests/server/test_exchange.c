@@ -291,13 +291,15 @@ TEST(methods_that_a_path_does_not_have_are_told_those_it_has) {
     live_service_clear(&service);
 }
 
-TEST(while_draining_nothing_new_is_computed) {
+TEST(a_drain_answers_what_comes_until_it_is_in_a_hurry) {
     struct srv_service service;
     struct srv_exchange exchange;
     live_service(&service, 4);
     srv_exchange_init(&exchange, &service);
     CHECK_INT(answer_route(&exchange, "GET", "/readyz"), 200);
-    atomic_store(&service.draining, 1);
+    atomic_store(&service.draining, SRV_DRAIN_LAST);
+    CHECK_INT(answer_route(&exchange, "POST", "/v1/trees"), 0);
+    atomic_store(&service.draining, SRV_DRAIN_HURRY);
     CHECK_INT(answer_route(&exchange, "GET", "/readyz"), 503);
     CHECK(answer_header(&exchange, "Retry-After") != NULL);
     CHECK_INT(answer_route(&exchange, "GET", "/healthz"), 200);

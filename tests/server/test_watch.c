@@ -122,7 +122,7 @@ TEST(a_request_that_is_late_gets_408_and_an_answer_that_is_not_taken_an_end) {
 
 /* whether one is busy, as it is for a moment that began after `begin` */
 static int watch_moment(struct srv_watch *watch, double begin) {
-    int busy = srv_watch_busy(watch);
+    int busy = srv_watch_busy(watch, 0, 0);
     return busy == 1 || (!busy && test_clock() > begin + 1e-3 * SRV_WATCH_MOMENT_MS);
 }
 
@@ -130,24 +130,47 @@ TEST(busy_counts_what_is_not_over) {
     struct srv_watch *watch;
     struct watch_pair pair;
     REQUIRE(srv_watch_new(&watch) == PEND_OK && watch_open(&pair));
-    CHECK_INT(srv_watch_busy(watch), 0);
+    CHECK_INT(srv_watch_busy(watch, 0, 0), 0);
     double begin = test_clock();
     srv_watch_add(watch, &pair.watched, 0);
     CHECK(watch_moment(watch, begin));
     test_sleep(0.3);
-    CHECK_INT(srv_watch_busy(watch), 0);
+    CHECK_INT(srv_watch_busy(watch, 0, 0), 0);
     srv_watch_phase(watch, &pair.watched, SRV_WATCH_SENDING, 0);
     test_sleep(0.3);
-    CHECK_INT(srv_watch_busy(watch), 1);
+    CHECK_INT(srv_watch_busy(watch, 0, 0), 1);
     begin = test_clock();
     srv_watch_phase(watch, &pair.watched, SRV_WATCH_IDLE, 0);
     CHECK(watch_moment(watch, begin));
     test_sleep(0.3);
-    CHECK_INT(srv_watch_busy(watch), 0);
+    CHECK_INT(srv_watch_busy(watch, 0, 0), 0);
     test_client_say(&pair.client, "G");
-    for (double until = test_clock() + TEST_PATIENCE; !srv_watch_busy(watch) && test_clock() < until;)
+    for (double until = test_clock() + TEST_PATIENCE; !srv_watch_busy(watch, 0, 0) && test_clock() < until;)
         test_sleep(0.001);
-    CHECK_INT(srv_watch_busy(watch), 1);
+    CHECK_INT(srv_watch_busy(watch, 0, 0), 1);
+    srv_watch_remove(watch, &pair.watched);
+    watch_close(&pair);
+    srv_watch_free(&watch);
+}
+
+TEST(a_drain_waits_for_idle_connections_whose_client_may_be_asking) {
+    const int64_t minute = 60000000000;
+    struct srv_watch *watch;
+    struct watch_pair pair;
+    REQUIRE(srv_watch_new(&watch) == PEND_OK && watch_open(&pair));
+    int64_t now = srv_clock_now();
+    /* one that was just opened may be about to ask; so may one that has asked before, however long it is silent */
+    srv_watch_add(watch, &pair.watched, 0);
+    test_sleep(0.3);
+    CHECK_INT(srv_watch_busy(watch, now - minute, minute), 1);
+    CHECK_INT(srv_watch_busy(watch, now, 0), 0);
+    pair.watched.since = now - 2 * minute;
+    CHECK_INT(srv_watch_busy(watch, now, minute), 0);
+    srv_watch_phase(watch, &pair.watched, SRV_WATCH_IDLE, 0);
+    pair.watched.since = now - 2 * minute;
+    CHECK_INT(srv_watch_busy(watch, now, minute), 1);
+    CHECK_INT(srv_watch_busy(watch, now - 2 * minute, minute), 0);
+    CHECK_INT(srv_watch_busy(watch, now - minute, 0), 0);
     srv_watch_remove(watch, &pair.watched);
     watch_close(&pair);
     srv_watch_free(&watch);
@@ -191,8 +214,9 @@ TEST(a_lingering_socket_reads_on_so_that_nothing_is_reset) {
     CHECK_INT(test_client_receive(&pair.client, &reply, 0, TEST_PATIENCE), 413);
     test_reply_clear(&reply);
     test_client_close(&pair.client);
-    for (double until = test_clock() + TEST_PATIENCE; srv_watch_busy(watch) && test_clock() < until;) test_sleep(0.005);
-    CHECK_INT(srv_watch_busy(watch), 0);
+    for (double until = test_clock() + TEST_PATIENCE; srv_watch_busy(watch, 0, 0) && test_clock() < until;)
+        test_sleep(0.005);
+    CHECK_INT(srv_watch_busy(watch, 0, 0), 0);
     srv_watch_free(&watch);
 }
 

@@ -94,7 +94,7 @@ TEST(a_computation_that_would_outrun_its_time_is_refused_before_it_runs) {
     test_server_stop(&server);
 }
 
-TEST(a_draining_server_is_not_ready_and_takes_nothing_new) {
+TEST(a_draining_server_is_not_ready_and_ends_with_its_last_client) {
     static const char *const options[] = {"--max-compute-seconds", "86400", "--max-steps", "1000000000000", NULL};
     struct test_server *server = test_server_start(options);
     struct test_client open, busy;
