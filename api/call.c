@@ -157,7 +157,7 @@ enum api_progress api_call_open(struct api_call *call, const struct api_request 
     call_check_envelope(call, request);
     if (call->problem.status) return call_refuse(call, out);
     enum pend_status status =
-        api_request_read(request, call->format, call->limits, &call->problem, &call->state, call->digest);
+        api_request_read(request, call->format, call->limits, &call->problem, &call->state, call->digest, NULL);
     if (status != PEND_OK) return call_fail(call, status, NULL, out);
     call_foresee(call);
     call->stage = STAGE_READY;

@@ -8,7 +8,7 @@
 #include "api/encode_raw.h"
 
 int api_plan_read(struct api_plan *plan, const struct api_request *request, const struct api_limits *limits,
-                  double seconds, struct api_buffer *out) {
+                  double seconds, struct api_buffer *body, struct api_buffer *out) {
     const struct api_op *op = api_op_at(request->op);
     struct api_problem problem;
     void *state = NULL;
@@ -17,9 +17,9 @@ int api_plan_read(struct api_plan *plan, const struct api_request *request, cons
     api_problem_init(&problem);
     if (!op->table) api_problem_set(&problem, 422, "this route answers at once: leave out Prefer: respond-async");
     api_request_check(request, limits, &problem);
-    enum pend_status status = problem.status
-                                  ? PEND_INVALID
-                                  : api_request_read(request, &api_format_raw, limits, &problem, &state, plan->digest);
+    enum pend_status status =
+        problem.status ? PEND_INVALID
+                       : api_request_read(request, &api_format_raw, limits, &problem, &state, plan->digest, body);
     if (status == PEND_OK) {
         if (op->cost) plan->cost = op->cost(state);
         double wanted = ceil(plan->cost / seconds), most = op->parts ? (double)op->parts(state) : 1;
@@ -59,7 +59,8 @@ static enum pend_status part_read(struct api_part *part, const struct api_format
     api_problem_init(&problem);
     part->format = format;
     part->seconds = 0;
-    enum pend_status status = api_request_read(&part->request, format, part->limits, &problem, &part->state, digest);
+    enum pend_status status =
+        api_request_read(&part->request, format, part->limits, &problem, &part->state, digest, NULL);
     if (status != PEND_OK)
         pend_fail(error, status, -1, 0, "%s%s%.150s", problem.count ? problem.faults[0].pointer : "",
                   problem.count ? " " : "",

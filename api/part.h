@@ -21,12 +21,14 @@ struct api_plan {
  * request  its Accept is not looked at.
  * seconds  that a part should take, about.
  * plan     out.
+ * body     the request's body is appended here as it is to be kept: without blanks, its keys in order; NULL = not
+ *          wanted. It means the same: its digest is the same.
  * out      a problem is appended here.
  *
  * Returns 0 where the request is good, else the problem's HTTP status. O(body).
  */
 int api_plan_read(struct api_plan *plan, const struct api_request *request, const struct api_limits *limits,
-                  double seconds, struct api_buffer *out);
+                  double seconds, struct api_buffer *body, struct api_buffer *out);
 
 struct api_part;
 

@@ -1,5 +1,6 @@
 #include "api/request.h"
 
+#include "api/canonical.h"
 #include "api/encode_raw.h"
 #include "api/engine.h"
 #include "api/field.h"
@@ -18,9 +19,21 @@ void api_request_check(const struct api_request *request, const struct api_limit
                         request->body_bytes, limits->body_bytes);
 }
 
+/* the body in its one form; numbers that were spelt shorter than that form spells them stay as they are */
+static enum pend_status request_canonical(const struct api_request *request, const struct api_value *root,
+                                          struct api_buffer *canonical) {
+    size_t before = canonical->bytes;
+    if (!root) return PEND_OK;
+    enum pend_status status = api_canonical_write(root, canonical);
+    if (status != PEND_OK && status != PEND_LIMIT) return status;
+    if (status == PEND_OK && canonical->bytes - before <= request->body_bytes) return PEND_OK;
+    canonical->bytes = before;
+    return api_buffer_add(canonical, request->body, request->body_bytes);
+}
+
 enum pend_status api_request_read(const struct api_request *request, const struct api_format *format,
                                   const struct api_limits *limits, struct api_problem *problem, void **state,
-                                  char digest[API_DIGEST_BYTES]) {
+                                  char digest[API_DIGEST_BYTES], struct api_buffer *canonical) {
     const struct api_op *op = api_op_at(request->op);
     const char *argument = request->argument ? request->argument : "";
     /* an answer is this engine's; a job is the same job whichever engine computes it */
@@ -43,6 +56,8 @@ enum pend_status api_request_read(const struct api_request *request, const struc
     }
     status = op->read(state, &reading);
     if (status == PEND_OK) api_digest(digest, parts, reading.root);
+    if (status == PEND_OK && canonical) status = request_canonical(request, reading.root, canonical);
+    if (status != PEND_OK && *state) op->free(state);
 out:
     api_json_free(&document);
     return status;

@@ -8,10 +8,8 @@
 #include <string.h>
 
 #include "core/dynamics.h"
-#include "core/horizon.h"
 #include "core/motion.h"
 #include "core/run_check.h"
-#include "core/turns.h"
 
 /* samples are made in groups: at most this many instants, and about this many numbers an array */
 enum { RUN_GROUP = 64, RUN_GROUP_NUMBERS = 8192 };
@@ -32,24 +30,21 @@ struct pend_run {
     const struct pend_method *method;
     struct pend_problem problem; /* phi and rate point into this block */
     void *stepper;
-    struct pend_horizon *horizon; /* NULL: nobody asks */
-    double start, end;            /* s: the first instant, and the last one relative to it */
-    double reached;               /* s, relative: what the steps have reached */
-    long next;                    /* number of the first instant that was not handed out */
-    int group;                    /* most instants in one group */
-    long listed_from;             /* number of the first instant in t */
-    int listed;                   /* instants in t */
-    int ordered;                  /* stored order is the caller's order */
-    double sample_cost;           /* arm-evaluations that a sample stands for */
+    double start, end;  /* s: the first instant, and the last one relative to it */
+    double reached;     /* s, relative: what the steps have reached */
+    long next;          /* number of the first instant that was not handed out */
+    int group;          /* most instants in one group */
+    long listed_from;   /* number of the first instant in t */
+    int listed;         /* instants in t */
+    int ordered;        /* stored order is the caller's order */
+    double sample_cost; /* arm-evaluations that a sample stands for */
     double scale, energy_start, drift;
     struct pend_error failure; /* code PEND_OK: none */
     double *t, *relative;      /* the next instants, and the same relative to the first */
     struct pend_points points; /* a group's states, stored order */
     struct run_ends ends;
-    double *re, *im;           /* one row */
-    double *turns, *turns_low; /* rad, what the start's angles are larger by than the run's, stored order */
-    int turned;                /* there is such a thing */
-    void *work;                /* of pend_dynamics_many */
+    double *re, *im; /* one row */
+    void *work;      /* of pend_dynamics_many */
 };
 
 /* ---- making and freeing */
@@ -76,8 +71,6 @@ static size_t run_place(struct pend_run *run, char *base, int n, int group, doub
     run->ends.rate = run_take(base, &used, row * (size_t)run->ends.cap);
     run->re = run_take(base, &used, row);
     run->im = run_take(base, &used, row);
-    run->turns = run_take(base, &used, row);
-    run->turns_low = run_take(base, &used, row);
     run->work = run_take(base, &used, pend_dynamics_many_bytes(n));
     return used;
 }
@@ -90,20 +83,6 @@ static int run_group(int n) {
 static int run_ends(int n) {
     int ends = RUN_ENDS_NUMBERS / n;
     return ends < 1 ? 1 : ends > RUN_ENDS ? RUN_ENDS : ends;
-}
-
-/* takes whole turns from the angles of a start that was copied, where one is huge; returns whether it is so */
-static int run_turn(const struct pend_run *run, double *start[4]) {
-    const struct pend_problem *problem = &run->problem;
-    int n = problem->tree->n, turned = 0;
-    for (int k = 0; k < n; k++) turned |= fabs(problem->phi[k]) > PEND_TURNS_FROM;
-    for (int k = 0; k < n && turned; k++) {
-        struct pend_sum turns;
-        struct pend_sum rest = pend_turns_rest(problem->phi[k], problem->phi_low ? problem->phi_low[k] : 0, &turns);
-        start[0][k] = rest.high, start[2][k] = rest.low;
-        run->turns[k] = turns.high, run->turns_low[k] = turns.low;
-    }
-    return turned;
 }
 
 /* a run in one block, its problem's state copied, no stepper yet */
@@ -122,10 +101,9 @@ static struct pend_run *run_allocate(const struct pend_method *method, const str
     run_place(&sketch, block, n, group, start);
     for (int i = 0; i < 4; i++)
         if (given[i]) memcpy(start[i], given[i], (size_t)n * sizeof(double));
-    sketch.turned = run_turn(&sketch, start);
     sketch.problem.phi = start[0];
     sketch.problem.rate = start[1];
-    sketch.problem.phi_low = given[2] || sketch.turned ? start[2] : NULL;
+    sketch.problem.phi_low = given[2] ? start[2] : NULL;
     sketch.problem.rate_low = given[3] ? start[3] : NULL;
     struct pend_run *run = (struct pend_run *)block;
     *run = sketch;
@@ -155,20 +133,16 @@ enum pend_status pend_run_new(struct pend_run **run, const struct pend_method *m
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a run of %d arms", problem->tree->n);
     run_start(made);
     enum pend_status status = method->open(&made->stepper, &made->problem, error);
-    if (status == PEND_OK && problem->accuracy > 0) {
-        status = pend_horizon_new(&made->horizon, method, &made->problem, error);
-        if (status != PEND_OK) method->close(&made->stepper);
-    }
-    if (status != PEND_OK)
+    if (status != PEND_OK) {
         free(made);
-    else
-        *run = made;
-    return status;
+        return status;
+    }
+    *run = made;
+    return PEND_OK;
 }
 
 void pend_run_free(struct pend_run **run) {
     if (!*run) return;
-    pend_horizon_free(&(*run)->horizon);
     (*run)->method->close(&(*run)->stepper);
     free(*run);
     *run = NULL;
@@ -223,7 +197,6 @@ static enum pend_status run_inspect(struct pend_run *run, struct pend_error *err
         return run_fail(run, error, PEND_NOT_FINITE, tree->order[k], run->start + run->reached,
                         "the motion of arm %d ceased to be finite", tree->order[k] + 1);
     }
-    if (run->horizon) pend_horizon_step(run->horizon, run->stepper, run->reached, phi, rate);
     if (!run->problem.no_drift && ++ends->count == ends->cap) run_weigh(run);
     return PEND_OK;
 }
@@ -387,15 +360,6 @@ static enum pend_status run_hand_out(struct pend_run *run, struct pend_samples *
                     flaw.arm + 1);
 }
 
-/* gives rows of angles in the caller's order their whole turns back */
-static void run_return(const struct pend_run *run, double phi[], int count) {
-    const struct pend_tree *tree = run->problem.tree;
-    if (!run->turned || run->problem.no_turns || !phi) return;
-    for (int i = 0; i < count; i++, phi += tree->n)
-        for (int k = 0; k < tree->n; k++)
-            phi[tree->order[k]] = pend_turns_add(phi[tree->order[k]], run->turns[k], run->turns_low[k]);
-}
-
 static void run_sample(struct pend_run *run, struct pend_samples *samples, int due) {
     size_t n = (size_t)run->problem.tree->n;
     const struct pend_points points = run_room(run, samples);
@@ -410,7 +374,6 @@ static void run_sample(struct pend_run *run, struct pend_samples *samples, int d
         samples->z_re || samples->z_im || samples->zd_re || samples->zd_im || samples->kinetic || samples->potential;
     for (int i = 0; i < due && derived; i++)
         run_derive(run, points.phi + (size_t)i * n, points.rate + (size_t)i * n, samples, at + i);
-    if (samples->phi) run_return(run, samples->phi + (size_t)at * n, due);
     samples->count += due;
     run->next += due;
 }
@@ -462,7 +425,6 @@ struct pend_run_stats pend_run_stats(const struct pend_run *run) {
                                    .rejected = counts.rejected,
                                    .evaluations = counts.evaluations,
                                    .energy_drift = run->drift,
-                                   .horizon = run->horizon ? pend_horizon_until(run->horizon) : NAN,
                                    .progress = run_progress(run)};
 }
 
@@ -476,7 +438,6 @@ enum pend_status pend_run_carry(struct pend_run *run, struct pend_tape *tape) {
     pend_tape_counts(tape, &run->next, 1);
     pend_tape_part(tape, &run->drift, sizeof run->drift);
     run->method->carry(run->stepper, tape);
-    if (run->horizon) PEND_TRY(pend_horizon_carry(run->horizon, tape));
     /* a tape that refused on the way was put back in part: it is not whole */
     if (!pend_tape_puts(tape)) return PEND_OK;
     int good = run->next <= run->problem.times.count && isfinite(run->reached) && isfinite(run->drift);

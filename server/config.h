@@ -29,7 +29,7 @@ struct srv_config {
     double access_log; /* 0 or 1 */
     double job_part_seconds, job_lease_seconds, until_idle_seconds;
     double client_jobs, client_bytes, store_bytes, keep_seconds;
-    double client_scenes, scene_bytes;
+    double client_scenes, scene_bytes, client_scene_bytes, store_scene_bytes;
     double event_streams;
     double job_members, job_samples, job_steps, job_seconds;
     struct api_limits limits;

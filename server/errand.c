@@ -149,6 +149,7 @@ void srv_errand_refuse(struct srv_errand *errand, enum srv_stored stored) {
 
 static void errand_free(struct srv_errand *errand) {
     api_buffer_clear(&errand->scene);
+    api_buffer_clear(&errand->body);
     free(errand->kept);
     free(errand->page);
     free(errand->request);

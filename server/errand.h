@@ -30,6 +30,8 @@ struct srv_errand {
     unsigned char digest[SRV_DIGEST_BYTES];
     long shards;
     int chained;
+    int64_t cost_us;        /* of computation, estimated */
+    struct api_buffer body; /* the request as it is kept */
 
     /* of a job whose results are wanted */
     void *request;

@@ -8,7 +8,7 @@ const char *srv_job_word(enum srv_job_state state) {
 /* s until the job is done, at the pace of its parts so far, of which those that are held count half; -1 = unknown */
 static double job_remaining(const struct srv_job *job) {
     if (job->state != SRV_JOB_RUNNING || !job->done || !job->started) return -1;
-    double done = 0.5 * (double)(job->done + job->taken);
+    double done = 0.5 * (double)(job->done + job->begun - job->waiting);
     return 1e-6 * (double)(job->now - job->started) / done * ((double)job->shards - done);
 }
 

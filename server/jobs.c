@@ -13,7 +13,7 @@
 #include "server/job_view.h"
 #include "server/runner.h"
 
-enum { JOBS_PAGE = 100, JOBS_DEFAULT = 20, JOBS_COST = 3 };
+enum { JOBS_PAGE = 100, JOBS_DEFAULT = 20, JOBS_COST = 3, JOBS_SPARE = 64 };
 
 static const char jobs_json[] = "application/json";
 
@@ -106,11 +106,12 @@ static enum srv_stored jobs_put(struct srv_store *store, struct srv_store_call *
                                   .source = exchange->identity.source,
                                   .operation = api_op_at(exchange->op)->name,
                                   .key = errand->key[0] ? errand->key : NULL,
-                                  .request = exchange->body.data,
-                                  .request_bytes = exchange->body.bytes,
+                                  .request = errand->body.data,
+                                  .request_bytes = errand->body.bytes,
                                   .digest = errand->digest,
                                   .shards = errand->shards,
-                                  .chained = errand->chained};
+                                  .chained = errand->chained,
+                                  .cost_us = errand->cost_us};
     return srv_store_submit(store, &order, &errand->job);
 }
 
@@ -151,8 +152,9 @@ static int jobs_plan(struct srv_errand *errand) {
                                   .content_type = exchange->field[SRV_CONTENT_TYPE],
                                   .body = exchange->body.bytes ? exchange->body.data : NULL,
                                   .body_bytes = exchange->body.bytes};
-    int http =
-        api_plan_read(&plan, &request, &service->job_limits, service->config.job_part_seconds, &exchange->answer);
+    api_buffer_init(&errand->body, exchange->body.bytes + JOBS_SPARE);
+    int http = api_plan_read(&plan, &request, &service->job_limits, service->config.job_part_seconds, &errand->body,
+                             &exchange->answer);
     if (http) {
         srv_exchange_answered(exchange, http, "application/problem+json");
         return 0;
@@ -165,6 +167,7 @@ static int jobs_plan(struct srv_errand *errand) {
     }
     errand->shards = plan.parts;
     errand->chained = plan.chained;
+    errand->cost_us = (int64_t)(1e6 * plan.cost);
     jobs_digest(plan.digest, errand->digest);
     if (jobs_make_id(errand->id)) return 1;
     srv_exchange_busy(exchange, 1, "the system has no random numbers");

@@ -55,7 +55,7 @@
     X(jobs_failed, "pendulumd_jobs", "state=\"failed\"", "")                                                           \
     X(jobs_dismissed, "pendulumd_jobs", "state=\"dismissed\"", "")                                                     \
     X(parts_waiting, "pendulumd_job_parts_waiting", "", "Parts of jobs that a free worker would take now")             \
-    X(store_bytes, "pendulumd_store_bytes", "", "Results of jobs in the store")                                        \
+    X(store_bytes, "pendulumd_store_bytes", "", "Bytes kept for jobs in the store")                                    \
     X(store_up, "pendulumd_store_up", "", "1 while the store answers, 0 while it does not or there is none")           \
     X(resident, "process_resident_memory_bytes", "", "Resident memory of the process")                                 \
     X(started, "process_start_time_seconds", "", "When the process began, in seconds since 1970")

@@ -51,6 +51,8 @@ static enum pend_status parts_storage(struct srv_service *service, struct pend_e
                                           .all_bytes = (long long)config->store_bytes,
                                           .keep_us = (int64_t)(1e6 * config->keep_seconds),
                                           .client_scenes = (long)config->client_scenes,
+                                          .client_scene_bytes = (long long)config->client_scene_bytes,
+                                          .all_scene_bytes = (long long)config->store_scene_bytes,
                                           .source_clients = (long)(PARTS_KEEPERS * shares),
                                           .source_jobs = (long)(shares * config->client_jobs),
                                           .source_scenes = (long)(shares * config->client_scenes),

@@ -27,10 +27,13 @@ static void scenes_refuse(struct srv_errand *errand, enum srv_stored stored) {
         srv_exchange_problem(exchange, 404, "there is no scene of this id");
         break;
     case SRV_STORED_QUOTA:
-        srv_exchange_problem(exchange, 429,
-                             "the client has max-client-scenes, %.0f, scenes, or all of its address have "
-                             "max-address-clients times as many; DELETE those that are not needed",
-                             exchange->service->config.client_scenes);
+        srv_exchange_problem(
+            exchange, 429,
+            "no more scenes can be kept: the client has max-client-scenes, %.0f, or "
+            "max-client-scene-bytes, %.0f, of them, all of its address have max-address-clients times "
+            "as many, or all clients have max-store-scene-bytes, %.0f; DELETE those that are not needed",
+            exchange->service->config.client_scenes, exchange->service->config.client_scene_bytes,
+            exchange->service->config.store_scene_bytes);
         srv_exchange_retry(exchange, 3600);
         break;
     default:

@@ -14,7 +14,7 @@ static const char *sql_word(const struct srv_sql_driver *driver, const char *tok
         const char *token, *word;
     } words[] = {{"{begin}", driver->begin}, {"{now}", driver->now},     {"{lock}", driver->lock},
                  {"{skip}", driver->skip},   {"{alone}", driver->alone}, {"{ring}", driver->ring},
-                 {"{bytes}", driver->bytes}};
+                 {"{bytes}", driver->bytes}, {"{hot}", driver->hot}};
     for (size_t i = 0; i < sizeof words / sizeof *words; i++)
         if (strlen(words[i].token) == bytes && !memcmp(words[i].token, token, bytes)) return words[i].word;
     return NULL;

@@ -9,7 +9,7 @@
 
 #include "core/status.h"
 
-enum { SRV_SQL_PARAMETERS = 16, SRV_SQL_STATEMENTS = 64, SRV_SQL_TEXT = 2048, SRV_SQL_COMPLAINT = 240 };
+enum { SRV_SQL_PARAMETERS = 24, SRV_SQL_STATEMENTS = 64, SRV_SQL_TEXT = 2048, SRV_SQL_COMPLAINT = 240 };
 
 /* What became of a call to a store. */
 enum srv_stored {
@@ -53,11 +53,13 @@ struct srv_sql_driver {
     const char *scheme; /* what urls begin with: "sqlite:" */
     int batch;          /* calls worth one transaction */
     int distant;        /* it may be out of reach for a while */
+    int shared;         /* several processes may change it at the same time */
     /* what stands in statements for {begin}; {now}, microseconds since 1970 by the database's clock; {lock} and {skip}:
      * the rows read are locked, those that another transaction has locked are waited for, or left out; {alone}: one
-     * migration at a time; {ring}: wakes the processes that listen, once committed; {bytes}: the type of byte strings
+     * migration at a time; {ring}: wakes the processes that listen, once committed; {bytes}: the type of byte strings;
+     * {hot}: what a table is told whose few rows change with every transaction
      */
-    const char *begin, *now, *lock, *skip, *alone, *ring, *bytes;
+    const char *begin, *now, *lock, *skip, *alone, *ring, *bytes, *hot;
 
     /**
      * Connects. Where the database cannot be reached just now the connection is like one that was lost.

@@ -11,7 +11,6 @@
 enum {
     MOST_TOGETHER = 64,
     SWEEP_MS = 1000,
-    MOST_PIECES = 17, /* of a sweep, in its second */
     LISTEN_MS = 500,
     READERS = 1,
     WRITERS = 1,
@@ -74,14 +73,15 @@ static int storage_take(struct srv_storage *storage, enum srv_ask_kind kind, int
     return count;
 }
 
-/* What is done once a second beside what is asked: a round of pieces, between which others have their turn. */
+/* What is done beside what is asked: rounds of pieces, one a second, between which others have their turn. While there
+ * is more to sweep, a round takes its whole second, and the next one begins at its end. */
 struct storage_round {
-    int64_t next;           /* ns: when a piece is due */
+    int64_t next, begun;    /* ns: when a piece is due; when the round began */
     int64_t before, looked; /* us by the store's clock: when the rounds before this one and this one began */
     int pieces;             /* that this one has had; 0 = it has not begun */
 };
 
-/* a piece of a sweep; 1 when the round has more */
+/* a piece of a sweep; 1 when there is more */
 static int storage_piece(struct srv_storage *storage, struct srv_store *store, struct storage_round *round,
                          enum srv_stored *stored) {
     struct srv_store_sweep sweep;
@@ -89,25 +89,28 @@ static int storage_piece(struct srv_storage *storage, struct srv_store *store, s
     if (!round->pieces) round->before = looked;
     *stored = srv_store_sweep(store, &looked, &sweep);
     if (*stored != SRV_STORED) return 0;
-    if (!round->pieces) round->looked = looked;
+    if (!round->pieces++) round->looked = looked;
     if (sweep.released || sweep.given_up) {
         srv_log_message(storage->log,
                         "%d parts of jobs were taken back from workers that fell silent, %d jobs given up",
                         sweep.released, sweep.given_up);
         storage->news(storage->context);
     }
-    return sweep.more && ++round->pieces < MOST_PIECES;
+    return sweep.more;
 }
 
 static void storage_sweep(struct srv_storage *storage, struct srv_store *store, struct storage_round *round) {
     struct srv_store_figures figures;
     enum srv_stored stored;
-    round->next = srv_clock_now();
-    if (storage_piece(storage, store, round, &stored)) return;
+    int64_t now = srv_clock_now(), second = srv_clock_span(SWEEP_MS / 1000.0);
+    if (!round->pieces) round->begun = now;
+    int more = storage_piece(storage, store, round, &stored);
+    round->next = now = srv_clock_now();
+    if (more && now < round->begun + second) return;
     round->pieces = 0;
     if (stored == SRV_STORED) stored = srv_store_figures(store, &figures);
     storage_note(storage, store, stored);
-    round->next = srv_clock_now() + srv_clock_span(SWEEP_MS / 1000.0);
+    if (!more) round->next = now + second;
     if (stored != SRV_STORED) return;
     pthread_mutex_lock(&storage->lock);
     storage->figures = figures;

@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "server/store_call.h"
 
@@ -18,6 +19,8 @@ enum pend_status srv_store_open(struct srv_store **store, const char *url, const
         return pend_fail(error, PEND_INVALID, -1, 0, "wants sqlite:PATH or postgresql://..., got \"%.80s\"", url);
     if (!(made = calloc(1, sizeof *made))) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     made->rules = *rules;
+    made->tally.place =
+        driver->shared ? (int)(((unsigned)getpid() ^ (unsigned)((uintptr_t)made >> 8)) % SRV_TALLY_PLACES) : 0;
     status = driver->open(&made->sql, url, error);
     if (status == PEND_OK) {
         enum srv_stored stored = srv_store_settle(made);

@@ -16,6 +16,8 @@ enum {
     SRV_MESSAGE_BYTES = 256,      /* what a job says of its end */
     SRV_NAME_BYTES = 96,          /* clients, workers, operations, idempotency keys */
     SRV_CHUNK_BYTES = 256 * 1024, /* a piece of a shard's result; only the last is shorter */
+    SRV_ROW_BYTES = 1024,         /* what a job or a scene is counted for, beside its request, results or body */
+    SRV_SHARD_BYTES = 256,        /* and each shard of a job after the first */
     SRV_MOST_KILLS =
         3 /* workers that may vanish with one shard, and no shard of the job be done between, before it is given up */
 };
@@ -32,12 +34,13 @@ enum srv_job_state {
 
 /* Quotas and times of a store; the same in all processes that share it. */
 struct srv_store_rules {
-    long client_jobs;                  /* open jobs of one client */
-    long long client_bytes, all_bytes; /* results kept, of one client and in all */
-    int64_t keep_us;                   /* from a job's end to its removal */
-    long client_scenes;                /* scenes of one client */
+    long client_jobs;                              /* open jobs of one client */
+    long long client_bytes, all_bytes;             /* kept for jobs, of one client and in all */
+    int64_t keep_us;                               /* from a job's end to its removal */
+    long client_scenes;                            /* scenes of one client */
+    long long client_scene_bytes, all_scene_bytes; /* of scenes, of one client and in all */
     /* What comes from one address or account, whoever says to be its client, has these bounds; 0 = none. */
-    long source_clients; /* clients of one source that have open jobs or results */
+    long source_clients; /* clients of one source that have jobs */
     long source_jobs, source_scenes;
     long long source_bytes;
 };
@@ -52,6 +55,7 @@ struct srv_job_order {
     const unsigned char *digest; /* SRV_DIGEST_BYTES, of operation and request */
     long shards;                 /* >= 1 */
     int chained;                 /* non-zero: a shard starts from what the one before it carried over */
+    int64_t cost_us;             /* computation of all shards, as it is estimated */
 };
 
 /* What is known of a job. Times are microseconds since 1970 by the store's clock, 0 = has not happened. */
@@ -59,10 +63,13 @@ struct srv_job {
     char id[SRV_ID_BYTES], client[SRV_NAME_BYTES], operation[SRV_NAME_BYTES];
     enum srv_job_state state;
     long shards, done;
-    long taken; /* done, or held by a worker */
+    long begun;   /* shards that a worker has held, ever */
+    long waiting; /* of these, those that nobody holds and that are not done */
+    int chained;
     int64_t created, started, finished, expires;
     int64_t now;     /* of the same clock, when this was read */
     long long bytes; /* of results */
+    long long held;  /* bytes that its row and its request are counted for */
     char message[SRV_MESSAGE_BYTES];
 };
 
@@ -101,7 +108,7 @@ int srv_store_settled(const struct srv_store *store);
 /** What the database said about the last failure; "" when nothing. */
 const char *srv_store_complaint(const struct srv_store *store);
 
-/** Calls that one srv_store_together is best made of: 1 where a database groups commits by itself. */
+/** Calls that one srv_store_together is best made of, at most. */
 int srv_store_batch(const struct srv_store *store);
 
 /* One call of a batch: does its work on the store and returns the result, which is final once `stored` is set. */
@@ -125,8 +132,11 @@ void srv_store_together(struct srv_store *store, struct srv_store_call *const ca
  *      key of a job that failed, was dismissed or is past its time is free again.
  *
  * SRV_STORED_CLASH  the client used the key for another request.
- * SRV_STORED_QUOTA  too many open jobs, or too many bytes of results, of the client or of all clients of its source;
+ * SRV_STORED_QUOTA  too many open jobs, or too many bytes are kept, of the client or of all clients of its source;
  *                   job->message says which.
+ *
+ * The request is counted, and kept until the job fails, is dismissed or expires. Quotas are looked up, not locked:
+ * several processes that accept jobs at one instant may pass them by what one transaction of each has accepted.
  */
 enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_order *order, struct srv_job *job);
 
@@ -152,11 +162,13 @@ enum srv_stored srv_store_request(struct srv_store *store, const char *id, void 
 enum srv_stored srv_store_list(struct srv_store *store, const char *client, const char *before, int most,
                                struct srv_job job[], int *count);
 
-/** Ends a job for its client: nothing of it runs on, its results go. SRV_STORED_NONE */
+/** Ends a job for its client: nothing of it runs on, its request and its results go. SRV_STORED_NONE */
 enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struct srv_job *job);
 
 /**
- * Takes a shard that waits, those that nobody held before first; clients take turns, and so do the jobs of one client.
+ * Takes a shard that waits, those that nobody held before first. Clients take turns. Of one client's jobs that one is
+ * next whose creation plus remaining computation is earliest: a short job goes before a long one, and a job that has
+ * waited for as long as it computes goes before every new one. Its cost depends on nothing that waits.
  *
  * worker  a name that no other process has.
  * lease   out.
@@ -204,11 +216,14 @@ struct srv_store_sweep {
     int more;     /* work is left: sweep again soon */
     int released; /* shards whose lease had run out wait again */
     int given_up; /* jobs that failed because their workers vanished */
+    int expired;  /* jobs that were removed because they were past their time */
 };
 
 /**
  * Puts shards back whose lease ran out, gives up what kills its workers, removes what is dismissed or past its time; a
- * piece at a time. Any process may, at any time.
+ * piece at a time: at most 64 shards, 64 chunks of results of a job that has ended, and 128 jobs that expired. Any
+ * process may, at any time. After the store's clock has jumped ahead no job expires for ten minutes: a clock that was
+ * set by mistake, and is set back, costs nobody a result.
  *
  * looked  us by the store's clock, 0 at first: leases count that had run out when this process looked the last time, so
  *         that after a pause it holds its own for longer before it judges any; becomes now. NULL: all that have
@@ -219,10 +234,13 @@ enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked, struct
 /* What is in a store, for metrics and for whoever decides how many workers there should be. */
 struct srv_store_figures {
     long jobs[SRV_JOB_STATES];
-    long long bytes;
-    long shards; /* that could be claimed now */
+    long long bytes; /* kept for jobs: rows, requests, results */
+    long shards;     /* that could be claimed now */
+    long scenes;
+    long long scene_bytes;
 };
 
+/** Reads the sums that every call keeps up to date; its cost depends on nothing that is kept. */
 enum srv_stored srv_store_figures(struct srv_store *store, struct srv_store_figures *figures);
 
 /**
@@ -232,7 +250,7 @@ enum srv_stored srv_store_figures(struct srv_store *store, struct srv_store_figu
  * source  the address or account that the client comes from; NULL = the client is one itself.
  *
  * SRV_STORED_CLASH  the id has another body; this client does not keep it.
- * SRV_STORED_QUOTA  the client, or all clients of its source, have too many.
+ * SRV_STORED_QUOTA  the client, all clients of its source, or all clients would have too many, or too many bytes.
  */
 enum srv_stored srv_store_scene_put(struct srv_store *store, const char *id, const char *client, const char *source,
                                     const void *body, size_t bytes);

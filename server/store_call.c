@@ -9,7 +9,11 @@ enum { TRIES = 5 };
 
 enum srv_stored srv_store_run(struct srv_store *store, enum srv_statement id, const struct srv_value value[], int count,
                               srv_row_fn *row, void *context) {
-    return store->sql->driver->run(store->sql, (int)id, srv_statement_text[id], value, count, row, context);
+    const char *text = srv_statement_text[id];
+    store->wrote |= text[0] != 'S';
+    enum srv_stored stored = store->sql->driver->run(store->sql, (int)id, text, value, count, row, context);
+    store->failed |= stored != SRV_STORED;
+    return stored;
 }
 
 enum srv_stored srv_store_plain(struct srv_store *store, enum srv_statement id) {
@@ -22,24 +26,54 @@ enum srv_stored srv_store_settle(struct srv_store *store) {
     return SRV_STORED;
 }
 
+static enum srv_stored store_open(struct srv_store *store) {
+    srv_tally_clear(&store->tally);
+    store->now = 0;
+    store->failed = 0;
+    return srv_store_plain(store, SQL_BEGIN);
+}
+
+static enum srv_stored store_commit(struct srv_store *store) {
+    enum srv_stored stored = srv_tally_write(&store->tally, store->sql);
+    if (stored == SRV_STORED) stored = srv_store_plain(store, SQL_COMMIT);
+    if (stored != SRV_STORED) srv_store_plain(store, SQL_ROLLBACK);
+    return stored;
+}
+
 enum srv_stored srv_store_begin(struct srv_store *store) {
     if (!store->settled) SRV_STORED_TRY(srv_store_settle(store));
-    return srv_store_plain(store, store->together ? SQL_SAVE : SQL_BEGIN);
+    enum srv_stored stored = store->together ? SRV_STORED : store_open(store);
+    store->wrote = 0;
+    return stored;
 }
 
 enum srv_stored srv_store_end(struct srv_store *store, int keep, enum srv_stored stored) {
-    enum srv_stored ended;
-    if (!keep && store->together) {
-        ended = srv_store_plain(store, SQL_BACK);
-        if (ended == SRV_STORED) ended = srv_store_plain(store, SQL_UNSAVE);
-    } else if (!keep) {
-        srv_store_plain(store, SQL_ROLLBACK);
-        ended = SRV_STORED;
-    } else {
-        ended = srv_store_plain(store, store->together ? SQL_UNSAVE : SQL_COMMIT);
-        if (ended != SRV_STORED && !store->together) srv_store_plain(store, SQL_ROLLBACK);
+    if (store->together) {
+        store->failed |= !keep && store->wrote;
+        return stored;
     }
+    if (!keep) {
+        srv_store_plain(store, SQL_ROLLBACK);
+        return stored;
+    }
+    enum srv_stored ended = store_commit(store);
     return ended == SRV_STORED ? stored : ended;
+}
+
+enum srv_stored srv_store_now(struct srv_store *store, int64_t *now) {
+    struct srv_row_wholes row = {.count = 2};
+    if (!store->now) {
+        SRV_STORED_TRY(srv_store_run(store, SQL_NOW, NULL, 0, srv_row_wholes, &row));
+        /* a newer program has changed the tables while this one ran */
+        if (row.whole[1] > SRV_SCHEMA) {
+            store->settled = 0;
+            store->failed = 1;
+            return srv_schema_newer(store->sql, row.whole[1]);
+        }
+        store->now = row.whole[0];
+    }
+    *now = store->now++;
+    return SRV_STORED;
 }
 
 enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, const char *name, void **data,
@@ -59,9 +93,6 @@ enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, 
     return stored;
 }
 
-/* failures after which a batch's transaction is not to be trusted */
-static int store_hard(enum srv_stored stored) { return stored >= SRV_STORED_FULL; }
-
 /* a full disk is tried twice: what the first try found in the way may be given back before the second */
 static void store_single(struct srv_store *store, struct srv_store_call *call) {
     for (int i = 0; i < TRIES; i++) {
@@ -70,16 +101,21 @@ static void store_single(struct srv_store *store, struct srv_store_call *call) {
     }
 }
 
-void srv_store_together(struct srv_store *store, struct srv_store_call *const calls[], int count) {
-    enum srv_stored stored = count > 1 && store->settled ? srv_store_plain(store, SQL_BEGIN) : SRV_STORED_AGAIN;
-    if (stored == SRV_STORED) {
-        store->together = 1;
-        for (int i = 0; i < count && !store_hard(stored); i++)
-            stored = calls[i]->stored = calls[i]->run(store, calls[i]);
-        store->together = 0;
-        stored = store_hard(stored) ? stored : srv_store_plain(store, SQL_COMMIT);
-        if (stored == SRV_STORED) return;
-        srv_store_plain(store, SQL_ROLLBACK);
+/* runs the calls of a batch; SRV_STORED when all of them are committed */
+static enum srv_stored store_batch(struct srv_store *store, struct srv_store_call *const calls[], int count) {
+    SRV_STORED_TRY(store_open(store));
+    store->together = 1;
+    for (int i = 0; i < count && !store->failed; i++) {
+        calls[i]->stored = calls[i]->run(store, calls[i]);
+        store->failed |= store->wrote && calls[i]->stored >= SRV_STORED_FULL;
     }
+    store->together = 0;
+    if (!store->failed) return store_commit(store);
+    srv_store_plain(store, SQL_ROLLBACK);
+    return SRV_STORED_AGAIN;
+}
+
+void srv_store_together(struct srv_store *store, struct srv_store_call *const calls[], int count) {
+    if (count > 1 && store->settled && store_batch(store, calls, count) == SRV_STORED) return;
     for (int i = 0; i < count; i++) store_single(store, calls[i]);
 }

@@ -5,28 +5,47 @@
 #ifndef SRV_STORE_CALL_H
 #define SRV_STORE_CALL_H
 
-#include "server/store.h"
-#include "server/store_statements.h"
+#include "server/store_tally.h"
 
 struct srv_store {
     struct srv_sql *sql;
     struct srv_store_rules rules;
-    int together; /* a batch's transaction is open: calls are savepoints in it */
+    int together; /* a batch's transaction is open */
     int settled;  /* the tables are there, as this version wants them */
+    int wrote;    /* the call that runs has changed something */
+    int failed;   /* a statement of the transaction has failed, or a call that has written something */
+    int64_t now;  /* us by the store's clock, in this transaction; 0 = not known yet */
+    struct srv_tally tally;
+    struct {
+        int64_t from;    /* us: no job that expired before is left but those that other processes had locked */
+        int64_t seen;    /* us by the store's clock at the last sweep, 0 = there was none */
+        int64_t seen_ns; /* by the monotonic clock, then */
+        int64_t hold_ns; /* no job expires before this instant of the monotonic clock */
+    } expiry;
 };
 
 /** Makes or migrates the tables, once the database can be reached. */
 enum srv_stored srv_store_settle(struct srv_store *store);
 
-/** Begins a call: a transaction of its own, or a savepoint in the batch's. */
+/** Begins a call: a transaction of its own, unless it is one of a batch. */
 enum srv_stored srv_store_begin(struct srv_store *store);
 
-/** Ends a call: what it wrote stays or goes. Returns `stored`, or why it could not be ended. */
+/**
+ * Ends a call: what it wrote stays or goes. Returns `stored`, or why it could not be ended. A call of a batch that
+ * wrote something which is to go ends the batch: its calls are then run one by one.
+ */
 enum srv_stored srv_store_end(struct srv_store *store, int keep, enum srv_stored stored);
 
 /** Runs a statement; row is called for each row that it answers with, or NULL. */
 enum srv_stored srv_store_run(struct srv_store *store, enum srv_statement id, const struct srv_value value[], int count,
                               srv_row_fn *row, void *context);
+
+/**
+ * The store's clock, us since 1970: read once in a transaction, and a microsecond later at every call.
+ *
+ * SRV_STORED_BROKEN  a newer program has changed the tables while this one ran.
+ */
+enum srv_stored srv_store_now(struct srv_store *store, int64_t *now);
 
 /** Runs a statement that has neither values nor rows. */
 enum srv_stored srv_store_plain(struct srv_store *store, enum srv_statement id);

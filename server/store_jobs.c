@@ -32,38 +32,60 @@ static enum srv_stored submit_known(struct srv_store *store, const struct srv_jo
     return memcmp(rows.digest, order->digest, SRV_DIGEST_BYTES) ? SRV_STORED_CLASH : SRV_STORED;
 }
 
-static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_order *order,
-                                  const struct srv_row_wholes *client, struct srv_job *job) {
-    struct srv_row_jobs rows = {.cap = 1, .job = job};
-    if (client->whole[0] > store->rules.client_jobs) {
+/* what a job is counted for before it has results */
+static long long submit_held(const struct srv_job_order *order) {
+    return SRV_ROW_BYTES + (long long)order->request_bytes + SRV_SHARD_BYTES * (long long)(order->shards - 1);
+}
+
+/* the job as the statement SQL_JOB_PUT makes it */
+static void submit_job(const struct srv_job_order *order, int64_t now, struct srv_job *job) {
+    *job = (struct srv_job){
+        .shards = order->shards, .chained = order->chained, .created = now, .now = now, .held = submit_held(order)};
+    snprintf(job->id, sizeof job->id, "%s", order->id);
+    snprintf(job->client, sizeof job->client, "%s", order->client);
+    snprintf(job->operation, sizeof job->operation, "%s", order->operation);
+}
+
+static enum srv_stored submit_count(struct srv_store *store, const struct srv_job *job) {
+    struct srv_tally_client *client;
+    SRV_STORED_TRY(srv_store_client(store, job->client, &client));
+    client->jobs++;
+    client->ready++;
+    store->tally.ring = 1;
+    store->tally.change.jobs[SRV_JOB_ACCEPTED]++;
+    store->tally.change.shards += srv_job_claimable(job);
+    return srv_store_count_bytes(store, job->client, job->held);
+}
+
+static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_order *order, struct srv_job *job) {
+    struct srv_tally_client *client;
+    int64_t now, part_us = order->cost_us / order->shards;
+    SRV_STORED_TRY(srv_tally_look(&store->tally, store->sql, order->client, &client));
+    if (client->jobs_were + client->jobs >= store->rules.client_jobs) {
         snprintf(job->message, sizeof job->message, "the client has max-client-jobs, %ld, open jobs",
                  store->rules.client_jobs);
         return SRV_STORED_QUOTA;
     }
     SRV_STORED_TRY(srv_store_source(store, order->client, order->source, job->message));
-    SRV_STORED_TRY(srv_store_room(store, order->request_bytes, client->whole[1], job->message));
-    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_PUT, srv_row_job, &rows, srv_value_text(order->id),
-                           srv_value_text(order->client), srv_value_text(order->operation),
-                           srv_value_bytes(order->request, order->request_bytes), srv_value_text(order->key),
-                           srv_value_bytes(order->digest, SRV_DIGEST_BYTES), srv_value_whole(order->shards),
-                           srv_value_whole(order->chained)));
-    return srv_store_plain(store, SQL_RING);
+    SRV_STORED_TRY(srv_store_room(store, order->client, (size_t)submit_held(order), job->message));
+    SRV_STORED_TRY(srv_store_now(store, &now));
+    submit_job(order, now, job);
+    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_PUT, NULL, NULL, srv_value_text(order->id), srv_value_text(order->client),
+                           srv_value_text(order->operation), srv_value_bytes(order->request, order->request_bytes),
+                           srv_value_text(order->key), srv_value_bytes(order->digest, SRV_DIGEST_BYTES),
+                           srv_value_whole(order->shards), srv_value_whole(order->chained), srv_value_whole(part_us),
+                           srv_value_whole(now + part_us * order->shards), srv_value_whole(now),
+                           srv_value_whole(job->held)));
+    return submit_count(store, job);
 }
 
 enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_order *order, struct srv_job *job) {
-    struct srv_row_wholes client = {.count = 2};
     *job = (struct srv_job){0};
     SRV_STORED_TRY(srv_store_begin(store));
-    /* the client's row is locked first, so that requests with one key come one after the other */
-    enum srv_stored stored = SRV_RUN(store, SQL_CLIENT_ENTER, srv_row_wholes, &client, srv_value_text(order->client),
-                                     srv_value_text(order->source ? order->source : order->client));
-    int known = 0;
-    if (stored == SRV_STORED && order->key) {
-        stored = submit_known(store, order, job);
-        known = stored != SRV_STORED_NONE;
-        if (!known) stored = SRV_STORED;
-    }
-    if (stored == SRV_STORED && !known) stored = submit_new(store, order, &client, job);
+    /* of two processes that keep the same key at one instant the second is told so by the index, and tries again */
+    enum srv_stored stored = order->key ? submit_known(store, order, job) : SRV_STORED_NONE;
+    int known = stored != SRV_STORED_NONE;
+    if (!known) stored = submit_new(store, order, job);
     return srv_store_end(store, stored == SRV_STORED && !known, stored);
 }
 
@@ -76,38 +98,70 @@ enum srv_stored srv_store_request(struct srv_store *store, const char *id, void 
     return srv_store_bytes(store, SQL_JOB_REQUEST, id, request, bytes);
 }
 
+/* the page after a job, or the first */
+static enum srv_stored list_page(struct srv_store *store, const char *client, const char *before, int most,
+                                 struct srv_row_jobs *rows) {
+    struct srv_row_wholes created = {.count = 1};
+    if (!before) return SRV_RUN(store, SQL_JOBS, srv_row_job, rows, srv_value_text(client), srv_value_whole(most));
+    SRV_STORED_TRY(
+        SRV_RUN(store, SQL_JOB_CREATED, srv_row_wholes, &created, srv_value_text(before), srv_value_text(client)));
+    if (!created.rows) return SRV_STORED;
+    return SRV_RUN(store, SQL_JOBS_BEFORE, srv_row_job, rows, srv_value_text(client), srv_value_whole(most),
+                   srv_value_text(before), srv_value_whole(created.whole[0]));
+}
+
 enum srv_stored srv_store_list(struct srv_store *store, const char *client, const char *before, int most,
                                struct srv_job job[], int *count) {
     struct srv_row_jobs rows = {.cap = most, .job = job};
     *count = 0;
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored =
-        before ? SRV_RUN(store, SQL_JOBS_BEFORE, srv_row_job, &rows, srv_value_text(client), srv_value_whole(most),
-                         srv_value_text(before))
-               : SRV_RUN(store, SQL_JOBS, srv_row_job, &rows, srv_value_text(client), srv_value_whole(most));
-    stored = srv_store_end(store, 1, stored);
+    enum srv_stored stored = srv_store_end(store, 1, list_page(store, client, before, most, &rows));
     if (stored == SRV_STORED) *count = rows.count;
     return stored;
 }
 
+/* its shards: few go at once, many by and by, as its results do */
+static enum srv_stored end_shards(struct srv_store *store, const struct srv_job *job) {
+    struct srv_value id[SQL_JOBS_MOST];
+    if (job->bytes > 0 || job->begun > SQL_JOBS_MOST)
+        return SRV_RUN(store, SQL_REMOVAL_PUT, NULL, NULL, srv_value_text(job->id), srv_value_text(job->client),
+                       srv_value_whole(job->bytes));
+    if (!job->begun) return SRV_STORED;
+    for (int i = 0; i < SQL_JOBS_MOST; i++) id[i] = srv_value_text(job->id);
+    return srv_store_run(store, SQL_SHARDS_REMOVE, id, SQL_JOBS_MOST, NULL, NULL);
+}
+
 enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job, enum srv_job_state state,
                                   const char *message) {
-    struct srv_row_jobs rows = {.cap = 1, .job = job};
-    int was_open = srv_job_open(job);
-    if (state != SRV_JOB_SUCCESSFUL)
-        SRV_STORED_TRY(SRV_RUN(store, SQL_SHARDS_REMOVE, NULL, NULL, srv_value_text(job->id)));
-    if (was_open) SRV_STORED_TRY(srv_store_client(store, job->client, -1, 0, 0, NULL));
-    char id[SRV_ID_BYTES];
-    memcpy(id, job->id, sizeof id);
-    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_END, srv_row_job, &rows, srv_value_text(id), srv_value_whole(state),
-                           srv_value_text(message), srv_value_whole(store->rules.keep_us)));
-    return srv_store_plain(store, SQL_RING);
+    struct srv_job was = *job;
+    SRV_STORED_TRY(srv_store_now(store, &job->now));
+    /* a job that has ended is removed when it was said to be */
+    if (srv_job_open(&was)) {
+        job->finished = job->now;
+        job->expires = job->now + store->rules.keep_us;
+    }
+    if (was.state != SRV_JOB_DISMISSED && was.state != SRV_JOB_FAILED) SRV_STORED_TRY(end_shards(store, &was));
+    job->state = state;
+    job->held = SRV_ROW_BYTES;
+    job->waiting = 0;
+    /* the results are counted until they are gone */
+    SRV_STORED_TRY(srv_store_count_job(store, &was, job));
+    job->bytes = 0;
+    char text[SRV_MESSAGE_BYTES];
+    snprintf(text, sizeof text, "%s", message);
+    memcpy(job->message, text, sizeof text);
+    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_END, NULL, NULL, srv_value_text(job->id), srv_value_whole(state),
+                           srv_value_text(text), srv_value_whole(job->finished), srv_value_whole(job->expires),
+                           srv_value_whole(job->held), srv_value_bytes("", 0)));
+    store->tally.ring = 1;
+    return SRV_STORED;
 }
 
 enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struct srv_job *job) {
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = srv_store_find(store, SQL_JOB_LOCK, id, job);
-    if (stored == SRV_STORED && job->state != SRV_JOB_DISMISSED)
+    int dismissed = stored == SRV_STORED && job->state == SRV_JOB_DISMISSED;
+    if (stored == SRV_STORED && !dismissed)
         stored = srv_store_job_end(store, job, SRV_JOB_DISMISSED, srv_job_open(job) ? "" : job->message);
-    return srv_store_end(store, stored == SRV_STORED, stored);
+    return srv_store_end(store, stored == SRV_STORED && !dismissed, stored);
 }

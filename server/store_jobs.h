@@ -12,7 +12,13 @@ enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, c
 /** True for a job that has not ended. */
 int srv_job_open(const struct srv_job *job);
 
-/** Ends a job that was locked, in a call that has begun; its shards go, so that no attempt can write any more. */
+/**
+ * Ends a job that was locked, in a call that has begun: without success. Its request goes at once, its shards and
+ * results go by and by; no attempt can write any more.
+ *
+ * state  SRV_JOB_FAILED or SRV_JOB_DISMISSED.
+ * job    in: as it was read; out: as it is.
+ */
 enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job, enum srv_job_state state,
                                   const char *message);
 

@@ -35,63 +35,107 @@ void srv_lease_clear(struct srv_lease *lease) {
     *lease = (struct srv_lease){0};
 }
 
+enum { TURN_CLIENTS = 8 };
+
 /* the clients whose turn it is, first come first */
 struct row_clients {
     int count;
-    char name[8][SRV_NAME_BYTES];
+    struct {
+        char name[SRV_NAME_BYTES];
+        int64_t turn;
+    } client[TURN_CLIENTS];
 };
 
 static enum srv_stored row_client(void *context, const struct srv_value field[]) {
     struct row_clients *rows = context;
-    if (rows->count < 8) srv_row_text(&field[0], rows->name[rows->count++], SRV_NAME_BYTES);
+    if (rows->count == TURN_CLIENTS) return SRV_STORED;
+    srv_row_text(&field[0], rows->client[rows->count].name, SRV_NAME_BYTES);
+    rows->client[rows->count++].turn = field[1].whole;
     return SRV_STORED;
 }
 
+/* what this transaction has changed and not yet written counts as well: the turns that its claims took */
+static enum srv_stored clients_order(struct srv_store *store, struct row_clients *rows) {
+    struct srv_tally_client *client;
+    for (int i = 0; i < rows->count; i++) {
+        SRV_STORED_TRY(srv_store_client(store, rows->client[i].name, &client));
+        rows->client[i].turn += client->turn;
+    }
+    for (int i = 1; i < rows->count; i++)
+        for (int j = i; j > 0 && rows->client[j].turn < rows->client[j - 1].turn; j--) {
+            struct row_clients swap = {.client[0] = rows->client[j]};
+            rows->client[j] = rows->client[j - 1];
+            rows->client[j - 1] = swap.client[0];
+        }
+    return SRV_STORED;
+}
+
+/* A job of which a shard can be claimed, locked. */
 struct row_ready {
     int rows;
-    struct srv_lease *lease;
+    struct srv_job job;
     int again; /* one that was held before is next */
 };
 
 static enum srv_stored row_ready(void *context, const struct srv_value field[]) {
     struct row_ready *row = context;
-    srv_row_text(&field[0], row->lease->job, sizeof row->lease->job);
-    srv_row_text(&field[1], row->lease->operation, sizeof row->lease->operation);
-    row->lease->shards = (long)field[2].whole;
+    struct srv_job *job = &row->job;
+    *job = (struct srv_job){.state = SRV_JOB_RUNNING};
+    srv_row_text(&field[0], job->id, sizeof job->id);
+    srv_row_text(&field[1], job->operation, sizeof job->operation);
+    job->shards = (long)field[2].whole;
+    job->begun = (long)field[3].whole;
+    job->waiting = (long)field[4].whole;
+    job->chained = field[5].whole != 0;
+    job->done = (long)field[6].whole;
+    job->state = (enum srv_job_state)field[7].whole;
     /* what was held before comes last, unless there is much of it: it may be what kills its workers */
-    int last = !field[5].whole && field[3].whole < field[2].whole && field[4].whole <= LAST_SHARDS;
-    row->again = field[4].whole > 0 && !last;
+    int last = !job->chained && job->begun < job->shards && job->waiting <= LAST_SHARDS;
+    row->again = job->waiting > 0 && !last;
     row->rows++;
     return SRV_STORED;
 }
 
 /* takes a shard of the job that is ready and locked */
 static enum srv_stored claim_shard(struct srv_store *store, const char *client, const char *worker, int64_t lease_us,
-                                   const struct row_ready *ready) {
-    struct srv_lease *lease = ready->lease;
+                                   const struct row_ready *ready, struct srv_lease *lease) {
     struct row_lease row = {.lease = lease};
+    struct srv_job was = ready->job, is;
+    struct srv_tally_client *turn;
     enum srv_statement take = ready->again ? SQL_SHARD_AGAIN : SQL_SHARD_NEXT;
-    SRV_STORED_TRY(SRV_RUN(store, take, row_lease, &row, srv_value_text(lease->job), srv_value_text(worker),
+    SRV_STORED_TRY(SRV_RUN(store, take, row_lease, &row, srv_value_text(was.id), srv_value_text(worker),
                            srv_value_whole(lease_us)));
     if (!row.rows) return SRV_STORED_BROKEN;
-    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_CLAIM, NULL, NULL, srv_value_text(lease->job), srv_value_whole(ready->again),
+    memcpy(lease->job, was.id, sizeof lease->job);
+    memcpy(lease->operation, was.operation, sizeof lease->operation);
+    lease->shards = was.shards;
+    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_CLAIM, NULL, NULL, srv_value_text(was.id), srv_value_whole(ready->again),
                            srv_value_whole(!ready->again)));
-    return srv_store_client(store, client, 0, 0, 1, NULL);
+    snprintf(was.client, sizeof was.client, "%s", client);
+    is = was;
+    is.state = SRV_JOB_RUNNING;
+    is.waiting -= ready->again;
+    is.begun += !ready->again;
+    SRV_STORED_TRY(srv_store_count_job(store, &was, &is));
+    SRV_STORED_TRY(srv_store_client(store, client, &turn));
+    turn->turn++;
+    return SRV_STORED;
 }
 
 enum srv_stored srv_store_claim(struct srv_store *store, const char *worker, int64_t lease_us,
                                 struct srv_lease *lease) {
     struct row_clients clients = {0};
-    struct row_ready ready = {.lease = lease};
+    struct row_ready ready = {0};
     *lease = (struct srv_lease){0};
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = srv_store_run(store, SQL_CLIENTS, NULL, 0, row_client, &clients);
+    if (stored == SRV_STORED) stored = clients_order(store, &clients);
     const char *client = NULL;
     for (int i = 0; i < clients.count && stored == SRV_STORED && !ready.rows; i++) {
-        client = clients.name[i];
+        client = clients.client[i].name;
         stored = SRV_RUN(store, SQL_JOB_READY, row_ready, &ready, srv_value_text(client));
     }
-    if (stored == SRV_STORED && ready.rows) stored = claim_shard(store, client, worker, lease_us, &ready);
+    if (stored == SRV_STORED && ready.rows) stored = claim_shard(store, client, worker, lease_us, &ready, lease);
     /* what is ready but locked by another process will be free in a moment */
     else if (stored == SRV_STORED)
         stored = clients.count ? SRV_STORED_AGAIN : SRV_STORED_NONE;
@@ -110,19 +154,16 @@ enum srv_stored srv_store_extend(struct srv_store *store, const struct srv_lease
     return srv_store_end(store, stored == SRV_STORED, stored);
 }
 
-/* locks the job, then the shard; LOST unless this attempt holds it or, with `done`, has already finished it */
+/* locks the job and the shard; LOST unless this attempt holds it or, with `done`, has already finished it */
 static enum srv_stored lease_check(struct srv_store *store, const struct srv_lease *lease, struct srv_job *job,
                                    int *done) {
-    struct srv_row_wholes shard = {.count = 2};
+    struct srv_row_jobs rows = {.cap = 1, .job = job, .with_lease = 1};
     *done = 0;
-    enum srv_stored stored = srv_store_find(store, SQL_JOB_LOCK, lease->job, job);
-    if (stored == SRV_STORED_NONE) return SRV_STORED_LOST;
-    SRV_STORED_TRY(stored);
     SRV_STORED_TRY(
-        SRV_RUN(store, SQL_SHARD, srv_row_wholes, &shard, srv_value_text(lease->job), srv_value_whole(lease->shard)));
-    if (!shard.rows || shard.whole[1] != lease->attempt) return SRV_STORED_LOST;
-    *done = shard.whole[0] == SHARD_DONE;
-    return *done || (shard.whole[0] == SHARD_HELD && srv_job_open(job)) ? SRV_STORED : SRV_STORED_LOST;
+        SRV_RUN(store, SQL_LEASE, srv_row_job, &rows, srv_value_text(lease->job), srv_value_whole(lease->shard)));
+    if (!rows.count || rows.attempt != lease->attempt || job->state > SRV_JOB_SUCCESSFUL) return SRV_STORED_LOST;
+    *done = rows.shard_state == SHARD_DONE;
+    return *done || (rows.shard_state == SHARD_HELD && srv_job_open(job)) ? SRV_STORED : SRV_STORED_LOST;
 }
 
 static enum srv_stored finish_data(struct srv_store *store, const struct srv_lease *lease, const char *data,
@@ -137,33 +178,45 @@ static enum srv_stored finish_data(struct srv_store *store, const struct srv_lea
                    srv_value_whole((int64_t)bytes));
 }
 
+/* the job has a shard more that is done; the last one ends it */
+static enum srv_stored finish_step(struct srv_store *store, struct srv_job *job, size_t bytes, const void *carry,
+                                   size_t carry_bytes) {
+    struct srv_job was = *job;
+    int64_t now;
+    job->done++;
+    job->bytes += (long long)bytes;
+    if (job->done < job->shards) {
+        SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_STEP, NULL, NULL, srv_value_text(job->id),
+                               srv_value_whole((int64_t)bytes), srv_value_bytes(carry, carry_bytes)));
+        store->tally.ring |= carry != NULL;
+        return srv_store_count_job(store, &was, job);
+    }
+    SRV_STORED_TRY(srv_store_now(store, &now));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_SUCCEED, NULL, NULL, srv_value_text(job->id), srv_value_whole((int64_t)bytes),
+                           srv_value_whole(now), srv_value_whole(now + store->rules.keep_us)));
+    job->state = SRV_JOB_SUCCESSFUL;
+    store->tally.ring = 1;
+    return srv_store_count_job(store, &was, job);
+}
+
 enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease *lease, const void *data, size_t bytes,
                                  const void *carry, size_t carry_bytes) {
     struct srv_job job;
-    int64_t kept = 0;
     int done, over = 0;
     char message[SRV_MESSAGE_BYTES];
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = lease_check(store, lease, &job, &done);
     if (stored != SRV_STORED || done) return srv_store_end(store, 0, stored);
-    stored = srv_store_client(store, job.client, 0, (long long)bytes, 0, &kept);
-    if (stored == SRV_STORED) stored = srv_store_room(store, bytes, kept, message);
+    stored = srv_store_room(store, job.client, bytes, message);
     if (stored == SRV_STORED_QUOTA) {
-        /* what was counted is taken back, and the job ends */
         over = 1;
-        stored = srv_store_client(store, job.client, 0, -(long long)bytes, 0, NULL);
-        if (stored == SRV_STORED) stored = srv_store_job_end(store, &job, SRV_JOB_FAILED, message);
+        stored = srv_store_job_end(store, &job, SRV_JOB_FAILED, message);
     } else {
         if (stored == SRV_STORED) stored = finish_data(store, lease, data, bytes);
         /* a job that gets on is not what kills its workers */
-        if (stored == SRV_STORED) stored = SRV_RUN(store, SQL_SHARDS_CLEARED, NULL, NULL, srv_value_text(lease->job));
-        if (stored == SRV_STORED)
-            stored = SRV_RUN(store, SQL_JOB_STEP, NULL, NULL, srv_value_text(lease->job),
-                             srv_value_whole((int64_t)bytes), srv_value_bytes(carry, carry_bytes));
-        if (stored == SRV_STORED && job.done + 1 == job.shards)
-            stored = srv_store_job_end(store, &job, SRV_JOB_SUCCESSFUL, "");
-        else if (stored == SRV_STORED && carry)
-            stored = srv_store_plain(store, SQL_RING);
+        if (stored == SRV_STORED && job.shards > 1)
+            stored = SRV_RUN(store, SQL_SHARDS_CLEARED, NULL, NULL, srv_value_text(lease->job));
+        if (stored == SRV_STORED) stored = finish_step(store, &job, bytes, carry, carry_bytes);
     }
     int keep = stored == SRV_STORED;
     return srv_store_end(store, keep, keep && over ? SRV_STORED_QUOTA : stored);
@@ -208,6 +261,9 @@ static enum srv_stored shard_back(struct srv_store *store, const char *id, int64
                            srv_value_whole(mark)));
     if (!row.rows) return SRV_STORED;
     sweep->released++;
+    struct srv_job was = job;
+    job.waiting++;
+    SRV_STORED_TRY(srv_store_count_job(store, &was, &job));
     if (row.whole[0] < SRV_MOST_KILLS) return SRV_RUN(store, SQL_JOB_WAIT, NULL, NULL, srv_value_text(id));
     sweep->given_up++;
     snprintf(message, sizeof message,
@@ -225,7 +281,8 @@ enum srv_stored srv_store_back(struct srv_store *store, const char *worker, int6
     SRV_STORED_TRY(stored);
     for (int i = 0; i < rows.count; i++)
         SRV_STORED_TRY(shard_back(store, rows.shard[i].job, rows.shard[i].number, !worker, sweep));
-    return sweep->released ? srv_store_plain(store, SQL_RING) : SRV_STORED;
+    store->tally.ring |= sweep->released > 0;
+    return SRV_STORED;
 }
 
 enum srv_stored srv_store_release(struct srv_store *store, const char *worker) {

@@ -15,7 +15,7 @@ enum { TYPE_BYTEA = 17, TYPE_INT8 = 20, TYPE_TEXT = 25 };
 enum { FIRST_WAIT_MS = 100, MOST_WAIT_MS = 5000 };
 /* nobody waits for a database longer than ANSWER_MS for an answer and CONNECT_S for a connection; a listener that hears
  * nothing asks so often whether the line still holds */
-enum { ANSWER_MS = 10000, LISTEN_MS = 5000 };
+enum { ANSWER_MS = 10000, LISTEN_MS = 5000, PATIENT_MS = 24 * 3600 * 1000 };
 #define CONNECT_S "5"
 
 struct postgres_sql {
@@ -24,6 +24,7 @@ struct postgres_sql {
     int64_t retry_ms;  /* when a lost connection may be tried again */
     int wait_ms;       /* from one try to the next */
     int silent;        /* it gave no answer in time */
+    int patient;       /* the tables are brought to a new version: that takes as long as it takes */
     int64_t listen_ms; /* when to say LISTEN, again */
     char kept[SRV_SQL_STATEMENTS];
 };
@@ -56,7 +57,7 @@ static int postgres_wait(PGconn *connection, int64_t until_ms) {
 
 /* the answer to what was said, the first complaint of several; a line on which none comes in time is cut */
 static PGresult *postgres_answer(struct postgres_sql *own, int said) {
-    int64_t until_ms = postgres_clock_ms() + ANSWER_MS;
+    int64_t until_ms = postgres_clock_ms() + (own->patient ? PATIENT_MS : ANSWER_MS);
     PGresult *answer = NULL, *next;
     if (!said) return NULL;
     for (;;) {
@@ -71,6 +72,13 @@ static PGresult *postgres_answer(struct postgres_sql *own, int said) {
     }
 }
 
+/* Every statement on the tables has an index that suits it. Its plan must use this index from the first row on: a plan
+ * that was made while a table was empty, or before its statistics were collected, would scan and sort the table. */
+#define POSTGRES_PLANS                                                                                                 \
+    "SET plan_cache_mode = force_generic_plan; SET enable_seqscan = off; SET enable_bitmapscan = off;"                 \
+    "SET enable_sort = off; SET enable_hashjoin = off; SET enable_mergejoin = off; SET jit = off;"                     \
+    "SET max_parallel_workers_per_gather = 0"
+
 /* what a connection is told first: a process that was stopped in the middle of a transaction must not hold its rows,
  * and nobody waits for them without end */
 static int postgres_settle(struct postgres_sql *own) {
@@ -80,7 +88,7 @@ static int postgres_settle(struct postgres_sql *own) {
         own, PQsendQuery(own->connection, "SET idle_in_transaction_session_timeout = 5000; SET lock_timeout = 5000;"
                                           "SET statement_timeout = 8000; SET synchronous_commit = on;"
                                           "SET client_min_messages = warning;"
-                                          "SET default_transaction_isolation = 'read committed'"));
+                                          "SET default_transaction_isolation = 'read committed';" POSTGRES_PLANS));
     int good = PQresultStatus(result) == PGRES_COMMAND_OK;
     PQclear(result);
     return good;
@@ -252,7 +260,9 @@ static enum srv_stored postgres_run(struct srv_sql *sql, int id, const char *tex
     struct srv_value field[SRV_SQL_PARAMETERS];
     if (PQstatus(own->connection) != CONNECTION_OK && (strcmp(text, "{begin}") || !postgres_again(own)))
         return SRV_STORED_AWAY;
+    own->patient |= !strcmp(text, "{alone}");
     PGresult *result = postgres_ask(own, id, text, value, count);
+    if (!strcmp(text, "COMMIT") || !strcmp(text, "ROLLBACK")) own->patient = 0;
     enum srv_stored stored = postgres_result(own, result);
     int rows = stored == SRV_STORED ? PQntuples(result) : 0, columns = stored == SRV_STORED ? PQnfields(result) : 0;
     for (int i = 0; i < rows && stored == SRV_STORED && row && columns <= SRV_SQL_PARAMETERS; i++) {
@@ -292,15 +302,19 @@ static int postgres_listen(struct srv_sql *sql, int timeout_ms) {
 
 const struct srv_sql_driver srv_sql_postgres = {
     .scheme = "postgresql://",
-    .batch = 1,
+    .batch = 64,
     .distant = 1,
+    .shared = 1,
     .begin = "BEGIN",
-    .now = "(extract(epoch from clock_timestamp()) * 1000000)::bigint",
+    // stable within a statement, so that a condition on it can use an index; clock_timestamp() cannot
+    .now = "(extract(epoch from statement_timestamp()) * 1000000)::bigint",
     .lock = "FOR UPDATE",
     .skip = "FOR UPDATE SKIP LOCKED",
-    .alone = "SELECT pg_advisory_xact_lock(7016996765293437281)",
+    .alone = "SELECT set_config('statement_timeout', '0', true), set_config('lock_timeout', '0', true), "
+             "pg_advisory_xact_lock(7016996765293437281)",
     .ring = "NOTIFY pendulumd",
     .bytes = "BYTEA",
+    .hot = "WITH (fillfactor = 20)",
     .open = postgres_open,
     .close = postgres_close,
     .run = postgres_run,

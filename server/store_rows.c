@@ -53,8 +53,15 @@ enum srv_stored srv_row_job(void *context, const struct srv_value field[]) {
     job->now = field[10].whole;
     job->bytes = field[11].whole;
     srv_row_text(&field[12], job->message, sizeof job->message);
-    job->taken = (long)field[13].whole;
-    if (rows->with_digest && field[14].bytes == SRV_DIGEST_BYTES)
-        memcpy(rows->digest, field[14].data, SRV_DIGEST_BYTES);
+    job->begun = (long)field[13].whole;
+    job->waiting = (long)field[14].whole;
+    job->chained = field[15].whole != 0;
+    job->held = field[16].whole;
+    if (rows->with_digest && field[SRV_ROW_JOB].bytes == SRV_DIGEST_BYTES)
+        memcpy(rows->digest, field[SRV_ROW_JOB].data, SRV_DIGEST_BYTES);
+    if (rows->with_lease) {
+        rows->shard_state = (long)field[SRV_ROW_JOB].whole;
+        rows->attempt = (long)field[SRV_ROW_JOB + 1].whole;
+    }
     return SRV_STORED;
 }

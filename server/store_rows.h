@@ -36,12 +36,16 @@ enum srv_stored srv_row_bytes(void *context, const struct srv_value field[]);
 /** Copies a field of text; NULL becomes "". */
 void srv_row_text(const struct srv_value *field, char text[], size_t cap);
 
+enum { SRV_ROW_JOB = 17 }; /* fields of JOB_COLUMNS */
+
 /* Jobs, as a statement lists them. */
 struct srv_row_jobs {
     int count, cap;
     struct srv_job *job;                    /* cap of them, the asker's */
     unsigned char digest[SRV_DIGEST_BYTES]; /* of the last, where the statement asks for it */
     int with_digest;
+    int with_lease; /* the statement asks for a shard of the job as well: */
+    long shard_state, attempt;
 };
 
 /** Takes a row into a struct srv_row_jobs. */

@@ -6,6 +6,8 @@
 
 #include "server/sql.h"
 
+enum { SRV_SCHEMA = 3 }; /* the version that this program knows */
+
 /**
  * Makes the tables, or brings them to this version.
  *
@@ -13,5 +15,8 @@
  * SRV_STORED_AWAY    the database cannot be reached yet.
  */
 enum srv_stored srv_schema_settle(struct srv_sql *sql);
+
+/** Says that the tables are of a newer version than this program knows. Returns SRV_STORED_BROKEN. */
+enum srv_stored srv_schema_newer(struct srv_sql *sql, int64_t version);
 
 #endif

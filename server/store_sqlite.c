@@ -264,6 +264,7 @@ const struct srv_sql_driver srv_sql_sqlite = {
     .alone = "SELECT 1",
     .ring = "SELECT ring()",
     .bytes = "BLOB",
+    .hot = "",
     .open = sqlite_open,
     .close = sqlite_close,
     .run = sqlite_run,

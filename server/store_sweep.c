@@ -1,78 +1,149 @@
 /* Sweeping: what ran out, was dismissed or is past its time; and what is in the store, in figures.
- * Leaves to others: when to sweep (runner).
- * Invariant: a sweep takes a piece at a time, so that no other call waits long; any process may, at any time. */
+ * Leaves to others: when to sweep (storage).
+ * Invariant: a sweep takes a piece at a time, so that no other call waits long; any process may, at any time; a job is
+ * removed as it is, and not before the time that its client was told. */
+#include <string.h>
+#include <time.h>
+
 #include "server/store_jobs.h"
 #include "server/store_leases.h"
 #include "server/store_quotas.h"
 #include "server/store_rows.h"
 
-static enum srv_stored row_id(void *context, const struct srv_value field[]) {
-    srv_row_text(&field[0], context, SRV_ID_BYTES);
+/* bytes of results that are removed together with their job; of larger ones a piece at a time. And by how much the
+ * store's clock may run ahead of this process' from one sweep to the next, and for how long it is not trusted then */
+enum { SWEEP_SMALL = 1 << 20, SWEEP_JUMP_S = 300, SWEEP_HOLD_S = 600 };
+
+/* A job that is dismissed or removed and whose shards and results are still there. */
+struct row_removal {
+    int rows;
+    char job[SRV_ID_BYTES], client[SRV_NAME_BYTES];
+    int64_t bytes;
+};
+
+static enum srv_stored row_removal(void *context, const struct srv_value field[]) {
+    struct row_removal *row = context;
+    srv_row_text(&field[0], row->job, sizeof row->job);
+    srv_row_text(&field[1], row->client, sizeof row->client);
+    row->bytes = field[2].whole;
+    row->rows++;
     return SRV_STORED;
 }
 
-/* takes a piece of a job's results away; the last piece settles the client's account */
-static enum srv_stored sweep_results(struct srv_store *store, const struct srv_job *job, int *emptied) {
-    struct srv_row_wholes gone = {.count = 1};
-    SRV_STORED_TRY(SRV_RUN(store, SQL_RESULTS_REMOVE, srv_row_wholes, &gone, srv_value_text(job->id)));
-    *emptied = gone.rows < SQL_CHUNKS_MOST;
-    if (!*emptied) return SRV_STORED;
-    SRV_STORED_TRY(srv_store_client(store, job->client, 0, -job->bytes, 0, NULL));
-    return SRV_RUN(store, SQL_JOB_EMPTY, NULL, NULL, srv_value_text(job->id));
+/* takes a piece of a job's results and shards away; the last piece settles the client's account */
+static enum srv_stored sweep_removal(struct srv_store *store, struct srv_store_sweep *sweep) {
+    struct row_removal removal = {0};
+    struct srv_row_wholes chunks = {.count = 1}, shards = {.count = 1};
+    SRV_STORED_TRY(srv_store_run(store, SQL_REMOVAL, NULL, 0, row_removal, &removal));
+    if (!removal.rows) return SRV_STORED;
+    sweep->more = 1;
+    SRV_STORED_TRY(SRV_RUN(store, SQL_RESULTS_REMOVE_SOME, srv_row_wholes, &chunks, srv_value_text(removal.job)));
+    if (chunks.rows == SQL_CHUNKS_MOST) return SRV_STORED;
+    SRV_STORED_TRY(SRV_RUN(store, SQL_SHARDS_REMOVE_SOME, srv_row_wholes, &shards, srv_value_text(removal.job)));
+    if (shards.rows == SQL_SHARDS_REMOVED) return SRV_STORED;
+    SRV_STORED_TRY(srv_store_count_bytes(store, removal.client, -removal.bytes));
+    return SRV_RUN(store, SQL_REMOVAL_END, NULL, NULL, srv_value_text(removal.job));
 }
 
-static enum srv_stored sweep_dismissed(struct srv_store *store, struct srv_store_sweep *sweep) {
-    char id[SRV_ID_BYTES] = "";
-    struct srv_job job;
-    int emptied;
-    SRV_STORED_TRY(srv_store_run(store, SQL_JOB_UNCLEAN, NULL, 0, row_id, id));
-    if (!*id) return SRV_STORED;
-    SRV_STORED_TRY(srv_store_find(store, SQL_JOB_LOCK, id, &job));
-    sweep->more = 1;
-    return sweep_results(store, &job, &emptied);
+/* Jobs that are past their time, locked. */
+struct row_expired {
+    int count;
+    struct srv_job job[SQL_EXPIRED_MOST];
+};
+
+static enum srv_stored row_expired(void *context, const struct srv_value field[]) {
+    struct row_expired *rows = context;
+    if (rows->count == SQL_EXPIRED_MOST) return SRV_STORED;
+    if (field[2].whole < 0 || field[2].whole >= SRV_JOB_STATES) return SRV_STORED_BROKEN;
+    struct srv_job *job = &rows->job[rows->count++];
+    *job = (struct srv_job){.state = (enum srv_job_state)field[2].whole,
+                            .bytes = field[3].whole,
+                            .held = field[4].whole,
+                            .begun = (long)field[5].whole,
+                            .expires = field[6].whole};
+    srv_row_text(&field[0], job->id, sizeof job->id);
+    srv_row_text(&field[1], job->client, sizeof job->client);
+    return SRV_STORED;
 }
 
-static enum srv_stored sweep_expired(struct srv_store *store, struct srv_store_sweep *sweep) {
-    char id[SRV_ID_BYTES] = "";
-    struct srv_job job;
-    SRV_STORED_TRY(srv_store_run(store, SQL_JOB_EXPIRED, NULL, 0, row_id, id));
-    if (!*id) return SRV_STORED;
-    SRV_STORED_TRY(srv_store_find(store, SQL_JOB_LOCK, id, &job));
-    sweep->more = 1;
-    /* one with results is dismissed first, which takes them away piece by piece */
-    if (job.bytes > 0)
-        return job.state == SRV_JOB_SUCCESSFUL ? srv_store_job_end(store, &job, SRV_JOB_DISMISSED, "") : SRV_STORED;
-    SRV_STORED_TRY(SRV_RUN(store, SQL_SHARDS_REMOVE, NULL, NULL, srv_value_text(id)));
-    return SRV_RUN(store, SQL_JOB_REMOVE, NULL, NULL, srv_value_text(id));
+/* counts a job that is removed; what is large stays a while, and is counted as long */
+static enum srv_stored expired_count(struct srv_store *store, const struct srv_job *job, int large) {
+    store->tally.change.jobs[job->state]--;
+    SRV_STORED_TRY(srv_store_count_bytes(store, job->client, -job->held - (large ? 0 : job->bytes)));
+    if (!large) return SRV_STORED;
+    return SRV_RUN(store, SQL_REMOVAL_PUT, NULL, NULL, srv_value_text(job->id), srv_value_text(job->client),
+                   srv_value_whole(job->bytes));
+}
+
+/* removes SQL_JOBS_MOST jobs at most */
+static enum srv_stored expired_remove(struct srv_store *store, const struct srv_job job[], int count) {
+    struct srv_value all[SQL_JOBS_MOST], small[SQL_JOBS_MOST];
+    int results = 0, smalls = 0;
+    for (int i = 0; i < count; i++) {
+        /* one that failed or was dismissed has a removal of its own already, if it needs one */
+        int large = job[i].state == SRV_JOB_SUCCESSFUL && (job[i].bytes > SWEEP_SMALL || job[i].begun > SQL_JOBS_MOST);
+        SRV_STORED_TRY(expired_count(store, &job[i], large));
+        all[i] = srv_value_text(job[i].id);
+        if (large || job[i].state != SRV_JOB_SUCCESSFUL) continue;
+        small[smalls++] = all[i];
+        results |= job[i].bytes > 0;
+    }
+    for (int i = count; i < SQL_JOBS_MOST; i++) all[i] = all[0];
+    for (int i = smalls; i < SQL_JOBS_MOST && smalls; i++) small[i] = small[0];
+    if (results) SRV_STORED_TRY(srv_store_run(store, SQL_RESULTS_REMOVE, small, SQL_JOBS_MOST, NULL, NULL));
+    if (smalls) SRV_STORED_TRY(srv_store_run(store, SQL_SHARDS_REMOVE, small, SQL_JOBS_MOST, NULL, NULL));
+    return srv_store_run(store, SQL_JOBS_REMOVE, all, SQL_JOBS_MOST, NULL, NULL);
+}
+
+static int64_t sweep_clock_ns(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
+}
+
+/* false for a while after the store's clock has jumped ahead */
+static int sweep_trusts(struct srv_store *store, int64_t now) {
+    int64_t now_ns = sweep_clock_ns(), passed_us = (now_ns - store->expiry.seen_ns) / 1000;
+    if (store->expiry.seen && now - store->expiry.seen > passed_us + (int64_t)SWEEP_JUMP_S * 1000000)
+        store->expiry.hold_ns = now_ns + (int64_t)SWEEP_HOLD_S * 1000000000;
+    store->expiry.seen = now;
+    store->expiry.seen_ns = now_ns;
+    return now_ns >= store->expiry.hold_ns;
+}
+
+static enum srv_stored sweep_expired(struct srv_store *store, int64_t now, struct srv_store_sweep *sweep) {
+    struct row_expired rows = {0};
+    if (!sweep_trusts(store, now)) return SRV_STORED;
+    SRV_STORED_TRY(SRV_RUN(store, SQL_JOBS_EXPIRED, row_expired, &rows, srv_value_whole(store->expiry.from)));
+    for (int i = 0; i < rows.count; i += SQL_JOBS_MOST) {
+        int count = rows.count - i < SQL_JOBS_MOST ? rows.count - i : SQL_JOBS_MOST;
+        SRV_STORED_TRY(expired_remove(store, rows.job + i, count));
+    }
+    /* the next piece does not look again at the places of those that were removed; when nothing is left all places are
+     * looked at once more, because other processes may have locked some */
+    sweep->more |= rows.count > 0;
+    sweep->expired = rows.count;
+    store->expiry.from = rows.count ? rows.job[rows.count - 1].expires : 0;
+    return SRV_STORED;
 }
 
 enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked, struct srv_store_sweep *sweep) {
-    struct srv_row_wholes now = {.count = 1};
+    int64_t now = 0;
     int late = 0;
     *sweep = (struct srv_store_sweep){0};
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored = srv_store_run(store, SQL_NOW, NULL, 0, srv_row_wholes, &now);
-    int64_t before = looked ? *looked : now.whole[0];
+    enum srv_stored stored = srv_store_now(store, &now);
+    int64_t before = looked ? *looked : now;
     if (stored == SRV_STORED) stored = srv_store_back(store, NULL, before, sweep, &late);
-    if (stored == SRV_STORED && looked) *looked = now.whole[0];
-    if (stored == SRV_STORED) stored = sweep_dismissed(store, sweep);
-    if (stored == SRV_STORED) stored = sweep_expired(store, sweep);
-    if (stored == SRV_STORED && !sweep->more) stored = srv_store_plain(store, SQL_CLIENTS_LEAVE);
+    if (stored == SRV_STORED && looked) *looked = now;
+    if (stored == SRV_STORED) stored = sweep_removal(store, sweep);
+    if (stored == SRV_STORED) stored = sweep_expired(store, now, sweep);
     sweep->more |= late == SQL_SHARDS_MOST;
     return srv_store_end(store, stored == SRV_STORED, stored);
-}
-
-static enum srv_stored row_figures(void *context, const struct srv_value field[]) {
-    struct srv_store_figures *figures = context;
-    if (field[0].whole < 0 || field[0].whole >= SRV_JOB_STATES) return SRV_STORED_BROKEN;
-    figures->jobs[field[0].whole] = (long)field[1].whole;
-    figures->bytes += field[2].whole;
-    figures->shards += (long)field[3].whole;
-    return SRV_STORED;
 }
 
 enum srv_stored srv_store_figures(struct srv_store *store, struct srv_store_figures *figures) {
     *figures = (struct srv_store_figures){0};
     SRV_STORED_TRY(srv_store_begin(store));
-    return srv_store_end(store, 1, srv_store_run(store, SQL_FIGURES, NULL, 0, row_figures, figures));
+    return srv_store_end(store, 1, srv_tally_totals(&store->tally, store->sql, figures));
 }

@@ -234,21 +234,21 @@ TEST(a_plan_tells_parts_cost_and_digest_or_the_problem) {
     api_buffer_init(&out, 1 << 20);
     for (int i = 0; i < CASES; i++) {
         struct api_request request = request_of(i, "nothing/at-all");
-        CHECK_INT(api_plan_read(&plan, &request, &limits, 1e-9, &out), 0);
+        CHECK_INT(api_plan_read(&plan, &request, &limits, 1e-9, NULL, &out), 0);
         CHECK_SAYING(plan.parts >= cases[i].parts && plan.cost >= 0, "case %d: %ld parts", i, plan.parts);
         CHECK_INT(plan.chained, cases[i].op == API_OP_TRAJECTORIES && plan.parts > 1);
-        CHECK_INT(api_plan_read(&again, &request, &limits, 1e9, &out), 0);
+        CHECK_INT(api_plan_read(&again, &request, &limits, 1e9, NULL, &out), 0);
         CHECK_INT(again.parts, 1);
         CHECK_TEXT(again.digest, plan.digest);
         CHECK(out.bytes == 0);
     }
     struct api_request bad = request_of(1, NULL);
     bad.body_bytes--;
-    CHECK_INT(api_plan_read(&plan, &bad, &limits, 1, &out), 400);
+    CHECK_INT(api_plan_read(&plan, &bad, &limits, 1, NULL, &out), 400);
     CHECK(out.bytes > 0 && !memcmp(out.data, "{\"type\"", 7));
     out.bytes = 0;
     struct api_request tree = {.op = API_OP_TREES, .content_type = "application/json", .body = "{}", .body_bytes = 2};
-    CHECK_INT(api_plan_read(&plan, &tree, &limits, 1, &out), 422);
+    CHECK_INT(api_plan_read(&plan, &tree, &limits, 1, NULL, &out), 422);
     api_buffer_clear(&out);
 }
 
@@ -261,7 +261,7 @@ TEST(a_job_is_the_same_whichever_engine_computes_it) {
         .op = API_OP_MODES, .content_type = "application/json", .body = body, .body_bytes = sizeof body - 1};
     api_limits_init(&limits);
     api_buffer_init(&out, 1 << 20);
-    CHECK_INT(api_plan_read(&plan, &request, &limits, 1, &out), 0);
+    CHECK_INT(api_plan_read(&plan, &request, &limits, 1, NULL, &out), 0);
     /* of these very bytes, whatever the sources of the program are */
     CHECK_TEXT(plan.digest, "e76ae203115218c53e13a1e22bd7b5ba6ce3116bf73dc8ae638c0dc421e32166");
     api_buffer_clear(&out);
@@ -391,4 +391,47 @@ TEST(allocation_faults_leave_nothing_behind_in_parts_and_results) {
         api_buffer_clear(&out);
     }
     CHECK(good);
+}
+
+/* what a job keeps of its request: blanks and order do not count, the meaning is the same, and it is never longer */
+TEST(a_request_is_kept_without_its_padding) {
+    static char padded[70000];
+    struct api_limits limits;
+    api_limits_init(&limits);
+    for (int i = 0; i < CASES; i++) {
+        struct api_request request = request_of(i, NULL);
+        struct api_buffer body, again, out;
+        struct api_plan plan, same;
+        size_t bytes = 0;
+        /* blanks after each colon and comma that stands outside of texts; no text of the cases has one */
+        for (const char *at = cases[i].body; *at; at++) {
+            padded[bytes++] = *at;
+            for (int k = 0; k < 100 && strchr(":,", *at); k++) padded[bytes++] = " \n\t"[k % 3];
+        }
+        request.body = padded;
+        request.body_bytes = bytes;
+        api_buffer_init(&body, bytes);
+        api_buffer_init(&again, bytes);
+        api_buffer_init(&out, 1 << 20);
+        CHECK_INT(api_plan_read(&plan, &request, &limits, 1, &body, &out), 0);
+        CHECK_SAYING(body.bytes <= strlen(cases[i].body) + 8, "%zu bytes of %zu", body.bytes, strlen(cases[i].body));
+        request.body = body.data;
+        request.body_bytes = body.bytes;
+        CHECK_INT(api_plan_read(&same, &request, &limits, 1, &again, &out), 0);
+        CHECK_TEXT(same.digest, plan.digest);
+        CHECK(again.bytes == body.bytes && !memcmp(again.data, body.data, body.bytes));
+        api_buffer_clear(&body);
+        api_buffer_clear(&again);
+        api_buffer_clear(&out);
+    }
+    /* numbers that are spelt shorter than their one form stay as they are */
+    struct api_request request = request_of(0, NULL);
+    struct api_buffer body, out;
+    struct api_plan plan;
+    api_buffer_init(&body, request.body_bytes);
+    api_buffer_init(&out, 1 << 20);
+    CHECK_INT(api_plan_read(&plan, &request, &limits, 1, &body, &out), 0);
+    CHECK(body.bytes <= request.body_bytes);
+    api_buffer_clear(&body);
+    api_buffer_clear(&out);
 }

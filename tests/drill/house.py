@@ -191,7 +191,7 @@ class House:
     def settle(self):
         """Waits for what a sweep does later: results of dismissed jobs go, and their sums with them."""
         end = time.monotonic() + PATIENCE
-        while time.monotonic() < end and self.place.rows("SELECT COUNT(*) FROM jobs WHERE state >= 3 AND bytes > 0")[0][0]:
+        while time.monotonic() < end and self.place.rows("SELECT COUNT(*) FROM removals")[0][0]:
             time.sleep(0.05)
 
     def account(self):
@@ -217,8 +217,16 @@ SUMS = (
     ("parts of a successful job", "SELECT id FROM jobs WHERE state = 2 AND shards <> (SELECT COUNT(*) FROM drill_kept WHERE job = id)"),
     ("chunks of a part", "SELECT job, shard, COUNT(*) FROM results GROUP BY job, shard HAVING MIN(chunk) <> 0 OR MAX(chunk) <> COUNT(*) - 1"),
     ("open jobs of a client", "SELECT name, jobs FROM clients WHERE jobs <> (SELECT COUNT(*) FROM jobs WHERE client = name AND state < 2)"),
-    ("bytes of a client", "SELECT name, bytes FROM clients WHERE bytes <> (SELECT COALESCE(SUM(bytes), 0) FROM jobs WHERE client = name)"),
+    ("jobs of a client that a worker can take", "SELECT name, ready FROM clients WHERE ready <> (SELECT COUNT(*) FROM jobs WHERE client = name AND ready = 1)"),
+    ("bytes of a client", "SELECT name, bytes FROM clients WHERE bytes <> (SELECT COALESCE(SUM(bytes + held), 0) FROM jobs WHERE client = name)"),
+    ("requests of jobs without success", "SELECT id FROM jobs WHERE state >= 3 AND LENGTH(request) > 0"),
+    ("the sum of bytes", "SELECT 1 WHERE (SELECT SUM(bytes) FROM totals) <> (SELECT COALESCE(SUM(bytes + held), 0) FROM jobs)"),
+    ("the sum of parts that wait", "SELECT 1 WHERE (SELECT SUM(waiting) FROM totals) <> (SELECT COALESCE(SUM(CASE WHEN ready = 0 THEN 0 "
+                                   "WHEN chained = 1 THEN 1 ELSE waiting + shards - begun END), 0) FROM jobs)"),
+    *((f"the number of {word} jobs", f"SELECT 1 WHERE (SELECT SUM({word}) FROM totals) <> (SELECT COUNT(*) FROM jobs WHERE state = {state})")
+      for state, word in enumerate(("accepted", "running", "successful", "failed", "dismissed"))),
     ("leases of ended jobs", "SELECT job, number FROM shards JOIN jobs ON job = id WHERE shards.state = 1 AND jobs.state >= 2"),
+    ("parts and results of no job", "SELECT job FROM shards WHERE job NOT IN (SELECT id FROM jobs) UNION SELECT job FROM results WHERE job NOT IN (SELECT id FROM jobs)"),
 )
 
 

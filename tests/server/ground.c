@@ -5,8 +5,15 @@
 #include <time.h>
 #include <unistd.h>
 
-const struct srv_store_rules ground_rules = {
-    .client_jobs = 1000, .client_bytes = 1 << 28, .all_bytes = 1LL << 30, .keep_us = 3600000000LL, .client_scenes = 3};
+#include "server/store_rows.h"
+
+const struct srv_store_rules ground_rules = {.client_jobs = 1000,
+                                             .client_bytes = 1 << 28,
+                                             .all_bytes = 1LL << 30,
+                                             .keep_us = 3600000000LL,
+                                             .client_scenes = 3,
+                                             .client_scene_bytes = 1 << 20,
+                                             .all_scene_bytes = 1 << 24};
 
 static struct test_postgres *ground_postgres;
 
@@ -70,4 +77,76 @@ enum srv_stored ground_submit(struct srv_store *store, const char *id, const cha
                                   .shards = shards,
                                   .chained = chained};
     return srv_store_submit(store, &order, job);
+}
+
+static struct srv_sql *ground_connect(const struct ground *ground) {
+    const struct srv_sql_driver *driver = ground->postgres ? &srv_sql_postgres : &srv_sql_sqlite;
+    struct pend_error error;
+    struct srv_sql *sql = NULL;
+    CHECK_SAYING(driver->open(&sql, ground->url, &error) == PEND_OK, "%s", error.text);
+    return sql;
+}
+
+void ground_run(const struct ground *ground, const char *text) {
+    struct srv_sql *sql = ground_connect(ground);
+    if (!sql) return;
+    CHECK_SAYING(sql->driver->run(sql, -1, text, NULL, 0, NULL, NULL) == SRV_STORED, "%s: %s", text, sql->complaint);
+    sql->driver->close(sql);
+}
+
+long long ground_ask(const struct ground *ground, const char *text) {
+    struct srv_row_wholes row = {.count = 1};
+    struct srv_sql *sql = ground_connect(ground);
+    if (!sql) return -1;
+    CHECK_SAYING(sql->driver->run(sql, -1, text, NULL, 0, srv_row_wholes, &row) == SRV_STORED, "%s: %s", text,
+                 sql->complaint);
+    sql->driver->close(sql);
+    return row.rows ? row.whole[0] : -1;
+}
+
+#define SUM(what, table) "COALESCE((SELECT CAST(SUM(" what ") AS BIGINT) FROM " table "), 0)"
+#define TOTAL(what) SUM(what, "totals")
+
+int ground_sums(const struct ground *ground) {
+    static const char *const wrong[][2] = {
+        {"open jobs", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE jobs <> (SELECT COUNT(*) FROM jobs WHERE "
+                      "client = name AND state < 2)"},
+        {"ready jobs", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE ready <> (SELECT COUNT(*) FROM jobs WHERE "
+                       "client = name AND ready = 1)"},
+        {"bytes", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE bytes <> " SUM(
+                      "jobs.bytes + held", "jobs WHERE client = name") " + " SUM("removals.bytes",
+                                                                                 "removals WHERE client = name")},
+        {"scenes", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE scenes <> (SELECT COUNT(*) FROM keepers WHERE "
+                   "client = name) OR scene_bytes <> " SUM("keepers.bytes + 1024", "keepers WHERE client = name")},
+        {"clients of jobs", "SELECT CAST(COUNT(*) AS BIGINT) FROM jobs WHERE client NOT IN (SELECT name FROM clients)"},
+        {"clients of nothing", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE jobs = 0 AND bytes = 0 AND scenes = "
+                               "0"},
+        {"jobs' rows", "SELECT CAST(COUNT(*) AS BIGINT) FROM jobs WHERE held <> 1024 + LENGTH(request) + CASE WHEN "
+                       "state < 3 THEN 256 * (shards - 1) ELSE 0 END OR (state >= 3 AND LENGTH(request) > 0)"},
+        {"jobs' results",
+         "SELECT CAST(COUNT(*) AS BIGINT) FROM jobs WHERE bytes <> CASE WHEN state >= 3 THEN 0 ELSE " SUM(
+             "LENGTH(data)", "results WHERE job = id") " END"},
+        {"all bytes",
+         "SELECT CAST(" TOTAL("bytes") " - " SUM("bytes + held", "jobs") " - " SUM("bytes", "removals") " AS BIGINT)"},
+        {"all scenes", "SELECT CAST(" TOTAL("scenes") " - (SELECT COUNT(*) FROM scenes) + " TOTAL(
+                           "scene_bytes") " - " SUM("LENGTH(body) + 1024", "scenes") " AS BIGINT)"},
+        {"shards that wait",
+         "SELECT " TOTAL("waiting") " - " SUM(
+             "CASE WHEN ready = 0 THEN 0 WHEN chained = 1 THEN 1 ELSE jobs.waiting + shards - begun END", "jobs")},
+        {"accepted jobs", "SELECT " TOTAL("accepted") " - (SELECT COUNT(*) FROM jobs WHERE state = 0)"},
+        {"running jobs", "SELECT " TOTAL("running") " - (SELECT COUNT(*) FROM jobs WHERE state = 1)"},
+        {"successful jobs", "SELECT " TOTAL("successful") " - (SELECT COUNT(*) FROM jobs WHERE state = 2)"},
+        {"failed jobs", "SELECT " TOTAL("failed") " - (SELECT COUNT(*) FROM jobs WHERE state = 3)"},
+        {"dismissed jobs", "SELECT " TOTAL("dismissed") " - (SELECT COUNT(*) FROM jobs WHERE state = 4)"},
+    };
+    struct srv_sql *sql = ground_connect(ground);
+    int good = sql != NULL;
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong && sql; i++) {
+        struct srv_row_wholes row = {.count = 1};
+        enum srv_stored stored = sql->driver->run(sql, -1, wrong[i][1], NULL, 0, srv_row_wholes, &row);
+        good &= CHECK_SAYING(stored == SRV_STORED && row.whole[0] == 0, "the sum of %s is wrong by %lld %s",
+                             wrong[i][0], (long long)row.whole[0], sql->complaint);
+    }
+    if (sql) sql->driver->close(sql);
+    return good;
 }

@@ -46,4 +46,13 @@ enum srv_stored ground_submit(struct srv_store *store, const char *id, const cha
 
 void ground_pause_ms(int ms);
 
+/** Runs a statement on a connection of its own, in the store's dialect; a failure is a failed check. */
+void ground_run(const struct ground *ground, const char *text);
+
+/** The whole number that a statement answers with, on a connection of its own. */
+long long ground_ask(const struct ground *ground, const char *text);
+
+/** Checks that the sums that the store keeps equal a recount of what they count; returns 1 if they do. */
+int ground_sums(const struct ground *ground);
+
 #endif

@@ -9,8 +9,13 @@
 #include "tests/harness/test.h"
 #include "tests/server/live.h"
 
-static const struct srv_store_rules runner_rules = {
-    .client_jobs = 100, .client_bytes = 1 << 28, .all_bytes = 1LL << 30, .keep_us = 3600000000LL, .client_scenes = 3};
+static const struct srv_store_rules runner_rules = {.client_jobs = 100,
+                                                    .client_bytes = 1 << 28,
+                                                    .all_bytes = 1LL << 30,
+                                                    .keep_us = 3600000000LL,
+                                                    .client_scenes = 3,
+                                                    .client_scene_bytes = 1 << 20,
+                                                    .all_scene_bytes = 1 << 24};
 
 enum { ID = SRV_ID_BYTES - 1 };
 

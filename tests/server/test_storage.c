@@ -19,7 +19,9 @@ static const struct srv_store_rules storage_rules = {.client_jobs = 100000,
                                                      .client_bytes = 1 << 28,
                                                      .all_bytes = 1LL << 30,
                                                      .keep_us = 3600000000LL,
-                                                     .client_scenes = 3};
+                                                     .client_scenes = 3,
+                                                     .client_scene_bytes = 1 << 20,
+                                                     .all_scene_bytes = 1 << 24};
 
 struct setting {
     struct srv_log *log;

@@ -147,6 +147,59 @@ STORE_TEST(clients_take_turns_and_so_do_jobs) {
     CHECK(!strcmp(order, "abab") || !strcmp(order, "baba"));
 }
 
+/* what has little left to compute goes first, whichever came first */
+static void submit_cost(struct srv_store *store, const char *id, long shards, int64_t cost_us) {
+    unsigned char digest[SRV_DIGEST_BYTES] = {1};
+    struct srv_job job;
+    struct srv_job_order order = {.id = id,
+                                  .client = "anna",
+                                  .operation = "ensembles",
+                                  .request = "{}",
+                                  .request_bytes = 2,
+                                  .digest = digest,
+                                  .shards = shards,
+                                  .cost_us = cost_us};
+    CHECK_INT(srv_store_submit(store, &order, &job), SRV_STORED);
+}
+
+static const char *claimed(struct srv_store *store) {
+    static char id[SRV_ID_BYTES];
+    struct srv_lease lease;
+    if (!CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED)) return "";
+    memcpy(id, lease.job, sizeof id);
+    return id;
+}
+
+STORE_TEST(a_short_job_waits_for_no_long_one) {
+    struct srv_lease lease;
+    char id[16];
+    (void)ground;
+    for (int i = 0; i < 50; i++) {
+        snprintf(id, sizeof id, "long%d", i);
+        submit_cost(store, id, 100, 100LL * SECOND);
+    }
+    CHECK_TEXT(claimed(store), "long0");
+    submit_cost(store, "short", 2, SECOND / 1000);
+    for (int i = 0; i < 2; i++) CHECK_TEXT(claimed(store), "short");
+    /* of equal ones that which has begun is finished first, in place of all being half done */
+    for (int i = 0; i < 5; i++) {
+        CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+        CHECK_TEXT(lease.job, "long0");
+        CHECK_INT(lease.shard, i + 1);
+    }
+}
+
+/* who has waited for as long as it computes goes before whatever comes now: none starves */
+STORE_TEST(a_long_job_does_not_wait_for_ever) {
+    submit_cost(store, "long", 10, 100LL * SECOND);
+    submit_cost(store, "a", 1, SECOND);
+    CHECK_TEXT(claimed(store), "a");
+    ground_run(ground, "UPDATE jobs SET created = created - 100000000, rank = rank - 100000000 WHERE id = 'long'");
+    submit_cost(store, "b", 1, SECOND);
+    CHECK_TEXT(claimed(store), "long");
+    CHECK_TEXT(claimed(store), "long");
+}
+
 /* ---- a model */
 
 enum { MODEL_JOBS = 30, MODEL_SHARDS = 5 };
@@ -196,7 +249,6 @@ STORE_TEST(random_histories_agree_with_a_model) {
     struct srv_lease held[200];
     int jobs = 0, leases = 0, rounds = 600;
     unsigned long long random = 5;
-    (void)ground;
     for (int round = 0; round < rounds; round++) {
         int act = test_random_int(&random, 10), good = 1;
         struct srv_job job;
@@ -261,5 +313,6 @@ STORE_TEST(random_histories_agree_with_a_model) {
         if (round % 50 == 49 && !CHECK(model_agrees(store, model, jobs))) break;
     }
     CHECK(jobs > 10 && leases > 30);
+    ground_sums(ground);
     for (int i = 0; i < leases; i++) srv_lease_clear(&held[i]);
 }

@@ -11,7 +11,7 @@ STORE_TEST(quotas_hold_and_say_so) {
     struct srv_job job;
     struct srv_store_sweep sweep;
     struct srv_store_rules tight = {
-        .client_jobs = 2, .client_bytes = 1000, .all_bytes = 1500, .keep_us = 3600LL * SECOND, .client_scenes = 1};
+        .client_jobs = 2, .client_bytes = 3400, .all_bytes = 5000, .keep_us = 3600LL * SECOND, .client_scenes = 1};
     struct srv_store *own;
     struct pend_error error;
     static char data[1600];
@@ -36,7 +36,7 @@ STORE_TEST(quotas_hold_and_say_so) {
     CHECK_INT(ground_submit(own, "j5", "anna", NULL, 1, 0, &job), SRV_STORED);
     do CHECK_INT(srv_store_claim(own, "w", 60 * SECOND, &lease), SRV_STORED);
     while (strcmp(lease.job, "j5"));
-    CHECK_INT(srv_store_finish(own, &lease, data, 1000, NULL, 0), SRV_STORED);
+    CHECK_INT(srv_store_finish(own, &lease, data, 300, NULL, 0), SRV_STORED);
     CHECK_INT(ground_submit(own, "b1", "berta", NULL, 1, 0, &job), SRV_STORED);
     CHECK_INT(srv_store_claim(own, "w", 60 * SECOND, &lease), SRV_STORED);
     CHECK_INT(srv_store_finish(own, &lease, data, 600, NULL, 0), SRV_STORED_QUOTA);
@@ -69,7 +69,7 @@ STORE_TEST(all_clients_of_an_address_share_its_bounds) {
     (void)store;
     ground->rules.source_jobs = 4;
     ground->rules.source_clients = 3;
-    ground->rules.source_bytes = 1000;
+    ground->rules.source_bytes = 6000;
     REQUIRE((own = ground_open(ground)) != NULL);
     for (int i = 0; i < 4; i++) {
         snprintf(name, sizeof name, "t%d", i);
@@ -90,7 +90,71 @@ STORE_TEST(all_clients_of_an_address_share_its_bounds) {
         srv_lease_clear(&lease);
     }
     CHECK_INT(submit_from(own, "t1b", "t1", "home", &job), SRV_STORED_QUOTA);
-    CHECK_SAYING(strstr(job.message, "bytes of results") != NULL, "%s", job.message);
+    CHECK_SAYING(strstr(job.message, "bytes of jobs") != NULL, "%s", job.message);
     CHECK_INT(submit_from(own, "s1", "s1", "school", &job), SRV_STORED);
+    srv_store_close(&own);
+}
+
+static enum srv_stored submit_bytes(struct srv_store *store, const char *id, size_t bytes, struct srv_job *job) {
+    static const char request[12000];
+    unsigned char digest[SRV_DIGEST_BYTES] = {1};
+    struct srv_job_order order = {.id = id,
+                                  .client = "anna",
+                                  .operation = "ensembles",
+                                  .request = request,
+                                  .request_bytes = bytes,
+                                  .digest = digest,
+                                  .shards = 1};
+    return srv_store_submit(store, &order, job);
+}
+
+/* the quota bounds what lies on the disk: a request counts, and goes with its job's end */
+STORE_TEST(a_request_is_counted_and_goes_with_its_job) {
+    struct srv_job job;
+    struct srv_store *own;
+    struct srv_store_figures figures;
+    enum srv_stored stored = SRV_STORED;
+    char id[16];
+    int jobs = 0;
+    (void)store;
+    ground->rules.client_bytes = 64 << 10;
+    REQUIRE((own = ground_open(ground)) != NULL);
+    for (; stored == SRV_STORED && jobs < 100; jobs += stored == SRV_STORED) {
+        snprintf(id, sizeof id, "j%d", jobs);
+        stored = submit_bytes(own, id, 10000, &job);
+    }
+    CHECK_INT(stored, SRV_STORED_QUOTA);
+    CHECK_SAYING(strstr(job.message, "max-client-bytes") != NULL, "%s", job.message);
+    CHECK_INT(jobs, 5);
+    CHECK_INT(ground_ask(ground, "SELECT CAST(SUM(LENGTH(request)) AS BIGINT) FROM jobs"), 50000);
+    for (int i = 0; i < jobs; i++) {
+        snprintf(id, sizeof id, "j%d", i);
+        CHECK_INT(srv_store_dismiss(own, id, &job), SRV_STORED);
+    }
+    CHECK_INT(ground_ask(ground, "SELECT CAST(SUM(LENGTH(request)) AS BIGINT) FROM jobs"), 0);
+    CHECK_INT(srv_store_figures(own, &figures), SRV_STORED);
+    CHECK_INT(figures.bytes, 5LL * SRV_ROW_BYTES);
+    CHECK_INT(submit_bytes(own, "k", 10000, &job), SRV_STORED);
+    ground_sums(ground);
+    srv_store_close(&own);
+}
+
+/* jobs that have ended are bounded as well, however small they are */
+STORE_TEST(jobs_that_ended_are_bounded) {
+    struct srv_job job;
+    struct srv_store *own;
+    enum srv_stored stored = SRV_STORED;
+    char id[16];
+    int jobs = 0;
+    (void)store;
+    ground->rules.client_bytes = 64 << 10;
+    REQUIRE((own = ground_open(ground)) != NULL);
+    for (; stored == SRV_STORED && jobs < 200; jobs += stored == SRV_STORED) {
+        snprintf(id, sizeof id, "j%d", jobs);
+        stored = submit_bytes(own, id, 2, &job);
+        if (stored == SRV_STORED) CHECK_INT(srv_store_dismiss(own, id, &job), SRV_STORED);
+    }
+    CHECK_INT(stored, SRV_STORED_QUOTA);
+    CHECK_INT(jobs, 63);
     srv_store_close(&own);
 }

@@ -72,3 +72,33 @@ STORE_TEST(the_scenes_of_all_clients_of_an_address_are_bounded) {
     CHECK_INT(srv_store_scene_put(bounded, "s9", "t8", "home", "{}", 2), SRV_STORED);
     srv_store_close(&bounded);
 }
+
+/* scenes are bounded in bytes, each client's and all together */
+STORE_TEST(scenes_are_bounded_in_bytes) {
+    static const char body[4000];
+    struct srv_store_figures figures;
+    struct srv_store *own;
+    char id[8];
+    (void)store;
+    ground->rules.client_scenes = 100;
+    ground->rules.client_scene_bytes = 3 * (sizeof body + SRV_ROW_BYTES);
+    ground->rules.all_scene_bytes = 5 * (sizeof body + SRV_ROW_BYTES);
+    REQUIRE((own = ground_open(ground)) != NULL);
+    for (int i = 0; i < 8; i++) {
+        snprintf(id, sizeof id, "s%d", i);
+        int fits = i < 3 || i == 4 || i == 5;
+        CHECK_SAYING(srv_store_scene_put(own, id, i < 4 ? "anna" : "berta", NULL, body, sizeof body) ==
+                         (fits ? SRV_STORED : SRV_STORED_QUOTA),
+                     "scene %d", i);
+    }
+    /* one that is there takes no more room for all, but for its keeper */
+    CHECK_INT(srv_store_scene_keep(own, "s0", "berta", NULL), SRV_STORED);
+    CHECK_INT(srv_store_scene_keep(own, "s1", "berta", NULL), SRV_STORED_QUOTA);
+    CHECK_INT(srv_store_figures(own, &figures), SRV_STORED);
+    CHECK(figures.scenes == 5 && figures.scene_bytes == ground->rules.all_scene_bytes);
+    ground_sums(ground);
+    CHECK_INT(srv_store_scene_drop(own, "s1", "anna"), SRV_STORED);
+    CHECK_INT(srv_store_scene_put(own, "s9", "anna", NULL, body, sizeof body), SRV_STORED);
+    ground_sums(ground);
+    srv_store_close(&own);
+}

@@ -6,8 +6,13 @@
 
 #include "tests/harness/test.h"
 
-static const struct srv_store_rules survey_rules = {
-    .client_jobs = 100, .client_bytes = 1 << 28, .all_bytes = 1LL << 30, .keep_us = 3600000000LL, .client_scenes = 3};
+static const struct srv_store_rules survey_rules = {.client_jobs = 100,
+                                                    .client_bytes = 1 << 28,
+                                                    .all_bytes = 1LL << 30,
+                                                    .keep_us = 3600000000LL,
+                                                    .client_scenes = 3,
+                                                    .client_scene_bytes = 1 << 20,
+                                                    .all_scene_bytes = 1 << 24};
 
 static void survey_submit(struct srv_store *store, const char *id) {
     unsigned char digest[SRV_DIGEST_BYTES] = {0};

@@ -344,6 +344,29 @@ static void forgotten(struct place *place) {
 
 TEST(a_job_is_forgotten_when_it_was_kept_for_its_time) { place_on_both(forgotten); }
 
+/* what is kept of a request is what it says: blanks are not, and after DELETE nothing is */
+static void padding(struct place *place) {
+    static char body[12000];
+    char id[ID + 1], path[64];
+    struct test_reply reply;
+    const char *little = ASK_LITTLE;
+    struct test_server *server = place_serve(place, "api", "1", NULL, NULL);
+    if (!server) return;
+    memset(body, ' ', sizeof body - 1);
+    memcpy(body, little, 1);
+    memcpy(body + sizeof body - strlen(little), little + 1, strlen(little));
+    CHECK_INT(submit(server, "/v1/forces", ASYNC, body, id), 202);
+    CHECK(ask_await(server, "pendulumd_store_bytes", 1024, 1024 + (double)strlen(little) + 8));
+    CHECK(ask_metric(server, "pendulumd_store_bytes") > 1024);
+    snprintf(path, sizeof path, "/v1/jobs/%s", id);
+    CHECK_INT(test_request(server, &reply, "DELETE", path, "", NULL), 200);
+    test_reply_clear(&reply);
+    CHECK(ask_await(server, "pendulumd_store_bytes", 1024, 1024));
+    test_server_stop(&server);
+}
+
+TEST(a_request_is_kept_without_its_blanks_and_not_after_its_job) { place_on_both(padding); }
+
 /* processes that sleep longer than their leases, more often than a poisonous job would be tried, go on with their
  * parts; one on each store, asleep at the same time */
 TEST(a_process_that_slept_takes_nothing_from_itself) {

@@ -1,0 +1,129 @@
+#include "server/store_tally.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/store_rows.h"
+
+static enum srv_stored tally_run(struct srv_sql *sql, enum srv_statement id, const struct srv_value value[], int count,
+                                 srv_row_fn *row, void *context) {
+    return sql->driver->run(sql, (int)id, srv_statement_text[id], value, count, row, context);
+}
+
+void srv_tally_clear(struct srv_tally *tally) {
+    tally->count = tally->known = tally->ring = 0;
+    tally->source[0] = '\0';
+    tally->change = (struct srv_store_figures){0};
+}
+
+struct srv_tally_client *srv_tally_client(struct srv_tally *tally, const char *name) {
+    /* the one that was asked for last is likely to be asked for again */
+    for (int i = tally->count - 1; i >= 0; i--)
+        if (!strcmp(tally->client[i].name, name)) return &tally->client[i];
+    if (tally->count == SRV_TALLY_CLIENTS) return NULL;
+    struct srv_tally_client *client = &tally->client[tally->count++];
+    *client = (struct srv_tally_client){0};
+    snprintf(client->name, sizeof client->name, "%s", name);
+    return client;
+}
+
+enum srv_stored srv_tally_look(struct srv_tally *tally, struct srv_sql *sql, const char *name,
+                               struct srv_tally_client **client) {
+    struct srv_row_wholes row = {.count = 4};
+    struct srv_value value[] = {srv_value_text(name)};
+    struct srv_tally_client *found = *client = srv_tally_client(tally, name);
+    if (!found) return SRV_STORED_AGAIN;
+    if (found->known) return SRV_STORED;
+    SRV_STORED_TRY(tally_run(sql, SQL_CLIENT, value, 1, srv_row_wholes, &row));
+    found->known = 1;
+    found->jobs_were = row.whole[0];
+    found->bytes_were = row.whole[1];
+    found->scenes_were = row.whole[2];
+    found->scene_bytes_were = row.whole[3];
+    return SRV_STORED;
+}
+
+static enum srv_stored tally_row(void *context, const struct srv_value field[]) {
+    struct srv_store_figures *figures = context;
+    for (int i = 0; i < SRV_JOB_STATES; i++) figures->jobs[i] = (long)field[i].whole;
+    figures->shards = (long)field[SRV_JOB_STATES].whole;
+    figures->bytes = field[SRV_JOB_STATES + 1].whole;
+    figures->scenes = (long)field[SRV_JOB_STATES + 2].whole;
+    figures->scene_bytes = field[SRV_JOB_STATES + 3].whole;
+    return SRV_STORED;
+}
+
+enum srv_stored srv_tally_totals(struct srv_tally *tally, struct srv_sql *sql, struct srv_store_figures *figures) {
+    if (!tally->known) {
+        tally->were = (struct srv_store_figures){0};
+        SRV_STORED_TRY(tally_run(sql, SQL_TOTALS, NULL, 0, tally_row, &tally->were));
+    }
+    tally->known = 1;
+    *figures = tally->were;
+    for (int i = 0; i < SRV_JOB_STATES; i++) figures->jobs[i] += tally->change.jobs[i];
+    figures->shards += tally->change.shards;
+    figures->bytes += tally->change.bytes;
+    figures->scenes += tally->change.scenes;
+    figures->scene_bytes += tally->change.scene_bytes;
+    return SRV_STORED;
+}
+
+enum srv_stored srv_tally_source(struct srv_tally *tally, struct srv_sql *sql, const char *source, int64_t *clients,
+                                 int64_t *jobs, int64_t *bytes) {
+    struct srv_row_wholes all = {.count = 3};
+    struct srv_value value[] = {srv_value_text(source)};
+    if (strcmp(tally->source, source) != 0) {
+        SRV_STORED_TRY(tally_run(sql, SQL_SOURCE, value, 1, srv_row_wholes, &all));
+        snprintf(tally->source, sizeof tally->source, "%s", source);
+        tally->source_clients = all.whole[0];
+        tally->source_jobs = all.whole[1];
+        tally->source_bytes = all.whole[2];
+    }
+    *clients = tally->source_clients;
+    *jobs = tally->source_jobs;
+    *bytes = tally->source_bytes;
+    for (int i = 0; i < tally->count; i++) {
+        const struct srv_tally_client *client = &tally->client[i];
+        if (strcmp(client->source, source) != 0) continue;
+        *clients += client->bytes > 0 && !client->jobs_were && !client->bytes_were;
+        *jobs += client->jobs;
+        *bytes += client->bytes;
+    }
+    return SRV_STORED;
+}
+
+static int tally_order(const void *a, const void *b) {
+    return strcmp(((const struct srv_tally_client *)a)->name, ((const struct srv_tally_client *)b)->name);
+}
+
+static enum srv_stored tally_client(const struct srv_tally_client *client, struct srv_sql *sql) {
+    struct srv_value value[] = {srv_value_text(client->name),         srv_value_whole(client->turn),
+                                srv_value_whole(client->jobs),        srv_value_whole(client->ready),
+                                srv_value_whole(client->bytes),       srv_value_whole(client->scenes),
+                                srv_value_whole(client->scene_bytes), srv_value_text(client->source)};
+    if (!(client->turn | client->jobs | client->ready | client->bytes | client->scenes | client->scene_bytes))
+        return SRV_STORED;
+    SRV_STORED_TRY(tally_run(sql, SQL_CLIENT_CHANGE, value, 8, NULL, NULL));
+    if (client->bytes >= 0 && client->scenes >= 0) return SRV_STORED;
+    return tally_run(sql, SQL_CLIENT_LEAVES, value, 1, NULL, NULL);
+}
+
+static enum srv_stored tally_all(const struct srv_tally *tally, struct srv_sql *sql) {
+    const struct srv_store_figures *change = &tally->change;
+    struct srv_value value[] = {srv_value_whole(tally->place),    srv_value_whole(change->jobs[0]),
+                                srv_value_whole(change->jobs[1]), srv_value_whole(change->jobs[2]),
+                                srv_value_whole(change->jobs[3]), srv_value_whole(change->jobs[4]),
+                                srv_value_whole(change->shards),  srv_value_whole(change->bytes),
+                                srv_value_whole(change->scenes),  srv_value_whole(change->scene_bytes)};
+    int64_t some = change->shards | change->bytes | change->scenes | change->scene_bytes;
+    for (int i = 0; i < SRV_JOB_STATES; i++) some |= change->jobs[i];
+    return some ? tally_run(sql, SQL_TOTALS_CHANGE, value, 10, NULL, NULL) : SRV_STORED;
+}
+
+enum srv_stored srv_tally_write(struct srv_tally *tally, struct srv_sql *sql) {
+    qsort(tally->client, (size_t)tally->count, sizeof tally->client[0], tally_order);
+    for (int i = 0; i < tally->count; i++) SRV_STORED_TRY(tally_client(&tally->client[i], sql));
+    SRV_STORED_TRY(tally_all(tally, sql));
+    return tally->ring ? tally_run(sql, SQL_RING, NULL, 0, NULL, NULL) : SRV_STORED;
+}
