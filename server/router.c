@@ -10,26 +10,10 @@
 #include "server/compute.h"
 #include "server/job_results.h"
 #include "server/jobs.h"
+#include "server/probes.h"
 #include "server/scenes.h"
 
 static const char router_json[] = "application/json";
-
-static void router_healthz(struct srv_exchange *exchange) {
-    static const char alive[] = "{\"status\":\"ok\"}";
-    srv_exchange_static(exchange, 200, router_json, alive, sizeof alive - 1);
-    srv_exchange_header(exchange, "Cache-Control", "no-store");
-}
-
-static void router_readyz(struct srv_exchange *exchange) {
-    static const char ready[] = "{\"status\":\"ready\"}";
-    const char *reason = srv_service_unready(exchange->service);
-    if (reason) {
-        srv_exchange_busy(exchange, 5, reason);
-        return;
-    }
-    srv_exchange_static(exchange, 200, router_json, ready, sizeof ready - 1);
-    srv_exchange_header(exchange, "Cache-Control", "no-store");
-}
 
 static void router_openapi(struct srv_exchange *exchange) {
     srv_exchange_static(exchange, 200, router_json, api_openapi_json, api_openapi_bytes);
@@ -68,8 +52,8 @@ static const struct srv_route router_table[] = {
     {"GET", "/docs", srv_assets_docs, NULL, API_OP_COUNT, "GET /docs"},
     {"GET", "/page/{digest}/{file}", srv_assets_file, NULL, API_OP_COUNT, "GET /page/{digest}/{file}"},
     {"GET", "/openapi.json", router_openapi, NULL, API_OP_COUNT, "GET /openapi.json"},
-    {"GET", "/healthz", router_healthz, NULL, API_OP_COUNT, "GET /healthz"},
-    {"GET", "/readyz", router_readyz, NULL, API_OP_COUNT, "GET /readyz"},
+    {"GET", "/healthz", srv_probes_health, NULL, API_OP_COUNT, "GET /healthz"},
+    {"GET", "/readyz", srv_probes_readiness, NULL, API_OP_COUNT, "GET /readyz"},
     {"GET", "/metrics", router_metrics, NULL, API_OP_COUNT, "GET /metrics"},
 };
 

@@ -5,9 +5,12 @@ int srv_service_room(const struct srv_service *service) {
     return (double)atomic_load(&service->held) - cached <= service->config.held_bytes;
 }
 
-const char *srv_service_unready(const struct srv_service *service) {
-    if (atomic_load(&service->draining)) return "the server is draining";
-    return service->storage && !srv_storage_here(service->storage) ? "the store is out of reach" : NULL;
+const char *srv_service_jobless(const struct srv_service *service) {
+    if (!service->storage) return "this server keeps no jobs: --store none";
+    if (!srv_storage_here(service->storage)) return "the store is out of reach";
+    return (double)srv_storage_figures(service->storage).bytes >= service->config.store_bytes
+               ? "the store is full: max-store-bytes"
+               : NULL;
 }
 
 struct srv_gauges srv_service_gauges(const struct srv_service *service) {

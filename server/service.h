@@ -59,8 +59,8 @@ struct srv_service {
 /** True while bodies and answers, without those that only the cache has, are within max-held-bytes. */
 int srv_service_room(const struct srv_service *service);
 
-/** Why this process is not to be asked for anything, as a sentence's part, or NULL: draining, or the store is gone. */
-const char *srv_service_unready(const struct srv_service *service);
+/** Why this process takes no jobs just now, as a sentence without a full stop, or NULL where it does. */
+const char *srv_service_jobless(const struct srv_service *service);
 
 /** What the gauges of /metrics show just now. */
 struct srv_gauges srv_service_gauges(const struct srv_service *service);

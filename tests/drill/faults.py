@@ -145,13 +145,13 @@ def connections_swallowed(house):
 
 
 def await_ready(house, wanted):
-    """Waits until /readyz of every process has that status."""
+    """Waits until /readyz?need=jobs of every process has that status."""
     end = time.monotonic() + PATIENCE
     for daemon in house.daemons:
-        while (status := daemon.ask("GET", "/readyz")[0]) != wanted and time.monotonic() < end:
+        while (status := daemon.ask("GET", "/readyz?need=jobs")[0]) != wanted and time.monotonic() < end:
             time.sleep(0.02)
         if status != wanted:
-            house.wrong.append(f"/readyz of a {daemon.role} stays {status} and is not {wanted}")
+            house.wrong.append(f"/readyz?need=jobs of a {daemon.role} stays {status} and is not {wanted}")
 
 
 def through_proxies_timed(house):

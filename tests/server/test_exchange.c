@@ -297,6 +297,9 @@ TEST(a_drain_answers_what_comes_until_it_is_in_a_hurry) {
     live_service(&service, 4);
     srv_exchange_init(&exchange, &service);
     CHECK_INT(answer_route(&exchange, "GET", "/readyz"), 200);
+    CHECK(strstr(exchange.data, "\"status\":\"ready\""));
+    CHECK_INT(answer_route(&exchange, "GET", "/readyz?need=jobs"), 503);
+    CHECK_INT(answer_route(&exchange, "GET", "/readyz?need=tea"), 422);
     atomic_store(&service.draining, SRV_DRAIN_LAST);
     CHECK_INT(answer_route(&exchange, "POST", "/v1/trees"), 0);
     atomic_store(&service.draining, SRV_DRAIN_HURRY);
