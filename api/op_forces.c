@@ -9,6 +9,7 @@
 #include "api/state_json.h"
 #include "core/dynamics.h"
 #include "core/motion.h"
+#include "core/turns.h"
 
 static const char *const fields[] = {"pendulum", "state", "states", "digits", NULL};
 
@@ -188,6 +189,9 @@ static void forces_compute(const struct forces *forces, long s, long i) {
 
 static enum pend_status forces_begin(struct forces *forces, struct api_buffer *out, struct pend_error *error) {
     PEND_TRY(api_states_settle(forces->states, &forces->tree, error));
+    // no angle is told, and forces do not change with whole turns
+    for (long i = 0; i < forces->table.rows * forces->tree.n; i++)
+        forces->states->phi[i] = pend_turns_rest(forces->states->phi[i], 0, NULL).high;
     PEND_TRY(forces_allocate(forces, error));
     return api_writer_new(&forces->writer, forces->format, &forces->table, out);
 }

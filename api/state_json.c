@@ -15,6 +15,9 @@ struct exact {
 static const struct exact exact_one = {1, 0}, exact_degree = {0x1.1df46a2529d39p-6, 0x1.5c1d8becdd291p-62},
                           exact_right_angle = {0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54};
 
+/* beyond that 32 digits of the angle in rad do not tell its direction to the digits of a double */
+static const double DEGREES_MOST = 1e15;
+
 static const char *const state_fields[] = {"phi", "phid", "theta", "thetad", "mode", "amplitude", "unit", NULL};
 
 /* the ways to give a state: the field that decides, the one that goes with it, and what angle is measured from */
@@ -68,6 +71,11 @@ static void read_angles(const struct api_value *value, const struct api_tree *tr
     const double *numbers = api_value_numbers(value, &count);
     if (good <= 0 || !out || !tree->tree) return;
     for (int i = 0; i < tree->n; i++) {
+        if (scale.high != 1 && fabs(numbers[i]) > DEGREES_MOST) {
+            struct api_value number = api_value_item(value, i);
+            api_value_fault(&number, problem, "must be from -1e15 to 1e15 degrees, got %.15g", numbers[i]);
+            continue;
+        }
         struct exact x = exact_turn(scale, numbers[i], offset);
         out[tree->tree->place[i]] = x.high;
         if (low) low[tree->tree->place[i]] = x.low;

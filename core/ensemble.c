@@ -9,9 +9,10 @@
 #include "core/ensemble_watch.h"
 #include "core/motion.h"
 #include "core/taylor_order.h"
+#include "core/turns.h"
 
 /* arrays of n values a lane for the kernel, of one value a lane, of n values a lane for the notes, of n values */
-enum { ENSEMBLE_LANED = 14, ENSEMBLE_SINGLE = 6, ENSEMBLE_NOTED = 8, ENSEMBLE_FLAT = 7, ENSEMBLE_SHARES = 48 };
+enum { ENSEMBLE_LANED = 16, ENSEMBLE_SINGLE = 6, ENSEMBLE_NOTED = 8, ENSEMBLE_FLAT = 7, ENSEMBLE_SHARES = 48 };
 
 static const struct ensemble_kernel *ensemble_kernel(enum pend_isa isa) {
 #ifdef __x86_64__
@@ -60,7 +61,7 @@ static void ensemble_place(struct pend_ensemble *e, char *at) {
     double **laned[ENSEMBLE_LANED] = {&lanes->from.phi,  &lanes->from.phi_low, &lanes->from.rate, &lanes->from.rate_low,
                                       &lanes->to.phi,    &lanes->to.phi_low,   &lanes->to.rate,   &lanes->to.rate_low,
                                       &lanes->len,       &lanes->inv_len,      &lanes->mass,      &lanes->cell,
-                                      &lanes->force_max, &lanes->force_min};
+                                      &lanes->force_max, &lanes->force_min,    &e->turns,         &e->turns_low};
     double **single[ENSEMBLE_SINGLE] = {&lanes->from.time, &lanes->to.time, &lanes->gravity,
                                         &lanes->unit,      &lanes->stop,    &lanes->step};
     double **noted[ENSEMBLE_NOTED - 1] = {&e->first_crossing, &e->most,        &e->most_time, &e->least,
@@ -143,11 +144,17 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
     struct ensemble_lanes *lanes = &e->lanes;
     const struct pend_member *member = &e->member;
     double fastest = 0;
+    // cells of another width do not fit into whole turns
+    int whole = e->problem.bound == 0 || e->problem.bound == M_PI;
     for (int k = 0; k < lanes->n; k++) {
         size_t at = (size_t)(k * lanes->width + i);
-        lanes->from.phi[at] = member->phi[k];
+        struct pend_sum turns = {0, 0}, phi = {member->phi[k], 0};
+        if (whole) phi = pend_turns_rest(phi.high, 0, &turns);
+        member->phi[k] = lanes->from.phi[at] = phi.high;
+        e->turns[at] = turns.high, e->turns_low[at] = turns.low;
         lanes->from.rate[at] = member->rate[k];
-        lanes->from.phi_low[at] = lanes->from.rate_low[at] = 0;
+        lanes->from.phi_low[at] = phi.low;
+        lanes->from.rate_low[at] = 0;
         lanes->len[at] = member->length[k];
         lanes->inv_len[at] = 1 / member->length[k];
         lanes->mass[at] = member->mass[k];
@@ -207,6 +214,10 @@ static void ensemble_seat_deliver(struct pend_ensemble *e, int i, struct pend_ou
     ensemble_seat_notes(e, i, outcome);
     if (outcome->steps && e->problem.observe & PEND_OBSERVE_ENERGY) outcome->energy_drift = ensemble_seat_drift(e, i);
     if (outcome->steps && e->lanes.paired) outcome->lyapunov = pend_ensemble_shadow_exponent(e, i);
+    for (int k = 0; k < e->lanes.n; k++) {
+        int at = k * e->lanes.width + i;
+        e->phi[k] = pend_turns_add(e->phi[k], e->turns[at], e->turns_low[at]);
+    }
     if (e->problem.deliver(e->problem.context, e->seat[i].member, outcome)) *cancelled = 1;
 }
 

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "core/crossing.h"
+#include "core/turns.h"
 
 double pend_ensemble_watch_time(const struct pend_ensemble *e, int i, double part) {
     double from = e->lanes.from.time[i], to = e->lanes.to.time[i];
@@ -166,6 +167,11 @@ static void watch_give(struct pend_ensemble *e, int i, int count) {
     for (int a = 0; a < 3; a++)
         for (int row = 0; row < count; row++)
             for (int k = 0; k < n; k++) e->rows[a][row * n + k] = e->instants[a][k * ENSEMBLE_INSTANTS + row];
+    for (int k = 0; k < n; k++) {
+        int at = k * e->lanes.width + i;
+        for (int row = 0; row < count; row++)
+            e->rows[0][row * n + k] = pend_turns_add(e->rows[0][row * n + k], e->turns[at], e->turns_low[at]);
+    }
     e->problem.rows(e->problem.context, e->seat[i].member, e->seat[i].row, count, e->rows[0], e->rows[1], e->rows[2]);
     e->seat[i].row += count;
 }

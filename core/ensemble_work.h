@@ -36,8 +36,9 @@ struct pend_ensemble {
     double *most, *most_time, *least, *least_time, *sign_change;
     double *sense; /* the sign that a force had first, 0 = none yet */
     struct pend_member member;
-    double *phi, *rate; /* of an outcome */
-    double *subtree;    /* kg, of the member in `member` */
+    double *turns, *turns_low; /* rad, what the member's angles are larger by than the lane's: [arm * width + lane] */
+    double *phi, *rate;        /* of an outcome */
+    double *subtree;           /* kg, of the member in `member` */
     double *rows[3],
         *instants[3]; /* angles, rates, forces: of some instants, row by row and as the kernel leaves them */
 };

@@ -6,6 +6,7 @@
 
 #include "core/ensemble.h"
 #include "core/rng.h"
+#include "core/turns.h"
 
 /* how far neighbours are put away, on both sides, rad: what linearity neglects is its square, rounding 1e-11 of it */
 static const double lyapunov_distance = 1e-5;
@@ -229,7 +230,7 @@ enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov, const struct
     made->growth = made->end + 2 * n * (2 * count + 1);
     made->length = made->growth + count;
     for (size_t k = 0; k < n; k++) {
-        made->base[k] = problem->phi[k];
+        made->base[k] = pend_turns_rest(problem->phi[k], 0, NULL).high;
         made->base[n + k] = problem->rate[k] / made->frequency;
     }
     lyapunov_aim(made);

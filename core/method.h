@@ -37,6 +37,7 @@ struct pend_problem {
     int atol_given;    /* non-zero: atol is meant as it stands, 0 included */
     double step;       /* s, fixed-step methods only; 0 = the method's choice */
     long step_cap;     /* most steps a run may take, 0 = no limit */
+    int no_turns;      /* angles are handed out as the run has them: less the whole turns of a huge start (turns.h) */
     int no_drift;      /* nobody asks for the energy's drift: it is not looked at, and told as 0 */
 };
 

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "core/modes_room.h"
+#include "core/turns.h"
 
 struct store_block {
     struct pend_modes modes; /* first, so that the address of the modes is the block's */
@@ -154,7 +155,7 @@ void pend_modes_scale(struct pend_modes *modes, const struct pend_tree *tree, in
 
 double pend_modes_theta(double phi) {
     const double quarter = 1.57079632679489661923;
-    return remainder(phi + quarter, 4 * quarter);
+    return remainder(pend_turns_rest(phi, 0, NULL).high + quarter, 4 * quarter);
 }
 
 enum pend_status pend_modes_decompose(const struct pend_modes *modes, const struct pend_tree *tree,

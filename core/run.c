@@ -10,6 +10,7 @@
 #include "core/dynamics.h"
 #include "core/motion.h"
 #include "core/run_check.h"
+#include "core/turns.h"
 
 /* samples are made in groups: at most this many instants, and about this many numbers an array */
 enum { RUN_GROUP = 64, RUN_GROUP_NUMBERS = 8192 };
@@ -43,8 +44,10 @@ struct pend_run {
     double *t, *relative;      /* the next instants, and the same relative to the first */
     struct pend_points points; /* a group's states, stored order */
     struct run_ends ends;
-    double *re, *im; /* one row */
-    void *work;      /* of pend_dynamics_many */
+    double *re, *im;           /* one row */
+    double *turns, *turns_low; /* rad, what the start's angles are larger by than the run's, stored order */
+    int turned;                /* there is such a thing */
+    void *work;                /* of pend_dynamics_many */
 };
 
 /* ---- making and freeing */
@@ -71,6 +74,8 @@ static size_t run_place(struct pend_run *run, char *base, int n, int group, doub
     run->ends.rate = run_take(base, &used, row * (size_t)run->ends.cap);
     run->re = run_take(base, &used, row);
     run->im = run_take(base, &used, row);
+    run->turns = run_take(base, &used, row);
+    run->turns_low = run_take(base, &used, row);
     run->work = run_take(base, &used, pend_dynamics_many_bytes(n));
     return used;
 }
@@ -83,6 +88,20 @@ static int run_group(int n) {
 static int run_ends(int n) {
     int ends = RUN_ENDS_NUMBERS / n;
     return ends < 1 ? 1 : ends > RUN_ENDS ? RUN_ENDS : ends;
+}
+
+/* takes whole turns from the angles of a start that was copied, where one is huge; returns whether it is so */
+static int run_turn(const struct pend_run *run, double *start[4]) {
+    const struct pend_problem *problem = &run->problem;
+    int n = problem->tree->n, turned = 0;
+    for (int k = 0; k < n; k++) turned |= fabs(problem->phi[k]) > PEND_TURNS_FROM;
+    for (int k = 0; k < n && turned; k++) {
+        struct pend_sum turns;
+        struct pend_sum rest = pend_turns_rest(problem->phi[k], problem->phi_low ? problem->phi_low[k] : 0, &turns);
+        start[0][k] = rest.high, start[2][k] = rest.low;
+        run->turns[k] = turns.high, run->turns_low[k] = turns.low;
+    }
+    return turned;
 }
 
 /* a run in one block, its problem's state copied, no stepper yet */
@@ -101,9 +120,10 @@ static struct pend_run *run_allocate(const struct pend_method *method, const str
     run_place(&sketch, block, n, group, start);
     for (int i = 0; i < 4; i++)
         if (given[i]) memcpy(start[i], given[i], (size_t)n * sizeof(double));
+    sketch.turned = run_turn(&sketch, start);
     sketch.problem.phi = start[0];
     sketch.problem.rate = start[1];
-    sketch.problem.phi_low = given[2] ? start[2] : NULL;
+    sketch.problem.phi_low = given[2] || sketch.turned ? start[2] : NULL;
     sketch.problem.rate_low = given[3] ? start[3] : NULL;
     struct pend_run *run = (struct pend_run *)block;
     *run = sketch;
@@ -360,6 +380,15 @@ static enum pend_status run_hand_out(struct pend_run *run, struct pend_samples *
                     flaw.arm + 1);
 }
 
+/* gives rows of angles in the caller's order their whole turns back */
+static void run_return(const struct pend_run *run, double phi[], int count) {
+    const struct pend_tree *tree = run->problem.tree;
+    if (!run->turned || run->problem.no_turns || !phi) return;
+    for (int i = 0; i < count; i++, phi += tree->n)
+        for (int k = 0; k < tree->n; k++)
+            phi[tree->order[k]] = pend_turns_add(phi[tree->order[k]], run->turns[k], run->turns_low[k]);
+}
+
 static void run_sample(struct pend_run *run, struct pend_samples *samples, int due) {
     size_t n = (size_t)run->problem.tree->n;
     const struct pend_points points = run_room(run, samples);
@@ -374,6 +403,7 @@ static void run_sample(struct pend_run *run, struct pend_samples *samples, int d
         samples->z_re || samples->z_im || samples->zd_re || samples->zd_im || samples->kinetic || samples->potential;
     for (int i = 0; i < due && derived; i++)
         run_derive(run, points.phi + (size_t)i * n, points.rate + (size_t)i * n, samples, at + i);
+    if (samples->phi) run_return(run, samples->phi + (size_t)at * n, due);
     samples->count += due;
     run->next += due;
 }

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "core/method.h"
+#include "core/turns.h"
 
 enum { SECTION_LOOKS = 32, SECTION_QUEUE = 4 * SECTION_LOOKS, SECTION_HALVINGS = 200 };
 
@@ -20,7 +21,8 @@ struct pend_section {
     double phi_start;                         /* of the arm */
     struct pend_passage queue[SECTION_QUEUE]; /* of the last step, those that were not handed out from `next` on */
     int next, queued;
-    double *phi, *rate; /* of SECTION_LOOKS + 1 instants */
+    double *phi, *rate;                          /* of SECTION_LOOKS + 1 instants */
+    double *rest, *rest_low, *turns, *turns_low; /* rad, of the start's angles, n each */
 };
 
 /* --- the arm inside the last step --- */
@@ -152,7 +154,20 @@ enum pend_status pend_section_next(struct pend_section *section, long steps, enu
     *passage = section->queue[section->next++];
     *found = PEND_FOUND_PASSAGE;
     pend_method_taylor.at(section->stepper, &passage->time, 1, &points);
+    for (int k = 0; k < section->n; k++) phi[k] = pend_turns_add(phi[k], section->turns[k], section->turns_low[k]);
     return PEND_OK;
+}
+
+/* the start less whole turns, which do not matter to sections; 4 n values of memory */
+static void section_turn(struct pend_section *section, double memory[]) {
+    size_t n = (size_t)section->n;
+    section->rest = memory, section->rest_low = memory + n;
+    section->turns = memory + 2 * n, section->turns_low = memory + 3 * n;
+    for (size_t k = 0; k < n; k++) {
+        struct pend_sum turns, rest = pend_turns_rest(section->problem.phi[k], 0, &turns);
+        section->rest[k] = rest.high, section->rest_low[k] = rest.low;
+        section->turns[k] = turns.high, section->turns_low[k] = turns.low;
+    }
 }
 
 static enum pend_status section_check(const struct pend_section_problem *problem, struct pend_error *error) {
@@ -171,16 +186,18 @@ enum pend_status pend_section_new(struct pend_section **section, const struct pe
     PEND_TRY(section_check(problem, error));
     const struct pend_method *method = &pend_method_taylor;
     size_t n = (size_t)problem->tree->n, looks = SECTION_LOOKS + 1;
-    struct pend_section *made = calloc(1, sizeof *made + 2 * n * looks * sizeof(double));
+    struct pend_section *made = calloc(1, sizeof *made + 2 * n * (looks + 2) * sizeof(double));
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a section of %zu arms", n);
     made->problem = *problem;
     made->n = problem->tree->n;
-    made->phi_start = problem->phi[problem->arm];
     made->phi = (double *)(made + 1);
     made->rate = made->phi + n * looks;
+    section_turn(made, made->rate + n * looks);
+    made->phi_start = made->rest[problem->arm];
     const struct pend_problem motion = {.tree = problem->tree,
                                         .gravity = problem->gravity,
-                                        .phi = problem->phi,
+                                        .phi = made->rest,
+                                        .phi_low = made->rest_low,
                                         .rate = problem->rate,
                                         .times = {.count = 2, .span = problem->duration, .divisor = 1},
                                         .rtol = problem->rtol > 0 ? problem->rtol : method->rtol_default,

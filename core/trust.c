@@ -36,10 +36,13 @@ enum pend_status pend_trust_new(struct pend_trust **trust, const struct pend_met
         made->phi[i] = made->t[i] + cap;
     }
     // the better one keeps its own tolerances
-    struct pend_problem exact = *problem;
+    struct pend_problem own = *problem, exact;
+    // whole turns have fewer digits than the rest
+    own.no_turns = 1;
+    exact = own;
     exact.rtol = exact.atol = exact.step = 0;
     exact.atol_given = 0;
-    enum pend_status status = pend_run_new(&made->run[0], method, problem, error);
+    enum pend_status status = pend_run_new(&made->run[0], method, &own, error);
     if (status == PEND_OK) status = pend_run_new(&made->run[1], pend_method_taylor.extended, &exact, error);
     if (status != PEND_OK) pend_trust_free(trust);
     return status;

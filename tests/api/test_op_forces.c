@@ -180,3 +180,32 @@ TEST(forces_of_a_mode_that_is_beyond_all_numbers_are_a_problem) {
         }
     }
 }
+
+/* angles in one direction are one state, however many turns lie between them; rests by a reference of 60 digits */
+TEST(forces_of_huge_angles_are_those_of_their_rests) {
+    static const struct {
+        const char *huge, *rest;
+    } start[] = {
+        {"1e15,1", "2.1096981170701126,1"}, {"1e22,1", "-1.0201773925590870,1"}, {"1,-1e300", "1,2.1838724841522326"}};
+    for (size_t i = 0; i < sizeof start / sizeof *start; i++) {
+        const char *states[] = {start[i].huge, start[i].rest};
+        struct test_reply reply[2];
+        for (int j = 0; j < 2; j++) {
+            char body[200];
+            snprintf(body, sizeof body,
+                     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"state\":{\"phi\":[%s],"
+                     "\"phid\":[1,2]}}",
+                     states[j]);
+            reply[j] = test_post(API_OP_FORCES, body);
+            CHECK_INT(reply[j].status, 200);
+        }
+        static const char *const numbers[] = {"/phidd/0", "/phidd/1", "/lambda/0", "/lambda/1", "/energy/total"};
+        for (int k = 0; k < 5; k++) {
+            double got = test_reply_number(&reply[0], numbers[k]), want = test_reply_number(&reply[1], numbers[k]);
+            CHECK_SAYING(fabs(got - want) <= 1e-14 * (1 + fabs(want)), "%s of %s: %.17g, not %.17g", numbers[k],
+                         states[0], got, want);
+        }
+        test_reply_free(&reply[0]);
+        test_reply_free(&reply[1]);
+    }
+}

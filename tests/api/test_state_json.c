@@ -151,3 +151,10 @@ TEST(a_single_state_keeps_what_rounding_leaves_of_it) {
         pend_tree_free(&tree.tree);
     }
 }
+
+TEST(an_angle_in_degrees_has_a_bound) {
+    CHECK_REFUSED(API_OP_FORCES,
+                  "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
+                  "\"state\":{\"phi\":[1,-1e22],\"unit\":\"deg\"}}",
+                  "/state/phi/1", "must be from -1e15 to 1e15 degrees, got -1e+22");
+}
