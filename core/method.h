@@ -38,6 +38,7 @@ struct pend_problem {
     double step;       /* s, fixed-step methods only; 0 = the method's choice */
     long step_cap;     /* most steps a run may take, 0 = no limit */
     int no_turns;      /* angles are handed out as the run has them: less the whole turns of a huge start (turns.h) */
+    double accuracy;   /* of the answer, > 0: the run estimates how long it is kept (horizon.h); 0 = nobody asks */
     int no_drift;      /* nobody asks for the energy's drift: it is not looked at, and told as 0 */
 };
 
@@ -59,6 +60,20 @@ struct pend_points {
     double *phi, *rate; /* always wanted */
     double *acc;        /* rad/s^2, for methods with PEND_METHOD_LINEAR or PEND_METHOD_SERIES; NULL = not wanted */
     double *force;      /* N, for methods with PEND_METHOD_SERIES; NULL = not wanted */
+};
+
+struct jets_state;
+struct pend_jets;
+
+enum { PEND_SERIES_BEYOND = 2 };
+
+/* The last step as the power series that it was taken by, about its start; valid until the next step. Of a problem that
+ * names an accuracy, PEND_SERIES_BEYOND coefficients are known beyond the order that the step has. */
+struct pend_series {
+    const struct pend_jets *jets;
+    const struct jets_state *begin;
+    int order;
+    double unit, time, reached; /* s; time and reached are the step's ends, relative to the first instant */
 };
 
 /* Evaluations are sweeps over the whole tree: right-hand sides, or orders of a series; work is measured in them. */
@@ -93,6 +108,8 @@ struct pend_method {
      */
     void (*at)(void *stepper, const double t[], int count, const struct pend_points *points);
     struct pend_stepper_counts (*counts)(const void *stepper);
+    /** The last step as a power series of doubles; NULL where steps are not. */
+    void (*series)(const void *stepper, struct pend_series *series);
     /**
      * Shows a tape all that steps have changed since `open`; where the tape puts it back, into a stepper that was just
      * opened for the same problem, that one goes on as this one would have, `at` inside the last step too, bit for bit.

@@ -20,9 +20,9 @@ static const double TAYLOR_LEAST = 1e-14;
 struct taylor {
     const struct pend_tree *tree;
     double gravity, log_rtol, log_atol; /* binary logarithms */
-    int order;
-    double unit;          /* s, of the series */
-    double next_unit;     /* s, > 0 */
+    int order, known; /* of the step, and the highest coefficient of the series: more, where a horizon is asked for */
+    double unit;      /* s, of the series */
+    double next_unit; /* s, > 0 */
     double time, reached; /* s: start and end of the last step, exact: the step is what lies between */
     struct jets_state begin, end;
     struct pend_jets jets;
@@ -56,7 +56,8 @@ static void taylor_view(struct taylor *taylor, double *at) {
 
 static enum pend_status taylor_open(void **stepper, const struct pend_problem *problem, struct pend_error *error) {
     int n = problem->tree->n, order = taylor_order(problem->rtol, problem->tree);
-    size_t head = (sizeof(struct taylor) + 63) / 64 * 64, series = pend_jets_bytes(problem->tree, order);
+    int known = order + (problem->accuracy > 0 ? PEND_SERIES_BEYOND : 0);
+    size_t head = (sizeof(struct taylor) + 63) / 64 * 64, series = pend_jets_bytes(problem->tree, known);
     size_t state = TAYLOR_STATE * pend_jets_stride(n) * sizeof(double), bytes = head + series + state;
     char *block = *stepper = aligned_alloc(64, bytes);
     if (!block) {
@@ -64,11 +65,11 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
                          bytes);
     }
     struct taylor *taylor = (struct taylor *)block;
-    *taylor = (struct taylor){.tree = problem->tree, .gravity = problem->gravity, .order = order};
+    *taylor = (struct taylor){.tree = problem->tree, .gravity = problem->gravity, .order = order, .known = known};
     taylor->log_rtol = log2(pend_taylor_target(problem->rtol));
     taylor->log_atol = log2(pend_taylor_atol(problem->atol));
     taylor->next_unit = taylor_first_unit(problem);
-    pend_jets_init(&taylor->jets, problem->tree, order, block + head);
+    pend_jets_init(&taylor->jets, problem->tree, known, block + head);
     taylor_view(taylor, (double *)(block + head + series));
     memset(block + head + series, 0, state);
     memcpy(taylor->end.phi, problem->phi, (size_t)n * sizeof(double));
@@ -99,7 +100,7 @@ static double taylor_expand(struct taylor *taylor, double limit) {
     enum { RANGE = 16, TRIES = 64 };
     double x = NAN, left = fabs(limit - taylor->time);
     for (int i = 0; i < TRIES; i++) {
-        pend_jets_expand(&taylor->jets, taylor->gravity, taylor->unit, &taylor->begin, taylor->order);
+        pend_jets_expand(&taylor->jets, taylor->gravity, taylor->unit, &taylor->begin, taylor->known);
         taylor->counts.evaluations += taylor->order;
         x = pend_jets_reach(&taylor->jets, taylor->order, taylor->log_rtol, taylor->log_atol);
         // a step may pass the last instant, by no more than its own length
@@ -180,6 +181,16 @@ static struct pend_stepper_counts taylor_counts(const void *stepper) {
     return taylor->counts;
 }
 
+static void taylor_series(const void *stepper, struct pend_series *series) {
+    const struct taylor *taylor = stepper;
+    *series = (struct pend_series){.jets = &taylor->jets,
+                                   .begin = &taylor->begin,
+                                   .order = taylor->order,
+                                   .unit = taylor->unit,
+                                   .time = taylor->time,
+                                   .reached = taylor->reached};
+}
+
 static void taylor_carry(void *stepper, struct pend_tape *tape) {
     struct taylor *taylor = stepper;
     size_t stride = pend_jets_stride(taylor->tree->n);
@@ -193,7 +204,7 @@ static void taylor_carry(void *stepper, struct pend_tape *tape) {
     }
     // the series of the last step follows from its start
     if (pend_tape_puts(tape) && taylor->counts.steps)
-        pend_jets_expand(&taylor->jets, taylor->gravity, taylor->unit, &taylor->begin, taylor->order);
+        pend_jets_expand(&taylor->jets, taylor->gravity, taylor->unit, &taylor->begin, taylor->known);
 }
 
 const struct pend_method pend_method_taylor = {
@@ -211,6 +222,7 @@ const struct pend_method pend_method_taylor = {
     .step = taylor_step,
     .at = taylor_at,
     .counts = taylor_counts,
+    .series = taylor_series,
     .carry = taylor_carry,
     .close = taylor_close,
 };

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "core/dynamics.h"
+#include "core/horizon.h"
 #include "core/motion.h"
 #include "core/run_check.h"
 #include "core/turns.h"
@@ -31,14 +32,15 @@ struct pend_run {
     const struct pend_method *method;
     struct pend_problem problem; /* phi and rate point into this block */
     void *stepper;
-    double start, end;  /* s: the first instant, and the last one relative to it */
-    double reached;     /* s, relative: what the steps have reached */
-    long next;          /* number of the first instant that was not handed out */
-    int group;          /* most instants in one group */
-    long listed_from;   /* number of the first instant in t */
-    int listed;         /* instants in t */
-    int ordered;        /* stored order is the caller's order */
-    double sample_cost; /* arm-evaluations that a sample stands for */
+    struct pend_horizon *horizon; /* NULL: nobody asks */
+    double start, end;            /* s: the first instant, and the last one relative to it */
+    double reached;               /* s, relative: what the steps have reached */
+    long next;                    /* number of the first instant that was not handed out */
+    int group;                    /* most instants in one group */
+    long listed_from;             /* number of the first instant in t */
+    int listed;                   /* instants in t */
+    int ordered;                  /* stored order is the caller's order */
+    double sample_cost;           /* arm-evaluations that a sample stands for */
     double scale, energy_start, drift;
     struct pend_error failure; /* code PEND_OK: none */
     double *t, *relative;      /* the next instants, and the same relative to the first */
@@ -153,16 +155,20 @@ enum pend_status pend_run_new(struct pend_run **run, const struct pend_method *m
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a run of %d arms", problem->tree->n);
     run_start(made);
     enum pend_status status = method->open(&made->stepper, &made->problem, error);
-    if (status != PEND_OK) {
-        free(made);
-        return status;
+    if (status == PEND_OK && problem->accuracy > 0) {
+        status = pend_horizon_new(&made->horizon, method, &made->problem, error);
+        if (status != PEND_OK) method->close(&made->stepper);
     }
-    *run = made;
-    return PEND_OK;
+    if (status != PEND_OK)
+        free(made);
+    else
+        *run = made;
+    return status;
 }
 
 void pend_run_free(struct pend_run **run) {
     if (!*run) return;
+    pend_horizon_free(&(*run)->horizon);
     (*run)->method->close(&(*run)->stepper);
     free(*run);
     *run = NULL;
@@ -217,6 +223,7 @@ static enum pend_status run_inspect(struct pend_run *run, struct pend_error *err
         return run_fail(run, error, PEND_NOT_FINITE, tree->order[k], run->start + run->reached,
                         "the motion of arm %d ceased to be finite", tree->order[k] + 1);
     }
+    if (run->horizon) pend_horizon_step(run->horizon, run->stepper, run->reached, phi, rate);
     if (!run->problem.no_drift && ++ends->count == ends->cap) run_weigh(run);
     return PEND_OK;
 }
@@ -455,6 +462,7 @@ struct pend_run_stats pend_run_stats(const struct pend_run *run) {
                                    .rejected = counts.rejected,
                                    .evaluations = counts.evaluations,
                                    .energy_drift = run->drift,
+                                   .horizon = run->horizon ? pend_horizon_until(run->horizon) : NAN,
                                    .progress = run_progress(run)};
 }
 
@@ -468,6 +476,7 @@ enum pend_status pend_run_carry(struct pend_run *run, struct pend_tape *tape) {
     pend_tape_counts(tape, &run->next, 1);
     pend_tape_part(tape, &run->drift, sizeof run->drift);
     run->method->carry(run->stepper, tape);
+    if (run->horizon) PEND_TRY(pend_horizon_carry(run->horizon, tape));
     /* a tape that refused on the way was put back in part: it is not whole */
     if (!pend_tape_puts(tape)) return PEND_OK;
     int good = run->next <= run->problem.times.count && isfinite(run->reached) && isfinite(run->drift);

@@ -20,6 +20,8 @@ struct pend_run_stats {
     long steps, rejected, evaluations;
     double energy_drift; /* largest |E - E(start)| over the steps, relative to pend_motion_energy_scale; 0 for a method
                             that is linear, and where the problem says no_drift */
+    double horizon;      /* s, pend_horizon_until: among the instants handed out, until the run is over; NaN where the
+                            problem names no accuracy */
     double progress;     /* 0 .. 1 */
 };
 
