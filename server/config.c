@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "server/hosts.h"
+
 /* What a value may be. */
 enum config_kind {
     CONFIG_FLAG,    /* no value: asks for a task */
@@ -16,6 +18,7 @@ enum config_kind {
     CONFIG_BYTES,   /* a whole number, or one with K, M or G behind it */
     CONFIG_SECONDS, /* a number */
     CONFIG_SWITCH,  /* on or off */
+    CONFIG_HOSTS,   /* *, auto or a list of hosts */
     CONFIG_ROLE,    /* all, api or worker */
     CONFIG_STORE    /* none, sqlite, sqlite:PATH or postgresql://... */
 };
@@ -48,7 +51,9 @@ static const struct config_row config_table[] = {
      CONFIG_BYTES, FIELD(cache_bytes), 0, 1e15},
     {{"compress-above", "BYTES", "4K", "answers of text that are larger are compressed for clients that accept it; 0 = none is"},
      CONFIG_BYTES, FIELD(compress_above), 0, 1e15},
-    {{"cors-origins", "LIST", "*", "web pages that may read answers: * = all, none, or origins like https://example.org"},
+    {{"hosts", "LIST", "auto", "names it answers to, others get 421: * = any, hosts like example.org, *.example.org or [::1]:8080, or auto = this machine's names where it listens on loopback and trusts no proxy, else any"},
+     CONFIG_HOSTS, FIELD(hosts), 0, 0},
+    {{"cors-origins", "LIST", "*", "web pages of other origins that may read answers: * = all may compute, none, or origins like https://example.org, which may have jobs and scenes too"},
      CONFIG_TEXT, FIELD(cors_origins), 0, 0},
     {{"trusted-proxy", "LIST", "none", "networks like 10.0.0.0/8 of proxies that may say who the client is"},
      CONFIG_TEXT, FIELD(trusted_proxy), 0, 0},
@@ -265,6 +270,11 @@ static enum pend_status config_set(struct srv_config *config, const struct confi
         return config_set_number(config_number(config, row, i), row, place, value, error);
     case CONFIG_SWITCH:
         return config_set_switch(config_number(config, row, i), place, value, error);
+    case CONFIG_HOSTS:
+        if (!srv_hosts_good(value))
+            return config_wrong(place, value,
+                                "*, auto, or hosts like example.org, *.example.org, 192.0.2.1, [::1]:8080", error);
+        return config_set_text((char *)config + row->offset, row, place, value, error);
     case CONFIG_ROLE:
         if (strcmp(value, "all") && strcmp(value, "api") && strcmp(value, "worker"))
             return config_wrong(place, value, "all, api or worker", error);

@@ -24,6 +24,7 @@ struct srv_config {
     double wait_seconds, requests_a_minute, address_clients;
     double cache_bytes, compress_above;
     char cors_origins[SRV_CONFIG_TEXT], trusted_proxy[SRV_CONFIG_TEXT], client_header[SRV_CONFIG_TEXT];
+    char hosts[SRV_CONFIG_TEXT];
     double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds, drain_idle_seconds;
     double least_rate; /* bytes/s */
     double access_log; /* 0 or 1 */

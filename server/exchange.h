@@ -28,9 +28,10 @@
     X(SRV_RANGE, "Range", ONE)                                                                                         \
     X(SRV_IF_RANGE, "If-Range", ONE)                                                                                   \
     X(SRV_LAST_EVENT_ID, "Last-Event-ID", LAST)                                                                        \
+    X(SRV_HOST, "Host", ONE)                                                                                           \
+    X(SRV_FETCH_SITE, "Sec-Fetch-Site", LAST)                                                                          \
     X(SRV_ORIGIN, "Origin", LAST)                                                                                      \
     X(SRV_PREFLIGHT, "Access-Control-Request-Method", LAST)                                                            \
-    X(SRV_PREFLIGHT_FIELDS, "Access-Control-Request-Headers", LIST)                                                    \
     X(SRV_PREFER, "Prefer", LIST)                                                                                      \
     X(SRV_IDEMPOTENCY_KEY, "Idempotency-Key", ONE)                                                                     \
     X(SRV_AUTHORIZATION, "Authorization", ONE)                                                                         \
@@ -83,6 +84,8 @@ struct srv_exchange {
     struct srv_client *account;    /* of that client; NULL where the route needs none */
     char target[SRV_TARGET_BYTES]; /* as it came */
     const char *path, *query;      /* of the target; the path decoded, query NULL where there is none */
+    const char *host;              /* that it was sent to: of an absolute target, else of Host; NULL = none */
+    int closed;                    /* only listed web pages may read the answer (cors) */
     const char *id, *trace;        /* X-Request-Id; traceparent, or NULL */
     enum srv_coding coding;        /* that the client wants */
     int64_t length;                /* of the body: Content-Length, 0 without one, -1 when chunked */

@@ -104,19 +104,27 @@ static int message_decode(const char *from, size_t bytes, char *to) {
     return length;
 }
 
-/* the absolute form (RFC 9112 3.2.2) is cut down to the origin form; NULL if it is neither */
-static const char *message_origin(const char *target) {
+/* The absolute form (RFC 9112 3.2.2) is cut down to the origin form, and its host counts whatever the field Host says;
+ * NULL if it is neither, or there is no room. */
+static const char *message_origin(struct srv_exchange *exchange) {
+    const char *target = exchange->target;
+    exchange->host = exchange->field[SRV_HOST];
     if (target[0] == '/' || !strcmp(target, "*")) return target;
     if (strncasecmp(target, "http://", 7) && strncasecmp(target, "https://", 8)) return NULL;
     const char *host = strstr(target, "://") + 3;
     size_t bytes = strcspn(host, "/?");
-    return bytes && !memchr(host, '@', bytes) ? host + bytes : NULL;
+    char *text = bytes && !memchr(host, '@', bytes) ? srv_exchange_text(exchange, bytes + 1) : NULL;
+    if (!text) return NULL;
+    memcpy(text, host, bytes);
+    text[bytes] = 0;
+    exchange->host = text;
+    return host + bytes;
 }
 
 static int message_target(struct srv_exchange *exchange) {
     if (strpbrk(exchange->target, "#\"<>\\"))
         return message_refuse(exchange, 400, "the request target has a character that is not allowed there");
-    const char *origin = message_origin(exchange->target);
+    const char *origin = message_origin(exchange);
     if (!origin) return message_refuse(exchange, 400, "the request target must begin with / or http://");
     size_t bytes = strcspn(origin, "?");
     char *path = srv_exchange_text(exchange, bytes + 2);

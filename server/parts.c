@@ -8,6 +8,7 @@
 #include "server/clock.h"
 #include "server/events.h"
 #include "server/flights.h"
+#include "server/hosts.h"
 #include "server/runner.h"
 #include "server/state.h"
 #include "server/workers.h"
@@ -26,6 +27,7 @@ enum pend_status srv_parts_init(struct srv_service *service, struct pend_error *
     if (getrandom(&service->seed, sizeof service->seed, GRND_NONBLOCK) < 0) service->seed = (uint64_t)srv_clock_now();
     srv_spares_init(&service->spares);
     enum pend_status status = srv_peers_read(&service->trusted, config->trusted_proxy, error);
+    service->hosts = srv_hosts_mean(config->hosts, config->listen, service->trusted.count > 0);
     if (status == PEND_OK) status = srv_queue_new(&service->queue, (int)config->queue, (int)config->client_queue);
     srv_intake_init(&service->intake, service->queue, service->workers);
     if (status == PEND_OK) status = srv_clients_new(&service->clients);

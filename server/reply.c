@@ -62,7 +62,7 @@ static int reply_field(struct MHD_Response *response, const char *name, const ch
 
 static int reply_cors(struct MHD_Response *response, const struct srv_exchange *exchange) {
     const char *allowed = exchange->service->config.cors_origins, *asked = exchange->field[SRV_ORIGIN];
-    const char *origin = srv_cors_origin(allowed, asked);
+    const char *origin = srv_cors_origin(allowed, asked, exchange->closed);
     int good = !srv_cors_varies(allowed) || reply_field(response, "Vary", "Origin");
     if (!origin) return good;
     good = good && reply_field(response, "Access-Control-Allow-Origin", origin);
@@ -126,7 +126,8 @@ void srv_reply_refuse(struct srv_exchange *exchange, int fd) {
     char head[768], date[40], cors[300] = "";
     time_t now = time(NULL);
     struct tm part;
-    const char *origin = srv_cors_origin(exchange->service->config.cors_origins, exchange->field[SRV_ORIGIN]);
+    const char *origin =
+        srv_cors_origin(exchange->service->config.cors_origins, exchange->field[SRV_ORIGIN], exchange->closed);
     if (origin) snprintf(cors, sizeof cors, "Access-Control-Allow-Origin: %.255s\r\n", origin);
     strftime(date, sizeof date, "%a, %d %b %Y %H:%M:%S GMT", gmtime_r(&now, &part));
     int bytes = snprintf(head, sizeof head,

@@ -8,6 +8,8 @@
 #include "server/answer.h"
 #include "server/assets.h"
 #include "server/compute.h"
+#include "server/cors.h"
+#include "server/hosts.h"
 #include "server/job_results.h"
 #include "server/jobs.h"
 #include "server/probes.h"
@@ -30,31 +32,31 @@ static void router_metrics(struct srv_exchange *exchange) {
 }
 
 static const struct srv_route router_table[] = {
-    {"POST", "/v1/trees", NULL, NULL, API_OP_TREES, "POST /v1/trees"},
-    {"POST", "/v1/trajectories", NULL, NULL, API_OP_TRAJECTORIES, "POST /v1/trajectories"},
-    {"POST", "/v1/forces", NULL, NULL, API_OP_FORCES, "POST /v1/forces"},
-    {"POST", "/v1/modes", NULL, NULL, API_OP_MODES, "POST /v1/modes"},
-    {"POST", "/v1/ensembles", NULL, NULL, API_OP_ENSEMBLES, "POST /v1/ensembles"},
-    {"POST", "/v1/lyapunov", NULL, NULL, API_OP_LYAPUNOV, "POST /v1/lyapunov"},
-    {"POST", "/v1/sections", NULL, NULL, API_OP_SECTIONS, "POST /v1/sections"},
-    {"POST", "/v1/equations", NULL, NULL, API_OP_EQUATIONS, "POST /v1/equations"},
-    {"GET", "/v1/presets", NULL, NULL, API_OP_PRESETS, "GET /v1/presets"},
-    {"GET", "/v1/presets/{name}", NULL, NULL, API_OP_PRESET, "GET /v1/presets/{name}"},
-    {"POST", "/v1/scenes", NULL, srv_scenes_create, API_OP_COUNT, "POST /v1/scenes"},
-    {"GET", "/v1/scenes/{id}", NULL, srv_scenes_read, API_OP_COUNT, "GET /v1/scenes/{id}"},
-    {"DELETE", "/v1/scenes/{id}", NULL, srv_scenes_drop, API_OP_COUNT, "DELETE /v1/scenes/{id}"},
-    {"GET", "/v1/jobs", NULL, srv_jobs_list, API_OP_COUNT, "GET /v1/jobs"},
-    {"GET", "/v1/jobs/{id}", NULL, srv_jobs_read, API_OP_COUNT, "GET /v1/jobs/{id}"},
-    {"DELETE", "/v1/jobs/{id}", NULL, srv_jobs_dismiss, API_OP_COUNT, "DELETE /v1/jobs/{id}"},
-    {"GET", "/v1/jobs/{id}/events", NULL, srv_jobs_events, API_OP_COUNT, "GET /v1/jobs/{id}/events"},
-    {"GET", "/v1/jobs/{id}/results", NULL, srv_job_results, API_OP_COUNT, "GET /v1/jobs/{id}/results"},
-    {"GET", "/", srv_assets_index, NULL, API_OP_COUNT, "GET /"},
-    {"GET", "/docs", srv_assets_docs, NULL, API_OP_COUNT, "GET /docs"},
-    {"GET", "/page/{digest}/{file}", srv_assets_file, NULL, API_OP_COUNT, "GET /page/{digest}/{file}"},
-    {"GET", "/openapi.json", router_openapi, NULL, API_OP_COUNT, "GET /openapi.json"},
-    {"GET", "/healthz", srv_probes_health, NULL, API_OP_COUNT, "GET /healthz"},
-    {"GET", "/readyz", srv_probes_readiness, NULL, API_OP_COUNT, "GET /readyz"},
-    {"GET", "/metrics", router_metrics, NULL, API_OP_COUNT, "GET /metrics"},
+    {"POST", "/v1/trees", NULL, NULL, API_OP_TREES, "POST /v1/trees", 0},
+    {"POST", "/v1/trajectories", NULL, NULL, API_OP_TRAJECTORIES, "POST /v1/trajectories", 0},
+    {"POST", "/v1/forces", NULL, NULL, API_OP_FORCES, "POST /v1/forces", 0},
+    {"POST", "/v1/modes", NULL, NULL, API_OP_MODES, "POST /v1/modes", 0},
+    {"POST", "/v1/ensembles", NULL, NULL, API_OP_ENSEMBLES, "POST /v1/ensembles", 0},
+    {"POST", "/v1/lyapunov", NULL, NULL, API_OP_LYAPUNOV, "POST /v1/lyapunov", 0},
+    {"POST", "/v1/sections", NULL, NULL, API_OP_SECTIONS, "POST /v1/sections", 0},
+    {"POST", "/v1/equations", NULL, NULL, API_OP_EQUATIONS, "POST /v1/equations", 0},
+    {"GET", "/v1/presets", NULL, NULL, API_OP_PRESETS, "GET /v1/presets", 0},
+    {"GET", "/v1/presets/{name}", NULL, NULL, API_OP_PRESET, "GET /v1/presets/{name}", 0},
+    {"POST", "/v1/scenes", NULL, srv_scenes_create, API_OP_COUNT, "POST /v1/scenes", SRV_ROUTE_CLOSED},
+    {"GET", "/v1/scenes/{id}", NULL, srv_scenes_read, API_OP_COUNT, "GET /v1/scenes/{id}", 0},
+    {"DELETE", "/v1/scenes/{id}", NULL, srv_scenes_drop, API_OP_COUNT, "DELETE /v1/scenes/{id}", SRV_ROUTE_CLOSED},
+    {"GET", "/v1/jobs", NULL, srv_jobs_list, API_OP_COUNT, "GET /v1/jobs", SRV_ROUTE_CLOSED},
+    {"GET", "/v1/jobs/{id}", NULL, srv_jobs_read, API_OP_COUNT, "GET /v1/jobs/{id}", 0},
+    {"DELETE", "/v1/jobs/{id}", NULL, srv_jobs_dismiss, API_OP_COUNT, "DELETE /v1/jobs/{id}", SRV_ROUTE_CLOSED},
+    {"GET", "/v1/jobs/{id}/events", NULL, srv_jobs_events, API_OP_COUNT, "GET /v1/jobs/{id}/events", 0},
+    {"GET", "/v1/jobs/{id}/results", NULL, srv_job_results, API_OP_COUNT, "GET /v1/jobs/{id}/results", 0},
+    {"GET", "/", srv_assets_index, NULL, API_OP_COUNT, "GET /", 0},
+    {"GET", "/docs", srv_assets_docs, NULL, API_OP_COUNT, "GET /docs", 0},
+    {"GET", "/page/{digest}/{file}", srv_assets_file, NULL, API_OP_COUNT, "GET /page/{digest}/{file}", 0},
+    {"GET", "/openapi.json", router_openapi, NULL, API_OP_COUNT, "GET /openapi.json", 0},
+    {"GET", "/healthz", srv_probes_health, NULL, API_OP_COUNT, "GET /healthz", SRV_ROUTE_ANY_HOST},
+    {"GET", "/readyz", srv_probes_readiness, NULL, API_OP_COUNT, "GET /readyz", SRV_ROUTE_ANY_HOST},
+    {"GET", "/metrics", router_metrics, NULL, API_OP_COUNT, "GET /metrics", SRV_ROUTE_ANY_HOST},
 };
 
 enum { ROUTER_COUNT = sizeof router_table / sizeof *router_table, ROUTER_ALLOW = 64, ROUTER_LABEL = 64 };
@@ -94,28 +96,50 @@ static void router_allow_add(char allow[ROUTER_ALLOW], const char *method) {
     snprintf(allow + bytes, ROUTER_ALLOW - bytes, "%s%s", bytes ? ", " : "", method);
 }
 
-/* what a path without the asked method can do; "" where there is no such path */
-static void router_allow(const char *path, char allow[ROUTER_ALLOW]) {
+/* what a path can do, without the routes that are special in one of these ways; "" where there is no such path */
+static void router_allow(const char *path, unsigned without, char allow[ROUTER_ALLOW]) {
     const char *argument;
     size_t bytes;
+    int any = 0;
     allow[0] = 0;
     for (int i = 0; i < ROUTER_COUNT; i++) {
         if (!router_match(router_table[i].pattern, path, &argument, &bytes)) continue;
+        any = 1;
+        if (router_table[i].special & without) continue;
         router_allow_add(allow, router_table[i].method);
         if (!strcmp(router_table[i].method, "GET")) router_allow_add(allow, "HEAD");
     }
-    if (allow[0]) router_allow_add(allow, "OPTIONS");
+    if (any) router_allow_add(allow, "OPTIONS");
+}
+
+/* the route of a method and a path, whose variable part is told as router_match does; NULL where there is none */
+static const struct srv_route *router_route(const char *method, const char *path, const char **argument,
+                                            size_t *bytes) {
+    for (int i = 0; i < ROUTER_COUNT; i++)
+        if (router_serves(&router_table[i], method) && router_match(router_table[i].pattern, path, argument, bytes))
+            return &router_table[i];
+    return NULL;
+}
+
+/* does a page of another origin ask, which is not listed? */
+static int router_foreign(const struct srv_exchange *exchange) {
+    return srv_cors_foreign(exchange->service->config.cors_origins, exchange->field[SRV_ORIGIN],
+                            exchange->field[SRV_FETCH_SITE], exchange->host);
 }
 
 /* OPTIONS; a browser that asks before a page's request wants to know what such a request may have */
-static void router_options(struct srv_exchange *exchange, const char *allow) {
-    const char *fields = exchange->field[SRV_PREFLIGHT_FIELDS];
+static void router_options(struct srv_exchange *exchange) {
+    const char *argument, *method = exchange->field[SRV_PREFLIGHT];
+    size_t bytes;
     srv_exchange_static(exchange, 204, NULL, NULL, 0);
-    if (!exchange->field[SRV_ORIGIN] || !exchange->field[SRV_PREFLIGHT]) return;
-    srv_exchange_header(exchange, "Access-Control-Allow-Methods", allow);
-    srv_exchange_header(
-        exchange, "Access-Control-Allow-Headers",
-        fields && *fields ? fields : "Accept, Content-Type, Idempotency-Key, If-None-Match, Prefer, X-Request-Id");
+    if (!exchange->field[SRV_ORIGIN] || !method) return;
+    char *methods = srv_exchange_text(exchange, ROUTER_ALLOW);
+    if (!methods) return;
+    const struct srv_route *route = router_route(method, exchange->path, &argument, &bytes);
+    exchange->closed = route && (route->special & SRV_ROUTE_CLOSED);
+    router_allow(exchange->path, router_foreign(exchange) ? SRV_ROUTE_CLOSED : 0, methods);
+    srv_exchange_header(exchange, "Access-Control-Allow-Methods", methods);
+    srv_exchange_header(exchange, "Access-Control-Allow-Headers", srv_cors_fields);
     srv_exchange_header(exchange, "Access-Control-Max-Age", "86400");
 }
 
@@ -126,7 +150,7 @@ static void router_explain(struct srv_exchange *exchange) {
         srv_exchange_problem(exchange, 431, "the request's head is too long");
         return;
     }
-    router_allow(exchange->path, allow);
+    router_allow(exchange->path, 0, allow);
     int options = !strcmp(exchange->method, "OPTIONS");
     if (options && !strcmp(exchange->path, "*")) strcpy(allow, "GET, HEAD, POST, DELETE, OPTIONS");
     if (!allow[0]) {
@@ -134,7 +158,7 @@ static void router_explain(struct srv_exchange *exchange) {
         return;
     }
     if (options)
-        router_options(exchange, allow);
+        router_options(exchange);
     else
         srv_exchange_problem(exchange, 405, "%.40s is not for %.200s, but %s", exchange->method, exchange->path, allow);
     srv_exchange_header(exchange, "Allow", allow);
@@ -168,21 +192,42 @@ static int router_admit(struct srv_exchange *exchange) {
     return 0;
 }
 
+/* may a page of this origin ask for it? Else the exchange is answered */
+static int router_open(struct srv_exchange *exchange) {
+    int job = srv_jobs_wanted(exchange);
+    exchange->closed = (exchange->route->special & SRV_ROUTE_CLOSED) != 0;
+    if ((!exchange->closed && !job) || !router_foreign(exchange)) {
+        exchange->closed |= job;
+        return 1;
+    }
+    srv_exchange_problem(exchange, 403,
+                         "a web page of the origin %.100s may compute here, but neither make, list nor end jobs and "
+                         "scenes: the option cors-origins lists pages that may",
+                         exchange->field[SRV_ORIGIN]);
+    return 0;
+}
+
 int srv_router_find(struct srv_exchange *exchange) {
     const char *argument;
     size_t bytes;
-    if (!srv_admission_identify(exchange)) return 0;
-    for (int i = 0; i < ROUTER_COUNT; i++) {
-        const struct srv_route *route = &router_table[i];
-        if (!router_serves(route, exchange->method) || !router_match(route->pattern, exchange->path, &argument, &bytes))
-            continue;
-        exchange->route = route;
-        exchange->op = route->op;
-        if (router_argument(exchange, argument, bytes)) return router_admit(exchange);
-        srv_exchange_problem(exchange, 431, "the request's head is too long");
+    const struct srv_route *route = router_route(exchange->method, exchange->path, &argument, &bytes);
+    int any_host = route && (route->special & SRV_ROUTE_ANY_HOST);
+    if (!any_host && !srv_hosts_allow(exchange->service->hosts, exchange->host)) {
+        srv_exchange_problem(
+            exchange, 421,
+            "this server does not answer to the host %.100s: the option --hosts lists those that it does",
+            exchange->host);
         return 0;
     }
-    router_explain(exchange);
+    if (!srv_admission_identify(exchange)) return 0;
+    if (!route) {
+        router_explain(exchange);
+        return 0;
+    }
+    exchange->route = route;
+    exchange->op = route->op;
+    if (router_argument(exchange, argument, bytes)) return router_open(exchange) && router_admit(exchange);
+    srv_exchange_problem(exchange, 431, "the request's head is too long");
     return 0;
 }
 

@@ -13,6 +13,12 @@ typedef void srv_handle_fn(struct srv_exchange *exchange);
 /** A route's own answer that takes time; the exchange comes back through its finish. */
 typedef void srv_begin_fn(struct srv_exchange *exchange);
 
+/* What is special about a route. */
+enum {
+    SRV_ROUTE_CLOSED = 1,  /* web pages of other origins may not ask for it unless they are listed */
+    SRV_ROUTE_ANY_HOST = 2 /* whoever looks after the process asks by an address: any Host is good */
+};
+
 struct srv_route {
     const char *method;    /* GET also serves HEAD */
     const char *pattern;   /* "/v1/presets/{name}": one variable part at most, or two at the end that take all of it */
@@ -20,6 +26,7 @@ struct srv_route {
     srv_begin_fn *begin;   /* takes its time; NULL: a worker runs the operation */
     enum api_op_id op;
     const char *label; /* for the metrics: method and pattern */
+    unsigned special;  /* SRV_ROUTE_... */
 };
 
 /** Row i of the table, or NULL beyond its end. */
@@ -35,8 +42,9 @@ const char *srv_router_label(int i);
  * Finds the route of an exchange whose head was checked.
  *
  * Returns 1 when there is one: exchange->route and exchange->argument are set, and exchange->identity says who asks.
- * Else the exchange is answered: 404, 405, OPTIONS, 401 where what should be a token is none, or, where the route needs
- * a worker, 503 while the server is draining and 429 beyond the client's quota.
+ * Else the exchange is answered: 404, 405, OPTIONS, 421 where the server does not answer to its host, 403 for web pages
+ * of other origins, 401 where what should be a token is none, or, where the route needs a worker, 503 while the server
+ * is draining and 429 beyond the client's quota.
  */
 int srv_router_find(struct srv_exchange *exchange);
 

@@ -32,6 +32,7 @@ enum srv_drain {
 struct srv_service {
     struct srv_config config;
     struct srv_peers trusted; /* proxies that may say who the client is */
+    const char *hosts;        /* that it answers to */
     struct srv_log *log;
     struct srv_queue *queue;
     struct srv_intake intake; /* who goes first, the sockets or the workers */

@@ -79,7 +79,8 @@ static pid_t launch(const char *const options[], const char *listen, const char 
         const char *const front[] = {
             "--listen",         listen, "--store",         "none",  "--max-wait-seconds",   "3600",
             "--header-seconds", "3600", "--body-seconds",  "3600",  "--send-seconds",       "3600",
-            "--idle-seconds",   "3600", "--drain-seconds", "86400", "--drain-idle-seconds", "0.25"};
+            "--idle-seconds",   "3600", "--drain-seconds", "86400", "--drain-idle-seconds", "0.25",
+            "--hosts",          "*"};
         for (size_t i = 0; i < sizeof front / sizeof *front; i++) word[count++] = (char *)front[i];
     }
     for (int i = 0; options && options[i] && count < WORDS - 1; i++) word[count++] = (char *)options[i];

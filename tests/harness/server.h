@@ -14,10 +14,10 @@ enum { TEST_PATIENCE = 120 };
 /**
  * Starts the daemon of the same build (build/MODE/pendulumd) and waits until it says `listening on`.
  *
- * options  command line, ended by NULL; NULL for none. `--listen 127.0.0.1:0 --store none` and an hour for all that a
- * client or a drain may take go in front, so that own ones win. A prefix such as "valgrind -q" can be given in the
- * environment variable TEST_UNDER. Returns NULL, with a failed check, when it does not get ready within TEST_PATIENCE.
- * Ends with test_server_stop.
+ * options  command line, ended by NULL; NULL for none. `--listen 127.0.0.1:0 --store none --hosts *` and an hour for
+ * all that a client or a drain may take go in front, so that own ones win. A prefix such as "valgrind -q" can be given
+ * in the environment variable TEST_UNDER. Returns NULL, with a failed check, when it does not get ready within
+ * TEST_PATIENCE. Ends with test_server_stop.
  */
 struct test_server *test_server_start(const char *const options[]);
 

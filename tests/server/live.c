@@ -13,7 +13,8 @@ struct srv_config live_config(const char *const options[]) {
         "pendulumd", "--listen",           "127.0.0.1:0",   "--access-log",         "off",  "--store",
         "none",      "--max-wait-seconds", "3600",          "--header-seconds",     "3600", "--body-seconds",
         "3600",      "--send-seconds",     "3600",          "--idle-seconds",       "3600", "--max-compute-seconds",
-        "86400",     "--max-steps",        "1000000000000", "--drain-idle-seconds", "0"};
+        "86400",     "--max-steps",        "1000000000000", "--drain-idle-seconds", "0",    "--hosts",
+        "*"};
     enum { FIXED = sizeof fixed / sizeof *fixed };
     char *argv[FIXED + 32];
     struct srv_config config;

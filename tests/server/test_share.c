@@ -365,7 +365,8 @@ TEST(pages_of_other_origins_may_ask_and_traces_go_on) {
     CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 204);
     CHECK_TEXT(test_reply_header(&reply, "Access-Control-Allow-Origin"), "*");
     CHECK_TEXT(test_reply_header(&reply, "Access-Control-Allow-Methods"), "POST, OPTIONS");
-    CHECK_TEXT(test_reply_header(&reply, "Access-Control-Allow-Headers"), "content-type, x-y");
+    CHECK(strstr(share_header(&reply, "Access-Control-Allow-Headers"), "Content-Type, ") != NULL);
+    CHECK(!strstr(share_header(&reply, "Access-Control-Allow-Headers"), "x-y"));
     CHECK_TEXT(test_reply_header(&reply, "Allow"), "POST, OPTIONS");
     test_reply_clear(&reply);
     snprintf(text, sizeof text, "GET /healthz HTTP/1.1\r\nHost: x\r\nOrigin: https://c.org\r\ntraceparent: %s\r\n\r\n",
