@@ -5,6 +5,7 @@
 #define PEND_DENSE_KERNEL_H
 
 #include "core/jets_kernel.h"
+#include "core/single_kernel.h"
 
 /* arms of a tree; arms that one loop takes side by side, as many as there are registers for */
 #ifdef __AVX512F__
@@ -270,7 +271,7 @@ LANES_INLINE void dense_orders_of(const struct jets_system *s, num gravity, int 
 /* all orders of a tree of up to DENSE_MAX arms whose stride is n */
 static void dense_orders(const struct jets_system *s, num gravity, int order) {
     if (s->n == 1)
-        dense_orders_of(s, gravity, order, 1);
+        single_orders(s, gravity, order);
     else if (s->n == 2)
         dense_orders_of(s, gravity, order, 2);
     else if (s->n == 3)

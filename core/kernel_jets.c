@@ -22,6 +22,7 @@ typedef KERNEL_OF(lanes, ) wide;
 enum { KERNEL_SIZES = 8, KERNEL_FAR = 1000 };
 
 LANES_INLINE double num_of(double x) { return x; }
+LANES_INLINE double num_neg(double x) { return -x; }
 LANES_INLINE double num_add(double x, double y) { return x + y; }
 LANES_INLINE double num_sub(double x, double y) { return x - y; }
 LANES_INLINE double num_mul(double x, double y) { return x * y; }
@@ -40,6 +41,7 @@ LANES_INLINE wide wide_mul(wide x, wide y) { return x * y; }
 #include "core/small_kernel.h"
 #define LANES 8
 #include "core/small_kernel.h"
+#include "core/single_kernel.h"
 #include "core/values_kernel.h"
 
 /* the angle of an arm to its parent, as the sum of two doubles */
@@ -86,8 +88,10 @@ static void kernel_orders(const struct jets_system *s, const struct jets_state *
         small8_orders(s, gravity, order);
     else if (s->n > 2)
         small4_orders(s, gravity, order);
-    else
+    else if (s->n > 1)
         small2_orders(s, gravity, order);
+    else
+        single_orders(s, gravity, order);
 }
 
 /* sum + add, exactly, as a sum of two */

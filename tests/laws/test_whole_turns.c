@@ -210,3 +210,46 @@ TEST(whole_turns_do_not_matter_to_sections_exponents_and_modes) {
         pend_tree_free(&pair.tree);
     }
 }
+
+/* ---- a free spin */
+
+static int spin_fetch(void *context, long i, struct pend_member *member) {
+    (void)context, (void)i;
+    member->phi[0] = 0.5;
+    member->rate[0] = 1.25;
+    return 0;
+}
+
+static int spin_deliver(void *context, long i, const struct pend_outcome *outcome) {
+    (void)i;
+    memcpy(context, outcome->phi, sizeof(double));
+    return 0;
+}
+
+/* a million radians without gravity: what is left to err is the rounding of the angle that is told */
+TEST(whole_turns_of_a_free_spin_add_up) {
+    const double one = 1, start = 0.5, spin = 1.25, end = 1000000.5;
+    const int parent = -1;
+    struct pend_tree *tree;
+    double phi = 0;
+    REQUIRE(pend_tree_new(&tree, 1, &one, &one, &parent, NULL) == PEND_OK);
+    struct pend_problem problem = {.tree = tree, .phi = &start, .rate = &spin};
+    problem.times = (struct pend_times){.count = 3, .span = 8e5, .divisor = 2};
+    for (int extended = 0; extended < 2; extended++) {
+        struct test_record record;
+        test_record_blocks(&record, extended ? pend_method_taylor.extended : &pend_method_taylor, &problem, 3,
+                           INFINITY);
+        CHECK_INT(record.status, PEND_OK);
+        CHECK_SAYING(record.samples.phi[2] == end, "%.17g", record.samples.phi[2]);
+        CHECK(record.samples.phi[1] == 500000.5 && record.samples.rate[2] == spin);
+        test_record_clear(&record);
+    }
+    struct pend_ensemble_problem many = {
+        .tree = tree, .duration = 8e5, .rtol = 1e-12, .fetch = spin_fetch, .deliver = spin_deliver, .context = &phi};
+    struct pend_ensemble *ensemble;
+    REQUIRE(pend_ensemble_new(&ensemble, &many, pend_isa_best(), NULL) == PEND_OK);
+    CHECK_INT(pend_ensemble_run(ensemble, 0, 1), PEND_OK);
+    CHECK_SAYING(phi == end, "%.17g", phi);
+    pend_ensemble_free(&ensemble);
+    pend_tree_free(&tree);
+}
