@@ -69,6 +69,16 @@ void api_stats_number(struct api_stats *stats, const char *name, double value) {
     stats->stat[stats->count++] = (struct api_stat){.name = name, .kind = API_STAT_NUMBER, .number = value};
 }
 
+void api_stats_warning(struct api_stats *stats, const char *name, const char *text) {
+    stats->stat[stats->count++] = (struct api_stat){.name = name, .kind = API_STAT_WARNING, .text = text};
+}
+
+int api_stats_warnings(const struct api_stats *stats) {
+    int count = 0;
+    for (int i = 0; stats && i < stats->count; i++) count += stats->stat[i].kind == API_STAT_WARNING;
+    return count;
+}
+
 /* room for all rows of all columns, in one block that begins with column 0; pages that stay empty cost nothing */
 static enum pend_status writer_keep(struct api_writer *writer) {
     const struct api_table *table = &writer->table;

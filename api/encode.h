@@ -36,13 +36,13 @@ struct api_table {
 /* What is told of the computation behind the rows; the texts outlive the writer. */
 struct api_stat {
     const char *name;
-    enum { API_STAT_TEXT, API_STAT_WHOLE, API_STAT_NUMBER } kind;
+    enum { API_STAT_TEXT, API_STAT_WHOLE, API_STAT_NUMBER, API_STAT_WARNING } kind;
     const char *text;
     long whole;
     double number;
 };
 
-enum { API_STATS = 12 };
+enum { API_STATS = 16, API_WARNING_TEXT = 240, API_WARNINGS = 4, API_WARNINGS_BYTES = API_WARNINGS * API_WARNING_TEXT };
 
 struct api_stats {
     int count;
@@ -79,7 +79,8 @@ struct api_format {
     enum pend_status (*begin)(struct api_writer *writer, struct api_buffer *out);
     /** rows rows; data[c] holds width (or 1) numbers a row of column c, all finite. NULL: it does not flow. */
     enum pend_status (*block)(struct api_writer *writer, long rows, const double *const data[], struct api_buffer *out);
-    /** Writes the next piece of the answer from writer->column and stats; sets *done after the last. NULL: it flows. */
+    /** Writes the next piece of what comes behind the rows that were written, or, where it does not flow, of the whole
+     * answer from writer->column and stats; sets *done after the last. NULL: nothing comes. */
     enum pend_status (*finish)(struct api_writer *writer, struct api_buffer *out, int *done);
 };
 
@@ -132,6 +133,11 @@ double api_table_numbers(const struct api_table *table, int first);
 void api_stats_text(struct api_stats *stats, const char *name, const char *text);
 void api_stats_whole(struct api_stats *stats, const char *name, long value);
 void api_stats_number(struct api_stats *stats, const char *name, double value);
+/** Warnings among them. */
+int api_stats_warnings(const struct api_stats *stats);
+/** A warning, in words: fewer than API_WARNING_TEXT letters of ASCII without comma, quote or backslash. Of one name
+ * there is one. */
+void api_stats_warning(struct api_stats *stats, const char *name, const char *text);
 
 /**
  * Starts a table and writes what comes before its rows.

@@ -1,15 +1,18 @@
 /* A table as CSV (RFC 4180 with plain line feeds): a header line, then one line a row, straight into the answer.
  * Leaves to others: which columns there are (op_*), how a number is spelt (number).
- * Invariant: every line has the same number of fields; no field needs quotes. */
+ * Invariant: every line of the table has the same number of fields; no field needs quotes. What there is to warn of
+ * comes below it, in lines of comment that begin with # and have no comma. */
 #include "api/encode.h"
 
 #include "api/json_out.h"
+#include "api/told.h"
 
 enum { CSV_NAME_BYTES = 40 }; /* of a field of the header */
 
 static double csv_bytes(const struct api_table *table) {
     double numbers = api_table_numbers(table, 0);
-    return (double)table->rows * numbers * api_out_number_bytes(table->digits) + numbers * CSV_NAME_BYTES;
+    return (double)table->rows * numbers * api_out_number_bytes(table->digits) + numbers * CSV_NAME_BYTES +
+           API_WARNINGS_BYTES;
 }
 
 /* one field of the header: name, name_part, name_arm or name_part_arm, and the comma */
@@ -74,6 +77,11 @@ static enum pend_status csv_block(struct api_writer *writer, long rows, const do
     return PEND_OK;
 }
 
+static enum pend_status csv_finish(struct api_writer *writer, struct api_buffer *out, int *done) {
+    *done = 1;
+    return writer->stats ? api_told_comments(writer->stats, out) : PEND_OK;
+}
+
 const struct api_format api_format_csv = {
     .media_type = "text/csv",
     .content_type = "text/csv; charset=utf-8; header=present",
@@ -84,4 +92,5 @@ const struct api_format api_format_csv = {
     .bytes = csv_bytes,
     .begin = csv_begin,
     .block = csv_block,
+    .finish = csv_finish,
 };

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "api/json_out.h"
+#include "api/told.h"
 
 struct json_writer {
     struct api_writer base;
@@ -16,7 +17,7 @@ struct json_writer {
 
 static double json_bytes(const struct api_table *table) {
     double row = api_table_numbers(table, 0) * api_out_number_bytes(table->digits) + 3.0 * table->count;
-    return (double)table->rows * row + 64.0 * (table->count + API_STATS);
+    return (double)table->rows * row + 64.0 * (table->count + API_STATS) + API_WARNINGS_BYTES;
 }
 
 /* true when column c carries another name than its neighbour */
@@ -67,17 +68,6 @@ static enum pend_status json_rows(struct json_writer *writer, struct api_buffer 
     return PEND_OK;
 }
 
-static enum pend_status json_stats(const struct api_stats *stats, struct api_buffer *out) {
-    PEND_TRY(api_buffer_text(out, ",\"stats\":{"));
-    for (int i = 0; i < stats->count; i++) {
-        const struct api_stat *stat = &stats->stat[i];
-        if (stat->kind == API_STAT_TEXT) PEND_TRY(api_out_text(out, stat->name, stat->text));
-        if (stat->kind == API_STAT_WHOLE) PEND_TRY(api_out_whole(out, stat->name, stat->whole));
-        if (stat->kind == API_STAT_NUMBER) PEND_TRY(api_out_number(out, stat->name, stat->number, 0));
-    }
-    return api_buffer_text(out, "}");
-}
-
 static enum pend_status json_finish(struct api_writer *base, struct api_buffer *out, int *done) {
     struct json_writer *writer = (struct json_writer *)base;
     size_t before = out->bytes;
@@ -92,7 +82,7 @@ static enum pend_status json_finish(struct api_writer *base, struct api_buffer *
         writer->row = 0;
         writer->open = 0;
     }
-    if (base->stats) PEND_TRY(json_stats(base->stats, out));
+    if (base->stats) PEND_TRY(api_told_json(base->stats, out));
     *done = 1;
     return api_buffer_text(out, "}");
 }

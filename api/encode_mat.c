@@ -26,7 +26,8 @@ struct mat_writer {
 
 static double mat_bytes(const struct api_table *table) {
     double numbers = (double)table->rows * api_table_numbers(table, 0);
-    return 8 * numbers + FILE_HEAD + (double)(API_COLUMNS + API_STATS) * (3 * HEAD_CAP + NAME_BYTES) + 8 * TEXT_CAP;
+    return 8 * numbers + FILE_HEAD + (double)(API_COLUMNS + API_STATS) * (3 * HEAD_CAP + NAME_BYTES) + 8 * TEXT_CAP +
+           2.0 * API_WARNINGS_BYTES;
 }
 
 static uint64_t padded(uint64_t bytes) { return (bytes + 7) / 8 * 8; }
@@ -165,12 +166,33 @@ static char *stat_write(char *at, const struct api_stat *stat) {
 static enum pend_status mat_stats(const struct api_stats *stats, struct api_buffer *out) {
     char fields[API_STATS * (TAG + HEAD_CAP + TAG + 2 * TEXT_CAP + 8)], *end = fields;
     const char *name[API_STATS];
+    int count = 0;
     for (int i = 0; i < stats->count; i++) {
-        name[i] = stats->stat[i].name;
+        if (stats->stat[i].kind == API_STAT_WARNING) continue;
+        name[count++] = stats->stat[i].name;
         end = stat_write(end, &stats->stat[i]);
     }
-    PEND_TRY(struct_begin("stats", stats->count, name, (uint64_t)(end - fields), out));
+    PEND_TRY(struct_begin("stats", count, name, (uint64_t)(end - fields), out));
     return api_buffer_add(out, fields, (size_t)(end - fields));
+}
+
+/* the warnings: a matrix of letters, a row each, column after column */
+static enum pend_status mat_warnings(const struct api_stats *stats, struct api_buffer *out) {
+    int count = api_stats_warnings(stats), row = 0;
+    uint64_t bytes = padded(2 * API_WARNING_TEXT * (uint64_t)count);
+    if (!count) return PEND_OK;
+    PEND_TRY(api_buffer_room(out, TAG + HEAD_CAP + TAG + bytes));
+    char *at = tag(out->data + out->bytes, MATRIX, matrix_head_bytes("warnings") + TAG + bytes);
+    at = tag(matrix_head(at, CHAR_CLASS, count, API_WARNING_TEXT, "warnings"), UINT16, bytes);
+    for (uint64_t i = 0; i < bytes / 2; i++) api_octets_whole(at + 2 * i, ' ', 2);
+    for (int i = 0; i < stats->count; i++) {
+        if (stats->stat[i].kind != API_STAT_WARNING) continue;
+        const char *text = stats->stat[i].text;
+        for (int k = 0; text[k]; k++) api_octets_whole(at + 2 * (k * count + row), (unsigned char)text[k], 2);
+        row++;
+    }
+    out->bytes = (size_t)(at - out->data) + bytes;
+    return PEND_OK;
 }
 
 static enum pend_status mat_begin_file(struct mat_writer *writer, struct api_buffer *out) {
@@ -215,6 +237,7 @@ static enum pend_status mat_finish(struct api_writer *base, struct api_buffer *o
         if (writer->at == part_numbers(writer, &writer->arrays.array[writer->next])) mat_go_on(writer);
     }
     if (base->stats) PEND_TRY(mat_stats(base->stats, out));
+    if (base->stats) PEND_TRY(mat_warnings(base->stats, out));
     *done = 1;
     return PEND_OK;
 }

@@ -1,11 +1,13 @@
 /* A table as newline-delimited JSON: one object a row, on a line of its own, written as the rows come.
  * Leaves to others: which columns there are (op_*), how a number is spelt (number).
- * Invariant: every line is a JSON object with the same members; what stands between the numbers is the same in all. */
+ * Invariant: every line of a row is a JSON object with the same members; what stands between the numbers is the same in
+ * all. Where there are stats they come last, on a line of their own. */
 #include "api/encode.h"
 
 #include <string.h>
 
 #include "api/json_out.h"
+#include "api/told.h"
 
 enum { NDJSON_TEXT = 1024 };
 
@@ -21,7 +23,7 @@ static double ndjson_bytes(const struct api_table *table) {
         const struct api_column *column = &table->column[c];
         text += 16 + (double)strlen(column->name) + (column->part ? (double)strlen(column->part) : 0);
     }
-    return (double)table->rows * (row + text);
+    return (double)table->rows * (row + text) + 64.0 * API_STATS + API_WARNINGS_BYTES;
 }
 
 /* the pieces between the numbers of a line */
@@ -85,6 +87,14 @@ static enum pend_status ndjson_block(struct api_writer *base, long rows, const d
     return PEND_OK;
 }
 
+static enum pend_status ndjson_finish(struct api_writer *writer, struct api_buffer *out, int *done) {
+    *done = 1;
+    if (!writer->stats) return PEND_OK;
+    PEND_TRY(api_buffer_text(out, "{"));
+    PEND_TRY(api_told_json(writer->stats, out));
+    return api_buffer_text(out, "}\n");
+}
+
 const struct api_format api_format_ndjson = {
     .media_type = "application/x-ndjson",
     .content_type = "application/x-ndjson",
@@ -95,4 +105,5 @@ const struct api_format api_format_ndjson = {
     .bytes = ndjson_bytes,
     .begin = ndjson_begin,
     .block = ndjson_block,
+    .finish = ndjson_finish,
 };

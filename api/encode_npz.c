@@ -14,7 +14,7 @@
 #include "api/octets.h"
 
 enum {
-    MEMBERS = API_COLUMNS + API_STATS,
+    MEMBERS = API_COLUMNS + API_STATS + 1,
     NAME_BYTES = 48,
     HEAD_BYTES = 128, /* of an array: the magic and the description */
     LOCAL_BYTES = 30,
@@ -45,7 +45,7 @@ struct npz_writer {
 static double npz_bytes(const struct api_table *table) {
     double numbers = (double)table->rows * api_table_numbers(table, 0);
     return 8 * numbers + (double)MEMBERS * (HEAD_BYTES + LOCAL_BYTES + CENTRAL_BYTES + 2 * NAME_BYTES + 64) +
-           4 * TEXT_CAP + END_BYTES;
+           4 * TEXT_CAP + 4.0 * API_WARNINGS_BYTES + END_BYTES;
 }
 
 /* the description at the head of a .npy file, format 1.0; shape is "(501, 4)" */
@@ -196,6 +196,31 @@ static enum pend_status stat_add(struct npz_writer *writer, const struct api_sta
     return PEND_OK;
 }
 
+/* the warnings: an array of texts */
+static enum pend_status warnings_add(struct npz_writer *writer, const struct api_stats *stats, struct api_buffer *out) {
+    struct member *member = &writer->member[writer->members];
+    char head[HEAD_BYTES], type[16], shape[24], value[4 * API_WARNINGS * API_WARNING_TEXT] = {0}, *end = value;
+    int count = api_stats_warnings(stats);
+    size_t bytes = (size_t)count * 4 * API_WARNING_TEXT;
+    if (!count) return PEND_OK;
+    for (int i = 0; i < stats->count; i++) {
+        if (stats->stat[i].kind != API_STAT_WARNING) continue;
+        char *at = end;
+        for (const char *p = stats->stat[i].text; *p; p++) at = api_octets_whole(at, (unsigned char)*p, 4);
+        end += 4 * API_WARNING_TEXT;
+    }
+    *api_number_write_int(stpcpy(type, "<U"), API_WARNING_TEXT) = 0;
+    strcpy(api_number_write_int(stpcpy(shape, "("), count), ",)");
+    member_name(member, "warnings", "", "");
+    npy_head(head, type, shape);
+    member->bytes = HEAD_BYTES + bytes;
+    member->crc = libdeflate_crc32(libdeflate_crc32(0, head, HEAD_BYTES), value, bytes);
+    PEND_TRY(member_begin(writer, head, out));
+    PEND_TRY(api_buffer_room(out, bytes));
+    npz_add(writer, out, value, bytes);
+    return PEND_OK;
+}
+
 /* the directory at the end of the archive */
 static enum pend_status npz_directory(struct npz_writer *writer, struct api_buffer *out) {
     uint64_t begin = writer->written;
@@ -242,7 +267,9 @@ static enum pend_status npz_finish(struct api_writer *base, struct api_buffer *o
         writer->at = 0;
         writer->open = 0;
     }
-    for (int i = 0; base->stats && i < base->stats->count; i++) PEND_TRY(stat_add(writer, &base->stats->stat[i], out));
+    for (int i = 0; base->stats && i < base->stats->count; i++)
+        if (base->stats->stat[i].kind != API_STAT_WARNING) PEND_TRY(stat_add(writer, &base->stats->stat[i], out));
+    PEND_TRY(warnings_add(writer, base->stats, out));
     PEND_TRY(npz_directory(writer, out));
     *done = 1;
     return PEND_OK;

@@ -46,9 +46,11 @@ static enum pend_status raw_block(struct api_writer *writer, long rows, const do
     return PEND_OK;
 }
 
+static int is_text(int kind) { return kind == API_STAT_TEXT || kind == API_STAT_WARNING; }
+
 /* kind, length of the name, name; then 8 bytes, or a text's length and the text */
 static size_t stat_bytes(const struct api_stat *stat) {
-    return 2 + strlen(stat->name) + (stat->kind == API_STAT_TEXT ? 1 + strlen(stat->text) : 8);
+    return 2 + strlen(stat->name) + (is_text(stat->kind) ? 1 + strlen(stat->text) : 8);
 }
 
 static char *put_text(char *at, const char *text) {
@@ -68,7 +70,7 @@ static enum pend_status raw_finish(struct api_writer *writer, struct api_buffer 
         const struct api_stat *stat = &stats->stat[i];
         *at++ = (char)stat->kind;
         at = put_text(at, stat->name);
-        if (stat->kind == API_STAT_TEXT)
+        if (is_text(stat->kind))
             at = put_text(at, stat->text);
         else if (stat->kind == API_STAT_WHOLE)
             at = api_octets_whole(at, (uint64_t)stat->whole, 8);
@@ -140,7 +142,7 @@ static size_t get_figure(struct api_raw_figure *figure, const char *at, size_t l
     text = left > 1 ? get_text(at + 1, left - 1, figure->name) : 0;
     if (!text) return 0;
     used += text;
-    if (figure->kind == API_STAT_TEXT) {
+    if (is_text(figure->kind)) {
         text = get_text(at + used, left - used, figure->text);
         return text ? used + text : 0;
     }
@@ -180,6 +182,8 @@ void api_raw_stats(const struct api_raw_figures *figures, struct api_stats *stat
         const struct api_raw_figure *figure = &figures->figure[i];
         if (figure->kind == API_STAT_TEXT)
             api_stats_text(stats, figure->name, figure->text);
+        else if (figure->kind == API_STAT_WARNING)
+            api_stats_warning(stats, figure->name, figure->text);
         else if (figure->kind == API_STAT_WHOLE)
             api_stats_whole(stats, figure->name, figure->whole);
         else

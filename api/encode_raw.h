@@ -6,7 +6,7 @@
 
 #include "api/encode.h"
 
-enum { API_RAW_HEAD = 8, API_RAW_TEXT = 64 };
+enum { API_RAW_HEAD = 8, API_RAW_TEXT = 256 };
 
 /* A record begins with its kind and the bytes that follow, 4 bytes each, little-endian. */
 enum api_raw {
@@ -44,7 +44,8 @@ struct api_raw_figures {
     struct api_raw_figure figure[API_STATS];
 };
 
-/** Adds a record of figures to those of other parts: numbers are summed. Returns 0 where the bytes are none. */
+/** Adds a record of figures to those of other parts: numbers are summed, of warnings of one name the last is
+ * kept. Returns 0 where the bytes are none. */
 int api_raw_add(struct api_raw_figures *figures, const char *data, size_t bytes);
 
 /** The figures as a writer wants them; they point into `figures`. */

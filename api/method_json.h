@@ -1,4 +1,4 @@
-/* The integration method and its settings out of JSON: method, rtol, atol, step, precision.
+/* The integration method and its settings out of JSON: method, rtol, atol, step, precision, accuracy.
  * Leaves to others: the methods and their ranges (core/method).
  * Invariant: settings that were read are in the range of the method they are for. */
 #ifndef API_METHOD_JSON_H
@@ -11,10 +11,11 @@ struct api_method {
     const struct pend_method *method; /* NULL where it is faulty */
     double rtol, atol, step;          /* 0 = the method's default */
     int atol_given;                   /* atol is meant as it stands, 0 included */
+    double accuracy;                  /* that the answer's horizon goes by, > 0 */
 };
 
 /**
- * Reads the fields method, rtol, atol, step and precision of a request.
+ * Reads the fields method, rtol, atol, step, precision and accuracy of a request.
  *
  * root    the request's object.
  * tree    as it was read, for methods that need its modes; a faulty one is used as far as it is known.

@@ -14,8 +14,8 @@
 #include "api/times_json.h"
 #include "core/trust.h"
 
-static const char *const fields[] = {"pendulum", "initial", "times",     "method", "rtol",  "atol", "step",
-                                     "output",   "digits",  "precision", "events", "trust", NULL};
+static const char *const fields[] = {"pendulum", "initial", "times",     "method", "rtol",  "atol",     "step",
+                                     "output",   "digits",  "precision", "events", "trust", "accuracy", NULL};
 
 /* what a computation is estimated by: s a step, s a step and arm, s a number of the answer as text and as it is */
 static const double step_seconds = 3e-7, arm_seconds = 6e-7, text_seconds = 4e-8, binary_seconds = 1.5e-8;
@@ -37,7 +37,7 @@ static const double piece = 50000;
 
 enum {
     MOST_PARTS = 1000000,
-    CARRIED = 2 /* changes with what trajectory_carry shows, or any `carry` of core */
+    CARRIED = 3 /* changes with what trajectory_carry shows, or any `carry` of core */
 };
 
 struct trajectory {
@@ -62,6 +62,7 @@ struct trajectory {
     int computed; /* all samples are there; what remains is to compare and to write */
     double trust_until;
     struct api_stats stats;
+    char warning[API_WARNING_TEXT];
 };
 
 static void trajectory_free(void **state) {
@@ -166,11 +167,24 @@ static enum pend_status trajectory_begin(struct trajectory *trajectory, struct p
                                    .atol_given = method->atol_given,
                                    .step = method->step,
                                    .step_cap = trajectory->step_cap,
-                                   .no_drift = !trajectory->format->finish}; // what flows tells no stats
+                                   .accuracy = method->accuracy};
     PEND_TRY(pend_run_new(&trajectory->run, method->method, &problem, error));
+    problem.accuracy = 0; // the comparison is exact
     if (trajectory->trust_tolerance > 0)
         PEND_TRY(pend_trust_new(&trajectory->trust, method->method, &problem, trajectory->trust_tolerance, error));
     return api_samples_new(&trajectory->samples, &trajectory->outputs, trajectory->tree.n, trajectory->table.rows);
+}
+
+/* up to which instant the answer's digits reach, and in words where that is not the last one */
+static void trajectory_tell_horizon(struct trajectory *trajectory, double horizon) {
+    const struct pend_times *times = &trajectory->times.times;
+    api_stats_number(&trajectory->stats, "horizon", horizon);
+    if (horizon == pend_times_at(times, times->count - 1)) return;
+    snprintf(trajectory->warning, sizeof trajectory->warning,
+             "digits are lost before the last instant: beyond t = %.6g s errors may be larger than %.3g (estimated). A "
+             "smaller rtol or precision extended carries them further. The field trust compares exactly.",
+             horizon, trajectory->method.accuracy);
+    api_stats_warning(&trajectory->stats, "warning_horizon", trajectory->warning);
 }
 
 /* what is told of the computation; once, so that it is the same in every piece of the answer */
@@ -183,6 +197,7 @@ static void trajectory_tell(struct trajectory *trajectory, const struct api_turn
     api_stats_whole(told, "rejected", stats.rejected);
     api_stats_whole(told, "evaluations", stats.evaluations);
     api_stats_number(told, "energy_drift", stats.energy_drift);
+    trajectory_tell_horizon(trajectory, stats.horizon);
     if (trajectory->trust_tolerance > 0) api_stats_number(told, "trust_until", trajectory->trust_until);
     if (seconds >= 0) api_stats_number(told, "compute_seconds", rint((seconds + trajectory->earlier) * 1e6) / 1e6);
 }

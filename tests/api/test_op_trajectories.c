@@ -245,3 +245,53 @@ TEST(extended_precision_follows_a_chaotic_motion_to_its_end) {
     test_reply_free(&tight);
     test_reply_free(&plain);
 }
+
+/* two unit arms that tumble, to 20 s; `more` is what else is asked for */
+static struct test_reply tumble(const char *accept, const char *more) {
+    char body[512];
+    snprintf(body, sizeof body,
+             "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"theta\":[2,2.5]},"
+             "\"times\":{\"stop\":20,\"step\":0.1},\"output\":[\"phi\"]%s}",
+             more);
+    return test_post_as(API_OP_TRAJECTORIES, body, accept, NULL);
+}
+
+TEST(horizon_is_told_by_default_and_in_words_where_it_falls_short) {
+    struct test_reply reply = tumble("application/json", "");
+    double usual = test_reply_number(&reply, "/stats/horizon");
+    CHECK_SAYING(usual >= 7 && usual <= 9.7, "%g", usual); // the truth is 8.8 s
+    CHECK(strstr(reply.out.data, "},\"warnings\":[\"digits are lost before the last instant: beyond t = "));
+    test_reply_free(&reply);
+    reply = tumble("application/json", ",\"accuracy\":0.01");
+    CHECK(test_reply_number(&reply, "/stats/horizon") > usual + 3);
+    test_reply_free(&reply);
+    reply = tumble("application/json", ",\"precision\":\"extended\"");
+    CHECK(test_reply_number(&reply, "/stats/horizon") == 20 && !strstr(reply.out.data, "warnings"));
+    test_reply_free(&reply);
+    reply = tumble("text/csv", "");
+    CHECK(strstr(reply.out.data, "\n# warning: digits are lost before the last instant: beyond t = "));
+    test_reply_free(&reply);
+    reply = tumble("application/x-ndjson", "");
+    CHECK(strstr(reply.out.data, "}\n{\"stats\":{\"method\":\"taylor\"") &&
+          strstr(reply.out.data, "],\"warnings\":") == NULL);
+    CHECK(strstr(reply.out.data, "},\"warnings\":[\"digits"));
+    test_reply_free(&reply);
+}
+
+TEST(horizon_does_not_change_an_answers_rows) {
+    struct test_reply usual = tumble("application/octet-stream", ""),
+                      other = tumble("application/octet-stream", ",\"accuracy\":1e-12");
+    CHECK(usual.status == 200 && usual.out.bytes == other.out.bytes &&
+          !memcmp(usual.out.data, other.out.data, usual.out.bytes));
+    test_reply_free(&usual);
+    test_reply_free(&other);
+}
+
+TEST(accuracy_that_makes_no_sense_is_refused) {
+    static const char *const bad[] = {"0", "1e-13", "2", "-1", "true", "\"1e-6\""};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        char body[400];
+        snprintf(body, sizeof body, "{" PAPER ",\"times\":[0],\"accuracy\":%s}", bad[i]);
+        CHECK_REFUSED(API_OP_TRAJECTORIES, body, "/accuracy", "must be");
+    }
+}
