@@ -92,6 +92,7 @@ static void clients_give(struct srv_clients *clients, struct srv_client *client)
     assert(!client->lane.count);
     struct srv_client *source = client->source;
     client->source = NULL;
+    client->lane.road = NULL;
     client->idle = (struct srv_link){.next = &clients->idle, .previous = clients->idle.previous};
     client->idle.previous->next = clients->idle.previous = &client->idle;
     clients->idle_count++;
@@ -103,7 +104,10 @@ static int clients_trace(struct srv_clients *clients, struct srv_client *client,
     if (client->source) return 1;
     int itself = !source || !strcmp(source, client->key);
     client->source = itself ? client : clients_take(clients, source);
-    if (client->source && !itself && !client->source->source) client->source->source = client->source;
+    if (client->source && !itself) {
+        client->lane.road = &client->source->lane.own;
+        if (!client->source->source) client->source->source = client->source;
+    }
     return client->source != NULL;
 }
 

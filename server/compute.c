@@ -352,7 +352,9 @@ static void compute_refuse(struct srv_work *work, enum pend_status status) {
         srv_exchange_busy(exchange, 1, "every worker is busy and the queue is full: max-queue");
     } else {
         srv_metrics_count(&metrics->refused_client, 1);
-        srv_exchange_problem(exchange, 429, "%.0f requests of yours wait for a worker: max-client-queue",
+        srv_exchange_problem(exchange, 429,
+                             "%.0f requests of yours wait for a worker, max-client-queue, or those of your address "
+                             "are three quarters of max-queue",
                              service->config.client_queue);
         srv_exchange_retry(exchange, 1);
     }

@@ -95,7 +95,9 @@ static void errand_crowded(struct srv_exchange *exchange, enum pend_status statu
         return;
     }
     srv_metrics_count(&metrics->refused_client, 1);
-    srv_exchange_problem(exchange, 429, "%.0f requests of yours wait for a worker: max-client-queue",
+    srv_exchange_problem(exchange, 429,
+                         "%.0f requests of yours wait for a worker, max-client-queue, or those of your address "
+                         "are three quarters of max-queue",
                          exchange->service->config.client_queue);
     srv_exchange_retry(exchange, 1);
 }

@@ -13,7 +13,7 @@
 struct srv_queue {
     pthread_mutex_t lock;
     sem_t some;
-    struct srv_link lanes[SRV_QUEUE_LEVELS]; /* rings of lanes that have tasks of the level */
+    struct srv_link roads[SRV_QUEUE_LEVELS]; /* rings of roads that have tasks of the level */
     int cap, lane_cap, closed;
     unsigned turn;                          /* tasks taken so far */
     atomic_int count, at[SRV_QUEUE_LEVELS]; /* tasks that wait, in all and of each level */
@@ -42,6 +42,13 @@ static struct srv_lane *queue_lane(struct srv_link *link, int level) {
                                (size_t)level * sizeof(((struct srv_lane *)0)->at[0]));
 }
 
+static struct srv_road *queue_road(struct srv_link *link, int level) {
+    return (struct srv_road *)((char *)link - offsetof(struct srv_road, at) -
+                               (size_t)level * sizeof(((struct srv_road *)0)->at[0]));
+}
+
+static struct srv_road *queue_road_of(struct srv_lane *lane) { return lane->road ? lane->road : &lane->own; }
+
 /* --- the queue --- */
 
 enum pend_status srv_queue_new(struct srv_queue **queue, int cap, int lane_cap) {
@@ -49,7 +56,7 @@ enum pend_status srv_queue_new(struct srv_queue **queue, int cap, int lane_cap) 
     if (!made) return PEND_NO_MEMORY;
     pthread_mutex_init(&made->lock, NULL);
     sem_init(&made->some, 0, 0);
-    for (int level = 0; level < SRV_QUEUE_LEVELS; level++) link_ring(&made->lanes[level]);
+    for (int level = 0; level < SRV_QUEUE_LEVELS; level++) link_ring(&made->roads[level]);
     made->cap = cap;
     made->lane_cap = lane_cap;
     return PEND_OK;
@@ -67,8 +74,28 @@ void srv_queue_free(struct srv_queue **queue) {
 
 static void queue_count(struct srv_queue *queue, const struct srv_task *task, int change) {
     task->lane->count += change;
+    queue_road_of(task->lane)->count += change;
     atomic_fetch_add_explicit(&queue->count, change, memory_order_relaxed);
     atomic_fetch_add_explicit(&queue->at[task->level], change, memory_order_relaxed);
+}
+
+/* a lane that has got its first task of a level; called with the lock */
+static void queue_lane_add(struct srv_queue *queue, struct srv_lane *lane, int level) {
+    struct srv_road *road = queue_road_of(lane);
+    if (!road->at[level].lanes.next) link_ring(&road->at[level].lanes);
+    if (link_empty(&road->at[level].lanes)) link_append(&queue->roads[level], &road->at[level].link);
+    link_append(&road->at[level].lanes, &lane->at[level].link);
+    road->at[level].busy++;
+}
+
+/* a lane that has no more tasks of a level; called with the lock */
+static void queue_lane_remove(struct srv_lane *lane, int level) {
+    struct srv_road *road = queue_road_of(lane);
+    link_remove(&lane->at[level].link);
+    road->at[level].busy--;
+    if (!link_empty(&road->at[level].lanes)) return;
+    link_remove(&road->at[level].link);
+    road->at[level].turns = 0;
 }
 
 /* called with the lock */
@@ -76,7 +103,7 @@ static void queue_add(struct srv_queue *queue, struct srv_task *task) {
     struct srv_lane *lane = task->lane;
     assert(!task->queued && lane && task->level >= 0 && task->level < SRV_QUEUE_LEVELS);
     if (!lane->at[task->level].tasks.next) link_ring(&lane->at[task->level].tasks);
-    if (link_empty(&lane->at[task->level].tasks)) link_append(&queue->lanes[task->level], &lane->at[task->level].link);
+    if (link_empty(&lane->at[task->level].tasks)) queue_lane_add(queue, lane, task->level);
     link_append(&lane->at[task->level].tasks, &task->link);
     task->queued = 1;
     queue_count(queue, task, 1);
@@ -88,7 +115,13 @@ static void queue_unlink(struct srv_queue *queue, struct srv_task *task) {
     link_remove(&task->link);
     task->queued = 0;
     queue_count(queue, task, -1);
-    if (link_empty(&lane->at[task->level].tasks)) link_remove(&lane->at[task->level].link);
+    if (link_empty(&lane->at[task->level].tasks)) queue_lane_remove(lane, task->level);
+}
+
+/* most tasks of a road */
+static int queue_road_cap(const struct srv_queue *queue) {
+    int most = queue->cap - queue->cap / 4;
+    return most > queue->lane_cap ? most : queue->lane_cap;
 }
 
 enum pend_status srv_queue_push(struct srv_queue *queue, struct srv_task *task) {
@@ -96,7 +129,7 @@ enum pend_status srv_queue_push(struct srv_queue *queue, struct srv_task *task) 
     pthread_mutex_lock(&queue->lock);
     if (srv_queue_count(queue) >= queue->cap || queue->closed)
         status = PEND_LIMIT;
-    else if (task->lane->count >= queue->lane_cap)
+    else if (task->lane->count >= queue->lane_cap || queue_road_of(task->lane)->count >= queue_road_cap(queue))
         status = PEND_INVALID;
     else
         queue_add(queue, task);
@@ -116,18 +149,25 @@ void srv_queue_again(struct srv_queue *queue, struct srv_task *task) {
 static int queue_level(struct srv_queue *queue) {
     unsigned turn = queue->turn++;
     int first = turn % SRV_QUEUE_SHARE == SRV_QUEUE_SHARE - 1 ? (int)(turn / SRV_QUEUE_SHARE % SRV_QUEUE_LEVELS) : 0;
-    while (link_empty(&queue->lanes[first])) first = (first + 1) % SRV_QUEUE_LEVELS;
+    while (link_empty(&queue->roads[first])) first = (first + 1) % SRV_QUEUE_LEVELS;
     return first;
 }
 
 /* the next task, with the lock */
 static struct srv_task *queue_take(struct srv_queue *queue) {
     int level = queue_level(queue);
-    struct srv_lane *lane = queue_lane(queue->lanes[level].next, level);
+    struct srv_road *road = queue_road(queue->roads[level].next, level);
+    struct srv_lane *lane = queue_lane(road->at[level].lanes.next, level);
     struct srv_task *task = (struct srv_task *)lane->at[level].tasks.next;
-    /* the lane goes behind the others */
+    int turns = road->at[level].busy < SRV_QUEUE_TURNS ? road->at[level].busy : SRV_QUEUE_TURNS;
+    /* the lane goes behind the others of its road, and the road behind the others once it had its turns */
     link_remove(&lane->at[level].link);
-    link_append(&queue->lanes[level], &lane->at[level].link);
+    link_append(&road->at[level].lanes, &lane->at[level].link);
+    if (++road->at[level].turns >= turns) {
+        road->at[level].turns = 0;
+        link_remove(&road->at[level].link);
+        link_append(&queue->roads[level], &road->at[level].link);
+    }
     queue_unlink(queue, task);
     return task;
 }
@@ -195,14 +235,27 @@ static int queue_lane_valid(const struct srv_lane *lane, int level, int most) {
     return count ? count : -1;
 }
 
+/* tasks of a road at a level, -1 where a link or a count is wrong */
+static int queue_road_valid(struct srv_road *road, int level, int most) {
+    int count = 0, busy = 0;
+    struct srv_link *ring = &road->at[level].lanes;
+    for (struct srv_link *link = ring->next; link != ring; link = link->next) {
+        struct srv_lane *lane = queue_lane(link, level);
+        int some = queue_lane_valid(lane, level, most);
+        if (some < 0 || link->next->previous != link || queue_road_of(lane) != road || ++busy > most) return -1;
+        count += some;
+    }
+    return busy == road->at[level].busy && count <= road->count ? count : -1;
+}
+
 int srv_queue_valid(struct srv_queue *queue) {
     int all = 0, good = 1;
     pthread_mutex_lock(&queue->lock);
     int most = srv_queue_count(queue);
     for (int level = 0; level < SRV_QUEUE_LEVELS; level++) {
-        struct srv_link *ring = &queue->lanes[level];
+        struct srv_link *ring = &queue->roads[level];
         for (struct srv_link *link = ring->next; good && link != ring; link = link->next) {
-            int count = queue_lane_valid(queue_lane(link, level), level, most);
+            int count = queue_road_valid(queue_road(link, level), level, most);
             good = count > 0 && link->next->previous == link;
             all += count;
         }

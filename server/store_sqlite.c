@@ -75,6 +75,23 @@ static void sqlite_close(struct srv_sql *sql) {
 static const char *const sqlite_settings = "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA temp_store = "
                                            "MEMORY; PRAGMA journal_size_limit = 4194304;";
 
+/* A new store is its owner's alone, as the log and the index of it are then, whatever the process's umask; one that is
+ * there keeps its mode, which its owner may have widened on purpose. That it cannot be made is told by the library. */
+static void sqlite_private(const char *path) {
+    int fd = open(path, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR);
+    if (fd >= 0) close(fd);
+}
+
+/* what a file from elsewhere may have in it does nothing: no triggers or views that call functions, no writable schema
+ */
+static int sqlite_distrust(sqlite3 *db) {
+    int code = sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
+    if (code == SQLITE_OK) code = sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL);
+    if (code == SQLITE_OK) code = sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, NULL);
+    if (code == SQLITE_OK) code = sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_VIEW, 0, NULL);
+    return code;
+}
+
 static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, struct pend_error *error) {
     const char *path = url + strlen(srv_sql_sqlite.scheme);
     struct sqlite_sql *own = calloc(1, sizeof *own);
@@ -86,6 +103,7 @@ static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, struc
     own->ear = -1;
     own->patience_ms = BUSY_MS;
     int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
+    if (*path) sqlite_private(path);
     if (!*path) {
         status = pend_fail(error, PEND_INVALID, -1, 0,
                            "sqlite: wants a file's path, as in sqlite:/var/lib/pendulumd/store.db");
@@ -95,7 +113,8 @@ static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, struc
     } else {
         sqlite3_extended_result_codes(own->db, 1);
         sqlite3_busy_handler(own->db, sqlite_busy, own);
-        if (sqlite3_create_function(own->db, "now_us", 0, SQLITE_UTF8, NULL, sqlite_now, NULL, NULL) != SQLITE_OK ||
+        if (sqlite_distrust(own->db) != SQLITE_OK ||
+            sqlite3_create_function(own->db, "now_us", 0, SQLITE_UTF8, NULL, sqlite_now, NULL, NULL) != SQLITE_OK ||
             sqlite3_create_function(own->db, "ring", 0, SQLITE_UTF8, own, sqlite_ring, NULL, NULL) != SQLITE_OK ||
             sqlite3_exec(own->db, sqlite_settings, NULL, NULL, &said) != SQLITE_OK ||
             srv_sqlite_disk_open(&own->disk, own->db) != SQLITE_OK)

@@ -69,6 +69,52 @@ TEST(lanes_take_turns_however_much_one_brings) {
     srv_queue_free(&queue);
 }
 
+/* an address that has many clients, or says so, has a turn for each, eight at most; another one waits no longer */
+TEST(lanes_of_one_road_take_its_turns) {
+    enum { LANES = 20, EACH = 3 };
+    struct srv_queue *queue;
+    struct srv_lane home = {0}, lane[LANES] = {0}, other = {0};
+    struct srv_task task[LANES][EACH] = {0}, some[EACH] = {0};
+    int at = 0;
+    REQUIRE(srv_queue_new(&queue, 1000, 10) == PEND_OK);
+    for (int k = 0; k < EACH; k++) {
+        for (int i = 0; i < LANES; i++) {
+            lane[i].road = &home.own;
+            task[i][k].lane = &lane[i];
+            CHECK(srv_queue_push(queue, &task[i][k]) == PEND_OK);
+        }
+        some[k].lane = &other;
+        CHECK(srv_queue_push(queue, &some[k]) == PEND_OK);
+    }
+    CHECK_INT(home.own.count, LANES * EACH);
+    CHECK(srv_queue_valid(queue));
+    for (int turn = 0; turn < EACH; turn++) {
+        for (int i = 0; i < SRV_QUEUE_TURNS; i++, at++) CHECK(srv_queue_pop(queue) == &task[at % LANES][at / LANES]);
+        CHECK(srv_queue_pop(queue) == &some[turn]);
+    }
+    for (; at < LANES * EACH; at++) CHECK(srv_queue_pop(queue) == &task[at % LANES][at / LANES]);
+    CHECK_INT(home.own.count, 0);
+    CHECK_INT(srv_queue_count(queue), 0);
+    srv_queue_free(&queue);
+}
+
+TEST(lanes_of_one_road_leave_room_to_others) {
+    enum { CAP = 16, LANES = 8 };
+    struct srv_queue *queue;
+    struct srv_lane home = {0}, lane[LANES] = {0}, other = {0};
+    struct srv_task task[CAP] = {0}, guest = {.lane = &other};
+    REQUIRE(srv_queue_new(&queue, CAP, 4) == PEND_OK);
+    for (int i = 0; i < CAP; i++) {
+        lane[i % LANES].road = &home.own;
+        task[i].lane = &lane[i % LANES];
+        CHECK(srv_queue_push(queue, &task[i]) == (i < 12 ? PEND_OK : PEND_INVALID));
+    }
+    CHECK(srv_queue_push(queue, &guest) == PEND_OK);
+    CHECK(srv_queue_valid(queue));
+    while (srv_queue_count(queue)) srv_queue_pop(queue);
+    srv_queue_free(&queue);
+}
+
 TEST(short_tasks_come_before_long_ones_which_do_not_starve) {
     enum { SHORTS = 64 };
     struct srv_queue *queue;
@@ -151,15 +197,17 @@ TEST(random_pushes_pops_and_removals_keep_a_queue_whole) {
     int waiting = 0;
     unsigned long long random = 3;
     REQUIRE(srv_queue_new(&queue, TASKS / 2, TASKS / 4) == PEND_OK);
+    /* three lanes come from one address, two each from its own */
+    lane[1].road = lane[2].road = &lane[0].own;
     for (int round = 0; round < 20000; round++) {
         int i = test_random_int(&random, TASKS), act = test_random_int(&random, 3), good = 1;
         struct srv_task *other;
         if (act == 0 && !task[i].queued) {
             task[i].lane = &lane[i % LANES];
             task[i].level = test_random_int(&random, SRV_QUEUE_LEVELS);
-            enum pend_status right = waiting >= TASKS / 2               ? PEND_LIMIT
-                                     : task[i].lane->count >= TASKS / 4 ? PEND_INVALID
-                                                                        : PEND_OK;
+            int many = task[i].lane->count >= TASKS / 4 ||
+                       (i % LANES < 3 && lane[0].count + lane[1].count + lane[2].count >= TASKS / 2 - TASKS / 8);
+            enum pend_status right = waiting >= TASKS / 2 ? PEND_LIMIT : many ? PEND_INVALID : PEND_OK;
             good = srv_queue_push(queue, &task[i]) == right;
             waiting += right == PEND_OK;
         } else if (act == 1 && waiting) {

@@ -351,6 +351,34 @@ TEST(one_client_cannot_fill_the_queue) {
     srv_daemon_free(&daemon);
 }
 
+/* who draws a token for each request fills three quarters of the queue, and waits in turn with others */
+TEST(one_address_cannot_fill_the_queue_with_tokens) {
+    enum { TOKENS = 12 };
+    static const char *const options[] = {"--workers",       "1",         "--max-queue", "8", "--max-client-queue", "3",
+                                          "--trusted-proxy", "127.0.0.1", NULL};
+    struct srv_daemon *daemon = live_start(options);
+    struct test_client client[TOKENS];
+    struct test_reply reply;
+    REQUIRE(daemon != NULL);
+    for (int i = 0; i < TOKENS; i++) {
+        char body[512], headers[160];
+        snprintf(body, sizeof body, DOUBLE "\"times\":{\"start\":0,\"stop\":%d,\"count\":5}}", 1000000000 + i);
+        snprintf(headers, sizeof headers,
+                 "X-Forwarded-For: 192.0.2.1\r\nAuthorization: Bearer a-new-one-each-time-%04d\r\n", i);
+        REQUIRE(share_post(daemon, &client[i], headers, body));
+        if (i == 0) live_await(daemon, "pendulumd_workers_busy ", 1);
+        if (i < 7) live_await(daemon, "pendulumd_computations ", i + 1);
+        if (i < 7) continue; /* six wait, whichever the worker has */
+        CHECK_INT(test_client_receive(&client[i], &reply, 0, TEST_PATIENCE), 429);
+        test_reply_clear(&reply);
+    }
+    CHECK_INT(share_ask(daemon, &reply, "X-Forwarded-For: 192.0.2.2\r\n", DOUBLE "\"times\":[0,1]}"), 200);
+    test_reply_clear(&reply);
+    for (int i = 0; i < TOKENS; i++) test_client_close(&client[i]);
+    live_await(daemon, "pendulumd_computations ", 0);
+    srv_daemon_free(&daemon);
+}
+
 TEST(pages_of_other_origins_may_ask_and_traces_go_on) {
     static const char trace[] = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01";
     static const char *const options[] = {"--cors-origins", "https://a.org, https://b.org", NULL};
