@@ -130,7 +130,10 @@ void srv_errand_refuse(struct srv_errand *errand, enum srv_stored stored) {
                              exchange->service->config.keep_seconds);
         break;
     case SRV_STORED_CLASH:
-        srv_exchange_problem(exchange, 422, "this Idempotency-Key has come with another request before");
+        srv_exchange_problem(exchange, 422, "this Idempotency-Key has come with another request before%s",
+                             exchange->identity.kind != SRV_IDENTITY_ADDRESS
+                                 ? ""
+                                 : ", from your address; who sends Authorization: Bearer SECRET has keys of its own");
         break;
     case SRV_STORED_QUOTA:
         srv_exchange_problem(exchange, 429, "%.200s", errand->job.message);

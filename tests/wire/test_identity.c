@@ -1,4 +1,5 @@
 /* Whose a job or a scene is: tokens, accounts of a proxy, addresses; hosts and web pages of others; on both stores. */
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -284,5 +285,60 @@ TEST(event_streams_are_counted_by_client_and_by_network) {
         for (int i = 0; i < 9; i++) test_client_close(&client[i]);
     }
     test_server_stop(&server);
+    place_end(&place);
+}
+
+/* 1 when a file, or the log of writes beside it, holds a text somewhere */
+static int file_has(const char *path, const char *text) {
+    static const char *const ends[] = {"", "-wal"};
+    int has = 0;
+    for (int i = 0; i < 2; i++) {
+        char name[160], *data = NULL;
+        size_t bytes = 0, size = 0;
+        FILE *file = NULL;
+        snprintf(name, sizeof name, "%s%s", path, ends[i]);
+        if ((file = fopen(name, "rb"))) {
+            FILE *copy = open_memstream(&data, &size);
+            char block[4096];
+            while (copy && (bytes = fread(block, 1, sizeof block, file)) > 0) fwrite(block, 1, bytes, copy);
+            if (copy) fclose(copy);
+            fclose(file);
+        }
+        has |= data && memmem(data, size, text, strlen(text)) != NULL;
+        free(data);
+    }
+    return has;
+}
+
+TEST(tokens_accounts_and_addresses_are_nowhere_in_clear_but_addresses_in_the_log) {
+    static const char *const secrets[] = {"alice-Zm9v", KKK};
+    struct place place;
+    struct test_reply reply;
+    char id[ID + 1], path[128], sought[ID + 8];
+    REQUIRE(place_begin(&place, 0));
+    struct test_server *server = behind(&place, "X-Account", NULL, NULL);
+    if (server) {
+        CHECK_INT(post(server, "X-Account: " KKK "alice\r\n" ALICE, 1, id), 202);
+        CHECK_INT(scene(server, "X-Account: " KKK "alice\r\n" KEYED, "mine", id), 201);
+        CHECK_INT(scene(server, "X-Account: " KKK "alice\r\n" ALICE, "mine", id), 201);
+        CHECK_INT(scene(server, "", "nobody's", id), 201);
+        CHECK_INT(post(server, "X-Account: " KKK "alice\r\n", 1, id), 202);
+        CHECK_INT(drop(server, "jobs", id, "X-Account: " KKK "bob\r\n" ALICE), 403);
+        CHECK_INT(test_request(server, &reply, "GET", "/metrics", "", NULL), 200);
+        for (int i = 0; i < 2; i++) CHECK(!strstr(reply.body, secrets[i]));
+        test_reply_clear(&reply);
+        snprintf(path, sizeof path, "%s/store.db", place.directory);
+        snprintf(sought, sizeof sought, "%s", id);
+        CHECK(file_has(path, sought));
+        for (int i = 0; i < 2; i++) CHECK(!file_has(path, secrets[i]));
+        CHECK(!file_has(path, "127.0.0.1"));
+        test_server_signal(server, SIGTERM);
+        CHECK_INT(test_server_wait(server), 0);
+        const char *log = test_server_log(server);
+        for (int i = 0; i < 2; i++) CHECK_SAYING(!strstr(log, secrets[i]), "%s", log);
+        CHECK_SAYING(strstr(log, "\"client\":\"account:") && strstr(log, "\"token\":\"token:"), "%s", log);
+        CHECK(strstr(log, "\"client\":\"127.0.0.1\"") != NULL);
+    }
+    test_server_drop(&server);
     place_end(&place);
 }
