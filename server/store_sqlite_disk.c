@@ -10,7 +10,8 @@ enum {
      * log of writes */
     DISK_SPARE = 4 << 20,
     /* and those that the file leaves alone for whatever it grows: without a log nothing at all can be written */
-    DISK_LOG = 1 << 20
+    DISK_LOG = 1 << 20,
+    CHECKPOINT_LOCK = 1 /* WAL_CKPT_LOCK of SQLite's file format, among the locks of the shared memory */
 };
 
 static int disk_hook(void *context, sqlite3 *db, const char *name, int pages) {
@@ -85,12 +86,26 @@ int srv_sqlite_disk_room(struct srv_sqlite_disk *disk, size_t bytes) {
     return left >= log + (double)shorter + (file > 0 ? file : 0);
 }
 
+/* Lengthens the file. SQLite does so by writing single bytes into blocks that it believes to be new, which would spoil
+ * the pages that a checkpoint of another process, ours or an administrator's, puts there at the same time. So the lock
+ * of checkpoints is held meanwhile. A file that is being carried over to is left as it is: it grows by that. */
+static int disk_lengthen(struct srv_sqlite_disk *disk, sqlite3_int64 bytes) {
+    sqlite3_file *file = NULL;
+    int code = sqlite3_file_control(disk->db, "main", SQLITE_FCNTL_FILE_POINTER, &file);
+    if (code != SQLITE_OK) return code;
+    if (file->pMethods->iVersion < 2) return SQLITE_OK;
+    if (file->pMethods->xShmLock(file, CHECKPOINT_LOCK, 1, SQLITE_SHM_LOCK | SQLITE_SHM_EXCLUSIVE) != SQLITE_OK)
+        return SQLITE_OK;
+    code = sqlite3_file_control(disk->db, "main", SQLITE_FCNTL_SIZE_HINT, &bytes);
+    file->pMethods->xShmLock(file, CHECKPOINT_LOCK, 1, SQLITE_SHM_UNLOCK | SQLITE_SHM_EXCLUSIVE);
+    return code;
+}
+
 int srv_sqlite_disk_take(struct srv_sqlite_disk *disk) {
     sqlite3_int64 bytes, shorter;
     int code = disk_measure(disk, &bytes, &shorter);
     if (code != SQLITE_OK || !shorter) return code;
-    if (disk_left(disk) >= (double)shorter + FILE_STEP + DISK_LOG &&
-        sqlite3_file_control(disk->db, "main", SQLITE_FCNTL_SIZE_HINT, &bytes) == SQLITE_OK)
+    if (disk_left(disk) >= (double)shorter + FILE_STEP + DISK_LOG && disk_lengthen(disk, bytes) == SQLITE_OK)
         return SQLITE_OK;
     /* who only reads is not refused: a file that others left short, or a failing machine, may be */
     return sqlite3_total_changes(disk->db) == disk->changes ? SQLITE_OK : SQLITE_FULL;

@@ -60,13 +60,12 @@ class Server:
         return total
 
     def cpu(self):
-        """Seconds of processor used so far, of all threads, those that have ended as well."""
+        """Seconds of processor used so far, of all threads, those that have ended as well; /proc has them in ticks only."""
         total = 0
         for pid in self.processes():
             with contextlib.suppress(OSError):
-                fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
-                total += int(fields[11]) + int(fields[12])
-        return total / os.sysconf("SC_CLK_TCK")
+                total += time.clock_gettime((~int(pid) << 3) | 2)  # clock_getcpuclockid(3)
+        return total
 
     def ask(self, body=None, accept=None, path=None, seconds=60):
         """Status, header fields and bytes of one answer."""

@@ -1,7 +1,9 @@
 /* Tests of server/store_sqlite_disk: a disk that is full, and what the database takes of it. */
 #include "server/store_sqlite_disk.h"
 
+#include <pthread.h>
 #include <signal.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/resource.h>
@@ -221,6 +223,49 @@ TEST(a_reader_that_does_not_end_stops_nobody) {
     CHECK_SAYING(file_bytes(&ground, "-wal") < LOG_BYTES + (2 << 20), "a log of %.0f bytes",
                  file_bytes(&ground, "-wal"));
     srv_sql_sqlite.close(reader);
+    srv_store_close(&store);
+    ground_clear(&ground);
+}
+
+/* a process that writes much and carries its log over without being the one that may write, as SQLite's own shell does
+ */
+struct stranger {
+    struct srv_sql *sql;
+    atomic_int over;
+};
+
+static void *stranger_main(void *context) {
+    struct stranger *own = context;
+    struct srv_row_wholes row = {.count = 3};
+    for (int i = 0; i < 20; i++) {
+        struct srv_value value[] = {srv_value_whole(i)};
+        CHECK_INT(srv_sql_sqlite.run(own->sql, -1,
+                                     "INSERT INTO results (job, shard, chunk, data) WITH RECURSIVE n(k) AS (SELECT 1 "
+                                     "UNION ALL SELECT k + 1 FROM n WHERE k < 20000) SELECT 'stranger', $1, k, "
+                                     "zeroblob(60) FROM n",
+                                     value, 1, NULL, NULL),
+                  SRV_STORED);
+        srv_sql_sqlite.run(own->sql, -1, "PRAGMA wal_checkpoint(PASSIVE)", NULL, 0, srv_row_wholes, &row);
+    }
+    own->over = 1;
+    return NULL;
+}
+
+TEST(who_carries_the_log_over_meanwhile_finds_its_pages_whole) {
+    struct ground ground;
+    struct srv_job job;
+    struct stranger stranger = {0};
+    pthread_t thread;
+    REQUIRE(ground_begin(&ground, 0));
+    struct srv_store *store = ground_open(&ground);
+    REQUIRE(store);
+    REQUIRE((stranger.sql = other_connection(&ground)) != NULL);
+    CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
+    REQUIRE(!pthread_create(&thread, NULL, stranger_main, &stranger));
+    while (!stranger.over) CHECK_INT(srv_store_job(store, "j", &job), SRV_STORED);
+    pthread_join(thread, NULL);
+    CHECK_INT((long long)asked(stranger.sql, "SELECT integrity_check = 'ok' FROM pragma_integrity_check LIMIT 1"), 1);
+    srv_sql_sqlite.close(stranger.sql);
     srv_store_close(&store);
     ground_clear(&ground);
 }
