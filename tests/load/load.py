@@ -20,6 +20,7 @@ import threading
 import time
 
 import jobs
+import kept
 from servers import CLIENT_CORE, SERVER_CORE, TOP, client, daemon, finish, message, nginx, saying_port, tool, wrk
 
 BUILD = sys.argv[1] if len(sys.argv) > 1 else "build/release"
@@ -417,7 +418,7 @@ def school(directory):
 LINES = {"peers": peers, "representations": representations, "cache": cache, "csv": csv, "batch": batch, "drips": drips,
          "hostile": hostile, "school": school, "soak": soak}
 # those of jobs write into the same table
-LINES |= {name: lambda directory, line=line: line(sys.modules[__name__]) for name, line in jobs.LINES.items()}
+LINES |= {name: lambda directory, line=line: line(sys.modules[__name__]) for name, line in (jobs.LINES | kept.LINES).items()}
 
 
 def main():
