@@ -220,9 +220,13 @@ build/web/fetched: server/web/package-lock.json server/assets_fetch.sh
 	$(if $(V),,@printf '  %-8s %-5s %s\n' web npm $<)
 	$(Q)server/assets_fetch.sh $(@D) && touch $@
 
-build/web/assets.c: $(WEB) server/assets_embed.py build/web/fetched build/web/files
+build/web/bundled: $(WEB) server/assets_bundle.sh build/web/files
+	$(if $(V),,@printf '  %-8s %-5s %s\n' web pack server/web)
+	$(Q)server/assets_bundle.sh $(@D)/bundles && touch $@
+
+build/web/assets.c: build/web/bundled server/assets_embed.py build/web/fetched
 	$(if $(V),,@printf '  %-8s %-5s %s\n' web embed server/web)
-	$(Q)/usr/bin/python3 -B server/assets_embed.py server/web $(@D)/node_modules $(@D)/lib > $@.$$$$ && mv -f $@.$$$$ $@
+	$(Q)/usr/bin/python3 -B server/assets_embed.py server/web $(@D)/bundles $(@D)/node_modules $(@D)/lib > $@.$$$$ && mv -f $@.$$$$ $@
 
 build/web/assets.o: build/web/assets.c server/assets.h
 	$(Q)$(CC) -I. -O1 $(CFLAGS) -c $< -o $@.$$$$ && mv -f $@.$$$$ $@

@@ -66,13 +66,8 @@ static enum pend_status write_head(const struct pend_preset *preset, struct api_
     PEND_TRY(api_buffer_text(out, "{"));
     PEND_TRY(api_out_text(out, "name", preset->name));
     PEND_TRY(api_out_text(out, "title", preset->title));
-    return api_out_text(out, "description", preset->description);
-}
-
-static enum pend_status write_summary(const struct pend_preset *preset, struct api_buffer *out) {
-    PEND_TRY(write_head(preset, out));
-    PEND_TRY(api_out_whole(out, "n", preset->n));
-    return api_buffer_text(out, "}");
+    PEND_TRY(api_out_text(out, "description", preset->description));
+    return api_out_whole(out, "n", preset->n);
 }
 
 static enum pend_status write_pendulum(const struct pend_preset *preset, struct api_buffer *out) {
@@ -111,7 +106,7 @@ static enum pend_status presets_run(void *state, const struct api_turn *turn, in
     PEND_TRY(api_buffer_text(turn->out, "{\"presets\":["));
     for (int i = 0; i < pend_preset_count(); i++) {
         pend_preset_get(i, &presets->preset);
-        PEND_TRY(write_summary(&presets->preset, turn->out));
+        PEND_TRY(write_preset(&presets->preset, turn->out));
     }
     return api_buffer_text(turn->out, "]}");
 }

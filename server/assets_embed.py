@@ -1,9 +1,10 @@
 """Turns the page's files into what is compiled in.
 
-    assets_embed.py server/web build/web/node_modules build/web/lib    C source that defines srv_assets_table and its count
+    assets_embed.py server/web BUNDLES MODULES LIB    C source that defines srv_assets_table and its count
 
-Takes the files of the first directory as they are, and of the npm packages what a browser loads: uPlot, KaTeX and the QR
-code as ES modules, their styles, and the fonts; these are put into the third directory as well, for pages that are served
+Takes the HTML documents of the first directory, the bundles of scripts and styles that assets_bundle.sh made of it, and of
+the npm packages in MODULES what a browser loads: uPlot, KaTeX and the QR
+code as ES modules, their styles, and the fonts; these are put into LIB as well, for pages that are served
 from their sources. All of it is served under /page/DIGEST, a digest of all files, so that a
 browser may keep it for ever; @PAGE@ in an HTML document becomes that path. Each file is there as it is and, where that
 is shorter, gzipped at the best level. The same files give the same source.
@@ -24,15 +25,12 @@ MEDIA_TYPES = {
     ".png": "image/png",
     ".woff2": "font/woff2",
 }
-NOT_SERVED = {"package.json", "package-lock.json", "README.md"}
 
 
-def own_files(web):
-    """The page's own files, by their paths in it."""
-    for path in sorted(web.rglob("*")):
-        name = path.relative_to(web)
-        if path.is_file() and name.parts[0] != "node_modules" and name.name not in NOT_SERVED and not name.name.startswith("."):
-            yield name.as_posix(), path.read_bytes()
+def own_files(web, bundles):
+    """The page's own files, by their names."""
+    for path in sorted([*web.glob("*.html"), *bundles.iterdir()]):
+        yield path.name, path.read_bytes()
 
 
 def module(name, code):
@@ -122,9 +120,9 @@ def put(lib, files):
             path.write_bytes(data)
 
 
-def main(web, modules, lib):
+def main(web, bundles, modules, lib):
     brought = list(packages(pathlib.Path(modules)))
-    files = sorted([*own_files(pathlib.Path(web)), *brought])
+    files = sorted([*own_files(pathlib.Path(web), pathlib.Path(bundles)), *brought])
     put(pathlib.Path(lib), brought)
     sha = hashlib.sha256()
     for name, data in files:
@@ -133,6 +131,6 @@ def main(web, modules, lib):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 4:
+    if len(sys.argv) != 5:
         sys.exit(__doc__)
     main(*sys.argv[1:])

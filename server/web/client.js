@@ -2,6 +2,8 @@
 // Leaves to others: what to ask and what to show; words come from the texts (said).
 // Invariant: asks no other host; a refusal with Retry-After (429, 503) is tried again, a request that was given up never.
 
+import { bearer } from "./keep.js";
+
 const TRIES = 6;
 const LONGEST_WAIT = 20;
 
@@ -67,7 +69,7 @@ export function createClient() {
   async function once(path, options) {
     let reply;
     try {
-      reply = await fetch(path, options);
+      reply = await fetch(path, { ...options, headers: { ...options.headers, ...bearer() } });
     } catch (error) {
       if (gaveUp(error)) throw error;
       throw new Failure("away");

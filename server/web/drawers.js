@@ -1,15 +1,26 @@
-// The drawers beside the stage (below it on a phone): one open at a time, its module loaded when it is opened first.
-// Leaves to others: their insides (drawers/*.js).
-// Invariant: which one is open is view.drawer of the document; a drawer that is hidden is told so.
+// The drawers beside the stage (below it on a phone): one open at a time, its libraries loaded when it is opened first.
+// Leaves to others: their insides (gallery.js, drawers/*.js).
+// Invariant: which one is open is view.drawer of the document; a drawer that is hidden is told so; one whose files do not come
+// says so, and is built when they do.
 
+import { said } from "./client.js";
 import { createBag, h } from "./dom.js";
+import compare from "./drawers/compare.js";
+import equations from "./drawers/equations.js";
+import method from "./drawers/method.js";
+import modes from "./drawers/modes.js";
+import plots from "./drawers/plots.js";
+import share from "./drawers/share.js";
+import worksheet from "./drawers/worksheet.js";
+import presets from "./gallery.js";
+import { DRAWERS } from "./state.js";
 
-export const DRAWERS = ["presets", "plots", "modes", "compare", "method", "equations", "share", "worksheet"];
+const PARTS = { presets, plots, modes, compare, method, equations, share, worksheet };
 
 export function mountDrawers(element, app) {
-  const { store, text } = app;
+  const { store, client, text } = app;
   const bag = createBag();
-  const open = new Map(); // id -> {panel, drawer}, drawer a promise
+  const open = new Map(); // id -> a promise of the drawer, null where its files did not come
   const tabs = new Map();
   const list = h("div", { class: "tabs", role: "tablist", "aria-label": text("drawers") });
   const panels = h("div", { class: "panels" });
@@ -28,24 +39,40 @@ export function mountDrawers(element, app) {
     store.set({ view: { drawer: store.get().view.drawer === id ? null : id } });
   }
 
+  /** In words, with a button that tries again. */
+  function missing(id, panel, error) {
+    const again = h("button", { type: "button", class: "button", "data-again": id, on: { click: () => anew(id) } }, text("again"));
+    panel.replaceChildren(h("p", { class: "fault", role: "alert" }, said(error, text)), again);
+  }
+
   async function mount(id, panel) {
-    const { default: drawer } = await import(id === "presets" ? "./gallery.js" : `./drawers/${id}.js`);
-    return drawer.mount(panel, app);
+    panel.setAttribute("aria-busy", "true");
+    panel.replaceChildren();
+    try {
+      return await PARTS[id].mount(panel, app);
+    } catch (error) {
+      missing(id, panel, error.kind ? error : Object.assign(error, { kind: "page" }));
+      return null;
+    } finally {
+      panel.removeAttribute("aria-busy");
+    }
   }
 
   async function show(id, shown) {
     const panel = document.getElementById(`panel-${id}`);
     panel.hidden = !shown;
-    if (shown && !open.has(id)) {
-      open.set(id, mount(id, panel));
-      panel.setAttribute("aria-busy", "true");
-    }
-    const drawer = await open.get(id);
-    panel.removeAttribute("aria-busy");
-    // by now another one may be open
-    if (!drawer) return;
-    if (store.get().view.drawer === id) drawer.show();
+    if (shown && !open.has(id)) open.set(id, mount(id, panel));
+    const coming = open.get(id);
+    const drawer = await coming;
+    // by now another one may be open, or this one tried again
+    if (open.get(id) !== coming) return;
+    if (!drawer) open.delete(id);
+    else if (store.get().view.drawer === id) drawer.show();
     else drawer.hide();
+  }
+
+  function anew(id) {
+    if (id && store.get().view.drawer === id && !open.has(id)) show(id, true);
   }
 
   function follow(doc) {
@@ -67,12 +94,14 @@ export function mountDrawers(element, app) {
     const at = DRAWERS.findIndex((id) => tabs.get(id) === document.activeElement);
     tabs.get(DRAWERS[(at + steps + DRAWERS.length) % DRAWERS.length]).focus();
   });
+  // whoever waits for files may have them when the server is back
+  bag(client.watch(({ kind }) => kind === "well" && anew(store.get().view.drawer)));
   bag(store.subscribe((doc, before) => doc.view.drawer !== before.view.drawer && follow(doc)));
   follow(store.get());
   return {
     destroy() {
       bag.end();
-      for (const drawer of open.values()) drawer.then((mounted) => mounted.destroy());
+      for (const coming of open.values()) coming.then((drawer) => drawer?.destroy());
       element.replaceChildren();
     },
   };

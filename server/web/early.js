@@ -1,18 +1,37 @@
-// The first request, made before the rest of the page is there: the motion that the page opens with.
-// Leaves to others: reading it (motion.js). A link that names another motion (after #) asks nothing here.
-// Invariant: `early.body` is to the letter what motion.js would ask for the first document.
+// What runs first: the first request, then the page's own script and style, asked for again where they are refused.
+// Leaves to others: the page (main.js), which takes away the words of index.html that stand there meanwhile.
+// Invariant: whatever is refused, there are words on the page.
 
-import { PAPER, request } from "./state.js";
+import { script, style } from "./files.js";
+import "./first.js";
 
-export const OUTPUT = ["phi", "phid", "lambda", "energy"];
+const waiting = () => document.getElementById("waiting");
 
-export const motionBody = (doc, initial) => ({ ...request(doc, initial), output: OUTPUT });
-
-function ask() {
-  const body = JSON.stringify(motionBody(PAPER));
-  const headers = { "Content-Type": "application/json", Accept: "application/octet-stream" };
-  const reply = fetch("/v1/trajectories", { method: "POST", headers, body }).then((answer) => (answer.ok ? answer : null), () => null);
-  return { body, reply };
+/** The words that stand there get a button; they show themselves at once. */
+function giveUp() {
+  const place = waiting();
+  if (!place || place.querySelector("button")) return;
+  const button = document.createElement("button");
+  button.type = "button";
+  button.className = "button";
+  button.textContent = "\u21bb";
+  button.setAttribute("aria-label", "Reload, neu laden");
+  button.addEventListener("click", () => location.reload());
+  place.classList.add("failed");
+  place.append(button);
 }
 
-export const early = location.hash.length > 1 ? null : ask();
+const ready = new Promise((resolve) => {
+  if (document.readyState === "complete") resolve();
+  else window.addEventListener("load", resolve, { once: true });
+});
+
+/** The document's own style sheet, where it did not come with it: a sheet that was refused is there, without a rule. */
+async function dress() {
+  await ready;
+  if (!getComputedStyle(document.documentElement).getPropertyValue("--paper")) await style("page.css");
+}
+
+// a page that has begun does not begin twice, whatever stopped it
+script("main.js").catch(giveUp);
+dress().catch(giveUp);

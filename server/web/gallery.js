@@ -1,6 +1,7 @@
-// The examples: the server's presets, each as a small live picture; a click puts one on the stage.
+// The examples: the server's presets, each as a small picture; a click puts one on the stage.
 // Leaves to others: which there are (GET /v1/presets).
-// Invariant: pictures follow the one clock, and only those that can be seen are drawn.
+// Invariant: one request brings all of them; a picture moves, with the one clock, once somebody has come near the examples, and
+// asks for its motion when it can be seen; only what can be seen is drawn.
 
 import { farthest } from "./edits.js";
 import { createBag, h } from "./dom.js";
@@ -59,9 +60,15 @@ function extent(track, rows, x, y) {
   return box;
 }
 
+/** A preset as it starts, for a picture that does not move. */
+function pose({ pendulum, initial }) {
+  return { doc: { pendulum, span: { step: STEP } }, initial, n: pendulum.length.length, count: 1, columns: { phi: Float64Array.from(initial.phi), phid: Float64Array.from(initial.phid) } };
+}
+
 /** Draws a track on a small canvas at a time; forth and back, since a motion may be run backwards. */
 function createPicture(canvas, track) {
   const context = canvas.getContext("2d");
+  const moves = track.count > 1;
   const tree = track.doc.pendulum;
   const rows = order(tree.parent);
   const array = () => new Float64Array(track.n);
@@ -78,7 +85,7 @@ function createPicture(canvas, track) {
       canvas.width = Math.round(width * ratio);
       canvas.height = Math.round(height * ratio);
     }
-    const turn = time % (2 * last);
+    const turn = moves ? time % (2 * last) : 0;
     anglesAt(track, turn > last ? 2 * last - turn : turn, place, phi);
     tips(tree, rows, phi, 0, x, y);
     const scale = Math.min((width / 2 - 10) / box.side, (height - 20) / (box.up + box.down));
@@ -119,16 +126,19 @@ export default {
     const { store, clock, client, text } = app;
     const bag = createBag();
     const stop = new AbortController();
-    const cards = new Map(); // name -> {button, picture, seen}
+    const cards = new Map(); // name -> {preset, button, canvas, picture, seen, moves}
     const grid = h("div", { class: "gallery" });
     element.append(h("h2", {}, text("presets.title")), h("p", { class: "quiet" }, text("presets.words")), grid);
     let colours = null;
     let shown = false;
     let drawn = 0;
+    let near = false; // somebody has pointed at the examples, touched them or come there by keys
+    let animating = false;
 
     const sight = new IntersectionObserver((entries) => {
       for (const { target, isIntersecting } of entries) cards.get(target.dataset.preset).seen = isIntersecting;
       draw();
+      animate();
     });
 
     function choose(preset) {
@@ -139,12 +149,13 @@ export default {
 
     const named = ({ name, title }) => (text.has(`preset.${name}`) ? text(`preset.${name}`) : title);
 
-    function card({ name, title, n }) {
+    function card(preset) {
+      const { name, title, n } = preset;
       const canvas = h("canvas", { "aria-hidden": "true" });
-      const button = h("button", { type: "button", class: "preset", "data-preset": name, disabled: true },
+      const button = h("button", { type: "button", class: "preset", "data-preset": name, on: { click: () => choose(preset) } },
         canvas, h("span", { class: "preset-name" }, named({ name, title })), h("span", { class: "quiet" }, text(n === 1 ? "presets.arm" : "presets.arms", { n })));
       grid.append(button);
-      cards.set(name, { button, canvas, picture: null, seen: false });
+      cards.set(name, { preset, button, canvas, picture: createPicture(canvas, pose(preset)), seen: false, moves: false });
       sight.observe(button);
     }
 
@@ -161,14 +172,40 @@ export default {
       const { presets } = await client.presets({ signal: stop.signal });
       presets.forEach(card);
       mark();
-      for (const { name } of presets) {
-        const preset = await client.preset(name, { signal: stop.signal });
-        const entry = cards.get(name);
-        entry.button.addEventListener("click", () => choose(preset));
-        entry.button.disabled = false;
-        entry.picture = createPicture(entry.canvas, await load(preset, client, stop.signal));
-        draw();
+      draw();
+    }
+
+    /** One motion after the other, of what can be seen. */
+    async function animate() {
+      if (!near || animating || stop.signal.aborted) return;
+      animating = true;
+      try {
+        for (let entry; (entry = [...cards.values()].find(({ seen, moves }) => seen && !moves));) {
+          entry.moves = true;
+          entry.picture = createPicture(entry.canvas, await load(entry.preset, client, stop.signal));
+          draw();
+        }
+      } catch (error) {
+        if (error.name !== "AbortError" && !error.kind) throw error; // a picture that does not move is a picture
+      } finally {
+        animating = false;
       }
+    }
+
+    function approach() {
+      near = true;
+      animate();
+    }
+
+    function nothing(error) {
+      if (error.name === "AbortError") return;
+      const again = h("button", { type: "button", class: "button", on: { click: begin } }, text("again"));
+      grid.replaceChildren(h("p", { class: "quiet" }, text("presets.none")), again);
+    }
+
+    function begin() {
+      grid.replaceChildren();
+      fill().catch(nothing);
     }
 
     function draw() {
@@ -190,11 +227,9 @@ export default {
     bag(clock.subscribe(() => (!clock.playing || performance.now() - drawn > FRAME_MS) && draw()));
     bag(store.subscribe(mark));
     bag(theme.subscribe(recolour));
+    for (const event of ["pointerenter", "focusin", "touchstart"]) bag.on(grid, event, approach, { passive: true });
     recolour();
-    fill().catch((error) => {
-      if (error.name === "AbortError") return;
-      grid.append(h("p", { class: "quiet" }, text("presets.none")));
-    });
+    begin();
     return {
       show() {
         shown = true;

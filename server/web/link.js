@@ -2,8 +2,7 @@
 // Leaves to others: storing (client.storeScene), showing the link (drawers/share.js).
 // Invariant: the document of a scene that was made of doc has the motion of doc, to the bit; what is read is checked, whoever wrote it.
 
-import { DRAWERS } from "./drawers.js";
-import { fromRequest, request } from "./state.js";
+import { DRAWERS, fromRequest, request } from "./state.js";
 import { order } from "./tree.js";
 
 const PALETTES = ["safe", "paper"];

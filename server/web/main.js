@@ -16,6 +16,10 @@ import { createText } from "./text.js";
 import { still } from "./theme.js";
 import { mountTimebar } from "./timebar.js";
 
+const root = document.documentElement;
+if ("begun" in root.dataset) throw new Error("the page has begun already");
+root.dataset.begun = "";
+
 const VIEWS = { header: mountHeader, stage: mountStage, timebar: mountTimebar, drawers: mountDrawers };
 
 const text = createText();
@@ -37,8 +41,8 @@ const app = {
   undo() { tell("undo", store.undo()); },
   redo() { tell("redo", store.redo()); },
   /** Another language: all views are built anew. */
-  async speak(language) {
-    await text.use(language, true);
+  speak(language) {
+    text.use(language, true);
     mount();
   },
 };
@@ -83,10 +87,19 @@ async function open() {
   }
 }
 
+/** What nobody has expected is told as well. */
+function astray({ reason, error }) {
+  const what = reason ?? error;
+  if (what && what.name !== "AbortError") app.complain(text(what.kind === "file" ? "failure.file" : "failure.page"));
+}
+
 window.pendulumd = app; // for the console, and for tests
+window.addEventListener("unhandledrejection", astray);
+window.addEventListener("error", astray);
 document.addEventListener("keydown", keys);
 window.addEventListener("hashchange", open);
-await text.use();
+text.use();
 mount();
+document.getElementById("waiting")?.remove();
 open();
 if (!still.matches) clock.play();

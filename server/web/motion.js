@@ -3,7 +3,7 @@
 // Invariant: rows 0 ... count-1 of every column are what the server sent, for the document of `doc`.
 
 import { Failure } from "./client.js";
-import { early, motionBody } from "./early.js";
+import { early, motionBody } from "./first.js";
 import { ghostOf, sameMotion } from "./state.js";
 
 const TRUST_ARMS = 20;

@@ -16,6 +16,9 @@ export const PAPER = {
   view: { drawer: null, speed: 1, loop: true, trails: [4], arrows: false, palette: "safe", selected: 0 },
 };
 
+/** What can lie open beside the stage (view.drawer). */
+export const DRAWERS = ["presets", "plots", "modes", "compare", "method", "equations", "share", "worksheet"];
+
 const HISTORY = 500;
 
 /** The body for POST /v1/trajectories; rtol and atol are left to the server where the document has none. */

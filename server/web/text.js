@@ -2,17 +2,18 @@
 // Leaves to others: where they stand.
 // Invariant: a key that is missing shows itself, so that a test sees it.
 
+import { keep as kept } from "./keep.js";
+import de from "./text/de.js";
 import en from "./text/en.js";
 
-const LOADERS = { en: async () => en, de: async () => (await import("./text/de.js")).default };
+const WORDS = { en, de };
 const KEPT = "pendulumd.language";
 
-export const LANGUAGES = Object.keys(LOADERS);
+export const LANGUAGES = Object.keys(WORDS);
 
 function wanted() {
-  const kept = localStorage.getItem(KEPT);
-  const tongue = kept ?? navigator.languages.map((name) => name.slice(0, 2)).find((name) => name in LOADERS);
-  return tongue in LOADERS ? tongue : "en";
+  const tongue = kept.get(KEPT) ?? navigator.languages.map((name) => name.slice(0, 2)).find((name) => name in WORDS);
+  return tongue in WORDS ? tongue : "en";
 }
 
 /**
@@ -39,13 +40,13 @@ export function createText() {
     const plain = typed.trim().replace("\u2212", "-").replace(",", ".");
     return plain === "" ? NaN : Number(plain);
   };
-  /** Loads a language, keeps the choice. */
-  text.use = async (language = wanted(), keep = false) => {
-    words = await LOADERS[language]();
+  /** Changes the language, keeps the choice. */
+  text.use = (language = wanted(), keep = false) => {
+    words = WORDS[language];
     text.language = language;
     formats.clear();
     document.documentElement.lang = language;
-    if (keep) localStorage.setItem(KEPT, language);
+    if (keep) kept.set(KEPT, language);
   };
   return text;
 }

@@ -2,6 +2,8 @@
 // Leaves to others: the colours themselves (style.css), redrawing.
 // Invariant: the root's data-theme is "light" or "dark", always.
 
+import { keep } from "./keep.js";
+
 const KEPT = "pendulumd.theme";
 const system = matchMedia("(prefers-color-scheme: dark)");
 const listeners = new Set();
@@ -11,7 +13,7 @@ export const still = matchMedia("(prefers-reduced-motion: reduce)");
 export const theme = {
   get dark() { return document.documentElement.dataset.theme === "dark"; },
   toggle() {
-    localStorage.setItem(KEPT, theme.dark ? "light" : "dark");
+    keep.set(KEPT, theme.dark ? "light" : "dark");
     apply();
   },
   /** fn() after every change. */
@@ -22,7 +24,7 @@ export const theme = {
 };
 
 function apply() {
-  document.documentElement.dataset.theme = localStorage.getItem(KEPT) ?? (system.matches ? "dark" : "light");
+  document.documentElement.dataset.theme = keep.get(KEPT) ?? (system.matches ? "dark" : "light");
   for (const listener of listeners) listener();
 }
 

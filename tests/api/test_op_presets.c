@@ -11,7 +11,7 @@ static struct test_reply get(enum api_op_id op, const char *name) {
     return test_send(&request, NULL);
 }
 
-TEST(the_list_names_every_preset) {
+TEST(the_list_has_every_preset_whole) {
     struct test_reply reply = get(API_OP_PRESETS, NULL);
     CHECK_INT(reply.status, 200);
     CHECK_INT(test_reply_count(&reply, "/presets"), pend_preset_count());
@@ -23,6 +23,10 @@ TEST(the_list_names_every_preset) {
         CHECK_TEXT(test_reply_text(&reply, pointer), preset.name);
         snprintf(pointer, sizeof pointer, "/presets/%d/n", i);
         CHECK(test_reply_number(&reply, pointer) == preset.n);
+        struct test_reply alone = get(API_OP_PRESET, preset.name);
+        CHECK_INT(alone.status, 200);
+        CHECK_SAYING(strstr(reply.out.data, alone.out.data) != NULL, "%s is not in the list", preset.name);
+        test_reply_free(&alone);
     }
     test_reply_free(&reply);
 }

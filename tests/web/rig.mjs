@@ -45,6 +45,27 @@ export async function startDaemon(options = ["--store", "none"]) {
   };
 }
 
+/** nginx as it is shipped before a daemon: {url, stop()}; null where nginx is not installed. */
+export async function startNginx(daemon) {
+  const child = spawn("/usr/bin/python3", ["-B", join(ROOT, "tests/rules/front.py"), new URL(daemon.url).port], { stdio: ["pipe", "pipe", "pipe"] });
+  let said = "";
+  child.stderr.on("data", (piece) => { said += piece; });
+  const gone = new Promise((resolve) => child.on("exit", resolve));
+  const port = await new Promise((resolve) => {
+    child.stdout.once("data", (piece) => resolve(Number(piece)));
+    gone.then(() => resolve(0));
+  });
+  if (!port && said.includes("is not installed")) return null;
+  if (!port) throw new Error(`nginx did not start: ${said}`);
+  return {
+    url: `http://127.0.0.1:${port}`,
+    async stop() {
+      child.stdin.end();
+      await gone;
+    },
+  };
+}
+
 /** Whether this daemon serves the page itself. */
 async function servesPage(url) {
   const reply = await fetch(`${url}/`);
@@ -124,7 +145,7 @@ async function openPage(home, used, { path = "/", width = 1280, height = 800, da
 }
 
 /**
- * {url, daemon, front, open(options), shot(page, name), clear(), close()}; the browser and the daemons are every rig's.
+ * {url, daemon, front, open(options), openAt(home, options), shot(page, name), clear(), close()}; the browser and the daemons are every rig's.
  *
  * store    true: scenes are kept.
  * sources  true: the page comes from server/web through serve.mjs, whose `fault` can stand in for a server in trouble;
@@ -142,6 +163,8 @@ export async function createRig({ store = false, sources = true } = {}) {
   return {
     url, daemon, front,
     open: (options) => openPage(url, used, options),
+    /** A page at another address of the same daemon. */
+    openAt: (home, options) => openPage(home, used, options),
     shot: (page, name, more = {}) => page.screenshot({ path: join(PICTURES, `${name}.png`), ...more }),
     /** Closes what a test has left open, and ends the trouble that it made. */
     async clear() {

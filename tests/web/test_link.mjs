@@ -19,7 +19,7 @@ async function end(page) {
 
 /** Asks the page's own module for something of its document. */
 const linking = (page, ask) => page.evaluate(async (name) => {
-  const link = await import(new URL("link.js", document.querySelector("script[src$='main.js']").src));
+  const link = await import(new URL("link.js", document.querySelector("script[src$='early.js']").src));
   return link[name](pendulumd.store.get());
 }, ask);
 

@@ -38,7 +38,7 @@ const state = (page) => page.evaluate(() => {
 /** The link that holds all itself, once it is that of the scene as it is now. */
 async function longLink(page) {
   const link = await page.evaluate(async () => {
-    const { linkOf } = await import(new URL("link.js", document.querySelector("script[src$='main.js']").src));
+    const { linkOf } = await import(new URL("link.js", document.querySelector("script[src$='early.js']").src));
     const doc = window.pendulumd.store.get();
     return `${location.origin}/${await linkOf({ ...doc, view: { ...doc.view, drawer: null } })}`;
   });

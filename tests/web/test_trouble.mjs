@@ -128,3 +128,111 @@ export async function the_page_opens_although_the_server_is_busy_at_first(rig) {
   rig.front.fault = null;
   await close(page);
 }
+
+// --- files and storage that are refused
+
+/** A first visit with trouble at files; fault(path, times) says whether this request is refused. */
+async function visited(rig, refused) {
+  const counts = new Map();
+  rig.front.fault = (asked, reply) => {
+    const { pathname } = new URL(asked.url, "http://page");
+    const times = (counts.get(pathname) ?? 0) + 1;
+    counts.set(pathname, times);
+    if (!refused(pathname, times)) return false;
+    reply.writeHead(429, { "Content-Type": "application/problem+json", "Retry-After": "1" }).end("{}");
+    return true;
+  };
+  const page = await rig.open({ wait: false, cold: true });
+  page.forgiven.push(FORGIVEN, /did not come/);
+  return { page, counts };
+}
+
+export async function the_page_s_own_script_and_style_that_are_refused_are_asked_for_again(rig) {
+  const { page } = await visited(rig, (path, times) => /\/(main\.js|page\.css)$/.test(path) && times <= 2);
+  await moving(page);
+  await page.waitForFunction(() => getComputedStyle(document.body).margin === "0px");
+  assert.equal(await page.locator("#waiting").count(), 0);
+  await close(page);
+}
+
+export async function a_page_whose_script_does_not_come_says_so_and_offers_to_reload(rig) {
+  const { page } = await visited(rig, (path) => path.endsWith("/main.js"));
+  await page.waitForSelector("#waiting button", { state: "visible" });
+  assert.match(await page.innerText("#waiting"), /reload it[^]*neu laden/);
+  await rig.shot(page, "script_refused");
+  rig.front.fault = null;
+  await page.click("#waiting button");
+  await moving(page);
+  await close(page);
+}
+
+export async function a_page_of_which_nothing_comes_but_the_document_has_words(rig) {
+  const { page } = await visited(rig, (path) => path.startsWith("/page/"));
+  await page.waitForSelector("#waiting", { state: "visible" });
+  assert.match(await page.innerText("body"), /reload it[^]*neu laden/);
+  await rig.shot(page, "nothing_but_the_document");
+  await close(page);
+}
+
+export async function a_drawer_whose_library_is_refused_says_so_and_comes_later(rig) {
+  const page = await rig.open();
+  page.forgiven.push(FORGIVEN);
+  rig.front.fault = (asked, reply) => {
+    if (!asked.url.includes("/lib/")) return false;
+    reply.destroy();
+    return true;
+  };
+  const drawers = ["equations", "share", "plots"];
+  for (const id of drawers) await page.click(`[data-tab="${id}"]`);
+  for (const id of drawers) {
+    await page.waitForSelector(`[data-drawer="${id}"] [data-again]`, { state: "attached" });
+    assert.match(await page.textContent(`[data-drawer="${id}"]`), /could not be loaded/);
+  }
+  await rig.shot(page, "library_refused");
+  rig.front.fault = null;
+  await page.click('[data-again="plots"]');
+  await page.waitForSelector('[data-drawer="plots"] .uplot');
+  // opened again, a drawer tries by itself
+  await page.click('[data-tab="share"]');
+  await page.waitForSelector('[data-drawer="share"] .qr');
+  await close(page);
+}
+
+export async function a_browser_that_refuses_storage_shows_the_page(rig) {
+  const page = await rig.open({ cold: true });
+  await page.addInitScript(() => {
+    Object.defineProperty(window, "localStorage", { get() { throw new DOMException("refused", "SecurityError"); } });
+  });
+  const holders = new Set();
+  page.on("request", (asked) => asked.url().includes("/v1/") && holders.add(asked.headers().authorization));
+  await page.reload();
+  await moving(page);
+  await page.waitForFunction(() => pendulumd.motion.stats);
+  const dark = () => page.evaluate(() => document.documentElement.dataset.theme);
+  const before = await dark();
+  await page.click('[data-act="theme"]');
+  assert.notEqual(await dark(), before);
+  await page.selectOption(".tongue", "de");
+  await page.click('[data-tab="worksheet"]');
+  await page.waitForSelector('[data-drawer="worksheet"] .steps');
+  assert.equal(holders.size, 1, "one token for the tab");
+  await close(page);
+}
+
+export async function a_browser_is_somebody_by_a_token_of_its_own(rig) {
+  const holders = [];
+  for (let visit = 0; visit < 2; visit++) {
+    const page = await rig.open({ cold: true });
+    const sent = new Set();
+    page.on("request", (asked) => asked.url().includes("/v1/") && sent.add(asked.headers().authorization));
+    for (let again = 0; again < 2; again++) {
+      await page.reload();
+      await page.waitForFunction(() => window.pendulumd?.motion.stats);
+    }
+    assert.equal(sent.size, 1, "the same for every request, and after a reload");
+    holders.push(...sent);
+    await close(page);
+  }
+  for (const holder of holders) assert.match(holder, /^Bearer [\w-]{43}$/);
+  assert.notEqual(holders[0], holders[1]);
+}

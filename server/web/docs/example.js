@@ -3,6 +3,7 @@
 // Invariant: asks this server alone; an answer of any size or kind is shown as far as it can be.
 
 import { h } from "../dom.js";
+import { bearer } from "../keep.js";
 
 const SHOWN = 20000;
 const KEPT = ["content-type", "content-length", "content-encoding", "etag", "location", "retry-after", "allow", "x-columns", "x-request-id", "cache-control"];
@@ -97,7 +98,7 @@ export function example(one, reader) {
     run.disabled = true;
     const begun = performance.now();
     try {
-      await show(await fetch(target(), { method: method.toUpperCase(), headers: headers(), ...(body ? { body: body.value } : {}) }), begun, answer);
+      await show(await fetch(target(), { method: method.toUpperCase(), headers: { ...headers(), ...bearer() }, ...(body ? { body: body.value } : {}) }), begun, answer);
     } catch (error) {
       answer.replaceChildren(h("p", { class: "doc-status bad" }, `There was no answer: ${error.message}`));
     }

@@ -2,16 +2,18 @@
 // Leaves to others: what the curves are.
 // Invariant: hovering a chart while the clock stands sets the clock; a click does so always; nothing else is changed.
 
-import uPlot from "../lib/uplot.js";
 import { createBag, h } from "../dom.js";
-import { cssValue, figure, loadStyle } from "./kit.js";
+import { script, style } from "../files.js";
+import { cssValue, figure } from "./kit.js";
+
+let uPlot = null; // comes with the first group
 
 const AXIS = 58;
 const LEAST = 1e-16;
 
 /** Charts that share time: {add(host, options), zoom(from, to), span(), follow(), destroy()}. */
 export async function createGroup({ clock, text, key }) {
-  await loadStyle("../lib/uplot.css");
+  [{ default: uPlot }] = await Promise.all([script("lib/uplot.js"), style("lib/uplot.css")]);
   const charts = new Set();
   const bag = createBag();
   let zoomed = null; // [from, to], null: all of it

@@ -5,7 +5,8 @@
 import { createBag, h, iconButton } from "../dom.js";
 import { ghostColour } from "../paint.js";
 import { theme } from "../theme.js";
-import { button, choice, cssValue, figure, later, loadStyle, swatch } from "./kit.js";
+import { createGroup } from "./chart.js";
+import { button, choice, cssValue, figure, later, swatch } from "./kit.js";
 import { mountFlipMap } from "./flipmap.js";
 
 const OFF = [1e-2, 1e-4, 1e-6, 1e-9, 1e-12];
@@ -40,7 +41,6 @@ export function ghostName(ghost, text) {
 }
 
 async function mount(element, app) {
-  await loadStyle("drawers.css");
   const { store, motion, clock, text } = app;
   const bag = createBag();
   const list = h("ul", { class: "ghosts" });
@@ -86,8 +86,8 @@ async function mount(element, app) {
     if (!ghosts.length) verdict.textContent = "";
     if (!shown || !ghosts.length || !ghosts[0].count || !motion.count) return;
     if (!group) {
-      const { createGroup } = await import("./chart.js");
-      group ??= await createGroup({ clock, text, key: "compare" });
+      const made = await createGroup({ clock, text, key: "compare" });
+      group ??= made;
     }
     if (lines !== ghosts.length) {
       if (chart) group.remove(chart);

@@ -2,17 +2,17 @@
 // Leaves to others: writing them (the server), setting them (KaTeX).
 // Invariant: what is shown and copied is what the server wrote for the pendulum on the stage.
 
-import katex from "../lib/katex.js";
 import { createBag, h, iconButton } from "../dom.js";
 import { said } from "../client.js";
-import { aborted, button, choice, copyButton, loadStyle, settled } from "./kit.js";
+import { script, style } from "../files.js";
+import { aborted, button, choice, copyButton, settled } from "./kit.js";
 
 const PARTS = ["parameters", "z", "S", "B", "M", "aaa", "bbb"];
 const EXPLICIT = 8; // written out by itself
 const MOST = 20; // written out when asked for
 
 async function mount(element, app) {
-  await Promise.all([loadStyle("drawers.css"), loadStyle("../lib/katex.css")]);
+  const [{ default: katex }] = await Promise.all([script("lib/katex.js"), style("lib/katex.css")]);
   const { store, client, text } = app;
   const bag = createBag();
   const status = h("p", { class: "quiet", role: "status" });

@@ -1,22 +1,8 @@
-// What drawers are built of: styles on demand, small controls, files to save, text to copy, numbers to print.
+// What drawers are built of: small controls, files to save, text to copy, numbers to print.
 // Leaves to others: all that has a meaning.
-// Invariant: asks for a style sheet once; a control's label is its name for everybody.
+// Invariant: a control's label is its name for everybody.
 
 import { h } from "../dom.js";
-
-const sheets = new Map();
-
-/** Resolves when the style sheet is in force; the path is relative to this directory. */
-export function loadStyle(path) {
-  if (!sheets.has(path)) {
-    const link = h("link", { rel: "stylesheet", href: new URL(path, import.meta.url).href });
-    sheets.set(path, new Promise((resolve) => {
-      link.onload = link.onerror = resolve;
-    }));
-    document.head.append(link);
-  }
-  return sheets.get(path);
-}
 
 export const button = (words, click, attributes = {}) => h("button", { type: "button", class: "button", on: { click }, ...attributes }, words);
 

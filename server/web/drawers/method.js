@@ -7,8 +7,9 @@ import { said } from "../client.js";
 import { ghostColour } from "../paint.js";
 import { request, sameMotion } from "../state.js";
 import { theme } from "../theme.js";
+import { createGroup } from "./chart.js";
 import { distances, logarithmic } from "./compare.js";
-import { aborted, choice, cssValue, fetchTable, figure, later, loadStyle, settled, swatch, tick } from "./kit.js";
+import { aborted, choice, cssValue, fetchTable, figure, later, settled, swatch, tick } from "./kit.js";
 
 const METHODS = {
   taylor: { rtol: 1e-12, finest: 1e-16, divisor: Infinity },
@@ -35,7 +36,6 @@ function referenceOf(doc) {
 }
 
 async function mount(element, app) {
-  await loadStyle("drawers.css");
   const { store, motion, clock, client, text } = app;
   const bag = createBag();
   const way = h("div", { class: "method-fields" });
@@ -114,8 +114,8 @@ async function mount(element, app) {
 
   async function showChart(runs) {
     if (!group) {
-      const { createGroup } = await import("./chart.js");
-      group ??= await createGroup({ clock, text, key: "method" });
+      const made = await createGroup({ clock, text, key: "method" });
+      group ??= made;
     }
     const look = runs.map(({ colour }) => cssValue(colour)).join();
     if (look !== lines) {

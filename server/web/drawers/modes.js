@@ -7,7 +7,8 @@ import { createBag, h } from "../dom.js";
 import { said } from "../client.js";
 import { ghostColour } from "../paint.js";
 import { theme } from "../theme.js";
-import { aborted, button, choice, cssValue, figure, later, loadStyle, settled, tick } from "./kit.js";
+import { createGroup } from "./chart.js";
+import { aborted, button, choice, cssValue, figure, later, settled, tick } from "./kit.js";
 import { createMini } from "./mini.js";
 
 const HANGING = -Math.PI / 2;
@@ -22,7 +23,6 @@ const hang = (theta) => theta.map((angle) => HANGING + angle);
 const isLinear = (ghost) => ghost.method === "linear";
 
 async function mount(element, app) {
-  await loadStyle("drawers.css");
   const { store, motion, clock, client, text } = app;
   const bag = createBag();
   const status = h("p", { class: "quiet", role: "status" });
@@ -186,7 +186,6 @@ async function mount(element, app) {
   // linear beside non-linear: a curve of each
   let curves = null;
   async function openCurves() {
-    const { createGroup } = await import("./chart.js");
     const group = await createGroup({ clock, text, key: "modes" });
     let arm = 1;
     const title = h("h3", { class: "chart-title" });

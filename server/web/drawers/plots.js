@@ -7,7 +7,7 @@ import { request } from "../state.js";
 import { theme } from "../theme.js";
 import { said } from "../client.js";
 import { createGroup } from "./chart.js";
-import { aborted, armLook, button, choice, cssValue, figure, later, loadStyle, save, swatch, toggle } from "./kit.js";
+import { aborted, armLook, button, choice, cssValue, figure, later, save, swatch, toggle } from "./kit.js";
 import { pngOf, svgOf } from "./picture.js";
 import { createPortrait } from "./portrait.js";
 
@@ -38,7 +38,6 @@ function columnOf(values, width, k, count) {
 const driftOf = (total, count) => total.slice(0, count).map((energy) => energy - total[0]);
 
 async function mount(element, app) {
-  await loadStyle("drawers.css");
   const { store, motion, clock, client, text } = app;
   const bag = createBag();
   const inner = createBag(); // what depends on the number of arms and the theme

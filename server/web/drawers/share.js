@@ -2,12 +2,12 @@
 // Leaves to others: what a link holds (link.js), the codes (qrcode-generator).
 // Invariant: a link that is shown stands for the document as it is now; one that does not is taken away.
 
-import qrcode from "../lib/qrcode.js";
 import { createBag, h } from "../dom.js";
 import { said } from "../client.js";
+import { script } from "../files.js";
 import { linkOf, sceneOf } from "../link.js";
 import { request } from "../state.js";
-import { aborted, button, copyButton, loadStyle, save, settled } from "./kit.js";
+import { aborted, button, copyButton, save, settled } from "./kit.js";
 
 const LONGEST = 1200; // letters of a link that a camera still reads off a projector
 const FILES = [
@@ -18,7 +18,7 @@ const FILES = [
 const SVG = "http://www.w3.org/2000/svg";
 
 /** The code of some letters, black on white with the margin that cameras need, whatever the theme. */
-export function qrOf(letters, label) {
+export function qrOf(qrcode, letters, label) {
   const code = qrcode(0, letters.length > 300 ? "L" : "M");
   code.addData(letters);
   code.make();
@@ -45,7 +45,7 @@ const handedOn = (doc) => ({ ...doc, view: { ...doc.view, drawer: null } });
 const whole = (hash) => `${location.origin}/${hash}`;
 
 async function mount(element, app) {
-  await loadStyle("drawers.css");
+  const { default: qrcode } = await script("lib/qrcode.js");
   const { store, client, text } = app;
   const bag = createBag();
   const status = h("p", { class: "quiet", role: "status" });
@@ -66,7 +66,7 @@ async function mount(element, app) {
     return { place, field, set(link, words) {
       place.hidden = !link;
       field.value = link;
-      qr.replaceChildren(...(!link ? [] : link.length > LONGEST ? [h("p", { class: "quiet" }, text("share.tooLong"))] : [qrOf(link, words)]));
+      qr.replaceChildren(...(!link ? [] : link.length > LONGEST ? [h("p", { class: "quiet" }, text("share.tooLong"))] : [qrOf(qrcode, link, words)]));
     } };
   }
 

@@ -3,9 +3,10 @@
 // Invariant: a step is done when the page is in the state it asks for; what was done stays done (kept in the browser).
 
 import { createBag, h } from "../dom.js";
+import { keep as browser } from "../keep.js";
 import { PAPER } from "../state.js";
 import { still } from "../theme.js";
-import { button, loadStyle } from "./kit.js";
+import { button } from "./kit.js";
 
 const KEPT = "pendulumd.worksheet";
 const HANGING = -Math.PI / 2;
@@ -28,7 +29,7 @@ const STEPS = [
 
 function readKept() {
   try {
-    const { step = 0, done = [] } = JSON.parse(localStorage.getItem(KEPT)) ?? {};
+    const { step = 0, done = [] } = JSON.parse(browser.get(KEPT)) ?? {};
     return { step: STEPS[step] ? step : 0, done: new Set(done.filter((id) => STEPS.some((one) => one.id === id))) };
   } catch {
     return { step: 0, done: new Set() };
@@ -36,7 +37,6 @@ function readKept() {
 }
 
 async function mount(element, app) {
-  await loadStyle("drawers.css");
   const { store, motion, clock, text } = app;
   const bag = createBag();
   const kept = readKept();
@@ -45,7 +45,7 @@ async function mount(element, app) {
   const mark = h("p", { class: "mark", role: "status" });
   let staged = false; // whether the present step has set the stage
 
-  const keep = () => localStorage.setItem(KEPT, JSON.stringify({ step: kept.step, done: [...kept.done] }));
+  const keep = () => browser.set(KEPT, JSON.stringify({ step: kept.step, done: [...kept.done] }));
 
   function stage() {
     const { set } = STEPS[kept.step];

@@ -380,4 +380,6 @@ export default {
   "failure.broken": "Die Antwort brach vor ihrem Ende ab.",
   "failure.refused": "Der Server hat das abgelehnt ({status}).",
   "failure.link": "Dieser Link ist nicht lesbar.",
+  "failure.file": "Ein Teil der Seite konnte nicht geladen werden. Vielleicht ist der Server beschäftigt: bitte gleich noch einmal versuchen.",
+  "failure.page": "In der Seite ist etwas schiefgegangen. Wenn es nicht weitergeht, bitte neu laden.",
 };

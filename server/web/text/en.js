@@ -380,4 +380,6 @@ export default {
   "failure.broken": "The answer broke off before its end.",
   "failure.refused": "The server refused this ({status}).",
   "failure.link": "This link cannot be read.",
+  "failure.file": "A part of the page could not be loaded. The server may be busy: try again in a moment.",
+  "failure.page": "Something in the page went wrong. If it does not go on, reload it.",
 };

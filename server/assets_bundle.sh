@@ -1,0 +1,22 @@
+#!/bin/sh
+# Makes few files of the page's many, so that a browser asks a few times: scripts and styles of server/web into DIRECTORY.
+# usage: assets_bundle.sh DIRECTORY
+# Leaves to others: documents, libraries, what is compiled in (assets_embed.py).
+# Invariant: the sources work as they lie there too (tests/web/serve.mjs); nothing is made of them that they do not say.
+set -eu
+home=$1
+if ! command -v esbuild >/dev/null; then
+    cat >&2 <<END
+The page at / is bundled by esbuild, which is not here. Install it: docker/install.sh build does on Debian.
+END
+    exit 1
+fi
+new=$home.$$
+rm -rf "$new"
+trap 'rm -rf "$new"' EXIT
+cd server/web
+esbuild early.js main.js docs.js page.css docs.css --bundle --format=esm --minify --charset=utf8 --legal-comments=none \
+    --log-level=warning --outdir="$OLDPWD/$new"
+cd "$OLDPWD"
+mkdir -p "$home"
+mv -f "$new"/* "$home"

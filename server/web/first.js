@@ -1,0 +1,24 @@
+// The first request, made before the rest of the page is there: the motion that the page opens with.
+// Leaves to others: reading it (motion.js). A link that names another motion (after #) asks nothing here.
+// Invariant: `early.body` is to the letter what motion.js would ask for the first document; it is asked once, whichever bundle
+// of the page comes first.
+
+import { bearer } from "./keep.js";
+import { PAPER, request } from "./state.js";
+
+export const OUTPUT = ["phi", "phid", "lambda", "energy"];
+
+export const motionBody = (doc, initial) => ({ ...request(doc, initial), output: OUTPUT });
+
+function ask() {
+  if (location.hash.length > 1) return null;
+  const body = JSON.stringify(motionBody(PAPER));
+  const headers = { "Content-Type": "application/json", Accept: "application/octet-stream", ...bearer() };
+  const reply = fetch("/v1/trajectories", { method: "POST", headers, body }).then((answer) => (answer.ok ? answer : null), () => null);
+  return { body, reply };
+}
+
+const ASKED = Symbol.for("pendulumd.first");
+if (!(ASKED in globalThis)) globalThis[ASKED] = ask();
+
+export const early = globalThis[ASKED];

@@ -1,0 +1,19 @@
+"""nginx as it is shipped, before a daemon at a port of loopback, for tests in other languages: says its port, and ends when its
+input does.
+
+usage: front.py PORT
+Leaves to others: what is asked through it. Invariant: it does not outlive whoever started it.
+"""
+import sys
+
+from rule import counts, shipped_nginx
+from servers import nginx, tool
+
+if not tool("nginx"):
+    sys.exit("nginx is not installed")
+config = shipped_nginx([int(sys.argv[1])])
+if counts["failed"]:
+    sys.exit(1)
+with nginx(config) as server:
+    print(server.port, flush=True)
+    sys.stdin.read()
