@@ -142,10 +142,10 @@ class Bytes(io.BytesIO):
 def at_once(front, count, path="/healthz", token=None, method="GET"):
     """Answers to so many requests of one client that are sent in one piece."""
     fields = f"Authorization: Bearer {token}\r\n" if token else ""
-    one = f"{method} {path} HTTP/1.1\r\nHost: x\r\n{fields}\r\n".encode()
+    one = f"{method} {path} HTTP/1.1\r\nHost: localhost\r\n{fields}\r\n".encode()
     with socket.create_connection(("127.0.0.1", front.port), PATIENCE) as connection:
         sender = threading.Thread(target=connection.sendall, daemon=True,
-                                  args=(one * (count - 1) + one.replace(b"x\r\n", b"x\r\nConnection: close\r\n", 1),))
+                                  args=(one * (count - 1) + one.replace(b"localhost\r\n", b"localhost\r\nConnection: close\r\n", 1),))
         sender.start()
         came = Bytes(b"".join(iter(lambda: connection.recv(1 << 16), b"")))
         sender.join()
