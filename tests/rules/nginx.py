@@ -7,6 +7,7 @@ shipped, but for its port, its upstream and the places of its files.
 """
 import concurrent.futures
 import contextlib
+import hashlib
 import http.client
 import io
 import json
@@ -162,7 +163,7 @@ def refusals(answers):
 
 
 def token(number):
-    return f"{number:043d}"
+    return hashlib.sha256(str(number).encode()).hexdigest()
 
 
 def page_files(front):
