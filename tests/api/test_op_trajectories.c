@@ -151,7 +151,7 @@ TEST(a_run_beyond_the_step_limit_ends_as_a_problem) {
 TEST(numbers_that_overflow_end_as_a_problem) {
     static const char *const bodies[] = {
         "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]},\"initial\":{\"phi\":[0],\"phid\":[1e200]},\"times\":[0,1]}",
-        "{\"pendulum\":{\"L\":[1e200],\"m\":[1e300],\"S\":[[1]]},\"times\":[0,1],\"output\":[\"energy\"]}",
+        "{\"pendulum\":{\"L\":[1e200],\"m\":[1e308],\"S\":[[1]]},\"times\":[0,1],\"output\":[\"energy\"]}",
     };
     for (int i = 0; i < 2; i++) {
         struct test_reply reply = test_post(API_OP_TRAJECTORIES, bodies[i]);
