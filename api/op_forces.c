@@ -3,6 +3,7 @@
  * Invariant: one row a state, in the order in which the states came. */
 #include "api/op.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "api/encode.h"
@@ -160,6 +161,18 @@ static void forces_put(const struct forces *forces, const double row[], long i, 
     for (int k = 0; k < forces->tree.n; k++) out[order[k]] = row[k];
 }
 
+/* the only state is a small swing about hanging, which has digits that doubles do not hold */
+static int forces_swing(const struct forces *forces) {
+    const struct api_states *states = forces->states;
+    double largest = 0, low = 0;
+    if (!states->phi_low) return 0;
+    for (int k = 0; k < states->n; k++) {
+        low = fmax(low, fabs(states->phi_low[k]));
+        largest = fmax(largest, fabs(pend_turns_theta(states->phi[k], states->phi_low[k])));
+    }
+    return low > 0 && largest <= PEND_TURNS_SMALL;
+}
+
 /* computes state s into row i of the columns */
 static void forces_compute(const struct forces *forces, long s, long i) {
     const struct pend_tree *tree = forces->tree.tree;
@@ -168,7 +181,10 @@ static void forces_compute(const struct forces *forces, long s, long i) {
     // the first of some finds the accelerations and forces of all
     long behind = i % AT_ONCE, left = forces->table.rows - s;
     double *acc = forces->row[0] + behind * tree->n, *force = forces->row[1] + behind * tree->n;
-    if (!behind)
+    if (forces_swing(forces))
+        pend_dynamics_fine(tree, gravity, phi, forces->states->phi_low, rate, forces->work, forces->row[1] + tree->n,
+                           acc, force);
+    else if (!behind)
         pend_dynamics_many(tree, gravity, left < AT_ONCE ? left : AT_ONCE, phi, rate, forces->work, acc, force);
     forces_put(forces, acc, i, PHIDD);
     forces_put(forces, force, i, LAMBDA);

@@ -280,7 +280,9 @@ static enum pend_status modes_allocate(struct modes *modes, struct pend_error *e
 static enum pend_status modes_settle_start(struct modes *modes, struct pend_error *error) {
     PEND_TRY(api_states_settle(modes->start, &modes->tree, error));
     for (int k = 0; k < modes->tree.n; k++)
-        modes->start->phi[k] = pend_modes_theta(modes->start->phi[k] - (modes->up && modes->up[k] ? pi : 0));
+        modes->start->phi[k] = modes->up && modes->up[k]
+                                   ? pend_modes_theta(modes->start->phi[k] - pi, 0)
+                                   : pend_modes_theta(modes->start->phi[k], modes->start->phi_low[k]);
     return PEND_OK;
 }
 

@@ -4,8 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double half_pi = 3.14159265358979323846 / 2;
-
 /* where the numbers of a column come from */
 enum source { PHI, RATE, ACC, FORCE, Z_RE, Z_IM, ZD_RE, ZD_IM, THETA, KINETIC, POTENTIAL, TOTAL, SOURCES };
 
@@ -93,7 +91,6 @@ static void outputs_sources(const struct api_outputs *outputs, char wanted[SOURC
     for (int i = 0; i < outputs->count; i++)
         for (int p = 0; p < output_table[outputs->output[i]].parts; p++)
             wanted[output_table[outputs->output[i]].source[p]] = 1;
-    wanted[PHI] |= wanted[THETA];
 }
 
 /* gives each wanted source its array in a block that begins at `base`, after t; returns how many numbers they take */
@@ -125,7 +122,7 @@ enum pend_status api_samples_new(struct api_samples **samples, const struct api_
     if (!made) return PEND_NO_MEMORY;
     double *base = (double *)(made + 1);
     samples_place(wanted, n, cap, base, array);
-    *made = (struct api_samples){.n = n, .theta = array[THETA], .total = array[TOTAL]};
+    *made = (struct api_samples){.n = n, .total = array[TOTAL]};
     made->samples = (struct pend_samples){.cap = cap,
                                           .t = base,
                                           .phi = array[PHI],
@@ -136,6 +133,7 @@ enum pend_status api_samples_new(struct api_samples **samples, const struct api_
                                           .z_im = array[Z_IM],
                                           .zd_re = array[ZD_RE],
                                           .zd_im = array[ZD_IM],
+                                          .theta = array[THETA],
                                           .kinetic = array[KINETIC],
                                           .potential = array[POTENTIAL]};
     int column = 0;
@@ -154,7 +152,5 @@ void api_samples_free(struct api_samples **samples) {
 
 void api_samples_derive(struct api_samples *samples) {
     const struct pend_samples *from = &samples->samples;
-    long numbers = from->count * samples->n;
-    for (long i = 0; samples->theta && i < numbers; i++) samples->theta[i] = from->phi[i] + half_pi;
     for (long i = 0; samples->total && i < from->count; i++) samples->total[i] = from->kinetic[i] + from->potential[i];
 }

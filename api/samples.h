@@ -30,7 +30,7 @@ void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_ta
 struct api_samples {
     struct pend_samples samples;
     int n;
-    double *theta, *total; /* NULL = not wanted */
+    double *total; /* NULL = not wanted */
     const double *column[API_COLUMNS];
 };
 

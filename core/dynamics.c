@@ -126,3 +126,17 @@ void pend_dynamics_many(const struct pend_tree *tree, double gravity, long count
         phi += step, rate += step, acc += step, force += step, count -= rows;
     }
 }
+
+void pend_dynamics_fine(const struct pend_tree *tree, double gravity, const double phi[], const double phi_low[],
+                        const double rate[], void *work, double scratch[], double acc[], double force[]) {
+    const double far = 0x1p36;
+    int n = tree->n;
+    double *moved = scratch, *moved_acc = scratch + n, *moved_force = scratch + 2 * (ptrdiff_t)n;
+    for (int k = 0; k < n; k++) moved[k] = phi[k] + far * phi_low[k];
+    pend_dynamics(tree, gravity, phi, rate, work, acc, force);
+    pend_dynamics(tree, gravity, moved, rate, work, moved_acc, moved_force);
+    for (int k = 0; k < n; k++) {
+        acc[k] += (moved_acc[k] - acc[k]) / far;
+        force[k] += (moved_force[k] - force[k]) / far;
+    }
+}

@@ -69,6 +69,20 @@ size_t pend_dynamics_many_bytes(int n);
 void pend_dynamics_many(const struct pend_tree *tree, double gravity, long count, const double phi[],
                         const double rate[], void *work, double acc[], double force[]);
 
+/**
+ * pend_dynamics of angles phi + phi_low, for small swings about hanging: their accelerations are as small as angles
+ * from hanging, of which phi as a double has but a few digits.
+ *
+ * phi_low  n values, below an ulp of phi.
+ * scratch  3 n values.
+ * force    out, not NULL.
+ *
+ * What phi_low does is told from a state 2^36 times as far away: what rounding that state and its curvature cost is
+ * 1e-26 rad. O(n), twice the work.
+ */
+void pend_dynamics_fine(const struct pend_tree *tree, double gravity, const double phi[], const double phi_low[],
+                        const double rate[], void *work, double scratch[], double acc[], double force[]);
+
 /** The same two, compiled for an instruction set that this processor runs: for tests. */
 void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree, double gravity, const double phi[],
                        const double rate[], void *work, double acc[], double force[]);

@@ -51,6 +51,7 @@ enum {
     PEND_METHOD_TOLERANCES = 2, /* obeys rtol and atol */
     PEND_METHOD_FIXED_STEP = 4, /* obeys step */
     PEND_METHOD_LINEAR = 8,     /* solves (lin), not (aaa): `at` fills acc too, forces follow from that motion */
+    PEND_METHOD_THETA = 32,     /* `at` fills theta too, of as many digits as the start had */
     PEND_METHOD_SERIES = 16     /* `at` fills acc and force too, cheaper than evaluating the equations */
 };
 
@@ -60,6 +61,9 @@ struct pend_points {
     double *phi, *rate; /* always wanted */
     double *acc;        /* rad/s^2, for methods with PEND_METHOD_LINEAR or PEND_METHOD_SERIES; NULL = not wanted */
     double *force;      /* N, for methods with PEND_METHOD_SERIES; NULL = not wanted */
+    /* rad, phi + pi/2 with the digits of a small swing, which phi as a double does not hold; for methods with
+     * PEND_METHOD_THETA; NULL = not wanted */
+    double *theta;
 };
 
 struct jets_state;

@@ -7,6 +7,7 @@
 
 #include "core/extended.h"
 #include "core/method.h"
+#include "core/turns.h"
 
 struct extended_stepper {
     struct pend_extended *extended;
@@ -61,8 +62,11 @@ static enum pend_status extended_stepper_step(void *stepper, double limit, doubl
 
 static void extended_stepper_at(void *stepper, const double t[], int count, const struct pend_points *points) {
     struct extended_stepper *x = stepper;
-    struct pend_extended_state to = {.phi = points->phi, .rate = points->rate};
+    // where theta goes there is room for what it is computed from
+    struct pend_extended_state to = {.phi = points->phi, .phi_low = points->theta, .rate = points->rate};
     pend_extended_at(x->extended, 0, count, t, &to, points->acc, points->force);
+    size_t numbers = points->theta ? (size_t)count * (size_t)x->n : 0;
+    for (size_t i = 0; i < numbers; i++) points->theta[i] = pend_turns_theta(points->phi[i], points->theta[i]);
 }
 
 static struct pend_stepper_counts extended_stepper_counts(const void *stepper) {
@@ -79,7 +83,7 @@ static void extended_stepper_carry(void *stepper, struct pend_tape *tape) {
 const struct pend_method pend_method_taylor_extended = {
     .name = "taylor",
     .summary = "Power series of the motion in numbers of about 32 digits: what other answers are checked against.",
-    .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES,
+    .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES | PEND_METHOD_THETA,
     .rtol_default = 1e-28,
     .rtol_min = PEND_EXTENDED_RTOL_MIN,
     .rtol_max = 1e-1,

@@ -14,6 +14,7 @@ struct linear {
     int n;
     double *phase;      /* rad, one a mode */
     double *rest;       /* rad, the hanging position nearest to the start: phi = rest + theta */
+    double *swing;      /* rad, the start's angle from it */
     double *phi, *rate; /* the start */
 };
 
@@ -24,17 +25,17 @@ static void linear_close(void **stepper) {
     *stepper = NULL;
 }
 
-/* the modes, phases from the start, amplitudes into the vectors; scratch has 2 n values */
+/* the modes, phases from the start, amplitudes into the vectors; scratch has n values */
 static enum pend_status linear_start(struct linear *linear, const struct pend_problem *problem, double scratch[],
                                      struct pend_error *error) {
     const struct pend_tree *tree = problem->tree;
     size_t n = (size_t)tree->n;
-    double *theta = scratch, *amplitude = scratch + n;
+    double *theta = linear->swing, *amplitude = scratch;
     memcpy(linear->phi, problem->phi, n * sizeof(double));
     memcpy(linear->rate, problem->rate, n * sizeof(double));
     PEND_TRY(pend_modes_new(&linear->modes, tree, problem->gravity, 1, error));
     for (size_t k = 0; k < n; k++) {
-        theta[k] = pend_modes_theta(linear->phi[k]);
+        theta[k] = pend_modes_theta(linear->phi[k], problem->phi_low ? problem->phi_low[k] : 0);
         linear->rest[k] = linear->phi[k] - theta[k];
     }
     if (pend_modes_decompose(linear->modes, tree, NULL, theta, linear->rate, amplitude, linear->phase) != PEND_OK)
@@ -49,8 +50,9 @@ static enum pend_status linear_open(void **stepper, const struct pend_problem *p
     *stepper = linear;
     if (!linear) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %d arms", (int)n);
     double *data = (double *)(linear + 1);
-    *linear = (struct linear){.n = (int)n, .phase = data, .phi = data + n, .rate = data + 2 * n, .rest = data + 3 * n};
-    enum pend_status status = linear_start(linear, problem, data + 4 * n, error);
+    *linear = (struct linear){
+        .n = (int)n, .phase = data, .phi = data + n, .rate = data + 2 * n, .rest = data + 3 * n, .swing = data + 4 * n};
+    enum pend_status status = linear_start(linear, problem, data + 5 * n, error);
     if (status != PEND_OK) linear_close(stepper);
     return status;
 }
@@ -64,8 +66,14 @@ static enum pend_status linear_step(void *stepper, double limit, double *reached
     return PEND_OK;
 }
 
-/* one instant: the sum of the modes; acc may be NULL */
-static void linear_sum(const struct linear *linear, double t, double phi[], double rate[], double acc[]) {
+/* how far the hanging position that the start is nearest to is from theta = 0, rad */
+static double linear_turns(const struct linear *linear, int k) {
+    return rint(linear->rest[k] / (2 * M_PI) + 0.25) * (2 * M_PI);
+}
+
+/* one instant: the sum of the modes; acc and theta may be NULL */
+static void linear_sum(const struct linear *linear, double t, double phi[], double rate[], double acc[],
+                       double theta[]) {
     int n = linear->n;
     const struct pend_modes *modes = linear->modes;
     for (int k = 0; k < n; k++) phi[k] = rate[k] = 0;
@@ -78,6 +86,7 @@ static void linear_sum(const struct linear *linear, double t, double phi[], doub
         for (int k = 0; k < n; k++) rate[k] += odd * vector[k];
         for (int k = 0; acc && k < n; k++) acc[k] += bend * vector[k];
     }
+    for (int k = 0; k < n && theta; k++) theta[k] = phi[k] + linear_turns(linear, k);
     for (int k = 0; k < n; k++) phi[k] += linear->rest[k];
 }
 
@@ -86,8 +95,10 @@ static void linear_at(void *stepper, const double t[], int count, const struct p
     size_t n = (size_t)linear->n;
     for (int i = 0; i < count; i++) {
         double *phi = points->phi + (size_t)i * n, *rate = points->rate + (size_t)i * n;
-        linear_sum(linear, t[i], phi, rate, points->acc ? points->acc + (size_t)i * n : NULL);
+        double *theta = points->theta ? points->theta + (size_t)i * n : NULL;
+        linear_sum(linear, t[i], phi, rate, points->acc ? points->acc + (size_t)i * n : NULL, theta);
         if (t[i] != 0) continue;
+        for (size_t k = 0; k < n && theta; k++) theta[k] = linear->swing[k] + linear_turns(linear, (int)k);
         /* the start itself, without a rounding */
         memcpy(phi, linear->phi, n * sizeof(double));
         memcpy(rate, linear->rate, n * sizeof(double));
@@ -108,7 +119,7 @@ const struct pend_method pend_method_linear = {
     .name = "linear",
     .summary = "The motion linearised about hanging, exact at every instant as a sum of modes; true for small swings; "
                "needs gravity > 0.",
-    .flags = PEND_METHOD_LINEAR,
+    .flags = PEND_METHOD_LINEAR | PEND_METHOD_THETA,
     .open = linear_open,
     .step = linear_step,
     .at = linear_at,

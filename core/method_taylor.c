@@ -11,8 +11,9 @@
 
 #include "core/jets.h"
 #include "core/taylor_order.h"
+#include "core/turns.h"
 
-enum { TAYLOR_STATE = 8, TAYLOR_GROUP = 64 };
+enum { TAYLOR_STATE = 10, TAYLOR_GROUP = 64 };
 
 /* the shortest step, as a part of the time that is left */
 static const double TAYLOR_LEAST = 1e-14;
@@ -25,6 +26,7 @@ struct taylor {
     double next_unit; /* s, > 0 */
     double time, reached; /* s: start and end of the last step, exact: the step is what lies between */
     struct jets_state begin, end;
+    double *hanging; /* angles of a step's begin from hanging, and zeros */
     struct pend_jets jets;
     struct pend_stepper_counts counts;
 };
@@ -52,6 +54,7 @@ static void taylor_view(struct taylor *taylor, double *at) {
     double **array[] = {&taylor->begin.phi, &taylor->begin.phi_low, &taylor->begin.rate, &taylor->begin.rate_low,
                         &taylor->end.phi,   &taylor->end.phi_low,   &taylor->end.rate,   &taylor->end.rate_low};
     for (size_t i = 0; i < sizeof array / sizeof array[0]; i++) *array[i] = at + i * stride;
+    taylor->hanging = at + 8 * stride;
 }
 
 static enum pend_status taylor_open(void **stepper, const struct pend_problem *problem, struct pend_error *error) {
@@ -160,6 +163,36 @@ static void taylor_group(const struct taylor *taylor, const double t[], int coun
     pend_jets_values(&taylor->jets, taylor->order, x, count, taylor->unit, &taylor->begin, values);
 }
 
+/* The angles from hanging. Of a small swing they are the series' sums upon the start's own angles from hanging, of
+ * which all digits are there; else there is nothing to be gained. */
+static void taylor_theta(const struct taylor *taylor, const double t[], int count, const struct pend_points *points) {
+    size_t n = (size_t)taylor->tree->n;
+    double inverse = 1 / taylor->unit;
+    for (int i = 0; i < count; i++) {
+        double *theta = points->theta + (size_t)i * n, *rate = points->rate + (size_t)i * n, largest = 0;
+        int at_end = t[i] == taylor->reached;
+        const struct jets_state *base = at_end ? &taylor->end : &taylor->begin;
+        for (size_t k = 0; k < n; k++) {
+            theta[k] = points->phi[(size_t)i * n + k] + M_PI_2;
+            largest = fmax(largest, fabs(theta[k]));
+        }
+        if (largest > PEND_TURNS_SMALL) continue;
+        double x = (t[i] - taylor->time) * inverse;
+        struct jets_state hanging = *base;
+        hanging.phi = taylor->hanging;
+        hanging.phi_low = taylor->hanging + pend_jets_stride((int)n);
+        for (size_t k = 0; k < n; k++) {
+            hanging.phi[k] = pend_turns_theta(base->phi[k], base->phi_low[k]);
+            hanging.phi_low[k] = 0;
+        }
+        struct jets_values values = {.phi = theta, .rate = rate};
+        if (at_end)
+            memcpy(theta, hanging.phi, n * sizeof(double));
+        else
+            pend_jets_values(&taylor->jets, taylor->order, &x, 1, taylor->unit, &hanging, &values);
+    }
+}
+
 static void taylor_at(void *stepper, const double t[], int count, const struct pend_points *points) {
     const struct taylor *taylor = stepper;
     size_t n = (size_t)taylor->tree->n;
@@ -174,6 +207,7 @@ static void taylor_at(void *stepper, const double t[], int count, const struct p
         if (t[i] != taylor->reached) continue;
         taylor_at_end(taylor, points->phi + (size_t)i * n, points->rate + (size_t)i * n);
     }
+    if (points->theta) taylor_theta(taylor, t, count, points);
 }
 
 static struct pend_stepper_counts taylor_counts(const void *stepper) {
@@ -210,7 +244,7 @@ static void taylor_carry(void *stepper, struct pend_tape *tape) {
 const struct pend_method pend_method_taylor = {
     .name = "taylor",
     .summary = "Power series of the motion, order and step by the tolerance: the most accurate and the fastest.",
-    .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES,
+    .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES | PEND_METHOD_THETA,
     .rtol_default = 1e-12,
     .rtol_min = 1e-16,
     .rtol_max = 1e-1,

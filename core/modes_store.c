@@ -153,9 +153,11 @@ void pend_modes_scale(struct pend_modes *modes, const struct pend_tree *tree, in
     modes->norm[mode] = rule == PEND_NORMALIZE_MASS ? 1 : modes->norm[mode] / fabs(divisor);
 }
 
-double pend_modes_theta(double phi) {
+double pend_modes_theta(double phi, double low) {
     const double quarter = 1.57079632679489661923;
-    return remainder(pend_turns_rest(phi, 0, NULL).high + quarter, 4 * quarter);
+    struct pend_sum rest = pend_turns_rest(phi, low, NULL);
+    if (low != 0 && fabs(rest.high) <= 2) return pend_turns_theta(rest.high, rest.low);
+    return remainder(rest.high + quarter, 4 * quarter);
 }
 
 enum pend_status pend_modes_decompose(const struct pend_modes *modes, const struct pend_tree *tree,

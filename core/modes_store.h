@@ -74,10 +74,11 @@ void pend_modes_scale(struct pend_modes *modes, const struct pend_tree *tree, in
 void pend_modes_free(struct pend_modes **modes);
 
 /**
- * The angle from the nearest hanging position, rad in [-pi, pi], of an angle phi from the positive real axis: whole
- * turns taken off, since an arm that hangs after a turn hangs. O(1).
+ * The angle from the nearest hanging position, rad in [-pi, pi], of an angle phi + low from the positive real axis:
+ * whole turns taken off, since an arm that hangs after a turn hangs. low is what rounding has left of phi, or 0: then
+ * phi is taken to hang at -pi/2 as a double. O(1).
  */
-double pend_modes_theta(double phi);
+double pend_modes_theta(double phi, double low);
 
 /**
  * What is in a start of every mode: theta(t) = sum_k c_k(t) vector_k with c_k = amplitude cos(omega t + phase) of a

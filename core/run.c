@@ -46,9 +46,10 @@ struct pend_run {
     double *t, *relative;      /* the next instants, and the same relative to the first */
     struct pend_points points; /* a group's states, stored order */
     struct run_ends ends;
-    double *re, *im;           /* one row */
+    double *re, *im, *scratch; /* one row each, and three */
     double *turns, *turns_low; /* rad, what the start's angles are larger by than the run's, stored order */
     int turned;                /* there is such a thing */
+    int fine;                  /* the start has digits that doubles do not hold */
     void *work;                /* of pend_dynamics_many */
 };
 
@@ -72,10 +73,12 @@ static size_t run_place(struct pend_run *run, char *base, int n, int group, doub
     run->points.rate = run_take(base, &used, rows);
     run->points.acc = run_take(base, &used, rows);
     run->points.force = run_take(base, &used, rows);
+    run->points.theta = run_take(base, &used, rows);
     run->ends.phi = run_take(base, &used, row * (size_t)run->ends.cap);
     run->ends.rate = run_take(base, &used, row * (size_t)run->ends.cap);
     run->re = run_take(base, &used, row);
     run->im = run_take(base, &used, row);
+    run->scratch = run_take(base, &used, 3 * row);
     run->turns = run_take(base, &used, row);
     run->turns_low = run_take(base, &used, row);
     run->work = run_take(base, &used, pend_dynamics_many_bytes(n));
@@ -123,6 +126,7 @@ static struct pend_run *run_allocate(const struct pend_method *method, const str
     for (int i = 0; i < 4; i++)
         if (given[i]) memcpy(start[i], given[i], (size_t)n * sizeof(double));
     sketch.turned = run_turn(&sketch, start);
+    for (int k = 0; k < n && problem->phi_low; k++) sketch.fine |= problem->phi_low[k] != 0;
     sketch.problem.phi = start[0];
     sketch.problem.rate = start[1];
     sketch.problem.phi_low = given[2] || sketch.turned ? start[2] : NULL;
@@ -279,7 +283,17 @@ static struct pend_points run_room(const struct pend_run *run, const struct pend
     if (samples->rate) room.rate = samples->rate + at;
     if (samples->acc) room.acc = samples->acc + at;
     if (samples->force) room.force = samples->force + at;
+    if (samples->theta) room.theta = samples->theta + at;
     return room;
+}
+
+/* the start is a small swing about hanging */
+static int run_swings(const struct pend_run *run) {
+    const struct pend_problem *problem = &run->problem;
+    double largest = 0;
+    for (int k = 0; k < problem->tree->n; k++)
+        largest = fmax(largest, fabs(pend_turns_theta(problem->phi[k], problem->phi_low[k])));
+    return largest <= PEND_TURNS_SMALL;
 }
 
 /* the states of the instants due, and their accelerations and forces where they are wanted */
@@ -288,18 +302,26 @@ static void run_states(struct pend_run *run, const struct pend_samples *samples,
     const struct pend_problem *problem = &run->problem;
     unsigned flags = run->method->flags;
     size_t n = (size_t)problem->tree->n;
-    int first = run->next == 0 && !(flags & PEND_METHOD_LINEAR);
+    int first = run->next == 0 && !(flags & PEND_METHOD_LINEAR), fine = run->fine && flags & PEND_METHOD_THETA;
     struct pend_points points = *room;
+    if (!samples->theta || !fine) points.theta = NULL;
     if (!samples->force) points.force = NULL;
     if (!samples->acc && !(points.force && flags & PEND_METHOD_LINEAR)) points.acc = NULL;
     if (first) {
         memcpy(points.phi, problem->phi, n * sizeof(double));
         memcpy(points.rate, problem->rate, n * sizeof(double));
+        for (size_t k = 0; k < n && points.theta; k++)
+            points.theta[k] = pend_turns_theta(problem->phi[k], problem->phi_low[k]);
     } else {
         run->method->at(run->stepper, run->relative + (run->next - run->listed_from), due, &points);
     }
+    for (size_t i = 0; i < (size_t)due * n && samples->theta && !points.theta; i++)
+        room->theta[i] = points.phi[i] + M_PI_2;
     if ((!points.acc && !points.force) || (flags & PEND_METHOD_SERIES && !first)) return;
-    if (!(flags & PEND_METHOD_LINEAR))
+    if (first && fine && run_swings(run))
+        pend_dynamics_fine(problem->tree, problem->gravity, problem->phi, problem->phi_low, problem->rate, run->work,
+                           run->scratch, room->acc, room->force);
+    else if (!(flags & PEND_METHOD_LINEAR))
         pend_dynamics_many(problem->tree, problem->gravity, due, points.phi, points.rate, run->work, room->acc,
                            room->force);
     else if (points.force)
@@ -406,11 +428,13 @@ static void run_sample(struct pend_run *run, struct pend_samples *samples, int d
     run_put(run, points.rate, due, samples->rate, at);
     run_put(run, points.acc, due, samples->acc, at);
     run_put(run, points.force, due, samples->force, at);
+    run_put(run, points.theta, due, samples->theta, at);
     int derived =
         samples->z_re || samples->z_im || samples->zd_re || samples->zd_im || samples->kinetic || samples->potential;
     for (int i = 0; i < due && derived; i++)
         run_derive(run, points.phi + (size_t)i * n, points.rate + (size_t)i * n, samples, at + i);
     if (samples->phi) run_return(run, samples->phi + (size_t)at * n, due);
+    if (samples->theta) run_return(run, samples->theta + (size_t)at * n, due);
     samples->count += due;
     run->next += due;
 }

@@ -12,6 +12,7 @@ struct pend_samples {
     double *t;       /* always wanted */
     double *phi, *rate, *acc, *force;
     double *z_re, *z_im, *zd_re, *zd_im;
+    double *theta; /* rad, phi + pi/2, of small swings with all the digits that phi as a double does not hold */
     double *kinetic, *potential; /* one value a sample, J */
 };
 

@@ -24,6 +24,17 @@ struct pend_sum {
  */
 struct pend_sum pend_turns_rest(double phi, double low, struct pend_sum *turns);
 
+/* rad, up to which angles from hanging have digits that doubles of angles from the real axis do not hold */
+#define PEND_TURNS_SMALL 0x1p-6
+
+/** The angle from hanging, phi + low + pi / 2, rounded once where it is small. */
+static inline double pend_turns_theta(double phi, double low) {
+    double high = phi + 0x1.921fb54442d18p+0, part = high - phi;
+    // what the sum has lost, and the second half of pi / 2
+    double lost = (phi - (high - part)) + (0x1.921fb54442d18p+0 - part);
+    return high + (lost + (low + 0x1.1a62633145c07p-54));
+}
+
 /** phi plus whole turns, rounded; phi itself where turns are 0. */
 static inline double pend_turns_add(double phi, double turns_high, double turns_low) {
     return turns_high == 0 ? phi : turns_high + (turns_low + phi);

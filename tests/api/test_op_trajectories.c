@@ -295,3 +295,45 @@ TEST(accuracy_that_makes_no_sense_is_refused) {
         CHECK_REFUSED(API_OP_TRAJECTORIES, body, "/accuracy", "must be");
     }
 }
+
+/* what a swing of 1e-12 rad is made of is lost beside pi/2; theta and phi'' are as small, and have their digits */
+TEST(small_angles_from_hanging_keep_their_digits) {
+    static const struct {
+        const char *body;
+        double largest;
+    } ways[] = {
+        {"\"method\":\"taylor\"", 2e-13}, {"\"precision\":\"extended\"", 2e-15}, {"\"method\":\"linear\"", 2e-15}};
+    const double frequency = sqrt(9.81);
+    for (size_t w = 0; w < sizeof ways / sizeof *ways; w++)
+        for (int turned = 0; turned < 2; turned++) {
+            char body[400];
+            snprintf(body, sizeof body,
+                     "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"initial\":{\"theta\":[%s]},"
+                     "\"times\":[0,0.25,1,3],\"output\":[\"theta\",\"thetad\",\"phidd\"],%s}",
+                     turned ? "-3.25e-12" : "1e-12", ways[w].body);
+            struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+            CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+            double times[] = {0, 0.25, 1, 3}, start = turned ? -3.25e-12 : 1e-12, worst = 0;
+            CHECK(test_reply_number(&reply, "/theta/0/0") == start);
+            for (int i = 0; i < 4; i++) {
+                char place[40];
+                double theta = start * cos(frequency * times[i]);
+                snprintf(place, sizeof place, "/theta/%d/0", i);
+                worst = fmax(worst, fabs(test_reply_number(&reply, place) - theta) / fabs(start));
+                snprintf(place, sizeof place, "/phidd/%d/0", i);
+                worst = fmax(worst, fabs(test_reply_number(&reply, place) + 9.81 * theta) / fabs(9.81 * start));
+            }
+            CHECK_SAYING(worst <= ways[w].largest, "%s: off by %g of the swing", ways[w].body, worst);
+            test_reply_free(&reply);
+        }
+    struct test_reply reply = test_post(API_OP_FORCES, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
+                                                       "\"state\":{\"theta\":[1e-12]}}");
+    double got = test_reply_number(&reply, "/phidd/0");
+    CHECK_SAYING(fabs(got + 9.81e-12) < 1e-25, "%.17g", got);
+    test_reply_free(&reply);
+    reply = test_post(API_OP_MODES, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
+                                    "\"initial\":{\"theta\":[1e-12]}}");
+    got = test_reply_number(&reply, "/amplitude/0");
+    CHECK_SAYING(fabs(got - 1e-12) < 1e-26, "%.17g", got);
+    test_reply_free(&reply);
+}

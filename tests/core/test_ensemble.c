@@ -108,7 +108,7 @@ static void crowd_single(struct crowd *crowd, long i, double duration, double ph
     while (fabs(reached) < fabs(duration) && !pend_method_taylor.step(stepper, duration, &reached, NULL)) {
     }
     double at[2][ARMS_MAX];
-    struct pend_points points = {at[0], at[1], NULL, NULL};
+    struct pend_points points = {.phi = at[0], .rate = at[1]};
     pend_method_taylor.at(stepper, &duration, 1, &points);
     pend_method_taylor.close(&stepper);
     for (int k = 0; k < n; k++) {

@@ -66,7 +66,7 @@ static void paper_errors(double rtol, double error[3]) {
     REQUIRE(ride_open(&ride, &problem));
     for (int i = 0; i <= 500; i++) {
         double t = i / 100.0, phi[ARMS], rate[ARMS], acc[ARMS], force[ARMS];
-        struct pend_points points = {phi, rate, acc, force};
+        struct pend_points points = {phi, rate, acc, force, NULL};
         if (!ride_to(&ride, i ? t : 1e-9, 5)) break;
         pend_method_taylor.at(ride.stepper, &t, 1, &points);
         for (int k = 0; k < ARMS && i % 10 == 0; k++) {
@@ -118,7 +118,7 @@ TEST(taylor_keeps_the_energy_of_a_double_pendulum_for_a_thousand_seconds) {
     long allocations = test_alloc_count();
     while (ride.reached < 1000) {
         if (pend_method_taylor.step(ride.stepper, 1000, &ride.reached, NULL)) break;
-        struct pend_points points = {phi, rate, NULL, NULL};
+        struct pend_points points = {phi, rate, NULL, NULL, NULL};
         pend_method_taylor.at(ride.stepper, &ride.reached, 1, &points);
         worst = fmax(worst, fabs(double_energy(phi, rate) - energy));
         fastest = fmax(fastest, fabs(rate[1]));
@@ -135,7 +135,7 @@ TEST(taylor_runs_backwards_to_its_start) {
     double phi[ARMS], rate[ARMS], t = 3, back = -3, there[2][ARMS], error = 0;
     REQUIRE(pend_tree_new(&ride.tree, ARMS, paper_len, paper_mass, paper_parent, NULL) == PEND_OK);
     struct pend_problem problem = {.tree = ride.tree, .gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-15};
-    struct pend_points points = {phi, rate, NULL, NULL};
+    struct pend_points points = {phi, rate, NULL, NULL, NULL};
     REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, t, t));
     pend_method_taylor.at(ride.stepper, &t, 1, &points);
     pend_method_taylor.close(&ride.stepper);
@@ -159,7 +159,7 @@ TEST(taylor_ends_a_step_where_the_next_begins) {
     REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, 0.1, 5));
     for (int i = 0; i < 30; i++) {
         double t = ride.reached;
-        struct pend_points end = {phi[0], rate[0], NULL, NULL}, start = {phi[1], rate[1], NULL, NULL};
+        struct pend_points end = {phi[0], rate[0], NULL, NULL, NULL}, start = {phi[1], rate[1], NULL, NULL, NULL};
         pend_method_taylor.at(ride.stepper, &t, 1, &end);
         REQUIRE(!pend_method_taylor.step(ride.stepper, 5, &ride.reached, NULL));
         pend_method_taylor.at(ride.stepper, &t, 1, &start);
@@ -178,10 +178,10 @@ TEST(taylor_gives_an_instant_the_same_bits_whatever_it_is_asked_with) {
     REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, 0.5, 5));
     double step = 0.01;
     for (int i = 0; i < COUNT; i++) t[i] = ride.reached - step * (COUNT - 1 - i) / COUNT;
-    struct pend_points all = {phi[0], rate[0], NULL, NULL};
+    struct pend_points all = {phi[0], rate[0], NULL, NULL, NULL};
     pend_method_taylor.at(ride.stepper, t, COUNT, &all);
     for (int i = 0; i < COUNT; i++) {
-        struct pend_points single = {phi[1] + i * ARMS, rate[1] + i * ARMS, NULL, NULL};
+        struct pend_points single = {phi[1] + i * ARMS, rate[1] + i * ARMS, NULL, NULL, NULL};
         pend_method_taylor.at(ride.stepper, t + i, 1, &single);
     }
     CHECK(!memcmp(phi[0], phi[1], sizeof phi[0]) && !memcmp(rate[0], rate[1], sizeof rate[0]));
@@ -196,7 +196,7 @@ static int single_arm(double len, double gravity, double t, double *phi) {
     int pivot = -1;
     if (pend_tree_new(&ride.tree, 1, &len, &mass, &pivot, NULL) != PEND_OK) return 0;
     struct pend_problem problem = {.tree = ride.tree, .gravity = gravity, .phi = &start, .rate = &start, .rtol = 1e-14};
-    struct pend_points points = {phi, &rate, NULL, NULL};
+    struct pend_points points = {phi, &rate, NULL, NULL, NULL};
     int done = ride_open(&ride, &problem) && ride_to(&ride, t, t);
     if (done) pend_method_taylor.at(ride.stepper, &t, 1, &points);
     pend_method_taylor.close(&ride.stepper);
@@ -217,7 +217,7 @@ TEST(taylor_does_not_care_for_the_unit_of_length) {
 TEST(taylor_turns_freely_without_gravity) {
     struct ride ride;
     double phi, rate, t = 1e6, start = 0.5, spin = 1.25;
-    struct pend_points points = {&phi, &rate, NULL, NULL};
+    struct pend_points points = {.phi = &phi, .rate = &rate};
     REQUIRE(pend_tree_new(&ride.tree, 1, one, one, paper_parent, NULL) == PEND_OK);
     struct pend_problem problem = {.tree = ride.tree, .gravity = 0, .phi = &start, .rate = &spin, .rtol = 1e-12};
     REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, t, t));
@@ -230,7 +230,7 @@ TEST(taylor_turns_freely_without_gravity) {
 TEST(taylor_stays_at_rest_when_hanging) {
     struct ride ride;
     double phi[2], rate[2], t = 100, hang[2] = {-M_PI / 2, -M_PI / 2};
-    struct pend_points points = {phi, rate, NULL, NULL};
+    struct pend_points points = {phi, rate, NULL, NULL, NULL};
     REQUIRE(pend_tree_new(&ride.tree, 2, one, one, chain, NULL) == PEND_OK);
     struct pend_problem problem = {.tree = ride.tree, .gravity = 9.81, .phi = hang, .rate = zero, .rtol = 1e-10};
     REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, t, t));
@@ -291,7 +291,7 @@ TEST(taylor_steps_and_samples_of_a_large_tree_allocate_nothing) {
     REQUIRE(pend_tree_new(&ride.tree, MANY, len, len, parent, NULL) == PEND_OK);
     struct pend_problem problem = {.tree = ride.tree, .gravity = 9.81, .phi = phi, .rate = rate, .rtol = 1e-10};
     size_t all = (size_t)MANY * INSTANTS;
-    struct pend_points points = {rows, rows + all, rows + 2 * all, rows + 3 * all};
+    struct pend_points points = {rows, rows + all, rows + 2 * all, rows + 3 * all, NULL};
     REQUIRE(ride_open(&ride, &problem));
     long allocations = test_alloc_count();
     double from = 0;
