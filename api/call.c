@@ -40,6 +40,7 @@ struct api_call {
     struct api_answer answer;
     char digest[API_DIGEST_BYTES];
     char columns[API_COLUMNS_TEXT];
+    struct api_told told;
     char file_name[40];
 };
 
@@ -50,6 +51,13 @@ enum pend_status api_call_new(struct api_call **call, const struct api_limits *l
     api_problem_init(&(*call)->problem);
     api_buffer_init(&(*call)->whole, (size_t)limits->answer_bytes);
     return PEND_OK;
+}
+
+/* keeps what there is to tell of a computation that is complete */
+static void call_keep_told(struct api_call *call) {
+    if (!call->answer.tells) return;
+    api_told_fields(&call->told, call->source.fetch ? api_results_stats(call->results) : call->op->told(call->state));
+    call->answer.told = &call->told;
 }
 
 /* lets go of what the operation holds; its steps are kept for the log */
@@ -139,6 +147,7 @@ static void call_foresee(struct api_call *call) {
     const struct api_table *table = op->table ? op->table(call->state) : NULL;
     call->answer =
         (struct api_answer){.status = 200, .media_type = format->content_type, .etag = call->digest, .length = -1};
+    call->answer.tells = op->told != NULL;
     if (op->cost) call->cost = op->cost(call->state);
     if (!table) return;
     if (format->exact && !op->rows_later) call->answer.length = (long long)format->bytes(table);
@@ -274,13 +283,16 @@ enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
         return call_refuse_range(call, out);
     if (status != PEND_OK) return call_fail(call, status, &error, out);
     if (!done) return API_MORE;
+    call_keep_told(call);
     call_end_op(call);
     call->stage = STAGE_DONE;
     return API_DONE;
 }
 
 int api_call_streams(const struct api_call *call) {
-    return (call->stage == STAGE_READY || call->stage == STAGE_RUNNING) && call->op->samples;
+    int open = call->stage == STAGE_READY || call->stage == STAGE_RUNNING;
+    if (open && call->format->bare && call->op->told_first && call->op->told_first(call->state)) return 0;
+    return open && call->op->samples;
 }
 
 void api_call_promise(struct api_call *call) {

@@ -7,12 +7,16 @@
 #include "api/buffer.h"
 #include "api/limits.h"
 #include "api/request.h"
+#include "api/told.h"
 
 /* What is known of an answer before its first byte is sent; the texts live as long as the call. */
 struct api_answer {
     int status;             /* HTTP status */
     const char *media_type; /* a static string */
-    const char *columns;   /* of X-Columns, "t,phi[4],phid[4]", or NULL: the representation does not tell them itself */
+    const char *columns; /* of X-Columns, "t,phi[4],phid[4]", or NULL: the representation does not tell them itself */
+    const struct api_told
+        *told;             /* fields of the figures, once the answer is complete; NULL before, or where none are */
+    int tells;             /* there are going to be such fields: of a stream they come behind it, as trailers */
     const char *file_name; /* under which a browser would save it, or NULL: to be looked at */
     const char *etag;      /* as api_call_etag; NULL for a problem */
     long long length;      /* bytes of the answer's body where that is known, else -1 */

@@ -25,6 +25,7 @@ enum api_op_id {
 };
 
 struct api_format;
+struct api_stats;
 struct api_table;
 struct api_value;
 
@@ -95,6 +96,10 @@ struct api_op {
      * after `part` and before the first run. NULL: parts need not know of each other.
      */
     enum pend_status (*carry)(void *state, struct pend_tape *tape, struct pend_error *error);
+    /** What is told of the computation beside its rows, once it is complete; NULL: nothing is. */
+    const struct api_stats *(*told)(const void *state);
+    /** True where that is to be known before the answer's first byte in representations that have no place for it. */
+    int (*told_first)(const void *state);
     int json_apart; /* its JSON says more than its table does */
     void (*free)(void **state);
 };

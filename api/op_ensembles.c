@@ -141,6 +141,8 @@ static double ensembles_cost(const void *state) {
     return api_ensemble_cost(ensemble, api_ensemble_count(ensemble));
 }
 
+static const struct api_stats *ensembles_told(const void *state) { return &((const struct ensembles *)state)->stats; }
+
 const struct api_op api_op_ensembles = {
     .name = "ensembles",
     .body = 1,
@@ -152,5 +154,6 @@ const struct api_op api_op_ensembles = {
     .cost = ensembles_cost,
     .parts = ensembles_parts,
     .part = ensembles_part,
+    .told = ensembles_told,
     .free = ensembles_free,
 };

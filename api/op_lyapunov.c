@@ -237,6 +237,8 @@ static double lyapunov_cost(const void *state) {
 
 static const struct api_table *lyapunov_table(const void *state) { return &((const struct lyapunov *)state)->table; }
 
+static const struct api_stats *lyapunov_told(const void *state) { return &((const struct lyapunov *)state)->stats; }
+
 const struct api_op api_op_lyapunov = {.name = "lyapunov",
                                        .body = 1,
                                        .samples = 1,
@@ -245,4 +247,5 @@ const struct api_op api_op_lyapunov = {.name = "lyapunov",
                                        .steps = lyapunov_steps,
                                        .table = lyapunov_table,
                                        .cost = lyapunov_cost,
+                                       .told = lyapunov_told,
                                        .free = lyapunov_free};

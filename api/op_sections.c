@@ -265,6 +265,8 @@ static double sections_cost(const void *state) {
 
 static const struct api_table *sections_table(const void *state) { return &((const struct sections *)state)->table; }
 
+static const struct api_stats *sections_told(const void *state) { return &((const struct sections *)state)->stats; }
+
 const struct api_op api_op_sections = {.name = "sections",
                                        .body = 1,
                                        .samples = 1,
@@ -274,4 +276,5 @@ const struct api_op api_op_sections = {.name = "sections",
                                        .table = sections_table,
                                        .cost = sections_cost,
                                        .rows_later = 1,
+                                       .told = sections_told,
                                        .free = sections_free};

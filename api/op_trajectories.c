@@ -332,6 +332,11 @@ static const struct api_table *trajectory_table(const void *state) {
     return &((const struct trajectory *)state)->table;
 }
 
+static const struct api_stats *trajectory_told(const void *state) { return &((const struct trajectory *)state)->stats; }
+
+/* who asks how long the digits hold is told, or refused */
+static int trajectory_told_first(const void *state) { return ((const struct trajectory *)state)->trust_tolerance > 0; }
+
 const struct api_op api_op_trajectories = {
     .name = "trajectories",
     .body = 1,
@@ -344,5 +349,7 @@ const struct api_op api_op_trajectories = {
     .parts = trajectory_parts,
     .part = trajectory_part,
     .carry = trajectory_carry,
+    .told = trajectory_told,
+    .told_first = trajectory_told_first,
     .free = trajectory_free,
 };

@@ -49,6 +49,10 @@ enum pend_status api_results_new(struct api_results **results, const struct api_
     return status;
 }
 
+const struct api_stats *api_results_stats(const struct api_results *results) {
+    return results && results->stats.count ? &results->stats : NULL;
+}
+
 void api_results_free(struct api_results **results) {
     struct api_results *gone = *results;
     *results = NULL;

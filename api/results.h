@@ -23,6 +23,9 @@ PEND_MUST_CHECK enum pend_status api_results_new(struct api_results **results, c
                                                  const struct api_table *table, int apart, int later,
                                                  struct api_buffer *out);
 
+/** The figures of all parts, once the answer is complete; NULL where there are none. */
+const struct api_stats *api_results_stats(const struct api_results *results);
+
 void api_results_free(struct api_results **results);
 
 /**

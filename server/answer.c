@@ -102,6 +102,7 @@ struct srv_payload *srv_answer_payload(struct srv_work *work, struct api_answer 
     const char *columns = answer.columns, *file = answer.file_name;
     if (file) snprintf(disposition, sizeof disposition, "inline; filename=\"%.80s\"", file);
     size_t text = 352 + SRV_ETAG_BYTES + (columns ? strlen(columns) + 1 : 0);
+    for (int i = 0; answer.told && i < answer.told->count; i++) text += strlen(answer.told->field[i].value) + 1;
     struct srv_service *service = work->service;
     struct srv_payload *made =
         srv_payload_new(answer.status, answer.media_type, body, text, &service->held, &service->spares);
@@ -119,6 +120,8 @@ struct srv_payload *srv_answer_payload(struct srv_work *work, struct api_answer 
     if (answer_range(&answer, range, sizeof range)) srv_payload_header(made, "Content-Range", range);
     if (columns) srv_payload_header(made, "X-Columns", columns);
     if (file) srv_payload_header(made, "Content-Disposition", disposition);
+    for (int i = 0; answer.told && i < answer.told->count; i++)
+        srv_payload_header(made, answer.told->field[i].name, answer.told->field[i].value);
     if (coding) srv_payload_header(made, "Content-Encoding", srv_coding_at(coding)->name);
     return made;
 }

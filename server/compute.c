@@ -135,7 +135,9 @@ static void compute_promise(struct srv_work *work) {
     work->promised = reader != NULL;
     if (reader) {
         srv_exchange_payload(reader, head);
-        reader->stream_bytes = coded ? -1 : answer.length;
+        /* a message of known length has no trailers: what is told of an answer that is computed goes before it */
+        reader->trails = answer.tells && (answer.length < 0 || coded || !work->source);
+        reader->stream_bytes = coded || reader->trails ? -1 : answer.length;
         reader->waited = work->begun - reader->queued;
         api_call_promise(work->call);
         reader->finish(reader);

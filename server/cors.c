@@ -6,7 +6,8 @@
 
 const char srv_cors_expose[] = "Accept-Ranges, Content-Disposition, Content-Range, ETag, Location, Preference-Applied, "
                                "RateLimit-Limit, RateLimit-Remaining, "
-                               "RateLimit-Reset, Retry-After, WWW-Authenticate, X-Columns, X-Request-Id";
+                               "RateLimit-Reset, Retry-After, WWW-Authenticate, X-Columns, X-Energy-Drift, X-Horizon, "
+                               "X-Request-Id, X-Trust-Until, X-Warning";
 
 const char srv_cors_fields[] = "Accept, Authorization, Content-Type, Idempotency-Key, If-None-Match, If-Range, "
                                "Last-Event-ID, Prefer, Range, Traceparent, X-Request-Id";

@@ -110,6 +110,7 @@ struct srv_exchange {
     const char *media_type;
     const char *data; /* the body; lies in `answer` or `payload`, or lasts longer than the exchange */
     size_t bytes;
+    int trails;                  /* a stream has trailers: api_told_names */
     int64_t stream_bytes;        /* of a stream's body, -1 = not known before its end */
     struct srv_payload *payload; /* that it is, or NULL */
     struct srv_quota quota;      /* what the client may still ask; to be told where quota.refresh > 0 */

@@ -288,3 +288,13 @@ long srv_flights_read(struct srv_exchange *exchange, char *to, size_t cap, void 
     pthread_mutex_unlock(&flights->lock);
     return result;
 }
+
+void srv_flights_told(struct srv_exchange *exchange, struct api_told *told) {
+    struct srv_flights *flights = exchange->service->flights;
+    told->count = 0;
+    pthread_mutex_lock(&flights->lock);
+    struct srv_work *work = exchange->stream;
+    struct api_answer answer = work && work->ended > 0 ? api_call_answer(work->call) : (struct api_answer){0};
+    if (answer.told) *told = *answer.told;
+    pthread_mutex_unlock(&flights->lock);
+}

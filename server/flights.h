@@ -126,4 +126,7 @@ int srv_flights_pass(struct srv_work *work, int ended, int *over);
  */
 long srv_flights_read(struct srv_exchange *exchange, char *to, size_t cap, void (*pause)(struct srv_exchange *));
 
+/** What is told of a stream's computation, copied, once srv_flights_read came to SRV_FLIGHT_END; nothing before. */
+void srv_flights_told(struct srv_exchange *exchange, struct api_told *told);
+
 #endif

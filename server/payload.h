@@ -10,7 +10,7 @@
 #include "server/spares.h"
 
 enum {
-    SRV_PAYLOAD_HEADERS = 8,
+    SRV_PAYLOAD_HEADERS = 16,
     SRV_ETAG_BYTES = 76 /* W/"64 digits" and a NUL, with room */
 };
 

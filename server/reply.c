@@ -99,12 +99,23 @@ static int reply_fields(struct MHD_Response *response, const struct srv_exchange
 
 /* --- bodies --- */
 
+/* what was found out while the body was sent. Without memory it is not told: the body is complete */
+static void reply_trail(struct srv_reply_stream *stream) {
+    struct api_told told;
+    srv_flights_told(stream->exchange, &told);
+    for (int i = 0; i < told.count; i++)
+        (void)MHD_add_response_footer(stream->response, told.field[i].name, told.field[i].value);
+}
+
 /* libmicrohttpd wants bytes of a stream */
 static ssize_t reply_read(void *context, uint64_t position, char *to, size_t cap) {
     struct srv_reply_stream *stream = context;
     long count = stream->exchange->listens ? srv_events_read(stream->exchange, to, cap, stream->pause)
                                            : srv_flights_read(stream->exchange, to, cap, stream->pause);
-    if (count == SRV_FLIGHT_END) return MHD_CONTENT_READER_END_OF_STREAM;
+    if (count == SRV_FLIGHT_END) {
+        if (stream->exchange->trails) reply_trail(stream);
+        return MHD_CONTENT_READER_END_OF_STREAM;
+    }
     stream->broken = count == SRV_FLIGHT_BROKEN;
     if (stream->broken) return MHD_CONTENT_READER_END_WITH_ERROR;
     stream->moved(stream->exchange, count ? position + (uint64_t)count : 0);
@@ -117,7 +128,9 @@ struct MHD_Response *srv_reply_new(const struct srv_exchange *exchange, struct s
         exchange->streams
             ? MHD_create_response_from_callback(length, REPLY_BLOCK, reply_read, stream, NULL)
             : MHD_create_response_from_buffer(exchange->bytes, (void *)exchange->data, MHD_RESPMEM_PERSISTENT);
-    if (!response || reply_fields(response, exchange)) return response;
+    stream->response = response;
+    int good = response && (!exchange->trails || reply_field(response, "Trailer", api_told_names));
+    if (!response || (good && reply_fields(response, exchange))) return response;
     MHD_destroy_response(response);
     return NULL;
 }

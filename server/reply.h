@@ -15,7 +15,8 @@ struct srv_reply_stream {
     void (*moved)(struct srv_exchange *exchange, uint64_t bytes);
     /** Suspends the connection until the exchange's finish. */
     void (*pause)(struct srv_exchange *exchange);
-    int broken; /* out: its computation failed, or was ended, before the body was complete */
+    struct MHD_Response *response; /* gets the trailers */
+    int broken;                    /* out: its computation failed, or was ended, before the body was complete */
 };
 
 /** The client's own request id, or a new one: numbers of one process never repeat, and look random. */

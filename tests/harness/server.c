@@ -312,6 +312,7 @@ const char *test_reply_header(const struct test_reply *reply, const char *name) 
 }
 
 void test_reply_clear(struct test_reply *reply) {
+    free(reply->trailer);
     free(reply->head);
     free(reply->body);
     *reply = (struct test_reply){0};
@@ -328,21 +329,35 @@ static int body_take(struct test_client *client, struct test_reply *reply, size_
     return 1;
 }
 
+/* a line behind the last chunk, with its CR LF */
+static int trailer_take(const struct test_client *client, struct test_reply *reply, size_t line) {
+    size_t before = reply->trailer ? strlen(reply->trailer) : 0;
+    char *larger = realloc(reply->trailer, before + line + 1);
+    if (!larger) return 0;
+    memcpy(larger + before, client->data, line);
+    larger[before + line] = 0;
+    reply->trailer = larger;
+    return 1;
+}
+
 static int body_chunked(struct test_client *client, struct test_reply *reply, double end) {
     for (;;) {
         size_t line = client_find(client, 0, "\r\n", end);
         if (!line || !isxdigit((unsigned char)client->data[0])) return 0;
         size_t count = strtoul(client->data, NULL, 16);
         client_drop(client, line);
-        if (!client_need(client, count + 2, end)) return 0;
         if (!count) break;
+        if (!client_need(client, count + 2, end)) return 0;
         if (!body_take(client, reply, count) || memcmp(client->data, "\r\n", 2) != 0) return 0;
         client_drop(client, 2);
     }
-    /* no trailers are expected */
-    if (memcmp(client->data, "\r\n", 2) != 0) return 0;
-    client_drop(client, 2);
-    return 1;
+    for (size_t line;;) {
+        line = client_find(client, 0, "\r\n", end);
+        if (!line) return 0;
+        if (line > 2 && !trailer_take(client, reply, line)) return 0;
+        client_drop(client, line);
+        if (line == 2) return 1;
+    }
 }
 
 static int body_to_the_end(struct test_client *client, struct test_reply *reply, double end) {

@@ -66,8 +66,9 @@ struct test_reply {
     int keep_alive; /* the connection can be used again */
     int headers;
     char *name[TEST_HEADERS], *value[TEST_HEADERS];
-    char *head; /* owns names and values */
-    char *body; /* a NUL stands behind it; "" when there is none, even when no reply came */
+    char *head;    /* owns names and values */
+    char *trailer; /* lines behind the last chunk, each with its CR LF; NULL = none */
+    char *body;    /* a NUL stands behind it; "" when there is none, even when no reply came */
     size_t body_bytes;
 };
 

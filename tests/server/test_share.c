@@ -206,7 +206,9 @@ TEST(a_long_answer_flows_and_is_the_same_in_every_coding_and_protocol) {
     CHECK(reply.body_bytes > 10000000 && reply.body[reply.body_bytes - 1] == '\n');
     int lines = 0;
     for (size_t i = 0; i < reply.body_bytes; i++) lines += reply.body[i] == '\n';
-    CHECK_INT(lines, 300002);
+    CHECK_INT(lines, 300003); /* the last one warns: the digits do not reach so far */
+    CHECK(strstr(reply.body + reply.body_bytes - 300, "\n# warning: digits are lost") && reply.trailer &&
+          strstr(reply.trailer, "X-Horizon: ") && strstr(reply.trailer, "X-Warning: digits are lost"));
     CHECK_INT(share_ask(daemon, &coded, "Accept: text/csv\r\nAccept-Encoding: zstd\r\n", STREAM), 200);
     CHECK_TEXT(test_reply_header(&coded, "Content-Encoding"), "zstd");
     CHECK(coded.body_bytes < 0.7 * (double)reply.body_bytes && coded.body_bytes > 0.2 * (double)reply.body_bytes);
@@ -422,5 +424,30 @@ TEST(pages_of_other_origins_may_ask_and_traces_go_on) {
     CHECK(!test_reply_header(&reply, "Access-Control-Allow-Origin"));
     test_reply_clear(&reply);
     test_client_close(&client);
+    srv_daemon_free(&daemon);
+}
+
+TEST(what_is_known_of_the_digits_is_told_with_every_answer) {
+    static const char
+        octets[] = "Accept: application/octet-stream\r\n",
+        trusted[] = DOUBLE
+        "\"initial\":{\"theta\":[2,2.5]},\"trust\":true,\"times\":{\"start\":0,\"stop\":20,\"count\":40001}}";
+    struct srv_daemon *daemon = live_start(NULL);
+    struct test_reply reply;
+    REQUIRE(daemon != NULL);
+    /* doubles have no place for it: before the body, or behind it where that is sent before all is computed */
+    CHECK_INT(share_ask(daemon, &reply, octets, STREAM), 200);
+    CHECK(reply.trailer ? strstr(reply.trailer, "X-Horizon: ") && strstr(reply.trailer, "X-Warning: ") &&
+                              strstr(share_header(&reply, "Trailer"), "X-Horizon")
+                        : *share_header(&reply, "X-Horizon") && *share_header(&reply, "X-Warning"));
+    CHECK_INT((long long)reply.body_bytes, 300001 * 24);
+    test_reply_clear(&reply);
+    /* what was asked for is told before the body */
+    CHECK_INT(share_ask(daemon, &reply, octets, trusted), 200);
+    double until = atof(share_header(&reply, "X-Trust-Until")), horizon = atof(share_header(&reply, "X-Horizon"));
+    CHECK_SAYING(!reply.trailer && horizon > 0.5 * until && horizon <= 1.1 * until &&
+                     *share_header(&reply, "X-Warning"),
+                 "%g and %g", horizon, until);
+    test_reply_clear(&reply);
     srv_daemon_free(&daemon);
 }
