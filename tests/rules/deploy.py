@@ -31,14 +31,25 @@ def known(what, names, right):
     check(what, names and not wrong, f"{sorted(wrong)} of {sorted(names)}")
 
 
-def options():
-    text = subprocess.run([BUILD / "pendulumd", "--help=markdown"], capture_output=True, text=True, check=True).stdout
-    return {"PENDULUMD_" + name.replace("-", "_").upper() for name in re.findall(r"^\| `--([\w-]+)", text, re.M)}
+def contained(what, service):
+    """A container of compose without root, without capabilities, with nothing to write but memory and volumes."""
+    own = service["image"] == "pendulumd"
+    user = str(service.get("user") or (re.search(r"^USER (\S+)", (TOP / "docker/Dockerfile").read_text(), re.M)[1] if own else "root"))
+    check(f"{what}: not root", re.fullmatch(r"[1-9]\d*(:[1-9]\d*)?", user), user)
+    check(f"{what}: read-only", service.get("read_only") is True)
+    check(f"{what}: no capabilities", service.get("cap_drop") == ["ALL"] and not service.get("cap_add"))
+    check(f"{what}: no new privileges", "no-new-privileges:true" in service.get("security_opt", ()))
+    check(f"{what}: bounded", service.get("pids_limit") and service.get("mem_limit"))
+    check(f"{what}: another image can be named", own or re.fullmatch(r"\$\{[A-Z]+_IMAGE:-[\w./-]+:[\w.-]+\}", service["image"]), service["image"])
 
 
 def defaults():
     text = subprocess.run([BUILD / "pendulumd", "--help=markdown"], capture_output=True, text=True, check=True).stdout
     return dict(re.findall(r"^\| `--([\w-]+)[^|]*\| `?([^`|]*)`? \|", text, re.M))
+
+
+def options():
+    return {"PENDULUMD_" + name.replace("-", "_").upper() for name in defaults()}
 
 
 def lasts(what, grace, drain):
@@ -54,7 +65,9 @@ def compose(name):
     document = yaml.safe_load(text)
     services = document["services"]
     used = {key: set() for key in ("networks", "volumes")}
+    check(f"{name}: no password has a default", not re.search(r"PASSWORD:?-|://[^/@\s]*:[^/@\s]*@", text))
     for service, body in services.items():
+        contained(f"{name}: {service}", body)
         for needed, how in (body.get("depends_on") or {}).items():
             check(f"{name}: {service} waits for {needed}", needed in services and
                   (how["condition"] != "service_healthy" or "healthcheck" in services[needed] or services[needed].get("image") == "pendulumd"))
@@ -84,6 +97,31 @@ def labels_of(document):
     return document["spec"]["template"]["metadata"]["labels"]
 
 
+def pod_is_contained(name, pod, environment):
+    """What a pod may do, whom it trusts, and what it is made of."""
+    container, = pod["containers"]
+    may, all_may = container["securityContext"], pod["securityContext"]
+    check(f"{name}: not root", all_may["runAsNonRoot"] and all_may["runAsUser"] > 0 and all_may["seccompProfile"]["type"] == "RuntimeDefault", all_may)
+    check(f"{name}: read-only, without capabilities", may["readOnlyRootFilesystem"] and may["capabilities"]["drop"] == ["ALL"] and not may["allowPrivilegeEscalation"], may)
+    check(f"{name}: no account of the cluster", pod["automountServiceAccountToken"] is False)
+    proxy = environment.get("PENDULUMD_TRUSTED_PROXY", {})
+    check(f"{name}: no network is trusted unless the operator says which", "value" not in proxy, proxy)
+    version = subprocess.run([BUILD / "pendulumd", "--version"], capture_output=True, text=True, check=True).stdout.split()[1]
+    check(f"{name}: its image is of this version", container["image"] == f"pendulumd:{version}", container["image"])
+
+
+def reached_by_few(documents, deployments):
+    """Each deployment has a policy for what comes in and what goes out; the label of a namespace, or a port, stands in each rule."""
+    policies = [document for document in documents if document["kind"] == "NetworkPolicy"]
+    for pods in deployments:
+        name = pods["metadata"]["name"]
+        own = [policy["spec"] for policy in policies if policy["spec"]["podSelector"]["matchLabels"].items() <= labels_of(pods).items()]
+        check(f"{name}: a policy of the network", own and all(set(spec["policyTypes"]) == {"Ingress", "Egress"} for spec in own), own)
+        for spec in own:
+            check(f"{name}: who reaches it is said", all(rule.get("from") and all(rule["from"]) for rule in spec["ingress"]), spec["ingress"])
+            check(f"{name}: what it reaches is said", all(rule.get("ports") for rule in spec["egress"]), spec["egress"])
+
+
 def kubernetes():
     documents = list(yaml.safe_load_all((TOP / "docker/kubernetes.yaml").read_text()))
     named = {(document["kind"], document["metadata"]["name"]): document for document in documents}
@@ -97,9 +135,13 @@ def kubernetes():
         ports = {port["name"]: port["containerPort"] for port in container["ports"]}
         check(f"{name}: its selector", document["spec"]["selector"]["matchLabels"] == labels_of(document))
         known(f"{name}: its options", {entry["name"] for entry in container["env"]}, options())
+        pod_is_contained(name, pod, {entry["name"]: entry for entry in container["env"]})
         given = {entry["name"]: entry.get("value") for entry in container["env"]}
         if given["PENDULUMD_ROLE"] != "worker":
-            pause = container.get("lifecycle", {}).get("preStop", {}).get("sleep", {}).get("seconds", 0)
+            # all have to hear that it goes before it is told so itself
+            program, pause = container["lifecycle"]["preStop"]["exec"]["command"]
+            pause = float(pause)
+            check(f"{name}: it waits before it ends", program == "sleep" and pause > 0, pause)
             lasts(name, pod["terminationGracePeriodSeconds"] - pause, float(given.get("PENDULUMD_DRAIN_SECONDS", defaults()["drain-seconds"])))
         for entry in container["env"]:
             key = entry.get("valueFrom", {}).get("secretKeyRef")
@@ -110,6 +152,7 @@ def kubernetes():
             check(f"{name}: its {probe}", get["port"] in ports and f'"{get["path"]}"' in router, get)
         scrape = document["spec"]["template"]["metadata"]["annotations"]
         check(f"{name}: its metrics", f'"{scrape["prometheus.io/path"]}"' in router and int(scrape["prometheus.io/port"]) in ports.values(), scrape)
+    reached_by_few(documents, deployments)
     for document in documents:
         name, spec = document["metadata"]["name"], document["spec"]
         if document["kind"] in ("Service", "PodDisruptionBudget"):
@@ -121,6 +164,12 @@ def kubernetes():
             for metric in spec["metrics"]:
                 metric = metric["external"]["metric"]["name"]
                 check(f"{name}: the metric {metric}", f'"{metric}"' in (TOP / "server/metrics.h").read_text())
+
+
+def unit():
+    """The systemd unit waits as long as a drain may take."""
+    seconds = re.search(r"^TimeoutStopSec=(\d+)$", (TOP / "docker/pendulumd.service").read_text(), re.M)[1]
+    lasts("pendulumd.service", float(seconds), float(defaults()["drain-seconds"]))
 
 
 # --- the same live
@@ -198,6 +247,7 @@ def live(services):
 try:
     compose("compose.one.yaml")
     kubernetes()
+    unit()
     live(compose("compose.yaml"))
 except (OSError, http.client.HTTPException, RuntimeError, KeyError) as error:
     check("it runs", False, repr(error))

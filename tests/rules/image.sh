@@ -4,7 +4,7 @@
 # Invariant: never waits for long, and leaves no container and no image behind.
 set -u
 image=pendulumd-check:$$
-base=$(sed -n 's/^FROM \([^ ]*\).*/\1/p' docker/Dockerfile | head -n 1)
+base=$(sed -n 's/^ARG DEBIAN_IMAGE=//p' docker/Dockerfile)
 work=build/check/image
 mkdir -p "$work"
 container=
