@@ -47,8 +47,7 @@ void api_method_read(struct api_method *method, const struct api_value *root, co
     static const struct pend_method none = {.name = "", .flags = 0};
     struct api_value name = api_value_member(root, "method"), precision = api_value_member(root, "precision");
     struct api_value rtol = api_value_member(root, "rtol"), atol = api_value_member(root, "atol");
-    struct api_value step = api_value_member(root, "step"), accuracy = api_value_member(root, "accuracy");
-    static const double usual = 1e-6, least = 1e-12, most = 1;
+    struct api_value step = api_value_member(root, "step");
     *method = (struct api_method){.method = read_precision(&precision, read_method(&name, problem), problem)};
     const struct pend_method *known = method->method, *range = known ? known : &none;
     api_value_usual_number(&rtol, range->rtol_default);
@@ -58,9 +57,16 @@ void api_method_read(struct api_method *method, const struct api_value *root, co
     method->atol_given =
         read_setting(&atol, known, PEND_METHOD_TOLERANCES, range->atol_min, range->atol_max, &method->atol, problem);
     (void)read_setting(&step, known, PEND_METHOD_FIXED_STEP, range->step_min, range->step_max, &method->step, problem);
-    api_value_usual_number(&accuracy, usual);
-    method->accuracy = usual;
-    (void)api_value_read_number(&accuracy, least, most, "", &method->accuracy, problem);
+    method->accuracy = api_accuracy_read(root, problem);
     if (known && known->flags & PEND_METHOD_LINEAR)
         api_tree_modes_allowed(tree, &name, tree->n, "method linear", limits, problem);
+}
+
+double api_accuracy_read(const struct api_value *root, struct api_problem *problem) {
+    static const double usual = 1e-6, least = 1e-12, most = 1;
+    struct api_value field = api_value_member(root, "accuracy");
+    double accuracy = usual;
+    api_value_usual_number(&field, usual);
+    (void)api_value_read_number(&field, least, most, "", &accuracy, problem);
+    return accuracy;
 }

@@ -25,4 +25,7 @@ struct api_method {
 void api_method_read(struct api_method *method, const struct api_value *root, const struct api_tree *tree,
                      const struct api_limits *limits, struct api_problem *problem);
 
+/** Reads the field accuracy of a request; 1e-6 where it is left out or faulty. */
+double api_accuracy_read(const struct api_value *root, struct api_problem *problem);
+
 #endif

@@ -4,14 +4,17 @@
 #include "api/op.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "api/encode.h"
+#include "api/method_json.h"
 #include "api/state_json.h"
 #include "core/section.h"
 
-static const char *const fields[] = {"pendulum", "initial", "section", "duration", "count", "rtol", "digits", NULL};
+static const char *const fields[] = {"pendulum", "initial",  "section", "duration", "count",
+                                     "rtol",     "accuracy", "digits",  NULL};
 static const char *const section_fields[] = {"arm", "theta", "phi", "unit", "direction", NULL};
 
 enum { T, PHI, PHID, DIRECTION, COLUMNS, COUNT_USUAL = 1000, FIRST_ROOM = 256, PIECE = 50000 };
@@ -24,7 +27,7 @@ static const double steps_a_radian = 4, arm_seconds = 2e-6;
 struct sections {
     struct api_tree tree;
     struct api_states *start;
-    double duration, angle, rtol;
+    double duration, angle, rtol, accuracy;
     int arm; /* stored number */
     unsigned ways;
     struct api_table table;
@@ -41,6 +44,7 @@ struct sections {
     int found_all;
     double until;
     struct api_stats stats;
+    char warning[API_WARNING_TEXT];
 };
 
 static void sections_free(void **state) {
@@ -110,6 +114,7 @@ static enum pend_status sections_read_parts(struct sections *sections, const str
         (void)api_value_read_number(&duration, 1e-9, duration_most, "s", &sections->duration, problem);
     (void)api_field_whole(&count, 1, (long)most, &rows, problem);
     (void)api_value_read_number(&rtol, 1e-16, 0.1, "", &sections->rtol, problem);
+    sections->accuracy = api_accuracy_read(root, problem);
     (void)api_field_whole(&digits, 1, 17, &rounded, problem);
     sections->table.digits = (int)rounded;
     sections->table.rows = rows;
@@ -164,7 +169,8 @@ static enum pend_status sections_begin(struct sections *sections, struct pend_er
                                                  .arm = sections->arm,
                                                  .angle = sections->angle,
                                                  .ways = sections->ways,
-                                                 .rtol = sections->rtol};
+                                                 .rtol = sections->rtol,
+                                                 .accuracy = sections->accuracy};
     return pend_section_new(&sections->section, &problem, error);
 }
 
@@ -220,12 +226,29 @@ static enum pend_status sections_search(struct sections *sections, struct api_bu
     return api_writer_block(sections->writer, sections->count, (const double *const *)sections->column, out, error);
 }
 
+/* up to when the passages are those of the motion, and how many of them; in words where not all are */
+static void sections_tell_horizon(struct sections *sections) {
+    double held = fmin(pend_section_held(sections->section), sections->until);
+    long holding = 0;
+    while (holding < sections->count && sections->column[T][holding] <= held) holding++;
+    api_stats_number(&sections->stats, "horizon", held);
+    api_stats_whole(&sections->stats, "holding", holding);
+    if (held >= sections->until) return;
+    snprintf(
+        sections->warning, sizeof sections->warning,
+        "digits are lost before the end: beyond t = %.6g s errors of the motion may be larger than %.3g (estimated). "
+        "Only the first %ld passages are sure to be its own. A smaller rtol carries them further.",
+        held, sections->accuracy, holding);
+    api_stats_warning(&sections->stats, "warning_horizon", sections->warning);
+}
+
 static void sections_tell(struct sections *sections, const struct api_turn *turn) {
     struct api_stats *stats = &sections->stats;
     double seconds = api_turn_seconds(turn);
     api_stats_whole(stats, "steps", pend_section_steps(sections->section));
     api_stats_whole(stats, "passages", sections->count);
     api_stats_number(stats, "until", sections->until);
+    sections_tell_horizon(sections);
     if (seconds >= 0) api_stats_number(stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
 }
 

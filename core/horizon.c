@@ -313,6 +313,10 @@ void pend_horizon_step(struct pend_horizon *horizon, const void *stepper, double
 
 int pend_horizon_lost(const struct pend_horizon *horizon) { return horizon->lost; }
 
+double pend_horizon_held(const struct pend_horizon *horizon, double reached) {
+    return horizon->lost ? horizon->held : reached;
+}
+
 double pend_horizon_until(const struct pend_horizon *horizon) {
     const struct pend_times *times = &horizon->problem.times;
     double start = pend_times_at(times, 0);

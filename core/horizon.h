@@ -47,6 +47,12 @@ void pend_horizon_step(struct pend_horizon *horizon, const void *stepper, double
  */
 double pend_horizon_until(const struct pend_horizon *horizon);
 
+/**
+ * The same between instants: s from the first one on, of the sign of time's direction; up to it the accuracy is kept.
+ * `reached` where it is not lost yet.
+ */
+double pend_horizon_held(const struct pend_horizon *horizon, double reached);
+
 /** True once the accuracy is lost: nothing that follows changes what pend_horizon_until says. */
 int pend_horizon_lost(const struct pend_horizon *horizon);
 

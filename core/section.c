@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "core/horizon.h"
 #include "core/method.h"
 #include "core/turns.h"
 
@@ -17,6 +18,7 @@ struct pend_section {
     struct pend_section_problem problem;
     int n;
     void *stepper;
+    struct pend_horizon *horizon;             /* NULL: nobody asks */
     double reached;                           /* s, by the last step */
     double phi_start;                         /* of the arm */
     struct pend_passage queue[SECTION_QUEUE]; /* of the last step, those that were not handed out from `next` on */
@@ -133,6 +135,11 @@ static enum pend_status section_step(struct pend_section *section, struct pend_e
         double time = error ? error->time : from;
         return pend_fail(error, status, -1, time, "at t = %.6g s: %s", time, pend_status_text(status));
     }
+    if (section->horizon) {
+        const struct pend_points end = {.phi = section->phi, .rate = section->rate};
+        pend_method_taylor.at(section->stepper, &section->reached, 1, &end);
+        pend_horizon_step(section->horizon, section->stepper, section->reached, end.phi, end.rate);
+    }
     section->next = section->queued = 0;
     section_scan(section, from, fmin(section->reached, duration));
     return PEND_OK;
@@ -201,8 +208,10 @@ enum pend_status pend_section_new(struct pend_section **section, const struct pe
                                         .rate = problem->rate,
                                         .times = {.count = 2, .span = problem->duration, .divisor = 1},
                                         .rtol = problem->rtol > 0 ? problem->rtol : method->rtol_default,
-                                        .atol = problem->atol};
+                                        .atol = problem->atol,
+                                        .accuracy = problem->accuracy};
     enum pend_status status = method->open(&made->stepper, &motion, error);
+    if (status == PEND_OK && motion.accuracy > 0) status = pend_horizon_new(&made->horizon, method, &motion, error);
     made->problem.phi = made->problem.rate = NULL;
     if (status == PEND_OK)
         *section = made;
@@ -213,9 +222,15 @@ enum pend_status pend_section_new(struct pend_section **section, const struct pe
 
 void pend_section_free(struct pend_section **section) {
     if (!*section) return;
+    pend_horizon_free(&(*section)->horizon);
     if ((*section)->stepper) pend_method_taylor.close(&(*section)->stepper);
     free(*section);
     *section = NULL;
+}
+
+double pend_section_held(const struct pend_section *section) {
+    double reached = fmin(section->reached, section->problem.duration);
+    return section->horizon ? fmin(pend_horizon_held(section->horizon, reached), reached) : NAN;
 }
 
 long pend_section_steps(const struct pend_section *section) {

@@ -19,6 +19,7 @@ struct pend_section_problem {
     double angle;                 /* rad, of phi; whole turns do not matter */
     unsigned ways;
     double rtol, atol; /* as of the taylor method; 0 = its default */
+    double accuracy;   /* that pend_section_held goes by, > 0; 0 = nobody asks */
 };
 
 /* A passage. */
@@ -58,6 +59,12 @@ enum pend_found { PEND_FOUND_NOTHING, PEND_FOUND_PASSAGE, PEND_FOUND_END };
 PEND_MUST_CHECK enum pend_status pend_section_next(struct pend_section *section, long steps, enum pend_found *found,
                                                    struct pend_passage *passage, double phi[], double rate[],
                                                    struct pend_error *error);
+
+/**
+ * Up to when the motion keeps the problem's accuracy (horizon.h), s, as far as it was followed: what passages come
+ * later may be those of another motion. NaN where the problem names none.
+ */
+double pend_section_held(const struct pend_section *section);
 
 /** Integration steps so far. */
 long pend_section_steps(const struct pend_section *section);

@@ -102,3 +102,24 @@ TEST(sections_of_too_many_steps_are_refused) {
     CHECK(strstr(reply.out.data, "max-steps") != NULL);
     test_reply_free(&reply);
 }
+
+TEST(sections_say_how_many_of_their_passages_hold) {
+    struct test_reply reply =
+        test_post(API_OP_SECTIONS, "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
+                                   "\"initial\":{\"theta\":[2,2.5]},\"duration\":100,"
+                                   "\"section\":{\"arm\":1,\"theta\":0}}");
+    double held = test_reply_number(&reply, "/stats/horizon"), holding = test_reply_number(&reply, "/stats/holding");
+    CHECK_SAYING(held > 7 && held < 9.7, "%g", held); // the truth is 8.8 s
+    CHECK(holding >= 1 && holding < test_reply_number(&reply, "/stats/passages"));
+    CHECK(strstr(reply.out.data, "\"warnings\":[\"digits are lost before the end: beyond t = ") != NULL);
+    for (int i = 0; i < 2; i++) {
+        char at[40];
+        snprintf(at, sizeof at, "/t/%d", (int)holding - 1 + i);
+        CHECK((test_reply_number(&reply, at) <= held) == !i);
+    }
+    test_reply_free(&reply);
+    reply = test_post(API_OP_SECTIONS, "{" DOUBLE ",\"duration\":3,\"section\":{\"arm\":1,\"theta\":0}}");
+    CHECK(test_reply_number(&reply, "/stats/horizon") == 3 && !strstr(reply.out.data, "warnings"));
+    CHECK(test_reply_number(&reply, "/stats/holding") == test_reply_number(&reply, "/stats/passages"));
+    test_reply_free(&reply);
+}

@@ -218,3 +218,39 @@ TEST(sections_that_make_no_sense_are_refused) {
     CHECK(pend_section_new(&section, &bad, &error) == PEND_INVALID && !section);
     test_tree_clear(&t);
 }
+
+/* the passages of the motion itself, by 32 digits, agree with those found as far as they are said to hold */
+TEST(section_says_which_passages_hold) {
+    int short_of = 0;
+    for (int i = 0; i < 6; i++) {
+        struct test_tree t;
+        struct pend_section *section;
+        struct pend_passage passage;
+        enum pend_found what = PEND_FOUND_NOTHING;
+        double phi[ARMS], rate[ARMS], exact[ARMS], fast = 0, lost = 0;
+        tree_of(&t, 2 + i % 3, 31 + (unsigned)i);
+        struct pend_section_problem problem = section_of(&t, 15, 0, -M_PI_2, PEND_WAY_UP);
+        problem.accuracy = 1e-6;
+        REQUIRE(pend_section_new(&section, &problem, NULL) == PEND_OK);
+        while (what != PEND_FOUND_END) {
+            REQUIRE(pend_section_next(section, 1000, &what, &passage, phi, rate, NULL) == PEND_OK);
+            if (what != PEND_FOUND_PASSAGE || lost > 0) continue;
+            struct test_record record;
+            const double list[] = {0, passage.time};
+            const struct pend_problem motion = {
+                .tree = t.tree, .gravity = 9.81, .phi = t.phi, .rate = t.rate, .times = {.count = 2, .list = list}};
+            test_record_blocks(&record, pend_method_taylor.extended, &motion, 2, INFINITY);
+            for (int k = 0; k < t.n; k++) exact[k] = record.samples.phi[t.n + t.tree->order[k]];
+            for (int k = 0; k < t.n; k++) fast = fabs(exact[k] - phi[k]) > problem.accuracy ? 1 : fast;
+            if (fast > 0) lost = passage.time;
+            test_record_clear(&record);
+        }
+        double held = pend_section_held(section);
+        // passages are a second or so apart
+        CHECK_SAYING(lost ? held <= 1.1 * lost && held >= 0.6 * lost : held > 9, "%d: held %g, lost %g", i, held, lost);
+        short_of += held < 15;
+        pend_section_free(&section);
+        test_tree_clear(&t);
+    }
+    CHECK_SAYING(short_of >= 2, "%d", short_of);
+}
