@@ -42,7 +42,7 @@ struct row_clients {
     int count;
     struct {
         char name[SRV_NAME_BYTES];
-        int64_t turn;
+        int64_t turn, weight;
     } client[TURN_CLIENTS];
 };
 
@@ -50,7 +50,8 @@ static enum srv_stored row_client(void *context, const struct srv_value field[])
     struct row_clients *rows = context;
     if (rows->count == TURN_CLIENTS) return SRV_STORED;
     srv_row_text(&field[0], rows->client[rows->count].name, SRV_NAME_BYTES);
-    rows->client[rows->count++].turn = field[1].whole;
+    rows->client[rows->count].turn = field[1].whole;
+    rows->client[rows->count++].weight = field[2].whole > 0 ? field[2].whole : 1;
     return SRV_STORED;
 }
 
@@ -97,8 +98,8 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
 }
 
 /* takes a shard of the job that is ready and locked */
-static enum srv_stored claim_shard(struct srv_store *store, const char *client, const char *worker, int64_t lease_us,
-                                   const struct row_ready *ready, struct srv_lease *lease) {
+static enum srv_stored claim_shard(struct srv_store *store, const char *client, int64_t weight, const char *worker,
+                                   int64_t lease_us, const struct row_ready *ready, struct srv_lease *lease) {
     struct row_lease row = {.lease = lease};
     struct srv_job was = ready->job, is;
     struct srv_tally_client *turn;
@@ -118,7 +119,7 @@ static enum srv_stored claim_shard(struct srv_store *store, const char *client, 
     is.begun += !ready->again;
     SRV_STORED_TRY(srv_store_count_job(store, &was, &is));
     SRV_STORED_TRY(srv_store_client(store, client, &turn));
-    turn->turn++;
+    turn->turn += weight;
     return SRV_STORED;
 }
 
@@ -131,11 +132,14 @@ enum srv_stored srv_store_claim(struct srv_store *store, const char *worker, int
     enum srv_stored stored = srv_store_run(store, SQL_CLIENTS, NULL, 0, row_client, &clients);
     if (stored == SRV_STORED) stored = clients_order(store, &clients);
     const char *client = NULL;
+    int64_t weight = 1;
     for (int i = 0; i < clients.count && stored == SRV_STORED && !ready.rows; i++) {
         client = clients.client[i].name;
+        weight = clients.client[i].weight;
         stored = SRV_RUN(store, SQL_JOB_READY, row_ready, &ready, srv_value_text(client));
     }
-    if (stored == SRV_STORED && ready.rows) stored = claim_shard(store, client, worker, lease_us, &ready, lease);
+    if (stored == SRV_STORED && ready.rows)
+        stored = claim_shard(store, client, weight, worker, lease_us, &ready, lease);
     /* what is ready but locked by another process will be free in a moment */
     else if (stored == SRV_STORED)
         stored = clients.count ? SRV_STORED_AGAIN : SRV_STORED_NONE;

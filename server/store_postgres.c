@@ -132,13 +132,12 @@ static enum pend_status postgres_open(struct srv_sql **sql, const char *url, str
     char *said = NULL;
     PQconninfoOption *options = PQconninfoParse(url, &said);
     if (!options) {
-        /* what the library quotes may be a piece of the password */
-        if (said) said[strcspn(said, "\"")] = 0;
+        /* what the library quotes may be a piece of the password, unless it is the name of a parameter */
+        if (said && strncmp(said, "invalid URI query parameter", 27) != 0) said[strcspn(said, "\"")] = 0;
         srv_sql_complain(&own->sql, said ? said : "out of memory");
-        status =
-            pend_fail(error, PEND_INVALID, -1, 0,
-                      "the url of the database is none: %.120s (which part is not shown, as it may be the password)",
-                      own->sql.complaint);
+        status = pend_fail(error, PEND_INVALID, -1, 0,
+                           "the url of the database: %.120s (values are not shown, as one may be the password)",
+                           own->sql.complaint);
     }
     PQconninfoFree(options);
     PQfreemem(said);

@@ -3,6 +3,10 @@
 #include <stdio.h>
 #include <string.h>
 
+/* clients of one address that take a turn each; of more of them each claim counts for more turns, so that together they
+ * take few more than so many */
+enum { SOURCE_TURNS = 8 };
+
 enum srv_stored srv_store_client(struct srv_store *store, const char *name, struct srv_tally_client **client) {
     *client = srv_tally_client(&store->tally, name);
     return *client ? SRV_STORED : SRV_STORED_AGAIN;
@@ -70,6 +74,7 @@ enum srv_stored srv_store_source(struct srv_store *store, const char *name, cons
     snprintf(client->source, sizeof client->source, "%s", source ? source : name);
     if (!source || !strcmp(name, source)) return SRV_STORED;
     SRV_STORED_TRY(srv_tally_source(&store->tally, store->sql, source, &clients, &jobs, &bytes));
+    client->weight = 1 + store->tally.source_open / SOURCE_TURNS;
     int counted = client->jobs_were > 0 || client->bytes_were > 0 || client->bytes > 0;
     if (rules->source_clients && !counted && clients >= rules->source_clients)
         snprintf(message, SRV_MESSAGE_BYTES,

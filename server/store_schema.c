@@ -73,7 +73,9 @@ static const char *const schema[] = {
     "BIGINT), (SELECT CAST(COALESCE(SUM(bytes), 0) AS BIGINT) FROM clients), (SELECT COUNT(*) FROM scenes), "
     "(SELECT CAST(COALESCE(SUM(LENGTH(body) + " ROW_BYTES "), 0) AS BIGINT) FROM scenes) FROM jobs",
     "CREATE INDEX clients_ready ON clients (turn, name) WHERE ready > 0",
-    "CREATE INDEX clients_open ON clients (turn) WHERE jobs > 0", NULL};
+    "CREATE INDEX clients_open ON clients (turn) WHERE jobs > 0", NULL,
+    /* 4: how many turns a claim counts for, so that many clients of one address take few */
+    "ALTER TABLE clients ADD COLUMN weight BIGINT NOT NULL DEFAULT 1", NULL};
 
 /* the tables' version; -1 where none is written */
 static enum srv_stored schema_read(struct srv_sql *sql, int64_t *version) {

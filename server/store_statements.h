@@ -25,16 +25,18 @@
     X(NOW, "SELECT {now}, (SELECT MAX(version) FROM pendulumd)")                                                       \
     X(CLIENT, "SELECT jobs, bytes, scenes, scene_bytes FROM clients WHERE name = $1")                                  \
     X(CLIENT_CHANGE,                                                                                                   \
-      "INSERT INTO clients (name, turn, jobs, ready, bytes, scenes, scene_bytes, source) VALUES ($1, $2 + "            \
-      "COALESCE((SELECT MIN(turn) FROM clients WHERE jobs > 0), 0), $3, $4, $5, $6, $7, $8) ON CONFLICT (name) DO "    \
-      "UPDATE SET jobs = clients.jobs + $3, ready = clients.ready + $4, bytes = clients.bytes + $5, "                  \
+      "INSERT INTO clients (name, turn, jobs, ready, bytes, scenes, scene_bytes, source, weight) VALUES ($1, $2 + $9 " \
+      "- 1 + COALESCE((SELECT MIN(turn) FROM clients WHERE jobs > 0), 0), $3, $4, $5, $6, $7, $8, $9) ON CONFLICT "    \
+      "(name) DO UPDATE SET jobs = clients.jobs + $3, ready = clients.ready + $4, bytes = clients.bytes + $5, "        \
       "scenes = clients.scenes + $6, scene_bytes = clients.scene_bytes + $7, turn = CASE WHEN clients.jobs = 0 AND "   \
       "clients.turn + $2 < EXCLUDED.turn THEN EXCLUDED.turn ELSE clients.turn + $2 END, source = CASE WHEN "           \
-      "EXCLUDED.source <> '' AND clients.jobs = 0 AND clients.bytes = 0 THEN EXCLUDED.source ELSE clients.source END") \
+      "EXCLUDED.source <> '' AND clients.jobs = 0 AND clients.bytes = 0 THEN EXCLUDED.source ELSE clients.source "     \
+      "END, weight = CASE WHEN EXCLUDED.source <> '' THEN EXCLUDED.weight ELSE clients.weight END")                    \
     X(SOURCE, "SELECT CAST(COUNT(*) AS BIGINT), CAST(COALESCE(SUM(jobs), 0) AS BIGINT), CAST(COALESCE(SUM(bytes), 0) " \
-              "AS BIGINT) FROM clients WHERE source = $1 AND (jobs > 0 OR bytes > 0)")                                 \
+              "AS BIGINT), CAST(COALESCE(SUM(CASE WHEN jobs > 0 THEN 1 ELSE 0 END), 0) AS BIGINT) FROM clients WHERE " \
+              "source = $1 AND (jobs > 0 OR bytes > 0)")                                                               \
     X(CLIENT_LEAVES, "DELETE FROM clients WHERE name = $1 AND jobs = 0 AND bytes = 0 AND scenes = 0")                  \
-    X(CLIENTS, "SELECT name, turn FROM clients WHERE ready > 0 ORDER BY turn, name LIMIT 8")                           \
+    X(CLIENTS, "SELECT name, turn, weight FROM clients WHERE ready > 0 ORDER BY turn, name LIMIT 8")                   \
     X(TOTALS, "SELECT CAST(COALESCE(SUM(accepted), 0) AS BIGINT), CAST(COALESCE(SUM(running), 0) AS BIGINT), "         \
               "CAST(COALESCE(SUM(successful), 0) AS BIGINT), CAST(COALESCE(SUM(failed), 0) AS BIGINT), "               \
               "CAST(COALESCE(SUM(dismissed), 0) AS BIGINT), CAST(COALESCE(SUM(waiting), 0) AS BIGINT), "               \

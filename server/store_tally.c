@@ -71,7 +71,7 @@ enum srv_stored srv_tally_totals(struct srv_tally *tally, struct srv_sql *sql, s
 
 enum srv_stored srv_tally_source(struct srv_tally *tally, struct srv_sql *sql, const char *source, int64_t *clients,
                                  int64_t *jobs, int64_t *bytes) {
-    struct srv_row_wholes all = {.count = 3};
+    struct srv_row_wholes all = {.count = 4};
     struct srv_value value[] = {srv_value_text(source)};
     if (strcmp(tally->source, source) != 0) {
         SRV_STORED_TRY(tally_run(sql, SQL_SOURCE, value, 1, srv_row_wholes, &all));
@@ -79,6 +79,7 @@ enum srv_stored srv_tally_source(struct srv_tally *tally, struct srv_sql *sql, c
         tally->source_clients = all.whole[0];
         tally->source_jobs = all.whole[1];
         tally->source_bytes = all.whole[2];
+        tally->source_open = all.whole[3];
     }
     *clients = tally->source_clients;
     *jobs = tally->source_jobs;
@@ -98,13 +99,18 @@ static int tally_order(const void *a, const void *b) {
 }
 
 static enum srv_stored tally_client(const struct srv_tally_client *client, struct srv_sql *sql) {
-    struct srv_value value[] = {srv_value_text(client->name),         srv_value_whole(client->turn),
-                                srv_value_whole(client->jobs),        srv_value_whole(client->ready),
-                                srv_value_whole(client->bytes),       srv_value_whole(client->scenes),
-                                srv_value_whole(client->scene_bytes), srv_value_text(client->source)};
+    struct srv_value value[] = {srv_value_text(client->name),
+                                srv_value_whole(client->turn),
+                                srv_value_whole(client->jobs),
+                                srv_value_whole(client->ready),
+                                srv_value_whole(client->bytes),
+                                srv_value_whole(client->scenes),
+                                srv_value_whole(client->scene_bytes),
+                                srv_value_text(client->source),
+                                srv_value_whole(client->weight > 0 ? client->weight : 1)};
     if (!(client->turn | client->jobs | client->ready | client->bytes | client->scenes | client->scene_bytes))
         return SRV_STORED;
-    SRV_STORED_TRY(tally_run(sql, SQL_CLIENT_CHANGE, value, 8, NULL, NULL));
+    SRV_STORED_TRY(tally_run(sql, SQL_CLIENT_CHANGE, value, 9, NULL, NULL));
     if (client->bytes >= 0 && client->scenes >= 0) return SRV_STORED;
     return tally_run(sql, SQL_CLIENT_LEAVES, value, 1, NULL, NULL);
 }

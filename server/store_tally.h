@@ -22,6 +22,7 @@ struct srv_tally_client {
     int64_t scenes_were, scene_bytes_were;
     int64_t jobs, ready, turn, bytes; /* changes: open jobs, jobs of which a shard can be claimed, turns, bytes kept */
     int64_t scenes, scene_bytes;      /* changes */
+    int64_t weight;                   /* turns that a claim of its jobs counts for, where `source` is known */
 };
 
 /* The changes of one transaction; begins as {0}. */
@@ -31,6 +32,7 @@ struct srv_tally {
     int place;                                         /* this connection's row of the totals; stays */
     char source[SRV_NAME_BYTES];                       /* the one that was read last; "" = none was */
     int64_t source_clients, source_jobs, source_bytes; /* of it, before this transaction */
+    int64_t source_open;                               /* clients of it with open jobs, before this transaction */
     struct srv_store_figures were;                     /* once known: before this transaction */
     struct srv_store_figures change;
     struct srv_tally_client client[SRV_TALLY_CLIENTS];

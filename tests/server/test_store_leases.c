@@ -316,3 +316,39 @@ STORE_TEST(random_histories_agree_with_a_model) {
     ground_sums(ground);
     for (int i = 0; i < leases; i++) srv_lease_clear(&held[i]);
 }
+
+/* who has a client for each job has few more turns than eight others */
+STORE_TEST(many_clients_of_one_address_take_few_turns) {
+    enum { TOKENS = 32, EACH = 3, CLAIMS = 60 };
+    unsigned char digest[SRV_DIGEST_BYTES] = {1};
+    struct srv_job job;
+    struct srv_lease lease;
+    char id[16], client[16];
+    int of_other = 0;
+    (void)ground;
+    for (int k = 0; k < EACH; k++)
+        for (int i = 0; i < TOKENS; i++) {
+            snprintf(id, sizeof id, "t%d-%d", i, k);
+            snprintf(client, sizeof client, "t%d", i);
+            struct srv_job_order order = {.id = id,
+                                          .client = client,
+                                          .source = "home",
+                                          .operation = "ensembles",
+                                          .request = "{}",
+                                          .request_bytes = 2,
+                                          .digest = digest,
+                                          .shards = 1};
+            CHECK_INT(srv_store_submit(store, &order, &job), SRV_STORED);
+        }
+    for (int k = 0; k < CLAIMS; k++) {
+        snprintf(id, sizeof id, "other-%d", k);
+        CHECK_INT(ground_submit(store, id, "other", NULL, 1, 0, &job), SRV_STORED);
+    }
+    for (int k = 0; k < CLAIMS; k++) {
+        CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+        of_other += !strncmp(lease.job, "other", 5);
+        srv_lease_clear(&lease);
+    }
+    /* about one of seven; without weights it would be one of thirty-three */
+    CHECK_SAYING(of_other >= 7 && of_other <= 12, "%d of %d", of_other, CLAIMS);
+}
