@@ -71,15 +71,18 @@ help: ## lists these targets; the default
 	@printf 'pendulumd: a server for planar pendulum trees.  Targets:\n'
 	@awk -F ': .*## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$2 } /^#@/ { printf "\n%s\n", substr($$0, 4) }' Makefile
 
+# npm with what it needs is three quarters of all packages: only where its work has not been done before (page)
+NEEDED = docker/install.sh build $$(server/assets_fetch.sh --there build/web || echo page)
+
 #@ The two commands that a newcomer needs; both install missing Debian packages
 run: ## builds and serves on http://127.0.0.1:8080 (LISTEN=address:port, ARGS="more options")
-	@docker/install.sh build
+	@$(NEEDED)
 	@$(MAKE) --no-print-directory $(PARALLEL) build
 	@exec $(B)/pendulumd --listen $(LISTEN) $(ARGS)
 LISTEN ?= 127.0.0.1:8080
 
 check: ## builds and runs every test; the last line counts them
-	@docker/install.sh build test
+	@$(NEEDED) test
 	@$(CHECK); $(COUNT)
 # two jobs more than there are processors: half of the time tests of the live server wait
 CHECK = rm -rf build/check; $(MAKE) --no-print-directory $(if $(PARALLEL),-j$(shell expr $(JOBS) + 2)) -f tests/harness/check.mk
@@ -172,7 +175,7 @@ rules: ## the rooms' include rules, documents compared with code, replies with t
 	@$(CHECK) ONLY='layers docs replies readback equations nginx deploy restart layout openapi instructions'; $(COUNT)
 
 lint: ## clang's warnings, layout and spectral; installs clang and clang-format
-	@docker/install.sh build lint
+	@$(NEEDED) lint
 	@$(MAKE) --no-print-directory CC=clang CXX=clang++ B=build/clang build/clang/pendulumd $(ROOMS:%=build/clang/tests/%/run)
 	@$(CHECK) ONLY='layout openapi'; $(COUNT)
 
