@@ -11,11 +11,11 @@ static const char admission_invalid[] = "Bearer realm=\"pendulumd\", error=\"inv
 
 void srv_admission_client(struct srv_exchange *exchange) {
     const struct srv_service *service = exchange->service;
-    const char *header = service->config.client_header, *value = exchange->field[SRV_FORWARDED];
+    const char *header = srv_service_config(service)->client_header, *value = exchange->field[SRV_FORWARDED];
     const char *account = NULL;
     char address[SRV_PEER_BYTES];
-    srv_peer_client(&service->trusted, exchange->peer, header, value, address);
-    if (value && !srv_peer_names_addresses(header) && srv_peer_trusted(&service->trusted, exchange->peer))
+    srv_peer_client(srv_service_trusted(service), exchange->peer, header, value, address);
+    if (value && !srv_peer_names_addresses(header) && srv_peer_trusted(srv_service_trusted(service), exchange->peer))
         account = value;
     exchange->unnamed = !srv_identity_begin(&exchange->identity, address, account);
 }
@@ -23,7 +23,7 @@ void srv_admission_client(struct srv_exchange *exchange) {
 int srv_admission_identify(struct srv_exchange *exchange) {
     if (exchange->unnamed) {
         srv_exchange_problem(exchange, 400, "the field %.60s, which says who asks, must be visible ASCII characters",
-                             exchange->service->config.client_header);
+                             srv_service_config(exchange->service)->client_header);
         return 0;
     }
     if (srv_identity_token(&exchange->identity, exchange->field[SRV_AUTHORIZATION])) return 1;
@@ -47,7 +47,7 @@ void srv_admission_challenge(struct srv_exchange *exchange, const char *format, 
 
 int srv_admission_count(struct srv_exchange *exchange) {
     struct srv_service *service = exchange->service;
-    double a_minute = service->config.requests_a_minute;
+    double a_minute = srv_service_config(service)->requests_a_minute;
     exchange->account = srv_clients_take(service->clients, exchange->identity.key, exchange->identity.source);
     if (!exchange->account) {
         srv_exchange_busy(exchange, 1, "out of memory");

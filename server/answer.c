@@ -70,7 +70,7 @@ void srv_answer_remember(struct srv_exchange *exchange, struct srv_payload *payl
 /* --- payloads --- */
 
 enum srv_coding srv_answer_code(struct srv_work *work, const char *media_type) {
-    double least = work->service->config.compress_above;
+    double least = srv_service_config(work->service)->compress_above;
     if (!work->coding || least <= 0 || (double)work->out.bytes < least || work->out.bytes > ANSWER_MOST_CODED ||
         !srv_coding_worth(media_type))
         return SRV_IDENTITY;

@@ -126,7 +126,7 @@ static void compute_promise(struct srv_work *work) {
     struct api_answer answer = api_call_answer(work->call);
     struct api_buffer none;
     const struct srv_coding_row *row = srv_coding_at(work->coding);
-    int coded = row && work->service->config.compress_above > 0 && srv_coding_worth(answer.media_type);
+    int coded = row && srv_service_config(work->service)->compress_above > 0 && srv_coding_worth(answer.media_type);
     api_buffer_init(&none, 0);
     if (coded && !(work->coder = row->begin())) return;
     struct srv_payload *head = srv_answer_payload(work, answer, coded ? work->coding : SRV_IDENTITY, &none);
@@ -321,7 +321,7 @@ static int compute_open(struct srv_work *work) {
 }
 
 static int compute_first(struct srv_work *work, int64_t now) {
-    double limit = work->service->config.wait_seconds;
+    double limit = srv_service_config(work->service)->wait_seconds;
     work->begun = now;
     if (now - work->queued <= srv_clock_span(limit)) return compute_open(work);
     srv_metrics_count(&work->service->metrics.refused_wait, 1);
@@ -357,7 +357,7 @@ static void compute_refuse(struct srv_work *work, enum pend_status status) {
         srv_exchange_problem(exchange, 429,
                              "%.0f requests of yours wait for a worker, max-client-queue, or those of your address "
                              "are three quarters of max-queue",
-                             service->config.client_queue);
+                             srv_service_config(service)->client_queue);
         srv_exchange_retry(exchange, 1);
     }
     exchange->finish(exchange);

@@ -87,8 +87,10 @@ static const struct config_row config_table[] = {
      CONFIG_SECONDS, FIELD(drain_seconds), 0, 86400},
     {{"drain-idle-seconds", "S", "5", "time that silent connections are kept after SIGTERM, for a request that a proxy is just sending on one"},
      CONFIG_SECONDS, FIELD(drain_idle_seconds), 0, 3600},
-    {{"access-log", "on/off", "on", "one JSON line a request on standard output"},
+    {{"access-log", "on/off", "on", "one JSON line a request"},
      CONFIG_SWITCH, FIELD(access_log), 0, 0},
+    {{"log", "FILE", "-", "where the lines of requests go; - = standard output; a file is opened anew at SIGHUP and SIGUSR1"},
+     CONFIG_TEXT, FIELD(log), 0, 0},
     {{"job-part-seconds", "S", "1", "computation after which a part of a job is kept: what a crash repeats at most"},
      CONFIG_SECONDS, FIELD(job_part_seconds), 0.001, 3600},
     {{"job-lease-seconds", "S", "15", "time after which a worker that is not heard of loses its part of a job to another"},
@@ -170,6 +172,30 @@ int srv_config_row(int i, struct srv_option *row) {
 static double *config_number(struct srv_config *config, const struct config_row *row, int i) {
     if (i >= CONFIG_OWN) return api_limits_value(&config->limits, (int)row->offset);
     return (double *)((char *)config + row->offset);
+}
+
+/* where the value of option i is, and how many bytes it takes; 0 bytes for what has none */
+static char *config_value(struct srv_config *config, int i, size_t *bytes) {
+    struct config_row row;
+    *bytes = 0;
+    if (!config_at(i, &row) || row.kind == CONFIG_FLAG) return NULL;
+    int number = row.kind == CONFIG_WHOLE || row.kind == CONFIG_BYTES || row.kind == CONFIG_SECONDS;
+    *bytes = number || row.kind == CONFIG_SWITCH ? sizeof(double) : SRV_CONFIG_TEXT;
+    return *bytes == sizeof(double) ? (char *)config_number(config, &row, i) : (char *)config + row.offset;
+}
+
+void srv_config_take(struct srv_config *config, const struct srv_config *from, int i) {
+    size_t bytes;
+    char *to = config_value(config, i, &bytes);
+    if (bytes) memcpy(to, config_value((struct srv_config *)from, i, &bytes), bytes);
+}
+
+int srv_config_same(const struct srv_config *one, const struct srv_config *other, int i) {
+    size_t bytes;
+    const char *first = config_value((struct srv_config *)one, i, &bytes);
+    const char *second = config_value((struct srv_config *)other, i, &bytes);
+    if (bytes == sizeof(double)) return !memcmp(first, second, bytes);
+    return !bytes || !strcmp(first, second);
 }
 
 /* Where a value was found, for messages: "--workers", "PENDULUMD_WORKERS", "pendulumd.conf:3: workers". */
@@ -437,32 +463,6 @@ enum pend_status srv_config_load(struct srv_config *config, int argc, char *cons
     PEND_TRY(config_load_environment(config, environment, 0, error));
     PEND_TRY(config_load_arguments(config, argc, argv, 0, error));
     config_weigh(config);
-    return PEND_OK;
-}
-
-enum pend_status srv_config_help(struct api_buffer *out) {
-    struct srv_option row;
-    PEND_TRY(api_buffer_text(out, "Usage: pendulumd [--option value]...\n"
-                                  "Serves planar pendulum trees over HTTP.\n\n"
-                                  "An option can also be set in the environment (PENDULUMD_MAX_QUEUE=10) and in the\n"
-                                  "file of --config (max-queue = 10). The command line wins over the environment, the\n"
-                                  "environment over the file, the file over the default, which is given in brackets.\n"
-                                  "Bytes may end in K, M or G.\n\n"));
-    for (int i = 0; srv_config_row(i, &row); i++) {
-        PEND_TRY(api_buffer_format(out, "  --%s %s\n      %s", row.name, row.sample ? row.sample : "", row.meaning));
-        PEND_TRY(row.start[0] ? api_buffer_format(out, " [%s]\n", row.start) : api_buffer_text(out, "\n"));
-    }
-    return PEND_OK;
-}
-
-enum pend_status srv_config_table(struct api_buffer *out) {
-    struct srv_option row;
-    PEND_TRY(api_buffer_text(out, "| option | default | meaning |\n| --- | --- | --- |\n"));
-    for (int i = 0; srv_config_row(i, &row); i++) {
-        PEND_TRY(api_buffer_format(out, "| `--%s%s%s` | %s%s%s | %s |\n", row.name, row.sample ? " " : "",
-                                   row.sample ? row.sample : "", row.start[0] ? "`" : "", row.start,
-                                   row.start[0] ? "`" : "", row.meaning));
-    }
     return PEND_OK;
 }
 

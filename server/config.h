@@ -23,6 +23,7 @@ struct srv_config {
     double connections, queue, client_queue, held_bytes;
     double wait_seconds, requests_a_minute, address_clients;
     double cache_bytes, compress_above;
+    char log[SRV_CONFIG_TEXT];
     char cors_origins[SRV_CONFIG_TEXT], trusted_proxy[SRV_CONFIG_TEXT], client_header[SRV_CONFIG_TEXT];
     char hosts[SRV_CONFIG_TEXT];
     double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds, drain_idle_seconds;
@@ -67,6 +68,12 @@ PEND_MUST_CHECK enum pend_status srv_config_load(struct srv_config *config, int 
  * Row i of the table, the server's own options first, then api/limits.h; 0 beyond the end.
  */
 int srv_config_row(int i, struct srv_option *row);
+
+/** True where option i of the table has one value in both. */
+int srv_config_same(const struct srv_config *one, const struct srv_config *other, int i);
+
+/** Gives option i of the table the value that it has in another config. */
+void srv_config_take(struct srv_config *config, const struct srv_config *from, int i);
 
 /** Writes the help; fails as api_buffer_room does. */
 PEND_MUST_CHECK enum pend_status srv_config_help(struct api_buffer *out);

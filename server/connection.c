@@ -54,7 +54,7 @@ static struct connection *connection_of_watched(struct srv_watched *watched) {
 
 /* the seconds that a client has for so many bytes */
 static double connection_patience(const struct connection *connection, double seconds, size_t bytes) {
-    return seconds + (double)bytes / connection->all->service->config.least_rate;
+    return seconds + (double)bytes / srv_service_config(connection->all->service)->least_rate;
 }
 
 static int64_t connection_deadline(double seconds) { return srv_clock_now() + srv_clock_span(seconds); }
@@ -74,7 +74,7 @@ static void connection_moved(struct srv_exchange *exchange, uint64_t bytes) {
     exchange->bytes = bytes;
     if (connection->paused) connection->pauses += now - connection->paused;
     connection->paused = 0;
-    double seconds = connection_patience(connection, exchange->service->config.send_seconds, bytes);
+    double seconds = connection_patience(connection, srv_service_config(exchange->service)->send_seconds, bytes);
     srv_watch_phase(watch, &connection->watched, SRV_WATCH_STREAMING,
                     exchange->sending + connection->pauses + srv_clock_span(seconds));
 }
@@ -95,7 +95,7 @@ static enum MHD_Result connection_answer(struct connection *connection) {
     if (!response) return MHD_NO;
     connection->state = CONNECTION_SENDING;
     exchange->sending = srv_clock_now();
-    double seconds = connection_patience(connection, service->config.send_seconds, exchange->bytes);
+    double seconds = connection_patience(connection, srv_service_config(service)->send_seconds, exchange->bytes);
     srv_watch_phase(connection->all->watch, &connection->watched,
                     exchange->streams ? SRV_WATCH_STREAMING : SRV_WATCH_SENDING,
                     exchange->sending + srv_clock_span(seconds));
@@ -157,8 +157,8 @@ static int connection_check_head(struct connection *connection, const char *meth
 
 /* until when the body must be there, seeing what came of it */
 static void connection_body_deadline(struct connection *connection) {
-    double seconds =
-        connection_patience(connection, connection->all->service->config.body_seconds, connection->exchange.body.bytes);
+    double seconds = connection_patience(connection, srv_service_config(connection->all->service)->body_seconds,
+                                         connection->exchange.body.bytes);
     srv_watch_phase(connection->all->watch, &connection->watched, SRV_WATCH_READING,
                     connection->body_began + srv_clock_span(seconds));
 }
@@ -188,7 +188,7 @@ static enum MHD_Result connection_body(struct connection *connection, const char
     enum pend_status status = api_buffer_add(&exchange->body, data, bytes);
     if (status == PEND_LIMIT)
         srv_exchange_problem(exchange, 413, "the body has more bytes than the limit max-body-bytes of %.0f",
-                             exchange->service->config.limits.body_bytes);
+                             srv_service_config(exchange->service)->limits.body_bytes);
     else if (status != PEND_OK || !srv_exchange_hold(exchange, exchange->body.bytes)) {
         srv_metrics_count(&exchange->service->metrics.refused_held, 1);
         srv_exchange_busy(exchange, 1, "there is no memory left for the body: max-held-bytes");
@@ -311,7 +311,7 @@ void srv_connection_completed(void *context, struct MHD_Connection *mhd, void **
     connection->done++;
     int more = connection->wire.front.requests > connection->done;
     srv_watch_phase(all->watch, &connection->watched, more ? SRV_WATCH_READING : SRV_WATCH_IDLE,
-                    more ? connection_deadline(all->service->config.header_seconds) : 0);
+                    more ? connection_deadline(srv_service_config(all->service)->header_seconds) : 0);
     if (!connection->wire.front.status || connection->wire.front.complete != connection->done) return;
     connection_refuse_stream(connection);
     /* it has nothing to read, and so nothing that would end it but time */
@@ -330,7 +330,7 @@ static void connection_begins(struct srv_wire *wire) {
     struct connection *connection = connection_of_wire(wire);
     if (connection->state == CONNECTION_NONE)
         srv_watch_phase(connection->all->watch, &connection->watched, SRV_WATCH_READING,
-                        connection_deadline(connection->all->service->config.header_seconds));
+                        connection_deadline(srv_service_config(connection->all->service)->header_seconds));
 }
 
 /* --- connections --- */

@@ -1,6 +1,8 @@
 #include "server/daemon.h"
 
+#include <errno.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/resource.h>
 #include <time.h>
 #include <unistd.h>
@@ -10,6 +12,7 @@
 #include "server/http.h"
 #include "server/listen.h"
 #include "server/parts.h"
+#include "server/reload.h"
 #include "server/runner.h"
 #include "server/workers.h"
 
@@ -23,7 +26,8 @@ struct srv_daemon {
     struct srv_watch *watch;
     struct srv_workers *workers;
     struct srv_http *http;
-    int64_t drained; /* ns: since when it drains; 0 = it does not */
+    double connections; /* that were asked for; the system may allow fewer */
+    int64_t drained;    /* ns: since when it drains; 0 = it does not */
     char url[SRV_URL_BYTES];
 };
 
@@ -50,7 +54,13 @@ static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_erro
     int fd;
     PEND_TRY(srv_parts_init(service, error));
     PEND_TRY(srv_listen_open(config->listen, &fd, daemon->url, error));
-    enum pend_status status = srv_log_new(&service->log, config->access_log ? STDOUT_FILENO : -1, STDERR_FILENO);
+    int log = srv_reload_log(config);
+    if (log == -2) {
+        close(fd);
+        return pend_fail(error, PEND_INVALID, -1, 0, "the log %.150s cannot be opened: %s", config->log,
+                         strerror(errno));
+    }
+    enum pend_status status = srv_log_new(&service->log, log, STDERR_FILENO);
     if (status == PEND_OK) {
         daemon_files(config, service->log);
         status = srv_watch_new(&daemon->watch);
@@ -72,6 +82,7 @@ enum pend_status srv_daemon_new(struct srv_daemon **daemon, const struct srv_con
     struct srv_daemon *made = *daemon = calloc(1, sizeof *made);
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     made->service.config = *config;
+    made->connections = config->connections;
     enum pend_status status = daemon_start(made, error);
     if (status != PEND_OK) srv_daemon_free(daemon);
     return status;
@@ -87,6 +98,26 @@ double srv_daemon_idle(struct srv_daemon *daemon) {
     return daemon->service.runner ? srv_runner_idle(daemon->service.runner) : 0;
 }
 
+enum pend_status srv_daemon_reload(struct srv_daemon *daemon, const struct srv_config *next, struct pend_error *error) {
+    struct srv_config same = *next;
+    if (same.connections == daemon->connections) same.connections = daemon->service.config.connections;
+    return srv_reload(&daemon->service, &same, error);
+}
+
+void srv_daemon_reopen(struct srv_daemon *daemon) {
+    const struct srv_config *config = srv_service_config(&daemon->service);
+    int log = srv_reload_log(config);
+    if (log == -2)
+        srv_log_message(daemon->service.log, "the log %.150s cannot be opened: %s; it goes on where it was",
+                        config->log, strerror(errno));
+    else
+        srv_log_turn(daemon->service.log, log);
+}
+
+double srv_daemon_patience(const struct srv_daemon *daemon) {
+    return srv_service_config(&daemon->service)->drain_seconds;
+}
+
 int srv_daemon_drain(struct srv_daemon *daemon, int hurry) {
     if (!daemon->drained) daemon->drained = srv_clock_now();
     atomic_store(&daemon->service.draining, hurry ? SRV_DRAIN_HURRY : SRV_DRAIN_LAST);
@@ -96,7 +127,7 @@ int srv_daemon_drain(struct srv_daemon *daemon, int hurry) {
     srv_events_drain(daemon->service.events);
     int held = daemon->service.runner && !srv_runner_drain(daemon->service.runner);
     if (!closed || held || atomic_load(&daemon->service.computing)) return 0;
-    int64_t patience = hurry ? 0 : srv_clock_span(daemon->service.config.drain_idle_seconds);
+    int64_t patience = hurry ? 0 : srv_clock_span(srv_service_config(&daemon->service)->drain_idle_seconds);
     return !srv_watch_busy(daemon->watch, daemon->drained, patience);
 }
 
@@ -119,5 +150,6 @@ void srv_daemon_free(struct srv_daemon **daemon) {
     srv_watch_free(&gone->watch);
     srv_log_free(&gone->service.log);
     srv_parts_clear(&gone->service);
+    srv_reload_clear(&gone->service);
     free(gone);
 }

@@ -27,6 +27,16 @@ struct srv_log *srv_daemon_log(const struct srv_daemon *daemon);
 /** Seconds since when it found no part of a job to compute; 0 while it has one, or computes none at all. */
 double srv_daemon_idle(struct srv_daemon *daemon);
 
+/** Puts options in force without a restart, as srv_reload does. */
+PEND_MUST_CHECK enum pend_status srv_daemon_reload(struct srv_daemon *daemon, const struct srv_config *next,
+                                                   struct pend_error *error);
+
+/** Opens the log's file anew, as whoever moved it away wants it. */
+void srv_daemon_reopen(struct srv_daemon *daemon);
+
+/** Seconds that a drain may take, as they are in force. */
+double srv_daemon_patience(const struct srv_daemon *daemon);
+
 /**
  * Goes one step towards the end, and says how far it is: stops listening at once, gives back the parts of jobs, answers
  * what runs and what still comes on open connections, each of which ends with its answer, and sees every answer off. To

@@ -98,7 +98,7 @@ static void errand_crowded(struct srv_exchange *exchange, enum pend_status statu
     srv_exchange_problem(exchange, 429,
                          "%.0f requests of yours wait for a worker, max-client-queue, or those of your address "
                          "are three quarters of max-queue",
-                         exchange->service->config.client_queue);
+                         srv_service_config(exchange->service)->client_queue);
     srv_exchange_retry(exchange, 1);
 }
 

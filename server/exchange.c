@@ -21,8 +21,8 @@ static const char exchange_no_memory[] = "{\"type\":\"about:blank\",\"title\":\"
 
 void srv_exchange_init(struct srv_exchange *exchange, struct srv_service *service) {
     *exchange = (struct srv_exchange){.magic = EXCHANGE_MAGIC, .service = service};
-    api_buffer_init(&exchange->body, (size_t)service->config.limits.body_bytes);
-    api_buffer_init(&exchange->answer, (size_t)service->config.limits.answer_bytes);
+    api_buffer_init(&exchange->body, (size_t)srv_service_config(service)->limits.body_bytes);
+    api_buffer_init(&exchange->answer, (size_t)srv_service_config(service)->limits.answer_bytes);
 }
 
 /* what it shares with others */
@@ -53,6 +53,8 @@ void srv_exchange_reset(struct srv_exchange *exchange) {
     exchange_let_go(exchange);
     exchange_empty(exchange, &exchange->body);
     exchange_empty(exchange, &exchange->answer);
+    exchange->body.limit = (size_t)srv_service_config(exchange->service)->limits.body_bytes;
+    exchange->answer.limit = (size_t)srv_service_config(exchange->service)->limits.answer_bytes;
     exchange->stop = SRV_GO_ON;
     exchange->streams = exchange->listens = exchange->apart = 0;
     memset(exchange->field, 0, sizeof exchange->field);

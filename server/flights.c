@@ -37,9 +37,9 @@ struct srv_work *srv_flights_begin(struct srv_exchange *exchange) {
     struct srv_service *service = exchange->service;
     struct srv_work *made = calloc(1, sizeof *made);
     if (!made) return NULL;
-    size_t limit = (size_t)service->config.limits.answer_bytes;
+    size_t limit = (size_t)srv_service_config(service)->limits.answer_bytes;
     made->service = service;
-    made->limits = exchange->source ? &service->job_limits : &service->config.limits;
+    made->limits = exchange->source ? srv_service_job_limits(service) : &srv_service_config(service)->limits;
     made->source = exchange->source;
     exchange->source = NULL;
     made->account = exchange->account;

@@ -145,7 +145,7 @@ static void jobs_digest(const char *text, unsigned char digest[SRV_DIGEST_BYTES]
 static int jobs_plan(struct srv_errand *errand) {
     struct srv_exchange *exchange = errand->exchange;
     const struct srv_service *service = exchange->service;
-    double limit = service->job_limits.compute_seconds;
+    double limit = srv_service_job_limits(service)->compute_seconds;
     struct api_plan plan;
     struct api_request request = {.op = exchange->op,
                                   .query = exchange->query,
@@ -153,8 +153,8 @@ static int jobs_plan(struct srv_errand *errand) {
                                   .body = exchange->body.bytes ? exchange->body.data : NULL,
                                   .body_bytes = exchange->body.bytes};
     api_buffer_init(&errand->body, exchange->body.bytes + JOBS_SPARE);
-    int http = api_plan_read(&plan, &request, &service->job_limits, service->config.job_part_seconds, &errand->body,
-                             &exchange->answer);
+    int http = api_plan_read(&plan, &request, srv_service_job_limits(service), service->config.job_part_seconds,
+                             &errand->body, &exchange->answer);
     if (http) {
         srv_exchange_answered(exchange, http, "application/problem+json");
         return 0;

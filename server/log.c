@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <pthread.h>
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,8 +27,8 @@ enum {
 
 /* Lines wait in `filling`; the thread swaps it with `writing` and writes that without the lock. */
 struct log_stream {
-    int fd;
-    size_t piece; /* bytes a write */
+    atomic_int fd; /* the thread's to write to; -1 = lines are left out */
+    size_t piece;  /* bytes a write */
     struct api_buffer filling, writing;
     long dropped;
 };
@@ -37,6 +38,7 @@ struct srv_log {
     pthread_cond_t wake;
     pthread_t thread;
     int idle, stopping; /* idle: the thread waits for a first line */
+    int turning, turn;  /* the request lines are to go to the descriptor `turn` from now on */
     struct log_stream requests, messages;
     struct srv_stamp stamp;
 };
@@ -90,8 +92,23 @@ static void log_swap(struct log_stream *stream, const char *before, const char *
 }
 
 static int log_empty(const struct srv_log *log) {
-    return !log->requests.filling.bytes && !log->messages.filling.bytes && !log->requests.dropped &&
+    return !log->turning && !log->requests.filling.bytes && !log->messages.filling.bytes && !log->requests.dropped &&
            !log->messages.dropped;
+}
+
+/* what is written from now on goes there; what it was written to before is closed, but for the standard streams */
+static void log_stream_to(struct log_stream *stream, int fd) {
+    struct stat file;
+    int plain = fd >= 0 && !fstat(fd, &file) && S_ISREG(file.st_mode), old = atomic_exchange(&stream->fd, fd);
+    stream->piece = plain ? LOG_FILE : LOG_PIECE;
+    if (old > STDERR_FILENO && old != fd) close(old);
+}
+
+/* with the lock, by the thread: lines that came before are written */
+static void log_turned(struct srv_log *log) {
+    if (!log->turning || log->requests.filling.bytes) return;
+    log_stream_to(&log->requests, log->turn);
+    log->turning = 0;
 }
 
 static void *log_main(void *argument) {
@@ -113,6 +130,7 @@ static void *log_main(void *argument) {
         log_write(log, &log->messages, &patience);
         log_write(log, &log->requests, &patience);
         pthread_mutex_lock(&log->lock);
+        log_turned(log);
         more = !log->stopping || (!log_empty(log) && patience > 0);
     }
     pthread_mutex_unlock(&log->lock);
@@ -120,14 +138,14 @@ static void *log_main(void *argument) {
 }
 
 static void log_stream_init(struct log_stream *stream, int fd) {
-    struct stat file;
-    int plain = fd >= 0 && !fstat(fd, &file) && S_ISREG(file.st_mode);
-    *stream = (struct log_stream){.fd = fd, .piece = plain ? LOG_FILE : LOG_PIECE};
+    *stream = (struct log_stream){0};
+    log_stream_to(stream, fd);
     api_buffer_init(&stream->filling, LOG_BYTES);
     api_buffer_init(&stream->writing, LOG_BYTES);
 }
 
 static void log_stream_clear(struct log_stream *stream) {
+    log_stream_to(stream, -1);
     api_buffer_clear(&stream->filling);
     api_buffer_clear(&stream->writing);
 }
@@ -149,6 +167,16 @@ enum pend_status srv_log_new(struct srv_log **log, int requests, int messages) {
     free(made);
     *log = NULL;
     return PEND_NO_MEMORY;
+}
+
+void srv_log_turn(struct srv_log *log, int requests) {
+    pthread_mutex_lock(&log->lock);
+    /* one that was to come next and never came */
+    if (log->turning && log->turn > STDERR_FILENO) close(log->turn);
+    log->turning = 1;
+    log->turn = requests;
+    pthread_cond_signal(&log->wake);
+    pthread_mutex_unlock(&log->lock);
 }
 
 void srv_log_free(struct srv_log **log) {
@@ -243,7 +271,7 @@ static void log_added(struct srv_log *log, struct log_stream *stream, size_t bef
 }
 
 void srv_log_request(struct srv_log *log, const struct srv_log_request *request) {
-    if (log->requests.fd < 0) return;
+    if (atomic_load(&log->requests.fd) < 0) return;
     pthread_mutex_lock(&log->lock);
     size_t before = log->requests.filling.bytes;
     log_added(log, &log->requests, before, log_line(log, request));

@@ -27,12 +27,18 @@ struct srv_log_request {
 /**
  * Starts a log and its thread.
  *
- * requests  file descriptor for the request lines, -1 to leave them out; not closed by the log.
+ * requests  file descriptor for the request lines, -1 to leave them out.
  * messages  file descriptor for the messages.
+ *
+ * Both are taken, and closed when the log is freed or turned to another, but for the process' standard streams; after a
+ * failure they are the caller's.
  *
  * PEND_NO_MEMORY  also when no thread can be had.
  */
 PEND_MUST_CHECK enum pend_status srv_log_new(struct srv_log **log, int requests, int messages);
+
+/** Writes the request lines to another file descriptor from now on, which is taken as by srv_log_new. Any thread. */
+void srv_log_turn(struct srv_log *log, int requests);
 
 /** Writes what is left, waiting for a reader at most about a second, and ends the thread. */
 void srv_log_free(struct srv_log **log);

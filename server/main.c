@@ -2,9 +2,12 @@
  * Leaves to others: everything else.
  * Invariant: exit status 0 after an orderly end, 1 where the world is in the way, 2 for a bad option. */
 #include <errno.h>
+#include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -18,21 +21,33 @@ extern char **environ;
 
 enum { MAIN_LOOK_MS = 100 };
 
-/* the signals that end the server wait for main_signal; a closed pipe is an error of write, not the end */
-static void main_signals(sigset_t *ends) {
-    sigemptyset(ends);
-    sigaddset(ends, SIGTERM);
-    sigaddset(ends, SIGINT);
-    sigaddset(ends, SIGHUP);
-    pthread_sigmask(SIG_BLOCK, ends, NULL);
+/* What main's thread is told by signals; a closed pipe is an error of write, and no signal. */
+struct main_ears {
+    sigset_t all;
+    int terminal; /* standard input is one: a hangup may be its end */
+};
+
+/* every stream that is closed would be the next file that is opened: the listening socket, or the store */
+static int main_streams(void) {
+    for (int fd = 0; fd <= STDERR_FILENO; fd++)
+        if (fcntl(fd, F_GETFD) < 0 && open("/dev/null", O_RDWR) != fd) return 0;
+    return 1;
+}
+
+static void main_listen(struct main_ears *ears) {
+    static const int heard[] = {SIGTERM, SIGINT, SIGHUP, SIGUSR1, SIGUSR2};
+    sigemptyset(&ears->all);
+    for (size_t i = 0; i < sizeof heard / sizeof *heard; i++) sigaddset(&ears->all, heard[i]);
+    pthread_sigmask(SIG_BLOCK, &ears->all, NULL);
     signal(SIGPIPE, SIG_IGN);
+    ears->terminal = isatty(STDIN_FILENO);
 }
 
 /* the next signal, waiting so long for it at most, < 0 for ever; 0 if there was none */
-static int main_signal(const sigset_t *ends, int ms) {
+static int main_signal(const struct main_ears *ears, int ms) {
     struct timespec span = {.tv_sec = ms / 1000, .tv_nsec = ms % 1000 * 1000000L};
     for (;;) {
-        int got = ms < 0 ? sigwaitinfo(ends, NULL) : sigtimedwait(ends, NULL, &span);
+        int got = ms < 0 ? sigwaitinfo(&ears->all, NULL) : sigtimedwait(&ears->all, NULL, &span);
         if (got > 0 || (ms >= 0 && errno == EAGAIN)) return got > 0 ? got : 0;
     }
 }
@@ -51,21 +66,42 @@ static int main_print(enum srv_config_task task) {
     return good ? 0 : 1;
 }
 
-/* serves until a signal, or until there was nothing to compute for so many seconds, > 0 */
-static void main_serve(struct srv_daemon *daemon, const sigset_t *ends, double idle) {
-    while (!main_signal(ends, idle > 0 ? MAIN_LOOK_MS : -1)) {
-        if (srv_daemon_idle(daemon) < idle) continue;
+/* does a signal end the server? A hangup does where its terminal is gone, and asks for a reload otherwise */
+static int main_ends(const struct main_ears *ears, int number) {
+    struct pollfd terminal = {.fd = STDIN_FILENO};
+    if (number != SIGHUP) return number == SIGTERM || number == SIGINT;
+    return ears->terminal && poll(&terminal, 1, 0) > 0 && terminal.revents & (POLLHUP | POLLERR);
+}
+
+/* reads all options again; those that are bad change nothing */
+static void main_reload(struct srv_daemon *daemon, int argc, char **argv) {
+    struct pend_error error = {.text = ""};
+    struct srv_config next;
+    enum pend_status status = srv_config_load(&next, argc, argv, environ, &error);
+    if (status == PEND_OK) status = srv_daemon_reload(daemon, &next, &error);
+    if (status != PEND_OK) srv_log_message(srv_daemon_log(daemon), "reload: nothing has changed: %s", error.text);
+}
+
+/* serves until a signal that ends it, or until there was nothing to compute for so many seconds, > 0 */
+static void main_serve(struct srv_daemon *daemon, const struct main_ears *ears, double idle, int argc, char **argv) {
+    for (;;) {
+        int number = main_signal(ears, idle > 0 ? MAIN_LOOK_MS : -1);
+        if (number && main_ends(ears, number)) return;
+        if (number == SIGHUP) main_reload(daemon, argc, argv);
+        if (number == SIGUSR1) srv_daemon_reopen(daemon);
+        if (number || srv_daemon_idle(daemon) < idle) continue;
         srv_log_message(srv_daemon_log(daemon), "there was nothing to compute for %.15g s: ends", idle);
         return;
     }
 }
 
-/* lets what runs finish within its time; a second signal ends the patience */
-static void main_drain(struct srv_daemon *daemon, const sigset_t *ends, double seconds) {
-    int64_t limit = srv_clock_now() + srv_clock_span(seconds);
+/* lets what runs finish within its time; a second signal to end ends the patience */
+static void main_drain(struct srv_daemon *daemon, const struct main_ears *ears) {
+    int64_t limit = srv_clock_now() + srv_clock_span(srv_daemon_patience(daemon));
     int hurry = 0;
     srv_notify("STOPPING=1");
-    while (!hurry && !srv_daemon_drain(daemon, 0)) hurry = main_signal(ends, 5) || srv_clock_now() > limit;
+    while (!hurry && !srv_daemon_drain(daemon, 0))
+        hurry = main_ends(ears, main_signal(ears, 5)) || srv_clock_now() > limit;
     srv_daemon_free(&daemon);
 }
 
@@ -73,13 +109,16 @@ int main(int argc, char **argv) {
     struct pend_error error = {.text = ""};
     struct srv_config config;
     struct srv_daemon *daemon;
-    sigset_t ends;
+    struct main_ears ears;
+    if (!main_streams()) return 1;
+    /* what it writes, jobs and logs, is nobody else's to read */
+    umask(0077);
     if (srv_config_load(&config, argc, argv, environ, &error) != PEND_OK) {
         fprintf(stderr, "pendulumd: %s\n", error.text);
         return 2;
     }
     if (config.task != SRV_CONFIG_SERVE) return main_print(config.task);
-    main_signals(&ends);
+    main_listen(&ears);
     if (srv_daemon_new(&daemon, &config, &error) != PEND_OK) {
         fprintf(stderr, "pendulumd: %s\n", error.text);
         return 1;
@@ -87,7 +126,7 @@ int main(int argc, char **argv) {
     srv_log_message(srv_daemon_log(daemon), "listening on %s", srv_daemon_url(daemon));
     if (config.warning[0]) srv_log_message(srv_daemon_log(daemon), "%s", config.warning);
     srv_notify("READY=1");
-    main_serve(daemon, &ends, config.until_idle_seconds);
-    main_drain(daemon, &ends, config.drain_seconds);
+    main_serve(daemon, &ears, config.until_idle_seconds, argc, argv);
+    main_drain(daemon, &ears);
     return 0;
 }

@@ -39,7 +39,7 @@ static int message_find(const struct srv_service *service, const char *name) {
     for (int id = 0; id < SRV_FIELD_COUNT; id++)
         if (bytes == message_fields[id].bytes && !strcasecmp(name, message_fields[id].name)) return id;
     /* nobody's word is taken where no proxy is trusted */
-    int told = service->trusted.count && !strcasecmp(name, service->config.client_header);
+    int told = srv_service_trusted(service)->count && !strcasecmp(name, srv_service_config(service)->client_header);
     return told ? SRV_FORWARDED : SRV_FIELD_COUNT;
 }
 
@@ -66,7 +66,7 @@ int srv_message_field(struct srv_exchange *exchange, const char *name, const cha
 /* how long the body is: the front has seen to it that there is one answer to that */
 static int message_length(struct srv_exchange *exchange) {
     const char *length = exchange->field[SRV_CONTENT_LENGTH];
-    double limit = exchange->service->config.limits.body_bytes;
+    double limit = srv_service_config(exchange->service)->limits.body_bytes;
     exchange->length = exchange->field[SRV_TRANSFER_ENCODING] ? -1 : length ? strtoll(length, NULL, 10) : 0;
     if ((double)exchange->length <= limit) return 1;
     exchange->close = 1;

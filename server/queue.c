@@ -62,6 +62,13 @@ enum pend_status srv_queue_new(struct srv_queue **queue, int cap, int lane_cap) 
     return PEND_OK;
 }
 
+void srv_queue_bound(struct srv_queue *queue, int cap, int lane_cap) {
+    pthread_mutex_lock(&queue->lock);
+    queue->cap = cap;
+    queue->lane_cap = lane_cap;
+    pthread_mutex_unlock(&queue->lock);
+}
+
 void srv_queue_free(struct srv_queue **queue) {
     struct srv_queue *gone = *queue;
     *queue = NULL;

@@ -61,6 +61,9 @@ struct srv_queue;
  */
 PEND_MUST_CHECK enum pend_status srv_queue_new(struct srv_queue **queue, int cap, int lane_cap);
 
+/** Sets both bounds anew; what waits already goes on waiting. Any thread. */
+void srv_queue_bound(struct srv_queue *queue, int cap, int lane_cap);
+
 /** Frees a queue that is empty and has no one waiting in it. */
 void srv_queue_free(struct srv_queue **queue);
 

@@ -61,7 +61,7 @@ static int reply_field(struct MHD_Response *response, const char *name, const ch
 }
 
 static int reply_cors(struct MHD_Response *response, const struct srv_exchange *exchange) {
-    const char *allowed = exchange->service->config.cors_origins, *asked = exchange->field[SRV_ORIGIN];
+    const char *allowed = srv_service_config(exchange->service)->cors_origins, *asked = exchange->field[SRV_ORIGIN];
     const char *origin = srv_cors_origin(allowed, asked, exchange->closed);
     int good = !srv_cors_varies(allowed) || reply_field(response, "Vary", "Origin");
     if (!origin) return good;
@@ -78,7 +78,7 @@ static int reply_number(struct MHD_Response *response, const char *name, double 
 static int reply_quota(struct MHD_Response *response, const struct srv_exchange *exchange) {
     const struct srv_quota *quota = &exchange->quota;
     if (quota->refresh <= 0) return 1;
-    return reply_number(response, "RateLimit-Limit", exchange->service->config.requests_a_minute) &&
+    return reply_number(response, "RateLimit-Limit", srv_service_config(exchange->service)->requests_a_minute) &&
            reply_number(response, "RateLimit-Remaining", floor(quota->left)) &&
            reply_number(response, "RateLimit-Reset", ceil(quota->refresh));
 }
@@ -139,8 +139,8 @@ void srv_reply_refuse(struct srv_exchange *exchange, int fd) {
     char head[768], date[40], cors[300] = "";
     time_t now = time(NULL);
     struct tm part;
-    const char *origin =
-        srv_cors_origin(exchange->service->config.cors_origins, exchange->field[SRV_ORIGIN], exchange->closed);
+    const char *origin = srv_cors_origin(srv_service_config(exchange->service)->cors_origins,
+                                         exchange->field[SRV_ORIGIN], exchange->closed);
     if (origin) snprintf(cors, sizeof cors, "Access-Control-Allow-Origin: %.255s\r\n", origin);
     strftime(date, sizeof date, "%a, %d %b %Y %H:%M:%S GMT", gmtime_r(&now, &part));
     int bytes = snprintf(head, sizeof head,

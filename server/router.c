@@ -123,7 +123,7 @@ static const struct srv_route *router_route(const char *method, const char *path
 
 /* does a page of another origin ask, which is not listed? */
 static int router_foreign(const struct srv_exchange *exchange) {
-    return srv_cors_foreign(exchange->service->config.cors_origins, exchange->field[SRV_ORIGIN],
+    return srv_cors_foreign(srv_service_config(exchange->service)->cors_origins, exchange->field[SRV_ORIGIN],
                             exchange->field[SRV_FETCH_SITE], exchange->host);
 }
 
@@ -212,7 +212,7 @@ int srv_router_find(struct srv_exchange *exchange) {
     size_t bytes;
     const struct srv_route *route = router_route(exchange->method, exchange->path, &argument, &bytes);
     int any_host = route && (route->special & SRV_ROUTE_ANY_HOST);
-    if (!any_host && !srv_hosts_allow(exchange->service->hosts, exchange->host)) {
+    if (!any_host && !srv_hosts_allow(srv_service_hosts(exchange->service), exchange->host)) {
         srv_exchange_problem(
             exchange, 421,
             "this server does not answer to the host %.100s: the option --hosts lists those that it does",

@@ -109,7 +109,7 @@ static void scenes_kept(struct srv_errand *errand, enum srv_stored stored) {
 /* reads the scene; returns 1 when it may be kept, else the exchange is answered */
 static int scenes_check(struct srv_errand *errand) {
     struct srv_exchange *exchange = errand->exchange;
-    const struct srv_config *config = &exchange->service->config;
+    const struct srv_config *config = srv_service_config(exchange->service);
     struct srv_stamp now = {0};
     struct api_request request = {.query = exchange->query,
                                   .content_type = exchange->field[SRV_CONTENT_TYPE],

@@ -1,8 +1,28 @@
 #include "server/service.h"
 
+const struct srv_config *srv_service_config(const struct srv_service *service) {
+    const struct srv_reloaded *reloaded = atomic_load_explicit(&service->reloaded, memory_order_acquire);
+    return reloaded ? &reloaded->config : &service->config;
+}
+
+const struct srv_peers *srv_service_trusted(const struct srv_service *service) {
+    const struct srv_reloaded *reloaded = atomic_load_explicit(&service->reloaded, memory_order_acquire);
+    return reloaded ? &reloaded->trusted : &service->trusted;
+}
+
+const char *srv_service_hosts(const struct srv_service *service) {
+    const struct srv_reloaded *reloaded = atomic_load_explicit(&service->reloaded, memory_order_acquire);
+    return reloaded ? reloaded->hosts : service->hosts;
+}
+
+const struct api_limits *srv_service_job_limits(const struct srv_service *service) {
+    const struct srv_reloaded *reloaded = atomic_load_explicit(&service->reloaded, memory_order_acquire);
+    return reloaded ? &reloaded->job_limits : &service->job_limits;
+}
+
 int srv_service_room(const struct srv_service *service) {
     double cached = (double)srv_cache_size(service->cache).bodies;
-    return (double)atomic_load(&service->held) - cached <= service->config.held_bytes;
+    return (double)atomic_load(&service->held) - cached <= srv_service_config(service)->held_bytes;
 }
 
 const char *srv_service_jobless(const struct srv_service *service) {

@@ -29,10 +29,20 @@ enum srv_drain {
     SRV_DRAIN_HURRY /* what runs is ended, and nothing is begun */
 };
 
-struct srv_service {
+/* What a reload has put in place of what the process began with. */
+struct srv_reloaded {
     struct srv_config config;
-    struct srv_peers trusted; /* proxies that may say who the client is */
-    const char *hosts;        /* that it answers to */
+    struct srv_peers trusted;
+    const char *hosts; /* that it answers to */
+    struct api_limits job_limits;
+    struct srv_reloaded *before; /* kept to the end of the service: somebody may be reading it */
+};
+
+struct srv_service {
+    struct srv_config config; /* that it began with: for what a reload may change see srv_service_config */
+    _Atomic(struct srv_reloaded *) reloaded; /* NULL = nothing was */
+    struct srv_peers trusted;                /* proxies that may say who the client is */
+    const char *hosts;                       /* that it answers to */
     struct srv_log *log;
     struct srv_queue *queue;
     struct srv_intake intake; /* who goes first, the sockets or the workers */
@@ -56,6 +66,18 @@ struct srv_service {
     double started;         /* s since 1970 */
     int workers;
 };
+
+/** The options that are in force. What it shows stays readable to the end of the service. Any thread. */
+const struct srv_config *srv_service_config(const struct srv_service *service);
+
+/** The proxies whose word is taken, as they are in force; the same holds. */
+const struct srv_peers *srv_service_trusted(const struct srv_service *service);
+
+/** The hosts that it answers to, as they are in force; the same holds. */
+const char *srv_service_hosts(const struct srv_service *service);
+
+/** The limits of a job's request, as they are in force; the same holds. */
+const struct api_limits *srv_service_job_limits(const struct srv_service *service);
 
 /** True while bodies and answers, without those that only the cache has, are within max-held-bytes. */
 int srv_service_room(const struct srv_service *service);

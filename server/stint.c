@@ -9,7 +9,7 @@
 enum { STINT_KEEP = 1 << 20 };
 
 void srv_stint_init(struct srv_stint *stint, struct srv_service *service) {
-    size_t most = (size_t)service->config.limits.answer_bytes;
+    size_t most = (size_t)srv_service_config(service)->limits.answer_bytes;
     *stint = (struct srv_stint){.service = service};
     api_buffer_init(&stint->out, most);
     api_buffer_init(&stint->carry, most);
@@ -70,7 +70,7 @@ static enum pend_status stint_begin(struct srv_stint *stint, const struct srv_le
     if (request.op == API_OP_COUNT)
         return pend_fail(error, PEND_INVALID, -1, 0, "this version does not know the operation '%.60s'",
                          lease->operation);
-    PEND_TRY(api_part_new(&stint->part, &request, &service->job_limits, lease->shard, lease->shards, error));
+    PEND_TRY(api_part_new(&stint->part, &request, srv_service_job_limits(service), lease->shard, lease->shards, error));
     api_part_clock(stint->part, srv_clock_seconds, NULL);
     if (!lease->start) return PEND_OK;
     return api_part_resume(stint->part, lease->start, lease->start_bytes, error);
@@ -78,7 +78,7 @@ static enum pend_status stint_begin(struct srv_stint *stint, const struct srv_le
 
 /* one piece of a part */
 static enum pend_status stint_piece(struct srv_stint *stint, int *done, struct pend_error *error) {
-    double limit = stint->service->job_limits.compute_seconds;
+    double limit = srv_service_job_limits(stint->service)->compute_seconds;
     enum pend_status status = api_part_run(stint->part, &stint->out, done, error);
     if (status == PEND_OK && *done) status = api_part_carry(stint->part, &stint->carry);
     if (status == PEND_LIMIT && stint->out.bytes + stint->out.limit / 2 > stint->out.limit)

@@ -1,5 +1,7 @@
 #include "server/config.h"
 
+#include "server/reload.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -259,4 +261,30 @@ TEST(the_readme_has_the_table_of_options) {
     CHECK_SAYING(strstr(readme, table.data) != NULL,
                  "server/README.md does not have the table that build/release/pendulumd --help=markdown prints");
     api_buffer_clear(&table);
+}
+
+TEST(the_readme_names_what_a_reload_may_change) {
+    static char readme[131072];
+    struct srv_option row;
+    FILE *file = fopen("server/README.md", "re");
+    if (!file) {
+        test_skip("this is not the top of the source tree");
+        return;
+    }
+    readme[fread(readme, 1, sizeof readme - 1, file)] = 0;
+    fclose(file);
+    char *text = strstr(readme, "\nSIGHUP reads them again");
+    REQUIRE(text != NULL);
+    *strstr(text, "another one that has changed") = 0;
+    for (int i = 0; srv_config_row(i, &row); i++) {
+        char quoted[64];
+        snprintf(quoted, sizeof quoted, "`%s`", row.name);
+        int limit = i >= 0 && !strstr(text, quoted) && srv_reload_may(row.name);
+        const struct api_limit_row *of_requests;
+        for (int k = 0; limit && (of_requests = api_limits_row(k)); k++)
+            limit = strcmp(of_requests->name, row.name) != 0;
+        int of_jobs = !strncmp(row.name, "max-job-", 8);
+        CHECK_SAYING(of_jobs || !limit, "%s may change, and server/README.md does not say so", row.name);
+        CHECK_SAYING(!strstr(text, quoted) || srv_reload_may(row.name), "%s wants a restart", row.name);
+    }
 }

@@ -57,7 +57,7 @@ TEST(a_request_is_one_line_of_json) {
     struct srv_log *log;
     char text[4096], member[256];
     struct srv_log_request request = log_sample;
-    REQUIRE(file && srv_log_new(&log, fileno(file), fileno(file)) == PEND_OK);
+    REQUIRE(file && srv_log_new(&log, dup(fileno(file)), dup(fileno(file))) == PEND_OK);
     request.target = "/a\"b\\c\n\x01\xff";
     request.agent = "caf\xc3\xa9";
     srv_log_request(log, &request);
@@ -86,7 +86,7 @@ TEST(a_message_is_one_line_whatever_is_in_it) {
     FILE *file = tmpfile();
     struct srv_log *log;
     char text[4096];
-    REQUIRE(file && srv_log_new(&log, -1, fileno(file)) == PEND_OK);
+    REQUIRE(file && srv_log_new(&log, -1, dup(fileno(file))) == PEND_OK);
     srv_log_message(log, "one %d\ntwo\x1b[31m", 1);
     srv_log_request(log, &log_sample); /* left out: no descriptor */
     srv_log_free(&log);
@@ -119,7 +119,7 @@ TEST(lines_of_many_threads_come_whole_and_once_each) {
     static unsigned char seen[LINES];
     static char text[LINES * 300];
     char member[256];
-    REQUIRE(file && srv_log_new(&log, fileno(file), 2) == PEND_OK);
+    REQUIRE(file && srv_log_new(&log, dup(fileno(file)), 2) == PEND_OK);
     for (int i = 0; i < THREADS; i++) {
         crowd[i] = (struct log_crowd){log, i};
         pthread_create(&thread[i], NULL, log_writer, &crowd[i]);
@@ -142,7 +142,7 @@ TEST(a_reader_that_does_not_read_holds_nobody_up) {
     struct srv_log *log;
     char text[65536];
     REQUIRE(!pipe(ends));
-    REQUIRE(srv_log_new(&log, ends[1], 2) == PEND_OK);
+    REQUIRE(srv_log_new(&log, dup(ends[1]), 2) == PEND_OK);
     double begin = test_clock();
     for (int i = 0; i < 20000; i++) srv_log_request(log, &log_sample);
     double seconds = test_clock() - begin;
@@ -174,7 +174,7 @@ TEST(the_end_of_the_log_does_not_wait_for_ever) {
     int ends[2];
     struct srv_log *log;
     REQUIRE(!pipe(ends));
-    REQUIRE(srv_log_new(&log, ends[1], 2) == PEND_OK);
+    REQUIRE(srv_log_new(&log, dup(ends[1]), 2) == PEND_OK);
     for (int i = 0; i < 2000; i++) srv_log_request(log, &log_sample);
     double begin = test_clock();
     srv_log_free(&log);
@@ -190,9 +190,9 @@ TEST(a_log_survives_want_of_memory) {
     static char text[65536];
     REQUIRE(file != NULL);
     test_alloc_fail(1, 1);
-    CHECK(srv_log_new(&log, fileno(file), 2) == PEND_NO_MEMORY && !log);
+    CHECK(srv_log_new(&log, dup(fileno(file)), 2) == PEND_NO_MEMORY && !log);
     test_alloc_faults_off();
-    REQUIRE(srv_log_new(&log, fileno(file), 2) == PEND_OK);
+    REQUIRE(srv_log_new(&log, dup(fileno(file)), 2) == PEND_OK);
     test_alloc_fail(1, 1);
     srv_log_request(log, &log_sample);
     test_alloc_faults_off();

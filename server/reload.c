@@ -1,0 +1,98 @@
+#include "server/reload.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "server/hosts.h"
+
+/* what is looked up at every use; the limits of requests are as well (api/limits.h) */
+static const char *const reload_names[] = {
+    "compress-above",     "cors-origins",     "hosts",
+    "trusted-proxy",      "client-header",    "max-queue",
+    "max-client-queue",   "max-wait-seconds", "max-requests-a-minute",
+    "max-held-bytes",     "header-seconds",   "body-seconds",
+    "send-seconds",       "least-rate",       "drain-seconds",
+    "drain-idle-seconds", "access-log",       "log",
+    "max-scene-bytes",    "max-job-members",  "max-job-samples",
+    "max-job-steps",      "max-job-seconds",
+};
+
+int srv_reload_may(const char *name) {
+    const struct api_limit_row *limit;
+    for (size_t i = 0; i < sizeof reload_names / sizeof *reload_names; i++)
+        if (!strcmp(reload_names[i], name)) return 1;
+    for (int i = 0; (limit = api_limits_row(i)); i++)
+        if (!strcmp(limit->name, name)) return 1;
+    return 0;
+}
+
+int srv_reload_log(const struct srv_config *config) {
+    if (!config->access_log) return -1;
+    if (!strcmp(config->log, "-")) return STDOUT_FILENO;
+    int fd = open(config->log, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0640);
+    return fd < 0 ? -2 : fd;
+}
+
+/* what is to be in force: options that want a restart keep their values */
+static void reload_mix(struct srv_config *config, const struct srv_config *now, const struct srv_config *next) {
+    struct srv_option row;
+    *config = *now;
+    for (int i = 0; srv_config_row(i, &row); i++)
+        if (srv_reload_may(row.name)) srv_config_take(config, next, i);
+}
+
+/* tells what is new, and what is not yet; returns how many options are new */
+static int reload_tell(struct srv_log *log, const struct srv_config *now, const struct srv_config *next) {
+    struct srv_option row;
+    int changed = 0;
+    for (int i = 0; srv_config_row(i, &row); i++) {
+        if (srv_config_same(now, next, i)) continue;
+        int may = srv_reload_may(row.name);
+        changed += may;
+        if (may)
+            srv_log_message(log, "reload: %s has a new value", row.name);
+        else
+            srv_log_message(log, "reload: %s has another value now, which takes a restart: it stays as it is",
+                            row.name);
+    }
+    return changed;
+}
+
+enum pend_status srv_reload(struct srv_service *service, const struct srv_config *next, struct pend_error *error) {
+    const struct srv_config *now = srv_service_config(service);
+    struct srv_reloaded *made = calloc(1, sizeof *made);
+    if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
+    reload_mix(&made->config, now, next);
+    made->job_limits = srv_config_job_limits(&made->config);
+    enum pend_status status = srv_peers_read(&made->trusted, made->config.trusted_proxy, error);
+    int log = status == PEND_OK ? srv_reload_log(&made->config) : -1;
+    if (log == -2)
+        status = pend_fail(error, PEND_INVALID, -1, 0, "the log %.150s cannot be opened: %s", made->config.log,
+                           strerror(errno));
+    if (status != PEND_OK) {
+        free(made);
+        return status;
+    }
+    made->hosts = srv_hosts_mean(made->config.hosts, made->config.listen, made->trusted.count > 0);
+    int changed = reload_tell(service->log, now, next);
+    made->before = atomic_load(&service->reloaded);
+    atomic_store_explicit(&service->reloaded, made, memory_order_release);
+    srv_queue_bound(service->queue, (int)made->config.queue, (int)made->config.client_queue);
+    srv_log_turn(service->log, log);
+    srv_log_message(service->log, changed == 1 ? "reload: %d option has changed" : "reload: %d options have changed",
+                    changed);
+    if (next->warning[0]) srv_log_message(service->log, "%s", next->warning);
+    return PEND_OK;
+}
+
+void srv_reload_clear(struct srv_service *service) {
+    struct srv_reloaded *gone = atomic_exchange(&service->reloaded, NULL);
+    while (gone) {
+        struct srv_reloaded *before = gone->before;
+        free(gone);
+        gone = before;
+    }
+}
