@@ -79,6 +79,13 @@ struct srv_sql_driver {
      */
     enum srv_stored (*run)(struct srv_sql *sql, int id, const char *text, const struct srv_value value[], int count,
                            srv_row_fn *row, void *context);
+    /**
+     * As run, of a statement of whose rows none is of interest, and without waiting: what became of it is the answer to
+     * the next `run`, which fails where it did. NULL = run is as good.
+     *
+     * text  {look} as well: reads will come, each a transaction of its own; a lost connection is made anew.
+     */
+    enum srv_stored (*post)(struct srv_sql *sql, int id, const char *text, const struct srv_value value[], int count);
     /** Whether so many bytes of results may be written, and small things after them; NULL = it may be tried. */
     int (*room)(struct srv_sql *sql, size_t bytes);
     /** As srv_store_listen. */

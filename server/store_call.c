@@ -16,6 +16,17 @@ enum srv_stored srv_store_run(struct srv_store *store, enum srv_statement id, co
     return stored;
 }
 
+enum srv_stored srv_store_post(struct srv_store *store, enum srv_statement id, const struct srv_value value[],
+                               int count) {
+    const struct srv_sql_driver *driver = store->sql->driver;
+    if (!driver->post) return srv_store_run(store, id, value, count, NULL, NULL);
+    const char *text = srv_statement_text[id];
+    store->wrote |= text[0] != 'S';
+    enum srv_stored stored = driver->post(store->sql, (int)id, text, value, count);
+    store->failed |= stored != SRV_STORED;
+    return stored;
+}
+
 enum srv_stored srv_store_plain(struct srv_store *store, enum srv_statement id) {
     return srv_store_run(store, id, NULL, 0, NULL, NULL);
 }
@@ -30,7 +41,7 @@ static enum srv_stored store_open(struct srv_store *store) {
     srv_tally_clear(&store->tally);
     store->now = 0;
     store->failed = 0;
-    return srv_store_plain(store, SQL_BEGIN);
+    return srv_store_post(store, SQL_BEGIN, NULL, 0);
 }
 
 static enum srv_stored store_commit(struct srv_store *store) {
@@ -47,7 +58,19 @@ enum srv_stored srv_store_begin(struct srv_store *store) {
     return stored;
 }
 
+enum srv_stored srv_store_look(struct srv_store *store) {
+    const struct srv_sql_driver *driver = store->sql->driver;
+    if (!driver->post || store->together || !store->settled) return srv_store_begin(store);
+    store->wrote = 0;
+    store->looking = 1;
+    return driver->post(store->sql, -1, "{look}", NULL, 0);
+}
+
 enum srv_stored srv_store_end(struct srv_store *store, int keep, enum srv_stored stored) {
+    if (store->looking) {
+        store->looking = 0;
+        return stored;
+    }
     if (store->together) {
         store->failed |= !keep && store->wrote;
         return stored;
@@ -81,7 +104,7 @@ enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, 
     struct srv_row_bytes row = {0};
     *data = NULL;
     *bytes = 0;
-    SRV_STORED_TRY(srv_store_begin(store));
+    SRV_STORED_TRY(srv_store_look(store));
     enum srv_stored stored = SRV_RUN(store, id, srv_row_bytes, &row, srv_value_text(name));
     if (stored == SRV_STORED && !row.data) stored = SRV_STORED_NONE;
     stored = srv_store_end(store, 1, stored);

@@ -10,6 +10,7 @@
 struct srv_store {
     struct srv_sql *sql;
     struct srv_store_rules rules;
+    int looking;  /* the call that runs has no transaction */
     int together; /* a batch's transaction is open */
     int settled;  /* the tables are there, as this version wants them */
     int wrote;    /* the call that runs has changed something */
@@ -30,6 +31,9 @@ enum srv_stored srv_store_settle(struct srv_store *store);
 /** Begins a call: a transaction of its own, unless it is one of a batch. */
 enum srv_stored srv_store_begin(struct srv_store *store);
 
+/** Begins a call of one statement, which reads: without a transaction where a statement is one by itself. */
+enum srv_stored srv_store_look(struct srv_store *store);
+
 /**
  * Ends a call: what it wrote stays or goes. Returns `stored`, or why it could not be ended. A call of a batch that
  * wrote something which is to go ends the batch: its calls are then run one by one.
@@ -46,6 +50,18 @@ enum srv_stored srv_store_run(struct srv_store *store, enum srv_statement id, co
  * SRV_STORED_BROKEN  a newer program has changed the tables while this one ran.
  */
 enum srv_stored srv_store_now(struct srv_store *store, int64_t *now);
+
+/**
+ * As srv_store_run, of a statement whose rows are of no interest: its failure may be that of a later one, or of the
+ * call's end.
+ */
+enum srv_stored srv_store_post(struct srv_store *store, enum srv_statement id, const struct srv_value value[],
+                               int count);
+
+/* Posts a statement with the values that are listed at the end. */
+#define SRV_POST(store, id, ...)                                                                                       \
+    srv_store_post((store), (id), (const struct srv_value[]){__VA_ARGS__},                                             \
+                   (int)(sizeof(const struct srv_value[]){__VA_ARGS__} / sizeof(struct srv_value)))
 
 /** Runs a statement that has neither values nor rows. */
 enum srv_stored srv_store_plain(struct srv_store *store, enum srv_statement id);

@@ -26,7 +26,7 @@ static enum srv_stored submit_known(struct srv_store *store, const struct srv_jo
         SRV_RUN(store, SQL_JOB_OF_KEY, srv_row_job, &rows, srv_value_text(order->client), srv_value_text(order->key)));
     if (!rows.count) return SRV_STORED_NONE;
     if (submit_spent(job)) {
-        SRV_STORED_TRY(SRV_RUN(store, SQL_KEY_FREE, NULL, NULL, srv_value_text(job->id)));
+        SRV_STORED_TRY(SRV_POST(store, SQL_KEY_FREE, srv_value_text(job->id)));
         return SRV_STORED_NONE;
     }
     return memcmp(rows.digest, order->digest, SRV_DIGEST_BYTES) ? SRV_STORED_CLASH : SRV_STORED;
@@ -70,12 +70,12 @@ static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_
     SRV_STORED_TRY(srv_store_room(store, order->client, (size_t)submit_held(order), job->message));
     SRV_STORED_TRY(srv_store_now(store, &now));
     submit_job(order, now, job);
-    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_PUT, NULL, NULL, srv_value_text(order->id), srv_value_text(order->client),
-                           srv_value_text(order->operation), srv_value_bytes(order->request, order->request_bytes),
-                           srv_value_text(order->key), srv_value_bytes(order->digest, SRV_DIGEST_BYTES),
-                           srv_value_whole(order->shards), srv_value_whole(order->chained), srv_value_whole(part_us),
-                           srv_value_whole(now + part_us * order->shards), srv_value_whole(now),
-                           srv_value_whole(job->held)));
+    SRV_STORED_TRY(SRV_POST(store, SQL_JOB_PUT, srv_value_text(order->id), srv_value_text(order->client),
+                            srv_value_text(order->operation), srv_value_bytes(order->request, order->request_bytes),
+                            srv_value_text(order->key), srv_value_bytes(order->digest, SRV_DIGEST_BYTES),
+                            srv_value_whole(order->shards), srv_value_whole(order->chained), srv_value_whole(part_us),
+                            srv_value_whole(now + part_us * order->shards), srv_value_whole(now),
+                            srv_value_whole(job->held)));
     return submit_count(store, job);
 }
 
@@ -90,7 +90,7 @@ enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_o
 }
 
 enum srv_stored srv_store_job(struct srv_store *store, const char *id, struct srv_job *job) {
-    SRV_STORED_TRY(srv_store_begin(store));
+    SRV_STORED_TRY(srv_store_look(store));
     return srv_store_end(store, 1, srv_store_find(store, SQL_JOB, id, job));
 }
 
@@ -114,7 +114,7 @@ enum srv_stored srv_store_list(struct srv_store *store, const char *client, cons
                                struct srv_job job[], int *count) {
     struct srv_row_jobs rows = {.cap = most, .job = job};
     *count = 0;
-    SRV_STORED_TRY(srv_store_begin(store));
+    SRV_STORED_TRY(srv_store_look(store));
     enum srv_stored stored = srv_store_end(store, 1, list_page(store, client, before, most, &rows));
     if (stored == SRV_STORED) *count = rows.count;
     return stored;
@@ -124,11 +124,11 @@ enum srv_stored srv_store_list(struct srv_store *store, const char *client, cons
 static enum srv_stored end_shards(struct srv_store *store, const struct srv_job *job) {
     struct srv_value id[SQL_JOBS_MOST];
     if (job->bytes > 0 || job->begun > SQL_JOBS_MOST)
-        return SRV_RUN(store, SQL_REMOVAL_PUT, NULL, NULL, srv_value_text(job->id), srv_value_text(job->client),
-                       srv_value_whole(job->bytes));
+        return SRV_POST(store, SQL_REMOVAL_PUT, srv_value_text(job->id), srv_value_text(job->client),
+                        srv_value_whole(job->bytes));
     if (!job->begun) return SRV_STORED;
     for (int i = 0; i < SQL_JOBS_MOST; i++) id[i] = srv_value_text(job->id);
-    return srv_store_run(store, SQL_SHARDS_REMOVE, id, SQL_JOBS_MOST, NULL, NULL);
+    return srv_store_post(store, SQL_SHARDS_REMOVE, id, SQL_JOBS_MOST);
 }
 
 enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job, enum srv_job_state state,
@@ -150,9 +150,9 @@ enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job, 
     char text[SRV_MESSAGE_BYTES];
     snprintf(text, sizeof text, "%s", message);
     memcpy(job->message, text, sizeof text);
-    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_END, NULL, NULL, srv_value_text(job->id), srv_value_whole(state),
-                           srv_value_text(text), srv_value_whole(job->finished), srv_value_whole(job->expires),
-                           srv_value_whole(job->held), srv_value_bytes("", 0)));
+    SRV_STORED_TRY(SRV_POST(store, SQL_JOB_END, srv_value_text(job->id), srv_value_whole(state), srv_value_text(text),
+                            srv_value_whole(job->finished), srv_value_whole(job->expires), srv_value_whole(job->held),
+                            srv_value_bytes("", 0)));
     store->tally.ring = 1;
     return SRV_STORED;
 }

@@ -110,8 +110,8 @@ static enum srv_stored claim_shard(struct srv_store *store, const char *client, 
     memcpy(lease->job, was.id, sizeof lease->job);
     memcpy(lease->operation, was.operation, sizeof lease->operation);
     lease->shards = was.shards;
-    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_CLAIM, NULL, NULL, srv_value_text(was.id), srv_value_whole(ready->again),
-                           srv_value_whole(!ready->again)));
+    SRV_STORED_TRY(SRV_POST(store, SQL_JOB_CLAIM, srv_value_text(was.id), srv_value_whole(ready->again),
+                            srv_value_whole(!ready->again)));
     snprintf(was.client, sizeof was.client, "%s", client);
     is = was;
     is.state = SRV_JOB_RUNNING;
@@ -174,12 +174,11 @@ static enum srv_stored finish_data(struct srv_store *store, const struct srv_lea
                                    size_t bytes) {
     for (size_t at = 0; at < bytes; at += SRV_CHUNK_BYTES) {
         size_t piece = bytes - at < SRV_CHUNK_BYTES ? bytes - at : SRV_CHUNK_BYTES;
-        SRV_STORED_TRY(SRV_RUN(store, SQL_RESULT_PUT, NULL, NULL, srv_value_text(lease->job),
-                               srv_value_whole(lease->shard), srv_value_whole((int64_t)(at / SRV_CHUNK_BYTES)),
-                               srv_value_bytes(data + at, piece)));
+        SRV_STORED_TRY(SRV_POST(store, SQL_RESULT_PUT, srv_value_text(lease->job), srv_value_whole(lease->shard),
+                                srv_value_whole((int64_t)(at / SRV_CHUNK_BYTES)), srv_value_bytes(data + at, piece)));
     }
-    return SRV_RUN(store, SQL_SHARD_END, NULL, NULL, srv_value_text(lease->job), srv_value_whole(lease->shard),
-                   srv_value_whole((int64_t)bytes));
+    return SRV_POST(store, SQL_SHARD_END, srv_value_text(lease->job), srv_value_whole(lease->shard),
+                    srv_value_whole((int64_t)bytes));
 }
 
 /* the job has a shard more that is done; the last one ends it */
@@ -190,14 +189,14 @@ static enum srv_stored finish_step(struct srv_store *store, struct srv_job *job,
     job->done++;
     job->bytes += (long long)bytes;
     if (job->done < job->shards) {
-        SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_STEP, NULL, NULL, srv_value_text(job->id),
-                               srv_value_whole((int64_t)bytes), srv_value_bytes(carry, carry_bytes)));
+        SRV_STORED_TRY(SRV_POST(store, SQL_JOB_STEP, srv_value_text(job->id), srv_value_whole((int64_t)bytes),
+                                srv_value_bytes(carry, carry_bytes)));
         store->tally.ring |= carry != NULL;
         return srv_store_count_job(store, &was, job);
     }
     SRV_STORED_TRY(srv_store_now(store, &now));
-    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_SUCCEED, NULL, NULL, srv_value_text(job->id), srv_value_whole((int64_t)bytes),
-                           srv_value_whole(now), srv_value_whole(now + store->rules.keep_us)));
+    SRV_STORED_TRY(SRV_POST(store, SQL_JOB_SUCCEED, srv_value_text(job->id), srv_value_whole((int64_t)bytes),
+                            srv_value_whole(now), srv_value_whole(now + store->rules.keep_us)));
     job->state = SRV_JOB_SUCCESSFUL;
     store->tally.ring = 1;
     return srv_store_count_job(store, &was, job);
@@ -219,7 +218,7 @@ enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease
         if (stored == SRV_STORED) stored = finish_data(store, lease, data, bytes);
         /* a job that gets on is not what kills its workers */
         if (stored == SRV_STORED && job.shards > 1)
-            stored = SRV_RUN(store, SQL_SHARDS_CLEARED, NULL, NULL, srv_value_text(lease->job));
+            stored = SRV_POST(store, SQL_SHARDS_CLEARED, srv_value_text(lease->job));
         if (stored == SRV_STORED) stored = finish_step(store, &job, bytes, carry, carry_bytes);
     }
     int keep = stored == SRV_STORED;
@@ -268,7 +267,7 @@ static enum srv_stored shard_back(struct srv_store *store, const char *id, int64
     struct srv_job was = job;
     job.waiting++;
     SRV_STORED_TRY(srv_store_count_job(store, &was, &job));
-    if (row.whole[0] < SRV_MOST_KILLS) return SRV_RUN(store, SQL_JOB_WAIT, NULL, NULL, srv_value_text(id));
+    if (row.whole[0] < SRV_MOST_KILLS) return SRV_POST(store, SQL_JOB_WAIT, srv_value_text(id));
     sweep->given_up++;
     snprintf(message, sizeof message,
              "given up: %d workers ended or fell silent over part %lld of %ld, and nothing was done between",
@@ -321,7 +320,7 @@ enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long sh
                                 size_t *bytes) {
     struct row_chunk row = {.data = data};
     *bytes = 0;
-    SRV_STORED_TRY(srv_store_begin(store));
+    SRV_STORED_TRY(srv_store_look(store));
     enum srv_stored stored =
         SRV_RUN(store, SQL_RESULT, row_chunk, &row, srv_value_text(id), srv_value_whole(shard), srv_value_whole(chunk));
     if (stored == SRV_STORED && !row.rows) stored = SRV_STORED_NONE;

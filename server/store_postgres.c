@@ -12,6 +12,8 @@
 
 /* the types that statements answer with, as PostgreSQL numbers them */
 enum { TYPE_BYTEA = 17, TYPE_INT8 = 20, TYPE_TEXT = 25 };
+/* bytes that are sent without waiting for an answer */
+enum { POST_BYTES = 1 << 20 };
 enum { FIRST_WAIT_MS = 100, MOST_WAIT_MS = 5000 };
 /* nobody waits for a database longer than ANSWER_MS for an answer and CONNECT_S for a connection; a listener that hears
  * nothing asks so often whether the line still holds */
@@ -27,6 +29,9 @@ struct postgres_sql {
     int patient;       /* the tables are brought to a new version: that takes as long as it takes */
     int64_t listen_ms; /* when to say LISTEN, again */
     char kept[SRV_SQL_STATEMENTS];
+    int round;           /* of preparations, in the names of prepared statements */
+    int unsure;          /* statements were prepared since the last answer: should that be a failure they may not be */
+    size_t posted_bytes; /* of statements that were sent, or wait to be, since the last answer */
 };
 
 static int64_t postgres_clock_ms(void) {
@@ -55,21 +60,60 @@ static int postgres_wait(PGconn *connection, int64_t until_ms) {
     return 1;
 }
 
-/* the answer to what was said, the first complaint of several; a line on which none comes in time is cut */
+/* the next result, NULL at the end of a statement's; a line on which none comes in time is cut */
+static PGresult *postgres_result_next(struct postgres_sql *own, int64_t until_ms) {
+    if (!own->silent && !postgres_wait(own->connection, until_ms)) {
+        own->silent = 1;
+        shutdown(PQsocket(own->connection), SHUT_RDWR);
+    }
+    return PQgetResult(own->connection);
+}
+
+static int64_t postgres_until(const struct postgres_sql *own) {
+    return postgres_clock_ms() + (own->patient ? PATIENT_MS : ANSWER_MS);
+}
+
+/* the answer to what was said outside of a pipeline, the first complaint of several */
 static PGresult *postgres_answer(struct postgres_sql *own, int said) {
-    int64_t until_ms = postgres_clock_ms() + (own->patient ? PATIENT_MS : ANSWER_MS);
+    int64_t until_ms = postgres_until(own);
     PGresult *answer = NULL, *next;
     if (!said) return NULL;
-    for (;;) {
-        if (!own->silent && !postgres_wait(own->connection, until_ms)) {
-            own->silent = 1;
-            shutdown(PQsocket(own->connection), SHUT_RDWR);
-        }
-        if (!(next = PQgetResult(own->connection))) return answer;
+    while ((next = postgres_result_next(own, until_ms))) {
         int bad = answer && PQresultStatus(answer) == PGRES_FATAL_ERROR;
         PQclear(bad ? next : answer);
         if (!bad) answer = next;
     }
+    return answer;
+}
+
+/* the answer to the last statement of a pipeline, or the first complaint about those before it; NULL when the line is
+ * lost */
+static PGresult *postgres_sync(struct postgres_sql *own, int said) {
+    int64_t until_ms = postgres_until(own);
+    PGresult *answer = NULL, *bad = NULL, *next;
+    int over = !said || !PQpipelineSync(own->connection);
+    /* a NULL ends the results of one statement; two, or one on a lost line, end all */
+    for (int ends = 0; !over && ends < 2;) {
+        next = postgres_result_next(own, until_ms);
+        ends = next ? 0 : ends + 1;
+        ExecStatusType status = next ? PQresultStatus(next) : PGRES_EMPTY_QUERY;
+        over = status == PGRES_PIPELINE_SYNC || PQstatus(own->connection) != CONNECTION_OK;
+        if (!next) continue;
+        PGresult **place = status == PGRES_FATAL_ERROR ? &bad : &answer;
+        int passing = status == PGRES_PIPELINE_SYNC || status == PGRES_PIPELINE_ABORTED || (place == &bad && bad);
+        PQclear(passing ? next : *place);
+        if (!passing) *place = next;
+    }
+    /* some of them may be prepared all the same: their names are not used again */
+    if (bad && own->unsure) {
+        memset(own->kept, 0, sizeof own->kept);
+        own->round++;
+    }
+    own->unsure = 0;
+    own->posted_bytes = 0;
+    if (!bad) return answer;
+    PQclear(answer);
+    return bad;
 }
 
 /* Every statement on the tables has an index that suits it. Its plan must use this index from the first row on: a plan
@@ -91,7 +135,7 @@ static int postgres_settle(struct postgres_sql *own) {
                                           "SET default_transaction_isolation = 'read committed';" POSTGRES_PLANS));
     int good = PQresultStatus(result) == PGRES_COMMAND_OK;
     PQclear(result);
-    return good;
+    return good && PQenterPipelineMode(own->connection);
 }
 
 /* a link that is cut without a word is noticed in about ten seconds, unless the url says otherwise */
@@ -158,6 +202,8 @@ static int postgres_again(struct postgres_sql *own) {
     own->silent = 0;
     PQreset(own->connection);
     memset(own->kept, 0, sizeof own->kept);
+    own->unsure = 0;
+    own->posted_bytes = 0;
     own->listen_ms = 0;
     if (PQstatus(own->connection) == CONNECTION_OK && postgres_settle(own)) {
         own->wait_ms = 0;
@@ -237,35 +283,52 @@ static void postgres_fields(const PGresult *result, int row, struct srv_value fi
     }
 }
 
-static PGresult *postgres_ask(struct postgres_sql *own, int id, const char *text, const struct srv_value value[],
-                              int count) {
+/* puts a statement into the pipeline, and its preparation before it; returns 0 when that cannot be */
+static int postgres_send(struct postgres_sql *own, int id, const char *text, const struct srv_value value[],
+                         int count) {
     struct postgres_values values;
-    char spelt[SRV_SQL_TEXT], name[16];
-    PGresult *result;
+    char spelt[SRV_SQL_TEXT], name[32];
     postgres_values(&values, value, count);
-    snprintf(name, sizeof name, "s%d", id);
+    snprintf(name, sizeof name, "s%d_%d", id, own->round);
     srv_sql_spell(&srv_sql_postgres, text, spelt);
+    for (int i = 0; i < count; i++) own->posted_bytes += (size_t)values.bytes[i];
     if (id < 0)
-        return postgres_answer(own, PQsendQueryParams(own->connection, spelt, count, values.type, values.data,
-                                                      values.bytes, values.binary, 1));
+        return PQsendQueryParams(own->connection, spelt, count, values.type, values.data, values.bytes, values.binary,
+                                 1);
     if (!own->kept[id]) {
-        result = postgres_answer(own, PQsendPrepare(own->connection, name, spelt, count, values.type));
-        if (PQresultStatus(result) != PGRES_COMMAND_OK) return result;
-        PQclear(result);
+        if (!PQsendPrepare(own->connection, name, spelt, count, values.type)) return 0;
         own->kept[id] = 1;
+        own->unsure = 1;
     }
-    return postgres_answer(
-        own, PQsendQueryPrepared(own->connection, name, count, values.data, values.bytes, values.binary, 1));
+    return PQsendQueryPrepared(own->connection, name, count, values.data, values.bytes, values.binary, 1);
+}
+
+/* true when there is a connection; one that was lost is made anew where a transaction begins */
+static int postgres_here(struct postgres_sql *own, const char *text) {
+    if (PQstatus(own->connection) == CONNECTION_OK) return 1;
+    return (!strcmp(text, "{begin}") || !strcmp(text, "{look}")) && postgres_again(own);
+}
+
+static enum srv_stored postgres_post(struct srv_sql *sql, int id, const char *text, const struct srv_value value[],
+                                     int count) {
+    struct postgres_sql *own = (struct postgres_sql *)sql;
+    if (!postgres_here(own, text)) return SRV_STORED_AWAY;
+    if (!strcmp(text, "{look}")) return SRV_STORED;
+    if (!postgres_send(own, id, text, value, count)) return postgres_result(own, NULL);
+    if (own->posted_bytes < POST_BYTES) return SRV_STORED;
+    PGresult *result = postgres_sync(own, 1);
+    enum srv_stored stored = postgres_result(own, result);
+    PQclear(result);
+    return stored;
 }
 
 static enum srv_stored postgres_run(struct srv_sql *sql, int id, const char *text, const struct srv_value value[],
                                     int count, srv_row_fn *row, void *context) {
     struct postgres_sql *own = (struct postgres_sql *)sql;
     struct srv_value field[SRV_SQL_PARAMETERS];
-    if (PQstatus(own->connection) != CONNECTION_OK && (strcmp(text, "{begin}") || !postgres_again(own)))
-        return SRV_STORED_AWAY;
+    if (!postgres_here(own, text)) return SRV_STORED_AWAY;
     own->patient |= !strcmp(text, "{alone}");
-    PGresult *result = postgres_ask(own, id, text, value, count);
+    PGresult *result = postgres_sync(own, postgres_send(own, id, text, value, count));
     if (!strcmp(text, "COMMIT") || !strcmp(text, "ROLLBACK")) own->patient = 0;
     enum srv_stored stored = postgres_result(own, result);
     int rows = stored == SRV_STORED ? PQntuples(result) : 0, columns = stored == SRV_STORED ? PQnfields(result) : 0;
@@ -293,7 +356,7 @@ static int postgres_listen(struct srv_sql *sql, int timeout_ms) {
     struct postgres_sql *own = (struct postgres_sql *)sql;
     int lost = PQstatus(own->connection) != CONNECTION_OK && !postgres_again(own);
     if (!lost && postgres_clock_ms() >= own->listen_ms) {
-        PGresult *result = postgres_answer(own, PQsendQuery(own->connection, "LISTEN pendulumd"));
+        PGresult *result = postgres_sync(own, postgres_send(own, -1, "LISTEN pendulumd", NULL, 0));
         lost = PQresultStatus(result) != PGRES_COMMAND_OK;
         own->listen_ms = lost ? 0 : postgres_clock_ms() + LISTEN_MS;
         PQclear(result);
@@ -322,5 +385,6 @@ const struct srv_sql_driver srv_sql_postgres = {
     .open = postgres_open,
     .close = postgres_close,
     .run = postgres_run,
+    .post = postgres_post,
     .listen = postgres_listen,
 };

@@ -46,8 +46,8 @@ static enum srv_stored scene_keeper(struct srv_store *store, const char *id, con
 
 static enum srv_stored scene_keeper_put(struct srv_store *store, const char *id, const char *client, const char *source,
                                         size_t bytes) {
-    SRV_STORED_TRY(SRV_RUN(store, SQL_KEEPER_PUT, NULL, NULL, srv_value_text(id), srv_value_text(client),
-                           srv_value_text(source), srv_value_whole((int64_t)bytes)));
+    SRV_STORED_TRY(SRV_POST(store, SQL_KEEPER_PUT, srv_value_text(id), srv_value_text(client), srv_value_text(source),
+                            srv_value_whole((int64_t)bytes)));
     return scene_count(store, client, source, 1, bytes);
 }
 
@@ -116,12 +116,12 @@ static enum srv_stored scene_drop(struct srv_store *store, const char *id, const
     SRV_STORED_TRY(scene_lock(store, id, &bytes));
     SRV_STORED_TRY(scene_keeper(store, id, client, &keeps));
     if (!keeps) return SRV_STORED_CLASH;
-    SRV_STORED_TRY(SRV_RUN(store, SQL_KEEPER_REMOVE, NULL, NULL, srv_value_text(id), srv_value_text(client)));
+    SRV_STORED_TRY(SRV_POST(store, SQL_KEEPER_REMOVE, srv_value_text(id), srv_value_text(client)));
     SRV_STORED_TRY(scene_count(store, client, NULL, -1, bytes));
     SRV_STORED_TRY(SRV_RUN(store, SQL_KEEPERS, srv_row_wholes, &left, srv_value_text(id)));
     if (left.whole[0]) return SRV_STORED;
     scene_count_all(store, -1, bytes);
-    return SRV_RUN(store, SQL_SCENE_REMOVE, NULL, NULL, srv_value_text(id));
+    return SRV_POST(store, SQL_SCENE_REMOVE, srv_value_text(id));
 }
 
 enum srv_stored srv_store_scene_drop(struct srv_store *store, const char *id, const char *client) {

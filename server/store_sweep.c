@@ -42,7 +42,7 @@ static enum srv_stored sweep_removal(struct srv_store *store, struct srv_store_s
     SRV_STORED_TRY(SRV_RUN(store, SQL_SHARDS_REMOVE_SOME, srv_row_wholes, &shards, srv_value_text(removal.job)));
     if (shards.rows == SQL_SHARDS_REMOVED) return SRV_STORED;
     SRV_STORED_TRY(srv_store_count_bytes(store, removal.client, -removal.bytes));
-    return SRV_RUN(store, SQL_REMOVAL_END, NULL, NULL, srv_value_text(removal.job));
+    return SRV_POST(store, SQL_REMOVAL_END, srv_value_text(removal.job));
 }
 
 /* Jobs that are past their time, locked. */
@@ -71,8 +71,8 @@ static enum srv_stored expired_count(struct srv_store *store, const struct srv_j
     store->tally.change.jobs[job->state]--;
     SRV_STORED_TRY(srv_store_count_bytes(store, job->client, -job->held - (large ? 0 : job->bytes)));
     if (!large) return SRV_STORED;
-    return SRV_RUN(store, SQL_REMOVAL_PUT, NULL, NULL, srv_value_text(job->id), srv_value_text(job->client),
-                   srv_value_whole(job->bytes));
+    return SRV_POST(store, SQL_REMOVAL_PUT, srv_value_text(job->id), srv_value_text(job->client),
+                    srv_value_whole(job->bytes));
 }
 
 /* removes SQL_JOBS_MOST jobs at most */
@@ -90,9 +90,9 @@ static enum srv_stored expired_remove(struct srv_store *store, const struct srv_
     }
     for (int i = count; i < SQL_JOBS_MOST; i++) all[i] = all[0];
     for (int i = smalls; i < SQL_JOBS_MOST && smalls; i++) small[i] = small[0];
-    if (results) SRV_STORED_TRY(srv_store_run(store, SQL_RESULTS_REMOVE, small, SQL_JOBS_MOST, NULL, NULL));
-    if (smalls) SRV_STORED_TRY(srv_store_run(store, SQL_SHARDS_REMOVE, small, SQL_JOBS_MOST, NULL, NULL));
-    return srv_store_run(store, SQL_JOBS_REMOVE, all, SQL_JOBS_MOST, NULL, NULL);
+    if (results) SRV_STORED_TRY(srv_store_post(store, SQL_RESULTS_REMOVE, small, SQL_JOBS_MOST));
+    if (smalls) SRV_STORED_TRY(srv_store_post(store, SQL_SHARDS_REMOVE, small, SQL_JOBS_MOST));
+    return srv_store_post(store, SQL_JOBS_REMOVE, all, SQL_JOBS_MOST);
 }
 
 static int64_t sweep_clock_ns(void) {

@@ -11,6 +11,13 @@ static enum srv_stored tally_run(struct srv_sql *sql, enum srv_statement id, con
     return sql->driver->run(sql, (int)id, srv_statement_text[id], value, count, row, context);
 }
 
+/* changes are of no interest to who makes them */
+static enum srv_stored tally_post(struct srv_sql *sql, enum srv_statement id, const struct srv_value value[],
+                                  int count) {
+    if (!sql->driver->post) return tally_run(sql, id, value, count, NULL, NULL);
+    return sql->driver->post(sql, (int)id, srv_statement_text[id], value, count);
+}
+
 void srv_tally_clear(struct srv_tally *tally) {
     tally->count = tally->known = tally->ring = 0;
     tally->source[0] = '\0';
@@ -110,9 +117,9 @@ static enum srv_stored tally_client(const struct srv_tally_client *client, struc
                                 srv_value_whole(client->weight > 0 ? client->weight : 1)};
     if (!(client->turn | client->jobs | client->ready | client->bytes | client->scenes | client->scene_bytes))
         return SRV_STORED;
-    SRV_STORED_TRY(tally_run(sql, SQL_CLIENT_CHANGE, value, 9, NULL, NULL));
+    SRV_STORED_TRY(tally_post(sql, SQL_CLIENT_CHANGE, value, 9));
     if (client->bytes >= 0 && client->scenes >= 0) return SRV_STORED;
-    return tally_run(sql, SQL_CLIENT_LEAVES, value, 1, NULL, NULL);
+    return tally_post(sql, SQL_CLIENT_LEAVES, value, 1);
 }
 
 static enum srv_stored tally_all(const struct srv_tally *tally, struct srv_sql *sql) {
@@ -124,12 +131,12 @@ static enum srv_stored tally_all(const struct srv_tally *tally, struct srv_sql *
                                 srv_value_whole(change->scenes),  srv_value_whole(change->scene_bytes)};
     int64_t some = change->shards | change->bytes | change->scenes | change->scene_bytes;
     for (int i = 0; i < SRV_JOB_STATES; i++) some |= change->jobs[i];
-    return some ? tally_run(sql, SQL_TOTALS_CHANGE, value, 10, NULL, NULL) : SRV_STORED;
+    return some ? tally_post(sql, SQL_TOTALS_CHANGE, value, 10) : SRV_STORED;
 }
 
 enum srv_stored srv_tally_write(struct srv_tally *tally, struct srv_sql *sql) {
     qsort(tally->client, (size_t)tally->count, sizeof tally->client[0], tally_order);
     for (int i = 0; i < tally->count; i++) SRV_STORED_TRY(tally_client(&tally->client[i], sql));
     SRV_STORED_TRY(tally_all(tally, sql));
-    return tally->ring ? tally_run(sql, SQL_RING, NULL, 0, NULL, NULL) : SRV_STORED;
+    return tally->ring ? tally_post(sql, SQL_RING, NULL, 0) : SRV_STORED;
 }

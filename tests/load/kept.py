@@ -15,7 +15,7 @@ from house import Daemon
 from places import postgres_programs
 from servers import TOP, client, message
 
-JOBS, EXPIRED = 100_000, 20_000
+JOBS, EXPIRED = 1_000_000, 100_000
 STORES = ("sqlite", "postgres")
 MANY = ("--max-client-jobs", "100000000", "--max-client-queue", "1000", "--max-client-bytes", "1000G", "--max-store-bytes", "1000G")
 COLUMNS = "client, operation, request, digest, state, shards, begun, done, waiting, chained, ready, rank, created, started, finished, expires, bytes, message, part, held"
