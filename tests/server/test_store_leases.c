@@ -323,7 +323,7 @@ STORE_TEST(many_clients_of_one_address_take_few_turns) {
     unsigned char digest[SRV_DIGEST_BYTES] = {1};
     struct srv_job job;
     struct srv_lease lease;
-    char id[16], client[16];
+    char id[40], client[16];
     int of_other = 0;
     (void)ground;
     for (int k = 0; k < EACH; k++)

@@ -57,7 +57,7 @@ STORE_TEST(a_scene_goes_with_the_last_who_keeps_it) {
 
 /* a token is quickly made: what all tokens of an address keep is bounded too */
 STORE_TEST(the_scenes_of_all_clients_of_an_address_are_bounded) {
-    char client[8], id[8];
+    char client[16], id[16];
     struct srv_store *bounded;
     (void)store;
     ground->rules.source_scenes = 5;
