@@ -176,7 +176,8 @@ static double symplectic_iterate(const struct symplectic_system *system, const s
 static int symplectic_converge(struct symplectic_system *system, const struct symplectic_lanes *s,
                                const struct symplectic_state *from, num weight) {
     enum { ITERATIONS = 100 };
-    double last = INFINITY, size = 0;
+    // the momentum of an arm is a sum over all that hangs on it, and is rounded as such
+    double last = INFINITY, size = 0, near = 1e-12 * (system->n > 8 ? system->n / 8.0 : 1);
     for (int i = 0; i < ITERATIONS; i++) {
         double change = symplectic_iterate(system, s, from, weight);
         system->iterations++;
@@ -186,7 +187,7 @@ static int symplectic_converge(struct symplectic_system *system, const struct sy
             for (int k = 0; k < system->n; k++)
                 for (int j = 0; j < WIDTH; j++) size = fmax(size, fabs(s->turn[k][j]));
         size = fmax(size, change);
-        if (change == 0 || (change >= last && change <= 1e-12 * size)) {
+        if (change == 0 || (change >= last && change <= near * size)) {
             symplectic_iterate(system, s, from, weight);
             system->iterations++;
             return 1;

@@ -6,6 +6,7 @@
 
 #include "core/ensemble.h"
 #include "core/rng.h"
+#include "core/run_check.h"
 #include "core/turns.h"
 
 /* how far neighbours are put away, on both sides, rad: what linearity neglects is its square, rounding 1e-11 of it */
@@ -211,6 +212,7 @@ enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov, const struct
                                    struct pend_error *error) {
     *lyapunov = NULL;
     PEND_TRY(lyapunov_check(problem, error));
+    PEND_TRY(pend_run_check_tree(problem->tree, error));
     size_t n = (size_t)problem->tree->n, count = (size_t)problem->count;
     size_t numbers = 2 * n * (3 * count + 2) + 2 * count;
     struct pend_lyapunov *made = calloc(1, sizeof *made + numbers * sizeof(double));

@@ -9,6 +9,7 @@
 #include "core/jets.h"
 #include "core/kernel_symplectic.h"
 #include "core/method.h"
+#include "core/motion.h"
 
 enum { SYMPLECTIC_ORDER = 22 };
 
@@ -27,20 +28,34 @@ struct symplectic {
     double length, unit; /* s, signed */
     double time;         /* s, where the last step began */
     struct symplectic_end end[2];
-    int now; /* which of them the last step ended with; it began with the other */
+    struct symplectic_state spare; /* between the parts of a step that had to be divided */
+    int own;                       /* the step is the method's own choice */
+    int now;                       /* which of them the last step ended with; it began with the other */
     struct pend_stepper_counts counts;
 };
 
 /* ---- the length of the step */
 
+/* how fast the arms may become by the energy that the start holds over that of hanging at rest, 1/s: a start at an
+ * unstable equilibrium does not show it */
+static double symplectic_speed(const struct pend_problem *problem) {
+    const struct pend_tree *tree = problem->tree;
+    struct pend_energy energy = pend_motion_energy(tree, problem->gravity, problem->phi, problem->rate);
+    double free = energy.kinetic + energy.potential + pend_motion_energy_scale(tree, problem->gravity, 0), inertia = 0;
+    for (int k = 0; k < tree->n; k++) inertia += tree->subtree_mass[k] * tree->len[k] * tree->len[k];
+    return free > 0 && inertia > 0 ? sqrt(2 * free * tree->n / inertia) : 0;
+}
+
 /* the shortest of the steps that method taylor takes first, with rtol 1e-12: about a quarter of the distance to the
- * nearest singularity of the motion in complex time, which bounds every method's step */
-static enum pend_status symplectic_scout(const struct pend_problem *problem, double span, double *shortest,
-                                         struct pend_error *error) {
+ * nearest singularity of the motion in complex time, which bounds every method's step; state: 2 n values of scratch */
+static enum pend_status symplectic_scout(const struct pend_problem *problem, double span, double state[],
+                                         double *shortest, struct pend_error *error) {
     int steps = 20000 / problem->tree->n;
     struct pend_problem scout = *problem;
     void *stepper;
     double reached = 0, last = 0;
+    double *phi = state, *rate = state + problem->tree->n, largest = 0;
+    const struct pend_points points = {.phi = phi, .rate = rate};
     scout.rtol = 1e-12;
     scout.atol = 0;
     PEND_TRY(pend_method_taylor.open(&stepper, &scout, error));
@@ -51,10 +66,15 @@ static enum pend_status symplectic_scout(const struct pend_problem *problem, dou
     for (int i = 0; i < steps && status == PEND_OK && fabs(reached) < fabs(span); i++) {
         // towards a time beyond the last instant, so that none is cut short
         status = pend_method_taylor.step(stepper, 4 * span, &reached, NULL);
-        if (status == PEND_OK) *shortest = fmin(*shortest, fabs(reached - last));
+        if (status != PEND_OK) break;
+        *shortest = fmin(*shortest, fabs(reached - last));
+        pend_method_taylor.at(stepper, &reached, 1, &points);
+        for (int k = 0; k < problem->tree->n; k++) largest = fmax(largest, fabs(rate[k]));
         last = reached;
     }
     pend_method_taylor.close(&stepper);
+    double speed = symplectic_speed(problem);
+    if (largest < 1e-3 * speed) *shortest = fmin(*shortest, 0.1 / speed);
     return PEND_OK;
 }
 
@@ -65,19 +85,29 @@ static double symplectic_round(double step) {
     return ldexp(floor(ldexp(part, 24)), exponent - 24);
 }
 
+/* takes a step's length, signed */
+static void symplectic_take(struct symplectic *s, double length) {
+    s->length = length;
+    s->system.length = fabs(length);
+    s->unit = copysign(exp2(floor(log2(fabs(length)))), length);
+    for (int j = 0; j < GAUSS_STAGES; j++) s->system.weight[j] = s->length * gauss_weight[j];
+}
+
 static enum pend_status symplectic_choose(struct symplectic *s, const struct pend_problem *problem,
                                           struct pend_error *error) {
     const struct pend_times *times = &problem->times;
     double span = pend_times_at(times, times->count - 1) - pend_times_at(times, 0), length = problem->step;
     if (length == 0 && span != 0) {
-        PEND_TRY(symplectic_scout(problem, span, &length, error));
+        double *state = malloc(2 * (size_t)problem->tree->n * sizeof *state);
+        if (!state)
+            return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a state of %d arms", problem->tree->n);
+        enum pend_status status = symplectic_scout(problem, span, state, &length, error);
+        free(state);
+        PEND_TRY(status);
         // where nothing moves, steps have no end
         length = fmin(symplectic_round(length), pend_method_symplectic.step_max);
     }
-    s->length = copysign(length, span);
-    s->system.length = length;
-    s->unit = copysign(exp2(floor(log2(length))), span);
-    for (int j = 0; j < GAUSS_STAGES; j++) s->system.weight[j] = s->length * gauss_weight[j];
+    symplectic_take(s, copysign(length, span));
     return PEND_OK;
 }
 
@@ -108,6 +138,11 @@ static size_t symplectic_place(struct symplectic *s, char *base) {
         if (base) pend_jets_init(&end->jets, s->tree, SYMPLECTIC_ORDER, base + used);
         used += series;
     }
+    double **spare[] = {&s->spare.phi, &s->spare.phi_low, &s->spare.p, &s->spare.p_low};
+    for (size_t j = 0; j < sizeof spare / sizeof *spare; j++) {
+        if (base) *spare[j] = (double *)(void *)(base + used);
+        used += row * sizeof(double);
+    }
     if (base) s->system.lanes = (double *)(void *)(base + used);
     return used + s->kernel->count(n) * sizeof(double);
 }
@@ -115,6 +150,23 @@ static size_t symplectic_place(struct symplectic *s, char *base) {
 static void symplectic_close(void **stepper) {
     free(*stepper);
     *stepper = NULL;
+}
+
+/* halves a step of the method's own choice until the first one's stages converge: in long chains they need not at once
+ */
+static void symplectic_halve(struct symplectic *s) {
+    enum { HALVINGS = 40 };
+    const struct symplectic_end *begin = &s->end[s->now], *end = &s->end[!s->now];
+    size_t lanes = s->kernel->count(s->tree->n) * sizeof(double);
+    for (int i = 0; i < HALVINGS && s->length != 0; i++) {
+        int good = s->kernel->step(&s->system, &begin->state, &end->state);
+        // the next guess is none
+        memset(s->system.lanes, 0, lanes);
+        s->kernel->load(&s->system, s->tree->len, s->tree->mass);
+        if (good) break; // also where numbers are not finite, which the first step will tell
+        symplectic_take(s, s->length / 2);
+    }
+    s->system.iterations = 0;
 }
 
 static enum pend_status symplectic_open(void **stepper, const struct pend_problem *problem, struct pend_error *error) {
@@ -140,12 +192,39 @@ static enum pend_status symplectic_open(void **stepper, const struct pend_proble
     struct symplectic_end *end = &s->end[s->now];
     memcpy(end->state.phi, problem->phi, (size_t)tree->n * sizeof(double));
     memcpy(end->rate, problem->rate, (size_t)tree->n * sizeof(double));
+    if (problem->phi_low) memcpy(end->state.phi_low, problem->phi_low, (size_t)tree->n * sizeof(double));
     s->kernel->momenta(&s->system, problem->phi, problem->rate, end->state.p);
+    s->own = problem->step == 0;
+    if (s->own) symplectic_halve(s);
     *stepper = s;
     return PEND_OK;
 }
 
 /* ---- steps */
+
+/* A step of the method's own choice whose stages do not converge, in equal parts whose do: each is symplectic, and so
+ * is the whole. The lanes hold no guess then. */
+static int symplectic_divide(struct symplectic *s, const struct symplectic_state *begin,
+                             const struct symplectic_state *end) {
+    enum { PARTS_MOST = 16 };
+    double whole = s->length;
+    size_t row = pend_jets_stride(s->tree->n) * sizeof(double);
+    int good = 0;
+    for (int parts = 2; parts <= PARTS_MOST && !good; parts *= 2) {
+        symplectic_take(s, whole / parts);
+        s->kernel->load(&s->system, s->tree->len, s->tree->mass);
+        good = s->kernel->step(&s->system, begin, end);
+        for (int i = 1; i < parts && good > 0; i++) {
+            const double *from[] = {end->phi, end->phi_low, end->p, end->p_low};
+            double *to[] = {s->spare.phi, s->spare.phi_low, s->spare.p, s->spare.p_low};
+            for (int j = 0; j < 4; j++) memcpy(to[j], from[j], row);
+            good = s->kernel->step(&s->system, &s->spare, end);
+        }
+    }
+    symplectic_take(s, whole);
+    s->kernel->load(&s->system, s->tree->len, s->tree->mass);
+    return good;
+}
 
 static enum pend_status symplectic_step(void *stepper, double limit, double *reached, struct pend_error *error) {
     struct symplectic *s = stepper;
@@ -156,6 +235,7 @@ static enum pend_status symplectic_step(void *stepper, double limit, double *rea
     s->time = (double)s->counts.steps * s->length;
     long before = s->system.iterations;
     int good = s->kernel->step(&s->system, &begin->state, &end->state);
+    if (!good && s->own) good = symplectic_divide(s, &begin->state, &end->state);
     s->counts.evaluations += GAUSS_STAGES * (s->system.iterations - before);
     if (good < 0)
         return pend_fail(error, PEND_NOT_FINITE, -1, s->time, "the motion ceased to be finite in a step of %.6g s",

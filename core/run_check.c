@@ -49,10 +49,23 @@ static enum pend_status run_check_state(const struct pend_problem *problem, stru
     return PEND_OK;
 }
 
+enum pend_status pend_run_check_tree(const struct pend_tree *tree, struct pend_error *error) {
+    for (int k = 0; k < tree->n; k++) {
+        int light = tree->mass[k] < DBL_MIN, arm = tree->order[k];
+        if (!light && tree->len[k] >= DBL_MIN) continue;
+        return pend_fail(error, PEND_INVALID, arm, 0,
+                         "the %s of arm %d is %.15g %s, too small to compute a motion with: it must be at least %.3g",
+                         light ? "mass" : "length", arm + 1, light ? tree->mass[k] : tree->len[k], light ? "kg" : "m",
+                         DBL_MIN);
+    }
+    return PEND_OK;
+}
+
 enum pend_status pend_run_check(const struct pend_method *method, struct pend_problem *problem,
                                 struct pend_error *error) {
     if (!isfinite(problem->gravity)) return pend_fail(error, PEND_INVALID, -1, 0, "gravity must be finite");
     PEND_TRY(run_check_times(&problem->times, error));
+    PEND_TRY(pend_run_check_tree(problem->tree, error));
     PEND_TRY(run_check_state(problem, error));
     if (problem->step_cap < 0) return pend_fail(error, PEND_INVALID, -1, 0, "the step limit must not be negative");
     if (method->flags & PEND_METHOD_FIXED_STEP && problem->step != 0)

@@ -5,6 +5,7 @@
 
 #include "core/horizon.h"
 #include "core/method.h"
+#include "core/run_check.h"
 #include "core/turns.h"
 
 enum { SECTION_LOOKS = 32, SECTION_QUEUE = 4 * SECTION_LOOKS, SECTION_HALVINGS = 200 };
@@ -191,6 +192,7 @@ enum pend_status pend_section_new(struct pend_section **section, const struct pe
                                   struct pend_error *error) {
     *section = NULL;
     PEND_TRY(section_check(problem, error));
+    PEND_TRY(pend_run_check_tree(problem->tree, error));
     const struct pend_method *method = &pend_method_taylor;
     size_t n = (size_t)problem->tree->n, looks = SECTION_LOOKS + 1;
     struct pend_section *made = calloc(1, sizeof *made + 2 * n * (looks + 2) * sizeof(double));

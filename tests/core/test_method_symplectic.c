@@ -371,3 +371,39 @@ TEST(symplectic_stays_where_nothing_moves) {
     test_record_clear(&record);
     test_tree_clear(&t);
 }
+
+/* a start at rest with an arm upright shows a scout no motion at all, and falls by its own rounding */
+TEST(symplectic_chooses_a_step_that_works_from_an_unstable_equilibrium) {
+    const double one[] = {1, 1}, rate[2] = {0};
+    // theta = (0, 180) degrees, to 32 digits
+    const double phi[] = {-0x1.921fb54442d18p+0, 0x1.921fb54442d18p+0};
+    const double low[] = {-0x1.1a62633145c07p-54, 0x1.1a62633145c07p-54};
+    const int parent[] = {-1, 0};
+    struct pend_tree *tree;
+    struct test_record record;
+    REQUIRE(pend_tree_new(&tree, 2, one, one, parent, NULL) == PEND_OK);
+    struct pend_problem problem = {.tree = tree, .gravity = 9.81, .phi = phi, .phi_low = low, .rate = rate};
+    problem.times = (struct pend_times){.count = 61, .span = 60, .divisor = 60};
+    test_record(&record, "symplectic", &problem);
+    CHECK_SAYING(record.status == PEND_OK, "%s", record.error.text);
+    CHECK_SAYING(record.stats.energy_drift < 1e-13, "%g", record.stats.energy_drift);
+    test_record_clear(&record);
+    pend_tree_free(&tree);
+}
+
+/* stages of long chains need not converge with the steps that the series foretells, and are rounded as long sums */
+TEST(symplectic_chooses_a_step_that_works_for_long_chains) {
+    unsigned long long seed = 300;
+    for (int i = 0; i < 3; i++) {
+        struct test_tree t;
+        struct test_record record;
+        test_tree_random(&t, TEST_TREE_CHAIN, 300, 0.3, &seed);
+        struct pend_problem problem = {.tree = t.tree, .gravity = 9.81, .phi = t.phi, .rate = t.rate};
+        problem.times = (struct pend_times){.count = 3, .span = 0.05, .divisor = 2};
+        test_record(&record, "symplectic", &problem);
+        CHECK_SAYING(record.status == PEND_OK, "%s", record.error.text);
+        CHECK_SAYING(record.stats.energy_drift < 1e-11, "%g", record.stats.energy_drift);
+        test_record_clear(&record);
+        test_tree_clear(&t);
+    }
+}

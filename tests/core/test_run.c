@@ -752,3 +752,22 @@ TEST(run_fails_cleanly_without_memory) {
         }
     bench_clear(&bench);
 }
+
+TEST(run_names_the_mass_or_length_that_is_too_small) {
+    const double small[] = {1, 5e-324}, one[] = {1, 1}, phi[] = {1, 1}, rate[] = {0, 0};
+    const int parent[] = {-1, 0};
+    for (int i = 0; i < 2; i++) {
+        struct pend_tree *tree;
+        struct pend_error error;
+        struct pend_run *run;
+        REQUIRE(pend_tree_new(&tree, 2, i ? small : one, i ? one : small, parent, NULL) == PEND_OK);
+        struct pend_problem problem = {.tree = tree, .gravity = 9.81, .phi = phi, .rate = rate};
+        problem.times = (struct pend_times){.count = 2, .span = 1, .divisor = 1};
+        CHECK_INT(pend_run_new(&run, &pend_method_taylor, &problem, &error), PEND_INVALID);
+        CHECK_INT(error.arm, 1);
+        CHECK_SAYING(strstr(error.text, i ? "the length of arm 2 is 4.94065645841247e-324 m"
+                                          : "the mass of arm 2 is 4.94065645841247e-324 kg"),
+                     "%s", error.text);
+        pend_tree_free(&tree);
+    }
+}
