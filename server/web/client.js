@@ -143,14 +143,15 @@ export function createClient() {
      * A table of doubles, read while it arrives.
      *
      * reply    a reply or a promise of one that is on its way already; else the request is made.
-     * begin    begin(columns), columns = [{name, count}, ...] in the order of a row.
+     * begin    begin(columns, stats), columns = [{name, count}, ...] in the order of a row; stats as the reply's head tells them,
+     *          null where they are known only behind its body, where no page can read them.
      * rows     rows(values, count): count whole rows, valid during the call.
      * Resolves when all of it is here; "broken" if it was cut off.
      */
     async table(path, body, { begin, rows, signal, reply: early = null } = {}) {
       const reply = early ?? await post(path, body, { accept: "application/octet-stream", signal });
       const columns = parseColumns(reply.headers.get("X-Columns") ?? "");
-      begin(columns);
+      begin(columns, parseStats(reply.headers));
       await readRows(reply.body.getReader(), columns.reduce((sum, { count }) => sum + count, 0), rows);
     },
   };
@@ -162,6 +163,12 @@ export function parseColumns(header) {
     const [, name, count] = /^([a-z_]+)(?:\[(\d+)\])?$/.exec(part.trim()) ?? [null, part, "1"];
     return { name, count: Number(count ?? 1) };
   });
+}
+
+/** {horizon, energy_drift, warnings} of a reply's header fields, null without them. */
+function parseStats(headers) {
+  if (!headers.has("X-Horizon")) return null;
+  return { horizon: Number(headers.get("X-Horizon")), energy_drift: Number(headers.get("X-Energy-Drift")), warnings: headers.get("X-Warning") };
 }
 
 /** Hands whole rows of `width` doubles on as they arrive, each byte copied once. */

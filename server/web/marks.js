@@ -62,7 +62,7 @@ export function createMarks({ store, motion, clock }) {
     context.fillRect(0, HEIGHT / 2 - 2, width, 4);
     context.fillStyle = colour("--loaded");
     context.fillRect(0, HEIGHT / 2 - 2, width * share, 4);
-    const until = motion.stats?.trust_until;
+    const until = motion.stats?.horizon;
     if (until < clock.duration) hatch((width * until) / clock.duration, width);
     const counts = slackMoments(motion.track, store.get().view.selected, Math.round(width));
     slack = counts.reduce((sum, count) => sum + count, 0);

@@ -6,9 +6,7 @@ import { Failure } from "./client.js";
 import { early, motionBody } from "./first.js";
 import { ghostOf, sameMotion } from "./state.js";
 
-const TRUST_ARMS = 20;
-const TRUST_SECONDS = 120;
-const TRUST_SAMPLES = 401;
+const HORIZON_SAMPLES = 401; // how finely the horizon is asked for where the motion's own answer does not tell it
 
 /** One trajectory: {n, t, columns: {phi, phid, lambda, energy_total, ...}, count, total, complete}, row by row. */
 function createTrack(doc, initial) {
@@ -99,7 +97,7 @@ export function createMotion({ store, client, clock }) {
   const motion = {
     track: createTrack(store.get(), store.get().initial),
     ghosts: [], // one track for each of the document's ghosts
-    stats: null, // of the server: method, steps, energy_drift, trust_until ...
+    stats: null, // of the server: at least energy_drift, and horizon, up to when the digits hold
     loading: false,
     failure: null,
     complaint: null,
@@ -181,7 +179,10 @@ export function createMotion({ store, client, clock }) {
     await client.table("/v1/trajectories", body, {
       signal,
       reply,
-      begin: (columns) => beginTrack(track, columns),
+      begin(columns, stats) {
+        beginTrack(track, columns);
+        track.stats = stats;
+      },
       rows(values, count) {
         addRows(track, values, count);
         arrived();
@@ -192,13 +193,14 @@ export function createMotion({ store, client, clock }) {
     arrived();
   }
 
-  /** The numbers about the integration, which a table of doubles does not carry; with trust where it is cheap. */
+  /** How the integration went: the table's head tells it, but of a long motion, which is sent while it is computed. */
   async function fetchStats(doc, signal) {
-    const { output, ...body } = motionBody(doc);
-    body.times = { start: 0, stop: doc.span.stop, count: Math.min(TRUST_SAMPLES, motion.total) };
-    Object.assign(body, { output: ["energy"], digits: 4 });
-    if (motion.n <= TRUST_ARMS && doc.span.stop <= TRUST_SECONDS && !body.precision) body.trust = true;
-    const { stats } = await client.trajectory(body, { signal });
+    let { stats } = motion.track;
+    if (!stats) {
+      const { output, ...body } = motionBody(doc);
+      body.times = { start: 0, stop: doc.span.stop, count: Math.min(HORIZON_SAMPLES, motion.total) };
+      ({ stats } = await client.trajectory({ ...body, output: ["energy"], digits: 4 }, { signal }));
+    }
     motion.stats = stats;
     tell("stats");
   }

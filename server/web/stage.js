@@ -116,7 +116,7 @@ export function mountStage(element, app) {
     const { view } = store.get();
     const { tree, x, y, thin } = shape;
     motion.ghosts.forEach((ghost, i) => drawGhost(ghost, i, shape));
-    const until = motion.stats?.trust_until;
+    const until = motion.stats?.horizon;
     trails.draw(track, place, x, y, camera, colours, thin, until === undefined ? Infinity : until / track.doc.span.step);
     painter.pivot(camera, colours);
     painter.arms(tree, x, y, shape.lambda, most, camera, colours, thin);

@@ -86,7 +86,7 @@ export function mountTimebar(element, app) {
   function explain() {
     const keys = [];
     const { selected } = store.get().view;
-    const horizon = motion.stats?.trust_until;
+    const horizon = motion.stats?.horizon;
     if (marks.count()) keys.push(selected ? "time.marks.arm" : "time.marks");
     if (horizon < clock.duration) keys.push("time.trust");
     const holes = { arm: selected, time: text.short(horizon ?? 0, 3) };

@@ -47,7 +47,8 @@ async function sendFile(reply, file) {
 function passOn(asked, reply, daemon) {
   const { hostname, port } = new URL(daemon);
   const onward = request({ hostname, port, method: asked.method, path: asked.url, headers: asked.headers }, (answer) => {
-    reply.writeHead(answer.statusCode, answer.headers);
+    const { trailer, ...headers } = answer.headers; // no page can read what is behind a body
+    reply.writeHead(answer.statusCode, headers);
     answer.pipe(reply);
   });
   onward.on("error", () => (reply.headersSent ? reply.destroy() : reply.writeHead(502).end()));

@@ -155,9 +155,11 @@ export async function a_first_visit_asks_at_most_eight_times_until_the_pendulum_
     await page.waitForFunction(() => pendulumd.motion.stats);
     await drawn(page);
     assert.ok(asked.length <= 8, `${asked.length} requests with the examples: ${asked.join(" ")}`);
+    const motions = () => asked.filter((path) => path === "/v1/trajectories").length;
+    assert.equal(motions(), 1, "no motion is computed twice");
     // the examples move for who comes near them
     await page.hover('[data-preset="double"]');
-    while (asked.filter((path) => path === "/v1/trajectories").length < 4) await page.waitForTimeout(20);
+    while (motions() < 3) await page.waitForTimeout(20);
     await drawn(page);
     await close(page);
   }

@@ -50,15 +50,31 @@ export async function the_clock_loops_or_stops_at_the_end(rig) {
 
 export async function the_time_bar_tells_slack_moments_and_the_end_of_trust(rig) {
   const page = await rig.open();
-  await page.waitForFunction(() => pendulumd.motion.stats?.trust_until);
-  const until = await page.evaluate(() => pendulumd.motion.stats.trust_until);
+  await page.waitForFunction(() => pendulumd.motion.stats?.horizon);
+  const until = await page.evaluate(() => pendulumd.motion.stats.horizon);
   assert.ok(until > 8 && until < 20, `trusted until ${until}`);
-  assert.match(await page.textContent(".caption"), /ticks.*hatched/);
+  const digits = until.toLocaleString("en", { maximumSignificantDigits: 3 });
+  assert.match(await page.textContent(".caption"), /ticks.*hatched: uncertain after/);
+  assert.ok((await page.textContent(".caption")).includes(`after ${digits} s`), await page.textContent(".caption"));
   // a pendulum of one arm on a small swing is never slack, and trusted for ever
   await page.evaluate(() => pendulumd.edits.begin());
   await page.evaluate(() => pendulumd.edits.setStart(1, "phi", -1.4));
-  await page.waitForFunction(() => pendulumd.motion.stats?.trust_until === 20);
+  await page.waitForFunction(() => pendulumd.motion.stats?.horizon === 20);
   assert.equal(await page.textContent(".caption"), "");
+  await close(page);
+}
+
+export async function a_long_motion_and_a_large_tree_are_hatched_too(rig) {
+  const page = await rig.open();
+  for (const change of [() => pendulumd.store.set({ span: { stop: 300, step: 0.01 } }),
+    () => pendulumd.store.set({ pendulum: { length: Array(24).fill(0.2), mass: Array(24).fill(1), parent: Array.from({ length: 24 }, (_, k) => k), gravity: 9.81 },
+      initial: { phi: Array(24).fill(0), phid: Array(24).fill(0) }, span: { stop: 20, step: 0.01 } })]) {
+    await page.evaluate(change);
+    await page.waitForFunction(() => pendulumd.motion.stats && pendulumd.motion.doc.span === pendulumd.store.get().span);
+    const { horizon, stop } = await page.evaluate(() => ({ horizon: pendulumd.motion.stats.horizon, stop: pendulumd.motion.doc.span.stop }));
+    assert.ok(horizon > 0.5 && horizon < stop / 1.2, `${horizon} of ${stop}`);
+    assert.match(await page.textContent(".caption"), /hatched: uncertain after/);
+  }
   await close(page);
 }
 

@@ -301,8 +301,8 @@ export default {
   "time.marks.long": "Striche: ein Arm wird kraftlos",
   "time.marks.arm": "Striche: Arm {arm} kraftlos",
   "time.marks.arm.long": "Striche: Arm {arm} wird kraftlos",
-  "time.trust": "schraffiert: unsicher",
-  "time.trust.long": "schraffiert: nach {time} s sind die Ziffern nicht mehr verlässlich",
+  "time.trust": "schraffiert: unsicher nach {time} s",
+  "time.trust.long": "schraffiert: nach {time} s kann die Bewegung eine andere sein (Fehler über 10⁻⁶, wie der Server schätzt); eine kleinere Toleranz oder 32 Ziffern, unter Verfahren, tragen weiter",
 
   "presets.title": "Beispiele",
   "presets.words": "Ein Klick setzt es in Bewegung.",

@@ -301,8 +301,8 @@ export default {
   "time.marks.long": "ticks: an arm goes slack",
   "time.marks.arm": "ticks: arm {arm} slack",
   "time.marks.arm.long": "ticks: arm {arm} goes slack",
-  "time.trust": "hatched: uncertain digits",
-  "time.trust.long": "hatched: digits cannot be trusted after {time} s",
+  "time.trust": "hatched: uncertain after {time} s",
+  "time.trust.long": "hatched: after {time} s the motion may be another one than this (errors above 10⁻⁶, as the server estimates); a smaller tolerance or 32 digits, in Method, carry it further",
 
   "presets.title": "Examples",
   "presets.words": "Click one to set it in motion.",
