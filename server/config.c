@@ -67,7 +67,7 @@ static const struct config_row config_table[] = {
      CONFIG_WHOLE, FIELD(client_queue), 1, 1000000},
     {{"max-wait-seconds", "S", "30", "time that a request may wait for a worker; then it is answered 503"},
      CONFIG_SECONDS, FIELD(wait_seconds), 0.1, 86400},
-    {{"max-requests-a-minute", "N", "0", "requests of one client that compute; one more is answered 429; 0 = any number"},
+    {{"max-requests-a-minute", "N", "0", "requests of one client that compute, list, store or delete; one more is answered 429; 0 = any number"},
      CONFIG_WHOLE, FIELD(requests_a_minute), 0, 1000000},
     {{"max-address-clients", "N", "64", "clients with tokens of their own that all of one address or account together are worth: so many times a client's requests a minute, jobs, bytes and scenes, and 16 times so many of them may keep jobs"},
      CONFIG_WHOLE, FIELD(address_clients), 1, 1000000},

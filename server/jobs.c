@@ -237,7 +237,11 @@ void srv_jobs_read(struct srv_exchange *exchange) {
 
 void srv_jobs_dismiss(struct srv_exchange *exchange) {
     struct srv_errand *errand = srv_errand_begin_one(exchange);
-    if (errand) srv_errand_ask(errand, SRV_ASK_WRITE, jobs_drop, jobs_dropped);
+    if (!errand) return;
+    if (srv_admission_count(exchange))
+        srv_errand_ask(errand, SRV_ASK_WRITE, jobs_drop, jobs_dropped);
+    else
+        srv_errand_end(errand);
 }
 
 /* --- events --- */
@@ -322,6 +326,10 @@ void srv_jobs_list(struct srv_exchange *exchange) {
     if (exchange->identity.kind == SRV_IDENTITY_ADDRESS) {
         srv_admission_challenge(exchange,
                                 "a list is of what was posted with a token, and an address is nobody's alone");
+        srv_errand_end(errand);
+        return;
+    }
+    if (!srv_admission_count(exchange)) {
         srv_errand_end(errand);
         return;
     }

@@ -183,8 +183,10 @@ void srv_scenes_drop(struct srv_exchange *exchange) {
                                 "a scene is taken away with the token it was stored with, and stays without one");
     } else if (srv_errand_id_good(exchange->argument)) {
         memcpy(errand->id, exchange->argument, SRV_ID_BYTES);
-        srv_errand_ask(errand, SRV_ASK_WRITE, scenes_let_go, scenes_gone);
-        return;
+        if (srv_admission_count(exchange)) {
+            srv_errand_ask(errand, SRV_ASK_WRITE, scenes_let_go, scenes_gone);
+            return;
+        }
     } else {
         scenes_refuse(errand, SRV_STORED_NONE);
     }

@@ -342,3 +342,28 @@ TEST(tokens_accounts_and_addresses_are_nowhere_in_clear_but_addresses_in_the_log
     test_server_drop(&server);
     place_end(&place);
 }
+
+/* a list and an end cost the store something: they count as what computes does; reading by id does not */
+TEST(lists_and_ends_count_for_the_quota_of_requests) {
+    struct place place;
+    struct test_reply reply;
+    char id[ID + 1];
+    REQUIRE(place_begin(&place, 0));
+    struct test_server *server = place_serve(&place, "all", "1", "--max-requests-a-minute", "3");
+    if (server) {
+        CHECK_INT(post(server, ALICE, 1, id), 202);
+        CHECK_INT(listed(server, ALICE, id), 1);
+        CHECK_INT(drop(server, "scenes", id, ALICE), 404);
+        CHECK_INT(drop(server, "jobs", id, ALICE), 429);
+        CHECK_INT(listed(server, ALICE, id), -429);
+        CHECK_INT(drop(server, "scenes", id, ALICE), 429);
+        for (int i = 0; i < 5; i++) {
+            CHECK_INT(job_get(server, &reply, id, "", ALICE), 200);
+            test_reply_clear(&reply);
+        }
+        /* another token of the address has a quota of its own */
+        CHECK_INT(listed(server, BOB, id), 0);
+    }
+    test_server_stop(&server);
+    place_end(&place);
+}
