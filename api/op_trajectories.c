@@ -62,7 +62,7 @@ struct trajectory {
     int computed; /* all samples are there; what remains is to compare and to write */
     double trust_until;
     struct api_stats stats;
-    char warning[API_WARNING_TEXT];
+    char warning[API_WARNING_TEXT], energy_warning[API_WARNING_TEXT], loose_warning[API_WARNING_TEXT];
 };
 
 static void trajectory_free(void **state) {
@@ -89,7 +89,6 @@ static void refuse_future(const struct api_value *root, struct api_problem *prob
 static void read_trust(struct trajectory *trajectory, const struct api_value *root, struct api_problem *problem) {
     static const double usual = 1e-6, least = 1e-12, most = 1;
     struct api_value field = api_value_member(root, "trust");
-    const struct pend_method *method = trajectory->method.method;
     enum api_kind kind = api_value_kind(&field);
     if (kind == API_MISSING) return;
     double value = api_value_number(&field);
@@ -99,8 +98,6 @@ static void read_trust(struct trajectory *trajectory, const struct api_value *ro
         return;
     }
     trajectory->trust_tolerance = kind == API_BOOL && value != 0 ? usual : value;
-    if (method && method == pend_method_taylor.extended && trajectory->trust_tolerance > 0)
-        api_value_fault(&field, problem, "compares with precision \"extended\", which is asked for already");
 }
 
 static enum pend_status trajectory_read_parts(struct trajectory *trajectory, const struct api_reading *reading) {
@@ -187,6 +184,28 @@ static void trajectory_tell_horizon(struct trajectory *trajectory, double horizo
     api_stats_warning(&trajectory->stats, "warning_horizon", trajectory->warning);
 }
 
+/* what else a reader should know: an energy that was lost, and digits that were paid for and not used */
+static void trajectory_tell_doubts(struct trajectory *trajectory, double drift) {
+    static const double lost = 0.01, loose = 1e-16;
+    const struct api_method *method = &trajectory->method;
+    if (drift > lost) {
+        snprintf(
+            trajectory->energy_warning, sizeof trajectory->energy_warning,
+            "the energy was not kept: it is off by %.2g of what the tree can hold. The motion told is another one. A "
+            "smaller rtol or method taylor or symplectic keeps it.",
+            drift);
+        api_stats_warning(&trajectory->stats, "warning_energy", trajectory->energy_warning);
+    }
+    if (method->method == pend_method_taylor.extended && (method->rtol > loose || method->atol > loose)) {
+        snprintf(
+            trajectory->loose_warning, sizeof trajectory->loose_warning,
+            "precision extended was asked for with an %s of %.3g: such digits doubles have too and in less time. Leave "
+            "rtol and atol out to have 28.",
+            method->rtol > loose ? "rtol" : "atol", method->rtol > loose ? method->rtol : method->atol);
+        api_stats_warning(&trajectory->stats, "warning_precision", trajectory->loose_warning);
+    }
+}
+
 /* what is told of the computation; once, so that it is the same in every piece of the answer */
 static void trajectory_tell(struct trajectory *trajectory, const struct api_turn *turn) {
     struct pend_run_stats stats = pend_run_stats(trajectory->run);
@@ -198,6 +217,7 @@ static void trajectory_tell(struct trajectory *trajectory, const struct api_turn
     api_stats_whole(told, "evaluations", stats.evaluations);
     api_stats_number(told, "energy_drift", stats.energy_drift);
     trajectory_tell_horizon(trajectory, stats.horizon);
+    trajectory_tell_doubts(trajectory, stats.energy_drift);
     if (trajectory->trust_tolerance > 0) api_stats_number(told, "trust_until", trajectory->trust_until);
     if (seconds >= 0) api_stats_number(told, "compute_seconds", rint((seconds + trajectory->earlier) * 1e6) / 1e6);
 }
@@ -321,7 +341,8 @@ static double trajectory_cost(const void *state) {
     steps *= span * trajectory_rate(trajectory);
     if (trajectory->method.step > 0) steps = span / trajectory->method.step;
     double times_as_long = trajectory->trust_tolerance > 0 ? 1 + trust_times : 1;
-    if (trajectory->method.method == pend_method_taylor.extended) times_as_long = extended_times;
+    if (trajectory->method.method == pend_method_taylor.extended)
+        times_as_long = trajectory->trust_tolerance > 0 ? 2 * extended_times : extended_times;
     if (trajectory->method.method == &pend_method_symplectic) times_as_long = symplectic_times;
     return times_as_long * fmin(steps, (double)trajectory->step_cap) *
                (step_seconds + trajectory->tree.n * arm_seconds) +

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "core/extended.h"
 #include "core/run.h"
 
 enum { TRUST_NUMBERS = 4096, TRUST_ROWS = 64 };
@@ -42,6 +43,9 @@ enum pend_status pend_trust_new(struct pend_trust **trust, const struct pend_met
     exact = own;
     exact.rtol = exact.atol = exact.step = 0;
     exact.atol_given = 0;
+    // what has 32 digits is judged by the same with other orders and steps, the finer of the two being taken for true
+    if (method == pend_method_taylor.extended)
+        exact.rtol = problem->rtol > 0 && problem->rtol < 1e-29 ? method->rtol_default : PEND_EXTENDED_RTOL_MIN;
     enum pend_status status = pend_run_new(&made->run[0], method, &own, error);
     if (status == PEND_OK) status = pend_run_new(&made->run[1], pend_method_taylor.extended, &exact, error);
     if (status != PEND_OK) pend_trust_free(trust);

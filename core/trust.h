@@ -13,7 +13,8 @@ struct pend_trust;
  * Prepares a comparison.
  *
  * trust      out; NULL on failure; ends with pend_trust_free.
- * method     the one whose digits are in doubt; its problem is solved anew.
+ * method     the one whose digits are in doubt; its problem is solved anew. One of 32 digits is compared with itself at
+ *            another tolerance and order: that ends no later than the digits of the less exact of the two.
  * problem    copied; its tree and its list of instants must outlive the comparison.
  * tolerance  rad, > 0: how far angles may be off.
  *
