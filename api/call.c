@@ -12,6 +12,9 @@
 /* s that a row of kept results takes to be read and written, about */
 static const double fetch_row_seconds = 5e-7;
 
+/* what a call takes besides its operation; what it takes that reads a job's results: a chunk, a record, its rows */
+static const double call_bytes = 4096, results_bytes = 1 << 20;
+
 enum stage { STAGE_NEW, STAGE_READY, STAGE_RUNNING, STAGE_DONE, STAGE_BROKEN };
 
 struct api_call {
@@ -34,9 +37,10 @@ struct api_call {
     struct api_problem problem;
     double seconds; /* of the turns so far */
     long steps;
-    size_t before; /* bytes of the caller's buffer before the answer began */
-    int promised;  /* the answer's head is out of our hands */
-    double cost;   /* s, as estimated */
+    size_t before;  /* bytes of the caller's buffer before the answer began */
+    int promised;   /* the answer's head is out of our hands */
+    double cost;    /* s, as estimated */
+    double letters; /* bytes of the request: more than its names and lists take as they are kept */
     struct api_answer answer;
     char digest[API_DIGEST_BYTES];
     char columns[API_COLUMNS_TEXT];
@@ -162,6 +166,7 @@ static void call_foresee(struct api_call *call) {
 
 enum api_progress api_call_open(struct api_call *call, const struct api_request *request, struct api_buffer *out) {
     call->op = api_op_at(request->op);
+    call->letters = (double)request->body_bytes;
     call->before = out->bytes;
     call_check_envelope(call, request);
     if (call->problem.status) return call_refuse(call, out);
@@ -303,6 +308,15 @@ void api_call_promise(struct api_call *call) {
 const char *api_call_etag(const struct api_call *call) { return call->answer.etag; }
 
 double api_call_cost(const struct api_call *call) { return call->cost; }
+
+double api_call_bytes(const struct api_call *call) {
+    if (!call->state) return 0;
+    double all = call_bytes + call->letters + (double)call->whole.cap;
+    /* what is taken from a job's parts is read, and not computed: the operation holds what the request said */
+    if (call->source.fetch)
+        return all + 8 * call->letters + results_bytes + api_writer_bytes(call->format, call->op->table(call->state));
+    return all + (call->op->bytes ? call->op->bytes(call->state) : API_OP_SMALL_BYTES);
+}
 
 enum api_progress api_call_stop(struct api_call *call, int status, const char *detail, struct api_buffer *out) {
     if (call->stage == STAGE_DONE) return API_DONE;

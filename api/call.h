@@ -130,6 +130,14 @@ const char *api_call_etag(const struct api_call *call);
 double api_call_cost(const struct api_call *call);
 
 /**
+ * Bytes of memory that the call holds and will hold until the next api_call_run is over: its operation's arrays, the
+ * rows that a representation keeps, what was read of the request; not the caller's buffer. An upper bound, within a
+ * factor of about two for what is large. Known once api_call_open came back and before the first run takes that memory;
+ * may grow between two runs, for operations that cannot know how much they will find. 0 after the end.
+ */
+double api_call_bytes(const struct api_call *call);
+
+/**
  * True when the answer may be sent in pieces while it is computed; valid once api_call_open came back.
  */
 int api_call_streams(const struct api_call *call);

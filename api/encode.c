@@ -105,6 +105,11 @@ enum pend_status api_writer_new(struct api_writer **writer, const struct api_for
     return status;
 }
 
+double api_writer_bytes(const struct api_format *format, const struct api_table *table) {
+    double kept = format->block ? 0 : (double)table->rows * api_table_numbers(table, 0) * (double)sizeof(double);
+    return (double)format->writer_bytes + kept + API_PIECE_BYTES;
+}
+
 void api_writer_free(struct api_writer **writer) {
     if (*writer) free((*writer)->column[0]);
     free(*writer);

@@ -152,6 +152,9 @@ PEND_MUST_CHECK enum pend_status api_writer_new(struct api_writer **writer, cons
 
 void api_writer_free(struct api_writer **writer);
 
+/** Bytes of memory that a writer of such a table takes at most, rows that are kept included. O(columns). */
+double api_writer_bytes(const struct api_format *format, const struct api_table *table);
+
 /**
  * Writes rows, or keeps them; no more than the table was said to have.
  *

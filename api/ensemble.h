@@ -44,6 +44,9 @@ long api_ensemble_numbers(const struct api_ensemble *ensemble);
 /** An estimate of the computation of so many members, s. */
 double api_ensemble_cost(const struct api_ensemble *ensemble, long members);
 
+/** Bytes of memory that the ensemble and a shard's computation take, without the raw rows. O(1). */
+double api_ensemble_bytes(const struct api_ensemble *ensemble);
+
 /**
  * Begins the members first .. first + count - 1.
  *

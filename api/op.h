@@ -24,6 +24,8 @@ enum api_op_id {
     API_OP_COUNT
 };
 
+enum { API_OP_SMALL_BYTES = 1 << 16 }; /* memory of an operation that does not tell what it takes */
+
 struct api_format;
 struct api_stats;
 struct api_table;
@@ -86,6 +88,12 @@ struct api_op {
     const struct api_table *(*table)(const void *state);
     /** An estimate of the computation, s; NULL where it does not matter. */
     double (*cost)(const void *state);
+    /**
+     * Bytes of memory that the state holds and will hold until the next turn is over: an upper bound, within a factor
+     * of about two for what is large. Called before the first turn and between turns, so that memory is counted before
+     * it is taken. NULL: never more than API_OP_SMALL_BYTES. O(1).
+     */
+    double (*bytes)(const void *state);
     /** The most parts that its rows can be computed in, each by itself; NULL: it is one piece. */
     long (*parts)(const void *state);
     /** Leaves all but part `number` of `parts` out; before the first run. */

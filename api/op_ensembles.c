@@ -62,11 +62,20 @@ static void ensembles_part(void *state, long number, long parts) {
     op->end = (long)((double)count * (double)(number + 1) / (double)parts);
 }
 
+/* doubles of a member, and members of a shard */
+static double ensembles_numbers(const struct ensembles *op) {
+    return (double)api_ensemble_rows(op->ensemble) * (double)api_ensemble_numbers(op->ensemble);
+}
+
+static double ensembles_shard(const struct ensembles *op) {
+    double most = fmin(fmax(floor(SHARD_NUMBERS / ensembles_numbers(op)), SHARD_MEMBERS_LEAST), SHARD_MEMBERS);
+    return fmin(most, (double)(op->end - op->begin));
+}
+
 static enum pend_status ensembles_begin(struct ensembles *op, struct api_buffer *out, struct pend_error *error) {
     const struct api_ensemble *ensemble = op->ensemble;
-    double numbers = (double)api_ensemble_rows(ensemble) * (double)api_ensemble_numbers(ensemble);
-    double most = fmin(fmax(floor(SHARD_NUMBERS / numbers), SHARD_MEMBERS_LEAST), SHARD_MEMBERS);
-    op->shard_most = (long)fmin(most, (double)(op->end - op->begin));
+    double numbers = ensembles_numbers(op);
+    op->shard_most = (long)ensembles_shard(op);
     PEND_TRY(api_ensemble_prepare(op->ensemble, error));
     op->raw = malloc((size_t)op->shard_most * (size_t)numbers * sizeof *op->raw);
     if (!op->raw) return PEND_NO_MEMORY;
@@ -143,6 +152,14 @@ static double ensembles_cost(const void *state) {
 
 static const struct api_stats *ensembles_told(const void *state) { return &((const struct ensembles *)state)->stats; }
 
+static double ensembles_bytes(const void *state) {
+    const struct ensembles *op = state;
+    const struct api_ensemble *ensemble = op->ensemble;
+    double raw = ensembles_shard(op) * ensembles_numbers(op) + PIECE_NUMBERS + (double)api_ensemble_numbers(ensemble);
+    return api_ensemble_bytes(ensemble) + raw * sizeof(double) +
+           api_writer_bytes(op->format, api_ensemble_table(ensemble));
+}
+
 const struct api_op api_op_ensembles = {
     .name = "ensembles",
     .body = 1,
@@ -152,6 +169,7 @@ const struct api_op api_op_ensembles = {
     .steps = ensembles_steps,
     .table = ensembles_table,
     .cost = ensembles_cost,
+    .bytes = ensembles_bytes,
     .parts = ensembles_parts,
     .part = ensembles_part,
     .told = ensembles_told,

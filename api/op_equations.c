@@ -104,5 +104,18 @@ static enum pend_status equations_run(void *state, const struct api_turn *turn, 
     return equations_write(equations, turn->out);
 }
 
-const struct api_op api_op_equations = {
-    .name = "equations", .body = 1, .read = equations_read, .run = equations_run, .free = equations_free};
+/* the text of one form at a time, and the answer: some hundred letters an arm, some ten a pair of arms where every
+ * entry is written out */
+static double equations_bytes(const void *state) {
+    const struct equations *equations = state;
+    double n = equations->tree.n, square = equations->is_explicit ? n * n : 0;
+    return API_OP_SMALL_BYTES + 2048 * n + 2048 * square + api_tree_bytes(&equations->tree) +
+           api_states_bytes(equations->start);
+}
+
+const struct api_op api_op_equations = {.name = "equations",
+                                        .body = 1,
+                                        .read = equations_read,
+                                        .run = equations_run,
+                                        .bytes = equations_bytes,
+                                        .free = equations_free};

@@ -239,6 +239,13 @@ static double forces_cost(const void *state) {
     return numbers * (number_seconds + (forces->format->digits ? text_seconds : 0));
 }
 
+static double forces_bytes(const void *state) {
+    const struct forces *forces = state;
+    double n = forces->tree.n, block = 2.0 * BLOCK_NUMBERS + (2 * AT_ONCE + 2 + KINETIC + COLUMNS) * n;
+    return block * sizeof(double) + (double)pend_dynamics_many_bytes(forces->tree.n) + api_tree_bytes(&forces->tree) +
+           api_states_bytes(forces->states) + api_writer_bytes(forces->format, &forces->table);
+}
+
 static const struct api_table *forces_table(const void *state) { return &((const struct forces *)state)->table; }
 
 const struct api_op api_op_forces = {.name = "forces",
@@ -248,4 +255,5 @@ const struct api_op api_op_forces = {.name = "forces",
                                      .run = forces_run,
                                      .table = forces_table,
                                      .cost = forces_cost,
+                                     .bytes = forces_bytes,
                                      .free = forces_free};

@@ -235,6 +235,14 @@ static double lyapunov_cost(const void *state) {
     return intervals * (2 * (2 * count + 1) * (n + 4) * arm_seconds + 4 * count * count * n * product_seconds);
 }
 
+static double lyapunov_bytes(const void *state) {
+    const struct lyapunov *lyapunov = state;
+    double n = lyapunov->tree.n, count = lyapunov->count;
+    return 32768 + (n + 16) * 16000 + sizeof(double) * (8 * n * (count + 1) + ROWS * (1 + count)) +
+           api_tree_bytes(&lyapunov->tree) + api_states_bytes(lyapunov->start) +
+           api_writer_bytes(lyapunov->format, &lyapunov->table);
+}
+
 static const struct api_table *lyapunov_table(const void *state) { return &((const struct lyapunov *)state)->table; }
 
 static const struct api_stats *lyapunov_told(const void *state) { return &((const struct lyapunov *)state)->stats; }
@@ -248,4 +256,5 @@ const struct api_op api_op_lyapunov = {.name = "lyapunov",
                                        .table = lyapunov_table,
                                        .cost = lyapunov_cost,
                                        .told = lyapunov_told,
+                                       .bytes = lyapunov_bytes,
                                        .free = lyapunov_free};

@@ -458,6 +458,17 @@ static double modes_cost(const void *state) {
     return pend_modes_cost(modes->tree.n, (int)modes->table.rows, modes->request.vectors);
 }
 
+/* a frequency is searched for in a few hundred bytes an arm. Vectors are kept once, and a second time while like
+ * branches are put together; a row of them is made orthogonal to those of its crowd */
+static double modes_bytes(const void *state) {
+    const struct modes *modes = state;
+    double n = modes->tree.n, count = (double)modes->table.rows;
+    double vectors = modes->request.vectors ? 2.2 * sizeof(double) * n * (count + 16) : 0;
+    return 2048 * (n + 16) + 256 * count + vectors + sizeof(double) * (2.0 * PIECE_NUMBERS + n) +
+           api_tree_bytes(&modes->tree) + api_states_bytes(modes->start) +
+           (modes->format == &api_format_json ? 0 : api_writer_bytes(modes->format, &modes->table));
+}
+
 const struct api_op api_op_modes = {.name = "modes",
                                     .body = 1,
                                     .samples = 1,
@@ -465,5 +476,6 @@ const struct api_op api_op_modes = {.name = "modes",
                                     .run = modes_run,
                                     .table = modes_table,
                                     .cost = modes_cost,
+                                    .bytes = modes_bytes,
                                     .json_apart = 1,
                                     .free = modes_free};

@@ -286,6 +286,19 @@ static double sections_cost(const void *state) {
     return fmin(steps_a_radian * seconds * rate, sections->step_cap) * (tree->n + 2) * arm_seconds;
 }
 
+/* passages are kept as they are found, in twice as much room whenever it is full, and once more for what does not flow
+ */
+static double sections_bytes(const void *state) {
+    const struct sections *sections = state;
+    double n = sections->tree.n, numbers = api_table_numbers(&sections->table, 0);
+    double room = (double)(sections->room ? sections->room : FIRST_ROOM);
+    if (sections->room && sections->count + 1 >= sections->room) room *= 3;
+    room = fmin(room, 1.5 * (double)sections->table.rows);
+    double kept = sections->format->block ? 0 : numbers * fmin(room, (double)sections->table.rows);
+    return 32768 + (n + 16) * 5000 + sizeof(double) * (numbers * room + kept + 2 * n) +
+           api_tree_bytes(&sections->tree) + api_states_bytes(sections->start) + API_PIECE_BYTES;
+}
+
 static const struct api_table *sections_table(const void *state) { return &((const struct sections *)state)->table; }
 
 static const struct api_stats *sections_told(const void *state) { return &((const struct sections *)state)->stats; }
@@ -298,6 +311,7 @@ const struct api_op api_op_sections = {.name = "sections",
                                        .steps = sections_steps,
                                        .table = sections_table,
                                        .cost = sections_cost,
+                                       .bytes = sections_bytes,
                                        .rows_later = 1,
                                        .told = sections_told,
                                        .free = sections_free};

@@ -36,6 +36,7 @@ static const double extended_times = 25, symplectic_times = 20, trust_times = 26
 static const double piece = 50000;
 
 enum {
+    SAMPLE_NUMBERS = 16384, /* of a block of samples */
     MOST_PARTS = 1000000,
     CARRIED = 3 /* changes with what trajectory_carry shows, or any `carry` of core */
 };
@@ -349,6 +350,31 @@ static double trajectory_cost(const void *state) {
            numbers * (trajectory->format->digits ? text_seconds : binary_seconds);
 }
 
+/* bytes that a method takes for each arm: its series, stages and scratch; small trees are filled up to whole lanes */
+static const struct {
+    const char *method;
+    double bytes;
+} bytes_an_arm[] = {{"taylor", 6500}, {"symplectic", 12000}, {"linear", 2000}};
+static const double bytes_of_others = 2500, bytes_of_extended = 30000, lane_arms = 16, method_bytes = 32768;
+
+/* numbers that `linear` takes for each pair of arms: its modes, and what they are made orthogonal to */
+static const double linear_numbers = 2.2;
+
+static double trajectory_bytes(const void *state) {
+    const struct trajectory *trajectory = state;
+    double n = trajectory->tree.n, an_arm = bytes_of_others, row = api_table_numbers(&trajectory->table, 0);
+    for (size_t i = 0; i < sizeof bytes_an_arm / sizeof *bytes_an_arm; i++)
+        if (!strcmp(trajectory->method.method->name, bytes_an_arm[i].method)) an_arm = bytes_an_arm[i].bytes;
+    if (trajectory->method.method == pend_method_taylor.extended) an_arm = bytes_of_extended;
+    if (trajectory->trust_tolerance > 0) an_arm = 2 * an_arm + bytes_of_extended;
+    double square = trajectory->method.method == &pend_method_linear ? linear_numbers * sizeof(double) * n * n : 0;
+    double list = trajectory->times.list ? (double)trajectory->times.times.count * sizeof(double) : 0;
+    double block = fmin(SAMPLE_NUMBERS, (double)trajectory->table.rows * (row + 8)) + row + 8;
+    return method_bytes + (n + lane_arms) * an_arm + square + list + 2 * sizeof(double) * block +
+           api_tree_bytes(&trajectory->tree) + api_states_bytes(trajectory->start) +
+           api_writer_bytes(trajectory->format, &trajectory->table);
+}
+
 static const struct api_table *trajectory_table(const void *state) {
     return &((const struct trajectory *)state)->table;
 }
@@ -367,6 +393,7 @@ const struct api_op api_op_trajectories = {
     .steps = trajectory_steps,
     .table = trajectory_table,
     .cost = trajectory_cost,
+    .bytes = trajectory_bytes,
     .parts = trajectory_parts,
     .part = trajectory_part,
     .carry = trajectory_carry,

@@ -91,5 +91,12 @@ static enum pend_status trees_run(void *state, const struct api_turn *turn, int 
     return status;
 }
 
+/* a matrix, and its answer: most entries of S are of one digit, those of B of a few */
+static double trees_bytes(const void *state) {
+    const struct trees *trees = state;
+    double n = trees->tree.n, square = trees->matrices ? n * n : n;
+    return api_tree_bytes(&trees->tree) + (sizeof(double) + 8) * square + 512 * n;
+}
+
 const struct api_op api_op_trees = {
-    .name = "trees", .body = 1, .read = trees_read, .run = trees_run, .free = trees_free};
+    .name = "trees", .body = 1, .read = trees_read, .run = trees_run, .bytes = trees_bytes, .free = trees_free};

@@ -161,6 +161,11 @@ static enum pend_status part_write_nothing(struct api_part *part, struct api_buf
     return PEND_OK;
 }
 
+double api_part_bytes(const struct api_part *part) {
+    double told = part->state && part->op->bytes ? part->op->bytes(part->state) : API_OP_SMALL_BYTES;
+    return (double)sizeof *part + (double)part->request.body_bytes + told;
+}
+
 enum pend_status api_part_run(struct api_part *part, struct api_buffer *out, int *done, struct pend_error *error) {
     struct api_turn turn = {.out = out,
                             .now = part->now,

@@ -66,6 +66,9 @@ PEND_MUST_CHECK enum pend_status api_part_resume(struct api_part *part, const vo
  */
 PEND_MUST_CHECK enum pend_status api_part_carry(struct api_part *part, struct api_buffer *carried);
 
+/** Bytes of memory that the part holds and will hold until its next run is over, as api_call_bytes says. */
+double api_part_bytes(const struct api_part *part);
+
 /** Lends a clock, as api_call_clock. */
 void api_part_clock(struct api_part *part, double (*now)(void *context), void *context);
 

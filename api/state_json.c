@@ -53,6 +53,14 @@ void api_states_free(struct api_states **states) {
     *states = NULL;
 }
 
+double api_states_bytes(const struct api_states *states) {
+    if (!states) return 0;
+    double n = states->n, modes = states->mode_most ? states->mode_most - states->mode_least + 1 : 0;
+    /* modes, while they are found: their vectors, and the search's own arrays */
+    double settle = modes > 0 ? 2.2 * sizeof(double) * n * (modes + 16) + 2048 * n : 0;
+    return (double)sizeof *states + (double)states->count * (4 * n + 2) * sizeof(double) + settle;
+}
+
 /* scale x - offset, as a double and what that leaves */
 static struct exact exact_turn(struct exact scale, double x, struct exact offset) {
     double product = scale.high * x, rest = fma(scale.high, x, -product) + scale.low * x;
@@ -93,6 +101,8 @@ static void read_mode(struct api_states *states, long i, const struct api_value 
     api_tree_modes_allowed(tree, mode, 1, "a start in a mode", limits, problem);
     if (!states) return;
     states->mode[i] = (int)number;
+    if (!states->mode_most || number < states->mode_least) states->mode_least = (int)number;
+    if (number > states->mode_most) states->mode_most = (int)number;
     states->amplitude[i] = scale * size;
 }
 
@@ -173,5 +183,6 @@ enum pend_status api_states_settle(struct api_states *states, const struct api_t
         for (size_t k = 0; k < n; k++) states->phi[(size_t)i * n + k] = states->amplitude[i] * vector[k] - pi / 2;
     }
     pend_modes_free(&modes);
+    states->mode_least = states->mode_most = 0;
     return PEND_OK;
 }

@@ -14,6 +14,7 @@ struct api_states {
     double *phi_low, *rate_low; /* n each, what rounding leaves of a single state's; NULL where there are many */
     double *amplitude;          /* count, rad */
     int *mode;                  /* count, from 1; 0 = given by its angles */
+    int mode_least, mode_most;  /* of the modes that are still to be computed; 0 = none is */
 };
 
 /**
@@ -24,6 +25,12 @@ struct api_states {
 PEND_MUST_CHECK enum pend_status api_states_new(struct api_states **states, long count, int n);
 
 void api_states_free(struct api_states **states);
+
+/**
+ * Bytes of memory that states take, and that api_states_settle takes for a time where one of them is a mode; NULL takes
+ * none. O(1).
+ */
+double api_states_bytes(const struct api_states *states);
 
 /**
  * Reads state number i.

@@ -363,6 +363,8 @@ enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pe
     return status == PEND_OK && fault_count(problem) > faults ? PEND_INVALID : status;
 }
 
+double api_tree_bytes(const struct api_tree *tree) { return 1024 + 128.0 * tree->n; }
+
 void api_tree_clear(struct api_tree *tree) {
     pend_tree_free(&tree->tree);
     free(tree->names);

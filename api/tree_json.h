@@ -32,6 +32,9 @@ PEND_MUST_CHECK enum pend_status api_tree_read(struct api_tree *tree, const stru
 
 void api_tree_clear(struct api_tree *tree);
 
+/** Bytes of memory that a tree takes at most, without the letters of its names. O(1). */
+double api_tree_bytes(const struct api_tree *tree);
+
 /** The caller's number, from 0, of the arm that carries the caller's arm i; -1 for the pivot. O(1). */
 int api_tree_parent(const struct api_tree *tree, int i);
 
