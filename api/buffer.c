@@ -14,6 +14,13 @@ void api_buffer_clear(struct api_buffer *buffer) {
     api_buffer_init(buffer, buffer->limit);
 }
 
+void api_buffer_trim(struct api_buffer *buffer) {
+    char *data = buffer->bytes && buffer->bytes < buffer->cap ? realloc(buffer->data, buffer->bytes) : NULL;
+    if (!data) return;
+    buffer->data = data;
+    buffer->cap = buffer->bytes;
+}
+
 /* twice the present room, at least what is needed, at most the limit */
 static size_t buffer_next_cap(const struct api_buffer *buffer, size_t need) {
     size_t cap = buffer->cap < BUFFER_FIRST / 2 ? BUFFER_FIRST / 2 : buffer->cap;

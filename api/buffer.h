@@ -19,6 +19,9 @@ void api_buffer_init(struct api_buffer *buffer, size_t limit);
 /** Frees the memory and leaves an empty buffer of the same limit. */
 void api_buffer_clear(struct api_buffer *buffer);
 
+/** Gives back the memory that its contents do not need, where there is any; the contents stay. */
+void api_buffer_trim(struct api_buffer *buffer);
+
 /**
  * Makes room for `more` bytes behind the present ones, so that they can be written directly at data + bytes.
  *

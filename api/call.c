@@ -309,6 +309,11 @@ const char *api_call_etag(const struct api_call *call) { return call->answer.eta
 
 double api_call_cost(const struct api_call *call) { return call->cost; }
 
+double api_call_answer_bytes(const struct api_call *call) {
+    if (!call->state || !call->op->table) return API_OP_SMALL_BYTES;
+    return call->format->bytes(call->op->table(call->state));
+}
+
 double api_call_bytes(const struct api_call *call) {
     if (!call->state) return 0;
     double all = call_bytes + call->letters + (double)call->whole.cap;

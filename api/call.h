@@ -137,6 +137,9 @@ double api_call_cost(const struct api_call *call);
  */
 double api_call_bytes(const struct api_call *call);
 
+/** Bytes that the answer's body will not pass, as far as that is known before it is written; of a range the whole. */
+double api_call_answer_bytes(const struct api_call *call);
+
 /**
  * True when the answer may be sent in pieces while it is computed; valid once api_call_open came back.
  */

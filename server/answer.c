@@ -105,11 +105,11 @@ struct srv_payload *srv_answer_payload(struct srv_work *work, struct api_answer 
     for (int i = 0; answer.told && i < answer.told->count; i++) text += strlen(answer.told->field[i].value) + 1;
     struct srv_service *service = work->service;
     struct srv_payload *made =
-        srv_payload_new(answer.status, answer.media_type, body, text, &service->held, &service->spares);
+        srv_payload_new(answer.status, answer.media_type, body, text, &service->memory, &service->spares);
     if (!made) return NULL;
     made->steps = api_call_steps(work->call);
     if (answer.status >= 400) srv_payload_header(made, "Cache-Control", "no-store");
-    if (answer.status == 503) srv_payload_header(made, "Retry-After", answer_retry);
+    if (answer.status == 503 || answer.status == 429) srv_payload_header(made, "Retry-After", answer_retry);
     srv_payload_header(made, "Vary", srv_exchange_vary);
     if (answer.status < 400 && work->etag[0]) {
         /* a coding may compress differently another time */

@@ -160,6 +160,13 @@ void srv_cache_add(struct srv_cache *cache, const void *key, size_t bytes, struc
     pthread_mutex_unlock(&cache->lock);
 }
 
+void srv_cache_shrink(struct srv_cache *cache, size_t bytes) {
+    pthread_mutex_lock(&cache->lock);
+    size_t now = atomic_load(&cache->bytes), aim = now > bytes ? now - bytes : 0;
+    while (cache->oldest && atomic_load(&cache->bytes) > aim) cache_forget(cache, cache->oldest);
+    pthread_mutex_unlock(&cache->lock);
+}
+
 int srv_cache_valid(struct srv_cache *cache) {
     size_t bytes = 0, entries = 0, in_rows = 0;
     pthread_mutex_lock(&cache->lock);

@@ -39,6 +39,9 @@ struct srv_payload *srv_cache_find(struct srv_cache *cache, const void *key, siz
  */
 void srv_cache_add(struct srv_cache *cache, const void *key, size_t bytes, struct srv_payload *payload);
 
+/** Lets go of what was not used for longest until it is so many bytes smaller, or empty. Any thread. */
+void srv_cache_shrink(struct srv_cache *cache, size_t bytes);
+
 /** True when it can take anything in. */
 int srv_cache_on(const struct srv_cache *cache);
 

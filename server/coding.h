@@ -14,6 +14,7 @@ enum srv_coding_end { SRV_CODING_MORE, SRV_CODING_FLUSH, SRV_CODING_END };
 /* A row of the table: one library's way. */
 struct srv_coding_row {
     const char *name; /* as in Accept-Encoding and Content-Encoding */
+    size_t bytes;     /* of memory that a state takes, about */
     /** A state for one stream, NULL without memory. */
     void *(*begin)(void);
     /** Appends what comes of some bytes, and of those before; fails as api_buffer_room does. */

@@ -52,4 +52,4 @@ static enum pend_status gzip_whole(const void *data, size_t bytes, struct api_bu
     return status;
 }
 
-const struct srv_coding_row srv_coding_gzip = {"gzip", gzip_begin, gzip_write, gzip_free, gzip_whole};
+const struct srv_coding_row srv_coding_gzip = {"gzip", 280000, gzip_begin, gzip_write, gzip_free, gzip_whole};

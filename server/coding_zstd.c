@@ -32,4 +32,4 @@ static enum pend_status zstd_write(void *state, const void *data, size_t bytes, 
 
 static void zstd_free(void *state) { ZSTD_freeCCtx(state); }
 
-const struct srv_coding_row srv_coding_zstd = {"zstd", zstd_begin, zstd_write, zstd_free, NULL};
+const struct srv_coding_row srv_coding_zstd = {"zstd", 1300000, zstd_begin, zstd_write, zstd_free, NULL};

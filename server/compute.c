@@ -11,6 +11,8 @@ enum {
     COMPUTE_HOLD = 1 << 20,      /* bytes of an answer that may stream are held, so that it can be shared and kept */
     COMPUTE_SHARE = 1 << 23,     /* the same where several wait for it, or where it is soon complete */
     COMPUTE_LONG_BODY = 1 << 18, /* bytes of a body that takes a while to read */
+    COMPUTE_READ = 5,            /* times a body: the memory that reading it takes */
+    COMPUTE_READ_FREE = 1 << 16, /* bytes of a body for which that is not counted: it is read in one go */
     COMPUTE_REFUSE_COST = 3      /* times max-compute-seconds: an estimate may be wrong by this factor */
 };
 
@@ -33,12 +35,17 @@ static const char *compute_reason(enum srv_stop why) {
 
 static double compute_seconds(const struct srv_work *work) { return 1e-9 * (double)work->spent; }
 
-/* counts the memory of an answer that is under way */
-static void compute_hold(struct srv_work *work) {
-    size_t bytes = work->out.cap + work->coded.cap + SRV_FLIGHT_BLOCK;
-    atomic_fetch_add(&work->service->held, (long long)bytes - (long long)work->held);
-    work->held = bytes;
+/* bytes that a work holds, and was promised for what comes next */
+static size_t compute_bytes(const struct srv_work *work) {
+    const struct srv_coding_row *row = srv_coding_at(work->coding);
+    size_t buffers = work->out.cap + work->coded.cap + work->ready_cap;
+    double call = work->call ? api_call_bytes(work->call) : 0;
+    if (call > 0 && buffers < work->foreseen) buffers = work->foreseen;
+    return (size_t)call + buffers + (work->coder ? row->bytes : 0) + (work->source ? work->source->body_bytes : 0);
 }
+
+/* counts what a work holds by now */
+static void compute_hold(struct srv_work *work) { srv_hold_set(&work->hold, compute_bytes(work)); }
 
 /* --- the end of a work --- */
 
@@ -75,10 +82,10 @@ static void compute_settle(struct srv_work *work) {
     if (answer.status == 200 && work->key_bytes) srv_metrics_count(&service->metrics.cache_missed, 1);
     enum srv_coding coding = srv_answer_code(work, answer.media_type);
     struct srv_payload *payload = srv_answer_payload(work, answer, coding, &work->out);
-    if (work->held) compute_hold(work); /* the answer's memory is counted with the payload now */
+    compute_hold(work); /* the answer's memory is counted with the payload now */
     if (!payload) {
         compute_fail(work, "out of memory");
-    } else if (!srv_service_room(service)) {
+    } else if (payload->status == 200 && !srv_hold_room(service)) {
         srv_metrics_count(&service->metrics.refused_held, 1);
         srv_payload_drop(&payload);
         compute_fail(work, "the answers that are being sent leave no memory: max-held-bytes");
@@ -106,7 +113,6 @@ static void compute_apart(struct srv_exchange *others) {
 static int compute_pass(struct srv_work *work, int ended) {
     struct srv_service *service = work->service;
     int over = 0;
-    compute_hold(work);
     if (work->coder) {
         enum srv_coding_end how = ended                      ? SRV_CODING_END
                                   : srv_flights_hungry(work) ? SRV_CODING_FLUSH
@@ -116,6 +122,7 @@ static int compute_pass(struct srv_work *work, int ended) {
         work->out.bytes = 0;
     }
     if (ended < 0 && !srv_flights_stop(work)) srv_metrics_count(&service->metrics.broken, 1);
+    compute_hold(work);
     int go_on = srv_flights_pass(work, ended, &over);
     if (over) compute_done(service);
     return go_on;
@@ -140,6 +147,8 @@ static void compute_promise(struct srv_work *work) {
         reader->stream_bytes = coded || reader->trails ? -1 : answer.length;
         reader->waited = work->begun - reader->queued;
         api_call_promise(work->call);
+        work->foreseen = 2 * SRV_FLIGHT_BLOCK;
+        if (work->out.cap > COMPUTE_HOLD) api_buffer_trim(&work->out);
         reader->finish(reader);
     }
     srv_payload_drop(&head);
@@ -151,8 +160,14 @@ static void compute_promise(struct srv_work *work) {
 static int compute_whole(struct srv_work *work, int alone) {
     double seconds = compute_seconds(work);
     if (work->coding && srv_coding_worth(api_call_answer(work->call).media_type)) return 0;
-    if (work->out.cap > COMPUTE_HOLD) compute_hold(work);
-    return (!alone || (seconds > work->cost ? seconds : work->cost) < compute_soon) && srv_service_room(work->service);
+    if (alone && (seconds > work->cost ? seconds : work->cost) >= compute_soon) return 0;
+    /* twice the room next time it is full */
+    size_t before = work->foreseen, next = 2 * work->out.cap + SRV_FLIGHT_BLOCK;
+    if (next <= before) return 1;
+    work->foreseen = next;
+    if (srv_hold_room(work->service) && srv_hold_try(&work->hold, compute_bytes(work)) == SRV_ROOM) return 1;
+    work->foreseen = before;
+    return 0;
 }
 
 /* is it time to begin sending? */
@@ -167,8 +182,8 @@ static int compute_ripe(struct srv_work *work) {
 /* --- turns on a worker --- */
 
 /* ends a computation early; the bytes of a promised answer are sent, and then the connection is cut */
-static void compute_stop(struct srv_work *work, const char *detail) {
-    enum api_progress progress = api_call_stop(work->call, 503, detail, &work->out);
+static void compute_stop(struct srv_work *work, int status, const char *detail) {
+    enum api_progress progress = api_call_stop(work->call, status, detail, &work->out);
     if (progress == API_BROKEN)
         (void)compute_pass(work, -1);
     else
@@ -183,14 +198,43 @@ static int compute_over(struct srv_work *work) {
     char detail[96];
     if (why) {
         srv_metrics_count(&metrics->cancelled, why == SRV_STOP_LEFT);
-        compute_stop(work, compute_reason(why));
+        compute_stop(work, 503, compute_reason(why));
         return 1;
     }
     if (compute_seconds(work) <= limit) return 0;
     srv_metrics_count(&metrics->overtime, 1);
     snprintf(detail, sizeof detail, "the computation took longer than max-compute-seconds allows: %.15g s", limit);
-    compute_stop(work, detail);
+    compute_stop(work, 503, detail);
     return 1;
+}
+
+/* Reserves what the work will hold after its next piece. Where there is no room it ends, and 0 is returned: 503 for
+ * now, 429 where its client holds too much, 422 for what no client may hold. */
+static int compute_room(struct srv_work *work) {
+    struct srv_metrics *metrics = &work->service->metrics;
+    size_t bytes = compute_bytes(work);
+    enum srv_room room = srv_hold_try(&work->hold, bytes);
+    char detail[256];
+    if (room == SRV_ROOM) return 1;
+    srv_metrics_count(room == SRV_ROOM_NONE ? &metrics->refused_held : &metrics->refused_share, 1);
+    double share = srv_hold_share(srv_service_config(work->service));
+    if (room == SRV_ROOM_NONE)
+        snprintf(detail, sizeof detail,
+                 "this takes about %zu bytes of memory, and what is held already leaves no room: max-held-bytes",
+                 bytes);
+    else if (room == SRV_ROOM_CLIENT)
+        snprintf(detail, sizeof detail,
+                 "this takes about %zu bytes of memory, and requests of yours hold too much beside it: "
+                 "max-client-held-bytes is %.0f; read or end those that are open",
+                 bytes, share);
+    else
+        snprintf(
+            detail, sizeof detail,
+            "this takes about %zu bytes of memory, more than the limit max-client-held-bytes of %.0f: ask for fewer "
+            "numbers at a time, or for a representation that flows",
+            bytes, share);
+    compute_stop(work, room == SRV_ROOM_NONE ? 503 : room == SRV_ROOM_CLIENT ? 429 : 422, detail);
+    return 0;
 }
 
 /* one piece of work; returns 1 when the worker still has it and it is to go on */
@@ -200,6 +244,7 @@ static int compute_piece(struct srv_work *work) {
     work->spent += srv_clock_now() - begin;
     int ended = progress == API_DONE ? 1 : progress == API_BROKEN ? -1 : 0;
     if (!work->promised && !ended && compute_ripe(work)) compute_promise(work);
+    if (!ended && !compute_room(work)) return 0;
     if (work->promised) return compute_pass(work, ended);
     if (!ended) return 1;
     compute_settle(work);
@@ -277,6 +322,29 @@ static int compute_too_long(struct srv_work *work) {
     return 1;
 }
 
+/* what reading a request takes beside its body: lists of numbers, and values of a tree */
+static int compute_read_room(struct srv_work *work, size_t body) {
+    if (body <= COMPUTE_READ_FREE) return 1;
+    work->foreseen = COMPUTE_READ * body;
+    enum srv_room room = srv_hold_try(&work->hold, work->foreseen);
+    if (room == SRV_ROOM) return 1;
+    for (struct srv_exchange *next, *exchange = srv_flights_take(work); exchange; exchange = next) {
+        next = exchange->next_beside;
+        srv_exchange_crowded(exchange, room, "reading the body");
+        exchange->finish(exchange);
+    }
+    srv_flights_end(work);
+    compute_done(work->service);
+    return 0;
+}
+
+/* what its answer will take while it is computed: all of it, or what is held before it streams and two blocks */
+static void compute_foresee(struct srv_work *work) {
+    double answer = api_call_answer_bytes(work->call);
+    work->foreseen = (size_t)(answer < COMPUTE_HOLD ? answer : COMPUTE_HOLD) + SRV_FLIGHT_BLOCK / 2;
+    if (answer > COMPUTE_HOLD) work->foreseen += 2 * SRV_FLIGHT_BLOCK;
+}
+
 static int compute_open(struct srv_work *work) {
     struct srv_exchange *exchange = work->waiters;
     struct srv_queue *queue = work->service->queue;
@@ -294,6 +362,7 @@ static int compute_open(struct srv_work *work) {
         request.body_bytes = source->body_bytes;
         request.argument = NULL;
     }
+    if (!compute_read_room(work, request.body_bytes)) return 0;
     if (api_call_new(&work->call, work->limits) != PEND_OK) {
         compute_fail(work, "out of memory");
         return 0;
@@ -316,6 +385,8 @@ static int compute_open(struct srv_work *work) {
     }
     work->cost = api_call_cost(work->call);
     if (compute_too_long(work)) return 0;
+    compute_foresee(work);
+    if (!compute_room(work)) return 0;
     work->task.level = compute_level_of(work->cost);
     return (work->task.level && srv_queue_count(queue)) || compute_turn(work);
 }

@@ -20,7 +20,8 @@ struct srv_config {
     char listen[SRV_CONFIG_TEXT], file[SRV_CONFIG_TEXT];
     char role[SRV_CONFIG_TEXT], store[SRV_CONFIG_TEXT];
     double workers; /* 0 = one a processor */
-    double connections, queue, client_queue, held_bytes;
+    double connections, client_connections, queue, client_queue;
+    double held_bytes, client_held_bytes; /* of a client 0 = a share, see hold */
     double wait_seconds, requests_a_minute, address_clients;
     double cache_bytes, compress_above;
     char log[SRV_CONFIG_TEXT];

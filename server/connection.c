@@ -18,10 +18,20 @@
 #include "server/reply.h"
 #include "server/router.h"
 
-enum { CONNECTION_UNREAD = 65536 }; /* largest body that is read only to keep the connection after a refusal */
+enum {
+    CONNECTION_UNREAD = 65536,  /* largest body that is read only to keep the connection after a refusal */
+    CONNECTION_BYTES = 3 << 13, /* that libmicrohttpd takes for one */
+    CONNECTION_SURPLUS = 16,    /* connections of a client beyond its share that are told so; others are closed */
+    CONNECTION_PART = 4         /* a client may have this part of all */
+};
 
 _Static_assert((int)SRV_FRONT_TARGET < (int)SRV_TARGET_BYTES,
                "a target that the front lets pass fits into an exchange");
+
+/* why a connection is not served */
+static const char connection_all[] = "too many connections are open: max-connections",
+                  connection_own[] = "you have more connections open than max-client-connections",
+                  connection_held[] = "there is no memory left for a connection: max-held-bytes";
 
 /* How far the exchange of a connection is. */
 enum connection_state {
@@ -40,8 +50,10 @@ struct connection {
     struct srv_connections *all;
     struct MHD_Connection *mhd;
     enum connection_state state;
-    long done;   /* requests that are over */
-    int surplus; /* beyond the cap of connections */
+    long done;                 /* requests that are over */
+    const char *surplus;       /* the limit that it is beyond; NULL = none */
+    struct srv_client *client; /* of its address; NULL where that is a trusted proxy, or without memory */
+    struct srv_hold hold;
     int refused; /* answered at the head, while the body is still read */
     int64_t body_began;
     struct srv_reply_stream stream;
@@ -87,6 +99,7 @@ static void connection_pause(struct srv_exchange *exchange) {
 static enum MHD_Result connection_answer(struct connection *connection) {
     struct srv_exchange *exchange = &connection->exchange;
     struct srv_service *service = connection->all->service;
+    srv_exchange_settle(exchange);
     if (atomic_load(&service->draining)) exchange->close = 1;
     connection->stream =
         (struct srv_reply_stream){.exchange = exchange, .moved = connection_moved, .pause = connection_pause};
@@ -139,6 +152,29 @@ static enum MHD_Result connection_field(void *context, enum MHD_ValueKind kind, 
     return srv_message_field(context, name, value ? value : "") ? MHD_YES : MHD_NO;
 }
 
+/* connections that one client may have open */
+static int connection_share(const struct srv_config *config) {
+    double share = config->client_connections > 0 ? config->client_connections : config->connections / CONNECTION_PART;
+    return share > 1 ? (int)share : 1;
+}
+
+/* says which limit the connection is beyond */
+static void connection_refuse_surplus(struct connection *connection) {
+    struct srv_exchange *exchange = &connection->exchange;
+    struct srv_metrics *metrics = &exchange->service->metrics;
+    int own = connection->surplus == connection_own;
+    srv_metrics_count(own                                      ? &metrics->refused_own_connections
+                      : connection->surplus == connection_held ? &metrics->refused_held
+                                                               : &metrics->refused_connections,
+                      1);
+    if (!own) {
+        srv_exchange_busy(exchange, 1, connection->surplus);
+        return;
+    }
+    srv_exchange_problem(exchange, 429, "%s, %d", connection_own, connection_share(srv_service_config(exchange->service)));
+    srv_exchange_retry(exchange, 1);
+}
+
 /* reads the head; returns 1 when the exchange is to go on, 0 when it is answered */
 static int connection_check_head(struct connection *connection, const char *method) {
     struct srv_exchange *exchange = &connection->exchange;
@@ -149,8 +185,7 @@ static int connection_check_head(struct connection *connection, const char *meth
     exchange->coding = srv_coding_choose(exchange->field[SRV_ACCEPT_ENCODING]);
     if (exchange->status) return 0;
     if (!connection->surplus) return srv_message_head(exchange) && srv_router_find(exchange);
-    srv_metrics_count(&exchange->service->metrics.refused_connections, 1);
-    srv_exchange_busy(exchange, 1, "too many connections are open: max-connections");
+    connection_refuse_surplus(connection);
     exchange->close = 1;
     return 0;
 }
@@ -189,9 +224,11 @@ static enum MHD_Result connection_body(struct connection *connection, const char
     if (status == PEND_LIMIT)
         srv_exchange_problem(exchange, 413, "the body has more bytes than the limit max-body-bytes of %.0f",
                              srv_service_config(exchange->service)->limits.body_bytes);
-    else if (status != PEND_OK || !srv_exchange_hold(exchange, exchange->body.bytes)) {
-        srv_metrics_count(&exchange->service->metrics.refused_held, 1);
-        srv_exchange_busy(exchange, 1, "there is no memory left for the body: max-held-bytes");
+    else if (status != PEND_OK)
+        srv_exchange_busy(exchange, 1, "there is no memory left for the body");
+    else {
+        enum srv_room room = srv_exchange_hold(exchange, exchange->body.cap);
+        if (room != SRV_ROOM) srv_exchange_crowded(exchange, room, "the body");
     }
     if (exchange->status) {
         srv_reply_refuse(&connection->exchange, connection->watched.fd);
@@ -335,13 +372,49 @@ static void connection_begins(struct srv_wire *wire) {
 
 /* --- connections --- */
 
-static void connection_peer(struct MHD_Connection *mhd, char peer[SRV_PEER_BYTES]) {
-    const union MHD_ConnectionInfo *info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
-    const struct sockaddr *address = info ? info->client_addr : NULL;
+static void connection_peer(const struct sockaddr *address, char peer[SRV_PEER_BYTES]) {
     char text[64] = "";
     socklen_t bytes = address && address->sa_family == AF_INET6 ? 28 : 16;
     if (address) getnameinfo(address, bytes, text, sizeof text, NULL, 0, NI_NUMERICHOST);
     snprintf(peer, SRV_PEER_BYTES, "%.*s", SRV_PEER_BYTES - 1, strncmp(text, "::ffff:", 7) ? text : text + 7);
+}
+
+/* the record of an address whose connections are counted; a trusted proxy's are those of its clients */
+static struct srv_client *connection_client(struct srv_service *service, const char *peer) {
+    struct srv_identity identity = {.kind = SRV_IDENTITY_ADDRESS};
+    if (srv_peer_trusted(srv_service_trusted(service), peer)) return NULL;
+    (void)srv_identity_begin(&identity, peer, NULL);
+    return srv_clients_take(service->clients, identity.source, NULL);
+}
+
+enum MHD_Result srv_connection_allow(void *context, const struct sockaddr *address, socklen_t bytes) {
+    struct srv_service *service = ((struct srv_connections *)context)->service;
+    char peer[SRV_PEER_BYTES];
+    (void)bytes;
+    connection_peer(address, peer);
+    struct srv_client *client = connection_client(service, peer);
+    if (!client) return MHD_YES;
+    int open = atomic_load(&client->connections);
+    srv_clients_give(service->clients, client);
+    if (open < connection_share(srv_service_config(service)) + CONNECTION_SURPLUS) return MHD_YES;
+    srv_metrics_count(&service->metrics.refused_own_connections, 1);
+    return MHD_NO;
+}
+
+/* counts a new connection; sets what it is beyond */
+static void connection_count(struct connection *connection, int connections) {
+    struct srv_service *service = connection->all->service;
+    connection->client = connection_client(service, connection->exchange.peer);
+    int own = connection->client ? 1 + atomic_fetch_add(&connection->client->connections, 1) : 0;
+    connection->hold = (struct srv_hold){.service = service, .kind = SRV_MEMORY_CONNECTIONS};
+    size_t bytes = sizeof *connection + CONNECTION_BYTES;
+    if (connections > (int)srv_service_config(service)->connections)
+        connection->surplus = connection_all;
+    else if (own > connection_share(srv_service_config(service)))
+        connection->surplus = connection_own;
+    else if (srv_hold_try(&connection->hold, bytes) != SRV_ROOM)
+        connection->surplus = connection_held;
+    srv_hold_set(&connection->hold, bytes);
 }
 
 static void connection_begin(struct srv_connections *all, struct MHD_Connection *mhd, void **socket) {
@@ -359,10 +432,11 @@ static void connection_begin(struct srv_connections *all, struct MHD_Connection 
     srv_exchange_init(&connection->exchange, all->service);
     srv_front_init(&connection->wire.front);
     connection->exchange.finish = connection_finish;
-    connection_peer(mhd, connection->exchange.peer);
+    const union MHD_ConnectionInfo *info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+    connection_peer(info ? info->client_addr : NULL, connection->exchange.peer);
     connection->all = all;
     connection->mhd = mhd;
-    connection->surplus = connections > (int)all->service->config.connections;
+    connection_count(connection, connections);
     connection->watched.fd = fd;
     connection->watched.left = connection_left;
     srv_watch_add(all->watch, &connection->watched, connection->surplus ? connection_deadline(1) : 0);
@@ -381,6 +455,11 @@ static void connection_end(struct srv_connections *all, void **socket) {
     srv_wires_remove(&all->wires, connection->watched.fd);
     srv_watch_remove(all->watch, &connection->watched);
     srv_exchange_clear(&connection->exchange);
+    srv_hold_set(&connection->hold, 0);
+    if (connection->client) {
+        atomic_fetch_sub(&connection->client->connections, 1);
+        srv_clients_give(all->service->clients, connection->client);
+    }
     free(connection);
 }
 

@@ -18,6 +18,9 @@ struct srv_connections {
     struct srv_wires wires;
 };
 
+/** Of MHD_start_daemon: may somebody connect? Who has far more connections than a client may have is not even told. */
+enum MHD_Result srv_connection_allow(void *connections, const struct sockaddr *address, socklen_t bytes);
+
 /** MHD_OPTION_NOTIFY_CONNECTION: a connection begins, and the exchange that it has for its requests; or it has ended.
  */
 void srv_connection_notify(void *connections, struct MHD_Connection *mhd, void **socket,

@@ -13,7 +13,8 @@
 enum {
     EVENTS_LOOK_MS = 500, /* how often the store is asked without news */
     EVENTS_LEAST_MS = 40, /* how long nothing is asked after it was */
-    EVENTS_TEXT = 8192
+    EVENTS_TEXT = 8192,
+    EVENTS_BYTES = EVENTS_TEXT + 2048 /* that a stream takes in memory */
 };
 
 /* A stream that is open. */
@@ -108,6 +109,7 @@ static void listener_free(struct srv_events *events, struct srv_listener *listen
     *at = listener->next;
     events->count--;
     atomic_fetch_sub(&events->service->listening, 1);
+    srv_memory_add(&events->service->memory, SRV_MEMORY_CONNECTIONS, -EVENTS_BYTES);
     api_buffer_clear(&listener->text);
     free(listener);
 }
@@ -145,6 +147,7 @@ enum pend_status srv_events_open(struct srv_events *events, struct srv_exchange 
         events->first = made;
         events->count++;
         atomic_fetch_add(&events->service->listening, 1);
+        srv_memory_add(&events->service->memory, SRV_MEMORY_CONNECTIONS, EVENTS_BYTES);
         exchange->listener = made;
         exchange->listens = exchange->streams = 1;
         exchange->stream_bytes = -1;

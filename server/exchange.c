@@ -10,7 +10,8 @@
 
 enum {
     EXCHANGE_MAGIC = 0x65786368,
-    EXCHANGE_KEEP = 4096 /* largest buffer that stays with its connection for the next request */
+    EXCHANGE_KEEP = 4096,     /* largest buffer that stays with its connection for the next request */
+    EXCHANGE_ANSWER = 1 << 16 /* bytes of an own answer that needs room */
 };
 
 const char srv_exchange_vary[] = "Accept, Accept-Encoding";
@@ -21,15 +22,33 @@ static const char exchange_no_memory[] = "{\"type\":\"about:blank\",\"title\":\"
 
 void srv_exchange_init(struct srv_exchange *exchange, struct srv_service *service) {
     *exchange = (struct srv_exchange){.magic = EXCHANGE_MAGIC, .service = service};
+    exchange->hold = (struct srv_hold){.service = service, .kind = SRV_MEMORY_BODIES};
     api_buffer_init(&exchange->body, (size_t)srv_service_config(service)->limits.body_bytes);
     api_buffer_init(&exchange->answer, (size_t)srv_service_config(service)->limits.answer_bytes);
+}
+
+struct srv_client *srv_exchange_payer(struct srv_exchange *exchange) {
+    if (!exchange->payer && exchange->identity.source[0])
+        exchange->payer = srv_clients_take(exchange->service->clients, exchange->identity.source, NULL);
+    return exchange->payer;
+}
+
+/* its answer is not a payload any more */
+static void exchange_drop(struct srv_exchange *exchange) {
+    if (!exchange->payload) return;
+    atomic_fetch_sub(&exchange->payload->readers, 1);
+    if (exchange->share) atomic_fetch_sub(&exchange->payer->held, (long long)exchange->share);
+    exchange->share = 0;
+    srv_payload_drop(&exchange->payload);
 }
 
 /* what it shares with others */
 static void exchange_let_go(struct srv_exchange *exchange) {
     assert(!exchange->work && !exchange->stream && !exchange->listener);
-    srv_exchange_hold(exchange, 0);
-    srv_payload_drop(&exchange->payload);
+    srv_hold_set(&exchange->hold, 0);
+    exchange_drop(exchange);
+    if (exchange->payer) srv_clients_give(exchange->service->clients, exchange->payer);
+    exchange->payer = exchange->hold.payer = NULL;
     if (exchange->source) exchange->source->free(exchange->source);
     exchange->source = NULL;
     if (exchange->account) srv_clients_give(exchange->service->clients, exchange->account);
@@ -109,9 +128,13 @@ void srv_exchange_answered(struct srv_exchange *exchange, int status, const char
 
 void srv_exchange_payload(struct srv_exchange *exchange, struct srv_payload *payload) {
     srv_exchange_static(exchange, payload->status, payload->media_type, payload->body.data, payload->body.bytes);
-    srv_payload_drop(&exchange->payload);
+    exchange_drop(exchange);
     exchange->payload = srv_payload_share(payload);
     exchange->steps = payload->steps;
+    /* those who have the same answer share its memory */
+    int readers = 1 + atomic_fetch_add(&payload->readers, 1);
+    exchange->share = srv_exchange_payer(exchange) ? payload->body.cap / (size_t)readers : 0;
+    if (exchange->share) atomic_fetch_add(&exchange->payer->held, (long long)exchange->share);
 }
 
 int srv_exchange_matches(const struct srv_exchange *exchange, const char *etag) {
@@ -147,7 +170,7 @@ void srv_exchange_problem(struct srv_exchange *exchange, int status, const char 
     va_end(arguments);
     exchange->headers = 0;
     exchange->answer.bytes = 0;
-    srv_payload_drop(&exchange->payload);
+    exchange_drop(exchange);
     api_problem_init(&problem);
     api_problem_set(&problem, status, "%s", detail);
     enum pend_status written = api_problem_write(&problem, &exchange->answer);
@@ -172,10 +195,47 @@ void srv_exchange_busy(struct srv_exchange *exchange, int seconds, const char *d
     srv_exchange_retry(exchange, seconds);
 }
 
-int srv_exchange_hold(struct srv_exchange *exchange, size_t bytes) {
-    if (bytes == exchange->held) return 1;
-    long long change = (long long)bytes - (long long)exchange->held;
-    atomic_fetch_add(&exchange->service->held, change);
-    exchange->held = bytes;
-    return change < 0 || srv_service_room(exchange->service);
+enum srv_room srv_exchange_hold(struct srv_exchange *exchange, size_t bytes) {
+    struct srv_hold *hold = &exchange->hold;
+    if (bytes == hold->bytes) return SRV_ROOM;
+    if (!hold->payer && !hold->bytes) hold->payer = srv_exchange_payer(exchange);
+    enum srv_room room = srv_hold_try(hold, bytes);
+    srv_hold_set(hold, bytes);
+    return room;
+}
+
+void srv_exchange_crowded(struct srv_exchange *exchange, enum srv_room room, const char *what) {
+    struct srv_metrics *metrics = &exchange->service->metrics;
+    const struct srv_config *config = srv_service_config(exchange->service);
+    double share = srv_hold_share(config);
+    if (room == SRV_ROOM_NONE) {
+        srv_metrics_count(&metrics->refused_held, 1);
+        srv_exchange_busy(exchange, 1, "all that is in memory leaves no room for this request: max-held-bytes");
+        return;
+    }
+    srv_metrics_count(&metrics->refused_share, 1);
+    if (room == SRV_ROOM_NEVER) {
+        srv_exchange_problem(exchange, 413,
+                             "%s takes more memory than one client may hold: max-client-held-bytes, %.0f", what, share);
+        return;
+    }
+    srv_exchange_problem(exchange, 429,
+                         "requests of yours hold too much memory for %s: max-client-held-bytes is %.0f; read or end "
+                         "those that are open",
+                         what, share);
+    srv_exchange_retry(exchange, 5);
+}
+
+void srv_exchange_settle(struct srv_exchange *exchange) {
+    size_t received = exchange->body.bytes;
+    if (exchange->body.cap > EXCHANGE_KEEP) {
+        exchange->body.bytes = 0;
+        srv_spares_give(&exchange->service->spares, &exchange->body);
+        exchange->body.bytes = received; /* for the log */
+    }
+    enum srv_room room = srv_exchange_hold(exchange, exchange->body.cap + exchange->answer.cap);
+    if (room == SRV_ROOM || exchange->answer.cap <= EXCHANGE_ANSWER || !exchange->bytes) return;
+    api_buffer_clear(&exchange->answer);
+    srv_exchange_crowded(exchange, room, "the answer");
+    srv_hold_set(&exchange->hold, exchange->body.cap + exchange->answer.cap);
 }

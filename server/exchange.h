@@ -12,6 +12,7 @@
 #include "api/op.h"
 #include "server/clients.h"
 #include "server/coding.h"
+#include "server/hold.h"
 #include "server/identity.h"
 #include "server/payload.h"
 #include "server/service.h"
@@ -82,6 +83,7 @@ struct srv_exchange {
     struct srv_identity identity;  /* who asks; its `shown` is "" before that is known */
     int unnamed;                   /* who it is could not be read from what a trusted proxy says */
     struct srv_client *account;    /* of that client; NULL where the route needs none */
+    struct srv_client *payer;      /* of that client's address: whose share of memory it takes; NULL before it does */
     char target[SRV_TARGET_BYTES]; /* as it came */
     const char *path, *query;      /* of the target; the path decoded, query NULL where there is none */
     const char *host;              /* that it was sent to: of an absolute target, else of Host; NULL = none */
@@ -126,8 +128,9 @@ struct srv_exchange {
     int64_t waited, computed;          /* ns how long, 0 = not at all */
     long steps;
     const char
-        *cache;  /* "exact", "digest", "joined": why it was not computed; NULL = it was, or is nothing to compute */
-    size_t held; /* bytes counted in service->held */
+        *cache; /* "exact", "digest", "joined": why it was not computed; NULL = it was, or is nothing to compute */
+    struct srv_hold hold; /* of its body and its own answer */
+    size_t share;         /* bytes of `payload` that the payer is charged with */
 
     /** Gives the answered exchange back to where it came from; afterwards it is no more the caller's. Any thread. */
     void (*finish)(struct srv_exchange *exchange);
@@ -187,7 +190,21 @@ void srv_exchange_busy(struct srv_exchange *exchange, int seconds, const char *d
 /** Adds Retry-After. */
 void srv_exchange_retry(struct srv_exchange *exchange, double seconds);
 
-/** Counts bytes as held in memory by this exchange, all that it holds now. Returns 0 where that is beyond the limit. */
-int srv_exchange_hold(struct srv_exchange *exchange, size_t bytes);
+/** Counts bytes of a body as held by this exchange, all of it so far. Returns whether there is room; counted either
+ * way.
+ */
+enum srv_room srv_exchange_hold(struct srv_exchange *exchange, size_t bytes);
+
+/** Answers that there is no room in memory for `what`: 413, 429 or 503, with the limit's name. */
+void srv_exchange_crowded(struct srv_exchange *exchange, enum srv_room room, const char *what);
+
+/**
+ * The exchange is answered and its body needed no more: frees that, and counts the answer. One that finds no room
+ * becomes a problem.
+ */
+void srv_exchange_settle(struct srv_exchange *exchange);
+
+/** The record of the client who pays for the memory, NULL without memory for it. */
+struct srv_client *srv_exchange_payer(struct srv_exchange *exchange);
 
 #endif

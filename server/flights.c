@@ -7,7 +7,7 @@
 
 #include "server/service.h"
 
-enum { FLIGHTS_ROWS = 1024 };
+enum { FLIGHTS_ROWS = 1024, FLIGHTS_LARGE = 4 * SRV_FLIGHT_BLOCK };
 
 struct srv_flights {
     pthread_mutex_t lock;
@@ -46,6 +46,9 @@ struct srv_work *srv_flights_begin(struct srv_exchange *exchange) {
     made->task.lane = &made->account->lane;
     made->coding = exchange->coding;
     srv_clients_share(service->clients, made->account);
+    made->hold =
+        (struct srv_hold){.service = service, .payer = srv_exchange_payer(exchange), .kind = SRV_MEMORY_COMPUTATIONS};
+    if (made->hold.payer) srv_clients_share(service->clients, made->hold.payer);
     api_buffer_init(&made->out, limit);
     api_buffer_init(&made->coded, limit);
     api_buffer_init(&made->ready, limit);
@@ -66,7 +69,8 @@ void srv_flights_end(struct srv_work *work) {
     srv_spares_give(spares, &work->out);
     srv_spares_give(spares, &work->coded);
     srv_spares_give(spares, &work->ready);
-    atomic_fetch_sub(&work->service->held, (long long)work->held);
+    srv_hold_set(&work->hold, 0);
+    if (work->hold.payer) srv_clients_give(work->service->clients, work->hold.payer);
     srv_clients_give(work->service->clients, work->account);
     free(work);
 }
@@ -236,6 +240,9 @@ static void flights_swap(struct srv_work *work) {
     work->ready = *chunk;
     *chunk = sent;
     chunk->bytes = 0;
+    /* what was held before the head is not needed again */
+    if (chunk->cap > FLIGHTS_LARGE) api_buffer_clear(chunk);
+    work->ready_cap = work->ready.cap;
     work->taken = 0;
 }
 

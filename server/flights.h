@@ -31,8 +31,10 @@ struct srv_work {
     char etag[SRV_ETAG_BYTES];    /* as the header field; "" before it is known */
     char key[SRV_FLIGHT_KEY];     /* of the cache and of the flights */
     size_t key_bytes;
-    size_t held;  /* bytes counted in service->held */
-    int promised; /* it is a stream */
+    struct srv_hold hold; /* what it holds, and was promised */
+    size_t foreseen;      /* bytes that out, coded and ready will come to */
+    size_t ready_cap;     /* bytes of `ready`, as the worker saw it last */
+    int promised;         /* it is a stream */
 
     /* under the lock */
     struct srv_exchange *waiters;

@@ -53,8 +53,8 @@ enum pend_status srv_http_new(struct srv_http **http, struct srv_service *servic
         {MHD_OPTION_END, 0, NULL},
     };
     unsigned flags = MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_TURBO;
-    made->daemon = MHD_start_daemon(flags, 0, NULL, NULL, srv_connection_request, &made->all, MHD_OPTION_ARRAY, options,
-                                    MHD_OPTION_END);
+    made->daemon = MHD_start_daemon(flags, 0, srv_connection_allow, &made->all, srv_connection_request, &made->all,
+                                    MHD_OPTION_ARRAY, options, MHD_OPTION_END);
     if (made->daemon) return PEND_OK;
     close(fd);
     free(made);

@@ -27,6 +27,8 @@
     X(refused_client, "pendulumd_refused_total", "limit=\"max-client-queue\"", "")                                     \
     X(refused_rate, "pendulumd_refused_total", "limit=\"max-requests-a-minute\"", "")                                  \
     X(refused_held, "pendulumd_refused_total", "limit=\"max-held-bytes\"", "")                                         \
+    X(refused_share, "pendulumd_refused_total", "limit=\"max-client-held-bytes\"", "")                                 \
+    X(refused_own_connections, "pendulumd_refused_total", "limit=\"max-client-connections\"", "")                      \
     X(refused_wait, "pendulumd_refused_total", "limit=\"max-wait-seconds\"", "")                                       \
     X(refused_connections, "pendulumd_refused_total", "limit=\"max-connections\"", "")                                 \
     X(slices, "pendulumd_slices_total", "", "Turns that computations had on a worker")                                 \
@@ -45,7 +47,13 @@
     X(busy, "pendulumd_workers_busy", "", "Workers that compute just now")                                             \
     X(connections, "pendulumd_connections", "", "Open connections")                                                    \
     X(event_streams, "pendulumd_event_streams", "", "Open streams of jobs' events")                                    \
-    X(held, "pendulumd_held_bytes", "", "Bodies and answers in memory")                                                \
+    X(held, "pendulumd_held_bytes", "", "Memory that requests, answers, jobs and connections hold or were promised")   \
+    X(held_connections, "pendulumd_held_kind_bytes", "kind=\"connections\"", "The same by what holds it")              \
+    X(held_bodies, "pendulumd_held_kind_bytes", "kind=\"bodies\"", "")                                                 \
+    X(held_computations, "pendulumd_held_kind_bytes", "kind=\"computations\"", "")                                     \
+    X(held_answers, "pendulumd_held_kind_bytes", "kind=\"answers\"", "")                                               \
+    X(held_jobs, "pendulumd_held_kind_bytes", "kind=\"jobs\"", "")                                                     \
+    X(allocated, "pendulumd_allocated_bytes", "", "Memory that the allocator has handed out; 0 where it does not say") \
     X(cache_bytes, "pendulumd_cache_bytes", "", "Memory of the cache")                                                 \
     X(cache_entries, "pendulumd_cache_entries", "", "Keys in the cache")                                               \
     X(draining, "pendulumd_draining", "", "1 while the server drains, else 0")                                         \

@@ -25,6 +25,7 @@ enum pend_status srv_parts_init(struct srv_service *service, struct pend_error *
     service->started = (double)time(NULL);
     service->workers = config->workers > 0 ? (int)config->workers : srv_workers_default();
     if (getrandom(&service->seed, sizeof service->seed, GRND_NONBLOCK) < 0) service->seed = (uint64_t)srv_clock_now();
+    srv_memory_settle(service->workers);
     srv_spares_init(&service->spares);
     enum pend_status status = srv_peers_read(&service->trusted, config->trusted_proxy, error);
     service->hosts = srv_hosts_mean(config->hosts, config->listen, service->trusted.count > 0);

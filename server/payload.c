@@ -7,15 +7,11 @@
 /* A long body has grown by doubling; what it does not need goes back, since it may be kept. Short ones become spares.
  */
 static void payload_trim(struct api_buffer *body) {
-    if (body->cap <= SRV_SPARE_BYTES || body->cap == body->bytes || !body->bytes) return;
-    char *data = realloc(body->data, body->bytes);
-    if (!data) return;
-    body->data = data;
-    body->cap = body->bytes;
+    if (body->cap > SRV_SPARE_BYTES) api_buffer_trim(body);
 }
 
 struct srv_payload *srv_payload_new(int status, const char *media_type, struct api_buffer *body, size_t text,
-                                    atomic_llong *held, struct srv_spares *spares) {
+                                    struct srv_memory *memory, struct srv_spares *spares) {
     struct srv_payload *made = calloc(1, sizeof *made + text);
     if (!made) {
         srv_spares_give(spares, body);
@@ -24,13 +20,13 @@ struct srv_payload *srv_payload_new(int status, const char *media_type, struct a
     atomic_store(&made->users, 1);
     made->status = status;
     made->media_type = media_type;
-    made->held = held;
+    made->memory = memory;
     made->spares = spares;
     made->text_cap = text;
     payload_trim(body);
     made->body = *body;
     api_buffer_init(body, body->limit);
-    atomic_fetch_add(held, (long long)made->body.cap);
+    srv_memory_add(memory, SRV_MEMORY_ANSWERS, (long long)made->body.cap);
     return made;
 }
 
@@ -53,7 +49,7 @@ void srv_payload_drop(struct srv_payload **payload) {
     struct srv_payload *gone = *payload;
     *payload = NULL;
     if (!gone || atomic_fetch_sub(&gone->users, 1) != 1) return;
-    atomic_fetch_sub(gone->held, (long long)gone->body.cap);
+    srv_memory_add(gone->memory, SRV_MEMORY_ANSWERS, -(long long)gone->body.cap);
     srv_spares_give(gone->spares, &gone->body);
     free(gone);
 }

@@ -7,6 +7,7 @@
 #include <stdatomic.h>
 
 #include "api/buffer.h"
+#include "server/memory.h"
 #include "server/spares.h"
 
 enum {
@@ -24,9 +25,10 @@ struct srv_payload {
         const char *name, *value; /* static, or in text */
     } header[SRV_PAYLOAD_HEADERS];
     int headers;
-    long steps;         /* of the computation, for the log */
-    size_t kept;        /* the cache's: keys that lead here */
-    atomic_llong *held; /* where its bytes are counted */
+    long steps;                /* of the computation, for the log */
+    size_t kept;               /* the cache's: keys that lead here */
+    struct srv_memory *memory; /* where its bytes are counted */
+    atomic_int readers;        /* exchanges that have it as their answer */
     struct srv_spares *spares;
     size_t text_bytes, text_cap;
     char text[];
@@ -37,13 +39,13 @@ struct srv_payload {
  *
  * body    taken over, and emptied; on failure too.
  * text    bytes of texts that srv_payload_header is to copy, each with its NUL.
- * held    the body's memory is added here, and taken off when the payload is freed.
+ * memory  the body's bytes are counted here, and taken off when the payload is freed.
  * spares  where the body's memory goes then.
  *
  * Returns NULL without memory.
  */
 struct srv_payload *srv_payload_new(int status, const char *media_type, struct api_buffer *body, size_t text,
-                                    atomic_llong *held, struct srv_spares *spares);
+                                    struct srv_memory *memory, struct srv_spares *spares);
 
 /** Adds a header field; the name is static, the value is copied. There must be room. */
 void srv_payload_header(struct srv_payload *payload, const char *name, const char *value);

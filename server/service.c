@@ -20,11 +20,6 @@ const struct api_limits *srv_service_job_limits(const struct srv_service *servic
     return reloaded ? &reloaded->job_limits : &service->job_limits;
 }
 
-int srv_service_room(const struct srv_service *service) {
-    double cached = (double)srv_cache_size(service->cache).bodies;
-    return (double)atomic_load(&service->held) - cached <= srv_service_config(service)->held_bytes;
-}
-
 const char *srv_service_jobless(const struct srv_service *service) {
     if (!service->storage) return "this server keeps no jobs: --store none";
     if (!srv_storage_here(service->storage)) return "the store is out of reach";
@@ -33,7 +28,12 @@ const char *srv_service_jobless(const struct srv_service *service) {
                : NULL;
 }
 
-struct srv_gauges srv_service_gauges(const struct srv_service *service) {
+static double service_held(const struct srv_service *service, enum srv_memory_kind kind) {
+    return (double)atomic_load(&service->memory.kind[kind]);
+}
+
+struct srv_gauges srv_service_gauges(struct srv_service *service) {
+    srv_memory_look(&service->memory);
     struct srv_cache_size cache = srv_cache_size(service->cache);
     struct srv_store_figures store = {0};
     if (service->storage) store = srv_storage_figures(service->storage);
@@ -43,7 +43,13 @@ struct srv_gauges srv_service_gauges(const struct srv_service *service) {
                                .busy = atomic_load(&service->busy),
                                .connections = atomic_load(&service->connections),
                                .event_streams = atomic_load(&service->listening),
-                               .held = (double)atomic_load(&service->held),
+                               .held = (double)srv_memory_all(&service->memory),
+                               .held_connections = service_held(service, SRV_MEMORY_CONNECTIONS),
+                               .held_bodies = service_held(service, SRV_MEMORY_BODIES),
+                               .held_computations = service_held(service, SRV_MEMORY_COMPUTATIONS),
+                               .held_answers = service_held(service, SRV_MEMORY_ANSWERS),
+                               .held_jobs = service_held(service, SRV_MEMORY_JOBS),
+                               .allocated = (double)atomic_load(&service->memory.allocated),
                                .cache_bytes = (double)cache.bytes,
                                .cache_entries = (double)cache.entries,
                                .draining = atomic_load(&service->draining) != SRV_DRAIN_NOT,

@@ -12,6 +12,7 @@
 #include "server/config.h"
 #include "server/intake.h"
 #include "server/log.h"
+#include "server/memory.h"
 #include "server/metrics.h"
 #include "server/peer.h"
 #include "server/queue.h"
@@ -62,7 +63,7 @@ struct srv_service {
     atomic_int busy;        /* workers that compute just now */
     atomic_int connections; /* open ones */
     atomic_int listening;   /* streams of events that are open */
-    atomic_llong held;      /* bytes of bodies and answers in memory, the cache's too */
+    struct srv_memory memory; /* that is held */
     double started;         /* s since 1970 */
     int workers;
 };
@@ -79,13 +80,10 @@ const char *srv_service_hosts(const struct srv_service *service);
 /** The limits of a job's request, as they are in force; the same holds. */
 const struct api_limits *srv_service_job_limits(const struct srv_service *service);
 
-/** True while bodies and answers, without those that only the cache has, are within max-held-bytes. */
-int srv_service_room(const struct srv_service *service);
-
 /** Why this process takes no jobs just now, as a sentence without a full stop, or NULL where it does. */
 const char *srv_service_jobless(const struct srv_service *service);
 
 /** What the gauges of /metrics show just now. */
-struct srv_gauges srv_service_gauges(const struct srv_service *service);
+struct srv_gauges srv_service_gauges(struct srv_service *service);
 
 #endif

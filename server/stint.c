@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "server/clock.h"
 
@@ -10,7 +11,7 @@ enum { STINT_KEEP = 1 << 20 };
 
 void srv_stint_init(struct srv_stint *stint, struct srv_service *service) {
     size_t most = (size_t)srv_service_config(service)->limits.answer_bytes;
-    *stint = (struct srv_stint){.service = service};
+    *stint = (struct srv_stint){.service = service, .hold = {.service = service, .kind = SRV_MEMORY_JOBS}};
     api_buffer_init(&stint->out, most);
     api_buffer_init(&stint->carry, most);
 }
@@ -20,12 +21,20 @@ void srv_stint_clear(struct srv_stint *stint) {
     srv_stint_forget(stint);
     api_buffer_clear(&stint->out);
     api_buffer_clear(&stint->carry);
+    srv_hold_set(&stint->hold, 0);
+}
+
+/* bytes that it holds, and will after the next piece */
+static size_t stint_bytes(const struct srv_stint *stint) {
+    size_t kept = stint->out.cap + stint->carry.cap + (stint->request ? stint->request_bytes : 0);
+    return kept + (stint->part ? (size_t)api_part_bytes(stint->part) : 0);
 }
 
 void srv_stint_forget(struct srv_stint *stint) {
     free(stint->request);
     stint->request = NULL;
     stint->job[0] = 0;
+    srv_hold_set(&stint->hold, stint_bytes(stint));
 }
 
 void srv_stint_drop(struct srv_stint *stint) {
@@ -34,6 +43,7 @@ void srv_stint_drop(struct srv_stint *stint) {
     if (stint->out.cap > STINT_KEEP) api_buffer_clear(&stint->out);
     api_buffer_clear(&stint->carry);
     stint->spent = 0;
+    srv_hold_set(&stint->hold, stint_bytes(stint));
 }
 
 void srv_stint_say(struct srv_stint *stint, const char *message) {
@@ -76,6 +86,19 @@ static enum pend_status stint_begin(struct srv_stint *stint, const struct srv_le
     return api_part_resume(stint->part, lease->start, lease->start_bytes, error);
 }
 
+/* Reserves the memory of a part. Returns 1 when it may begin, 0 when it is to wait until others hold less. */
+static int stint_room(struct srv_stint *stint, enum pend_status *status, struct pend_error *error) {
+    size_t bytes = stint_bytes(stint);
+    enum srv_room room = srv_hold_try(&stint->hold, bytes);
+    stint->roomy = room == SRV_ROOM;
+    if (room == SRV_ROOM_NEVER)
+        *status = pend_fail(error, PEND_LIMIT, -1, 0,
+                            "a part takes about %zu bytes of memory, more than max-held-bytes", bytes);
+    else if (room != SRV_ROOM)
+        nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
+    return stint->roomy;
+}
+
 /* one piece of a part */
 static enum pend_status stint_piece(struct srv_stint *stint, int *done, struct pend_error *error) {
     double limit = srv_service_job_limits(stint->service)->compute_seconds;
@@ -98,10 +121,16 @@ enum srv_stint_end srv_stint_turn(struct srv_stint *stint, const struct srv_leas
     do {
         int64_t begin = srv_clock_now();
         if (atomic_load(&stint->stop)) return SRV_STINT_STOPPED;
-        if (!stint->part) status = stint_begin(stint, lease, &error);
+        if (!stint->part) {
+            stint->roomy = 0;
+            status = stint_begin(stint, lease, &error);
+        }
+        if (status == PEND_OK && !stint->roomy && !stint_room(stint, &status, &error) && status == PEND_OK)
+            return SRV_STINT_YIELDS;
         if (status == PEND_OK) {
             api_part_hurry(stint->part, stint_hurry, &turn);
             status = stint_piece(stint, &done, &error);
+            srv_hold_set(&stint->hold, stint_bytes(stint));
         }
         stint->spent += srv_clock_now() - begin;
     } while (status == PEND_OK && !done && !srv_queue_count(stint->service->queue));

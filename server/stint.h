@@ -5,7 +5,7 @@
 #define SRV_STINT_H
 
 #include "api/part.h"
-#include "server/service.h"
+#include "server/hold.h"
 
 struct srv_stint {
     struct srv_service *service;
@@ -13,7 +13,9 @@ struct srv_stint {
     void *request;
     size_t request_bytes;
     struct api_part *part;
+    struct srv_hold hold;         /* of the memory of all this; no client pays for it */
     struct api_buffer out, carry; /* what is kept of it, and what the next part of a chain begins with */
+    int roomy;                    /* there was room for the part's memory */
     int64_t spent;                /* ns of computation */
     char message[SRV_MESSAGE_BYTES];
     atomic_int stop; /* set by any thread: it is not to go on */

@@ -63,6 +63,15 @@ static void watch_look(struct srv_watched *watched) {
     if (watched->seen >= WATCH_SIGHTS) watched->left(watched);
 }
 
+/* Shows a client's end in mid-request to libmicrohttpd. A read that gives less than was asked for counts there as the
+ * last one until epoll speaks again, and an end that came with that data is not spoken of again. */
+static void watch_end(struct srv_watched *watched) {
+    struct pollfd look = {.fd = watched->fd, .events = POLLRDHUP};
+    int unread = 0;
+    if (poll(&look, 1, 0) <= 0 || ioctl(watched->fd, FIONREAD, &unread) || unread) return;
+    if (++watched->seen >= WATCH_SIGHTS) shutdown(watched->fd, SHUT_RD);
+}
+
 static void watch_unlink(struct srv_watched *watched) {
     watched->previous->next = watched->next;
     watched->next->previous = watched->previous;
@@ -81,6 +90,7 @@ static void watch_round(struct srv_watch *watch) {
     for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring; watched = watched->next) {
         if (watched->phase != SRV_WATCH_WAITING && !slow) return;
         if (watched->phase == SRV_WATCH_WAITING || watched->phase == SRV_WATCH_LISTENING) watch_look(watched);
+        if (watched->phase == SRV_WATCH_READING && slow) watch_end(watched);
         if (watched->deadline && now > watched->deadline) watch_expire(watch, watched);
     }
 }

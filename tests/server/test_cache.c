@@ -9,7 +9,7 @@
 
 /* what payloads need of a service */
 struct cache_room {
-    atomic_llong held;
+    struct srv_memory memory;
     struct srv_spares spares;
 };
 
@@ -19,7 +19,7 @@ static struct srv_payload *cache_payload(struct cache_room *room, size_t bytes, 
     if (api_buffer_room(&body, bytes) != PEND_OK) return NULL;
     memset(body.data, fill, bytes);
     body.bytes = bytes;
-    return srv_payload_new(200, "application/json", &body, 64, &room->held, &room->spares);
+    return srv_payload_new(200, "application/json", &body, 64, &room->memory, &room->spares);
 }
 
 static void cache_put(struct srv_cache *cache, struct cache_room *room, const char *key, size_t bytes, char fill) {
@@ -42,13 +42,13 @@ TEST(a_payload_lives_as_long_as_somebody_has_it) {
     struct cache_room room = {0};
     srv_spares_init(&room.spares);
     struct srv_payload *one = cache_payload(&room, 1000, 'a'), *two = srv_payload_share(one);
-    CHECK(room.held >= 1000);
+    CHECK(room.memory.all >= 1000);
     srv_payload_header(one, "ETag", "\"x\"");
     CHECK_TEXT(one->header[0].value, "\"x\"");
     srv_payload_drop(&one);
-    CHECK(!one && room.held >= 1000 && two->body.data[999] == 'a');
+    CHECK(!one && room.memory.all >= 1000 && two->body.data[999] == 'a');
     srv_payload_drop(&two);
-    CHECK_INT(room.held, 0);
+    CHECK_INT(room.memory.all, 0);
     srv_payload_drop(&two);
     srv_spares_clear(&room.spares);
 }
@@ -88,7 +88,7 @@ TEST(a_cache_gives_what_was_put_under_a_key_and_forgets_the_oldest) {
     CHECK_INT(cache_get(cache, "ka"), 'z');
     srv_cache_free(&cache);
     CHECK(!cache);
-    CHECK_INT(room.held, 0);
+    CHECK_INT(room.memory.all, 0);
     srv_spares_clear(&room.spares);
 }
 
@@ -113,7 +113,7 @@ TEST(two_keys_of_one_payload_count_it_once) {
     CHECK(payload->body.data[49999] == 'a');
     srv_payload_drop(&payload);
     srv_cache_free(&cache);
-    CHECK_INT(room.held, 0);
+    CHECK_INT(room.memory.all, 0);
     srv_spares_clear(&room.spares);
 }
 
@@ -136,7 +136,7 @@ TEST(a_cache_of_no_bytes_takes_nothing_and_want_of_memory_is_no_fault) {
     test_alloc_faults_off();
     CHECK(srv_cache_valid(cache) && !srv_cache_size(cache).entries);
     srv_payload_drop(&payload);
-    CHECK_INT(room.held, 0);
+    CHECK_INT(room.memory.all, 0);
     srv_cache_free(&cache);
     srv_spares_clear(&room.spares);
 }
@@ -182,6 +182,6 @@ TEST(many_threads_find_and_add_at_once) {
     }
     CHECK(srv_cache_valid(cache) && srv_cache_size(cache).entries > 10);
     srv_cache_free(&cache);
-    CHECK_INT(room.held, 0);
+    CHECK_INT(room.memory.all, 0);
     srv_spares_clear(&room.spares);
 }

@@ -137,7 +137,7 @@ TEST(an_early_no_reaches_a_client_that_is_still_sending) {
 }
 
 TEST(connections_beyond_the_cap_are_told_so) {
-    static const char *const options[] = {"--max-connections", "4", NULL};
+    static const char *const options[] = {"--max-connections", "4", "--max-client-connections", "8", NULL};
     struct srv_daemon *daemon = live_start(options);
     struct test_client client[4];
     REQUIRE(daemon != NULL);
@@ -158,32 +158,40 @@ TEST(connections_beyond_the_cap_are_told_so) {
 }
 
 TEST(bodies_together_stay_within_their_memory) {
-    static const char *const options[] = {"--max-held-bytes", "1M", NULL};
-    static char body[700000];
+    enum { BODIES = 4, BYTES = 200000 };
+    static const char *const options[] = {"--max-held-bytes", "2400K", "--max-client-held-bytes", "2400K", NULL};
+    static char body[BYTES];
     struct srv_daemon *daemon = live_start(options);
-    struct test_client one, two;
+    struct test_client client[BODIES + 1], *last = &client[BODIES];
     struct test_reply reply;
-    static const char head[] = "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Length: 700000\r\n\r\n";
-    REQUIRE(daemon && live_say(daemon, &one, head));
+    static const char head[] = "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Length: 200000\r\n\r\n";
+    REQUIRE(daemon != NULL);
     memset(body, ' ', sizeof body);
-    test_client_send(&one, body, sizeof body - 1);
-    live_await_least(daemon, "pendulumd_held_bytes ", sizeof body - 1);
-    REQUIRE(live_say(daemon, &two, head));
-    test_client_send(&two, body, sizeof body);
-    CHECK_INT(test_client_receive(&two, &reply, 0, TEST_PATIENCE), 503);
-    CHECK(strstr(reply.body, "max-held-bytes") != NULL);
+    /* small ones count against all that is held, large ones of one client against half of its share */
+    for (int i = 0; i < BODIES; i++) {
+        REQUIRE(live_say(daemon, &client[i], head));
+        test_client_send(&client[i], body, i < 2 ? BYTES - 1 : 60000);
+    }
+    live_await_least(daemon, "pendulumd_held_kind_bytes{kind=\"bodies\"} ", 950000);
+    REQUIRE(live_say(daemon, last, head));
+    test_client_send(last, body, sizeof body);
+    CHECK_INT(test_client_receive(last, &reply, 0, TEST_PATIENCE), 429);
+    CHECK(strstr(reply.body, "max-client-held-bytes") != NULL);
     test_reply_clear(&reply);
-    test_client_close(&two);
+    test_client_close(last);
     /* the first is not disturbed, and gives its memory back */
-    test_client_send(&one, body, 1);
-    CHECK_INT(test_client_receive(&one, &reply, 0, TEST_PATIENCE), 415);
+    for (int i = 1; i < BODIES; i++) test_client_close(&client[i]);
+    live_await(daemon, "pendulumd_connections ", 2);
+    test_client_send(&client[0], body, 1);
+    CHECK_INT(test_client_receive(&client[0], &reply, 0, TEST_PATIENCE), 415);
     test_reply_clear(&reply);
-    test_client_close(&one);
-    REQUIRE(live_say(daemon, &two, head));
-    test_client_send(&two, body, sizeof body);
-    CHECK_INT(test_client_receive(&two, &reply, 0, TEST_PATIENCE), 415);
+    test_client_close(&client[0]);
+    live_await(daemon, "pendulumd_held_kind_bytes{kind=\"bodies\"} ", 0);
+    REQUIRE(live_say(daemon, last, head));
+    test_client_send(last, body, sizeof body);
+    CHECK_INT(test_client_receive(last, &reply, 0, TEST_PATIENCE), 415);
     test_reply_clear(&reply);
-    test_client_close(&two);
+    test_client_close(last);
     srv_daemon_free(&daemon);
 }
 

@@ -81,20 +81,54 @@ TEST(held_bytes_are_counted_and_bounded) {
     struct srv_service service;
     struct srv_exchange one, two;
     live_service(&service, 4);
-    service.config.held_bytes = 100;
+    service.config.held_bytes = service.config.client_held_bytes = 100;
     srv_exchange_init(&one, &service);
     srv_exchange_init(&two, &service);
-    CHECK_INT(srv_exchange_hold(&one, 60), 1);
-    CHECK_INT(srv_exchange_hold(&two, 40), 1);
-    CHECK_INT(srv_exchange_hold(&two, 41), 0);
-    CHECK_INT(srv_exchange_hold(&one, 10), 1);
-    CHECK_INT(srv_exchange_hold(&two, 42), 1);
-    CHECK_INT(service.held, 52);
+    CHECK_INT(srv_exchange_hold(&one, 60), SRV_ROOM);
+    CHECK_INT(srv_exchange_hold(&two, 40), SRV_ROOM);
+    CHECK_INT(srv_exchange_hold(&two, 41), SRV_ROOM_NONE);
+    CHECK_INT(srv_exchange_hold(&one, 10), SRV_ROOM);
+    CHECK_INT(srv_exchange_hold(&two, 42), SRV_ROOM);
+    CHECK_INT(srv_exchange_hold(&two, 101), SRV_ROOM_NEVER);
+    CHECK_INT(srv_exchange_hold(&two, 42), SRV_ROOM);
+    CHECK_INT(srv_memory_all(&service.memory), 52);
     srv_exchange_reset(&one);
-    CHECK_INT(service.held, 42);
+    CHECK_INT(srv_memory_all(&service.memory), 42);
     srv_exchange_clear(&two);
     srv_exchange_clear(&one);
-    CHECK_INT(service.held, 0);
+    CHECK_INT(srv_memory_all(&service.memory), 0);
+    live_service_clear(&service);
+}
+
+TEST(a_client_holds_no_more_than_its_share_and_others_the_rest) {
+    struct srv_service service;
+    struct srv_exchange one, two, other;
+    char text[2048];
+    live_service(&service, 4);
+    service.config.held_bytes = 4 << 20;
+    service.config.client_held_bytes = 1 << 20;
+    struct srv_exchange *each[] = {&one, &two, &other};
+    for (int i = 0; i < 3; i++) {
+        srv_exchange_init(each[i], &service);
+        char address[40];
+        snprintf(address, sizeof address, "2001:db8:0:%d::%d", i == 2, i);
+        CHECK(srv_identity_begin(&each[i]->identity, address, NULL));
+    }
+    /* two addresses of one network; their bodies have half of the share, small ones all of it */
+    CHECK_INT(srv_exchange_hold(&one, 400000), SRV_ROOM);
+    CHECK_INT(srv_exchange_hold(&two, 200000), SRV_ROOM_CLIENT);
+    CHECK_INT(srv_exchange_hold(&two, 60000), SRV_ROOM);
+    CHECK_INT(srv_exchange_hold(&other, 400000), SRV_ROOM);
+    CHECK_INT(srv_exchange_hold(&other, 1100000), SRV_ROOM_NEVER);
+    srv_exchange_crowded(&two, SRV_ROOM_CLIENT, "the body");
+    CHECK_INT(two.status, 429);
+    CHECK(strstr(answer_text(&two, text), "max-client-held-bytes") && answer_header(&two, "Retry-After"));
+    srv_exchange_crowded(&other, SRV_ROOM_NEVER, "the body");
+    CHECK_INT(other.status, 413);
+    srv_exchange_crowded(&other, SRV_ROOM_NONE, "the body");
+    CHECK(other.status == 503 && answer_header(&other, "Retry-After"));
+    for (int i = 0; i < 3; i++) srv_exchange_clear(each[i]);
+    CHECK_INT(srv_memory_all(&service.memory), 0);
     live_service_clear(&service);
 }
 

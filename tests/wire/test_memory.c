@@ -1,0 +1,383 @@
+/* What a daemon of little memory does with those who do not read, do not send, or go away: its resident memory, what it
+ * says that it holds, and whether somebody else is served meanwhile. */
+#include <arpa/inet.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "tests/wire/place.h"
+
+#define HELD "64M"
+
+/* bytes that the process may have resident under HELD, and address space that it gets */
+static const double resident_most = 1.2 * (64 << 20) + (64 << 20);
+enum { SPACE = 1 << 30, CROWD = 20, BODY = 1 << 17 };
+
+#define ONE_ARM "{\"length\":[1],\"mass\":[1],\"parent\":[0]}"
+#define NPZ "Accept: application/x-npz\r\n"
+
+/* a trajectory that takes 32 bytes an instant; each number of instants is an answer of its own */
+static const char *memory_long(int instants) {
+    static char body[256];
+    snprintf(body, sizeof body,
+             "{\"pendulum\":" ONE_ARM ",\"initial\":{\"theta\":[1]},\"times\":{\"stop\":10,\"count\":%d},"
+             "\"output\":[\"phi\",\"phid\",\"lambda\"]}",
+             instants);
+    return body;
+}
+
+/* as test_server_start, with so much address space, which a sanitizer would not live with */
+static struct test_server *memory_serve(const char *const options[]) {
+#if defined __SANITIZE_ADDRESS__ || defined __SANITIZE_THREAD__
+    return test_server_start(options);
+#else
+    struct rlimit before, space;
+    if (getenv("TEST_UNDER")) return test_server_start(options);
+    getrlimit(RLIMIT_AS, &before);
+    space = before;
+    space.rlim_cur = SPACE;
+    setrlimit(RLIMIT_AS, &space);
+    struct test_server *server = test_server_start(options);
+    setrlimit(RLIMIT_AS, &before);
+    return server;
+#endif
+}
+
+/* the process' resident bytes; 0 where tools keep their own beside them */
+static double memory_resident(const struct test_server *server) {
+    char path[64];
+    unsigned long long pages = 0, resident = 0;
+#if defined __SANITIZE_ADDRESS__ || defined __SANITIZE_THREAD__
+    return 0;
+#endif
+    if (getenv("TEST_UNDER")) return 0;
+    snprintf(path, sizeof path, "/proc/%d/statm", test_server_pid(server));
+    FILE *file = fopen(path, "re");
+    if (file && fscanf(file, "%llu %llu", &pages, &resident) != 2) resident = 0;
+    if (file) fclose(file);
+    return (double)resident * (double)sysconf(_SC_PAGESIZE);
+}
+
+/* a connection from 127.0.0.`from` */
+static int memory_open(struct test_client *client, const struct test_server *server, int from) {
+    struct sockaddr_in own = {.sin_family = AF_INET, .sin_addr.s_addr = htonl(0x7f000000u + (unsigned)from)};
+    struct sockaddr_in there = {.sin_family = AF_INET,
+                                .sin_port = htons((unsigned short)test_server_port(server)),
+                                .sin_addr.s_addr = htonl(0x7f000001)};
+    int little = 4096;
+    *client = (struct test_client){.fd = socket(AF_INET, SOCK_STREAM, 0)};
+    setsockopt(client->fd, SOL_SOCKET, SO_RCVBUF, &little, sizeof little);
+    return CHECK(!bind(client->fd, (struct sockaddr *)&own, sizeof own) &&
+                 !connect(client->fd, (struct sockaddr *)&there, sizeof there));
+}
+
+/* sends a request whole, and reads nothing */
+static int memory_send(struct test_client *client, const struct test_server *server, int from, const char *method,
+                       const char *path, const char *headers, const char *body) {
+    char head[512];
+    snprintf(head, sizeof head,
+             "%s %s HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n%sContent-Length: %zu\r\n\r\n", method,
+             path, headers, strlen(body));
+    return memory_open(client, server, from) && CHECK(test_client_say(client, head)) &&
+           CHECK(test_client_say(client, body));
+}
+
+/* the status of an answer that is left where it is, 0 while there is none, -1 once the connection has ended */
+static int memory_peek(const struct test_client *client, int *retry) {
+    char text[1024];
+    struct pollfd look = {.fd = client->fd, .events = POLLIN};
+    if (poll(&look, 1, 0) <= 0) return 0;
+    ssize_t got = recv(client->fd, text, sizeof text - 1, MSG_PEEK);
+    if (got <= 0) return -1;
+    text[got] = 0;
+    if (retry) *retry = strstr(text, "\r\nRetry-After: ") != NULL;
+    return strncmp(text, "HTTP/1.1 ", 9) || !strstr(text, "\r\n\r\n") ? 0 : atoi(text + 9);
+}
+
+/* somebody else asks for something small */
+static void memory_other_is_served(const struct test_server *server) {
+    struct test_client other;
+    struct test_reply reply;
+    if (!memory_send(&other, server, 99, "POST", "/v1/trajectories", "Accept: application/json\r\n", ASK_EXAMPLE))
+        return;
+    test_client_receive(&other, &reply, 0, TEST_PATIENCE);
+    CHECK_INT(reply.status, 200);
+    test_reply_clear(&reply);
+    test_client_close(&other);
+}
+
+/* waits until everybody has a head, looking at memory and at somebody else; how many got 200 */
+static int memory_crowd(const struct test_server *server, const struct test_client client[], int count) {
+    double most = 0, until = test_clock() + TEST_PATIENCE;
+    int answered = 0, good = 0;
+    while (answered < count && test_clock() < until) {
+        memory_other_is_served(server);
+        answered = good = 0;
+        for (int i = 0; i < count; i++) {
+            int retry = 0, status = memory_peek(&client[i], &retry);
+            answered += status != 0;
+            good += status == 200;
+            if (status && status != 200)
+                CHECK_SAYING((status == 503 || status == 429) && retry, "answer %d is %d, Retry-After %d", i, status,
+                             retry);
+        }
+        double now = memory_resident(server);
+        if (now > most) most = now;
+    }
+    CHECK_INT(answered, count);
+    for (int i = 0; i < 20; i++) {
+        test_sleep(0.01);
+        double now = memory_resident(server);
+        if (now > most) most = now;
+    }
+    CHECK_SAYING(most <= resident_most, "%.0f bytes are resident of at most %.0f", most, resident_most);
+    CHECK(ask_metric(server, "pendulumd_held_bytes") <= 64 << 20);
+    return good;
+}
+
+static void memory_close(struct test_client client[], int count) {
+    for (int i = 0; i < count; i++) test_client_close(&client[i]);
+}
+
+/* nothing is held but by the connection that asks */
+static void memory_await_base(const struct test_server *server) {
+    ask_await(server, "pendulumd_held_bytes", 0, 40000);
+    CHECK_INT((int)ask_metric(server, "pendulumd_computations"), 0);
+}
+
+static const char *const memory_options[] = {"--max-held-bytes", HELD, "--cache-bytes", "0", "--workers", "2", NULL};
+
+TEST(answers_that_nobody_reads_leave_the_process_its_memory) {
+    struct test_server *server = memory_serve(memory_options);
+    struct test_client client[CROWD];
+    REQUIRE(server != NULL);
+    for (int i = 0; i < CROWD; i++)
+        REQUIRE(memory_send(&client[i], server, 2 + i, "POST", "/v1/trajectories", NPZ, memory_long(500000 + i)));
+    int good = memory_crowd(server, client, CROWD);
+    CHECK_SAYING(good >= 2 && good <= 4, "%d answers of 16 MB have room in 64", good);
+    CHECK(ask_metric(server, "pendulumd_held_kind_bytes{kind=\"computations\"}") > good * 16e6);
+    memory_close(client, CROWD);
+    memory_await_base(server);
+    /* one client alone: its share is half, where that is little */
+    for (int i = 0; i < CROWD; i++)
+        REQUIRE(memory_send(&client[i], server, 2, "POST", "/v1/trajectories", NPZ, memory_long(250000 + i)));
+    good = memory_crowd(server, client, CROWD);
+    CHECK_SAYING(good >= 1 && good <= 4, "%d answers of 8 MB have room in 32", good);
+    CHECK(ask_metric(server, "pendulumd_refused_total{limit=\"max-client-held-bytes\"}") >= CROWD - 4);
+    memory_close(client, CROWD);
+    memory_await_base(server);
+    CHECK_SAYING(memory_resident(server) < 64 << 20, "%.0f bytes stay resident", memory_resident(server));
+    test_server_stop(&server);
+}
+
+TEST(an_answer_that_never_has_room_is_told_the_limit) {
+    struct test_server *server = memory_serve(memory_options);
+    struct test_client client;
+    struct test_reply reply;
+    REQUIRE(server != NULL);
+    REQUIRE(memory_send(&client, server, 2, "POST", "/v1/trajectories", NPZ, memory_long(2000000)));
+    test_client_receive(&client, &reply, 0, TEST_PATIENCE);
+    ask_problem(&reply, 422, NULL);
+    CHECK(strstr(reply.body, "max-client-held-bytes") != NULL);
+    test_reply_clear(&reply);
+    test_client_close(&client);
+    /* what flows has room whatever its length */
+    REQUIRE(memory_send(&client, server, 2, "POST", "/v1/trajectories", "Accept: application/octet-stream\r\n",
+                        memory_long(2000000)));
+    while (!memory_peek(&client, NULL)) test_sleep(0.01);
+    CHECK_INT(memory_peek(&client, NULL), 200);
+    test_client_close(&client);
+    memory_await_base(server);
+    test_server_stop(&server);
+}
+
+/* a chain, no two arms of which are alike */
+static const char *memory_chain(int n, double first) {
+    static char body[BODY];
+    char *at = body + sprintf(body, "{\"pendulum\":{\"length\":[%g", first);
+    for (int i = 1; i < n; i++) at += sprintf(at, ",%g", 1 + 0.001 * i);
+    at += sprintf(at, "],\"mass\":[1");
+    for (int i = 1; i < n; i++) at += sprintf(at, ",1");
+    at += sprintf(at, "],\"parent\":[0");
+    for (int i = 1; i < n; i++) at += sprintf(at, ",%d", i);
+    strcpy(at, "]}}");
+    return body;
+}
+
+TEST(modes_that_nobody_reads_leave_the_process_its_memory) {
+    struct test_server *server = memory_serve(memory_options);
+    struct test_client client[CROWD];
+    REQUIRE(server != NULL);
+    for (int i = 0; i < CROWD; i++)
+        REQUIRE(memory_send(&client[i], server, 2 + i, "POST", "/v1/modes", NPZ, memory_chain(700, 1 + i)));
+    int good = memory_crowd(server, client, CROWD);
+    CHECK_SAYING(good >= 1, "%d modes of 700 arms have room", good);
+    memory_close(client, CROWD);
+    memory_await_base(server);
+    test_server_stop(&server);
+}
+
+TEST(results_that_nobody_reads_leave_the_process_its_memory) {
+    static char url[300];
+    const char *const options[] = {"--max-held-bytes", HELD, "--cache-bytes", "0", "--store", url, NULL};
+    struct test_client client[CROWD];
+    struct place place;
+    char path[64], id[ID + 1], word[WORDS];
+    REQUIRE(place_begin(&place, 0));
+    snprintf(url, sizeof url, "%s", place.url);
+    struct test_server *server = memory_serve(options);
+    REQUIRE(server != NULL);
+    CHECK_INT(submit(server, "/v1/trajectories", ASYNC, memory_long(500000), id), 202);
+    job_wait(server, id, word);
+    CHECK_TEXT(word, "successful");
+    snprintf(path, sizeof path, "/v1/jobs/%s/results", id);
+    for (int i = 0; i < CROWD; i++) REQUIRE(memory_send(&client[i], server, 2 + i, "GET", path, NPZ, ""));
+    int good = memory_crowd(server, client, CROWD);
+    CHECK_SAYING(good >= 2 && good <= 4, "%d results of 16 MB have room in 64", good);
+    memory_close(client, CROWD);
+    memory_await_base(server);
+    test_server_stop(&server);
+    place_end(&place);
+}
+
+TEST(bodies_that_drip_leave_other_clients_their_memory) {
+    enum { SLOW = 24, SENT = 3 << 20 };
+    struct test_server *server = memory_serve(memory_options);
+    struct test_client client[SLOW];
+    REQUIRE(server != NULL);
+    char *piece = malloc(SENT);
+    REQUIRE(piece != NULL);
+    memset(piece, ' ', SENT);
+    int refused = 0;
+    for (int i = 0; i < SLOW; i++) {
+        REQUIRE(memory_open(&client[i], server, 2));
+        test_client_say(&client[i], "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+                                    "Content-Length: 8388608\r\n\r\n");
+        test_client_send(&client[i], piece, SENT);
+    }
+    for (int i = 0; i < SLOW; i++) {
+        memory_other_is_served(server);
+        refused += memory_peek(&client[i], NULL) == 429;
+    }
+    CHECK_SAYING(refused > SLOW / 2, "%d bodies were refused", refused);
+    double held = ask_metric(server, "pendulumd_held_kind_bytes{kind=\"bodies\"}");
+    CHECK_SAYING(held > SENT && held <= 16 << 20, "%.0f bytes of bodies are held", held);
+    CHECK(memory_resident(server) <= resident_most);
+    memory_close(client, SLOW);
+    memory_await_base(server);
+    free(piece);
+    test_server_stop(&server);
+}
+
+TEST(idle_connections_of_one_client_leave_room_for_others) {
+    enum { IDLE = 80 };
+    static const char *const options[] = {"--max-connections", "64", NULL};
+    static const char *const behind[] = {"--max-connections", "64", "--trusted-proxy", "127.0.0.2", NULL};
+    struct test_client client[IDLE];
+    struct test_server *server = test_server_start(options);
+    REQUIRE(server != NULL);
+    for (int i = 0; i < IDLE; i++) REQUIRE(memory_open(&client[i], server, 2));
+    for (int i = 0; i < 20; i++) memory_other_is_served(server);
+    /* a quarter is its share, and the next is told so */
+    struct test_reply reply;
+    test_client_say(&client[15], "GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n");
+    test_client_receive(&client[15], &reply, 0, TEST_PATIENCE);
+    CHECK_INT(reply.status, 200);
+    test_reply_clear(&reply);
+    memory_close(client, IDLE);
+    ask_await(server, "pendulumd_connections", 1, 1);
+    for (int i = 0; i < 17; i++) REQUIRE(memory_open(&client[i], server, 2));
+    test_client_say(&client[16], "GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n");
+    test_client_receive(&client[16], &reply, 0, TEST_PATIENCE);
+    ask_problem(&reply, 429, NULL);
+    CHECK(strstr(reply.body, "max-client-connections") && test_reply_header(&reply, "Retry-After"));
+    test_reply_clear(&reply);
+    memory_close(client, 17);
+    test_server_stop(&server);
+    /* a proxy's connections are those of its clients */
+    server = test_server_start(behind);
+    REQUIRE(server != NULL);
+    for (int i = 0; i < 40; i++) REQUIRE(memory_open(&client[i], server, 2));
+    for (int i = 0; i < 40; i++) {
+        test_client_say(&client[i], "GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n");
+        test_client_receive(&client[i], &reply, 0, TEST_PATIENCE);
+        CHECK_INT(reply.status, 200);
+        test_reply_clear(&reply);
+    }
+    memory_close(client, 40);
+    test_server_stop(&server);
+}
+
+/* a stream of a job's events, asked for by a proxy for an address of its client's network */
+static int memory_listen(struct test_client *client, const struct test_server *server, const char *id, int last) {
+    char path[80], headers[120];
+    snprintf(path, sizeof path, "/v1/jobs/%s/events", id);
+    snprintf(headers, sizeof headers, "X-Forwarded-For: 2001:db8:0:%x::%x\r\n", last / 16, last % 16);
+    if (!memory_send(client, server, 2, "GET", path, headers, "")) return 0;
+    double until = test_clock() + TEST_PATIENCE;
+    while (!memory_peek(client, NULL) && test_clock() < until) test_sleep(0.005);
+    return memory_peek(client, NULL);
+}
+
+TEST(streams_of_events_are_counted_by_network) {
+    static char url[300];
+    const char *const options[] = {
+        "--trusted-proxy", "127.0.0.2", "--max-event-streams", "8", "--role", "api", "--store", url, NULL};
+    struct test_client client[4];
+    struct place place;
+    char id[ID + 1];
+    REQUIRE(place_begin(&place, 0));
+    snprintf(url, sizeof url, "%s", place.url);
+    struct test_server *server = test_server_start(options);
+    REQUIRE(server != NULL);
+    CHECK_INT(submit(server, "/v1/trajectories", ASYNC, memory_long(500000), id), 202);
+    CHECK_INT(memory_listen(&client[0], server, id, 1), 200);
+    CHECK_INT(memory_listen(&client[1], server, id, 2), 200);
+    CHECK_INT(memory_listen(&client[2], server, id, 3), 429);
+    CHECK_INT(memory_listen(&client[3], server, id, 0x11), 200);
+    memory_close(client, 4);
+    ask_await(server, "pendulumd_event_streams", 0, 0);
+    memory_await_base(server);
+    test_server_stop(&server);
+    place_end(&place);
+}
+
+TEST(nothing_is_held_for_who_went_away_whenever_that_was) {
+    struct test_server *server = memory_serve(memory_options);
+    struct test_client client;
+    REQUIRE(server != NULL);
+    const char *body = memory_long(400000);
+    char head[256], whole[600];
+    snprintf(head, sizeof head,
+             "POST /v1/trajectories HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n" NPZ
+             "Content-Length: %zu\r\n\r\n",
+             strlen(body));
+    snprintf(whole, sizeof whole, "%s%s", head, body);
+    size_t bytes = strlen(whole);
+    /* in the head, in the body, at the end of it, while it is computed, while it is read */
+    for (size_t cut = 20; cut <= bytes; cut += cut + 40 < bytes || cut == bytes ? 40 : bytes - cut) {
+        REQUIRE(memory_open(&client, server, 2));
+        test_client_send(&client, whole, cut);
+        test_client_close(&client);
+    }
+    for (int wait = 0; wait < 12; wait++) {
+        REQUIRE(memory_open(&client, server, 2));
+        test_client_send(&client, whole, bytes);
+        test_sleep(0.01 * wait);
+        test_client_close(&client);
+    }
+    for (int i = 0; i < 3; i++) {
+        char some[100000];
+        const char *accept[] = {"Accept: text/csv\r\nAccept-Encoding: gzip\r\n",
+                                "Accept: text/csv\r\nAccept-Encoding: zstd\r\n", "Accept: application/json\r\n"};
+        REQUIRE(memory_send(&client, server, 2, "POST", "/v1/trajectories", accept[i], body));
+        CHECK(recv(client.fd, some, sizeof some, 0) > 0);
+        test_client_close(&client);
+    }
+    memory_await_base(server);
+    test_server_stop(&server);
+}
