@@ -354,8 +354,8 @@ static double trajectory_cost(const void *state) {
 static const struct {
     const char *method;
     double bytes;
-} bytes_an_arm[] = {{"taylor", 6500}, {"symplectic", 12000}, {"linear", 2000}};
-static const double bytes_of_others = 2500, bytes_of_extended = 30000, lane_arms = 16, method_bytes = 32768;
+} bytes_an_arm[] = {{"taylor", 9000}, {"symplectic", 16000}, {"linear", 6000}};
+static const double bytes_of_others = 8000, bytes_of_extended = 30000, lane_arms = 16, method_bytes = 32768;
 
 /* numbers that `linear` takes for each pair of arms: its modes, and what they are made orthogonal to */
 static const double linear_numbers = 2.2;
