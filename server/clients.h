@@ -26,8 +26,8 @@ struct srv_client {
     int users;
     struct srv_client *source; /* the record of the address or account it comes from, which may be itself; while used */
     struct srv_bucket own, all; /* what it may send, and what all may together whose source it is */
-    atomic_llong held, bodies; /* bytes that it holds in memory; of them those of bodies (hold) */
-    atomic_int connections;    /* that it has open */
+    atomic_llong held, bodies;  /* bytes that it holds in memory; of them those of bodies (hold) */
+    atomic_int connections;     /* that it has open */
     char key[SRV_CLIENT_KEY];
 };
 

@@ -171,7 +171,8 @@ static void connection_refuse_surplus(struct connection *connection) {
         srv_exchange_busy(exchange, 1, connection->surplus);
         return;
     }
-    srv_exchange_problem(exchange, 429, "%s, %d", connection_own, connection_share(srv_service_config(exchange->service)));
+    srv_exchange_problem(exchange, 429, "%s, %d", connection_own,
+                         connection_share(srv_service_config(exchange->service)));
     srv_exchange_retry(exchange, 1);
 }
 

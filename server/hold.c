@@ -43,7 +43,8 @@ int srv_hold_room(const struct srv_service *service) {
 static int hold_tight(struct srv_service *service, size_t change) {
     if (change <= HOLD_SMALL) return 0;
     srv_memory_look(&service->memory);
-    return (double)atomic_load(&service->memory.allocated) > 1.1 * srv_service_config(service)->held_bytes + HOLD_UNKNOWN;
+    return (double)atomic_load(&service->memory.allocated) >
+           1.1 * srv_service_config(service)->held_bytes + HOLD_UNKNOWN;
 }
 
 static enum srv_room hold_refused(const struct srv_hold *hold, size_t change) {

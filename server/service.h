@@ -56,15 +56,15 @@ struct srv_service {
     struct api_limits job_limits;
     struct srv_spares spares;
     struct srv_metrics metrics;
-    uint64_t seed;          /* of request ids */
-    atomic_ullong number;   /* requests so far */
-    atomic_int draining;    /* enum srv_drain */
-    atomic_int computing;   /* computations that are not over */
-    atomic_int busy;        /* workers that compute just now */
-    atomic_int connections; /* open ones */
-    atomic_int listening;   /* streams of events that are open */
+    uint64_t seed;            /* of request ids */
+    atomic_ullong number;     /* requests so far */
+    atomic_int draining;      /* enum srv_drain */
+    atomic_int computing;     /* computations that are not over */
+    atomic_int busy;          /* workers that compute just now */
+    atomic_int connections;   /* open ones */
+    atomic_int listening;     /* streams of events that are open */
     struct srv_memory memory; /* that is held */
-    double started;         /* s since 1970 */
+    double started;           /* s since 1970 */
     int workers;
 };
 
