@@ -180,7 +180,16 @@ enum api_progress api_call_open(struct api_call *call, const struct api_request 
 
 enum api_progress api_call_results(struct api_call *call, const struct api_request *request,
                                    const struct api_source *source, struct api_buffer *out) {
+    size_t before = out->bytes;
     enum api_progress progress = api_call_open(call, request, out);
+    /* the request was read before, when the job was taken: faults of it are not this client's */
+    if (progress == API_DONE && call->answer.status == 400) {
+        out->bytes = before;
+        api_problem_clear(&call->problem);
+        api_problem_init(&call->problem);
+        api_problem_set(&call->problem, 500, "the job's request is damaged where it is kept: submit the job again");
+        return call_refuse(call, out);
+    }
     if (progress != API_MORE) return progress;
     call->source = *source;
     call->cost = api_op_at(request->op)->table(call->state)->rows * fetch_row_seconds;

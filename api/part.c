@@ -41,7 +41,8 @@ struct api_part {
     const struct api_op *op;
     char digest[API_DIGEST_BYTES];
     long number;
-    const struct api_format *format; /* raw, then JSON where that says more */
+    char place[API_DIGEST_BYTES + 24]; /* of what it carries over: the request, and how many parts it is cut into */
+    const struct api_format *format;   /* raw, then JSON where that says more */
     void *state;
     int carries, resumes; /* the next part needs what this one has; this one needs what the one before had */
     int wrote;            /* something is to be kept of it */
@@ -80,6 +81,7 @@ enum pend_status api_part_new(struct api_part **part, const struct api_request *
     made->op = api_op_at(request->op);
     made->number = number;
     enum pend_status status = part_read(made, &api_format_raw, error);
+    snprintf(made->place, sizeof made->place, "%s/%ld", made->digest, parts);
     if (status == PEND_OK && made->op->part) made->op->part(made->state, number, parts);
     made->carries = made->op->carry && number + 1 < parts;
     made->resumes = made->op->carry && number > 0;
@@ -109,7 +111,7 @@ enum pend_status api_part_resume(struct api_part *part, const void *carried, siz
     error->text[0] = 0;
     if (!part->resumes) return pend_fail(error, PEND_INVALID, -1, 0, "this part has nothing to go on from");
     size_t held = bytes < sizeof seal ? 0 : bytes - sizeof seal;
-    if (held) api_seal(seal, part->digest, part->number, carried, held);
+    if (held) api_seal(seal, part->place, part->number, carried, held);
     if (!held || memcmp(seal, (const char *)carried + held, sizeof seal))
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "what the part before this one carried over is damaged, or is not this job's: "
@@ -132,7 +134,7 @@ enum pend_status api_part_carry(struct api_part *part, struct api_buffer *carrie
     PEND_TRY(part->op->carry(part->state, &tape, NULL));
     /* it is kept in a store meanwhile, and read by another process */
     unsigned char *seal = (unsigned char *)tape.at + tape.used;
-    api_seal(seal, part->digest, part->number + 1, tape.at, tape.used);
+    api_seal(seal, part->place, part->number + 1, tape.at, tape.used);
     carried->bytes += tape.used + API_SEAL_BYTES;
     return PEND_OK;
 }

@@ -139,6 +139,9 @@ void srv_errand_refuse(struct srv_errand *errand, enum srv_stored stored) {
         srv_exchange_problem(exchange, 429, "%.200s", errand->job.message);
         srv_exchange_retry(exchange, 5);
         break;
+    case SRV_STORED_DAMAGED:
+        srv_exchange_problem(exchange, 500, "what the store has kept of this is damaged");
+        break;
     case SRV_STORED_FULL:
         srv_exchange_busy(exchange, 60, "the store's disk is full");
         break;

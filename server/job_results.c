@@ -39,8 +39,9 @@ static enum pend_status source_fetch(void *context, void *data, size_t cap, size
         int none = stored == SRV_STORED_NONE && source->chunk > 0;
         if (stored != SRV_STORED && !none)
             return pend_fail(error, PEND_CANCELLED, -1, 0,
-                             stored == SRV_STORED_NONE ? "the job's results are not kept any more"
-                                                       : "the store is out of reach");
+                             stored == SRV_STORED_NONE      ? "the job's results are not kept any more"
+                             : stored == SRV_STORED_DAMAGED ? "the job's results are damaged where they are kept"
+                                                            : "the store is out of reach");
         *bytes = none ? 0 : source->bytes;
         source->chunk++;
         if (*bytes == SRV_CHUNK_BYTES) break;

@@ -2,7 +2,8 @@
 
 const char *srv_job_word(enum srv_job_state state) {
     static const char *const word[SRV_JOB_STATES] = {"accepted", "running", "successful", "failed", "dismissed"};
-    return word[state];
+    /* a state of the store is looked at when it is read; what is none has no word */
+    return state >= 0 && state < SRV_JOB_STATES ? word[state] : "failed";
 }
 
 /* s until the job is done, at the pace of its parts so far, of which those that are held count half; -1 = unknown */

@@ -126,6 +126,9 @@ static void slot_answered(struct srv_slot *slot, enum srv_stored stored) {
     } else if (stored == SRV_STORED_FULL && asked == SRV_SLOT_FINISH) {
         srv_stint_say(&slot->stint, "the store's disk is full");
         srv_slot_ask(slot, SRV_SLOT_FAIL);
+    } else if (stored == SRV_STORED_DAMAGED && asked == SRV_SLOT_REQUEST) {
+        srv_stint_say(&slot->stint, "the store's record of this job is damaged (request): submit the job again");
+        srv_slot_ask(slot, SRV_SLOT_FAIL);
     } else if (stored >= SRV_STORED_FULL) {
         slot_retry(slot, asked);
     } else {

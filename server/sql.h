@@ -13,15 +13,16 @@ enum { SRV_SQL_PARAMETERS = 24, SRV_SQL_STATEMENTS = 64, SRV_SQL_TEXT = 2048, SR
 
 /* What became of a call to a store. */
 enum srv_stored {
-    SRV_STORED,       /* done, and on disk */
-    SRV_STORED_NONE,  /* there is no such thing */
-    SRV_STORED_CLASH, /* the key or id is taken by another request */
-    SRV_STORED_QUOTA, /* a quota would be exceeded */
-    SRV_STORED_LOST,  /* the lease was lost, or the job ended meanwhile; nothing was written */
-    SRV_STORED_FULL,  /* the disk is full; nothing was written */
-    SRV_STORED_AGAIN, /* another process was in the way; nothing was written */
-    SRV_STORED_AWAY,  /* the store cannot be reached now; whether the call took effect is unknown */
-    SRV_STORED_BROKEN /* the store is damaged, out of memory, or not what this version can read */
+    SRV_STORED,         /* done, and on disk */
+    SRV_STORED_NONE,    /* there is no such thing */
+    SRV_STORED_CLASH,   /* the key or id is taken by another request */
+    SRV_STORED_QUOTA,   /* a quota would be exceeded */
+    SRV_STORED_LOST,    /* the lease was lost, or the job ended meanwhile; nothing was written */
+    SRV_STORED_DAMAGED, /* what is kept of it is not what can have been written; others are as before */
+    SRV_STORED_FULL,    /* the disk is full; nothing was written */
+    SRV_STORED_AGAIN,   /* another process was in the way; nothing was written */
+    SRV_STORED_AWAY,    /* the store cannot be reached now; whether the call took effect is unknown */
+    SRV_STORED_BROKEN   /* the store is damaged, out of memory, or not what this version can read */
 };
 
 /* Passes on what is not SRV_STORED. */

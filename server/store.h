@@ -71,6 +71,7 @@ struct srv_job {
     long long bytes; /* of results */
     long long held;  /* bytes that its row and its request are counted for */
     char message[SRV_MESSAGE_BYTES];
+    const char *flaw; /* NULL, or the column of its row that holds what nobody can have written: it has failed */
 };
 
 /* A piece of a job that a worker holds for a while. */
@@ -140,7 +141,7 @@ void srv_store_together(struct srv_store *store, struct srv_store_call *const ca
  */
 enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_order *order, struct srv_job *job);
 
-/** Reads a job. SRV_STORED_NONE */
+/** Reads a job; one whose row is damaged has failed from now on, and its message says why. SRV_STORED_NONE */
 enum srv_stored srv_store_job(struct srv_store *store, const char *id, struct srv_job *job);
 
 /**
@@ -148,7 +149,7 @@ enum srv_stored srv_store_job(struct srv_store *store, const char *id, struct sr
  *
  * request  out, malloc'ed, the caller's.
  *
- * SRV_STORED_NONE
+ * SRV_STORED_NONE, SRV_STORED_DAMAGED
  */
 enum srv_stored srv_store_request(struct srv_store *store, const char *id, void **request, size_t *bytes);
 
@@ -168,7 +169,8 @@ enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struc
 /**
  * Takes a shard that waits, those that nobody held before first. Clients take turns. Of one client's jobs that one is
  * next whose creation plus remaining computation is earliest: a short job goes before a long one, and a job that has
- * waited for as long as it computes goes before every new one. Its cost depends on nothing that waits.
+ * waited for as long as it computes goes before every new one. Its cost depends on nothing that waits. A job whose row
+ * is damaged fails, and SRV_STORED_AGAIN says to ask for another.
  *
  * worker  a name that no other process has.
  * lease   out.
@@ -206,7 +208,8 @@ enum srv_stored srv_store_release(struct srv_store *store, const char *worker);
  *
  * data   out, room for SRV_CHUNK_BYTES.
  *
- * SRV_STORED_NONE  there is no such chunk.
+ * SRV_STORED_NONE     there is no such chunk.
+ * SRV_STORED_DAMAGED  it is no bytes, or more than a chunk has.
  */
 enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long shard, long chunk, void *data,
                                 size_t *bytes);
@@ -266,7 +269,7 @@ enum srv_stored srv_store_scene_keep(struct srv_store *store, const char *id, co
  */
 enum srv_stored srv_store_scene_drop(struct srv_store *store, const char *id, const char *client);
 
-/** Reads a scene; body is malloc'ed and the caller's. SRV_STORED_NONE */
+/** Reads a scene; body is malloc'ed and the caller's. SRV_STORED_NONE, SRV_STORED_DAMAGED */
 enum srv_stored srv_store_scene(struct srv_store *store, const char *id, void **body, size_t *bytes);
 
 /**

@@ -44,11 +44,26 @@ static enum srv_stored store_open(struct srv_store *store) {
     return srv_store_post(store, SQL_BEGIN, NULL, 0);
 }
 
+/* sums that cannot be added to are counted anew: those of the clients whose sums a transaction would have changed */
+static enum srv_stored store_mend(struct srv_store *store) {
+    struct srv_tally tally = store->tally;
+    SRV_STORED_TRY(store_open(store));
+    enum srv_stored stored = SRV_STORED;
+    for (int i = 0; i < tally.count && stored == SRV_STORED; i++)
+        stored = SRV_RUN(store, SQL_CLIENT_RECOUNT, NULL, NULL, srv_value_text(tally.client[i].name));
+    if (stored == SRV_STORED) stored = srv_store_plain(store, SQL_TOTALS_CLEAR);
+    if (stored == SRV_STORED) stored = srv_store_plain(store, SQL_TOTALS_RECOUNT);
+    if (stored == SRV_STORED) stored = srv_store_plain(store, SQL_COMMIT);
+    if (stored == SRV_STORED) return SRV_STORED_AGAIN;
+    srv_store_plain(store, SQL_ROLLBACK);
+    return stored;
+}
+
 static enum srv_stored store_commit(struct srv_store *store) {
     enum srv_stored stored = srv_tally_write(&store->tally, store->sql);
     if (stored == SRV_STORED) stored = srv_store_plain(store, SQL_COMMIT);
     if (stored != SRV_STORED) srv_store_plain(store, SQL_ROLLBACK);
-    return stored;
+    return stored == SRV_STORED_DAMAGED ? store_mend(store) : stored;
 }
 
 enum srv_stored srv_store_begin(struct srv_store *store) {

@@ -13,6 +13,31 @@ enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, c
     return rows.count ? SRV_STORED : SRV_STORED_NONE;
 }
 
+enum srv_stored srv_store_condemn(struct srv_store *store, struct srv_job *job) {
+    SRV_STORED_TRY(srv_store_now(store, &job->now));
+    job->held = SRV_ROW_BYTES;
+    job->bytes = 0;
+    job->finished = job->now;
+    job->expires = job->now + store->rules.keep_us;
+    if (!job->created) job->created = job->now;
+    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_CONDEMN, NULL, NULL, srv_value_text(job->id),
+                           srv_value_text(*job->client ? job->client : "nobody"),
+                           srv_value_text(*job->operation ? job->operation : "unknown"), srv_value_text(job->message),
+                           srv_value_whole(job->created), srv_value_whole(job->finished), srv_value_whole(job->expires),
+                           srv_value_whole(job->held), srv_value_bytes("", 0)));
+    /* its shards and results go by and by */
+    SRV_STORED_TRY(SRV_RUN(store, SQL_REMOVAL_PUT, NULL, NULL, srv_value_text(job->id),
+                           srv_value_text(*job->client ? job->client : "nobody"), srv_value_whole(0)));
+    store->tally.ring = 1;
+    /* what the row said of itself cannot be taken off the sums */
+    return srv_store_recount(store, job->client);
+}
+
+enum srv_stored srv_store_lock(struct srv_store *store, const char *id, struct srv_job *job) {
+    SRV_STORED_TRY(srv_store_find(store, SQL_JOB_LOCK, id, job));
+    return job->flaw ? srv_store_condemn(store, job) : SRV_STORED;
+}
+
 int srv_job_open(const struct srv_job *job) { return job->state <= SRV_JOB_RUNNING; }
 
 /* the key of a job that nobody will compute, or that is past its time, is free: what it says would be of no use */
@@ -91,7 +116,11 @@ enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_o
 
 enum srv_stored srv_store_job(struct srv_store *store, const char *id, struct srv_job *job) {
     SRV_STORED_TRY(srv_store_look(store));
-    return srv_store_end(store, 1, srv_store_find(store, SQL_JOB, id, job));
+    enum srv_stored stored = srv_store_end(store, 1, srv_store_find(store, SQL_JOB, id, job));
+    if (stored != SRV_STORED || !job->flaw) return stored;
+    SRV_STORED_TRY(srv_store_begin(store));
+    stored = srv_store_lock(store, id, job);
+    return srv_store_end(store, stored == SRV_STORED, stored);
 }
 
 enum srv_stored srv_store_request(struct srv_store *store, const char *id, void **request, size_t *bytes) {
@@ -159,7 +188,7 @@ enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job, 
 
 enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struct srv_job *job) {
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored = srv_store_find(store, SQL_JOB_LOCK, id, job);
+    enum srv_stored stored = srv_store_lock(store, id, job);
     int dismissed = stored == SRV_STORED && job->state == SRV_JOB_DISMISSED;
     if (stored == SRV_STORED && !dismissed)
         stored = srv_store_job_end(store, job, SRV_JOB_DISMISSED, srv_job_open(job) ? "" : job->message);

@@ -6,7 +6,7 @@
 
 #include "server/store_call.h"
 
-/** Reads a job by a statement of its id, in a call that has begun. SRV_STORED_NONE */
+/** Reads a job by a statement of its id, in a call that has begun; its `flaw` may be set. SRV_STORED_NONE */
 enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, const char *name, struct srv_job *job);
 
 /** True for a job that has not ended. */
@@ -21,5 +21,15 @@ int srv_job_open(const struct srv_job *job);
  */
 enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job, enum srv_job_state state,
                                   const char *message);
+
+/**
+ * Ends a job whose row is damaged, in a call that has begun: it has failed, and what was kept of it goes.
+ *
+ * job  id, client, operation and the message are read; becomes what is kept now.
+ */
+enum srv_stored srv_store_condemn(struct srv_store *store, struct srv_job *job);
+
+/** As srv_store_find with a lock on the row; a job whose row is damaged is ended first. */
+enum srv_stored srv_store_lock(struct srv_store *store, const char *id, struct srv_job *job);
 
 #endif

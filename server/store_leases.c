@@ -13,15 +13,17 @@ enum { SHARD_HELD = 1, SHARD_DONE = 2, LAST_SHARDS = 8 };
 struct row_lease {
     int rows;
     struct srv_lease *lease;
+    const char *flaw; /* a column that holds what nobody can have written */
 };
 
 static enum srv_stored row_lease(void *context, const struct srv_value field[]) {
     struct row_lease *row = context;
     struct srv_lease *lease = row->lease;
-    lease->shard = (long)field[0].whole;
-    lease->attempt = (long)field[1].whole;
-    lease->start_bytes = field[2].bytes;
+    lease->shard = (long)srv_row_whole(&field[0], 0, lease->shards - 1, "shards", &row->flaw);
+    lease->attempt = (long)srv_row_whole(&field[1], 1, SRV_ROW_MOST, "attempt", &row->flaw);
+    if (field[2].kind != SRV_SQL_NULL && field[2].kind != SRV_SQL_BYTES && !row->flaw) row->flaw = "start";
     if (field[2].kind == SRV_SQL_BYTES) {
+        lease->start_bytes = field[2].bytes;
         lease->start = malloc(field[2].bytes + 1);
         if (!lease->start) return SRV_STORED_BROKEN;
         memcpy(lease->start, field[2].data, field[2].bytes);
@@ -39,19 +41,24 @@ enum { TURN_CLIENTS = 8 };
 
 /* the clients whose turn it is, first come first */
 struct row_clients {
-    int count;
+    int count, nameless;
     struct {
         char name[SRV_NAME_BYTES];
         int64_t turn, weight;
+        const char *flaw; /* of its row */
     } client[TURN_CLIENTS];
 };
 
 static enum srv_stored row_client(void *context, const struct srv_value field[]) {
     struct row_clients *rows = context;
     if (rows->count == TURN_CLIENTS) return SRV_STORED;
-    srv_row_text(&field[0], rows->client[rows->count].name, SRV_NAME_BYTES);
-    rows->client[rows->count].turn = field[1].whole;
-    rows->client[rows->count++].weight = field[2].whole > 0 ? field[2].whole : 1;
+    const char *flaw = NULL;
+    srv_row_word(&field[0], 1, rows->client[rows->count].name, SRV_NAME_BYTES, "name", &flaw);
+    rows->nameless |= flaw != NULL;
+    if (flaw) return SRV_STORED;
+    rows->client[rows->count].turn = srv_row_whole(&field[1], 0, SRV_ROW_MOST, "turn", &flaw);
+    rows->client[rows->count].weight = srv_row_whole(&field[2], 1, SRV_ROW_MOST, "weight", &flaw);
+    rows->client[rows->count++].flaw = flaw;
     return SRV_STORED;
 }
 
@@ -76,20 +83,22 @@ struct row_ready {
     int rows;
     struct srv_job job;
     int again; /* one that was held before is next */
+    const char *flaw;
 };
 
 static enum srv_stored row_ready(void *context, const struct srv_value field[]) {
     struct row_ready *row = context;
     struct srv_job *job = &row->job;
+    const char **flaw = &row->flaw;
     *job = (struct srv_job){.state = SRV_JOB_RUNNING};
-    srv_row_text(&field[0], job->id, sizeof job->id);
-    srv_row_text(&field[1], job->operation, sizeof job->operation);
-    job->shards = (long)field[2].whole;
-    job->begun = (long)field[3].whole;
-    job->waiting = (long)field[4].whole;
-    job->chained = field[5].whole != 0;
-    job->done = (long)field[6].whole;
-    job->state = (enum srv_job_state)field[7].whole;
+    srv_row_word(&field[0], 1, job->id, sizeof job->id, "id", flaw);
+    srv_row_word(&field[1], 1, job->operation, sizeof job->operation, "operation", flaw);
+    job->shards = (long)srv_row_whole(&field[2], 1, SRV_ROW_MOST, "shards", flaw);
+    job->begun = (long)srv_row_whole(&field[3], 0, job->shards, "begun", flaw);
+    job->waiting = (long)srv_row_whole(&field[4], 0, job->begun, "waiting", flaw);
+    job->chained = (int)srv_row_whole(&field[5], 0, 1, "chained", flaw);
+    job->done = (long)srv_row_whole(&field[6], 0, job->begun, "done", flaw);
+    job->state = (enum srv_job_state)srv_row_whole(&field[7], SRV_JOB_ACCEPTED, SRV_JOB_RUNNING, "state", flaw);
     /* what was held before comes last, unless there is much of it: it may be what kills its workers */
     int last = !job->chained && job->begun < job->shards && job->waiting <= LAST_SHARDS;
     row->again = job->waiting > 0 && !last;
@@ -97,19 +106,53 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
     return SRV_STORED;
 }
 
+/* Nobody whose turn it is has a job that can be claimed: those of whom it is only said are counted anew, so that they
+ * stand in nobody's way. What this transaction has claimed, and what another has locked, is there. */
+static enum srv_stored claim_mend(struct srv_store *store, const struct row_clients *clients, int *mended) {
+    *mended = clients->nameless;
+    if (clients->nameless) SRV_STORED_TRY(srv_store_plain(store, SQL_CLIENTS_NAMELESS));
+    for (int i = 0; i < clients->count; i++) {
+        const char *name = clients->client[i].name;
+        struct srv_row_wholes some = {.count = 1};
+        struct srv_tally_client *client;
+        SRV_STORED_TRY(srv_store_client(store, name, &client));
+        if (client->ready) continue;
+        SRV_STORED_TRY(SRV_RUN(store, SQL_CLIENT_READY, srv_row_wholes, &some, srv_value_text(name)));
+        if (some.whole[0]) continue;
+        SRV_STORED_TRY(srv_store_recount_client(store, name));
+        *mended = 1;
+    }
+    return SRV_STORED;
+}
+
+/* a job that was to be claimed is damaged: it fails, or goes where it has no name to fail under; so is an account */
+static enum srv_stored claim_damaged(struct srv_store *store, const char *client, const struct row_ready *ready) {
+    struct srv_job job;
+    if (!ready->rows) return srv_store_recount(store, client);
+    if (!*ready->job.id) {
+        SRV_STORED_TRY(srv_store_plain(store, SQL_JOBS_NAMELESS));
+        return srv_store_recount(store, client);
+    }
+    SRV_STORED_TRY(srv_store_find(store, SQL_JOB_LOCK, ready->job.id, &job));
+    if (!job.flaw) srv_row_job_fail(&job, ready->flaw ? ready->flaw : "rank");
+    return srv_store_condemn(store, &job);
+}
+
 /* takes a shard of the job that is ready and locked */
 static enum srv_stored claim_shard(struct srv_store *store, const char *client, int64_t weight, const char *worker,
-                                   int64_t lease_us, const struct row_ready *ready, struct srv_lease *lease) {
+                                   int64_t lease_us, struct row_ready *ready, struct srv_lease *lease) {
     struct row_lease row = {.lease = lease};
     struct srv_job was = ready->job, is;
     struct srv_tally_client *turn;
+    if (ready->flaw) return SRV_STORED_DAMAGED;
+    lease->shards = was.shards;
     enum srv_statement take = ready->again ? SQL_SHARD_AGAIN : SQL_SHARD_NEXT;
     SRV_STORED_TRY(SRV_RUN(store, take, row_lease, &row, srv_value_text(was.id), srv_value_text(worker),
                            srv_value_whole(lease_us)));
-    if (!row.rows) return SRV_STORED_BROKEN;
+    ready->flaw = row.rows ? row.flaw : "ready";
+    if (ready->flaw) return SRV_STORED_DAMAGED;
     memcpy(lease->job, was.id, sizeof lease->job);
     memcpy(lease->operation, was.operation, sizeof lease->operation);
-    lease->shards = was.shards;
     SRV_STORED_TRY(SRV_POST(store, SQL_JOB_CLAIM, srv_value_text(was.id), srv_value_whole(ready->again),
                             srv_value_whole(!ready->again)));
     snprintf(was.client, sizeof was.client, "%s", client);
@@ -136,14 +179,23 @@ enum srv_stored srv_store_claim(struct srv_store *store, const char *worker, int
     for (int i = 0; i < clients.count && stored == SRV_STORED && !ready.rows; i++) {
         client = clients.client[i].name;
         weight = clients.client[i].weight;
-        stored = SRV_RUN(store, SQL_JOB_READY, row_ready, &ready, srv_value_text(client));
+        stored = clients.client[i].flaw ? SRV_STORED_DAMAGED : SRV_STORED;
+        if (stored == SRV_STORED) stored = SRV_RUN(store, SQL_JOB_READY, row_ready, &ready, srv_value_text(client));
     }
     if (stored == SRV_STORED && ready.rows)
         stored = claim_shard(store, client, weight, worker, lease_us, &ready, lease);
-    /* what is ready but locked by another process will be free in a moment */
-    else if (stored == SRV_STORED)
-        stored = clients.count ? SRV_STORED_AGAIN : SRV_STORED_NONE;
-    stored = srv_store_end(store, stored == SRV_STORED, stored);
+    int mended = 0;
+    if (stored == SRV_STORED && !ready.rows) {
+        /* what is ready but locked by another process will be free in a moment */
+        stored = claim_mend(store, &clients, &mended);
+        if (stored == SRV_STORED) stored = mended || clients.count ? SRV_STORED_AGAIN : SRV_STORED_NONE;
+    }
+    stored = srv_store_end(store, mended || stored == SRV_STORED, stored);
+    if (stored == SRV_STORED_DAMAGED && client) {
+        SRV_STORED_TRY(srv_store_begin(store));
+        stored = claim_damaged(store, client, &ready);
+        stored = srv_store_end(store, stored == SRV_STORED, stored == SRV_STORED ? SRV_STORED_AGAIN : stored);
+    }
     if (stored != SRV_STORED) srv_lease_clear(lease);
     return stored;
 }
@@ -165,6 +217,7 @@ static enum srv_stored lease_check(struct srv_store *store, const struct srv_lea
     *done = 0;
     SRV_STORED_TRY(
         SRV_RUN(store, SQL_LEASE, srv_row_job, &rows, srv_value_text(lease->job), srv_value_whole(lease->shard)));
+    if (rows.count && job->flaw) return SRV_STORED_DAMAGED;
     if (!rows.count || rows.attempt != lease->attempt || job->state > SRV_JOB_SUCCESSFUL) return SRV_STORED_LOST;
     *done = rows.shard_state == SHARD_DONE;
     return *done || (rows.shard_state == SHARD_HELD && srv_job_open(job)) ? SRV_STORED : SRV_STORED_LOST;
@@ -257,8 +310,10 @@ static enum srv_stored shard_back(struct srv_store *store, const char *id, int64
     struct srv_row_wholes row = {.count = 1};
     struct srv_job job;
     char message[SRV_MESSAGE_BYTES];
-    enum srv_stored stored = srv_store_find(store, SQL_JOB_LOCK, id, &job);
-    if (stored == SRV_STORED_NONE || (stored == SRV_STORED && !srv_job_open(&job))) return SRV_STORED;
+    enum srv_stored stored = srv_store_lock(store, id, &job);
+    /* what no open job has any more is not looked at again and again */
+    if (stored == SRV_STORED_NONE || (stored == SRV_STORED && !srv_job_open(&job)))
+        return SRV_RUN(store, SQL_SHARDS_REMOVE_SOME, NULL, NULL, srv_value_text(id));
     SRV_STORED_TRY(stored);
     SRV_STORED_TRY(SRV_RUN(store, SQL_SHARD_BACK, srv_row_wholes, &row, srv_value_text(id), srv_value_whole(number),
                            srv_value_whole(mark)));
@@ -309,7 +364,7 @@ struct row_chunk {
 
 static enum srv_stored row_chunk(void *context, const struct srv_value field[]) {
     struct row_chunk *row = context;
-    if (field[0].bytes > SRV_CHUNK_BYTES) return SRV_STORED_BROKEN;
+    if (field[0].kind != SRV_SQL_BYTES || field[0].bytes > SRV_CHUNK_BYTES) return SRV_STORED_DAMAGED;
     row->rows++;
     row->bytes = field[0].bytes;
     if (row->bytes) memcpy(row->data, field[0].data, row->bytes);

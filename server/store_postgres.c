@@ -218,10 +218,18 @@ static enum srv_stored postgres_result(struct postgres_sql *own, const PGresult 
     static const struct {
         const char *state; /* begins with */
         enum srv_stored stored;
-    } rows[] = {{"53100", SRV_STORED_FULL},  {"40", SRV_STORED_AGAIN}, {"55P03", SRV_STORED_AGAIN},
-                {"23505", SRV_STORED_AGAIN}, {"08", SRV_STORED_AWAY},  {"57P", SRV_STORED_AWAY},
-                {"57014", SRV_STORED_AWAY},  {"53", SRV_STORED_AWAY},  {"25P03", SRV_STORED_AGAIN},
-                {"25006", SRV_STORED_AWAY}};
+    } rows[] = {{"53100", SRV_STORED_FULL},
+                {"40", SRV_STORED_AGAIN},
+                {"55P03", SRV_STORED_AGAIN},
+                {"23505", SRV_STORED_AGAIN},
+                {"08", SRV_STORED_AWAY},
+                {"57P", SRV_STORED_AWAY},
+                {"57014", SRV_STORED_AWAY},
+                {"53", SRV_STORED_AWAY},
+                {"25P03", SRV_STORED_AGAIN},
+                {"25006", SRV_STORED_AWAY},
+                /* a row holds a number that cannot be counted on, or a text that is none */
+                {"22", SRV_STORED_DAMAGED}};
     ExecStatusType status = PQresultStatus(result);
     if (status == PGRES_COMMAND_OK || status == PGRES_TUPLES_OK) return SRV_STORED;
     const char *state = result ? PQresultErrorField(result, PG_DIAG_SQLSTATE) : NULL;

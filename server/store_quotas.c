@@ -3,6 +3,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "server/store_rows.h"
+
 /* clients of one address that take a turn each; of more of them each claim counts for more turns, so that together they
  * take few more than so many */
 enum { SOURCE_TURNS = 8 };
@@ -17,6 +19,24 @@ enum srv_stored srv_store_count_bytes(struct srv_store *store, const char *name,
     SRV_STORED_TRY(srv_store_client(store, name, &client));
     client->bytes += bytes;
     store->tally.change.bytes += bytes;
+    return SRV_STORED;
+}
+
+enum srv_stored srv_store_recount_client(struct srv_store *store, const char *name) {
+    struct srv_tally_client *client;
+    SRV_STORED_TRY(srv_store_client(store, name, &client));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_CLIENT_RECOUNT, NULL, NULL, srv_value_text(name)));
+    client->jobs = client->ready = client->bytes = client->scenes = client->scene_bytes = 0;
+    client->known = 0;
+    return SRV_STORED;
+}
+
+enum srv_stored srv_store_recount(struct srv_store *store, const char *name) {
+    SRV_STORED_TRY(srv_store_recount_client(store, name));
+    SRV_STORED_TRY(srv_store_plain(store, SQL_TOTALS_CLEAR));
+    SRV_STORED_TRY(srv_store_plain(store, SQL_TOTALS_RECOUNT));
+    store->tally.known = 0;
+    store->tally.change = (struct srv_store_figures){0};
     return SRV_STORED;
 }
 

@@ -12,6 +12,15 @@ enum srv_stored srv_store_client(struct srv_store *store, const char *name, stru
 /** Adds to what is kept for a client's jobs, and in all. */
 enum srv_stored srv_store_count_bytes(struct srv_store *store, const char *client, long long bytes);
 
+/** Counts a client's jobs, bytes and scenes anew; what this transaction has changed of them is written already. */
+enum srv_stored srv_store_recount_client(struct srv_store *store, const char *client);
+
+/**
+ * Counts a client's jobs, bytes and scenes anew, and all sums: what was kept of them cannot be. What this transaction
+ * has changed so far is written already. O(all jobs)
+ */
+enum srv_stored srv_store_recount(struct srv_store *store, const char *client);
+
 /** Shards of a job that can be claimed now. */
 long srv_job_claimable(const struct srv_job *job);
 

@@ -19,6 +19,7 @@ struct srv_value srv_value_bytes(const void *data, size_t bytes);
 struct srv_row_wholes {
     int rows, count; /* count <= 4: of the numbers */
     int64_t whole[4];
+    int flawed; /* one was no number, negative, or more than can be counted */
 };
 
 /** Takes a row into a struct srv_row_wholes. */
@@ -30,11 +31,32 @@ struct srv_row_bytes {
     size_t bytes;
 };
 
-/** Takes a row into a struct srv_row_bytes. SRV_STORED_BROKEN when out of memory. */
+/** Takes a row into a struct srv_row_bytes. SRV_STORED_DAMAGED where it is no bytes, SRV_STORED_BROKEN when out of
+ * memory.
+ */
 enum srv_stored srv_row_bytes(void *context, const struct srv_value field[]);
 
-/** Copies a field of text; NULL becomes "". */
+/** Copies a field of text; what is none becomes "". */
 void srv_row_text(const struct srv_value *field, char text[], size_t cap);
+
+/* What is read may have been altered where it was kept, on a disk or by somebody else's program: every field of a row
+ * is looked at when it is read. SQLite keeps any type in any column. */
+
+/** A field that is a number of least .. most; else `least`, and *flaw names its column where it names none yet. */
+int64_t srv_row_whole(const struct srv_value *field, int64_t least, int64_t most, const char *column,
+                      const char **flaw);
+
+/** A field that is a text of least .. cap - 1 bytes, copied; else "", and *flaw as above. */
+void srv_row_word(const struct srv_value *field, size_t least, char text[], size_t cap, const char *column,
+                  const char **flaw);
+
+/** Makes a job one that has failed because of a column: nothing of it is believed but whose it is. */
+void srv_row_job_fail(struct srv_job *job, const char *flaw);
+
+/* the last instant of the year 9999 in microseconds since 1970: what is later was written by no clock */
+#define SRV_ROW_LATEST INT64_C(253402300799999999)
+/* more shards, or bytes, than there can be */
+#define SRV_ROW_MOST (INT64_C(1) << 53)
 
 enum { SRV_ROW_JOB = 17 }; /* fields of JOB_COLUMNS */
 
@@ -48,7 +70,8 @@ struct srv_row_jobs {
     long shard_state, attempt;
 };
 
-/** Takes a row into a struct srv_row_jobs. */
+/** Takes a row into a struct srv_row_jobs. A row that cannot have been written is a job that has failed, see `flaw`;
+ * one without an id is left out. */
 enum srv_stored srv_row_job(void *context, const struct srv_value field[]);
 
 #endif

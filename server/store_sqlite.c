@@ -133,6 +133,8 @@ static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, struc
 static enum srv_stored sqlite_result(struct sqlite_sql *own, int code) {
     if (code == SQLITE_OK || code == SQLITE_ROW || code == SQLITE_DONE) return SRV_STORED;
     srv_sql_complain(&own->sql, code == SQLITE_FULL ? sqlite3_errstr(code) : sqlite3_errmsg(own->db));
+    /* a NULL where there can be none was added to */
+    if (code == SQLITE_CONSTRAINT_NOTNULL) return SRV_STORED_DAMAGED;
     switch (code & 0xff) {
     case SQLITE_FULL:
         return SRV_STORED_FULL;

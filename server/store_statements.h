@@ -16,6 +16,18 @@
 /* as many parameters as a statement on several jobs takes: SQL_JOBS_MOST */
 #define EACH_OF_16 "($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16)"
 
+/* a number that can have been counted, or a change of one: what was altered must not make a sum overflow */
+#define SANE "BETWEEN 0 AND 9007199254740992"
+#define BOUNDED "BETWEEN -9007199254740992 AND 9007199254740992"
+#define CAN_BE_COUNTED                                                                                                 \
+    "bytes " SANE " AND held " SANE " AND shards " SANE " AND begun " SANE " AND waiting " SANE                        \
+    " AND state BETWEEN 0 "                                                                                            \
+    "AND 4"
+/* an id or a name that no statement finds by its letters */
+#define NAMELESS(id, most)                                                                                             \
+    "(" id " IS NULL OR LENGTH(" id ") NOT BETWEEN 1 AND " most " OR CAST(" id " AS TEXT) <> " id ")"
+#define STATE_COUNT(state) "CAST(COALESCE(SUM(CASE WHEN state = " state " THEN 1 ELSE 0 END), 0) AS BIGINT)"
+
 /* Each statement, in the dialect that both databases share. */
 #define STATEMENTS(X)                                                                                                  \
     X(BEGIN, "{begin}")                                                                                                \
@@ -34,14 +46,42 @@
       "END, weight = CASE WHEN EXCLUDED.source <> '' THEN EXCLUDED.weight ELSE clients.weight END")                    \
     X(SOURCE, "SELECT CAST(COUNT(*) AS BIGINT), CAST(COALESCE(SUM(jobs), 0) AS BIGINT), CAST(COALESCE(SUM(bytes), 0) " \
               "AS BIGINT), CAST(COALESCE(SUM(CASE WHEN jobs > 0 THEN 1 ELSE 0 END), 0) AS BIGINT) FROM clients WHERE " \
-              "source = $1 AND (jobs > 0 OR bytes > 0)")                                                               \
+              "source = $1 AND (jobs > 0 OR bytes > 0) AND jobs " SANE " AND bytes " SANE)                             \
     X(CLIENT_LEAVES, "DELETE FROM clients WHERE name = $1 AND jobs = 0 AND bytes = 0 AND scenes = 0")                  \
     X(CLIENTS, "SELECT name, turn, weight FROM clients WHERE ready > 0 ORDER BY turn, name LIMIT 8")                   \
+    X(CLIENT_READY, "SELECT CAST(COUNT(*) AS BIGINT) FROM (SELECT 1 FROM jobs WHERE client = $1 AND ready = 1 LIMIT "  \
+                    "1) AS found")                                                                                     \
+    X(CLIENTS_NAMELESS, "DELETE FROM clients WHERE " NAMELESS("name", "95"))                                           \
     X(TOTALS, "SELECT CAST(COALESCE(SUM(accepted), 0) AS BIGINT), CAST(COALESCE(SUM(running), 0) AS BIGINT), "         \
               "CAST(COALESCE(SUM(successful), 0) AS BIGINT), CAST(COALESCE(SUM(failed), 0) AS BIGINT), "               \
               "CAST(COALESCE(SUM(dismissed), 0) AS BIGINT), CAST(COALESCE(SUM(waiting), 0) AS BIGINT), "               \
               "CAST(COALESCE(SUM(bytes), 0) AS BIGINT), CAST(COALESCE(SUM(scenes), 0) AS BIGINT), "                    \
-              "CAST(COALESCE(SUM(scene_bytes), 0) AS BIGINT) FROM totals")                                             \
+              "CAST(COALESCE(SUM(scene_bytes), 0) AS BIGINT) FROM totals WHERE accepted " BOUNDED                      \
+              " AND running " BOUNDED " AND successful " BOUNDED " AND failed " BOUNDED " AND dismissed " BOUNDED      \
+              " AND waiting " BOUNDED " AND bytes " BOUNDED " AND scenes " BOUNDED " AND scene_bytes " BOUNDED)        \
+    X(TOTALS_CLEAR, "DELETE FROM totals")                                                                              \
+    X(TOTALS_RECOUNT,                                                                                                  \
+      "INSERT INTO totals (place, accepted, running, successful, failed, dismissed, waiting, bytes, scenes, "          \
+      "scene_bytes) SELECT 0, " STATE_COUNT("0") ", " STATE_COUNT("1") ", " STATE_COUNT("2") ", " STATE_COUNT(         \
+          "3") ", " STATE_COUNT("4") ", CAST(COALESCE(SUM(CASE WHEN ready = 0 THEN 0 WHEN chained = 1 THEN 1 ELSE "    \
+                                     "waiting + "                                                                      \
+                                     "shards - begun END), 0) AS BIGINT), CAST(COALESCE(SUM(bytes + held), 0) AS "     \
+                                     "BIGINT) + (SELECT "                                                              \
+                                     "CAST(COALESCE(SUM(bytes), 0) AS BIGINT) FROM removals WHERE bytes " SANE         \
+                                     "), (SELECT COUNT(*) FROM scenes), "                                              \
+                                     "(SELECT CAST(COALESCE(SUM(LENGTH(body) + 1024), 0) AS BIGINT) FROM scenes) "     \
+                                     "FROM jobs WHERE " CAN_BE_COUNTED)                                                \
+    X(CLIENT_RECOUNT,                                                                                                  \
+      "UPDATE clients SET jobs = (SELECT COUNT(*) FROM jobs WHERE client = $1 AND state BETWEEN 0 AND 1), ready = "    \
+      "(SELECT COUNT(*) FROM jobs WHERE client = $1 AND ready = 1), bytes = COALESCE((SELECT CAST(SUM(jobs.bytes + "   \
+      "jobs.held) AS BIGINT) FROM jobs WHERE jobs.client = $1 AND " CAN_BE_COUNTED "), 0) + COALESCE((SELECT "         \
+      "CAST(SUM(removals.bytes) AS BIGINT) FROM removals WHERE removals.client = $1 AND removals.bytes " SANE          \
+      "), 0), "                                                                                                        \
+      "turn = CASE WHEN turn " SANE " THEN turn ELSE 0 END, weight = CASE WHEN weight " SANE                           \
+      " AND weight > 0 THEN weight ELSE 1 END, source = COALESCE(source, ''), scenes = (SELECT COUNT(*) FROM keepers " \
+      "WHERE "                                                                                                         \
+      "keepers.client = $1), scene_bytes = COALESCE((SELECT CAST(SUM(keepers.bytes + 1024) AS BIGINT) FROM keepers "   \
+      "WHERE keepers.client = $1 AND keepers.bytes " SANE "), 0) WHERE name = $1")                                     \
     X(TOTALS_CHANGE,                                                                                                   \
       "INSERT INTO totals (place, accepted, running, successful, failed, dismissed, waiting, bytes, scenes, "          \
       "scene_bytes) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10) ON CONFLICT (place) DO UPDATE SET "               \
@@ -67,6 +107,12 @@
                    "waiting = 0, finished = $3, expires = $4 WHERE id = $1")                                           \
     X(JOB_END, "UPDATE jobs SET state = $2, message = $3, finished = $4, expires = $5, held = $6, bytes = 0, "         \
                "ready = 0, waiting = 0, carry = NULL, request = $7 WHERE id = $1")                                     \
+    X(JOB_CONDEMN,                                                                                                     \
+      "UPDATE jobs SET client = $2, operation = $3, state = 3, message = $4, shards = 1, begun = 0, done = 0, "        \
+      "waiting = 0, chained = 0, carry = NULL, ready = 0, rank = 0, part = 0, created = $5, started = 0, finished = "  \
+      "$6, expires = $7, bytes = 0, held = $8, request = $9 WHERE id = $1")                                            \
+    X(JOBS_NAMELESS, "DELETE FROM jobs WHERE (ready = 1 OR expires > 0) AND " NAMELESS("id", "26"))                    \
+    X(REMOVALS_NAMELESS, "DELETE FROM removals WHERE " NAMELESS("job", "26"))                                          \
     X(JOBS_EXPIRED, "SELECT id, client, state, bytes, held, begun, expires FROM jobs WHERE expires > 0 AND "           \
                     "expires >= $1 AND expires < {now} ORDER BY expires LIMIT 128 {skip}")                             \
     X(JOBS_REMOVE, "DELETE FROM jobs WHERE id IN " EACH_OF_16)                                                         \
@@ -74,13 +120,14 @@
     X(JOB_CREATED, "SELECT created FROM jobs WHERE id = $1 AND client = $2")                                           \
     X(JOBS_BEFORE, "SELECT " JOB_COLUMNS " FROM jobs WHERE client = $1 AND (created, id) < ($4, $3) "                  \
                    "ORDER BY created DESC, id DESC LIMIT $2")                                                          \
-    X(REMOVAL_PUT, "INSERT INTO removals (job, client, bytes) VALUES ($1, $2, $3)")                                    \
+    X(REMOVAL_PUT, "INSERT INTO removals (job, client, bytes) VALUES ($1, $2, $3) ON CONFLICT DO NOTHING")             \
     X(REMOVAL, "SELECT job, client, bytes FROM removals ORDER BY job LIMIT 1 {skip}")                                  \
     X(REMOVAL_END, "DELETE FROM removals WHERE job = $1")                                                              \
     X(LEASE, "SELECT " JOB_COLUMNS ", shards.state, shards.attempt FROM jobs JOIN shards ON shards.job = jobs.id "     \
              "WHERE jobs.id = $1 AND shards.number = $2 {lock}")                                                       \
     X(SHARD_NEXT, "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, start, bytes) SELECT id, "   \
-                  "begun, 1, 1, 0, $2, {now} + $3, carry, 0 FROM jobs WHERE id = $1 RETURNING number, attempt, start") \
+                  "begun, 1, 1, 0, $2, {now} + $3, carry, 0 FROM jobs WHERE id = $1 ON CONFLICT DO NOTHING "           \
+                  "RETURNING number, attempt, start")                                                                  \
     X(SHARD_AGAIN, "UPDATE shards SET state = 1, attempt = attempt + 1, worker = $2, lease = {now} + $3 WHERE job = "  \
                    "$1 AND number = (SELECT MIN(number) FROM shards WHERE job = $1 AND state = 0) RETURNING number, "  \
                    "attempt, start")                                                                                   \
@@ -88,7 +135,8 @@
                     "= 1 AND EXISTS (SELECT 1 FROM jobs WHERE id = $1 AND state < 2) RETURNING number")                \
     X(SHARD_END, "UPDATE shards SET state = 2, bytes = $3, start = NULL, worker = '' WHERE job = $1 AND number = $2")  \
     X(SHARDS_CLEARED, "UPDATE shards SET kills = 0 WHERE job = $1 AND kills > 0")                                      \
-    X(SHARD_BACK, "UPDATE shards SET state = 0, kills = kills + $3, worker = '' WHERE job = $1 AND number = $2 AND "   \
+    X(SHARD_BACK, "UPDATE shards SET state = 0, kills = CASE WHEN kills < 99 THEN kills + $3 ELSE kills END, worker "  \
+                  "= '' WHERE job = $1 AND number = $2 AND "                                                           \
                   "state = 1 AND ($3 = 0 OR lease < {now}) RETURNING kills")                                           \
     X(SHARDS_LATE, "SELECT job, number FROM shards WHERE state = 1 AND lease < $1 ORDER BY lease LIMIT 64")            \
     X(SHARDS_OF, "SELECT job, number FROM shards WHERE state = 1 AND worker = $1 LIMIT 64")                            \

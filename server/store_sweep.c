@@ -19,13 +19,14 @@ struct row_removal {
     int rows;
     char job[SRV_ID_BYTES], client[SRV_NAME_BYTES];
     int64_t bytes;
+    const char *flaw;
 };
 
 static enum srv_stored row_removal(void *context, const struct srv_value field[]) {
     struct row_removal *row = context;
-    srv_row_text(&field[0], row->job, sizeof row->job);
-    srv_row_text(&field[1], row->client, sizeof row->client);
-    row->bytes = field[2].whole;
+    srv_row_word(&field[0], 1, row->job, sizeof row->job, "job", &row->flaw);
+    srv_row_word(&field[1], 1, row->client, sizeof row->client, "client", &row->flaw);
+    row->bytes = srv_row_whole(&field[2], 0, SRV_ROW_MOST, "bytes", &row->flaw);
     row->rows++;
     return SRV_STORED;
 }
@@ -37,32 +38,38 @@ static enum srv_stored sweep_removal(struct srv_store *store, struct srv_store_s
     SRV_STORED_TRY(srv_store_run(store, SQL_REMOVAL, NULL, 0, row_removal, &removal));
     if (!removal.rows) return SRV_STORED;
     sweep->more = 1;
+    if (!*removal.job) return srv_store_plain(store, SQL_REMOVALS_NAMELESS);
     SRV_STORED_TRY(SRV_RUN(store, SQL_RESULTS_REMOVE_SOME, srv_row_wholes, &chunks, srv_value_text(removal.job)));
     if (chunks.rows == SQL_CHUNKS_MOST) return SRV_STORED;
     SRV_STORED_TRY(SRV_RUN(store, SQL_SHARDS_REMOVE_SOME, srv_row_wholes, &shards, srv_value_text(removal.job)));
     if (shards.rows == SQL_SHARDS_REMOVED) return SRV_STORED;
-    SRV_STORED_TRY(srv_store_count_bytes(store, removal.client, -removal.bytes));
-    return SRV_POST(store, SQL_REMOVAL_END, srv_value_text(removal.job));
+    SRV_STORED_TRY(SRV_POST(store, SQL_REMOVAL_END, srv_value_text(removal.job)));
+    return removal.flaw ? srv_store_recount(store, removal.client)
+                        : srv_store_count_bytes(store, removal.client, -removal.bytes);
 }
 
 /* Jobs that are past their time, locked. */
 struct row_expired {
-    int count;
+    int count, nameless;
+    int damaged; /* of these, at the end of the list: their rows say what nobody can have written */
     struct srv_job job[SQL_EXPIRED_MOST];
 };
 
 static enum srv_stored row_expired(void *context, const struct srv_value field[]) {
     struct row_expired *rows = context;
-    if (rows->count == SQL_EXPIRED_MOST) return SRV_STORED;
-    if (field[2].whole < 0 || field[2].whole >= SRV_JOB_STATES) return SRV_STORED_BROKEN;
-    struct srv_job *job = &rows->job[rows->count++];
-    *job = (struct srv_job){.state = (enum srv_job_state)field[2].whole,
-                            .bytes = field[3].whole,
-                            .held = field[4].whole,
-                            .begun = (long)field[5].whole,
-                            .expires = field[6].whole};
-    srv_row_text(&field[0], job->id, sizeof job->id);
-    srv_row_text(&field[1], job->client, sizeof job->client);
+    if (rows->count + rows->damaged == SQL_EXPIRED_MOST) return SRV_STORED;
+    struct srv_job job = {.flaw = NULL};
+    srv_row_word(&field[0], 1, job.id, sizeof job.id, "id", &job.flaw);
+    rows->nameless |= !*job.id;
+    if (job.flaw) return SRV_STORED;
+    srv_row_word(&field[1], 1, job.client, sizeof job.client, "client", &job.flaw);
+    job.state =
+        (enum srv_job_state)srv_row_whole(&field[2], SRV_JOB_SUCCESSFUL, SRV_JOB_STATES - 1, "state", &job.flaw);
+    job.bytes = srv_row_whole(&field[3], 0, SRV_ROW_MOST, "bytes", &job.flaw);
+    job.held = srv_row_whole(&field[4], 0, SRV_ROW_MOST, "held", &job.flaw);
+    job.begun = (long)srv_row_whole(&field[5], 0, SRV_ROW_MOST, "begun", &job.flaw);
+    job.expires = srv_row_whole(&field[6], 1, SRV_ROW_LATEST, "expires", &job.flaw);
+    rows->job[job.flaw ? SQL_EXPIRED_MOST - ++rows->damaged : rows->count++] = job;
     return SRV_STORED;
 }
 
@@ -119,6 +126,14 @@ static enum srv_stored sweep_expired(struct srv_store *store, int64_t now, struc
         int count = rows.count - i < SQL_JOBS_MOST ? rows.count - i : SQL_JOBS_MOST;
         SRV_STORED_TRY(expired_remove(store, rows.job + i, count));
     }
+    /* a damaged one is removed once it has been written anew, when that is past its time */
+    for (int i = SQL_EXPIRED_MOST - rows.damaged; i < SQL_EXPIRED_MOST; i++) {
+        struct srv_job job;
+        SRV_STORED_TRY(srv_store_find(store, SQL_JOB_LOCK, rows.job[i].id, &job));
+        if (!job.flaw) srv_row_job_fail(&job, rows.job[i].flaw);
+        SRV_STORED_TRY(srv_store_condemn(store, &job));
+    }
+    if (rows.nameless) SRV_STORED_TRY(srv_store_plain(store, SQL_JOBS_NAMELESS));
     /* the next piece does not look again at the places of those that were removed; when nothing is left all places are
      * looked at once more, because other processes may have locked some */
     sweep->more |= rows.count > 0;

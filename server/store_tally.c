@@ -43,6 +43,7 @@ enum srv_stored srv_tally_look(struct srv_tally *tally, struct srv_sql *sql, con
     if (!found) return SRV_STORED_AGAIN;
     if (found->known) return SRV_STORED;
     SRV_STORED_TRY(tally_run(sql, SQL_CLIENT, value, 1, srv_row_wholes, &row));
+    if (row.flawed) return SRV_STORED_DAMAGED;
     found->known = 1;
     found->jobs_were = row.whole[0];
     found->bytes_were = row.whole[1];
