@@ -4,13 +4,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/method_json.h"
 #include "api/picture_json.h"
 #include "core/ensemble.h"
 #include "core/method.h"
 
-static const char *const fields[] = {"pendulum", "initial", "states",      "grid",    "random",
-                                     "duration", "times",   "observables", "output",  "method",
-                                     "rtol",     "atol",    "digits",      "picture", NULL};
+static const char *const fields[] = {"pendulum", "initial",     "states",   "grid",   "random", "duration",
+                                     "times",    "observables", "output",   "method", "rtol",   "atol",
+                                     "digits",   "picture",     "accuracy", NULL};
 
 /* what a cost is estimated by: steps a radian of the fastest swing, s an arm and squared order, s a number */
 static const double steps_a_radian = 6, pair_seconds = 0.15e-9, number_seconds = 20e-9;
@@ -24,7 +25,7 @@ struct api_ensemble {
     struct api_observables seen;
     struct api_times times;
     double *instants; /* s, from the first one on; NULL without a trajectory */
-    double duration, rtol, atol;
+    double duration, rtol, atol, accuracy;
     long step_cap, numbers;
 };
 
@@ -60,6 +61,7 @@ static void read_method(struct api_ensemble *e, const struct api_reading *readin
     if (api_field_word(&method, methods, &chosen, reading->problem) > 0) api_value_usual(&method);
     api_value_usual_number(&rtol, taylor->rtol_default);
     api_value_usual_number(&atol, 0);
+    e->accuracy = api_accuracy_read(reading->root, reading->problem);
     e->rtol = taylor->rtol_default;
     e->atol = 0;
     (void)api_value_read_number(&rtol, taylor->rtol_min, taylor->rtol_max, "", &e->rtol, reading->problem);
@@ -235,6 +237,7 @@ static int shard_deliver(void *context, long i, const struct pend_outcome *outco
     shard->stats.finished++;
     shard->stats.failed += outcome->status != PEND_OK;
     shard->stats.steps += outcome->steps;
+    shard->stats.lost += outcome->status == PEND_OK && fabs(outcome->horizon) < fabs(outcome->time);
     if (e->instants) {
         if (outcome->status != PEND_OK) shard_blank(shard, i, outcome->status, outcome->time);
         return 0;
@@ -264,6 +267,7 @@ enum pend_status api_shard_new(struct api_shard **shard, const struct api_ensemb
                                             .duration = e->duration,
                                             .rtol = e->rtol,
                                             .atol = e->atol,
+                                            .accuracy = e->accuracy,
                                             .step_cap = e->step_cap,
                                             .fetch = shard_fetch,
                                             .deliver = shard_deliver,

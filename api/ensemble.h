@@ -66,6 +66,7 @@ PEND_MUST_CHECK enum pend_status api_shard_go(struct api_shard *shard, int *done
 /** Members that are finished, members of these that failed, and integration steps so far. */
 struct api_shard_stats {
     long finished, failed, steps;
+    long lost; /* members that are good and did not keep the accuracy to their end */
 };
 
 struct api_shard_stats api_shard_stats(const struct api_shard *shard);

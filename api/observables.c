@@ -26,6 +26,7 @@ static const struct columns observables[API_SEE_COUNT] = {
     [API_SEE_SIGN_CHANGE] = {"sign_change", {NULL}, {1}, 1},
     [API_SEE_ENERGY_DRIFT] = {"energy_drift", {NULL}, {0}},
     [API_SEE_LYAPUNOV] = {"lyapunov", {NULL}, {0}},
+    [API_SEE_HORIZON] = {"horizon", {NULL}, {0}},
     [API_SEE_TRAJECTORY] = {"trajectory", {NULL}, {0}},
 };
 
@@ -96,7 +97,7 @@ void api_observables_columns(struct api_observables *seen, int n) {
 
 void api_observables_ask(const struct api_observables *seen, struct pend_ensemble_problem *problem) {
     const unsigned flips = 1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME | 1u << API_SEE_FLIPS;
-    const unsigned given = 1u << API_SEE_START | 1u << API_SEE_PARAMETERS;
+    const unsigned given = 1u << API_SEE_START | 1u << API_SEE_PARAMETERS; // known without following a member
     unsigned wanted = seen->wanted & ~given;
     problem->observe = 0;
     if (wanted & flips) problem->bound = pi;
@@ -152,6 +153,8 @@ static double *write_one(enum api_observable observable, const struct pend_tree 
         return put(at, tree, outcome->sign_change, never);
     case API_SEE_ENERGY_DRIFT:
         return put_one(at, outcome->energy_drift, 0);
+    case API_SEE_HORIZON:
+        return put_one(at, outcome->horizon, 0);
     default:
         return put_one(at, outcome->lyapunov, 0);
     }
@@ -160,7 +163,8 @@ static double *write_one(enum api_observable observable, const struct pend_tree 
 void api_observables_write(const struct api_observables *seen, const struct pend_tree *tree, long member,
                            const struct pend_member *start, const struct pend_outcome *outcome, double row[]) {
     /* of a motion that was not followed to its end nothing is known */
-    static const struct pend_outcome nothing = {.arm = -1, .first = NAN, .energy_drift = NAN, .lyapunov = NAN};
+    static const struct pend_outcome nothing = {
+        .arm = -1, .first = NAN, .energy_drift = NAN, .horizon = NAN, .lyapunov = NAN};
     double *at = row;
     *at++ = (double)member;
     *at++ = api_observables_status(outcome->status);

@@ -20,6 +20,7 @@ enum api_observable {
     API_SEE_SIGN_CHANGE,
     API_SEE_ENERGY_DRIFT,
     API_SEE_LYAPUNOV,
+    API_SEE_HORIZON,
     API_SEE_TRAJECTORY,
     API_SEE_COUNT
 };

@@ -23,7 +23,7 @@ struct ensembles {
     long shard_most, first, count; /* members of a shard; those of this one */
     long begin, end;               /* members that are computed: all, or a part's */
     long written, rows;            /* rows of the shard that are written, and that there are */
-    long failed, steps;
+    long failed, steps, lost;
     struct api_stats stats;
 };
 
@@ -96,6 +96,7 @@ static enum pend_status ensembles_compute(struct ensembles *op, struct pend_erro
     struct api_shard_stats stats = api_shard_stats(op->shard);
     op->failed += stats.failed;
     op->steps += stats.steps;
+    op->lost += stats.lost;
     op->first += op->count;
     op->rows = op->count * api_ensemble_rows(op->ensemble);
     api_shard_free(&op->shard);
@@ -116,7 +117,13 @@ static void ensembles_tell(struct ensembles *op, const struct api_turn *turn) {
     api_stats_text(&op->stats, "method", "taylor");
     api_stats_whole(&op->stats, "members", op->end - op->begin);
     api_stats_whole(&op->stats, "failed", op->failed);
+    api_stats_whole(&op->stats, "lost", op->lost);
     api_stats_whole(&op->stats, "steps", op->steps);
+    // without a number, which would be a part's
+    if (op->lost)
+        api_stats_warning(&op->stats, "warning_horizon",
+                          "some members lose their digits before their end (estimated): stats.lost counts them and the "
+                          "observable horizon tells up to when each keeps them");
     if (seconds >= 0) api_stats_number(&op->stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
 }
 

@@ -7,12 +7,13 @@
 
 #include "core/ensemble_shadow.h"
 #include "core/ensemble_watch.h"
+#include "core/horizon.h"
 #include "core/motion.h"
 #include "core/taylor_order.h"
 #include "core/turns.h"
 
 /* arrays of n values a lane for the kernel, of one value a lane, of n values a lane for the notes, of n values */
-enum { ENSEMBLE_LANED = 16, ENSEMBLE_SINGLE = 6, ENSEMBLE_NOTED = 8, ENSEMBLE_FLAT = 7, ENSEMBLE_SHARES = 48 };
+enum { ENSEMBLE_LANED = 21, ENSEMBLE_SINGLE = 11, ENSEMBLE_NOTED = 8, ENSEMBLE_FLAT = 7, ENSEMBLE_SHARES = 48 };
 
 static const struct ensemble_kernel *ensemble_kernel(enum pend_isa isa) {
 #ifdef __x86_64__
@@ -55,15 +56,19 @@ static size_t ensemble_doubles(int n_, int width_, size_t series) {
            3 * ensemble_padded(n) + ensemble_padded(series);
 }
 
-static void ensemble_place(struct pend_ensemble *e, char *at) {
+static void ensemble_place(struct pend_ensemble *e, char *at, size_t doubts) {
     struct ensemble_lanes *lanes = &e->lanes;
+    struct ensemble_doubt *doubt = &lanes->doubt;
     size_t n = (size_t)lanes->n, width = (size_t)lanes->width;
     double **laned[ENSEMBLE_LANED] = {&lanes->from.phi,  &lanes->from.phi_low, &lanes->from.rate, &lanes->from.rate_low,
                                       &lanes->to.phi,    &lanes->to.phi_low,   &lanes->to.rate,   &lanes->to.rate_low,
                                       &lanes->len,       &lanes->inv_len,      &lanes->mass,      &lanes->cell,
-                                      &lanes->force_max, &lanes->force_min,    &e->turns,         &e->turns_low};
-    double **single[ENSEMBLE_SINGLE] = {&lanes->from.time, &lanes->to.time, &lanes->gravity,
-                                        &lanes->unit,      &lanes->stop,    &lanes->step};
+                                      &lanes->force_max, &lanes->force_min,    &e->turns,         &e->turns_low,
+                                      &doubt->phi,       &doubt->rate,         &doubt->near_phi,  &doubt->near_phi_low,
+                                      &doubt->near_rate};
+    double **single[ENSEMBLE_SINGLE] = {&lanes->from.time, &lanes->to.time, &lanes->gravity, &lanes->unit,
+                                        &lanes->stop,      &lanes->step,    &doubt->fastest, &doubt->strongest,
+                                        &doubt->time,      &doubt->ratio,   &doubt->held};
     double **noted[ENSEMBLE_NOTED - 1] = {&e->first_crossing, &e->most,        &e->most_time, &e->least,
                                           &e->least_time,     &e->sign_change, &e->sense};
     double **flat[ENSEMBLE_FLAT] = {&e->member.phi, &e->member.rate, &e->member.length, &e->member.mass,
@@ -79,6 +84,7 @@ static void ensemble_place(struct pend_ensemble *e, char *at) {
     lanes->share = ensemble_take(&at, ENSEMBLE_SHARES);
     for (int j = 0; j < ENSEMBLE_SHARES; j++) lanes->share[j] = 1.0 / (j + 1);
     e->crossings = (long *)(void *)ensemble_take(&at, n * width);
+    lanes->doubt.series = ensemble_take(&at, doubts);
     lanes->series = (double *)(void *)at;
 }
 
@@ -88,14 +94,18 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble, const struct
     PEND_TRY(ensemble_check(problem, error));
     const struct ensemble_kernel *kernel = ensemble_kernel(isa);
     int n = problem->tree->n, order = pend_taylor_order(problem->rtol, 0);
+    int known = order + (problem->accuracy > 0 ? ENSEMBLE_DOUBT_BEYOND : 0);
+    size_t doubts = problem->accuracy > 0 ? ensemble_padded(kernel->series_count(n, ENSEMBLE_DOUBT_ORDER)) : 0;
     size_t head = (sizeof **ensemble + 63) / 64 * 64;
-    size_t bytes = head + ensemble_doubles(n, kernel->width, kernel->series_count(n, order)) * sizeof(double);
+    size_t bytes =
+        head + (doubts + ensemble_doubles(n, kernel->width, kernel->series_count(n, known))) * sizeof(double);
     struct pend_ensemble *e = aligned_alloc(64, bytes);
     if (!e) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for an ensemble of trees of %d arms", n);
     memset(e, 0, bytes);
     e->problem = *problem;
     e->kernel = kernel;
-    e->lanes = (struct ensemble_lanes){.n = n, .order = order, .width = kernel->width};
+    e->lanes = (struct ensemble_lanes){.n = n, .order = order, .known = known, .width = kernel->width};
+    e->lanes.doubt.grade = problem->accuracy > 0 ? PEND_HORIZON_MARGIN / problem->accuracy : 0;
     e->lanes.parent = problem->tree->parent;
     e->lanes.end = problem->tree->end;
     e->lanes.log_rtol = log2(pend_taylor_target(problem->rtol));
@@ -104,7 +114,7 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble, const struct
     e->lanes.paired = (problem->observe & PEND_OBSERVE_LYAPUNOV) != 0;
     e->lanes.extremes = (problem->observe & PEND_OBSERVE_EXTREMES) != 0;
     e->lanes.signs = (problem->observe & PEND_OBSERVE_SIGNS) != 0;
-    ensemble_place(e, (char *)e + head);
+    ensemble_place(e, (char *)e + head, doubts);
     kernel->prepare(&e->lanes);
     *ensemble = e;
     return PEND_OK;
@@ -139,6 +149,21 @@ static int ensemble_able(const struct pend_ensemble *e, const struct pend_tree *
     return able;
 }
 
+/* a start has no error */
+static void ensemble_doubt_start(const struct ensemble_lanes *lanes, int i) {
+    const struct ensemble_doubt *doubt = &lanes->doubt;
+    for (int k = 0; k < lanes->n; k++) doubt->phi[k * lanes->width + i] = doubt->rate[k * lanes->width + i] = 0;
+    doubt->fastest[i] = doubt->strongest[i] = doubt->time[i] = doubt->ratio[i] = 0;
+    doubt->held[i] = ENSEMBLE_HELD;
+}
+
+/* up to when a member that ended at `time` has kept its digits */
+static double ensemble_horizon(const struct ensemble_lanes *lanes, int i, double time) {
+    double held = lanes->doubt.held[i];
+    if (!(lanes->doubt.grade > 0)) return NAN;
+    return fabs(held) < fabs(time) ? held : time;
+}
+
 /* the start of a member into lane i; returns how many arms may reach their bound */
 static int ensemble_seat_start(struct pend_ensemble *e, int i) {
     struct ensemble_lanes *lanes = &e->lanes;
@@ -160,6 +185,7 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
         lanes->mass[at] = member->mass[k];
         fastest = fmax(fastest, fmax(fabs(member->rate[k]), sqrt(fabs(member->gravity) / member->length[k])));
     }
+    ensemble_doubt_start(lanes, i);
     lanes->from.time[i] = 0;
     lanes->stop[i] = e->problem.duration;
     lanes->gravity[i] = member->gravity;
@@ -183,6 +209,7 @@ static void ensemble_seat_notes(const struct pend_ensemble *e, int i, struct pen
     outcome->phi = e->phi;
     outcome->rate = e->rate;
     outcome->energy_drift = outcome->lyapunov = NAN;
+    outcome->horizon = ensemble_horizon(&e->lanes, i, outcome->time);
     if (e->lanes.bound > 0) {
         outcome->first_crossing = e->first_crossing + own;
         outcome->crossings = e->crossings + own;

@@ -18,7 +18,6 @@ enum {
     HORIZON_ROWS = 2 + HORIZON_STATES
 };
 
-static const double HORIZON_MARGIN = 3;             /* what errors are taken to be larger by than their estimate */
 static const double HORIZON_NEAR = 1e-7;            /* rad, the neighbour's distance */
 static const double HORIZON_ROUNDING = 2 * 0x1p-53; /* of a step, over the changes that it makes */
 static const double HORIZON_ANEW_TARGET = 1e-17;    /* truncation of a step that is solved anew */
@@ -86,7 +85,7 @@ enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pe
     made->problem = *problem;
     made->method = method;
     made->way = way;
-    made->grade = HORIZON_MARGIN / problem->accuracy;
+    made->grade = PEND_HORIZON_MARGIN / problem->accuracy;
     made->unit = 0x1p-5;
     made->end_time = pend_times_at(&problem->times, problem->times.count - 1) - pend_times_at(&problem->times, 0);
     made->target = fmax(method->flags & PEND_METHOD_TOLERANCES ? problem->rtol / 100 : 0, 0x1p-106);
@@ -213,12 +212,13 @@ static void horizon_series_error(struct pend_horizon *horizon, const struct pend
     double length = fabs(x * step->unit), inverse = 1 / step->unit, size[PEND_SERIES_BEYOND];
     size[0] = pow(x, step->order + 1);
     for (int i = 1; i < PEND_SERIES_BEYOND; i++) size[i] = size[i - 1] * x;
+    double most = 0;
+    for (int k = 0; k < tree->n; k++)
+        most = fmax(most, tree->len[k] * fabs(jets->rate[pend_jets_place(jets, k, 1)] * x * inverse));
     for (int k = 0; k < tree->n; k++) {
         const double *first = jets->rate + pend_jets_place(jets, k, 0),
                      *left = first + (size_t)(step->order + 1) * PEND_JETS_PAD;
-        double push =
-            fmax(fabs(first[PEND_JETS_PAD] * x * inverse), fabs(horizon->problem.gravity / tree->len[k]) * length);
-        push *= HORIZON_ROUNDING;
+        double push = most / tree->len[k] * HORIZON_ROUNDING;
         for (int i = 0; i < PEND_SERIES_BEYOND; i++) {
             double term = left[(size_t)i * PEND_JETS_PAD] * size[i];
             horizon->rate[k] -= term * inverse;
@@ -254,10 +254,12 @@ static double horizon_expand(struct pend_horizon *horizon, double *unit, double 
 
 /* what 32 digits leave of a step, over the changes that it makes */
 static void horizon_extended_error(struct pend_horizon *horizon, double length) {
-    for (int k = 0; k < horizon->problem.tree->n; k++) {
-        const struct jets_state *begin = &horizon->begin, *end = &horizon->end;
-        double push = fmax(fabs(end->rate[k] - begin->rate[k]),
-                           fabs(horizon->problem.gravity / horizon->problem.tree->len[k]) * length);
+    const struct pend_tree *tree = horizon->problem.tree;
+    const struct jets_state *begin = &horizon->begin, *end = &horizon->end;
+    double most = 0;
+    for (int k = 0; k < tree->n; k++) most = fmax(most, tree->len[k] * fabs(end->rate[k] - begin->rate[k]));
+    for (int k = 0; k < tree->n; k++) {
+        double push = most / tree->len[k];
         horizon_more(&horizon->rate[k], push * horizon->target);
         horizon_more(&horizon->phi[k], (push * length + fabs(end->phi[k] - begin->phi[k])) * horizon->target);
     }

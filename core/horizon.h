@@ -7,6 +7,9 @@
 
 #include "core/method.h"
 
+/* By how much errors are taken to be larger than their estimate. */
+#define PEND_HORIZON_MARGIN 3.0
+
 struct pend_horizon;
 
 /**

@@ -69,15 +69,19 @@ static size_t ensemble_series_count(int n, int order) {
     return ensemble_numbers(n, order) * WIDTH + (sizeof(struct jets_system) + 7) / 8;
 }
 
-/* the arrays of the series, behind which their table stands */
-LANES_INLINE struct jets_system *ensemble_view(const struct ensemble_lanes *lanes) {
-    num *at = (num *)(void *)lanes->series;
-    return (struct jets_system *)(void *)(at + ensemble_numbers(lanes->n, lanes->order));
+/* the arrays of a series, behind which their table stands */
+LANES_INLINE struct jets_system *ensemble_table(int n, double *series, int order) {
+    num *at = (num *)(void *)series;
+    return (struct jets_system *)(void *)(at + ensemble_numbers(n, order));
 }
 
-static void ensemble_prepare(struct ensemble_lanes *lanes) {
-    size_t n = (size_t)lanes->n, series = ensemble_series(lanes->n, lanes->order);
-    num *at = (num *)(void *)lanes->series, *arrays = at + 4 * series;
+LANES_INLINE struct jets_system *ensemble_view(const struct ensemble_lanes *lanes) {
+    return ensemble_table(lanes->n, lanes->series, lanes->known);
+}
+
+static void ensemble_lay(const struct ensemble_lanes *lanes, double *memory, int order) {
+    size_t n = (size_t)lanes->n, series = ensemble_series(lanes->n, order);
+    num *at = (num *)(void *)memory, *arrays = at + 4 * series;
     struct jets_system s = {.n = lanes->n,
                             .stride = n,
                             .tile = 8,
@@ -95,7 +99,12 @@ static void ensemble_prepare(struct ensemble_lanes *lanes) {
     s.len = (num *)(void *)lanes->len;
     s.inv_len = (num *)(void *)lanes->inv_len;
     s.mass = (num *)(void *)lanes->mass;
-    *ensemble_view(lanes) = s;
+    *ensemble_table(lanes->n, memory, order) = s;
+}
+
+static void ensemble_prepare(struct ensemble_lanes *lanes) {
+    ensemble_lay(lanes, lanes->series, lanes->known);
+    if (lanes->doubt.grade > 0) ensemble_lay(lanes, lanes->doubt.series, ENSEMBLE_DOUBT_ORDER);
 }
 
 LANES_INLINE num lane_get(const double *array, int k) { return NUM_(_get)(array + (size_t)k * WIDTH); }
@@ -103,8 +112,7 @@ LANES_INLINE num lane_get(const double *array, int k) { return NUM_(_get)(array 
 LANES_INLINE void lane_put(double *array, int k, num x) { NUM_(_put)(array + (size_t)k * WIDTH, x); }
 
 /* sine and cosine of the angle of every arm to its parent, and rates in units */
-static void ensemble_start(const struct ensemble_lanes *lanes, const struct jets_system *s, num unit) {
-    const struct ensemble_state *from = &lanes->from;
+static void ensemble_start(const struct ensemble_state *from, const struct jets_system *s, num unit) {
     for (int k = 0; k < s->n; k++) {
         int p = s->parent[k];
         num x = lane_get(from->phi, k), y = p < 0 ? num_of(0) : lane_get(from->phi, p);
@@ -113,6 +121,16 @@ static void ensemble_start(const struct ensemble_lanes *lanes, const struct jets
         NUM_(_sincos)(d, error + low, &s->sine[k], &s->cosine[k]);
         s->rate[k] = lane_get(from->rate, k) * unit;
     }
+}
+
+static void ensemble_expand(const struct ensemble_state *from, const struct jets_system *s, num unit, num gravity,
+                            int order) {
+    ensemble_start(from, s, unit);
+    jets_factor(s);
+    if (s->n <= DENSE_MAX)
+        dense_orders(s, gravity, order);
+    else
+        jets_orders(s, gravity, order);
 }
 
 /* binary logarithm of the largest coefficient of order j, far below all others where all are zero */
@@ -244,17 +262,120 @@ static void ensemble_watch(struct ensemble_lanes *lanes, const struct jets_syste
     }
 }
 
+/* ---- how far the digits reach: as horizon.c has it, which says why */
+
+static const double doubt_near = 1e-7, doubt_rounding = 2 * 0x1p-53;
+
+/* notes the ratio of an instant; where it is too large the accuracy was lost since the one before */
+LANES_INLINE void doubt_note(const struct ensemble_doubt *doubt, num time, num ratio) {
+    num held = lane_get(doubt->held, 0), before = lane_get(doubt->ratio, 0), from = lane_get(doubt->time, 0);
+    num low = NUM_(_log2)(num_max(before, num_of(0x1p-1000))), high = NUM_(_log2)(num_min(ratio, num_of(0x1p1000)));
+    num part = num_min(num_max(low / (low - high), num_of(0)), num_of(1));
+    mask lost = (mask)(ratio > 1) & (mask)(held == ENSEMBLE_HELD);
+    lane_put(doubt->held, 0, NUM_(_pick)(lost, num_fma(part, time - from, from), held));
+}
+
+/* the largest error of angles and rates over what is allowed */
+LANES_INLINE num doubt_ratio(const struct ensemble_doubt *doubt, const double rate[], int n) {
+    num angle = num_of(0), speed = num_of(0), fastest = lane_get(doubt->fastest, 0);
+    for (int k = 0; k < n; k++) {
+        fastest = num_max(fastest, num_abs(lane_get(rate, k)));
+        angle = num_max(angle, num_abs(lane_get(doubt->phi, k)));
+        speed = num_max(speed, num_abs(lane_get(doubt->rate, k)));
+    }
+    lane_put(doubt->fastest, 0, fastest);
+    num share = NUM_(_pick)((mask)(fastest > 0), speed / num_max(fastest, num_of(0x1p-1000)), num_of(0));
+    return doubt->grade * num_max(angle, share);
+}
+
+/* the neighbours of the lanes' states, in the direction of their errors; returns their distance over the error */
+LANES_INLINE num doubt_displace(const struct ensemble_lanes *lanes, num length) {
+    const struct ensemble_doubt *doubt = &lanes->doubt;
+    const struct ensemble_state *from = &lanes->from;
+    num most = num_of(0);
+    for (int k = 0; k < lanes->n; k++)
+        most = num_max(most, num_max(num_abs(lane_get(doubt->phi, k)), num_abs(lane_get(doubt->rate, k) * length)));
+    num scale = NUM_(_pick)((mask)(most > 0x1p-1000) & (mask)(most < 0x1p1000),
+                            doubt_near / num_max(most, num_of(0x1p-1000)), num_of(0));
+    for (int k = 0; k < lanes->n; k++) {
+        num x = lane_get(from->phi, k), gap = scale * lane_get(doubt->phi, k), sum = x + gap, part = sum - x;
+        lane_put(doubt->near_phi, k, sum);
+        lane_put(doubt->near_phi_low, k, (x - (sum - part)) + (gap - part) + lane_get(from->phi_low, k));
+        lane_put(doubt->near_rate, k, num_fma(scale, lane_get(doubt->rate, k), lane_get(from->rate, k)));
+    }
+    return scale;
+}
+
+/* the errors at the end of the step from those at its start; returns by how much forces are off at the start, over the
+ * largest so far */
+LANES_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jets_system *s,
+                              const struct jets_system *near, num x, num share, num inverse) {
+    const struct ensemble_doubt *doubt = &lanes->doubt;
+    num force = num_of(0), strongest = lane_get(doubt->strongest, 0), square = inverse * inverse;
+    for (int k = 0; k < lanes->n; k++) {
+        num phi = num_of(0), rate = num_of(0), at = lane_get(doubt->rate, k);
+        for (int j = ENSEMBLE_DOUBT_ORDER; j > 0; j--) {
+            num gap = near->rate[(size_t)j * near->stride + (size_t)k] - s->rate[(size_t)j * s->stride + (size_t)k];
+            phi = num_fma(phi, x, gap * s->share[j]);
+            rate = num_fma(rate, x, gap);
+        }
+        force = num_max(force, num_abs(near->force[k] - s->force[k]));
+        strongest = num_max(strongest, num_abs(s->force[k] * square));
+        lane_put(doubt->phi, k, lane_get(doubt->phi, k) + x * (at / inverse + share * x * phi));
+        lane_put(doubt->rate, k, num_fma(share * x, rate * inverse, at));
+    }
+    lane_put(doubt->strongest, 0, strongest);
+    return NUM_(_pick)((mask)(strongest > 0), share * square * force / num_max(strongest, num_of(0x1p-1000)),
+                       num_of(0));
+}
+
+/* the step's own errors: the first terms that it leaves out, and rounding */
+LANES_INLINE void doubt_add(const struct ensemble_lanes *lanes, const struct jets_system *s, num x, num inverse) {
+    const struct ensemble_doubt *doubt = &lanes->doubt;
+    num power = x, most = num_of(0), length = x / inverse, sign = num_of(-0.0);
+    for (int j = 1; j <= lanes->order; j++) power *= x;
+    for (int k = 0; k < lanes->n; k++) most = num_max(most, num_abs(s->rate[s->stride + (size_t)k] * x) * s->len[k]);
+    for (int k = 0; k < lanes->n; k++) {
+        const num *left = s->rate + (size_t)(lanes->order + 1) * s->stride + (size_t)k;
+        num first = left[0] * power, second = left[s->stride] * power * x;
+        num rate = lane_get(doubt->rate, k) - (first + second) * inverse;
+        num phi =
+            lane_get(doubt->phi, k) - (first * s->share[lanes->order + 1] + second * s->share[lanes->order + 2]) * x;
+        num push = num_abs(most * s->inv_len[k] * inverse) * doubt_rounding;
+        num turn = num_fma(push, num_abs(length) * 0.5, num_abs(s->rate[k] * x) * doubt_rounding);
+        mask down = (mask)sign;
+        lane_put(doubt->rate, k, rate + (num)((mask)push | ((mask)rate & down)));
+        lane_put(doubt->phi, k, phi + (num)((mask)turn | ((mask)phi & down)));
+    }
+}
+
+static void ensemble_doubt(const struct ensemble_lanes *lanes, const struct jets_system *s, num x, num next,
+                           num gravity) {
+    const struct ensemble_doubt *doubt = &lanes->doubt;
+    if (!mask_set((mask)(lane_get(doubt->held, 0) == ENSEMBLE_HELD))) return;
+    const struct jets_system *near = ensemble_table(lanes->n, doubt->series, ENSEMBLE_DOUBT_ORDER);
+    const struct ensemble_state beside = {
+        .phi = doubt->near_phi, .phi_low = doubt->near_phi_low, .rate = doubt->near_rate};
+    num unit = lane_get(lanes->unit, 0), inverse = 1 / unit, time = lane_get(lanes->from.time, 0);
+    num scale = doubt_displace(lanes, x * unit), one = num_of(1);
+    ensemble_expand(&beside, near, unit, gravity, ENSEMBLE_DOUBT_ORDER);
+    num share = NUM_(_pick)((mask)(scale > 0), one / num_max(scale, num_of(0x1p-1000)), num_of(0));
+    num ratio = doubt_ratio(doubt, lanes->from.rate, lanes->n);
+    num part = doubt->grade * doubt_spread(lanes, s, near, x, share, inverse), all = num_max(ratio, part);
+    doubt_note(doubt, time, all);
+    lane_put(doubt->time, 0, time);
+    lane_put(doubt->ratio, 0, all);
+    doubt_add(lanes, s, x, inverse);
+    num grown = NUM_(_pick)((mask)(ratio > 0), num_max(part / num_max(ratio, num_of(0x1p-1000)), one), one);
+    doubt_note(doubt, next, doubt_ratio(doubt, lanes->to.rate, lanes->n) * grown);
+}
+
 static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attention *attention) {
     const struct jets_system *s = ensemble_view(lanes);
     num unit = lane_get(lanes->unit, 0), time = lane_get(lanes->from.time, 0), stop = lane_get(lanes->stop, 0);
-    ensemble_start(lanes, s, unit);
-    jets_factor(s);
     // the unit is a power of two: its inverse is exact
     num gravity = lane_get(lanes->gravity, 0) * unit * unit, inverse = 1 / unit;
-    if (s->n <= DENSE_MAX)
-        dense_orders(s, gravity, lanes->order);
-    else
-        jets_orders(s, gravity, lanes->order);
+    ensemble_expand(&lanes->from, s, unit, gravity, lanes->known);
     num x = ensemble_choose(lanes, s);
     if (lanes->paired) x = num_min(x, num_swap(x));
     mask lands = (mask)(x >= (stop - time) * inverse);
@@ -265,6 +386,7 @@ static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attentio
     *attention = (struct ensemble_attention){.done = mask_set(lands)};
     ensemble_watch(lanes, s, x, inverse, attention);
     num bad = ensemble_advance(lanes, s, x, inverse);
+    if (lanes->doubt.grade > 0) ensemble_doubt(lanes, s, x, next, gravity);
     attention->bad = mask_set((still & ~lands) | ~(mask)(bad == 0));
     lane_put(lanes->to.time, 0, next);
     lane_put(lanes->step, 0, x);

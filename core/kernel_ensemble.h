@@ -15,8 +15,28 @@ struct ensemble_state {
 /* Sets of lanes, bit i for lane i. */
 typedef unsigned char ensemble_set;
 
+/* How far the digits of the members reach: as horizon.h, for all lanes at once. One value a lane, or an arm and lane.
+ */
+struct ensemble_doubt {
+    double grade;       /* over an error, what it is over the error that is allowed; 0 = nobody asks */
+    double *phi, *rate; /* the errors, rad and rad/s, of each arm */
+    double *near_phi, *near_phi_low, *near_rate; /* the neighbours */
+    double *fastest, *strongest;                 /* rad/s and N, the largest so far */
+    double *time, *ratio; /* s, and the largest error over what is allowed, where they were noted */
+    double *held;         /* s: up to when; ENSEMBLE_HELD while it is not lost */
+    double *series;       /* of the neighbours */
+};
+
+/* s, beyond every time */
+#define ENSEMBLE_HELD 1e301
+
+/* orders of a neighbour's series, and coefficients of the motion's beyond its order */
+enum { ENSEMBLE_DOUBT_ORDER = 4, ENSEMBLE_DOUBT_BEYOND = 2 };
+
 struct ensemble_lanes {
     int n, order, width;
+    int known; /* orders of the series, at least `order` */
+    struct ensemble_doubt doubt;
     int paired; /* lanes 2 j and 2 j + 1 take the same step */
     const int *parent, *end;
     double log_rtol, log_atol;      /* binary logarithms */

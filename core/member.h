@@ -47,6 +47,8 @@ struct pend_outcome {
     struct pend_force_range force; /* NULLs where not asked for */
     const double *sign_change;     /* s, when the force of each arm first changed sign; NaN = never; NULL = not asked */
     double energy_drift;           /* |E - E(start)| at the end over pend_motion_energy_scale */
+    double horizon;                /* s, up to when the member keeps the problem's accuracy: `time` where it does to the
+                                      end; NaN where the problem names none */
     double lyapunov;               /* 1/s, logarithm of a neighbour's growth over the time; NaN where time is 0 */
     long steps;
 };
@@ -64,6 +66,7 @@ struct pend_ensemble_problem {
     double gravity;    /* m/s^2 */
     double duration;   /* s, either sign */
     double rtol, atol; /* as of the taylor method */
+    double accuracy;   /* that horizons go by (horizon.h), > 0; 0 = nobody asks */
     double bound; /* rad, > 0: theta = phi + pi/2 crossing bound + 2 i bound, i any integer, is noted: pi for flips,
                      anything for a bound of your own; touching it inside a step counts, starting on it does not; 0 =
                      not wanted */

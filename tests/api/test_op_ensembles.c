@@ -445,3 +445,24 @@ TEST(ensembles_survive_allocation_faults) {
         CHECK(good);
     }
 }
+
+TEST(ensembles_say_which_members_lose_their_digits) {
+    static const char body[] = "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"duration\":20,"
+                               "\"states\":[{\"theta\":[2,2.5]},{\"theta\":[0.1,0.1]},{\"theta\":[2.5,2.5]}]%s}";
+    char text[600];
+    snprintf(text, sizeof text, body, ",\"observables\":[\"horizon\"]");
+    struct test_reply reply = test_post(API_OP_ENSEMBLES, text);
+    CHECK_INT(reply.status, 200);
+    double held = test_reply_number(&reply, "/horizon/0");
+    CHECK_SAYING(held > 7 && held < 9.7, "%g", held); // the truth is 8.8 s
+    CHECK(test_reply_number(&reply, "/horizon/1") == 20 && test_reply_number(&reply, "/horizon/2") < 20);
+    CHECK(test_reply_number(&reply, "/stats/lost") == 2 && test_reply_number(&reply, "/status/0") == 0);
+    CHECK(strstr(test_reply_text(&reply, "/warnings/0"), "some members lose their digits"));
+    test_reply_free(&reply);
+    snprintf(text, sizeof text, body, ",\"accuracy\":1");
+    reply = test_post(API_OP_ENSEMBLES, text);
+    CHECK(test_reply_number(&reply, "/stats/lost") < 3);
+    test_reply_free(&reply);
+    snprintf(text, sizeof text, body, ",\"accuracy\":0");
+    CHECK_REFUSED(API_OP_ENSEMBLES, text, "/accuracy", "must be");
+}
