@@ -112,3 +112,16 @@ int srv_hosts_allow(const char *list, const char *host) {
     }
     return 0;
 }
+
+int srv_hosts_numeric(const char *host) {
+    char text[64];
+    unsigned char address[16];
+    if (!host) return 0;
+    struct hosts_part part = hosts_split(host, strlen(host));
+    int bracketed = part.name_bytes > 2 && part.name[0] == '[';
+    size_t bytes = part.name_bytes - 2 * (size_t)bracketed;
+    if (!part.name_bytes || bytes >= sizeof text || !hosts_port_good(&part)) return 0;
+    memcpy(text, part.name + bracketed, bytes);
+    text[bytes] = 0;
+    return inet_pton(bracketed ? AF_INET6 : AF_INET, text, address) == 1;
+}

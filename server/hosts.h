@@ -33,4 +33,9 @@ const char *srv_hosts_mean(const char *list, const char *listen, int proxied);
  */
 int srv_hosts_allow(const char *list, const char *host);
 
+/** True for a host that is an address, with or without a port: no name was looked up that somebody may have turned
+ * here.
+ */
+int srv_hosts_numeric(const char *host);
+
 #endif

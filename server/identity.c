@@ -68,7 +68,8 @@ int srv_identity_token(struct srv_identity *identity, const char *authorization)
     static const char scheme[] = "Bearer";
     size_t bytes = sizeof scheme - 1;
     if (!authorization || strncasecmp(authorization, scheme, bytes)) return 1;
-    if (authorization[bytes] && authorization[bytes] != ' ') return 1;
+    /* a scheme whose name goes on is another one */
+    if (authorization[bytes] && !strchr(" \t,;=\"", authorization[bytes])) return 1;
     const char *token = authorization + bytes + strspn(authorization + bytes, " ");
     if (!identity_good(token)) return 0;
     identity->kind = SRV_IDENTITY_TOKEN;

@@ -56,7 +56,7 @@ static const struct srv_route router_table[] = {
     {"GET", "/openapi.json", router_openapi, NULL, API_OP_COUNT, "GET /openapi.json", 0},
     {"GET", "/healthz", srv_probes_health, NULL, API_OP_COUNT, "GET /healthz", SRV_ROUTE_ANY_HOST},
     {"GET", "/readyz", srv_probes_readiness, NULL, API_OP_COUNT, "GET /readyz", SRV_ROUTE_ANY_HOST},
-    {"GET", "/metrics", router_metrics, NULL, API_OP_COUNT, "GET /metrics", SRV_ROUTE_ANY_HOST},
+    {"GET", "/metrics", router_metrics, NULL, API_OP_COUNT, "GET /metrics", SRV_ROUTE_ANY_ADDRESS | SRV_ROUTE_CLOSED},
 };
 
 enum { ROUTER_COUNT = sizeof router_table / sizeof *router_table, ROUTER_ALLOW = 64, ROUTER_LABEL = 64 };
@@ -201,18 +201,25 @@ static int router_open(struct srv_exchange *exchange) {
         return 1;
     }
     srv_exchange_problem(exchange, 403,
-                         "a web page of the origin %.100s may compute here, but neither make, list nor end jobs and "
-                         "scenes: the option cors-origins lists pages that may",
+                         "a web page of the origin %.100s may compute here and read by id, and no more: the option "
+                         "cors-origins lists pages that may make, list and end jobs and scenes",
                          exchange->field[SRV_ORIGIN]);
     return 0;
+}
+
+/* does the server answer to the host that the request names? */
+static int router_host(const struct srv_exchange *exchange, const struct srv_route *route) {
+    unsigned special = route ? route->special : 0;
+    if (special & SRV_ROUTE_ANY_HOST) return 1;
+    if ((special & SRV_ROUTE_ANY_ADDRESS) && srv_hosts_numeric(exchange->host)) return 1;
+    return srv_hosts_allow(srv_service_hosts(exchange->service), exchange->host);
 }
 
 int srv_router_find(struct srv_exchange *exchange) {
     const char *argument;
     size_t bytes;
     const struct srv_route *route = router_route(exchange->method, exchange->path, &argument, &bytes);
-    int any_host = route && (route->special & SRV_ROUTE_ANY_HOST);
-    if (!any_host && !srv_hosts_allow(srv_service_hosts(exchange->service), exchange->host)) {
+    if (!router_host(exchange, route)) {
         srv_exchange_problem(
             exchange, 421,
             "this server does not answer to the host %.100s: the option --hosts lists those that it does",

@@ -15,8 +15,9 @@ typedef void srv_begin_fn(struct srv_exchange *exchange);
 
 /* What is special about a route. */
 enum {
-    SRV_ROUTE_CLOSED = 1,  /* web pages of other origins may not ask for it unless they are listed */
-    SRV_ROUTE_ANY_HOST = 2 /* whoever looks after the process asks by an address: any Host is good */
+    SRV_ROUTE_CLOSED = 1,     /* web pages of other origins may not ask for it unless they are listed */
+    SRV_ROUTE_ANY_HOST = 2,   /* any Host is good: it says nothing but how the process is */
+    SRV_ROUTE_ANY_ADDRESS = 4 /* any Host that is an address: by it those ask who look after the process */
 };
 
 struct srv_route {

@@ -143,6 +143,8 @@ TEST(a_token_that_is_none_is_refused_and_not_repeated) {
         "Bearer",
         "Bearer ",
         "Bearer short",
+        "Bearer\tabcdefghijklmnopqrstuv",
+        "Bearer, abcdefghijklmnopqrstuv",
         "Bearer abcdefghijklmnopqrstu",               /* 21 characters */
         "Bearer 0123456789abcdef0123456789abcde",     /* 31 hexadecimal digits: 124 bits */
         "Bearer aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa", /* nobody drew that at random */

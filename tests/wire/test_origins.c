@@ -70,6 +70,10 @@ TEST(a_server_on_loopback_answers_to_loopbacks_names_alone) {
     CHECK_INT(told(server, "/healthz", "10.1.2.3:8080"), 200);
     CHECK_INT(told(server, "/readyz", "10.1.2.3:8080"), 200);
     CHECK_INT(told(server, "/metrics", "10.1.2.3:8080"), 200);
+    CHECK_INT(told(server, "/metrics", "[2001:db8::1]:8080"), 200);
+    CHECK_INT(told(server, "/healthz", "pendulumd.default.svc"), 200);
+    CHECK_INT(told(server, "/metrics", "evil.example"), 421);
+    CHECK_INT(told(server, "/metrics", "10.1.2.3.evil.example"), 421);
     test_server_stop(&server);
 }
 
@@ -157,6 +161,7 @@ TEST(a_page_of_another_origin_may_compute_and_read_by_id_and_no_more) {
             const char *method, *path, *headers, *body;
         } closed[] = {
             {"GET", "/v1/jobs", EVIL ALICE, NULL},
+            {"GET", "/metrics", EVIL, NULL},
             {"DELETE", "", EVIL ALICE, NULL},
             {"DELETE", "/v1/scenes/0123456789abcdefghjkmnpqrs", EVIL ALICE, NULL},
             {"POST", "/v1/scenes", EVIL ALICE, SCENE},
