@@ -38,7 +38,7 @@ struct lyapunov {
     double interval;
     long a_row, skip;   /* intervals of a row, and of the transient */
     long intervals;     /* that are over, those of the transient too */
-    double *column[2];  /* t and the exponents of up to ROWS rows, one block */
+    double *column[3];  /* t, the exponents and their errors of up to ROWS rows, one block */
     long rows, written; /* in the block, and before it */
     struct api_stats stats;
 };
@@ -102,6 +102,7 @@ static enum pend_status lyapunov_check_size(struct lyapunov *lyapunov, const str
     double bytes = 8.0 * 6 * lyapunov->tree.n * (lyapunov->count + 1);
     api_table_add(&lyapunov->table, "t", NULL, 0);
     api_table_add(&lyapunov->table, "exponents", NULL, lyapunov->count);
+    api_table_add(&lyapunov->table, "error", NULL, lyapunov->count);
     if (bytes > reading->limits->answer_bytes)
         api_value_fault(&count, reading->problem,
                         "asks for %d directions in %d dimensions, %.0f bytes, more than the limit max-answer-bytes of "
@@ -144,7 +145,7 @@ static double lyapunov_intervals(const struct lyapunov *lyapunov) {
 }
 
 static enum pend_status lyapunov_begin(struct lyapunov *lyapunov, struct api_buffer *out, struct pend_error *error) {
-    size_t width = 1 + (size_t)lyapunov->count;
+    size_t count = (size_t)lyapunov->count, width = 1 + 2 * count;
     PEND_TRY(api_states_settle(lyapunov->start, &lyapunov->tree, error));
     double a_row = lyapunov_intervals(lyapunov);
     lyapunov->interval = lyapunov->duration / (double)lyapunov->table.rows / a_row;
@@ -156,8 +157,9 @@ static enum pend_status lyapunov_begin(struct lyapunov *lyapunov, struct api_buf
     lyapunov->a_row = (long)a_row;
     lyapunov->skip = (long)skip;
     lyapunov->column[0] = malloc(ROWS * width * sizeof(double));
-    if (!lyapunov->column[0]) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for %zu exponents", width - 1);
+    if (!lyapunov->column[0]) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for %zu exponents", count);
     lyapunov->column[1] = lyapunov->column[0] + ROWS;
+    lyapunov->column[2] = lyapunov->column[1] + ROWS * count;
     const struct pend_lyapunov_problem problem = {.tree = lyapunov->tree.tree,
                                                   .gravity = lyapunov->tree.gravity,
                                                   .phi = lyapunov->start->phi,
@@ -184,6 +186,7 @@ static enum pend_status lyapunov_step(struct lyapunov *lyapunov, struct api_buff
     long row = over / lyapunov->a_row;
     lyapunov->column[0][lyapunov->rows] = (double)row * lyapunov->duration / (double)lyapunov->table.rows;
     pend_lyapunov_exponents(lyapunov->exponents, lyapunov->column[1] + lyapunov->rows * lyapunov->count);
+    pend_lyapunov_errors(lyapunov->exponents, lyapunov->column[2] + lyapunov->rows * lyapunov->count);
     lyapunov->rows++;
     return lyapunov->rows == ROWS || row == lyapunov->table.rows ? lyapunov_flush(lyapunov, out, error) : PEND_OK;
 }
@@ -238,7 +241,8 @@ static double lyapunov_cost(const void *state) {
 static double lyapunov_bytes(const void *state) {
     const struct lyapunov *lyapunov = state;
     double n = lyapunov->tree.n, count = lyapunov->count;
-    return 32768 + (n + 16) * 16000 + sizeof(double) * (8 * n * (count + 1) + ROWS * (1 + count)) +
+    return 32768 + (n + 16) * 16000 +
+           sizeof(double) * (8 * n * (count + 1) + (2 + 32) * count + ROWS * (1 + 2 * count)) +
            api_tree_bytes(&lyapunov->tree) + api_states_bytes(lyapunov->start) +
            api_writer_bytes(lyapunov->format, &lyapunov->table);
 }

@@ -15,7 +15,7 @@ static const double lyapunov_distance = 1e-5;
 /* what may be neglected of the shortest direction that is left; and what is so little that longer pieces would do */
 static const double lyapunov_error = 1e-6, lyapunov_little = 1e-9;
 
-enum { LYAPUNOV_PIECES = 1 << 20, LYAPUNOV_SEED = 1 };
+enum { LYAPUNOV_PIECES = 1 << 20, LYAPUNOV_SEED = 1, LYAPUNOV_MARKS = 32, LYAPUNOV_MARKS_LEAST = 4 };
 
 struct pend_lyapunov {
     const struct pend_tree *tree;
@@ -32,6 +32,9 @@ struct pend_lyapunov {
     double *direction; /* count x 2 n, orthonormal */
     double *end;       /* (2 count + 1) x 2 n: where the motion and its neighbours came to */
     double *growth;    /* count: logarithms */
+    long a_mark;       /* intervals from a mark to the next */
+    int marks;         /* that are set */
+    double *mark;      /* count x LYAPUNOV_MARKS: the growth at instants alike far apart */
     double *length;    /* count: what a piece has made of each direction, without those before it */
 };
 
@@ -175,6 +178,20 @@ static enum pend_status lyapunov_next(struct pend_lyapunov *lyapunov, struct pen
     return lyapunov_open(lyapunov, error);
 }
 
+/* sets a mark where one is due; of as many as there is room for, every second one is kept */
+static void lyapunov_mark(struct pend_lyapunov *lyapunov) {
+    if (lyapunov->intervals % lyapunov->a_mark) return;
+    for (int i = 0; i < lyapunov->count; i++)
+        lyapunov->mark[i * LYAPUNOV_MARKS + lyapunov->marks] = lyapunov->growth[i];
+    if (++lyapunov->marks < LYAPUNOV_MARKS) return;
+    for (int i = 0; i < lyapunov->count; i++) {
+        double *mark = lyapunov->mark + i * LYAPUNOV_MARKS;
+        for (int j = 0; j < LYAPUNOV_MARKS / 2; j++) mark[j] = mark[2 * j + 1];
+    }
+    lyapunov->marks /= 2;
+    lyapunov->a_mark *= 2;
+}
+
 enum pend_status pend_lyapunov_go(struct pend_lyapunov *lyapunov, long steps, int *done, struct pend_error *error) {
     int over = 0;
     *done = 0;
@@ -186,6 +203,7 @@ enum pend_status pend_lyapunov_go(struct pend_lyapunov *lyapunov, long steps, in
     PEND_TRY(lyapunov_settle(lyapunov, error));
     if (lyapunov->piece < lyapunov->pieces) return PEND_OK;
     lyapunov->intervals++;
+    lyapunov_mark(lyapunov);
     *done = 1;
     return lyapunov_next(lyapunov, error);
 }
@@ -214,7 +232,7 @@ enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov, const struct
     PEND_TRY(lyapunov_check(problem, error));
     PEND_TRY(pend_run_check_tree(problem->tree, error));
     size_t n = (size_t)problem->tree->n, count = (size_t)problem->count;
-    size_t numbers = 2 * n * (3 * count + 2) + 2 * count;
+    size_t numbers = 2 * n * (3 * count + 2) + (2 + LYAPUNOV_MARKS) * count;
     struct pend_lyapunov *made = calloc(1, sizeof *made + numbers * sizeof(double));
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for %d directions", problem->count);
     double *at = (double *)(made + 1);
@@ -231,6 +249,8 @@ enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov, const struct
     made->end = made->direction + 2 * n * count;
     made->growth = made->end + 2 * n * (2 * count + 1);
     made->length = made->growth + count;
+    made->mark = made->length + count;
+    made->a_mark = 1;
     for (size_t k = 0; k < n; k++) {
         made->base[k] = pend_turns_rest(problem->phi[k], 0, NULL).high;
         made->base[n + k] = problem->rate[k] / made->frequency;
@@ -252,13 +272,31 @@ void pend_lyapunov_free(struct pend_lyapunov **lyapunov) {
 }
 
 void pend_lyapunov_forget(struct pend_lyapunov *lyapunov) {
-    lyapunov->intervals = 0;
+    lyapunov->intervals = lyapunov->marks = 0;
+    lyapunov->a_mark = 1;
     for (int i = 0; i < lyapunov->count; i++) lyapunov->growth[i] = 0;
 }
 
 void pend_lyapunov_exponents(const struct pend_lyapunov *lyapunov, double exponent[]) {
     double time = (double)lyapunov->intervals * lyapunov->interval;
     for (int i = 0; i < lyapunov->count; i++) exponent[i] = time > 0 ? lyapunov->growth[i] / time : 0;
+}
+
+void pend_lyapunov_errors(const struct pend_lyapunov *lyapunov, double error[]) {
+    double time = (double)lyapunov->intervals * lyapunov->interval,
+           part = (double)lyapunov->a_mark * lyapunov->interval;
+    int marks = lyapunov->marks;
+    for (int i = 0; i < lyapunov->count; i++) {
+        const double *mark = lyapunov->mark + i * LYAPUNOV_MARKS;
+        double square = 0, mean = marks ? mark[marks - 1] / marks : 0;
+        for (int j = 0; j < marks; j++) {
+            double off = mark[j] - (j ? mark[j - 1] : 0) - mean;
+            square += off * off;
+        }
+        double scatter = marks > 1 ? sqrt(square / (marks - 1) / marks) / part : 0;
+        if (marks < LYAPUNOV_MARKS_LEAST && time > 0) scatter = fmax(scatter, fabs(lyapunov->growth[i]) / time);
+        error[i] = time > 0 ? hypot(scatter, 1 / time) : 0;
+    }
 }
 
 void pend_lyapunov_state(const struct pend_lyapunov *lyapunov, double phi[], double rate[]) {

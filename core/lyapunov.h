@@ -54,6 +54,16 @@ void pend_lyapunov_forget(struct pend_lyapunov *lyapunov);
  */
 void pend_lyapunov_exponents(const struct pend_lyapunov *lyapunov, double exponent[]);
 
+/**
+ * A standard error of each, 1/s: of the mean of 16 to 31 parts of the time, alike in length, whose growth rates
+ * scatter; and besides one power of e over the time, for the directions, which have to turn to where they grow. About
+ * two in three exponents of a longer time lie within it, nearly all within twice of it; those that tend to 0 are within
+ * twice of it from 0. Before there are four parts it is the exponent's own size, or more.
+ *
+ * error  out, `count` values.
+ */
+void pend_lyapunov_errors(const struct pend_lyapunov *lyapunov, double error[]);
+
 /** The motion itself at the end of the last interval; the angles without whole turns. */
 void pend_lyapunov_state(const struct pend_lyapunov *lyapunov, double phi[], double rate[]);
 

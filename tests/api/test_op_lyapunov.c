@@ -44,7 +44,7 @@ TEST(lyapunov_comes_in_every_representation) {
     struct test_reply reply = test_post_as(
         API_OP_LYAPUNOV, "{" DOUBLE ",\"duration\":1,\"samples\":2,\"count\":2,\"digits\":3}", "text/csv", NULL);
     CHECK_INT(reply.status, 200);
-    CHECK(!strncmp(reply.out.data, "t,exponents_1,exponents_2\n0.5,", 30));
+    CHECK(!strncmp(reply.out.data, "t,exponents_1,exponents_2,error_1,error_2\n0.5,", 46));
     test_reply_free(&reply);
 }
 

@@ -226,3 +226,46 @@ TEST(lyapunov_problems_that_make_no_sense_are_refused) {
     pend_lyapunov_free(&lyapunov);
     test_tree_clear(&t);
 }
+
+/* the largest exponent over 400 s beside that over 3000 s: most within the error, nearly all within twice of it; of
+ * small swings, which tend to 0, within twice of it from there */
+TEST(lyapunov_errors_are_of_the_size_of_the_scatter) {
+    enum { STARTS = 6 };
+    int within = 0, twice = 0;
+    for (int i = 0; i < STARTS; i++) {
+        static const int parent[] = {-1, 0};
+        static const double aside[STARTS][2] = {{2, 2.5}, {3, 3}, {2.2, 1}, {2.5, -2}, {0.3, 0.3}, {0.5, 0.2}};
+        unsigned long long seed = 1;
+        struct test_tree t;
+        struct pend_lyapunov *lyapunov;
+        double exponent = 0, error = 0, last = 0, last_error = 0;
+        test_tree_init(&t, 2, parent, 0.3, &seed);
+        for (int k = 0; k < 2; k++) t.length[k] = t.mass[k] = 1;
+        test_tree_rebuild(&t);
+        for (int k = 0; k < 2; k++) t.phi[k] = aside[i][k] - M_PI_2, t.rate[k] = 0;
+        const struct pend_lyapunov_problem problem = {
+            .tree = t.tree, .gravity = 9.81, .phi = t.phi, .rate = t.rate, .count = 1, .interval = 0.25, .rtol = 1e-10};
+        int tame = i >= 4, long_run = tame ? 1600 : 8000;
+        REQUIRE(pend_lyapunov_new(&lyapunov, &problem, NULL) == PEND_OK);
+        pend_lyapunov_errors(lyapunov, &error);
+        CHECK(error == 0);
+        for (int step = 1; step <= long_run; step++) {
+            int done = 0;
+            while (!done) REQUIRE(pend_lyapunov_go(lyapunov, 1000, &done, NULL) == PEND_OK);
+            if (step != 1600) continue;
+            pend_lyapunov_exponents(lyapunov, &exponent);
+            pend_lyapunov_errors(lyapunov, &error);
+        }
+        pend_lyapunov_exponents(lyapunov, &last);
+        pend_lyapunov_errors(lyapunov, &last_error);
+        double off = tame ? exponent : exponent - last;
+        CHECK_SAYING(fabs(off) <= 3 * error && error < (tame ? 0.05 : 0.25), "%g +- %g, then %g +- %g", exponent, error,
+                     last, last_error);
+        CHECK(tame || last_error < error);
+        within += fabs(off) <= error;
+        twice += fabs(off) <= 2 * error;
+        pend_lyapunov_free(&lyapunov);
+        test_tree_clear(&t);
+    }
+    CHECK_SAYING(within >= STARTS / 2 && twice >= STARTS - 1, "%d and %d", within, twice);
+}
