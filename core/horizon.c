@@ -69,6 +69,26 @@ static void horizon_start(struct pend_horizon *horizon, const struct pend_proble
     }
 }
 
+/* The closed form's errors are those of the phases of its modes: roundings of omega and of omega t, over the whole sum.
+ * The fastest mode is bounded by the rows of L / m (the core's README), and as the squares of 1 / omega add up to
+ * the sum of l / g, so is the slowest. */
+static void horizon_linear(struct pend_horizon *horizon, const struct pend_problem *problem) {
+    static const double roundings = 3 * 0x1p-53;
+    const struct pend_tree *tree = problem->tree;
+    double gravity = fabs(problem->gravity), fastest = 0, reach = 0, length = 0;
+    for (int k = 0; k < tree->n; k++) {
+        double springs = tree->subtree_mass[k] / tree->len[k];
+        for (int c = k + 1; c < tree->end[k]; c++)
+            if (tree->parent[c] == k) springs += tree->subtree_mass[c] / tree->len[c];
+        fastest = fmax(fastest, 2 * gravity * springs / tree->mass[k]);
+        length += tree->len[k];
+    }
+    for (int k = 0; k < tree->n; k++) reach += M_PI + fabs(problem->rate[k]) * sqrt(length / gravity);
+    double held = 1 / (horizon->grade * roundings * sqrt(fastest) * reach);
+    horizon->lost = held < fabs(horizon->end_time);
+    horizon->held = copysign(held, horizon->end_time);
+}
+
 enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pend_method *method,
                                   const struct pend_problem *problem, struct pend_error *error) {
     const struct pend_tree *tree = problem->tree;
@@ -91,6 +111,7 @@ enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pe
     made->target = fmax(method->flags & PEND_METHOD_TOLERANCES ? problem->rtol / 100 : 0, 0x1p-106);
     horizon_view(made, (double *)(block + head), stride);
     horizon_start(made, problem);
+    if (way == HORIZON_LINEAR) horizon_linear(made, problem);
     if (series) pend_jets_init(&made->jets, tree, HORIZON_ORDER, block + head + rows);
     if (anew) pend_jets_init(&made->anew, tree, HORIZON_ANEW_ORDER, block + head + rows + series);
     return PEND_OK;

@@ -216,3 +216,18 @@ TEST(horizon_fails_cleanly_without_memory) {
     }
     test_tree_clear(&t);
 }
+
+/* its digits go with the phases of its modes: never within a million seconds, and at some time for certain */
+TEST(horizon_of_the_linear_motion_is_far) {
+    struct test_tree t;
+    tumble_init(&t, 0.1);
+    for (int i = 0; i < 2; i++) {
+        struct pend_problem problem = tumble_problem(&t, i ? 1e12 : -1e6, 101);
+        struct test_record record;
+        test_record(&record, "linear", &problem);
+        double told = record.stats.horizon;
+        CHECK_SAYING(i ? told >= 0 && told < 1e11 : told == -1e6, "%g", told);
+        test_record_clear(&record);
+    }
+    test_tree_clear(&t);
+}
