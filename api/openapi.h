@@ -9,4 +9,9 @@
 extern const char api_openapi_json[];
 extern const size_t api_openapi_bytes;
 
+/* The same gzipped, and its entity tag with its quotes. */
+extern const char api_openapi_packed[];
+extern const size_t api_openapi_packed_bytes;
+extern const char api_openapi_etag[];
+
 #endif

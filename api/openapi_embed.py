@@ -1,11 +1,13 @@
 """Turns the OpenAPI document into what is compiled in.
 
-    openapi_embed.py api/openapi.yaml           C source that defines api_openapi_json and api_openapi_bytes
+    openapi_embed.py api/openapi.yaml           C source that defines what api/openapi.h declares
     openapi_embed.py --json api/openapi.yaml    the JSON itself
 
 The YAML is read as YAML 1.2's JSON schema has it (no dates, no yes or no, 1e-16 is a number); a key that is there twice
 is an error; keys keep their order.
 """
+import gzip
+import hashlib
 import json
 import re
 import sys
@@ -52,10 +54,10 @@ def minified(document):
     return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
-def c_literals(text, width=100):
+def c_literals(data, width=100):
     """Lines of C string literals: printable ASCII as it is, all else in octal, no trigraphs."""
     safe = {34: '\\"', 92: "\\\\", 63: "\\?"}
-    pieces = [safe.get(b) or (chr(b) if 32 <= b < 127 else f"\\{b:03o}") for b in text.encode()]
+    pieces = [safe.get(b) or (chr(b) if 32 <= b < 127 else f"\\{b:03o}") for b in data]
     line = ""
     for piece in pieces:
         if len(line) + len(piece) > width:
@@ -65,14 +67,22 @@ def c_literals(text, width=100):
     yield f'"{line}"'
 
 
+def define(name, data, length):
+    print(f"\nconst char {name}[] =")
+    print("\n".join(f"    {line}" for line in c_literals(data)) + ";")
+    print(f"\nconst size_t {length} = sizeof {name} - 1;")
+
+
 def main(arguments):
     text = minified(load(arguments[-1]))
     if arguments[0] == "--json":
         print(text)
         return
-    print('#include "api/openapi.h"\n\nconst char api_openapi_json[] =')
-    print("\n".join(f"    {line}" for line in c_literals(text)) + ";")
-    print("\nconst size_t api_openapi_bytes = sizeof api_openapi_json - 1;")
+    data = text.encode()
+    print('#include "api/openapi.h"')
+    define("api_openapi_json", data, "api_openapi_bytes")
+    define("api_openapi_packed", gzip.compress(data, 9, mtime=0), "api_openapi_packed_bytes")
+    print(f'\nconst char api_openapi_etag[] = "\\"{hashlib.sha256(data).hexdigest()[:32]}\\"";')
 
 
 if __name__ == "__main__":

@@ -43,6 +43,10 @@ void srv_answer_give(struct srv_exchange *exchange, struct srv_payload *payload,
     exchange->cache = cache;
     srv_exchange_payload(exchange, payload);
     if (payload->status != 200 || !srv_exchange_matches(exchange, payload->etag)) return;
+    if (!srv_exchange_safe(exchange)) {
+        srv_exchange_not_modified(exchange, payload->etag);
+        return;
+    }
     /* with the length of the answer that it stands for, which is not sent */
     exchange->status = 304;
     srv_metrics_count(&exchange->service->metrics.not_modified, 1);
@@ -109,6 +113,7 @@ struct srv_payload *srv_answer_payload(struct srv_work *work, struct api_answer 
     if (!made) return NULL;
     made->steps = api_call_steps(work->call);
     if (answer.status >= 400) srv_payload_header(made, "Cache-Control", "no-store");
+    if (answer.status == 415) srv_payload_header(made, "Accept-Post", srv_exchange_accepts);
     if (answer.status == 503 || answer.status == 429) srv_payload_header(made, "Retry-After", answer_retry);
     srv_payload_header(made, "Vary", srv_exchange_vary);
     if (answer.status < 400 && work->etag[0]) {

@@ -3,6 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/openapi.h"
+
 /* what a document may load, and who may frame it: this server's own, and nobody */
 static const char assets_policy[] =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src 'self'; "
@@ -50,6 +52,17 @@ static void assets_document(struct srv_exchange *exchange, const char *name) {
 void srv_assets_index(struct srv_exchange *exchange) { assets_document(exchange, "index.html"); }
 
 void srv_assets_docs(struct srv_exchange *exchange) { assets_document(exchange, "docs.html"); }
+
+void srv_assets_description(struct srv_exchange *exchange) {
+    const struct srv_asset description = {.path = "openapi.json",
+                                          .media_type = "application/json",
+                                          .etag = api_openapi_etag,
+                                          .plain = api_openapi_json,
+                                          .plain_bytes = api_openapi_bytes,
+                                          .packed = api_openapi_packed,
+                                          .packed_bytes = api_openapi_packed_bytes};
+    assets_give(exchange, &description, "no-cache");
+}
 
 void srv_assets_file(struct srv_exchange *exchange) {
     size_t digest = strlen(srv_assets_digest);

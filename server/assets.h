@@ -1,4 +1,4 @@
-/* The page's files, compiled in: the routes /, /docs and /page/DIGEST/FILE.
+/* The page's files and the API's description, compiled in: the routes /, /docs, /page/DIGEST/FILE and /openapi.json.
  * Leaves to others: the files themselves (web/), making them C (assets_embed.py).
  * Invariant: what lies under /page/DIGEST never changes, so that a browser may keep it for ever. */
 #ifndef SRV_ASSETS_H
@@ -27,6 +27,9 @@ void srv_assets_index(struct srv_exchange *exchange);
 
 /** GET /docs: the API's reference page. */
 void srv_assets_docs(struct srv_exchange *exchange);
+
+/** GET /openapi.json. */
+void srv_assets_description(struct srv_exchange *exchange);
 
 /** GET /page/{digest}/{file}: what the two are made of. 404 for another build's digest. */
 void srv_assets_file(struct srv_exchange *exchange);

@@ -16,6 +16,8 @@ enum {
 
 const char srv_exchange_vary[] = "Accept, Accept-Encoding";
 
+const char srv_exchange_accepts[] = "application/json";
+
 static const char exchange_problem_type[] = "application/problem+json";
 static const char exchange_no_memory[] = "{\"type\":\"about:blank\",\"title\":\"Service Unavailable\",\"status\":503,"
                                          "\"detail\":\"out of memory\"}";
@@ -124,6 +126,7 @@ void srv_exchange_static(struct srv_exchange *exchange, int status, const char *
 void srv_exchange_answered(struct srv_exchange *exchange, int status, const char *media_type) {
     srv_exchange_static(exchange, status, media_type, exchange->answer.data, exchange->answer.bytes);
     if (status >= 400) srv_exchange_header(exchange, "Cache-Control", "no-store");
+    if (status == 415) srv_exchange_header(exchange, "Accept-Post", srv_exchange_accepts);
 }
 
 void srv_exchange_payload(struct srv_exchange *exchange, struct srv_payload *payload) {
@@ -135,6 +138,13 @@ void srv_exchange_payload(struct srv_exchange *exchange, struct srv_payload *pay
     int readers = 1 + atomic_fetch_add(&payload->readers, 1);
     exchange->share = srv_exchange_payer(exchange) ? payload->body.cap / (size_t)readers : 0;
     if (exchange->share) atomic_fetch_add(&exchange->payer->held, (long long)exchange->share);
+}
+
+int srv_exchange_safe(const struct srv_exchange *exchange) {
+    static const char *const safe[] = {"GET", "HEAD", "QUERY"};
+    for (size_t i = 0; exchange->method && i < sizeof safe / sizeof *safe; i++)
+        if (!strcmp(exchange->method, safe[i])) return 1;
+    return 0;
 }
 
 int srv_exchange_matches(const struct srv_exchange *exchange, const char *etag) {
@@ -153,12 +163,18 @@ int srv_exchange_matches(const struct srv_exchange *exchange, const char *etag) 
 
 void srv_exchange_not_modified(struct srv_exchange *exchange, const char *etag) {
     char *text = srv_exchange_text(exchange, SRV_ETAG_BYTES);
-    srv_exchange_static(exchange, 304, NULL, NULL, 0);
-    srv_metrics_count(&exchange->service->metrics.not_modified, 1);
+    if (text) snprintf(text, SRV_ETAG_BYTES, "%s", etag);
+    if (srv_exchange_safe(exchange)) {
+        srv_exchange_static(exchange, 304, NULL, NULL, 0);
+        srv_metrics_count(&exchange->service->metrics.not_modified, 1);
+    } else {
+        srv_exchange_problem(exchange, 412,
+                             "If-None-Match names the answer that this request has; the method QUERY in place of %s is "
+                             "answered 304 then, and without the field %s is answered in full",
+                             exchange->method, exchange->method);
+    }
     srv_exchange_header(exchange, "Vary", srv_exchange_vary);
-    if (!text) return;
-    snprintf(text, SRV_ETAG_BYTES, "%s", etag);
-    srv_exchange_header(exchange, "ETag", text);
+    if (text) srv_exchange_header(exchange, "ETag", text);
 }
 
 void srv_exchange_problem(struct srv_exchange *exchange, int status, const char *format, ...) {

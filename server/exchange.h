@@ -22,6 +22,7 @@
     X(SRV_CONTENT_LENGTH, "Content-Length", ONE)                                                                       \
     X(SRV_TRANSFER_ENCODING, "Transfer-Encoding", ONE)                                                                 \
     X(SRV_CONTENT_TYPE, "Content-Type", ONE)                                                                           \
+    X(SRV_CONTENT_ENCODING, "Content-Encoding", LIST)                                                                  \
     X(SRV_EXPECT, "Expect", LIST)                                                                                      \
     X(SRV_ACCEPT, "Accept", LIST)                                                                                      \
     X(SRV_ACCEPT_ENCODING, "Accept-Encoding", LIST)                                                                    \
@@ -142,6 +143,9 @@ struct srv_exchange {
 /* Of Vary: what an answer depends on besides its target and its body. */
 extern const char srv_exchange_vary[];
 
+/* Media types of requests with a body, for Accept-Post. */
+extern const char srv_exchange_accepts[];
+
 /** Prepares a new exchange for its first request; the caller sets finish and peer. */
 void srv_exchange_init(struct srv_exchange *exchange, struct srv_service *service);
 
@@ -167,10 +171,13 @@ void srv_exchange_static(struct srv_exchange *exchange, int status, const char *
 /** Answers with a payload, of which the exchange takes a share. */
 void srv_exchange_payload(struct srv_exchange *exchange, struct srv_payload *payload);
 
+/** True for a method that changes nothing (RFC 9110, 9.2.1), with or without a body: GET, HEAD, QUERY. */
+int srv_exchange_safe(const struct srv_exchange *exchange);
+
 /** True when the request's If-None-Match names an entity tag. */
 int srv_exchange_matches(const struct srv_exchange *exchange, const char *etag);
 
-/** Answers 304: the client has it already. */
+/** Answers 304: the client has it already; or 412 where the method is not a safe one (RFC 9110, 13.1.2). */
 void srv_exchange_not_modified(struct srv_exchange *exchange, const char *etag);
 
 /** Answers with what is in exchange->answer. */

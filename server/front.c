@@ -144,7 +144,6 @@ static int front_once(struct srv_front *front, int *count, const char *twice) {
 
 static void front_name_end(struct srv_front *front) {
     size_t bytes = (size_t)front->part;
-    front->name_bytes = front->part;
     front->field = FRONT_OTHER;
     for (size_t i = 0; i < sizeof front_fields / sizeof *front_fields && bytes <= SRV_FRONT_NAME; i++)
         if (strlen(front_fields[i].name) == bytes && !memcmp(front_fields[i].name, front->name, bytes))
@@ -186,11 +185,6 @@ static void front_known(struct srv_front *front, unsigned char c) {
     case FRONT_CODING:
         if (front->part >= (int)sizeof coding || (c | 32) != coding[front->part - 1])
             front_refuse(front, 501, front_no_coding);
-        return;
-    case FRONT_COOKIE:
-        front->cookies += c == ';' || c == ',';
-        if (front->cookies >= SRV_FRONT_COOKIES || front->part > SRV_FRONT_COOKIE)
-            front_refuse(front, 431, "the request has too many cookies");
         return;
     }
 }
@@ -352,31 +346,27 @@ static size_t front_skip(struct srv_front *front, const char *data, size_t bytes
     return run;
 }
 
-/* renames the field whose name ends at `at` */
-static void front_hide(struct srv_front *front, char *data, size_t at) {
-    if (at < (size_t)front->name_bytes) return;
-    data[at - (size_t)front->name_bytes] = 'X';
-    front->field = FRONT_OTHER;
-}
-
 static int front_in_head(const struct srv_front *front) {
     return front->place >= SRV_FRONT_IN_METHOD && front->place <= SRV_FRONT_END_LF;
 }
 
 void srv_front_init(struct srv_front *front) { *front = (struct srv_front){.place = SRV_FRONT_START}; }
 
-/* is the byte that was just read to be taken out? */
-static int front_takes_out(const struct srv_front *front) { return front->place == SRV_FRONT_IN_EXTENSION; }
+/* is the front within what is taken out: a chunk's extensions, or the value of a cookie's field? */
+static int front_takes_out(const struct srv_front *front) {
+    int value = front->place == SRV_FRONT_BEFORE_VALUE || front->place == SRV_FRONT_IN_VALUE;
+    return front->place == SRV_FRONT_IN_EXTENSION || (value && front->field == FRONT_COOKIE);
+}
 
 size_t srv_front_read(struct srv_front *front, char *data, size_t bytes) {
     size_t passed = 0, kept = 0;
     for (size_t i = 0; i < bytes && front->place != SRV_FRONT_REFUSED;) {
         long complete = front->complete;
+        int within = front_takes_out(front);
         size_t run = front_skip(front, data + i, bytes - i), count = run ? run : 1;
         if (!run) front_byte(front, (unsigned char)data[i]);
-        if (!run && data[i] == ':' && front->field == FRONT_COOKIE && front->place == SRV_FRONT_BEFORE_VALUE)
-            front_hide(front, data, kept);
-        if (run || !front_takes_out(front)) {
+        /* the colon that begins a value stays */
+        if (run || !front_takes_out(front) || (data[i] == ':' && !within)) {
             if (kept != i) memmove(data + kept, data + i, count);
             kept += count;
         }

@@ -15,8 +15,6 @@ enum {
     SRV_FRONT_FIELDS = 100,     /* header fields; trailer fields as well */
     SRV_FRONT_HEAD = 8192,      /* bytes of the head; of the trailer section as well */
     SRV_FRONT_EXTENSIONS = 256, /* bytes of a chunk's extensions */
-    SRV_FRONT_COOKIES = 16,     /* cookies that could not be hidden, see srv_front_read */
-    SRV_FRONT_COOKIE = 1024,    /* bytes of them */
     SRV_FRONT_NAME = 20         /* bytes of a field's name that are kept, to know the field by */
 };
 
@@ -56,10 +54,9 @@ struct srv_front {
     int bytes;   /* of the head or the trailer section */
     int part;    /* bytes of the part of a line that is being read */
     int blanks;  /* empty lines before the request */
-    int fields, parameters, cookies, hosts, lengths, codings;
-    int field;      /* which of the known fields the line is */
-    int name_bytes; /* of its name */
-    uint64_t left;  /* bytes of the body or of the chunk */
+    int fields, parameters, hosts, lengths, codings;
+    int field;     /* which of the known fields the line is */
+    uint64_t left; /* bytes of the body or of the chunk */
     char name[SRV_FRONT_NAME];
 };
 
@@ -69,8 +66,8 @@ void srv_front_init(struct srv_front *front);
 /**
  * Reads along.
  *
- * Cookies are hidden from who reads next, as nobody needs them and libmicrohttpd would take them apart at great expense
- * of memory: the field gets another name, unless the name came in two parts.
+ * The values of cookies are taken out, however TCP has cut them, as nobody needs them and libmicrohttpd would take them
+ * apart at great expense of memory: the field stays, and is empty.
  *
  * The extensions of chunks are taken out: nobody needs them either, and libmicrohttpd 1.0 takes the end of such a line
  * for the chunk's first byte.

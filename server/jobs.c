@@ -48,6 +48,7 @@ static int jobs_prefers(const char *list, const char *name) {
 int srv_jobs_wanted(const struct srv_exchange *exchange) {
     /* what answers a table computes; anything else is there at once */
     const struct api_op *op = api_op_at(exchange->op);
+    if (exchange->method && !strcmp(exchange->method, "QUERY")) return 0; /* it is to change nothing */
     return op && op->table && exchange->service->storage && jobs_prefers(exchange->field[SRV_PREFER], "respond-async");
 }
 

@@ -137,9 +137,19 @@ static int message_target(struct srv_exchange *exchange) {
     return 1;
 }
 
+/* a body that is not as it is: nothing here undoes a coding, and a body that is compressed has no known end */
+static int message_coding(struct srv_exchange *exchange) {
+    const char *coding = exchange->field[SRV_CONTENT_ENCODING];
+    if (!exchange->length || !coding || !*coding || !strcasecmp(coding, "identity")) return 1;
+    message_refuse(exchange, 415, "the body has the Content-Encoding %.60s; bodies of requests are taken without one",
+                   coding);
+    srv_exchange_header(exchange, "Accept-Encoding", "identity");
+    return 0;
+}
+
 int srv_message_head(struct srv_exchange *exchange) {
     const char *expect = exchange->field[SRV_EXPECT];
-    if (!message_length(exchange)) return 0;
+    if (!message_length(exchange) || !message_coding(exchange)) return 0;
     if (expect && strcasecmp(expect, "100-continue"))
         return message_refuse(exchange, 417, "the only expectation known here is 100-continue");
     return message_target(exchange);

@@ -28,7 +28,8 @@ static int reply_trace_good(const char *text) {
     if (strlen(text) != sizeof form - 1) return 0;
     for (size_t i = 0; i < sizeof form - 1; i++)
         if (form[i] == '-' ? text[i] != '-' : !memchr("0123456789abcdef", text[i], 16)) return 0;
-    return strncmp(text, "ff", 2) != 0;
+    /* the version ff is none, and ids of nothing but zeros name nothing */
+    return strncmp(text, "ff", 2) && strspn(text + 3, "0") < 32 && strspn(text + 36, "0") < 16;
 }
 
 static void reply_id_make(struct srv_exchange *exchange, char text[17]) {

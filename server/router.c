@@ -3,7 +3,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "api/openapi.h"
 #include "server/admission.h"
 #include "server/answer.h"
 #include "server/assets.h"
@@ -14,12 +13,6 @@
 #include "server/jobs.h"
 #include "server/probes.h"
 #include "server/scenes.h"
-
-static const char router_json[] = "application/json";
-
-static void router_openapi(struct srv_exchange *exchange) {
-    srv_exchange_static(exchange, 200, router_json, api_openapi_json, api_openapi_bytes);
-}
 
 static void router_metrics(struct srv_exchange *exchange) {
     struct srv_gauges gauges = srv_service_gauges(exchange->service);
@@ -53,7 +46,7 @@ static const struct srv_route router_table[] = {
     {"GET", "/", srv_assets_index, NULL, API_OP_COUNT, "GET /", 0},
     {"GET", "/docs", srv_assets_docs, NULL, API_OP_COUNT, "GET /docs", 0},
     {"GET", "/page/{digest}/{file}", srv_assets_file, NULL, API_OP_COUNT, "GET /page/{digest}/{file}", 0},
-    {"GET", "/openapi.json", router_openapi, NULL, API_OP_COUNT, "GET /openapi.json", 0},
+    {"GET", "/openapi.json", srv_assets_description, NULL, API_OP_COUNT, "GET /openapi.json", 0},
     {"GET", "/healthz", srv_probes_health, NULL, API_OP_COUNT, "GET /healthz", SRV_ROUTE_ANY_HOST},
     {"GET", "/readyz", srv_probes_readiness, NULL, API_OP_COUNT, "GET /readyz", SRV_ROUTE_ANY_HOST},
     {"GET", "/metrics", router_metrics, NULL, API_OP_COUNT, "GET /metrics", SRV_ROUTE_ANY_ADDRESS | SRV_ROUTE_CLOSED},
@@ -86,8 +79,14 @@ static int router_match(const char *pattern, const char *path, const char **argu
     return 1;
 }
 
+/* can the route be asked by QUERY as well? What only computes changes nothing */
+static int router_queried(const struct srv_route *route) {
+    return !strcmp(route->method, "POST") && route->op != API_OP_COUNT;
+}
+
 static int router_serves(const struct srv_route *route, const char *method) {
     if (!strcmp(route->method, method)) return 1;
+    if (!strcmp(method, "QUERY")) return router_queried(route);
     return !strcmp(route->method, "GET") && !strcmp(method, "HEAD");
 }
 
@@ -108,6 +107,7 @@ static void router_allow(const char *path, unsigned without, char allow[ROUTER_A
         if (router_table[i].special & without) continue;
         router_allow_add(allow, router_table[i].method);
         if (!strcmp(router_table[i].method, "GET")) router_allow_add(allow, "HEAD");
+        if (router_queried(&router_table[i])) router_allow_add(allow, "QUERY");
     }
     if (any) router_allow_add(allow, "OPTIONS");
 }
@@ -152,7 +152,7 @@ static void router_explain(struct srv_exchange *exchange) {
     }
     router_allow(exchange->path, 0, allow);
     int options = !strcmp(exchange->method, "OPTIONS");
-    if (options && !strcmp(exchange->path, "*")) strcpy(allow, "GET, HEAD, POST, DELETE, OPTIONS");
+    if (options && !strcmp(exchange->path, "*")) strcpy(allow, "GET, HEAD, POST, QUERY, DELETE, OPTIONS");
     if (!allow[0]) {
         srv_exchange_problem(exchange, 404, "there is nothing at %.200s; see /openapi.json", exchange->path);
         return;

@@ -21,7 +21,7 @@ enum {
 };
 
 struct srv_route {
-    const char *method;    /* GET also serves HEAD */
+    const char *method;    /* GET also serves HEAD; POST also QUERY, where an operation of api answers */
     const char *pattern;   /* "/v1/presets/{name}": one variable part at most, or two at the end that take all of it */
     srv_handle_fn *handle; /* answers at once; NULL: see begin */
     srv_begin_fn *begin;   /* takes its time; NULL: a worker runs the operation */

@@ -55,7 +55,7 @@ static void scenes_give(struct srv_exchange *exchange, int status, const char *i
     srv_exchange_header(exchange, "ETag", etag);
     if (status != 200) return;
     srv_exchange_header(exchange, "Cache-Control", "public, max-age=31536000, immutable");
-    if (!srv_exchange_matches(exchange, etag)) return;
+    if (!srv_exchange_safe(exchange) || !srv_exchange_matches(exchange, etag)) return;
     srv_metrics_count(&exchange->service->metrics.not_modified, 1);
     exchange->status = 304;
     exchange->media_type = NULL;

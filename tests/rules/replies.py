@@ -162,7 +162,7 @@ class Document:
                 continue
             if method == "options":
                 return None, None
-            operation = item.get("get" if method == "head" else method)
+            operation = item.get({"head": "get", "query": "post"}.get(method, method))
             if not operation:
                 return self.expect(status, (405, 400), method, path), None
             responses = operation["responses"]

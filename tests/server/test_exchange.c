@@ -291,8 +291,8 @@ TEST(methods_that_a_path_does_not_have_are_told_those_it_has) {
         int status;
         const char *allow;
     } asked[] = {
-        {"GET", "/v1/trees", 405, "POST, OPTIONS"},
-        {"HEAD", "/v1/trees", 405, "POST, OPTIONS"},
+        {"GET", "/v1/trees", 405, "POST, QUERY, OPTIONS"},
+        {"HEAD", "/v1/trees", 405, "POST, QUERY, OPTIONS"},
         {"PUT", "/v1/jobs/x", 405, "GET, HEAD, DELETE, OPTIONS"},
         {"POST", "/v1/jobs/x/results", 405, "GET, HEAD, OPTIONS"},
         {"GET", "/v1/jobs/x/nothing", 404, NULL},
@@ -301,8 +301,8 @@ TEST(methods_that_a_path_does_not_have_are_told_those_it_has) {
         {"get", "/healthz", 405, "GET, HEAD, OPTIONS"},
         {"POST", "/v1/presets/x", 405, "GET, HEAD, OPTIONS"},
         {"OPTIONS", "/v1/presets/x", 204, "GET, HEAD, OPTIONS"},
-        {"OPTIONS", "/v1/trees", 204, "POST, OPTIONS"},
-        {"OPTIONS", "*", 204, "GET, HEAD, POST, DELETE, OPTIONS"},
+        {"OPTIONS", "/v1/trees", 204, "POST, QUERY, OPTIONS"},
+        {"OPTIONS", "*", 204, "GET, HEAD, POST, QUERY, DELETE, OPTIONS"},
         {"GET", "*", 404, NULL},
         {"OPTIONS", "/nowhere", 404, NULL},
         {"GET", "/v1/presets/", 404, NULL},

@@ -137,25 +137,37 @@ TEST(the_front_keeps_heads_within_their_limits) {
     CHECK_INT(front_long(CHUNKED, "1\r\na\r\n", 100000, "0\r\n\r\n"), 0);
 }
 
-TEST(the_front_hides_cookies_or_has_few_of_them) {
-    struct srv_front front;
-    char text[] = GET "cOOkie: a=b\r\nCookies: a\r\nX-Cookie: c\r\n\r\n";
-    srv_front_init(&front);
-    CHECK_INT((long long)srv_front_read(&front, text, sizeof text - 1), sizeof text - 1);
-    CHECK_TEXT(text, GET "XOOkie: a=b\r\nCookies: a\r\nX-Cookie: c\r\n\r\n");
-    /* a name in two parts is known all the same, but cannot be changed any more */
-    for (int count = SRV_FRONT_COOKIES - 1; count <= SRV_FRONT_COOKIES; count++) {
+TEST(the_front_takes_cookies_out_wherever_the_stream_is_cut) {
+    static const char stream[] =
+        GET "cOOkie: a=b;c:d\r\nCookies: a\r\nX-Cookie: c\r\nCookie:e=f;g=h\r\nCookie: \r\n\r\n";
+    static const char rest[] = GET "cOOkie:\r\nCookies: a\r\nX-Cookie: c\r\nCookie:\r\nCookie:\r\n\r\n";
+    enum { BYTES = sizeof stream - 1 };
+    for (size_t cut = 0; cut < BYTES; cut++) {
+        char text[sizeof stream] = "", joined[sizeof stream] = "";
+        struct srv_front front;
         srv_front_init(&front);
-        front_read(&front, GET "Coo", sizeof(GET "Coo") - 1);
-        front_read(&front, "kie: a=b", 8);
-        for (int i = 0; i < count; i++) front_read(&front, ";c=d", 4);
-        CHECK_INT(front.status, count < SRV_FRONT_COOKIES ? 0 : 431);
+        memcpy(text, stream, BYTES);
+        size_t first = srv_front_read(&front, text, cut), second = srv_front_read(&front, text + cut, BYTES - cut);
+        memcpy(joined, text, first);
+        memcpy(joined + first, text + cut, second);
+        CHECK_SAYING(!strcmp(joined, rest), "cut at %zu: %s", cut, joined);
+        CHECK(!front.status && front.complete == 1);
     }
+    /* as many and as long as a head may have, in whatever pieces */
+    struct srv_front front;
     srv_front_init(&front);
     front_read(&front, GET "Coo", sizeof(GET "Coo") - 1);
-    front_read(&front, "kie: a=", 7);
-    for (int i = 0; i < SRV_FRONT_COOKIE; i++) front_read(&front, "b", 1);
+    front_read(&front, "kie: a=b", 8);
+    for (int i = 0; i < 1000; i++) front_read(&front, ";c=d", 4);
+    front_read(&front, "\r\n\r\n", 4);
+    CHECK(!front.status && front.complete == 1);
+    srv_front_init(&front);
+    front_read(&front, GET "Cookie: a=", sizeof(GET "Cookie: a=") - 1);
+    for (int i = 0; i < SRV_FRONT_HEAD; i++) front_read(&front, "b", 1);
     CHECK_INT(front.status, 431);
+    srv_front_init(&front);
+    front_read(&front, GET "Cookie: a\n", sizeof(GET "Cookie: a\n") - 1);
+    CHECK_INT(front.status, 400);
 }
 
 TEST(the_front_tells_when_it_is_within_a_request) {

@@ -143,7 +143,7 @@ TEST(a_page_of_another_origin_may_compute_and_read_by_id_and_no_more) {
         snprintf(path, sizeof path, "/v1/jobs/%s", id);
         /* computing is open */
         CHECK_TEXT(preflight(server, &reply, "/v1/trajectories", "POST", EVIL, &methods), "*");
-        CHECK_TEXT(methods, "POST, OPTIONS");
+        CHECK_TEXT(methods, "POST, QUERY, OPTIONS");
         test_reply_clear(&reply);
         CHECK_INT(sent(server, &reply, "POST", "/v1/trajectories", EVIL, MOTION), 200);
         CHECK_TEXT(test_reply_header(&reply, "Access-Control-Allow-Origin"), "*");

@@ -238,7 +238,7 @@ TEST(an_answer_that_the_client_has_is_not_sent_again) {
     REQUIRE(etag != NULL);
     snprintf(headers, sizeof headers, "If-None-Match: %s\r\n", etag);
     test_reply_clear(&reply);
-    CHECK_INT(test_request(server, &reply, "POST", "/v1/trees", headers, ASK_LITTLE), 304);
+    CHECK_INT(test_request(server, &reply, "QUERY", "/v1/trees", headers, ASK_LITTLE), 304);
     CHECK(!reply.body_bytes);
     test_reply_clear(&reply);
     CHECK_INT(test_request(server, &reply, "POST", "/v1/trees", "If-None-Match: \"other\"\r\n", ASK_LITTLE), 200);

@@ -1,0 +1,138 @@
+/* Methods, preconditions and codings mean what RFC 9110 says, and QUERY what its draft says. */
+#include <stdio.h>
+#include <string.h>
+
+#include "tests/wire/ask.h"
+
+static int answer(const struct test_server *server, const char *method, const char *path, const char *fields,
+                  const char *body, struct test_reply *reply) {
+    char all[1024];
+    snprintf(all, sizeof all, "Content-Type: application/json\r\n%s", fields);
+    return test_request(server, reply, method, path, all, body);
+}
+
+static int answered(const struct test_server *server, const char *method, const char *path, const char *fields,
+                    const char *body) {
+    struct test_reply reply;
+    int status = answer(server, method, path, fields, body, &reply);
+    test_reply_clear(&reply);
+    return status;
+}
+
+TEST(a_query_is_a_post_that_changes_nothing) {
+    struct test_server *server = test_server_start(NULL);
+    struct test_reply posted, queried;
+    char etag[256];
+    REQUIRE(server != NULL);
+    CHECK_INT(answer(server, "POST", "/v1/trees", "", ASK_LITTLE, &posted), 200);
+    CHECK_INT(answer(server, "QUERY", "/v1/trees", "", ASK_LITTLE, &queried), 200);
+    CHECK_TEXT(queried.body, posted.body);
+    CHECK_TEXT(test_reply_header(&queried, "ETag"), test_reply_header(&posted, "ETag"));
+    snprintf(etag, sizeof etag, "If-None-Match: %s\r\n", test_reply_header(&posted, "ETag"));
+    test_reply_clear(&posted);
+    test_reply_clear(&queried);
+    CHECK_INT(answered(server, "QUERY", "/v1/trees", etag, ASK_LITTLE), 304);
+    CHECK_INT(answered(server, "QUERY", "/v1/trees", "", "{"), 400);
+    CHECK_INT(answered(server, "QUERY", "/v1/scenes", "", "{}"), 405);
+    CHECK_INT(answered(server, "QUERY", "/v1/presets", "", "{}"), 405);
+    CHECK_INT(answer(server, "OPTIONS", "/v1/forces", "", "", &queried), 204);
+    CHECK_TEXT(test_reply_header(&queried, "Allow"), "POST, QUERY, OPTIONS");
+    test_reply_clear(&queried);
+    CHECK_INT(test_request(server, &queried, "OPTIONS", "/v1/forces",
+                           "Origin: https://a.example\r\nAccess-Control-Request-Method: QUERY\r\n", ""),
+              204);
+    CHECK_TEXT(test_reply_header(&queried, "Access-Control-Allow-Methods"), "POST, QUERY, OPTIONS");
+    test_reply_clear(&queried);
+    test_server_stop(&server);
+}
+
+TEST(if_none_match_is_304_for_safe_methods_and_412_for_others) {
+    struct test_server *server = test_server_start(NULL);
+    struct test_reply reply;
+    char fields[2][256] = {"", "If-None-Match: *\r\n"};
+    REQUIRE(server != NULL);
+    CHECK_INT(answer(server, "POST", "/v1/trees", "", ASK_LITTLE, &reply), 200);
+    snprintf(fields[0], sizeof fields[0], "If-None-Match: \"x\", %s\r\n", test_reply_header(&reply, "ETag"));
+    test_reply_clear(&reply);
+    for (int i = 0; i < 2; i++) {
+        /* from the exact bytes, from what they mean, and of one that nobody has asked before */
+        static const char *const body[] = {ASK_LITTLE, " " ASK_LITTLE,
+                                           "{\"pendulum\":{\"length\":[2],\"mass\":[1],\"parent\":[0]}}"};
+        for (int k = 0; k < 3; k++) {
+            if (!i && k == 2) continue;
+            CHECK_INT(answer(server, "POST", "/v1/trees", fields[i], body[k], &reply), 412);
+            ask_problem(&reply, 412, NULL);
+            CHECK(test_reply_header(&reply, "ETag") != NULL);
+            test_reply_clear(&reply);
+            CHECK_INT(answered(server, "QUERY", "/v1/trees", fields[i], body[k]), 304);
+        }
+    }
+    CHECK_INT(answered(server, "POST", "/v1/trees", "If-None-Match: \"x\"\r\n", ASK_LITTLE), 200);
+    CHECK_INT(answered(server, "GET", "/v1/presets", "If-None-Match: *\r\n", ""), 304);
+    test_server_stop(&server);
+}
+
+TEST(a_body_in_a_coding_or_of_another_type_is_415_and_says_what_is_taken) {
+    static const char *const coding[] = {"gzip", "rot13", "identity, gzip", "zstd"};
+    struct test_server *server = test_server_start(NULL);
+    struct test_reply reply;
+    char fields[128];
+    REQUIRE(server != NULL);
+    for (size_t i = 0; i < sizeof coding / sizeof *coding; i++) {
+        snprintf(fields, sizeof fields, "Content-Encoding: %s\r\n", coding[i]);
+        CHECK_INT(answer(server, "POST", "/v1/trees", fields, ASK_LITTLE, &reply), 415);
+        CHECK_TEXT(test_reply_header(&reply, "Accept-Encoding"), "identity");
+        ask_problem(&reply, 415, NULL);
+        test_reply_clear(&reply);
+    }
+    CHECK_INT(answered(server, "POST", "/v1/trees", "Content-Encoding: identity\r\n", ASK_LITTLE), 200);
+    CHECK_INT(answered(server, "GET", "/v1/presets", "Content-Encoding: gzip\r\n", ""), 200);
+    CHECK_INT(test_request(server, &reply, "POST", "/v1/trees", "Content-Type: text/csv\r\n", ASK_LITTLE), 415);
+    CHECK_TEXT(test_reply_header(&reply, "Accept-Post"), "application/json");
+    test_reply_clear(&reply);
+    test_server_stop(&server);
+}
+
+TEST(a_trace_of_zeros_is_none) {
+    static const struct {
+        const char *trace;
+        int taken;
+    } told[] = {
+        {"00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01", 1},
+        {"00-00000000000000000000000000000001-0000000000000001-00", 1},
+        {"00-00000000000000000000000000000000-b7ad6b7169203331-01", 0},
+        {"00-0af7651916cd43dd8448eb211c80319c-0000000000000000-01", 0},
+        {"ff-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01", 0},
+    };
+    struct test_server *server = test_server_start(NULL);
+    REQUIRE(server != NULL);
+    for (size_t i = 0; i < sizeof told / sizeof *told; i++) {
+        struct test_reply reply;
+        char fields[128];
+        snprintf(fields, sizeof fields, "Traceparent: %s\r\n", told[i].trace);
+        CHECK_INT(test_request(server, &reply, "GET", "/healthz", fields, NULL), 200);
+        CHECK_SAYING(!test_reply_header(&reply, "Traceparent") == !told[i].taken, "%s", told[i].trace);
+        test_reply_clear(&reply);
+    }
+    test_server_stop(&server);
+}
+
+TEST(the_description_is_kept_and_packed) {
+    struct test_server *server = test_server_start(NULL);
+    struct test_reply plain, packed;
+    char fields[128];
+    REQUIRE(server != NULL);
+    CHECK_INT(test_request(server, &plain, "GET", "/openapi.json", "", NULL), 200);
+    CHECK_INT(test_request(server, &packed, "GET", "/openapi.json", "Accept-Encoding: gzip\r\n", NULL), 200);
+    CHECK_TEXT(test_reply_header(&packed, "Content-Encoding"), "gzip");
+    CHECK(packed.body_bytes * 3 < plain.body_bytes);
+    CHECK_TEXT(test_reply_header(&plain, "Cache-Control"), "no-cache");
+    CHECK_TEXT(test_reply_header(&plain, "Vary"), "Accept-Encoding");
+    REQUIRE(test_reply_header(&plain, "ETag") != NULL);
+    snprintf(fields, sizeof fields, "If-None-Match: %s\r\n", test_reply_header(&plain, "ETag"));
+    test_reply_clear(&plain);
+    test_reply_clear(&packed);
+    CHECK_INT(test_request(server, &plain, "GET", "/openapi.json", fields, NULL), 304);
+    test_reply_clear(&plain);
+    test_server_stop(&server);
+}
