@@ -82,12 +82,12 @@ static void sqlite_private(const char *path) {
     if (fd >= 0) close(fd);
 }
 
-/* what a file from elsewhere may have in it does nothing: no triggers or views that call functions, no writable schema
- */
+/* What a file from elsewhere may have in it reaches nothing beyond its own rows: its triggers call no function that
+ * could, it has no views, and nobody writes its schema. Plain triggers stay: an operator may count or audit with one,
+ * as the drill does. */
 static int sqlite_distrust(sqlite3 *db) {
     int code = sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
     if (code == SQLITE_OK) code = sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL);
-    if (code == SQLITE_OK) code = sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, NULL);
     if (code == SQLITE_OK) code = sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_VIEW, 0, NULL);
     return code;
 }

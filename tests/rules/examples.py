@@ -86,12 +86,15 @@ def cases(document):
     for path, item in document.document["paths"].items():
         if path.startswith(("/v1/jobs", "/page/")):
             continue  # no id is known beforehand, nor the page's digest: tests/wire asks for them
+        shared = item.get("parameters", [])
         for method, operation in item.items():
+            if method == "parameters" or method == "delete":
+                continue  # what an example deletes is its maker's own: tests/wire does so
             requests = operation.get("requestBody", {}).get("content", {}).get("application/json", {}).get("examples", {})
             bodies = {name: example["value"] for name, example in requests.items()}
-            for parameter in operation.get("parameters", []):
-                if "$ref" in parameter:
-                    continue  # a header field that may be left out
+            for parameter in shared + operation.get("parameters", []):
+                if "$ref" in parameter or parameter["in"] != "path":
+                    continue  # a header field or a query that may be left out
                 bodies[parameter["example"]] = None
                 path = path.replace("{" + parameter["name"] + "}", parameter["example"])
             for media_type, content in good(operation)[1]["content"].items():

@@ -37,14 +37,27 @@ def bits(value):
     return struct.pack("<d", value)
 
 
+class Columns(dict):
+    """Name -> rows of numbers; beside them the warnings, which every representation has to repeat."""
+    warnings = []
+
+
 def columns_of(answer):
-    """Name -> rows of numbers, from JSON: z becomes z_re and z_im, energy its parts."""
-    columns = {}
+    """The columns of a JSON answer: z becomes z_re and z_im, energy its parts."""
+    columns = Columns()
+    columns.warnings = answer.get("warnings", [])
     for name, value in answer.items():
-        if name != "stats":
+        if name not in WORDS:
             parts = {f"{name}_{part}": rows for part, rows in value.items()} if isinstance(value, dict) else {name: value}
             columns |= {part: [row if isinstance(row, list) else [row] for row in rows] for part, rows in parts.items()}
     return columns
+
+
+WORDS = {"stats", "warnings"}  # members that are no columns of numbers
+
+
+def warned(what, told, columns):
+    check(f"{what}: warnings", list(told) == columns.warnings, f"{told} are not {columns.warnings}")
 
 
 def rows_of(columns):
@@ -66,6 +79,9 @@ def same(what, wanted, rows):
 
 def read_csv(what, data, headers, columns):
     header, *rows = csv.reader(io.StringIO(data.decode(), newline=""))
+    words = [line.removeprefix("# warning: ") for line in data.decode().splitlines() if line.startswith("# ")]
+    warned(what, words, columns)
+    rows = rows[:len(rows) - len(words)]  # the last lines are words about the numbers above
     names = [f"{name}_{k + 1}" if len(rows_[0]) > 1 or name not in SCALARS else name
              for name, rows_ in columns.items() for k in range(len(rows_[0]))]
     check(f"{what}: the header of the CSV", header == names, f"{header} is not {names}")
@@ -77,6 +93,7 @@ SCALARS = {"t", "energy_kinetic", "energy_potential", "energy_total"}
 
 def read_ndjson(what, data, headers, columns):
     lines = data.decode().splitlines()
+    warned(what, json.loads(lines[-1]).get("warnings", []), columns)
     parts = [columns_of({name: {part: [rows] for part, rows in value.items()} if isinstance(value, dict) else [value]
                          for name, value in json.loads(line).items()}) for line in lines if '"stats"' not in line[:9]]
     same(what, rows_of(columns), [[number for rows in part.values() for number in rows[0]] for part in parts])
@@ -84,6 +101,8 @@ def read_ndjson(what, data, headers, columns):
 
 def read_octets(what, data, headers, columns):
     names = [f"{name}[{len(rows[0])}]" if name not in SCALARS else name for name, rows in columns.items()]
+    if "X-Warning" in headers or not columns.warnings:  # behind a stream they are trailers, which this client does not read
+        warned(what, headers.get_all("X-Warning") or [], columns)
     check(f"{what}: X-Columns", headers.get("X-Columns") == ",".join(names), headers.get("X-Columns"))
     width = sum(int((re.search(r"\[(\d+)\]", name) or [0, 1])[1]) for name in names)
     same(what, rows_of(columns), numpy.frombuffer(data, "<f8").reshape(-1, width).tolist())
@@ -105,20 +124,25 @@ def compare_arrays(what, arrays, columns):
 def read_npz(what, data, headers, columns):
     trajectory = not what.startswith("states")
     with numpy.load(io.BytesIO(data), allow_pickle=False) as file:
-        arrays = {name: file[name].reshape(len(file[name]), -1).tolist() for name in file.files if not name.startswith("stats_")}
+        warned(what, file["warnings"].tolist() if "warnings" in file.files else [], columns)
+        arrays = {name: file[name].reshape(len(file[name]), -1).tolist() for name in file.files
+                  if not name.startswith("stats_") and name != "warnings"}
         check(f"{what}: statistics", not trajectory or file["stats_method"] == "taylor", file.files)
     compare_arrays(what, arrays, columns)
 
 
 def read_mat_scipy(what, data, headers, columns):
-    arrays, rows = {}, len(next(iter(columns.values())))
+    arrays, rows, words = {}, len(next(iter(columns.values()))), []
     for name, value in scipy.io.loadmat(io.BytesIO(data)).items():
         if name == "stats":
             check(f"{what}: statistics", value["method"][0, 0][0] == "taylor", value)
+        elif name == "warnings":
+            words = [line.rstrip() for line in value]
         elif value.__class__.__name__ == "ndarray" and value.dtype.names:
             arrays |= {f"{name}_{part}": value[part][0, 0] for part in value.dtype.names}
         elif not name.startswith("__"):
             arrays[name] = value
+    warned(what, words, columns)
     compare_arrays(what, {name: value.reshape(rows, -1).tolist() for name, value in arrays.items()}, columns)
 
 
@@ -129,7 +153,11 @@ function tell(out, name, value)
     for [part, key] = value
       tell(out, [name '_' key], part);
     end
-  elseif !ischar(value)
+  elseif ischar(value)
+    for i = 1:rows(value)
+      printf('# %s\\n', strtrim(value(i, :)));
+    end
+  else
     printf('%s %d %d\\n', name, rows(value), columns(value));
     fwrite(out, real(value.'), 'double');
     fwrite(out, imag(value.'), 'double');
@@ -152,8 +180,11 @@ def read_mat_octave(what, data, headers, columns):
         run = subprocess.run([OCTAVE, "--norc", "--quiet", script, file, out], capture_output=True, text=True, timeout=600)
         check(f"{what}: load", not run.returncode, run.stderr[-500:])
         numbers = out.read_bytes() if not run.returncode else b""
-    arrays, at = {}, 0
-    for line in run.stdout.splitlines():
+    arrays, at, lines = {}, 0, run.stdout.splitlines()
+    warned(what, [line.removeprefix("# ") for line in lines if line.startswith("# ")], columns)
+    for line in lines:
+        if line.startswith("# "):
+            continue
         name, rows, width = (int(word) if word.isdigit() else word for word in line.split())
         count = rows * width
         real, imaginary = (struct.unpack_from(f"<{count}d", numbers, at + part * 8 * count) for part in (0, 1))

@@ -86,6 +86,8 @@ def check_csv(text):
         raise Fault("the CSV has no header and line, or its last line does not end")
     names = lines[0].split(",")
     width = len(names)
+    while lines[-1].startswith("# "):
+        lines.pop()  # words about the numbers above: nothing but such lines may follow them
     for number, line in enumerate(lines[1:], 2):
         fields = line.split(",")
         if len(fields) != width or not all(NUMBER.fullmatch(field) or (not field and MAY_LACK.fullmatch(name))
@@ -98,6 +100,10 @@ def check_ndjson(text):
     if lines.pop() or not lines:
         raise Fault("the NDJSON has no line, or its last line does not end")
     rows = [parse(line) for line in lines]
+    if len(rows) > 1 and isinstance(rows[-1], dict) and "stats" in rows[-1]:
+        last = rows.pop()  # what holds of the rows above
+        if not isinstance(last["stats"], dict) or last.keys() - {"stats", "warnings"}:
+            raise Fault(f"the last line of the NDJSON is no statistics: {lines[-1][:100]!r}")
     for number, row in enumerate(rows, 1):
         if not isinstance(row, dict) or list(row) != list(rows[0]):
             raise Fault(f"line {number} of the NDJSON is no object with the members of the first: {lines[number - 1][:100]!r}")

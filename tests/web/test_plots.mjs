@@ -62,6 +62,8 @@ export async function plots_hide_an_arm_s_curves_by_keyboard(rig) {
 }
 
 const lines = (text) => text.trimEnd().split("\n");
+// without the words that may follow the numbers
+const numbers = (text) => lines(text).filter((line) => !line.startsWith("# "));
 
 export async function plots_are_saved_as_pictures_and_numbers_that_can_be_read(rig) {
   const page = await rig.open({ height: 1200 });
@@ -82,7 +84,7 @@ export async function plots_are_saved_as_pictures_and_numbers_that_can_be_read(r
   assert.ok(png.bytes.length > 100000, `${png.bytes.length} bytes are no picture of curves`);
 
   const csv = await saved(page, "[data-save=csv]");
-  const rows = lines(csv.bytes.toString()).map((line) => line.split(","));
+  const rows = numbers(csv.bytes.toString()).map((line) => line.split(","));
   assert.equal(rows.length, 2002);
   assert.deepEqual(rows[0].slice(0, 5), ["t", "phi_1", "phi_2", "phi_3", "phi_4"]);
   const shown = await page.evaluate(() => ({ t: window.pendulumd.motion.t[777], phi: window.pendulumd.motion.columns.phi[777 * 4 + 2] }));
