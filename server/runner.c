@@ -26,13 +26,16 @@ struct srv_runner {
     pthread_cond_t some;
     pthread_t thread;
     int started, over;
-    int wanted;        /* somebody should look whether there is a part */
-    int64_t poll_at;   /* ns: when to look without being told */
-    int doubt, asking; /* a job may have ended elsewhere; the survey is under way */
-    int64_t survey_at; /* ns: not before */
-    int64_t idle;      /* ns: since when there was nothing to do; 0 = there is, or nobody knows */
-    int draining;      /* 1 = no more claims, 2 = asked to give back, 3 = given back */
-    int count;
+    int wanted;           /* somebody should look whether there is a part */
+    int64_t poll_at;      /* ns: when to look without being told */
+    int doubt, asking;    /* a job may have ended elsewhere; the survey is under way */
+    int64_t survey_at;    /* ns: not before */
+    int64_t idle;         /* ns: since when there was nothing to do; 0 = there is, or nobody knows */
+    int draining;         /* 1 = no more claims, 2 = asked to give back, 3 = given back */
+    struct srv_ask claim; /* for parts, `asked` at most */
+    int claiming, asked, claimed;
+    struct srv_lease lease[SRV_CLAIMS]; /* of the claim */
+    int count, most_long;               /* slots; parts that are not small and may be held at a time */
     struct srv_slot slot[];
 };
 
@@ -42,7 +45,10 @@ enum {
     RUNNER_BEAT_MS = 500,
     RUNNER_SURVEY_MS = 20, /* from one survey to the next, however much news there is */
     RUNNER_DEAF_MS = 50,   /* and where there is no news */
-    RUNNER_CONTENDED_MS = 5
+    RUNNER_CONTENDED_MS = 5,
+    RUNNER_YOUNG_MS = 20, /* a part that is held for less is not asked about: it may be over by then */
+    RUNNER_LONG_MS = 200, /* a part that computes for longer is no small one, whatever was estimated */
+    RUNNER_SMALL = 32     /* slots for small parts */
 };
 
 static int64_t runner_ms(int ms) { return (int64_t)ms * 1000000; }
@@ -89,31 +95,57 @@ static void runner_rest(struct srv_runner *runner, enum srv_stored claimed, int6
     runner->idle = holds ? 0 : runner->idle ? runner->idle : now;
 }
 
-/* the answer to a claim; called with the lock */
-static void slot_claimed(struct srv_slot *slot, enum srv_stored stored) {
-    struct srv_runner *runner = slot->runner;
-    int64_t now = srv_clock_now();
-    runner_rest(runner, stored, now);
-    if (stored != SRV_STORED) {
-        slot->state = SRV_SLOT_IDLE;
-        if (stored == SRV_STORED_AGAIN) runner->poll_at = now + runner_ms(RUNNER_CONTENDED_MS);
-        pthread_cond_signal(&runner->some);
-        return;
-    }
-    srv_events_news(runner->service->events);
-    /* where there was one there may be more; and it may have been dismissed since */
-    runner->wanted = 1;
-    runner->doubt = 1;
-    slot->beat_at = now + runner_beat_ns(runner);
-    pthread_cond_signal(&runner->some);
-    if (runner->draining) {
+static enum srv_stored runner_claim_run(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_runner *runner = (struct srv_runner *)((char *)call - offsetof(struct srv_runner, claim));
+    return srv_store_claim_some(store, runner->name, runner->lease_us, runner->lease, runner->asked, &runner->claimed);
+}
+
+/* a slot has a part; called with the lock */
+static void slot_begins(struct srv_slot *slot, const struct srv_lease *lease, int64_t now) {
+    struct srv_stint *stint = &slot->stint;
+    slot->lease = *lease;
+    slot->held_at = now;
+    slot->beat_at = now + runner_beat_ns(slot->runner);
+    if (slot->runner->draining) {
         slot_end(slot);
-    } else if (strcmp(slot->stint.job, slot->lease.job)) {
-        srv_stint_forget(&slot->stint);
+    } else if (slot->lease.request) {
+        srv_stint_forget(stint);
+        stint->request = slot->lease.request;
+        stint->request_bytes = slot->lease.request_bytes;
+        slot->lease.request = NULL;
+        memcpy(stint->job, slot->lease.job, sizeof stint->job);
+        slot_compute(slot);
+    } else if (strcmp(stint->job, slot->lease.job)) {
+        srv_stint_forget(stint);
         srv_slot_ask(slot, SRV_SLOT_REQUEST);
     } else {
         slot_compute(slot);
     }
+}
+
+/* the answer to a claim */
+static void runner_claimed(struct srv_ask *ask) {
+    struct srv_runner *runner = (struct srv_runner *)((char *)ask - offsetof(struct srv_runner, claim));
+    enum srv_stored stored = ask->call.stored;
+    int64_t now = srv_clock_now();
+    int given = 0;
+    pthread_mutex_lock(&runner->lock);
+    int count = stored == SRV_STORED ? runner->claimed : 0;
+    runner->claiming = 0;
+    runner_rest(runner, stored, now);
+    if (stored == SRV_STORED_AGAIN) runner->poll_at = now + runner_ms(RUNNER_CONTENDED_MS);
+    /* where there was one there may be more; and it may have been dismissed since */
+    runner->wanted |= count > 0;
+    runner->doubt |= count > 0;
+    for (int i = 0; i < runner->count; i++) {
+        struct srv_slot *slot = &runner->slot[i];
+        if (slot->state != SRV_SLOT_CLAIM) continue;
+        slot->state = SRV_SLOT_IDLE;
+        if (given < count) slot_begins(slot, &runner->lease[given++], now);
+    }
+    if (count) srv_events_news(runner->service->events);
+    pthread_cond_signal(&runner->some);
+    pthread_mutex_unlock(&runner->lock);
 }
 
 /* the answer to another question; called with the lock */
@@ -144,10 +176,7 @@ static void slot_done(struct srv_ask *ask) {
     struct srv_slot *slot = srv_slot_of_ask(ask);
     struct srv_runner *runner = slot->runner;
     pthread_mutex_lock(&runner->lock);
-    if (slot->state == SRV_SLOT_CLAIM)
-        slot_claimed(slot, ask->call.stored);
-    else
-        slot_answered(slot, ask->call.stored);
+    slot_answered(slot, ask->call.stored);
     pthread_mutex_unlock(&runner->lock);
 }
 
@@ -221,18 +250,40 @@ static int slot_run(struct srv_task *task) {
 
 /* --- the runner's thread; its functions are called with the lock --- */
 
-/* one slot at a time looks for a part; where it finds one the next looks */
-static void runner_claim(struct srv_runner *runner, int64_t now) {
-    struct srv_slot *idle = NULL;
-    if (runner->draining || (!runner->wanted && now < runner->poll_at)) return;
+/* whether a part keeps a worker for long: as it was estimated, or because it does */
+static int slot_long(const struct srv_slot *slot, int64_t now) {
+    int computes = slot->state == SRV_SLOT_COMPUTE && now - slot->held_at > runner_ms(RUNNER_LONG_MS);
+    return srv_slot_holds(slot) && (slot->lease.part_us > SRV_SMALL_US || computes);
+}
+
+/* how many parts may be claimed: of long ones no more than are computed soon, and some small ones beside them */
+static int runner_room(const struct srv_runner *runner, int64_t now) {
+    int idle = 0, waiting = 0, longs = 0;
     for (int i = 0; i < runner->count; i++) {
-        if (runner->slot[i].state == SRV_SLOT_CLAIM) return;
-        if (!idle && runner->slot[i].state == SRV_SLOT_IDLE) idle = &runner->slot[i];
+        const struct srv_slot *slot = &runner->slot[i];
+        idle += slot->state == SRV_SLOT_IDLE;
+        waiting += slot->state == SRV_SLOT_COMPUTE || slot->state == SRV_SLOT_REQUEST;
+        longs += slot_long(slot, now);
     }
-    if (!idle) return;
+    if (longs >= runner->most_long || waiting >= RUNNER_SMALL / 2) return 0;
+    return idle < SRV_CLAIMS ? idle : SRV_CLAIMS;
+}
+
+/* one claim at a time; where it finds parts the next is sent */
+static void runner_claim(struct srv_runner *runner, int64_t now) {
+    if (runner->draining || runner->claiming || (!runner->wanted && now < runner->poll_at)) return;
+    int room = runner_room(runner, now);
+    if (!room) return;
     runner->wanted = 0;
     runner->poll_at = now + runner_ms(RUNNER_POLL_MS);
-    srv_slot_ask(idle, SRV_SLOT_CLAIM);
+    runner->claiming = 1;
+    runner->asked = room;
+    for (int i = 0; i < runner->count && room; i++)
+        if (runner->slot[i].state == SRV_SLOT_IDLE) {
+            runner->slot[i].state = SRV_SLOT_CLAIM;
+            room--;
+        }
+    srv_storage_ask(runner->service->storage, SRV_ASK_WRITE, &runner->claim);
 }
 
 static void runner_beat(struct srv_slot *slot, int64_t now) {
@@ -243,8 +294,14 @@ static void runner_beat(struct srv_slot *slot, int64_t now) {
 static void runner_survey(struct srv_runner *runner, int64_t now) {
     if (runner->draining || runner->asking || !runner->doubt || now < runner->survey_at) return;
     runner->doubt = 0;
-    for (int i = 0; i < runner->count; i++)
-        if (srv_slot_holds(&runner->slot[i])) srv_survey_list(runner->survey, runner->slot[i].lease.job);
+    for (int i = 0; i < runner->count; i++) {
+        const struct srv_slot *slot = &runner->slot[i];
+        int young = now - slot->held_at < runner_ms(RUNNER_YOUNG_MS);
+        if (!srv_slot_holds(slot)) continue;
+        runner->doubt |= young;
+        if (!young) srv_survey_list(runner->survey, slot->lease.job);
+    }
+    runner->survey_at = now + runner_ms(RUNNER_YOUNG_MS);
     if (!runner->survey->count) return;
     runner->asking = 1;
     srv_storage_ask(runner->service->storage, SRV_ASK_READ, &runner->survey->ask);
@@ -308,7 +365,8 @@ static void runner_name(char name[SRV_NAME_BYTES]) {
     snprintf(name, SRV_NAME_BYTES, "%s:%ld:%016llx", host, (long)getpid(), (unsigned long long)bits);
 }
 
-enum pend_status srv_runner_new(struct srv_runner **runner, struct srv_service *service, int slots) {
+enum pend_status srv_runner_new(struct srv_runner **runner, struct srv_service *service, int parts) {
+    int slots = parts ? parts + RUNNER_SMALL : 0;
     struct srv_runner *made = *runner = calloc(1, sizeof *made + (size_t)slots * sizeof made->slot[0]);
     pthread_condattr_t clock;
     if (!made) return PEND_NO_MEMORY;
@@ -319,6 +377,8 @@ enum pend_status srv_runner_new(struct srv_runner **runner, struct srv_service *
     }
     made->service = service;
     made->count = slots;
+    made->most_long = parts;
+    made->claim = (struct srv_ask){.call = {.run = runner_claim_run}, .done = runner_claimed};
     made->wanted = 1;
     made->lease_us = (int64_t)(1e6 * service->config.job_lease_seconds);
     made->release = (struct srv_ask){.call = {.run = runner_release}, .done = runner_released};

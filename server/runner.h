@@ -12,11 +12,11 @@ struct srv_runner;
  * A runner that does nothing yet.
  *
  * service  outlives it.
- * slots    parts that are held at a time; 0 = this process computes no jobs.
+ * parts    that are held at a time, but for small ones; 0 = this process computes no jobs.
  *
  * PEND_NO_MEMORY
  */
-PEND_MUST_CHECK enum pend_status srv_runner_new(struct srv_runner **runner, struct srv_service *service, int slots);
+PEND_MUST_CHECK enum pend_status srv_runner_new(struct srv_runner **runner, struct srv_service *service, int parts);
 
 /** Starts it, once service->storage is there. PEND_NO_MEMORY when its thread cannot be had. */
 PEND_MUST_CHECK enum pend_status srv_runner_start(struct srv_runner *runner);

@@ -17,11 +17,6 @@ int srv_slot_holds(const struct srv_slot *slot) {
 
 /* --- on the store's threads --- */
 
-static enum srv_stored slot_claim(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_slot *slot = srv_slot_of_ask((struct srv_ask *)call);
-    return srv_store_claim(store, slot->holder, slot->lease_us, &slot->lease);
-}
-
 static enum srv_stored slot_request(struct srv_store *store, struct srv_store_call *call) {
     struct srv_slot *slot = srv_slot_of_ask((struct srv_ask *)call);
     return srv_store_request(store, slot->lease.job, &slot->stint.request, &slot->stint.request_bytes);
@@ -49,16 +44,13 @@ static enum srv_stored slot_extend(struct srv_store *store, struct srv_store_cal
 void srv_slot_ask(struct srv_slot *slot, enum srv_slot_state state) {
     enum srv_ask_kind kind = state == SRV_SLOT_REQUEST ? SRV_ASK_READ : SRV_ASK_WRITE;
     slot->state = state;
-    slot->ask.call.run = state == SRV_SLOT_CLAIM     ? slot_claim
-                         : state == SRV_SLOT_REQUEST ? slot_request
-                         : state == SRV_SLOT_FINISH  ? slot_finish
-                                                     : slot_fail;
+    slot->ask.call.run = state == SRV_SLOT_REQUEST ? slot_request : state == SRV_SLOT_FINISH ? slot_finish : slot_fail;
     srv_storage_ask(slot->service->storage, kind, &slot->ask);
 }
 
 void srv_slot_beat(struct srv_slot *slot) {
     slot->beaten = slot->lease;
-    slot->beaten.start = NULL;
+    slot->beaten.start = slot->beaten.request = NULL;
     slot->beating = 1;
     srv_storage_ask(slot->service->storage, SRV_ASK_WRITE, &slot->beat);
 }

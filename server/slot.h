@@ -10,7 +10,7 @@
 /* What a slot is doing. */
 enum srv_slot_state {
     SRV_SLOT_IDLE,
-    SRV_SLOT_CLAIM,   /* asks for a part */
+    SRV_SLOT_CLAIM,   /* waits for what a claim of the runner brings */
     SRV_SLOT_REQUEST, /* asks for its job's request */
     SRV_SLOT_COMPUTE, /* its task is in the queue or with a worker */
     SRV_SLOT_FINISH,  /* asks for the result to be kept */
@@ -29,11 +29,12 @@ struct srv_slot {
     int64_t lease_us;
     struct srv_stint stint; /* who has the slot has this, but for its stop */
 
-    /* under the runner's lock, but for `lease` while it is being claimed */
+    /* under the runner's lock */
     enum srv_slot_state state, again; /* again: what is asked after SRV_SLOT_RETRY */
     int beating;
     int64_t at;      /* ns: when to ask again */
     int64_t beat_at; /* ns: when to hold it for longer */
+    int64_t held_at; /* ns: since when it holds the part */
     struct srv_lease lease;
 };
 
@@ -55,7 +56,7 @@ struct srv_slot *srv_slot_of_beat(struct srv_ask *beat);
 /** Does it hold a part? With the runner's lock, as all that follows. */
 int srv_slot_holds(const struct srv_slot *slot);
 
-/** Asks what the state is about: one of CLAIM, REQUEST, FINISH, FAIL. */
+/** Asks what the state is about: one of REQUEST, FINISH, FAIL. */
 void srv_slot_ask(struct srv_slot *slot, enum srv_slot_state state);
 
 /** Asks that the part be held for longer. */

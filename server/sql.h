@@ -9,7 +9,7 @@
 
 #include "core/status.h"
 
-enum { SRV_SQL_PARAMETERS = 24, SRV_SQL_STATEMENTS = 64, SRV_SQL_TEXT = 2048, SRV_SQL_COMPLAINT = 240 };
+enum { SRV_SQL_PARAMETERS = 24, SRV_SQL_STATEMENTS = 96, SRV_SQL_TEXT = 2048, SRV_SQL_COMPLAINT = 240 };
 
 /* What became of a call to a store. */
 enum srv_stored {

@@ -16,6 +16,9 @@ enum {
     SRV_MESSAGE_BYTES = 256,      /* what a job says of its end */
     SRV_NAME_BYTES = 96,          /* clients, workers, operations, idempotency keys */
     SRV_CHUNK_BYTES = 256 * 1024, /* a piece of a shard's result; only the last is shorter */
+    SRV_CLAIMS = 16,              /* shards that one claim takes at most: so many only if each computes for */
+    SRV_SMALL_US = 5000,          /* no longer than this, and all of them for */
+    SRV_CLAIM_US = 20000,         /* no longer than this, as it is estimated */
     SRV_ROW_BYTES = 1024,         /* what a job or a scene is counted for, beside its request, results or body */
     SRV_SHARD_BYTES = 256,        /* and each shard of a job after the first */
     SRV_MOST_KILLS =
@@ -78,8 +81,11 @@ struct srv_job {
 struct srv_lease {
     char job[SRV_ID_BYTES], operation[SRV_NAME_BYTES];
     long shard, shards;
-    long attempt; /* the fencing token: grows with every claim of this shard */
-    void *start;  /* what the shard before it carried over; NULL where there is none; freed by srv_lease_clear */
+    long attempt;    /* the fencing token: grows with every claim of this shard */
+    int64_t part_us; /* of computation, as it is estimated */
+    void *request;   /* of the job; NULL where it is long; freed by srv_lease_clear */
+    size_t request_bytes;
+    void *start; /* what the shard before it carried over; NULL where there is none; freed by srv_lease_clear */
     size_t start_bytes;
 };
 
@@ -178,6 +184,16 @@ enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struc
  * SRV_STORED_NONE  nothing waits.
  */
 enum srv_stored srv_store_claim(struct srv_store *store, const char *worker, int64_t lease_us, struct srv_lease *lease);
+
+/**
+ * As srv_store_claim, several shards: one of each of as many jobs, of the clients in turn, while they are small.
+ *
+ * lease  out, room for `most`.
+ * most   1 .. SRV_CLAIMS.
+ * count  out: >= 1 where SRV_STORED is returned.
+ */
+enum srv_stored srv_store_claim_some(struct srv_store *store, const char *worker, int64_t lease_us,
+                                     struct srv_lease lease[], int most, int *count);
 
 /** Frees what a lease holds in memory. */
 void srv_lease_clear(struct srv_lease *lease);

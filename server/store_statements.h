@@ -95,8 +95,9 @@
     X(JOB_OF_KEY, "SELECT " JOB_COLUMNS ", digest FROM jobs WHERE client = $1 AND key = $2")                           \
     X(KEY_FREE, "UPDATE jobs SET key = NULL WHERE id = $1")                                                            \
     X(JOB_REQUEST, "SELECT request FROM jobs WHERE id = $1")                                                           \
-    X(JOB_READY, "SELECT id, operation, shards, begun, waiting, chained, done, state FROM jobs WHERE client = $1 AND " \
-                 "ready = 1 ORDER BY rank, created LIMIT 1 {skip}")                                                    \
+    X(JOBS_READY, "SELECT id, operation, shards, begun, waiting, chained, done, state, part, CASE WHEN "               \
+                  "LENGTH(request) <= 4096 THEN request END FROM jobs WHERE client = $1 AND ready = 1 ORDER BY rank, " \
+                  "created LIMIT $2 {skip}")                                                                           \
     X(JOB_CLAIM, "UPDATE jobs SET rank = rank - part * $3, state = 1, started = CASE WHEN started = 0 THEN {now} "     \
                  "ELSE started END, waiting = waiting - $2, begun = begun + $3, ready = " READY(                       \
                      "waiting - $2", "begun + $3", "done") " WHERE id = $1")                                           \
@@ -125,6 +126,8 @@
     X(REMOVAL_END, "DELETE FROM removals WHERE job = $1")                                                              \
     X(LEASE, "SELECT " JOB_COLUMNS ", shards.state, shards.attempt FROM jobs JOIN shards ON shards.job = jobs.id "     \
              "WHERE jobs.id = $1 AND shards.number = $2 {lock}")                                                       \
+    X(SHARD_FIRST, "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, start, bytes) VALUES "      \
+                   "($1, $2, 1, 1, 0, $3, {now} + $4, NULL, 0)")                                                       \
     X(SHARD_NEXT, "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, start, bytes) SELECT id, "   \
                   "begun, 1, 1, 0, $2, {now} + $3, carry, 0 FROM jobs WHERE id = $1 ON CONFLICT DO NOTHING "           \
                   "RETURNING number, attempt, start")                                                                  \

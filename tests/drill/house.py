@@ -215,6 +215,7 @@ KEPT = "(SELECT COALESCE(SUM(LENGTH(data)), 0) FROM results WHERE job = jobs.id)
 SUMS = (
     ("bytes of a successful job", f"SELECT id, bytes, {KEPT} FROM jobs WHERE state = 2 AND bytes <> {KEPT}"),
     ("parts of a successful job", "SELECT id FROM jobs WHERE state = 2 AND shards <> (SELECT COUNT(*) FROM drill_kept WHERE job = id)"),
+    ("parts that a job has done", "SELECT id, done FROM jobs WHERE state < 3 AND done <> (SELECT COUNT(*) FROM shards WHERE job = id AND state = 2)"),
     ("chunks of a part", "SELECT job, shard, COUNT(*) FROM results GROUP BY job, shard HAVING MIN(chunk) <> 0 OR MAX(chunk) <> COUNT(*) - 1"),
     ("open jobs of a client", "SELECT name, jobs FROM clients WHERE jobs <> (SELECT COUNT(*) FROM jobs WHERE client = name AND state < 2)"),
     ("jobs of a client that a worker can take", "SELECT name, ready FROM clients WHERE ready <> (SELECT COUNT(*) FROM jobs WHERE client = name AND ready = 1)"),
