@@ -1,6 +1,7 @@
 #include "api/call.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -40,6 +41,8 @@ struct api_call {
     size_t before;  /* bytes of the caller's buffer before the answer began */
     int promised;   /* the answer's head is out of our hands */
     double cost;    /* s, as estimated */
+    double look_at; /* s of turns after which it is looked whether it can end within its limits */
+    int looks;      /* that there were */
     double letters; /* bytes of the request: more than its names and lists take as they are kept */
     struct api_answer answer;
     char digest[API_DIGEST_BYTES];
@@ -276,6 +279,35 @@ static enum pend_status call_turn(struct api_call *call, const struct api_turn *
     return PEND_OK;
 }
 
+/* Looks whether a computation can come to its end within its limits, from what it has taken for the part that is done:
+ * first after some hundredths of a second, then each time it has taken four times as long. A motion may need more steps
+ * in its first part than later, so the first looks forgive more. Returns 0, with the problem stated, where it cannot.
+ */
+static int call_hopeful(struct api_call *call) {
+    enum { LEAST_STEPS = 500 };
+    static const double forgiven[] = {12, 8, 6, 5}, first_look = 0.01, next_look = 4;
+    const struct api_limits *limits = call->limits;
+    double part = -1, work = -1, steps = (double)api_call_steps(call);
+    if (call->source.fetch || call->promised || !call->op->progress || steps < LEAST_STEPS) return 1;
+    if (call->seconds < call->look_at) return 1;
+    double times = forgiven[call->looks < 3 ? call->looks : 3];
+    call->looks++;
+    call->look_at = fmax(first_look, next_look * call->seconds);
+    call->op->progress(call->state, &part, &work);
+    static const char way_out[] = "ask for a shorter time or a looser tolerance";
+    const char *job = limits->of_jobs ? "" : "; a job, by Prefer: respond-async, may take longer";
+    if (part > 0 && steps / part > times * limits->steps)
+        api_problem_set(&call->problem, 422,
+                        "this would take about %.2g integration steps, more than the limit %s of %.0f: %s%s",
+                        steps / part, api_limits_name(limits, &limits->steps), limits->steps, way_out, job);
+    else if (work > 0 && call->seconds / work > times * limits->compute_seconds)
+        api_problem_set(&call->problem, 422,
+                        "this would compute for about %.2g s, longer than the limit %s of %.15g s: %s%s",
+                        call->seconds / work, api_limits_name(limits, &limits->compute_seconds),
+                        limits->compute_seconds, way_out, job);
+    return !call->problem.status;
+}
+
 enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
     struct api_turn turn = {.out = out,
                             .now = call->now,
@@ -296,7 +328,7 @@ enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
     if (status == PEND_INVALID && call->answer.status == 206 && call->answer.length <= 0)
         return call_refuse_range(call, out);
     if (status != PEND_OK) return call_fail(call, status, &error, out);
-    if (!done) return API_MORE;
+    if (!done) return call_hopeful(call) ? API_MORE : call_refuse(call, out);
     call_keep_told(call);
     call_end_op(call);
     call->stage = STAGE_DONE;
@@ -317,6 +349,8 @@ void api_call_promise(struct api_call *call) {
 const char *api_call_etag(const struct api_call *call) { return call->answer.etag; }
 
 double api_call_cost(const struct api_call *call) { return call->cost; }
+
+int api_call_foresees(const struct api_call *call) { return call->op->progress && !call->source.fetch; }
 
 double api_call_answer_bytes(const struct api_call *call) {
     if (!call->state || !call->op->table) return API_OP_SMALL_BYTES;

@@ -137,6 +137,12 @@ double api_call_cost(const struct api_call *call);
  */
 double api_call_bytes(const struct api_call *call);
 
+/**
+ * True where api_call_run itself refuses, after some hundredths of a second, what cannot come to its end within
+ * max-steps and max-compute-seconds, as far as the first part of a motion can tell.
+ */
+int api_call_foresees(const struct api_call *call);
+
 /** Bytes that the answer's body will not pass, as far as that is known before it is written; of a range the whole. */
 double api_call_answer_bytes(const struct api_call *call);
 

@@ -84,6 +84,11 @@ struct api_op {
     enum pend_status (*run)(void *state, const struct api_turn *turn, int *done, struct pend_error *error);
     /** Integration steps so far; NULL for an operation that takes none. */
     long (*steps)(const void *state);
+    /**
+     * How much of the integration steps, and of all the work, is done: 0 .. 1, or < 0 where that cannot be told. NULL:
+     * it never can. O(1).
+     */
+    void (*progress)(const void *state, double *steps, double *work);
     /** The table that the answer is; NULL for an operation without samples. */
     const struct api_table *(*table)(const void *state);
     /** An estimate of the computation, s; NULL where it does not matter. */

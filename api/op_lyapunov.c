@@ -230,6 +230,12 @@ static long lyapunov_steps(const void *state) {
     return lyapunov->exponents ? pend_lyapunov_steps(lyapunov->exponents) : 0;
 }
 
+static void lyapunov_progress(const void *state, double *steps, double *work) {
+    const struct lyapunov *lyapunov = state;
+    double all = (double)lyapunov->a_row * (double)lyapunov->table.rows + (double)lyapunov->skip;
+    *steps = *work = all > 0 ? (double)lyapunov->intervals / all : -1;
+}
+
 static double lyapunov_cost(const void *state) {
     const struct lyapunov *lyapunov = state;
     double n = lyapunov->tree.n, count = lyapunov->count;
@@ -257,6 +263,7 @@ const struct api_op api_op_lyapunov = {.name = "lyapunov",
                                        .read = lyapunov_read,
                                        .run = lyapunov_run,
                                        .steps = lyapunov_steps,
+                                       .progress = lyapunov_progress,
                                        .table = lyapunov_table,
                                        .cost = lyapunov_cost,
                                        .told = lyapunov_told,

@@ -271,6 +271,15 @@ static long sections_steps(const void *state) {
     return sections->section ? pend_section_steps(sections->section) : 0;
 }
 
+/* a search may end at its time or at its count: how soon is known once some passages were found */
+static void sections_progress(const void *state, double *steps, double *work) {
+    enum { PASSAGES_KNOWN = 5 };
+    const struct sections *sections = state;
+    int known = sections->section && !sections->found_all && sections->count >= PASSAGES_KNOWN;
+    double found = known ? (double)sections->count / (double)sections->table.rows : -1;
+    *steps = *work = known ? fmax(pend_section_progress(sections->section), found) : -1;
+}
+
 static double sections_cost(const void *state) {
     const struct sections *sections = state;
     const struct pend_tree *tree = sections->tree.tree;
@@ -309,6 +318,7 @@ const struct api_op api_op_sections = {.name = "sections",
                                        .read = sections_read,
                                        .run = sections_run,
                                        .steps = sections_steps,
+                                       .progress = sections_progress,
                                        .table = sections_table,
                                        .cost = sections_cost,
                                        .bytes = sections_bytes,

@@ -319,6 +319,13 @@ static long trajectory_steps(const void *state) {
     return trajectory->run ? pend_run_stats(trajectory->run).steps : 0;
 }
 
+/* a comparison with 32 digits may end long before its time, where the digits do: only the samples are foreseen */
+static void trajectory_done(const void *state, double *steps, double *work) {
+    const struct trajectory *trajectory = state;
+    int known = trajectory->run && !trajectory->computed;
+    *steps = *work = known ? pend_run_stats(trajectory->run).progress : -1;
+}
+
 /* rad/s at which the fastest arm turns, about: as fast as the shortest arm swings, faster where many hang on each
  * other, and as the start has it */
 static double trajectory_rate(const struct trajectory *trajectory) {
@@ -391,6 +398,7 @@ const struct api_op api_op_trajectories = {
     .read = trajectory_read,
     .run = trajectory_run,
     .steps = trajectory_steps,
+    .progress = trajectory_done,
     .table = trajectory_table,
     .cost = trajectory_cost,
     .bytes = trajectory_bytes,

@@ -13,7 +13,8 @@ enum {
     COMPUTE_LONG_BODY = 1 << 18, /* bytes of a body that takes a while to read */
     COMPUTE_READ = 5,            /* times a body: the memory that reading it takes */
     COMPUTE_READ_FREE = 1 << 16, /* bytes of a body for which that is not counted: it is read in one go */
-    COMPUTE_REFUSE_COST = 3      /* times max-compute-seconds: an estimate may be wrong by this factor */
+    COMPUTE_REFUSE_COST = 3,     /* times max-compute-seconds: an estimate may be wrong by this factor */
+    COMPUTE_REFUSE_STEPS = 30    /* the same where steps are estimated, which the call itself looks after */
 };
 
 /* s of computation after which a stream begins, however little there is; a whole one that is waited for all the same */
@@ -312,11 +313,15 @@ static int compute_spared(struct srv_work *work) {
 
 /* a computation that is sure to outrun its limit is not begun */
 static int compute_too_long(struct srv_work *work) {
-    char detail[160];
-    double limit = work->limits->compute_seconds;
-    if (work->cost <= COMPUTE_REFUSE_COST * limit) return 0;
+    char detail[256], job[96] = "";
+    double limit = work->limits->compute_seconds, most = srv_service_job_limits(work->service)->compute_seconds;
+    int factor = api_call_foresees(work->call) ? COMPUTE_REFUSE_STEPS : COMPUTE_REFUSE_COST;
+    if (work->cost <= factor * limit) return 0;
+    if (work->service->storage && work->cost <= most)
+        snprintf(job, sizeof job, "; a job, by Prefer: respond-async, may take max-job-seconds, %.15g s", most);
     snprintf(detail, sizeof detail,
-             "this would compute for about %.0f s, longer than max-compute-seconds allows: %.15g s", work->cost, limit);
+             "this would compute for about %.0f s, longer than max-compute-seconds allows: %.15g s%s", work->cost,
+             limit, job);
     (void)api_call_stop(work->call, 422, detail, &work->out);
     compute_settle(work);
     return 1;
