@@ -31,15 +31,15 @@ static int read_setting(const struct api_value *value, const struct pend_method 
 /* the method in the precision asked for; NULL where it has none such */
 static const struct pend_method *read_precision(const struct api_value *value, const struct pend_method *method,
                                                 struct api_problem *problem) {
-    static const char *const words[] = {"double", "extended", NULL};
+    static const char *const words[] = {"double", "extended", "quad", NULL};
     int chosen = 0;
     int found = api_field_word(value, words, &chosen, problem);
     if (found > 0 && !chosen) api_value_usual(value);
     if (found < 0) return NULL;
     if (!chosen || !method) return method;
     if (!method->extended)
-        api_value_fault(value, problem, "\"extended\" is for method taylor only, not for %s", method->name);
-    return method->extended;
+        api_value_fault(value, problem, "\"%s\" is for method taylor only, not for %s", words[chosen], method->name);
+    return method->extended && chosen == 2 ? &pend_method_taylor_quad : method->extended;
 }
 
 void api_method_read(struct api_method *method, const struct api_value *root, const struct api_tree *tree,

@@ -30,7 +30,7 @@ static const struct {
 static const double steps_of_others = 20;
 
 /* how many times as long 32 digits take, the fixed step, and a comparison with 32 digits beside the trajectory */
-static const double extended_times = 25, symplectic_times = 20, trust_times = 26;
+static const double extended_times = 25, quad_times = 2000, symplectic_times = 20, trust_times = 26;
 
 /* arm-evaluations asked for at a time: about a millisecond */
 static const double piece = 50000;
@@ -180,7 +180,7 @@ static void trajectory_tell_horizon(struct trajectory *trajectory, double horizo
     if (horizon == pend_times_at(times, times->count - 1)) return;
     snprintf(trajectory->warning, sizeof trajectory->warning,
              "digits are lost before the last instant: beyond t = %.6g s errors may be larger than %.3g (estimated). A "
-             "smaller rtol or precision extended carries them further. The field trust compares exactly.",
+             "smaller rtol or precision extended or quad carries them further. The field trust compares exactly.",
              horizon, trajectory->method.accuracy);
     api_stats_warning(&trajectory->stats, "warning_horizon", trajectory->warning);
 }
@@ -351,6 +351,8 @@ static double trajectory_cost(const void *state) {
     double times_as_long = trajectory->trust_tolerance > 0 ? 1 + trust_times : 1;
     if (trajectory->method.method == pend_method_taylor.extended)
         times_as_long = trajectory->trust_tolerance > 0 ? 2 * extended_times : extended_times;
+    if (trajectory->method.method == &pend_method_taylor_quad)
+        times_as_long = trajectory->trust_tolerance > 0 ? 2 * quad_times : quad_times;
     if (trajectory->method.method == &pend_method_symplectic) times_as_long = symplectic_times;
     return times_as_long * fmin(steps, (double)trajectory->step_cap) *
                (step_seconds + trajectory->tree.n * arm_seconds) +

@@ -46,7 +46,8 @@ struct pend_horizon {
 static enum horizon_way horizon_way(const struct pend_method *method) {
     if (method->flags & PEND_METHOD_LINEAR) return HORIZON_LINEAR;
     if (method->series) return HORIZON_SERIES;
-    return method == pend_method_taylor.extended ? HORIZON_EXTENDED : HORIZON_ANEW;
+    int precise = method == pend_method_taylor.extended || method == &pend_method_taylor_quad;
+    return precise ? HORIZON_EXTENDED : HORIZON_ANEW;
 }
 
 static void horizon_view(struct pend_horizon *horizon, double *at, size_t stride) {
@@ -108,7 +109,8 @@ enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pe
     made->grade = PEND_HORIZON_MARGIN / problem->accuracy;
     made->unit = 0x1p-5;
     made->end_time = pend_times_at(&problem->times, problem->times.count - 1) - pend_times_at(&problem->times, 0);
-    made->target = fmax(method->flags & PEND_METHOD_TOLERANCES ? problem->rtol / 100 : 0, 0x1p-106);
+    made->target = fmax(method->flags & PEND_METHOD_TOLERANCES ? problem->rtol / 100 : 0,
+                        method == &pend_method_taylor_quad ? 0x1p-200 : 0x1p-106);
     horizon_view(made, (double *)(block + head), stride);
     horizon_start(made, problem);
     if (way == HORIZON_LINEAR) horizon_linear(made, problem);

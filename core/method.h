@@ -133,6 +133,8 @@ extern const struct pend_method pend_method_taylor, pend_method_ode23, pend_meth
 
 /* what pend_method_taylor.extended points to */
 extern const struct pend_method pend_method_taylor_extended;
+/* and the same in numbers of about 62 digits */
+extern const struct pend_method pend_method_taylor_quad;
 
 /**
  * The absolute tolerance that a method takes for a relative one where none is given, rad and rad/s. O(1).

@@ -170,7 +170,7 @@ TEST(all_faults_of_a_request_are_told_at_once) {
         API_OP_TRAJECTORIES,
         "{\"pendulum\":{\"length\":[1,-1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"phi\":[1,2,3]},"
         "\"times\":{\"start\":0,\"step\":0},\"method\":\"runge\",\"rtol\":\"small\",\"output\":[\"psi\"],\"digits\":99,"
-        "\"precision\":\"quad\",\"meta\":{}}");
+        "\"precision\":\"octuple\",\"meta\":{}}");
     static const char *const pointers[] = {
         "/pendulum/length/1", "/initial/phi", "/times/stop", "/times/step", "/method", "/rtol",
         "/output/0",          "/digits",      "/precision",  "/meta"};
@@ -368,5 +368,19 @@ TEST(small_angles_from_hanging_keep_their_digits) {
                                     "\"initial\":{\"theta\":[1e-12]}}");
     got = test_reply_number(&reply, "/amplitude/0");
     CHECK_SAYING(fabs(got - 1e-12) < 1e-26, "%.17g", got);
+    test_reply_free(&reply);
+}
+
+/* the state after 20 s to all digits of a double, and a horizon that reaches that far */
+TEST(quad_precision_is_served_with_its_horizon) {
+    struct test_reply reply = test_post(
+        API_OP_TRAJECTORIES,
+        "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"phi\":"
+        "[0.42920367320510344,0.92920367320510344]},\"times\":[0,10,20],\"output\":[\"phi\",\"theta\",\"lambda\"],"
+        "\"precision\":\"quad\",\"rtol\":1e-34}");
+    CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+    CHECK(test_reply_number(&reply, "/stats/horizon") == 20);
+    CHECK(test_reply_number(&reply, "/phi/2/0") == -1.4164560416052849);
+    CHECK(test_reply_number(&reply, "/phi/2/1") == -43.45858340112293);
     test_reply_free(&reply);
 }
