@@ -1,10 +1,12 @@
 # `make run` serves, `make check` tests, `make help` lists the rest.
 #
 # MODE is how the code is built: release (default), debug, asan (address and undefined sanitizers) or tsan (threads).
-# Each has its own directory, build/MODE. CC, CXX, CFLAGS, CXXFLAGS and LDFLAGS are obeyed; WERROR= lets warnings pass.
+# Each has its own directory, build/MODE. CC, CXX, CPPFLAGS, CFLAGS, CXXFLAGS, LDFLAGS and PKG_CONFIG
+# are obeyed; WERROR= lets warnings pass.
 MODE ?= release
 B := build/$(MODE)
-ARCH ?= $(shell uname -m)
+# of what the compiler makes, which may be a cross compiler; before one is installed, this machine
+ARCH ?= $(firstword $(subst -, ,$(shell $(CC) -dumpmachine 2>/dev/null || uname -m)))
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 
 # $(call lazy,NAME,command): runs the command when NAME is first used, once; before that a package may be missing
@@ -19,7 +21,7 @@ endif
 $(call lazy,COMPILER,$(CC) -dumpversion)
 WERROR ?= $(if $(filter 12 14 14.% 19.%,$(COMPILER)),-Werror)
 PKG := libmicrohttpd libcjson gsl nettle libdeflate libpng zlib libzstd sqlite3 libpq
-WARN := -Wall -Wextra -Wshadow -Wpointer-arith -Wvla -Wformat=2 $(WERROR)
+WARN = -Wall -Wextra -Wshadow -Wpointer-arith -Wvla -Wformat=2 $(WERROR)
 # gcc's warning of unset variables is often mistaken about instrumented code; valgrind looks for these
 SANITIZED := $(if $(findstring clang,$(CC)),,-Wno-maybe-uninitialized)
 # -g1 names functions and lines, which reports need; variables would take longer to note than all else to compile
@@ -28,10 +30,13 @@ FLAGS.debug := -O1 -g
 FLAGS.asan := -O1 -g1 -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer $(SANITIZED)
 FLAGS.tsan := -O1 -g1 -fsanitize=thread $(SANITIZED)
 $(if $(FLAGS.$(MODE)),,$(error MODE is one of release debug asan tsan, not $(MODE)))
-$(call lazy,PKG_CFLAGS,pkg-config --cflags $(PKG))
-$(call lazy,PKG_LIBS,pkg-config --libs $(PKG))
+PKG_CONFIG ?= pkg-config
+$(call lazy,PKG_CFLAGS,$(PKG_CONFIG) --cflags $(PKG))
+$(call lazy,PKG_LIBS,$(PKG_CONFIG) --libs $(PKG))
 # the same bits from every compiler: no fused multiply-add that the source does not write
-COMMON = -I. $(FLAGS.$(MODE)) -ffp-contract=off $(WARN) -MMD -MP -pthread $(PKG_CFLAGS)
+COMMON = -I. $(FLAGS.$(MODE)) -ffp-contract=off $(WARN) -MMD -MP -pthread $(PKG_CFLAGS) $(SAME) $(CPPFLAGS)
+# wherever the sources lie, the same bytes: what is noted for debuggers is told from here
+SAME = "-ffile-prefix-map=$(CURDIR)=."
 CFLAGS_ALL = -std=c17 -D_GNU_SOURCE -Wstrict-prototypes -Wmissing-prototypes $(COMMON) $(CFLAGS)
 CXXFLAGS_ALL = -std=c++17 -fno-exceptions -fno-rtti $(COMMON) $(addprefix -isystem ,$(wildcard /usr/include/dragonbox-*)) $(CXXFLAGS)
 LINK = $(CC) $(FLAGS.$(MODE)) -pthread $(LDFLAGS)
@@ -65,7 +70,6 @@ PARTS.server := $(SERVER) $(API) $(B)/libpendulum.a
 PARTS.wire := $(API) $(B)/libpendulum.a
 PARTS.fuzz := $(API) $(B)/libpendulum.a
 ROOMS := core laws api server wire fuzz
-SOURCES = $(shell git ls-files '*.c' '*.h' '*.cpp')
 
 help: ## lists these targets; the default
 	@printf 'pendulumd: a server for planar pendulum trees.  Targets:\n'
@@ -96,17 +100,19 @@ build: $(B)/pendulumd ## the server
 debug: ## the server with assertions, in build/debug
 	@$(MAKE) --no-print-directory MODE=debug build
 
-install: build ## into DESTDIR PREFIX (/usr/local): server, library with headers, systemd unit
-	install -D -m 755 $(B)/pendulumd $(DESTDIR)$(PREFIX)/bin/pendulumd
-	install -D -m 644 $(B)/libpendulum.a $(DESTDIR)$(PREFIX)/lib/libpendulum.a
-	install -d $(DESTDIR)$(PREFIX)/include/pendulum/core $(DESTDIR)$(PREFIX)/lib/systemd/system
-	install -m 644 $(PUBLIC:%=core/%.h) $(DESTDIR)$(PREFIX)/include/pendulum/core
-	sed 's|@PREFIX@|$(PREFIX)|' docker/pendulumd.service > $(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service
+install: build ## into DESTDIR PREFIX (/usr/local) LIBDIR: server, library with headers for C and C++, systemd unit
+	docker/library.sh "$(B)" "$(DESTDIR)" "$(PREFIX)" "$(LIBDIR)" $(PUBLIC)
+	install -D -m 755 $(B)/pendulumd "$(DESTDIR)$(PREFIX)/bin/pendulumd"
+	install -d "$(DESTDIR)$(PREFIX)/lib/systemd/system"
+	sed 's|@PREFIX@|$(PREFIX)|' docker/pendulumd.service > "$(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service"
 PREFIX ?= /usr/local
-PUBLIC := status tree dynamics motion reference shapes modes method run isa member ensemble extended trust lyapunov section
+LIBDIR ?= $(PREFIX)/lib
+PUBLIC := status tree dynamics motion reference shapes modes_store modes tape method run isa member ensemble extended trust lyapunov section
 
 uninstall: ## takes away what install put there
-	rm -rf $(addprefix $(DESTDIR)$(PREFIX)/,bin/pendulumd lib/libpendulum.a include/pendulum lib/systemd/system/pendulumd.service)
+	rm -f "$(DESTDIR)$(PREFIX)/bin/pendulumd" "$(DESTDIR)$(LIBDIR)/libpendulum.a" "$(DESTDIR)$(LIBDIR)/pkgconfig/pendulum.pc"
+	rm -f "$(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service"
+	rm -rf "$(DESTDIR)$(PREFIX)/include/pendulum"
 
 clean: ## removes build/
 	rm -rf build
@@ -180,11 +186,17 @@ lint: ## clang's warnings, layout and spectral; installs clang and clang-format
 	@$(CHECK) ONLY='layout openapi'; $(COUNT)
 
 #@ Source
-format: ## lays out the C with clang-format
-	clang-format -i $(SOURCES)
+format: ## lays out the C with clang-format 14, as rules/layout checks it
+	@tests/rules/layout.sh --write
 
 format-check: ## fails where format would change something
-	clang-format --dry-run -Werror $(SOURCES)
+	@tests/rules/layout.sh
+
+# what clang says of the sources without making anything of them (tests/rules/clang.sh)
+clang-flags:
+	@echo $(filter-out -MMD -MP,$(CFLAGS_ALL)) -Wno-psabi -DPEND_ISA=base
+clang-flags-c++:
+	@echo $(filter-out -MMD -MP,$(CXXFLAGS_ALL))
 
 # the rules proper; V=1 shows the commands whole
 Q := $(if $(V),,@)
@@ -325,5 +337,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench bench-precision bench-parts bench-page drill load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check changed
+.PHONY: help run check build bench bench-precision bench-parts bench-page drill load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check clang-flags clang-flags-c++ changed
 .DELETE_ON_ERROR:

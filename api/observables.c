@@ -15,19 +15,19 @@ struct columns {
 
 /* in the order of enum api_observable */
 static const struct columns observables[API_SEE_COUNT] = {
-    [API_SEE_START] = {"start", {"phi", "phid"}, {1, 1}},
-    [API_SEE_PARAMETERS] = {"parameters", {"length", "mass", "gravity"}, {1, 1, 0}},
-    [API_SEE_FINAL] = {"final", {"phi", "phid"}, {1, 1}},
+    [API_SEE_START] = {"start", {"phi", "phid"}, {1, 1}, 0},
+    [API_SEE_PARAMETERS] = {"parameters", {"length", "mass", "gravity"}, {1, 1, 0}, 0},
+    [API_SEE_FINAL] = {"final", {"phi", "phid"}, {1, 1}, 0},
     [API_SEE_FIRST_FLIP] = {"first_flip", {"time", "arm"}, {0, 0}, 1},
     [API_SEE_FLIP_TIME] = {"flip_time", {NULL}, {1}, 1},
-    [API_SEE_FLIPS] = {"flips", {NULL}, {1}},
+    [API_SEE_FLIPS] = {"flips", {NULL}, {1}, 0},
     [API_SEE_LAMBDA_MAX] = {"lambda_max", {"value", "time"}, {1, 1}, 2},
     [API_SEE_LAMBDA_MIN] = {"lambda_min", {"value", "time"}, {1, 1}, 2},
     [API_SEE_SIGN_CHANGE] = {"sign_change", {NULL}, {1}, 1},
-    [API_SEE_ENERGY_DRIFT] = {"energy_drift", {NULL}, {0}},
-    [API_SEE_LYAPUNOV] = {"lyapunov", {NULL}, {0}},
-    [API_SEE_HORIZON] = {"horizon", {NULL}, {0}},
-    [API_SEE_TRAJECTORY] = {"trajectory", {NULL}, {0}},
+    [API_SEE_ENERGY_DRIFT] = {"energy_drift", {NULL}, {0}, 0},
+    [API_SEE_LYAPUNOV] = {"lyapunov", {NULL}, {0}, 0},
+    [API_SEE_HORIZON] = {"horizon", {NULL}, {0}, 0},
+    [API_SEE_TRAJECTORY] = {"trajectory", {NULL}, {0}, 0},
 };
 
 /* the outputs of a trajectory */

@@ -97,7 +97,8 @@ def write(files, digest, out):
             sys.exit(f"assets_embed: {name} has no media type; the table here has {' '.join(MEDIA_TYPES)}")
         if suffix == ".html":
             data = data.replace(b"@PAGE@", f"/page/{digest}".encode())
-        packed = gzip.compress(data, 9, mtime=0)
+        packed = bytearray(gzip.compress(data, 9, mtime=0))
+        packed[9] = 255  # the system it was made on, which Pythons name differently
         forms = [("plain", data)] + ([("packed", packed)] if len(packed) < len(data) else [])
         for form, held in forms:
             out.write(f"static const char {form}_{number}[] =\n")

@@ -148,8 +148,7 @@ TEST(a_token_that_is_none_is_refused_and_not_repeated) {
         "Bearer abcdefghijklmnopqrstu",               /* 21 characters */
         "Bearer 0123456789abcdef0123456789abcde",     /* 31 hexadecimal digits: 124 bits */
         "Bearer aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa", /* nobody drew that at random */
-        "Bearer secret-with-a-b\xc3\xbc"
-        "chse-in-it-1234",
+        "Bearer secret-with-a-b\xc3\xbc-chse-in-it-1234",
         "Bearer two-tokens-are-one-too many-tokens-1",
         "Bearer comma,comma,comma,comma,comma,comma",
         "Bearer =leading-equals-sign-0123456789abc",
