@@ -10,7 +10,7 @@
 #include "core/method.h"
 #include "core/taylor_order.h"
 
-enum { PARTS = 4, QUAD_BYTES_CAP = 1 << 30 };
+enum { PARTS = 4, QUAD_ARMS_MOST = 256 };
 
 struct quad_stepper {
     struct quad_series series;
@@ -65,10 +65,10 @@ static enum pend_status quad_stepper_open(void **stepper, const struct pend_prob
     size_t head = (sizeof(struct quad_stepper) + 63) / 64 * 64, row = PARTS * (size_t)n;
     size_t numbers = (kernel->count(n, order) + 7) / 8 * 8, bytes = head + (numbers + 4 * row + 7) / 8 * 64;
     *stepper = NULL;
-    if (bytes > (size_t)QUAD_BYTES_CAP)
+    if (n > QUAD_ARMS_MOST)
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "62 digits are for smaller trees: the series of %d arms would take %zu bytes, more than %d", n,
-                         bytes, QUAD_BYTES_CAP);
+                         "62 digits are for trees of at most %d arms, got %d: a step of more would take seconds",
+                         QUAD_ARMS_MOST, n);
     char *block = aligned_alloc(64, bytes);
     if (!block)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the series of %d arms: %zu bytes", n, bytes);

@@ -5,6 +5,7 @@
 #include "core/trust.h"
 #include "tests/harness/runs.h"
 #include "tests/harness/test.h"
+#include "tests/harness/trees.h"
 
 /* ---- the numbers: what cancels shows the digits that there are */
 
@@ -100,6 +101,19 @@ TEST(quad_gives_what_extended_gives) {
     test_record_clear(&fine);
     test_record_clear(&extended);
     test_paper_clear(&paper);
+}
+
+TEST(quad_is_for_small_trees) {
+    unsigned long long seed = 257;
+    struct test_tree t;
+    struct pend_run *run;
+    struct pend_error error;
+    test_tree_random(&t, TEST_TREE_ATTACHED, 257, 0.3, &seed);
+    struct pend_problem problem = {.tree = t.tree, .gravity = 9.81, .phi = t.phi, .rate = t.rate};
+    problem.times = (struct pend_times){.count = 2, .span = 1, .divisor = 1};
+    CHECK_INT(pend_run_new(&run, &pend_method_taylor_quad, &problem, &error), PEND_INVALID);
+    CHECK_SAYING(strstr(error.text, "at most 256 arms, got 257"), "%s", error.text);
+    test_tree_clear(&t);
 }
 
 TEST(quad_fails_cleanly_without_memory) {
