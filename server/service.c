@@ -23,9 +23,7 @@ const struct api_limits *srv_service_job_limits(const struct srv_service *servic
 const char *srv_service_jobless(const struct srv_service *service) {
     if (!service->storage) return "this server keeps no jobs: --store none";
     if (!srv_storage_here(service->storage)) return "the store is out of reach";
-    return (double)srv_storage_figures(service->storage).bytes >= service->config.store_bytes
-               ? "the store is full: max-store-bytes"
-               : NULL;
+    return srv_storage_figures(service->storage).full;
 }
 
 static double service_held(const struct srv_service *service, enum srv_memory_kind kind) {

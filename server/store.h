@@ -257,6 +257,7 @@ struct srv_store_figures {
     long shards;     /* that could be claimed now */
     long scenes;
     long long scene_bytes;
+    const char *full; /* why no job can be kept, as a sentence's part; NULL = it can, or nobody knows */
 };
 
 /** Reads the sums that every call keeps up to date; its cost depends on nothing that is kept. */

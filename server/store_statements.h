@@ -37,8 +37,10 @@
     X(NOW, "SELECT {now}, (SELECT MAX(version) FROM pendulumd)")                                                       \
     X(CLIENT, "SELECT jobs, bytes, scenes, scene_bytes FROM clients WHERE name = $1")                                  \
     X(CLIENT_CHANGE,                                                                                                   \
-      "INSERT INTO clients (name, turn, jobs, ready, bytes, scenes, scene_bytes, source, weight) VALUES ($1, $2 + $9 " \
-      "- 1 + COALESCE((SELECT MIN(turn) FROM clients WHERE jobs > 0), 0), $3, $4, $5, $6, $7, $8, $9) ON CONFLICT "    \
+      "INSERT INTO clients (name, turn, jobs, ready, bytes, scenes, scene_bytes, source, weight) VALUES ($1, CAST($2 " \
+      "AS BIGINT) + CAST($9 AS BIGINT) - 1 + COALESCE((SELECT MIN(turn) FROM clients WHERE jobs > 0), 0), $3, $4, "    \
+      "$5, "                                                                                                           \
+      "$6, $7, $8, $9) ON CONFLICT "                                                                                   \
       "(name) DO UPDATE SET jobs = clients.jobs + $3, ready = clients.ready + $4, bytes = clients.bytes + $5, "        \
       "scenes = clients.scenes + $6, scene_bytes = clients.scene_bytes + $7, turn = CASE WHEN clients.jobs = 0 AND "   \
       "clients.turn + $2 < EXCLUDED.turn THEN EXCLUDED.turn ELSE clients.turn + $2 END, source = CASE WHEN "           \

@@ -157,8 +157,17 @@ enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked, struct
     return srv_store_end(store, stored == SRV_STORED, stored);
 }
 
+/* why not even a small job can be kept */
+static const char *figures_full(struct srv_store *store, const struct srv_store_figures *figures) {
+    const struct srv_sql_driver *driver = store->sql->driver;
+    if (figures->bytes + SRV_ROW_BYTES > store->rules.all_bytes) return "the store is full: max-store-bytes";
+    return driver->room && !driver->room(store->sql, SRV_ROW_BYTES) ? "the store's disk is full" : NULL;
+}
+
 enum srv_stored srv_store_figures(struct srv_store *store, struct srv_store_figures *figures) {
     *figures = (struct srv_store_figures){0};
     SRV_STORED_TRY(srv_store_begin(store));
-    return srv_store_end(store, 1, srv_tally_totals(&store->tally, store->sql, figures));
+    enum srv_stored stored = srv_tally_totals(&store->tally, store->sql, figures);
+    if (stored == SRV_STORED) figures->full = figures_full(store, figures);
+    return srv_store_end(store, 1, stored);
 }

@@ -158,3 +158,20 @@ STORE_TEST(jobs_that_ended_are_bounded) {
     CHECK_INT(jobs, 63);
     srv_store_close(&own);
 }
+
+/* whoever asks whether jobs can be kept is told so before one is refused */
+STORE_TEST(a_full_store_says_so) {
+    struct srv_store_figures figures;
+    struct srv_job job;
+    struct srv_store *own;
+    (void)store;
+    ground->rules.all_bytes = 2 * SRV_ROW_BYTES + 100;
+    REQUIRE((own = ground_open(ground)) != NULL);
+    CHECK_INT(ground_submit(own, "a", "anna", NULL, 1, 0, &job), SRV_STORED);
+    CHECK_INT(srv_store_figures(own, &figures), SRV_STORED);
+    CHECK(!figures.full);
+    CHECK_INT(ground_submit(own, "b", "anna", NULL, 1, 0, &job), SRV_STORED);
+    CHECK_INT(srv_store_figures(own, &figures), SRV_STORED);
+    CHECK(figures.full && strstr(figures.full, "max-store-bytes"));
+    srv_store_close(&own);
+}
