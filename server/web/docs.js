@@ -19,6 +19,9 @@ function sectionsOf(description) {
   return [{ title: "", text: first }, ...rest.map((part) => ({ title: part.slice(0, part.indexOf("\n")), text: part.slice(part.indexOf("\n")) }))];
 }
 
+/** An operation with the parameters that its path has for all. */
+const whole = ({ parameters = [] }, operation) => ({ ...operation, parameters: [...parameters, ...operation.parameters ?? []] });
+
 /** [{title, entries: [{id, label, element}]}]: all that the page shows, in order. */
 function groupsOf(reader) {
   const { info, paths, tags = [], components = {} } = reader.document;
@@ -31,7 +34,7 @@ function groupsOf(reader) {
   }];
   for (const tag of tags) {
     const found = Object.entries(paths).flatMap(([path, item]) => METHODS.filter((method) => item[method]?.tags?.includes(tag.name))
-      .map((method) => ({ path, method, operation: item[method] })));
+      .map((method) => ({ path, method, operation: whole(item, item[method]) })));
     const intro = entry(`tag-${tag.name}`, null, h("section", { class: "doc-tag" }, heading("h2", title(tag.name), `tag-${tag.name}`), ...markdown(tag.description ?? "")));
     groups.push({ title: title(tag.name), entries: [intro, ...found.map((one) => entry(one.operation.operationId, summaryOf(one), article(one, reader, heading)))] });
   }

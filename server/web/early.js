@@ -32,6 +32,6 @@ async function dress() {
   if (!getComputedStyle(document.documentElement).getPropertyValue("--paper")) await style("page.css");
 }
 
-// a page that has begun does not begin twice, whatever stopped it
+// the document names main.js as well, so that either of the two is enough; a page that has begun does not begin twice
 script("main.js").catch(giveUp);
 dress().catch(giveUp);

@@ -1,4 +1,4 @@
-// Scenes: what a link stands for. `#d=` holds all of it, `#s=` names one that the server keeps.
+// Scenes: what a link stands for. `#d=` holds all of it, as `#j=` does for browsers that compress nothing; `#s=` names one that the server keeps.
 // Leaves to others: storing (client.storeScene), showing the link (drawers/share.js).
 // Invariant: the document of a scene that was made of doc has the motion of doc, to the bit; what is read is checked, whoever wrote it.
 
@@ -6,6 +6,7 @@ import { DRAWERS, fromRequest, request } from "./state.js";
 import { order } from "./tree.js";
 
 const PALETTES = ["safe", "paper"];
+const MOST_BYTES = 1 << 22; // of a scene that a link holds
 const MOST_NUMBERS = 1e7; // of one column of a motion: what a page can hold
 
 /** {title, request, view} of a document, as /v1/scenes takes it. */
@@ -66,26 +67,38 @@ async function through(stream, bytes) {
   const writer = stream.writable.getWriter();
   writer.write(bytes).catch(() => {});
   writer.close().catch(() => {});
-  return new Uint8Array(await new Response(stream.readable).arrayBuffer());
+  const reader = stream.readable.getReader();
+  const pieces = [];
+  for (let total = 0; ;) {
+    const { done, value } = await reader.read();
+    if (done) return new Uint8Array(await new Blob(pieces).arrayBuffer());
+    total += value.length;
+    if (total > MOST_BYTES) throw new Error("a link that holds more than a scene has");
+    pieces.push(value);
+  }
 }
 
-/** "#d=..." : needs no store. */
+const lettersOf = (bytes) => btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join("")).replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
+const bytesOf = (letters) => Uint8Array.from(atob(letters.replaceAll("-", "+").replaceAll("_", "/")), (letter) => letter.charCodeAt(0));
+const parsed = (bytes) => JSON.parse(new TextDecoder().decode(bytes));
+
+/** "#d=..." or "#j=...": needs no store. */
 export async function linkOf(doc) {
-  const bytes = await through(new CompressionStream("deflate-raw"), new TextEncoder().encode(JSON.stringify(sceneOf(doc))));
-  const letters = btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""));
-  return `#d=${letters.replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "")}`;
+  const bytes = new TextEncoder().encode(JSON.stringify(sceneOf(doc)));
+  if (!("CompressionStream" in globalThis)) return `#j=${lettersOf(bytes)}`;
+  return `#d=${lettersOf(await through(new CompressionStream("deflate-raw"), bytes))}`;
 }
 
-async function unpack(letters) {
-  const packed = atob(letters.replaceAll("-", "+").replaceAll("_", "/"));
-  const bytes = await through(new DecompressionStream("deflate-raw"), Uint8Array.from(packed, (letter) => letter.charCodeAt(0)));
-  return JSON.parse(new TextDecoder().decode(bytes));
-}
+const READERS = {
+  s: (id, client) => client.scene(id),
+  d: async (letters) => parsed(await through(new DecompressionStream("deflate-raw"), bytesOf(letters))),
+  j: (letters) => parsed(bytesOf(letters)),
+};
 
 /** The patch that a hash stands for, null without one; throws where it is damaged or the server has no such scene. */
 export async function readLink(hash, client) {
-  const [, kind, rest] = /^#([sd])=(.+)$/.exec(hash) ?? [];
+  const [, kind, rest] = /^#([sdj])=(.+)$/.exec(hash) ?? [];
   if (!kind) return null;
-  const scene = kind === "s" ? await client.scene(rest) : await unpack(rest);
+  const scene = await READERS[kind](rest, client);
   return patchOf({ ...scene, request: await plain(scene.request, client) });
 }

@@ -11,7 +11,10 @@ from servers import nginx, tool
 
 if not tool("nginx"):
     sys.exit("nginx is not installed")
-config = shipped_nginx([int(sys.argv[1])])
+# a machine may stand still for longer than a client is granted; what is limited is as it is shipped
+patient = [(f"{what}_timeout {seconds}s;", f"{what}_timeout 3600s;") for what, seconds in
+           (("client_header", 10), ("client_body", 15), ("send", 30), ("keepalive", 30), ("proxy_read", 70))]
+config = shipped_nginx([int(sys.argv[1])], changes=patient)
 if counts["failed"]:
     sys.exit(1)
 with nginx(config) as server:

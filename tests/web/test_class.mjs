@@ -18,9 +18,13 @@ export async function thirty_students_at_once_all_get_their_motions(rig) {
   for (const agent of pools) agent.destroy();
 }
 
-/** Waits until the pendulum swings, then lets it rest: drawing is work of the students' own machines. */
+/** Waits until the motion is there. */
+const alive = (page) => page.waitForFunction(() => window.pendulumd?.motion.complete, null, { polling: 200 });
+
+/** Lets the pendulum swing, then rest: thirty that are drawn at once are the work of thirty machines. */
 async function swings(page) {
-  await page.waitForFunction(() => window.pendulumd?.clock.time > 0, null, { polling: 100 });
+  await page.evaluate(() => pendulumd.clock.play());
+  await page.waitForFunction(() => pendulumd.clock.time > 0, null, { polling: 50 });
   await page.evaluate(() => pendulumd.clock.pause());
 }
 
@@ -37,10 +41,11 @@ export async function thirty_browsers_behind_one_address_are_all_alive(rig) {
   const front = await startNginx(rig.daemon);
   if (!front) return "skipped: nginx is not installed";
   try {
-    // each with a cache and a storage of its own, so that each is a first visit
-    const size = { width: 480, height: 320, cold: true, wait: false };
+    // each with a cache and a storage of its own, so that each is a first visit; the pendulum waits to be let go
+    const size = { width: 480, height: 320, cold: true, wait: false, still: true };
     const pages = await Promise.all(Array.from({ length: STUDENTS }, () => rig.openAt(front.url, size)));
-    await Promise.all(pages.map(swings));
+    await Promise.all(pages.map(alive));
+    for (const page of pages) await swings(page);
     const good = await Promise.all(pages.map(drag));
     assert.deepEqual(good, pages.map(() => DRAGGING), "who drags is never refused");
     const tokens = await Promise.all(pages.map((page) => page.evaluate(() => localStorage.getItem("pendulumd.token"))));

@@ -63,6 +63,22 @@ export async function a_stored_scene_shows_the_same_pixels_in_another_browser(ri
   await close(page);
 }
 
+export async function a_browser_that_cannot_compress_makes_links_that_all_can_read(rig) {
+  const page = await rig.open({ cold: true });
+  await page.addInitScript(() => { delete window.CompressionStream; delete window.DecompressionStream; });
+  await page.reload();
+  await page.waitForFunction(() => window.pendulumd?.motion.stats);
+  await page.evaluate(() => pendulumd.edits.setMass(2, 3.25));
+  await page.click('[data-tab="share"]');
+  await page.waitForFunction(() => document.querySelector('[data-link="long"]')?.value.includes("#j="));
+  await page.waitForFunction(() => pendulumd.motion.complete);
+  const link = await linking(page, "linkOf");
+  const other = await rig.open({ path: `/${link}` });
+  assert.equal(await other.evaluate(() => pendulumd.store.get().pendulum.mass[1]), 3.25);
+  await close(other);
+  await close(page);
+}
+
 export async function a_scene_of_another_client_opens_whatever_its_form(rig) {
   const request = { pendulum: { arms: [{ name: "a", length: 1, mass: 2 }, { name: "b", parent: "a", length: 0.5, mass: 1 }] },
     initial: { theta: [90, 45], unit: "deg" }, times: { start: 0, stop: 4, count: 201 } };
@@ -78,7 +94,9 @@ export async function links_that_are_damaged_or_hostile_do_no_harm(rig) {
   const tree = { length: [1, 1], mass: [1, 1], parent: [0, 1] };
   const start = { phi: [0, 0], phid: [0, 0] };
   const times = { start: 0, stop: 5, step: 0.01 };
-  const bad = ["/#d=%%%", "/#d=AAAA", "/#s=nosuchscene0000000000", linkOf({}), linkOf([]), linkOf({ request: null }),
+  const bad = ["/#d=%%%", "/#d=AAAA", "/#s=nosuchscene0000000000", "/#j=AAAA", linkOf({}), linkOf([]),
+    `/#d=${deflateRawSync(Buffer.alloc(64 << 20, " ")).toString("base64url")}`, // much from little
+    linkOf({ request: null }),
     linkOf({ request: { pendulum: { ...tree, parent: [2, 1] }, initial: start, times } }),
     linkOf({ request: { pendulum: tree, initial: { phi: ["<b>", 0], phid: [0, 0] }, times } }),
     linkOf({ request: { pendulum: tree, initial: start, times: { start: 0, stop: 1e9, step: 1e-9 } } })];

@@ -155,6 +155,12 @@ export async function the_page_s_own_script_and_style_that_are_refused_are_asked
   await close(page);
 }
 
+export async function the_page_comes_without_what_runs_first(rig) {
+  const { page } = await visited(rig, (path) => path.endsWith("/early.js"));
+  await moving(page);
+  await close(page);
+}
+
 export async function a_page_whose_script_does_not_come_says_so_and_offers_to_reload(rig) {
   const { page } = await visited(rig, (path) => path.endsWith("/main.js"));
   await page.waitForSelector("#waiting button", { state: "visible" });
