@@ -22,7 +22,7 @@ doors=(
     '^dragonbox/ ^api/number_write[.]cpp$'
     '^fast_float/ ^api/number_read[.]cpp$'
     '^microhttpd[.]h$ ^server/(http[.]c|(connection|reply)[.][ch])$'
-    '^zlib[.]h$ ^server/coding_gzip[.]c$'
+    '^isa-l/ ^server/coding_gzip[.]c$'
     '^zstd[.]h$ ^server/coding_zstd[.]c$'
     '^sqlite3[.]h$ ^server/store_sqlite([.]c|_disk[.][ch])$'
     '^libpq-fe[.]h$ ^server/store_postgres[.]c$'
