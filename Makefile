@@ -135,7 +135,7 @@ tsan: ## the server's tests under the thread sanitizer
 
 bench: ## everything below but load: ours, the peer's, ratio; seven minutes (installs the peers; T=part-of-a-line)
 	@docker/install.sh bench
-	@$(MAKE) --no-print-directory bench-dynamics bench-trajectories bench-modes bench-precision bench-parts
+	@$(MAKE) --no-print-directory bench-dynamics bench-trajectories bench-modes bench-precision bench-horizon bench-parts
 
 bench-parts: $(B)/tests/bench/run ## ensembles, numbers, requests, in a minute
 	$< $(T)
@@ -160,6 +160,9 @@ bench-trajectories: $(B)/tests/bench/trajectories/run ## trajectories against GS
 
 bench-precision: $(B)/tests/bench/precision/run ## the true error of every method over its tolerance, in a minute (T=part-of-a-method)
 	$< $(T)
+
+bench-horizon: $(B)/tests/bench/horizon/run ## horizons that are told over the truth, and what they cost: 200 motions, 500 members, 50 sections, in two minutes
+	$<
 
 bench-dynamics: $(B)/tests/bench/dynamics/run ## accelerations against MuJoCo and LAPACK where these are installed, in half a minute
 	$< $(T)
@@ -318,6 +321,10 @@ $(B)/tests/bench/precision/run: $(call objects,tests/bench/precision) $(B)/libpe
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
+$(B)/tests/bench/horizon/run: $(call objects,tests/bench/horizon) $(B)/libpendulum.a $(B)/parts
+	$(call say,link,$@)
+	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
+
 $(B)/tests/bench/instructions/run: $(call objects,tests/bench/instructions) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
@@ -337,5 +344,5 @@ remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help run check build bench bench-precision bench-parts bench-page drill load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check clang-flags clang-flags-c++ changed
+.PHONY: help run check build bench bench-horizon bench-precision bench-parts bench-page drill load bench-dynamics bench-modes bench-trajectories debug install uninstall clean test asan tsan fuzz valgrind rules lint format format-check clang-flags clang-flags-c++ changed
 .DELETE_ON_ERROR:
