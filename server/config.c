@@ -425,9 +425,15 @@ static enum pend_status config_load_arguments(struct srv_config *config, int arg
         struct config_place place;
         struct config_row row;
         int i;
+        /* as every program has them */
+        if (!strcmp(argv[a], "-h") || !strcmp(argv[a], "-V")) {
+            config->task = argv[a][1] == 'h' ? SRV_CONFIG_HELP : SRV_CONFIG_VERSION;
+            continue;
+        }
         const char *name = argv[a] + 2, *equals = strchr(argv[a], '=');
         if (strncmp(argv[a], "--", 2))
-            return pend_fail(error, PEND_INVALID, -1, 0, "'%.60s' is no option: options begin with --", argv[a]);
+            return pend_fail(error, PEND_INVALID, -1, 0,
+                             "'%.60s' is no option: options begin with --, and --help lists them", argv[a]);
         size_t bytes = equals ? (size_t)(equals - name) : strlen(name);
         if (!config_find(name, bytes, &i, &row))
             return pend_fail(error, PEND_INVALID, -1, 0, "there is no option '%.60s'; --help lists them", argv[a]);

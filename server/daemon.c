@@ -17,8 +17,8 @@
 #include "server/workers.h"
 
 enum {
-    DAEMON_FILES = 64 + 64 + SRV_WATCH_LINGERING, /* open files besides the connections */
-    DAEMON_END_MS = 5000                          /* how long the last answers are seen off */
+    DAEMON_FILES = 64 + 64, /* open files besides the connections and the sockets that linger */
+    DAEMON_END_MS = 5000    /* how long the last answers are seen off */
 };
 
 struct srv_daemon {
@@ -31,21 +31,27 @@ struct srv_daemon {
     char url[SRV_URL_BYTES];
 };
 
-/* as many open files as the system lets us have; fewer connections where that is not enough */
-static void daemon_files(struct srv_config *config, struct srv_log *log) {
+/* As many open files as the system lets us have; fewer connections where that is not enough, and an eighth of the files
+ * for sockets that linger. Returns how many of these there may be. */
+static int daemon_files(struct srv_config *config, struct srv_log *log) {
     struct rlimit files;
-    if (getrlimit(RLIMIT_NOFILE, &files)) return;
-    rlim_t need = (rlim_t)config->connections + DAEMON_FILES;
+    int lingering = SRV_WATCH_LINGERING;
+    if (getrlimit(RLIMIT_NOFILE, &files)) return lingering;
+    rlim_t need = (rlim_t)config->connections + DAEMON_FILES + SRV_WATCH_LINGERING;
     if (files.rlim_cur < need) {
         files.rlim_cur = files.rlim_max < need ? files.rlim_max : need;
         setrlimit(RLIMIT_NOFILE, &files);
         getrlimit(RLIMIT_NOFILE, &files);
     }
-    if (files.rlim_cur >= need) return;
-    double most = files.rlim_cur > DAEMON_FILES + 1 ? (double)(files.rlim_cur - DAEMON_FILES) : 1;
+    if (files.rlim_cur >= need) return lingering;
+    if (files.rlim_cur / 8 < SRV_WATCH_LINGERING) lingering = (int)(files.rlim_cur / 8);
+    rlim_t other = DAEMON_FILES + (rlim_t)lingering;
+    double most = files.rlim_cur > other + 1 ? (double)(files.rlim_cur - other) : 1;
+    if (most > config->connections) most = config->connections;
     srv_log_message(log, "max-connections is %.0f, not %.0f: the system allows %llu open files", most,
                     config->connections, (unsigned long long)files.rlim_cur);
     config->connections = most;
+    return lingering;
 }
 
 static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_error *error) {
@@ -62,8 +68,9 @@ static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_erro
     }
     enum pend_status status = srv_log_new(&service->log, log, STDERR_FILENO);
     if (status == PEND_OK) {
-        daemon_files(config, service->log);
+        int lingering = daemon_files(config, service->log);
         status = srv_watch_new(&daemon->watch);
+        if (status == PEND_OK) srv_watch_lingering(daemon->watch, lingering);
     }
     if (status == PEND_OK)
         status = srv_workers_new(&daemon->workers, service->workers, service->queue, &service->intake);

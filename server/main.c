@@ -11,6 +11,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "api/engine.h"
 #include "server/clock.h"
 #include "server/config.h"
 #include "server/daemon.h"
@@ -58,7 +59,7 @@ static int main_print(enum srv_config_task task) {
     enum pend_status status = PEND_OK;
     api_buffer_init(&text, 65536);
     if (task == SRV_CONFIG_VERSION)
-        status = api_buffer_text(&text, "pendulumd " SRV_VERSION "\n");
+        status = api_buffer_format(&text, "pendulumd %s (engine %.16s)\n", SRV_VERSION, api_engine);
     else
         status = task == SRV_CONFIG_HELP ? srv_config_help(&text) : srv_config_table(&text);
     int good = status == PEND_OK && fwrite(text.data, 1, text.bytes, stdout) == text.bytes && !fflush(stdout);
@@ -80,6 +81,14 @@ static void main_reload(struct srv_daemon *daemon, int argc, char **argv) {
     enum pend_status status = srv_config_load(&next, argc, argv, environ, &error);
     if (status == PEND_OK) status = srv_daemon_reload(daemon, &next, &error);
     if (status != PEND_OK) srv_log_message(srv_daemon_log(daemon), "reload: nothing has changed: %s", error.text);
+}
+
+/* where jobs lie, before a file's name; the url of a database may hold a password */
+static const char *main_kept(const struct srv_config *config) {
+    if (!strcmp(config->store, "none")) return "no jobs are kept";
+    if (!strcmp(config->store, "sqlite"))
+        return "jobs are kept in ~/.local/state/pendulumd, unless XDG_STATE_HOME is set";
+    return strncmp(config->store, "sqlite:", 7) ? "jobs are kept in the database" : "jobs are kept in ";
 }
 
 /* serves until a signal that ends it, or until there was nothing to compute for so many seconds, > 0 */
@@ -124,6 +133,9 @@ int main(int argc, char **argv) {
         return 1;
     }
     srv_log_message(srv_daemon_log(daemon), "listening on %s", srv_daemon_url(daemon));
+    if (isatty(STDERR_FILENO))
+        srv_log_message(srv_daemon_log(daemon), "open it in a browser; Ctrl-C ends it; %s%.200s", main_kept(&config),
+                        strncmp(config.store, "sqlite:", 7) ? "" : config.store + 7);
     if (config.warning[0]) srv_log_message(srv_daemon_log(daemon), "%s", config.warning);
     srv_notify("READY=1");
     main_serve(daemon, &ears, config.until_idle_seconds, argc, argv);

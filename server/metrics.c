@@ -4,6 +4,9 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "api/engine.h"
+#include "server/config.h"
+
 /* upper ends of the buckets, as Prometheus writes them, and in ns */
 static const struct {
     const char *label;
@@ -134,6 +137,10 @@ static enum pend_status metrics_histogram(const struct srv_histogram *histogram,
 enum pend_status srv_metrics_write(struct srv_metrics *metrics, const struct srv_gauges *gauges,
                                    const char *(*label)(int route), struct api_buffer *out) {
     PEND_TRY(metrics_requests(metrics, label, out));
+    PEND_TRY(metrics_head(out, "pendulumd_build_info", NULL, "1; which program this is, and which engine computes",
+                          "gauge"));
+    PEND_TRY(
+        api_buffer_format(out, "pendulumd_build_info{version=\"%s\",engine=\"%.16s\"} 1\n", SRV_VERSION, api_engine));
     PEND_TRY(metrics_head(out, "pendulumd_request_duration_seconds", NULL,
                           "Time that requests spent in a stage: waiting for a worker, with one, being sent, and in all",
                           "histogram"));

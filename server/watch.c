@@ -42,6 +42,7 @@ struct srv_watch {
     struct srv_watched ring;
     char timeout[512]; /* the answer 408 */
     int lingerers;
+    int most; /* of these, that there may be */
     struct watch_lingerer linger[SRV_WATCH_LINGERING];
 };
 
@@ -154,9 +155,12 @@ static void *watch_main(void *argument) {
     return NULL;
 }
 
+void srv_watch_lingering(struct srv_watch *watch, int most) { watch->most = most; }
+
 enum pend_status srv_watch_new(struct srv_watch **watch) {
     struct srv_watch *made = *watch = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
+    made->most = SRV_WATCH_LINGERING;
     pthread_condattr_t monotonic;
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
@@ -266,7 +270,7 @@ int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience) {
 void srv_watch_linger(struct srv_watch *watch, int fd) {
     shutdown(fd, SHUT_WR);
     pthread_mutex_lock(&watch->lock);
-    int room = watch->lingerers < SRV_WATCH_LINGERING;
+    int room = watch->lingerers < watch->most;
     if (room) {
         int64_t deadline = srv_clock_now() + (int64_t)SRV_WATCH_LINGER_MS * 1000000;
         watch->linger[watch->lingerers++] = (struct watch_lingerer){fd, deadline};

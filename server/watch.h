@@ -49,6 +49,9 @@ struct srv_watch;
  */
 PEND_MUST_CHECK enum pend_status srv_watch_new(struct srv_watch **watch);
 
+/** How many sockets may linger at one time, SRV_WATCH_LINGERING at most; before the first does. */
+void srv_watch_lingering(struct srv_watch *watch, int most);
+
 /** Ends the thread, and closes what lingers; nothing may be watched any more. */
 void srv_watch_free(struct srv_watch **watch);
 

@@ -16,7 +16,24 @@ TEST(help_and_version_are_told_on_standard_output) {
     CHECK_INT(test_server_run(help, text, sizeof text), 0);
     CHECK(strstr(text, "--listen") && strstr(text, "--workers") && strstr(text, "--max-arms"));
     CHECK_INT(test_server_run(version, text, sizeof text), 0);
-    CHECK(strstr(text, "pendulumd") != NULL);
+    CHECK(strstr(text, "pendulumd") && strstr(text, "(engine "));
+    static const char *const h[] = {"-h", NULL}, *const v[] = {"-V", NULL};
+    CHECK_INT(test_server_run(h, text, sizeof text), 0);
+    CHECK(strstr(text, "--listen") != NULL);
+    CHECK_INT(test_server_run(v, text, sizeof text), 0);
+    CHECK(strstr(text, "(engine ") != NULL);
+}
+
+/* of 1024 files, as many systems allow, an eighth is for sockets that linger and 128 for the rest */
+TEST(few_open_files_leave_most_of_them_to_connections) {
+    if (getenv("TEST_UNDER")) return test_skip("the daemon runs under another program");
+    setenv("TEST_UNDER", "prlimit --nofile=1024:1024", 1);
+    struct test_server *server = test_server_start(NULL);
+    unsetenv("TEST_UNDER");
+    REQUIRE(server);
+    const char *log = test_server_log(server);
+    CHECK_SAYING(strstr(log, "max-connections is 768, not 4096") != NULL, "%s", log);
+    test_server_drop(&server);
 }
 
 TEST(a_bad_option_is_a_clear_message_and_status_2) {
