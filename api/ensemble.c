@@ -186,7 +186,7 @@ double api_ensemble_cost(const struct api_ensemble *e, long members) {
 double api_ensemble_bytes(const struct api_ensemble *e) {
     double n = e->tree.n, list = e->instants ? 2.0 * (double)e->times.times.count * sizeof(double) : 0;
     double varied = (double)e->members.variations * sizeof *e->members.variation;
-    return 32768 + (n + 16) * 14000 + list + varied + api_tree_bytes(&e->tree) + api_states_bytes(e->members.states);
+    return 32768 + (n + 16) * 18000 + list + varied + api_tree_bytes(&e->tree) + api_states_bytes(e->members.states);
 }
 
 enum pend_status api_ensemble_prepare(struct api_ensemble *e, struct pend_error *error) {

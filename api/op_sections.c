@@ -304,7 +304,7 @@ static double sections_bytes(const void *state) {
     if (sections->room && sections->count + 1 >= sections->room) room *= 3;
     room = fmin(room, 1.5 * (double)sections->table.rows);
     double kept = sections->format->block ? 0 : numbers * fmin(room, (double)sections->table.rows);
-    return 32768 + (n + 16) * 5000 + sizeof(double) * (numbers * room + kept + 2 * n) +
+    return 32768 + (n + 16) * 6000 + sizeof(double) * (numbers * room + kept + 2 * n) +
            api_tree_bytes(&sections->tree) + api_states_bytes(sections->start) + API_PIECE_BYTES;
 }
 
