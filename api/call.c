@@ -33,6 +33,7 @@ struct api_call {
     int fetched;                 /* all of it was */
     int ranged;                  /* not all of it is wanted, but `range` */
     struct api_range range;
+    long long known;         /* bytes of the whole, told by who wrote it before; 0 or less = nobody did */
     long long position;      /* bytes of the answer that were passed over or handed out */
     struct api_buffer whole; /* what was written of the whole, on its way to the range */
     struct api_problem problem;
@@ -222,12 +223,15 @@ static enum api_progress call_refuse_range(struct api_call *call, struct api_buf
     return progress;
 }
 
+void api_call_length(struct api_call *call, long long bytes) { call->known = bytes; }
+
 enum api_progress api_call_range(struct api_call *call, struct api_range range, struct api_buffer *out) {
     assert(call->stage == STAGE_READY && call->source.fetch);
     call->ranged = 1;
     call->range = range;
     call->answer.total = -1;
-    if (call->answer.length < 0 || call_settle_range(call, call->answer.length)) return API_MORE;
+    long long length = call->answer.length < 0 ? call->known : call->answer.length;
+    if (length < 0 || (!length && call->answer.length < 0) || call_settle_range(call, length)) return API_MORE;
     return call_refuse_range(call, out);
 }
 

@@ -106,6 +106,14 @@ struct api_range {
 };
 
 /**
+ * Tells how many bytes the whole answer has, for one whose length is not known before it is written: from an answer of
+ * the same ETag that was written before. Before api_call_range, which then need not write it twice.
+ *
+ * bytes  0 or less: it is not known.
+ */
+void api_call_length(struct api_call *call, long long bytes);
+
+/**
  * Asks for a part of the answer only, status 206, of a call that api_call_results has opened; before its first run.
  * Where the length of the whole is not known before it is written, that is done twice, the first time for nobody.
  *

@@ -122,6 +122,7 @@ struct srv_payload *srv_answer_payload(struct srv_work *work, struct api_answer 
         srv_payload_header(made, "ETag", made->etag);
     }
     if (answer.status < 400 && work->source) srv_payload_header(made, "Accept-Ranges", "bytes");
+    if (answer.status == 206) srv_lengths_note(&service->lengths, work->etag, answer.total);
     if (answer_range(&answer, range, sizeof range)) srv_payload_header(made, "Content-Range", range);
     if (columns) srv_payload_header(made, "X-Columns", columns);
     if (file) srv_payload_header(made, "Content-Disposition", disposition);

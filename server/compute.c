@@ -383,6 +383,7 @@ static int compute_open(struct srv_work *work) {
     }
     if (compute_spared(work)) return 0;
     if (source && source->ranged) {
+        api_call_length(work->call, srv_lengths_find(&work->service->lengths, work->etag));
         if (api_call_range(work->call, source->range, &work->out) == API_DONE) {
             compute_settle(work);
             return 0;

@@ -27,6 +27,7 @@ enum pend_status srv_parts_init(struct srv_service *service, struct pend_error *
     if (getrandom(&service->seed, sizeof service->seed, GRND_NONBLOCK) < 0) service->seed = (uint64_t)srv_clock_now();
     srv_memory_settle(service->workers);
     srv_spares_init(&service->spares);
+    srv_lengths_init(&service->lengths);
     enum pend_status status = srv_peers_read(&service->trusted, config->trusted_proxy, error);
     service->hosts = srv_hosts_mean(config->hosts, config->listen, service->trusted.count > 0);
     if (status == PEND_OK) status = srv_queue_new(&service->queue, (int)config->queue, (int)config->client_queue);
@@ -100,4 +101,5 @@ void srv_parts_clear(struct srv_service *service) {
     srv_intake_clear(&service->intake);
     srv_clients_free(&service->clients);
     srv_spares_clear(&service->spares);
+    srv_lengths_clear(&service->lengths);
 }

@@ -11,6 +11,7 @@
 #include "server/clients.h"
 #include "server/config.h"
 #include "server/intake.h"
+#include "server/lengths.h"
 #include "server/log.h"
 #include "server/memory.h"
 #include "server/metrics.h"
@@ -55,6 +56,7 @@ struct srv_service {
     struct srv_events *events;   /* who listens to them; NULL with the storage */
     struct api_limits job_limits;
     struct srv_spares spares;
+    struct srv_lengths lengths; /* of results that were written once */
     struct srv_metrics metrics;
     uint64_t seed;            /* of request ids */
     atomic_ullong number;     /* requests so far */
