@@ -97,6 +97,8 @@ static void runner_rest(struct srv_runner *runner, enum srv_stored claimed, int6
 
 static enum srv_stored runner_claim_run(struct srv_store *store, struct srv_store_call *call) {
     struct srv_runner *runner = (struct srv_runner *)((char *)call - offsetof(struct srv_runner, claim));
+    /* what a batch that is run again had claimed was rolled back */
+    for (int i = 0; i < runner->claimed; i++) srv_lease_clear(&runner->lease[i]);
     return srv_store_claim_some(store, runner->name, runner->lease_us, runner->lease, runner->asked, &runner->claimed);
 }
 
@@ -132,6 +134,7 @@ static void runner_claimed(struct srv_ask *ask) {
     pthread_mutex_lock(&runner->lock);
     int count = stored == SRV_STORED ? runner->claimed : 0;
     runner->claiming = 0;
+    runner->claimed = 0; /* the slots have the leases from here on */
     runner_rest(runner, stored, now);
     if (stored == SRV_STORED_AGAIN) runner->poll_at = now + runner_ms(RUNNER_CONTENDED_MS);
     /* where there was one there may be more; and it may have been dismissed since */
