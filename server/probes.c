@@ -3,12 +3,24 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "api/engine.h"
+
 static const char probes_json[] = "application/json";
 
 void srv_probes_health(struct srv_exchange *exchange) {
     static const char alive[] = "{\"status\":\"ok\"}";
     srv_exchange_static(exchange, 200, probes_json, alive, sizeof alive - 1);
     srv_exchange_header(exchange, "Cache-Control", "no-store");
+}
+
+void srv_probes_version(struct srv_exchange *exchange) {
+    if (api_buffer_format(&exchange->answer, "{\"version\":\"%s\",\"engine\":\"%s\"}", SRV_VERSION, api_engine) !=
+        PEND_OK) {
+        srv_exchange_busy(exchange, 1, "out of memory");
+        return;
+    }
+    srv_exchange_answered(exchange, 200, probes_json);
+    srv_exchange_header(exchange, "Cache-Control", "no-cache");
 }
 
 /* is the question about jobs as well? -1 where it is none that is known */

@@ -9,6 +9,9 @@
 /** GET /healthz: 200 as long as the process runs, also while it drains. */
 void srv_probes_health(struct srv_exchange *exchange);
 
+/** GET /version: the program's version and its engine's digest, as JSON. */
+void srv_probes_version(struct srv_exchange *exchange);
+
 /**
  * GET /readyz: 200 while the process takes what is for its role; the body says what it cannot do just now.
  *

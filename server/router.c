@@ -48,6 +48,7 @@ static const struct srv_route router_table[] = {
     {"GET", "/page/{digest}/{file}", srv_assets_file, NULL, API_OP_COUNT, "GET /page/{digest}/{file}", 0},
     {"GET", "/openapi.json", srv_assets_description, NULL, API_OP_COUNT, "GET /openapi.json", 0},
     {"GET", "/healthz", srv_probes_health, NULL, API_OP_COUNT, "GET /healthz", SRV_ROUTE_ANY_HOST},
+    {"GET", "/version", srv_probes_version, NULL, API_OP_COUNT, "GET /version", 0},
     {"GET", "/readyz", srv_probes_readiness, NULL, API_OP_COUNT, "GET /readyz", SRV_ROUTE_ANY_HOST},
     {"GET", "/metrics", router_metrics, NULL, API_OP_COUNT, "GET /metrics", SRV_ROUTE_ANY_ADDRESS | SRV_ROUTE_CLOSED},
 };

@@ -25,6 +25,7 @@ static const struct {
     {"GET", "/openapi.json", NULL, "application/json", "\"openapi\""},
     {"GET", "/healthz", NULL, NULL, ""},
     {"GET", "/readyz", NULL, NULL, ""},
+    {"GET", "/version", NULL, "application/json", "\"engine\":\""},
 };
 enum { ROUTES = sizeof route / sizeof *route };
 
