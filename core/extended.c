@@ -106,10 +106,12 @@ enum pend_status pend_extended_new(struct pend_extended **extended, const struct
                                            .log_rtol = log2(target),
                                            .log_atol = atol > 0 ? log2(pend_taylor_atol(atol)) : -1e5};
     size_t bytes = extended_place(&sketch, NULL);
-    if (bytes > (size_t)EXTENDED_BYTES_CAP)
+    // the limit is that of the widest lanes: what one processor refuses is refused by all
+    size_t widest = single ? 4 : EXTENDED_WIDTH_MAX, counted = bytes / (size_t)sketch.kernel->width * widest;
+    if (counted > (size_t)EXTENDED_BYTES_CAP)
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "32 digits are for smaller trees: the series of %d arms would take %zu bytes, more than %d",
-                         tree->n, bytes, EXTENDED_BYTES_CAP);
+                         tree->n, counted, EXTENDED_BYTES_CAP);
     char *block = aligned_alloc(64, bytes);
     if (!block)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the series of %d arms: %zu bytes", tree->n,
