@@ -169,7 +169,7 @@ static enum srv_stored cost_explain(struct srv_sql *sql, const char *text, struc
     char command[SRV_SQL_TEXT], nulls[200] = "";
     int values = 0;
     for (int k = 1; k <= SRV_SQL_PARAMETERS; k++) {
-        char mark[8];
+        char mark[16];
         snprintf(mark, sizeof mark, "$%d", k);
         if (strstr(text, mark)) values = k;
     }
