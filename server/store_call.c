@@ -50,7 +50,7 @@ static enum srv_stored store_mend(struct srv_store *store) {
     SRV_STORED_TRY(store_open(store));
     enum srv_stored stored = SRV_STORED;
     for (int i = 0; i < tally.count && stored == SRV_STORED; i++)
-        stored = SRV_RUN(store, SQL_CLIENT_RECOUNT, NULL, NULL, srv_value_text(tally.client[i].name));
+        stored = srv_tally_count_anew(store->sql, tally.client[i].name);
     if (stored == SRV_STORED) stored = srv_store_plain(store, SQL_TOTALS_CLEAR);
     if (stored == SRV_STORED) stored = srv_store_plain(store, SQL_TOTALS_RECOUNT);
     if (stored == SRV_STORED) stored = srv_store_plain(store, SQL_COMMIT);

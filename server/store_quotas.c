@@ -25,7 +25,7 @@ enum srv_stored srv_store_count_bytes(struct srv_store *store, const char *name,
 enum srv_stored srv_store_recount_client(struct srv_store *store, const char *name) {
     struct srv_tally_client *client;
     SRV_STORED_TRY(srv_store_client(store, name, &client));
-    SRV_STORED_TRY(SRV_RUN(store, SQL_CLIENT_RECOUNT, NULL, NULL, srv_value_text(name)));
+    SRV_STORED_TRY(srv_tally_count_anew(store->sql, name));
     client->jobs = client->ready = client->bytes = client->scenes = client->scene_bytes = 0;
     client->known = 0;
     return SRV_STORED;

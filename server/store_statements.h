@@ -73,6 +73,7 @@
                                      "), (SELECT COUNT(*) FROM scenes), "                                              \
                                      "(SELECT CAST(COALESCE(SUM(LENGTH(body) + 1024), 0) AS BIGINT) FROM scenes) "     \
                                      "FROM jobs WHERE " CAN_BE_COUNTED)                                                \
+    X(CLIENT_LOCK, "SELECT jobs FROM clients WHERE name = $1 {lock}")                                                  \
     X(CLIENT_RECOUNT,                                                                                                  \
       "UPDATE clients SET jobs = (SELECT COUNT(*) FROM jobs WHERE client = $1 AND state BETWEEN 0 AND 1), ready = "    \
       "(SELECT COUNT(*) FROM jobs WHERE client = $1 AND ready = 1), bytes = COALESCE((SELECT CAST(SUM(jobs.bytes + "   \

@@ -35,6 +35,13 @@ struct srv_tally_client *srv_tally_client(struct srv_tally *tally, const char *n
     return client;
 }
 
+enum srv_stored srv_tally_count_anew(struct srv_sql *sql, const char *name) {
+    struct srv_row_wholes locked = {.count = 1};
+    struct srv_value value[] = {srv_value_text(name)};
+    SRV_STORED_TRY(tally_run(sql, SQL_CLIENT_LOCK, value, 1, srv_row_wholes, &locked));
+    return tally_run(sql, SQL_CLIENT_RECOUNT, value, 1, NULL, NULL);
+}
+
 enum srv_stored srv_tally_look(struct srv_tally *tally, struct srv_sql *sql, const char *name,
                                struct srv_tally_client **client) {
     struct srv_row_wholes row = {.count = 4};
@@ -43,6 +50,13 @@ enum srv_stored srv_tally_look(struct srv_tally *tally, struct srv_sql *sql, con
     if (!found) return SRV_STORED_AGAIN;
     if (found->known) return SRV_STORED;
     SRV_STORED_TRY(tally_run(sql, SQL_CLIENT, value, 1, srv_row_wholes, &row));
+    if (row.flawed) {
+        /* what this transaction has changed is counted with the rest */
+        SRV_STORED_TRY(srv_tally_count_anew(sql, name));
+        found->jobs = found->ready = found->bytes = found->scenes = found->scene_bytes = 0;
+        row = (struct srv_row_wholes){.count = 4};
+        SRV_STORED_TRY(tally_run(sql, SQL_CLIENT, value, 1, srv_row_wholes, &row));
+    }
     if (row.flawed) return SRV_STORED_DAMAGED;
     found->known = 1;
     found->jobs_were = row.whole[0];

@@ -44,6 +44,13 @@ void srv_tally_clear(struct srv_tally *tally);
 /** The changes of a client; NULL when the transaction has too many clients. */
 struct srv_tally_client *srv_tally_client(struct srv_tally *tally, const char *name);
 
+/**
+ * Counts the sums of the client `name` anew from its rows. The client's row is locked by a statement of its own first:
+ * the rows are then counted as they are once everybody has committed who had changed these sums, so that no change
+ * is lost or counted twice. O(rows of the client); for sums that are damaged or out of step.
+ */
+enum srv_stored srv_tally_count_anew(struct srv_sql *sql, const char *name);
+
 /** As srv_tally_client, and reads what there was before. SRV_STORED_AGAIN when the transaction has too many clients. */
 enum srv_stored srv_tally_look(struct srv_tally *tally, struct srv_sql *sql, const char *name,
                                struct srv_tally_client **client);

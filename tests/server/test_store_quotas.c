@@ -1,9 +1,11 @@
 /* Tests of server/store_quotas: what is too much. */
 #include "server/store_quotas.h"
 
+#include <pthread.h>
 #include <stdio.h>
 #include <string.h>
 
+#include "server/store_call.h"
 #include "tests/server/ground.h"
 
 STORE_TEST(quotas_hold_and_say_so) {
@@ -174,4 +176,53 @@ STORE_TEST(a_full_store_says_so) {
     CHECK_INT(srv_store_figures(own, &figures), SRV_STORED);
     CHECK(figures.full && strstr(figures.full, "max-store-bytes"));
     srv_store_close(&own);
+}
+
+/* counts the sums of a client anew, on a connection of its own */
+static void *quotas_count_anew(void *context) {
+    struct srv_store *store = context;
+    CHECK_INT(srv_store_begin(store), SRV_STORED);
+    CHECK_INT(srv_store_end(store, 1, srv_store_recount_client(store, "anna")), SRV_STORED);
+    return NULL;
+}
+
+/* A submit and a recount side by side: on PostgreSQL the recount waits for the row that the submit has changed, and
+ * must count what the submit has committed meanwhile. A sum that missed it would fall below zero at the job's end. */
+STORE_TEST(sums_are_counted_anew_with_what_others_have_just_changed) {
+    const struct srv_sql_driver *driver = ground->postgres ? &srv_sql_postgres : &srv_sql_sqlite;
+    static const char *const submit[] = {
+        "INSERT INTO jobs (id, client, operation, request, key, digest, shards, chained, part, rank, created, held) "
+        "SELECT 'j2', client, operation, request, key, digest, shards, chained, part, rank, created, held FROM jobs "
+        "WHERE id = 'j1'",
+        "UPDATE clients SET jobs = jobs + 1, ready = ready + 1, bytes = bytes + (SELECT held FROM jobs WHERE id = 'j1')"
+        " WHERE name = 'anna'"};
+    struct srv_store *other = ground_open(ground);
+    struct srv_job job;
+    struct srv_sql *sql;
+    struct pend_error error;
+    pthread_t counter;
+    REQUIRE(other);
+    CHECK_INT(ground_submit(store, "j1", "anna", NULL, 1, 0, &job), SRV_STORED);
+    CHECK_INT(srv_store_job(other, "j1", &job), SRV_STORED);
+    REQUIRE(driver->open(&sql, ground->url, &error) == PEND_OK);
+    CHECK_INT(driver->run(sql, -1, "{begin}", NULL, 0, NULL, NULL), SRV_STORED);
+    for (int i = 0; i < 2; i++) CHECK_INT(driver->run(sql, -1, submit[i], NULL, 0, NULL, NULL), SRV_STORED);
+    REQUIRE(!pthread_create(&counter, NULL, quotas_count_anew, other));
+    ground_pause_ms(300);
+    CHECK_INT(driver->run(sql, -1, "COMMIT", NULL, 0, NULL, NULL), SRV_STORED);
+    pthread_join(counter, NULL);
+    driver->close(sql);
+    CHECK_INT(ground_ask(ground, "SELECT jobs FROM clients WHERE name = 'anna'"), 2);
+    CHECK_INT(ground_ask(ground, "SELECT ready FROM clients WHERE name = 'anna'"), 2);
+    CHECK_INT(ground_ask(ground, "SELECT bytes FROM clients WHERE name = 'anna'"), 2 * job.held);
+    srv_store_close(&other);
+}
+
+STORE_TEST(sums_that_cannot_be_are_counted_anew_when_a_job_is_submitted) {
+    struct srv_job job;
+    CHECK_INT(ground_submit(store, "j1", "anna", NULL, 1, 0, &job), SRV_STORED);
+    ground_run(ground, "UPDATE clients SET jobs = -1, bytes = -5 WHERE name = 'anna'");
+    CHECK_INT(ground_submit(store, "j2", "anna", NULL, 1, 0, &job), SRV_STORED);
+    CHECK_INT(ground_ask(ground, "SELECT jobs FROM clients WHERE name = 'anna'"), 2);
+    CHECK(ground_sums(ground));
 }
