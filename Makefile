@@ -279,6 +279,11 @@ $(B)/tests/$(1)/run: $(call objects,tests/$(1)) $(HARNESS) $(PARTS.$(1)) $(B)/pa
 endef
 $(foreach room,$(ROOMS),$(eval $(call test_program,$(room))))
 
+# the same objects as on a processor that has the base instruction set alone: what chooses among the sets is another
+$(B)/tests/base/%: $(B)/tests/%/run $(B)/tests/base/isa.o
+	$(call say,link,$@)
+	$(Q)$(LINK) $(WRAP) -o $@ $(B)/tests/base/isa.o $(call objects,tests/$*) $(HARNESS) $(PARTS.$*) $(TEST_LIBS) $(QUADMATH)
+
 $(B)/tests/bench/run: $(call objects,tests/bench) $(API) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)

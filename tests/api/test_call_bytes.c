@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "api/call.h"
+#include "core/isa.h"
 #include "tests/harness/test.h"
 
 enum { TEXT = 1 << 20, TURNS = 400 };
@@ -69,7 +70,9 @@ static void bytes_check(enum api_op_id op, const char *accept, const char *pendu
     int held = bytes_hold(op, accept, body, &taken, &told);
     CHECK_SAYING(held, "operation %d, %s, %.40s...%.100s: %.0f bytes were told, %.0f taken", op, accept, pendulum, rest,
                  told, taken);
-    CHECK_SAYING(told < small || told < loose * taken, "operation %d, %s, %.40s...%.100s: %.0f told, %.0f taken", op,
+    /* what is told is for the widest lanes, which these are a quarter of */
+    double slack = pend_isa_best() == PEND_ISA_BASE ? 2 * loose : loose;
+    CHECK_SAYING(told < small || told < slack * taken, "operation %d, %s, %.40s...%.100s: %.0f told, %.0f taken", op,
                  accept, pendulum, rest, told, taken);
 }
 

@@ -6,7 +6,7 @@ ROOMS := core laws api server wire fuzz
 # in this order they are begun as soon as what they need is there: builds, what others need or what takes long, the rest
 ALL := build-release build-tsan build-asan release-core release-api tsan-wire release-wire web asan-wire valgrind-core \
 	valgrind-api tsan-server asan-core asan-server drill release-server equations asan-laws layers valgrind-wire readback \
-	asan-fuzz asan-api replies examples deploy nginx restart release-laws release-fuzz openapi layout clang install instructions docs fetch image
+	asan-fuzz asan-api base-core base-api replies examples deploy nginx restart release-laws release-fuzz openapi layout clang install instructions docs fetch image
 JOBS := $(if $(ONLY),$(filter $(ONLY),$(ALL)),$(ALL))
 job = @tests/harness/job.sh $@
 
@@ -21,6 +21,10 @@ build-tsan:
 # fresh memory holds nonsense, so that a number that was never set is a wrong one
 $(ROOMS:%=release-%): release-%: build-release
 	$(job) env MALLOC_PERTURB_=85 build/release/tests/$*/run
+# as on a processor without AVX2: 20 s of processor time, nothing is compiled again
+base-core base-api: base-%: build-release
+	@$(MAKE) --no-print-directory build/release/tests/base/$*
+	$(job) build/release/tests/base/$*
 $(ROOMS:%=asan-%): asan-%: build-asan
 	$(job) build/asan/tests/$*/run
 
