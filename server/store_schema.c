@@ -47,6 +47,8 @@ static const char *const schema[] = {
     "successful BIGINT NOT NULL, failed BIGINT NOT NULL, dismissed BIGINT NOT NULL, waiting BIGINT NOT NULL, "
     "bytes BIGINT NOT NULL, scenes BIGINT NOT NULL, scene_bytes BIGINT NOT NULL) {hot}",
     "CREATE TABLE removals (job TEXT PRIMARY KEY, client TEXT NOT NULL, bytes BIGINT NOT NULL)",
+    /* a row that stays, so that the table has a page already where a full disk is to be emptied */
+    "INSERT INTO removals (job, client, bytes) VALUES ('.', '.', 0)",
     "INSERT INTO removals (job, client, bytes) SELECT id, client, bytes FROM jobs WHERE state >= 3 AND bytes > 0",
     "DROP INDEX jobs_unclean", "DROP INDEX jobs_ready", "ALTER TABLE jobs RENAME COLUMN turn TO rank",
     "ALTER TABLE jobs ADD COLUMN part BIGINT NOT NULL DEFAULT 0",

@@ -125,7 +125,7 @@
     X(JOBS_BEFORE, "SELECT " JOB_COLUMNS " FROM jobs WHERE client = $1 AND (created, id) < ($4, $3) "                  \
                    "ORDER BY created DESC, id DESC LIMIT $2")                                                          \
     X(REMOVAL_PUT, "INSERT INTO removals (job, client, bytes) VALUES ($1, $2, $3) ON CONFLICT DO NOTHING")             \
-    X(REMOVAL, "SELECT job, client, bytes FROM removals ORDER BY job LIMIT 1 {skip}")                                  \
+    X(REMOVAL, "SELECT job, client, bytes FROM removals WHERE job <> '.' ORDER BY job LIMIT 1 {skip}")                 \
     X(REMOVAL_END, "DELETE FROM removals WHERE job = $1")                                                              \
     X(LEASE, "SELECT " JOB_COLUMNS ", shards.state, shards.attempt FROM jobs JOIN shards ON shards.job = jobs.id "     \
              "WHERE jobs.id = $1 AND shards.number = $2 {lock}")                                                       \

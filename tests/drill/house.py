@@ -191,7 +191,7 @@ class House:
     def settle(self):
         """Waits for what a sweep does later: results of dismissed jobs go, and their sums with them."""
         end = time.monotonic() + PATIENCE
-        while time.monotonic() < end and self.place.rows("SELECT COUNT(*) FROM removals")[0][0]:
+        while time.monotonic() < end and self.place.rows("SELECT COUNT(*) FROM removals WHERE job <> '.'")[0][0]:
             time.sleep(0.05)
 
     def account(self):
