@@ -203,22 +203,32 @@ clang-flags-c++:
 
 # the rules proper; V=1 shows the commands whole
 Q := $(if $(V),,@)
-say = $(if $(V),,@printf '  %-8s %-5s %s\n' '$(MODE)' '$(1)' '$(2)')
+say = $(if $(V),,@printf '  %-8s %-5s %s%s\n' '$(MODE)' '$(1)' '$(2)' '$(3)')
+# the same of a compilation, with its number and how many there will be
+say_counted = $(eval SAID += +)$(call say,$(1),$(2),$(if $(filter $(words $(SAID)),$(wordlist 1,$(TOTAL),$(NUMBERS))), [$(words $(SAID))/$(TOTAL)]))
+# objects that the goals want and that are not there, or older than the flags; what was edited since is not known before
+OBJECTS = $(sort $(filter-out %.a %/engine.o %/openapi_json.o build/web/%,$(foreach goal,$(or $(MAKECMDGOALS),help),\
+  $(if $(filter build install $(B)/pendulumd,$(goal)),$(B)/server/main.o $(SERVER) $(API) $(CORE)) \
+  $(foreach room,$(ROOMS),$(if $(filter test test-$(room) $(B)/tests/$(room)/run,$(goal)),\
+    $(call objects,tests/$(room)) $(HARNESS) $(PARTS.$(room)) $(CORE))))))
+# find complains once of each that is not there
+TOTAL = $(eval TOTAL := $$(if $$(OBJECTS),$$(shell find $$(OBJECTS) ! -newer $$(B)/flags 2>&1 | wc -l),0))$(TOTAL)
+NUMBERS = $(eval NUMBERS := $$(shell seq $$(TOTAL)))$(NUMBERS)
 
 $(B)/%.o: %.c $(B)/flags
 	@mkdir -p $(@D)
-	$(call say,cc,$<)
+	$(call say_counted,cc,$<)
 	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@
 
 $(B)/%.o: %.cpp $(B)/flags
 	@mkdir -p $(@D)
-	$(call say,c++,$<)
+	$(call say_counted,c++,$<)
 	$(Q)$(CXX) $(CXXFLAGS_ALL) -c $< -o $@
 
 define kernel_rule
 $(B)/%.$(1).o: %.c $(B)/flags
 	@mkdir -p $$(@D)
-	$$(call say,cc,$$< for $(1))
+	$$(call say_counted,cc,$$< for $(1))
 	$(Q)$$(CC) $$(CFLAGS_ALL) -Wno-psabi $(ISA_FLAGS.$(1)) $$(KERNEL_FLAGS.$$*) -DPEND_ISA=$(1) -c $$< -o $$@
 endef
 $(foreach isa,$(ISAS),$(eval $(call kernel_rule,$(isa))))
