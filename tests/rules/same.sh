@@ -1,0 +1,38 @@
+#!/bin/bash
+# Sources give the same bytes in whatever directory, under whatever clock, language and rights they are built.
+# usage: same.sh BUILD
+# A few objects of each kind stand for all: C, C++, a kernel for each instruction set, what is generated, and the page.
+# Leaves to others: fetching what the page is made with (fetch.sh). Invariant: writes into a directory of its own in build/ only.
+set -u
+cd "$(dirname "$0")/../.." || exit
+root=$(mktemp -d "$PWD/build/same.XXXXXX") || exit
+trap 'rm -rf "$root"' EXIT
+passed=0 failed=0
+objects=({core/tree,core/kernel_turn.base,api/number_write,api/engine,api/openapi_json,server/main}.o libpendulum.a)
+# what the archive has of the core; all of it would take a minute
+few='CORE=$(B)/core/tree.o $(B)/core/kernel_turn.base.o'
+
+# directory, settings of its environment
+built() {
+    mkdir -p "$1/build" && cp -r Makefile core api server docker "$1" && cp -r build/web "$1/build" || return
+    rm -rf "$1"/build/web/{assets.*,bundled,bundles} "$1"/server/web/node_modules
+    env "${@:2}" CCACHE_DISABLE=1 make --no-print-directory -C "$1" "$few" "${objects[@]/#/build/release/}" build/web/assets.o
+}
+log=$root.log
+{ built "$root/one" TZ=UTC LC_ALL=C && sleep 1.1 &&
+    (umask 077; built "$root/another one, elsewhere" TZ=Pacific/Auckland LC_ALL=C.UTF-8); } > "$log" 2>&1 ||
+    { failed=1; tail -n 20 "$log"; echo 'FAIL the two builds'; }
+rm -f "$log"
+
+for object in "${objects[@]/#/build/release/}" build/web/assets.o; do
+    if cmp "$root/one/$object" "$root/another one, elsewhere/$object"; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "FAIL $object is another in another directory"
+    fi
+done
+# who reads the bytes finds the directory in none of them
+if grep -rl --include='*.o' -- "$root" "$root"; then failed=$((failed + 1)); echo 'FAIL the name of the directory'; else passed=$((passed + 1)); fi
+echo "$passed passed, $failed failed"
+[ $failed = 0 ]
