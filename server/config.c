@@ -17,7 +17,7 @@ enum config_kind {
     CONFIG_WHOLE,   /* a whole number */
     CONFIG_BYTES,   /* a whole number, or one with K, M or G behind it */
     CONFIG_SECONDS, /* a number */
-    CONFIG_SWITCH,  /* on or off */
+    CONFIG_SWITCH,  /* on, off or auto */
     CONFIG_HOSTS,   /* *, auto or a list of hosts */
     CONFIG_ROLE,    /* all, api or worker */
     CONFIG_STORE    /* none, sqlite, sqlite:PATH or postgresql://... */
@@ -91,7 +91,7 @@ static const struct config_row config_table[] = {
      CONFIG_SECONDS, FIELD(drain_seconds), 0, 86400},
     {{"drain-idle-seconds", "S", "5", "time that silent connections are kept after SIGTERM, for a request that a proxy is just sending on one"},
      CONFIG_SECONDS, FIELD(drain_idle_seconds), 0, 3600},
-    {{"access-log", "on/off", "on", "one JSON line a request"},
+    {{"access-log", "on/off/auto", "auto", "one JSON line a request; auto = where they do not go to a terminal"},
      CONFIG_SWITCH, FIELD(access_log), 0, 0},
     {{"log", "FILE", "-", "where the lines of requests go; - = standard output; a file is opened anew at SIGHUP and SIGUSR1"},
      CONFIG_TEXT, FIELD(log), 0, 0},
@@ -282,8 +282,10 @@ static enum pend_status config_set_store(char *out, const struct config_row *row
 
 static enum pend_status config_set_switch(double *out, const struct config_place *place, const char *value,
                                           struct pend_error *error) {
-    if (strcmp(value, "on") && strcmp(value, "off")) return config_wrong(place, value, "on or off", error);
-    *out = !strcmp(value, "on");
+    int automatic = !strcmp(value, "auto");
+    if (!automatic && strcmp(value, "on") && strcmp(value, "off"))
+        return config_wrong(place, value, "on, off or auto", error);
+    *out = automatic ? SRV_CONFIG_AUTO : !strcmp(value, "on");
     return PEND_OK;
 }
 

@@ -9,7 +9,7 @@
 
 #define SRV_VERSION "0.1.0"
 
-enum { SRV_CONFIG_TEXT = 256 };
+enum { SRV_CONFIG_TEXT = 256, SRV_CONFIG_AUTO = 2 };
 
 /* What the command line asks for. */
 enum srv_config_task { SRV_CONFIG_SERVE, SRV_CONFIG_HELP, SRV_CONFIG_TABLE, SRV_CONFIG_VERSION };
@@ -29,7 +29,7 @@ struct srv_config {
     char hosts[SRV_CONFIG_TEXT];
     double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds, drain_idle_seconds;
     double least_rate; /* bytes/s */
-    double access_log; /* 0 or 1 */
+    double access_log; /* 0, 1 or SRV_CONFIG_AUTO: 1 where its lines go to no terminal */
     double job_part_seconds, job_lease_seconds, until_idle_seconds;
     double client_jobs, client_bytes, store_bytes, keep_seconds;
     double client_scenes, scene_bytes, client_scene_bytes, store_scene_bytes;

@@ -31,7 +31,8 @@ int srv_reload_may(const char *name) {
 
 int srv_reload_log(const struct srv_config *config) {
     if (!config->access_log) return -1;
-    if (!strcmp(config->log, "-")) return STDOUT_FILENO;
+    if (!strcmp(config->log, "-"))
+        return config->access_log == SRV_CONFIG_AUTO && isatty(STDOUT_FILENO) ? -1 : STDOUT_FILENO;
     int fd = open(config->log, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0640);
     return fd < 0 ? -2 : fd;
 }

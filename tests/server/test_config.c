@@ -40,7 +40,7 @@ TEST(the_defaults_are_those_of_the_table) {
     CHECK_INT((long long)config.workers, 0);
     CHECK_INT((long long)config.queue, 256);
     CHECK_INT((long long)config.held_bytes, 1 << 30);
-    CHECK_INT((long long)config.access_log, 1);
+    CHECK_INT((long long)config.access_log, SRV_CONFIG_AUTO);
     CHECK_INT((long long)config.least_rate, 16384);
     struct api_limits limits;
     api_limits_init(&limits);
@@ -127,7 +127,7 @@ TEST(a_bad_value_is_refused_by_name) {
         {"--drain-seconds inf", NULL, "--drain-seconds"},
         {"--drain-seconds 1.2.3", NULL, "--drain-seconds"},
         {"--drain-seconds .", NULL, "--drain-seconds"},
-        {"--access-log yes", NULL, "on or off"},
+        {"--access-log yes", NULL, "on, off or auto"},
         {"--listen 8080", NULL, "--listen must be HOST:PORT"},
         {"--listen :8080", NULL, "--listen"},
         {"--listen localhost:", NULL, "--listen"},

@@ -36,6 +36,46 @@ TEST(few_open_files_leave_most_of_them_to_connections) {
     test_server_drop(&server);
 }
 
+/* the process that a process has started */
+static pid_t child_of(int pid) {
+    char path[64];
+    int child = 0;
+    snprintf(path, sizeof path, "/proc/%d/task/%d/children", pid, pid);
+    FILE *file = fopen(path, "r");
+    if (file && fscanf(file, "%d", &child) != 1) child = 0;
+    if (file) fclose(file);
+    return child;
+}
+
+/* on a terminal people read: requests are logged there only when that is asked for */
+TEST(a_terminal_shows_messages_and_no_requests_unless_asked) {
+    static const char *const asked[] = {"--access-log", "on", NULL};
+    if (getenv("TEST_UNDER")) return test_skip("the daemon runs under another program");
+    for (int wanted = 0; wanted < 2; wanted++) {
+        /* a program that gives another one a terminal and passes on what it says there; words end with blanks */
+        setenv("TEST_UNDER", "/usr/bin/python3 -c import\tpty,sys;pty.spawn(sys.argv[1:])", 1);
+        struct test_server *server = test_server_start(wanted ? asked : NULL);
+        unsetenv("TEST_UNDER");
+        REQUIRE(server);
+        struct test_reply reply;
+        struct test_client client;
+        pid_t child = child_of(test_server_pid(server));
+        REQUIRE(child > 0 && test_client_open(&client, test_server_port(server)));
+        test_client_say(&client, "GET /healthz HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+        CHECK(test_client_receive(&client, &reply, 0, TEST_PATIENCE));
+        CHECK_INT(reply.status, 200);
+        test_reply_clear(&reply);
+        test_client_close(&client);
+        /* its end writes all lines that wait */
+        kill(child, SIGTERM);
+        test_server_wait(server);
+        const char *log = test_server_log(server);
+        CHECK_SAYING(strstr(log, "Ctrl-C ends it") != NULL, "%s", log);
+        CHECK_SAYING(!strstr(log, "\"/healthz\"") == !wanted, "%s", log);
+        test_server_drop(&server);
+    }
+}
+
 TEST(a_bad_option_is_a_clear_message_and_status_2) {
     static const struct {
         const char *option[3], *word;
