@@ -62,6 +62,7 @@ HARNESS := $(call objects,tests/harness)
 
 # one test program a room: build/MODE/tests/core/run and so on
 WRAP := -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=aligned_alloc
+WRAP += -Wl,--wrap=pwrite64,--wrap=fsync,--wrap=fdatasync,--wrap=ftruncate64
 QUADMATH := $(if $(filter x86_64 i%86,$(ARCH)),-lquadmath)
 PARTS.core := $(B)/libpendulum.a
 PARTS.laws := $(B)/libpendulum.a

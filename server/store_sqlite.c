@@ -21,11 +21,12 @@ struct sqlite_sql {
     sqlite3 *db;
     struct srv_sqlite_disk disk;
     sqlite3_stmt *kept[SRV_SQL_STATEMENTS];
-    int full;        /* the disk was, in the last transaction */
-    int ringing;     /* others are to be woken, once it is committed */
-    int ear;         /* hears their rings; -1 = does not listen yet */
-    int64_t busy_ms; /* when it began to wait for another process */
-    int patience_ms; /* how long it waits */
+    sqlite3_stmt *rollback; /* made beforehand: it ends a transaction when memory is short, too */
+    int full;               /* the disk was, in the last transaction */
+    int ringing;            /* others are to be woken, once it is committed */
+    int ear;                /* hears their rings; -1 = does not listen yet */
+    int64_t busy_ms;        /* when it began to wait for another process */
+    int patience_ms;        /* how long it waits */
 };
 
 static int64_t sqlite_clock_ms(void) {
@@ -66,6 +67,7 @@ static void sqlite_close(struct srv_sql *sql) {
     struct sqlite_sql *own = (struct sqlite_sql *)sql;
     if (own->ear >= 0) close(own->ear);
     for (int i = 0; i < SRV_SQL_STATEMENTS; i++) sqlite3_finalize(own->kept[i]);
+    sqlite3_finalize(own->rollback);
     srv_sqlite_disk_close(&own->disk);
     sqlite3_close(own->db);
     free(own);
@@ -117,6 +119,7 @@ static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, struc
             sqlite3_create_function(own->db, "now_us", 0, SQLITE_UTF8, NULL, sqlite_now, NULL, NULL) != SQLITE_OK ||
             sqlite3_create_function(own->db, "ring", 0, SQLITE_UTF8, own, sqlite_ring, NULL, NULL) != SQLITE_OK ||
             sqlite3_exec(own->db, sqlite_settings, NULL, NULL, &said) != SQLITE_OK ||
+            sqlite3_prepare_v2(own->db, "ROLLBACK", -1, &own->rollback, NULL) != SQLITE_OK ||
             srv_sqlite_disk_open(&own->disk, own->db) != SQLITE_OK)
             status = pend_fail(error, PEND_INVALID, -1, 0, "%s is no store: %s", path,
                                said ? said : sqlite3_errmsg(own->db));
@@ -202,7 +205,16 @@ static void sqlite_fields(sqlite3_stmt *statement, struct srv_value field[], int
     }
 }
 
+/* A transaction whose end failed is not left open: it would keep every other process from writing, and this one from
+ * beginning another. */
+static void sqlite_leave(struct sqlite_sql *own) {
+    if (sqlite3_get_autocommit(own->db)) return;
+    sqlite3_step(own->rollback);
+    sqlite3_reset(own->rollback);
+}
+
 static void sqlite_before(struct sqlite_sql *own) {
+    sqlite_leave(own);
     own->ringing = 0;
     own->patience_ms = CARRY_MS;
     srv_sqlite_disk_begin(&own->disk, own->full);
@@ -247,6 +259,7 @@ static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text,
         sqlite3_clear_bindings(*statement);
     }
     sqlite3_finalize(once);
+    if (!strcmp(text, "ROLLBACK")) sqlite_leave(own);
     own->full |= stored == SRV_STORED_FULL;
     if (stored == SRV_STORED && commit) sqlite_committed(own);
     return stored;

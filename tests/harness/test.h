@@ -56,6 +56,14 @@ void test_alloc_fail(long count, int for_good);
 void test_alloc_faults_off(void);
 long test_alloc_count(void);
 
+/**
+ * Faults of the disk: the count-th call from now (1 = the next) with which SQLite writes, syncs or cuts a file fails
+ * with an errno, once, or from there on for good. Until test_disk_faults_off, which returns how many there were,
+ * nothing is waited for.
+ */
+void test_disk_fail(long count, int for_good, int error);
+long test_disk_faults_off(void);
+
 /** A reproducible random number in [0, 1) from a state of the test's own; splitmix64. */
 double test_random(unsigned long long *state);
 /** The same, an integer in [0, below). */
