@@ -31,6 +31,7 @@ struct api_call {
     struct api_source source;    /* where the answer lies already; all NULL where it is computed */
     struct api_results *results; /* once it is taken from there */
     int fetched;                 /* all of it was */
+    int waits;                   /* the source has nothing yet */
     int ranged;                  /* not all of it is wanted, but `range` */
     struct api_range range;
     long long known;         /* bytes of the whole, told by who wrote it before; 0 or less = nobody did */
@@ -277,9 +278,13 @@ static enum pend_status call_fetch_range(struct api_call *call, struct api_buffe
 /* computes on until the turn is over */
 static enum pend_status call_turn(struct api_call *call, const struct api_turn *turn, int *done,
                                   struct pend_error *error) {
-    if (!call->source.fetch) return call->op->run(call->state, turn, done, error);
-    do PEND_TRY((call->ranged ? call_fetch_range : call_fetch)(call, turn->out, done, error));
-    while (!*done && !api_turn_over(turn));
+    const struct api_source *source = &call->source;
+    if (!source->fetch) return call->op->run(call->state, turn, done, error);
+    do {
+        call->waits = !call->fetched && source->ready && !source->ready(source->context);
+        if (call->waits) return PEND_OK;
+        PEND_TRY((call->ranged ? call_fetch_range : call_fetch)(call, turn->out, done, error));
+    } while (!*done && !api_turn_over(turn));
     return PEND_OK;
 }
 
@@ -332,6 +337,7 @@ enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
     if (status == PEND_INVALID && call->answer.status == 206 && call->answer.length <= 0)
         return call_refuse_range(call, out);
     if (status != PEND_OK) return call_fail(call, status, &error, out);
+    if (!done && call->waits) return API_WAITS;
     if (!done) return call_hopeful(call) ? API_MORE : call_refuse(call, out);
     call_keep_told(call);
     call_end_op(call);

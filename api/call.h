@@ -25,10 +25,11 @@ struct api_answer {
 };
 
 enum api_progress {
-    API_MORE,  /* call again; bytes may have been appended */
-    API_DONE,  /* the answer is complete: an answer of the operation, or a problem */
-    API_BROKEN /* it failed after api_call_promise: what is in out may be sent, then the client is to see a message that
-                  is not complete */
+    API_MORE,   /* call again; bytes may have been appended */
+    API_DONE,   /* the answer is complete: an answer of the operation, or a problem */
+    API_BROKEN, /* it failed after api_call_promise: what is in out may be sent, then the client is to see a message
+                   that is not complete */
+    API_WAITS   /* call again once the source has more; bytes may have been appended. Only after api_call_results */
 };
 
 struct api_call;
@@ -88,6 +89,8 @@ struct api_source {
     /** Begins with the first part again. */
     void (*again)(void *context);
     void *context;
+    /** Non-zero where fetch has what it fetches, an end or an error included; NULL = fetch may wait for it. */
+    int (*ready)(void *context);
 };
 
 /**

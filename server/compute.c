@@ -246,10 +246,13 @@ static int compute_piece(struct srv_work *work) {
     int ended = progress == API_DONE ? 1 : progress == API_BROKEN ? -1 : 0;
     if (!work->promised && !ended && compute_ripe(work)) compute_promise(work);
     if (!ended && !compute_room(work)) return 0;
-    if (work->promised) return compute_pass(work, ended);
-    if (!ended) return 1;
-    compute_settle(work);
-    return 0;
+    if (work->promised && !compute_pass(work, ended)) return 0;
+    if (!work->promised && ended) {
+        compute_settle(work);
+        return 0;
+    }
+    /* the next piece is on its way here: meanwhile the worker is others' */
+    return progress != API_WAITS || !work->source->park(work->source, work);
 }
 
 /* the worker goes on with it unless somebody waits: then it goes to the end of its client's lane, and 1 is returned */

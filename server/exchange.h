@@ -70,6 +70,9 @@ struct srv_source {
     size_t body_bytes;
     int ranged; /* the client wants `range` of it, if the answer is the one that it knows already */
     struct api_range range;
+    /* has the work rest until the source is ready, and come back to the queue then: returns 1, and the work is not the
+     * caller's any more; 0 where it is ready, or the work is to stop */
+    int (*park)(struct srv_source *source, struct srv_work *work);
     void (*free)(struct srv_source *source);
 };
 

@@ -150,9 +150,9 @@ int srv_flights_waiters(struct srv_work *work) {
 
 /* takes a work that no worker has away from where it waits; called with the lock */
 static int flights_withdraw(struct srv_work *work) {
-    int parked = work->parked;
-    work->parked = 0;
-    return parked || srv_queue_remove(work->service->queue, &work->task);
+    int rests = work->parked || work->fetching;
+    work->parked = work->fetching = 0;
+    return rests || srv_queue_remove(work->service->queue, &work->task);
 }
 
 static void flights_detach(struct srv_work *work, struct srv_exchange *exchange) {
@@ -268,6 +268,20 @@ int srv_flights_pass(struct srv_work *work, int ended, int *over) {
     return go_on;
 }
 
+int srv_flights_park(struct srv_work *work) {
+    flights_lock(work);
+    int rests = work->fetching = !work->stop;
+    flights_unlock(work);
+    return rests;
+}
+
+void srv_flights_unpark(struct srv_work *work) {
+    flights_lock(work);
+    if (work->fetching) srv_queue_again(work->service->queue, &work->task);
+    work->fetching = 0;
+    flights_unlock(work);
+}
+
 long srv_flights_read(struct srv_exchange *exchange, char *to, size_t cap, void (*pause)(struct srv_exchange *)) {
     struct srv_flights *flights = exchange->service->flights;
     int again = 0;
@@ -277,7 +291,8 @@ long srv_flights_read(struct srv_exchange *exchange, char *to, size_t cap, void 
         pthread_mutex_unlock(&flights->lock);
         return SRV_FLIGHT_BROKEN;
     }
-    if (flights_drained(work) && (work->parked || work->over) && flights_chunk(work)->bytes) flights_swap(work);
+    if (flights_drained(work) && (work->parked || work->fetching || work->over) && flights_chunk(work)->bytes)
+        flights_swap(work);
     if (work->parked && !flights_chunk(work)->bytes) {
         again = 1;
         work->parked = 0;

@@ -45,6 +45,7 @@ struct srv_work {
     struct srv_exchange *reader; /* of the stream */
     int reader_waits;            /* suspended, for the next block */
     int parked;                  /* it waits for its reader */
+    int fetching;                /* it waits for its source */
     int over;                    /* no worker and no queue has it any more */
     int ended;                   /* 1 = complete, -1 = broken */
     struct api_buffer ready;     /* the block that is being sent */
@@ -118,6 +119,16 @@ int srv_flights_hungry(struct srv_work *work);
  * over or gone; *over says which.
  */
 int srv_flights_pass(struct srv_work *work, int ended, int *over);
+
+/**
+ * Has a work rest that waits for its source. The work is not the worker's any more: it may be withdrawn and ended.
+ *
+ * Returns 0, and the worker goes on, where the work is to stop.
+ */
+int srv_flights_park(struct srv_work *work);
+
+/** Queues a work that rests since srv_flights_park, if it still does. Any thread; the work must not have ended. */
+void srv_flights_unpark(struct srv_work *work);
 
 /**
  * Takes bytes of a stream, on the thread of the reader's connection.

@@ -1,94 +1,39 @@
 #include "server/job_results.h"
 
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "server/admission.h"
 #include "server/compute.h"
+#include "server/download.h"
 #include "server/errand.h"
 #include "server/job_view.h"
 #include "server/range.h"
 
-/* Where a job's parts are read from, a chunk at a time. */
-struct results_source {
-    struct srv_source source; /* first */
-    struct srv_ask ask;
-    struct srv_storage *storage;
-    char id[SRV_ID_BYTES];
-    long shards, shard, chunk;
-    void *request, *data; /* data: where the chunk goes */
-    size_t bytes;
-};
-
-static enum srv_stored source_read(struct srv_store *store, struct srv_store_call *call) {
-    struct results_source *source = (struct results_source *)((char *)call - offsetof(struct results_source, ask));
-    return srv_store_chunk(store, source->id, source->shard, source->chunk, source->data, &source->bytes);
-}
-
-static enum pend_status source_fetch(void *context, void *data, size_t cap, size_t *bytes, struct pend_error *error) {
-    struct results_source *source = context;
-    enum srv_stored stored = SRV_STORED;
-    *bytes = 0;
-    if (cap < SRV_CHUNK_BYTES)
-        return pend_fail(error, PEND_BUG, -1, 0, "a chunk of %d bytes has no room", SRV_CHUNK_BYTES);
-    source->data = data;
-    while (source->shard < source->shards && !*bytes) {
-        source->ask.call.run = source_read;
-        stored = srv_storage_wait(source->storage, SRV_ASK_READ, &source->ask);
-        int none = stored == SRV_STORED_NONE && source->chunk > 0;
-        if (stored != SRV_STORED && !none)
-            return pend_fail(error, PEND_CANCELLED, -1, 0,
-                             stored == SRV_STORED_NONE      ? "the job's results are not kept any more"
-                             : stored == SRV_STORED_DAMAGED ? "the job's results are damaged where they are kept"
-                                                            : "the store is out of reach");
-        *bytes = none ? 0 : source->bytes;
-        source->chunk++;
-        if (*bytes == SRV_CHUNK_BYTES) break;
-        source->shard++;
-        source->chunk = 0;
-    }
-    return PEND_OK;
-}
-
-static void source_again(void *context) {
-    struct results_source *source = context;
-    source->shard = source->chunk = 0;
-}
-
-static void source_free(struct srv_source *source) {
-    struct results_source *gone = (struct results_source *)source;
-    free(gone->request);
-    free(gone);
-}
-
 /* the exchange goes on to a worker, which takes the answer from the store */
 static void results_deliver(struct srv_errand *errand) {
     struct srv_exchange *exchange = errand->exchange;
-    struct results_source *source = calloc(1, sizeof *source);
+    struct srv_source *source;
     int op = 0;
     while (op < API_OP_COUNT && strcmp(api_op_at((enum api_op_id)op)->name, errand->job.operation)) op++;
-    if (!source || op == API_OP_COUNT) {
-        srv_exchange_busy(exchange, 1, source ? "this version does not know the job's operation" : "out of memory");
-        free(source);
+    if (op == API_OP_COUNT) {
+        srv_exchange_busy(exchange, 1, "this version does not know the job's operation");
         srv_errand_end(errand);
         return;
     }
-    source->source = (struct srv_source){.from = {.fetch = source_fetch, .again = source_again, .context = source},
-                                         .body = errand->request,
-                                         .body_bytes = errand->request_bytes,
-                                         .free = source_free};
-    if (!strcmp(exchange->method, "GET"))
-        source->source.ranged = srv_range_read(exchange->field[SRV_RANGE], &source->source.range);
-    /* the bytes that are numbered are those of the answer as it is */
-    if (source->source.ranged) exchange->coding = SRV_IDENTITY;
-    source->request = errand->request;
-    source->storage = exchange->service->storage;
-    source->shards = errand->job.shards;
-    memcpy(source->id, errand->id, sizeof source->id);
-    exchange->source = &source->source;
-    exchange->op = (enum api_op_id)op;
+    enum srv_room room =
+        srv_download_new(&source, exchange, errand->id, errand->job.shards, errand->request, errand->request_bytes);
     errand->request = NULL;
+    if (room != SRV_ROOM) {
+        srv_exchange_crowded(exchange, room, "reading the job's results");
+        srv_errand_end(errand);
+        return;
+    }
+    if (!strcmp(exchange->method, "GET")) source->ranged = srv_range_read(exchange->field[SRV_RANGE], &source->range);
+    /* the bytes that are numbered are those of the answer as it is */
+    if (source->ranged) exchange->coding = SRV_IDENTITY;
+    exchange->source = source;
+    exchange->op = (enum api_op_id)op;
     srv_compute_begin(exchange);
     srv_errand_leave(errand);
 }

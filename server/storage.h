@@ -44,8 +44,8 @@ void srv_storage_free(struct srv_storage **storage);
 /** Hands an ask over. Any thread; does not wait. Calls that wait at the same time share a write to disk. */
 void srv_storage_ask(struct srv_storage *storage, enum srv_ask_kind kind, struct srv_ask *ask);
 
-/** Asks and waits for the answer; `done` is not called. For threads that may wait: not
- * libmicrohttpd's; a worker's for what lies in the store, and nothing else. */
+/** Asks and waits for the answer; `done` is not called. For threads that may wait: neither libmicrohttpd's nor a
+ * worker's. */
 enum srv_stored srv_storage_wait(struct srv_storage *storage, enum srv_ask_kind kind, struct srv_ask *ask);
 
 /** True while the store answers. */

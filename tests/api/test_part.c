@@ -109,11 +109,14 @@ struct pieces {
     const char *data;
     size_t bytes, at;
     unsigned long long *random;
+    int here; /* the next piece is */
 };
 
 static enum pend_status pieces_fetch(void *context, void *data, size_t cap, size_t *bytes, struct pend_error *error) {
     struct pieces *pieces = context;
     (void)error;
+    CHECK(pieces->here);
+    pieces->here = 0;
     size_t piece = 1 + (size_t)test_random_int(pieces->random, test_random_int(pieces->random, 2) ? 40 : 200000);
     if (piece > pieces->bytes - pieces->at) piece = pieces->bytes - pieces->at;
     if (piece > cap) piece = cap;
@@ -123,20 +126,32 @@ static enum pend_status pieces_fetch(void *context, void *data, size_t cap, size
     return PEND_OK;
 }
 
+/* a piece may be on its way when it is asked for, and is here the next time */
+static int pieces_ready(void *context) {
+    struct pieces *pieces = context;
+    int here = pieces->here || test_random_int(pieces->random, 2);
+    pieces->here = 1;
+    return here;
+}
+
 static void pieces_again(void *context) { ((struct pieces *)context)->at = 0; }
 
 /* the answer of a request from kept parts, or a range of it; its status */
 static struct api_answer fetch_range(const struct api_request *request, const struct api_limits *limits,
                                      const char *data, size_t bytes, unsigned long long *random,
                                      const struct api_range *range, struct api_buffer *out) {
-    struct pieces pieces = {data, bytes, 0, random};
-    struct api_source source = {pieces_fetch, pieces_again, &pieces};
+    struct pieces pieces = {data, bytes, 0, random, 0};
+    struct api_source source = {pieces_fetch, pieces_again, &pieces, pieces_ready};
     struct api_answer answer = {.status = 503};
     struct api_call *call;
     if (api_call_new(&call, limits) != PEND_OK) return answer;
     enum api_progress progress = api_call_results(call, request, &source, out);
     if (progress == API_MORE && range) progress = api_call_range(call, *range, out);
-    while (progress == API_MORE) progress = api_call_run(call, out);
+    while (progress == API_MORE || progress == API_WAITS) {
+        progress = api_call_run(call, out);
+        /* it waits only where there is no piece, and the next look finds one */
+        CHECK(progress != API_WAITS || pieces.here);
+    }
     answer = api_call_answer(call);
     answer.columns = answer.file_name = answer.etag = NULL;
     api_call_free(&call);

@@ -1,0 +1,220 @@
+/* Results of jobs that are downloaded while their store is silent, gone or changed: what becomes of the downloads, and
+ * of who computes meanwhile. */
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "tests/wire/place.h"
+
+/* 32 bytes an instant: more than sockets and the server hold of two downloads */
+enum { INSTANTS = 700000, BODY_BYTES = 32 * INSTANTS, DOWNLOADS = 2 };
+
+#define OCTETS "Accept: application/octet-stream\r\n"
+
+/* A download that is read by hand. */
+struct download {
+    struct test_client client;
+    char *data;
+    size_t bytes, cap;
+};
+
+/* asks for the results and waits for the first byte, which is not taken yet */
+static int download_begin(struct download *download, const struct test_server *server, const char *id) {
+    char text[256];
+    int little = 1 << 16;
+    memset(download, 0, sizeof *download);
+    if (!test_client_open(&download->client, test_server_port(server))) return 0;
+    setsockopt(download->client.fd, SOL_SOCKET, SO_RCVBUF, &little, sizeof little);
+    download->cap = BODY_BYTES + 4096;
+    download->data = malloc(download->cap);
+    snprintf(text, sizeof text, "GET /v1/jobs/%s/results HTTP/1.1\r\nHost: a\r\nConnection: close\r\n" OCTETS "\r\n",
+             id);
+    struct pollfd ready = {download->client.fd, POLLIN, 0};
+    return CHECK(download->data && test_client_say(&download->client, text) &&
+                 poll(&ready, 1, 1000 * TEST_PATIENCE) == 1);
+}
+
+/* reads on until nothing comes for so many seconds; returns 1 at its end, 0 where it stands still */
+static int download_read(struct download *download, double seconds) {
+    struct pollfd ready = {download->client.fd, POLLIN, 0};
+    while (poll(&ready, 1, (int)(1000 * seconds)) == 1) {
+        ssize_t got = recv(download->client.fd, download->data + download->bytes, download->cap - download->bytes, 0);
+        if (got <= 0) return 1;
+        download->bytes += (size_t)got;
+    }
+    return 0;
+}
+
+/* the bytes of its body; 0 where there is no head */
+static size_t download_body(const struct download *download, const char **body) {
+    char *end = memmem(download->data, download->bytes, "\r\n\r\n", 4);
+    *body = end ? end + 4 : NULL;
+    return end ? download->bytes - (size_t)(end + 4 - download->data) : 0;
+}
+
+static void download_end(struct download *download) {
+    test_client_close(&download->client);
+    free(download->data);
+    download->data = NULL;
+}
+
+/* a daemon with one worker, and a job of many pieces that has ended */
+static struct test_server *downloads_serve(const struct place *place, char id[ID + 1]) {
+    char body[256], word[WORDS];
+    struct test_server *server = place_serve(place, "all", "1", "--workers", "1");
+    if (!server) return NULL;
+    snprintf(body, sizeof body,
+             "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"initial\":{\"theta\":[1]},"
+             "\"times\":{\"stop\":10,\"count\":%d},\"output\":[\"phi\",\"phid\",\"lambda\"]}",
+             INSTANTS);
+    CHECK_INT(submit(server, "/v1/trajectories", ASYNC, body, id), 202);
+    job_wait(server, id, word);
+    CHECK_TEXT(word, "successful");
+    return server;
+}
+
+/* others are computed for */
+static void downloads_compute(struct test_server *server) {
+    for (int i = 0; i < 5; i++) {
+        struct test_reply reply;
+        CHECK_INT(ask(server, &reply, "/v1/forces", ASK_LITTLE), 200);
+        test_reply_clear(&reply);
+    }
+}
+
+/* all of it is there, and as it was read at a time when nothing was amiss */
+static void check_whole(const struct download *download, const struct test_reply *whole) {
+    const char *body;
+    size_t bytes = download_body(download, &body);
+    CHECK_SAYING(bytes == whole->body_bytes && !memcmp(body, whole->body, bytes), "%zu bytes of %zu", bytes,
+                 whole->body_bytes);
+}
+
+static void silence(struct place *place) {
+    char id[ID + 1];
+    struct test_reply whole;
+    struct download download[DOWNLOADS];
+    struct test_server *server = downloads_serve(place, id);
+    if (!server) return;
+    CHECK_INT(job_get(server, &whole, id, "/results", OCTETS), 200);
+    CHECK_INT((long)whole.body_bytes, BODY_BYTES);
+    for (int i = 0; i < DOWNLOADS; i++) REQUIRE(download_begin(&download[i], server, id));
+    test_postgres_freeze(place->postgres, 1);
+    for (int i = 0; i < DOWNLOADS; i++) CHECK(!download_read(&download[i], 0.3));
+    downloads_compute(server);
+    /* all that was while neither download went on or ended: nobody waited for the database's limit */
+    for (int i = 0; i < DOWNLOADS; i++) CHECK(!download_read(&download[i], 0.3) && download[i].bytes < BODY_BYTES);
+    test_postgres_freeze(place->postgres, 0);
+    for (int i = 0; i < DOWNLOADS; i++) {
+        CHECK(download_read(&download[i], TEST_PATIENCE));
+        check_whole(&download[i], &whole);
+        download_end(&download[i]);
+    }
+    test_reply_clear(&whole);
+    test_server_stop(&server);
+}
+
+/* who waited for a silent database goes: nothing is kept for them once it speaks, and the job is what it was */
+static void leaving(struct place *place) {
+    char id[ID + 1];
+    struct download download[DOWNLOADS], last;
+    struct test_reply whole;
+    struct test_server *server = downloads_serve(place, id);
+    if (!server) return;
+    for (int i = 0; i < DOWNLOADS; i++) REQUIRE(download_begin(&download[i], server, id));
+    test_postgres_freeze(place->postgres, 1);
+    for (int i = 0; i < DOWNLOADS; i++) {
+        CHECK(!download_read(&download[i], 0.3));
+        download_end(&download[i]);
+    }
+    /* they end at once, whatever the database does */
+    CHECK(ask_await(server, "pendulumd_computations", 0, 0));
+    downloads_compute(server);
+    test_postgres_freeze(place->postgres, 0);
+    CHECK(ask_await(server, "pendulumd_held_kind_bytes{kind=\"computations\"}", 0, 0));
+    CHECK_INT(job_get(server, &whole, id, "/results", OCTETS), 200);
+    CHECK_INT((long)whole.body_bytes, BODY_BYTES);
+    test_reply_clear(&whole);
+    /* and so does the process that is to hurry, with one under way */
+    REQUIRE(download_begin(&last, server, id));
+    test_postgres_freeze(place->postgres, 1);
+    CHECK(!download_read(&last, 0.3));
+    test_server_signal(server, SIGTERM);
+    /* two signals that come together are one, and then the database's limit is waited for */
+    test_sleep(0.3);
+    test_server_signal(server, SIGTERM);
+    CHECK(download_read(&last, TEST_PATIENCE));
+    test_postgres_freeze(place->postgres, 0);
+    stop_after_deaths(&server);
+    download_end(&last);
+}
+
+/* the database goes, and comes again: the download is cut short of its length, and can be had afterwards */
+static void absence(struct place *place) {
+    char id[ID + 1];
+    const char *body;
+    struct download download;
+    struct test_reply whole;
+    struct test_server *server = downloads_serve(place, id);
+    if (!server) return;
+    REQUIRE(download_begin(&download, server, id));
+    test_postgres_halt(place->postgres, SIGQUIT);
+    CHECK(download_read(&download, TEST_PATIENCE));
+    CHECK(download_body(&download, &body) < BODY_BYTES);
+    downloads_compute(server);
+    download_end(&download);
+    CHECK(test_postgres_resume(place->postgres));
+    CHECK(ask_await(server, "pendulumd_store_up", 1, 1));
+    CHECK_INT(job_get(server, &whole, id, "/results", OCTETS), 200);
+    CHECK_INT((long)whole.body_bytes, BODY_BYTES);
+    test_reply_clear(&whole);
+    stop_after_deaths(&server);
+}
+
+/* on PostgreSQL, which alone can be silent */
+static void on_postgres(void (*drill)(struct place *place)) {
+    struct place place;
+    if (access("/usr/lib/postgresql", F_OK)) {
+        test_skip("PostgreSQL is not installed");
+        return;
+    }
+    if (place_begin(&place, 1)) drill(&place);
+    place_end(&place);
+}
+
+TEST(who_computes_does_not_wait_for_a_database_that_falls_silent_in_mid_download) { on_postgres(silence); }
+
+TEST(downloads_that_wait_for_a_silent_database_end_with_who_asked) { on_postgres(leaving); }
+
+TEST(a_download_whose_database_goes_is_cut_and_can_be_had_again) { on_postgres(absence); }
+
+/* the job is deleted in mid-download: it is cut short, and is not there for the next */
+static void deletion(struct place *place) {
+    char id[ID + 1], path[64];
+    const char *body;
+    struct download download;
+    struct test_reply reply;
+    struct test_server *server = downloads_serve(place, id);
+    if (!server) return;
+    REQUIRE(download_begin(&download, server, id));
+    /* the figures are a second old */
+    CHECK(ask_await(server, "pendulumd_store_bytes", 1e6, 1e12));
+    snprintf(path, sizeof path, "/v1/jobs/%s", id);
+    CHECK_INT(test_request(server, &reply, "DELETE", path, "", NULL), 200);
+    test_reply_clear(&reply);
+    /* what was kept of it is removed by and by */
+    CHECK(ask_await(server, "pendulumd_store_bytes", 0, 1e6));
+    CHECK(download_read(&download, TEST_PATIENCE));
+    CHECK(download_body(&download, &body) < BODY_BYTES);
+    download_end(&download);
+    CHECK_INT(job_get(server, &reply, id, "/results", OCTETS), 409);
+    test_reply_clear(&reply);
+    downloads_compute(server);
+    test_server_stop(&server);
+}
+
+TEST(a_job_that_is_deleted_in_mid_download_cuts_it) { place_on_both(deletion); }
