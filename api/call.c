@@ -241,7 +241,7 @@ static enum pend_status call_fetch(struct api_call *call, struct api_buffer *out
     enum { FETCH_BYTES = 1 << 18 };
     size_t bytes = 0;
     if (!call->results)
-        PEND_TRY(api_results_new(&call->results, call->format, call->op->table(call->state), call->op->json_apart,
+        PEND_TRY(api_results_new(&call->results, call->format, call->op->table(call->state), call->op->json != NULL,
                                  call->op->rows_later, out));
     if (call->fetched) return api_results_end(call->results, out, done);
     char *data = malloc(FETCH_BYTES);

@@ -113,7 +113,11 @@ struct api_op {
     const struct api_stats *(*told)(const void *state);
     /** True where that is to be known before the answer's first byte in representations that have no place for it. */
     int (*told_first)(const void *state);
-    int json_apart; /* its JSON says more than its table does */
+    /**
+     * Has a state whose raw answer is complete answer once more, as JSON, which says more than its table does; nothing
+     * is computed again. NULL: the table says all.
+     */
+    void (*json)(void *state);
     void (*free)(void **state);
 };
 

@@ -54,6 +54,7 @@ struct modes {
     long lines;              /* rows of the table that fit there */
     struct api_writer *writer;
     char last;            /* byte of the JSON so far, kept back; 0 = none */
+    int filled;           /* the numbers that every mode has are there */
     int begun, part, row; /* what is written next: a row of the vectors (part 0) or of matrix part - 1 */
 };
 
@@ -420,7 +421,8 @@ static enum pend_status modes_piece(struct modes *modes, struct api_buffer *out,
         return found ? modes_found(modes, error) : PEND_OK;
     }
     if (modes->start && modes->split < modes->found->count) return modes_split(modes, error);
-    if (!modes->begun) modes_fill(modes);
+    if (!modes->filled) modes_fill(modes);
+    modes->filled = 1;
     if (modes->format != &api_format_json) {
         modes->begun = 1;
         return write_rows(modes, out, done, error);
@@ -451,6 +453,14 @@ static enum pend_status modes_run(void *state, const struct api_turn *turn, int 
     return PEND_OK;
 }
 
+/* what was found is kept, and written from its first number on */
+static void modes_json(void *state) {
+    struct modes *modes = state;
+    api_writer_free(&modes->writer);
+    modes->format = &api_format_json;
+    modes->begun = modes->row = 0;
+}
+
 static const struct api_table *modes_table(const void *state) { return &((const struct modes *)state)->table; }
 
 static double modes_cost(const void *state) {
@@ -477,5 +487,5 @@ const struct api_op api_op_modes = {.name = "modes",
                                     .table = modes_table,
                                     .cost = modes_cost,
                                     .bytes = modes_bytes,
-                                    .json_apart = 1,
+                                    .json = modes_json,
                                     .free = modes_free};

@@ -53,15 +53,13 @@ struct api_part {
     double seconds;
 };
 
-/* has the operation read the request for a representation */
-static enum pend_status part_read(struct api_part *part, const struct api_format *format, struct pend_error *error) {
-    char other[API_DIGEST_BYTES], *digest = format == &api_format_raw ? part->digest : other;
+/* has the operation read the request */
+static enum pend_status part_read(struct api_part *part, struct pend_error *error) {
     struct api_problem problem;
     api_problem_init(&problem);
-    part->format = format;
-    part->seconds = 0;
+    part->format = &api_format_raw;
     enum pend_status status =
-        api_request_read(&part->request, format, part->limits, &problem, &part->state, digest, NULL);
+        api_request_read(&part->request, part->format, part->limits, &problem, &part->state, part->digest, NULL);
     if (status != PEND_OK)
         pend_fail(error, status, -1, 0, "%s%s%.150s", problem.count ? problem.faults[0].pointer : "",
                   problem.count ? " " : "",
@@ -80,7 +78,7 @@ enum pend_status api_part_new(struct api_part **part, const struct api_request *
     made->limits = limits;
     made->op = api_op_at(request->op);
     made->number = number;
-    enum pend_status status = part_read(made, &api_format_raw, error);
+    enum pend_status status = part_read(made, error);
     snprintf(made->place, sizeof made->place, "%s/%ld", made->digest, parts);
     if (status == PEND_OK && made->op->part) made->op->part(made->state, number, parts);
     made->carries = made->op->carry && number + 1 < parts;
@@ -189,8 +187,13 @@ enum pend_status api_part_run(struct api_part *part, struct api_buffer *out, int
         return error->text[0] ? status : pend_fail(error, status, -1, 0, "%s", pend_status_text(status));
     part->wrote |= out->bytes > turn.before;
     if (!over) return PEND_OK;
-    *done = part->format != &api_format_raw || !part->op->json_apart;
+    *done = part->format != &api_format_raw || !part->op->json;
     if (*done && part->carries) return part->wrote ? PEND_OK : part_write_nothing(part, out);
-    part->op->free(&part->state);
-    return *done ? PEND_OK : part_read(part, &api_format_json, error);
+    if (*done) {
+        part->op->free(&part->state);
+    } else {
+        part->op->json(part->state);
+        part->format = &api_format_json;
+    }
+    return PEND_OK;
 }

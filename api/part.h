@@ -35,7 +35,7 @@ struct api_part;
 /**
  * A part that is ready to run.
  *
- * request  what api_plan_read found good; its body outlives the part.
+ * request  what api_plan_read found good; its body is read here, once.
  * number   of the part, 0 .. parts - 1.
  * error    why not, for the job's message.
  *
