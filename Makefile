@@ -264,7 +264,7 @@ build/web/assets.o: build/web/assets.c server/assets.h
 ENGINE := $(sort $(filter-out api/openapi%,$(wildcard core/*.[ch] api/*.[ch] api/*.cpp)))
 $(B)/api/engine.c: $(ENGINE) $(B)/parts
 	@mkdir -p $(@D)
-	$(Q)cat $(ENGINE) | sha256sum | sed -E 's/^([0-9a-f]+).*/#include "api\/engine.h"\nconst char api_engine[] = "\1";/' > $@
+	$(Q)cat $(ENGINE) | sha256sum | sed -E 's/^(.{16})([0-9a-f]+).*/#include "api\/engine.h"\nconst char api_engine[] = "\1\2", api_engine_name[] = "\1";/' > $@
 
 $(B)/api/engine.o: $(B)/api/engine.c $(B)/flags
 	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@

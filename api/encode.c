@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/engine.h"
 #include "api/number.h"
 #include "core/status.h"
 
@@ -71,6 +72,11 @@ void api_stats_number(struct api_stats *stats, const char *name, double value) {
 
 void api_stats_warning(struct api_stats *stats, const char *name, const char *text) {
     stats->stat[stats->count++] = (struct api_stat){.name = name, .kind = API_STAT_WARNING, .text = text};
+}
+
+void api_stats_origin(struct api_stats *stats) {
+    api_stats_text(stats, "version", API_VERSION);
+    api_stats_text(stats, "engine", api_engine_name);
 }
 
 int api_stats_warnings(const struct api_stats *stats) {

@@ -133,6 +133,8 @@ double api_table_numbers(const struct api_table *table, int first);
 void api_stats_text(struct api_stats *stats, const char *name, const char *text);
 void api_stats_whole(struct api_stats *stats, const char *name, long value);
 void api_stats_number(struct api_stats *stats, const char *name, double value);
+/** Which version and engine have computed it. */
+void api_stats_origin(struct api_stats *stats);
 /** Warnings among them. */
 int api_stats_warnings(const struct api_stats *stats);
 /** A warning, in words: fewer than API_WARNING_TEXT letters of ASCII without comma, quote or backslash. Of one name

@@ -45,7 +45,7 @@ struct npz_writer {
 static double npz_bytes(const struct api_table *table) {
     double numbers = (double)table->rows * api_table_numbers(table, 0);
     return 8 * numbers + (double)MEMBERS * (HEAD_BYTES + LOCAL_BYTES + CENTRAL_BYTES + 2 * NAME_BYTES + 64) +
-           4 * TEXT_CAP + 4.0 * API_WARNINGS_BYTES + END_BYTES;
+           3 * 4 * TEXT_CAP + 4.0 * API_WARNINGS_BYTES + END_BYTES;
 }
 
 /* the description at the head of a .npy file, format 1.0; shape is "(501, 4)" */

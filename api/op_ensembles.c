@@ -124,6 +124,7 @@ static void ensembles_tell(struct ensembles *op, const struct api_turn *turn) {
         api_stats_warning(&op->stats, "warning_horizon",
                           "some members lose their digits before their end (estimated): stats.lost counts them and the "
                           "observable horizon tells up to when each keeps them");
+    api_stats_origin(&op->stats);
     if (seconds >= 0) api_stats_number(&op->stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
 }
 

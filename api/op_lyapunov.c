@@ -208,6 +208,7 @@ static void lyapunov_tell(struct lyapunov *lyapunov, const struct api_turn *turn
     api_stats_whole(stats, "steps", pend_lyapunov_steps(lyapunov->exponents));
     api_stats_number(stats, "interval", lyapunov->interval);
     api_stats_number(stats, "frequency", pend_lyapunov_frequency(lyapunov->exponents));
+    api_stats_origin(stats);
     if (seconds >= 0) api_stats_number(stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
 }
 

@@ -249,6 +249,7 @@ static void sections_tell(struct sections *sections, const struct api_turn *turn
     api_stats_whole(stats, "passages", sections->count);
     api_stats_number(stats, "until", sections->until);
     sections_tell_horizon(sections);
+    api_stats_origin(stats);
     if (seconds >= 0) api_stats_number(stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
 }
 

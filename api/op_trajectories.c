@@ -220,6 +220,7 @@ static void trajectory_tell(struct trajectory *trajectory, const struct api_turn
     trajectory_tell_horizon(trajectory, stats.horizon);
     trajectory_tell_doubts(trajectory, stats.energy_drift);
     if (trajectory->trust_tolerance > 0) api_stats_number(told, "trust_until", trajectory->trust_until);
+    api_stats_origin(told);
     if (seconds >= 0) api_stats_number(told, "compute_seconds", rint((seconds + trajectory->earlier) * 1e6) / 1e6);
 }
 

@@ -6,7 +6,7 @@
 set -eu
 build=$1 destdir=$2 prefix=$3 libdir=$4
 shift 4
-version=$(sed -nE 's/^#define SRV_VERSION "(.*)"$/\1/p' server/config.h)
+version=$(sed -nE 's/^#define API_VERSION "(.*)"$/\1/p' api/engine.h)
 include=$destdir$prefix/include/pendulum
 rm -rf "$include"
 install -d "$include" "$destdir$libdir/pkgconfig"

@@ -7,8 +7,6 @@
 #include "api/buffer.h"
 #include "api/limits.h"
 
-#define SRV_VERSION "0.1.0"
-
 enum { SRV_CONFIG_TEXT = 256, SRV_CONFIG_AUTO = 2 };
 
 /* What the command line asks for. */

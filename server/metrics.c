@@ -140,7 +140,7 @@ enum pend_status srv_metrics_write(struct srv_metrics *metrics, const struct srv
     PEND_TRY(metrics_head(out, "pendulumd_build_info", NULL, "1; which program this is, and which engine computes",
                           "gauge"));
     PEND_TRY(
-        api_buffer_format(out, "pendulumd_build_info{version=\"%s\",engine=\"%.16s\"} 1\n", SRV_VERSION, api_engine));
+        api_buffer_format(out, "pendulumd_build_info{version=\"%s\",engine=\"%s\"} 1\n", API_VERSION, api_engine_name));
     PEND_TRY(metrics_head(out, "pendulumd_request_duration_seconds", NULL,
                           "Time that requests spent in a stage: waiting for a worker, with one, being sent, and in all",
                           "histogram"));

@@ -127,7 +127,8 @@ def read_npz(what, data, headers, columns):
         warned(what, file["warnings"].tolist() if "warnings" in file.files else [], columns)
         arrays = {name: file[name].reshape(len(file[name]), -1).tolist() for name in file.files
                   if not name.startswith("stats_") and name != "warnings"}
-        check(f"{what}: statistics", not trajectory or file["stats_method"] == "taylor", file.files)
+        check(f"{what}: statistics", not trajectory or file["stats_method"] == "taylor" and
+              re.fullmatch("[0-9a-f]{16}", str(file["stats_engine"])), file.files)
     compare_arrays(what, arrays, columns)
 
 
@@ -135,7 +136,8 @@ def read_mat_scipy(what, data, headers, columns):
     arrays, rows, words = {}, len(next(iter(columns.values()))), []
     for name, value in scipy.io.loadmat(io.BytesIO(data)).items():
         if name == "stats":
-            check(f"{what}: statistics", value["method"][0, 0][0] == "taylor", value)
+            check(f"{what}: statistics", value["method"][0, 0][0] == "taylor" and
+                  re.fullmatch("[0-9a-f]{16}", value["engine"][0, 0][0]), value)
         elif name == "warnings":
             words = [line.rstrip() for line in value]
         elif value.__class__.__name__ == "ndarray" and value.dtype.names:

@@ -24,6 +24,46 @@ TEST(help_and_version_are_told_on_standard_output) {
     CHECK(strstr(text, "(engine ") != NULL);
 }
 
+/* both texts as an answer's stats tell them */
+static void stats_name(struct test_server *server, const char *path, const char *body, const char *version,
+                       const char *engine) {
+    struct test_reply reply;
+    CHECK_INT(ask(server, &reply, path, body), 200);
+    cJSON *answer = ask_json(&reply);
+    const cJSON *stats = cJSON_GetObjectItemCaseSensitive(answer, "stats");
+    CHECK_TEXT(cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(stats, "version")), version);
+    CHECK_TEXT(cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(stats, "engine")), engine);
+    cJSON_Delete(answer);
+    test_reply_clear(&reply);
+}
+
+TEST(program_answers_and_metrics_name_one_version_and_engine) {
+    static const char *const option[] = {"--version", NULL};
+    static const char *const asked[][2] = {
+        {"/v1/trajectories", "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"stop\":1,\"count\":3}}"},
+        {"/v1/ensembles", "{\"pendulum\":" ASK_DOUBLE ",\"states\":[{},{}],\"duration\":1}"},
+        {"/v1/lyapunov", "{\"pendulum\":" ASK_DOUBLE ",\"duration\":1}"},
+        {"/v1/sections", "{\"pendulum\":" ASK_DOUBLE ",\"duration\":5,\"section\":{\"arm\":1,\"theta\":0}}"}};
+    char text[512], want[256], version[64], engine[64];
+    struct test_reply reply;
+    CHECK_INT(test_server_run(option, text, sizeof text), 0);
+    REQUIRE(sscanf(text, "pendulumd %63[0-9.] (engine %63[0-9a-f])", version, engine) == 2);
+    CHECK_INT((long long)strlen(engine), 16);
+    struct test_server *server = test_server_start(NULL);
+    REQUIRE(server);
+    CHECK_INT(test_request(server, &reply, "GET", "/version", "", NULL), 200);
+    snprintf(want, sizeof want, "{\"version\":\"%s\",\"engine\":\"%s\"}", version, engine);
+    CHECK_TEXT(reply.body, want);
+    test_reply_clear(&reply);
+    CHECK_INT(test_request(server, &reply, "GET", "/metrics", "", NULL), 200);
+    snprintf(want, sizeof want, "\npendulumd_build_info{version=\"%s\",engine=\"%s\"} 1\n", version, engine);
+    CHECK_SAYING(strstr(reply.body, want) != NULL, "the metrics have no line %s", want);
+    test_reply_clear(&reply);
+    for (size_t i = 0; i < sizeof asked / sizeof *asked; i++)
+        stats_name(server, asked[i][0], asked[i][1], version, engine);
+    test_server_stop(&server);
+}
+
 /* of 1024 files, as many systems allow, an eighth is for sockets that linger and 128 for the rest */
 TEST(few_open_files_leave_most_of_them_to_connections) {
     if (getenv("TEST_UNDER")) return test_skip("the daemon runs under another program");
