@@ -63,6 +63,8 @@ HARNESS := $(call objects,tests/harness)
 # one test program a room: build/MODE/tests/core/run and so on
 WRAP := -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=aligned_alloc
 WRAP += -Wl,--wrap=pwrite64,--wrap=fsync,--wrap=fdatasync,--wrap=ftruncate64
+# how often a request is read is counted
+WRAP.server := -Wl,--wrap=api_request_read
 QUADMATH := $(if $(filter x86_64 i%86,$(ARCH)),-lquadmath)
 PARTS.core := $(B)/libpendulum.a
 PARTS.laws := $(B)/libpendulum.a
@@ -286,7 +288,7 @@ define test_program
 $(B)/tests/$(1)/run: $(call objects,tests/$(1)) $(HARNESS) $(PARTS.$(1)) $(B)/parts
 	@mkdir -p $$(@D)
 	$$(call say,link,$$@)
-	$(Q)$$(LINK) $(WRAP) -o $$@ $$(filter-out %/parts,$$^) $$(TEST_LIBS) $(QUADMATH)
+	$(Q)$$(LINK) $(WRAP) $(WRAP.$(1)) -o $$@ $$(filter-out %/parts,$$^) $$(TEST_LIBS) $(QUADMATH)
 endef
 $(foreach room,$(ROOMS),$(eval $(call test_program,$(room))))
 
