@@ -14,6 +14,8 @@ enum horizon_way { HORIZON_SERIES, HORIZON_ANEW, HORIZON_EXTENDED, HORIZON_LINEA
 enum {
     HORIZON_ORDER = 5,       /* of the neighbour's series: its part of a step need be known to a few percent only */
     HORIZON_ANEW_ORDER = 30, /* of a step that is solved anew */
+    HORIZON_FITTED = 6,      /* terms at the end of a series, which tell how it goes on */
+    HORIZON_FORETOLD = 6,    /* terms that are taken from that */
     HORIZON_STATES = 12,
     HORIZON_ROWS = 2 + HORIZON_STATES
 };
@@ -228,27 +230,66 @@ static double horizon_pass(struct pend_horizon *horizon, const struct pend_jets 
 /* |a| more of an error, on the side where it is already */
 static void horizon_more(double *error, double a) { *error += copysign(a, *error); }
 
-/* of a step of a power series: the first of the terms that were left out, and rounding */
+/* the last terms of a step's series */
+struct horizon_left {
+    int n, from; /* from: the order of the first of them */
+    const struct pend_jets *jets;
+    double power[HORIZON_FITTED];                    /* of x */
+    double share[HORIZON_FITTED + HORIZON_FORETOLD]; /* 1 / (order + 1) */
+};
+
+static void horizon_terms(const struct horizon_left *left, int k, double term[]) {
+    const double *rate = left->jets->rate + pend_jets_place(left->jets, k, left->from);
+    for (int i = 0; i < HORIZON_FITTED; i++) term[i] = rate[(size_t)i * PEND_JETS_PAD] * left->power[i];
+}
+
+/* How the last terms of a series go on: every arm has its nearest singularities from the same pair in the complex
+ * plane, so that a term is `one` times the one before it and `two` times the one before that. The least squares of the
+ * last terms of all arms, in powers of x. */
+static void horizon_recurrence(const struct horizon_left *left, double *one, double *two) {
+    double aa = 0, ab = 0, bb = 0, ac = 0, bc = 0;
+    for (int k = 0; k < left->n; k++) {
+        double term[HORIZON_FITTED];
+        horizon_terms(left, k, term);
+        for (int i = 2; i < HORIZON_FITTED; i++) {
+            double a = term[i - 1], b = term[i - 2], c = term[i];
+            aa += a * a, ab += a * b, bb += b * b, ac += a * c, bc += b * c;
+        }
+    }
+    double d = aa * bb - ab * ab;
+    int good = d > 1e-6 * aa * bb;
+    *one = good ? (ac * bb - bc * ab) / d : 0;
+    *two = good ? (bc * aa - ac * ab) / d : 0;
+}
+
+/* of a step of a power series: the terms that were left out, and rounding */
 static void horizon_series_error(struct pend_horizon *horizon, const struct pend_series *step, double x) {
     const struct pend_tree *tree = horizon->problem.tree;
     const struct pend_jets *jets = step->jets;
-    double length = fabs(x * step->unit), inverse = 1 / step->unit, size[PEND_SERIES_BEYOND];
-    size[0] = pow(x, step->order + 1);
-    for (int i = 1; i < PEND_SERIES_BEYOND; i++) size[i] = size[i - 1] * x;
-    double most = 0;
+    struct horizon_left left = {
+        .n = tree->n, .jets = jets, .from = step->order + PEND_SERIES_BEYOND + 1 - HORIZON_FITTED};
+    double length = fabs(x * step->unit), inverse = 1 / step->unit, one, two, most = 0;
+    left.power[0] = pow(x, left.from);
+    for (int i = 1; i < HORIZON_FITTED; i++) left.power[i] = left.power[i - 1] * x;
+    for (int i = 0; i < HORIZON_FITTED + HORIZON_FORETOLD; i++) left.share[i] = 1.0 / (left.from + i + 1);
+    horizon_recurrence(&left, &one, &two);
     for (int k = 0; k < tree->n; k++)
         most = fmax(most, tree->len[k] * fabs(jets->rate[pend_jets_place(jets, k, 1)] * x * inverse));
     for (int k = 0; k < tree->n; k++) {
-        const double *first = jets->rate + pend_jets_place(jets, k, 0),
-                     *left = first + (size_t)(step->order + 1) * PEND_JETS_PAD;
-        double push = most / tree->len[k] * HORIZON_ROUNDING;
-        for (int i = 0; i < PEND_SERIES_BEYOND; i++) {
-            double term = left[(size_t)i * PEND_JETS_PAD] * size[i];
-            horizon->rate[k] -= term * inverse;
-            horizon->phi[k] -= term * x * jets->share[step->order + 1 + i];
+        double push = most / tree->len[k] * HORIZON_ROUNDING, term[HORIZON_FITTED + HORIZON_FORETOLD], rate = 0,
+               phi = 0;
+        horizon_terms(&left, k, term);
+        for (int i = HORIZON_FITTED; i < HORIZON_FITTED + HORIZON_FORETOLD; i++)
+            term[i] = one * term[i - 1] + two * term[i - 2];
+        for (int i = HORIZON_FITTED - PEND_SERIES_BEYOND; i < HORIZON_FITTED + HORIZON_FORETOLD; i++) {
+            rate += term[i];
+            phi += term[i] * left.share[i];
         }
+        horizon->rate[k] -= rate * inverse;
+        horizon->phi[k] -= phi * x;
         horizon_more(&horizon->rate[k], push);
-        horizon_more(&horizon->phi[k], push / 2 * length + fabs(first[0] * x) * HORIZON_ROUNDING);
+        horizon_more(&horizon->phi[k],
+                     push / 2 * length + fabs(jets->rate[pend_jets_place(jets, k, 0)] * x) * HORIZON_ROUNDING);
     }
 }
 

@@ -118,6 +118,46 @@ TEST(horizon_of_random_trees_is_seldom_late_and_never_by_a_tenth) {
     CHECK_SAYING(parted >= TREES / 2 && early <= parted / 4, "%d parted, %d early", parted, early);
 }
 
+/* What steps leave out may nearly cancel, over many of them: then the first terms of what is left out are not enough.
+ */
+TEST(horizon_of_steps_that_nearly_cancel_is_not_late) {
+    enum { ARMS = 3 };
+    static const struct {
+        int parent[ARMS];
+        double length[ARMS], mass[ARMS], phi[ARMS], rate[ARMS], span;
+    } list[] = {{{-1, 0, 0},
+                 {0.89587342739772458, 0.88748648721612278, 1.420236328182183},
+                 {1.1057964963259868, 0.91653348491594411, 1.3716044845707431},
+                 {-1.169209451465927, 2.1805162367786446, 0.27270700336197917},
+                 {0.10762021590217752, -0.79092796224863138, 0.60602116626402913},
+                 53.85},
+                {{-1, 0, 1},
+                 {0.5620931320492929, 1.0483695542691398, 1.4996269586448137},
+                 {1.2085125993574668, 0.50224751948914403, 1.2883925920065586},
+                 {-2.4202925753642837, -2.1764703621719561, 2.2914665914569703},
+                 {-0.49931374292094888, 0.85682961971651039, -0.71036379709818287},
+                 35.2}};
+    for (size_t i = 0; i < sizeof list / sizeof *list; i++) {
+        unsigned long long seed = 1;
+        struct test_tree t;
+        struct test_record record;
+        test_tree_init(&t, ARMS, list[i].parent, 0.3, &seed);
+        for (int k = 0; k < ARMS; k++) {
+            t.length[k] = list[i].length[k], t.mass[k] = list[i].mass[k];
+            t.phi[k] = list[i].phi[k], t.rate[k] = list[i].rate[k];
+        }
+        test_tree_rebuild(&t);
+        struct pend_problem problem = tumble_problem(&t, list[i].span, 1 + (long)(list[i].span * 20));
+        problem.rtol = 1e-9;
+        test_record(&record, "taylor", &problem);
+        double until = true_horizon(&record, &problem), told = record.stats.horizon;
+        CHECK_SAYING(until < 25 && told <= 1.1 * until && told >= 0.7 * until, "motion %zu: %g told, %g true", i, told,
+                     until);
+        test_record_clear(&record);
+        test_tree_clear(&t);
+    }
+}
+
 TEST(horizon_of_a_small_swing_is_its_end) {
     static const char *const methods[] = {"taylor", "symplectic", "rk8pd"};
     struct test_tree t;
