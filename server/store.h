@@ -225,7 +225,8 @@ enum srv_stored srv_store_release(struct srv_store *store, const char *worker);
  * data   out, room for SRV_CHUNK_BYTES.
  *
  * SRV_STORED_NONE     there is no such chunk.
- * SRV_STORED_DAMAGED  it is no bytes, or more than a chunk has.
+ * SRV_STORED_DAMAGED  it is not what was written: bits have changed, or it is another part's. Chunks that were written
+ *                     before version 5 of the tables have no seal that could tell.
  */
 enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long shard, long chunk, void *data,
                                 size_t *bytes);

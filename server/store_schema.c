@@ -77,7 +77,9 @@ static const char *const schema[] = {
     "CREATE INDEX clients_ready ON clients (turn, name) WHERE ready > 0",
     "CREATE INDEX clients_open ON clients (turn) WHERE jobs > 0", NULL,
     /* 4: how many turns a claim counts for, so that many clients of one address take few */
-    "ALTER TABLE clients ADD COLUMN weight BIGINT NOT NULL DEFAULT 1", NULL};
+    "ALTER TABLE clients ADD COLUMN weight BIGINT NOT NULL DEFAULT 1", NULL,
+    /* 5: what tells that a chunk of results is what was written; NULL with those of before */
+    "ALTER TABLE results ADD COLUMN seal {bytes}", NULL};
 
 /* the tables' version; -1 where none is written */
 static enum srv_stored schema_read(struct srv_sql *sql, int64_t *version) {

@@ -149,8 +149,8 @@
     X(SHARDS_REMOVE, "DELETE FROM shards WHERE job IN " EACH_OF_16)                                                    \
     X(SHARDS_REMOVE_SOME, "DELETE FROM shards WHERE job = $1 AND number IN (SELECT number FROM shards WHERE job = $1 " \
                           "ORDER BY number LIMIT 512) RETURNING number")                                               \
-    X(RESULT_PUT, "INSERT INTO results (job, shard, chunk, data) VALUES ($1, $2, $3, $4)")                             \
-    X(RESULT, "SELECT data FROM results WHERE job = $1 AND shard = $2 AND chunk = $3")                                 \
+    X(RESULT_PUT, "INSERT INTO results (job, shard, chunk, data, seal) VALUES ($1, $2, $3, $4, $5)")                   \
+    X(RESULT, "SELECT data, seal FROM results WHERE job = $1 AND shard = $2 AND chunk = $3")                           \
     X(RESULTS_REMOVE, "DELETE FROM results WHERE job IN " EACH_OF_16)                                                  \
     X(RESULTS_REMOVE_SOME,                                                                                             \
       "DELETE FROM results WHERE job = $1 AND (shard, chunk) IN (SELECT shard, chunk FROM results WHERE job = $1 "     \

@@ -38,7 +38,9 @@ static void cost_fill(const struct ground *ground, int count) {
         {"INSERT INTO shards SELECT 'k' || n.i, number, state, attempt, kills, worker, lease, start, bytes FROM "
          "shards, ",
          "WHERE job = 'one'"},
-        {"INSERT INTO results SELECT 'k' || n.i, shard, chunk, data FROM results, ", "WHERE job = 'one'"},
+        {"INSERT INTO results (job, shard, chunk, data, seal) SELECT 'k' || n.i, shard, chunk, data, seal FROM "
+         "results, ",
+         "WHERE job = 'one'"},
         {"INSERT INTO jobs (id, client, operation, request, digest, shards, chained, rank, created, part, held) SELECT "
          "'w' || n.i, client, operation, request, digest, 1, 0, rank + n.i, created + n.i, part, held FROM jobs, ",
          "WHERE id = 'two'"},

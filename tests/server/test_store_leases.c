@@ -36,6 +36,32 @@ STORE_TEST(a_late_worker_writes_nothing) {
     srv_store_close(&other);
 }
 
+STORE_TEST(a_bit_that_changed_in_a_result_is_seen) {
+    struct srv_lease lease;
+    struct srv_job job;
+    char back[SRV_CHUNK_BYTES];
+    size_t bytes;
+    CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
+    CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+    CHECK_INT(srv_store_finish(store, &lease, "abc", 3, NULL, 0), SRV_STORED);
+    CHECK_INT(srv_store_chunk(store, "j", 0, 0, back, &bytes), SRV_STORED);
+    ground_run(ground, ground->postgres ? "UPDATE results SET data = '\\x616263'::bytea"
+                                        : "UPDATE results SET data = X'616263'");
+    CHECK_INT(srv_store_chunk(store, "j", 0, 0, back, &bytes), SRV_STORED);
+    ground_run(ground, ground->postgres ? "UPDATE results SET data = '\\x616262'::bytea"
+                                        : "UPDATE results SET data = X'616262'");
+    CHECK_INT(srv_store_chunk(store, "j", 0, 0, back, &bytes), SRV_STORED_DAMAGED);
+    CHECK_INT((long long)bytes, 0);
+    /* that of another place is not this one's either */
+    ground_run(ground, ground->postgres ? "UPDATE results SET data = '\\x616263'::bytea, chunk = 1"
+                                        : "UPDATE results SET data = X'616263', chunk = 1");
+    CHECK_INT(srv_store_chunk(store, "j", 0, 1, back, &bytes), SRV_STORED_DAMAGED);
+    /* what was written before there were seals is read */
+    ground_run(ground, "UPDATE results SET seal = NULL");
+    CHECK_INT(srv_store_chunk(store, "j", 0, 1, back, &bytes), SRV_STORED);
+    CHECK(bytes == 3 && !memcmp(back, "abc", 3));
+}
+
 STORE_TEST(what_kills_three_workers_is_given_up) {
     struct srv_store_sweep sweep;
     struct srv_lease lease;
