@@ -62,6 +62,13 @@ void ground_test(int postgres, void (*test)(struct ground *ground, struct srv_st
     ground_clear(&ground);
 }
 
+enum srv_stored ground_claim(struct srv_store *store, const char *worker, int64_t lease_us, struct srv_lease *lease) {
+    enum srv_stored stored = srv_store_claim(store, worker, lease_us, lease);
+    if (stored == SRV_STORED) free(lease->request);
+    lease->request = NULL;
+    return stored;
+}
+
 void ground_pause_ms(int ms) { nanosleep(&(struct timespec){ms / 1000, ms % 1000 * 1000000L}, NULL); }
 
 enum srv_stored ground_submit(struct srv_store *store, const char *id, const char *client, const char *key, long shards,

@@ -44,6 +44,9 @@ void ground_test(int postgres, void (*test)(struct ground *ground, struct srv_st
 enum srv_stored ground_submit(struct srv_store *store, const char *id, const char *client, const char *key, long shards,
                               int chained, struct srv_job *job);
 
+/** Claims a part as srv_store_claim does, and drops the request, which no worker is here to read. */
+enum srv_stored ground_claim(struct srv_store *store, const char *worker, int64_t lease_us, struct srv_lease *lease);
+
 void ground_pause_ms(int ms);
 
 /** Runs a statement on a connection of its own, in the store's dialect; a failure is a failed check. */

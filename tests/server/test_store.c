@@ -17,7 +17,7 @@ STORE_TEST(a_job_lives_from_submit_to_results) {
     (void)ground;
     for (size_t i = 0; i < sizeof data; i++) data[i] = (char)(i * 2654435761u >> 13);
     CHECK_INT(srv_store_job(store, "j1", &job), SRV_STORED_NONE);
-    CHECK_INT(srv_store_claim(store, "w", SECOND, &lease), SRV_STORED_NONE);
+    CHECK_INT(ground_claim(store, "w", SECOND, &lease), SRV_STORED_NONE);
     CHECK_INT(ground_submit(store, "j1", "anna", NULL, 2, 0, &job), SRV_STORED);
     CHECK_TEXT(job.id, "j1");
     CHECK(job.state == SRV_JOB_ACCEPTED && job.created > 1600000000LL * SECOND && job.now >= job.created &&
@@ -26,7 +26,7 @@ STORE_TEST(a_job_lives_from_submit_to_results) {
     CHECK(bytes == 7 && !memcmp(request, "{\"a\":1}", 7));
     free(request);
     for (int i = 0; i < 2; i++) {
-        CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+        CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
         CHECK_TEXT(lease.job, "j1");
         CHECK_TEXT(lease.operation, "ensembles");
         CHECK(lease.shard == i && lease.shards == 2 && lease.attempt == 1 && !lease.start);
@@ -123,7 +123,7 @@ TEST(a_lost_database_is_away_and_comes_back) {
         }
         CHECK_INT(stored, SRV_STORED);
     }
-    CHECK_INT(srv_store_claim(store, "w", SECOND, &lease), SRV_STORED);
+    CHECK_INT(ground_claim(store, "w", SECOND, &lease), SRV_STORED);
     CHECK_TEXT(lease.job, "j");
     srv_store_close(&store);
 }

@@ -78,7 +78,7 @@ static void cost_seed(struct srv_store *store) {
     struct srv_lease lease;
     struct srv_job job;
     CHECK_INT(ground_submit(store, "one", "anna", NULL, 1, 0, &job), SRV_STORED);
-    CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+    CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
     CHECK_INT(srv_store_finish(store, &lease, "x", 1, NULL, 0), SRV_STORED);
     srv_lease_clear(&lease);
     CHECK_INT(ground_submit(store, "two", "anna", NULL, 1, 0, &job), SRV_STORED);
@@ -107,7 +107,7 @@ static void cost_measure(int count, long steps[CALLS]) {
             CHECK_INT(ground_submit(store, "new", "anna", "key", 1, 0, &job), SRV_STORED);
             break;
         case 1:
-            CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+            CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
             break;
         case 2:
             CHECK_INT(srv_store_finish(store, &lease, "x", 1, NULL, 0), SRV_STORED);

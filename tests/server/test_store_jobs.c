@@ -97,7 +97,7 @@ STORE_TEST(a_key_is_free_again_once_its_job_is_gone) {
     /* it lives: the same key leads to it */
     CHECK_INT(ground_submit(store, "c", "anna", "k", 1, 0, &job), SRV_STORED);
     CHECK_TEXT(job.id, "b");
-    CHECK_INT(srv_store_claim(store, "w", SECOND, &lease), SRV_STORED);
+    CHECK_INT(ground_claim(store, "w", SECOND, &lease), SRV_STORED);
     CHECK_TEXT(lease.job, "b");
     CHECK_INT(srv_store_fail(store, &lease, "it fails"), SRV_STORED);
     srv_lease_clear(&lease);
@@ -122,7 +122,7 @@ STORE_TEST(a_key_is_free_again_once_its_job_is_gone) {
 
 static void finishes(struct srv_store *store, const char *id) {
     struct srv_lease lease;
-    CHECK_INT(srv_store_claim(store, "w", SECOND, &lease), SRV_STORED);
+    CHECK_INT(ground_claim(store, "w", SECOND, &lease), SRV_STORED);
     CHECK_TEXT(lease.job, id);
     CHECK_INT(srv_store_finish(store, &lease, "r", 1, NULL, 0), SRV_STORED);
     srv_lease_clear(&lease);

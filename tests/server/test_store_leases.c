@@ -16,12 +16,12 @@ STORE_TEST(a_late_worker_writes_nothing) {
     size_t bytes;
     REQUIRE(other);
     CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
-    CHECK_INT(srv_store_claim(store, "late", 1000, &late), SRV_STORED);
+    CHECK_INT(ground_claim(store, "late", 1000, &late), SRV_STORED);
     ground_pause_ms(5);
     CHECK_INT(srv_store_sweep(other, NULL, &sweep), SRV_STORED);
     CHECK(sweep.released == 1 && !sweep.given_up);
     CHECK_INT(srv_store_extend(store, &late, SECOND), SRV_STORED_LOST);
-    CHECK_INT(srv_store_claim(other, "now", 60 * SECOND, &now), SRV_STORED);
+    CHECK_INT(ground_claim(other, "now", 60 * SECOND, &now), SRV_STORED);
     CHECK(now.attempt == 2 && now.shard == 0);
     CHECK_INT(srv_store_finish(store, &late, "late", 4, NULL, 0), SRV_STORED_LOST);
     CHECK_INT(srv_store_fail(store, &late, "late"), SRV_STORED_LOST);
@@ -71,13 +71,13 @@ STORE_TEST(what_kills_three_workers_is_given_up) {
     /* one before the others, which are done: that the job gets on speaks for it; and as often as it may be afterwards
      */
     for (int i = 0; i <= SRV_MOST_KILLS; i++) {
-        CHECK_INT(srv_store_claim(store, "w", 1000, &lease), SRV_STORED);
+        CHECK_INT(ground_claim(store, "w", 1000, &lease), SRV_STORED);
         CHECK(lease.shard == 0 && lease.attempt == i + 1);
         ground_pause_ms(3);
         CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
         CHECK_INT(sweep.given_up, i == SRV_MOST_KILLS);
         for (int k = 1; k < 7 && !i; k++) {
-            CHECK_INT(srv_store_claim(store, "w", 60000000, &lease), SRV_STORED);
+            CHECK_INT(ground_claim(store, "w", 60000000, &lease), SRV_STORED);
             CHECK_INT(lease.shard, k);
             CHECK_INT(srv_store_finish(store, &lease, "x", 1, NULL, 0), SRV_STORED);
         }
@@ -85,7 +85,7 @@ STORE_TEST(what_kills_three_workers_is_given_up) {
     CHECK_INT(srv_store_job(store, "poison", &job), SRV_STORED);
     CHECK_INT(job.state, SRV_JOB_FAILED);
     CHECK(strstr(job.message, "3 workers") && strstr(job.message, "part 1 of 7"));
-    CHECK_INT(srv_store_claim(store, "w", 1000, &lease), SRV_STORED_NONE);
+    CHECK_INT(ground_claim(store, "w", 1000, &lease), SRV_STORED_NONE);
 }
 
 STORE_TEST(a_job_all_of_whose_parts_kill_ends_soon) {
@@ -96,7 +96,7 @@ STORE_TEST(a_job_all_of_whose_parts_kill_ends_soon) {
     (void)ground;
     CHECK_INT(ground_submit(store, "poison", "anna", NULL, 1000, 0, &job), SRV_STORED);
     for (; kills < 20 && !sweep.given_up; kills++) {
-        CHECK_INT(srv_store_claim(store, "w", 1000, &lease), SRV_STORED);
+        CHECK_INT(ground_claim(store, "w", 1000, &lease), SRV_STORED);
         ground_pause_ms(3);
         CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
     }
@@ -110,7 +110,7 @@ STORE_TEST(what_a_worker_gives_back_bears_no_mark) {
     (void)ground;
     CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
     for (int i = 1; i <= 5; i++) {
-        CHECK_INT(srv_store_claim(store, "mine", 60 * SECOND, &lease), SRV_STORED);
+        CHECK_INT(ground_claim(store, "mine", 60 * SECOND, &lease), SRV_STORED);
         CHECK_INT(lease.attempt, i);
         CHECK_INT(srv_store_release(store, "another's"), SRV_STORED);
         CHECK_INT(srv_store_extend(store, &lease, 60 * SECOND), SRV_STORED);
@@ -129,14 +129,14 @@ STORE_TEST(chained_shards_come_one_after_the_other) {
     (void)ground;
     CHECK_INT(ground_submit(store, "chain", "anna", NULL, 4, 1, &job), SRV_STORED);
     for (long i = 0; i < 4; i++) {
-        CHECK_INT(srv_store_claim(store, "w", i == 2 ? 1000 : 60 * SECOND, &lease), SRV_STORED);
-        CHECK_INT(srv_store_claim(store, "w", SECOND, &none), SRV_STORED_NONE);
+        CHECK_INT(ground_claim(store, "w", i == 2 ? 1000 : 60 * SECOND, &lease), SRV_STORED);
+        CHECK_INT(ground_claim(store, "w", SECOND, &none), SRV_STORED_NONE);
         if (i == 2 && lease.attempt == 1) {
             /* a shard that is done again starts from the same */
             srv_lease_clear(&lease);
             ground_pause_ms(3);
             CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
-            CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+            CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
             CHECK_INT(lease.attempt, 2);
         }
         CHECK_INT(lease.shard, i);
@@ -163,11 +163,11 @@ STORE_TEST(clients_take_turns_and_so_do_jobs) {
         snprintf(id, sizeof id, "a%d", i);
         CHECK_INT(ground_submit(store, id, "anna", NULL, 1, 0, &job), SRV_STORED);
     }
-    for (int i = 0; i < 4; i++) CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+    for (int i = 0; i < 4; i++) CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
     CHECK_TEXT(lease.job, "a3");
     CHECK_INT(ground_submit(store, "b", "berta", NULL, 2, 0, &job), SRV_STORED);
     for (int i = 0; i < 4; i++) {
-        CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+        CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
         order[i] = lease.job[0];
     }
     CHECK(!strcmp(order, "abab") || !strcmp(order, "baba"));
@@ -191,7 +191,7 @@ static void submit_cost(struct srv_store *store, const char *id, long shards, in
 static const char *claimed(struct srv_store *store) {
     static char id[SRV_ID_BYTES];
     struct srv_lease lease;
-    if (!CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED)) return "";
+    if (!CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED)) return "";
     memcpy(id, lease.job, sizeof id);
     return id;
 }
@@ -209,7 +209,7 @@ STORE_TEST(a_short_job_waits_for_no_long_one) {
     for (int i = 0; i < 2; i++) CHECK_TEXT(claimed(store), "short");
     /* of equal ones that which has begun is finished first, in place of all being half done */
     for (int i = 0; i < 5; i++) {
-        CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+        CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
         CHECK_TEXT(lease.job, "long0");
         CHECK_INT(lease.shard, i + 1);
     }
@@ -330,7 +330,7 @@ STORE_TEST(random_histories_agree_with_a_model) {
         } else if (act < 5 && leases < 200) {
             struct srv_lease *lease = &held[leases];
             enum srv_stored stored =
-                srv_store_claim(store, test_random_int(&random, 2) ? "w0" : "w1", 3600LL * SECOND, lease);
+                ground_claim(store, test_random_int(&random, 2) ? "w0" : "w1", 3600LL * SECOND, lease);
             good = stored == (model_any(model, jobs) ? SRV_STORED : SRV_STORED_NONE);
             if (stored == SRV_STORED) {
                 struct model_job *own = &model[atoi(lease->job + 1)];
@@ -411,7 +411,7 @@ STORE_TEST(many_clients_of_one_address_take_few_turns) {
         CHECK_INT(ground_submit(store, id, "other", NULL, 1, 0, &job), SRV_STORED);
     }
     for (int k = 0; k < CLAIMS; k++) {
-        CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+        CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
         of_other += !strncmp(lease.job, "other", 5);
         srv_lease_clear(&lease);
     }

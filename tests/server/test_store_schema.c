@@ -72,7 +72,7 @@ static void finish_what_waits(struct srv_store *store) {
     struct srv_job job;
     enum srv_stored stored;
     int claims = 0;
-    while ((stored = srv_store_claim(store, "w2", 60 * SECOND, &lease)) == SRV_STORED && ++claims < 20) {
+    while ((stored = ground_claim(store, "w2", 60 * SECOND, &lease)) == SRV_STORED && ++claims < 20) {
         CHECK_INT(srv_store_finish(store, &lease, "new", 3, lease.shard + 1 < lease.shards ? "c" : NULL, 1),
                   SRV_STORED);
         srv_lease_clear(&lease);

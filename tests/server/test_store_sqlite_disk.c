@@ -41,7 +41,7 @@ static int submit_and_claim(struct srv_store *store, int number, struct srv_leas
     char id[16];
     snprintf(id, sizeof id, "j%d", number);
     return ground_submit(store, id, "anna", NULL, 1, 0, &job) == SRV_STORED &&
-           srv_store_claim(store, "w", 60 * SECOND, lease) == SRV_STORED;
+           ground_claim(store, "w", 60 * SECOND, lease) == SRV_STORED;
 }
 
 /* from here on no file grows beyond so many bytes */
@@ -61,7 +61,7 @@ TEST(a_full_disk_is_said_and_harms_nothing) {
     struct srv_store *store = ground_open(&ground);
     REQUIRE(store);
     CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
-    CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+    CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
     REQUIRE(limit_files(3 << 20, &limit));
     CHECK_INT(srv_store_finish(store, &lease, data, sizeof data, NULL, 0), SRV_STORED_FULL);
     /* the lease still holds, and the job can be ended with a reason although the disk is full */

@@ -14,14 +14,14 @@ STORE_TEST(a_dismissed_job_stops_and_frees_what_it_held) {
     static char data[100 * SRV_CHUNK_BYTES];
     CHECK_INT(srv_store_dismiss(store, "nobody", &job), SRV_STORED_NONE);
     CHECK_INT(ground_submit(store, "j", "anna", NULL, 3, 0, &job), SRV_STORED);
-    CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+    CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
     CHECK_INT(srv_store_finish(store, &lease, data, sizeof data, NULL, 0), SRV_STORED);
-    CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+    CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
     CHECK_INT(srv_store_dismiss(store, "j", &job), SRV_STORED);
     CHECK_INT(job.state, SRV_JOB_DISMISSED);
     CHECK_INT(srv_store_extend(store, &lease, SECOND), SRV_STORED_LOST);
     CHECK_INT(srv_store_finish(store, &lease, data, 5, NULL, 0), SRV_STORED_LOST);
-    CHECK_INT(srv_store_claim(store, "w", SECOND, &lease), SRV_STORED_NONE);
+    CHECK_INT(ground_claim(store, "w", SECOND, &lease), SRV_STORED_NONE);
     int sweeps = 0;
     do CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
     while (sweep.more && ++sweeps < 10);
@@ -49,7 +49,7 @@ STORE_TEST(a_job_past_its_time_is_removed) {
     brief.keep_us = 1000;
     REQUIRE(srv_store_open(&own, ground->url, &brief, &error) == PEND_OK);
     CHECK_INT(ground_submit(own, "j", "anna", "k", 1, 0, &job), SRV_STORED);
-    CHECK_INT(srv_store_claim(own, "w", 60 * SECOND, &lease), SRV_STORED);
+    CHECK_INT(ground_claim(own, "w", 60 * SECOND, &lease), SRV_STORED);
     CHECK_INT(srv_store_finish(own, &lease, "abc", 3, NULL, 0), SRV_STORED);
     for (int i = 0; i < 10; i++) {
         ground_pause_ms(2);
@@ -74,7 +74,7 @@ static void brief_job(struct srv_store *store, const char *id, long shards, size
     struct srv_job job;
     CHECK_INT(ground_submit(store, id, "anna", NULL, shards, 0, &job), SRV_STORED);
     for (long i = 0; i < shards; i++) {
-        CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+        CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
         CHECK_INT(srv_store_finish(store, &lease, data, bytes, NULL, 0), SRV_STORED);
     }
 }
