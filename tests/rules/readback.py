@@ -21,6 +21,7 @@ numpy = optional("numpy")
 scipy = optional("scipy.io")
 
 FOUR = '"pendulum":{"L":[2,1.5,0.75,1.25],"m":[1,1,1,0.1],"S":[[1,0,0,0],[1,1,0,0],[1,1,1,0],[1,1,0,1]]}'
+TWO = '"pendulum":{"length":[1,1],"mass":[1,1],"parent":[0,1]}'
 ONE = '"pendulum":{"length":[0.7],"mass":[1.3],"parent":[0]}'
 ALL = '"output":["phi","phid","phidd","theta","thetad","z","zd","lambda","energy"]'
 REQUESTS = {
@@ -29,6 +30,9 @@ REQUESTS = {
     "one arm, one instant": ("/v1/trajectories", f'{{{ONE},"times":[0.25],{ALL}}}'),
     "backwards, unevenly": ("/v1/trajectories", f'{{{FOUR},"times":[0,-0.1,-0.25,-3],{ALL}}}'),
     "longer than a block": ("/v1/trajectories", f'{{{FOUR},"times":{{"start":0,"stop":20,"count":20001}}}}'),
+    "a section past its horizon": ("/v1/sections", f'{{{TWO},"initial":{{"theta":[2,2.5]}},"duration":20,"section":{{"arm":1,"theta":0}}}}'),
+    "an ensemble past its horizons": ("/v1/ensembles", f'{{{TWO},"states":[{{"theta":[2,2.5]}},{{"theta":[0.1,0]}}],"duration":20,'
+                                      '"observables":["horizon"]}'),
     "states": ("/v1/forces", f'{{{FOUR},"states":[{{"phi":[1,2,3,4]}},{{"theta":[0.1,0,0,0],"thetad":[1,1e-300,-1,0]}}]}}'),
 }
 
@@ -88,7 +92,7 @@ def read_csv(what, data, headers, columns):
     same(what, rows_of(columns), [[float(cell) for cell in row] for row in rows])
 
 
-SCALARS = {"t", "energy_kinetic", "energy_potential", "energy_total"}
+SCALARS = {"t", "direction", "member", "status", "horizon", "energy_kinetic", "energy_potential", "energy_total"}
 
 
 def read_ndjson(what, data, headers, columns):
@@ -121,13 +125,17 @@ def compare_arrays(what, arrays, columns):
             same(f"{what}: {name}", columns[name], arrays[name])
 
 
+def has_method(what):
+    """Whether the statistics name the method: of trajectories alone they do."""
+    return not what.startswith(("states", "a section", "an ensemble"))
+
+
 def read_npz(what, data, headers, columns):
-    trajectory = not what.startswith("states")
     with numpy.load(io.BytesIO(data), allow_pickle=False) as file:
         warned(what, file["warnings"].tolist() if "warnings" in file.files else [], columns)
         arrays = {name: file[name].reshape(len(file[name]), -1).tolist() for name in file.files
                   if not name.startswith("stats_") and name != "warnings"}
-        check(f"{what}: statistics", not trajectory or file["stats_method"] == "taylor" and
+        check(f"{what}: statistics", not has_method(what) or file["stats_method"] == "taylor" and
               re.fullmatch("[0-9a-f]{16}", str(file["stats_engine"])), file.files)
     compare_arrays(what, arrays, columns)
 
@@ -136,7 +144,7 @@ def read_mat_scipy(what, data, headers, columns):
     arrays, rows, words = {}, len(next(iter(columns.values()))), []
     for name, value in scipy.io.loadmat(io.BytesIO(data)).items():
         if name == "stats":
-            check(f"{what}: statistics", value["method"][0, 0][0] == "taylor" and
+            check(f"{what}: statistics", not has_method(what) or value["method"][0, 0][0] == "taylor" and
                   re.fullmatch("[0-9a-f]{16}", value["engine"][0, 0][0]), value)
         elif name == "warnings":
             words = [line.rstrip() for line in value]
@@ -213,6 +221,7 @@ def main():
             status, _, data = server.ask(body, path=path)
             check(f"{title}: JSON", status == 200, f"{status} {data[:300]}")
             columns = columns_of(json.loads(data))
+            check(f"{title}: warnings", bool(columns.warnings) or "past its horizon" not in title, "there are none")
             for name, media_type, read, there, _ in READERS:
                 if there:
                     status, headers, data = server.ask(body, media_type, path=path)
