@@ -38,6 +38,29 @@ enum pend_status __wrap_api_request_read(const struct api_request *request, cons
     return __real_api_request_read(request, format, limits, problem, state, digest, canonical);
 }
 
+enum srv_stored __real_srv_store_claim_some(struct srv_store *store, const char *worker, int64_t lease_us,
+                                            struct srv_lease lease[], int most, int *count);
+enum srv_stored __wrap_srv_store_claim_some(struct srv_store *store, const char *worker, int64_t lease_us,
+                                            struct srv_lease lease[], int most, int *count);
+
+/* 1: the next claim that finds something is taken back and is to be made again; 2: it was */
+static atomic_int runner_again;
+static atomic_int runner_kept; /* what it had is still there when it is made again */
+
+enum srv_stored __wrap_srv_store_claim_some(struct srv_store *store, const char *worker, int64_t lease_us,
+                                            struct srv_lease lease[], int most, int *count) {
+    if (atomic_load(&runner_again) == 2) {
+        atomic_store(&runner_again, 3);
+        atomic_store(&runner_kept, lease[0].request != NULL);
+    }
+    enum srv_stored stored = __real_srv_store_claim_some(store, worker, lease_us, lease, most, count);
+    if (stored != SRV_STORED || atomic_load(&runner_again) != 1) return stored;
+    CHECK(lease[0].request != NULL);
+    CHECK_INT(srv_store_release(store, worker), SRV_STORED);
+    atomic_store(&runner_again, 2);
+    return SRV_STORED_AGAIN;
+}
+
 /* posts a job to a live daemon; its id */
 static void runner_post(const struct srv_daemon *daemon, const char *path, const char *body, char id[SRV_ID_BYTES]) {
     struct test_client client;
@@ -86,6 +109,36 @@ TEST(a_part_that_was_running_is_given_back_by_a_drain_and_lost_by_nobody) {
         CHECK_TEXT(lease.job, id);
         CHECK_INT(lease.attempt, 2);
         srv_lease_clear(&lease);
+    }
+    srv_store_close(&store);
+    if (daemon) srv_daemon_free(&daemon);
+    snprintf(command, sizeof command, "rm -rf '%s'", directory);
+    CHECK(!system(command));
+}
+
+TEST(a_claim_that_is_made_again_lets_go_of_what_it_had) {
+    char directory[] = "/tmp/pendulumd-test-XXXXXX", url[96], id[SRV_ID_BYTES], command[96];
+    struct srv_job job = {.state = SRV_JOB_ACCEPTED};
+    REQUIRE(mkdtemp(directory));
+    snprintf(url, sizeof url, "sqlite:%s/store.db", directory);
+    const char *const options[] = {"--store", url, "--workers", "1", NULL};
+    struct srv_daemon *daemon = live_start(options);
+    struct srv_store *store = runner_look(url);
+    if (daemon && store) {
+        atomic_store(&runner_kept, 0);
+        atomic_store(&runner_again, 1);
+        runner_post(daemon, "/v1/trajectories",
+                    "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"times\":{\"start\":0,"
+                    "\"stop\":1,\"count\":5}}",
+                    id);
+        for (double until = test_clock() + TEST_PATIENCE; job.state <= SRV_JOB_RUNNING && test_clock() < until;) {
+            if (!CHECK_INT(srv_store_job(store, id, &job), SRV_STORED)) break;
+            test_sleep(0.005);
+        }
+        CHECK_INT(job.state, SRV_JOB_SUCCESSFUL);
+        CHECK_INT(atomic_load(&runner_again), 3);
+        CHECK_INT(atomic_load(&runner_kept), 0);
+        atomic_store(&runner_again, 0);
     }
     srv_store_close(&store);
     if (daemon) srv_daemon_free(&daemon);
