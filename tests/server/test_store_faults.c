@@ -197,7 +197,8 @@ static void life_kept(struct srv_store *store, const struct life *life, const ch
 
 /* ends what is left; nothing is left then */
 static void life_clear(const struct ground *ground, struct srv_store *store, const char *what) {
-    static const char *const tables[] = {"jobs", "shards", "results", "removals", "scenes", "keepers", "clients"};
+    static const char *const tables[] = {"jobs",   "shards",  "results", "removals WHERE job = 'job'",
+                                         "scenes", "keepers", "clients"};
     struct srv_store_sweep sweep;
     struct srv_job job;
     char text[128];
