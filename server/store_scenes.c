@@ -88,9 +88,10 @@ static enum srv_stored scene_put(struct srv_store *store, const char *id, const 
     enum srv_stored found = scene_lock(store, id, &kept);
     if (found == SRV_STORED_NONE) return scene_new(store, id, client, source, body, bytes);
     SRV_STORED_TRY(found);
-    SRV_STORED_TRY(SRV_RUN(store, SQL_SCENE, srv_row_bytes, &there, srv_value_text(id)));
-    int same = there.bytes == bytes && (!bytes || !memcmp(there.data, body, bytes));
+    found = SRV_RUN(store, SQL_SCENE, srv_row_bytes, &there, srv_value_text(id));
+    int same = there.data && there.bytes == bytes && (!bytes || !memcmp(there.data, body, bytes));
     free(there.data);
+    SRV_STORED_TRY(found);
     return same ? scene_keep(store, id, client, source, bytes) : SRV_STORED_CLASH;
 }
 
