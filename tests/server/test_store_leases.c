@@ -60,6 +60,7 @@ STORE_TEST(a_bit_that_changed_in_a_result_is_seen) {
     ground_run(ground, "UPDATE results SET seal = NULL");
     CHECK_INT(srv_store_chunk(store, "j", 0, 1, back, &bytes), SRV_STORED);
     CHECK(bytes == 3 && !memcmp(back, "abc", 3));
+    srv_lease_clear(&lease);
 }
 
 STORE_TEST(what_kills_three_workers_is_given_up) {
