@@ -36,7 +36,9 @@ void pend_horizon_free(struct pend_horizon **horizon);
  * reached    s, relative to the first instant.
  * phi, rate  the state there, n values each, stored order.
  *
- * Cost: a fifth of a step of the Taylor method; of other methods' steps less.
+ * Cost: with the two orders that the Taylor method computes for it, a sixth of its step in the mean of long runs, where
+ * nothing is done once the accuracy is lost, and up to seven tenths of the step of a small tree before that; of other
+ * methods' steps less.
  */
 void pend_horizon_step(struct pend_horizon *horizon, const void *stepper, double reached, const double phi[],
                        const double rate[]);

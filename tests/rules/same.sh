@@ -1,7 +1,7 @@
 #!/bin/bash
 # Sources give the same bytes in whatever directory, under whatever clock, language and rights they are built.
 # usage: same.sh BUILD
-# A few objects of each kind stand for all: C, C++, a kernel for each instruction set, what is generated, and the page.
+# A few objects of each kind stand for all: C, C++, a kernel (for the base instruction set), what is generated, and the page.
 # Leaves to others: fetching what the page is made with (fetch.sh). Invariant: writes into a directory of its own in build/ only.
 set -u
 cd "$(dirname "$0")/../.." || exit
