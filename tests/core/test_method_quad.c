@@ -93,6 +93,7 @@ TEST(quad_gives_what_extended_gives) {
     struct test_record_gap gap = test_record_gap(&extended, &fine);
     CHECK_SAYING(gap.phi < 1e-15 && gap.rate < 4e-15 && gap.force < 1e-13, "%g %g %g", gap.phi, gap.rate, gap.force);
     test_record_clear(&fine);
+    test_record_clear(&extended);
     // cut after every step and carried on: the same bits
     paper.problem.rtol = 1e-20;
     test_record_blocks(&extended, &pend_method_taylor_quad, &paper.problem, 11, INFINITY);
