@@ -377,8 +377,6 @@ void pend_horizon_step(struct pend_horizon *horizon, const void *stepper, double
 
 /* ---- what is told */
 
-int pend_horizon_lost(const struct pend_horizon *horizon) { return horizon->lost; }
-
 double pend_horizon_held(const struct pend_horizon *horizon, double reached) {
     return horizon->lost ? horizon->held : reached;
 }

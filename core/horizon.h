@@ -58,9 +58,6 @@ double pend_horizon_until(const struct pend_horizon *horizon);
  */
 double pend_horizon_held(const struct pend_horizon *horizon, double reached);
 
-/** True once the accuracy is lost: nothing that follows changes what pend_horizon_until says. */
-int pend_horizon_lost(const struct pend_horizon *horizon);
-
 /** Shows a tape all that an estimate has in hand, as pend_run_carry. */
 PEND_MUST_CHECK enum pend_status pend_horizon_carry(struct pend_horizon *horizon, struct pend_tape *tape);
 
