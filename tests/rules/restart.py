@@ -26,9 +26,9 @@ from servers import free_port, nginx, tool
 
 BUILD = pathlib.Path(sys.argv[1]).resolve()
 ENOUGH = 10000  # requests
-ROUNDS = 2      # restarts of every process
+ROUNDS = 2      # restarts of every process, at least
+FORGOTTEN = 2   # s for which nginx remembers addresses; not twice within it is every process restarted
 PATIENCE = 300  # s for one answer
-SETTLED = 1.5   # s between a process that is found and the end of the next
 ROUND_OF_ONE = 15  # requests of a client from one address: nginx counts the requests of each
 JSON = {"Content-Type": "application/json"}
 
@@ -144,19 +144,14 @@ class Fleet:
 
 
 def roll(load, fleet):
-    """Each in its turn is told to end, ends with 0, and is started again; then a few hundred requests pass."""
+    """Each in its turn is told to end, ends with 0, and is started again. The next is told as soon as the new one listens, when
+    nginx still knows the addresses of before: of some requests every address that it knows is gone."""
     for old in list(fleet.daemons):
         begin = time.monotonic()
         status = fleet.end(old)
         check("a process that is told to end ends with 0", status == 0, f"{old.role}: {status} {old.log.read_text()[-300:]}")
         print(f"  {old.role} drained in {time.monotonic() - begin:.1f} s")
         fleet.start(old.role)
-        # an orchestrator goes on when the new one is found. A second later it is, as who knocked at the old one's door in its last
-        # moment knocks once more after a second, and knows no other addresses than those of then.
-        asked, seen, end = fleet.names.asked, load.total(), time.monotonic() + PATIENCE
-        while (load.total() < seen + 300 or fleet.names.asked == asked) and load.alive() and time.monotonic() < end:
-            time.sleep(0.02)
-        time.sleep(SETTLED)
 
 
 def jobs_end(load, front):
@@ -179,10 +174,11 @@ def rolling():
             with nginx(shipped_nginx([fleet.port], fleet.names)) as front:
                 load = Load(front.port)
                 load.begin()
-                for _ in range(ROUNDS):
+                rounds = 0
+                while rounds < ROUNDS or (load.total() < ENOUGH and not load.errors and load.alive()):
                     roll(load, fleet)
-                while load.total() < ENOUGH and not load.errors and load.alive():
-                    time.sleep(0.05)
+                    rounds += 1
+                    time.sleep(FORGOTTEN)
                 load.end()
                 jobs_end(load, front)
                 said = [line for line in (front.files / "said").read_text().splitlines() if "[error]" in line and "(111:" not in line]
