@@ -26,11 +26,14 @@ sum() {
 }
 
 run() {
-    local name=$1 status line p f s begin=$EPOCHREALTIME
+    local name=$1 status line p f s worked begin=$EPOCHREALTIME
     shift
     mkdir -p "$out"
     timeout -k 20 3600 "$@" >"$out/$name.log" 2>&1 </dev/null
     status=$?
+    times >"$out/$name.times"
+    worked=$(awk 'NR == 2 { split($1, user, "m"); split($2, sys, "m"); print 60 * (user[1] + sys[1]) + user[2] + sys[2] }' \
+        "$out/$name.times")
     line=$(tail -n 1 "$out/$name.log" | grep -E "$count_line") || line=
     if [ -z "$line" ]; then
         # a build has no count of its own: that it went through without a warning is one check
@@ -39,16 +42,16 @@ run() {
     read -r p f s <<<"$(numbers "$line")"
     [ $status = 0 ] || [ "$f" -gt 0 ] || line="$p passed, 1 failed${s:+, $s skipped}"
     printf '%s\n' "$line" >"$out/$name.count.new" && mv "$out/$name.count.new" "$out/$name.count"
-    report "$name" "$status" "$line" "$begin"
+    report "$name" "$status" "$line" "$begin" "$worked"
 }
 
-# one line a job; below it what failed and what was skipped
+# one line a job, with its seconds and those that processors spent on it; below it what failed and what was skipped
 report() {
     local word=ok seconds
     seconds=$(awk -v begin="$4" -v end="$EPOCHREALTIME" 'BEGIN { printf "%.1f", end - begin }')
     [[ $3 = *' 0 failed'* ]] || word=FAIL
     {
-        printf '%-4s %-15s %s  (%s s)\n' $word "$1" "$3" "$seconds"
+        printf '%-4s %-15s %s  (%s s, %.1f s of processors)\n' $word "$1" "$3" "$seconds" "$5"
         grep '^skip' "$out/$1.log" | sed 's/^/       /'
         if [ $word = FAIL ]; then
             printf '       exit status %d; the end of %s/%s.log:\n' "$2" "$out" "$1"

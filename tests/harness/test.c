@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <time.h>
 
 #include "core/isa.h"
@@ -67,11 +68,22 @@ double test_random(unsigned long long *state) {
 
 int test_random_int(unsigned long long *state, int below) { return (int)(test_random(state) * below); }
 
+/* seconds that processors spent on this program and on the programs that it started and that have ended */
+static double test_processor_seconds(void) {
+    struct rusage own, ended;
+    getrusage(RUSAGE_SELF, &own);
+    getrusage(RUSAGE_CHILDREN, &ended);
+    return (double)(own.ru_utime.tv_sec + own.ru_stime.tv_sec + ended.ru_utime.tv_sec + ended.ru_stime.tv_sec) +
+           1e-6 * (double)(own.ru_utime.tv_usec + own.ru_stime.tv_usec + ended.ru_utime.tv_usec +
+                           ended.ru_stime.tv_usec);
+}
+
 /* runs one test and says how it ended: 0 passed, 1 failed, 2 skipped */
 static int test_run(const struct test_case *test) {
     struct timespec begin, end;
     test_checks = test_faults = test_skipped = 0;
     test_running = test->name;
+    double worked = test_processor_seconds();
     clock_gettime(CLOCK_MONOTONIC, &begin);
     test->run();
     clock_gettime(CLOCK_MONOTONIC, &end);
@@ -80,7 +92,8 @@ static int test_run(const struct test_case *test) {
     if (!test_checks) printf("  %s checked nothing\n", test->name);
     int failed = test_faults || !test_checks;
     double seconds = (double)(end.tv_sec - begin.tv_sec) + 1e-9 * (double)(end.tv_nsec - begin.tv_nsec);
-    printf("%s %s (%.2f s)\n", failed ? "FAIL" : "ok  ", test->name, seconds);
+    printf("%s %s (%.2f s, %.2f s of processors)\n", failed ? "FAIL" : "ok  ", test->name, seconds,
+           test_processor_seconds() - worked);
     fflush(stdout);
     return failed;
 }
