@@ -89,7 +89,7 @@ static const struct config_row config_table[] = {
      CONFIG_BYTES, FIELD(least_rate), 1, 1e12},
     {{"drain-seconds", "S", "65", "time for requests to finish after SIGTERM; more than max-compute-seconds, or a drain may cut a computation short"},
      CONFIG_SECONDS, FIELD(drain_seconds), 0, 86400},
-    {{"drain-idle-seconds", "S", "5", "time that silent connections are kept after SIGTERM, for a request that a proxy is just sending on one"},
+    {{"drain-idle-seconds", "S", "5", "time that silent connections of proxies are kept after SIGTERM, for a request that is just being sent on one"},
      CONFIG_SECONDS, FIELD(drain_idle_seconds), 0, 3600},
     {{"access-log", "on/off/auto", "auto", "one JSON line a request; auto = where they do not go to a terminal"},
      CONFIG_SWITCH, FIELD(access_log), 0, 0},

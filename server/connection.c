@@ -148,8 +148,10 @@ static enum MHD_Result connection_hand_over(struct connection *connection) {
 /* --- the request --- */
 
 static enum MHD_Result connection_field(void *context, enum MHD_ValueKind kind, const char *name, const char *value) {
+    struct connection *connection = context;
     (void)kind;
-    return srv_message_field(context, name, value ? value : "") ? MHD_YES : MHD_NO;
+    if (srv_message_relayed(name)) atomic_store(&connection->watched.relayed, 1);
+    return srv_message_field(&connection->exchange, name, value ? value : "") ? MHD_YES : MHD_NO;
 }
 
 /* connections that one client may have open */
@@ -440,6 +442,8 @@ static void connection_begin(struct srv_connections *all, struct MHD_Connection 
     connection_count(connection, connections);
     connection->watched.fd = fd;
     connection->watched.left = connection_left;
+    atomic_store(&connection->watched.relayed,
+                 srv_peer_trusted(srv_service_trusted(all->service), connection->exchange.peer));
     srv_watch_add(all->watch, &connection->watched, connection->surplus ? connection_deadline(1) : 0);
     connection->wire.begins = connection_begins;
     connection->wire.refuses = connection_refuses;

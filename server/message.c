@@ -43,6 +43,13 @@ static int message_find(const struct srv_service *service, const char *name) {
     return told ? SRV_FORWARDED : SRV_FIELD_COUNT;
 }
 
+int srv_message_relayed(const char *name) {
+    static const char *const marks[] = {"Via", "Forwarded", "X-Forwarded-For"};
+    for (size_t i = 0; i < sizeof marks / sizeof *marks; i++)
+        if (!strcasecmp(name, marks[i])) return 1;
+    return 0;
+}
+
 /* "a" and "b" of two fields become "a, b" */
 static const char *message_join(struct srv_exchange *exchange, const char *first, const char *second) {
     size_t bytes = strlen(first) + strlen(second) + 3;

@@ -15,6 +15,9 @@
  */
 int srv_message_field(struct srv_exchange *exchange, const char *name, const char *value);
 
+/** True for the name of a field that a proxy adds to what it relays: Via, Forwarded, X-Forwarded-For. */
+int srv_message_relayed(const char *name);
+
 /**
  * Reads the head as a whole, once every field was taken in: the length of the body, the expectation, and the target,
  * which is taken apart into path and query.

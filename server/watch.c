@@ -260,8 +260,10 @@ int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience) {
     for (int i = 0; i < watch->lingerers; i++) busy += watch->linger[i].deadline > lingering;
     for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring; watched = watched->next) {
         int unread = 0;
+        /* a browser asks again on another connection; a proxy must not, where it has sent a POST on this one */
+        int64_t kept = atomic_load(&watched->relayed) ? patience : moment;
         busy += watched->phase != SRV_WATCH_IDLE || now - watched->since < (watched->served ? moment : patience) ||
-                (watched->served && now - began < patience) || ioctl(watched->fd, FIONREAD, &unread) || unread;
+                (watched->served && now - began < kept) || ioctl(watched->fd, FIONREAD, &unread) || unread;
     }
     pthread_mutex_unlock(&watch->lock);
     return busy;

@@ -26,18 +26,20 @@ enum srv_watch_phase {
     SRV_WATCH_LISTENING  /* a client waits for news, for long: looked at now and then */
 };
 
-/* One connection, inside its owner's structure; the fields are the watch's, but fd and left, and late to read. */
+/* One connection, inside its owner's structure; the fields are the watch's, but fd, left and relayed, and late to read.
+ */
 struct srv_watched {
     int fd;
     /** The client of a waiting connection is gone. Called once a request, on the watch's thread, with its lock held. */
     void (*left)(struct srv_watched *watched);
     struct srv_watched *next, *previous;
     enum srv_watch_phase phase;
-    int64_t deadline; /* ns of srv_clock_now, 0 = none */
-    int64_t since;    /* ns: when it became idle */
-    atomic_int late;  /* 408 was said */
-    int served;       /* a request of it is over */
-    int seen;         /* how often in a row the end of the client's stream was seen */
+    int64_t deadline;   /* ns of srv_clock_now, 0 = none */
+    int64_t since;      /* ns: when it became idle */
+    atomic_int late;    /* 408 was said */
+    atomic_int relayed; /* a proxy's; set by the owner */
+    int served;         /* a request of it is over */
+    int seen;           /* how often in a row the end of the client's stream was seen */
 };
 
 struct srv_watch;
@@ -73,8 +75,9 @@ void srv_watch_leave_all(struct srv_watch *watch);
  * linger since a moment only, or whose client may be sending a request at this very instant.
  *
  * began     ns of srv_clock_now: when the drain began.
- * patience  ns: an idle connection is waited for so long after it was opened and, where a request was answered on it
- *           already, so long after the drain began. Never shorter than SRV_WATCH_MOMENT_MS after it became idle.
+ * patience  ns: an idle connection is waited for so long after it was opened and, where it is a proxy's and a request
+ *           was answered on it already, so long after the drain began. Never shorter than SRV_WATCH_MOMENT_MS after it
+ *           became idle and, where a request was answered on it, after the drain began.
  */
 int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience);
 

@@ -17,6 +17,8 @@
 #include "tests/server/live.h"
 
 #define HEALTH "GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n"
+/* the same, relayed by a proxy */
+#define RELAYED "GET /healthz HTTP/1.1\r\nHost: x\r\nVia: 1.1 somewhere\r\n\r\n"
 #define READY "GET /readyz HTTP/1.1\r\nHost: x\r\n\r\n"
 
 /* drains until nothing is left; 0, with a failed check, where that does not come */
@@ -409,7 +411,7 @@ TEST(a_connection_that_a_proxy_keeps_is_answered_once_more_in_a_drain) {
     struct srv_daemon *daemon = live_start(options);
     struct test_client kept;
     struct test_reply reply;
-    REQUIRE(daemon && live_say(daemon, &kept, HEALTH));
+    REQUIRE(daemon && live_say(daemon, &kept, RELAYED));
     CHECK_INT(test_client_receive(&kept, &reply, 0, TEST_PATIENCE), 200);
     CHECK(reply.keep_alive);
     test_reply_clear(&reply);
@@ -422,6 +424,21 @@ TEST(a_connection_that_a_proxy_keeps_is_answered_once_more_in_a_drain) {
     test_client_close(&kept);
     daemon_drained(daemon);
     srv_daemon_free(&daemon);
+}
+
+TEST(a_browsers_silent_connection_does_not_hold_up_a_drain) {
+    static const char *const options[] = {"--drain-idle-seconds", "3600", NULL};
+    struct srv_daemon *daemon = live_start(options);
+    struct test_client kept;
+    struct test_reply reply;
+    REQUIRE(daemon && live_say(daemon, &kept, HEALTH));
+    CHECK_INT(test_client_receive(&kept, &reply, 0, TEST_PATIENCE), 200);
+    CHECK(reply.keep_alive);
+    test_reply_clear(&reply);
+    daemon_drained(daemon);
+    srv_daemon_free(&daemon);
+    CHECK(test_client_ended(&kept, TEST_PATIENCE));
+    test_client_close(&kept);
 }
 
 TEST(a_drain_in_a_hurry_answers_503_and_ends_at_once) {

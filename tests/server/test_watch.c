@@ -168,6 +168,10 @@ TEST(a_drain_waits_for_idle_connections_whose_client_may_be_asking) {
     CHECK_INT(srv_watch_busy(watch, now, minute), 0);
     srv_watch_phase(watch, &pair.watched, SRV_WATCH_IDLE, 0);
     pair.watched.since = now - 2 * minute;
+    /* a browser's is waited for a moment after the drain began, a proxy's for as long as patience says */
+    CHECK_INT(srv_watch_busy(watch, srv_clock_now(), minute), 1);
+    CHECK_INT(srv_watch_busy(watch, now - (int64_t)SRV_WATCH_MOMENT_MS * 1000000, minute), 0);
+    atomic_store(&pair.watched.relayed, 1);
     CHECK_INT(srv_watch_busy(watch, now, minute), 1);
     CHECK_INT(srv_watch_busy(watch, now - 2 * minute, minute), 0);
     CHECK_INT(srv_watch_busy(watch, now - minute, 0), 0);
