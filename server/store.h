@@ -151,11 +151,12 @@ enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_o
 enum srv_stored srv_store_job(struct srv_store *store, const char *id, struct srv_job *job);
 
 /**
- * Reads a job's request.
+ * Reads a job's request; empty where the job has failed or was dismissed.
  *
  * request  out, malloc'ed, the caller's.
  *
- * SRV_STORED_NONE, SRV_STORED_DAMAGED
+ * SRV_STORED_NONE
+ * SRV_STORED_DAMAGED  it is not what was written: the job has failed from now on, and its message says why.
  */
 enum srv_stored srv_store_request(struct srv_store *store, const char *id, void **request, size_t *bytes);
 
@@ -225,8 +226,8 @@ enum srv_stored srv_store_release(struct srv_store *store, const char *worker);
  * data   out, room for SRV_CHUNK_BYTES.
  *
  * SRV_STORED_NONE     there is no such chunk.
- * SRV_STORED_DAMAGED  it is not what was written: bits have changed, or it is another part's. Chunks that were written
- *                     before version 5 of the tables have no seal that could tell.
+ * SRV_STORED_DAMAGED  it is not what was written: bits have changed, or it is another job's or part's. Chunks that
+ *                     were written before version 5 of the tables have no seal that could tell.
  */
 enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long shard, long chunk, void *data,
                                 size_t *bytes);
@@ -287,7 +288,7 @@ enum srv_stored srv_store_scene_keep(struct srv_store *store, const char *id, co
  */
 enum srv_stored srv_store_scene_drop(struct srv_store *store, const char *id, const char *client);
 
-/** Reads a scene; body is malloc'ed and the caller's. SRV_STORED_NONE, SRV_STORED_DAMAGED */
+/** Reads a scene; body is malloc'ed and the caller's. SRV_STORED_NONE; SRV_STORED_DAMAGED: it is not what was kept */
 enum srv_stored srv_store_scene(struct srv_store *store, const char *id, void **body, size_t *bytes);
 
 /**

@@ -114,9 +114,9 @@ enum srv_stored srv_store_now(struct srv_store *store, int64_t *now) {
     return SRV_STORED;
 }
 
-enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, const char *name, void **data,
-                                size_t *bytes) {
-    struct srv_row_bytes row = {0};
+enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, const char *name, srv_whole_fn *whole,
+                                void **data, size_t *bytes) {
+    struct srv_row_bytes row = {.name = name, .whole = whole};
     *data = NULL;
     *bytes = 0;
     SRV_STORED_TRY(srv_store_look(store));

@@ -5,6 +5,7 @@
 #ifndef SRV_STORE_CALL_H
 #define SRV_STORE_CALL_H
 
+#include "server/store_rows.h"
 #include "server/store_tally.h"
 
 struct srv_store {
@@ -71,8 +72,9 @@ enum srv_stored srv_store_plain(struct srv_store *store, enum srv_statement id);
     srv_store_run((store), (id), (const struct srv_value[]){__VA_ARGS__},                                              \
                   (int)(sizeof(const struct srv_value[]){__VA_ARGS__} / sizeof(struct srv_value)), (row), (context))
 
-/** A whole call of one statement, of one parameter, that answers with one field of bytes: malloc'ed, the caller's. */
-enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, const char *name, void **data,
-                                size_t *bytes);
+/** A whole call of one statement, of one parameter, that answers with one field of bytes: malloc'ed, the caller's; and
+ * with what `whole` judges them by. */
+enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, const char *name, srv_whole_fn *whole,
+                                void **data, size_t *bytes);
 
 #endif

@@ -8,8 +8,12 @@
 #include "server/store_jobs.h"
 #include "server/store_quotas.h"
 #include "server/store_rows.h"
+#include "server/store_seals.h"
 
 enum { LAST_SHARDS = 8, TURN_CLIENTS = 8 };
+
+/* a job's rank is an instant, and so many microseconds from none: more was not written by us */
+#define CLAIM_RANK (INT64_C(1) << 62)
 
 struct row_lease {
     int rows;
@@ -89,6 +93,7 @@ struct ready {
 };
 
 struct row_ready {
+    const char *client;
     int rows;
     struct ready ready[SRV_CLAIMS];
 };
@@ -109,12 +114,21 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
     job->done = (long)srv_row_whole(&field[6], 0, job->begun, "done", flaw);
     job->state = (enum srv_job_state)srv_row_whole(&field[7], SRV_JOB_ACCEPTED, SRV_JOB_RUNNING, "state", flaw);
     ready->part_us = srv_row_whole(&field[8], 0, SRV_ROW_MOST, "part", flaw);
+    /* the claim takes `part` off the rank, by a statement whose failure comes too late to name the job */
+    srv_row_whole(&field[9], -CLAIM_RANK, CLAIM_RANK, "rank", flaw);
+    job->created = srv_row_whole(&field[10], 0, SRV_ROW_LATEST, "created", flaw);
+    snprintf(job->client, sizeof job->client, "%s", rows->client);
+    if (!*flaw && !srv_seal_job_whole(job, &field[11])) *flaw = "seal";
     /* what was held before comes last, unless there is much of it: it may be what kills its workers */
     int last = !job->chained && job->begun < job->shards && job->waiting <= LAST_SHARDS;
     ready->again = job->waiting > 0 && !last;
-    if (field[9].kind != SRV_SQL_BYTES || !(ready->request = malloc(field[9].bytes + 1))) return SRV_STORED;
-    if (field[9].bytes) memcpy(ready->request, field[9].data, field[9].bytes);
-    ready->request_bytes = field[9].bytes;
+    /* one that is too long for a claim, or is no bytes, is read and judged by itself */
+    const struct srv_value *request = &field[13];
+    if (request->kind != SRV_SQL_BYTES) return SRV_STORED;
+    if (!*flaw && !srv_seal_request_whole(&field[11], request->data, request->bytes)) *flaw = "request";
+    if (*flaw || !(ready->request = malloc(request->bytes + 1))) return SRV_STORED;
+    if (request->bytes) memcpy(ready->request, request->data, request->bytes);
+    ready->request_bytes = request->bytes;
     return SRV_STORED;
 }
 
@@ -186,7 +200,6 @@ static enum srv_stored claim_shard(struct srv_store *store, const char *client, 
     ready->request = NULL;
     SRV_STORED_TRY(SRV_POST(store, SQL_JOB_CLAIM, srv_value_text(was.id), srv_value_whole(ready->again),
                             srv_value_whole(!ready->again)));
-    snprintf(was.client, sizeof was.client, "%s", client);
     is = was;
     is.state = SRV_JOB_RUNNING;
     is.waiting -= ready->again;
@@ -217,7 +230,7 @@ static int claim_suits(const struct claim *claim, int64_t part_us) {
 /* takes shards of a client's jobs, one of each */
 static enum srv_stored claim_client(struct srv_store *store, const char *client, int64_t weight, int most,
                                     struct claim *claim) {
-    struct row_ready rows = {0};
+    struct row_ready rows = {.client = client};
     enum srv_stored stored =
         SRV_RUN(store, SQL_JOBS_READY, row_ready, &rows, srv_value_text(client), srv_value_whole(most));
     for (int i = 0; i < rows.rows && stored == SRV_STORED && claim_suits(claim, rows.ready[i].part_us); i++) {

@@ -6,6 +6,7 @@
 
 #include "server/store_quotas.h"
 #include "server/store_rows.h"
+#include "server/store_seals.h"
 
 enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, const char *name, struct srv_job *job) {
     struct srv_row_jobs rows = {.cap = 1, .job = job};
@@ -14,20 +15,25 @@ enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, c
 }
 
 enum srv_stored srv_store_condemn(struct srv_store *store, struct srv_job *job) {
+    unsigned char seal[SRV_SEAL_JOB_BYTES];
     SRV_STORED_TRY(srv_store_now(store, &job->now));
     job->held = SRV_ROW_BYTES;
     job->bytes = 0;
     job->finished = job->now;
     job->expires = job->now + store->rules.keep_us;
     if (!job->created) job->created = job->now;
-    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_CONDEMN, NULL, NULL, srv_value_text(job->id),
-                           srv_value_text(*job->client ? job->client : "nobody"),
-                           srv_value_text(*job->operation ? job->operation : "unknown"), srv_value_text(job->message),
-                           srv_value_whole(job->created), srv_value_whole(job->finished), srv_value_whole(job->expires),
-                           srv_value_whole(job->held), srv_value_bytes("", 0)));
+    if (!*job->client) snprintf(job->client, sizeof job->client, "nobody");
+    if (!*job->operation) snprintf(job->operation, sizeof job->operation, "unknown");
+    job->shards = 1;
+    job->chained = 0;
+    srv_seal_job(seal, job, "", 0);
+    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_CONDEMN, NULL, NULL, srv_value_text(job->id), srv_value_text(job->client),
+                           srv_value_text(job->operation), srv_value_text(job->message), srv_value_whole(job->created),
+                           srv_value_whole(job->finished), srv_value_whole(job->expires), srv_value_whole(job->held),
+                           srv_value_bytes("", 0), srv_value_bytes(seal, sizeof seal)));
     /* its shards and results go by and by */
-    SRV_STORED_TRY(SRV_RUN(store, SQL_REMOVAL_PUT, NULL, NULL, srv_value_text(job->id),
-                           srv_value_text(*job->client ? job->client : "nobody"), srv_value_whole(0)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_REMOVAL_PUT, NULL, NULL, srv_value_text(job->id), srv_value_text(job->client),
+                           srv_value_whole(0)));
     store->tally.ring = 1;
     /* what the row said of itself cannot be taken off the sums */
     return srv_store_recount(store, job->client);
@@ -85,6 +91,7 @@ static enum srv_stored submit_count(struct srv_store *store, const struct srv_jo
 static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_order *order, struct srv_job *job) {
     struct srv_tally_client *client;
     int64_t now, part_us = order->cost_us / order->shards;
+    unsigned char seal[SRV_SEAL_JOB_BYTES];
     SRV_STORED_TRY(srv_tally_look(&store->tally, store->sql, order->client, &client));
     if (client->jobs_were + client->jobs >= store->rules.client_jobs) {
         snprintf(job->message, sizeof job->message, "the client has max-client-jobs, %ld, open jobs",
@@ -95,12 +102,13 @@ static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_
     SRV_STORED_TRY(srv_store_room(store, order->client, (size_t)submit_held(order), job->message));
     SRV_STORED_TRY(srv_store_now(store, &now));
     submit_job(order, now, job);
+    srv_seal_job(seal, job, order->request, order->request_bytes);
     SRV_STORED_TRY(SRV_POST(store, SQL_JOB_PUT, srv_value_text(order->id), srv_value_text(order->client),
                             srv_value_text(order->operation), srv_value_bytes(order->request, order->request_bytes),
                             srv_value_text(order->key), srv_value_bytes(order->digest, SRV_DIGEST_BYTES),
                             srv_value_whole(order->shards), srv_value_whole(order->chained), srv_value_whole(part_us),
                             srv_value_whole(now + part_us * order->shards), srv_value_whole(now),
-                            srv_value_whole(job->held)));
+                            srv_value_whole(job->held), srv_value_bytes(seal, sizeof seal)));
     return submit_count(store, job);
 }
 
@@ -123,8 +131,28 @@ enum srv_stored srv_store_job(struct srv_store *store, const char *id, struct sr
     return srv_store_end(store, stored == SRV_STORED, stored);
 }
 
+/* a job that failed or was dismissed has no request any more */
+static int request_whole(const struct srv_value field[], const char *id, const void *request, size_t bytes) {
+    (void)id;
+    int kept = field[2].kind != SRV_SQL_WHOLE || field[2].whole <= SRV_JOB_SUCCESSFUL;
+    return !kept || srv_seal_request_whole(field, request, bytes);
+}
+
+/* a job whose request is damaged cannot be computed, nor its results be written for its client */
+static enum srv_stored request_condemn(struct srv_store *store, const char *id) {
+    struct srv_job job;
+    SRV_STORED_TRY(srv_store_find(store, SQL_JOB_LOCK, id, &job));
+    if (job.state > SRV_JOB_SUCCESSFUL && !job.flaw) return SRV_STORED;
+    if (!job.flaw) srv_row_job_fail(&job, "request");
+    return srv_store_condemn(store, &job);
+}
+
 enum srv_stored srv_store_request(struct srv_store *store, const char *id, void **request, size_t *bytes) {
-    return srv_store_bytes(store, SQL_JOB_REQUEST, id, request, bytes);
+    enum srv_stored stored = srv_store_bytes(store, SQL_JOB_REQUEST, id, request_whole, request, bytes);
+    if (stored != SRV_STORED_DAMAGED) return stored;
+    SRV_STORED_TRY(srv_store_begin(store));
+    stored = request_condemn(store, id);
+    return srv_store_end(store, stored == SRV_STORED, stored == SRV_STORED ? SRV_STORED_DAMAGED : stored);
 }
 
 /* the page after a job, or the first */

@@ -4,10 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/digest.h"
 #include "server/store_jobs.h"
 #include "server/store_quotas.h"
 #include "server/store_rows.h"
+#include "server/store_seals.h"
 
 enum { SHARD_HELD = 1, SHARD_DONE = 2 };
 
@@ -34,20 +34,13 @@ static enum srv_stored lease_check(struct srv_store *store, const struct srv_lea
     return *done || (rows.shard_state == SHARD_HELD && srv_job_open(job)) ? SRV_STORED : SRV_STORED_LOST;
 }
 
-/* the seal of a chunk: it tells bits that have changed, and a chunk of another place of the results */
-static void chunk_seal(unsigned char seal[API_SEAL_BYTES], long shard, long chunk, const void *data, size_t bytes) {
-    char place[40];
-    snprintf(place, sizeof place, "results of part %ld", shard);
-    api_seal(seal, place, chunk, data, bytes);
-}
-
 static enum srv_stored finish_data(struct srv_store *store, const struct srv_lease *lease, const char *data,
                                    size_t bytes) {
     for (size_t at = 0; at < bytes; at += SRV_CHUNK_BYTES) {
         size_t piece = bytes - at < SRV_CHUNK_BYTES ? bytes - at : SRV_CHUNK_BYTES;
         long chunk = (long)(at / SRV_CHUNK_BYTES);
         unsigned char seal[API_SEAL_BYTES];
-        chunk_seal(seal, lease->shard, chunk, data + at, piece);
+        srv_seal_chunk(seal, lease->job, lease->shard, chunk, data + at, piece);
         SRV_STORED_TRY(SRV_POST(store, SQL_RESULT_PUT, srv_value_text(lease->job), srv_value_whole(lease->shard),
                                 srv_value_whole(chunk), srv_value_bytes(data + at, piece),
                                 srv_value_bytes(seal, sizeof seal)));
@@ -182,16 +175,9 @@ struct row_chunk {
     int rows;
     void *data;
     size_t bytes;
+    const char *job;
     long shard, chunk;
 };
-
-/* a chunk that was written before there were seals has none */
-static int chunk_whole(const struct row_chunk *row, const struct srv_value *seal) {
-    unsigned char want[API_SEAL_BYTES];
-    if (seal->kind == SRV_SQL_NULL) return 1;
-    chunk_seal(want, row->shard, row->chunk, row->data, row->bytes);
-    return seal->kind == SRV_SQL_BYTES && seal->bytes == sizeof want && !memcmp(seal->data, want, sizeof want);
-}
 
 static enum srv_stored row_chunk(void *context, const struct srv_value field[]) {
     struct row_chunk *row = context;
@@ -199,12 +185,13 @@ static enum srv_stored row_chunk(void *context, const struct srv_value field[]) 
     row->rows++;
     row->bytes = field[0].bytes;
     if (row->bytes) memcpy(row->data, field[0].data, row->bytes);
-    return chunk_whole(row, &field[1]) ? SRV_STORED : SRV_STORED_DAMAGED;
+    int whole = srv_seal_chunk_whole(&field[1], row->job, row->shard, row->chunk, row->data, row->bytes);
+    return whole ? SRV_STORED : SRV_STORED_DAMAGED;
 }
 
 enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long shard, long chunk, void *data,
                                 size_t *bytes) {
-    struct row_chunk row = {.data = data, .shard = shard, .chunk = chunk};
+    struct row_chunk row = {.data = data, .job = id, .shard = shard, .chunk = chunk};
     *bytes = 0;
     SRV_STORED_TRY(srv_store_look(store));
     enum srv_stored stored =

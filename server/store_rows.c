@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "server/store_seals.h"
+
 struct srv_value srv_value_whole(int64_t whole) {
     return (struct srv_value){SRV_SQL_WHOLE, whole, NULL, 0};
 }
@@ -30,6 +32,7 @@ enum srv_stored srv_row_wholes(void *context, const struct srv_value field[]) {
 enum srv_stored srv_row_bytes(void *context, const struct srv_value field[]) {
     struct srv_row_bytes *row = context;
     if (field[0].kind != SRV_SQL_BYTES) return SRV_STORED_DAMAGED;
+    if (!row->whole(field + 1, row->name, field[0].data, field[0].bytes)) return SRV_STORED_DAMAGED;
     row->data = malloc(field[0].bytes + 1);
     if (!row->data) return SRV_STORED_BROKEN;
     if (field[0].bytes) memcpy(row->data, field[0].data, field[0].bytes);
@@ -108,6 +111,7 @@ enum srv_stored srv_row_job(void *context, const struct srv_value field[]) {
         memset(rows->digest, 0, SRV_DIGEST_BYTES);
         if (good) memcpy(rows->digest, field[SRV_ROW_JOB].data, SRV_DIGEST_BYTES);
     }
+    if (!flaw && !srv_seal_job_whole(job, &field[17])) flaw = "seal";
     job->flaw = flaw ? flaw : row_job_flaw(job);
     if (job->flaw) srv_row_job_fail(job, job->flaw);
     if (rows->with_lease) {

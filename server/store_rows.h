@@ -25,15 +25,19 @@ struct srv_row_wholes {
 /** Takes a row into a struct srv_row_wholes. */
 enum srv_stored srv_row_wholes(void *context, const struct srv_value field[]);
 
+/* Whether bytes are what was written under a name; `field` is what follows them in their row: seal, sealed, ... */
+typedef int srv_whole_fn(const struct srv_value field[], const char *name, const void *data, size_t bytes);
+
 /* One field of bytes. */
 struct srv_row_bytes {
-    void *data; /* malloc'ed, the asker's; NULL where there was no row */
+    const char *name; /* the row's, and how its bytes are judged: the asker's */
+    srv_whole_fn *whole;
+    void *data; /* malloc'ed, the asker's; NULL where there was no row, or it is damaged */
     size_t bytes;
 };
 
-/** Takes a row into a struct srv_row_bytes. SRV_STORED_DAMAGED where it is no bytes, SRV_STORED_BROKEN when out of
- * memory.
- */
+/** Takes a row into a struct srv_row_bytes. SRV_STORED_DAMAGED where it is no bytes or not those that were written,
+ * SRV_STORED_BROKEN when out of memory. */
 enum srv_stored srv_row_bytes(void *context, const struct srv_value field[]);
 
 /** Copies a field of text; what is none becomes "". */
@@ -58,7 +62,7 @@ void srv_row_job_fail(struct srv_job *job, const char *flaw);
 /* more shards, or bytes, than there can be */
 #define SRV_ROW_MOST (INT64_C(1) << 53)
 
-enum { SRV_ROW_JOB = 17 }; /* fields of JOB_COLUMNS */
+enum { SRV_ROW_JOB = 19 }; /* fields of JOB_COLUMNS */
 
 /* Jobs, as a statement lists them. */
 struct srv_row_jobs {

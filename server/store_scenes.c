@@ -8,6 +8,7 @@
 
 #include "server/store_quotas.h"
 #include "server/store_rows.h"
+#include "server/store_seals.h"
 
 /* whether one more scene is within the bounds of a client and of its source; anew: nobody keeps it yet */
 static enum srv_stored scene_room(struct srv_store *store, const char *client, const char *source, size_t bytes,
@@ -73,9 +74,11 @@ static enum srv_stored scene_lock(struct srv_store *store, const char *id, size_
 static enum srv_stored scene_new(struct srv_store *store, const char *id, const char *client, const char *source,
                                  const void *body, size_t bytes) {
     struct srv_row_wholes put = {.count = 1};
+    unsigned char seal[API_SEAL_BYTES];
     SRV_STORED_TRY(scene_room(store, client, source, bytes, 1));
-    SRV_STORED_TRY(
-        SRV_RUN(store, SQL_SCENE_PUT, srv_row_wholes, &put, srv_value_text(id), srv_value_bytes(body, bytes)));
+    srv_seal_scene(seal, id, body, bytes);
+    SRV_STORED_TRY(SRV_RUN(store, SQL_SCENE_PUT, srv_row_wholes, &put, srv_value_text(id), srv_value_bytes(body, bytes),
+                           srv_value_bytes(seal, sizeof seal)));
     if (!put.rows) return SRV_STORED_AGAIN;
     scene_count_all(store, 1, bytes);
     return scene_keeper_put(store, id, client, source, bytes);
@@ -83,7 +86,7 @@ static enum srv_stored scene_new(struct srv_store *store, const char *id, const 
 
 static enum srv_stored scene_put(struct srv_store *store, const char *id, const char *client, const char *source,
                                  const void *body, size_t bytes) {
-    struct srv_row_bytes there = {0};
+    struct srv_row_bytes there = {.name = id, .whole = srv_seal_scene_whole};
     size_t kept;
     enum srv_stored found = scene_lock(store, id, &kept);
     if (found == SRV_STORED_NONE) return scene_new(store, id, client, source, body, bytes);
@@ -132,5 +135,5 @@ enum srv_stored srv_store_scene_drop(struct srv_store *store, const char *id, co
 }
 
 enum srv_stored srv_store_scene(struct srv_store *store, const char *id, void **body, size_t *bytes) {
-    return srv_store_bytes(store, SQL_SCENE, id, body, bytes);
+    return srv_store_bytes(store, SQL_SCENE, id, srv_seal_scene_whole, body, bytes);
 }

@@ -79,7 +79,12 @@ static const char *const schema[] = {
     /* 4: how many turns a claim counts for, so that many clients of one address take few */
     "ALTER TABLE clients ADD COLUMN weight BIGINT NOT NULL DEFAULT 1", NULL,
     /* 5: what tells that a chunk of results is what was written; NULL with those of before */
-    "ALTER TABLE results ADD COLUMN seal {bytes}", NULL};
+    "ALTER TABLE results ADD COLUMN seal {bytes}", NULL,
+    /* 6: jobs and scenes have seals as well, and those of results know their job; `sealed` is 1 in every row that is
+     * written from now on, so that a seal that went missing is told from one that never was */
+    "ALTER TABLE results ADD COLUMN sealed BIGINT NOT NULL DEFAULT 0", "ALTER TABLE jobs ADD COLUMN seal {bytes}",
+    "ALTER TABLE jobs ADD COLUMN sealed BIGINT NOT NULL DEFAULT 0", "ALTER TABLE scenes ADD COLUMN seal {bytes}",
+    "ALTER TABLE scenes ADD COLUMN sealed BIGINT NOT NULL DEFAULT 0", NULL};
 
 /* the tables' version; -1 where none is written */
 static enum srv_stored schema_read(struct srv_sql *sql, int64_t *version) {

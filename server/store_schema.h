@@ -6,7 +6,7 @@
 
 #include "server/sql.h"
 
-enum { SRV_SCHEMA = 5 }; /* the version that this program knows */
+enum { SRV_SCHEMA = 6 }; /* the version that this program knows */
 
 /**
  * Makes the tables, or brings them to this version.

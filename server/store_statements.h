@@ -9,7 +9,9 @@
 
 #define JOB_COLUMNS                                                                                                    \
     "jobs.id, jobs.client, jobs.operation, jobs.state, jobs.shards, jobs.done, jobs.created, jobs.started, "           \
-    "jobs.finished, jobs.expires, {now}, jobs.bytes, jobs.message, jobs.begun, jobs.waiting, jobs.chained, jobs.held"
+    "jobs.finished, jobs.expires, {now}, jobs.bytes, jobs.message, jobs.begun, jobs.waiting, jobs.chained, "           \
+    "jobs.held, "                                                                                                      \
+    "jobs.seal, jobs.sealed"
 /* whether a shard of a job can be claimed, once `waiting`, `begun` and `done` have these values: 1 or 0 */
 #define READY(waiting, begun, done)                                                                                    \
     "CASE WHEN " waiting " > 0 OR (" begun " < shards AND (chained = 0 OR " begun " = " done ")) THEN 1 ELSE 0 END"
@@ -92,14 +94,15 @@
       "failed = totals.failed + $5, dismissed = totals.dismissed + $6, waiting = totals.waiting + $7, "                \
       "bytes = totals.bytes + $8, scenes = totals.scenes + $9, scene_bytes = totals.scene_bytes + $10")                \
     X(JOB_PUT, "INSERT INTO jobs (id, client, operation, request, key, digest, shards, chained, part, rank, created, " \
-               "held) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)")                                     \
+               "held, seal, sealed) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, 1)")               \
     X(JOB, "SELECT " JOB_COLUMNS " FROM jobs WHERE id = $1")                                                           \
     X(JOB_LOCK, "SELECT " JOB_COLUMNS " FROM jobs WHERE id = $1 {lock}")                                               \
     X(JOB_OF_KEY, "SELECT " JOB_COLUMNS ", digest FROM jobs WHERE client = $1 AND key = $2")                           \
     X(KEY_FREE, "UPDATE jobs SET key = NULL WHERE id = $1")                                                            \
-    X(JOB_REQUEST, "SELECT request FROM jobs WHERE id = $1")                                                           \
-    X(JOBS_READY, "SELECT id, operation, shards, begun, waiting, chained, done, state, part, CASE WHEN "               \
-                  "LENGTH(request) <= 4096 THEN request END FROM jobs WHERE client = $1 AND ready = 1 ORDER BY rank, " \
+    X(JOB_REQUEST, "SELECT request, seal, sealed, state FROM jobs WHERE id = $1")                                      \
+    X(JOBS_READY, "SELECT id, operation, shards, begun, waiting, chained, done, state, part, rank, created, seal, "    \
+                  "sealed, CASE WHEN LENGTH(request) <= 4096 THEN request END FROM jobs WHERE client = $1 AND ready "  \
+                  "= 1 ORDER BY rank, "                                                                                \
                   "created LIMIT $2 {skip}")                                                                           \
     X(JOB_CLAIM, "UPDATE jobs SET rank = rank - part * $3, state = 1, started = CASE WHEN started = 0 THEN {now} "     \
                  "ELSE started END, waiting = waiting - $2, begun = begun + $3, ready = " READY(                       \
@@ -114,7 +117,7 @@
     X(JOB_CONDEMN,                                                                                                     \
       "UPDATE jobs SET client = $2, operation = $3, state = 3, message = $4, shards = 1, begun = 0, done = 0, "        \
       "waiting = 0, chained = 0, carry = NULL, ready = 0, rank = 0, part = 0, created = $5, started = 0, finished = "  \
-      "$6, expires = $7, bytes = 0, held = $8, request = $9 WHERE id = $1")                                            \
+      "$6, expires = $7, bytes = 0, held = $8, request = $9, seal = $10, sealed = 1 WHERE id = $1")                    \
     X(JOBS_NAMELESS, "DELETE FROM jobs WHERE (ready = 1 OR expires > 0) AND " NAMELESS("id", "26"))                    \
     X(REMOVALS_NAMELESS, "DELETE FROM removals WHERE " NAMELESS("job", "26"))                                          \
     X(JOBS_EXPIRED, "SELECT id, client, state, bytes, held, begun, expires FROM jobs WHERE expires > 0 AND "           \
@@ -149,8 +152,8 @@
     X(SHARDS_REMOVE, "DELETE FROM shards WHERE job IN " EACH_OF_16)                                                    \
     X(SHARDS_REMOVE_SOME, "DELETE FROM shards WHERE job = $1 AND number IN (SELECT number FROM shards WHERE job = $1 " \
                           "ORDER BY number LIMIT 512) RETURNING number")                                               \
-    X(RESULT_PUT, "INSERT INTO results (job, shard, chunk, data, seal) VALUES ($1, $2, $3, $4, $5)")                   \
-    X(RESULT, "SELECT data, seal FROM results WHERE job = $1 AND shard = $2 AND chunk = $3")                           \
+    X(RESULT_PUT, "INSERT INTO results (job, shard, chunk, data, seal, sealed) VALUES ($1, $2, $3, $4, $5, 1)")        \
+    X(RESULT, "SELECT data, seal, sealed FROM results WHERE job = $1 AND shard = $2 AND chunk = $3")                   \
     X(RESULTS_REMOVE, "DELETE FROM results WHERE job IN " EACH_OF_16)                                                  \
     X(RESULTS_REMOVE_SOME,                                                                                             \
       "DELETE FROM results WHERE job = $1 AND (shard, chunk) IN (SELECT shard, chunk FROM results WHERE job = $1 "     \
@@ -160,11 +163,12 @@
     X(KEEPERS, "SELECT CAST(COUNT(*) AS BIGINT) FROM keepers WHERE scene = $1")                                        \
     X(KEEPER_PUT, "INSERT INTO keepers (scene, client, source, bytes) VALUES ($1, $2, $3, $4)")                        \
     X(KEEPER_REMOVE, "DELETE FROM keepers WHERE scene = $1 AND client = $2")                                           \
-    X(SCENE_PUT, "INSERT INTO scenes (id, client, body, created) VALUES ($1, '', $2, {now}) ON CONFLICT DO NOTHING "   \
+    X(SCENE_PUT, "INSERT INTO scenes (id, client, body, created, seal, sealed) VALUES ($1, '', $2, {now}, $3, 1) ON "  \
+                 "CONFLICT DO NOTHING "                                                                                \
                  "RETURNING created")                                                                                  \
     X(SCENE_LOCK, "SELECT CAST(LENGTH(body) AS BIGINT) FROM scenes WHERE id = $1 {lock}")                              \
     X(SCENE_REMOVE, "DELETE FROM scenes WHERE id = $1")                                                                \
-    X(SCENE, "SELECT body FROM scenes WHERE id = $1")
+    X(SCENE, "SELECT body, seal, sealed FROM scenes WHERE id = $1")
 
 enum srv_statement {
 #define X(name, text) SQL_##name,

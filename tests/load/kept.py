@@ -31,7 +31,7 @@ def copies(store, job, count, waiting):
     store.rows(f"INSERT INTO jobs (id, {COLUMNS}) SELECT {name}, {columns} FROM jobs, {numbers} WHERE id = '{job}'")
     if not waiting:
         store.rows(f"INSERT INTO shards SELECT {name}, number, state, attempt, kills, worker, lease, start, bytes FROM shards, {numbers} WHERE job = '{job}'")
-        store.rows(f"INSERT INTO results (job, shard, chunk, data, seal) SELECT {name}, shard, chunk, data, seal FROM results, {numbers} WHERE job = '{job}'")
+        store.rows(f"INSERT INTO results (job, shard, chunk, data) SELECT {name}, shard, chunk, data FROM results, {numbers} WHERE job = '{job}'")
     state = "accepted" if waiting else "successful"
     size = f"{count} * (SELECT bytes + held FROM jobs WHERE id = '{job}')"
     store.rows(f"UPDATE totals SET {state} = {state} + {count}, bytes = bytes + {size}, waiting = waiting + {count if waiting else 0} "

@@ -6,6 +6,9 @@
 #include <string.h>
 
 #include "api/part.h"
+#include "server/identity.h"
+#include "server/store_rows.h"
+#include "server/store_seals.h"
 #include "tests/server/ground.h"
 #include "tests/server/live.h"
 
@@ -37,7 +40,8 @@ static const struct {
 enum { TABLES = sizeof altered_table / sizeof *altered_table };
 
 struct altered_case {
-    char id[SRV_ID_BYTES], client[SRV_ID_BYTES], life;
+    char id[SRV_ID_BYTES], account[16], life;
+    char client[SRV_IDENTITY_KEY]; /* whose account it is, as rows name it */
     const char *table, *way;
     char column[32];
     int bad; /* it was altered: the database took it */
@@ -61,6 +65,33 @@ static enum srv_stored altered_name(void *context, const struct srv_value field[
     struct altered_columns *columns = context;
     if (columns->count < MOST_COLUMNS) snprintf(columns->name[columns->count++], 32, "%s", (const char *)field[0].data);
     return SRV_STORED;
+}
+
+/* the results of each part of a job: the same of all jobs */
+static struct api_buffer altered_result[2];
+
+/* a row that was copied is sealed as one that was written for its place */
+static void altered_seal(struct altered *all, const struct altered_case *one) {
+    unsigned char seal[SRV_SEAL_JOB_BYTES];
+    struct srv_job job = {.shards = 2, .chained = 1};
+    struct srv_row_wholes created = {.count = 1};
+    struct srv_value value[] = {srv_value_text(one->id), srv_value_bytes(seal, sizeof seal), srv_value_whole(0)};
+    const struct srv_sql_driver *driver = all->sql->driver;
+    CHECK(driver->run(all->sql, -1, "SELECT created FROM jobs WHERE id = $1", value, 1, srv_row_wholes, &created) ==
+          SRV_STORED);
+    job.created = created.whole[0];
+    snprintf(job.id, sizeof job.id, "%s", one->id);
+    snprintf(job.client, sizeof job.client, "%s", one->client);
+    snprintf(job.operation, sizeof job.operation, "trajectories");
+    srv_seal_job(seal, &job, altered_body, sizeof altered_body - 1);
+    CHECK(driver->run(all->sql, -1, "UPDATE jobs SET seal = $2 WHERE id = $1", value, 2, NULL, NULL) == SRV_STORED);
+    for (long part = 0; part < 2; part++) {
+        srv_seal_chunk(seal, one->id, part, 0, altered_result[part].data, altered_result[part].bytes);
+        value[1].bytes = API_SEAL_BYTES;
+        value[2].whole = part;
+        CHECK(driver->run(all->sql, -1, "UPDATE results SET seal = $2 WHERE job = $1 AND shard = $3", value, 3, NULL,
+                          NULL) == SRV_STORED);
+    }
 }
 
 static void altered_look(struct altered *all, int table) {
@@ -163,6 +194,9 @@ static void altered_template(struct srv_store *store, char life) {
         if (life != 'g' || !number)
             CHECK_INT(srv_store_finish(store, &lease, out.data, out.bytes, number ? NULL : carry.data, carry.bytes),
                       SRV_STORED);
+        CHECK(out.bytes <= SRV_CHUNK_BYTES);
+        altered_result[number].bytes = 0;
+        CHECK(api_buffer_add(&altered_result[number], out.data, out.bytes) == PEND_OK);
         srv_lease_clear(&lease);
     }
     api_buffer_clear(&carry);
@@ -177,9 +211,13 @@ static void altered_case(struct altered *all, int table, const char *column, int
     if (!CHECK(all->count < MOST_CASES)) return;
     *one = (struct altered_case){.life = life, .table = altered_table[table].table, .way = altered_way[way].name};
     snprintf(one->id, sizeof one->id, "case%04daaaaaaaaaaaaaaaaaa", all->count);
-    snprintf(one->client, sizeof one->client, "c%04d", all->count++);
+    snprintf(one->account, sizeof one->account, "c%04d", all->count++);
+    struct srv_identity identity;
+    CHECK(srv_identity_begin(&identity, "127.0.0.1", one->account));
+    memcpy(one->client, identity.key, sizeof one->client);
     snprintf(one->column, sizeof one->column, "%.31s", column);
     for (int t = 0; t < TABLES; t++) altered_clone(all, t, one);
+    altered_seal(all, one);
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wformat-nonliteral"
 #pragma GCC diagnostic ignored "-Wformat-extra-args"
@@ -267,7 +305,7 @@ static void altered_serve(struct altered *all, const char *url) {
         for (int i = 0; i < all->count; i++) {
             struct altered_case *one = &all->one[i];
             snprintf(path, sizeof path, "/v1/jobs/%s", one->id);
-            int status = altered_ask(daemon, &client, "GET", path, one->client, body, sizeof body);
+            int status = altered_ask(daemon, &client, "GET", path, one->account, body, sizeof body);
             left += status != 404 && !altered_over(body) && !(one->bad && altered_lies_well(one));
         }
         if (left) test_sleep(0.05);
@@ -275,27 +313,28 @@ static void altered_serve(struct altered *all, const char *url) {
     for (int i = 0; i < all->count; i++) {
         struct altered_case *one = &all->one[i];
         snprintf(path, sizeof path, "/v1/jobs/%s", one->id);
-        int status = altered_ask(daemon, &client, "GET", path, one->client, body, sizeof body);
+        int status = altered_ask(daemon, &client, "GET", path, one->account, body, sizeof body);
         altered_judge(one, status, body);
         failed += strstr(body, "\"status\":\"failed\"") != NULL;
         CHECK_SAYING(status == 404 || altered_over(body) || altered_lies_well(one), "%s.%s %s '%c': %.300s", one->table,
                      one->column, one->way, one->life, body);
         snprintf(path, sizeof path, "/v1/jobs/%s/results", one->id);
-        status = altered_ask(daemon, &client, "GET", path, one->client, body, sizeof body);
+        status = altered_ask(daemon, &client, "GET", path, one->account, body, sizeof body);
         CHECK_SAYING(status == 200 || status == 404 || status == 409 || status == 422 || status == 500 || status == 503,
                      "%d %s", status, body);
         if (!one->bad) CHECK_INT(status, 200);
         if (one->bad && !strcmp(one->table, "results") && !strcmp(one->column, "data"))
             CHECK_SAYING(status != 200 && strstr(body, "damaged"), "%s of results: %d %.200s", one->way, status, body);
-        status = altered_ask(daemon, &client, "GET", "/v1/jobs", one->client, body, sizeof body);
+        status = altered_ask(daemon, &client, "GET", "/v1/jobs", one->account, body, sizeof body);
         CHECK_INT(status, 200);
     }
     CHECK_SAYING(failed > all->count / 10, "%d of %d failed", failed, all->count);
     CHECK_INT(altered_ask(daemon, &client, "GET", "/readyz", "x", body, sizeof body), 200);
     for (int i = 0; i < all->count; i++) {
         snprintf(path, sizeof path, "/v1/jobs/%s", all->one[i].id);
-        int status = altered_ask(daemon, &client, "DELETE", path, all->one[i].client, body, sizeof body);
-        CHECK_SAYING(status == 200 || status == 403 || status == 404, "%s: %d %s", path, status, body);
+        int status = altered_ask(daemon, &client, "DELETE", path, all->one[i].account, body, sizeof body);
+        CHECK_SAYING(status == 200 || status == 404 || altered_lies_well(&all->one[i]), "%s: %d %s", path, status,
+                     body);
     }
     CHECK_INT(altered_ask(daemon, &client, "GET", "/readyz", "x", body, sizeof body), 200);
     test_client_close(&client);
@@ -318,6 +357,7 @@ STORE_TEST(no_altered_row_harms_more_than_its_job) {
     struct altered all = {.postgres = ground->postgres != NULL, .one = calloc(MOST_CASES, sizeof *all.one)};
     struct pend_error error;
     REQUIRE(all.one);
+    for (int part = 0; part < 2; part++) api_buffer_init(&altered_result[part], 1 << 20);
     for (const char *life = "sghw"; *life; life++) altered_template(store, *life);
     const struct srv_sql_driver *driver = all.postgres ? &srv_sql_postgres : &srv_sql_sqlite;
     if (CHECK(driver->open(&all.sql, ground->url, &error) == PEND_OK)) {
@@ -344,9 +384,10 @@ STORE_TEST(no_altered_row_harms_more_than_its_job) {
         enum srv_stored stored;
         int sweeps = 0;
         do stored = srv_store_sweep(store, NULL, &sweep);
-        while (stored == SRV_STORED && sweep.more && ++sweeps < 2000);
+        while (((stored == SRV_STORED && sweep.more) || stored == SRV_STORED_AGAIN) && ++sweeps < 2000);
         CHECK_SAYING(stored == SRV_STORED && sweeps < 2000, "%d after %d: %s", stored, sweeps,
                      srv_store_complaint(store));
     }
+    for (int part = 0; part < 2; part++) api_buffer_clear(&altered_result[part]);
     free(all.one);
 }

@@ -1,10 +1,13 @@
-/* Tests of server/store_schema: a store as the first version wrote it, with jobs in every state. */
+/* Tests of server/store_schema: a store as the first version wrote it, with jobs in every state, and one as version 5
+ * did. */
 #include "server/store_schema.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "api/digest.h"
 #include "tests/server/ground.h"
 
 /* the tables as version 1 made them, and what it kept: of each state a job; one with results that are to be removed;
@@ -157,4 +160,62 @@ TEST(a_store_of_the_first_version_is_brought_up_to_date_on_postgresql) {
     REQUIRE(ground_begin(&ground, 1));
     on_first_version(ground);
     ground_clear(&ground);
+}
+
+/* --- version 5: chunks of results have seals that do not know their job, jobs and scenes have none --- */
+
+static const char *const fifth_version[] = {
+    "ALTER TABLE results DROP COLUMN sealed", "ALTER TABLE jobs DROP COLUMN seal",
+    "ALTER TABLE jobs DROP COLUMN sealed",    "ALTER TABLE scenes DROP COLUMN seal",
+    "ALTER TABLE scenes DROP COLUMN sealed",  "UPDATE pendulumd SET version = 5",
+};
+
+static void seal_of_version_five(const struct ground *ground, const char *data) {
+    unsigned char seal[API_SEAL_BYTES];
+    char hex[2 * API_SEAL_BYTES + 1], text[160];
+    api_seal(seal, "results of part 0", 0, data, strlen(data));
+    for (int i = 0; i < API_SEAL_BYTES; i++) snprintf(hex + (size_t)2 * (size_t)i, 3, "%02x", seal[i]);
+    snprintf(text, sizeof text,
+             ground->postgres ? "UPDATE results SET seal = '\\x%s'::bytea" : "UPDATE results SET seal = X'%s'", hex);
+    ground_run(ground, text);
+}
+
+STORE_TEST(a_store_of_version_five_keeps_what_it_can_tell) {
+    struct srv_lease lease;
+    struct srv_job job;
+    char back[SRV_CHUNK_BYTES];
+    void *body;
+    size_t bytes;
+    CHECK_INT(ground_submit(store, "done", "anna", NULL, 1, 0, &job), SRV_STORED);
+    CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+    CHECK_INT(srv_store_finish(store, &lease, "data", 4, NULL, 0), SRV_STORED);
+    srv_lease_clear(&lease);
+    CHECK_INT(ground_submit(store, "waits", "anna", NULL, 1, 0, &job), SRV_STORED);
+    CHECK_INT(srv_store_scene_put(store, "scene", "anna", NULL, "{}", 2), SRV_STORED);
+    for (size_t i = 0; i < sizeof fifth_version / sizeof *fifth_version; i++) ground_run(ground, fifth_version[i]);
+    seal_of_version_five(ground, "data");
+    struct srv_store *now = ground_open(ground);
+    REQUIRE(now);
+    /* what was whole is whole */
+    CHECK_INT(srv_store_job(now, "done", &job), SRV_STORED);
+    CHECK_INT(job.state, SRV_JOB_SUCCESSFUL);
+    CHECK_INT(srv_store_chunk(now, "done", 0, 0, back, &bytes), SRV_STORED);
+    CHECK(bytes == 4 && !memcmp(back, "data", 4));
+    CHECK_INT(srv_store_scene(now, "scene", &body, &bytes), SRV_STORED);
+    free(body);
+    CHECK_INT(srv_store_claim(now, "w", 60 * SECOND, &lease), SRV_STORED);
+    CHECK_TEXT(lease.job, "waits");
+    CHECK_INT(srv_store_finish(now, &lease, "new", 3, NULL, 0), SRV_STORED);
+    srv_lease_clear(&lease);
+    /* what its seal told then it tells now; what is written now has one that must not go */
+    ground_run(ground, ground->postgres ? "UPDATE results SET data = '\\x64617462'::bytea WHERE job = 'done'"
+                                        : "UPDATE results SET data = X'64617462' WHERE job = 'done'");
+    CHECK_INT(srv_store_chunk(now, "done", 0, 0, back, &bytes), SRV_STORED_DAMAGED);
+    CHECK_INT(srv_store_chunk(now, "waits", 0, 0, back, &bytes), SRV_STORED);
+    ground_run(ground, "UPDATE results SET seal = NULL");
+    CHECK_INT(srv_store_chunk(now, "waits", 0, 0, back, &bytes), SRV_STORED_DAMAGED);
+    /* chunks of before version 5 never had one */
+    CHECK_INT(srv_store_chunk(now, "done", 0, 0, back, &bytes), SRV_STORED);
+    ground_sums(ground);
+    srv_store_close(&now);
 }
