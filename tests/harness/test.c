@@ -74,8 +74,8 @@ static double test_processor_seconds(void) {
     getrusage(RUSAGE_SELF, &own);
     getrusage(RUSAGE_CHILDREN, &ended);
     return (double)(own.ru_utime.tv_sec + own.ru_stime.tv_sec + ended.ru_utime.tv_sec + ended.ru_stime.tv_sec) +
-           1e-6 * (double)(own.ru_utime.tv_usec + own.ru_stime.tv_usec + ended.ru_utime.tv_usec +
-                           ended.ru_stime.tv_usec);
+           1e-6 *
+               (double)(own.ru_utime.tv_usec + own.ru_stime.tv_usec + ended.ru_utime.tv_usec + ended.ru_stime.tv_usec);
 }
 
 /* runs one test and says how it ended: 0 passed, 1 failed, 2 skipped */
