@@ -7,6 +7,7 @@ Invariant: everything listens on loopback or a Unix socket; a program that is no
 """
 import http.client
 import json
+import os
 import pathlib
 import random
 import re
@@ -34,13 +35,19 @@ def known(what, names, right):
 def contained(what, service):
     """A container of compose without root, without capabilities, with nothing to write but memory and volumes."""
     own = service["image"] == "pendulumd"
+    bounded(what, service)
+    check(f"{what}: another image can be named", own or re.fullmatch(r"\$\{[A-Z]+_IMAGE:-[\w./-]+:[\w.-]+\}", service["image"]), service["image"])
+
+
+def bounded(what, service):
+    """What holds in the file as it is written, and as the engine reads it."""
+    own = service["image"] == "pendulumd"
     user = str(service.get("user") or (re.search(r"^USER (\S+)", (TOP / "docker/Dockerfile").read_text(), re.M)[1] if own else "root"))
     check(f"{what}: not root", re.fullmatch(r"[1-9]\d*(:[1-9]\d*)?", user), user)
     check(f"{what}: read-only", service.get("read_only") is True)
     check(f"{what}: no capabilities", service.get("cap_drop") == ["ALL"] and not service.get("cap_add"))
     check(f"{what}: no new privileges", "no-new-privileges:true" in service.get("security_opt", ()))
     check(f"{what}: bounded", service.get("pids_limit") and service.get("mem_limit"))
-    check(f"{what}: another image can be named", own or re.fullmatch(r"\$\{[A-Z]+_IMAGE:-[\w./-]+:[\w.-]+\}", service["image"]), service["image"])
 
 
 def defaults():
@@ -91,6 +98,36 @@ def compose(name):
     proxy = services[upstream[1]]["environment"].get("PENDULUMD_TRUSTED_PROXY")
     check(f"{name}: nginx is trusted", proxy == document["networks"]["inside"]["ipam"]["config"][0]["subnet"], proxy)
     return services
+
+
+def as_read(name, services):
+    """The file as docker-compose itself reads it: its schema, its variables, what is merged into each service."""
+    program = tool("docker-compose")
+    if not program:
+        skip(f"{name} as docker-compose reads it", "docker-compose is not installed")
+        return
+    settings = {key: value for key, value in os.environ.items() if not key.startswith(("POSTGRES_", "COMPOSE_"))}
+
+    def config(**more):
+        # an operator's own docker/.env is not asked
+        with tempfile.NamedTemporaryFile() as empty:
+            command = [program, "--env-file", empty.name, "-f", TOP / "docker" / name, "config"]
+            return subprocess.run(command, env=settings | more, capture_output=True, text=True, timeout=60)
+
+    run = config()
+    if "POSTGRES_PASSWORD" in (TOP / "docker" / name).read_text():
+        check(f"{name}: without a password it says what to do", run.returncode and "the database needs a password" in run.stderr, run)
+        password = "it's $HOME, \"and\" more"
+        run = config(POSTGRES_PASSWORD=password)
+    check(f"{name}: docker-compose takes it", run.returncode == 0, run.stderr)
+    read = yaml.safe_load(run.stdout)["services"] if run.returncode == 0 else {}
+    check(f"{name}: docker-compose finds its services", read.keys() == services.keys(), list(read))
+    for service, body in read.items():
+        bounded(f"{name} as read: {service}", body)
+        for key in ("PGPASSWORD", "POSTGRES_PASSWORD"):
+            given = (body.get("environment") or {}).get(key)
+            # what is printed is a file again, in which a dollar is written twice
+            check(f"{name} as read: the {key} of {service}", given is None or given.replace("$$", "$") == password, given)
 
 
 def labels_of(document):
@@ -245,10 +282,12 @@ def live(services):
 
 
 try:
-    compose("compose.one.yaml")
+    written = {name: compose(name) for name in ("compose.one.yaml", "compose.yaml")}
+    for name, services in written.items():
+        as_read(name, services)
     kubernetes()
     unit()
-    live(compose("compose.yaml"))
+    live(written["compose.yaml"])
 except (OSError, http.client.HTTPException, RuntimeError, KeyError) as error:
     check("it runs", False, repr(error))
 sys.exit(summary())
