@@ -83,7 +83,7 @@ enum pend_status srv_listen_open(const char *address, int *fd, char url[SRV_URL_
     return PEND_OK;
 }
 
-void srv_listen_settle(int fd) {
+int srv_listen_settle(int fd) {
     /* byte 13 of the TCP header holds the flags: SYN (2) without ACK (16) is dropped, all else is kept */
     struct sock_filter drop_new[] = {
         BPF_STMT(BPF_LD | BPF_B | BPF_ABS, 13),       BPF_STMT(BPF_ALU | BPF_AND | BPF_K, 2 | 16),
@@ -91,5 +91,5 @@ void srv_listen_settle(int fd) {
         BPF_STMT(BPF_RET | BPF_K, UINT32_MAX),
     };
     struct sock_fprog program = {sizeof drop_new / sizeof *drop_new, drop_new};
-    setsockopt(fd, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program);
+    return setsockopt(fd, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program) == 0;
 }

@@ -26,8 +26,9 @@ PEND_MUST_CHECK enum pend_status srv_listen_open(const char *address, int *fd, c
  * Lets nobody new in, while those who are half-way in or waiting to be accepted still get in: new connections find
  * silence, and knock again after a second, when this server is gone or the next one is there.
  *
- * Does nothing where the system does not allow it.
+ * fd  a listening TCP socket. Returns 1, or 0 where the system does not allow it (some let only an administrator filter
+ * what a socket receives); then nothing changes, and a connection that comes at the very end may be reset.
  */
-void srv_listen_settle(int fd);
+int srv_listen_settle(int fd);
 
 #endif

@@ -70,7 +70,12 @@ TEST(a_settling_socket_lets_in_who_is_there_and_nobody_else) {
     int port = atoi(strrchr(url, ':') + 1);
     REQUIRE(test_client_open(&there, port));
     test_client_say(&there, "hello");
-    srv_listen_settle(fd);
+    if (!srv_listen_settle(fd)) {
+        test_skip("this system lets only an administrator filter what a socket receives");
+        test_client_close(&there);
+        close(fd);
+        return;
+    }
     int late = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons((uint16_t)port)};
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
