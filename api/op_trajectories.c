@@ -38,7 +38,7 @@ static const double piece = 50000;
 enum {
     SAMPLE_NUMBERS = 16384, /* of a block of samples */
     MOST_PARTS = 1000000,
-    CARRIED = 3 /* changes with what trajectory_carry shows, or any `carry` of core */
+    CARRIED = 4 /* changes with what trajectory_carry shows, or any `carry` of core */
 };
 
 struct trajectory {

@@ -72,13 +72,13 @@ TEST(tolerances_bound_the_error_of_a_run) {
         const struct pend_method *method;
         for (int k = 0; (method = pend_method_at(k)); k++) {
             if (!(method->flags & PEND_METHOD_TOLERANCES)) continue;
-            // the step control of ode23 is MATLAB's
-            int matlab = method == &pend_method_ode23;
-            for (int j = 0; j < (matlab ? 2 : 4); j++)
+            // ode23 takes a million steps for the last tolerance, which the next test asks of it once
+            int tolerances = method == &pend_method_ode23 ? 3 : 4;
+            for (int j = 0; j < tolerances; j++)
                 for (int a = 0; a < ATOL_KINDS; a++) {
                     double over = motion_error(&motion[i], method, rtol[j], (enum atol_kind)a) / rtol[j];
-                    CHECK_SAYING(over <= (matlab ? 250 : 30), "%s, %s, rtol %g, atol %d: the error is %.3g rtol",
-                                 method->name, motion[i].name, rtol[j], a, over);
+                    CHECK_SAYING(over <= 30, "%s, %s, rtol %g, atol %d: the error is %.3g rtol", method->name,
+                                 motion[i].name, rtol[j], a, over);
                 }
         }
         motion_clear(&motion[i]);
@@ -92,7 +92,7 @@ TEST(tolerances_can_be_the_tightest_of_a_method) {
     REQUIRE(motion_init(&motion));
     const struct pend_method *method;
     for (int k = 0; (method = pend_method_at(k)); k++) {
-        if (!(method->flags & PEND_METHOD_TOLERANCES) || method == &pend_method_ode23) continue;
+        if (!(method->flags & PEND_METHOD_TOLERANCES)) continue;
         double error = motion_error(&motion, method, method->rtol_min, ATOL_ZERO);
         CHECK_SAYING(error <= 3e-12, "%s: %g", method->name, error);
     }
