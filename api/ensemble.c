@@ -207,13 +207,13 @@ static int shard_fetch(void *context, long i, struct pend_member *member) {
 }
 
 static void shard_rows(void *context, long i, long first, int count, const double phi[], const double rate[],
-                       const double force[]) {
+                       const double force[], const double theta[]) {
     const struct api_shard *shard = context;
     const struct api_ensemble *e = shard->ensemble;
     int n = e->tree.n;
     for (int j = 0; j < count; j++)
         api_observables_sample(&e->seen, e->tree.tree, i, pend_times_at(&e->times.times, first + j), phi + j * n,
-                               rate + j * n, force + j * n, shard_row(shard, i, first + j));
+                               rate + j * n, force + j * n, theta + j * n, shard_row(shard, i, first + j));
 }
 
 /* what a member that failed did not come to: rows of its number, the time, and zeros */
@@ -242,8 +242,11 @@ static int shard_deliver(void *context, long i, const struct pend_outcome *outco
         if (outcome->status != PEND_OK) shard_blank(shard, i, outcome->status, outcome->time);
         return 0;
     }
-    struct pend_member start = {shard->start, shard->start + n, shard->start + 2 * n, shard->start + 3 * n,
-                                e->tree.gravity};
+    struct pend_member start = {.phi = shard->start,
+                                .rate = shard->start + n,
+                                .length = shard->start + 2 * n,
+                                .mass = shard->start + 3 * n,
+                                .gravity = e->tree.gravity};
     /* drawn again, where it is told */
     if (e->seen.wanted & (1u << API_SEE_START | 1u << API_SEE_PARAMETERS)) {
         memcpy(start.length, tree->len, n * sizeof(double));

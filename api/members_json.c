@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/rng.h"
+#include "core/turns.h"
 
 static const double pi = 3.14159265358979323846;
 
@@ -247,12 +248,16 @@ static double member_value(const struct api_members *members, const struct api_v
 
 static void member_set(struct pend_member *member, const struct api_variation *of, double x) {
     double size = x > 0 && isfinite(x) ? x : NAN;
+    struct pend_sum hanging;
     switch (of->quantity) {
     case API_VARY_PHI:
         member->phi[of->arm] = x;
+        if (member->phi_low) member->phi_low[of->arm] = 0;
         break;
     case API_VARY_THETA:
-        member->phi[of->arm] = x - pi / 2;
+        hanging = pend_turns_hanging(x);
+        member->phi[of->arm] = hanging.high;
+        if (member->phi_low) member->phi_low[of->arm] = hanging.low;
         break;
     case API_VARY_PHID:
     case API_VARY_THETAD:
@@ -275,6 +280,7 @@ void api_members_fill(const struct api_members *members, int n, long i, struct p
     long rest = i;
     memcpy(member->phi, members->states->phi + state, bytes);
     memcpy(member->rate, members->states->rate + state, bytes);
+    if (member->phi_low) memcpy(member->phi_low, members->states->phi_low + state, bytes);
     for (int v = 0; v < members->variations; v++) {
         const struct api_variation *of = &members->variation[v];
         long step = of->count ? rest % of->count : 0;

@@ -174,16 +174,15 @@ void api_observables_write(const struct api_observables *seen, const struct pend
 }
 
 void api_observables_sample(const struct api_observables *seen, const struct pend_tree *tree, long member, double t,
-                            const double phi[], const double rate[], const double force[], double row[]) {
+                            const double phi[], const double rate[], const double force[], const double theta[],
+                            double row[]) {
     double *at = row;
     *at++ = (double)member;
     *at++ = 0;
     *at++ = t;
-    const double *from[OUT_COUNT] = {phi, rate, phi, rate, force};
+    const double *from[OUT_COUNT] = {phi, rate, theta, rate, force};
     for (int i = 0; i < OUT_COUNT; i++) {
         if (!(seen->output >> i & 1)) continue;
-        double *next = put(at, tree, from[i], 0);
-        for (; i == OUT_THETA && at < next; at++) *at += pi / 2;
-        at = next;
+        at = put(at, tree, from[i], 0);
     }
 }

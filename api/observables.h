@@ -59,7 +59,8 @@ void api_observables_write(const struct api_observables *seen, const struct pend
 
 /** One row of a trajectory: member, status 0, t, and the outputs from values in stored order. */
 void api_observables_sample(const struct api_observables *seen, const struct pend_tree *tree, long member, double t,
-                            const double phi[], const double rate[], const double force[], double row[]);
+                            const double phi[], const double rate[], const double force[], const double theta[],
+                            double row[]);
 
 /** The status column of a member that came to this end: 0 good, 1 not finite, 2 step too small, 3 too many steps. */
 int api_observables_status(enum pend_status status);

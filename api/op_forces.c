@@ -52,6 +52,7 @@ struct forces {
     long next, cap; /* the first state that is not written yet; rows of a block */
     void *work;
     double *row[4]; /* accelerations, forces of AT_ONCE states; two parts of a vector; n numbers in stored order each */
+    double *scratch; /* 3 n numbers */
     double *column[COLUMNS];
 };
 
@@ -141,12 +142,14 @@ static enum pend_status forces_allocate(struct forces *forces, struct pend_error
     if (cap > BLOCK_ROWS) cap = BLOCK_ROWS;
     if (cap > forces->table.rows) cap = forces->table.rows;
     forces->cap = cap < 1 ? 1 : cap;
-    size_t numbers = (2 * AT_ONCE + 2) * n + (size_t)forces->cap * (KINETIC * n + (COLUMNS - KINETIC));
+    size_t numbers = (2 * AT_ONCE + 2 + 3) * n + (size_t)forces->cap * (KINETIC * n + (COLUMNS - KINETIC));
     forces->work = aligned_alloc(64, work + (numbers * sizeof(double) + 63) / 64 * 64);
     if (!forces->work) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for states of %zu arms", n);
     double *at = (double *)((char *)forces->work + work);
     for (int i = 0; i < 2; i++, at += AT_ONCE * n) forces->row[i] = at;
     for (int i = 2; i < 4; i++, at += n) forces->row[i] = at;
+    forces->scratch = at;
+    at += 3 * n;
     for (int c = 0; c < COLUMNS; c++) {
         forces->column[c] = at;
         at += (size_t)forces->cap * (c < KINETIC ? n : 1);
@@ -161,14 +164,12 @@ static void forces_put(const struct forces *forces, const double row[], long i, 
     for (int k = 0; k < forces->tree.n; k++) out[order[k]] = row[k];
 }
 
-/* the only state is a small swing about hanging, which has digits that doubles do not hold */
-static int forces_swing(const struct forces *forces) {
-    const struct api_states *states = forces->states;
+/* a state is a small swing about hanging, which has digits that doubles do not hold */
+static int forces_swing(int n, const double phi[], const double phi_low[]) {
     double largest = 0, low = 0;
-    if (!states->phi_low) return 0;
-    for (int k = 0; k < states->n; k++) {
-        low = fmax(low, fabs(states->phi_low[k]));
-        largest = fmax(largest, fabs(pend_turns_theta(states->phi[k], states->phi_low[k])));
+    for (int k = 0; k < n; k++) {
+        low = fmax(low, fabs(phi_low[k]));
+        largest = fmax(largest, fabs(pend_turns_theta(phi[k], phi_low[k])));
     }
     return low > 0 && largest <= PEND_TURNS_SMALL;
 }
@@ -177,15 +178,15 @@ static int forces_swing(const struct forces *forces) {
 static void forces_compute(const struct forces *forces, long s, long i) {
     const struct pend_tree *tree = forces->tree.tree;
     const double *phi = forces->states->phi + s * tree->n, *rate = forces->states->rate + s * tree->n;
+    const double *low = forces->states->phi_low + s * tree->n;
     double gravity = forces->tree.gravity, *re = forces->row[2], *im = forces->row[3];
     // the first of some finds the accelerations and forces of all
     long behind = i % AT_ONCE, left = forces->table.rows - s;
     double *acc = forces->row[0] + behind * tree->n, *force = forces->row[1] + behind * tree->n;
-    if (forces_swing(forces))
-        pend_dynamics_fine(tree, gravity, phi, forces->states->phi_low, rate, forces->work, forces->row[1] + tree->n,
-                           acc, force);
-    else if (!behind)
+    if (!behind)
         pend_dynamics_many(tree, gravity, left < AT_ONCE ? left : AT_ONCE, phi, rate, forces->work, acc, force);
+    if (forces_swing(tree->n, phi, low))
+        pend_dynamics_fine(tree, gravity, phi, low, rate, forces->work, forces->scratch, acc, force);
     forces_put(forces, acc, i, PHIDD);
     forces_put(forces, force, i, LAMBDA);
     pend_motion_position(tree, phi, re, im);
@@ -203,11 +204,18 @@ static void forces_compute(const struct forces *forces, long s, long i) {
     forces->column[TOTAL][i] = energy.kinetic + energy.potential;
 }
 
+/* takes whole turns from an angle and what rounding has left of it */
+static void forces_rest(double *phi, double *low) {
+    struct pend_sum rest = pend_turns_rest(*phi, *low, NULL);
+    *phi = rest.high;
+    *low = rest.low;
+}
+
 static enum pend_status forces_begin(struct forces *forces, struct api_buffer *out, struct pend_error *error) {
     PEND_TRY(api_states_settle(forces->states, &forces->tree, error));
     // no angle is told, and forces do not change with whole turns
     for (long i = 0; i < forces->table.rows * forces->tree.n; i++)
-        forces->states->phi[i] = pend_turns_rest(forces->states->phi[i], 0, NULL).high;
+        forces_rest(&forces->states->phi[i], &forces->states->phi_low[i]);
     PEND_TRY(forces_allocate(forces, error));
     return api_writer_new(&forces->writer, forces->format, &forces->table, out);
 }
@@ -241,7 +249,7 @@ static double forces_cost(const void *state) {
 
 static double forces_bytes(const void *state) {
     const struct forces *forces = state;
-    double n = forces->tree.n, block = 2.0 * BLOCK_NUMBERS + (2 * AT_ONCE + 2 + KINETIC + COLUMNS) * n;
+    double n = forces->tree.n, block = 2.0 * BLOCK_NUMBERS + (2 * AT_ONCE + 2 + 3 + KINETIC + COLUMNS) * n;
     return block * sizeof(double) + (double)pend_dynamics_many_bytes(forces->tree.n) + api_tree_bytes(&forces->tree) +
            api_states_bytes(forces->states) + api_writer_bytes(forces->format, &forces->table);
 }

@@ -163,6 +163,7 @@ static enum pend_status lyapunov_begin(struct lyapunov *lyapunov, struct api_buf
     const struct pend_lyapunov_problem problem = {.tree = lyapunov->tree.tree,
                                                   .gravity = lyapunov->tree.gravity,
                                                   .phi = lyapunov->start->phi,
+                                                  .phi_low = lyapunov->start->phi_low,
                                                   .rate = lyapunov->start->rate,
                                                   .count = lyapunov->count,
                                                   .interval = lyapunov->interval};

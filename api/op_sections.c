@@ -12,6 +12,7 @@
 #include "api/method_json.h"
 #include "api/state_json.h"
 #include "core/section.h"
+#include "core/turns.h"
 
 static const char *const fields[] = {"pendulum", "initial",  "section", "duration", "count",
                                      "rtol",     "accuracy", "digits",  NULL};
@@ -27,7 +28,7 @@ static const double steps_a_radian = 4, arm_seconds = 2e-6;
 struct sections {
     struct api_tree tree;
     struct api_states *start;
-    double duration, angle, rtol, accuracy;
+    double duration, angle, angle_low, rtol, accuracy;
     int arm; /* stored number */
     unsigned ways;
     struct api_table table;
@@ -77,7 +78,10 @@ static void sections_read_angle(struct sections *sections, const struct api_valu
         api_value_fault(section, problem, "needs the angle that is passed: \"theta\" or \"phi\"");
     (void)api_value_read_number(&theta, -angle_most, angle_most, "", &angle, problem);
     (void)api_value_read_number(&phi, -angle_most, angle_most, "", &angle, problem);
-    sections->angle = angle * (degrees ? pi / 180 : 1) - (from_theta ? pi / 2 : 0);
+    angle *= degrees ? pi / 180 : 1;
+    struct pend_sum hanging = pend_turns_hanging(angle);
+    sections->angle = from_theta ? hanging.high : angle;
+    sections->angle_low = from_theta ? hanging.low : 0;
 }
 
 static void sections_read_section(struct sections *sections, const struct api_value *section,
@@ -165,9 +169,12 @@ static enum pend_status sections_begin(struct sections *sections, struct pend_er
                                                  .gravity = sections->tree.gravity,
                                                  .phi = sections->start->phi,
                                                  .rate = sections->start->rate,
+                                                 .phi_low = sections->start->phi_low,
+                                                 .rate_low = sections->start->rate_low,
                                                  .duration = sections->duration,
                                                  .arm = sections->arm,
                                                  .angle = sections->angle,
+                                                 .angle_low = sections->angle_low,
                                                  .ways = sections->ways,
                                                  .rtol = sections->rtol,
                                                  .accuracy = sections->accuracy};

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "core/modes.h"
+#include "core/turns.h"
 
 static const double pi = 3.14159265358979323846;
 
@@ -29,7 +30,7 @@ static const struct {
 enum { FORM_COUNT = 3, FORM_MODE = 2 };
 
 enum pend_status api_states_new(struct api_states **states, long count, int n) {
-    size_t arms = (size_t)n, one = (count == 1 ? 4 : 2) * arms * sizeof(double) + sizeof(double) + sizeof(int);
+    size_t arms = (size_t)n, one = 4 * arms * sizeof(double) + sizeof(double) + sizeof(int);
     *states = NULL;
     if ((size_t)count > (SIZE_MAX - sizeof **states) / one) return PEND_NO_MEMORY;
     *states = calloc(1, sizeof **states + (size_t)count * one);
@@ -38,12 +39,9 @@ enum pend_status api_states_new(struct api_states **states, long count, int n) {
     (*states)->count = count;
     (*states)->phi = (double *)(*states + 1);
     (*states)->rate = (*states)->phi + (size_t)count * arms;
-    (*states)->amplitude = (*states)->rate + (size_t)count * arms;
-    if (count == 1) {
-        (*states)->phi_low = (*states)->amplitude;
-        (*states)->rate_low = (*states)->phi_low + arms;
-        (*states)->amplitude = (*states)->rate_low + arms;
-    }
+    (*states)->phi_low = (*states)->rate + (size_t)count * arms;
+    (*states)->rate_low = (*states)->phi_low + (size_t)count * arms;
+    (*states)->amplitude = (*states)->rate_low + (size_t)count * arms;
     (*states)->mode = (int *)((*states)->amplitude + count);
     return PEND_OK;
 }
@@ -140,8 +138,8 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
     double scale = unit ? pi / 180 : 1;
     struct api_value angle = api_value_member(value, state_forms[form].angle);
     struct api_value rate = api_value_member(value, state_forms[form].rate);
-    double *phi = states ? states->phi + (size_t)i * (size_t)states->n : NULL;
-    double *velocity = states ? states->rate + (size_t)i * (size_t)states->n : NULL;
+    size_t first = states ? (size_t)i * (size_t)states->n : 0;
+    double *phi = states ? states->phi + first : NULL, *velocity = states ? states->rate + first : NULL;
     if (form == FORM_MODE) {
         if (api_value_kind(&angle) != API_MISSING) read_mode(states, i, &angle, &rate, scale, tree, limits, problem);
         return;
@@ -151,8 +149,8 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
     static const struct exact none = {0, 0};
     struct exact turn = unit ? exact_degree : exact_one;
     read_angles(&angle, tree, turn, state_forms[form].from_hanging ? exact_right_angle : none, phi,
-                states ? states->phi_low : NULL, problem);
-    read_angles(&rate, tree, turn, none, velocity, states ? states->rate_low : NULL, problem);
+                states ? states->phi_low + first : NULL, problem);
+    read_angles(&rate, tree, turn, none, velocity, states ? states->rate_low + first : NULL, problem);
 }
 
 /* the modes that the states name, and those between them */
@@ -180,7 +178,11 @@ enum pend_status api_states_settle(struct api_states *states, const struct api_t
     for (long i = 0; i < states->count; i++) {
         if (!states->mode[i]) continue;
         const double *vector = modes->vector + (size_t)(states->mode[i] - 1 - modes->first) * n;
-        for (size_t k = 0; k < n; k++) states->phi[(size_t)i * n + k] = states->amplitude[i] * vector[k] - pi / 2;
+        for (size_t k = 0; k < n; k++) {
+            struct pend_sum phi = pend_turns_hanging(states->amplitude[i] * vector[k]);
+            states->phi[(size_t)i * n + k] = phi.high;
+            states->phi_low[(size_t)i * n + k] = phi.low;
+        }
     }
     pend_modes_free(&modes);
     states->mode_least = states->mode_most = 0;

@@ -11,7 +11,7 @@ struct api_states {
     int n;
     long count;
     double *phi, *rate;         /* count x n, rad and rad/s */
-    double *phi_low, *rate_low; /* n each, what rounding leaves of a single state's; NULL where there are many */
+    double *phi_low, *rate_low; /* count x n, what rounding leaves of them */
     double *amplitude;          /* count, rad */
     int *mode;                  /* count, from 1; 0 = given by its angles */
     int mode_least, mode_most;  /* of the modes that are still to be computed; 0 = none is */

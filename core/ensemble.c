@@ -13,7 +13,7 @@
 #include "core/turns.h"
 
 /* arrays of n values a lane for the kernel, of one value a lane, of n values a lane for the notes, of n values */
-enum { ENSEMBLE_LANED = 21, ENSEMBLE_SINGLE = 11, ENSEMBLE_NOTED = 8, ENSEMBLE_FLAT = 7, ENSEMBLE_SHARES = 48 };
+enum { ENSEMBLE_LANED = 21, ENSEMBLE_SINGLE = 11, ENSEMBLE_NOTED = 8, ENSEMBLE_FLAT = 9, ENSEMBLE_SHARES = 48 };
 
 static const struct ensemble_kernel *ensemble_kernel(enum pend_isa isa) {
 #ifdef __x86_64__
@@ -52,7 +52,7 @@ static size_t ensemble_padded(size_t count) { return (count + 7) / 8 * 8; }
 static size_t ensemble_doubles(int n_, int width_, size_t series) {
     size_t n = (size_t)n_, width = (size_t)width_;
     return (ENSEMBLE_LANED + ENSEMBLE_NOTED) * ensemble_padded(n * width) + ENSEMBLE_SINGLE * ensemble_padded(width) +
-           ENSEMBLE_FLAT * ensemble_padded(n) + 6 * ensemble_padded(n * ENSEMBLE_INSTANTS) + ENSEMBLE_SHARES +
+           ENSEMBLE_FLAT * ensemble_padded(n) + 8 * ensemble_padded(n * ENSEMBLE_INSTANTS) + ENSEMBLE_SHARES +
            3 * ensemble_padded(n) + ensemble_padded(series);
 }
 
@@ -71,15 +71,15 @@ static void ensemble_place(struct pend_ensemble *e, char *at, size_t doubts) {
                                         &doubt->time,      &doubt->ratio,   &doubt->held};
     double **noted[ENSEMBLE_NOTED - 1] = {&e->first_crossing, &e->most,        &e->most_time, &e->least,
                                           &e->least_time,     &e->sign_change, &e->sense};
-    double **flat[ENSEMBLE_FLAT] = {&e->member.phi, &e->member.rate, &e->member.length, &e->member.mass,
-                                    &e->phi,        &e->rate,        &e->subtree};
+    double **flat[ENSEMBLE_FLAT] = {&e->member.phi, &e->member.rate, &e->member.length,  &e->member.mass, &e->phi,
+                                    &e->rate,       &e->subtree,     &e->member.phi_low, &e->phi_low};
     ensemble_set **set[3] = {&lanes->near, &lanes->peak, &lanes->turn};
     for (int i = 0; i < ENSEMBLE_LANED; i++) *laned[i] = ensemble_take(&at, n * width);
     for (int i = 0; i < ENSEMBLE_SINGLE; i++) *single[i] = ensemble_take(&at, width);
     for (int i = 0; i < ENSEMBLE_NOTED - 1; i++) *noted[i] = ensemble_take(&at, n * width);
     for (int i = 0; i < ENSEMBLE_FLAT; i++) *flat[i] = ensemble_take(&at, n);
-    for (int i = 0; i < 3; i++) e->rows[i] = ensemble_take(&at, n * ENSEMBLE_INSTANTS);
-    for (int i = 0; i < 3; i++) e->instants[i] = ensemble_take(&at, n * ENSEMBLE_INSTANTS);
+    for (int i = 0; i < 4; i++) e->rows[i] = ensemble_take(&at, n * ENSEMBLE_INSTANTS);
+    for (int i = 0; i < 4; i++) e->instants[i] = ensemble_take(&at, n * ENSEMBLE_INSTANTS);
     for (int i = 0; i < 3; i++) *set[i] = (ensemble_set *)ensemble_take(&at, n);
     lanes->share = ensemble_take(&at, ENSEMBLE_SHARES);
     for (int j = 0; j < ENSEMBLE_SHARES; j++) lanes->share[j] = 1.0 / (j + 1);
@@ -173,8 +173,8 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
     int whole = e->problem.bound == 0 || e->problem.bound == M_PI;
     for (int k = 0; k < lanes->n; k++) {
         size_t at = (size_t)(k * lanes->width + i);
-        struct pend_sum turns = {0, 0}, phi = {member->phi[k], 0};
-        if (whole) phi = pend_turns_rest(phi.high, 0, &turns);
+        struct pend_sum turns = {0, 0}, phi = {member->phi[k], member->phi_low[k]};
+        if (whole) phi = pend_turns_rest(phi.high, phi.low, &turns);
         member->phi[k] = lanes->from.phi[at] = phi.high;
         e->turns[at] = turns.high, e->turns_low[at] = turns.low;
         lanes->from.rate[at] = member->rate[k];
@@ -208,6 +208,7 @@ static void ensemble_seat_notes(const struct pend_ensemble *e, int i, struct pen
     outcome->steps = e->seat[i].steps;
     outcome->phi = e->phi;
     outcome->rate = e->rate;
+    outcome->phi_low = e->phi_low;
     outcome->energy_drift = outcome->lyapunov = NAN;
     outcome->horizon = ensemble_horizon(&e->lanes, i, outcome->time);
     if (e->lanes.bound > 0) {
@@ -252,6 +253,7 @@ static void ensemble_seat_deliver(struct pend_ensemble *e, int i, struct pend_ou
 static void ensemble_seat_spare(struct pend_ensemble *e, int i, int *cancelled) {
     struct pend_outcome outcome = {.stop = PEND_STOP_TIME, .time = e->problem.duration};
     memcpy(e->phi, e->member.phi, (size_t)e->lanes.n * sizeof(double));
+    memcpy(e->phi_low, e->member.phi_low, (size_t)e->lanes.n * sizeof(double));
     memcpy(e->rate, e->member.rate, (size_t)e->lanes.n * sizeof(double));
     ensemble_seat_deliver(e, i, &outcome, cancelled);
 }
@@ -260,6 +262,7 @@ static void ensemble_fetch(struct pend_ensemble *e, long i, struct ensemble_queu
     const struct pend_tree *tree = e->problem.tree;
     size_t bytes = (size_t)tree->n * sizeof(double);
     memset(e->member.phi, 0, bytes);
+    memset(e->member.phi_low, 0, bytes);
     memset(e->member.rate, 0, bytes);
     memcpy(e->member.length, tree->len, bytes);
     memcpy(e->member.mass, tree->mass, bytes);

@@ -164,16 +164,44 @@ void pend_ensemble_watch_force(struct pend_ensemble *e, int i, double part) {
 /* the values at some instants, row by row, to the receiver */
 static void watch_give(struct pend_ensemble *e, int i, int count) {
     int n = e->lanes.n;
-    for (int a = 0; a < 3; a++)
+    for (int a = 0; a < 4; a++)
         for (int row = 0; row < count; row++)
             for (int k = 0; k < n; k++) e->rows[a][row * n + k] = e->instants[a][k * ENSEMBLE_INSTANTS + row];
     for (int k = 0; k < n; k++) {
         int at = k * e->lanes.width + i;
         for (int row = 0; row < count; row++)
-            e->rows[0][row * n + k] = pend_turns_add(e->rows[0][row * n + k], e->turns[at], e->turns_low[at]);
+            for (int a = 0; a < 4; a += 3)
+                e->rows[a][row * n + k] = pend_turns_add(e->rows[a][row * n + k], e->turns[at], e->turns_low[at]);
     }
-    e->problem.rows(e->problem.context, e->seat[i].member, e->seat[i].row, count, e->rows[0], e->rows[1], e->rows[2]);
+    e->problem.rows(e->problem.context, e->seat[i].member, e->seat[i].row, count, e->rows[0], e->rows[1], e->rows[2],
+                    e->rows[3]);
     e->seat[i].row += count;
+}
+
+/* Angles from hanging at the instants x, whose angles are known. Of a small swing they are the series upon the step's
+ * begin as angles from hanging, of which all digits are there; the arrays of an outcome keep that begin meanwhile. */
+static void watch_theta(struct pend_ensemble *e, int i, const double x[]) {
+    struct ensemble_lanes *lanes = &e->lanes;
+    const struct ensemble_values values = {e->instants[3], e->instants[1], NULL};
+    double largest = 0;
+    for (int at = 0; at < lanes->n * ENSEMBLE_INSTANTS; at++) {
+        e->instants[3][at] = e->instants[0][at] + M_PI_2;
+        largest = fmax(largest, fabs(e->instants[3][at]));
+    }
+    for (int k = 0; k < lanes->n && largest <= PEND_TURNS_SMALL; k++)
+        largest = fmax(largest, fabs(lanes->from.phi[k * lanes->width + i] + M_PI_2));
+    if (largest > PEND_TURNS_SMALL) return;
+    for (int k = 0; k < lanes->n; k++) {
+        int at = k * lanes->width + i;
+        e->phi[k] = lanes->from.phi[at], e->phi_low[k] = lanes->from.phi_low[at];
+        lanes->from.phi[at] = pend_turns_theta(e->phi[k], e->phi_low[k]);
+        lanes->from.phi_low[at] = 0;
+    }
+    e->kernel->values(lanes, i, e->unit[i], x, &values);
+    for (int k = 0; k < lanes->n; k++) {
+        int at = k * lanes->width + i;
+        lanes->from.phi[at] = e->phi[k], lanes->from.phi_low[at] = e->phi_low[k];
+    }
 }
 
 void pend_ensemble_watch_rows(struct pend_ensemble *e, int i, double until) {
@@ -189,6 +217,7 @@ void pend_ensemble_watch_rows(struct pend_ensemble *e, int i, double until) {
         if (!count) return;
         for (int j = count; j < ENSEMBLE_INSTANTS; j++) x[j] = 0;
         e->kernel->values(lanes, i, e->unit[i], x, &values);
+        watch_theta(e, i, x);
         watch_give(e, i, count);
     }
 }
@@ -199,12 +228,14 @@ void pend_ensemble_watch_state(struct pend_ensemble *e, int i, double part) {
     double x[ENSEMBLE_INSTANTS] __attribute__((aligned(64))) = {lanes->step[i] * part};
     for (int k = 0; k < lanes->n && part == 1; k++) {
         e->phi[k] = lanes->to.phi[k * lanes->width + i];
+        e->phi_low[k] = lanes->to.phi_low[k * lanes->width + i];
         e->rate[k] = lanes->to.rate[k * lanes->width + i];
     }
     if (part == 1) return;
     e->kernel->values(lanes, i, e->unit[i], x, &values);
     for (int k = 0; k < lanes->n; k++) {
         e->phi[k] = e->instants[0][k * ENSEMBLE_INSTANTS];
+        e->phi_low[k] = 0;
         e->rate[k] = e->instants[1][k * ENSEMBLE_INSTANTS];
     }
 }

@@ -37,10 +37,10 @@ struct pend_ensemble {
     double *sense; /* the sign that a force had first, 0 = none yet */
     struct pend_member member;
     double *turns, *turns_low; /* rad, what the member's angles are larger by than the lane's: [arm * width + lane] */
-    double *phi, *rate;        /* of an outcome */
-    double *subtree;           /* kg, of the member in `member` */
-    double *rows[3],
-        *instants[3]; /* angles, rates, forces: of some instants, row by row and as the kernel leaves them */
+    double *phi, *rate, *phi_low; /* of an outcome */
+    double *subtree;              /* kg, of the member in `member` */
+    /* angles, rates, forces and angles from hanging of some instants: row by row, and as the kernel leaves them */
+    double *rows[4], *instants[4];
 };
 
 #endif

@@ -252,7 +252,8 @@ enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov, const struct
     made->mark = made->length + count;
     made->a_mark = 1;
     for (size_t k = 0; k < n; k++) {
-        made->base[k] = pend_turns_rest(problem->phi[k], 0, NULL).high;
+        // neighbours are 1e-5 rad away: beside that the digits behind those of a double do not count
+        made->base[k] = pend_turns_rest(problem->phi[k], problem->phi_low ? problem->phi_low[k] : 0, NULL).high;
         made->base[n + k] = problem->rate[k] / made->frequency;
     }
     lyapunov_aim(made);

@@ -14,6 +14,7 @@ struct pend_lyapunov_problem {
     int count;                    /* exponents, the largest first; 1 .. 2 n */
     double interval;              /* s, > 0: after which the directions are made orthonormal again, or more often */
     double rtol;                  /* of the motions' local error, as of the taylor method; 0 = 1e-14 */
+    const double *phi_low;        /* rad, what rounding to doubles has left of phi, n values; NULL = nothing */
 };
 
 struct pend_lyapunov;

@@ -13,6 +13,7 @@ struct pend_member {
     double *phi, *rate;    /* rad, rad/s */
     double *length, *mass; /* m, kg, finite and > 0 */
     double gravity;        /* m/s^2 */
+    double *phi_low;       /* rad, what rounding to doubles has left of phi; NULL where the caller does not look */
 };
 
 enum pend_stop { PEND_STOP_TIME, PEND_STOP_BOUND, PEND_STOP_FAILED };
@@ -42,6 +43,7 @@ struct pend_outcome {
     int arm;                  /* stored number of the arm that crossed its bound first, -1 = none did */
     double first;             /* s, when; NaN = never */
     const double *phi, *rate; /* at `time`; of a member that was spared, at the start */
+    const double *phi_low;    /* rad, what rounding has left of phi, as far as it is known; NULL where it is not */
     const double *first_crossing;  /* s, of each arm; NaN = it never crossed; NULL when no bound was asked for */
     const long *crossings;         /* how often each arm crossed; NULL when no bound was asked for */
     struct pend_force_range force; /* NULLs where not asked for */
@@ -57,9 +59,12 @@ struct pend_outcome {
 typedef int pend_fetch_fn(void *context, long i, struct pend_member *member);
 /** Receives the outcome of member number i, in the order in which members end; non-zero ends the run as cancelled. */
 typedef int pend_deliver_fn(void *context, long i, const struct pend_outcome *outcome);
-/** Receives `count` rows of n values, those of the instants from `first` on, of member number i. */
+/**
+ * Receives `count` rows of n values, those of the instants from `first` on, of member number i. theta is phi + pi/2,
+ * rad, with the digits of a small swing, which phi as a double does not hold.
+ */
 typedef void pend_rows_fn(void *context, long i, long first, int count, const double phi[], const double rate[],
-                          const double force[]);
+                          const double force[], const double theta[]);
 
 struct pend_ensemble_problem {
     const struct pend_tree *tree;

@@ -12,7 +12,7 @@ enum { SECTION_LOOKS = 32, SECTION_QUEUE = 4 * SECTION_LOOKS, SECTION_HALVINGS =
 
 /* The searched arm at an instant of the step. */
 struct section_look {
-    double time, phi, rate;
+    double time, phi, rate; /* of a small swing phi is the angle from hanging */
 };
 
 struct pend_section {
@@ -21,7 +21,8 @@ struct pend_section {
     void *stepper;
     struct pend_horizon *horizon;             /* NULL: nobody asks */
     double reached;                           /* s, by the last step */
-    double phi_start;                         /* of the arm */
+    double *theta;                            /* of a small swing, of which angles from hanging have more digits */
+    double level, start;                      /* the arm's angle in the section and at the start, as of a look */
     struct pend_passage queue[SECTION_QUEUE]; /* of the last step, those that were not handed out from `next` on */
     int next, queued;
     double *phi, *rate;                          /* of SECTION_LOOKS + 1 instants */
@@ -31,14 +32,15 @@ struct pend_section {
 /* --- the arm inside the last step --- */
 
 static struct section_look section_at(const struct pend_section *section, double time) {
-    const struct pend_points points = {.phi = section->phi, .rate = section->rate};
+    const struct pend_points points = {.phi = section->phi, .rate = section->rate, .theta = section->theta};
+    const double *angle = section->theta ? section->theta : section->phi;
     pend_method_taylor.at(section->stepper, &time, 1, &points);
-    return (struct section_look){time, section->phi[section->problem.arm], section->rate[section->problem.arm]};
+    return (struct section_look){time, angle[section->problem.arm], section->rate[section->problem.arm]};
 }
 
 /* whole turns behind the section */
 static double section_turns(const struct pend_section *section, double phi) {
-    return floor((phi - section->problem.angle) / (2 * M_PI));
+    return floor((phi - section->level) / (2 * M_PI));
 }
 
 /* the instant between two looks at which the angle, which only rises or only falls there, is `target`: Newton's steps
@@ -92,9 +94,9 @@ static void section_add(struct pend_section *section, double time, enum pend_way
 static void section_between(struct pend_section *section, struct section_look a, struct section_look b) {
     double from = section_turns(section, a.phi), to = section_turns(section, b.phi);
     for (; from < to; from++)
-        section_add(section, section_solve(section, a, b, section->problem.angle + 2 * M_PI * (from + 1)), PEND_WAY_UP);
+        section_add(section, section_solve(section, a, b, section->level + 2 * M_PI * (from + 1)), PEND_WAY_UP);
     for (; from > to; from--)
-        section_add(section, section_solve(section, a, b, section->problem.angle + 2 * M_PI * from), PEND_WAY_DOWN);
+        section_add(section, section_solve(section, a, b, section->level + 2 * M_PI * from), PEND_WAY_DOWN);
 }
 
 /* could the angle reach a section between two looks, as fast as it is at them? */
@@ -106,15 +108,16 @@ static int section_near(const struct pend_section *section, struct section_look 
 static void section_scan(struct pend_section *section, double from, double to) {
     double time[SECTION_LOOKS + 1];
     struct section_look look[SECTION_LOOKS + 1];
-    const struct pend_points points = {.phi = section->phi, .rate = section->rate};
+    const struct pend_points points = {.phi = section->phi, .rate = section->rate, .theta = section->theta};
+    const double *angle = section->theta ? section->theta : section->phi;
     for (int i = 0; i <= SECTION_LOOKS; i++) time[i] = from + (to - from) * i / SECTION_LOOKS;
     time[SECTION_LOOKS] = to;
     pend_method_taylor.at(section->stepper, time, SECTION_LOOKS + 1, &points);
     for (int i = 0; i <= SECTION_LOOKS; i++) {
         size_t place = (size_t)i * (size_t)section->n + (size_t)section->problem.arm;
-        look[i] = (struct section_look){time[i], section->phi[place], section->rate[place]};
+        look[i] = (struct section_look){time[i], angle[place], section->rate[place]};
     }
-    if (from == 0) look[0].phi = section->phi_start;
+    if (from == 0) look[0].phi = section->start;
     for (int i = 0; i < SECTION_LOOKS; i++) {
         if (!section_near(section, look[i], look[i + 1])) continue;
         if (look[i].rate * look[i + 1].rate >= 0) {
@@ -172,10 +175,26 @@ static void section_turn(struct pend_section *section, double memory[]) {
     section->rest = memory, section->rest_low = memory + n;
     section->turns = memory + 2 * n, section->turns_low = memory + 3 * n;
     for (size_t k = 0; k < n; k++) {
-        struct pend_sum turns, rest = pend_turns_rest(section->problem.phi[k], 0, &turns);
+        double low = section->problem.phi_low ? section->problem.phi_low[k] : 0;
+        struct pend_sum turns, rest = pend_turns_rest(section->problem.phi[k], low, &turns);
         section->rest[k] = rest.high, section->rest_low[k] = rest.low;
         section->turns[k] = turns.high, section->turns_low[k] = turns.low;
     }
+}
+
+/* The level of the section and where the arm begins; as angles from hanging where start and section are those of a
+ * small swing that was given by such angles. `theta` has room for the looks at a step. */
+static void section_aim(struct pend_section *section, double theta[]) {
+    const struct pend_section_problem *problem = &section->problem;
+    double level = pend_turns_theta(problem->angle, problem->angle_low), largest = fabs(level), low = 0;
+    for (int k = 0; k < section->n; k++) {
+        largest = fmax(largest, fabs(pend_turns_theta(section->rest[k], section->rest_low[k])));
+        low = fmax(low, fabs(section->rest_low[k]));
+    }
+    int fine = low > 0 && largest <= PEND_TURNS_SMALL, arm = problem->arm;
+    section->theta = fine ? theta : NULL;
+    section->level = fine ? level : problem->angle;
+    section->start = fine ? pend_turns_theta(section->rest[arm], section->rest_low[arm]) : section->rest[arm];
 }
 
 static enum pend_status section_check(const struct pend_section_problem *problem, struct pend_error *error) {
@@ -195,26 +214,27 @@ enum pend_status pend_section_new(struct pend_section **section, const struct pe
     PEND_TRY(pend_run_check_tree(problem->tree, error));
     const struct pend_method *method = &pend_method_taylor;
     size_t n = (size_t)problem->tree->n, looks = SECTION_LOOKS + 1;
-    struct pend_section *made = calloc(1, sizeof *made + 2 * n * (looks + 2) * sizeof(double));
+    struct pend_section *made = calloc(1, sizeof *made + n * (3 * looks + 4) * sizeof(double));
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a section of %zu arms", n);
     made->problem = *problem;
     made->n = problem->tree->n;
     made->phi = (double *)(made + 1);
     made->rate = made->phi + n * looks;
     section_turn(made, made->rate + n * looks);
-    made->phi_start = made->rest[problem->arm];
+    section_aim(made, made->rest + 4 * n);
     const struct pend_problem motion = {.tree = problem->tree,
                                         .gravity = problem->gravity,
                                         .phi = made->rest,
                                         .phi_low = made->rest_low,
                                         .rate = problem->rate,
+                                        .rate_low = problem->rate_low,
                                         .times = {.count = 2, .span = problem->duration, .divisor = 1},
                                         .rtol = problem->rtol > 0 ? problem->rtol : method->rtol_default,
                                         .atol = problem->atol,
                                         .accuracy = problem->accuracy};
     enum pend_status status = method->open(&made->stepper, &motion, error);
     if (status == PEND_OK && motion.accuracy > 0) status = pend_horizon_new(&made->horizon, method, &motion, error);
-    made->problem.phi = made->problem.rate = NULL;
+    made->problem.phi = made->problem.rate = made->problem.phi_low = made->problem.rate_low = NULL;
     if (status == PEND_OK)
         *section = made;
     else

@@ -20,6 +20,9 @@ struct pend_section_problem {
     unsigned ways;
     double rtol, atol; /* as of the taylor method; 0 = its default */
     double accuracy;   /* that pend_section_held goes by, > 0; 0 = nobody asks */
+    /* what rounding to doubles has left of the start, n values each, NULL = nothing; and of the angle, rad */
+    const double *phi_low, *rate_low;
+    double angle_low;
 };
 
 /* A passage. */

@@ -35,6 +35,14 @@ static inline double pend_turns_theta(double phi, double low) {
     return high + (lost + (low + 0x1.1a62633145c07p-54));
 }
 
+/** The angle phi = theta - pi / 2 of an angle from hanging, with what rounding has left of it. */
+static inline struct pend_sum pend_turns_hanging(double theta) {
+    double high = theta - 0x1.921fb54442d18p+0, part = high - theta;
+    double low = (theta - (high - part)) - (0x1.921fb54442d18p+0 + part) - 0x1.1a62633145c07p-54;
+    double sum = high + low;
+    return (struct pend_sum){sum, low - (sum - high)};
+}
+
 /** phi plus whole turns, rounded; phi itself where turns are 0. */
 static inline double pend_turns_add(double phi, double turns_high, double turns_low) {
     return turns_high == 0 ? phi : turns_high + (turns_low + phi);

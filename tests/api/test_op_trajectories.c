@@ -371,6 +371,113 @@ TEST(small_angles_from_hanging_keep_their_digits) {
     test_reply_free(&reply);
 }
 
+/* the largest error of theta over the scale, against scale cos(frequency t), 16 rows */
+static double swing_error(const struct test_reply *reply, int from, double scale, double frequency) {
+    double worst = 0;
+    for (int i = 0; i < 16; i++) {
+        char place[60];
+        snprintf(place, sizeof place, "/theta/%d/0", from + i);
+        double exact = scale * cos(frequency * i / 8.0);
+        worst = fmax(worst, fabs(test_reply_number(reply, place) - exact) / fabs(scale));
+    }
+    return worst;
+}
+
+#define ONE_ARM "\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]}"
+#define SWING_ROWS                                                                                                     \
+    "\"times\":{\"stop\":1.875,\"step\":0.125},\"observables\":[\"trajectory\"],\"output\":[\"theta\",\"thetad\"]"
+
+/* the same of members, however their start is given */
+TEST(small_angles_of_members_keep_their_digits) {
+    static const char *const ways[] = {
+        "\"states\":[{\"theta\":[1e-12]},{\"theta\":[2e-12]}]",
+        "\"states\":[{\"mode\":1,\"amplitude\":1e-12},{\"mode\":1,\"amplitude\":2e-12}]",
+        "\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":1e-12,\"stop\":2e-12,\"count\":2}]"};
+    const double frequency = sqrt(9.81);
+    for (size_t w = 0; w < sizeof ways / sizeof *ways; w++) {
+        char body[500];
+        snprintf(body, sizeof body, "{" ONE_ARM ",%s," SWING_ROWS "}", ways[w]);
+        struct test_reply reply = test_post(API_OP_ENSEMBLES, body);
+        CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+        for (int member = 0; member < 2; member++) {
+            double error = swing_error(&reply, 16 * member, (1 + member) * 1e-12, frequency);
+            CHECK_SAYING(error <= 2e-12, "%s, member %d: off by %g of the swing", ways[w], member, error);
+        }
+        test_reply_free(&reply);
+    }
+    struct test_reply reply = test_post(API_OP_ENSEMBLES, "{" ONE_ARM ",\"states\":[{\"theta\":[1e-12]}],"
+                                                          "\"duration\":1,\"observables\":[\"final\"]}");
+    double rate = test_reply_number(&reply, "/final/phid/0/0"), exact = -1e-12 * frequency * sin(frequency);
+    CHECK_SAYING(fabs(rate - exact) <= 1e-11 * fabs(exact), "%.17g beside %.17g", rate, exact);
+    test_reply_free(&reply);
+}
+
+/* a swing of 1e-12 rad passes its lowest point every half a period, and half its height in between */
+TEST(small_swings_pass_a_section_in_time) {
+    const double half = M_PI / sqrt(9.81);
+    struct test_reply reply = test_post(API_OP_SECTIONS, "{" ONE_ARM ",\"initial\":{\"theta\":[1e-12]},\"duration\":10,"
+                                                         "\"section\":{\"arm\":1,\"theta\":0,\"direction\":\"both\"}}");
+    CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+    CHECK_INT(test_reply_count(&reply, "/t"), 10);
+    for (int i = 0; i < 10; i++) {
+        char place[20];
+        snprintf(place, sizeof place, "/t/%d", i);
+        double t = test_reply_number(&reply, place);
+        CHECK_SAYING(fabs(t - (i + 0.5) * half) < 1e-11, "passage %d at %.17g", i, t);
+    }
+    test_reply_free(&reply);
+    reply = test_post(API_OP_SECTIONS, "{" ONE_ARM ",\"initial\":{\"theta\":[1e-12]},\"duration\":1,"
+                                       "\"section\":{\"arm\":1,\"theta\":5e-13,\"direction\":\"both\"}}");
+    double t = test_reply_number(&reply, "/t/0");
+    CHECK_SAYING(fabs(t - half / 3) < 1e-11, "half its height at %.17g", t);
+    test_reply_free(&reply);
+}
+
+/* forces of a list of states have the digits that those of each alone have */
+TEST(small_angles_of_many_states_keep_their_digits) {
+    struct test_reply reply = test_post(API_OP_FORCES, "{" ONE_ARM ",\"states\":[{\"theta\":[1e-12]},{\"theta\":[1]},"
+                                                       "{\"theta\":[-3e-12]},{\"theta\":[1e17],\"unit\":\"rad\"}]}");
+    double first = test_reply_number(&reply, "/phidd/0/0"), third = test_reply_number(&reply, "/phidd/2/0");
+    CHECK_SAYING(fabs(first + 9.81e-12) < 1e-25, "%.17g", first);
+    CHECK_SAYING(fabs(third - 3 * 9.81e-12) < 3e-25, "%.17g", third);
+    double second = test_reply_number(&reply, "/phidd/1/0"), fourth = test_reply_number(&reply, "/phidd/3/0");
+    CHECK(fabs(second + 9.81 * sin(1)) < 1e-14);
+    CHECK_SAYING(fabs(fourth + 9.81 * sin(1e17)) < 1e-14, "%.17g beside %.17g", fourth, -9.81 * sin(1e17));
+    test_reply_free(&reply);
+}
+
+/* degrees make angles of many turns that a double does not hold: what it leaves counts wherever a motion starts */
+TEST(huge_angles_in_degrees_are_exact_wherever_a_motion_starts) {
+    const char *const starts[] = {"{\"theta\":[999999999999990],\"unit\":\"deg\"}",
+                                  "{\"theta\":[270],\"unit\":\"deg\"}"};
+    double rate[2], t[2], exponent[2], acc[2];
+    for (int i = 0; i < 2; i++) {
+        char body[500];
+        snprintf(body, sizeof body, "{" ONE_ARM ",\"states\":[%s],\"duration\":1,\"observables\":[\"final\"]}",
+                 starts[i]);
+        struct test_reply reply = test_post(API_OP_ENSEMBLES, body);
+        rate[i] = test_reply_number(&reply, "/final/phid/0/0");
+        test_reply_free(&reply);
+        snprintf(body, sizeof body, "{" ONE_ARM ",\"states\":[%s]}", starts[i]);
+        reply = test_post(API_OP_FORCES, body);
+        acc[i] = test_reply_number(&reply, "/phidd/0/0");
+        test_reply_free(&reply);
+        snprintf(body, sizeof body, "{" ONE_ARM ",\"initial\":%s,\"duration\":3,\"section\":{\"arm\":1,\"theta\":0}}",
+                 starts[i]);
+        reply = test_post(API_OP_SECTIONS, body);
+        t[i] = test_reply_number(&reply, "/t/0");
+        test_reply_free(&reply);
+        snprintf(body, sizeof body, "{" ONE_ARM ",\"initial\":%s,\"duration\":10,\"count\":1}", starts[i]);
+        reply = test_post(API_OP_LYAPUNOV, body);
+        exponent[i] = test_reply_number(&reply, "/exponents/0/0");
+        test_reply_free(&reply);
+    }
+    CHECK_SAYING(fabs(rate[0] - rate[1]) < 1e-11, "%.17g beside %.17g", rate[0], rate[1]);
+    CHECK_SAYING(fabs(acc[0] - acc[1]) < 1e-13, "%.17g beside %.17g", acc[0], acc[1]);
+    CHECK_SAYING(fabs(t[0] - t[1]) < 1e-11, "%.17g beside %.17g", t[0], t[1]);
+    CHECK_SAYING(fabs(exponent[0] - exponent[1]) < 1e-7, "%.17g beside %.17g", exponent[0], exponent[1]);
+}
+
 /* the state after 20 s to all digits of a double, and a horizon that reaches that far */
 TEST(quad_precision_is_served_with_its_horizon) {
     struct test_reply reply = test_post(

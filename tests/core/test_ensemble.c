@@ -89,7 +89,7 @@ static int crowd_run(const struct pend_ensemble_problem *problem, enum pend_isa 
 static void crowd_single(struct crowd *crowd, long i, double duration, double phi[], double rate[]) {
     double start[2][ARMS_MAX], length[ARMS_MAX], mass[ARMS_MAX], reached = 0;
     int n = crowd->tree->n, parent[ARMS_MAX];
-    struct pend_member member = {start[0], start[1], length, mass, 9.81};
+    struct pend_member member = {.phi = start[0], .rate = start[1], .length = length, .mass = mass, .gravity = 9.81};
     memcpy(length, crowd->tree->len, (size_t)n * sizeof(double));
     memcpy(mass, crowd->tree->mass, (size_t)n * sizeof(double));
     memcpy(parent, crowd->tree->parent, (size_t)n * sizeof(int));
@@ -341,8 +341,9 @@ static int notes_deliver(void *context, long i, const struct pend_outcome *outco
 }
 
 static void notes_rows(void *context, long i, long first, int count, const double phi[], const double rate[],
-                       const double force[]) {
+                       const double force[], const double theta[]) {
     struct notes *notes = context;
+    (void)theta;
     for (int row = 0; row < count; row++) {
         for (int k = 0; k < notes->n; k++) {
             notes->phi[i][first + row][k] = phi[row * notes->n + k];
@@ -358,7 +359,8 @@ static void notes_rows(void *context, long i, long first, int count, const doubl
 static int notes_samples(struct crowd *crowd, long i, double duration, int count, double phi[], double rate[],
                          double force[]) {
     double start[4][ARMS_MAX], *t = malloc((size_t)count * sizeof(double));
-    struct pend_member member = {start[0], start[1], start[2], start[3], 9.81};
+    struct pend_member member = {
+        .phi = start[0], .rate = start[1], .length = start[2], .mass = start[3], .gravity = 9.81};
     memcpy(start[2], crowd->tree->len, (size_t)crowd->tree->n * sizeof(double));
     memcpy(start[3], crowd->tree->mass, (size_t)crowd->tree->n * sizeof(double));
     crowd_fetch(crowd, i, &member);

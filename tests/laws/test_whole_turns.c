@@ -120,8 +120,8 @@ static int crowd_deliver(void *context, long i, const struct pend_outcome *outco
 }
 
 static void crowd_rows(void *context, long i, long first, int count, const double phi[], const double rate[],
-                       const double force[]) {
-    (void)rate, (void)force, (void)first, (void)count;
+                       const double force[], const double theta[]) {
+    (void)rate, (void)force, (void)theta, (void)first, (void)count;
     memcpy(((struct crowd *)context)->row[i], phi, sizeof(double[ARMS]));
 }
 
