@@ -91,7 +91,9 @@ static enum srv_stored schema_read(struct srv_sql *sql, int64_t *version) {
     struct srv_row_wholes row = {.count = 1};
     SRV_STORED_TRY(sql->driver->run(sql, -1, "SELECT version FROM pendulumd", NULL, 0, srv_row_wholes, &row));
     *version = row.rows ? row.whole[0] : -1;
-    return SRV_STORED;
+    if (!row.flawed) return SRV_STORED;
+    srv_sql_complain(sql, "the version of its tables, in the table pendulumd, is damaged");
+    return SRV_STORED_BROKEN;
 }
 
 static enum srv_stored schema_version(struct srv_sql *sql, int64_t *version) {
@@ -121,10 +123,14 @@ static enum srv_stored schema_migrate(struct srv_sql *sql, int64_t *version) {
     if (stored == SRV_STORED) stored = sql->driver->run(sql, -1, "COMMIT", NULL, 0, NULL, NULL);
     if (stored == SRV_STORED) return SRV_STORED;
     // what went wrong is what is told, not that nothing was left to roll back
-    char complaint[SRV_SQL_COMPLAINT];
+    char complaint[SRV_SQL_COMPLAINT], text[2 * SRV_SQL_COMPLAINT];
     memcpy(complaint, sql->complaint, sizeof complaint);
     sql->driver->run(sql, -1, "ROLLBACK", NULL, 0, NULL, NULL);
     memcpy(sql->complaint, complaint, sizeof complaint);
+    if (stored != SRV_STORED_BROKEN) return stored;
+    snprintf(text, sizeof text, "tables that say they are of version %lld cannot be brought to version %d: %s",
+             (long long)*version, SRV_SCHEMA, complaint);
+    srv_sql_complain(sql, text);
     return stored;
 }
 

@@ -60,9 +60,10 @@
               "CAST(COALESCE(SUM(successful), 0) AS BIGINT), CAST(COALESCE(SUM(failed), 0) AS BIGINT), "               \
               "CAST(COALESCE(SUM(dismissed), 0) AS BIGINT), CAST(COALESCE(SUM(waiting), 0) AS BIGINT), "               \
               "CAST(COALESCE(SUM(bytes), 0) AS BIGINT), CAST(COALESCE(SUM(scenes), 0) AS BIGINT), "                    \
-              "CAST(COALESCE(SUM(scene_bytes), 0) AS BIGINT) FROM totals WHERE accepted " BOUNDED                      \
-              " AND running " BOUNDED " AND successful " BOUNDED " AND failed " BOUNDED " AND dismissed " BOUNDED      \
-              " AND waiting " BOUNDED " AND bytes " BOUNDED " AND scenes " BOUNDED " AND scene_bytes " BOUNDED)        \
+              "CAST(COALESCE(SUM(scene_bytes), 0) AS BIGINT), (SELECT COUNT(*) FROM totals), COUNT(*) FROM totals "    \
+              "WHERE accepted " BOUNDED " AND running " BOUNDED " AND successful " BOUNDED " AND failed " BOUNDED      \
+              " AND dismissed " BOUNDED " AND waiting " BOUNDED " AND bytes " BOUNDED " AND scenes " BOUNDED           \
+              " AND scene_bytes " BOUNDED)                                                                             \
     X(TOTALS_CLEAR, "DELETE FROM totals")                                                                              \
     X(TOTALS_RECOUNT,                                                                                                  \
       "INSERT INTO totals (place, accepted, running, successful, failed, dismissed, waiting, bytes, scenes, "          \

@@ -66,22 +66,45 @@ enum srv_stored srv_tally_look(struct srv_tally *tally, struct srv_sql *sql, con
     return SRV_STORED;
 }
 
+enum { TALLY_SUMS = SRV_JOB_STATES + 4 };
+
+/* The totals of all places. */
+struct tally_row {
+    struct srv_store_figures figures;
+    int flawed; /* a sum is less than nothing, a row holds what cannot be added, or there is none at all */
+};
+
 static enum srv_stored tally_row(void *context, const struct srv_value field[]) {
-    struct srv_store_figures *figures = context;
+    struct tally_row *row = context;
+    struct srv_store_figures *figures = &row->figures;
     for (int i = 0; i < SRV_JOB_STATES; i++) figures->jobs[i] = (long)field[i].whole;
     figures->shards = (long)field[SRV_JOB_STATES].whole;
     figures->bytes = field[SRV_JOB_STATES + 1].whole;
     figures->scenes = (long)field[SRV_JOB_STATES + 2].whole;
     figures->scene_bytes = field[SRV_JOB_STATES + 3].whole;
+    row->flawed = !field[TALLY_SUMS].whole || field[TALLY_SUMS].whole != field[TALLY_SUMS + 1].whole;
+    for (int i = 0; i < TALLY_SUMS; i++) row->flawed |= field[i].whole < 0;
+    return SRV_STORED;
+}
+
+/* reads the totals of before this transaction; those that cannot have been counted are counted anew, with what this
+ * transaction has changed so far */
+static enum srv_stored tally_read(struct srv_tally *tally, struct srv_sql *sql) {
+    struct tally_row row = {.flawed = 0};
+    SRV_STORED_TRY(tally_run(sql, SQL_TOTALS, NULL, 0, tally_row, &row));
+    if (row.flawed) {
+        SRV_STORED_TRY(tally_run(sql, SQL_TOTALS_CLEAR, NULL, 0, NULL, NULL));
+        SRV_STORED_TRY(tally_run(sql, SQL_TOTALS_RECOUNT, NULL, 0, NULL, NULL));
+        tally->change = (struct srv_store_figures){0};
+        SRV_STORED_TRY(tally_run(sql, SQL_TOTALS, NULL, 0, tally_row, &row));
+    }
+    tally->were = row.figures;
+    tally->known = 1;
     return SRV_STORED;
 }
 
 enum srv_stored srv_tally_totals(struct srv_tally *tally, struct srv_sql *sql, struct srv_store_figures *figures) {
-    if (!tally->known) {
-        tally->were = (struct srv_store_figures){0};
-        SRV_STORED_TRY(tally_run(sql, SQL_TOTALS, NULL, 0, tally_row, &tally->were));
-    }
-    tally->known = 1;
+    if (!tally->known) SRV_STORED_TRY(tally_read(tally, sql));
     *figures = tally->were;
     for (int i = 0; i < SRV_JOB_STATES; i++) figures->jobs[i] += tally->change.jobs[i];
     figures->shards += tally->change.shards;

@@ -55,7 +55,8 @@ enum srv_stored srv_tally_count_anew(struct srv_sql *sql, const char *name);
 enum srv_stored srv_tally_look(struct srv_tally *tally, struct srv_sql *sql, const char *name,
                                struct srv_tally_client **client);
 
-/** Reads all totals: those of before, and of this transaction. */
+/** Reads all totals: those of before, and of this transaction. Totals that cannot have been counted are counted anew,
+ * O(all that is kept). */
 enum srv_stored srv_tally_totals(struct srv_tally *tally, struct srv_sql *sql, struct srv_store_figures *figures);
 
 /**
