@@ -175,9 +175,11 @@ static double symplectic_iterate(const struct symplectic_system *system, const s
  * the same side makes the energy drift (Hairer, McLachlan, Razakarivony 2008). */
 static int symplectic_converge(struct symplectic_system *system, const struct symplectic_lanes *s,
                                const struct symplectic_state *from, num weight) {
-    enum { ITERATIONS = 100 };
+    enum { ITERATIONS = 100, WINDOW = 8 };
     // the momentum of an arm is a sum over all that hangs on it, and is rounded as such
     double last = INFINITY, size = 0, near = 1e-12 * (system->n > 8 ? system->n / 8.0 : 1);
+    // in a chain of thousands of arms rounding keeps stages from coming as near, and they only stop coming nearer
+    double noise = fmin(1e-6, 4e-15 * system->n * system->n), least = INFINITY, earlier = INFINITY;
     for (int i = 0; i < ITERATIONS; i++) {
         double change = symplectic_iterate(system, s, from, weight);
         system->iterations++;
@@ -187,7 +189,10 @@ static int symplectic_converge(struct symplectic_system *system, const struct sy
             for (int k = 0; k < system->n; k++)
                 for (int j = 0; j < WIDTH; j++) size = fmax(size, fabs(s->turn[k][j]));
         size = fmax(size, change);
-        if (change == 0 || (change >= last && change <= near * size)) {
+        least = fmin(least, change);
+        int over = i % WINDOW == WINDOW - 1, still = over && least > 0.7 * earlier && least <= noise * size;
+        if (over) earlier = least, least = INFINITY;
+        if (change == 0 || still || (change >= last && change <= near * size)) {
             symplectic_iterate(system, s, from, weight);
             system->iterations++;
             return 1;

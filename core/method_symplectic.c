@@ -202,19 +202,25 @@ static enum pend_status symplectic_open(void **stepper, const struct pend_proble
 
 /* ---- steps */
 
-/* A step of the method's own choice whose stages do not converge, in equal parts whose do: each is symplectic, and so
- * is the whole. The lanes hold no guess then. */
+/* A step of the method's own choice is divided into so many parts at most; of a step that the caller chose only the
+ * first part is tried, down to so small ones. */
+enum { PARTS_OWN = 256, PARTS_TOLD = 1 << 30 };
+
+/* A step whose stages do not converge, in equal parts whose stages do: each part is symplectic, and so is the whole.
+ * Returns what the kernel's step returned for the last part; `used` becomes the number of parts. The lanes hold no
+ * guess afterwards. */
 static int symplectic_divide(struct symplectic *s, const struct symplectic_state *begin,
-                             const struct symplectic_state *end) {
-    enum { PARTS_MOST = 16 };
+                             const struct symplectic_state *end, int *used) {
     double whole = s->length;
+    int most = s->own ? PARTS_OWN : PARTS_TOLD;
     size_t row = pend_jets_stride(s->tree->n) * sizeof(double);
     int good = 0;
-    for (int parts = 2; parts <= PARTS_MOST && !good; parts *= 2) {
+    for (int parts = 2; parts < most && !good; parts *= 2) {
+        *used = parts;
         symplectic_take(s, whole / parts);
         s->kernel->load(&s->system, s->tree->len, s->tree->mass);
         good = s->kernel->step(&s->system, begin, end);
-        for (int i = 1; i < parts && good > 0; i++) {
+        for (int i = 1; i < parts && good > 0 && s->own; i++) {
             const double *from[] = {end->phi, end->phi_low, end->p, end->p_low};
             double *to[] = {s->spare.phi, s->spare.phi_low, s->spare.p, s->spare.p_low};
             for (int j = 0; j < 4; j++) memcpy(to[j], from[j], row);
@@ -235,15 +241,21 @@ static enum pend_status symplectic_step(void *stepper, double limit, double *rea
     s->time = (double)s->counts.steps * s->length;
     long before = s->system.iterations;
     int good = s->kernel->step(&s->system, &begin->state, &end->state);
-    if (!good && s->own) good = symplectic_divide(s, &begin->state, &end->state);
+    int parts = 1, divided = good ? good : symplectic_divide(s, &begin->state, &end->state, &parts);
+    if (s->own) good = divided;
     s->counts.evaluations += GAUSS_STAGES * (s->system.iterations - before);
     if (good < 0)
         return pend_fail(error, PEND_NOT_FINITE, -1, s->time, "the motion ceased to be finite in a step of %.6g s",
                          fabs(s->length));
+    if (!good && divided > 0)
+        return pend_fail(error, PEND_STEP_TOO_SMALL, -1, s->time,
+                         "a step of %.6g s is too long for how fast the motion is here: here %.3g s would do",
+                         fabs(s->length), fabs(s->length) / parts);
     if (!good)
         return pend_fail(error, PEND_STEP_TOO_SMALL, -1, s->time,
-                         "a step of %.6g s is too long for how fast the motion is here: ask for a shorter one",
-                         fabs(s->length));
+                         "the stages of a step of %.6g s do not converge, nor those of its %dth part: ask for a far "
+                         "shorter one, or for method taylor",
+                         fabs(s->length), parts);
     s->counts.steps++;
     *reached = (double)s->counts.steps * s->length;
     if (*reached == s->time)

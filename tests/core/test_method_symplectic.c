@@ -331,6 +331,14 @@ TEST(symplectic_says_when_its_step_is_too_long) {
     test_record(&record, "symplectic", &problem);
     CHECK_INT(record.status, PEND_STEP_TOO_SMALL);
     CHECK_SAYING(strstr(record.error.text, "a step of 5 s is too long"), "%s", record.error.text);
+    // the step that is named does
+    const char *named = strstr(record.error.text, "here: here ");
+    REQUIRE(named);
+    problem.step = strtod(named + strlen("here: here "), NULL);
+    problem.times = (struct pend_times){.count = 2, .span = problem.step, .divisor = 1};
+    test_record_clear(&record);
+    test_record(&record, "symplectic", &problem);
+    CHECK_SAYING(problem.step > 0.01 && record.status == PEND_OK, "%g s: %s", problem.step, record.error.text);
     test_record_clear(&record);
     test_tree_clear(&t);
 }
@@ -406,4 +414,22 @@ TEST(symplectic_chooses_a_step_that_works_for_long_chains) {
         test_record_clear(&record);
         test_tree_clear(&t);
     }
+}
+
+/* rounding keeps the stages of chains of thousands of arms a few hundred millionths apart: that is as near as they come,
+ * and no step is refused or divided for it */
+TEST(symplectic_chooses_a_step_that_works_for_chains_of_thousands) {
+    unsigned long long seed = 4;
+    struct test_tree t;
+    struct test_record record;
+    test_tree_random(&t, TEST_TREE_CHAIN, 5000, 0.3, &seed);
+    struct pend_problem problem = {.tree = t.tree, .gravity = 9.81, .phi = t.phi, .rate = t.rate};
+    problem.times = (struct pend_times){.count = 2, .span = 0.004, .divisor = 1};
+    test_record(&record, "symplectic", &problem);
+    CHECK_SAYING(record.status == PEND_OK, "%s", record.error.text);
+    CHECK_SAYING(record.stats.energy_drift < 1e-10, "%g", record.stats.energy_drift);
+    CHECK_SAYING(record.stats.steps < 50 && record.stats.evaluations < 8000, "%ld steps, %ld evaluations",
+                 record.stats.steps, record.stats.evaluations);
+    test_record_clear(&record);
+    test_tree_clear(&t);
 }
