@@ -12,10 +12,8 @@
 enum horizon_way { HORIZON_SERIES, HORIZON_ANEW, HORIZON_EXTENDED, HORIZON_LINEAR };
 
 enum {
-    HORIZON_ORDER = 5,       /* of the neighbour's series: its part of a step need be known to a few percent only */
-    HORIZON_ANEW_ORDER = 30, /* of a step that is solved anew */
-    HORIZON_FITTED = 6,      /* terms at the end of a series, which tell how it goes on */
-    HORIZON_FORETOLD = 6,    /* terms that are taken from that */
+    HORIZON_ORDER = JETS_SPREAD, /* of the neighbour's series: its part of a step need be known to a few percent only */
+    HORIZON_ANEW_ORDER = 30,     /* of a step that is solved anew */
     HORIZON_STATES = 12,
     HORIZON_ROWS = 2 + HORIZON_STATES
 };
@@ -38,7 +36,8 @@ struct pend_horizon {
     double settled;            /* s, relative: the last instant up to which steps were solved anew */
     double reach, unit;        /* s, > 0, of the last series that did so: how far it would have served, its unit */
     double *phi, *rate;        /* the error, rad and rad/s */
-    struct jets_state near;    /* the neighbour */
+    double *left_rate, *left_phi; /* what a step leaves out, in the order of seats */
+    struct jets_state near;       /* the neighbour */
     struct jets_state begin, end; /* of a step that is solved anew */
     struct pend_jets jets, anew;
 };
@@ -97,10 +96,11 @@ enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pe
     const struct pend_tree *tree = problem->tree;
     enum horizon_way way = horizon_way(method);
     size_t stride = pend_jets_stride(tree->n), head = (sizeof **horizon + 63) / 64 * 64;
-    size_t rows = HORIZON_ROWS * stride * sizeof(double);
-    size_t series = way == HORIZON_LINEAR ? 0 : pend_jets_bytes(tree, HORIZON_ORDER);
-    size_t anew = way == HORIZON_ANEW || way == HORIZON_EXTENDED ? pend_jets_bytes(tree, HORIZON_ANEW_ORDER) : 0;
-    char *block = aligned_alloc(64, head + rows + series + anew);
+    size_t rows = (HORIZON_ROWS * stride + 2 * pend_jets_seats(tree)) * sizeof(double);
+    int own = way == HORIZON_ANEW || way == HORIZON_EXTENDED;
+    size_t answers = pend_jets_answers_bytes(tree), anew = own ? pend_jets_bytes(tree, HORIZON_ANEW_ORDER) : 0;
+    size_t series = way == HORIZON_LINEAR || answers ? 0 : pend_jets_bytes(tree, HORIZON_ORDER);
+    char *block = aligned_alloc(64, head + rows + series + anew + answers), *behind = block + head + rows;
     *horizon = (struct pend_horizon *)block;
     if (!block) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a neighbour of %d arms", tree->n);
     memset(block, 0, head + rows);
@@ -114,10 +114,13 @@ enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pe
     made->target = fmax(method->flags & PEND_METHOD_TOLERANCES ? problem->rtol / 100 : 0,
                         method == &pend_method_taylor_quad ? 0x1p-200 : 0x1p-106);
     horizon_view(made, (double *)(block + head), stride);
+    made->left_rate = (double *)behind - 2 * pend_jets_seats(tree);
+    made->left_phi = made->left_rate + pend_jets_seats(tree);
     horizon_start(made, problem);
     if (way == HORIZON_LINEAR) horizon_linear(made, problem);
-    if (series) pend_jets_init(&made->jets, tree, HORIZON_ORDER, block + head + rows);
-    if (anew) pend_jets_init(&made->anew, tree, HORIZON_ANEW_ORDER, block + head + rows + series);
+    if (series) pend_jets_init(&made->jets, tree, HORIZON_ORDER, behind);
+    if (own) pend_jets_init(&made->anew, tree, HORIZON_ANEW_ORDER, behind + series);
+    if (own && answers) pend_jets_answers(&made->anew, behind + series + anew);
     return PEND_OK;
 }
 
@@ -127,6 +130,9 @@ void pend_horizon_free(struct pend_horizon **horizon) {
 }
 
 /* ---- how errors spread */
+
+/* the larger of two; of what is no number, either */
+static double horizon_larger(double x, double y) { return x > y ? x : y; }
 
 /* puts x + d into a sum of two doubles */
 static void horizon_add(double x, double low, double d, double *sum, double *rest) {
@@ -151,17 +157,17 @@ static double horizon_displace(struct pend_horizon *horizon, const struct jets_s
 
 /* the largest error of angles and rates over what is allowed */
 static double horizon_ratio(struct pend_horizon *horizon, const double rate[]) {
-    double angle = 0, speed = 0, sum = 0;
+    double angle = 0, speed = 0, sum = 0, fastest = horizon->fastest;
     for (int k = 0; k < horizon->problem.tree->n; k++) {
-        sum += fabs(horizon->phi[k]) + fabs(horizon->rate[k]);
-        horizon->fastest = fmax(horizon->fastest, fabs(rate[k]));
-        angle = fmax(angle, fabs(horizon->phi[k]));
-        speed = fmax(speed, fabs(horizon->rate[k]));
+        double turned = fabs(horizon->phi[k]), faster = fabs(horizon->rate[k]);
+        sum += turned + faster;
+        fastest = horizon_larger(fabs(rate[k]), fastest);
+        angle = horizon_larger(turned, angle);
+        speed = horizon_larger(faster, speed);
     }
+    horizon->fastest = fastest;
     if (!isfinite(sum)) return INFINITY;
-    double ratio = angle * horizon->grade;
-    if (horizon->fastest > 0) ratio = fmax(ratio, speed * horizon->grade / horizon->fastest);
-    return ratio;
+    return horizon->grade * horizon_larger(angle, fastest > 0 ? speed / fastest : 0);
 }
 
 /* notes the error at an instant; where it is too large, the accuracy was lost since the one before, as a power of
@@ -199,29 +205,40 @@ static double horizon_spread(struct pend_horizon *horizon, const struct pend_jet
     return force * share * (inverse * inverse);
 }
 
-/* the motion's own part of that, where there is no error to spread yet */
+/* the motion's own part of that */
 static void horizon_look(struct pend_horizon *horizon, const struct pend_jets *series, double unit) {
     double inverse = 1 / unit;
     for (int k = 0; k < horizon->problem.tree->n; k++) {
         double force = fabs(series->force[pend_jets_place(series, k, 0)]) * (inverse * inverse);
-        horizon->strongest = fmax(horizon->strongest, force);
+        horizon->strongest = horizon_larger(force, horizon->strongest);
     }
+}
+
+/* The error at the end of a step from that at its start, as the motion's own series has it, else a neighbour; returns
+ * by how much forces are off at the start, N. */
+static double horizon_carry(struct pend_horizon *horizon, const struct pend_jets *series, double unit, double x,
+                            const struct jets_state *from) {
+    if (!pend_jets_spreads(series)) {
+        double scale = horizon_displace(horizon, from, x * unit);
+        if (scale > 0) return horizon_spread(horizon, series, unit, x, scale);
+        horizon_look(horizon, series, unit);
+        return 0;
+    }
+    horizon_look(horizon, series, unit);
+    return pend_jets_spread(series, horizon->problem.gravity, x, unit, horizon->phi, horizon->rate);
 }
 
 /* from the start of a step to its end; the error at the start is looked at on the way, once its forces are known.
  * Returns the part of the forces in it */
 static double horizon_pass(struct pend_horizon *horizon, const struct pend_jets *series, double unit, double x,
                            const struct jets_state *from, double time) {
-    double scale = horizon_displace(horizon, from, x * unit), ratio = horizon_ratio(horizon, from->rate), part = 0;
-    if (scale > 0) {
-        double force = horizon_spread(horizon, series, unit, x, scale);
-        if (horizon->strongest > 0) part = force * horizon->grade / horizon->strongest;
-    } else
-        horizon_look(horizon, series, unit);
-    horizon_note(horizon, time, fmax(part, ratio));
+    double ratio = horizon_ratio(horizon, from->rate), part = 0;
+    double force = horizon_carry(horizon, series, unit, x, from);
+    if (horizon->strongest > 0) part = force * horizon->grade / horizon->strongest;
+    horizon_note(horizon, time, horizon_larger(part, ratio));
     if (horizon->lost) return 0;
     horizon->time = time;
-    horizon->ratio = fmax(part, ratio);
+    horizon->ratio = horizon_larger(part, ratio);
     return ratio > 0 ? part / ratio : 0;
 }
 
@@ -230,66 +247,22 @@ static double horizon_pass(struct pend_horizon *horizon, const struct pend_jets 
 /* |a| more of an error, on the side where it is already */
 static void horizon_more(double *error, double a) { *error += copysign(a, *error); }
 
-/* the last terms of a step's series */
-struct horizon_left {
-    int n, from; /* from: the order of the first of them */
-    const struct pend_jets *jets;
-    double power[HORIZON_FITTED];                    /* of x */
-    double share[HORIZON_FITTED + HORIZON_FORETOLD]; /* 1 / (order + 1) */
-};
-
-static void horizon_terms(const struct horizon_left *left, int k, double term[]) {
-    const double *rate = left->jets->rate + pend_jets_place(left->jets, k, left->from);
-    for (int i = 0; i < HORIZON_FITTED; i++) term[i] = rate[(size_t)i * PEND_JETS_PAD] * left->power[i];
-}
-
-/* How the last terms of a series go on: every arm has its nearest singularities from the same pair in the complex
- * plane, so that a term is `one` times the one before it and `two` times the one before that. The least squares of the
- * last terms of all arms, in powers of x. */
-static void horizon_recurrence(const struct horizon_left *left, double *one, double *two) {
-    double aa = 0, ab = 0, bb = 0, ac = 0, bc = 0;
-    for (int k = 0; k < left->n; k++) {
-        double term[HORIZON_FITTED];
-        horizon_terms(left, k, term);
-        for (int i = 2; i < HORIZON_FITTED; i++) {
-            double a = term[i - 1], b = term[i - 2], c = term[i];
-            aa += a * a, ab += a * b, bb += b * b, ac += a * c, bc += b * c;
-        }
-    }
-    double d = aa * bb - ab * ab;
-    int good = d > 1e-6 * aa * bb;
-    *one = good ? (ac * bb - bc * ab) / d : 0;
-    *two = good ? (bc * aa - ac * ab) / d : 0;
-}
-
 /* of a step of a power series: the terms that were left out, and rounding */
 static void horizon_series_error(struct pend_horizon *horizon, const struct pend_series *step, double x) {
     const struct pend_tree *tree = horizon->problem.tree;
     const struct pend_jets *jets = step->jets;
-    struct horizon_left left = {
-        .n = tree->n, .jets = jets, .from = step->order + PEND_SERIES_BEYOND + 1 - HORIZON_FITTED};
-    double length = fabs(x * step->unit), inverse = 1 / step->unit, one, two, most = 0;
-    left.power[0] = pow(x, left.from);
-    for (int i = 1; i < HORIZON_FITTED; i++) left.power[i] = left.power[i - 1] * x;
-    for (int i = 0; i < HORIZON_FITTED + HORIZON_FORETOLD; i++) left.share[i] = 1.0 / (left.from + i + 1);
-    horizon_recurrence(&left, &one, &two);
+    double length = fabs(x * step->unit), inverse = 1 / step->unit, most = 0, turn = fabs(x) * HORIZON_ROUNDING;
+    pend_jets_left(jets, step->order, PEND_SERIES_BEYOND, x, horizon->left_rate, horizon->left_phi);
     for (int k = 0; k < tree->n; k++)
-        most = fmax(most, tree->len[k] * fabs(jets->rate[pend_jets_place(jets, k, 1)] * x * inverse));
+        most = horizon_larger(most, tree->len[k] * fabs(jets->rate[pend_jets_place(jets, k, 1)]));
+    most *= turn * fabs(inverse);
     for (int k = 0; k < tree->n; k++) {
-        double push = most / tree->len[k] * HORIZON_ROUNDING, term[HORIZON_FITTED + HORIZON_FORETOLD], rate = 0,
-               phi = 0;
-        horizon_terms(&left, k, term);
-        for (int i = HORIZON_FITTED; i < HORIZON_FITTED + HORIZON_FORETOLD; i++)
-            term[i] = one * term[i - 1] + two * term[i - 2];
-        for (int i = HORIZON_FITTED - PEND_SERIES_BEYOND; i < HORIZON_FITTED + HORIZON_FORETOLD; i++) {
-            rate += term[i];
-            phi += term[i] * left.share[i];
-        }
-        horizon->rate[k] -= rate * inverse;
-        horizon->phi[k] -= phi * x;
+        int seat = pend_jets_seat(jets, k);
+        double push = most * jets->system.inv_len[k];
+        horizon->rate[k] -= horizon->left_rate[seat] * inverse;
+        horizon->phi[k] -= horizon->left_phi[seat] * x;
         horizon_more(&horizon->rate[k], push);
-        horizon_more(&horizon->phi[k],
-                     push / 2 * length + fabs(jets->rate[pend_jets_place(jets, k, 0)] * x) * HORIZON_ROUNDING);
+        horizon_more(&horizon->phi[k], push / 2 * length + fabs(jets->rate[pend_jets_place(jets, k, 0)]) * turn);
     }
 }
 
@@ -298,7 +271,7 @@ static void horizon_series_step(struct pend_horizon *horizon, const struct pend_
     double part = horizon_pass(horizon, step->jets, step->unit, x, step->begin, step->time);
     if (horizon->lost) return;
     horizon_series_error(horizon, step, x);
-    horizon_note(horizon, step->reached, horizon_ratio(horizon, rate) * fmax(1, part));
+    horizon_note(horizon, step->reached, horizon_ratio(horizon, rate) * horizon_larger(1, part));
 }
 
 /* expands about the start of a step that is solved anew; returns how far the series serves, in units */
@@ -359,7 +332,7 @@ static void horizon_anew(struct pend_horizon *horizon, double reached, const dou
     memset(begin->phi_low, 0, bytes);
     memset(begin->rate_low, 0, bytes);
     horizon->settled = reached;
-    horizon_note(horizon, reached, horizon_ratio(horizon, rate) * fmax(1, part));
+    horizon_note(horizon, reached, horizon_ratio(horizon, rate) * horizon_larger(1, part));
 }
 
 void pend_horizon_step(struct pend_horizon *horizon, const void *stepper, double reached, const double phi[],

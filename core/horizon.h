@@ -1,5 +1,5 @@
-/* How far an answer's digits reach: the error of a computed motion, estimated while it is computed. A neighbour at a
- * small distance shows how errors spread, and every step's own error is added to it.
+/* How far an answer's digits reach: the error of a computed motion, estimated while it is computed. The equations made
+ * linear, or a neighbour at a small distance, show how errors spread, and every step's own error is added to it.
  * Leaves to others: the steps (method_*), the wanted instants (run), the exact comparison with 32 digits (trust).
  * Invariant: the motion's bits do not depend on it; the same problem gives the same estimate. */
 #ifndef PEND_HORIZON_H
@@ -20,8 +20,8 @@ struct pend_horizon;
  * problem  checked, with the method's defaults in place; its accuracy > 0. Its tree and its list of instants must
  *          outlive the estimate.
  *
- * PEND_NO_MEMORY. O(n) memory: the power series of one neighbour, and of methods that have no series of their own one
- * more series.
+ * PEND_NO_MEMORY. O(n) memory: of trees of more than PEND_JETS_PAD arms the power series of one neighbour, and of
+ * methods that have no series of their own one more series.
  */
 PEND_MUST_CHECK enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pend_method *method,
                                                   const struct pend_problem *problem, struct pend_error *error);
@@ -36,9 +36,9 @@ void pend_horizon_free(struct pend_horizon **horizon);
  * reached    s, relative to the first instant.
  * phi, rate  the state there, n values each, stored order.
  *
- * Cost: with the two orders that the Taylor method computes for it, a sixth of its step in the mean of long runs, where
- * nothing is done once the accuracy is lost, and up to seven tenths of the step of a small tree before that; of other
- * methods' steps less.
+ * Cost: with the two orders that the Taylor method computes for it, less than a tenth of its step in the mean of long
+ * runs, where nothing is done once the accuracy is lost, and three tenths of the step of a small tree before that; of
+ * other methods' steps less.
  */
 void pend_horizon_step(struct pend_horizon *horizon, const void *stepper, double reached, const double phi[],
                        const double rate[]);

@@ -123,3 +123,34 @@ void pend_jets_values(const struct pend_jets *jets, int order, const double x[],
 double pend_jets_reach(const struct pend_jets *jets, int order, double log_rtol, double log_atol) {
     return jets_kernel(jets->isa)->reach(&jets->system, order, log_rtol, log_atol);
 }
+
+size_t pend_jets_seats(const struct pend_tree *tree) { return (size_t)jets_tiles(tree) * PEND_JETS_PAD; }
+
+/* two tables of a pair an arm, a pair being a rate and a force for each lane */
+size_t pend_jets_answers_bytes(const struct pend_tree *tree) {
+    size_t lanes = tree->n <= 2 ? 2 : tree->n <= 4 ? 4 : 8;
+    return tree->n > PEND_JETS_PAD ? 0 : 4 * lanes * lanes * sizeof(double);
+}
+
+void pend_jets_answers(struct pend_jets *jets, void *memory) { jets->system.answers = memory; }
+
+int pend_jets_spreads(const struct pend_jets *jets) { return jets->system.answers != NULL; }
+
+double pend_jets_spread(const struct pend_jets *jets, double gravity, double x, double unit, double phi[],
+                        double rate[]) {
+    return jets_kernel(jets->isa)->spread(&jets->system, gravity, x, unit, phi, rate);
+}
+
+/* x^order, order >= 0 */
+static double jets_power(double x, int order) {
+    double power = 1;
+    for (; order; order /= 2, x *= x)
+        if (order % 2) power *= x;
+    return power;
+}
+
+void pend_jets_left(const struct pend_jets *jets, int order, int beyond, double x, double rate[], double phi[]) {
+    struct jets_left left = {.from = order + beyond + 1 - JETS_FITTED, .beyond = beyond, .x = x};
+    left.power = jets_power(x, left.from);
+    jets_kernel(jets->isa)->left(&jets->system, &left, rate, phi);
+}

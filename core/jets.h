@@ -88,6 +88,54 @@ void pend_jets_values(const struct pend_jets *jets, int order, const double x[],
                       const struct jets_state *from, const struct jets_values *values);
 
 /**
+ * Bytes of memory that the answers of a tree need, a multiple of 64; 0 of a tree that has none, of more than
+ * PEND_JETS_PAD arms. O(1).
+ */
+size_t pend_jets_answers_bytes(const struct pend_tree *tree);
+
+/**
+ * Has expansions keep the answers of the tree system from now on, for pend_jets_spread.
+ *
+ * memory  pend_jets_answers_bytes(tree) bytes, not 0, aligned to 64; not owned.
+ */
+void pend_jets_answers(struct pend_jets *jets, void *memory);
+
+/** Non-zero where expansions keep answers. O(1). */
+int pend_jets_spreads(const struct pend_jets *jets);
+
+/**
+ * What small errors of the state that was expanded about become x units of time later, to first order and to order
+ * JETS_SPREAD of the series, of which at least as many orders are known; of jets that keep answers.
+ *
+ * gravity, unit  those of the expansion.
+ * phi, rate      in and out: the errors, rad and rad/s, aligned to 64 and padded with zeros to PEND_JETS_PAD.
+ *
+ * Returns the largest error of a force at the start, N. O(n^2), no allocation.
+ */
+double pend_jets_spread(const struct pend_jets *jets, double gravity, double x, double unit, double phi[],
+                        double rate[]);
+
+/**
+ * What a step of x units to `order` leaves out: all terms behind that order, of which `beyond` are known and
+ * JETS_FORETOLD foretold from the last known ones.
+ *
+ * beyond     0 .. JETS_FITTED - 2.
+ * rate, phi  out, in the order of seats (pend_jets_seat) and aligned to 64: the sums of terms of the rates, in units,
+ *            and of the angles over x. pend_jets_seats values each.
+ *
+ * O(n).
+ */
+void pend_jets_left(const struct pend_jets *jets, int order, int beyond, double x, double rate[], double phi[]);
+
+/** Where the value of arm k is in arrays in the order of seats. */
+static inline int pend_jets_seat(const struct pend_jets *jets, int k) {
+    return jets->system.layers ? jets->layers.seat[k] : k;
+}
+
+/** Seats of a tree, a multiple of PEND_JETS_PAD. O(n). */
+size_t pend_jets_seats(const struct pend_tree *tree);
+
+/**
  * The step in units, as the kernel's reach. O(n).
  *
  * order  >= PEND_TAYLOR_ORDER_MIN.

@@ -53,10 +53,14 @@ struct jets_system {
     const struct strand *strand;
     const double *share;                   /* 1 / (j + 1) of order j */
     num *rate, *force, *turn_re, *turn_im; /* series: order j of arm k at jets_row(k) + j * stride */
+    num *answers; /* of a small tree, what its arms answer to units, kept for errors to spread by; NULL = not kept */
 #define X(name) num *name;
     JETS_ARRAYS(X)
 #undef X
 };
+
+/* Orders to which the spreading of an error across a step is known. */
+enum { JETS_SPREAD = 4 };
 
 /** Where the series of arm k begin. */
 static inline size_t jets_row(const struct jets_system *s, int k) {

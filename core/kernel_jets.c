@@ -277,9 +277,52 @@ static double kernel_reach(const struct jets_system *s, int order, double log_rt
     return kernel_reach_some(s, order, log_rtol, log_atol, 2);
 }
 
+#include "core/left_kernel.h"
+
+/* one arm alone, by the recurrences of its orders made linear: u of the motion and its change, rates */
+static double kernel_single_spread(const struct jets_system *s, double gravity, double x, double unit, double *phi,
+                                   double *speed) {
+    double re[JETS_SPREAD + 1] = {1}, im[JETS_SPREAD + 1] = {0}, more_re[JETS_SPREAD + 1] = {0};
+    double more_im[JETS_SPREAD + 1] = {*phi}, more[JETS_SPREAD + 1] = {*speed * unit}, turned = 0, faster = 0;
+    double pull = gravity * unit * unit * s->inv_len[0], C = s->cosine[0], Z = s->sine[0], swing = s->rate[0] / unit;
+    for (int k = 0; k < JETS_SPREAD; k++) {
+        double sum[4] = {0, 0, 0, 0};
+        for (int j = 0; j <= k; j++) {
+            double rate = s->rate[(size_t)(k - j) * s->stride];
+            sum[0] += re[j] * rate;
+            sum[1] += im[j] * rate;
+            sum[2] += more_re[j] * rate + re[j] * more[k - j];
+            sum[3] += more_im[j] * rate + im[j] * more[k - j];
+        }
+        re[k + 1] = -s->share[k] * sum[1];
+        im[k + 1] = s->share[k] * sum[0];
+        more_re[k + 1] = -s->share[k] * sum[3];
+        more_im[k + 1] = s->share[k] * sum[2];
+        more[k + 1] = s->share[k] * pull * (Z * more_im[k] - C * more_re[k]);
+    }
+    for (int j = JETS_SPREAD; j >= 0; j--) {
+        turned = turned * x + more[j] * s->share[j];
+        faster = faster * x + more[j];
+    }
+    double force = s->mass[0] * (gravity * C * *phi - 2 * s->len[0] * swing * *speed);
+    *phi += turned * x;
+    *speed = faster / unit;
+    return fabs(force);
+}
+
+static double kernel_spread(const struct jets_system *s, double gravity, double x, double unit, double phi[],
+                            double rate[]) {
+    if (s->n > 4) return small8_spread(s, x, unit, phi, rate);
+    if (s->n > 2) return small4_spread(s, x, unit, phi, rate);
+    if (s->n > 1) return small2_spread(s, x, unit, phi, rate);
+    return kernel_single_spread(s, gravity, x, unit, phi, rate);
+}
+
 const struct jets_kernel KERNEL_NAME(pend_kernel_jets_) = {
     .orders = kernel_orders,
     .advance = kernel_advance,
     .reach = kernel_reach,
     .values = kernel_values,
+    .spread = kernel_spread,
+    .left = kernel_left,
 };

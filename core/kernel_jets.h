@@ -17,6 +17,14 @@ struct jets_values {
     double *phi, *rate, *acc, *force;
 };
 
+/* The last terms of a step's series, from which those behind them are foretold. */
+enum { JETS_FITTED = 6, JETS_FORETOLD = 6 };
+
+struct jets_left {
+    int from, beyond; /* the order of the first of JETS_FITTED terms; how many of these the step has left out */
+    double x, power;  /* the step in units, and x^from */
+};
+
 struct jets_kernel {
     /**
      * All orders: rate_0 .. rate_order and force_0 .. force_{order - 1}, in powers of t / unit.
@@ -45,6 +53,19 @@ struct jets_kernel {
      */
     void (*values)(const struct jets_system *system, int order, const double x[], int count, double unit,
                    const struct jets_state *from, const struct jets_values *values);
+    /**
+     * What small errors of the angles, rad, and of the rates, rad/s, become x units after the state expanded about, to
+     * first order; of systems that keep answers. Returns the largest error of a force at the start, N.
+     *
+     * phi, rate  in and out; padded with zeros to a multiple of 8.
+     */
+    double (*spread)(const struct jets_system *system, double gravity, double x, double unit, double phi[],
+                     double rate[]);
+    /**
+     * The sums of the terms that a step left out, of the rates and of the angles over x, in units: an array of a value
+     * a seat, in the order of seats, padded to a multiple of 8.
+     */
+    void (*left)(const struct jets_system *system, const struct jets_left *left, double rate[], double phi[]);
 };
 
 extern const struct jets_kernel pend_kernel_jets_base;

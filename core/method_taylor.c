@@ -61,7 +61,8 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     int n = problem->tree->n, order = taylor_order(problem->rtol, problem->tree);
     int known = order + (problem->accuracy > 0 ? PEND_SERIES_BEYOND : 0);
     size_t head = (sizeof(struct taylor) + 63) / 64 * 64, series = pend_jets_bytes(problem->tree, known);
-    size_t state = TAYLOR_STATE * pend_jets_stride(n) * sizeof(double), bytes = head + series + state;
+    size_t answers = problem->accuracy > 0 ? pend_jets_answers_bytes(problem->tree) : 0;
+    size_t state = TAYLOR_STATE * pend_jets_stride(n) * sizeof(double), bytes = head + series + state + answers;
     char *block = *stepper = aligned_alloc(64, bytes);
     if (!block) {
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the power series of %d arms: %zu bytes", n,
@@ -73,6 +74,7 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     taylor->log_atol = log2(pend_taylor_atol(problem->atol));
     taylor->next_unit = taylor_first_unit(problem);
     pend_jets_init(&taylor->jets, problem->tree, known, block + head);
+    if (answers) pend_jets_answers(&taylor->jets, block + head + series + state);
     taylor_view(taylor, (double *)(block + head + series));
     memset(block + head + series, 0, state);
     memcpy(taylor->end.phi, problem->phi, (size_t)n * sizeof(double));

@@ -414,6 +414,7 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
         table.pull[j] = SMALL(join)(&columns.force_side[j], &columns.force_pull[j]);
         table.side[j] = SMALL(join)(&columns.acc_side[j], &columns.acc_pull[j]);
     }
+    if (s->answers) memcpy(s->answers, &table, sizeof table);
     struct SMALL(start) start = SMALL(begin)(s, gravity);
     struct SMALL(first) first = {SMALL(join)(&start.rate, &start.rate), SMALL(join)(&start.rate, &start.opposite),
                                  SMALL(join)(&start.rate, &start.zero)};
@@ -441,6 +442,8 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
         SMALL(keep)(s, k + 1, &known, &answer, &motion, &turn);
     }
 }
+
+#include "core/small_spread.h"
 
 #undef SMALL_BEAM
 #undef PART_WIDTH

@@ -384,3 +384,92 @@ TEST(jets_notice_a_wrong_coefficient) {
     CHECK_SAYING(residual[0] > 1e-9, "residual %g", residual[0]);
     scene_close(&s);
 }
+
+/* what errors in one direction become, from the series of two neighbours on both sides of the motion, cut where the
+ * linear equations are */
+static double spread_by_neighbours(struct scene *s, double unit, double x, const double phi[], const double rate[],
+                                   double to_phi[], double to_rate[]) {
+    const double near = 1e-5, sign[2] = {1, -1};
+    double force[2][PEND_JETS_PAD], most = 0;
+    int n = s->tree->n;
+    for (int k = 0; k < n; k++) to_phi[k] = to_rate[k] = 0;
+    for (int side = 0; side < 2; side++) {
+        for (int k = 0; k < n; k++) s->phi[k] += sign[side] * near * phi[k], s->rate[k] += sign[side] * near * rate[k];
+        pend_jets_expand(&s->jets, s->gravity, unit, &s->state, JETS_SPREAD);
+        for (int k = 0; k < n; k++) {
+            double share = sign[side] / (2 * near);
+            to_phi[k] += share * (s->phi[k] + series_at(&s->jets, JETS_SPREAD, k, x, 0));
+            to_rate[k] += share * series_at(&s->jets, JETS_SPREAD, k, x, 1) / unit;
+            force[side][k] = s->jets.force[pend_jets_place(&s->jets, k, 0)] / (unit * unit);
+        }
+        for (int k = 0; k < n; k++) s->phi[k] -= sign[side] * near * phi[k], s->rate[k] -= sign[side] * near * rate[k];
+    }
+    for (int k = 0; k < n; k++) most = fmax(most, fabs(force[0][k] - force[1][k]) / (2 * near));
+    return most;
+}
+
+TEST(jets_spread_errors_as_neighbours_part) {
+    enum { TREES = 120 };
+    unsigned long long seed = 31;
+    for (int i = 0; i < TREES; i++) {
+        _Alignas(64) double phi[PEND_JETS_PAD] = {0}, rate[PEND_JETS_PAD] = {0};
+        _Alignas(64) double answers[4 * PEND_JETS_PAD * PEND_JETS_PAD];
+        double to_phi[PEND_JETS_PAD], to_rate[PEND_JETS_PAD], unit = i % 2 ? -0.125 : 0.0625, x = 0.7, size = 0;
+        int n = 1 + i % PEND_JETS_PAD, parent[PEND_JETS_PAD] = {-1};
+        struct scene s;
+        for (int k = 1; k < n; k++) parent[k] = test_random_int(&seed, k);
+        if (!CHECK(scene_open(&s, n, parent, 0.5, &seed))) return;
+        CHECK(pend_jets_answers_bytes(s.tree) <= sizeof answers && !pend_jets_spreads(&s.jets));
+        for (int k = 0; k < n; k++) phi[k] = 2 * test_random(&seed) - 1, rate[k] = 6 * test_random(&seed) - 3;
+        double want = spread_by_neighbours(&s, unit, x, phi, rate, to_phi, to_rate);
+        pend_jets_answers(&s.jets, answers);
+        CHECK(pend_jets_spreads(&s.jets));
+        pend_jets_expand(&s.jets, s.gravity, unit, &s.state, ORDER);
+        double got = pend_jets_spread(&s.jets, s.gravity, x, unit, phi, rate);
+        for (int k = 0; k < n; k++) size = fmax(size, fmax(fabs(to_phi[k]), fabs(to_rate[k])));
+        CHECK_SAYING(fabs(got - want) <= 1e-6 * (1 + want), "%d arms: forces off by %g, by neighbours %g", n, got,
+                     want);
+        for (int k = 0; k < n; k++)
+            CHECK_SAYING(fabs(phi[k] - to_phi[k]) + fabs(rate[k] - to_rate[k]) <= 1e-6 * size,
+                         "%d arms, arm %d: %g and %g, by neighbours %g and %g", n, k, phi[k], rate[k], to_phi[k],
+                         to_rate[k]);
+        scene_close(&s);
+    }
+}
+
+/* the terms behind the order of a step against the same terms of a series that goes on */
+TEST(jets_foretell_what_a_step_leaves_out) {
+    enum { SCENES = 60, STEP = ORDER - 8 };
+    static const int sizes[] = {1, 2, 3, 5, 8, 20, 70};
+    unsigned long long seed = 8;
+    int near = 0, all = 0;
+    for (int i = 0; i < SCENES; i++) {
+        int n = sizes[i % 7], parent[ARMS_MAX] = {-1};
+        struct scene s;
+        for (int k = 1; k < n; k++) parent[k] = i % 2 ? k - 1 : test_random_int(&seed, k);
+        if (!CHECK(scene_open(&s, n, parent, 0.3, &seed))) return;
+        size_t bytes = pend_jets_seats(s.tree) * sizeof(double);
+        double *rate = aligned_alloc(64, bytes), *phi = aligned_alloc(64, bytes), size = 0, off = 0, off_phi = 0;
+        if (!CHECK(rate && phi)) return;
+        pend_jets_expand(&s.jets, s.gravity, 0.0625, &s.state, ORDER);
+        double x = pend_jets_reach(&s.jets, STEP, log2(1e-8), -INFINITY);
+        pend_jets_left(&s.jets, STEP, 2, x, rate, phi);
+        for (int k = 0; k < n; k++) {
+            double want = 0, want_phi = 0;
+            for (int j = ORDER; j > STEP; j--) {
+                double term = s.jets.rate[pend_jets_place(&s.jets, k, j)] * pow(x, j);
+                want += term, want_phi += term / (j + 1);
+            }
+            size = fmax(size, fabs(want));
+            off = fmax(off, fabs(rate[pend_jets_seat(&s.jets, k)] - want));
+            off_phi = fmax(off_phi, STEP * fabs(phi[pend_jets_seat(&s.jets, k)] - want_phi));
+        }
+        CHECK_SAYING(off <= size && off_phi <= size, "%d arms: off by %g and %g of %g", n, off, off_phi, size);
+        near += off <= 0.1 * size && off_phi <= 0.1 * size;
+        all++;
+        free(rate);
+        free(phi);
+        scene_close(&s);
+    }
+    CHECK_SAYING(near >= all * 3 / 4, "%d of %d", near, all);
+}

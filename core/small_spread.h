@@ -1,0 +1,94 @@
+/* How a small error of the state spreads in one step of a tree of up to LANES arms: the equations of the orders, made
+ * linear about the motion, which have the same table.
+ * Leaves to others: the motion's own series and its table (small_kernel.h, which includes this once for each number of
+ * lanes).
+ * Invariant: the motion's series are only read. */
+
+/* One series of pairs and one of turns: the changes of what the motion has. */
+struct SMALL(change) {
+    struct SMALL(pair) motion[JETS_SPREAD + 1];
+    struct SMALL(turn) turn[JETS_SPREAD + 1];
+};
+
+/* what is known of the change of T and c of order k: every product has a factor of the motion and one of the change */
+LANES_INLINE void SMALL(change_known)(const struct jets_system *s, const struct SMALL(change) * x, int k,
+                                      struct SMALL(known) * known) {
+    for (int p = 0; p < PARTS; p++) {
+        int at = p % TURNS;
+        PART zero = PART_(of)(0), minus_re[2] = {zero, zero}, im[2] = {zero, zero};
+        // what was found last comes last
+        for (int j = 0; j <= k + 1; j++) {
+            PART own = PART_(get)(SMALL(motion)(s, k + 1 - j, p));
+            minus_re[0] = PART_(fma)(x->turn[j].minus_re[at], own, minus_re[0]);
+            im[0] = PART_(fma)(x->turn[j].im[at], own, im[0]);
+        }
+        for (int j = k + 1; j > 1; j--) {
+            PART other = x->motion[k + 1 - j].part[p];
+            minus_re[1] = PART_(fma)(PART_(get)(s->turn_re + j * 8 + at * PART_WIDTH), other, minus_re[1]);
+            im[1] = PART_(fma)(PART_(get)(s->turn_im + j * 8 + at * PART_WIDTH), other, im[1]);
+        }
+        // the motion's turns of order 1 are i phi'_0, and are not kept
+        PART first = SMALL(twice)(PART_(get)(SMALL(motion)(s, 0, at)));
+        im[1] = PART_(fma)(first, x->motion[k].part[p], im[1]);
+        known->minus_re.part[p] = minus_re[0] + minus_re[1];
+        known->im.part[p] = im[0] + im[1];
+    }
+}
+
+/* the change at the start: arms turned by the errors of their angles, and the errors of the rates */
+LANES_INLINE void SMALL(change_start)(const struct jets_system *s, double unit, const double phi[], const double rate[],
+                                      struct SMALL(change) * x) {
+    struct SMALL(arms) zero, angle, speed;
+    for (int i = 0; i < SPANS; i++) {
+        zero.span[i] = VEC_(of)(0);
+        angle.span[i] = VEC_(get)(phi + i * VEC_WIDTH);
+        speed.span[i] = VEC_(get)(rate + i * VEC_WIDTH) * unit;
+    }
+    struct SMALL(pair) turned = SMALL(join)(&angle, &angle), faster = SMALL(join)(&speed, &speed);
+    x->motion[0] = SMALL(join)(&speed, &zero);
+    for (int p = 0; p < TURNS; p++) {
+        x->turn[0].minus_re[p] = PART_(of)(0);
+        x->turn[0].im[p] = turned.part[p];
+        x->turn[1].minus_re[p] = SMALL(twice)(PART_(get)(SMALL(motion)(s, 0, p))) * turned.part[p];
+        x->turn[1].im[p] = faster.part[p];
+    }
+}
+
+static double SMALL(spread)(const struct jets_system *s, double x_, double unit, double phi[], double rate[]) {
+    const struct SMALL(table) *table = (const struct SMALL(table) *)(const void *)s->answers;
+    struct SMALL(change) x;
+    SMALL(change_start)(s, unit, phi, rate, &x);
+#pragma GCC unroll 8
+    for (int k = 0; k < JETS_SPREAD; k++) {
+        struct SMALL(known) known;
+        SMALL(change_known)(s, &x, k, &known);
+        for (int p = 0; p < PARTS; p++) known.im.part[p] *= SMALL(factor)(1, s->share[k], p);
+        struct SMALL(pair) answer = SMALL(solve)(table, &known.im);
+        PART share = PART_(of)(s->share[k + 1]);
+        for (int p = 0; p < PARTS; p++)
+            x.motion[k + 1].part[p] = PART_(fma)(SMALL(factor)(1, k + 1, p), answer.part[p], known.minus_re.part[p]);
+        for (int p = 0; p < TURNS && k + 2 <= JETS_SPREAD; p++) {
+            x.turn[k + 2].minus_re[p] = share * SMALL(twice)(known.im.part[p]);
+            x.turn[k + 2].im[p] = share * SMALL(twice)(answer.part[p]);
+        }
+    }
+    double angle[2 * LANES] __attribute__((aligned(64))), speed[2 * LANES] __attribute__((aligned(64)));
+    double force[2 * LANES] __attribute__((aligned(64))), most = 0, inverse = 1 / unit;
+    for (int p = 0; p < PARTS; p++) {
+        PART turned = PART_(of)(0), faster = PART_(of)(0), step = PART_(of)(x_);
+        for (int j = JETS_SPREAD; j >= 0; j--) {
+            turned = PART_(fma)(turned, step, x.motion[j].part[p] * s->share[j]);
+            faster = PART_(fma)(faster, step, x.motion[j].part[p]);
+        }
+        PART_(put)(angle + p * PART_WIDTH, turned * step);
+        PART_(put)(speed + p * PART_WIDTH, faster * inverse);
+        PART_(put)(force + p * PART_WIDTH, x.motion[1].part[p]);
+    }
+    for (int k = 0; k < s->n; k++) {
+        double gap = fabs(force[LANES + k]);
+        phi[k] += angle[k];
+        rate[k] = speed[k];
+        most = gap > most ? gap : most;
+    }
+    return most * (inverse * inverse);
+}
