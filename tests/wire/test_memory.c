@@ -9,6 +9,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "tests/harness/fence.h"
 #include "tests/wire/place.h"
 
 #define HELD "64M"
@@ -16,6 +17,13 @@
 /* bytes that the process may have resident under HELD, and address space that it gets */
 static const double resident_most = 1.2 * (64 << 20) + (64 << 20);
 enum { SPACE = 1 << 30, CROWD = 20, BODY = 1 << 17 };
+
+/* true where tools have memory of their own beside the process' */
+#if defined __SANITIZE_ADDRESS__ || defined __SANITIZE_THREAD__
+#define memory_tools 1
+#else
+#define memory_tools (getenv("TEST_UNDER") != NULL)
+#endif
 
 #define ONE_ARM "{\"length\":[1],\"mass\":[1],\"parent\":[0]}"
 #define NPZ "Accept: application/x-npz\r\n"
@@ -30,13 +38,12 @@ static const char *memory_long(int instants) {
     return body;
 }
 
-/* as test_server_start, with so much address space, which a sanitizer would not live with */
-static struct test_server *memory_serve(const char *const options[]) {
-#if defined __SANITIZE_ADDRESS__ || defined __SANITIZE_THREAD__
-    return test_server_start(options);
-#else
+/* the bound that the system keeps on the memory of the one daemon of a test */
+static struct test_fence memory_fence;
+
+/* as test_server_start, with so much address space */
+static struct test_server *memory_serve_limited(const char *const options[]) {
     struct rlimit before, space;
-    if (getenv("TEST_UNDER")) return test_server_start(options);
     getrlimit(RLIMIT_AS, &before);
     space = before;
     space.rlim_cur = SPACE;
@@ -44,17 +51,37 @@ static struct test_server *memory_serve(const char *const options[]) {
     struct test_server *server = test_server_start(options);
     setrlimit(RLIMIT_AS, &before);
     return server;
-#endif
+}
+
+/* As test_server_start, in a group of cgroup v2 that gets as much memory as may be resident; where the machine lets
+ * none be made, with little address space. Sanitizers and other tools would not live with either. */
+static struct test_server *memory_serve(const char *const options[]) {
+    char reason[200];
+    memory_fence.path[0] = 0;
+    if (memory_tools) return test_server_start(options);
+    if (!test_fence_open(&memory_fence, (long long)resident_most, reason)) {
+        printf("  bounded by RLIMIT_AS, %d MB, as no cgroup v2 can be made: %s\n", SPACE >> 20, reason);
+        return memory_serve_limited(options);
+    }
+    struct test_server *server = test_server_start(options);
+    printf("  bounded by cgroup v2, %.0f MB: %s\n", resident_most / (1 << 20), memory_fence.path);
+    if (server) test_fence_enter(&memory_fence, test_server_pid(server));
+    return server;
+}
+
+/* as test_server_stop, of a daemon of memory_serve's */
+static void memory_stop(struct test_server **server) {
+    if (memory_fence.path[0] && test_fence_peak(&memory_fence) > 0)
+        printf("  its group has had %.0f MB at most\n", test_fence_peak(&memory_fence) / (1 << 20));
+    test_server_stop(server);
+    test_fence_close(&memory_fence);
 }
 
 /* the process' resident bytes; 0 where tools keep their own beside them */
 static double memory_resident(const struct test_server *server) {
     char path[64];
     unsigned long long pages = 0, resident = 0;
-#if defined __SANITIZE_ADDRESS__ || defined __SANITIZE_THREAD__
-    return 0;
-#endif
-    if (getenv("TEST_UNDER")) return 0;
+    if (memory_tools) return 0;
     snprintf(path, sizeof path, "/proc/%d/statm", test_server_pid(server));
     FILE *file = fopen(path, "re");
     if (file && fscanf(file, "%llu %llu", &pages, &resident) != 2) resident = 0;
@@ -171,7 +198,7 @@ TEST(answers_that_nobody_reads_leave_the_process_its_memory) {
     memory_close(client, CROWD);
     memory_await_base(server);
     CHECK_SAYING(memory_resident(server) < 64 << 20, "%.0f bytes stay resident", memory_resident(server));
-    test_server_stop(&server);
+    memory_stop(&server);
 }
 
 TEST(an_answer_that_never_has_room_is_told_the_limit) {
@@ -192,7 +219,7 @@ TEST(an_answer_that_never_has_room_is_told_the_limit) {
     CHECK_INT(memory_peek(&client, NULL), 200);
     test_client_close(&client);
     memory_await_base(server);
-    test_server_stop(&server);
+    memory_stop(&server);
 }
 
 /* a chain, no two arms of which are alike */
@@ -218,7 +245,7 @@ TEST(modes_that_nobody_reads_leave_the_process_its_memory) {
     CHECK_SAYING(good >= 1, "%d modes of 700 arms have room", good);
     memory_close(client, CROWD);
     memory_await_base(server);
-    test_server_stop(&server);
+    memory_stop(&server);
 }
 
 TEST(results_that_nobody_reads_leave_the_process_its_memory) {
@@ -240,7 +267,7 @@ TEST(results_that_nobody_reads_leave_the_process_its_memory) {
     CHECK_SAYING(good >= 2 && good <= 4, "%d results of 16 MB have room in 64", good);
     memory_close(client, CROWD);
     memory_await_base(server);
-    test_server_stop(&server);
+    memory_stop(&server);
     place_end(&place);
 }
 
@@ -270,7 +297,7 @@ TEST(bodies_that_drip_leave_other_clients_their_memory) {
     memory_close(client, SLOW);
     memory_await_base(server);
     free(piece);
-    test_server_stop(&server);
+    memory_stop(&server);
 }
 
 TEST(idle_connections_of_one_client_leave_room_for_others) {
@@ -379,5 +406,5 @@ TEST(nothing_is_held_for_who_went_away_whenever_that_was) {
         test_client_close(&client);
     }
     memory_await_base(server);
-    test_server_stop(&server);
+    memory_stop(&server);
 }
