@@ -7,6 +7,15 @@
 
 #include "api/encode_raw.h"
 
+/* what a part of the plan takes: all of them take about the same */
+static void plan_bytes(struct api_plan *plan, const struct api_op *op, void *state) {
+    if (op->part) op->part(state, 0, plan->parts);
+    plan->bytes = op->bytes ? op->bytes(state) : API_OP_SMALL_BYTES;
+    if (op->rows_later) return;
+    const struct api_table *table = op->table(state);
+    plan->kept = (double)table->rows * api_table_numbers(table, 0) * (double)sizeof(double) / (double)plan->parts;
+}
+
 int api_plan_read(struct api_plan *plan, const struct api_request *request, const struct api_limits *limits,
                   double seconds, struct api_buffer *body, struct api_buffer *out) {
     const struct api_op *op = api_op_at(request->op);
@@ -25,6 +34,7 @@ int api_plan_read(struct api_plan *plan, const struct api_request *request, cons
         double wanted = ceil(plan->cost / seconds), most = op->parts ? (double)op->parts(state) : 1;
         plan->parts = (long)fmax(1, fmin(wanted, most));
         plan->chained = op->carry && plan->parts > 1;
+        plan_bytes(plan, op, state);
         op->free(&state);
     } else {
         api_problem_set(&problem, pend_status_http(status), "%s", pend_status_text(status));

@@ -12,6 +12,8 @@ struct api_plan {
     long parts;                    /* >= 1 */
     int chained;                   /* non-zero: a part begins with what the one before it carried over */
     double cost;                   /* s, estimated, of all */
+    double bytes;                  /* of memory that a part holds while it is computed, as api_part_bytes says */
+    double kept;                   /* bytes of results that the largest part has at least; 0 = not known before */
     char digest[API_DIGEST_BYTES]; /* of the request, whatever the representation and the engine */
 };
 

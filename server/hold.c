@@ -28,6 +28,12 @@ double srv_hold_share(const struct srv_config *config) {
     return fmin(fmax(most / HOLD_PART, config->limits.answer_bytes + HOLD_BESIDE), most / 2);
 }
 
+double srv_hold_most(const struct srv_config *config) { return config->held_bytes - config->held_bytes / HOLD_LEFT; }
+
+int srv_hold_never(const struct srv_config *config, double bytes) {
+    return bytes > (bytes > HOLD_LARGE ? srv_hold_most(config) : config->held_bytes);
+}
+
 /* all that is counted; the cache counts its keys and heads itself */
 static double hold_all(const struct srv_service *service) {
     struct srv_cache_size cache = srv_cache_size(service->cache);
@@ -49,11 +55,12 @@ static int hold_tight(struct srv_service *service, size_t change) {
 
 static enum srv_room hold_refused(const struct srv_hold *hold, size_t change) {
     struct srv_service *service = hold->service;
-    double most = srv_service_config(service)->held_bytes, share = srv_hold_share(srv_service_config(service));
-    if (hold->bytes > HOLD_LARGE) most -= most / HOLD_LEFT;
+    const struct srv_config *config = srv_service_config(service);
+    double most = hold->bytes > HOLD_LARGE ? srv_hold_most(config) : config->held_bytes;
+    double share = srv_hold_share(config);
     const struct srv_client *payer = hold->payer;
     if (payer && (double)hold->bytes > share) return SRV_ROOM_NEVER;
-    if ((double)hold->bytes > most) return SRV_ROOM_NEVER;
+    if (srv_hold_never(config, (double)hold->bytes)) return SRV_ROOM_NEVER;
     if (payer && (double)atomic_load(&payer->held) > share) return SRV_ROOM_CLIENT;
     int body = hold->kind == SRV_MEMORY_BODIES && hold->bytes > HOLD_BODY;
     if (payer && body && (double)atomic_load(&payer->bodies) > share / 2 && (double)hold->bytes <= share / 2)

@@ -35,6 +35,12 @@ enum srv_room srv_hold_try(struct srv_hold *hold, size_t bytes);
 /** Bytes that one client may hold. */
 double srv_hold_share(const struct srv_config *config);
 
+/** True where a part of a job that holds so many bytes has no room even where nobody else holds anything. */
+int srv_hold_never(const struct srv_config *config, double bytes);
+
+/** Bytes that such a part may hold at most. */
+double srv_hold_most(const struct srv_config *config);
+
 /** True where the process holds no more than max-held-bytes, without what only the cache has. */
 int srv_hold_room(const struct srv_service *service);
 

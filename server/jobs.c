@@ -10,6 +10,7 @@
 #include "server/admission.h"
 #include "server/errand.h"
 #include "server/events.h"
+#include "server/hold.h"
 #include "server/job_view.h"
 #include "server/runner.h"
 
@@ -142,6 +143,26 @@ static void jobs_digest(const char *text, unsigned char digest[SRV_DIGEST_BYTES]
     }
 }
 
+/* Refuses what would be accepted and fail for its size at the first part, or at the largest. Returns 1 where it fits.
+ */
+static int jobs_fit(struct srv_exchange *exchange, const struct api_plan *plan, size_t body_bytes) {
+    const struct srv_config *config = srv_service_config(exchange->service);
+    double bytes = plan->bytes + 2 * (double)body_bytes, answer = config->limits.answer_bytes;
+    if (srv_hold_never(config, bytes))
+        srv_exchange_problem(exchange, 422,
+                             "a part of this job would take about %.0f bytes of memory while it is computed, and "
+                             "max-held-bytes leaves at most %.0f to one",
+                             bytes, srv_hold_most(config));
+    else if (plan->kept > answer)
+        srv_exchange_problem(exchange, 422,
+                             "a part of this job would have at least %.0f bytes of results, more than "
+                             "max-answer-bytes allows: %.0f; ask for fewer instants, members or columns",
+                             plan->kept, answer);
+    else
+        return 1;
+    return 0;
+}
+
 /* reads the request as a whole; returns 1 when the job may be kept, else the exchange is answered */
 static int jobs_plan(struct srv_errand *errand) {
     struct srv_exchange *exchange = errand->exchange;
@@ -166,6 +187,7 @@ static int jobs_plan(struct srv_errand *errand) {
                              plan.cost, limit);
         return 0;
     }
+    if (!jobs_fit(exchange, &plan, errand->body.bytes)) return 0;
     errand->shards = plan.parts;
     errand->chained = plan.chained;
     errand->cost_us = (int64_t)(1e6 * plan.cost);

@@ -271,6 +271,38 @@ TEST(results_that_nobody_reads_leave_the_process_its_memory) {
     place_end(&place);
 }
 
+/* a request as a job is refused, with the name of the limit; then one that has room is computed */
+static void memory_refuse_job(const char *const options[], const char *limit, const char *path, const char *large,
+                              const char *small) {
+    struct test_reply reply;
+    char id[ID + 1], word[WORDS];
+    struct test_server *server = memory_serve(options);
+    REQUIRE(server != NULL);
+    CHECK_INT(test_request(server, &reply, "POST", path, ASYNC, large), 422);
+    ask_problem(&reply, 422, NULL);
+    CHECK_SAYING(strstr(reply.body, limit) != NULL, "%s", reply.body);
+    test_reply_clear(&reply);
+    CHECK_INT((int)ask_metric(server, "pendulumd_jobs{state=\"accepted\"}"), 0);
+    CHECK_INT(submit(server, path, ASYNC, small, id), 202);
+    job_wait(server, id, word);
+    CHECK_TEXT(word, "successful");
+    memory_stop(&server);
+}
+
+TEST(a_job_that_could_never_have_room_is_refused_when_it_is_submitted) {
+    static char url[300], large[BODY];
+    const char *const held[] = {"--max-held-bytes", HELD, "--store", url, NULL};
+    const char *const answer[] = {"--max-answer-bytes", "1M", "--store", url, NULL};
+    struct place place;
+    REQUIRE(place_begin(&place, 0));
+    snprintf(url, sizeof url, "%s", place.url);
+    snprintf(large, sizeof large, "%s", memory_chain(4000, 1));
+    memory_refuse_job(held, "max-held-bytes", "/v1/modes", large, memory_chain(100, 1));
+    snprintf(large, sizeof large, "%s", memory_long(50000));
+    memory_refuse_job(answer, "max-answer-bytes", "/v1/trajectories", large, memory_long(20000));
+    place_end(&place);
+}
+
 TEST(bodies_that_drip_leave_other_clients_their_memory) {
     enum { SLOW = 24, SENT = 3 << 20 };
     struct test_server *server = memory_serve(memory_options);
