@@ -7,7 +7,9 @@
 struct test_postgres;
 
 /**
- * Makes a database cluster and starts it, with its durability on.
+ * Makes a database cluster and starts it. What it has committed survives the death of its processes; it waits for no
+ * disk (fsync is off), so it would not survive the system's. A program's first takes some seconds to make, the others
+ * are copies of it.
  *
  * Returns NULL where the programs are not installed (`make check` installs them) or it does not get ready.
  */
