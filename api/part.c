@@ -128,7 +128,8 @@ enum pend_status api_part_resume(struct api_part *part, const void *carried, siz
     part->resumes = 0;
     enum pend_status status = part->op->carry(part->state, &tape, error);
     if (status == PEND_OK && pend_tape_whole(&tape)) return PEND_OK;
-    if (status != PEND_OK && status != PEND_INVALID && error->text[0]) return status;
+    if (status != PEND_OK && status != PEND_INVALID)
+        return error->text[0] ? status : pend_fail(error, status, -1, 0, "%s", pend_status_text(status));
     return pend_fail(error, PEND_INVALID, -1, 0,
                      "the part before this one was computed by another version of the program: submit the job again");
 }
