@@ -6,12 +6,13 @@
 set -eu
 list=$(dirname "$0")/packages.txt
 
-# true when a package is there: its command is on the path, or dpkg has it installed
+# true when a package is there: its command is on the path, or dpkg has it installed, or one that provides it
 there() {
     if [ "$2" != - ]; then
         command -v "$2" >/dev/null && return
     fi
-    [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]
+    [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ] ||
+        dpkg-query -W -f '${db:Status-Status}, ${Provides},\n' 2>/dev/null | grep '^installed,' | grep -qF -e ", $1," -e ", $1 ("
 }
 
 rows() {

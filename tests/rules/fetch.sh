@@ -1,6 +1,7 @@
 #!/bin/bash
-# What the page is made with is fetched once: a directory that has it, and the user's cache, serve where npm is not.
-# usage: fetch.sh BUILD     (build/release, after whose build the packages are here)
+# What is there is not fetched: of what the page is made with, a directory that has it and the user's cache serve where npm
+# is not; a Debian package is asked for where it is neither installed nor provided by another.
+# usage: fetch.sh BUILD     (build/release, after whose build the page's packages are here)
 # Leaves to others: what is taken of them (server/assets_embed.py).
 # Invariant: asks no network; writes into build/check alone.
 set -u
@@ -51,6 +52,21 @@ check 'a damaged cache is none' refuse --there $work/e
 check 'npm is asked for what was damaged' fetch $work/e
 check 'once more' asked 2
 check 'and brings the right files' same $work/e
+
+# Debian's packages, where there is no apt: who would install says so. A library that a newer Debian renamed provides its old name,
+# as whichever awk is installed provides awk.
+if command -v dpkg-query >/dev/null; then
+    rm $work/bin/npm
+    for tool in dirname grep dpkg-query tr; do ln -sf "$(command -v $tool)" $work/bin/$tool; done
+    cp docker/install.sh $work
+    wanted() { printf 'build %s - a reason\n' "$@" >$work/packages.txt; PATH=$PWD/$work/bin sh $work/install.sh build >$work/said 2>&1; }
+    quiet() { wanted "$@" && [ ! -s $work/said ]; }
+    told() { wanted "$@" && grep -q "no apt-get.*: $1 \$" $work/said; }
+    check 'a package that is installed is not asked for' quiet dpkg
+    check 'nor one that another provides' quiet awk
+    check 'one that is not there is' told no-package-has-this-name
+    check 'though its name is a part of another' told dpk
+fi
 
 echo "$passed passed, $failed failed"
 [ $failed = 0 ]
