@@ -416,8 +416,8 @@ TEST(symplectic_chooses_a_step_that_works_for_long_chains) {
     }
 }
 
-/* rounding keeps the stages of chains of thousands of arms a few hundred millionths apart: that is as near as they come,
- * and no step is refused or divided for it */
+/* rounding keeps the stages of chains of thousands of arms a few hundred millionths apart: that is as near as they
+ * come, and no step is refused or divided for it */
 TEST(symplectic_chooses_a_step_that_works_for_chains_of_thousands) {
     unsigned long long seed = 4;
     struct test_tree t;
