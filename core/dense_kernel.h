@@ -4,6 +4,8 @@
 #ifndef PEND_DENSE_KERNEL_H
 #define PEND_DENSE_KERNEL_H
 
+#include <string.h>
+
 #include "core/jets_kernel.h"
 #include "core/single_kernel.h"
 
@@ -243,6 +245,7 @@ LANES_INLINE void dense_orders_of(const struct jets_system *s, num gravity, int 
     struct dense_table table;
     struct dense_order first, newest;
     dense_invert(s, n, &table);
+    if (s->answers) memcpy(s->answers, &table, sizeof table);
     for (int i = 0; i < n; i++) {
         first.re[i] = first.force[i] = num_of(0);
         first.im[i] = first.rate[i] = s->rate[i];

@@ -8,12 +8,13 @@
 #include "core/ensemble_shadow.h"
 #include "core/ensemble_watch.h"
 #include "core/horizon.h"
+#include "core/jets_system.h"
 #include "core/motion.h"
 #include "core/taylor_order.h"
 #include "core/turns.h"
 
 /* arrays of n values a lane for the kernel, of one value a lane, of n values a lane for the notes, of n values */
-enum { ENSEMBLE_LANED = 21, ENSEMBLE_SINGLE = 11, ENSEMBLE_NOTED = 8, ENSEMBLE_FLAT = 9, ENSEMBLE_SHARES = 48 };
+enum { ENSEMBLE_LANED = 18, ENSEMBLE_SINGLE = 11, ENSEMBLE_NOTED = 8, ENSEMBLE_FLAT = 9, ENSEMBLE_SHARES = 48 };
 
 static const struct ensemble_kernel *ensemble_kernel(enum pend_isa isa) {
 #ifdef __x86_64__
@@ -64,8 +65,7 @@ static void ensemble_place(struct pend_ensemble *e, char *at, size_t doubts) {
                                       &lanes->to.phi,    &lanes->to.phi_low,   &lanes->to.rate,   &lanes->to.rate_low,
                                       &lanes->len,       &lanes->inv_len,      &lanes->mass,      &lanes->cell,
                                       &lanes->force_max, &lanes->force_min,    &e->turns,         &e->turns_low,
-                                      &doubt->phi,       &doubt->rate,         &doubt->near_phi,  &doubt->near_phi_low,
-                                      &doubt->near_rate};
+                                      &doubt->phi,       &doubt->rate};
     double **single[ENSEMBLE_SINGLE] = {&lanes->from.time, &lanes->to.time, &lanes->gravity, &lanes->unit,
                                         &lanes->stop,      &lanes->step,    &doubt->fastest, &doubt->strongest,
                                         &doubt->time,      &doubt->ratio,   &doubt->held};
@@ -95,7 +95,7 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble, const struct
     const struct ensemble_kernel *kernel = ensemble_kernel(isa);
     int n = problem->tree->n, order = pend_taylor_order(problem->rtol, 0);
     int known = order + (problem->accuracy > 0 ? ENSEMBLE_DOUBT_BEYOND : 0);
-    size_t doubts = problem->accuracy > 0 ? ensemble_padded(kernel->series_count(n, ENSEMBLE_DOUBT_ORDER)) : 0;
+    size_t doubts = problem->accuracy > 0 ? ensemble_padded(kernel->series_count(n, JETS_SPREAD)) : 0;
     size_t head = (sizeof **ensemble + 63) / 64 * 64;
     size_t bytes =
         head + (doubts + ensemble_doubles(n, kernel->width, kernel->series_count(n, known))) * sizeof(double);

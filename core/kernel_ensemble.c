@@ -49,6 +49,8 @@ LANES_INLINE void wide_put(num *at, wide x) { *at = x; }
 
 #include "core/dense_kernel.h"
 
+#include "core/change_kernel.h"
+
 enum {
 #define X(name) ARRAY_##name,
     JETS_ARRAYS(X)
@@ -65,14 +67,17 @@ static size_t ensemble_numbers(int n, int order) {
     return 4 * ensemble_series(n, order) + (size_t)ARRAY_COUNT * (size_t)n;
 }
 
+/* the table of a small tree's answers, in numbers */
+enum { ENSEMBLE_ANSWERS = sizeof(struct dense_table) / sizeof(num) };
+
 static size_t ensemble_series_count(int n, int order) {
-    return ensemble_numbers(n, order) * WIDTH + (sizeof(struct jets_system) + 7) / 8;
+    return (ensemble_numbers(n, order) + ENSEMBLE_ANSWERS) * WIDTH + (sizeof(struct jets_system) + 7) / 8;
 }
 
 /* the arrays of a series, behind which their table stands */
 LANES_INLINE struct jets_system *ensemble_table(int n, double *series, int order) {
     num *at = (num *)(void *)series;
-    return (struct jets_system *)(void *)(at + ensemble_numbers(n, order));
+    return (struct jets_system *)(void *)(at + ensemble_numbers(n, order) + ENSEMBLE_ANSWERS);
 }
 
 LANES_INLINE struct jets_system *ensemble_view(const struct ensemble_lanes *lanes) {
@@ -99,12 +104,13 @@ static void ensemble_lay(const struct ensemble_lanes *lanes, double *memory, int
     s.len = (num *)(void *)lanes->len;
     s.inv_len = (num *)(void *)lanes->inv_len;
     s.mass = (num *)(void *)lanes->mass;
+    if (lanes->doubt.grade > 0) s.answers = at + ensemble_numbers(lanes->n, order);
     *ensemble_table(lanes->n, memory, order) = s;
 }
 
 static void ensemble_prepare(struct ensemble_lanes *lanes) {
     ensemble_lay(lanes, lanes->series, lanes->known);
-    if (lanes->doubt.grade > 0) ensemble_lay(lanes, lanes->doubt.series, ENSEMBLE_DOUBT_ORDER);
+    if (lanes->doubt.grade > 0) ensemble_lay(lanes, lanes->doubt.series, JETS_SPREAD);
 }
 
 LANES_INLINE num lane_get(const double *array, int k) { return NUM_(_get)(array + (size_t)k * WIDTH); }
@@ -264,7 +270,7 @@ static void ensemble_watch(struct ensemble_lanes *lanes, const struct jets_syste
 
 /* ---- how far the digits reach: as horizon.c has it, which says why */
 
-static const double doubt_near = 1e-7, doubt_rounding = 2 * 0x1p-53;
+static const double doubt_rounding = 2 * 0x1p-53;
 
 /* notes the ratio of an instant; where it is too large the accuracy was lost since the one before */
 LANES_INLINE void doubt_note(const struct ensemble_doubt *doubt, num time, num ratio) {
@@ -288,45 +294,32 @@ LANES_INLINE num doubt_ratio(const struct ensemble_doubt *doubt, const double ra
     return doubt->grade * num_max(angle, share);
 }
 
-/* the neighbours of the lanes' states, in the direction of their errors; returns their distance over the error */
-LANES_INLINE num doubt_displace(const struct ensemble_lanes *lanes, num length) {
-    const struct ensemble_doubt *doubt = &lanes->doubt;
-    const struct ensemble_state *from = &lanes->from;
-    num most = num_of(0);
-    for (int k = 0; k < lanes->n; k++)
-        most = num_max(most, num_max(num_abs(lane_get(doubt->phi, k)), num_abs(lane_get(doubt->rate, k) * length)));
-    num scale = NUM_(_pick)((mask)(most > 0x1p-1000) & (mask)(most < 0x1p1000),
-                            doubt_near / num_max(most, num_of(0x1p-1000)), num_of(0));
-    for (int k = 0; k < lanes->n; k++) {
-        num x = lane_get(from->phi, k), gap = scale * lane_get(doubt->phi, k), sum = x + gap, part = sum - x;
-        lane_put(doubt->near_phi, k, sum);
-        lane_put(doubt->near_phi_low, k, (x - (sum - part)) + (gap - part) + lane_get(from->phi_low, k));
-        lane_put(doubt->near_rate, k, num_fma(scale, lane_get(doubt->rate, k), lane_get(from->rate, k)));
-    }
-    return scale;
-}
-
 /* the errors at the end of the step from those at its start; returns by how much forces are off at the start, over the
  * largest so far */
-LANES_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jets_system *s,
-                              const struct jets_system *near, num x, num share, num inverse) {
+LANES_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jets_system *s, num x, num gravity,
+                              num inverse) {
     const struct ensemble_doubt *doubt = &lanes->doubt;
+    const struct jets_system *change = ensemble_table(lanes->n, doubt->series, JETS_SPREAD);
     num force = num_of(0), strongest = lane_get(doubt->strongest, 0), square = inverse * inverse;
     for (int k = 0; k < lanes->n; k++) {
-        num phi = num_of(0), rate = num_of(0), at = lane_get(doubt->rate, k);
-        for (int j = ENSEMBLE_DOUBT_ORDER; j > 0; j--) {
-            num gap = near->rate[(size_t)j * near->stride + (size_t)k] - s->rate[(size_t)j * s->stride + (size_t)k];
-            phi = num_fma(phi, x, gap * s->share[j]);
-            rate = num_fma(rate, x, gap);
+        change->turn_im[k] = lane_get(doubt->phi, k);
+        change->rate[k] = lane_get(doubt->rate, k) / inverse;
+    }
+    change_orders(s, change, gravity, JETS_SPREAD);
+    for (int k = 0; k < lanes->n; k++) {
+        num phi = num_of(0), rate = num_of(0);
+        for (int j = JETS_SPREAD; j >= 0; j--) {
+            num c = change->rate[(size_t)j * change->stride + (size_t)k];
+            phi = num_fma(phi, x, c * s->share[j]);
+            rate = num_fma(rate, x, c);
         }
-        force = num_max(force, num_abs(near->force[k] - s->force[k]));
+        force = num_max(force, num_abs(change->force[k]));
         strongest = num_max(strongest, num_abs(s->force[k] * square));
-        lane_put(doubt->phi, k, lane_get(doubt->phi, k) + x * (at / inverse + share * x * phi));
-        lane_put(doubt->rate, k, num_fma(share * x, rate * inverse, at));
+        lane_put(doubt->phi, k, num_fma(x, phi, lane_get(doubt->phi, k)));
+        lane_put(doubt->rate, k, rate * inverse);
     }
     lane_put(doubt->strongest, 0, strongest);
-    return NUM_(_pick)((mask)(strongest > 0), share * square * force / num_max(strongest, num_of(0x1p-1000)),
-                       num_of(0));
+    return NUM_(_pick)((mask)(strongest > 0), square * force / num_max(strongest, num_of(0x1p-1000)), num_of(0));
 }
 
 /* the step's own errors: the first terms that it leaves out, and rounding */
@@ -353,15 +346,9 @@ static void ensemble_doubt(const struct ensemble_lanes *lanes, const struct jets
                            num gravity) {
     const struct ensemble_doubt *doubt = &lanes->doubt;
     if (!mask_set((mask)(lane_get(doubt->held, 0) == ENSEMBLE_HELD))) return;
-    const struct jets_system *near = ensemble_table(lanes->n, doubt->series, ENSEMBLE_DOUBT_ORDER);
-    const struct ensemble_state beside = {
-        .phi = doubt->near_phi, .phi_low = doubt->near_phi_low, .rate = doubt->near_rate};
-    num unit = lane_get(lanes->unit, 0), inverse = 1 / unit, time = lane_get(lanes->from.time, 0);
-    num scale = doubt_displace(lanes, x * unit), one = num_of(1);
-    ensemble_expand(&beside, near, unit, gravity, ENSEMBLE_DOUBT_ORDER);
-    num share = NUM_(_pick)((mask)(scale > 0), one / num_max(scale, num_of(0x1p-1000)), num_of(0));
+    num unit = lane_get(lanes->unit, 0), inverse = 1 / unit, time = lane_get(lanes->from.time, 0), one = num_of(1);
     num ratio = doubt_ratio(doubt, lanes->from.rate, lanes->n);
-    num part = doubt->grade * doubt_spread(lanes, s, near, x, share, inverse), all = num_max(ratio, part);
+    num part = doubt->grade * doubt_spread(lanes, s, x, gravity, inverse), all = num_max(ratio, part);
     doubt_note(doubt, time, all);
     lane_put(doubt->time, 0, time);
     lane_put(doubt->ratio, 0, all);

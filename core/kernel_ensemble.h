@@ -20,18 +20,17 @@ typedef unsigned char ensemble_set;
 struct ensemble_doubt {
     double grade;       /* over an error, what it is over the error that is allowed; 0 = nobody asks */
     double *phi, *rate; /* the errors, rad and rad/s, of each arm */
-    double *near_phi, *near_phi_low, *near_rate; /* the neighbours */
     double *fastest, *strongest;                 /* rad/s and N, the largest so far */
     double *time, *ratio; /* s, and the largest error over what is allowed, where they were noted */
     double *held;         /* s: up to when; ENSEMBLE_HELD while it is not lost */
-    double *series;       /* of the neighbours */
+    double *series;       /* of the errors' change during a step */
 };
 
 /* s, beyond every time */
 #define ENSEMBLE_HELD 1e301
 
-/* orders of a neighbour's series, and coefficients of the motion's beyond its order */
-enum { ENSEMBLE_DOUBT_ORDER = 4, ENSEMBLE_DOUBT_BEYOND = 2 };
+/* coefficients of the motion's series beyond its order, where somebody asks how far the digits reach */
+enum { ENSEMBLE_DOUBT_BEYOND = 2 };
 
 struct ensemble_lanes {
     int n, order, width;
