@@ -1,8 +1,7 @@
-/* How small errors of a state spread in one step, for any kind of number: the equations of the orders, made linear about
- * the motion, which have the tree system of order 0 that the motion's own orders have.
- * Leaves to others: the motion's series, of which at least as many orders are known, and what a number is (the
- * including file, which includes dense_kernel.h first).
- * Invariant: the motion's series are only read; its sweeps' arrays are used anew. */
+/* How small errors of a state spread in one step, for any kind of number: the equations of the orders, made linear
+ * about the motion, which have the tree system of order 0 that the motion's own orders have. Leaves to others: the
+ * motion's series, of which at least as many orders are known, and what a number is (the including file, which includes
+ * dense_kernel.h first). Invariant: the motion's series are only read; its sweeps' arrays are used anew. */
 #ifndef PEND_CHANGE_KERNEL_H
 #define PEND_CHANGE_KERNEL_H
 
@@ -96,8 +95,8 @@ LANES_INLINE void change_single(const struct jets_system *s, const struct jets_s
 }
 
 /*
- * The change's rates of order 1 .. order and forces of order 0 from the errors of the angles, which are in its imaginary
- * turns of order 0, and of the rates, in its rates of order 0, in units; a stride of n.
+ * The change's rates of order 1 .. order and forces of order 0 from the errors of the angles, which are in its
+ * imaginary turns of order 0, and of the rates, in its rates of order 0, in units; a stride of n.
  */
 LANES_INLINE void change_orders(const struct jets_system *s, const struct jets_system *x, num gravity, int order) {
     if (s->n == 1)
