@@ -3,14 +3,15 @@
 // A test is an exported function of a test_*.mjs: its name is a sentence, it gets the rig and throws if it fails.
 // Leaves to others: the rig (rig.mjs). A file may export `rig`, options of its rig.
 // Invariant: every test runs, whatever the others did; files run side by side, the tests of one in their order. A test that
-// failed among the others is run once more with the machine to itself, and what went wrong at first is told either way.
+// failed among the others is run once more with the machine to itself; what went wrong at first is told either way, and the
+// last line says how many tests passed at the second try only. WEB_TESTS names another directory of tests.
 
 import { readdirSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
 import { createRig, endShared } from "./rig.mjs";
 
-const HERE = dirname(fileURLToPath(import.meta.url));
+const HERE = process.env.WEB_TESTS ?? dirname(fileURLToPath(import.meta.url));
 const bench = process.argv[2] === "--bench";
 const wanted = (process.argv[bench ? 3 : 2] ?? "").replaceAll(" ", "_");
 const LANES = bench ? 1 : Number(process.env.LANES ?? 3);
@@ -20,6 +21,7 @@ const pattern = bench ? /^bench_.*\.mjs$/ : /^test_.*\.mjs$/;
 const files = readdirSync(HERE).filter((name) => pattern.test(name)).sort((a, b) => rank(a) - rank(b) || a.localeCompare(b));
 const again = []; // what failed among the others: {name, test, options}
 let passed = 0;
+let second = 0; // of those that passed, how many did so at the second try only
 let failed = 0;
 
 function fail(name, error) {
@@ -27,18 +29,21 @@ function fail(name, error) {
   console.log(`FAIL  ${name}: ${error.stack}`);
 }
 
-/** Runs a test; onFailure gets its error. */
+/** Runs a test; onFailure gets its error. Answers whether it passed. */
 async function run(name, test, rig, onFailure) {
   const begun = performance.now();
+  let good = false;
   try {
     const note = await test(rig);
     passed++;
+    good = true;
     console.log(`ok    ${name} (${Math.round(performance.now() - begun)} ms)${note ? `: ${note}` : ""}`);
   } catch (error) {
     onFailure(error);
   }
   // a test that failed leaves neither its pages nor its trouble to the next one
   await rig.clear();
+  return good;
 }
 
 /** The tests of a file, with a rig of their own; a file that cannot be read is a failure. */
@@ -67,9 +72,12 @@ const lane = async () => {
 await Promise.all(Array.from({ length: LANES }, lane));
 for (const { name, test, options } of again) {
   const rig = await createRig(options);
-  await run(name, test, rig, (error) => fail(name, error));
+  if (await run(name, test, rig, (error) => fail(name, error))) {
+    second++;
+    console.log(`second ${name} passed at the second try only`);
+  }
   await rig.close();
 }
 await endShared();
-console.log(`${passed} passed, ${failed} failed`);
+console.log(`${passed} passed, ${failed} failed${second ? `, ${second} passed at the second try` : ""}`);
 process.exit(failed || !passed ? 1 : 0);
