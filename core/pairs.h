@@ -110,8 +110,28 @@ LANES_INLINE PAIR PAIRS(horner)(const double term[][2], int terms, int precise, 
     return sum;
 }
 
+/* x less n + many right angles, |n| <= 2^20 and `many` a multiple of 2^20 up to 2^40: times each part of a right angle
+ * but the last both are exact */
+LANES_INLINE PAIR PAIRS(less)(PAIR x, VEC n, VEC many) {
+    static const double whole = -0x1.921fb54400000p+0, part[] = {-0x1.0b4611a600000p-34, -0x1.3198a2e000000p-69,
+                                                                 -0x1.b839a25200000p-104, -0x1.27044533e63a0p-142};
+    PAIR first = PAIRS(total)(x.high, many * whole), second = PAIRS(total)(first.high, n * whole);
+    PAIR r = PAIRS(total)(second.high, x.low);
+    r.low += first.low + second.low;
+    for (int i = 0; i < 4; i++) {
+        PAIR next = PAIRS(total)(r.high, n * part[i]);
+        next.low += r.low;
+        r = PAIRS(settle)(next);
+        next = PAIRS(total)(r.high, many * part[i]);
+        next.low += r.low;
+        r = PAIRS(settle)(next);
+    }
+    return r;
+}
+
 /**
- * Sine and cosine within 2^-102 of 1 up to |x| = 1e6, relative to x where that is small; as exact as x beyond.
+ * Sine and cosine within 2^-102 of 1, relative to x where that is small, of an x up to 1e12 as it is: beyond 1e6 the
+ * last place of x is larger than that.
  */
 LANES_INLINE void PAIRS(sincos)(PAIR x, PAIR *sine, PAIR *cosine) {
     static const double sine_term[PAIRS(SINE_TERMS)][2] = {
@@ -130,18 +150,12 @@ LANES_INLINE void PAIRS(sincos)(PAIR x, PAIR *sine, PAIR *cosine) {
         {0x1.e542ba4020225p-62, 0x1.ea72b4afe3c2fp-120},  {-0x1.0ce396db7f853p-70, 0x1.aebcdbd20331cp-124},
         {0x1.f2cf01972f578p-80, -0x1.9ada5fcc1ab14p-135}, {-0x1.88e85fc6a4e5ap-89, 0x1.71c37ebd16540p-143},
         {0x1.0a18a2635085dp-98, 0x1.b9e2e28e1aa54p-153},  {-0x1.3932c5047d60ep-108, -0x1.832b7b530a627p-162}};
-    // n times each of the parts of pi / 2 but the last is exact up to n = 2^20
-    VEC magic = VEC_(of)(0x1.8p52), shifted = x.high * 0x1.45f306dc9c883p-1 + magic, n = shifted - magic;
+    // right angles, and multiples of 2^20 of them, of which an angle below 8e5 has none
+    VEC magic = VEC_(of)(0x1.8p52), shifted = x.high * 0x1.45f306dc9c883p-21 + magic;
+    VEC many = (shifted - magic) * 0x1p20;
+    shifted = (x.high + many * -0x1.921fb54400000p+0 - many * 0x1.0b4611a600000p-34) * 0x1.45f306dc9c883p-1 + magic;
     BITS turn = (BITS)shifted;
-    PAIR first = PAIRS(total)(x.high, n * -0x1.921fb54400000p+0), r = PAIRS(total)(first.high, x.low);
-    r.low += first.low;
-    static const double part[] = {-0x1.0b4611a600000p-34, -0x1.3198a2e000000p-69, -0x1.b839a25200000p-104,
-                                  -0x1.27044533e63a0p-142};
-    for (int i = 0; i < 4; i++) {
-        PAIR next = PAIRS(total)(r.high, n * part[i]);
-        next.low += r.low;
-        r = PAIRS(settle)(next);
-    }
+    PAIR r = PAIRS(less)(x, shifted - magic, many);
     PAIR z = PAIRS(mul)(r, r);
     PAIR s = PAIRS(horner)(sine_term, PAIRS(SINE_TERMS), PAIRS(SINE_LONG), z);
     PAIR c = PAIRS(horner)(cosine_term, PAIRS(COSINE_TERMS), PAIRS(COSINE_LONG), z);

@@ -9,6 +9,7 @@
 
 #include <math.h>
 
+#include "core/turns.h"
 #include "tests/harness/quad.h"
 #include "tests/harness/test.h"
 
@@ -100,6 +101,28 @@ TEST(pairs_sine_and_cosine_have_all_digits) {
     CHECK_RESIDUAL(sincos_worst(0.785, 3), 2, "units of 2^-104, |x| up to pi/4");
     CHECK_RESIDUAL(sincos_worst(10, 4), 2, "units of 2^-104, |x| up to 10");
     CHECK_RESIDUAL(sincos_worst(1e6, 5), 2, "units of 2^-104, |x| up to 1e6");
+}
+
+/* whole turns taken away by Payne and Hanek's way, of which this has nothing */
+TEST(pairs_sine_and_cosine_of_many_turns_are_those_of_the_rest) {
+    unsigned long long seed = 6;
+    double worst = 0;
+    for (int i = 0; i < 3000; i++) {
+        pairs2 x = any_pair(&seed, 0), sine, cosine, sine_of_rest, cosine_of_rest;
+        double range = exp2(11 + i % 29);
+        x.high *= range, x.low *= range;
+        x = pairs2_settle(x);
+        struct pend_sum less[2] = {pend_turns_rest(x.high[0], x.low[0], NULL),
+                                   pend_turns_rest(x.high[1], x.low[1], NULL)};
+        pairs2 rest = {{less[0].high, less[1].high}, {less[0].low, less[1].low}};
+        pairs2_sincos(x, &sine, &cosine);
+        pairs2_sincos(rest, &sine_of_rest, &cosine_of_rest);
+        for (int lane = 0; lane < 2; lane++) {
+            worse(&worst, sine, lane, quad_of(sine_of_rest, lane), 1);
+            worse(&worst, cosine, lane, quad_of(cosine_of_rest, lane), 1);
+        }
+    }
+    CHECK_RESIDUAL(worst, 64, "units of 2^-104, |x| from 1e3 to 1e12");
 }
 
 TEST(pairs_sine_of_small_angles_keeps_its_digits) {
