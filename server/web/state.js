@@ -37,7 +37,7 @@ export function request(doc, initial = doc.initial) {
   const tolerant = doc.method !== "symplectic" && doc.method !== "linear";
   if (tolerant && doc.rtol !== null) body.rtol = doc.rtol;
   if (tolerant && doc.atol !== null) body.atol = doc.atol;
-  if (doc.precision === "extended" && doc.method === "taylor") body.precision = "extended";
+  if (doc.precision !== "double" && doc.method === "taylor") body.precision = doc.precision;
   return body;
 }
 

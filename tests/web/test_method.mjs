@@ -53,3 +53,26 @@ export async function the_paper_s_ode23_lies_over_the_motion_and_is_accounted_fo
   await page.waitForFunction(() => document.querySelectorAll(".verdict").length === 1);
   await close(page);
 }
+
+export async function the_page_asks_for_as_many_digits_as_were_chosen(rig) {
+  const page = await opened(rig);
+  const asked = [];
+  page.on("request", (request) => {
+    if (request.method() === "POST" && request.url().endsWith("/v1/trajectories")) asked.push(request.postDataJSON());
+  });
+  await page.evaluate(() => window.pendulumd.store.set({ span: { stop: 2, step: 0.05 } }));
+  assert.deepEqual(await page.locator("[data-precision] option").evaluateAll((all) => all.map(({ value }) => value)), ["double", "extended", "quad"]);
+  for (const precision of ["extended", "quad"]) {
+    asked.length = 0;
+    await page.selectOption("[data-precision]", precision);
+    await page.waitForFunction(() => /^\d+$/.test(document.querySelector("[data-fact=steps] td")?.innerText ?? "") && document.querySelector(".verdict"));
+    await page.waitForFunction((value) => window.pendulumd.motion.complete && window.pendulumd.motion.doc.precision === value, precision);
+    assert.ok(asked.some((body) => body.precision === precision && body.output.includes("phi")), `no motion of ${precision}: ${JSON.stringify(asked)}`);
+    assert.match(await page.innerText(".verdict"), /^taylor: never wrong by more than/);
+  }
+  const offered = await page.locator("[data-rtol] option").evaluateAll((all) => all.map(({ value }) => value));
+  assert.deepEqual(offered, ["", "1e-16"], "tolerances that 62 digits refuse are offered");
+  await page.selectOption("[data-precision]", "double");
+  assert.equal(await page.evaluate(() => window.pendulumd.store.get().precision), "double");
+  await close(page);
+}

@@ -23,6 +23,9 @@ const METHODS = {
 const TOLERANCES = [1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-9, 1e-10, 1e-12, 1e-13, 1e-14, 1e-16];
 const ABSOLUTE = [0, 1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 1e-18];
 const WRONG = 0.1;
+const DIGITS = { double: {}, extended: { rtol: 1e-28 }, quad: { rtol: 1e-56, loosest: 1e-16 } }; // what taylor computes in
+const QUAD_ARMS = 256;
+const QUAD_REFERENCE = 1e-50; // finer than a run in 62 digits is hardly possible, but another order tells where it parts
 const FINE_ARMS = 20; // what 32 digits are cheap for
 const FINE_SECONDS = 120;
 
@@ -34,6 +37,7 @@ const paperOf = (doc) => ({ ...doc, method: "ode23", rtol: null, atol: null, pre
 
 /** {words, way}: 32 digits where they are cheap, else a tolerance that is finer than the run's. */
 function referenceOf(doc) {
+  if (doc.precision === "quad" && doc.method === "taylor") return { words: "method.referenceQuad", way: { rtol: QUAD_REFERENCE } };
   if (doc.pendulum.length.length <= FINE_ARMS && doc.span.stop <= FINE_SECONDS) return { words: "method.referenceFine", way: { precision: "extended", rtol: null } };
   const fine = doc.method === "taylor" && (doc.precision === "extended" || (doc.rtol ?? 1e-12) <= 1e-12);
   return fine ? { words: "method.referenceFiner", way: { precision: "double", rtol: 1e-15 } } : { words: "method.reference", way: { precision: "double", rtol: 1e-12 } };
@@ -65,7 +69,7 @@ async function mount(element, app) {
   }
 
   function fields(doc) {
-    const known = METHODS[doc.method];
+    const known = METHODS[doc.method] && { ...METHODS[doc.method], ...(doc.method === "taylor" && DIGITS[doc.precision]) };
     const method = choice(text("method.method"), Object.keys(METHODS).map((value) => ({ value, words: text(`method.${value}`) })), doc.method,
       (value) => store.set({ method: value, rtol: null, atol: null, precision: "double" }, { label: "method" }));
     method.select.dataset.method = "";
@@ -74,16 +78,18 @@ async function mount(element, app) {
       const asNumber = (value) => (value === "" ? null : Number(value));
       const list = (values, fallback) => [{ value: "", words: text("method.default", { value: figure(text, fallback, 2) }) }, ...values.map((value) => ({ value, words: figure(text, value, 2) }))];
       const own = (values, value) => (value === null || values.includes(value) ? values : [...values, value].sort((a, b) => b - a));
-      const rtol = choice(text("method.rtol"), list(own(TOLERANCES.filter((value) => value >= known.finest), doc.rtol), known.rtol), doc.rtol ?? "", (value) => store.set({ rtol: asNumber(value) }, { label: "tolerance" }));
+      const rtol = choice(text("method.rtol"), list(own(TOLERANCES.filter((value) => value >= known.finest && value <= (known.loosest ?? 1)), doc.rtol), known.rtol), doc.rtol ?? "", (value) => store.set({ rtol: asNumber(value) }, { label: "tolerance" }));
       const usual = (doc.rtol ?? known.rtol) / known.divisor;
-      const atol = choice(text("method.atol"), list(own(ABSOLUTE, doc.atol), usual), doc.atol ?? "", (value) => store.set({ atol: asNumber(value) }, { label: "tolerance" }));
+      const atol = choice(text("method.atol"), list(own(ABSOLUTE.filter((value) => value <= (known.loosest ?? 1)), doc.atol), usual), doc.atol ?? "", (value) => store.set({ atol: asNumber(value) }, { label: "tolerance" }));
       rtol.select.dataset.rtol = "";
       atol.select.dataset.atol = "";
       rows.push(rtol.element, atol.element);
     } else rows.push(h("p", { class: "quiet" }, text("method.none")));
     if (doc.method === "taylor") {
-      const fine = tick(text("method.precision"), doc.precision === "extended", (on) => store.set({ precision: on ? "extended" : "double", rtol: null }, { label: "method" }));
-      fine.box.dataset.precision = "";
+      const some = Object.keys(DIGITS).filter((value) => value !== "quad" || doc.pendulum.length.length <= QUAD_ARMS || doc.precision === "quad");
+      const fine = choice(text("method.precision"), some.map((value) => ({ value, words: text(`method.${value}`) })), doc.precision,
+        (value) => store.set({ precision: value, rtol: null, atol: null }, { label: "method" }));
+      fine.select.dataset.precision = "";
       rows.push(fine.element);
     }
     const focused = way.contains(document.activeElement) ? Object.keys(document.activeElement.dataset)[0] : null;
@@ -160,7 +166,7 @@ async function mount(element, app) {
   /** Asks what a motion took, once; with the exact bound of its digits where that is cheap. */
   async function fetchFacts(doc, signal) {
     if (factsOf(doc)) return;
-    const exact = doc.pendulum.length.length <= EXACT_ARMS && doc.span.stop <= EXACT_SECONDS && doc.precision !== "extended";
+    const exact = doc.pendulum.length.length <= EXACT_ARMS && doc.span.stop <= EXACT_SECONDS && doc.precision === "double";
     const body = { ...request(doc), times: { start: 0, stop: doc.span.stop, count: 201 }, output: ["energy"], digits: 4, ...(exact && { trust: true }) };
     const { stats } = await client.trajectory(body, { signal });
     known = [{ doc, stats }, ...known].slice(0, 2);
