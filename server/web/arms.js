@@ -16,7 +16,10 @@ export function mountArms(element, app, look) {
   function label(doc, arm) {
     const { length, mass, parent } = doc.pendulum;
     return text(parent[arm - 1] ? "arm.label" : "arm.label.pivot", {
-      arm, carrier: parent[arm - 1], length: text.short(length[arm - 1]), mass: text.short(mass[arm - 1]),
+      arm,
+      carrier: parent[arm - 1],
+      length: text.short(length[arm - 1]),
+      mass: text.short(mass[arm - 1]),
       angle: text.number((doc.initial.phi[arm - 1] * 180) / Math.PI, 0),
     });
   }
@@ -24,7 +27,8 @@ export function mountArms(element, app, look) {
   function fill(doc) {
     const n = doc.pendulum.length.length;
     while (list.children.length > n) list.lastChild.remove();
-    while (list.children.length < n) list.append(h("button", { type: "button", "data-arm": list.children.length + 1 }));
+    while (list.children.length < n)
+      list.append(h("button", { type: "button", "data-arm": list.children.length + 1 }));
     for (let arm = 1; arm <= n; arm++) list.children[arm - 1].textContent = label(doc, arm);
   }
 
@@ -65,8 +69,10 @@ export function mountArms(element, app, look) {
 
   bag.on(list, "keydown", (event) => {
     const arm = Number(event.target.dataset.arm);
-    const shifted = event.shiftKey && event.key.startsWith("Arrow") ? `shift ${event.key}` : event.key;
-    const act = KEYS[shifted] ?? KEYS[event.key.toLowerCase()] ?? (event.key === "=" ? KEYS["+"] : null);
+    const shifted =
+      event.shiftKey && event.key.startsWith("Arrow") ? `shift ${event.key}` : event.key;
+    const act =
+      KEYS[shifted] ?? KEYS[event.key.toLowerCase()] ?? (event.key === "=" ? KEYS["+"] : null);
     if (!act || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
     event.stopPropagation();
@@ -82,7 +88,12 @@ export function mountArms(element, app, look) {
     look.soon();
   });
   bag.on(list, "click", (event) => app.editArm(Number(event.target.dataset.arm)));
-  bag(store.subscribe((doc, before) => (doc.pendulum !== before.pendulum || doc.initial !== before.initial) && fill(doc)));
+  bag(
+    store.subscribe(
+      (doc, before) =>
+        (doc.pendulum !== before.pendulum || doc.initial !== before.initial) && fill(doc),
+    ),
+  );
   fill(store.get());
   return { destroy: bag.end };
 }

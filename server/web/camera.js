@@ -22,8 +22,13 @@ export function boxOf(track, rows, reach, x, y) {
   look(track.initial.phi, 0);
   const stride = Math.ceil(track.count / LOOKS);
   for (let i = 0; i < track.count; i += stride) look(track.columns.phi, i * track.n);
-  const stepped = (value) => Math.min(STEPS, Math.ceil((value / reach) * STEPS - 1e-6)) * (reach / STEPS);
-  return { side: Math.max(stepped(box.side), reach / 2), up: stepped(box.up), down: Math.max(stepped(box.down), reach / 2) };
+  const stepped = (value) =>
+    Math.min(STEPS, Math.ceil((value / reach) * STEPS - 1e-6)) * (reach / STEPS);
+  return {
+    side: Math.max(stepped(box.side), reach / 2),
+    up: stepped(box.up),
+    down: Math.max(stepped(box.down), reach / 2),
+  };
 }
 
 /** Where the pivot is, and how many pixels a metre has, so that the box fills the place. */
@@ -39,7 +44,11 @@ export function aim(box, width, height, margin, camera) {
 export function roundUp(value) {
   if (!(value > 0)) return 1;
   const power = 10 ** Math.floor(Math.log10(value));
-  return Number(([1, 1.5, 2, 3, 4, 6, 8, 10].find((digit) => digit * power >= value * 0.999) * power).toPrecision(3));
+  return Number(
+    (
+      [1, 1.5, 2, 3, 4, 6, 8, 10].find((digit) => digit * power >= value * 0.999) * power
+    ).toPrecision(3),
+  );
 }
 
 /** The end of the colours' scale: what 95 of 100 forces stay below, rounded up. */

@@ -10,12 +10,40 @@ const DEGREES = 180 / Math.PI;
 
 // name, unit, from the document, back; positive: must be greater than 0; pivot: only of the arm at the pivot
 const FIELDS = [
-  { name: "length", unit: "m", positive: true, get: (doc, k) => doc.pendulum.length[k], set: (edits, arm, value) => edits.setLength(arm, value) },
-  { name: "mass", unit: "kg", positive: true, get: (doc, k) => doc.pendulum.mass[k], set: (edits, arm, value) => edits.setMass(arm, value) },
-  { name: "angle", unit: "\u00b0", get: (doc, k) => doc.initial.phi[k] * DEGREES, set: (edits, arm, value) => edits.setStart(arm, "phi", value / DEGREES) },
-  { name: "rate", unit: "rad/s", get: (doc, k) => doc.initial.phid[k], set: (edits, arm, value) => edits.setStart(arm, "phid", value) },
+  {
+    name: "length",
+    unit: "m",
+    positive: true,
+    get: (doc, k) => doc.pendulum.length[k],
+    set: (edits, arm, value) => edits.setLength(arm, value),
+  },
+  {
+    name: "mass",
+    unit: "kg",
+    positive: true,
+    get: (doc, k) => doc.pendulum.mass[k],
+    set: (edits, arm, value) => edits.setMass(arm, value),
+  },
+  {
+    name: "angle",
+    unit: "\u00b0",
+    get: (doc, k) => doc.initial.phi[k] * DEGREES,
+    set: (edits, arm, value) => edits.setStart(arm, "phi", value / DEGREES),
+  },
+  {
+    name: "rate",
+    unit: "rad/s",
+    get: (doc, k) => doc.initial.phid[k],
+    set: (edits, arm, value) => edits.setStart(arm, "phid", value),
+  },
   // where the pendulum hangs
-  { name: "gravity", unit: "m/s\u00b2", pivot: true, get: (doc) => doc.pendulum.gravity, set: (edits, arm, value) => edits.setGravity(value) },
+  {
+    name: "gravity",
+    unit: "m/s\u00b2",
+    pivot: true,
+    get: (doc) => doc.pendulum.gravity,
+    set: (edits, arm, value) => edits.setGravity(value),
+  },
 ];
 
 export function mountCard(element, app, look) {
@@ -24,20 +52,55 @@ export function mountCard(element, app, look) {
   let arm = 0;
   let placed = null; // for which place the card was laid out
 
-  const inputs = FIELDS.map((field) => h("input", { type: "text", inputmode: "decimal", autocomplete: "off", "data-field": field.name,
-    "aria-label": text(`arm.${field.name}.unit`, { unit: field.unit }), on: { change: (event) => commit(field, event.target), focus: (event) => event.target.select() } }));
-  const labels = FIELDS.map((field, i) => h("label", { class: "field" }, h("span", {}, text(`arm.${field.name}`)),
-    h("span", { class: "with-unit" }, inputs[i], h("span", { class: "unit" }, field.unit))));
+  const inputs = FIELDS.map((field) =>
+    h("input", {
+      type: "text",
+      inputmode: "decimal",
+      autocomplete: "off",
+      "data-field": field.name,
+      "aria-label": text(`arm.${field.name}.unit`, { unit: field.unit }),
+      on: {
+        change: (event) => commit(field, event.target),
+        focus: (event) => event.target.select(),
+      },
+    }),
+  );
+  const labels = FIELDS.map((field, i) =>
+    h(
+      "label",
+      { class: "field" },
+      h("span", {}, text(`arm.${field.name}`)),
+      h("span", { class: "with-unit" }, inputs[i], h("span", { class: "unit" }, field.unit)),
+    ),
+  );
   const name = h("strong");
   const carrier = h("span", { class: "quiet" });
   const force = h("p", { class: "force" });
-  const add = h("button", { type: "button", class: "button", "data-act": "add", on: { click: () => edits.add(arm) } }, icon("plus"), text("arm.add"));
-  const trail = iconButton("trail", text("arm.trail"), () => edits.trail(arm), { "data-act": "trail" });
-  const remove = iconButton("trash", text("arm.remove"), () => edits.remove(arm), { "data-act": "remove" });
-  const card = h("div", { class: "card", role: "group", "aria-label": text("arm.card"), hidden: true },
-    h("div", { class: "card-head" }, name, carrier, iconButton("close", text("close"), () => edits.select(0))),
+  const add = h(
+    "button",
+    { type: "button", class: "button", "data-act": "add", on: { click: () => edits.add(arm) } },
+    icon("plus"),
+    text("arm.add"),
+  );
+  const trail = iconButton("trail", text("arm.trail"), () => edits.trail(arm), {
+    "data-act": "trail",
+  });
+  const remove = iconButton("trash", text("arm.remove"), () => edits.remove(arm), {
+    "data-act": "remove",
+  });
+  const card = h(
+    "div",
+    { class: "card", role: "group", "aria-label": text("arm.card"), hidden: true },
+    h(
+      "div",
+      { class: "card-head" },
+      name,
+      carrier,
+      iconButton("close", text("close"), () => edits.select(0)),
+    ),
     h("div", { class: "fields" }, ...labels),
-    h("div", { class: "card-foot" }, force, add, trail, remove));
+    h("div", { class: "card-foot" }, force, add, trail, remove),
+  );
   element.append(card);
   look.cardHeight = () => (card.hidden ? 0 : card.offsetHeight);
 
@@ -48,7 +111,12 @@ export function mountCard(element, app, look) {
     if (sound) {
       field.set(edits, arm, value);
       input.value = input.defaultValue;
-    } else app.announce(text(field.positive ? "arm.wrong.positive" : "arm.wrong", { what: text(`arm.${field.name}`) }));
+    } else
+      app.announce(
+        text(field.positive ? "arm.wrong.positive" : "arm.wrong", {
+          what: text(`arm.${field.name}`),
+        }),
+      );
   }
 
   function show(doc) {
@@ -63,7 +131,8 @@ export function mountCard(element, app, look) {
       const shown = text.short(field.get(doc, arm - 1), 5);
       labels[i].hidden = Boolean(field.pivot && on);
       inputs[i].defaultValue = shown;
-      if (document.activeElement !== inputs[i] || text.read(inputs[i].value) !== text.read(shown)) inputs[i].value = shown;
+      if (document.activeElement !== inputs[i] || text.read(inputs[i].value) !== text.read(shown))
+        inputs[i].value = shown;
       inputs[i].setAttribute("aria-invalid", "false");
     });
     trail.setAttribute("aria-pressed", doc.view.trails.includes(arm));
@@ -72,7 +141,8 @@ export function mountCard(element, app, look) {
 
   function tellForce() {
     const lambda = look.shape.lambda[arm - 1];
-    const kind = Math.abs(lambda) < look.most * 1e-3 ? "slack" : lambda < 0 ? "tension" : "compression";
+    const kind =
+      Math.abs(lambda) < look.most * 1e-3 ? "slack" : lambda < 0 ? "tension" : "compression";
     const words = text(`force.${kind}`, { force: text.number(lambda, 2) });
     if (force.textContent === words) return;
     force.textContent = words;
@@ -86,7 +156,12 @@ export function mountCard(element, app, look) {
     const px = camera.x + camera.scale * shape.x[k];
     const py = camera.y - camera.scale * shape.y[k];
     const gap = 20;
-    const spots = [[px + gap, py - height / 2], [px - gap - width, py - height / 2], [px - width / 2, py + gap], [px - width / 2, py - gap - height]];
+    const spots = [
+      [px + gap, py - height / 2],
+      [px - gap - width, py - height / 2],
+      [px - width / 2, py + gap],
+      [px - width / 2, py - gap - height],
+    ];
     const clamp = (value, most) => Math.max(8, Math.min(value, most - 8));
     let best = null;
     for (const [left, top] of spots) {
@@ -101,7 +176,13 @@ export function mountCard(element, app, look) {
       for (let i = 0; i < shape.n; i++) {
         const from = shape.tree.parent[i] - 1;
         if (hides(shape.x[i], shape.y[i])) hidden += i === k ? 30 : 3;
-        if (hides((shape.x[i] + (from < 0 ? 0 : shape.x[from])) / 2, (shape.y[i] + (from < 0 ? 0 : shape.y[from])) / 2)) hidden += 3;
+        if (
+          hides(
+            (shape.x[i] + (from < 0 ? 0 : shape.x[from])) / 2,
+            (shape.y[i] + (from < 0 ? 0 : shape.y[from])) / 2,
+          )
+        )
+          hidden += 3;
       }
       if (!best || hidden < best.hidden) best = { x, y, hidden };
     }
@@ -110,12 +191,16 @@ export function mountCard(element, app, look) {
 
   function lay() {
     const docked = clock.playing || element.clientWidth < 560;
-    const key = docked ? "docked" : `${clock.time} ${element.clientWidth} ${element.clientHeight} ${look.camera.scale}`;
+    const key = docked
+      ? "docked"
+      : `${clock.time} ${element.clientWidth} ${element.clientHeight} ${look.camera.scale}`;
     if (key === placed) return;
     placed = key;
     card.classList.toggle("docked", docked);
     const spot = docked ? { x: 0, y: 0 } : beside(card.offsetWidth, card.offsetHeight);
-    card.style.transform = docked ? "" : `translate(${Math.round(spot.x)}px, ${Math.round(spot.y)}px)`;
+    card.style.transform = docked
+      ? ""
+      : `translate(${Math.round(spot.x)}px, ${Math.round(spot.y)}px)`;
   }
 
   app.editArm = (chosen) => {

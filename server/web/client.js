@@ -20,8 +20,11 @@ export class Failure extends Error {
 
 /** A failure in words, of the texts where it is the server's absence, else the server's own. */
 export function said(failure, text) {
-  if (failure.kind !== "refused") return text(`failure.${failure.kind}`, { status: failure.status });
-  const faults = (failure.problem?.errors ?? []).map((fault) => `${fault.pointer || "/"}: ${fault.detail}`);
+  if (failure.kind !== "refused")
+    return text(`failure.${failure.kind}`, { status: failure.status });
+  const faults = (failure.problem?.errors ?? []).map(
+    (fault) => `${fault.pointer || "/"}: ${fault.detail}`,
+  );
   const first = failure.problem?.detail ?? text("failure.refused", { status: failure.status });
   return faults.length ? faults.join("; ") : first;
 }
@@ -78,8 +81,10 @@ export function createClient() {
     const problem = await problemOf(reply);
     const retry = Number(reply.headers.get("Retry-After")) || 1;
     // a proxy whose server is gone answers 502 or 504
-    if (reply.status === 502 || reply.status === 504) throw new Failure("away", { status: reply.status });
-    if (reply.status === 429 || reply.status === 503) throw new Failure("busy", { status: reply.status, problem, retry });
+    if (reply.status === 502 || reply.status === 504)
+      throw new Failure("away", { status: reply.status });
+    if (reply.status === 429 || reply.status === 503)
+      throw new Failure("busy", { status: reply.status, problem, retry });
     throw new Failure("refused", { status: reply.status, problem });
   }
 
@@ -94,7 +99,8 @@ export function createClient() {
         if (gaveUp(failure) || failure.kind === "refused") throw failure;
         if (failure.kind === "busy" && tried >= TRIES) throw failure;
         // who waits together does not come again together
-        const wait = Math.min(failure.retry || 2 ** (tried - 1), LONGEST_WAIT) * (1 + 0.25 * Math.random());
+        const wait =
+          Math.min(failure.retry || 2 ** (tried - 1), LONGEST_WAIT) * (1 + 0.25 * Math.random());
         report(failure.kind, Math.ceil(wait));
         await pause(wait, options.signal, wakers);
       }
@@ -107,13 +113,18 @@ export function createClient() {
   }
 
   const answer = (path) => async (body, options) => (await post(path, body, options)).json();
-  const get = (path) => async ({ signal } = {}) => (await ask(path, { signal })).json();
+  const get =
+    (path) =>
+    async ({ signal } = {}) =>
+      (await ask(path, { signal })).json();
 
   const hurry = () => [...wakers].forEach((wake) => wake());
   window.addEventListener("online", hurry);
 
   return {
-    get state() { return state; },
+    get state() {
+      return state;
+    },
     /** Those who wait to try again try now. */
     hurry,
     /** fn({kind, retry}) whenever the server comes, goes or asks to wait. */
@@ -149,26 +160,38 @@ export function createClient() {
      * Resolves when all of it is here; "broken" if it was cut off.
      */
     async table(path, body, { begin, rows, signal, reply: early = null } = {}) {
-      const reply = early ?? await post(path, body, { accept: "application/octet-stream", signal });
+      const reply =
+        early ?? (await post(path, body, { accept: "application/octet-stream", signal }));
       const columns = parseColumns(reply.headers.get("X-Columns") ?? "");
       begin(columns, parseStats(reply.headers));
-      await readRows(reply.body.getReader(), columns.reduce((sum, { count }) => sum + count, 0), rows);
+      await readRows(
+        reply.body.getReader(),
+        columns.reduce((sum, { count }) => sum + count, 0),
+        rows,
+      );
     },
   };
 }
 
 /** "t,phi[4],energy_total" as [{name: "t", count: 1}, {name: "phi", count: 4}, ...]. */
 export function parseColumns(header) {
-  return header.split(",").filter(Boolean).map((part) => {
-    const [, name, count] = /^([a-z_]+)(?:\[(\d+)\])?$/.exec(part.trim()) ?? [null, part, "1"];
-    return { name, count: Number(count ?? 1) };
-  });
+  return header
+    .split(",")
+    .filter(Boolean)
+    .map((part) => {
+      const [, name, count] = /^([a-z_]+)(?:\[(\d+)\])?$/.exec(part.trim()) ?? [null, part, "1"];
+      return { name, count: Number(count ?? 1) };
+    });
 }
 
 /** {horizon, energy_drift, warnings} of a reply's header fields, null without them. */
 function parseStats(headers) {
   if (!headers.has("X-Horizon")) return null;
-  return { horizon: Number(headers.get("X-Horizon")), energy_drift: Number(headers.get("X-Energy-Drift")), warnings: headers.get("X-Warning") };
+  return {
+    horizon: Number(headers.get("X-Horizon")),
+    energy_drift: Number(headers.get("X-Energy-Drift")),
+    warnings: headers.get("X-Warning"),
+  };
 }
 
 /** Hands whole rows of `width` doubles on as they arrive, each byte copied once. */

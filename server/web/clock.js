@@ -34,7 +34,9 @@ export function createClock() {
       frame = 0;
       tell();
     },
-    toggle() { clock.playing ? clock.pause() : clock.play(); },
+    toggle() {
+      clock.playing ? clock.pause() : clock.play();
+    },
     seek(time) {
       clock.time = Math.min(Math.max(time, 0), clock.available);
       goal = 0;

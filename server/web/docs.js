@@ -11,36 +11,105 @@ import { theme } from "./theme.js";
 const METHODS = ["get", "post", "put", "patch", "delete"];
 const SMALL = "(max-width: 860px)";
 
-const slug = (text) => text.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "");
+const slug = (text) =>
+  text
+    .toLowerCase()
+    .replace(/[^a-z0-9]+/g, "-")
+    .replace(/^-|-$/g, "");
 
 /** The description's sections: {title, text}, the first without a title. */
 function sectionsOf(description) {
   const [first, ...rest] = `\n${description}`.split(/\n## /);
-  return [{ title: "", text: first }, ...rest.map((part) => ({ title: part.slice(0, part.indexOf("\n")), text: part.slice(part.indexOf("\n")) }))];
+  return [
+    { title: "", text: first },
+    ...rest.map((part) => ({
+      title: part.slice(0, part.indexOf("\n")),
+      text: part.slice(part.indexOf("\n")),
+    })),
+  ];
 }
 
 /** An operation with the parameters that its path has for all. */
-const whole = ({ parameters = [] }, operation) => ({ ...operation, parameters: [...parameters, ...operation.parameters ?? []] });
+const whole = ({ parameters = [] }, operation) => ({
+  ...operation,
+  parameters: [...parameters, ...(operation.parameters ?? [])],
+});
 
 /** [{title, entries: [{id, label, element}]}]: all that the page shows, in order. */
 function groupsOf(reader) {
   const { info, paths, tags = [], components = {} } = reader.document;
   const [introduction, ...sections] = sectionsOf(info.description);
-  const first = h("section", { id: "introduction" }, h("h2", {}, info.summary ?? info.title), ...markdown(introduction.text));
-  const groups = [{
-    title: "Overview",
-    entries: [{ id: "introduction", label: "Introduction", element: first },
-      ...sections.map(({ title, text }) => entry(slug(title), title, h("section", {}, heading("h2", title, slug(title)), ...markdown(text))))],
-  }];
+  const first = h(
+    "section",
+    { id: "introduction" },
+    h("h2", {}, info.summary ?? info.title),
+    ...markdown(introduction.text),
+  );
+  const groups = [
+    {
+      title: "Overview",
+      entries: [
+        { id: "introduction", label: "Introduction", element: first },
+        ...sections.map(({ title, text }) =>
+          entry(
+            slug(title),
+            title,
+            h("section", {}, heading("h2", title, slug(title)), ...markdown(text)),
+          ),
+        ),
+      ],
+    },
+  ];
   for (const tag of tags) {
-    const found = Object.entries(paths).flatMap(([path, item]) => METHODS.filter((method) => item[method]?.tags?.includes(tag.name))
-      .map((method) => ({ path, method, operation: whole(item, item[method]) })));
-    const intro = entry(`tag-${tag.name}`, null, h("section", { class: "doc-tag" }, heading("h2", title(tag.name), `tag-${tag.name}`), ...markdown(tag.description ?? "")));
-    groups.push({ title: title(tag.name), entries: [intro, ...found.map((one) => entry(one.operation.operationId, summaryOf(one), article(one, reader, heading)))] });
+    const found = Object.entries(paths).flatMap(([path, item]) =>
+      METHODS.filter((method) => item[method]?.tags?.includes(tag.name)).map((method) => ({
+        path,
+        method,
+        operation: whole(item, item[method]),
+      })),
+    );
+    const intro = entry(
+      `tag-${tag.name}`,
+      null,
+      h(
+        "section",
+        { class: "doc-tag" },
+        heading("h2", title(tag.name), `tag-${tag.name}`),
+        ...markdown(tag.description ?? ""),
+      ),
+    );
+    groups.push({
+      title: title(tag.name),
+      entries: [
+        intro,
+        ...found.map((one) =>
+          entry(one.operation.operationId, summaryOf(one), article(one, reader, heading)),
+        ),
+      ],
+    });
   }
-  const schemas = Object.entries(components.schemas ?? {}).map(([name, schema]) => entry(`schema-${name}`, name,
-    h("section", { class: "doc-schema" }, heading("h3", name, `schema-${name}`), ...fieldsOf(schema, reader))));
-  const intro = entry("schemas", null, h("section", {}, heading("h2", "Schemas", "schemas"), h("p", {}, "What the bodies of requests and answers are made of.")));
+  const schemas = Object.entries(components.schemas ?? {}).map(([name, schema]) =>
+    entry(
+      `schema-${name}`,
+      name,
+      h(
+        "section",
+        { class: "doc-schema" },
+        heading("h3", name, `schema-${name}`),
+        ...fieldsOf(schema, reader),
+      ),
+    ),
+  );
+  const intro = entry(
+    "schemas",
+    null,
+    h(
+      "section",
+      {},
+      heading("h2", "Schemas", "schemas"),
+      h("p", {}, "What the bodies of requests and answers are made of."),
+    ),
+  );
   groups.push({ title: "Schemas", entries: [intro, ...schemas] });
   return groups;
 }
@@ -54,25 +123,40 @@ function entry(id, label, element) {
 
 /** A heading that leads to itself. */
 function heading(tag, text, id, ...more) {
-  return h(tag, {}, ...(more.length ? more : [text]), h("a", { class: "doc-anchor", href: `#${id}`, "aria-label": `Link to ${text}` }, "#"));
+  return h(
+    tag,
+    {},
+    ...(more.length ? more : [text]),
+    h("a", { class: "doc-anchor", href: `#${id}`, "aria-label": `Link to ${text}` }, "#"),
+  );
 }
 
 /** The contents; returns {element, show(entry, found)}. */
 function contentsOf(groups) {
   const places = new Map();
   const lists = groups.map((group) => {
-    const items = group.entries.filter((one) => one.label).map((one) => {
-      const item = h("li", {}, h("a", { href: `#${one.id}` }, ...[one.label].flat()));
-      places.set(one.id, item);
-      return item;
-    });
+    const items = group.entries
+      .filter((one) => one.label)
+      .map((one) => {
+        const item = h("li", {}, h("a", { href: `#${one.id}` }, ...[one.label].flat()));
+        places.set(one.id, item);
+        return item;
+      });
     return h("section", {}, h("h2", {}, group.title), h("ul", {}, ...items));
   });
-  const element = h("details", { open: !matchMedia(SMALL).matches }, h("summary", {}, "Contents"), ...lists);
+  const element = h(
+    "details",
+    { open: !matchMedia(SMALL).matches },
+    h("summary", {}, "Contents"),
+    ...lists,
+  );
   return {
     element,
     item: (id) => places.get(id),
-    tidy: () => lists.forEach((list) => { list.hidden = !list.querySelector("li:not([hidden])"); }),
+    tidy: () =>
+      lists.forEach((list) => {
+        list.hidden = !list.querySelector("li:not([hidden])");
+      }),
   };
 }
 
@@ -81,7 +165,14 @@ function search(groups, contents) {
   const entries = groups.flatMap((group) => group.entries);
   const texts = new Map(entries.map((one) => [one.id, one.element.textContent.toLowerCase()]));
   const said = h("span", { class: "doc-found", role: "status", "aria-live": "polite" });
-  const field = h("input", { type: "search", placeholder: "Search", "aria-label": "Search the reference", "aria-keyshortcuts": "/", spellcheck: "false", on: { input: find, keydown: leave } });
+  const field = h("input", {
+    type: "search",
+    placeholder: "Search",
+    "aria-label": "Search the reference",
+    "aria-keyshortcuts": "/",
+    spellcheck: "false",
+    on: { input: find, keydown: leave },
+  });
 
   function find() {
     const words = field.value.toLowerCase().split(/\s+/).filter(Boolean);
@@ -109,19 +200,28 @@ function search(groups, contents) {
     event.preventDefault();
     field.focus();
   });
-  return { element: h("div", { class: "doc-search" }, field, said), clear: () => { field.value = ""; find(); } };
+  return {
+    element: h("div", { class: "doc-search" }, field, said),
+    clear: () => {
+      field.value = "";
+      find();
+    },
+  };
 }
 
 /** Marks in the contents what is being read. */
 function follow(groups, contents) {
-  const watcher = new IntersectionObserver((changes) => {
-    for (const { target, isIntersecting } of changes) {
-      const link = contents.item(target.id)?.firstChild;
-      if (!link) continue;
-      if (isIntersecting) link.setAttribute("aria-current", "true");
-      else link.removeAttribute("aria-current");
-    }
-  }, { rootMargin: "-80px 0px -70% 0px" });
+  const watcher = new IntersectionObserver(
+    (changes) => {
+      for (const { target, isIntersecting } of changes) {
+        const link = contents.item(target.id)?.firstChild;
+        if (!link) continue;
+        if (isIntersecting) link.setAttribute("aria-current", "true");
+        else link.removeAttribute("aria-current");
+      }
+    },
+    { rootMargin: "-80px 0px -70% 0px" },
+  );
   for (const one of groups.flatMap((group) => group.entries)) watcher.observe(one.element);
 }
 
@@ -130,8 +230,17 @@ function head(document_) {
   const look = () => shade.replaceChildren(icon(theme.dark ? "light" : "dark"));
   theme.subscribe(look);
   look();
-  const name = h("h1", {}, h("a", { href: "/" }, "pendulumd"), " ", h("span", {}, `reference, version ${document_?.info.version ?? "?"}`));
-  return { name, tools: h("div", { class: "tools" }, h("a", { href: "/openapi.json" }, "openapi.json"), shade) };
+  const name = h(
+    "h1",
+    {},
+    h("a", { href: "/" }, "pendulumd"),
+    " ",
+    h("span", {}, `reference, version ${document_?.info.version ?? "?"}`),
+  );
+  return {
+    name,
+    tools: h("div", { class: "tools" }, h("a", { href: "/openapi.json" }, "openapi.json"), shade),
+  };
 }
 
 /** Goes where the address says: what comes later than the page is scrolled to here. */
@@ -140,7 +249,8 @@ function goThere(finder) {
   const target = id && document.getElementById(id);
   if (!target) return;
   if (target.closest("[hidden]")) finder.clear();
-  for (let outer = target.closest("details"); outer; outer = outer.parentElement.closest("details")) outer.open = true;
+  for (let outer = target.closest("details"); outer; outer = outer.parentElement.closest("details"))
+    outer.open = true;
   target.scrollIntoView();
 }
 
@@ -161,11 +271,20 @@ async function open() {
     follow(groups, contents);
     goThere(finder);
     addEventListener("hashchange", () => goThere(finder));
-    matchMedia(SMALL).addEventListener("change", (small) => { contents.element.open = !small.matches; });
+    matchMedia(SMALL).addEventListener("change", (small) => {
+      contents.element.open = !small.matches;
+    });
   } catch (error) {
     const { name, tools } = head(null);
     bar.replaceChildren(name, tools);
-    main.replaceChildren(h("p", { role: "alert" }, `The description could not be read: ${error.message}. `, h("button", { class: "button", on: { click: open } }, "Try again")));
+    main.replaceChildren(
+      h(
+        "p",
+        { role: "alert" },
+        `The description could not be read: ${error.message}. `,
+        h("button", { class: "button", on: { click: open } }, "Try again"),
+      ),
+    );
   }
   document.documentElement.dataset.ready = "yes";
 }

@@ -28,11 +28,31 @@ export function mountDrawers(element, app) {
   element.setAttribute("aria-label", text("drawers"));
 
   for (const id of DRAWERS) {
-    const tab = h("button", { type: "button", role: "tab", id: `tab-${id}`, "aria-controls": `panel-${id}`, "data-tab": id, "data-words": text(`drawer.${id}`),
-      on: { click: () => toggle(id) } }, text(`drawer.${id}`));
+    const tab = h(
+      "button",
+      {
+        type: "button",
+        role: "tab",
+        id: `tab-${id}`,
+        "aria-controls": `panel-${id}`,
+        "data-tab": id,
+        "data-words": text(`drawer.${id}`),
+        on: { click: () => toggle(id) },
+      },
+      text(`drawer.${id}`),
+    );
     tabs.set(id, tab);
     list.append(tab);
-    panels.append(h("div", { role: "tabpanel", id: `panel-${id}`, "aria-labelledby": `tab-${id}`, "data-drawer": id, hidden: true, tabindex: -1 }));
+    panels.append(
+      h("div", {
+        role: "tabpanel",
+        id: `panel-${id}`,
+        "aria-labelledby": `tab-${id}`,
+        "data-drawer": id,
+        hidden: true,
+        tabindex: -1,
+      }),
+    );
   }
 
   function toggle(id) {
@@ -41,7 +61,11 @@ export function mountDrawers(element, app) {
 
   /** In words, with a button that tries again. */
   function missing(id, panel, error) {
-    const again = h("button", { type: "button", class: "button", "data-again": id, on: { click: () => anew(id) } }, text("again"));
+    const again = h(
+      "button",
+      { type: "button", class: "button", "data-again": id, on: { click: () => anew(id) } },
+      text("again"),
+    );
     panel.replaceChildren(h("p", { class: "fault", role: "alert" }, said(error, text)), again);
   }
 

@@ -29,7 +29,8 @@ const ready = new Promise((resolve) => {
 /** The document's own style sheet, where it did not come with it: a sheet that was refused is there, without a rule. */
 async function dress() {
   await ready;
-  if (!getComputedStyle(document.documentElement).getPropertyValue("--paper")) await style("page.css");
+  if (!getComputedStyle(document.documentElement).getPropertyValue("--paper"))
+    await style("page.css");
 }
 
 // the document names main.js as well, so that either of the two is enough; a page that has begun does not begin twice

@@ -24,7 +24,9 @@ export function createEdits(app) {
   const replaced = (list, k, value) => list.map((old, i) => (i === k ? value : old));
 
   const edits = {
-    get grabbed() { return grabbed; },
+    get grabbed() {
+      return grabbed;
+    },
 
     /** Takes hold of the pendulum: it stands still, as it is now, until release(). */
     grab() {
@@ -36,7 +38,10 @@ export function createEdits(app) {
       store.settle();
       if (clock.time === 0) return;
       const { phi } = motion.at(clock.time);
-      store.set({ initial: { phi: [...phi], phid: [...phi].map(() => 0) } }, { label: "turn", merge: "grab" });
+      store.set(
+        { initial: { phi: [...phi], phid: [...phi].map(() => 0) } },
+        { label: "turn", merge: "grab" },
+      );
     },
     /** Lets it go, now or in so many seconds: it moves. */
     release(seconds = 0) {
@@ -63,7 +68,10 @@ export function createEdits(app) {
       const phi = nearest(angle, initial.phi[arm - 1]);
       const patch = { initial: { ...initial, phi: replaced(initial.phi, arm - 1, phi) } };
       if (length !== null) {
-        patch.pendulum = { ...pendulum, length: replaced(pendulum.length, arm - 1, Math.max(SHORTEST, tidy(length))) };
+        patch.pendulum = {
+          ...pendulum,
+          length: replaced(pendulum.length, arm - 1, Math.max(SHORTEST, tidy(length))),
+        };
       }
       store.set(patch, { label: length === null ? "turn" : "length", merge: "grab" });
     },
@@ -71,19 +79,44 @@ export function createEdits(app) {
 
     setLength(arm, length, merge = null) {
       const { pendulum } = store.get();
-      store.set({ pendulum: { ...pendulum, length: replaced(pendulum.length, arm - 1, Math.max(SHORTEST, length)) } }, { label: "length", merge });
+      store.set(
+        {
+          pendulum: {
+            ...pendulum,
+            length: replaced(pendulum.length, arm - 1, Math.max(SHORTEST, length)),
+          },
+        },
+        { label: "length", merge },
+      );
     },
     setMass(arm, mass, merge = null) {
       const { pendulum } = store.get();
-      store.set({ pendulum: { ...pendulum, mass: replaced(pendulum.mass, arm - 1, Math.max(LIGHTEST, mass)) } }, { label: "mass", merge });
+      store.set(
+        {
+          pendulum: {
+            ...pendulum,
+            mass: replaced(pendulum.mass, arm - 1, Math.max(LIGHTEST, mass)),
+          },
+        },
+        { label: "mass", merge },
+      );
     },
-    lengthen(arm, by) { edits.setLength(arm, tidy(store.get().pendulum.length[arm - 1] + by), `length ${arm}`); },
-    weigh(arm, factor) { edits.setMass(arm, tidy(store.get().pendulum.mass[arm - 1] * factor), `mass ${arm}`); },
-    setGravity(gravity) { store.set({ pendulum: { ...store.get().pendulum, gravity } }, { label: "gravity" }); },
+    lengthen(arm, by) {
+      edits.setLength(arm, tidy(store.get().pendulum.length[arm - 1] + by), `length ${arm}`);
+    },
+    weigh(arm, factor) {
+      edits.setMass(arm, tidy(store.get().pendulum.mass[arm - 1] * factor), `mass ${arm}`);
+    },
+    setGravity(gravity) {
+      store.set({ pendulum: { ...store.get().pendulum, gravity } }, { label: "gravity" });
+    },
     /** The start's angle or angular velocity of an arm: name is "phi" or "phid". */
     setStart(arm, name, value) {
       const { initial } = store.get();
-      store.set({ initial: { ...initial, [name]: replaced(initial[name], arm - 1, value) } }, { label: name === "phi" ? "turn" : "spin" });
+      store.set(
+        { initial: { ...initial, [name]: replaced(initial[name], arm - 1, value) } },
+        { label: name === "phi" ? "turn" : "spin" },
+      );
     },
 
     add(carrier) {
@@ -91,10 +124,17 @@ export function createEdits(app) {
       const { pendulum, initial } = doc;
       const siblings = pendulum.parent.filter((k) => k === carrier).length;
       const lean = [0.5, -0.5, 1.1, -1.1, 1.7, -1.7][siblings % 6];
-      const arm = { length: tidy(pendulum.length[carrier - 1] * 0.75), mass: pendulum.mass[carrier - 1], phi: initial.phi[carrier - 1] + lean };
+      const arm = {
+        length: tidy(pendulum.length[carrier - 1] * 0.75),
+        mass: pendulum.mass[carrier - 1],
+        phi: initial.phi[carrier - 1] + lean,
+      };
       const number = pendulum.length.length + 1;
       const trails = doc.view.trails.map((tip) => (tip === carrier ? number : tip));
-      store.set({ ...withArm(doc, carrier, arm), view: { selected: number, trails } }, { label: "add" });
+      store.set(
+        { ...withArm(doc, carrier, arm), view: { selected: number, trails } },
+        { label: "add" },
+      );
       app.announce(text("said.added", { arm: number, carrier }));
     },
     remove(arm) {
@@ -109,7 +149,11 @@ export function createEdits(app) {
     trail(arm) {
       const { trails } = store.get().view;
       const on = trails.includes(arm);
-      store.set({ view: { trails: on ? trails.filter((tip) => tip !== arm) : [...trails, arm].slice(-MOST_TRAILS) } });
+      store.set({
+        view: {
+          trails: on ? trails.filter((tip) => tip !== arm) : [...trails, arm].slice(-MOST_TRAILS),
+        },
+      });
       app.announce(text(on ? "said.trail.off" : "said.trail.on", { arm }));
     },
     select(arm) {
@@ -117,12 +161,17 @@ export function createEdits(app) {
     },
     /** A pendulum of one arm, to build on. */
     begin() {
-      store.set({
-        title: "", preset: null, ghosts: [],
-        pendulum: { length: [1], mass: [1], parent: [0], gravity: 9.81 },
-        initial: { phi: [-0.5], phid: [0] },
-        view: { selected: 1, trails: [1] },
-      }, { label: "new" });
+      store.set(
+        {
+          title: "",
+          preset: null,
+          ghosts: [],
+          pendulum: { length: [1], mass: [1], parent: [0], gravity: 9.81 },
+          initial: { phi: [-0.5], phid: [0] },
+          view: { selected: 1, trails: [1] },
+        },
+        { label: "new" },
+      );
     },
   };
   return edits;

@@ -6,15 +6,20 @@
 const PAUSES_MS = [300, 1000, 3000];
 const brought = new Map(); // path -> promise
 
-const addressOf = (path, tried) => new URL(tried ? `${path}?again=${tried}` : path, import.meta.url).href;
-const pause = (milliseconds) => new Promise((resolve) => { setTimeout(resolve, milliseconds); });
+const addressOf = (path, tried) =>
+  new URL(tried ? `${path}?again=${tried}` : path, import.meta.url).href;
+const pause = (milliseconds) =>
+  new Promise((resolve) => {
+    setTimeout(resolve, milliseconds);
+  });
 
 async function insist(path, load) {
   for (let tried = 0; ; tried++) {
     try {
       return await load(addressOf(path, tried));
     } catch (error) {
-      if (tried === PAUSES_MS.length) throw Object.assign(new Error(`${path} did not come: ${error.message}`), { kind: "file" });
+      if (tried === PAUSES_MS.length)
+        throw Object.assign(new Error(`${path} did not come: ${error.message}`), { kind: "file" });
       await pause(PAUSES_MS[tried] * (1 + 0.25 * Math.random()));
     }
   }

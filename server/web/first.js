@@ -13,8 +13,15 @@ export const motionBody = (doc, initial) => ({ ...request(doc, initial), output:
 function ask() {
   if (location.hash.length > 1) return null;
   const body = JSON.stringify(motionBody(PAPER));
-  const headers = { "Content-Type": "application/json", Accept: "application/octet-stream", ...bearer() };
-  const reply = fetch("/v1/trajectories", { method: "POST", headers, body }).then((answer) => (answer.ok ? answer : null), () => null);
+  const headers = {
+    "Content-Type": "application/json",
+    Accept: "application/octet-stream",
+    ...bearer(),
+  };
+  const reply = fetch("/v1/trajectories", { method: "POST", headers, body }).then(
+    (answer) => (answer.ok ? answer : null),
+    () => null,
+  );
   return { body, reply };
 }
 

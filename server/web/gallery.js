@@ -18,27 +18,50 @@ const FRAME_MS = 30;
 /** The document of a preset. */
 function documentOf(preset) {
   const patch = fromRequest(preset);
-  return { ...patch, span: { ...patch.span, stop: Math.max(patch.span.stop, SHORTEST_SPAN) }, title: preset.title, preset: preset.name,
-    view: { selected: 0, trails: [farthest(patch.pendulum)] } };
+  return {
+    ...patch,
+    span: { ...patch.span, stop: Math.max(patch.span.stop, SHORTEST_SPAN) },
+    title: preset.title,
+    preset: preset.name,
+    view: { selected: 0, trails: [farthest(patch.pendulum)] },
+  };
 }
 
 /** A preset's first seconds, coarsely: a track as motion.js has them. */
 async function load(preset, client, signal) {
   const { pendulum, initial } = preset;
   const n = pendulum.length.length;
-  const track = { doc: { pendulum, span: { step: STEP } }, initial, n, count: 0, columns: { phi: null, phid: null } };
+  const track = {
+    doc: { pendulum, span: { step: STEP } },
+    initial,
+    n,
+    count: 0,
+    columns: { phi: null, phid: null },
+  };
   const total = Math.round(SECONDS / STEP) + 1;
   track.columns.phi = new Float64Array(total * n);
   track.columns.phid = new Float64Array(total * n);
-  const body = { pendulum, initial, times: { start: 0, stop: SECONDS, step: STEP }, rtol: 1e-6, output: ["phi", "phid"] };
+  const body = {
+    pendulum,
+    initial,
+    times: { start: 0, stop: SECONDS, step: STEP },
+    rtol: 1e-6,
+    output: ["phi", "phid"],
+  };
   const width = 1 + 2 * n;
   await client.table("/v1/trajectories", body, {
     signal,
     begin() {},
     rows(values, count) {
       for (let i = 0; i < count; i++) {
-        track.columns.phi.set(values.subarray(i * width + 1, i * width + 1 + n), (track.count + i) * n);
-        track.columns.phid.set(values.subarray(i * width + 1 + n, (i + 1) * width), (track.count + i) * n);
+        track.columns.phi.set(
+          values.subarray(i * width + 1, i * width + 1 + n),
+          (track.count + i) * n,
+        );
+        track.columns.phid.set(
+          values.subarray(i * width + 1 + n, (i + 1) * width),
+          (track.count + i) * n,
+        );
       }
       track.count += count;
     },
@@ -62,7 +85,13 @@ function extent(track, rows, x, y) {
 
 /** A preset as it starts, for a picture that does not move. */
 function pose({ pendulum, initial }) {
-  return { doc: { pendulum, span: { step: STEP } }, initial, n: pendulum.length.length, count: 1, columns: { phi: Float64Array.from(initial.phi), phid: Float64Array.from(initial.phid) } };
+  return {
+    doc: { pendulum, span: { step: STEP } },
+    initial,
+    n: pendulum.length.length,
+    count: 1,
+    columns: { phi: Float64Array.from(initial.phi), phid: Float64Array.from(initial.phid) },
+  };
 }
 
 /** Draws a track on a small canvas at a time; forth and back, since a motion may be run backwards. */
@@ -74,7 +103,9 @@ function createPicture(canvas, track) {
   const array = () => new Float64Array(track.n);
   const [phi, x, y] = [array(), array(), array()];
   const place = { index: 0, fraction: 0 };
-  const box = track.count ? extent(track, rows, x, y) : { side: reach(tree), up: reach(tree), down: reach(tree) };
+  const box = track.count
+    ? extent(track, rows, x, y)
+    : { side: reach(tree), up: reach(tree), down: reach(tree) };
   const last = (track.count - 1) * STEP;
   const ratio = Math.min(devicePixelRatio, 2);
   const heaviest = Math.max(...tree.mass);
@@ -101,7 +132,10 @@ function createPicture(canvas, track) {
     context.beginPath();
     for (let k = 0; k < track.n; k++) {
       const from = tree.parent[k] - 1;
-      context.moveTo(width / 2 + (from < 0 ? 0 : scale * x[from]), top - (from < 0 ? 0 : scale * y[from]));
+      context.moveTo(
+        width / 2 + (from < 0 ? 0 : scale * x[from]),
+        top - (from < 0 ? 0 : scale * y[from]),
+      );
       context.lineTo(width / 2 + scale * x[k], top - scale * y[k]);
     }
     context.strokeStyle = colours.line;
@@ -128,7 +162,11 @@ export default {
     const stop = new AbortController();
     const cards = new Map(); // name -> {preset, button, canvas, picture, seen, moves}
     const grid = h("div", { class: "gallery" });
-    element.append(h("h2", {}, text("presets.title")), h("p", { class: "quiet" }, text("presets.words")), grid);
+    element.append(
+      h("h2", {}, text("presets.title")),
+      h("p", { class: "quiet" }, text("presets.words")),
+      grid,
+    );
     let colours = null;
     let shown = false;
     let drawn = 0;
@@ -136,7 +174,8 @@ export default {
     let animating = false;
 
     const sight = new IntersectionObserver((entries) => {
-      for (const { target, isIntersecting } of entries) cards.get(target.dataset.preset).seen = isIntersecting;
+      for (const { target, isIntersecting } of entries)
+        cards.get(target.dataset.preset).seen = isIntersecting;
       draw();
       animate();
     });
@@ -147,15 +186,33 @@ export default {
       clock.play();
     }
 
-    const named = ({ name, title }) => (text.has(`preset.${name}`) ? text(`preset.${name}`) : title);
+    const named = ({ name, title }) =>
+      text.has(`preset.${name}`) ? text(`preset.${name}`) : title;
 
     function card(preset) {
       const { name, title, n } = preset;
       const canvas = h("canvas", { "aria-hidden": "true" });
-      const button = h("button", { type: "button", class: "preset", "data-preset": name, on: { click: () => choose(preset) } },
-        canvas, h("span", { class: "preset-name" }, named({ name, title })), h("span", { class: "quiet" }, text(n === 1 ? "presets.arm" : "presets.arms", { n })));
+      const button = h(
+        "button",
+        {
+          type: "button",
+          class: "preset",
+          "data-preset": name,
+          on: { click: () => choose(preset) },
+        },
+        canvas,
+        h("span", { class: "preset-name" }, named({ name, title })),
+        h("span", { class: "quiet" }, text(n === 1 ? "presets.arm" : "presets.arms", { n })),
+      );
       grid.append(button);
-      cards.set(name, { preset, button, canvas, picture: createPicture(canvas, pose(preset)), seen: false, moves: false });
+      cards.set(name, {
+        preset,
+        button,
+        canvas,
+        picture: createPicture(canvas, pose(preset)),
+        seen: false,
+        moves: false,
+      });
       sight.observe(button);
     }
 
@@ -163,7 +220,11 @@ export default {
     function stageMoves() {
       if (app.motion.complete) return Promise.resolve();
       return new Promise((resolve) => {
-        bag(app.motion.subscribe((_, what) => (what === "complete" || what === "failure") && resolve()));
+        bag(
+          app.motion.subscribe(
+            (_, what) => (what === "complete" || what === "failure") && resolve(),
+          ),
+        );
       });
     }
 
@@ -180,9 +241,12 @@ export default {
       if (!near || animating || stop.signal.aborted) return;
       animating = true;
       try {
-        for (let entry; (entry = [...cards.values()].find(({ seen, moves }) => seen && !moves));) {
+        for (let entry; (entry = [...cards.values()].find(({ seen, moves }) => seen && !moves)); ) {
           entry.moves = true;
-          entry.picture = createPicture(entry.canvas, await load(entry.preset, client, stop.signal));
+          entry.picture = createPicture(
+            entry.canvas,
+            await load(entry.preset, client, stop.signal),
+          );
           draw();
         }
       } catch (error) {
@@ -199,7 +263,11 @@ export default {
 
     function nothing(error) {
       if (error.name === "AbortError") return;
-      const again = h("button", { type: "button", class: "button", on: { click: begin } }, text("again"));
+      const again = h(
+        "button",
+        { type: "button", class: "button", on: { click: begin } },
+        text("again"),
+      );
       grid.replaceChildren(h("p", { class: "quiet" }, text("presets.none")), again);
     }
 
@@ -211,23 +279,30 @@ export default {
     function draw() {
       if (!shown) return;
       drawn = performance.now();
-      for (const { picture, seen } of cards.values()) if (seen && picture) picture(clock.time, colours);
+      for (const { picture, seen } of cards.values())
+        if (seen && picture) picture(clock.time, colours);
     }
 
     function mark() {
-      for (const [name, { button }] of cards) button.setAttribute("aria-pressed", name === store.get().preset);
+      for (const [name, { button }] of cards)
+        button.setAttribute("aria-pressed", name === store.get().preset);
     }
 
     function recolour() {
       const style = getComputedStyle(document.documentElement);
-      colours = { pivot: style.getPropertyValue("--faint"), line: style.getPropertyValue("--quiet"), mass: style.getPropertyValue("--mass") };
+      colours = {
+        pivot: style.getPropertyValue("--faint"),
+        line: style.getPropertyValue("--quiet"),
+        mass: style.getPropertyValue("--mass"),
+      };
       draw();
     }
 
     bag(clock.subscribe(() => (!clock.playing || performance.now() - drawn > FRAME_MS) && draw()));
     bag(store.subscribe(mark));
     bag(theme.subscribe(recolour));
-    for (const event of ["pointerenter", "focusin", "touchstart"]) bag.on(grid, event, approach, { passive: true });
+    for (const event of ["pointerenter", "focusin", "touchstart"])
+      bag.on(grid, event, approach, { passive: true });
     recolour();
     begin();
     return {
@@ -235,7 +310,9 @@ export default {
         shown = true;
         draw();
       },
-      hide() { shown = false; },
+      hide() {
+        shown = false;
+      },
       destroy() {
         stop.abort();
         sight.disconnect();

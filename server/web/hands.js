@@ -58,7 +58,10 @@ export function mountHands(canvas, app, look) {
     edits.select(press.arm);
     const from = seen(press.arm, { x: press.x, y: press.y });
     const { initial, pendulum } = store.get();
-    press.drag = { turn: initial.phi[press.arm - 1] - from.angle, stretch: pendulum.length[press.arm - 1] / from.far };
+    press.drag = {
+      turn: initial.phi[press.arm - 1] - from.angle,
+      stretch: pendulum.length[press.arm - 1] / from.far,
+    };
     canvas.classList.add("grabbing");
     follow(at, false);
   }

@@ -12,10 +12,29 @@ const KEYS = ["tab", "turn", "length", "mass", "add", "delete", "trail", "enter"
 function helpOf(text) {
   const dialog = h("dialog", { class: "help", "aria-labelledby": "help-title" });
   dialog.append(
-    h("div", { class: "dialog-head" }, h("h2", { id: "help-title" }, text("help.title")), iconButton("close", text("close"), () => dialog.close())),
+    h(
+      "div",
+      { class: "dialog-head" },
+      h("h2", { id: "help-title" }, text("help.title")),
+      iconButton("close", text("close"), () => dialog.close()),
+    ),
     h("p", {}, text("help.hand")),
-    h("dl", {}, ...KEYS.flatMap((key) => [h("dt", {}, text(`help.${key}.key`)), h("dd", {}, text(`help.${key}`))])),
-    h("p", { class: "quiet" }, text("help.paper"), " ", h("a", { href: "/docs" }, text("help.docs"))));
+    h(
+      "dl",
+      {},
+      ...KEYS.flatMap((key) => [
+        h("dt", {}, text(`help.${key}.key`)),
+        h("dd", {}, text(`help.${key}`)),
+      ]),
+    ),
+    h(
+      "p",
+      { class: "quiet" },
+      text("help.paper"),
+      " ",
+      h("a", { href: "/docs" }, text("help.docs")),
+    ),
+  );
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
   return dialog;
 }
@@ -27,18 +46,58 @@ export function mountHeader(element, app) {
   const undo = iconButton("undo", text("undo"), () => app.undo(), { "data-act": "undo" });
   const redo = iconButton("redo", text("redo"), () => app.redo(), { "data-act": "redo" });
   const shade = iconButton("dark", text("theme"), () => theme.toggle(), { "data-act": "theme" });
-  const tongue = h("select", { class: "tongue", "aria-label": text("language"), on: { change: () => app.speak(tongue.value) } },
-    ...LANGUAGES.map((name) => h("option", { value: name, selected: name === text.language, title: text(`language.${name}`) }, name.toUpperCase())));
+  const tongue = h(
+    "select",
+    {
+      class: "tongue",
+      "aria-label": text("language"),
+      on: { change: () => app.speak(tongue.value) },
+    },
+    ...LANGUAGES.map((name) =>
+      h(
+        "option",
+        { value: name, selected: name === text.language, title: text(`language.${name}`) },
+        name.toUpperCase(),
+      ),
+    ),
+  );
   const title = h("p", { class: "title" });
-  const docs = h("a", { class: "docs-link", href: "/docs", title: text("help.docs") }, text("docs"));
-  element.append(h("h1", {}, text("name")), title, h("div", { class: "tools" },
-    h("button", { type: "button", class: "button", "data-act": "new", on: { click: () => app.edits.begin() } }, text("new")),
-    undo, redo, iconButton("help", text("help.title"), () => help.showModal(), { "data-act": "help" }), docs, tongue, shade), help);
+  const docs = h(
+    "a",
+    { class: "docs-link", href: "/docs", title: text("help.docs") },
+    text("docs"),
+  );
+  element.append(
+    h("h1", {}, text("name")),
+    title,
+    h(
+      "div",
+      { class: "tools" },
+      h(
+        "button",
+        {
+          type: "button",
+          class: "button",
+          "data-act": "new",
+          on: { click: () => app.edits.begin() },
+        },
+        text("new"),
+      ),
+      undo,
+      redo,
+      iconButton("help", text("help.title"), () => help.showModal(), { "data-act": "help" }),
+      docs,
+      tongue,
+      shade,
+    ),
+    help,
+  );
 
   function show(doc) {
     undo.disabled = !store.canUndo();
     redo.disabled = !store.canRedo();
-    const preset = doc.preset && text.has(`preset.${doc.preset}`) ? text(`preset.${doc.preset}`) : "";
+    const preset =
+      doc.preset && text.has(`preset.${doc.preset}`) ? text(`preset.${doc.preset}`) : "";
     title.textContent = preset || doc.title;
   }
 
@@ -47,5 +106,10 @@ export function mountHeader(element, app) {
   bag(theme.subscribe(look));
   show(store.get());
   look();
-  return { destroy: () => { bag.end(); element.replaceChildren(); } };
+  return {
+    destroy: () => {
+      bag.end();
+      element.replaceChildren();
+    },
+  };
 }

@@ -27,7 +27,10 @@ export const keep = {
 /** 256 random bits as 43 letters of base64url. */
 function fresh() {
   const bytes = crypto.getRandomValues(new Uint8Array(32));
-  return btoa(String.fromCharCode(...bytes)).replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
+  return btoa(String.fromCharCode(...bytes))
+    .replaceAll("+", "-")
+    .replaceAll("/", "_")
+    .replace(/=+$/, "");
 }
 
 /** The header field that says whose request it is: this browser's own token, made at the first request. */

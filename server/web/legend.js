@@ -9,15 +9,45 @@ export function mountLegend(element, app, look) {
   const bag = createBag();
   const bar = h("div", { class: "legend-bar", "aria-hidden": "true" });
   const ticks = [0, 1, 2, 3, 4].map(() => h("span"));
-  const arrows = iconButton("arrows", text("legend.arrows"), () => store.set({ view: { arrows: !store.get().view.arrows } }), { "data-act": "arrows" });
-  const palette = h("button", { type: "button", class: "icon-button", "data-act": "palette", "aria-label": text("legend.palette"), title: text("legend.palette"),
-    on: { click: () => store.set({ view: { palette: store.get().view.palette === "safe" ? "paper" : "safe" } }) } }, h("span", { class: "swatch" }));
-  const legend = h("div", { class: "legend", role: "group", "aria-label": text("legend") },
-    h("div", { class: "legend-scale" },
+  const arrows = iconButton(
+    "arrows",
+    text("legend.arrows"),
+    () => store.set({ view: { arrows: !store.get().view.arrows } }),
+    { "data-act": "arrows" },
+  );
+  const palette = h(
+    "button",
+    {
+      type: "button",
+      class: "icon-button",
+      "data-act": "palette",
+      "aria-label": text("legend.palette"),
+      title: text("legend.palette"),
+      on: {
+        click: () =>
+          store.set({ view: { palette: store.get().view.palette === "safe" ? "paper" : "safe" } }),
+      },
+    },
+    h("span", { class: "swatch" }),
+  );
+  const legend = h(
+    "div",
+    { class: "legend", role: "group", "aria-label": text("legend") },
+    h(
+      "div",
+      { class: "legend-scale" },
       bar,
       h("div", { class: "legend-ticks" }, ...ticks),
-      h("div", { class: "legend-words" }, h("span", {}, text("legend.tension")), h("span", {}, text("legend.compression")))),
-    arrows, palette);
+      h(
+        "div",
+        { class: "legend-words" },
+        h("span", {}, text("legend.tension")),
+        h("span", {}, text("legend.compression")),
+      ),
+    ),
+    arrows,
+    palette,
+  );
   element.append(legend);
 
   function show() {

@@ -16,7 +16,8 @@ export function sceneOf(doc) {
   return scene;
 }
 
-const numbers = (list, n) => Array.isArray(list) && list.length === n && list.every(Number.isFinite);
+const numbers = (list, n) =>
+  Array.isArray(list) && list.length === n && list.every(Number.isFinite);
 const state = (value, n) => numbers(value?.phi, n) && numbers(value?.phid, n);
 
 /** What of a scene's view this page understands. */
@@ -38,12 +39,29 @@ function patchOf(scene) {
   const patch = fromRequest(scene.request);
   const { length, mass, parent } = patch.pendulum;
   const n = length.length;
-  const carriers = Array.isArray(parent) && parent.every((k) => Number.isInteger(k) && k >= 0 && k <= n);
-  const sound = numbers(length, n) && numbers(mass, n) && carriers && parent.length === n && order(parent).length === n
-    && state(patch.initial, n) && patch.span.stop > 0 && patch.span.step > 0 && patch.span.stop / patch.span.step * n < MOST_NUMBERS;
+  const carriers =
+    Array.isArray(parent) && parent.every((k) => Number.isInteger(k) && k >= 0 && k <= n);
+  const sound =
+    numbers(length, n) &&
+    numbers(mass, n) &&
+    carriers &&
+    parent.length === n &&
+    order(parent).length === n &&
+    state(patch.initial, n) &&
+    patch.span.stop > 0 &&
+    patch.span.step > 0 &&
+    (patch.span.stop / patch.span.step) * n < MOST_NUMBERS;
   if (!sound) throw new Error("not a scene of this page");
-  const ghosts = Array.isArray(scene.view?.ghosts) ? scene.view.ghosts.filter((ghost) => state(ghost, n)).slice(0, 20) : [];
-  return { ...patch, title: String(scene.title ?? ""), preset: null, ghosts, view: viewOf(scene.view ?? {}, n) };
+  const ghosts = Array.isArray(scene.view?.ghosts)
+    ? scene.view.ghosts.filter((ghost) => state(ghost, n)).slice(0, 20)
+    : [];
+  return {
+    ...patch,
+    title: String(scene.title ?? ""),
+    preset: null,
+    ghosts,
+    view: viewOf(scene.view ?? {}, n),
+  };
 }
 
 /** Any body of /v1/trajectories in the page's own form: the server tells what tree and what start it stands for. */
@@ -53,11 +71,21 @@ async function plain(body, client) {
   const angles = initial?.phi && (initial.unit ?? "rad") === "rad";
   if (arrays && angles && times.stop > 0 && (times.start ?? 0) === 0) return body;
   const tree = await client.trees({ pendulum });
-  const start = await client.trajectory({ pendulum, ...(initial && { initial }), times: [0], output: ["phi", "phid"] });
+  const start = await client.trajectory({
+    pendulum,
+    ...(initial && { initial }),
+    times: [0],
+    output: ["phi", "phid"],
+  });
   const stop = Array.isArray(times) ? Math.max(...times) : times.stop;
   return {
     ...body,
-    pendulum: { length: tree.arms.map((arm) => arm.length), mass: tree.arms.map((arm) => arm.mass), parent: tree.parent, gravity: pendulum.gravity ?? 9.81 },
+    pendulum: {
+      length: tree.arms.map((arm) => arm.length),
+      mass: tree.arms.map((arm) => arm.mass),
+      parent: tree.parent,
+      gravity: pendulum.gravity ?? 9.81,
+    },
     initial: { phi: start.phi[0], phid: start.phid[0] },
     times: { stop, step: times.step ?? stop / 1000 },
   };
@@ -69,7 +97,7 @@ async function through(stream, bytes) {
   writer.close().catch(() => {});
   const reader = stream.readable.getReader();
   const pieces = [];
-  for (let total = 0; ;) {
+  for (let total = 0; ; ) {
     const { done, value } = await reader.read();
     if (done) return new Uint8Array(await new Blob(pieces).arrayBuffer());
     total += value.length;
@@ -78,8 +106,15 @@ async function through(stream, bytes) {
   }
 }
 
-const lettersOf = (bytes) => btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join("")).replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
-const bytesOf = (letters) => Uint8Array.from(atob(letters.replaceAll("-", "+").replaceAll("_", "/")), (letter) => letter.charCodeAt(0));
+const lettersOf = (bytes) =>
+  btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""))
+    .replaceAll("+", "-")
+    .replaceAll("/", "_")
+    .replace(/=+$/, "");
+const bytesOf = (letters) =>
+  Uint8Array.from(atob(letters.replaceAll("-", "+").replaceAll("_", "/")), (letter) =>
+    letter.charCodeAt(0),
+  );
 const parsed = (bytes) => JSON.parse(new TextDecoder().decode(bytes));
 
 /** "#d=..." or "#j=...": needs no store. */
@@ -91,7 +126,8 @@ export async function linkOf(doc) {
 
 const READERS = {
   s: (id, client) => client.scene(id),
-  d: async (letters) => parsed(await through(new DecompressionStream("deflate-raw"), bytesOf(letters))),
+  d: async (letters) =>
+    parsed(await through(new DecompressionStream("deflate-raw"), bytesOf(letters))),
   j: (letters) => parsed(bytesOf(letters)),
 };
 

@@ -20,7 +20,12 @@ const root = document.documentElement;
 if ("begun" in root.dataset) throw new Error("the page has begun already");
 root.dataset.begun = "";
 
-const VIEWS = { header: mountHeader, stage: mountStage, timebar: mountTimebar, drawers: mountDrawers };
+const VIEWS = {
+  header: mountHeader,
+  stage: mountStage,
+  timebar: mountTimebar,
+  drawers: mountDrawers,
+};
 
 const text = createText();
 const client = createClient();
@@ -33,13 +38,25 @@ const live = document.getElementById("live");
 let views = [];
 
 const app = {
-  store, motion, clock, client, text,
+  store,
+  motion,
+  clock,
+  client,
+  text,
   /** Says it to those who listen instead of looking. */
-  announce(words) { live.textContent = words; },
+  announce(words) {
+    live.textContent = words;
+  },
   /** Says it on the stage, for all. */
-  complain(words) { motion.note(words); },
-  undo() { tell("undo", store.undo()); },
-  redo() { tell("redo", store.redo()); },
+  complain(words) {
+    motion.note(words);
+  },
+  undo() {
+    tell("undo", store.undo());
+  },
+  redo() {
+    tell("redo", store.redo());
+  },
   /** Another language: all views are built anew. */
   speak(language) {
     text.use(language, true);
@@ -70,7 +87,10 @@ function keys(event) {
   } else if (event.ctrlKey && event.key.toLowerCase() === "y" && !typing) {
     event.preventDefault();
     app.redo();
-  } else if (event.key === " " && !event.target.closest("input:not([type=range]), textarea, select, button, summary, a")) {
+  } else if (
+    event.key === " " &&
+    !event.target.closest("input:not([type=range]), textarea, select, button, summary, a")
+  ) {
     event.preventDefault();
     clock.toggle();
   }
@@ -90,7 +110,8 @@ async function open() {
 /** What nobody has expected is told as well. */
 function astray({ reason, error }) {
   const what = reason ?? error;
-  if (what && what.name !== "AbortError") app.complain(text(what.kind === "file" ? "failure.file" : "failure.page"));
+  if (what && what.name !== "AbortError")
+    app.complain(text(what.kind === "file" ? "failure.file" : "failure.page"));
 }
 
 window.pendulumd = app; // for the console, and for tests

@@ -12,7 +12,18 @@ const HORIZON_SAMPLES = 401; // how finely the horizon is asked for where the mo
 function createTrack(doc, initial) {
   const n = doc.pendulum.length.length;
   const total = Math.floor(doc.span.stop / doc.span.step + 1e-9) + 1;
-  return { doc, initial, n, total, count: 0, complete: false, preview: null, t: new Float64Array(0), columns: {}, widths: {} };
+  return {
+    doc,
+    initial,
+    n,
+    total,
+    count: 0,
+    complete: false,
+    preview: null,
+    t: new Float64Array(0),
+    columns: {},
+    widths: {},
+  };
 }
 
 function createGhost(doc, ghost) {
@@ -70,19 +81,22 @@ export function anglesAt(track, time, place, phi) {
   const d1 = s * s * (s - 1) * h;
   for (let k = 0; k < n; k++) {
     const a = columns.phi[from + k];
-    phi[k] = a + b1 * (columns.phi[to + k] - a) + d0 * columns.phid[from + k] + d1 * columns.phid[to + k];
+    phi[k] =
+      a + b1 * (columns.phi[to + k] - a) + d0 * columns.phid[from + k] + d1 * columns.phid[to + k];
   }
 }
 
 /** A column at a time, linear between two samples, into values; what is known before the first sample, else zeros. */
 export function valuesAt(track, name, time, place, values) {
-  if (!track.count) return track.preview && name === "lambda" ? values.set(track.preview) : values.fill(0);
+  if (!track.count)
+    return track.preview && name === "lambda" ? values.set(track.preview) : values.fill(0);
   locate(track, time, place);
   const width = track.widths[name];
   const column = track.columns[name];
   const from = place.index * width;
   const to = track.count > 1 ? from + width : from;
-  for (let k = 0; k < width; k++) values[k] = column[from + k] + place.fraction * (column[to + k] - column[from + k]);
+  for (let k = 0; k < width; k++)
+    values[k] = column[from + k] + place.fraction * (column[to + k] - column[from + k]);
 }
 
 export function createMotion({ store, client, clock }) {
@@ -101,14 +115,30 @@ export function createMotion({ store, client, clock }) {
     loading: false,
     failure: null,
     complaint: null,
-    get t() { return motion.track.t; },
-    get columns() { return motion.track.columns; },
-    get widths() { return motion.track.widths; },
-    get n() { return motion.track.n; },
-    get count() { return motion.track.count; },
-    get total() { return motion.track.total; },
-    get complete() { return motion.track.complete; },
-    get doc() { return motion.track.doc; },
+    get t() {
+      return motion.track.t;
+    },
+    get columns() {
+      return motion.track.columns;
+    },
+    get widths() {
+      return motion.track.widths;
+    },
+    get n() {
+      return motion.track.n;
+    },
+    get count() {
+      return motion.track.count;
+    },
+    get total() {
+      return motion.track.total;
+    },
+    get complete() {
+      return motion.track.complete;
+    },
+    get doc() {
+      return motion.track.doc;
+    },
     /** {time, index, fraction, phi, phid, lambda} at a time; made anew with each call: for what is not a frame. */
     at(time) {
       const row = (name) => {
@@ -121,8 +151,12 @@ export function createMotion({ store, client, clock }) {
       return { time, ...place, phi, phid: row("phid"), lambda: row("lambda") };
     },
     /** Loads nothing while something is being dragged; loads what has changed when it is let go. */
-    hold() { held = true; },
-    get held() { return held; },
+    hold() {
+      held = true;
+    },
+    get held() {
+      return held;
+    },
     /** The forces of the start, known before its motion. */
     foresee(lambda) {
       if (motion.track.count || lambda.length !== motion.track.n) return;
@@ -163,7 +197,11 @@ export function createMotion({ store, client, clock }) {
   function extend() {
     const { track } = motion;
     const duration = (track.total - 1) * track.doc.span.step;
-    clock.extent(track.count ? (track.count - 1) * track.doc.span.step : 0, duration, track.complete);
+    clock.extent(
+      track.count ? (track.count - 1) * track.doc.span.step : 0,
+      duration,
+      track.complete,
+    );
   }
 
   /** The reply that is on its way already, if it is the answer to this. */
@@ -198,7 +236,11 @@ export function createMotion({ store, client, clock }) {
     let { stats } = motion.track;
     if (!stats) {
       const { output, ...body } = motionBody(doc);
-      body.times = { start: 0, stop: doc.span.stop, count: Math.min(HORIZON_SAMPLES, motion.total) };
+      body.times = {
+        start: 0,
+        stop: doc.span.stop,
+        count: Math.min(HORIZON_SAMPLES, motion.total),
+      };
       ({ stats } = await client.trajectory({ ...body, output: ["energy"], digits: 4 }, { signal }));
     }
     motion.stats = stats;
@@ -248,7 +290,8 @@ export function createMotion({ store, client, clock }) {
     const { signal } = stopGhosts;
     motion.ghosts = doc.ghosts.map((ghost) => createGhost(doc, ghost));
     try {
-      for (const track of motion.ghosts) await fetchTrack(track, signal, () => !signal.aborted && tell("ghosts"));
+      for (const track of motion.ghosts)
+        await fetchTrack(track, signal, () => !signal.aborted && tell("ghosts"));
     } catch (error) {
       fail(error);
     }

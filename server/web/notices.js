@@ -21,10 +21,16 @@ export function mountNotices(element, app) {
   /** The gravest matter: [words, what a button says, what it does, bad]. */
   function matter() {
     const { failure } = motion;
-    if (failure?.kind === "refused") return [said(failure, text), store.canUndo() && text("undo"), app.undo, true];
+    if (failure?.kind === "refused")
+      return [said(failure, text), store.canUndo() && text("undo"), app.undo, true];
     if (failure) return [said(failure, text), text("again"), motion.reload, true];
     if (client.state.kind !== "well") {
-      return [text(`failure.${client.state.kind}.retry`, { seconds: client.state.retry }), text("again.now"), client.hurry, true];
+      return [
+        text(`failure.${client.state.kind}.retry`, { seconds: client.state.retry }),
+        text("again.now"),
+        client.hurry,
+        true,
+      ];
     }
     if (motion.complaint) return [motion.complaint, text("close"), () => motion.note(null), true];
     if (motion.loading && late) {

@@ -39,8 +39,14 @@ export function readColours(palette) {
   return {
     bins,
     font: `13px ${getComputedStyle(document.body).fontFamily}`,
-    ink: value("--ink"), quiet: value("--quiet"), glass: value("--glass"), accent: value("--accent"),
-    paper: value("--stage"), mass: value("--mass"), ghosts: GHOSTS.map((_, i) => value(ghostColour(i))), trails: [1, 2, 3, 4, 5].map((i) => value(`--trail-${i}`)),
+    ink: value("--ink"),
+    quiet: value("--quiet"),
+    glass: value("--glass"),
+    accent: value("--accent"),
+    paper: value("--stage"),
+    mass: value("--mass"),
+    ghosts: GHOSTS.map((_, i) => value(ghostColour(i))),
+    trails: [1, 2, 3, 4, 5].map((i) => value(`--trail-${i}`)),
   };
 }
 
@@ -51,7 +57,7 @@ export function bin(force, most) {
 }
 
 /** How wide an arm is drawn, in pixels: wider with its force. */
-const width = (i, thin) => thin * (1 + 1.9 * Math.abs(i - MIDDLE) / MIDDLE);
+const width = (i, thin) => thin * (1 + (1.9 * Math.abs(i - MIDDLE)) / MIDDLE);
 
 /** Radius of a tip in pixels: by its mass, but a short arm is not to vanish behind it. */
 function tipRadius(tree, k, heaviest, camera, thin) {
@@ -105,7 +111,10 @@ export function createPainter(context) {
         context.beginPath();
         for (let k = heads[i]; k >= 0; k = next[k]) {
           const carrier = tree.parent[k];
-          context.moveTo(camera.x + camera.scale * (carrier ? x[carrier - 1] : 0), camera.y - camera.scale * (carrier ? y[carrier - 1] : 0));
+          context.moveTo(
+            camera.x + camera.scale * (carrier ? x[carrier - 1] : 0),
+            camera.y - camera.scale * (carrier ? y[carrier - 1] : 0),
+          );
           context.lineTo(camera.x + camera.scale * x[k], camera.y - camera.scale * y[k]);
         }
         context.strokeStyle = colours.bins[i];
@@ -161,8 +170,14 @@ export function createPainter(context) {
         context.beginPath();
         for (let k = 0; k < tree.length.length; k++) {
           if (forces[k] * sign <= most * 0.01) continue;
-          arrow(context, camera.x + camera.scale * x[k], camera.y - camera.scale * y[k], Math.cos(phi[k]) * sign, -Math.sin(phi[k]) * sign,
-            ARROW * Math.min(1.5, (forces[k] * sign) / most));
+          arrow(
+            context,
+            camera.x + camera.scale * x[k],
+            camera.y - camera.scale * y[k],
+            Math.cos(phi[k]) * sign,
+            -Math.sin(phi[k]) * sign,
+            ARROW * Math.min(1.5, (forces[k] * sign) / most),
+          );
         }
         context.strokeStyle = colours.bins[sign < 0 ? 0 : BINS - 1];
         context.lineWidth = 2;
@@ -176,8 +191,13 @@ export function createPainter(context) {
     ring(arm, shape, camera, colours, strong) {
       const k = arm - 1;
       context.beginPath();
-      context.arc(camera.x + camera.scale * shape.x[k], camera.y - camera.scale * shape.y[k],
-        tipRadius(shape.tree, k, shape.heaviest, camera, shape.thin) + 5, 0, 2 * Math.PI);
+      context.arc(
+        camera.x + camera.scale * shape.x[k],
+        camera.y - camera.scale * shape.y[k],
+        tipRadius(shape.tree, k, shape.heaviest, camera, shape.thin) + 5,
+        0,
+        2 * Math.PI,
+      );
       context.strokeStyle = colours.accent;
       context.lineWidth = strong ? 3.5 : 2;
       context.stroke();
@@ -190,7 +210,12 @@ export function createPainter(context) {
       const px = camera.x + camera.scale * shape.x[arm - 1];
       const py = camera.y - camera.scale * shape.y[arm - 1];
       let best = null;
-      for (const [x, y] of [[px + 16, py - 13], [px - 16 - wide, py - 13], [px - wide / 2, py - 44], [px - wide / 2, py + 18]]) {
+      for (const [x, y] of [
+        [px + 16, py - 13],
+        [px - 16 - wide, py - 13],
+        [px - wide / 2, py - 44],
+        [px - wide / 2, py + 18],
+      ]) {
         let hidden = x < 4 || x + wide > across - 4 ? 50 : 0;
         for (let k = 0; k < shape.n; k++) {
           const dx = camera.x + camera.scale * shape.x[k] - x;
@@ -219,7 +244,10 @@ export function createPainter(context) {
       context.beginPath();
       for (let k = 0; k < tree.length.length; k++) {
         const carrier = tree.parent[k];
-        context.moveTo(camera.x + camera.scale * (carrier ? x[carrier - 1] : 0), camera.y - camera.scale * (carrier ? y[carrier - 1] : 0));
+        context.moveTo(
+          camera.x + camera.scale * (carrier ? x[carrier - 1] : 0),
+          camera.y - camera.scale * (carrier ? y[carrier - 1] : 0),
+        );
         context.lineTo(camera.x + camera.scale * x[k], camera.y - camera.scale * y[k]);
       }
       context.strokeStyle = colours.ghosts[i % colours.ghosts.length];

@@ -13,7 +13,10 @@ export function followForces({ motion, client }) {
     asking = true;
     const { pendulum, initial } = motion.track.doc;
     try {
-      const { lambda } = await client.forces({ pendulum, state: { phi: initial.phi, phid: initial.phid } });
+      const { lambda } = await client.forces({
+        pendulum,
+        state: { phi: initial.phi, phid: initial.phid },
+      });
       motion.foresee(lambda);
     } catch (failure) {
       if (failure.kind === undefined) throw failure;

@@ -21,11 +21,28 @@ const EASE_SECONDS = 0.09;
 function shapeOf(tree) {
   const n = tree.length.length;
   const array = () => new Float64Array(n);
-  return { tree, n, rows: order(tree.parent), reach: reach(tree), heaviest: Math.max(...tree.mass),
-    thin: Math.max(1.5, 3.6 - 0.3 * Math.log2(n)), phi: array(), lambda: array(), x: array(), y: array(), ghostPhi: array(), ghostX: array(), ghostY: array() };
+  return {
+    tree,
+    n,
+    rows: order(tree.parent),
+    reach: reach(tree),
+    heaviest: Math.max(...tree.mass),
+    thin: Math.max(1.5, 3.6 - 0.3 * Math.log2(n)),
+    phi: array(),
+    lambda: array(),
+    x: array(),
+    y: array(),
+    ghostPhi: array(),
+    ghostX: array(),
+    ghostY: array(),
+  };
 }
 
-const union = (a, b) => ({ side: Math.max(a.side, b.side), up: Math.max(a.up, b.up), down: Math.max(a.down, b.down) });
+const union = (a, b) => ({
+  side: Math.max(a.side, b.side),
+  up: Math.max(a.up, b.up),
+  down: Math.max(a.down, b.down),
+});
 
 export function mountStage(element, app) {
   const { store, motion, clock, text } = app;
@@ -80,9 +97,13 @@ export function mountStage(element, app) {
     // on a narrow stage the card lies below the pendulum
     const bottom = size.width < 560 ? Math.max(70, look.cardHeight() + 20) : 84;
     aim(box, size.width, size.height, { left: 28, right: 28, top: 36, bottom }, goal);
-    const near = Math.abs(goal.scale - camera.scale) < 0.002 * goal.scale && Math.hypot(goal.x - camera.x, goal.y - camera.y) < 0.5;
-    const share = near || !camera.scale || still.matches ? 1 : 1 - Math.exp(-seconds / EASE_SECONDS);
-    for (const key of ["x", "y", "scale"]) camera[key] = share === 1 ? goal[key] : camera[key] + share * (goal[key] - camera[key]);
+    const near =
+      Math.abs(goal.scale - camera.scale) < 0.002 * goal.scale &&
+      Math.hypot(goal.x - camera.x, goal.y - camera.y) < 0.5;
+    const share =
+      near || !camera.scale || still.matches ? 1 : 1 - Math.exp(-seconds / EASE_SECONDS);
+    for (const key of ["x", "y", "scale"])
+      camera[key] = share === 1 ? goal[key] : camera[key] + share * (goal[key] - camera[key]);
     return share === 1;
   }
 
@@ -117,14 +138,25 @@ export function mountStage(element, app) {
     const { tree, x, y, thin } = shape;
     motion.ghosts.forEach((ghost, i) => drawGhost(ghost, i, shape));
     const until = motion.stats?.horizon;
-    trails.draw(track, place, x, y, camera, colours, thin, until === undefined ? Infinity : until / track.doc.span.step);
+    trails.draw(
+      track,
+      place,
+      x,
+      y,
+      camera,
+      colours,
+      thin,
+      until === undefined ? Infinity : until / track.doc.span.step,
+    );
     painter.pivot(camera, colours);
     painter.arms(tree, x, y, shape.lambda, most, camera, colours, thin);
     painter.tips(tree, x, y, shape.heaviest, camera, colours, thin);
     if (view.arrows) painter.arrows(tree, x, y, shape.phi, shape.lambda, most, camera, colours);
     const { selected } = view;
-    if (look.hover && look.hover <= shape.n && look.hover !== selected) painter.ring(look.hover, shape, camera, colours, false);
-    if (selected && selected <= shape.n) painter.ring(selected, shape, camera, colours, look.focused);
+    if (look.hover && look.hover <= shape.n && look.hover !== selected)
+      painter.ring(look.hover, shape, camera, colours, false);
+    if (selected && selected <= shape.n)
+      painter.ring(selected, shape, camera, colours, look.focused);
     const told = look.hover || (clock.playing ? selected : 0);
     if (told && told <= shape.n) tell(told, shape);
   }
@@ -133,7 +165,12 @@ export function mountStage(element, app) {
   function tell(arm, shape) {
     const k = arm - 1;
     const { length, mass } = shape.tree;
-    const words = text("arm.numbers", { arm, length: text.short(length[k]), mass: text.short(mass[k]), force: text.number(shape.lambda[k], 1) });
+    const words = text("arm.numbers", {
+      arm,
+      length: text.short(length[k]),
+      mass: text.short(mass[k]),
+      force: text.number(shape.lambda[k], 1),
+    });
     painter.label(words, arm, shape, look.camera, look.colours, size.width);
   }
 
@@ -141,7 +178,15 @@ export function mountStage(element, app) {
     if (ghost.n !== shape.n) return;
     anglesAt(ghost, clock.time, ghostPlace, shape.ghostPhi);
     tips(shape.tree, shape.rows, shape.ghostPhi, 0, shape.ghostX, shape.ghostY);
-    painter.ghost(i, shape.tree, shape.ghostX, shape.ghostY, look.camera, look.colours, shape.thin * 0.7);
+    painter.ghost(
+      i,
+      shape.tree,
+      shape.ghostX,
+      shape.ghostY,
+      look.camera,
+      look.colours,
+      shape.thin * 0.7,
+    );
   }
 
   function soon() {
@@ -164,7 +209,10 @@ export function mountStage(element, app) {
   app.stage = {
     tip(arm) {
       const { shape, camera } = look;
-      return { x: camera.x + (arm ? camera.scale * shape.x[arm - 1] : 0), y: camera.y - (arm ? camera.scale * shape.y[arm - 1] : 0) };
+      return {
+        x: camera.x + (arm ? camera.scale * shape.x[arm - 1] : 0),
+        y: camera.y - (arm ? camera.scale * shape.y[arm - 1] : 0),
+      };
     },
   };
   // in the order of the tab key
@@ -175,23 +223,27 @@ export function mountStage(element, app) {
   const hands = mountHands(canvas, app, look);
   for (const part of [notices, legend, card, arms, hands]) bag(part.destroy);
 
-  bag(motion.subscribe((_, what) => {
-    if (what === "begin" || what === "rows" || what === "complete") {
-      stale = true;
-      trails.follow(motion.track, store.get().view.trails);
-    }
-    if (what === "complete") {
-      settleShape();
-      legend.show();
-    }
-    soon();
-  }));
-  bag(store.subscribe((doc, before) => {
-    if (doc.view.palette !== before.view.palette) recolour();
-    if (doc.view.trails !== before.view.trails) trails.follow(motion.track, doc.view.trails);
-    if (doc.pendulum !== before.pendulum) describe();
-    soon();
-  }));
+  bag(
+    motion.subscribe((_, what) => {
+      if (what === "begin" || what === "rows" || what === "complete") {
+        stale = true;
+        trails.follow(motion.track, store.get().view.trails);
+      }
+      if (what === "complete") {
+        settleShape();
+        legend.show();
+      }
+      soon();
+    }),
+  );
+  bag(
+    store.subscribe((doc, before) => {
+      if (doc.view.palette !== before.view.palette) recolour();
+      if (doc.view.trails !== before.view.trails) trails.follow(motion.track, doc.view.trails);
+      if (doc.pendulum !== before.pendulum) describe();
+      soon();
+    }),
+  );
   // while it plays the clock calls once a frame
   bag(clock.subscribe(() => (clock.playing ? draw() : soon())));
   bag(theme.subscribe(recolour));
@@ -202,5 +254,10 @@ export function mountStage(element, app) {
   trails.follow(motion.track, store.get().view.trails);
   describe();
   fit();
-  return { destroy: () => { bag.end(); element.replaceChildren(); } };
+  return {
+    destroy: () => {
+      bag.end();
+      element.replaceChildren();
+    },
+  };
 }

@@ -5,7 +5,12 @@
 export const PAPER = {
   title: "",
   preset: "paper-four-arms",
-  pendulum: { length: [2, 1.5, 0.75, 1.25], mass: [1, 1, 1, 0.1], parent: [0, 1, 2, 2], gravity: 9.81 },
+  pendulum: {
+    length: [2, 1.5, 0.75, 1.25],
+    mass: [1, 1, 1, 0.1],
+    parent: [0, 1, 2, 2],
+    gravity: 9.81,
+  },
   initial: { phi: [0, 0, 0, 0], phid: [0, 0, 0, 0] },
   span: { stop: 20, step: 0.01 },
   method: "taylor",
@@ -13,11 +18,28 @@ export const PAPER = {
   atol: null,
   precision: "double",
   ghosts: [],
-  view: { drawer: null, speed: 1, loop: true, trails: [4], arrows: false, palette: "safe", selected: 0 },
+  view: {
+    drawer: null,
+    speed: 1,
+    loop: true,
+    trails: [4],
+    arrows: false,
+    palette: "safe",
+    selected: 0,
+  },
 };
 
 /** What can lie open beside the stage (view.drawer). */
-export const DRAWERS = ["presets", "plots", "modes", "compare", "method", "equations", "share", "worksheet"];
+export const DRAWERS = [
+  "presets",
+  "plots",
+  "modes",
+  "compare",
+  "method",
+  "equations",
+  "share",
+  "worksheet",
+];
 
 const HISTORY = 500;
 
@@ -50,7 +72,10 @@ export function ghostOf(doc, ghost) {
   const own = method ? { ...doc, method, rtol, atol, precision: "double" } : doc;
   if (apart === undefined) return { doc: own, initial: { phi, phid } };
   const start = doc.initial;
-  return { doc: own, initial: { phi: [start.phi[0] + apart, ...start.phi.slice(1)], phid: start.phid } };
+  return {
+    doc: own,
+    initial: { phi: [start.phi[0] + apart, ...start.phi.slice(1)], phid: start.phid },
+  };
 }
 
 /** The parts of a document that a body of /v1/trajectories (a scene's request, a preset) stands for. */
@@ -114,8 +139,11 @@ export function createStore(first = {}) {
     const arms = entry.doc.pendulum.length.length;
     const there = (arm) => arm <= arms;
     const trails = doc.view.trails.filter(there);
-    const view = { ...doc.view, selected: there(doc.view.selected) ? doc.view.selected : 0,
-      trails: trails.length ? trails : entry.doc.view.trails };
+    const view = {
+      ...doc.view,
+      selected: there(doc.view.selected) ? doc.view.selected : 0,
+      trails: trails.length ? trails : entry.doc.view.trails,
+    };
     replace(freeze({ ...entry.doc, view }), cause);
     return entry.label;
   }
@@ -136,7 +164,9 @@ export function createStore(first = {}) {
       replace(patched(doc, patch), { label, merge });
     },
     /** Ends a run of merged steps: the next one of the same name is a new step. */
-    settle() { merging = null; },
+    settle() {
+      merging = null;
+    },
     undo: () => travel(past, future, { label: "undo" }),
     redo: () => travel(future, past, { label: "redo" }),
     canUndo: () => past.length > 0,
@@ -151,6 +181,13 @@ export function createStore(first = {}) {
 
 /** Whether two documents have the same motion. */
 export function sameMotion(a, b) {
-  return a.pendulum === b.pendulum && a.initial === b.initial && a.span === b.span && a.method === b.method
-    && a.rtol === b.rtol && a.atol === b.atol && a.precision === b.precision;
+  return (
+    a.pendulum === b.pendulum &&
+    a.initial === b.initial &&
+    a.span === b.span &&
+    a.method === b.method &&
+    a.rtol === b.rtol &&
+    a.atol === b.atol &&
+    a.precision === b.precision
+  );
 }

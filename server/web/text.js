@@ -12,7 +12,9 @@ const KEPT = "pendulumd.language";
 export const LANGUAGES = Object.keys(WORDS);
 
 function wanted() {
-  const tongue = kept.get(KEPT) ?? navigator.languages.map((name) => name.slice(0, 2)).find((name) => name in WORDS);
+  const tongue =
+    kept.get(KEPT) ??
+    navigator.languages.map((name) => name.slice(0, 2)).find((name) => name in WORDS);
   return tongue in WORDS ? tongue : "en";
 }
 
@@ -23,19 +25,24 @@ function wanted() {
 export function createText() {
   let words = en;
   const formats = new Map();
-  const text = (key, holes = {}) => (words[key] ?? key).replace(/\{(\w+)\}/g, (hole, name) => holes[name] ?? hole);
+  const text = (key, holes = {}) =>
+    (words[key] ?? key).replace(/\{(\w+)\}/g, (hole, name) => holes[name] ?? hole);
 
   function format(options) {
     const key = JSON.stringify(options);
-    if (!formats.has(key)) formats.set(key, new Intl.NumberFormat(text.language, { useGrouping: false, ...options }));
+    if (!formats.has(key))
+      formats.set(key, new Intl.NumberFormat(text.language, { useGrouping: false, ...options }));
     return formats.get(key);
   }
 
   text.language = "en";
   text.has = (key) => key in words;
-  text.number = (value, digits = 2) => format({ minimumFractionDigits: digits, maximumFractionDigits: digits })
-    .format(Object.is(value, -0) ? 0 : value).replace("-", "\u2212");
-  text.short = (value, digits = 4) => format({ maximumSignificantDigits: digits }).format(value).replace("-", "\u2212");
+  text.number = (value, digits = 2) =>
+    format({ minimumFractionDigits: digits, maximumFractionDigits: digits })
+      .format(Object.is(value, -0) ? 0 : value)
+      .replace("-", "\u2212");
+  text.short = (value, digits = 4) =>
+    format({ maximumSignificantDigits: digits }).format(value).replace("-", "\u2212");
   text.read = (typed) => {
     const plain = typed.trim().replace("\u2212", "-").replace(",", ".");
     return plain === "" ? NaN : Number(plain);

@@ -11,7 +11,9 @@ const listeners = new Set();
 export const still = matchMedia("(prefers-reduced-motion: reduce)");
 
 export const theme = {
-  get dark() { return document.documentElement.dataset.theme === "dark"; },
+  get dark() {
+    return document.documentElement.dataset.theme === "dark";
+  },
   toggle() {
     keep.set(KEPT, theme.dark ? "light" : "dark");
     apply();

@@ -15,30 +15,76 @@ const stepOf = (stop) => (stop <= MOST_SAMPLES / 100 ? 0.01 : stop / MOST_SAMPLE
 export function mountTimebar(element, app) {
   const { store, motion, clock, text } = app;
   const bag = createBag();
-  const play = iconButton("play", text("time.play"), clock.toggle, { class: "icon-button play", "data-act": "play" });
+  const play = iconButton("play", text("time.play"), clock.toggle, {
+    class: "icon-button play",
+    "data-act": "play",
+  });
   const step = (sign) => () => {
     clock.pause();
     clock.seek(clock.time + sign * Math.max(motion.doc.span.step, 0.02));
   };
-  const start = iconButton("start", text("time.start"), () => clock.seek(0), { "data-act": "start" });
+  const start = iconButton("start", text("time.start"), () => clock.seek(0), {
+    "data-act": "start",
+  });
   const back = iconButton("back", text("time.back"), step(-1), { "data-act": "back" });
   const forward = iconButton("forward", text("time.forward"), step(1), { "data-act": "forward" });
-  const loop = iconButton("loop", text("time.loop"), () => store.set({ view: { loop: !clock.loop } }), { "data-act": "loop" });
-  const speed = h("select", { class: "speed", "aria-label": text("time.speed"), on: { change: () => store.set({ view: { speed: Number(speed.value) } }) } },
-    ...SPEEDS.map((value) => h("option", { value }, text("time.times", { factor: text.short(value) }))));
-  const scrub = h("input", { type: "range", class: "scrub", min: 0, max: 1, step: "any", value: 0, "aria-label": text("time.scrub"),
-    on: { input: () => clock.seek(Number(scrub.value)), keydown: nudge } });
+  const loop = iconButton(
+    "loop",
+    text("time.loop"),
+    () => store.set({ view: { loop: !clock.loop } }),
+    { "data-act": "loop" },
+  );
+  const speed = h(
+    "select",
+    {
+      class: "speed",
+      "aria-label": text("time.speed"),
+      on: { change: () => store.set({ view: { speed: Number(speed.value) } }) },
+    },
+    ...SPEEDS.map((value) =>
+      h("option", { value }, text("time.times", { factor: text.short(value) })),
+    ),
+  );
+  const scrub = h("input", {
+    type: "range",
+    class: "scrub",
+    min: 0,
+    max: 1,
+    step: "any",
+    value: 0,
+    "aria-label": text("time.scrub"),
+    on: { input: () => clock.seek(Number(scrub.value)), keydown: nudge },
+  });
   const marks = createMarks(app);
   const caption = h("p", { class: "caption" });
   const now = h("span", { class: "now" });
-  const until = h("input", { type: "text", inputmode: "decimal", class: "until", autocomplete: "off", "aria-label": text("time.until"), on: { change: lengthen } });
-  element.append(h("div", { class: "buttons" }, start, back, play, forward), h("div", { class: "track" }, marks.canvas, scrub, caption),
-    h("div", { class: "times" }, now, until, h("span", {}, "s")), speed, loop);
+  const until = h("input", {
+    type: "text",
+    inputmode: "decimal",
+    class: "until",
+    autocomplete: "off",
+    "aria-label": text("time.until"),
+    on: { change: lengthen },
+  });
+  element.append(
+    h("div", { class: "buttons" }, start, back, play, forward),
+    h("div", { class: "track" }, marks.canvas, scrub, caption),
+    h("div", { class: "times" }, now, until, h("span", {}, "s")),
+    speed,
+    loop,
+  );
   let shown = "";
 
   /** Keys move by a fiftieth of a second, pages by a second: a range without steps would jump. */
   function nudge(event) {
-    const by = { ArrowLeft: -0.02, ArrowDown: -0.02, ArrowRight: 0.02, ArrowUp: 0.02, PageDown: -1, PageUp: 1 }[event.key];
+    const by = {
+      ArrowLeft: -0.02,
+      ArrowDown: -0.02,
+      ArrowRight: 0.02,
+      ArrowUp: 0.02,
+      PageDown: -1,
+      PageUp: 1,
+    }[event.key];
     if (by === undefined) return;
     event.preventDefault();
     clock.pause();
@@ -69,7 +115,10 @@ export function mountTimebar(element, app) {
     scrub.max = clock.duration;
     scrub.value = clock.time;
     scrub.style.setProperty("--share", clock.duration ? clock.time / clock.duration : 0);
-    scrub.setAttribute("aria-valuetext", text("time.now", { time, duration: text.short(clock.duration) }));
+    scrub.setAttribute(
+      "aria-valuetext",
+      text("time.now", { time, duration: text.short(clock.duration) }),
+    );
     now.textContent = `${time} /`;
   }
 
@@ -95,22 +144,31 @@ export function mountTimebar(element, app) {
   }
 
   bag(clock.subscribe(show));
-  bag(store.subscribe((doc, before) => {
-    settings(doc);
-    if (doc.view.selected !== before.view.selected) {
-      marks.draw();
+  bag(
+    store.subscribe((doc, before) => {
+      settings(doc);
+      if (doc.view.selected !== before.view.selected) {
+        marks.draw();
+        explain();
+      }
+    }),
+  );
+  bag(
+    motion.subscribe((_, what) => {
+      shown = "";
+      show();
+      marks.follow(what);
       explain();
-    }
-  }));
-  bag(motion.subscribe((_, what) => {
-    shown = "";
-    show();
-    marks.follow(what);
-    explain();
-  }));
+    }),
+  );
   bag(marks.destroy);
   settings(store.get());
   show();
   explain();
-  return { destroy: () => { bag.end(); element.replaceChildren(); } };
+  return {
+    destroy: () => {
+      bag.end();
+      element.replaceChildren();
+    },
+  };
 }

@@ -11,7 +11,13 @@ const POINTS = 700;
 /** The path of one tip: extend() computes what has arrived since. */
 function createTrail(track, arm) {
   const arms = path(track.doc.pendulum.parent, arm).map((k) => k - 1);
-  return { arm, arms, count: 0, x: new Float32Array(track.total), y: new Float32Array(track.total) };
+  return {
+    arm,
+    arms,
+    count: 0,
+    x: new Float32Array(track.total),
+    y: new Float32Array(track.total),
+  };
 }
 
 function extend(trail, track) {
@@ -36,10 +42,15 @@ export function createTrails(context) {
   return {
     /** Brings the trails up to date with what is chosen and what has arrived. */
     follow(track, chosen) {
-      const same = of === track && chosen.length === trails.length && chosen.every((arm, i) => trails[i].arm === arm);
+      const same =
+        of === track &&
+        chosen.length === trails.length &&
+        chosen.every((arm, i) => trails[i].arm === arm);
       if (!same) {
         const kept = of === track ? new Map(trails.map((trail) => [trail.arm, trail])) : new Map();
-        trails = chosen.filter((arm) => arm <= track.n).map((arm) => kept.get(arm) ?? createTrail(track, arm));
+        trails = chosen
+          .filter((arm) => arm <= track.n)
+          .map((arm) => kept.get(arm) ?? createTrail(track, arm));
         of = track;
       }
       for (const trail of trails) extend(trail, track);
@@ -64,12 +75,25 @@ export function createTrails(context) {
           const age = (place.index - end) / span;
           context.globalAlpha = (1 - age) * (1 - age) * (end > trusted ? 0.22 : 0.8);
           context.beginPath();
-          context.moveTo(camera.x + camera.scale * trail.x[begin], camera.y - camera.scale * trail.y[begin]);
+          context.moveTo(
+            camera.x + camera.scale * trail.x[begin],
+            camera.y - camera.scale * trail.y[begin],
+          );
           for (let s = begin - (begin % stride) + stride; s < end; s += stride) {
-            context.lineTo(camera.x + camera.scale * trail.x[s], camera.y - camera.scale * trail.y[s]);
+            context.lineTo(
+              camera.x + camera.scale * trail.x[s],
+              camera.y - camera.scale * trail.y[s],
+            );
           }
-          context.lineTo(camera.x + camera.scale * trail.x[end], camera.y - camera.scale * trail.y[end]);
-          if (end === place.index) context.lineTo(camera.x + camera.scale * x[trail.arm - 1], camera.y - camera.scale * y[trail.arm - 1]);
+          context.lineTo(
+            camera.x + camera.scale * trail.x[end],
+            camera.y - camera.scale * trail.y[end],
+          );
+          if (end === place.index)
+            context.lineTo(
+              camera.x + camera.scale * x[trail.arm - 1],
+              camera.y - camera.scale * y[trail.arm - 1],
+            );
           context.stroke();
         }
       }

@@ -8,22 +8,51 @@ const PIECE = /(`[^`]+`|\*\*[^*]+\*\*|\[[^\]]+\]\([^)\s]+\))/;
 
 /** A line's `code`, **weight** and [links](to). */
 export function inline(text) {
-  return text.split(PIECE).filter(Boolean).map((piece) => {
-    if (/^`.+`$/.test(piece)) return h("code", {}, piece.slice(1, -1));
-    if (/^\*\*.+\*\*$/.test(piece)) return h("strong", {}, piece.slice(2, -2));
-    const link = /^\[(.+)\]\((.+)\)$/.exec(piece);
-    return link ? h("a", { href: link[2] }, link[1]) : piece;
-  });
+  return text
+    .split(PIECE)
+    .filter(Boolean)
+    .map((piece) => {
+      if (/^`.+`$/.test(piece)) return h("code", {}, piece.slice(1, -1));
+      if (/^\*\*.+\*\*$/.test(piece)) return h("strong", {}, piece.slice(2, -2));
+      const link = /^\[(.+)\]\((.+)\)$/.exec(piece);
+      return link ? h("a", { href: link[2] }, link[1]) : piece;
+    });
 }
 
-const cells = (line) => line.trim().replace(/^\||\|$/g, "").split("|").map((cell) => cell.trim());
+const cells = (line) =>
+  line
+    .trim()
+    .replace(/^\||\|$/g, "")
+    .split("|")
+    .map((cell) => cell.trim());
 
 function table(lines) {
   const [names, , ...rows] = lines;
-  return h("div", { class: "doc-wide", tabindex: "0", role: "group", "aria-label": `Table: ${cells(names).join(", ")}` },
-    h("table", {},
-      h("thead", {}, h("tr", {}, ...cells(names).map((cell) => h("th", { scope: "col" }, ...inline(cell))))),
-      h("tbody", {}, ...rows.map((row) => h("tr", {}, ...cells(row).map((cell) => h("td", {}, ...inline(cell))))))));
+  return h(
+    "div",
+    {
+      class: "doc-wide",
+      tabindex: "0",
+      role: "group",
+      "aria-label": `Table: ${cells(names).join(", ")}`,
+    },
+    h(
+      "table",
+      {},
+      h(
+        "thead",
+        {},
+        h("tr", {}, ...cells(names).map((cell) => h("th", { scope: "col" }, ...inline(cell)))),
+      ),
+      h(
+        "tbody",
+        {},
+        ...rows.map((row) =>
+          h("tr", {}, ...cells(row).map((cell) => h("td", {}, ...inline(cell)))),
+        ),
+      ),
+    ),
+  );
 }
 
 function block(lines) {
@@ -31,16 +60,28 @@ function block(lines) {
   const start = lines.findIndex((line) => /^\s*\|/.test(line));
   if (start > 0) return [...block(lines.slice(0, start)), ...block(lines.slice(start))];
   if (lines.every((line) => /^\s*([-*] |\s{2})/.test(line)) && /^\s*[-*] /.test(lines[0])) {
-    const items = lines.join("\n").split(/^\s*[-*] /m).filter(Boolean);
-    return [h("ul", {}, ...items.map((item) => h("li", {}, ...inline(item.replace(/\s+/g, " ").trim()))))];
+    const items = lines
+      .join("\n")
+      .split(/^\s*[-*] /m)
+      .filter(Boolean);
+    return [
+      h("ul", {}, ...items.map((item) => h("li", {}, ...inline(item.replace(/\s+/g, " ").trim())))),
+    ];
   }
   const title = /^(#{2,4}) (.+)$/.exec(lines[0]);
-  if (title) return [h(`h${title[1].length + 1}`, {}, ...inline(title[2])), ...(lines.length > 1 ? block(lines.slice(1)) : [])];
+  if (title)
+    return [
+      h(`h${title[1].length + 1}`, {}, ...inline(title[2])),
+      ...(lines.length > 1 ? block(lines.slice(1)) : []),
+    ];
   return [h("p", {}, ...inline(lines.join(" ").trim()))];
 }
 
 /** A text as elements. */
 export function markdown(text) {
-  return text.split(/\n\s*\n/).map((part) => part.split("\n").filter((line) => line.trim()))
-    .filter((lines) => lines.length).flatMap(block);
+  return text
+    .split(/\n\s*\n/)
+    .map((part) => part.split("\n").filter((line) => line.trim()))
+    .filter((lines) => lines.length)
+    .flatMap(block);
 }

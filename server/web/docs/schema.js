@@ -9,11 +9,19 @@ const PREFIX = "#/components/schemas/";
 
 /** {document, resolve(thing)}: the document, and what a reference in it stands for. */
 export function createReader(document) {
-  const at = (pointer) => pointer.slice(2).split("/").reduce((value, key) => value[key.replaceAll("~1", "/").replaceAll("~0", "~")], document);
-  return { document, resolve: (thing) => (thing?.$ref ? { ...at(thing.$ref), ...thing, $ref: undefined } : thing) };
+  const at = (pointer) =>
+    pointer
+      .slice(2)
+      .split("/")
+      .reduce((value, key) => value[key.replaceAll("~1", "/").replaceAll("~0", "~")], document);
+  return {
+    document,
+    resolve: (thing) => (thing?.$ref ? { ...at(thing.$ref), ...thing, $ref: undefined } : thing),
+  };
 }
 
-const link = (ref) => h("a", { href: `#schema-${ref.slice(PREFIX.length)}` }, ref.slice(PREFIX.length));
+const link = (ref) =>
+  h("a", { href: `#schema-${ref.slice(PREFIX.length)}` }, ref.slice(PREFIX.length));
 
 const join = (lists, word) => lists.flatMap((list, i) => (i ? [word, ...list] : list));
 
@@ -26,32 +34,80 @@ function typeOf(schema) {
   const several = schema.oneOf ?? schema.anyOf;
   if (several) return join(several.map(typeOf), " or ");
   if (schema.allOf) return join(schema.allOf.map(typeOf), " and ");
-  if (schema.type === "array") return ["array of ", ...(schema.items ? typeOf(schema.items) : schema.prefixItems ? join(schema.prefixItems.map(typeOf), ", ") : ["anything"])];
+  if (schema.type === "array")
+    return [
+      "array of ",
+      ...(schema.items
+        ? typeOf(schema.items)
+        : schema.prefixItems
+          ? join(schema.prefixItems.map(typeOf), ", ")
+          : ["anything"]),
+    ];
   if (Array.isArray(schema.type)) return [schema.type.join(" or ")];
   return [schema.type ?? (schema.enum ? "one of" : schema.properties ? "object" : "anything")];
 }
 
 /** Bounds and the like: [["at least", 0], ...]. */
 function boundsOf(schema) {
-  const words = [["minimum", "at least"], ["exclusiveMinimum", "greater than"], ["maximum", "at most"], ["exclusiveMaximum", "less than"],
-    ["multipleOf", "a multiple of"], ["minItems", "items: at least"], ["maxItems", "items: at most"], ["minLength", "characters: at least"],
-    ["maxLength", "characters: at most"], ["minProperties", "members: at least"], ["maxProperties", "members: at most"], ["pattern", "matches"], ["format", "format"]];
-  const bounds = words.filter(([key]) => schema[key] !== undefined).map(([key, word]) => [`${word} `, h("code", {}, String(schema[key]))]);
+  const words = [
+    ["minimum", "at least"],
+    ["exclusiveMinimum", "greater than"],
+    ["maximum", "at most"],
+    ["exclusiveMaximum", "less than"],
+    ["multipleOf", "a multiple of"],
+    ["minItems", "items: at least"],
+    ["maxItems", "items: at most"],
+    ["minLength", "characters: at least"],
+    ["maxLength", "characters: at most"],
+    ["minProperties", "members: at least"],
+    ["maxProperties", "members: at most"],
+    ["pattern", "matches"],
+    ["format", "format"],
+  ];
+  const bounds = words
+    .filter(([key]) => schema[key] !== undefined)
+    .map(([key, word]) => [`${word} `, h("code", {}, String(schema[key]))]);
   if (schema.uniqueItems) bounds.push(["no item twice"]);
-  if (schema.enum) bounds.push(join(schema.enum.map((one) => [value(one)]), ", "));
+  if (schema.enum)
+    bounds.push(
+      join(
+        schema.enum.map((one) => [value(one)]),
+        ", ",
+      ),
+    );
   if (schema.default !== undefined) bounds.push(["default ", value(schema.default)]);
-  if (schema.items && !schema.items.$ref) bounds.push(...boundsOf(schema.items).map((bound) => ["each ", ...bound]));
+  if (schema.items && !schema.items.$ref)
+    bounds.push(...boundsOf(schema.items).map((bound) => ["each ", ...bound]));
   return bounds;
 }
 
 function field(name, schema, needed, reader) {
   const inner = nested(schema, reader);
-  return h("div", { class: "doc-field-row" },
-    h("dt", {}, h("code", {}, name), needed ? h("span", { class: "doc-needed" }, "required") : null),
-    h("dd", {},
-      h("div", { class: "doc-kind" }, ...typeOf(schema), ...boundsOf(schema).flatMap((bound) => [h("span", { class: "doc-dot", "aria-hidden": "true" }, " · "), ...bound])),
+  return h(
+    "div",
+    { class: "doc-field-row" },
+    h(
+      "dt",
+      {},
+      h("code", {}, name),
+      needed ? h("span", { class: "doc-needed" }, "required") : null,
+    ),
+    h(
+      "dd",
+      {},
+      h(
+        "div",
+        { class: "doc-kind" },
+        ...typeOf(schema),
+        ...boundsOf(schema).flatMap((bound) => [
+          h("span", { class: "doc-dot", "aria-hidden": "true" }, " · "),
+          ...bound,
+        ]),
+      ),
       ...markdown(schema.description ?? ""),
-      ...inner));
+      ...inner,
+    ),
+  );
 }
 
 /** The fields of an object without a name, or of the items of an array. */
@@ -59,12 +115,20 @@ function nested(schema, reader) {
   if (schema.$ref) return [];
   if (schema.type === "array" && schema.items) return nested(schema.items, reader);
   if (schema.properties) return [list(schema, reader)];
-  return [...(schema.oneOf ?? []), ...(schema.anyOf ?? []), ...(schema.allOf ?? [])].flatMap((one) => nested(one, reader));
+  return [...(schema.oneOf ?? []), ...(schema.anyOf ?? []), ...(schema.allOf ?? [])].flatMap(
+    (one) => nested(one, reader),
+  );
 }
 
 function list(schema, reader) {
   const needed = new Set(schema.required ?? []);
-  return h("dl", { class: "doc-fields" }, ...Object.entries(schema.properties).map(([name, one]) => field(name, one, needed.has(name), reader)));
+  return h(
+    "dl",
+    { class: "doc-fields" },
+    ...Object.entries(schema.properties).map(([name, one]) =>
+      field(name, one, needed.has(name), reader),
+    ),
+  );
 }
 
 /** A schema as its description and its fields; of a reference, those of what it stands for. */
@@ -72,16 +136,46 @@ export function fieldsOf(given, reader) {
   const schema = reader.resolve(given);
   const said = markdown(schema.description ?? "");
   if (schema.properties) return [...said, list(schema, reader)];
-  const bounds = boundsOf(schema).flatMap((bound) => [h("span", { class: "doc-dot", "aria-hidden": "true" }, " · "), ...bound]);
-  return [h("p", { class: "doc-kind" }, ...typeOf({ ...schema, $ref: undefined }), ...bounds), ...said, ...nested(schema, reader)];
+  const bounds = boundsOf(schema).flatMap((bound) => [
+    h("span", { class: "doc-dot", "aria-hidden": "true" }, " · "),
+    ...bound,
+  ]);
+  return [
+    h("p", { class: "doc-kind" }, ...typeOf({ ...schema, $ref: undefined }), ...bounds),
+    ...said,
+    ...nested(schema, reader),
+  ];
 }
 
 /** Parameters and header fields: like fields of an object. */
 export function parametersOf(parameters, reader) {
-  return h("dl", { class: "doc-fields" }, ...parameters.map((one) => {
-    const { name, in: place, required, schema = {}, description = "" } = reader.resolve(one);
-    return h("div", { class: "doc-field-row" },
-      h("dt", {}, h("code", {}, name), place ? h("span", { class: "doc-place" }, place) : null, required ? h("span", { class: "doc-needed" }, "required") : null),
-      h("dd", {}, h("div", { class: "doc-kind" }, ...typeOf(schema), ...boundsOf(reader.resolve(schema)).flatMap((bound) => [" · ", ...bound])), h("p", {}, ...inline(description))));
-  }));
+  return h(
+    "dl",
+    { class: "doc-fields" },
+    ...parameters.map((one) => {
+      const { name, in: place, required, schema = {}, description = "" } = reader.resolve(one);
+      return h(
+        "div",
+        { class: "doc-field-row" },
+        h(
+          "dt",
+          {},
+          h("code", {}, name),
+          place ? h("span", { class: "doc-place" }, place) : null,
+          required ? h("span", { class: "doc-needed" }, "required") : null,
+        ),
+        h(
+          "dd",
+          {},
+          h(
+            "div",
+            { class: "doc-kind" },
+            ...typeOf(schema),
+            ...boundsOf(reader.resolve(schema)).flatMap((bound) => [" · ", ...bound]),
+          ),
+          h("p", {}, ...inline(description)),
+        ),
+      );
+    }),
+  );
 }

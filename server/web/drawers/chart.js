@@ -19,7 +19,9 @@ export async function createGroup({ clock, text, key }) {
   let zoomed = null; // [from, to], null: all of it
 
   const group = {
-    get zoomed() { return zoomed; },
+    get zoomed() {
+      return zoomed;
+    },
     /** What is to be seen of the time axis; without arguments all of it. */
     zoom(from = null, to = null) {
       zoomed = from === null ? null : [from, to];
@@ -43,7 +45,9 @@ export async function createGroup({ clock, text, key }) {
       chart.destroy();
       charts.delete(chart);
     },
-    follow() { for (const chart of charts) chart.follow(); },
+    follow() {
+      for (const chart of charts) chart.follow();
+    },
     destroy() {
       bag.end();
       for (const chart of charts) chart.destroy();
@@ -60,7 +64,8 @@ function powers(low, high) {
   const to = Math.round(Math.log10(high));
   const step = Math.max(1, Math.ceil((to - from) / 6));
   const list = [];
-  for (let power = Math.ceil(from / step) * step; power <= to; power += step) list.push(10 ** power);
+  for (let power = Math.ceil(from / step) * step; power <= to; power += step)
+    list.push(10 ** power);
   return list;
 }
 
@@ -68,10 +73,30 @@ function axes({ text, times, log }) {
   const ink = cssValue("--quiet");
   const line = cssValue("--line");
   const font = "11px system-ui, sans-serif";
-  const common = { stroke: ink, font, ticks: { stroke: line, width: 1, size: 4 }, grid: { stroke: line, width: 1 } };
-  const time = { ...common, show: true, size: times ? 26 : 6, space: 60, values: (_, ticks) => ticks.map((tick) => (times ? text.short(tick) : "")) };
-  const value = { ...common, size: AXIS, space: log ? 22 : 30, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : figure(text, tick))) };
-  if (log) Object.assign(value, { splits: (_, axis, low, high) => powers(low, high), filter: (_, ticks) => ticks });
+  const common = {
+    stroke: ink,
+    font,
+    ticks: { stroke: line, width: 1, size: 4 },
+    grid: { stroke: line, width: 1 },
+  };
+  const time = {
+    ...common,
+    show: true,
+    size: times ? 26 : 6,
+    space: 60,
+    values: (_, ticks) => ticks.map((tick) => (times ? text.short(tick) : "")),
+  };
+  const value = {
+    ...common,
+    size: AXIS,
+    space: log ? 22 : 30,
+    values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : figure(text, tick))),
+  };
+  if (log)
+    Object.assign(value, {
+      splits: (_, axis, low, high) => powers(low, high),
+      filter: (_, ticks) => ticks,
+    });
   return [time, value];
 }
 
@@ -79,7 +104,10 @@ function axes({ text, times, log }) {
 function logRange(_, low, high) {
   const from = Number.isFinite(low) && low > 0 ? Math.max(low, LEAST) : 1e-9;
   const to = Number.isFinite(high) && high > 0 ? high : 1;
-  return [10 ** Math.floor(Math.log10(from)), 10 ** Math.max(Math.ceil(Math.log10(to)), Math.floor(Math.log10(from)) + 1)];
+  return [
+    10 ** Math.floor(Math.log10(from)),
+    10 ** Math.max(Math.ceil(Math.log10(to)), Math.floor(Math.log10(from)) + 1),
+  ];
 }
 
 /** Around what there is; what is as good as constant gets room, so that it is a line and no frame. */
@@ -96,24 +124,49 @@ function plainRange(_, low, high) {
  * times   whether the time axis has its numbers.
  * log     powers of ten.
  */
-function createChart(host, { series, times = false, log = false, height = 120, group, clock, text, key }) {
+function createChart(
+  host,
+  { series, times = false, log = false, height = 120, group, clock, text, key },
+) {
   const now = h("div", { class: "now-line" });
   let data = [new Float64Array(0), ...series.map(() => [])];
   let width = 0;
   const ratio = Math.max(1, Math.min(devicePixelRatio, 2));
 
-  const plot = new uPlot({
-    width: Math.max(host.clientWidth, 120),
-    height,
-    pxAlign: 0,
-    padding: [8, 8, 0, 0],
-    legend: { show: false },
-    cursor: { y: false, points: { show: false }, sync: { key, scales: ["x", null] }, drag: { x: true, y: false, setScale: false } },
-    scales: { x: { time: false, auto: false, range: () => group.zoomed ?? [0, clock.duration || 1] }, y: log ? { distr: 3, range: logRange } : { range: plainRange } },
-    axes: axes({ text, times, log }),
-    series: [{}, ...series.map((one) => ({ stroke: one.colour, width: (one.width ?? 1.4), dash: one.dash?.map((part) => part * ratio), show: one.shown ?? true, points: { show: false }, spanGaps: false }))],
-    hooks: { setSelect: [chosen] },
-  }, data, host);
+  const plot = new uPlot(
+    {
+      width: Math.max(host.clientWidth, 120),
+      height,
+      pxAlign: 0,
+      padding: [8, 8, 0, 0],
+      legend: { show: false },
+      cursor: {
+        y: false,
+        points: { show: false },
+        sync: { key, scales: ["x", null] },
+        drag: { x: true, y: false, setScale: false },
+      },
+      scales: {
+        x: { time: false, auto: false, range: () => group.zoomed ?? [0, clock.duration || 1] },
+        y: log ? { distr: 3, range: logRange } : { range: plainRange },
+      },
+      axes: axes({ text, times, log }),
+      series: [
+        {},
+        ...series.map((one) => ({
+          stroke: one.colour,
+          width: one.width ?? 1.4,
+          dash: one.dash?.map((part) => part * ratio),
+          show: one.shown ?? true,
+          points: { show: false },
+          spanGaps: false,
+        })),
+      ],
+      hooks: { setSelect: [chosen] },
+    },
+    data,
+    host,
+  );
   plot.over.append(now);
 
   function chosen(plotted) {
@@ -123,10 +176,13 @@ function createChart(host, { series, times = false, log = false, height = 120, g
     plotted.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
   }
 
-  const timeAt = (event) => plot.posToVal(event.clientX - plot.over.getBoundingClientRect().left, "x");
+  const timeAt = (event) =>
+    plot.posToVal(event.clientX - plot.over.getBoundingClientRect().left, "x");
   const bag = createBag();
   let pressed = 0;
-  bag.on(plot.over, "mousedown", (event) => { pressed = event.clientX; });
+  bag.on(plot.over, "mousedown", (event) => {
+    pressed = event.clientX;
+  });
   bag.on(plot.over, "mousemove", (event) => {
     if (!clock.playing && !event.buttons) clock.seek(timeAt(event));
   });
@@ -143,7 +199,9 @@ function createChart(host, { series, times = false, log = false, height = 120, g
       plot.setData(data);
       chart.follow();
     },
-    show(i, shown) { plot.setSeries(i + 1, { show: shown }); },
+    show(i, shown) {
+      plot.setSeries(i + 1, { show: shown });
+    },
     range() {
       plot.setData(data);
       chart.follow();

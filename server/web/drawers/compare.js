@@ -30,14 +30,20 @@ export function distances(track, other) {
 }
 
 /** As a list for an axis of powers of ten: 0 has no place there. */
-export const logarithmic = (list, count = list.length) => Array.from({ length: count }, (_, i) => list[i] || null);
+export const logarithmic = (list, count = list.length) =>
+  Array.from({ length: count }, (_, i) => list[i] || null);
 
 /** What a ghost is, in words. */
 export function ghostName(ghost, text) {
   if (ghost.method) return text("compare.ghostMethod", { method: ghost.method });
-  if (ghost.apart !== undefined) return text("compare.ghostOff", { amount: figure(text, ghost.apart, 2) });
-  const few = ghost.phi.slice(0, 4).map((phi) => `${text.short(Math.round((phi * DEGREE + 90) * 10) / 10)}\u00b0`);
-  return text("compare.ghostStart", { angles: few.join(", ") + (ghost.phi.length > 4 ? ", \u2026" : "") });
+  if (ghost.apart !== undefined)
+    return text("compare.ghostOff", { amount: figure(text, ghost.apart, 2) });
+  const few = ghost.phi
+    .slice(0, 4)
+    .map((phi) => `${text.short(Math.round((phi * DEGREE + 90) * 10) / 10)}\u00b0`);
+  return text("compare.ghostStart", {
+    angles: few.join(", ") + (ghost.phi.length > 4 ? ", \u2026" : ""),
+  });
 }
 
 async function mount(element, app) {
@@ -54,15 +60,33 @@ async function mount(element, app) {
   let lines = -1;
   let group = null;
 
-  const amount = choice(text("compare.off"), OFF.map((value) => ({ value, words: text("compare.offAmount", { amount: figure(text, value, 2) }) })), off, (value) => { off = Number(value); });
+  const amount = choice(
+    text("compare.off"),
+    OFF.map((value) => ({
+      value,
+      words: text("compare.offAmount", { amount: figure(text, value, 2) }),
+    })),
+    off,
+    (value) => {
+      off = Number(value);
+    },
+  );
   const start = () => {
     const { phi, phid } = store.get().initial;
     return { phi, phid };
   };
-  const add = (ghost) => store.get().ghosts.length < MOST && store.set({ ghosts: [...store.get().ghosts, ghost] }, { label: "ghosts" });
-  const addOff = button(text("compare.add"), () => add({ ...start(), apart: off }), { "data-add": "off" });
+  const add = (ghost) =>
+    store.get().ghosts.length < MOST &&
+    store.set({ ghosts: [...store.get().ghosts, ghost] }, { label: "ghosts" });
+  const addOff = button(text("compare.add"), () => add({ ...start(), apart: off }), {
+    "data-add": "off",
+  });
   const keep = button(text("compare.keep"), () => add(start()), { "data-add": "keep" });
-  const clear = button(text("compare.clear"), () => store.set({ ghosts: [] }, { label: "ghosts" }), { hidden: true });
+  const clear = button(
+    text("compare.clear"),
+    () => store.set({ ghosts: [] }, { label: "ghosts" }),
+    { hidden: true },
+  );
 
   function remove(i) {
     store.set({ ghosts: store.get().ghosts.filter((_, at) => at !== i) }, { label: "ghosts" });
@@ -73,10 +97,18 @@ async function mount(element, app) {
     const { ghosts } = store.get();
     addOff.disabled = keep.disabled = ghosts.length >= MOST;
     clear.hidden = ghosts.length < 2;
-    list.replaceChildren(...ghosts.map((ghost, i) => {
-      const name = ghostName(ghost, text);
-      return h("li", {}, swatch(ghostColour(i)), h("span", {}, name), iconButton("close", text("compare.remove", { what: name }), () => remove(i)));
-    }));
+    list.replaceChildren(
+      ...ghosts.map((ghost, i) => {
+        const name = ghostName(ghost, text);
+        return h(
+          "li",
+          {},
+          swatch(ghostColour(i)),
+          h("span", {}, name),
+          iconButton("close", text("compare.remove", { what: name }), () => remove(i)),
+        );
+      }),
+    );
     if (!ghosts.length) list.append(h("li", { class: "quiet" }, text("compare.none")));
   }
 
@@ -92,39 +124,69 @@ async function mount(element, app) {
     if (lines !== ghosts.length) {
       if (chart) group.remove(chart);
       lines = ghosts.length;
-      chart = group.add(host, { series: ghosts.map((_, i) => ({ colour: cssValue(ghostColour(i)) })), times: true, log: true, height: 170 });
+      chart = group.add(host, {
+        series: ghosts.map((_, i) => ({ colour: cssValue(ghostColour(i)) })),
+        times: true,
+        log: true,
+        height: 170,
+      });
     }
-    const all = ghosts.map((ghost) => (ghost.count ? distances(motion.track, ghost) : new Float64Array(0)));
+    const all = ghosts.map((ghost) =>
+      ghost.count ? distances(motion.track, ghost) : new Float64Array(0),
+    );
     const count = Math.max(...all.map((one) => one.length));
     chart.set([motion.t.slice(0, count), ...all.map((one) => logarithmic(one, count))]);
-    verdict.replaceChildren(...all.map((one, i) => {
-      const at = one.findIndex((distance) => distance > PARTED);
-      const words = at < 0 ? text("compare.together") : text("compare.parted", { time: text.number(motion.t[at], 2) });
-      return h("span", { class: "parted" }, ...(all.length > 1 ? [swatch(ghostColour(i)), " "] : []), words);
-    }));
+    verdict.replaceChildren(
+      ...all.map((one, i) => {
+        const at = one.findIndex((distance) => distance > PARTED);
+        const words =
+          at < 0
+            ? text("compare.together")
+            : text("compare.parted", { time: text.number(motion.t[at], 2) });
+        return h(
+          "span",
+          { class: "parted" },
+          ...(all.length > 1 ? [swatch(ghostColour(i)), " "] : []),
+          words,
+        );
+      }),
+    );
   }
 
   const map = mountFlipMap(app);
-  element.append(h("h2", {}, text("drawer.compare")), h("p", { class: "quiet" }, text("compare.intro")),
+  element.append(
+    h("h2", {}, text("drawer.compare")),
+    h("p", { class: "quiet" }, text("compare.intro")),
     h("div", { class: "row" }, amount.element, addOff),
     h("div", { class: "row" }, keep, h("span", { class: "quiet" }, text("compare.keepHint"))),
-    list, clear, chartPlace, verdict, map.element);
+    list,
+    clear,
+    chartPlace,
+    verdict,
+    map.element,
+  );
 
   const soon = later(showDistance);
   bag(soon.end);
-  bag(store.subscribe((doc, before) => {
-    if (doc.ghosts !== before.ghosts || doc.pendulum !== before.pendulum) {
-      showList();
+  bag(
+    store.subscribe((doc, before) => {
+      if (doc.ghosts !== before.ghosts || doc.pendulum !== before.pendulum) {
+        showList();
+        soon();
+      }
+    }),
+  );
+  bag(
+    motion.subscribe((_, what) => {
+      if (what === "ghosts" || what === "complete" || what === "begin") soon();
+    }),
+  );
+  bag(
+    theme.subscribe(() => {
+      lines = -1;
       soon();
-    }
-  }));
-  bag(motion.subscribe((_, what) => {
-    if (what === "ghosts" || what === "complete" || what === "begin") soon();
-  }));
-  bag(theme.subscribe(() => {
-    lines = -1;
-    soon();
-  }));
+    }),
+  );
   showList();
 
   return {

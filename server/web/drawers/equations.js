@@ -23,37 +23,66 @@ async function mount(element, app) {
   let stop = null;
   let written = null; // {pendulum, initial, form, answer}
 
-  const formOf = (n) => (n > MOST ? "compact" : form ?? (n > EXPLICIT ? "compact" : "explicit"));
+  const formOf = (n) => (n > MOST ? "compact" : (form ?? (n > EXPLICIT ? "compact" : "explicit")));
 
   function fields() {
     const n = store.get().pendulum.length.length;
-    const pick = choice(text("equations.form"), ["explicit", "compact"].map((value) => ({ value, words: text(`equations.${value}`) })), formOf(n), (value) => {
-      form = value;
-      load();
-    });
+    const pick = choice(
+      text("equations.form"),
+      ["explicit", "compact"].map((value) => ({ value, words: text(`equations.${value}`) })),
+      formOf(n),
+      (value) => {
+        form = value;
+        load();
+      },
+    );
     pick.select.dataset.form = "";
     pick.select.disabled = n > MOST;
-    formPlace.replaceChildren(pick.element, enlarge, ...(n > MOST ? [h("span", { class: "quiet" }, text("equations.tooMany"))] : []));
+    formPlace.replaceChildren(
+      pick.element,
+      enlarge,
+      ...(n > MOST ? [h("span", { class: "quiet" }, text("equations.tooMany"))] : []),
+    );
   }
 
   function show({ latex }) {
-    formulas.replaceChildren(...PARTS.filter((part) => latex[part]).map((part) => {
-      const place = h("div", { class: "formula scroll", tabindex: 0, role: "region", "aria-label": text(`equations.${part}`) });
-      katex.render(latex[part], place, { displayMode: true, fleqn: true, throwOnError: false, strict: "ignore", trust: false, maxExpand: 10000, maxSize: 50 });
-      return h("section", { "data-part": part }, h("h3", {}, text(`equations.${part}`)), place);
-    }));
+    formulas.replaceChildren(
+      ...PARTS.filter((part) => latex[part]).map((part) => {
+        const place = h("div", {
+          class: "formula scroll",
+          tabindex: 0,
+          role: "region",
+          "aria-label": text(`equations.${part}`),
+        });
+        katex.render(latex[part], place, {
+          displayMode: true,
+          fleqn: true,
+          throwOnError: false,
+          strict: "ignore",
+          trust: false,
+          maxExpand: 10000,
+          maxSize: 50,
+        });
+        return h("section", { "data-part": part }, h("h3", {}, text(`equations.${part}`)), place);
+      }),
+    );
   }
 
   async function load() {
     if (!shown) return;
     const { pendulum, initial } = store.get();
     const wanted = formOf(pendulum.length.length);
-    if (written?.pendulum === pendulum && written.initial === initial && written.form === wanted) return;
+    if (written?.pendulum === pendulum && written.initial === initial && written.form === wanted)
+      return;
     stop?.abort();
     stop = new AbortController();
     try {
       const { length, mass, parent, gravity } = pendulum;
-      const body = { pendulum: { length, mass, parent, gravity }, initial: { phi: initial.phi, phid: initial.phid }, form: wanted };
+      const body = {
+        pendulum: { length, mass, parent, gravity },
+        initial: { phi: initial.phi, phid: initial.phid },
+        form: wanted,
+      };
       const answer = await client.equations(body, { signal: stop.signal });
       const same = written?.pendulum === pendulum && written.form === wanted;
       written = { pendulum, initial, form: wanted, answer };
@@ -65,7 +94,10 @@ async function mount(element, app) {
   }
 
   /** One document of all formulas. */
-  const latexOf = ({ latex }) => PARTS.filter((part) => latex[part]).map((part) => `% ${part}\n\\[${latex[part]}\\]`).join("\n\n");
+  const latexOf = ({ latex }) =>
+    PARTS.filter((part) => latex[part])
+      .map((part) => `% ${part}\n\\[${latex[part]}\\]`)
+      .join("\n\n");
 
   const copies = {
     latex: latexOf,
@@ -80,12 +112,20 @@ async function mount(element, app) {
   }
 
   const sheet = h("div", {});
-  const large = h("dialog", { class: "large", "aria-label": text("drawer.equations") },
-    iconButton("close", text("equations.close"), () => large.close(), { "data-large": "close" }), sheet);
-  const enlarge = button(text("equations.large"), () => {
-    sheet.replaceChildren(formulas.cloneNode(true));
-    large.showModal();
-  }, { "data-large": "open" });
+  const large = h(
+    "dialog",
+    { class: "large", "aria-label": text("drawer.equations") },
+    iconButton("close", text("equations.close"), () => large.close(), { "data-large": "close" }),
+    sheet,
+  );
+  const enlarge = button(
+    text("equations.large"),
+    () => {
+      sheet.replaceChildren(formulas.cloneNode(true));
+      large.showModal();
+    },
+    { "data-large": "open" },
+  );
 
   const buttons = Object.keys(copies).map((kind) => {
     const key = copyButton(app, text(`equations.${kind}`), () => give(kind));
@@ -93,17 +133,31 @@ async function mount(element, app) {
     return key;
   });
 
-  element.append(h("h2", {}, text("drawer.equations")), h("p", { class: "quiet" }, text("equations.intro")), formPlace,
-    h("div", { class: "row", role: "group", "aria-label": text("equations.copy") }, h("span", { class: "quiet" }, text("equations.copy")), ...buttons),
-    h("p", { class: "quiet small" }, text("equations.copyHint")), status, formulas, large);
+  element.append(
+    h("h2", {}, text("drawer.equations")),
+    h("p", { class: "quiet" }, text("equations.intro")),
+    formPlace,
+    h(
+      "div",
+      { class: "row", role: "group", "aria-label": text("equations.copy") },
+      h("span", { class: "quiet" }, text("equations.copy")),
+      ...buttons,
+    ),
+    h("p", { class: "quiet small" }, text("equations.copyHint")),
+    status,
+    formulas,
+    large,
+  );
 
   const soon = settled(load, 200);
   bag(soon.end);
   bag(() => stop?.abort());
-  bag(store.subscribe((doc, before) => {
-    if (doc.pendulum !== before.pendulum) fields();
-    if (doc.pendulum !== before.pendulum || doc.initial !== before.initial) soon();
-  }));
+  bag(
+    store.subscribe((doc, before) => {
+      if (doc.pendulum !== before.pendulum) fields();
+      if (doc.pendulum !== before.pendulum || doc.initial !== before.initial) soon();
+    }),
+  );
   fields();
 
   return {
@@ -111,7 +165,9 @@ async function mount(element, app) {
       shown = true;
       load();
     },
-    hide() { shown = false; },
+    hide() {
+      shown = false;
+    },
     destroy() {
       bag.end();
       element.replaceChildren();

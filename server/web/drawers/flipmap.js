@@ -14,7 +14,17 @@ const DEGREE = Math.PI / 180;
 const HANGING = -Math.PI / 2;
 const MARGIN = { left: 48, bottom: 40, top: 8, right: 10 };
 // even steps in lightness for every kind of colour vision (viridis)
-const SHADES = [[68, 1, 84], [71, 44, 122], [59, 81, 139], [44, 113, 142], [33, 144, 141], [39, 173, 129], [92, 200, 99], [170, 220, 50], [253, 231, 37]];
+const SHADES = [
+  [68, 1, 84],
+  [71, 44, 122],
+  [59, 81, 139],
+  [44, 113, 142],
+  [33, 144, 141],
+  [39, 173, 129],
+  [92, 200, 99],
+  [170, 220, 50],
+  [253, 231, 37],
+];
 
 export function shade(share) {
   const at = Math.max(0, Math.min(1, share)) * (SHADES.length - 1);
@@ -28,7 +38,13 @@ const angleAt = (i, count) => -180 + (360 * i) / (count - 1);
 export function mountFlipMap(app) {
   const { store, clock, client, text } = app;
   const bag = createBag();
-  const canvas = h("canvas", { class: "map", tabindex: 0, role: "application", "aria-label": text("compare.mapLabel"), "aria-describedby": "map-point" });
+  const canvas = h("canvas", {
+    class: "map",
+    tabindex: 0,
+    role: "application",
+    "aria-label": text("compare.mapLabel"),
+    "aria-describedby": "map-point",
+  });
   const point = h("p", { class: "map-point", id: "map-point", role: "status" });
   const status = h("p", { class: "quiet", role: "status" });
   const bar = h("progress", { max: 1, value: 0, hidden: true, "aria-label": text("compare.map") });
@@ -42,26 +58,54 @@ export function mountFlipMap(app) {
   let size = { width: 0, height: 0 };
   const wish = { across: 1, up: 2, count: 120, duration: 10 };
 
-  const compute = button(text("compare.compute"), () => (stop ? stop.abort() : run()), { class: "button main", "data-map": "compute" });
+  const compute = button(text("compare.compute"), () => (stop ? stop.abort() : run()), {
+    class: "button main",
+    "data-map": "compute",
+  });
   const png = button(text("compare.savePng"), savePng, { hidden: true, "data-map": "png" });
 
   function controlsFor(arms) {
-    const armList = Array.from({ length: arms }, (_, k) => ({ value: k + 1, words: String(k + 1) }));
+    const armList = Array.from({ length: arms }, (_, k) => ({
+      value: k + 1,
+      words: String(k + 1),
+    }));
     wish.across = Math.min(wish.across, arms);
     if (wish.up > arms || wish.up === wish.across) wish.up = wish.across === arms ? 1 : arms;
     const pick = (key, label, options) => {
-      const made = choice(label, options, wish[key], (value) => { wish[key] = Number(value); });
+      const made = choice(label, options, wish[key], (value) => {
+        wish[key] = Number(value);
+      });
       made.select.dataset.map = key;
       return made.element;
     };
-    controls.replaceChildren(pick("across", text("compare.across"), armList), pick("up", text("compare.up"), armList),
-      pick("count", text("compare.points"), SIZES.map((value) => ({ value, words: text("compare.pointsValue", { count: value }) }))),
-      pick("duration", text("compare.duration"), DURATIONS.map((value) => ({ value, words: text("compare.seconds", { time: value }) }))), compute, png);
+    controls.replaceChildren(
+      pick("across", text("compare.across"), armList),
+      pick("up", text("compare.up"), armList),
+      pick(
+        "count",
+        text("compare.points"),
+        SIZES.map((value) => ({ value, words: text("compare.pointsValue", { count: value }) })),
+      ),
+      pick(
+        "duration",
+        text("compare.duration"),
+        DURATIONS.map((value) => ({ value, words: text("compare.seconds", { time: value }) })),
+      ),
+      compute,
+      png,
+    );
     compute.disabled = arms < 2;
     if (arms < 2) status.textContent = text("compare.mapOne");
   }
 
-  const axis = (arm, from, to, count) => ({ vary: "theta", arm, start: from, stop: to, count, unit: "deg" });
+  const axis = (arm, from, to, count) => ({
+    vary: "theta",
+    arm,
+    start: from,
+    stop: to,
+    count,
+    unit: "deg",
+  });
 
   /** Of rows `row` ... row + rows - 1 from below; all of them without. */
   function bodyOf({ pendulum, initial, across, up, count, duration }, row = 0, rows = count) {
@@ -69,7 +113,10 @@ export function mountFlipMap(app) {
     return {
       pendulum: { length, mass, parent, gravity },
       initial: { phi: initial.phi, phid: initial.phid },
-      grid: [axis(across, -180, 180, count), axis(up, angleAt(row, count), angleAt(row + rows - 1, count), rows)],
+      grid: [
+        axis(across, -180, 180, count),
+        axis(up, angleAt(row, count), angleAt(row + rows - 1, count), rows),
+      ],
       duration,
       observables: ["first_flip"],
     };
@@ -80,7 +127,15 @@ export function mountFlipMap(app) {
     controlsFor(store.get().pendulum.length.length);
     const { pendulum, initial } = store.get();
     const { count } = wish;
-    map = { pendulum, initial, ...wish, times: new Float64Array(count * count).fill(NaN), arms: new Uint16Array(count * count), failed: new Uint8Array(count * count), done: 0 };
+    map = {
+      pendulum,
+      initial,
+      ...wish,
+      times: new Float64Array(count * count).fill(NaN),
+      arms: new Uint16Array(count * count),
+      failed: new Uint8Array(count * count),
+      done: 0,
+    };
     const mine = map;
     picture = h("canvas", { width: count, height: count });
     stop = new AbortController();
@@ -93,7 +148,13 @@ export function mountFlipMap(app) {
       const rows = Math.max(1, Math.round(STRIP / count));
       for (let row = 0; row < count; row += rows) {
         const many = Math.min(rows, count - row);
-        take(mine, row, await fetchTable(client, "/v1/ensembles", bodyOf(mine, row, many), { signal: stop.signal }));
+        take(
+          mine,
+          row,
+          await fetchTable(client, "/v1/ensembles", bodyOf(mine, row, many), {
+            signal: stop.signal,
+          }),
+        );
       }
       status.textContent = text("compare.done", { count: count * count });
       app.announce(status.textContent);
@@ -115,7 +176,10 @@ export function mountFlipMap(app) {
     mine.done = from + count;
     const all = mine.count ** 2;
     bar.value = mine.done / all;
-    status.textContent = text("compare.progress", { percent: Math.floor(100 * mine.done / all), count: all });
+    status.textContent = text("compare.progress", {
+      percent: Math.floor((100 * mine.done) / all),
+      count: all,
+    });
     paint();
     draw();
   }
@@ -135,7 +199,11 @@ export function mountFlipMap(app) {
     const never = theme.dark ? [31, 36, 45] : [255, 255, 255];
     for (let i = 0; i < map.done; i++) {
       const to = 4 * ((count - 1 - Math.floor(i / count)) * count + (i % count));
-      const colour = failed[i] ? [128, 128, 128] : times[i] < 0 ? never : shade((Math.log(Math.max(times[i], 1e-9)) - low) / (high - low));
+      const colour = failed[i]
+        ? [128, 128, 128]
+        : times[i] < 0
+          ? never
+          : shade((Math.log(Math.max(times[i], 1e-9)) - low) / (high - low));
       image.data.set(colour, to);
       image.data[to + 3] = 255;
     }
@@ -156,22 +224,33 @@ export function mountFlipMap(app) {
   }
 
   /** Pixels of the middle of place (i, j). */
-  const middle = (i, j) => ({ x: MARGIN.left + (i + 0.5) / map.count * size.side, y: MARGIN.top + (map.count - 0.5 - j) / map.count * size.side });
+  const middle = (i, j) => ({
+    x: MARGIN.left + ((i + 0.5) / map.count) * size.side,
+    y: MARGIN.top + ((map.count - 0.5 - j) / map.count) * size.side,
+  });
 
   function axesWithNames() {
     const bottom = MARGIN.top + size.side;
     context.fillStyle = cssValue("--quiet");
     context.font = "11px system-ui, sans-serif";
     context.textAlign = "center";
-    const at = (angle) => (angle + 180) / 360 * size.side;
+    const at = (angle) => ((angle + 180) / 360) * size.side;
     for (const angle of [-180, -90, 0, 90, 180]) {
       context.textAlign = angle === 180 ? "right" : angle === -180 ? "left" : "center";
       context.fillText(`${text.short(angle)}\u00b0`, MARGIN.left + at(angle), bottom + 14);
       context.textAlign = "right";
-      context.fillText(`${text.short(angle)}\u00b0`, MARGIN.left - 5, Math.max(bottom - at(angle) + 4, MARGIN.top + 9));
+      context.fillText(
+        `${text.short(angle)}\u00b0`,
+        MARGIN.left - 5,
+        Math.max(bottom - at(angle) + 4, MARGIN.top + 9),
+      );
     }
     context.textAlign = "center";
-    context.fillText(text("compare.axisX", { arm: map.across }), MARGIN.left + size.side / 2, bottom + 30);
+    context.fillText(
+      text("compare.axisX", { arm: map.across }),
+      MARGIN.left + size.side / 2,
+      bottom + 30,
+    );
     context.save();
     context.translate(10, MARGIN.top + size.side / 2);
     context.rotate(-Math.PI / 2);
@@ -189,14 +268,17 @@ export function mountFlipMap(app) {
     }
     context.fillStyle = cssValue("--quiet");
     context.textAlign = "center";
-    const ticks = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20].filter((time) => time >= low && time <= map.duration);
-    const at = (time) => MARGIN.left + Math.log(time / low) / Math.log(map.duration / low) * wide;
+    const ticks = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20].filter(
+      (time) => time >= low && time <= map.duration,
+    );
+    const at = (time) => MARGIN.left + (Math.log(time / low) / Math.log(map.duration / low)) * wide;
     for (const time of ticks) context.fillText(text.short(time), at(time), y + 24);
     // every digit has its stroke, which shows that the scale is one of logarithms
     for (const power of [0.01, 0.1, 1, 10]) {
       for (let digit = 1; digit < 10; digit++) {
         const time = digit * power;
-        if (time >= low && time <= map.duration) context.fillRect(at(time) - 0.5, y + 9, 1, ticks.includes(time) ? 5 : 3);
+        if (time >= low && time <= map.duration)
+          context.fillRect(at(time) - 0.5, y + 9, 1, ticks.includes(time) ? 5 : 3);
       }
     }
     context.fillText(text("compare.neverShort"), MARGIN.left + wide + 42, y + 24);
@@ -218,7 +300,10 @@ export function mountFlipMap(app) {
     axesWithNames();
     scaleWithTicks();
     const { x, y } = middle(cross.i, cross.j);
-    for (const [colour, width] of [["#000", 3.5], ["#fff", 1.5]]) {
+    for (const [colour, width] of [
+      ["#000", 3.5],
+      ["#fff", 1.5],
+    ]) {
       context.strokeStyle = colour;
       context.lineWidth = width;
       context.beginPath();
@@ -233,7 +318,8 @@ export function mountFlipMap(app) {
   }
 
   function outdated() {
-    if (map.pendulum !== store.get().pendulum && !stop) status.textContent = text("compare.outdated");
+    if (map.pendulum !== store.get().pendulum && !stop)
+      status.textContent = text("compare.outdated");
   }
 
   /** The place nearest to the start that the stage has. */
@@ -241,8 +327,11 @@ export function mountFlipMap(app) {
     const { initial } = store.get();
     const near = (arm) => {
       const angle = (initial.phi[arm - 1] - HANGING) / DEGREE;
-      const inside = ((angle + 180) % 360 + 360) % 360 - 180;
-      return Math.max(0, Math.min(map.count - 1, Math.round((inside + 180) / 360 * (map.count - 1))));
+      const inside = ((((angle + 180) % 360) + 360) % 360) - 180;
+      return Math.max(
+        0,
+        Math.min(map.count - 1, Math.round(((inside + 180) / 360) * (map.count - 1))),
+      );
     };
     return { i: near(map.across), j: near(map.up) };
   }
@@ -256,7 +345,13 @@ export function mountFlipMap(app) {
   }
 
   function describe(where) {
-    point.textContent = text("compare.point", { a: map.across, b: map.up, x: text.number(angleAt(where.i, map.count), 1), y: text.number(angleAt(where.j, map.count), 1), what: whatAt(where) });
+    point.textContent = text("compare.point", {
+      a: map.across,
+      b: map.up,
+      x: text.number(angleAt(where.i, map.count), 1),
+      y: text.number(angleAt(where.j, map.count), 1),
+      what: whatAt(where),
+    });
   }
 
   function start(where) {
@@ -274,8 +369,9 @@ export function mountFlipMap(app) {
 
   function placeOf(event) {
     const box = canvas.getBoundingClientRect();
-    const i = Math.floor((event.clientX - box.left - MARGIN.left) / size.side * map.count);
-    const j = map.count - 1 - Math.floor((event.clientY - box.top - MARGIN.top) / size.side * map.count);
+    const i = Math.floor(((event.clientX - box.left - MARGIN.left) / size.side) * map.count);
+    const j =
+      map.count - 1 - Math.floor(((event.clientY - box.top - MARGIN.top) / size.side) * map.count);
     return i >= 0 && j >= 0 && i < map.count && j < map.count ? { i, j } : null;
   }
 
@@ -309,7 +405,11 @@ export function mountFlipMap(app) {
 
   async function savePng() {
     try {
-      const { blob } = await client.file("/v1/ensembles", { ...bodyOf(map), picture: { of: "first_flip", scale: "log" } }, "image/png");
+      const { blob } = await client.file(
+        "/v1/ensembles",
+        { ...bodyOf(map), picture: { of: "first_flip", scale: "log" } },
+        "image/png",
+      );
       save(blob, "flips.png");
     } catch (error) {
       if (!aborted(error)) status.textContent = said(error, text);
@@ -320,13 +420,24 @@ export function mountFlipMap(app) {
   observer.observe(place);
   bag(() => observer.disconnect());
   bag(theme.subscribe(() => map && (paint(), draw())));
-  bag(store.subscribe((doc, before) => {
-    if (doc.pendulum !== before.pendulum) controlsFor(doc.pendulum.length.length);
-    if (map && doc.pendulum !== before.pendulum) outdated();
-  }));
+  bag(
+    store.subscribe((doc, before) => {
+      if (doc.pendulum !== before.pendulum) controlsFor(doc.pendulum.length.length);
+      if (map && doc.pendulum !== before.pendulum) outdated();
+    }),
+  );
   controlsFor(store.get().pendulum.length.length);
 
-  const element = h("section", { "aria-label": text("compare.map") }, h("h3", {}, text("compare.map")), h("p", { class: "quiet" }, text("compare.mapIntro")), controls, bar, status, place);
+  const element = h(
+    "section",
+    { "aria-label": text("compare.map") },
+    h("h3", {}, text("compare.map")),
+    h("p", { class: "quiet" }, text("compare.mapIntro")),
+    controls,
+    bar,
+    status,
+    place,
+  );
   return {
     element,
     show: fit,

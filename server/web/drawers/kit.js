@@ -4,12 +4,22 @@
 
 import { h } from "../dom.js";
 
-export const button = (words, click, attributes = {}) => h("button", { type: "button", class: "button", on: { click }, ...attributes }, words);
+export const button = (words, click, attributes = {}) =>
+  h("button", { type: "button", class: "button", on: { click }, ...attributes }, words);
 
 /** A select with a label: {element, select}; options are {value, words}. */
 export function choice(label, options, value, change) {
-  const select = h("select", { on: { change: () => change(select.value) } },
-    ...options.map((option) => h("option", { value: option.value, selected: String(option.value) === String(value) }, option.words)));
+  const select = h(
+    "select",
+    { on: { change: () => change(select.value) } },
+    ...options.map((option) =>
+      h(
+        "option",
+        { value: option.value, selected: String(option.value) === String(value) },
+        option.words,
+      ),
+    ),
+  );
   return { element: h("label", { class: "choice" }, h("span", {}, label), select), select };
 }
 
@@ -21,12 +31,23 @@ export function tick(label, checked, change) {
 
 /** A button that stays pressed. */
 export function toggle(words, pressed, change, attributes = {}) {
-  const key = h("button", { type: "button", class: "chip", "aria-pressed": String(pressed), ...attributes,
-    on: { click: () => {
-      const next = key.getAttribute("aria-pressed") !== "true";
-      key.setAttribute("aria-pressed", next);
-      change(next);
-    } } }, words);
+  const key = h(
+    "button",
+    {
+      type: "button",
+      class: "chip",
+      "aria-pressed": String(pressed),
+      ...attributes,
+      on: {
+        click: () => {
+          const next = key.getAttribute("aria-pressed") !== "true";
+          key.setAttribute("aria-pressed", next);
+          change(next);
+        },
+      },
+    },
+    words,
+  );
   return key;
 }
 
@@ -90,15 +111,29 @@ export async function copy(words) {
 export function copyButton(app, words, give) {
   const key = button(words, async () => {
     const given = await give();
-    const done = given !== "" && await copy(given);
+    const done = given !== "" && (await copy(given));
     app.announce(app.text(done ? "kit.copied" : "kit.notCopied"));
     key.textContent = app.text(done ? "kit.copied" : "kit.notCopied");
-    setTimeout(() => { key.textContent = words; }, 1600);
+    setTimeout(() => {
+      key.textContent = words;
+    }, 1600);
   });
   return key;
 }
 
-const RAISED = { "-": "\u207b", 0: "\u2070", 1: "\u00b9", 2: "\u00b2", 3: "\u00b3", 4: "\u2074", 5: "\u2075", 6: "\u2076", 7: "\u2077", 8: "\u2078", 9: "\u2079" };
+const RAISED = {
+  "-": "\u207b",
+  0: "\u2070",
+  1: "\u00b9",
+  2: "\u00b2",
+  3: "\u00b3",
+  4: "\u2074",
+  5: "\u2075",
+  6: "\u2076",
+  7: "\u2077",
+  8: "\u2078",
+  9: "\u2079",
+};
 const raised = (power) => [...String(power)].map((letter) => RAISED[letter]).join("");
 
 /** A number to read: 0.0123, 3.2·10⁻¹⁴. */
@@ -118,10 +153,15 @@ export const DASHES = [null, [7, 4], [2, 3], [9, 3, 2, 3]];
 /** The look of arm k = 1, 2, ...: {name, colour, dash}; `name` is the custom property of its colour. */
 export function armLook(k) {
   const name = `--arm-${((k - 1) % COLOURS) + 1}`;
-  return { name, colour: cssValue(name), dash: DASHES[Math.floor((k - 1) / COLOURS) % DASHES.length] };
+  return {
+    name,
+    colour: cssValue(name),
+    dash: DASHES[Math.floor((k - 1) / COLOURS) % DASHES.length],
+  };
 }
 
-export const cssValue = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+export const cssValue = (name) =>
+  getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 /** A table of the server, whole: {count, columns: {phi: Float64Array, ...}, widths}. */
 export async function fetchTable(client, path, body, { signal, rows = () => {} } = {}) {
@@ -130,7 +170,9 @@ export async function fetchTable(client, path, body, { signal, rows = () => {} }
   let count = 0;
   await client.table(path, body, {
     signal,
-    begin: (columns) => { layout = columns; },
+    begin: (columns) => {
+      layout = columns;
+    },
     rows(values, many) {
       pieces.push(values.slice());
       count += many;

@@ -9,7 +9,17 @@ import { request, sameMotion } from "../state.js";
 import { theme } from "../theme.js";
 import { createGroup } from "./chart.js";
 import { distances, logarithmic } from "./compare.js";
-import { aborted, choice, cssValue, fetchTable, figure, later, settled, swatch, tick } from "./kit.js";
+import {
+  aborted,
+  choice,
+  cssValue,
+  fetchTable,
+  figure,
+  later,
+  settled,
+  swatch,
+  tick,
+} from "./kit.js";
 
 const METHODS = {
   taylor: { rtol: 1e-12, finest: 1e-16, divisor: Infinity },
@@ -37,17 +47,27 @@ const paperOf = (doc) => ({ ...doc, method: "ode23", rtol: null, atol: null, pre
 
 /** {words, way}: 32 digits where they are cheap, else a tolerance that is finer than the run's. */
 function referenceOf(doc) {
-  if (doc.precision === "quad" && doc.method === "taylor") return { words: "method.referenceQuad", way: { rtol: QUAD_REFERENCE } };
-  if (doc.pendulum.length.length <= FINE_ARMS && doc.span.stop <= FINE_SECONDS) return { words: "method.referenceFine", way: { precision: "extended", rtol: null } };
-  const fine = doc.method === "taylor" && (doc.precision === "extended" || (doc.rtol ?? 1e-12) <= 1e-12);
-  return fine ? { words: "method.referenceFiner", way: { precision: "double", rtol: 1e-15 } } : { words: "method.reference", way: { precision: "double", rtol: 1e-12 } };
+  if (doc.precision === "quad" && doc.method === "taylor")
+    return { words: "method.referenceQuad", way: { rtol: QUAD_REFERENCE } };
+  if (doc.pendulum.length.length <= FINE_ARMS && doc.span.stop <= FINE_SECONDS)
+    return { words: "method.referenceFine", way: { precision: "extended", rtol: null } };
+  const fine =
+    doc.method === "taylor" && (doc.precision === "extended" || (doc.rtol ?? 1e-12) <= 1e-12);
+  return fine
+    ? { words: "method.referenceFiner", way: { precision: "double", rtol: 1e-15 } }
+    : { words: "method.reference", way: { precision: "double", rtol: 1e-12 } };
 }
 
 async function mount(element, app) {
   const { store, motion, clock, client, text } = app;
   const bag = createBag();
   const way = h("div", { class: "method-fields" });
-  const facts = h("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": text("method.stats") });
+  const facts = h("div", {
+    class: "scroll",
+    tabindex: 0,
+    role: "region",
+    "aria-label": text("method.stats"),
+  });
   const referenceWords = h("p", { class: "quiet" });
   const verdicts = h("div", { role: "status" });
   const legend = h("div", { class: "row small" });
@@ -65,65 +85,166 @@ async function mount(element, app) {
   function setOverlay(on) {
     const others = store.get().ghosts.filter((ghost) => !isPaper(ghost));
     const { phi, phid } = store.get().initial;
-    store.set({ ghosts: on ? [...others, { phi, phid, apart: 0, method: "ode23" }] : others }, { label: "ghosts" });
+    store.set(
+      { ghosts: on ? [...others, { phi, phid, apart: 0, method: "ode23" }] : others },
+      { label: "ghosts" },
+    );
   }
 
   function fields(doc) {
-    const known = METHODS[doc.method] && { ...METHODS[doc.method], ...(doc.method === "taylor" && DIGITS[doc.precision]) };
-    const method = choice(text("method.method"), Object.keys(METHODS).map((value) => ({ value, words: text(`method.${value}`) })), doc.method,
-      (value) => store.set({ method: value, rtol: null, atol: null, precision: "double" }, { label: "method" }));
+    const known = METHODS[doc.method] && {
+      ...METHODS[doc.method],
+      ...(doc.method === "taylor" && DIGITS[doc.precision]),
+    };
+    const method = choice(
+      text("method.method"),
+      Object.keys(METHODS).map((value) => ({ value, words: text(`method.${value}`) })),
+      doc.method,
+      (value) =>
+        store.set(
+          { method: value, rtol: null, atol: null, precision: "double" },
+          { label: "method" },
+        ),
+    );
     method.select.dataset.method = "";
     const rows = [method.element];
     if (known) {
       const asNumber = (value) => (value === "" ? null : Number(value));
-      const list = (values, fallback) => [{ value: "", words: text("method.default", { value: figure(text, fallback, 2) }) }, ...values.map((value) => ({ value, words: figure(text, value, 2) }))];
-      const own = (values, value) => (value === null || values.includes(value) ? values : [...values, value].sort((a, b) => b - a));
-      const rtol = choice(text("method.rtol"), list(own(TOLERANCES.filter((value) => value >= known.finest && value <= (known.loosest ?? 1)), doc.rtol), known.rtol), doc.rtol ?? "", (value) => store.set({ rtol: asNumber(value) }, { label: "tolerance" }));
+      const list = (values, fallback) => [
+        { value: "", words: text("method.default", { value: figure(text, fallback, 2) }) },
+        ...values.map((value) => ({ value, words: figure(text, value, 2) })),
+      ];
+      const own = (values, value) =>
+        value === null || values.includes(value)
+          ? values
+          : [...values, value].sort((a, b) => b - a);
+      const rtol = choice(
+        text("method.rtol"),
+        list(
+          own(
+            TOLERANCES.filter((value) => value >= known.finest && value <= (known.loosest ?? 1)),
+            doc.rtol,
+          ),
+          known.rtol,
+        ),
+        doc.rtol ?? "",
+        (value) => store.set({ rtol: asNumber(value) }, { label: "tolerance" }),
+      );
       const usual = (doc.rtol ?? known.rtol) / known.divisor;
-      const atol = choice(text("method.atol"), list(own(ABSOLUTE.filter((value) => value <= (known.loosest ?? 1)), doc.atol), usual), doc.atol ?? "", (value) => store.set({ atol: asNumber(value) }, { label: "tolerance" }));
+      const atol = choice(
+        text("method.atol"),
+        list(
+          own(
+            ABSOLUTE.filter((value) => value <= (known.loosest ?? 1)),
+            doc.atol,
+          ),
+          usual,
+        ),
+        doc.atol ?? "",
+        (value) => store.set({ atol: asNumber(value) }, { label: "tolerance" }),
+      );
       rtol.select.dataset.rtol = "";
       atol.select.dataset.atol = "";
       rows.push(rtol.element, atol.element);
     } else rows.push(h("p", { class: "quiet" }, text("method.none")));
     if (doc.method === "taylor") {
-      const some = Object.keys(DIGITS).filter((value) => value !== "quad" || doc.pendulum.length.length <= QUAD_ARMS || doc.precision === "quad");
-      const fine = choice(text("method.precision"), some.map((value) => ({ value, words: text(`method.${value}`) })), doc.precision,
-        (value) => store.set({ precision: value, rtol: null, atol: null }, { label: "method" }));
+      const some = Object.keys(DIGITS).filter(
+        (value) =>
+          value !== "quad" || doc.pendulum.length.length <= QUAD_ARMS || doc.precision === "quad",
+      );
+      const fine = choice(
+        text("method.precision"),
+        some.map((value) => ({ value, words: text(`method.${value}`) })),
+        doc.precision,
+        (value) => store.set({ precision: value, rtol: null, atol: null }, { label: "method" }),
+      );
       fine.select.dataset.precision = "";
       rows.push(fine.element);
     }
-    const focused = way.contains(document.activeElement) ? Object.keys(document.activeElement.dataset)[0] : null;
+    const focused = way.contains(document.activeElement)
+      ? Object.keys(document.activeElement.dataset)[0]
+      : null;
     way.replaceChildren(...rows);
     if (focused) way.querySelector(`[data-${focused}]`)?.focus();
   }
 
   function trust({ trust_until: exact, horizon }, stopAt) {
     const time = exact ?? horizon;
-    return time >= stopAt ? text("method.trustAll") : text("method.trustValue", { time: text.number(time, 2) });
+    return time >= stopAt
+      ? text("method.trustAll")
+      : text("method.trustValue", { time: text.number(time, 2) });
   }
 
   function factRows(stats, distance, stopAt) {
     if (!stats) return ["\u2026", "\u2026", "\u2026", "\u2026", "\u2026", "\u2026", "\u2026"];
-    return [text.short(stats.steps, 9), text.short(stats.rejected, 9), text.short(stats.evaluations, 9), figure(text, stats.energy_drift, 2), trust(stats, stopAt),
-      distance?.length ? figure(text, distance.at(-1), 2) : "\u2026", text("method.computeValue", { time: figure(text, stats.compute_seconds * 1000, 2) })];
+    return [
+      text.short(stats.steps, 9),
+      text.short(stats.rejected, 9),
+      text.short(stats.evaluations, 9),
+      figure(text, stats.energy_drift, 2),
+      trust(stats, stopAt),
+      distance?.length ? figure(text, distance.at(-1), 2) : "\u2026",
+      text("method.computeValue", { time: figure(text, stats.compute_seconds * 1000, 2) }),
+    ];
   }
 
   function showFacts(runs) {
     const names = ["steps", "rejected", "evaluations", "drift", "trust", "atEnd", "compute"];
-    const columns = runs.map(({ stats, distance }) => factRows(stats, distance, motion.doc.span.stop));
-    facts.replaceChildren(h("table", {},
-      h("thead", {}, h("tr", {}, h("td", {}), ...runs.map(({ name }) => h("th", { scope: "col" }, name)))),
-      h("tbody", {}, ...names.map((name, i) => h("tr", { "data-fact": name }, h("th", { scope: "row" }, text(`method.${name}`)), ...columns.map((column) => h("td", {}, column[i])))))));
+    const columns = runs.map(({ stats, distance }) =>
+      factRows(stats, distance, motion.doc.span.stop),
+    );
+    facts.replaceChildren(
+      h(
+        "table",
+        {},
+        h(
+          "thead",
+          {},
+          h("tr", {}, h("td", {}), ...runs.map(({ name }) => h("th", { scope: "col" }, name))),
+        ),
+        h(
+          "tbody",
+          {},
+          ...names.map((name, i) =>
+            h(
+              "tr",
+              { "data-fact": name },
+              h("th", { scope: "row" }, text(`method.${name}`)),
+              ...columns.map((column) => h("td", {}, column[i])),
+            ),
+          ),
+        ),
+      ),
+    );
   }
 
   const factsOf = (doc) => known.find((one) => sameMotion(one.doc, doc))?.stats ?? null;
 
   function runsNow() {
     const believed = reference && sameMotion(reference.doc, motion.doc) ? reference.table : null;
-    const far = (track) => (believed && track.complete ? distances(track, { count: believed.count, columns: believed.columns }) : null);
-    const list = [{ name: motion.doc.method, colour: "--arm-1", stats: factsOf(motion.doc), distance: far(motion.track) }];
-    const paper = motion.ghosts.find(({ doc, initial }) => doc.method === "ode23" && initial.phi.every((phi, k) => phi === motion.doc.initial.phi[k]));
-    if (paper) list.push({ name: text("method.overlaid"), colour: ghostColour(motion.ghosts.indexOf(paper)), stats: factsOf(paperOf(motion.doc)), distance: far(paper) });
+    const far = (track) =>
+      believed && track.complete
+        ? distances(track, { count: believed.count, columns: believed.columns })
+        : null;
+    const list = [
+      {
+        name: motion.doc.method,
+        colour: "--arm-1",
+        stats: factsOf(motion.doc),
+        distance: far(motion.track),
+      },
+    ];
+    const paper = motion.ghosts.find(
+      ({ doc, initial }) =>
+        doc.method === "ode23" && initial.phi.every((phi, k) => phi === motion.doc.initial.phi[k]),
+    );
+    if (paper)
+      list.push({
+        name: text("method.overlaid"),
+        colour: ghostColour(motion.ghosts.indexOf(paper)),
+        stats: factsOf(paperOf(motion.doc)),
+        distance: far(paper),
+      });
     return list;
   }
 
@@ -136,20 +257,40 @@ async function mount(element, app) {
     if (look !== lines) {
       if (chart) group.remove(chart);
       lines = look;
-      chart = group.add(host, { series: runs.map(({ colour }) => ({ colour: cssValue(colour) })), times: true, log: true, height: 180 });
+      chart = group.add(host, {
+        series: runs.map(({ colour }) => ({ colour: cssValue(colour) })),
+        times: true,
+        log: true,
+        height: 180,
+      });
     }
     const drawn = runs.filter(({ distance }) => distance).length === runs.length;
-    if (drawn) chart.set([motion.t.slice(0, motion.count), ...runs.map(({ distance }) => logarithmic(distance))]);
+    if (drawn)
+      chart.set([
+        motion.t.slice(0, motion.count),
+        ...runs.map(({ distance }) => logarithmic(distance)),
+      ]);
     else chart.set([new Float64Array(0), ...runs.map(() => [])]);
   }
 
   function showVerdicts(runs) {
-    if (!runs.some(({ distance }) => distance)) return verdicts.replaceChildren(h("p", { class: "quiet" }, text("kit.waiting")));
-    verdicts.replaceChildren(...runs.filter(({ distance }) => distance).map(({ name, distance }) => {
-      const at = distance.findIndex((value) => value > WRONG);
-      const most = distance.reduce((all, value) => Math.max(all, value), 0);
-      return h("p", { class: at < 0 ? "verdict" : "verdict wrong" }, at < 0 ? text("method.staysRight", { name, most: figure(text, most, 2) }) : text("method.goesWrong", { name, time: text.number(motion.t[at], 2) }));
-    }));
+    if (!runs.some(({ distance }) => distance))
+      return verdicts.replaceChildren(h("p", { class: "quiet" }, text("kit.waiting")));
+    verdicts.replaceChildren(
+      ...runs
+        .filter(({ distance }) => distance)
+        .map(({ name, distance }) => {
+          const at = distance.findIndex((value) => value > WRONG);
+          const most = distance.reduce((all, value) => Math.max(all, value), 0);
+          return h(
+            "p",
+            { class: at < 0 ? "verdict" : "verdict wrong" },
+            at < 0
+              ? text("method.staysRight", { name, most: figure(text, most, 2) })
+              : text("method.goesWrong", { name, time: text.number(motion.t[at], 2) }),
+          );
+        }),
+    );
   }
 
   function show() {
@@ -159,15 +300,26 @@ async function mount(element, app) {
     const runs = runsNow();
     showFacts(runs);
     showVerdicts(runs);
-    legend.replaceChildren(...runs.map(({ name, colour }) => h("span", { class: "name" }, swatch(colour), " ", name)));
+    legend.replaceChildren(
+      ...runs.map(({ name, colour }) => h("span", { class: "name" }, swatch(colour), " ", name)),
+    );
     showChart(runs);
   }
 
   /** Asks what a motion took, once; with the exact bound of its digits where that is cheap. */
   async function fetchFacts(doc, signal) {
     if (factsOf(doc)) return;
-    const exact = doc.pendulum.length.length <= EXACT_ARMS && doc.span.stop <= EXACT_SECONDS && doc.precision === "double";
-    const body = { ...request(doc), times: { start: 0, stop: doc.span.stop, count: 201 }, output: ["energy"], digits: 4, ...(exact && { trust: true }) };
+    const exact =
+      doc.pendulum.length.length <= EXACT_ARMS &&
+      doc.span.stop <= EXACT_SECONDS &&
+      doc.precision === "double";
+    const body = {
+      ...request(doc),
+      times: { start: 0, stop: doc.span.stop, count: 201 },
+      output: ["energy"],
+      digits: 4,
+      ...(exact && { trust: true }),
+    };
     const { stats } = await client.trajectory(body, { signal });
     known = [{ doc, stats }, ...known].slice(0, 2);
     show();
@@ -184,7 +336,10 @@ async function mount(element, app) {
       await fetchFacts(doc, signal);
       if (store.get().ghosts.some(isPaper)) await fetchFacts(paperOf(store.get()), signal);
       if (reference && sameMotion(reference.doc, doc)) return;
-      const body = { ...request({ ...doc, method: "taylor", atol: null, ...referenceOf(doc).way }), output: ["phi"] };
+      const body = {
+        ...request({ ...doc, method: "taylor", atol: null, ...referenceOf(doc).way }),
+        output: ["phi"],
+      };
       reference = { doc, table: await fetchTable(client, "/v1/trajectories", body, { signal }) };
       show();
     } catch (error) {
@@ -192,24 +347,38 @@ async function mount(element, app) {
     }
   }
 
-  element.append(h("h2", {}, text("drawer.method")), h("p", { class: "quiet" }, text("method.intro")), way,
-    h("div", { class: "row" }, overlay.element), h("p", { class: "quiet" }, text("method.overlayHint")),
-    h("h3", {}, text("method.stats")), facts,
-    h("h3", { class: "chart-title" }, text("method.error")), legend, host, verdicts, referenceWords);
+  element.append(
+    h("h2", {}, text("drawer.method")),
+    h("p", { class: "quiet" }, text("method.intro")),
+    way,
+    h("div", { class: "row" }, overlay.element),
+    h("p", { class: "quiet" }, text("method.overlayHint")),
+    h("h3", {}, text("method.stats")),
+    facts,
+    h("h3", { class: "chart-title" }, text("method.error")),
+    legend,
+    host,
+    verdicts,
+    referenceWords,
+  );
 
   const soon = later(show);
   const loadSoon = settled(load, 60);
   bag(soon.end);
   bag(loadSoon.end);
-  bag(store.subscribe((doc, before) => {
-    if (!sameMotion(doc, before) || doc.ghosts !== before.ghosts) fields(doc);
-    if (doc.ghosts !== before.ghosts) loadSoon();
-  }));
-  bag(motion.subscribe((_, what) => {
-    if (!shown) return;
-    soon();
-    if (what === "complete") loadSoon();
-  }));
+  bag(
+    store.subscribe((doc, before) => {
+      if (!sameMotion(doc, before) || doc.ghosts !== before.ghosts) fields(doc);
+      if (doc.ghosts !== before.ghosts) loadSoon();
+    }),
+  );
+  bag(
+    motion.subscribe((_, what) => {
+      if (!shown) return;
+      soon();
+      if (what === "complete") loadSoon();
+    }),
+  );
   bag(theme.subscribe(soon));
   bag(() => {
     stop?.abort();
@@ -223,7 +392,9 @@ async function mount(element, app) {
       show();
       load();
     },
-    hide() { shown = false; },
+    hide() {
+      shown = false;
+    },
     destroy() {
       bag.end();
       element.replaceChildren();

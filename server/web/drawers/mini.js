@@ -9,7 +9,12 @@ import { cssValue } from "./kit.js";
 /** {canvas, draw(phi, pale)}: a tree by its angles, over pale ones; `top` is how high the pivot stands, 0.5 the middle. */
 export function createMini(tree, { width, height, top = 0.5, label = null }) {
   const ratio = Math.min(devicePixelRatio, 2);
-  const canvas = h("canvas", { class: "mini", width: width * ratio, height: height * ratio, ...(label ? { role: "img", "aria-label": label } : { "aria-hidden": "true" }) });
+  const canvas = h("canvas", {
+    class: "mini",
+    width: width * ratio,
+    height: height * ratio,
+    ...(label ? { role: "img", "aria-label": label } : { "aria-hidden": "true" }),
+  });
   canvas.style.width = `${width}px`;
   canvas.style.height = `${height}px`;
   const context = canvas.getContext("2d");
@@ -27,7 +32,10 @@ export function createMini(tree, { width, height, top = 0.5, label = null }) {
     context.beginPath();
     for (let k = 0; k < n; k++) {
       const carrier = tree.parent[k];
-      context.moveTo(scale * (carrier ? x[carrier - 1] : 0), -scale * (carrier ? y[carrier - 1] : 0));
+      context.moveTo(
+        scale * (carrier ? x[carrier - 1] : 0),
+        -scale * (carrier ? y[carrier - 1] : 0),
+      );
       context.lineTo(scale * x[k], -scale * y[k]);
     }
     context.strokeStyle = colour;
@@ -45,7 +53,9 @@ export function createMini(tree, { width, height, top = 0.5, label = null }) {
 
   return {
     canvas,
-    recolour() { colours = null; },
+    recolour() {
+      colours = null;
+    },
     /** As large as the place allows for a tree that swings as far aside as in this pose. */
     fit(phi) {
       tips(tree, rows, phi, 0, x, y);
@@ -53,7 +63,12 @@ export function createMini(tree, { width, height, top = 0.5, label = null }) {
       scale = Math.min((width / 2 - 8) / aside, (height * (1 - top) - 8) / reach(tree));
     },
     draw(phi, pale = []) {
-      colours ??= { arm: cssValue("--accent"), mass: cssValue("--mass"), ghost: cssValue("--line"), pivot: cssValue("--quiet") };
+      colours ??= {
+        arm: cssValue("--accent"),
+        mass: cssValue("--mass"),
+        ghost: cssValue("--line"),
+        pivot: cssValue("--quiet"),
+      };
       context.setTransform(ratio, 0, 0, ratio, 0, 0);
       context.clearRect(0, 0, width, height);
       context.translate(width / 2, height * top);

@@ -27,10 +27,14 @@ async function mount(element, app) {
   const bag = createBag();
   const status = h("p", { class: "quiet", role: "status" });
   const cards = h("ul", { class: "mode-cards" });
-  const more = button("", () => {
-    many += PAGE;
-    build();
-  }, { hidden: true });
+  const more = button(
+    "",
+    () => {
+      many += PAGE;
+      build();
+    },
+    { hidden: true },
+  );
   const identity = h("div", { class: "identity" });
   const sumWords = h("p", {});
   const sumPlace = h("div", { class: "sum-picture" });
@@ -45,7 +49,10 @@ async function mount(element, app) {
   let angles = []; // amplitude of every mode, degrees
   let chosen = new Set([0, 1]);
 
-  const startSum = button(text("modes.sumStart"), () => begin(sumOf(1), "sum"), { class: "button main", "data-start": "sum" });
+  const startSum = button(text("modes.sumStart"), () => begin(sumOf(1), "sum"), {
+    class: "button main",
+    "data-start": "sum",
+  });
   const linear = tick(text("modes.linear"), false, (on) => setLinear(on));
   linear.box.dataset.linear = "";
 
@@ -55,7 +62,9 @@ async function mount(element, app) {
     for (const k of chosen) {
       if (k >= modes.omega.length) continue;
       const part = angles[k] * DEGREE * (phase === 1 ? 1 : Math.cos(modes.omega[k] * time));
-      modes.vectors[k].forEach((value, arm) => { theta[arm] += part * value; });
+      modes.vectors[k].forEach((value, arm) => {
+        theta[arm] += part * value;
+      });
     }
     return theta;
   }
@@ -72,35 +81,83 @@ async function mount(element, app) {
   function setLinear(on) {
     const others = store.get().ghosts.filter((ghost) => !isLinear(ghost));
     const { phi, phid } = store.get().initial;
-    store.set({ ghosts: on ? [...others, { phi, phid, apart: 0, method: "linear" }] : others }, { label: "ghosts" });
+    store.set(
+      { ghosts: on ? [...others, { phi, phid, apart: 0, method: "linear" }] : others },
+      { label: "ghosts" },
+    );
   }
 
   function card(k) {
     const mode = modes.mode[k];
-    const mini = createMini(tree, { width: 124, height: 132, top: 0.06, label: text("modes.picture", { mode }) });
+    const mini = createMini(tree, {
+      width: 124,
+      height: 132,
+      top: 0.06,
+      label: text("modes.picture", { mode }),
+    });
     const said = h("output", {}, text("modes.degrees", { angle: text.short(angles[k]) }));
-    const slider = h("input", { type: "range", min: 0, max: STEEPEST, step: 1, value: angles[k], "aria-label": text("modes.amplitude", { mode }), "data-amplitude": mode,
-      on: { input: () => {
-        angles[k] = Number(slider.value);
-        said.textContent = text("modes.degrees", { angle: text.short(angles[k]) });
-        slider.setAttribute("aria-valuetext", said.textContent);
-        sumChanged();
-        draw();
-      } } });
+    const slider = h("input", {
+      type: "range",
+      min: 0,
+      max: STEEPEST,
+      step: 1,
+      value: angles[k],
+      "aria-label": text("modes.amplitude", { mode }),
+      "data-amplitude": mode,
+      on: {
+        input: () => {
+          angles[k] = Number(slider.value);
+          said.textContent = text("modes.degrees", { angle: text.short(angles[k]) });
+          slider.setAttribute("aria-valuetext", said.textContent);
+          sumChanged();
+          draw();
+        },
+      },
+    });
     const part = tick(text("modes.inSum"), chosen.has(k), (on) => {
       on ? chosen.add(k) : chosen.delete(k);
       sumChanged();
       draw();
     });
     part.box.dataset.part = mode;
-    const facts = [["omega", modes.omega[k]], ["frequency", modes.frequency[k]], ["period", modes.period[k]]];
+    const facts = [
+      ["omega", modes.omega[k]],
+      ["frequency", modes.frequency[k]],
+      ["period", modes.period[k]],
+    ];
     mini.fit(hang(oneOf(k, STEEPEST * DEGREE)));
     views.push({ mini, k });
-    return h("li", { class: "mode-card", "data-mode": mode }, mini.canvas,
-      h("div", { class: "mode-body" }, h("h3", {}, text("modes.title", { mode })),
-        h("dl", {}, ...facts.flatMap(([id, value]) => [h("dt", {}, text(`modes.${id}`)), h("dd", {}, text(`modes.${id}Value`, { value: value > 0.01 && value < 1e5 ? text.number(value, 3) : figure(text, value, 4) }))])),
-        h("div", { class: "amplitude" }, slider, said), part.element,
-        button(text("modes.start"), () => begin(oneOf(k, angles[k] * DEGREE), "mode", text("modes.started", { mode })), { "data-start": mode })));
+    return h(
+      "li",
+      { class: "mode-card", "data-mode": mode },
+      mini.canvas,
+      h(
+        "div",
+        { class: "mode-body" },
+        h("h3", {}, text("modes.title", { mode })),
+        h(
+          "dl",
+          {},
+          ...facts.flatMap(([id, value]) => [
+            h("dt", {}, text(`modes.${id}`)),
+            h(
+              "dd",
+              {},
+              text(`modes.${id}Value`, {
+                value: value > 0.01 && value < 1e5 ? text.number(value, 3) : figure(text, value, 4),
+              }),
+            ),
+          ]),
+        ),
+        h("div", { class: "amplitude" }, slider, said),
+        part.element,
+        button(
+          text("modes.start"),
+          () => begin(oneOf(k, angles[k] * DEGREE), "mode", text("modes.started", { mode })),
+          { "data-start": mode },
+        ),
+      ),
+    );
   }
 
   function build() {
@@ -119,9 +176,17 @@ async function mount(element, app) {
   function sumChanged() {
     const list = [...chosen].filter((k) => k < modes.omega.length).sort((a, b) => a - b);
     startSum.disabled = !list.length;
-    sum?.fit(hang(Float64Array.from(tree.length, (_, arm) => list.reduce((all, k) => all + Math.abs(angles[k] * DEGREE * modes.vectors[k][arm]), 0.05))));
+    sum?.fit(
+      hang(
+        Float64Array.from(tree.length, (_, arm) =>
+          list.reduce((all, k) => all + Math.abs(angles[k] * DEGREE * modes.vectors[k][arm]), 0.05),
+        ),
+      ),
+    );
     sumWords.textContent = list.length
-      ? list.map((k) => text("modes.part", { mode: modes.mode[k], angle: text.short(angles[k]) })).join(" + ")
+      ? list
+          .map((k) => text("modes.part", { mode: modes.mode[k], angle: text.short(angles[k]) }))
+          .join(" + ")
       : text("modes.sumNone");
   }
 
@@ -130,17 +195,41 @@ async function mount(element, app) {
     identity.hidden = !found;
     if (!found) return;
     const length = tree.length.reduce((all, one) => all + one, 0);
-    identity.replaceChildren(h("h3", {}, text("modes.identity")), h("p", { class: "quiet" }, text("modes.identityText")),
-      h("p", { class: "number" }, text("modes.identitySum", { sum: figure(text, found.sum_inverse_omega_squared, 8) })),
-      h("p", { class: "number" }, text("modes.identityLength", { length: figure(text, length, 6), gravity: figure(text, tree.gravity, 6), quotient: figure(text, found.length_total_over_g, 8) })),
-      h("p", { class: "quiet" }, text("modes.identityDifference", { difference: figure(text, found.relative_difference, 2) })));
+    identity.replaceChildren(
+      h("h3", {}, text("modes.identity")),
+      h("p", { class: "quiet" }, text("modes.identityText")),
+      h(
+        "p",
+        { class: "number" },
+        text("modes.identitySum", { sum: figure(text, found.sum_inverse_omega_squared, 8) }),
+      ),
+      h(
+        "p",
+        { class: "number" },
+        text("modes.identityLength", {
+          length: figure(text, length, 6),
+          gravity: figure(text, tree.gravity, 6),
+          quotient: figure(text, found.length_total_over_g, 8),
+        }),
+      ),
+      h(
+        "p",
+        { class: "quiet" },
+        text("modes.identityDifference", {
+          difference: figure(text, found.relative_difference, 2),
+        }),
+      ),
+    );
   }
 
   function draw() {
     if (!shown || !modes) return;
     for (const { mini, k } of views) {
       const part = angles[k] * DEGREE;
-      mini.draw(hang(oneOf(k, part * Math.cos(modes.omega[k] * clock.time))), [hang(oneOf(k, part)), hang(oneOf(k, -part))]);
+      mini.draw(hang(oneOf(k, part * Math.cos(modes.omega[k] * clock.time))), [
+        hang(oneOf(k, part)),
+        hang(oneOf(k, -part)),
+      ]);
     }
     sum.draw(hang(sumOf(0, clock.time)), [hang(sumOf(1))]);
   }
@@ -190,30 +279,62 @@ async function mount(element, app) {
     let arm = 1;
     const title = h("h3", { class: "chart-title" });
     const host = h("div", { class: "chart", role: "img" });
-    const pick = choice(text("modes.chartArm"), motion.doc.pendulum.length.map((_, k) => ({ value: k + 1, words: String(k + 1) })), arm, (value) => {
-      arm = Number(value);
-      fill();
-    });
+    const pick = choice(
+      text("modes.chartArm"),
+      motion.doc.pendulum.length.map((_, k) => ({ value: k + 1, words: String(k + 1) })),
+      arm,
+      (value) => {
+        arm = Number(value);
+        fill();
+      },
+    );
     const pale = ghostColour(store.get().ghosts.findIndex(isLinear));
-    const names = [["--ink", "modes.nonlinear"], [pale, "modes.linearName"]].map(([name, key]) => {
+    const names = [
+      ["--ink", "modes.nonlinear"],
+      [pale, "modes.linearName"],
+    ].map(([name, key]) => {
       const line = h("span", { class: "stroke" });
       line.style.setProperty("--colour", `var(${name})`);
       return h("span", { class: "name" }, line, " ", text(key));
     });
-    chartPlace.replaceChildren(h("p", { class: "quiet" }, text("modes.linearHint")), title, h("div", { class: "row small" }, ...names, pick.element), host);
-    const chart = group.add(host, { series: [{ colour: cssValue("--ink") }, { colour: cssValue(pale), dash: [6, 3] }], times: true, height: 150 });
+    chartPlace.replaceChildren(
+      h("p", { class: "quiet" }, text("modes.linearHint")),
+      title,
+      h("div", { class: "row small" }, ...names, pick.element),
+      host,
+    );
+    const chart = group.add(host, {
+      series: [{ colour: cssValue("--ink") }, { colour: cssValue(pale), dash: [6, 3] }],
+      times: true,
+      height: 150,
+    });
     const n = motion.n;
-    const theta = (track) => Array.from({ length: track.count }, (_, i) => (track.columns.phi[i * n + arm - 1] - HANGING) / DEGREE);
+    const theta = (track) =>
+      Array.from(
+        { length: track.count },
+        (_, i) => (track.columns.phi[i * n + arm - 1] - HANGING) / DEGREE,
+      );
     function fill() {
       const ghost = motion.ghosts.find(({ doc }) => doc.method === "linear");
       title.textContent = text("modes.chart", { arm });
       host.setAttribute("aria-label", title.textContent);
       if (!ghost?.count || !motion.count || motion.n !== n) return;
       const count = Math.min(ghost.count, motion.count);
-      chart.set([motion.t.slice(0, count), theta(motion.track).slice(0, count), theta(ghost).slice(0, count)]);
+      chart.set([
+        motion.t.slice(0, count),
+        theta(motion.track).slice(0, count),
+        theta(ghost).slice(0, count),
+      ]);
     }
     fill();
-    return { n, fill, destroy: () => { group.destroy(); chartPlace.replaceChildren(); } };
+    return {
+      n,
+      fill,
+      destroy: () => {
+        group.destroy();
+        chartPlace.replaceChildren();
+      },
+    };
   }
 
   let opening = null;
@@ -232,29 +353,51 @@ async function mount(element, app) {
     opening = null;
   }
 
-  element.append(h("h2", {}, text("drawer.modes")), h("p", { class: "quiet" }, text("modes.intro")), status, cards, more,
-    h("h3", {}, text("modes.sum")), h("div", { class: "sum" }, sumPlace, h("div", {}, sumWords, h("div", { class: "row" }, startSum))),
-    h("div", { class: "row" }, linear.element), chartPlace, identity);
+  element.append(
+    h("h2", {}, text("drawer.modes")),
+    h("p", { class: "quiet" }, text("modes.intro")),
+    status,
+    cards,
+    more,
+    h("h3", {}, text("modes.sum")),
+    h(
+      "div",
+      { class: "sum" },
+      sumPlace,
+      h("div", {}, sumWords, h("div", { class: "row" }, startSum)),
+    ),
+    h("div", { class: "row" }, linear.element),
+    chartPlace,
+    identity,
+  );
 
   const soon = later(draw);
   const loadSoon = settled(load, 120);
   const linearSoon = later(followLinear);
   for (const one of [soon, loadSoon, linearSoon]) bag(one.end);
   bag(clock.subscribe(soon));
-  bag(store.subscribe((doc, before) => {
-    if (!shown) return;
-    if (doc.pendulum !== before.pendulum) loadSoon();
-    if (doc.ghosts !== before.ghosts) linearSoon();
-  }));
-  bag(motion.subscribe((_, what) => shown && (what === "ghosts" || what === "complete") && linearSoon()));
-  bag(theme.subscribe(() => {
-    for (const { mini } of views) mini.recolour();
-    sum?.recolour();
-    curves?.destroy();
-    curves = null;
-    linearSoon();
-    soon();
-  }));
+  bag(
+    store.subscribe((doc, before) => {
+      if (!shown) return;
+      if (doc.pendulum !== before.pendulum) loadSoon();
+      if (doc.ghosts !== before.ghosts) linearSoon();
+    }),
+  );
+  bag(
+    motion.subscribe(
+      (_, what) => shown && (what === "ghosts" || what === "complete") && linearSoon(),
+    ),
+  );
+  bag(
+    theme.subscribe(() => {
+      for (const { mini } of views) mini.recolour();
+      sum?.recolour();
+      curves?.destroy();
+      curves = null;
+      linearSoon();
+      soon();
+    }),
+  );
   bag(() => {
     stop?.abort();
     curves?.destroy();
@@ -267,7 +410,9 @@ async function mount(element, app) {
       followLinear();
       draw();
     },
-    hide() { shown = false; },
+    hide() {
+      shown = false;
+    },
     destroy() {
       bag.end();
       element.replaceChildren();

@@ -7,7 +7,18 @@ import { request } from "../state.js";
 import { theme } from "../theme.js";
 import { said } from "../client.js";
 import { createGroup } from "./chart.js";
-import { aborted, armLook, button, choice, cssValue, figure, later, save, swatch, toggle } from "./kit.js";
+import {
+  aborted,
+  armLook,
+  button,
+  choice,
+  cssValue,
+  figure,
+  later,
+  save,
+  swatch,
+  toggle,
+} from "./kit.js";
 import { pngOf, svgOf } from "./picture.js";
 import { createPortrait } from "./portrait.js";
 
@@ -46,7 +57,12 @@ async function mount(element, app) {
   const legend = h("div", { class: "chips", role: "group", "aria-label": text("plots.arms") });
   const portraitPlace = h("div", {});
   const status = h("p", { class: "quiet", role: "status" });
-  const numbers = h("details", { class: "numbers" }, h("summary", {}), h("div", { class: "scroll", tabindex: 0, role: "region" }));
+  const numbers = h(
+    "details",
+    { class: "numbers" },
+    h("summary", {}),
+    h("div", { class: "scroll", tabindex: 0, role: "region" }),
+  );
   let shown = false;
   let stale = true;
   let arms = 0;
@@ -57,28 +73,47 @@ async function mount(element, app) {
   let drift = null;
   let portrait = null;
 
-  const toolbar = h("div", { class: "row" },
+  const toolbar = h(
+    "div",
+    { class: "row" },
     iconButton("plus", text("plots.zoomIn"), () => group.magnify(0.5)),
-    button("\u2212", () => group.magnify(2), { class: "icon-button", "aria-label": text("plots.zoomOut"), title: text("plots.zoomOut") }),
-    button(text("plots.zoomAll"), () => group.zoom()));
+    button("\u2212", () => group.magnify(2), {
+      class: "icon-button",
+      "aria-label": text("plots.zoomOut"),
+      title: text("plots.zoomOut"),
+    }),
+    button(text("plots.zoomAll"), () => group.zoom()),
+  );
 
   function chartPlace(id) {
-    const host = h("div", { class: "chart", role: "img", "aria-label": text("plots.label", { what: text(`plots.${id}`) }), "data-chart": id });
+    const host = h("div", {
+      class: "chart",
+      role: "img",
+      "aria-label": text("plots.label", { what: text(`plots.${id}`) }),
+      "data-chart": id,
+    });
     charts.append(h("h3", { class: "chart-title" }, text(`plots.${id}`)), host);
     return host;
   }
 
   function chips() {
-    legend.replaceChildren(...Array.from({ length: arms }, (_, k) => {
-      const { name, dash } = armLook(k + 1);
-      const label = text("plots.arm", { arm: k + 1 });
-      const chip = toggle(swatch(name, dash), !hidden.has(k), (on) => {
-        on ? hidden.delete(k) : hidden.add(k);
-        for (const chart of perArm) chart.show(k, on);
-      }, { "data-arm": k + 1, title: label, "aria-label": label });
-      chip.append(String(k + 1));
-      return chip;
-    }));
+    legend.replaceChildren(
+      ...Array.from({ length: arms }, (_, k) => {
+        const { name, dash } = armLook(k + 1);
+        const label = text("plots.arm", { arm: k + 1 });
+        const chip = toggle(
+          swatch(name, dash),
+          !hidden.has(k),
+          (on) => {
+            on ? hidden.delete(k) : hidden.add(k);
+            for (const chart of perArm) chart.show(k, on);
+          },
+          { "data-arm": k + 1, title: label, "aria-label": label },
+        );
+        chip.append(String(k + 1));
+        return chip;
+      }),
+    );
   }
 
   function energyChips() {
@@ -103,21 +138,42 @@ async function mount(element, app) {
       chosen = Math.min(store.get().view.selected || chosen, arms);
     }
     chips();
-    const series = Array.from({ length: arms }, (_, k) => ({ ...armLook(k + 1), shown: !hidden.has(k) }));
+    const series = Array.from({ length: arms }, (_, k) => ({
+      ...armLook(k + 1),
+      shown: !hidden.has(k),
+    }));
     perArm = PER_ARM.map(({ id }) => group.add(chartPlace(id), { series }));
     const energyPlace = chartPlace("energy");
     energyPlace.before(energyChips());
-    energy = group.add(energyPlace, { series: ENERGIES.map(({ colour }) => ({ colour: cssValue(colour) })) });
-    drift = group.add(chartPlace("drift"), { series: [{ colour: cssValue("--ink") }], times: true, height: 124 });
+    energy = group.add(energyPlace, {
+      series: ENERGIES.map(({ colour }) => ({ colour: cssValue(colour) })),
+    });
+    drift = group.add(chartPlace("drift"), {
+      series: [{ colour: cssValue("--ink") }],
+      times: true,
+      height: 124,
+    });
     charts.append(h("p", { class: "axis-name" }, text("plots.time")));
     portrait = createPortrait(text);
-    const pick = choice(text("plots.portraitArm"), Array.from({ length: arms }, (_, k) => ({ value: k + 1, words: text("plots.arm", { arm: k + 1 }) })), chosen, (value) => {
-      chosen = Number(value);
-      fillPortrait();
-      follow();
-    });
+    const pick = choice(
+      text("plots.portraitArm"),
+      Array.from({ length: arms }, (_, k) => ({
+        value: k + 1,
+        words: text("plots.arm", { arm: k + 1 }),
+      })),
+      chosen,
+      (value) => {
+        chosen = Number(value);
+        fillPortrait();
+        follow();
+      },
+    );
     pick.select.dataset.portrait = "";
-    portraitPlace.append(pick.element, h("p", { class: "quiet small" }, text("plots.portraitAxes")), portrait.element);
+    portraitPlace.append(
+      pick.element,
+      h("p", { class: "quiet small" }, text("plots.portraitAxes")),
+      portrait.element,
+    );
     for (const chart of [...perArm, energy, drift]) inner(() => group.remove(chart));
     inner(portrait.destroy);
   }
@@ -140,7 +196,12 @@ async function mount(element, app) {
     const { columns, count, n } = motion;
     if (!count) return;
     const t = motion.t.slice(0, count);
-    PER_ARM.forEach(({ column }, i) => perArm[i].set([t, ...Array.from({ length: n }, (_, k) => columnOf(columns[column], n, k, count))]));
+    PER_ARM.forEach(({ column }, i) =>
+      perArm[i].set([
+        t,
+        ...Array.from({ length: n }, (_, k) => columnOf(columns[column], n, k, count)),
+      ]),
+    );
     energy.set([t, ...ENERGIES.map(({ column }) => columns[column].slice(0, count))]);
     drift.set([t, driftOf(columns.energy_total, count)]);
     fillPortrait();
@@ -149,10 +210,35 @@ async function mount(element, app) {
 
   function table(now) {
     const cell = (value) => h("td", {}, figure(text, value, 5));
-    return h("table", {},
-      h("thead", {}, h("tr", {}, ...["", "\u03c6, rad", "\u03c6\u2032, rad/s", "\u03bb, N"].map((words) => (words ? h("th", { scope: "col" }, words) : h("td", {}))))),
-      h("tbody", {}, ...Array.from({ length: motion.n }, (_, k) => h("tr", {}, h("th", { scope: "row" }, text("plots.arm", { arm: k + 1 })),
-        cell(now.phi[k]), cell(now.phid[k]), cell(now.lambda[k])))));
+    return h(
+      "table",
+      {},
+      h(
+        "thead",
+        {},
+        h(
+          "tr",
+          {},
+          ...["", "\u03c6, rad", "\u03c6\u2032, rad/s", "\u03bb, N"].map((words) =>
+            words ? h("th", { scope: "col" }, words) : h("td", {}),
+          ),
+        ),
+      ),
+      h(
+        "tbody",
+        {},
+        ...Array.from({ length: motion.n }, (_, k) =>
+          h(
+            "tr",
+            {},
+            h("th", { scope: "row" }, text("plots.arm", { arm: k + 1 })),
+            cell(now.phi[k]),
+            cell(now.phid[k]),
+            cell(now.lambda[k]),
+          ),
+        ),
+      ),
+    );
   }
 
   let told = 0;
@@ -176,15 +262,57 @@ async function mount(element, app) {
     const last = t.findLastIndex((time) => time <= x[1]) + 1;
     const cut = (list) => list.slice(first, last);
     const style = getComputedStyle(document.documentElement);
-    const paper = (name) => style.getPropertyValue(name.replace("--arm", "--print-arm")).trim() || "#1c2330";
+    const paper = (name) =>
+      style.getPropertyValue(name.replace("--arm", "--print-arm")).trim() || "#1c2330";
     const seen = Array.from({ length: n }, (_, k) => k).filter((k) => !hidden.has(k));
-    const lines = (column) => seen.map((k) => ({ name: String(k + 1), colour: paper(armLook(k + 1).name), dash: armLook(k + 1).dash, xs: cut(t), ys: cut(columnOf(columns[column], n, k, count)) }));
+    const lines = (column) =>
+      seen.map((k) => ({
+        name: String(k + 1),
+        colour: paper(armLook(k + 1).name),
+        dash: armLook(k + 1).dash,
+        xs: cut(t),
+        ys: cut(columnOf(columns[column], n, k, count)),
+      }));
     return [
-      ...PER_ARM.map(({ id, column }) => ({ title: text(`plots.${id}`), x, series: lines(column) })),
-      { title: text("plots.energy"), x, series: ENERGIES.map(({ id, column, colour }) => ({ name: text(`plots.${id}`), colour: paper(colour), xs: cut(t), ys: cut(columns[column].slice(0, count)) })) },
-      { title: text("plots.drift"), x, series: [{ name: "", colour: "#1c2330", xs: cut(t), ys: cut(driftOf(columns.energy_total, count)) }] },
-      { title: `${text("plots.portrait", { arm: chosen })}: ${text("plots.portraitAxes")}`, height: 300,
-        series: [{ name: "", colour: paper(armLook(chosen).name), xs: columnOf(columns.phi, n, chosen - 1, count), ys: columnOf(columns.phid, n, chosen - 1, count) }] },
+      ...PER_ARM.map(({ id, column }) => ({
+        title: text(`plots.${id}`),
+        x,
+        series: lines(column),
+      })),
+      {
+        title: text("plots.energy"),
+        x,
+        series: ENERGIES.map(({ id, column, colour }) => ({
+          name: text(`plots.${id}`),
+          colour: paper(colour),
+          xs: cut(t),
+          ys: cut(columns[column].slice(0, count)),
+        })),
+      },
+      {
+        title: text("plots.drift"),
+        x,
+        series: [
+          {
+            name: "",
+            colour: "#1c2330",
+            xs: cut(t),
+            ys: cut(driftOf(columns.energy_total, count)),
+          },
+        ],
+      },
+      {
+        title: `${text("plots.portrait", { arm: chosen })}: ${text("plots.portraitAxes")}`,
+        height: 300,
+        series: [
+          {
+            name: "",
+            colour: paper(armLook(chosen).name),
+            xs: columnOf(columns.phi, n, chosen - 1, count),
+            ys: columnOf(columns.phid, n, chosen - 1, count),
+          },
+        ],
+      },
     ].filter(({ series }) => series.length);
   }
 
@@ -194,8 +322,15 @@ async function mount(element, app) {
   }
 
   async function savePicture(ending) {
-    const svg = svgOf(panels(), `${store.get().title || text("name")}. ${text("plots.title")}`, text);
-    done(ending === "svg" ? new Blob([svg], { type: "image/svg+xml" }) : await pngOf(svg), `pendulum.${ending}`);
+    const svg = svgOf(
+      panels(),
+      `${store.get().title || text("name")}. ${text("plots.title")}`,
+      text,
+    );
+    done(
+      ending === "svg" ? new Blob([svg], { type: "image/svg+xml" }) : await pngOf(svg),
+      `pendulum.${ending}`,
+    );
   }
 
   async function saveNumbers({ type, ending }) {
@@ -209,25 +344,50 @@ async function mount(element, app) {
     }
   }
 
-  element.append(h("h2", {}, text("drawer.plots")), h("p", { class: "quiet" }, text("plots.hint")), toolbar, legend, charts, portraitPlace, numbers,
-    h("div", { class: "row", role: "group", "aria-label": text("kit.save") }, h("span", { class: "quiet" }, text("plots.picture")),
-      ...["png", "svg"].map((ending) => button(ending.toUpperCase(), () => savePicture(ending), { "data-save": ending }))),
-    h("div", { class: "row", role: "group", "aria-label": text("kit.save") }, h("span", { class: "quiet" }, text("plots.values")),
-      ...FILES.map((file) => button(file.name, () => saveNumbers(file), { "data-save": file.ending }))), status);
+  element.append(
+    h("h2", {}, text("drawer.plots")),
+    h("p", { class: "quiet" }, text("plots.hint")),
+    toolbar,
+    legend,
+    charts,
+    portraitPlace,
+    numbers,
+    h(
+      "div",
+      { class: "row", role: "group", "aria-label": text("kit.save") },
+      h("span", { class: "quiet" }, text("plots.picture")),
+      ...["png", "svg"].map((ending) =>
+        button(ending.toUpperCase(), () => savePicture(ending), { "data-save": ending }),
+      ),
+    ),
+    h(
+      "div",
+      { class: "row", role: "group", "aria-label": text("kit.save") },
+      h("span", { class: "quiet" }, text("plots.values")),
+      ...FILES.map((file) =>
+        button(file.name, () => saveNumbers(file), { "data-save": file.ending }),
+      ),
+    ),
+    status,
+  );
   numbers.lastChild.setAttribute("aria-label", text("plots.values"));
 
   const soon = later(fill);
   bag(soon.end);
-  bag(motion.subscribe((_, what) => {
-    if (what === "begin" && group.zoomed) group.zoom();
-    if (what === "rows" || what === "complete") soon();
-  }));
+  bag(
+    motion.subscribe((_, what) => {
+      if (what === "begin" && group.zoomed) group.zoom();
+      if (what === "rows" || what === "complete") soon();
+    }),
+  );
   bag(clock.subscribe(follow));
-  bag(theme.subscribe(() => {
-    arms = 0;
-    stale = true;
-    if (shown) soon();
-  }));
+  bag(
+    theme.subscribe(() => {
+      arms = 0;
+      stale = true;
+      if (shown) soon();
+    }),
+  );
   bag.on(numbers, "toggle", () => {
     told = 0;
     follow();
@@ -239,7 +399,9 @@ async function mount(element, app) {
       if (stale) fill();
       follow();
     },
-    hide() { shown = false; },
+    hide() {
+      shown = false;
+    },
     destroy() {
       bag.end();
       inner.end();

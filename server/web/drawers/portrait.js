@@ -25,7 +25,8 @@ export function createPortrait(text, height = 220) {
       if (value < low) low = value;
       if (value > high) high = value;
     }
-    if (!(low < high)) return [(Number.isFinite(low) ? low : 0) - 1, (Number.isFinite(low) ? low : 0) + 1];
+    if (!(low < high))
+      return [(Number.isFinite(low) ? low : 0) - 1, (Number.isFinite(low) ? low : 0) + 1];
     const room = (high - low) * 0.06;
     return [low - room, high + room];
   }
@@ -62,13 +63,14 @@ export function createPortrait(text, height = 220) {
     const xs = limits(data.xs);
     const ys = limits(data.ys);
     scale = {
-      x: (x) => LEFT + (x - xs[0]) / (xs[1] - xs[0]) * (width - LEFT - 8),
-      y: (y) => height - BOTTOM - (y - ys[0]) / (ys[1] - ys[0]) * (height - BOTTOM - 6),
+      x: (x) => LEFT + ((x - xs[0]) / (xs[1] - xs[0])) * (width - LEFT - 8),
+      y: (y) => height - BOTTOM - ((y - ys[0]) / (ys[1] - ys[0])) * (height - BOTTOM - 6),
     };
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     grid(width, xs, ys);
     context.beginPath();
-    for (let i = 0; i < data.xs.length; i++) context.lineTo(scale.x(data.xs[i]), scale.y(data.ys[i]));
+    for (let i = 0; i < data.xs.length; i++)
+      context.lineTo(scale.x(data.xs[i]), scale.y(data.ys[i]));
     context.strokeStyle = data.colour;
     context.lineWidth = 1.2;
     context.lineJoin = "round";

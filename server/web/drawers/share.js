@@ -25,7 +25,8 @@ export function qrOf(qrcode, letters, label) {
   const count = code.getModuleCount();
   const parts = [];
   for (let row = 0; row < count; row++) {
-    for (let column = 0; column < count; column++) if (code.isDark(row, column)) parts.push(`M${column + 4} ${row + 4}h1v1h-1z`);
+    for (let column = 0; column < count; column++)
+      if (code.isDark(row, column)) parts.push(`M${column + 4} ${row + 4}h1v1h-1z`);
   }
   const svg = document.createElementNS(SVG, "svg");
   const dark = document.createElementNS(SVG, "path");
@@ -53,27 +54,64 @@ async function mount(element, app) {
   let shown = false;
   let kept = null; // the scene's text that the short link stands for
 
-  const title = h("input", { type: "text", maxlength: 200, value: store.get().title, "data-title": "",
-    on: { input: () => store.set({ title: title.value }, { label: "title", merge: "title" }), change: () => store.settle() } });
+  const title = h("input", {
+    type: "text",
+    maxlength: 200,
+    value: store.get().title,
+    "data-title": "",
+    on: {
+      input: () => store.set({ title: title.value }, { label: "title", merge: "title" }),
+      change: () => store.settle(),
+    },
+  });
 
   function linkField(id, label) {
-    const field = h("input", { type: "text", readonly: true, "aria-label": label, "data-link": id, on: { focus: () => field.select() } });
+    const field = h("input", {
+      type: "text",
+      readonly: true,
+      "aria-label": label,
+      "data-link": id,
+      on: { focus: () => field.select() },
+    });
     const qr = h("div", {});
-    const place = h("div", { class: "link" }, h("div", { class: "link-row" }, field, copyButton(app, text("share.copy"), async () => {
-      await follow();
-      return field.value;
-    })), qr);
-    return { place, field, set(link, words) {
-      place.hidden = !link;
-      field.value = link;
-      qr.replaceChildren(...(!link ? [] : link.length > LONGEST ? [h("p", { class: "quiet" }, text("share.tooLong"))] : [qrOf(qrcode, link, words)]));
-    } };
+    const place = h(
+      "div",
+      { class: "link" },
+      h(
+        "div",
+        { class: "link-row" },
+        field,
+        copyButton(app, text("share.copy"), async () => {
+          await follow();
+          return field.value;
+        }),
+      ),
+      qr,
+    );
+    return {
+      place,
+      field,
+      set(link, words) {
+        place.hidden = !link;
+        field.value = link;
+        qr.replaceChildren(
+          ...(!link
+            ? []
+            : link.length > LONGEST
+              ? [h("p", { class: "quiet" }, text("share.tooLong"))]
+              : [qrOf(qrcode, link, words)]),
+        );
+      },
+    };
   }
 
   const short = linkField("short", text("share.short"));
   const long = linkField("long", text("share.long"));
   short.set("");
-  const make = button(text("share.make"), makeShort, { class: "button main", "data-share": "make" });
+  const make = button(text("share.make"), makeShort, {
+    class: "button main",
+    "data-share": "make",
+  });
 
   async function makeShort() {
     const scene = sceneOf(handedOn(store.get()));
@@ -107,7 +145,11 @@ async function mount(element, app) {
   async function saveNumbers({ type, ending }) {
     fileStatus.textContent = text("kit.waiting");
     try {
-      const { blob, name } = await client.file("/v1/trajectories", { ...request(store.get()), output: ["phi", "phid", "lambda", "z", "energy"] }, type);
+      const { blob, name } = await client.file(
+        "/v1/trajectories",
+        { ...request(store.get()), output: ["phi", "phid", "lambda", "z", "energy"] },
+        type,
+      );
       save(blob, name || `pendulum.${ending}`);
       fileStatus.textContent = text("plots.saved", { name: name || `pendulum.${ending}` });
     } catch (error) {
@@ -115,14 +157,50 @@ async function mount(element, app) {
     }
   }
 
-  const saveScene = () => save(new Blob([JSON.stringify(sceneOf(handedOn(store.get())), null, 1)], { type: "application/json" }), "scene.json");
+  const saveScene = () =>
+    save(
+      new Blob([JSON.stringify(sceneOf(handedOn(store.get())), null, 1)], {
+        type: "application/json",
+      }),
+      "scene.json",
+    );
 
-  element.append(h("h2", {}, text("drawer.share")), h("p", { class: "quiet" }, text("share.intro")),
+  element.append(
+    h("h2", {}, text("drawer.share")),
+    h("p", { class: "quiet" }, text("share.intro")),
     h("label", { class: "field wide" }, h("span", {}, text("share.title")), title),
-    h("section", {}, h("h3", {}, text("share.short")), h("p", { class: "quiet" }, text("share.shortHint")), h("div", { class: "row" }, make), status, short.place),
-    h("section", {}, h("h3", {}, text("share.long")), h("p", { class: "quiet" }, text("share.longHint")), long.place),
-    h("section", {}, h("h3", {}, text("share.files")), h("p", { class: "quiet" }, text("share.filesHint")),
-      h("div", { class: "row" }, button(text("share.scene"), saveScene, { "data-save": "json" }), ...FILES.map((file) => button(file.name, () => saveNumbers(file), { "data-save": file.ending }))), fileStatus));
+    h(
+      "section",
+      {},
+      h("h3", {}, text("share.short")),
+      h("p", { class: "quiet" }, text("share.shortHint")),
+      h("div", { class: "row" }, make),
+      status,
+      short.place,
+    ),
+    h(
+      "section",
+      {},
+      h("h3", {}, text("share.long")),
+      h("p", { class: "quiet" }, text("share.longHint")),
+      long.place,
+    ),
+    h(
+      "section",
+      {},
+      h("h3", {}, text("share.files")),
+      h("p", { class: "quiet" }, text("share.filesHint")),
+      h(
+        "div",
+        { class: "row" },
+        button(text("share.scene"), saveScene, { "data-save": "json" }),
+        ...FILES.map((file) =>
+          button(file.name, () => saveNumbers(file), { "data-save": file.ending }),
+        ),
+      ),
+      fileStatus,
+    ),
+  );
 
   const soon = settled(follow, 150);
   bag(soon.end);
@@ -133,7 +211,9 @@ async function mount(element, app) {
       shown = true;
       follow();
     },
-    hide() { shown = false; },
+    hide() {
+      shown = false;
+    },
     destroy() {
       bag.end();
       element.replaceChildren();

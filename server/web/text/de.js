@@ -44,7 +44,8 @@ export default {
   "plots.zoomIn": "Zeit vergrößern",
   "plots.zoomOut": "Zeit verkleinern",
   "plots.zoomAll": "Ganze Zeit",
-  "plots.hint": "Darüberfahren bewegt die angehaltene Uhr, Klicken hält dort an, Ziehen vergrößert.",
+  "plots.hint":
+    "Darüberfahren bewegt die angehaltene Uhr, Klicken hält dort an, Ziehen vergrößert.",
   "plots.numbers": "Zahlen bei {time} s",
   "plots.title": "Über der Zeit, s:",
   "plots.time": "Zeit, s",
@@ -52,7 +53,8 @@ export default {
   "plots.values": "Zahlen",
   "plots.saved": "{name} gesichert",
   "plots.label": "{what} über der Zeit",
-  "modes.intro": "Kleine Schwingungen um die Ruhelage, aus der Linearisierung des Servers. Jede kleine Bewegung ist eine Summe davon.",
+  "modes.intro":
+    "Kleine Schwingungen um die Ruhelage, aus der Linearisierung des Servers. Jede kleine Bewegung ist eine Summe davon.",
   "modes.title": "Mode {mode}",
   "modes.omega": "ω",
   "modes.omegaValue": "{value} rad/s",
@@ -70,13 +72,15 @@ export default {
   "modes.sumNone": "Oben Moden ankreuzen, um sie zu addieren.",
   "modes.sumStart": "In dieser Summe starten",
   "modes.linear": "Lineare Bewegung daneben, blass",
-  "modes.linearHint": "Das blasse Pendel folgt den linearisierten Gleichungen. Kleine Amplitude: beide bleiben zusammen. Große: sie trennen sich.",
+  "modes.linearHint":
+    "Das blasse Pendel folgt den linearisierten Gleichungen. Kleine Amplitude: beide bleiben zusammen. Große: sie trennen sich.",
   "modes.nonlinear": "volle Gleichungen",
   "modes.linearName": "linearisiert",
   "modes.chart": "Winkel θ von Arm {arm}, Grad",
   "modes.chartArm": "Arm",
   "modes.identity": "Eine Probe",
-  "modes.identityText": "Die Summe von 1/ω² über alle Moden ist die Summe aller Längen durch g, welche Massen auch immer.",
+  "modes.identityText":
+    "Die Summe von 1/ω² über alle Moden ist die Summe aller Längen durch g, welche Massen auch immer.",
   "modes.identitySum": "Σ 1/ω² = {sum} s²",
   "modes.identityLength": "Σ ℓ / g = {length} m / {gravity} m/s² = {quotient} s²",
   "modes.identityDifference": "Sie unterscheiden sich um {difference} davon.",
@@ -88,7 +92,8 @@ export default {
   "step.mode": "Start in einer Mode",
   "step.sum": "Start in einer Modensumme",
   "step.ghosts": "Schatten",
-  "compare.intro": "Dasselbe Pendel aus anderen Starts, blass auf der Bühne, jedes in seiner Farbe.",
+  "compare.intro":
+    "Dasselbe Pendel aus anderen Starts, blass auf der Bühne, jedes in seiner Farbe.",
   "compare.none": "Noch keine.",
   "compare.off": "Start hinzufügen, verschoben um",
   "compare.offAmount": "{amount} rad",
@@ -104,7 +109,8 @@ export default {
   "compare.parted": "Mehr als 0,1 rad auseinander ab {time} s.",
   "compare.together": "Nie mehr als 0,1 rad auseinander.",
   "compare.map": "Überschlagskarte",
-  "compare.mapIntro": "Jeder Punkt ist ein Start: zwei Arme in den Winkeln der Achsen, alles andere wie jetzt. Die Farbe ist die Zeit bis zum ersten Überschlag eines Arms. Ein Klick zeigt die Bewegung.",
+  "compare.mapIntro":
+    "Jeder Punkt ist ein Start: zwei Arme in den Winkeln der Achsen, alles andere wie jetzt. Die Farbe ist die Zeit bis zum ersten Überschlag eines Arms. Ein Klick zeigt die Bewegung.",
   "compare.mapOne": "Die Karte braucht zwei Arme.",
   "compare.across": "Waagerecht: Arm",
   "compare.up": "Senkrecht: Arm",
@@ -130,7 +136,8 @@ export default {
   "compare.savePng": "Als PNG sichern",
   "compare.outdated": "Das Pendel ist inzwischen ein anderes: die Karte neu rechnen.",
   "step.flipmap": "Start aus der Karte",
-  "method.intro": "Wie der Server integriert. Derselbe Start, andere Wege: Wo geht eine voreingestellte Toleranz schief?",
+  "method.intro":
+    "Wie der Server integriert. Derselbe Start, andere Wege: Wo geht eine voreingestellte Toleranz schief?",
   "method.method": "Verfahren",
   "method.taylor": "taylor: Potenzreihen",
   "method.ode23": "ode23: wie im Artikel",
@@ -148,7 +155,8 @@ export default {
   "method.extended": "32 (extended)",
   "method.quad": "62 (quad): langsam",
   "method.overlay": "ode23 des Artikels darüberlegen",
-  "method.overlayHint": "Das blasse Pendel ist derselbe Start mit ode23 und MATLABs voreingestellter Toleranz 10⁻³.",
+  "method.overlayHint":
+    "Das blasse Pendel ist derselbe Start mit ode23 und MATLABs voreingestellter Toleranz 10⁻³.",
   "method.stats": "Der Aufwand",
   "method.steps": "Schritte",
   "method.rejected": "Verworfene Schritte",
@@ -191,7 +199,8 @@ export default {
   "share.intro": "Ein Link zeigt allen genau dies: Pendel, Start, Verfahren und Ansicht.",
   "share.title": "Titel",
   "share.short": "Kurzer Link",
-  "share.shortHint": "Der Server behält die Szene für immer, unverändert, unter einem kurzen Namen.",
+  "share.shortHint":
+    "Der Server behält die Szene für immer, unverändert, unter einem kurzen Namen.",
   "share.make": "Kurzen Link machen",
   "share.noStore": "Dieser Server behält keine Szenen. Der lange Link geht trotzdem.",
   "share.outdated": "Seither hat sich etwas geändert: dafür einen neuen Link machen.",
@@ -205,7 +214,8 @@ export default {
   "share.scene": "Szene",
   "share.filesHint": "Die Szene als JSON; die Bewegung als Zahlen, vom Server gerechnet.",
   "step.title": "Titel",
-  "worksheet.intro": "Fünf kleine Versuche. Jeder richtet die Bühne her, stellt eine Frage und zeigt, wenn es geschafft ist.",
+  "worksheet.intro":
+    "Fünf kleine Versuche. Jeder richtet die Bühne her, stellt eine Frage und zeigt, wenn es geschafft ist.",
   "worksheet.steps": "Schritte des Arbeitsblatts",
   "worksheet.step": "Schritt {step} von {count}",
   "worksheet.stage": "Bühne herrichten",
@@ -220,40 +230,59 @@ export default {
   "worksheet.said": "Schritt {step} geschafft",
   "worksheet.single.name": "Einfach",
   "worksheet.single.title": "Ein Arm",
-  "worksheet.single.text": "Eine Masse an einem Arm von 1 m, losgelassen bei 20°. Hin und zurück braucht sie etwa 2 s.",
-  "worksheet.single.question": "Wie viel länger muss der Arm sein, damit eine Schwingung doppelt so lange dauert?",
-  "worksheet.single.do": "Den Arm auswählen und so lang machen, wie du denkst; dann die Periode unter „Moden“ ansehen.",
-  "worksheet.single.answer": "Viermal: Die Periode ist 2π√(l/g). Die Masse spielt keine Rolle: probier es.",
+  "worksheet.single.text":
+    "Eine Masse an einem Arm von 1 m, losgelassen bei 20°. Hin und zurück braucht sie etwa 2 s.",
+  "worksheet.single.question":
+    "Wie viel länger muss der Arm sein, damit eine Schwingung doppelt so lange dauert?",
+  "worksheet.single.do":
+    "Den Arm auswählen und so lang machen, wie du denkst; dann die Periode unter „Moden“ ansehen.",
+  "worksheet.single.answer":
+    "Viermal: Die Periode ist 2π√(l/g). Die Masse spielt keine Rolle: probier es.",
   "worksheet.double.name": "Doppel",
   "worksheet.double.title": "Zwei Arme",
-  "worksheet.double.text": "Ein zweiter Arm an der Spitze des ersten, beide aus der Waagerechten losgelassen.",
-  "worksheet.double.question": "Und wenn die untere Masse sehr leicht ist: Welcher Arm spürt den anderen noch?",
-  "worksheet.double.do": "Die untere Masse zehnmal leichter machen als die obere (0,1 kg oder weniger).",
-  "worksheet.double.answer": "Der obere Arm schwingt jetzt fast für sich, regelmäßig; der leichte wird von ihm herumgeschleudert.",
+  "worksheet.double.text":
+    "Ein zweiter Arm an der Spitze des ersten, beide aus der Waagerechten losgelassen.",
+  "worksheet.double.question":
+    "Und wenn die untere Masse sehr leicht ist: Welcher Arm spürt den anderen noch?",
+  "worksheet.double.do":
+    "Die untere Masse zehnmal leichter machen als die obere (0,1 kg oder weniger).",
+  "worksheet.double.answer":
+    "Der obere Arm schwingt jetzt fast für sich, regelmäßig; der leichte wird von ihm herumgeschleudert.",
   "worksheet.chaos.name": "Chaos",
   "worksheet.chaos.title": "Zwei fast gleiche Starts",
-  "worksheet.chaos.text": "Zwei Arme, losgelassen bei 120°. Daneben derselbe Start, verschoben um ein Millionstel Radiant.",
-  "worksheet.chaos.question": "Wie lange bewegen sich beide gemeinsam? Und wenn sie tausendmal näher beieinander starten?",
-  "worksheet.chaos.do": "Unter „Vergleich“ einen um 10⁻⁶ rad verschobenen Start hinzufügen und abspielen.",
-  "worksheet.chaos.answer": "Der Abstand wächst exponentiell, als Gerade in der Kurve. Tausendmal näher bringt nur einige Sekunden.",
+  "worksheet.chaos.text":
+    "Zwei Arme, losgelassen bei 120°. Daneben derselbe Start, verschoben um ein Millionstel Radiant.",
+  "worksheet.chaos.question":
+    "Wie lange bewegen sich beide gemeinsam? Und wenn sie tausendmal näher beieinander starten?",
+  "worksheet.chaos.do":
+    "Unter „Vergleich“ einen um 10⁻⁶ rad verschobenen Start hinzufügen und abspielen.",
+  "worksheet.chaos.answer":
+    "Der Abstand wächst exponentiell, als Gerade in der Kurve. Tausendmal näher bringt nur einige Sekunden.",
   "worksheet.modes.name": "Moden",
   "worksheet.modes.title": "Die Schwingungen, die sich wiederholen",
-  "worksheet.modes.text": "Kleine Bewegungen zweier Arme sehen unregelmäßig aus und sind doch die Summe zweier einfacher Schwingungen.",
-  "worksheet.modes.question": "In welcher Mode bewegen sich die Arme gegeneinander, und ist es die langsame oder die schnelle?",
+  "worksheet.modes.text":
+    "Kleine Bewegungen zweier Arme sehen unregelmäßig aus und sind doch die Summe zweier einfacher Schwingungen.",
+  "worksheet.modes.question":
+    "In welcher Mode bewegen sich die Arme gegeneinander, und ist es die langsame oder die schnelle?",
   "worksheet.modes.do": "Unter „Moden“ in Mode 2 starten. Danach in Mode 1.",
-  "worksheet.modes.answer": "In Mode 2, der schnellen. In Mode 1 gehen sie gemeinsam. Bei großen Amplituden wiederholt sich keine genau.",
+  "worksheet.modes.answer":
+    "In Mode 2, der schnellen. In Mode 1 gehen sie gemeinsam. Bei großen Amplituden wiederholt sich keine genau.",
   "worksheet.forces.name": "Kräfte",
   "worksheet.forces.title": "Ziehen und Drücken",
-  "worksheet.forces.text": "Das Pendel des Artikels. Die Farbe eines Arms zeigt seine Kraft: gezogen wie ein Faden oder gedrückt wie ein Stab.",
+  "worksheet.forces.text":
+    "Das Pendel des Artikels. Die Farbe eines Arms zeigt seine Kraft: gezogen wie ein Faden oder gedrückt wie ein Stab.",
   "worksheet.forces.question": "Könnte dieses Pendel aus Fäden bestehen?",
   "worksheet.forces.do": "Die Uhr in einem Augenblick anhalten, in dem ein Arm drückt.",
-  "worksheet.forces.answer": "Nein: Wo ein Arm drückt, wäre ein Faden schlaff. Die Marken auf der Zeitleiste zeigen, wo das geschieht.",
+  "worksheet.forces.answer":
+    "Nein: Wo ein Arm drückt, wäre ein Faden schlaff. Die Marken auf der Zeitleiste zeigen, wo das geschieht.",
   "step.worksheet": "Schritt des Arbeitsblatts",
   "equations.large": "Groß zeigen",
   "equations.close": "Schließen",
   "method.referenceFiner": "Referenz: taylor mit Toleranz 10⁻¹⁵ (32 Stellen dauern hier zu lange).",
-  "stage.label": "Ein Pendel aus {n} Armen in Bewegung. Seine Arme sind Knöpfe, die mit der Tabulatortaste folgen.",
-  "stage.label.one": "Ein Pendel aus einem Arm in Bewegung. Sein Arm ist ein Knopf, der mit der Tabulatortaste folgt.",
+  "stage.label":
+    "Ein Pendel aus {n} Armen in Bewegung. Seine Arme sind Knöpfe, die mit der Tabulatortaste folgen.",
+  "stage.label.one":
+    "Ein Pendel aus einem Arm in Bewegung. Sein Arm ist ein Knopf, der mit der Tabulatortaste folgt.",
 
   arms: "Arme des Pendels",
   "arm.label": "Arm {arm} an Arm {carrier}: {length} m, {mass} kg, beginnt bei {angle}°",
@@ -306,7 +335,8 @@ export default {
   "time.marks.arm": "Striche: Arm {arm} kraftlos",
   "time.marks.arm.long": "Striche: Arm {arm} wird kraftlos",
   "time.trust": "schraffiert: unsicher nach {time} s",
-  "time.trust.long": "schraffiert: nach {time} s kann die Bewegung eine andere sein (Fehler über 10⁻⁶, wie der Server schätzt); eine kleinere Toleranz oder 32 Ziffern, unter Verfahren, tragen weiter",
+  "time.trust.long":
+    "schraffiert: nach {time} s kann die Bewegung eine andere sein (Fehler über 10⁻⁶, wie der Server schätzt); eine kleinere Toleranz oder 32 Ziffern, unter Verfahren, tragen weiter",
 
   "presets.title": "Beispiele",
   "presets.words": "Ein Klick setzt es in Bewegung.",
@@ -329,7 +359,8 @@ export default {
   "preset.mobile": "Mobile",
 
   "help.title": "So geht es",
-  "help.hand": "Eine Spitze ziehen und loslassen: Das Pendel beginnt dort, aus der Ruhe. Mit gedrückter Umschalttaste folgt auch die Länge. Ein Klick auf einen Arm zeigt seine Zahlen; dort lässt sich ein Arm anhängen oder der Arm löschen.",
+  "help.hand":
+    "Eine Spitze ziehen und loslassen: Das Pendel beginnt dort, aus der Ruhe. Mit gedrückter Umschalttaste folgt auch die Länge. Ein Klick auf einen Arm zeigt seine Zahlen; dort lässt sich ein Arm anhängen oder der Arm löschen.",
   "help.tab.key": "Tab",
   "help.tab": "geht von Arm zu Arm",
   "help.turn.key": "Pfeile",
@@ -350,7 +381,8 @@ export default {
   "help.space": "spielt ab und hält an",
   "help.undo.key": "Strg + Z, Strg + Y",
   "help.undo": "rückgängig und wiederherstellen, auch getippte Zahlen",
-  "help.paper": "Die Mathematik: G. Meinsma, Planar Pendulums in Complex Coordinates. Alles Gezeigte hat der Server berechnet.",
+  "help.paper":
+    "Die Mathematik: G. Meinsma, Planar Pendulums in Complex Coordinates. Alles Gezeigte hat der Server berechnet.",
   "help.docs": "Seine Schnittstelle",
 
   "said.undo": "Rückgängig: {what}",
@@ -380,10 +412,13 @@ export default {
   "failure.away": "Der Server antwortet nicht.",
   "failure.away.retry": "Der Server antwortet nicht. Neuer Versuch in {seconds} s.",
   "failure.busy": "Der Server hat gerade keinen Platz.",
-  "failure.busy.retry": "Der Server ist beschäftigt und bittet zu warten. Neuer Versuch in {seconds} s.",
+  "failure.busy.retry":
+    "Der Server ist beschäftigt und bittet zu warten. Neuer Versuch in {seconds} s.",
   "failure.broken": "Die Antwort brach vor ihrem Ende ab.",
   "failure.refused": "Der Server hat das abgelehnt ({status}).",
   "failure.link": "Dieser Link ist nicht lesbar.",
-  "failure.file": "Ein Teil der Seite konnte nicht geladen werden. Vielleicht ist der Server beschäftigt: bitte gleich noch einmal versuchen.",
-  "failure.page": "In der Seite ist etwas schiefgegangen. Wenn es nicht weitergeht, bitte neu laden.",
+  "failure.file":
+    "Ein Teil der Seite konnte nicht geladen werden. Vielleicht ist der Server beschäftigt: bitte gleich noch einmal versuchen.",
+  "failure.page":
+    "In der Seite ist etwas schiefgegangen. Wenn es nicht weitergeht, bitte neu laden.",
 };

@@ -52,7 +52,8 @@ export default {
   "plots.values": "Numbers",
   "plots.saved": "{name} saved",
   "plots.label": "{what} over time",
-  "modes.intro": "Small swings: the pendulum about hanging, as the server's linearization has it. Any small motion is a sum of these.",
+  "modes.intro":
+    "Small swings: the pendulum about hanging, as the server's linearization has it. Any small motion is a sum of these.",
   "modes.title": "Mode {mode}",
   "modes.omega": "ω",
   "modes.omegaValue": "{value} rad/s",
@@ -70,13 +71,15 @@ export default {
   "modes.sumNone": "Tick modes above to add them up.",
   "modes.sumStart": "Start in this sum",
   "modes.linear": "Linear motion beside it, pale",
-  "modes.linearHint": "The pale pendulum obeys the linearized equations. Small amplitudes: they stay together. Large ones: they part.",
+  "modes.linearHint":
+    "The pale pendulum obeys the linearized equations. Small amplitudes: they stay together. Large ones: they part.",
   "modes.nonlinear": "full equations",
   "modes.linearName": "linearized",
   "modes.chart": "Angle θ of arm {arm}, degrees",
   "modes.chartArm": "Arm",
   "modes.identity": "A check",
-  "modes.identityText": "The sum of 1/ω² over all modes is the sum of all lengths over g, whatever the masses.",
+  "modes.identityText":
+    "The sum of 1/ω² over all modes is the sum of all lengths over g, whatever the masses.",
   "modes.identitySum": "Σ 1/ω² = {sum} s²",
   "modes.identityLength": "Σ ℓ / g = {length} m / {gravity} m/s² = {quotient} s²",
   "modes.identityDifference": "They differ by {difference} of it.",
@@ -104,7 +107,8 @@ export default {
   "compare.parted": "More than 0.1 rad apart from {time} s on.",
   "compare.together": "Never more than 0.1 rad apart.",
   "compare.map": "Map of flips",
-  "compare.mapIntro": "Each point is a start: two arms at the angles of the axes, all else as now. Its colour is the time until an arm first turns over. Click a point to see its motion.",
+  "compare.mapIntro":
+    "Each point is a start: two arms at the angles of the axes, all else as now. Its colour is the time until an arm first turns over. Click a point to see its motion.",
   "compare.mapOne": "The map needs two arms.",
   "compare.across": "Across: arm",
   "compare.up": "Upwards: arm",
@@ -130,7 +134,8 @@ export default {
   "compare.savePng": "Save as PNG",
   "compare.outdated": "The pendulum has changed since: compute the map again.",
   "step.flipmap": "start from the map",
-  "method.intro": "How the server integrates. The same start, other ways: where does a default tolerance go wrong?",
+  "method.intro":
+    "How the server integrates. The same start, other ways: where does a default tolerance go wrong?",
   "method.method": "Method",
   "method.taylor": "taylor: power series",
   "method.ode23": "ode23: the paper's choice",
@@ -148,7 +153,8 @@ export default {
   "method.extended": "32 (extended)",
   "method.quad": "62 (quad): slow",
   "method.overlay": "Overlay the paper's ode23",
-  "method.overlayHint": "The pale pendulum is the same start by ode23 with MATLAB's default tolerance 10⁻³.",
+  "method.overlayHint":
+    "The pale pendulum is the same start by ode23 with MATLAB's default tolerance 10⁻³.",
   "method.stats": "What it took",
   "method.steps": "Steps",
   "method.rejected": "Rejected steps",
@@ -161,7 +167,8 @@ export default {
   "method.computeValue": "{time} ms",
   "method.overlaid": "ode23",
   "method.error": "Difference to the reference: largest of an angle, rad",
-  "method.reference": "Reference: taylor with tolerance 10⁻¹² (32 digits would take too long here).",
+  "method.reference":
+    "Reference: taylor with tolerance 10⁻¹² (32 digits would take too long here).",
   "method.referenceFine": "Reference: taylor with 32 digits.",
   "method.referenceQuad": "Reference: taylor with 62 digits and tolerance 10⁻⁵⁰.",
   "method.goesWrong": "{name}: wrong by more than 0.1 rad from {time} s on.",
@@ -205,7 +212,8 @@ export default {
   "share.scene": "Scene",
   "share.filesHint": "The scene as JSON; the motion as numbers, computed by the server.",
   "step.title": "title",
-  "worksheet.intro": "Five small experiments. Each sets the stage, asks a question, and shows when you have done it.",
+  "worksheet.intro":
+    "Five small experiments. Each sets the stage, asks a question, and shows when you have done it.",
   "worksheet.steps": "Steps of the worksheet",
   "worksheet.step": "Step {step} of {count}",
   "worksheet.stage": "Set the stage",
@@ -220,40 +228,58 @@ export default {
   "worksheet.said": "Step {step} done",
   "worksheet.single.name": "Single",
   "worksheet.single.title": "One arm",
-  "worksheet.single.text": "One mass on one arm of 1 m, let go from 20°. It needs about 2 s there and back.",
-  "worksheet.single.question": "How much longer must the arm be, for the swing to take twice as long?",
-  "worksheet.single.do": "Select the arm and make it as long as you think, then look at the period under “Modes”.",
-  "worksheet.single.answer": "Four times: the period is 2π√(l/g). The mass does not matter: try it.",
+  "worksheet.single.text":
+    "One mass on one arm of 1 m, let go from 20°. It needs about 2 s there and back.",
+  "worksheet.single.question":
+    "How much longer must the arm be, for the swing to take twice as long?",
+  "worksheet.single.do":
+    "Select the arm and make it as long as you think, then look at the period under “Modes”.",
+  "worksheet.single.answer":
+    "Four times: the period is 2π√(l/g). The mass does not matter: try it.",
   "worksheet.double.name": "Double",
   "worksheet.double.title": "Two arms",
   "worksheet.double.text": "A second arm on the tip of the first, both let go from the horizontal.",
-  "worksheet.double.question": "What if the lower mass is very light: which arm still feels the other?",
-  "worksheet.double.do": "Make the lower mass ten times lighter than the upper one (0.1 kg or less).",
-  "worksheet.double.answer": "The upper arm now swings nearly by itself, regularly; the light one is thrown about by it.",
+  "worksheet.double.question":
+    "What if the lower mass is very light: which arm still feels the other?",
+  "worksheet.double.do":
+    "Make the lower mass ten times lighter than the upper one (0.1 kg or less).",
+  "worksheet.double.answer":
+    "The upper arm now swings nearly by itself, regularly; the light one is thrown about by it.",
   "worksheet.chaos.name": "Chaos",
   "worksheet.chaos.title": "Two starts, nearly the same",
-  "worksheet.chaos.text": "Two arms, let go from 120°. Beside them the same start, off by a millionth of a radian.",
-  "worksheet.chaos.question": "For how long do the two move together? And if they start a thousand times closer?",
+  "worksheet.chaos.text":
+    "Two arms, let go from 120°. Beside them the same start, off by a millionth of a radian.",
+  "worksheet.chaos.question":
+    "For how long do the two move together? And if they start a thousand times closer?",
   "worksheet.chaos.do": "Under “Compare”, add a start off by 10⁻⁶ rad and play.",
-  "worksheet.chaos.answer": "The distance grows like an exponential, a straight line in the plot. A thousand times closer buys only a few seconds.",
+  "worksheet.chaos.answer":
+    "The distance grows like an exponential, a straight line in the plot. A thousand times closer buys only a few seconds.",
   "worksheet.modes.name": "Modes",
   "worksheet.modes.title": "The swings that repeat",
-  "worksheet.modes.text": "Small motions of two arms look irregular, and yet are a sum of two simple swings.",
-  "worksheet.modes.question": "In which mode do the arms move against each other, and is it the slow or the fast one?",
+  "worksheet.modes.text":
+    "Small motions of two arms look irregular, and yet are a sum of two simple swings.",
+  "worksheet.modes.question":
+    "In which mode do the arms move against each other, and is it the slow or the fast one?",
   "worksheet.modes.do": "Under “Modes”, start in mode 2. Then in mode 1.",
-  "worksheet.modes.answer": "In mode 2, the fast one. In mode 1 they go together. With large amplitudes neither repeats exactly.",
+  "worksheet.modes.answer":
+    "In mode 2, the fast one. In mode 1 they go together. With large amplitudes neither repeats exactly.",
   "worksheet.forces.name": "Forces",
   "worksheet.forces.title": "Pulling and pushing",
-  "worksheet.forces.text": "The paper's pendulum. The colour of an arm tells its force: pulled like a string, or pushed like a rod.",
+  "worksheet.forces.text":
+    "The paper's pendulum. The colour of an arm tells its force: pulled like a string, or pushed like a rod.",
   "worksheet.forces.question": "Could this pendulum be made of strings?",
   "worksheet.forces.do": "Stop the clock at an instant at which some arm pushes.",
-  "worksheet.forces.answer": "No: whenever an arm pushes, a string would go slack there. The marks on the time bar show where that happens.",
+  "worksheet.forces.answer":
+    "No: whenever an arm pushes, a string would go slack there. The marks on the time bar show where that happens.",
   "step.worksheet": "step of the worksheet",
   "equations.large": "Enlarge",
   "equations.close": "Close",
-  "method.referenceFiner": "Reference: taylor with tolerance 10⁻¹⁵ (32 digits would take too long here).",
-  "stage.label": "A pendulum of {n} arms in motion. Its arms are buttons, next in the order of the tab key.",
-  "stage.label.one": "A pendulum of one arm in motion. Its arm is a button, next in the order of the tab key.",
+  "method.referenceFiner":
+    "Reference: taylor with tolerance 10⁻¹⁵ (32 digits would take too long here).",
+  "stage.label":
+    "A pendulum of {n} arms in motion. Its arms are buttons, next in the order of the tab key.",
+  "stage.label.one":
+    "A pendulum of one arm in motion. Its arm is a button, next in the order of the tab key.",
 
   arms: "Arms of the pendulum",
   "arm.label": "Arm {arm} on arm {carrier}: {length} m, {mass} kg, starts at {angle}°",
@@ -306,7 +332,8 @@ export default {
   "time.marks.arm": "ticks: arm {arm} slack",
   "time.marks.arm.long": "ticks: arm {arm} goes slack",
   "time.trust": "hatched: uncertain after {time} s",
-  "time.trust.long": "hatched: after {time} s the motion may be another one than this (errors above 10⁻⁶, as the server estimates); a smaller tolerance or 32 digits, in Method, carry it further",
+  "time.trust.long":
+    "hatched: after {time} s the motion may be another one than this (errors above 10⁻⁶, as the server estimates); a smaller tolerance or 32 digits, in Method, carry it further",
 
   "presets.title": "Examples",
   "presets.words": "Click one to set it in motion.",
@@ -329,7 +356,8 @@ export default {
   "preset.mobile": "Mobile",
 
   "help.title": "How to handle it",
-  "help.hand": "Drag a tip and let go: the pendulum starts from there, at rest. With shift held, the arm’s length follows too. Click an arm to change its numbers, to add an arm to it, or to delete it.",
+  "help.hand":
+    "Drag a tip and let go: the pendulum starts from there, at rest. With shift held, the arm’s length follows too. Click an arm to change its numbers, to add an arm to it, or to delete it.",
   "help.tab.key": "Tab",
   "help.tab": "walks from arm to arm",
   "help.turn.key": "Arrows",
@@ -350,7 +378,8 @@ export default {
   "help.space": "plays and pauses",
   "help.undo.key": "Ctrl + Z, Ctrl + Y",
   "help.undo": "undo and redo, typed numbers too",
-  "help.paper": "The mathematics: G. Meinsma, Planar Pendulums in Complex Coordinates. Everything shown is computed by the server.",
+  "help.paper":
+    "The mathematics: G. Meinsma, Planar Pendulums in Complex Coordinates. Everything shown is computed by the server.",
   "help.docs": "Its interface",
 
   "said.undo": "Undone: {what}",
@@ -384,6 +413,7 @@ export default {
   "failure.broken": "The answer broke off before its end.",
   "failure.refused": "The server refused this ({status}).",
   "failure.link": "This link cannot be read.",
-  "failure.file": "A part of the page could not be loaded. The server may be busy: try again in a moment.",
+  "failure.file":
+    "A part of the page could not be loaded. The server may be busy: try again in a moment.",
   "failure.page": "Something in the page went wrong. If it does not go on, reload it.",
 };
