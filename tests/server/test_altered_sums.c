@@ -127,7 +127,7 @@ STORE_TEST(sums_of_all_that_cannot_have_been_counted_are_counted_anew) {
     sums_look(ground, sql, &columns);
     for (int c = 0; c < columns.count; c++)
         for (int way = 0; way < WAYS; way++) {
-            char text[256], what[80], id[16];
+            char text[256], what[80], id[32];
             snprintf(id, sizeof id, "job%d", c * WAYS + way);
             snprintf(what, sizeof what, "totals.%s %s", columns.name[c], sums_way[way].name);
             snprintf(text, sizeof text, "UPDATE totals SET %s = %s", columns.name[c],
@@ -172,7 +172,7 @@ STORE_TEST(a_version_that_was_altered_is_refused_with_words_and_harms_nothing) {
     CHECK_INT(ground_submit(store, "kept", "berta", NULL, 3, 0, &job), SRV_STORED);
     for (int way = -SRV_SCHEMA; way < WAYS; way++) {
         struct pend_error error;
-        char id[16], whole[16];
+        char id[32], whole[32];
         snprintf(id, sizeof id, "job%d", way + SRV_SCHEMA);
         /* those of the versions before this one as well: their tables are not here */
         snprintf(whole, sizeof whole, "%d", way + SRV_SCHEMA);
