@@ -270,6 +270,9 @@ static void ensemble_watch(struct ensemble_lanes *lanes, const struct jets_syste
 
 /* ---- how far the digits reach: as horizon.c has it, which says why */
 
+/* terms that tell how a series goes on, and terms that are taken from that */
+enum { DOUBT_FITTED = 6, DOUBT_FORETOLD = 6 };
+
 static const double doubt_rounding = 2 * 0x1p-53;
 
 /* notes the ratio of an instant; where it is too large the accuracy was lost since the one before */
@@ -322,23 +325,55 @@ LANES_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct j
     return NUM_(_pick)((mask)(strongest > 0), square * force / num_max(strongest, num_of(0x1p-1000)), num_of(0));
 }
 
-/* the step's own errors: the first terms that it leaves out, and rounding */
+/* How the last terms of the lanes' series go on, as left_kernel.h has it: a term is `one` times the one before it and
+ * `two` times the one before that. */
+LANES_INLINE void doubt_recurrence(const struct jets_system *s, int last, num x, num *one, num *two) {
+    num aa = num_of(0), ab = num_of(0), bb = num_of(0), ac = num_of(0), bc = num_of(0);
+    for (int k = 0; k < s->n; k++) {
+        const num *c = s->rate + (size_t)(last + 1 - DOUBT_FITTED) * s->stride + (size_t)k;
+        num q = c[0], p = c[s->stride] * x, power = x * x;
+        for (int i = 2; i < DOUBT_FITTED; i++, power *= x) {
+            num r = c[(size_t)i * s->stride] * power;
+            aa = num_fma(p, p, aa);
+            ab = num_fma(p, q, ab);
+            bb = num_fma(q, q, bb);
+            ac = num_fma(p, r, ac);
+            bc = num_fma(q, r, bc);
+            q = p, p = r;
+        }
+    }
+    num d = aa * bb - ab * ab;
+    mask good = (mask)(d > 1e-6 * aa * bb);
+    num share = num_of(1) / NUM_(_pick)(good, d, num_of(1)), none = num_of(0);
+    *one = NUM_(_pick)(good, (ac * bb - bc * ab) * share, none);
+    *two = NUM_(_pick)(good, (bc * aa - ac * ab) * share, none);
+}
+
+/* the step's own errors: the terms that it leaves out, as they are known and foretold, and rounding */
 LANES_INLINE void doubt_add(const struct ensemble_lanes *lanes, const struct jets_system *s, num x, num inverse) {
     const struct ensemble_doubt *doubt = &lanes->doubt;
-    num power = x, most = num_of(0), length = x / inverse, sign = num_of(-0.0);
-    for (int j = 1; j <= lanes->order; j++) power *= x;
-    for (int k = 0; k < lanes->n; k++) most = num_max(most, num_abs(s->rate[s->stride + (size_t)k] * x) * s->len[k]);
+    int known = lanes->known;
+    num power = x, most = num_of(0), length = num_abs(x / inverse), turn = num_abs(x) * doubt_rounding, one, two;
+    mask down = (mask)num_of(-0.0);
+    for (int j = 2; j < known; j++) power *= x;
+    for (int k = 0; k < lanes->n; k++) most = num_max(most, num_abs(s->rate[s->stride + (size_t)k]) * s->len[k]);
+    most *= num_abs(inverse) * turn;
+    doubt_recurrence(s, known, x, &one, &two);
     for (int k = 0; k < lanes->n; k++) {
-        const num *left = s->rate + (size_t)(lanes->order + 1) * s->stride + (size_t)k;
-        num first = left[0] * power, second = left[s->stride] * power * x;
-        num rate = lane_get(doubt->rate, k) - (first + second) * inverse;
-        num phi =
-            lane_get(doubt->phi, k) - (first * s->share[lanes->order + 1] + second * s->share[lanes->order + 2]) * x;
-        num push = num_abs(most * s->inv_len[k] * inverse) * doubt_rounding;
-        num turn = num_fma(push, num_abs(length) * 0.5, num_abs(s->rate[k] * x) * doubt_rounding);
-        mask down = (mask)sign;
+        const num *c = s->rate + (size_t)known * s->stride + (size_t)k;
+        num before = *(c - s->stride) * power, last = c[0] * (power * x), faster = last;
+        num turned = last * s->share[known];
+        for (int i = 1; i <= DOUBT_FORETOLD; i++) {
+            num next = num_fma(two, before, one * last);
+            before = last, last = next;
+            faster += next;
+            turned = num_fma(next, num_of(s->share[known + i]), turned);
+        }
+        num rate = lane_get(doubt->rate, k) - faster * inverse, phi = lane_get(doubt->phi, k) - turned * x;
+        num push = most * s->inv_len[k];
+        num more = num_fma(push, length * 0.5, num_abs(s->rate[k]) * turn);
         lane_put(doubt->rate, k, rate + (num)((mask)push | ((mask)rate & down)));
-        lane_put(doubt->phi, k, phi + (num)((mask)turn | ((mask)phi & down)));
+        lane_put(doubt->phi, k, phi + (num)((mask)more | ((mask)phi & down)));
     }
 }
 

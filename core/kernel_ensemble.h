@@ -18,19 +18,19 @@ typedef unsigned char ensemble_set;
 /* How far the digits of the members reach: as horizon.h, for all lanes at once. One value a lane, or an arm and lane.
  */
 struct ensemble_doubt {
-    double grade;       /* over an error, what it is over the error that is allowed; 0 = nobody asks */
-    double *phi, *rate; /* the errors, rad and rad/s, of each arm */
-    double *fastest, *strongest;                 /* rad/s and N, the largest so far */
-    double *time, *ratio; /* s, and the largest error over what is allowed, where they were noted */
-    double *held;         /* s: up to when; ENSEMBLE_HELD while it is not lost */
-    double *series;       /* of the errors' change during a step */
+    double grade;                /* over an error, what it is over the error that is allowed; 0 = nobody asks */
+    double *phi, *rate;          /* the errors, rad and rad/s, of each arm */
+    double *fastest, *strongest; /* rad/s and N, the largest so far */
+    double *time, *ratio;        /* s, and the largest error over what is allowed, where they were noted */
+    double *held;                /* s: up to when; ENSEMBLE_HELD while it is not lost */
+    double *series;              /* of the errors' change during a step */
 };
 
 /* s, beyond every time */
 #define ENSEMBLE_HELD 1e301
 
-/* coefficients of the motion's series beyond its order, where somebody asks how far the digits reach */
-enum { ENSEMBLE_DOUBT_BEYOND = 2 };
+/* Coefficients of the motion's series beyond its order, where somebody asks how far the digits reach */
+enum { ENSEMBLE_DOUBT_BEYOND = 1 };
 
 struct ensemble_lanes {
     int n, order, width;
