@@ -21,6 +21,7 @@ enum {
 static const double HORIZON_NEAR = 1e-7;            /* rad, the neighbour's distance */
 static const double HORIZON_ROUNDING = 2 * 0x1p-53; /* of a step, over the changes that it makes */
 static const double HORIZON_ANEW_TARGET = 1e-17;    /* truncation of a step that is solved anew */
+static const double HORIZON_LEFT = 2;               /* by how much more may be left out than is foretold */
 
 struct pend_horizon {
     struct pend_problem problem; /* phi .. rate_low are not kept */
@@ -32,6 +33,7 @@ struct pend_horizon {
     double end_time;           /* s, relative, of the last instant */
     double held;               /* s, relative: how far the accuracy goes, once it is lost */
     double time, ratio;        /* s, relative, and the largest error over what is allowed, at the start of the step */
+    double end_ratio;          /* that of angles and rates at the end of the step before; negative where not known */
     double fastest, strongest; /* rad/s and N, the largest so far */
     double settled;            /* s, relative: the last instant up to which steps were solved anew */
     double reach, unit;        /* s, > 0, of the last series that did so: how far it would have served, its unit */
@@ -110,6 +112,7 @@ enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pe
     made->way = way;
     made->grade = PEND_HORIZON_MARGIN / problem->accuracy;
     made->unit = 0x1p-5;
+    made->end_ratio = -1;
     made->end_time = pend_times_at(&problem->times, problem->times.count - 1) - pend_times_at(&problem->times, 0);
     made->target = fmax(method->flags & PEND_METHOD_TOLERANCES ? problem->rtol / 100 : 0,
                         method == &pend_method_taylor_quad ? 0x1p-200 : 0x1p-106);
@@ -232,7 +235,8 @@ static double horizon_carry(struct pend_horizon *horizon, const struct pend_jets
  * Returns the part of the forces in it */
 static double horizon_pass(struct pend_horizon *horizon, const struct pend_jets *series, double unit, double x,
                            const struct jets_state *from, double time) {
-    double ratio = horizon_ratio(horizon, from->rate), part = 0;
+    double ratio = horizon->end_ratio < 0 ? horizon_ratio(horizon, from->rate) : horizon->end_ratio, part = 0;
+    horizon->end_ratio = -1;
     double force = horizon_carry(horizon, series, unit, x, from);
     if (horizon->strongest > 0) part = force * horizon->grade / horizon->strongest;
     horizon_note(horizon, time, horizon_larger(part, ratio));
@@ -259,8 +263,8 @@ static void horizon_series_error(struct pend_horizon *horizon, const struct pend
     for (int k = 0; k < tree->n; k++) {
         int seat = pend_jets_seat(jets, k);
         double push = most * jets->system.inv_len[k];
-        horizon->rate[k] -= horizon->left_rate[seat] * inverse;
-        horizon->phi[k] -= horizon->left_phi[seat] * x;
+        horizon->rate[k] -= HORIZON_LEFT * horizon->left_rate[seat] * inverse;
+        horizon->phi[k] -= HORIZON_LEFT * horizon->left_phi[seat] * x;
         horizon_more(&horizon->rate[k], push);
         horizon_more(&horizon->phi[k], push / 2 * length + fabs(jets->rate[pend_jets_place(jets, k, 0)]) * turn);
     }
@@ -271,7 +275,8 @@ static void horizon_series_step(struct pend_horizon *horizon, const struct pend_
     double part = horizon_pass(horizon, step->jets, step->unit, x, step->begin, step->time);
     if (horizon->lost) return;
     horizon_series_error(horizon, step, x);
-    horizon_note(horizon, step->reached, horizon_ratio(horizon, rate) * horizon_larger(1, part));
+    horizon->end_ratio = horizon_ratio(horizon, rate);
+    horizon_note(horizon, step->reached, horizon->end_ratio * horizon_larger(1, part));
 }
 
 /* expands about the start of a step that is solved anew; returns how far the series serves, in units */
