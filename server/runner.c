@@ -48,7 +48,7 @@ enum {
     RUNNER_CONTENDED_MS = 5,
     RUNNER_YOUNG_MS = 20, /* a part that is held for less is not asked about: it may be over by then */
     RUNNER_LONG_MS = 200, /* a part that computes for longer is no small one, whatever was estimated */
-    RUNNER_SMALL = 32     /* slots for small parts */
+    RUNNER_SMALL = 128    /* slots for small parts */
 };
 
 static int64_t runner_ms(int ms) { return (int64_t)ms * 1000000; }

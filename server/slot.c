@@ -44,6 +44,7 @@ static enum srv_stored slot_extend(struct srv_store *store, struct srv_store_cal
 void srv_slot_ask(struct srv_slot *slot, enum srv_slot_state state) {
     enum srv_ask_kind kind = state == SRV_SLOT_REQUEST ? SRV_ASK_READ : SRV_ASK_WRITE;
     slot->state = state;
+    slot->ask.call.finish = state == SRV_SLOT_FINISH ? &slot->lease : NULL;
     slot->ask.call.run = state == SRV_SLOT_REQUEST ? slot_request : state == SRV_SLOT_FINISH ? slot_finish : slot_fail;
     srv_storage_ask(slot->service->storage, kind, &slot->ask);
 }

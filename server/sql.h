@@ -61,6 +61,10 @@ struct srv_sql_driver {
      * {hot}: what a table is told whose few rows change with every transaction
      */
     const char *begin, *now, *lock, *skip, *alone, *ring, *bytes, *hot;
+    /* It runs a statement on many rows of values at once. Such a statement has {1}, {2}, ... for a row's values, and
+     * one of {from twb}, {using twb} and {beside twb} where it names the rows among its tables, with a letter for the
+     * type of each value: t a text, w a whole number, b bytes. Elsewhere it is a statement on $1, $2, ... */
+    int lists;
 
     /**
      * Connects. Where the database cannot be reached just now the connection is like one that was lost.
@@ -76,6 +80,8 @@ struct srv_sql_driver {
      * text   with $1, $2, ... for the values; a lost connection is made anew by a {begin} only.
      * row    called for every row; NULL where none is of interest.
      *
+     * A statement on rows of values runs on those that were posted to it since the last `run`, and on these.
+     *
      * SRV_STORED_FULL, SRV_STORED_AGAIN, SRV_STORED_AWAY, SRV_STORED_BROKEN
      */
     enum srv_stored (*run)(struct srv_sql *sql, int id, const char *text, const struct srv_value value[], int count,
@@ -84,7 +90,9 @@ struct srv_sql_driver {
      * As run, of a statement of whose rows none is of interest, and without waiting: what became of it is the answer to
      * the next `run`, which fails where it did. NULL = run is as good.
      *
-     * text  {look} as well: reads will come, each a transaction of its own; a lost connection is made anew.
+     * text  {look} as well: reads will come, each a transaction of its own; a lost connection is made anew. The rows of
+     *       a statement on rows of values are gathered, and run before any other statement does: no two of them may
+     *       change the same row of a table.
      */
     enum srv_stored (*post)(struct srv_sql *sql, int id, const char *text, const struct srv_value value[], int count);
     /** Whether so many bytes of results may be written, and small things after them; NULL = it may be tried. */
@@ -97,6 +105,9 @@ extern const struct srv_sql_driver srv_sql_sqlite, srv_sql_postgres;
 
 /** Notes what the database said, the first line of it. */
 void srv_sql_complain(struct srv_sql *sql, const char *text);
+
+/** The letters of the types of a statement on rows of values, up to a "}"; NULL where it is none. */
+const char *srv_sql_columns(const char *text);
 
 /**
  * Writes a statement in a driver's dialect.

@@ -9,7 +9,7 @@
 #include "server/clock.h"
 
 enum {
-    MOST_TOGETHER = 64,
+    MOST_TOGETHER = 128,
     SWEEP_MS = 1000,
     LISTEN_MS = 500,
     READERS = 1,

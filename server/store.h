@@ -16,7 +16,7 @@ enum {
     SRV_MESSAGE_BYTES = 256,      /* what a job says of its end */
     SRV_NAME_BYTES = 96,          /* clients, workers, operations, idempotency keys */
     SRV_CHUNK_BYTES = 256 * 1024, /* a piece of a shard's result; only the last is shorter */
-    SRV_CLAIMS = 16,              /* shards that one claim takes at most: so many only if each computes for */
+    SRV_CLAIMS = 64,              /* shards that one claim takes at most: so many only if each computes for */
     SRV_SMALL_US = 5000,          /* no longer than this, and all of them for */
     SRV_CLAIM_US = 20000,         /* no longer than this, as it is estimated */
     SRV_ROW_BYTES = 1024,         /* what a job or a scene is counted for, beside its request, results or body */
@@ -121,7 +121,9 @@ int srv_store_batch(const struct srv_store *store);
 /* One call of a batch: does its work on the store and returns the result, which is final once `stored` is set. */
 struct srv_store_call {
     enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call);
-    enum srv_stored stored; /* out */
+    enum srv_stored stored;         /* out */
+    const struct srv_lease *finish; /* what `run` is to end by srv_store_finish, so that the rows of all shards that a
+                                     * batch ends can be read at once; NULL: nobody knows */
 };
 
 /**
@@ -242,7 +244,8 @@ struct srv_store_sweep {
 
 /**
  * Puts shards back whose lease ran out, gives up what kills its workers, removes what is dismissed or past its time; a
- * piece at a time: at most 64 shards, 64 chunks of results of a job that has ended, and 128 jobs that expired. Any
+ * piece at a time: at most 64 shards, 64 chunks of results of a job that has ended, and 128 jobs that expired, 512
+ * where one statement removes them all. Any
  * process may, at any time. After the store's clock has jumped ahead no job expires for ten minutes: a clock that was
  * set by mistake, and is set back, costs nobody a result.
  *

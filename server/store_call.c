@@ -7,10 +7,33 @@
 
 enum { TRIES = 5 };
 
+/* whether rows that were read ahead are good after this statement */
+static int call_spares(enum srv_statement id) {
+    switch (id) {
+    case SQL_JOB_PUT:
+    case SQL_KEY_FREE:
+    case SQL_JOB_CLAIM:
+    case SQL_SHARD_FIRST:
+    case SQL_SHARD_EXTEND:
+    case SQL_RESULT_PUT:
+    case SQL_SHARD_END:
+    case SQL_JOB_SUCCEED:
+        return 1;
+    default:
+        return srv_statement_text[id][0] == 'S';
+    }
+}
+
+/* what a statement means for the call that runs, and for the rows that its batch has read ahead */
+static void call_notes(struct srv_store *store, enum srv_statement id) {
+    store->wrote |= srv_statement_text[id][0] != 'S';
+    if (!call_spares(id)) store->ahead.leases = store->ahead.rows = 0;
+}
+
 enum srv_stored srv_store_run(struct srv_store *store, enum srv_statement id, const struct srv_value value[], int count,
                               srv_row_fn *row, void *context) {
     const char *text = srv_statement_text[id];
-    store->wrote |= text[0] != 'S';
+    call_notes(store, id);
     enum srv_stored stored = store->sql->driver->run(store->sql, (int)id, text, value, count, row, context);
     store->failed |= stored != SRV_STORED;
     return stored;
@@ -21,7 +44,7 @@ enum srv_stored srv_store_post(struct srv_store *store, enum srv_statement id, c
     const struct srv_sql_driver *driver = store->sql->driver;
     if (!driver->post) return srv_store_run(store, id, value, count, NULL, NULL);
     const char *text = srv_statement_text[id];
-    store->wrote |= text[0] != 'S';
+    call_notes(store, id);
     enum srv_stored stored = driver->post(store->sql, (int)id, text, value, count);
     store->failed |= stored != SRV_STORED;
     return stored;
@@ -41,6 +64,7 @@ static enum srv_stored store_open(struct srv_store *store) {
     srv_tally_clear(&store->tally);
     store->now = 0;
     store->failed = 0;
+    store->ahead.leases = store->ahead.rows = store->ahead.read = 0;
     return srv_store_post(store, SQL_BEGIN, NULL, 0);
 }
 
@@ -139,9 +163,18 @@ static void store_single(struct srv_store *store, struct srv_store_call *call) {
     }
 }
 
+/* notes the shards that a batch is going to end, where their rows are worth being read at once */
+static void batch_ahead(struct srv_store *store, struct srv_store_call *const calls[], int count) {
+    struct srv_store_ahead *ahead = &store->ahead;
+    for (int i = 0; i < count && store->sql->driver->lists && ahead->leases < SRV_STORE_AHEAD; i++)
+        if (calls[i]->finish && calls[i]->finish->shards == 1) ahead->lease[ahead->leases++] = calls[i]->finish;
+    if (ahead->leases == 1) ahead->leases = 0;
+}
+
 /* runs the calls of a batch; SRV_STORED when all of them are committed */
 static enum srv_stored store_batch(struct srv_store *store, struct srv_store_call *const calls[], int count) {
     SRV_STORED_TRY(store_open(store));
+    batch_ahead(store, calls, count);
     store->together = 1;
     for (int i = 0; i < count && !store->failed; i++) {
         calls[i]->stored = calls[i]->run(store, calls[i]);

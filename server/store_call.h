@@ -8,6 +8,23 @@
 #include "server/store_rows.h"
 #include "server/store_tally.h"
 
+enum { SRV_STORE_AHEAD = 128 };
+
+/* What the store says of a shard that is held. */
+struct srv_store_held {
+    struct srv_job job;
+    long shard_state, attempt;
+};
+
+/* The rows of shards that a batch is going to end, of jobs of one shard: locked and read by one statement when the
+ * first of them is asked for. A row is good once, and as long as nothing was written but by calls that finish, claim
+ * or submit: none of these changes a job whose only shard somebody else holds. */
+struct srv_store_ahead {
+    int leases, rows, read;
+    const struct srv_lease *lease[SRV_STORE_AHEAD];
+    struct srv_store_held held[SRV_STORE_AHEAD]; /* `rows` of them */
+};
+
 struct srv_store {
     struct srv_sql *sql;
     struct srv_store_rules rules;
@@ -18,6 +35,7 @@ struct srv_store {
     int failed;   /* a statement of the transaction has failed, or a call that has written something */
     int64_t now;  /* us by the store's clock, in this transaction; 0 = not known yet */
     struct srv_tally tally;
+    struct srv_store_ahead ahead; /* empty unless a batch runs */
     struct {
         int64_t from;    /* us: no job that expired before is left but those that other processes had locked */
         int64_t seen;    /* us by the store's clock at the last sweep, 0 = there was none */

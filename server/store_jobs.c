@@ -179,13 +179,11 @@ enum srv_stored srv_store_list(struct srv_store *store, const char *client, cons
 
 /* its shards: few go at once, many by and by, as its results do */
 static enum srv_stored end_shards(struct srv_store *store, const struct srv_job *job) {
-    struct srv_value id[SQL_JOBS_MOST];
-    if (job->bytes > 0 || job->begun > SQL_JOBS_MOST)
+    if (job->bytes > 0 || job->begun > SRV_FEW_SHARDS)
         return SRV_POST(store, SQL_REMOVAL_PUT, srv_value_text(job->id), srv_value_text(job->client),
                         srv_value_whole(job->bytes));
     if (!job->begun) return SRV_STORED;
-    for (int i = 0; i < SQL_JOBS_MOST; i++) id[i] = srv_value_text(job->id);
-    return srv_store_post(store, SQL_SHARDS_REMOVE, id, SQL_JOBS_MOST);
+    return SRV_POST(store, SQL_SHARDS_REMOVE, srv_value_text(job->id));
 }
 
 enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job, enum srv_job_state state,

@@ -6,6 +6,9 @@
 
 #include "server/store_call.h"
 
+/* a job that ends has no more shards than so many removed at once */
+enum { SRV_FEW_SHARDS = 16 };
+
 /** Reads a job by a statement of its id, in a call that has begun; its `flaw` may be set. SRV_STORED_NONE */
 enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, const char *name, struct srv_job *job);
 

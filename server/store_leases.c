@@ -21,17 +21,73 @@ enum srv_stored srv_store_extend(struct srv_store *store, const struct srv_lease
     return srv_store_end(store, stored == SRV_STORED, stored);
 }
 
+/* a shard and its job, both locked */
+static enum srv_stored row_held(void *context, const struct srv_value field[]) {
+    struct srv_store_ahead *ahead = context;
+    if (ahead->rows == SRV_STORE_AHEAD) return SRV_STORED;
+    struct srv_store_held *held = &ahead->held[ahead->rows];
+    struct srv_row_jobs row = {.cap = 1, .job = &held->job, .with_lease = 1};
+    SRV_STORED_TRY(srv_row_job(&row, field));
+    held->shard_state = row.shard_state;
+    held->attempt = row.attempt;
+    ahead->rows += row.count;
+    return SRV_STORED;
+}
+
+static int ahead_order(const void *a, const void *b) {
+    return strcmp((*(const struct srv_lease *const *)a)->job, (*(const struct srv_lease *const *)b)->job);
+}
+
+/* locks and reads the rows of all shards that the batch is going to end, in the order of their jobs, so that two
+ * processes that lock some of the same rows do not wait for each other */
+static enum srv_stored ahead_read(struct srv_store *store) {
+    struct srv_store_ahead *ahead = &store->ahead;
+    int last = ahead->leases - 1;
+    ahead->read = 1;
+    qsort(ahead->lease, (size_t)ahead->leases, sizeof *ahead->lease, ahead_order);
+    for (int i = 0; i < last; i++)
+        SRV_STORED_TRY(
+            SRV_POST(store, SQL_LEASE, srv_value_text(ahead->lease[i]->job), srv_value_whole(ahead->lease[i]->shard)));
+    return SRV_RUN(store, SQL_LEASE, row_held, ahead, srv_value_text(ahead->lease[last]->job),
+                   srv_value_whole(ahead->lease[last]->shard));
+}
+
+/* takes the row of a shard that was read ahead; returns 0 where there is none */
+static int ahead_take(struct srv_store_ahead *ahead, const struct srv_lease *lease, struct srv_store_held *held) {
+    for (int i = 0; i < ahead->rows && lease->shards == 1; i++) {
+        if (strcmp(ahead->held[i].job.id, lease->job) != 0) continue;
+        *held = ahead->held[i];
+        ahead->held[i] = ahead->held[--ahead->rows];
+        return 1;
+    }
+    return 0;
+}
+
+/* locks and reads a shard and its job */
+static enum srv_stored lease_read(struct srv_store *store, const struct srv_lease *lease, struct srv_store_held *held) {
+    struct srv_row_jobs row = {.cap = 1, .job = &held->job, .with_lease = 1};
+    if (store->ahead.leases && !store->ahead.read) SRV_STORED_TRY(ahead_read(store));
+    if (ahead_take(&store->ahead, lease, held)) return SRV_STORED;
+    SRV_STORED_TRY(
+        SRV_RUN(store, SQL_LEASE, srv_row_job, &row, srv_value_text(lease->job), srv_value_whole(lease->shard)));
+    held->shard_state = row.shard_state;
+    held->attempt = row.attempt;
+    return row.count ? SRV_STORED : SRV_STORED_NONE;
+}
+
 /* locks the job and the shard; LOST unless this attempt holds it or, with `done`, has already finished it */
 static enum srv_stored lease_check(struct srv_store *store, const struct srv_lease *lease, struct srv_job *job,
                                    int *done) {
-    struct srv_row_jobs rows = {.cap = 1, .job = job, .with_lease = 1};
+    struct srv_store_held held;
     *done = 0;
-    SRV_STORED_TRY(
-        SRV_RUN(store, SQL_LEASE, srv_row_job, &rows, srv_value_text(lease->job), srv_value_whole(lease->shard)));
-    if (rows.count && job->flaw) return SRV_STORED_DAMAGED;
-    if (!rows.count || rows.attempt != lease->attempt || job->state > SRV_JOB_SUCCESSFUL) return SRV_STORED_LOST;
-    *done = rows.shard_state == SHARD_DONE;
-    return *done || (rows.shard_state == SHARD_HELD && srv_job_open(job)) ? SRV_STORED : SRV_STORED_LOST;
+    enum srv_stored stored = lease_read(store, lease, &held);
+    if (stored == SRV_STORED_NONE) return SRV_STORED_LOST;
+    SRV_STORED_TRY(stored);
+    *job = held.job;
+    if (job->flaw) return SRV_STORED_DAMAGED;
+    if (held.attempt != lease->attempt || job->state > SRV_JOB_SUCCESSFUL) return SRV_STORED_LOST;
+    *done = held.shard_state == SHARD_DONE;
+    return *done || (held.shard_state == SHARD_HELD && srv_job_open(job)) ? SRV_STORED : SRV_STORED_LOST;
 }
 
 static enum srv_stored finish_data(struct srv_store *store, const struct srv_lease *lease, const char *data,
@@ -73,12 +129,15 @@ static enum srv_stored finish_step(struct srv_store *store, struct srv_job *job,
 enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease *lease, const void *data, size_t bytes,
                                  const void *carry, size_t carry_bytes) {
     struct srv_job job;
+    int64_t now;
     int done, over = 0;
     char message[SRV_MESSAGE_BYTES];
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = lease_check(store, lease, &job, &done);
     if (stored != SRV_STORED || done) return srv_store_end(store, 0, stored);
+    /* all that is read comes before what is written: the latter is gathered over the calls of a batch */
     stored = srv_store_room(store, job.client, bytes, message);
+    if (stored == SRV_STORED) stored = srv_store_now(store, &now);
     if (stored == SRV_STORED_QUOTA) {
         over = 1;
         stored = srv_store_job_end(store, &job, SRV_JOB_FAILED, message);

@@ -1,4 +1,4 @@
-#include "server/sql.h"
+#include "server/sql_list.h"
 
 #include <assert.h>
 #include <endian.h>
@@ -32,6 +32,8 @@ struct postgres_sql {
     int round;           /* of preparations, in the names of prepared statements */
     int unsure;          /* statements were prepared since the last answer: should that be a failure they may not be */
     size_t posted_bytes; /* of statements that were sent, or wait to be, since the last answer */
+    struct srv_sql_list *list[SRV_SQL_STATEMENTS]; /* rows of values of each, NULL where there never were any */
+    int listed[SRV_SQL_STATEMENTS], lists;         /* those that have rows, first come first */
 };
 
 static int64_t postgres_clock_ms(void) {
@@ -43,6 +45,10 @@ static int64_t postgres_clock_ms(void) {
 static void postgres_close(struct srv_sql *sql) {
     struct postgres_sql *own = (struct postgres_sql *)sql;
     PQfinish(own->connection);
+    for (int i = 0; i < SRV_SQL_STATEMENTS; i++) {
+        if (own->list[i]) srv_sql_list_free(own->list[i]);
+        free(own->list[i]);
+    }
     free(own);
 }
 
@@ -292,23 +298,75 @@ static void postgres_fields(const PGresult *result, int row, struct srv_value fi
 }
 
 /* puts a statement into the pipeline, and its preparation before it; returns 0 when that cannot be */
-static int postgres_send(struct postgres_sql *own, int id, const char *text, const struct srv_value value[],
-                         int count) {
-    struct postgres_values values;
+static int postgres_put(struct postgres_sql *own, int id, const char *text, const struct postgres_values *values,
+                        int count) {
     char spelt[SRV_SQL_TEXT], name[32];
-    postgres_values(&values, value, count);
-    snprintf(name, sizeof name, "s%d_%d", id, own->round);
-    srv_sql_spell(&srv_sql_postgres, text, spelt);
-    for (int i = 0; i < count; i++) own->posted_bytes += (size_t)values.bytes[i];
+    if (id < 0 || !own->kept[id]) srv_sql_spell(&srv_sql_postgres, text, spelt);
     if (id < 0)
-        return PQsendQueryParams(own->connection, spelt, count, values.type, values.data, values.bytes, values.binary,
-                                 1);
+        return PQsendQueryParams(own->connection, spelt, count, values->type, values->data, values->bytes,
+                                 values->binary, 1);
+    snprintf(name, sizeof name, "s%d_%d", id, own->round);
     if (!own->kept[id]) {
-        if (!PQsendPrepare(own->connection, name, spelt, count, values.type)) return 0;
+        if (!PQsendPrepare(own->connection, name, spelt, count, values->type)) return 0;
         own->kept[id] = 1;
         own->unsure = 1;
     }
-    return PQsendQueryPrepared(own->connection, name, count, values.data, values.bytes, values.binary, 1);
+    return PQsendQueryPrepared(own->connection, name, count, values->data, values->bytes, values->binary, 1);
+}
+
+/* puts a statement on the rows of values that were gathered for it into the pipeline */
+static int postgres_put_list(struct postgres_sql *own, int id) {
+    struct srv_sql_list *list = own->list[id];
+    struct postgres_values values = {0};
+    srv_sql_list_arrays(list, values.data, values.bytes);
+    for (int i = 0; i < list->columns; i++) values.binary[i] = 1;
+    int good = postgres_put(own, id, list->text, &values, list->columns);
+    srv_sql_list_empty(list);
+    return good;
+}
+
+/* forgets the rows that were gathered: what they belong to will not be */
+static void postgres_drop_lists(struct postgres_sql *own) {
+    for (int i = 0; i < own->lists; i++) srv_sql_list_empty(own->list[own->listed[i]]);
+    own->lists = 0;
+}
+
+/* puts all statements on rows into the pipeline, that of `last` behind the others */
+static int postgres_put_lists(struct postgres_sql *own, int last) {
+    int good = 1;
+    for (int i = 0; i + 1 < own->lists; i++)
+        if (own->listed[i] == last) {
+            own->listed[i] = own->listed[i + 1];
+            own->listed[i + 1] = last;
+        }
+    for (int i = 0; i < own->lists && good; i++) good = postgres_put_list(own, own->listed[i]);
+    postgres_drop_lists(own);
+    return good;
+}
+
+/* keeps a row of values for a statement; returns 0 when memory is short */
+static int postgres_gather(struct postgres_sql *own, int id, const char *text, const struct srv_value value[],
+                           int count) {
+    if (!own->list[id] && !(own->list[id] = calloc(1, sizeof *own->list[id]))) return 0;
+    if (!own->list[id]->rows) own->listed[own->lists++] = id;
+    if (srv_sql_list_add(own->list[id], text, value, count)) return 1;
+    postgres_drop_lists(own);
+    return 0;
+}
+
+/* puts a statement into the pipeline, behind those on rows that were gathered before it; with `later` a statement on
+ * rows waits for more of them. Returns 0 when that cannot be */
+static int postgres_send(struct postgres_sql *own, int id, const char *text, const struct srv_value value[], int count,
+                         int later) {
+    struct postgres_values values;
+    if (!strcmp(text, "{begin}") || !strcmp(text, "ROLLBACK")) postgres_drop_lists(own);
+    for (int i = 0; i < count; i++) own->posted_bytes += value[i].bytes + sizeof value[i].whole;
+    if (srv_sql_columns(text)) {
+        if (!postgres_gather(own, id, text, value, count)) return 0;
+        return later || postgres_put_lists(own, id);
+    }
+    postgres_values(&values, value, count);
+    return postgres_put_lists(own, -1) && postgres_put(own, id, text, &values, count);
 }
 
 /* true when there is a connection; one that was lost is made anew where a transaction begins */
@@ -322,9 +380,9 @@ static enum srv_stored postgres_post(struct srv_sql *sql, int id, const char *te
     struct postgres_sql *own = (struct postgres_sql *)sql;
     if (!postgres_here(own, text)) return SRV_STORED_AWAY;
     if (!strcmp(text, "{look}")) return SRV_STORED;
-    if (!postgres_send(own, id, text, value, count)) return postgres_result(own, NULL);
+    if (!postgres_send(own, id, text, value, count, 1)) return postgres_result(own, NULL);
     if (own->posted_bytes < POST_BYTES) return SRV_STORED;
-    PGresult *result = postgres_sync(own, 1);
+    PGresult *result = postgres_sync(own, postgres_put_lists(own, -1));
     enum srv_stored stored = postgres_result(own, result);
     PQclear(result);
     return stored;
@@ -336,7 +394,7 @@ static enum srv_stored postgres_run(struct srv_sql *sql, int id, const char *tex
     struct srv_value field[SRV_SQL_PARAMETERS];
     if (!postgres_here(own, text)) return SRV_STORED_AWAY;
     own->patient |= !strcmp(text, "{alone}");
-    PGresult *result = postgres_sync(own, postgres_send(own, id, text, value, count));
+    PGresult *result = postgres_sync(own, postgres_send(own, id, text, value, count, 0));
     if (!strcmp(text, "COMMIT") || !strcmp(text, "ROLLBACK")) own->patient = 0;
     enum srv_stored stored = postgres_result(own, result);
     int rows = stored == SRV_STORED ? PQntuples(result) : 0, columns = stored == SRV_STORED ? PQnfields(result) : 0;
@@ -364,7 +422,7 @@ static int postgres_listen(struct srv_sql *sql, int timeout_ms) {
     struct postgres_sql *own = (struct postgres_sql *)sql;
     int lost = PQstatus(own->connection) != CONNECTION_OK && !postgres_again(own);
     if (!lost && postgres_clock_ms() >= own->listen_ms) {
-        PGresult *result = postgres_sync(own, postgres_send(own, -1, "LISTEN pendulumd", NULL, 0));
+        PGresult *result = postgres_sync(own, postgres_send(own, -1, "LISTEN pendulumd", NULL, 0, 0));
         lost = PQresultStatus(result) != PGRES_COMMAND_OK;
         own->listen_ms = lost ? 0 : postgres_clock_ms() + LISTEN_MS;
         PQclear(result);
@@ -377,7 +435,7 @@ static int postgres_listen(struct srv_sql *sql, int timeout_ms) {
 
 const struct srv_sql_driver srv_sql_postgres = {
     .scheme = "postgresql://",
-    .batch = 64,
+    .batch = 128,
     .distant = 1,
     .shared = 1,
     .begin = "BEGIN",
@@ -390,6 +448,7 @@ const struct srv_sql_driver srv_sql_postgres = {
     .ring = "NOTIFY pendulumd",
     .bytes = "BYTEA",
     .hot = "WITH (fillfactor = 20)",
+    .lists = 1,
     .open = postgres_open,
     .close = postgres_close,
     .run = postgres_run,

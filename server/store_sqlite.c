@@ -299,6 +299,7 @@ const struct srv_sql_driver srv_sql_sqlite = {
     .ring = "SELECT ring()",
     .bytes = "BLOB",
     .hot = "",
+    .lists = 0,
     .open = sqlite_open,
     .close = sqlite_close,
     .run = sqlite_run,

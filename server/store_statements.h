@@ -1,7 +1,8 @@
 /* Every statement on the store's tables, in the dialect that both databases share.
  * Leaves to others: the tables (store_schema), what is done with rows (the files of the store), the dialects (sql).
  * Invariant: what comes from outside is a parameter; a statement that may find many rows says how many it takes, and
- * finds them through an index, so that its cost does not depend on how many rows are kept. */
+ * finds them through an index, so that its cost does not depend on how many rows are kept. What is done to many jobs in
+ * one transaction are statements on rows of values ({from ...} and the like, see sql). */
 #ifndef SRV_STORE_STATEMENTS_H
 #define SRV_STORE_STATEMENTS_H
 
@@ -15,9 +16,6 @@
 /* whether a shard of a job can be claimed, once `waiting`, `begun` and `done` have these values: 1 or 0 */
 #define READY(waiting, begun, done)                                                                                    \
     "CASE WHEN " waiting " > 0 OR (" begun " < shards AND (chained = 0 OR " begun " = " done ")) THEN 1 ELSE 0 END"
-/* as many parameters as a statement on several jobs takes: SQL_JOBS_MOST */
-#define EACH_OF_16 "($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16)"
-
 /* a number that can have been counted, or a change of one: what was altered must not make a sum overflow */
 #define SANE "BETWEEN 0 AND 9007199254740992"
 #define BOUNDED "BETWEEN -9007199254740992 AND 9007199254740992"
@@ -95,7 +93,8 @@
       "failed = totals.failed + $5, dismissed = totals.dismissed + $6, waiting = totals.waiting + $7, "                \
       "bytes = totals.bytes + $8, scenes = totals.scenes + $9, scene_bytes = totals.scene_bytes + $10")                \
     X(JOB_PUT, "INSERT INTO jobs (id, client, operation, request, key, digest, shards, chained, part, rank, created, " \
-               "held, seal, sealed) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, 1)")               \
+               "held, seal, sealed) SELECT {1}, {2}, {3}, {4}, {5}, {6}, {7}, {8}, {9}, {10}, {11}, {12}, {13}, 1 "    \
+               "{from tttbtbwwwwwwb}")                                                                                 \
     X(JOB, "SELECT " JOB_COLUMNS " FROM jobs WHERE id = $1")                                                           \
     X(JOB_LOCK, "SELECT " JOB_COLUMNS " FROM jobs WHERE id = $1 {lock}")                                               \
     X(JOB_OF_KEY, "SELECT " JOB_COLUMNS ", digest FROM jobs WHERE client = $1 AND key = $2")                           \
@@ -105,14 +104,14 @@
                   "sealed, CASE WHEN LENGTH(request) <= 4096 THEN request END FROM jobs WHERE client = $1 AND ready "  \
                   "= 1 ORDER BY rank, "                                                                                \
                   "created LIMIT $2 {skip}")                                                                           \
-    X(JOB_CLAIM, "UPDATE jobs SET rank = rank - part * $3, state = 1, started = CASE WHEN started = 0 THEN {now} "     \
-                 "ELSE started END, waiting = waiting - $2, begun = begun + $3, ready = " READY(                       \
-                     "waiting - $2", "begun + $3", "done") " WHERE id = $1")                                           \
+    X(JOB_CLAIM, "UPDATE jobs SET rank = rank - part * {3}, state = 1, started = CASE WHEN started = 0 THEN {now} "    \
+                 "ELSE started END, waiting = waiting - {2}, begun = begun + {3}, ready = " READY(                     \
+                     "waiting - {2}", "begun + {3}", "done") " {from tww} WHERE id = {1}")                             \
     X(JOB_WAIT, "UPDATE jobs SET waiting = waiting + 1, ready = 1 WHERE id = $1")                                      \
     X(JOB_STEP, "UPDATE jobs SET done = done + 1, bytes = bytes + $2, carry = $3, ready = " READY(                     \
                     "waiting", "begun", "done + 1") " WHERE id = $1")                                                  \
-    X(JOB_SUCCEED, "UPDATE jobs SET state = 2, done = done + 1, bytes = bytes + $2, carry = NULL, ready = 0, "         \
-                   "waiting = 0, finished = $3, expires = $4 WHERE id = $1")                                           \
+    X(JOB_SUCCEED, "UPDATE jobs SET state = 2, done = done + 1, bytes = bytes + {2}, carry = NULL, ready = 0, "        \
+                   "waiting = 0, finished = {3}, expires = {4} {from twww} WHERE id = {1}")                            \
     X(JOB_END, "UPDATE jobs SET state = $2, message = $3, finished = $4, expires = $5, held = $6, bytes = 0, "         \
                "ready = 0, waiting = 0, carry = NULL, request = $7 WHERE id = $1")                                     \
     X(JOB_CONDEMN,                                                                                                     \
@@ -122,8 +121,8 @@
     X(JOBS_NAMELESS, "DELETE FROM jobs WHERE (ready = 1 OR expires > 0) AND " NAMELESS("id", "26"))                    \
     X(REMOVALS_NAMELESS, "DELETE FROM removals WHERE " NAMELESS("job", "26"))                                          \
     X(JOBS_EXPIRED, "SELECT id, client, state, bytes, held, begun, expires FROM jobs WHERE expires > 0 AND "           \
-                    "expires >= $1 AND expires < {now} ORDER BY expires LIMIT 128 {skip}")                             \
-    X(JOBS_REMOVE, "DELETE FROM jobs WHERE id IN " EACH_OF_16)                                                         \
+                    "expires >= $1 AND expires < {now} ORDER BY expires LIMIT $2 {skip}")                              \
+    X(JOBS_REMOVE, "DELETE FROM jobs {using t} WHERE id = {1}")                                                        \
     X(JOBS, "SELECT " JOB_COLUMNS " FROM jobs WHERE client = $1 ORDER BY created DESC, id DESC LIMIT $2")              \
     X(JOB_CREATED, "SELECT created FROM jobs WHERE id = $1 AND client = $2")                                           \
     X(JOBS_BEFORE, "SELECT " JOB_COLUMNS " FROM jobs WHERE client = $1 AND (created, id) < ($4, $3) "                  \
@@ -131,10 +130,11 @@
     X(REMOVAL_PUT, "INSERT INTO removals (job, client, bytes) VALUES ($1, $2, $3) ON CONFLICT DO NOTHING")             \
     X(REMOVAL, "SELECT job, client, bytes FROM removals WHERE job <> '.' ORDER BY job LIMIT 1 {skip}")                 \
     X(REMOVAL_END, "DELETE FROM removals WHERE job = $1")                                                              \
-    X(LEASE, "SELECT " JOB_COLUMNS ", shards.state, shards.attempt FROM jobs JOIN shards ON shards.job = jobs.id "     \
-             "WHERE jobs.id = $1 AND shards.number = $2 {lock}")                                                       \
-    X(SHARD_FIRST, "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, start, bytes) VALUES "      \
-                   "($1, $2, 1, 1, 0, $3, {now} + $4, NULL, 0)")                                                       \
+    X(LEASE, "SELECT " JOB_COLUMNS ", shards.state, shards.attempt FROM {beside tw} jobs JOIN shards ON shards.job = " \
+             "jobs.id WHERE jobs.id = {1} AND shards.number = {2} {lock}")                                             \
+    X(SHARD_FIRST,                                                                                                     \
+      "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, start, bytes) SELECT {1}, {2}, "         \
+      "1, 1, 0, {3}, {now} + {4}, NULL, 0 {from twtw}")                                                                \
     X(SHARD_NEXT, "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, start, bytes) SELECT id, "   \
                   "begun, 1, 1, 0, $2, {now} + $3, carry, 0 FROM jobs WHERE id = $1 ON CONFLICT DO NOTHING "           \
                   "RETURNING number, attempt, start")                                                                  \
@@ -143,19 +143,21 @@
                    "attempt, start")                                                                                   \
     X(SHARD_EXTEND, "UPDATE shards SET lease = {now} + $4 WHERE job = $1 AND number = $2 AND attempt = $3 AND state "  \
                     "= 1 AND EXISTS (SELECT 1 FROM jobs WHERE id = $1 AND state < 2) RETURNING number")                \
-    X(SHARD_END, "UPDATE shards SET state = 2, bytes = $3, start = NULL, worker = '' WHERE job = $1 AND number = $2")  \
+    X(SHARD_END, "UPDATE shards SET state = 2, bytes = {3}, start = NULL, worker = '' {from tww} WHERE job = {1} AND " \
+                 "number = {2}")                                                                                       \
     X(SHARDS_CLEARED, "UPDATE shards SET kills = 0 WHERE job = $1 AND kills > 0")                                      \
     X(SHARD_BACK, "UPDATE shards SET state = 0, kills = CASE WHEN kills < 99 THEN kills + $3 ELSE kills END, worker "  \
                   "= '' WHERE job = $1 AND number = $2 AND "                                                           \
                   "state = 1 AND ($3 = 0 OR lease < {now}) RETURNING kills")                                           \
     X(SHARDS_LATE, "SELECT job, number FROM shards WHERE state = 1 AND lease < $1 ORDER BY lease LIMIT 64")            \
     X(SHARDS_OF, "SELECT job, number FROM shards WHERE state = 1 AND worker = $1 LIMIT 64")                            \
-    X(SHARDS_REMOVE, "DELETE FROM shards WHERE job IN " EACH_OF_16)                                                    \
+    X(SHARDS_REMOVE, "DELETE FROM shards {using t} WHERE job = {1}")                                                   \
     X(SHARDS_REMOVE_SOME, "DELETE FROM shards WHERE job = $1 AND number IN (SELECT number FROM shards WHERE job = $1 " \
                           "ORDER BY number LIMIT 512) RETURNING number")                                               \
-    X(RESULT_PUT, "INSERT INTO results (job, shard, chunk, data, seal, sealed) VALUES ($1, $2, $3, $4, $5, 1)")        \
+    X(RESULT_PUT,                                                                                                      \
+      "INSERT INTO results (job, shard, chunk, data, seal, sealed) SELECT {1}, {2}, {3}, {4}, {5}, 1 {from twwbb}")    \
     X(RESULT, "SELECT data, seal, sealed FROM results WHERE job = $1 AND shard = $2 AND chunk = $3")                   \
-    X(RESULTS_REMOVE, "DELETE FROM results WHERE job IN " EACH_OF_16)                                                  \
+    X(RESULTS_REMOVE, "DELETE FROM results {using t} WHERE job = {1}")                                                 \
     X(RESULTS_REMOVE_SOME,                                                                                             \
       "DELETE FROM results WHERE job = $1 AND (shard, chunk) IN (SELECT shard, chunk FROM results WHERE job = $1 "     \
       "ORDER BY shard, chunk LIMIT 64) RETURNING chunk")                                                               \
@@ -178,15 +180,9 @@ enum srv_statement {
         SQL_COUNT
 };
 
-/* the LIMITs of SHARDS_LATE and SHARDS_OF, SHARDS_REMOVE_SOME, RESULTS_REMOVE_SOME and JOBS_EXPIRED: as many rows mean
- * that there may be more; and how many jobs EACH_OF_16 names */
-enum {
-    SQL_SHARDS_MOST = 64,
-    SQL_SHARDS_REMOVED = 512,
-    SQL_CHUNKS_MOST = 64,
-    SQL_EXPIRED_MOST = 128,
-    SQL_JOBS_MOST = 16
-};
+/* the LIMITs of SHARDS_LATE and SHARDS_OF, SHARDS_REMOVE_SOME, RESULTS_REMOVE_SOME: as many rows mean that there may be
+ * more; and the most that JOBS_EXPIRED is asked for */
+enum { SQL_SHARDS_MOST = 64, SQL_SHARDS_REMOVED = 512, SQL_CHUNKS_MOST = 64, SQL_EXPIRED_MOST = 512 };
 
 /* the text of each */
 extern const char *const srv_statement_text[SQL_COUNT];

@@ -14,6 +14,10 @@
  * store's clock may run ahead of this process' from one sweep to the next, and for how long it is not trusted then */
 enum { SWEEP_SMALL = 1 << 20, SWEEP_JUMP_S = 300, SWEEP_HOLD_S = 600 };
 
+/* jobs that are past their time in one piece: where each is removed by statements of its own, and where all are by one
+ */
+enum { SWEEP_SINGLE = 128, SWEEP_LIST = SQL_EXPIRED_MOST };
+
 /* A job that is dismissed or removed and whose shards and results are still there. */
 struct row_removal {
     int rows;
@@ -82,24 +86,14 @@ static enum srv_stored expired_count(struct srv_store *store, const struct srv_j
                     srv_value_whole(job->bytes));
 }
 
-/* removes SQL_JOBS_MOST jobs at most */
-static enum srv_stored expired_remove(struct srv_store *store, const struct srv_job job[], int count) {
-    struct srv_value all[SQL_JOBS_MOST], small[SQL_JOBS_MOST];
-    int results = 0, smalls = 0;
-    for (int i = 0; i < count; i++) {
-        /* one that failed or was dismissed has a removal of its own already, if it needs one */
-        int large = job[i].state == SRV_JOB_SUCCESSFUL && (job[i].bytes > SWEEP_SMALL || job[i].begun > SQL_JOBS_MOST);
-        SRV_STORED_TRY(expired_count(store, &job[i], large));
-        all[i] = srv_value_text(job[i].id);
-        if (large || job[i].state != SRV_JOB_SUCCESSFUL) continue;
-        small[smalls++] = all[i];
-        results |= job[i].bytes > 0;
-    }
-    for (int i = count; i < SQL_JOBS_MOST; i++) all[i] = all[0];
-    for (int i = smalls; i < SQL_JOBS_MOST && smalls; i++) small[i] = small[0];
-    if (results) SRV_STORED_TRY(srv_store_post(store, SQL_RESULTS_REMOVE, small, SQL_JOBS_MOST));
-    if (smalls) SRV_STORED_TRY(srv_store_post(store, SQL_SHARDS_REMOVE, small, SQL_JOBS_MOST));
-    return srv_store_post(store, SQL_JOBS_REMOVE, all, SQL_JOBS_MOST);
+static enum srv_stored expired_remove(struct srv_store *store, const struct srv_job *job) {
+    /* one that failed or was dismissed has a removal of its own already, if it needs one */
+    int kept = job->state == SRV_JOB_SUCCESSFUL,
+        large = kept && (job->bytes > SWEEP_SMALL || job->begun > SRV_FEW_SHARDS);
+    SRV_STORED_TRY(expired_count(store, job, large));
+    if (kept && !large && job->bytes > 0) SRV_STORED_TRY(SRV_POST(store, SQL_RESULTS_REMOVE, srv_value_text(job->id)));
+    if (kept && !large) SRV_STORED_TRY(SRV_POST(store, SQL_SHARDS_REMOVE, srv_value_text(job->id)));
+    return SRV_POST(store, SQL_JOBS_REMOVE, srv_value_text(job->id));
 }
 
 static int64_t sweep_clock_ns(void) {
@@ -121,11 +115,9 @@ static int sweep_trusts(struct srv_store *store, int64_t now) {
 static enum srv_stored sweep_expired(struct srv_store *store, int64_t now, struct srv_store_sweep *sweep) {
     struct row_expired rows = {0};
     if (!sweep_trusts(store, now)) return SRV_STORED;
-    SRV_STORED_TRY(SRV_RUN(store, SQL_JOBS_EXPIRED, row_expired, &rows, srv_value_whole(store->expiry.from)));
-    for (int i = 0; i < rows.count; i += SQL_JOBS_MOST) {
-        int count = rows.count - i < SQL_JOBS_MOST ? rows.count - i : SQL_JOBS_MOST;
-        SRV_STORED_TRY(expired_remove(store, rows.job + i, count));
-    }
+    SRV_STORED_TRY(SRV_RUN(store, SQL_JOBS_EXPIRED, row_expired, &rows, srv_value_whole(store->expiry.from),
+                           srv_value_whole(store->sql->driver->lists ? SWEEP_LIST : SWEEP_SINGLE)));
+    for (int i = 0; i < rows.count; i++) SRV_STORED_TRY(expired_remove(store, &rows.job[i]));
     /* a damaged one is removed once it has been written anew, when that is past its time */
     for (int i = SQL_EXPIRED_MOST - rows.damaged; i < SQL_EXPIRED_MOST; i++) {
         struct srv_job job;

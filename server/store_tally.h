@@ -9,7 +9,7 @@
 #include "server/store_statements.h"
 
 enum {
-    SRV_TALLY_CLIENTS = 256, /* in one transaction */
+    SRV_TALLY_CLIENTS = 640, /* in one transaction */
     SRV_TALLY_PLACES = 16    /* rows of totals, so that processes do not wait for one row */
 };
 

@@ -64,8 +64,8 @@ def postgres_programs():
 class Postgres:
     name = "postgres"
 
-    def __init__(self, directory):
-        self.directory, self.programs = str(directory), postgres_programs()
+    def __init__(self, directory, buffers="16MB"):
+        self.directory, self.programs, self.buffers = str(directory), postgres_programs(), buffers
         # it does not run as root; with root's rights it gets the user that Debian made for it
         owner = pwd.getpwnam("postgres") if not os.geteuid() else None
         self.user = {"user": owner.pw_uid, "group": owner.pw_gid, "extra_groups": []} if owner else {}
@@ -91,7 +91,7 @@ class Postgres:
         end = time.monotonic() + 300
         while time.monotonic() < end:
             self.server = self.spawn("postgres", "-D", "data", "-k", self.directory, "-c", "listen_addresses=", "-c", "max_connections=60",
-                                     "-c", "shared_buffers=16MB")
+                                     "-c", f"shared_buffers={self.buffers}")
             while self.server.poll() is None and time.monotonic() < end:
                 if self.ready():
                     return
@@ -131,11 +131,11 @@ class Postgres:
 
 
 @contextlib.contextmanager
-def place(kind, keep=False):
+def place(kind, keep=False, **more):
     directory = tempfile.mkdtemp(prefix="pendulumd-drill-")
     made = None
     try:
-        made = (Sqlite if kind == "sqlite" else Postgres)(directory)
+        made = (Sqlite if kind == "sqlite" else Postgres)(directory, **more)
         yield made
     finally:
         if made:

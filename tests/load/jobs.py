@@ -33,8 +33,10 @@ ASYNC = {"Prefer": "respond-async"}
 
 @contextlib.contextmanager
 def house(build, kind, roles, *options):
-    """A store of that kind and daemons on it; PostgreSQL brings its processes' time with it."""
-    with tempfile.TemporaryDirectory(prefix="pendulumd-load-") as logs, place(kind) as store, contextlib.ExitStack() as stack:
+    """A store of that kind and daemons on it; PostgreSQL brings its processes' time with it, and has the memory that it
+    is shipped with."""
+    more = {} if kind == "sqlite" else {"buffers": "128MB"}
+    with tempfile.TemporaryDirectory(prefix="pendulumd-load-") as logs, place(kind, **more) as store, contextlib.ExitStack() as stack:
         daemons = []
         for role, workers in roles:
             daemon = Daemon(TOP / build, store.url, role, logs, ("--workers", str(workers), *options))

@@ -167,9 +167,10 @@ static enum srv_stored cost_row(void *context, const struct srv_value field[]) {
 static int cost_mends(const char *text) { return strstr(text, "BETWEEN") != NULL; }
 
 /* the plan that a prepared statement has, whatever its values are */
-static enum srv_stored cost_explain(struct srv_sql *sql, const char *text, struct cost_plan *plan) {
-    char command[SRV_SQL_TEXT], nulls[200] = "";
+static enum srv_stored cost_explain(struct srv_sql *sql, const char *statement, struct cost_plan *plan) {
+    char command[SRV_SQL_TEXT + 100], text[SRV_SQL_TEXT], nulls[200] = "";
     int values = 0;
+    srv_sql_spell(&srv_sql_postgres, statement, text);
     for (int k = 1; k <= SRV_SQL_PARAMETERS; k++) {
         char mark[16];
         snprintf(mark, sizeof mark, "$%d", k);

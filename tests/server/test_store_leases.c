@@ -222,7 +222,7 @@ STORE_TEST(one_claim_takes_several_small_shards_or_one_long) {
     CHECK_INT(srv_store_claim_some(store, "w", 60 * SECOND, lease, SRV_CLAIMS, &count), SRV_STORED);
     CHECK(count == 1 && !strcmp(lease[0].job, "long") && lease[0].part_us == SECOND);
     srv_lease_clear(&lease[0]);
-    for (int i = 0; i < 30; i++) {
+    for (int i = 0; i < 2 * SRV_CLAIMS; i++) {
         snprintf(id, sizeof id, "a%d", i);
         submit_cost(store, id, 1, 100);
     }

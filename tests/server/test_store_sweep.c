@@ -104,7 +104,8 @@ STORE_TEST(expired_jobs_go_many_at_a_time_and_as_they_are) {
     }
     ground_pause_ms(5);
     int sweeps = brief_sweep(own, &expired);
-    CHECK_SAYING(sweeps >= 3 && sweeps <= 5, "%d sweeps", sweeps);
+    int most = ground->postgres ? 2 : 5; /* 512 and 128 at a time, and a look that finds nothing */
+    CHECK_SAYING(sweeps <= most, "%d sweeps", sweeps);
     CHECK_INT(expired, 300);
     CHECK_INT(srv_store_figures(own, &figures), SRV_STORED);
     CHECK(!figures.jobs[SRV_JOB_SUCCESSFUL] && !figures.jobs[SRV_JOB_DISMISSED] && !figures.bytes);
