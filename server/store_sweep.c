@@ -14,9 +14,9 @@
  * store's clock may run ahead of this process' from one sweep to the next, and for how long it is not trusted then */
 enum { SWEEP_SMALL = 1 << 20, SWEEP_JUMP_S = 300, SWEEP_HOLD_S = 600 };
 
-/* jobs that are past their time in one piece: where each is removed by statements of its own, and where all are by one
- */
-enum { SWEEP_SINGLE = 128, SWEEP_LIST = SQL_EXPIRED_MOST };
+/* jobs that are past their time in one piece: where each is removed by statements of its own, and where all are by one;
+ * and the bytes of results after which a piece ends */
+enum { SWEEP_SINGLE = 128, SWEEP_LIST = SQL_EXPIRED_MOST, SWEEP_PIECE = 16 << 20 };
 
 /* A job that is dismissed or removed and whose shards and results are still there. */
 struct row_removal {
@@ -86,6 +86,7 @@ static enum srv_stored expired_count(struct srv_store *store, const struct srv_j
                     srv_value_whole(job->bytes));
 }
 
+/* removes a job; with it go its shards and results where they are small */
 static enum srv_stored expired_remove(struct srv_store *store, const struct srv_job *job) {
     /* one that failed or was dismissed has a removal of its own already, if it needs one */
     int kept = job->state == SRV_JOB_SUCCESSFUL,
@@ -117,7 +118,12 @@ static enum srv_stored sweep_expired(struct srv_store *store, int64_t now, struc
     if (!sweep_trusts(store, now)) return SRV_STORED;
     SRV_STORED_TRY(SRV_RUN(store, SQL_JOBS_EXPIRED, row_expired, &rows, srv_value_whole(store->expiry.from),
                            srv_value_whole(store->sql->driver->lists ? SWEEP_LIST : SWEEP_SINGLE)));
-    for (int i = 0; i < rows.count; i++) SRV_STORED_TRY(expired_remove(store, &rows.job[i]));
+    int64_t bytes = 0;
+    for (int i = 0; i < rows.count; i++) {
+        SRV_STORED_TRY(expired_remove(store, &rows.job[i]));
+        bytes += rows.job[i].bytes > SWEEP_SMALL ? 0 : rows.job[i].bytes;
+        if (bytes > SWEEP_PIECE) rows.count = i + 1;
+    }
     /* a damaged one is removed once it has been written anew, when that is past its time */
     for (int i = SQL_EXPIRED_MOST - rows.damaged; i < SQL_EXPIRED_MOST; i++) {
         struct srv_job job;
