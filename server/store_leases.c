@@ -185,9 +185,11 @@ static enum srv_stored shard_back(struct srv_store *store, const char *id, int64
     struct srv_job job;
     char message[SRV_MESSAGE_BYTES];
     enum srv_stored stored = srv_store_lock(store, id, &job);
-    /* what no open job has any more is not looked at again and again */
-    if (stored == SRV_STORED_NONE || (stored == SRV_STORED && !srv_job_open(&job)))
-        return SRV_RUN(store, SQL_SHARDS_REMOVE_SOME, NULL, NULL, srv_value_text(id));
+    /* what no open job has any more is not looked at again and again; a job that ended while its row was waited for
+     * keeps its shards that are done */
+    if (stored == SRV_STORED_NONE) return SRV_RUN(store, SQL_SHARDS_REMOVE_SOME, NULL, NULL, srv_value_text(id));
+    if (stored == SRV_STORED && !srv_job_open(&job))
+        return SRV_RUN(store, SQL_SHARDS_HELD_REMOVE, NULL, NULL, srv_value_text(id));
     SRV_STORED_TRY(stored);
     SRV_STORED_TRY(SRV_RUN(store, SQL_SHARD_BACK, srv_row_wholes, &row, srv_value_text(id), srv_value_whole(number),
                            srv_value_whole(mark)));

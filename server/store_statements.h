@@ -154,6 +154,8 @@
     X(SHARDS_REMOVE, "DELETE FROM shards {using t} WHERE job = {1}")                                                   \
     X(SHARDS_REMOVE_SOME, "DELETE FROM shards WHERE job = $1 AND number IN (SELECT number FROM shards WHERE job = $1 " \
                           "ORDER BY number LIMIT 512) RETURNING number")                                               \
+    X(SHARDS_HELD_REMOVE, "DELETE FROM shards WHERE job = $1 AND number IN (SELECT number FROM shards WHERE job = $1 " \
+                          "AND state = 1 ORDER BY number LIMIT 512)")                                                  \
     X(RESULT_PUT,                                                                                                      \
       "INSERT INTO results (job, shard, chunk, data, seal, sealed) SELECT {1}, {2}, {3}, {4}, {5}, 1 {from twwbb}")    \
     X(RESULT, "SELECT data, seal, sealed FROM results WHERE job = $1 AND shard = $2 AND chunk = $3")                   \

@@ -415,3 +415,23 @@ STORE_TEST(many_clients_of_one_address_take_few_turns) {
     /* about one of seven; without weights it would be one of thirty-three */
     CHECK_SAYING(of_other >= 7 && of_other <= 12, "%d of %d", of_other, CLAIMS);
 }
+
+/* a sweep that finds a lease run out, and its job successful once its row is locked, takes away what is still held */
+STORE_TEST(a_job_that_has_ended_keeps_the_shards_that_are_done) {
+    struct srv_store_sweep sweep;
+    struct srv_lease lease;
+    struct srv_job job;
+    CHECK_INT(ground_submit(store, "job", "anna", NULL, 1, 0, &job), SRV_STORED);
+    CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+    CHECK_INT(srv_store_finish(store, &lease, "x", 1, NULL, 0), SRV_STORED);
+    ground_run(ground,
+               "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, bytes) VALUES ('job', 1, "
+               "1, 1, 0, 'gone', 1, 0)");
+    CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
+    CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM shards WHERE state = 1"), 0);
+    CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM shards WHERE state = 2"), 1);
+    /* so that a call whose answer got lost may be repeated */
+    CHECK_INT(srv_store_finish(store, &lease, "x", 1, NULL, 0), SRV_STORED);
+    srv_lease_clear(&lease);
+    ground_sums(ground);
+}
