@@ -138,7 +138,12 @@ static void compute_promise(struct srv_work *work) {
     api_buffer_init(&none, 0);
     if (coded && !(work->coder = row->begin())) return;
     struct srv_payload *head = srv_answer_payload(work, answer, coded ? work->coding : SRV_IDENTITY, &none);
-    if (!head) return;
+    if (!head) {
+        /* the next piece tries again, from the beginning */
+        if (coded) row->free(work->coder);
+        work->coder = NULL;
+        return;
+    }
     struct srv_exchange *others, *reader = srv_flights_stream(work, &others);
     work->promised = reader != NULL;
     if (reader) {
