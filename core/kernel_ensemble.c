@@ -273,7 +273,8 @@ static void ensemble_watch(struct ensemble_lanes *lanes, const struct jets_syste
 /* terms that tell how a series goes on, and terms that are taken from that */
 enum { DOUBT_FITTED = 6, DOUBT_FORETOLD = 6 };
 
-static const double doubt_rounding = 2 * 0x1p-53;
+/* of a step, over the changes that it makes; by how much more may be left out than is foretold */
+static const double doubt_rounding = 2 * 0x1p-53, doubt_left = 2;
 
 /* notes the ratio of an instant; where it is too large the accuracy was lost since the one before */
 LANES_INLINE void doubt_note(const struct ensemble_doubt *doubt, num time, num ratio) {
@@ -369,7 +370,8 @@ LANES_INLINE void doubt_add(const struct ensemble_lanes *lanes, const struct jet
             faster += next;
             turned = num_fma(next, num_of(s->share[known + i]), turned);
         }
-        num rate = lane_get(doubt->rate, k) - faster * inverse, phi = lane_get(doubt->phi, k) - turned * x;
+        num rate = lane_get(doubt->rate, k) - doubt_left * faster * inverse;
+        num phi = lane_get(doubt->phi, k) - doubt_left * turned * x;
         num push = most * s->inv_len[k];
         num more = num_fma(push, length * 0.5, num_abs(s->rate[k]) * turn);
         lane_put(doubt->rate, k, rate + (num)((mask)push | ((mask)rate & down)));
