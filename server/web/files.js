@@ -1,13 +1,17 @@
 // Files of the page that are loaded when they are needed: its own script, libraries and their styles.
 // Leaves to others: what is said where a file does not come (its error has the kind "file").
-// Invariant: a file that is refused is asked for again, under another address, since a browser keeps a module's refusal; a
-// file that came is asked for once.
+// Invariant: a file that is refused is asked for again, under an address that was never refused, since some browsers keep a
+// module's refusal; a file that came is asked for once.
 
 const PAUSES_MS = [300, 1000, 3000];
 const brought = new Map(); // path -> promise
+const refusals = new Map(); // path -> how often it was refused
 
-const addressOf = (path, tried) =>
-  new URL(tried ? `${path}?again=${tried}` : path, import.meta.url).href;
+function addressOf(path) {
+  const count = refusals.get(path);
+  return new URL(count ? `${path}?again=${count}` : path, import.meta.url).href;
+}
+
 const pause = (milliseconds) =>
   new Promise((resolve) => {
     setTimeout(resolve, milliseconds);
@@ -16,8 +20,9 @@ const pause = (milliseconds) =>
 async function insist(path, load) {
   for (let tried = 0; ; tried++) {
     try {
-      return await load(addressOf(path, tried));
+      return await load(addressOf(path));
     } catch (error) {
+      refusals.set(path, (refusals.get(path) ?? 0) + 1);
       if (tried === PAUSES_MS.length)
         throw Object.assign(new Error(`${path} did not come: ${error.message}`), { kind: "file" });
       await pause(PAUSES_MS[tried] * (1 + 0.25 * Math.random()));
