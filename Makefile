@@ -42,7 +42,7 @@ CXXFLAGS_ALL = -std=c++17 -fno-exceptions -fno-rtti $(COMMON) $(addprefix -isyst
 LINK = $(CC) $(FLAGS.$(MODE)) -pthread $(LDFLAGS)
 LIBS = $(PKG_LIBS) -lm
 
-# One binary for every processor: each core/kernel_X.c is compiled once for every instruction set below, as
+# One binary for every processor: each core/FOLDER/kernel_X.c is compiled once for every instruction set below, as
 # kernel_X.base.o, kernel_X.avx2.o and so on, with -DPEND_ISA=base, avx2 or avx512. Such a file gives its functions
 # names that end in PEND_ISA (pend_X_base, pend_X_avx2, ...); a plain file beside it chooses at run time
 # (__builtin_cpu_supports) and may name avx2 and avx512 only #ifdef __x86_64__. The widths in doubles are 2, 4 and 8.
@@ -52,11 +52,11 @@ ISA_FLAGS.avx2 := -march=x86-64-v3
 ISA_FLAGS.avx512 := -march=x86-64-v4 -mprefer-vector-width=512
 # sums that wait for each other stay in registers of their own: packed into vectors, they wait for the packing too
 KERNEL_FLAGS.core/kernel_dynamics := -fno-tree-slp-vectorize
-KERNELS := $(wildcard core/kernel_*.c)
+KERNELS := $(wildcard core/*/kernel_*.c)
 
-objects = $(patsubst %,$(B)/%.o,$(basename $(filter-out $(KERNELS),$(wildcard $(1)/*.c $(1)/*.cpp))))
+objects = $(patsubst %,$(B)/%.o,$(basename $(filter-out $(KERNELS),$(wildcard $(addprefix $(1)/,*.c *.cpp */*.c */*.cpp)))))
 CORE := $(call objects,core) $(foreach isa,$(ISAS),$(KERNELS:%.c=$(B)/%.$(isa).o))
-API := $(call objects,api) $(B)/api/openapi_json.o $(B)/api/engine.o
+API := $(call objects,api) $(B)/api/call/openapi_json.o $(B)/api/base/engine.o
 SERVER := $(filter-out $(B)/server/main.o,$(call objects,server)) build/web/assets.o
 HARNESS := $(call objects,tests/harness)
 
@@ -79,7 +79,7 @@ help: ## lists these targets; the default
 	@awk -F ': .*## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$2 } /^#@/ { printf "\n%s\n", substr($$0, 4) }' Makefile
 
 # npm with what it needs is three quarters of all packages: only where its work has not been done before (page)
-NEEDED = docker/install.sh build $$(server/assets_fetch.sh --there build/web || echo page)
+NEEDED = docker/install.sh build $$(server/http/assets_fetch.sh --there build/web || echo page)
 
 #@ The two commands that a newcomer needs; both install missing Debian packages
 run: ## builds and serves on http://127.0.0.1:8080 (LISTEN=address:port, ARGS="more options")
@@ -110,7 +110,7 @@ install: build ## into DESTDIR PREFIX (/usr/local) LIBDIR: server, library with 
 	sed 's|@PREFIX@|$(PREFIX)|' docker/pendulumd.service > "$(DESTDIR)$(PREFIX)/lib/systemd/system/pendulumd.service"
 PREFIX ?= /usr/local
 LIBDIR ?= $(PREFIX)/lib
-PUBLIC := status tree dynamics motion reference shapes modes_store modes tape method run isa member ensemble extended trust lyapunov section
+PUBLIC := base/status tree/tree dynamics/dynamics dynamics/kinematics dynamics/reference tree/presets modes/modes_store modes/modes base/checkpoint integrate/method integrate/run base/isa ensemble/member ensemble/ensemble extended/extended extended/trust ensemble/lyapunov integrate/section
 
 uninstall: ## takes away what install put there
 	rm -f "$(DESTDIR)$(PREFIX)/bin/pendulumd" "$(DESTDIR)$(LIBDIR)/libpendulum.a" "$(DESTDIR)$(LIBDIR)/pkgconfig/pendulum.pc"
@@ -140,7 +140,7 @@ bench: ## everything below but load: ours, the peer's, ratio; seven minutes (ins
 	@docker/install.sh bench
 	@$(MAKE) --no-print-directory bench-dynamics bench-trajectories bench-modes bench-precision bench-horizon bench-parts
 
-bench-parts: $(B)/tests/bench/run ## ensembles, numbers, requests, in a minute
+bench-parts: $(B)/tests/bench/parts/run ## ensembles, numbers, requests, in a minute
 	$< $(T)
 
 bench-page: build ## the page in a browser: first paint and motion, frames of fifty arms, thirty students at once, in half a minute
@@ -236,39 +236,39 @@ $(B)/%.$(1).o: %.c $(B)/flags
 endef
 $(foreach isa,$(ISAS),$(eval $(call kernel_rule,$(isa))))
 
-$(B)/api/openapi_json.c: api/openapi.yaml api/openapi_embed.py
+$(B)/api/call/openapi_json.c: api/call/openapi.yaml api/call/openapi_embed.py
 	@mkdir -p $(@D)
 	$(call say,embed,$<)
-	$(Q)/usr/bin/python3 api/openapi_embed.py $< > $@.new && mv $@.new $@
+	$(Q)/usr/bin/python3 api/call/openapi_embed.py $< > $@.new && mv $@.new $@
 
-$(B)/api/openapi_json.o: $(B)/api/openapi_json.c $(B)/flags
+$(B)/api/call/openapi_json.o: $(B)/api/call/openapi_json.c $(B)/flags
 	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@
 
 # the page: its own files and what a browser loads of the npm packages, in one object that every MODE shares. Builds that
 # run side by side may make it at once: each file is moved into its place whole.
 WEB := $(shell find server/web -type f -not -path '*/node_modules/*' 2>/dev/null)
-build/web/fetched: server/web/package-lock.json server/assets_fetch.sh
+build/web/fetched: server/web/package-lock.json server/http/assets_fetch.sh
 	$(if $(V),,@printf '  %-8s %-5s %s\n' web npm $<)
-	$(Q)server/assets_fetch.sh $(@D) && touch $@
+	$(Q)server/http/assets_fetch.sh $(@D) && touch $@
 
-build/web/bundled: $(WEB) server/assets_bundle.sh build/web/files
+build/web/bundled: $(WEB) server/http/assets_bundle.sh build/web/files
 	$(if $(V),,@printf '  %-8s %-5s %s\n' web pack server/web)
-	$(Q)server/assets_bundle.sh $(@D)/bundles && touch $@
+	$(Q)server/http/assets_bundle.sh $(@D)/bundles && touch $@
 
-build/web/assets.c: build/web/bundled server/assets_embed.py build/web/fetched
+build/web/assets.c: build/web/bundled server/http/assets_embed.py build/web/fetched
 	$(if $(V),,@printf '  %-8s %-5s %s\n' web embed server/web)
-	$(Q)/usr/bin/python3 -B server/assets_embed.py server/web $(@D)/bundles $(@D)/node_modules $(@D)/lib > $@.$$$$ && mv -f $@.$$$$ $@
+	$(Q)/usr/bin/python3 -B server/http/assets_embed.py server/web $(@D)/bundles $(@D)/node_modules $(@D)/lib > $@.$$$$ && mv -f $@.$$$$ $@
 
-build/web/assets.o: build/web/assets.c server/assets.h
+build/web/assets.o: build/web/assets.c server/http/assets.h
 	$(Q)$(CC) -I. -O1 $(CFLAGS) -c $< -o $@.$$$$ && mv -f $@.$$$$ $@
 
 # the digest of all sources that decide an answer's bytes
-ENGINE := $(sort $(filter-out api/openapi%,$(wildcard core/*.[ch] api/*.[ch] api/*.cpp)))
-$(B)/api/engine.c: $(ENGINE) $(B)/parts
+ENGINE := $(sort $(filter-out api/call/openapi%,$(wildcard core/*/*.[ch] api/*/*.[ch] api/*/*.cpp)))
+$(B)/api/base/engine.c: $(ENGINE) $(B)/parts
 	@mkdir -p $(@D)
-	$(Q)cat $(ENGINE) | sha256sum | sed -E 's/^(.{16})([0-9a-f]+).*/#include "api\/engine.h"\nconst char api_engine[] = "\1\2", api_engine_name[] = "\1";/' > $@
+	$(Q)cat $(ENGINE) | sha256sum | sed -E 's/^(.{16})([0-9a-f]+).*/#include "api\/base\/engine.h"\nconst char api_engine[] = "\1\2", api_engine_name[] = "\1";/' > $@
 
-$(B)/api/engine.o: $(B)/api/engine.c $(B)/flags
+$(B)/api/base/engine.o: $(B)/api/base/engine.c $(B)/flags
 	$(Q)$(CC) $(CFLAGS_ALL) -c $< -o $@
 
 $(B)/libpendulum.a: $(CORE) $(B)/parts
@@ -297,7 +297,7 @@ $(B)/tests/base/%: $(B)/tests/%/run $(B)/tests/base/isa.o
 	$(call say,link,$@)
 	$(Q)$(LINK) $(WRAP) -o $@ $(B)/tests/base/isa.o $(call objects,tests/$*) $(HARNESS) $(PARTS.$*) $(TEST_LIBS) $(QUADMATH)
 
-$(B)/tests/bench/run: $(call objects,tests/bench) $(API) $(B)/libpendulum.a $(B)/parts
+$(B)/tests/bench/parts/run: $(call objects,tests/bench/parts) $(API) $(B)/libpendulum.a $(B)/parts
 	$(call say,link,$@)
 	$(Q)$(LINK) -o $@ $(filter-out %/parts,$^) $(LIBS)
 
@@ -357,7 +357,7 @@ build/web/files: changed
 $(B)/flags: changed
 	@$(call remember,$(CC) $(CXX) $(CFLAGS_ALL) $(CXXFLAGS_ALL))
 $(B)/parts: changed
-	@$(call remember,$(LINK) $(sort $(CORE) $(API) $(SERVER) $(HARNESS) $(foreach room,$(ROOMS) bench,$(call objects,tests/$(room)))))
+	@$(call remember,$(LINK) $(sort $(CORE) $(API) $(SERVER) $(HARNESS) $(foreach room,$(ROOMS) bench/parts,$(call objects,tests/$(room)))))
 remember = mkdir -p $(@D); echo '$(1)' | cmp -s - $@ || echo '$(1)' > $@
 changed:
 

@@ -6,7 +6,7 @@
 set -eu
 build=$1 destdir=$2 prefix=$3 libdir=$4
 shift 4
-version=$(sed -nE 's/^#define API_VERSION "(.*)"$/\1/p' api/engine.h)
+version=$(sed -nE 's/^#define API_VERSION "(.*)"$/\1/p' api/base/engine.h)
 include=$destdir$prefix/include/pendulum
 rm -rf "$include"
 install -d "$include" "$destdir$libdir/pkgconfig"
@@ -14,7 +14,7 @@ install -m 644 "$build/libpendulum.a" "$destdir$libdir/libpendulum.a"
 for name in "$@"; do
     # the declarations stand between the last include and the end of the guard
     awk '
-        { sub(/^#include "core\//, "#include \""); line[NR] = $0 }
+        { sub(/^#include "core\/[a-z]+\//, "#include \""); line[NR] = $0 }
         /^#include/ || (/^#define/ && !begin) { begin = NR }
         /^#endif/ { end = NR }
         END {
@@ -23,8 +23,8 @@ for name in "$@"; do
                 print line[i]
                 if (i == begin) print "\n#ifdef __cplusplus\nextern \"C\" {\n#endif"
             }
-        }' "core/$name.h" > "$include/$name.h"
-    chmod 644 "$include/$name.h"
+        }' "core/$name.h" > "$include/${name##*/}.h"
+    chmod 644 "$include/${name##*/}.h"
 done
 cat > "$destdir$libdir/pkgconfig/pendulum.pc" <<END
 prefix=$prefix

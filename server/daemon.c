@@ -7,14 +7,14 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "server/clock.h"
-#include "server/events.h"
-#include "server/http.h"
-#include "server/listen.h"
-#include "server/parts.h"
+#include "server/base/clock.h"
+#include "server/jobs/events.h"
+#include "server/http/http.h"
+#include "server/base/listen.h"
+#include "server/service_setup.h"
 #include "server/reload.h"
-#include "server/runner.h"
-#include "server/workers.h"
+#include "server/jobs/part_runner.h"
+#include "server/work/workers.h"
 
 enum {
     DAEMON_FILES = 64 + 64, /* open files besides the connections and the sockets that linger */

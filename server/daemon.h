@@ -4,7 +4,7 @@
 #ifndef SRV_DAEMON_H
 #define SRV_DAEMON_H
 
-#include "server/config.h"
+#include "server/base/config.h"
 
 struct srv_daemon;
 

@@ -11,12 +11,12 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "api/engine.h"
-#include "server/clock.h"
-#include "server/config.h"
+#include "api/base/engine.h"
+#include "server/base/clock.h"
+#include "server/base/config.h"
 #include "server/daemon.h"
-#include "server/log.h"
-#include "server/notify.h"
+#include "server/base/log.h"
+#include "server/base/notify.h"
 
 extern char **environ;
 

@@ -6,9 +6,9 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "server/hosts.h"
+#include "server/base/hosts.h"
 
-/* what is looked up at every use; the limits of requests are as well (api/limits.h) */
+/* what is looked up at every use; the limits of requests are as well (api/base/limits.h) */
 static const char *const reload_names[] = {
     "compress-above",     "cors-origins",     "hosts",
     "trusted-proxy",      "client-header",    "max-queue",

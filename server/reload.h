@@ -5,7 +5,7 @@
 #ifndef SRV_RELOAD_H
 #define SRV_RELOAD_H
 
-#include "server/service.h"
+#include "server/work/service.h"
 
 /** True for an option that may change without a restart, by its name. */
 int srv_reload_may(const char *name);

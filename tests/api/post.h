@@ -4,8 +4,8 @@
 #ifndef TEST_POST_H
 #define TEST_POST_H
 
-#include "api/call.h"
-#include "api/json_in.h"
+#include "api/call/call.h"
+#include "api/json/json_in.h"
 
 /* What came back. */
 struct test_reply {

@@ -3,7 +3,7 @@
 #ifndef TEST_TABLE_H
 #define TEST_TABLE_H
 
-#include "api/encode.h"
+#include "api/encode/encode.h"
 
 enum { TEST_T, TEST_PHI, TEST_RE, TEST_IM, TEST_KINETIC, TEST_TOTAL, TEST_COLUMNS };
 

@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/call.h"
-#include "api/json_in.h"
-#include "api/scene.h"
+#include "api/call/call.h"
+#include "api/json/json_in.h"
+#include "api/call/scene.h"
 #ifndef FUZZER
 #include "tests/harness/test.h"
 #endif

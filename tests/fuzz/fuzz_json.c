@@ -10,7 +10,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include "api/json_in.h"
+#include "api/json/json_in.h"
 #ifndef FUZZER
 #include "tests/harness/test.h"
 #endif

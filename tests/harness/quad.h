@@ -4,7 +4,7 @@
 #ifndef QUAD_H
 #define QUAD_H
 
-#include "core/tree.h"
+#include "core/tree/tree.h"
 
 #if defined(__x86_64__) || defined(__i386__)
 typedef __float128 test_quad;

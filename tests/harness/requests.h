@@ -4,7 +4,7 @@
 #ifndef TEST_REQUESTS_H
 #define TEST_REQUESTS_H
 
-#include "api/op.h"
+#include "api/op/op.h"
 
 #define TEST_TREE                                                                                                      \
     "\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":1,\"mass\":1},{\"parent\":\"a\",\"length\":1,\"mass\":2}]}"

@@ -9,7 +9,7 @@
 #include <sys/resource.h>
 #include <time.h>
 
-#include "core/isa.h"
+#include "core/base/isa.h"
 
 static struct test_case *test_first, **test_last = &test_first;
 /* a server's own threads check too where a test wraps what they call */

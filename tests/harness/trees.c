@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/dynamics.h"
+#include "core/dynamics/dynamics.h"
 #include "tests/harness/test.h"
 
 const char *test_tree_kind_name(enum test_tree_kind kind) {

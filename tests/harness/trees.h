@@ -1,10 +1,10 @@
 /* Trees to test with: every small parent list, random big ones of several kinds, and random states.
- * Leaves to others: presets (core/shapes), exact answers (harness/quad).
+ * Leaves to others: presets (core/tree/presets), exact answers (harness/quad).
  * Invariant: the same seed gives the same tree on every machine. */
 #ifndef TREES_H
 #define TREES_H
 
-#include "core/tree.h"
+#include "core/tree/tree.h"
 
 enum test_tree_kind {
     TEST_TREE_ATTACHED,    /* each arm hangs on a random earlier one: depth about log n */

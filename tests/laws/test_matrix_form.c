@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/dynamics.h"
-#include "core/reference.h"
+#include "core/dynamics/dynamics.h"
+#include "core/dynamics/reference.h"
 #include "tests/harness/quad.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"

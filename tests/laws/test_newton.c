@@ -1,12 +1,12 @@
 /* Laws: Newton's second law holds at every tip, energy is conserved, and small motions about hanging are (lin).
  * Leaves to others: the matrix form (test_matrix_form), symmetries.
- * Invariant: accelerations and forces come from core/dynamics, tip motion from core/motion. */
+ * Invariant: accelerations and forces come from core/dynamics/dynamics, tip motion from core/dynamics/kinematics. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/motion.h"
-#include "core/reference.h"
+#include "core/dynamics/kinematics.h"
+#include "core/dynamics/reference.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
 

@@ -4,8 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "core/ensemble.h"
-#include "core/extended.h"
+#include "core/ensemble/ensemble.h"
+#include "core/extended/extended.h"
 #include "tests/harness/runs.h"
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"

@@ -2,12 +2,12 @@
 #include <math.h>
 #include <string.h>
 
-#include "core/ensemble.h"
-#include "core/lyapunov.h"
-#include "core/modes.h"
-#include "core/section.h"
-#include "core/trust.h"
-#include "core/turns.h"
+#include "core/ensemble/ensemble.h"
+#include "core/ensemble/lyapunov.h"
+#include "core/modes/modes.h"
+#include "core/integrate/section.h"
+#include "core/extended/trust.h"
+#include "core/tree/turns.h"
 #include "tests/harness/runs.h"
 #include "tests/harness/test.h"
 

@@ -165,7 +165,7 @@ def kubernetes():
     check("kubernetes.yaml: its names differ", len(named) == len(documents))
     deployments = [document for document in documents if document["kind"] == "Deployment"]
     secret = re.search(r"create secret generic (\w+) --from-literal=(\w+)=", (TOP / "docker/kubernetes.yaml").read_text())
-    router = (TOP / "server/router.c").read_text()
+    router = (TOP / "server/http/router.c").read_text()
     for document in deployments:
         name, pod = document["metadata"]["name"], document["spec"]["template"]["spec"]
         container, = pod["containers"]
@@ -200,7 +200,7 @@ def kubernetes():
             check(f"{name}: what is scaled", named[target["kind"], target["name"]]["spec"].get("replicas") is None, "both say how many")
             for metric in spec["metrics"]:
                 metric = metric["external"]["metric"]["name"]
-                check(f"{name}: the metric {metric}", f'"{metric}"' in (TOP / "server/metrics.h").read_text())
+                check(f"{name}: the metric {metric}", f'"{metric}"' in (TOP / "server/base/metrics.h").read_text())
 
 
 def unit():

@@ -1,7 +1,7 @@
 #!/bin/bash
 # Compares documents with code: options, limits, methods, routes. With --write it brings the options' table up to date.
 # usage: docs.sh BUILD [--write]     (build/release, for the help)
-# Leaves to others: whether replies obey api/openapi.yaml (replies.py).
+# Leaves to others: whether replies obey api/call/openapi.yaml (replies.py).
 # Invariant: every list has one home in the code; a document that tells another list fails.
 set -u
 cd "$(dirname "$0")/../.." || exit
@@ -43,7 +43,7 @@ def walk(node):
         yield from walk(child)
 
 
-readme, openapi = text("README.md"), yaml.safe_load(text("api/openapi.yaml"))
+readme, openapi = text("README.md"), yaml.safe_load(text("api/call/openapi.yaml"))
 
 # options: the help as a table, in docker/README.md
 page = text("docker/README.md")
@@ -58,25 +58,25 @@ if write:
 same("options in docker/README.md", table.splitlines(), old.splitlines())
 
 # routes: the router's table, the README, the paths of the OpenAPI document
-router = re.findall(r'\{"(GET|POST|PUT|DELETE)", "(/[^"]*)"', text("server/router.c"))
+router = re.findall(r'\{"(GET|POST|PUT|DELETE)", "(/[^"]*)"', text("server/http/router.c"))
 routes = {f"{method} {path}" for method, path in router}
 same("routes in README.md", routes, first_cells(readme, "| route | answers |"))
 verbs = ("get", "post", "put", "delete")
 paths = {f"{verb.upper()} {path}" for path, item in openapi["paths"].items() for verb in item if verb in verbs}
-same("routes in api/openapi.yaml", routes, paths)
+same("routes in api/call/openapi.yaml", routes, paths)
 
 # methods: the descriptors of the core
-source = "".join(text(f"core/{name}.c") for name in ("method_taylor", "method_ode23", "method_gsl", "method_symplectic", "method_linear"))
+source = "".join(text(f"core/integrate/{name}.c") for name in ("method_taylor", "method_ode23", "method_gsl", "method_symplectic", "method_linear"))
 methods = set(re.findall(r'\.name = "(\w+)"', source)) | set(re.findall(r"GSL_STEPPER\((\w+),", source.replace("GSL_STEPPER(name_", "")))
 same("methods in README.md", methods, first_cells(readme, "| method | what it is |"))
 enums = [node["enum"] for node in walk(openapi) if isinstance(node, dict) and "taylor" in (node.get("enum") or ())]
-same("methods in api/openapi.yaml", methods, set().union(*enums) if enums else ())
+same("methods in api/call/openapi.yaml", methods, set().union(*enums) if enums else ())
 
 # limits: name and default, in any sentence of the OpenAPI document
-limits = re.findall(r'X\(\w+, "(max-[\w-]+)", (\d+),', text("api/limits.h"))
+limits = re.findall(r'X\(\w+, "(max-[\w-]+)", (\d+),', text("api/base/limits.h"))
 sentences = " ".join(node for node in walk(openapi) if isinstance(node, str))
 told = [(name, value) for name, value in limits if re.search(rf"{name}\W[^.]*?\b{value}\b", sentences)]
-same("limits in api/openapi.yaml", limits, told)
+same("limits in api/call/openapi.yaml", limits, told)
 
 print(f"{counts[True]} passed, {counts[False]} failed")
 sys.exit(counts[False] > 0)

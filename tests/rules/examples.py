@@ -1,6 +1,6 @@
 """Posts every example of the OpenAPI document to a live server.
 
-    examples.py api/openapi.yaml http://127.0.0.1:PORT
+    examples.py api/call/openapi.yaml http://127.0.0.1:PORT
 
 Each request example must be answered with success and a valid body; where the operation's answer has an example of the same name
 it must be that answer: the same fields, the same texts and whole numbers, other numbers to 1e-5 of the largest in their

@@ -1,5 +1,5 @@
 #!/bin/bash
-# Starts the server on a free port and posts every example of api/openapi.yaml to it.
+# Starts the server on a free port and posts every example of api/call/openapi.yaml to it.
 # usage: examples.sh BUILD     (build/release, for the server)
 # Leaves to others: the comparison (examples.py); whether the examples obey their own schemas (openapi.sh).
 # Invariant: the server that it started ends with it.
@@ -21,4 +21,4 @@ if [ -z "$url" ]; then
     echo '0 passed, 1 failed'
     exit 1
 fi
-/usr/bin/python3 tests/rules/examples.py api/openapi.yaml "$url"
+/usr/bin/python3 tests/rules/examples.py api/call/openapi.yaml "$url"

@@ -2,7 +2,7 @@
 # What is there is not fetched: of what the page is made with, a directory that has it and the user's cache serve where npm
 # is not; a Debian package is asked for where it is neither installed nor provided by another.
 # usage: fetch.sh BUILD     (build/release, after whose build the page's packages are here)
-# Leaves to others: what is taken of them (server/assets_embed.py).
+# Leaves to others: what is taken of them (server/http/assets_embed.py).
 # Invariant: asks no network; writes into build/check alone.
 set -u
 cd "$(dirname "$0")/../.." || exit
@@ -17,7 +17,7 @@ check() { # what, then a command
 # a machine without npm; or with one that brings what is here, and notes that it was asked
 for tool in sh cut sha256sum cmp mkdir flock rm cat cp mv find sort xargs touch; do ln -s "$(command -v $tool)" $work/bin/$tool; done
 export XDG_CACHE_HOME=$PWD/$work/cache
-fetch() { PATH=$PWD/$work/bin server/assets_fetch.sh "$@" 2>$work/said; }
+fetch() { PATH=$PWD/$work/bin server/http/assets_fetch.sh "$@" 2>$work/said; }
 refuse() { ! fetch "$@"; }
 same() { for one in uplot katex qrcode-generator; do diff -r build/web/node_modules/$one "$1/node_modules/$one" >/dev/null || return; done; }
 asked() { [ "$(wc -l <$work/asked)" = "$1" ]; }

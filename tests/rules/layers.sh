@@ -1,5 +1,5 @@
 #!/bin/bash
-# Checks the rooms' rules: who may include whom, one door to each outside library, the order of files, no globals.
+# Checks the rooms' rules: who may include whom, one door to each outside library, the order of folders and files, no globals.
 # usage: layers.sh BUILD     (build/release, for the symbols)
 # Leaves to others: layout (layout.sh), documents (docs.sh).
 # Invariant: a new outside library or header needs a new row here first.
@@ -8,24 +8,24 @@ build=$1
 passed=0 failed=0
 
 # what each room's files may include of the project
-declare -A may=([core]='^core/' [api]='^(api|core)/' [server]='^(server|api)/|^core/status[.]h$')
+declare -A may=([core]='^core/' [api]='^(api|core)/' [server]='^(server|api)/|^core/base/status[.]h$')
 # system headers that core and api may use: none that knows threads, files, sockets or time
 pure='^(assert|complex|errno|float|limits|math|stdalign|stdarg|stdbool|stddef|stdint|stdio|stdlib|string|strings|tgmath|[ei]mmintrin|arm_neon)[.]h$|^(cassert|cmath|cstddef|cstdint|cstdio|cstdlib|cstring|limits|system_error)$'
 # an outside library's headers, and the files that are its door
 doors=(
-    '^gsl/|^gsl_ ^core/(method_gsl|modes_gsl|reference)[.]c$'
-    '^sys/mman[.]h$ ^core/modes_room[.]c$' # advice about huge pages
-    '^cjson/ ^api/json_in[.]c$'
-    '^libdeflate[.]h$ ^(api/encode_npz|server/coding_gzip)[.]c$'
-    '^nettle/ ^api/digest[.]c$'
-    '^png[.]h$ ^api/encode_png[.]c$'
-    '^dragonbox/ ^api/number_write[.]cpp$'
-    '^fast_float/ ^api/number_read[.]cpp$'
-    '^microhttpd[.]h$ ^server/(http[.]c|(connection|reply)[.][ch])$'
-    '^isa-l/ ^server/coding_gzip[.]c$'
-    '^zstd[.]h$ ^server/coding_zstd[.]c$'
-    '^sqlite3[.]h$ ^server/store_sqlite([.]c|_disk[.][ch])$'
-    '^libpq-fe[.]h$ ^server/store_postgres[.]c$'
+    '^gsl/|^gsl_ ^core/(integrate/method_gsl|modes/modes_gsl|dynamics/reference)[.]c$'
+    '^sys/mman[.]h$ ^core/modes/hugepage[.]c$' # advice about huge pages
+    '^cjson/ ^api/json/json_in[.]c$'
+    '^libdeflate[.]h$ ^(api/encode/encode_npz|server/protocol/coding_gzip)[.]c$'
+    '^nettle/ ^api/call/digest[.]c$'
+    '^png[.]h$ ^api/encode/encode_png[.]c$'
+    '^dragonbox/ ^api/number/number_write[.]cpp$'
+    '^fast_float/ ^api/number/number_read[.]cpp$'
+    '^microhttpd[.]h$ ^server/http/(http[.]c|(connection|response)[.][ch])$'
+    '^isa-l/ ^server/protocol/coding_gzip[.]c$'
+    '^zstd[.]h$ ^server/protocol/coding_zstd[.]c$'
+    '^sqlite3[.]h$ ^server/store/store_sqlite([.]c|_disk[.][ch])$'
+    '^libpq-fe[.]h$ ^server/store/store_postgres[.]c$'
     '^(pthread|threads)[.]h$ ^server/'
 )
 
@@ -64,25 +64,42 @@ own_header_first() {
     done
 }
 
-# the files that a room's README lists, in order, X for X.h and X.c, or X.h where the header has a place of its own: the first cell of a table's row, or the start of a list's item
+# what a README lists in order, the first cells of its table: folders end with a slash; X stands for X.h and X.c, or X.h
+# where the header has a place of its own
 listed() {
-    sed -nE 's/^(\||[-*]|[0-9]+\.) *(`[^|]*)/\2/p' "$1/README.md" 2>/dev/null |
-        sed -E 's/ (-|–|:|\|).*//; s/^((`[^`]+`[, and]*)+).*/\1/' | grep -oE '`[^`]+`' | tr -d '`' |
-        sed -E 's|.*/||; s/\.(c|cpp)$//' | awk '!seen[$0]++'
+    awk '/^\| (file|folder) \|/ { inside = 1 } !/^\|/ { inside = 0 } inside' "$1/README.md" 2>/dev/null |
+        sed -nE 's/^\| *(`[^|]*)\|.*/\1/p' | grep -oE '`[^`]+`' | tr -d '`' | awk '!seen[$0]++'
 }
 
+# a room's README lists its folders and the files at its top, and the README of a folder the files of that: in the order
+# in which they may include each other
 file_order() {
     local -A place=()
-    local number=0 stem other
-    for stem in $(listed "$1"); do place[$stem]=$((++number)); done
-    [ $number -gt 0 ] || { echo "$1/README.md lists no files"; return; }
-    for file in $(files "$1"); do
-        stem=$(basename "$file")
+    local room=$1 number=0 stem other file folder
+    for stem in $(listed "$room"); do
+        if [[ $stem = */ ]]; then
+            folder=$room/${stem%/}
+            [ -d "$folder" ] || { echo "$room/README.md lists a folder that is not there: $stem"; continue; }
+            place[$folder/]=1
+            [ -f "$folder/README.md" ] || { echo "$folder has no README.md"; continue; }
+            for other in $(listed "$folder"); do place[$folder/$other]=$((++number)); done
+        else
+            place[$room/$stem]=$((++number))
+        fi
+    done
+    [ $number -gt 0 ] || { echo "$room/README.md lists no files"; return; }
+    for stem in "${!place[@]}"; do
+        [[ $stem = */ ]] || compgen -G "$stem.*" > /dev/null || [ -f "$stem" ] || echo "a README lists $stem, which is not there"
+    done
+    for file in $(files "$room"); do
+        folder=$(dirname "$file")
+        [ "$folder" = "$room" ] || [ -n "${place[$folder/]-}" ] || { echo "$room/README.md does not list $folder/"; continue; }
+        stem=$file
         [[ $stem = *.h && -n "${place[$stem]-}" ]] || stem=${stem%.*}
-        [ -n "${place[$stem]-}" ] || { echo "$1/README.md does not list $stem"; continue; }
-        for other in $(awk -v file="$file" '$1 == file && $3 == "\"" { print $2 }' <<<"$includes" | sed -nE "s|^$1/(.*)\.h$|\1|p"); do
-            [ -z "${place[$other.h]-}" ] || other=$other.h
-            [ -z "${place[$other]-}" ] || [ "${place[$other]}" -le "${place[$stem]}" ] || echo "$file includes ${other%.h}.h, which $1/README.md lists below it"
+        [ -n "${place[$stem]-}" ] || { echo "$folder/README.md does not list $(basename "$stem")"; continue; }
+        for other in $(awk -v file="$file" '$1 == file && $3 == "\"" { print $2 }' <<<"$includes" | grep "^$room/"); do
+            [ -n "${place[$other]-}" ] || other=${other%.h}
+            [ -z "${place[$other]-}" ] || [ "${place[$other]}" -le "${place[$stem]}" ] || echo "$file includes $other, which is listed below it"
         done
     done | sort -u
 }
@@ -101,12 +118,12 @@ effects() {
 
 prefixes() { # room, symbol pattern
     # C++ names (_Z) have namespaces: those of the room and of its outside libraries
-    nm -g --defined-only "$build/$1"/*.o | awk 'NF == 3 { print $3 }' | sort -u | grep -vE "$2|^_Z" | sed "s|^|$1 defines |"
+    find "$build/$1" -name '*.o' -print0 | xargs -0 nm -g --defined-only | awk 'NF == 3 { print $3 }' | sort -u | grep -vE "$2|^_Z" | sed "s|^|$1 defines |"
 }
 
 for room in core api server; do
     verdict "$room includes only what it may" "$(room_includes $room)"
-    verdict "$room's files include only files above them in its README" "$(file_order $room)"
+    verdict "$room's folders and files include only those above them in its READMEs" "$(file_order $room)"
 done
 for row in "${doors[@]}"; do
     read -r header file <<<"$row"

@@ -1,5 +1,5 @@
 #!/bin/bash
-# Lints api/openapi.yaml with spectral (package.json), where npm is here and can fetch it.
+# Lints api/call/openapi.yaml with spectral (package.json), where npm is here and can fetch it.
 # Leaves to others: whether the document tells the truth (docs.sh, replies.sh).
 # Invariant: spectral and its cache live in build/; errors and warnings fail.
 set -u
@@ -14,7 +14,7 @@ if ! cmp -s tests/rules/package-lock.json $home/package-lock.json || [ ! -x $hom
         >/dev/null 2>&1 || skip 'npm cannot fetch spectral'
     rm -rf $home && mv $home.new $home
 fi
-if $home/node_modules/.bin/spectral lint --fail-severity=warn --ruleset tests/rules/.spectral.yaml api/openapi.yaml; then
+if $home/node_modules/.bin/spectral lint --fail-severity=warn --ruleset tests/rules/.spectral.yaml api/call/openapi.yaml; then
     echo '1 passed, 0 failed'
 else
     echo '0 passed, 1 failed'

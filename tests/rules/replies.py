@@ -1,6 +1,6 @@
 """Holds replies against the OpenAPI document.
 
-    replies.py [--complete] api/openapi.yaml FILE...
+    replies.py [--complete] api/call/openapi.yaml FILE...
 
 Each line of a FILE is a reply that some test saw: {"method", "path", "status", "content_type", "body"}, the body as text
 (or null where there was none). A reply passes when the document has its path, method, status and media type, and its body

@@ -8,9 +8,9 @@ cd "$(dirname "$0")/../.." || exit
 root=$(mktemp -d "$PWD/build/same.XXXXXX") || exit
 trap 'rm -rf "$root"' EXIT
 passed=0 failed=0
-objects=({core/tree,core/kernel_turn.base,api/number_write,api/engine,api/openapi_json,server/main}.o libpendulum.a)
+objects=({core/tree/tree,core/simd/kernel_sincos.base,api/number/number_write,api/base/engine,api/call/openapi_json,server/main}.o libpendulum.a)
 # what the archive has of the core; all of it would take a minute
-few='CORE=$(B)/core/tree.o $(B)/core/kernel_turn.base.o'
+few='CORE=$(B)/core/tree/tree.o $(B)/core/simd/kernel_sincos.base.o'
 
 # directory, settings of its environment
 built() {

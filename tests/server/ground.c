@@ -5,7 +5,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "server/store_rows.h"
+#include "server/store/store_rows.h"
 
 const struct srv_store_rules ground_rules = {.client_jobs = 1000,
                                              .client_bytes = 1 << 28,

@@ -4,7 +4,7 @@
 #ifndef TEST_GROUND_H
 #define TEST_GROUND_H
 
-#include "server/store.h"
+#include "server/store/store.h"
 #include "tests/harness/postgres.h"
 #include "tests/harness/server.h"
 #include "tests/harness/test.h"

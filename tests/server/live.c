@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/parts.h"
+#include "server/service_setup.h"
 #include "tests/harness/test.h"
 
 struct srv_config live_config(const char *const options[]) {

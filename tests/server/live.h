@@ -5,7 +5,7 @@
 #define TEST_LIVE_H
 
 #include "server/daemon.h"
-#include "server/exchange.h"
+#include "server/work/exchange.h"
 #include "tests/harness/server.h"
 
 /* Bodies: one that is computed for many seconds; */

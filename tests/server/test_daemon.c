@@ -1,4 +1,4 @@
-/* Tests of server/daemon and server/http: the parts together, with real sockets. */
+/* Tests of server/daemon and server/http/http: the parts together, with real sockets. */
 #include "server/daemon.h"
 
 #include <netinet/in.h>
@@ -11,8 +11,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "server/http.h"
-#include "server/watch.h"
+#include "server/http/http.h"
+#include "server/http/watch.h"
 #include "tests/harness/test.h"
 #include "tests/server/live.h"
 

@@ -1,6 +1,6 @@
 // The page from its sources, without a build: serves server/web as the daemon would (same URLs, same policy) and passes
 // all else on to a daemon.  `node tests/web/serve.mjs [port] [daemon's URL]`; without a URL it starts one.
-// Leaves to others: the daemon's own serving of the page, which server/assets does.
+// Leaves to others: the daemon's own serving of the page, which server/http/assets does.
 // Invariant: listens on loopback only.
 
 import { createServer, request } from "node:http";

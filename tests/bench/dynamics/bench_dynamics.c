@@ -10,8 +10,8 @@
 #include <string.h>
 #include <time.h>
 
-#include "core/dynamics.h"
-#include "core/dynamics_careful.h"
+#include "core/dynamics/dynamics.h"
+#include "core/dynamics/dynamics_careful.h"
 #include "tests/harness/quad.h"
 
 #if __has_include(<mujoco/mujoco.h>)

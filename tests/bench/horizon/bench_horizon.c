@@ -1,5 +1,5 @@
 /* Horizons that are told beside the truth: 200 random motions, 500 members of ensembles, 50 sections, 2 to 6 arms.
- * Leaves to others: quick checks of the same (tests/core/test_horizon, test_ensemble_horizon, test_section).
+ * Leaves to others: quick checks of the same (tests/core/integrate/test_horizon, test_ensemble_horizon, test_section).
  * Invariant: truth is the same motion in 32 digits, and is taken for it only up to its own horizon; what holds up to
  * there or to its end is counted apart. Cost is the least of several times, with and without, taken in turn. */
 #include <math.h>
@@ -8,9 +8,9 @@
 #include <string.h>
 #include <time.h>
 
-#include "core/ensemble.h"
-#include "core/run.h"
-#include "core/section.h"
+#include "core/ensemble/ensemble.h"
+#include "core/integrate/run.h"
+#include "core/integrate/section.h"
 
 enum { ARMS_MAX = 6, MOTIONS = 200, TREES = 5, MEMBERS = 100, SECTIONS = 50, TURNS = 5, RATIOS = 600 };
 

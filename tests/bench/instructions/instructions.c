@@ -6,9 +6,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "core/dynamics.h"
-#include "core/method.h"
-#include "core/tree.h"
+#include "core/dynamics/dynamics.h"
+#include "core/integrate/method.h"
+#include "core/tree/tree.h"
 
 #define GRAVITY 9.81
 

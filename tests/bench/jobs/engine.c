@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "core/ensemble.h"
+#include "core/ensemble/ensemble.h"
 
 struct map {
     long side;

@@ -1,5 +1,5 @@
 /* Modes against LAPACK (OpenBLAS, one thread), ARPACK and GSL in one run, interleaved, the smallest of several times.
- * Leaves to others: correctness (tests/core/test_modes*.c).
+ * Leaves to others: correctness (tests/core/modes/test_modes*.c).
  * Invariant: the same trees every time; a peer that is not installed is skipped aloud. */
 #include <dlfcn.h>
 #include <malloc.h>
@@ -10,8 +10,8 @@
 #include <sys/resource.h>
 #include <time.h>
 
-#include "core/modes.h"
-#include "core/modes_gsl.h"
+#include "core/modes/modes.h"
+#include "core/modes/modes_gsl.h"
 
 #define GRAVITY 9.81
 

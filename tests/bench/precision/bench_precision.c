@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/run.h"
+#include "core/integrate/run.h"
 
 enum {
     ARMS_MAX = 200,

@@ -8,9 +8,9 @@
 #include <string.h>
 #include <time.h>
 
-#include "core/ensemble.h"
-#include "core/method.h"
-#include "core/run.h"
+#include "core/ensemble/ensemble.h"
+#include "core/integrate/method.h"
+#include "core/integrate/run.h"
 #include "tests/bench/trajectories/peers.h"
 
 extern const struct pend_method pend_method_taylor_extended;

@@ -8,7 +8,7 @@
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_odeiv2.h>
 
-#include "core/dynamics.h"
+#include "core/dynamics/dynamics.h"
 
 #if __has_include(<cvode/cvode.h>) && __has_include(<arkode/arkode_erkstep.h>)
 #include <arkode/arkode_erkstep.h>

@@ -4,7 +4,7 @@
 #ifndef BENCH_PROBLEM_H
 #define BENCH_PROBLEM_H
 
-#include "core/tree.h"
+#include "core/tree/tree.h"
 
 enum { PROBLEM_ARMS_MAX = 256 };
 

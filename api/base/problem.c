@@ -1,0 +1,146 @@
+#include "api/base/problem.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/base/text.h"
+
+/* reason phrases of RFC 9110 and RFC 6585 */
+static const struct {
+    int status;
+    const char *title;
+} problem_titles[] = {
+    {400, "Bad Request"},
+    {401, "Unauthorized"},
+    {403, "Forbidden"},
+    {404, "Not Found"},
+    {405, "Method Not Allowed"},
+    {406, "Not Acceptable"},
+    {408, "Request Timeout"},
+    {409, "Conflict"},
+    {410, "Gone"},
+    {411, "Length Required"},
+    {412, "Precondition Failed"},
+    {413, "Content Too Large"},
+    {414, "URI Too Long"},
+    {415, "Unsupported Media Type"},
+    {416, "Range Not Satisfiable"},
+    {417, "Expectation Failed"},
+    {421, "Misdirected Request"},
+    {422, "Unprocessable Content"},
+    {429, "Too Many Requests"},
+    {431, "Request Header Fields Too Large"},
+    {500, "Internal Server Error"},
+    {501, "Not Implemented"},
+    {503, "Service Unavailable"},
+    {504, "Gateway Timeout"},
+    {505, "HTTP Version Not Supported"},
+};
+
+static const char *problem_title(int status) {
+    for (size_t i = 0; i < sizeof problem_titles / sizeof *problem_titles; i++)
+        if (problem_titles[i].status == status) return problem_titles[i].title;
+    return status < 500 ? "Client Error" : "Server Error";
+}
+
+/* prints, cutting a text that is too long where a character ends */
+__attribute__((format(printf, 3, 0))) static void problem_print(char *out, size_t cap, const char *format,
+                                                                va_list arguments) {
+    int bytes = vsnprintf(out, cap, format, arguments);
+    if (bytes < 0) out[0] = 0;
+    if (bytes < 0 || (size_t)bytes < cap) return;
+    memcpy(out + api_text_cut(out, cap - 1, cap - 4), "...", 4);
+}
+
+void api_problem_init(struct api_problem *problem) { *problem = (struct api_problem){0}; }
+
+void api_problem_clear(struct api_problem *problem) {
+    free(problem->faults);
+    api_problem_init(problem);
+}
+
+static void problem_state(struct api_problem *problem, int status) {
+    problem->status = status;
+    snprintf(problem->title, sizeof problem->title, "%s", problem_title(status));
+}
+
+void api_problem_set(struct api_problem *problem, int status, const char *format, ...) {
+    if (problem->status) return;
+    problem_state(problem, status);
+    va_list arguments;
+    va_start(arguments, format);
+    problem_print(problem->detail, sizeof problem->detail, format, arguments);
+    va_end(arguments);
+}
+
+int api_problem_full(struct api_problem *problem) {
+    int full = problem->count == API_PROBLEM_FAULTS;
+    problem->beyond += full;
+    return full;
+}
+
+/* room for one more fault, or NULL */
+static struct api_fault *problem_slot(struct api_problem *problem) {
+    if (!problem->faults) problem->faults = malloc(API_PROBLEM_FAULTS * sizeof *problem->faults);
+    if (!problem->faults || problem->count == API_PROBLEM_FAULTS) return NULL;
+    return &problem->faults[problem->count];
+}
+
+void api_problem_fault(struct api_problem *problem, const char *pointer, const char *format, ...) {
+    if (!problem->status) problem_state(problem, 422);
+    struct api_fault *fault = problem_slot(problem);
+    if (!fault) {
+        problem->beyond++;
+        return;
+    }
+    problem->count++;
+    snprintf(fault->pointer, sizeof fault->pointer, "%s", pointer);
+    va_list arguments;
+    va_start(arguments, format);
+    problem_print(fault->detail, sizeof fault->detail, format, arguments);
+    va_end(arguments);
+}
+
+/* the detail that was stated, or a count of the faults */
+static enum pend_status problem_write_detail(const struct api_problem *problem, struct api_buffer *out) {
+    if (problem->detail[0]) return api_text_quote(out, problem->detail, strlen(problem->detail));
+    long faults = problem->count + problem->beyond;
+    if (faults == 1 && problem->count == 1) return api_buffer_text(out, "\"1 fault in the request: see errors\"");
+    if (faults) return api_buffer_format(out, "\"%ld faults in the request: see errors\"", faults);
+    return api_text_quote(out, problem->title, strlen(problem->title));
+}
+
+static enum pend_status problem_write_fault(const struct api_fault *fault, struct api_buffer *out) {
+    PEND_TRY(api_buffer_text(out, "{\"pointer\":"));
+    PEND_TRY(api_text_quote(out, fault->pointer, strlen(fault->pointer)));
+    PEND_TRY(api_buffer_text(out, ",\"detail\":"));
+    PEND_TRY(api_text_quote(out, fault->detail, strlen(fault->detail)));
+    return api_buffer_text(out, "}");
+}
+
+static enum pend_status problem_write_faults(const struct api_problem *problem, struct api_buffer *out) {
+    for (int i = 0; i < problem->count; i++) {
+        PEND_TRY(api_buffer_text(out, i ? "," : ",\"errors\":["));
+        PEND_TRY(problem_write_fault(&problem->faults[i], out));
+    }
+    if (problem->count) PEND_TRY(api_buffer_text(out, "]"));
+    return problem->beyond ? api_buffer_format(out, ",\"errors_omitted\":%ld", problem->beyond) : PEND_OK;
+}
+
+static enum pend_status problem_write_all(const struct api_problem *problem, struct api_buffer *out) {
+    PEND_TRY(api_buffer_text(out, "{\"type\":\"about:blank\",\"title\":"));
+    PEND_TRY(api_text_quote(out, problem->title, strlen(problem->title)));
+    PEND_TRY(api_buffer_format(out, ",\"status\":%d,\"detail\":", problem->status));
+    PEND_TRY(problem_write_detail(problem, out));
+    PEND_TRY(problem_write_faults(problem, out));
+    return api_buffer_text(out, "}");
+}
+
+enum pend_status api_problem_write(const struct api_problem *problem, struct api_buffer *out) {
+    size_t before = out->bytes;
+    enum pend_status status = problem_write_all(problem, out);
+    if (status != PEND_OK) out->bytes = before;
+    return status;
+}

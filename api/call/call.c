@@ -1,0 +1,394 @@
+#include "api/call/call.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/encode/encode.h"
+#include "api/encode/negotiate.h"
+#include "api/call/results.h"
+
+/* s that a row of kept results takes to be read and written, about */
+static const double fetch_row_seconds = 5e-7;
+
+/* what a call takes besides its operation; what it takes that reads a job's results: a chunk, a record, its rows */
+static const double call_bytes = 4096, results_bytes = 1 << 20;
+
+enum stage { STAGE_NEW, STAGE_READY, STAGE_RUNNING, STAGE_DONE, STAGE_BROKEN };
+
+struct api_call {
+    const struct api_limits *limits;
+    double (*now)(void *context);
+    void *context;
+    int (*hurry)(void *company);
+    void *company;
+    enum stage stage;
+    const struct api_op *op;
+    const struct api_format *format;
+    void *state;                 /* the operation's */
+    struct api_source source;    /* where the answer lies already; all NULL where it is computed */
+    struct api_results *results; /* once it is taken from there */
+    int fetched;                 /* all of it was */
+    int waits;                   /* the source has nothing yet */
+    int ranged;                  /* not all of it is wanted, but `range` */
+    struct api_range range;
+    long long known;         /* bytes of the whole, told by who wrote it before; 0 or less = nobody did */
+    long long position;      /* bytes of the answer that were passed over or handed out */
+    struct api_buffer whole; /* what was written of the whole, on its way to the range */
+    struct api_problem problem;
+    double seconds; /* of the turns so far */
+    long steps;
+    size_t before;  /* bytes of the caller's buffer before the answer began */
+    int promised;   /* the answer's head is out of our hands */
+    double cost;    /* s, as estimated */
+    double look_at; /* s of turns after which it is looked whether it can end within its limits */
+    int looks;      /* that there were */
+    double letters; /* bytes of the request: more than its names and lists take as they are kept */
+    struct api_answer answer;
+    char digest[API_DIGEST_BYTES];
+    char columns[API_COLUMNS_TEXT];
+    struct api_told told;
+    char file_name[40];
+};
+
+enum pend_status api_call_new(struct api_call **call, const struct api_limits *limits) {
+    *call = calloc(1, sizeof **call);
+    if (!*call) return PEND_NO_MEMORY;
+    (*call)->limits = limits;
+    api_problem_init(&(*call)->problem);
+    api_buffer_init(&(*call)->whole, (size_t)limits->answer_bytes);
+    return PEND_OK;
+}
+
+/* keeps what there is to tell of a computation that is complete */
+static void call_keep_told(struct api_call *call) {
+    if (!call->answer.tells) return;
+    api_told_fields(&call->told, call->source.fetch ? api_results_stats(call->results) : call->op->told(call->state));
+    call->answer.told = &call->told;
+}
+
+/* lets go of what the operation holds; its steps are kept for the log */
+static void call_end_op(struct api_call *call) {
+    api_results_free(&call->results);
+    if (!call->state) return;
+    if (call->op->steps) call->steps = call->op->steps(call->state);
+    call->op->free(&call->state);
+}
+
+void api_call_free(struct api_call **call) {
+    if (!*call) return;
+    call_end_op(*call);
+    api_problem_clear(&(*call)->problem);
+    api_buffer_clear(&(*call)->whole);
+    free(*call);
+    *call = NULL;
+}
+
+void api_call_clock(struct api_call *call, double (*now)(void *context), void *context) {
+    call->now = now;
+    call->context = context;
+}
+
+void api_call_hurry(struct api_call *call, int (*hurry)(void *company), void *company) {
+    call->hurry = hurry;
+    call->company = company;
+}
+
+/* ends the call after its answer was promised: only some representations can still say why */
+static enum api_progress call_break(struct api_call *call, struct api_buffer *out) {
+    size_t before = out->bytes;
+    call_end_op(call);
+    call->stage = STAGE_BROKEN;
+    if (!call->format->problem_line) return API_BROKEN;
+    enum pend_status status = api_buffer_text(out, "{\"problem\":");
+    if (status == PEND_OK) status = api_problem_write(&call->problem, out);
+    if (status == PEND_OK) status = api_buffer_text(out, "}\n");
+    if (status != PEND_OK) out->bytes = before;
+    return API_BROKEN;
+}
+
+/* ends the call with its problem in place of what was written. Where there is no room for that a shorter one is tried,
+ * and then nothing: the status says enough. */
+static enum api_progress call_refuse(struct api_call *call, struct api_buffer *out) {
+    if (call->promised) return call_break(call, out);
+    call_end_op(call);
+    out->bytes = call->before;
+    if (api_problem_write(&call->problem, out) != PEND_OK) {
+        int status = call->problem.status;
+        api_problem_clear(&call->problem);
+        api_problem_set(&call->problem, status, "there was no memory to say more");
+        if (api_problem_write(&call->problem, out) != PEND_OK) out->bytes = call->before;
+    }
+    call->answer =
+        (struct api_answer){.status = call->problem.status, .media_type = "application/problem+json", .length = -1};
+    call->cost = 0;
+    call->stage = STAGE_DONE;
+    return API_DONE;
+}
+
+/* makes a problem of a failure, unless one was stated where it happened; memory that ran out comes before faults that
+ * could not be told in full */
+static enum api_progress call_fail(struct api_call *call, enum pend_status status, const struct pend_error *error,
+                                   struct api_buffer *out) {
+    const char *text = error && error->text[0] ? error->text : pend_status_text(status);
+    if (status == PEND_NO_MEMORY) api_problem_clear(&call->problem);
+    if (status == PEND_LIMIT)
+        api_problem_set(&call->problem, 422,
+                        "the answer grew beyond the limit max-answer-bytes of %.0f: ask for fewer numbers",
+                        call->limits->answer_bytes);
+    api_problem_set(&call->problem, pend_status_http(status), "%s", text);
+    return call_refuse(call, out);
+}
+
+/* what can be said of a request before its body is looked at; a problem where it is refused */
+static void call_check_envelope(struct api_call *call, const struct api_request *request) {
+    call->format = api_negotiate_format(request->accept, call->op->samples);
+    api_request_check(request, call->limits, &call->problem);
+    if (!call->format) api_negotiate_refuse(&call->problem, call->op->samples);
+}
+
+/* the head of the answer, from what was read of the request */
+static void call_foresee(struct api_call *call) {
+    const struct api_op *op = call->op;
+    const struct api_format *format = call->format;
+    const struct api_table *table = op->table ? op->table(call->state) : NULL;
+    call->answer =
+        (struct api_answer){.status = 200, .media_type = format->content_type, .etag = call->digest, .length = -1};
+    call->answer.tells = op->told != NULL;
+    if (op->cost) call->cost = op->cost(call->state);
+    if (!table) return;
+    if (format->exact && !op->rows_later) call->answer.length = (long long)format->bytes(table);
+    if (format->bare) {
+        api_table_columns(table, call->columns);
+        call->answer.columns = call->columns;
+    }
+    if (!format->extension) return;
+    snprintf(call->file_name, sizeof call->file_name, "%s.%s", op->name, format->extension);
+    call->answer.file_name = call->file_name;
+}
+
+enum api_progress api_call_open(struct api_call *call, const struct api_request *request, struct api_buffer *out) {
+    call->op = api_op_at(request->op);
+    call->letters = (double)request->body_bytes;
+    call->before = out->bytes;
+    call_check_envelope(call, request);
+    if (call->problem.status) return call_refuse(call, out);
+    enum pend_status status =
+        api_request_read(request, call->format, call->limits, &call->problem, &call->state, call->digest, NULL);
+    if (status != PEND_OK) return call_fail(call, status, NULL, out);
+    call_foresee(call);
+    call->stage = STAGE_READY;
+    return API_MORE;
+}
+
+enum api_progress api_call_results(struct api_call *call, const struct api_request *request,
+                                   const struct api_source *source, struct api_buffer *out) {
+    size_t before = out->bytes;
+    enum api_progress progress = api_call_open(call, request, out);
+    /* the request was read before, when the job was taken: faults of it are not this client's */
+    if (progress == API_DONE && call->answer.status == 400) {
+        out->bytes = before;
+        api_problem_clear(&call->problem);
+        api_problem_init(&call->problem);
+        api_problem_set(&call->problem, 500, "the job's request is damaged where it is kept: submit the job again");
+        return call_refuse(call, out);
+    }
+    if (progress != API_MORE) return progress;
+    call->source = *source;
+    call->cost = api_op_at(request->op)->table(call->state)->rows * fetch_row_seconds;
+    return API_MORE;
+}
+
+/* --- ranges --- */
+
+/* the length of the whole is known: which bytes are wanted; 0 where there are none of them */
+static int call_settle_range(struct api_call *call, long long total) {
+    struct api_range *range = &call->range;
+    call->answer.total = total;
+    int tail = range->first < 0;
+    if (tail) range->first = range->last < total ? total - range->last : 0;
+    if (tail || range->last < 0 || range->last >= total) range->last = total - 1;
+    call->answer.status = 206;
+    call->answer.first = range->first;
+    call->answer.length = range->last - range->first + 1;
+    return range->first <= range->last;
+}
+
+static enum api_progress call_refuse_range(struct api_call *call, struct api_buffer *out) {
+    long long total = call->answer.total;
+    api_problem_set(&call->problem, 416, "the answer has %lld bytes, none of which are in the range", total);
+    enum api_progress progress = call_refuse(call, out);
+    call->answer.total = total;
+    return progress;
+}
+
+void api_call_length(struct api_call *call, long long bytes) { call->known = bytes; }
+
+enum api_progress api_call_range(struct api_call *call, struct api_range range, struct api_buffer *out) {
+    assert(call->stage == STAGE_READY && call->source.fetch);
+    call->ranged = 1;
+    call->range = range;
+    call->answer.total = -1;
+    long long length = call->answer.length < 0 ? call->known : call->answer.length;
+    if (length < 0 || (!length && call->answer.length < 0) || call_settle_range(call, length)) return API_MORE;
+    return call_refuse_range(call, out);
+}
+
+/* the next piece of an answer that lies in parts */
+static enum pend_status call_fetch(struct api_call *call, struct api_buffer *out, int *done, struct pend_error *error) {
+    enum { FETCH_BYTES = 1 << 18 };
+    size_t bytes = 0;
+    if (!call->results)
+        PEND_TRY(api_results_new(&call->results, call->format, call->op->table(call->state), call->op->json != NULL,
+                                 call->op->rows_later, out));
+    if (call->fetched) return api_results_end(call->results, out, done);
+    char *data = malloc(FETCH_BYTES);
+    enum pend_status status = data ? PEND_OK : PEND_NO_MEMORY;
+    if (data) status = call->source.fetch(call->source.context, data, FETCH_BYTES, &bytes, error);
+    if (status == PEND_OK) status = api_results_feed(call->results, data, bytes, out);
+    free(data);
+    call->fetched = !bytes;
+    return status;
+}
+
+/* the same, where not all of it is wanted. The first time through only counts, where the length is not known */
+static enum pend_status call_fetch_range(struct api_call *call, struct api_buffer *out, int *done,
+                                         struct pend_error *error) {
+    struct api_buffer *whole = &call->whole;
+    whole->bytes = 0;
+    PEND_TRY(call_fetch(call, whole, done, error));
+    long long begin = call->position, end = call->position += (long long)whole->bytes;
+    if (call->answer.total >= 0) {
+        long long from = begin > call->range.first ? begin : call->range.first;
+        long long to = end <= call->range.last ? end : call->range.last + 1;
+        if (*done && end != call->answer.total) return PEND_BUG;
+        *done |= end > call->range.last;
+        return from < to ? api_buffer_add(out, whole->data + (from - begin), (size_t)(to - from)) : PEND_OK;
+    }
+    if (!*done) return PEND_OK;
+    *done = 0;
+    call->position = call->fetched = 0;
+    api_results_free(&call->results);
+    call->source.again(call->source.context);
+    return call_settle_range(call, end) ? PEND_OK : PEND_INVALID;
+}
+
+/* computes on until the turn is over */
+static enum pend_status call_turn(struct api_call *call, const struct api_turn *turn, int *done,
+                                  struct pend_error *error) {
+    const struct api_source *source = &call->source;
+    if (!source->fetch) return call->op->run(call->state, turn, done, error);
+    do {
+        call->waits = !call->fetched && source->ready && !source->ready(source->context);
+        if (call->waits) return PEND_OK;
+        PEND_TRY((call->ranged ? call_fetch_range : call_fetch)(call, turn->out, done, error));
+    } while (!*done && !api_turn_over(turn));
+    return PEND_OK;
+}
+
+/* Looks whether a computation can come to its end within its limits, from what it has taken for the part that is done:
+ * first after some hundredths of a second, then each time it has taken four times as long. A motion may need more steps
+ * in its first part than later, so the first looks forgive more. Returns 0, with the problem stated, where it cannot.
+ */
+static int call_hopeful(struct api_call *call) {
+    enum { LEAST_STEPS = 500 };
+    static const double forgiven[] = {12, 8, 6, 5}, first_look = 0.01, next_look = 4;
+    const struct api_limits *limits = call->limits;
+    double part = -1, work = -1, steps = (double)api_call_steps(call);
+    if (call->source.fetch || call->promised || !call->op->progress || steps < LEAST_STEPS) return 1;
+    if (call->seconds < call->look_at) return 1;
+    double times = forgiven[call->looks < 3 ? call->looks : 3];
+    call->looks++;
+    call->look_at = fmax(first_look, next_look * call->seconds);
+    call->op->progress(call->state, &part, &work);
+    static const char way_out[] = "ask for a shorter time or a looser tolerance";
+    const char *job = limits->of_jobs ? "" : "; a job, by Prefer: respond-async, may take longer";
+    if (part > 0 && steps / part > times * limits->steps)
+        api_problem_set(&call->problem, 422,
+                        "this would take about %.2g integration steps, more than the limit %s of %.0f: %s%s",
+                        steps / part, api_limits_name(limits, &limits->steps), limits->steps, way_out, job);
+    else if (work > 0 && call->seconds / work > times * limits->compute_seconds)
+        api_problem_set(&call->problem, 422,
+                        "this would compute for about %.2g s, longer than the limit %s of %.15g s: %s%s",
+                        call->seconds / work, api_limits_name(limits, &limits->compute_seconds),
+                        limits->compute_seconds, way_out, job);
+    return !call->problem.status;
+}
+
+enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
+    struct api_turn turn = {.out = out,
+                            .now = call->now,
+                            .context = call->context,
+                            .hurry = call->hurry,
+                            .company = call->company,
+                            .earlier = call->seconds,
+                            .before = out->bytes};
+    struct pend_error error = {.text = ""};
+    int done = 0;
+    if (call->stage == STAGE_DONE) return API_DONE;
+    if (call->stage == STAGE_BROKEN) return API_BROKEN;
+    if (call->stage == STAGE_READY) call->before = out->bytes;
+    call->stage = STAGE_RUNNING;
+    if (turn.now) turn.begun = turn.now(turn.context);
+    enum pend_status status = call_turn(call, &turn, &done, &error);
+    if (turn.now) call->seconds = api_turn_seconds(&turn);
+    if (status == PEND_INVALID && call->answer.status == 206 && call->answer.length <= 0)
+        return call_refuse_range(call, out);
+    if (status != PEND_OK) return call_fail(call, status, &error, out);
+    if (!done && call->waits) return API_WAITS;
+    if (!done) return call_hopeful(call) ? API_MORE : call_refuse(call, out);
+    call_keep_told(call);
+    call_end_op(call);
+    call->stage = STAGE_DONE;
+    return API_DONE;
+}
+
+int api_call_streams(const struct api_call *call) {
+    int open = call->stage == STAGE_READY || call->stage == STAGE_RUNNING;
+    if (open && call->format->bare && call->op->told_first && call->op->told_first(call->state)) return 0;
+    return open && call->op->samples;
+}
+
+void api_call_promise(struct api_call *call) {
+    assert(api_call_streams(call));
+    call->promised = 1;
+}
+
+const char *api_call_etag(const struct api_call *call) { return call->answer.etag; }
+
+double api_call_cost(const struct api_call *call) { return call->cost; }
+
+int api_call_foresees(const struct api_call *call) { return call->op->progress && !call->source.fetch; }
+
+double api_call_answer_bytes(const struct api_call *call) {
+    if (!call->state || !call->op->table) return API_OP_SMALL_BYTES;
+    return call->format->bytes(call->op->table(call->state));
+}
+
+double api_call_bytes(const struct api_call *call) {
+    if (!call->state) return 0;
+    double all = call_bytes + call->letters + (double)call->whole.cap;
+    /* what is taken from a job's parts is read, and not computed: the operation holds what the request said */
+    if (call->source.fetch)
+        return all + 8 * call->letters + results_bytes + api_writer_bytes(call->format, call->op->table(call->state));
+    return all + (call->op->bytes ? call->op->bytes(call->state) : API_OP_SMALL_BYTES);
+}
+
+enum api_progress api_call_stop(struct api_call *call, int status, const char *detail, struct api_buffer *out) {
+    if (call->stage == STAGE_DONE) return API_DONE;
+    if (call->stage == STAGE_BROKEN) return API_BROKEN;
+    if (call->stage == STAGE_NEW) call->before = out->bytes;
+    api_problem_clear(&call->problem);
+    api_problem_set(&call->problem, status, "%s", detail);
+    return call_refuse(call, out);
+}
+
+struct api_answer api_call_answer(const struct api_call *call) {
+    return call->answer;
+}
+
+long api_call_steps(const struct api_call *call) {
+    return call->state && call->op->steps ? call->op->steps(call->state) : call->steps;
+}

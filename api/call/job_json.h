@@ -1,0 +1,34 @@
+/* What a client reads of its jobs: one, or a page of them.
+ * Leaves to others: where jobs are kept and who may see them (server).
+ * Invariant: the same job gives the same bytes, but for remaining_seconds. */
+#ifndef API_JOB_JSON_H
+#define API_JOB_JSON_H
+
+#include <stdint.h>
+
+#include "api/base/buffer.h"
+
+/* A job as its client sees it; texts are UTF-8. Times are microseconds since 1970, 0 = has not happened. */
+struct api_job {
+    const char *id, *operation;
+    const char *status;  /* as OGC API - Processes says it: "running" */
+    const char *message; /* how it ended; "" = nothing to say */
+    const char *owner;   /* who may end it and list it: "token", "account" or "address" */
+    long parts, done;
+    int64_t created, started, finished, expires;
+    double remaining; /* s, estimated; < 0 = unknown */
+    int results;      /* they can be fetched */
+};
+
+/** Appends a job as a JSON object; fails as api_buffer_room does. */
+PEND_MUST_CHECK enum pend_status api_job_write(const struct api_job *job, struct api_buffer *out);
+
+/**
+ * Appends a page of jobs.
+ *
+ * next  where the next page is, as a path with its query; NULL = there is none.
+ */
+PEND_MUST_CHECK enum pend_status api_jobs_write(const struct api_job job[], int count, const char *next,
+                                                struct api_buffer *out);
+
+#endif

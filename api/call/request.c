@@ -1,0 +1,64 @@
+#include "api/call/request.h"
+
+#include "api/call/canonical.h"
+#include "api/encode/encode_raw.h"
+#include "api/base/engine.h"
+#include "api/read/field.h"
+#include "api/encode/negotiate.h"
+
+void api_request_check(const struct api_request *request, const struct api_limits *limits,
+                       struct api_problem *problem) {
+    const struct api_op *op = api_op_at(request->op);
+    if (op->body && !api_negotiate_json(request->content_type))
+        api_problem_set(problem, 415, "the body must be JSON in UTF-8, with Content-Type: application/json%s%s",
+                        request->content_type ? ", not " : "", request->content_type ? request->content_type : "");
+    if (request->query && *request->query)
+        api_problem_set(problem, 422, "this route takes no query, got \"?%s\"", request->query);
+    if (op->body && (double)request->body_bytes > limits->body_bytes)
+        api_problem_set(problem, 413, "the body has %zu bytes, more than the limit max-body-bytes of %.0f",
+                        request->body_bytes, limits->body_bytes);
+}
+
+/* the body in its one form; numbers that were spelt shorter than that form spells them stay as they are */
+static enum pend_status request_canonical(const struct api_request *request, const struct api_value *root,
+                                          struct api_buffer *canonical) {
+    size_t before = canonical->bytes;
+    if (!root) return PEND_OK;
+    enum pend_status status = api_canonical_write(root, canonical);
+    if (status != PEND_OK && status != PEND_LIMIT) return status;
+    if (status == PEND_OK && canonical->bytes - before <= request->body_bytes) return PEND_OK;
+    canonical->bytes = before;
+    return api_buffer_add(canonical, request->body, request->body_bytes);
+}
+
+enum pend_status api_request_read(const struct api_request *request, const struct api_format *format,
+                                  const struct api_limits *limits, struct api_problem *problem, void **state,
+                                  char digest[API_DIGEST_BYTES], struct api_buffer *canonical) {
+    const struct api_op *op = api_op_at(request->op);
+    const char *argument = request->argument ? request->argument : "";
+    /* an answer is this engine's; a job is the same job whichever engine computes it */
+    const char *engine = format == &api_format_raw ? "" : api_engine;
+    const char *const parts[] = {op->name, argument, format->media_type, engine, NULL};
+    struct api_json *document = NULL;
+    struct api_value root;
+    struct api_reading reading = {
+        .argument = request->argument, .format = format, .limits = limits, .problem = problem};
+    enum pend_status status = PEND_OK;
+    *state = NULL;
+    if (op->body) {
+        const char *body = request->body ? request->body : "";
+        status = api_json_new(&document, body, request->body_bytes, (int)limits->depth, problem);
+        if (status != PEND_OK) goto out;
+        root = api_json_root(document);
+        reading.root = &root;
+        status = PEND_INVALID;
+        if (!api_field_object(&root, problem)) goto out;
+    }
+    status = op->read(state, &reading);
+    if (status == PEND_OK) api_digest(digest, parts, reading.root);
+    if (status == PEND_OK && canonical) status = request_canonical(request, reading.root, canonical);
+    if (status != PEND_OK && *state) op->free(state);
+out:
+    api_json_free(&document);
+    return status;
+}

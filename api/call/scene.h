@@ -1,0 +1,31 @@
+/* A scene: a trajectory's request, and how a page shows it, under an id that is made of what it says.
+ * Leaves to others: keeping it (server), what a page puts into `view`.
+ * Invariant: the same scene has the same id, whatever the order of its keys and the spelling of its numbers; what is
+ * in `request` is a good body for /v1/trajectories. */
+#ifndef API_SCENE_H
+#define API_SCENE_H
+
+#include "api/call/request.h"
+
+enum {
+    API_SCENE_ID = 27,         /* bytes of an id, with its NUL: 26 letters, 130 bits of a SHA-256 */
+    API_SCENE_TITLE = 200,     /* characters of a title */
+    API_SCENE_VIEW = 16 * 1024 /* bytes of a view in its canonical form */
+};
+
+/**
+ * Reads and checks a scene's body.
+ *
+ * request  its op is not looked at.
+ * most     bytes that a scene may have, as it is kept.
+ * created  the time, as RFC 3339 writes it.
+ * id       out.
+ * scene    the scene as JSON, as it is to be kept and answered, is appended here.
+ * out      a problem is appended here.
+ *
+ * Returns 0 where the scene is good, else the problem's HTTP status. O(body).
+ */
+int api_scene_read(const struct api_request *request, const struct api_limits *limits, double most, const char *created,
+                   char id[API_SCENE_ID], struct api_buffer *scene, struct api_buffer *out);
+
+#endif

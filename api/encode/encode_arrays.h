@@ -1,0 +1,25 @@
+/* A table's columns as arrays that a file holds each under a name of its own: re and im become one complex array.
+ * Leaves to others: the files (encode_npz, encode_mat).
+ * Invariant: every column belongs to exactly one array, in the order of the columns. */
+#ifndef API_ENCODE_ARRAYS_H
+#define API_ENCODE_ARRAYS_H
+
+#include "api/encode/encode.h"
+
+/* One array: rows x width numbers. */
+struct api_array {
+    const char *name; /* of its columns */
+    const char *part; /* "kinetic", where the name has several arrays; else NULL */
+    int width;        /* 0 = one number a row */
+    int re, im;       /* columns; im is -1 where the array is real */
+};
+
+struct api_arrays {
+    int count;
+    struct api_array array[API_COLUMNS];
+};
+
+/** Groups the columns of a table. */
+void api_arrays_init(struct api_arrays *arrays, const struct api_table *table);
+
+#endif

@@ -1,0 +1,96 @@
+/* A table as CSV (RFC 4180 with plain line feeds): a header line, then one line a row, straight into the answer.
+ * Leaves to others: which columns there are (op_*), how a number is spelt (number).
+ * Invariant: every line of the table has the same number of fields; no field needs quotes. What there is to warn of
+ * comes below it, in lines of comment that begin with # and have no comma. */
+#include "api/encode/encode.h"
+
+#include "api/json/json_out.h"
+#include "api/encode/remarks.h"
+
+enum { CSV_NAME_BYTES = 40 }; /* of a field of the header */
+
+static double csv_bytes(const struct api_table *table) {
+    double numbers = api_table_numbers(table, 0);
+    return (double)table->rows * numbers * api_out_number_bytes(table->digits) + numbers * CSV_NAME_BYTES +
+           API_WARNINGS_BYTES;
+}
+
+/* one field of the header: name, name_part, name_arm or name_part_arm, and the comma */
+static enum pend_status csv_name(const struct api_column *column, int arm, struct api_buffer *out) {
+    PEND_TRY(api_buffer_text(out, column->name));
+    if (column->part) PEND_TRY(api_buffer_format(out, "_%s", column->part));
+    if (column->width) PEND_TRY(api_buffer_format(out, "_%d", arm + 1));
+    return api_buffer_add(out, ",", 1);
+}
+
+static enum pend_status csv_begin(struct api_writer *writer, struct api_buffer *out) {
+    const struct api_table *table = &writer->table;
+    for (int c = 0; c < table->count; c++) {
+        int count = table->column[c].width ? table->column[c].width : 1;
+        for (int arm = 0; arm < count; arm++) PEND_TRY(csv_name(&table->column[c], arm, out));
+    }
+    out->data[out->bytes - 1] = '\n';
+    return PEND_OK;
+}
+
+/* some rows, put together from the columns; they are few enough for `row` */
+static char *csv_rows(char *at, const struct api_table *table, long rows, long from, const double *const data[],
+                      double row[]) {
+    long numbers = 0;
+    for (long i = from; i < from + rows; i++)
+        for (int c = 0; c < table->count; c++) {
+            long width = api_column_numbers(&table->column[c]);
+            for (long k = 0; k < width; k++) row[numbers++] = data[c][i * width + k];
+        }
+    const struct api_number_rows lines = {rows, numbers / rows, row, table->digits, 0, "\n", 1};
+    return api_number_write_rows(at, &lines);
+}
+
+/* a row too long for that, or that may lack numbers, column by column */
+static char *csv_long_row(char *at, const struct api_table *table, long i, const double *const data[]) {
+    for (int c = 0; c < table->count; c++) {
+        long width = api_column_numbers(&table->column[c]);
+        const struct api_number_rows part = {1, width, data[c] + i * width, table->digits, 0, ",", 1};
+        at = api_column_write(at, &table->column[c], &part, "");
+    }
+    at[-1] = '\n';
+    return at;
+}
+
+static enum pend_status csv_block(struct api_writer *writer, long rows, const double *const data[],
+                                  struct api_buffer *out) {
+    enum { TOGETHER = 512 };
+    const struct api_table *table = &writer->table;
+    double row[TOGETHER];
+    long numbers = (long)api_table_numbers(table, 0);
+    int apart = numbers > TOGETHER;
+    for (int c = 0; c < table->count; c++) apart |= table->column[c].sparse;
+    long most = apart ? 1 : TOGETHER / numbers;
+    size_t row_bytes = (size_t)numbers * API_OUT_NUMBER_BYTES;
+    for (long i = 0, some; i < rows; i += some) {
+        some = rows - i < most ? rows - i : most;
+        PEND_TRY(api_buffer_room(out, (size_t)some * row_bytes + API_NUMBER_ROWS_BYTES));
+        char *at = out->data + out->bytes;
+        at = apart ? csv_long_row(at, table, i, data) : csv_rows(at, table, some, i, data, row);
+        out->bytes = (size_t)(at - out->data);
+    }
+    return PEND_OK;
+}
+
+static enum pend_status csv_finish(struct api_writer *writer, struct api_buffer *out, int *done) {
+    *done = 1;
+    return writer->stats ? api_told_comments(writer->stats, out) : PEND_OK;
+}
+
+const struct api_format api_format_csv = {
+    .media_type = "text/csv",
+    .content_type = "text/csv; charset=utf-8; header=present",
+    .extension = "csv",
+    .samples_only = 1,
+    .digits = 1,
+    .writer_bytes = sizeof(struct api_writer),
+    .bytes = csv_bytes,
+    .begin = csv_begin,
+    .block = csv_block,
+    .finish = csv_finish,
+};

@@ -1,0 +1,255 @@
+/* A table as a MAT-file of level 5: what MATLAB and Octave `load`; z is complex, energy and stats are structures.
+ * Leaves to others: which columns there are (op_*). libmatio would write to a file and nowhere else.
+ * Invariant: every element begins at a multiple of 8 bytes; the bytes depend on the numbers and nothing else. */
+#include "api/encode/encode_arrays.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "api/base/octets.h"
+
+/* data types and classes of "MAT-File Format", R2006b */
+enum { INT8 = 1, UINT16 = 4, INT32 = 5, UINT32 = 6, DOUBLE = 9, MATRIX = 14 };
+enum { STRUCT_CLASS = 2, CHAR_CLASS = 4, DOUBLE_CLASS = 6, COMPLEX_FLAG = 1 << 11 };
+
+enum { FILE_HEAD = 128, TAG = 8, NAME_BYTES = 32, HEAD_CAP = 2 * TAG + 2 * (TAG + 8) + NAME_BYTES, TEXT_CAP = 100 };
+
+struct mat_writer {
+    struct api_writer base;
+    struct api_arrays arrays;
+    int next;    /* the array that is being written */
+    int begun;   /* the file's head is written */
+    int open;    /* the head of array `next` is written */
+    int part;    /* of it: 0 re, 1 im */
+    uint64_t at; /* the next number of the part */
+};
+
+static double mat_bytes(const struct api_table *table) {
+    double numbers = (double)table->rows * api_table_numbers(table, 0);
+    return 8 * numbers + FILE_HEAD + (double)(API_COLUMNS + API_STATS) * (3 * HEAD_CAP + NAME_BYTES) + 8 * TEXT_CAP +
+           2.0 * API_WARNINGS_BYTES;
+}
+
+static uint64_t padded(uint64_t bytes) { return (bytes + 7) / 8 * 8; }
+
+static char *tag(char *at, int type, uint64_t bytes) {
+    return api_octets_whole(api_octets_whole(at, (uint64_t)type, 4), bytes, 4);
+}
+
+/* text and zeros up to a multiple of 8 bytes */
+static char *pad(char *at, const char *text, size_t bytes) {
+    size_t whole = (size_t)padded(bytes);
+    memset(at, 0, whole);
+    memcpy(at, text, bytes);
+    return at + whole;
+}
+
+/* what a matrix begins with behind its own tag: flags, dimensions, name */
+static char *matrix_head(char *at, unsigned flags, long rows, long columns, const char *name) {
+    size_t bytes = strlen(name);
+    at = api_octets_whole(tag(at, UINT32, 8), flags, 8);
+    at = tag(at, INT32, 8);
+    at = api_octets_whole(at, (uint64_t)rows, 4);
+    at = api_octets_whole(at, (uint64_t)columns, 4);
+    if (bytes && bytes <= 4) {
+        /* a short one shares the tag's 8 bytes */
+        at = api_octets_whole(api_octets_whole(at, INT8, 2), bytes, 2);
+        memset(at, 0, 4);
+        memcpy(at, name, bytes);
+        return at + 4;
+    }
+    return pad(tag(at, INT8, bytes), name, bytes);
+}
+
+static uint64_t matrix_head_bytes(const char *name) {
+    size_t bytes = strlen(name);
+    return 2 * (TAG + 8) + (bytes && bytes <= 4 ? TAG : TAG + padded(bytes));
+}
+
+/* a structure's head with the names of its fields; its fields, `bytes` in all, are to follow as matrices without names
+ */
+static enum pend_status struct_begin(const char *name, int count, const char *const field[], uint64_t bytes,
+                                     struct api_buffer *out) {
+    uint64_t names = (uint64_t)count * NAME_BYTES;
+    PEND_TRY(api_buffer_room(out, TAG + HEAD_CAP + TAG + TAG + names));
+    char *at = tag(out->data + out->bytes, MATRIX, matrix_head_bytes(name) + TAG + TAG + names + bytes);
+    at = matrix_head(at, STRUCT_CLASS, 1, 1, name);
+    at = api_octets_whole(api_octets_whole(at, INT32, 2), 4, 2);
+    at = tag(api_octets_whole(at, NAME_BYTES, 4), INT8, names);
+    memset(at, 0, names);
+    for (int i = 0; i < count; i++, at += NAME_BYTES) memcpy(at, field[i], strnlen(field[i], NAME_BYTES - 1));
+    out->bytes = (size_t)(at - out->data);
+    return PEND_OK;
+}
+
+/* arrays: columns before rows, so every arm's numbers stand together */
+
+static uint64_t part_numbers(const struct mat_writer *writer, const struct api_array *array) {
+    return (uint64_t)writer->base.rows * (uint64_t)(array->width ? array->width : 1);
+}
+
+/* of the matrix behind its tag */
+static uint64_t array_bytes(const struct mat_writer *writer, const struct api_array *array, const char *name) {
+    uint64_t parts = array->im < 0 ? 1 : 2;
+    return matrix_head_bytes(name) + parts * (TAG + 8 * part_numbers(writer, array));
+}
+
+/* true where array i opens a structure: it is the first part of its name */
+static int array_leads(const struct mat_writer *writer, int i) {
+    const struct api_array *array = &writer->arrays.array[i];
+    return array->part && (!i || !array[-1].part || strcmp(array[-1].name, array->name));
+}
+
+/* opens the structure of the arrays from `next` on that share a name */
+static enum pend_status array_struct(const struct mat_writer *writer, struct api_buffer *out) {
+    const struct api_array *first = &writer->arrays.array[writer->next];
+    const char *field[API_COLUMNS];
+    uint64_t bytes = 0;
+    int count = 0;
+    for (int i = writer->next; i < writer->arrays.count; i++) {
+        const struct api_array *array = &writer->arrays.array[i];
+        if (!array->part || strcmp(array->name, first->name)) break;
+        field[count++] = array->part;
+        bytes += TAG + array_bytes(writer, array, "");
+    }
+    return struct_begin(first->name, count, field, bytes, out);
+}
+
+static enum pend_status array_begin(const struct mat_writer *writer, struct api_buffer *out) {
+    const struct api_array *array = &writer->arrays.array[writer->next];
+    const char *name = array->part ? "" : array->name;
+    unsigned flags = DOUBLE_CLASS | (array->im < 0 ? 0 : COMPLEX_FLAG);
+    if (array_leads(writer, writer->next)) PEND_TRY(array_struct(writer, out));
+    PEND_TRY(api_buffer_room(out, TAG + HEAD_CAP));
+    char *at = tag(out->data + out->bytes, MATRIX, array_bytes(writer, array, name));
+    at = matrix_head(at, flags, writer->base.rows, array->width ? array->width : 1, name);
+    out->bytes = (size_t)(at - out->data);
+    return PEND_OK;
+}
+
+/* the next numbers of the part, as many as make a piece */
+static enum pend_status array_go_on(struct mat_writer *writer, struct api_buffer *out) {
+    const struct api_array *array = &writer->arrays.array[writer->next];
+    const double *number = writer->base.column[writer->part ? array->im : array->re];
+    uint64_t numbers = part_numbers(writer, array), rows = (uint64_t)writer->base.rows, rest = API_PIECE_BYTES / 8;
+    size_t width = array->width ? (size_t)array->width : 1;
+    PEND_TRY(api_buffer_room(out, TAG + API_PIECE_BYTES));
+    char *at = out->data + out->bytes;
+    if (!writer->at) at = tag(at, DOUBLE, 8 * numbers);
+    while (rest && writer->at < numbers) {
+        uint64_t row = writer->at % rows, arm = writer->at / rows, count = rows - row < rest ? rows - row : rest;
+        at = api_octets_spread(at, (size_t)count, number + row * width + arm, width);
+        writer->at += count;
+        rest -= count;
+    }
+    out->bytes = (size_t)(at - out->data);
+    return PEND_OK;
+}
+
+/* what is told of the computation: a structure of scalars and texts */
+
+/* a stat as a matrix without a name, its tag included */
+static char *stat_write(char *at, const struct api_stat *stat) {
+    double number = stat->kind == API_STAT_WHOLE ? (double)stat->whole : stat->number;
+    if (stat->kind == API_STAT_TEXT) {
+        size_t letters = strnlen(stat->text, TEXT_CAP);
+        at = tag(at, MATRIX, matrix_head_bytes("") + TAG + padded(2 * letters));
+        at = tag(matrix_head(at, CHAR_CLASS, 1, (long)letters, ""), UINT16, 2 * letters);
+        memset(at, 0, (size_t)padded(2 * letters));
+        for (size_t i = 0; i < letters; i++) api_octets_whole(at + 2 * i, (unsigned char)stat->text[i], 2);
+        return at + padded(2 * letters);
+    }
+    at = tag(at, MATRIX, matrix_head_bytes("") + TAG + 8);
+    return api_octets_double(tag(matrix_head(at, DOUBLE_CLASS, 1, 1, ""), DOUBLE, 8), number);
+}
+
+static enum pend_status mat_stats(const struct api_stats *stats, struct api_buffer *out) {
+    char fields[API_STATS * (TAG + HEAD_CAP + TAG + 2 * TEXT_CAP + 8)], *end = fields;
+    const char *name[API_STATS];
+    int count = 0;
+    for (int i = 0; i < stats->count; i++) {
+        if (stats->stat[i].kind == API_STAT_WARNING) continue;
+        name[count++] = stats->stat[i].name;
+        end = stat_write(end, &stats->stat[i]);
+    }
+    PEND_TRY(struct_begin("stats", count, name, (uint64_t)(end - fields), out));
+    return api_buffer_add(out, fields, (size_t)(end - fields));
+}
+
+/* the warnings: a matrix of letters, a row each, column after column */
+static enum pend_status mat_warnings(const struct api_stats *stats, struct api_buffer *out) {
+    int count = api_stats_warnings(stats), row = 0;
+    uint64_t bytes = padded(2 * API_WARNING_TEXT * (uint64_t)count);
+    if (!count) return PEND_OK;
+    PEND_TRY(api_buffer_room(out, TAG + HEAD_CAP + TAG + bytes));
+    char *at = tag(out->data + out->bytes, MATRIX, matrix_head_bytes("warnings") + TAG + bytes);
+    at = tag(matrix_head(at, CHAR_CLASS, count, API_WARNING_TEXT, "warnings"), UINT16, bytes);
+    for (uint64_t i = 0; i < bytes / 2; i++) api_octets_whole(at + 2 * i, ' ', 2);
+    for (int i = 0; i < stats->count; i++) {
+        if (stats->stat[i].kind != API_STAT_WARNING) continue;
+        const char *text = stats->stat[i].text;
+        for (int k = 0; text[k]; k++) api_octets_whole(at + 2 * (k * count + row), (unsigned char)text[k], 2);
+        row++;
+    }
+    out->bytes = (size_t)(at - out->data) + bytes;
+    return PEND_OK;
+}
+
+static enum pend_status mat_begin_file(struct mat_writer *writer, struct api_buffer *out) {
+    static const char text[] = "MATLAB 5.0 MAT-file, written by pendulumd";
+    char head[FILE_HEAD];
+    memset(head, ' ', sizeof head);
+    memcpy(head, text, sizeof text - 1);
+    memset(head + 116, 0, 8);
+    memcpy(head + 124, "\0\1IM", 4); /* version 0x0100, little-endian */
+    writer->begun = 1;
+    return api_buffer_add(out, head, sizeof head);
+}
+
+static enum pend_status mat_begin(struct api_writer *base, struct api_buffer *out) {
+    (void)out;
+    api_arrays_init(&((struct mat_writer *)base)->arrays, &base->table);
+    return PEND_OK;
+}
+
+/* goes on to the imaginary part, or to the next array */
+static void mat_go_on(struct mat_writer *writer) {
+    const struct api_array *array = &writer->arrays.array[writer->next];
+    writer->at = 0;
+    if (!writer->part && array->im >= 0) {
+        writer->part = 1;
+        return;
+    }
+    writer->part = 0;
+    writer->open = 0;
+    writer->next++;
+}
+
+static enum pend_status mat_finish(struct api_writer *base, struct api_buffer *out, int *done) {
+    struct mat_writer *writer = (struct mat_writer *)base;
+    size_t before = out->bytes;
+    if (!writer->begun) PEND_TRY(mat_begin_file(writer, out));
+    while (writer->next < writer->arrays.count) {
+        if (out->bytes - before >= API_PIECE_BYTES) return PEND_OK;
+        if (!writer->open) PEND_TRY(array_begin(writer, out));
+        writer->open = 1;
+        PEND_TRY(array_go_on(writer, out));
+        if (writer->at == part_numbers(writer, &writer->arrays.array[writer->next])) mat_go_on(writer);
+    }
+    if (base->stats) PEND_TRY(mat_stats(base->stats, out));
+    if (base->stats) PEND_TRY(mat_warnings(base->stats, out));
+    *done = 1;
+    return PEND_OK;
+}
+
+const struct api_format api_format_mat = {
+    .media_type = "application/x-matlab-data",
+    .content_type = "application/x-matlab-data",
+    .extension = "mat",
+    .samples_only = 1,
+    .most_bytes = 0x7fffffff,
+    .writer_bytes = sizeof(struct mat_writer),
+    .bytes = mat_bytes,
+    .begin = mat_begin,
+    .finish = mat_finish,
+};

@@ -1,0 +1,288 @@
+/* A table as NumPy's .npz: a zip archive of .npy arrays, stored and not deflated, so that numpy.load reads it at the
+ * speed of memory. Leaves to others: the checksum (libdeflate: the processor's carry-less product makes it cost less
+ * than the copy). A library for zip archives would want all members in memory, or a file: what is written here is
+ * their headers alone. Invariant: the bytes depend on the numbers and nothing else; the archive has no member or offset
+ * beyond 4 GiB. */
+#include "api/encode/encode_arrays.h"
+
+#include <assert.h>
+#include <string.h>
+
+#include <libdeflate.h>
+
+#include "api/number/number.h"
+#include "api/base/octets.h"
+
+enum {
+    MEMBERS = API_COLUMNS + API_STATS + 1,
+    NAME_BYTES = 48,
+    HEAD_BYTES = 128, /* of an array: the magic and the description */
+    LOCAL_BYTES = 30,
+    CENTRAL_BYTES = 46,
+    END_BYTES = 22,
+    VERSION = 20,
+    DATE = 1 << 5 | 1, /* 1 January 1980, at 0:00: the same bytes today and tomorrow */
+    TEXT_CAP = 100     /* letters of a stat */
+};
+
+/* a file of the archive */
+struct member {
+    char name[NAME_BYTES];
+    uint32_t crc;
+    uint64_t bytes, offset;
+};
+
+struct npz_writer {
+    struct api_writer base;
+    struct api_arrays arrays;
+    int next;          /* the array that is being written */
+    uint64_t at;       /* the next of its numbers */
+    uint64_t written;  /* bytes of the archive */
+    int open, members; /* whether the header of array `next` is written; members that are begun */
+    struct member member[MEMBERS];
+};
+
+static double npz_bytes(const struct api_table *table) {
+    double numbers = (double)table->rows * api_table_numbers(table, 0);
+    return 8 * numbers + (double)MEMBERS * (HEAD_BYTES + LOCAL_BYTES + CENTRAL_BYTES + 2 * NAME_BYTES + 64) +
+           3 * 4 * TEXT_CAP + 4.0 * API_WARNINGS_BYTES + END_BYTES;
+}
+
+/* the description at the head of a .npy file, format 1.0; shape is "(501, 4)" */
+static void npy_head(char head[HEAD_BYTES], const char *type, const char *shape) {
+    memset(head, ' ', HEAD_BYTES);
+    memcpy(head, "\x93NUMPY\x01\0", 8);
+    char *at = stpcpy(api_octets_whole(head + 8, HEAD_BYTES - 10, 2), "{'descr': '");
+    at = stpcpy(stpcpy(stpcpy(at, type), "', 'fortran_order': False, 'shape': "), shape);
+    at = stpcpy(at, ", }");
+    assert(at < head + HEAD_BYTES - 1);
+    *at = ' ';
+    head[HEAD_BYTES - 1] = '\n';
+}
+
+/* appends to the archive; the room is there */
+static void npz_add(struct npz_writer *writer, struct api_buffer *out, const void *data, size_t bytes) {
+    memcpy(out->data + out->bytes, data, bytes);
+    out->bytes += bytes;
+    writer->written += bytes;
+}
+
+/* what a member's two headers have in common, from the version that is needed to the length of its name */
+static char *member_facts(char *at, const struct member *member) {
+    at = api_octets_whole(at, VERSION, 2);
+    at = api_octets_whole(at, 0, 2 + 2 + 2); /* no flags, stored, 0:00 */
+    at = api_octets_whole(at, DATE, 2);
+    at = api_octets_whole(at, member->crc, 4);
+    at = api_octets_whole(at, member->bytes, 4);
+    at = api_octets_whole(at, member->bytes, 4);
+    at = api_octets_whole(at, strlen(member->name), 2);
+    return api_octets_whole(at, 0, 2);
+}
+
+/* begins a member with the head of its array */
+static enum pend_status member_begin(struct npz_writer *writer, const char head[HEAD_BYTES], struct api_buffer *out) {
+    struct member *member = &writer->member[writer->members++];
+    char local[LOCAL_BYTES];
+    member->offset = writer->written;
+    member_facts(api_octets_whole(local, 0x04034b50, 4), member);
+    PEND_TRY(api_buffer_room(out, LOCAL_BYTES + NAME_BYTES + HEAD_BYTES));
+    npz_add(writer, out, local, sizeof local);
+    npz_add(writer, out, member->name, strlen(member->name));
+    npz_add(writer, out, head, HEAD_BYTES);
+    return PEND_OK;
+}
+
+/* arrays */
+
+/* numbers of a row, a complex one counted once, and of the whole array */
+static size_t array_width(const struct api_array *array) { return array->width ? (size_t)array->width : 1; }
+
+static uint64_t array_numbers(const struct npz_writer *writer, const struct api_array *array) {
+    return (uint64_t)writer->base.rows * array_width(array);
+}
+
+static size_t number_bytes(const struct api_array *array) { return array->im < 0 ? 8 : 16; }
+
+/* numbers [from, from + count) of an array, as bytes */
+static void array_write(const struct npz_writer *writer, const struct api_array *array, uint64_t from, size_t count,
+                        char *at) {
+    const double *re = writer->base.column[array->re] + from;
+    if (array->im < 0) {
+        api_octets_doubles(at, count, re);
+        return;
+    }
+    const double *im = writer->base.column[array->im] + from;
+    for (size_t i = 0; i < count; i++) at = api_octets_double(api_octets_double(at, re[i]), im[i]);
+}
+
+static uint32_t array_crc(const struct npz_writer *writer, const struct api_array *array, uint32_t crc) {
+    enum { SOME = 512 };
+    char bytes[SOME * 16];
+    uint64_t numbers = array_numbers(writer, array);
+#if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
+    if (array->im < 0) return libdeflate_crc32(crc, writer->base.column[array->re], numbers * sizeof(double));
+#endif
+    for (uint64_t from = 0; from < numbers; from += SOME) {
+        size_t count = numbers - from < SOME ? (size_t)(numbers - from) : SOME;
+        array_write(writer, array, from, count, bytes);
+        crc = libdeflate_crc32(crc, bytes, count * number_bytes(array));
+    }
+    return crc;
+}
+
+/* as Python writes a tuple; one row alone has no axis for the rows */
+static void array_shape(const struct npz_writer *writer, const struct api_array *array, char shape[64]) {
+    int rows = !writer->base.table.single;
+    char *at = stpcpy(shape, "(");
+    if (rows) at = stpcpy(api_number_write_int(at, writer->base.rows), array->width ? ", " : ",");
+    if (array->width) at = stpcpy(api_number_write_int(at, array->width), rows ? "" : ",");
+    stpcpy(at, ")");
+}
+
+/* names are short: they stand in the tables of the operations */
+static void member_name(struct member *member, const char *first, const char *between, const char *second) {
+    assert(strlen(first) + strlen(between) + strlen(second) + sizeof ".npy" <= sizeof member->name);
+    stpcpy(stpcpy(stpcpy(stpcpy(member->name, first), between), second), ".npy");
+}
+
+static enum pend_status array_begin(struct npz_writer *writer, const struct api_array *array, struct api_buffer *out) {
+    struct member *member = &writer->member[writer->members];
+    char head[HEAD_BYTES], shape[64];
+    member_name(member, array->name, array->part ? "_" : "", array->part ? array->part : "");
+    array_shape(writer, array, shape);
+    npy_head(head, array->im < 0 ? "<f8" : "<c16", shape);
+    member->bytes = HEAD_BYTES + array_numbers(writer, array) * number_bytes(array);
+    member->crc = array_crc(writer, array, libdeflate_crc32(0, head, HEAD_BYTES));
+    return member_begin(writer, head, out);
+}
+
+/* the next numbers of the array, as many as make a piece */
+static enum pend_status array_go_on(struct npz_writer *writer, const struct api_array *array, struct api_buffer *out) {
+    uint64_t rest = array_numbers(writer, array) - writer->at;
+    size_t count = API_PIECE_BYTES / number_bytes(array);
+    if (count > rest) count = (size_t)rest;
+    size_t bytes = count * number_bytes(array);
+    PEND_TRY(api_buffer_room(out, bytes + 1));
+    array_write(writer, array, writer->at, count, out->data + out->bytes);
+    out->bytes += bytes;
+    writer->written += bytes;
+    writer->at += count;
+    return PEND_OK;
+}
+
+/* what is told of the computation: arrays without an axis */
+
+static enum pend_status stat_add(struct npz_writer *writer, const struct api_stat *stat, struct api_buffer *out) {
+    struct member *member = &writer->member[writer->members];
+    char head[HEAD_BYTES], type[16] = "<f8", value[4 * TEXT_CAP], *end = value;
+    if (stat->kind == API_STAT_TEXT) {
+        /* NumPy keeps text as UTF-32; these are words of ASCII */
+        for (const char *p = stat->text; *p && p < stat->text + TEXT_CAP; p++)
+            end = api_octets_whole(end, (unsigned char)*p, 4);
+        *api_number_write_int(stpcpy(type, "<U"), (end - value) / 4) = 0;
+    } else if (stat->kind == API_STAT_WHOLE) {
+        memcpy(type, "<i8", 4);
+        end = api_octets_whole(value, (uint64_t)stat->whole, 8);
+    } else {
+        end = api_octets_double(value, stat->number);
+    }
+    member_name(member, "stats", "_", stat->name);
+    npy_head(head, type, "()");
+    member->bytes = HEAD_BYTES + (uint64_t)(end - value);
+    member->crc = libdeflate_crc32(libdeflate_crc32(0, head, HEAD_BYTES), value, (size_t)(end - value));
+    PEND_TRY(member_begin(writer, head, out));
+    PEND_TRY(api_buffer_room(out, sizeof value));
+    npz_add(writer, out, value, (size_t)(end - value));
+    return PEND_OK;
+}
+
+/* the warnings: an array of texts */
+static enum pend_status warnings_add(struct npz_writer *writer, const struct api_stats *stats, struct api_buffer *out) {
+    struct member *member = &writer->member[writer->members];
+    char head[HEAD_BYTES], type[16], shape[24], value[4 * API_WARNINGS * API_WARNING_TEXT] = {0}, *end = value;
+    int count = api_stats_warnings(stats);
+    size_t bytes = (size_t)count * 4 * API_WARNING_TEXT;
+    if (!count) return PEND_OK;
+    for (int i = 0; i < stats->count; i++) {
+        if (stats->stat[i].kind != API_STAT_WARNING) continue;
+        char *at = end;
+        for (const char *p = stats->stat[i].text; *p; p++) at = api_octets_whole(at, (unsigned char)*p, 4);
+        end += 4 * API_WARNING_TEXT;
+    }
+    *api_number_write_int(stpcpy(type, "<U"), API_WARNING_TEXT) = 0;
+    strcpy(api_number_write_int(stpcpy(shape, "("), count), ",)");
+    member_name(member, "warnings", "", "");
+    npy_head(head, type, shape);
+    member->bytes = HEAD_BYTES + bytes;
+    member->crc = libdeflate_crc32(libdeflate_crc32(0, head, HEAD_BYTES), value, bytes);
+    PEND_TRY(member_begin(writer, head, out));
+    PEND_TRY(api_buffer_room(out, bytes));
+    npz_add(writer, out, value, bytes);
+    return PEND_OK;
+}
+
+/* the directory at the end of the archive */
+static enum pend_status npz_directory(struct npz_writer *writer, struct api_buffer *out) {
+    uint64_t begin = writer->written;
+    PEND_TRY(api_buffer_room(out, (size_t)writer->members * (CENTRAL_BYTES + NAME_BYTES) + END_BYTES));
+    for (int i = 0; i < writer->members; i++) {
+        const struct member *member = &writer->member[i];
+        char central[CENTRAL_BYTES], *at = api_octets_whole(central, 0x02014b50, 4);
+        at = api_octets_whole(at, VERSION, 2);
+        at = member_facts(at, member);
+        at = api_octets_whole(at, 0, 2 + 2 + 2); /* no comment, disk 0, no inner attributes */
+        at = api_octets_whole(at, 0, 4);
+        api_octets_whole(at, member->offset, 4);
+        npz_add(writer, out, central, sizeof central);
+        npz_add(writer, out, member->name, strlen(member->name));
+    }
+    char end[END_BYTES], *at = api_octets_whole(end, 0x06054b50, 4);
+    at = api_octets_whole(at, 0, 4);
+    at = api_octets_whole(at, (uint64_t)writer->members, 2);
+    at = api_octets_whole(at, (uint64_t)writer->members, 2);
+    at = api_octets_whole(at, writer->written - begin, 4);
+    at = api_octets_whole(at, begin, 4);
+    api_octets_whole(at, 0, 2);
+    npz_add(writer, out, end, sizeof end);
+    return PEND_OK;
+}
+
+static enum pend_status npz_begin(struct api_writer *base, struct api_buffer *out) {
+    (void)out;
+    api_arrays_init(&((struct npz_writer *)base)->arrays, &base->table);
+    return PEND_OK;
+}
+
+static enum pend_status npz_finish(struct api_writer *base, struct api_buffer *out, int *done) {
+    struct npz_writer *writer = (struct npz_writer *)base;
+    size_t before = out->bytes;
+    while (writer->next < writer->arrays.count) {
+        const struct api_array *array = &writer->arrays.array[writer->next];
+        if (out->bytes - before >= API_PIECE_BYTES) return PEND_OK;
+        if (!writer->open) PEND_TRY(array_begin(writer, array, out));
+        writer->open = 1;
+        PEND_TRY(array_go_on(writer, array, out));
+        if (writer->at < array_numbers(writer, array)) continue;
+        writer->next++;
+        writer->at = 0;
+        writer->open = 0;
+    }
+    for (int i = 0; base->stats && i < base->stats->count; i++)
+        if (base->stats->stat[i].kind != API_STAT_WARNING) PEND_TRY(stat_add(writer, &base->stats->stat[i], out));
+    PEND_TRY(warnings_add(writer, base->stats, out));
+    PEND_TRY(npz_directory(writer, out));
+    *done = 1;
+    return PEND_OK;
+}
+
+const struct api_format api_format_npz = {
+    .media_type = "application/x-npz",
+    .content_type = "application/x-npz",
+    .extension = "npz",
+    .samples_only = 1,
+    .most_bytes = 0xffffffff,
+    .writer_bytes = sizeof(struct npz_writer),
+    .bytes = npz_bytes,
+    .begin = npz_begin,
+    .finish = npz_finish,
+};

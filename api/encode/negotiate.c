@@ -1,0 +1,125 @@
+#include "api/encode/negotiate.h"
+
+#include <string.h>
+#include <strings.h>
+
+/* a piece of a header's value */
+struct piece {
+    const char *text;
+    size_t bytes;
+};
+
+static int piece_is(struct piece piece, const char *text) {
+    return piece.bytes == strlen(text) && !strncasecmp(piece.text, text, piece.bytes);
+}
+
+static struct piece piece_trim(struct piece piece) {
+    while (piece.bytes && strchr(" \t", piece.text[0])) piece.text++, piece.bytes--;
+    while (piece.bytes && strchr(" \t", piece.text[piece.bytes - 1])) piece.bytes--;
+    return piece;
+}
+
+/* takes what stands before the next separator outside of quotes; the rest moves on behind it */
+static struct piece piece_take(const char **rest, const char *end, char separator) {
+    const char *at = *rest;
+    int quoted = 0;
+    while (at < end && (quoted || *at != separator)) {
+        if (*at == '"') quoted = !quoted;
+        if (quoted && *at == '\\' && at + 1 < end) at++;
+        at++;
+    }
+    struct piece piece = {*rest, (size_t)(at - *rest)};
+    *rest = at < end ? at + 1 : end;
+    return piece_trim(piece);
+}
+
+/* splits name=value; a quoted value loses its quotes */
+static void piece_parameter(struct piece piece, struct piece *name, struct piece *value) {
+    const char *rest = piece.text, *end = piece.text + piece.bytes;
+    *name = piece_take(&rest, end, '=');
+    *value = piece_trim((struct piece){rest, (size_t)(end - rest)});
+    if (value->bytes >= 2 && value->text[0] == '"' && value->text[value->bytes - 1] == '"')
+        *value = (struct piece){value->text + 1, value->bytes - 2};
+}
+
+int api_negotiate_json(const char *content_type) {
+    if (!content_type) return 0;
+    const char *rest = content_type, *end = content_type + strlen(content_type);
+    if (!piece_is(piece_take(&rest, end, ';'), "application/json")) return 0;
+    while (rest < end) {
+        struct piece name, value;
+        piece_parameter(piece_take(&rest, end, ';'), &name, &value);
+        if (piece_is(name, "charset") && !piece_is(value, "utf-8") && !piece_is(value, "utf8")) return 0;
+    }
+    return 1;
+}
+
+/* qvalue: 0 or 1 with up to three decimals, in thousandths; -1 where it is none */
+static int quality(struct piece piece) {
+    if (!piece.bytes || piece.bytes > 5 || (piece.text[0] != '0' && piece.text[0] != '1')) return -1;
+    if (piece.bytes > 1 && piece.text[1] != '.') return -1;
+    int thousandths = 1000 * (piece.text[0] - '0'), unit = 100;
+    for (size_t i = 2; i < piece.bytes; i++, unit /= 10) {
+        if (piece.text[i] < '0' || piece.text[i] > '9') return -1;
+        thousandths += unit * (piece.text[i] - '0');
+    }
+    return thousandths <= 1000 ? thousandths : -1;
+}
+
+/* how closely a range fits a type: 3 the type itself, 2 its kind, 1 anything, 0 not at all */
+static int range_fits(struct piece range, const char *media_type) {
+    size_t kind = strcspn(media_type, "/") + 1;
+    if (piece_is(range, media_type)) return 3;
+    if (range.bytes == kind + 1 && range.text[kind] == '*' && !strncasecmp(range.text, media_type, kind)) return 2;
+    return piece_is(range, "*/*");
+}
+
+/* the q of a type under an Accept header, in thousandths; 0 where it is not accepted */
+static int accept_quality(const char *accept, const char *media_type) {
+    int best_fit = 0, best = 0;
+    const char *rest = accept, *end = accept + strlen(accept);
+    while (rest < end) {
+        struct piece element = piece_take(&rest, end, ',');
+        const char *parameters = element.text, *element_end = element.text + element.bytes;
+        int fit = range_fits(piece_take(&parameters, element_end, ';'), media_type), q = 1000;
+        while (parameters < element_end) {
+            struct piece name, value;
+            piece_parameter(piece_take(&parameters, element_end, ';'), &name, &value);
+            if (piece_is(name, "q")) q = quality(value);
+        }
+        if (q < 0 || fit < best_fit || (fit == best_fit && q < best)) continue;
+        best_fit = fit;
+        best = q;
+    }
+    return best_fit ? best : 0;
+}
+
+/* one type, in full and in lower case, and nothing else: what nearly everybody sends */
+static const struct api_format *format_named(const char *accept, int samples) {
+    const struct api_format *format;
+    for (int i = 0; (format = api_format_at(i)); i++)
+        if (format->samples_only <= samples && !strcmp(accept, format->media_type)) return format;
+    return NULL;
+}
+
+const struct api_format *api_negotiate_format(const char *accept, int samples) {
+    int best_quality = 0;
+    if (!accept || !accept[strspn(accept, " \t,")]) return api_format_at(0);
+    const struct api_format *best = format_named(accept, samples);
+    if (best) return best;
+    for (int i = 0; api_format_at(i); i++) {
+        const struct api_format *format = api_format_at(i);
+        if (format->samples_only > samples) continue;
+        int q = accept_quality(accept, format->media_type);
+        if (q <= best_quality) continue;
+        best_quality = q;
+        best = format;
+    }
+    return best;
+}
+
+void api_negotiate_refuse(struct api_problem *problem, int samples) {
+    char served[API_FORMATS_TEXT];
+    api_format_list(served, samples, 0);
+    api_problem_set(problem, 406, "Accept allows none of the representations served here: %s", served);
+}

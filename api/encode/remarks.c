@@ -1,0 +1,63 @@
+#include "api/encode/remarks.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "api/json/json_out.h"
+
+const char api_told_names[] = "X-Horizon, X-Trust-Until, X-Energy-Drift, X-Warning";
+
+/* figures that have a field of their own */
+static const struct {
+    const char *stat, *field;
+} told_numbers[] = {{"horizon", "X-Horizon"}, {"trust_until", "X-Trust-Until"}, {"energy_drift", "X-Energy-Drift"}};
+
+enum pend_status api_told_json(const struct api_stats *stats, struct api_buffer *out) {
+    int warnings = api_stats_warnings(stats);
+    PEND_TRY(api_out_open(out, "stats", '{'));
+    for (int i = 0; i < stats->count; i++) {
+        const struct api_stat *stat = &stats->stat[i];
+        if (stat->kind == API_STAT_TEXT) PEND_TRY(api_out_text(out, stat->name, stat->text));
+        if (stat->kind == API_STAT_WHOLE) PEND_TRY(api_out_whole(out, stat->name, stat->whole));
+        if (stat->kind == API_STAT_NUMBER) PEND_TRY(api_out_number(out, stat->name, stat->number, 0));
+    }
+    PEND_TRY(api_buffer_text(out, "}"));
+    if (!warnings) return PEND_OK;
+    PEND_TRY(api_out_open(out, "warnings", '['));
+    for (int i = 0; i < stats->count; i++)
+        if (stats->stat[i].kind == API_STAT_WARNING)
+            PEND_TRY(api_buffer_format(out, --warnings ? "\"%s\"," : "\"%s\"", stats->stat[i].text));
+    return api_buffer_text(out, "]");
+}
+
+/* a number as text */
+static void told_number(double value, char text[API_NUMBER_BYTES + 1]) { *api_number_write(text, value) = 0; }
+
+enum pend_status api_told_comments(const struct api_stats *stats, struct api_buffer *out) {
+    char text[API_NUMBER_BYTES + 1];
+    for (int i = 0; i < stats->count; i++) {
+        const struct api_stat *stat = &stats->stat[i];
+        if (stat->kind == API_STAT_WARNING) PEND_TRY(api_buffer_format(out, "# warning: %s\n", stat->text));
+        if (stat->kind != API_STAT_NUMBER || strcmp(stat->name, "trust_until") != 0) continue;
+        told_number(stat->number, text);
+        PEND_TRY(api_buffer_format(out, "# trust_until: %s\n", text));
+    }
+    return PEND_OK;
+}
+
+void api_told_fields(struct api_told *told, const struct api_stats *stats) {
+    told->count = 0;
+    for (int i = 0; stats && i < stats->count && told->count < API_TOLD_FIELDS; i++) {
+        const struct api_stat *stat = &stats->stat[i];
+        char *value = told->field[told->count].value;
+        const char *name = stat->kind == API_STAT_WARNING ? "X-Warning" : NULL;
+        for (size_t j = 0; stat->kind == API_STAT_NUMBER && j < sizeof told_numbers / sizeof *told_numbers; j++)
+            if (!strcmp(stat->name, told_numbers[j].stat)) name = told_numbers[j].field;
+        if (!name) continue;
+        if (stat->kind == API_STAT_NUMBER)
+            told_number(stat->number, value);
+        else
+            snprintf(value, API_TOLD_TEXT, "%s", stat->text);
+        told->field[told->count++].name = name;
+    }
+}

@@ -1,0 +1,64 @@
+/* The members of an ensemble out of JSON: a list of states, a grid over chosen values, or random draws.
+ * Leaves to others: what is found out about them (observe), the computation (shard).
+ * Invariant: member i is a function of the request and i alone; nothing of the document is kept. */
+#ifndef API_MEMBERS_JSON_H
+#define API_MEMBERS_JSON_H
+
+#include <stdint.h>
+
+#include "api/read/state_json.h"
+#include "core/ensemble/member.h"
+
+/* What can vary from member to member. */
+enum api_quantity {
+    API_VARY_PHI,
+    API_VARY_THETA,
+    API_VARY_PHID,
+    API_VARY_THETAD,
+    API_VARY_LENGTH,
+    API_VARY_MASS,
+    API_VARY_GRAVITY,
+    API_VARY_COUNT
+};
+
+/* One value that varies: the arm's stored number and how it comes about. */
+struct api_variation {
+    enum api_quantity quantity;
+    int arm; /* stored number; -1 for gravity */
+    enum { API_SPREAD_LINEAR, API_SPREAD_LOG, API_SPREAD_UNIFORM, API_SPREAD_NORMAL } spread;
+    double from, to; /* ends of an axis or of a uniform draw; mean and deviation of a normal one; logarithms with LOG */
+    long count;      /* of an axis */
+};
+
+struct api_members {
+    long count;                /* members */
+    struct api_states *states; /* one a member, or the one that all start from */
+    int listed;                /* one a member */
+    int variations;
+    struct api_variation *variation; /* axes, the first runs fastest; or draws */
+    uint64_t seed;
+};
+
+/**
+ * Reads `states`, or `grid`, or `random`, with `initial` for the latter two.
+ *
+ * members  out; to be cleared with api_members_clear whatever is returned.
+ * root     the request's object.
+ * tree     as it was read; a faulty one is used as far as it is known.
+ *
+ * PEND_INVALID   every fault was added to the problem.
+ * PEND_NO_MEMORY
+ */
+PEND_MUST_CHECK enum pend_status api_members_read(struct api_members *members, const struct api_value *root,
+                                                  const struct api_tree *tree, const struct api_limits *limits,
+                                                  struct api_problem *problem);
+
+void api_members_clear(struct api_members *members);
+
+/**
+ * The start of member i into arrays that hold the tree's own lengths, masses and gravity. A draw that makes no pendulum
+ * (a length or a mass that is not positive) leaves a NaN there. O(n).
+ */
+void api_members_fill(const struct api_members *members, int n, long i, struct pend_member *member);
+
+#endif

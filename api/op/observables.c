@@ -1,0 +1,188 @@
+#include "api/op/observables.h"
+
+#include <math.h>
+#include <string.h>
+
+static const double pi = 3.14159265358979323846;
+
+/* an observable's columns: names, parts, and whether they have one number an arm */
+struct columns {
+    const char *name;
+    const char *part[3];
+    int arms[3];
+    unsigned times; /* bit i: part i is a time that may never come */
+};
+
+/* in the order of enum api_observable */
+static const struct columns observables[API_SEE_COUNT] = {
+    [API_SEE_START] = {"start", {"phi", "phid"}, {1, 1}, 0},
+    [API_SEE_PARAMETERS] = {"parameters", {"length", "mass", "gravity"}, {1, 1, 0}, 0},
+    [API_SEE_FINAL] = {"final", {"phi", "phid"}, {1, 1}, 0},
+    [API_SEE_FIRST_FLIP] = {"first_flip", {"time", "arm"}, {0, 0}, 1},
+    [API_SEE_FLIP_TIME] = {"flip_time", {NULL}, {1}, 1},
+    [API_SEE_FLIPS] = {"flips", {NULL}, {1}, 0},
+    [API_SEE_LAMBDA_MAX] = {"lambda_max", {"value", "time"}, {1, 1}, 2},
+    [API_SEE_LAMBDA_MIN] = {"lambda_min", {"value", "time"}, {1, 1}, 2},
+    [API_SEE_SIGN_CHANGE] = {"sign_change", {NULL}, {1}, 1},
+    [API_SEE_ENERGY_DRIFT] = {"energy_drift", {NULL}, {0}, 0},
+    [API_SEE_LYAPUNOV] = {"lyapunov", {NULL}, {0}, 0},
+    [API_SEE_HORIZON] = {"horizon", {NULL}, {0}, 0},
+    [API_SEE_TRAJECTORY] = {"trajectory", {NULL}, {0}, 0},
+};
+
+/* the outputs of a trajectory */
+enum { OUT_PHI, OUT_PHID, OUT_THETA, OUT_THETAD, OUT_LAMBDA, OUT_COUNT };
+
+static const char *const outputs[OUT_COUNT + 1] = {"phi", "phid", "theta", "thetad", "lambda", NULL};
+
+/* a time that never came: no answer has a NaN, and the clock of a member begins at 0 */
+static const double never = -1;
+
+const char *api_observables_name(enum api_observable observable) { return observables[observable].name; }
+
+/* the words of a list as bits; 0 where the field is missing or faulty */
+static unsigned read_words(const struct api_value *list, const char *const words[], struct api_problem *problem) {
+    unsigned found = 0;
+    if (api_value_kind(list) == API_MISSING) return 0;
+    if (api_value_kind(list) != API_ARRAY || !api_value_count(list)) {
+        api_value_fault(list, problem, "must be an array of at least one name");
+        return 0;
+    }
+    struct api_value item = api_value_item(list, 0);
+    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
+        int word = 0;
+        if (api_field_word(&item, words, &word, problem) <= 0) continue;
+        if (found >> word & 1) api_value_fault(&item, problem, "is named twice");
+        found |= 1u << word;
+    }
+    return found;
+}
+
+void api_observables_read(struct api_observables *seen, const struct api_value *root, struct api_problem *problem) {
+    const char *names[API_SEE_COUNT + 1] = {0};
+    struct api_value list = api_value_member(root, "observables"), output = api_value_member(root, "output");
+    for (int i = 0; i < API_SEE_COUNT; i++) names[i] = observables[i].name;
+    *seen = (struct api_observables){.wanted = read_words(&list, names, problem)};
+    if (api_value_kind(&list) == API_MISSING) seen->wanted = 1u << API_SEE_FINAL;
+    int rows = seen->wanted >> API_SEE_TRAJECTORY & 1;
+    if (rows && seen->wanted != 1u << API_SEE_TRAJECTORY)
+        api_value_fault(&list, problem,
+                        "\"trajectory\" has many rows a member, the others have one: ask for them in another request");
+    if (!rows && api_value_kind(&output) != API_MISSING)
+        api_value_fault(&output, problem, "is for the observable \"trajectory\": leave it out");
+    seen->output = read_words(&output, outputs, problem);
+    if (!seen->output) seen->output = 1u << OUT_PHI | 1u << OUT_PHID | 1u << OUT_LAMBDA;
+}
+
+void api_observables_columns(struct api_observables *seen, int n) {
+    struct api_table *table = &seen->table;
+    api_table_add(table, "member", NULL, 0);
+    if (seen->wanted >> API_SEE_TRAJECTORY & 1) {
+        api_table_add(table, "status", NULL, 0);
+        api_table_add(table, "t", NULL, 0);
+        for (int i = 0; i < OUT_COUNT; i++)
+            if (seen->output >> i & 1) api_table_add(table, outputs[i], NULL, n);
+        return;
+    }
+    api_table_add(table, "status", NULL, 0);
+    for (int i = 0; i < API_SEE_COUNT; i++) {
+        if (!(seen->wanted >> i & 1)) continue;
+        seen->at[i] = table->count;
+        for (int part = 0; part < 3 && (!part || observables[i].part[part]); part++) {
+            api_table_add(table, observables[i].name, observables[i].part[part], observables[i].arms[part] ? n : 0);
+            table->column[table->count - 1].sparse = (int)(observables[i].times >> part & 1);
+        }
+    }
+}
+
+void api_observables_ask(const struct api_observables *seen, struct pend_ensemble_problem *problem) {
+    const unsigned flips = 1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME | 1u << API_SEE_FLIPS;
+    const unsigned given = 1u << API_SEE_START | 1u << API_SEE_PARAMETERS; // known without following a member
+    unsigned wanted = seen->wanted & ~given;
+    problem->observe = 0;
+    if (wanted & flips) problem->bound = pi;
+    if (wanted & (1u << API_SEE_LAMBDA_MAX | 1u << API_SEE_LAMBDA_MIN)) problem->observe |= PEND_OBSERVE_EXTREMES;
+    if (wanted >> API_SEE_SIGN_CHANGE & 1) problem->observe |= PEND_OBSERVE_SIGNS;
+    if (wanted >> API_SEE_ENERGY_DRIFT & 1) problem->observe |= PEND_OBSERVE_ENERGY;
+    if (wanted >> API_SEE_LYAPUNOV & 1) problem->observe |= PEND_OBSERVE_LYAPUNOV;
+    if (!wanted || wanted & ~flips) return;
+    // nothing else depends on the end: members need not be followed further than the answer
+    problem->spare = 1;
+    if (!(wanted >> API_SEE_FLIPS & 1))
+        problem->until = wanted >> API_SEE_FLIP_TIME & 1 ? PEND_UNTIL_ALL : PEND_UNTIL_FIRST;
+}
+
+int api_observables_status(enum pend_status status) {
+    return status == PEND_OK ? 0 : status == PEND_NOT_FINITE ? 1 : status == PEND_STEP_TOO_SMALL ? 2 : 3;
+}
+
+/* n values from stored to the caller's order; what is not finite, or not there, becomes `gap` */
+static double *put(double *at, const struct pend_tree *tree, const double x[], double gap) {
+    for (int k = 0; k < tree->n; k++) at[tree->order[k]] = x && isfinite(x[k]) ? x[k] : gap;
+    return at + tree->n;
+}
+
+static double *put_one(double *at, double x, double gap) {
+    *at = isfinite(x) ? x : gap;
+    return at + 1;
+}
+
+static double *write_one(enum api_observable observable, const struct pend_tree *tree, const struct pend_member *start,
+                         const struct pend_outcome *outcome, double *at) {
+    const struct pend_force_range *force = &outcome->force;
+    switch (observable) {
+    case API_SEE_START:
+        return put(put(at, tree, start->phi, 0), tree, start->rate, 0);
+    case API_SEE_PARAMETERS:
+        return put_one(put(put(at, tree, start->length, 0), tree, start->mass, 0), start->gravity, 0);
+    case API_SEE_FINAL:
+        return put(put(at, tree, outcome->phi, 0), tree, outcome->rate, 0);
+    case API_SEE_FIRST_FLIP:
+        at = put_one(at, outcome->first, never);
+        return put_one(at, outcome->arm < 0 ? 0 : tree->order[outcome->arm] + 1, 0);
+    case API_SEE_FLIP_TIME:
+        return put(at, tree, outcome->first_crossing, never);
+    case API_SEE_FLIPS:
+        for (int k = 0; k < tree->n; k++) at[tree->order[k]] = outcome->crossings ? (double)outcome->crossings[k] : 0;
+        return at + tree->n;
+    case API_SEE_LAMBDA_MAX:
+        return put(put(at, tree, force->most, 0), tree, force->most_time, never);
+    case API_SEE_LAMBDA_MIN:
+        return put(put(at, tree, force->least, 0), tree, force->least_time, never);
+    case API_SEE_SIGN_CHANGE:
+        return put(at, tree, outcome->sign_change, never);
+    case API_SEE_ENERGY_DRIFT:
+        return put_one(at, outcome->energy_drift, 0);
+    case API_SEE_HORIZON:
+        return put_one(at, outcome->horizon, 0);
+    default:
+        return put_one(at, outcome->lyapunov, 0);
+    }
+}
+
+void api_observables_write(const struct api_observables *seen, const struct pend_tree *tree, long member,
+                           const struct pend_member *start, const struct pend_outcome *outcome, double row[]) {
+    /* of a motion that was not followed to its end nothing is known */
+    static const struct pend_outcome nothing = {
+        .arm = -1, .first = NAN, .energy_drift = NAN, .horizon = NAN, .lyapunov = NAN};
+    double *at = row;
+    *at++ = (double)member;
+    *at++ = api_observables_status(outcome->status);
+    if (outcome->status != PEND_OK) outcome = &nothing;
+    for (int i = 0; i < API_SEE_COUNT; i++)
+        if (seen->wanted >> i & 1) at = write_one((enum api_observable)i, tree, start, outcome, at);
+}
+
+void api_observables_sample(const struct api_observables *seen, const struct pend_tree *tree, long member, double t,
+                            const double phi[], const double rate[], const double force[], const double theta[],
+                            double row[]) {
+    double *at = row;
+    *at++ = (double)member;
+    *at++ = 0;
+    *at++ = t;
+    const double *from[OUT_COUNT] = {phi, rate, theta, rate, force};
+    for (int i = 0; i < OUT_COUNT; i++) {
+        if (!(seen->output >> i & 1)) continue;
+        at = put(at, tree, from[i], 0);
+    }
+}

@@ -1,0 +1,49 @@
+#include "api/op/op.h"
+
+#include <stddef.h>
+#include <stdio.h>
+
+#include "api/encode/encode.h"
+#include "api/json/json_in.h"
+
+static const double turn_seconds = 0.001, hurried_seconds = 0.00025;
+static const size_t turn_bytes = 1 << 18;
+
+double api_turn_seconds(const struct api_turn *turn) {
+    return turn->now ? turn->earlier + (turn->now(turn->context) - turn->begun) : -1;
+}
+
+int api_turn_over(const struct api_turn *turn) {
+    if (!turn->now || turn->out->bytes - turn->before >= turn_bytes) return 1;
+    double seconds = turn->now(turn->context) - turn->begun;
+    return seconds >= turn_seconds || (turn->hurry && seconds >= hurried_seconds && turn->hurry(turn->company));
+}
+
+void api_reading_check_size(const struct api_reading *reading, const struct api_table *table,
+                            const struct api_value *value, const char *what, const char *fewer) {
+    const struct api_format *format = reading->format;
+    double bytes = format->bytes(table), most = reading->limits->answer_bytes;
+    char flowing[API_FORMATS_TEXT], reason[80] = "the limit max-answer-bytes";
+    if (format->block) return;
+    if (format->most_bytes && format->most_bytes < most) {
+        snprintf(reason, sizeof reason, "the bound of %s", format->media_type);
+        most = format->most_bytes;
+    }
+    if (bytes <= most) return;
+    api_format_list(flowing, 1, 1);
+    api_value_fault(value, reading->problem,
+                    "asks for %ld %s of %.0f numbers, up to %.0f bytes, more than %s of %.0f: ask for %s%s, or for a "
+                    "representation without such a limit: %s",
+                    table->rows, what, api_table_numbers(table, 0), bytes, reason, most, fewer,
+                    format->digits ? ", or round the numbers by \"digits\"" : "", flowing);
+}
+
+static const struct api_op *const ops[API_OP_COUNT] = {
+    [API_OP_TREES] = &api_op_trees,         [API_OP_TRAJECTORIES] = &api_op_trajectories,
+    [API_OP_FORCES] = &api_op_forces,       [API_OP_MODES] = &api_op_modes,
+    [API_OP_ENSEMBLES] = &api_op_ensembles, [API_OP_PRESETS] = &api_op_presets,
+    [API_OP_PRESET] = &api_op_preset,       [API_OP_EQUATIONS] = &api_op_equations,
+    [API_OP_LYAPUNOV] = &api_op_lyapunov,   [API_OP_SECTIONS] = &api_op_sections,
+};
+
+const struct api_op *api_op_at(enum api_op_id id) { return id >= 0 && id < API_OP_COUNT ? ops[id] : NULL; }

@@ -1,0 +1,267 @@
+/* POST /v1/forces: accelerations, forces, positions and energies of given states, without integration.
+ * Leaves to others: reading (tree_json, state_json), the mechanics (core/dynamics/dynamics, motion), the bytes (encode).
+ * Invariant: one row a state, in the order in which the states came. */
+#include "api/op/op.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "api/encode/encode.h"
+#include "api/read/state_json.h"
+#include "core/dynamics/dynamics.h"
+#include "core/dynamics/kinematics.h"
+#include "core/tree/turns.h"
+
+static const char *const fields[] = {"pendulum", "state", "states", "digits", NULL};
+
+enum { PHIDD, LAMBDA, Z_RE, Z_IM, ZD_RE, ZD_IM, ZDD_RE, ZDD_IM, KINETIC, POTENTIAL, TOTAL, COLUMNS };
+
+/* what a computation is estimated by: s a number of the answer, and that it is text */
+static const double number_seconds = 5e-8, text_seconds = 3e-8;
+
+enum { BLOCK_ROWS = 64, BLOCK_NUMBERS = 16384 };
+
+/* states whose accelerations are found together */
+enum { AT_ONCE = PEND_DYNAMICS_LANES };
+
+/* the columns of the answer, in the order above; the energies have one number a row */
+static const struct {
+    const char *name, *part;
+} columns[COLUMNS] = {
+    [PHIDD] = {"phidd", NULL},
+    [LAMBDA] = {"lambda", NULL},
+    [Z_RE] = {"z", "re"},
+    [Z_IM] = {"z", "im"},
+    [ZD_RE] = {"zd", "re"},
+    [ZD_IM] = {"zd", "im"},
+    [ZDD_RE] = {"zdd", "re"},
+    [ZDD_IM] = {"zdd", "im"},
+    [KINETIC] = {"energy", "kinetic"},
+    [POTENTIAL] = {"energy", "potential"},
+    [TOTAL] = {"energy", "total"},
+};
+
+struct forces {
+    struct api_tree tree;
+    struct api_states *states;
+    struct api_table table;
+    const struct api_format *format;
+
+    /* once it runs; the arrays are one block that begins with work */
+    struct api_writer *writer;
+    long next, cap; /* the first state that is not written yet; rows of a block */
+    void *work;
+    double *row[4]; /* accelerations, forces of AT_ONCE states; two parts of a vector; n numbers in stored order each */
+    double *scratch; /* 3 n numbers */
+    double *column[COLUMNS];
+};
+
+static void forces_free(void **state) {
+    struct forces *forces = *state;
+    if (!forces) return;
+    free(forces->work);
+    api_writer_free(&forces->writer);
+    api_states_free(&forces->states);
+    api_tree_clear(&forces->tree);
+    free(forces);
+    *state = NULL;
+}
+
+/* reading */
+
+/* sets the columns and faults an answer that would be too large */
+static void forces_check_size(struct forces *forces, const struct api_reading *reading) {
+    struct api_table *table = &forces->table;
+    for (int c = 0; c < COLUMNS; c++)
+        api_table_add(table, columns[c].name, columns[c].part, c < KINETIC ? forces->tree.n : 0);
+    api_reading_check_size(reading, table, reading->root, "states", "fewer at a time");
+}
+
+/* how many states there are; 0 where that is a fault */
+static long forces_count(struct forces *forces, const struct api_reading *reading) {
+    struct api_problem *problem = reading->problem;
+    struct api_value one = api_value_member(reading->root, "state"), many = api_value_member(reading->root, "states");
+    forces->table.single = api_value_kind(&many) == API_MISSING;
+    if (forces->table.single) return 1;
+    long count = api_value_count(&many);
+    if (api_value_kind(&one) != API_MISSING)
+        api_value_fault(&one, problem, "does not go together with \"states\": give one of the two");
+    if (api_value_kind(&many) != API_ARRAY || !count) {
+        api_value_fault(&many, problem, "must be an array of at least one state");
+        return 0;
+    }
+    if ((double)count <= reading->limits->samples) return count;
+    api_value_fault(&many, problem, "has %ld states, more than the limit %s of %.0f: ask for fewer at a time", count,
+                    api_limits_name(reading->limits, &reading->limits->samples), reading->limits->samples);
+    return 0;
+}
+
+/* the states; they get their memory only once nothing is wrong with the rest and with the size of the answer */
+static enum pend_status forces_read_states(struct forces *forces, const struct api_reading *reading) {
+    struct api_problem *problem = reading->problem;
+    struct api_value one = api_value_member(reading->root, "state"), many = api_value_member(reading->root, "states");
+    forces->table.rows = forces_count(forces, reading);
+    if (!forces->table.rows) return PEND_INVALID;
+    if (forces->tree.tree) forces_check_size(forces, reading);
+    if (!problem->status) PEND_TRY(api_states_new(&forces->states, forces->table.rows, forces->tree.n));
+    if (forces->table.single) api_states_read(forces->states, 0, &one, &forces->tree, reading->limits, problem);
+    struct api_value state = api_value_item(&many, 0);
+    for (; api_value_kind(&state) != API_MISSING; state = api_value_next(&state))
+        api_states_read(forces->states, state.index, &state, &forces->tree, reading->limits, problem);
+    return problem->status ? PEND_INVALID : PEND_OK;
+}
+
+static enum pend_status forces_read_parts(struct forces *forces, const struct api_reading *reading) {
+    struct api_value pendulum = api_value_member(reading->root, "pendulum");
+    struct api_value digits = api_value_member(reading->root, "digits");
+    long rounded = 0;
+    (void)api_value_only(reading->root, fields, reading->problem);
+    (void)api_field_whole(&digits, 1, 17, &rounded, reading->problem);
+    forces->table.digits = (int)rounded;
+    enum pend_status status = api_tree_read(&forces->tree, &pendulum, reading->limits, reading->problem);
+    if (status == PEND_NO_MEMORY) return status;
+    return forces_read_states(forces, reading);
+}
+
+static enum pend_status forces_read(void **state, const struct api_reading *reading) {
+    struct forces *forces = calloc(1, sizeof *forces);
+    *state = forces;
+    if (!forces) return PEND_NO_MEMORY;
+    forces->format = reading->format;
+    enum pend_status status = forces_read_parts(forces, reading);
+    if (status != PEND_OK) forces_free(state);
+    return status;
+}
+
+/* running */
+
+/* one block: the scratch of the dynamics, what it gives for some states, two rows, the columns of `cap` rows */
+static enum pend_status forces_allocate(struct forces *forces, struct pend_error *error) {
+    size_t n = (size_t)forces->tree.n, work = (pend_dynamics_many_bytes(forces->tree.n) + 63) / 64 * 64;
+    long cap = BLOCK_NUMBERS / (long)api_table_numbers(&forces->table, 0);
+    if (cap > BLOCK_ROWS) cap = BLOCK_ROWS;
+    if (cap > forces->table.rows) cap = forces->table.rows;
+    forces->cap = cap < 1 ? 1 : cap;
+    size_t numbers = (2 * AT_ONCE + 2 + 3) * n + (size_t)forces->cap * (KINETIC * n + (COLUMNS - KINETIC));
+    forces->work = aligned_alloc(64, work + (numbers * sizeof(double) + 63) / 64 * 64);
+    if (!forces->work) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for states of %zu arms", n);
+    double *at = (double *)((char *)forces->work + work);
+    for (int i = 0; i < 2; i++, at += AT_ONCE * n) forces->row[i] = at;
+    for (int i = 2; i < 4; i++, at += n) forces->row[i] = at;
+    forces->scratch = at;
+    at += 3 * n;
+    for (int c = 0; c < COLUMNS; c++) {
+        forces->column[c] = at;
+        at += (size_t)forces->cap * (c < KINETIC ? n : 1);
+    }
+    return PEND_OK;
+}
+
+/* copies a row in stored order to row i of a column */
+static void forces_put(const struct forces *forces, const double row[], long i, int column) {
+    double *out = forces->column[column] + i * forces->tree.n;
+    const int *order = forces->tree.tree->order;
+    for (int k = 0; k < forces->tree.n; k++) out[order[k]] = row[k];
+}
+
+/* a state is a small swing about hanging, which has digits that doubles do not hold */
+static int forces_swing(int n, const double phi[], const double phi_low[]) {
+    double largest = 0, low = 0;
+    for (int k = 0; k < n; k++) {
+        low = fmax(low, fabs(phi_low[k]));
+        largest = fmax(largest, fabs(pend_turns_theta(phi[k], phi_low[k])));
+    }
+    return low > 0 && largest <= PEND_TURNS_SMALL;
+}
+
+/* computes state s into row i of the columns */
+static void forces_compute(const struct forces *forces, long s, long i) {
+    const struct pend_tree *tree = forces->tree.tree;
+    const double *phi = forces->states->phi + s * tree->n, *rate = forces->states->rate + s * tree->n;
+    const double *low = forces->states->phi_low + s * tree->n;
+    double gravity = forces->tree.gravity, *re = forces->row[2], *im = forces->row[3];
+    // the first of some finds the accelerations and forces of all
+    long behind = i % AT_ONCE, left = forces->table.rows - s;
+    double *acc = forces->row[0] + behind * tree->n, *force = forces->row[1] + behind * tree->n;
+    if (!behind)
+        pend_dynamics_many(tree, gravity, left < AT_ONCE ? left : AT_ONCE, phi, rate, forces->work, acc, force);
+    if (forces_swing(tree->n, phi, low))
+        pend_dynamics_fine(tree, gravity, phi, low, rate, forces->work, forces->scratch, acc, force);
+    forces_put(forces, acc, i, PHIDD);
+    forces_put(forces, force, i, LAMBDA);
+    pend_motion_position(tree, phi, re, im);
+    forces_put(forces, re, i, Z_RE);
+    forces_put(forces, im, i, Z_IM);
+    pend_motion_velocity(tree, phi, rate, re, im);
+    forces_put(forces, re, i, ZD_RE);
+    forces_put(forces, im, i, ZD_IM);
+    pend_motion_acceleration(tree, phi, rate, acc, re, im);
+    forces_put(forces, re, i, ZDD_RE);
+    forces_put(forces, im, i, ZDD_IM);
+    struct pend_energy energy = pend_motion_energy(tree, gravity, phi, rate);
+    forces->column[KINETIC][i] = energy.kinetic;
+    forces->column[POTENTIAL][i] = energy.potential;
+    forces->column[TOTAL][i] = energy.kinetic + energy.potential;
+}
+
+/* takes whole turns from an angle and what rounding has left of it */
+static void forces_rest(double *phi, double *low) {
+    struct pend_sum rest = pend_turns_rest(*phi, *low, NULL);
+    *phi = rest.high;
+    *low = rest.low;
+}
+
+static enum pend_status forces_begin(struct forces *forces, struct api_buffer *out, struct pend_error *error) {
+    PEND_TRY(api_states_settle(forces->states, &forces->tree, error));
+    // no angle is told, and forces do not change with whole turns
+    for (long i = 0; i < forces->table.rows * forces->tree.n; i++)
+        forces_rest(&forces->states->phi[i], &forces->states->phi_low[i]);
+    PEND_TRY(forces_allocate(forces, error));
+    return api_writer_new(&forces->writer, forces->format, &forces->table, out);
+}
+
+/* the next block of states */
+static enum pend_status forces_block(struct forces *forces, struct api_buffer *out, struct pend_error *error) {
+    long rows = forces->table.rows - forces->next;
+    if (rows > forces->cap) rows = forces->cap;
+    for (long i = 0; i < rows; i++) forces_compute(forces, forces->next + i, i);
+    forces->next += rows;
+    return api_writer_block(forces->writer, rows, (const double *const *)forces->column, out, error);
+}
+
+static enum pend_status forces_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
+    struct forces *forces = state;
+    if (!forces->writer) PEND_TRY(forces_begin(forces, turn->out, error));
+    do {
+        if (forces->next == forces->table.rows)
+            PEND_TRY(api_writer_finish(forces->writer, NULL, turn->out, done));
+        else
+            PEND_TRY(forces_block(forces, turn->out, error));
+    } while (!*done && !api_turn_over(turn));
+    return PEND_OK;
+}
+
+static double forces_cost(const void *state) {
+    const struct forces *forces = state;
+    double numbers = (double)forces->table.rows * api_table_numbers(&forces->table, 0);
+    return numbers * (number_seconds + (forces->format->digits ? text_seconds : 0));
+}
+
+static double forces_bytes(const void *state) {
+    const struct forces *forces = state;
+    double n = forces->tree.n, block = 2.0 * BLOCK_NUMBERS + (2 * AT_ONCE + 2 + 3 + KINETIC + COLUMNS) * n;
+    return block * sizeof(double) + (double)pend_dynamics_many_bytes(forces->tree.n) + api_tree_bytes(&forces->tree) +
+           api_states_bytes(forces->states) + api_writer_bytes(forces->format, &forces->table);
+}
+
+static const struct api_table *forces_table(const void *state) { return &((const struct forces *)state)->table; }
+
+const struct api_op api_op_forces = {.name = "forces",
+                                     .body = 1,
+                                     .samples = 1,
+                                     .read = forces_read,
+                                     .run = forces_run,
+                                     .table = forces_table,
+                                     .cost = forces_cost,
+                                     .bytes = forces_bytes,
+                                     .free = forces_free};

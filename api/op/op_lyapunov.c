@@ -1,0 +1,273 @@
+/* POST /v1/lyapunov: the exponents by which neighbours leave a motion, and how they settle in time.
+ * Leaves to others: reading (tree_json, state_json), the exponents (core/ensemble/lyapunov), the bytes (encode).
+ * Invariant: row i is the estimate over the first i + 1 spans of the duration. */
+#include "api/op/op.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/encode/encode.h"
+#include "api/read/state_json.h"
+#include "core/ensemble/lyapunov.h"
+
+static const char *const fields[] = {"pendulum", "initial", "duration", "transient",
+                                     "samples",  "count",   "digits",   NULL};
+
+enum { SAMPLES_USUAL = 100, ROWS = 64, PIECE = 20000 };
+
+/* the longest time and what a computation is estimated by: s a step and arm of one motion, and a product */
+static const double duration_most = 1e9, arm_seconds = 1e-6, product_seconds = 1e-9;
+
+/* radians that the fastest arm turns between two instants at which the directions are made orthonormal */
+static const double turn = 0.3;
+
+struct lyapunov {
+    struct api_tree tree;
+    struct api_states *start;
+    double duration, transient;
+    int count;
+    struct api_table table;
+    const struct api_format *format;
+    double step_cap;
+    const char *step_name; /* of the limit */
+
+    /* once it runs */
+    struct pend_lyapunov *exponents;
+    struct api_writer *writer;
+    double interval;
+    long a_row, skip;   /* intervals of a row, and of the transient */
+    long intervals;     /* that are over, those of the transient too */
+    double *column[3];  /* t, the exponents and their errors of up to ROWS rows, one block */
+    long rows, written; /* in the block, and before it */
+    struct api_stats stats;
+};
+
+static void lyapunov_free(void **state) {
+    struct lyapunov *lyapunov = *state;
+    if (!lyapunov) return;
+    free(lyapunov->column[0]);
+    api_writer_free(&lyapunov->writer);
+    pend_lyapunov_free(&lyapunov->exponents);
+    api_states_free(&lyapunov->start);
+    api_tree_clear(&lyapunov->tree);
+    free(lyapunov);
+    *state = NULL;
+}
+
+/* --- reading --- */
+
+/* how many exponents: a number, or "all" */
+static void lyapunov_read_count(struct lyapunov *lyapunov, const struct api_value *count, struct api_problem *problem) {
+    const char *text = api_value_text(count);
+    long most = 2L * lyapunov->tree.n, wanted = 1;
+    if (text && !strcmp(text, "all")) {
+        wanted = most;
+    } else if (text) {
+        api_value_fault(count, problem, "must be a number of exponents from 1 to %ld, or \"all\", got \"%.40s\"", most,
+                        text);
+    } else if (most) {
+        (void)api_field_whole(count, 1, most, &wanted, problem);
+    }
+    lyapunov->count = (int)(wanted > 0 ? wanted : 1);
+}
+
+static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov, const struct api_reading *reading) {
+    const struct api_value *root = reading->root;
+    struct api_problem *problem = reading->problem;
+    struct api_value pendulum = api_value_member(root, "pendulum"), initial = api_value_member(root, "initial");
+    struct api_value duration = api_value_member(root, "duration"), transient = api_value_member(root, "transient");
+    struct api_value samples = api_value_member(root, "samples"), count = api_value_member(root, "count");
+    struct api_value digits = api_value_member(root, "digits");
+    long rounded = 0, rows = SAMPLES_USUAL;
+    (void)api_value_only(root, fields, problem);
+    enum pend_status status = api_tree_read(&lyapunov->tree, &pendulum, reading->limits, problem);
+    if (status == PEND_NO_MEMORY) return status;
+    if (status == PEND_OK) PEND_TRY(api_states_new(&lyapunov->start, 1, lyapunov->tree.n));
+    api_states_read(lyapunov->start, 0, &initial, &lyapunov->tree, reading->limits, problem);
+    if (api_field_needed(&duration, problem))
+        (void)api_value_read_number(&duration, 1e-9, duration_most, "s", &lyapunov->duration, problem);
+    (void)api_value_read_number(&transient, 0, duration_most, "s", &lyapunov->transient, problem);
+    (void)api_field_whole(&samples, 1, (long)reading->limits->samples, &rows, problem);
+    lyapunov_read_count(lyapunov, &count, problem);
+    (void)api_field_whole(&digits, 1, 17, &rounded, problem);
+    lyapunov->table.digits = (int)rounded;
+    lyapunov->table.rows = rows;
+    return problem->status ? PEND_INVALID : PEND_OK;
+}
+
+/* the columns; faults more than there is memory for */
+static enum pend_status lyapunov_check_size(struct lyapunov *lyapunov, const struct api_reading *reading) {
+    struct api_value count = api_value_member(reading->root, "count");
+    double bytes = 8.0 * 6 * lyapunov->tree.n * (lyapunov->count + 1);
+    api_table_add(&lyapunov->table, "t", NULL, 0);
+    api_table_add(&lyapunov->table, "exponents", NULL, lyapunov->count);
+    api_table_add(&lyapunov->table, "error", NULL, lyapunov->count);
+    if (bytes > reading->limits->answer_bytes)
+        api_value_fault(&count, reading->problem,
+                        "asks for %d directions in %d dimensions, %.0f bytes, more than the limit max-answer-bytes of "
+                        "%.0f: ask for fewer",
+                        lyapunov->count, 2 * lyapunov->tree.n, bytes, reading->limits->answer_bytes);
+    api_reading_check_size(reading, &lyapunov->table, reading->root, "samples", "fewer samples or exponents");
+    return reading->problem->status ? PEND_INVALID : PEND_OK;
+}
+
+static enum pend_status lyapunov_read(void **state, const struct api_reading *reading) {
+    struct lyapunov *lyapunov = calloc(1, sizeof *lyapunov);
+    *state = lyapunov;
+    if (!lyapunov) return PEND_NO_MEMORY;
+    lyapunov->format = reading->format;
+    lyapunov->step_cap = reading->limits->steps;
+    lyapunov->step_name = api_limits_name(reading->limits, &reading->limits->steps);
+    enum pend_status status = lyapunov_read_parts(lyapunov, reading);
+    if (status == PEND_OK) status = lyapunov_check_size(lyapunov, reading);
+    if (status != PEND_OK) lyapunov_free(state);
+    return status;
+}
+
+/* --- running --- */
+
+/* rad/s, about: as fast as the shortest arm swings, faster where many hang on each other, and as the start has it */
+static double lyapunov_rate(const struct lyapunov *lyapunov) {
+    const struct pend_tree *tree = lyapunov->tree.tree;
+    double shortest = INFINITY, rate = 0;
+    for (int k = 0; k < tree->n; k++) {
+        shortest = fmin(shortest, tree->len[k]);
+        rate = fmax(rate, fabs(lyapunov->start->rate[k]));
+    }
+    return rate + sqrt(fabs(lyapunov->tree.gravity) / shortest * sqrt(tree->n));
+}
+
+/* intervals of a row, so many that none is longer than the fastest arm's turn */
+static double lyapunov_intervals(const struct lyapunov *lyapunov) {
+    double row = lyapunov->duration / (double)lyapunov->table.rows;
+    return fmax(1, ceil(row * lyapunov_rate(lyapunov) / turn));
+}
+
+static enum pend_status lyapunov_begin(struct lyapunov *lyapunov, struct api_buffer *out, struct pend_error *error) {
+    size_t count = (size_t)lyapunov->count, width = 1 + 2 * count;
+    PEND_TRY(api_states_settle(lyapunov->start, &lyapunov->tree, error));
+    double a_row = lyapunov_intervals(lyapunov);
+    lyapunov->interval = lyapunov->duration / (double)lyapunov->table.rows / a_row;
+    double skip = ceil(lyapunov->transient / lyapunov->interval);
+    if (!(a_row * (double)lyapunov->table.rows + skip < lyapunov->step_cap))
+        return pend_fail(error, PEND_TOO_MANY_STEPS, -1, 0,
+                         "this takes at least %.3g steps, more than the limit %s of %.0f: ask for a shorter time",
+                         a_row * (double)lyapunov->table.rows + skip, lyapunov->step_name, lyapunov->step_cap);
+    lyapunov->a_row = (long)a_row;
+    lyapunov->skip = (long)skip;
+    lyapunov->column[0] = malloc(ROWS * width * sizeof(double));
+    if (!lyapunov->column[0]) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for %zu exponents", count);
+    lyapunov->column[1] = lyapunov->column[0] + ROWS;
+    lyapunov->column[2] = lyapunov->column[1] + ROWS * count;
+    const struct pend_lyapunov_problem problem = {.tree = lyapunov->tree.tree,
+                                                  .gravity = lyapunov->tree.gravity,
+                                                  .phi = lyapunov->start->phi,
+                                                  .phi_low = lyapunov->start->phi_low,
+                                                  .rate = lyapunov->start->rate,
+                                                  .count = lyapunov->count,
+                                                  .interval = lyapunov->interval};
+    PEND_TRY(pend_lyapunov_new(&lyapunov->exponents, &problem, error));
+    return api_writer_new(&lyapunov->writer, lyapunov->format, &lyapunov->table, out);
+}
+
+/* writes the rows of the block */
+static enum pend_status lyapunov_flush(struct lyapunov *lyapunov, struct api_buffer *out, struct pend_error *error) {
+    long rows = lyapunov->rows;
+    lyapunov->written += rows;
+    lyapunov->rows = 0;
+    return api_writer_block(lyapunov->writer, rows, (const double *const *)lyapunov->column, out, error);
+}
+
+/* an interval is over: the transient's end, or a row's */
+static enum pend_status lyapunov_step(struct lyapunov *lyapunov, struct api_buffer *out, struct pend_error *error) {
+    long over = ++lyapunov->intervals - lyapunov->skip;
+    if (over == 0) pend_lyapunov_forget(lyapunov->exponents);
+    if (over <= 0 || over % lyapunov->a_row) return PEND_OK;
+    long row = over / lyapunov->a_row;
+    lyapunov->column[0][lyapunov->rows] = (double)row * lyapunov->duration / (double)lyapunov->table.rows;
+    pend_lyapunov_exponents(lyapunov->exponents, lyapunov->column[1] + lyapunov->rows * lyapunov->count);
+    pend_lyapunov_errors(lyapunov->exponents, lyapunov->column[2] + lyapunov->rows * lyapunov->count);
+    lyapunov->rows++;
+    return lyapunov->rows == ROWS || row == lyapunov->table.rows ? lyapunov_flush(lyapunov, out, error) : PEND_OK;
+}
+
+static enum pend_status lyapunov_piece(struct lyapunov *lyapunov, struct api_buffer *out, struct pend_error *error) {
+    long steps = PIECE / (lyapunov->tree.n * 8L);
+    int over = 0;
+    PEND_TRY(pend_lyapunov_go(lyapunov->exponents, steps > 0 ? steps : 1, &over, error));
+    if ((double)pend_lyapunov_steps(lyapunov->exponents) > lyapunov->step_cap)
+        return pend_fail(error, PEND_TOO_MANY_STEPS, -1, 0,
+                         "more steps than the limit %s of %.0f: ask for a shorter time or fewer exponents",
+                         lyapunov->step_name, lyapunov->step_cap);
+    return over ? lyapunov_step(lyapunov, out, error) : PEND_OK;
+}
+
+static void lyapunov_tell(struct lyapunov *lyapunov, const struct api_turn *turn_) {
+    struct api_stats *stats = &lyapunov->stats;
+    double seconds = api_turn_seconds(turn_);
+    api_stats_whole(stats, "steps", pend_lyapunov_steps(lyapunov->exponents));
+    api_stats_number(stats, "interval", lyapunov->interval);
+    api_stats_number(stats, "frequency", pend_lyapunov_frequency(lyapunov->exponents));
+    api_stats_origin(stats);
+    if (seconds >= 0) api_stats_number(stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
+}
+
+static enum pend_status lyapunov_run(void *state, const struct api_turn *turn_, int *done, struct pend_error *error) {
+    struct lyapunov *lyapunov = state;
+    if (!lyapunov->writer) PEND_TRY(lyapunov_begin(lyapunov, turn_->out, error));
+    do {
+        if (lyapunov->written < lyapunov->table.rows) {
+            PEND_TRY(lyapunov_piece(lyapunov, turn_->out, error));
+            continue;
+        }
+        if (!lyapunov->stats.count) lyapunov_tell(lyapunov, turn_);
+        PEND_TRY(api_writer_finish(lyapunov->writer, &lyapunov->stats, turn_->out, done));
+    } while (!*done && !api_turn_over(turn_));
+    return PEND_OK;
+}
+
+static long lyapunov_steps(const void *state) {
+    const struct lyapunov *lyapunov = state;
+    return lyapunov->exponents ? pend_lyapunov_steps(lyapunov->exponents) : 0;
+}
+
+static void lyapunov_progress(const void *state, double *steps, double *work) {
+    const struct lyapunov *lyapunov = state;
+    double all = (double)lyapunov->a_row * (double)lyapunov->table.rows + (double)lyapunov->skip;
+    *steps = *work = all > 0 ? (double)lyapunov->intervals / all : -1;
+}
+
+static double lyapunov_cost(const void *state) {
+    const struct lyapunov *lyapunov = state;
+    double n = lyapunov->tree.n, count = lyapunov->count;
+    double intervals = lyapunov_intervals(lyapunov) * (double)lyapunov->table.rows;
+    intervals *= 1 + lyapunov->transient / lyapunov->duration;
+    return intervals * (2 * (2 * count + 1) * (n + 4) * arm_seconds + 4 * count * count * n * product_seconds);
+}
+
+static double lyapunov_bytes(const void *state) {
+    const struct lyapunov *lyapunov = state;
+    double n = lyapunov->tree.n, count = lyapunov->count;
+    return 32768 + (n + 16) * 16000 +
+           sizeof(double) * (8 * n * (count + 1) + (2 + 32) * count + ROWS * (1 + 2 * count)) +
+           api_tree_bytes(&lyapunov->tree) + api_states_bytes(lyapunov->start) +
+           api_writer_bytes(lyapunov->format, &lyapunov->table);
+}
+
+static const struct api_table *lyapunov_table(const void *state) { return &((const struct lyapunov *)state)->table; }
+
+static const struct api_stats *lyapunov_told(const void *state) { return &((const struct lyapunov *)state)->stats; }
+
+const struct api_op api_op_lyapunov = {.name = "lyapunov",
+                                       .body = 1,
+                                       .samples = 1,
+                                       .read = lyapunov_read,
+                                       .run = lyapunov_run,
+                                       .steps = lyapunov_steps,
+                                       .progress = lyapunov_progress,
+                                       .table = lyapunov_table,
+                                       .cost = lyapunov_cost,
+                                       .told = lyapunov_told,
+                                       .bytes = lyapunov_bytes,
+                                       .free = lyapunov_free};

@@ -1,0 +1,335 @@
+/* POST /v1/sections: the instants at which an arm passes a direction, and the state then.
+ * Leaves to others: reading (tree_json, state_json), the search (core/integrate/section), the bytes (encode).
+ * Invariant: all passages are found before the first is written, so that the answer knows how many there are. */
+#include "api/op/op.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/encode/encode.h"
+#include "api/read/method_json.h"
+#include "api/read/state_json.h"
+#include "core/integrate/section.h"
+#include "core/tree/turns.h"
+
+static const char *const fields[] = {"pendulum", "initial",  "section", "duration", "count",
+                                     "rtol",     "accuracy", "digits",  NULL};
+static const char *const section_fields[] = {"arm", "theta", "phi", "unit", "direction", NULL};
+
+enum { T, PHI, PHID, DIRECTION, COLUMNS, COUNT_USUAL = 1000, FIRST_ROOM = 256, PIECE = 50000 };
+
+static const double duration_most = 1e9, angle_most = 1e6, pi = 3.14159265358979323846;
+
+/* what a computation is estimated by: steps for the fastest swing to go on by a radian, s a step and arm */
+static const double steps_a_radian = 4, arm_seconds = 2e-6;
+
+struct sections {
+    struct api_tree tree;
+    struct api_states *start;
+    double duration, angle, angle_low, rtol, accuracy;
+    int arm; /* stored number */
+    unsigned ways;
+    struct api_table table;
+    const struct api_format *format;
+    double step_cap;
+    const char *step_name; /* of the limit */
+
+    /* once it runs */
+    struct pend_section *section;
+    struct api_writer *writer;
+    long count, room; /* passages found, and that there is room for */
+    double *column[COLUMNS];
+    double *state; /* 2 n, stored order */
+    int found_all;
+    double until;
+    struct api_stats stats;
+    char warning[API_WARNING_TEXT];
+};
+
+static void sections_free(void **state) {
+    struct sections *sections = *state;
+    if (!sections) return;
+    for (int c = 0; c < COLUMNS; c++) free(sections->column[c]);
+    free(sections->state);
+    api_writer_free(&sections->writer);
+    pend_section_free(&sections->section);
+    api_states_free(&sections->start);
+    api_tree_clear(&sections->tree);
+    free(sections);
+    *state = NULL;
+}
+
+/* --- reading --- */
+
+/* the angle that is passed, as phi in rad */
+static void sections_read_angle(struct sections *sections, const struct api_value *section,
+                                struct api_problem *problem) {
+    static const char *const units[] = {"rad", "deg", NULL};
+    struct api_value theta = api_value_member(section, "theta"), phi = api_value_member(section, "phi");
+    struct api_value unit = api_value_member(section, "unit");
+    int degrees = 0, from_theta = api_value_kind(&theta) != API_MISSING;
+    double angle = 0;
+    (void)api_field_word(&unit, units, &degrees, problem);
+    if (from_theta && api_value_kind(&phi) != API_MISSING)
+        api_value_fault(&phi, problem, "does not go together with \"theta\": give one of the two");
+    if (!from_theta && api_value_kind(&phi) == API_MISSING)
+        api_value_fault(section, problem, "needs the angle that is passed: \"theta\" or \"phi\"");
+    (void)api_value_read_number(&theta, -angle_most, angle_most, "", &angle, problem);
+    (void)api_value_read_number(&phi, -angle_most, angle_most, "", &angle, problem);
+    angle *= degrees ? pi / 180 : 1;
+    struct pend_sum hanging = pend_turns_hanging(angle);
+    sections->angle = from_theta ? hanging.high : angle;
+    sections->angle_low = from_theta ? hanging.low : 0;
+}
+
+static void sections_read_section(struct sections *sections, const struct api_value *section,
+                                  struct api_problem *problem) {
+    static const char *const words[] = {"up", "down", "both", NULL};
+    static const unsigned ways[] = {PEND_WAY_UP, PEND_WAY_DOWN, PEND_WAY_UP | PEND_WAY_DOWN};
+    int word = 0;
+    if (!api_field_object(section, problem)) return;
+    (void)api_value_only(section, section_fields, problem);
+    struct api_value arm = api_value_member(section, "arm"), direction = api_value_member(section, "direction");
+    int caller = api_tree_read_arm(&sections->tree, &arm, problem);
+    if (caller >= 0) sections->arm = sections->tree.tree->place[caller];
+    sections_read_angle(sections, section, problem);
+    (void)api_field_word(&direction, words, &word, problem);
+    sections->ways = ways[word];
+}
+
+static enum pend_status sections_read_parts(struct sections *sections, const struct api_reading *reading) {
+    const struct api_value *root = reading->root;
+    struct api_problem *problem = reading->problem;
+    struct api_value pendulum = api_value_member(root, "pendulum"), initial = api_value_member(root, "initial");
+    struct api_value section = api_value_member(root, "section"), duration = api_value_member(root, "duration");
+    struct api_value count = api_value_member(root, "count"), rtol = api_value_member(root, "rtol");
+    struct api_value digits = api_value_member(root, "digits");
+    double most = reading->limits->samples;
+    long rounded = 0, rows = most < COUNT_USUAL ? (long)most : COUNT_USUAL;
+    (void)api_value_only(root, fields, problem);
+    enum pend_status status = api_tree_read(&sections->tree, &pendulum, reading->limits, problem);
+    if (status == PEND_NO_MEMORY) return status;
+    if (status == PEND_OK) PEND_TRY(api_states_new(&sections->start, 1, sections->tree.n));
+    api_states_read(sections->start, 0, &initial, &sections->tree, reading->limits, problem);
+    sections_read_section(sections, &section, problem);
+    if (api_field_needed(&duration, problem))
+        (void)api_value_read_number(&duration, 1e-9, duration_most, "s", &sections->duration, problem);
+    (void)api_field_whole(&count, 1, (long)most, &rows, problem);
+    (void)api_value_read_number(&rtol, 1e-16, 0.1, "", &sections->rtol, problem);
+    sections->accuracy = api_accuracy_read(root, problem);
+    (void)api_field_whole(&digits, 1, 17, &rounded, problem);
+    sections->table.digits = (int)rounded;
+    sections->table.rows = rows;
+    return problem->status ? PEND_INVALID : PEND_OK;
+}
+
+/* the columns; faults more than there is memory for */
+static enum pend_status sections_check_size(struct sections *sections, const struct api_reading *reading) {
+    struct api_table *table = &sections->table;
+    struct api_value count = api_value_member(reading->root, "count");
+    double most = reading->limits->answer_bytes;
+    int n = sections->tree.n;
+    api_table_add(table, "t", NULL, 0);
+    api_table_add(table, "phi", NULL, n);
+    api_table_add(table, "phid", NULL, n);
+    api_table_add(table, "direction", NULL, 0);
+    double bytes = 8 * api_table_numbers(table, 0) * (double)table->rows;
+    if (bytes > most)
+        api_value_fault(&count, reading->problem,
+                        "asks for up to %ld passages of %d arms, %.0f bytes, more than the limit max-answer-bytes of "
+                        "%.0f: ask for fewer",
+                        table->rows, n, bytes, most);
+    api_reading_check_size(reading, table, &count, "passages", "fewer");
+    return reading->problem->status ? PEND_INVALID : PEND_OK;
+}
+
+static enum pend_status sections_read(void **state, const struct api_reading *reading) {
+    struct sections *sections = calloc(1, sizeof *sections);
+    *state = sections;
+    if (!sections) return PEND_NO_MEMORY;
+    sections->format = reading->format;
+    sections->step_cap = reading->limits->steps;
+    sections->step_name = api_limits_name(reading->limits, &reading->limits->steps);
+    enum pend_status status = sections_read_parts(sections, reading);
+    if (status == PEND_OK) status = sections_check_size(sections, reading);
+    if (status != PEND_OK) sections_free(state);
+    return status;
+}
+
+/* --- running --- */
+
+static enum pend_status sections_begin(struct sections *sections, struct pend_error *error) {
+    size_t n = (size_t)sections->tree.n;
+    PEND_TRY(api_states_settle(sections->start, &sections->tree, error));
+    sections->state = malloc(2 * n * sizeof(double));
+    if (!sections->state) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a state of %zu arms", n);
+    const struct pend_section_problem problem = {.tree = sections->tree.tree,
+                                                 .gravity = sections->tree.gravity,
+                                                 .phi = sections->start->phi,
+                                                 .rate = sections->start->rate,
+                                                 .phi_low = sections->start->phi_low,
+                                                 .rate_low = sections->start->rate_low,
+                                                 .duration = sections->duration,
+                                                 .arm = sections->arm,
+                                                 .angle = sections->angle,
+                                                 .angle_low = sections->angle_low,
+                                                 .ways = sections->ways,
+                                                 .rtol = sections->rtol,
+                                                 .accuracy = sections->accuracy};
+    return pend_section_new(&sections->section, &problem, error);
+}
+
+/* room for one more passage */
+static enum pend_status sections_grow(struct sections *sections, struct pend_error *error) {
+    long room = sections->room ? 2 * sections->room : FIRST_ROOM;
+    if (sections->count < sections->room) return PEND_OK;
+    if (room > sections->table.rows) room = sections->table.rows;
+    for (int c = 0; c < COLUMNS; c++) {
+        size_t width = (size_t)api_column_numbers(&sections->table.column[c]);
+        double *grown = realloc(sections->column[c], (size_t)room * width * sizeof *grown);
+        if (!grown) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for %ld passages", room);
+        sections->column[c] = grown;
+    }
+    sections->room = room;
+    return PEND_OK;
+}
+
+static enum pend_status sections_keep(struct sections *sections, const struct pend_passage *passage,
+                                      struct pend_error *error) {
+    int n = sections->tree.n;
+    const int *order = sections->tree.tree->order;
+    PEND_TRY(sections_grow(sections, error));
+    long row = sections->count++;
+    sections->column[T][row] = passage->time;
+    sections->column[DIRECTION][row] = passage->way == PEND_WAY_UP ? 1 : -1;
+    for (int k = 0; k < n; k++) {
+        sections->column[PHI][row * n + order[k]] = sections->state[k];
+        sections->column[PHID][row * n + order[k]] = sections->state[n + k];
+    }
+    sections->until = passage->time;
+    return PEND_OK;
+}
+
+/* looks for the next passage; the last makes the table */
+static enum pend_status sections_search(struct sections *sections, struct api_buffer *out, struct pend_error *error) {
+    long steps = PIECE / (sections->tree.n * 16L);
+    enum pend_found found;
+    struct pend_passage passage;
+    double *phi = sections->state, *rate = phi + sections->tree.n;
+    PEND_TRY(pend_section_next(sections->section, steps > 0 ? steps : 1, &found, &passage, phi, rate, error));
+    if (found == PEND_FOUND_PASSAGE) PEND_TRY(sections_keep(sections, &passage, error));
+    if (found == PEND_FOUND_END) sections->until = sections->duration;
+    if ((double)pend_section_steps(sections->section) > sections->step_cap)
+        return pend_fail(error, PEND_TOO_MANY_STEPS, -1, 0,
+                         "more steps than the limit %s of %.0f: ask for a shorter time or fewer passages",
+                         sections->step_name, sections->step_cap);
+    if (found != PEND_FOUND_END && sections->count < sections->table.rows) return PEND_OK;
+    sections->found_all = 1;
+    sections->table.rows = sections->count;
+    PEND_TRY(api_writer_new(&sections->writer, sections->format, &sections->table, out));
+    if (!sections->count) return PEND_OK;
+    return api_writer_block(sections->writer, sections->count, (const double *const *)sections->column, out, error);
+}
+
+/* up to when the passages are those of the motion, and how many of them; in words where not all are */
+static void sections_tell_horizon(struct sections *sections) {
+    double held = fmin(pend_section_held(sections->section), sections->until);
+    long holding = 0;
+    while (holding < sections->count && sections->column[T][holding] <= held) holding++;
+    api_stats_number(&sections->stats, "horizon", held);
+    api_stats_whole(&sections->stats, "holding", holding);
+    if (held >= sections->until) return;
+    snprintf(
+        sections->warning, sizeof sections->warning,
+        "digits are lost before the end: beyond t = %.6g s errors of the motion may be larger than %.3g (estimated). "
+        "Only the first %ld passages are sure to be its own. A smaller rtol carries them further.",
+        held, sections->accuracy, holding);
+    api_stats_warning(&sections->stats, "warning_horizon", sections->warning);
+}
+
+static void sections_tell(struct sections *sections, const struct api_turn *turn) {
+    struct api_stats *stats = &sections->stats;
+    double seconds = api_turn_seconds(turn);
+    api_stats_whole(stats, "steps", pend_section_steps(sections->section));
+    api_stats_whole(stats, "passages", sections->count);
+    api_stats_number(stats, "until", sections->until);
+    sections_tell_horizon(sections);
+    api_stats_origin(stats);
+    if (seconds >= 0) api_stats_number(stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
+}
+
+static enum pend_status sections_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
+    struct sections *sections = state;
+    if (!sections->section) PEND_TRY(sections_begin(sections, error));
+    do {
+        if (!sections->found_all) {
+            PEND_TRY(sections_search(sections, turn->out, error));
+            continue;
+        }
+        if (!sections->stats.count) sections_tell(sections, turn);
+        PEND_TRY(api_writer_finish(sections->writer, &sections->stats, turn->out, done));
+    } while (!*done && !api_turn_over(turn));
+    return PEND_OK;
+}
+
+static long sections_steps(const void *state) {
+    const struct sections *sections = state;
+    return sections->section ? pend_section_steps(sections->section) : 0;
+}
+
+/* a search may end at its time or at its count: how soon is known once some passages were found */
+static void sections_progress(const void *state, double *steps, double *work) {
+    enum { PASSAGES_KNOWN = 5 };
+    const struct sections *sections = state;
+    int known = sections->section && !sections->found_all && sections->count >= PASSAGES_KNOWN;
+    double found = known ? (double)sections->count / (double)sections->table.rows : -1;
+    *steps = *work = known ? fmax(pend_section_progress(sections->section), found) : -1;
+}
+
+static double sections_cost(const void *state) {
+    const struct sections *sections = state;
+    const struct pend_tree *tree = sections->tree.tree;
+    double shortest = INFINITY, rate = 0;
+    for (int k = 0; k < tree->n; k++) {
+        shortest = fmin(shortest, tree->len[k]);
+        rate = fmax(rate, fabs(sections->start->rate[k]));
+    }
+    rate += sqrt(fabs(sections->tree.gravity) / shortest * sqrt(tree->n));
+    /* a search may end long before its time, at its count of passages: an arm passes each turn or swing but once or
+     * twice */
+    double seconds = fmin(sections->duration, 20 * (double)sections->table.rows / rate);
+    return fmin(steps_a_radian * seconds * rate, sections->step_cap) * (tree->n + 2) * arm_seconds;
+}
+
+/* passages are kept as they are found, in twice as much room whenever it is full, and once more for what does not flow
+ */
+static double sections_bytes(const void *state) {
+    const struct sections *sections = state;
+    double n = sections->tree.n, numbers = api_table_numbers(&sections->table, 0);
+    double room = (double)(sections->room ? sections->room : FIRST_ROOM);
+    if (sections->room && sections->count + 1 >= sections->room) room *= 3;
+    room = fmin(room, 1.5 * (double)sections->table.rows);
+    double kept = sections->format->block ? 0 : numbers * fmin(room, (double)sections->table.rows);
+    return 32768 + (n + 16) * 6000 + sizeof(double) * (numbers * room + kept + 2 * n) +
+           api_tree_bytes(&sections->tree) + api_states_bytes(sections->start) + API_PIECE_BYTES;
+}
+
+static const struct api_table *sections_table(const void *state) { return &((const struct sections *)state)->table; }
+
+static const struct api_stats *sections_told(const void *state) { return &((const struct sections *)state)->stats; }
+
+const struct api_op api_op_sections = {.name = "sections",
+                                       .body = 1,
+                                       .samples = 1,
+                                       .read = sections_read,
+                                       .run = sections_run,
+                                       .steps = sections_steps,
+                                       .progress = sections_progress,
+                                       .table = sections_table,
+                                       .cost = sections_cost,
+                                       .bytes = sections_bytes,
+                                       .rows_later = 1,
+                                       .told = sections_told,
+                                       .free = sections_free};

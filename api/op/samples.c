@@ -1,0 +1,156 @@
+#include "api/op/samples.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* where the numbers of a column come from */
+enum source { PHI, RATE, ACC, FORCE, Z_RE, Z_IM, ZD_RE, ZD_IM, THETA, KINETIC, POTENTIAL, TOTAL, SOURCES };
+
+enum { PARTS = 3, BLOCK_ROWS = 256, BLOCK_NUMBERS = 16384 };
+
+static const struct {
+    const char *name;
+    int parts;
+    const char *part[PARTS];
+    enum source source[PARTS];
+} output_table[API_OUTPUTS] = {
+    {"phi", 1, {NULL}, {PHI}},
+    {"phid", 1, {NULL}, {RATE}},
+    {"phidd", 1, {NULL}, {ACC}},
+    {"theta", 1, {NULL}, {THETA}},
+    {"thetad", 1, {NULL}, {RATE}},
+    {"z", 2, {"re", "im"}, {Z_RE, Z_IM}},
+    {"zd", 2, {"re", "im"}, {ZD_RE, ZD_IM}},
+    {"lambda", 1, {NULL}, {FORCE}},
+    {"energy", 3, {"kinetic", "potential", "total"}, {KINETIC, POTENTIAL, TOTAL}},
+};
+
+static const char *const output_start[] = {"phi", "phid", "lambda", NULL};
+
+/* numbers a row: one for each arm, or one in all */
+static int source_width(enum source source, int n) { return source >= KINETIC ? 0 : n; }
+
+/* reading */
+
+static int output_find(const char *name) {
+    for (int i = 0; i < API_OUTPUTS; i++)
+        if (!strcmp(output_table[i].name, name)) return i;
+    return -1;
+}
+
+static void output_add(struct api_outputs *outputs, const struct api_value *item, struct api_problem *problem) {
+    const char *names[API_OUTPUTS + 1] = {0};
+    int output = 0;
+    for (int i = 0; i < API_OUTPUTS; i++) names[i] = output_table[i].name;
+    if (api_field_word(item, names, &output, problem) <= 0) return;
+    for (int i = 0; i < outputs->count; i++)
+        if (outputs->output[i] == output) {
+            api_value_fault(item, problem, "\"%s\" is in the list already", names[output]);
+            return;
+        }
+    outputs->output[outputs->count++] = output;
+}
+
+static int outputs_usual(const struct api_outputs *outputs) {
+    int i = 0;
+    while (i < outputs->count && output_start[i] && !strcmp(output_table[outputs->output[i]].name, output_start[i]))
+        i++;
+    return i == outputs->count && !output_start[i];
+}
+
+void api_outputs_read(struct api_outputs *outputs, const struct api_value *value, struct api_problem *problem) {
+    *outputs = (struct api_outputs){0};
+    if (api_value_kind(value) == API_MISSING) {
+        for (int i = 0; output_start[i]; i++) outputs->output[outputs->count++] = output_find(output_start[i]);
+        return;
+    }
+    struct api_value item = api_value_item(value, 0);
+    if (api_value_kind(value) != API_ARRAY || !api_value_count(value))
+        api_value_fault(value, problem, "must be an array of at least one name");
+    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) output_add(outputs, &item, problem);
+    if (outputs_usual(outputs)) api_value_usual(value);
+}
+
+/* columns */
+
+void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_table *table) {
+    table->count = 0;
+    api_table_add(table, "t", NULL, 0);
+    for (int i = 0; i < outputs->count; i++) {
+        int output = outputs->output[i];
+        for (int p = 0; p < output_table[output].parts; p++)
+            api_table_add(table, output_table[output].name, output_table[output].part[p],
+                          source_width(output_table[output].source[p], n));
+    }
+}
+
+/* the sources that the outputs need, each as true or false */
+static void outputs_sources(const struct api_outputs *outputs, char wanted[SOURCES]) {
+    memset(wanted, 0, SOURCES);
+    for (int i = 0; i < outputs->count; i++)
+        for (int p = 0; p < output_table[outputs->output[i]].parts; p++)
+            wanted[output_table[outputs->output[i]].source[p]] = 1;
+}
+
+/* gives each wanted source its array in a block that begins at `base`, after t; returns how many numbers they take */
+static size_t samples_place(const char wanted[SOURCES], int n, long cap, double *base, double *array[SOURCES]) {
+    size_t used = (size_t)cap;
+    for (int source = 0; source < SOURCES; source++) {
+        int width = source_width((enum source)source, n);
+        array[source] = wanted[source] && base ? base + used : NULL;
+        if (wanted[source]) used += (size_t)cap * (size_t)(width ? width : 1);
+    }
+    return used;
+}
+
+/* rows of a block: its numbers as text are about 300 KiB */
+static long samples_cap(size_t numbers, long rows) {
+    long cap = BLOCK_NUMBERS / (long)numbers;
+    if (cap > BLOCK_ROWS) cap = BLOCK_ROWS;
+    if (cap > rows) cap = rows;
+    return cap < 1 ? 1 : cap;
+}
+
+enum pend_status api_samples_new(struct api_samples **samples, const struct api_outputs *outputs, int n, long rows) {
+    char wanted[SOURCES];
+    double *array[SOURCES];
+    outputs_sources(outputs, wanted);
+    long cap = samples_cap(samples_place(wanted, n, 1, NULL, array), rows);
+    *samples = NULL;
+    struct api_samples *made = malloc(sizeof *made + samples_place(wanted, n, cap, NULL, array) * sizeof(double));
+    if (!made) return PEND_NO_MEMORY;
+    double *base = (double *)(made + 1);
+    samples_place(wanted, n, cap, base, array);
+    *made = (struct api_samples){.n = n, .total = array[TOTAL]};
+    made->samples = (struct pend_samples){.cap = cap,
+                                          .t = base,
+                                          .phi = array[PHI],
+                                          .rate = array[RATE],
+                                          .acc = array[ACC],
+                                          .force = array[FORCE],
+                                          .z_re = array[Z_RE],
+                                          .z_im = array[Z_IM],
+                                          .zd_re = array[ZD_RE],
+                                          .zd_im = array[ZD_IM],
+                                          .theta = array[THETA],
+                                          .kinetic = array[KINETIC],
+                                          .potential = array[POTENTIAL]};
+    int column = 0;
+    made->column[column++] = base;
+    for (int i = 0; i < outputs->count; i++)
+        for (int p = 0; p < output_table[outputs->output[i]].parts; p++)
+            made->column[column++] = array[output_table[outputs->output[i]].source[p]];
+    *samples = made;
+    return PEND_OK;
+}
+
+void api_samples_free(struct api_samples **samples) {
+    free(*samples);
+    *samples = NULL;
+}
+
+void api_samples_derive(struct api_samples *samples) {
+    const struct pend_samples *from = &samples->samples;
+    for (long i = 0; samples->total && i < from->count; i++) samples->total[i] = from->kinetic[i] + from->potential[i];
+}

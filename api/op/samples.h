@@ -1,0 +1,50 @@
+/* A block of a trajectory's samples: the outputs that a request can name, their arrays, and the answer's columns.
+ * Leaves to others: filling it (core/integrate/run), writing it (encode).
+ * Invariant: column 0 is t; the others are in the order in which the outputs were asked for. */
+#ifndef API_SAMPLES_H
+#define API_SAMPLES_H
+
+#include "api/encode/encode.h"
+#include "api/read/field.h"
+#include "core/integrate/run.h"
+
+enum { API_OUTPUTS = 9 };
+
+/* The outputs of a request, in its order, as numbers of the table of outputs. */
+struct api_outputs {
+    int count;
+    int output[API_OUTPUTS];
+};
+
+/**
+ * Reads the names of outputs; where the field is missing the default is taken, phi phid lambda.
+ *
+ * Every fault is added to the problem.
+ */
+void api_outputs_read(struct api_outputs *outputs, const struct api_value *value, struct api_problem *problem);
+
+/** Sets the columns of the outputs for n arms, t first; the rest of the table is left alone. */
+void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_table *table);
+
+/* Samples of n arms and the columns that point at them, one block of memory. */
+struct api_samples {
+    struct pend_samples samples;
+    int n;
+    double *total; /* NULL = not wanted */
+    const double *column[API_COLUMNS];
+};
+
+/**
+ * Room for a number of rows that suits n arms.
+ *
+ * PEND_NO_MEMORY
+ */
+PEND_MUST_CHECK enum pend_status api_samples_new(struct api_samples **samples, const struct api_outputs *outputs, int n,
+                                                 long rows);
+
+void api_samples_free(struct api_samples **samples);
+
+/** Computes the outputs that follow from others, of the rows that are filled. */
+void api_samples_derive(struct api_samples *samples);
+
+#endif

@@ -1,0 +1,106 @@
+#include "api/read/field.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+int api_field_needed(const struct api_value *value, struct api_problem *problem) {
+    if (api_value_kind(value) != API_MISSING) return 1;
+    api_value_fault(value, problem, "is missing");
+    return 0;
+}
+
+/* adds "must be ..., got ..." */
+static int field_wrong(const struct api_value *value, const char *expected, struct api_problem *problem) {
+    char found[API_FOUND_BYTES];
+    if (api_problem_full(problem)) return -1;
+    api_value_found(value, found);
+    api_value_fault(value, problem, "must be %s, got %s", expected, found);
+    return -1;
+}
+
+int api_field_object(const struct api_value *value, struct api_problem *problem) {
+    if (!api_field_needed(value, problem)) return 0;
+    if (api_value_kind(value) == API_OBJECT) return 1;
+    field_wrong(value, "an object", problem);
+    return 0;
+}
+
+/* faults each item that is no number; the good ones among the first n are copied */
+static int field_items(const struct api_value *value, int n, double out[], struct api_problem *problem) {
+    int good = 1;
+    struct api_value item = api_value_item(value, 0);
+    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
+        if (api_value_kind(&item) != API_NUMBER)
+            good = field_wrong(&item, "a number", problem);
+        else if (out && item.index < n)
+            out[item.index] = api_value_number(&item);
+    }
+    return good;
+}
+
+int api_field_numbers(const struct api_value *value, int n, const char *each, double out[],
+                      struct api_problem *problem) {
+    int count = api_value_count(value);
+    if (api_value_kind(value) == API_MISSING) return 0;
+    for (int i = 0; out && i < n; i++) out[i] = NAN;
+    if (api_value_kind(value) != API_ARRAY) {
+        char expected[64] = "an array of numbers";
+        if (n) snprintf(expected, sizeof expected, "an array of %d number%s", n, n == 1 ? "" : "s");
+        return field_wrong(value, expected, problem);
+    }
+    int good = 1;
+    if (n && count != n) {
+        api_value_fault(value, problem, "must have %d number%s, one for each %s, got %d", n, n == 1 ? "" : "s", each,
+                        count);
+        good = -1;
+    }
+    const double *numbers = api_value_numbers(value, &count);
+    if (!numbers) return field_items(value, n, out, problem) < 0 ? -1 : good;
+    if (out) memcpy(out, numbers, (size_t)(count < n ? count : n) * sizeof *out);
+    return good;
+}
+
+int api_field_whole(const struct api_value *value, long least, long greatest, long *out, struct api_problem *problem) {
+    if (api_value_kind(value) == API_MISSING) return 0;
+    double x = api_value_number(value);
+    if (api_value_kind(value) == API_NUMBER && x == floor(x) && x >= (double)least && x <= (double)greatest) {
+        *out = (long)x;
+        return 1;
+    }
+    char expected[80];
+    snprintf(expected, sizeof expected, "a whole number from %ld to %ld", least, greatest);
+    return field_wrong(value, expected, problem);
+}
+
+int api_field_truth(const struct api_value *value, int *out, struct api_problem *problem) {
+    if (api_value_kind(value) == API_MISSING) return 0;
+    if (api_value_kind(value) != API_BOOL) return field_wrong(value, "true or false", problem);
+    *out = api_value_number(value) != 0;
+    return 1;
+}
+
+/* faults a text that is none of the words, with the one that was probably meant or with all of them */
+static void field_fault_word(const struct api_value *value, const char *const words[], struct api_problem *problem) {
+    char expected[200] = "one of ";
+    const char *text = api_value_text(value), *near = text ? api_name_nearest(text, words) : NULL;
+    size_t used = strlen(expected);
+    for (int i = 0; words[i] && used < sizeof expected; i++)
+        used += (size_t)snprintf(expected + used, sizeof expected - used, "%s\"%s\"", i ? ", " : "", words[i]);
+    if (near)
+        api_value_fault(value, problem, "is not known; did you mean \"%s\"?", near);
+    else
+        (void)field_wrong(value, expected, problem);
+}
+
+int api_field_word(const struct api_value *value, const char *const words[], int *out, struct api_problem *problem) {
+    if (api_value_kind(value) == API_MISSING) return 0;
+    const char *text = api_value_text(value);
+    for (int i = 0; text && words[i]; i++)
+        if (!strcmp(text, words[i])) {
+            *out = i;
+            return 1;
+        }
+    if (!api_problem_full(problem)) field_fault_word(value, words, problem);
+    return -1;
+}

@@ -1,0 +1,190 @@
+#include "api/read/state_json.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include "core/modes/modes.h"
+#include "core/tree/turns.h"
+
+static const double pi = 3.14159265358979323846;
+
+/* numbers of 32 digits */
+struct exact {
+    double high, low;
+};
+static const struct exact exact_one = {1, 0}, exact_degree = {0x1.1df46a2529d39p-6, 0x1.5c1d8becdd291p-62},
+                          exact_right_angle = {0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54};
+
+/* beyond that 32 digits of the angle in rad do not tell its direction to the digits of a double */
+static const double DEGREES_MOST = 1e15;
+
+static const char *const state_fields[] = {"phi", "phid", "theta", "thetad", "mode", "amplitude", "unit", NULL};
+
+/* the ways to give a state: the field that decides, the one that goes with it, and what angle is measured from */
+static const struct {
+    const char *angle, *rate;
+    int from_hanging; /* phi = angle - pi/2 */
+} state_forms[] = {{"phi", "phid", 0}, {"theta", "thetad", 1}, {"mode", "amplitude", 0}};
+
+enum { FORM_COUNT = 3, FORM_MODE = 2 };
+
+enum pend_status api_states_new(struct api_states **states, long count, int n) {
+    size_t arms = (size_t)n, one = 4 * arms * sizeof(double) + sizeof(double) + sizeof(int);
+    *states = NULL;
+    if ((size_t)count > (SIZE_MAX - sizeof **states) / one) return PEND_NO_MEMORY;
+    *states = calloc(1, sizeof **states + (size_t)count * one);
+    if (!*states) return PEND_NO_MEMORY;
+    (*states)->n = n;
+    (*states)->count = count;
+    (*states)->phi = (double *)(*states + 1);
+    (*states)->rate = (*states)->phi + (size_t)count * arms;
+    (*states)->phi_low = (*states)->rate + (size_t)count * arms;
+    (*states)->rate_low = (*states)->phi_low + (size_t)count * arms;
+    (*states)->amplitude = (*states)->rate_low + (size_t)count * arms;
+    (*states)->mode = (int *)((*states)->amplitude + count);
+    return PEND_OK;
+}
+
+void api_states_free(struct api_states **states) {
+    free(*states);
+    *states = NULL;
+}
+
+double api_states_bytes(const struct api_states *states) {
+    if (!states) return 0;
+    double n = states->n, modes = states->mode_most ? states->mode_most - states->mode_least + 1 : 0;
+    /* modes, while they are found: their vectors, and the search's own arrays */
+    double settle = modes > 0 ? 2.2 * sizeof(double) * n * (modes + 16) + 2048 * n : 0;
+    return (double)sizeof *states + (double)states->count * (4 * n + 2) * sizeof(double) + settle;
+}
+
+/* scale x - offset, as a double and what that leaves */
+static struct exact exact_turn(struct exact scale, double x, struct exact offset) {
+    double product = scale.high * x, rest = fma(scale.high, x, -product) + scale.low * x;
+    double high = product - offset.high, part = high - product;
+    double low = (product - (high - part)) - (offset.high + part) + (rest - offset.low);
+    struct exact sum = {high + low, 0};
+    sum.low = low - (sum.high - high);
+    return sum;
+}
+
+/* reads n numbers, given in the caller's order, scaled and shifted into the stored order; low may be NULL */
+static void read_angles(const struct api_value *value, const struct api_tree *tree, struct exact scale,
+                        struct exact offset, double out[], double low[], struct api_problem *problem) {
+    int count;
+    int good = api_field_numbers(value, tree->n, "arm", NULL, problem);
+    const double *numbers = api_value_numbers(value, &count);
+    if (good <= 0 || !out || !tree->tree) return;
+    for (int i = 0; i < tree->n; i++) {
+        if (scale.high != 1 && fabs(numbers[i]) > DEGREES_MOST) {
+            struct api_value number = api_value_item(value, i);
+            api_value_fault(&number, problem, "must be from -1e15 to 1e15 degrees, got %.15g", numbers[i]);
+            continue;
+        }
+        struct exact x = exact_turn(scale, numbers[i], offset);
+        out[tree->tree->place[i]] = x.high;
+        if (low) low[tree->tree->place[i]] = x.low;
+    }
+}
+
+static void read_mode(struct api_states *states, long i, const struct api_value *mode,
+                      const struct api_value *amplitude, double scale, const struct api_tree *tree,
+                      const struct api_limits *limits, struct api_problem *problem) {
+    long number = 0;
+    double size = 0;
+    (void)api_field_whole(mode, 1, tree->n ? tree->n : (long)limits->arms, &number, problem);
+    if (api_field_needed(amplitude, problem))
+        (void)api_value_read_number(amplitude, -INFINITY, INFINITY, "", &size, problem);
+    api_tree_modes_allowed(tree, mode, 1, "a start in a mode", limits, problem);
+    if (!states) return;
+    states->mode[i] = (int)number;
+    if (!states->mode_most || number < states->mode_least) states->mode_least = (int)number;
+    if (number > states->mode_most) states->mode_most = (int)number;
+    states->amplitude[i] = scale * size;
+}
+
+/* the form whose first field is there, FORM_COUNT for none; faults fields of a second form and fields left alone */
+static int state_form(const struct api_value *value, struct api_problem *problem) {
+    int found = FORM_COUNT;
+    for (int form = 0; form < FORM_COUNT; form++) {
+        struct api_value angle = api_value_member(value, state_forms[form].angle);
+        struct api_value rate = api_value_member(value, state_forms[form].rate);
+        int given = api_value_kind(&angle) != API_MISSING, partner = api_value_kind(&rate) != API_MISSING;
+        if (!given && !partner) continue;
+        if (found == FORM_COUNT) found = form;
+        if (found != form)
+            api_value_fault(given ? &angle : &rate, problem,
+                            "does not go together with \"%s\": give a state by phi and phid, by theta and thetad, or "
+                            "by mode and amplitude",
+                            state_forms[found].angle);
+        else if (!given)
+            api_value_fault(&angle, problem, "is missing, and \"%s\" needs it", state_forms[form].rate);
+    }
+    return found;
+}
+
+void api_states_read(struct api_states *states, long i, const struct api_value *value, const struct api_tree *tree,
+                     const struct api_limits *limits, struct api_problem *problem) {
+    static const char *const units[] = {"rad", "deg", NULL};
+    int unit = 0;
+    if (api_value_kind(value) == API_MISSING || !api_field_object(value, problem)) return;
+    (void)api_value_only(value, state_fields, problem);
+    struct api_value field = api_value_member(value, "unit");
+    if (api_field_word(&field, units, &unit, problem) > 0 && !unit) api_value_usual(&field);
+    int form = state_form(value, problem);
+    if (form == FORM_COUNT) return;
+
+    double scale = unit ? pi / 180 : 1;
+    struct api_value angle = api_value_member(value, state_forms[form].angle);
+    struct api_value rate = api_value_member(value, state_forms[form].rate);
+    size_t first = states ? (size_t)i * (size_t)states->n : 0;
+    double *phi = states ? states->phi + first : NULL, *velocity = states ? states->rate + first : NULL;
+    if (form == FORM_MODE) {
+        if (api_value_kind(&angle) != API_MISSING) read_mode(states, i, &angle, &rate, scale, tree, limits, problem);
+        return;
+    }
+    if (!state_forms[form].from_hanging) api_value_usual_zeros(&angle);
+    api_value_usual_zeros(&rate);
+    static const struct exact none = {0, 0};
+    struct exact turn = unit ? exact_degree : exact_one;
+    read_angles(&angle, tree, turn, state_forms[form].from_hanging ? exact_right_angle : none, phi,
+                states ? states->phi_low + first : NULL, problem);
+    read_angles(&rate, tree, turn, none, velocity, states ? states->rate_low + first : NULL, problem);
+}
+
+/* the modes that the states name, and those between them */
+static enum pend_status states_modes(struct pend_modes **modes, const struct api_states *states,
+                                     const struct api_tree *tree, struct pend_error *error) {
+    int low = states->n, high = 0;
+    for (long i = 0; i < states->count; i++) {
+        int mode = states->mode[i];
+        if (mode && mode < low) low = mode;
+        if (mode > high) high = mode;
+    }
+    struct pend_modes_request request = {.gravity = tree->gravity,
+                                         .vectors = 1,
+                                         .normalize = PEND_NORMALIZE_MAX,
+                                         .select = PEND_SELECT_NUMBERS,
+                                         .first = low - 1,
+                                         .count = high - low + 1};
+    return high ? pend_modes_select(modes, tree->tree, &request, error) : PEND_OK;
+}
+
+enum pend_status api_states_settle(struct api_states *states, const struct api_tree *tree, struct pend_error *error) {
+    struct pend_modes *modes = NULL;
+    size_t n = (size_t)states->n;
+    PEND_TRY(states_modes(&modes, states, tree, error));
+    for (long i = 0; i < states->count; i++) {
+        if (!states->mode[i]) continue;
+        const double *vector = modes->vector + (size_t)(states->mode[i] - 1 - modes->first) * n;
+        for (size_t k = 0; k < n; k++) {
+            struct pend_sum phi = pend_turns_hanging(states->amplitude[i] * vector[k]);
+            states->phi[(size_t)i * n + k] = phi.high;
+            states->phi_low[(size_t)i * n + k] = phi.low;
+        }
+    }
+    pend_modes_free(&modes);
+    states->mode_least = states->mode_most = 0;
+    return PEND_OK;
+}

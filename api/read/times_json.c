@@ -1,0 +1,158 @@
+#include "api/read/times_json.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const times_fields[] = {"start", "stop", "step", "count", NULL};
+
+static const double divides_within = 1e-9; /* of the number of steps */
+
+/* a grid as it was asked for */
+struct grid {
+    double start, stop, step;
+    long count; /* 0 = by its step */
+};
+
+/* the span that leads from start to stop without a rounding, where there is one among the nearest doubles */
+static double grid_span(double start, double stop) {
+    double span = stop - start, up = nextafter(span, INFINITY), down = nextafter(span, -INFINITY);
+    if (start + span != stop && start + up == stop) return up;
+    if (start + span != stop && start + down == stop) return down;
+    return span;
+}
+
+/* steps, steps / 10, steps / 100, ... when the step is such a decimal: its instants are then correctly rounded */
+static int grid_is_decimal(double step, struct pend_times *times) {
+    double divisor = 1;
+    for (int places = 0; places <= 15; places++, divisor *= 10) {
+        double span = rint(step * divisor);
+        if (span == 0 || fabs(span) > 0x1p53 || span / divisor != step) continue;
+        times->span = span;
+        times->divisor = divisor;
+        return 1;
+    }
+    return 0;
+}
+
+/* the instants of a grid by its step; the direction is known to be right and the count to be within the limit */
+static void grid_by_step(const struct grid *grid, struct pend_times *times) {
+    double step = copysign(grid->step, grid->stop - grid->start), ratio = (grid->stop - grid->start) / step;
+    double whole = rint(ratio);
+    int divides = whole > 0 && fabs(ratio - whole) <= divides_within * whole;
+    times->count = (long)(divides ? whole : floor(ratio)) + 1;
+    int decimal = grid_is_decimal(step, times);
+    if (decimal && (!divides || pend_times_at(times, times->count - 1) == grid->stop)) return;
+    times->span = divides ? grid_span(grid->start, grid->stop) : step;
+    times->divisor = divides ? whole : 1;
+}
+
+static void grid_by_count(const struct grid *grid, struct pend_times *times) {
+    times->count = grid->count;
+    times->span = grid_span(grid->start, grid->stop);
+    times->divisor = grid->count > 1 ? (double)(grid->count - 1) : 1;
+}
+
+static void fault_count(const struct api_value *value, double count, const struct api_limits *limits,
+                        struct api_problem *problem) {
+    api_value_fault(value, problem, "asks for %.15g instants, more than the limit %s of %.0f: ask for fewer at a time",
+                    count, api_limits_name(limits, &limits->samples), limits->samples);
+}
+
+/* faults a step that leads away from stop, or to too many instants */
+static void check_step(const struct api_value *value, const struct grid *grid, const struct api_limits *limits,
+                       struct api_problem *problem) {
+    double span = grid->stop - grid->start, count = floor(fabs(span / grid->step)) + 1;
+    if (grid->step < 0 && span > 0)
+        api_value_fault(value, problem, "must be positive to get from %.15g to %.15g s, got %.15g", grid->start,
+                        grid->stop, grid->step);
+    else if (count > limits->samples)
+        fault_count(value, count, limits, problem);
+}
+
+static void check_count(const struct api_value *value, const struct grid *grid, const struct api_limits *limits,
+                        struct api_problem *problem) {
+    if ((double)grid->count > limits->samples) fault_count(value, (double)grid->count, limits, problem);
+    if (grid->count == 1 && grid->start != grid->stop)
+        api_value_fault(value, problem, "must be at least 2 for the instants to begin at start and end at stop, got 1");
+    if (grid->count > 1 && grid->start == grid->stop)
+        api_value_fault(value, problem, "must be 1 where start and stop are the same instant, got %ld", grid->count);
+}
+
+static void read_grid(struct api_times *times, const struct api_value *value, const struct api_limits *limits,
+                      struct api_problem *problem) {
+    struct grid grid = {0};
+    struct api_value start = api_value_member(value, "start"), stop = api_value_member(value, "stop");
+    struct api_value step = api_value_member(value, "step"), count = api_value_member(value, "count");
+    (void)api_value_only(value, times_fields, problem);
+    api_value_usual_number(&start, 0);
+    int ends = api_value_read_number(&start, -INFINITY, INFINITY, "s", &grid.start, problem) >= 0;
+    if (api_field_needed(&stop, problem))
+        ends &= api_value_read_number(&stop, -INFINITY, INFINITY, "s", &grid.stop, problem) > 0;
+    else
+        ends = 0;
+    int by_step = api_value_read_number(&step, -INFINITY, INFINITY, "s", &grid.step, problem);
+    int by_count = api_field_whole(&count, 1, 1000000000, &grid.count, problem);
+    if (by_step > 0 && grid.step == 0) api_value_fault(&step, problem, "must not be 0");
+    if (by_step && by_count) api_value_fault(&count, problem, "does not go together with step: give one of the two");
+    if (!by_step && !by_count) api_value_fault(value, problem, "must have a \"step\" or a \"count\"");
+    if (ends && !isfinite(grid.stop - grid.start))
+        api_value_fault(value, problem, "must not span more time than a double can hold");
+    if (!ends || !isfinite(grid.stop - grid.start)) return;
+
+    if (by_step > 0 && grid.step != 0) check_step(&step, &grid, limits, problem);
+    if (by_count > 0) check_count(&count, &grid, limits, problem);
+    if (problem->status) return;
+    times->times.start = grid.start;
+    if (by_count)
+        grid_by_count(&grid, &times->times);
+    else
+        grid_by_step(&grid, &times->times);
+}
+
+/* faults every instant that does not go on in the direction of the first two */
+static void check_list(const struct api_value *value, int count, const double list[], struct api_problem *problem) {
+    double direction = count > 1 && list[1] < list[0] ? -1 : 1;
+    for (int i = 1; i < count; i++) {
+        if (direction * list[i] > direction * list[i - 1]) continue;
+        struct api_value item = api_value_item(value, i);
+        api_value_fault(&item, problem, "must be %s than the instant before it (%.15g), got %.15g",
+                        direction < 0 ? "less" : "greater", list[i - 1], list[i]);
+    }
+}
+
+static enum pend_status read_list(struct api_times *times, const struct api_value *value,
+                                  const struct api_limits *limits, struct api_problem *problem) {
+    int count = 0;
+    const double *list = api_value_numbers(value, &count);
+    if (!list) {
+        (void)api_field_numbers(value, 0, "", NULL, problem);
+        return PEND_INVALID;
+    }
+    if (!count) api_value_fault(value, problem, "must have at least one instant");
+    if (count > limits->samples)
+        fault_count(value, count, limits, problem);
+    else
+        check_list(value, count, list, problem);
+    if (problem->status) return PEND_INVALID;
+    times->list = malloc((size_t)count * sizeof *list);
+    if (!times->list) return PEND_NO_MEMORY;
+    memcpy(times->list, list, (size_t)count * sizeof *list);
+    times->times = (struct pend_times){.count = count, .divisor = 1, .list = times->list};
+    return PEND_OK;
+}
+
+enum pend_status api_times_read(struct api_times *times, const struct api_value *value, const struct api_limits *limits,
+                                struct api_problem *problem) {
+    *times = (struct api_times){0};
+    if (!api_field_needed(value, problem)) return PEND_INVALID;
+    if (api_value_kind(value) == API_ARRAY) return read_list(times, value, limits, problem);
+    if (!api_field_object(value, problem)) return PEND_INVALID;
+    read_grid(times, value, limits, problem);
+    return problem->status ? PEND_INVALID : PEND_OK;
+}
+
+void api_times_clear(struct api_times *times) {
+    free(times->list);
+    *times = (struct api_times){0};
+}

@@ -1,0 +1,418 @@
+#include "api/read/tree_json.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum form { FORM_ARMS, FORM_LISTS, FORM_PAPER, FORM_COUNT };
+
+/* the fields that make up each form, and how each calls what core can fault */
+static const struct {
+    const char *summary;
+    const char *field[3];
+    const char *blamed[PEND_FIELD_PATH + 1];
+} forms[FORM_COUNT] = {
+    [FORM_ARMS] = {"\"arms\"",
+                   {"arms"},
+                   {[PEND_FIELD_LENGTH] = "length", [PEND_FIELD_MASS] = "mass", [PEND_FIELD_PARENT] = "parent"}},
+    [FORM_LISTS] = {"\"length\", \"mass\" and \"parent\"",
+                    {"length", "mass", "parent"},
+                    {[PEND_FIELD_LENGTH] = "length", [PEND_FIELD_MASS] = "mass", [PEND_FIELD_PARENT] = "parent"}},
+    [FORM_PAPER] = {"\"L\", \"m\" and \"S\"",
+                    {"L", "m", "S"},
+                    {[PEND_FIELD_LENGTH] = "L", [PEND_FIELD_MASS] = "m", [PEND_FIELD_PATH] = "S"}},
+};
+
+static const double usual_gravity = 9.81; /* m/s^2 */
+
+static const char *const tree_fields[] = {"arms", "length", "mass", "parent", "L", "m", "S", "gravity", NULL};
+static const char *const arm_fields[] = {"name", "parent", "length", "mass", NULL};
+
+enum {
+    NO_PARENT = -2,    /* stands for a parent that was faulted already */
+    NUMBER_BYTES = 12, /* an arm's number as text */
+    NEAR_NAMES = 1000, /* names of a larger tree are not searched for the one that was meant */
+    NEAR_FAULTS = 20   /* nor when there are more faults than these already */
+};
+
+/* a tree while it is read */
+struct tree_reading {
+    const struct api_value *pendulum;
+    struct api_problem *problem;
+    char at[API_POINTER_BYTES]; /* the pendulum's own pointer */
+    enum form form;
+    int n;
+    double *length, *mass; /* n each; NAN = faulted already */
+    int *parent;           /* n, from 0, -1 = the pivot, NO_PARENT; the three are one block, and length begins it */
+};
+
+/* faults */
+
+static long fault_count(const struct api_problem *problem) { return problem->count + problem->beyond; }
+
+/* adds a fault at entry i (and j) of a field of the form, -1 = at the field as a whole */
+static void tree_fault(const struct tree_reading *reading, const char *field, int i, int j, const char *text) {
+    char pointer[API_POINTER_BYTES + 64];
+    if (api_problem_full(reading->problem)) return;
+    size_t used = (size_t)snprintf(pointer, sizeof pointer, "%s", reading->at), room = sizeof pointer - used;
+    if (reading->form == FORM_ARMS && i >= 0)
+        snprintf(pointer + used, room, "/arms/%d/%s", i, field);
+    else if (reading->form == FORM_ARMS)
+        snprintf(pointer + used, room, "/arms");
+    else if (i < 0)
+        snprintf(pointer + used, room, "/%s", field);
+    else if (j < 0)
+        snprintf(pointer + used, room, "/%s/%d", field, i);
+    else
+        snprintf(pointer + used, room, "/%s/%d/%d", field, i, j);
+    api_problem_fault(reading->problem, pointer, "%s", text);
+}
+
+/* a fault that core found; what was faulted before, or follows from that, is left out */
+static void tree_report(void *context, enum pend_field field, int i, int j, const char *text) {
+    const struct tree_reading *reading = context;
+    const char *name = forms[reading->form].blamed[field];
+    if (field == PEND_FIELD_LENGTH && i >= 0 && isnan(reading->length[i])) return;
+    if (field == PEND_FIELD_MASS && i >= 0 && isnan(reading->mass[i])) return;
+    if (field == PEND_FIELD_PARENT && i >= 0 && reading->parent[i] == NO_PARENT) return;
+    for (int k = 0; field == PEND_FIELD_PARENT && i < 0 && k < reading->n; k++)
+        if (reading->parent[k] == NO_PARENT) return;
+    if (name) tree_fault(reading, name, i, j, text ? text : "is at fault");
+}
+
+/* the form with names */
+
+struct name_list {
+    const char **text; /* n and a NULL; begins the block of all four */
+    int *sorted;       /* arms by name, then by number */
+    char *numbers;     /* NUMBER_BYTES an arm, the names of those that were given none */
+    int given;         /* arms with a name of their own */
+};
+
+static enum pend_status names_new(struct name_list *names, int n) {
+    size_t count = (size_t)n;
+    names->text = malloc((count + 1) * sizeof *names->text + count * (sizeof *names->sorted + NUMBER_BYTES));
+    if (!names->text) return PEND_NO_MEMORY;
+    names->text[n] = NULL;
+    names->sorted = (int *)(names->text + count + 1);
+    names->numbers = (char *)(names->sorted + count);
+    names->given = 0;
+    return PEND_OK;
+}
+
+/* takes the arm's own name, or calls it by its number */
+static void names_take(struct name_list *names, const struct api_value *arm, struct api_problem *problem) {
+    int i = arm->index;
+    char found[API_FOUND_BYTES], *number = names->numbers + (size_t)i * NUMBER_BYTES;
+    struct api_value field = api_value_member(arm, "name");
+    const char *text = api_value_text(&field);
+    snprintf(number, NUMBER_BYTES, "%d", i + 1);
+    names->given += text && *text;
+    names->text[i] = text && *text ? text : number;
+    if (names->text[i] == text || api_value_kind(&field) == API_MISSING) return;
+    api_value_found(&field, found);
+    api_value_fault(&field, problem, "must be a text that is not empty, got %s", found);
+}
+
+static int name_order(const void *a, const void *b, void *context) {
+    const char *const *text = context;
+    int i = *(const int *)a, j = *(const int *)b, order = strcmp(text[i], text[j]);
+    return order ? order : (i > j) - (i < j);
+}
+
+/* sorts the names, and faults every arm that is called like one before it */
+static void names_sort(struct name_list *names, const struct tree_reading *reading) {
+    int first = 0;
+    for (int i = 0; i < reading->n; i++) names->sorted[i] = i;
+    qsort_r(names->sorted, (size_t)reading->n, sizeof *names->sorted, name_order, names->text);
+    for (int i = 1; i < reading->n; i++) {
+        char text[80];
+        if (strcmp(names->text[names->sorted[i]], names->text[names->sorted[first]])) {
+            first = i;
+            continue;
+        }
+        snprintf(text, sizeof text, "arm %d has this name already; an arm without a name has its number",
+                 names->sorted[first] + 1);
+        tree_fault(reading, "name", names->sorted[i], -1, text);
+    }
+}
+
+/* the first arm of that name, or NO_PARENT */
+static int names_find(const struct name_list *names, int n, const char *name) {
+    int low = 0, high = n;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if (strcmp(names->text[names->sorted[middle]], name) < 0)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < n && !strcmp(names->text[names->sorted[low]], name) ? names->sorted[low] : NO_PARENT;
+}
+
+/* the arm that carries this one, by its name */
+static int arm_parent(const struct name_list *names, int n, const struct api_value *arm, struct api_problem *problem) {
+    char found[API_FOUND_BYTES];
+    struct api_value field = api_value_member(arm, "parent");
+    if (api_value_kind(&field) == API_MISSING || api_value_kind(&field) == API_NULL) return -1;
+    const char *text = api_value_text(&field), *near = NULL;
+    int parent = text ? names_find(names, n, text) : NO_PARENT;
+    if (parent >= 0 || api_problem_full(problem)) return parent;
+    if (text && n <= NEAR_NAMES && fault_count(problem) < NEAR_FAULTS) near = api_name_nearest(text, names->text);
+    api_value_found(&field, found);
+    if (near)
+        api_value_fault(&field, problem, "must be the name of an arm, got %s; did you mean \"%s\"?", found, near);
+    else
+        api_value_fault(&field, problem, "must be the name of an arm (left out or null at the pivot), got %s", found);
+    return NO_PARENT;
+}
+
+/* a length or a mass; whether its value is a good one is core's to say */
+static double arm_number(const struct api_value *arm, const char *name, struct api_problem *problem) {
+    double number = NAN;
+    struct api_value field = api_value_member(arm, name);
+    if (api_field_needed(&field, problem))
+        (void)api_value_read_number(&field, -INFINITY, INFINITY, "", &number, problem);
+    return number;
+}
+
+static void read_arm(struct tree_reading *reading, struct name_list *names, const struct api_value *arm) {
+    int i = arm->index;
+    names_take(names, arm, reading->problem);
+    reading->length[i] = reading->mass[i] = NAN;
+    if (!api_field_object(arm, reading->problem)) return;
+    (void)api_value_only(arm, arm_fields, reading->problem);
+    reading->length[i] = arm_number(arm, "length", reading->problem);
+    reading->mass[i] = arm_number(arm, "mass", reading->problem);
+}
+
+/* copies the names into one block that outlives the document */
+static enum pend_status names_keep(const struct name_list *names, int n, const char ***kept) {
+    size_t bytes = (size_t)n * sizeof **kept;
+    for (int i = 0; i < n; i++) bytes += strlen(names->text[i]) + 1;
+    const char **list = malloc(bytes);
+    if (!list) return PEND_NO_MEMORY;
+    char *at = (char *)(list + n);
+    for (int i = 0; i < n; i++) {
+        list[i] = at;
+        at = stpcpy(at, names->text[i]) + 1;
+    }
+    *kept = list;
+    return PEND_OK;
+}
+
+static enum pend_status read_arms(struct tree_reading *reading, const char ***kept) {
+    struct name_list names = {0};
+    struct api_value arms = api_value_member(reading->pendulum, "arms"), arm;
+    PEND_TRY(names_new(&names, reading->n));
+    for (arm = api_value_item(&arms, 0); api_value_kind(&arm) != API_MISSING; arm = api_value_next(&arm))
+        read_arm(reading, &names, &arm);
+    names_sort(&names, reading);
+    for (arm = api_value_item(&arms, 0); api_value_kind(&arm) != API_MISSING; arm = api_value_next(&arm))
+        reading->parent[arm.index] = arm_parent(&names, reading->n, &arm, reading->problem);
+    enum pend_status status = names.given ? names_keep(&names, reading->n, kept) : PEND_OK;
+    free(names.text);
+    return status;
+}
+
+/* the forms of lists */
+
+static void read_list(const struct tree_reading *reading, const char *name, double out[]) {
+    struct api_value field = api_value_member(reading->pendulum, name);
+    for (int i = 0; i < reading->n; i++) out[i] = NAN;
+    if (api_field_needed(&field, reading->problem))
+        (void)api_field_numbers(&field, reading->n, "arm", out, reading->problem);
+}
+
+/* parents as numbers from 1, 0 = the pivot */
+static enum pend_status read_parents(struct tree_reading *reading) {
+    double *number = malloc((size_t)reading->n * sizeof *number);
+    if (!number) return PEND_NO_MEMORY;
+    read_list(reading, "parent", number);
+    for (int i = 0; i < reading->n; i++) {
+        char text[120];
+        double x = number[i];
+        int good = x >= 0 && x <= reading->n && x == floor(x);
+        reading->parent[i] = good ? (int)x - 1 : NO_PARENT;
+        if (good || isnan(x)) continue;
+        snprintf(text, sizeof text, "must be 0 (the pivot) or the number of an arm, 1 to %d, got %.15g", reading->n, x);
+        tree_fault(reading, "parent", i, -1, text);
+    }
+    free(number);
+    return PEND_OK;
+}
+
+/* the rows of S into one array; true when each has n numbers */
+static int read_rows(const struct tree_reading *reading, const struct api_value *matrix, double path[]) {
+    int n = reading->n, good = 1;
+    struct api_value row = api_value_item(matrix, 0);
+    for (; api_value_kind(&row) != API_MISSING; row = api_value_next(&row))
+        good &= api_field_numbers(&row, n, "arm", path + (size_t)row.index * (size_t)n, reading->problem) > 0;
+    return good;
+}
+
+/* parents out of a path matrix that has n rows */
+static enum pend_status read_matrix(struct tree_reading *reading, const struct api_value *matrix) {
+    struct pend_fault_sink sink = {tree_report, reading, API_PROBLEM_FAULTS};
+    size_t n = (size_t)reading->n;
+    if (n > SIZE_MAX / n / sizeof(double)) return PEND_NO_MEMORY;
+    double *path = malloc(n * n * sizeof *path);
+    if (!path) return PEND_NO_MEMORY;
+    enum pend_status status = PEND_INVALID;
+    if (read_rows(reading, matrix, path)) status = pend_tree_parent_from_path(reading->n, path, reading->parent, &sink);
+    free(path);
+    return status;
+}
+
+static enum pend_status read_path(struct tree_reading *reading) {
+    struct api_value matrix = api_value_member(reading->pendulum, "S");
+    enum pend_status status = PEND_INVALID;
+    int n = reading->n, rows = api_value_kind(&matrix) == API_ARRAY ? api_value_count(&matrix) : -1;
+    if (rows == n)
+        status = read_matrix(reading, &matrix);
+    else if (api_field_needed(&matrix, reading->problem))
+        api_value_fault(&matrix, reading->problem, "must be an array of %d rows of %d numbers, one for each arm", n, n);
+    for (int i = 0; status != PEND_OK && i < n; i++) reading->parent[i] = NO_PARENT;
+    return status == PEND_INVALID ? PEND_OK : status; /* the faults are told; the rest is still to be checked */
+}
+
+/* the whole */
+
+/* the form whose fields are there, or FORM_COUNT; fields of a second form are faulted */
+static enum form tree_form(const struct api_value *pendulum, struct api_problem *problem) {
+    enum form found = FORM_COUNT;
+    for (int i = 0; i < FORM_COUNT * 3; i++) {
+        enum form form = (enum form)(i / 3);
+        if (!forms[form].field[i % 3]) continue;
+        struct api_value field = api_value_member(pendulum, forms[form].field[i % 3]);
+        if (api_value_kind(&field) == API_MISSING) continue;
+        if (found == FORM_COUNT) found = form;
+        if (found != form)
+            api_value_fault(&field, problem, "belongs to another form of a tree than %s, which is here too: use one",
+                            forms[found].summary);
+    }
+    if (found == FORM_COUNT)
+        api_value_fault(pendulum, problem, "must describe the arms: by %s, or by %s, or by %s",
+                        forms[FORM_ARMS].summary, forms[FORM_LISTS].summary, forms[FORM_PAPER].summary);
+    return found;
+}
+
+/* how many arms the form's first list has; 0 where none has any, which is a fault of its own */
+static int tree_count(const struct tree_reading *reading) {
+    for (int i = 0; i < 3 && forms[reading->form].field[i]; i++) {
+        struct api_value field = api_value_member(reading->pendulum, forms[reading->form].field[i]);
+        if (api_value_kind(&field) == API_ARRAY && api_value_count(&field)) return api_value_count(&field);
+    }
+    return 0;
+}
+
+/* faults a form without any arm at its first list */
+static void fault_empty(const struct tree_reading *reading) {
+    char found[API_FOUND_BYTES];
+    for (int i = 0; i < 3 && forms[reading->form].field[i]; i++) {
+        struct api_value field = api_value_member(reading->pendulum, forms[reading->form].field[i]);
+        api_value_found(&field, found);
+        if (api_value_kind(&field) == API_ARRAY)
+            api_value_fault(&field, reading->problem, "is empty, but a tree has at least one arm");
+        else if (api_field_needed(&field, reading->problem))
+            api_value_fault(&field, reading->problem, "must be an array, one entry for each arm, got %s", found);
+    }
+}
+
+static enum pend_status read_form(struct tree_reading *reading, const char ***names) {
+    if (reading->form == FORM_ARMS) return read_arms(reading, names);
+    read_list(reading, forms[reading->form].field[0], reading->length);
+    read_list(reading, forms[reading->form].field[1], reading->mass);
+    return reading->form == FORM_LISTS ? read_parents(reading) : read_path(reading);
+}
+
+enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pendulum, const struct api_limits *limits,
+                               struct api_problem *problem) {
+    struct tree_reading reading = {.pendulum = pendulum, .problem = problem};
+    struct pend_fault_sink sink = {tree_report, &reading, API_PROBLEM_FAULTS};
+    long faults = fault_count(problem);
+    *tree = (struct api_tree){.gravity = usual_gravity};
+    if (!api_field_object(pendulum, problem)) return PEND_INVALID;
+    api_value_pointer(pendulum, reading.at);
+    (void)api_value_only(pendulum, tree_fields, problem);
+    struct api_value gravity = api_value_member(pendulum, "gravity");
+    (void)api_value_read_number(&gravity, -INFINITY, INFINITY, "m/s^2", &tree->gravity, problem);
+    api_value_usual_number(&gravity, usual_gravity);
+
+    // the form and the number of arms decide how the rest is read
+    reading.form = tree_form(pendulum, problem);
+    if (reading.form == FORM_COUNT) return PEND_INVALID;
+    tree->n = reading.n = tree_count(&reading);
+    if (!reading.n) fault_empty(&reading);
+    if (reading.n > limits->arms)
+        api_value_fault(pendulum, problem, "has %d arms, more than the limit max-arms of %.0f", reading.n,
+                        limits->arms);
+    if (!reading.n || reading.n > limits->arms) return PEND_INVALID;
+
+    size_t n = (size_t)reading.n;
+    reading.length = malloc(n * (2 * sizeof(double) + sizeof(int)));
+    if (!reading.length) return PEND_NO_MEMORY;
+    reading.mass = reading.length + n;
+    reading.parent = (int *)(reading.mass + n);
+    enum pend_status status = read_form(&reading, &tree->names);
+    if (status == PEND_OK)
+        status = pend_tree_new(&tree->tree, reading.n, reading.length, reading.mass, reading.parent, &sink);
+    free(reading.length);
+    return status == PEND_OK && fault_count(problem) > faults ? PEND_INVALID : status;
+}
+
+double api_tree_bytes(const struct api_tree *tree) { return 1024 + 128.0 * tree->n; }
+
+void api_tree_clear(struct api_tree *tree) {
+    pend_tree_free(&tree->tree);
+    free(tree->names);
+    *tree = (struct api_tree){0};
+}
+
+int api_tree_parent(const struct api_tree *tree, int i) {
+    int parent = tree->tree->parent[tree->tree->place[i]];
+    return parent < 0 ? -1 : tree->tree->order[parent];
+}
+
+const char *api_tree_name(const struct api_tree *tree, int i, char scratch[16]) {
+    if (tree->names) return tree->names[i];
+    snprintf(scratch, 16, "%d", i + 1);
+    return scratch;
+}
+
+/* the caller's number, from 0, of an arm by its number or its name; -1 where there is none */
+static int tree_find(const struct api_tree *tree, const struct api_value *value) {
+    const char *text = api_value_text(value);
+    double number = api_value_number(value);
+    char scratch[16];
+    if (api_value_kind(value) == API_NUMBER && number == floor(number) && number >= 1 && number <= tree->n)
+        return (int)number - 1;
+    for (int i = 0; text && i < tree->n; i++)
+        if (!strcmp(text, api_tree_name(tree, i, scratch))) return i;
+    return -1;
+}
+
+int api_tree_read_arm(const struct api_tree *tree, const struct api_value *value, struct api_problem *problem) {
+    char found[API_FOUND_BYTES];
+    if (!api_field_needed(value, problem) || !tree->tree) return -1;
+    int arm = tree_find(tree, value);
+    if (arm >= 0) return arm;
+    api_value_found(value, found);
+    api_value_fault(value, problem, "must be an arm of this pendulum, a number from 1 to %d%s, got %s", tree->n,
+                    tree->names ? " or an arm's name" : "", found);
+    return -1;
+}
+
+void api_tree_modes_allowed(const struct api_tree *tree, const struct api_value *value, int count, const char *what,
+                            const struct api_limits *limits, struct api_problem *problem) {
+    double most = limits->mode_arms * limits->mode_arms;
+    if (!(tree->gravity > 0))
+        api_value_fault(value, problem, "%s needs a gravity greater than 0, got %.15g", what, tree->gravity);
+    if ((double)tree->n * count > most)
+        api_value_fault(value, problem,
+                        "%s takes at most %.0f arms (the limit max-mode-arms) for all modes, and at most %.0f modes of "
+                        "%d arms; here are %d modes",
+                        what, limits->mode_arms, floor(most / tree->n), tree->n, count);
+}

@@ -1,0 +1,37 @@
+#include "core/base/status.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+
+static const struct {
+    const char *name;
+    int http;
+    const char *text;
+} status_table[PEND_STATUS_COUNT] = {
+#define X(name, http, text) {#name, http, text},
+    PEND_STATUS_LIST(X)
+#undef X
+};
+
+static int status_known(enum pend_status code) { return (unsigned)code < PEND_STATUS_COUNT; }
+
+const char *pend_status_text(enum pend_status code) {
+    return status_known(code) ? status_table[code].text : "unknown status";
+}
+
+const char *pend_status_name(enum pend_status code) { return status_known(code) ? status_table[code].name : "unknown"; }
+
+int pend_status_http(enum pend_status code) { return status_known(code) ? status_table[code].http : 500; }
+
+enum pend_status pend_fail(struct pend_error *error, enum pend_status code, int arm, double time, const char *format,
+                           ...) {
+    if (!error) return code;
+    error->code = code;
+    error->arm = arm;
+    error->time = time;
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(error->text, sizeof error->text, format, arguments);
+    va_end(arguments);
+    return code;
+}

@@ -1,0 +1,104 @@
+/* What a block of arms of one state does by itself: its angles to the parents, and w.
+ * Leaves to others: the sweeps (dynamics_one_kernel).
+ * Invariant: the operations of dynamics_lanes_kernel, hence its bits. */
+#ifndef PEND_DYNAMICS_ANGLES_TEMPLATE_H
+#define PEND_DYNAMICS_ANGLES_TEMPLATE_H
+
+#include "core/dynamics/dynamics_template.h"
+
+/* What a block of arms does by itself: C and Z, of the angle to the parent, and w = l phi'^2. */
+struct turns {
+    double cosine[DYNAMICS_BLOCK], sine[DYNAMICS_BLOCK], spin[DYNAMICS_BLOCK];
+};
+
+#if KERNEL_WIDTH == 4
+/* all ones in the first `count` lanes */
+LANES_INLINE bits4 wide_first(int count) {
+    static const long long ones[8] = {-1, -1, -1, -1, 0, 0, 0, 0};
+    bits4 mask;
+    memcpy(&mask, ones + 4 - count, sizeof mask);
+    return mask;
+}
+#endif
+
+/* the first `count` numbers of a vector; the others are `rest` */
+LANES_INLINE wide wide_load_some(const double *from, int count, double rest) {
+#if defined(__AVX512F__)
+    return (wide)_mm512_mask_loadu_pd(_mm512_set1_pd(rest), (__mmask8)((1u << count) - 1), from);
+#elif KERNEL_WIDTH == 4
+    bits4 mask = wide_first(count);
+    return lanes4_pick(mask, (wide)_mm256_maskload_pd(from, (__m256i)mask), lanes4_of(rest));
+#else
+    wide x = WIDE_(of)(rest);
+    for (int i = 0; i < WIDE; i++)
+        if (i < count) x[i] = from[i];
+    return x;
+#endif
+}
+
+LANES_INLINE void wide_store_some(double *to, wide x, int count) {
+#if defined(__AVX512F__)
+    _mm512_mask_storeu_pd(to, (__mmask8)((1u << count) - 1), (__m512d)x);
+#elif KERNEL_WIDTH == 4
+    _mm256_maskstore_pd(to, (__m256i)wide_first(count), (__m256d)x);
+#else
+    for (int i = 0; i < WIDE; i++)
+        if (i < count) to[i] = x[i];
+#endif
+}
+
+LANES_INLINE void turns_put(struct turns *turns, int i, wide cosine, wide sine, wide rate, wide len) {
+    WIDE_(put)(turns->cosine + i, cosine);
+    WIDE_(put)(turns->sine + i, sine);
+    WIDE_(put)(turns->spin + i, len * rate * rate);
+}
+
+/* arms i to i + WIDE of a block */
+LANES_INLINE void turns_some(struct turns *turns, int i, wide x, wide base, wide rate, wide len) {
+    wide sine, cosine;
+    WIDE_(between)(x, base, &sine, &cosine);
+    turns_put(turns, i, cosine, sine, rate, len);
+}
+
+LANES_INLINE void block_turns(struct turns *turns, const struct pend_tree *tree, const double phi[],
+                              const double rate[], int begin, int count) {
+    double base[DYNAMICS_BLOCK] __attribute__((aligned(64)));
+    const int *parent = tree->parent + begin;
+    int i = 0;
+    if (!begin) base[i++] = 0;
+    for (; i < count; i++) base[i] = phi[parent[i]];
+    phi += begin, rate += begin;
+    const double *len = tree->len + begin;
+    for (i = 0; i + WIDE <= count; i += WIDE)
+        turns_some(turns, i, wide_load(phi + i), WIDE_(get)(base + i), wide_load(rate + i), wide_load(len + i));
+    if (i == count) return;
+    count -= i;
+    turns_some(turns, i, wide_load_some(phi + i, count, 0), wide_load_some(base + i, count, 0),
+               wide_load_some(rate + i, count, 0), wide_load_some(len + i, count, 0));
+}
+
+/* Cosines and sines of a huge tree wait for the way back where phi'' and lambda will be, and w is formed anew:
+ * what has a place of its own is carried to memory and back. */
+static void turns_lend(const struct turns *turns, int count, double acc[], double force[]) {
+    int i = 0;
+    for (; i + WIDE <= count; i += WIDE) {
+        memcpy(acc + i, turns->cosine + i, sizeof(wide));
+        memcpy(force + i, turns->sine + i, sizeof(wide));
+    }
+    if (i == count) return;
+    wide_store_some(acc + i, WIDE_(get)(turns->cosine + i), count - i);
+    wide_store_some(force + i, WIDE_(get)(turns->sine + i), count - i);
+}
+
+static void turns_return(struct turns *turns, int count, const double len[], const double rate[], const double acc[],
+                         const double force[]) {
+    int i = 0;
+    for (; i + WIDE <= count; i += WIDE)
+        turns_put(turns, i, wide_load(acc + i), wide_load(force + i), wide_load(rate + i), wide_load(len + i));
+    if (i == count) return;
+    count -= i;
+    turns_put(turns, i, wide_load_some(acc + i, count, 0), wide_load_some(force + i, count, 0),
+              wide_load_some(rate + i, count, 0), wide_load_some(len + i, count, 0));
+}
+
+#endif

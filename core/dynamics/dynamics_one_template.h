@@ -1,0 +1,361 @@
+/* Phi'' and lambda of one state of any tree.
+ * Leaves to others: angles (dynamics_turns_kernel), long chains (dynamics_chain_kernel), several states
+ * (dynamics_lanes_kernel), memory (dynamics).
+ * Invariant: the operations of dynamics_lanes_kernel, hence its bits. */
+#ifndef PEND_DYNAMICS_ONE_TEMPLATE_H
+#define PEND_DYNAMICS_ONE_TEMPLATE_H
+
+#include "core/dynamics/dynamics_angles_template.h"
+
+/* From so many arms on a tree is huge: jumps by how an arm stands in it are foreseen wrongly too often, and what lies
+ * in memory is slow to come. Both sweeps do without jumps, and blocks lend their angles. */
+enum { HUGE_ARMS = 1 << 13 };
+#define HUGE static __attribute__((noinline)) // with registers of its own
+
+/* What the second sweep needs of an arm that carries others: S, h, r / (m + q), t / (m + q). They lie in the order of
+ * the first sweep, behind one that carries nothing. */
+struct joint {
+    double eff, held, lean, side;
+};
+
+/* Sums over the children of a joint that were met so far: S C^2, S Z^2, S C Z, f C, f Z, D and H. */
+struct sums {
+    double p, q, r, b, t, area, lift;
+};
+
+/* What a joint hands to its children: its acceleration along its arm and, with its sign turned, across, and how it
+ * yields. */
+struct tip {
+    double radial, yield, lean, side;
+};
+
+/* the sweep from the leaves to the root */
+struct climb {
+    struct sums now;                      /* of the joint to which the arm before belongs */
+    struct sums stack[WAITING + 1], *top; /* joints that wait for more children */
+    long at;                              /* without jumps: the top of the stack, which `now` is on too */
+    struct joint *joint;
+    double unit, eff; /* eff: the largest S */
+};
+
+LANES_INLINE struct sums sums_first(double S, double f, double C, double Z) {
+    return (struct sums){S * (C * C), S * (Z * Z), S * (C * Z), f * C, f * Z, 0, 0};
+}
+
+LANES_INLINE struct sums sums_join(const struct sums *j, double S, double f, double C, double Z) {
+    double x = fma1(j->q, C, -(j->r * Z)), y = fma1(j->p, Z, -(j->r * C)), z = fma1(j->b, Z, -(j->t * C));
+    return (struct sums){fma1(S, C * C, j->p),
+                         fma1(S, Z * Z, j->q),
+                         fma1(S, C * Z, j->r),
+                         fma1(f, C, j->b),
+                         fma1(f, Z, j->t),
+                         fma1(S, fma1(Z, y, C * x), j->area),
+                         fma1(S, Z * z, fma1(f, x, j->lift))};
+}
+
+/* the arms of a block from the last to the first */
+LANES_INLINE void block_up(const struct turns *turns, const struct pend_tree *tree, struct climb *climb, int begin,
+                           int count) {
+    const unsigned char *kin = tree->kin + begin;
+    const double *mass = tree->mass + begin;
+    struct sums now = climb->now, *top = climb->top;
+    struct joint *joint = climb->joint;
+    double unit = climb->unit, largest = climb->eff;
+    for (int i = count - 1; i >= 0; i--) {
+        unsigned how = kin[i];
+        double m = unit * mass[i], C = turns->cosine[i], Z = turns->sine[i], S = m, h = 0;
+        if (!(how & PEND_KIN_LEAF)) {
+            double inv = 1 / (m + now.q);
+            S = fma1(fma1(m, now.p, now.area), inv, m);
+            h = fma1(m, now.b, now.lift) * inv;
+            *joint++ = (struct joint){S, h, now.r * inv, now.t * inv};
+        }
+        double f = fma1(-S, turns->spin[i], h);
+        largest = S > largest ? S : largest;
+        if (how & PEND_KIN_LAST)
+            now = sums_first(S, f, C, Z);
+        else if (how & PEND_KIN_LEAF)
+            now = sums_join(&now, S, f, C, Z);
+        else
+            now = sums_join(top--, S, f, C, Z);
+        // the arm before is neither parent nor sibling
+        if (!(how & PEND_KIN_FIRST) && kin[i - 1] & PEND_KIN_LAST) *++top = now;
+    }
+    climb->now = now, climb->top = top, climb->joint = joint, climb->eff = largest;
+}
+
+/*
+ * The same without jumps. The joint to which the arm before belongs is on top of the stack, above those that wait, and
+ * stack[0] is a joint without children: what a leaf finds, and what an arm joins that is the last of its siblings.
+ */
+HUGE void block_up_even(const struct turns *turns, const struct pend_tree *tree, struct climb *climb, int begin,
+                        int count) {
+    const unsigned char *kin = tree->kin + begin;
+    const double *mass = tree->mass + begin;
+    struct sums *stack = climb->stack;
+    struct joint *joint = climb->joint;
+    double unit = climb->unit, largest = climb->eff;
+    long at = climb->at;
+    for (int i = count - 1; i >= 0; i--) {
+        long leaf = (kin[i] & PEND_KIN_LEAF) != 0, last = (kin[i] & PEND_KIN_LAST) != 0;
+        const struct sums *own = &stack[at & (leaf - 1)];
+        at += leaf + last - 1;
+        const struct sums *others = &stack[at & (last - 1)];
+        double m = unit * mass[i], inv = 1 / (m + own->q);
+        double S = fma1(fma1(m, own->p, own->area), inv, m), h = fma1(m, own->b, own->lift) * inv;
+        *joint = (struct joint){S, h, own->r * inv, own->t * inv};
+        joint += 1 - leaf;
+        largest = S > largest ? S : largest;
+        stack[at] = sums_join(others, S, fma1(-S, turns->spin[i], h), turns->cosine[i], turns->sine[i]);
+    }
+    climb->at = at, climb->joint = joint, climb->eff = largest;
+}
+
+/* the sweep from the root to the leaves */
+struct descent {
+    struct tip now, stack[WAITING + 2], *top;
+    long at;                   /* without jumps: the top of the stack, the parent of the next arm */
+    struct joint *none;        /* without jumps: what is found of a leaf, whose S is its mass */
+    const struct joint *joint; /* one past the next */
+    double unit, inverse_unit, yield;
+    wide force, radial, spin, poison; /* as struct lanes_peaks */
+};
+
+/* the acceleration of a tip along its arm, from that of the arm's base */
+LANES_INLINE double tip_radial(const struct tip *base, double C, double Z, double w) {
+    return fma1(fma1(-Z, base->lean, C), base->radial, -fma1(Z, base->side, w));
+}
+
+/* Of the arms of a block: accelerations along them, l phi'', scaled lambda. */
+struct values {
+    double radial[DYNAMICS_BLOCK], bend[DYNAMICS_BLOCK], tension[DYNAMICS_BLOCK];
+};
+
+/* the arms of a block from the first to the last */
+LANES_INLINE void block_down(const struct turns *turns, const struct pend_tree *tree, struct descent *descent,
+                             int begin, int count, struct values *values) {
+    const unsigned char *kin = tree->kin + begin;
+    const double *mass = tree->mass + begin;
+    struct tip now = descent->now, *top = descent->top;
+    const struct joint *joint = descent->joint;
+    double unit = descent->unit, largest = descent->yield;
+    for (int i = 0; i < count; i++) {
+        unsigned how = kin[i];
+        if (!(how & PEND_KIN_FIRST)) {
+            now = *top;
+            if (how & PEND_KIN_LAST) top--;
+        }
+        double C = turns->cosine[i], Z = turns->sine[i], radial = tip_radial(&now, C, Z, turns->spin[i]);
+        double bend = fma1(C, now.yield, Z * now.radial), tension;
+        if (how & PEND_KIN_LEAF) {
+            tension = unit * mass[i] * radial;
+        } else {
+            joint--;
+            double yield = fma1(joint->lean, radial, joint->side);
+            tension = fma1(joint->eff, radial, joint->held);
+            bend -= yield;
+            largest = fabs(yield) > largest ? fabs(yield) : largest;
+            now = (struct tip){radial, yield, joint->lean, joint->side};
+            if (how & PEND_KIN_FORK) *++top = now;
+        }
+        values->radial[i] = radial;
+        values->bend[i] = bend;
+        values->tension[i] = tension;
+    }
+    descent->now = now, descent->top = top, descent->joint = joint, descent->yield = largest;
+}
+
+/* The same without jumps: every arm that carries others is on the stack until the last of them is met. */
+HUGE void block_down_even(const struct turns *turns, const struct pend_tree *tree, struct descent *descent, int begin,
+                          int count, struct values *values) {
+    const unsigned char *kin = tree->kin + begin;
+    const double *mass = tree->mass + begin;
+    struct tip *stack = descent->stack;
+    struct joint *joint = descent->none;
+    double unit = descent->unit, largest = descent->yield;
+    long at = descent->at, next = descent->joint - joint - 1;
+    for (int i = 0; i < count; i++) {
+        long leaf = (kin[i] & PEND_KIN_LEAF) != 0, last = (kin[i] & PEND_KIN_LAST) != 0;
+        const struct tip base = stack[at];
+        double C = turns->cosine[i], Z = turns->sine[i], radial = tip_radial(&base, C, Z, turns->spin[i]);
+        joint->eff = unit * mass[i];
+        // by number: where it is by address, compilers jump
+        const struct joint *own = &joint[next & (leaf - 1)];
+        next -= 1 - leaf;
+        double yield = fma1(own->lean, radial, own->side);
+        at -= last;
+        stack[at + 1] = (struct tip){radial, yield, own->lean, own->side};
+        at += 1 - leaf;
+        largest = fabs(yield) > largest ? fabs(yield) : largest;
+        values->radial[i] = radial;
+        values->bend[i] = fma1(C, base.yield, Z * base.radial) - yield;
+        values->tension[i] = fma1(own->eff, radial, own->held);
+    }
+    descent->at = at, descent->joint = joint + next + 1, descent->yield = largest;
+}
+
+/* phi'' and lambda of some arms of a block */
+LANES_INLINE void block_values(struct descent *descent, wide radial, wide bend, wide tension, wide spin, wide len,
+                               wide *acc, wide *force) {
+    *acc = bend * (1.0 / len);
+    *force = tension * descent->inverse_unit;
+    descent->force = WIDE_(peak)(tension, descent->force);
+    descent->radial = WIDE_(peak)(radial, descent->radial);
+    descent->spin = WIDE_(max)(spin, descent->spin);
+    descent->poison = WIDE_(fma)(*acc, WIDE_(of)(0), descent->poison);
+}
+
+LANES_INLINE void block_finish(const struct turns *turns, const struct pend_tree *tree, struct descent *descent,
+                               int huge, int begin, int count, double acc[], double force[]) {
+    struct values values __attribute__((aligned(64)));
+    if (huge)
+        block_down_even(turns, tree, descent, begin, count, &values);
+    else
+        block_down(turns, tree, descent, begin, count, &values);
+    const double *len = tree->len + begin;
+    wide a, f;
+    int i = 0;
+    acc += begin, force += begin;
+    for (; i + WIDE <= count; i += WIDE) {
+        block_values(descent, WIDE_(get)(values.radial + i), WIDE_(get)(values.bend + i),
+                     WIDE_(get)(values.tension + i), WIDE_(get)(turns->spin + i), wide_load(len + i), &a, &f);
+        memcpy(acc + i, &a, sizeof a);
+        memcpy(force + i, &f, sizeof f);
+    }
+    if (i == count) return;
+    count -= i;
+    block_values(descent, wide_load_some(values.radial + i, count, 0), wide_load_some(values.bend + i, count, 0),
+                 wide_load_some(values.tension + i, count, 0), WIDE_(get)(turns->spin + i),
+                 wide_load_some(len + i, count, 1), &a, &f);
+    wide_store_some(acc + i, a, count);
+    wide_store_some(force + i, f, count);
+}
+
+/* What both sweeps go through. */
+struct one {
+    const struct pend_tree *tree;
+    double gravity;
+    const double *phi, *rate;
+    double *acc, *force;
+    struct turns *turns; /* of every block; of a huge tree, of the one at hand */
+    struct joint *joint;
+    int huge;
+};
+
+LANES_INLINE struct turns *one_turns(const struct one *one, int b) { return &one->turns[one->huge ? 0 : b]; }
+
+LANES_INLINE int one_blocks(const struct pend_tree *tree) { return (tree->n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK; }
+
+/* the arms of block b */
+LANES_INLINE int block_count(int n, int b) {
+    int left = n - b * DYNAMICS_BLOCK;
+    return left < DYNAMICS_BLOCK ? left : DYNAMICS_BLOCK;
+}
+
+LANES_INLINE void one_up(const struct one *one, struct climb *climb) {
+    const struct pend_tree *tree = one->tree;
+    climb->now = climb->stack[0] = (struct sums){0};
+    climb->top = climb->stack, climb->at = 0, climb->joint = one->joint + 1;
+    climb->unit = kernel_unit(tree->subtree_mass[0]), climb->eff = 0;
+    for (int b = one_blocks(tree) - 1; b >= 0; b--) {
+        int begin = b * DYNAMICS_BLOCK, count = block_count(tree->n, b);
+        struct turns *turns = one_turns(one, b);
+        block_turns(turns, tree, one->phi, one->rate, begin, count);
+        if (one->huge) {
+            turns_lend(turns, count, one->acc + begin, one->force + begin);
+            block_up_even(turns, tree, climb, begin, count);
+        } else {
+            block_up(turns, tree, climb, begin, count);
+        }
+    }
+}
+
+LANES_INLINE void one_down(const struct one *one, const struct climb *climb, struct descent *descent) {
+    const struct pend_tree *tree = one->tree;
+    double *acc = one->acc, *force = one->force;
+    // gravity is a pivot that accelerates with i g
+    descent->now = descent->stack[1] = (struct tip){0, -one->gravity, 0, -one->gravity};
+    descent->top = descent->stack, descent->at = 1, descent->joint = climb->joint;
+    descent->none = memset(one->joint, 0, sizeof *one->joint);
+    descent->unit = climb->unit, descent->inverse_unit = 1 / climb->unit;
+    descent->yield = 0;
+    descent->force = descent->spin = descent->poison = WIDE_(of)(0);
+    descent->radial = WIDE_(of)(fabs(one->gravity));
+    for (int b = 0; b < one_blocks(tree); b++) {
+        int begin = b * DYNAMICS_BLOCK, count = block_count(tree->n, b);
+        struct turns *turns = one_turns(one, b);
+        if (one->huge) turns_return(turns, count, tree->len + begin, one->rate + begin, acc + begin, force + begin);
+        block_finish(turns, tree, descent, one->huge, begin, count, acc, force);
+    }
+}
+
+/* The largest S |acceleration of the base|, where an acceleration counts as the largest on the way from the pivot. The
+ * joints end at `joint`. */
+static __attribute__((noinline)) double one_load(struct one one, const struct joint *joint, double unit) {
+    const struct pend_tree *tree = one.tree;
+    double gravity = one.gravity;
+    struct {
+        struct tip tip;
+        double far;
+    } stack[WAITING], *top = stack, now = {{0, -gravity, 0, -gravity}, fabs(gravity)};
+    double most = 0;
+    for (int b = 0; b < one_blocks(tree); b++) {
+        int begin = b * DYNAMICS_BLOCK, count = block_count(tree->n, b);
+        struct turns *turns = one_turns(&one, b);
+        // what was lent is written over
+        if (one.huge) block_turns(turns, tree, one.phi, one.rate, begin, count);
+        for (int i = 0; i < count; i++) {
+            unsigned how = tree->kin[begin + i];
+            if (!(how & PEND_KIN_FIRST)) {
+                now = *top;
+                if (how & PEND_KIN_LAST) top--;
+            }
+            double w = turns->spin[i], S = how & PEND_KIN_LEAF ? unit * tree->mass[begin + i] : (--joint)->eff;
+            double load = S * (now.far + w), radial = tip_radial(&now.tip, turns->cosine[i], turns->sine[i], w);
+            most = load > most ? load : most;
+            if (how & PEND_KIN_LEAF) continue;
+            now.tip = (struct tip){radial, fma1(joint->lean, radial, joint->side), joint->lean, joint->side};
+            double size = fabs(radial) + fabs(now.tip.yield) + w;
+            now.far = size > now.far ? size : now.far;
+            if (how & PEND_KIN_FORK) *++top = now;
+        }
+    }
+    return most;
+}
+
+LANES_INLINE double wide_most(wide x) {
+    double most = x[0];
+    for (int i = 1; i < WIDE; i++) most = x[i] > most ? x[i] : most;
+    return most;
+}
+
+LANES_INLINE int one_sweeps(const struct one *one) {
+    struct climb climb;
+    struct descent descent;
+    one_up(one, &climb);
+    one_down(one, &climb, &descent);
+    double poison = 0, most = LOAD_MOST * wide_most(descent.force), spin = wide_most(descent.spin);
+    for (int i = 0; i < WIDE; i++) poison += descent.poison[i];
+    if (!(poison == 0 && most < INFINITY)) return 0;
+    // no load is above this bound, which is most often enough
+    double far = wide_most(descent.radial) + descent.yield + spin;
+    return climb.eff * (far + spin) <= most || one_load(*one, climb.joint, climb.unit) <= most;
+}
+
+HUGE int kernel_huge(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
+                     double work[], double acc[], double force[]) {
+    struct turns *turns = (struct turns *)work;
+    const struct one one = {tree, gravity, phi, rate, acc, force, turns, (struct joint *)(turns + 1), 1};
+    return one_sweeps(&one);
+}
+
+static int kernel_blocks(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
+                         double work[], double acc[], double force[]) {
+    if (tree->n >= HUGE_ARMS) return kernel_huge(tree, gravity, phi, rate, work, acc, force);
+    struct turns *turns = (struct turns *)work;
+    struct joint *joint = (struct joint *)(turns + one_blocks(tree));
+    const struct one one = {tree, gravity, phi, rate, acc, force, turns, joint, 0};
+    return one_sweeps(&one);
+}
+
+#endif

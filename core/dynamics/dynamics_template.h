@@ -1,0 +1,46 @@
+/* What the quick forms of the dynamics share: widths, the stack's depth, when digits are vouched for.
+ * Leaves to others: the sweeps (dynamics_*_kernel).
+ * Invariant: a power of 2 times all masses, and its inverse, are finite. */
+#ifndef PEND_DYNAMICS_TEMPLATE_H
+#define PEND_DYNAMICS_TEMPLATE_H
+
+#include <limits.h>
+#include <math.h>
+#include <string.h>
+
+#include "core/dynamics/dynamics_sizes.h"
+#include "core/simd/vec_isa.h"
+#include "core/tree/tree.h"
+
+/* loops over arms, or over states, take as many at once as the instruction set holds */
+enum { WIDE = KERNEL_WIDTH };
+typedef KERNEL_OF(lanes, ) wide;
+#define WIDE_(name) KERNEL_OF(lanes, _##name)
+#define fma1 lanes1_fma
+
+/* The sizes of the sub-trees that wait halve from one to the next. */
+enum { WAITING = sizeof(int) * CHAR_BIT + 1 };
+
+/* Forces that are so many times smaller than masses times accelerations are another form's. Their error is this times
+ * that of a double at most. */
+#define LOAD_MOST 256
+
+/* Masses times this power of 2 are near 1 in all; its inverse is finite. */
+LANES_INLINE double kernel_unit(double mass) {
+    unsigned long long bits, exponent;
+    memcpy(&bits, &mass, sizeof bits);
+    exponent = bits >> 52;
+    if (exponent < 23) exponent = 23;
+    if (exponent > 2045) exponent = 2045;
+    bits = (2046 - exponent) << 52;
+    memcpy(&mass, &bits, sizeof bits);
+    return mass;
+}
+
+LANES_INLINE wide wide_load(const double *from) {
+    wide x;
+    memcpy(&x, from, sizeof x);
+    return x;
+}
+
+#endif

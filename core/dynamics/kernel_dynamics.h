@@ -1,0 +1,36 @@
+/* The quick forms of the dynamics, by instruction set.
+ * Leaves to others: states whose digits they cannot vouch for (dynamics), memory (dynamics).
+ * Invariant: an unsupported set is never called. */
+#ifndef PEND_KERNEL_DYNAMICS_H
+#define PEND_KERNEL_DYNAMICS_H
+
+#include "core/dynamics/dynamics_sizes.h"
+#include "core/tree/tree.h"
+
+struct dynamics_kernel {
+    /**
+     * One state. Parameters as pend_dynamics, but force is never NULL.
+     *
+     * work  DYNAMICS_VALUES numbers an arm, in whole blocks, aligned to 64.
+     *
+     * Returns non-zero when the digits are kept; else acc and force hold nothing of use.
+     */
+    int (*one)(const struct pend_tree *tree, double gravity, const double phi[], const double rate[], double work[],
+               double acc[], double force[]);
+    /**
+     * DYNAMICS_LANES states, arm k of state i at DYNAMICS_LANES k + i of each array.
+     *
+     * work  DYNAMICS_VALUES * DYNAMICS_LANES numbers an arm, aligned to 64.
+     *
+     * Returns a bit for each state whose digits are kept.
+     */
+    unsigned (*lanes)(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
+                      double work[], double acc[], double force[]);
+};
+
+extern const struct dynamics_kernel pend_kernel_dynamics_base;
+#ifdef __x86_64__
+extern const struct dynamics_kernel pend_kernel_dynamics_avx2, pend_kernel_dynamics_avx512;
+#endif
+
+#endif

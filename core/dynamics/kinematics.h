@@ -1,0 +1,65 @@
+/* What follows from angles, rates and accelerations: tip positions, velocities, accelerations, energies, forces.
+ * Leaves to others: finding the accelerations (dynamics).
+ * Invariant: no allocation; arms in the tree's stored order; outputs never alias inputs. */
+#ifndef PEND_KINEMATICS_H
+#define PEND_KINEMATICS_H
+
+#include "core/tree/tree.h"
+
+/** J; potential is measured from the pivot, V = g sum m_k Im z_k. */
+struct pend_energy {
+    double kinetic, potential;
+};
+
+/**
+ * Tip positions z = S [l e^{i phi}].
+ *
+ * phi     n angles, rad.
+ * re, im  out, n values each, m.
+ * O(n).
+ */
+void pend_motion_position(const struct pend_tree *tree, const double phi[], double re[], double im[]);
+
+/**
+ * Tip velocities z' = S [i phi' l e^{i phi}], m/s. O(n).
+ */
+void pend_motion_velocity(const struct pend_tree *tree, const double phi[], const double rate[], double re[],
+                          double im[]);
+
+/**
+ * Tip accelerations z'' = S [(i phi'' - phi'^2) l e^{i phi}], m/s^2. O(n).
+ */
+void pend_motion_acceleration(const struct pend_tree *tree, const double phi[], const double rate[], const double acc[],
+                              double re[], double im[]);
+
+/**
+ * Kinetic energy sum m_k |z'_k|^2 / 2 and potential energy g sum m_k Im z_k. O(n), compensated sums.
+ */
+struct pend_energy pend_motion_energy(const struct pend_tree *tree, double gravity, const double phi[],
+                                      const double rate[]);
+
+/**
+ * The same of several states, rows of n, one after the other: cheaper for small trees, whose directions are found
+ * together. A state's energy has the bits that it has alone.
+ *
+ * energy  out, count values.
+ */
+void pend_motion_energies(const struct pend_tree *tree, double gravity, int count, const double phi[],
+                          const double rate[], struct pend_energy energy[]);
+
+/**
+ * The scale that an energy drift is measured against: g l-weighted, sum over arms of |g| l_k (S^T m)_k, plus the
+ * kinetic energy given. J.
+ */
+double pend_motion_energy_scale(const struct pend_tree *tree, double gravity, double kinetic);
+
+/**
+ * Compression forces (bbb) of a motion whose accelerations are given, whatever law they came from:
+ * lambda_k = Re e^{-i phi_k} sum over the sub-tree of m_p (z''_p + i g). N. O(n).
+ *
+ * force  out, n values; used for motions that do not obey (aaa), such as the linearised one.
+ */
+void pend_motion_force(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
+                       const double acc[], double force[]);
+
+#endif

@@ -1,0 +1,375 @@
+#include "core/ensemble/ensemble.h"
+
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/ensemble/ensemble_shadow.h"
+#include "core/ensemble/ensemble_watch.h"
+#include "core/integrate/horizon.h"
+#include "core/taylor/jets_system.h"
+#include "core/dynamics/kinematics.h"
+#include "core/taylor/taylor_order.h"
+#include "core/tree/turns.h"
+
+/* arrays of n values a lane for the kernel, of one value a lane, of n values a lane for the notes, of n values */
+enum { ENSEMBLE_LANED = 18, ENSEMBLE_SINGLE = 11, ENSEMBLE_NOTED = 8, ENSEMBLE_FLAT = 9, ENSEMBLE_SHARES = 48 };
+
+static const struct ensemble_kernel *ensemble_kernel(enum pend_isa isa) {
+#ifdef __x86_64__
+    if (isa == PEND_ISA_AVX512) return &pend_kernel_ensemble_avx512;
+    if (isa == PEND_ISA_AVX2) return &pend_kernel_ensemble_avx2;
+#endif
+    (void)isa;
+    return &pend_kernel_ensemble_base;
+}
+
+static enum pend_status ensemble_check(const struct pend_ensemble_problem *problem, struct pend_error *error) {
+    if (!(problem->rtol >= 1e-16 && problem->rtol <= 0.1)) {
+        return pend_fail(error, PEND_INVALID, -1, 0, "rtol must be from 1e-16 to 0.1, got %g", problem->rtol);
+    }
+    if (!(problem->atol >= 0 && problem->atol <= 1)) {
+        return pend_fail(error, PEND_INVALID, -1, 0, "atol must be from 0 to 1, got %g", problem->atol);
+    }
+    if (!(problem->bound >= 0 && problem->bound <= 1e6)) {
+        return pend_fail(error, PEND_INVALID, -1, 0, "the bound must be from 0 to 1e6 rad, got %g", problem->bound);
+    }
+    if (!isfinite(problem->duration) || !isfinite(problem->gravity)) {
+        return pend_fail(error, PEND_INVALID, -1, 0, "duration and gravity must be finite numbers");
+    }
+    return PEND_OK;
+}
+
+/* hands out `count` doubles of a block, a multiple of 64 bytes */
+static double *ensemble_take(char **at, size_t count) {
+    double *piece = (double *)(void *)*at;
+    *at += (count + 7) / 8 * 8 * sizeof(double);
+    return piece;
+}
+
+static size_t ensemble_padded(size_t count) { return (count + 7) / 8 * 8; }
+
+static size_t ensemble_doubles(int n_, int width_, size_t series) {
+    size_t n = (size_t)n_, width = (size_t)width_;
+    return (ENSEMBLE_LANED + ENSEMBLE_NOTED) * ensemble_padded(n * width) + ENSEMBLE_SINGLE * ensemble_padded(width) +
+           ENSEMBLE_FLAT * ensemble_padded(n) + 8 * ensemble_padded(n * ENSEMBLE_INSTANTS) + ENSEMBLE_SHARES +
+           3 * ensemble_padded(n) + ensemble_padded(series);
+}
+
+static void ensemble_place(struct pend_ensemble *e, char *at, size_t doubts) {
+    struct ensemble_lanes *lanes = &e->lanes;
+    struct ensemble_doubt *doubt = &lanes->doubt;
+    size_t n = (size_t)lanes->n, width = (size_t)lanes->width;
+    double **laned[ENSEMBLE_LANED] = {&lanes->from.phi,  &lanes->from.phi_low, &lanes->from.rate, &lanes->from.rate_low,
+                                      &lanes->to.phi,    &lanes->to.phi_low,   &lanes->to.rate,   &lanes->to.rate_low,
+                                      &lanes->len,       &lanes->inv_len,      &lanes->mass,      &lanes->cell,
+                                      &lanes->force_max, &lanes->force_min,    &e->turns,         &e->turns_low,
+                                      &doubt->phi,       &doubt->rate};
+    double **single[ENSEMBLE_SINGLE] = {&lanes->from.time, &lanes->to.time, &lanes->gravity, &lanes->unit,
+                                        &lanes->stop,      &lanes->step,    &doubt->fastest, &doubt->strongest,
+                                        &doubt->time,      &doubt->ratio,   &doubt->held};
+    double **noted[ENSEMBLE_NOTED - 1] = {&e->first_crossing, &e->most,        &e->most_time, &e->least,
+                                          &e->least_time,     &e->sign_change, &e->sense};
+    double **flat[ENSEMBLE_FLAT] = {&e->member.phi, &e->member.rate, &e->member.length,  &e->member.mass, &e->phi,
+                                    &e->rate,       &e->subtree,     &e->member.phi_low, &e->phi_low};
+    ensemble_set **set[3] = {&lanes->near, &lanes->peak, &lanes->turn};
+    for (int i = 0; i < ENSEMBLE_LANED; i++) *laned[i] = ensemble_take(&at, n * width);
+    for (int i = 0; i < ENSEMBLE_SINGLE; i++) *single[i] = ensemble_take(&at, width);
+    for (int i = 0; i < ENSEMBLE_NOTED - 1; i++) *noted[i] = ensemble_take(&at, n * width);
+    for (int i = 0; i < ENSEMBLE_FLAT; i++) *flat[i] = ensemble_take(&at, n);
+    for (int i = 0; i < 4; i++) e->rows[i] = ensemble_take(&at, n * ENSEMBLE_INSTANTS);
+    for (int i = 0; i < 4; i++) e->instants[i] = ensemble_take(&at, n * ENSEMBLE_INSTANTS);
+    for (int i = 0; i < 3; i++) *set[i] = (ensemble_set *)ensemble_take(&at, n);
+    lanes->share = ensemble_take(&at, ENSEMBLE_SHARES);
+    for (int j = 0; j < ENSEMBLE_SHARES; j++) lanes->share[j] = 1.0 / (j + 1);
+    e->crossings = (long *)(void *)ensemble_take(&at, n * width);
+    lanes->doubt.series = ensemble_take(&at, doubts);
+    lanes->series = (double *)(void *)at;
+}
+
+enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble, const struct pend_ensemble_problem *problem,
+                                   enum pend_isa isa, struct pend_error *error) {
+    *ensemble = NULL;
+    PEND_TRY(ensemble_check(problem, error));
+    const struct ensemble_kernel *kernel = ensemble_kernel(isa);
+    int n = problem->tree->n, order = pend_taylor_order(problem->rtol, 0);
+    int known = order + (problem->accuracy > 0 ? ENSEMBLE_DOUBT_BEYOND : 0);
+    size_t doubts = problem->accuracy > 0 ? ensemble_padded(kernel->series_count(n, JETS_SPREAD)) : 0;
+    size_t head = (sizeof **ensemble + 63) / 64 * 64;
+    size_t bytes =
+        head + (doubts + ensemble_doubles(n, kernel->width, kernel->series_count(n, known))) * sizeof(double);
+    struct pend_ensemble *e = aligned_alloc(64, bytes);
+    if (!e) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for an ensemble of trees of %d arms", n);
+    memset(e, 0, bytes);
+    e->problem = *problem;
+    e->kernel = kernel;
+    e->lanes = (struct ensemble_lanes){.n = n, .order = order, .known = known, .width = kernel->width};
+    e->lanes.doubt.grade = problem->accuracy > 0 ? PEND_HORIZON_MARGIN / problem->accuracy : 0;
+    e->lanes.parent = problem->tree->parent;
+    e->lanes.end = problem->tree->end;
+    e->lanes.log_rtol = log2(pend_taylor_target(problem->rtol));
+    e->lanes.log_atol = problem->atol > 0 ? log2(pend_taylor_atol(problem->atol)) : -1e5;
+    e->lanes.bound = problem->bound;
+    e->lanes.paired = (problem->observe & PEND_OBSERVE_LYAPUNOV) != 0;
+    e->lanes.extremes = (problem->observe & PEND_OBSERVE_EXTREMES) != 0;
+    e->lanes.signs = (problem->observe & PEND_OBSERVE_SIGNS) != 0;
+    ensemble_place(e, (char *)e + head, doubts);
+    kernel->prepare(&e->lanes);
+    *ensemble = e;
+    return PEND_OK;
+}
+
+void pend_ensemble_free(struct pend_ensemble **ensemble) {
+    free(*ensemble);
+    *ensemble = NULL;
+}
+
+int pend_ensemble_width(const struct pend_ensemble *e) { return e->lanes.width / (1 + e->lanes.paired); }
+
+/* the tree with the lengths and masses of the member at hand, as far as energies need it */
+static struct pend_tree ensemble_tree(const struct pend_ensemble *e) {
+    struct pend_tree tree = *e->problem.tree;
+    for (int k = 0; k < tree.n; k++) e->subtree[k] = e->member.mass[k];
+    for (int k = tree.n - 1; k > 0; k--) e->subtree[tree.parent[k]] += e->subtree[k];
+    tree.len = e->member.length;
+    tree.mass = e->member.mass;
+    tree.subtree_mass = e->subtree;
+    return tree;
+}
+
+/* arms that have the energy to reach their bound: what an arm there costs at least, all others hanging at rest */
+static int ensemble_able(const struct pend_ensemble *e, const struct pend_tree *tree, double energy) {
+    double gravity = e->member.gravity, least = -pend_motion_energy_scale(tree, gravity, 0);
+    int able = 0;
+    for (int k = 0; k < tree->n; k++) {
+        double rise = gravity * tree->len[k] * tree->subtree_mass[k] * (1 - cos(fmin(e->problem.bound, M_PI)));
+        able += !(gravity > 0) || !(energy < least + rise - 1e-9 * fabs(least));
+    }
+    return able;
+}
+
+/* a start has no error */
+static void ensemble_doubt_start(const struct ensemble_lanes *lanes, int i) {
+    const struct ensemble_doubt *doubt = &lanes->doubt;
+    for (int k = 0; k < lanes->n; k++) doubt->phi[k * lanes->width + i] = doubt->rate[k * lanes->width + i] = 0;
+    doubt->fastest[i] = doubt->strongest[i] = doubt->time[i] = doubt->ratio[i] = 0;
+    doubt->held[i] = ENSEMBLE_HELD;
+}
+
+/* up to when a member that ended at `time` has kept its digits */
+static double ensemble_horizon(const struct ensemble_lanes *lanes, int i, double time) {
+    double held = lanes->doubt.held[i];
+    if (!(lanes->doubt.grade > 0)) return NAN;
+    return fabs(held) < fabs(time) ? held : time;
+}
+
+/* the start of a member into lane i; returns how many arms may reach their bound */
+static int ensemble_seat_start(struct pend_ensemble *e, int i) {
+    struct ensemble_lanes *lanes = &e->lanes;
+    const struct pend_member *member = &e->member;
+    double fastest = 0;
+    // cells of another width do not fit into whole turns
+    int whole = e->problem.bound == 0 || e->problem.bound == M_PI;
+    for (int k = 0; k < lanes->n; k++) {
+        size_t at = (size_t)(k * lanes->width + i);
+        struct pend_sum turns = {0, 0}, phi = {member->phi[k], member->phi_low[k]};
+        if (whole) phi = pend_turns_rest(phi.high, phi.low, &turns);
+        member->phi[k] = lanes->from.phi[at] = phi.high;
+        e->turns[at] = turns.high, e->turns_low[at] = turns.low;
+        lanes->from.rate[at] = member->rate[k];
+        lanes->from.phi_low[at] = phi.low;
+        lanes->from.rate_low[at] = 0;
+        lanes->len[at] = member->length[k];
+        lanes->inv_len[at] = 1 / member->length[k];
+        lanes->mass[at] = member->mass[k];
+        fastest = fmax(fastest, fmax(fabs(member->rate[k]), sqrt(fabs(member->gravity) / member->length[k])));
+    }
+    ensemble_doubt_start(lanes, i);
+    lanes->from.time[i] = 0;
+    lanes->stop[i] = e->problem.duration;
+    lanes->gravity[i] = member->gravity;
+    lanes->unit[i] = copysign(fastest > 0 ? exp2(-floor(log2(fastest))) : 1, e->problem.duration);
+    pend_ensemble_watch_start(e, i);
+    if (lanes->paired) pend_ensemble_shadow_start(e, i);
+    if (!(e->problem.observe & PEND_OBSERVE_ENERGY) && !e->problem.spare) return lanes->n;
+    struct pend_tree tree = ensemble_tree(e);
+    struct pend_energy energy = pend_motion_energy(&tree, member->gravity, member->phi, member->rate);
+    e->seat[i].energy = energy.kinetic + energy.potential;
+    e->seat[i].scale = pend_motion_energy_scale(&tree, member->gravity, energy.kinetic);
+    return e->problem.spare ? ensemble_able(e, &tree, e->seat[i].energy) : lanes->n;
+}
+
+/* what was noted of the member in lane i, beside its end */
+static void ensemble_seat_notes(const struct pend_ensemble *e, int i, struct pend_outcome *outcome) {
+    size_t own = (size_t)i * (size_t)e->lanes.n;
+    outcome->arm = e->seat[i].arm;
+    outcome->first = e->seat[i].first;
+    outcome->steps = e->seat[i].steps;
+    outcome->phi = e->phi;
+    outcome->rate = e->rate;
+    outcome->phi_low = e->phi_low;
+    outcome->energy_drift = outcome->lyapunov = NAN;
+    outcome->horizon = ensemble_horizon(&e->lanes, i, outcome->time);
+    if (e->lanes.bound > 0) {
+        outcome->first_crossing = e->first_crossing + own;
+        outcome->crossings = e->crossings + own;
+    }
+    for (int k = 0; k < e->lanes.n && e->lanes.extremes; k++) {
+        e->most[own + (size_t)k] = e->lanes.force_max[k * e->lanes.width + i];
+        e->least[own + (size_t)k] = e->lanes.force_min[k * e->lanes.width + i];
+    }
+    if (e->lanes.extremes) {
+        outcome->force =
+            (struct pend_force_range){e->most + own, e->most_time + own, e->least + own, e->least_time + own};
+    }
+    if (e->lanes.signs) outcome->sign_change = e->sign_change + own;
+}
+
+/* how far the energy at the end is from the start's */
+static double ensemble_seat_drift(struct pend_ensemble *e, int i) {
+    const struct ensemble_lanes *lanes = &e->lanes;
+    for (int k = 0; k < lanes->n; k++) {
+        e->member.length[k] = lanes->len[k * lanes->width + i];
+        e->member.mass[k] = lanes->mass[k * lanes->width + i];
+    }
+    struct pend_tree tree = ensemble_tree(e);
+    struct pend_energy energy = pend_motion_energy(&tree, lanes->gravity[i], e->phi, e->rate);
+    return e->seat[i].scale > 0 ? fabs(energy.kinetic + energy.potential - e->seat[i].energy) / e->seat[i].scale : 0;
+}
+
+static void ensemble_seat_deliver(struct pend_ensemble *e, int i, struct pend_outcome *outcome, int *cancelled) {
+    ensemble_seat_notes(e, i, outcome);
+    if (outcome->steps && e->problem.observe & PEND_OBSERVE_ENERGY) outcome->energy_drift = ensemble_seat_drift(e, i);
+    if (outcome->steps && e->lanes.paired) outcome->lyapunov = pend_ensemble_shadow_exponent(e, i);
+    for (int k = 0; k < e->lanes.n; k++) {
+        int at = k * e->lanes.width + i;
+        e->phi[k] = pend_turns_add(e->phi[k], e->turns[at], e->turns_low[at]);
+    }
+    if (e->problem.deliver(e->problem.context, e->seat[i].member, outcome)) *cancelled = 1;
+}
+
+/* a member none of whose arms can reach its bound: nothing happens to it */
+static void ensemble_seat_spare(struct pend_ensemble *e, int i, int *cancelled) {
+    struct pend_outcome outcome = {.stop = PEND_STOP_TIME, .time = e->problem.duration};
+    memcpy(e->phi, e->member.phi, (size_t)e->lanes.n * sizeof(double));
+    memcpy(e->phi_low, e->member.phi_low, (size_t)e->lanes.n * sizeof(double));
+    memcpy(e->rate, e->member.rate, (size_t)e->lanes.n * sizeof(double));
+    ensemble_seat_deliver(e, i, &outcome, cancelled);
+}
+
+static void ensemble_fetch(struct pend_ensemble *e, long i, struct ensemble_queue *queue) {
+    const struct pend_tree *tree = e->problem.tree;
+    size_t bytes = (size_t)tree->n * sizeof(double);
+    memset(e->member.phi, 0, bytes);
+    memset(e->member.phi_low, 0, bytes);
+    memset(e->member.rate, 0, bytes);
+    memcpy(e->member.length, tree->len, bytes);
+    memcpy(e->member.mass, tree->mass, bytes);
+    e->member.gravity = e->problem.gravity;
+    if (e->problem.fetch(e->problem.context, i, &e->member)) queue->cancelled = 1;
+}
+
+/* the next member into lane i; when none is left, the lane goes idle on its last state, which does no harm */
+static void ensemble_seat_next(struct pend_ensemble *e, int i, struct ensemble_queue *queue) {
+    while (queue->next < queue->end && !queue->cancelled) {
+        ensemble_fetch(e, queue->next, queue);
+        e->seat[i] = (struct ensemble_seat){.member = queue->next++, .arm = -1, .first = NAN};
+        e->seat[i].open = ensemble_seat_start(e, i);
+        if (!e->problem.spare || e->seat[i].open) return;
+        ensemble_seat_spare(e, i, &queue->cancelled);
+        queue->left--;
+    }
+    e->seat[i].member = -1;
+    for (int lane = i; lane <= i + e->lanes.paired; lane++) e->lanes.stop[lane] = copysign(1e300, e->lanes.unit[lane]);
+}
+
+/* how a member ends with the step of lane i: where in the step, 0 = it goes on */
+static double ensemble_seat_end(struct pend_ensemble *e, int i, const struct ensemble_attention *attention,
+                                struct pend_outcome *outcome) {
+    const struct ensemble_lanes *lanes = &e->lanes;
+    unsigned own = 1u << i | (unsigned)lanes->paired << (i + 1);
+    if (attention->bad & own) {
+        outcome->stop = PEND_STOP_FAILED;
+        outcome->time = lanes->from.time[i];
+        outcome->status = isfinite(lanes->step[i]) && fabs(lanes->step[i] * e->unit[i]) < fabs(lanes->stop[i]) * 0x1p-52
+                              ? PEND_STEP_TOO_SMALL
+                              : PEND_NOT_FINITE;
+        return 1;
+    }
+    double stop = attention->near & own ? pend_ensemble_watch_bound(e, i) : INFINITY;
+    double part = fmin(stop, 1);
+    if (attention->force & own || lanes->signs) pend_ensemble_watch_force(e, i, part);
+    if (e->problem.times_count) pend_ensemble_watch_rows(e, i, pend_ensemble_watch_time(e, i, part));
+    if (stop < INFINITY) {
+        outcome->stop = PEND_STOP_BOUND;
+        outcome->time = pend_ensemble_watch_time(e, i, part);
+        return part;
+    }
+    if (attention->done & own) return 1;
+    if (e->problem.step_cap <= 0 || e->seat[i].steps < e->problem.step_cap) return 0;
+    outcome->stop = PEND_STOP_FAILED;
+    outcome->status = PEND_TOO_MANY_STEPS;
+    return 1;
+}
+
+/* looks after lane i at the end of a step; non-zero when its member has ended and was delivered */
+static int ensemble_seat_serve(struct pend_ensemble *e, int i, const struct ensemble_attention *attention,
+                               int *cancelled) {
+    struct pend_outcome outcome = {.stop = PEND_STOP_TIME, .time = e->lanes.to.time[i]};
+    if (e->lanes.paired && !(attention->bad >> i & 3)) pend_ensemble_shadow_step(e, i);
+    double part = ensemble_seat_end(e, i, attention, &outcome);
+    if (part == 0) return 0;
+    pend_ensemble_watch_state(e, i, part);
+    ensemble_seat_deliver(e, i, &outcome, cancelled);
+    return 1;
+}
+
+/* one step of all lanes */
+static void ensemble_step(struct pend_ensemble *e, struct ensemble_queue *queue) {
+    struct ensemble_lanes *lanes = &e->lanes;
+    struct ensemble_attention attention;
+    int width = lanes->width, apart = 1 + lanes->paired;
+    int always = lanes->paired || lanes->signs || e->problem.times_count;
+    long cap = e->problem.step_cap > 0 ? e->problem.step_cap : LONG_MAX;
+    unsigned capped = 0;
+    memcpy(e->unit, lanes->unit, (size_t)width * sizeof(double));
+    e->kernel->step(lanes, &attention);
+    for (int i = 0; i < width; i += apart) capped |= (unsigned)(++e->seat[i].steps >= cap) << i;
+    unsigned call = always ? ~0u : (unsigned)(attention.done | attention.bad | attention.near | attention.force),
+             served = 0;
+    call |= capped;
+    for (int i = 0; i < width; i += apart) {
+        if (!(call >> i & 1) || e->seat[i].member < 0) continue;
+        if (ensemble_seat_serve(e, i, &attention, &queue->cancelled)) served |= 1u << i;
+    }
+    struct ensemble_state swap = lanes->from;
+    lanes->from = lanes->to;
+    lanes->to = swap;
+    for (int i = 0; served && i < width; i += apart) {
+        if (!(served >> i & 1)) continue;
+        queue->left--;
+        ensemble_seat_next(e, i, queue);
+    }
+}
+
+void pend_ensemble_begin(struct pend_ensemble *e, long first, long count) {
+    e->queue = (struct ensemble_queue){.next = first, .end = first + count, .left = count};
+    for (int i = 0; i < e->lanes.width; i += 1 + e->lanes.paired) ensemble_seat_next(e, i, &e->queue);
+}
+
+enum pend_status pend_ensemble_go(struct pend_ensemble *e, long steps, int *done) {
+    struct ensemble_queue *queue = &e->queue;
+    for (; steps > 0 && queue->left > 0 && !queue->cancelled; steps--) ensemble_step(e, queue);
+    *done = queue->left <= 0;
+    return queue->cancelled ? PEND_CANCELLED : PEND_OK;
+}
+
+enum pend_status pend_ensemble_run(struct pend_ensemble *e, long first, long count) {
+    enum { MANY = 1 << 20 };
+    enum pend_status status = PEND_OK;
+    int done = 0;
+    pend_ensemble_begin(e, first, count);
+    while (status == PEND_OK && !done) status = pend_ensemble_go(e, MANY, &done);
+    return status;
+}

@@ -1,0 +1,54 @@
+/* Many trajectories of one tree's shape, several at once in the lanes of the processor's vectors.
+ * Leaves to others: where members come from and where results go (callbacks), threads (server).
+ * Invariant: a member's result does not depend on its lane, its neighbours, or how the members are shared out: the same
+ * bits on every thread count, and on avx2 and avx512 alike (base, without fused multiply-add, differs in rounding). */
+#ifndef PEND_ENSEMBLE_H
+#define PEND_ENSEMBLE_H
+
+#include "core/ensemble/member.h"
+
+struct pend_ensemble;
+
+/**
+ * Prepares a workspace for one thread.
+ *
+ * ensemble  out; NULL on failure; ends with pend_ensemble_free.
+ * problem   copied; its tree and times must outlive the workspace.
+ * isa       pend_isa_best(), or a lower one.
+ *
+ * PEND_INVALID    a tolerance, the bound or the duration is out of range.
+ * PEND_NO_MEMORY
+ * One allocation.
+ */
+PEND_MUST_CHECK enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
+                                                   const struct pend_ensemble_problem *problem, enum pend_isa isa,
+                                                   struct pend_error *error);
+
+void pend_ensemble_free(struct pend_ensemble **ensemble);
+
+/**
+ * Computes the members first .. first + count - 1; a lane whose member ends takes the next.
+ *
+ * A member that fails is delivered as failed, the others stand.
+ *
+ * PEND_CANCELLED  a callback asked for it.
+ * No allocation. Any number of workspaces may run at once.
+ */
+PEND_MUST_CHECK enum pend_status pend_ensemble_run(struct pend_ensemble *ensemble, long first, long count);
+
+/** Begins a run of members in pieces; what an earlier run had not finished is dropped. */
+void pend_ensemble_begin(struct pend_ensemble *ensemble, long first, long count);
+
+/**
+ * Takes up to `steps` steps of all lanes, so that the caller can look after its clock.
+ *
+ * done  set to whether all members of the run were delivered. How a run is cut changes no bit of its results.
+ *
+ * PEND_CANCELLED  a callback asked for it.
+ */
+PEND_MUST_CHECK enum pend_status pend_ensemble_go(struct pend_ensemble *ensemble, long steps, int *done);
+
+/** Members that a workspace computes at once: a run of fewer leaves lanes idle. */
+int pend_ensemble_width(const struct pend_ensemble *ensemble);
+
+#endif

@@ -1,0 +1,77 @@
+#include "core/ensemble/ensemble_shadow.h"
+
+#include <math.h>
+
+/* the distance that is restored, rad: its square, what linearity neglects, and rounding over it are both near 1e-8 */
+static const double shadow_distance = 1e-8;
+
+/* b = a + gap, as a sum of two */
+static void shadow_put(double high[], double low[], int at, double gap) {
+    double add = low[at] + gap, total = high[at] + add, part = total - high[at];
+    high[at + 1] = total;
+    low[at + 1] = (high[at] - (total - part)) + (add - part);
+}
+
+void pend_ensemble_shadow_start(struct pend_ensemble *e, int i) {
+    struct ensemble_lanes *lanes = &e->lanes;
+    struct ensemble_state *from = &lanes->from;
+    double sum = 0, frequency = 0;
+    for (int k = 0; k < lanes->n; k++) {
+        int at = k * lanes->width + i;
+        sum += cos(k + 1) * cos(k + 1) + sin(3 * k + 2) * sin(3 * k + 2);
+        frequency += lanes->len[at];
+        lanes->len[at + 1] = lanes->len[at];
+        lanes->inv_len[at + 1] = lanes->inv_len[at];
+        lanes->mass[at + 1] = lanes->mass[at];
+        if (lanes->bound > 0) lanes->cell[at + 1] = lanes->cell[at];
+    }
+    frequency = sqrt(fabs(lanes->gravity[i]) / frequency);
+    if (!(frequency > 0)) frequency = 1;
+    e->seat[i].frequency = frequency;
+    e->seat[i].growth = 0;
+    // some direction that no symmetry of a tree has
+    for (int k = 0; k < lanes->n; k++) {
+        int at = k * lanes->width + i;
+        shadow_put(from->phi, from->phi_low, at, shadow_distance * cos(k + 1) / sqrt(sum));
+        shadow_put(from->rate, from->rate_low, at, shadow_distance * frequency * sin(3 * k + 2) / sqrt(sum));
+    }
+    from->time[i + 1] = from->time[i];
+    lanes->stop[i + 1] = lanes->stop[i];
+    lanes->gravity[i + 1] = lanes->gravity[i];
+    lanes->unit[i + 1] = lanes->unit[i];
+}
+
+/* b - a of sums of two */
+static double shadow_gap(const double high[], const double low[], int at) {
+    return (high[at + 1] - high[at]) + (low[at + 1] - low[at]);
+}
+
+static double shadow_far(const struct pend_ensemble *e, int i) {
+    const struct ensemble_state *to = &e->lanes.to;
+    double sum = 0;
+    for (int k = 0; k < e->lanes.n; k++) {
+        int at = k * e->lanes.width + i;
+        double phi = shadow_gap(to->phi, to->phi_low, at);
+        double rate = shadow_gap(to->rate, to->rate_low, at) / e->seat[i].frequency;
+        sum += phi * phi + rate * rate;
+    }
+    return sqrt(sum);
+}
+
+void pend_ensemble_shadow_step(struct pend_ensemble *e, int i) {
+    const struct ensemble_state *to = &e->lanes.to;
+    double far = shadow_far(e, i), grown = far / shadow_distance;
+    if (grown > 0.1 && grown < 10) return;
+    if (!(grown > 0) || !isfinite(grown)) return;
+    e->seat[i].growth += log(grown);
+    for (int k = 0; k < e->lanes.n; k++) {
+        int at = k * e->lanes.width + i;
+        shadow_put(to->phi, to->phi_low, at, shadow_gap(to->phi, to->phi_low, at) / grown);
+        shadow_put(to->rate, to->rate_low, at, shadow_gap(to->rate, to->rate_low, at) / grown);
+    }
+}
+
+double pend_ensemble_shadow_exponent(const struct pend_ensemble *e, int i) {
+    double time = e->lanes.to.time[i];
+    return time == 0 ? NAN : (e->seat[i].growth + log(shadow_far(e, i) / shadow_distance)) / fabs(time);
+}

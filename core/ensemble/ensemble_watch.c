@@ -1,0 +1,241 @@
+#include "core/ensemble/ensemble_watch.h"
+
+#include <math.h>
+
+#include "core/integrate/roots.h"
+#include "core/tree/turns.h"
+
+double pend_ensemble_watch_time(const struct pend_ensemble *e, int i, double part) {
+    double from = e->lanes.from.time[i], to = e->lanes.to.time[i];
+    return part == 1 ? to : from + (to - from) * part;
+}
+
+void pend_ensemble_watch_start(struct pend_ensemble *e, int i) {
+    struct ensemble_lanes *lanes = &e->lanes;
+    for (int k = 0; k < lanes->n; k++) {
+        int at = k * lanes->width + i, own = i * lanes->n + k;
+        if (lanes->bound > 0) {
+            lanes->cell[at] = floor((lanes->from.phi[at] + M_PI_2 + lanes->bound) / (2 * lanes->bound));
+            e->first_crossing[own] = NAN;
+            e->crossings[own] = 0;
+        }
+        lanes->force_max[at] = -INFINITY;
+        lanes->force_min[at] = INFINITY;
+        e->sign_change[own] = NAN;
+        e->sense[own] = 0;
+    }
+}
+
+/* the coefficients of arm k in lane i, in powers of the step's part */
+static struct crossing_path watch_phi(const struct pend_ensemble *e, int i, int k) {
+    const struct ensemble_lanes *lanes = &e->lanes;
+    size_t at = (size_t)(k * lanes->width + i), stride = (size_t)lanes->n * (size_t)lanes->width;
+    struct crossing_path path = {
+        .degree = lanes->order + 1, .base = lanes->from.phi[at], .low = lanes->from.phi_low[at]};
+    double x = lanes->step[i], power = x;
+    for (int j = 0; j <= lanes->order; j++, power *= x)
+        path.a[j + 1] = lanes->series[at + (size_t)j * stride] * lanes->share[j] * power;
+    return path;
+}
+
+static struct crossing_path watch_force(const struct pend_ensemble *e, int i, int k, double part) {
+    const struct ensemble_lanes *lanes = &e->lanes;
+    size_t stride = (size_t)lanes->n * (size_t)lanes->width;
+    const double *force = e->kernel->force(lanes) + k * lanes->width + i;
+    double x = lanes->step[i] * part, power = 1 / (e->unit[i] * e->unit[i]);
+    struct crossing_path path = {.degree = lanes->order - 1, .base = force[0] * power};
+    for (int j = 1; j < lanes->order; j++) path.a[j] = force[(size_t)j * stride] * (power *= x);
+    return path;
+}
+
+/* a member that starts on its bound is in the cell that it moves into: true where that is all that happened */
+static int watch_leaves_start(const struct pend_ensemble *e, int i, double phi, double level) {
+    return e->lanes.from.time[i] == 0 && fabs(phi - level) <= 1e-14 * (1 + fabs(level));
+}
+
+/* follows arm k of lane i through the step from cell to cell; returns where it first leaves one, infinity if never */
+static double watch_cross(struct pend_ensemble *e, int i, int k) {
+    const struct ensemble_lanes *lanes = &e->lanes;
+    struct crossing_path path = watch_phi(e, i, k);
+    double first = INFINITY, s = 0, bound = lanes->bound, *cell = &lanes->cell[k * lanes->width + i];
+    double *note = &e->first_crossing[i * lanes->n + k];
+    int way = 0;
+    pend_crossing_divide(&path);
+    while (s < 1) {
+        double middle = *cell * 2 * bound - M_PI_2;
+        s = pend_crossing_next(&path, s, middle - bound, middle + bound, &way);
+        if (!(s < INFINITY)) break;
+        *cell += way;
+        if (watch_leaves_start(e, i, path.base, middle + way * bound) && !(first < INFINITY)) continue;
+        if (!(first < INFINITY)) first = s;
+        if (isnan(*note)) {
+            *note = pend_ensemble_watch_time(e, i, s);
+            e->seat[i].open--;
+        }
+        e->crossings[i * lanes->n + k]++;
+        if (e->problem.until == PEND_UNTIL_FIRST) break;
+    }
+    return first;
+}
+
+/* crossings that come after the one that ends the member did not happen */
+static void watch_undo(struct pend_ensemble *e, int i) {
+    for (int k = 0; k < e->lanes.n; k++) {
+        if (k == e->seat[i].arm) continue;
+        e->first_crossing[i * e->lanes.n + k] = NAN;
+        e->crossings[i * e->lanes.n + k] = 0;
+    }
+}
+
+double pend_ensemble_watch_bound(struct pend_ensemble *e, int i) {
+    struct ensemble_seat *seat = &e->seat[i];
+    double first = INFINITY;
+    int arm = -1;
+    for (int k = 0; k < e->lanes.n; k++) {
+        if (!(e->lanes.near[k] >> i & 1)) continue;
+        double s = watch_cross(e, i, k);
+        if (s < first) {
+            first = s;
+            arm = k;
+        }
+    }
+    if (arm >= 0 && seat->arm < 0) {
+        seat->arm = arm;
+        seat->first = pend_ensemble_watch_time(e, i, first);
+    }
+    if (e->problem.until == PEND_UNTIL_ALL && seat->open <= 0) return 1;
+    if (e->problem.until != PEND_UNTIL_FIRST || arm < 0) return INFINITY;
+    watch_undo(e, i);
+    return first;
+}
+
+static void watch_extremes(struct pend_ensemble *e, int i, int k, double part, const struct crossing_path *path) {
+    struct ensemble_lanes *lanes = &e->lanes;
+    struct crossing_extremes found = pend_crossing_extremes(path);
+    int at = k * lanes->width + i, own = i * lanes->n + k;
+    if (found.most > lanes->force_max[at]) {
+        lanes->force_max[at] = found.most;
+        e->most_time[own] = pend_ensemble_watch_time(e, i, found.most_at * part);
+    }
+    if (found.least < lanes->force_min[at]) {
+        lanes->force_min[at] = found.least;
+        e->least_time[own] = pend_ensemble_watch_time(e, i, found.least_at * part);
+    }
+}
+
+/* the sign of a force from its first term that is more than rounding */
+static double watch_sense(const struct crossing_path *path, double slack) {
+    if (fabs(path->base) > slack) return copysign(1, path->base);
+    for (int j = 1; j <= path->degree; j++) {
+        if (fabs(path->a[j]) > slack) return copysign(1, path->a[j]);
+    }
+    return 0;
+}
+
+/* a force that comes back from zero, to rounding, has not changed sign */
+static void watch_sign(struct pend_ensemble *e, int i, int k, double part, const struct crossing_path *path) {
+    int own = i * e->lanes.n + k, way = 0;
+    double *sense = &e->sense[own], slack = 0;
+    for (int j = 1; j <= path->degree; j++) slack += 1e-12 * fabs(path->a[j]);
+    slack += 1e-12 * fabs(path->base);
+    double start = *sense;
+    if (start == 0) *sense = watch_sense(path, slack);
+    if (*sense == 0) return;
+    double beyond = pend_crossing_next(path, 0, *sense > 0 ? -slack : -INFINITY, *sense > 0 ? INFINITY : slack, &way);
+    if (!(beyond < INFINITY)) return;
+    // where it starts at zero the first zero is not the change
+    double zero = pend_crossing_next(path, 0, *sense > 0 ? 0 : -INFINITY, *sense > 0 ? INFINITY : 0, &way);
+    e->sign_change[own] = pend_ensemble_watch_time(e, i, part * (start == 0 ? beyond : fmin(zero, beyond)));
+}
+
+void pend_ensemble_watch_force(struct pend_ensemble *e, int i, double part) {
+    for (int k = 0; k < e->lanes.n; k++) {
+        int own = i * e->lanes.n + k, peak = e->lanes.peak[k] >> i & 1;
+        // a sign that is not known yet is looked for in every step
+        int turn = e->lanes.signs && isnan(e->sign_change[own]) && ((e->lanes.turn[k] >> i & 1) || e->sense[own] == 0);
+        if (!peak && !turn) continue;
+        struct crossing_path path = watch_force(e, i, k, part);
+        pend_crossing_divide(&path);
+        if (peak) watch_extremes(e, i, k, part, &path);
+        if (turn) watch_sign(e, i, k, part, &path);
+    }
+}
+
+/* the values at some instants, row by row, to the receiver */
+static void watch_give(struct pend_ensemble *e, int i, int count) {
+    int n = e->lanes.n;
+    for (int a = 0; a < 4; a++)
+        for (int row = 0; row < count; row++)
+            for (int k = 0; k < n; k++) e->rows[a][row * n + k] = e->instants[a][k * ENSEMBLE_INSTANTS + row];
+    for (int k = 0; k < n; k++) {
+        int at = k * e->lanes.width + i;
+        for (int row = 0; row < count; row++)
+            for (int a = 0; a < 4; a += 3)
+                e->rows[a][row * n + k] = pend_turns_add(e->rows[a][row * n + k], e->turns[at], e->turns_low[at]);
+    }
+    e->problem.rows(e->problem.context, e->seat[i].member, e->seat[i].row, count, e->rows[0], e->rows[1], e->rows[2],
+                    e->rows[3]);
+    e->seat[i].row += count;
+}
+
+/* Angles from hanging at the instants x, whose angles are known. Of a small swing they are the series upon the step's
+ * begin as angles from hanging, of which all digits are there; the arrays of an outcome keep that begin meanwhile. */
+static void watch_theta(struct pend_ensemble *e, int i, const double x[]) {
+    struct ensemble_lanes *lanes = &e->lanes;
+    const struct ensemble_values values = {e->instants[3], e->instants[1], NULL};
+    double largest = 0;
+    for (int at = 0; at < lanes->n * ENSEMBLE_INSTANTS; at++) {
+        e->instants[3][at] = e->instants[0][at] + M_PI_2;
+        largest = fmax(largest, fabs(e->instants[3][at]));
+    }
+    for (int k = 0; k < lanes->n && largest <= PEND_TURNS_SMALL; k++)
+        largest = fmax(largest, fabs(lanes->from.phi[k * lanes->width + i] + M_PI_2));
+    if (largest > PEND_TURNS_SMALL) return;
+    for (int k = 0; k < lanes->n; k++) {
+        int at = k * lanes->width + i;
+        e->phi[k] = lanes->from.phi[at], e->phi_low[k] = lanes->from.phi_low[at];
+        lanes->from.phi[at] = pend_turns_theta(e->phi[k], e->phi_low[k]);
+        lanes->from.phi_low[at] = 0;
+    }
+    e->kernel->values(lanes, i, e->unit[i], x, &values);
+    for (int k = 0; k < lanes->n; k++) {
+        int at = k * lanes->width + i;
+        lanes->from.phi[at] = e->phi[k], lanes->from.phi_low[at] = e->phi_low[k];
+    }
+}
+
+void pend_ensemble_watch_rows(struct pend_ensemble *e, int i, double until) {
+    const struct ensemble_lanes *lanes = &e->lanes;
+    const struct ensemble_values values = {e->instants[0], e->instants[1], e->instants[2]};
+    double way = copysign(1, lanes->unit[i]), x[ENSEMBLE_INSTANTS] __attribute__((aligned(64)));
+    for (;;) {
+        const double *times = e->problem.times + e->seat[i].row;
+        long left = e->problem.times_count - e->seat[i].row;
+        int count = 0;
+        for (; count < left && count < ENSEMBLE_INSTANTS && times[count] * way <= until * way; count++)
+            x[count] = (times[count] - lanes->from.time[i]) / e->unit[i];
+        if (!count) return;
+        for (int j = count; j < ENSEMBLE_INSTANTS; j++) x[j] = 0;
+        e->kernel->values(lanes, i, e->unit[i], x, &values);
+        watch_theta(e, i, x);
+        watch_give(e, i, count);
+    }
+}
+
+void pend_ensemble_watch_state(struct pend_ensemble *e, int i, double part) {
+    const struct ensemble_lanes *lanes = &e->lanes;
+    const struct ensemble_values values = {e->instants[0], e->instants[1], e->instants[2]};
+    double x[ENSEMBLE_INSTANTS] __attribute__((aligned(64))) = {lanes->step[i] * part};
+    for (int k = 0; k < lanes->n && part == 1; k++) {
+        e->phi[k] = lanes->to.phi[k * lanes->width + i];
+        e->phi_low[k] = lanes->to.phi_low[k * lanes->width + i];
+        e->rate[k] = lanes->to.rate[k * lanes->width + i];
+    }
+    if (part == 1) return;
+    e->kernel->values(lanes, i, e->unit[i], x, &values);
+    for (int k = 0; k < lanes->n; k++) {
+        e->phi[k] = e->instants[0][k * ENSEMBLE_INSTANTS];
+        e->phi_low[k] = 0;
+        e->rate[k] = e->instants[1][k * ENSEMBLE_INSTANTS];
+    }
+}

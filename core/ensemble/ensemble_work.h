@@ -1,0 +1,46 @@
+/* The workspace of an ensemble on one thread.
+ * Leaves to others: everything that is done with it (ensemble_watch, ensemble_shadow, ensemble).
+ * Invariant: one block of memory; lane i belongs to seat i / (1 + paired). */
+#ifndef PEND_ENSEMBLE_WORK_H
+#define PEND_ENSEMBLE_WORK_H
+
+#include "core/ensemble/kernel_ensemble.h"
+#include "core/ensemble/member.h"
+
+/* one member in its lane */
+struct ensemble_seat {
+    long member; /* -1 = the lane is idle */
+    long steps, row;
+    int arm, open;            /* the arm that crossed first; arms that may still cross and have not */
+    double first;             /* s, of the first crossing of any arm */
+    double energy, scale;     /* J: at the start, and what a drift is measured against */
+    double growth, frequency; /* logarithm of the neighbour's growth so far; 1/s, what makes angles of rates */
+};
+
+/* the members of a run that still wait */
+struct ensemble_queue {
+    long next, end;
+    long left; /* not delivered yet */
+    int cancelled;
+};
+
+struct pend_ensemble {
+    struct pend_ensemble_problem problem;
+    const struct ensemble_kernel *kernel;
+    struct ensemble_lanes lanes;
+    double unit[ENSEMBLE_WIDTH_MAX]; /* s, of the step just taken */
+    struct ensemble_queue queue;
+    struct ensemble_seat seat[ENSEMBLE_WIDTH_MAX];
+    double *first_crossing; /* [lane * n + arm], as all of these */
+    long *crossings;
+    double *most, *most_time, *least, *least_time, *sign_change;
+    double *sense; /* the sign that a force had first, 0 = none yet */
+    struct pend_member member;
+    double *turns, *turns_low; /* rad, what the member's angles are larger by than the lane's: [arm * width + lane] */
+    double *phi, *rate, *phi_low; /* of an outcome */
+    double *subtree;              /* kg, of the member in `member` */
+    /* angles, rates, forces and angles from hanging of some instants: row by row, and as the kernel leaves them */
+    double *rows[4], *instants[4];
+};
+
+#endif

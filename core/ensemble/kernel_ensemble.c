@@ -1,0 +1,460 @@
+#include "core/ensemble/kernel_ensemble.h"
+
+#include "core/simd/vec_isa.h"
+#include "core/taylor/taylor_order.h"
+
+/* a number is one value for each lane */
+#define NUM_(name) KERNEL_OF(lanes, name)
+typedef KERNEL_OF(bits, ) mask;
+enum { WIDTH = KERNEL_WIDTH };
+/* x > y ? x : y and x < y ? x : y, as one instruction; bit i of a set for lane i */
+#if defined(__AVX512F__)
+#define num_max(x, y) ((lanes8)_mm512_max_pd((__m512d)(x), (__m512d)(y)))
+#define num_min(x, y) ((lanes8)_mm512_min_pd((__m512d)(x), (__m512d)(y)))
+#define mask_set(x) ((ensemble_set)_mm512_movepi64_mask((__m512i)(x)))
+#define num_swap(x) ((lanes8)_mm512_permute_pd((__m512d)(x), 0x55))
+#elif defined(__AVX2__)
+#define num_max(x, y) ((lanes4)_mm256_max_pd((__m256d)(x), (__m256d)(y)))
+#define num_min(x, y) ((lanes4)_mm256_min_pd((__m256d)(x), (__m256d)(y)))
+#define mask_set(x) ((ensemble_set)_mm256_movemask_pd((__m256d)(x)))
+#define num_swap(x) ((lanes4)_mm256_permute_pd((__m256d)(x), 5))
+#else
+#define num_max NUM_(_max)
+#define num_min NUM_(_min)
+#define mask_set(x) ((ensemble_set)(((x)[0] & 1) | ((x)[1] & 2)))
+#define num_swap(x) ((lanes2){(x)[1], (x)[0]})
+#endif
+#define JETS_NUM NUM_()
+#include "core/taylor/jets_system.h"
+
+enum { WIDE = 1 };
+typedef num wide;
+#define num_of NUM_(_of)
+#define num_fma NUM_(_fma)
+#define num_abs NUM_(_abs)
+#define wide_of num_of
+#define wide_fma num_fma
+LANES_INLINE num num_add(num x, num y) { return x + y; }
+LANES_INLINE num num_sub(num x, num y) { return x - y; }
+LANES_INLINE num num_mul(num x, num y) { return x * y; }
+LANES_INLINE num num_div(num x, num y) { return x / y; }
+#define NUM_PIN LANES_PIN
+LANES_INLINE num num_neg(num x) { return -x; }
+#define wide_neg num_neg
+LANES_INLINE wide wide_add(wide x, wide y) { return x + y; }
+LANES_INLINE wide wide_sub(wide x, wide y) { return x - y; }
+LANES_INLINE wide wide_mul(wide x, wide y) { return x * y; }
+LANES_INLINE wide wide_get(const num *at) { return *at; }
+LANES_INLINE void wide_put(num *at, wide x) { *at = x; }
+
+#include "core/taylor/dense_template.h"
+
+#include "core/taylor/change_template.h"
+
+enum {
+#define X(name) ARRAY_##name,
+    JETS_ARRAYS(X)
+#undef X
+        ARRAY_COUNT,
+    TRAILING = 4,
+    LEADING = 4
+};
+
+/* numbers from one series to the next; an odd multiple of the cache's line apart, or they would evict each other */
+static size_t ensemble_series(int n, int order) { return (size_t)n * (size_t)(order + 3) + 5; }
+
+static size_t ensemble_numbers(int n, int order) {
+    return 4 * ensemble_series(n, order) + (size_t)ARRAY_COUNT * (size_t)n;
+}
+
+/* the table of a small tree's answers, in numbers */
+enum { ENSEMBLE_ANSWERS = sizeof(struct dense_table) / sizeof(num) };
+
+static size_t ensemble_series_count(int n, int order) {
+    return (ensemble_numbers(n, order) + ENSEMBLE_ANSWERS) * WIDTH + (sizeof(struct jets_system) + 7) / 8;
+}
+
+/* the arrays of a series, behind which their table stands */
+LANES_INLINE struct jets_system *ensemble_table(int n, double *series, int order) {
+    num *at = (num *)(void *)series;
+    return (struct jets_system *)(void *)(at + ensemble_numbers(n, order) + ENSEMBLE_ANSWERS);
+}
+
+LANES_INLINE struct jets_system *ensemble_view(const struct ensemble_lanes *lanes) {
+    return ensemble_table(lanes->n, lanes->series, lanes->known);
+}
+
+static void ensemble_lay(const struct ensemble_lanes *lanes, double *memory, int order) {
+    size_t n = (size_t)lanes->n, series = ensemble_series(lanes->n, order);
+    num *at = (num *)(void *)memory, *arrays = at + 4 * series;
+    struct jets_system s = {.n = lanes->n,
+                            .stride = n,
+                            .tile = 8,
+                            .parent = lanes->parent,
+                            .end = lanes->end,
+                            .share = lanes->share,
+                            .rate = at,
+                            .force = at + series + n, // row -1 is zero
+                            .turn_re = at + 2 * series,
+                            .turn_im = at + 3 * series,
+#define X(name) .name = arrays + (size_t)ARRAY_##name * n,
+                            JETS_ARRAYS(X)
+#undef X
+    };
+    s.len = (num *)(void *)lanes->len;
+    s.inv_len = (num *)(void *)lanes->inv_len;
+    s.mass = (num *)(void *)lanes->mass;
+    if (lanes->doubt.grade > 0) s.answers = at + ensemble_numbers(lanes->n, order);
+    *ensemble_table(lanes->n, memory, order) = s;
+}
+
+static void ensemble_prepare(struct ensemble_lanes *lanes) {
+    ensemble_lay(lanes, lanes->series, lanes->known);
+    if (lanes->doubt.grade > 0) ensemble_lay(lanes, lanes->doubt.series, JETS_SPREAD);
+}
+
+LANES_INLINE num lane_get(const double *array, int k) { return NUM_(_get)(array + (size_t)k * WIDTH); }
+
+LANES_INLINE void lane_put(double *array, int k, num x) { NUM_(_put)(array + (size_t)k * WIDTH, x); }
+
+/* sine and cosine of the angle of every arm to its parent, and rates in units */
+static void ensemble_start(const struct ensemble_state *from, const struct jets_system *s, num unit) {
+    for (int k = 0; k < s->n; k++) {
+        int p = s->parent[k];
+        num x = lane_get(from->phi, k), y = p < 0 ? num_of(0) : lane_get(from->phi, p);
+        num low = lane_get(from->phi_low, k) - (p < 0 ? num_of(0) : lane_get(from->phi_low, p));
+        num d = x - y, back = x - d, error = (x - (d + back)) + (back - y);
+        NUM_(_sincos)(d, error + low, &s->sine[k], &s->cosine[k]);
+        s->rate[k] = lane_get(from->rate, k) * unit;
+    }
+}
+
+static void ensemble_expand(const struct ensemble_state *from, const struct jets_system *s, num unit, num gravity,
+                            int order) {
+    ensemble_start(from, s, unit);
+    jets_factor(s);
+    if (s->n <= DENSE_MAX)
+        dense_orders(s, gravity, order);
+    else
+        jets_orders(s, gravity, order);
+}
+
+/* binary logarithm of the largest coefficient of order j, far below all others where all are zero */
+LANES_INLINE num ensemble_norm(const struct jets_system *s, int j) {
+    num norm = num_of(0);
+    for (int k = 0; k < s->n; k++) norm = num_max(norm, num_abs(s->rate[(size_t)j * s->stride + (size_t)k]));
+    return NUM_(_log2)(norm) - (num)((mask)(norm == 0) & (mask)num_of(1e4));
+}
+
+/* the step in units, by the rule of the taylor method: the first term left out is below rtol times the motion, or atol
+ */
+static num ensemble_choose(const struct ensemble_lanes *lanes, const struct jets_system *s) {
+    static const double log2_of[LEADING] = {0, 1, 1.5849625007211562, 2};
+    num leading[LEADING], reach = num_of(10);
+    const double *last = s->share + lanes->order;
+    double spread = (PEND_TAYLOR_LOG_CAP - lanes->log_rtol) * last[0];
+    for (int i = 0; i < LEADING; i++) {
+        leading[i] = ensemble_norm(s, i) - log2_of[i];
+    }
+    for (int j = lanes->order - TRAILING + 1; j <= lanes->order; j++) {
+        num trailing = ensemble_norm(s, j), far = lanes->log_atol * last[1] - trailing * s->share[j];
+        num here = lanes->log_rtol * last[0] + (leading[0] - trailing) * s->share[j - 1];
+        for (int i = 1; i < LEADING; i++) {
+            here = num_max(here, lanes->log_rtol * last[-i] + (leading[i] - trailing) * s->share[j - i - 1]);
+        }
+        // what atol lets pass is bounded as rtol is
+        here = num_max(here, num_min(far, here + spread));
+        reach = num_min(reach, here);
+    }
+    return NUM_(_exp2)(num_max(reach, num_of(-60)));
+}
+
+LANES_INLINE void ensemble_sum(double *high, double *low, int k, num sum, num add) {
+    num total = sum + add, part = total - sum;
+    lane_put(high, k, total);
+    lane_put(low, k, (sum - (total - part)) + (add - part));
+}
+
+/* B_i = sum_j weight[i][j] a_j: the polynomial sum a_j x^j in Bernstein's form on [0, 1], whose values lie between the
+ * least and the largest B_i */
+enum { RANGE_DEGREE = 8 };
+#define F(i)                                                                                                           \
+    {                                                                                                                  \
+        1, i / 8.0, i *(i - 1) / 56.0, i *(i - 1) * (i - 2) / 336.0, i *(i - 1) * (i - 2) * (i - 3) / 1680.0,          \
+            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) / 6720.0,                                                         \
+            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) * (i - 5) / 20160.0,                                              \
+            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) * (i - 5) * (i - 6) / 40320.0,                                    \
+            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) * (i - 5) * (i - 6) * (i - 7) / 40320.0                           \
+    }
+static const double range_weight[RANGE_DEGREE + 1][RANGE_DEGREE + 1] = {F(0), F(1), F(2), F(3), F(4),
+                                                                        F(5), F(6), F(7), F(8)};
+#undef F
+
+/* what a series may reach on [0, x]: its first terms in Bernstein's form, the rest by their size, the rounding of all
+ */
+LANES_INLINE void ensemble_range(const num a[], num rest, num *low, num *high) {
+    num top = a[0], bottom = a[0], size = num_abs(a[0]);
+    for (int j = 1; j <= RANGE_DEGREE; j++) size += num_abs(a[j]);
+    for (int i = 1; i <= RANGE_DEGREE; i++) {
+        num b = a[0];
+        for (int j = 1; j <= i; j++) b = num_fma(a[j], num_of(range_weight[i][j]), b);
+        top = num_max(b, top);
+        bottom = num_min(b, bottom);
+    }
+    rest = num_fma(size, num_of(1e-14), rest);
+    *high = top + rest;
+    *low = bottom - rest;
+}
+
+/* where arm k may get to during the step stays inside its cell: no, as a mask */
+static mask ensemble_near(const struct ensemble_lanes *lanes, const struct jets_system *s, int k, num x) {
+    const num *c = s->rate + k;
+    num a[RANGE_DEGREE + 1], power = x, rest = num_of(0), low, high;
+    a[0] = num_of(0);
+    for (int j = 1; j <= RANGE_DEGREE; j++, power *= x) a[j] = c[(size_t)(j - 1) * s->stride] * s->share[j - 1] * power;
+    for (int j = lanes->order; j >= RANGE_DEGREE; j--)
+        rest = num_fma(rest, x, num_abs(c[(size_t)j * s->stride]) * s->share[j]);
+    ensemble_range(a, rest * power, &low, &high);
+    // theta = phi + pi / 2, from the cell's middle
+    num middle = lane_get(lanes->from.phi, k) + 1.57079632679489661923 - lane_get(lanes->cell, k) * (2 * lanes->bound);
+    double inside = lanes->bound * (1 - 1e-12);
+    return ~((mask)(middle + high < inside) & (mask)(middle + low > -inside));
+}
+
+/* which lanes may have a force of arm k beyond its extremes so far, and which may have none at all */
+static void ensemble_force(struct ensemble_lanes *lanes, const struct jets_system *s, int k, num x, num scale) {
+    const num *c = s->force + k;
+    num a[RANGE_DEGREE + 1], power = x, rest = num_of(0), low, high;
+    a[0] = c[0];
+    for (int j = 1; j <= RANGE_DEGREE; j++, power *= x) a[j] = c[(size_t)j * s->stride] * power;
+    for (int j = lanes->order - 1; j > RANGE_DEGREE; j--) rest = num_fma(rest, x, num_abs(c[(size_t)j * s->stride]));
+    ensemble_range(a, rest * power, &low, &high);
+    mask above = (mask)(high * scale > lane_get(lanes->force_max, k)),
+         below = (mask)(low * scale < lane_get(lanes->force_min, k));
+    lanes->peak[k] = lanes->extremes ? mask_set(above | below) : 0;
+    lanes->turn[k] = lanes->signs ? mask_set((mask)(high >= 0) & (mask)(low <= 0)) : 0;
+}
+
+/* the state at the end of the step; a sum that is not finite shows in the return value, 0 where all are */
+static num ensemble_advance(const struct ensemble_lanes *lanes, const struct jets_system *s, num x, num inverse) {
+    const struct ensemble_state *from = &lanes->from, *to = &lanes->to;
+    num bad = num_of(0);
+    for (int k = 0; k < s->n; k++) {
+        num phi = num_of(0), rate = num_of(0);
+        const num *c = s->rate + (size_t)lanes->order * s->stride + k;
+        for (int j = lanes->order; j >= 1; j--, c -= s->stride) {
+            phi = num_fma(phi, x, *c * s->share[j]);
+            rate = num_fma(rate, x, *c);
+        }
+        phi = x * num_fma(x, phi, *c);
+        rate = x * rate * inverse;
+        ensemble_sum(to->phi, to->phi_low, k, lane_get(from->phi, k), phi + lane_get(from->phi_low, k));
+        ensemble_sum(to->rate, to->rate_low, k, lane_get(from->rate, k), rate + lane_get(from->rate_low, k));
+        bad += (phi - phi) + (rate - rate);
+    }
+    return bad;
+}
+
+/* what the step may have done that somebody asked for */
+static void ensemble_watch(struct ensemble_lanes *lanes, const struct jets_system *s, num x, num inverse,
+                           struct ensemble_attention *attention) {
+    for (int k = 0; k < s->n && lanes->bound > 0; k++) {
+        lanes->near[k] = mask_set(ensemble_near(lanes, s, k, x));
+        attention->near |= lanes->near[k];
+    }
+    for (int k = 0; k < s->n && (lanes->extremes || lanes->signs); k++) {
+        ensemble_force(lanes, s, k, x, inverse * inverse);
+        attention->force |= lanes->peak[k] | lanes->turn[k];
+    }
+}
+
+/* ---- how far the digits reach: as horizon.c has it, which says why */
+
+/* terms that tell how a series goes on, and terms that are taken from that */
+enum { DOUBT_FITTED = 6, DOUBT_FORETOLD = 6 };
+
+/* of a step, over the changes that it makes; by how much more may be left out than is foretold */
+static const double doubt_rounding = 2 * 0x1p-53, doubt_left = 2;
+
+/* notes the ratio of an instant; where it is too large the accuracy was lost since the one before */
+LANES_INLINE void doubt_note(const struct ensemble_doubt *doubt, num time, num ratio) {
+    num held = lane_get(doubt->held, 0), before = lane_get(doubt->ratio, 0), from = lane_get(doubt->time, 0);
+    num low = NUM_(_log2)(num_max(before, num_of(0x1p-1000))), high = NUM_(_log2)(num_min(ratio, num_of(0x1p1000)));
+    num part = num_min(num_max(low / (low - high), num_of(0)), num_of(1));
+    mask lost = (mask)(ratio > 1) & (mask)(held == ENSEMBLE_HELD);
+    lane_put(doubt->held, 0, NUM_(_pick)(lost, num_fma(part, time - from, from), held));
+}
+
+/* the largest error of angles and rates over what is allowed */
+LANES_INLINE num doubt_ratio(const struct ensemble_doubt *doubt, const double rate[], int n) {
+    num angle = num_of(0), speed = num_of(0), fastest = lane_get(doubt->fastest, 0);
+    for (int k = 0; k < n; k++) {
+        fastest = num_max(fastest, num_abs(lane_get(rate, k)));
+        angle = num_max(angle, num_abs(lane_get(doubt->phi, k)));
+        speed = num_max(speed, num_abs(lane_get(doubt->rate, k)));
+    }
+    lane_put(doubt->fastest, 0, fastest);
+    num share = NUM_(_pick)((mask)(fastest > 0), speed / num_max(fastest, num_of(0x1p-1000)), num_of(0));
+    return doubt->grade * num_max(angle, share);
+}
+
+/* the errors at the end of the step from those at its start; returns by how much forces are off at the start, over the
+ * largest so far */
+LANES_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jets_system *s, num x, num gravity,
+                              num inverse) {
+    const struct ensemble_doubt *doubt = &lanes->doubt;
+    const struct jets_system *change = ensemble_table(lanes->n, doubt->series, JETS_SPREAD);
+    num force = num_of(0), strongest = lane_get(doubt->strongest, 0), square = inverse * inverse;
+    for (int k = 0; k < lanes->n; k++) {
+        change->turn_im[k] = lane_get(doubt->phi, k);
+        change->rate[k] = lane_get(doubt->rate, k) / inverse;
+    }
+    change_orders(s, change, gravity, JETS_SPREAD);
+    for (int k = 0; k < lanes->n; k++) {
+        num phi = num_of(0), rate = num_of(0);
+        for (int j = JETS_SPREAD; j >= 0; j--) {
+            num c = change->rate[(size_t)j * change->stride + (size_t)k];
+            phi = num_fma(phi, x, c * s->share[j]);
+            rate = num_fma(rate, x, c);
+        }
+        force = num_max(force, num_abs(change->force[k]));
+        strongest = num_max(strongest, num_abs(s->force[k] * square));
+        lane_put(doubt->phi, k, num_fma(x, phi, lane_get(doubt->phi, k)));
+        lane_put(doubt->rate, k, rate * inverse);
+    }
+    lane_put(doubt->strongest, 0, strongest);
+    return NUM_(_pick)((mask)(strongest > 0), square * force / num_max(strongest, num_of(0x1p-1000)), num_of(0));
+}
+
+/* How the last terms of the lanes' series go on, as left_kernel.h has it: a term is `one` times the one before it and
+ * `two` times the one before that. */
+LANES_INLINE void doubt_recurrence(const struct jets_system *s, int last, num x, num *one, num *two) {
+    num aa = num_of(0), ab = num_of(0), bb = num_of(0), ac = num_of(0), bc = num_of(0);
+    for (int k = 0; k < s->n; k++) {
+        const num *c = s->rate + (size_t)(last + 1 - DOUBT_FITTED) * s->stride + (size_t)k;
+        num q = c[0], p = c[s->stride] * x, power = x * x;
+        for (int i = 2; i < DOUBT_FITTED; i++, power *= x) {
+            num r = c[(size_t)i * s->stride] * power;
+            aa = num_fma(p, p, aa);
+            ab = num_fma(p, q, ab);
+            bb = num_fma(q, q, bb);
+            ac = num_fma(p, r, ac);
+            bc = num_fma(q, r, bc);
+            q = p, p = r;
+        }
+    }
+    num d = aa * bb - ab * ab;
+    mask good = (mask)(d > 1e-6 * aa * bb);
+    num share = num_of(1) / NUM_(_pick)(good, d, num_of(1)), none = num_of(0);
+    *one = NUM_(_pick)(good, (ac * bb - bc * ab) * share, none);
+    *two = NUM_(_pick)(good, (bc * aa - ac * ab) * share, none);
+}
+
+/* the step's own errors: the terms that it leaves out, as they are known and foretold, and rounding */
+LANES_INLINE void doubt_add(const struct ensemble_lanes *lanes, const struct jets_system *s, num x, num inverse) {
+    const struct ensemble_doubt *doubt = &lanes->doubt;
+    int known = lanes->known;
+    num power = x, most = num_of(0), length = num_abs(x / inverse), turn = num_abs(x) * doubt_rounding, one, two;
+    mask down = (mask)num_of(-0.0);
+    for (int j = 2; j < known; j++) power *= x;
+    for (int k = 0; k < lanes->n; k++) most = num_max(most, num_abs(s->rate[s->stride + (size_t)k]) * s->len[k]);
+    most *= num_abs(inverse) * turn;
+    doubt_recurrence(s, known, x, &one, &two);
+    for (int k = 0; k < lanes->n; k++) {
+        const num *c = s->rate + (size_t)known * s->stride + (size_t)k;
+        num before = *(c - s->stride) * power, last = c[0] * (power * x), faster = last;
+        num turned = last * s->share[known];
+        for (int i = 1; i <= DOUBT_FORETOLD; i++) {
+            num next = num_fma(two, before, one * last);
+            before = last, last = next;
+            faster += next;
+            turned = num_fma(next, num_of(s->share[known + i]), turned);
+        }
+        num rate = lane_get(doubt->rate, k) - doubt_left * faster * inverse;
+        num phi = lane_get(doubt->phi, k) - doubt_left * turned * x;
+        num push = most * s->inv_len[k];
+        num more = num_fma(push, length * 0.5, num_abs(s->rate[k]) * turn);
+        lane_put(doubt->rate, k, rate + (num)((mask)push | ((mask)rate & down)));
+        lane_put(doubt->phi, k, phi + (num)((mask)more | ((mask)phi & down)));
+    }
+}
+
+static void ensemble_doubt(const struct ensemble_lanes *lanes, const struct jets_system *s, num x, num next,
+                           num gravity) {
+    const struct ensemble_doubt *doubt = &lanes->doubt;
+    if (!mask_set((mask)(lane_get(doubt->held, 0) == ENSEMBLE_HELD))) return;
+    num unit = lane_get(lanes->unit, 0), inverse = 1 / unit, time = lane_get(lanes->from.time, 0), one = num_of(1);
+    num ratio = doubt_ratio(doubt, lanes->from.rate, lanes->n);
+    num part = doubt->grade * doubt_spread(lanes, s, x, gravity, inverse), all = num_max(ratio, part);
+    doubt_note(doubt, time, all);
+    lane_put(doubt->time, 0, time);
+    lane_put(doubt->ratio, 0, all);
+    doubt_add(lanes, s, x, inverse);
+    num grown = NUM_(_pick)((mask)(ratio > 0), num_max(part / num_max(ratio, num_of(0x1p-1000)), one), one);
+    doubt_note(doubt, next, doubt_ratio(doubt, lanes->to.rate, lanes->n) * grown);
+}
+
+static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attention *attention) {
+    const struct jets_system *s = ensemble_view(lanes);
+    num unit = lane_get(lanes->unit, 0), time = lane_get(lanes->from.time, 0), stop = lane_get(lanes->stop, 0);
+    // the unit is a power of two: its inverse is exact
+    num gravity = lane_get(lanes->gravity, 0) * unit * unit, inverse = 1 / unit;
+    ensemble_expand(&lanes->from, s, unit, gravity, lanes->known);
+    num x = ensemble_choose(lanes, s);
+    if (lanes->paired) x = num_min(x, num_swap(x));
+    mask lands = (mask)(x >= (stop - time) * inverse);
+    num next = NUM_(_pick)(lands, stop, time + x * unit);
+    // a step that the duration does not resolve leads nowhere
+    mask still = (mask)(next == time) | (mask)(num_abs(x * unit) < num_abs(stop) * 0x1p-52);
+    x = (next - time) * inverse;
+    *attention = (struct ensemble_attention){.done = mask_set(lands)};
+    ensemble_watch(lanes, s, x, inverse, attention);
+    num bad = ensemble_advance(lanes, s, x, inverse);
+    if (lanes->doubt.grade > 0) ensemble_doubt(lanes, s, x, next, gravity);
+    attention->bad = mask_set((still & ~lands) | ~(mask)(bad == 0));
+    lane_put(lanes->to.time, 0, next);
+    lane_put(lanes->step, 0, x);
+    // the next unit is a power of two near this step
+    num grown = NUM_(_round)(NUM_(_log2)(num_max(x, num_of(0x1p-60))));
+    lane_put(lanes->unit, 0, unit * NUM_(_power)(grown));
+}
+
+static const double *ensemble_forces(const struct ensemble_lanes *lanes) {
+    return (const double *)ensemble_view(lanes)->force;
+}
+
+/* a vector of instants at a time; the sums are those of ensemble_advance */
+static void ensemble_values(const struct ensemble_lanes *lanes, int lane, double unit, const double x[],
+                            const struct ensemble_values *to) {
+    const struct jets_system *s = ensemble_view(lanes);
+    double inverse = 1 / unit;
+    for (int k = 0; k < s->n; k++) {
+        size_t at = (size_t)k * WIDTH + (size_t)lane;
+        double base = lanes->from.phi[at], base_rate = lanes->from.rate[at];
+        for (int i = 0; i < ENSEMBLE_INSTANTS / WIDTH; i++) {
+            num phi = num_of(0), rate = num_of(0), force = num_of(0), place = lane_get(x, i);
+            const double *c = (const double *)(s->rate + k) + lane, *f = (const double *)(s->force + k) + lane;
+            for (int j = lanes->order; j >= 1; j--) {
+                double w = c[(size_t)j * s->stride * WIDTH];
+                phi = num_fma(phi, place, num_of(w * s->share[j]));
+                rate = num_fma(rate, place, num_of(w));
+                if (to->force) force = num_fma(force, place, num_of(f[(size_t)(j - 1) * s->stride * WIDTH]));
+            }
+            phi = place * num_fma(place, phi, num_of(c[0]));
+            rate = place * rate * inverse;
+            int row = k * (ENSEMBLE_INSTANTS / WIDTH) + i;
+            lane_put(to->phi, row, base + (phi + lanes->from.phi_low[at]));
+            lane_put(to->rate, row, base_rate + (rate + lanes->from.rate_low[at]));
+            if (to->force) lane_put(to->force, row, force * (inverse * inverse));
+        }
+    }
+}
+
+const struct ensemble_kernel KERNEL_NAME(pend_kernel_ensemble_) = {
+    .width = WIDTH,
+    .series_count = ensemble_series_count,
+    .prepare = ensemble_prepare,
+    .force = ensemble_forces,
+    .step = ensemble_step,
+    .values = ensemble_values,
+};

@@ -1,0 +1,77 @@
+/* Lyapunov exponents of a motion: how fast neighbours in several directions leave it, orthonormalised interval by
+ * interval. Leaves to others: the steps, which the motion and its neighbours take side by side (ensemble).
+ * Invariant: neighbours are so near that the law of their distances is linear; where they have left too far within an
+ * interval it is taken anew in shorter pieces. */
+#ifndef PEND_LYAPUNOV_H
+#define PEND_LYAPUNOV_H
+
+#include "core/tree/tree.h"
+
+struct pend_lyapunov_problem {
+    const struct pend_tree *tree; /* must outlive the computation */
+    double gravity;               /* m/s^2 */
+    const double *phi, *rate;     /* start, n values each, stored order; copied */
+    int count;                    /* exponents, the largest first; 1 .. 2 n */
+    double interval;              /* s, > 0: after which the directions are made orthonormal again, or more often */
+    double rtol;                  /* of the motions' local error, as of the taylor method; 0 = 1e-14 */
+    const double *phi_low;        /* rad, what rounding to doubles has left of phi, n values; NULL = nothing */
+};
+
+struct pend_lyapunov;
+
+/**
+ * Prepares a computation at time 0.
+ *
+ * lyapunov  out; NULL on failure; ends with pend_lyapunov_free.
+ *
+ * PEND_INVALID    the count, the interval or the tolerance is out of range.
+ * PEND_NO_MEMORY  6 n x count numbers.
+ */
+PEND_MUST_CHECK enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov,
+                                                   const struct pend_lyapunov_problem *problem,
+                                                   struct pend_error *error);
+
+void pend_lyapunov_free(struct pend_lyapunov **lyapunov);
+
+/**
+ * Goes on in the present interval.
+ *
+ * steps  of all lanes, after which it comes back.
+ * done   set to whether the interval is over; the next call begins another. How it is cut changes no bit.
+ *
+ * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  the motion, or one beside it, cannot be computed.
+ * PEND_NO_MEMORY
+ */
+PEND_MUST_CHECK enum pend_status pend_lyapunov_go(struct pend_lyapunov *lyapunov, long steps, int *done,
+                                                  struct pend_error *error);
+
+/** Takes what was found so far for a transient: exponents are counted from now on. The directions stay. */
+void pend_lyapunov_forget(struct pend_lyapunov *lyapunov);
+
+/**
+ * The exponents over the intervals so far, 1/s.
+ *
+ * exponent  out, `count` values; 0 before the first interval is over.
+ */
+void pend_lyapunov_exponents(const struct pend_lyapunov *lyapunov, double exponent[]);
+
+/**
+ * A standard error of each, 1/s: of the mean of 16 to 31 parts of the time, alike in length, whose growth rates
+ * scatter; and besides one power of e over the time, for the directions, which have to turn to where they grow. About
+ * two in three exponents of a longer time lie within it, nearly all within twice of it; those that tend to 0 are within
+ * twice of it from 0. Before there are four parts it is the exponent's own size, or more.
+ *
+ * error  out, `count` values.
+ */
+void pend_lyapunov_errors(const struct pend_lyapunov *lyapunov, double error[]);
+
+/** The motion itself at the end of the last interval; the angles without whole turns. */
+void pend_lyapunov_state(const struct pend_lyapunov *lyapunov, double phi[], double rate[]);
+
+/** 1/s, by which differences of rates are divided where they are measured beside those of angles. */
+double pend_lyapunov_frequency(const struct pend_lyapunov *lyapunov);
+
+/** Integration steps of all motions so far. */
+long pend_lyapunov_steps(const struct pend_lyapunov *lyapunov);
+
+#endif

@@ -1,0 +1,109 @@
+/* Trajectories in numbers of about 32 digits, several of one tree's shape at once, one a lane: what a double's digits
+ * are checked against. Leaves to others: instants and samples (run, by way of method_extended), threads (server).
+ * Invariant: a trajectory's bits do not depend on its lane or its neighbours, and are the same on avx2 and avx512. */
+#ifndef PEND_EXTENDED_H
+#define PEND_EXTENDED_H
+
+#include "core/ensemble/member.h"
+#include "core/base/checkpoint.h"
+
+#define PEND_EXTENDED_RTOL_MIN 1e-30
+
+/* A state as sums of two doubles: n values each, stored order. */
+struct pend_extended_state {
+    double *phi, *phi_low;   /* rad */
+    double *rate, *rate_low; /* rad/s */
+};
+
+struct pend_extended;
+
+/**
+ * Prepares a workspace for one thread.
+ *
+ * extended  out; NULL on failure; ends with pend_extended_free.
+ * tree      must outlive the workspace; lengths and masses are taken as the doubles that they are.
+ * rtol      PEND_EXTENDED_RTOL_MIN .. 0.1, of the local error; the error of a motion that is not chaotic stays near it.
+ * atol      0 .. 1.
+ * single    non-zero: only lane 0 will be started; the same bits, in less time than when lanes are idle.
+ * isa       pend_isa_best(), or a lower one.
+ *
+ * PEND_INVALID  a tolerance is out of range, or the series would take more than 1 GiB (some 20 000 arms in 8 lanes).
+ * PEND_NO_MEMORY
+ * One allocation.
+ */
+PEND_MUST_CHECK enum pend_status pend_extended_new(struct pend_extended **extended, const struct pend_tree *tree,
+                                                   double rtol, double atol, int single, enum pend_isa isa,
+                                                   struct pend_error *error);
+
+void pend_extended_free(struct pend_extended **extended);
+
+/** How many lanes there are: 2, 4 or 8. */
+int pend_extended_width(const struct pend_extended *extended);
+
+/**
+ * Puts a trajectory into a lane, at time 0. Lanes that were never started run along with lane 0.
+ *
+ * gravity  m/s^2.
+ * state    copied; phi_low and rate_low may be NULL: zero.
+ * stop     s, where the lane is to stop, either sign; a step ends there exactly.
+ */
+void pend_extended_start(struct pend_extended *extended, int lane, double gravity,
+                         const struct pend_extended_state *state, double stop);
+
+/** Changes where a lane stops; on the same side of where it is. */
+void pend_extended_stop(struct pend_extended *extended, int lane, double stop);
+
+/**
+ * Takes one step in every lane that has not stopped. No allocation, O(n order^2) a lane.
+ *
+ * Returns how many lanes stopped or failed in this step.
+ */
+int pend_extended_step(struct pend_extended *extended);
+
+enum pend_extended_lane { PEND_EXTENDED_UNDER_WAY, PEND_EXTENDED_STOPPED, PEND_EXTENDED_FAILED };
+
+/** What became of a lane. */
+enum pend_extended_lane pend_extended_lane(const struct pend_extended *extended, int lane);
+
+/** Where the last step of a lane ended, s. */
+double pend_extended_time(const struct pend_extended *extended, int lane);
+
+/** Steps of a lane since its start. */
+long pend_extended_steps(const struct pend_extended *extended, int lane);
+
+/** Orders of the series, the work of a step. */
+int pend_extended_order(const struct pend_extended *extended);
+
+/** The state at the end of a lane's last step, or at its start. */
+void pend_extended_end(const struct pend_extended *extended, int lane, const struct pend_extended_state *state);
+
+/**
+ * Shows a tape the state of lane 0 of a workspace in which no other lane was started: the start of its last step, which
+ * is taken anew where the tape puts it back, after pend_extended_start of the same trajectory.
+ */
+void pend_extended_carry(struct pend_extended *extended, struct pend_tape *tape);
+
+/**
+ * Values of a lane at instants inside its last step, rounded to doubles and what rounding leaves.
+ *
+ * count  any.
+ * t      s; taken as exact.
+ * to     instant i of arm k at [i * n + k]; phi_low and rate_low may be NULL.
+ * acc    out, rad/s^2, NULL = not wanted.
+ * force  out, N, NULL = not wanted.
+ */
+void pend_extended_at(const struct pend_extended *extended, int lane, int count, const double t[],
+                      const struct pend_extended_state *to, double acc[], double force[]);
+
+/**
+ * Many trajectories, as pend_ensemble_run: a lane whose member ends takes the next. Only the duration ends a member.
+ *
+ * problem  tree and tolerances as of the workspace; bounds, observations and instants are not looked at.
+ *
+ * PEND_CANCELLED  a callback asked for it.
+ * No allocation.
+ */
+PEND_MUST_CHECK enum pend_status pend_extended_run(struct pend_extended *extended,
+                                                   const struct pend_ensemble_problem *problem, long first, long count);
+
+#endif

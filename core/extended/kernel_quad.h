@@ -1,0 +1,43 @@
+/* One step of a trajectory in numbers of 62 digits, by instruction set.
+ * Leaves to others: memory, tolerances, the time loop (method_quad).
+ * Invariant: the same bits in every instruction set. */
+#ifndef PEND_KERNEL_QUAD_H
+#define PEND_KERNEL_QUAD_H
+
+#include <stddef.h>
+
+#include "core/tree/tree.h"
+
+/* Numbers are four doubles each, those of an arm behind each other. */
+struct quad_series {
+    const struct pend_tree *tree;
+    int order;
+    int precise;          /* coefficients from this order on are so small that their first two doubles are enough */
+    double gravity, unit; /* m/s^2; s, a power of two */
+    double *phi, *rate;   /* where the step begins: 4 n doubles each */
+    double *phi_end, *rate_end; /* where it ends */
+    double *numbers;            /* the series and the tree system, aligned to 64 */
+};
+
+/* The values of all arms at an instant; acc, force and theta may be NULL. */
+struct quad_values {
+    double *phi, *rate, *acc, *force, *theta;
+};
+
+struct quad_kernel {
+    /** Doubles that `numbers` needs. */
+    size_t (*count)(int n, int order);
+    /** Expands about the begin; returns the longest step, in units, NaN where something is not finite. */
+    double (*expand)(const struct quad_series *series, double log_rtol, double log_atol);
+    /** The end of a step from `time` to `reached`, s, both taken as exact. */
+    void (*advance)(const struct quad_series *series, double time, double reached);
+    /** Values at an instant t of a step that begins at `time`, rounded. */
+    void (*values)(const struct quad_series *series, double time, double t, const struct quad_values *values);
+};
+
+extern const struct quad_kernel pend_kernel_quad_base;
+#ifdef __x86_64__
+extern const struct quad_kernel pend_kernel_quad_avx2, pend_kernel_quad_avx512;
+#endif
+
+#endif

@@ -1,0 +1,19 @@
+#include "core/modes/hugepage.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <sys/mman.h>
+
+enum { ROOM_PAGE = 2 << 20, ROOM_LINE = 64 };
+
+void *pend_modes_room(size_t bytes) {
+    size_t unit = bytes >= 2 * ROOM_PAGE ? ROOM_PAGE : ROOM_LINE;
+    if (bytes > SIZE_MAX / 2) return NULL;
+    bytes = (bytes + unit - 1) / unit * unit;
+    void *room = aligned_alloc(unit, bytes ? bytes : unit);
+#ifdef MADV_HUGEPAGE
+    /* only a hint: nothing depends on its success */
+    if (room && unit == ROOM_PAGE) (void)madvise(room, bytes, MADV_HUGEPAGE);
+#endif
+    return room;
+}

@@ -1,0 +1,157 @@
+#include "core/modes/modes_template.h"
+
+#include <math.h>
+
+#include "core/simd/vec_isa.h"
+
+/* compiled once for every instruction set: see the Makefile */
+enum { WIDTH = KERNEL_WIDTH };
+#define VEC_OF(name) KERNEL_OF(lanes, name)
+#define NUM_OF(name) KERNEL_OF(pairs, name)
+typedef KERNEL_OF(bits, ) masks;
+#define LANES KERNEL_WIDTH
+#include "core/simd/double_double.h"
+
+typedef VEC_OF() vec;
+typedef NUM_OF() num;
+#define vec_of VEC_OF(_of)
+#define vec_fma VEC_OF(_fma)
+#define vec_pick VEC_OF(_pick)
+#define num_of NUM_OF(_of)
+#define num_add NUM_OF(_add)
+#define num_mul NUM_OF(_mul)
+#define num_fma NUM_OF(_fma)
+#define num_div NUM_OF(_div)
+#define num_pick NUM_OF(_pick)
+
+/* a correction of the eigenvalue by this part or less ends the iteration */
+#define FINE_ENOUGH 1e-27
+
+enum { FINE_ROUNDS = 5 };
+
+/* The arrays of the twisted factorization, as in kernel_modes. */
+struct fine {
+    num *t;     /* pivot from below, without the node's own spring */
+    num *above; /* what pulls from above; before, the sums over earlier siblings; then, in .high, x - x_parent */
+    num *tip;   /* sums over later siblings; then 1 / (u + c); then x */
+};
+
+/* t + c, kept from vanishing */
+LANES_INLINE num fine_pivot(num t, double spring) {
+    num d = num_add(t, num_of(spring));
+    d.high = vec_pick((masks)(d.high == 0), vec_of(spring * 0x1p-110), d.high);
+    return d;
+}
+
+/* c t / (t + c) */
+LANES_INLINE num fine_pull(num t, double spring) { return num_div(num_mul(t, num_of(spring)), fine_pivot(t, spring)); }
+
+/* leaves inwards */
+static void fine_up(const struct pend_laplacian *laplacian, num minus_shift, struct fine w) {
+    num stack[PEND_LAPLACIAN_STACK], pull = num_of(0);
+    int top = 0;
+    for (int k = laplacian->n - 1; k >= 0; k--) {
+        unsigned turn = laplacian->turn[k];
+        if (turn & PEND_TURN_LEAF) {
+            stack[top++] = pull;
+            pull = num_of(0);
+        }
+        w.t[k] = num_fma(minus_shift, num_of(laplacian->mass[k]), pull);
+        pull = fine_pull(w.t[k], laplacian->spring[k]);
+        if (!(turn & PEND_TURN_NEXT)) continue;
+        w.tip[k] = stack[--top];
+        pull = num_add(pull, stack[top]);
+    }
+}
+
+/* root outwards; returns the node with the smallest |gamma| / m of every lane, and gamma there */
+static masks fine_down(const struct pend_laplacian *laplacian, num minus_shift, struct fine w, vec *gamma) {
+    vec least = vec_of(INFINITY), least_mass = vec_of(1);
+    masks at = {0};
+    w.above[0] = num_of(laplacian->spring[0]);
+    for (int k = 0; k < laplacian->n; k++) {
+        double spring = laplacian->spring[k], mass = laplacian->mass[k];
+        if (k) {
+            /* everything at the parent but this branch */
+            int p = laplacian->parent[k];
+            num u = num_fma(minus_shift, num_of(laplacian->mass[p]), w.above[p]), earlier = num_of(0);
+            if (k > p + 1) {
+                earlier = w.above[k];
+                u = num_add(u, earlier);
+            }
+            if (laplacian->turn[k] & PEND_TURN_NEXT) {
+                u = num_add(u, w.tip[k]);
+                w.above[laplacian->end[k]] = num_add(earlier, fine_pull(w.t[k], spring));
+            }
+            w.tip[k] = num_div(num_of(1), fine_pivot(u, spring));
+            w.above[k] = num_mul(num_mul(u, w.tip[k]), num_of(spring));
+        }
+        vec here = num_add(w.t[k], w.above[k]).high, size = vec_pick((masks)(here < 0), -here, here);
+        masks less = (masks)(size * least_mass < least * mass);
+        least = vec_pick(less, size, least);
+        least_mass = vec_pick(less, vec_of(mass), least_mass);
+        *gamma = vec_pick(less, here, *gamma);
+        at = (less & ((masks){0} + k)) | (~less & at);
+    }
+    return at;
+}
+
+/* from the twists to the pivot */
+static void fine_climb(const struct pend_laplacian *laplacian, struct fine w, masks at) {
+    num x = num_of(1);
+    for (int k = laplacian->n - 1; k >= 0; k--) {
+        masks climbed = (at >= k) & (at < laplacian->end[k]);
+        vec y = k ? x.high * w.above[k].high / laplacian->spring[k] : x.high;
+        num from = k ? num_mul(x, num_mul(w.tip[k], num_of(laplacian->spring[k]))) : x;
+        w.above[k].high = vec_pick(climbed, y, w.above[k].high);
+        w.tip[k] = num_pick(climbed, x, w.tip[k]);
+        x = num_pick(climbed, from, x);
+    }
+}
+
+/* from the climbed ways into all other branches; angles go to their rows; returns sum m x^2 */
+static vec fine_spread(const struct pend_laplacian *laplacian, struct fine w, masks at, double *row[]) {
+    vec total = {0};
+    for (int k = 0; k < laplacian->n; k++) {
+        double spring = laplacian->spring[k];
+        vec y = w.above[k].high;
+        if (k) {
+            masks climbed = (at >= k) & (at < laplacian->end[k]);
+            num ratio = num_div(w.tip[laplacian->parent[k]], fine_pivot(w.t[k], spring));
+            y = vec_pick(climbed, y, -ratio.high * w.t[k].high);
+            w.tip[k] = num_pick(climbed, w.tip[k], num_mul(ratio, num_of(spring)));
+        }
+        total = vec_fma(laplacian->mass[k] * w.tip[k].high, w.tip[k].high, total);
+        for (int i = 0; i < WIDTH; i++) row[i][k] = y[i] / laplacian->len[k];
+    }
+    return total;
+}
+
+void KERNEL_NAME(pend_modes_fine_for_)(const struct pend_laplacian *laplacian, const double value[], int lead,
+                                       double work[], double *vector[], double *tip[]);
+void KERNEL_NAME(pend_modes_fine_for_)(const struct pend_laplacian *laplacian, const double value[], int lead,
+                                       double work[], double *vector[], double *tip[]) {
+    size_t n = (size_t)laplacian->n;
+    struct fine w = {(num *)work, (num *)work + n, (num *)work + 2 * n};
+    num minus_shift = num_of(0);
+    vec square = {0}, scale, gamma = {0};
+    for (int i = 0; i < WIDTH; i++) minus_shift.high[i] = -value[i];
+    for (int round = 0; round < FINE_ROUNDS; round++) {
+        int enough = 1;
+        fine_up(laplacian, minus_shift, w);
+        masks at = fine_down(laplacian, minus_shift, w, &gamma);
+        fine_climb(laplacian, w, at);
+        square = fine_spread(laplacian, w, at, vector);
+        /* Rayleigh's quotient: the residual is gamma, at the twist alone, where x is 1 */
+        num step = num_of(0);
+        step.high = -gamma / square;
+        for (int i = 0; i < WIDTH; i++) enough &= !(fabs(step.high[i]) > FINE_ENOUGH * fabs(value[i]));
+        minus_shift = num_add(minus_shift, step);
+        if (enough) break;
+    }
+    for (int i = 0; i < WIDTH; i++) {
+        scale[i] = copysign(1 / sqrt(square[i]), vector[i][lead]);
+        for (size_t k = 0; k < n; k++) vector[i][k] *= scale[i];
+        for (size_t k = 0; tip && k < n; k++) tip[i][k] = w.tip[k].high[i] * scale[i];
+    }
+}

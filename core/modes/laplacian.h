@@ -1,0 +1,47 @@
+/* The linearization in tip displacements, diag(m) x'' + L x = 0: a weighted tree that is tied to the pivot.
+ * Leaves to others: eigenvalues and vectors (modes_values, modes_vectors), merged branches (modes_symmetry).
+ * Invariant: L is never assembled; parent[k] < k, and of siblings the heaviest comes last. */
+#ifndef PEND_LAPLACIAN_H
+#define PEND_LAPLACIAN_H
+
+#include "core/tree/tree.h"
+
+/* How the sweep from the leaves inwards meets a node: does it begin there, and is it the first of its siblings? */
+enum { PEND_TURN_LEAF = 1, PEND_TURN_NEXT = 2 };
+
+/* Deepest stack of a sweep: a node left waiting has at most half the arms of the one below it on the stack. */
+enum { PEND_LAPLACIAN_STACK = 34 };
+
+/* All arrays have n entries, one owner and one block. L = S^-T diag(spring) S^-1. */
+struct pend_laplacian {
+    int n;
+    double *spring;      /* N/m: g (S^T m) / l; negative where the arm stands up */
+    double *mass;        /* kg */
+    double *len;         /* m */
+    int *parent, *end;   /* as in the tree */
+    unsigned char *turn; /* PEND_TURN_ bits */
+    double least, most;  /* 1/s^2: every eigenvalue has least <= |lambda| <= most */
+    int depth;           /* arms on the longest way */
+};
+
+/**
+ * Room for n nodes; the caller fills spring, mass, len, parent and end, then calls pend_laplacian_close.
+ *
+ * PEND_NO_MEMORY
+ */
+PEND_MUST_CHECK enum pend_status pend_laplacian_alloc(struct pend_laplacian **laplacian, int n);
+
+/** Sets turn, least, most and depth from the other arrays. O(n). */
+void pend_laplacian_close(struct pend_laplacian *laplacian);
+
+void pend_laplacian_free(struct pend_laplacian **laplacian);
+
+/**
+ * The spring of an arm about an equilibrium.
+ *
+ * k   stored number of the arm.
+ * up  n flags in stored order, non-zero where the arm stands up; NULL when all hang.
+ */
+double pend_laplacian_spring(const struct pend_tree *tree, double gravity, const unsigned char up[], int k);
+
+#endif

@@ -1,0 +1,135 @@
+#include "core/modes/modes_spectrum.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum { SPECTRUM_SHIFTS = 16, SPECTRUM_ROUNDS = 14 };
+
+enum pend_status pend_spectrum_new(struct pend_spectrum **spectrum, const struct pend_tree *tree, double gravity,
+                                   const unsigned char up[]) {
+    enum pend_status status = PEND_NO_MEMORY;
+    struct pend_spectrum *s = *spectrum = calloc(1, sizeof *s);
+    if (!s) return PEND_NO_MEMORY;
+    s->n = tree->n;
+    s->lead = tree->place[0];
+    s->place = malloc((size_t)tree->n * sizeof *s->place);
+    if (!s->place || pend_symmetry_new(&s->symmetry, tree, up)) goto out;
+    s->part = calloc((size_t)s->symmetry->part_count, sizeof *s->part);
+    if (!s->part) goto out;
+    s->least = INFINITY;
+    for (int i = 0; i < s->symmetry->part_count; i++) {
+        if (pend_symmetry_laplacian(&s->part[i], s->symmetry, i, gravity, up, s->place)) goto out;
+        s->least = fmin(s->least, s->part[i]->least);
+        s->most = fmax(s->most, s->part[i]->most);
+    }
+    /* as many directions give way as arms stand up */
+    for (int k = 0; up && k < tree->n; k++) s->negative += up[k] != 0;
+    status = PEND_OK;
+out:
+    if (status) pend_spectrum_free(spectrum);
+    return status;
+}
+
+void pend_spectrum_free(struct pend_spectrum **spectrum) {
+    struct pend_spectrum *s = *spectrum;
+    if (!s) return;
+    pend_values_free(&s->search.values);
+    for (int i = 0; s->part && i < s->symmetry->part_count; i++) pend_laplacian_free(&s->part[i]);
+    free(s->part);
+    pend_symmetry_free(&s->symmetry);
+    free(s->place);
+    free(s);
+    *spectrum = NULL;
+}
+
+void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const double shift[], int below[]) {
+    const struct pend_modes_kernel *kernel = pend_modes_kernel();
+    for (int i = 0; i < count; i++) below[i] = 0;
+    for (int p = 0; p < spectrum->symmetry->part_count; p++) {
+        const struct pend_laplacian *l = spectrum->part[p];
+        int times = spectrum->symmetry->part[p].times;
+        /* most parts are small and far from the shifts */
+        if (!spectrum->negative && shift[count - 1] < l->least) continue;
+        if (shift[0] > l->most) {
+            for (int i = 0; i < count; i++) below[i] += times * l->n;
+            continue;
+        }
+        struct pend_modes_probe probe[SPECTRUM_SHIFTS];
+        for (int i = 0; i < count; i++) probe[i].shift = shift[i];
+        kernel->probe(l, count, probe);
+        for (int i = 0; i < count; i++) below[i] += times * probe[i].below;
+    }
+}
+
+double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int above) {
+    /* in the logarithm of the size, on the side of 0 where the number lies */
+    int negative = number < spectrum->negative;
+    double lo = log(spectrum->least) - 1e-6, hi = log(spectrum->most) + 1e-6;
+    if (number <= 0) return -2 * spectrum->most;
+    if (number >= spectrum->n) return 2 * spectrum->most;
+    for (int round = 0; round < SPECTRUM_ROUNDS; round++) {
+        double at[SPECTRUM_SHIFTS], shift[SPECTRUM_SHIFTS], step = (hi - lo) / (SPECTRUM_SHIFTS - 1);
+        int below[SPECTRUM_SHIFTS], i = 0;
+        for (int j = 0; j < SPECTRUM_SHIFTS; j++) {
+            at[j] = j == SPECTRUM_SHIFTS - 1 ? hi : lo + j * step;
+            shift[negative ? SPECTRUM_SHIFTS - 1 - j : j] = negative ? -exp(at[j]) : exp(at[j]);
+        }
+        pend_spectrum_below(spectrum, SPECTRUM_SHIFTS, shift, below);
+        /* the first shift that has the number below it */
+        while (i < SPECTRUM_SHIFTS - 1 && below[i] < number) i++;
+        if (i == 0 || below[i] == number) return shift[i];
+        int slack = number / 8 + 8, more = below[i] - number, less = number - below[i - 1];
+        if (round == SPECTRUM_ROUNDS - 1 || (above ? more : less) <= slack) return shift[above ? i : i - 1];
+        lo = at[negative ? SPECTRUM_SHIFTS - 1 - i : i - 1];
+        hi = at[negative ? SPECTRUM_SHIFTS - i : i];
+    }
+    return 0;
+}
+
+/* turns L into -L and back */
+static void spectrum_negate(struct pend_laplacian *l) {
+    for (int k = 0; k < l->n; k++) l->spring[k] = -l->spring[k];
+}
+
+static void spectrum_reverse(int count, double value[]) {
+    for (int i = 0; i < count; i++) value[i] = -value[i];
+    for (int i = 0, j = count - 1; i < j; i++, j--) {
+        double swap = value[i];
+        value[i] = value[j];
+        value[j] = swap;
+    }
+}
+
+void pend_spectrum_search(struct pend_spectrum *spectrum, int part, int first, int count, double value[]) {
+    struct pend_laplacian *l = spectrum->part[part];
+    int split = spectrum->negative ? pend_values_below(l, 0) - first : 0;
+    if (split < 0) split = 0;
+    if (split > count) split = count;
+    spectrum->search = (struct pend_search){l, NULL, value, first, count, split, split ? 0 : 1};
+}
+
+/* number i from below of L is number n - 1 - i of -L, where it is positive */
+static enum pend_status spectrum_begin(struct pend_search *s) {
+    if (s->done)
+        return pend_values_new(&s->values, s->part, s->first + s->split, s->count - s->split, s->value + s->split);
+    spectrum_negate(s->part);
+    enum pend_status status =
+        pend_values_new(&s->values, s->part, s->part->n - s->first - s->split, s->split, s->value);
+    if (status) spectrum_negate(s->part);
+    return status;
+}
+
+enum pend_status pend_spectrum_step(struct pend_spectrum *spectrum, int *done) {
+    struct pend_search *s = &spectrum->search;
+    if (!s->values && s->done < 2) PEND_TRY(spectrum_begin(s));
+    if (s->values && pend_values_step(s->values)) {
+        pend_values_free(&s->values);
+        if (!s->done) {
+            spectrum_negate(s->part);
+            spectrum_reverse(s->split, s->value);
+        }
+        s->done++;
+    }
+    *done = s->done == 2;
+    return PEND_OK;
+}

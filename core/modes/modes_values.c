@@ -1,0 +1,264 @@
+#include "core/modes/modes_values.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    VALUES_BATCH = 64, /* shifts tried at a time */
+    VALUES_LANES = 16, /* shifts that cost no more than one: fewer are not worth a sweep */
+    VALUES_TRIES = 6   /* Laguerre steps before bisection takes turns with them */
+};
+
+/* of a tree deeper than this, so many of the slowest are polished, when they are off by no more than this part */
+enum { VALUES_DEEP = 4000, VALUES_SLOW = 32 };
+#define VALUES_POLISH 1e-9
+
+/* One end of a span: a shift that was counted, and where the nearest eigenvalue inside must be. */
+struct span_end {
+    double at;
+    int below;   /* eigenvalues below `at` */
+    int near;    /* non-zero when one eigenvalue, inside, outweighs all others there: the hint converges on it */
+    double hint; /* Laguerre's bound of the nearest eigenvalue towards the inside; `at` where nothing is known */
+    double step; /* its distance, which may be below the last place of `at`; infinite where nothing is known */
+};
+
+/* An interval that holds hi.below - lo.below > 0 of the eigenvalues sought. */
+struct span {
+    struct span_end lo, hi;
+    double rest; /* share of the other eigenvalues in sum 1 / (shift - lambda_i)^2, as hints turned out; 0 at first */
+    int tries;
+};
+
+struct pend_values {
+    const struct pend_laplacian *laplacian;
+    const struct pend_modes_kernel *kernel;
+    int first, last; /* numbers sought: first <= number < last */
+    double *value;
+    int todo_count, polished;
+    struct span todo[];
+};
+
+int pend_values_below(const struct pend_laplacian *laplacian, double shift) {
+    struct pend_modes_probe probe = {.shift = shift};
+    pend_modes_kernel()->probe(laplacian, 1, &probe);
+    return probe.below;
+}
+
+/* what a probe tells the span above it (side 1) or below it (side -1) */
+static struct span_end values_end(const struct pend_modes_probe *probe, int n, int side) {
+    struct span_end end = {probe->shift, probe->below, 0, probe->shift, INFINITY};
+    double rate = -side * probe->log_rate, bend = probe->log_bend;
+    double root = sqrt(fmax(0, (n - 1.0) * (n * bend - rate * rate))), step = n / (rate + root);
+    if (!(step > 0 && bend > 0 && isfinite(step) && isfinite(bend))) return end;
+    end.hint = probe->shift + side * step;
+    end.step = step;
+    end.near = fabs(rate * step - 1) < 0.25 && fabs(bend * step * step - 1) < 0.25;
+    return end;
+}
+
+/* the end of a span of one eigenvalue that knows more of it */
+static const struct span_end *values_nearer(const struct span *span) {
+    const struct span_end *lo = &span->lo, *hi = &span->hi;
+    if (lo->near != hi->near) return lo->near ? lo : hi;
+    return lo->step < hi->step ? lo : hi;
+}
+
+static double values_middle(double lo, double hi) {
+    return lo > 0 && hi > 4 * lo ? sqrt(lo) * sqrt(hi) : lo + 0.5 * (hi - lo);
+}
+
+/* the bounds of what is inside: the hints, as far as these make sense */
+static void values_bounds(const struct span *span, double *lo, double *hi) {
+    *lo = span->lo.hint > span->lo.at && span->lo.hint < span->hi.at ? span->lo.hint : span->lo.at;
+    *hi = span->hi.hint < span->hi.at && span->hi.hint > span->lo.at ? span->hi.hint : span->hi.at;
+    if (*lo <= *hi && !(*lo == span->hi.at || *hi == span->lo.at)) return;
+    *lo = span->lo.at;
+    *hi = span->hi.at;
+}
+
+/* all eigenvalues of a span are the same number to round-off */
+static void values_finish(struct pend_values *v, const struct span *span, double value) {
+    value = fmin(fmax(value, span->lo.at), span->hi.at);
+    for (int number = span->lo.below; number < span->hi.below; number++)
+        if (number >= v->first && number < v->last) v->value[number - v->first] = value;
+}
+
+/* True when a span needs no further count: it is as small as round-off, or its one eigenvalue's hint is exact: it is
+ * off by half the step's cube times the rest. */
+static int values_converged(const struct span *span, double *value) {
+    double round_off = DBL_EPSILON * span->hi.at;
+    *value = values_middle(span->lo.at, span->hi.at);
+    if (span->hi.at - span->lo.at <= 4 * round_off) return 1;
+    if (span->hi.below - span->lo.below > 1) return 0;
+    const struct span_end *end = values_nearer(span);
+    double error = 5 * end->step * end->step * end->step * span->rest;
+    *value = end->hint;
+    return end->near && (end->step <= round_off || (span->rest > 0 && error <= 0.25 * round_off));
+}
+
+/* the next shift for a span of one eigenvalue: the better hint, or bisection when the hints lead nowhere */
+static double values_next(struct span *span) {
+    double lo, hi;
+    values_bounds(span, &lo, &hi);
+    if (span->tries++ >= VALUES_TRIES && span->tries % 2) return values_middle(span->lo.at, span->hi.at);
+    const struct span_end *end = values_nearer(span);
+    if (end->hint <= span->lo.at || end->hint >= span->hi.at) return values_middle(lo, hi);
+    /* both hints fall short by the cubes of their steps, one from either side */
+    double share = span->lo.step / span->hi.step;
+    share = isfinite(span->lo.step + span->hi.step) && lo <= hi ? 1 / (1 + share * share * share) : end == &span->lo;
+    return share * lo + (1 - share) * hi;
+}
+
+/* the next shifts for a span of several, ascending; returns how many */
+static int values_split(struct span *span, int room, double shift[]) {
+    double lo, hi;
+    int several = span->hi.below - span->lo.below;
+    values_bounds(span, &lo, &hi);
+    if (span->tries++ >= VALUES_TRIES && span->tries % 2) lo = span->lo.at, hi = span->hi.at;
+    if (room > 2 * several) room = 2 * several;
+    if (hi - lo <= 4 * DBL_EPSILON * hi) {
+        /* one number as far as the hints tell: counts on both sides of it are to prove that */
+        int count = 0;
+        double below = lo * (1 - 6 * DBL_EPSILON), above = hi * (1 + 6 * DBL_EPSILON);
+        if (below > span->lo.at) shift[count++] = below;
+        if (above < span->hi.at && room > count) shift[count++] = above;
+        if (count) return count;
+        lo = span->lo.at;
+        hi = span->hi.at;
+    }
+    if (room <= 1) {
+        shift[0] = values_middle(lo, hi);
+        return 1;
+    }
+    /* evenly spaced, in the logarithm where the bounds are far apart */
+    double ratio = lo > 0 && hi > 4 * lo ? log(hi / lo) : 0;
+    for (int i = 0; i < room; i++) {
+        double part = (i + 1.0) / (room + 1.0);
+        shift[i] = ratio > 0 ? lo * exp(part * ratio) : lo + part * (hi - lo);
+    }
+    return room;
+}
+
+/* learns from the one eigenvalue of a part how far off the hints of the whole span were */
+static void values_learn(const struct span *span, struct span *part) {
+    const struct span_end *end = values_nearer(part), *old[2] = {&span->lo, &span->hi};
+    for (int i = 0; end->near && i < 2; i++) {
+        double off = fabs(old[i]->hint - end->hint) - 4 * DBL_EPSILON * end->at;
+        double rest = 2 * off / (old[i]->step * old[i]->step * old[i]->step);
+        if (rest > part->rest && isfinite(rest)) part->rest = rest;
+    }
+}
+
+/* files what lies between two counted ends of a span */
+static void values_file(struct pend_values *v, const struct span *whole, struct span span) {
+    double value;
+    if (span.hi.below <= span.lo.below || span.hi.below <= v->first || span.lo.below >= v->last) return;
+    if (span.hi.below - span.lo.below < whole->hi.below - whole->lo.below) span.tries = 0;
+    if (span.hi.below - span.lo.below == 1) values_learn(whole, &span);
+    if (values_converged(&span, &value))
+        values_finish(v, &span, value);
+    else
+        v->todo[v->todo_count++] = span;
+}
+
+/* cuts a span at the shifts that were counted; ends are worked out where something lies between them */
+static void values_cut(struct pend_values *v, const struct span *span, int count, struct pend_modes_probe probe[]) {
+    const struct pend_modes_probe *from = NULL;
+    int n = v->laplacian->n, below = span->lo.below, most = span->hi.below;
+    for (int i = 0; i < count; i++) {
+        if (!(probe[i].shift > (from ? from->shift : span->lo.at) && probe[i].shift < span->hi.at)) continue;
+        /* counts rise with the shift; where round-off says otherwise the first count stands */
+        if (probe[i].below < below) probe[i].below = below;
+        if (probe[i].below > most) probe[i].below = most;
+        if (probe[i].below > below) {
+            struct span part = {from ? values_end(from, n, 1) : span->lo, values_end(&probe[i], n, -1), span->rest,
+                                span->tries};
+            values_file(v, span, part);
+        }
+        below = probe[i].below;
+        from = &probe[i];
+    }
+    if (from && below == most) return;
+    struct span part = {from ? values_end(from, n, 1) : span->lo, span->hi, span->rest, span->tries};
+    /* nothing changed: no number is left between the ends */
+    if (!from && count) {
+        values_finish(v, &part, values_middle(part.lo.at, part.hi.at));
+        return;
+    }
+    values_file(v, span, part);
+}
+
+/* one round: takes spans from the end of the list, counts at their next shifts, files the parts */
+static void values_round(struct pend_values *v) {
+    struct pend_modes_probe probe[VALUES_BATCH];
+    struct span span[VALUES_BATCH];
+    int count[VALUES_BATCH], spans = 0, probes = 0;
+    int take = v->todo_count < VALUES_BATCH ? v->todo_count : VALUES_BATCH;
+    int room = VALUES_LANES / take > 1 ? VALUES_LANES / take : 1;
+    for (; spans < take; spans++) {
+        struct span *s = &span[spans];
+        double shift[VALUES_LANES];
+        *s = v->todo[--v->todo_count];
+        count[spans] = 1;
+        if (s->hi.below - s->lo.below == 1)
+            shift[0] = values_next(s);
+        else
+            count[spans] = values_split(s, room, shift);
+        for (int i = 0; i < count[spans]; i++) probe[probes++].shift = shift[i];
+    }
+    v->kernel->probe(v->laplacian, probes, probe);
+    for (int i = 0, at = 0; i < spans; at += count[i++]) values_cut(v, &span[i], count[i], probe + at);
+}
+
+/* One Newton step from a value that is good to a dozen digits, in extended precision. On a long way out the sums of the
+ * sweep grow by nearly the same amount arm after arm, so that their round-off all points one way. */
+static double values_polish(const struct pend_laplacian *l, double value) {
+    long double pull[PEND_LAPLACIAN_STACK + 1], rate[PEND_LAPLACIAN_STACK + 1], log_rate = 0;
+    int top = 0;
+    for (int k = l->n - 1; k >= 0; k--) {
+        int leaf = l->turn[k] & PEND_TURN_LEAF, next = l->turn[k] & PEND_TURN_NEXT;
+        long double spring = l->spring[k], t = (leaf ? 0 : pull[top]) - (long double)value * l->mass[k];
+        long double inverse = 1 / (t + spring + spring * 0x1p-70L), ratio = spring * inverse;
+        long double slope = (leaf ? 0 : rate[top]) - l->mass[k];
+        log_rate += slope * inverse;
+        top += !next - !leaf;
+        pull[top] = ratio * t + (next ? pull[top] : 0);
+        rate[top] = ratio * ratio * slope + (next ? rate[top] : 0);
+    }
+    double step = (double)(1 / log_rate);
+    return fabs(step) < VALUES_POLISH * value ? value - step : value;
+}
+
+enum pend_status pend_values_new(struct pend_values **values, const struct pend_laplacian *laplacian, int first,
+                                 int count, double value[]) {
+    /* every span holds one of the values sought, and a round adds at most its own shifts */
+    struct pend_values *v = *values = malloc(sizeof *v + ((size_t)count + 2 * VALUES_BATCH) * sizeof *v->todo);
+    if (!v) return PEND_NO_MEMORY;
+    *v = (struct pend_values){laplacian, pend_modes_kernel(), first, first + count, value, 0, 0};
+    if (!count) return PEND_OK;
+    v->todo[v->todo_count++] = (struct span){{laplacian->least, 0, 0, laplacian->least, INFINITY},
+                                             {laplacian->most, laplacian->n, 0, laplacian->most, INFINITY},
+                                             0,
+                                             0};
+    v->todo[0].lo.below = pend_values_below(laplacian, laplacian->least);
+    return PEND_OK;
+}
+
+int pend_values_step(struct pend_values *v) {
+    if (v->todo_count) {
+        values_round(v);
+        return 0;
+    }
+    if (v->laplacian->depth < VALUES_DEEP || v->polished == v->last - v->first) return 1;
+    if (v->first + v->polished >= VALUES_SLOW) return 1;
+    v->value[v->polished] = values_polish(v->laplacian, v->value[v->polished]);
+    v->polished++;
+    return 0;
+}
+
+void pend_values_free(struct pend_values **values) {
+    free(*values);
+    *values = NULL;
+}

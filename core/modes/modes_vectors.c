@@ -1,0 +1,288 @@
+#include "core/modes/modes_vectors.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/modes/hugepage.h"
+
+/* eigenvalues nearer to each other than this, relatively, have their vectors made orthogonal */
+#define VECTORS_NEAR 2e-3
+
+/* two vectors with more neighbours than this are computed so finely that only these are still near */
+enum { VECTORS_CROWD = 16 };
+#define VECTORS_NEAR_FINE 1e-11
+
+enum { VECTORS_TRIES = 8 };
+
+/* parts smaller than this are left in */
+#define VECTORS_SLIGHT 2e-14
+
+/* a piece of work: so many vectors are projected on at a time */
+enum { VECTORS_PIECE = 64 };
+
+/* What is being done to vector `number`, of norm 1: passes of projection until nothing is left along the others, and
+ * inverse iteration when too little of itself was left. */
+struct settling {
+    int first; /* of those that it is made orthogonal to */
+    int next;  /* the first that this pass has not come to */
+    int pass, try;
+    int due;        /* so many more iterations, whatever is left: a random start has a part of every mode */
+    double squares; /* of the parts that this pass took out */
+    double left;    /* how much of the vector was left, 1 when all */
+};
+
+struct pend_vectors {
+    const struct pend_laplacian *laplacian;
+    const double *value;
+    int lead, count;
+    int twisted; /* so many have been through the twisted factorization */
+    int number;  /* the vector under way */
+    struct settling settling;
+    int begin;           /* the first vector that is near by the wider measure */
+    int begin_fine;      /* by the narrower one */
+    int coarse;          /* the first from `begin` on that is not computed finely */
+    unsigned char *fine; /* for each vector, non-zero when it is computed finely */
+    double **vector;
+    double *tips;         /* tip displacements of the last `rows` vectors, vector k in row k % rows */
+    int rows;             /* 0 when no vector has a near neighbour */
+    double *load, *pivot; /* n doubles each */
+    double *work;         /* for the kernel; the block that ends last */
+};
+
+static int vectors_within(const struct pend_vectors *v, int a, int b, double part) {
+    return v->value[b] - v->value[a] <= part * fmax(fabs(v->value[a]), fabs(v->value[b]));
+}
+
+/* true when the vectors of two numbers, in ascending order, are to be made orthogonal */
+static int vectors_near(const struct pend_vectors *v, int a, int b) {
+    return vectors_within(v, a, b, v->fine[a] && v->fine[b] ? VECTORS_NEAR_FINE : VECTORS_NEAR);
+}
+
+/* the first of the vectors that vector `number` is to be made orthogonal to; numbers are to ascend */
+static int vectors_first(struct pend_vectors *v, int number) {
+    while (!vectors_within(v, v->begin, number, VECTORS_NEAR)) v->begin++;
+    if (!v->fine[number]) return v->begin;
+    while (!vectors_within(v, v->begin_fine, number, VECTORS_NEAR_FINE)) v->begin_fine++;
+    if (v->coarse < v->begin) v->coarse = v->begin;
+    while (v->coarse < number && v->fine[v->coarse]) v->coarse++;
+    return v->coarse < v->begin_fine ? v->coarse : v->begin_fine;
+}
+
+static double *vectors_tip(const struct pend_vectors *v, int number) {
+    return v->tips + (size_t)(number % v->rows) * (size_t)v->laplacian->n;
+}
+
+static double vectors_dot(int n, const double a[], const double b[]) {
+    double total = 0, sum[8];
+    for (int begin = 0; begin < n; begin += 512) {
+        int end = n - begin < 512 ? n : begin + 512, k = begin;
+        memset(sum, 0, sizeof sum);
+        for (; k + 8 <= end; k += 8)
+            for (int i = 0; i < 8; i++) sum[i] += a[k + i] * b[k + i];
+        for (; k < end; k++) sum[0] += a[k] * b[k];
+        total += ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
+    }
+    return total;
+}
+
+/* takes the parts along some of the other vectors out of vector `number`, and adds up their squares */
+static void vectors_project(struct pend_vectors *v) {
+    struct settling *s = &v->settling;
+    int n = v->laplacian->n, begin = s->next;
+    double *x = v->vector[v->number], *tip = vectors_tip(v, v->number), part[VECTORS_PIECE];
+    if (begin == s->first)
+        for (int k = 0; k < n; k++) v->load[k] = v->laplacian->mass[k] * tip[k];
+    s->next = v->number - begin < VECTORS_PIECE ? v->number : begin + VECTORS_PIECE;
+    for (int j = begin; j < s->next; j++)
+        part[j - begin] = vectors_near(v, j, v->number) ? vectors_dot(n, vectors_tip(v, j), v->load) : 0;
+    for (int j = begin; j < s->next; j++) {
+        const double *other = v->vector[j], *other_tip = vectors_tip(v, j);
+        double factor = part[j - begin];
+        if (fabs(factor) < VECTORS_SLIGHT) continue;
+        s->squares += factor * factor;
+        for (int k = 0; k < n; k++) x[k] -= factor * other[k];
+        for (int k = 0; k < n; k++) tip[k] -= factor * other_tip[k];
+    }
+}
+
+/* scales vector `number` to mass norm 1; returns the norm it had */
+static double vectors_scale(struct pend_vectors *v, int number) {
+    int n = v->laplacian->n;
+    double *x = v->vector[number], *tip = vectors_tip(v, number);
+    for (int k = 0; k < n; k++) v->load[k] = v->laplacian->mass[k] * tip[k];
+    double norm = sqrt(vectors_dot(n, tip, v->load));
+    for (int k = 0; k < n; k++) x[k] /= norm;
+    for (int k = 0; k < n; k++) tip[k] /= norm;
+    return norm;
+}
+
+/* a pivot that vanished becomes round-off */
+static double vectors_pivot(double t, double spring) { return t + spring != 0 ? t + spring : DBL_EPSILON * spring; }
+
+/* one step of inverse iteration on vector `number` */
+static void vectors_iterate(struct pend_vectors *v, double shift, int number) {
+    const struct pend_laplacian *l = v->laplacian;
+    double *x = v->vector[number], *tip = vectors_tip(v, number), *load = v->load, *pivot = v->pivot;
+    /* elimination inwards; pivot: without the node's own spring */
+    for (int k = 0; k < l->n; k++) {
+        load[k] = l->mass[k] * tip[k];
+        pivot[k] = -shift * l->mass[k];
+    }
+    for (int k = l->n - 1; k > 0; k--) {
+        double d = vectors_pivot(pivot[k], l->spring[k]), ratio = l->spring[k] / d;
+        pivot[l->parent[k]] += ratio * pivot[k];
+        load[l->parent[k]] += ratio * load[k];
+    }
+    /* outwards; the difference to the parent's displacement is what the arm turns by */
+    for (int k = 0; k < l->n; k++) {
+        double from = k ? tip[l->parent[k]] : 0, d = vectors_pivot(pivot[k], l->spring[k]);
+        x[k] = (load[k] - pivot[k] * from) / d / l->len[k];
+        tip[k] = (load[k] + l->spring[k] * from) / d;
+    }
+    /* what counts is where the angles, as they were rounded, bring the tips */
+    for (int k = 0; k < l->n; k++) tip[k] = (k ? tip[l->parent[k]] : 0) + l->len[k] * x[k];
+    vectors_scale(v, number);
+}
+
+/* a start for inverse iteration that no symmetry is blind to; the same numbers every time */
+static void vectors_start(int n, int number, double x[]) {
+    unsigned long long state = (unsigned long long)number * 0x9e3779b97f4a7c15ull + 1;
+    for (int k = 0; k < n; k++) {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        x[k] = (double)(state >> 11) * 0x1p-53 - 0.5;
+    }
+}
+
+/* one more pass over all neighbours */
+static void settling_pass(struct settling *s, int pass) {
+    s->pass = pass;
+    s->next = s->first;
+    s->squares = 0;
+}
+
+/* A piece of what makes vector `number` orthogonal to its neighbours, with a residual of round-off; true once it is. A
+ * pass that cost digits is followed by another, and a vector of which little was left is iterated anew. */
+static int vectors_settle(struct pend_vectors *v, enum pend_status *status) {
+    struct settling *s = &v->settling;
+    vectors_project(v);
+    if (s->next < v->number) return 0;
+    if (s->squares > 1e-15) s->left *= vectors_scale(v, v->number);
+    if (!(s->squares < 1e-10) && s->pass < 2) {
+        settling_pass(s, s->pass + 1);
+        return 0;
+    }
+    if (s->left > 0.3 && s->due <= 0) return 1;
+    if (s->try == VECTORS_TRIES) {
+        if (!(s->left > 1e-3)) *status = PEND_NO_CONVERGENCE;
+        return 1;
+    }
+    /* parallel to the others: begin anew */
+    if (s->try == 0 && !(s->left > 1e-6)) {
+        vectors_start(v->laplacian->n, v->number, vectors_tip(v, v->number));
+        s->due = 2;
+    }
+    vectors_iterate(v, v->value[v->number], v->number);
+    s->try++;
+    s->due--;
+    s->left = 1;
+    settling_pass(s, 0);
+    return 0;
+}
+
+/* Vectors begin .. begin + lanes - 1 by twisted factorization; tip displacements only where a vector has neighbours, by
+ * the wider measure: two fine ones side by side may not be near each other, and yet be near a coarse one further off.
+ */
+static void vectors_twist(struct pend_vectors *v, int begin) {
+    const struct pend_modes_kernel *kernel = pend_modes_kernel();
+    int count = v->count;
+    double shift[16], *target[16], *tip[16];
+    int tips = 0;
+    for (int i = 0; i < kernel->lanes; i++) {
+        int number = begin + i, last = number >= count;
+        shift[i] = v->value[last ? count - 1 : number];
+        target[i] = last ? v->load : v->vector[number];
+        tip[i] = last || !v->rows ? v->pivot : vectors_tip(v, number);
+        if (!last) tips |= number > 0 && vectors_within(v, number - 1, number, VECTORS_NEAR);
+        if (!last) tips |= number < count - 1 && vectors_within(v, number, number + 1, VECTORS_NEAR);
+    }
+    if (v->fine[begin])
+        kernel->fine(v->laplacian, shift, v->lead, v->work, target, tips ? tip : NULL);
+    else
+        kernel->vectors(v->laplacian, shift, v->lead, v->work, target, tips ? tip : NULL);
+}
+
+/* says which vectors are to be computed finely: all that are made together with one in a crowd; true when there are */
+static int vectors_crowds(struct pend_vectors *v, int lanes) {
+    int any = 0;
+    for (int number = 0, low = 0, high = 0; number < v->count; number++) {
+        while (!vectors_within(v, low, number, VECTORS_NEAR)) low++;
+        while (high < v->count && vectors_within(v, number, high, VECTORS_NEAR)) high++;
+        if (high - low <= VECTORS_CROWD) continue;
+        any = 1;
+        for (int i = number / lanes * lanes; i < v->count && i < (number / lanes + 1) * lanes; i++) v->fine[i] = 1;
+    }
+    return any;
+}
+
+/* the largest number of vectors that one is to be made orthogonal to, and those between */
+static int vectors_window(struct pend_vectors *v) {
+    int window = 0;
+    for (int number = 1; number < v->count; number++) {
+        int first = vectors_first(v, number);
+        if (number - first > window) window = number - first;
+    }
+    v->begin = v->begin_fine = v->coarse = 0;
+    return window;
+}
+
+enum pend_status pend_vectors_new(struct pend_vectors **vectors, const struct pend_laplacian *laplacian, int count,
+                                  const double value[], int lead, double *vector[]) {
+    int lanes = pend_modes_kernel()->lanes;
+    size_t n = (size_t)laplacian->n;
+    struct pend_vectors *v = *vectors = calloc(1, sizeof *v + (size_t)count);
+    if (!v) return PEND_NO_MEMORY;
+    *v = (struct pend_vectors){.laplacian = laplacian, .value = value, .lead = lead, .count = count, .vector = vector};
+    v->fine = (unsigned char *)(v + 1);
+    int arrays = (vectors_crowds(v, lanes) ? 6 : 3) * lanes, window = vectors_window(v);
+    if (window) v->rows = window + lanes;
+    v->work = pend_modes_room((size_t)(arrays + v->rows + 2) * n * sizeof *v->work);
+    if (!v->work) {
+        pend_vectors_free(vectors);
+        return PEND_NO_MEMORY;
+    }
+    v->load = v->work + (size_t)arrays * n;
+    v->pivot = v->load + n;
+    v->tips = v->pivot + n;
+    return PEND_OK;
+}
+
+/* to the next vector */
+static void vectors_next(struct pend_vectors *v) {
+    if (++v->number == v->count) return;
+    v->settling = (struct settling){.first = vectors_first(v, v->number), .left = 1};
+    settling_pass(&v->settling, 0);
+}
+
+enum pend_status pend_vectors_step(struct pend_vectors *v, int *done) {
+    enum pend_status status = PEND_OK;
+    if (v->number < v->count && v->number == v->twisted) {
+        vectors_twist(v, v->number);
+        v->twisted += pend_modes_kernel()->lanes;
+    } else if (v->number < v->count && vectors_settle(v, &status)) {
+        vectors_next(v);
+    }
+    /* those without neighbours are complete */
+    while (v->number < v->count && v->number < v->twisted && v->settling.first == v->number) vectors_next(v);
+    *done = v->number == v->count;
+    return status;
+}
+
+void pend_vectors_free(struct pend_vectors **vectors) {
+    if (*vectors) free((*vectors)->work);
+    free(*vectors);
+    *vectors = NULL;
+}

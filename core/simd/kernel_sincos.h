@@ -1,0 +1,23 @@
+/* Directions of many angles, by instruction set.
+ * Leaves to others: what is made of them (motion).
+ * Invariant: an unsupported set is never called. */
+#ifndef PEND_KERNEL_SINCOS_H
+#define PEND_KERNEL_SINCOS_H
+
+enum { PEND_TURN_CAP = 64 };
+
+/**
+ * Cosines and sines of up to PEND_TURN_CAP angles: within 1 ulp of the larger of the two up to 1e6 rad, and as exact as
+ * the angle itself beyond, up to 1e12 rad.
+ *
+ * phi       count angles, rad.
+ * re, im    out, PEND_TURN_CAP values each, aligned to 64 bytes; those from count on do not matter.
+ */
+typedef void pend_turn_fn(const double phi[], int count, double re[], double im[]);
+
+pend_turn_fn pend_kernel_turn_base;
+#ifdef __x86_64__
+pend_turn_fn pend_kernel_turn_avx2, pend_kernel_turn_avx512;
+#endif
+
+#endif

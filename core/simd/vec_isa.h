@@ -1,0 +1,27 @@
+/* The widest vectors of the instruction set that the including kernel is compiled for, and the names that differ by it.
+ * Leaves to others: the vectors (lanes, pairs), which set runs (isa), compiling once for each set (Makefile).
+ * Invariant: the width is a number that the preprocessor can compare and paste. */
+#ifndef PEND_VEC_ISA_H
+#define PEND_VEC_ISA_H
+
+#include "core/simd/vec.h"
+
+/** Doubles of such a vector. */
+#if defined(__AVX512F__)
+#define KERNEL_WIDTH 8
+#elif defined(__AVX2__)
+#define KERNEL_WIDTH 4
+#else
+#define KERNEL_WIDTH 2
+#endif
+
+#define KERNEL_PASTE3(a, b, c) a##b##c
+#define KERNEL_PASTE(a, b, c) KERNEL_PASTE3(a, b, c)
+
+/** KERNEL_OF(lanes, _fma) is lanes8_fma, lanes4_fma or lanes2_fma; KERNEL_OF(bits, ) is bits8, bits4 or bits2. */
+#define KERNEL_OF(kind, name) KERNEL_PASTE(kind, KERNEL_WIDTH, name)
+
+/** KERNEL_NAME(pend_x_) is pend_x_base, pend_x_avx2 or pend_x_avx512. */
+#define KERNEL_NAME(stem) KERNEL_PASTE(stem, PEND_ISA, )
+
+#endif

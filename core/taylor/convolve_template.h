@@ -1,0 +1,59 @@
+/* The convolutions of a tree's series, two orders in one pass: T and c of jets_system, arms in lanes.
+ * Leaves to others: where they wait until they are needed (blocks_kernel, layers_kernel), `wide` (the including file).
+ * Invariant: `row` is where the series of the arms begin; tiles of eight arms. */
+#ifndef PEND_CONVOLVE_TEMPLATE_H
+#define PEND_CONVOLVE_TEMPLATE_H
+
+#include "core/taylor/jets_system.h"
+
+enum { CONVOLVE_STRIDE = 8 };
+
+struct convolved {
+    wide Tr, Ti, cr, ci;
+};
+
+/*
+ * T and c of order k; and in *next of order k + 1, but for the terms that order k is needed for: what is loaded serves
+ * both. Row -1 of the forces is zero.
+ */
+LANES_INLINE struct convolved convolve(const struct jets_system *s, size_t row, int k, struct convolved *next_) {
+    enum { STRIDE = CONVOLVE_STRIDE };
+    const double *re = s->turn_re + row + 2 * STRIDE, *im = s->turn_im + row + 2 * STRIDE;
+    const double *rate = s->rate + row + (size_t)k * STRIDE, *force = s->force + row + (size_t)k * STRIDE - STRIDE;
+    wide w = wide_get(rate), f = wide_get(force), first = wide_get(s->rate + row), zero = wide_of(0);
+    // u_1 is imaginary
+    struct convolved now = {zero, first * w, zero, first * f}, next = {zero, zero, zero, zero};
+    for (int j = 2; j <= k + 1; j++, re += STRIDE, im += STRIDE) {
+        wide ur = wide_get(re), ui = wide_get(im);
+        LANES_PIN(ur);
+        LANES_PIN(ui);
+        next.Tr = wide_fma(ur, w, next.Tr);
+        next.Ti = wide_fma(ui, w, next.Ti);
+        next.cr = wide_fma(ur, f, next.cr);
+        next.ci = wide_fma(ui, f, next.ci);
+        rate -= STRIDE, force -= STRIDE;
+        w = wide_get(rate), f = wide_get(force);
+        LANES_PIN(w);
+        LANES_PIN(f);
+        now.Tr = wide_fma(ur, w, now.Tr);
+        now.Ti = wide_fma(ui, w, now.Ti);
+        now.cr = wide_fma(ur, f, now.cr);
+        now.ci = wide_fma(ui, f, now.ci);
+    }
+    *next_ = next;
+    return now;
+}
+
+/* T and c of order k, the second of two: with the terms that were missing, of which Re c has none */
+LANES_INLINE struct convolved convolve_rest(const struct jets_system *s, size_t row, int k, struct convolved known) {
+    enum { STRIDE = CONVOLVE_STRIDE };
+    size_t now = row + (size_t)k * STRIDE;
+    wide first = wide_get(s->rate + row);
+    known.Tr = wide_fma(wide_get(s->turn_re + now + STRIDE), first, known.Tr);
+    known.Ti = wide_fma(wide_get(s->turn_im + now + STRIDE), first, known.Ti);
+    known.Ti = wide_fma(first, wide_get(s->rate + now), known.Ti);
+    known.ci = wide_fma(first, wide_get(s->force + now - STRIDE), known.ci);
+    return known;
+}
+
+#endif

@@ -1,0 +1,156 @@
+/* Memory and angles for the power series of one tree.
+ * Leaves to others: the series themselves (kernel_jets).
+ * Invariant: u = e^{i phi} is formed anew from the summed angles at every expansion. */
+#include "core/taylor/jets.h"
+
+#include <string.h>
+
+enum {
+#define X(name) JETS_##name,
+    JETS_FACTOR_ARRAYS(X)
+#undef X
+        JETS_COUNT,
+    JETS_SHARES = 48,
+    JETS_LAYERS_FROM = 32, /* arms; with fewer, blocks are as quick */
+    JETS_BEYOND = 3        /* rows of a tile beyond the order: u is two ahead, and what is known of the next order */
+};
+
+/* blocks of a tree that is cut into layers, else 0 */
+static int jets_layers(const struct pend_tree *tree) {
+    return tree->n >= JETS_LAYERS_FROM ? pend_layers_count(tree) : 0;
+}
+
+size_t pend_jets_stride(int n) { return ((size_t)n + PEND_JETS_PAD - 1) / PEND_JETS_PAD * PEND_JETS_PAD; }
+
+/* tiles of the series: what layers leave empty included */
+static int jets_tiles(const struct pend_tree *tree) {
+    int layers = jets_layers(tree);
+    return layers ? layers : (int)(pend_jets_stride(tree->n) / PEND_JETS_PAD);
+}
+
+static size_t jets_series(int order_cap, const struct pend_tree *tree) {
+    return (size_t)(order_cap + JETS_BEYOND) * PEND_JETS_PAD * (size_t)jets_tiles(tree);
+}
+
+/* numbers of the series and of the factorization */
+static size_t jets_numbers(int order_cap, const struct pend_tree *tree) {
+    return 4 * jets_series(order_cap, tree) + JETS_COUNT * pend_jets_stride(tree->n) + JETS_SHARES;
+}
+
+size_t pend_jets_bytes(const struct pend_tree *tree, int order_cap) {
+    size_t cut = 0;
+    if (pend_strand_suits(tree))
+        cut = pend_strand_bytes(tree);
+    else if (jets_layers(tree))
+        cut = pend_layers_bytes(tree);
+    else if (tree->n > PEND_JETS_PAD)
+        cut = pend_blocks_bytes(tree);
+    return jets_numbers(order_cap, tree) * sizeof(double) + cut;
+}
+
+static struct jets_system jets_view(const struct pend_tree *tree, int order_cap, double *memory) {
+    size_t series = jets_series(order_cap, tree), stride = pend_jets_stride(tree->n);
+    double *share = memory + 4 * series, *at = share + JETS_SHARES;
+    struct jets_system s = {.n = tree->n,
+                            .tiles = jets_tiles(tree),
+                            .stride = PEND_JETS_PAD,
+                            .tile = PEND_JETS_PAD * (size_t)(order_cap + JETS_BEYOND),
+                            .share = share,
+                            .parent = tree->parent,
+                            .end = tree->end,
+                            .rate = memory,
+                            .force = memory + series,
+                            .turn_re = memory + 2 * series,
+                            .turn_im = memory + 3 * series,
+#define X(name) .name = at + (size_t)JETS_##name * stride,
+                            JETS_FACTOR_ARRAYS(X)
+#undef X
+    };
+    // the orders of up to four arms have rates and forces side by side
+    if (s.n <= 4) s.force = s.rate + s.stride + (s.n <= 2 ? 2 : 4);
+    return s;
+}
+
+void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int order_cap, void *memory) {
+    memset(memory, 0, pend_jets_bytes(tree, order_cap));
+    struct jets_system s = jets_view(tree, order_cap, memory);
+    *jets = (struct pend_jets){.tree = tree, .order_cap = order_cap, .isa = pend_isa_best(), .system = s};
+    jets->rate = s.rate;
+    jets->force = s.force;
+    jets->share = (double *)memory + 4 * jets_series(order_cap, tree);
+    for (int j = 0; j < JETS_SHARES; j++) jets->share[j] = 1.0 / (j + 1);
+    for (int k = 0; k < s.n; k++) {
+        s.len[k] = tree->len[k];
+        s.inv_len[k] = 1 / tree->len[k];
+        s.mass[k] = tree->mass[k];
+    }
+    void *cut = (double *)memory + jets_numbers(order_cap, tree);
+    if (pend_strand_suits(tree)) {
+        pend_strand_init(&jets->strand, tree, cut);
+        jets->system.strand = &jets->strand;
+    } else if (jets_layers(tree)) {
+        pend_layers_init(&jets->layers, tree, cut);
+        jets->system.layers = &jets->layers;
+    } else if (tree->n > PEND_JETS_PAD) {
+        pend_blocks_init(&jets->blocks, tree, cut);
+        jets->system.blocks = &jets->blocks;
+    }
+}
+
+static const struct jets_kernel *jets_kernel(enum pend_isa isa) {
+#ifdef __x86_64__
+    if (isa == PEND_ISA_AVX512) return &pend_kernel_jets_avx512;
+    if (isa == PEND_ISA_AVX2) return &pend_kernel_jets_avx2;
+#endif
+    (void)isa;
+    return &pend_kernel_jets_base;
+}
+
+void pend_jets_expand(struct pend_jets *jets, double gravity, double unit, const struct jets_state *state, int order) {
+    jets_kernel(jets->isa)->orders(&jets->system, state, gravity, unit, order);
+}
+
+void pend_jets_advance(const struct pend_jets *jets, int order, double x, double unit, const struct jets_state *from,
+                       const struct jets_state *to) {
+    jets_kernel(jets->isa)->advance(&jets->system, order, x, unit, from, to);
+}
+
+void pend_jets_values(const struct pend_jets *jets, int order, const double x[], int count, double unit,
+                      const struct jets_state *from, const struct jets_values *values) {
+    jets_kernel(jets->isa)->values(&jets->system, order, x, count, unit, from, values);
+}
+
+double pend_jets_reach(const struct pend_jets *jets, int order, double log_rtol, double log_atol) {
+    return jets_kernel(jets->isa)->reach(&jets->system, order, log_rtol, log_atol);
+}
+
+size_t pend_jets_seats(const struct pend_tree *tree) { return (size_t)jets_tiles(tree) * PEND_JETS_PAD; }
+
+/* two tables of a pair an arm, a pair being a rate and a force for each lane */
+size_t pend_jets_answers_bytes(const struct pend_tree *tree) {
+    size_t lanes = tree->n <= 2 ? 2 : tree->n <= 4 ? 4 : 8;
+    return tree->n > PEND_JETS_PAD ? 0 : 4 * lanes * lanes * sizeof(double);
+}
+
+void pend_jets_answers(struct pend_jets *jets, void *memory) { jets->system.answers = memory; }
+
+int pend_jets_spreads(const struct pend_jets *jets) { return jets->system.answers != NULL; }
+
+double pend_jets_spread(const struct pend_jets *jets, double gravity, double x, double unit, double phi[],
+                        double rate[]) {
+    return jets_kernel(jets->isa)->spread(&jets->system, gravity, x, unit, phi, rate);
+}
+
+/* x^order, order >= 0 */
+static double jets_power(double x, int order) {
+    double power = 1;
+    for (; order; order /= 2, x *= x)
+        if (order % 2) power *= x;
+    return power;
+}
+
+void pend_jets_left(const struct pend_jets *jets, int order, int beyond, double x, double rate[], double phi[]) {
+    struct jets_left left = {.from = order + beyond + 1 - JETS_FITTED, .beyond = beyond, .x = x};
+    left.power = jets_power(x, left.from);
+    jets_kernel(jets->isa)->left(&jets->system, &left, rate, phi);
+}

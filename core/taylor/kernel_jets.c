@@ -1,0 +1,328 @@
+#include "core/taylor/kernel_jets.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "core/simd/vec_isa.h"
+#include "core/taylor/taylor_order.h"
+
+/* numbers of the sweeps are doubles; loops over arms take as many at once as the instruction set holds */
+enum { WIDE = KERNEL_WIDTH };
+typedef KERNEL_OF(lanes, ) wide;
+#define WIDE_(name) KERNEL_OF(lanes, _##name)
+#define wide_fma WIDE_(fma)
+#define wide_of WIDE_(of)
+#define wide_get WIDE_(get)
+#define wide_put WIDE_(put)
+#define wide_gather WIDE_(gather)
+#define num_fma lanes1_fma
+
+/* terms that a step is judged by; the longest step in units, as a binary logarithm */
+enum { KERNEL_SIZES = 8, KERNEL_FAR = 1000 };
+
+LANES_INLINE double num_of(double x) { return x; }
+LANES_INLINE double num_neg(double x) { return -x; }
+LANES_INLINE double num_add(double x, double y) { return x + y; }
+LANES_INLINE double num_sub(double x, double y) { return x - y; }
+LANES_INLINE double num_mul(double x, double y) { return x * y; }
+LANES_INLINE double num_div(double x, double y) { return x / y; }
+LANES_INLINE wide wide_neg(wide x) { return -x; }
+LANES_INLINE wide wide_add(wide x, wide y) { return x + y; }
+LANES_INLINE wide wide_sub(wide x, wide y) { return x - y; }
+LANES_INLINE wide wide_mul(wide x, wide y) { return x * y; }
+#include "core/taylor/blocks_template.h"
+#include "core/taylor/levels_template.h"
+#include "core/taylor/chain_template.h"
+
+#define LANES 2
+#include "core/taylor/small_template.h"
+#define LANES 4
+#include "core/taylor/small_template.h"
+#define LANES 8
+#include "core/taylor/small_template.h"
+#include "core/taylor/single_template.h"
+#include "core/taylor/values_template.h"
+
+/* the angle of an arm to its parent, as the sum of two doubles */
+LANES_INLINE void kernel_angle(const struct jets_system *s, const struct jets_state *state, int k) {
+    int p = s->parent[k];
+    double x = state->phi[k], y = p < 0 ? 0 : state->phi[p], low = p < 0 ? 0 : state->phi_low[p];
+    double d = x - y, back = x - d;
+    s->angle[k] = d;
+    s->angle_low[k] = ((x - (d + back)) + (back - y)) + (state->phi_low[k] - low);
+}
+
+/* the same of a strand, whose arms' parents are the arms before them */
+static void kernel_strand_angles(const struct jets_system *s, const struct jets_state *state) {
+    wide last = wide_of(0), last_low = wide_of(0);
+    for (int a = 0; a < s->n; a += WIDE) {
+        wide x = wide_get(state->phi + a), low = wide_get(state->phi_low + a);
+        wide y = wide_unshift(last, x), d = x - y, back = x - d;
+        wide_put(s->angle + a, d);
+        wide_put(s->angle_low + a, ((x - (d + back)) + (back - y)) + (low - wide_unshift(last_low, low)));
+        last = x, last_low = low;
+    }
+}
+
+static void kernel_orders(const struct jets_system *s, const struct jets_state *state, double gravity, double unit,
+                          int order) {
+    if (s->strand) kernel_strand_angles(s, state);
+    for (int k = 0; k < s->n && !s->strand; k++) kernel_angle(s, state, k);
+    for (int a = 0; a < s->n; a += WIDE) {
+        wide sine, cosine;
+        WIDE_(sincos)(wide_get(s->angle + a), wide_get(s->angle_low + a), &sine, &cosine);
+        wide_put(s->sine + a, sine);
+        wide_put(s->cosine + a, cosine);
+        if (!s->layers) wide_put(s->rate + jets_row(s, a), wide_get(state->rate + a) * unit);
+    }
+    for (int k = 0; k < s->n && s->layers; k++) s->rate[jets_row(s, s->layers->seat[k])] = state->rate[k] * unit;
+    gravity *= unit * unit;
+    if (s->strand)
+        strand_orders(s, gravity, order);
+    else if (s->layers)
+        layers_orders(s, gravity, order);
+    else if (s->n > 8)
+        blocks_orders(s, gravity, order);
+    else if (s->n > 4)
+        small8_orders(s, gravity, order);
+    else if (s->n > 2)
+        small4_orders(s, gravity, order);
+    else if (s->n > 1)
+        small2_orders(s, gravity, order);
+    else
+        single_orders(s, gravity, order);
+}
+
+/* sum + add, exactly, as a sum of two */
+LANES_INLINE void kernel_sum(wide sum, wide add, double *high, double *low) {
+    wide total = sum + add, part = total - sum;
+    wide_put(high, total);
+    wide_put(low, (sum - (total - part)) + (add - part));
+}
+
+/* rates of `arms` arms (2, 4 or 8), of whole vectors the rest is 0: the forces of few arms stand beside their rates */
+LANES_INLINE wide kernel_rates(const double *at, int arms) {
+#if defined(__AVX512F__)
+    if (arms == 2) return (wide)_mm512_zextpd128_pd512(_mm_load_pd(at));
+    if (arms == 4) return (wide)_mm512_zextpd256_pd512(_mm256_load_pd(at));
+#elif KERNEL_WIDTH == 4
+    if (arms == 2) return (wide)_mm256_zextpd128_pd256(_mm_load_pd(at));
+#endif
+    (void)arms;
+    return wide_get(at);
+}
+
+/* changes of phi and phi', even and odd orders apart: half the waiting */
+LANES_INLINE struct values_change kernel_halves(const struct jets_system *s, int order, double x_, double unit, int a,
+                                                int arms) {
+    wide x = wide_of(x_), square = x * x, phi[2] = {wide_of(0), wide_of(0)}, rate[2] = {wide_of(0), wide_of(0)};
+    const double *from = s->rate + jets_row(s, a);
+    for (int j = order - order % 2; j >= 0; j -= 2) {
+        wide even = kernel_rates(from + (size_t)j * s->stride, arms);
+        wide odd = j < order ? kernel_rates(from + (size_t)(j + 1) * s->stride, arms) : wide_of(0);
+        phi[0] = wide_fma(phi[0], square, even * s->share[j]);
+        phi[1] = wide_fma(phi[1], square, odd * s->share[j + 1]);
+        if (j) rate[0] = wide_fma(rate[0], square, even);
+        rate[1] = wide_fma(rate[1], square, odd);
+    }
+    // what is left of the even orders of phi' has x^2 outstanding, of the odd ones x
+    double inverse = 1 / unit;
+    wide turn = x * wide_fma(x, rate[0], rate[1]);
+    return (struct values_change){.phi = x * wide_fma(x, phi[1], phi[0]), .rate = turn * inverse};
+}
+
+LANES_INLINE void kernel_advance_some(const struct jets_system *s, int order, double x, double unit,
+                                      const struct jets_state *from, const struct jets_state *to, int arms) {
+    struct values_wish wish = {0, 0};
+    int seats = arms == 8 ? jets_seats(s) : 0;
+    for (int a = 0; a < seats; a += WIDE) values_keep(s->layers, a, kernel_halves(s, order, x, unit, a, arms), wish);
+    for (int a = 0; a < s->n; a += WIDE) {
+        struct values_change v = seats ? values_kept(s->layers, a, wish) : kernel_halves(s, order, x, unit, a, arms);
+        kernel_sum(wide_get(from->phi + a), v.phi + wide_get(from->phi_low + a), to->phi + a, to->phi_low + a);
+        kernel_sum(wide_get(from->rate + a), v.rate + wide_get(from->rate_low + a), to->rate + a, to->rate_low + a);
+    }
+}
+
+static void kernel_advance(const struct jets_system *s, int order, double x, double unit, const struct jets_state *from,
+                           const struct jets_state *to) {
+    if (s->n > 4)
+        kernel_advance_some(s, order, x, unit, from, to, 8);
+    else if (s->n > 2)
+        kernel_advance_some(s, order, x, unit, from, to, 4);
+    else
+        kernel_advance_some(s, order, x, unit, from, to, 2);
+}
+
+/* four numbers, as one vector or as two */
+#if KERNEL_WIDTH == 2
+typedef lanes2 term;
+#define TERM_(name) lanes2_##name
+#else
+typedef lanes4 term;
+#define TERM_(name) lanes4_##name
+#endif
+enum { TERM_WIDTH = KERNEL_WIDTH == 2 ? 2 : 4, TERMS = KERNEL_SIZES / 2, TERM_PARTS = TERMS / TERM_WIDTH };
+
+struct kernel_terms {
+    term part[KERNEL_SIZES / TERM_WIDTH]; /* the leading ones, then the trailing ones */
+};
+
+LANES_INLINE term term_get(const double *at) {
+    term x;
+    memcpy(&x, at, sizeof x);
+    return x;
+}
+
+/* row i of the rates that a step is judged by: rate_0 .. rate_3 and rate_{order - 3} .. rate_order */
+LANES_INLINE const double *kernel_term(const struct jets_system *s, int order, int i) {
+    return s->rate + (size_t)(i < TERMS ? i : order + 1 - KERNEL_SIZES + i) * s->stride;
+}
+
+/* the largest magnitude among the arms of each of these rows; not a number, or infinite, where one of them is */
+#ifdef __AVX512F__
+LANES_INLINE bits8 kernel_larger(bits8 x, bits8 y) { return (bits8)_mm512_max_epi64((__m512i)x, (__m512i)y); }
+
+LANES_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int order, int arms) {
+    // compared as integers: the order is the same, and what is not finite is largest
+    bits8 x[KERNEL_SIZES], pair[4], four[2];
+    for (int i = 0; i < KERNEL_SIZES; i++) x[i] = (bits8){0};
+    int last = s->layers ? jets_seats(s) : s->n;
+    for (int a = 0; a < last; a += 8) {
+        for (int i = 0; i < KERNEL_SIZES; i++)
+            x[i] =
+                kernel_larger(x[i], (bits8)lanes8_abs(kernel_rates(kernel_term(s, order, i) + jets_row(s, a), arms)));
+    }
+    for (int i = 0; i < 4; i++) {
+        bits8 even = x[2 * i], odd = x[2 * i + 1];
+        pair[i] = kernel_larger(__builtin_shufflevector(even, odd, 0, 8, 2, 10, 4, 12, 6, 14),
+                                __builtin_shufflevector(even, odd, 1, 9, 3, 11, 5, 13, 7, 15));
+    }
+    for (int i = 0; i < 2; i++) {
+        bits8 even = pair[2 * i], odd = pair[2 * i + 1];
+        four[i] = kernel_larger(__builtin_shufflevector(even, odd, 0, 1, 8, 9, 4, 5, 12, 13),
+                                __builtin_shufflevector(even, odd, 2, 3, 10, 11, 6, 7, 14, 15));
+    }
+    lanes8 all = (lanes8)kernel_larger(__builtin_shufflevector(four[0], four[1], 0, 1, 2, 3, 8, 9, 10, 11),
+                                       __builtin_shufflevector(four[0], four[1], 4, 5, 6, 7, 12, 13, 14, 15));
+    return (struct kernel_terms){
+        {__builtin_shufflevector(all, all, 0, 1, 2, 3), __builtin_shufflevector(all, all, 4, 5, 6, 7)}};
+}
+#else
+LANES_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int order, int arms) {
+    struct kernel_terms terms;
+    int last = s->layers ? jets_seats(s) : s->n;
+    for (int i = 0; i < KERNEL_SIZES; i++) {
+        wide most = wide_of(0), poison = wide_of(0);
+        for (int a = 0; a < last; a += WIDE) {
+            wide x = kernel_rates(kernel_term(s, order, i) + jets_row(s, a), arms);
+            most = WIDE_(peak)(x, most);
+            poison += x * 0;
+        }
+        double size = most[0], spoilt = poison[0];
+        for (int lane = 1; lane < WIDE; lane++) {
+            size = most[lane] > size ? most[lane] : size;
+            spoilt += poison[lane];
+        }
+        terms.part[i / TERM_WIDTH][i % TERM_WIDTH] = size + spoilt;
+    }
+    return terms;
+}
+#endif
+
+/* the least of four */
+LANES_INLINE double term_least(const term x[]) {
+#if KERNEL_WIDTH == 2
+    lanes2 two = lanes2_min(x[0], x[1]);
+#else
+    lanes2 two = lanes2_min(__builtin_shufflevector(x[0], x[0], 0, 1), __builtin_shufflevector(x[0], x[0], 2, 3));
+#endif
+    return lanes2_min(two, __builtin_shufflevector(two, two, 1, 0))[0];
+}
+
+/* the trailing terms in lanes, the leading ones in turn */
+LANES_INLINE double kernel_reach_some(const struct jets_system *s, int order, double log_rtol, double log_atol,
+                                      int arms) {
+    // phi has the coefficients of the rates over 1 .. 4
+    static const double log2_of[TERMS] = {0, 1, 1.5849625007211562, 2};
+    const double *share = s->share + order - 3;
+    double spread = (PEND_TAYLOR_LOG_CAP - log_rtol) * s->share[order];
+    struct kernel_terms size = kernel_sizes(s, order, arms);
+    term here[TERM_PARTS], leading[TERM_PARTS], poison = TERM_(of)(0);
+    for (int i = 0; i < KERNEL_SIZES / TERM_WIDTH; i++) poison += size.part[i] * 0;
+    for (int i = 0; i < TERM_PARTS; i++) leading[i] = TERM_(log2)(size.part[i]) - term_get(log2_of + i * TERM_WIDTH);
+    for (int i = 0; i < TERM_PARTS; i++) {
+        const double *own = share + i * TERM_WIDTH;
+        term trailing = TERM_(log2)(size.part[TERM_PARTS + i]), far = TERM_(of)(KERNEL_FAR);
+        term atol = log_atol * s->share[order + 1] - trailing * term_get(own), most = TERM_(of)(-KERNEL_FAR);
+        for (int j = 0; j < TERMS; j++) {
+            if (size.part[j / TERM_WIDTH][j % TERM_WIDTH] < DBL_MIN) continue;
+            // a radius of convergence from a trailing term and a leading one, times what is left at the tolerance
+            term gap = TERM_(of)(leading[j / TERM_WIDTH][j % TERM_WIDTH]) - trailing;
+            most = TERM_(max)(TERM_(of)(log_rtol * s->share[order - j]) + gap * term_get(own - j - 1), most);
+        }
+        // what atol lets pass is bounded as rtol is
+        most = TERM_(max)(TERM_(min)(most + spread, atol), most);
+        here[i] = TERM_(min)(TERM_(pick)(size.part[TERM_PARTS + i] < DBL_MIN, far, most), far);
+    }
+    double reach = term_least(here), spoilt = 0;
+    for (int i = 0; i < TERM_WIDTH; i++) spoilt += poison[i];
+    if (!(spoilt == 0)) return NAN;
+    return lanes2_exp2(lanes2_of(reach > -KERNEL_FAR ? reach : -KERNEL_FAR))[0];
+}
+
+static double kernel_reach(const struct jets_system *s, int order, double log_rtol, double log_atol) {
+    if (s->n > 4) return kernel_reach_some(s, order, log_rtol, log_atol, 8);
+    if (s->n > 2) return kernel_reach_some(s, order, log_rtol, log_atol, 4);
+    return kernel_reach_some(s, order, log_rtol, log_atol, 2);
+}
+
+#include "core/taylor/left_template.h"
+
+/* one arm alone, by the recurrences of its orders made linear: u of the motion and its change, rates */
+static double kernel_single_spread(const struct jets_system *s, double gravity, double x, double unit, double *phi,
+                                   double *speed) {
+    double re[JETS_SPREAD + 1] = {1}, im[JETS_SPREAD + 1] = {0}, more_re[JETS_SPREAD + 1] = {0};
+    double more_im[JETS_SPREAD + 1] = {*phi}, more[JETS_SPREAD + 1] = {*speed * unit}, turned = 0, faster = 0;
+    double pull = gravity * unit * unit * s->inv_len[0], C = s->cosine[0], Z = s->sine[0], swing = s->rate[0] / unit;
+    for (int k = 0; k < JETS_SPREAD; k++) {
+        double sum[4] = {0, 0, 0, 0};
+        for (int j = 0; j <= k; j++) {
+            double rate = s->rate[(size_t)(k - j) * s->stride];
+            sum[0] += re[j] * rate;
+            sum[1] += im[j] * rate;
+            sum[2] += more_re[j] * rate + re[j] * more[k - j];
+            sum[3] += more_im[j] * rate + im[j] * more[k - j];
+        }
+        re[k + 1] = -s->share[k] * sum[1];
+        im[k + 1] = s->share[k] * sum[0];
+        more_re[k + 1] = -s->share[k] * sum[3];
+        more_im[k + 1] = s->share[k] * sum[2];
+        more[k + 1] = s->share[k] * pull * (Z * more_im[k] - C * more_re[k]);
+    }
+    for (int j = JETS_SPREAD; j >= 0; j--) {
+        turned = turned * x + more[j] * s->share[j];
+        faster = faster * x + more[j];
+    }
+    double force = s->mass[0] * (gravity * C * *phi - 2 * s->len[0] * swing * *speed);
+    *phi += turned * x;
+    *speed = faster / unit;
+    return fabs(force);
+}
+
+static double kernel_spread(const struct jets_system *s, double gravity, double x, double unit, double phi[],
+                            double rate[]) {
+    if (s->n > 4) return small8_spread(s, x, unit, phi, rate);
+    if (s->n > 2) return small4_spread(s, x, unit, phi, rate);
+    if (s->n > 1) return small2_spread(s, x, unit, phi, rate);
+    return kernel_single_spread(s, gravity, x, unit, phi, rate);
+}
+
+const struct jets_kernel KERNEL_NAME(pend_kernel_jets_) = {
+    .orders = kernel_orders,
+    .advance = kernel_advance,
+    .reach = kernel_reach,
+    .values = kernel_values,
+    .spread = kernel_spread,
+    .left = kernel_left,
+};

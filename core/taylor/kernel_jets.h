@@ -1,0 +1,76 @@
+/* The series kernels of one tree, by instruction set.
+ * Leaves to others: memory, angles (jets).
+ * Invariant: an unsupported set is never called. */
+#ifndef PEND_KERNEL_JETS_H
+#define PEND_KERNEL_JETS_H
+
+#include "core/taylor/jets_system.h"
+
+/* Sums of two doubles a value, as phi and phi' are carried from step to step; n values each,
+ * padded with zeros to a multiple of 8: whole vectors of arms are read. */
+struct jets_state {
+    double *phi, *phi_low, *rate, *rate_low;
+};
+
+/* Where values go; n values an instant, NULL = not wanted. */
+struct jets_values {
+    double *phi, *rate, *acc, *force;
+};
+
+/* The last terms of a step's series, from which those behind them are foretold. */
+enum { JETS_FITTED = 6, JETS_FORETOLD = 6 };
+
+struct jets_left {
+    int from, beyond; /* the order of the first of JETS_FITTED terms; how many of these the step has left out */
+    double x, power;  /* the step in units, and x^from */
+};
+
+struct jets_kernel {
+    /**
+     * All orders: rate_0 .. rate_order and force_0 .. force_{order - 1}, in powers of t / unit.
+     *
+     * system  one tree; trees of up to 8 arms need a stride of 8.
+     * order   >= 1.
+     */
+    void (*orders)(const struct jets_system *system, const struct jets_state *state, double gravity, double unit,
+                   int order);
+    /**
+     * The state x units after `from`, as sums of two doubles.
+     */
+    void (*advance)(const struct jets_system *system, int order, double x, double unit, const struct jets_state *from,
+                    const struct jets_state *to);
+    /**
+     * The step in units: the longest at which the first term of phi that is left out, as each of four trailing terms
+     * foretells it, is below rtol times the motion of the step, judged by its leading terms, or below atol. Four,
+     * because a symmetric start makes three of four vanish. 2^1000 where all are zero, NaN where one is not finite.
+     *
+     * log_rtol, log_atol  binary logarithms.
+     */
+    double (*reach)(const struct jets_system *system, int order, double log_rtol, double log_atol);
+    /**
+     * The values x[i] units after `from`, i = 0 .. count - 1, in rows of n. phi and rate are always wanted. A row's
+     * bits do not depend on the other rows.
+     */
+    void (*values)(const struct jets_system *system, int order, const double x[], int count, double unit,
+                   const struct jets_state *from, const struct jets_values *values);
+    /**
+     * What small errors of the angles, rad, and of the rates, rad/s, become x units after the state expanded about, to
+     * first order; of systems that keep answers. Returns the largest error of a force at the start, N.
+     *
+     * phi, rate  in and out; padded with zeros to a multiple of 8.
+     */
+    double (*spread)(const struct jets_system *system, double gravity, double x, double unit, double phi[],
+                     double rate[]);
+    /**
+     * The sums of the terms that a step left out, of the rates and of the angles over x, in units: an array of a value
+     * a seat, in the order of seats, padded to a multiple of 8.
+     */
+    void (*left)(const struct jets_system *system, const struct jets_left *left, double rate[], double phi[]);
+};
+
+extern const struct jets_kernel pend_kernel_jets_base;
+#ifdef __x86_64__
+extern const struct jets_kernel pend_kernel_jets_avx2, pend_kernel_jets_avx512;
+#endif
+
+#endif

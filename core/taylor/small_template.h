@@ -1,0 +1,462 @@
+/* Series of trees of up to LANES arms, arms in lanes, the tree system of order 0 inverted once a step.
+ * Leaves to others: memory and angles (jets). Included once for each number of lanes.
+ * Invariant: the inverse is built by the stable sweeps, one unit right-hand side a lane. */
+#define SMALL_PASTE2(a, b) a##b
+#define SMALL_PASTE(a, b) SMALL_PASTE2(a, b)
+#define SMALL(name) SMALL_PASTE(SMALL_PASTE(small, LANES), _##name)
+/* one number an arm: a vector where the registers are as wide, else several, spans of arms */
+#if LANES < KERNEL_WIDTH
+#define VEC_WIDTH LANES
+#else
+#define VEC_WIDTH KERNEL_WIDTH
+#endif
+#define VEC SMALL_PASTE(lanes, VEC_WIDTH)
+#define VEC_(name) SMALL_PASTE(VEC, _##name)
+#define SPANS (LANES / VEC_WIDTH)
+
+struct SMALL(arms) {
+    VEC span[SPANS];
+};
+
+/* 1 at an arm, of a span */
+LANES_INLINE VEC SMALL(unit)(int arm, int span) {
+    VEC x = VEC_(of)(0);
+    for (int i = 0; i < VEC_WIDTH; i++)
+        if (span * VEC_WIDTH + i == arm) x[i] = 1;
+    return x;
+}
+
+/* answers of arm j to a unit of inward pull W_i (first) or of force s_i across arm i (second) in lane i: force along
+ * the arm, and acceleration across it; by reciprocity these rows are the columns that the orders need */
+struct SMALL(columns) {
+    struct SMALL(arms) force_pull[LANES], force_side[LANES], acc_pull[LANES], acc_side[LANES];
+};
+
+/* sums over the children of an arm, and what the sweep up leaves, for the unit right-hand sides of a span */
+struct SMALL(node) {
+    VEC push_pull, push_side, side_pull, side_side, sin, side; /* sums on the way up; side is g_t itself */
+    VEC bias_pull, bias_side, late_pull, late_side, early_pull, early_side;
+    VEC radial_pull, radial_side, tangential_pull, tangential_side;
+};
+
+LANES_INLINE void SMALL(up)(const struct jets_system *s, int span, struct SMALL(node) node[]) {
+    for (int k = 0; k < s->n; k++) {
+        VEC zero = VEC_(of)(0);
+        node[k].push_pull = node[k].push_side = node[k].side_pull = node[k].side_side = node[k].sin = zero;
+        node[k].early_pull = node[k].early_side = zero;
+        node[k].side = SMALL(unit)(k, span);
+    }
+    for (int k = s->n - 1; k >= 0; k--) {
+        struct SMALL(node) *x = &node[k];
+        x->push_side = VEC_(fma)(VEC_(of)(s->lean[k]), x->side, x->push_side - x->sin);
+        x->bias_pull = x->push_pull - s->eff[k] * SMALL(unit)(k, span);
+        x->bias_side = x->push_side;
+        if (!k) break;
+        struct SMALL(node) *up = &node[s->parent[k]];
+        VEC Z = VEC_(of)(s->sine[k]), C = VEC_(of)(s->cosine[k]), kappa = VEC_(of)(s->kappa[k]);
+        x->late_pull = up->side_pull;
+        x->late_side = up->side_side;
+        up->push_pull = VEC_(fma)(kappa, x->bias_pull, up->push_pull);
+        up->push_side = VEC_(fma)(kappa, x->bias_side, up->push_side);
+        up->side_pull = VEC_(fma)(Z, x->bias_pull, up->side_pull);
+        up->side_side = VEC_(fma)(Z, x->bias_side, up->side_side);
+        up->sin = VEC_(fma)(Z, SMALL(unit)(k, span), up->sin);
+        up->side = up->side - C * SMALL(unit)(k, span);
+    }
+}
+
+LANES_INLINE void SMALL(down)(const struct jets_system *s, int span, struct SMALL(node) node[],
+                              struct SMALL(columns) * columns) {
+    struct SMALL(node) pivot = {0};
+    for (int k = 0; k < s->n; k++) {
+        struct SMALL(node) *x = &node[k], *up = k ? &node[s->parent[k]] : &pivot;
+        VEC Z = VEC_(of)(s->sine[k]), C = VEC_(of)(s->cosine[k]), tau = VEC_(of)(s->tau[k]);
+        VEC stiff = VEC_(of)(s->eff[k] * s->kappa[k]), inv_eff = VEC_(of)(s->inv_eff[k]);
+        VEC tension_pull = s->nu[k] * x->bias_pull, tension_side = s->nu[k] * x->bias_side;
+        if (k) {
+            // tension first, the siblings' part leaves k itself out
+            tension_pull -= tau * (up->early_pull + x->late_pull);
+            tension_side += tau * (up->side - (up->early_side + x->late_side));
+            up->early_pull = VEC_(fma)(Z, x->bias_pull, up->early_pull);
+            up->early_side = VEC_(fma)(Z, x->bias_side, up->early_side);
+        }
+        VEC kappa = VEC_(of)(s->kappa[k]);
+        x->radial_pull = VEC_(fma)(kappa, up->radial_pull, (tension_pull - x->push_pull) * inv_eff);
+        x->radial_side = VEC_(fma)(kappa, up->radial_side, (tension_side - x->push_side) * inv_eff);
+        x->tangential_pull = -s->inv[k] * VEC_(fma)(VEC_(of)(s->sum_r[k]), x->radial_pull, x->side_pull);
+        x->tangential_side = s->inv[k] * (x->side - VEC_(fma)(VEC_(of)(s->sum_r[k]), x->radial_side, x->side_side));
+        columns->force_pull[k].span[span] = VEC_(fma)(stiff, up->radial_pull, tension_pull);
+        columns->force_side[k].span[span] = VEC_(fma)(stiff, up->radial_side, tension_side);
+        columns->acc_pull[k].span[span] = x->tangential_pull + Z * up->radial_pull - C * up->tangential_pull;
+        columns->acc_side[k].span[span] = x->tangential_side + Z * up->radial_side - C * up->tangential_side;
+    }
+}
+
+/* the columns in the units of the orders: pulls are l T, accelerations of angles */
+LANES_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns) * columns) {
+    for (int span = 0; span < SPANS; span++) {
+        VEC inv_len = VEC_(get)(s->inv_len + span * VEC_WIDTH);
+        for (int j = 0; j < s->n; j++) {
+            VEC len = VEC_(of)(s->len[j]);
+            columns->acc_side[j].span[span] *= inv_len;
+            columns->force_side[j].span[span] *= inv_len * len;
+            columns->force_pull[j].span[span] *= len;
+        }
+    }
+}
+
+#if LANES == 2
+/* two arms, one on the other: what the sweeps come to, with one division */
+LANES_INLINE void small_double(const struct jets_system *s, struct small2_columns *columns) {
+    double m0 = s->mass[0], m1 = s->mass[1], C = s->cosine[1], Z = s->sine[1], light = 1 / m1;
+    double hung = m1 * Z, inv = 1 / lanes1_fma(hung, Z, m0), share = inv * m0, lean = inv * hung * C;
+    columns->acc_pull[0].span[0] = (lanes2){lean, inv * hung};
+    columns->acc_side[0].span[0] = (lanes2){inv, -inv * C};
+    columns->acc_pull[1].span[0] = (lanes2){-lanes1_fma(C, lean, Z), -lean};
+    columns->acc_side[1].span[0] = (lanes2){-inv * C, lanes1_fma(C, inv * C, light)};
+    columns->force_pull[0].span[0] = (lanes2){-share * (m0 + m1), -share * m1 * C};
+    columns->force_side[0].span[0] = (lanes2){lean, -lanes1_fma(C, lean, Z)};
+    columns->force_pull[1].span[0] = (lanes2){-share * m1 * C, -share * m1};
+    columns->force_side[1].span[0] = (lanes2){inv * hung, -lean};
+}
+#endif
+
+/* the inverse of the tree system */
+LANES_INLINE void SMALL(invert)(const struct jets_system *s, struct SMALL(columns) * columns) {
+    struct SMALL(node) node[LANES];
+#if LANES == 2
+    if (s->n == 2) {
+        small_double(s, columns);
+        SMALL(scale)(s, columns);
+        return;
+    }
+#endif
+    jets_factor(s);
+    *columns = (struct SMALL(columns)){0};
+    for (int span = 0; span < SPANS && span * VEC_WIDTH < s->n; span++) {
+        SMALL(up)(s, span, node);
+        SMALL(down)(s, span, node, columns);
+    }
+    SMALL(scale)(s, columns);
+}
+
+/*
+ * What the orders work on: rates in the lower half, forces in the upper one, as one vector where the registers are as
+ * wide, else in parts. A sum over the turns u then has its real and its imaginary part apart, [T | c] each; real parts
+ * of turns are kept with their signs turned, which saves every other change of sign.
+ */
+#if LANES == 2 && defined(__AVX2__)
+#define PART_WIDTH 4
+#elif LANES == 4 && defined(__AVX512F__)
+#define PART_WIDTH 8
+#elif LANES < KERNEL_WIDTH
+#define PART_WIDTH LANES
+#else
+#define PART_WIDTH KERNEL_WIDTH
+#endif
+#define PART SMALL_PASTE(lanes, PART_WIDTH)
+#define PART_(name) SMALL_PASTE(PART, _##name)
+/* parts of a pair, and of the turns of all arms; turns stand twice in a part that holds a whole pair */
+#define PARTS (2 * LANES / PART_WIDTH)
+#define TURNS (PARTS > 1 ? PARTS / 2 : 1)
+
+struct SMALL(pair) {
+    PART part[PARTS];
+};
+
+/* turns of one order */
+struct SMALL(turn) {
+    PART minus_re[TURNS], im[TURNS];
+};
+
+/* T and c: real parts with their signs turned, imaginary parts */
+struct SMALL(known) {
+    struct SMALL(pair) minus_re, im;
+};
+
+/* the pair of the rates of order j and the forces of order j - 1, in memory */
+LANES_INLINE double *SMALL(motion)(const struct jets_system *s, int j, int part) {
+#if LANES == 8
+    if (part >= PARTS / 2) return s->force + (j - 1) * 8 + (part - PARTS / 2) * PART_WIDTH;
+#endif
+    return s->rate + j * 8 + part * PART_WIDTH;
+}
+
+/* a pair from its halves */
+LANES_INLINE struct SMALL(pair) SMALL(join)(const struct SMALL(arms) * rate, const struct SMALL(arms) * force) {
+    struct SMALL(pair) pair;
+#if PARTS == 1 && LANES == 2
+    pair.part[0] = __builtin_shufflevector(rate->span[0], force->span[0], 0, 1, 2, 3);
+#elif PARTS == 1
+    pair.part[0] = __builtin_shufflevector(rate->span[0], force->span[0], 0, 1, 2, 3, 4, 5, 6, 7);
+#else
+    for (int p = 0; p < PARTS; p++) pair.part[p] = p < SPANS ? rate->span[p] : force->span[p - SPANS];
+#endif
+    return pair;
+}
+
+/* the same number for all rates, and another for all forces */
+LANES_INLINE PART SMALL(factor)(double rate, double force, int part) {
+#if PARTS == 1 && LANES == 2
+    (void)part;
+    return __builtin_shufflevector(PART_(of)(rate), PART_(of)(force), 0, 1, 6, 7);
+#elif PARTS == 1
+    (void)part;
+    return __builtin_shufflevector(PART_(of)(rate), PART_(of)(force), 0, 1, 2, 3, 12, 13, 14, 15);
+#else
+    return PART_(of)(part < PARTS / 2 ? rate : force);
+#endif
+}
+
+/* the rates of a pair, for turns */
+LANES_INLINE PART SMALL(twice)(PART x) {
+#if PARTS == 1 && LANES == 2
+    return __builtin_shufflevector(x, x, 0, 1, 0, 1);
+#elif PARTS == 1
+    return __builtin_shufflevector(x, x, 0, 1, 2, 3, 0, 1, 2, 3);
+#else
+    return x;
+#endif
+}
+
+/* a series' sums of one part: of the order at hand and of the one after, two of each, so that none waits for itself */
+struct SMALL(sums) {
+    PART now_re[2], now_im[2], next_re[2], next_im[2];
+};
+
+LANES_INLINE void SMALL(meet)(PART *minus_re, PART *im, const struct jets_system *s, int j, int i, int part) {
+    int at = j * 8 + part % TURNS * PART_WIDTH;
+    PART motion = PART_(get)(SMALL(motion)(s, i, part));
+    *minus_re = PART_(fma)(PART_(get)(s->turn_re + at), motion, *minus_re);
+    *im = PART_(fma)(PART_(get)(s->turn_im + at), motion, *im);
+}
+
+/* the products for orders k and k + 1 of coefficients that were known before order k - 2: what is loaded serves both */
+LANES_INLINE void SMALL(long_known)(const struct jets_system *s, int k, int part, struct SMALL(sums) * x) {
+    enum { STRIDE = 8 };
+    const double *re = s->turn_re + 4 * STRIDE + part % TURNS * PART_WIDTH;
+    const double *im = s->turn_im + 4 * STRIDE + part % TURNS * PART_WIDTH;
+    const double *motion = SMALL(motion)(s, k - 2, part);
+    PART m = PART_(get)(motion);
+    for (int j = 4; j < k; j += 2, re += 2 * STRIDE, im += 2 * STRIDE) {
+        PART ur = PART_(get)(re), ui = PART_(get)(im), vr = PART_(get)(re + STRIDE), vi = PART_(get)(im + STRIDE);
+        x->next_re[0] = PART_(fma)(ur, m, x->next_re[0]);
+        x->next_im[0] = PART_(fma)(ui, m, x->next_im[0]);
+        m = PART_(get)(motion - STRIDE);
+        x->now_re[0] = PART_(fma)(ur, m, x->now_re[0]);
+        x->now_im[0] = PART_(fma)(ui, m, x->now_im[0]);
+        x->next_re[1] = PART_(fma)(vr, m, x->next_re[1]);
+        x->next_im[1] = PART_(fma)(vi, m, x->next_im[1]);
+        motion -= 2 * STRIDE;
+        m = PART_(get)(motion);
+        x->now_re[1] = PART_(fma)(vr, m, x->now_re[1]);
+        x->now_im[1] = PART_(fma)(vi, m, x->now_im[1]);
+    }
+}
+
+/* T and c of orders k and k + 1, k even and not 0, less the terms of the orders from k - 1 on; the coefficients of
+ * order k - 2 come late and last */
+LANES_INLINE void SMALL(known)(const struct jets_system *s, int k, struct SMALL(known) * now,
+                               struct SMALL(known) * next) {
+    for (int p = 0; p < PARTS; p++) {
+        struct SMALL(sums) x;
+        for (int i = 0; i < 2; i++) x.now_re[i] = x.now_im[i] = x.next_re[i] = x.next_im[i] = PART_(of)(0);
+        if (k > 2) {
+            SMALL(long_known)(s, k, p, &x);
+            SMALL(meet)(&x.now_re[0], &x.now_im[0], s, 3, k - 2, p);
+            SMALL(meet)(&x.now_re[1], &x.now_im[1], s, k, 1, p);
+            SMALL(meet)(&x.next_re[0], &x.next_im[0], s, 3, k - 1, p);
+            SMALL(meet)(&x.next_re[1], &x.next_im[1], s, k, 2, p);
+        }
+        SMALL(meet)(&x.now_re[0], &x.now_im[0], s, 2, k - 1, p);
+        now->minus_re.part[p] = x.now_re[0] + x.now_re[1];
+        now->im.part[p] = x.now_im[0] + x.now_im[1];
+        next->minus_re.part[p] = x.next_re[0] + x.next_re[1];
+        next->im.part[p] = x.next_im[0] + x.next_im[1];
+    }
+}
+
+/* adds to the sums of order k + 2 what order k has brought, k not 0: the turns of order k + 2, the motion of k + 1 */
+LANES_INLINE void SMALL(arrive)(const struct jets_system *s, const struct SMALL(turn) * turn,
+                                const struct SMALL(pair) * motion, struct SMALL(known) * x) {
+    for (int p = 0; p < PARTS; p++) {
+        const double *second = s->turn_re + 2 * 8 + p % TURNS * PART_WIDTH;
+        PART first = PART_(get)(SMALL(motion)(s, 1, p)), minus_re = PART_(get)(second);
+        PART im = PART_(get)(s->turn_im + (second - s->turn_re));
+        x->minus_re.part[p] = PART_(fma)(turn->minus_re[p % TURNS], first, x->minus_re.part[p]);
+        x->im.part[p] = PART_(fma)(turn->im[p % TURNS], first, x->im.part[p]);
+        x->minus_re.part[p] = PART_(fma)(minus_re, motion->part[p], x->minus_re.part[p]);
+        x->im.part[p] = PART_(fma)(im, motion->part[p], x->im.part[p]);
+    }
+}
+
+/* what phi''/(k + 1) + T and (lambda + c)/(k + 1) of all arms become by T of an arm, and by its c / (k + 1) */
+struct SMALL(table) {
+    struct SMALL(pair) pull[LANES], side[LANES];
+};
+
+/* number `lane` of a pair, everywhere */
+#if PARTS == 1 && LANES == 2
+#define SMALL_BEAM(x, lane) __builtin_shufflevector((x)->part[0], (x)->part[0], lane, lane, lane, lane)
+#elif PARTS == 1
+#define SMALL_BEAM(x, lane)                                                                                            \
+    __builtin_shufflevector((x)->part[0], (x)->part[0], lane, lane, lane, lane, lane, lane, lane, lane)
+#else
+#define SMALL_BEAM(x, lane) PART_(of)(beam[lane])
+#endif
+
+/* what the tree answers to T and to c / (k + 1), imaginary parts */
+LANES_INLINE struct SMALL(pair) SMALL(solve)(const struct SMALL(table) * table, const struct SMALL(pair) * x) {
+    struct SMALL(pair) answer;
+#if PARTS > 1
+    double beam[2 * LANES] __attribute__((aligned(64)));
+    for (int p = 0; p < PARTS; p++) PART_(put)(beam + p * PART_WIDTH, x->part[p]);
+#endif
+    for (int p = 0; p < PARTS; p++) {
+        PART even[2], odd[2];
+        even[0] = SMALL_BEAM(x, 0) * table->pull[0].part[p];
+        even[1] = SMALL_BEAM(x, LANES) * table->side[0].part[p];
+#define SMALL_TERM(sum, j)                                                                                             \
+    do {                                                                                                               \
+        sum[0] = PART_(fma)(SMALL_BEAM(x, j), table->pull[j].part[p], sum[0]);                                         \
+        sum[1] = PART_(fma)(SMALL_BEAM(x, LANES + (j)), table->side[j].part[p], sum[1]);                               \
+    } while (0)
+#if LANES == 2
+        SMALL_TERM(even, 1);
+        (void)odd;
+        answer.part[p] = even[0] + even[1];
+#else
+        odd[0] = SMALL_BEAM(x, 1) * table->pull[1].part[p];
+        odd[1] = SMALL_BEAM(x, LANES + 1) * table->side[1].part[p];
+        SMALL_TERM(even, 2);
+        SMALL_TERM(odd, 3);
+#if LANES == 8
+        SMALL_TERM(even, 4);
+        SMALL_TERM(odd, 5);
+        SMALL_TERM(even, 6);
+        SMALL_TERM(odd, 7);
+#endif
+        answer.part[p] = (even[0] + odd[0]) + (even[1] + odd[1]);
+#endif
+#undef SMALL_TERM
+    }
+    return answer;
+}
+
+/* the coefficients of order k: rates of order k + 1, forces of order k, turns of order k + 2 */
+LANES_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct SMALL(known) * known,
+                              const struct SMALL(pair) * answer, struct SMALL(pair) * motion,
+                              struct SMALL(turn) * turn) {
+    PART share = PART_(of)(s->share[k + 1]);
+    for (int p = 0; p < PARTS; p++) {
+        motion->part[p] = PART_(fma)(SMALL(factor)(1, k + 1, p), answer->part[p], known->minus_re.part[p]);
+        PART_(put)(SMALL(motion)(s, k + 1, p), motion->part[p]);
+    }
+    for (int p = 0; p < TURNS; p++) {
+        turn->minus_re[p] = share * SMALL(twice)(known->im.part[p]);
+        turn->im[p] = share * SMALL(twice)(answer->part[p]);
+        PART_(put)(s->turn_re + (k + 2) * 8 + p * PART_WIDTH, turn->minus_re[p]);
+        PART_(put)(s->turn_im + (k + 2) * 8 + p * PART_WIDTH, turn->im[p]);
+    }
+}
+
+/* rates of order 0 beside forces that are the same, their opposite, or none */
+struct SMALL(first) {
+    struct SMALL(pair) same, opposite, alone;
+};
+
+/*
+ * T and c of order k + 1 from what is known of them and what order k brings; the way from the answer of one order to
+ * the next one's question is but one multiply-add long. u_1 is i phi'_0, and u_{k+2} = i (turned + i Im T) / (k + 2).
+ * `question` is the imaginary part with c over k + 2.
+ */
+LANES_INLINE void SMALL(complete)(const struct jets_system *s, int k, const struct SMALL(first) * first,
+                                  const struct SMALL(known) * known, const struct SMALL(pair) * answer,
+                                  const struct SMALL(turn) * turn, struct SMALL(known) * next,
+                                  struct SMALL(pair) * question) {
+    PART share = PART_(of)(s->share[k + 1]);
+    for (int p = 0; p < PARTS; p++) {
+        PART same = first->same.part[p], scale = SMALL(factor)(1, s->share[k + 1], p);
+        PART ready = scale * PART_(fma)(same, known->minus_re.part[p], next->im.part[p]);
+        question->part[p] = PART_(fma)(answer->part[p], PART_(fma)(share, first->opposite.part[p], same), ready);
+        next->minus_re.part[p] = PART_(fma)(turn->minus_re[p % TURNS], first->alone.part[p], next->minus_re.part[p]);
+        next->im.part[p] = question->part[p];
+    }
+}
+
+/* the rates of order 0 and what they make of the first question */
+struct SMALL(start) {
+    struct SMALL(arms) zero, rate, opposite, square, pull, drop;
+};
+
+LANES_INLINE struct SMALL(start) SMALL(begin)(const struct jets_system *s, double gravity) {
+    struct SMALL(start) x;
+    double per_len = gravity * s->inv_len[0];
+    for (int i = 0; i < SPANS; i++) {
+        VEC rate = VEC_(get)(s->rate + i * VEC_WIDTH), root = SMALL(unit)(0, i);
+        x.zero.span[i] = VEC_(of)(0);
+        x.rate.span[i] = rate;
+        x.opposite.span[i] = -rate;
+        x.square.span[i] = rate * rate;
+        // gravity is a pull on the root
+        x.pull.span[i] = rate * rate - s->sine[0] * per_len * root;
+        x.drop.span[i] = s->cosine[0] * per_len * root;
+    }
+    return x;
+}
+
+static void SMALL(orders)(const struct jets_system *s, double gravity, int order) {
+    struct SMALL(columns) columns;
+    struct SMALL(table) table;
+    SMALL(invert)(s, &columns);
+    // by reciprocity the answer of arm i to W_j is that of arm j to W_i, and acceleration to W is force to s
+    for (int j = 0; j < LANES; j++) {
+        table.pull[j] = SMALL(join)(&columns.force_side[j], &columns.force_pull[j]);
+        table.side[j] = SMALL(join)(&columns.acc_side[j], &columns.acc_pull[j]);
+    }
+    if (s->answers) memcpy(s->answers, &table, sizeof table);
+    struct SMALL(start) start = SMALL(begin)(s, gravity);
+    struct SMALL(first) first = {SMALL(join)(&start.rate, &start.rate), SMALL(join)(&start.rate, &start.opposite),
+                                 SMALL(join)(&start.rate, &start.zero)};
+    struct SMALL(known) known = {SMALL(join)(&start.zero, &start.zero), SMALL(join)(&start.square, &start.zero)};
+    struct SMALL(known) next = {known.minus_re, known.minus_re}, now = next;
+    struct SMALL(pair) question = SMALL(join)(&start.pull, &start.zero), motion;
+    struct SMALL(pair) drop = SMALL(join)(&start.drop, &start.zero);
+    struct SMALL(turn) turn;
+    for (int p = 0; p < PARTS; p++) PART_(put)(SMALL(motion)(s, 0, p), first.alone.part[p]);
+    struct SMALL(pair) answer = SMALL(solve)(&table, &question);
+    for (int p = 0; p < PARTS; p++) answer.part[p] -= drop.part[p];
+    SMALL(keep)(s, 0, &known, &answer, &motion, &turn);
+    for (int k = 1; k < order; k += 2) {
+        // the first of two, whose sums were made with those of the order before
+        SMALL(complete)(s, k - 1, &first, &known, &answer, &turn, &next, &question);
+        known = next;
+        if (k + 1 < order) SMALL(known)(s, k + 1, &now, &next);
+        answer = SMALL(solve)(&table, &question);
+        SMALL(keep)(s, k, &known, &answer, &motion, &turn);
+        if (k + 1 == order) break;
+        SMALL(complete)(s, k, &first, &known, &answer, &turn, &now, &question);
+        known = now;
+        SMALL(arrive)(s, &turn, &motion, &next);
+        answer = SMALL(solve)(&table, &question);
+        SMALL(keep)(s, k + 1, &known, &answer, &motion, &turn);
+    }
+}
+
+#include "core/taylor/small_spread_template.h"
+
+#undef SMALL_BEAM
+#undef PART_WIDTH
+#undef PART
+#undef PART_
+#undef PARTS
+#undef TURNS
+
+#undef SMALL_PASTE2
+#undef SMALL_PASTE
+#undef SMALL
+#undef VEC_WIDTH
+#undef VEC
+#undef VEC_
+#undef SPANS
+#undef LANES

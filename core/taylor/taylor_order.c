@@ -1,0 +1,14 @@
+#include "core/taylor/taylor_order.h"
+
+#include <math.h>
+
+double pend_taylor_target(double rtol) { return fmax(0.01 * rtol, 1e-16); }
+
+double pend_taylor_atol(double atol) { return 0.01 * atol; }
+
+int pend_taylor_order(double rtol, int alone) {
+    double target = pend_taylor_target(rtol);
+    int order = (int)ceil(4 - 0.65 * log(target)) + (alone && target < 2e-15 ? 2 : 0);
+    if (order < PEND_TAYLOR_ORDER_MIN) return PEND_TAYLOR_ORDER_MIN;
+    return order > PEND_TAYLOR_ORDER_MAX ? PEND_TAYLOR_ORDER_MAX : order;
+}

@@ -1,0 +1,31 @@
+#include "server/base/clock.h"
+
+#include <time.h>
+
+int64_t srv_clock_now(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
+}
+
+double srv_clock_seconds(void *context) {
+    (void)context;
+    return 1e-9 * (double)srv_clock_now();
+}
+
+int64_t srv_clock_span(double seconds) { return (int64_t)(seconds * 1e9); }
+
+void srv_clock_stamp(struct srv_stamp *stamp) {
+    struct timespec now;
+    clock_gettime(CLOCK_REALTIME, &now);
+    if (now.tv_sec != stamp->second) {
+        struct tm part;
+        gmtime_r(&now.tv_sec, &part);
+        strftime(stamp->text, sizeof stamp->text, "%Y-%m-%dT%H:%M:%S.000Z", &part);
+        stamp->second = now.tv_sec;
+    }
+    int ms = (int)(now.tv_nsec / 1000000);
+    stamp->text[20] = (char)('0' + ms / 100);
+    stamp->text[21] = (char)('0' + ms / 10 % 10);
+    stamp->text[22] = (char)('0' + ms % 10);
+}

@@ -1,0 +1,293 @@
+#include "server/base/log.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <pthread.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "api/base/buffer.h"
+#include "api/base/text.h"
+#include "server/base/clock.h"
+
+enum {
+    LOG_BYTES = 1 << 20,    /* room for lines that are not yet written, each stream */
+    LOG_PIECE = 4096,       /* bytes a write: a pipe that polls writable takes them without waiting (PIPE_BUF) */
+    LOG_FILE = 1 << 17,     /* bytes a write to a file, which never waits */
+    LOG_NAP_MS = 20,        /* lines of this long are written together */
+    LOG_PATIENCE_MS = 1000, /* how long the end of the log waits for a reader */
+    LOG_TEXT = 1024         /* bytes of one message */
+};
+
+/* Lines wait in `filling`; the thread swaps it with `writing` and writes that without the lock. */
+struct log_stream {
+    atomic_int fd; /* the thread's to write to; -1 = lines are left out */
+    size_t piece;  /* bytes a write */
+    struct api_buffer filling, writing;
+    long dropped;
+};
+
+struct srv_log {
+    pthread_mutex_t lock;
+    pthread_cond_t wake;
+    pthread_t thread;
+    int idle, stopping; /* idle: the thread waits for a first line */
+    int turning, turn;  /* the request lines are to go to the descriptor `turn` from now on */
+    struct log_stream requests, messages;
+    struct srv_stamp stamp;
+};
+
+static struct timespec log_in(int ms) {
+    struct timespec when;
+    clock_gettime(CLOCK_MONOTONIC, &when);
+    when.tv_nsec += (long)ms * 1000000;
+    when.tv_sec += when.tv_nsec / 1000000000;
+    when.tv_nsec %= 1000000000;
+    return when;
+}
+
+/* waits until the stream takes a piece; a reader that does not read is waited for in slices, at the end not for long */
+static int log_writable(struct srv_log *log, int fd, int *patience) {
+    for (;;) {
+        int ready = poll(&(struct pollfd){.fd = fd, .events = POLLOUT}, 1, 100);
+        if (ready > 0) return 1;
+        if (ready < 0 && errno != EINTR) return 0;
+        pthread_mutex_lock(&log->lock);
+        int stopping = log->stopping;
+        pthread_mutex_unlock(&log->lock);
+        if (stopping && (*patience -= 100) <= 0) return 0;
+    }
+}
+
+/* writes what is in `writing`; what cannot be written is lost */
+static void log_write(struct srv_log *log, struct log_stream *stream, int *patience) {
+    const char *at = stream->writing.data;
+    size_t left = stream->writing.bytes;
+    while (left && log_writable(log, stream->fd, patience)) {
+        ssize_t wrote = write(stream->fd, at, left < stream->piece ? left : stream->piece);
+        if (wrote < 0 && errno != EINTR && errno != EAGAIN) break;
+        if (wrote < 0) continue;
+        at += wrote;
+        left -= (size_t)wrote;
+    }
+    stream->writing.bytes = 0;
+}
+
+/* takes the lines over for writing; called with the lock */
+static void log_swap(struct log_stream *stream, const char *before, const char *after) {
+    struct api_buffer full = stream->filling;
+    stream->filling = stream->writing;
+    stream->writing = full;
+    if (!stream->dropped) return;
+    stream->writing.limit += LOG_TEXT;
+    if (api_buffer_format(&stream->writing, "%s%ld%s\n", before, stream->dropped, after) == PEND_OK)
+        stream->dropped = 0;
+    stream->writing.limit -= LOG_TEXT;
+}
+
+static int log_empty(const struct srv_log *log) {
+    return !log->turning && !log->requests.filling.bytes && !log->messages.filling.bytes && !log->requests.dropped &&
+           !log->messages.dropped;
+}
+
+/* what is written from now on goes there; what it was written to before is closed, but for the standard streams */
+static void log_stream_to(struct log_stream *stream, int fd) {
+    struct stat file;
+    int plain = fd >= 0 && !fstat(fd, &file) && S_ISREG(file.st_mode), old = atomic_exchange(&stream->fd, fd);
+    stream->piece = plain ? LOG_FILE : LOG_PIECE;
+    if (old > STDERR_FILENO && old != fd) close(old);
+}
+
+/* with the lock, by the thread: lines that came before are written */
+static void log_turned(struct srv_log *log) {
+    if (!log->turning || log->requests.filling.bytes) return;
+    log_stream_to(&log->requests, log->turn);
+    log->turning = 0;
+}
+
+static void *log_main(void *argument) {
+    struct srv_log *log = argument;
+    int patience = LOG_PATIENCE_MS, more = 1;
+    pthread_mutex_lock(&log->lock);
+    while (more) {
+        log->idle = 1;
+        while (log_empty(log) && !log->stopping) pthread_cond_wait(&log->wake, &log->lock);
+        log->idle = 0;
+        /* let some lines come together, unless a message is waiting */
+        struct timespec until = log_in(LOG_NAP_MS);
+        while (!log->stopping && !log->messages.filling.bytes &&
+               !pthread_cond_timedwait(&log->wake, &log->lock, &until))
+            continue;
+        log_swap(&log->requests, "{\"lost_lines\":", "}");
+        log_swap(&log->messages, "", " messages were lost");
+        pthread_mutex_unlock(&log->lock);
+        log_write(log, &log->messages, &patience);
+        log_write(log, &log->requests, &patience);
+        pthread_mutex_lock(&log->lock);
+        log_turned(log);
+        more = !log->stopping || (!log_empty(log) && patience > 0);
+    }
+    pthread_mutex_unlock(&log->lock);
+    return NULL;
+}
+
+static void log_stream_init(struct log_stream *stream, int fd) {
+    *stream = (struct log_stream){0};
+    log_stream_to(stream, fd);
+    api_buffer_init(&stream->filling, LOG_BYTES);
+    api_buffer_init(&stream->writing, LOG_BYTES);
+}
+
+static void log_stream_clear(struct log_stream *stream) {
+    log_stream_to(stream, -1);
+    api_buffer_clear(&stream->filling);
+    api_buffer_clear(&stream->writing);
+}
+
+enum pend_status srv_log_new(struct srv_log **log, int requests, int messages) {
+    struct srv_log *made = *log = calloc(1, sizeof *made);
+    if (!made) return PEND_NO_MEMORY;
+    pthread_condattr_t monotonic;
+    pthread_condattr_init(&monotonic);
+    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    pthread_mutex_init(&made->lock, NULL);
+    pthread_cond_init(&made->wake, &monotonic);
+    pthread_condattr_destroy(&monotonic);
+    log_stream_init(&made->requests, requests);
+    log_stream_init(&made->messages, messages);
+    if (!pthread_create(&made->thread, NULL, log_main, made)) return PEND_OK;
+    pthread_cond_destroy(&made->wake);
+    pthread_mutex_destroy(&made->lock);
+    free(made);
+    *log = NULL;
+    return PEND_NO_MEMORY;
+}
+
+void srv_log_turn(struct srv_log *log, int requests) {
+    pthread_mutex_lock(&log->lock);
+    /* one that was to come next and never came */
+    if (log->turning && log->turn > STDERR_FILENO) close(log->turn);
+    log->turning = 1;
+    log->turn = requests;
+    pthread_cond_signal(&log->wake);
+    pthread_mutex_unlock(&log->lock);
+}
+
+void srv_log_free(struct srv_log **log) {
+    struct srv_log *gone = *log;
+    *log = NULL;
+    if (!gone) return;
+    pthread_mutex_lock(&gone->lock);
+    gone->stopping = 1;
+    pthread_cond_signal(&gone->wake);
+    pthread_mutex_unlock(&gone->lock);
+    pthread_join(gone->thread, NULL);
+    log_stream_clear(&gone->requests);
+    log_stream_clear(&gone->messages);
+    pthread_cond_destroy(&gone->wake);
+    pthread_mutex_destroy(&gone->lock);
+    free(gone);
+}
+
+/* bytes at the start of a text that JSON takes as they are */
+static size_t log_plain(const char *text) {
+    size_t bytes = 0;
+    while ((unsigned char)text[bytes] >= ' ' && (unsigned char)text[bytes] < 0x7f && text[bytes] != '"' &&
+           text[bytes] != '\\')
+        bytes++;
+    return bytes;
+}
+
+/* a member; what is plain, as nearly all is, is copied */
+static enum pend_status log_text(struct api_buffer *out, const char *key, const char *text) {
+    size_t before = strlen(key), bytes = log_plain(text);
+    PEND_TRY(api_buffer_room(out, before + bytes + 2));
+    char *at = out->data + out->bytes;
+    memcpy(at, key, before);
+    if (text[bytes]) {
+        out->bytes += before;
+        return api_text_quote(out, text, strlen(text));
+    }
+    at[before] = '"';
+    memcpy(at + before + 1, text, bytes);
+    at[before + 1 + bytes] = '"';
+    out->bytes += before + bytes + 2;
+    return PEND_OK;
+}
+
+/* value / unit with the given number of decimals, at least 0; printf would take longer than the rest of the line */
+static enum pend_status log_number(struct api_buffer *out, const char *key, int64_t value, int decimals) {
+    char digits[32], *at = digits + sizeof digits;
+    uint64_t left = value > 0 ? (uint64_t)value : 0;
+    for (int place = 0; left || place <= decimals; place++, left /= 10) {
+        if (place == decimals && decimals) *--at = '.';
+        *--at = (char)('0' + left % 10);
+    }
+    size_t before = strlen(key), bytes = (size_t)(digits + sizeof digits - at);
+    PEND_TRY(api_buffer_room(out, before + bytes));
+    memcpy(out->data + out->bytes, key, before);
+    memcpy(out->data + out->bytes + before, at, bytes);
+    out->bytes += before + bytes;
+    return PEND_OK;
+}
+
+static enum pend_status log_line(struct srv_log *log, const struct srv_log_request *request) {
+    struct api_buffer *out = &log->requests.filling;
+    srv_clock_stamp(&log->stamp);
+    PEND_TRY(log_text(out, "{\"time\":", log->stamp.text));
+    PEND_TRY(log_text(out, ",\"id\":", request->id));
+    PEND_TRY(log_text(out, ",\"client\":", request->client));
+    if (request->token) PEND_TRY(log_text(out, ",\"token\":", request->token));
+    PEND_TRY(log_text(out, ",\"method\":", request->method));
+    PEND_TRY(log_text(out, ",\"target\":", request->target));
+    PEND_TRY(log_number(out, ",\"status\":", request->status, 0));
+    PEND_TRY(log_text(out, ",\"outcome\":", request->outcome));
+    PEND_TRY(log_number(out, ",\"bytes_in\":", (int64_t)request->bytes_in, 0));
+    PEND_TRY(log_number(out, ",\"bytes_out\":", (int64_t)request->bytes_out, 0));
+    PEND_TRY(log_number(out, ",\"wait\":", request->wait / 1000, 6));
+    PEND_TRY(log_number(out, ",\"compute\":", request->compute / 1000, 6));
+    PEND_TRY(log_number(out, ",\"total\":", request->total / 1000, 6));
+    PEND_TRY(log_number(out, ",\"steps\":", request->steps, 0));
+    if (request->cache) PEND_TRY(log_text(out, ",\"cache\":", request->cache));
+    if (request->trace) PEND_TRY(log_text(out, ",\"trace\":", request->trace));
+    if (request->agent) PEND_TRY(log_text(out, ",\"agent\":", request->agent));
+    return api_buffer_text(out, "}\n");
+}
+
+/* ends the adding of a line, with the lock: a line that found no room is taken back and counted */
+static void log_added(struct srv_log *log, struct log_stream *stream, size_t before, enum pend_status status) {
+    if (status != PEND_OK) {
+        stream->filling.bytes = before;
+        stream->dropped++;
+    }
+    if (log->idle) pthread_cond_signal(&log->wake);
+    log->idle = 0;
+}
+
+void srv_log_request(struct srv_log *log, const struct srv_log_request *request) {
+    if (atomic_load(&log->requests.fd) < 0) return;
+    pthread_mutex_lock(&log->lock);
+    size_t before = log->requests.filling.bytes;
+    log_added(log, &log->requests, before, log_line(log, request));
+    pthread_mutex_unlock(&log->lock);
+}
+
+void srv_log_message(struct srv_log *log, const char *format, ...) {
+    char text[LOG_TEXT];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    for (char *at = text; *at; at++)
+        if ((unsigned char)*at < ' ' || *at == 0x7f) *at = '?';
+    pthread_mutex_lock(&log->lock);
+    size_t before = log->messages.filling.bytes;
+    log_added(log, &log->messages, before, api_buffer_format(&log->messages.filling, "%s\n", text));
+    pthread_mutex_unlock(&log->lock);
+}

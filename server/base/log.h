@@ -1,0 +1,52 @@
+/* What the server says: one JSON line a request to one stream, messages for people to the other.
+ * Leaves to others: what is worth saying.
+ * Invariant: only the log's own thread writes; who logs never waits for a reader, lines that find no room are counted
+ * and the count is said. */
+#ifndef SRV_LOG_H
+#define SRV_LOG_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "core/base/status.h"
+
+struct srv_log;
+
+/* One request that is over. Texts may hold any bytes: they are escaped. */
+struct srv_log_request {
+    const char *id, *client, *method, *target;
+    const char *token;                 /* a short form of its digest; NULL without one */
+    const char *agent, *trace, *cache; /* each may be NULL */
+    int status;                        /* HTTP status of the answer; 0 where none was begun */
+    const char *outcome;               /* how it ended: "answered", "left", ... */
+    size_t bytes_in, bytes_out;        /* bodies */
+    int64_t wait, compute, total;      /* ns: in the queue, with a worker, from the request line to the end */
+    long steps;                        /* of the computation */
+};
+
+/**
+ * Starts a log and its thread.
+ *
+ * requests  file descriptor for the request lines, -1 to leave them out.
+ * messages  file descriptor for the messages.
+ *
+ * Both are taken, and closed when the log is freed or turned to another, but for the process' standard streams; after a
+ * failure they are the caller's.
+ *
+ * PEND_NO_MEMORY  also when no thread can be had.
+ */
+PEND_MUST_CHECK enum pend_status srv_log_new(struct srv_log **log, int requests, int messages);
+
+/** Writes the request lines to another file descriptor from now on, which is taken as by srv_log_new. Any thread. */
+void srv_log_turn(struct srv_log *log, int requests);
+
+/** Writes what is left, waiting for a reader at most about a second, and ends the thread. */
+void srv_log_free(struct srv_log **log);
+
+/** Adds a request line. Any thread; about a microsecond; never waits for the reader. */
+void srv_log_request(struct srv_log *log, const struct srv_log_request *request);
+
+/** Adds a message line; control characters in it become '?'. Any thread; never waits for the reader. */
+void srv_log_message(struct srv_log *log, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+#endif

@@ -1,0 +1,35 @@
+#include "server/base/memory.h"
+
+#include <malloc.h>
+
+#include "server/base/clock.h"
+
+enum {
+    MEMORY_LOOK_MS = 100,
+    MEMORY_FREE = 24 << 20, /* bytes that may lie free */
+    MEMORY_LARGE = 4 << 20, /* bytes of a block that comes from the system, and goes back to it */
+    MEMORY_TRIM = 16 << 20  /* bytes at the end of the heap that go back at once */
+};
+
+void srv_memory_settle(int threads) {
+#ifdef M_ARENA_MAX
+    mallopt(M_ARENA_MAX, threads + 2);
+    mallopt(M_MMAP_THRESHOLD, MEMORY_LARGE);
+    mallopt(M_TRIM_THRESHOLD, MEMORY_TRIM);
+#else
+    (void)threads;
+#endif
+}
+
+void srv_memory_look(struct srv_memory *memory) {
+    int64_t now = srv_clock_now();
+    long long looked = atomic_load(&memory->looked);
+    if (now - looked < MEMORY_LOOK_MS * 1000000LL) return;
+    /* one of those who come at the same time looks */
+    if (!atomic_compare_exchange_strong(&memory->looked, &looked, now)) return;
+#if defined __GLIBC__ && (__GLIBC__ > 2 || __GLIBC_MINOR__ >= 33)
+    struct mallinfo2 info = mallinfo2();
+    atomic_store(&memory->allocated, (long long)(info.uordblks + info.hblkhd));
+    if (info.fordblks > MEMORY_FREE) malloc_trim(MEMORY_FREE / 4);
+#endif
+}

@@ -1,0 +1,20 @@
+/* The url of the store that is meant: a file of one's own where none is named.
+ * Leaves to others: opening it (storage).
+ * Invariant: a directory that is made here is readable by its user only. */
+#ifndef SRV_STATE_DIR_H
+#define SRV_STATE_DIR_H
+
+#include "server/base/config.h"
+
+/**
+ * Writes out the url of a store. For "sqlite" alone that is pendulumd/store.db in $XDG_STATE_HOME, or in
+ * ~/.local/state, with the directories made.
+ *
+ * store  as the option; not "none".
+ * url    out, SRV_CONFIG_TEXT bytes.
+ *
+ * PEND_INVALID  there is no such directory and it cannot be made; error says so.
+ */
+PEND_MUST_CHECK enum pend_status srv_state_url(const char *store, char url[SRV_CONFIG_TEXT], struct pend_error *error);
+
+#endif

@@ -1,0 +1,16 @@
+/* A request that is over, in the metrics and in the log.
+ * Leaves to others: when it is over, and how it ended (http). Invariant: every request is entered once. */
+#ifndef SRV_ACCESS_LOG_H
+#define SRV_ACCESS_LOG_H
+
+#include "server/work/exchange.h"
+
+/**
+ * Enters a request.
+ *
+ * outcome  a word, see the README; static.
+ * status   that its client was told, 0 = none.
+ */
+void srv_ledger_enter(const struct srv_exchange *exchange, const char *outcome, int status);
+
+#endif

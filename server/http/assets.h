@@ -1,0 +1,37 @@
+/* The page's files and the API's description, compiled in: the routes /, /docs, /page/DIGEST/FILE and /openapi.json.
+ * Leaves to others: the files themselves (web/), making them C (assets_embed.py).
+ * Invariant: what lies under /page/DIGEST never changes, so that a browser may keep it for ever. */
+#ifndef SRV_ASSETS_H
+#define SRV_ASSETS_H
+
+#include "server/work/exchange.h"
+
+/* One file. */
+struct srv_asset {
+    const char *path; /* under /page/DIGEST/, or an HTML document's name */
+    const char *media_type;
+    const char *etag;
+    const char *plain;
+    size_t plain_bytes;
+    const char *packed; /* gzipped; NULL where that is no shorter */
+    size_t packed_bytes;
+};
+
+/* Made by assets_embed.py: sorted by path. */
+extern const struct srv_asset srv_assets_table[];
+extern const int srv_assets_count;
+extern const char srv_assets_digest[]; /* of all files, 16 hexadecimal digits */
+
+/** GET /: the page. */
+void srv_assets_index(struct srv_exchange *exchange);
+
+/** GET /docs: the API's reference page. */
+void srv_assets_docs(struct srv_exchange *exchange);
+
+/** GET /openapi.json. */
+void srv_assets_description(struct srv_exchange *exchange);
+
+/** GET /page/{digest}/{file}: what the two are made of. 404 for another build's digest. */
+void srv_assets_file(struct srv_exchange *exchange);
+
+#endif

@@ -1,0 +1,137 @@
+"""Turns the page's files into what is compiled in.
+
+    assets_embed.py server/web BUNDLES MODULES LIB    C source that defines srv_assets_table and its count
+
+Takes the HTML documents of the first directory, the bundles of scripts and styles that assets_bundle.sh made of it, and of
+the npm packages in MODULES what a browser loads: uPlot, KaTeX and the QR
+code as ES modules, their styles, and the fonts; these are put into LIB as well, for pages that are served
+from their sources. All of it is served under /page/DIGEST, a digest of all files, so that a
+browser may keep it for ever; @PAGE@ in an HTML document becomes that path. Each file is there as it is and, where that
+is shorter, gzipped at the best level. The same files give the same source.
+"""
+import gzip
+import hashlib
+import pathlib
+import re
+import sys
+
+MEDIA_TYPES = {
+    ".html": "text/html; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".json": "application/json",
+    ".txt": "text/plain; charset=utf-8",
+    ".svg": "image/svg+xml",
+    ".png": "image/png",
+    ".woff2": "font/woff2",
+}
+
+
+def own_files(web, bundles):
+    """The page's own files, by their names."""
+    for path in sorted([*web.glob("*.html"), *bundles.iterdir()]):
+        yield path.name, path.read_bytes()
+
+
+def module(name, code):
+    """A script that leaves its one thing in a variable or in module.exports, as an ES module."""
+    if name:
+        return code + f"\nexport default {name};\n".encode()
+    return b"const module={exports:{}},exports=module.exports;" + code + b"\nexport default module.exports;\n"
+
+
+def katex_style(css):
+    """KaTeX' style with one form of every font, which all browsers read that read ES modules."""
+    sources = re.compile(r"src:(url\(fonts/[\w-]+\.woff2\) format\(\"woff2\"\))[^};]*")
+    style, count = sources.subn(r"src:\1", css.decode())
+    if not count or ".ttf" in style:
+        sys.exit("assets_embed: KaTeX' style is not what it was")
+    return style.encode()
+
+
+def packages(modules):
+    """What a browser loads of the npm packages, by paths under lib/."""
+    uplot, katex, qrcode = (modules / name for name in ("uplot", "katex", "qrcode-generator"))
+    yield "lib/uplot.js", module("uPlot", (uplot / "dist/uPlot.iife.min.js").read_bytes())
+    yield "lib/uplot.css", (uplot / "dist/uPlot.min.css").read_bytes()
+    yield "lib/katex.js", module(None, (katex / "dist/katex.min.js").read_bytes())
+    yield "lib/katex.css", katex_style((katex / "dist/katex.min.css").read_bytes())
+    for font in sorted((katex / "dist/fonts").glob("*.woff2")):
+        yield f"lib/fonts/{font.name}", font.read_bytes()
+    yield "lib/qrcode.js", (qrcode / "dist/qrcode.mjs").read_bytes()
+    yield "lib/licenses.txt", licenses((uplot, katex, qrcode))
+
+
+def licenses(homes):
+    """Who made them, and what they allow: said wherever they are passed on. One says it at the head of its source."""
+    parts = []
+    for home in homes:
+        files = sorted([*home.glob("LICENSE*"), *home.glob("dist/*.mjs")])
+        text = files[0].read_text(encoding="utf-8")
+        if files[0].suffix == ".mjs":
+            text = text[:text.index("\n\n")]
+        parts.append(f"{home.name}\n\n{text}")
+    return "\n\n".join(parts).encode()
+
+
+def c_bytes(data, width=120):
+    """Lines of C string literals that hold any bytes: digits behind an octal escape cannot be misread, nor trigraphs."""
+    safe = [chr(b) if 32 <= b < 127 and b not in b'"\\?' else f"\\{b:03o}" for b in range(256)]
+    line = []
+    length = 0
+    for b in data:
+        if length > width:
+            yield '"' + "".join(line) + '"'
+            line, length = [], 0
+        line.append(safe[b])
+        length += len(safe[b])
+    yield '"' + "".join(line) + '"'
+
+
+def write(files, digest, out):
+    out.write('#include "server/http/assets.h"\n\n')
+    rows = []
+    for number, (name, data) in enumerate(files):
+        suffix = pathlib.PurePosixPath(name).suffix
+        if suffix not in MEDIA_TYPES:
+            sys.exit(f"assets_embed: {name} has no media type; the table here has {' '.join(MEDIA_TYPES)}")
+        if suffix == ".html":
+            data = data.replace(b"@PAGE@", f"/page/{digest}".encode())
+        packed = bytearray(gzip.compress(data, 9, mtime=0))
+        packed[9] = 255  # the system it was made on, which Pythons name differently
+        forms = [("plain", data)] + ([("packed", packed)] if len(packed) < len(data) else [])
+        for form, held in forms:
+            out.write(f"static const char {form}_{number}[] =\n")
+            out.writelines(f"    {line}\n" for line in c_bytes(held))
+            out.write("    ;\n")
+        tag = hashlib.sha256(data).hexdigest()[:32]
+        second = f"packed_{number}, sizeof packed_{number} - 1" if len(forms) > 1 else "NULL, 0"
+        rows.append(f'    {{"{name}", "{MEDIA_TYPES[suffix]}", "W/\\"{tag}\\"", plain_{number}, sizeof plain_{number} - 1, {second}}},\n')
+    out.write(f'\nconst char srv_assets_digest[] = "{digest}";\n\n')
+    out.write("const struct srv_asset srv_assets_table[] = {\n" + "".join(rows) + "};\n\n")
+    out.write(f"const int srv_assets_count = {len(rows)};\n")
+
+
+def put(lib, files):
+    """Writes files whose names begin with lib/; one that is there already is left alone."""
+    for name, data in files:
+        path = lib / name.removeprefix("lib/")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not path.exists() or path.read_bytes() != data:
+            path.write_bytes(data)
+
+
+def main(web, bundles, modules, lib):
+    brought = list(packages(pathlib.Path(modules)))
+    files = sorted([*own_files(pathlib.Path(web), pathlib.Path(bundles)), *brought])
+    put(pathlib.Path(lib), brought)
+    sha = hashlib.sha256()
+    for name, data in files:
+        sha.update(f"{name} {len(data)}\n".encode() + data)
+    write(files, sha.hexdigest()[:16], sys.stdout)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 5:
+        sys.exit(__doc__)
+    main(*sys.argv[1:])

@@ -1,0 +1,477 @@
+#include "server/http/connection.h"
+
+#include <assert.h>
+#include <netdb.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "server/work/admission.h"
+#include "server/base/clock.h"
+#include "server/work/compute.h"
+#include "server/jobs/events.h"
+#include "server/work/exchange.h"
+#include "server/http/access_log.h"
+#include "server/http/request_head.h"
+#include "server/http/response.h"
+#include "server/http/router.h"
+
+enum {
+    CONNECTION_UNREAD = 65536,  /* largest body that is read only to keep the connection after a refusal */
+    CONNECTION_BYTES = 3 << 13, /* that libmicrohttpd takes for one */
+    CONNECTION_SURPLUS = 16,    /* connections of a client beyond its share that are told so; others are closed */
+    CONNECTION_PART = 4         /* a client may have this part of all */
+};
+
+_Static_assert((int)SRV_FRONT_TARGET < (int)SRV_TARGET_BYTES,
+               "a target that the front lets pass fits into an exchange");
+
+/* why a connection is not served */
+static const char connection_all[] = "too many connections are open: max-connections",
+                  connection_own[] = "you have more connections open than max-client-connections",
+                  connection_held[] = "there is no memory left for a connection: max-held-bytes";
+
+/* How far the exchange of a connection is. */
+enum connection_state {
+    CONNECTION_NONE,    /* no request line yet, for all that libmicrohttpd says */
+    CONNECTION_HEAD,    /* the target is known */
+    CONNECTION_BODY,    /* the head is checked and the body is coming */
+    CONNECTION_WAITING, /* handed over; the connection is suspended */
+    CONNECTION_SENDING  /* the answer is libmicrohttpd's */
+};
+
+/* A connection and its one exchange at a time. */
+struct connection {
+    struct srv_exchange exchange; /* first: an exchange that came over a socket is its connection */
+    struct srv_watched watched;
+    struct srv_wire wire;
+    struct srv_connections *all;
+    struct MHD_Connection *mhd;
+    enum connection_state state;
+    long done;                 /* requests that are over */
+    const char *surplus;       /* the limit that it is beyond; NULL = none */
+    struct srv_client *client; /* of its address; NULL where that is a trusted proxy, or without memory */
+    struct srv_hold hold;
+    int refused; /* answered at the head, while the body is still read */
+    int64_t body_began;
+    struct srv_reply_stream stream;
+    int64_t paused, pauses; /* ns: since when a stream has nothing to send, how long it had nothing before */
+};
+
+static struct connection *connection_of_watched(struct srv_watched *watched) {
+    return (struct connection *)((char *)watched - offsetof(struct connection, watched));
+}
+
+/* the seconds that a client has for so many bytes */
+static double connection_patience(const struct connection *connection, double seconds, size_t bytes) {
+    return seconds + (double)bytes / srv_service_config(connection->all->service)->least_rate;
+}
+
+static int64_t connection_deadline(double seconds) { return srv_clock_now() + srv_clock_span(seconds); }
+
+/* --- answers --- */
+
+/* how long the client has for what it got of a stream, not counting the time that it had to wait for more */
+static void connection_moved(struct srv_exchange *exchange, uint64_t bytes) {
+    struct connection *connection = (struct connection *)exchange;
+    struct srv_watch *watch = connection->all->watch;
+    int64_t now = srv_clock_now();
+    if (!bytes) {
+        connection->paused = now;
+        srv_watch_phase(watch, &connection->watched, exchange->listens ? SRV_WATCH_LISTENING : SRV_WATCH_WAITING, 0);
+        return;
+    }
+    exchange->bytes = bytes;
+    if (connection->paused) connection->pauses += now - connection->paused;
+    connection->paused = 0;
+    double seconds = connection_patience(connection, srv_service_config(exchange->service)->send_seconds, bytes);
+    srv_watch_phase(watch, &connection->watched, SRV_WATCH_STREAMING,
+                    exchange->sending + connection->pauses + srv_clock_span(seconds));
+}
+
+static void connection_pause(struct srv_exchange *exchange) {
+    MHD_suspend_connection(((struct connection *)exchange)->mhd);
+}
+
+/* gives the answer to libmicrohttpd */
+static enum MHD_Result connection_answer(struct connection *connection) {
+    struct srv_exchange *exchange = &connection->exchange;
+    struct srv_service *service = connection->all->service;
+    srv_exchange_settle(exchange);
+    if (atomic_load(&service->draining)) exchange->close = 1;
+    connection->stream =
+        (struct srv_reply_stream){.exchange = exchange, .moved = connection_moved, .pause = connection_pause};
+    connection->paused = connection->pauses = 0;
+    struct MHD_Response *response = srv_reply_new(exchange, &connection->stream);
+    if (!response) return MHD_NO;
+    connection->state = CONNECTION_SENDING;
+    exchange->sending = srv_clock_now();
+    double seconds = connection_patience(connection, srv_service_config(service)->send_seconds, exchange->bytes);
+    srv_watch_phase(connection->all->watch, &connection->watched,
+                    exchange->streams ? SRV_WATCH_STREAMING : SRV_WATCH_SENDING,
+                    exchange->sending + srv_clock_span(seconds));
+    enum MHD_Result queued = MHD_queue_response(connection->mhd, (unsigned)exchange->status, response);
+    MHD_destroy_response(response);
+    return queued;
+}
+
+/* --- the way to a worker and back --- */
+
+static void connection_finish(struct srv_exchange *exchange) {
+    MHD_resume_connection(((struct connection *)exchange)->mhd);
+}
+
+/* whoever works on an exchange's answer need not go on */
+static void connection_leave(struct connection *connection, enum srv_stop why) {
+    if (connection->exchange.listens)
+        srv_events_leave(&connection->exchange, why);
+    else
+        srv_compute_leave(&connection->exchange, why);
+}
+
+static void connection_left(struct srv_watched *watched) {
+    struct connection *connection = connection_of_watched(watched);
+    connection_leave(connection, atomic_load(&connection->all->service->draining) ? SRV_STOP_SHUTDOWN : SRV_STOP_LEFT);
+}
+
+/* it may be answered, and the connection resumed, before this returns: that takes effect after it */
+static enum MHD_Result connection_hand_over(struct connection *connection) {
+    connection->state = CONNECTION_WAITING;
+    MHD_suspend_connection(connection->mhd);
+    srv_router_hand(&connection->exchange);
+    srv_watch_phase(connection->all->watch, &connection->watched, SRV_WATCH_WAITING, 0);
+    return MHD_YES;
+}
+
+/* --- the request --- */
+
+static enum MHD_Result connection_field(void *context, enum MHD_ValueKind kind, const char *name, const char *value) {
+    struct connection *connection = context;
+    (void)kind;
+    if (srv_message_relayed(name)) atomic_store(&connection->watched.relayed, 1);
+    return srv_message_field(&connection->exchange, name, value ? value : "") ? MHD_YES : MHD_NO;
+}
+
+/* connections that one client may have open */
+static int connection_share(const struct srv_config *config) {
+    double share = config->client_connections > 0 ? config->client_connections : config->connections / CONNECTION_PART;
+    return share > 1 ? (int)share : 1;
+}
+
+/* says which limit the connection is beyond */
+static void connection_refuse_surplus(struct connection *connection) {
+    struct srv_exchange *exchange = &connection->exchange;
+    struct srv_metrics *metrics = &exchange->service->metrics;
+    int own = connection->surplus == connection_own;
+    srv_metrics_count(own                                      ? &metrics->refused_own_connections
+                      : connection->surplus == connection_held ? &metrics->refused_held
+                                                               : &metrics->refused_connections,
+                      1);
+    if (!own) {
+        srv_exchange_busy(exchange, 1, connection->surplus);
+        return;
+    }
+    srv_exchange_problem(exchange, 429, "%s, %d", connection_own,
+                         connection_share(srv_service_config(exchange->service)));
+    srv_exchange_retry(exchange, 1);
+}
+
+/* reads the head; returns 1 when the exchange is to go on, 0 when it is answered */
+static int connection_check_head(struct connection *connection, const char *method) {
+    struct srv_exchange *exchange = &connection->exchange;
+    exchange->method = method;
+    MHD_get_connection_values(connection->mhd, MHD_HEADER_KIND, connection_field, exchange);
+    srv_reply_identify(exchange);
+    srv_admission_client(exchange);
+    exchange->coding = srv_coding_choose(exchange->field[SRV_ACCEPT_ENCODING]);
+    if (exchange->status) return 0;
+    if (!connection->surplus) return srv_message_head(exchange) && srv_router_find(exchange);
+    connection_refuse_surplus(connection);
+    exchange->close = 1;
+    return 0;
+}
+
+/* until when the body must be there, seeing what came of it */
+static void connection_body_deadline(struct connection *connection) {
+    double seconds = connection_patience(connection, srv_service_config(connection->all->service)->body_seconds,
+                                         connection->exchange.body.bytes);
+    srv_watch_phase(connection->all->watch, &connection->watched, SRV_WATCH_READING,
+                    connection->body_began + srv_clock_span(seconds));
+}
+
+/* the first call of libmicrohttpd for a request: its head is there */
+static enum MHD_Result connection_head(struct connection *connection, const char *method) {
+    struct srv_exchange *exchange = &connection->exchange;
+    connection->state = CONNECTION_BODY;
+    connection->refused = !connection_check_head(connection, method);
+    if (connection->refused) {
+        /* an answer at this point ends the connection; where nothing speaks for that, the body is read first */
+        int keep = exchange->length >= 0 && exchange->length <= CONNECTION_UNREAD && !exchange->field[SRV_EXPECT];
+        if (keep && !exchange->close) return MHD_YES;
+        exchange->close = 1;
+        return connection_answer(connection);
+    }
+    if (!exchange->length) return MHD_YES;
+    connection->body_began = srv_clock_now();
+    connection_body_deadline(connection);
+    return MHD_YES;
+}
+
+/* a piece of the body */
+static enum MHD_Result connection_body(struct connection *connection, const char *data, size_t bytes) {
+    struct srv_exchange *exchange = &connection->exchange;
+    if (connection->refused) return MHD_YES;
+    enum pend_status status = api_buffer_add(&exchange->body, data, bytes);
+    if (status == PEND_LIMIT)
+        srv_exchange_problem(exchange, 413, "the body has more bytes than the limit max-body-bytes of %.0f",
+                             srv_service_config(exchange->service)->limits.body_bytes);
+    else if (status != PEND_OK)
+        srv_exchange_busy(exchange, 1, "there is no memory left for the body");
+    else {
+        enum srv_room room = srv_exchange_hold(exchange, exchange->body.cap);
+        if (room != SRV_ROOM) srv_exchange_crowded(exchange, room, "the body");
+    }
+    if (exchange->status) {
+        srv_reply_refuse(&connection->exchange, connection->watched.fd);
+        return MHD_NO;
+    }
+    connection_body_deadline(connection);
+    return MHD_YES;
+}
+
+/* the request is complete */
+static enum MHD_Result connection_whole(struct connection *connection) {
+    if (connection->refused || srv_router_begin(&connection->exchange)) return connection_answer(connection);
+    return connection_hand_over(connection);
+}
+
+enum MHD_Result srv_connection_request(void *context, struct MHD_Connection *mhd, const char *url, const char *method,
+                                       const char *version, const char *data, size_t *bytes, void **state) {
+    (void)context, (void)mhd, (void)url, (void)version;
+    struct connection *connection = *state;
+    if (!connection) return MHD_NO;
+    assert(srv_exchange_valid(&connection->exchange));
+    if (connection->state == CONNECTION_HEAD) return connection_head(connection, method);
+    if (connection->state == CONNECTION_BODY && *bytes) {
+        size_t got = *bytes;
+        *bytes = 0;
+        return connection_body(connection, data, got);
+    }
+    if (connection->state == CONNECTION_BODY) return connection_whole(connection);
+    return connection->state == CONNECTION_WAITING ? connection_answer(connection) : MHD_NO;
+}
+
+/* the request line is there: a request begins */
+void *srv_connection_target(void *context, const char *target, struct MHD_Connection *mhd) {
+    const union MHD_ConnectionInfo *info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    struct connection *connection = info ? info->socket_context : NULL;
+    struct srv_connections *all = context;
+    if (!connection) return NULL;
+    if (connection->wire.front.requests <= connection->done) {
+        srv_log_message(all->service->log, "a request came past the front: this libmicrohttpd does not call recv");
+        return NULL;
+    }
+    size_t bytes = strnlen(target, SRV_TARGET_BYTES - 1);
+    memcpy(connection->exchange.target, target, bytes);
+    connection->exchange.target[bytes] = 0;
+    connection->exchange.received = srv_clock_now();
+    connection->state = CONNECTION_HEAD;
+    connection->refused = 0;
+    return connection;
+}
+
+/* --- the end of a request --- */
+
+static const char *connection_outcome(const struct connection *connection, enum MHD_RequestTerminationCode code) {
+    const struct srv_exchange *exchange = &connection->exchange;
+    int left = exchange->stop == SRV_STOP_LEFT;
+    if (left) return "left";
+    if (connection->state == CONNECTION_SENDING && code == MHD_REQUEST_TERMINATED_COMPLETED_OK) return "answered";
+    if (connection->state == CONNECTION_SENDING) return connection->stream.broken ? "broken" : "cut";
+    if (atomic_load(&connection->watched.late)) return "late";
+    return exchange->status ? "refused" : "incomplete";
+}
+
+static void connection_log(const struct connection *connection, const char *outcome) {
+    const struct srv_exchange *exchange = &connection->exchange;
+    int late = atomic_load(&connection->watched.late);
+    srv_ledger_enter(exchange, outcome, exchange->status ? exchange->status : late ? 408 : 0);
+}
+
+/* the client may still be sending: its unread bytes must not turn the answer into a reset */
+static void connection_linger(struct connection *connection) {
+    int fd = dup(connection->watched.fd);
+    if (fd >= 0) srv_watch_linger(connection->all->watch, fd);
+}
+
+/* Ends the connection under a broken stream. An HTTP/1.0 client would take its end for the end of the answer, and gets
+ * a reset. libmicrohttpd would do it too, but only when something happens on another connection. */
+static void connection_cut(struct connection *connection) {
+    if (connection->wire.front.old)
+        connect(connection->watched.fd, &(struct sockaddr){.sa_family = AF_UNSPEC}, sizeof(struct sockaddr));
+    else
+        shutdown(connection->watched.fd, SHUT_RDWR);
+}
+
+/* The front has found a byte that no request may have, and all requests before it are over. From now on libmicrohttpd
+ * sees the end of the stream. */
+static void connection_refuse_stream(struct connection *connection) {
+    struct srv_exchange *exchange = &connection->exchange;
+    if (!exchange->id) srv_reply_identify(exchange);
+    srv_exchange_problem(exchange, connection->wire.front.status, "%s", connection->wire.front.detail);
+    srv_reply_refuse(&connection->exchange, connection->watched.fd);
+    if (connection->state != CONNECTION_NONE) return;
+    exchange->received = srv_clock_now();
+    connection_log(connection, "refused");
+    connection_linger(connection);
+    srv_exchange_reset(exchange);
+}
+
+/* a request is over, in whatever way; its texts and its answer are not needed any more */
+void srv_connection_completed(void *context, struct MHD_Connection *mhd, void **state,
+                              enum MHD_RequestTerminationCode code) {
+    struct srv_connections *all = context;
+    struct connection *connection = *state;
+    if (!connection) return;
+    const char *outcome = connection_outcome(connection, code);
+    /* a stream that was cut is not computed on; the watch, which may be leaving it just now, does so no more */
+    if (connection->exchange.streams) {
+        srv_watch_phase(all->watch, &connection->watched, SRV_WATCH_SENDING, 0);
+        connection_leave(connection, SRV_STOP_LEFT);
+    }
+    connection_log(connection, outcome);
+    if (connection->stream.broken)
+        connection_cut(connection);
+    else if (connection->exchange.close)
+        connection_linger(connection);
+    srv_exchange_reset(&connection->exchange);
+    connection->state = CONNECTION_NONE;
+    connection->done++;
+    int more = connection->wire.front.requests > connection->done;
+    srv_watch_phase(all->watch, &connection->watched, more ? SRV_WATCH_READING : SRV_WATCH_IDLE,
+                    more ? connection_deadline(srv_service_config(all->service)->header_seconds) : 0);
+    if (!connection->wire.front.status || connection->wire.front.complete != connection->done) return;
+    connection_refuse_stream(connection);
+    /* it has nothing to read, and so nothing that would end it but time */
+    MHD_set_connection_option(mhd, MHD_CONNECTION_OPTION_TIMEOUT, 1u);
+}
+
+/* --- what the wire tells --- */
+
+static struct connection *connection_of_wire(struct srv_wire *wire) {
+    return (struct connection *)((char *)wire - offsetof(struct connection, wire));
+}
+
+static void connection_refuses(struct srv_wire *wire) { connection_refuse_stream(connection_of_wire(wire)); }
+
+static void connection_begins(struct srv_wire *wire) {
+    struct connection *connection = connection_of_wire(wire);
+    if (connection->state == CONNECTION_NONE)
+        srv_watch_phase(connection->all->watch, &connection->watched, SRV_WATCH_READING,
+                        connection_deadline(srv_service_config(connection->all->service)->header_seconds));
+}
+
+/* --- connections --- */
+
+static void connection_peer(const struct sockaddr *address, char peer[SRV_PEER_BYTES]) {
+    char text[64] = "";
+    socklen_t bytes = address && address->sa_family == AF_INET6 ? 28 : 16;
+    if (address) getnameinfo(address, bytes, text, sizeof text, NULL, 0, NI_NUMERICHOST);
+    snprintf(peer, SRV_PEER_BYTES, "%.*s", SRV_PEER_BYTES - 1, strncmp(text, "::ffff:", 7) ? text : text + 7);
+}
+
+/* the record of an address whose connections are counted; a trusted proxy's are those of its clients */
+static struct srv_client *connection_client(struct srv_service *service, const char *peer) {
+    struct srv_identity identity = {.kind = SRV_IDENTITY_ADDRESS};
+    if (srv_peer_trusted(srv_service_trusted(service), peer)) return NULL;
+    (void)srv_identity_begin(&identity, peer, NULL);
+    return srv_clients_take(service->clients, identity.source, NULL);
+}
+
+enum MHD_Result srv_connection_allow(void *context, const struct sockaddr *address, socklen_t bytes) {
+    struct srv_service *service = ((struct srv_connections *)context)->service;
+    char peer[SRV_PEER_BYTES];
+    (void)bytes;
+    connection_peer(address, peer);
+    struct srv_client *client = connection_client(service, peer);
+    if (!client) return MHD_YES;
+    int open = atomic_load(&client->connections);
+    srv_clients_give(service->clients, client);
+    if (open < connection_share(srv_service_config(service)) + CONNECTION_SURPLUS) return MHD_YES;
+    srv_metrics_count(&service->metrics.refused_own_connections, 1);
+    return MHD_NO;
+}
+
+/* counts a new connection; sets what it is beyond */
+static void connection_count(struct connection *connection, int connections) {
+    struct srv_service *service = connection->all->service;
+    connection->client = connection_client(service, connection->exchange.peer);
+    int own = connection->client ? 1 + atomic_fetch_add(&connection->client->connections, 1) : 0;
+    connection->hold = (struct srv_hold){.service = service, .kind = SRV_MEMORY_CONNECTIONS};
+    size_t bytes = sizeof *connection + CONNECTION_BYTES;
+    if (connections > (int)srv_service_config(service)->connections)
+        connection->surplus = connection_all;
+    else if (own > connection_share(srv_service_config(service)))
+        connection->surplus = connection_own;
+    else if (srv_hold_try(&connection->hold, bytes) != SRV_ROOM)
+        connection->surplus = connection_held;
+    srv_hold_set(&connection->hold, bytes);
+}
+
+static void connection_begin(struct srv_connections *all, struct MHD_Connection *mhd, void **socket) {
+    /* read at once: from 1.0 on the next question overwrites the answer */
+    int fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
+    srv_wires_here(&all->wires);
+    int connections = 1 + atomic_fetch_add(&all->service->connections, 1);
+    struct connection *connection = calloc(1, sizeof *connection);
+    if (connection && !srv_wires_add(&all->wires, fd, &connection->wire)) {
+        free(connection);
+        connection = NULL;
+    }
+    *socket = connection;
+    if (!connection) return;
+    srv_exchange_init(&connection->exchange, all->service);
+    srv_front_init(&connection->wire.front);
+    connection->exchange.finish = connection_finish;
+    const union MHD_ConnectionInfo *info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+    connection_peer(info ? info->client_addr : NULL, connection->exchange.peer);
+    connection->all = all;
+    connection->mhd = mhd;
+    connection_count(connection, connections);
+    connection->watched.fd = fd;
+    connection->watched.left = connection_left;
+    atomic_store(&connection->watched.relayed,
+                 srv_peer_trusted(srv_service_trusted(all->service), connection->exchange.peer));
+    srv_watch_add(all->watch, &connection->watched, connection->surplus ? connection_deadline(1) : 0);
+    connection->wire.begins = connection_begins;
+    connection->wire.refuses = connection_refuses;
+}
+
+static void connection_end(struct srv_connections *all, void **socket) {
+    struct connection *connection = *socket;
+    atomic_fetch_sub(&all->service->connections, 1);
+    *socket = NULL;
+    if (!connection) return;
+    /* a request that was late before libmicrohttpd saw its first line */
+    if (atomic_load(&connection->watched.late) && connection->wire.front.requests > connection->done)
+        connection_log(connection, "late");
+    srv_wires_remove(&all->wires, connection->watched.fd);
+    srv_watch_remove(all->watch, &connection->watched);
+    srv_exchange_clear(&connection->exchange);
+    srv_hold_set(&connection->hold, 0);
+    if (connection->client) {
+        atomic_fetch_sub(&connection->client->connections, 1);
+        srv_clients_give(all->service->clients, connection->client);
+    }
+    free(connection);
+}
+
+void srv_connection_notify(void *context, struct MHD_Connection *mhd, void **socket,
+                           enum MHD_ConnectionNotificationCode code) {
+    if (code == MHD_CONNECTION_NOTIFY_STARTED)
+        connection_begin(context, mhd, socket);
+    else
+        connection_end(context, socket);
+}

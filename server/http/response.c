@@ -1,0 +1,156 @@
+#include "server/http/response.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/uio.h>
+#include <time.h>
+
+#include "server/protocol/cors.h"
+#include "server/jobs/events.h"
+#include "server/work/inflight.h"
+#include "server/work/service.h"
+
+enum { REPLY_BLOCK = 65536 }; /* bytes of a stream that libmicrohttpd asks for at once, where the length is known */
+
+/* --- ids --- */
+
+static int reply_id_good(const char *text) {
+    size_t bytes = strlen(text);
+    return bytes >= 1 && bytes <= 64 &&
+           strspn(text, "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ-_.:=+/") == bytes;
+}
+
+/* version, trace, parent, flags: 00-32 digits-16 digits-2 digits (W3C Trace Context) */
+static int reply_trace_good(const char *text) {
+    static const char form[] = "##-################################-################-##";
+    if (strlen(text) != sizeof form - 1) return 0;
+    for (size_t i = 0; i < sizeof form - 1; i++)
+        if (form[i] == '-' ? text[i] != '-' : !memchr("0123456789abcdef", text[i], 16)) return 0;
+    /* the version ff is none, and ids of nothing but zeros name nothing */
+    return strncmp(text, "ff", 2) && strspn(text + 3, "0") < 32 && strspn(text + 36, "0") < 16;
+}
+
+static void reply_id_make(struct srv_exchange *exchange, char text[17]) {
+    static const char digit[] = "0123456789abcdef";
+    /* splitmix64 */
+    uint64_t x = exchange->service->seed + 0x9e3779b97f4a7c15u * (atomic_fetch_add(&exchange->service->number, 1) + 1);
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+    x ^= x >> 31;
+    for (int i = 0; i < 16; i++) text[i] = digit[x >> (60 - 4 * i) & 15];
+    text[16] = 0;
+}
+
+void srv_reply_identify(struct srv_exchange *exchange) {
+    const char *given = exchange->field[SRV_REQUEST_ID], *trace = exchange->field[SRV_TRACE];
+    if (trace && reply_trace_good(trace)) exchange->trace = trace;
+    if (given && reply_id_good(given)) {
+        exchange->id = given;
+        return;
+    }
+    char *text = srv_exchange_text(exchange, 17);
+    if (text) reply_id_make(exchange, text);
+    exchange->id = text ? text : "0";
+}
+
+/* --- header fields --- */
+
+static int reply_field(struct MHD_Response *response, const char *name, const char *value) {
+    return MHD_add_response_header(response, name, value) == MHD_YES;
+}
+
+static int reply_cors(struct MHD_Response *response, const struct srv_exchange *exchange) {
+    const char *allowed = srv_service_config(exchange->service)->cors_origins, *asked = exchange->field[SRV_ORIGIN];
+    const char *origin = srv_cors_origin(allowed, asked, exchange->closed);
+    int good = !srv_cors_varies(allowed) || reply_field(response, "Vary", "Origin");
+    if (!origin) return good;
+    good = good && reply_field(response, "Access-Control-Allow-Origin", origin);
+    return good && (!asked || reply_field(response, "Access-Control-Expose-Headers", srv_cors_expose));
+}
+
+static int reply_number(struct MHD_Response *response, const char *name, double value) {
+    char text[24];
+    snprintf(text, sizeof text, "%.0f", value);
+    return reply_field(response, name, text);
+}
+
+static int reply_quota(struct MHD_Response *response, const struct srv_exchange *exchange) {
+    const struct srv_quota *quota = &exchange->quota;
+    if (quota->refresh <= 0) return 1;
+    return reply_number(response, "RateLimit-Limit", srv_service_config(exchange->service)->requests_a_minute) &&
+           reply_number(response, "RateLimit-Remaining", floor(quota->left)) &&
+           reply_number(response, "RateLimit-Reset", ceil(quota->refresh));
+}
+
+static int reply_fields(struct MHD_Response *response, const struct srv_exchange *exchange) {
+    const struct srv_payload *payload = exchange->payload;
+    int good = !exchange->media_type || reply_field(response, "Content-Type", exchange->media_type);
+    for (int i = 0; i < exchange->headers && good; i++)
+        good = reply_field(response, exchange->header[i].name, exchange->header[i].value);
+    for (int i = 0; payload && i < payload->headers && good; i++)
+        good = reply_field(response, payload->header[i].name, payload->header[i].value);
+    good = good && reply_field(response, "X-Request-Id", exchange->id);
+    good = good && reply_field(response, "X-Content-Type-Options", "nosniff");
+    if (exchange->trace) good = good && reply_field(response, "Traceparent", exchange->trace);
+    if (exchange->close) good = good && reply_field(response, "Connection", "close");
+    return good && reply_cors(response, exchange) && reply_quota(response, exchange);
+}
+
+/* --- bodies --- */
+
+/* what was found out while the body was sent. Without memory it is not told: the body is complete */
+static void reply_trail(struct srv_reply_stream *stream) {
+    struct api_told told;
+    srv_flights_told(stream->exchange, &told);
+    for (int i = 0; i < told.count; i++)
+        (void)MHD_add_response_footer(stream->response, told.field[i].name, told.field[i].value);
+}
+
+/* libmicrohttpd wants bytes of a stream */
+static ssize_t reply_read(void *context, uint64_t position, char *to, size_t cap) {
+    struct srv_reply_stream *stream = context;
+    long count = stream->exchange->listens ? srv_events_read(stream->exchange, to, cap, stream->pause)
+                                           : srv_flights_read(stream->exchange, to, cap, stream->pause);
+    if (count == SRV_FLIGHT_END) {
+        if (stream->exchange->trails) reply_trail(stream);
+        return MHD_CONTENT_READER_END_OF_STREAM;
+    }
+    stream->broken = count == SRV_FLIGHT_BROKEN;
+    if (stream->broken) return MHD_CONTENT_READER_END_WITH_ERROR;
+    stream->moved(stream->exchange, count ? position + (uint64_t)count : 0);
+    return count;
+}
+
+struct MHD_Response *srv_reply_new(const struct srv_exchange *exchange, struct srv_reply_stream *stream) {
+    uint64_t length = exchange->stream_bytes < 0 ? MHD_SIZE_UNKNOWN : (uint64_t)exchange->stream_bytes;
+    struct MHD_Response *response =
+        exchange->streams
+            ? MHD_create_response_from_callback(length, REPLY_BLOCK, reply_read, stream, NULL)
+            : MHD_create_response_from_buffer(exchange->bytes, (void *)exchange->data, MHD_RESPMEM_PERSISTENT);
+    stream->response = response;
+    int good = response && (!exchange->trails || reply_field(response, "Trailer", api_told_names));
+    if (!response || (good && reply_fields(response, exchange))) return response;
+    MHD_destroy_response(response);
+    return NULL;
+}
+
+void srv_reply_refuse(struct srv_exchange *exchange, int fd) {
+    char head[768], date[40], cors[300] = "";
+    time_t now = time(NULL);
+    struct tm part;
+    const char *origin = srv_cors_origin(srv_service_config(exchange->service)->cors_origins,
+                                         exchange->field[SRV_ORIGIN], exchange->closed);
+    if (origin) snprintf(cors, sizeof cors, "Access-Control-Allow-Origin: %.255s\r\n", origin);
+    strftime(date, sizeof date, "%a, %d %b %Y %H:%M:%S GMT", gmtime_r(&now, &part));
+    int bytes = snprintf(head, sizeof head,
+                         "HTTP/1.1 %d %s\r\nDate: %s\r\nConnection: close\r\nContent-Type: %s\r\n"
+                         "Cache-Control: no-store\r\nX-Request-Id: %s\r\nX-Content-Type-Options: nosniff\r\n%s"
+                         "Content-Length: %zu\r\n\r\n",
+                         exchange->status, MHD_get_reason_phrase_for((unsigned)exchange->status), date,
+                         exchange->media_type, exchange->id, cors, exchange->bytes);
+    struct iovec parts[] = {{head, (size_t)bytes}, {(void *)exchange->data, exchange->bytes}};
+    (void)!sendmsg(fd, &(struct msghdr){.msg_iov = parts, .msg_iovlen = 2}, MSG_DONTWAIT | MSG_NOSIGNAL);
+    exchange->close = 1;
+}

@@ -1,0 +1,259 @@
+#include "server/http/router.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "server/work/admission.h"
+#include "server/work/result.h"
+#include "server/http/assets.h"
+#include "server/work/compute.h"
+#include "server/protocol/cors.h"
+#include "server/base/hosts.h"
+#include "server/jobs/job_results.h"
+#include "server/jobs/jobs.h"
+#include "server/http/probes.h"
+#include "server/jobs/scenes.h"
+
+static void router_metrics(struct srv_exchange *exchange) {
+    struct srv_gauges gauges = srv_service_gauges(exchange->service);
+    if (srv_metrics_write(&exchange->service->metrics, &gauges, srv_router_label, &exchange->answer) != PEND_OK) {
+        srv_exchange_busy(exchange, 1, "out of memory");
+        return;
+    }
+    srv_exchange_answered(exchange, 200, "text/plain; version=0.0.4; charset=utf-8");
+    srv_exchange_header(exchange, "Cache-Control", "no-store");
+}
+
+static const struct srv_route router_table[] = {
+    {"POST", "/v1/trees", NULL, NULL, API_OP_TREES, "POST /v1/trees", 0},
+    {"POST", "/v1/trajectories", NULL, NULL, API_OP_TRAJECTORIES, "POST /v1/trajectories", 0},
+    {"POST", "/v1/forces", NULL, NULL, API_OP_FORCES, "POST /v1/forces", 0},
+    {"POST", "/v1/modes", NULL, NULL, API_OP_MODES, "POST /v1/modes", 0},
+    {"POST", "/v1/ensembles", NULL, NULL, API_OP_ENSEMBLES, "POST /v1/ensembles", 0},
+    {"POST", "/v1/lyapunov", NULL, NULL, API_OP_LYAPUNOV, "POST /v1/lyapunov", 0},
+    {"POST", "/v1/sections", NULL, NULL, API_OP_SECTIONS, "POST /v1/sections", 0},
+    {"POST", "/v1/equations", NULL, NULL, API_OP_EQUATIONS, "POST /v1/equations", 0},
+    {"GET", "/v1/presets", NULL, NULL, API_OP_PRESETS, "GET /v1/presets", 0},
+    {"GET", "/v1/presets/{name}", NULL, NULL, API_OP_PRESET, "GET /v1/presets/{name}", 0},
+    {"POST", "/v1/scenes", NULL, srv_scenes_create, API_OP_COUNT, "POST /v1/scenes", SRV_ROUTE_CLOSED},
+    {"GET", "/v1/scenes/{id}", NULL, srv_scenes_read, API_OP_COUNT, "GET /v1/scenes/{id}", 0},
+    {"DELETE", "/v1/scenes/{id}", NULL, srv_scenes_drop, API_OP_COUNT, "DELETE /v1/scenes/{id}", SRV_ROUTE_CLOSED},
+    {"GET", "/v1/jobs", NULL, srv_jobs_list, API_OP_COUNT, "GET /v1/jobs", SRV_ROUTE_CLOSED},
+    {"GET", "/v1/jobs/{id}", NULL, srv_jobs_read, API_OP_COUNT, "GET /v1/jobs/{id}", 0},
+    {"DELETE", "/v1/jobs/{id}", NULL, srv_jobs_dismiss, API_OP_COUNT, "DELETE /v1/jobs/{id}", SRV_ROUTE_CLOSED},
+    {"GET", "/v1/jobs/{id}/events", NULL, srv_jobs_events, API_OP_COUNT, "GET /v1/jobs/{id}/events", 0},
+    {"GET", "/v1/jobs/{id}/results", NULL, srv_job_results, API_OP_COUNT, "GET /v1/jobs/{id}/results", 0},
+    {"GET", "/", srv_assets_index, NULL, API_OP_COUNT, "GET /", 0},
+    {"GET", "/docs", srv_assets_docs, NULL, API_OP_COUNT, "GET /docs", 0},
+    {"GET", "/page/{digest}/{file}", srv_assets_file, NULL, API_OP_COUNT, "GET /page/{digest}/{file}", 0},
+    {"GET", "/openapi.json", srv_assets_description, NULL, API_OP_COUNT, "GET /openapi.json", 0},
+    {"GET", "/healthz", srv_probes_health, NULL, API_OP_COUNT, "GET /healthz", SRV_ROUTE_ANY_HOST},
+    {"GET", "/version", srv_probes_version, NULL, API_OP_COUNT, "GET /version", 0},
+    {"GET", "/readyz", srv_probes_readiness, NULL, API_OP_COUNT, "GET /readyz", SRV_ROUTE_ANY_HOST},
+    {"GET", "/metrics", router_metrics, NULL, API_OP_COUNT, "GET /metrics", SRV_ROUTE_ANY_ADDRESS | SRV_ROUTE_CLOSED},
+};
+
+enum { ROUTER_COUNT = sizeof router_table / sizeof *router_table, ROUTER_ALLOW = 64, ROUTER_LABEL = 64 };
+
+_Static_assert((int)ROUTER_COUNT < (int)SRV_METRIC_ROUTES, "every route has its counters");
+
+const struct srv_route *srv_router_row(int i) { return i >= 0 && i < ROUTER_COUNT ? &router_table[i] : NULL; }
+
+int srv_router_number(const struct srv_route *route) { return route ? (int)(route - router_table) : -1; }
+
+const char *srv_router_label(int i) { return i >= 0 && i < ROUTER_COUNT ? router_table[i].label : NULL; }
+
+/* does the path follow the pattern? Its variable part is from *argument on, *bytes long; NULL where there is none. Two
+ * variables are the path's rest, slashes and all. */
+static int router_match(const char *pattern, const char *path, const char **argument, size_t *bytes) {
+    size_t fixed = strcspn(pattern, "{");
+    *argument = NULL;
+    *bytes = 0;
+    if (!pattern[fixed]) return !strcmp(pattern, path);
+    if (strncmp(pattern, path, fixed)) return 0;
+    int rest = strchr(pattern + fixed + 1, '{') != NULL;
+    *bytes = rest ? strlen(path + fixed) : strcspn(path + fixed, "/");
+    *argument = path + fixed;
+    if (rest) return *bytes > 0;
+    if (!*bytes || strcmp(path + fixed + *bytes, strchr(pattern, '}') + 1)) return 0;
+    *argument = path + fixed;
+    return 1;
+}
+
+/* can the route be asked by QUERY as well? What only computes changes nothing */
+static int router_queried(const struct srv_route *route) {
+    return !strcmp(route->method, "POST") && route->op != API_OP_COUNT;
+}
+
+static int router_serves(const struct srv_route *route, const char *method) {
+    if (!strcmp(route->method, method)) return 1;
+    if (!strcmp(method, "QUERY")) return router_queried(route);
+    return !strcmp(route->method, "GET") && !strcmp(method, "HEAD");
+}
+
+static void router_allow_add(char allow[ROUTER_ALLOW], const char *method) {
+    size_t bytes = strlen(allow);
+    snprintf(allow + bytes, ROUTER_ALLOW - bytes, "%s%s", bytes ? ", " : "", method);
+}
+
+/* what a path can do, without the routes that are special in one of these ways; "" where there is no such path */
+static void router_allow(const char *path, unsigned without, char allow[ROUTER_ALLOW]) {
+    const char *argument;
+    size_t bytes;
+    int any = 0;
+    allow[0] = 0;
+    for (int i = 0; i < ROUTER_COUNT; i++) {
+        if (!router_match(router_table[i].pattern, path, &argument, &bytes)) continue;
+        any = 1;
+        if (router_table[i].special & without) continue;
+        router_allow_add(allow, router_table[i].method);
+        if (!strcmp(router_table[i].method, "GET")) router_allow_add(allow, "HEAD");
+        if (router_queried(&router_table[i])) router_allow_add(allow, "QUERY");
+    }
+    if (any) router_allow_add(allow, "OPTIONS");
+}
+
+/* the route of a method and a path, whose variable part is told as router_match does; NULL where there is none */
+static const struct srv_route *router_route(const char *method, const char *path, const char **argument,
+                                            size_t *bytes) {
+    for (int i = 0; i < ROUTER_COUNT; i++)
+        if (router_serves(&router_table[i], method) && router_match(router_table[i].pattern, path, argument, bytes))
+            return &router_table[i];
+    return NULL;
+}
+
+/* does a page of another origin ask, which is not listed? */
+static int router_foreign(const struct srv_exchange *exchange) {
+    return srv_cors_foreign(srv_service_config(exchange->service)->cors_origins, exchange->field[SRV_ORIGIN],
+                            exchange->field[SRV_FETCH_SITE], exchange->host);
+}
+
+/* OPTIONS; a browser that asks before a page's request wants to know what such a request may have */
+static void router_options(struct srv_exchange *exchange) {
+    const char *argument, *method = exchange->field[SRV_PREFLIGHT];
+    size_t bytes;
+    srv_exchange_static(exchange, 204, NULL, NULL, 0);
+    if (!exchange->field[SRV_ORIGIN] || !method) return;
+    char *methods = srv_exchange_text(exchange, ROUTER_ALLOW);
+    if (!methods) return;
+    const struct srv_route *route = router_route(method, exchange->path, &argument, &bytes);
+    exchange->closed = route && (route->special & SRV_ROUTE_CLOSED);
+    router_allow(exchange->path, router_foreign(exchange) ? SRV_ROUTE_CLOSED : 0, methods);
+    srv_exchange_header(exchange, "Access-Control-Allow-Methods", methods);
+    srv_exchange_header(exchange, "Access-Control-Allow-Headers", srv_cors_fields);
+    srv_exchange_header(exchange, "Access-Control-Max-Age", "86400");
+}
+
+/* OPTIONS, 404 or 405 */
+static void router_explain(struct srv_exchange *exchange) {
+    char *allow = srv_exchange_text(exchange, ROUTER_ALLOW);
+    if (!allow) {
+        srv_exchange_problem(exchange, 431, "the request's head is too long");
+        return;
+    }
+    router_allow(exchange->path, 0, allow);
+    int options = !strcmp(exchange->method, "OPTIONS");
+    if (options && !strcmp(exchange->path, "*")) strcpy(allow, "GET, HEAD, POST, QUERY, DELETE, OPTIONS");
+    if (!allow[0]) {
+        srv_exchange_problem(exchange, 404, "there is nothing at %.200s; see /openapi.json", exchange->path);
+        return;
+    }
+    if (options)
+        router_options(exchange);
+    else
+        srv_exchange_problem(exchange, 405, "%.40s is not for %.200s, but %s", exchange->method, exchange->path, allow);
+    srv_exchange_header(exchange, "Allow", allow);
+}
+
+/* the variable part as a text of its own; 0 without room */
+static int router_argument(struct srv_exchange *exchange, const char *argument, size_t bytes) {
+    exchange->argument = argument;
+    if (!argument || !argument[bytes]) return 1;
+    char *text = srv_exchange_text(exchange, bytes + 1);
+    if (!text) return 0;
+    memcpy(text, argument, bytes);
+    text[bytes] = 0;
+    exchange->argument = text;
+    return 1;
+}
+
+/* may the exchange go on with its route? Else it is answered */
+static int router_admit(struct srv_exchange *exchange) {
+    const struct srv_route *route = exchange->route;
+    const struct srv_service *service = exchange->service;
+    if (route->handle) return 1;
+    if (!srv_config_answers(&service->config)) {
+        srv_exchange_busy(exchange, 60, "this process computes jobs and answers nothing else: --role worker");
+        return 0;
+    }
+    if (route->begin) return 1;
+    if (atomic_load(&service->draining) < SRV_DRAIN_HURRY) return srv_admission_count(exchange);
+    srv_exchange_busy(exchange, 5, "the server is stopping");
+    exchange->close = 1;
+    return 0;
+}
+
+/* may a page of this origin ask for it? Else the exchange is answered */
+static int router_open(struct srv_exchange *exchange) {
+    int job = srv_jobs_wanted(exchange);
+    exchange->closed = (exchange->route->special & SRV_ROUTE_CLOSED) != 0;
+    if ((!exchange->closed && !job) || !router_foreign(exchange)) {
+        exchange->closed |= job;
+        return 1;
+    }
+    srv_exchange_problem(exchange, 403,
+                         "a web page of the origin %.100s may compute here and read by id, and no more: the option "
+                         "cors-origins lists pages that may make, list and end jobs and scenes",
+                         exchange->field[SRV_ORIGIN]);
+    return 0;
+}
+
+/* does the server answer to the host that the request names? */
+static int router_host(const struct srv_exchange *exchange, const struct srv_route *route) {
+    unsigned special = route ? route->special : 0;
+    if (special & SRV_ROUTE_ANY_HOST) return 1;
+    if ((special & SRV_ROUTE_ANY_ADDRESS) && srv_hosts_numeric(exchange->host)) return 1;
+    return srv_hosts_allow(srv_service_hosts(exchange->service), exchange->host);
+}
+
+int srv_router_find(struct srv_exchange *exchange) {
+    const char *argument;
+    size_t bytes;
+    const struct srv_route *route = router_route(exchange->method, exchange->path, &argument, &bytes);
+    if (!router_host(exchange, route)) {
+        srv_exchange_problem(
+            exchange, 421,
+            "this server does not answer to the host %.100s: the option --hosts lists those that it does",
+            exchange->host);
+        return 0;
+    }
+    if (!srv_admission_identify(exchange)) return 0;
+    if (!route) {
+        router_explain(exchange);
+        return 0;
+    }
+    exchange->route = route;
+    exchange->op = route->op;
+    if (router_argument(exchange, argument, bytes)) return router_open(exchange) && router_admit(exchange);
+    srv_exchange_problem(exchange, 431, "the request's head is too long");
+    return 0;
+}
+
+int srv_router_begin(struct srv_exchange *exchange) {
+    const struct srv_route *route = exchange->route;
+    if (route->handle) {
+        route->handle(exchange);
+        return 1;
+    }
+    return !route->begin && !srv_jobs_wanted(exchange) && srv_answer_cached(exchange);
+}
+
+void srv_router_hand(struct srv_exchange *exchange) {
+    const struct srv_route *route = exchange->route;
+    if (route->begin)
+        route->begin(exchange);
+    else if (srv_jobs_wanted(exchange))
+        srv_jobs_submit(exchange);
+    else
+        srv_compute_begin(exchange);
+}

@@ -1,0 +1,283 @@
+#include "server/http/watch.h"
+
+#include <assert.h>
+#include <errno.h>
+#include <poll.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "server/base/clock.h"
+
+enum {
+    WATCH_SLOW_MS = 250,  /* the tick when only deadlines matter */
+    WATCH_AFTERGLOW = 40, /* quick ticks after the last waiting connection, so that short requests wake nobody */
+    WATCH_SIGHTS = 2      /* ticks that a client that has shut its side is given: it may still want its answer */
+};
+
+static const char watch_head[] = "HTTP/1.1 408 Request Timeout\r\nContent-Type: application/problem+json\r\n"
+                                 "Cache-Control: no-store\r\nConnection: close\r\n";
+static const char watch_body[] = "{\"type\":\"about:blank\",\"title\":\"Request Timeout\",\"status\":408,"
+                                 "\"detail\":\"the request did not arrive in time as a whole\"}";
+
+struct watch_lingerer {
+    int fd;
+    int64_t deadline;
+};
+
+/* The ring of watched connections closes in `ring`; those whose client waits come first, so that a quick tick need not
+ * look at thousands of others. */
+struct srv_watch {
+    pthread_mutex_t lock;
+    pthread_cond_t wake;
+    pthread_t thread;
+    int stopping, asleep; /* asleep: the thread waits longer than a quick tick */
+    int count, waiting, glow;
+    int64_t listened; /* ns: when those who listen were looked at */
+    struct srv_watched ring;
+    char timeout[512]; /* the answer 408 */
+    int lingerers;
+    int most; /* of these, that there may be */
+    struct watch_lingerer linger[SRV_WATCH_LINGERING];
+};
+
+/* the time is over: says so to a client whose request does not come to its end, and ends the connection */
+static void watch_expire(struct srv_watch *watch, struct srv_watched *watched) {
+    if (watched->phase == SRV_WATCH_READING) {
+        atomic_store(&watched->late, 1);
+        (void)!send(watched->fd, watch->timeout, strlen(watch->timeout), MSG_DONTWAIT | MSG_NOSIGNAL);
+    }
+    shutdown(watched->fd, SHUT_RDWR);
+    watched->deadline = 0;
+}
+
+/* looks whether the client of a waiting connection is still there */
+static void watch_look(struct srv_watched *watched) {
+    struct pollfd look = {.fd = watched->fd, .events = POLLRDHUP};
+    if (watched->seen >= WATCH_SIGHTS || poll(&look, 1, 0) <= 0) return;
+    watched->seen = look.revents & (POLLERR | POLLHUP) ? WATCH_SIGHTS : watched->seen + 1;
+    if (watched->seen >= WATCH_SIGHTS) watched->left(watched);
+}
+
+/* Shows a client's end in mid-request to libmicrohttpd. A read that gives less than was asked for counts there as the
+ * last one until epoll speaks again, and an end that came with that data is not spoken of again. */
+static void watch_end(struct srv_watched *watched) {
+    struct pollfd look = {.fd = watched->fd, .events = POLLRDHUP};
+    int unread = 0;
+    if (poll(&look, 1, 0) <= 0 || ioctl(watched->fd, FIONREAD, &unread) || unread) return;
+    if (++watched->seen >= WATCH_SIGHTS) shutdown(watched->fd, SHUT_RD);
+}
+
+static void watch_unlink(struct srv_watched *watched) {
+    watched->previous->next = watched->next;
+    watched->next->previous = watched->previous;
+}
+
+static void watch_link(struct srv_watched *before, struct srv_watched *watched) {
+    watched->previous = before;
+    watched->next = before->next;
+    before->next = watched->next->previous = watched;
+}
+
+static void watch_round(struct srv_watch *watch) {
+    int64_t now = srv_clock_now();
+    int slow = now - watch->listened >= (int64_t)(WATCH_SLOW_MS - SRV_WATCH_TICK_MS) * 1000000;
+    if (slow) watch->listened = now;
+    for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring; watched = watched->next) {
+        if (watched->phase != SRV_WATCH_WAITING && !slow) return;
+        if (watched->phase == SRV_WATCH_WAITING || watched->phase == SRV_WATCH_LISTENING) watch_look(watched);
+        if (watched->phase == SRV_WATCH_READING && slow) watch_end(watched);
+        if (watched->deadline && now > watched->deadline) watch_expire(watch, watched);
+    }
+}
+
+/* reads on what nobody wants; returns 0 once it has ended */
+static int watch_read_on(int fd) {
+    char rubbish[16384];
+    for (int turn = 0; turn < 16; turn++) {
+        ssize_t got = recv(fd, rubbish, sizeof rubbish, MSG_DONTWAIT);
+        if (got < 0 && errno == EINTR) continue;
+        if (got <= 0) return got < 0 && errno == EAGAIN;
+    }
+    return 1;
+}
+
+static void watch_linger_round(struct srv_watch *watch) {
+    int64_t now = srv_clock_now();
+    int kept = 0;
+    for (int i = 0; i < watch->lingerers; i++) {
+        struct watch_lingerer lingerer = watch->linger[i];
+        if (now < lingerer.deadline && watch_read_on(lingerer.fd))
+            watch->linger[kept++] = lingerer;
+        else
+            close(lingerer.fd);
+    }
+    watch->lingerers = kept;
+}
+
+/* how long the thread may sleep; 0 = until it is woken */
+static int watch_pause(struct srv_watch *watch) {
+    if (watch->waiting || watch->lingerers) watch->glow = WATCH_AFTERGLOW;
+    if (watch->glow-- > 0) return SRV_WATCH_TICK_MS;
+    watch->glow = 0;
+    return watch->count ? WATCH_SLOW_MS : 0;
+}
+
+static void watch_sleep(struct srv_watch *watch) {
+    int ms = watch_pause(watch);
+    struct timespec until;
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    until.tv_nsec += (long)ms * 1000000;
+    until.tv_sec += until.tv_nsec / 1000000000;
+    until.tv_nsec %= 1000000000;
+    watch->asleep = ms != SRV_WATCH_TICK_MS;
+    if (ms)
+        pthread_cond_timedwait(&watch->wake, &watch->lock, &until);
+    else
+        pthread_cond_wait(&watch->wake, &watch->lock);
+    watch->asleep = 0;
+}
+
+static void *watch_main(void *argument) {
+    struct srv_watch *watch = argument;
+    pthread_mutex_lock(&watch->lock);
+    while (!watch->stopping) {
+        watch_round(watch);
+        watch_linger_round(watch);
+        watch_sleep(watch);
+    }
+    pthread_mutex_unlock(&watch->lock);
+    return NULL;
+}
+
+void srv_watch_lingering(struct srv_watch *watch, int most) { watch->most = most; }
+
+enum pend_status srv_watch_new(struct srv_watch **watch) {
+    struct srv_watch *made = *watch = calloc(1, sizeof *made);
+    if (!made) return PEND_NO_MEMORY;
+    made->most = SRV_WATCH_LINGERING;
+    pthread_condattr_t monotonic;
+    pthread_condattr_init(&monotonic);
+    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    pthread_mutex_init(&made->lock, NULL);
+    pthread_cond_init(&made->wake, &monotonic);
+    pthread_condattr_destroy(&monotonic);
+    made->ring.next = made->ring.previous = &made->ring;
+    snprintf(made->timeout, sizeof made->timeout, "%sContent-Length: %zu\r\n\r\n%s", watch_head, sizeof watch_body - 1,
+             watch_body);
+    if (!pthread_create(&made->thread, NULL, watch_main, made)) return PEND_OK;
+    pthread_cond_destroy(&made->wake);
+    pthread_mutex_destroy(&made->lock);
+    free(made);
+    *watch = NULL;
+    return PEND_NO_MEMORY;
+}
+
+void srv_watch_free(struct srv_watch **watch) {
+    struct srv_watch *gone = *watch;
+    *watch = NULL;
+    if (!gone) return;
+    pthread_mutex_lock(&gone->lock);
+    gone->stopping = 1;
+    pthread_cond_signal(&gone->wake);
+    pthread_mutex_unlock(&gone->lock);
+    pthread_join(gone->thread, NULL);
+    assert(!gone->count);
+    for (int i = 0; i < gone->lingerers; i++) close(gone->linger[i].fd);
+    pthread_cond_destroy(&gone->wake);
+    pthread_mutex_destroy(&gone->lock);
+    free(gone);
+}
+
+/* ends a long sleep; called with the lock */
+static void watch_wake(struct srv_watch *watch) {
+    if (watch->asleep) pthread_cond_signal(&watch->wake);
+    watch->asleep = 0;
+}
+
+void srv_watch_add(struct srv_watch *watch, struct srv_watched *watched, int64_t deadline) {
+    pthread_mutex_lock(&watch->lock);
+    watched->phase = SRV_WATCH_IDLE;
+    watched->deadline = deadline;
+    watched->since = srv_clock_now();
+    watched->served = watched->seen = 0;
+    watch_link(watch->ring.previous, watched);
+    if (!watch->count++) watch_wake(watch);
+    pthread_mutex_unlock(&watch->lock);
+}
+
+void srv_watch_remove(struct srv_watch *watch, struct srv_watched *watched) {
+    pthread_mutex_lock(&watch->lock);
+    watch_unlink(watched);
+    watch->count--;
+    watch->waiting -= watched->phase == SRV_WATCH_WAITING;
+    pthread_mutex_unlock(&watch->lock);
+}
+
+void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched, enum srv_watch_phase phase,
+                     int64_t deadline) {
+    pthread_mutex_lock(&watch->lock);
+    int waits = phase == SRV_WATCH_WAITING;
+    if (waits != (watched->phase == SRV_WATCH_WAITING)) {
+        watch->waiting += waits ? 1 : -1;
+        watch_unlink(watched);
+        watch_link(waits ? &watch->ring : watch->ring.previous, watched);
+    }
+    watched->phase = phase;
+    watched->deadline = deadline;
+    watched->seen = 0;
+    if (phase == SRV_WATCH_IDLE) {
+        watched->since = srv_clock_now();
+        watched->served = 1;
+    }
+    if (phase == SRV_WATCH_WAITING) watch_wake(watch);
+    pthread_mutex_unlock(&watch->lock);
+}
+
+void srv_watch_leave_all(struct srv_watch *watch) {
+    pthread_mutex_lock(&watch->lock);
+    for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring; watched = watched->next)
+        if ((watched->phase == SRV_WATCH_WAITING || watched->phase == SRV_WATCH_STREAMING ||
+             watched->phase == SRV_WATCH_LISTENING) &&
+            watched->seen < WATCH_SIGHTS) {
+            watched->seen = WATCH_SIGHTS;
+            watched->left(watched);
+        }
+    pthread_mutex_unlock(&watch->lock);
+}
+
+int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience) {
+    int busy = 0;
+    int64_t now = srv_clock_now(), moment = (int64_t)SRV_WATCH_MOMENT_MS * 1000000,
+            lingering = now + (int64_t)SRV_WATCH_LINGER_MS * 1000000 - moment;
+    if (patience < moment) patience = moment;
+    pthread_mutex_lock(&watch->lock);
+    for (int i = 0; i < watch->lingerers; i++) busy += watch->linger[i].deadline > lingering;
+    for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring; watched = watched->next) {
+        int unread = 0;
+        /* a browser asks again on another connection; a proxy must not, where it has sent a POST on this one */
+        int64_t kept = atomic_load(&watched->relayed) ? patience : moment;
+        busy += watched->phase != SRV_WATCH_IDLE || now - watched->since < (watched->served ? moment : patience) ||
+                (watched->served && now - began < kept) || ioctl(watched->fd, FIONREAD, &unread) || unread;
+    }
+    pthread_mutex_unlock(&watch->lock);
+    return busy;
+}
+
+void srv_watch_linger(struct srv_watch *watch, int fd) {
+    shutdown(fd, SHUT_WR);
+    pthread_mutex_lock(&watch->lock);
+    int room = watch->lingerers < watch->most;
+    if (room) {
+        int64_t deadline = srv_clock_now() + (int64_t)SRV_WATCH_LINGER_MS * 1000000;
+        watch->linger[watch->lingerers++] = (struct watch_lingerer){fd, deadline};
+        watch_wake(watch);
+    }
+    pthread_mutex_unlock(&watch->lock);
+    if (!room) close(fd);
+}

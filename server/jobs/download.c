@@ -1,0 +1,209 @@
+#include "server/jobs/download.h"
+
+#include <pthread.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/work/inflight.h"
+
+enum { DOWNLOAD_AHEAD = 2 }; /* pieces that are kept: one is encoded while the next is read */
+
+struct download {
+    struct srv_source source; /* first */
+    struct srv_ask ask;
+    struct srv_storage *storage;
+    struct srv_hold hold; /* of the pieces */
+    char id[SRV_ID_BYTES];
+    long shards;
+    void *body; /* of the request */
+
+    /* the storage's while it is asked: which piece, and where it goes */
+    struct {
+        long shard, chunk;
+        char *to;
+        size_t bytes;
+    } read;
+
+    pthread_mutex_t lock;     /* of what follows; taken before that of the flights */
+    struct srv_work *waiting; /* it rests until a piece is here */
+    int asked;                /* the storage reads a piece */
+    int stale;                /* that piece is not wanted any more */
+    int gone;                 /* nobody waits any more: who gets the piece ends the download */
+    long shard, chunk;        /* that follow upon what was read */
+    enum srv_stored stored;   /* why nothing more can be read; SRV_STORED = nothing is wrong */
+    int first, count;         /* pieces that are here: a ring */
+    size_t bytes[DOWNLOAD_AHEAD];
+    char data[]; /* DOWNLOAD_AHEAD pieces */
+};
+
+static struct download *download_of(struct srv_ask *ask) {
+    return (struct download *)((char *)ask - offsetof(struct download, ask));
+}
+
+static void download_end(struct download *download) {
+    struct srv_hold *hold = &download->hold;
+    pthread_mutex_destroy(&download->lock);
+    srv_hold_set(hold, 0);
+    if (hold->payer) srv_clients_give(hold->service->clients, hold->payer);
+    free(download->body);
+    free(download);
+}
+
+/* --- what the threads of the storage do --- */
+
+static enum srv_stored download_run(struct srv_store *store, struct srv_store_call *call) {
+    struct download *download = download_of((struct srv_ask *)call);
+    return srv_store_chunk(store, download->id, download->read.shard, download->read.chunk, download->read.to,
+                           &download->read.bytes);
+}
+
+/* asks for the next piece where there is room for it, and any; called with the lock */
+static void download_ask(struct download *download) {
+    int over = download->shard == download->shards || download->stored != SRV_STORED;
+    if (download->asked || over || download->count == DOWNLOAD_AHEAD) return;
+    int place = (download->first + download->count) % DOWNLOAD_AHEAD;
+    download->read.shard = download->shard;
+    download->read.chunk = download->chunk;
+    download->read.to = download->data + (size_t)place * SRV_CHUNK_BYTES;
+    download->read.bytes = 0;
+    download->asked = 1;
+    srv_storage_ask(download->storage, SRV_ASK_READ, &download->ask);
+}
+
+/* a piece, or what is in its place, has come; called with the lock */
+static void download_take(struct download *download, enum srv_stored stored) {
+    /* a part that fills its last piece ends where there is no other */
+    int none = stored == SRV_STORED_NONE && download->chunk > 0;
+    size_t bytes = none ? 0 : download->read.bytes;
+    if (stored != SRV_STORED && !none) {
+        download->stored = stored;
+        return;
+    }
+    download->chunk++;
+    if (bytes < SRV_CHUNK_BYTES) {
+        download->shard++;
+        download->chunk = 0;
+    }
+    if (bytes) download->bytes[(download->first + download->count++) % DOWNLOAD_AHEAD] = bytes;
+}
+
+/* is there a piece, an error or the end? called with the lock */
+static int download_has(const struct download *download) {
+    return download->count || download->stored != SRV_STORED || download->shard == download->shards;
+}
+
+static void download_done(struct srv_ask *ask) {
+    struct download *download = download_of(ask);
+    pthread_mutex_lock(&download->lock);
+    int gone = download->gone;
+    download->asked = 0;
+    if (!gone) {
+        if (!download->stale) download_take(download, ask->call.stored);
+        download->stale = 0;
+        download_ask(download);
+        if (download->waiting && download_has(download)) {
+            /* it does not end before it was given the lock, whatever becomes of it meanwhile */
+            srv_flights_unpark(download->waiting);
+            download->waiting = NULL;
+        }
+    }
+    pthread_mutex_unlock(&download->lock);
+    if (gone) download_end(download);
+}
+
+/* --- what a worker does --- */
+
+static int download_ready(void *context) {
+    struct download *download = context;
+    pthread_mutex_lock(&download->lock);
+    download_ask(download);
+    int has = download_has(download);
+    pthread_mutex_unlock(&download->lock);
+    return has;
+}
+
+static enum pend_status download_fetch(void *context, void *data, size_t cap, size_t *bytes, struct pend_error *error) {
+    struct download *download = context;
+    enum pend_status status = PEND_OK;
+    *bytes = 0;
+    if (cap < SRV_CHUNK_BYTES)
+        return pend_fail(error, PEND_BUG, -1, 0, "a chunk of %d bytes has no room", SRV_CHUNK_BYTES);
+    pthread_mutex_lock(&download->lock);
+    enum srv_stored stored = download->stored;
+    if (download->count) {
+        *bytes = download->bytes[download->first];
+        memcpy(data, download->data + (size_t)download->first * SRV_CHUNK_BYTES, *bytes);
+        download->first = (download->first + 1) % DOWNLOAD_AHEAD;
+        download->count--;
+        download_ask(download);
+    } else if (stored != SRV_STORED) {
+        status = pend_fail(error, PEND_CANCELLED, -1, 0,
+                           stored == SRV_STORED_NONE      ? "the job's results are not kept any more"
+                           : stored == SRV_STORED_DAMAGED ? "the job's results are damaged where they are kept"
+                                                          : "the store is out of reach");
+    } else if (download->shard < download->shards) {
+        status = pend_fail(error, PEND_BUG, -1, 0, "nothing was read yet");
+    }
+    pthread_mutex_unlock(&download->lock);
+    return status;
+}
+
+static void download_again(void *context) {
+    struct download *download = context;
+    pthread_mutex_lock(&download->lock);
+    download->stale = download->asked;
+    download->shard = download->chunk = download->count = 0;
+    download->stored = SRV_STORED;
+    pthread_mutex_unlock(&download->lock);
+}
+
+static int download_park(struct srv_source *source, struct srv_work *work) {
+    struct download *download = (struct download *)source;
+    pthread_mutex_lock(&download->lock);
+    int rests = !download_has(download) && srv_flights_park(work);
+    if (rests) download->waiting = work;
+    pthread_mutex_unlock(&download->lock);
+    return rests;
+}
+
+static void download_free(struct srv_source *source) {
+    struct download *download = (struct download *)source;
+    pthread_mutex_lock(&download->lock);
+    int asked = download->gone = download->asked;
+    download->waiting = NULL;
+    pthread_mutex_unlock(&download->lock);
+    if (!asked) download_end(download);
+}
+
+enum srv_room srv_download_new(struct srv_source **source, struct srv_exchange *exchange, const char *id, long shards,
+                               void *body, size_t body_bytes) {
+    struct srv_service *service = exchange->service;
+    struct download *made = malloc(sizeof *made + (size_t)DOWNLOAD_AHEAD * SRV_CHUNK_BYTES);
+    *source = NULL;
+    if (!made) {
+        free(body);
+        return SRV_ROOM_NONE;
+    }
+    *made = (struct download){
+        .source = {.from = {.fetch = download_fetch, .again = download_again, .context = made, .ready = download_ready},
+                   .body = body,
+                   .body_bytes = body_bytes,
+                   .park = download_park,
+                   .free = download_free},
+        .ask = {.call = {.run = download_run}, .done = download_done},
+        .storage = service->storage,
+        .hold = {.service = service, .payer = srv_exchange_payer(exchange), .kind = SRV_MEMORY_COMPUTATIONS},
+        .shards = shards,
+        .body = body,
+        .stored = SRV_STORED};
+    memcpy(made->id, id, sizeof made->id);
+    pthread_mutex_init(&made->lock, NULL);
+    if (made->hold.payer) srv_clients_share(service->clients, made->hold.payer);
+    enum srv_room room = srv_hold_try(&made->hold, sizeof *made + (size_t)DOWNLOAD_AHEAD * SRV_CHUNK_BYTES);
+    if (room == SRV_ROOM)
+        *source = &made->source;
+    else
+        download_end(made);
+    return room;
+}

@@ -1,0 +1,32 @@
+#include "server/jobs/job_view.h"
+
+const char *srv_job_word(enum srv_job_state state) {
+    static const char *const word[SRV_JOB_STATES] = {"accepted", "running", "successful", "failed", "dismissed"};
+    /* a state of the store is looked at when it is read; what is none has no word */
+    return state >= 0 && state < SRV_JOB_STATES ? word[state] : "failed";
+}
+
+/* s until the job is done, at the pace of its parts so far, of which those that are held count half; -1 = unknown */
+static double job_remaining(const struct srv_job *job) {
+    if (job->state != SRV_JOB_RUNNING || !job->done || !job->started) return -1;
+    double done = 0.5 * (double)(job->done + job->begun - job->waiting);
+    return 1e-6 * (double)(job->now - job->started) / done * ((double)job->shards - done);
+}
+
+struct api_job srv_job_view(const struct srv_job *job) {
+    return (struct api_job){.id = job->id,
+                            .operation = job->operation,
+                            .status = srv_job_word(job->state),
+                            .message = job->message,
+                            .owner = srv_identity_word(job->client),
+                            .parts = job->shards,
+                            .done = job->done,
+                            .created = job->created,
+                            .started = job->started,
+                            .finished = job->finished,
+                            .expires = job->expires,
+                            .remaining = job_remaining(job),
+                            .results = job->state == SRV_JOB_SUCCESSFUL};
+}
+
+int srv_job_over(const struct srv_job *job) { return job->state > SRV_JOB_RUNNING; }

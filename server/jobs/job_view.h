@@ -1,0 +1,19 @@
+/* A job of the store as its client reads it.
+ * Leaves to others: the JSON (api/call/job_json), who may see it (jobs). Invariant: says nothing that the store did not. */
+#ifndef SRV_JOB_VIEW_H
+#define SRV_JOB_VIEW_H
+
+#include "api/call/job_json.h"
+#include "server/protocol/identity.h"
+#include "server/store/store.h"
+
+/** The word of a state, as OGC API - Processes has it: "running". */
+const char *srv_job_word(enum srv_job_state state);
+
+/** What is written of a job; its texts are the job's. */
+struct api_job srv_job_view(const struct srv_job *job);
+
+/** True once nothing of it will change any more. */
+int srv_job_over(const struct srv_job *job);
+
+#endif

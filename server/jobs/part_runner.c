@@ -1,0 +1,475 @@
+#include "server/jobs/part_runner.h"
+
+#include <assert.h>
+#include <pthread.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+#include <unistd.h>
+
+#include "server/base/clock.h"
+#include "server/jobs/events.h"
+#include "server/jobs/part_slot.h"
+#include "server/store/storage.h"
+#include "server/jobs/part_poll.h"
+
+struct srv_runner {
+    struct srv_service *service;
+    char name[SRV_NAME_BYTES];
+    int64_t lease_us;
+    struct srv_lane lane; /* the queue's */
+    struct srv_ask release;
+    struct srv_survey *survey; /* of the jobs whose parts are held */
+    pthread_mutex_t lock;
+    pthread_cond_t some;
+    pthread_t thread;
+    int started, over;
+    int wanted;           /* somebody should look whether there is a part */
+    int64_t poll_at;      /* ns: when to look without being told */
+    int doubt, asking;    /* a job may have ended elsewhere; the survey is under way */
+    int64_t survey_at;    /* ns: not before */
+    int64_t idle;         /* ns: since when there was nothing to do; 0 = there is, or nobody knows */
+    int draining;         /* 1 = no more claims, 2 = asked to give back, 3 = given back */
+    struct srv_ask claim; /* for parts, `asked` at most */
+    int claiming, asked, claimed;
+    struct srv_lease lease[SRV_CLAIMS]; /* of the claim */
+    int count, most_long;               /* slots; parts that are not small and may be held at a time */
+    struct srv_slot slot[];
+};
+
+enum {
+    RUNNER_POLL_MS = 1000,
+    RUNNER_AGAIN_MS = 200,
+    RUNNER_BEAT_MS = 500,
+    RUNNER_SURVEY_MS = 20, /* from one survey to the next, however much news there is */
+    RUNNER_DEAF_MS = 50,   /* and where there is no news */
+    RUNNER_CONTENDED_MS = 5,
+    RUNNER_YOUNG_MS = 20, /* a part that is held for less is not asked about: it may be over by then */
+    RUNNER_LONG_MS = 200, /* a part that computes for longer is no small one, whatever was estimated */
+    RUNNER_SMALL = 128    /* slots for small parts */
+};
+
+static int64_t runner_ms(int ms) { return (int64_t)ms * 1000000; }
+
+/* how often a part is held for longer: well within its lease, and often enough to hear that its job was dismissed by
+ * another process, should that be news that got lost */
+static int64_t runner_beat_ns(const struct srv_runner *runner) {
+    int64_t third = runner->lease_us * 1000 / 3;
+    return third < runner_ms(RUNNER_BEAT_MS) ? third : runner_ms(RUNNER_BEAT_MS);
+}
+
+static enum srv_stored runner_release(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_runner *runner = (struct srv_runner *)((char *)call - offsetof(struct srv_runner, release));
+    return srv_store_release(store, runner->name);
+}
+
+/* --- from one state to the next --- */
+
+/* the part is out of this slot's hands; called with the lock */
+static void slot_end(struct srv_slot *slot) {
+    srv_slot_drop(slot);
+    slot->runner->wanted = 1;
+    pthread_cond_signal(&slot->runner->some);
+}
+
+/* a worker is to have it; called with the lock */
+static void slot_compute(struct srv_slot *slot) {
+    slot->state = SRV_SLOT_COMPUTE;
+    srv_queue_again(slot->runner->service->queue, &slot->task);
+}
+
+/* asks again after a while; called with the lock */
+static void slot_retry(struct srv_slot *slot, enum srv_slot_state again) {
+    slot->state = SRV_SLOT_RETRY;
+    slot->again = again;
+    slot->at = srv_clock_now() + runner_ms(RUNNER_AGAIN_MS);
+    pthread_cond_signal(&slot->runner->some);
+}
+
+/* notes since when nothing was to be had, and nothing is held; called with the lock */
+static void runner_rest(struct srv_runner *runner, enum srv_stored claimed, int64_t now) {
+    int holds = claimed != SRV_STORED_NONE;
+    for (int i = 0; i < runner->count; i++) holds |= srv_slot_holds(&runner->slot[i]);
+    runner->idle = holds ? 0 : runner->idle ? runner->idle : now;
+}
+
+static enum srv_stored runner_claim_run(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_runner *runner = (struct srv_runner *)((char *)call - offsetof(struct srv_runner, claim));
+    /* what a batch that is run again had claimed was rolled back */
+    for (int i = 0; i < runner->claimed; i++) srv_lease_clear(&runner->lease[i]);
+    return srv_store_claim_some(store, runner->name, runner->lease_us, runner->lease, runner->asked, &runner->claimed);
+}
+
+/* a slot has a part; called with the lock */
+static void slot_begins(struct srv_slot *slot, const struct srv_lease *lease, int64_t now) {
+    struct srv_stint *stint = &slot->stint;
+    slot->lease = *lease;
+    slot->held_at = now;
+    slot->beat_at = now + runner_beat_ns(slot->runner);
+    if (slot->runner->draining) {
+        slot_end(slot);
+    } else if (slot->lease.request) {
+        srv_stint_forget(stint);
+        stint->request = slot->lease.request;
+        stint->request_bytes = slot->lease.request_bytes;
+        slot->lease.request = NULL;
+        memcpy(stint->job, slot->lease.job, sizeof stint->job);
+        slot_compute(slot);
+    } else if (strcmp(stint->job, slot->lease.job)) {
+        srv_stint_forget(stint);
+        srv_slot_ask(slot, SRV_SLOT_REQUEST);
+    } else {
+        slot_compute(slot);
+    }
+}
+
+/* the answer to a claim */
+static void runner_claimed(struct srv_ask *ask) {
+    struct srv_runner *runner = (struct srv_runner *)((char *)ask - offsetof(struct srv_runner, claim));
+    enum srv_stored stored = ask->call.stored;
+    int64_t now = srv_clock_now();
+    int given = 0;
+    pthread_mutex_lock(&runner->lock);
+    int count = stored == SRV_STORED ? runner->claimed : 0;
+    runner->claiming = 0;
+    runner->claimed = 0; /* the slots have the leases from here on */
+    runner_rest(runner, stored, now);
+    if (stored == SRV_STORED_AGAIN) runner->poll_at = now + runner_ms(RUNNER_CONTENDED_MS);
+    /* where there was one there may be more; and it may have been dismissed since */
+    runner->wanted |= count > 0;
+    runner->doubt |= count > 0;
+    for (int i = 0; i < runner->count; i++) {
+        struct srv_slot *slot = &runner->slot[i];
+        if (slot->state != SRV_SLOT_CLAIM) continue;
+        slot->state = SRV_SLOT_IDLE;
+        if (given < count) slot_begins(slot, &runner->lease[given++], now);
+    }
+    if (count) srv_events_news(runner->service->events);
+    pthread_cond_signal(&runner->some);
+    pthread_mutex_unlock(&runner->lock);
+}
+
+/* the answer to another question; called with the lock */
+static void slot_answered(struct srv_slot *slot, enum srv_stored stored) {
+    enum srv_slot_state asked = slot->state;
+    struct srv_metrics *metrics = &slot->runner->service->metrics;
+    if (stored == SRV_STORED && asked == SRV_SLOT_REQUEST) {
+        memcpy(slot->stint.job, slot->lease.job, sizeof slot->stint.job);
+        slot_compute(slot);
+    } else if (stored == SRV_STORED_FULL && asked == SRV_SLOT_FINISH) {
+        srv_stint_say(&slot->stint, "the store's disk is full");
+        srv_slot_ask(slot, SRV_SLOT_FAIL);
+    } else if (stored == SRV_STORED_DAMAGED && asked == SRV_SLOT_REQUEST) {
+        srv_stint_say(&slot->stint, "the store's record of this job is damaged (request): submit the job again");
+        srv_slot_ask(slot, SRV_SLOT_FAIL);
+    } else if (stored >= SRV_STORED_FULL) {
+        slot_retry(slot, asked);
+    } else {
+        if (asked == SRV_SLOT_FINISH)
+            srv_metrics_count(stored == SRV_STORED ? &metrics->parts_kept : &metrics->parts_lost, 1);
+        if (asked == SRV_SLOT_FAIL) srv_metrics_count(&metrics->parts_failed, stored == SRV_STORED);
+        srv_events_news(slot->runner->service->events);
+        slot_end(slot);
+    }
+}
+
+static void slot_done(struct srv_ask *ask) {
+    struct srv_slot *slot = srv_slot_of_ask(ask);
+    struct srv_runner *runner = slot->runner;
+    pthread_mutex_lock(&runner->lock);
+    slot_answered(slot, ask->call.stored);
+    pthread_mutex_unlock(&runner->lock);
+}
+
+static void slot_beaten(struct srv_ask *beat) {
+    struct srv_slot *slot = srv_slot_of_beat(beat);
+    struct srv_runner *runner = slot->runner;
+    enum srv_stored stored = beat->call.stored;
+    pthread_mutex_lock(&runner->lock);
+    slot->beating = 0;
+    if (srv_slot_beats(slot)) {
+        slot->beat_at = srv_clock_now() + (stored == SRV_STORED ? runner_beat_ns(runner) : runner_ms(RUNNER_AGAIN_MS));
+        if (stored == SRV_STORED_LOST) atomic_store(&slot->stint.stop, 1);
+    }
+    pthread_cond_signal(&runner->some);
+    pthread_mutex_unlock(&runner->lock);
+}
+
+/* what ended elsewhere is not computed on */
+static void runner_surveyed(struct srv_ask *ask) {
+    struct srv_runner *runner = ((struct srv_survey *)ask)->context;
+    int deaf = !srv_storage_hears(runner->service->storage);
+    pthread_mutex_lock(&runner->lock);
+    for (int i = 0; i < runner->count && ask->call.stored == SRV_STORED; i++)
+        if (srv_slot_holds(&runner->slot[i]) && srv_survey_ended(runner->survey, runner->slot[i].lease.job))
+            atomic_store(&runner->slot[i].stint.stop, 1);
+    runner->survey->count = 0;
+    runner->asking = 0;
+    runner->doubt |= deaf;
+    runner->survey_at = srv_clock_now() + runner_ms(deaf ? RUNNER_DEAF_MS : RUNNER_SURVEY_MS);
+    pthread_cond_signal(&runner->some);
+    pthread_mutex_unlock(&runner->lock);
+}
+
+/* --- on a worker --- */
+
+/* the part is over, or is not to go on */
+static void slot_leave(struct srv_slot *slot, enum srv_slot_state ask) {
+    struct srv_runner *runner = slot->runner;
+    pthread_mutex_lock(&runner->lock);
+    if (ask == SRV_SLOT_IDLE)
+        slot_end(slot);
+    else
+        srv_slot_ask(slot, ask);
+    pthread_mutex_unlock(&runner->lock);
+}
+
+static int slot_run(struct srv_task *task) {
+    struct srv_slot *slot = (struct srv_slot *)task;
+    struct srv_service *service = slot->runner->service;
+    int64_t begin = srv_clock_now();
+    int again = 0;
+    atomic_fetch_add(&service->busy, 1);
+    switch (srv_stint_turn(&slot->stint, &slot->lease, slot->task.level)) {
+    case SRV_STINT_YIELDS:
+        again = 1;
+        break;
+    case SRV_STINT_STOPPED:
+        slot_leave(slot, SRV_SLOT_IDLE);
+        break;
+    case SRV_STINT_DONE:
+        slot_leave(slot, SRV_SLOT_FINISH);
+        break;
+    case SRV_STINT_FAILED:
+        slot_leave(slot, SRV_SLOT_FAIL);
+        break;
+    }
+    atomic_fetch_sub(&service->busy, 1);
+    srv_metrics_count(&service->metrics.busy_ns, (unsigned long long)(srv_clock_now() - begin));
+    return again;
+}
+
+/* --- the runner's thread; its functions are called with the lock --- */
+
+/* whether a part keeps a worker for long: as it was estimated, or because it does */
+static int slot_long(const struct srv_slot *slot, int64_t now) {
+    int computes = slot->state == SRV_SLOT_COMPUTE && now - slot->held_at > runner_ms(RUNNER_LONG_MS);
+    return srv_slot_holds(slot) && (slot->lease.part_us > SRV_SMALL_US || computes);
+}
+
+/* how many parts may be claimed: of long ones no more than are computed soon, and some small ones beside them */
+static int runner_room(const struct srv_runner *runner, int64_t now) {
+    int idle = 0, waiting = 0, longs = 0;
+    for (int i = 0; i < runner->count; i++) {
+        const struct srv_slot *slot = &runner->slot[i];
+        idle += slot->state == SRV_SLOT_IDLE;
+        waiting += slot->state == SRV_SLOT_COMPUTE || slot->state == SRV_SLOT_REQUEST;
+        longs += slot_long(slot, now);
+    }
+    if (longs >= runner->most_long || waiting >= RUNNER_SMALL / 2) return 0;
+    return idle < SRV_CLAIMS ? idle : SRV_CLAIMS;
+}
+
+/* one claim at a time; where it finds parts the next is sent */
+static void runner_claim(struct srv_runner *runner, int64_t now) {
+    if (runner->draining || runner->claiming || (!runner->wanted && now < runner->poll_at)) return;
+    int room = runner_room(runner, now);
+    if (!room) return;
+    runner->wanted = 0;
+    runner->poll_at = now + runner_ms(RUNNER_POLL_MS);
+    runner->claiming = 1;
+    runner->asked = room;
+    for (int i = 0; i < runner->count && room; i++)
+        if (runner->slot[i].state == SRV_SLOT_IDLE) {
+            runner->slot[i].state = SRV_SLOT_CLAIM;
+            room--;
+        }
+    srv_storage_ask(runner->service->storage, SRV_ASK_WRITE, &runner->claim);
+}
+
+static void runner_beat(struct srv_slot *slot, int64_t now) {
+    if (srv_slot_holds(slot) && !slot->beating && now >= slot->beat_at) srv_slot_beat(slot);
+}
+
+/* asks which of the jobs that it has parts of have ended */
+static void runner_survey(struct srv_runner *runner, int64_t now) {
+    if (runner->draining || runner->asking || !runner->doubt || now < runner->survey_at) return;
+    runner->doubt = 0;
+    for (int i = 0; i < runner->count; i++) {
+        const struct srv_slot *slot = &runner->slot[i];
+        int young = now - slot->held_at < runner_ms(RUNNER_YOUNG_MS);
+        if (!srv_slot_holds(slot)) continue;
+        runner->doubt |= young;
+        if (!young) srv_survey_list(runner->survey, slot->lease.job);
+    }
+    runner->survey_at = now + runner_ms(RUNNER_YOUNG_MS);
+    if (!runner->survey->count) return;
+    runner->asking = 1;
+    srv_storage_ask(runner->service->storage, SRV_ASK_READ, &runner->survey->ask);
+}
+
+static void runner_retry(struct srv_slot *slot, int64_t now) {
+    if (slot->state != SRV_SLOT_RETRY) return;
+    if (slot->runner->draining || atomic_load(&slot->stint.stop))
+        slot_end(slot);
+    else if (now >= slot->at)
+        srv_slot_ask(slot, slot->again);
+}
+
+/* ns: when there is something to do without being told */
+static int64_t runner_next(const struct srv_runner *runner, int64_t now) {
+    int64_t next = now + runner_ms(RUNNER_POLL_MS);
+    if (!runner->draining && runner->poll_at > now && runner->poll_at < next) next = runner->poll_at;
+    if (!runner->draining && runner->doubt && !runner->asking && runner->survey_at < next) next = runner->survey_at;
+    for (int i = 0; i < runner->count; i++) {
+        const struct srv_slot *slot = &runner->slot[i];
+        if (srv_slot_holds(slot) && !slot->beating && slot->beat_at < next) next = slot->beat_at;
+        if (slot->state == SRV_SLOT_RETRY && slot->at < next) next = slot->at;
+    }
+    return next;
+}
+
+static void *runner_main(void *context) {
+    struct srv_runner *runner = context;
+    pthread_mutex_lock(&runner->lock);
+    while (!runner->over) {
+        int64_t now = srv_clock_now();
+        for (int i = 0; i < runner->count; i++) {
+            runner_beat(&runner->slot[i], now);
+            runner_retry(&runner->slot[i], now);
+        }
+        runner_survey(runner, now);
+        runner_claim(runner, now);
+        int64_t next = runner_next(runner, now);
+        struct timespec until = {next / 1000000000, next % 1000000000};
+        if (next > now) pthread_cond_timedwait(&runner->some, &runner->lock, &until);
+    }
+    pthread_mutex_unlock(&runner->lock);
+    return NULL;
+}
+
+/* --- from outside --- */
+
+static void runner_released(struct srv_ask *ask) {
+    struct srv_runner *runner = (struct srv_runner *)((char *)ask - offsetof(struct srv_runner, release));
+    pthread_mutex_lock(&runner->lock);
+    runner->draining = 3;
+    pthread_mutex_unlock(&runner->lock);
+}
+
+/* a name that no other process has, on whatever machine */
+static void runner_name(char name[SRV_NAME_BYTES]) {
+    char host[48] = "";
+    uint64_t bits = 0;
+    gethostname(host, sizeof host - 1);
+    if (getrandom(&bits, sizeof bits, GRND_NONBLOCK) < 0) bits = (uint64_t)srv_clock_now();
+    snprintf(name, SRV_NAME_BYTES, "%s:%ld:%016llx", host, (long)getpid(), (unsigned long long)bits);
+}
+
+enum pend_status srv_runner_new(struct srv_runner **runner, struct srv_service *service, int parts) {
+    int slots = parts ? parts + RUNNER_SMALL : 0;
+    struct srv_runner *made = *runner = calloc(1, sizeof *made + (size_t)slots * sizeof made->slot[0]);
+    pthread_condattr_t clock;
+    if (!made) return PEND_NO_MEMORY;
+    if (!(made->survey = srv_survey_new(slots, runner_surveyed, made))) {
+        free(made);
+        *runner = NULL;
+        return PEND_NO_MEMORY;
+    }
+    made->service = service;
+    made->count = slots;
+    made->most_long = parts;
+    made->claim = (struct srv_ask){.call = {.run = runner_claim_run}, .done = runner_claimed};
+    made->wanted = 1;
+    made->lease_us = (int64_t)(1e6 * service->config.job_lease_seconds);
+    made->release = (struct srv_ask){.call = {.run = runner_release}, .done = runner_released};
+    runner_name(made->name);
+    pthread_mutex_init(&made->lock, NULL);
+    pthread_condattr_init(&clock);
+    pthread_condattr_setclock(&clock, CLOCK_MONOTONIC);
+    pthread_cond_init(&made->some, &clock);
+    pthread_condattr_destroy(&clock);
+    for (int i = 0; i < slots; i++) {
+        struct srv_slot *slot = &made->slot[i];
+        *slot = (struct srv_slot){
+            .task = {.run = slot_run, .lane = &made->lane, .level = SRV_QUEUE_LEVELS - 1},
+            .service = service,
+            .runner = made,
+            .holder = made->name,
+            .lease_us = made->lease_us,
+        };
+        srv_slot_init(slot, slot_done, slot_beaten);
+    }
+    return PEND_OK;
+}
+
+enum pend_status srv_runner_start(struct srv_runner *runner) {
+    if (!runner->count) return PEND_OK;
+    runner->started = !pthread_create(&runner->thread, NULL, runner_main, runner);
+    return runner->started ? PEND_OK : PEND_NO_MEMORY;
+}
+
+void srv_runner_free(struct srv_runner **runner) {
+    struct srv_runner *gone = *runner;
+    *runner = NULL;
+    if (!gone) return;
+    pthread_mutex_lock(&gone->lock);
+    gone->over = 1;
+    pthread_cond_signal(&gone->some);
+    pthread_mutex_unlock(&gone->lock);
+    if (gone->started) pthread_join(gone->thread, NULL);
+    for (int i = 0; i < gone->count; i++) {
+        assert(gone->slot[i].state == SRV_SLOT_IDLE && !gone->slot[i].beating);
+        srv_slot_clear(&gone->slot[i]);
+    }
+    assert(!gone->asking);
+    free(gone->survey);
+    pthread_cond_destroy(&gone->some);
+    pthread_mutex_destroy(&gone->lock);
+    free(gone);
+}
+
+void srv_runner_news(void *context) {
+    struct srv_runner *runner = context;
+    pthread_mutex_lock(&runner->lock);
+    runner->wanted = 1;
+    runner->doubt = 1;
+    pthread_cond_signal(&runner->some);
+    pthread_mutex_unlock(&runner->lock);
+}
+
+void srv_runner_dismiss(struct srv_runner *runner, const char *job) {
+    pthread_mutex_lock(&runner->lock);
+    for (int i = 0; i < runner->count; i++)
+        if (srv_slot_holds(&runner->slot[i]) && !strcmp(runner->slot[i].lease.job, job))
+            atomic_store(&runner->slot[i].stint.stop, 1);
+    pthread_mutex_unlock(&runner->lock);
+}
+
+double srv_runner_idle(struct srv_runner *runner) {
+    pthread_mutex_lock(&runner->lock);
+    double seconds = runner->idle ? 1e-9 * (double)(srv_clock_now() - runner->idle) : 0;
+    pthread_mutex_unlock(&runner->lock);
+    return seconds;
+}
+
+int srv_runner_drain(struct srv_runner *runner) {
+    pthread_mutex_lock(&runner->lock);
+    int busy = runner->asking;
+    if (!runner->draining) runner->draining = 1;
+    for (int i = 0; i < runner->count; i++) {
+        struct srv_slot *slot = &runner->slot[i];
+        if (srv_slot_holds(slot)) atomic_store(&slot->stint.stop, 1);
+        busy |= slot->state != SRV_SLOT_IDLE || slot->beating;
+    }
+    pthread_cond_signal(&runner->some);
+    if (!busy && runner->draining == 1) {
+        runner->draining = runner->started ? 2 : 3;
+        if (runner->started) srv_storage_ask(runner->service->storage, SRV_ASK_WRITE, &runner->release);
+    }
+    int over = runner->draining == 3;
+    pthread_mutex_unlock(&runner->lock);
+    return over;
+}

@@ -1,0 +1,194 @@
+#include "server/jobs/scenes.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/call/scene.h"
+#include "server/work/admission.h"
+#include "server/base/clock.h"
+#include "server/jobs/store_request.h"
+
+_Static_assert((int)API_SCENE_ID == (int)SRV_ID_BYTES, "the store has room for a scene's id");
+
+enum { SCENES_HEAD = 512 };
+
+static const char scenes_json[] = "application/json";
+
+static const struct srv_errand_words scenes_words = {"scenes", "the same scene again is kept once"};
+
+/* --- answers --- */
+
+/* what went wrong in the store */
+static void scenes_refuse(struct srv_errand *errand, enum srv_stored stored) {
+    struct srv_exchange *exchange = errand->exchange;
+    switch (stored) {
+    case SRV_STORED_NONE:
+        srv_exchange_problem(exchange, 404, "there is no scene of this id");
+        break;
+    case SRV_STORED_QUOTA:
+        srv_exchange_problem(
+            exchange, 429,
+            "no more scenes can be kept: the client has max-client-scenes, %.0f, or "
+            "max-client-scene-bytes, %.0f, of them, all of its address have max-address-clients times "
+            "as many, or all clients have max-store-scene-bytes, %.0f; DELETE those that are not needed",
+            exchange->service->config.client_scenes, exchange->service->config.client_scene_bytes,
+            exchange->service->config.store_scene_bytes);
+        srv_exchange_retry(exchange, 3600);
+        break;
+    default:
+        srv_errand_refuse(errand, stored);
+        break;
+    }
+}
+
+/* answers with a scene; its bytes are those that were kept, for ever */
+static void scenes_give(struct srv_exchange *exchange, int status, const char *id, const void *data, size_t bytes) {
+    if (api_buffer_add(&exchange->answer, data, bytes) != PEND_OK) {
+        srv_exchange_busy(exchange, 1, "out of memory");
+        return;
+    }
+    srv_exchange_answered(exchange, status, scenes_json);
+    char *etag = srv_exchange_text(exchange, SRV_ID_BYTES + 2);
+    if (!etag) return;
+    snprintf(etag, SRV_ID_BYTES + 2, "\"%s\"", id);
+    srv_exchange_header(exchange, "ETag", etag);
+    if (status != 200) return;
+    srv_exchange_header(exchange, "Cache-Control", "public, max-age=31536000, immutable");
+    if (!srv_exchange_safe(exchange) || !srv_exchange_matches(exchange, etag)) return;
+    srv_metrics_count(&exchange->service->metrics.not_modified, 1);
+    exchange->status = 304;
+    exchange->media_type = NULL;
+    exchange->bytes = 0;
+}
+
+/* --- keeping one --- */
+
+/* a question: the scene of errand->id, into errand->kept */
+static enum srv_stored scenes_find(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_errand *errand = (struct srv_errand *)call;
+    free(errand->kept);
+    errand->kept = NULL;
+    return srv_store_scene(store, errand->id, &errand->kept, &errand->kept_bytes);
+}
+
+/* the scene that is there already, kept for this client too, else the new one; between the two another process may keep
+ * the same */
+static enum srv_stored scenes_put(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_errand *errand = (struct srv_errand *)call;
+    const struct srv_identity *who = &errand->exchange->identity;
+    enum srv_stored stored = SRV_STORED_CLASH;
+    for (int turn = 0; turn < 2 && stored == SRV_STORED_CLASH; turn++) {
+        stored = srv_store_scene_keep(store, errand->id, who->key, who->source);
+        if (stored == SRV_STORED) return scenes_find(store, call);
+        if (stored == SRV_STORED_NONE)
+            stored =
+                srv_store_scene_put(store, errand->id, who->key, who->source, errand->scene.data, errand->scene.bytes);
+    }
+    return stored;
+}
+
+static void scenes_kept(struct srv_errand *errand, enum srv_stored stored) {
+    struct srv_exchange *exchange = errand->exchange;
+    char *location = srv_exchange_text(exchange, 64);
+    if (stored != SRV_STORED) {
+        scenes_refuse(errand, stored);
+    } else {
+        if (errand->kept)
+            scenes_give(exchange, 201, errand->id, errand->kept, errand->kept_bytes);
+        else
+            scenes_give(exchange, 201, errand->id, errand->scene.data, errand->scene.bytes);
+        if (location && exchange->status == 201) {
+            snprintf(location, 64, "/v1/scenes/%s", errand->id);
+            srv_exchange_header(exchange, "Location", location);
+        }
+    }
+    srv_errand_end(errand);
+}
+
+/* reads the scene; returns 1 when it may be kept, else the exchange is answered */
+static int scenes_check(struct srv_errand *errand) {
+    struct srv_exchange *exchange = errand->exchange;
+    const struct srv_config *config = srv_service_config(exchange->service);
+    struct srv_stamp now = {0};
+    struct api_request request = {.query = exchange->query,
+                                  .content_type = exchange->field[SRV_CONTENT_TYPE],
+                                  .accept = exchange->field[SRV_ACCEPT],
+                                  .body = exchange->body.bytes ? exchange->body.data : NULL,
+                                  .body_bytes = exchange->body.bytes};
+    srv_clock_stamp(&now);
+    api_buffer_init(&errand->scene, (size_t)config->scene_bytes + SCENES_HEAD);
+    int http = api_scene_read(&request, &config->limits, config->scene_bytes, now.text, errand->id, &errand->scene,
+                              &exchange->answer);
+    if (http) srv_exchange_answered(exchange, http, "application/problem+json");
+    return !http;
+}
+
+void srv_scenes_create(struct srv_exchange *exchange) {
+    struct srv_errand *errand = srv_errand_begin(exchange, &scenes_words);
+    if (!errand) return;
+    if (srv_admission_count(exchange))
+        srv_errand_work(errand, scenes_check, scenes_put, scenes_kept);
+    else
+        srv_errand_end(errand);
+}
+
+/* --- reading one --- */
+
+static void scenes_found(struct srv_errand *errand, enum srv_stored stored) {
+    if (stored == SRV_STORED)
+        scenes_give(errand->exchange, 200, errand->id, errand->kept, errand->kept_bytes);
+    else
+        scenes_refuse(errand, stored);
+    srv_errand_end(errand);
+}
+
+void srv_scenes_read(struct srv_exchange *exchange) {
+    struct srv_errand *errand = srv_errand_begin(exchange, &scenes_words);
+    if (!errand) return;
+    if (srv_errand_id_good(exchange->argument)) {
+        memcpy(errand->id, exchange->argument, SRV_ID_BYTES);
+        srv_errand_ask(errand, SRV_ASK_READ, scenes_find, scenes_found);
+        return;
+    }
+    scenes_refuse(errand, SRV_STORED_NONE);
+    srv_errand_end(errand);
+}
+
+/* --- letting one go --- */
+
+static enum srv_stored scenes_let_go(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_errand *errand = (struct srv_errand *)call;
+    return srv_store_scene_drop(store, errand->id, errand->exchange->identity.key);
+}
+
+static void scenes_gone(struct srv_errand *errand, enum srv_stored stored) {
+    struct srv_exchange *exchange = errand->exchange;
+    if (stored == SRV_STORED)
+        srv_exchange_static(exchange, 204, NULL, NULL, 0);
+    else if (stored == SRV_STORED_CLASH)
+        srv_exchange_problem(exchange, 403,
+                             "this scene is not yours to take away: it was not stored with your token or "
+                             "account, or you have let it go already");
+    else
+        scenes_refuse(errand, stored);
+    srv_errand_end(errand);
+}
+
+void srv_scenes_drop(struct srv_exchange *exchange) {
+    struct srv_errand *errand = srv_errand_begin(exchange, &scenes_words);
+    if (!errand) return;
+    if (exchange->identity.kind == SRV_IDENTITY_ADDRESS) {
+        srv_admission_challenge(exchange,
+                                "a scene is taken away with the token it was stored with, and stays without one");
+    } else if (srv_errand_id_good(exchange->argument)) {
+        memcpy(errand->id, exchange->argument, SRV_ID_BYTES);
+        if (srv_admission_count(exchange)) {
+            srv_errand_ask(errand, SRV_ASK_WRITE, scenes_let_go, scenes_gone);
+            return;
+        }
+    } else {
+        scenes_refuse(errand, SRV_STORED_NONE);
+    }
+    srv_errand_end(errand);
+}

@@ -1,0 +1,35 @@
+#include "server/protocol/lengths.h"
+
+#include <stdio.h>
+#include <string.h>
+
+void srv_lengths_init(struct srv_lengths *lengths) {
+    memset(lengths, 0, sizeof *lengths);
+    pthread_mutex_init(&lengths->lock, NULL);
+}
+
+void srv_lengths_clear(struct srv_lengths *lengths) { pthread_mutex_destroy(&lengths->lock); }
+
+/* the row of a tag: one place for each, as digests are spread evenly */
+static int lengths_row(const char *etag) {
+    unsigned hash = 5381;
+    for (; *etag; etag++) hash = 33 * hash + (unsigned char)*etag;
+    return (int)(hash % SRV_LENGTHS);
+}
+
+void srv_lengths_note(struct srv_lengths *lengths, const char *etag, long long bytes) {
+    int row = lengths_row(etag);
+    if (!*etag || bytes < 0) return;
+    pthread_mutex_lock(&lengths->lock);
+    snprintf(lengths->row[row].etag, sizeof lengths->row[row].etag, "%s", etag);
+    lengths->row[row].bytes = bytes;
+    pthread_mutex_unlock(&lengths->lock);
+}
+
+long long srv_lengths_find(struct srv_lengths *lengths, const char *etag) {
+    int row = lengths_row(etag);
+    pthread_mutex_lock(&lengths->lock);
+    long long bytes = *etag && !strcmp(lengths->row[row].etag, etag) ? lengths->row[row].bytes : -1;
+    pthread_mutex_unlock(&lengths->lock);
+    return bytes;
+}

@@ -1,0 +1,83 @@
+#include "server/store/sql_list.h"
+
+#include <arpa/inet.h>
+#include <endian.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Before the elements stand the number of dimensions, whether some are NULL, the elements' type, their number and the
+ * subscript of the first; before each element its length. All are numbers of four bytes. */
+enum { LIST_HEAD = 20, LIST_LENGTH = 4, LIST_FIRST = 4096 };
+
+/* the types of elements, as PostgreSQL numbers them */
+static uint32_t list_type(char letter) { return letter == 't' ? 25 : letter == 'w' ? 20 : 17; }
+
+static void list_number(char *at, uint32_t number) {
+    uint32_t order = htonl(number);
+    memcpy(at, &order, sizeof order);
+}
+
+static int list_room(struct srv_sql_column *column, size_t bytes) {
+    size_t cap = column->cap ? column->cap : LIST_FIRST;
+    while (cap < column->bytes + bytes) cap *= 2;
+    if (cap == column->cap) return 1;
+    char *data = realloc(column->data, cap);
+    if (!data) return 0;
+    column->data = data;
+    column->cap = cap;
+    return 1;
+}
+
+static int list_put(struct srv_sql_column *column, const struct srv_value *value) {
+    int64_t whole = (int64_t)htobe64((uint64_t)value->whole);
+    int null = value->kind == SRV_SQL_NULL;
+    const void *data = value->kind == SRV_SQL_WHOLE ? &whole : value->data;
+    size_t bytes = null ? 0 : value->kind == SRV_SQL_WHOLE ? sizeof whole : value->bytes;
+    if (!list_room(column, LIST_LENGTH + bytes)) return 0;
+    list_number(column->data + column->bytes, null ? UINT32_MAX : (uint32_t)bytes);
+    if (bytes) memcpy(column->data + column->bytes + LIST_LENGTH, data, bytes);
+    column->bytes += LIST_LENGTH + bytes;
+    column->nulls |= null;
+    return 1;
+}
+
+int srv_sql_list_add(struct srv_sql_list *list, const char *text, const struct srv_value value[], int count) {
+    if (!list->text) {
+        list->text = text;
+        list->letters = srv_sql_columns(text);
+        list->columns = count;
+        for (int i = 0; i < count; i++) {
+            list->column[i].bytes = 0;
+            list->column[i].nulls = 0;
+            if (!list_room(&list->column[i], LIST_HEAD)) return srv_sql_list_empty(list), 0;
+            list->column[i].bytes = LIST_HEAD;
+        }
+    }
+    for (int i = 0; i < count; i++)
+        if (!list_put(&list->column[i], &value[i])) return srv_sql_list_empty(list), 0;
+    list->rows++;
+    return 1;
+}
+
+void srv_sql_list_arrays(struct srv_sql_list *list, const char *data[], int bytes[]) {
+    for (int i = 0; i < list->columns; i++) {
+        struct srv_sql_column *column = &list->column[i];
+        list_number(column->data, 1);
+        list_number(column->data + 4, column->nulls != 0);
+        list_number(column->data + 8, list_type(list->letters[i]));
+        list_number(column->data + 12, (uint32_t)list->rows);
+        list_number(column->data + 16, 1);
+        data[i] = column->data;
+        bytes[i] = (int)column->bytes;
+    }
+}
+
+void srv_sql_list_empty(struct srv_sql_list *list) {
+    list->text = NULL;
+    list->rows = 0;
+}
+
+void srv_sql_list_free(struct srv_sql_list *list) {
+    for (int i = 0; i < SRV_SQL_PARAMETERS; i++) free(list->column[i].data);
+    *list = (struct srv_sql_list){0};
+}

@@ -1,0 +1,269 @@
+#include "server/store/storage.h"
+
+#include <assert.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/base/clock.h"
+
+enum {
+    MOST_TOGETHER = 128,
+    SWEEP_MS = 1000,
+    LISTEN_MS = 500,
+    READERS = 1,
+    WRITERS = 1,
+    THREADS = READERS + WRITERS + 1
+};
+
+/* Asks of one kind that wait, first come first. */
+struct storage_line {
+    struct srv_ask *first, **last;
+    pthread_cond_t some;
+};
+
+/* A thread and its connection. */
+struct storage_desk {
+    struct srv_storage *storage;
+    struct srv_store *store;
+    enum srv_ask_kind kind;
+    pthread_t thread;
+    int runs;
+};
+
+struct srv_storage {
+    struct srv_log *log;
+    void (*news)(void *context);
+    void *context;
+    pthread_mutex_t lock; /* of the lines, the end and the figures */
+    struct storage_line line[SRV_ASK_KINDS];
+    int over;
+    struct srv_store_figures figures;
+    atomic_int away;
+    struct storage_desk desk[THREADS]; /* the writers', the readers', the one that listens */
+};
+
+/* notes whether the store answered, and says so when that changes */
+static void storage_note(struct srv_storage *storage, const struct srv_store *store, enum srv_stored stored) {
+    int away = stored == SRV_STORED_AWAY || stored == SRV_STORED_BROKEN;
+    if (atomic_exchange(&storage->away, away) == away) return;
+    if (away)
+        srv_log_message(storage->log, "the store is out of reach: %s", srv_store_complaint(store));
+    else
+        srv_log_message(storage->log, "the store is back");
+    if (!away) storage->news(storage->context);
+}
+
+/* takes the asks of a line, most of them at once; waits until a time if there are none. Returns their number */
+static int storage_take(struct srv_storage *storage, enum srv_ask_kind kind, int most, int64_t until,
+                        struct srv_store_call *call[]) {
+    struct storage_line *line = &storage->line[kind];
+    struct timespec time = {until / 1000000000, until % 1000000000};
+    int count = 0, late = 0;
+    pthread_mutex_lock(&storage->lock);
+    while (!line->first && !storage->over && !late)
+        late = pthread_cond_timedwait(&line->some, &storage->lock, &time) != 0;
+    for (; count < most && line->first; count++) {
+        call[count] = &line->first->call;
+        line->first = line->first->next;
+    }
+    if (!line->first) line->last = &line->first;
+    pthread_mutex_unlock(&storage->lock);
+    return count;
+}
+
+/* What is done beside what is asked: rounds of pieces, one a second, between which others have their turn. While there
+ * is more to sweep, a round takes its whole second, and the next one begins at its end. */
+struct storage_round {
+    int64_t next, begun;    /* ns: when a piece is due; when the round began */
+    int64_t before, looked; /* us by the store's clock: when the rounds before this one and this one began */
+    int pieces;             /* that this one has had; 0 = it has not begun */
+};
+
+/* a piece of a sweep; 1 when there is more */
+static int storage_piece(struct srv_storage *storage, struct srv_store *store, struct storage_round *round,
+                         enum srv_stored *stored) {
+    struct srv_store_sweep sweep;
+    int64_t looked = round->pieces ? round->before : round->looked;
+    if (!round->pieces) round->before = looked;
+    *stored = srv_store_sweep(store, &looked, &sweep);
+    if (*stored != SRV_STORED) return 0;
+    if (!round->pieces++) round->looked = looked;
+    if (sweep.released || sweep.given_up) {
+        srv_log_message(storage->log,
+                        "%d parts of jobs were taken back from workers that fell silent, %d jobs given up",
+                        sweep.released, sweep.given_up);
+        storage->news(storage->context);
+    }
+    return sweep.more;
+}
+
+static void storage_sweep(struct srv_storage *storage, struct srv_store *store, struct storage_round *round) {
+    struct srv_store_figures figures;
+    enum srv_stored stored;
+    int64_t now = srv_clock_now(), second = srv_clock_span(SWEEP_MS / 1000.0);
+    if (!round->pieces) round->begun = now;
+    int more = storage_piece(storage, store, round, &stored);
+    round->next = now = srv_clock_now();
+    if (more && now < round->begun + second) return;
+    round->pieces = 0;
+    if (stored == SRV_STORED) stored = srv_store_figures(store, &figures);
+    storage_note(storage, store, stored);
+    if (!more) round->next = now + second;
+    if (stored != SRV_STORED) return;
+    pthread_mutex_lock(&storage->lock);
+    storage->figures = figures;
+    pthread_mutex_unlock(&storage->lock);
+}
+
+static int storage_over(struct srv_storage *storage) {
+    pthread_mutex_lock(&storage->lock);
+    int over = storage->over;
+    pthread_mutex_unlock(&storage->lock);
+    return over;
+}
+
+static void *storage_serve(void *context) {
+    struct storage_desk *desk = context;
+    struct srv_storage *storage = desk->storage;
+    int most = desk->kind == SRV_ASK_WRITE ? srv_store_batch(desk->store) : 1;
+    int64_t second = srv_clock_span(SWEEP_MS / 1000.0);
+    struct storage_round round = {.next = srv_clock_now()};
+    struct srv_store_call *call[MOST_TOGETHER];
+    int count;
+    if (most > MOST_TOGETHER) most = MOST_TOGETHER;
+    do {
+        count = storage_take(storage, desk->kind, most,
+                             desk->kind == SRV_ASK_WRITE ? round.next : srv_clock_now() + second, call);
+        if (count) srv_store_together(desk->store, call, count);
+        for (int i = 0; i < count; i++) {
+            storage_note(storage, desk->store, call[i]->stored);
+            ((struct srv_ask *)call[i])->done((struct srv_ask *)call[i]);
+        }
+        /* what waited goes first: it may hold parts for longer whose leases a sweep would end */
+        if (desk->kind == SRV_ASK_WRITE && srv_clock_now() >= round.next) storage_sweep(storage, desk->store, &round);
+    } while (count || !storage_over(storage));
+    return NULL;
+}
+
+static void *storage_listen(void *context) {
+    struct storage_desk *desk = context;
+    struct srv_storage *storage = desk->storage;
+    int heard = 0;
+    while (heard >= 0 && !storage_over(storage))
+        if ((heard = srv_store_listen(desk->store, LISTEN_MS)) > 0) storage->news(storage->context);
+    return NULL;
+}
+
+static enum pend_status storage_start(struct srv_storage *storage, const char *url, const struct srv_store_rules *rules,
+                                      struct pend_error *error) {
+    for (int i = 0; i < THREADS; i++) {
+        struct storage_desk *desk = &storage->desk[i];
+        int listens = i == THREADS - 1;
+        desk->storage = storage;
+        desk->kind = i < WRITERS ? SRV_ASK_WRITE : SRV_ASK_READ;
+        PEND_TRY(srv_store_open(&desk->store, url, rules, error));
+        if (!i && !srv_store_settled(desk->store)) storage_note(storage, desk->store, SRV_STORED_AWAY);
+        if (listens && srv_store_listen(desk->store, 0) < 0) continue;
+        desk->runs = !pthread_create(&desk->thread, NULL, listens ? storage_listen : storage_serve, desk);
+        if (!desk->runs) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no thread for the store can be had");
+    }
+    return PEND_OK;
+}
+
+enum pend_status srv_storage_new(struct srv_storage **storage, const char *url, const struct srv_store_rules *rules,
+                                 struct srv_log *log, void (*news)(void *context), void *context,
+                                 struct pend_error *error) {
+    struct srv_storage *made = *storage = calloc(1, sizeof *made);
+    pthread_condattr_t clock;
+    if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
+    made->log = log;
+    made->news = news;
+    made->context = context;
+    pthread_mutex_init(&made->lock, NULL);
+    pthread_condattr_init(&clock);
+    pthread_condattr_setclock(&clock, CLOCK_MONOTONIC);
+    for (int kind = 0; kind < SRV_ASK_KINDS; kind++) {
+        made->line[kind].last = &made->line[kind].first;
+        pthread_cond_init(&made->line[kind].some, &clock);
+    }
+    pthread_condattr_destroy(&clock);
+    enum pend_status status = storage_start(made, url, rules, error);
+    if (status != PEND_OK) srv_storage_free(storage);
+    return status;
+}
+
+void srv_storage_free(struct srv_storage **storage) {
+    struct srv_storage *gone = *storage;
+    *storage = NULL;
+    if (!gone) return;
+    pthread_mutex_lock(&gone->lock);
+    gone->over = 1;
+    for (int kind = 0; kind < SRV_ASK_KINDS; kind++) pthread_cond_broadcast(&gone->line[kind].some);
+    pthread_mutex_unlock(&gone->lock);
+    for (int i = 0; i < THREADS; i++) {
+        if (gone->desk[i].runs) pthread_join(gone->desk[i].thread, NULL);
+        srv_store_close(&gone->desk[i].store);
+    }
+    for (int kind = 0; kind < SRV_ASK_KINDS; kind++) pthread_cond_destroy(&gone->line[kind].some);
+    pthread_mutex_destroy(&gone->lock);
+    free(gone);
+}
+
+void srv_storage_ask(struct srv_storage *storage, enum srv_ask_kind kind, struct srv_ask *ask) {
+    struct storage_line *line = &storage->line[kind];
+    ask->next = NULL;
+    pthread_mutex_lock(&storage->lock);
+    assert(!storage->over);
+    *line->last = ask;
+    line->last = &ask->next;
+    pthread_cond_signal(&line->some);
+    pthread_mutex_unlock(&storage->lock);
+}
+
+/* An ask whose asker waits, and what was to be called without. */
+struct storage_waiter {
+    struct srv_ask ask; /* first */
+    struct srv_ask *own;
+    pthread_mutex_t lock;
+    pthread_cond_t answered;
+    int over;
+};
+
+static enum srv_stored storage_wait_run(struct srv_store *store, struct srv_store_call *call) {
+    struct storage_waiter *waiter = (struct storage_waiter *)call;
+    return waiter->own->call.run(store, &waiter->own->call);
+}
+
+static void storage_wait_done(struct srv_ask *ask) {
+    struct storage_waiter *waiter = (struct storage_waiter *)ask;
+    pthread_mutex_lock(&waiter->lock);
+    waiter->over = 1;
+    pthread_cond_signal(&waiter->answered);
+    pthread_mutex_unlock(&waiter->lock);
+}
+
+enum srv_stored srv_storage_wait(struct srv_storage *storage, enum srv_ask_kind kind, struct srv_ask *ask) {
+    struct storage_waiter waiter = {.ask = {.call = {.run = storage_wait_run}, .done = storage_wait_done}, .own = ask};
+    pthread_mutex_init(&waiter.lock, NULL);
+    pthread_cond_init(&waiter.answered, NULL);
+    srv_storage_ask(storage, kind, &waiter.ask);
+    pthread_mutex_lock(&waiter.lock);
+    while (!waiter.over) pthread_cond_wait(&waiter.answered, &waiter.lock);
+    pthread_mutex_unlock(&waiter.lock);
+    pthread_cond_destroy(&waiter.answered);
+    pthread_mutex_destroy(&waiter.lock);
+    return ask->call.stored = waiter.ask.call.stored;
+}
+
+int srv_storage_here(const struct srv_storage *storage) { return !atomic_load(&storage->away); }
+
+int srv_storage_hears(const struct srv_storage *storage) { return storage->desk[THREADS - 1].runs; }
+
+struct srv_store_figures srv_storage_figures(struct srv_storage *storage) {
+    pthread_mutex_lock(&storage->lock);
+    struct srv_store_figures figures = storage->figures;
+    pthread_mutex_unlock(&storage->lock);
+    return figures;
+}

@@ -1,0 +1,304 @@
+/* Where jobs and scenes are kept: what every store can do, whatever database is behind it.
+ * Leaves to others: the databases (store_sqlite, store_postgres), running what a job asks for.
+ * Invariant: what a call returned SRV_STORED for is on disk and survives the death of any process; a shard's result is
+ * taken once, from the attempt that holds its lease. */
+#ifndef SRV_STORE_H
+#define SRV_STORE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "server/store/sql.h"
+
+enum {
+    SRV_ID_BYTES = 27,            /* of a job or scene, with its NUL: 26 letters of base 32 */
+    SRV_DIGEST_BYTES = 32,        /* of a request */
+    SRV_MESSAGE_BYTES = 256,      /* what a job says of its end */
+    SRV_NAME_BYTES = 96,          /* clients, workers, operations, idempotency keys */
+    SRV_CHUNK_BYTES = 256 * 1024, /* a piece of a shard's result; only the last is shorter */
+    SRV_CLAIMS = 64,              /* shards that one claim takes at most: so many only if each computes for */
+    SRV_SMALL_US = 5000,          /* no longer than this, and all of them for */
+    SRV_CLAIM_US = 20000,         /* no longer than this, as it is estimated */
+    SRV_ROW_BYTES = 1024,         /* what a job or a scene is counted for, beside its request, results or body */
+    SRV_SHARD_BYTES = 256,        /* and each shard of a job after the first */
+    SRV_MOST_KILLS =
+        3 /* workers that may vanish with one shard, and no shard of the job be done between, before it is given up */
+};
+
+/* The status words of OGC API - Processes; the numbers are what the databases hold. */
+enum srv_job_state {
+    SRV_JOB_ACCEPTED,
+    SRV_JOB_RUNNING,
+    SRV_JOB_SUCCESSFUL,
+    SRV_JOB_FAILED,
+    SRV_JOB_DISMISSED,
+    SRV_JOB_STATES
+};
+
+/* Quotas and times of a store; the same in all processes that share it. */
+struct srv_store_rules {
+    long client_jobs;                              /* open jobs of one client */
+    long long client_bytes, all_bytes;             /* kept for jobs, of one client and in all */
+    int64_t keep_us;                               /* from a job's end to its removal */
+    long client_scenes;                            /* scenes of one client */
+    long long client_scene_bytes, all_scene_bytes; /* of scenes, of one client and in all */
+    /* What comes from one address or account, whoever says to be its client, has these bounds; 0 = none. */
+    long source_clients; /* clients of one source that have jobs */
+    long source_jobs, source_scenes;
+    long long source_bytes;
+};
+
+/* A job to be kept; texts are shorter than SRV_NAME_BYTES and not NULL unless said. */
+struct srv_job_order {
+    const char *id, *client, *operation;
+    const char *source; /* the address or account that the client comes from; NULL = the client is one itself */
+    const char *key;    /* the client's own idempotency key, or NULL */
+    const void *request;
+    size_t request_bytes;
+    const unsigned char *digest; /* SRV_DIGEST_BYTES, of operation and request */
+    long shards;                 /* >= 1 */
+    int chained;                 /* non-zero: a shard starts from what the one before it carried over */
+    int64_t cost_us;             /* computation of all shards, as it is estimated */
+};
+
+/* What is known of a job. Times are microseconds since 1970 by the store's clock, 0 = has not happened. */
+struct srv_job {
+    char id[SRV_ID_BYTES], client[SRV_NAME_BYTES], operation[SRV_NAME_BYTES];
+    enum srv_job_state state;
+    long shards, done;
+    long begun;   /* shards that a worker has held, ever */
+    long waiting; /* of these, those that nobody holds and that are not done */
+    int chained;
+    int64_t created, started, finished, expires;
+    int64_t now;     /* of the same clock, when this was read */
+    long long bytes; /* of results */
+    long long held;  /* bytes that its row and its request are counted for */
+    char message[SRV_MESSAGE_BYTES];
+    const char *flaw; /* NULL, or the column of its row that holds what nobody can have written: it has failed */
+};
+
+/* A piece of a job that a worker holds for a while. */
+struct srv_lease {
+    char job[SRV_ID_BYTES], operation[SRV_NAME_BYTES];
+    long shard, shards;
+    long attempt;    /* the fencing token: grows with every claim of this shard */
+    int64_t part_us; /* of computation, as it is estimated */
+    void *request;   /* of the job; NULL where it is long; freed by srv_lease_clear */
+    size_t request_bytes;
+    void *start; /* what the shard before it carried over; NULL where there is none; freed by srv_lease_clear */
+    size_t start_bytes;
+};
+
+/* One connection; used by one thread at a time. */
+struct srv_store;
+
+/**
+ * Opens a store, makes or migrates its tables.
+ *
+ * store  out; NULL on failure.
+ * url    "sqlite:PATH" or "postgresql://...".
+ * error  the sentence for the operator.
+ *
+ * A database that cannot be reached just now is no failure: calls return SRV_STORED_AWAY until it can be.
+ *
+ * PEND_INVALID    the url names no known store, the file cannot be opened, or the tables are of a newer version.
+ * PEND_NO_MEMORY
+ */
+PEND_MUST_CHECK enum pend_status srv_store_open(struct srv_store **store, const char *url,
+                                                const struct srv_store_rules *rules, struct pend_error *error);
+
+void srv_store_close(struct srv_store **store);
+
+/** True once its tables are known to be as this version wants them: not before the database was reached. */
+int srv_store_settled(const struct srv_store *store);
+
+/** What the database said about the last failure; "" when nothing. */
+const char *srv_store_complaint(const struct srv_store *store);
+
+/** Calls that one srv_store_together is best made of, at most. */
+int srv_store_batch(const struct srv_store *store);
+
+/* One call of a batch: does its work on the store and returns the result, which is final once `stored` is set. */
+struct srv_store_call {
+    enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call);
+    enum srv_stored stored;         /* out */
+    const struct srv_lease *finish; /* what `run` is to end by srv_store_finish, so that the rows of all shards that a
+                                     * batch ends can be read at once; NULL: nobody knows */
+};
+
+/**
+ * Runs calls in one transaction with one write to disk; a call that fails leaves no trace, the others stand. Where the
+ * transaction as a whole fails, each is run again by itself; so is one that finds the disk full.
+ *
+ * calls  count of them; `stored` of each is set to what its run returned, or to the commit's failure.
+ */
+void srv_store_together(struct srv_store *store, struct srv_store_call *const calls[], int count);
+
+/**
+ * Keeps a job.
+ *
+ * job  out: the new job, or the one that the same key and digest made before (its id differs from the order's). The
+ *      key of a job that failed, was dismissed or is past its time is free again.
+ *
+ * SRV_STORED_CLASH  the client used the key for another request.
+ * SRV_STORED_QUOTA  too many open jobs, or too many bytes are kept, of the client or of all clients of its source;
+ *                   job->message says which.
+ *
+ * The request is counted, and kept until the job fails, is dismissed or expires. Quotas are looked up, not locked:
+ * several processes that accept jobs at one instant may pass them by what one transaction of each has accepted.
+ */
+enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_order *order, struct srv_job *job);
+
+/** Reads a job; one whose row is damaged has failed from now on, and its message says why. SRV_STORED_NONE */
+enum srv_stored srv_store_job(struct srv_store *store, const char *id, struct srv_job *job);
+
+/**
+ * Reads a job's request; empty where the job has failed or was dismissed.
+ *
+ * request  out, malloc'ed, the caller's.
+ *
+ * SRV_STORED_NONE
+ * SRV_STORED_DAMAGED  it is not what was written: the job has failed from now on, and its message says why.
+ */
+enum srv_stored srv_store_request(struct srv_store *store, const char *id, void **request, size_t *bytes);
+
+/**
+ * A client's jobs, newest first.
+ *
+ * before  the id that the page begins after, or NULL.
+ * job     out, room for most.
+ * count   out.
+ */
+enum srv_stored srv_store_list(struct srv_store *store, const char *client, const char *before, int most,
+                               struct srv_job job[], int *count);
+
+/** Ends a job for its client: nothing of it runs on, its request and its results go. SRV_STORED_NONE */
+enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struct srv_job *job);
+
+/**
+ * Takes a shard that waits, those that nobody held before first. Clients take turns. Of one client's jobs that one is
+ * next whose creation plus remaining computation is earliest: a short job goes before a long one, and a job that has
+ * waited for as long as it computes goes before every new one. Its cost depends on nothing that waits. A job whose row
+ * is damaged fails, and SRV_STORED_AGAIN says to ask for another.
+ *
+ * worker  a name that no other process has.
+ * lease   out.
+ *
+ * SRV_STORED_NONE  nothing waits.
+ */
+enum srv_stored srv_store_claim(struct srv_store *store, const char *worker, int64_t lease_us, struct srv_lease *lease);
+
+/**
+ * As srv_store_claim, several shards: one of each of as many jobs, of the clients in turn, while they are small.
+ *
+ * lease  out, room for `most`.
+ * most   1 .. SRV_CLAIMS.
+ * count  out: >= 1 where SRV_STORED is returned.
+ */
+enum srv_stored srv_store_claim_some(struct srv_store *store, const char *worker, int64_t lease_us,
+                                     struct srv_lease lease[], int most, int *count);
+
+/** Frees what a lease holds in memory. */
+void srv_lease_clear(struct srv_lease *lease);
+
+/** Holds a shard for longer. SRV_STORED_LOST */
+enum srv_stored srv_store_extend(struct srv_store *store, const struct srv_lease *lease, int64_t lease_us);
+
+/**
+ * Keeps a shard's result; the last one ends the job.
+ *
+ * carry  for a chained job: what the next shard starts from; not for the last shard.
+ *
+ * SRV_STORED_LOST   another attempt has the shard, or the job is over.
+ * SRV_STORED_QUOTA  the client's quota of bytes would be passed: the job has failed with that message.
+ * Repeating a call whose outcome is unknown is safe.
+ */
+enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease *lease, const void *data, size_t bytes,
+                                 const void *carry, size_t carry_bytes);
+
+/** Ends a job as failed; the message is for its client. SRV_STORED_LOST */
+enum srv_stored srv_store_fail(struct srv_store *store, const struct srv_lease *lease, const char *message);
+
+/** Gives back every shard that a worker holds, without a mark against them. */
+enum srv_stored srv_store_release(struct srv_store *store, const char *worker);
+
+/**
+ * Reads a chunk of a shard's result.
+ *
+ * data   out, room for SRV_CHUNK_BYTES.
+ *
+ * SRV_STORED_NONE     there is no such chunk.
+ * SRV_STORED_DAMAGED  it is not what was written: bits have changed, or it is another job's or part's. Chunks that
+ *                     were written before version 5 of the tables have no seal that could tell.
+ */
+enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long shard, long chunk, void *data,
+                                size_t *bytes);
+
+/* What a sweep found. */
+struct srv_store_sweep {
+    int more;     /* work is left: sweep again soon */
+    int released; /* shards whose lease had run out wait again */
+    int given_up; /* jobs that failed because their workers vanished */
+    int expired;  /* jobs that were removed because they were past their time */
+};
+
+/**
+ * Puts shards back whose lease ran out, gives up what kills its workers, removes what is dismissed or past its time; a
+ * piece at a time: at most 64 shards, 64 chunks of results of a job that has ended, and 128 jobs that expired, 512
+ * where one statement removes them all. Any
+ * process may, at any time. After the store's clock has jumped ahead no job expires for ten minutes: a clock that was
+ * set by mistake, and is set back, costs nobody a result.
+ *
+ * looked  us by the store's clock, 0 at first: leases count that had run out when this process looked the last time, so
+ *         that after a pause it holds its own for longer before it judges any; becomes now. NULL: all that have
+ *         run out.
+ */
+enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked, struct srv_store_sweep *sweep);
+
+/* What is in a store, for metrics and for whoever decides how many workers there should be. */
+struct srv_store_figures {
+    long jobs[SRV_JOB_STATES];
+    long long bytes; /* kept for jobs: rows, requests, results */
+    long shards;     /* that could be claimed now */
+    long scenes;
+    long long scene_bytes;
+    const char *full; /* why no job can be kept, as a sentence's part; NULL = it can, or nobody knows */
+};
+
+/** Reads the sums that every call keeps up to date; its cost depends on nothing that is kept. */
+enum srv_stored srv_store_figures(struct srv_store *store, struct srv_store_figures *figures);
+
+/**
+ * Keeps a scene, for this client beside those who keep it already.
+ *
+ * id      shorter than SRV_ID_BYTES; the same id and body twice is no fault.
+ * source  the address or account that the client comes from; NULL = the client is one itself.
+ *
+ * SRV_STORED_CLASH  the id has another body; this client does not keep it.
+ * SRV_STORED_QUOTA  the client, all clients of its source, or all clients would have too many, or too many bytes.
+ */
+enum srv_stored srv_store_scene_put(struct srv_store *store, const char *id, const char *client, const char *source,
+                                    const void *body, size_t bytes);
+
+/** As srv_store_scene_put, of a scene that is there, whatever its body. SRV_STORED_NONE, SRV_STORED_QUOTA */
+enum srv_stored srv_store_scene_keep(struct srv_store *store, const char *id, const char *client, const char *source);
+
+/**
+ * Keeps a scene no more for this client; it goes with the last who keeps it.
+ *
+ * SRV_STORED_NONE   there is no such scene.
+ * SRV_STORED_CLASH  others keep it, this client does not.
+ */
+enum srv_stored srv_store_scene_drop(struct srv_store *store, const char *id, const char *client);
+
+/** Reads a scene; body is malloc'ed and the caller's. SRV_STORED_NONE; SRV_STORED_DAMAGED: it is not what was kept */
+enum srv_stored srv_store_scene(struct srv_store *store, const char *id, void **body, size_t *bytes);
+
+/**
+ * Waits until another process may have kept, ended or given back something; a hint only, on a connection of its own.
+ *
+ * Returns 1 when there may be news, 0 after the time; -1 where other processes cannot be heard.
+ */
+int srv_store_listen(struct srv_store *store, int timeout_ms);
+
+#endif

@@ -1,0 +1,192 @@
+#include "server/store/store_call.h"
+
+#include <stdlib.h>
+
+#include "server/store/store_rows.h"
+#include "server/store/store_schema.h"
+
+enum { TRIES = 5 };
+
+/* whether rows that were read ahead are good after this statement */
+static int call_spares(enum srv_statement id) {
+    switch (id) {
+    case SQL_JOB_PUT:
+    case SQL_KEY_FREE:
+    case SQL_JOB_CLAIM:
+    case SQL_SHARD_FIRST:
+    case SQL_SHARD_EXTEND:
+    case SQL_RESULT_PUT:
+    case SQL_SHARD_END:
+    case SQL_JOB_SUCCEED:
+        return 1;
+    default:
+        return srv_statement_text[id][0] == 'S';
+    }
+}
+
+/* what a statement means for the call that runs, and for the rows that its batch has read ahead */
+static void call_notes(struct srv_store *store, enum srv_statement id) {
+    store->wrote |= srv_statement_text[id][0] != 'S';
+    if (!call_spares(id)) store->ahead.leases = store->ahead.rows = 0;
+}
+
+enum srv_stored srv_store_run(struct srv_store *store, enum srv_statement id, const struct srv_value value[], int count,
+                              srv_row_fn *row, void *context) {
+    const char *text = srv_statement_text[id];
+    call_notes(store, id);
+    enum srv_stored stored = store->sql->driver->run(store->sql, (int)id, text, value, count, row, context);
+    store->failed |= stored != SRV_STORED;
+    return stored;
+}
+
+enum srv_stored srv_store_post(struct srv_store *store, enum srv_statement id, const struct srv_value value[],
+                               int count) {
+    const struct srv_sql_driver *driver = store->sql->driver;
+    if (!driver->post) return srv_store_run(store, id, value, count, NULL, NULL);
+    const char *text = srv_statement_text[id];
+    call_notes(store, id);
+    enum srv_stored stored = driver->post(store->sql, (int)id, text, value, count);
+    store->failed |= stored != SRV_STORED;
+    return stored;
+}
+
+enum srv_stored srv_store_plain(struct srv_store *store, enum srv_statement id) {
+    return srv_store_run(store, id, NULL, 0, NULL, NULL);
+}
+
+enum srv_stored srv_store_settle(struct srv_store *store) {
+    SRV_STORED_TRY(srv_schema_settle(store->sql));
+    store->settled = 1;
+    return SRV_STORED;
+}
+
+static enum srv_stored store_open(struct srv_store *store) {
+    srv_tally_clear(&store->tally);
+    store->now = 0;
+    store->failed = 0;
+    store->ahead.leases = store->ahead.rows = store->ahead.read = 0;
+    return srv_store_post(store, SQL_BEGIN, NULL, 0);
+}
+
+/* sums that cannot be added to are counted anew: those of the clients whose sums a transaction would have changed */
+static enum srv_stored store_mend(struct srv_store *store) {
+    struct srv_tally tally = store->tally;
+    SRV_STORED_TRY(store_open(store));
+    enum srv_stored stored = SRV_STORED;
+    for (int i = 0; i < tally.count && stored == SRV_STORED; i++)
+        stored = srv_tally_count_anew(store->sql, tally.client[i].name);
+    if (stored == SRV_STORED) stored = srv_store_plain(store, SQL_TOTALS_CLEAR);
+    if (stored == SRV_STORED) stored = srv_store_plain(store, SQL_TOTALS_RECOUNT);
+    if (stored == SRV_STORED) stored = srv_store_plain(store, SQL_COMMIT);
+    if (stored == SRV_STORED) return SRV_STORED_AGAIN;
+    srv_store_plain(store, SQL_ROLLBACK);
+    return stored;
+}
+
+static enum srv_stored store_commit(struct srv_store *store) {
+    enum srv_stored stored = srv_tally_write(&store->tally, store->sql);
+    if (stored == SRV_STORED) stored = srv_store_plain(store, SQL_COMMIT);
+    if (stored != SRV_STORED) srv_store_plain(store, SQL_ROLLBACK);
+    return stored == SRV_STORED_DAMAGED ? store_mend(store) : stored;
+}
+
+enum srv_stored srv_store_begin(struct srv_store *store) {
+    if (!store->settled) SRV_STORED_TRY(srv_store_settle(store));
+    enum srv_stored stored = store->together ? SRV_STORED : store_open(store);
+    store->wrote = 0;
+    return stored;
+}
+
+enum srv_stored srv_store_look(struct srv_store *store) {
+    const struct srv_sql_driver *driver = store->sql->driver;
+    if (!driver->post || store->together || !store->settled) return srv_store_begin(store);
+    store->wrote = 0;
+    store->looking = 1;
+    return driver->post(store->sql, -1, "{look}", NULL, 0);
+}
+
+enum srv_stored srv_store_end(struct srv_store *store, int keep, enum srv_stored stored) {
+    if (store->looking) {
+        store->looking = 0;
+        return stored;
+    }
+    if (store->together) {
+        store->failed |= !keep && store->wrote;
+        return stored;
+    }
+    if (!keep) {
+        srv_store_plain(store, SQL_ROLLBACK);
+        return stored;
+    }
+    enum srv_stored ended = store_commit(store);
+    return ended == SRV_STORED ? stored : ended;
+}
+
+enum srv_stored srv_store_now(struct srv_store *store, int64_t *now) {
+    struct srv_row_wholes row = {.count = 2};
+    if (!store->now) {
+        SRV_STORED_TRY(srv_store_run(store, SQL_NOW, NULL, 0, srv_row_wholes, &row));
+        /* a newer program has changed the tables while this one ran */
+        if (row.whole[1] > SRV_SCHEMA) {
+            store->settled = 0;
+            store->failed = 1;
+            return srv_schema_newer(store->sql, row.whole[1]);
+        }
+        store->now = row.whole[0];
+    }
+    *now = store->now++;
+    return SRV_STORED;
+}
+
+enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, const char *name, srv_whole_fn *whole,
+                                void **data, size_t *bytes) {
+    struct srv_row_bytes row = {.name = name, .whole = whole};
+    *data = NULL;
+    *bytes = 0;
+    SRV_STORED_TRY(srv_store_look(store));
+    enum srv_stored stored = SRV_RUN(store, id, srv_row_bytes, &row, srv_value_text(name));
+    if (stored == SRV_STORED && !row.data) stored = SRV_STORED_NONE;
+    stored = srv_store_end(store, 1, stored);
+    if (stored == SRV_STORED) {
+        *data = row.data;
+        *bytes = row.bytes;
+    } else
+        free(row.data);
+    return stored;
+}
+
+/* a full disk is tried twice: what the first try found in the way may be given back before the second */
+static void store_single(struct srv_store *store, struct srv_store_call *call) {
+    for (int i = 0; i < TRIES; i++) {
+        call->stored = call->run(store, call);
+        if (call->stored != SRV_STORED_AGAIN && (call->stored != SRV_STORED_FULL || i)) break;
+    }
+}
+
+/* notes the shards that a batch is going to end, where their rows are worth being read at once */
+static void batch_ahead(struct srv_store *store, struct srv_store_call *const calls[], int count) {
+    struct srv_store_ahead *ahead = &store->ahead;
+    for (int i = 0; i < count && store->sql->driver->lists && ahead->leases < SRV_STORE_AHEAD; i++)
+        if (calls[i]->finish && calls[i]->finish->shards == 1) ahead->lease[ahead->leases++] = calls[i]->finish;
+    if (ahead->leases == 1) ahead->leases = 0;
+}
+
+/* runs the calls of a batch; SRV_STORED when all of them are committed */
+static enum srv_stored store_batch(struct srv_store *store, struct srv_store_call *const calls[], int count) {
+    SRV_STORED_TRY(store_open(store));
+    batch_ahead(store, calls, count);
+    store->together = 1;
+    for (int i = 0; i < count && !store->failed; i++) {
+        calls[i]->stored = calls[i]->run(store, calls[i]);
+        store->failed |= store->wrote && calls[i]->stored >= SRV_STORED_FULL;
+    }
+    store->together = 0;
+    if (!store->failed) return store_commit(store);
+    srv_store_plain(store, SQL_ROLLBACK);
+    return SRV_STORED_AGAIN;
+}
+
+void srv_store_together(struct srv_store *store, struct srv_store_call *const calls[], int count) {
+    if (count > 1 && store->settled && store_batch(store, calls, count) == SRV_STORED) return;
+    for (int i = 0; i < count; i++) store_single(store, calls[i]);
+}

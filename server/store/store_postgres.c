@@ -1,0 +1,457 @@
+#include "server/store/sql_list.h"
+
+#include <assert.h>
+#include <endian.h>
+#include <libpq-fe.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <time.h>
+
+/* the types that statements answer with, as PostgreSQL numbers them */
+enum { TYPE_BYTEA = 17, TYPE_INT8 = 20, TYPE_TEXT = 25 };
+/* bytes that are sent without waiting for an answer */
+enum { POST_BYTES = 1 << 20 };
+enum { FIRST_WAIT_MS = 100, MOST_WAIT_MS = 5000 };
+/* nobody waits for a database longer than ANSWER_MS for an answer and CONNECT_S for a connection; a listener that hears
+ * nothing asks so often whether the line still holds */
+enum { ANSWER_MS = 10000, LISTEN_MS = 5000, PATIENT_MS = 24 * 3600 * 1000 };
+#define CONNECT_S "5"
+
+struct postgres_sql {
+    struct srv_sql sql; /* first */
+    PGconn *connection;
+    int64_t retry_ms;  /* when a lost connection may be tried again */
+    int wait_ms;       /* from one try to the next */
+    int silent;        /* it gave no answer in time */
+    int patient;       /* the tables are brought to a new version: that takes as long as it takes */
+    int64_t listen_ms; /* when to say LISTEN, again */
+    char kept[SRV_SQL_STATEMENTS];
+    int round;           /* of preparations, in the names of prepared statements */
+    int unsure;          /* statements were prepared since the last answer: should that be a failure they may not be */
+    size_t posted_bytes; /* of statements that were sent, or wait to be, since the last answer */
+    struct srv_sql_list *list[SRV_SQL_STATEMENTS]; /* rows of values of each, NULL where there never were any */
+    int listed[SRV_SQL_STATEMENTS], lists;         /* those that have rows, first come first */
+};
+
+static int64_t postgres_clock_ms(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+static void postgres_close(struct srv_sql *sql) {
+    struct postgres_sql *own = (struct postgres_sql *)sql;
+    PQfinish(own->connection);
+    for (int i = 0; i < SRV_SQL_STATEMENTS; i++) {
+        if (own->list[i]) srv_sql_list_free(own->list[i]);
+        free(own->list[i]);
+    }
+    free(own);
+}
+
+static void postgres_quiet(void *context, const char *message) { (void)context, (void)message; }
+
+/* waits until PQgetResult will not, or in vain; what was said goes out meanwhile */
+static int postgres_wait(PGconn *connection, int64_t until_ms) {
+    int unsent;
+    while ((unsent = PQflush(connection)) > 0 || (unsent == 0 && PQisBusy(connection))) {
+        int64_t left = until_ms - postgres_clock_ms();
+        struct pollfd waiting = {PQsocket(connection), (short)(POLLIN | (unsent ? POLLOUT : 0)), 0};
+        if (left <= 0) return 0;
+        if (poll(&waiting, 1, (int)left) > 0 && !PQconsumeInput(connection)) break;
+    }
+    return 1;
+}
+
+/* the next result, NULL at the end of a statement's; a line on which none comes in time is cut */
+static PGresult *postgres_result_next(struct postgres_sql *own, int64_t until_ms) {
+    if (!own->silent && !postgres_wait(own->connection, until_ms)) {
+        own->silent = 1;
+        shutdown(PQsocket(own->connection), SHUT_RDWR);
+    }
+    return PQgetResult(own->connection);
+}
+
+static int64_t postgres_until(const struct postgres_sql *own) {
+    return postgres_clock_ms() + (own->patient ? PATIENT_MS : ANSWER_MS);
+}
+
+/* the answer to what was said outside of a pipeline, the first complaint of several */
+static PGresult *postgres_answer(struct postgres_sql *own, int said) {
+    int64_t until_ms = postgres_until(own);
+    PGresult *answer = NULL, *next;
+    if (!said) return NULL;
+    while ((next = postgres_result_next(own, until_ms))) {
+        int bad = answer && PQresultStatus(answer) == PGRES_FATAL_ERROR;
+        PQclear(bad ? next : answer);
+        if (!bad) answer = next;
+    }
+    return answer;
+}
+
+/* the answer to the last statement of a pipeline, or the first complaint about those before it; NULL when the line is
+ * lost */
+static PGresult *postgres_sync(struct postgres_sql *own, int said) {
+    int64_t until_ms = postgres_until(own);
+    PGresult *answer = NULL, *bad = NULL, *next;
+    int over = !said || !PQpipelineSync(own->connection);
+    /* a NULL ends the results of one statement; two, or one on a lost line, end all */
+    for (int ends = 0; !over && ends < 2;) {
+        next = postgres_result_next(own, until_ms);
+        ends = next ? 0 : ends + 1;
+        ExecStatusType status = next ? PQresultStatus(next) : PGRES_EMPTY_QUERY;
+        over = status == PGRES_PIPELINE_SYNC || PQstatus(own->connection) != CONNECTION_OK;
+        if (!next) continue;
+        PGresult **place = status == PGRES_FATAL_ERROR ? &bad : &answer;
+        int passing = status == PGRES_PIPELINE_SYNC || status == PGRES_PIPELINE_ABORTED || (place == &bad && bad);
+        PQclear(passing ? next : *place);
+        if (!passing) *place = next;
+    }
+    /* some of them may be prepared all the same: their names are not used again */
+    if (bad && own->unsure) {
+        memset(own->kept, 0, sizeof own->kept);
+        own->round++;
+    }
+    own->unsure = 0;
+    own->posted_bytes = 0;
+    if (!bad) return answer;
+    PQclear(answer);
+    return bad;
+}
+
+/* Every statement on the tables has an index that suits it. Its plan must use this index from the first row on: a plan
+ * that was made while a table was empty, or before its statistics were collected, would scan and sort the table. */
+#define POSTGRES_PLANS                                                                                                 \
+    "SET plan_cache_mode = force_generic_plan; SET enable_seqscan = off; SET enable_bitmapscan = off;"                 \
+    "SET enable_sort = off; SET enable_hashjoin = off; SET enable_mergejoin = off; SET jit = off;"                     \
+    "SET max_parallel_workers_per_gather = 0"
+
+/* what a connection is told first: a process that was stopped in the middle of a transaction must not hold its rows,
+ * and nobody waits for them without end */
+static int postgres_settle(struct postgres_sql *own) {
+    if (PQsetnonblocking(own->connection, 1)) return 0;
+    PQsetNoticeProcessor(own->connection, postgres_quiet, NULL);
+    PGresult *result = postgres_answer(
+        own, PQsendQuery(own->connection, "SET idle_in_transaction_session_timeout = 5000; SET lock_timeout = 5000;"
+                                          "SET statement_timeout = 8000; SET synchronous_commit = on;"
+                                          "SET client_min_messages = warning;"
+                                          "SET default_transaction_isolation = 'read committed';" POSTGRES_PLANS));
+    int good = PQresultStatus(result) == PGRES_COMMAND_OK;
+    PQclear(result);
+    return good && PQenterPipelineMode(own->connection);
+}
+
+/* a link that is cut without a word is noticed in about ten seconds, unless the url says otherwise */
+static PGconn *postgres_connect(const char *url) {
+    static const char *const word[] = {"connect_timeout",
+                                       "keepalives_idle",
+                                       "keepalives_interval",
+                                       "keepalives_count",
+                                       "tcp_user_timeout",
+                                       "application_name",
+                                       "dbname",
+                                       NULL};
+    const char *const value[] = {CONNECT_S, "5", "2", "3", "10000", "pendulumd", url, NULL};
+    return PQconnectdbParams(word, value, 1);
+}
+
+/* notes what the database said last, or that it said nothing */
+static void postgres_complain(struct postgres_sql *own, const PGresult *result) {
+    static_assert(ANSWER_MS == 10000, "the limit is in a text");
+    srv_sql_complain(&own->sql, own->silent ? "the database gave no answer in 10 s"
+                                : result    ? PQresultErrorMessage(result)
+                                            : PQerrorMessage(own->connection));
+}
+
+/* notes why there is no connection, and when to try again */
+static void postgres_lost(struct postgres_sql *own) {
+    postgres_complain(own, NULL);
+    own->wait_ms = !own->wait_ms ? FIRST_WAIT_MS : own->wait_ms < MOST_WAIT_MS / 2 ? 2 * own->wait_ms : MOST_WAIT_MS;
+    own->retry_ms = postgres_clock_ms() + own->wait_ms;
+}
+
+static enum pend_status postgres_open(struct srv_sql **sql, const char *url, struct pend_error *error) {
+    struct postgres_sql *own = calloc(1, sizeof *own);
+    enum pend_status status = PEND_OK;
+    *sql = NULL;
+    if (!own) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
+    own->sql.driver = &srv_sql_postgres;
+    char *said = NULL;
+    PQconninfoOption *options = PQconninfoParse(url, &said);
+    if (!options) {
+        /* what the library quotes may be a piece of the password, unless it is the name of a parameter */
+        if (said && strncmp(said, "invalid URI query parameter", 27) != 0) said[strcspn(said, "\"")] = 0;
+        srv_sql_complain(&own->sql, said ? said : "out of memory");
+        status = pend_fail(error, PEND_INVALID, -1, 0,
+                           "the url of the database: %.120s (values are not shown, as one may be the password)",
+                           own->sql.complaint);
+    }
+    PQconninfoFree(options);
+    PQfreemem(said);
+    if (status == PEND_OK) own->connection = postgres_connect(url);
+    /* a database that is away now may come: then the connection is like one that was lost */
+    if (own->connection && (PQstatus(own->connection) != CONNECTION_OK || !postgres_settle(own))) postgres_lost(own);
+    if (status == PEND_OK)
+        *sql = &own->sql;
+    else
+        postgres_close(&own->sql);
+    return status;
+}
+
+/* makes a lost connection anew; tries come further and further apart */
+static int postgres_again(struct postgres_sql *own) {
+    int64_t now = postgres_clock_ms();
+    if (now < own->retry_ms) return 0;
+    own->silent = 0;
+    PQreset(own->connection);
+    memset(own->kept, 0, sizeof own->kept);
+    own->unsure = 0;
+    own->posted_bytes = 0;
+    own->listen_ms = 0;
+    if (PQstatus(own->connection) == CONNECTION_OK && postgres_settle(own)) {
+        own->wait_ms = 0;
+        return 1;
+    }
+    postgres_lost(own);
+    return 0;
+}
+
+/* what PostgreSQL's five letters mean for a store */
+static enum srv_stored postgres_result(struct postgres_sql *own, const PGresult *result) {
+    static const struct {
+        const char *state; /* begins with */
+        enum srv_stored stored;
+    } rows[] = {{"53100", SRV_STORED_FULL},
+                {"40", SRV_STORED_AGAIN},
+                {"55P03", SRV_STORED_AGAIN},
+                {"23505", SRV_STORED_AGAIN},
+                {"08", SRV_STORED_AWAY},
+                {"57P", SRV_STORED_AWAY},
+                {"57014", SRV_STORED_AWAY},
+                {"53", SRV_STORED_AWAY},
+                {"25P03", SRV_STORED_AGAIN},
+                {"25006", SRV_STORED_AWAY},
+                /* a row holds a number that cannot be counted on, or a text that is none */
+                {"22", SRV_STORED_DAMAGED}};
+    ExecStatusType status = PQresultStatus(result);
+    if (status == PGRES_COMMAND_OK || status == PGRES_TUPLES_OK) return SRV_STORED;
+    const char *state = result ? PQresultErrorField(result, PG_DIAG_SQLSTATE) : NULL;
+    postgres_complain(own, result);
+    for (size_t i = 0; state && i < sizeof rows / sizeof *rows; i++)
+        if (!strncmp(state, rows[i].state, strlen(rows[i].state))) return rows[i].stored;
+    return !state || PQstatus(own->connection) != CONNECTION_OK ? SRV_STORED_AWAY : SRV_STORED_BROKEN;
+}
+
+/* parameters as libpq wants them */
+struct postgres_values {
+    Oid type[SRV_SQL_PARAMETERS];
+    const char *data[SRV_SQL_PARAMETERS];
+    int bytes[SRV_SQL_PARAMETERS], binary[SRV_SQL_PARAMETERS];
+    int64_t whole[SRV_SQL_PARAMETERS];
+};
+
+static void postgres_values(struct postgres_values *out, const struct srv_value value[], int count) {
+    memset(out, 0, sizeof *out);
+    for (int i = 0; i < count; i++) switch (value[i].kind) {
+        case SRV_SQL_NULL:
+            break;
+        case SRV_SQL_WHOLE:
+            out->whole[i] = (int64_t)htobe64((uint64_t)value[i].whole);
+            out->type[i] = TYPE_INT8;
+            out->data[i] = (const char *)&out->whole[i];
+            out->bytes[i] = 8;
+            out->binary[i] = 1;
+            break;
+        case SRV_SQL_STRING:
+            out->type[i] = TYPE_TEXT;
+            out->data[i] = value[i].data;
+            break;
+        case SRV_SQL_BYTES:
+            out->type[i] = TYPE_BYTEA;
+            out->data[i] = value[i].bytes ? value[i].data : "";
+            out->bytes[i] = (int)value[i].bytes;
+            out->binary[i] = 1;
+            break;
+        }
+}
+
+static void postgres_fields(const PGresult *result, int row, struct srv_value field[], int count) {
+    for (int i = 0; i < count; i++) {
+        struct srv_value *value = &field[i];
+        const char *data = PQgetvalue(result, row, i);
+        uint64_t whole;
+        *value = (struct srv_value){0};
+        if (PQgetisnull(result, row, i)) continue;
+        if (PQftype(result, i) == TYPE_INT8) {
+            memcpy(&whole, data, sizeof whole);
+            value->kind = SRV_SQL_WHOLE;
+            value->whole = (int64_t)be64toh(whole);
+            continue;
+        }
+        value->kind = PQftype(result, i) == TYPE_BYTEA ? SRV_SQL_BYTES : SRV_SQL_STRING;
+        value->data = data;
+        value->bytes = (size_t)PQgetlength(result, row, i);
+    }
+}
+
+/* puts a statement into the pipeline, and its preparation before it; returns 0 when that cannot be */
+static int postgres_put(struct postgres_sql *own, int id, const char *text, const struct postgres_values *values,
+                        int count) {
+    char spelt[SRV_SQL_TEXT], name[32];
+    if (id < 0 || !own->kept[id]) srv_sql_spell(&srv_sql_postgres, text, spelt);
+    if (id < 0)
+        return PQsendQueryParams(own->connection, spelt, count, values->type, values->data, values->bytes,
+                                 values->binary, 1);
+    snprintf(name, sizeof name, "s%d_%d", id, own->round);
+    if (!own->kept[id]) {
+        if (!PQsendPrepare(own->connection, name, spelt, count, values->type)) return 0;
+        own->kept[id] = 1;
+        own->unsure = 1;
+    }
+    return PQsendQueryPrepared(own->connection, name, count, values->data, values->bytes, values->binary, 1);
+}
+
+/* puts a statement on the rows of values that were gathered for it into the pipeline */
+static int postgres_put_list(struct postgres_sql *own, int id) {
+    struct srv_sql_list *list = own->list[id];
+    struct postgres_values values = {0};
+    srv_sql_list_arrays(list, values.data, values.bytes);
+    for (int i = 0; i < list->columns; i++) values.binary[i] = 1;
+    int good = postgres_put(own, id, list->text, &values, list->columns);
+    srv_sql_list_empty(list);
+    return good;
+}
+
+/* forgets the rows that were gathered: what they belong to will not be */
+static void postgres_drop_lists(struct postgres_sql *own) {
+    for (int i = 0; i < own->lists; i++) srv_sql_list_empty(own->list[own->listed[i]]);
+    own->lists = 0;
+}
+
+/* puts all statements on rows into the pipeline, that of `last` behind the others */
+static int postgres_put_lists(struct postgres_sql *own, int last) {
+    int good = 1;
+    for (int i = 0; i + 1 < own->lists; i++)
+        if (own->listed[i] == last) {
+            own->listed[i] = own->listed[i + 1];
+            own->listed[i + 1] = last;
+        }
+    for (int i = 0; i < own->lists && good; i++) good = postgres_put_list(own, own->listed[i]);
+    postgres_drop_lists(own);
+    return good;
+}
+
+/* keeps a row of values for a statement; returns 0 when memory is short */
+static int postgres_gather(struct postgres_sql *own, int id, const char *text, const struct srv_value value[],
+                           int count) {
+    if (!own->list[id] && !(own->list[id] = calloc(1, sizeof *own->list[id]))) return 0;
+    if (!own->list[id]->rows) own->listed[own->lists++] = id;
+    if (srv_sql_list_add(own->list[id], text, value, count)) return 1;
+    postgres_drop_lists(own);
+    return 0;
+}
+
+/* puts a statement into the pipeline, behind those on rows that were gathered before it; with `later` a statement on
+ * rows waits for more of them. Returns 0 when that cannot be */
+static int postgres_send(struct postgres_sql *own, int id, const char *text, const struct srv_value value[], int count,
+                         int later) {
+    struct postgres_values values;
+    if (!strcmp(text, "{begin}") || !strcmp(text, "ROLLBACK")) postgres_drop_lists(own);
+    for (int i = 0; i < count; i++) own->posted_bytes += value[i].bytes + sizeof value[i].whole;
+    if (srv_sql_columns(text)) {
+        if (!postgres_gather(own, id, text, value, count)) return 0;
+        return later || postgres_put_lists(own, id);
+    }
+    postgres_values(&values, value, count);
+    return postgres_put_lists(own, -1) && postgres_put(own, id, text, &values, count);
+}
+
+/* true when there is a connection; one that was lost is made anew where a transaction begins */
+static int postgres_here(struct postgres_sql *own, const char *text) {
+    if (PQstatus(own->connection) == CONNECTION_OK) return 1;
+    return (!strcmp(text, "{begin}") || !strcmp(text, "{look}")) && postgres_again(own);
+}
+
+static enum srv_stored postgres_post(struct srv_sql *sql, int id, const char *text, const struct srv_value value[],
+                                     int count) {
+    struct postgres_sql *own = (struct postgres_sql *)sql;
+    if (!postgres_here(own, text)) return SRV_STORED_AWAY;
+    if (!strcmp(text, "{look}")) return SRV_STORED;
+    if (!postgres_send(own, id, text, value, count, 1)) return postgres_result(own, NULL);
+    if (own->posted_bytes < POST_BYTES) return SRV_STORED;
+    PGresult *result = postgres_sync(own, postgres_put_lists(own, -1));
+    enum srv_stored stored = postgres_result(own, result);
+    PQclear(result);
+    return stored;
+}
+
+static enum srv_stored postgres_run(struct srv_sql *sql, int id, const char *text, const struct srv_value value[],
+                                    int count, srv_row_fn *row, void *context) {
+    struct postgres_sql *own = (struct postgres_sql *)sql;
+    struct srv_value field[SRV_SQL_PARAMETERS];
+    if (!postgres_here(own, text)) return SRV_STORED_AWAY;
+    own->patient |= !strcmp(text, "{alone}");
+    PGresult *result = postgres_sync(own, postgres_send(own, id, text, value, count, 0));
+    if (!strcmp(text, "COMMIT") || !strcmp(text, "ROLLBACK")) own->patient = 0;
+    enum srv_stored stored = postgres_result(own, result);
+    int rows = stored == SRV_STORED ? PQntuples(result) : 0, columns = stored == SRV_STORED ? PQnfields(result) : 0;
+    for (int i = 0; i < rows && stored == SRV_STORED && row && columns <= SRV_SQL_PARAMETERS; i++) {
+        postgres_fields(result, i, field, columns);
+        stored = row(context, field);
+    }
+    PQclear(result);
+    return stored;
+}
+
+/* takes what has arrived; the number of notifications among it, -1 when the connection is lost */
+static int postgres_heard(struct postgres_sql *own) {
+    PGnotify *note;
+    int heard = 0;
+    if (!PQconsumeInput(own->connection)) return -1;
+    while ((note = PQnotifies(own->connection))) {
+        PQfreemem(note);
+        heard++;
+    }
+    return heard;
+}
+
+static int postgres_listen(struct srv_sql *sql, int timeout_ms) {
+    struct postgres_sql *own = (struct postgres_sql *)sql;
+    int lost = PQstatus(own->connection) != CONNECTION_OK && !postgres_again(own);
+    if (!lost && postgres_clock_ms() >= own->listen_ms) {
+        PGresult *result = postgres_sync(own, postgres_send(own, -1, "LISTEN pendulumd", NULL, 0, 0));
+        lost = PQresultStatus(result) != PGRES_COMMAND_OK;
+        own->listen_ms = lost ? 0 : postgres_clock_ms() + LISTEN_MS;
+        PQclear(result);
+    }
+    struct pollfd waiting = {lost ? -1 : PQsocket(own->connection), POLLIN, 0};
+    int heard = lost ? 0 : postgres_heard(own);
+    if (!heard && poll(&waiting, 1, timeout_ms) > 0) heard = postgres_heard(own);
+    return heard != 0;
+}
+
+const struct srv_sql_driver srv_sql_postgres = {
+    .scheme = "postgresql://",
+    .batch = 128,
+    .distant = 1,
+    .shared = 1,
+    .begin = "BEGIN",
+    // stable within a statement, so that a condition on it can use an index; clock_timestamp() cannot
+    .now = "(extract(epoch from statement_timestamp()) * 1000000)::bigint",
+    .lock = "FOR UPDATE",
+    .skip = "FOR UPDATE SKIP LOCKED",
+    .alone = "SELECT set_config('statement_timeout', '0', true), set_config('lock_timeout', '0', true), "
+             "pg_advisory_xact_lock(7016996765293437281)",
+    .ring = "NOTIFY pendulumd",
+    .bytes = "BYTEA",
+    .hot = "WITH (fillfactor = 20)",
+    .lists = 1,
+    .open = postgres_open,
+    .close = postgres_close,
+    .run = postgres_run,
+    .post = postgres_post,
+    .listen = postgres_listen,
+};

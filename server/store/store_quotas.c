@@ -1,0 +1,127 @@
+#include "server/store/store_quotas.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "server/store/store_rows.h"
+
+/* clients of one address that take a turn each; of more of them each claim counts for more turns, so that together they
+ * take few more than so many */
+enum { SOURCE_TURNS = 8 };
+
+enum srv_stored srv_store_client(struct srv_store *store, const char *name, struct srv_tally_client **client) {
+    *client = srv_tally_client(&store->tally, name);
+    return *client ? SRV_STORED : SRV_STORED_AGAIN;
+}
+
+enum srv_stored srv_store_count_bytes(struct srv_store *store, const char *name, long long bytes) {
+    struct srv_tally_client *client;
+    SRV_STORED_TRY(srv_store_client(store, name, &client));
+    client->bytes += bytes;
+    store->tally.change.bytes += bytes;
+    return SRV_STORED;
+}
+
+enum srv_stored srv_store_recount_client(struct srv_store *store, const char *name) {
+    struct srv_tally_client *client;
+    SRV_STORED_TRY(srv_store_client(store, name, &client));
+    SRV_STORED_TRY(srv_tally_count_anew(store->sql, name));
+    client->jobs = client->ready = client->bytes = client->scenes = client->scene_bytes = 0;
+    client->known = 0;
+    return SRV_STORED;
+}
+
+enum srv_stored srv_store_recount(struct srv_store *store, const char *name) {
+    SRV_STORED_TRY(srv_store_recount_client(store, name));
+    SRV_STORED_TRY(srv_store_plain(store, SQL_TOTALS_CLEAR));
+    SRV_STORED_TRY(srv_store_plain(store, SQL_TOTALS_RECOUNT));
+    store->tally.known = 0;
+    store->tally.change = (struct srv_store_figures){0};
+    return SRV_STORED;
+}
+
+long srv_job_claimable(const struct srv_job *job) {
+    if (job->state > SRV_JOB_RUNNING) return 0;
+    if (!job->chained) return job->waiting + job->shards - job->begun;
+    return job->waiting > 0 || (job->begun < job->shards && job->begun == job->done);
+}
+
+enum srv_stored srv_store_count_job(struct srv_store *store, const struct srv_job *was, const struct srv_job *is) {
+    struct srv_store_figures *change = &store->tally.change;
+    struct srv_tally_client *client;
+    long before = srv_job_claimable(was), after = srv_job_claimable(is);
+    SRV_STORED_TRY(srv_store_client(store, is->client, &client));
+    change->jobs[was->state]--;
+    change->jobs[is->state]++;
+    change->shards += after - before;
+    client->ready += (after > 0) - (before > 0);
+    client->jobs += (is->state <= SRV_JOB_RUNNING) - (was->state <= SRV_JOB_RUNNING);
+    return srv_store_count_bytes(store, is->client, is->bytes + is->held - was->bytes - was->held);
+}
+
+/* whether the disk has room */
+static enum srv_stored quotas_disk(struct srv_store *store, size_t bytes) {
+    const struct srv_sql_driver *driver = store->sql->driver;
+    return driver->room && !driver->room(store->sql, bytes) ? SRV_STORED_FULL : SRV_STORED;
+}
+
+enum srv_stored srv_store_room(struct srv_store *store, const char *name, size_t bytes,
+                               char message[SRV_MESSAGE_BYTES]) {
+    const struct srv_store_rules *rules = &store->rules;
+    struct srv_tally_client *client;
+    struct srv_store_figures all;
+    SRV_STORED_TRY(quotas_disk(store, bytes));
+    SRV_STORED_TRY(srv_tally_look(&store->tally, store->sql, name, &client));
+    SRV_STORED_TRY(srv_tally_totals(&store->tally, store->sql, &all));
+    if (client->bytes_were + client->bytes + (int64_t)bytes > rules->client_bytes)
+        snprintf(message, SRV_MESSAGE_BYTES,
+                 "the client's kept jobs would pass max-client-bytes, %lld bytes; "
+                 "DELETE jobs that are not needed any more",
+                 rules->client_bytes);
+    else if (all.bytes + (long long)bytes > rules->all_bytes)
+        snprintf(message, SRV_MESSAGE_BYTES, "all kept jobs would pass max-store-bytes, %lld bytes", rules->all_bytes);
+    else
+        return SRV_STORED;
+    return SRV_STORED_QUOTA;
+}
+
+enum srv_stored srv_store_source(struct srv_store *store, const char *name, const char *source,
+                                 char message[SRV_MESSAGE_BYTES]) {
+    const struct srv_store_rules *rules = &store->rules;
+    struct srv_tally_client *client;
+    int64_t clients, jobs, bytes;
+    SRV_STORED_TRY(srv_tally_look(&store->tally, store->sql, name, &client));
+    snprintf(client->source, sizeof client->source, "%s", source ? source : name);
+    if (!source || !strcmp(name, source)) return SRV_STORED;
+    SRV_STORED_TRY(srv_tally_source(&store->tally, store->sql, source, &clients, &jobs, &bytes));
+    client->weight = 1 + store->tally.source_open / SOURCE_TURNS;
+    int counted = client->jobs_were > 0 || client->bytes_were > 0 || client->bytes > 0;
+    if (rules->source_clients && !counted && clients >= rules->source_clients)
+        snprintf(message, SRV_MESSAGE_BYTES,
+                 "%ld clients of your address have jobs: max-address-clients allows no more", rules->source_clients);
+    else if (rules->source_jobs && jobs >= rules->source_jobs)
+        snprintf(message, SRV_MESSAGE_BYTES,
+                 "the clients of your address have %ld open jobs together: max-address-clients times max-client-jobs",
+                 rules->source_jobs);
+    else if (rules->source_bytes && bytes > rules->source_bytes)
+        snprintf(message, SRV_MESSAGE_BYTES,
+                 "the clients of your address keep %lld bytes of jobs together: max-address-clients allows no more; "
+                 "DELETE jobs that are not needed any more",
+                 rules->source_bytes);
+    else
+        return SRV_STORED;
+    return SRV_STORED_QUOTA;
+}
+
+enum srv_stored srv_store_room_scene(struct srv_store *store, const char *name, size_t bytes, int anew) {
+    const struct srv_store_rules *rules = &store->rules;
+    struct srv_tally_client *client;
+    struct srv_store_figures all;
+    if (anew) SRV_STORED_TRY(quotas_disk(store, bytes));
+    SRV_STORED_TRY(srv_tally_look(&store->tally, store->sql, name, &client));
+    SRV_STORED_TRY(srv_tally_totals(&store->tally, store->sql, &all));
+    int good = client->scenes_were + client->scenes < rules->client_scenes &&
+               client->scene_bytes_were + client->scene_bytes + (int64_t)bytes <= rules->client_scene_bytes &&
+               (!anew || all.scene_bytes + (long long)bytes <= rules->all_scene_bytes);
+    return good ? SRV_STORED : SRV_STORED_QUOTA;
+}

@@ -1,0 +1,139 @@
+/* Scenes in the store: kept as long as somebody keeps them, read.
+ * Leaves to others: what a scene says, and how its id is found (scenes).
+ * Invariant: a scene that was kept never changes; it goes with the last of its keepers, and no link that a keeper was
+ * given is dead before. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/store/store_quotas.h"
+#include "server/store/store_rows.h"
+#include "server/store/store_seals.h"
+
+/* whether one more scene is within the bounds of a client and of its source; anew: nobody keeps it yet */
+static enum srv_stored scene_room(struct srv_store *store, const char *client, const char *source, size_t bytes,
+                                  int anew) {
+    const struct srv_store_rules *rules = &store->rules;
+    struct srv_row_wholes all = {.count = 1};
+    SRV_STORED_TRY(srv_store_room_scene(store, client, bytes + SRV_ROW_BYTES, anew));
+    if (!rules->source_scenes || !strcmp(client, source)) return SRV_STORED;
+    SRV_STORED_TRY(SRV_RUN(store, SQL_KEEPERS_FROM, srv_row_wholes, &all, srv_value_text(source)));
+    return all.whole[0] < rules->source_scenes ? SRV_STORED : SRV_STORED_QUOTA;
+}
+
+/* a client keeps a scene more, or one less */
+static enum srv_stored scene_count(struct srv_store *store, const char *name, const char *source, int count,
+                                   size_t bytes) {
+    struct srv_tally_client *client;
+    SRV_STORED_TRY(srv_store_client(store, name, &client));
+    client->scenes += count;
+    client->scene_bytes += count * (int64_t)(bytes + SRV_ROW_BYTES);
+    if (source) snprintf(client->source, sizeof client->source, "%s", source);
+    return SRV_STORED;
+}
+
+/* there is a scene more, or one less */
+static void scene_count_all(struct srv_store *store, int count, size_t bytes) {
+    store->tally.change.scenes += count;
+    store->tally.change.scene_bytes += count * (long long)(bytes + SRV_ROW_BYTES);
+}
+
+static enum srv_stored scene_keeper(struct srv_store *store, const char *id, const char *client, int *keeps) {
+    struct srv_row_wholes row = {.count = 1};
+    SRV_STORED_TRY(SRV_RUN(store, SQL_KEEPER, srv_row_wholes, &row, srv_value_text(id), srv_value_text(client)));
+    *keeps = row.whole[0] > 0;
+    return SRV_STORED;
+}
+
+static enum srv_stored scene_keeper_put(struct srv_store *store, const char *id, const char *client, const char *source,
+                                        size_t bytes) {
+    SRV_STORED_TRY(SRV_POST(store, SQL_KEEPER_PUT, srv_value_text(id), srv_value_text(client), srv_value_text(source),
+                            srv_value_whole((int64_t)bytes)));
+    return scene_count(store, client, source, 1, bytes);
+}
+
+/* one more keeps a scene that is there and locked */
+static enum srv_stored scene_keep(struct srv_store *store, const char *id, const char *client, const char *source,
+                                  size_t bytes) {
+    int keeps;
+    SRV_STORED_TRY(scene_keeper(store, id, client, &keeps));
+    if (keeps) return SRV_STORED;
+    SRV_STORED_TRY(scene_room(store, client, source, bytes, 0));
+    return scene_keeper_put(store, id, client, source, bytes);
+}
+
+/* locks a scene, so that nobody takes away what another keeps just now */
+static enum srv_stored scene_lock(struct srv_store *store, const char *id, size_t *bytes) {
+    struct srv_row_wholes row = {.count = 1};
+    SRV_STORED_TRY(SRV_RUN(store, SQL_SCENE_LOCK, srv_row_wholes, &row, srv_value_text(id)));
+    *bytes = (size_t)row.whole[0];
+    return row.rows ? SRV_STORED : SRV_STORED_NONE;
+}
+
+/* a scene that nobody has */
+static enum srv_stored scene_new(struct srv_store *store, const char *id, const char *client, const char *source,
+                                 const void *body, size_t bytes) {
+    struct srv_row_wholes put = {.count = 1};
+    unsigned char seal[API_SEAL_BYTES];
+    SRV_STORED_TRY(scene_room(store, client, source, bytes, 1));
+    srv_seal_scene(seal, id, body, bytes);
+    SRV_STORED_TRY(SRV_RUN(store, SQL_SCENE_PUT, srv_row_wholes, &put, srv_value_text(id), srv_value_bytes(body, bytes),
+                           srv_value_bytes(seal, sizeof seal)));
+    if (!put.rows) return SRV_STORED_AGAIN;
+    scene_count_all(store, 1, bytes);
+    return scene_keeper_put(store, id, client, source, bytes);
+}
+
+static enum srv_stored scene_put(struct srv_store *store, const char *id, const char *client, const char *source,
+                                 const void *body, size_t bytes) {
+    struct srv_row_bytes there = {.name = id, .whole = srv_seal_scene_whole};
+    size_t kept;
+    enum srv_stored found = scene_lock(store, id, &kept);
+    if (found == SRV_STORED_NONE) return scene_new(store, id, client, source, body, bytes);
+    SRV_STORED_TRY(found);
+    found = SRV_RUN(store, SQL_SCENE, srv_row_bytes, &there, srv_value_text(id));
+    int same = there.data && there.bytes == bytes && (!bytes || !memcmp(there.data, body, bytes));
+    free(there.data);
+    SRV_STORED_TRY(found);
+    return same ? scene_keep(store, id, client, source, bytes) : SRV_STORED_CLASH;
+}
+
+enum srv_stored srv_store_scene_put(struct srv_store *store, const char *id, const char *client, const char *source,
+                                    const void *body, size_t bytes) {
+    SRV_STORED_TRY(srv_store_begin(store));
+    enum srv_stored stored = scene_put(store, id, client, source ? source : client, body, bytes);
+    return srv_store_end(store, stored == SRV_STORED, stored);
+}
+
+enum srv_stored srv_store_scene_keep(struct srv_store *store, const char *id, const char *client, const char *source) {
+    size_t bytes;
+    SRV_STORED_TRY(srv_store_begin(store));
+    enum srv_stored stored = scene_lock(store, id, &bytes);
+    if (stored == SRV_STORED) stored = scene_keep(store, id, client, source ? source : client, bytes);
+    return srv_store_end(store, stored == SRV_STORED, stored);
+}
+
+static enum srv_stored scene_drop(struct srv_store *store, const char *id, const char *client) {
+    struct srv_row_wholes left = {.count = 1};
+    size_t bytes;
+    int keeps;
+    SRV_STORED_TRY(scene_lock(store, id, &bytes));
+    SRV_STORED_TRY(scene_keeper(store, id, client, &keeps));
+    if (!keeps) return SRV_STORED_CLASH;
+    SRV_STORED_TRY(SRV_POST(store, SQL_KEEPER_REMOVE, srv_value_text(id), srv_value_text(client)));
+    SRV_STORED_TRY(scene_count(store, client, NULL, -1, bytes));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_KEEPERS, srv_row_wholes, &left, srv_value_text(id)));
+    if (left.whole[0]) return SRV_STORED;
+    scene_count_all(store, -1, bytes);
+    return SRV_POST(store, SQL_SCENE_REMOVE, srv_value_text(id));
+}
+
+enum srv_stored srv_store_scene_drop(struct srv_store *store, const char *id, const char *client) {
+    SRV_STORED_TRY(srv_store_begin(store));
+    enum srv_stored stored = scene_drop(store, id, client);
+    return srv_store_end(store, stored == SRV_STORED, stored);
+}
+
+enum srv_stored srv_store_scene(struct srv_store *store, const char *id, void **body, size_t *bytes) {
+    return srv_store_bytes(store, SQL_SCENE, id, srv_seal_scene_whole, body, bytes);
+}

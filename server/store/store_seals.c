@@ -1,0 +1,91 @@
+#include "server/store/store_seals.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* which rule a row's seal follows; -1 where the row says neither */
+static int64_t seal_rule(const struct srv_value *sealed) {
+    int known = sealed->kind == SRV_SQL_WHOLE && (sealed->whole == SRV_SEALED_BEFORE || sealed->whole == SRV_SEALED);
+    return known ? sealed->whole : -1;
+}
+
+static int seal_equals(const struct srv_value *field, const unsigned char *want, size_t bytes) {
+    return field->kind == SRV_SQL_BYTES && field->bytes == bytes && !memcmp(field->data, want, bytes);
+}
+
+/* --- jobs --- */
+
+/* the seal of the row, given the seal of the request */
+static void seal_row(unsigned char seal[API_SEAL_BYTES], const struct srv_job *job,
+                     const unsigned char request[API_SEAL_BYTES]) {
+    char place[SRV_ID_BYTES + 2 * SRV_NAME_BYTES + 64];
+    snprintf(place, sizeof place, "job %s of %s: %s in %ld%s", job->id, job->client, job->operation, job->shards,
+             job->chained ? " chained" : "");
+    api_seal(seal, place, (long)job->created, request, API_SEAL_BYTES);
+}
+
+void srv_seal_job(unsigned char seal[SRV_SEAL_JOB_BYTES], const struct srv_job *job, const void *request,
+                  size_t bytes) {
+    api_seal(seal, "request", 0, request, bytes);
+    seal_row(seal + API_SEAL_BYTES, job, seal);
+}
+
+int srv_seal_job_whole(const struct srv_job *job, const struct srv_value field[2]) {
+    unsigned char want[SRV_SEAL_JOB_BYTES];
+    int64_t rule = seal_rule(&field[1]);
+    if (rule != SRV_SEALED) return rule == SRV_SEALED_BEFORE && field[0].kind == SRV_SQL_NULL;
+    if (field[0].kind != SRV_SQL_BYTES || field[0].bytes != sizeof want) return 0;
+    memcpy(want, field[0].data, API_SEAL_BYTES);
+    seal_row(want + API_SEAL_BYTES, job, want);
+    return seal_equals(&field[0], want, sizeof want);
+}
+
+int srv_seal_request_whole(const struct srv_value field[2], const void *request, size_t bytes) {
+    unsigned char want[API_SEAL_BYTES];
+    int64_t rule = seal_rule(&field[1]);
+    if (rule != SRV_SEALED) return rule == SRV_SEALED_BEFORE && field[0].kind == SRV_SQL_NULL;
+    if (field[0].kind != SRV_SQL_BYTES || field[0].bytes != SRV_SEAL_JOB_BYTES) return 0;
+    api_seal(want, "request", 0, request, bytes);
+    return !memcmp(field[0].data, want, sizeof want);
+}
+
+/* --- chunks of results --- */
+
+void srv_seal_chunk(unsigned char seal[API_SEAL_BYTES], const char *job, long shard, long chunk, const void *data,
+                    size_t bytes) {
+    char place[SRV_ID_BYTES + 64];
+    snprintf(place, sizeof place, "results of job %s, part %ld", job, shard);
+    api_seal(seal, place, chunk, data, bytes);
+}
+
+int srv_seal_chunk_whole(const struct srv_value field[2], const char *job, long shard, long chunk, const void *data,
+                         size_t bytes) {
+    unsigned char want[API_SEAL_BYTES];
+    char place[64];
+    int64_t rule = seal_rule(&field[1]);
+    if (rule < 0) return 0;
+    if (rule == SRV_SEALED) {
+        srv_seal_chunk(want, job, shard, chunk, data, bytes);
+    } else {
+        if (field[0].kind == SRV_SQL_NULL) return 1;
+        snprintf(place, sizeof place, "results of part %ld", shard);
+        api_seal(want, place, chunk, data, bytes);
+    }
+    return seal_equals(&field[0], want, sizeof want);
+}
+
+/* --- scenes --- */
+
+void srv_seal_scene(unsigned char seal[API_SEAL_BYTES], const char *id, const void *body, size_t bytes) {
+    char place[SRV_ID_BYTES + 16];
+    snprintf(place, sizeof place, "scene %.*s", SRV_ID_BYTES, id);
+    api_seal(seal, place, 0, body, bytes);
+}
+
+int srv_seal_scene_whole(const struct srv_value field[2], const char *id, const void *body, size_t bytes) {
+    unsigned char want[API_SEAL_BYTES];
+    int64_t rule = seal_rule(&field[1]);
+    if (rule != SRV_SEALED) return rule == SRV_SEALED_BEFORE && field[0].kind == SRV_SQL_NULL;
+    srv_seal_scene(want, id, body, bytes);
+    return seal_equals(&field[0], want, sizeof want);
+}

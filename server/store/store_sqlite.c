@@ -1,0 +1,308 @@
+#include "server/store/sql.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sqlite3.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/inotify.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "server/store/store_sqlite_disk.h"
+
+/* how long others are waited for: who write, and, where the log of writes is to be carried over, who read as well */
+enum { BUSY_MS = 5000, CARRY_MS = 100, BUSY_NAP_US = 1000 };
+
+struct sqlite_sql {
+    struct srv_sql sql; /* first */
+    sqlite3 *db;
+    struct srv_sqlite_disk disk;
+    sqlite3_stmt *kept[SRV_SQL_STATEMENTS];
+    sqlite3_stmt *rollback; /* made beforehand: it ends a transaction when memory is short, too */
+    int full;               /* the disk was, in the last transaction */
+    int ringing;            /* others are to be woken, once it is committed */
+    int ear;                /* hears their rings; -1 = does not listen yet */
+    int64_t busy_ms;        /* when it began to wait for another process */
+    int patience_ms;        /* how long it waits */
+};
+
+static int64_t sqlite_clock_ms(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+/* another process writes, for some milliseconds: SQLite's own handler naps up to a tenth of a second between two looks,
+ * and comes too late again and again where there is much to write */
+static int sqlite_busy(void *context, int tries) {
+    struct sqlite_sql *own = context;
+    const struct timespec nap = {0, BUSY_NAP_US * 1000};
+    if (!tries) own->busy_ms = sqlite_clock_ms();
+    if (sqlite_clock_ms() - own->busy_ms >= own->patience_ms) return 0;
+    nanosleep(&nap, NULL);
+    return 1;
+}
+
+/* the wall clock, in microseconds: SQLite's own has milliseconds */
+static void sqlite_now(sqlite3_context *context, int count, sqlite3_value **value) {
+    struct timespec now;
+    (void)count, (void)value;
+    clock_gettime(CLOCK_REALTIME, &now);
+    sqlite3_result_int64(context, (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000);
+}
+
+/* a ring is heard by whoever watches the file's times, in any process; nobody opens the file for it, as closing it
+ * would end SQLite's locks */
+static void sqlite_ring(sqlite3_context *context, int count, sqlite3_value **value) {
+    struct sqlite_sql *own = sqlite3_user_data(context);
+    (void)count, (void)value;
+    own->ringing = 1;
+    sqlite3_result_int(context, 1);
+}
+
+static void sqlite_close(struct srv_sql *sql) {
+    struct sqlite_sql *own = (struct sqlite_sql *)sql;
+    if (own->ear >= 0) close(own->ear);
+    for (int i = 0; i < SRV_SQL_STATEMENTS; i++) sqlite3_finalize(own->kept[i]);
+    sqlite3_finalize(own->rollback);
+    srv_sqlite_disk_close(&own->disk);
+    sqlite3_close(own->db);
+    free(own);
+}
+
+/* what a connection is told first: every commit is on disk before it returns, and readers do not wait for the writer */
+static const char *const sqlite_settings = "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA temp_store = "
+                                           "MEMORY; PRAGMA journal_size_limit = 4194304;";
+
+/* A new store is its owner's alone, as the log and the index of it are then, whatever the process's umask; one that is
+ * there keeps its mode, which its owner may have widened on purpose. That it cannot be made is told by the library. */
+static void sqlite_private(const char *path) {
+    int fd = open(path, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR);
+    if (fd >= 0) close(fd);
+}
+
+/* What a file from elsewhere may have in it reaches nothing beyond its own rows: its triggers call no function that
+ * could, it has no views, and nobody writes its schema. Plain triggers stay: an operator may count or audit with one,
+ * as the drill does. */
+static int sqlite_distrust(sqlite3 *db) {
+    int code = sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
+    if (code == SQLITE_OK) code = sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL);
+    if (code == SQLITE_OK) code = sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_VIEW, 0, NULL);
+    return code;
+}
+
+static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, struct pend_error *error) {
+    const char *path = url + strlen(srv_sql_sqlite.scheme);
+    struct sqlite_sql *own = calloc(1, sizeof *own);
+    enum pend_status status = PEND_OK;
+    char *said = NULL;
+    *sql = NULL;
+    if (!own) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
+    own->sql.driver = &srv_sql_sqlite;
+    own->ear = -1;
+    own->patience_ms = BUSY_MS;
+    int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
+    if (*path) sqlite_private(path);
+    if (!*path) {
+        status = pend_fail(error, PEND_INVALID, -1, 0,
+                           "sqlite: wants a file's path, as in sqlite:/var/lib/pendulumd/store.db");
+    } else if (sqlite3_open_v2(path, &own->db, flags, NULL) != SQLITE_OK) {
+        status = pend_fail(error, PEND_INVALID, -1, 0, "%s cannot be opened: %s", path,
+                           own->db ? sqlite3_errmsg(own->db) : "out of memory");
+    } else {
+        sqlite3_extended_result_codes(own->db, 1);
+        sqlite3_busy_handler(own->db, sqlite_busy, own);
+        if (sqlite_distrust(own->db) != SQLITE_OK ||
+            sqlite3_create_function(own->db, "now_us", 0, SQLITE_UTF8, NULL, sqlite_now, NULL, NULL) != SQLITE_OK ||
+            sqlite3_create_function(own->db, "ring", 0, SQLITE_UTF8, own, sqlite_ring, NULL, NULL) != SQLITE_OK ||
+            sqlite3_exec(own->db, sqlite_settings, NULL, NULL, &said) != SQLITE_OK ||
+            sqlite3_prepare_v2(own->db, "ROLLBACK", -1, &own->rollback, NULL) != SQLITE_OK ||
+            srv_sqlite_disk_open(&own->disk, own->db) != SQLITE_OK)
+            status = pend_fail(error, PEND_INVALID, -1, 0, "%s is no store: %s", path,
+                               said ? said : sqlite3_errmsg(own->db));
+    }
+    sqlite3_free(said);
+    if (status == PEND_OK)
+        *sql = &own->sql;
+    else
+        sqlite_close(&own->sql);
+    return status;
+}
+
+/* what the library's result code means for a store */
+static enum srv_stored sqlite_result(struct sqlite_sql *own, int code) {
+    if (code == SQLITE_OK || code == SQLITE_ROW || code == SQLITE_DONE) return SRV_STORED;
+    srv_sql_complain(&own->sql, code == SQLITE_FULL ? sqlite3_errstr(code) : sqlite3_errmsg(own->db));
+    /* a NULL where there can be none was added to */
+    if (code == SQLITE_CONSTRAINT_NOTNULL) return SRV_STORED_DAMAGED;
+    switch (code & 0xff) {
+    case SQLITE_FULL:
+        return SRV_STORED_FULL;
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+    case SQLITE_CONSTRAINT:
+        return SRV_STORED_AGAIN;
+    /* a write that came up short is what some file systems answer in place of "no space" */
+    case SQLITE_IOERR:
+        return code == SQLITE_IOERR_WRITE || code == SQLITE_IOERR_SHMSIZE ? SRV_STORED_FULL : SRV_STORED_AWAY;
+    case SQLITE_CANTOPEN:
+        return SRV_STORED_AWAY;
+    default:
+        return SRV_STORED_BROKEN;
+    }
+}
+
+static int sqlite_bind(sqlite3_stmt *statement, const struct srv_value value[], int count) {
+    int code = SQLITE_OK;
+    for (int i = 0; i < count && code == SQLITE_OK; i++) {
+        char name[16];
+        snprintf(name, sizeof name, "$%d", i + 1);
+        int at = sqlite3_bind_parameter_index(statement, name);
+        if (!at) continue;
+        switch (value[i].kind) {
+        case SRV_SQL_NULL:
+            code = sqlite3_bind_null(statement, at);
+            break;
+        case SRV_SQL_WHOLE:
+            code = sqlite3_bind_int64(statement, at, value[i].whole);
+            break;
+        case SRV_SQL_STRING:
+            code = sqlite3_bind_text(statement, at, value[i].data, -1, SQLITE_STATIC);
+            break;
+        case SRV_SQL_BYTES:
+            code =
+                sqlite3_bind_blob64(statement, at, value[i].bytes ? value[i].data : "", value[i].bytes, SQLITE_STATIC);
+            break;
+        }
+    }
+    return code;
+}
+
+static void sqlite_fields(sqlite3_stmt *statement, struct srv_value field[], int count) {
+    for (int i = 0; i < count; i++) {
+        struct srv_value *value = &field[i];
+        *value = (struct srv_value){0};
+        switch (sqlite3_column_type(statement, i)) {
+        case SQLITE_INTEGER:
+            value->kind = SRV_SQL_WHOLE;
+            value->whole = sqlite3_column_int64(statement, i);
+            break;
+        case SQLITE_TEXT:
+            value->kind = SRV_SQL_STRING;
+            value->data = sqlite3_column_text(statement, i);
+            break;
+        case SQLITE_BLOB:
+            value->kind = SRV_SQL_BYTES;
+            value->data = sqlite3_column_blob(statement, i);
+            break;
+        default:
+            break;
+        }
+        if (value->data) value->bytes = (size_t)sqlite3_column_bytes(statement, i);
+    }
+}
+
+/* A transaction whose end failed is not left open: it would keep every other process from writing, and this one from
+ * beginning another. */
+static void sqlite_leave(struct sqlite_sql *own) {
+    if (sqlite3_get_autocommit(own->db)) return;
+    sqlite3_step(own->rollback);
+    sqlite3_reset(own->rollback);
+}
+
+static void sqlite_before(struct sqlite_sql *own) {
+    sqlite_leave(own);
+    own->ringing = 0;
+    own->patience_ms = CARRY_MS;
+    srv_sqlite_disk_begin(&own->disk, own->full);
+    own->patience_ms = BUSY_MS;
+    own->full = 0;
+}
+
+static void sqlite_committed(struct sqlite_sql *own) {
+    if (own->ringing) utimensat(AT_FDCWD, sqlite3_db_filename(own->db, "main"), NULL, 0);
+    own->ringing = 0;
+    own->patience_ms = CARRY_MS;
+    srv_sqlite_disk_committed(&own->disk);
+    own->patience_ms = BUSY_MS;
+}
+
+static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text, const struct srv_value value[],
+                                  int count, srv_row_fn *row, void *context) {
+    struct sqlite_sql *own = (struct sqlite_sql *)sql;
+    sqlite3_stmt *once = NULL, **statement = id < 0 ? &once : &own->kept[id];
+    struct srv_value field[SRV_SQL_PARAMETERS];
+    enum srv_stored stored = SRV_STORED;
+    int code = SQLITE_OK, commit = !strcmp(text, "COMMIT");
+    if (!strcmp(text, "{begin}")) sqlite_before(own);
+    if (commit) code = srv_sqlite_disk_take(&own->disk);
+    if (code == SQLITE_OK && !*statement) {
+        char spelt[SRV_SQL_TEXT];
+        srv_sql_spell(&srv_sql_sqlite, text, spelt);
+        code = sqlite3_prepare_v3(own->db, spelt, -1, id < 0 ? 0 : SQLITE_PREPARE_PERSISTENT, statement, NULL);
+    }
+    if (code == SQLITE_OK) code = sqlite_bind(*statement, value, count);
+    if (code == SQLITE_OK) {
+        int columns = sqlite3_column_count(*statement);
+        while (stored == SRV_STORED && (code = sqlite3_step(*statement)) == SQLITE_ROW)
+            if (row && columns <= SRV_SQL_PARAMETERS) {
+                sqlite_fields(*statement, field, columns);
+                stored = row(context, field);
+            }
+    }
+    if (stored == SRV_STORED) stored = sqlite_result(own, code);
+    if (*statement) {
+        sqlite3_reset(*statement);
+        sqlite3_clear_bindings(*statement);
+    }
+    sqlite3_finalize(once);
+    if (!strcmp(text, "ROLLBACK")) sqlite_leave(own);
+    own->full |= stored == SRV_STORED_FULL;
+    if (stored == SRV_STORED && commit) sqlite_committed(own);
+    return stored;
+}
+
+static int sqlite_room(struct srv_sql *sql, size_t bytes) {
+    struct sqlite_sql *own = (struct sqlite_sql *)sql;
+    if (srv_sqlite_disk_room(&own->disk, bytes)) return 1;
+    own->full = 1;
+    srv_sql_complain(sql, "the disk is full, but for what the ends of jobs need");
+    return 0;
+}
+
+static int sqlite_listen(struct srv_sql *sql, int timeout_ms) {
+    struct sqlite_sql *own = (struct sqlite_sql *)sql;
+    char event[4096];
+    int heard = 0;
+    if (own->ear < 0) {
+        own->ear = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+        if (own->ear < 0 || inotify_add_watch(own->ear, sqlite3_db_filename(own->db, "main"), IN_ATTRIB) < 0) return -1;
+    }
+    struct pollfd waiting = {own->ear, POLLIN, 0};
+    if (poll(&waiting, 1, timeout_ms) > 0)
+        while (read(own->ear, event, sizeof event) > 0) heard = 1;
+    return heard;
+}
+
+const struct srv_sql_driver srv_sql_sqlite = {
+    .scheme = "sqlite:",
+    .batch = 64,
+    // readers too: where they overlap without end, the log of writes never starts anew, and fills the disk
+    .begin = "BEGIN IMMEDIATE",
+    .now = "now_us()",
+    .lock = "",
+    .skip = "",
+    .alone = "SELECT 1",
+    .ring = "SELECT ring()",
+    .bytes = "BLOB",
+    .hot = "",
+    .lists = 0,
+    .open = sqlite_open,
+    .close = sqlite_close,
+    .run = sqlite_run,
+    .room = sqlite_room,
+    .listen = sqlite_listen,
+};

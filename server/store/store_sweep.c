@@ -1,0 +1,171 @@
+/* Sweeping: what ran out, was dismissed or is past its time; and what is in the store, in figures.
+ * Leaves to others: when to sweep (storage).
+ * Invariant: a sweep takes a piece at a time, so that no other call waits long; any process may, at any time; a job is
+ * removed as it is, and not before the time that its client was told. */
+#include <string.h>
+#include <time.h>
+
+#include "server/store/store_jobs.h"
+#include "server/store/store_leases.h"
+#include "server/store/store_quotas.h"
+#include "server/store/store_rows.h"
+
+/* bytes of results that are removed together with their job; of larger ones a piece at a time. And by how much the
+ * store's clock may run ahead of this process' from one sweep to the next, and for how long it is not trusted then */
+enum { SWEEP_SMALL = 1 << 20, SWEEP_JUMP_S = 300, SWEEP_HOLD_S = 600 };
+
+/* jobs that are past their time in one piece: where each is removed by statements of its own, and where all are by one;
+ * and the bytes of results after which a piece ends */
+enum { SWEEP_SINGLE = 128, SWEEP_LIST = SQL_EXPIRED_MOST, SWEEP_PIECE = 16 << 20 };
+
+/* A job that is dismissed or removed and whose shards and results are still there. */
+struct row_removal {
+    int rows;
+    char job[SRV_ID_BYTES], client[SRV_NAME_BYTES];
+    int64_t bytes;
+    const char *flaw;
+};
+
+static enum srv_stored row_removal(void *context, const struct srv_value field[]) {
+    struct row_removal *row = context;
+    srv_row_word(&field[0], 1, row->job, sizeof row->job, "job", &row->flaw);
+    srv_row_word(&field[1], 1, row->client, sizeof row->client, "client", &row->flaw);
+    row->bytes = srv_row_whole(&field[2], 0, SRV_ROW_MOST, "bytes", &row->flaw);
+    row->rows++;
+    return SRV_STORED;
+}
+
+/* takes a piece of a job's results and shards away; the last piece settles the client's account */
+static enum srv_stored sweep_removal(struct srv_store *store, struct srv_store_sweep *sweep) {
+    struct row_removal removal = {0};
+    struct srv_row_wholes chunks = {.count = 1}, shards = {.count = 1};
+    SRV_STORED_TRY(srv_store_run(store, SQL_REMOVAL, NULL, 0, row_removal, &removal));
+    if (!removal.rows) return SRV_STORED;
+    sweep->more = 1;
+    if (!*removal.job) return srv_store_plain(store, SQL_REMOVALS_NAMELESS);
+    SRV_STORED_TRY(SRV_RUN(store, SQL_RESULTS_REMOVE_SOME, srv_row_wholes, &chunks, srv_value_text(removal.job)));
+    if (chunks.rows == SQL_CHUNKS_MOST) return SRV_STORED;
+    SRV_STORED_TRY(SRV_RUN(store, SQL_SHARDS_REMOVE_SOME, srv_row_wholes, &shards, srv_value_text(removal.job)));
+    if (shards.rows == SQL_SHARDS_REMOVED) return SRV_STORED;
+    SRV_STORED_TRY(SRV_POST(store, SQL_REMOVAL_END, srv_value_text(removal.job)));
+    return removal.flaw ? srv_store_recount(store, removal.client)
+                        : srv_store_count_bytes(store, removal.client, -removal.bytes);
+}
+
+/* Jobs that are past their time, locked. */
+struct row_expired {
+    int count, nameless;
+    int damaged; /* of these, at the end of the list: their rows say what nobody can have written */
+    struct srv_job job[SQL_EXPIRED_MOST];
+};
+
+static enum srv_stored row_expired(void *context, const struct srv_value field[]) {
+    struct row_expired *rows = context;
+    if (rows->count + rows->damaged == SQL_EXPIRED_MOST) return SRV_STORED;
+    struct srv_job job = {.flaw = NULL};
+    srv_row_word(&field[0], 1, job.id, sizeof job.id, "id", &job.flaw);
+    rows->nameless |= !*job.id;
+    if (job.flaw) return SRV_STORED;
+    srv_row_word(&field[1], 1, job.client, sizeof job.client, "client", &job.flaw);
+    job.state =
+        (enum srv_job_state)srv_row_whole(&field[2], SRV_JOB_SUCCESSFUL, SRV_JOB_STATES - 1, "state", &job.flaw);
+    job.bytes = srv_row_whole(&field[3], 0, SRV_ROW_MOST, "bytes", &job.flaw);
+    job.held = srv_row_whole(&field[4], 0, SRV_ROW_MOST, "held", &job.flaw);
+    job.begun = (long)srv_row_whole(&field[5], 0, SRV_ROW_MOST, "begun", &job.flaw);
+    job.expires = srv_row_whole(&field[6], 1, SRV_ROW_LATEST, "expires", &job.flaw);
+    rows->job[job.flaw ? SQL_EXPIRED_MOST - ++rows->damaged : rows->count++] = job;
+    return SRV_STORED;
+}
+
+/* counts a job that is removed; what is large stays a while, and is counted as long */
+static enum srv_stored expired_count(struct srv_store *store, const struct srv_job *job, int large) {
+    store->tally.change.jobs[job->state]--;
+    SRV_STORED_TRY(srv_store_count_bytes(store, job->client, -job->held - (large ? 0 : job->bytes)));
+    if (!large) return SRV_STORED;
+    return SRV_POST(store, SQL_REMOVAL_PUT, srv_value_text(job->id), srv_value_text(job->client),
+                    srv_value_whole(job->bytes));
+}
+
+/* removes a job; with it go its shards and results where they are small */
+static enum srv_stored expired_remove(struct srv_store *store, const struct srv_job *job) {
+    /* one that failed or was dismissed has a removal of its own already, if it needs one */
+    int kept = job->state == SRV_JOB_SUCCESSFUL,
+        large = kept && (job->bytes > SWEEP_SMALL || job->begun > SRV_FEW_SHARDS);
+    SRV_STORED_TRY(expired_count(store, job, large));
+    if (kept && !large && job->bytes > 0) SRV_STORED_TRY(SRV_POST(store, SQL_RESULTS_REMOVE, srv_value_text(job->id)));
+    if (kept && !large) SRV_STORED_TRY(SRV_POST(store, SQL_SHARDS_REMOVE, srv_value_text(job->id)));
+    return SRV_POST(store, SQL_JOBS_REMOVE, srv_value_text(job->id));
+}
+
+static int64_t sweep_clock_ns(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
+}
+
+/* false for a while after the store's clock has jumped ahead */
+static int sweep_trusts(struct srv_store *store, int64_t now) {
+    int64_t now_ns = sweep_clock_ns(), passed_us = (now_ns - store->expiry.seen_ns) / 1000;
+    if (store->expiry.seen && now - store->expiry.seen > passed_us + (int64_t)SWEEP_JUMP_S * 1000000)
+        store->expiry.hold_ns = now_ns + (int64_t)SWEEP_HOLD_S * 1000000000;
+    store->expiry.seen = now;
+    store->expiry.seen_ns = now_ns;
+    return now_ns >= store->expiry.hold_ns;
+}
+
+static enum srv_stored sweep_expired(struct srv_store *store, int64_t now, struct srv_store_sweep *sweep) {
+    struct row_expired rows = {0};
+    if (!sweep_trusts(store, now)) return SRV_STORED;
+    SRV_STORED_TRY(SRV_RUN(store, SQL_JOBS_EXPIRED, row_expired, &rows, srv_value_whole(store->expiry.from),
+                           srv_value_whole(store->sql->driver->lists ? SWEEP_LIST : SWEEP_SINGLE)));
+    int64_t bytes = 0;
+    for (int i = 0; i < rows.count; i++) {
+        SRV_STORED_TRY(expired_remove(store, &rows.job[i]));
+        bytes += rows.job[i].bytes > SWEEP_SMALL ? 0 : rows.job[i].bytes;
+        if (bytes > SWEEP_PIECE) rows.count = i + 1;
+    }
+    /* a damaged one is removed once it has been written anew, when that is past its time */
+    for (int i = SQL_EXPIRED_MOST - rows.damaged; i < SQL_EXPIRED_MOST; i++) {
+        struct srv_job job;
+        SRV_STORED_TRY(srv_store_find(store, SQL_JOB_LOCK, rows.job[i].id, &job));
+        if (!job.flaw) srv_row_job_fail(&job, rows.job[i].flaw);
+        SRV_STORED_TRY(srv_store_condemn(store, &job));
+    }
+    if (rows.nameless) SRV_STORED_TRY(srv_store_plain(store, SQL_JOBS_NAMELESS));
+    /* the next piece does not look again at the places of those that were removed; when nothing is left all places are
+     * looked at once more, because other processes may have locked some */
+    sweep->more |= rows.count > 0;
+    sweep->expired = rows.count;
+    store->expiry.from = rows.count ? rows.job[rows.count - 1].expires : 0;
+    return SRV_STORED;
+}
+
+enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked, struct srv_store_sweep *sweep) {
+    int64_t now = 0;
+    int late = 0;
+    *sweep = (struct srv_store_sweep){0};
+    SRV_STORED_TRY(srv_store_begin(store));
+    enum srv_stored stored = srv_store_now(store, &now);
+    int64_t before = looked ? *looked : now;
+    if (stored == SRV_STORED) stored = srv_store_back(store, NULL, before, sweep, &late);
+    if (stored == SRV_STORED && looked) *looked = now;
+    if (stored == SRV_STORED) stored = sweep_removal(store, sweep);
+    if (stored == SRV_STORED) stored = sweep_expired(store, now, sweep);
+    sweep->more |= late == SQL_SHARDS_MOST;
+    return srv_store_end(store, stored == SRV_STORED, stored);
+}
+
+/* why not even a small job can be kept */
+static const char *figures_full(struct srv_store *store, const struct srv_store_figures *figures) {
+    const struct srv_sql_driver *driver = store->sql->driver;
+    if (figures->bytes + SRV_ROW_BYTES > store->rules.all_bytes) return "the store is full: max-store-bytes";
+    return driver->room && !driver->room(store->sql, SRV_ROW_BYTES) ? "the store's disk is full" : NULL;
+}
+
+enum srv_stored srv_store_figures(struct srv_store *store, struct srv_store_figures *figures) {
+    *figures = (struct srv_store_figures){0};
+    SRV_STORED_TRY(srv_store_begin(store));
+    enum srv_stored stored = srv_tally_totals(&store->tally, store->sql, figures);
+    if (stored == SRV_STORED) figures->full = figures_full(store, figures);
+    return srv_store_end(store, 1, stored);
+}

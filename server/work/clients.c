@@ -1,0 +1,170 @@
+#include "server/work/clients.h"
+
+#include <assert.h>
+#include <pthread.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { CLIENTS_ROWS = 4096 };
+
+struct srv_clients {
+    pthread_mutex_t lock;
+    struct srv_link idle; /* those that nobody has, the one that was left last is last */
+    int idle_count;
+    uint64_t salt;
+    struct srv_client *row[CLIENTS_ROWS];
+};
+
+static struct srv_client *clients_of_idle(struct srv_link *link) {
+    return (struct srv_client *)((char *)link - offsetof(struct srv_client, idle));
+}
+
+enum pend_status srv_clients_new(struct srv_clients **clients) {
+    struct srv_clients *made = *clients = calloc(1, sizeof *made);
+    if (!made) return PEND_NO_MEMORY;
+    pthread_mutex_init(&made->lock, NULL);
+    made->idle.next = made->idle.previous = &made->idle;
+    /* where the heap is differs from run to run: enough that nobody can choose addresses of one row */
+    made->salt = (uint64_t)(uintptr_t)made * 0x9e3779b97f4a7c15u;
+    return PEND_OK;
+}
+
+static int clients_row(const struct srv_clients *clients, const char *key) {
+    uint64_t hash = clients->salt;
+    for (; *key; key++) hash = (hash ^ (unsigned char)*key) * 0x100000001b3u, hash ^= hash >> 29;
+    return (int)(hash % CLIENTS_ROWS);
+}
+
+static void clients_forget(struct srv_clients *clients, struct srv_client *client) {
+    struct srv_client **at = &clients->row[clients_row(clients, client->key)];
+    while (*at != client) at = &(*at)->next_in_row;
+    *at = client->next_in_row;
+    free(client);
+}
+
+static void clients_unlink(struct srv_clients *clients, struct srv_client *client) {
+    client->idle.previous->next = client->idle.next;
+    client->idle.next->previous = client->idle.previous;
+    clients->idle_count--;
+}
+
+void srv_clients_free(struct srv_clients **clients) {
+    struct srv_clients *gone = *clients;
+    *clients = NULL;
+    if (!gone) return;
+    while (gone->idle_count) {
+        struct srv_client *client = clients_of_idle(gone->idle.next);
+        clients_unlink(gone, client);
+        clients_forget(gone, client);
+    }
+    pthread_mutex_destroy(&gone->lock);
+    free(gone);
+}
+
+static struct srv_client *clients_make(struct srv_clients *clients, const char *key, int row) {
+    struct srv_client *made = calloc(1, sizeof *made);
+    if (!made) return NULL;
+    strcpy(made->key, key);
+    made->next_in_row = clients->row[row];
+    clients->row[row] = made;
+    return made;
+}
+
+/* with the lock */
+static struct srv_client *clients_take(struct srv_clients *clients, const char *name) {
+    char key[SRV_CLIENT_KEY];
+    snprintf(key, sizeof key, "%s", name);
+    int row = clients_row(clients, key);
+    struct srv_client *client = clients->row[row];
+    while (client && strcmp(client->key, key)) client = client->next_in_row;
+    if (client && !client->users) clients_unlink(clients, client);
+    if (!client) client = clients_make(clients, key, row);
+    if (client) client->users++;
+    return client;
+}
+
+/* with the lock */
+static void clients_give(struct srv_clients *clients, struct srv_client *client) {
+    assert(client->users > 0);
+    if (--client->users) return;
+    assert(!client->lane.count);
+    struct srv_client *source = client->source;
+    client->source = NULL;
+    client->lane.road = NULL;
+    client->idle = (struct srv_link){.next = &clients->idle, .previous = clients->idle.previous};
+    client->idle.previous->next = clients->idle.previous = &client->idle;
+    clients->idle_count++;
+    if (source && source != client) clients_give(clients, source);
+}
+
+/* the record of where a client comes from, if it has none yet; 0 without memory; with the lock */
+static int clients_trace(struct srv_clients *clients, struct srv_client *client, const char *source) {
+    if (client->source) return 1;
+    int itself = !source || !strcmp(source, client->key);
+    client->source = itself ? client : clients_take(clients, source);
+    if (client->source && !itself) {
+        client->lane.road = &client->source->lane.own;
+        if (!client->source->source) client->source->source = client->source;
+    }
+    return client->source != NULL;
+}
+
+struct srv_client *srv_clients_take(struct srv_clients *clients, const char *key, const char *source) {
+    pthread_mutex_lock(&clients->lock);
+    struct srv_client *client = clients_take(clients, key);
+    if (client && !clients_trace(clients, client, source)) {
+        clients_give(clients, client);
+        client = NULL;
+    }
+    pthread_mutex_unlock(&clients->lock);
+    return client;
+}
+
+void srv_clients_share(struct srv_clients *clients, struct srv_client *client) {
+    pthread_mutex_lock(&clients->lock);
+    client->users++;
+    pthread_mutex_unlock(&clients->lock);
+}
+
+void srv_clients_give(struct srv_clients *clients, struct srv_client *client) {
+    pthread_mutex_lock(&clients->lock);
+    clients_give(clients, client);
+    while (clients->idle_count > SRV_CLIENTS_KEPT) {
+        struct srv_client *oldest = clients_of_idle(clients->idle.next);
+        clients_unlink(clients, oldest);
+        clients_forget(clients, oldest);
+    }
+    pthread_mutex_unlock(&clients->lock);
+}
+
+/* what came in since the last time, at so many a minute */
+static void bucket_fill(struct srv_bucket *bucket, double a_minute, int64_t now) {
+    double grown = a_minute;
+    if (bucket->counted) grown = bucket->tokens + 1e-9 * (double)(now - bucket->counted) * a_minute / 60;
+    bucket->tokens = grown < a_minute ? grown : a_minute;
+    bucket->counted = now;
+}
+
+struct srv_quota srv_clients_quota(struct srv_clients *clients, struct srv_client *client, double a_minute,
+                                   double shares, int64_t now) {
+    struct srv_quota quota = {0};
+    pthread_mutex_lock(&clients->lock);
+    struct srv_bucket *own = &client->own, *all = &client->source->all;
+    bucket_fill(own, a_minute, now);
+    bucket_fill(all, a_minute * shares, now);
+    quota.granted = own->tokens >= 1 && all->tokens >= 1;
+    if (quota.granted) {
+        own->tokens -= 1;
+        all->tokens -= 1;
+    }
+    /* told of the one that has less left; an address that is at its end has as many times more a minute */
+    int crowded = all->tokens < own->tokens;
+    double left = crowded ? all->tokens : own->tokens, rate = crowded ? a_minute * shares : a_minute;
+    pthread_mutex_unlock(&clients->lock);
+    quota.left = left;
+    quota.refresh = (a_minute - left) * 60 / rate;
+    quota.retry = quota.granted ? 0 : (1 - left) * 60 / rate;
+    return quota;
+}

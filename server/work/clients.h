@@ -1,0 +1,74 @@
+/* A record for each client: its lane in the queue, and its quota beside that of the address it comes from.
+ * Leaves to others: who a client is (identity), the order of the lanes' tasks (queue), telling a client that it has to
+ * wait (router). Invariant: a record lives while somebody has it; records that nobody has are kept up to a bound, the
+ * oldest go first. */
+#ifndef SRV_CLIENTS_H
+#define SRV_CLIENTS_H
+
+#include <stdatomic.h>
+#include <stdint.h>
+
+#include "server/work/queue.h"
+
+enum { SRV_CLIENT_KEY = 68, SRV_CLIENTS_KEPT = 8192 };
+
+/* Requests that may be sent now, and since when they were counted. */
+struct srv_bucket {
+    double tokens;
+    int64_t counted; /* ns; 0 = never */
+};
+
+struct srv_client {
+    struct srv_lane lane; /* the queue's */
+    /* the rest is the table's */
+    struct srv_link idle;           /* in the ring of those that nobody has */
+    struct srv_client *next_in_row; /* of the same hash */
+    int users;
+    struct srv_client *source; /* the record of the address or account it comes from, which may be itself; while used */
+    struct srv_bucket own, all; /* what it may send, and what all may together whose source it is */
+    atomic_llong held, bodies;  /* bytes that it holds in memory; of them those of bodies (hold) */
+    atomic_int connections;     /* that it has open */
+    char key[SRV_CLIENT_KEY];
+};
+
+struct srv_clients;
+
+/** PEND_NO_MEMORY */
+PEND_MUST_CHECK enum pend_status srv_clients_new(struct srv_clients **clients);
+
+/** Frees all; nobody may have one any more. */
+void srv_clients_free(struct srv_clients **clients);
+
+/**
+ * The record of a client, made where there is none; to be given back.
+ *
+ * key     who it is, shorter than SRV_CLIENT_KEY: longer ones are cut.
+ * source  the key of the address or account it comes from; NULL or the same where that is who it is.
+ *
+ * Returns NULL without memory. Any thread.
+ */
+struct srv_client *srv_clients_take(struct srv_clients *clients, const char *key, const char *source);
+
+/** One more has a record that somebody has. */
+void srv_clients_share(struct srv_clients *clients, struct srv_client *client);
+
+void srv_clients_give(struct srv_clients *clients, struct srv_client *client);
+
+/* What a client may still do. */
+struct srv_quota {
+    int granted;
+    double left;    /* requests */
+    double refresh; /* s until all are there again */
+    double retry;   /* s until one is there, if none was granted */
+};
+
+/**
+ * Takes one request off a client's quota of so many a minute, which may all come at once, and off that of its source,
+ * which all of its clients share.
+ *
+ * shares  how many times a client's quota the source has.
+ */
+struct srv_quota srv_clients_quota(struct srv_clients *clients, struct srv_client *client, double a_minute,
+                                   double shares, int64_t now);
+
+#endif

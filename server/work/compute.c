@@ -1,0 +1,489 @@
+#include "server/work/compute.h"
+
+#include <assert.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "server/work/result.h"
+#include "server/base/clock.h"
+
+enum {
+    COMPUTE_HOLD = 1 << 20,      /* bytes of an answer that may stream are held, so that it can be shared and kept */
+    COMPUTE_SHARE = 1 << 23,     /* the same where several wait for it, or where it is soon complete */
+    COMPUTE_LONG_BODY = 1 << 18, /* bytes of a body that takes a while to read */
+    COMPUTE_READ = 5,            /* times a body: the memory that reading it takes */
+    COMPUTE_READ_FREE = 1 << 16, /* bytes of a body for which that is not counted: it is read in one go */
+    COMPUTE_REFUSE_COST = 3,     /* times max-compute-seconds: an estimate may be wrong by this factor */
+    COMPUTE_REFUSE_STEPS = 30    /* the same where steps are estimated, which the call itself looks after */
+};
+
+/* s of computation after which a stream begins, however little there is; a whole one that is waited for all the same */
+static const double compute_patience = 0.05, compute_soon = 0.25;
+
+/* s of computation from which on it belongs to the next level of the queue */
+static const double compute_level[SRV_QUEUE_LEVELS - 1] = {0.003, 0.05, 1};
+
+static int compute_level_of(double seconds) {
+    int level = 0;
+    while (level < SRV_QUEUE_LEVELS - 1 && seconds >= compute_level[level]) level++;
+    return level;
+}
+
+/* why a computation is not to go on, as an answer that nobody or somebody reads */
+static const char *compute_reason(enum srv_stop why) {
+    return why == SRV_STOP_LEFT ? "the client went away" : "the server is stopping";
+}
+
+static double compute_seconds(const struct srv_work *work) { return 1e-9 * (double)work->spent; }
+
+/* bytes that a work holds, and was promised for what comes next */
+static size_t compute_bytes(const struct srv_work *work) {
+    const struct srv_coding_row *row = srv_coding_at(work->coding);
+    size_t buffers = work->out.cap + work->coded.cap + work->ready_cap;
+    double call = work->call ? api_call_bytes(work->call) : 0;
+    if (call > 0 && buffers < work->foreseen) buffers = work->foreseen;
+    return (size_t)call + buffers + (work->coder ? row->bytes : 0) + (work->source ? work->source->body_bytes : 0);
+}
+
+/* counts what a work holds by now */
+static void compute_hold(struct srv_work *work) { srv_hold_set(&work->hold, compute_bytes(work)); }
+
+/* --- the end of a work --- */
+
+static void compute_done(struct srv_service *service) { atomic_fetch_sub(&service->computing, 1); }
+
+/* lets everybody go who waits for a work, and ends it */
+static void compute_release(struct srv_work *work, struct srv_payload *payload, const char *cache, int status,
+                            const char *detail) {
+    struct srv_service *service = work->service;
+    for (struct srv_exchange *next, *exchange = srv_flights_take(work); exchange; exchange = next) {
+        next = exchange->next_beside;
+        exchange->waited = work->begun > exchange->queued ? work->begun - exchange->queued : 0;
+        exchange->computed = work->spent;
+        if (payload) {
+            srv_answer_give(exchange, payload, next ? "joined" : cache);
+            srv_answer_remember(exchange, payload);
+        } else if (status == 304) {
+            srv_exchange_not_modified(exchange, work->etag);
+        } else {
+            srv_exchange_busy(exchange, 1, detail);
+        }
+        exchange->finish(exchange);
+    }
+    srv_flights_end(work);
+    compute_done(service);
+}
+
+static void compute_fail(struct srv_work *work, const char *detail) { compute_release(work, NULL, NULL, 503, detail); }
+
+/* the answer is complete: in out */
+static void compute_settle(struct srv_work *work) {
+    struct srv_service *service = work->service;
+    struct api_answer answer = api_call_answer(work->call);
+    if (answer.status == 200 && work->key_bytes) srv_metrics_count(&service->metrics.cache_missed, 1);
+    enum srv_coding coding = srv_answer_code(work, answer.media_type);
+    struct srv_payload *payload = srv_answer_payload(work, answer, coding, &work->out);
+    compute_hold(work); /* the answer's memory is counted with the payload now */
+    if (!payload) {
+        compute_fail(work, "out of memory");
+    } else if (payload->status == 200 && !srv_hold_room(service)) {
+        srv_metrics_count(&service->metrics.refused_held, 1);
+        srv_payload_drop(&payload);
+        compute_fail(work, "the answers that are being sent leave no memory: max-held-bytes");
+    } else {
+        if (payload->status == 200 && work->key_bytes)
+            srv_cache_add(service->cache, work->key, work->key_bytes, payload);
+        compute_release(work, payload, NULL, 0, NULL);
+    }
+    srv_payload_drop(&payload);
+}
+
+/* --- streams --- */
+
+static void compute_push(struct srv_exchange *exchange);
+
+/* those who waited with the one that has become the reader of a stream compute for themselves */
+static void compute_apart(struct srv_exchange *others) {
+    for (struct srv_exchange *next, *exchange = others; exchange; exchange = next) {
+        next = exchange->next_beside;
+        compute_push(exchange);
+    }
+}
+
+/* hands over what was appended; 1 when the worker goes on with it */
+static int compute_pass(struct srv_work *work, int ended) {
+    struct srv_service *service = work->service;
+    int over = 0;
+    if (work->coder) {
+        enum srv_coding_end how = ended                      ? SRV_CODING_END
+                                  : srv_flights_hungry(work) ? SRV_CODING_FLUSH
+                                                             : SRV_CODING_MORE;
+        const struct srv_coding_row *row = srv_coding_at(work->coding);
+        if (row->write(work->coder, work->out.data, work->out.bytes, how, &work->coded) != PEND_OK) ended = -1;
+        work->out.bytes = 0;
+    }
+    if (ended < 0 && !srv_flights_stop(work)) srv_metrics_count(&service->metrics.broken, 1);
+    compute_hold(work);
+    int go_on = srv_flights_pass(work, ended, &over);
+    if (over) compute_done(service);
+    return go_on;
+}
+
+/* from now on what is computed is sent; without memory it is not */
+static void compute_promise(struct srv_work *work) {
+    struct api_answer answer = api_call_answer(work->call);
+    struct api_buffer none;
+    const struct srv_coding_row *row = srv_coding_at(work->coding);
+    int coded = row && srv_service_config(work->service)->compress_above > 0 && srv_coding_worth(answer.media_type);
+    api_buffer_init(&none, 0);
+    if (coded && !(work->coder = row->begin())) return;
+    struct srv_payload *head = srv_answer_payload(work, answer, coded ? work->coding : SRV_IDENTITY, &none);
+    if (!head) {
+        /* the next piece tries again, from the beginning */
+        if (coded) row->free(work->coder);
+        work->coder = NULL;
+        return;
+    }
+    struct srv_exchange *others, *reader = srv_flights_stream(work, &others);
+    work->promised = reader != NULL;
+    if (reader) {
+        srv_exchange_payload(reader, head);
+        /* a message of known length has no trailers: what is told of an answer that is computed goes before it */
+        reader->trails = answer.tells && (answer.length < 0 || coded || !work->source);
+        reader->stream_bytes = coded || reader->trails ? -1 : answer.length;
+        reader->waited = work->begun - reader->queued;
+        api_call_promise(work->call);
+        work->foreseen = 2 * SRV_FLIGHT_BLOCK;
+        if (work->out.cap > COMPUTE_HOLD) api_buffer_trim(&work->out);
+        reader->finish(reader);
+    }
+    srv_payload_drop(&head);
+    compute_apart(others);
+}
+
+/* whether a larger answer than usual is held: it is worth more whole than early. One that is to be compressed is not,
+ * as that takes a worker long in one go. */
+static int compute_whole(struct srv_work *work, int alone) {
+    double seconds = compute_seconds(work);
+    if (work->coding && srv_coding_worth(api_call_answer(work->call).media_type)) return 0;
+    if (alone && (seconds > work->cost ? seconds : work->cost) >= compute_soon) return 0;
+    /* twice the room next time it is full */
+    size_t before = work->foreseen, next = 2 * work->out.cap + SRV_FLIGHT_BLOCK;
+    if (next <= before) return 1;
+    work->foreseen = next;
+    if (srv_hold_room(work->service) && srv_hold_try(&work->hold, compute_bytes(work)) == SRV_ROOM) return 1;
+    work->foreseen = before;
+    return 0;
+}
+
+/* is it time to begin sending? */
+static int compute_ripe(struct srv_work *work) {
+    if (!api_call_streams(work->call) || !work->out.bytes) return 0;
+    if (work->out.bytes < COMPUTE_HOLD && compute_seconds(work) < compute_patience) return 0;
+    int alone = srv_flights_waiters(work) == 1;
+    size_t most = compute_whole(work, alone) ? COMPUTE_SHARE : COMPUTE_HOLD;
+    return work->out.bytes >= most || (alone && most == COMPUTE_HOLD);
+}
+
+/* --- turns on a worker --- */
+
+/* ends a computation early; the bytes of a promised answer are sent, and then the connection is cut */
+static void compute_stop(struct srv_work *work, int status, const char *detail) {
+    enum api_progress progress = api_call_stop(work->call, status, detail, &work->out);
+    if (progress == API_BROKEN)
+        (void)compute_pass(work, -1);
+    else
+        compute_settle(work);
+}
+
+/* a reason to end it early; 0 where there is none */
+static int compute_over(struct srv_work *work) {
+    struct srv_metrics *metrics = &work->service->metrics;
+    double limit = work->limits->compute_seconds;
+    enum srv_stop why = srv_flights_stop(work);
+    char detail[96];
+    if (why) {
+        srv_metrics_count(&metrics->cancelled, why == SRV_STOP_LEFT);
+        compute_stop(work, 503, compute_reason(why));
+        return 1;
+    }
+    if (compute_seconds(work) <= limit) return 0;
+    srv_metrics_count(&metrics->overtime, 1);
+    snprintf(detail, sizeof detail, "the computation took longer than max-compute-seconds allows: %.15g s", limit);
+    compute_stop(work, 503, detail);
+    return 1;
+}
+
+/* Reserves what the work will hold after its next piece. Where there is no room it ends, and 0 is returned: 503 for
+ * now, 429 where its client holds too much, 422 for what no client may hold. */
+static int compute_room(struct srv_work *work) {
+    struct srv_metrics *metrics = &work->service->metrics;
+    size_t bytes = compute_bytes(work);
+    enum srv_room room = srv_hold_try(&work->hold, bytes);
+    char detail[256];
+    if (room == SRV_ROOM) return 1;
+    srv_metrics_count(room == SRV_ROOM_NONE ? &metrics->refused_held : &metrics->refused_share, 1);
+    double share = srv_hold_share(srv_service_config(work->service));
+    if (room == SRV_ROOM_NONE)
+        snprintf(detail, sizeof detail,
+                 "this takes about %zu bytes of memory, and what is held already leaves no room: max-held-bytes",
+                 bytes);
+    else if (room == SRV_ROOM_CLIENT)
+        snprintf(detail, sizeof detail,
+                 "this takes about %zu bytes of memory, and requests of yours hold too much beside it: "
+                 "max-client-held-bytes is %.0f; read or end those that are open",
+                 bytes, share);
+    else
+        snprintf(
+            detail, sizeof detail,
+            "this takes about %zu bytes of memory, more than the limit max-client-held-bytes of %.0f: ask for fewer "
+            "numbers at a time, or for a representation that flows",
+            bytes, share);
+    compute_stop(work, room == SRV_ROOM_NONE ? 503 : room == SRV_ROOM_CLIENT ? 429 : 422, detail);
+    return 0;
+}
+
+/* one piece of work; returns 1 when the worker still has it and it is to go on */
+static int compute_piece(struct srv_work *work) {
+    int64_t begin = srv_clock_now();
+    enum api_progress progress = api_call_run(work->call, &work->out);
+    work->spent += srv_clock_now() - begin;
+    int ended = progress == API_DONE ? 1 : progress == API_BROKEN ? -1 : 0;
+    if (!work->promised && !ended && compute_ripe(work)) compute_promise(work);
+    if (!ended && !compute_room(work)) return 0;
+    if (work->promised && !compute_pass(work, ended)) return 0;
+    if (!work->promised && ended) {
+        compute_settle(work);
+        return 0;
+    }
+    /* the next piece is on its way here: meanwhile the worker is others' */
+    return progress != API_WAITS || !work->source->park(work->source, work);
+}
+
+/* the worker goes on with it unless somebody waits: then it goes to the end of its client's lane, and 1 is returned */
+static int compute_turn(struct srv_work *work) {
+    struct srv_queue *queue = work->service->queue;
+    srv_metrics_count(&work->service->metrics.slices, 1);
+    while (!compute_over(work)) {
+        if (!compute_piece(work)) return 0;
+        if (!srv_queue_count(queue)) continue;
+        double seconds = compute_seconds(work);
+        work->task.level = compute_level_of(seconds > work->cost ? seconds : work->cost);
+        return 1;
+    }
+    return 0;
+}
+
+/* between two pieces of a computation: does a shorter one wait? */
+static int compute_hurry(void *company) {
+    struct srv_work *work = company;
+    srv_intake_look(&work->service->intake);
+    return srv_queue_shorter(work->service->queue, work->task.level);
+}
+
+/* --- the first turn: reading the request --- */
+
+/* does If-Range, where there is one, name this very answer? A date names none: answers have no dates */
+static int compute_range_holds(const struct srv_exchange *exchange, const char *etag) {
+    const char *known = exchange->field[SRV_IF_RANGE];
+    return !known || !strcmp(known, etag);
+}
+
+/* answers a request that was read and needs no computation: it is in the client's memory, in the cache, or computed
+ * already by another; returns 1 when it is */
+static int compute_spared(struct srv_work *work) {
+    struct srv_service *service = work->service;
+    struct srv_exchange *exchange = work->waiters;
+    srv_answer_key(work, work->coding);
+    /* what lies somewhere already is not what others have computed, to the byte */
+    struct srv_payload *found = work->source ? NULL : srv_answer_find(work);
+    if (found) {
+        srv_metrics_count(&service->metrics.cache_digest, 1);
+        compute_release(work, found, "digest", 0, NULL);
+        srv_payload_drop(&found);
+        return 1;
+    }
+    if (srv_exchange_matches(exchange, work->etag)) {
+        compute_release(work, NULL, NULL, 304, NULL);
+        return 1;
+    }
+    /* what lies somewhere already is not joined: it may cease to, which is nobody else's concern */
+    if (work->source) {
+        work->key_bytes = 0;
+        work->source->ranged = work->source->ranged && compute_range_holds(exchange, work->etag);
+    }
+    if (!srv_flights_opened(work)) return 0;
+    srv_metrics_count(&service->metrics.cache_joined, 1);
+    srv_flights_end(work);
+    compute_done(service);
+    return 1;
+}
+
+/* a computation that is sure to outrun its limit is not begun */
+static int compute_too_long(struct srv_work *work) {
+    char detail[256], job[96] = "";
+    double limit = work->limits->compute_seconds, most = srv_service_job_limits(work->service)->compute_seconds;
+    int factor = api_call_foresees(work->call) ? COMPUTE_REFUSE_STEPS : COMPUTE_REFUSE_COST;
+    if (work->cost <= factor * limit) return 0;
+    if (work->service->storage && work->cost <= most)
+        snprintf(job, sizeof job, "; a job, by Prefer: respond-async, may take max-job-seconds, %.15g s", most);
+    snprintf(detail, sizeof detail,
+             "this would compute for about %.0f s, longer than max-compute-seconds allows: %.15g s%s", work->cost,
+             limit, job);
+    (void)api_call_stop(work->call, 422, detail, &work->out);
+    compute_settle(work);
+    return 1;
+}
+
+/* what reading a request takes beside its body: lists of numbers, and values of a tree */
+static int compute_read_room(struct srv_work *work, size_t body) {
+    if (body <= COMPUTE_READ_FREE) return 1;
+    work->foreseen = COMPUTE_READ * body;
+    enum srv_room room = srv_hold_try(&work->hold, work->foreseen);
+    if (room == SRV_ROOM) return 1;
+    for (struct srv_exchange *next, *exchange = srv_flights_take(work); exchange; exchange = next) {
+        next = exchange->next_beside;
+        srv_exchange_crowded(exchange, room, "reading the body");
+        exchange->finish(exchange);
+    }
+    srv_flights_end(work);
+    compute_done(work->service);
+    return 0;
+}
+
+/* what its answer will take while it is computed: all of it, or what is held before it streams and two blocks */
+static void compute_foresee(struct srv_work *work) {
+    double answer = api_call_answer_bytes(work->call);
+    work->foreseen = (size_t)(answer < COMPUTE_HOLD ? answer : COMPUTE_HOLD) + SRV_FLIGHT_BLOCK / 2;
+    if (answer > COMPUTE_HOLD) work->foreseen += 2 * SRV_FLIGHT_BLOCK;
+}
+
+static int compute_open(struct srv_work *work) {
+    struct srv_exchange *exchange = work->waiters;
+    struct srv_queue *queue = work->service->queue;
+    struct api_request request = {.op = exchange->op,
+                                  .argument = exchange->argument,
+                                  .query = exchange->query,
+                                  .content_type = exchange->field[SRV_CONTENT_TYPE],
+                                  .accept = exchange->field[SRV_ACCEPT],
+                                  .body = exchange->body.bytes ? exchange->body.data : NULL,
+                                  .body_bytes = exchange->body.bytes};
+    struct srv_source *source = work->source;
+    if (source) {
+        request.content_type = "application/json";
+        request.body = source->body;
+        request.body_bytes = source->body_bytes;
+        request.argument = NULL;
+    }
+    if (!compute_read_room(work, request.body_bytes)) return 0;
+    if (api_call_new(&work->call, work->limits) != PEND_OK) {
+        compute_fail(work, "out of memory");
+        return 0;
+    }
+    srv_spares_take(&work->service->spares, &work->out);
+    api_call_clock(work->call, srv_clock_seconds, NULL);
+    api_call_hurry(work->call, compute_hurry, work);
+    enum api_progress progress = source ? api_call_results(work->call, &request, &source->from, &work->out)
+                                        : api_call_open(work->call, &request, &work->out);
+    if (progress == API_DONE) {
+        compute_settle(work);
+        return 0;
+    }
+    if (compute_spared(work)) return 0;
+    if (source && source->ranged) {
+        api_call_length(work->call, srv_lengths_find(&work->service->lengths, work->etag));
+        if (api_call_range(work->call, source->range, &work->out) == API_DONE) {
+            compute_settle(work);
+            return 0;
+        }
+    }
+    work->cost = api_call_cost(work->call);
+    if (compute_too_long(work)) return 0;
+    compute_foresee(work);
+    if (!compute_room(work)) return 0;
+    work->task.level = compute_level_of(work->cost);
+    return (work->task.level && srv_queue_count(queue)) || compute_turn(work);
+}
+
+static int compute_first(struct srv_work *work, int64_t now) {
+    double limit = srv_service_config(work->service)->wait_seconds;
+    work->begun = now;
+    if (now - work->queued <= srv_clock_span(limit)) return compute_open(work);
+    srv_metrics_count(&work->service->metrics.refused_wait, 1);
+    compute_fail(work, "no worker was free for longer than max-wait-seconds");
+    return 0;
+}
+
+static int compute_run(struct srv_task *task) {
+    struct srv_work *work = (struct srv_work *)task;
+    struct srv_service *service = work->service;
+    int64_t begin = srv_clock_now();
+    atomic_fetch_add(&service->busy, 1);
+    int again = work->begun ? compute_turn(work) : compute_first(work, begin);
+    atomic_fetch_sub(&service->busy, 1);
+    srv_metrics_count(&service->metrics.busy_ns, (unsigned long long)(srv_clock_now() - begin));
+    return again;
+}
+
+/* --- in and out --- */
+
+/* a work that was not begun for want of room */
+static void compute_refuse(struct srv_work *work, enum pend_status status) {
+    struct srv_metrics *metrics = &work->service->metrics;
+    struct srv_service *service = work->service;
+    struct srv_exchange *exchange = srv_flights_take(work);
+    srv_flights_end(work);
+    compute_done(service);
+    if (status == PEND_LIMIT) {
+        srv_metrics_count(&metrics->refused_queue, 1);
+        srv_exchange_busy(exchange, 1, "every worker is busy and the queue is full: max-queue");
+    } else {
+        srv_metrics_count(&metrics->refused_client, 1);
+        srv_exchange_problem(exchange, 429,
+                             "%.0f requests of yours wait for a worker, max-client-queue, or those of your address "
+                             "are three quarters of max-queue",
+                             srv_service_config(service)->client_queue);
+        srv_exchange_retry(exchange, 1);
+    }
+    exchange->finish(exchange);
+}
+
+static void compute_push(struct srv_exchange *exchange) {
+    struct srv_service *service = exchange->service;
+    struct srv_work *work = srv_flights_begin(exchange);
+    if (!work) {
+        srv_exchange_busy(exchange, 1, "out of memory");
+        exchange->finish(exchange);
+        return;
+    }
+    work->task.run = compute_run;
+    work->task.level = exchange->body.bytes > COMPUTE_LONG_BODY;
+    work->queued = srv_clock_now();
+    atomic_fetch_add(&service->computing, 1);
+    enum pend_status status = srv_queue_push(service->queue, &work->task);
+    if (status != PEND_OK) compute_refuse(work, status);
+}
+
+void srv_compute_begin(struct srv_exchange *exchange) {
+    assert(srv_exchange_valid(exchange) && exchange->account);
+    exchange->queued = srv_clock_now();
+    compute_push(exchange);
+}
+
+void srv_compute_leave(struct srv_exchange *exchange, enum srv_stop why) {
+    struct srv_service *service = exchange->service;
+    int detached, over;
+    struct srv_work *gone = srv_flights_leave(exchange, why, &detached);
+    if (gone) {
+        over = gone->over;
+        if (!over) srv_metrics_count(&service->metrics.cancelled, why == SRV_STOP_LEFT);
+        srv_flights_end(gone);
+        if (!over) compute_done(service);
+    }
+    if (!detached) return;
+    if (!exchange->streams) {
+        srv_exchange_busy(exchange, 1, compute_reason(why));
+        exchange->close = 1;
+    }
+    exchange->finish(exchange);
+}

@@ -1,0 +1,80 @@
+#include "server/work/hold.h"
+
+#include <math.h>
+
+enum {
+    HOLD_PART = 4,           /* a client may hold this part of all */
+    HOLD_BESIDE = 32 << 20,  /* and not less than an answer of the greatest size with so many bytes beside it */
+    HOLD_BODY = 1 << 16,     /* bytes of a body for which the client's bodies are not looked at */
+    HOLD_UNKNOWN = 48 << 20, /* bytes that may be allocated without being counted */
+    HOLD_SMALL = 1 << 16,    /* bytes that there is room for even when too much is allocated */
+    HOLD_LARGE = 1 << 20,    /* what is larger leaves this part of all to what is not, so that others are served */
+    HOLD_LEFT = 8
+};
+
+void srv_hold_set(struct srv_hold *hold, size_t bytes) {
+    long long change = (long long)bytes - (long long)hold->bytes;
+    if (!change) return;
+    hold->bytes = bytes;
+    srv_memory_add(&hold->service->memory, hold->kind, change);
+    if (!hold->payer) return;
+    atomic_fetch_add(&hold->payer->held, change);
+    if (hold->kind == SRV_MEMORY_BODIES) atomic_fetch_add(&hold->payer->bodies, change);
+}
+
+double srv_hold_share(const struct srv_config *config) {
+    double most = config->held_bytes;
+    if (config->client_held_bytes > 0) return fmin(config->client_held_bytes, most);
+    return fmin(fmax(most / HOLD_PART, config->limits.answer_bytes + HOLD_BESIDE), most / 2);
+}
+
+double srv_hold_most(const struct srv_config *config) { return config->held_bytes - config->held_bytes / HOLD_LEFT; }
+
+int srv_hold_never(const struct srv_config *config, double bytes) {
+    return bytes > (bytes > HOLD_LARGE ? srv_hold_most(config) : config->held_bytes);
+}
+
+/* all that is counted; the cache counts its keys and heads itself */
+static double hold_all(const struct srv_service *service) {
+    struct srv_cache_size cache = srv_cache_size(service->cache);
+    return (double)srv_memory_all(&service->memory) + (double)cache.bytes - (double)cache.bodies;
+}
+
+int srv_hold_room(const struct srv_service *service) {
+    struct srv_cache_size cache = srv_cache_size(service->cache);
+    return (double)srv_memory_all(&service->memory) - (double)cache.bodies <= srv_service_config(service)->held_bytes;
+}
+
+/* more was allocated than was counted, and than the process is to have: only what is small is let in */
+static int hold_tight(struct srv_service *service, size_t change) {
+    if (change <= HOLD_SMALL) return 0;
+    srv_memory_look(&service->memory);
+    return (double)atomic_load(&service->memory.allocated) >
+           1.1 * srv_service_config(service)->held_bytes + HOLD_UNKNOWN;
+}
+
+static enum srv_room hold_refused(const struct srv_hold *hold, size_t change) {
+    struct srv_service *service = hold->service;
+    const struct srv_config *config = srv_service_config(service);
+    double most = hold->bytes > HOLD_LARGE ? srv_hold_most(config) : config->held_bytes;
+    double share = srv_hold_share(config);
+    const struct srv_client *payer = hold->payer;
+    if (payer && (double)hold->bytes > share) return SRV_ROOM_NEVER;
+    if (srv_hold_never(config, (double)hold->bytes)) return SRV_ROOM_NEVER;
+    if (payer && (double)atomic_load(&payer->held) > share) return SRV_ROOM_CLIENT;
+    int body = hold->kind == SRV_MEMORY_BODIES && hold->bytes > HOLD_BODY;
+    if (payer && body && (double)atomic_load(&payer->bodies) > share / 2 && (double)hold->bytes <= share / 2)
+        return SRV_ROOM_CLIENT;
+    double excess = hold_all(service) - most;
+    if (excess > 0) srv_cache_shrink(service->cache, (size_t)excess);
+    return (excess > 0 && hold_all(service) > most) || hold_tight(service, change) ? SRV_ROOM_NONE : SRV_ROOM;
+}
+
+enum srv_room srv_hold_try(struct srv_hold *hold, size_t bytes) {
+    size_t before = hold->bytes;
+    srv_hold_set(hold, bytes);
+    if (bytes <= before) return SRV_ROOM;
+    enum srv_room room = hold_refused(hold, bytes - before);
+    if (room != SRV_ROOM) srv_hold_set(hold, before);
+    return room;
+}

@@ -1,0 +1,322 @@
+#include "server/work/inflight.h"
+
+#include <assert.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/work/service.h"
+
+enum { FLIGHTS_ROWS = 1024, FLIGHTS_LARGE = 4 * SRV_FLIGHT_BLOCK };
+
+struct srv_flights {
+    pthread_mutex_t lock;
+    struct srv_work *row[FLIGHTS_ROWS]; /* works that others may join */
+};
+
+enum pend_status srv_flights_new(struct srv_flights **flights) {
+    struct srv_flights *made = *flights = calloc(1, sizeof *made);
+    if (!made) return PEND_NO_MEMORY;
+    pthread_mutex_init(&made->lock, NULL);
+    return PEND_OK;
+}
+
+void srv_flights_free(struct srv_flights **flights) {
+    struct srv_flights *gone = *flights;
+    *flights = NULL;
+    if (!gone) return;
+    pthread_mutex_destroy(&gone->lock);
+    free(gone);
+}
+
+static void flights_lock(struct srv_work *work) { pthread_mutex_lock(&work->service->flights->lock); }
+
+static void flights_unlock(struct srv_work *work) { pthread_mutex_unlock(&work->service->flights->lock); }
+
+struct srv_work *srv_flights_begin(struct srv_exchange *exchange) {
+    struct srv_service *service = exchange->service;
+    struct srv_work *made = calloc(1, sizeof *made);
+    if (!made) return NULL;
+    size_t limit = (size_t)srv_service_config(service)->limits.answer_bytes;
+    made->service = service;
+    made->limits = exchange->source ? srv_service_job_limits(service) : &srv_service_config(service)->limits;
+    made->source = exchange->source;
+    exchange->source = NULL;
+    made->account = exchange->account;
+    made->task.lane = &made->account->lane;
+    made->coding = exchange->coding;
+    srv_clients_share(service->clients, made->account);
+    made->hold =
+        (struct srv_hold){.service = service, .payer = srv_exchange_payer(exchange), .kind = SRV_MEMORY_COMPUTATIONS};
+    if (made->hold.payer) srv_clients_share(service->clients, made->hold.payer);
+    api_buffer_init(&made->out, limit);
+    api_buffer_init(&made->coded, limit);
+    api_buffer_init(&made->ready, limit);
+    flights_lock(made);
+    made->waiters = exchange;
+    exchange->work = made;
+    exchange->next_beside = NULL;
+    flights_unlock(made);
+    return made;
+}
+
+void srv_flights_end(struct srv_work *work) {
+    struct srv_spares *spares = &work->service->spares;
+    assert(!work->waiters && !work->reader && !work->listed);
+    api_call_free(&work->call);
+    if (work->source) work->source->free(work->source);
+    if (work->coder) srv_coding_at(work->coding)->free(work->coder);
+    srv_spares_give(spares, &work->out);
+    srv_spares_give(spares, &work->coded);
+    srv_spares_give(spares, &work->ready);
+    srv_hold_set(&work->hold, 0);
+    if (work->hold.payer) srv_clients_give(work->service->clients, work->hold.payer);
+    srv_clients_give(work->service->clients, work->account);
+    free(work);
+}
+
+/* --- joining --- */
+
+/* the key begins with a digest: its first digits choose the row */
+static struct srv_work **flights_row(struct srv_flights *flights, const char *key) {
+    unsigned row = 0;
+    for (int i = 0; i < 8; i++) row = row * 31 + (unsigned char)key[i];
+    return &flights->row[row % FLIGHTS_ROWS];
+}
+
+static struct srv_work *flights_find(struct srv_flights *flights, const char *key, size_t bytes) {
+    struct srv_work *work = *flights_row(flights, key);
+    while (work && !(work->key_bytes == bytes && !memcmp(work->key, key, bytes))) work = work->next_in_row;
+    return work;
+}
+
+/* nobody can join it any more; called with the lock */
+static void flights_unlist(struct srv_work *work) {
+    if (!work->listed) return;
+    struct srv_work **at = flights_row(work->service->flights, work->key);
+    while (*at != work) at = &(*at)->next_in_row;
+    *at = work->next_in_row;
+    work->listed = 0;
+}
+
+int srv_flights_opened(struct srv_work *work) {
+    struct srv_flights *flights = work->service->flights;
+    int joined = 0;
+    flights_lock(work);
+    work->opened = 1;
+    int alive = work->key_bytes && !work->stop;
+    struct srv_work *same = alive ? flights_find(flights, work->key, work->key_bytes) : NULL;
+    if (same) {
+        struct srv_exchange *exchange = work->waiters;
+        exchange->next_beside = same->waiters;
+        same->waiters = exchange;
+        exchange->work = same;
+        work->waiters = NULL;
+        joined = 1;
+    } else if (alive) {
+        struct srv_work **row = flights_row(flights, work->key);
+        work->next_in_row = *row;
+        *row = work;
+        work->listed = 1;
+    }
+    flights_unlock(work);
+    return joined;
+}
+
+enum srv_stop srv_flights_stop(struct srv_work *work) {
+    flights_lock(work);
+    enum srv_stop stop = work->stop;
+    flights_unlock(work);
+    return stop;
+}
+
+struct srv_exchange *srv_flights_take(struct srv_work *work) {
+    flights_lock(work);
+    flights_unlist(work);
+    struct srv_exchange *taken = work->waiters;
+    work->waiters = NULL;
+    for (struct srv_exchange *exchange = taken; exchange; exchange = exchange->next_beside) exchange->work = NULL;
+    flights_unlock(work);
+    return taken;
+}
+
+int srv_flights_waiters(struct srv_work *work) {
+    int count = 0;
+    flights_lock(work);
+    for (struct srv_exchange *exchange = work->waiters; exchange; exchange = exchange->next_beside) count++;
+    flights_unlock(work);
+    return count;
+}
+
+/* takes a work that no worker has away from where it waits; called with the lock */
+static int flights_withdraw(struct srv_work *work) {
+    int rests = work->parked || work->fetching;
+    work->parked = work->fetching = 0;
+    return rests || srv_queue_remove(work->service->queue, &work->task);
+}
+
+static void flights_detach(struct srv_work *work, struct srv_exchange *exchange) {
+    struct srv_exchange **at = &work->waiters;
+    while (*at != exchange) at = &(*at)->next_beside;
+    *at = exchange->next_beside;
+    exchange->work = NULL;
+}
+
+/* called with the lock; the work to be ended, or NULL */
+static struct srv_work *flights_leave_work(struct srv_work *work, struct srv_exchange *exchange, enum srv_stop why,
+                                           int *detached) {
+    int alone = work->waiters == exchange && !exchange->next_beside, withdrawn = alone && flights_withdraw(work);
+    /* a worker that reads the request needs the exchange */
+    *detached = work->opened || withdrawn;
+    if (*detached) flights_detach(work, exchange);
+    if (!alone) return NULL;
+    flights_unlist(work);
+    work->stop = why;
+    return withdrawn ? work : NULL;
+}
+
+/* the reader goes; called with the lock; the work to be ended, or NULL */
+static struct srv_work *flights_leave_stream(struct srv_work *work, struct srv_exchange *exchange, enum srv_stop why,
+                                             int *detached) {
+    *detached = work->reader_waits;
+    exchange->stream = NULL;
+    work->reader = NULL;
+    work->reader_waits = 0;
+    if (!work->stop) work->stop = why;
+    return work->over || flights_withdraw(work) ? work : NULL;
+}
+
+struct srv_work *srv_flights_leave(struct srv_exchange *exchange, enum srv_stop why, int *detached) {
+    struct srv_work *gone = NULL;
+    struct srv_flights *flights = exchange->service->flights;
+    *detached = 0;
+    pthread_mutex_lock(&flights->lock);
+    if (!exchange->stop) exchange->stop = why;
+    if (exchange->stream)
+        gone = flights_leave_stream(exchange->stream, exchange, why, detached);
+    else if (exchange->work)
+        gone = flights_leave_work(exchange->work, exchange, why, detached);
+    pthread_mutex_unlock(&flights->lock);
+    return gone;
+}
+
+/* --- streams --- */
+
+struct srv_exchange *srv_flights_stream(struct srv_work *work, struct srv_exchange **others) {
+    struct srv_exchange **last = &work->waiters;
+    flights_lock(work);
+    flights_unlist(work);
+    while (*last && (*last)->next_beside) last = &(*last)->next_beside;
+    struct srv_exchange *reader = *last;
+    *last = NULL;
+    *others = work->waiters;
+    work->waiters = NULL;
+    for (struct srv_exchange *exchange = *others; exchange; exchange = exchange->next_beside) exchange->work = NULL;
+    work->reader = reader;
+    if (reader) {
+        reader->work = NULL;
+        reader->stream = work;
+        reader->streams = 1;
+    }
+    flights_unlock(work);
+    return reader;
+}
+
+/* what was appended last, to be sent next */
+static struct api_buffer *flights_chunk(struct srv_work *work) { return work->coder ? &work->coded : &work->out; }
+
+static int flights_drained(const struct srv_work *work) { return work->taken == work->ready.bytes; }
+
+int srv_flights_hungry(struct srv_work *work) {
+    flights_lock(work);
+    int hungry = work->reader_waits;
+    flights_unlock(work);
+    return hungry;
+}
+
+/* the block that was appended becomes the one that is sent; called with the lock */
+static void flights_swap(struct srv_work *work) {
+    struct api_buffer *chunk = flights_chunk(work), sent = work->ready;
+    work->ready = *chunk;
+    *chunk = sent;
+    chunk->bytes = 0;
+    /* what was held before the head is not needed again */
+    if (chunk->cap > FLIGHTS_LARGE) api_buffer_clear(chunk);
+    work->ready_cap = work->ready.cap;
+    work->taken = 0;
+}
+
+int srv_flights_pass(struct srv_work *work, int ended, int *over) {
+    struct api_buffer *chunk = flights_chunk(work);
+    flights_lock(work);
+    if (!work->reader) ended = -1;
+    if (work->reader) {
+        work->reader->computed = work->spent;
+        work->reader->steps = api_call_steps(work->call);
+    }
+    if (flights_drained(work) && chunk->bytes) flights_swap(work);
+    work->ended = ended;
+    work->over = *over = ended != 0;
+    work->parked = !ended && chunk->bytes >= SRV_FLIGHT_BLOCK;
+    int go_on = !ended && !work->parked, gone = ended && !work->reader;
+    if (work->reader_waits && (ended || !flights_drained(work))) {
+        work->reader_waits = 0;
+        work->reader->finish(work->reader);
+    }
+    flights_unlock(work);
+    if (gone) srv_flights_end(work);
+    return go_on;
+}
+
+int srv_flights_park(struct srv_work *work) {
+    flights_lock(work);
+    int rests = work->fetching = !work->stop;
+    flights_unlock(work);
+    return rests;
+}
+
+void srv_flights_unpark(struct srv_work *work) {
+    flights_lock(work);
+    if (work->fetching) srv_queue_again(work->service->queue, &work->task);
+    work->fetching = 0;
+    flights_unlock(work);
+}
+
+long srv_flights_read(struct srv_exchange *exchange, char *to, size_t cap, void (*pause)(struct srv_exchange *)) {
+    struct srv_flights *flights = exchange->service->flights;
+    int again = 0;
+    pthread_mutex_lock(&flights->lock);
+    struct srv_work *work = exchange->stream;
+    if (!work) {
+        pthread_mutex_unlock(&flights->lock);
+        return SRV_FLIGHT_BROKEN;
+    }
+    if (flights_drained(work) && (work->parked || work->fetching || work->over) && flights_chunk(work)->bytes)
+        flights_swap(work);
+    if (work->parked && !flights_chunk(work)->bytes) {
+        again = 1;
+        work->parked = 0;
+    }
+    size_t left = work->ready.bytes - work->taken, count = left < cap ? left : cap;
+    long result = (long)count;
+    if (count) memcpy(to, work->ready.data + work->taken, count);
+    work->taken += count;
+    if (!count && work->ended) result = work->ended > 0 ? SRV_FLIGHT_END : SRV_FLIGHT_BROKEN;
+    if (!count && !work->ended) {
+        work->reader_waits = 1;
+        pause(exchange);
+    }
+    if (again) srv_queue_again(work->service->queue, &work->task);
+    pthread_mutex_unlock(&flights->lock);
+    return result;
+}
+
+void srv_flights_told(struct srv_exchange *exchange, struct api_told *told) {
+    struct srv_flights *flights = exchange->service->flights;
+    told->count = 0;
+    pthread_mutex_lock(&flights->lock);
+    struct srv_work *work = exchange->stream;
+    struct api_answer answer = work && work->ended > 0 ? api_call_answer(work->call) : (struct api_answer){0};
+    if (answer.told) *told = *answer.told;
+    pthread_mutex_unlock(&flights->lock);
+}

@@ -1,0 +1,272 @@
+#include "server/work/queue.h"
+
+#include <assert.h>
+#include <pthread.h>
+#include <semaphore.h>
+#include <stdatomic.h>
+#include <stddef.h>
+#include <stdlib.h>
+
+/* Workers wait for the semaphore, which has at least as many as there are tasks. A condition variable would do, but
+ * that of the C library before 2.41 can lose a signal when several threads wait (its bug 25847): a task would lie here
+ * until the next one comes. */
+struct srv_queue {
+    pthread_mutex_t lock;
+    sem_t some;
+    struct srv_link roads[SRV_QUEUE_LEVELS]; /* rings of roads that have tasks of the level */
+    int cap, lane_cap, closed;
+    unsigned turn;                          /* tasks taken so far */
+    atomic_int count, at[SRV_QUEUE_LEVELS]; /* tasks that wait, in all and of each level */
+};
+
+/* --- rings: they close in a link that stands for nothing but the ring --- */
+
+static void link_ring(struct srv_link *ring) { ring->next = ring->previous = ring; }
+
+static int link_empty(const struct srv_link *ring) { return !ring->next || ring->next == ring; }
+
+static void link_append(struct srv_link *ring, struct srv_link *link) {
+    link->next = ring;
+    link->previous = ring->previous;
+    link->previous->next = ring->previous = link;
+}
+
+static void link_remove(struct srv_link *link) {
+    link->previous->next = link->next;
+    link->next->previous = link->previous;
+    link->next = link->previous = NULL;
+}
+
+static struct srv_lane *queue_lane(struct srv_link *link, int level) {
+    return (struct srv_lane *)((char *)link - offsetof(struct srv_lane, at) -
+                               (size_t)level * sizeof(((struct srv_lane *)0)->at[0]));
+}
+
+static struct srv_road *queue_road(struct srv_link *link, int level) {
+    return (struct srv_road *)((char *)link - offsetof(struct srv_road, at) -
+                               (size_t)level * sizeof(((struct srv_road *)0)->at[0]));
+}
+
+static struct srv_road *queue_road_of(struct srv_lane *lane) { return lane->road ? lane->road : &lane->own; }
+
+/* --- the queue --- */
+
+enum pend_status srv_queue_new(struct srv_queue **queue, int cap, int lane_cap) {
+    struct srv_queue *made = *queue = calloc(1, sizeof *made);
+    if (!made) return PEND_NO_MEMORY;
+    pthread_mutex_init(&made->lock, NULL);
+    sem_init(&made->some, 0, 0);
+    for (int level = 0; level < SRV_QUEUE_LEVELS; level++) link_ring(&made->roads[level]);
+    made->cap = cap;
+    made->lane_cap = lane_cap;
+    return PEND_OK;
+}
+
+void srv_queue_bound(struct srv_queue *queue, int cap, int lane_cap) {
+    pthread_mutex_lock(&queue->lock);
+    queue->cap = cap;
+    queue->lane_cap = lane_cap;
+    pthread_mutex_unlock(&queue->lock);
+}
+
+void srv_queue_free(struct srv_queue **queue) {
+    struct srv_queue *gone = *queue;
+    *queue = NULL;
+    if (!gone) return;
+    assert(!srv_queue_count(gone));
+    sem_destroy(&gone->some);
+    pthread_mutex_destroy(&gone->lock);
+    free(gone);
+}
+
+static void queue_count(struct srv_queue *queue, const struct srv_task *task, int change) {
+    task->lane->count += change;
+    queue_road_of(task->lane)->count += change;
+    atomic_fetch_add_explicit(&queue->count, change, memory_order_relaxed);
+    atomic_fetch_add_explicit(&queue->at[task->level], change, memory_order_relaxed);
+}
+
+/* a lane that has got its first task of a level; called with the lock */
+static void queue_lane_add(struct srv_queue *queue, struct srv_lane *lane, int level) {
+    struct srv_road *road = queue_road_of(lane);
+    if (!road->at[level].lanes.next) link_ring(&road->at[level].lanes);
+    if (link_empty(&road->at[level].lanes)) link_append(&queue->roads[level], &road->at[level].link);
+    link_append(&road->at[level].lanes, &lane->at[level].link);
+    road->at[level].busy++;
+}
+
+/* a lane that has no more tasks of a level; called with the lock */
+static void queue_lane_remove(struct srv_lane *lane, int level) {
+    struct srv_road *road = queue_road_of(lane);
+    link_remove(&lane->at[level].link);
+    road->at[level].busy--;
+    if (!link_empty(&road->at[level].lanes)) return;
+    link_remove(&road->at[level].link);
+    road->at[level].turns = 0;
+}
+
+/* called with the lock */
+static void queue_add(struct srv_queue *queue, struct srv_task *task) {
+    struct srv_lane *lane = task->lane;
+    assert(!task->queued && lane && task->level >= 0 && task->level < SRV_QUEUE_LEVELS);
+    if (!lane->at[task->level].tasks.next) link_ring(&lane->at[task->level].tasks);
+    if (link_empty(&lane->at[task->level].tasks)) queue_lane_add(queue, lane, task->level);
+    link_append(&lane->at[task->level].tasks, &task->link);
+    task->queued = 1;
+    queue_count(queue, task, 1);
+}
+
+/* called with the lock */
+static void queue_unlink(struct srv_queue *queue, struct srv_task *task) {
+    struct srv_lane *lane = task->lane;
+    link_remove(&task->link);
+    task->queued = 0;
+    queue_count(queue, task, -1);
+    if (link_empty(&lane->at[task->level].tasks)) queue_lane_remove(lane, task->level);
+}
+
+/* most tasks of a road */
+static int queue_road_cap(const struct srv_queue *queue) {
+    int most = queue->cap - queue->cap / 4;
+    return most > queue->lane_cap ? most : queue->lane_cap;
+}
+
+enum pend_status srv_queue_push(struct srv_queue *queue, struct srv_task *task) {
+    enum pend_status status = PEND_OK;
+    pthread_mutex_lock(&queue->lock);
+    if (srv_queue_count(queue) >= queue->cap || queue->closed)
+        status = PEND_LIMIT;
+    else if (task->lane->count >= queue->lane_cap || queue_road_of(task->lane)->count >= queue_road_cap(queue))
+        status = PEND_INVALID;
+    else
+        queue_add(queue, task);
+    pthread_mutex_unlock(&queue->lock);
+    if (status == PEND_OK) sem_post(&queue->some);
+    return status;
+}
+
+void srv_queue_again(struct srv_queue *queue, struct srv_task *task) {
+    pthread_mutex_lock(&queue->lock);
+    queue_add(queue, task);
+    pthread_mutex_unlock(&queue->lock);
+    sem_post(&queue->some);
+}
+
+/* the level whose turn it is; called with the lock, when there is a task */
+static int queue_level(struct srv_queue *queue) {
+    unsigned turn = queue->turn++;
+    int first = turn % SRV_QUEUE_SHARE == SRV_QUEUE_SHARE - 1 ? (int)(turn / SRV_QUEUE_SHARE % SRV_QUEUE_LEVELS) : 0;
+    while (link_empty(&queue->roads[first])) first = (first + 1) % SRV_QUEUE_LEVELS;
+    return first;
+}
+
+/* the next task, with the lock */
+static struct srv_task *queue_take(struct srv_queue *queue) {
+    int level = queue_level(queue);
+    struct srv_road *road = queue_road(queue->roads[level].next, level);
+    struct srv_lane *lane = queue_lane(road->at[level].lanes.next, level);
+    struct srv_task *task = (struct srv_task *)lane->at[level].tasks.next;
+    int turns = road->at[level].busy < SRV_QUEUE_TURNS ? road->at[level].busy : SRV_QUEUE_TURNS;
+    /* the lane goes behind the others of its road, and the road behind the others once it had its turns */
+    link_remove(&lane->at[level].link);
+    link_append(&road->at[level].lanes, &lane->at[level].link);
+    if (++road->at[level].turns >= turns) {
+        road->at[level].turns = 0;
+        link_remove(&road->at[level].link);
+        link_append(&queue->roads[level], &road->at[level].link);
+    }
+    queue_unlink(queue, task);
+    return task;
+}
+
+struct srv_task *srv_queue_pop(struct srv_queue *queue) {
+    struct srv_task *task = NULL;
+    int closed = 0;
+    while (!task && !closed) {
+        if (sem_wait(&queue->some)) continue;
+        pthread_mutex_lock(&queue->lock);
+        /* there is none where one was taken out of the middle */
+        if (srv_queue_count(queue)) task = queue_take(queue);
+        closed = queue->closed;
+        pthread_mutex_unlock(&queue->lock);
+    }
+    /* the next one is to see that too */
+    if (!task) sem_post(&queue->some);
+    return task;
+}
+
+struct srv_task *srv_queue_swap(struct srv_queue *queue, struct srv_task *task) {
+    pthread_mutex_lock(&queue->lock);
+    queue_add(queue, task);
+    struct srv_task *next = queue_take(queue);
+    pthread_mutex_unlock(&queue->lock);
+    return next;
+}
+
+int srv_queue_remove(struct srv_queue *queue, struct srv_task *task) {
+    pthread_mutex_lock(&queue->lock);
+    int there = task->queued;
+    if (there) queue_unlink(queue, task);
+    pthread_mutex_unlock(&queue->lock);
+    return there;
+}
+
+int srv_queue_count(const struct srv_queue *queue) { return atomic_load_explicit(&queue->count, memory_order_relaxed); }
+
+int srv_queue_waiting(const struct srv_queue *queue, int level) {
+    return atomic_load_explicit(&queue->at[level], memory_order_relaxed);
+}
+
+int srv_queue_shorter(const struct srv_queue *queue, int level) {
+    int shorter = 0;
+    while (level-- > 0) shorter |= srv_queue_waiting(queue, level) > 0;
+    return shorter;
+}
+
+void srv_queue_close(struct srv_queue *queue) {
+    pthread_mutex_lock(&queue->lock);
+    queue->closed = 1;
+    pthread_mutex_unlock(&queue->lock);
+    sem_post(&queue->some);
+}
+
+/* tasks of a lane at a level, -1 where a link is wrong; no more than `most` are looked at */
+static int queue_lane_valid(const struct srv_lane *lane, int level, int most) {
+    int count = 0;
+    const struct srv_link *ring = &lane->at[level].tasks;
+    for (const struct srv_link *link = ring->next; link != ring; link = link->next) {
+        const struct srv_task *task = (const struct srv_task *)link;
+        if (link->next->previous != link || !task->queued || task->lane != lane || task->level != level) return -1;
+        if (++count > most) return -1;
+    }
+    return count ? count : -1;
+}
+
+/* tasks of a road at a level, -1 where a link or a count is wrong */
+static int queue_road_valid(struct srv_road *road, int level, int most) {
+    int count = 0, busy = 0;
+    struct srv_link *ring = &road->at[level].lanes;
+    for (struct srv_link *link = ring->next; link != ring; link = link->next) {
+        struct srv_lane *lane = queue_lane(link, level);
+        int some = queue_lane_valid(lane, level, most);
+        if (some < 0 || link->next->previous != link || queue_road_of(lane) != road || ++busy > most) return -1;
+        count += some;
+    }
+    return busy == road->at[level].busy && count <= road->count ? count : -1;
+}
+
+int srv_queue_valid(struct srv_queue *queue) {
+    int all = 0, good = 1;
+    pthread_mutex_lock(&queue->lock);
+    int most = srv_queue_count(queue);
+    for (int level = 0; level < SRV_QUEUE_LEVELS; level++) {
+        struct srv_link *ring = &queue->roads[level];
+        for (struct srv_link *link = ring->next; good && link != ring; link = link->next) {
+            int count = queue_road_valid(queue_road(link, level), level, most);
+            good = count > 0 && link->next->previous == link;
+            all += count;
+        }
+    }
+    pthread_mutex_unlock(&queue->lock);
+    return good && all == most;
+}

@@ -1,0 +1,462 @@
+/* Tests of api/call/part, api/call/results and api/encode/encode_raw: an answer by parts is the answer. */
+#include "api/call/part.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/encode/encode_raw.h"
+#include "api/call/call.h"
+#include "tests/api/post.h"
+#include "tests/harness/test.h"
+
+enum { MOST_PARTS = 7 };
+
+/* instants far apart and close together, so that parts end inside a step and between two instants */
+#define TRAJECTORY(how)                                                                                                \
+    "{\"pendulum\":{\"length\":[2,1.5,0.75],\"mass\":[1,1,1],\"parent\":[0,1,1]},\"initial\":{\"phi\":[0.5,1,-1]},"    \
+    "\"times\":[0,0.001,0.002,0.003,0.4,0.401,0.402,1.5,1.501,2.9,2.901,2.902,3]," how "}"
+
+/* requests of every kind of answer; the number of parts that each can be cut into is at least `parts` */
+static const struct {
+    enum api_op_id op;
+    const char *body;
+    int parts, json_only;
+} cases[] = {
+    {API_OP_ENSEMBLES,
+     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"duration\":2,\"random\":{\"count\":60,"
+     "\"seed\":5,"
+     "\"draw\":[{\"vary\":\"theta\",\"arm\":1,\"distribution\":\"uniform\",\"low\":-3,\"high\":3},"
+     "{\"vary\":\"theta\",\"arm\":2,\"distribution\":\"uniform\",\"low\":-3,\"high\":3}]},"
+     "\"observables\":[\"final\",\"first_flip\",\"flips\",\"energy_drift\"]}",
+     7, 0},
+    {API_OP_TRAJECTORIES,
+     "{\"pendulum\":{\"length\":[2,1.5,0.75,1.25],\"mass\":[1,1,1,0.1],\"parent\":[0,1,2,2]},"
+     "\"times\":{\"start\":0,\"stop\":2,\"step\":0.01},\"output\":[\"phi\",\"z\",\"lambda\",\"energy\"]}",
+     7, 0},
+    {API_OP_TRAJECTORIES, TRAJECTORY("\"method\":\"ode23\",\"output\":[\"phi\",\"phidd\"]"), 7, 0},
+    {API_OP_TRAJECTORIES, TRAJECTORY("\"method\":\"rkf45\""), 7, 0},
+    {API_OP_TRAJECTORIES, TRAJECTORY("\"method\":\"rk8pd\",\"rtol\":1e-11"), 7, 0},
+    {API_OP_TRAJECTORIES, TRAJECTORY("\"method\":\"msadams\""), 1, 0},
+    {API_OP_TRAJECTORIES, TRAJECTORY("\"method\":\"symplectic\""), 7, 0},
+    {API_OP_TRAJECTORIES, TRAJECTORY("\"method\":\"linear\""), 7, 0},
+    {API_OP_TRAJECTORIES, TRAJECTORY("\"precision\":\"extended\",\"rtol\":1e-28"), 7, 0},
+    {API_OP_TRAJECTORIES, TRAJECTORY("\"trust\":true"), 7, 0},
+    {API_OP_FORCES,
+     "{\"pendulum\":{\"length\":[2,1.5],\"mass\":[1,1],\"parent\":[0,1]},\"states\":[{\"phi\":[1,2]},{\"phi\":[0.5,0."
+     "25]}]}",
+     1, 0},
+    {API_OP_FORCES, "{\"pendulum\":{\"length\":[2,1.5],\"mass\":[1,1],\"parent\":[0,1]},\"state\":{\"phi\":[1,2]}}", 1,
+     0},
+    {API_OP_MODES,
+     "{\"pendulum\":{\"length\":[2,1.5,1],\"mass\":[1,1,2],\"parent\":[0,1,1]},\"include\":[\"A\",\"M\"],"
+     "\"initial\":{\"phi\":[0,1,2]}}",
+     1, 1},
+    {API_OP_MODES, "{\"pendulum\":{\"length\":[2,1.5,1],\"mass\":[1,1,2],\"parent\":[0,1,1]}}", 1, 0},
+    {API_OP_MODES,
+     "{\"pendulum\":{\"length\":[2,1.5,1],\"mass\":[1,1,2],\"parent\":[0,1,1]},\"about\":[\"down\",\"up\",\"down\"],"
+     "\"initial\":{\"phi\":[0,3,1]},\"digits\":9}",
+     1, 0},
+    {API_OP_LYAPUNOV,
+     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"duration\":5,\"samples\":150,\"count\":3}", 1,
+     0},
+    {API_OP_SECTIONS,
+     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"section\":{\"arm\":1,\"theta\":0},"
+     "\"duration\":20}",
+     1, 0},
+};
+enum { CASES = sizeof cases / sizeof *cases };
+
+static const char *const accepts[] = {"application/json",         "application/x-ndjson", "text/csv",
+                                      "application/octet-stream", "application/x-npz",    "application/x-matlab-data"};
+enum { ACCEPTS = sizeof accepts / sizeof *accepts };
+
+static struct api_request request_of(int i, const char *accept) {
+    return (struct api_request){.op = cases[i].op,
+                                .content_type = "application/json",
+                                .accept = accept,
+                                .body = cases[i].body,
+                                .body_bytes = strlen(cases[i].body)};
+}
+
+/* all parts of a case, one behind the other, each from what the one before carried over as a copy of just its bytes */
+static int compute_parts(int i, long parts, struct api_buffer *kept) {
+    struct api_request request = request_of(i, NULL);
+    struct api_limits limits;
+    struct pend_error error;
+    struct api_buffer carried;
+    char *body = malloc(request.body_bytes + 1);
+    if (!CHECK(body != NULL)) return 0;
+    request.body = body;
+    api_limits_init(&limits);
+    api_buffer_init(&carried, 1 << 28);
+    for (long p = 0; p < parts; p++) {
+        struct api_part *part;
+        int done = 0;
+        strcpy(body, cases[i].body);
+        if (!CHECK_SAYING(api_part_new(&part, &request, &limits, p, parts, &error) == PEND_OK, "%s", error.text)) break;
+        /* it is read once a part: who read it again would find nothing */
+        memset(body, 0, request.body_bytes);
+        if (carried.bytes) {
+            CHECK_SAYING(api_part_resume(part, carried.data, carried.bytes, &error) == PEND_OK, "%s", error.text);
+            api_buffer_clear(&carried);
+        }
+        size_t before = kept->bytes;
+        while (!done)
+            if (!CHECK_SAYING(api_part_run(part, kept, &done, &error) == PEND_OK, "%s", error.text)) break;
+        CHECK(kept->bytes > before);
+        CHECK(api_part_carry(part, &carried) == PEND_OK);
+        CHECK(!!carried.bytes == (cases[i].op == API_OP_TRAJECTORIES && p + 1 < parts));
+        api_part_free(&part);
+    }
+    api_buffer_clear(&carried);
+    free(body);
+    return kept->bytes > 0;
+}
+
+/* hands out bytes in pieces of random length */
+struct pieces {
+    const char *data;
+    size_t bytes, at;
+    unsigned long long *random;
+    int here; /* the next piece is */
+};
+
+static enum pend_status pieces_fetch(void *context, void *data, size_t cap, size_t *bytes, struct pend_error *error) {
+    struct pieces *pieces = context;
+    (void)error;
+    CHECK(pieces->here);
+    pieces->here = 0;
+    size_t piece = 1 + (size_t)test_random_int(pieces->random, test_random_int(pieces->random, 2) ? 40 : 200000);
+    if (piece > pieces->bytes - pieces->at) piece = pieces->bytes - pieces->at;
+    if (piece > cap) piece = cap;
+    if (piece) memcpy(data, pieces->data + pieces->at, piece);
+    pieces->at += piece;
+    *bytes = piece;
+    return PEND_OK;
+}
+
+/* a piece may be on its way when it is asked for, and is here the next time */
+static int pieces_ready(void *context) {
+    struct pieces *pieces = context;
+    int here = pieces->here || test_random_int(pieces->random, 2);
+    pieces->here = 1;
+    return here;
+}
+
+static void pieces_again(void *context) { ((struct pieces *)context)->at = 0; }
+
+/* the answer of a request from kept parts, or a range of it; its status */
+static struct api_answer fetch_range(const struct api_request *request, const struct api_limits *limits,
+                                     const char *data, size_t bytes, unsigned long long *random,
+                                     const struct api_range *range, struct api_buffer *out) {
+    struct pieces pieces = {data, bytes, 0, random, 0};
+    struct api_source source = {pieces_fetch, pieces_again, &pieces, pieces_ready};
+    struct api_answer answer = {.status = 503};
+    struct api_call *call;
+    if (api_call_new(&call, limits) != PEND_OK) return answer;
+    enum api_progress progress = api_call_results(call, request, &source, out);
+    if (progress == API_MORE && range) progress = api_call_range(call, *range, out);
+    while (progress == API_MORE || progress == API_WAITS) {
+        progress = api_call_run(call, out);
+        /* it waits only where there is no piece, and the next look finds one */
+        CHECK(progress != API_WAITS || pieces.here);
+    }
+    answer = api_call_answer(call);
+    answer.columns = answer.file_name = answer.etag = NULL;
+    api_call_free(&call);
+    return answer;
+}
+
+static struct api_answer fetch(const struct api_request *request, const struct api_limits *limits, const char *data,
+                               size_t bytes, unsigned long long *random, struct api_buffer *out) {
+    return fetch_range(request, limits, data, bytes, random, NULL, out);
+}
+
+TEST(an_answer_from_parts_is_the_answer_at_once) {
+    unsigned long long random = 11;
+    struct api_limits limits;
+    api_limits_init(&limits);
+    for (int i = 0; i < CASES; i++) {
+        for (long parts = 1; parts <= cases[i].parts; parts += parts == 3 ? 4 : 1) {
+            struct api_buffer kept, out;
+            api_buffer_init(&kept, 1 << 28);
+            if (!compute_parts(i, parts, &kept)) return;
+            for (int a = 0; a < (cases[i].json_only ? 1 : ACCEPTS); a++) {
+                struct api_request request = request_of(i, accepts[a]);
+                struct test_reply whole = test_send(&request, NULL);
+                api_buffer_init(&out, 1 << 28);
+                CHECK_INT(whole.status, 200);
+                struct api_answer head = fetch(&request, &limits, kept.data, kept.bytes, &random, &out);
+                CHECK_SAYING(out.bytes == whole.out.bytes && !memcmp(out.data, whole.out.data, out.bytes),
+                             "case %d as %s in %ld parts: %zu bytes, at once %zu", i, accepts[a], parts, out.bytes,
+                             whole.out.bytes);
+                CHECK(head.status == 200 && (head.length < 0 || (size_t)head.length == out.bytes));
+                CHECK_TEXT(head.media_type, whole.media_type);
+                api_buffer_clear(&out);
+                test_reply_free(&whole);
+            }
+            api_buffer_clear(&kept);
+        }
+    }
+}
+
+/* a range of an answer against the same bytes of the whole */
+static void check_range(int i, const char *accept, const struct api_buffer *kept, const struct api_buffer *whole,
+                        struct api_range range, unsigned long long *random) {
+    struct api_limits limits;
+    struct api_buffer out;
+    struct api_request request = request_of(i, accept);
+    long long total = (long long)whole->bytes, first = range.first, last = range.last;
+    if (first < 0) first = last < total ? total - last : 0, last = total - 1;
+    if (last < 0 || last >= total) last = total - 1;
+    api_limits_init(&limits);
+    api_buffer_init(&out, 1 << 28);
+    struct api_answer head = fetch_range(&request, &limits, kept->data, kept->bytes, random, &range, &out);
+    if (first <= last) {
+        CHECK_INT(head.status, 206);
+        CHECK(head.first == first && head.length == last - first + 1 && (long long)out.bytes == head.length);
+        CHECK_SAYING((long long)out.bytes == head.length && !memcmp(out.data, whole->data + first, out.bytes),
+                     "case %d as %s, bytes %lld to %lld", i, accept, first, last);
+    } else {
+        CHECK_INT(head.status, 416);
+        CHECK(out.bytes > 20 && !memcmp(out.data, "{\"type\"", 7));
+    }
+    CHECK_INT(head.total, total);
+    api_buffer_clear(&out);
+}
+
+TEST(a_range_of_an_answer_is_those_bytes_of_it) {
+    unsigned long long random = 17;
+    for (int i = 0; i < CASES; i++) {
+        struct api_buffer kept;
+        api_buffer_init(&kept, 1 << 28);
+        if (!compute_parts(i, cases[i].parts > 1 ? 3 : 1, &kept)) return;
+        for (int a = 0; a < (cases[i].json_only ? 1 : ACCEPTS); a++) {
+            struct api_request request = request_of(i, accepts[a]);
+            struct api_limits limits;
+            struct api_buffer whole;
+            api_limits_init(&limits);
+            api_buffer_init(&whole, 1 << 28);
+            CHECK_INT(fetch(&request, &limits, kept.data, kept.bytes, &random, &whole).status, 200);
+            long long total = (long long)whole.bytes, some = test_random_int(&random, (int)total);
+            const struct api_range ranges[] = {{0, 0},     {0, -1},         {total - 1, -1}, {total - 1, total + 5},
+                                               {-1, 1},    {-1, total + 9}, {-1, 0},         {total, -1},
+                                               {some, -1}, {some, some},    {some / 2, some}};
+            for (size_t r = 0; r < sizeof ranges / sizeof *ranges; r++)
+                check_range(i, accepts[a], &kept, &whole, ranges[r], &random);
+            api_buffer_clear(&whole);
+        }
+        api_buffer_clear(&kept);
+    }
+}
+
+TEST(a_plan_tells_parts_cost_and_digest_or_the_problem) {
+    struct api_limits limits;
+    struct api_plan plan, again;
+    struct api_buffer out;
+    api_limits_init(&limits);
+    api_buffer_init(&out, 1 << 20);
+    for (int i = 0; i < CASES; i++) {
+        struct api_request request = request_of(i, "nothing/at-all");
+        CHECK_INT(api_plan_read(&plan, &request, &limits, 1e-9, NULL, &out), 0);
+        CHECK_SAYING(plan.parts >= cases[i].parts && plan.cost >= 0, "case %d: %ld parts", i, plan.parts);
+        CHECK_INT(plan.chained, cases[i].op == API_OP_TRAJECTORIES && plan.parts > 1);
+        CHECK_INT(api_plan_read(&again, &request, &limits, 1e9, NULL, &out), 0);
+        CHECK_INT(again.parts, 1);
+        CHECK_TEXT(again.digest, plan.digest);
+        CHECK(out.bytes == 0);
+    }
+    struct api_request bad = request_of(1, NULL);
+    bad.body_bytes--;
+    CHECK_INT(api_plan_read(&plan, &bad, &limits, 1, NULL, &out), 400);
+    CHECK(out.bytes > 0 && !memcmp(out.data, "{\"type\"", 7));
+    out.bytes = 0;
+    struct api_request tree = {.op = API_OP_TREES, .content_type = "application/json", .body = "{}", .body_bytes = 2};
+    CHECK_INT(api_plan_read(&plan, &tree, &limits, 1, NULL, &out), 422);
+    api_buffer_clear(&out);
+}
+
+TEST(a_job_is_the_same_whichever_engine_computes_it) {
+    static const char body[] = "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]}}";
+    struct api_limits limits;
+    struct api_plan plan;
+    struct api_buffer out;
+    struct api_request request = {
+        .op = API_OP_MODES, .content_type = "application/json", .body = body, .body_bytes = sizeof body - 1};
+    api_limits_init(&limits);
+    api_buffer_init(&out, 1 << 20);
+    CHECK_INT(api_plan_read(&plan, &request, &limits, 1, NULL, &out), 0);
+    /* of these very bytes, whatever the sources of the program are */
+    CHECK_TEXT(plan.digest, "e76ae203115218c53e13a1e22bd7b5ba6ce3116bf73dc8ae638c0dc421e32166");
+    api_buffer_clear(&out);
+}
+
+TEST(a_part_goes_on_from_what_is_its_own_and_from_nothing_else) {
+    struct api_limits limits;
+    struct api_part *part;
+    struct api_buffer kept, carried;
+    struct pend_error error;
+    struct api_request request = request_of(1, NULL), other = request_of(0, NULL);
+    int done = 0;
+    api_limits_init(&limits);
+    api_buffer_init(&kept, 1 << 20);
+    api_buffer_init(&carried, 1 << 20);
+    REQUIRE(api_part_new(&part, &request, &limits, 0, 3, &error) == PEND_OK);
+    while (!done) REQUIRE(api_part_run(part, &kept, &done, &error) == PEND_OK);
+    CHECK(api_part_carry(part, &carried) == PEND_OK && carried.bytes > 100);
+    CHECK_INT(api_part_resume(part, carried.data, carried.bytes, &error), PEND_INVALID);
+    api_part_free(&part);
+    /* without it, with less of it, with more, with another version's */
+    for (int way = 0; way < 5; way++) {
+        size_t bytes = carried.bytes - (way == 1) + (way == 2) - (way == 3 ? carried.bytes / 2 : 0);
+        char *copy = calloc(1, carried.bytes + 1);
+        REQUIRE(copy && api_part_new(&part, &request, &limits, 1, 3, &error) == PEND_OK);
+        memcpy(copy, carried.data, carried.bytes);
+        copy[0] = (char)(copy[0] + (way == 4));
+        if (way) {
+            CHECK_INT(api_part_resume(part, copy, bytes, &error), PEND_INVALID);
+            CHECK_SAYING(strstr(error.text, "submit the job again"), "%s", error.text);
+        } else {
+            CHECK_INT(api_part_run(part, &kept, &done, &error), PEND_INVALID);
+            CHECK_SAYING(strstr(error.text, "carried over"), "%s", error.text);
+        }
+        free(copy);
+        api_part_free(&part);
+    }
+    /* with any byte of it altered, and as another part's */
+    for (size_t at = 0; at <= carried.bytes; at++) {
+        REQUIRE(api_part_new(&part, &request, &limits, at == carried.bytes ? 2 : 1, 3, &error) == PEND_OK);
+        if (at < carried.bytes) carried.data[at] = (char)~carried.data[at];
+        CHECK_INT(api_part_resume(part, carried.data, carried.bytes, &error), PEND_INVALID);
+        CHECK_SAYING(strstr(error.text, "damaged"), "%s", error.text);
+        if (at < carried.bytes) carried.data[at] = (char)~carried.data[at];
+        api_part_free(&part);
+    }
+    REQUIRE(api_part_new(&part, &request, &limits, 1, 3, &error) == PEND_OK);
+    CHECK_SAYING(api_part_resume(part, carried.data, carried.bytes, &error) == PEND_OK, "%s", error.text);
+    api_part_free(&part);
+    REQUIRE(api_part_new(&part, &other, &limits, 1, 3, &error) == PEND_OK);
+    CHECK_INT(api_part_resume(part, carried.data, carried.bytes, &error), PEND_INVALID);
+    api_part_free(&part);
+    api_buffer_clear(&kept);
+    api_buffer_clear(&carried);
+}
+
+TEST(parts_that_were_damaged_are_refused_not_believed) {
+    unsigned long long random = 3;
+    struct api_limits limits;
+    struct api_buffer kept, out;
+    int refused = 0;
+    api_limits_init(&limits);
+    api_buffer_init(&kept, 1 << 28);
+    if (!compute_parts(1, 1, &kept)) return;
+    for (int round = 0; round < 300; round++) {
+        struct api_request request = request_of(1, accepts[round % ACCEPTS]);
+        size_t bytes = kept.bytes;
+        api_buffer_init(&out, 1 << 28);
+        char *copy = malloc(bytes);
+        REQUIRE(copy);
+        memcpy(copy, kept.data, bytes);
+        /* cut, or some bits of a head changed */
+        if (round % 2)
+            bytes = (size_t)test_random_int(&random, (int)bytes);
+        else
+            copy[test_random_int(&random, 8)] ^= (char)(1 << test_random_int(&random, 8));
+        struct api_answer answer = fetch(&request, &limits, copy, bytes, &random, &out);
+        refused += answer.status == 500 && out.bytes > 0;
+        free(copy);
+        api_buffer_clear(&out);
+    }
+    CHECK_INT(refused, 300);
+    api_buffer_clear(&kept);
+}
+
+TEST(results_in_a_form_that_nobody_serves_or_that_is_too_large_are_refused) {
+    unsigned long long random = 3;
+    struct api_limits limits;
+    struct api_buffer out;
+    api_limits_init(&limits);
+    api_buffer_init(&out, 1 << 20);
+    struct api_request request = request_of(1, "text/html");
+    CHECK_INT(fetch(&request, &limits, NULL, 0, &random, &out).status, 406);
+    CHECK(out.bytes > 0);
+    limits.answer_bytes = 1000;
+    request.accept = "application/json";
+    CHECK_INT(fetch(&request, &limits, NULL, 0, &random, &out).status, 422);
+    api_buffer_clear(&out);
+}
+
+TEST(allocation_faults_leave_nothing_behind_in_parts_and_results) {
+    struct api_limits limits;
+    int good = 0;
+    api_limits_init(&limits);
+    for (long count = 1; !good && count < 2000; count++) {
+        struct api_request request = request_of(0, "text/csv");
+        struct api_answer answer = {.status = 0};
+        struct api_buffer kept, out;
+        struct api_part *part;
+        struct pend_error error;
+        unsigned long long random = 1;
+        int done = 0;
+        api_buffer_init(&kept, 1 << 28);
+        api_buffer_init(&out, 1 << 28);
+        test_alloc_fail(count, 1);
+        enum pend_status status = api_part_new(&part, &request, &limits, 0, 1, &error);
+        while (status == PEND_OK && !done) status = api_part_run(part, &kept, &done, &error);
+        if (status == PEND_OK) answer = fetch(&request, &limits, kept.data, kept.bytes, &random, &out);
+        test_alloc_faults_off();
+        good = answer.status == 200;
+        if (status != PEND_OK)
+            CHECK_INT(status, PEND_NO_MEMORY);
+        else
+            CHECK(answer.status == 200 || answer.status == 503);
+        api_part_free(&part);
+        api_buffer_clear(&kept);
+        api_buffer_clear(&out);
+    }
+    CHECK(good);
+}
+
+/* what a job keeps of its request: blanks and order do not count, the meaning is the same, and it is never longer */
+TEST(a_request_is_kept_without_its_padding) {
+    static char padded[70000];
+    struct api_limits limits;
+    api_limits_init(&limits);
+    for (int i = 0; i < CASES; i++) {
+        struct api_request request = request_of(i, NULL);
+        struct api_buffer body, again, out;
+        struct api_plan plan, same;
+        size_t bytes = 0;
+        /* blanks after each colon and comma that stands outside of texts; no text of the cases has one */
+        for (const char *at = cases[i].body; *at; at++) {
+            padded[bytes++] = *at;
+            for (int k = 0; k < 100 && strchr(":,", *at); k++) padded[bytes++] = " \n\t"[k % 3];
+        }
+        request.body = padded;
+        request.body_bytes = bytes;
+        api_buffer_init(&body, bytes);
+        api_buffer_init(&again, bytes);
+        api_buffer_init(&out, 1 << 20);
+        CHECK_INT(api_plan_read(&plan, &request, &limits, 1, &body, &out), 0);
+        CHECK_SAYING(body.bytes <= strlen(cases[i].body) + 8, "%zu bytes of %zu", body.bytes, strlen(cases[i].body));
+        request.body = body.data;
+        request.body_bytes = body.bytes;
+        CHECK_INT(api_plan_read(&same, &request, &limits, 1, &again, &out), 0);
+        CHECK_TEXT(same.digest, plan.digest);
+        CHECK(again.bytes == body.bytes && !memcmp(again.data, body.data, body.bytes));
+        api_buffer_clear(&body);
+        api_buffer_clear(&again);
+        api_buffer_clear(&out);
+    }
+    /* numbers that are spelt shorter than their one form stay as they are */
+    struct api_request request = request_of(0, NULL);
+    struct api_buffer body, out;
+    struct api_plan plan;
+    api_buffer_init(&body, request.body_bytes);
+    api_buffer_init(&out, 1 << 20);
+    CHECK_INT(api_plan_read(&plan, &request, &limits, 1, &body, &out), 0);
+    CHECK(body.bytes <= request.body_bytes);
+    api_buffer_clear(&body);
+    api_buffer_clear(&out);
+}

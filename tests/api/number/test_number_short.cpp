@@ -1,0 +1,62 @@
+extern "C" {
+#include "core/base/isa.h"
+#include "tests/harness/test.h"
+}
+
+#include "api/number/number.h"
+#include "api/number/number_lanes.h"
+#include "api/number/number_short.h"
+
+#include <math.h>
+#include <string.h>
+
+/* sizes from 1e-6 to 1e8, either sign, now and then a few digits only, a carry, a tie or zero */
+static double number(unsigned long long *seed, int everyday) {
+    int way = everyday ? 9 : test_random_int(seed, 60);
+    double size = pow(10, test_random_int(seed, 15) - 7), sign = test_random_int(seed, 2) ? 1 : -1;
+    if (way == 0) return sign * 0.0;
+    if (way == 1) return sign * test_random_int(seed, 1000) * size;
+    if (way == 2) return sign * (1 - pow(10, -1 - test_random_int(seed, 12))) * size;
+    if (way == 3) return sign * (test_random_int(seed, 1 << 20) + 0.5) / 1024;
+    return everyday ? 20 * test_random(seed) - 10 : sign * test_random(seed) * size;
+}
+
+/* faults against numbers written one by one, and how many of the batches were taken */
+template <class short_numbers> static int faults_of(int everyday, int *taken, int batches) {
+    unsigned long long seed = 5;
+    int faults = 0;
+    *taken = 0;
+    for (int batch = 0; batch < batches; batch++) {
+        int digits = 1 + batch % api::SHORT_DIGITS;
+        double x[short_numbers::COUNT];
+        for (double &value : x) value = number(&seed, everyday);
+        short_numbers numbers(digits);
+        if (!numbers.take(x)) continue;
+        ++*taken;
+        for (int i = 0; i < short_numbers::COUNT; i++) {
+            char got[API_NUMBER_BYTES] = {}, want[API_NUMBER_BYTES] = {};
+            long bytes = numbers.write(got, x, i) - got;
+            faults += bytes != api_number_write_digits(want, x[i], digits) - want || memcmp(got, want, (size_t)bytes);
+        }
+    }
+    return faults;
+}
+
+template <class short_numbers> static void agrees() {
+    int taken, batches = 60000;
+    CHECK_INT(faults_of<short_numbers>(0, &taken, batches), 0);
+    CHECK(taken > 300);
+    CHECK_INT(faults_of<short_numbers>(1, &taken, batches), 0);
+    CHECK(taken > batches / 3);
+}
+
+TEST(number_short_is_that_written_alone) { agrees<api::short_batch>(); }
+
+#ifdef __x86_64__
+TEST(number_short_in_lanes_is_that_written_alone) {
+    if (pend_isa_best() == PEND_ISA_AVX512)
+        agrees<api::short_lanes>();
+    else
+        test_skip("this processor has no AVX-512");
+}
+#endif

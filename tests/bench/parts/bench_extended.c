@@ -1,0 +1,240 @@
+/* 32 digits: a tumbling double pendulum alone and in lanes, beside the same recurrences in the compiler's quad; and
+ * very long runs: the energy of symplectic, of taylor, and of GSL's rk4 with as much time. Leaves to others:
+ * trajectories in doubles (bench_trajectory). Invariant: what is timed ends where 32 digits say, or tells how far its
+ * energy is off. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <gsl/gsl_errno.h>
+#include <gsl/gsl_odeiv2.h>
+
+#include "core/dynamics/dynamics.h"
+#include "core/extended/extended.h"
+#include "core/integrate/method.h"
+#include "core/dynamics/kinematics.h"
+#include "tests/bench/parts/bench.h"
+
+enum { ARMS = 2 };
+
+static const double one[ARMS] = {1, 1}, pull = 9.81;
+static const int chain[ARMS] = {-1, 0};
+/* theta = (2, 2.5), at rest; the state after 20 s to 15 digits and more */
+static const double tumble[ARMS] = {2 - M_PI_2, 2.5 - M_PI_2}, still[ARMS];
+static const double tumbled[ARMS] = {-1.4164560416052849, -43.45858340112293};
+
+static struct pend_tree *pair_new(void) {
+    struct pend_tree *tree;
+    if (pend_tree_new(&tree, ARMS, one, one, chain, NULL) != PEND_OK) bench_broken("tree");
+    return tree;
+}
+
+static int pair_fetch(void *context, long i, struct pend_member *member) {
+    (void)context, (void)i;
+    memcpy(member->phi, tumble, sizeof tumble);
+    return 0;
+}
+
+static int pair_deliver(void *context, long i, const struct pend_outcome *outcome) {
+    (void)context, (void)i;
+    for (int k = 0; k < ARMS; k++)
+        if (!(fabs(outcome->phi[k] - tumbled[k]) <= 1e-15 * fabs(tumbled[k]))) bench_broken("a digit");
+    return 0;
+}
+
+static void extended(struct bench *bench, int single) {
+    struct pend_tree *tree = pair_new();
+    struct pend_extended *extended;
+    struct pend_ensemble_problem problem = {
+        .tree = tree, .gravity = pull, .duration = 20, .fetch = pair_fetch, .deliver = pair_deliver};
+    if (pend_extended_new(&extended, tree, 1e-30, 0, single, pend_isa_best(), NULL) != PEND_OK) bench_broken("memory");
+    long count = single ? 1 : pend_extended_width(extended);
+    struct pend_extended_state start = {.phi = (double *)tumble, .rate = (double *)still}, end;
+    double phi[ARMS], rate[ARMS];
+    end = (struct pend_extended_state){.phi = phi, .rate = rate};
+    while (bench_go(bench, 20 * count)) {
+        if (!single) {
+            if (pend_extended_run(extended, &problem, 0, count) != PEND_OK) bench_broken("members");
+            continue;
+        }
+        pend_extended_start(extended, 0, pull, &start, 20);
+        while (pend_extended_lane(extended, 0) == PEND_EXTENDED_UNDER_WAY) pend_extended_step(extended);
+        pend_extended_end(extended, 0, &end);
+        pair_deliver(NULL, 0, &(struct pend_outcome){.phi = phi});
+    }
+    pend_extended_free(&extended);
+    pend_tree_free(&tree);
+}
+
+BENCH(extended_double_pendulum_alone, "s of 20 s, all digits of a double at the end") { extended(bench, 1); }
+BENCH(extended_double_pendulum_in_lanes, "s of 20 s and member, all digits at the end") { extended(bench, 0); }
+
+/* ---- the peer: the same recurrences, order and step rule in numbers of the compiler's own; 1 / (j + 1) is a double,
+ * so that only its time counts */
+
+#ifdef __x86_64__
+#define JETS_NUM __float128
+#include "core/taylor/jets_system.h"
+enum { WIDE = 1, ORDER = 40 };
+typedef num wide;
+__float128 sinf128(__float128 x);
+__float128 cosf128(__float128 x);
+static inline num num_of(double x) { return x; }
+static inline num num_add(num x, num y) { return x + y; }
+static inline num num_sub(num x, num y) { return x - y; }
+static inline num num_mul(num x, num y) { return x * y; }
+static inline num num_div(num x, num y) { return x / y; }
+static inline num num_fma(num x, num y, num z) { return x * y + z; }
+static inline num wide_neg(num x) { return -x; }
+static inline num wide_get(const num *at) { return *at; }
+static inline void wide_put(num *at, num x) { *at = x; }
+#define wide_of num_of
+#define wide_add num_add
+#define wide_sub num_sub
+#define wide_mul num_mul
+#define wide_fma num_fma
+#include "core/taylor/jets_template.h"
+
+struct quad {
+    struct jets_system system;
+    double share[ORDER + 2];
+    num series[4][(ORDER + 3) * ARMS], array[64 * ARMS], phi[ARMS], rate[ARMS];
+};
+
+static void quad_init(struct quad *q, const struct pend_tree *tree) {
+    num *at = q->array;
+    memset(q, 0, sizeof *q);
+    q->system = (struct jets_system){.n = ARMS, .stride = ARMS, .tile = 8, .parent = tree->parent, .end = tree->end};
+    q->system.share = q->share;
+    q->system.rate = q->series[0];
+    q->system.force = q->series[1] + ARMS;
+    q->system.turn_re = q->series[2];
+    q->system.turn_im = q->series[3];
+#define X(name) q->system.name = at, at += ARMS;
+    JETS_ARRAYS(X)
+#undef X
+    for (int j = 0; j < ORDER + 2; j++) q->share[j] = 1.0 / (j + 1);
+    for (int k = 0; k < ARMS; k++) {
+        q->system.len[k] = q->system.inv_len[k] = q->system.mass[k] = 1;
+        q->phi[k] = tumble[k];
+    }
+}
+
+static double quad_step(struct quad *q) {
+    struct jets_system *s = &q->system;
+    double lead = 0, x = INFINITY;
+    for (int k = 0; k < ARMS; k++) {
+        num angle = k ? q->phi[k] - q->phi[0] : q->phi[0];
+        s->sine[k] = sinf128(angle);
+        s->cosine[k] = cosf128(angle);
+        s->rate[k] = q->rate[k];
+    }
+    jets_factor(s);
+    jets_orders(s, pull, ORDER);
+    for (int k = 0; k < ARMS; k++) lead = fmax(lead, fmax(fabs((double)s->rate[k]), fabs((double)s->rate[ARMS + k])));
+    for (int j = ORDER - 3; j <= ORDER; j++)
+        for (int k = 0; k < ARMS; k++) x = fmin(x, pow(0x1p-106 * lead / fabs((double)s->rate[j * ARMS + k]), 1.0 / j));
+    for (int k = 0; k < ARMS; k++) {
+        num phi = 0, rate = 0;
+        for (int j = ORDER; j >= 0; j--) {
+            rate = rate * x + s->rate[j * ARMS + k];
+            phi = phi * x + s->rate[j * ARMS + k] / (j + 1);
+        }
+        q->phi[k] += phi * x;
+        q->rate[k] = rate;
+    }
+    return x;
+}
+
+BENCH(extended_double_pendulum_quad_of_the_compiler, "s of the first second") {
+    struct pend_tree *tree = pair_new();
+    static struct quad quad;
+    while (bench_go(bench, 1)) {
+        quad_init(&quad, tree);
+        for (double t = 0; t < 1; t += quad_step(&quad)) continue;
+        if (!(fabs((double)quad.phi[1]) < 10)) bench_broken("quad");
+    }
+    pend_tree_free(&tree);
+}
+#endif
+
+/* ---- very long runs: 1000 s, about 350 periods, of a double pendulum that swings widely */
+
+static const double swing[ARMS] = {1 - M_PI_2, 1 - M_PI_2};
+
+/* what the unit tells: the energy's largest error so far, relative to what the tree could hold */
+static void swing_tell(struct bench *bench, char *text, double worst) {
+    snprintf(text, 80, "s of motion, energy within %.0e after 1000 s", worst);
+    bench->unit = text;
+}
+
+static double swing_error(const struct pend_tree *tree, const double phi[], const double rate[]) {
+    struct pend_energy first = pend_motion_energy(tree, pull, swing, still);
+    struct pend_energy now = pend_motion_energy(tree, pull, phi, rate);
+    return fabs(now.kinetic + now.potential - first.kinetic - first.potential) /
+           pend_motion_energy_scale(tree, pull, first.kinetic);
+}
+
+static void swing_method(struct bench *bench, const struct pend_method *method, double rtol, char *text) {
+    struct pend_tree *tree = pair_new();
+    double phi[ARMS], rate[ARMS], worst = 0;
+    struct pend_problem problem = {.tree = tree, .gravity = pull, .phi = swing, .rate = still, .rtol = rtol};
+    problem.times = (struct pend_times){.count = 2, .span = 1000, .divisor = 1};
+    while (bench_go(bench, 1000)) {
+        void *stepper;
+        double reached = 0;
+        if (method->open(&stepper, &problem, NULL) != PEND_OK) bench_broken(method->name);
+        while (reached < 1000)
+            if (method->step(stepper, 1000, &reached, NULL) != PEND_OK) bench_broken(method->name);
+        method->at(stepper, &reached, 1, &(struct pend_points){.phi = phi, .rate = rate});
+        worst = fmax(worst, swing_error(tree, phi, rate));
+        method->close(&stepper);
+    }
+    swing_tell(bench, text, worst);
+    pend_tree_free(&tree);
+}
+
+BENCH(long_run_symplectic, "") {
+    static char text[80];
+    swing_method(bench, &pend_method_symplectic, 0, text);
+}
+
+BENCH(long_run_taylor_1e_16, "") {
+    static char text[80];
+    swing_method(bench, &pend_method_taylor, 1e-16, text);
+}
+
+struct swing_equations {
+    const struct pend_tree *tree;
+    void *work;
+};
+
+static int swing_derivative(double t, const double y[], double f[], void *context) {
+    const struct swing_equations *equations = context;
+    (void)t;
+    memcpy(f, y + ARMS, ARMS * sizeof(double));
+    pend_dynamics(equations->tree, pull, y, y + ARMS, equations->work, f + ARMS, NULL);
+    return GSL_SUCCESS;
+}
+
+/* GSL's classical fourth order with a fixed step that takes about as long as symplectic */
+BENCH(long_run_gsl_rk4_of_4_ms, "") {
+    static char text[80];
+    enum { STEPS = 250000 };
+    struct swing_equations equations = {pair_new(), aligned_alloc(64, (pend_dynamics_work_bytes(ARMS) + 63) / 64 * 64)};
+    gsl_odeiv2_system system = {swing_derivative, NULL, 2 * ARMS, &equations};
+    gsl_odeiv2_step *step = gsl_odeiv2_step_alloc(gsl_odeiv2_step_rk4, 2 * ARMS);
+    double y[2 * ARMS], error[2 * ARMS];
+    if (!equations.work || !step) bench_broken("memory");
+    while (bench_go(bench, 1000)) {
+        memcpy(y, swing, sizeof swing);
+        memcpy(y + ARMS, still, sizeof still);
+        for (int i = 0; i < STEPS; i++)
+            if (gsl_odeiv2_step_apply(step, 0.004 * i, 0.004, y, error, NULL, NULL, &system)) bench_broken("rk4");
+    }
+    swing_tell(bench, text, swing_error(equations.tree, y, y + ARMS));
+    gsl_odeiv2_step_free(step);
+    free(equations.work);
+    pend_tree_free((struct pend_tree **)&equations.tree);
+}

@@ -1,0 +1,72 @@
+/* Tests of core/base/status: the list of codes, and errors that are filled or not wanted.
+ * Leaves to others: how a code reaches a user (tests/api).
+ * Invariant: every code of the list is looked at. */
+#include "core/base/status.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "tests/harness/test.h"
+
+TEST(status_names_every_code) {
+    for (int code = 0; code < PEND_STATUS_COUNT; code++) {
+        const char *name = pend_status_name((enum pend_status)code), *text = pend_status_text((enum pend_status)code);
+        int http = pend_status_http((enum pend_status)code);
+        CHECK_SAYING(!strncmp(name, "PEND_", 5), "code %d is named %s", code, name);
+        CHECK_SAYING(strlen(text) > 5, "%s says \"%s\"", name, text);
+        CHECK_SAYING(http == 200 || http == 422 || http == 500 || http == 503, "%s has HTTP status %d", name, http);
+        for (int other = 0; other < code; other++)
+            CHECK_SAYING(strcmp(text, pend_status_text((enum pend_status)other)), "%s and code %d share a text", name,
+                         other);
+    }
+    CHECK_TEXT(pend_status_name(PEND_OK), "PEND_OK");
+    CHECK_TEXT(pend_status_name(PEND_BUG), "PEND_BUG");
+    CHECK_INT(pend_status_http(PEND_OK), 200);
+    CHECK_INT(pend_status_http(PEND_INVALID), 422);
+}
+
+TEST(status_knows_an_unknown_code) {
+    static const int strange[] = {-1, PEND_STATUS_COUNT, 1000000};
+    for (int i = 0; i < 3; i++) {
+        enum pend_status code;
+        // not every int is a value of the enumeration; this is what a damaged one looks like
+        memcpy(&code, &strange[i], sizeof code);
+        CHECK_TEXT(pend_status_text(code), "unknown status");
+        CHECK_TEXT(pend_status_name(code), "unknown");
+        CHECK_INT(pend_status_http(code), 500);
+    }
+}
+
+TEST(status_fail_fills_an_error_and_returns_its_code) {
+    struct pend_error error;
+    memset(&error, 0x55, sizeof error);
+    CHECK_INT(pend_fail(&error, PEND_NOT_FINITE, 3, 1.5, "arm %d at %g s", 4, 1.5), PEND_NOT_FINITE);
+    CHECK_INT(error.code, PEND_NOT_FINITE);
+    CHECK_INT(error.arm, 3);
+    CHECK(error.time == 1.5);
+    CHECK_TEXT(error.text, "arm 4 at 1.5 s");
+    CHECK_INT(pend_fail(NULL, PEND_LIMIT, -1, 0, "nobody reads %s", "this"), PEND_LIMIT);
+}
+
+TEST(status_fail_cuts_a_long_text) {
+    struct pend_error error;
+    char longer[2 * sizeof error.text];
+    memset(longer, 'x', sizeof longer - 1);
+    longer[sizeof longer - 1] = 0;
+    pend_fail(&error, PEND_BUG, -1, 0, "%s", longer);
+    CHECK_INT(strlen(error.text), sizeof error.text - 1);
+}
+
+static enum pend_status status_pass_up(enum pend_status code, int *reached) {
+    PEND_TRY(code);
+    *reached = 1;
+    return PEND_OK;
+}
+
+TEST(status_try_passes_a_failure_up) {
+    int reached = 0;
+    CHECK_INT(status_pass_up(PEND_DEADLINE, &reached), PEND_DEADLINE);
+    CHECK_INT(reached, 0);
+    CHECK_INT(status_pass_up(PEND_OK, &reached), PEND_OK);
+    CHECK_INT(reached, 1);
+}

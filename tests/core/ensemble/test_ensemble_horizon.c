@@ -1,0 +1,80 @@
+/* Up to when the members of an ensemble keep their digits; the estimate itself: test_horizon.c. */
+#include <math.h>
+#include <string.h>
+
+#include "core/ensemble/ensemble.h"
+#include "tests/harness/runs.h"
+#include "tests/harness/test.h"
+#include "tests/harness/trees.h"
+
+/* up to when each member keeps its digits, and where it ended */
+struct horizon_bag {
+    const struct test_tree *t;
+    double horizon[24], final[24][4];
+};
+
+static int horizon_fetch(void *context, long i, struct pend_member *member) {
+    const struct horizon_bag *bag = context;
+    for (int k = 0; k < bag->t->n; k++) member->phi[k] = sin(3.7 * (double)i + k) * 3;
+    return 0;
+}
+
+static int horizon_deliver(void *context, long i, const struct pend_outcome *outcome) {
+    struct horizon_bag *bag = context;
+    bag->horizon[i] = outcome->horizon;
+    memcpy(bag->final[i], outcome->phi, sizeof(double) * (size_t)bag->t->n);
+    return 0;
+}
+
+static void horizon_run(struct horizon_bag *bag, double accuracy, double duration, enum pend_isa isa) {
+    struct pend_ensemble *ensemble;
+    const struct pend_ensemble_problem problem = {.tree = bag->t->tree,
+                                                  .gravity = 9.81,
+                                                  .duration = duration,
+                                                  .rtol = 1e-12,
+                                                  .accuracy = accuracy,
+                                                  .fetch = horizon_fetch,
+                                                  .deliver = horizon_deliver,
+                                                  .context = bag};
+    if (!CHECK(pend_ensemble_new(&ensemble, &problem, isa, NULL) == PEND_OK)) return;
+    CHECK(pend_ensemble_run(ensemble, 0, 24) == PEND_OK);
+    pend_ensemble_free(&ensemble);
+}
+
+/* the same members alone, whose horizons test_horizon compares with the truth */
+TEST(ensemble_horizons_are_near_those_of_single_runs) {
+    unsigned long long seed = 5;
+    int short_of = 0;
+    for (int n = 2; n <= 4; n++) {
+        struct test_tree t;
+        test_tree_random(&t, TEST_TREE_CHAIN, n, 0.2, &seed);
+        struct horizon_bag plain = {.t = &t}, told = {.t = &t}, narrow = {.t = &t};
+        double duration = n == 3 ? -12 : 12;
+        horizon_run(&plain, 0, duration, pend_isa_best());
+        horizon_run(&told, 1e-6, duration, pend_isa_best());
+        horizon_run(&narrow, 1e-6, duration, PEND_ISA_BASE);
+        for (int i = 0; i < 24; i++) {
+            struct test_record record;
+            struct pend_member start = {.phi = t.phi};
+            (void)horizon_fetch(&told, i, &start);
+            memset(t.rate, 0, (size_t)n * sizeof(double));
+            const struct pend_problem alone = {.tree = t.tree,
+                                               .gravity = 9.81,
+                                               .phi = t.phi,
+                                               .rate = t.rate,
+                                               .rtol = 1e-12,
+                                               .accuracy = 1e-6,
+                                               .times = {.count = 1201, .span = duration, .divisor = 1200}};
+            test_record(&record, "taylor", &alone);
+            double want = fabs(record.stats.horizon), got = fabs(told.horizon[i]);
+            // two computations part by errors of their own
+            CHECK_SAYING(got > 0.6 * want && got < 1.5 * want, "%d arms, member %d: %g, alone %g", n, i, got, want);
+            CHECK(isnan(plain.horizon[i]) && !memcmp(plain.final[i], told.final[i], sizeof plain.final[i]));
+            CHECK(fabs(narrow.horizon[i]) > 0.6 * want && fabs(narrow.horizon[i]) < 1.5 * want);
+            short_of += got < 12;
+            test_record_clear(&record);
+        }
+        test_tree_clear(&t);
+    }
+    CHECK_SAYING(short_of > 20 && short_of < 72, "%d", short_of);
+}

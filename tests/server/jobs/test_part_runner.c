@@ -1,0 +1,207 @@
+/* Tests of server/jobs/part_runner: what becomes of a part when its daemon drains, and memory that is not there. */
+#include "server/jobs/part_runner.h"
+
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/call/request.h"
+#include "server/store/store.h"
+#include "tests/harness/test.h"
+#include "tests/server/live.h"
+
+static const struct srv_store_rules runner_rules = {.client_jobs = 100,
+                                                    .client_bytes = 1 << 28,
+                                                    .all_bytes = 1LL << 30,
+                                                    .keep_us = 3600000000LL,
+                                                    .client_scenes = 3,
+                                                    .client_scene_bytes = 1 << 20,
+                                                    .all_scene_bytes = 1 << 24};
+
+enum { ID = SRV_ID_BYTES - 1 };
+
+/* requests that were read since the program began */
+static atomic_int runner_reads;
+
+enum pend_status __real_api_request_read(const struct api_request *request, const struct api_format *format,
+                                         const struct api_limits *limits, struct api_problem *problem, void **state,
+                                         char digest[API_DIGEST_BYTES], struct api_buffer *canonical);
+enum pend_status __wrap_api_request_read(const struct api_request *request, const struct api_format *format,
+                                         const struct api_limits *limits, struct api_problem *problem, void **state,
+                                         char digest[API_DIGEST_BYTES], struct api_buffer *canonical);
+
+enum pend_status __wrap_api_request_read(const struct api_request *request, const struct api_format *format,
+                                         const struct api_limits *limits, struct api_problem *problem, void **state,
+                                         char digest[API_DIGEST_BYTES], struct api_buffer *canonical) {
+    atomic_fetch_add(&runner_reads, 1);
+    return __real_api_request_read(request, format, limits, problem, state, digest, canonical);
+}
+
+enum srv_stored __real_srv_store_claim_some(struct srv_store *store, const char *worker, int64_t lease_us,
+                                            struct srv_lease lease[], int most, int *count);
+enum srv_stored __wrap_srv_store_claim_some(struct srv_store *store, const char *worker, int64_t lease_us,
+                                            struct srv_lease lease[], int most, int *count);
+
+/* 1: the next claim that finds something is taken back and is to be made again; 2: it was */
+static atomic_int runner_again;
+static atomic_int runner_kept; /* what it had is still there when it is made again */
+
+enum srv_stored __wrap_srv_store_claim_some(struct srv_store *store, const char *worker, int64_t lease_us,
+                                            struct srv_lease lease[], int most, int *count) {
+    if (atomic_load(&runner_again) == 2) {
+        atomic_store(&runner_again, 3);
+        atomic_store(&runner_kept, lease[0].request != NULL);
+    }
+    enum srv_stored stored = __real_srv_store_claim_some(store, worker, lease_us, lease, most, count);
+    if (stored != SRV_STORED || atomic_load(&runner_again) != 1) return stored;
+    CHECK(lease[0].request != NULL);
+    CHECK_INT(srv_store_release(store, worker), SRV_STORED);
+    atomic_store(&runner_again, 2);
+    return SRV_STORED_AGAIN;
+}
+
+/* posts a job to a live daemon; its id */
+static void runner_post(const struct srv_daemon *daemon, const char *path, const char *body, char id[SRV_ID_BYTES]) {
+    struct test_client client;
+    struct test_reply reply;
+    char text[1024];
+    id[0] = 0;
+    snprintf(text, sizeof text,
+             "POST %s HTTP/1.1\r\nHost: x\r\nPrefer: wait=5, respond-async; foo\r\nContent-Type: "
+             "application/json\r\nContent-Length: %zu\r\n\r\n%s",
+             path, strlen(body), body);
+    if (!live_say(daemon, &client, text)) return;
+    CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 202);
+    const char *location = test_reply_header(&reply, "Location");
+    if (CHECK(location && strlen(location) == 9 + ID)) snprintf(id, SRV_ID_BYTES, "%s", location + 9);
+    test_reply_clear(&reply);
+    test_client_close(&client);
+}
+
+static struct srv_store *runner_look(const char *url) {
+    struct srv_store *store;
+    struct pend_error error;
+    CHECK(srv_store_open(&store, url, &runner_rules, &error) == PEND_OK);
+    return store;
+}
+
+TEST(a_part_that_was_running_is_given_back_by_a_drain_and_lost_by_nobody) {
+    char directory[] = "/tmp/pendulumd-test-XXXXXX", url[96], id[SRV_ID_BYTES], command[96];
+    struct srv_job job = {.state = SRV_JOB_ACCEPTED};
+    struct srv_lease lease;
+    REQUIRE(mkdtemp(directory));
+    snprintf(url, sizeof url, "sqlite:%s/store.db", directory);
+    const char *const options[] = {"--store", url, "--workers", "1", NULL};
+    struct srv_daemon *daemon = live_start(options);
+    struct srv_store *store = runner_look(url);
+    if (daemon && store) {
+        runner_post(daemon, "/v1/trajectories", LIVE_LONG, id);
+        for (double until = test_clock() + TEST_PATIENCE; job.state == SRV_JOB_ACCEPTED && test_clock() < until;) {
+            CHECK_INT(srv_store_job(store, id, &job), SRV_STORED);
+            test_sleep(0.005);
+        }
+        CHECK_INT(job.state, SRV_JOB_RUNNING);
+        /* it is held, for as long as the daemon lives */
+        CHECK_INT(srv_store_claim(store, "other", 1000000, &lease), SRV_STORED_NONE);
+        srv_daemon_free(&daemon);
+        CHECK_INT(srv_store_claim(store, "other", 60000000, &lease), SRV_STORED);
+        CHECK_TEXT(lease.job, id);
+        CHECK_INT(lease.attempt, 2);
+        srv_lease_clear(&lease);
+    }
+    srv_store_close(&store);
+    if (daemon) srv_daemon_free(&daemon);
+    snprintf(command, sizeof command, "rm -rf '%s'", directory);
+    CHECK(!system(command));
+}
+
+TEST(a_claim_that_is_made_again_lets_go_of_what_it_had) {
+    char directory[] = "/tmp/pendulumd-test-XXXXXX", url[96], id[SRV_ID_BYTES], command[96];
+    struct srv_job job = {.state = SRV_JOB_ACCEPTED};
+    REQUIRE(mkdtemp(directory));
+    snprintf(url, sizeof url, "sqlite:%s/store.db", directory);
+    const char *const options[] = {"--store", url, "--workers", "1", NULL};
+    struct srv_daemon *daemon = live_start(options);
+    struct srv_store *store = runner_look(url);
+    if (daemon && store) {
+        atomic_store(&runner_kept, 0);
+        atomic_store(&runner_again, 1);
+        runner_post(daemon, "/v1/trajectories",
+                    "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"times\":{\"start\":0,"
+                    "\"stop\":1,\"count\":5}}",
+                    id);
+        for (double until = test_clock() + TEST_PATIENCE; job.state <= SRV_JOB_RUNNING && test_clock() < until;) {
+            if (!CHECK_INT(srv_store_job(store, id, &job), SRV_STORED)) break;
+            test_sleep(0.005);
+        }
+        CHECK_INT(job.state, SRV_JOB_SUCCESSFUL);
+        CHECK_INT(atomic_load(&runner_again), 3);
+        CHECK_INT(atomic_load(&runner_kept), 0);
+        atomic_store(&runner_again, 0);
+    }
+    srv_store_close(&store);
+    if (daemon) srv_daemon_free(&daemon);
+    snprintf(command, sizeof command, "rm -rf '%s'", directory);
+    CHECK(!system(command));
+}
+
+TEST(a_runner_that_was_not_started_ends_and_want_of_memory_is_told) {
+    struct srv_service service;
+    struct srv_runner *runner;
+    live_service(&service, 4);
+    REQUIRE(srv_runner_new(&runner, &service, 3) == PEND_OK);
+    srv_runner_news(runner);
+    srv_runner_dismiss(runner, "nobody");
+    CHECK(srv_runner_drain(runner));
+    srv_runner_free(&runner);
+    CHECK(!runner);
+    test_alloc_fail(1, 0);
+    enum pend_status status = srv_runner_new(&runner, &service, 3);
+    test_alloc_faults_off();
+    CHECK_INT(status, PEND_NO_MEMORY);
+    CHECK(!runner);
+    live_service_clear(&service);
+}
+
+/* a job from its submission to its results, and how often its request was read on the way */
+static void runner_count(const struct srv_daemon *daemon, struct srv_store *store, const char *path, const char *body,
+                         long least) {
+    char id[SRV_ID_BYTES], text[128];
+    struct srv_job job = {.state = SRV_JOB_ACCEPTED};
+    int before = atomic_load(&runner_reads);
+    runner_post(daemon, path, body, id);
+    for (double until = test_clock() + TEST_PATIENCE; job.state <= SRV_JOB_RUNNING && test_clock() < until;) {
+        CHECK_INT(srv_store_job(store, id, &job), SRV_STORED);
+        test_sleep(0.005);
+    }
+    CHECK_INT(job.state, SRV_JOB_SUCCESSFUL);
+    CHECK_SAYING(job.shards >= least, "%ld parts", job.shards);
+    CHECK_INT(atomic_load(&runner_reads) - before, 1 + job.shards);
+    snprintf(text, sizeof text, "GET /v1/jobs/%s HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n", id);
+    CHECK_INT(live_status(daemon, text), 200);
+    CHECK_INT(atomic_load(&runner_reads) - before, 1 + job.shards);
+    snprintf(text, sizeof text, "GET /v1/jobs/%s/results HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n", id);
+    CHECK_INT(live_status(daemon, text), 200);
+    CHECK_INT(atomic_load(&runner_reads) - before, 2 + job.shards);
+}
+
+TEST(a_request_is_read_once_when_its_job_is_taken_and_once_a_part) {
+    char directory[] = "/tmp/pendulumd-test-XXXXXX", url[96], command[96];
+    REQUIRE(mkdtemp(directory));
+    snprintf(url, sizeof url, "sqlite:%s/store.db", directory);
+    const char *const options[] = {"--store", url, "--workers", "2", "--job-part-seconds", "0.001", NULL};
+    struct srv_daemon *daemon = live_start(options);
+    struct srv_store *store = runner_look(url);
+    if (daemon && store) {
+        runner_count(daemon, store, "/v1/trajectories",
+                     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"phi\":[1,2]},"
+                     "\"times\":{\"start\":0,\"stop\":100,\"count\":2000}}",
+                     3);
+        runner_count(daemon, store, "/v1/modes", LIVE_SHORT, 1);
+    }
+    srv_store_close(&store);
+    if (daemon) srv_daemon_free(&daemon);
+    snprintf(command, sizeof command, "rm -rf '%s'", directory);
+    CHECK(!system(command));
+}

@@ -1,0 +1,93 @@
+/* Tests of server/protocol/identity: who asks. */
+#include "server/protocol/identity.h"
+
+#include <string.h>
+
+#include "tests/harness/test.h"
+
+#define TOKEN "Bearer abcdefghijklmnopqrstuv"
+
+static const char *key_of(struct srv_identity *identity, const char *address, const char *account,
+                          const char *authorization) {
+    CHECK(srv_identity_begin(identity, address, account));
+    CHECK(srv_identity_token(identity, authorization));
+    return identity->key;
+}
+
+TEST(an_ipv6_network_is_one_client_and_a_mapped_address_is_ipv4) {
+    static const struct {
+        const char *one, *two;
+        int same;
+    } pair[] = {
+        {"2001:db8:1:2::1", "2001:db8:1:2:ffff::9", 1}, {"2001:db8:1:2::1", "2001:db8:1:3::1", 0},
+        {"192.0.2.1", "::ffff:192.0.2.1", 1},           {"192.0.2.1", "192.0.2.2", 0},
+        {"::ffff:192.0.2.1", "::ffff:192.0.2.2", 0},    {"fe80::1%eth0", "fe80::2%eth0", 0},
+    };
+    struct srv_identity one, two;
+    for (size_t i = 0; i < sizeof pair / sizeof *pair; i++) {
+        int same = !strcmp(key_of(&one, pair[i].one, NULL, NULL), key_of(&two, pair[i].two, NULL, NULL));
+        CHECK_SAYING(same == pair[i].same, "%s and %s", pair[i].one, pair[i].two);
+        CHECK_TEXT(one.source, one.key);
+        CHECK_TEXT(one.shown, pair[i].one);
+        CHECK_INT(one.kind, SRV_IDENTITY_ADDRESS);
+        CHECK_TEXT(one.secret, "");
+    }
+}
+
+TEST(a_token_an_account_and_an_address_of_one_text_are_three) {
+    struct srv_identity address, account, token, again;
+    key_of(&address, "192.0.2.1", "", NULL);
+    key_of(&account, "192.0.2.1", "abcdefghijklmnopqrstuv", NULL);
+    key_of(&token, "192.0.2.1", NULL, TOKEN);
+    key_of(&again, "198.51.100.1", "abcdefghijklmnopqrstuv", TOKEN);
+    CHECK(strcmp(address.key, account.key) && strcmp(account.key, token.key) && strcmp(address.key, token.key));
+    CHECK(strcmp(account.key + 2, token.key + 2) != 0);
+    CHECK_TEXT(again.key, token.key);
+    /* where it came from is kept beside: the address, or the account */
+    CHECK_TEXT(token.source, address.key);
+    CHECK_TEXT(again.source, account.key);
+    CHECK_TEXT(srv_identity_word(address.key), "address");
+    CHECK_TEXT(srv_identity_word(account.key), "account");
+    CHECK_TEXT(srv_identity_word(token.key), "token");
+    CHECK_TEXT(srv_identity_word("192.0.2.1"), "address");
+    CHECK_TEXT(srv_identity_word("2001:db8::"), "address");
+    /* what may be shown says neither */
+    CHECK(strlen(token.secret) == 18 && !strncmp(token.secret, "token:", 6) && !strstr(token.secret, "abcdef"));
+    CHECK(strlen(account.shown) == 20 && !strncmp(account.shown, "account:", 8));
+    CHECK_TEXT(token.shown, "192.0.2.1");
+}
+
+TEST(what_is_no_account_or_no_token_is_refused) {
+    static const char *const accounts[] = {"j\xc3\xb6rg", "a\tb", "a\x7f", "\x01"};
+    struct srv_identity identity;
+    for (size_t i = 0; i < sizeof accounts / sizeof *accounts; i++) {
+        CHECK_SAYING(!srv_identity_begin(&identity, "192.0.2.1", accounts[i]), "%s", accounts[i]);
+        CHECK_INT(identity.kind, SRV_IDENTITY_ADDRESS);
+        CHECK_TEXT(identity.shown, "192.0.2.1");
+    }
+    char longest[SRV_TOKEN_MOST + 16] = "Bearer ";
+    for (int i = 0; i <= SRV_TOKEN_MOST; i++) longest[7 + i] = (char)('a' + i % 26);
+    CHECK(!srv_identity_token(&identity, longest));
+    CHECK_INT(identity.kind, SRV_IDENTITY_ADDRESS);
+    longest[7 + SRV_TOKEN_MOST] = 0;
+    CHECK(srv_identity_token(&identity, longest));
+    /* other schemes are another's business, and so is a name that begins like ours */
+    CHECK(srv_identity_begin(&identity, "192.0.2.1", NULL));
+    CHECK(srv_identity_token(&identity, "Basic x") && srv_identity_token(&identity, "Bearers x"));
+    CHECK_INT(identity.kind, SRV_IDENTITY_ADDRESS);
+}
+
+TEST(things_are_ended_by_who_made_them) {
+    struct srv_identity maker, other;
+    key_of(&maker, "2001:db8:1:2::1", NULL, NULL);
+    key_of(&other, "2001:db8:1:2::2", NULL, TOKEN);
+    /* without a token: the network, with a token or not; and the text of the network, as stores of before have it */
+    CHECK(srv_identity_owns(&maker, maker.key) && srv_identity_owns(&other, maker.key));
+    CHECK(srv_identity_owns(&maker, "2001:db8:1:2::") && !srv_identity_owns(&maker, "2001:db8:1:3::"));
+    /* with one: the token alone */
+    CHECK(srv_identity_owns(&other, other.key) && !srv_identity_owns(&maker, other.key));
+    key_of(&maker, "192.0.2.1", "anna", NULL);
+    key_of(&other, "192.0.2.1", NULL, NULL);
+    CHECK(!srv_identity_owns(&other, maker.key) && !srv_identity_owns(&maker, other.key));
+    CHECK(!srv_identity_owns(&maker, "192.0.2.1") && !srv_identity_owns(&maker, ""));
+}

@@ -1,0 +1,229 @@
+/* Tests of server/store/storage: asks from many threads, and a store that goes away. */
+#include "server/store/storage.h"
+
+#include <fcntl.h>
+#include <pthread.h>
+#include <signal.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "tests/harness/postgres.h"
+#include "tests/harness/server.h"
+#include "tests/harness/test.h"
+
+static const struct srv_store_rules storage_rules = {.client_jobs = 100000,
+                                                     .client_bytes = 1 << 28,
+                                                     .all_bytes = 1LL << 30,
+                                                     .keep_us = 3600000000LL,
+                                                     .client_scenes = 3,
+                                                     .client_scene_bytes = 1 << 20,
+                                                     .all_scene_bytes = 1 << 24};
+
+struct setting {
+    struct srv_log *log;
+    struct srv_storage *storage;
+    char directory[64], url[96];
+    atomic_int news;
+};
+
+static void setting_news(void *context) { atomic_fetch_add(&((struct setting *)context)->news, 1); }
+
+static int setting_begin(struct setting *setting, const char *url) {
+    struct pend_error error;
+    snprintf(setting->directory, sizeof setting->directory, "/tmp/pendulumd-test-XXXXXX");
+    if (!CHECK(mkdtemp(setting->directory) && srv_log_new(&setting->log, -1, open("/dev/null", O_WRONLY)) == PEND_OK))
+        return 0;
+    snprintf(setting->url, sizeof setting->url, "sqlite:%s/store.db", setting->directory);
+    return CHECK(srv_storage_new(&setting->storage, url ? url : setting->url, &storage_rules, setting->log,
+                                 setting_news, setting, &error) == PEND_OK);
+}
+
+static void setting_end(struct setting *setting) {
+    char command[128];
+    srv_storage_free(&setting->storage);
+    srv_log_free(&setting->log);
+    snprintf(command, sizeof command, "rm -rf '%s'", setting->directory);
+    CHECK(!system(command));
+}
+
+/* submits one job; counts how it ended */
+struct submission {
+    struct srv_ask ask; /* first */
+    char id[SRV_ID_BYTES];
+    struct srv_job job;
+    atomic_int *done, *good;
+};
+
+static enum srv_stored submission_run(struct srv_store *store, struct srv_store_call *call) {
+    struct submission *own = (struct submission *)call;
+    unsigned char digest[SRV_DIGEST_BYTES] = {0};
+    struct srv_job_order order = {
+        .id = own->id, .client = "anna", .operation = "forces", .request = "", .digest = digest, .shards = 1};
+    return srv_store_submit(store, &order, &own->job);
+}
+
+static void submission_done(struct srv_ask *ask) {
+    struct submission *own = (struct submission *)ask;
+    atomic_fetch_add(own->good, ask->call.stored == SRV_STORED);
+    atomic_fetch_add(own->done, 1);
+}
+
+enum { SUBMITTERS = 4, EACH = 200 };
+
+struct submitter {
+    struct srv_storage *storage;
+    struct submission *submission;
+};
+
+static void *submitter_main(void *context) {
+    struct submitter *own = context;
+    for (int i = 0; i < EACH; i++) srv_storage_ask(own->storage, SRV_ASK_WRITE, &own->submission[i].ask);
+    return NULL;
+}
+
+TEST(everything_that_many_threads_ask_is_answered_once_and_kept) {
+    static struct submission submission[SUBMITTERS * EACH];
+    struct setting setting = {0};
+    struct submitter submitter[SUBMITTERS];
+    pthread_t thread[SUBMITTERS];
+    atomic_int done = 0, good = 0;
+    REQUIRE(setting_begin(&setting, NULL));
+    for (int i = 0; i < SUBMITTERS * EACH; i++) {
+        submission[i] = (struct submission){
+            .ask = {.call = {.run = submission_run}, .done = submission_done}, .done = &done, .good = &good};
+        snprintf(submission[i].id, sizeof submission[i].id, "j%d", i);
+    }
+    for (int i = 0; i < SUBMITTERS; i++) {
+        submitter[i] = (struct submitter){setting.storage, submission + i * EACH};
+        REQUIRE(!pthread_create(&thread[i], NULL, submitter_main, &submitter[i]));
+    }
+    for (int i = 0; i < SUBMITTERS; i++) pthread_join(thread[i], NULL);
+    /* the end waits for what was asked */
+    srv_storage_free(&setting.storage);
+    CHECK(done == SUBMITTERS * EACH && good == SUBMITTERS * EACH);
+    struct srv_store *store;
+    struct srv_store_figures figures;
+    struct pend_error error;
+    REQUIRE(srv_store_open(&store, setting.url, &storage_rules, &error) == PEND_OK);
+    CHECK_INT(srv_store_figures(store, &figures), SRV_STORED);
+    CHECK_INT(figures.jobs[SRV_JOB_ACCEPTED], SUBMITTERS * EACH);
+    srv_store_close(&store);
+    setting_end(&setting);
+}
+
+TEST(who_may_wait_waits_and_sees_what_was_written) {
+    struct setting setting = {0};
+    atomic_int none = 0;
+    struct submission submission = {.ask = {.call = {.run = submission_run}}, .id = "j", .done = &none, .good = &none};
+    REQUIRE(setting_begin(&setting, NULL));
+    CHECK_INT(srv_storage_wait(setting.storage, SRV_ASK_WRITE, &submission.ask), SRV_STORED);
+    CHECK_TEXT(submission.job.id, "j");
+    CHECK_INT(srv_storage_wait(setting.storage, SRV_ASK_WRITE, &submission.ask), SRV_STORED_AGAIN);
+    CHECK(srv_storage_here(setting.storage));
+    CHECK(none == 0);
+    /* the figures follow within a second or so */
+    for (double until = test_clock() + TEST_PATIENCE; !srv_storage_figures(setting.storage).shards;) {
+        if (test_clock() > until) break;
+        test_sleep(0.01);
+    }
+    CHECK_INT(srv_storage_figures(setting.storage).shards, 1);
+    setting_end(&setting);
+}
+
+/* waits until the storage is here, or away; 0 where that did not come to pass */
+static int storage_comes(const struct setting *setting, int here) {
+    double until = test_clock() + TEST_PATIENCE;
+    while (srv_storage_here(setting->storage) != here && test_clock() < until) test_sleep(0.01);
+    return srv_storage_here(setting->storage) == here;
+}
+
+/* waits until it has told news that are newer than those; that follows upon its being here */
+static int storage_tells(const struct setting *setting, int before) {
+    double until = test_clock() + TEST_PATIENCE;
+    while (setting->news <= before && test_clock() < until) test_sleep(0.01);
+    return setting->news > before;
+}
+
+TEST(a_store_that_goes_away_is_noticed_and_so_is_its_return) {
+    struct setting setting = {0};
+    struct test_postgres *postgres;
+    if (access("/usr/lib/postgresql", F_OK)) {
+        test_skip("PostgreSQL is not installed");
+        return;
+    }
+    postgres = test_postgres_start();
+    REQUIRE(postgres);
+    if (setting_begin(&setting, test_postgres_url(postgres))) {
+        int before = setting.news;
+        CHECK(srv_storage_here(setting.storage));
+        test_postgres_halt(postgres, SIGQUIT);
+        CHECK(storage_comes(&setting, 0));
+        CHECK(test_postgres_resume(postgres));
+        CHECK(storage_comes(&setting, 1));
+        CHECK(storage_tells(&setting, before));
+        setting_end(&setting);
+    }
+    test_postgres_stop(&postgres);
+}
+
+struct silence {
+    struct setting *setting;
+    enum srv_ask_kind kind;
+    struct submission submission;
+    enum srv_stored stored;
+    double seconds;
+};
+
+static void *silence_main(void *context) {
+    struct silence *own = context;
+    double begin = test_clock();
+    own->stored = srv_storage_wait(own->setting->storage, own->kind, &own->submission.ask);
+    own->seconds = test_clock() - begin;
+    return NULL;
+}
+
+/* the line stands and nothing comes: what was asked is answered when the limit of 10 s is over, and not before; whoever
+ * asks then waits for a connection at most; and it goes on when the database does */
+TEST(nobody_waits_for_a_database_that_is_silent_longer_than_the_limit) {
+    struct setting setting = {0};
+    struct silence silence[SRV_ASK_KINDS], later = {&setting, SRV_ASK_WRITE, {.id = "later"}, SRV_STORED, 0};
+    pthread_t thread[SRV_ASK_KINDS];
+    atomic_int none = 0;
+    if (access("/usr/lib/postgresql", F_OK)) {
+        test_skip("PostgreSQL is not installed");
+        return;
+    }
+    struct test_postgres *postgres = test_postgres_start();
+    REQUIRE(postgres);
+    if (setting_begin(&setting, test_postgres_url(postgres))) {
+        test_postgres_freeze(postgres, 1);
+        for (int i = 0; i < SRV_ASK_KINDS; i++) {
+            silence[i] = (struct silence){&setting, (enum srv_ask_kind)i, {.id = "j"}, SRV_STORED, 0};
+            silence[i].submission.ask.call.run = submission_run;
+            silence[i].submission.done = silence[i].submission.good = &none;
+            REQUIRE(!pthread_create(&thread[i], NULL, silence_main, &silence[i]));
+        }
+        for (int i = 0; i < SRV_ASK_KINDS; i++) {
+            pthread_join(thread[i], NULL);
+            CHECK_INT(silence[i].stored, SRV_STORED_AWAY);
+            CHECK_SAYING(silence[i].seconds > 5 && silence[i].seconds < TEST_PATIENCE, "it took %.1f s",
+                         silence[i].seconds);
+        }
+        CHECK(!srv_storage_here(setting.storage));
+        later.submission.ask.call.run = submission_run;
+        silence_main(&later);
+        CHECK_INT(later.stored, SRV_STORED_AWAY);
+        CHECK_SAYING(later.seconds < TEST_PATIENCE, "it took %.1f s", later.seconds);
+        int news = setting.news;
+        test_postgres_freeze(postgres, 0);
+        CHECK(storage_comes(&setting, 1));
+        CHECK(storage_tells(&setting, news));
+        CHECK_INT(srv_storage_wait(setting.storage, SRV_ASK_WRITE, &later.submission.ask), SRV_STORED);
+        setting_end(&setting);
+    }
+    test_postgres_stop(&postgres);
+}

@@ -1,0 +1,437 @@
+/* Tests of server/store/store_leases: shards and who holds them; random histories of them agree with a model. */
+#include "server/store/store_leases.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/server/ground.h"
+
+STORE_TEST(a_late_worker_writes_nothing) {
+    struct srv_store *other = ground_open(ground);
+    struct srv_store_sweep sweep;
+    struct srv_lease late, now;
+    struct srv_job job;
+    char back[SRV_CHUNK_BYTES];
+    size_t bytes;
+    REQUIRE(other);
+    CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
+    CHECK_INT(ground_claim(store, "late", 1000, &late), SRV_STORED);
+    ground_pause_ms(5);
+    CHECK_INT(srv_store_sweep(other, NULL, &sweep), SRV_STORED);
+    CHECK(sweep.released == 1 && !sweep.given_up);
+    CHECK_INT(srv_store_extend(store, &late, SECOND), SRV_STORED_LOST);
+    CHECK_INT(ground_claim(other, "now", 60 * SECOND, &now), SRV_STORED);
+    CHECK(now.attempt == 2 && now.shard == 0);
+    CHECK_INT(srv_store_finish(store, &late, "late", 4, NULL, 0), SRV_STORED_LOST);
+    CHECK_INT(srv_store_fail(store, &late, "late"), SRV_STORED_LOST);
+    CHECK_INT(srv_store_finish(other, &now, "now", 3, NULL, 0), SRV_STORED);
+    CHECK_INT(srv_store_finish(store, &late, "late", 4, NULL, 0), SRV_STORED_LOST);
+    /* told twice, because the first answer did not come through: once done */
+    CHECK_INT(srv_store_finish(other, &now, "now", 3, NULL, 0), SRV_STORED);
+    CHECK_INT(srv_store_chunk(store, "j", 0, 0, back, &bytes), SRV_STORED);
+    CHECK(bytes == 3 && !memcmp(back, "now", 3));
+    CHECK_INT(srv_store_job(store, "j", &job), SRV_STORED);
+    CHECK(job.state == SRV_JOB_SUCCESSFUL && job.done == 1 && job.bytes == 3);
+    srv_store_close(&other);
+}
+
+STORE_TEST(a_bit_that_changed_in_a_result_is_seen) {
+    struct srv_lease lease;
+    struct srv_job job;
+    char back[SRV_CHUNK_BYTES];
+    size_t bytes;
+    CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
+    CHECK_INT(srv_store_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+    CHECK_INT(srv_store_finish(store, &lease, "abc", 3, NULL, 0), SRV_STORED);
+    CHECK_INT(srv_store_chunk(store, "j", 0, 0, back, &bytes), SRV_STORED);
+    ground_run(ground, ground->postgres ? "UPDATE results SET data = '\\x616263'::bytea"
+                                        : "UPDATE results SET data = X'616263'");
+    CHECK_INT(srv_store_chunk(store, "j", 0, 0, back, &bytes), SRV_STORED);
+    ground_run(ground, ground->postgres ? "UPDATE results SET data = '\\x616262'::bytea"
+                                        : "UPDATE results SET data = X'616262'");
+    CHECK_INT(srv_store_chunk(store, "j", 0, 0, back, &bytes), SRV_STORED_DAMAGED);
+    CHECK_INT((long long)bytes, 0);
+    /* that of another place is not this one's either */
+    ground_run(ground, ground->postgres ? "UPDATE results SET data = '\\x616263'::bytea, chunk = 1"
+                                        : "UPDATE results SET data = X'616263', chunk = 1");
+    CHECK_INT(srv_store_chunk(store, "j", 0, 1, back, &bytes), SRV_STORED_DAMAGED);
+    srv_lease_clear(&lease);
+}
+
+STORE_TEST(what_kills_three_workers_is_given_up) {
+    struct srv_store_sweep sweep;
+    struct srv_lease lease;
+    struct srv_job job;
+    (void)ground;
+    CHECK_INT(ground_submit(store, "poison", "anna", NULL, 7, 0, &job), SRV_STORED);
+    /* one before the others, which are done: that the job gets on speaks for it; and as often as it may be afterwards
+     */
+    for (int i = 0; i <= SRV_MOST_KILLS; i++) {
+        CHECK_INT(ground_claim(store, "w", 1000, &lease), SRV_STORED);
+        CHECK(lease.shard == 0 && lease.attempt == i + 1);
+        ground_pause_ms(3);
+        CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
+        CHECK_INT(sweep.given_up, i == SRV_MOST_KILLS);
+        for (int k = 1; k < 7 && !i; k++) {
+            CHECK_INT(ground_claim(store, "w", 60000000, &lease), SRV_STORED);
+            CHECK_INT(lease.shard, k);
+            CHECK_INT(srv_store_finish(store, &lease, "x", 1, NULL, 0), SRV_STORED);
+        }
+    }
+    CHECK_INT(srv_store_job(store, "poison", &job), SRV_STORED);
+    CHECK_INT(job.state, SRV_JOB_FAILED);
+    CHECK(strstr(job.message, "3 workers") && strstr(job.message, "part 1 of 7"));
+    CHECK_INT(ground_claim(store, "w", 1000, &lease), SRV_STORED_NONE);
+}
+
+STORE_TEST(a_job_all_of_whose_parts_kill_ends_soon) {
+    struct srv_store_sweep sweep = {0};
+    struct srv_lease lease;
+    struct srv_job job;
+    int kills = 0;
+    (void)ground;
+    CHECK_INT(ground_submit(store, "poison", "anna", NULL, 1000, 0, &job), SRV_STORED);
+    for (; kills < 20 && !sweep.given_up; kills++) {
+        CHECK_INT(ground_claim(store, "w", 1000, &lease), SRV_STORED);
+        ground_pause_ms(3);
+        CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
+    }
+    CHECK_INT(sweep.given_up, 1);
+    CHECK_INT(kills, 11);
+}
+
+STORE_TEST(what_a_worker_gives_back_bears_no_mark) {
+    struct srv_lease lease;
+    struct srv_job job;
+    (void)ground;
+    CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED);
+    for (int i = 1; i <= 5; i++) {
+        CHECK_INT(ground_claim(store, "mine", 60 * SECOND, &lease), SRV_STORED);
+        CHECK_INT(lease.attempt, i);
+        CHECK_INT(srv_store_release(store, "another's"), SRV_STORED);
+        CHECK_INT(srv_store_extend(store, &lease, 60 * SECOND), SRV_STORED);
+        CHECK_INT(srv_store_release(store, "mine"), SRV_STORED);
+        CHECK_INT(srv_store_extend(store, &lease, 60 * SECOND), SRV_STORED_LOST);
+    }
+    CHECK_INT(srv_store_job(store, "j", &job), SRV_STORED);
+    CHECK_INT(job.state, SRV_JOB_RUNNING);
+}
+
+STORE_TEST(chained_shards_come_one_after_the_other) {
+    struct srv_lease lease, none;
+    struct srv_store_sweep sweep;
+    struct srv_job job;
+    char carry[32];
+    (void)ground;
+    CHECK_INT(ground_submit(store, "chain", "anna", NULL, 4, 1, &job), SRV_STORED);
+    for (long i = 0; i < 4; i++) {
+        CHECK_INT(ground_claim(store, "w", i == 2 ? 1000 : 60 * SECOND, &lease), SRV_STORED);
+        CHECK_INT(ground_claim(store, "w", SECOND, &none), SRV_STORED_NONE);
+        if (i == 2 && lease.attempt == 1) {
+            /* a shard that is done again starts from the same */
+            srv_lease_clear(&lease);
+            ground_pause_ms(3);
+            CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
+            CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+            CHECK_INT(lease.attempt, 2);
+        }
+        CHECK_INT(lease.shard, i);
+        snprintf(carry, sizeof carry, "after %ld", i - 1);
+        if (i)
+            CHECK(lease.start_bytes == 7 && !memcmp(lease.start, carry, 7));
+        else
+            CHECK(!lease.start);
+        snprintf(carry, sizeof carry, "after %ld", i);
+        CHECK_INT(srv_store_finish(store, &lease, "x", 1, i < 3 ? carry : NULL, 7), SRV_STORED);
+        srv_lease_clear(&lease);
+    }
+    CHECK_INT(srv_store_job(store, "chain", &job), SRV_STORED);
+    CHECK_INT(job.state, SRV_JOB_SUCCESSFUL);
+}
+
+STORE_TEST(clients_take_turns_and_so_do_jobs) {
+    struct srv_lease lease;
+    struct srv_job job;
+    char id[16], order[64] = "";
+    (void)ground;
+    /* anna floods, berta comes with one job of two shards: berta is served every second time */
+    for (int i = 0; i < 10; i++) {
+        snprintf(id, sizeof id, "a%d", i);
+        CHECK_INT(ground_submit(store, id, "anna", NULL, 1, 0, &job), SRV_STORED);
+    }
+    for (int i = 0; i < 4; i++) CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+    CHECK_TEXT(lease.job, "a3");
+    CHECK_INT(ground_submit(store, "b", "berta", NULL, 2, 0, &job), SRV_STORED);
+    for (int i = 0; i < 4; i++) {
+        CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+        order[i] = lease.job[0];
+    }
+    CHECK(!strcmp(order, "abab") || !strcmp(order, "baba"));
+}
+
+/* what has little left to compute goes first, whichever came first */
+static void submit_cost(struct srv_store *store, const char *id, long shards, int64_t cost_us) {
+    unsigned char digest[SRV_DIGEST_BYTES] = {1};
+    struct srv_job job;
+    struct srv_job_order order = {.id = id,
+                                  .client = "anna",
+                                  .operation = "ensembles",
+                                  .request = "{}",
+                                  .request_bytes = 2,
+                                  .digest = digest,
+                                  .shards = shards,
+                                  .cost_us = cost_us};
+    CHECK_INT(srv_store_submit(store, &order, &job), SRV_STORED);
+}
+
+static const char *claimed(struct srv_store *store) {
+    static char id[SRV_ID_BYTES];
+    struct srv_lease lease;
+    if (!CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED)) return "";
+    memcpy(id, lease.job, sizeof id);
+    return id;
+}
+
+STORE_TEST(a_short_job_waits_for_no_long_one) {
+    struct srv_lease lease;
+    char id[16];
+    (void)ground;
+    for (int i = 0; i < 50; i++) {
+        snprintf(id, sizeof id, "long%d", i);
+        submit_cost(store, id, 100, 100LL * SECOND);
+    }
+    CHECK_TEXT(claimed(store), "long0");
+    submit_cost(store, "short", 2, SECOND / 1000);
+    for (int i = 0; i < 2; i++) CHECK_TEXT(claimed(store), "short");
+    /* of equal ones that which has begun is finished first, in place of all being half done */
+    for (int i = 0; i < 5; i++) {
+        CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+        CHECK_TEXT(lease.job, "long0");
+        CHECK_INT(lease.shard, i + 1);
+    }
+}
+
+/* small shards come several at a time, of the clients in turn; a long one comes alone */
+STORE_TEST(one_claim_takes_several_small_shards_or_one_long) {
+    struct srv_lease lease[SRV_CLAIMS];
+    struct srv_job job;
+    char id[16];
+    int count, annas = 0;
+    submit_cost(store, "long", 2, 2 * SECOND);
+    CHECK_INT(srv_store_claim_some(store, "w", 60 * SECOND, lease, SRV_CLAIMS, &count), SRV_STORED);
+    CHECK(count == 1 && !strcmp(lease[0].job, "long") && lease[0].part_us == SECOND);
+    srv_lease_clear(&lease[0]);
+    for (int i = 0; i < 2 * SRV_CLAIMS; i++) {
+        snprintf(id, sizeof id, "a%d", i);
+        submit_cost(store, id, 1, 100);
+    }
+    for (int i = 0; i < 4; i++) {
+        snprintf(id, sizeof id, "b%d", i);
+        CHECK_INT(ground_submit(store, id, "berta", NULL, 1, 0, &job), SRV_STORED);
+    }
+    CHECK_INT(srv_store_claim_some(store, "w", 60 * SECOND, lease, SRV_CLAIMS, &count), SRV_STORED);
+    for (int i = 0; i < count; i++) {
+        annas += lease[i].job[0] == 'a';
+        CHECK(lease[i].shard == 0 && lease[i].attempt == 1 && lease[i].request_bytes > 0 && lease[i].request);
+        CHECK_INT(srv_store_extend(store, &lease[i], 60 * SECOND), SRV_STORED);
+        CHECK_INT(srv_store_finish(store, &lease[i], "x", 1, NULL, 0), SRV_STORED);
+        srv_lease_clear(&lease[i]);
+    }
+    /* berta has four; the rest of the claim is anna's, or is left for the next */
+    CHECK_SAYING(count - annas == 4 && annas >= SRV_CLAIMS / 2, "%d of %d", annas, count);
+    /* what takes longer together than a claim may is not claimed together: 4 ms each, 20 ms in all */
+    for (int i = 0; i < 20; i++) {
+        snprintf(id, sizeof id, "c%d", i);
+        submit_cost(store, id, 1, 4000);
+        ground_run(ground, "UPDATE jobs SET rank = 0 WHERE part = 4000");
+    }
+    CHECK_INT(srv_store_claim_some(store, "w", 60 * SECOND, lease, SRV_CLAIMS, &count), SRV_STORED);
+    CHECK_INT(count, SRV_CLAIM_US / 4000);
+    for (int i = 0; i < count; i++) srv_lease_clear(&lease[i]);
+    ground_sums(ground);
+}
+
+/* who has waited for as long as it computes goes before whatever comes now: none starves */
+STORE_TEST(a_long_job_does_not_wait_for_ever) {
+    submit_cost(store, "long", 10, 100LL * SECOND);
+    submit_cost(store, "a", 1, SECOND);
+    CHECK_TEXT(claimed(store), "a");
+    ground_run(ground, "UPDATE jobs SET rank = rank - 100000000 WHERE id = 'long'");
+    submit_cost(store, "b", 1, SECOND);
+    CHECK_TEXT(claimed(store), "long");
+    CHECK_TEXT(claimed(store), "long");
+}
+
+/* ---- a model */
+
+enum { MODEL_JOBS = 30, MODEL_SHARDS = 5 };
+
+struct model_job {
+    int open, chained, shards, dismissed, failed;
+    enum { MODEL_FRESH, MODEL_HELD, MODEL_BACK, MODEL_DONE } shard[MODEL_SHARDS];
+    long attempt[MODEL_SHARDS];
+};
+
+static int model_claimable(const struct model_job *job, int shard) {
+    if (!job->open || shard >= job->shards) return 0;
+    if (job->shard[shard] == MODEL_BACK) return 1;
+    return job->shard[shard] == MODEL_FRESH && (!job->chained || !shard || job->shard[shard - 1] == MODEL_DONE);
+}
+
+static int model_any(const struct model_job job[], int jobs) {
+    for (int j = 0; j < jobs; j++)
+        for (int s = 0; s < MODEL_SHARDS; s++)
+            if (model_claimable(&job[j], s)) return 1;
+    return 0;
+}
+
+static int model_done(const struct model_job *job) {
+    for (int s = 0; s < job->shards; s++)
+        if (job->shard[s] != MODEL_DONE) return 0;
+    return 1;
+}
+
+static int model_agrees(struct srv_store *store, const struct model_job model[], int jobs) {
+    int good = 1;
+    for (int j = 0; j < jobs && good; j++) {
+        char id[16];
+        struct srv_job job;
+        int done = 0;
+        snprintf(id, sizeof id, "m%d", j);
+        for (int s = 0; s < model[j].shards; s++) done += model[j].shard[s] == MODEL_DONE;
+        good = srv_store_job(store, id, &job) == SRV_STORED && job.done == done &&
+               (job.state == SRV_JOB_DISMISSED) == model[j].dismissed &&
+               (job.state == SRV_JOB_FAILED) == model[j].failed && (job.state <= SRV_JOB_RUNNING) == model[j].open;
+    }
+    return good;
+}
+
+STORE_TEST(random_histories_agree_with_a_model) {
+    struct model_job model[MODEL_JOBS] = {0};
+    struct srv_lease held[200];
+    int jobs = 0, leases = 0, rounds = 600;
+    unsigned long long random = 5;
+    for (int round = 0; round < rounds; round++) {
+        int act = test_random_int(&random, 10), good = 1;
+        struct srv_job job;
+        char id[16];
+        if (act < 1 && jobs < MODEL_JOBS) {
+            struct model_job *own = &model[jobs];
+            *own = (struct model_job){.open = 1,
+                                      .chained = test_random_int(&random, 2),
+                                      .shards = 1 + test_random_int(&random, MODEL_SHARDS)};
+            snprintf(id, sizeof id, "m%d", jobs++);
+            good = ground_submit(store, id, jobs % 3 ? "anna" : "berta", NULL, own->shards, own->chained, &job) ==
+                   SRV_STORED;
+        } else if (act < 5 && leases < 200) {
+            struct srv_lease *lease = &held[leases];
+            enum srv_stored stored =
+                ground_claim(store, test_random_int(&random, 2) ? "w0" : "w1", 3600LL * SECOND, lease);
+            good = stored == (model_any(model, jobs) ? SRV_STORED : SRV_STORED_NONE);
+            if (stored == SRV_STORED) {
+                struct model_job *own = &model[atoi(lease->job + 1)];
+                good =
+                    good && model_claimable(own, (int)lease->shard) && lease->attempt == own->attempt[lease->shard] + 1;
+                own->shard[lease->shard] = MODEL_HELD;
+                own->attempt[lease->shard] = lease->attempt;
+                leases++;
+            }
+        } else if (act < 9 && leases) {
+            /* any lease that was ever given, the lost ones too */
+            struct srv_lease *lease = &held[test_random_int(&random, leases)];
+            struct model_job *own = &model[atoi(lease->job + 1)];
+            int mine =
+                own->open && own->shard[lease->shard] == MODEL_HELD && own->attempt[lease->shard] == lease->attempt;
+            int was = !own->dismissed && !own->failed && own->shard[lease->shard] == MODEL_DONE &&
+                      own->attempt[lease->shard] == lease->attempt;
+            int fail = test_random_int(&random, 12) == 0;
+            const char *carry = own->chained && lease->shard + 1 < own->shards ? "c" : NULL;
+            enum srv_stored stored =
+                fail ? srv_store_fail(store, lease, "no") : srv_store_finish(store, lease, "r", 1, carry, 1);
+            good = stored == (mine || (was && !fail) ? SRV_STORED : SRV_STORED_LOST);
+            if (mine && fail) own->failed = 1;
+            if (mine && fail) own->open = 0;
+            if (mine && !fail) own->shard[lease->shard] = MODEL_DONE;
+            if (model_done(own)) own->open = 0;
+        } else if (jobs && test_random_int(&random, 4) == 0) {
+            int j = test_random_int(&random, jobs);
+            snprintf(id, sizeof id, "m%d", j);
+            good = srv_store_dismiss(store, id, &job) == SRV_STORED;
+            model[j].dismissed = 1;
+            model[j].failed = model[j].open = 0;
+        } else {
+            const char *worker = test_random_int(&random, 2) ? "w0" : "w1";
+            good = srv_store_release(store, worker) == SRV_STORED;
+            /* which worker has what is not in the model: ask */
+            for (int i = 0; i < leases; i++) {
+                struct model_job *own = &model[atoi(held[i].job + 1)];
+                int mine = own->open && own->shard[held[i].shard] == MODEL_HELD &&
+                           own->attempt[held[i].shard] == held[i].attempt;
+                if (mine && srv_store_extend(store, &held[i], 3600LL * SECOND) == SRV_STORED_LOST)
+                    own->shard[held[i].shard] = MODEL_BACK;
+            }
+        }
+        if (!CHECK_SAYING(good, "round %d, act %d", round, act)) break;
+        if (round % 50 == 49 && !CHECK(model_agrees(store, model, jobs))) break;
+    }
+    CHECK(jobs > 10 && leases > 30);
+    ground_sums(ground);
+    for (int i = 0; i < leases; i++) srv_lease_clear(&held[i]);
+}
+
+/* who has a client for each job has few more turns than eight others */
+STORE_TEST(many_clients_of_one_address_take_few_turns) {
+    enum { TOKENS = 32, EACH = 3, CLAIMS = 60 };
+    unsigned char digest[SRV_DIGEST_BYTES] = {1};
+    struct srv_job job;
+    struct srv_lease lease;
+    char id[40], client[16];
+    int of_other = 0;
+    (void)ground;
+    for (int k = 0; k < EACH; k++)
+        for (int i = 0; i < TOKENS; i++) {
+            snprintf(id, sizeof id, "t%d-%d", i, k);
+            snprintf(client, sizeof client, "t%d", i);
+            struct srv_job_order order = {.id = id,
+                                          .client = client,
+                                          .source = "home",
+                                          .operation = "ensembles",
+                                          .request = "{}",
+                                          .request_bytes = 2,
+                                          .digest = digest,
+                                          .shards = 1};
+            CHECK_INT(srv_store_submit(store, &order, &job), SRV_STORED);
+        }
+    for (int k = 0; k < CLAIMS; k++) {
+        snprintf(id, sizeof id, "other-%d", k);
+        CHECK_INT(ground_submit(store, id, "other", NULL, 1, 0, &job), SRV_STORED);
+    }
+    for (int k = 0; k < CLAIMS; k++) {
+        CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+        of_other += !strncmp(lease.job, "other", 5);
+        srv_lease_clear(&lease);
+    }
+    /* about one of seven; without weights it would be one of thirty-three */
+    CHECK_SAYING(of_other >= 7 && of_other <= 12, "%d of %d", of_other, CLAIMS);
+}
+
+/* a sweep that finds a lease run out, and its job successful once its row is locked, takes away what is still held */
+STORE_TEST(a_job_that_has_ended_keeps_the_shards_that_are_done) {
+    struct srv_store_sweep sweep;
+    struct srv_lease lease;
+    struct srv_job job;
+    CHECK_INT(ground_submit(store, "job", "anna", NULL, 1, 0, &job), SRV_STORED);
+    CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+    CHECK_INT(srv_store_finish(store, &lease, "x", 1, NULL, 0), SRV_STORED);
+    ground_run(ground,
+               "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, bytes) VALUES ('job', 1, "
+               "1, 1, 0, 'gone', 1, 0)");
+    CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
+    CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM shards WHERE state = 1"), 0);
+    CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM shards WHERE state = 2"), 1);
+    /* so that a call whose answer got lost may be repeated */
+    CHECK_INT(srv_store_finish(store, &lease, "x", 1, NULL, 0), SRV_STORED);
+    srv_lease_clear(&lease);
+    ground_sums(ground);
+}

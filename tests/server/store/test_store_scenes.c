@@ -1,0 +1,104 @@
+/* Tests of server/store/store_scenes: kept as long as somebody keeps them. */
+#include "server/store/store.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/server/ground.h"
+
+STORE_TEST(scenes_last_and_never_change) {
+    void *body;
+    size_t bytes;
+    (void)ground;
+    CHECK_INT(srv_store_scene(store, "s", &body, &bytes), SRV_STORED_NONE);
+    for (int i = 0; i < 2; i++) CHECK_INT(srv_store_scene_put(store, "s", "anna", NULL, "{}", 2), SRV_STORED);
+    CHECK_INT(srv_store_scene_put(store, "s", "berta", NULL, "{ }", 3), SRV_STORED_CLASH);
+    CHECK_INT(srv_store_scene_put(store, "t", "anna", NULL, "", 0), SRV_STORED);
+    CHECK_INT(srv_store_scene_put(store, "u", "anna", NULL, "a\0b", 3), SRV_STORED);
+    CHECK_INT(srv_store_scene_put(store, "v", "anna", NULL, "x", 1), SRV_STORED_QUOTA);
+    CHECK_INT(srv_store_scene(store, "u", &body, &bytes), SRV_STORED);
+    CHECK(bytes == 3 && !memcmp(body, "a\0b", 3));
+    free(body);
+}
+
+STORE_TEST(a_scene_goes_with_the_last_who_keeps_it) {
+    void *body;
+    size_t bytes;
+    (void)ground;
+    CHECK_INT(srv_store_scene_keep(store, "s", "anna", NULL), SRV_STORED_NONE);
+    CHECK_INT(srv_store_scene_drop(store, "s", "anna"), SRV_STORED_NONE);
+    CHECK_INT(srv_store_scene_put(store, "s", "anna", NULL, "{}", 2), SRV_STORED);
+    CHECK_INT(srv_store_scene_keep(store, "s", "berta", NULL), SRV_STORED);
+    CHECK_INT(srv_store_scene_keep(store, "s", "berta", NULL), SRV_STORED);
+    /* somebody else cannot, each keeper can for itself */
+    CHECK_INT(srv_store_scene_drop(store, "s", "clara"), SRV_STORED_CLASH);
+    CHECK_INT(srv_store_scene_drop(store, "s", "anna"), SRV_STORED);
+    CHECK_INT(srv_store_scene_drop(store, "s", "anna"), SRV_STORED_CLASH);
+    CHECK_INT(srv_store_scene(store, "s", &body, &bytes), SRV_STORED);
+    free(body);
+    CHECK_INT(srv_store_scene_drop(store, "s", "berta"), SRV_STORED);
+    CHECK_INT(srv_store_scene(store, "s", &body, &bytes), SRV_STORED_NONE);
+    /* what was dropped does not count any more: three are allowed */
+    for (int i = 0; i < 3; i++) {
+        const char id[] = {(char)('a' + i), 0};
+        CHECK_INT(srv_store_scene_put(store, id, "anna", NULL, "{}", 2), SRV_STORED);
+    }
+    CHECK_INT(srv_store_scene_put(store, "d", "anna", NULL, "{}", 2), SRV_STORED_QUOTA);
+    CHECK_INT(srv_store_scene(store, "d", &body, &bytes), SRV_STORED_NONE);
+    CHECK_INT(srv_store_scene_drop(store, "a", "anna"), SRV_STORED);
+    CHECK_INT(srv_store_scene_put(store, "d", "anna", NULL, "{}", 2), SRV_STORED);
+    /* one that another keeps counts for who keeps it too */
+    CHECK_INT(srv_store_scene_keep(store, "d", "berta", NULL), SRV_STORED);
+    CHECK_INT(srv_store_scene_put(store, "e", "berta", NULL, "{}", 2), SRV_STORED);
+    CHECK_INT(srv_store_scene_keep(store, "b", "berta", NULL), SRV_STORED);
+    CHECK_INT(srv_store_scene_keep(store, "c", "berta", NULL), SRV_STORED_QUOTA);
+}
+
+/* a token is quickly made: what all tokens of an address keep is bounded too */
+STORE_TEST(the_scenes_of_all_clients_of_an_address_are_bounded) {
+    char client[16], id[16];
+    struct srv_store *bounded;
+    (void)store;
+    ground->rules.source_scenes = 5;
+    REQUIRE((bounded = ground_open(ground)) != NULL);
+    for (int i = 0; i < 6; i++) {
+        snprintf(client, sizeof client, "t%d", i);
+        snprintf(id, sizeof id, "s%d", i);
+        CHECK_INT(srv_store_scene_put(bounded, id, client, "home", "{}", 2), i < 5 ? SRV_STORED : SRV_STORED_QUOTA);
+    }
+    CHECK_INT(srv_store_scene_put(bounded, "elsewhere", "t9", "school", "{}", 2), SRV_STORED);
+    CHECK_INT(srv_store_scene_drop(bounded, "s0", "t0"), SRV_STORED);
+    CHECK_INT(srv_store_scene_put(bounded, "s9", "t8", "home", "{}", 2), SRV_STORED);
+    srv_store_close(&bounded);
+}
+
+/* scenes are bounded in bytes, each client's and all together */
+STORE_TEST(scenes_are_bounded_in_bytes) {
+    static const char body[4000];
+    struct srv_store_figures figures;
+    struct srv_store *own;
+    char id[8];
+    (void)store;
+    ground->rules.client_scenes = 100;
+    ground->rules.client_scene_bytes = 3 * (sizeof body + SRV_ROW_BYTES);
+    ground->rules.all_scene_bytes = 5 * (sizeof body + SRV_ROW_BYTES);
+    REQUIRE((own = ground_open(ground)) != NULL);
+    for (int i = 0; i < 8; i++) {
+        snprintf(id, sizeof id, "s%d", i);
+        int fits = i < 3 || i == 4 || i == 5;
+        CHECK_SAYING(srv_store_scene_put(own, id, i < 4 ? "anna" : "berta", NULL, body, sizeof body) ==
+                         (fits ? SRV_STORED : SRV_STORED_QUOTA),
+                     "scene %d", i);
+    }
+    /* one that is there takes no more room for all, but for its keeper */
+    CHECK_INT(srv_store_scene_keep(own, "s0", "berta", NULL), SRV_STORED);
+    CHECK_INT(srv_store_scene_keep(own, "s1", "berta", NULL), SRV_STORED_QUOTA);
+    CHECK_INT(srv_store_figures(own, &figures), SRV_STORED);
+    CHECK(figures.scenes == 5 && figures.scene_bytes == ground->rules.all_scene_bytes);
+    ground_sums(ground);
+    CHECK_INT(srv_store_scene_drop(own, "s1", "anna"), SRV_STORED);
+    CHECK_INT(srv_store_scene_put(own, "s9", "anna", NULL, body, sizeof body), SRV_STORED);
+    ground_sums(ground);
+    srv_store_close(&own);
+}
