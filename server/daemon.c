@@ -58,7 +58,7 @@ static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_erro
     struct srv_service *service = &daemon->service;
     struct srv_config *config = &service->config;
     int fd;
-    PEND_TRY(srv_parts_init(service, error));
+    PEND_TRY(srv_service_setup_init(service, error));
     PEND_TRY(srv_listen_open(config->listen, &fd, daemon->url, error));
     int log = srv_reload_log(config);
     if (log == -2) {
@@ -73,9 +73,9 @@ static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_erro
         if (status == PEND_OK) srv_watch_lingering(daemon->watch, lingering);
     }
     if (status == PEND_OK)
-        status = srv_workers_new(&daemon->workers, service->workers, service->queue, &service->intake);
+        status = srv_workers_new(&daemon->workers, service->workers, service->queue, &service->fairness);
     if (status == PEND_OK) {
-        status = srv_parts_jobs(service, error);
+        status = srv_service_setup_jobs(service, error);
         if (status == PEND_OK) return srv_http_new(&daemon->http, service, daemon->watch, fd, error);
         close(fd);
         return status;
@@ -102,7 +102,7 @@ struct srv_log *srv_daemon_log(const struct srv_daemon *daemon) {
 }
 
 double srv_daemon_idle(struct srv_daemon *daemon) {
-    return daemon->service.runner ? srv_runner_idle(daemon->service.runner) : 0;
+    return daemon->service.runner ? srv_part_runner_idle(daemon->service.runner) : 0;
 }
 
 enum pend_status srv_daemon_reload(struct srv_daemon *daemon, const struct srv_config *next, struct pend_error *error) {
@@ -132,7 +132,7 @@ int srv_daemon_drain(struct srv_daemon *daemon, int hurry) {
     int closed = srv_http_quiesce(daemon->http);
     if (hurry) srv_watch_leave_all(daemon->watch);
     srv_events_drain(daemon->service.events);
-    int held = daemon->service.runner && !srv_runner_drain(daemon->service.runner);
+    int held = daemon->service.runner && !srv_part_runner_drain(daemon->service.runner);
     if (!closed || held || atomic_load(&daemon->service.computing)) return 0;
     int64_t patience = hurry ? 0 : srv_clock_span(srv_service_config(&daemon->service)->drain_idle_seconds);
     return !srv_watch_busy(daemon->watch, daemon->drained, patience);
@@ -150,13 +150,13 @@ void srv_daemon_free(struct srv_daemon **daemon) {
         while (!srv_daemon_drain(gone, 1) && (srv_clock_now() < end || atomic_load(&gone->service.computing)))
             daemon_nap();
     }
-    while (gone->service.runner && gone->service.storage && !srv_runner_drain(gone->service.runner)) daemon_nap();
+    while (gone->service.runner && gone->service.storage && !srv_part_runner_drain(gone->service.runner)) daemon_nap();
     srv_workers_free(&gone->workers);
     srv_http_free(&gone->http);
-    srv_parts_jobs_end(&gone->service);
+    srv_service_setup_jobs_end(&gone->service);
     srv_watch_free(&gone->watch);
     srv_log_free(&gone->service.log);
-    srv_parts_clear(&gone->service);
+    srv_service_setup_clear(&gone->service);
     srv_reload_clear(&gone->service);
     free(gone);
 }

@@ -19,33 +19,33 @@ enum { PARTS_SLOTS = 2 };
 /* clients of one address that may keep jobs, for each that it is worth */
 enum { PARTS_KEEPERS = 16 };
 
-enum pend_status srv_parts_init(struct srv_service *service, struct pend_error *error) {
+enum pend_status srv_service_setup_init(struct srv_service *service, struct pend_error *error) {
     struct srv_config *config = &service->config;
     service->job_limits = srv_config_job_limits(config);
     service->started = (double)time(NULL);
     service->workers = config->workers > 0 ? (int)config->workers : srv_workers_default();
     if (getrandom(&service->seed, sizeof service->seed, GRND_NONBLOCK) < 0) service->seed = (uint64_t)srv_clock_now();
     srv_memory_settle(service->workers);
-    srv_spares_init(&service->spares);
+    srv_buffer_pool_init(&service->pool);
     srv_lengths_init(&service->lengths);
     enum pend_status status = srv_peers_read(&service->trusted, config->trusted_proxy, error);
     service->hosts = srv_hosts_mean(config->hosts, config->listen, service->trusted.count > 0);
     if (status == PEND_OK) status = srv_queue_new(&service->queue, (int)config->queue, (int)config->client_queue);
-    srv_intake_init(&service->intake, service->queue, service->workers);
+    srv_fairness_init(&service->fairness, service->queue, service->workers);
     if (status == PEND_OK) status = srv_clients_new(&service->clients);
-    if (status == PEND_OK) status = srv_flights_new(&service->flights);
+    if (status == PEND_OK) status = srv_inflight_new(&service->inflight);
     if (status == PEND_OK) status = srv_cache_new(&service->cache, (size_t)config->cache_bytes, service->seed);
     return status == PEND_NO_MEMORY ? pend_fail(error, status, -1, 0, "out of memory") : status;
 }
 
 /* something has happened in the store, maybe by another process */
-static void parts_news(void *context) {
+static void setup_news(void *context) {
     struct srv_service *service = context;
-    srv_runner_news(service->runner);
+    srv_part_runner_news(service->runner);
     srv_events_news(service->events);
 }
 
-static enum pend_status parts_storage(struct srv_service *service, struct pend_error *error) {
+static enum pend_status setup_storage(struct srv_service *service, struct pend_error *error) {
     const struct srv_config *config = &service->config;
     /* what all of an address keep leaves a quarter to others, unless one client may have more by itself */
     double shares = config->address_clients, most = 0.75 * config->store_bytes;
@@ -65,11 +65,11 @@ static enum pend_status parts_storage(struct srv_service *service, struct pend_e
     char url[SRV_CONFIG_TEXT];
     struct pend_error why = {.text = ""};
     PEND_TRY(srv_state_url(config->store, url, error));
-    enum pend_status status = srv_storage_new(&service->storage, url, &rules, service->log, parts_news, service, &why);
+    enum pend_status status = srv_storage_new(&service->storage, url, &rules, service->log, setup_news, service, &why);
     return status == PEND_OK ? status : pend_fail(error, status, -1, 0, "the store: %.220s", why.text);
 }
 
-enum pend_status srv_parts_jobs(struct srv_service *service, struct pend_error *error) {
+enum pend_status srv_service_setup_jobs(struct srv_service *service, struct pend_error *error) {
     int slots = srv_config_works(&service->config) ? PARTS_SLOTS * service->workers : 0;
     if (service->config.until_idle_seconds > 0 && (!slots || !strcmp(service->config.store, "none")))
         return pend_fail(error, PEND_INVALID, -1, 0, "--until-idle-seconds is for a process that computes jobs");
@@ -78,28 +78,28 @@ enum pend_status srv_parts_jobs(struct srv_service *service, struct pend_error *
         return pend_fail(error, PEND_INVALID, -1, 0, "--role %.10s needs a --store that it shares",
                          service->config.role);
     }
-    enum pend_status status = srv_runner_new(&service->runner, service, slots);
+    enum pend_status status = srv_part_runner_new(&service->runner, service, slots);
     if (status == PEND_OK) status = srv_events_new(&service->events, service, (int)service->config.event_streams);
-    if (status == PEND_OK) PEND_TRY(parts_storage(service, error));
+    if (status == PEND_OK) PEND_TRY(setup_storage(service, error));
     if (status == PEND_OK) status = srv_events_start(service->events);
-    if (status == PEND_OK) status = srv_runner_start(service->runner);
+    if (status == PEND_OK) status = srv_part_runner_start(service->runner);
     return status == PEND_OK ? status : pend_fail(error, status, -1, 0, "there is no memory for jobs");
 }
 
-void srv_parts_jobs_end(struct srv_service *service) {
+void srv_service_setup_jobs_end(struct srv_service *service) {
     /* its thread asks the storage, whose threads bring it news */
     if (service->events) srv_events_end(service->events);
     srv_storage_free(&service->storage);
-    srv_runner_free(&service->runner);
+    srv_part_runner_free(&service->runner);
     srv_events_free(&service->events);
 }
 
-void srv_parts_clear(struct srv_service *service) {
+void srv_service_setup_clear(struct srv_service *service) {
     srv_cache_free(&service->cache);
-    srv_flights_free(&service->flights);
+    srv_inflight_free(&service->inflight);
     srv_queue_free(&service->queue);
-    srv_intake_clear(&service->intake);
+    srv_fairness_clear(&service->fairness);
     srv_clients_free(&service->clients);
-    srv_spares_clear(&service->spares);
+    srv_buffer_pool_clear(&service->pool);
     srv_lengths_clear(&service->lengths);
 }

@@ -7,7 +7,7 @@
 #include "server/work/service.h"
 
 /**
- * Gets everything that the config asks for but the log, and no threads. Ends with srv_parts_clear, after a failure
+ * Gets everything that the config asks for but the log, and no threads. Ends with srv_service_setup_clear, after a failure
  * too.
  *
  * service  zeroed but for config.
@@ -15,7 +15,7 @@
  * PEND_NO_MEMORY
  * PEND_INVALID    error says which option is wrong.
  */
-PEND_MUST_CHECK enum pend_status srv_parts_init(struct srv_service *service, struct pend_error *error);
+PEND_MUST_CHECK enum pend_status srv_service_setup_init(struct srv_service *service, struct pend_error *error);
 
 /**
  * Opens the store and starts computing jobs, as the config says; service->log, the queue and its workers are there.
@@ -23,12 +23,12 @@ PEND_MUST_CHECK enum pend_status srv_parts_init(struct srv_service *service, str
  * PEND_NO_MEMORY
  * PEND_INVALID    error says what is wrong with the store.
  */
-PEND_MUST_CHECK enum pend_status srv_parts_jobs(struct srv_service *service, struct pend_error *error);
+PEND_MUST_CHECK enum pend_status srv_service_setup_jobs(struct srv_service *service, struct pend_error *error);
 
-/** Ends what srv_parts_jobs started; after srv_runner_drain, while nobody asks the storage any more. */
-void srv_parts_jobs_end(struct srv_service *service);
+/** Ends what srv_service_setup_jobs started; after srv_part_runner_drain, while nobody asks the storage any more. */
+void srv_service_setup_jobs_end(struct srv_service *service);
 
-/** Frees what srv_parts_init got. */
-void srv_parts_clear(struct srv_service *service);
+/** Frees what srv_service_setup_init got. */
+void srv_service_setup_clear(struct srv_service *service);
 
 #endif

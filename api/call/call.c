@@ -49,7 +49,7 @@ struct api_call {
     struct api_answer answer;
     char digest[API_DIGEST_BYTES];
     char columns[API_COLUMNS_TEXT];
-    struct api_told told;
+    struct api_remarks told;
     char file_name[40];
 };
 
@@ -65,7 +65,7 @@ enum pend_status api_call_new(struct api_call **call, const struct api_limits *l
 /* keeps what there is to tell of a computation that is complete */
 static void call_keep_told(struct api_call *call) {
     if (!call->answer.tells) return;
-    api_told_fields(&call->told, call->source.fetch ? api_results_stats(call->results) : call->op->told(call->state));
+    api_remarks_fields(&call->told, call->source.fetch ? api_results_stats(call->results) : call->op->told(call->state));
     call->answer.told = &call->told;
 }
 

@@ -14,7 +14,7 @@ struct api_answer {
     int status;             /* HTTP status */
     const char *media_type; /* a static string */
     const char *columns; /* of X-Columns, "t,phi[4],phid[4]", or NULL: the representation does not tell them itself */
-    const struct api_told
+    const struct api_remarks
         *told;             /* fields of the figures, once the answer is complete; NULL before, or where none are */
     int tells;             /* there are going to be such fields: of a stream they come behind it, as trailers */
     const char *file_name; /* under which a browser would save it, or NULL: to be looked at */

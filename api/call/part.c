@@ -124,10 +124,10 @@ enum pend_status api_part_resume(struct api_part *part, const void *carried, siz
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "what the part before this one carried over is damaged, or is not this job's: "
                          "submit the job again");
-    struct pend_tape tape = {.way = PEND_TAPE_PUT, .at = (char *)carried, .bytes = held};
+    struct pend_checkpoint checkpoint = {.way = PEND_CHECKPOINT_PUT, .at = (char *)carried, .bytes = held};
     part->resumes = 0;
-    enum pend_status status = part->op->carry(part->state, &tape, error);
-    if (status == PEND_OK && pend_tape_whole(&tape)) return PEND_OK;
+    enum pend_status status = part->op->carry(part->state, &checkpoint, error);
+    if (status == PEND_OK && pend_checkpoint_whole(&checkpoint)) return PEND_OK;
     if (status != PEND_OK && status != PEND_INVALID)
         return error->text[0] ? status : pend_fail(error, status, -1, 0, "%s", pend_status_text(status));
     return pend_fail(error, PEND_INVALID, -1, 0,
@@ -135,16 +135,16 @@ enum pend_status api_part_resume(struct api_part *part, const void *carried, siz
 }
 
 enum pend_status api_part_carry(struct api_part *part, struct api_buffer *carried) {
-    struct pend_tape tape = {.way = PEND_TAPE_COUNT};
+    struct pend_checkpoint checkpoint = {.way = PEND_CHECKPOINT_COUNT};
     if (!part->carries) return PEND_OK;
-    PEND_TRY(part->op->carry(part->state, &tape, NULL));
-    PEND_TRY(api_buffer_room(carried, tape.used + API_SEAL_BYTES));
-    tape = (struct pend_tape){.way = PEND_TAPE_TAKE, .at = carried->data + carried->bytes, .bytes = tape.used};
-    PEND_TRY(part->op->carry(part->state, &tape, NULL));
+    PEND_TRY(part->op->carry(part->state, &checkpoint, NULL));
+    PEND_TRY(api_buffer_room(carried, checkpoint.used + API_SEAL_BYTES));
+    checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_TAKE, .at = carried->data + carried->bytes, .bytes = checkpoint.used};
+    PEND_TRY(part->op->carry(part->state, &checkpoint, NULL));
     /* it is kept in a store meanwhile, and read by another process */
-    unsigned char *seal = (unsigned char *)tape.at + tape.used;
-    api_seal(seal, part->place, part->number + 1, tape.at, tape.used);
-    carried->bytes += tape.used + API_SEAL_BYTES;
+    unsigned char *seal = (unsigned char *)checkpoint.at + checkpoint.used;
+    api_seal(seal, part->place, part->number + 1, checkpoint.at, checkpoint.used);
+    carried->bytes += checkpoint.used + API_SEAL_BYTES;
     return PEND_OK;
 }
 

@@ -4,14 +4,14 @@
 #ifndef API_COLORMAP_H
 #define API_COLORMAP_H
 
-enum { API_COLOURS_SHADES = 254 };
+enum { API_COLORMAP_SHADES = 254 };
 
 /**
- * Red, green and blue of a shade, 0 .. API_COLOURS_SHADES - 1, from dark violet over blue and green to light yellow.
+ * Red, green and blue of a shade, 0 .. API_COLORMAP_SHADES - 1, from dark violet over blue and green to light yellow.
  *
  * A straight line in lightness and a turn in hue at constant chroma in Ottosson's OKLab space, so that equal steps are
  * seen as equal; lightness alone orders the shades, which is what survives every colour blindness and a grey print.
  */
-void api_colours_shade(int shade, unsigned char rgb[3]);
+void api_colormap_shade(int shade, unsigned char rgb[3]);
 
 #endif

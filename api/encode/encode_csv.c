@@ -79,7 +79,7 @@ static enum pend_status csv_block(struct api_writer *writer, long rows, const do
 
 static enum pend_status csv_finish(struct api_writer *writer, struct api_buffer *out, int *done) {
     *done = 1;
-    return writer->stats ? api_told_comments(writer->stats, out) : PEND_OK;
+    return writer->stats ? api_remarks_comments(writer->stats, out) : PEND_OK;
 }
 
 const struct api_format api_format_csv = {

@@ -82,7 +82,7 @@ static enum pend_status json_finish(struct api_writer *base, struct api_buffer *
         writer->row = 0;
         writer->open = 0;
     }
-    if (base->stats) PEND_TRY(api_told_json(base->stats, out));
+    if (base->stats) PEND_TRY(api_remarks_json(base->stats, out));
     *done = 1;
     return api_buffer_text(out, "}");
 }

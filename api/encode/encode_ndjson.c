@@ -91,7 +91,7 @@ static enum pend_status ndjson_finish(struct api_writer *writer, struct api_buff
     *done = 1;
     if (!writer->stats) return PEND_OK;
     PEND_TRY(api_buffer_text(out, "{"));
-    PEND_TRY(api_told_json(writer->stats, out));
+    PEND_TRY(api_remarks_json(writer->stats, out));
     return api_buffer_text(out, "}\n");
 }
 

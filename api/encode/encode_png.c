@@ -1,5 +1,5 @@
 /* One column of a grid's members as a picture, a pixel a member: PNG with a palette, through libpng.
- * Leaves to others: what is drawn (picture_json), the colours (colours).
+ * Leaves to others: what is drawn (picture_json), the colours (colormap).
  * Invariant: the only file that knows libpng; the first axis runs to the right, the second upwards. */
 #include "api/encode/encode.h"
 
@@ -58,7 +58,7 @@ static unsigned char pixel(const struct api_writer *writer, const struct scale *
     double x = scaled(writer, row);
     if (isnan(x)) return NEVER;
     double part = scale->to > scale->from ? (x - scale->from) / (scale->to - scale->from) : 0.5;
-    return (unsigned char)(FIRST_SHADE + (int)(part * (API_COLOURS_SHADES - 1) + 0.5));
+    return (unsigned char)(FIRST_SHADE + (int)(part * (API_COLORMAP_SHADES - 1) + 0.5));
 }
 
 static void sink_write(png_structp png, png_bytep data, size_t bytes) {
@@ -82,9 +82,9 @@ static void write_picture(png_structp png, png_infop info, const struct api_writ
     struct scale scale = scale_of(writer);
     long across = picture->across, down = writer->rows / across;
     png_color palette[256] = {[NEVER] = {255, 255, 255}, [FAILED] = {128, 128, 128}};
-    for (int i = 0; i < API_COLOURS_SHADES; i++) {
+    for (int i = 0; i < API_COLORMAP_SHADES; i++) {
         unsigned char rgb[3];
-        api_colours_shade(i, rgb);
+        api_colormap_shade(i, rgb);
         palette[FIRST_SHADE + i] = (png_color){rgb[0], rgb[1], rgb[2]};
     }
     char name[] = "Title", title[64], key[] = "Description", note[200];
@@ -97,7 +97,7 @@ static void write_picture(png_structp png, png_infop info, const struct api_writ
                         {.compression = PNG_TEXT_COMPRESSION_NONE, .key = key, .text = note}};
     png_set_IHDR(png, info, (png_uint_32)across, (png_uint_32)down, 8, PNG_COLOR_TYPE_PALETTE, PNG_INTERLACE_NONE,
                  PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-    png_set_PLTE(png, info, palette, FIRST_SHADE + API_COLOURS_SHADES);
+    png_set_PLTE(png, info, palette, FIRST_SHADE + API_COLORMAP_SHADES);
     png_set_text(png, info, text, 2);
     png_set_compression_level(png, 3);
     png_write_info(png, info);

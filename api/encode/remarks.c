@@ -5,14 +5,14 @@
 
 #include "api/json/json_out.h"
 
-const char api_told_names[] = "X-Horizon, X-Trust-Until, X-Energy-Drift, X-Warning";
+const char api_remarks_names[] = "X-Horizon, X-Trust-Until, X-Energy-Drift, X-Warning";
 
 /* figures that have a field of their own */
 static const struct {
     const char *stat, *field;
-} told_numbers[] = {{"horizon", "X-Horizon"}, {"trust_until", "X-Trust-Until"}, {"energy_drift", "X-Energy-Drift"}};
+} remarks_numbers[] = {{"horizon", "X-Horizon"}, {"trust_until", "X-Trust-Until"}, {"energy_drift", "X-Energy-Drift"}};
 
-enum pend_status api_told_json(const struct api_stats *stats, struct api_buffer *out) {
+enum pend_status api_remarks_json(const struct api_stats *stats, struct api_buffer *out) {
     int warnings = api_stats_warnings(stats);
     PEND_TRY(api_out_open(out, "stats", '{'));
     for (int i = 0; i < stats->count; i++) {
@@ -31,33 +31,33 @@ enum pend_status api_told_json(const struct api_stats *stats, struct api_buffer 
 }
 
 /* a number as text */
-static void told_number(double value, char text[API_NUMBER_BYTES + 1]) { *api_number_write(text, value) = 0; }
+static void remarks_number(double value, char text[API_NUMBER_BYTES + 1]) { *api_number_write(text, value) = 0; }
 
-enum pend_status api_told_comments(const struct api_stats *stats, struct api_buffer *out) {
+enum pend_status api_remarks_comments(const struct api_stats *stats, struct api_buffer *out) {
     char text[API_NUMBER_BYTES + 1];
     for (int i = 0; i < stats->count; i++) {
         const struct api_stat *stat = &stats->stat[i];
         if (stat->kind == API_STAT_WARNING) PEND_TRY(api_buffer_format(out, "# warning: %s\n", stat->text));
         if (stat->kind != API_STAT_NUMBER || strcmp(stat->name, "trust_until") != 0) continue;
-        told_number(stat->number, text);
+        remarks_number(stat->number, text);
         PEND_TRY(api_buffer_format(out, "# trust_until: %s\n", text));
     }
     return PEND_OK;
 }
 
-void api_told_fields(struct api_told *told, const struct api_stats *stats) {
+void api_remarks_fields(struct api_remarks *told, const struct api_stats *stats) {
     told->count = 0;
-    for (int i = 0; stats && i < stats->count && told->count < API_TOLD_FIELDS; i++) {
+    for (int i = 0; stats && i < stats->count && told->count < API_REMARKS_FIELDS; i++) {
         const struct api_stat *stat = &stats->stat[i];
         char *value = told->field[told->count].value;
         const char *name = stat->kind == API_STAT_WARNING ? "X-Warning" : NULL;
-        for (size_t j = 0; stat->kind == API_STAT_NUMBER && j < sizeof told_numbers / sizeof *told_numbers; j++)
-            if (!strcmp(stat->name, told_numbers[j].stat)) name = told_numbers[j].field;
+        for (size_t j = 0; stat->kind == API_STAT_NUMBER && j < sizeof remarks_numbers / sizeof *remarks_numbers; j++)
+            if (!strcmp(stat->name, remarks_numbers[j].stat)) name = remarks_numbers[j].field;
         if (!name) continue;
         if (stat->kind == API_STAT_NUMBER)
-            told_number(stat->number, value);
+            remarks_number(stat->number, value);
         else
-            snprintf(value, API_TOLD_TEXT, "%s", stat->text);
+            snprintf(value, API_REMARKS_TEXT, "%s", stat->text);
         told->field[told->count++].name = name;
     }
 }

@@ -7,27 +7,27 @@
 
 #include "api/encode/encode.h"
 
-enum { API_TOLD_FIELDS = 5, API_TOLD_TEXT = 260 };
+enum { API_REMARKS_FIELDS = 5, API_REMARKS_TEXT = 260 };
 
 /* Fields of HTTP: X-Horizon, X-Trust-Until, X-Energy-Drift, X-Warning. */
-struct api_told {
+struct api_remarks {
     int count;
     struct {
         const char *name; /* static */
-        char value[API_TOLD_TEXT];
-    } field[API_TOLD_FIELDS];
+        char value[API_REMARKS_TEXT];
+    } field[API_REMARKS_FIELDS];
 };
 
 /** The names of all fields that there may be, as the field Trailer lists them. */
-extern const char api_told_names[];
+extern const char api_remarks_names[];
 
 /** Appends the members stats and, where there are any, warnings; with the comma before them where one is due. */
-PEND_MUST_CHECK enum pend_status api_told_json(const struct api_stats *stats, struct api_buffer *out);
+PEND_MUST_CHECK enum pend_status api_remarks_json(const struct api_stats *stats, struct api_buffer *out);
 
 /** Appends a line of comment for each warning and for trust_until: nothing where there is none. */
-PEND_MUST_CHECK enum pend_status api_told_comments(const struct api_stats *stats, struct api_buffer *out);
+PEND_MUST_CHECK enum pend_status api_remarks_comments(const struct api_stats *stats, struct api_buffer *out);
 
 /** Writes the fields of the figures; stats NULL gives none. */
-void api_told_fields(struct api_told *told, const struct api_stats *stats);
+void api_remarks_fields(struct api_remarks *told, const struct api_stats *stats);
 
 #endif

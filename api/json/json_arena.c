@@ -10,11 +10,11 @@ struct room {
 
 static _Thread_local struct room room_here;
 
-void api_room_begin(void *block, size_t bytes) { room_here = (struct room){block, bytes}; }
+void api_arena_begin(void *block, size_t bytes) { room_here = (struct room){block, bytes}; }
 
-void api_room_end(void) { room_here = (struct room){NULL, 0}; }
+void api_arena_end(void) { room_here = (struct room){NULL, 0}; }
 
-void *api_room_take(size_t bytes) {
+void *api_arena_take(size_t bytes) {
     struct room *room = &room_here;
     if (!room->next) return malloc(bytes);
     size_t whole = (bytes + alignof(max_align_t) - 1) / alignof(max_align_t) * alignof(max_align_t);
@@ -25,6 +25,6 @@ void *api_room_take(size_t bytes) {
     return piece;
 }
 
-void api_room_give(void *piece) {
+void api_arena_give(void *piece) {
     if (!room_here.next) free(piece);
 }

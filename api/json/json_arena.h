@@ -12,15 +12,15 @@
  *
  * block  bytes of it; aligned as malloc's memory is.
  */
-void api_room_begin(void *block, size_t bytes);
+void api_arena_begin(void *block, size_t bytes);
 
 /** The calling thread takes no more from its block; the pieces remain until the block is freed. */
-void api_room_end(void);
+void api_arena_end(void);
 
 /** As malloc; NULL where the block is full. */
-void *api_room_take(size_t bytes);
+void *api_arena_take(size_t bytes);
 
 /** As free; of a block that the calling thread has begun nothing is given back. */
-void api_room_give(void *piece);
+void api_arena_give(void *piece);
 
 #endif

@@ -32,7 +32,7 @@ enum { FOUND_TEXT = 40, NAME_BYTES = 64, POINTER_DEPTH = 128, NEAR_EDITS = 2 };
 
 /* cJSON asks through here for every node and string, in this program and in tests alike */
 __attribute__((constructor)) static void json_hook(void) {
-    cJSON_InitHooks(&(cJSON_Hooks){.malloc_fn = api_room_take, .free_fn = api_room_give});
+    cJSON_InitHooks(&(cJSON_Hooks){.malloc_fn = api_arena_take, .free_fn = api_arena_give});
 }
 
 void api_json_free(struct api_json **document) {
@@ -58,9 +58,9 @@ static enum pend_status json_take(struct api_json *document, struct api_scan *sc
     scan->arrays = NULL;
     document->nodes = malloc(scan->cost);
     if (!document->nodes) return PEND_NO_MEMORY;
-    api_room_begin(document->nodes, scan->cost);
+    api_arena_begin(document->nodes, scan->cost);
     document->root = cJSON_ParseWithLength(scan->rest.data, scan->rest.bytes);
-    api_room_end();
+    api_arena_end();
     return document->root ? PEND_OK : PEND_NO_MEMORY; /* the rest is JSON for certain */
 }
 

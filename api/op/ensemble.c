@@ -16,7 +16,7 @@ static const char *const fields[] = {"pendulum", "initial",     "states",   "gri
 /* what a cost is estimated by: steps a radian of the fastest swing, s an arm and squared order, s a number */
 static const double steps_a_radian = 6, pair_seconds = 0.15e-9, number_seconds = 20e-9;
 
-/* doubles of raw rows that a member may take: what a shard of one would hold */
+/* doubles of raw rows that a member may take: what a range of members of one would hold */
 static const double member_numbers = 1 << 24;
 
 struct api_ensemble {
@@ -29,12 +29,12 @@ struct api_ensemble {
     long step_cap, numbers;
 };
 
-/* one shard on its way */
-struct api_shard {
+/* one range of members on its way */
+struct api_member_range {
     const struct api_ensemble *ensemble;
     struct pend_ensemble *work;
     long first, slice;
-    struct api_shard_stats stats;
+    struct api_member_range_stats stats;
     double *raw;
     double *start; /* of the member at hand: angles, rates, lengths, masses */
 };
@@ -193,34 +193,34 @@ enum pend_status api_ensemble_prepare(struct api_ensemble *e, struct pend_error 
     return api_states_settle(e->members.states, &e->tree, error);
 }
 
-/* shards */
+/* ranges of members */
 
-static double *shard_row(const struct api_shard *shard, long member, long row) {
-    const struct api_ensemble *e = shard->ensemble;
-    return shard->raw + ((member - shard->first) * api_ensemble_rows(e) + row) * e->numbers;
+static double *range_row(const struct api_member_range *range, long member, long row) {
+    const struct api_ensemble *e = range->ensemble;
+    return range->raw + ((member - range->first) * api_ensemble_rows(e) + row) * e->numbers;
 }
 
-static int shard_fetch(void *context, long i, struct pend_member *member) {
-    const struct api_shard *shard = context;
-    api_members_fill(&shard->ensemble->members, shard->ensemble->tree.n, i, member);
+static int range_fetch(void *context, long i, struct pend_member *member) {
+    const struct api_member_range *range = context;
+    api_members_fill(&range->ensemble->members, range->ensemble->tree.n, i, member);
     return 0;
 }
 
-static void shard_rows(void *context, long i, long first, int count, const double phi[], const double rate[],
+static void range_rows(void *context, long i, long first, int count, const double phi[], const double rate[],
                        const double force[], const double theta[]) {
-    const struct api_shard *shard = context;
-    const struct api_ensemble *e = shard->ensemble;
+    const struct api_member_range *range = context;
+    const struct api_ensemble *e = range->ensemble;
     int n = e->tree.n;
     for (int j = 0; j < count; j++)
         api_observables_sample(&e->seen, e->tree.tree, i, pend_times_at(&e->times.times, first + j), phi + j * n,
-                               rate + j * n, force + j * n, theta + j * n, shard_row(shard, i, first + j));
+                               rate + j * n, force + j * n, theta + j * n, range_row(range, i, first + j));
 }
 
 /* what a member that failed did not come to: rows of its number, the time, and zeros */
-static void shard_blank(const struct api_shard *shard, long i, enum pend_status status, double reached) {
-    const struct api_ensemble *e = shard->ensemble;
+static void range_blank(const struct api_member_range *range, long i, enum pend_status status, double reached) {
+    const struct api_ensemble *e = range->ensemble;
     for (long row = 0; row < api_ensemble_rows(e); row++) {
-        double *at = shard_row(shard, i, row);
+        double *at = range_row(range, i, row);
         if (reached != 0 && fabs(e->instants[row]) <= fabs(reached)) continue;
         memset(at, 0, (size_t)e->numbers * sizeof *at);
         at[0] = (double)i;
@@ -229,23 +229,23 @@ static void shard_blank(const struct api_shard *shard, long i, enum pend_status 
     }
 }
 
-static int shard_deliver(void *context, long i, const struct pend_outcome *outcome) {
-    struct api_shard *shard = context;
-    const struct api_ensemble *e = shard->ensemble;
+static int range_deliver(void *context, long i, const struct pend_outcome *outcome) {
+    struct api_member_range *range = context;
+    const struct api_ensemble *e = range->ensemble;
     const struct pend_tree *tree = e->tree.tree;
     size_t n = (size_t)tree->n;
-    shard->stats.finished++;
-    shard->stats.failed += outcome->status != PEND_OK;
-    shard->stats.steps += outcome->steps;
-    shard->stats.lost += outcome->status == PEND_OK && fabs(outcome->horizon) < fabs(outcome->time);
+    range->stats.finished++;
+    range->stats.failed += outcome->status != PEND_OK;
+    range->stats.steps += outcome->steps;
+    range->stats.lost += outcome->status == PEND_OK && fabs(outcome->horizon) < fabs(outcome->time);
     if (e->instants) {
-        if (outcome->status != PEND_OK) shard_blank(shard, i, outcome->status, outcome->time);
+        if (outcome->status != PEND_OK) range_blank(range, i, outcome->status, outcome->time);
         return 0;
     }
-    struct pend_member start = {.phi = shard->start,
-                                .rate = shard->start + n,
-                                .length = shard->start + 2 * n,
-                                .mass = shard->start + 3 * n,
+    struct pend_member start = {.phi = range->start,
+                                .rate = range->start + n,
+                                .length = range->start + 2 * n,
+                                .mass = range->start + 3 * n,
                                 .gravity = e->tree.gravity};
     /* drawn again, where it is told */
     if (e->seen.wanted & (1u << API_SEE_START | 1u << API_SEE_PARAMETERS)) {
@@ -253,16 +253,16 @@ static int shard_deliver(void *context, long i, const struct pend_outcome *outco
         memcpy(start.mass, tree->mass, n * sizeof(double));
         api_members_fill(&e->members, tree->n, i, &start);
     }
-    api_observables_write(&e->seen, tree, i, &start, outcome, shard_row(shard, i, 0));
+    api_observables_write(&e->seen, tree, i, &start, outcome, range_row(range, i, 0));
     return 0;
 }
 
-enum pend_status api_shard_new(struct api_shard **shard, const struct api_ensemble *e, long first, long count,
+enum pend_status api_member_range_new(struct api_member_range **range, const struct api_ensemble *e, long first, long count,
                                double raw[], struct pend_error *error) {
     size_t n = (size_t)e->tree.n;
-    struct api_shard *s = *shard = calloc(1, sizeof *s + 4 * n * sizeof(double));
+    struct api_member_range *s = *range = calloc(1, sizeof *s + 4 * n * sizeof(double));
     if (!s) return PEND_NO_MEMORY;
-    *s = (struct api_shard){.ensemble = e, .first = first, .raw = raw, .start = (double *)(s + 1)};
+    *s = (struct api_member_range){.ensemble = e, .first = first, .raw = raw, .start = (double *)(s + 1)};
     // about half a millisecond
     s->slice = 1 + 500 / (long)n;
     struct pend_ensemble_problem problem = {.tree = e->tree.tree,
@@ -272,9 +272,9 @@ enum pend_status api_shard_new(struct api_shard **shard, const struct api_ensemb
                                             .atol = e->atol,
                                             .accuracy = e->accuracy,
                                             .step_cap = e->step_cap,
-                                            .fetch = shard_fetch,
-                                            .deliver = shard_deliver,
-                                            .rows = shard_rows,
+                                            .fetch = range_fetch,
+                                            .deliver = range_deliver,
+                                            .rows = range_rows,
                                             .context = s};
     api_observables_ask(&e->seen, &problem);
     if (e->instants) {
@@ -283,25 +283,25 @@ enum pend_status api_shard_new(struct api_shard **shard, const struct api_ensemb
     }
     enum pend_status status = pend_ensemble_new(&s->work, &problem, pend_isa_best(), error);
     if (status != PEND_OK) {
-        api_shard_free(shard);
+        api_member_range_free(range);
         return status;
     }
     pend_ensemble_begin(s->work, first, count);
     return PEND_OK;
 }
 
-void api_shard_free(struct api_shard **shard) {
-    if (*shard) pend_ensemble_free(&(*shard)->work);
-    free(*shard);
-    *shard = NULL;
+void api_member_range_free(struct api_member_range **range) {
+    if (*range) pend_ensemble_free(&(*range)->work);
+    free(*range);
+    *range = NULL;
 }
 
-enum pend_status api_shard_go(struct api_shard *shard, int *done) {
-    return pend_ensemble_go(shard->work, shard->slice, done);
+enum pend_status api_member_range_go(struct api_member_range *range, int *done) {
+    return pend_ensemble_go(range->work, range->slice, done);
 }
 
-struct api_shard_stats api_shard_stats(const struct api_shard *shard) {
-    return shard->stats;
+struct api_member_range_stats api_member_range_stats(const struct api_member_range *range) {
+    return range->stats;
 }
 
 enum pend_status api_ensemble_write(const struct api_ensemble *e, struct api_writer *writer, long rows,

@@ -1,6 +1,6 @@
-/* A checked request for an ensemble, and its computation in shards that need not know of each other.
- * Leaves to others: when and where a shard runs (op_ensembles; a job's workers), the bytes of the answer (encode).
- * Invariant: raw rows of members a .. b - 1 are the same bits however the ensemble is cut into shards, on any thread.
+/* A checked request for an ensemble, and its computation in ranges of members that need not know of each other.
+ * Leaves to others: when and where a range of members runs (op_ensembles; a job's workers), the bytes of the answer (encode).
+ * Invariant: raw rows of members a .. b - 1 are the same bits however the ensemble is cut into ranges of members, on any thread.
  */
 #ifndef API_ENSEMBLE_H
 #define API_ENSEMBLE_H
@@ -11,7 +11,7 @@
 #include "api/read/times_json.h"
 
 struct api_ensemble;
-struct api_shard;
+struct api_member_range;
 
 /**
  * Reads and checks a request.
@@ -24,8 +24,8 @@ PEND_MUST_CHECK enum pend_status api_ensemble_new(struct api_ensemble **ensemble
 void api_ensemble_free(struct api_ensemble **ensemble);
 
 /**
- * What is computed once, before the first shard: states that were given as modes. Afterwards the ensemble is not
- * changed any more, and shards may run on any number of threads.
+ * What is computed once, before the first range: states that were given as modes. Afterwards the ensemble is not
+ * changed any more, and ranges of members may run on any number of threads.
  */
 PEND_MUST_CHECK enum pend_status api_ensemble_prepare(struct api_ensemble *ensemble, struct pend_error *error);
 
@@ -44,32 +44,32 @@ long api_ensemble_numbers(const struct api_ensemble *ensemble);
 /** An estimate of the computation of so many members, s. */
 double api_ensemble_cost(const struct api_ensemble *ensemble, long members);
 
-/** Bytes of memory that the ensemble and a shard's computation take, without the raw rows. O(1). */
+/** Bytes of memory that the ensemble and a range of members's computation take, without the raw rows. O(1). */
 double api_ensemble_bytes(const struct api_ensemble *ensemble);
 
 /**
  * Begins the members first .. first + count - 1.
  *
- * raw  out, count x rows x numbers doubles, row after row; the caller's, filled once the shard is done. Every number in
+ * raw  out, count x rows x numbers doubles, row after row; the caller's, filled once the range is done. Every number in
  *      it is finite: what never happened is -1, what a failed member did not come to is 0.
  *
  * PEND_NO_MEMORY
  */
-PEND_MUST_CHECK enum pend_status api_shard_new(struct api_shard **shard, const struct api_ensemble *ensemble,
+PEND_MUST_CHECK enum pend_status api_member_range_new(struct api_member_range **range, const struct api_ensemble *ensemble,
                                                long first, long count, double raw[], struct pend_error *error);
 
-void api_shard_free(struct api_shard **shard);
+void api_member_range_free(struct api_member_range **range);
 
 /** Computes on for about half a millisecond. How often it is called changes no bit of the result. */
-PEND_MUST_CHECK enum pend_status api_shard_go(struct api_shard *shard, int *done);
+PEND_MUST_CHECK enum pend_status api_member_range_go(struct api_member_range *range, int *done);
 
 /** Members that are finished, members of these that failed, and integration steps so far. */
-struct api_shard_stats {
+struct api_member_range_stats {
     long finished, failed, steps;
     long lost; /* members that are good and did not keep the accuracy to their end */
 };
 
-struct api_shard_stats api_shard_stats(const struct api_shard *shard);
+struct api_member_range_stats api_member_range_stats(const struct api_member_range *range);
 
 /**
  * Writes raw rows to an answer, column by column; call it with pieces of a few hundred rows.

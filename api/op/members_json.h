@@ -1,5 +1,5 @@
 /* The members of an ensemble out of JSON: a list of states, a grid over chosen values, or random draws.
- * Leaves to others: what is found out about them (observe), the computation (shard).
+ * Leaves to others: what is found out about them (observe), the computation (range).
  * Invariant: member i is a function of the request and i alone; nothing of the document is kept. */
 #ifndef API_MEMBERS_JSON_H
 #define API_MEMBERS_JSON_H

@@ -105,10 +105,10 @@ struct api_op {
     void (*part)(void *state, long number, long parts);
     int rows_later; /* its table's rows are known only once it runs: until then they are the most that there can be */
     /**
-     * Shows a tape all that the next part needs of this one, once this one is complete; where the tape puts it back,
+     * Shows a checkpoint all that the next part needs of this one, once this one is complete; where the checkpoint puts it back,
      * after `part` and before the first run. NULL: parts need not know of each other.
      */
-    enum pend_status (*carry)(void *state, struct pend_tape *tape, struct pend_error *error);
+    enum pend_status (*carry)(void *state, struct pend_checkpoint *checkpoint, struct pend_error *error);
     /** What is told of the computation beside its rows, once it is complete; NULL: nothing is. */
     const struct api_stats *(*told)(const void *state);
     /** True where that is to be known before the answer's first byte in representations that have no place for it. */

@@ -1,6 +1,6 @@
 /* POST /v1/ensembles: many trajectories of one pendulum, reduced to what was asked for, or whole.
- * Leaves to others: the request and the shards (ensemble), the bytes (encode).
- * Invariant: one shard of raw rows is held besides the answer; rows come in the order of the members. */
+ * Leaves to others: the request and the ranges of members (ensemble), the bytes (encode).
+ * Invariant: one range of members of raw rows is held besides the answer; rows come in the order of the members. */
 #include "api/op/op.h"
 
 #include <math.h>
@@ -9,8 +9,8 @@
 #include "api/encode/encode.h"
 #include "api/op/ensemble.h"
 
-/* numbers and members of a shard: some megabytes, and enough members that lanes are seldom idle */
-enum { SHARD_NUMBERS = 1 << 20, SHARD_MEMBERS = 16384, SHARD_MEMBERS_LEAST = 8, PIECE_NUMBERS = 4096 };
+/* numbers and members of a range of members: some megabytes, and enough members that lanes are seldom idle */
+enum { RANGE_NUMBERS = 1 << 20, RANGE_MEMBERS = 16384, RANGE_MEMBERS_LEAST = 8, PIECE_NUMBERS = 4096 };
 
 struct ensembles {
     struct api_ensemble *ensemble;
@@ -18,11 +18,11 @@ struct ensembles {
 
     /* once it runs */
     struct api_writer *writer;
-    struct api_shard *shard;       /* that is being computed, else NULL */
+    struct api_member_range *range;       /* that is being computed, else NULL */
     double *raw;                   /* its rows */
-    long shard_most, first, count; /* members of a shard; those of this one */
+    long range_most, first, count; /* members of a range of members; those of this one */
     long begin, end;               /* members that are computed: all, or a part's */
-    long written, rows;            /* rows of the shard that are written, and that there are */
+    long written, rows;            /* rows of the range that are written, and that there are */
     long failed, steps, lost;
     struct api_stats stats;
 };
@@ -30,7 +30,7 @@ struct ensembles {
 static void ensembles_free(void **state) {
     struct ensembles *op = *state;
     if (!op) return;
-    api_shard_free(&op->shard);
+    api_member_range_free(&op->range);
     api_writer_free(&op->writer);
     free(op->raw);
     api_ensemble_free(&op->ensemble);
@@ -52,7 +52,7 @@ static enum pend_status ensembles_read(void **state, const struct api_reading *r
 
 static long ensembles_parts(const void *state) {
     const struct ensembles *op = state;
-    return 1 + (op->end - op->begin - 1) / SHARD_MEMBERS_LEAST;
+    return 1 + (op->end - op->begin - 1) / RANGE_MEMBERS_LEAST;
 }
 
 static void ensembles_part(void *state, long number, long parts) {
@@ -62,44 +62,44 @@ static void ensembles_part(void *state, long number, long parts) {
     op->end = (long)((double)count * (double)(number + 1) / (double)parts);
 }
 
-/* doubles of a member, and members of a shard */
+/* doubles of a member, and members of a range of members */
 static double ensembles_numbers(const struct ensembles *op) {
     return (double)api_ensemble_rows(op->ensemble) * (double)api_ensemble_numbers(op->ensemble);
 }
 
-static double ensembles_shard(const struct ensembles *op) {
-    double most = fmin(fmax(floor(SHARD_NUMBERS / ensembles_numbers(op)), SHARD_MEMBERS_LEAST), SHARD_MEMBERS);
+static double ensembles_range(const struct ensembles *op) {
+    double most = fmin(fmax(floor(RANGE_NUMBERS / ensembles_numbers(op)), RANGE_MEMBERS_LEAST), RANGE_MEMBERS);
     return fmin(most, (double)(op->end - op->begin));
 }
 
 static enum pend_status ensembles_begin(struct ensembles *op, struct api_buffer *out, struct pend_error *error) {
     const struct api_ensemble *ensemble = op->ensemble;
     double numbers = ensembles_numbers(op);
-    op->shard_most = (long)ensembles_shard(op);
+    op->range_most = (long)ensembles_range(op);
     PEND_TRY(api_ensemble_prepare(op->ensemble, error));
-    op->raw = malloc((size_t)op->shard_most * (size_t)numbers * sizeof *op->raw);
+    op->raw = malloc((size_t)op->range_most * (size_t)numbers * sizeof *op->raw);
     if (!op->raw) return PEND_NO_MEMORY;
     return api_writer_new(&op->writer, op->format, api_ensemble_table(ensemble), out);
 }
 
-/* computes on; begins the next shard where none is under way */
+/* computes on; begins the next range where none is under way */
 static enum pend_status ensembles_compute(struct ensembles *op, struct pend_error *error) {
     int done = 0;
-    if (!op->shard) {
+    if (!op->range) {
         long left = op->end - op->first;
-        op->count = left < op->shard_most ? left : op->shard_most;
+        op->count = left < op->range_most ? left : op->range_most;
         op->written = op->rows = 0;
-        PEND_TRY(api_shard_new(&op->shard, op->ensemble, op->first, op->count, op->raw, error));
+        PEND_TRY(api_member_range_new(&op->range, op->ensemble, op->first, op->count, op->raw, error));
     }
-    PEND_TRY(api_shard_go(op->shard, &done));
+    PEND_TRY(api_member_range_go(op->range, &done));
     if (!done) return PEND_OK;
-    struct api_shard_stats stats = api_shard_stats(op->shard);
+    struct api_member_range_stats stats = api_member_range_stats(op->range);
     op->failed += stats.failed;
     op->steps += stats.steps;
     op->lost += stats.lost;
     op->first += op->count;
     op->rows = op->count * api_ensemble_rows(op->ensemble);
-    api_shard_free(&op->shard);
+    api_member_range_free(&op->range);
     return PEND_OK;
 }
 
@@ -146,7 +146,7 @@ static enum pend_status ensembles_run(void *state, const struct api_turn *turn, 
 
 static long ensembles_steps(const void *state) {
     const struct ensembles *op = state;
-    return op->steps + (op->shard ? api_shard_stats(op->shard).steps : 0);
+    return op->steps + (op->range ? api_member_range_stats(op->range).steps : 0);
 }
 
 static const struct api_table *ensembles_table(const void *state) {
@@ -163,7 +163,7 @@ static const struct api_stats *ensembles_told(const void *state) { return &((con
 static double ensembles_bytes(const void *state) {
     const struct ensembles *op = state;
     const struct api_ensemble *ensemble = op->ensemble;
-    double raw = ensembles_shard(op) * ensembles_numbers(op) + PIECE_NUMBERS + (double)api_ensemble_numbers(ensemble);
+    double raw = ensembles_range(op) * ensembles_numbers(op) + PIECE_NUMBERS + (double)api_ensemble_numbers(ensemble);
     return api_ensemble_bytes(ensemble) + raw * sizeof(double) +
            api_writer_bytes(op->format, api_ensemble_table(ensemble));
 }

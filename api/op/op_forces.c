@@ -22,7 +22,7 @@ static const double number_seconds = 5e-8, text_seconds = 3e-8;
 enum { BLOCK_ROWS = 64, BLOCK_NUMBERS = 16384 };
 
 /* states whose accelerations are found together */
-enum { AT_ONCE = PEND_DYNAMICS_LANES };
+enum { AT_ONCE = PEND_DYNAMICS_VEC };
 
 /* the columns of the answer, in the order above; the energies have one number a row */
 static const struct {
@@ -189,16 +189,16 @@ static void forces_compute(const struct forces *forces, long s, long i) {
         pend_dynamics_fine(tree, gravity, phi, low, rate, forces->work, forces->scratch, acc, force);
     forces_put(forces, acc, i, PHIDD);
     forces_put(forces, force, i, LAMBDA);
-    pend_motion_position(tree, phi, re, im);
+    pend_kinematics_position(tree, phi, re, im);
     forces_put(forces, re, i, Z_RE);
     forces_put(forces, im, i, Z_IM);
-    pend_motion_velocity(tree, phi, rate, re, im);
+    pend_kinematics_velocity(tree, phi, rate, re, im);
     forces_put(forces, re, i, ZD_RE);
     forces_put(forces, im, i, ZD_IM);
-    pend_motion_acceleration(tree, phi, rate, acc, re, im);
+    pend_kinematics_acceleration(tree, phi, rate, acc, re, im);
     forces_put(forces, re, i, ZDD_RE);
     forces_put(forces, im, i, ZDD_IM);
-    struct pend_energy energy = pend_motion_energy(tree, gravity, phi, rate);
+    struct pend_energy energy = pend_kinematics_energy(tree, gravity, phi, rate);
     forces->column[KINETIC][i] = energy.kinetic;
     forces->column[POTENTIAL][i] = energy.potential;
     forces->column[TOTAL][i] = energy.kinetic + energy.potential;

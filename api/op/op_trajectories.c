@@ -300,19 +300,19 @@ static void trajectory_part(void *state, long number, long parts) {
     trajectory->until = (double)(number + 1) / (double)parts;
 }
 
-static enum pend_status trajectory_carry(void *state, struct pend_tape *tape, struct pend_error *error) {
+static enum pend_status trajectory_carry(void *state, struct pend_checkpoint *checkpoint, struct pend_error *error) {
     struct trajectory *trajectory = state;
     int version = CARRIED, trusts = trajectory->trust != NULL;
     if (!trajectory->run) PEND_TRY(trajectory_begin(trajectory, error));
-    pend_tape_part(tape, &version, sizeof version);
-    pend_tape_part(tape, &trusts, sizeof trusts);
-    pend_tape_part(tape, &trajectory->computed, sizeof trajectory->computed);
-    pend_tape_row(tape, &trajectory->earlier, 1);
-    pend_tape_row(tape, &trajectory->trust_until, 1);
+    pend_checkpoint_part(checkpoint, &version, sizeof version);
+    pend_checkpoint_part(checkpoint, &trusts, sizeof trusts);
+    pend_checkpoint_part(checkpoint, &trajectory->computed, sizeof trajectory->computed);
+    pend_checkpoint_row(checkpoint, &trajectory->earlier, 1);
+    pend_checkpoint_row(checkpoint, &trajectory->trust_until, 1);
     if (version != CARRIED || (trusts && !trajectory->trust)) return PEND_INVALID;
     if (!trusts) pend_trust_free(&trajectory->trust);
-    PEND_TRY(pend_run_carry(trajectory->run, tape));
-    return trusts ? pend_trust_carry(trajectory->trust, tape) : PEND_OK;
+    PEND_TRY(pend_run_carry(trajectory->run, checkpoint));
+    return trusts ? pend_trust_carry(trajectory->trust, checkpoint) : PEND_OK;
 }
 
 static long trajectory_steps(const void *state) {

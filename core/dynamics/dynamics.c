@@ -47,77 +47,77 @@ void pend_dynamics(const struct pend_tree *tree, double gravity, const double ph
 }
 
 /* the vectors of the quick form, then one state for the careful one: phi, rate, acc, force and its scratch */
-static size_t dynamics_lanes_quick_bytes(int n) {
-    return (size_t)DYNAMICS_VALUES * DYNAMICS_LANES * (size_t)n * sizeof(double);
+static size_t dynamics_vec_quick_bytes(int n) {
+    return (size_t)DYNAMICS_VALUES * DYNAMICS_VEC * (size_t)n * sizeof(double);
 }
 
-size_t pend_dynamics_lanes_bytes(int n) {
-    return dynamics_lanes_quick_bytes(n) + 4 * dynamics_row(n) * sizeof(double) + pend_dynamics_careful_bytes(n);
+size_t pend_dynamics_vec_bytes(int n) {
+    return dynamics_vec_quick_bytes(n) + 4 * dynamics_row(n) * sizeof(double) + pend_dynamics_careful_bytes(n);
 }
 
 static void dynamics_lane(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
                           void *work, double acc[], double force[]) {
     size_t row = dynamics_row(tree->n);
-    double *one = (double *)((char *)work + dynamics_lanes_quick_bytes(tree->n));
-    for (int k = 0; k < tree->n; k++) one[k] = phi[DYNAMICS_LANES * k], one[row + k] = rate[DYNAMICS_LANES * k];
+    double *one = (double *)((char *)work + dynamics_vec_quick_bytes(tree->n));
+    for (int k = 0; k < tree->n; k++) one[k] = phi[DYNAMICS_VEC * k], one[row + k] = rate[DYNAMICS_VEC * k];
     pend_dynamics_careful(tree, gravity, one, one + row, one + 4 * row, one + 2 * row, one + 3 * row);
     for (int k = 0; k < tree->n; k++) {
-        acc[DYNAMICS_LANES * k] = one[2 * row + k];
-        force[DYNAMICS_LANES * k] = one[3 * row + k];
+        acc[DYNAMICS_VEC * k] = one[2 * row + k];
+        force[DYNAMICS_VEC * k] = one[3 * row + k];
     }
 }
 
-void pend_dynamics_lanes_for(enum pend_isa isa, const struct pend_tree *tree, double gravity, const double phi[],
+void pend_dynamics_vec_for(enum pend_isa isa, const struct pend_tree *tree, double gravity, const double phi[],
                              const double rate[], void *work, double acc[], double force[]) {
     unsigned kept = dynamics_kernel(isa)->lanes(tree, gravity, phi, rate, work, acc, force);
-    for (int i = 0; i < DYNAMICS_LANES; i++)
+    for (int i = 0; i < DYNAMICS_VEC; i++)
         if (!(kept >> i & 1)) dynamics_lane(tree, gravity, phi + i, rate + i, work, acc + i, force + i);
 }
 
-void pend_dynamics_lanes(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
+void pend_dynamics_vec(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
                          void *work, double acc[], double force[]) {
-    pend_dynamics_lanes_for(pend_isa_best(), tree, gravity, phi, rate, work, acc, force);
+    pend_dynamics_vec_for(pend_isa_best(), tree, gravity, phi, rate, work, acc, force);
 }
 
 /* rows that are worth all lanes, and the largest tree whose lanes stay near the processor */
-enum { DYNAMICS_LANES_LEAST = 4, DYNAMICS_LANES_ARMS = 1024 };
+enum { DYNAMICS_VEC_LEAST = 4, DYNAMICS_VEC_ARMS = 1024 };
 
 /* large trees, and long chains, whose quick form has other bits than lanes and is as quick */
 static int dynamics_alone(const struct pend_tree *tree) {
-    return tree->n > DYNAMICS_LANES_ARMS || (tree->n >= DYNAMICS_CHAIN && tree->depth[tree->n - 1] == tree->n);
+    return tree->n > DYNAMICS_VEC_ARMS || (tree->n >= DYNAMICS_CHAIN && tree->depth[tree->n - 1] == tree->n);
 }
 
 size_t pend_dynamics_many_bytes(int n) {
-    if (n > DYNAMICS_LANES_ARMS) return pend_dynamics_work_bytes(n);
-    size_t lanes = 4 * DYNAMICS_LANES * (size_t)n * sizeof(double) + pend_dynamics_lanes_bytes(n);
+    if (n > DYNAMICS_VEC_ARMS) return pend_dynamics_work_bytes(n);
+    size_t lanes = 4 * DYNAMICS_VEC * (size_t)n * sizeof(double) + pend_dynamics_vec_bytes(n);
     return lanes > pend_dynamics_work_bytes(n) ? lanes : pend_dynamics_work_bytes(n);
 }
 
-/* up to DYNAMICS_LANES rows; the lanes that are left over repeat the last */
+/* up to DYNAMICS_VEC rows; the lanes that are left over repeat the last */
 static void dynamics_rows(const struct pend_tree *tree, double gravity, int count, const double phi[],
                           const double rate[], void *work, double acc[], double force[]) {
     int n = tree->n;
-    size_t all = DYNAMICS_LANES * (size_t)n;
+    size_t all = DYNAMICS_VEC * (size_t)n;
     double *lane_phi = work, *lane_rate = lane_phi + all, *lane_acc = lane_rate + all, *lane_force = lane_acc + all;
     for (int k = 0; k < n; k++)
-        for (int i = 0; i < DYNAMICS_LANES; i++) {
+        for (int i = 0; i < DYNAMICS_VEC; i++) {
             size_t from = (size_t)(i < count ? i : count - 1) * (size_t)n + (size_t)k;
-            lane_phi[DYNAMICS_LANES * k + i] = phi[from];
-            lane_rate[DYNAMICS_LANES * k + i] = rate[from];
+            lane_phi[DYNAMICS_VEC * k + i] = phi[from];
+            lane_rate[DYNAMICS_VEC * k + i] = rate[from];
         }
-    pend_dynamics_lanes(tree, gravity, lane_phi, lane_rate, lane_force + all, lane_acc, lane_force);
+    pend_dynamics_vec(tree, gravity, lane_phi, lane_rate, lane_force + all, lane_acc, lane_force);
     for (int i = 0; i < count; i++)
         for (int k = 0; k < n; k++) {
-            acc[(size_t)i * (size_t)n + (size_t)k] = lane_acc[DYNAMICS_LANES * k + i];
-            force[(size_t)i * (size_t)n + (size_t)k] = lane_force[DYNAMICS_LANES * k + i];
+            acc[(size_t)i * (size_t)n + (size_t)k] = lane_acc[DYNAMICS_VEC * k + i];
+            force[(size_t)i * (size_t)n + (size_t)k] = lane_force[DYNAMICS_VEC * k + i];
         }
 }
 
 void pend_dynamics_many(const struct pend_tree *tree, double gravity, long count, const double phi[],
                         const double rate[], void *work, double acc[], double force[]) {
-    long least = dynamics_alone(tree) ? LONG_MAX : DYNAMICS_LANES_LEAST;
+    long least = dynamics_alone(tree) ? LONG_MAX : DYNAMICS_VEC_LEAST;
     while (count > 0) {
-        int rows = count < least ? 1 : count < DYNAMICS_LANES ? (int)count : DYNAMICS_LANES;
+        int rows = count < least ? 1 : count < DYNAMICS_VEC ? (int)count : DYNAMICS_VEC;
         size_t step = (size_t)rows * (size_t)tree->n;
         if (rows > 1)
             dynamics_rows(tree, gravity, rows, phi, rate, work, acc, force);

@@ -1,5 +1,5 @@
 /* Angular accelerations and arm forces of a moving tree in O(n), without a matrix.
- * Leaves to others: the paper's matrix form (reference), positions and energies (motion).
+ * Leaves to others: the paper's matrix form (reference), positions and energies (kinematics).
  * Invariant: no allocation; arms in the tree's stored order. */
 #ifndef PEND_DYNAMICS_H
 #define PEND_DYNAMICS_H
@@ -37,23 +37,23 @@ size_t pend_dynamics_work_bytes(int n);
 void pend_dynamics(const struct pend_tree *tree, double gravity, const double phi[], const double rate[], void *work,
                    double acc[], double force[]);
 
-/* States that go side by side through pend_dynamics_lanes. */
-enum { PEND_DYNAMICS_LANES = 8 };
+/* States that go side by side through pend_dynamics_vec. */
+enum { PEND_DYNAMICS_VEC = 8 };
 
-/** Bytes of scratch that pend_dynamics_lanes needs for a tree of n arms. */
-size_t pend_dynamics_lanes_bytes(int n);
+/** Bytes of scratch that pend_dynamics_vec needs for a tree of n arms. */
+size_t pend_dynamics_vec_bytes(int n);
 
 /**
- * Angular accelerations and compression forces of PEND_DYNAMICS_LANES states of one tree, one a vector lane.
+ * Angular accelerations and compression forces of PEND_DYNAMICS_VEC states of one tree, one a vector lane.
  *
- * phi, rate, acc, force  n PEND_DYNAMICS_LANES values each, aligned to 64: arm k of state i at PEND_DYNAMICS_LANES k +
- * i; no two arrays the same, none NULL. Lanes of no use hold copies of another. work pend_dynamics_lanes_bytes(n)
+ * phi, rate, acc, force  n PEND_DYNAMICS_VEC values each, aligned to 64: arm k of state i at PEND_DYNAMICS_VEC k +
+ * i; no two arrays the same, none NULL. Lanes of no use hold copies of another. work pend_dynamics_vec_bytes(n)
  * bytes, aligned to 64.
  *
  * The rest as pend_dynamics, and the same bits, but for chains of 128 arms and more: they depend neither on the lane
  * nor on its neighbours.
  */
-void pend_dynamics_lanes(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
+void pend_dynamics_vec(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
                          void *work, double acc[], double force[]);
 
 /** Bytes of scratch that pend_dynamics_many needs for a tree of n arms. */
@@ -86,7 +86,7 @@ void pend_dynamics_fine(const struct pend_tree *tree, double gravity, const doub
 /** The same two, compiled for an instruction set that this processor runs: for tests. */
 void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree, double gravity, const double phi[],
                        const double rate[], void *work, double acc[], double force[]);
-void pend_dynamics_lanes_for(enum pend_isa isa, const struct pend_tree *tree, double gravity, const double phi[],
+void pend_dynamics_vec_for(enum pend_isa isa, const struct pend_tree *tree, double gravity, const double phi[],
                              const double rate[], void *work, double acc[], double force[]);
 
 #endif

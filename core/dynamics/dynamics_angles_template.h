@@ -1,6 +1,6 @@
 /* What a block of arms of one state does by itself: its angles to the parents, and w.
- * Leaves to others: the sweeps (dynamics_one_kernel).
- * Invariant: the operations of dynamics_lanes_kernel, hence its bits. */
+ * Leaves to others: the sweeps (dynamics_one_template).
+ * Invariant: the operations of dynamics_vec_kernel, hence its bits. */
 #ifndef PEND_DYNAMICS_ANGLES_TEMPLATE_H
 #define PEND_DYNAMICS_ANGLES_TEMPLATE_H
 
@@ -13,7 +13,7 @@ struct turns {
 
 #if KERNEL_WIDTH == 4
 /* all ones in the first `count` lanes */
-LANES_INLINE bits4 wide_first(int count) {
+VEC_INLINE bits4 wide_first(int count) {
     static const long long ones[8] = {-1, -1, -1, -1, 0, 0, 0, 0};
     bits4 mask;
     memcpy(&mask, ones + 4 - count, sizeof mask);
@@ -22,7 +22,7 @@ LANES_INLINE bits4 wide_first(int count) {
 #endif
 
 /* the first `count` numbers of a vector; the others are `rest` */
-LANES_INLINE wide wide_load_some(const double *from, int count, double rest) {
+VEC_INLINE wide wide_load_some(const double *from, int count, double rest) {
 #if defined(__AVX512F__)
     return (wide)_mm512_mask_loadu_pd(_mm512_set1_pd(rest), (__mmask8)((1u << count) - 1), from);
 #elif KERNEL_WIDTH == 4
@@ -36,7 +36,7 @@ LANES_INLINE wide wide_load_some(const double *from, int count, double rest) {
 #endif
 }
 
-LANES_INLINE void wide_store_some(double *to, wide x, int count) {
+VEC_INLINE void wide_store_some(double *to, wide x, int count) {
 #if defined(__AVX512F__)
     _mm512_mask_storeu_pd(to, (__mmask8)((1u << count) - 1), (__m512d)x);
 #elif KERNEL_WIDTH == 4
@@ -47,20 +47,20 @@ LANES_INLINE void wide_store_some(double *to, wide x, int count) {
 #endif
 }
 
-LANES_INLINE void turns_put(struct turns *turns, int i, wide cosine, wide sine, wide rate, wide len) {
+VEC_INLINE void turns_put(struct turns *turns, int i, wide cosine, wide sine, wide rate, wide len) {
     WIDE_(put)(turns->cosine + i, cosine);
     WIDE_(put)(turns->sine + i, sine);
     WIDE_(put)(turns->spin + i, len * rate * rate);
 }
 
 /* arms i to i + WIDE of a block */
-LANES_INLINE void turns_some(struct turns *turns, int i, wide x, wide base, wide rate, wide len) {
+VEC_INLINE void turns_some(struct turns *turns, int i, wide x, wide base, wide rate, wide len) {
     wide sine, cosine;
     WIDE_(between)(x, base, &sine, &cosine);
     turns_put(turns, i, cosine, sine, rate, len);
 }
 
-LANES_INLINE void block_turns(struct turns *turns, const struct pend_tree *tree, const double phi[],
+VEC_INLINE void block_turns(struct turns *turns, const struct pend_tree *tree, const double phi[],
                               const double rate[], int begin, int count) {
     double base[DYNAMICS_BLOCK] __attribute__((aligned(64)));
     const int *parent = tree->parent + begin;

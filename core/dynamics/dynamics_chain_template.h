@@ -7,21 +7,21 @@
 #include "core/dynamics/dynamics_template.h"
 
 /*
- * Long chains. A chain is a sequence from one end to the other; cut into DYNAMICS_LANES pieces that are solved side by
+ * Long chains. A chain is a sequence from one end to the other; cut into DYNAMICS_VEC pieces that are solved side by
  * side it is one an eighth as long. A piece answers to the acceleration x of its base along its first arm, and to the
  * tension mu of the arm that follows it:
  *
  *     lambda of its first arm = S x + f + g mu        acceleration of its last tip along the next arm = g x + e - k mu
  */
 struct chain_pieces {
-    double eff[DYNAMICS_LANES], bias[DYNAMICS_LANES], gain[DYNAMICS_LANES]; /* S, f, g */
-    double drift[DYNAMICS_LANES], give[DYNAMICS_LANES];                     /* e, k */
+    double eff[DYNAMICS_VEC], bias[DYNAMICS_VEC], gain[DYNAMICS_VEC]; /* S, f, g */
+    double drift[DYNAMICS_VEC], give[DYNAMICS_VEC];                     /* e, k */
     double least, most;                                                     /* masses */
 };
 
 /* of the angles before the first arms of the pieces, and before that of the rest */
 struct chain_cuts {
-    double sine[DYNAMICS_LANES + 1], cosine[DYNAMICS_LANES + 1];
+    double sine[DYNAMICS_VEC + 1], cosine[DYNAMICS_VEC + 1];
 };
 
 /* how the tension of an arm follows from that of the one before it: slope lambda + offset + share mu */
@@ -33,7 +33,7 @@ struct chain_row {
 enum { CHAIN_MASSES = 1024 };
 
 /* a number of every piece, or of as many as a vector holds */
-LANES_INLINE wide chain_load(const double *from, size_t length) {
+VEC_INLINE wide chain_load(const double *from, size_t length) {
 #if KERNEL_WIDTH == 8
     return (wide){from[0],          from[length],     from[2 * length], from[3 * length],
                   from[4 * length], from[5 * length], from[6 * length], from[7 * length]};
@@ -44,15 +44,15 @@ LANES_INLINE wide chain_load(const double *from, size_t length) {
 #endif
 }
 
-LANES_INLINE void chain_store(double to[], size_t length, wide x) {
+VEC_INLINE void chain_store(double to[], size_t length, wide x) {
     for (size_t j = 0; j < WIDE; j++) to[j * length] = x[j];
 }
 
-LANES_INLINE void chain_put(double *to, wide x) { memcpy(to, &x, sizeof x); }
+VEC_INLINE void chain_put(double *to, wide x) { memcpy(to, &x, sizeof x); }
 
-/* DYNAMICS_LANES angles x - base */
+/* DYNAMICS_VEC angles x - base */
 static void chain_angles(const double x[], const double base[], double sine[], double cosine[]) {
-    for (int j = 0; j < DYNAMICS_LANES; j += WIDE) {
+    for (int j = 0; j < DYNAMICS_VEC; j += WIDE) {
         wide s, c;
         WIDE_(between)(wide_load(x + j), wide_load(base + j), &s, &c);
         chain_put(sine + j, s);
@@ -60,18 +60,18 @@ static void chain_angles(const double x[], const double base[], double sine[], d
     }
 }
 
-/* the arms behind the last piece, fewer than DYNAMICS_LANES */
+/* the arms behind the last piece, fewer than DYNAMICS_VEC */
 struct chain_rest {
     int count;
-    double sine[DYNAMICS_LANES], cosine[DYNAMICS_LANES], mass[DYNAMICS_LANES];
-    double slope[DYNAMICS_LANES], offset[DYNAMICS_LANES], tension[DYNAMICS_LANES];
+    double sine[DYNAMICS_VEC], cosine[DYNAMICS_VEC], mass[DYNAMICS_VEC];
+    double slope[DYNAMICS_VEC], offset[DYNAMICS_VEC], tension[DYNAMICS_VEC];
     double eff, bias; /* of its first arm, 0 without one */
 };
 
 static void chain_rest_up(struct chain_rest *rest, const struct pend_tree *tree, double unit, const double phi[],
                           const double rate[]) {
-    int first = tree->n / DYNAMICS_LANES * DYNAMICS_LANES;
-    double x[DYNAMICS_LANES] = {0}, base[DYNAMICS_LANES] = {0}, S = 0, f = 0;
+    int first = tree->n / DYNAMICS_VEC * DYNAMICS_VEC;
+    double x[DYNAMICS_VEC] = {0}, base[DYNAMICS_VEC] = {0}, S = 0, f = 0;
     rest->count = tree->n - first;
     for (int i = 0; i < rest->count; i++) x[i] = phi[first + i], base[i] = phi[first + i - 1];
     chain_angles(x, base, rest->sine, rest->cosine);
@@ -93,17 +93,17 @@ static void chain_rest_up(struct chain_rest *rest, const struct pend_tree *tree,
 }
 
 static void chain_cut(struct chain_cuts *cuts, const struct chain_rest *rest, size_t length, const double phi[]) {
-    double x[DYNAMICS_LANES], base[DYNAMICS_LANES];
-    for (size_t j = 0; j < DYNAMICS_LANES; j++) x[j] = phi[j * length], base[j] = j ? phi[j * length - 1] : 0;
+    double x[DYNAMICS_VEC], base[DYNAMICS_VEC];
+    for (size_t j = 0; j < DYNAMICS_VEC; j++) x[j] = phi[j * length], base[j] = j ? phi[j * length - 1] : 0;
     chain_angles(x, base, cuts->sine, cuts->cosine);
-    cuts->sine[DYNAMICS_LANES] = rest->count ? rest->sine[0] : 0;
-    cuts->cosine[DYNAMICS_LANES] = rest->count ? rest->cosine[0] : 0;
+    cuts->sine[DYNAMICS_VEC] = rest->count ? rest->sine[0] : 0;
+    cuts->cosine[DYNAMICS_VEC] = rest->count ? rest->cosine[0] : 0;
 }
 
 /* WIDE pieces, from `part` on, from their last arms to their first; row[i] is of arm i of every piece */
 static void chain_up(const struct pend_tree *tree, double unit, const double phi[], const double rate[],
                      const struct chain_cuts *cuts, int part, struct chain_row row[], struct chain_pieces *pieces) {
-    size_t length = (size_t)(tree->n / DYNAMICS_LANES), begin = (size_t)part * length;
+    size_t length = (size_t)(tree->n / DYNAMICS_VEC), begin = (size_t)part * length;
     const double *len = tree->len + begin, *mass = tree->mass + begin;
     phi += begin, rate += begin;
     wide x = chain_load(phi + length - 1, length), sine, cosine;
@@ -156,16 +156,16 @@ static void chain_up(const struct pend_tree *tree, double unit, const double phi
  */
 static double chain_join(const struct chain_pieces *p, const struct chain_rest *rest, double gravity, double x,
                          double first[], double next[]) {
-    double S[DYNAMICS_LANES + 1], f[DYNAMICS_LANES + 1], inverse[DYNAMICS_LANES], load;
-    S[DYNAMICS_LANES] = rest->eff, f[DYNAMICS_LANES] = rest->bias;
-    for (int j = DYNAMICS_LANES - 1; j >= 0; j--) {
+    double S[DYNAMICS_VEC + 1], f[DYNAMICS_VEC + 1], inverse[DYNAMICS_VEC], load;
+    S[DYNAMICS_VEC] = rest->eff, f[DYNAMICS_VEC] = rest->bias;
+    for (int j = DYNAMICS_VEC - 1; j >= 0; j--) {
         inverse[j] = 1 / fma1(p->give[j], S[j + 1], 1);
         S[j] = p->eff[j] + p->gain[j] * p->gain[j] * S[j + 1] * inverse[j];
         f[j] = p->bias[j] + p->gain[j] * fma1(S[j + 1], p->drift[j], f[j + 1]) * inverse[j];
     }
     double tension = S[0] * x + f[0];
     load = S[0] * fabs(gravity) + fabs(f[0]);
-    for (int j = 0; j < DYNAMICS_LANES; j++) {
+    for (int j = 0; j < DYNAMICS_VEC; j++) {
         double y = fma1(p->gain[j], x, p->drift[j]);
         double here = (S[j + 1] * (fabs(p->gain[j] * x) + fabs(p->drift[j])) + fabs(f[j + 1])) * inverse[j];
         load = here > load ? here : load;
@@ -180,7 +180,7 @@ static double chain_join(const struct chain_pieces *p, const struct chain_rest *
 /* What goes from piece to piece in the sweep back: tensions of the first arms and of the arms that follow the pieces;
  * lambda / m of the arm before. */
 struct chain_ends {
-    double first[DYNAMICS_LANES], next[DYNAMICS_LANES], before[DYNAMICS_LANES + 1];
+    double first[DYNAMICS_VEC], next[DYNAMICS_VEC], before[DYNAMICS_VEC + 1];
 };
 
 /* the tensions of WIDE pieces */
@@ -238,7 +238,7 @@ static void chain_rest_down(struct chain_rest *rest, const struct pend_tree *tre
 
 static int kernel_chain(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
                         double work[], double acc[], double force[]) {
-    size_t length = (size_t)(tree->n / DYNAMICS_LANES);
+    size_t length = (size_t)(tree->n / DYNAMICS_VEC);
     struct chain_row *row = (struct chain_row *)work;
     struct chain_rest rest;
     struct chain_cuts cuts;
@@ -248,18 +248,18 @@ static int kernel_chain(const struct pend_tree *tree, double gravity, const doub
     int fine = 1;
     chain_rest_up(&rest, tree, unit, phi, rate);
     chain_cut(&cuts, &rest, length, phi);
-    for (int j = 0; j < DYNAMICS_LANES; j += WIDE)
+    for (int j = 0; j < DYNAMICS_VEC; j += WIDE)
         chain_up(tree, unit, phi, rate, &cuts, j, row + (size_t)(j / WIDE) * length, &pieces);
     double load = chain_join(&pieces, &rest, gravity, cuts.sine[0] * gravity, ends.first, ends.next);
     ends.before[0] = 0;
-    for (int j = 0; j < DYNAMICS_LANES; j += WIDE) {
+    for (int j = 0; j < DYNAMICS_VEC; j += WIDE) {
         struct chain_row *part = row + (size_t)(j / WIDE) * length;
         chain_tensions(length, j, part, &ends);
         wide gap = part[0].sine * wide_load(ends.before + j);
         if (!j) gap[0] = -gravity * cos(phi[0]);
         fine &= chain_down(length, j, part, &ends, &cuts, unit, gap, acc, force, &most);
     }
-    chain_rest_down(&rest, tree, 1 / unit, ends.before[DYNAMICS_LANES], ends.next[DYNAMICS_LANES - 1], acc, force);
+    chain_rest_down(&rest, tree, 1 / unit, ends.before[DYNAMICS_VEC], ends.next[DYNAMICS_VEC - 1], acc, force);
     return fine && pieces.most <= CHAIN_MASSES * pieces.least && load <= LOAD_MOST * most;
 }
 

@@ -1,7 +1,7 @@
 /* Phi'' and lambda of one state of any tree.
- * Leaves to others: angles (dynamics_turns_kernel), long chains (dynamics_chain_kernel), several states
- * (dynamics_lanes_kernel), memory (dynamics).
- * Invariant: the operations of dynamics_lanes_kernel, hence its bits. */
+ * Leaves to others: angles (dynamics_angles_template), long chains (dynamics_chain_template), several states
+ * (dynamics_vec_template), memory (dynamics).
+ * Invariant: the operations of dynamics_vec_kernel, hence its bits. */
 #ifndef PEND_DYNAMICS_ONE_TEMPLATE_H
 #define PEND_DYNAMICS_ONE_TEMPLATE_H
 
@@ -38,11 +38,11 @@ struct climb {
     double unit, eff; /* eff: the largest S */
 };
 
-LANES_INLINE struct sums sums_first(double S, double f, double C, double Z) {
+VEC_INLINE struct sums sums_first(double S, double f, double C, double Z) {
     return (struct sums){S * (C * C), S * (Z * Z), S * (C * Z), f * C, f * Z, 0, 0};
 }
 
-LANES_INLINE struct sums sums_join(const struct sums *j, double S, double f, double C, double Z) {
+VEC_INLINE struct sums sums_join(const struct sums *j, double S, double f, double C, double Z) {
     double x = fma1(j->q, C, -(j->r * Z)), y = fma1(j->p, Z, -(j->r * C)), z = fma1(j->b, Z, -(j->t * C));
     return (struct sums){fma1(S, C * C, j->p),
                          fma1(S, Z * Z, j->q),
@@ -54,7 +54,7 @@ LANES_INLINE struct sums sums_join(const struct sums *j, double S, double f, dou
 }
 
 /* the arms of a block from the last to the first */
-LANES_INLINE void block_up(const struct turns *turns, const struct pend_tree *tree, struct climb *climb, int begin,
+VEC_INLINE void block_up(const struct turns *turns, const struct pend_tree *tree, struct climb *climb, int begin,
                            int count) {
     const unsigned char *kin = tree->kin + begin;
     const double *mass = tree->mass + begin;
@@ -122,7 +122,7 @@ struct descent {
 };
 
 /* the acceleration of a tip along its arm, from that of the arm's base */
-LANES_INLINE double tip_radial(const struct tip *base, double C, double Z, double w) {
+VEC_INLINE double tip_radial(const struct tip *base, double C, double Z, double w) {
     return fma1(fma1(-Z, base->lean, C), base->radial, -fma1(Z, base->side, w));
 }
 
@@ -132,7 +132,7 @@ struct values {
 };
 
 /* the arms of a block from the first to the last */
-LANES_INLINE void block_down(const struct turns *turns, const struct pend_tree *tree, struct descent *descent,
+VEC_INLINE void block_down(const struct turns *turns, const struct pend_tree *tree, struct descent *descent,
                              int begin, int count, struct values *values) {
     const unsigned char *kin = tree->kin + begin;
     const double *mass = tree->mass + begin;
@@ -195,7 +195,7 @@ HUGE void block_down_even(const struct turns *turns, const struct pend_tree *tre
 }
 
 /* phi'' and lambda of some arms of a block */
-LANES_INLINE void block_values(struct descent *descent, wide radial, wide bend, wide tension, wide spin, wide len,
+VEC_INLINE void block_values(struct descent *descent, wide radial, wide bend, wide tension, wide spin, wide len,
                                wide *acc, wide *force) {
     *acc = bend * (1.0 / len);
     *force = tension * descent->inverse_unit;
@@ -205,7 +205,7 @@ LANES_INLINE void block_values(struct descent *descent, wide radial, wide bend, 
     descent->poison = WIDE_(fma)(*acc, WIDE_(of)(0), descent->poison);
 }
 
-LANES_INLINE void block_finish(const struct turns *turns, const struct pend_tree *tree, struct descent *descent,
+VEC_INLINE void block_finish(const struct turns *turns, const struct pend_tree *tree, struct descent *descent,
                                int huge, int begin, int count, double acc[], double force[]) {
     struct values values __attribute__((aligned(64)));
     if (huge)
@@ -242,17 +242,17 @@ struct one {
     int huge;
 };
 
-LANES_INLINE struct turns *one_turns(const struct one *one, int b) { return &one->turns[one->huge ? 0 : b]; }
+VEC_INLINE struct turns *one_turns(const struct one *one, int b) { return &one->turns[one->huge ? 0 : b]; }
 
-LANES_INLINE int one_blocks(const struct pend_tree *tree) { return (tree->n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK; }
+VEC_INLINE int one_blocks(const struct pend_tree *tree) { return (tree->n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK; }
 
 /* the arms of block b */
-LANES_INLINE int block_count(int n, int b) {
+VEC_INLINE int block_count(int n, int b) {
     int left = n - b * DYNAMICS_BLOCK;
     return left < DYNAMICS_BLOCK ? left : DYNAMICS_BLOCK;
 }
 
-LANES_INLINE void one_up(const struct one *one, struct climb *climb) {
+VEC_INLINE void one_up(const struct one *one, struct climb *climb) {
     const struct pend_tree *tree = one->tree;
     climb->now = climb->stack[0] = (struct sums){0};
     climb->top = climb->stack, climb->at = 0, climb->joint = one->joint + 1;
@@ -270,7 +270,7 @@ LANES_INLINE void one_up(const struct one *one, struct climb *climb) {
     }
 }
 
-LANES_INLINE void one_down(const struct one *one, const struct climb *climb, struct descent *descent) {
+VEC_INLINE void one_down(const struct one *one, const struct climb *climb, struct descent *descent) {
     const struct pend_tree *tree = one->tree;
     double *acc = one->acc, *force = one->force;
     // gravity is a pivot that accelerates with i g
@@ -323,13 +323,13 @@ static __attribute__((noinline)) double one_load(struct one one, const struct jo
     return most;
 }
 
-LANES_INLINE double wide_most(wide x) {
+VEC_INLINE double wide_most(wide x) {
     double most = x[0];
     for (int i = 1; i < WIDE; i++) most = x[i] > most ? x[i] : most;
     return most;
 }
 
-LANES_INLINE int one_sweeps(const struct one *one) {
+VEC_INLINE int one_sweeps(const struct one *one) {
     struct climb climb;
     struct descent descent;
     one_up(one, &climb);

@@ -1,16 +1,16 @@
 /* Sizes on which the quick forms of the dynamics and their callers agree.
  * Leaves to others: the forms (dynamics_*_kernel), memory (dynamics).
- * Invariant: DYNAMICS_LANES is a multiple of every width of vectors. */
+ * Invariant: DYNAMICS_VEC is a multiple of every width of vectors. */
 #ifndef PEND_DYNAMICS_SIZES_H
 #define PEND_DYNAMICS_SIZES_H
 
 /* Arms whose scratch lies together: one base address serves all arrays of a sweep. */
-enum { DYNAMICS_BLOCK = 64, DYNAMICS_LANES = 8 };
+enum { DYNAMICS_BLOCK = 64, DYNAMICS_VEC = 8 };
 
 /* A single state of a chain of so many arms or more is solved in pieces. */
 enum { DYNAMICS_CHAIN = 128 };
 
-/* Scratch of DYNAMICS_BLOCK arms with one number, or DYNAMICS_LANES numbers, a value. */
+/* Scratch of DYNAMICS_BLOCK arms with one number, or DYNAMICS_VEC numbers, a value. */
 enum { DYNAMICS_VALUES = 7 };
 
 #endif

@@ -26,7 +26,7 @@ enum { WAITING = sizeof(int) * CHAR_BIT + 1 };
 #define LOAD_MOST 256
 
 /* Masses times this power of 2 are near 1 in all; its inverse is finite. */
-LANES_INLINE double kernel_unit(double mass) {
+VEC_INLINE double kernel_unit(double mass) {
     unsigned long long bits, exponent;
     memcpy(&bits, &mass, sizeof bits);
     exponent = bits >> 52;
@@ -37,7 +37,7 @@ LANES_INLINE double kernel_unit(double mass) {
     return mass;
 }
 
-LANES_INLINE wide wide_load(const double *from) {
+VEC_INLINE wide wide_load(const double *from) {
     wide x;
     memcpy(&x, from, sizeof x);
     return x;

@@ -24,27 +24,27 @@ struct lanes_tip {
 
 /* Angles are done so many arms before they are needed: they keep the processor busy while a joint waits for its
  * division. */
-enum { LANES_AHEAD = 2 };
+enum { VEC_AHEAD = 2 };
 
 /* Largest values of a sweep: |lambda|, and what bounds all S |acceleration|. */
 struct lanes_peaks {
     wide force, radial, yield, spin, poison; /* poison: 0 while all is finite */
 };
 
-LANES_INLINE void lanes_prepare(const struct pend_tree *tree, const double phi[], const double rate[],
+VEC_INLINE void lanes_prepare(const struct pend_tree *tree, const double phi[], const double rate[],
                                 struct lanes_arm *arm, int k) {
-    wide x = WIDE_(get)(phi + DYNAMICS_LANES * k), base = WIDE_(of)(0), v = WIDE_(get)(rate + DYNAMICS_LANES * k);
-    if (k) base = WIDE_(get)(phi + DYNAMICS_LANES * tree->parent[k]);
+    wide x = WIDE_(get)(phi + DYNAMICS_VEC * k), base = WIDE_(of)(0), v = WIDE_(get)(rate + DYNAMICS_VEC * k);
+    if (k) base = WIDE_(get)(phi + DYNAMICS_VEC * tree->parent[k]);
     WIDE_(between)(x, base, &arm->sine, &arm->cosine);
     arm->spin = tree->len[k] * v * v;
 }
 
-LANES_INLINE struct lanes_sums lanes_first(wide S, wide f, wide C, wide Z) {
+VEC_INLINE struct lanes_sums lanes_first(wide S, wide f, wide C, wide Z) {
     wide zero = WIDE_(of)(0);
     return (struct lanes_sums){S * (C * C), S * (Z * Z), S * (C * Z), f * C, f * Z, zero, zero};
 }
 
-LANES_INLINE struct lanes_sums lanes_join(const struct lanes_sums *j, wide S, wide f, wide C, wide Z) {
+VEC_INLINE struct lanes_sums lanes_join(const struct lanes_sums *j, wide S, wide f, wide C, wide Z) {
     wide x = WIDE_(fma)(j->q, C, -(j->r * Z)), y = WIDE_(fma)(j->p, Z, -(j->r * C));
     wide z = WIDE_(fma)(j->b, Z, -(j->t * C));
     return (struct lanes_sums){WIDE_(fma)(S, C * C, j->p),
@@ -61,10 +61,10 @@ static wide lanes_up(const struct pend_tree *tree, double unit, const double phi
                      struct lanes_arm arm[]) {
     struct lanes_sums stack[WAITING], *top = stack, now = {0};
     wide largest = WIDE_(of)(0), zero = largest, scale = WIDE_(of)(unit);
-    LANES_PIN(scale); // else masses are scaled before they are spread over lanes, which is one operation more
-    for (int k = tree->n - 1; k >= 0 && k >= tree->n - LANES_AHEAD; k--) lanes_prepare(tree, phi, rate, &arm[k], k);
+    VEC_PIN(scale); // else masses are scaled before they are spread over lanes, which is one operation more
+    for (int k = tree->n - 1; k >= 0 && k >= tree->n - VEC_AHEAD; k--) lanes_prepare(tree, phi, rate, &arm[k], k);
     for (int k = tree->n - 1; k >= 0; k--) {
-        if (k >= LANES_AHEAD) lanes_prepare(tree, phi, rate, &arm[k - LANES_AHEAD], k - LANES_AHEAD);
+        if (k >= VEC_AHEAD) lanes_prepare(tree, phi, rate, &arm[k - VEC_AHEAD], k - VEC_AHEAD);
         unsigned how = tree->kin[k];
         struct lanes_arm *a = &arm[k];
         wide m = scale * WIDE_(of)(tree->mass[k]), S, f, C = a->cosine, Z = a->sine;
@@ -94,7 +94,7 @@ static wide lanes_up(const struct pend_tree *tree, double unit, const double phi
 }
 
 /* the acceleration of a tip along its arm, from that of the arm's base */
-LANES_INLINE wide lanes_radial(const struct lanes_tip *base, const struct lanes_arm *a) {
+VEC_INLINE wide lanes_radial(const struct lanes_tip *base, const struct lanes_arm *a) {
     wide shift = WIDE_(fma)(a->sine, base->side, a->spin);
     return WIDE_(fma)(WIDE_(fma)(-a->sine, base->lean, a->cosine), base->radial, -shift);
 }
@@ -130,8 +130,8 @@ static void lanes_down(const struct pend_tree *tree, double unit, double gravity
         tension *= inverse_unit;
         across *= 1 / tree->len[k];
         poison = WIDE_(fma)(across, zero, poison);
-        WIDE_(put)(acc + DYNAMICS_LANES * k, across);
-        WIDE_(put)(force + DYNAMICS_LANES * k, tension);
+        WIDE_(put)(acc + DYNAMICS_VEC * k, across);
+        WIDE_(put)(force + DYNAMICS_VEC * k, tension);
     }
     *peaks = (struct lanes_peaks){most, radials, yields, spins, poison};
 }
@@ -164,7 +164,7 @@ static wide lanes_load(const struct pend_tree *tree, double gravity, const struc
 }
 
 /* a bit for each lane in which x <= y < infinity and z is 0 */
-LANES_INLINE unsigned lanes_kept(wide x, wide y, wide z) {
+VEC_INLINE unsigned lanes_kept(wide x, wide y, wide z) {
     unsigned kept = 0;
     for (int i = 0; i < WIDE; i++) kept |= x[i] <= y[i] && y[i] < INFINITY && z[i] == 0 ? 1u << i : 0;
     return kept;
@@ -175,7 +175,7 @@ static unsigned kernel_lanes(const struct pend_tree *tree, double gravity, const
     struct lanes_arm *arm = (struct lanes_arm *)work;
     double unit = kernel_unit(tree->subtree_mass[0]);
     unsigned kept = 0, all = (1u << WIDE) - 1;
-    for (int i = 0; i < DYNAMICS_LANES; i += WIDE) {
+    for (int i = 0; i < DYNAMICS_VEC; i += WIDE) {
         struct lanes_peaks peaks;
         wide eff = lanes_up(tree, unit, phi + i, rate + i, arm);
         lanes_down(tree, unit, gravity, arm, acc + i, force + i, &peaks);

@@ -18,9 +18,9 @@ struct dynamics_kernel {
     int (*one)(const struct pend_tree *tree, double gravity, const double phi[], const double rate[], double work[],
                double acc[], double force[]);
     /**
-     * DYNAMICS_LANES states, arm k of state i at DYNAMICS_LANES k + i of each array.
+     * DYNAMICS_VEC states, arm k of state i at DYNAMICS_VEC k + i of each array.
      *
-     * work  DYNAMICS_VALUES * DYNAMICS_LANES numbers an arm, aligned to 64.
+     * work  DYNAMICS_VALUES * DYNAMICS_VEC numbers an arm, aligned to 64.
      *
      * Returns a bit for each state whose digits are kept.
      */

@@ -7,49 +7,49 @@
 #include "core/base/isa.h"
 #include "core/simd/kernel_sincos.h"
 
-struct motion_vector {
+struct kinematics_vector {
     double re, im;
 };
 
 /* Values of the arms that a sweep will come back to. Each lies in the sub-tree of a child of the one below it that is
  * not the largest, so the sizes of their sub-trees halve and there are at most as many as an int has bits. */
-struct motion_stack {
+struct kinematics_stack {
     int count;
-    struct motion_vector value[sizeof(int) * CHAR_BIT + 1];
+    struct kinematics_vector value[sizeof(int) * CHAR_BIT + 1];
 };
 
-static void motion_push(struct motion_stack *stack, struct motion_vector value) {
+static void kinematics_push(struct kinematics_stack *stack, struct kinematics_vector value) {
     assert(stack->count < (int)(sizeof stack->value / sizeof *stack->value));
     stack->value[stack->count++] = value;
 }
 
 /* root to leaves, before arm k: the value of its parent's tip; forgets the parent at its last child */
-static struct motion_vector motion_base(const struct pend_tree *tree, int k, struct motion_stack *stack) {
-    if (k == 0) return (struct motion_vector){0, 0};
-    struct motion_vector base = stack->value[stack->count - 1];
+static struct kinematics_vector kinematics_base(const struct pend_tree *tree, int k, struct kinematics_stack *stack) {
+    if (k == 0) return (struct kinematics_vector){0, 0};
+    struct kinematics_vector base = stack->value[stack->count - 1];
     if (tree->end[k] == tree->end[tree->parent[k]]) stack->count--;
     return base;
 }
 
 /* root to leaves, after arm k: the value of its tip, kept where something hangs on it */
-static struct motion_vector motion_tip(const struct pend_tree *tree, int k, struct motion_vector base,
-                                       struct motion_vector arm, struct motion_stack *stack) {
-    struct motion_vector tip = {base.re + arm.re, base.im + arm.im};
-    if (tree->end[k] > k + 1) motion_push(stack, tip);
+static struct kinematics_vector kinematics_tip(const struct pend_tree *tree, int k, struct kinematics_vector base,
+                                       struct kinematics_vector arm, struct kinematics_stack *stack) {
+    struct kinematics_vector tip = {base.re + arm.re, base.im + arm.im};
+    if (tree->end[k] > k + 1) kinematics_push(stack, tip);
     return tip;
 }
 
 /* leaves to root: the sum over the children of arm k */
-static struct motion_vector motion_children(const struct pend_tree *tree, int k, struct motion_stack *stack) {
-    if (tree->end[k] == k + 1) return (struct motion_vector){0, 0};
+static struct kinematics_vector kinematics_children(const struct pend_tree *tree, int k, struct kinematics_stack *stack) {
+    if (tree->end[k] == k + 1) return (struct kinematics_vector){0, 0};
     return stack->value[--stack->count];
 }
 
 /* leaves to root: adds what arm k brings to the sum of its parent, which its last child begins */
-static void motion_join(const struct pend_tree *tree, int k, struct motion_vector value, struct motion_stack *stack) {
+static void kinematics_join(const struct pend_tree *tree, int k, struct kinematics_vector value, struct kinematics_stack *stack) {
     if (k == 0) return;
     if (tree->end[k] == tree->end[tree->parent[k]]) {
-        motion_push(stack, value);
+        kinematics_push(stack, value);
     } else {
         stack->value[stack->count - 1].re += value.re;
         stack->value[stack->count - 1].im += value.im;
@@ -57,24 +57,24 @@ static void motion_join(const struct pend_tree *tree, int k, struct motion_vecto
 }
 
 /* e^{i phi} of the arms from `from` on, as many as there is room for */
-struct motion_units {
-    pend_turn_fn *turn;
+struct kinematics_units {
+    pend_sincos_fn *turn;
     int from, end;
     _Alignas(64) double re[PEND_TURN_CAP], im[PEND_TURN_CAP];
 };
 
-static void motion_units_begin(struct motion_units *units) {
+static void kinematics_units_begin(struct kinematics_units *units) {
     units->from = units->end = 0;
-    units->turn = pend_kernel_turn_base;
+    units->turn = pend_kernel_sincos_base;
 #ifdef __x86_64__
     enum pend_isa isa = pend_isa_best();
-    if (isa == PEND_ISA_AVX2) units->turn = pend_kernel_turn_avx2;
-    if (isa == PEND_ISA_AVX512) units->turn = pend_kernel_turn_avx512;
+    if (isa == PEND_ISA_AVX2) units->turn = pend_kernel_sincos_avx2;
+    if (isa == PEND_ISA_AVX512) units->turn = pend_kernel_sincos_avx512;
 #endif
 }
 
 /* those of the angles from k on, of n */
-static void motion_units_fill(struct motion_units *units, int n, const double phi[], int k) {
+static void kinematics_units_fill(struct kinematics_units *units, int n, const double phi[], int k) {
     int count = n - k < PEND_TURN_CAP ? n - k : PEND_TURN_CAP, near = 1;
     for (int i = 0; i < count; i++) near &= fabs(phi[k + i]) <= 1e6;
     units->turn(phi + k, count, units->re, units->im);
@@ -87,135 +87,135 @@ static void motion_units_fill(struct motion_units *units, int n, const double ph
 }
 
 /* l e^{i phi} of arm k, where arms are taken in turn from 0 on */
-static struct motion_vector motion_next(struct motion_units *units, const struct pend_tree *tree, const double phi[],
+static struct kinematics_vector kinematics_next(struct kinematics_units *units, const struct pend_tree *tree, const double phi[],
                                         int k) {
-    if (k == units->end) motion_units_fill(units, tree->n, phi, k);
+    if (k == units->end) kinematics_units_fill(units, tree->n, phi, k);
     double len = tree->len[k];
-    return (struct motion_vector){len * units->re[k - units->from], len * units->im[k - units->from]};
+    return (struct kinematics_vector){len * units->re[k - units->from], len * units->im[k - units->from]};
 }
 
 /* l e^{i phi} */
-static struct motion_vector motion_arm(const struct pend_tree *tree, const double phi[], int k) {
-    return (struct motion_vector){tree->len[k] * cos(phi[k]), tree->len[k] * sin(phi[k])};
+static struct kinematics_vector kinematics_arm(const struct pend_tree *tree, const double phi[], int k) {
+    return (struct kinematics_vector){tree->len[k] * cos(phi[k]), tree->len[k] * sin(phi[k])};
 }
 
 /* (i phi'' - phi'^2) l e^{i phi} */
-static struct motion_vector motion_bend(const struct pend_tree *tree, const double phi[], const double rate[],
+static struct kinematics_vector kinematics_bend(const struct pend_tree *tree, const double phi[], const double rate[],
                                         const double acc[], int k) {
-    struct motion_vector arm = motion_arm(tree, phi, k);
+    struct kinematics_vector arm = kinematics_arm(tree, phi, k);
     double square = rate[k] * rate[k];
-    return (struct motion_vector){-acc[k] * arm.im - square * arm.re, acc[k] * arm.re - square * arm.im};
+    return (struct kinematics_vector){-acc[k] * arm.im - square * arm.re, acc[k] * arm.re - square * arm.im};
 }
 
 /* writes the value of tip k: the arm's own on top of its parent's */
-static void motion_write(const struct pend_tree *tree, int k, struct motion_vector arm, double re[], double im[]) {
+static void kinematics_write(const struct pend_tree *tree, int k, struct kinematics_vector arm, double re[], double im[]) {
     int p = tree->parent[k];
     re[k] = p < 0 ? arm.re : re[p] + arm.re;
     im[k] = p < 0 ? arm.im : im[p] + arm.im;
 }
 
-void pend_motion_position(const struct pend_tree *tree, const double phi[], double re[], double im[]) {
-    struct motion_units units;
-    motion_units_begin(&units);
-    for (int k = 0; k < tree->n; k++) motion_write(tree, k, motion_next(&units, tree, phi, k), re, im);
+void pend_kinematics_position(const struct pend_tree *tree, const double phi[], double re[], double im[]) {
+    struct kinematics_units units;
+    kinematics_units_begin(&units);
+    for (int k = 0; k < tree->n; k++) kinematics_write(tree, k, kinematics_next(&units, tree, phi, k), re, im);
 }
 
-void pend_motion_velocity(const struct pend_tree *tree, const double phi[], const double rate[], double re[],
+void pend_kinematics_velocity(const struct pend_tree *tree, const double phi[], const double rate[], double re[],
                           double im[]) {
-    struct motion_units units;
-    motion_units_begin(&units);
+    struct kinematics_units units;
+    kinematics_units_begin(&units);
     for (int k = 0; k < tree->n; k++) {
-        struct motion_vector arm = motion_next(&units, tree, phi, k);
-        motion_write(tree, k, (struct motion_vector){-rate[k] * arm.im, rate[k] * arm.re}, re, im);
+        struct kinematics_vector arm = kinematics_next(&units, tree, phi, k);
+        kinematics_write(tree, k, (struct kinematics_vector){-rate[k] * arm.im, rate[k] * arm.re}, re, im);
     }
 }
 
-void pend_motion_acceleration(const struct pend_tree *tree, const double phi[], const double rate[], const double acc[],
+void pend_kinematics_acceleration(const struct pend_tree *tree, const double phi[], const double rate[], const double acc[],
                               double re[], double im[]) {
-    for (int k = 0; k < tree->n; k++) motion_write(tree, k, motion_bend(tree, phi, rate, acc, k), re, im);
+    for (int k = 0; k < tree->n; k++) kinematics_write(tree, k, kinematics_bend(tree, phi, rate, acc, k), re, im);
 }
 
 /* a sum and what its roundings lost (Knuth's, which branches nowhere) */
-struct motion_sum {
+struct kinematics_sum {
     double sum, lost;
 };
 
-static void motion_add(struct motion_sum *s, double x) {
+static void kinematics_add(struct kinematics_sum *s, double x) {
     double sum = s->sum + x, part = sum - s->sum;
     s->lost += (s->sum - (sum - part)) + (x - part);
     s->sum = sum;
 }
 
 /* of a state whose angles and rates begin at `from` of all the `end` */
-static struct pend_energy motion_energy(struct motion_units *units, const struct pend_tree *tree, double gravity,
+static struct pend_energy kinematics_energy(struct kinematics_units *units, const struct pend_tree *tree, double gravity,
                                         int from, int end, const double phi[], const double rate[]) {
-    struct motion_sum kinetic = {0, 0}, moment = {0, 0};
-    struct motion_stack stack;
+    struct kinematics_sum kinetic = {0, 0}, moment = {0, 0};
+    struct kinematics_stack stack;
     stack.count = 0;
     for (int k = 0; k < tree->n;) {
-        if (from + k == units->end) motion_units_fill(units, end, phi, from + k);
+        if (from + k == units->end) kinematics_units_fill(units, end, phi, from + k);
         int next = units->end - from < tree->n ? units->end - from : tree->n;
         // no call in this loop: all sums stay in registers
         for (; k < next; k++) {
             int i = from + k;
             double re = tree->len[k] * units->re[i - units->from], im = tree->len[k] * units->im[i - units->from];
-            struct motion_vector turn = {-rate[i] * im, rate[i] * re};
-            struct motion_vector v = motion_tip(tree, k, motion_base(tree, k, &stack), turn, &stack);
-            motion_add(&kinetic, tree->mass[k] * (v.re * v.re + v.im * v.im));
+            struct kinematics_vector turn = {-rate[i] * im, rate[i] * re};
+            struct kinematics_vector v = kinematics_tip(tree, k, kinematics_base(tree, k, &stack), turn, &stack);
+            kinematics_add(&kinetic, tree->mass[k] * (v.re * v.re + v.im * v.im));
             // sum m_k Im z_k, arm by arm instead of tip by tip
-            motion_add(&moment, tree->subtree_mass[k] * im);
+            kinematics_add(&moment, tree->subtree_mass[k] * im);
         }
     }
     return (struct pend_energy){(kinetic.sum + kinetic.lost) / 2, gravity * (moment.sum + moment.lost)};
 }
 
-void pend_motion_energies(const struct pend_tree *tree, double gravity, int count, const double phi[],
+void pend_kinematics_energies(const struct pend_tree *tree, double gravity, int count, const double phi[],
                           const double rate[], struct pend_energy energy[]) {
-    struct motion_units units;
-    motion_units_begin(&units);
+    struct kinematics_units units;
+    kinematics_units_begin(&units);
     for (int i = 0; i < count; i++)
-        energy[i] = motion_energy(&units, tree, gravity, i * tree->n, count * tree->n, phi, rate);
+        energy[i] = kinematics_energy(&units, tree, gravity, i * tree->n, count * tree->n, phi, rate);
 }
 
-struct pend_energy pend_motion_energy(const struct pend_tree *tree, double gravity, const double phi[],
+struct pend_energy pend_kinematics_energy(const struct pend_tree *tree, double gravity, const double phi[],
                                       const double rate[]) {
     struct pend_energy energy;
-    pend_motion_energies(tree, gravity, 1, phi, rate, &energy);
+    pend_kinematics_energies(tree, gravity, 1, phi, rate, &energy);
     return energy;
 }
 
-double pend_motion_energy_scale(const struct pend_tree *tree, double gravity, double kinetic) {
+double pend_kinematics_energy_scale(const struct pend_tree *tree, double gravity, double kinetic) {
     double moment = 0;
     for (int k = 0; k < tree->n; k++) moment += tree->len[k] * tree->subtree_mass[k];
     return fabs(gravity) * moment + kinetic;
 }
 
 /* the part of v along arm k */
-static double motion_along(const double phi[], int k, struct motion_vector v) {
+static double kinematics_along(const double phi[], int k, struct kinematics_vector v) {
     return cos(phi[k]) * v.re + sin(phi[k]) * v.im;
 }
 
-void pend_motion_force(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
+void pend_kinematics_force(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
                        const double acc[], double force[]) {
-    struct motion_stack stack;
+    struct kinematics_stack stack;
     stack.count = 0;
 
     // leaves to root: m_p (z''_p - z'' of the base of arm k), summed over the sub-tree
     for (int k = tree->n - 1; k >= 0; k--) {
         double mass = tree->subtree_mass[k];
-        struct motion_vector bend = motion_bend(tree, phi, rate, acc, k);
-        struct motion_vector sum = motion_children(tree, k, &stack);
+        struct kinematics_vector bend = kinematics_bend(tree, phi, rate, acc, k);
+        struct kinematics_vector sum = kinematics_children(tree, k, &stack);
         sum.re += mass * bend.re;
         sum.im += mass * bend.im;
-        force[k] = motion_along(phi, k, sum);
-        motion_join(tree, k, sum, &stack);
+        force[k] = kinematics_along(phi, k, sum);
+        kinematics_join(tree, k, sum, &stack);
     }
 
     // root to leaves: the base's own share, m_p (z'' of the base + i g)
     for (int k = 0; k < tree->n; k++) {
-        struct motion_vector base = motion_base(tree, k, &stack);
-        motion_tip(tree, k, base, motion_bend(tree, phi, rate, acc, k), &stack);
+        struct kinematics_vector base = kinematics_base(tree, k, &stack);
+        kinematics_tip(tree, k, base, kinematics_bend(tree, phi, rate, acc, k), &stack);
         base.im += gravity;
-        force[k] += tree->subtree_mass[k] * motion_along(phi, k, base);
+        force[k] += tree->subtree_mass[k] * kinematics_along(phi, k, base);
     }
 }

@@ -18,24 +18,24 @@ struct pend_energy {
  * re, im  out, n values each, m.
  * O(n).
  */
-void pend_motion_position(const struct pend_tree *tree, const double phi[], double re[], double im[]);
+void pend_kinematics_position(const struct pend_tree *tree, const double phi[], double re[], double im[]);
 
 /**
  * Tip velocities z' = S [i phi' l e^{i phi}], m/s. O(n).
  */
-void pend_motion_velocity(const struct pend_tree *tree, const double phi[], const double rate[], double re[],
+void pend_kinematics_velocity(const struct pend_tree *tree, const double phi[], const double rate[], double re[],
                           double im[]);
 
 /**
  * Tip accelerations z'' = S [(i phi'' - phi'^2) l e^{i phi}], m/s^2. O(n).
  */
-void pend_motion_acceleration(const struct pend_tree *tree, const double phi[], const double rate[], const double acc[],
+void pend_kinematics_acceleration(const struct pend_tree *tree, const double phi[], const double rate[], const double acc[],
                               double re[], double im[]);
 
 /**
  * Kinetic energy sum m_k |z'_k|^2 / 2 and potential energy g sum m_k Im z_k. O(n), compensated sums.
  */
-struct pend_energy pend_motion_energy(const struct pend_tree *tree, double gravity, const double phi[],
+struct pend_energy pend_kinematics_energy(const struct pend_tree *tree, double gravity, const double phi[],
                                       const double rate[]);
 
 /**
@@ -44,14 +44,14 @@ struct pend_energy pend_motion_energy(const struct pend_tree *tree, double gravi
  *
  * energy  out, count values.
  */
-void pend_motion_energies(const struct pend_tree *tree, double gravity, int count, const double phi[],
+void pend_kinematics_energies(const struct pend_tree *tree, double gravity, int count, const double phi[],
                           const double rate[], struct pend_energy energy[]);
 
 /**
  * The scale that an energy drift is measured against: g l-weighted, sum over arms of |g| l_k (S^T m)_k, plus the
  * kinetic energy given. J.
  */
-double pend_motion_energy_scale(const struct pend_tree *tree, double gravity, double kinetic);
+double pend_kinematics_energy_scale(const struct pend_tree *tree, double gravity, double kinetic);
 
 /**
  * Compression forces (bbb) of a motion whose accelerations are given, whatever law they came from:
@@ -59,7 +59,7 @@ double pend_motion_energy_scale(const struct pend_tree *tree, double gravity, do
  *
  * force  out, n values; used for motions that do not obey (aaa), such as the linearised one.
  */
-void pend_motion_force(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
+void pend_kinematics_force(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
                        const double acc[], double force[]);
 
 #endif

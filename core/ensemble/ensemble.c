@@ -140,7 +140,7 @@ static struct pend_tree ensemble_tree(const struct pend_ensemble *e) {
 
 /* arms that have the energy to reach their bound: what an arm there costs at least, all others hanging at rest */
 static int ensemble_able(const struct pend_ensemble *e, const struct pend_tree *tree, double energy) {
-    double gravity = e->member.gravity, least = -pend_motion_energy_scale(tree, gravity, 0);
+    double gravity = e->member.gravity, least = -pend_kinematics_energy_scale(tree, gravity, 0);
     int able = 0;
     for (int k = 0; k < tree->n; k++) {
         double rise = gravity * tree->len[k] * tree->subtree_mass[k] * (1 - cos(fmin(e->problem.bound, M_PI)));
@@ -194,9 +194,9 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
     if (lanes->paired) pend_ensemble_shadow_start(e, i);
     if (!(e->problem.observe & PEND_OBSERVE_ENERGY) && !e->problem.spare) return lanes->n;
     struct pend_tree tree = ensemble_tree(e);
-    struct pend_energy energy = pend_motion_energy(&tree, member->gravity, member->phi, member->rate);
+    struct pend_energy energy = pend_kinematics_energy(&tree, member->gravity, member->phi, member->rate);
     e->seat[i].energy = energy.kinetic + energy.potential;
-    e->seat[i].scale = pend_motion_energy_scale(&tree, member->gravity, energy.kinetic);
+    e->seat[i].scale = pend_kinematics_energy_scale(&tree, member->gravity, energy.kinetic);
     return e->problem.spare ? ensemble_able(e, &tree, e->seat[i].energy) : lanes->n;
 }
 
@@ -234,7 +234,7 @@ static double ensemble_seat_drift(struct pend_ensemble *e, int i) {
         e->member.mass[k] = lanes->mass[k * lanes->width + i];
     }
     struct pend_tree tree = ensemble_tree(e);
-    struct pend_energy energy = pend_motion_energy(&tree, lanes->gravity[i], e->phi, e->rate);
+    struct pend_energy energy = pend_kinematics_energy(&tree, lanes->gravity[i], e->phi, e->rate);
     return e->seat[i].scale > 0 ? fabs(energy.kinetic + energy.potential - e->seat[i].energy) / e->seat[i].scale : 0;
 }
 

@@ -27,10 +27,10 @@ void pend_ensemble_watch_start(struct pend_ensemble *e, int i) {
 }
 
 /* the coefficients of arm k in lane i, in powers of the step's part */
-static struct crossing_path watch_phi(const struct pend_ensemble *e, int i, int k) {
+static struct roots_path watch_phi(const struct pend_ensemble *e, int i, int k) {
     const struct ensemble_lanes *lanes = &e->lanes;
     size_t at = (size_t)(k * lanes->width + i), stride = (size_t)lanes->n * (size_t)lanes->width;
-    struct crossing_path path = {
+    struct roots_path path = {
         .degree = lanes->order + 1, .base = lanes->from.phi[at], .low = lanes->from.phi_low[at]};
     double x = lanes->step[i], power = x;
     for (int j = 0; j <= lanes->order; j++, power *= x)
@@ -38,12 +38,12 @@ static struct crossing_path watch_phi(const struct pend_ensemble *e, int i, int 
     return path;
 }
 
-static struct crossing_path watch_force(const struct pend_ensemble *e, int i, int k, double part) {
+static struct roots_path watch_force(const struct pend_ensemble *e, int i, int k, double part) {
     const struct ensemble_lanes *lanes = &e->lanes;
     size_t stride = (size_t)lanes->n * (size_t)lanes->width;
     const double *force = e->kernel->force(lanes) + k * lanes->width + i;
     double x = lanes->step[i] * part, power = 1 / (e->unit[i] * e->unit[i]);
-    struct crossing_path path = {.degree = lanes->order - 1, .base = force[0] * power};
+    struct roots_path path = {.degree = lanes->order - 1, .base = force[0] * power};
     for (int j = 1; j < lanes->order; j++) path.a[j] = force[(size_t)j * stride] * (power *= x);
     return path;
 }
@@ -56,14 +56,14 @@ static int watch_leaves_start(const struct pend_ensemble *e, int i, double phi, 
 /* follows arm k of lane i through the step from cell to cell; returns where it first leaves one, infinity if never */
 static double watch_cross(struct pend_ensemble *e, int i, int k) {
     const struct ensemble_lanes *lanes = &e->lanes;
-    struct crossing_path path = watch_phi(e, i, k);
+    struct roots_path path = watch_phi(e, i, k);
     double first = INFINITY, s = 0, bound = lanes->bound, *cell = &lanes->cell[k * lanes->width + i];
     double *note = &e->first_crossing[i * lanes->n + k];
     int way = 0;
-    pend_crossing_divide(&path);
+    pend_roots_divide(&path);
     while (s < 1) {
         double middle = *cell * 2 * bound - M_PI_2;
-        s = pend_crossing_next(&path, s, middle - bound, middle + bound, &way);
+        s = pend_roots_next(&path, s, middle - bound, middle + bound, &way);
         if (!(s < INFINITY)) break;
         *cell += way;
         if (watch_leaves_start(e, i, path.base, middle + way * bound) && !(first < INFINITY)) continue;
@@ -109,9 +109,9 @@ double pend_ensemble_watch_bound(struct pend_ensemble *e, int i) {
     return first;
 }
 
-static void watch_extremes(struct pend_ensemble *e, int i, int k, double part, const struct crossing_path *path) {
+static void watch_extremes(struct pend_ensemble *e, int i, int k, double part, const struct roots_path *path) {
     struct ensemble_lanes *lanes = &e->lanes;
-    struct crossing_extremes found = pend_crossing_extremes(path);
+    struct roots_extremes found = pend_roots_extremes(path);
     int at = k * lanes->width + i, own = i * lanes->n + k;
     if (found.most > lanes->force_max[at]) {
         lanes->force_max[at] = found.most;
@@ -124,7 +124,7 @@ static void watch_extremes(struct pend_ensemble *e, int i, int k, double part, c
 }
 
 /* the sign of a force from its first term that is more than rounding */
-static double watch_sense(const struct crossing_path *path, double slack) {
+static double watch_sense(const struct roots_path *path, double slack) {
     if (fabs(path->base) > slack) return copysign(1, path->base);
     for (int j = 1; j <= path->degree; j++) {
         if (fabs(path->a[j]) > slack) return copysign(1, path->a[j]);
@@ -133,7 +133,7 @@ static double watch_sense(const struct crossing_path *path, double slack) {
 }
 
 /* a force that comes back from zero, to rounding, has not changed sign */
-static void watch_sign(struct pend_ensemble *e, int i, int k, double part, const struct crossing_path *path) {
+static void watch_sign(struct pend_ensemble *e, int i, int k, double part, const struct roots_path *path) {
     int own = i * e->lanes.n + k, way = 0;
     double *sense = &e->sense[own], slack = 0;
     for (int j = 1; j <= path->degree; j++) slack += 1e-12 * fabs(path->a[j]);
@@ -141,10 +141,10 @@ static void watch_sign(struct pend_ensemble *e, int i, int k, double part, const
     double start = *sense;
     if (start == 0) *sense = watch_sense(path, slack);
     if (*sense == 0) return;
-    double beyond = pend_crossing_next(path, 0, *sense > 0 ? -slack : -INFINITY, *sense > 0 ? INFINITY : slack, &way);
+    double beyond = pend_roots_next(path, 0, *sense > 0 ? -slack : -INFINITY, *sense > 0 ? INFINITY : slack, &way);
     if (!(beyond < INFINITY)) return;
     // where it starts at zero the first zero is not the change
-    double zero = pend_crossing_next(path, 0, *sense > 0 ? 0 : -INFINITY, *sense > 0 ? INFINITY : 0, &way);
+    double zero = pend_roots_next(path, 0, *sense > 0 ? 0 : -INFINITY, *sense > 0 ? INFINITY : 0, &way);
     e->sign_change[own] = pend_ensemble_watch_time(e, i, part * (start == 0 ? beyond : fmin(zero, beyond)));
 }
 
@@ -154,8 +154,8 @@ void pend_ensemble_watch_force(struct pend_ensemble *e, int i, double part) {
         // a sign that is not known yet is looked for in every step
         int turn = e->lanes.signs && isnan(e->sign_change[own]) && ((e->lanes.turn[k] >> i & 1) || e->sense[own] == 0);
         if (!peak && !turn) continue;
-        struct crossing_path path = watch_force(e, i, k, part);
-        pend_crossing_divide(&path);
+        struct roots_path path = watch_force(e, i, k, part);
+        pend_roots_divide(&path);
         if (peak) watch_extremes(e, i, k, part, &path);
         if (turn) watch_sign(e, i, k, part, &path);
     }

@@ -34,18 +34,18 @@ typedef num wide;
 #define num_abs NUM_(_abs)
 #define wide_of num_of
 #define wide_fma num_fma
-LANES_INLINE num num_add(num x, num y) { return x + y; }
-LANES_INLINE num num_sub(num x, num y) { return x - y; }
-LANES_INLINE num num_mul(num x, num y) { return x * y; }
-LANES_INLINE num num_div(num x, num y) { return x / y; }
-#define NUM_PIN LANES_PIN
-LANES_INLINE num num_neg(num x) { return -x; }
+VEC_INLINE num num_add(num x, num y) { return x + y; }
+VEC_INLINE num num_sub(num x, num y) { return x - y; }
+VEC_INLINE num num_mul(num x, num y) { return x * y; }
+VEC_INLINE num num_div(num x, num y) { return x / y; }
+#define NUM_PIN VEC_PIN
+VEC_INLINE num num_neg(num x) { return -x; }
 #define wide_neg num_neg
-LANES_INLINE wide wide_add(wide x, wide y) { return x + y; }
-LANES_INLINE wide wide_sub(wide x, wide y) { return x - y; }
-LANES_INLINE wide wide_mul(wide x, wide y) { return x * y; }
-LANES_INLINE wide wide_get(const num *at) { return *at; }
-LANES_INLINE void wide_put(num *at, wide x) { *at = x; }
+VEC_INLINE wide wide_add(wide x, wide y) { return x + y; }
+VEC_INLINE wide wide_sub(wide x, wide y) { return x - y; }
+VEC_INLINE wide wide_mul(wide x, wide y) { return x * y; }
+VEC_INLINE wide wide_get(const num *at) { return *at; }
+VEC_INLINE void wide_put(num *at, wide x) { *at = x; }
 
 #include "core/taylor/dense_template.h"
 
@@ -75,12 +75,12 @@ static size_t ensemble_series_count(int n, int order) {
 }
 
 /* the arrays of a series, behind which their table stands */
-LANES_INLINE struct jets_system *ensemble_table(int n, double *series, int order) {
+VEC_INLINE struct jets_system *ensemble_table(int n, double *series, int order) {
     num *at = (num *)(void *)series;
     return (struct jets_system *)(void *)(at + ensemble_numbers(n, order) + ENSEMBLE_ANSWERS);
 }
 
-LANES_INLINE struct jets_system *ensemble_view(const struct ensemble_lanes *lanes) {
+VEC_INLINE struct jets_system *ensemble_view(const struct ensemble_lanes *lanes) {
     return ensemble_table(lanes->n, lanes->series, lanes->known);
 }
 
@@ -113,9 +113,9 @@ static void ensemble_prepare(struct ensemble_lanes *lanes) {
     if (lanes->doubt.grade > 0) ensemble_lay(lanes, lanes->doubt.series, JETS_SPREAD);
 }
 
-LANES_INLINE num lane_get(const double *array, int k) { return NUM_(_get)(array + (size_t)k * WIDTH); }
+VEC_INLINE num lane_get(const double *array, int k) { return NUM_(_get)(array + (size_t)k * WIDTH); }
 
-LANES_INLINE void lane_put(double *array, int k, num x) { NUM_(_put)(array + (size_t)k * WIDTH, x); }
+VEC_INLINE void lane_put(double *array, int k, num x) { NUM_(_put)(array + (size_t)k * WIDTH, x); }
 
 /* sine and cosine of the angle of every arm to its parent, and rates in units */
 static void ensemble_start(const struct ensemble_state *from, const struct jets_system *s, num unit) {
@@ -140,7 +140,7 @@ static void ensemble_expand(const struct ensemble_state *from, const struct jets
 }
 
 /* binary logarithm of the largest coefficient of order j, far below all others where all are zero */
-LANES_INLINE num ensemble_norm(const struct jets_system *s, int j) {
+VEC_INLINE num ensemble_norm(const struct jets_system *s, int j) {
     num norm = num_of(0);
     for (int k = 0; k < s->n; k++) norm = num_max(norm, num_abs(s->rate[(size_t)j * s->stride + (size_t)k]));
     return NUM_(_log2)(norm) - (num)((mask)(norm == 0) & (mask)num_of(1e4));
@@ -169,7 +169,7 @@ static num ensemble_choose(const struct ensemble_lanes *lanes, const struct jets
     return NUM_(_exp2)(num_max(reach, num_of(-60)));
 }
 
-LANES_INLINE void ensemble_sum(double *high, double *low, int k, num sum, num add) {
+VEC_INLINE void ensemble_sum(double *high, double *low, int k, num sum, num add) {
     num total = sum + add, part = total - sum;
     lane_put(high, k, total);
     lane_put(low, k, (sum - (total - part)) + (add - part));
@@ -192,7 +192,7 @@ static const double range_weight[RANGE_DEGREE + 1][RANGE_DEGREE + 1] = {F(0), F(
 
 /* what a series may reach on [0, x]: its first terms in Bernstein's form, the rest by their size, the rounding of all
  */
-LANES_INLINE void ensemble_range(const num a[], num rest, num *low, num *high) {
+VEC_INLINE void ensemble_range(const num a[], num rest, num *low, num *high) {
     num top = a[0], bottom = a[0], size = num_abs(a[0]);
     for (int j = 1; j <= RANGE_DEGREE; j++) size += num_abs(a[j]);
     for (int i = 1; i <= RANGE_DEGREE; i++) {
@@ -277,7 +277,7 @@ enum { DOUBT_FITTED = 6, DOUBT_FORETOLD = 6 };
 static const double doubt_rounding = 2 * 0x1p-53, doubt_left = 2;
 
 /* notes the ratio of an instant; where it is too large the accuracy was lost since the one before */
-LANES_INLINE void doubt_note(const struct ensemble_doubt *doubt, num time, num ratio) {
+VEC_INLINE void doubt_note(const struct ensemble_doubt *doubt, num time, num ratio) {
     num held = lane_get(doubt->held, 0), before = lane_get(doubt->ratio, 0), from = lane_get(doubt->time, 0);
     num low = NUM_(_log2)(num_max(before, num_of(0x1p-1000))), high = NUM_(_log2)(num_min(ratio, num_of(0x1p1000)));
     num part = num_min(num_max(low / (low - high), num_of(0)), num_of(1));
@@ -286,7 +286,7 @@ LANES_INLINE void doubt_note(const struct ensemble_doubt *doubt, num time, num r
 }
 
 /* the largest error of angles and rates over what is allowed */
-LANES_INLINE num doubt_ratio(const struct ensemble_doubt *doubt, const double rate[], int n) {
+VEC_INLINE num doubt_ratio(const struct ensemble_doubt *doubt, const double rate[], int n) {
     num angle = num_of(0), speed = num_of(0), fastest = lane_get(doubt->fastest, 0);
     for (int k = 0; k < n; k++) {
         fastest = num_max(fastest, num_abs(lane_get(rate, k)));
@@ -300,7 +300,7 @@ LANES_INLINE num doubt_ratio(const struct ensemble_doubt *doubt, const double ra
 
 /* the errors at the end of the step from those at its start; returns by how much forces are off at the start, over the
  * largest so far */
-LANES_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jets_system *s, num x, num gravity,
+VEC_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jets_system *s, num x, num gravity,
                               num inverse) {
     const struct ensemble_doubt *doubt = &lanes->doubt;
     const struct jets_system *change = ensemble_table(lanes->n, doubt->series, JETS_SPREAD);
@@ -328,7 +328,7 @@ LANES_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct j
 
 /* How the last terms of the lanes' series go on, as left_kernel.h has it: a term is `one` times the one before it and
  * `two` times the one before that. */
-LANES_INLINE void doubt_recurrence(const struct jets_system *s, int last, num x, num *one, num *two) {
+VEC_INLINE void doubt_recurrence(const struct jets_system *s, int last, num x, num *one, num *two) {
     num aa = num_of(0), ab = num_of(0), bb = num_of(0), ac = num_of(0), bc = num_of(0);
     for (int k = 0; k < s->n; k++) {
         const num *c = s->rate + (size_t)(last + 1 - DOUBT_FITTED) * s->stride + (size_t)k;
@@ -351,7 +351,7 @@ LANES_INLINE void doubt_recurrence(const struct jets_system *s, int last, num x,
 }
 
 /* the step's own errors: the terms that it leaves out, as they are known and foretold, and rounding */
-LANES_INLINE void doubt_add(const struct ensemble_lanes *lanes, const struct jets_system *s, num x, num inverse) {
+VEC_INLINE void doubt_add(const struct ensemble_lanes *lanes, const struct jets_system *s, num x, num inverse) {
     const struct ensemble_doubt *doubt = &lanes->doubt;
     int known = lanes->known;
     num power = x, most = num_of(0), length = num_abs(x / inverse), turn = num_abs(x) * doubt_rounding, one, two;

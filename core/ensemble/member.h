@@ -48,7 +48,7 @@ struct pend_outcome {
     const long *crossings;         /* how often each arm crossed; NULL when no bound was asked for */
     struct pend_force_range force; /* NULLs where not asked for */
     const double *sign_change;     /* s, when the force of each arm first changed sign; NaN = never; NULL = not asked */
-    double energy_drift;           /* |E - E(start)| at the end over pend_motion_energy_scale */
+    double energy_drift;           /* |E - E(start)| at the end over pend_kinematics_energy_scale */
     double horizon;                /* s, up to when the member keeps the problem's accuracy: `time` where it does to the
                                       end; NaN where the problem names none */
     double lyapunov;               /* 1/s, logarithm of a neighbour's growth over the time; NaN where time is 0 */

@@ -224,7 +224,7 @@ void pend_extended_end(const struct pend_extended *e, int lane, const struct pen
     }
 }
 
-void pend_extended_carry(struct pend_extended *e, struct pend_tape *tape) {
+void pend_extended_carry(struct pend_extended *e, struct pend_checkpoint *checkpoint) {
     struct extended_lanes *l = &e->lanes;
     struct extended_seat *seat = &e->seat[0];
     const size_t width = (size_t)e->kernel->width;
@@ -232,14 +232,14 @@ void pend_extended_carry(struct pend_extended *e, struct pend_tape *tape) {
     struct extended_state *start = seat->steps ? &l->from : &l->to;
     long steps = seat->steps;
     double unit = seat->steps ? seat->unit : l->unit[0], stop = l->stop[0], time = start->time[0];
-    pend_tape_counts(tape, &steps, 1);
-    pend_tape_row(tape, &unit, 1);
-    pend_tape_row(tape, &stop, 1);
-    pend_tape_row(tape, &time, 1);
+    pend_checkpoint_counts(checkpoint, &steps, 1);
+    pend_checkpoint_row(checkpoint, &unit, 1);
+    pend_checkpoint_row(checkpoint, &stop, 1);
+    pend_checkpoint_row(checkpoint, &time, 1);
     double *rows[] = {start->phi, start->phi_low, start->rate, start->rate_low};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
-        for (size_t k = 0; k < (size_t)l->n; k++) pend_tape_row(tape, rows[i] + k * width, 1);
-    if (!pend_tape_puts(tape)) return;
+        for (size_t k = 0; k < (size_t)l->n; k++) pend_checkpoint_row(checkpoint, rows[i] + k * width, 1);
+    if (!pend_checkpoint_puts(checkpoint)) return;
     for (size_t i = 0; i < width; i++) {
         for (size_t j = 0; j < sizeof rows / sizeof *rows; j++)
             for (size_t k = 0; k < (size_t)l->n; k++) rows[j][k * width + i] = rows[j][k * width];

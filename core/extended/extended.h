@@ -78,10 +78,10 @@ int pend_extended_order(const struct pend_extended *extended);
 void pend_extended_end(const struct pend_extended *extended, int lane, const struct pend_extended_state *state);
 
 /**
- * Shows a tape the state of lane 0 of a workspace in which no other lane was started: the start of its last step, which
- * is taken anew where the tape puts it back, after pend_extended_start of the same trajectory.
+ * Shows a checkpoint the state of lane 0 of a workspace in which no other lane was started: the start of its last step, which
+ * is taken anew where the checkpoint puts it back, after pend_extended_start of the same trajectory.
  */
-void pend_extended_carry(struct pend_extended *extended, struct pend_tape *tape);
+void pend_extended_carry(struct pend_extended *extended, struct pend_checkpoint *checkpoint);
 
 /**
  * Values of a lane at instants inside its last step, rounded to doubles and what rounding leaves.

@@ -36,8 +36,8 @@ typedef num wide;
 #define wide_mul num_mul
 #define wide_fma num_fma
 #define wide_neg num_neg
-LANES_INLINE wide wide_get(const num *at) { return *at; }
-LANES_INLINE void wide_put(num *at, wide x) { *at = x; }
+VEC_INLINE wide wide_get(const num *at) { return *at; }
+VEC_INLINE void wide_put(num *at, wide x) { *at = x; }
 #include "core/taylor/jets_template.h"
 
 enum {
@@ -103,7 +103,7 @@ static struct extended_sizes extended_sizes_view(const struct extended_lanes *la
 }
 
 /* x in the lanes of a set, y in the others */
-LANES_INLINE num extended_blend(const mask *set, num x, num y) { return NUM_(_pick)(*set, x, y); }
+VEC_INLINE num extended_blend(const mask *set, num x, num y) { return NUM_(_pick)(*set, x, y); }
 
 /* lays out phi' and u of order k, and lambda of the order before, for a single trajectory */
 static void extended_pack(const struct jets_system *s, const struct extended_sizes *sizes, int k) {
@@ -133,16 +133,16 @@ static void extended_measure(const struct jets_system *s, const struct extended_
     }
 }
 
-LANES_INLINE vec lane_get(const double *array, int k) { return VEC_OF(_get)(array + (size_t)k * WIDTH); }
+VEC_INLINE vec lane_get(const double *array, int k) { return VEC_OF(_get)(array + (size_t)k * WIDTH); }
 
-LANES_INLINE void lane_put(double *array, int k, vec x) { VEC_OF(_put)(array + (size_t)k * WIDTH, x); }
+VEC_INLINE void lane_put(double *array, int k, vec x) { VEC_OF(_put)(array + (size_t)k * WIDTH, x); }
 
-LANES_INLINE num lane_pair(const double *high, const double *low, int k) {
+VEC_INLINE num lane_pair(const double *high, const double *low, int k) {
     return (num){lane_get(high, k), lane_get(low, k)};
 }
 
 /* 1 / (j + 1) to all digits, from its first ones */
-LANES_INLINE num extended_share(const double share[], int j) {
+VEC_INLINE num extended_share(const double share[], int j) {
     vec high = vec_of(share[j]);
     num rest = NUM_(_product)(high, vec_of(j + 1));
     return (num){high, ((1 - rest.high) - rest.low) * high};
@@ -172,7 +172,7 @@ struct extended_known {
     num wind_re, wind_im, drag_re, drag_im;
 };
 
-LANES_INLINE struct extended_known extended_convolve(const struct jets_system *s, size_t n, int k, int a) {
+VEC_INLINE struct extended_known extended_convolve(const struct jets_system *s, size_t n, int k, int a) {
     const num *re = s->turn_re + a + n, *im = s->turn_im + a + n;
     const num *rate = s->rate + a + (size_t)k * n, *force = s->force + a + (size_t)(k ? k - 1 : 0) * n;
     struct extended_known x = {num_of(0), num_of(0), num_of(0), num_of(0)};
@@ -199,30 +199,30 @@ typedef unsigned long long extended_bits __attribute__((vector_size(sizeof(vec))
 
 /* a start for products whose sizes add up to `size` at most: 6 times a power of two above it, so that the last place is
  * the same all along */
-LANES_INLINE vec extended_bias(vec size) {
+VEC_INLINE vec extended_bias(vec size) {
     extended_bits exponent = (extended_bits)size & 0x7ff0000000000000ULL;
     return (vec)((exponent + (2ULL << 52)) | 0x8000000000000ULL);
 }
 
 /* adds x y: what of the product the first part has no place for goes to the second */
-LANES_INLINE void extended_collect(struct extended_fixed *sum, num x, num y) {
+VEC_INLINE void extended_collect(struct extended_fixed *sum, num x, num y) {
     vec high = vec_fma(x.high, y.high, sum->high), part = high - sum->high;
     vec rest = vec_fma(x.high, y.low, vec_fma(x.high, y.high, -part));
     sum->low += vec_fma(x.low, y.high, rest);
     sum->high = high;
 }
 
-LANES_INLINE num extended_collected(const struct extended_fixed *sum) {
+VEC_INLINE num extended_collected(const struct extended_fixed *sum) {
     return num_total(sum->high - sum->start, sum->low);
 }
 
-LANES_INLINE struct extended_fixed extended_empty(vec size) {
+VEC_INLINE struct extended_fixed extended_empty(vec size) {
     vec start = extended_bias(size);
     return (struct extended_fixed){start, start, vec_of(0)};
 }
 
 /* sums of the sizes of the terms of both */
-LANES_INLINE void extended_sizes(const struct extended_sizes *sizes, int n, int k, int a, vec *wind, vec *drag) {
+VEC_INLINE void extended_sizes(const struct extended_sizes *sizes, int n, int k, int a, vec *wind, vec *drag) {
     const vec *turn = sizes->turn + n + a, *rate = sizes->rate + k * n + a, *force = sizes->force + (k - 1) * n + a;
     *wind = *drag = vec_of(0);
     for (int j = 1; j <= k; j++, turn += n, rate -= n, force -= n) {
@@ -233,7 +233,7 @@ LANES_INLINE void extended_sizes(const struct extended_sizes *sizes, int n, int 
 }
 
 /* order k > 0, a few digits short, where the terms are small */
-LANES_INLINE struct extended_known extended_convolve_fixed(const struct jets_system *s,
+VEC_INLINE struct extended_known extended_convolve_fixed(const struct jets_system *s,
                                                            const struct extended_sizes *sizes, size_t n, int k, int a) {
     const num *re = s->turn_re + a + n, *im = s->turn_im + a + n;
     const num *rate = s->rate + a + (size_t)k * n, *force = s->force + a + (size_t)(k - 1) * n;
@@ -259,7 +259,7 @@ struct extended_rough {
 };
 
 /* the same of an order that needs but one double */
-LANES_INLINE struct extended_rough extended_convolve_rough(const struct jets_system *s,
+VEC_INLINE struct extended_rough extended_convolve_rough(const struct jets_system *s,
                                                            const struct extended_sizes *sizes, size_t n, int k, int a) {
     if (sizes->single) {
         const num *u = sizes->u + a + n, *met = sizes->met + a + (size_t)k * n;
@@ -315,14 +315,14 @@ static void extended_invert(const struct jets_system *s, struct extended_table *
 }
 
 /* the four sums of a single trajectory, from one each in a lane */
-LANES_INLINE struct extended_known extended_spread(num x) {
+VEC_INLINE struct extended_known extended_spread(num x) {
     return (struct extended_known){NUM_(_of2)(x.high[0], x.low[0]), NUM_(_of2)(x.high[1], x.low[1]),
                                    NUM_(_of2)(x.high[2 % WIDTH], x.low[2 % WIDTH]),
                                    NUM_(_of2)(x.high[3 % WIDTH], x.low[3 % WIDTH])};
 }
 
 /* the sums of order k of a single trajectory, by the same operations */
-LANES_INLINE struct extended_known extended_convolve_single(const struct extended_sizes *sizes, size_t n, int k,
+VEC_INLINE struct extended_known extended_convolve_single(const struct extended_sizes *sizes, size_t n, int k,
                                                             int a) {
     const num *u = sizes->u + a + n, *met = sizes->met + a + (size_t)k * n;
     if (k < FIXED) {
@@ -338,14 +338,14 @@ LANES_INLINE struct extended_known extended_convolve_single(const struct extende
     return extended_spread(extended_collected(&sum));
 }
 
-LANES_INLINE struct extended_known extended_find(const struct jets_system *s, const struct extended_sizes *sizes,
+VEC_INLINE struct extended_known extended_find(const struct jets_system *s, const struct extended_sizes *sizes,
                                                  size_t n, int k, int a) {
     if (sizes->single) return extended_convolve_single(sizes, n, k, a);
     return k < FIXED ? extended_convolve(s, n, k, a) : extended_convolve_fixed(s, sizes, n, k, a);
 }
 
 /* order k from its known parts; lift and drop are gravity's, of the root */
-LANES_INLINE void extended_solve(const struct jets_system *s, const struct extended_table *table, int n, int k,
+VEC_INLINE void extended_solve(const struct jets_system *s, const struct extended_table *table, int n, int k,
                                  num gravity, const struct extended_known known[]) {
     num share = extended_share(s->share, k), turn_share = extended_share(s->share, k + 1), pull[DENSE_MAX],
         side[DENSE_MAX], drop = num_of(0);
@@ -376,7 +376,7 @@ LANES_INLINE void extended_solve(const struct jets_system *s, const struct exten
     }
 }
 
-LANES_INLINE void extended_solve_rough(const struct jets_system *s, const struct extended_table *table, int n, int k,
+VEC_INLINE void extended_solve_rough(const struct jets_system *s, const struct extended_table *table, int n, int k,
                                        const struct extended_rough known[]) {
     for (int i = 0; i < n; i++) {
         vec rate = vec_of(0), force = vec_of(0);
@@ -392,7 +392,7 @@ LANES_INLINE void extended_solve_rough(const struct jets_system *s, const struct
     }
 }
 
-LANES_INLINE void extended_small_of(const struct jets_system *s, const struct extended_sizes *sizes, num gravity,
+VEC_INLINE void extended_small_of(const struct jets_system *s, const struct extended_sizes *sizes, num gravity,
                                     int order, int precise, int n) {
     struct extended_table table;
     extended_invert(s, &table);
@@ -469,7 +469,7 @@ static void extended_orders(const struct jets_system *s, const struct extended_s
 /* ---- the step */
 
 /* binary logarithm of the largest coefficient of order j, far below all others where all are zero */
-LANES_INLINE vec extended_norm(const struct jets_system *s, int j) {
+VEC_INLINE vec extended_norm(const struct jets_system *s, int j) {
     vec norm = vec_of(0);
     for (int k = 0; k < s->n; k++)
         norm = VEC_OF(_max)(norm, VEC_OF(_abs)(s->rate[(size_t)j * s->stride + (size_t)k].high));
@@ -502,11 +502,11 @@ struct extended_change {
 };
 
 /* how the coefficients of an arm are read: all lanes, or one lane's in every lane */
-LANES_INLINE num extended_pick(const num *at, int lane) {
+VEC_INLINE num extended_pick(const num *at, int lane) {
     return lane < 0 ? *at : NUM_(_of2)(at->high[lane], at->low[lane]);
 }
 
-LANES_INLINE struct extended_change extended_horner(const struct extended_lanes *lanes, const struct jets_system *s,
+VEC_INLINE struct extended_change extended_horner(const struct extended_lanes *lanes, const struct jets_system *s,
                                                     int k, int lane, num x) {
     vec phi = vec_of(0), rate = vec_of(0);
     int j = lanes->order;
@@ -575,12 +575,12 @@ static int extended_step(struct extended_lanes *lanes) {
 
 /* ---- values inside the step: an instant in each lane */
 
-LANES_INLINE void extended_give(double to[], int n, int k, int count, vec x) {
+VEC_INLINE void extended_give(double to[], int n, int k, int count, vec x) {
     for (int i = 0; to && i < count; i++) to[(size_t)i * (size_t)n + (size_t)k] = x[i];
 }
 
 /* the tension (shift = 0) or phi'' (shift = 1) by Horner's rule */
-LANES_INLINE num extended_sum(const struct extended_lanes *lanes, const num *series, size_t stride, int k, int lane,
+VEC_INLINE num extended_sum(const struct extended_lanes *lanes, const num *series, size_t stride, int k, int lane,
                               num x, int shift) {
     num sum = num_of(0);
     for (int j = lanes->order - 1; j >= 0; j--) {

@@ -26,8 +26,8 @@ typedef num wide;
 #define wide_mul quad_mul
 #define wide_fma quad_fma
 #define wide_neg quad_neg
-LANES_INLINE wide wide_get(const num *at) { return *at; }
-LANES_INLINE void wide_put(num *at, wide x) { *at = x; }
+VEC_INLINE wide wide_get(const num *at) { return *at; }
+VEC_INLINE void wide_put(num *at, wide x) { *at = x; }
 #include "core/taylor/jets_template.h"
 
 enum {
@@ -90,14 +90,14 @@ struct quad_pair {
     double high, low;
 };
 
-LANES_INLINE struct quad_pair pair_gather(const num *x, const num *y, struct quad_pair sum) {
+VEC_INLINE struct quad_pair pair_gather(const num *x, const num *y, struct quad_pair sum) {
     double rest, gap, product = quad_product(x->part[0], y->part[0], &rest);
     double high = quad_total(sum.high, product, &gap);
     rest += x->part[0] * y->part[1] + x->part[1] * y->part[0];
     return (struct quad_pair){high, sum.low + (gap + rest)};
 }
 
-LANES_INLINE num pair_num(struct quad_pair x) { return quad_of2(x.high, x.low); }
+VEC_INLINE num pair_num(struct quad_pair x) { return quad_of2(x.high, x.low); }
 
 /* jets_known in them */
 static void quad_known(const struct jets_system *s, int k) {

@@ -74,10 +74,10 @@ static struct pend_stepper_counts extended_stepper_counts(const void *stepper) {
     return (struct pend_stepper_counts){.steps = x->steps, .evaluations = x->steps * pend_extended_order(x->extended)};
 }
 
-static void extended_stepper_carry(void *stepper, struct pend_tape *tape) {
+static void extended_stepper_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct extended_stepper *x = stepper;
-    pend_tape_counts(tape, &x->steps, 1);
-    pend_extended_carry(x->extended, tape);
+    pend_checkpoint_counts(checkpoint, &x->steps, 1);
+    pend_extended_carry(x->extended, checkpoint);
 }
 
 const struct pend_method pend_method_taylor_extended = {

@@ -137,16 +137,16 @@ static struct pend_stepper_counts quad_stepper_counts(const void *stepper) {
     return ((const struct quad_stepper *)stepper)->counts;
 }
 
-static void quad_stepper_carry(void *stepper, struct pend_tape *tape) {
+static void quad_stepper_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct quad_stepper *q = stepper;
     struct quad_series *s = &q->series;
     double *numbers[] = {&s->unit, &q->next_unit, &q->time, &q->reached};
     double *rows[] = {s->phi, s->rate, s->phi_end, s->rate_end};
-    pend_stepper_counts_carry(&q->counts, tape);
-    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) pend_tape_row(tape, numbers[i], 1);
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) pend_tape_row(tape, rows[i], PARTS * (size_t)s->tree->n);
+    pend_stepper_counts_carry(&q->counts, checkpoint);
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) pend_checkpoint_row(checkpoint, numbers[i], 1);
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) pend_checkpoint_row(checkpoint, rows[i], PARTS * (size_t)s->tree->n);
     // the series of the last step follows from its start
-    if (pend_tape_puts(tape) && q->counts.steps) q->kernel->expand(s, q->log_rtol, q->log_atol);
+    if (pend_checkpoint_puts(checkpoint) && q->counts.steps) q->kernel->expand(s, q->log_rtol, q->log_atol);
 }
 
 const struct pend_method pend_method_taylor_quad = {

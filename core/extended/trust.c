@@ -91,16 +91,16 @@ double pend_trust_progress(const struct pend_trust *trust) {
     return fmin(pend_run_stats(trust->run[0]).progress, pend_run_stats(trust->run[1]).progress);
 }
 
-enum pend_status pend_trust_carry(struct pend_trust *trust, struct pend_tape *tape) {
+enum pend_status pend_trust_carry(struct pend_trust *trust, struct pend_checkpoint *checkpoint) {
     size_t rows = (size_t)trust->cap * (1 + (size_t)trust->n);
-    pend_tape_int(tape, &trust->parted, 1);
-    pend_tape_row(tape, &trust->until, 1);
-    for (int i = 0; i < 2; i++) pend_tape_int(tape, &trust->done[i], 1);
-    for (int i = 0; i < 2; i++) pend_tape_int(tape, &trust->count[i], trust->cap);
-    pend_tape_int(tape, &trust->compared, trust->cap);
+    pend_checkpoint_int(checkpoint, &trust->parted, 1);
+    pend_checkpoint_row(checkpoint, &trust->until, 1);
+    for (int i = 0; i < 2; i++) pend_checkpoint_int(checkpoint, &trust->done[i], 1);
+    for (int i = 0; i < 2; i++) pend_checkpoint_int(checkpoint, &trust->count[i], trust->cap);
+    pend_checkpoint_int(checkpoint, &trust->compared, trust->cap);
     for (int i = 0; i < 2; i++) {
-        pend_tape_row(tape, trust->t[i], rows);
-        PEND_TRY(pend_run_carry(trust->run[i], tape));
+        pend_checkpoint_row(checkpoint, trust->t[i], rows);
+        PEND_TRY(pend_run_carry(trust->run[i], checkpoint));
     }
     int good = isfinite(trust->until) != 0;
     for (int i = 0; i < 2; i++) good = good && trust->compared <= trust->count[i];

@@ -43,7 +43,7 @@ double pend_trust_until(const struct pend_trust *trust);
 /** How far both computations are, 0 .. 1. */
 double pend_trust_progress(const struct pend_trust *trust);
 
-/** Shows a tape all that a comparison has in hand, as pend_run_carry. */
-PEND_MUST_CHECK enum pend_status pend_trust_carry(struct pend_trust *trust, struct pend_tape *tape);
+/** Shows a checkpoint all that a comparison has in hand, as pend_run_carry. */
+PEND_MUST_CHECK enum pend_status pend_trust_carry(struct pend_trust *trust, struct pend_checkpoint *checkpoint);
 
 #endif

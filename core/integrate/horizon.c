@@ -375,14 +375,14 @@ double pend_horizon_until(const struct pend_horizon *horizon) {
     return pend_times_at(times, first);
 }
 
-enum pend_status pend_horizon_carry(struct pend_horizon *horizon, struct pend_tape *tape) {
+enum pend_status pend_horizon_carry(struct pend_horizon *horizon, struct pend_checkpoint *checkpoint) {
     size_t stride = pend_jets_stride(horizon->problem.tree->n);
     double *number[] = {&horizon->held,      &horizon->time,    &horizon->ratio, &horizon->fastest,
                         &horizon->strongest, &horizon->settled, &horizon->reach, &horizon->unit};
     double *row[] = {horizon->phi, horizon->rate, horizon->begin.phi, horizon->begin.rate};
-    pend_tape_int(tape, &horizon->lost, 1);
-    for (size_t i = 0; i < sizeof number / sizeof *number; i++) pend_tape_row(tape, number[i], 1);
-    for (size_t i = 0; i < sizeof row / sizeof *row; i++) pend_tape_row(tape, row[i], stride);
+    pend_checkpoint_int(checkpoint, &horizon->lost, 1);
+    for (size_t i = 0; i < sizeof number / sizeof *number; i++) pend_checkpoint_row(checkpoint, number[i], 1);
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) pend_checkpoint_row(checkpoint, row[i], stride);
     // what lies between here and the steps' end is solved anew: not more than the run itself
     int good = fabs(horizon->settled) <= 4 * fabs(horizon->end_time) && horizon->unit > 0 && isfinite(horizon->unit);
     return good && !isnan(horizon->held) && !isnan(horizon->ratio) ? PEND_OK : PEND_INVALID;

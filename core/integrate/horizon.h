@@ -58,7 +58,7 @@ double pend_horizon_until(const struct pend_horizon *horizon);
  */
 double pend_horizon_held(const struct pend_horizon *horizon, double reached);
 
-/** Shows a tape all that an estimate has in hand, as pend_run_carry. */
-PEND_MUST_CHECK enum pend_status pend_horizon_carry(struct pend_horizon *horizon, struct pend_tape *tape);
+/** Shows a checkpoint all that an estimate has in hand, as pend_run_carry. */
+PEND_MUST_CHECK enum pend_status pend_horizon_carry(struct pend_horizon *horizon, struct pend_checkpoint *checkpoint);
 
 #endif

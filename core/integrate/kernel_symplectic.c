@@ -14,19 +14,19 @@ enum { WIDE = 1, WIDTH = 8 };
 typedef num wide;
 #define num_of lanes8_of
 #define num_fma lanes8_fma
-LANES_INLINE num num_add(num x, num y) { return x + y; }
-LANES_INLINE num num_sub(num x, num y) { return x - y; }
-LANES_INLINE num num_mul(num x, num y) { return x * y; }
-LANES_INLINE num num_div(num x, num y) { return x / y; }
-LANES_INLINE num num_neg(num x) { return -x; }
+VEC_INLINE num num_add(num x, num y) { return x + y; }
+VEC_INLINE num num_sub(num x, num y) { return x - y; }
+VEC_INLINE num num_mul(num x, num y) { return x * y; }
+VEC_INLINE num num_div(num x, num y) { return x / y; }
+VEC_INLINE num num_neg(num x) { return -x; }
 #define wide_of num_of
 #define wide_add num_add
 #define wide_sub num_sub
 #define wide_mul num_mul
 #define wide_fma num_fma
 #define wide_neg num_neg
-LANES_INLINE wide wide_get(const num *at) { return *at; }
-LANES_INLINE void wide_put(num *at, wide x) { *at = x; }
+VEC_INLINE wide wide_get(const num *at) { return *at; }
+VEC_INLINE void wide_put(num *at, wide x) { *at = x; }
 #include "core/taylor/jets_template.h"
 
 /*
@@ -129,7 +129,7 @@ static void symplectic_flow(const struct symplectic_lanes *s) {
 }
 
 /* start + what the stages add, through the tableau */
-LANES_INLINE num symplectic_through(num gain) {
+VEC_INLINE num symplectic_through(num gain) {
     num sum = num_of(0);
     for (int j = 0; j < GAUSS_STAGES; j++) sum = num_fma(num_of(gain[j]), *(const num *)gauss_through[j], sum);
     return sum;

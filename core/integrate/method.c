@@ -21,10 +21,10 @@ void pend_times_list(const struct pend_times *times, long first, int count, doub
     if (last >= 0 && last < count && last == (int)last) t[(int)last] = start + span;
 }
 
-void pend_stepper_counts_carry(struct pend_stepper_counts *counts, struct pend_tape *tape) {
-    pend_tape_counts(tape, &counts->steps, 1);
-    pend_tape_counts(tape, &counts->rejected, 1);
-    pend_tape_counts(tape, &counts->evaluations, 1);
+void pend_stepper_counts_carry(struct pend_stepper_counts *counts, struct pend_checkpoint *checkpoint) {
+    pend_checkpoint_counts(checkpoint, &counts->steps, 1);
+    pend_checkpoint_counts(checkpoint, &counts->rejected, 1);
+    pend_checkpoint_counts(checkpoint, &counts->evaluations, 1);
 }
 
 static const struct pend_method *const method_table[] = {

@@ -115,17 +115,17 @@ struct pend_method {
     /** The last step as a power series of doubles; NULL where steps are not. */
     void (*series)(const void *stepper, struct pend_series *series);
     /**
-     * Shows a tape all that steps have changed since `open`; where the tape puts it back, into a stepper that was just
+     * Shows a checkpoint all that steps have changed since `open`; where the checkpoint puts it back, into a stepper that was just
      * opened for the same problem, that one goes on as this one would have, `at` inside the last step too, bit for bit.
-     * What is put back may have been altered: it refuses the tape, or harms nothing but the numbers. NULL: it cannot be
+     * What is put back may have been altered: it refuses the checkpoint, or harms nothing but the numbers. NULL: it cannot be
      * told from outside.
      */
-    void (*carry)(void *stepper, struct pend_tape *tape);
+    void (*carry)(void *stepper, struct pend_checkpoint *checkpoint);
     void (*close)(void **stepper);
 };
 
-/** Shows a tape the counters of a stepper, as pend_tape_counts. */
-void pend_stepper_counts_carry(struct pend_stepper_counts *counts, struct pend_tape *tape);
+/** Shows a checkpoint the counters of a stepper, as pend_checkpoint_counts. */
+void pend_stepper_counts_carry(struct pend_stepper_counts *counts, struct pend_checkpoint *checkpoint);
 
 /* One a file, method_X.c; the three of GSL share method_gsl.c. */
 extern const struct pend_method pend_method_taylor, pend_method_ode23, pend_method_rkf45, pend_method_rk8pd,

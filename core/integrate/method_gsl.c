@@ -242,21 +242,21 @@ static void gsl_stepper_at(void *stepper, const double t[], int count, const str
 }
 
 /* the steppers of one step keep nothing but what their driver shows: the last derivative, and that there is one */
-static void gsl_stepper_carry(void *stepper, struct pend_tape *tape) {
+static void gsl_stepper_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct gsl_stepper *g = stepper;
     gsl_odeiv2_evolve *e = g->driver.e;
     size_t m = 2 * (size_t)g->n;
     long applied[] = {(long)e->count, (long)e->failed_steps};
-    pend_stepper_counts_carry(&g->counts, tape);
-    pend_tape_counts(tape, &g->rejected, 1);
-    pend_tape_row(tape, &g->t, 1);
-    pend_tape_row(tape, &g->size, 1);
-    pend_tape_row(tape, g->y, m);
-    pend_tape_counts(tape, applied, 2);
+    pend_stepper_counts_carry(&g->counts, checkpoint);
+    pend_checkpoint_counts(checkpoint, &g->rejected, 1);
+    pend_checkpoint_row(checkpoint, &g->t, 1);
+    pend_checkpoint_row(checkpoint, &g->size, 1);
+    pend_checkpoint_row(checkpoint, g->y, m);
+    pend_checkpoint_counts(checkpoint, applied, 2);
     e->count = (unsigned long)applied[0];
     e->failed_steps = (unsigned long)applied[1];
-    pend_tape_row(tape, &e->last_step, 1);
-    pend_tape_row(tape, e->dydt_out, m);
+    pend_checkpoint_row(checkpoint, &e->last_step, 1);
+    pend_checkpoint_row(checkpoint, e->dydt_out, m);
 }
 
 static struct pend_stepper_counts gsl_stepper_counts(const void *stepper) {

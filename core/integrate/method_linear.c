@@ -1,5 +1,5 @@
 /* linear: the motion linearised about hanging, theta'' = -A theta, in closed form: a sum of modes at any instant.
- * Leaves to others: finding the modes (modes), the forces of that motion (motion).
+ * Leaves to others: finding the modes (modes), the forces of that motion (kinematics).
  * Invariant: mode k of `modes` is scaled by its amplitude, theta(t) = sum_k vector_k cos(omega_k t + phase_k). */
 #include <math.h>
 #include <stdlib.h>
@@ -110,9 +110,9 @@ static struct pend_stepper_counts linear_counts(const void *stepper) {
 }
 
 /* the modes are found anew, the same ones */
-static void linear_carry(void *stepper, struct pend_tape *tape) {
+static void linear_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct linear *linear = stepper;
-    pend_stepper_counts_carry(&linear->counts, tape);
+    pend_stepper_counts_carry(&linear->counts, checkpoint);
 }
 
 const struct pend_method pend_method_linear = {

@@ -218,13 +218,13 @@ static void ode23_at(void *stepper, const double t[], int count, const struct pe
 
 static struct pend_stepper_counts ode23_counts(const void *stepper) { return ((const struct ode23 *)stepper)->counts; }
 
-static void ode23_carry(void *stepper, struct pend_tape *tape) {
+static void ode23_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct ode23 *o = stepper;
     double *numbers[] = {&o->begin, &o->end, &o->length, &o->size};
     double *rows[ODE23_ROWS] = {o->y, o->y_end, o->f[0], o->f[1], o->f[2], o->f[3], o->low, o->low_end};
-    pend_stepper_counts_carry(&o->counts, tape);
-    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) pend_tape_row(tape, numbers[i], 1);
-    for (size_t i = 0; i < ODE23_ROWS; i++) pend_tape_row(tape, rows[i], 2 * (size_t)o->n);
+    pend_stepper_counts_carry(&o->counts, checkpoint);
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) pend_checkpoint_row(checkpoint, numbers[i], 1);
+    for (size_t i = 0; i < ODE23_ROWS; i++) pend_checkpoint_row(checkpoint, rows[i], 2 * (size_t)o->n);
 }
 
 const struct pend_method pend_method_ode23 = {

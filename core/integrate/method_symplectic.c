@@ -40,8 +40,8 @@ struct symplectic {
  * unstable equilibrium does not show it */
 static double symplectic_speed(const struct pend_problem *problem) {
     const struct pend_tree *tree = problem->tree;
-    struct pend_energy energy = pend_motion_energy(tree, problem->gravity, problem->phi, problem->rate);
-    double free = energy.kinetic + energy.potential + pend_motion_energy_scale(tree, problem->gravity, 0), inertia = 0;
+    struct pend_energy energy = pend_kinematics_energy(tree, problem->gravity, problem->phi, problem->rate);
+    double free = energy.kinetic + energy.potential + pend_kinematics_energy_scale(tree, problem->gravity, 0), inertia = 0;
     for (int k = 0; k < tree->n; k++) inertia += tree->subtree_mass[k] * tree->len[k] * tree->len[k];
     return free > 0 && inertia > 0 ? sqrt(2 * free * tree->n / inertia) : 0;
 }
@@ -299,21 +299,21 @@ static struct pend_stepper_counts symplectic_counts(const void *stepper) {
 }
 
 /* the lanes hold the first guess of the next step's stages */
-static void symplectic_carry(void *stepper, struct pend_tape *tape) {
+static void symplectic_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct symplectic *s = stepper;
     size_t row = pend_jets_stride(s->tree->n);
-    pend_stepper_counts_carry(&s->counts, tape);
-    pend_tape_counts(tape, &s->system.iterations, 1);
-    pend_tape_int(tape, &s->now, 1);
-    pend_tape_row(tape, &s->time, 1);
-    pend_tape_row(tape, s->system.lanes, s->kernel->count(s->tree->n));
+    pend_stepper_counts_carry(&s->counts, checkpoint);
+    pend_checkpoint_counts(checkpoint, &s->system.iterations, 1);
+    pend_checkpoint_int(checkpoint, &s->now, 1);
+    pend_checkpoint_row(checkpoint, &s->time, 1);
+    pend_checkpoint_row(checkpoint, s->system.lanes, s->kernel->count(s->tree->n));
     for (int i = 0; i < 2; i++) {
         struct symplectic_end *end = &s->end[i];
         double *rows[] = {end->state.phi, end->state.phi_low, end->state.p, end->state.p_low, end->rate};
-        pend_tape_int(tape, &end->known, 1);
-        for (size_t j = 0; j < sizeof rows / sizeof *rows; j++) pend_tape_row(tape, rows[j], row);
+        pend_checkpoint_int(checkpoint, &end->known, 1);
+        for (size_t j = 0; j < sizeof rows / sizeof *rows; j++) pend_checkpoint_row(checkpoint, rows[j], row);
         struct jets_state state = {end->state.phi, end->state.phi_low, end->rate, end->zero};
-        if (pend_tape_puts(tape) && end->known)
+        if (pend_checkpoint_puts(checkpoint) && end->known)
             pend_jets_expand(&end->jets, s->system.gravity, s->unit, &state, SYMPLECTIC_ORDER);
     }
 }

@@ -84,7 +84,7 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     if (problem->phi_low) memcpy(taylor->end.phi_low, problem->phi_low, (size_t)n * sizeof(double));
     if (problem->rate_low) memcpy(taylor->end.rate_low, problem->rate_low, (size_t)n * sizeof(double));
     if (problem->gravity == 0 && n > 1)
-        taylor->kinetic = pend_motion_energy(problem->tree, 0, problem->phi, problem->rate).kinetic;
+        taylor->kinetic = pend_kinematics_energy(problem->tree, 0, problem->phi, problem->rate).kinetic;
     return PEND_OK;
 }
 
@@ -135,7 +135,7 @@ static double taylor_power(double step) {
 static void taylor_hold(const struct taylor *taylor) {
     const double most = 1e-6; /* a step with a looser tolerance than that leaves more than rounding */
     const struct jets_state *end = &taylor->end;
-    double kinetic = pend_motion_energy(taylor->tree, 0, end->phi, end->rate).kinetic;
+    double kinetic = pend_kinematics_energy(taylor->tree, 0, end->phi, end->rate).kinetic;
     double part = (taylor->kinetic - kinetic) / (2 * kinetic);
     if (!(fabs(part) <= most)) return;
     for (int k = 0; k < taylor->tree->n; k++) {
@@ -248,19 +248,19 @@ static void taylor_series(const void *stepper, struct pend_series *series) {
                                    .reached = taylor->reached};
 }
 
-static void taylor_carry(void *stepper, struct pend_tape *tape) {
+static void taylor_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct taylor *taylor = stepper;
     size_t stride = pend_jets_stride(taylor->tree->n);
     struct jets_state *ends[] = {&taylor->begin, &taylor->end};
-    pend_stepper_counts_carry(&taylor->counts, tape);
+    pend_stepper_counts_carry(&taylor->counts, checkpoint);
     double *numbers[] = {&taylor->unit, &taylor->next_unit, &taylor->time, &taylor->reached};
-    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) pend_tape_row(tape, numbers[i], 1);
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) pend_checkpoint_row(checkpoint, numbers[i], 1);
     for (int i = 0; i < 2; i++) {
         double *rows[] = {ends[i]->phi, ends[i]->phi_low, ends[i]->rate, ends[i]->rate_low};
-        for (size_t j = 0; j < sizeof rows / sizeof *rows; j++) pend_tape_row(tape, rows[j], stride);
+        for (size_t j = 0; j < sizeof rows / sizeof *rows; j++) pend_checkpoint_row(checkpoint, rows[j], stride);
     }
     // the series of the last step follows from its start
-    if (pend_tape_puts(tape) && taylor->counts.steps)
+    if (pend_checkpoint_puts(checkpoint) && taylor->counts.steps)
         pend_jets_expand(&taylor->jets, taylor->gravity, taylor->unit, &taylor->begin, taylor->known);
 }
 

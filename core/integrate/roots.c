@@ -5,21 +5,21 @@
 
 enum { DEPTH = 40 };
 
-double pend_crossing_value(const struct crossing_path *path, double s) {
+double pend_roots_value(const struct roots_path *path, double s) {
     double sum = 0;
     for (int j = path->degree; j >= 1; j--) sum = (sum + path->a[j]) * s;
     return path->base + (sum + path->low);
 }
 
 /* a quantity and its derivative */
-struct crossing_pair {
+struct roots_pair {
     double value, slope;
 };
 
-typedef struct crossing_pair crossing_fn(const struct crossing_path *path, double s);
+typedef struct roots_pair roots_fn(const struct roots_path *path, double s);
 
-static struct crossing_pair crossing_value_pair(const struct crossing_path *path, double s) {
-    struct crossing_pair sum = {0, 0};
+static struct roots_pair roots_value_pair(const struct roots_path *path, double s) {
+    struct roots_pair sum = {0, 0};
     for (int j = path->degree; j >= 1; j--) {
         sum.slope = sum.slope * s + j * path->a[j];
         sum.value = (sum.value + path->a[j]) * s;
@@ -28,8 +28,8 @@ static struct crossing_pair crossing_value_pair(const struct crossing_path *path
     return sum;
 }
 
-static struct crossing_pair crossing_slope_pair(const struct crossing_path *path, double s) {
-    struct crossing_pair sum = {0, 0};
+static struct roots_pair roots_slope_pair(const struct roots_path *path, double s) {
+    struct roots_pair sum = {0, 0};
     for (int j = path->degree; j >= 1; j--) {
         sum.slope = sum.slope * s + sum.value;
         sum.value = sum.value * s + j * path->a[j];
@@ -39,11 +39,11 @@ static struct crossing_pair crossing_slope_pair(const struct crossing_path *path
 
 /* where a function comes to be above `level` between a and b, or below it: Newton's method, and halving where that
  * would leave what is known of the place */
-static double crossing_root(const struct crossing_path *path, crossing_fn *f, double level, int above, double a,
+static double roots_root(const struct roots_path *path, roots_fn *f, double level, int above, double a,
                             double b) {
     double s = 0.5 * (a + b), last = 1;
     for (int i = 0; i < 100; i++) {
-        struct crossing_pair at = f(path, s);
+        struct roots_pair at = f(path, s);
         if ((at.value >= level) == (above != 0))
             b = s;
         else
@@ -65,7 +65,7 @@ static double crossing_root(const struct crossing_path *path, crossing_fn *f, do
 }
 
 /* the derivative in Bernstein's form on [0, 1] */
-static void crossing_bernstein(const struct crossing_path *path, double b[]) {
+static void roots_bernstein(const struct roots_path *path, double b[]) {
     int d = path->degree - 1;
     double choose = 1;
     for (int j = 0; j <= d; j++) {
@@ -78,12 +78,12 @@ static void crossing_bernstein(const struct crossing_path *path, double b[]) {
 
 /* signs of coefficients, those within rounding of zero left out: the first one's, the last one's, how often it changes
  */
-struct crossing_signs {
+struct roots_signs {
     int first, last, changes;
 };
 
-static struct crossing_signs crossing_signs(int d, const double b[], double noise) {
-    struct crossing_signs signs = {0, 0, 0};
+static struct roots_signs roots_signs(int d, const double b[], double noise) {
+    struct roots_signs signs = {0, 0, 0};
     for (int i = 0; i <= d; i++) {
         int here = (b[i] > noise) - (b[i] < -noise);
         if (!here) continue;
@@ -95,52 +95,52 @@ static struct crossing_signs crossing_signs(int d, const double b[], double nois
 }
 
 /* the two halves of an interval: left over b, right into `right` */
-static void crossing_halve(int d, double b[], double right[]) {
+static void roots_halve(int d, double b[], double right[]) {
     for (int r = 0; r <= d; r++) {
         right[d - r] = b[d];
         for (int i = d; i > r; i--) b[i] = 0.5 * (b[i] + b[i - 1]);
     }
 }
 
-static void crossing_note(struct crossing_path *path, double s) {
+static void roots_note(struct roots_path *path, double s) {
     if (path->pieces && s <= path->end[path->pieces - 1]) return;
-    if (s < 1 && path->pieces < PEND_CROSSING_DEGREE) path->end[path->pieces++] = s;
+    if (s < 1 && path->pieces < PEND_ROOTS_DEGREE) path->end[path->pieces++] = s;
 }
 
 /* notes the turns in an interval that is not to be halved; *before is the sign left of it, and then that in it */
-static void crossing_turns(struct crossing_path *path, struct crossing_signs signs, int *before, double a, double b) {
-    if (signs.first && *before == -signs.first) crossing_note(path, a);
-    if (signs.changes % 2) crossing_note(path, crossing_root(path, crossing_slope_pair, 0, signs.last > 0, a, b));
+static void roots_turns(struct roots_path *path, struct roots_signs signs, int *before, double a, double b) {
+    if (signs.first && *before == -signs.first) roots_note(path, a);
+    if (signs.changes % 2) roots_note(path, roots_root(path, roots_slope_pair, 0, signs.last > 0, a, b));
     if (signs.last) *before = signs.last;
 }
 
 /* true where the derivative's leading coefficient outweighs all others */
-static int crossing_plain(const struct crossing_path *path) {
+static int roots_plain(const struct roots_path *path) {
     double rest = 0;
     for (int j = 2; j <= path->degree; j++) rest += j * fabs(path->a[j]);
     return fabs(path->a[1]) > rest * (1 + 1e-12);
 }
 
 /* the whole step in Bernstein's form, halved until each part turns once at most; parts come in order */
-static void crossing_search(struct crossing_path *path) {
+static void roots_search(struct roots_path *path) {
     struct {
-        double from, to, b[PEND_CROSSING_DEGREE];
+        double from, to, b[PEND_ROOTS_DEGREE];
     } stack[DEPTH + 1];
     int d = path->degree - 1, before = 0;
     double noise = 0;
     for (int j = 1; j <= path->degree; j++) noise += 1e-15 * j * fabs(path->a[j]);
-    crossing_bernstein(path, stack[0].b);
+    roots_bernstein(path, stack[0].b);
     stack[0].from = 0, stack[0].to = 1;
     for (int top = 1; top--;) {
         double from = stack[top].from, to = stack[top].to;
-        struct crossing_signs signs = crossing_signs(d, stack[top].b, noise);
+        struct roots_signs signs = roots_signs(d, stack[top].b, noise);
         if (signs.changes <= 1 || top == DEPTH) {
-            crossing_turns(path, signs, &before, from, to);
+            roots_turns(path, signs, &before, from, to);
             continue;
         }
         // the left half goes on top
         memcpy(stack[top + 1].b, stack[top].b, sizeof stack[top].b);
-        crossing_halve(d, stack[top + 1].b, stack[top].b);
+        roots_halve(d, stack[top + 1].b, stack[top].b);
         stack[top].from = stack[top + 1].to = 0.5 * (from + to);
         stack[top].to = to;
         stack[top + 1].from = from;
@@ -148,36 +148,36 @@ static void crossing_search(struct crossing_path *path) {
     }
 }
 
-void pend_crossing_divide(struct crossing_path *path) {
+void pend_roots_divide(struct roots_path *path) {
     path->pieces = 0;
-    if (!crossing_plain(path)) crossing_search(path);
+    if (!roots_plain(path)) roots_search(path);
     path->end[path->pieces++] = 1;
 }
 
-double pend_crossing_next(const struct crossing_path *path, double from, double low, double high, int *way) {
+double pend_roots_next(const struct roots_path *path, double from, double low, double high, int *way) {
     double a = from;
     for (int i = 0; i < path->pieces; i++) {
         double b = path->end[i];
         if (b <= a) continue;
-        double at_a = pend_crossing_value(path, a), at_b = pend_crossing_value(path, b);
+        double at_a = pend_roots_value(path, a), at_b = pend_roots_value(path, b);
         int up = at_b > at_a, out = up ? at_b >= high : at_b <= low;
         if (out) {
             *way = up ? 1 : -1;
             double level = up ? high : low;
             // it may be there already, by rounding
             if (up ? at_a >= level : at_a <= level) return a;
-            return crossing_root(path, crossing_value_pair, level, up, a, b);
+            return roots_root(path, roots_value_pair, level, up, a, b);
         }
         a = b;
     }
     return INFINITY;
 }
 
-struct crossing_extremes pend_crossing_extremes(const struct crossing_path *path) {
-    double value = pend_crossing_value(path, 0);
-    struct crossing_extremes found = {value, 0, value, 0};
+struct roots_extremes pend_roots_extremes(const struct roots_path *path) {
+    double value = pend_roots_value(path, 0);
+    struct roots_extremes found = {value, 0, value, 0};
     for (int i = 0; i < path->pieces; i++) {
-        value = pend_crossing_value(path, path->end[i]);
+        value = pend_roots_value(path, path->end[i]);
         if (value > found.most) found.most = value, found.most_at = path->end[i];
         if (value < found.least) found.least = value, found.least_at = path->end[i];
     }

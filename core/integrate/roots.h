@@ -4,25 +4,25 @@
 #ifndef PEND_ROOTS_H
 #define PEND_ROOTS_H
 
-enum { PEND_CROSSING_DEGREE = 40 };
+enum { PEND_ROOTS_DEGREE = 40 };
 
 /* base + (low + sum_{j >= 1} a[j] s^j), s from 0 to 1: the step; a[0] is not used */
-struct crossing_path {
-    int degree; /* 1 .. PEND_CROSSING_DEGREE */
+struct roots_path {
+    int degree; /* 1 .. PEND_ROOTS_DEGREE */
     double base, low;
-    double a[PEND_CROSSING_DEGREE + 1];
+    double a[PEND_ROOTS_DEGREE + 1];
     /* the ends of the pieces on which it only rises or only falls, ascending; the last is 1 */
     int pieces;
-    double end[PEND_CROSSING_DEGREE + 1];
+    double end[PEND_ROOTS_DEGREE + 1];
 };
 
 /* The least and the largest value on [0, 1], and where. */
-struct crossing_extremes {
+struct roots_extremes {
     double least, least_at, most, most_at;
 };
 
 /** The quantity at s. O(degree). */
-double pend_crossing_value(const struct crossing_path *path, double s);
+double pend_roots_value(const struct roots_path *path, double s);
 
 /**
  * Fills in `pieces` and `end`.
@@ -31,7 +31,7 @@ double pend_crossing_value(const struct crossing_path *path, double s);
  * turns; with more the interval is halved. O(degree) where the first terms show that it does not turn, else O(degree^2)
  * a halving.
  */
-void pend_crossing_divide(struct crossing_path *path);
+void pend_roots_divide(struct roots_path *path);
 
 /**
  * The first s in (from, 1] at which a divided path reaches low or high, coming from inside.
@@ -41,9 +41,9 @@ void pend_crossing_divide(struct crossing_path *path);
  *
  * Returns infinity when it stays inside.
  */
-double pend_crossing_next(const struct crossing_path *path, double from, double low, double high, int *way);
+double pend_roots_next(const struct roots_path *path, double from, double low, double high, int *way);
 
 /** Extremes of a divided path; of equal ones the first. */
-struct crossing_extremes pend_crossing_extremes(const struct crossing_path *path);
+struct roots_extremes pend_roots_extremes(const struct roots_path *path);
 
 #endif

@@ -145,9 +145,9 @@ static void run_start(struct pend_run *run) {
     for (int k = 0; k < tree->n; k++) run->ordered &= tree->order[k] == k;
     /* a sum of n modes: a multiply and add takes about an eighth of an arm-evaluation */
     run->sample_cost = run->method->flags & PEND_METHOD_LINEAR ? tree->n * (1 + tree->n / 8.0) : tree->n;
-    struct pend_energy energy = pend_motion_energy(tree, problem->gravity, problem->phi, problem->rate);
+    struct pend_energy energy = pend_kinematics_energy(tree, problem->gravity, problem->phi, problem->rate);
     run->energy_start = energy.kinetic + energy.potential;
-    run->scale = pend_motion_energy_scale(tree, problem->gravity, energy.kinetic);
+    run->scale = pend_kinematics_energy_scale(tree, problem->gravity, energy.kinetic);
 }
 
 enum pend_status pend_run_new(struct pend_run **run, const struct pend_method *method,
@@ -205,7 +205,7 @@ static void run_weigh(struct pend_run *run) {
     struct pend_energy energy[RUN_ENDS];
     double most = 0;
     if (!ends->count) return;
-    pend_motion_energies(problem->tree, problem->gravity, ends->count, ends->phi, ends->rate, energy);
+    pend_kinematics_energies(problem->tree, problem->gravity, ends->count, ends->phi, ends->rate, energy);
     for (int i = 0; i < ends->count; i++) {
         double drift = fabs(energy[i].kinetic + energy[i].potential - run->energy_start);
         if (drift > most) most = drift;
@@ -326,7 +326,7 @@ static void run_states(struct pend_run *run, const struct pend_samples *samples,
                            room->force);
     else if (points.force)
         for (size_t row = 0; row < (size_t)due * n; row += n)
-            pend_motion_force(problem->tree, problem->gravity, points.phi + row, points.rate + row, points.acc + row,
+            pend_kinematics_force(problem->tree, problem->gravity, points.phi + row, points.rate + row, points.acc + row,
                               points.force + row);
 }
 
@@ -350,17 +350,17 @@ static void run_derive(struct pend_run *run, const double phi[], const double ra
                        long at) {
     const struct pend_problem *problem = &run->problem;
     if (samples->z_re || samples->z_im) {
-        pend_motion_position(problem->tree, phi, run->re, run->im);
+        pend_kinematics_position(problem->tree, phi, run->re, run->im);
         run_put(run, run->re, 1, samples->z_re, at);
         run_put(run, run->im, 1, samples->z_im, at);
     }
     if (samples->zd_re || samples->zd_im) {
-        pend_motion_velocity(problem->tree, phi, rate, run->re, run->im);
+        pend_kinematics_velocity(problem->tree, phi, rate, run->re, run->im);
         run_put(run, run->re, 1, samples->zd_re, at);
         run_put(run, run->im, 1, samples->zd_im, at);
     }
     if (samples->kinetic || samples->potential) {
-        struct pend_energy energy = pend_motion_energy(problem->tree, problem->gravity, phi, rate);
+        struct pend_energy energy = pend_kinematics_energy(problem->tree, problem->gravity, phi, rate);
         if (samples->kinetic) samples->kinetic[at] = energy.kinetic;
         if (samples->potential) samples->potential[at] = energy.potential;
     }
@@ -494,15 +494,15 @@ struct pend_run_stats pend_run_stats(const struct pend_run *run) {
 
 int pend_run_carries(const struct pend_method *method) { return method->carry != NULL; }
 
-enum pend_status pend_run_carry(struct pend_run *run, struct pend_tape *tape) {
+enum pend_status pend_run_carry(struct pend_run *run, struct pend_checkpoint *checkpoint) {
     assert(run->failure.code == PEND_OK);
-    pend_tape_part(tape, &run->reached, sizeof run->reached);
-    pend_tape_counts(tape, &run->next, 1);
-    pend_tape_part(tape, &run->drift, sizeof run->drift);
-    run->method->carry(run->stepper, tape);
-    if (run->horizon) PEND_TRY(pend_horizon_carry(run->horizon, tape));
-    /* a tape that refused on the way was put back in part: it is not whole */
-    if (!pend_tape_puts(tape)) return PEND_OK;
+    pend_checkpoint_part(checkpoint, &run->reached, sizeof run->reached);
+    pend_checkpoint_counts(checkpoint, &run->next, 1);
+    pend_checkpoint_part(checkpoint, &run->drift, sizeof run->drift);
+    run->method->carry(run->stepper, checkpoint);
+    if (run->horizon) PEND_TRY(pend_horizon_carry(run->horizon, checkpoint));
+    /* a checkpoint that refused on the way was put back in part: it is not whole */
+    if (!pend_checkpoint_puts(checkpoint)) return PEND_OK;
     int good = run->next <= run->problem.times.count && isfinite(run->reached) && isfinite(run->drift);
     return good ? PEND_OK : PEND_INVALID;
 }

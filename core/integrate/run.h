@@ -19,7 +19,7 @@ struct pend_samples {
 struct pend_run_stats {
     const char *method;
     long steps, rejected, evaluations;
-    double energy_drift; /* largest |E - E(start)| over the steps, relative to pend_motion_energy_scale; 0 for a method
+    double energy_drift; /* largest |E - E(start)| over the steps, relative to pend_kinematics_energy_scale; 0 for a method
                             that is linear, and where the problem says no_drift */
     double horizon;      /* s, pend_horizon_until: among the instants handed out, until the run is over; NaN where the
                             problem names no accuracy */
@@ -64,7 +64,7 @@ struct pend_run_stats pend_run_stats(const struct pend_run *run);
 int pend_run_carries(const struct pend_method *method);
 
 /**
- * Shows a tape all that a run has in hand between two calls of pend_run_next; where the tape puts it back, into a run
+ * Shows a checkpoint all that a run has in hand between two calls of pend_run_next; where the checkpoint puts it back, into a run
  * that was just made of the same problem, that one hands out what this one would have, bit for bit. Not after a
  * failure.
  *
@@ -72,6 +72,6 @@ int pend_run_carries(const struct pend_method *method);
  *
  * PEND_INVALID  what was put back is not of such a run, which is then worth nothing.
  */
-PEND_MUST_CHECK enum pend_status pend_run_carry(struct pend_run *run, struct pend_tape *tape);
+PEND_MUST_CHECK enum pend_status pend_run_carry(struct pend_run *run, struct pend_checkpoint *checkpoint);
 
 #endif

@@ -6,7 +6,7 @@
 
 enum { ROOM_PAGE = 2 << 20, ROOM_LINE = 64 };
 
-void *pend_modes_room(size_t bytes) {
+void *pend_hugepage(size_t bytes) {
     size_t unit = bytes >= 2 * ROOM_PAGE ? ROOM_PAGE : ROOM_LINE;
     if (bytes > SIZE_MAX / 2) return NULL;
     bytes = (bytes + unit - 1) / unit * unit;

@@ -12,6 +12,6 @@
  *
  * Returns NULL when memory is short. Contents are not set.
  */
-void *pend_modes_room(size_t bytes);
+void *pend_hugepage(size_t bytes);
 
 #endif

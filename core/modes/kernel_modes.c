@@ -11,7 +11,7 @@ typedef KERNEL_OF(lanes, ) lanes;
 #define kernel_all KERNEL_OF(lanes, _of)
 
 /* several vectors of shifts side by side keep the processor busy where the tree is a chain */
-enum { PAIR = 4, GROUP = PAIR * WIDTH };
+enum { DD_TYPE = 4, GROUP = DD_TYPE * WIDTH };
 
 typedef long long masks __attribute__((vector_size(WIDTH * sizeof(double))));
 typedef unsigned long long sign_bits __attribute__((vector_size(WIDTH * sizeof(double))));
@@ -26,7 +26,7 @@ typedef unsigned long long sign_bits __attribute__((vector_size(WIDTH * sizeof(d
  * there an estimate of 14 bits is refined twice, to 42 bits and then to the last place. */
 INLINE void kernel_inverses(lanes x[], int count) {
 #if defined(__AVX512F__)
-    __m512d one = (__m512d)kernel_all(1), estimate[PAIR], rest[PAIR];
+    __m512d one = (__m512d)kernel_all(1), estimate[DD_TYPE], rest[DD_TYPE];
     for (int i = 0; i < count; i++) estimate[i] = _mm512_rcp14_pd((__m512d)x[i]);
     for (int i = 0; i < count; i++) rest[i] = _mm512_fnmadd_pd((__m512d)x[i], estimate[i], one);
     for (int i = 0; i < count; i++) rest[i] = _mm512_fmadd_pd(rest[i], rest[i], rest[i]);
@@ -49,19 +49,19 @@ INLINE lanes kernel_pick(masks where, lanes yes, lanes no) {
 
 /* a sub-tree seen from its parent: c t / (t + c) and its first and second derivative in the shift */
 struct pulls {
-    lanes value[PAIR], rate[PAIR], bend[PAIR];
+    lanes value[DD_TYPE], rate[DD_TYPE], bend[DD_TYPE];
 };
 
 struct tally {
-    lanes minus_shift[PAIR], log_rate[PAIR], log_bend[PAIR];
-    sign_bits below[PAIR];
+    lanes minus_shift[DD_TYPE], log_rate[DD_TYPE], log_bend[DD_TYPE];
+    sign_bits below[DD_TYPE];
 };
 
 /* What the children pull becomes what the node itself pulls. Step after step for all shifts: the processor looks only a
  * hundred operations ahead, less than one shift's way through the node takes. */
 INLINE void probe_node(struct tally *tally, struct pulls *pulls, double spring, double mass, int pairs) {
     double tiny = spring * KERNEL_TINY;
-    lanes t[PAIR], inverse[PAIR], slope[PAIR], square[PAIR], bend[PAIR];
+    lanes t[DD_TYPE], inverse[DD_TYPE], slope[DD_TYPE], square[DD_TYPE], bend[DD_TYPE];
     for (int i = 0; i < pairs; i++) t[i] = kernel_fma(tally->minus_shift[i], kernel_all(mass), pulls->value[i]);
     for (int i = 0; i < pairs; i++) inverse[i] = (t[i] + spring) + tiny;
     kernel_inverses(inverse, pairs);
@@ -298,9 +298,9 @@ static void kernel_vectors(const struct pend_laplacian *laplacian, const double 
 }
 
 /* kernel_fine */
-void KERNEL_NAME(pend_modes_fine_for_)(const struct pend_laplacian *laplacian, const double value[], int lead,
+void KERNEL_NAME(pend_modes_refine_for_)(const struct pend_laplacian *laplacian, const double value[], int lead,
                                        double work[], double *vector[], double *tip[]);
 
 const struct pend_modes_kernel KERNEL_NAME(pend_modes_kernel_for_);
 const struct pend_modes_kernel KERNEL_NAME(pend_modes_kernel_for_) = {WIDTH, kernel_probe, kernel_vectors,
-                                                                      KERNEL_NAME(pend_modes_fine_for_)};
+                                                                      KERNEL_NAME(pend_modes_refine_for_)};

@@ -37,14 +37,14 @@ struct fine {
 };
 
 /* t + c, kept from vanishing */
-LANES_INLINE num fine_pivot(num t, double spring) {
+VEC_INLINE num fine_pivot(num t, double spring) {
     num d = num_add(t, num_of(spring));
     d.high = vec_pick((masks)(d.high == 0), vec_of(spring * 0x1p-110), d.high);
     return d;
 }
 
 /* c t / (t + c) */
-LANES_INLINE num fine_pull(num t, double spring) { return num_div(num_mul(t, num_of(spring)), fine_pivot(t, spring)); }
+VEC_INLINE num fine_pull(num t, double spring) { return num_div(num_mul(t, num_of(spring)), fine_pivot(t, spring)); }
 
 /* leaves inwards */
 static void fine_up(const struct pend_laplacian *laplacian, num minus_shift, struct fine w) {
@@ -127,9 +127,9 @@ static vec fine_spread(const struct pend_laplacian *laplacian, struct fine w, ma
     return total;
 }
 
-void KERNEL_NAME(pend_modes_fine_for_)(const struct pend_laplacian *laplacian, const double value[], int lead,
+void KERNEL_NAME(pend_modes_refine_for_)(const struct pend_laplacian *laplacian, const double value[], int lead,
                                        double work[], double *vector[], double *tip[]);
-void KERNEL_NAME(pend_modes_fine_for_)(const struct pend_laplacian *laplacian, const double value[], int lead,
+void KERNEL_NAME(pend_modes_refine_for_)(const struct pend_laplacian *laplacian, const double value[], int lead,
                                        double work[], double *vector[], double *tip[]) {
     size_t n = (size_t)laplacian->n;
     struct fine w = {(num *)work, (num *)work + n, (num *)work + 2 * n};

@@ -19,7 +19,7 @@ enum pend_status pend_modes_alloc(struct pend_modes **modes, int count, int n, i
         if ((size_t)n > (SIZE_MAX / sizeof(double) - 16) / ((size_t)count + 1)) return PEND_NO_MEMORY;
         doubles = (size_t)count * ((size_t)n + 2);
     }
-    struct store_block *block = pend_modes_room(sizeof *block + doubles * sizeof(double));
+    struct store_block *block = pend_hugepage(sizeof *block + doubles * sizeof(double));
     if (!block) return PEND_NO_MEMORY;
     block->modes = (struct pend_modes){.count = count, .n = n, .omega = block->data};
     if (vectors) {

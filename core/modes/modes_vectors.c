@@ -249,7 +249,7 @@ enum pend_status pend_vectors_new(struct pend_vectors **vectors, const struct pe
     v->fine = (unsigned char *)(v + 1);
     int arrays = (vectors_crowds(v, lanes) ? 6 : 3) * lanes, window = vectors_window(v);
     if (window) v->rows = window + lanes;
-    v->work = pend_modes_room((size_t)(arrays + v->rows + 2) * n * sizeof *v->work);
+    v->work = pend_hugepage((size_t)(arrays + v->rows + 2) * n * sizeof *v->work);
     if (!v->work) {
         pend_vectors_free(vectors);
         return PEND_NO_MEMORY;

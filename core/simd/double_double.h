@@ -6,77 +6,77 @@
 #error "sums of two doubles need the rounding of IEEE 754: leave out -ffast-math"
 #endif
 
-#define PAIRS_PASTE2(a, b) a##b
-#define PAIRS_PASTE(a, b) PAIRS_PASTE2(a, b)
-#define PAIR PAIRS_PASTE(pairs, LANES)
-#define PAIRS(name) PAIRS_PASTE(PAIR, _##name)
-#define VEC PAIRS_PASTE(lanes, LANES)
-#define VEC_(name) PAIRS_PASTE(VEC, _##name)
-#define BITS PAIRS_PASTE(bits, LANES)
+#define DD_PASTE2(a, b) a##b
+#define DD_PASTE(a, b) DD_PASTE2(a, b)
+#define DD_TYPE DD_PASTE(pairs, LANES)
+#define DD(name) DD_PASTE(DD_TYPE, _##name)
+#define VEC DD_PASTE(lanes, LANES)
+#define VEC_(name) DD_PASTE(VEC, _##name)
+#define BITS DD_PASTE(bits, LANES)
 
 typedef struct {
     VEC high, low;
-} PAIR;
+} DD_TYPE;
 
 /** x y and what its rounding leaves out. */
-LANES_INLINE PAIR PAIRS(product)(VEC x, VEC y) {
+VEC_INLINE DD_TYPE DD(product)(VEC x, VEC y) {
     VEC p = x * y;
     // no compiler may fuse the product into the sums that it goes to, whatever its flags
-    LANES_PIN(p);
+    VEC_PIN(p);
 #ifdef __FMA__
-    return (PAIR){p, VEC_(fma)(x, y, -p)};
+    return (DD_TYPE){p, VEC_(fma)(x, y, -p)};
 #else
     // Dekker: halves of 26 bits, whose products are exact
     VEC xs = x * 0x1.0000002p27, ys = y * 0x1.0000002p27;
-    LANES_PIN(xs);
-    LANES_PIN(ys);
+    VEC_PIN(xs);
+    VEC_PIN(ys);
     VEC xh = xs - (xs - x), yh = ys - (ys - y), xl = x - xh, yl = y - yh;
-    return (PAIR){p, ((xh * yh - p) + xh * yl + xl * yh) + xl * yl};
+    return (DD_TYPE){p, ((xh * yh - p) + xh * yl + xl * yh) + xl * yl};
 #endif
 }
 
 /** x + y and what its rounding leaves out (Knuth). */
-LANES_INLINE PAIR PAIRS(total)(VEC x, VEC y) {
+VEC_INLINE DD_TYPE DD(total)(VEC x, VEC y) {
     VEC s = x + y, part = s - x;
-    return (PAIR){s, (x - (s - part)) + (y - part)};
+    return (DD_TYPE){s, (x - (s - part)) + (y - part)};
 }
 
 /** high + low, |high| >= |low|, as a number (Dekker). */
-LANES_INLINE PAIR PAIRS(settle)(PAIR x) {
+VEC_INLINE DD_TYPE DD(settle)(DD_TYPE x) {
     VEC s = x.high + x.low;
-    return (PAIR){s, x.low - (s - x.high)};
+    return (DD_TYPE){s, x.low - (s - x.high)};
 }
 
-LANES_INLINE PAIR PAIRS(from)(VEC x) { return (PAIR){x, VEC_(of)(0)}; }
+VEC_INLINE DD_TYPE DD(from)(VEC x) { return (DD_TYPE){x, VEC_(of)(0)}; }
 
-LANES_INLINE PAIR PAIRS(of)(double x) { return PAIRS(from)(VEC_(of)(x)); }
+VEC_INLINE DD_TYPE DD(of)(double x) { return DD(from)(VEC_(of)(x)); }
 
 /** A constant of two parts in every lane. */
-LANES_INLINE PAIR PAIRS(of2)(double high, double low) { return (PAIR){VEC_(of)(high), VEC_(of)(low)}; }
+VEC_INLINE DD_TYPE DD(of2)(double high, double low) { return (DD_TYPE){VEC_(of)(high), VEC_(of)(low)}; }
 
-LANES_INLINE PAIR PAIRS(neg)(PAIR x) { return (PAIR){-x.high, -x.low}; }
+VEC_INLINE DD_TYPE DD(neg)(DD_TYPE x) { return (DD_TYPE){-x.high, -x.low}; }
 
-LANES_INLINE PAIR PAIRS(add)(PAIR x, PAIR y) {
-    PAIR s = PAIRS(total)(x.high, y.high);
+VEC_INLINE DD_TYPE DD(add)(DD_TYPE x, DD_TYPE y) {
+    DD_TYPE s = DD(total)(x.high, y.high);
     s.low += x.low + y.low;
-    return PAIRS(settle)(s);
+    return DD(settle)(s);
 }
 
-LANES_INLINE PAIR PAIRS(sub)(PAIR x, PAIR y) { return PAIRS(add)(x, PAIRS(neg)(y)); }
+VEC_INLINE DD_TYPE DD(sub)(DD_TYPE x, DD_TYPE y) { return DD(add)(x, DD(neg)(y)); }
 
 /** x times a power of two in each lane, exact. */
-LANES_INLINE PAIR PAIRS(scale)(PAIR x, VEC power) { return (PAIR){x.high * power, x.low * power}; }
+VEC_INLINE DD_TYPE DD(scale)(DD_TYPE x, VEC power) { return (DD_TYPE){x.high * power, x.low * power}; }
 
-LANES_INLINE PAIR PAIRS(mul)(PAIR x, PAIR y) {
-    PAIR p = PAIRS(product)(x.high, y.high);
+VEC_INLINE DD_TYPE DD(mul)(DD_TYPE x, DD_TYPE y) {
+    DD_TYPE p = DD(product)(x.high, y.high);
     p.low = VEC_(fma)(x.high, y.low, p.low);
     p.low = VEC_(fma)(x.low, y.high, p.low);
-    return PAIRS(settle)(p);
+    return DD(settle)(p);
 }
 
 /** sum + x y for long sums: the result goes to _gather again, or to _settle. */
-LANES_INLINE PAIR PAIRS(gather)(PAIR x, PAIR y, PAIR sum) {
-    PAIR p = PAIRS(product)(x.high, y.high), s = PAIRS(total)(sum.high, p.high);
+VEC_INLINE DD_TYPE DD(gather)(DD_TYPE x, DD_TYPE y, DD_TYPE sum) {
+    DD_TYPE p = DD(product)(x.high, y.high), s = DD(total)(sum.high, p.high);
     p.low = VEC_(fma)(x.high, y.low, p.low);
     p.low = VEC_(fma)(x.low, y.high, p.low);
     s.low = sum.low + (p.low + s.low);
@@ -84,47 +84,47 @@ LANES_INLINE PAIR PAIRS(gather)(PAIR x, PAIR y, PAIR sum) {
 }
 
 /** x y + z. */
-LANES_INLINE PAIR PAIRS(fma)(PAIR x, PAIR y, PAIR z) { return PAIRS(settle)(PAIRS(gather)(x, y, z)); }
+VEC_INLINE DD_TYPE DD(fma)(DD_TYPE x, DD_TYPE y, DD_TYPE z) { return DD(settle)(DD(gather)(x, y, z)); }
 
-LANES_INLINE PAIR PAIRS(div)(PAIR x, PAIR y) {
+VEC_INLINE DD_TYPE DD(div)(DD_TYPE x, DD_TYPE y) {
     VEC q = x.high / y.high;
-    PAIR p = PAIRS(product)(q, y.high);
+    DD_TYPE p = DD(product)(q, y.high);
     VEC rest = (x.high - p.high) - p.low + x.low;
-    return PAIRS(settle)((PAIR){q, (rest - q * y.low) / y.high});
+    return DD(settle)((DD_TYPE){q, (rest - q * y.low) / y.high});
 }
 
 /** x in the lanes where `which` is all ones, y where it is 0. */
-LANES_INLINE PAIR PAIRS(pick)(BITS which, PAIR x, PAIR y) {
-    return (PAIR){VEC_(pick)(which, x.high, y.high), VEC_(pick)(which, x.low, y.low)};
+VEC_INLINE DD_TYPE DD(pick)(BITS which, DD_TYPE x, DD_TYPE y) {
+    return (DD_TYPE){VEC_(pick)(which, x.high, y.high), VEC_(pick)(which, x.low, y.low)};
 }
 
 /* (-1)^j / (2 j + 1)! from j = 1 on, (-1)^j / (2 j)! from j = 2 on: as many terms as matter up to pi / 4 */
-enum { PAIRS(SINE_TERMS) = 14, PAIRS(SINE_LONG) = 7, PAIRS(COSINE_TERMS) = 14, PAIRS(COSINE_LONG) = 7 };
+enum { DD(SINE_TERMS) = 14, DD(SINE_LONG) = 7, DD(COSINE_TERMS) = 14, DD(COSINE_LONG) = 7 };
 
-LANES_INLINE PAIR PAIRS(horner)(const double term[][2], int terms, int precise, PAIR z) {
+VEC_INLINE DD_TYPE DD(horner)(const double term[][2], int terms, int precise, DD_TYPE z) {
     // terms this small need but one double
     VEC tail = VEC_(of)(term[terms - 1][0]);
     for (int j = terms - 2; j >= precise; j--) tail = VEC_(fma)(z.high, tail, VEC_(of)(term[j][0]));
-    PAIR sum = PAIRS(from)(tail);
-    for (int j = precise - 1; j >= 0; j--) sum = PAIRS(fma)(z, sum, PAIRS(of2)(term[j][0], term[j][1]));
+    DD_TYPE sum = DD(from)(tail);
+    for (int j = precise - 1; j >= 0; j--) sum = DD(fma)(z, sum, DD(of2)(term[j][0], term[j][1]));
     return sum;
 }
 
 /* x less n + many right angles, |n| <= 2^20 and `many` a multiple of 2^20 up to 2^40: times each part of a right angle
  * but the last both are exact */
-LANES_INLINE PAIR PAIRS(less)(PAIR x, VEC n, VEC many) {
+VEC_INLINE DD_TYPE DD(less)(DD_TYPE x, VEC n, VEC many) {
     static const double whole = -0x1.921fb54400000p+0, part[] = {-0x1.0b4611a600000p-34, -0x1.3198a2e000000p-69,
                                                                  -0x1.b839a25200000p-104, -0x1.27044533e63a0p-142};
-    PAIR first = PAIRS(total)(x.high, many * whole), second = PAIRS(total)(first.high, n * whole);
-    PAIR r = PAIRS(total)(second.high, x.low);
+    DD_TYPE first = DD(total)(x.high, many * whole), second = DD(total)(first.high, n * whole);
+    DD_TYPE r = DD(total)(second.high, x.low);
     r.low += first.low + second.low;
     for (int i = 0; i < 4; i++) {
-        PAIR next = PAIRS(total)(r.high, n * part[i]);
+        DD_TYPE next = DD(total)(r.high, n * part[i]);
         next.low += r.low;
-        r = PAIRS(settle)(next);
-        next = PAIRS(total)(r.high, many * part[i]);
+        r = DD(settle)(next);
+        next = DD(total)(r.high, many * part[i]);
         next.low += r.low;
-        r = PAIRS(settle)(next);
+        r = DD(settle)(next);
     }
     return r;
 }
@@ -133,8 +133,8 @@ LANES_INLINE PAIR PAIRS(less)(PAIR x, VEC n, VEC many) {
  * Sine and cosine within 2^-102 of 1, relative to x where that is small, of an x up to 1e12 as it is: beyond 1e6 the
  * last place of x is larger than that.
  */
-LANES_INLINE void PAIRS(sincos)(PAIR x, PAIR *sine, PAIR *cosine) {
-    static const double sine_term[PAIRS(SINE_TERMS)][2] = {
+VEC_INLINE void DD(sincos)(DD_TYPE x, DD_TYPE *sine, DD_TYPE *cosine) {
+    static const double sine_term[DD(SINE_TERMS)][2] = {
         {-0x1.5555555555555p-3, -0x1.5555555555555p-57},   {0x1.1111111111111p-7, 0x1.1111111111111p-63},
         {-0x1.a01a01a01a01ap-13, -0x1.a01a01a01a01ap-73},  {0x1.71de3a556c734p-19, -0x1.c154f8ddc6c00p-73},
         {-0x1.ae64567f544e4p-26, 0x1.c062e06d1f209p-80},   {0x1.6124613a86d09p-33, 0x1.f28e0cc748ebep-87},
@@ -142,7 +142,7 @@ LANES_INLINE void PAIRS(sincos)(PAIR x, PAIR *sine, PAIR *cosine) {
         {-0x1.2f49b46814157p-57, -0x1.2650f61dbdcb4p-112}, {0x1.71b8ef6dcf572p-66, -0x1.d043ae40c4647p-120},
         {-0x1.761b41316381ap-75, 0x1.3423c7d91404fp-130},  {0x1.3f3ccdd165fa9p-84, -0x1.58ddadf344487p-139},
         {-0x1.d1ab1c2dccea3p-94, -0x1.054d0c78aea14p-149}, {0x1.259f98b4358adp-103, 0x1.eaf8c39dd9bc5p-157}};
-    static const double cosine_term[PAIRS(COSINE_TERMS)][2] = {
+    static const double cosine_term[DD(COSINE_TERMS)][2] = {
         {0x1.5555555555555p-5, 0x1.5555555555555p-59},    {-0x1.6c16c16c16c17p-10, 0x1.f49f49f49f49fp-65},
         {0x1.a01a01a01a01ap-16, 0x1.a01a01a01a01ap-76},   {-0x1.27e4fb7789f5cp-22, -0x1.cbbc05b4fa99ap-76},
         {0x1.1eed8eff8d898p-29, -0x1.2aec959e14c06p-83},  {-0x1.93974a8c07c9dp-37, -0x1.05d6f8a2efd1fp-92},
@@ -155,23 +155,23 @@ LANES_INLINE void PAIRS(sincos)(PAIR x, PAIR *sine, PAIR *cosine) {
     VEC many = (shifted - magic) * 0x1p20;
     shifted = (x.high + many * -0x1.921fb54400000p+0 - many * 0x1.0b4611a600000p-34) * 0x1.45f306dc9c883p-1 + magic;
     BITS turn = (BITS)shifted;
-    PAIR r = PAIRS(less)(x, shifted - magic, many);
-    PAIR z = PAIRS(mul)(r, r);
-    PAIR s = PAIRS(horner)(sine_term, PAIRS(SINE_TERMS), PAIRS(SINE_LONG), z);
-    PAIR c = PAIRS(horner)(cosine_term, PAIRS(COSINE_TERMS), PAIRS(COSINE_LONG), z);
-    s = PAIRS(fma)(PAIRS(mul)(r, z), s, r);
-    c = PAIRS(fma)(PAIRS(mul)(z, z), c, PAIRS(sub)(PAIRS(of)(1), PAIRS(scale)(z, VEC_(of)(0.5))));
+    DD_TYPE r = DD(less)(x, shifted - magic, many);
+    DD_TYPE z = DD(mul)(r, r);
+    DD_TYPE s = DD(horner)(sine_term, DD(SINE_TERMS), DD(SINE_LONG), z);
+    DD_TYPE c = DD(horner)(cosine_term, DD(COSINE_TERMS), DD(COSINE_LONG), z);
+    s = DD(fma)(DD(mul)(r, z), s, r);
+    c = DD(fma)(DD(mul)(z, z), c, DD(sub)(DD(of)(1), DD(scale)(z, VEC_(of)(0.5))));
     // quadrants
     BITS swap = -(turn & 1), sine_sign = (turn & 2) << 62, cosine_sign = ((turn ^ turn << 1) & 2) << 62;
-    PAIR a = PAIRS(pick)(swap, c, s), b = PAIRS(pick)(swap, s, c);
-    *sine = (PAIR){(VEC)((BITS)a.high ^ sine_sign), (VEC)((BITS)a.low ^ sine_sign)};
-    *cosine = (PAIR){(VEC)((BITS)b.high ^ cosine_sign), (VEC)((BITS)b.low ^ cosine_sign)};
+    DD_TYPE a = DD(pick)(swap, c, s), b = DD(pick)(swap, s, c);
+    *sine = (DD_TYPE){(VEC)((BITS)a.high ^ sine_sign), (VEC)((BITS)a.low ^ sine_sign)};
+    *cosine = (DD_TYPE){(VEC)((BITS)b.high ^ cosine_sign), (VEC)((BITS)b.low ^ cosine_sign)};
 }
 
-#undef PAIRS_PASTE2
-#undef PAIRS_PASTE
-#undef PAIR
-#undef PAIRS
+#undef DD_PASTE2
+#undef DD_PASTE
+#undef DD_TYPE
+#undef DD
 #undef VEC
 #undef VEC_
 #undef BITS

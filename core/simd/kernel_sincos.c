@@ -8,7 +8,7 @@ enum { WIDE = KERNEL_WIDTH };
 typedef KERNEL_OF(lanes, ) wide;
 #define WIDE_(name) KERNEL_OF(lanes, _##name)
 
-void KERNEL_NAME(pend_kernel_turn_)(const double phi[], int count, double re[], double im[]) {
+void KERNEL_NAME(pend_kernel_sincos_)(const double phi[], int count, double re[], double im[]) {
     for (int a = 0; a < count; a += WIDE) {
         wide x = WIDE_(of)(0), cosine, sine;
         memcpy(&x, phi + a, (size_t)(count - a < WIDE ? count - a : WIDE) * sizeof(double));

@@ -1,5 +1,5 @@
 /* Directions of many angles, by instruction set.
- * Leaves to others: what is made of them (motion).
+ * Leaves to others: what is made of them (kinematics).
  * Invariant: an unsupported set is never called. */
 #ifndef PEND_KERNEL_SINCOS_H
 #define PEND_KERNEL_SINCOS_H
@@ -13,11 +13,11 @@ enum { PEND_TURN_CAP = 64 };
  * phi       count angles, rad.
  * re, im    out, PEND_TURN_CAP values each, aligned to 64 bytes; those from count on do not matter.
  */
-typedef void pend_turn_fn(const double phi[], int count, double re[], double im[]);
+typedef void pend_sincos_fn(const double phi[], int count, double re[], double im[]);
 
-pend_turn_fn pend_kernel_turn_base;
+pend_sincos_fn pend_kernel_sincos_base;
 #ifdef __x86_64__
-pend_turn_fn pend_kernel_turn_avx2, pend_kernel_turn_avx512;
+pend_sincos_fn pend_kernel_sincos_avx2, pend_kernel_sincos_avx512;
 #endif
 
 #endif

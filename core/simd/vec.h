@@ -12,10 +12,10 @@ typedef double lanes2 __attribute__((vector_size(16)));
 typedef double lanes4 __attribute__((vector_size(32)));
 typedef double lanes8 __attribute__((vector_size(64)));
 
-#define LANES_INLINE static inline __attribute__((always_inline, unused))
+#define VEC_INLINE static inline __attribute__((always_inline, unused))
 
 /** x y + z, rounded once with avx2 and avx512, twice in the base set. */
-LANES_INLINE lanes2 lanes2_fma(lanes2 x, lanes2 y, lanes2 z) {
+VEC_INLINE lanes2 lanes2_fma(lanes2 x, lanes2 y, lanes2 z) {
 #ifdef __FMA__
     return (lanes2)_mm_fmadd_pd((__m128d)x, (__m128d)y, (__m128d)z);
 #else
@@ -23,7 +23,7 @@ LANES_INLINE lanes2 lanes2_fma(lanes2 x, lanes2 y, lanes2 z) {
 #endif
 }
 
-LANES_INLINE lanes4 lanes4_fma(lanes4 x, lanes4 y, lanes4 z) {
+VEC_INLINE lanes4 lanes4_fma(lanes4 x, lanes4 y, lanes4 z) {
 #ifdef __FMA__
     return (lanes4)_mm256_fmadd_pd((__m256d)x, (__m256d)y, (__m256d)z);
 #else
@@ -31,7 +31,7 @@ LANES_INLINE lanes4 lanes4_fma(lanes4 x, lanes4 y, lanes4 z) {
 #endif
 }
 
-LANES_INLINE lanes8 lanes8_fma(lanes8 x, lanes8 y, lanes8 z) {
+VEC_INLINE lanes8 lanes8_fma(lanes8 x, lanes8 y, lanes8 z) {
 #if defined(__AVX512F__)
     return (lanes8)_mm512_fmadd_pd((__m512d)x, (__m512d)y, (__m512d)z);
 #elif defined(__FMA__)
@@ -46,35 +46,35 @@ LANES_INLINE lanes8 lanes8_fma(lanes8 x, lanes8 y, lanes8 z) {
 }
 
 /** Numbers of an array. By single loads: the gathering instruction is slow where it has been made safe. */
-LANES_INLINE lanes2 lanes2_gather(const double *from, const int index[2]) {
+VEC_INLINE lanes2 lanes2_gather(const double *from, const int index[2]) {
     return (lanes2){from[index[0]], from[index[1]]};
 }
 
-LANES_INLINE lanes4 lanes4_gather(const double *from, const int index[4]) {
+VEC_INLINE lanes4 lanes4_gather(const double *from, const int index[4]) {
     return (lanes4){from[index[0]], from[index[1]], from[index[2]], from[index[3]]};
 }
 
-LANES_INLINE lanes8 lanes8_gather(const double *from, const int index[8]) {
+VEC_INLINE lanes8 lanes8_gather(const double *from, const int index[8]) {
     return (lanes8){from[index[0]], from[index[1]], from[index[2]], from[index[3]],
                     from[index[4]], from[index[5]], from[index[6]], from[index[7]]};
 }
 
 /** A number in every lane. */
-LANES_INLINE lanes2 lanes2_of(double x) { return (lanes2){x, x}; }
-LANES_INLINE lanes4 lanes4_of(double x) { return (lanes4){x, x, x, x}; }
-LANES_INLINE lanes8 lanes8_of(double x) { return (lanes8){x, x, x, x, x, x, x, x}; }
+VEC_INLINE lanes2 lanes2_of(double x) { return (lanes2){x, x}; }
+VEC_INLINE lanes4 lanes4_of(double x) { return (lanes4){x, x, x, x}; }
+VEC_INLINE lanes8 lanes8_of(double x) { return (lanes8){x, x, x, x, x, x, x, x}; }
 
 /* Keeps a vector of the instruction set's own width in a register: gcc 12 would load it anew for every use. */
 #if defined(__AVX512F__)
-#define LANES_PIN(x) __asm__("" : "+v"(x))
+#define VEC_PIN(x) __asm__("" : "+v"(x))
 #elif defined(__x86_64__)
-#define LANES_PIN(x) __asm__("" : "+x"(x))
+#define VEC_PIN(x) __asm__("" : "+x"(x))
 #else
-#define LANES_PIN(x) ((void)(x))
+#define VEC_PIN(x) ((void)(x))
 #endif
 
 /** The fused multiply-add of one number. */
-LANES_INLINE double lanes1_fma(double x, double y, double z) {
+VEC_INLINE double lanes1_fma(double x, double y, double z) {
 #ifdef __FMA__
     return __builtin_fma(x, y, z);
 #else

@@ -1,6 +1,6 @@
 /* Eight numbers in vectors that the processor has: one, two or four of them, where gcc would put vectors of eight into
  * memory.
- * Leaves to others: what the numbers are (blocks_kernel, layers_kernel), `wide` (the including file).
+ * Leaves to others: what the numbers are (blocks_template, levels_template), `wide` (the including file).
  * Invariant: the same operations in the same order for every width, so that avx2 and avx512 agree to the last bit. */
 #ifndef PEND_VEC8_TEMPLATE_H
 #define PEND_VEC8_TEMPLATE_H
@@ -9,24 +9,24 @@
 
 #include "core/simd/vec_isa.h"
 
-enum { EIGHT = 8, EIGHT_PARTS = EIGHT / KERNEL_WIDTH };
+enum { VEC8 = 8, VEC8_PARTS = VEC8 / KERNEL_WIDTH };
 
-struct eight {
-    wide part[EIGHT_PARTS];
+struct vec8 {
+    wide part[VEC8_PARTS];
 };
 
-LANES_INLINE struct eight eight_get(const double *at) {
-    struct eight x;
-    for (int p = 0; p < EIGHT_PARTS; p++) x.part[p] = wide_get(at + p * WIDE);
+VEC_INLINE struct vec8 vec8_get(const double *at) {
+    struct vec8 x;
+    for (int p = 0; p < VEC8_PARTS; p++) x.part[p] = wide_get(at + p * WIDE);
     return x;
 }
 
-LANES_INLINE void eight_put(double *at, const struct eight *x) {
-    for (int p = 0; p < EIGHT_PARTS; p++) wide_put(at + p * WIDE, x->part[p]);
+VEC_INLINE void vec8_put(double *at, const struct vec8 *x) {
+    for (int p = 0; p < VEC8_PARTS; p++) wide_put(at + p * WIDE, x->part[p]);
 }
 
 /** x one lane on, and one lane back. */
-LANES_INLINE wide wide_shift(wide x, wide after) {
+VEC_INLINE wide wide_shift(wide x, wide after) {
 #if KERNEL_WIDTH == 8
     return __builtin_shufflevector(x, after, 1, 2, 3, 4, 5, 6, 7, 8);
 #elif KERNEL_WIDTH == 4
@@ -36,7 +36,7 @@ LANES_INLINE wide wide_shift(wide x, wide after) {
 #endif
 }
 
-LANES_INLINE wide wide_unshift(wide before, wide x) {
+VEC_INLINE wide wide_unshift(wide before, wide x) {
 #if KERNEL_WIDTH == 8
     return __builtin_shufflevector(before, x, 7, 8, 9, 10, 11, 12, 13, 14);
 #elif KERNEL_WIDTH == 4
@@ -47,7 +47,7 @@ LANES_INLINE wide wide_unshift(wide before, wide x) {
 }
 
 /** The last lane of x in all. */
-LANES_INLINE wide wide_end(wide x) {
+VEC_INLINE wide wide_end(wide x) {
 #if KERNEL_WIDTH == 8
     return __builtin_shufflevector(x, x, 7, 7, 7, 7, 7, 7, 7, 7);
 #elif KERNEL_WIDTH == 4
@@ -58,36 +58,36 @@ LANES_INLINE wide wide_end(wide x) {
 }
 
 /** Of eight lanes those from `first` on: x in one of the eight, zero in the others. */
-LANES_INLINE wide wide_only(double x, int lane, int first) {
-    static const long long all[2 * EIGHT - 1] = {[EIGHT - 1] = -1};
+VEC_INLINE wide wide_only(double x, int lane, int first) {
+    static const long long all[2 * VEC8 - 1] = {[VEC8 - 1] = -1};
     KERNEL_OF(bits, ) mask;
-    memcpy(&mask, all + EIGHT - 1 - lane + first, sizeof mask);
+    memcpy(&mask, all + VEC8 - 1 - lane + first, sizeof mask);
     return (wide)(mask & (KERNEL_OF(bits, ))wide_of(x));
 }
 
 /** The product of eight rows with eight numbers. */
-LANES_INLINE struct eight eight_product(const double *rows, const struct eight *x) {
-    struct eight product;
+VEC_INLINE struct vec8 vec8_product(const double *rows, const struct vec8 *x) {
+    struct vec8 product;
 #if KERNEL_WIDTH == 8
-#define EIGHT_BEAM(i) __builtin_shufflevector(x->part[0], x->part[0], i, i, i, i, i, i, i, i)
+#define VEC8_BEAM(i) __builtin_shufflevector(x->part[0], x->part[0], i, i, i, i, i, i, i, i)
 #else
-    double beam[EIGHT] __attribute__((aligned(64)));
-    eight_put(beam, x);
-#define EIGHT_BEAM(i) wide_of(beam[i])
+    double beam[VEC8] __attribute__((aligned(64)));
+    vec8_put(beam, x);
+#define VEC8_BEAM(i) wide_of(beam[i])
 #endif
-#define EIGHT_TERM(i) wide_get(rows + (i)*EIGHT + p * WIDE), EIGHT_BEAM(i)
-    for (int p = 0; p < EIGHT_PARTS; p++) {
-        wide part = wide_fma(EIGHT_TERM(0), wide_of(0)), sum = wide_fma(EIGHT_TERM(1), wide_of(0));
-        part = wide_fma(EIGHT_TERM(2), part);
-        sum = wide_fma(EIGHT_TERM(3), sum);
-        part = wide_fma(EIGHT_TERM(4), part);
-        sum = wide_fma(EIGHT_TERM(5), sum);
-        part = wide_fma(EIGHT_TERM(6), part);
-        sum = wide_fma(EIGHT_TERM(7), sum);
+#define VEC8_TERM(i) wide_get(rows + (i)*VEC8 + p * WIDE), VEC8_BEAM(i)
+    for (int p = 0; p < VEC8_PARTS; p++) {
+        wide part = wide_fma(VEC8_TERM(0), wide_of(0)), sum = wide_fma(VEC8_TERM(1), wide_of(0));
+        part = wide_fma(VEC8_TERM(2), part);
+        sum = wide_fma(VEC8_TERM(3), sum);
+        part = wide_fma(VEC8_TERM(4), part);
+        sum = wide_fma(VEC8_TERM(5), sum);
+        part = wide_fma(VEC8_TERM(6), part);
+        sum = wide_fma(VEC8_TERM(7), sum);
         product.part[p] = part + sum;
     }
-#undef EIGHT_TERM
-#undef EIGHT_BEAM
+#undef VEC8_TERM
+#undef VEC8_BEAM
     return product;
 }
 

@@ -1,59 +1,59 @@
 /* Elementary functions of vectors; included by lanes.h once for each number of LANES.
  * Leaves to others: arguments that are not finite (the callers look at their results).
  * Invariant: the same operations in every lane, no branch. */
-#define LANES_PASTE2(a, b) a##b
-#define LANES_PASTE(a, b) LANES_PASTE2(a, b)
-#define VEC LANES_PASTE(lanes, LANES)
-#define BITS LANES_PASTE(bits, LANES)
-#define OF(name) LANES_PASTE(LANES_PASTE(lanes, LANES), _##name)
+#define VEC_PASTE2(a, b) a##b
+#define VEC_PASTE(a, b) VEC_PASTE2(a, b)
+#define VEC VEC_PASTE(lanes, LANES)
+#define BITS VEC_PASTE(bits, LANES)
+#define OF(name) VEC_PASTE(VEC_PASTE(lanes, LANES), _##name)
 
 typedef long long BITS __attribute__((vector_size(8 * LANES)));
 
-LANES_INLINE VEC OF(get)(const double *at) { return *(const VEC *)(const void *)at; }
+VEC_INLINE VEC OF(get)(const double *at) { return *(const VEC *)(const void *)at; }
 
-LANES_INLINE void OF(put)(double *at, VEC x) { *(VEC *)(void *)at = x; }
+VEC_INLINE void OF(put)(double *at, VEC x) { *(VEC *)(void *)at = x; }
 
 /** x where the mask is all ones, y where it is 0. */
-LANES_INLINE VEC OF(pick)(BITS mask, VEC x, VEC y) { return (VEC)((mask & (BITS)x) | (~mask & (BITS)y)); }
+VEC_INLINE VEC OF(pick)(BITS mask, VEC x, VEC y) { return (VEC)((mask & (BITS)x) | (~mask & (BITS)y)); }
 
 /** The larger, the smaller of two; y where one of them is not a number. */
 #if LANES == 8 && defined(__AVX512F__)
-LANES_INLINE VEC OF(max)(VEC x, VEC y) { return (VEC)_mm512_max_pd((__m512d)x, (__m512d)y); }
-LANES_INLINE VEC OF(min)(VEC x, VEC y) { return (VEC)_mm512_min_pd((__m512d)x, (__m512d)y); }
+VEC_INLINE VEC OF(max)(VEC x, VEC y) { return (VEC)_mm512_max_pd((__m512d)x, (__m512d)y); }
+VEC_INLINE VEC OF(min)(VEC x, VEC y) { return (VEC)_mm512_min_pd((__m512d)x, (__m512d)y); }
 #elif LANES == 4 && defined(__AVX2__)
-LANES_INLINE VEC OF(max)(VEC x, VEC y) { return (VEC)_mm256_max_pd((__m256d)x, (__m256d)y); }
-LANES_INLINE VEC OF(min)(VEC x, VEC y) { return (VEC)_mm256_min_pd((__m256d)x, (__m256d)y); }
+VEC_INLINE VEC OF(max)(VEC x, VEC y) { return (VEC)_mm256_max_pd((__m256d)x, (__m256d)y); }
+VEC_INLINE VEC OF(min)(VEC x, VEC y) { return (VEC)_mm256_min_pd((__m256d)x, (__m256d)y); }
 #elif LANES == 2 && defined(__x86_64__)
-LANES_INLINE VEC OF(max)(VEC x, VEC y) { return (VEC)_mm_max_pd((__m128d)x, (__m128d)y); }
-LANES_INLINE VEC OF(min)(VEC x, VEC y) { return (VEC)_mm_min_pd((__m128d)x, (__m128d)y); }
+VEC_INLINE VEC OF(max)(VEC x, VEC y) { return (VEC)_mm_max_pd((__m128d)x, (__m128d)y); }
+VEC_INLINE VEC OF(min)(VEC x, VEC y) { return (VEC)_mm_min_pd((__m128d)x, (__m128d)y); }
 #else
-LANES_INLINE VEC OF(max)(VEC x, VEC y) { return OF(pick)((BITS)(x > y), x, y); }
-LANES_INLINE VEC OF(min)(VEC x, VEC y) { return OF(pick)((BITS)(x < y), x, y); }
+VEC_INLINE VEC OF(max)(VEC x, VEC y) { return OF(pick)((BITS)(x > y), x, y); }
+VEC_INLINE VEC OF(min)(VEC x, VEC y) { return OF(pick)((BITS)(x < y), x, y); }
 #endif
 
-LANES_INLINE VEC OF(abs)(VEC x) { return (VEC)((BITS)x & 0x7fffffffffffffffLL); }
+VEC_INLINE VEC OF(abs)(VEC x) { return (VEC)((BITS)x & 0x7fffffffffffffffLL); }
 
 /** The larger of |x| and y >= 0; y where x is not a number. */
 #if LANES == 8 && defined(__AVX512DQ__)
-LANES_INLINE VEC OF(peak)(VEC x, VEC y) { return (VEC)_mm512_range_pd((__m512d)x, (__m512d)y, 0x0b); }
+VEC_INLINE VEC OF(peak)(VEC x, VEC y) { return (VEC)_mm512_range_pd((__m512d)x, (__m512d)y, 0x0b); }
 #else
-LANES_INLINE VEC OF(peak)(VEC x, VEC y) { return OF(max)(OF(abs)(x), y); }
+VEC_INLINE VEC OF(peak)(VEC x, VEC y) { return OF(max)(OF(abs)(x), y); }
 #endif
 
 /** The nearest integer, |x| < 2^51. */
-LANES_INLINE VEC OF(round)(VEC x) {
+VEC_INLINE VEC OF(round)(VEC x) {
     VEC magic = OF(of)(0x1.8p52);
     return (x + magic) - magic;
 }
 
 /** The largest integer not above x, |x| < 2^51. */
-LANES_INLINE VEC OF(floor)(VEC x) {
+VEC_INLINE VEC OF(floor)(VEC x) {
     VEC near = OF(round)(x);
     return near - (VEC)((BITS)(near > x) & (BITS)OF(of)(1));
 }
 
 /* x + low = turn pi / 2 + r + rest, |r| below pi / 4 and a little, rest below an ulp of r; returns r. */
-LANES_INLINE VEC OF(reduce)(VEC x, VEC low, VEC *rest, BITS *turn) {
+VEC_INLINE VEC OF(reduce)(VEC x, VEC low, VEC *rest, BITS *turn) {
     VEC magic = OF(of)(0x1.8p52), shifted = OF(fma)(x, OF(of)(0x1.45f306dc9c883p-1), magic), n = shifted - magic;
 #ifdef __FMA__
     // what is left by all 53 bits of pi / 2 is a multiple of 2^-53 below 1, hence exact
@@ -71,7 +71,7 @@ LANES_INLINE VEC OF(reduce)(VEC x, VEC low, VEC *rest, BITS *turn) {
 }
 
 /* (sin r - r) / r^3 and (cos r - 1 + r^2 / 2) / r^4, of z = r^2, |r| below pi / 4 */
-LANES_INLINE VEC OF(sine_terms)(VEC z) {
+VEC_INLINE VEC OF(sine_terms)(VEC z) {
     VEC s = OF(fma)(z, OF(of)(0x1.5d92470eeb08bp-33), OF(of)(-0x1.ae5e63cec97aap-26));
     s = OF(fma)(z, s, OF(of)(0x1.71de3574bc93ap-19));
     s = OF(fma)(z, s, OF(of)(-0x1.a01a019c0e4f8p-13));
@@ -79,7 +79,7 @@ LANES_INLINE VEC OF(sine_terms)(VEC z) {
     return OF(fma)(z, s, OF(of)(-0x1.5555555555549p-3));
 }
 
-LANES_INLINE VEC OF(cosine_terms)(VEC z) {
+VEC_INLINE VEC OF(cosine_terms)(VEC z) {
     VEC c = OF(fma)(z, OF(of)(-0x1.8fadd061d64a6p-37), OF(of)(0x1.1ee9ea6cd0900p-29));
     c = OF(fma)(z, c, OF(of)(-0x1.27e4f807d689ep-22));
     c = OF(fma)(z, c, OF(of)(0x1.a01a019caef49p-16));
@@ -88,7 +88,7 @@ LANES_INLINE VEC OF(cosine_terms)(VEC z) {
 }
 
 /* sine and cosine of r + turn pi / 2 from those of r */
-LANES_INLINE void OF(quadrant)(BITS turn, VEC sin_r, VEC cos_r, VEC *sine, VEC *cosine) {
+VEC_INLINE void OF(quadrant)(BITS turn, VEC sin_r, VEC cos_r, VEC *sine, VEC *cosine) {
 #if LANES == 8 && defined(__AVX512F__)
     __m512i sign = _mm512_set1_epi64((long long)0x8000000000000000ULL), one = _mm512_set1_epi64(1);
     __m512i first = _mm512_slli_epi64((__m512i)turn, 62), next = _mm512_add_epi64(first, _mm512_set1_epi64(1LL << 62));
@@ -109,7 +109,7 @@ LANES_INLINE void OF(quadrant)(BITS turn, VEC sin_r, VEC cos_r, VEC *sine, VEC *
  * Sine and cosine of x + low, |low| below an ulp or so of x: within 1 ulp of the larger of the two up to |x| = 1e6, and
  * as exact as x itself up to 1e12.
  */
-LANES_INLINE void OF(sincos)(VEC x, VEC low, VEC *sine, VEC *cosine) {
+VEC_INLINE void OF(sincos)(VEC x, VEC low, VEC *sine, VEC *cosine) {
     BITS turn;
     VEC tail, r = OF(reduce)(x, low, &tail, &turn), z = r * r;
     VEC s = OF(sine_terms)(z), c = OF(cosine_terms)(z);
@@ -120,7 +120,7 @@ LANES_INLINE void OF(sincos)(VEC x, VEC low, VEC *sine, VEC *cosine) {
 }
 
 /* the sine and cosine of `turn` sixteenths of the circle */
-LANES_INLINE void OF(sixteenths)(BITS turn, VEC *sine, VEC *cosine) {
+VEC_INLINE void OF(sixteenths)(BITS turn, VEC *sine, VEC *cosine) {
 #if LANES == 8 && defined(__AVX512F__)
     // the lowest four bits choose
     const double *at = lanes_sixteenths;
@@ -135,7 +135,7 @@ LANES_INLINE void OF(sixteenths)(BITS turn, VEC *sine, VEC *cosine) {
 }
 
 /* x + low = turn pi / 8 + r, |r| below pi / 16 and a little; returns r */
-LANES_INLINE VEC OF(reduce_eighths)(VEC x, VEC low, BITS *turn) {
+VEC_INLINE VEC OF(reduce_eighths)(VEC x, VEC low, BITS *turn) {
     VEC magic = OF(of)(0x1.8p52), shifted = OF(fma)(x, OF(of)(0x1.45f306dc9c883p+1), magic), n = shifted - magic;
     *turn = (BITS)shifted;
 #ifdef __FMA__
@@ -153,7 +153,7 @@ LANES_INLINE VEC OF(reduce_eighths)(VEC x, VEC low, BITS *turn) {
  * own last digits; two thirds of the work, since steps of a sixteenth of the circle leave so little of an
  * angle that short polynomials do, and that its own rounding is none of the result's.
  */
-LANES_INLINE void OF(between)(VEC x, VEC base, VEC *sine, VEC *cosine) {
+VEC_INLINE void OF(between)(VEC x, VEC base, VEC *sine, VEC *cosine) {
     // the difference is rounded, and near a half turn its rounding is all that tells two arms from aligned ones
     VEC angle = x - base, back = x - angle, low = (x - (angle + back)) + (back - base), far_sine, far_cosine;
     BITS turn;
@@ -172,7 +172,7 @@ LANES_INLINE void OF(between)(VEC x, VEC base, VEC *sine, VEC *cosine) {
 }
 
 /** The binary logarithm within 1e-5, x >= 0 and normal; zero gives -1023. */
-LANES_INLINE VEC OF(log2)(VEC x) {
+VEC_INLINE VEC OF(log2)(VEC x) {
     BITS bits = (BITS)x;
     VEC exponent = (VEC)(((bits >> 52) & 0x7ff) | 0x4330000000000000LL) - (0x1p52 + 1023);
     VEC m = (VEC)((bits & 0xfffffffffffffLL) | 0x3ff0000000000000LL) - 1;
@@ -185,10 +185,10 @@ LANES_INLINE VEC OF(log2)(VEC x) {
 }
 
 /** 2 to the nearest integer of x, -1022 <= x <= 1023. */
-LANES_INLINE VEC OF(power)(VEC x) { return (VEC)(((BITS)(x + (0x1.8p52 + 1023))) << 52); }
+VEC_INLINE VEC OF(power)(VEC x) { return (VEC)(((BITS)(x + (0x1.8p52 + 1023))) << 52); }
 
 /** 2 to the x within 2e-7, -1022 <= x <= 1023. */
-LANES_INLINE VEC OF(exp2)(VEC x) {
+VEC_INLINE VEC OF(exp2)(VEC x) {
     VEC n = OF(round)(x), f = x - n;
     VEC p = OF(fma)(f, OF(of)(0.0013409983027996987), OF(of)(0.009676036102295737));
     p = OF(fma)(f, p, OF(of)(0.05550297367938582));
@@ -198,8 +198,8 @@ LANES_INLINE VEC OF(exp2)(VEC x) {
     return p * OF(power)(n);
 }
 
-#undef LANES_PASTE2
-#undef LANES_PASTE
+#undef VEC_PASTE2
+#undef VEC_PASTE
 #undef VEC
 #undef BITS
 #undef OF

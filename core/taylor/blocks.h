@@ -1,5 +1,5 @@
 /* A tree cut into blocks of eight arms: which arms of a block hang on each other, and what joins one block to another.
- * Leaves to others: the arithmetic (blocks_kernel), memory (jets).
+ * Leaves to others: the arithmetic (blocks_template), memory (jets).
  * Invariant: depends on the tree's shape alone; a block's arms follow each other in the tree's stored order. */
 #ifndef PEND_BLOCKS_H
 #define PEND_BLOCKS_H

@@ -1,5 +1,5 @@
 /* The orders of one large tree, in blocks of eight arms: within a block both sweeps are a product with a small inverse.
- * Leaves to others: the factorization (jets_kernel), the cutting (blocks).
+ * Leaves to others: the factorization (jets_template), the cutting (blocks).
  * Invariant: an order waits once for each block, not for each arm; nothing is subtracted that jets_kernel does not. */
 #ifndef PEND_BLOCKS_TEMPLATE_H
 #define PEND_BLOCKS_TEMPLATE_H
@@ -9,16 +9,16 @@
 #include "core/simd/vec8_template.h"
 #include "core/taylor/jets_factor.h"
 
-LANES_INLINE double *blocks_at(const struct blocks *b, int block) { return b->numbers + (size_t)block * BLOCK_NUMBERS; }
+VEC_INLINE double *blocks_at(const struct blocks *b, int block) { return b->numbers + (size_t)block * BLOCK_NUMBERS; }
 
-LANES_INLINE wide block_get(const double *at, int row) { return wide_get(at + row * BLOCK_ARMS); }
+VEC_INLINE wide block_get(const double *at, int row) { return wide_get(at + row * BLOCK_ARMS); }
 
-LANES_INLINE void block_put(double *at, int row, wide x) { wide_put(at + row * BLOCK_ARMS, x); }
+VEC_INLINE void block_put(double *at, int row, wide x) { wide_put(at + row * BLOCK_ARMS, x); }
 
 /* ---- once a step */
 
 /* answers of a block's arms from lane h on to a unit at arm i, on the way up and on the way down */
-LANES_INLINE void block_invert(const struct jets_system *s, const struct block_shape *shape, double *at, int start,
+VEC_INLINE void block_invert(const struct jets_system *s, const struct block_shape *shape, double *at, int start,
                                int h) {
     wide up[BLOCK_ARMS], down[BLOCK_ARMS];
     for (int i = 0; i < BLOCK_ARMS; i++) {
@@ -37,7 +37,7 @@ LANES_INLINE void block_invert(const struct jets_system *s, const struct block_s
 }
 
 /* arms a .. a + WIDE - 1, whose rows are at `at` */
-LANES_INLINE void block_coefficients(const struct jets_system *s, double *at, int a) {
+VEC_INLINE void block_coefficients(const struct jets_system *s, double *at, int a) {
     wide eff = wide_get(s->eff + a), kappa = wide_get(s->kappa + a), part = wide_get(s->inv_len + a);
     wide cosine = wide_get(s->cosine + a), sine = wide_get(s->sine + a);
     block_put(at, BLOCK_LEAN, wide_get(s->lean + a));
@@ -83,7 +83,7 @@ static void blocks_prepare(const struct jets_system *s, const struct blocks *b) 
 /* ---- once an order, from the last block to the first */
 
 /* T and c of order k; what is known of order k + 1 waits in the block's rows */
-LANES_INLINE struct convolved block_known(const struct jets_system *s, double *at, size_t row, int k) {
+VEC_INLINE struct convolved block_known(const struct jets_system *s, double *at, size_t row, int k) {
     struct convolved next, now = convolve(s, row, k, &next);
     block_put(at, BLOCK_NEXT_TR, next.Tr);
     block_put(at, BLOCK_NEXT_TI, next.Ti);
@@ -93,37 +93,37 @@ LANES_INLINE struct convolved block_known(const struct jets_system *s, double *a
 }
 
 /* the same of the second of two orders */
-LANES_INLINE struct convolved block_complete(const struct jets_system *s, const double *at, size_t row, int k) {
+VEC_INLINE struct convolved block_complete(const struct jets_system *s, const double *at, size_t row, int k) {
     struct convolved known = {block_get(at, BLOCK_NEXT_TR), block_get(at, BLOCK_NEXT_TI), block_get(at, BLOCK_NEXT_CR),
                               block_get(at, BLOCK_NEXT_CI)};
     return convolve_rest(s, row, k, known);
 }
 
 /* a number of a row */
-LANES_INLINE double blocks_one(const struct blocks *b, int place, int row) {
+VEC_INLINE double blocks_one(const struct blocks *b, int place, int row) {
     return b->numbers[place + row * BLOCK_ARMS];
 }
 
 /* x less y in the lanes of a mask, of which one is set */
-LANES_INLINE void block_less(struct eight *x, unsigned char mask, double y) {
+VEC_INLINE void block_less(struct vec8 *x, unsigned char mask, double y) {
 #if KERNEL_WIDTH == 8
     x->part[0] = (wide)_mm512_mask_sub_pd((__m512d)x->part[0], mask, (__m512d)x->part[0], (__m512d)wide_of(y));
 #else
     int lane = __builtin_ctz(mask);
-    for (int p = 0; p < EIGHT_PARTS; p++) x->part[p] -= wide_only(y, lane, p * WIDE);
+    for (int p = 0; p < VEC8_PARTS; p++) x->part[p] -= wide_only(y, lane, p * WIDE);
 #endif
 }
 
 /* adds y times a row */
-LANES_INLINE void block_add(struct eight *x, const double *at, int row, wide y) {
-    for (int p = 0; p < EIGHT_PARTS; p++) x->part[p] = wide_fma(block_get(at + p * WIDE, row), y, x->part[p]);
+VEC_INLINE void block_add(struct vec8 *x, const double *at, int row, wide y) {
+    for (int p = 0; p < VEC8_PARTS; p++) x->part[p] = wide_fma(block_get(at + p * WIDE, row), y, x->part[p]);
 }
 
 /* f, the constant part of the force that an arm asks for; lane 0 of `after` is that of the next block's first */
-LANES_INLINE struct eight block_bias(const struct jets_system *s, const struct blocks *b,
-                                     const struct block_shape *shape, const double *at, const struct eight *pull,
+VEC_INLINE struct vec8 block_bias(const struct jets_system *s, const struct blocks *b,
+                                     const struct block_shape *shape, const double *at, const struct vec8 *pull,
                                      wide after) {
-    struct eight bias = eight_product(at + BLOCK_UP * BLOCK_ARMS, pull);
+    struct vec8 bias = vec8_product(at + BLOCK_UP * BLOCK_ARMS, pull);
     for (int e = shape->up.first; e < shape->up.end; e++) {
         double child = s->kappa[b->up_arm[e]] * blocks_one(b, b->up_place[e], BLOCK_BIAS);
         block_add(&bias, at, BLOCK_UP + b->up_lane[e], wide_of(child));
@@ -133,7 +133,7 @@ LANES_INLINE struct eight block_bias(const struct jets_system *s, const struct b
 }
 
 /* at crowded joints: the sum of Z f over the siblings before an arm and over those after it */
-LANES_INLINE void block_crowd(const struct blocks *b, int joint) {
+VEC_INLINE void block_crowd(const struct blocks *b, int joint) {
     enum { SWAY = BLOCK_SWAY * BLOCK_ARMS, OTHERS = BLOCK_OTHERS * BLOCK_ARMS };
     double early = 0, late = 0;
     for (int c = b->crowd_first[joint]; c < b->crowd_first[joint + 1]; c++) {
@@ -163,15 +163,15 @@ static void blocks_known(const struct jets_system *s, const struct blocks *b, in
 }
 
 /* part p of the arms' successors; the last arm's is lane 0 of `after` */
-LANES_INLINE wide block_next(const struct eight *x, int p, wide after) {
-    return wide_shift(x->part[p], p + 1 < EIGHT_PARTS ? x->part[p + 1] : after);
+VEC_INLINE wide block_next(const struct vec8 *x, int p, wide after) {
+    return wide_shift(x->part[p], p + 1 < VEC8_PARTS ? x->part[p + 1] : after);
 }
 
 /* known forces of the arms and their children: the constant part of h goes to `pull` */
-LANES_INLINE void block_gather(const struct jets_system *s, const struct blocks *b, const struct block_shape *shape,
-                               double *at, wide after, struct eight *side, struct eight *pull) {
-    struct eight here = eight_get(at + BLOCK_S * BLOCK_ARMS);
-    for (int p = 0; p < EIGHT_PARTS; p++) {
+VEC_INLINE void block_gather(const struct jets_system *s, const struct blocks *b, const struct block_shape *shape,
+                               double *at, wide after, struct vec8 *side, struct vec8 *pull) {
+    struct vec8 here = vec8_get(at + BLOCK_S * BLOCK_ARMS);
+    for (int p = 0; p < VEC8_PARTS; p++) {
         wide next = block_next(&here, p, after);
         side->part[p] = wide_fma(block_get(at + p * WIDE, BLOCK_C_FIRST), next, here.part[p]);
         pull->part[p] = block_get(at + p * WIDE, BLOCK_Z_FIRST) * next;
@@ -182,24 +182,24 @@ LANES_INLINE void block_gather(const struct jets_system *s, const struct blocks 
         block_less(side, b->kid_lane[e], s->cosine[arm] * child);
         block_less(pull, b->kid_lane[e], s->sine[arm] * child);
     }
-    for (int p = 0; p < EIGHT_PARTS; p++) {
+    for (int p = 0; p < VEC8_PARTS; p++) {
         block_put(at + p * WIDE, BLOCK_SIDE, side->part[p]);
         pull->part[p] = wide_fma(block_get(at + p * WIDE, BLOCK_LEAN), side->part[p], pull->part[p]);
     }
 }
 
 /* what stays of the tangential acceleration */
-LANES_INLINE void block_rest(const struct jets_system *s, const struct blocks *b, const struct block_shape *shape,
-                             double *at, const struct eight *bias, wide after, const struct eight *side) {
-    struct eight rest;
-    for (int p = 0; p < EIGHT_PARTS; p++) {
+VEC_INLINE void block_rest(const struct jets_system *s, const struct blocks *b, const struct block_shape *shape,
+                             double *at, const struct vec8 *bias, wide after, const struct vec8 *side) {
+    struct vec8 rest;
+    for (int p = 0; p < VEC8_PARTS; p++) {
         rest.part[p] = wide_fma(block_get(at + p * WIDE, BLOCK_Z_FIRST), block_next(bias, p, after), side->part[p]);
     }
     for (int e = shape->kids.first; e < shape->kids.end; e++) {
         double child = blocks_one(b, b->kid_place[e], BLOCK_BIAS);
         block_less(&rest, b->kid_lane[e], s->sine[b->kid_arm[e]] * child);
     }
-    for (int p = 0; p < EIGHT_PARTS; p++) {
+    for (int p = 0; p < VEC8_PARTS; p++) {
         block_put(at + p * WIDE, BLOCK_REST, block_get(at + p * WIDE, BLOCK_INV) * rest.part[p]);
     }
 }
@@ -210,14 +210,14 @@ static void blocks_up(const struct jets_system *s, const struct blocks *b) {
     for (int i = b->count - 1; i >= 0; i--) {
         double *at = blocks_at(b, i);
         const struct block_shape *shape = &b->shape[i];
-        struct eight side, pull, heave, bias;
+        struct vec8 side, pull, heave, bias;
         block_gather(s, b, shape, at, after_s, &side, &pull);
-        for (int p = 0; p < EIGHT_PARTS; p++) {
+        for (int p = 0; p < VEC8_PARTS; p++) {
             heave.part[p] = block_get(at + p * WIDE, BLOCK_WEIGHT) * block_get(at + p * WIDE, BLOCK_TI);
             pull.part[p] -= heave.part[p];
         }
         bias = block_bias(s, b, shape, at, &pull, after_bias);
-        for (int p = 0; p < EIGHT_PARTS; p++) {
+        for (int p = 0; p < VEC8_PARTS; p++) {
             block_put(at + p * WIDE, BLOCK_BIAS, bias.part[p]);
             block_put(at + p * WIDE, BLOCK_PUSH, bias.part[p] + heave.part[p]);
             block_put(at + p * WIDE, BLOCK_SWAY, bias.part[p] * block_get(at + p * WIDE, BLOCK_SINE));
@@ -231,14 +231,14 @@ static void blocks_up(const struct jets_system *s, const struct blocks *b) {
 /* ---- once an order, from the first block to the last */
 
 #if KERNEL_WIDTH == 8
-LANES_INLINE wide block_lanes(const struct block_lanes *lanes, wide x) {
+VEC_INLINE wide block_lanes(const struct block_lanes *lanes, wide x) {
     __m512i from = _mm512_cvtepi8_epi64(_mm_loadl_epi64((const __m128i *)(const void *)lanes->from));
     return (wide)_mm512_maskz_permutexvar_pd(lanes->mask, from, (__m512d)x);
 }
 #endif
 
 /* a row's values at the parents of the arms from lane h on */
-LANES_INLINE wide block_parents(const struct blocks *b, const struct block_shape *shape, const double *at, int row,
+VEC_INLINE wide block_parents(const struct blocks *b, const struct block_shape *shape, const double *at, int row,
                                 int h) {
     const double *before = h ? at + h - WIDE : at - BLOCK_NUMBERS + BLOCK_ARMS - WIDE;
     if (shape->straight) return wide_unshift(block_get(before, row), block_get(at + h, row));
@@ -255,11 +255,11 @@ LANES_INLINE wide block_parents(const struct blocks *b, const struct block_shape
 }
 
 /* x less the sum of Z f over each arm's siblings, but for crowded joints */
-LANES_INLINE wide block_siblings(const struct blocks *b, const struct block_shape *shape, const double *at, wide x,
+VEC_INLINE wide block_siblings(const struct blocks *b, const struct block_shape *shape, const double *at, wide x,
                                  int h) {
 #if KERNEL_WIDTH == 8
     (void)h;
-    struct eight all = {{x}};
+    struct vec8 all = {{x}};
     wide sway = block_get(at, BLOCK_SWAY);
     for (int i = 0; i < shape->rounds; i++) all.part[0] -= block_lanes(&shape->sibling[i], sway);
     for (int e = shape->apart.first; e < shape->apart.end; e++) {
@@ -276,7 +276,7 @@ LANES_INLINE wide block_siblings(const struct blocks *b, const struct block_shap
 }
 
 /* the constant part of mu, tension first: the siblings' part leaves the arm itself out */
-LANES_INLINE wide block_tension(const struct blocks *b, const struct block_shape *shape, double *at, int h) {
+VEC_INLINE wide block_tension(const struct blocks *b, const struct block_shape *shape, double *at, int h) {
     wide across = block_parents(b, shape, at, BLOCK_SIDE, h) - block_get(at + h, BLOCK_OTHERS);
     across = block_siblings(b, shape, at, across, h);
     wide bias = block_get(at + h, BLOCK_BIAS), push = block_get(at + h, BLOCK_PUSH);
@@ -286,10 +286,10 @@ LANES_INLINE wide block_tension(const struct blocks *b, const struct block_shape
 }
 
 /* acceleration of the tips along their arms; the last lane of `before` is that of the block before */
-LANES_INLINE struct eight block_radial(const struct jets_system *s, const struct blocks *b,
-                                       const struct block_shape *shape, const double *at, const struct eight *shift,
+VEC_INLINE struct vec8 block_radial(const struct jets_system *s, const struct blocks *b,
+                                       const struct block_shape *shape, const double *at, const struct vec8 *shift,
                                        wide before) {
-    struct eight radial = eight_product(at + BLOCK_DOWN * BLOCK_ARMS, shift);
+    struct vec8 radial = vec8_product(at + BLOCK_DOWN * BLOCK_ARMS, shift);
     for (int e = shape->down.first + shape->lead; e < shape->down.end; e++) {
         int arm = b->down_arm[e];
         double parent = s->kappa[arm] * blocks_one(b, b->down_place[e], BLOCK_RADIAL);
@@ -300,7 +300,7 @@ LANES_INLINE struct eight block_radial(const struct jets_system *s, const struct
 }
 
 /* the coefficients of order k of a block's arms from lane h on and what they make of u */
-LANES_INLINE void block_learn(const struct jets_system *s, const struct blocks *b, int i, int h, int k) {
+VEC_INLINE void block_learn(const struct jets_system *s, const struct blocks *b, int i, int h, int k) {
     enum { STRIDE = BLOCK_ARMS };
     double *block = blocks_at(b, i), *at = block + h;
     size_t now = (size_t)i * s->tile + (size_t)k * STRIDE + (size_t)h, next = now + STRIDE, after = next + STRIDE;
@@ -317,7 +317,7 @@ LANES_INLINE void block_learn(const struct jets_system *s, const struct blocks *
 }
 
 /* the root hangs on the pivot, which has i gravity: what that adds to its shift */
-LANES_INLINE double blocks_hang(const struct jets_system *s, const struct blocks *b, double gravity) {
+VEC_INLINE double blocks_hang(const struct jets_system *s, const struct blocks *b, double gravity) {
     double *root = blocks_at(b, 0) + BLOCK_TENSION * BLOCK_ARMS, lift = s->sine[0] * gravity;
     b->numbers[pend_blocks_place(-1) + BLOCK_TANGENTIAL * BLOCK_ARMS] = gravity;
     if (gravity != 0) *root = lanes1_fma(s->eff[0], lift, *root);
@@ -330,18 +330,18 @@ static void blocks_down(const struct jets_system *s, const struct blocks *b, dou
     for (int i = 0; i < b->count; i++) {
         double *at = blocks_at(b, i);
         const struct block_shape *shape = &b->shape[i];
-        struct eight shift, radial;
-        for (int p = 0; p < EIGHT_PARTS; p++) shift.part[p] = block_tension(b, shape, at, p * WIDE);
+        struct vec8 shift, radial;
+        for (int p = 0; p < VEC8_PARTS; p++) shift.part[p] = block_tension(b, shape, at, p * WIDE);
         if (!i) shift.part[0] += (wide){blocks_hang(s, b, gravity)};
         radial = block_radial(s, b, shape, at, &shift, before);
-        eight_put(at + BLOCK_RADIAL * BLOCK_ARMS, &radial);
-        for (int p = 0; p < EIGHT_PARTS; p++) {
+        vec8_put(at + BLOCK_RADIAL * BLOCK_ARMS, &radial);
+        for (int p = 0; p < VEC8_PARTS; p++) {
             double *own = at + p * WIDE;
             wide along = block_get(own, BLOCK_LEAN) * radial.part[p];
             block_put(own, BLOCK_TANGENTIAL, block_get(own, BLOCK_REST) - along);
         }
         for (int h = 0; h < BLOCK_ARMS; h += WIDE) block_learn(s, b, i, h, k);
-        before = radial.part[EIGHT_PARTS - 1];
+        before = radial.part[VEC8_PARTS - 1];
     }
 }
 

@@ -3,38 +3,38 @@
 #include <math.h>
 
 /* masses further apart than this are solved in blocks */
-static const double STRAND_MASSES = 64;
+static const double CHAIN_MASSES = 64;
 
-int pend_strand_suits(const struct pend_tree *tree) {
+int pend_chain_suits(const struct pend_tree *tree) {
     double least = tree->mass[0], most = least;
-    if (tree->n <= STRAND_ARMS) return 0;
+    if (tree->n <= CHAIN_ARMS) return 0;
     for (int k = 1; k < tree->n; k++) {
         if (tree->parent[k] != k - 1) return 0;
         least = fmin(least, tree->mass[k]);
         most = fmax(most, tree->mass[k]);
     }
-    return most <= STRAND_MASSES * least;
+    return most <= CHAIN_MASSES * least;
 }
 
-static size_t strand_count(const struct pend_tree *tree) { return ((size_t)tree->n + STRAND_ARMS - 1) / STRAND_ARMS; }
+static size_t chain_count(const struct pend_tree *tree) { return ((size_t)tree->n + CHAIN_ARMS - 1) / CHAIN_ARMS; }
 
-size_t pend_strand_bytes(const struct pend_tree *tree) {
-    return (strand_count(tree) + 2) * STRAND_NUMBERS * sizeof(double);
+size_t pend_chain_bytes(const struct pend_tree *tree) {
+    return (chain_count(tree) + 2) * CHAIN_NUMBERS * sizeof(double);
 }
 
-void pend_strand_init(struct strand *strand, const struct pend_tree *tree, void *memory) {
-    strand->count = (int)strand_count(tree);
-    strand->numbers = (double *)memory + STRAND_NUMBERS;
+void pend_chain_init(struct chain *chain, const struct pend_tree *tree, void *memory) {
+    chain->count = (int)chain_count(tree);
+    chain->numbers = (double *)memory + CHAIN_NUMBERS;
     for (int k = 0; k < tree->n; k++) {
-        double *at = strand->numbers + (size_t)(k / STRAND_ARMS) * STRAND_NUMBERS + k % STRAND_ARMS;
+        double *at = chain->numbers + (size_t)(k / CHAIN_ARMS) * CHAIN_NUMBERS + k % CHAIN_ARMS;
         double above = k ? tree->mass[k - 1] : 1;
-        at[STRAND_MASS * STRAND_ARMS] = above;
-        at[STRAND_ABOVE * STRAND_ARMS] = k ? 1 / above : 0;
-        at[STRAND_BELOW * STRAND_ARMS] = 1 / tree->mass[k];
-        at[STRAND_PULL * STRAND_ARMS] = -tree->len[k];
-        at[STRAND_PART * STRAND_ARMS] = 1 / tree->len[k];
+        at[CHAIN_MASS * CHAIN_ARMS] = above;
+        at[CHAIN_ABOVE * CHAIN_ARMS] = k ? 1 / above : 0;
+        at[CHAIN_BELOW * CHAIN_ARMS] = 1 / tree->mass[k];
+        at[CHAIN_PULL * CHAIN_ARMS] = -tree->len[k];
+        at[CHAIN_PART * CHAIN_ARMS] = 1 / tree->len[k];
     }
     // arms that are not there are divided by too
-    double *last = strand->numbers + (size_t)(strand->count - 1) * STRAND_NUMBERS + STRAND_N_LAST * STRAND_ARMS;
-    for (int k = tree->n; k < strand->count * STRAND_ARMS; k++) last[k % STRAND_ARMS] = 1;
+    double *last = chain->numbers + (size_t)(chain->count - 1) * CHAIN_NUMBERS + CHAIN_N_LAST * CHAIN_ARMS;
+    for (int k = tree->n; k < chain->count * CHAIN_ARMS; k++) last[k % CHAIN_ARMS] = 1;
 }

@@ -1,5 +1,5 @@
 /* A chain, each arm hanging on the one before it, in pieces of eight arms: the numbers from which its tensions follow.
- * Leaves to others: the arithmetic (strand_kernel), memory (jets), other trees and unlike masses (blocks).
+ * Leaves to others: the arithmetic (chain_template), memory (jets), other trees and unlike masses (blocks).
  * Invariant: masses are alike enough that differences of tensions keep their digits. */
 #ifndef PEND_CHAIN_H
 #define PEND_CHAIN_H
@@ -26,7 +26,7 @@
  * GREEN                      eight rows: forces that a unit at each arm of the piece makes in it
  */
 // clang-format off
-#define STRAND_ROWS(X) \
+#define CHAIN_ROWS(X) \
     X(MASS) X(ABOVE) X(BELOW) X(PULL) X(PART) X(SPREAD) X(N) X(N_LAST) X(KAPPA) X(MORE) X(GAIN) X(LEAN_NEXT) \
     X(LEAN_LAST) X(SIDE) X(SIDE_NEXT) X(SIDE_LAST) X(TURN_NEXT) X(TURN_LAST) X(BEFORE) X(AFTER) X(ENDS) X(TR) X(TI) \
     X(CR) X(NEXT_TR) X(NEXT_TI) X(NEXT_CR) X(NEXT_CI) X(OLD_TR) X(OLD_TI) X(OLD_CR) X(OLD_CI) X(OLDER_TR) \
@@ -34,34 +34,34 @@
 // clang-format on
 
 enum {
-    STRAND_ARMS = 8,
-#define X(name) STRAND_##name,
-    STRAND_ROWS(X)
+    CHAIN_ARMS = 8,
+#define X(name) CHAIN_##name,
+    CHAIN_ROWS(X)
 #undef X
-        STRAND_ROW_COUNT = STRAND_GREEN + STRAND_ARMS,
-    STRAND_NUMBERS = STRAND_ROW_COUNT * STRAND_ARMS
+        CHAIN_ROW_COUNT = CHAIN_GREEN + CHAIN_ARMS,
+    CHAIN_NUMBERS = CHAIN_ROW_COUNT * CHAIN_ARMS
 };
 
 /* Of row ENDS: what a piece hands on of what comes from before or after it, what its first arm's force tells the piece
  * before, and what comes from before and from after. */
-enum { STRAND_THROUGH, STRAND_BACK, STRAND_FROM_BEFORE, STRAND_FROM_AFTER };
+enum { CHAIN_THROUGH, CHAIN_BACK, CHAIN_FROM_BEFORE, CHAIN_FROM_AFTER };
 
-struct strand {
+struct chain {
     int count;       /* pieces */
-    double *numbers; /* count pieces of STRAND_NUMBERS; one of zeros before and one after them */
+    double *numbers; /* count pieces of CHAIN_NUMBERS; one of zeros before and one after them */
 };
 
 /** Whether the tree is a chain of more than 8 arms whose masses are alike. O(n). */
-int pend_strand_suits(const struct pend_tree *tree);
+int pend_chain_suits(const struct pend_tree *tree);
 
 /** Bytes that the numbers of a chain need, a multiple of 64. */
-size_t pend_strand_bytes(const struct pend_tree *tree);
+size_t pend_chain_bytes(const struct pend_tree *tree);
 
 /**
  * Fills in what does not change from step to step.
  *
- * memory  pend_strand_bytes(tree) bytes, all zero, aligned to 64; not owned.
+ * memory  pend_chain_bytes(tree) bytes, all zero, aligned to 64; not owned.
  */
-void pend_strand_init(struct strand *strand, const struct pend_tree *tree, void *memory);
+void pend_chain_init(struct chain *chain, const struct pend_tree *tree, void *memory);
 
 #endif

@@ -8,7 +8,7 @@
 /* The change of what the motion `s` has is a system `x` of the same tree, of which only the series are used. */
 
 /* adds u_j times a rate and a force, as dense_add */
-LANES_INLINE void change_add(num sum[4], num re, num im, num rate, num force) {
+VEC_INLINE void change_add(num sum[4], num re, num im, num rate, num force) {
     sum[0] = num_fma(re, rate, sum[0]);
     sum[1] = num_fma(im, rate, sum[1]);
     sum[2] = num_fma(re, force, sum[2]);
@@ -17,7 +17,7 @@ LANES_INLINE void change_add(num sum[4], num re, num im, num rate, num force) {
 
 /* the change of T and c of order k of arm i: every product has a factor of the motion and one of the change. Row -1 of
  * forces is zero. */
-LANES_INLINE void change_known(const struct jets_system *s, const struct jets_system *x, int n, int k, int i,
+VEC_INLINE void change_known(const struct jets_system *s, const struct jets_system *x, int n, int k, int i,
                                num sum[4]) {
     const num *own = s->rate + (k + 1) * n + i, *own_force = s->force + k * n + i;
     const num *other = x->rate + k * n + i, *other_force = x->force + (k - 1) * n + i;
@@ -29,13 +29,13 @@ LANES_INLINE void change_known(const struct jets_system *s, const struct jets_sy
 }
 
 /* arm i turned by the error of its angle, and the error of its rate, in units, are in the change's series of order 0 */
-LANES_INLINE void change_start(const struct jets_system *s, const struct jets_system *x, int n, int i) {
+VEC_INLINE void change_start(const struct jets_system *s, const struct jets_system *x, int n, int i) {
     x->turn_re[i] = num_of(0);
     x->turn_re[n + i] = num_neg(num_mul(s->rate[i], x->turn_im[i]));
     x->turn_im[n + i] = x->rate[i];
 }
 
-LANES_INLINE void change_dense(const struct jets_system *s, const struct jets_system *x, int order, int n) {
+VEC_INLINE void change_dense(const struct jets_system *s, const struct jets_system *x, int order, int n) {
     const struct dense_table *table = (const struct dense_table *)(const void *)s->answers;
     struct dense_order known, newest;
     for (int i = 0; i < n; i++) change_start(s, x, n, i);
@@ -50,7 +50,7 @@ LANES_INLINE void change_dense(const struct jets_system *s, const struct jets_sy
     }
 }
 
-LANES_INLINE void change_swept(const struct jets_system *s, const struct jets_system *x, int order) {
+VEC_INLINE void change_swept(const struct jets_system *s, const struct jets_system *x, int order) {
     struct jets_system both = *s;
     both.rate = x->rate;
     both.force = x->force;
@@ -70,7 +70,7 @@ LANES_INLINE void change_swept(const struct jets_system *s, const struct jets_sy
 }
 
 /* one arm alone, whose turns are not kept: u of the motion anew, and the recurrences of its orders made linear */
-LANES_INLINE void change_single(const struct jets_system *s, const struct jets_system *x, num gravity, int order) {
+VEC_INLINE void change_single(const struct jets_system *s, const struct jets_system *x, num gravity, int order) {
     num pull = num_mul(gravity, s->inv_len[0]), C = s->cosine[0], Z = s->sine[0], angle = x->turn_im[0];
     num swing = num_mul(num_mul(num_of(2), s->len[0]), num_mul(s->rate[0], x->rate[0]));
     s->turn_re[0] = num_of(1);
@@ -98,7 +98,7 @@ LANES_INLINE void change_single(const struct jets_system *s, const struct jets_s
  * The change's rates of order 1 .. order and forces of order 0 from the errors of the angles, which are in its
  * imaginary turns of order 0, and of the rates, in its rates of order 0, in units; a stride of n.
  */
-LANES_INLINE void change_orders(const struct jets_system *s, const struct jets_system *x, num gravity, int order) {
+VEC_INLINE void change_orders(const struct jets_system *s, const struct jets_system *x, num gravity, int order) {
     if (s->n == 1)
         change_single(s, x, gravity, order);
     else if (s->n == 2)

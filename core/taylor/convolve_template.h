@@ -1,5 +1,5 @@
 /* The convolutions of a tree's series, two orders in one pass: T and c of jets_system, arms in lanes.
- * Leaves to others: where they wait until they are needed (blocks_kernel, layers_kernel), `wide` (the including file).
+ * Leaves to others: where they wait until they are needed (blocks_template, levels_template), `wide` (the including file).
  * Invariant: `row` is where the series of the arms begin; tiles of eight arms. */
 #ifndef PEND_CONVOLVE_TEMPLATE_H
 #define PEND_CONVOLVE_TEMPLATE_H
@@ -16,7 +16,7 @@ struct convolved {
  * T and c of order k; and in *next of order k + 1, but for the terms that order k is needed for: what is loaded serves
  * both. Row -1 of the forces is zero.
  */
-LANES_INLINE struct convolved convolve(const struct jets_system *s, size_t row, int k, struct convolved *next_) {
+VEC_INLINE struct convolved convolve(const struct jets_system *s, size_t row, int k, struct convolved *next_) {
     enum { STRIDE = CONVOLVE_STRIDE };
     const double *re = s->turn_re + row + 2 * STRIDE, *im = s->turn_im + row + 2 * STRIDE;
     const double *rate = s->rate + row + (size_t)k * STRIDE, *force = s->force + row + (size_t)k * STRIDE - STRIDE;
@@ -25,16 +25,16 @@ LANES_INLINE struct convolved convolve(const struct jets_system *s, size_t row, 
     struct convolved now = {zero, first * w, zero, first * f}, next = {zero, zero, zero, zero};
     for (int j = 2; j <= k + 1; j++, re += STRIDE, im += STRIDE) {
         wide ur = wide_get(re), ui = wide_get(im);
-        LANES_PIN(ur);
-        LANES_PIN(ui);
+        VEC_PIN(ur);
+        VEC_PIN(ui);
         next.Tr = wide_fma(ur, w, next.Tr);
         next.Ti = wide_fma(ui, w, next.Ti);
         next.cr = wide_fma(ur, f, next.cr);
         next.ci = wide_fma(ui, f, next.ci);
         rate -= STRIDE, force -= STRIDE;
         w = wide_get(rate), f = wide_get(force);
-        LANES_PIN(w);
-        LANES_PIN(f);
+        VEC_PIN(w);
+        VEC_PIN(f);
         now.Tr = wide_fma(ur, w, now.Tr);
         now.Ti = wide_fma(ui, w, now.Ti);
         now.cr = wide_fma(ur, f, now.cr);
@@ -45,7 +45,7 @@ LANES_INLINE struct convolved convolve(const struct jets_system *s, size_t row, 
 }
 
 /* T and c of order k, the second of two: with the terms that were missing, of which Re c has none */
-LANES_INLINE struct convolved convolve_rest(const struct jets_system *s, size_t row, int k, struct convolved known) {
+VEC_INLINE struct convolved convolve_rest(const struct jets_system *s, size_t row, int k, struct convolved known) {
     enum { STRIDE = CONVOLVE_STRIDE };
     size_t now = row + (size_t)k * STRIDE;
     wide first = wide_get(s->rate + row);

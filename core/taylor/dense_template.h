@@ -27,10 +27,10 @@ struct dense_sweep {
     num push[DENSE_MAX], side[DENSE_MAX], bias[DENSE_MAX], late[DENSE_MAX], sum_side[DENSE_MAX];
 };
 
-LANES_INLINE int dense_parent(const struct jets_system *s, int n, int k) { return n == 2 ? 0 : s->parent[k]; }
+VEC_INLINE int dense_parent(const struct jets_system *s, int n, int k) { return n == 2 ? 0 : s->parent[k]; }
 
 /* leaves to root, as jets_up, for one unit: a pull W on arm j, or a force across it */
-LANES_INLINE void dense_up(const struct jets_system *s, int n, int j, int across, struct dense_sweep *x) {
+VEC_INLINE void dense_up(const struct jets_system *s, int n, int j, int across, struct dense_sweep *x) {
     num zero = num_of(0), heave = across ? zero : num_mul(s->eff[j], s->len[j]);
     for (int k = 0; k < n; k++) x->side[k] = x->push[k] = x->sum_side[k] = zero;
     if (across) x->side[j] = num_of(1);
@@ -52,7 +52,7 @@ LANES_INLINE void dense_up(const struct jets_system *s, int n, int j, int across
 }
 
 /* root to leaves, as jets_down: the answer of all arms */
-LANES_INLINE void dense_down(const struct jets_system *s, int n, const struct dense_sweep *x, num rate[], num force[]) {
+VEC_INLINE void dense_down(const struct jets_system *s, int n, const struct dense_sweep *x, num rate[], num force[]) {
     num early[DENSE_MAX], radial[DENSE_MAX], tangential[DENSE_MAX], zero = num_of(0);
     for (int k = 0; k < n; k++) early[k] = zero;
     for (int k = 0; k < n; k++) {
@@ -75,7 +75,7 @@ LANES_INLINE void dense_down(const struct jets_system *s, int n, const struct de
     }
 }
 
-LANES_INLINE void dense_invert(const struct jets_system *s, int n, struct dense_table *table) {
+VEC_INLINE void dense_invert(const struct jets_system *s, int n, struct dense_table *table) {
     struct dense_sweep x;
     for (int j = 0; j < n; j++) {
         dense_up(s, n, j, 0, &x);
@@ -96,7 +96,7 @@ struct dense_sums {
 };
 
 /* adds u_j times what it meets, a rate and a force, to four sums of one arm */
-LANES_INLINE void dense_add(num sum[4][DENSE_LOOP], int a, num re, num im, num rate, num force) {
+VEC_INLINE void dense_add(num sum[4][DENSE_LOOP], int a, num re, num im, num rate, num force) {
     sum[0][a] = num_fma(re, rate, sum[0][a]);
     sum[1][a] = num_fma(im, rate, sum[1][a]);
     sum[2][a] = num_fma(re, force, sum[2][a]);
@@ -107,7 +107,7 @@ LANES_INLINE void dense_add(num sum[4][DENSE_LOOP], int a, num re, num im, num r
  * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass: what is loaded
  * serves both. Row -1 of the forces is zero. For the first orders, where old and new coefficients are the same.
  */
-LANES_INLINE void dense_first(const struct jets_system *s, int n, int k, struct dense_order *now,
+VEC_INLINE void dense_first(const struct jets_system *s, int n, int k, struct dense_order *now,
                               struct dense_order *next) {
     for (int i = 0; i < n; i++) {
         num zero = num_of(0), x[8] = {zero, zero, zero, zero, zero, zero, zero, zero};
@@ -133,7 +133,7 @@ LANES_INLINE void dense_first(const struct jets_system *s, int n, int k, struct 
  * The same from order 4 on, for `count` arms from i on. First the products of coefficients that were known two orders
  * ago, so that the processor can begin with them while it still solves for the newest, then those with the newest.
  */
-LANES_INLINE void dense_known(const struct jets_system *s, int n, int k, int i, int count, struct dense_order *now,
+VEC_INLINE void dense_known(const struct jets_system *s, int n, int k, int i, int count, struct dense_order *now,
                               struct dense_order *next) {
     struct dense_sums x;
     const num *re = s->turn_re + 3 * n + i, *im = s->turn_im + 3 * n + i;
@@ -180,7 +180,7 @@ LANES_INLINE void dense_known(const struct jets_system *s, int n, int k, int i, 
 }
 
 /* the terms of order k + 1 that the coefficients of order k are needed for */
-LANES_INLINE void dense_complete(int n, const struct dense_order *first, const struct dense_order *newest,
+VEC_INLINE void dense_complete(int n, const struct dense_order *first, const struct dense_order *newest,
                                  struct dense_order *known) {
     for (int i = 0; i < n; i++) {
         known->im[i] = num_fma(first->im[i], newest->rate[i], known->im[i]);
@@ -191,7 +191,7 @@ LANES_INLINE void dense_complete(int n, const struct dense_order *first, const s
 }
 
 /* the coefficients of order k from the known parts */
-LANES_INLINE void dense_solve(const struct jets_system *s, const struct dense_table *table, int n, int k,
+VEC_INLINE void dense_solve(const struct jets_system *s, const struct dense_table *table, int n, int k,
                               const struct dense_order *known, struct dense_order *newest) {
     num share = num_of(s->share[k]), turn_share = num_of(s->share[k + 1]), order = num_of(k + 1);
     num turn_back = num_neg(turn_share), side[DENSE_MAX];
@@ -214,7 +214,7 @@ LANES_INLINE void dense_solve(const struct jets_system *s, const struct dense_ta
 }
 
 /* order 0, where gravity pulls at the root */
-LANES_INLINE void dense_zeroth(const struct jets_system *s, const struct dense_table *table, int n, num gravity,
+VEC_INLINE void dense_zeroth(const struct jets_system *s, const struct dense_table *table, int n, num gravity,
                                const struct dense_order *known, struct dense_order *newest) {
     num per_len = num_mul(gravity, s->inv_len[0]), half = num_of(s->share[1]), pull[DENSE_MAX];
     for (int j = 0; j < n; j++) pull[j] = known->im[j];
@@ -232,7 +232,7 @@ LANES_INLINE void dense_zeroth(const struct jets_system *s, const struct dense_t
     }
 }
 
-LANES_INLINE void dense_keep(const struct jets_system *s, int n, int k, const struct dense_order *x) {
+VEC_INLINE void dense_keep(const struct jets_system *s, int n, int k, const struct dense_order *x) {
     for (int i = 0; i < n; i++) {
         s->rate[(k + 1) * n + i] = x->rate[i];
         s->force[k * n + i] = x->force[i];
@@ -241,7 +241,7 @@ LANES_INLINE void dense_keep(const struct jets_system *s, int n, int k, const st
     }
 }
 
-LANES_INLINE void dense_orders_of(const struct jets_system *s, num gravity, int order, int n) {
+VEC_INLINE void dense_orders_of(const struct jets_system *s, num gravity, int order, int n) {
     struct dense_table table;
     struct dense_order first, newest;
     dense_invert(s, n, &table);

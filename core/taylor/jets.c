@@ -11,21 +11,21 @@ enum {
 #undef X
         JETS_COUNT,
     JETS_SHARES = 48,
-    JETS_LAYERS_FROM = 32, /* arms; with fewer, blocks are as quick */
+    JETS_LEVELS_FROM = 32, /* arms; with fewer, blocks are as quick */
     JETS_BEYOND = 3        /* rows of a tile beyond the order: u is two ahead, and what is known of the next order */
 };
 
-/* blocks of a tree that is cut into layers, else 0 */
-static int jets_layers(const struct pend_tree *tree) {
-    return tree->n >= JETS_LAYERS_FROM ? pend_layers_count(tree) : 0;
+/* blocks of a tree that is cut into levels, else 0 */
+static int jets_levels(const struct pend_tree *tree) {
+    return tree->n >= JETS_LEVELS_FROM ? pend_levels_count(tree) : 0;
 }
 
 size_t pend_jets_stride(int n) { return ((size_t)n + PEND_JETS_PAD - 1) / PEND_JETS_PAD * PEND_JETS_PAD; }
 
-/* tiles of the series: what layers leave empty included */
+/* tiles of the series: what levels leave empty included */
 static int jets_tiles(const struct pend_tree *tree) {
-    int layers = jets_layers(tree);
-    return layers ? layers : (int)(pend_jets_stride(tree->n) / PEND_JETS_PAD);
+    int levels = jets_levels(tree);
+    return levels ? levels : (int)(pend_jets_stride(tree->n) / PEND_JETS_PAD);
 }
 
 static size_t jets_series(int order_cap, const struct pend_tree *tree) {
@@ -39,10 +39,10 @@ static size_t jets_numbers(int order_cap, const struct pend_tree *tree) {
 
 size_t pend_jets_bytes(const struct pend_tree *tree, int order_cap) {
     size_t cut = 0;
-    if (pend_strand_suits(tree))
-        cut = pend_strand_bytes(tree);
-    else if (jets_layers(tree))
-        cut = pend_layers_bytes(tree);
+    if (pend_chain_suits(tree))
+        cut = pend_chain_bytes(tree);
+    else if (jets_levels(tree))
+        cut = pend_levels_bytes(tree);
     else if (tree->n > PEND_JETS_PAD)
         cut = pend_blocks_bytes(tree);
     return jets_numbers(order_cap, tree) * sizeof(double) + cut;
@@ -85,12 +85,12 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int or
         s.mass[k] = tree->mass[k];
     }
     void *cut = (double *)memory + jets_numbers(order_cap, tree);
-    if (pend_strand_suits(tree)) {
-        pend_strand_init(&jets->strand, tree, cut);
-        jets->system.strand = &jets->strand;
-    } else if (jets_layers(tree)) {
-        pend_layers_init(&jets->layers, tree, cut);
-        jets->system.layers = &jets->layers;
+    if (pend_chain_suits(tree)) {
+        pend_chain_init(&jets->chain, tree, cut);
+        jets->system.chain = &jets->chain;
+    } else if (jets_levels(tree)) {
+        pend_levels_init(&jets->levels, tree, cut);
+        jets->system.levels = &jets->levels;
     } else if (tree->n > PEND_JETS_PAD) {
         pend_blocks_init(&jets->blocks, tree, cut);
         jets->system.blocks = &jets->blocks;

@@ -29,8 +29,8 @@ struct pend_jets {
     double *share;             /* 1 / (j + 1) of order j */
     struct jets_system system; /* the order-0 tree system, in the same memory */
     struct blocks blocks;      /* of a tree of more than PEND_JETS_PAD arms */
-    struct layers layers;      /* of a large bushy one instead */
-    struct strand strand;      /* of a chain that suits it instead */
+    struct levels levels;      /* of a large bushy one instead */
+    struct chain chain;      /* of a chain that suits it instead */
 };
 
 /**
@@ -45,7 +45,7 @@ size_t pend_jets_stride(int n);
 
 /** Where coefficient j of arm k is in each series. */
 static inline size_t pend_jets_place(const struct pend_jets *jets, int k, int j) {
-    return jets_row(&jets->system, jets->system.layers ? jets->layers.seat[k] : k) + (size_t)j * PEND_JETS_PAD;
+    return jets_row(&jets->system, jets->system.levels ? jets->levels.seat[k] : k) + (size_t)j * PEND_JETS_PAD;
 }
 
 /**
@@ -129,7 +129,7 @@ void pend_jets_left(const struct pend_jets *jets, int order, int beyond, double 
 
 /** Where the value of arm k is in arrays in the order of seats. */
 static inline int pend_jets_seat(const struct pend_jets *jets, int k) {
-    return jets->system.layers ? jets->layers.seat[k] : k;
+    return jets->system.levels ? jets->levels.seat[k] : k;
 }
 
 /** Seats of a tree, a multiple of PEND_JETS_PAD. O(n). */

@@ -1,5 +1,5 @@
 /* The arrays that the power-series kernels work on, for every kind of number.
- * Leaves to others: the numbers and the arithmetic (jets_kernel), memory (jets).
+ * Leaves to others: the numbers and the arithmetic (jets_template), memory (jets).
  * Invariant: one block; a series is kept in tiles of eight arms, all orders of a tile together. */
 #ifndef PEND_JETS_SYSTEM_H
 #define PEND_JETS_SYSTEM_H
@@ -49,8 +49,8 @@ struct jets_system {
     const int *parent, *end;
     /* of one tree of doubles with more than eight arms, one of these, as jets has cut it; else NULL */
     const struct blocks *blocks;
-    const struct layers *layers; /* its series are in the order of seats */
-    const struct strand *strand;
+    const struct levels *levels; /* its series are in the order of seats */
+    const struct chain *chain;
     const double *share;                   /* 1 / (j + 1) of order j */
     num *rate, *force, *turn_re, *turn_im; /* series: order j of arm k at jets_row(k) + j * stride */
     num *answers; /* of a small tree, what its arms answer to units, kept for errors to spread by; NULL = not kept */
@@ -67,7 +67,7 @@ static inline size_t jets_row(const struct jets_system *s, int k) {
     return (size_t)(k / 8) * s->tile + (size_t)(k % 8);
 }
 
-/** Seats of a tree in layers, empty ones included; 0 of any other. */
-static inline int jets_seats(const struct jets_system *s) { return s->layers ? s->tiles * 8 : 0; }
+/** Seats of a tree in levels, empty ones included; 0 of any other. */
+static inline int jets_seats(const struct jets_system *s) { return s->levels ? s->tiles * 8 : 0; }
 
 #endif

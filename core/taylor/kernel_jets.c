@@ -21,16 +21,16 @@ typedef KERNEL_OF(lanes, ) wide;
 /* terms that a step is judged by; the longest step in units, as a binary logarithm */
 enum { KERNEL_SIZES = 8, KERNEL_FAR = 1000 };
 
-LANES_INLINE double num_of(double x) { return x; }
-LANES_INLINE double num_neg(double x) { return -x; }
-LANES_INLINE double num_add(double x, double y) { return x + y; }
-LANES_INLINE double num_sub(double x, double y) { return x - y; }
-LANES_INLINE double num_mul(double x, double y) { return x * y; }
-LANES_INLINE double num_div(double x, double y) { return x / y; }
-LANES_INLINE wide wide_neg(wide x) { return -x; }
-LANES_INLINE wide wide_add(wide x, wide y) { return x + y; }
-LANES_INLINE wide wide_sub(wide x, wide y) { return x - y; }
-LANES_INLINE wide wide_mul(wide x, wide y) { return x * y; }
+VEC_INLINE double num_of(double x) { return x; }
+VEC_INLINE double num_neg(double x) { return -x; }
+VEC_INLINE double num_add(double x, double y) { return x + y; }
+VEC_INLINE double num_sub(double x, double y) { return x - y; }
+VEC_INLINE double num_mul(double x, double y) { return x * y; }
+VEC_INLINE double num_div(double x, double y) { return x / y; }
+VEC_INLINE wide wide_neg(wide x) { return -x; }
+VEC_INLINE wide wide_add(wide x, wide y) { return x + y; }
+VEC_INLINE wide wide_sub(wide x, wide y) { return x - y; }
+VEC_INLINE wide wide_mul(wide x, wide y) { return x * y; }
 #include "core/taylor/blocks_template.h"
 #include "core/taylor/levels_template.h"
 #include "core/taylor/chain_template.h"
@@ -45,7 +45,7 @@ LANES_INLINE wide wide_mul(wide x, wide y) { return x * y; }
 #include "core/taylor/values_template.h"
 
 /* the angle of an arm to its parent, as the sum of two doubles */
-LANES_INLINE void kernel_angle(const struct jets_system *s, const struct jets_state *state, int k) {
+VEC_INLINE void kernel_angle(const struct jets_system *s, const struct jets_state *state, int k) {
     int p = s->parent[k];
     double x = state->phi[k], y = p < 0 ? 0 : state->phi[p], low = p < 0 ? 0 : state->phi_low[p];
     double d = x - y, back = x - d;
@@ -53,8 +53,8 @@ LANES_INLINE void kernel_angle(const struct jets_system *s, const struct jets_st
     s->angle_low[k] = ((x - (d + back)) + (back - y)) + (state->phi_low[k] - low);
 }
 
-/* the same of a strand, whose arms' parents are the arms before them */
-static void kernel_strand_angles(const struct jets_system *s, const struct jets_state *state) {
+/* the same of a chain, whose arms' parents are the arms before them */
+static void kernel_chain_angles(const struct jets_system *s, const struct jets_state *state) {
     wide last = wide_of(0), last_low = wide_of(0);
     for (int a = 0; a < s->n; a += WIDE) {
         wide x = wide_get(state->phi + a), low = wide_get(state->phi_low + a);
@@ -67,21 +67,21 @@ static void kernel_strand_angles(const struct jets_system *s, const struct jets_
 
 static void kernel_orders(const struct jets_system *s, const struct jets_state *state, double gravity, double unit,
                           int order) {
-    if (s->strand) kernel_strand_angles(s, state);
-    for (int k = 0; k < s->n && !s->strand; k++) kernel_angle(s, state, k);
+    if (s->chain) kernel_chain_angles(s, state);
+    for (int k = 0; k < s->n && !s->chain; k++) kernel_angle(s, state, k);
     for (int a = 0; a < s->n; a += WIDE) {
         wide sine, cosine;
         WIDE_(sincos)(wide_get(s->angle + a), wide_get(s->angle_low + a), &sine, &cosine);
         wide_put(s->sine + a, sine);
         wide_put(s->cosine + a, cosine);
-        if (!s->layers) wide_put(s->rate + jets_row(s, a), wide_get(state->rate + a) * unit);
+        if (!s->levels) wide_put(s->rate + jets_row(s, a), wide_get(state->rate + a) * unit);
     }
-    for (int k = 0; k < s->n && s->layers; k++) s->rate[jets_row(s, s->layers->seat[k])] = state->rate[k] * unit;
+    for (int k = 0; k < s->n && s->levels; k++) s->rate[jets_row(s, s->levels->seat[k])] = state->rate[k] * unit;
     gravity *= unit * unit;
-    if (s->strand)
-        strand_orders(s, gravity, order);
-    else if (s->layers)
-        layers_orders(s, gravity, order);
+    if (s->chain)
+        chain_orders(s, gravity, order);
+    else if (s->levels)
+        levels_orders(s, gravity, order);
     else if (s->n > 8)
         blocks_orders(s, gravity, order);
     else if (s->n > 4)
@@ -95,14 +95,14 @@ static void kernel_orders(const struct jets_system *s, const struct jets_state *
 }
 
 /* sum + add, exactly, as a sum of two */
-LANES_INLINE void kernel_sum(wide sum, wide add, double *high, double *low) {
+VEC_INLINE void kernel_sum(wide sum, wide add, double *high, double *low) {
     wide total = sum + add, part = total - sum;
     wide_put(high, total);
     wide_put(low, (sum - (total - part)) + (add - part));
 }
 
 /* rates of `arms` arms (2, 4 or 8), of whole vectors the rest is 0: the forces of few arms stand beside their rates */
-LANES_INLINE wide kernel_rates(const double *at, int arms) {
+VEC_INLINE wide kernel_rates(const double *at, int arms) {
 #if defined(__AVX512F__)
     if (arms == 2) return (wide)_mm512_zextpd128_pd512(_mm_load_pd(at));
     if (arms == 4) return (wide)_mm512_zextpd256_pd512(_mm256_load_pd(at));
@@ -114,7 +114,7 @@ LANES_INLINE wide kernel_rates(const double *at, int arms) {
 }
 
 /* changes of phi and phi', even and odd orders apart: half the waiting */
-LANES_INLINE struct values_change kernel_halves(const struct jets_system *s, int order, double x_, double unit, int a,
+VEC_INLINE struct values_change kernel_halves(const struct jets_system *s, int order, double x_, double unit, int a,
                                                 int arms) {
     wide x = wide_of(x_), square = x * x, phi[2] = {wide_of(0), wide_of(0)}, rate[2] = {wide_of(0), wide_of(0)};
     const double *from = s->rate + jets_row(s, a);
@@ -132,13 +132,13 @@ LANES_INLINE struct values_change kernel_halves(const struct jets_system *s, int
     return (struct values_change){.phi = x * wide_fma(x, phi[1], phi[0]), .rate = turn * inverse};
 }
 
-LANES_INLINE void kernel_advance_some(const struct jets_system *s, int order, double x, double unit,
+VEC_INLINE void kernel_advance_some(const struct jets_system *s, int order, double x, double unit,
                                       const struct jets_state *from, const struct jets_state *to, int arms) {
     struct values_wish wish = {0, 0};
     int seats = arms == 8 ? jets_seats(s) : 0;
-    for (int a = 0; a < seats; a += WIDE) values_keep(s->layers, a, kernel_halves(s, order, x, unit, a, arms), wish);
+    for (int a = 0; a < seats; a += WIDE) values_keep(s->levels, a, kernel_halves(s, order, x, unit, a, arms), wish);
     for (int a = 0; a < s->n; a += WIDE) {
-        struct values_change v = seats ? values_kept(s->layers, a, wish) : kernel_halves(s, order, x, unit, a, arms);
+        struct values_change v = seats ? values_kept(s->levels, a, wish) : kernel_halves(s, order, x, unit, a, arms);
         kernel_sum(wide_get(from->phi + a), v.phi + wide_get(from->phi_low + a), to->phi + a, to->phi_low + a);
         kernel_sum(wide_get(from->rate + a), v.rate + wide_get(from->rate_low + a), to->rate + a, to->rate_low + a);
     }
@@ -168,26 +168,26 @@ struct kernel_terms {
     term part[KERNEL_SIZES / TERM_WIDTH]; /* the leading ones, then the trailing ones */
 };
 
-LANES_INLINE term term_get(const double *at) {
+VEC_INLINE term term_get(const double *at) {
     term x;
     memcpy(&x, at, sizeof x);
     return x;
 }
 
 /* row i of the rates that a step is judged by: rate_0 .. rate_3 and rate_{order - 3} .. rate_order */
-LANES_INLINE const double *kernel_term(const struct jets_system *s, int order, int i) {
+VEC_INLINE const double *kernel_term(const struct jets_system *s, int order, int i) {
     return s->rate + (size_t)(i < TERMS ? i : order + 1 - KERNEL_SIZES + i) * s->stride;
 }
 
 /* the largest magnitude among the arms of each of these rows; not a number, or infinite, where one of them is */
 #ifdef __AVX512F__
-LANES_INLINE bits8 kernel_larger(bits8 x, bits8 y) { return (bits8)_mm512_max_epi64((__m512i)x, (__m512i)y); }
+VEC_INLINE bits8 kernel_larger(bits8 x, bits8 y) { return (bits8)_mm512_max_epi64((__m512i)x, (__m512i)y); }
 
-LANES_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int order, int arms) {
+VEC_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int order, int arms) {
     // compared as integers: the order is the same, and what is not finite is largest
     bits8 x[KERNEL_SIZES], pair[4], four[2];
     for (int i = 0; i < KERNEL_SIZES; i++) x[i] = (bits8){0};
-    int last = s->layers ? jets_seats(s) : s->n;
+    int last = s->levels ? jets_seats(s) : s->n;
     for (int a = 0; a < last; a += 8) {
         for (int i = 0; i < KERNEL_SIZES; i++)
             x[i] =
@@ -209,9 +209,9 @@ LANES_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int o
         {__builtin_shufflevector(all, all, 0, 1, 2, 3), __builtin_shufflevector(all, all, 4, 5, 6, 7)}};
 }
 #else
-LANES_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int order, int arms) {
+VEC_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int order, int arms) {
     struct kernel_terms terms;
-    int last = s->layers ? jets_seats(s) : s->n;
+    int last = s->levels ? jets_seats(s) : s->n;
     for (int i = 0; i < KERNEL_SIZES; i++) {
         wide most = wide_of(0), poison = wide_of(0);
         for (int a = 0; a < last; a += WIDE) {
@@ -231,7 +231,7 @@ LANES_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int o
 #endif
 
 /* the least of four */
-LANES_INLINE double term_least(const term x[]) {
+VEC_INLINE double term_least(const term x[]) {
 #if KERNEL_WIDTH == 2
     lanes2 two = lanes2_min(x[0], x[1]);
 #else
@@ -241,7 +241,7 @@ LANES_INLINE double term_least(const term x[]) {
 }
 
 /* the trailing terms in lanes, the leading ones in turn */
-LANES_INLINE double kernel_reach_some(const struct jets_system *s, int order, double log_rtol, double log_atol,
+VEC_INLINE double kernel_reach_some(const struct jets_system *s, int order, double log_rtol, double log_atol,
                                       int arms) {
     // phi has the coefficients of the rates over 1 .. 4
     static const double log2_of[TERMS] = {0, 1, 1.5849625007211562, 2};

@@ -12,14 +12,14 @@ struct left_sums {
 };
 
 /* the last terms of the arms of a vector, of the series for the rates at x */
-LANES_INLINE void left_terms(const struct jets_system *s, const struct jets_left *left, int a, int arms, wide last[]) {
+VEC_INLINE void left_terms(const struct jets_system *s, const struct jets_left *left, int a, int arms, wide last[]) {
     const double *from = s->rate + jets_row(s, a) + (size_t)left->from * s->stride;
     double power = left->power;
     for (int i = 0; i < JETS_FITTED; i++, power *= left->x)
         last[i] = kernel_rates(from + (size_t)i * s->stride, arms) * power;
 }
 
-LANES_INLINE double left_total(const wide sum[]) {
+VEC_INLINE double left_total(const wide sum[]) {
     double total = 0;
     for (int i = 0; i < 8; i++) total += sum[i / WIDE][i % WIDE];
     return total;
@@ -30,7 +30,7 @@ LANES_INLINE double left_total(const wide sum[]) {
  * plane, so that a term is `one` times the one before it and `two` times the one before that. The least squares of the
  * last terms of all arms, in powers of x.
  */
-LANES_INLINE void left_recurrence(const struct jets_system *s, const struct jets_left *left, int seats, int arms,
+VEC_INLINE void left_recurrence(const struct jets_system *s, const struct jets_left *left, int seats, int arms,
                                   double *one, double *two) {
     struct left_sums x;
     for (int i = 0; i < LEFT_SUMS * LEFT_PARTS; i++) x.sum[i / LEFT_PARTS][i % LEFT_PARTS] = wide_of(0);
@@ -55,7 +55,7 @@ LANES_INLINE void left_recurrence(const struct jets_system *s, const struct jets
 }
 
 static void kernel_left(const struct jets_system *s, const struct jets_left *left, double rate[], double phi[]) {
-    int seats = s->layers ? jets_seats(s) : s->n, arms = s->n > 4 ? 8 : s->n > 2 ? 4 : 2;
+    int seats = s->levels ? jets_seats(s) : s->n, arms = s->n > 4 ? 8 : s->n > 2 ? 4 : 2;
     double one, two;
     left_recurrence(s, left, seats, arms, &one, &two);
     for (int a = 0; a < seats; a += WIDE) {

@@ -1,5 +1,5 @@
-/* A bushy tree by height: leaves first, layer after layer, each in blocks of eight arms that do not touch each other.
- * Leaves to others: the arithmetic (layers_kernel), memory (jets), trees that are deep or crowded (blocks).
+/* A bushy tree by height: leaves first, level after level, each in blocks of eight arms that do not touch each other.
+ * Leaves to others: the arithmetic (levels_template), memory (jets), trees that are deep or crowded (blocks).
  * Invariant: depends on the tree's shape alone; an arm's first child, one of its highest, has the arm's own lane. */
 #ifndef PEND_LEVELS_H
 #define PEND_LEVELS_H
@@ -21,71 +21,71 @@
  * MASS, LENGTH, EFF   for the factorization
  */
 // clang-format off
-#define LAYER_ROWS(X) \
+#define LEVEL_ROWS(X) \
     X(WEIGHT) X(KAPPA) X(GRIP) X(COSINE) X(SINE) X(LEAN) X(INV) X(NU) X(TAU) X(INV_EFF) X(PART) X(STIFF) \
     X(KNOWN) X(BIAS) X(PUSH) X(ASKED) X(GIVEN) X(FIRST) X(FIRST_LEAN) \
     X(RADIAL) X(TANGENTIAL) X(MASS) X(LENGTH) X(EFF)
 // clang-format on
 
 enum {
-    LAYER_ARMS = 8,
-    LAYERS_MAX = 64,      /* layers: trees with more are left to blocks */
-    LAYERS_CHILDREN = 16, /* of one arm: the same */
-    LAYERS_CHANGES = 4,
-#define X(name) LAYER_##name,
-    LAYER_ROWS(X)
+    LEVEL_ARMS = 8,
+    LEVELS_MAX = 64,      /* levels: trees with more are left to blocks */
+    LEVELS_CHILDREN = 16, /* of one arm: the same */
+    LEVELS_CHANGES = 4,
+#define X(name) LEVEL_##name,
+    LEVEL_ROWS(X)
 #undef X
-        LAYER_ROW_COUNT,
-    LAYER_NUMBERS = LAYER_ROW_COUNT * LAYER_ARMS,
-    LAYER_TABLE = 2 * LAYER_ARMS
+        LEVEL_ROW_COUNT,
+    LEVEL_NUMBERS = LEVEL_ROW_COUNT * LEVEL_ARMS,
+    LEVEL_TABLE = 2 * LEVEL_ARMS
 };
 
-/* A place is an index from `numbers`: of lane i of block b it is b LAYER_NUMBERS + i. */
-struct layer_block {
+/* A place is an index from `numbers`: of lane i of block b it is b LEVEL_NUMBERS + i. */
+struct level_block {
     int leaves;              /* nothing hangs on any of its arms */
     int below, above;        /* the blocks of its arms' first children, and of the parents of its first children */
     int first, end;          /* its joints' further children, by rank */
     int aligned;             /* all of its arms are first children, and no lane is empty */
-    int parents[LAYER_ARMS]; /* places; the pivot's for an empty lane */
-    int shares[LAYER_ARMS];  /* places of what the arms feel across */
+    int parents[LEVEL_ARMS]; /* places; the pivot's for an empty lane */
+    int shares[LEVEL_ARMS];  /* places of what the arms feel across */
 };
 
 /* Children of one rank, eight joints in lanes: their places, the pivot's where there is none. */
-struct layer_rank {
-    int children[LAYER_ARMS];
+struct level_rank {
+    int children[LEVEL_ARMS];
 };
 
 /* The last block is the cap: the topmost arms, parents before children, which may hang on each other. One more block,
  * after the last, is the pivot's. */
-struct layers {
+struct levels {
     int count, ranks;
-    double *numbers;   /* count + 1 blocks of LAYER_NUMBERS, and two rows a rank */
+    double *numbers;   /* count + 1 blocks of LEVEL_NUMBERS, and two rows a rank */
     double *up, *down; /* answers of the cap's arms to a unit at each of them */
-    struct layer_block *block;
-    struct layer_rank *rank;
+    struct level_block *block;
+    struct level_rank *rank;
     int *seat; /* of arm k: 8 times its block, and its lane; padded to whole vectors, with seats in the row of zeros */
     int *arm;  /* of a seat; -1 where it is empty */
-    double *change[LAYERS_CHANGES]; /* of a seat: room for what a state changes by, and a row of zeros */
+    double *change[LEVELS_CHANGES]; /* of a seat: room for what a state changes by, and a row of zeros */
 };
 
-/** Blocks that a tree has in layers; 0 where it has too many layers, crowded joints, or layers too narrow. O(n). */
-int pend_layers_count(const struct pend_tree *tree);
+/** Blocks that a tree has in levels; 0 where it has too many levels, crowded joints, or levels too narrow. O(n). */
+int pend_levels_count(const struct pend_tree *tree);
 
-/** Bytes that the layers of a tree need, a multiple of 64. O(n). */
-size_t pend_layers_bytes(const struct pend_tree *tree);
+/** Bytes that the levels of a tree need, a multiple of 64. O(n). */
+size_t pend_levels_bytes(const struct pend_tree *tree);
 
 /**
- * Cuts a tree for which pend_layers_count(tree) is not 0.
+ * Cuts a tree for which pend_levels_count(tree) is not 0.
  *
- * memory  pend_layers_bytes(tree) bytes, all zero, aligned to 64; not owned.
+ * memory  pend_levels_bytes(tree) bytes, all zero, aligned to 64; not owned.
  * O(n).
  */
-void pend_layers_init(struct layers *layers, const struct pend_tree *tree, void *memory);
+void pend_levels_init(struct levels *levels, const struct pend_tree *tree, void *memory);
 
 /** Where the rows of the ranks begin, two a rank, to be found in place of FIRST and FIRST_LEAN. */
-static inline int pend_layers_table(int count) { return (count + 1) * LAYER_NUMBERS; }
+static inline int pend_levels_table(int count) { return (count + 1) * LEVEL_NUMBERS; }
 
 /** The place of a seat. */
-static inline int pend_layers_place(int seat) { return seat / LAYER_ARMS * LAYER_NUMBERS + seat % LAYER_ARMS; }
+static inline int pend_levels_place(int seat) { return seat / LEVEL_ARMS * LEVEL_NUMBERS + seat % LEVEL_ARMS; }
 
 #endif

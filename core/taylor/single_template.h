@@ -15,7 +15,7 @@ struct single_pair {
 
 /* sums of u_j phi'_{k-j}, j = 0 .. k, from the middle outwards: what was found last comes last, and all else need not
  * wait */
-LANES_INLINE struct single_pair single_convolve(const num re[], const num im[], const num rate[], int k) {
+VEC_INLINE struct single_pair single_convolve(const num re[], const num im[], const num rate[], int k) {
     num zero = num_of(0), middle = k % 2 ? zero : rate[k / 2];
     struct single_pair low = {num_mul(re[k / 2], middle), num_mul(im[k / 2], middle)}, high = {zero, zero};
     for (int i = (k - 1) / 2, j = k - i; i >= 0 && k; i--, j++) {
@@ -32,7 +32,7 @@ LANES_INLINE struct single_pair single_convolve(const num re[], const num im[], 
  *   lambda_k = m [g s_k - l (phi'^2)_k] = 3 m g s_k from order 1 on, s_k = Z re_k + C im_k,
  * since phi'^2 + 2 G sin phi is constant.
  */
-LANES_INLINE void single_orders(const struct jets_system *s, num gravity, int order) {
+VEC_INLINE void single_orders(const struct jets_system *s, num gravity, int order) {
     num re[SINGLE_ROWS], im[SINGLE_ROWS], rate[SINGLE_ROWS];
     num pull = num_mul(gravity, s->inv_len[0]), C = s->cosine[0], Z = s->sine[0];
     num weight = num_mul(gravity, s->mass[0]), thrice = num_mul(num_of(3), weight);

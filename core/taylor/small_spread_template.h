@@ -11,7 +11,7 @@ struct SMALL(change) {
 };
 
 /* what is known of the change of T and c of order k: every product has a factor of the motion and one of the change */
-LANES_INLINE void SMALL(change_known)(const struct jets_system *s, const struct SMALL(change) * x, int k,
+VEC_INLINE void SMALL(change_known)(const struct jets_system *s, const struct SMALL(change) * x, int k,
                                       struct SMALL(known) * known) {
     for (int p = 0; p < PARTS; p++) {
         int at = p % TURNS;
@@ -36,7 +36,7 @@ LANES_INLINE void SMALL(change_known)(const struct jets_system *s, const struct 
 }
 
 /* the change at the start: arms turned by the errors of their angles, and the errors of the rates */
-LANES_INLINE void SMALL(change_start)(const struct jets_system *s, double unit, const double phi[], const double rate[],
+VEC_INLINE void SMALL(change_start)(const struct jets_system *s, double unit, const double phi[], const double rate[],
                                       struct SMALL(change) * x) {
     struct SMALL(arms) zero, angle, speed;
     for (int i = 0; i < SPANS; i++) {

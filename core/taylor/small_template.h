@@ -19,7 +19,7 @@ struct SMALL(arms) {
 };
 
 /* 1 at an arm, of a span */
-LANES_INLINE VEC SMALL(unit)(int arm, int span) {
+VEC_INLINE VEC SMALL(unit)(int arm, int span) {
     VEC x = VEC_(of)(0);
     for (int i = 0; i < VEC_WIDTH; i++)
         if (span * VEC_WIDTH + i == arm) x[i] = 1;
@@ -39,7 +39,7 @@ struct SMALL(node) {
     VEC radial_pull, radial_side, tangential_pull, tangential_side;
 };
 
-LANES_INLINE void SMALL(up)(const struct jets_system *s, int span, struct SMALL(node) node[]) {
+VEC_INLINE void SMALL(up)(const struct jets_system *s, int span, struct SMALL(node) node[]) {
     for (int k = 0; k < s->n; k++) {
         VEC zero = VEC_(of)(0);
         node[k].push_pull = node[k].push_side = node[k].side_pull = node[k].side_side = node[k].sin = zero;
@@ -65,7 +65,7 @@ LANES_INLINE void SMALL(up)(const struct jets_system *s, int span, struct SMALL(
     }
 }
 
-LANES_INLINE void SMALL(down)(const struct jets_system *s, int span, struct SMALL(node) node[],
+VEC_INLINE void SMALL(down)(const struct jets_system *s, int span, struct SMALL(node) node[],
                               struct SMALL(columns) * columns) {
     struct SMALL(node) pivot = {0};
     for (int k = 0; k < s->n; k++) {
@@ -93,7 +93,7 @@ LANES_INLINE void SMALL(down)(const struct jets_system *s, int span, struct SMAL
 }
 
 /* the columns in the units of the orders: pulls are l T, accelerations of angles */
-LANES_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns) * columns) {
+VEC_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns) * columns) {
     for (int span = 0; span < SPANS; span++) {
         VEC inv_len = VEC_(get)(s->inv_len + span * VEC_WIDTH);
         for (int j = 0; j < s->n; j++) {
@@ -107,7 +107,7 @@ LANES_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns
 
 #if LANES == 2
 /* two arms, one on the other: what the sweeps come to, with one division */
-LANES_INLINE void small_double(const struct jets_system *s, struct small2_columns *columns) {
+VEC_INLINE void small_double(const struct jets_system *s, struct small2_columns *columns) {
     double m0 = s->mass[0], m1 = s->mass[1], C = s->cosine[1], Z = s->sine[1], light = 1 / m1;
     double hung = m1 * Z, inv = 1 / lanes1_fma(hung, Z, m0), share = inv * m0, lean = inv * hung * C;
     columns->acc_pull[0].span[0] = (lanes2){lean, inv * hung};
@@ -122,7 +122,7 @@ LANES_INLINE void small_double(const struct jets_system *s, struct small2_column
 #endif
 
 /* the inverse of the tree system */
-LANES_INLINE void SMALL(invert)(const struct jets_system *s, struct SMALL(columns) * columns) {
+VEC_INLINE void SMALL(invert)(const struct jets_system *s, struct SMALL(columns) * columns) {
     struct SMALL(node) node[LANES];
 #if LANES == 2
     if (s->n == 2) {
@@ -175,7 +175,7 @@ struct SMALL(known) {
 };
 
 /* the pair of the rates of order j and the forces of order j - 1, in memory */
-LANES_INLINE double *SMALL(motion)(const struct jets_system *s, int j, int part) {
+VEC_INLINE double *SMALL(motion)(const struct jets_system *s, int j, int part) {
 #if LANES == 8
     if (part >= PARTS / 2) return s->force + (j - 1) * 8 + (part - PARTS / 2) * PART_WIDTH;
 #endif
@@ -183,7 +183,7 @@ LANES_INLINE double *SMALL(motion)(const struct jets_system *s, int j, int part)
 }
 
 /* a pair from its halves */
-LANES_INLINE struct SMALL(pair) SMALL(join)(const struct SMALL(arms) * rate, const struct SMALL(arms) * force) {
+VEC_INLINE struct SMALL(pair) SMALL(join)(const struct SMALL(arms) * rate, const struct SMALL(arms) * force) {
     struct SMALL(pair) pair;
 #if PARTS == 1 && LANES == 2
     pair.part[0] = __builtin_shufflevector(rate->span[0], force->span[0], 0, 1, 2, 3);
@@ -196,7 +196,7 @@ LANES_INLINE struct SMALL(pair) SMALL(join)(const struct SMALL(arms) * rate, con
 }
 
 /* the same number for all rates, and another for all forces */
-LANES_INLINE PART SMALL(factor)(double rate, double force, int part) {
+VEC_INLINE PART SMALL(factor)(double rate, double force, int part) {
 #if PARTS == 1 && LANES == 2
     (void)part;
     return __builtin_shufflevector(PART_(of)(rate), PART_(of)(force), 0, 1, 6, 7);
@@ -209,7 +209,7 @@ LANES_INLINE PART SMALL(factor)(double rate, double force, int part) {
 }
 
 /* the rates of a pair, for turns */
-LANES_INLINE PART SMALL(twice)(PART x) {
+VEC_INLINE PART SMALL(twice)(PART x) {
 #if PARTS == 1 && LANES == 2
     return __builtin_shufflevector(x, x, 0, 1, 0, 1);
 #elif PARTS == 1
@@ -224,7 +224,7 @@ struct SMALL(sums) {
     PART now_re[2], now_im[2], next_re[2], next_im[2];
 };
 
-LANES_INLINE void SMALL(meet)(PART *minus_re, PART *im, const struct jets_system *s, int j, int i, int part) {
+VEC_INLINE void SMALL(meet)(PART *minus_re, PART *im, const struct jets_system *s, int j, int i, int part) {
     int at = j * 8 + part % TURNS * PART_WIDTH;
     PART motion = PART_(get)(SMALL(motion)(s, i, part));
     *minus_re = PART_(fma)(PART_(get)(s->turn_re + at), motion, *minus_re);
@@ -232,7 +232,7 @@ LANES_INLINE void SMALL(meet)(PART *minus_re, PART *im, const struct jets_system
 }
 
 /* the products for orders k and k + 1 of coefficients that were known before order k - 2: what is loaded serves both */
-LANES_INLINE void SMALL(long_known)(const struct jets_system *s, int k, int part, struct SMALL(sums) * x) {
+VEC_INLINE void SMALL(long_known)(const struct jets_system *s, int k, int part, struct SMALL(sums) * x) {
     enum { STRIDE = 8 };
     const double *re = s->turn_re + 4 * STRIDE + part % TURNS * PART_WIDTH;
     const double *im = s->turn_im + 4 * STRIDE + part % TURNS * PART_WIDTH;
@@ -256,7 +256,7 @@ LANES_INLINE void SMALL(long_known)(const struct jets_system *s, int k, int part
 
 /* T and c of orders k and k + 1, k even and not 0, less the terms of the orders from k - 1 on; the coefficients of
  * order k - 2 come late and last */
-LANES_INLINE void SMALL(known)(const struct jets_system *s, int k, struct SMALL(known) * now,
+VEC_INLINE void SMALL(known)(const struct jets_system *s, int k, struct SMALL(known) * now,
                                struct SMALL(known) * next) {
     for (int p = 0; p < PARTS; p++) {
         struct SMALL(sums) x;
@@ -277,7 +277,7 @@ LANES_INLINE void SMALL(known)(const struct jets_system *s, int k, struct SMALL(
 }
 
 /* adds to the sums of order k + 2 what order k has brought, k not 0: the turns of order k + 2, the motion of k + 1 */
-LANES_INLINE void SMALL(arrive)(const struct jets_system *s, const struct SMALL(turn) * turn,
+VEC_INLINE void SMALL(arrive)(const struct jets_system *s, const struct SMALL(turn) * turn,
                                 const struct SMALL(pair) * motion, struct SMALL(known) * x) {
     for (int p = 0; p < PARTS; p++) {
         const double *second = s->turn_re + 2 * 8 + p % TURNS * PART_WIDTH;
@@ -306,7 +306,7 @@ struct SMALL(table) {
 #endif
 
 /* what the tree answers to T and to c / (k + 1), imaginary parts */
-LANES_INLINE struct SMALL(pair) SMALL(solve)(const struct SMALL(table) * table, const struct SMALL(pair) * x) {
+VEC_INLINE struct SMALL(pair) SMALL(solve)(const struct SMALL(table) * table, const struct SMALL(pair) * x) {
     struct SMALL(pair) answer;
 #if PARTS > 1
     double beam[2 * LANES] __attribute__((aligned(64)));
@@ -344,7 +344,7 @@ LANES_INLINE struct SMALL(pair) SMALL(solve)(const struct SMALL(table) * table, 
 }
 
 /* the coefficients of order k: rates of order k + 1, forces of order k, turns of order k + 2 */
-LANES_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct SMALL(known) * known,
+VEC_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct SMALL(known) * known,
                               const struct SMALL(pair) * answer, struct SMALL(pair) * motion,
                               struct SMALL(turn) * turn) {
     PART share = PART_(of)(s->share[k + 1]);
@@ -370,7 +370,7 @@ struct SMALL(first) {
  * the next one's question is but one multiply-add long. u_1 is i phi'_0, and u_{k+2} = i (turned + i Im T) / (k + 2).
  * `question` is the imaginary part with c over k + 2.
  */
-LANES_INLINE void SMALL(complete)(const struct jets_system *s, int k, const struct SMALL(first) * first,
+VEC_INLINE void SMALL(complete)(const struct jets_system *s, int k, const struct SMALL(first) * first,
                                   const struct SMALL(known) * known, const struct SMALL(pair) * answer,
                                   const struct SMALL(turn) * turn, struct SMALL(known) * next,
                                   struct SMALL(pair) * question) {
@@ -389,7 +389,7 @@ struct SMALL(start) {
     struct SMALL(arms) zero, rate, opposite, square, pull, drop;
 };
 
-LANES_INLINE struct SMALL(start) SMALL(begin)(const struct jets_system *s, double gravity) {
+VEC_INLINE struct SMALL(start) SMALL(begin)(const struct jets_system *s, double gravity) {
     struct SMALL(start) x;
     double per_len = gravity * s->inv_len[0];
     for (int i = 0; i < SPANS; i++) {

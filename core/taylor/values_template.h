@@ -1,5 +1,5 @@
 /* Values of a series at many instants: phi, phi' and, where wanted, phi'' and lambda.
- * Leaves to others: the series (blocks_kernel, small_kernel), what vectors, states and values are (the including file).
+ * Leaves to others: the series (blocks_template, small_template), what vectors, states and values are (the including file).
  * Invariant: a row's bits depend neither on the other rows nor on the width of vectors. */
 #ifndef PEND_VALUES_TEMPLATE_H
 #define PEND_VALUES_TEMPLATE_H
@@ -22,7 +22,7 @@ struct values_change {
 /* ---- trees of more than eight arms: one instant after the other, arms in lanes */
 
 /* the arms from a on, by Horner's rule */
-LANES_INLINE struct values_change values_horner(const struct jets_system *s, int order, double x_, double unit, int a,
+VEC_INLINE struct values_change values_horner(const struct jets_system *s, int order, double x_, double unit, int a,
                                                 struct values_wish wish) {
     wide x = wide_of(x_);
     struct values_change v = {wide_of(0), wide_of(0), wide_of(0), wide_of(0)};
@@ -46,21 +46,21 @@ LANES_INLINE struct values_change values_horner(const struct jets_system *s, int
     return v;
 }
 
-/* changes of a tree in layers, which come by seats and go by arms */
-LANES_INLINE void values_keep(const struct layers *l, int seat, struct values_change v, struct values_wish wish) {
+/* changes of a tree in levels, which come by seats and go by arms */
+VEC_INLINE void values_keep(const struct levels *l, int seat, struct values_change v, struct values_wish wish) {
     wide_put(l->change[0] + seat, v.phi);
     wide_put(l->change[1] + seat, v.rate);
     if (wish.acc) wide_put(l->change[2] + seat, v.acc);
     if (wish.force) wide_put(l->change[3] + seat, v.force);
 }
 
-LANES_INLINE wide values_pick(const double from[], const int seat[]) {
+VEC_INLINE wide values_pick(const double from[], const int seat[]) {
     wide x;
     for (int i = 0; i < WIDE; i++) x[i] = from[seat[i]];
     return x;
 }
 
-LANES_INLINE struct values_change values_kept(const struct layers *l, int a, struct values_wish wish) {
+VEC_INLINE struct values_change values_kept(const struct levels *l, int a, struct values_wish wish) {
     const int *seat = l->seat + a;
     struct values_change v = {values_pick(l->change[0], seat), values_pick(l->change[1], seat), wide_of(0), wide_of(0)};
     if (wish.acc) v.acc = values_pick(l->change[2], seat);
@@ -68,7 +68,7 @@ LANES_INLINE struct values_change values_kept(const struct layers *l, int a, str
     return v;
 }
 
-LANES_INLINE void values_give(double to[], int a, int n, wide x) {
+VEC_INLINE void values_give(double to[], int a, int n, wide x) {
     if (a + WIDE <= n) {
         memcpy(to + a, &x, sizeof x);
         return;
@@ -76,15 +76,15 @@ LANES_INLINE void values_give(double to[], int a, int n, wide x) {
     for (int i = 0; a + i < n; i++) to[a + i] = x[i];
 }
 
-LANES_INLINE void values_large(const struct jets_system *s, int order, const double x[], int count, double unit,
+VEC_INLINE void values_large(const struct jets_system *s, int order, const double x[], int count, double unit,
                                const struct jets_state *from, const struct jets_values *to, struct values_wish wish) {
     for (int i = 0; i < count; i++) {
         size_t row = (size_t)i * (size_t)s->n;
         for (int a = 0; a < jets_seats(s); a += WIDE)
-            values_keep(s->layers, a, values_horner(s, order, x[i], unit, a, wish), wish);
+            values_keep(s->levels, a, values_horner(s, order, x[i], unit, a, wish), wish);
         for (int a = 0; a < s->n; a += WIDE) {
             struct values_change v =
-                s->layers ? values_kept(s->layers, a, wish) : values_horner(s, order, x[i], unit, a, wish);
+                s->levels ? values_kept(s->levels, a, wish) : values_horner(s, order, x[i], unit, a, wish);
             v.phi = wide_get(from->phi + a) + (v.phi + wide_get(from->phi_low + a));
             v.rate = wide_get(from->rate + a) + (v.rate + wide_get(from->rate_low + a));
             values_give(to->phi + row, a, s->n, v.phi);
@@ -101,11 +101,11 @@ LANES_INLINE void values_large(const struct jets_system *s, int order, const dou
 enum { VALUES_TOGETHER = 2 };
 
 /* arms of one vector, instants of one */
-LANES_INLINE int values_side(int arms) { return arms < WIDE ? arms : WIDE; }
-LANES_INLINE int values_instants(int arms) { return WIDE / values_side(arms); }
+VEC_INLINE int values_side(int arms) { return arms < WIDE ? arms : WIDE; }
+VEC_INLINE int values_instants(int arms) { return WIDE / values_side(arms); }
 
 /* numbers of the arms, for every instant of a vector */
-LANES_INLINE wide values_get(const double *at, int arms) {
+VEC_INLINE wide values_get(const double *at, int arms) {
 #if defined(__AVX512F__)
     if (arms == 2) return (wide)_mm512_broadcast_f64x2(_mm_load_pd(at));
     if (arms == 4) return (wide)_mm512_broadcast_f64x4(_mm256_load_pd(at));
@@ -117,7 +117,7 @@ LANES_INLINE wide values_get(const double *at, int arms) {
 }
 
 /* the instants of a vector, each for all of its arms; those from `count` on are 0 */
-LANES_INLINE wide values_places(const double x[], int arms, int count) {
+VEC_INLINE wide values_places(const double x[], int arms, int count) {
 #if defined(__AVX512F__)
     __m512d some = _mm512_maskz_loadu_pd((__mmask8)(count < WIDE ? (1u << count) - 1 : 0xff), x);
     if (arms == 2) return (wide)_mm512_permutexvar_pd(_mm512_setr_epi64(0, 0, 1, 1, 2, 2, 3, 3), some);
@@ -132,7 +132,7 @@ LANES_INLINE wide values_places(const double x[], int arms, int count) {
 }
 
 /* writes the arms from a on of up to `count` instants of a vector to rows of n */
-LANES_INLINE void values_put(double *to, int n, int arms, int a, int count, wide x) {
+VEC_INLINE void values_put(double *to, int n, int arms, int a, int count, wide x) {
     int side = values_side(arms), own = n - a < side ? n - a : side;
     if (count > values_instants(arms)) count = values_instants(arms);
 #if defined(__AVX512F__)
@@ -157,23 +157,23 @@ struct values_parts {
     wide even[VALUES_TOGETHER], odd[VALUES_TOGETHER];
 };
 
-LANES_INLINE void values_two(struct values_parts *sum, const wide square[], wide even, wide odd) {
+VEC_INLINE void values_two(struct values_parts *sum, const wide square[], wide even, wide odd) {
     for (int v = 0; v < VALUES_TOGETHER; v++) {
         sum->even[v] = wide_fma(sum->even[v], square[v], even);
         sum->odd[v] = wide_fma(sum->odd[v], square[v], odd);
     }
 }
 
-LANES_INLINE void values_start(struct values_parts *sum) {
+VEC_INLINE void values_start(struct values_parts *sum) {
     for (int v = 0; v < VALUES_TOGETHER; v++) sum->even[v] = sum->odd[v] = wide_of(0);
 }
 
-LANES_INLINE wide values_whole(const struct values_parts *sum, int v, wide x) {
+VEC_INLINE wide values_whole(const struct values_parts *sum, int v, wide x) {
     return wide_fma(x, sum->odd[v], sum->even[v]);
 }
 
 /* changes of phi and of phi' */
-LANES_INLINE void values_motion(const struct jets_system *s, int order, int arms, int a, const wide x[], double inverse,
+VEC_INLINE void values_motion(const struct jets_system *s, int order, int arms, int a, const wide x[], double inverse,
                                 struct values_change change[]) {
     wide square[VALUES_TOGETHER];
     // phi over x; phi' without its start, over x
@@ -196,7 +196,7 @@ LANES_INLINE void values_motion(const struct jets_system *s, int order, int arms
 }
 
 /* phi'' and lambda */
-LANES_INLINE void values_pull(const struct jets_system *s, int order, int arms, int a, const wide x[], double inverse,
+VEC_INLINE void values_pull(const struct jets_system *s, int order, int arms, int a, const wide x[], double inverse,
                               struct values_wish wish, struct values_change change[]) {
     wide square[VALUES_TOGETHER];
     struct values_parts acc, force;
@@ -219,7 +219,7 @@ LANES_INLINE void values_pull(const struct jets_system *s, int order, int arms, 
 }
 
 /* up to VALUES_TOGETHER vectors of instants, for the arms from a on; to: the first of their rows */
-LANES_INLINE void values_block(const struct jets_system *s, int order, int arms, int a, const double x[], int count,
+VEC_INLINE void values_block(const struct jets_system *s, int order, int arms, int a, const double x[], int count,
                                double unit, const struct jets_state *from, const struct jets_values *to,
                                struct values_wish wish) {
     int n = s->n, step = values_instants(arms);
@@ -242,7 +242,7 @@ LANES_INLINE void values_block(const struct jets_system *s, int order, int arms,
     }
 }
 
-LANES_INLINE void values_small(const struct jets_system *s, int order, int arms, const double x[], int count,
+VEC_INLINE void values_small(const struct jets_system *s, int order, int arms, const double x[], int count,
                                double unit, const struct jets_state *from, const struct jets_values *to,
                                struct values_wish wish) {
     int most = VALUES_TOGETHER * values_instants(arms);
@@ -257,7 +257,7 @@ LANES_INLINE void values_small(const struct jets_system *s, int order, int arms,
 
 /* ---- any tree */
 
-LANES_INLINE void values_some(const struct jets_system *s, int order, const double x[], int count, double unit,
+VEC_INLINE void values_some(const struct jets_system *s, int order, const double x[], int count, double unit,
                               const struct jets_state *from, const struct jets_values *to, struct values_wish wish) {
     if (s->n > 8)
         values_large(s, order, x, count, unit, from, to, wish);

@@ -1,6 +1,6 @@
 /* Memory of answers between two uses, so that a large answer does not fetch its pages from the system each time.
  * Leaves to others: what is in the buffers.
- * Invariant: at most SRV_SPARES buffers of at most SRV_SPARE_BYTES each lie here. */
+ * Invariant: at most SRV_BUFFER_POOL buffers of at most SRV_SPARE_BYTES each lie here. */
 #ifndef SRV_BUFFER_POOL_H
 #define SRV_BUFFER_POOL_H
 
@@ -8,23 +8,23 @@
 
 #include "api/base/buffer.h"
 
-enum { SRV_SPARES = 16, SRV_SPARE_BYTES = 1 << 18 };
+enum { SRV_BUFFER_POOL = 16, SRV_SPARE_BYTES = 1 << 18 };
 
-struct srv_spares {
+struct srv_buffer_pool {
     pthread_mutex_t lock;
     int count;
-    struct api_buffer buffer[SRV_SPARES]; /* the last one in is the first one out: it is still in the caches */
+    struct api_buffer buffer[SRV_BUFFER_POOL]; /* the last one in is the first one out: it is still in the caches */
 };
 
-void srv_spares_init(struct srv_spares *spares);
+void srv_buffer_pool_init(struct srv_buffer_pool *pool);
 
 /** Frees what lies here. */
-void srv_spares_clear(struct srv_spares *spares);
+void srv_buffer_pool_clear(struct srv_buffer_pool *pool);
 
 /** Gives a buffer without memory the memory of a spare one, if there is one. Any thread. */
-void srv_spares_take(struct srv_spares *spares, struct api_buffer *buffer);
+void srv_buffer_pool_take(struct srv_buffer_pool *pool, struct api_buffer *buffer);
 
 /** Takes over, or frees, the memory of a buffer; it is empty afterwards. Any thread. */
-void srv_spares_give(struct srv_spares *spares, struct api_buffer *buffer);
+void srv_buffer_pool_give(struct srv_buffer_pool *pool, struct api_buffer *buffer);
 
 #endif

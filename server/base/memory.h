@@ -1,5 +1,5 @@
 /* What the process holds in memory, by kind, and what the allocator says of it.
- * Leaves to others: who may hold how much (hold), what is held (exchange, flights, payload, stint, connection).
+ * Leaves to others: who may hold how much (hold), what is held (exchange, inflight, response_body, part_run, connection).
  * Invariant: whoever adds bytes takes the same bytes off again, once; counting takes no lock. */
 #ifndef SRV_MEMORY_H
 #define SRV_MEMORY_H

@@ -6,7 +6,7 @@
 #include "server/http/router.h"
 
 /* counts a request that is over */
-static void ledger_count(const struct srv_exchange *exchange, const struct srv_log_request *line, int64_t now) {
+static void access_log_count(const struct srv_exchange *exchange, const struct srv_log_request *line, int64_t now) {
     struct srv_metrics *metrics = &exchange->service->metrics;
     srv_metrics_request(metrics, srv_router_number(exchange->route), line->status);
     srv_metrics_time(&metrics->queue, exchange->waited);
@@ -17,7 +17,7 @@ static void ledger_count(const struct srv_exchange *exchange, const struct srv_l
     if (line->bytes_out) srv_metrics_count(&metrics->bytes_out, line->bytes_out);
 }
 
-void srv_ledger_enter(const struct srv_exchange *exchange, const char *outcome, int status) {
+void srv_access_log_enter(const struct srv_exchange *exchange, const char *outcome, int status) {
     int64_t now = srv_clock_now();
     int bodiless = !exchange->method || !strcmp(exchange->method, "HEAD") || status == 304;
     struct srv_log_request line = {.id = exchange->id ? exchange->id : "",
@@ -36,6 +36,6 @@ void srv_ledger_enter(const struct srv_exchange *exchange, const char *outcome, 
                                    .compute = exchange->computed,
                                    .total = exchange->received ? now - exchange->received : 0,
                                    .steps = exchange->steps};
-    ledger_count(exchange, &line, now);
+    access_log_count(exchange, &line, now);
     srv_log_request(exchange->service->log, &line);
 }

@@ -11,6 +11,6 @@
  * outcome  a word, see the README; static.
  * status   that its client was told, 0 = none.
  */
-void srv_ledger_enter(const struct srv_exchange *exchange, const char *outcome, int status);
+void srv_access_log_enter(const struct srv_exchange *exchange, const char *outcome, int status);
 
 #endif

@@ -25,7 +25,7 @@ enum {
     CONNECTION_PART = 4         /* a client may have this part of all */
 };
 
-_Static_assert((int)SRV_FRONT_TARGET < (int)SRV_TARGET_BYTES,
+_Static_assert((int)SRV_STRICT_TARGET < (int)SRV_TARGET_BYTES,
                "a target that the front lets pass fits into an exchange");
 
 /* why a connection is not served */
@@ -46,7 +46,7 @@ enum connection_state {
 struct connection {
     struct srv_exchange exchange; /* first: an exchange that came over a socket is its connection */
     struct srv_watched watched;
-    struct srv_wire wire;
+    struct srv_recv_hook hook;
     struct srv_connections *all;
     struct MHD_Connection *mhd;
     enum connection_state state;
@@ -56,7 +56,7 @@ struct connection {
     struct srv_hold hold;
     int refused; /* answered at the head, while the body is still read */
     int64_t body_began;
-    struct srv_reply_stream stream;
+    struct srv_response_stream stream;
     int64_t paused, pauses; /* ns: since when a stream has nothing to send, how long it had nothing before */
 };
 
@@ -102,9 +102,9 @@ static enum MHD_Result connection_answer(struct connection *connection) {
     srv_exchange_settle(exchange);
     if (atomic_load(&service->draining)) exchange->close = 1;
     connection->stream =
-        (struct srv_reply_stream){.exchange = exchange, .moved = connection_moved, .pause = connection_pause};
+        (struct srv_response_stream){.exchange = exchange, .moved = connection_moved, .pause = connection_pause};
     connection->paused = connection->pauses = 0;
-    struct MHD_Response *response = srv_reply_new(exchange, &connection->stream);
+    struct MHD_Response *response = srv_response_new(exchange, &connection->stream);
     if (!response) return MHD_NO;
     connection->state = CONNECTION_SENDING;
     exchange->sending = srv_clock_now();
@@ -150,8 +150,8 @@ static enum MHD_Result connection_hand_over(struct connection *connection) {
 static enum MHD_Result connection_field(void *context, enum MHD_ValueKind kind, const char *name, const char *value) {
     struct connection *connection = context;
     (void)kind;
-    if (srv_message_relayed(name)) atomic_store(&connection->watched.relayed, 1);
-    return srv_message_field(&connection->exchange, name, value ? value : "") ? MHD_YES : MHD_NO;
+    if (srv_request_head_relayed(name)) atomic_store(&connection->watched.relayed, 1);
+    return srv_request_head_field(&connection->exchange, name, value ? value : "") ? MHD_YES : MHD_NO;
 }
 
 /* connections that one client may have open */
@@ -183,11 +183,11 @@ static int connection_check_head(struct connection *connection, const char *meth
     struct srv_exchange *exchange = &connection->exchange;
     exchange->method = method;
     MHD_get_connection_values(connection->mhd, MHD_HEADER_KIND, connection_field, exchange);
-    srv_reply_identify(exchange);
+    srv_response_identify(exchange);
     srv_admission_client(exchange);
     exchange->coding = srv_coding_choose(exchange->field[SRV_ACCEPT_ENCODING]);
     if (exchange->status) return 0;
-    if (!connection->surplus) return srv_message_head(exchange) && srv_router_find(exchange);
+    if (!connection->surplus) return srv_request_head_head(exchange) && srv_router_find(exchange);
     connection_refuse_surplus(connection);
     exchange->close = 1;
     return 0;
@@ -234,7 +234,7 @@ static enum MHD_Result connection_body(struct connection *connection, const char
         if (room != SRV_ROOM) srv_exchange_crowded(exchange, room, "the body");
     }
     if (exchange->status) {
-        srv_reply_refuse(&connection->exchange, connection->watched.fd);
+        srv_response_refuse(&connection->exchange, connection->watched.fd);
         return MHD_NO;
     }
     connection_body_deadline(connection);
@@ -269,7 +269,7 @@ void *srv_connection_target(void *context, const char *target, struct MHD_Connec
     struct connection *connection = info ? info->socket_context : NULL;
     struct srv_connections *all = context;
     if (!connection) return NULL;
-    if (connection->wire.front.requests <= connection->done) {
+    if (connection->hook.strict.requests <= connection->done) {
         srv_log_message(all->service->log, "a request came past the front: this libmicrohttpd does not call recv");
         return NULL;
     }
@@ -297,7 +297,7 @@ static const char *connection_outcome(const struct connection *connection, enum 
 static void connection_log(const struct connection *connection, const char *outcome) {
     const struct srv_exchange *exchange = &connection->exchange;
     int late = atomic_load(&connection->watched.late);
-    srv_ledger_enter(exchange, outcome, exchange->status ? exchange->status : late ? 408 : 0);
+    srv_access_log_enter(exchange, outcome, exchange->status ? exchange->status : late ? 408 : 0);
 }
 
 /* the client may still be sending: its unread bytes must not turn the answer into a reset */
@@ -309,7 +309,7 @@ static void connection_linger(struct connection *connection) {
 /* Ends the connection under a broken stream. An HTTP/1.0 client would take its end for the end of the answer, and gets
  * a reset. libmicrohttpd would do it too, but only when something happens on another connection. */
 static void connection_cut(struct connection *connection) {
-    if (connection->wire.front.old)
+    if (connection->hook.strict.old)
         connect(connection->watched.fd, &(struct sockaddr){.sa_family = AF_UNSPEC}, sizeof(struct sockaddr));
     else
         shutdown(connection->watched.fd, SHUT_RDWR);
@@ -319,9 +319,9 @@ static void connection_cut(struct connection *connection) {
  * sees the end of the stream. */
 static void connection_refuse_stream(struct connection *connection) {
     struct srv_exchange *exchange = &connection->exchange;
-    if (!exchange->id) srv_reply_identify(exchange);
-    srv_exchange_problem(exchange, connection->wire.front.status, "%s", connection->wire.front.detail);
-    srv_reply_refuse(&connection->exchange, connection->watched.fd);
+    if (!exchange->id) srv_response_identify(exchange);
+    srv_exchange_problem(exchange, connection->hook.strict.status, "%s", connection->hook.strict.detail);
+    srv_response_refuse(&connection->exchange, connection->watched.fd);
     if (connection->state != CONNECTION_NONE) return;
     exchange->received = srv_clock_now();
     connection_log(connection, "refused");
@@ -349,10 +349,10 @@ void srv_connection_completed(void *context, struct MHD_Connection *mhd, void **
     srv_exchange_reset(&connection->exchange);
     connection->state = CONNECTION_NONE;
     connection->done++;
-    int more = connection->wire.front.requests > connection->done;
+    int more = connection->hook.strict.requests > connection->done;
     srv_watch_phase(all->watch, &connection->watched, more ? SRV_WATCH_READING : SRV_WATCH_IDLE,
                     more ? connection_deadline(srv_service_config(all->service)->header_seconds) : 0);
-    if (!connection->wire.front.status || connection->wire.front.complete != connection->done) return;
+    if (!connection->hook.strict.status || connection->hook.strict.complete != connection->done) return;
     connection_refuse_stream(connection);
     /* it has nothing to read, and so nothing that would end it but time */
     MHD_set_connection_option(mhd, MHD_CONNECTION_OPTION_TIMEOUT, 1u);
@@ -360,14 +360,14 @@ void srv_connection_completed(void *context, struct MHD_Connection *mhd, void **
 
 /* --- what the wire tells --- */
 
-static struct connection *connection_of_wire(struct srv_wire *wire) {
-    return (struct connection *)((char *)wire - offsetof(struct connection, wire));
+static struct connection *connection_of_hook(struct srv_recv_hook *hook) {
+    return (struct connection *)((char *)hook - offsetof(struct connection, hook));
 }
 
-static void connection_refuses(struct srv_wire *wire) { connection_refuse_stream(connection_of_wire(wire)); }
+static void connection_refuses(struct srv_recv_hook *hook) { connection_refuse_stream(connection_of_hook(hook)); }
 
-static void connection_begins(struct srv_wire *wire) {
-    struct connection *connection = connection_of_wire(wire);
+static void connection_begins(struct srv_recv_hook *hook) {
+    struct connection *connection = connection_of_hook(hook);
     if (connection->state == CONNECTION_NONE)
         srv_watch_phase(connection->all->watch, &connection->watched, SRV_WATCH_READING,
                         connection_deadline(srv_service_config(connection->all->service)->header_seconds));
@@ -423,17 +423,17 @@ static void connection_count(struct connection *connection, int connections) {
 static void connection_begin(struct srv_connections *all, struct MHD_Connection *mhd, void **socket) {
     /* read at once: from 1.0 on the next question overwrites the answer */
     int fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
-    srv_wires_here(&all->wires);
+    srv_recv_hooks_here(&all->hooks);
     int connections = 1 + atomic_fetch_add(&all->service->connections, 1);
     struct connection *connection = calloc(1, sizeof *connection);
-    if (connection && !srv_wires_add(&all->wires, fd, &connection->wire)) {
+    if (connection && !srv_recv_hooks_add(&all->hooks, fd, &connection->hook)) {
         free(connection);
         connection = NULL;
     }
     *socket = connection;
     if (!connection) return;
     srv_exchange_init(&connection->exchange, all->service);
-    srv_front_init(&connection->wire.front);
+    srv_http_strict_init(&connection->hook.strict);
     connection->exchange.finish = connection_finish;
     const union MHD_ConnectionInfo *info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
     connection_peer(info ? info->client_addr : NULL, connection->exchange.peer);
@@ -445,8 +445,8 @@ static void connection_begin(struct srv_connections *all, struct MHD_Connection 
     atomic_store(&connection->watched.relayed,
                  srv_peer_trusted(srv_service_trusted(all->service), connection->exchange.peer));
     srv_watch_add(all->watch, &connection->watched, connection->surplus ? connection_deadline(1) : 0);
-    connection->wire.begins = connection_begins;
-    connection->wire.refuses = connection_refuses;
+    connection->hook.begins = connection_begins;
+    connection->hook.refuses = connection_refuses;
 }
 
 static void connection_end(struct srv_connections *all, void **socket) {
@@ -455,9 +455,9 @@ static void connection_end(struct srv_connections *all, void **socket) {
     *socket = NULL;
     if (!connection) return;
     /* a request that was late before libmicrohttpd saw its first line */
-    if (atomic_load(&connection->watched.late) && connection->wire.front.requests > connection->done)
+    if (atomic_load(&connection->watched.late) && connection->hook.strict.requests > connection->done)
         connection_log(connection, "late");
-    srv_wires_remove(&all->wires, connection->watched.fd);
+    srv_recv_hooks_remove(&all->hooks, connection->watched.fd);
     srv_watch_remove(all->watch, &connection->watched);
     srv_exchange_clear(&connection->exchange);
     srv_hold_set(&connection->hold, 0);

@@ -1,5 +1,5 @@
 /* A connection's life, as libmicrohttpd tells it: its requests become exchanges one after the other, and these answers.
- * Leaves to others: listening and libmicrohttpd's options (http), fields of an answer (reply), reading along (wire).
+ * Leaves to others: listening and libmicrohttpd's options (http), fields of an answer (response), reading along (recv_hook).
  * Invariant: nothing here computes or waits; the connection of an exchange that is with a worker is suspended, and its
  * exchange is not looked at. */
 #ifndef SRV_CONNECTION_H
@@ -15,7 +15,7 @@
 struct srv_connections {
     struct srv_service *service;
     struct srv_watch *watch;
-    struct srv_wires wires;
+    struct srv_recv_hooks hooks;
 };
 
 /** Of MHD_start_daemon: may somebody connect? Who has far more connections than a client may have is not even told. */

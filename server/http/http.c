@@ -11,7 +11,7 @@
 #include "server/base/listen.h"
 
 enum {
-    HTTP_POOL = 24576, /* bytes of libmicrohttpd's memory a connection: holds what the front lets pass */
+    HTTP_POOL = 24576, /* bytes of libmicrohttpd's memory a connection: holds what the strict reader lets pass */
     HTTP_SPARE = 64    /* connections beyond the cap that are told so */
 };
 
@@ -39,7 +39,7 @@ enum pend_status srv_http_new(struct srv_http **http, struct srv_service *servic
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     }
     *made = (struct srv_http){.all = {.service = service, .watch = watch}, .fd = fd};
-    srv_wires_init(&made->all.wires, &service->intake);
+    srv_recv_hooks_init(&made->all.hooks, &service->fairness);
     struct MHD_OptionItem options[] = {
         {MHD_OPTION_LISTEN_SOCKET, fd, NULL},
         {MHD_OPTION_CONNECTION_LIMIT, (intptr_t)config->connections + HTTP_SPARE, NULL},
@@ -94,6 +94,6 @@ void srv_http_free(struct srv_http **http) {
     if (!gone) return;
     if (gone->fd >= 0) http_close(gone);
     MHD_stop_daemon(gone->daemon);
-    srv_wires_clear(&gone->all.wires);
+    srv_recv_hooks_clear(&gone->all.hooks);
     free(gone);
 }

@@ -7,22 +7,22 @@
 #include <strings.h>
 
 /* What a second field of the same name means. */
-enum message_several { MESSAGE_ONE, MESSAGE_LIST, MESSAGE_LAST };
+enum head_several { HEAD_ONE, HEAD_LIST, HEAD_LAST };
 
 static const struct {
     const char *name;
     size_t bytes;
-    enum message_several several;
-} message_fields[SRV_FIELD_COUNT] = {
-#define X(id, name, several) {name, sizeof name - 1, MESSAGE_##several},
+    enum head_several several;
+} head_fields[SRV_FIELD_COUNT] = {
+#define X(id, name, several) {name, sizeof name - 1, HEAD_##several},
     SRV_FIELD_LIST(X)
 #undef X
 };
 
-static int message_refuse(struct srv_exchange *exchange, int status, const char *format, ...)
+static int head_refuse(struct srv_exchange *exchange, int status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-static int message_refuse(struct srv_exchange *exchange, int status, const char *format, ...) {
+static int head_refuse(struct srv_exchange *exchange, int status, const char *format, ...) {
     char detail[240];
     va_list arguments;
     va_start(arguments, format);
@@ -34,16 +34,16 @@ static int message_refuse(struct srv_exchange *exchange, int status, const char 
     return 0;
 }
 
-static int message_find(const struct srv_service *service, const char *name) {
+static int head_find(const struct srv_service *service, const char *name) {
     size_t bytes = strlen(name);
     for (int id = 0; id < SRV_FIELD_COUNT; id++)
-        if (bytes == message_fields[id].bytes && !strcasecmp(name, message_fields[id].name)) return id;
+        if (bytes == head_fields[id].bytes && !strcasecmp(name, head_fields[id].name)) return id;
     /* nobody's word is taken where no proxy is trusted */
     int told = srv_service_trusted(service)->count && !strcasecmp(name, srv_service_config(service)->client_header);
     return told ? SRV_FORWARDED : SRV_FIELD_COUNT;
 }
 
-int srv_message_relayed(const char *name) {
+int srv_request_head_relayed(const char *name) {
     static const char *const marks[] = {"Via", "Forwarded", "X-Forwarded-For"};
     for (size_t i = 0; i < sizeof marks / sizeof *marks; i++)
         if (!strcasecmp(name, marks[i])) return 1;
@@ -51,37 +51,37 @@ int srv_message_relayed(const char *name) {
 }
 
 /* "a" and "b" of two fields become "a, b" */
-static const char *message_join(struct srv_exchange *exchange, const char *first, const char *second) {
+static const char *head_join(struct srv_exchange *exchange, const char *first, const char *second) {
     size_t bytes = strlen(first) + strlen(second) + 3;
     char *text = srv_exchange_text(exchange, bytes);
     if (text) snprintf(text, bytes, "%s, %s", first, second);
     return text;
 }
 
-int srv_message_field(struct srv_exchange *exchange, const char *name, const char *value) {
-    int id = message_find(exchange->service, name);
+int srv_request_head_field(struct srv_exchange *exchange, const char *name, const char *value) {
+    int id = head_find(exchange->service, name);
     if (id == SRV_FIELD_COUNT) return 1;
     const char **known = &exchange->field[id];
-    if (*known && message_fields[id].several == MESSAGE_ONE)
-        return message_refuse(exchange, 400, "there are two header fields %s", message_fields[id].name);
-    int joined = *known && message_fields[id].several == MESSAGE_LIST;
-    *known = joined ? message_join(exchange, *known, value) : value;
-    if (!*known) return message_refuse(exchange, 431, "the header fields %s are too long", message_fields[id].name);
+    if (*known && head_fields[id].several == HEAD_ONE)
+        return head_refuse(exchange, 400, "there are two header fields %s", head_fields[id].name);
+    int joined = *known && head_fields[id].several == HEAD_LIST;
+    *known = joined ? head_join(exchange, *known, value) : value;
+    if (!*known) return head_refuse(exchange, 431, "the header fields %s are too long", head_fields[id].name);
     return 1;
 }
 
-/* how long the body is: the front has seen to it that there is one answer to that */
-static int message_length(struct srv_exchange *exchange) {
+/* how long the body is: the strict reader has seen to it that there is one answer to that */
+static int head_length(struct srv_exchange *exchange) {
     const char *length = exchange->field[SRV_CONTENT_LENGTH];
     double limit = srv_service_config(exchange->service)->limits.body_bytes;
     exchange->length = exchange->field[SRV_TRANSFER_ENCODING] ? -1 : length ? strtoll(length, NULL, 10) : 0;
     if ((double)exchange->length <= limit) return 1;
     exchange->close = 1;
-    return message_refuse(exchange, 413, "the body has %lld bytes, more than the limit max-body-bytes of %.0f",
+    return head_refuse(exchange, 413, "the body has %lld bytes, more than the limit max-body-bytes of %.0f",
                           (long long)exchange->length, limit);
 }
 
-static int message_hex(char c) {
+static int head_hex(char c) {
     if (c >= '0' && c <= '9') return c - '0';
     if (c >= 'a' && c <= 'f') return c - 'a' + 10;
     return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
@@ -89,14 +89,14 @@ static int message_hex(char c) {
 
 /* Undoes the percent encoding of a path. A slash stays encoded, so that it cannot become a separator; a control
  * character is refused, as is what is no encoding. Returns the length, -1 on refusal. */
-static int message_decode(const char *from, size_t bytes, char *to) {
+static int head_decode(const char *from, size_t bytes, char *to) {
     int length = 0;
     for (size_t i = 0; i < bytes; i++) {
         if (from[i] != '%') {
             to[length++] = from[i];
             continue;
         }
-        int high = i + 2 < bytes ? message_hex(from[i + 1]) : -1, low = high >= 0 ? message_hex(from[i + 2]) : -1;
+        int high = i + 2 < bytes ? head_hex(from[i + 1]) : -1, low = high >= 0 ? head_hex(from[i + 2]) : -1;
         int c = 16 * high + low;
         if (low < 0 || c < ' ' || c == 0x7f) return -1;
         if (c == '/') {
@@ -113,7 +113,7 @@ static int message_decode(const char *from, size_t bytes, char *to) {
 
 /* The absolute form (RFC 9112 3.2.2) is cut down to the origin form, and its host counts whatever the field Host says;
  * NULL if it is neither, or there is no room. */
-static const char *message_origin(struct srv_exchange *exchange) {
+static const char *head_origin(struct srv_exchange *exchange) {
     const char *target = exchange->target;
     exchange->host = exchange->field[SRV_HOST];
     if (target[0] == '/' || !strcmp(target, "*")) return target;
@@ -128,16 +128,16 @@ static const char *message_origin(struct srv_exchange *exchange) {
     return host + bytes;
 }
 
-static int message_target(struct srv_exchange *exchange) {
+static int head_target(struct srv_exchange *exchange) {
     if (strpbrk(exchange->target, "#\"<>\\"))
-        return message_refuse(exchange, 400, "the request target has a character that is not allowed there");
-    const char *origin = message_origin(exchange);
-    if (!origin) return message_refuse(exchange, 400, "the request target must begin with / or http://");
+        return head_refuse(exchange, 400, "the request target has a character that is not allowed there");
+    const char *origin = head_origin(exchange);
+    if (!origin) return head_refuse(exchange, 400, "the request target must begin with / or http://");
     size_t bytes = strcspn(origin, "?");
     char *path = srv_exchange_text(exchange, bytes + 2);
-    if (!path) return message_refuse(exchange, 414, "the request target is too long");
-    if (message_decode(origin, bytes, path) < 0)
-        return message_refuse(exchange, 400, "the request target has a bad percent encoding");
+    if (!path) return head_refuse(exchange, 414, "the request target is too long");
+    if (head_decode(origin, bytes, path) < 0)
+        return head_refuse(exchange, 400, "the request target has a bad percent encoding");
     if (!path[0]) strcpy(path, "/");
     exchange->path = path;
     exchange->query = origin[bytes] ? origin + bytes + 1 : NULL;
@@ -145,19 +145,19 @@ static int message_target(struct srv_exchange *exchange) {
 }
 
 /* a body that is not as it is: nothing here undoes a coding, and a body that is compressed has no known end */
-static int message_coding(struct srv_exchange *exchange) {
+static int head_coding(struct srv_exchange *exchange) {
     const char *coding = exchange->field[SRV_CONTENT_ENCODING];
     if (!exchange->length || !coding || !*coding || !strcasecmp(coding, "identity")) return 1;
-    message_refuse(exchange, 415, "the body has the Content-Encoding %.60s; bodies of requests are taken without one",
+    head_refuse(exchange, 415, "the body has the Content-Encoding %.60s; bodies of requests are taken without one",
                    coding);
     srv_exchange_header(exchange, "Accept-Encoding", "identity");
     return 0;
 }
 
-int srv_message_head(struct srv_exchange *exchange) {
+int srv_request_head_head(struct srv_exchange *exchange) {
     const char *expect = exchange->field[SRV_EXPECT];
-    if (!message_length(exchange) || !message_coding(exchange)) return 0;
+    if (!head_length(exchange) || !head_coding(exchange)) return 0;
     if (expect && strcasecmp(expect, "100-continue"))
-        return message_refuse(exchange, 417, "the only expectation known here is 100-continue");
-    return message_target(exchange);
+        return head_refuse(exchange, 417, "the only expectation known here is 100-continue");
+    return head_target(exchange);
 }

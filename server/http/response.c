@@ -12,18 +12,18 @@
 #include "server/work/inflight.h"
 #include "server/work/service.h"
 
-enum { REPLY_BLOCK = 65536 }; /* bytes of a stream that libmicrohttpd asks for at once, where the length is known */
+enum { RESPONSE_BLOCK = 65536 }; /* bytes of a stream that libmicrohttpd asks for at once, where the length is known */
 
 /* --- ids --- */
 
-static int reply_id_good(const char *text) {
+static int response_id_good(const char *text) {
     size_t bytes = strlen(text);
     return bytes >= 1 && bytes <= 64 &&
            strspn(text, "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ-_.:=+/") == bytes;
 }
 
 /* version, trace, parent, flags: 00-32 digits-16 digits-2 digits (W3C Trace Context) */
-static int reply_trace_good(const char *text) {
+static int response_trace_good(const char *text) {
     static const char form[] = "##-################################-################-##";
     if (strlen(text) != sizeof form - 1) return 0;
     for (size_t i = 0; i < sizeof form - 1; i++)
@@ -32,7 +32,7 @@ static int reply_trace_good(const char *text) {
     return strncmp(text, "ff", 2) && strspn(text + 3, "0") < 32 && strspn(text + 36, "0") < 16;
 }
 
-static void reply_id_make(struct srv_exchange *exchange, char text[17]) {
+static void response_id_make(struct srv_exchange *exchange, char text[17]) {
     static const char digit[] = "0123456789abcdef";
     /* splitmix64 */
     uint64_t x = exchange->service->seed + 0x9e3779b97f4a7c15u * (atomic_fetch_add(&exchange->service->number, 1) + 1);
@@ -43,100 +43,100 @@ static void reply_id_make(struct srv_exchange *exchange, char text[17]) {
     text[16] = 0;
 }
 
-void srv_reply_identify(struct srv_exchange *exchange) {
+void srv_response_identify(struct srv_exchange *exchange) {
     const char *given = exchange->field[SRV_REQUEST_ID], *trace = exchange->field[SRV_TRACE];
-    if (trace && reply_trace_good(trace)) exchange->trace = trace;
-    if (given && reply_id_good(given)) {
+    if (trace && response_trace_good(trace)) exchange->trace = trace;
+    if (given && response_id_good(given)) {
         exchange->id = given;
         return;
     }
     char *text = srv_exchange_text(exchange, 17);
-    if (text) reply_id_make(exchange, text);
+    if (text) response_id_make(exchange, text);
     exchange->id = text ? text : "0";
 }
 
 /* --- header fields --- */
 
-static int reply_field(struct MHD_Response *response, const char *name, const char *value) {
+static int response_field(struct MHD_Response *response, const char *name, const char *value) {
     return MHD_add_response_header(response, name, value) == MHD_YES;
 }
 
-static int reply_cors(struct MHD_Response *response, const struct srv_exchange *exchange) {
+static int response_cors(struct MHD_Response *response, const struct srv_exchange *exchange) {
     const char *allowed = srv_service_config(exchange->service)->cors_origins, *asked = exchange->field[SRV_ORIGIN];
     const char *origin = srv_cors_origin(allowed, asked, exchange->closed);
-    int good = !srv_cors_varies(allowed) || reply_field(response, "Vary", "Origin");
+    int good = !srv_cors_varies(allowed) || response_field(response, "Vary", "Origin");
     if (!origin) return good;
-    good = good && reply_field(response, "Access-Control-Allow-Origin", origin);
-    return good && (!asked || reply_field(response, "Access-Control-Expose-Headers", srv_cors_expose));
+    good = good && response_field(response, "Access-Control-Allow-Origin", origin);
+    return good && (!asked || response_field(response, "Access-Control-Expose-Headers", srv_cors_expose));
 }
 
-static int reply_number(struct MHD_Response *response, const char *name, double value) {
+static int response_number(struct MHD_Response *response, const char *name, double value) {
     char text[24];
     snprintf(text, sizeof text, "%.0f", value);
-    return reply_field(response, name, text);
+    return response_field(response, name, text);
 }
 
-static int reply_quota(struct MHD_Response *response, const struct srv_exchange *exchange) {
+static int response_quota(struct MHD_Response *response, const struct srv_exchange *exchange) {
     const struct srv_quota *quota = &exchange->quota;
     if (quota->refresh <= 0) return 1;
-    return reply_number(response, "RateLimit-Limit", srv_service_config(exchange->service)->requests_a_minute) &&
-           reply_number(response, "RateLimit-Remaining", floor(quota->left)) &&
-           reply_number(response, "RateLimit-Reset", ceil(quota->refresh));
+    return response_number(response, "RateLimit-Limit", srv_service_config(exchange->service)->requests_a_minute) &&
+           response_number(response, "RateLimit-Remaining", floor(quota->left)) &&
+           response_number(response, "RateLimit-Reset", ceil(quota->refresh));
 }
 
-static int reply_fields(struct MHD_Response *response, const struct srv_exchange *exchange) {
-    const struct srv_payload *payload = exchange->payload;
-    int good = !exchange->media_type || reply_field(response, "Content-Type", exchange->media_type);
+static int response_fields(struct MHD_Response *response, const struct srv_exchange *exchange) {
+    const struct srv_response_body *response_body = exchange->response_body;
+    int good = !exchange->media_type || response_field(response, "Content-Type", exchange->media_type);
     for (int i = 0; i < exchange->headers && good; i++)
-        good = reply_field(response, exchange->header[i].name, exchange->header[i].value);
-    for (int i = 0; payload && i < payload->headers && good; i++)
-        good = reply_field(response, payload->header[i].name, payload->header[i].value);
-    good = good && reply_field(response, "X-Request-Id", exchange->id);
-    good = good && reply_field(response, "X-Content-Type-Options", "nosniff");
-    if (exchange->trace) good = good && reply_field(response, "Traceparent", exchange->trace);
-    if (exchange->close) good = good && reply_field(response, "Connection", "close");
-    return good && reply_cors(response, exchange) && reply_quota(response, exchange);
+        good = response_field(response, exchange->header[i].name, exchange->header[i].value);
+    for (int i = 0; response_body && i < response_body->headers && good; i++)
+        good = response_field(response, response_body->header[i].name, response_body->header[i].value);
+    good = good && response_field(response, "X-Request-Id", exchange->id);
+    good = good && response_field(response, "X-Content-Type-Options", "nosniff");
+    if (exchange->trace) good = good && response_field(response, "Traceparent", exchange->trace);
+    if (exchange->close) good = good && response_field(response, "Connection", "close");
+    return good && response_cors(response, exchange) && response_quota(response, exchange);
 }
 
 /* --- bodies --- */
 
 /* what was found out while the body was sent. Without memory it is not told: the body is complete */
-static void reply_trail(struct srv_reply_stream *stream) {
-    struct api_told told;
-    srv_flights_told(stream->exchange, &told);
+static void response_trail(struct srv_response_stream *stream) {
+    struct api_remarks told;
+    srv_inflight_told(stream->exchange, &told);
     for (int i = 0; i < told.count; i++)
         (void)MHD_add_response_footer(stream->response, told.field[i].name, told.field[i].value);
 }
 
 /* libmicrohttpd wants bytes of a stream */
-static ssize_t reply_read(void *context, uint64_t position, char *to, size_t cap) {
-    struct srv_reply_stream *stream = context;
+static ssize_t response_read(void *context, uint64_t position, char *to, size_t cap) {
+    struct srv_response_stream *stream = context;
     long count = stream->exchange->listens ? srv_events_read(stream->exchange, to, cap, stream->pause)
-                                           : srv_flights_read(stream->exchange, to, cap, stream->pause);
-    if (count == SRV_FLIGHT_END) {
-        if (stream->exchange->trails) reply_trail(stream);
+                                           : srv_inflight_read(stream->exchange, to, cap, stream->pause);
+    if (count == SRV_INFLIGHT_END) {
+        if (stream->exchange->trails) response_trail(stream);
         return MHD_CONTENT_READER_END_OF_STREAM;
     }
-    stream->broken = count == SRV_FLIGHT_BROKEN;
+    stream->broken = count == SRV_INFLIGHT_BROKEN;
     if (stream->broken) return MHD_CONTENT_READER_END_WITH_ERROR;
     stream->moved(stream->exchange, count ? position + (uint64_t)count : 0);
     return count;
 }
 
-struct MHD_Response *srv_reply_new(const struct srv_exchange *exchange, struct srv_reply_stream *stream) {
+struct MHD_Response *srv_response_new(const struct srv_exchange *exchange, struct srv_response_stream *stream) {
     uint64_t length = exchange->stream_bytes < 0 ? MHD_SIZE_UNKNOWN : (uint64_t)exchange->stream_bytes;
     struct MHD_Response *response =
         exchange->streams
-            ? MHD_create_response_from_callback(length, REPLY_BLOCK, reply_read, stream, NULL)
+            ? MHD_create_response_from_callback(length, RESPONSE_BLOCK, response_read, stream, NULL)
             : MHD_create_response_from_buffer(exchange->bytes, (void *)exchange->data, MHD_RESPMEM_PERSISTENT);
     stream->response = response;
-    int good = response && (!exchange->trails || reply_field(response, "Trailer", api_told_names));
-    if (!response || (good && reply_fields(response, exchange))) return response;
+    int good = response && (!exchange->trails || response_field(response, "Trailer", api_remarks_names));
+    if (!response || (good && response_fields(response, exchange))) return response;
     MHD_destroy_response(response);
     return NULL;
 }
 
-void srv_reply_refuse(struct srv_exchange *exchange, int fd) {
+void srv_response_refuse(struct srv_exchange *exchange, int fd) {
     char head[768], date[40], cors[300] = "";
     time_t now = time(NULL);
     struct tm part;

@@ -9,7 +9,7 @@
 #include "server/work/exchange.h"
 
 /* What a stream's answer needs of its connection. */
-struct srv_reply_stream {
+struct srv_response_stream {
     struct srv_exchange *exchange;
     /** The client did or did not get bytes: so many since the answer began; 0 = it waits for the next. */
     void (*moved)(struct srv_exchange *exchange, uint64_t bytes);
@@ -20,7 +20,7 @@ struct srv_reply_stream {
 };
 
 /** The client's own request id, or a new one: numbers of one process never repeat, and look random. */
-void srv_reply_identify(struct srv_exchange *exchange);
+void srv_response_identify(struct srv_exchange *exchange);
 
 /**
  * Makes libmicrohttpd's answer of an exchange.
@@ -29,9 +29,9 @@ void srv_reply_identify(struct srv_exchange *exchange);
  *
  * Returns NULL without memory.
  */
-struct MHD_Response *srv_reply_new(const struct srv_exchange *exchange, struct srv_reply_stream *stream);
+struct MHD_Response *srv_response_new(const struct srv_exchange *exchange, struct srv_response_stream *stream);
 
 /** Writes an exchange's answer straight to a socket, without waiting; the connection must end then. */
-void srv_reply_refuse(struct srv_exchange *exchange, int fd);
+void srv_response_refuse(struct srv_exchange *exchange, int fd);
 
 #endif

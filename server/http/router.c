@@ -245,7 +245,7 @@ int srv_router_begin(struct srv_exchange *exchange) {
         route->handle(exchange);
         return 1;
     }
-    return !route->begin && !srv_jobs_wanted(exchange) && srv_answer_cached(exchange);
+    return !route->begin && !srv_jobs_wanted(exchange) && srv_result_cached(exchange);
 }
 
 void srv_router_hand(struct srv_exchange *exchange) {

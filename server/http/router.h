@@ -1,5 +1,5 @@
 /* The one table of routes: which method and path leads where.
- * Leaves to others: computing (compute), the message's form (message).
+ * Leaves to others: computing (compute), the message's form (request_head).
  * Invariant: a path of the table is answered for every method: the route, HEAD as GET, OPTIONS, or 405 with Allow. */
 #ifndef SRV_ROUTER_H
 #define SRV_ROUTER_H

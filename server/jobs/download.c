@@ -15,22 +15,22 @@ struct download {
     struct srv_storage *storage;
     struct srv_hold hold; /* of the pieces */
     char id[SRV_ID_BYTES];
-    long shards;
+    long parts;
     void *body; /* of the request */
 
     /* the storage's while it is asked: which piece, and where it goes */
     struct {
-        long shard, chunk;
+        long part, chunk;
         char *to;
         size_t bytes;
     } read;
 
-    pthread_mutex_t lock;     /* of what follows; taken before that of the flights */
+    pthread_mutex_t lock;     /* of what follows; taken before that of the computations in flight */
     struct srv_work *waiting; /* it rests until a piece is here */
     int asked;                /* the storage reads a piece */
     int stale;                /* that piece is not wanted any more */
     int gone;                 /* nobody waits any more: who gets the piece ends the download */
-    long shard, chunk;        /* that follow upon what was read */
+    long part, chunk;        /* that follow upon what was read */
     enum srv_stored stored;   /* why nothing more can be read; SRV_STORED = nothing is wrong */
     int first, count;         /* pieces that are here: a ring */
     size_t bytes[DOWNLOAD_AHEAD];
@@ -54,16 +54,16 @@ static void download_end(struct download *download) {
 
 static enum srv_stored download_run(struct srv_store *store, struct srv_store_call *call) {
     struct download *download = download_of((struct srv_ask *)call);
-    return srv_store_chunk(store, download->id, download->read.shard, download->read.chunk, download->read.to,
+    return srv_store_chunk(store, download->id, download->read.part, download->read.chunk, download->read.to,
                            &download->read.bytes);
 }
 
 /* asks for the next piece where there is room for it, and any; called with the lock */
 static void download_ask(struct download *download) {
-    int over = download->shard == download->shards || download->stored != SRV_STORED;
+    int over = download->part == download->parts || download->stored != SRV_STORED;
     if (download->asked || over || download->count == DOWNLOAD_AHEAD) return;
     int place = (download->first + download->count) % DOWNLOAD_AHEAD;
-    download->read.shard = download->shard;
+    download->read.part = download->part;
     download->read.chunk = download->chunk;
     download->read.to = download->data + (size_t)place * SRV_CHUNK_BYTES;
     download->read.bytes = 0;
@@ -82,7 +82,7 @@ static void download_take(struct download *download, enum srv_stored stored) {
     }
     download->chunk++;
     if (bytes < SRV_CHUNK_BYTES) {
-        download->shard++;
+        download->part++;
         download->chunk = 0;
     }
     if (bytes) download->bytes[(download->first + download->count++) % DOWNLOAD_AHEAD] = bytes;
@@ -90,7 +90,7 @@ static void download_take(struct download *download, enum srv_stored stored) {
 
 /* is there a piece, an error or the end? called with the lock */
 static int download_has(const struct download *download) {
-    return download->count || download->stored != SRV_STORED || download->shard == download->shards;
+    return download->count || download->stored != SRV_STORED || download->part == download->parts;
 }
 
 static void download_done(struct srv_ask *ask) {
@@ -104,7 +104,7 @@ static void download_done(struct srv_ask *ask) {
         download_ask(download);
         if (download->waiting && download_has(download)) {
             /* it does not end before it was given the lock, whatever becomes of it meanwhile */
-            srv_flights_unpark(download->waiting);
+            srv_inflight_unpark(download->waiting);
             download->waiting = NULL;
         }
     }
@@ -142,7 +142,7 @@ static enum pend_status download_fetch(void *context, void *data, size_t cap, si
                            stored == SRV_STORED_NONE      ? "the job's results are not kept any more"
                            : stored == SRV_STORED_DAMAGED ? "the job's results are damaged where they are kept"
                                                           : "the store is out of reach");
-    } else if (download->shard < download->shards) {
+    } else if (download->part < download->parts) {
         status = pend_fail(error, PEND_BUG, -1, 0, "nothing was read yet");
     }
     pthread_mutex_unlock(&download->lock);
@@ -153,7 +153,7 @@ static void download_again(void *context) {
     struct download *download = context;
     pthread_mutex_lock(&download->lock);
     download->stale = download->asked;
-    download->shard = download->chunk = download->count = 0;
+    download->part = download->chunk = download->count = 0;
     download->stored = SRV_STORED;
     pthread_mutex_unlock(&download->lock);
 }
@@ -161,7 +161,7 @@ static void download_again(void *context) {
 static int download_park(struct srv_source *source, struct srv_work *work) {
     struct download *download = (struct download *)source;
     pthread_mutex_lock(&download->lock);
-    int rests = !download_has(download) && srv_flights_park(work);
+    int rests = !download_has(download) && srv_inflight_park(work);
     if (rests) download->waiting = work;
     pthread_mutex_unlock(&download->lock);
     return rests;
@@ -176,7 +176,7 @@ static void download_free(struct srv_source *source) {
     if (!asked) download_end(download);
 }
 
-enum srv_room srv_download_new(struct srv_source **source, struct srv_exchange *exchange, const char *id, long shards,
+enum srv_room srv_download_new(struct srv_source **source, struct srv_exchange *exchange, const char *id, long parts,
                                void *body, size_t body_bytes) {
     struct srv_service *service = exchange->service;
     struct download *made = malloc(sizeof *made + (size_t)DOWNLOAD_AHEAD * SRV_CHUNK_BYTES);
@@ -194,7 +194,7 @@ enum srv_room srv_download_new(struct srv_source **source, struct srv_exchange *
         .ask = {.call = {.run = download_run}, .done = download_done},
         .storage = service->storage,
         .hold = {.service = service, .payer = srv_exchange_payer(exchange), .kind = SRV_MEMORY_COMPUTATIONS},
-        .shards = shards,
+        .parts = parts,
         .body = body,
         .stored = SRV_STORED};
     memcpy(made->id, id, sizeof made->id);

@@ -1,6 +1,6 @@
 /* The parts of a job's results on their way from the store to a computation: read ahead in pieces by the threads of the
  * storage, one piece after another, so that several downloads take turns and no worker waits for a database.
- * Leaves to others: the route (job_results), the encoding (compute, api/call/results), resting and going on (flights).
+ * Leaves to others: the route (job_results), the encoding (compute, api/call/results), resting and going on (inflight).
  * Invariant: no lock is held while the store is asked; what is read ahead is counted until the store has answered, also
  * where nobody waits for it any more. */
 #ifndef SRV_DOWNLOAD_H
@@ -13,12 +13,12 @@
  *
  * source  out; NULL where there is no memory for it.
  * id      of the job.
- * shards  its parts, >= 1.
+ * parts  its parts, >= 1.
  * body    of the request that the job was made of; taken over, also on failure.
  *
  * Returns whether there is room for what is read ahead, DOWNLOAD_AHEAD pieces of SRV_CHUNK_BYTES.
  */
-enum srv_room srv_download_new(struct srv_source **source, struct srv_exchange *exchange, const char *id, long shards,
+enum srv_room srv_download_new(struct srv_source **source, struct srv_exchange *exchange, const char *id, long parts,
                                void *body, size_t body_bytes);
 
 #endif

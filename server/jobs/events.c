@@ -162,7 +162,7 @@ enum pend_status srv_events_open(struct srv_events *events, struct srv_exchange 
 
 long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap, void (*pause)(struct srv_exchange *)) {
     struct srv_events *events = exchange->service->events;
-    long result = SRV_FLIGHT_BROKEN;
+    long result = SRV_INFLIGHT_BROKEN;
     pthread_mutex_lock(&events->lock);
     struct srv_listener *listener = exchange->listener;
     if (listener && (listener->taken < listener->text.bytes || listener_next(listener))) {
@@ -171,11 +171,11 @@ long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap, void (
         listener->taken += count;
         result = (long)count;
     } else if (listener && listener->over) {
-        result = SRV_FLIGHT_END;
+        result = SRV_INFLIGHT_END;
     } else if (listener) {
         listener->waits = 1;
         pause(exchange);
-        result = SRV_FLIGHT_WAIT;
+        result = SRV_INFLIGHT_WAIT;
     }
     pthread_mutex_unlock(&events->lock);
     return result;

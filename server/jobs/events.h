@@ -50,7 +50,7 @@ void srv_events_id(const struct srv_job *job, char id[SRV_EVENT_ID]);
 PEND_MUST_CHECK enum pend_status srv_events_open(struct srv_events *events, struct srv_exchange *exchange,
                                                  const struct srv_job *job, const char *last, int *own);
 
-/** As srv_flights_read, of an exchange whose `listens` is set. */
+/** As srv_inflight_read, of an exchange whose `listens` is set. */
 long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap, void (*pause)(struct srv_exchange *));
 
 /** The reader is gone, or the server is stopping and wants the stream to end. Any thread. */

@@ -11,22 +11,22 @@
 #include "server/protocol/range.h"
 
 /* the exchange goes on to a worker, which takes the answer from the store */
-static void results_deliver(struct srv_errand *errand) {
-    struct srv_exchange *exchange = errand->exchange;
+static void results_deliver(struct srv_store_request *asked) {
+    struct srv_exchange *exchange = asked->exchange;
     struct srv_source *source;
     int op = 0;
-    while (op < API_OP_COUNT && strcmp(api_op_at((enum api_op_id)op)->name, errand->job.operation)) op++;
+    while (op < API_OP_COUNT && strcmp(api_op_at((enum api_op_id)op)->name, asked->job.operation)) op++;
     if (op == API_OP_COUNT) {
         srv_exchange_busy(exchange, 1, "this version does not know the job's operation");
-        srv_errand_end(errand);
+        srv_store_request_end(asked);
         return;
     }
     enum srv_room room =
-        srv_download_new(&source, exchange, errand->id, errand->job.shards, errand->request, errand->request_bytes);
-    errand->request = NULL;
+        srv_download_new(&source, exchange, asked->id, asked->job.parts, asked->request, asked->request_bytes);
+    asked->request = NULL;
     if (room != SRV_ROOM) {
         srv_exchange_crowded(exchange, room, "reading the job's results");
-        srv_errand_end(errand);
+        srv_store_request_end(asked);
         return;
     }
     if (!strcmp(exchange->method, "GET")) source->ranged = srv_range_read(exchange->field[SRV_RANGE], &source->range);
@@ -35,40 +35,40 @@ static void results_deliver(struct srv_errand *errand) {
     exchange->source = source;
     exchange->op = (enum api_op_id)op;
     srv_compute_begin(exchange);
-    srv_errand_leave(errand);
+    srv_store_request_leave(asked);
 }
 
 static enum srv_stored results_find(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_errand *errand = (struct srv_errand *)call;
-    enum srv_stored stored = srv_store_job(store, errand->id, &errand->job);
-    if (stored != SRV_STORED || errand->job.state != SRV_JOB_SUCCESSFUL) return stored;
-    free(errand->request);
-    return srv_store_request(store, errand->id, &errand->request, &errand->request_bytes);
+    struct srv_store_request *asked = (struct srv_store_request *)call;
+    enum srv_stored stored = srv_store_job(store, asked->id, &asked->job);
+    if (stored != SRV_STORED || asked->job.state != SRV_JOB_SUCCESSFUL) return stored;
+    free(asked->request);
+    return srv_store_job_request(store, asked->id, &asked->request, &asked->request_bytes);
 }
 
-static void results_found(struct srv_errand *errand, enum srv_stored stored) {
-    struct srv_exchange *exchange = errand->exchange;
-    const struct srv_job *job = &errand->job;
+static void results_found(struct srv_store_request *asked, enum srv_stored stored) {
+    struct srv_exchange *exchange = asked->exchange;
+    const struct srv_job *job = &asked->job;
     if (stored == SRV_STORED && job->state == SRV_JOB_SUCCESSFUL) {
-        results_deliver(errand);
+        results_deliver(asked);
         return;
     }
     if (stored != SRV_STORED)
-        srv_errand_refuse(errand, stored);
+        srv_store_request_refuse(asked, stored);
     else if (job->state <= SRV_JOB_RUNNING)
         srv_exchange_problem(exchange, 409, "the job is %s, with %ld of %ld parts done: its results come with its end",
-                             srv_job_word(job->state), job->done, job->shards);
+                             srv_job_word(job->state), job->done, job->parts);
     else
         srv_exchange_problem(exchange, 409, "the job has no results: it is %s%s%.200s", srv_job_word(job->state),
                              job->message[0] ? ": " : "", job->message);
-    srv_errand_end(errand);
+    srv_store_request_end(asked);
 }
 
 void srv_job_results(struct srv_exchange *exchange) {
-    struct srv_errand *errand = srv_errand_begin_one(exchange);
-    if (!errand) return;
+    struct srv_store_request *asked = srv_store_request_begin_one(exchange);
+    if (!asked) return;
     if (srv_admission_count(exchange))
-        srv_errand_ask(errand, SRV_ASK_READ, results_find, results_found);
+        srv_store_request_ask(asked, SRV_ASK_READ, results_find, results_found);
     else
-        srv_errand_end(errand);
+        srv_store_request_end(asked);
 }

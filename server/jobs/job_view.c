@@ -10,7 +10,7 @@ const char *srv_job_word(enum srv_job_state state) {
 static double job_remaining(const struct srv_job *job) {
     if (job->state != SRV_JOB_RUNNING || !job->done || !job->started) return -1;
     double done = 0.5 * (double)(job->done + job->begun - job->waiting);
-    return 1e-6 * (double)(job->now - job->started) / done * ((double)job->shards - done);
+    return 1e-6 * (double)(job->now - job->started) / done * ((double)job->parts - done);
 }
 
 struct api_job srv_job_view(const struct srv_job *job) {
@@ -19,7 +19,7 @@ struct api_job srv_job_view(const struct srv_job *job) {
                             .status = srv_job_word(job->state),
                             .message = job->message,
                             .owner = srv_identity_word(job->client),
-                            .parts = job->shards,
+                            .parts = job->parts,
                             .done = job->done,
                             .created = job->created,
                             .started = job->started,

@@ -54,7 +54,7 @@ int srv_jobs_wanted(const struct srv_exchange *exchange) {
 }
 
 /* visible ASCII, with or without the quotes of a structured field */
-static int jobs_read_key(const char *text, char key[SRV_ERRAND_KEY + 1]) {
+static int jobs_read_key(const char *text, char key[SRV_STORE_REQUEST_KEY + 1]) {
     size_t bytes = text ? strlen(text) : 0;
     key[0] = 0;
     if (!text) return 1;
@@ -62,7 +62,7 @@ static int jobs_read_key(const char *text, char key[SRV_ERRAND_KEY + 1]) {
         text++;
         bytes -= 2;
     }
-    if (!bytes || bytes > SRV_ERRAND_KEY) return 0;
+    if (!bytes || bytes > SRV_STORE_REQUEST_KEY) return 0;
     for (size_t i = 0; i < bytes; i++)
         if (text[i] <= ' ' || text[i] > '~' || text[i] == '"') return 0;
     memcpy(key, text, bytes);
@@ -71,17 +71,17 @@ static int jobs_read_key(const char *text, char key[SRV_ERRAND_KEY + 1]) {
 }
 
 /* before=ID and limit=N; 0 for anything else */
-static int jobs_read_query(const char *query, struct srv_errand *errand) {
-    errand->most = JOBS_DEFAULT;
+static int jobs_read_query(const char *query, struct srv_store_request *asked) {
+    asked->most = JOBS_DEFAULT;
     for (const char *at = query; at && *at; at = strchr(at, '&') ? strchr(at, '&') + 1 : NULL) {
         size_t bytes = strcspn(at, "&");
         if (!strncmp(at, "before=", 7) && bytes == 7 + SRV_ID_BYTES - 1) {
-            memcpy(errand->id, at + 7, SRV_ID_BYTES - 1);
-            errand->before = errand->id;
-            if (!srv_errand_id_good(errand->id)) return 0;
+            memcpy(asked->id, at + 7, SRV_ID_BYTES - 1);
+            asked->before = asked->id;
+            if (!srv_store_request_id_good(asked->id)) return 0;
         } else if (!strncmp(at, "limit=", 6) && bytes > 6 && bytes < 10 && strspn(at + 6, "0123456789") == bytes - 6) {
-            errand->most = atoi(at + 6);
-            if (errand->most < 1 || errand->most > JOBS_PAGE) return 0;
+            asked->most = atoi(at + 6);
+            if (asked->most < 1 || asked->most > JOBS_PAGE) return 0;
         } else {
             return 0;
         }
@@ -95,43 +95,43 @@ static int jobs_read_query(const char *query, struct srv_errand *errand) {
 static int jobs_make_id(char id[SRV_ID_BYTES]) {
     unsigned char bits[SRV_ID_BYTES - 1];
     if (getrandom(bits, sizeof bits, 0) != (ssize_t)sizeof bits) return 0;
-    for (size_t i = 0; i < sizeof bits; i++) id[i] = srv_errand_letters[bits[i] & 31];
+    for (size_t i = 0; i < sizeof bits; i++) id[i] = srv_store_request_letters[bits[i] & 31];
     id[sizeof bits] = 0;
     return 1;
 }
 
 static enum srv_stored jobs_put(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_errand *errand = (struct srv_errand *)call;
-    const struct srv_exchange *exchange = errand->exchange;
-    struct srv_job_order order = {.id = errand->id,
+    struct srv_store_request *asked = (struct srv_store_request *)call;
+    const struct srv_exchange *exchange = asked->exchange;
+    struct srv_job_order order = {.id = asked->id,
                                   .client = exchange->identity.key,
                                   .source = exchange->identity.source,
                                   .operation = api_op_at(exchange->op)->name,
-                                  .key = errand->key[0] ? errand->key : NULL,
-                                  .request = errand->body.data,
-                                  .request_bytes = errand->body.bytes,
-                                  .digest = errand->digest,
-                                  .shards = errand->shards,
-                                  .chained = errand->chained,
-                                  .cost_us = errand->cost_us};
-    return srv_store_submit(store, &order, &errand->job);
+                                  .key = asked->key[0] ? asked->key : NULL,
+                                  .request = asked->body.data,
+                                  .request_bytes = asked->body.bytes,
+                                  .digest = asked->digest,
+                                  .parts = asked->parts,
+                                  .chained = asked->chained,
+                                  .cost_us = asked->cost_us};
+    return srv_store_submit(store, &order, &asked->job);
 }
 
-static void jobs_submitted(struct srv_errand *errand, enum srv_stored stored) {
-    struct srv_exchange *exchange = errand->exchange;
+static void jobs_submitted(struct srv_store_request *asked, enum srv_stored stored) {
+    struct srv_exchange *exchange = asked->exchange;
     char *location = srv_exchange_text(exchange, 64);
     if (stored != SRV_STORED) {
-        srv_errand_refuse(errand, stored);
+        srv_store_request_refuse(asked, stored);
     } else {
-        jobs_answer_job(exchange, 202, &errand->job);
+        jobs_answer_job(exchange, 202, &asked->job);
         srv_exchange_header(exchange, "Preference-Applied", "respond-async");
         if (location) {
-            snprintf(location, 64, "/v1/jobs/%s", errand->job.id);
+            snprintf(location, 64, "/v1/jobs/%s", asked->job.id);
             srv_exchange_header(exchange, "Location", location);
         }
-        srv_runner_news(exchange->service->runner);
+        srv_part_runner_news(exchange->service->runner);
     }
-    srv_errand_end(errand);
+    srv_store_request_end(asked);
 }
 
 /* a digest's 64 digits as bytes */
@@ -164,8 +164,8 @@ static int jobs_fit(struct srv_exchange *exchange, const struct api_plan *plan, 
 }
 
 /* reads the request as a whole; returns 1 when the job may be kept, else the exchange is answered */
-static int jobs_plan(struct srv_errand *errand) {
-    struct srv_exchange *exchange = errand->exchange;
+static int jobs_plan(struct srv_store_request *asked) {
+    struct srv_exchange *exchange = asked->exchange;
     const struct srv_service *service = exchange->service;
     double limit = srv_service_job_limits(service)->compute_seconds;
     struct api_plan plan;
@@ -174,9 +174,9 @@ static int jobs_plan(struct srv_errand *errand) {
                                   .content_type = exchange->field[SRV_CONTENT_TYPE],
                                   .body = exchange->body.bytes ? exchange->body.data : NULL,
                                   .body_bytes = exchange->body.bytes};
-    api_buffer_init(&errand->body, exchange->body.bytes + JOBS_SPARE);
+    api_buffer_init(&asked->body, exchange->body.bytes + JOBS_SPARE);
     int http = api_plan_read(&plan, &request, srv_service_job_limits(service), service->config.job_part_seconds,
-                             &errand->body, &exchange->answer);
+                             &asked->body, &exchange->answer);
     if (http) {
         srv_exchange_answered(exchange, http, "application/problem+json");
         return 0;
@@ -187,44 +187,44 @@ static int jobs_plan(struct srv_errand *errand) {
                              plan.cost, limit);
         return 0;
     }
-    if (!jobs_fit(exchange, &plan, errand->body.bytes)) return 0;
-    errand->shards = plan.parts;
-    errand->chained = plan.chained;
-    errand->cost_us = (int64_t)(1e6 * plan.cost);
-    jobs_digest(plan.digest, errand->digest);
-    if (jobs_make_id(errand->id)) return 1;
+    if (!jobs_fit(exchange, &plan, asked->body.bytes)) return 0;
+    asked->parts = plan.parts;
+    asked->chained = plan.chained;
+    asked->cost_us = (int64_t)(1e6 * plan.cost);
+    jobs_digest(plan.digest, asked->digest);
+    if (jobs_make_id(asked->id)) return 1;
     srv_exchange_busy(exchange, 1, "the system has no random numbers");
     return 0;
 }
 
 void srv_jobs_submit(struct srv_exchange *exchange) {
-    struct srv_errand *errand = srv_errand_begin(exchange, &srv_errand_jobs);
-    if (!errand) return;
-    if (!jobs_read_key(exchange->field[SRV_IDEMPOTENCY_KEY], errand->key)) {
-        srv_exchange_problem(exchange, 400, "Idempotency-Key must be 1 to %d visible ASCII characters", SRV_ERRAND_KEY);
-        srv_errand_end(errand);
+    struct srv_store_request *asked = srv_store_request_begin(exchange, &srv_store_request_jobs);
+    if (!asked) return;
+    if (!jobs_read_key(exchange->field[SRV_IDEMPOTENCY_KEY], asked->key)) {
+        srv_exchange_problem(exchange, 400, "Idempotency-Key must be 1 to %d visible ASCII characters", SRV_STORE_REQUEST_KEY);
+        srv_store_request_end(asked);
         return;
     }
-    srv_errand_work(errand, jobs_plan, jobs_put, jobs_submitted);
+    srv_store_request_work(asked, jobs_plan, jobs_put, jobs_submitted);
 }
 
 /* --- one job --- */
 
 /* a question: the end of a job that this client may end; SRV_STORED_CLASH where it is somebody else's */
 static enum srv_stored jobs_drop(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_errand *errand = (struct srv_errand *)call;
-    enum srv_stored stored = srv_errand_find(store, call);
+    struct srv_store_request *asked = (struct srv_store_request *)call;
+    enum srv_stored stored = srv_store_request_find(store, call);
     if (stored != SRV_STORED) return stored;
-    if (!srv_identity_owns(&errand->exchange->identity, errand->job.client)) return SRV_STORED_CLASH;
-    return srv_store_dismiss(store, errand->id, &errand->job);
+    if (!srv_identity_owns(&asked->exchange->identity, asked->job.client)) return SRV_STORED_CLASH;
+    return srv_store_dismiss(store, asked->id, &asked->job);
 }
 
-static void jobs_found(struct srv_errand *errand, enum srv_stored stored) {
+static void jobs_found(struct srv_store_request *asked, enum srv_stored stored) {
     if (stored == SRV_STORED)
-        jobs_answer_job(errand->exchange, 200, &errand->job);
+        jobs_answer_job(asked->exchange, 200, &asked->job);
     else
-        srv_errand_refuse(errand, stored);
-    srv_errand_end(errand);
+        srv_store_request_refuse(asked, stored);
+    srv_store_request_end(asked);
 }
 
 /* Who knows an id may read the job, so that it is there is no secret: who may not end it is told so. */
@@ -240,50 +240,50 @@ static void jobs_denied(struct srv_exchange *exchange, const struct srv_job *job
         srv_admission_challenge(exchange, "this job was posted with a token, which is needed to end it");
 }
 
-static void jobs_dropped(struct srv_errand *errand, enum srv_stored stored) {
+static void jobs_dropped(struct srv_store_request *asked, enum srv_stored stored) {
     if (stored == SRV_STORED_CLASH) {
-        jobs_denied(errand->exchange, &errand->job);
-        srv_errand_end(errand);
+        jobs_denied(asked->exchange, &asked->job);
+        srv_store_request_end(asked);
         return;
     }
     if (stored == SRV_STORED) {
-        srv_runner_dismiss(errand->service->runner, errand->id);
-        srv_events_news(errand->service->events);
+        srv_part_runner_dismiss(asked->service->runner, asked->id);
+        srv_events_news(asked->service->events);
     }
-    jobs_found(errand, stored);
+    jobs_found(asked, stored);
 }
 
 void srv_jobs_read(struct srv_exchange *exchange) {
-    struct srv_errand *errand = srv_errand_begin_one(exchange);
-    if (errand) srv_errand_ask(errand, SRV_ASK_READ, srv_errand_find, jobs_found);
+    struct srv_store_request *asked = srv_store_request_begin_one(exchange);
+    if (asked) srv_store_request_ask(asked, SRV_ASK_READ, srv_store_request_find, jobs_found);
 }
 
 void srv_jobs_dismiss(struct srv_exchange *exchange) {
-    struct srv_errand *errand = srv_errand_begin_one(exchange);
-    if (!errand) return;
+    struct srv_store_request *asked = srv_store_request_begin_one(exchange);
+    if (!asked) return;
     if (srv_admission_count(exchange))
-        srv_errand_ask(errand, SRV_ASK_WRITE, jobs_drop, jobs_dropped);
+        srv_store_request_ask(asked, SRV_ASK_WRITE, jobs_drop, jobs_dropped);
     else
-        srv_errand_end(errand);
+        srv_store_request_end(asked);
 }
 
 /* --- events --- */
 
 /* a client that has seen the end and comes again is told not to: 204 (HTML's EventSource) */
-static int jobs_ended(struct srv_errand *errand) {
+static int jobs_ended(struct srv_store_request *asked) {
     char id[SRV_EVENT_ID];
-    const char *last = errand->exchange->field[SRV_LAST_EVENT_ID];
-    srv_events_id(&errand->job, id);
-    if (!last || strcmp(last, id) != 0 || !srv_job_over(&errand->job)) return 0;
-    srv_exchange_static(errand->exchange, 204, NULL, NULL, 0);
+    const char *last = asked->exchange->field[SRV_LAST_EVENT_ID];
+    srv_events_id(&asked->job, id);
+    if (!last || strcmp(last, id) != 0 || !srv_job_over(&asked->job)) return 0;
+    srv_exchange_static(asked->exchange, 204, NULL, NULL, 0);
     return 1;
 }
 
-static void jobs_listen(struct srv_errand *errand) {
-    struct srv_exchange *exchange = errand->exchange;
-    int own, most = (int)errand->service->config.event_streams;
+static void jobs_listen(struct srv_store_request *asked) {
+    struct srv_exchange *exchange = asked->exchange;
+    int own, most = (int)asked->service->config.event_streams;
     enum pend_status status =
-        srv_events_open(errand->service->events, exchange, &errand->job, exchange->field[SRV_LAST_EVENT_ID], &own);
+        srv_events_open(asked->service->events, exchange, &asked->job, exchange->field[SRV_LAST_EVENT_ID], &own);
     if (status == PEND_NO_MEMORY) {
         srv_exchange_busy(exchange, 1, "out of memory");
     } else if (status != PEND_OK && own) {
@@ -300,67 +300,67 @@ static void jobs_listen(struct srv_errand *errand) {
     }
 }
 
-static void jobs_found_events(struct srv_errand *errand, enum srv_stored stored) {
+static void jobs_found_events(struct srv_store_request *asked, enum srv_stored stored) {
     if (stored != SRV_STORED)
-        srv_errand_refuse(errand, stored);
-    else if (!jobs_ended(errand))
-        jobs_listen(errand);
-    srv_errand_end(errand);
+        srv_store_request_refuse(asked, stored);
+    else if (!jobs_ended(asked))
+        jobs_listen(asked);
+    srv_store_request_end(asked);
 }
 
 void srv_jobs_events(struct srv_exchange *exchange) {
-    struct srv_errand *errand = srv_errand_begin_one(exchange);
-    if (!errand) return;
-    srv_errand_ask(errand, SRV_ASK_READ, srv_errand_find, jobs_found_events);
+    struct srv_store_request *asked = srv_store_request_begin_one(exchange);
+    if (!asked) return;
+    srv_store_request_ask(asked, SRV_ASK_READ, srv_store_request_find, jobs_found_events);
 }
 
 /* --- many jobs --- */
 
 static enum srv_stored jobs_find_page(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_errand *errand = (struct srv_errand *)call;
-    return srv_store_list(store, errand->exchange->identity.key, errand->before, errand->most, errand->page,
-                          &errand->count);
+    struct srv_store_request *asked = (struct srv_store_request *)call;
+    return srv_store_list(store, asked->exchange->identity.key, asked->before, asked->most, asked->page,
+                          &asked->count);
 }
 
-static void jobs_found_page(struct srv_errand *errand, enum srv_stored stored) {
-    struct srv_exchange *exchange = errand->exchange;
+static void jobs_found_page(struct srv_store_request *asked, enum srv_stored stored) {
+    struct srv_exchange *exchange = asked->exchange;
     struct api_job view[JOBS_PAGE];
     char next[96];
     if (stored != SRV_STORED) {
-        srv_errand_refuse(errand, stored);
+        srv_store_request_refuse(asked, stored);
     } else {
-        for (int i = 0; i < errand->count; i++) view[i] = srv_job_view(&errand->page[i]);
-        int full = errand->count == errand->most;
-        if (full) snprintf(next, sizeof next, "/v1/jobs?before=%s&limit=%d", view[errand->count - 1].id, errand->most);
-        jobs_written(exchange, 200, api_jobs_write(view, errand->count, full ? next : NULL, &exchange->answer));
+        for (int i = 0; i < asked->count; i++) view[i] = srv_job_view(&asked->page[i]);
+        int full = asked->count == asked->most;
+        if (full) snprintf(next, sizeof next, "/v1/jobs?before=%s&limit=%d", view[asked->count - 1].id, asked->most);
+        jobs_written(exchange, 200, api_jobs_write(view, asked->count, full ? next : NULL, &exchange->answer));
     }
-    srv_errand_end(errand);
+    srv_store_request_end(asked);
 }
 
 void srv_jobs_list(struct srv_exchange *exchange) {
-    struct srv_errand *errand = srv_errand_begin(exchange, &srv_errand_jobs);
-    if (!errand) return;
-    if (!jobs_read_query(exchange->query, errand)) {
+    struct srv_store_request *asked = srv_store_request_begin(exchange, &srv_store_request_jobs);
+    if (!asked) return;
+    if (!jobs_read_query(exchange->query, asked)) {
         srv_exchange_problem(exchange, 422, "the query may say before=ID and limit=1 to %d, got ?%.100s", JOBS_PAGE,
                              exchange->query);
-        srv_errand_end(errand);
+        srv_store_request_end(asked);
         return;
     }
     if (exchange->identity.kind == SRV_IDENTITY_ADDRESS) {
         srv_admission_challenge(exchange,
                                 "a list is of what was posted with a token, and an address is nobody's alone");
-        srv_errand_end(errand);
+        srv_store_request_end(asked);
         return;
     }
     if (!srv_admission_count(exchange)) {
-        srv_errand_end(errand);
+        srv_store_request_end(asked);
         return;
     }
-    errand->page = calloc((size_t)errand->most, sizeof *errand->page);
-    if (errand->page) {
-        srv_errand_ask(errand, SRV_ASK_READ, jobs_find_page, jobs_found_page);
+    asked->page = calloc((size_t)asked->most, sizeof *asked->page);
+    if (asked->page) {
+        srv_store_request_ask(asked, SRV_ASK_READ, jobs_find_page, jobs_found_page);
         return;
     }
     srv_exchange_busy(exchange, 1, "out of memory");
-    srv_errand_end(errand);
+    srv_store_request_end(asked);
 }

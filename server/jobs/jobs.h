@@ -1,5 +1,5 @@
 /* The routes of jobs: how a request becomes one, and what its client can ask of it.
- * Leaves to others: keeping jobs (store), computing them (runner), their JSON (api/call/job_json), results (job_results).
+ * Leaves to others: keeping jobs (store), computing them (part_runner), their JSON (api/call/job_json), results (job_results).
  * Invariant: every exchange that comes in goes out through its finish, once; a job that was told of is kept. */
 #ifndef SRV_JOBS_H
 #define SRV_JOBS_H

@@ -1,12 +1,12 @@
 /* Which of some jobs have ended, asked of the store by reading.
- * Leaves to others: which jobs, and what follows (runner).
+ * Leaves to others: which jobs, and what follows (part_runner).
  * Invariant: a job that cannot be read just now is not said to have ended. */
 #ifndef SRV_PART_POLL_H
 #define SRV_PART_POLL_H
 
 #include "server/store/storage.h"
 
-struct srv_survey {
+struct srv_part_poll {
     struct srv_ask ask; /* first */
     void *context;
     int count; /* jobs that are listed; its owner sets it to 0 */
@@ -17,7 +17,7 @@ struct srv_survey {
 };
 
 /**
- * A survey that lists nothing yet.
+ * A poll that lists nothing yet.
  *
  * most     jobs that it may list.
  * done     called when the answer is there, on a thread of the storage.
@@ -25,12 +25,12 @@ struct srv_survey {
  *
  * NULL without memory; ends with free().
  */
-struct srv_survey *srv_survey_new(int most, void (*done)(struct srv_ask *ask), void *context);
+struct srv_part_poll *srv_part_poll_new(int most, void (*done)(struct srv_ask *ask), void *context);
 
 /** Lists a job, once however often it is listed; not while it is asked. */
-void srv_survey_list(struct srv_survey *survey, const char *id);
+void srv_part_poll_list(struct srv_part_poll *poll, const char *id);
 
 /** Did a job that was listed end? */
-int srv_survey_ended(const struct srv_survey *survey, const char *id);
+int srv_part_poll_ended(const struct srv_part_poll *poll, const char *id);
 
 #endif

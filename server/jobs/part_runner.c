@@ -15,35 +15,35 @@
 #include "server/store/storage.h"
 #include "server/jobs/part_poll.h"
 
-struct srv_runner {
+struct srv_part_runner {
     struct srv_service *service;
     char name[SRV_NAME_BYTES];
     int64_t lease_us;
     struct srv_lane lane; /* the queue's */
     struct srv_ask release;
-    struct srv_survey *survey; /* of the jobs whose parts are held */
+    struct srv_part_poll *poll; /* of the jobs whose parts are held */
     pthread_mutex_t lock;
     pthread_cond_t some;
     pthread_t thread;
     int started, over;
     int wanted;           /* somebody should look whether there is a part */
     int64_t poll_at;      /* ns: when to look without being told */
-    int doubt, asking;    /* a job may have ended elsewhere; the survey is under way */
-    int64_t survey_at;    /* ns: not before */
+    int doubt, asking;    /* a job may have ended elsewhere; the poll is under way */
+    int64_t ended_at;    /* ns: not before */
     int64_t idle;         /* ns: since when there was nothing to do; 0 = there is, or nobody knows */
     int draining;         /* 1 = no more claims, 2 = asked to give back, 3 = given back */
     struct srv_ask claim; /* for parts, `asked` at most */
     int claiming, asked, claimed;
     struct srv_lease lease[SRV_CLAIMS]; /* of the claim */
     int count, most_long;               /* slots; parts that are not small and may be held at a time */
-    struct srv_slot slot[];
+    struct srv_part_slot slot[];
 };
 
 enum {
     RUNNER_POLL_MS = 1000,
     RUNNER_AGAIN_MS = 200,
     RUNNER_BEAT_MS = 500,
-    RUNNER_SURVEY_MS = 20, /* from one survey to the next, however much news there is */
+    RUNNER_ENDED_MS = 20, /* from one poll to the next, however much news there is */
     RUNNER_DEAF_MS = 50,   /* and where there is no news */
     RUNNER_CONTENDED_MS = 5,
     RUNNER_YOUNG_MS = 20, /* a part that is held for less is not asked about: it may be over by then */
@@ -55,71 +55,71 @@ static int64_t runner_ms(int ms) { return (int64_t)ms * 1000000; }
 
 /* how often a part is held for longer: well within its lease, and often enough to hear that its job was dismissed by
  * another process, should that be news that got lost */
-static int64_t runner_beat_ns(const struct srv_runner *runner) {
+static int64_t runner_beat_ns(const struct srv_part_runner *runner) {
     int64_t third = runner->lease_us * 1000 / 3;
     return third < runner_ms(RUNNER_BEAT_MS) ? third : runner_ms(RUNNER_BEAT_MS);
 }
 
 static enum srv_stored runner_release(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_runner *runner = (struct srv_runner *)((char *)call - offsetof(struct srv_runner, release));
+    struct srv_part_runner *runner = (struct srv_part_runner *)((char *)call - offsetof(struct srv_part_runner, release));
     return srv_store_release(store, runner->name);
 }
 
 /* --- from one state to the next --- */
 
 /* the part is out of this slot's hands; called with the lock */
-static void slot_end(struct srv_slot *slot) {
-    srv_slot_drop(slot);
+static void slot_end(struct srv_part_slot *slot) {
+    srv_part_slot_drop(slot);
     slot->runner->wanted = 1;
     pthread_cond_signal(&slot->runner->some);
 }
 
 /* a worker is to have it; called with the lock */
-static void slot_compute(struct srv_slot *slot) {
-    slot->state = SRV_SLOT_COMPUTE;
+static void slot_compute(struct srv_part_slot *slot) {
+    slot->state = SRV_PART_SLOT_COMPUTE;
     srv_queue_again(slot->runner->service->queue, &slot->task);
 }
 
 /* asks again after a while; called with the lock */
-static void slot_retry(struct srv_slot *slot, enum srv_slot_state again) {
-    slot->state = SRV_SLOT_RETRY;
+static void slot_retry(struct srv_part_slot *slot, enum srv_part_slot_state again) {
+    slot->state = SRV_PART_SLOT_RETRY;
     slot->again = again;
     slot->at = srv_clock_now() + runner_ms(RUNNER_AGAIN_MS);
     pthread_cond_signal(&slot->runner->some);
 }
 
 /* notes since when nothing was to be had, and nothing is held; called with the lock */
-static void runner_rest(struct srv_runner *runner, enum srv_stored claimed, int64_t now) {
+static void runner_rest(struct srv_part_runner *runner, enum srv_stored claimed, int64_t now) {
     int holds = claimed != SRV_STORED_NONE;
-    for (int i = 0; i < runner->count; i++) holds |= srv_slot_holds(&runner->slot[i]);
+    for (int i = 0; i < runner->count; i++) holds |= srv_part_slot_holds(&runner->slot[i]);
     runner->idle = holds ? 0 : runner->idle ? runner->idle : now;
 }
 
 static enum srv_stored runner_claim_run(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_runner *runner = (struct srv_runner *)((char *)call - offsetof(struct srv_runner, claim));
+    struct srv_part_runner *runner = (struct srv_part_runner *)((char *)call - offsetof(struct srv_part_runner, claim));
     /* what a batch that is run again had claimed was rolled back */
     for (int i = 0; i < runner->claimed; i++) srv_lease_clear(&runner->lease[i]);
     return srv_store_claim_some(store, runner->name, runner->lease_us, runner->lease, runner->asked, &runner->claimed);
 }
 
 /* a slot has a part; called with the lock */
-static void slot_begins(struct srv_slot *slot, const struct srv_lease *lease, int64_t now) {
-    struct srv_stint *stint = &slot->stint;
+static void slot_begins(struct srv_part_slot *slot, const struct srv_lease *lease, int64_t now) {
+    struct srv_part_run *run = &slot->run;
     slot->lease = *lease;
     slot->held_at = now;
     slot->beat_at = now + runner_beat_ns(slot->runner);
     if (slot->runner->draining) {
         slot_end(slot);
     } else if (slot->lease.request) {
-        srv_stint_forget(stint);
-        stint->request = slot->lease.request;
-        stint->request_bytes = slot->lease.request_bytes;
+        srv_part_run_forget(run);
+        run->request = slot->lease.request;
+        run->request_bytes = slot->lease.request_bytes;
         slot->lease.request = NULL;
-        memcpy(stint->job, slot->lease.job, sizeof stint->job);
+        memcpy(run->job, slot->lease.job, sizeof run->job);
         slot_compute(slot);
-    } else if (strcmp(stint->job, slot->lease.job)) {
-        srv_stint_forget(stint);
-        srv_slot_ask(slot, SRV_SLOT_REQUEST);
+    } else if (strcmp(run->job, slot->lease.job)) {
+        srv_part_run_forget(run);
+        srv_part_slot_ask(slot, SRV_PART_SLOT_REQUEST);
     } else {
         slot_compute(slot);
     }
@@ -127,7 +127,7 @@ static void slot_begins(struct srv_slot *slot, const struct srv_lease *lease, in
 
 /* the answer to a claim */
 static void runner_claimed(struct srv_ask *ask) {
-    struct srv_runner *runner = (struct srv_runner *)((char *)ask - offsetof(struct srv_runner, claim));
+    struct srv_part_runner *runner = (struct srv_part_runner *)((char *)ask - offsetof(struct srv_part_runner, claim));
     enum srv_stored stored = ask->call.stored;
     int64_t now = srv_clock_now();
     int given = 0;
@@ -141,9 +141,9 @@ static void runner_claimed(struct srv_ask *ask) {
     runner->wanted |= count > 0;
     runner->doubt |= count > 0;
     for (int i = 0; i < runner->count; i++) {
-        struct srv_slot *slot = &runner->slot[i];
-        if (slot->state != SRV_SLOT_CLAIM) continue;
-        slot->state = SRV_SLOT_IDLE;
+        struct srv_part_slot *slot = &runner->slot[i];
+        if (slot->state != SRV_PART_SLOT_CLAIM) continue;
+        slot->state = SRV_PART_SLOT_IDLE;
         if (given < count) slot_begins(slot, &runner->lease[given++], now);
     }
     if (count) srv_events_news(runner->service->events);
@@ -152,63 +152,63 @@ static void runner_claimed(struct srv_ask *ask) {
 }
 
 /* the answer to another question; called with the lock */
-static void slot_answered(struct srv_slot *slot, enum srv_stored stored) {
-    enum srv_slot_state asked = slot->state;
+static void slot_answered(struct srv_part_slot *slot, enum srv_stored stored) {
+    enum srv_part_slot_state asked = slot->state;
     struct srv_metrics *metrics = &slot->runner->service->metrics;
-    if (stored == SRV_STORED && asked == SRV_SLOT_REQUEST) {
-        memcpy(slot->stint.job, slot->lease.job, sizeof slot->stint.job);
+    if (stored == SRV_STORED && asked == SRV_PART_SLOT_REQUEST) {
+        memcpy(slot->run.job, slot->lease.job, sizeof slot->run.job);
         slot_compute(slot);
-    } else if (stored == SRV_STORED_FULL && asked == SRV_SLOT_FINISH) {
-        srv_stint_say(&slot->stint, "the store's disk is full");
-        srv_slot_ask(slot, SRV_SLOT_FAIL);
-    } else if (stored == SRV_STORED_DAMAGED && asked == SRV_SLOT_REQUEST) {
-        srv_stint_say(&slot->stint, "the store's record of this job is damaged (request): submit the job again");
-        srv_slot_ask(slot, SRV_SLOT_FAIL);
+    } else if (stored == SRV_STORED_FULL && asked == SRV_PART_SLOT_FINISH) {
+        srv_part_run_say(&slot->run, "the store's disk is full");
+        srv_part_slot_ask(slot, SRV_PART_SLOT_FAIL);
+    } else if (stored == SRV_STORED_DAMAGED && asked == SRV_PART_SLOT_REQUEST) {
+        srv_part_run_say(&slot->run, "the store's record of this job is damaged (request): submit the job again");
+        srv_part_slot_ask(slot, SRV_PART_SLOT_FAIL);
     } else if (stored >= SRV_STORED_FULL) {
         slot_retry(slot, asked);
     } else {
-        if (asked == SRV_SLOT_FINISH)
+        if (asked == SRV_PART_SLOT_FINISH)
             srv_metrics_count(stored == SRV_STORED ? &metrics->parts_kept : &metrics->parts_lost, 1);
-        if (asked == SRV_SLOT_FAIL) srv_metrics_count(&metrics->parts_failed, stored == SRV_STORED);
+        if (asked == SRV_PART_SLOT_FAIL) srv_metrics_count(&metrics->parts_failed, stored == SRV_STORED);
         srv_events_news(slot->runner->service->events);
         slot_end(slot);
     }
 }
 
 static void slot_done(struct srv_ask *ask) {
-    struct srv_slot *slot = srv_slot_of_ask(ask);
-    struct srv_runner *runner = slot->runner;
+    struct srv_part_slot *slot = srv_part_slot_of_ask(ask);
+    struct srv_part_runner *runner = slot->runner;
     pthread_mutex_lock(&runner->lock);
     slot_answered(slot, ask->call.stored);
     pthread_mutex_unlock(&runner->lock);
 }
 
 static void slot_beaten(struct srv_ask *beat) {
-    struct srv_slot *slot = srv_slot_of_beat(beat);
-    struct srv_runner *runner = slot->runner;
+    struct srv_part_slot *slot = srv_part_slot_of_beat(beat);
+    struct srv_part_runner *runner = slot->runner;
     enum srv_stored stored = beat->call.stored;
     pthread_mutex_lock(&runner->lock);
     slot->beating = 0;
-    if (srv_slot_beats(slot)) {
+    if (srv_part_slot_beats(slot)) {
         slot->beat_at = srv_clock_now() + (stored == SRV_STORED ? runner_beat_ns(runner) : runner_ms(RUNNER_AGAIN_MS));
-        if (stored == SRV_STORED_LOST) atomic_store(&slot->stint.stop, 1);
+        if (stored == SRV_STORED_LOST) atomic_store(&slot->run.stop, 1);
     }
     pthread_cond_signal(&runner->some);
     pthread_mutex_unlock(&runner->lock);
 }
 
 /* what ended elsewhere is not computed on */
-static void runner_surveyed(struct srv_ask *ask) {
-    struct srv_runner *runner = ((struct srv_survey *)ask)->context;
+static void runner_polled(struct srv_ask *ask) {
+    struct srv_part_runner *runner = ((struct srv_part_poll *)ask)->context;
     int deaf = !srv_storage_hears(runner->service->storage);
     pthread_mutex_lock(&runner->lock);
     for (int i = 0; i < runner->count && ask->call.stored == SRV_STORED; i++)
-        if (srv_slot_holds(&runner->slot[i]) && srv_survey_ended(runner->survey, runner->slot[i].lease.job))
-            atomic_store(&runner->slot[i].stint.stop, 1);
-    runner->survey->count = 0;
+        if (srv_part_slot_holds(&runner->slot[i]) && srv_part_poll_ended(runner->poll, runner->slot[i].lease.job))
+            atomic_store(&runner->slot[i].run.stop, 1);
+    runner->poll->count = 0;
     runner->asking = 0;
     runner->doubt |= deaf;
-    runner->survey_at = srv_clock_now() + runner_ms(deaf ? RUNNER_DEAF_MS : RUNNER_SURVEY_MS);
+    runner->ended_at = srv_clock_now() + runner_ms(deaf ? RUNNER_DEAF_MS : RUNNER_ENDED_MS);
     pthread_cond_signal(&runner->some);
     pthread_mutex_unlock(&runner->lock);
 }
@@ -216,34 +216,34 @@ static void runner_surveyed(struct srv_ask *ask) {
 /* --- on a worker --- */
 
 /* the part is over, or is not to go on */
-static void slot_leave(struct srv_slot *slot, enum srv_slot_state ask) {
-    struct srv_runner *runner = slot->runner;
+static void slot_leave(struct srv_part_slot *slot, enum srv_part_slot_state ask) {
+    struct srv_part_runner *runner = slot->runner;
     pthread_mutex_lock(&runner->lock);
-    if (ask == SRV_SLOT_IDLE)
+    if (ask == SRV_PART_SLOT_IDLE)
         slot_end(slot);
     else
-        srv_slot_ask(slot, ask);
+        srv_part_slot_ask(slot, ask);
     pthread_mutex_unlock(&runner->lock);
 }
 
 static int slot_run(struct srv_task *task) {
-    struct srv_slot *slot = (struct srv_slot *)task;
+    struct srv_part_slot *slot = (struct srv_part_slot *)task;
     struct srv_service *service = slot->runner->service;
     int64_t begin = srv_clock_now();
     int again = 0;
     atomic_fetch_add(&service->busy, 1);
-    switch (srv_stint_turn(&slot->stint, &slot->lease, slot->task.level)) {
-    case SRV_STINT_YIELDS:
+    switch (srv_part_run_turn(&slot->run, &slot->lease, slot->task.level)) {
+    case SRV_PART_RUN_YIELDS:
         again = 1;
         break;
-    case SRV_STINT_STOPPED:
-        slot_leave(slot, SRV_SLOT_IDLE);
+    case SRV_PART_RUN_STOPPED:
+        slot_leave(slot, SRV_PART_SLOT_IDLE);
         break;
-    case SRV_STINT_DONE:
-        slot_leave(slot, SRV_SLOT_FINISH);
+    case SRV_PART_RUN_DONE:
+        slot_leave(slot, SRV_PART_SLOT_FINISH);
         break;
-    case SRV_STINT_FAILED:
-        slot_leave(slot, SRV_SLOT_FAIL);
+    case SRV_PART_RUN_FAILED:
+        slot_leave(slot, SRV_PART_SLOT_FAIL);
         break;
     }
     atomic_fetch_sub(&service->busy, 1);
@@ -254,18 +254,18 @@ static int slot_run(struct srv_task *task) {
 /* --- the runner's thread; its functions are called with the lock --- */
 
 /* whether a part keeps a worker for long: as it was estimated, or because it does */
-static int slot_long(const struct srv_slot *slot, int64_t now) {
-    int computes = slot->state == SRV_SLOT_COMPUTE && now - slot->held_at > runner_ms(RUNNER_LONG_MS);
-    return srv_slot_holds(slot) && (slot->lease.part_us > SRV_SMALL_US || computes);
+static int slot_long(const struct srv_part_slot *slot, int64_t now) {
+    int computes = slot->state == SRV_PART_SLOT_COMPUTE && now - slot->held_at > runner_ms(RUNNER_LONG_MS);
+    return srv_part_slot_holds(slot) && (slot->lease.part_us > SRV_SMALL_US || computes);
 }
 
 /* how many parts may be claimed: of long ones no more than are computed soon, and some small ones beside them */
-static int runner_room(const struct srv_runner *runner, int64_t now) {
+static int runner_room(const struct srv_part_runner *runner, int64_t now) {
     int idle = 0, waiting = 0, longs = 0;
     for (int i = 0; i < runner->count; i++) {
-        const struct srv_slot *slot = &runner->slot[i];
-        idle += slot->state == SRV_SLOT_IDLE;
-        waiting += slot->state == SRV_SLOT_COMPUTE || slot->state == SRV_SLOT_REQUEST;
+        const struct srv_part_slot *slot = &runner->slot[i];
+        idle += slot->state == SRV_PART_SLOT_IDLE;
+        waiting += slot->state == SRV_PART_SLOT_COMPUTE || slot->state == SRV_PART_SLOT_REQUEST;
         longs += slot_long(slot, now);
     }
     if (longs >= runner->most_long || waiting >= RUNNER_SMALL / 2) return 0;
@@ -273,7 +273,7 @@ static int runner_room(const struct srv_runner *runner, int64_t now) {
 }
 
 /* one claim at a time; where it finds parts the next is sent */
-static void runner_claim(struct srv_runner *runner, int64_t now) {
+static void runner_claim(struct srv_part_runner *runner, int64_t now) {
     if (runner->draining || runner->claiming || (!runner->wanted && now < runner->poll_at)) return;
     int room = runner_room(runner, now);
     if (!room) return;
@@ -282,57 +282,57 @@ static void runner_claim(struct srv_runner *runner, int64_t now) {
     runner->claiming = 1;
     runner->asked = room;
     for (int i = 0; i < runner->count && room; i++)
-        if (runner->slot[i].state == SRV_SLOT_IDLE) {
-            runner->slot[i].state = SRV_SLOT_CLAIM;
+        if (runner->slot[i].state == SRV_PART_SLOT_IDLE) {
+            runner->slot[i].state = SRV_PART_SLOT_CLAIM;
             room--;
         }
     srv_storage_ask(runner->service->storage, SRV_ASK_WRITE, &runner->claim);
 }
 
-static void runner_beat(struct srv_slot *slot, int64_t now) {
-    if (srv_slot_holds(slot) && !slot->beating && now >= slot->beat_at) srv_slot_beat(slot);
+static void runner_beat(struct srv_part_slot *slot, int64_t now) {
+    if (srv_part_slot_holds(slot) && !slot->beating && now >= slot->beat_at) srv_part_slot_beat(slot);
 }
 
 /* asks which of the jobs that it has parts of have ended */
-static void runner_survey(struct srv_runner *runner, int64_t now) {
-    if (runner->draining || runner->asking || !runner->doubt || now < runner->survey_at) return;
+static void runner_poll(struct srv_part_runner *runner, int64_t now) {
+    if (runner->draining || runner->asking || !runner->doubt || now < runner->ended_at) return;
     runner->doubt = 0;
     for (int i = 0; i < runner->count; i++) {
-        const struct srv_slot *slot = &runner->slot[i];
+        const struct srv_part_slot *slot = &runner->slot[i];
         int young = now - slot->held_at < runner_ms(RUNNER_YOUNG_MS);
-        if (!srv_slot_holds(slot)) continue;
+        if (!srv_part_slot_holds(slot)) continue;
         runner->doubt |= young;
-        if (!young) srv_survey_list(runner->survey, slot->lease.job);
+        if (!young) srv_part_poll_list(runner->poll, slot->lease.job);
     }
-    runner->survey_at = now + runner_ms(RUNNER_YOUNG_MS);
-    if (!runner->survey->count) return;
+    runner->ended_at = now + runner_ms(RUNNER_YOUNG_MS);
+    if (!runner->poll->count) return;
     runner->asking = 1;
-    srv_storage_ask(runner->service->storage, SRV_ASK_READ, &runner->survey->ask);
+    srv_storage_ask(runner->service->storage, SRV_ASK_READ, &runner->poll->ask);
 }
 
-static void runner_retry(struct srv_slot *slot, int64_t now) {
-    if (slot->state != SRV_SLOT_RETRY) return;
-    if (slot->runner->draining || atomic_load(&slot->stint.stop))
+static void runner_retry(struct srv_part_slot *slot, int64_t now) {
+    if (slot->state != SRV_PART_SLOT_RETRY) return;
+    if (slot->runner->draining || atomic_load(&slot->run.stop))
         slot_end(slot);
     else if (now >= slot->at)
-        srv_slot_ask(slot, slot->again);
+        srv_part_slot_ask(slot, slot->again);
 }
 
 /* ns: when there is something to do without being told */
-static int64_t runner_next(const struct srv_runner *runner, int64_t now) {
+static int64_t runner_next(const struct srv_part_runner *runner, int64_t now) {
     int64_t next = now + runner_ms(RUNNER_POLL_MS);
     if (!runner->draining && runner->poll_at > now && runner->poll_at < next) next = runner->poll_at;
-    if (!runner->draining && runner->doubt && !runner->asking && runner->survey_at < next) next = runner->survey_at;
+    if (!runner->draining && runner->doubt && !runner->asking && runner->ended_at < next) next = runner->ended_at;
     for (int i = 0; i < runner->count; i++) {
-        const struct srv_slot *slot = &runner->slot[i];
-        if (srv_slot_holds(slot) && !slot->beating && slot->beat_at < next) next = slot->beat_at;
-        if (slot->state == SRV_SLOT_RETRY && slot->at < next) next = slot->at;
+        const struct srv_part_slot *slot = &runner->slot[i];
+        if (srv_part_slot_holds(slot) && !slot->beating && slot->beat_at < next) next = slot->beat_at;
+        if (slot->state == SRV_PART_SLOT_RETRY && slot->at < next) next = slot->at;
     }
     return next;
 }
 
 static void *runner_main(void *context) {
-    struct srv_runner *runner = context;
+    struct srv_part_runner *runner = context;
     pthread_mutex_lock(&runner->lock);
     while (!runner->over) {
         int64_t now = srv_clock_now();
@@ -340,7 +340,7 @@ static void *runner_main(void *context) {
             runner_beat(&runner->slot[i], now);
             runner_retry(&runner->slot[i], now);
         }
-        runner_survey(runner, now);
+        runner_poll(runner, now);
         runner_claim(runner, now);
         int64_t next = runner_next(runner, now);
         struct timespec until = {next / 1000000000, next % 1000000000};
@@ -353,7 +353,7 @@ static void *runner_main(void *context) {
 /* --- from outside --- */
 
 static void runner_released(struct srv_ask *ask) {
-    struct srv_runner *runner = (struct srv_runner *)((char *)ask - offsetof(struct srv_runner, release));
+    struct srv_part_runner *runner = (struct srv_part_runner *)((char *)ask - offsetof(struct srv_part_runner, release));
     pthread_mutex_lock(&runner->lock);
     runner->draining = 3;
     pthread_mutex_unlock(&runner->lock);
@@ -368,12 +368,12 @@ static void runner_name(char name[SRV_NAME_BYTES]) {
     snprintf(name, SRV_NAME_BYTES, "%s:%ld:%016llx", host, (long)getpid(), (unsigned long long)bits);
 }
 
-enum pend_status srv_runner_new(struct srv_runner **runner, struct srv_service *service, int parts) {
+enum pend_status srv_part_runner_new(struct srv_part_runner **runner, struct srv_service *service, int parts) {
     int slots = parts ? parts + RUNNER_SMALL : 0;
-    struct srv_runner *made = *runner = calloc(1, sizeof *made + (size_t)slots * sizeof made->slot[0]);
+    struct srv_part_runner *made = *runner = calloc(1, sizeof *made + (size_t)slots * sizeof made->slot[0]);
     pthread_condattr_t clock;
     if (!made) return PEND_NO_MEMORY;
-    if (!(made->survey = srv_survey_new(slots, runner_surveyed, made))) {
+    if (!(made->poll = srv_part_poll_new(slots, runner_polled, made))) {
         free(made);
         *runner = NULL;
         return PEND_NO_MEMORY;
@@ -392,27 +392,27 @@ enum pend_status srv_runner_new(struct srv_runner **runner, struct srv_service *
     pthread_cond_init(&made->some, &clock);
     pthread_condattr_destroy(&clock);
     for (int i = 0; i < slots; i++) {
-        struct srv_slot *slot = &made->slot[i];
-        *slot = (struct srv_slot){
+        struct srv_part_slot *slot = &made->slot[i];
+        *slot = (struct srv_part_slot){
             .task = {.run = slot_run, .lane = &made->lane, .level = SRV_QUEUE_LEVELS - 1},
             .service = service,
             .runner = made,
             .holder = made->name,
             .lease_us = made->lease_us,
         };
-        srv_slot_init(slot, slot_done, slot_beaten);
+        srv_part_slot_init(slot, slot_done, slot_beaten);
     }
     return PEND_OK;
 }
 
-enum pend_status srv_runner_start(struct srv_runner *runner) {
+enum pend_status srv_part_runner_start(struct srv_part_runner *runner) {
     if (!runner->count) return PEND_OK;
     runner->started = !pthread_create(&runner->thread, NULL, runner_main, runner);
     return runner->started ? PEND_OK : PEND_NO_MEMORY;
 }
 
-void srv_runner_free(struct srv_runner **runner) {
-    struct srv_runner *gone = *runner;
+void srv_part_runner_free(struct srv_part_runner **runner) {
+    struct srv_part_runner *gone = *runner;
     *runner = NULL;
     if (!gone) return;
     pthread_mutex_lock(&gone->lock);
@@ -421,18 +421,18 @@ void srv_runner_free(struct srv_runner **runner) {
     pthread_mutex_unlock(&gone->lock);
     if (gone->started) pthread_join(gone->thread, NULL);
     for (int i = 0; i < gone->count; i++) {
-        assert(gone->slot[i].state == SRV_SLOT_IDLE && !gone->slot[i].beating);
-        srv_slot_clear(&gone->slot[i]);
+        assert(gone->slot[i].state == SRV_PART_SLOT_IDLE && !gone->slot[i].beating);
+        srv_part_slot_clear(&gone->slot[i]);
     }
     assert(!gone->asking);
-    free(gone->survey);
+    free(gone->poll);
     pthread_cond_destroy(&gone->some);
     pthread_mutex_destroy(&gone->lock);
     free(gone);
 }
 
-void srv_runner_news(void *context) {
-    struct srv_runner *runner = context;
+void srv_part_runner_news(void *context) {
+    struct srv_part_runner *runner = context;
     pthread_mutex_lock(&runner->lock);
     runner->wanted = 1;
     runner->doubt = 1;
@@ -440,29 +440,29 @@ void srv_runner_news(void *context) {
     pthread_mutex_unlock(&runner->lock);
 }
 
-void srv_runner_dismiss(struct srv_runner *runner, const char *job) {
+void srv_part_runner_dismiss(struct srv_part_runner *runner, const char *job) {
     pthread_mutex_lock(&runner->lock);
     for (int i = 0; i < runner->count; i++)
-        if (srv_slot_holds(&runner->slot[i]) && !strcmp(runner->slot[i].lease.job, job))
-            atomic_store(&runner->slot[i].stint.stop, 1);
+        if (srv_part_slot_holds(&runner->slot[i]) && !strcmp(runner->slot[i].lease.job, job))
+            atomic_store(&runner->slot[i].run.stop, 1);
     pthread_mutex_unlock(&runner->lock);
 }
 
-double srv_runner_idle(struct srv_runner *runner) {
+double srv_part_runner_idle(struct srv_part_runner *runner) {
     pthread_mutex_lock(&runner->lock);
     double seconds = runner->idle ? 1e-9 * (double)(srv_clock_now() - runner->idle) : 0;
     pthread_mutex_unlock(&runner->lock);
     return seconds;
 }
 
-int srv_runner_drain(struct srv_runner *runner) {
+int srv_part_runner_drain(struct srv_part_runner *runner) {
     pthread_mutex_lock(&runner->lock);
     int busy = runner->asking;
     if (!runner->draining) runner->draining = 1;
     for (int i = 0; i < runner->count; i++) {
-        struct srv_slot *slot = &runner->slot[i];
-        if (srv_slot_holds(slot)) atomic_store(&slot->stint.stop, 1);
-        busy |= slot->state != SRV_SLOT_IDLE || slot->beating;
+        struct srv_part_slot *slot = &runner->slot[i];
+        if (srv_part_slot_holds(slot)) atomic_store(&slot->run.stop, 1);
+        busy |= slot->state != SRV_PART_SLOT_IDLE || slot->beating;
     }
     pthread_cond_signal(&runner->some);
     if (!busy && runner->draining == 1) {

@@ -3,78 +3,78 @@
 #include <stddef.h>
 #include <string.h>
 
-struct srv_slot *srv_slot_of_ask(struct srv_ask *ask) {
-    return (struct srv_slot *)((char *)ask - offsetof(struct srv_slot, ask));
+struct srv_part_slot *srv_part_slot_of_ask(struct srv_ask *ask) {
+    return (struct srv_part_slot *)((char *)ask - offsetof(struct srv_part_slot, ask));
 }
 
-struct srv_slot *srv_slot_of_beat(struct srv_ask *beat) {
-    return (struct srv_slot *)((char *)beat - offsetof(struct srv_slot, beat));
+struct srv_part_slot *srv_part_slot_of_beat(struct srv_ask *beat) {
+    return (struct srv_part_slot *)((char *)beat - offsetof(struct srv_part_slot, beat));
 }
 
-int srv_slot_holds(const struct srv_slot *slot) {
-    return slot->state != SRV_SLOT_IDLE && slot->state != SRV_SLOT_CLAIM;
+int srv_part_slot_holds(const struct srv_part_slot *slot) {
+    return slot->state != SRV_PART_SLOT_IDLE && slot->state != SRV_PART_SLOT_CLAIM;
 }
 
 /* --- on the store's threads --- */
 
 static enum srv_stored slot_request(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_slot *slot = srv_slot_of_ask((struct srv_ask *)call);
-    return srv_store_request(store, slot->lease.job, &slot->stint.request, &slot->stint.request_bytes);
+    struct srv_part_slot *slot = srv_part_slot_of_ask((struct srv_ask *)call);
+    return srv_store_job_request(store, slot->lease.job, &slot->run.request, &slot->run.request_bytes);
 }
 
 static enum srv_stored slot_finish(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_slot *slot = srv_slot_of_ask((struct srv_ask *)call);
-    const struct api_buffer *out = &slot->stint.out, *carry = &slot->stint.carry;
+    struct srv_part_slot *slot = srv_part_slot_of_ask((struct srv_ask *)call);
+    const struct api_buffer *out = &slot->run.out, *carry = &slot->run.carry;
     return srv_store_finish(store, &slot->lease, out->data, out->bytes, carry->bytes ? carry->data : NULL,
                             carry->bytes);
 }
 
 static enum srv_stored slot_fail(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_slot *slot = srv_slot_of_ask((struct srv_ask *)call);
-    return srv_store_fail(store, &slot->lease, slot->stint.message);
+    struct srv_part_slot *slot = srv_part_slot_of_ask((struct srv_ask *)call);
+    return srv_store_fail(store, &slot->lease, slot->run.message);
 }
 
 static enum srv_stored slot_extend(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_slot *slot = srv_slot_of_beat((struct srv_ask *)call);
+    struct srv_part_slot *slot = srv_part_slot_of_beat((struct srv_ask *)call);
     return srv_store_extend(store, &slot->beaten, slot->lease_us);
 }
 
 /* --- questions --- */
 
-void srv_slot_ask(struct srv_slot *slot, enum srv_slot_state state) {
-    enum srv_ask_kind kind = state == SRV_SLOT_REQUEST ? SRV_ASK_READ : SRV_ASK_WRITE;
+void srv_part_slot_ask(struct srv_part_slot *slot, enum srv_part_slot_state state) {
+    enum srv_ask_kind kind = state == SRV_PART_SLOT_REQUEST ? SRV_ASK_READ : SRV_ASK_WRITE;
     slot->state = state;
-    slot->ask.call.finish = state == SRV_SLOT_FINISH ? &slot->lease : NULL;
-    slot->ask.call.run = state == SRV_SLOT_REQUEST ? slot_request : state == SRV_SLOT_FINISH ? slot_finish : slot_fail;
+    slot->ask.call.finish = state == SRV_PART_SLOT_FINISH ? &slot->lease : NULL;
+    slot->ask.call.run = state == SRV_PART_SLOT_REQUEST ? slot_request : state == SRV_PART_SLOT_FINISH ? slot_finish : slot_fail;
     srv_storage_ask(slot->service->storage, kind, &slot->ask);
 }
 
-void srv_slot_beat(struct srv_slot *slot) {
+void srv_part_slot_beat(struct srv_part_slot *slot) {
     slot->beaten = slot->lease;
     slot->beaten.start = slot->beaten.request = NULL;
     slot->beating = 1;
     srv_storage_ask(slot->service->storage, SRV_ASK_WRITE, &slot->beat);
 }
 
-int srv_slot_beats(const struct srv_slot *slot) {
+int srv_part_slot_beats(const struct srv_part_slot *slot) {
     const struct srv_lease *now = &slot->lease, *then = &slot->beaten;
-    return srv_slot_holds(slot) && now->shard == then->shard && now->attempt == then->attempt &&
+    return srv_part_slot_holds(slot) && now->part == then->part && now->attempt == then->attempt &&
            !strcmp(now->job, then->job);
 }
 
 /* --- beginning and end --- */
 
-void srv_slot_init(struct srv_slot *slot, void (*asked)(struct srv_ask *ask), void (*beaten)(struct srv_ask *beat)) {
+void srv_part_slot_init(struct srv_part_slot *slot, void (*asked)(struct srv_ask *ask), void (*beaten)(struct srv_ask *beat)) {
     slot->ask.done = asked;
     slot->beat = (struct srv_ask){.call = {.run = slot_extend}, .done = beaten};
-    srv_stint_init(&slot->stint, slot->service);
+    srv_part_run_init(&slot->run, slot->service);
 }
 
-void srv_slot_drop(struct srv_slot *slot) {
-    srv_stint_drop(&slot->stint);
+void srv_part_slot_drop(struct srv_part_slot *slot) {
+    srv_part_run_drop(&slot->run);
     srv_lease_clear(&slot->lease);
-    slot->state = SRV_SLOT_IDLE;
-    atomic_store(&slot->stint.stop, 0);
+    slot->state = SRV_PART_SLOT_IDLE;
+    atomic_store(&slot->run.stop, 0);
 }
 
-void srv_slot_clear(struct srv_slot *slot) { srv_stint_clear(&slot->stint); }
+void srv_part_slot_clear(struct srv_part_slot *slot) { srv_part_run_clear(&slot->run); }

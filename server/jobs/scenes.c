@@ -15,13 +15,13 @@ enum { SCENES_HEAD = 512 };
 
 static const char scenes_json[] = "application/json";
 
-static const struct srv_errand_words scenes_words = {"scenes", "the same scene again is kept once"};
+static const struct srv_store_request_words scenes_words = {"scenes", "the same scene again is kept once"};
 
 /* --- answers --- */
 
 /* what went wrong in the store */
-static void scenes_refuse(struct srv_errand *errand, enum srv_stored stored) {
-    struct srv_exchange *exchange = errand->exchange;
+static void scenes_refuse(struct srv_store_request *asked, enum srv_stored stored) {
+    struct srv_exchange *exchange = asked->exchange;
     switch (stored) {
     case SRV_STORED_NONE:
         srv_exchange_problem(exchange, 404, "there is no scene of this id");
@@ -37,7 +37,7 @@ static void scenes_refuse(struct srv_errand *errand, enum srv_stored stored) {
         srv_exchange_retry(exchange, 3600);
         break;
     default:
-        srv_errand_refuse(errand, stored);
+        srv_store_request_refuse(asked, stored);
         break;
     }
 }
@@ -64,51 +64,51 @@ static void scenes_give(struct srv_exchange *exchange, int status, const char *i
 
 /* --- keeping one --- */
 
-/* a question: the scene of errand->id, into errand->kept */
+/* a question: the scene of store request->id, into store request->kept */
 static enum srv_stored scenes_find(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_errand *errand = (struct srv_errand *)call;
-    free(errand->kept);
-    errand->kept = NULL;
-    return srv_store_scene(store, errand->id, &errand->kept, &errand->kept_bytes);
+    struct srv_store_request *asked = (struct srv_store_request *)call;
+    free(asked->kept);
+    asked->kept = NULL;
+    return srv_store_scene(store, asked->id, &asked->kept, &asked->kept_bytes);
 }
 
 /* the scene that is there already, kept for this client too, else the new one; between the two another process may keep
  * the same */
 static enum srv_stored scenes_put(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_errand *errand = (struct srv_errand *)call;
-    const struct srv_identity *who = &errand->exchange->identity;
+    struct srv_store_request *asked = (struct srv_store_request *)call;
+    const struct srv_identity *who = &asked->exchange->identity;
     enum srv_stored stored = SRV_STORED_CLASH;
     for (int turn = 0; turn < 2 && stored == SRV_STORED_CLASH; turn++) {
-        stored = srv_store_scene_keep(store, errand->id, who->key, who->source);
+        stored = srv_store_scene_keep(store, asked->id, who->key, who->source);
         if (stored == SRV_STORED) return scenes_find(store, call);
         if (stored == SRV_STORED_NONE)
             stored =
-                srv_store_scene_put(store, errand->id, who->key, who->source, errand->scene.data, errand->scene.bytes);
+                srv_store_scene_put(store, asked->id, who->key, who->source, asked->scene.data, asked->scene.bytes);
     }
     return stored;
 }
 
-static void scenes_kept(struct srv_errand *errand, enum srv_stored stored) {
-    struct srv_exchange *exchange = errand->exchange;
+static void scenes_kept(struct srv_store_request *asked, enum srv_stored stored) {
+    struct srv_exchange *exchange = asked->exchange;
     char *location = srv_exchange_text(exchange, 64);
     if (stored != SRV_STORED) {
-        scenes_refuse(errand, stored);
+        scenes_refuse(asked, stored);
     } else {
-        if (errand->kept)
-            scenes_give(exchange, 201, errand->id, errand->kept, errand->kept_bytes);
+        if (asked->kept)
+            scenes_give(exchange, 201, asked->id, asked->kept, asked->kept_bytes);
         else
-            scenes_give(exchange, 201, errand->id, errand->scene.data, errand->scene.bytes);
+            scenes_give(exchange, 201, asked->id, asked->scene.data, asked->scene.bytes);
         if (location && exchange->status == 201) {
-            snprintf(location, 64, "/v1/scenes/%s", errand->id);
+            snprintf(location, 64, "/v1/scenes/%s", asked->id);
             srv_exchange_header(exchange, "Location", location);
         }
     }
-    srv_errand_end(errand);
+    srv_store_request_end(asked);
 }
 
 /* reads the scene; returns 1 when it may be kept, else the exchange is answered */
-static int scenes_check(struct srv_errand *errand) {
-    struct srv_exchange *exchange = errand->exchange;
+static int scenes_check(struct srv_store_request *asked) {
+    struct srv_exchange *exchange = asked->exchange;
     const struct srv_config *config = srv_service_config(exchange->service);
     struct srv_stamp now = {0};
     struct api_request request = {.query = exchange->query,
@@ -117,53 +117,53 @@ static int scenes_check(struct srv_errand *errand) {
                                   .body = exchange->body.bytes ? exchange->body.data : NULL,
                                   .body_bytes = exchange->body.bytes};
     srv_clock_stamp(&now);
-    api_buffer_init(&errand->scene, (size_t)config->scene_bytes + SCENES_HEAD);
-    int http = api_scene_read(&request, &config->limits, config->scene_bytes, now.text, errand->id, &errand->scene,
+    api_buffer_init(&asked->scene, (size_t)config->scene_bytes + SCENES_HEAD);
+    int http = api_scene_read(&request, &config->limits, config->scene_bytes, now.text, asked->id, &asked->scene,
                               &exchange->answer);
     if (http) srv_exchange_answered(exchange, http, "application/problem+json");
     return !http;
 }
 
 void srv_scenes_create(struct srv_exchange *exchange) {
-    struct srv_errand *errand = srv_errand_begin(exchange, &scenes_words);
-    if (!errand) return;
+    struct srv_store_request *asked = srv_store_request_begin(exchange, &scenes_words);
+    if (!asked) return;
     if (srv_admission_count(exchange))
-        srv_errand_work(errand, scenes_check, scenes_put, scenes_kept);
+        srv_store_request_work(asked, scenes_check, scenes_put, scenes_kept);
     else
-        srv_errand_end(errand);
+        srv_store_request_end(asked);
 }
 
 /* --- reading one --- */
 
-static void scenes_found(struct srv_errand *errand, enum srv_stored stored) {
+static void scenes_found(struct srv_store_request *asked, enum srv_stored stored) {
     if (stored == SRV_STORED)
-        scenes_give(errand->exchange, 200, errand->id, errand->kept, errand->kept_bytes);
+        scenes_give(asked->exchange, 200, asked->id, asked->kept, asked->kept_bytes);
     else
-        scenes_refuse(errand, stored);
-    srv_errand_end(errand);
+        scenes_refuse(asked, stored);
+    srv_store_request_end(asked);
 }
 
 void srv_scenes_read(struct srv_exchange *exchange) {
-    struct srv_errand *errand = srv_errand_begin(exchange, &scenes_words);
-    if (!errand) return;
-    if (srv_errand_id_good(exchange->argument)) {
-        memcpy(errand->id, exchange->argument, SRV_ID_BYTES);
-        srv_errand_ask(errand, SRV_ASK_READ, scenes_find, scenes_found);
+    struct srv_store_request *asked = srv_store_request_begin(exchange, &scenes_words);
+    if (!asked) return;
+    if (srv_store_request_id_good(exchange->argument)) {
+        memcpy(asked->id, exchange->argument, SRV_ID_BYTES);
+        srv_store_request_ask(asked, SRV_ASK_READ, scenes_find, scenes_found);
         return;
     }
-    scenes_refuse(errand, SRV_STORED_NONE);
-    srv_errand_end(errand);
+    scenes_refuse(asked, SRV_STORED_NONE);
+    srv_store_request_end(asked);
 }
 
 /* --- letting one go --- */
 
 static enum srv_stored scenes_let_go(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_errand *errand = (struct srv_errand *)call;
-    return srv_store_scene_drop(store, errand->id, errand->exchange->identity.key);
+    struct srv_store_request *asked = (struct srv_store_request *)call;
+    return srv_store_scene_drop(store, asked->id, asked->exchange->identity.key);
 }
 
-static void scenes_gone(struct srv_errand *errand, enum srv_stored stored) {
-    struct srv_exchange *exchange = errand->exchange;
+static void scenes_gone(struct srv_store_request *asked, enum srv_stored stored) {
+    struct srv_exchange *exchange = asked->exchange;
     if (stored == SRV_STORED)
         srv_exchange_static(exchange, 204, NULL, NULL, 0);
     else if (stored == SRV_STORED_CLASH)
@@ -171,24 +171,24 @@ static void scenes_gone(struct srv_errand *errand, enum srv_stored stored) {
                              "this scene is not yours to take away: it was not stored with your token or "
                              "account, or you have let it go already");
     else
-        scenes_refuse(errand, stored);
-    srv_errand_end(errand);
+        scenes_refuse(asked, stored);
+    srv_store_request_end(asked);
 }
 
 void srv_scenes_drop(struct srv_exchange *exchange) {
-    struct srv_errand *errand = srv_errand_begin(exchange, &scenes_words);
-    if (!errand) return;
+    struct srv_store_request *asked = srv_store_request_begin(exchange, &scenes_words);
+    if (!asked) return;
     if (exchange->identity.kind == SRV_IDENTITY_ADDRESS) {
         srv_admission_challenge(exchange,
                                 "a scene is taken away with the token it was stored with, and stays without one");
-    } else if (srv_errand_id_good(exchange->argument)) {
-        memcpy(errand->id, exchange->argument, SRV_ID_BYTES);
+    } else if (srv_store_request_id_good(exchange->argument)) {
+        memcpy(asked->id, exchange->argument, SRV_ID_BYTES);
         if (srv_admission_count(exchange)) {
-            srv_errand_ask(errand, SRV_ASK_WRITE, scenes_let_go, scenes_gone);
+            srv_store_request_ask(asked, SRV_ASK_WRITE, scenes_let_go, scenes_gone);
             return;
         }
     } else {
-        scenes_refuse(errand, SRV_STORED_NONE);
+        scenes_refuse(asked, SRV_STORED_NONE);
     }
-    srv_errand_end(errand);
+    srv_store_request_end(asked);
 }

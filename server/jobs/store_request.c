@@ -6,26 +6,26 @@
 
 #include "server/base/clock.h"
 
-enum { ERRAND_LONG_BODY = 1 << 18 };
+enum { STORE_REQUEST_LONG_BODY = 1 << 18 };
 
-const char srv_errand_letters[] = "0123456789abcdefghjkmnpqrstvwxyz";
+const char srv_store_request_letters[] = "0123456789abcdefghjkmnpqrstvwxyz";
 
-const struct srv_errand_words srv_errand_jobs = {
+const struct srv_store_request_words srv_store_request_jobs = {
     "jobs", "a job whose request is repeated with the same Idempotency-Key is made once"};
 
-int srv_errand_id_good(const char *id) {
-    return strlen(id) == SRV_ID_BYTES - 1 && strspn(id, srv_errand_letters) == SRV_ID_BYTES - 1;
+int srv_store_request_id_good(const char *id) {
+    return strlen(id) == SRV_ID_BYTES - 1 && strspn(id, srv_store_request_letters) == SRV_ID_BYTES - 1;
 }
 
-struct srv_errand *srv_errand_begin(struct srv_exchange *exchange, const struct srv_errand_words *words) {
-    struct srv_errand *errand = exchange->service->storage ? calloc(1, sizeof *errand) : NULL;
+struct srv_store_request *srv_store_request_begin(struct srv_exchange *exchange, const struct srv_store_request_words *words) {
+    struct srv_store_request *asked = exchange->service->storage ? calloc(1, sizeof *asked) : NULL;
     exchange->apart = 1;
-    if (errand) {
-        errand->words = words;
-        errand->exchange = exchange;
-        errand->service = exchange->service;
+    if (asked) {
+        asked->words = words;
+        asked->exchange = exchange;
+        asked->service = exchange->service;
         atomic_fetch_add(&exchange->service->computing, 1);
-        return errand;
+        return asked;
     }
     if (exchange->service->storage)
         srv_exchange_busy(exchange, 1, "out of memory");
@@ -35,59 +35,59 @@ struct srv_errand *srv_errand_begin(struct srv_exchange *exchange, const struct 
     return NULL;
 }
 
-struct srv_errand *srv_errand_begin_one(struct srv_exchange *exchange) {
-    struct srv_errand *errand = srv_errand_begin(exchange, &srv_errand_jobs);
-    if (!errand) return NULL;
-    if (srv_errand_id_good(exchange->argument)) {
-        memcpy(errand->id, exchange->argument, SRV_ID_BYTES);
-        return errand;
+struct srv_store_request *srv_store_request_begin_one(struct srv_exchange *exchange) {
+    struct srv_store_request *asked = srv_store_request_begin(exchange, &srv_store_request_jobs);
+    if (!asked) return NULL;
+    if (srv_store_request_id_good(exchange->argument)) {
+        memcpy(asked->id, exchange->argument, SRV_ID_BYTES);
+        return asked;
     }
-    srv_errand_refuse(errand, SRV_STORED_NONE);
-    srv_errand_end(errand);
+    srv_store_request_refuse(asked, SRV_STORED_NONE);
+    srv_store_request_end(asked);
     return NULL;
 }
 
-static void errand_done(struct srv_ask *ask) {
-    struct srv_errand *errand = (struct srv_errand *)ask;
-    errand->answer(errand, ask->call.stored);
+static void store_request_done(struct srv_ask *ask) {
+    struct srv_store_request *asked = (struct srv_store_request *)ask;
+    asked->answer(asked, ask->call.stored);
 }
 
 /* what will be asked, and who hears the answer */
-static void errand_sends(struct srv_errand *errand,
+static void store_request_sends(struct srv_store_request *asked,
                          enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
-                         void (*answer)(struct srv_errand *errand, enum srv_stored stored)) {
-    errand->ask.call.run = run;
-    errand->ask.done = errand_done;
-    errand->answer = answer;
+                         void (*answer)(struct srv_store_request *asked, enum srv_stored stored)) {
+    asked->ask.call.run = run;
+    asked->ask.done = store_request_done;
+    asked->answer = answer;
 }
 
-void srv_errand_ask(struct srv_errand *errand, enum srv_ask_kind kind,
+void srv_store_request_ask(struct srv_store_request *asked, enum srv_ask_kind kind,
                     enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
-                    void (*answer)(struct srv_errand *errand, enum srv_stored stored)) {
-    errand_sends(errand, run, answer);
-    srv_storage_ask(errand->service->storage, kind, &errand->ask);
+                    void (*answer)(struct srv_store_request *asked, enum srv_stored stored)) {
+    store_request_sends(asked, run, answer);
+    srv_storage_ask(asked->service->storage, kind, &asked->ask);
 }
 
-static int errand_work(struct srv_task *task) {
-    struct srv_errand *errand = (struct srv_errand *)((char *)task - offsetof(struct srv_errand, task));
-    struct srv_exchange *exchange = errand->exchange;
-    struct srv_service *service = errand->service;
+static int store_request_work(struct srv_task *task) {
+    struct srv_store_request *asked = (struct srv_store_request *)((char *)task - offsetof(struct srv_store_request, task));
+    struct srv_exchange *exchange = asked->exchange;
+    struct srv_service *service = asked->service;
     int64_t begin = srv_clock_now();
     exchange->waited = begin - exchange->queued;
     atomic_fetch_add(&service->busy, 1);
-    int good = errand->check(errand);
+    int good = asked->check(asked);
     exchange->computed = srv_clock_now() - begin;
     atomic_fetch_sub(&service->busy, 1);
     srv_metrics_count(&service->metrics.busy_ns, (unsigned long long)exchange->computed);
     if (good)
-        srv_storage_ask(service->storage, SRV_ASK_WRITE, &errand->ask);
+        srv_storage_ask(service->storage, SRV_ASK_WRITE, &asked->ask);
     else
-        srv_errand_end(errand);
+        srv_store_request_end(asked);
     return 0;
 }
 
 /* there is no room in the queue */
-static void errand_crowded(struct srv_exchange *exchange, enum pend_status status) {
+static void store_request_crowded(struct srv_exchange *exchange, enum pend_status status) {
     struct srv_metrics *metrics = &exchange->service->metrics;
     if (status == PEND_LIMIT) {
         srv_metrics_count(&metrics->refused_queue, 1);
@@ -102,28 +102,28 @@ static void errand_crowded(struct srv_exchange *exchange, enum pend_status statu
     srv_exchange_retry(exchange, 1);
 }
 
-void srv_errand_work(struct srv_errand *errand, int (*check)(struct srv_errand *errand),
+void srv_store_request_work(struct srv_store_request *asked, int (*check)(struct srv_store_request *asked),
                      enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
-                     void (*answer)(struct srv_errand *errand, enum srv_stored stored)) {
-    struct srv_exchange *exchange = errand->exchange;
-    errand_sends(errand, run, answer);
-    errand->check = check;
+                     void (*answer)(struct srv_store_request *asked, enum srv_stored stored)) {
+    struct srv_exchange *exchange = asked->exchange;
+    store_request_sends(asked, run, answer);
+    asked->check = check;
     exchange->queued = srv_clock_now();
-    errand->task = (struct srv_task){
-        .run = errand_work, .lane = &exchange->account->lane, .level = exchange->body.bytes > ERRAND_LONG_BODY};
-    enum pend_status status = srv_queue_push(errand->service->queue, &errand->task);
+    asked->task = (struct srv_task){
+        .run = store_request_work, .lane = &exchange->account->lane, .level = exchange->body.bytes > STORE_REQUEST_LONG_BODY};
+    enum pend_status status = srv_queue_push(asked->service->queue, &asked->task);
     if (status == PEND_OK) return;
-    errand_crowded(exchange, status);
-    srv_errand_end(errand);
+    store_request_crowded(exchange, status);
+    srv_store_request_end(asked);
 }
 
-enum srv_stored srv_errand_find(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_errand *errand = (struct srv_errand *)call;
-    return srv_store_job(store, errand->id, &errand->job);
+enum srv_stored srv_store_request_find(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_store_request *asked = (struct srv_store_request *)call;
+    return srv_store_job(store, asked->id, &asked->job);
 }
 
-void srv_errand_refuse(struct srv_errand *errand, enum srv_stored stored) {
-    struct srv_exchange *exchange = errand->exchange;
+void srv_store_request_refuse(struct srv_store_request *asked, enum srv_stored stored) {
+    struct srv_exchange *exchange = asked->exchange;
     switch (stored) {
     case SRV_STORED_NONE:
         srv_exchange_problem(exchange, 404, "there is no job of this id; ended ones are kept for keep-seconds, %.15g s",
@@ -136,7 +136,7 @@ void srv_errand_refuse(struct srv_errand *errand, enum srv_stored stored) {
                                  : ", from your address; who sends Authorization: Bearer SECRET has keys of its own");
         break;
     case SRV_STORED_QUOTA:
-        srv_exchange_problem(exchange, 429, "%.200s", errand->job.message);
+        srv_exchange_problem(exchange, 429, "%.200s", asked->job.message);
         srv_exchange_retry(exchange, 5);
         break;
     case SRV_STORED_DAMAGED:
@@ -149,31 +149,31 @@ void srv_errand_refuse(struct srv_errand *errand, enum srv_stored stored) {
         srv_exchange_busy(exchange, 1, "the store is busy; nothing was changed");
         break;
     default:
-        srv_exchange_problem(exchange, 503, "the store is out of reach; %s", errand->words->again);
+        srv_exchange_problem(exchange, 503, "the store is out of reach; %s", asked->words->again);
         srv_exchange_retry(exchange, 2);
         break;
     }
 }
 
-static void errand_free(struct srv_errand *errand) {
-    api_buffer_clear(&errand->scene);
-    api_buffer_clear(&errand->body);
-    free(errand->kept);
-    free(errand->page);
-    free(errand->request);
-    free(errand);
+static void store_request_free(struct srv_store_request *asked) {
+    api_buffer_clear(&asked->scene);
+    api_buffer_clear(&asked->body);
+    free(asked->kept);
+    free(asked->page);
+    free(asked->request);
+    free(asked);
 }
 
-void srv_errand_end(struct srv_errand *errand) {
-    struct srv_exchange *exchange = errand->exchange;
-    struct srv_service *service = errand->service;
-    errand_free(errand);
+void srv_store_request_end(struct srv_store_request *asked) {
+    struct srv_exchange *exchange = asked->exchange;
+    struct srv_service *service = asked->service;
+    store_request_free(asked);
     exchange->finish(exchange);
     atomic_fetch_sub(&service->computing, 1);
 }
 
-void srv_errand_leave(struct srv_errand *errand) {
-    struct srv_service *service = errand->service;
-    errand_free(errand);
+void srv_store_request_leave(struct srv_store_request *asked) {
+    struct srv_service *service = asked->service;
+    store_request_free(asked);
     atomic_fetch_sub(&service->computing, 1);
 }

@@ -6,29 +6,29 @@
 
 #include "server/work/exchange.h"
 
-enum { SRV_ERRAND_KEY = 80 };
+enum { SRV_STORE_REQUEST_KEY = 80 };
 
 /* What a route keeps, in the words of its problems. */
-struct srv_errand_words {
+struct srv_store_request_words {
     const char *many;  /* "jobs" */
     const char *again; /* what a client that does not know whether it was kept may rely on */
 };
 
-struct srv_errand {
-    struct srv_ask ask; /* first: an ask is its errand */
+struct srv_store_request {
+    struct srv_ask ask; /* first: an ask is its store request */
     struct srv_task task;
-    const struct srv_errand_words *words;
+    const struct srv_store_request_words *words;
     struct srv_exchange *exchange;
     struct srv_service *service;
-    int (*check)(struct srv_errand *errand);
-    void (*answer)(struct srv_errand *errand, enum srv_stored stored);
+    int (*check)(struct srv_store_request *asked);
+    void (*answer)(struct srv_store_request *asked, enum srv_stored stored);
     char id[SRV_ID_BYTES];
     struct srv_job job;
 
     /* of a new job */
-    char key[SRV_ERRAND_KEY + 1]; /* "" = none */
+    char key[SRV_STORE_REQUEST_KEY + 1]; /* "" = none */
     unsigned char digest[SRV_DIGEST_BYTES];
-    long shards;
+    long parts;
     int chained;
     int64_t cost_us;        /* of computation, estimated */
     struct api_buffer body; /* the request as it is kept */
@@ -48,53 +48,53 @@ struct srv_errand {
     size_t kept_bytes;
 };
 
-extern const struct srv_errand_words srv_errand_jobs;
+extern const struct srv_store_request_words srv_store_request_jobs;
 
-/** An errand for an exchange; NULL, with the exchange answered and gone, where that cannot be. */
-struct srv_errand *srv_errand_begin(struct srv_exchange *exchange, const struct srv_errand_words *words);
+/** A store request for an exchange; NULL, with the exchange answered and gone, where that cannot be. */
+struct srv_store_request *srv_store_request_begin(struct srv_exchange *exchange, const struct srv_store_request_words *words);
 
-/** An errand for the job that the path names; NULL, with the exchange answered and gone, where it cannot be one's id.
+/** A store request for the job that the path names; NULL, with the exchange answered and gone, where it cannot be one's id.
  */
-struct srv_errand *srv_errand_begin_one(struct srv_exchange *exchange);
+struct srv_store_request *srv_store_request_begin_one(struct srv_exchange *exchange);
 
 /**
  * Asks the store.
  *
- * answer  called on a thread of the storage; ends the errand, or asks again.
+ * answer  called on a thread of the storage; ends the store request, or asks again.
  */
-void srv_errand_ask(struct srv_errand *errand, enum srv_ask_kind kind,
+void srv_store_request_ask(struct srv_store_request *asked, enum srv_ask_kind kind,
                     enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
-                    void (*answer)(struct srv_errand *errand, enum srv_stored stored));
+                    void (*answer)(struct srv_store_request *asked, enum srv_stored stored));
 
 /**
  * Has a worker read the request, then asks the store to keep what it says.
  *
  * check   called by a worker; returns 1 when the store may be asked, else it has answered the exchange.
  * run     the question, a write.
- * answer  as in srv_errand_ask.
+ * answer  as in srv_store_request_ask.
  *
  * Without room in the queue the exchange is answered and gone.
  */
-void srv_errand_work(struct srv_errand *errand, int (*check)(struct srv_errand *errand),
+void srv_store_request_work(struct srv_store_request *asked, int (*check)(struct srv_store_request *asked),
                      enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
-                     void (*answer)(struct srv_errand *errand, enum srv_stored stored));
+                     void (*answer)(struct srv_store_request *asked, enum srv_stored stored));
 
-/** A question: the job of errand->id, into errand->job. */
-enum srv_stored srv_errand_find(struct srv_store *store, struct srv_store_call *call);
+/** A question: the job of store request->id, into store request->job. */
+enum srv_stored srv_store_request_find(struct srv_store *store, struct srv_store_call *call);
 
 /** Answers what went wrong in the store; what there is none of, or too many, are jobs. */
-void srv_errand_refuse(struct srv_errand *errand, enum srv_stored stored);
+void srv_store_request_refuse(struct srv_store_request *asked, enum srv_stored stored);
 
-/** The exchange is answered and goes home; the errand is over. */
-void srv_errand_end(struct srv_errand *errand);
+/** The exchange is answered and goes home; the store request is over. */
+void srv_store_request_end(struct srv_store_request *asked);
 
-/** The errand is over, but another has taken the exchange on. */
-void srv_errand_leave(struct srv_errand *errand);
+/** The store request is over, but another has taken the exchange on. */
+void srv_store_request_leave(struct srv_store_request *asked);
 
 /** The letters of an id. */
-extern const char srv_errand_letters[];
+extern const char srv_store_request_letters[];
 
 /** True for what may be an id. */
-int srv_errand_id_good(const char *id);
+int srv_store_request_id_good(const char *id);
 
 #endif

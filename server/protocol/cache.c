@@ -9,7 +9,7 @@ enum { CACHE_ROWS = 4096 };
 struct cache_entry {
     struct cache_entry *next_in_row;
     struct cache_entry *newer, *older;
-    struct srv_payload *payload;
+    struct srv_response_body *response_body;
     uint64_t hash;
     size_t bytes;
     char key[];
@@ -62,12 +62,12 @@ static struct cache_entry *cache_look(struct srv_cache *cache, uint64_t hash, co
 /* --- what is counted --- */
 
 static void cache_count(struct srv_cache *cache, const struct cache_entry *entry, int sign) {
-    struct srv_payload *payload = entry->payload;
+    struct srv_response_body *response_body = entry->response_body;
     size_t bytes = sizeof *entry + entry->bytes, body = 0;
-    /* a payload counts with its first key and until its last */
-    if (sign > 0 ? !payload->kept++ : !--payload->kept) {
-        bytes += srv_payload_bytes(payload);
-        body = payload->body.cap;
+    /* a response body counts with its first key and until its last */
+    if (sign > 0 ? !response_body->kept++ : !--response_body->kept) {
+        bytes += srv_response_body_bytes(response_body);
+        body = response_body->body.cap;
     }
     if (sign > 0) {
         atomic_fetch_add(&cache->bytes, bytes);
@@ -106,7 +106,7 @@ static void cache_forget(struct srv_cache *cache, struct cache_entry *entry) {
     *at = entry->next_in_row;
     cache_unlink(cache, entry);
     cache_count(cache, entry, -1);
-    srv_payload_drop(&entry->payload);
+    srv_response_body_drop(&entry->response_body);
     free(entry);
 }
 
@@ -121,33 +121,33 @@ void srv_cache_free(struct srv_cache **cache) {
 
 /* --- finding and adding --- */
 
-struct srv_payload *srv_cache_find(struct srv_cache *cache, const void *key, size_t bytes) {
-    struct srv_payload *payload = NULL;
+struct srv_response_body *srv_cache_find(struct srv_cache *cache, const void *key, size_t bytes) {
+    struct srv_response_body *response_body = NULL;
     if (!cache->cap || bytes > SRV_CACHE_KEY) return NULL;
     uint64_t hash = cache_hash(cache, key, bytes);
     pthread_mutex_lock(&cache->lock);
     struct cache_entry *entry = cache_look(cache, hash, key, bytes);
     if (entry) {
-        payload = srv_payload_share(entry->payload);
+        response_body = srv_response_body_share(entry->response_body);
         cache_unlink(cache, entry);
         cache_link(cache, entry);
     }
     pthread_mutex_unlock(&cache->lock);
-    return payload;
+    return response_body;
 }
 
-static struct cache_entry *cache_entry_new(const void *key, size_t bytes, uint64_t hash, struct srv_payload *payload) {
+static struct cache_entry *cache_entry_new(const void *key, size_t bytes, uint64_t hash, struct srv_response_body *response_body) {
     struct cache_entry *made = malloc(sizeof *made + bytes);
     if (!made) return NULL;
-    *made = (struct cache_entry){.payload = srv_payload_share(payload), .hash = hash, .bytes = bytes};
+    *made = (struct cache_entry){.response_body = srv_response_body_share(response_body), .hash = hash, .bytes = bytes};
     memcpy(made->key, key, bytes);
     return made;
 }
 
-void srv_cache_add(struct srv_cache *cache, const void *key, size_t bytes, struct srv_payload *payload) {
-    if (bytes > SRV_CACHE_KEY || srv_payload_bytes(payload) + bytes > cache->cap / SRV_CACHE_PART) return;
+void srv_cache_add(struct srv_cache *cache, const void *key, size_t bytes, struct srv_response_body *response_body) {
+    if (bytes > SRV_CACHE_KEY || srv_response_body_bytes(response_body) + bytes > cache->cap / SRV_CACHE_PART) return;
     uint64_t hash = cache_hash(cache, key, bytes);
-    struct cache_entry *made = cache_entry_new(key, bytes, hash, payload);
+    struct cache_entry *made = cache_entry_new(key, bytes, hash, response_body);
     if (!made) return;
     pthread_mutex_lock(&cache->lock);
     struct cache_entry *old = cache_look(cache, hash, key, bytes);
@@ -173,11 +173,11 @@ int srv_cache_valid(struct srv_cache *cache) {
     for (struct cache_entry *entry = cache->newest; entry; entry = entry->older) {
         bytes += sizeof *entry + entry->bytes;
         entries++;
-        /* a payload counts once */
+        /* a response body counts once */
         size_t earlier = 0;
         for (struct cache_entry *other = cache->newest; other != entry; other = other->older)
-            earlier += other->payload == entry->payload;
-        if (!earlier) bytes += srv_payload_bytes(entry->payload);
+            earlier += other->response_body == entry->response_body;
+        if (!earlier) bytes += srv_response_body_bytes(entry->response_body);
     }
     for (int row = 0; row < CACHE_ROWS; row++)
         for (struct cache_entry *entry = cache->row[row]; entry; entry = entry->next_in_row) in_rows++;

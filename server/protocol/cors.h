@@ -1,5 +1,5 @@
 /* Which web pages may read answers and what they may ask for (CORS).
- * Leaves to others: sending the fields (reply), which routes are closed to other pages (router).
+ * Leaves to others: sending the fields (response), which routes are closed to other pages (router).
  * Invariant: an origin that is not allowed gets no field at all. */
 #ifndef SRV_CORS_H
 #define SRV_CORS_H

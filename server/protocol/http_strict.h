@@ -1,5 +1,5 @@
 /* The strict front: reads along with every byte of a connection and stops at the first that no request may have.
- * Leaves to others: fetching the bytes and telling the client (http), what a request means (message, router).
+ * Leaves to others: fetching the bytes and telling the client (http), what a request means (request_head, router).
  * Invariant: what passes can be cut into requests in one way only, that of RFC 9112 without its leniencies. */
 #ifndef SRV_HTTP_STRICT_H
 #define SRV_HTTP_STRICT_H
@@ -9,42 +9,42 @@
 
 /* What a request's head may have; libmicrohttpd's memory for a connection holds that much. */
 enum {
-    SRV_FRONT_METHOD = 32,      /* bytes of the method */
-    SRV_FRONT_TARGET = 1023,    /* bytes of the target */
-    SRV_FRONT_PARAMETERS = 64,  /* query parameters */
-    SRV_FRONT_FIELDS = 100,     /* header fields; trailer fields as well */
-    SRV_FRONT_HEAD = 8192,      /* bytes of the head; of the trailer section as well */
-    SRV_FRONT_EXTENSIONS = 256, /* bytes of a chunk's extensions */
-    SRV_FRONT_NAME = 20         /* bytes of a field's name that are kept, to know the field by */
+    SRV_STRICT_METHOD = 32,      /* bytes of the method */
+    SRV_STRICT_TARGET = 1023,    /* bytes of the target */
+    SRV_STRICT_PARAMETERS = 64,  /* query parameters */
+    SRV_STRICT_FIELDS = 100,     /* header fields; trailer fields as well */
+    SRV_STRICT_HEAD = 8192,      /* bytes of the head; of the trailer section as well */
+    SRV_STRICT_EXTENSIONS = 256, /* bytes of a chunk's extensions */
+    SRV_STRICT_NAME = 20         /* bytes of a field's name that are kept, to know the field by */
 };
 
 /* Where in a request the next byte belongs. */
-enum srv_front_place {
-    SRV_FRONT_START, /* before the first byte of a request */
-    SRV_FRONT_START_LF,
-    SRV_FRONT_IN_METHOD,
-    SRV_FRONT_IN_TARGET,
-    SRV_FRONT_IN_VERSION,
-    SRV_FRONT_LINE_LF,
-    SRV_FRONT_LINE, /* at the start of a line of the head, or of the trailer section */
-    SRV_FRONT_IN_NAME,
-    SRV_FRONT_BEFORE_VALUE,
-    SRV_FRONT_IN_VALUE,
-    SRV_FRONT_VALUE_LF,
-    SRV_FRONT_END_LF, /* of the empty line */
-    SRV_FRONT_IN_BODY,
-    SRV_FRONT_CHUNK, /* at the start of a chunk's size */
-    SRV_FRONT_IN_SIZE,
-    SRV_FRONT_IN_EXTENSION,
-    SRV_FRONT_SIZE_LF,
-    SRV_FRONT_IN_CHUNK,
-    SRV_FRONT_CHUNK_CR,
-    SRV_FRONT_CHUNK_LF,
-    SRV_FRONT_REFUSED
+enum srv_http_strict_place {
+    SRV_STRICT_START, /* before the first byte of a request */
+    SRV_STRICT_START_LF,
+    SRV_STRICT_IN_METHOD,
+    SRV_STRICT_IN_TARGET,
+    SRV_STRICT_IN_VERSION,
+    SRV_STRICT_LINE_LF,
+    SRV_STRICT_LINE, /* at the start of a line of the head, or of the trailer section */
+    SRV_STRICT_IN_NAME,
+    SRV_STRICT_BEFORE_VALUE,
+    SRV_STRICT_IN_VALUE,
+    SRV_STRICT_VALUE_LF,
+    SRV_STRICT_END_LF, /* of the empty line */
+    SRV_STRICT_IN_BODY,
+    SRV_STRICT_CHUNK, /* at the start of a chunk's size */
+    SRV_STRICT_IN_SIZE,
+    SRV_STRICT_IN_EXTENSION,
+    SRV_STRICT_SIZE_LF,
+    SRV_STRICT_IN_CHUNK,
+    SRV_STRICT_CHUNK_CR,
+    SRV_STRICT_CHUNK_LF,
+    SRV_STRICT_REFUSED
 };
 
-struct srv_front {
-    enum srv_front_place place;
+struct srv_http_strict {
+    enum srv_http_strict_place place;
     long requests, complete; /* whose first byte was seen, whose last byte was seen */
     int status;              /* HTTP status of the refusal; 0 = all is well */
     const char *detail;      /* a sentence about it */
@@ -57,11 +57,11 @@ struct srv_front {
     int fields, parameters, hosts, lengths, codings;
     int field;     /* which of the known fields the line is */
     uint64_t left; /* bytes of the body or of the chunk */
-    char name[SRV_FRONT_NAME];
+    char name[SRV_STRICT_NAME];
 };
 
 /** Starts with a new connection. */
-void srv_front_init(struct srv_front *front);
+void srv_http_strict_init(struct srv_http_strict *strict);
 
 /**
  * Reads along.
@@ -76,9 +76,9 @@ void srv_front_init(struct srv_front *front);
  * those of the requests that were complete before the one at fault.
  * O(bytes), a nanosecond or two a byte of a head, no time for a body.
  */
-size_t srv_front_read(struct srv_front *front, char *data, size_t bytes);
+size_t srv_http_strict_read(struct srv_http_strict *strict, char *data, size_t bytes);
 
 /** True between the first byte of a request and its last. */
-int srv_front_within(const struct srv_front *front);
+int srv_http_strict_within(const struct srv_http_strict *strict);
 
 #endif

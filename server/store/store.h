@@ -1,6 +1,6 @@
 /* Where jobs and scenes are kept: what every store can do, whatever database is behind it.
  * Leaves to others: the databases (store_sqlite, store_postgres), running what a job asks for.
- * Invariant: what a call returned SRV_STORED for is on disk and survives the death of any process; a shard's result is
+ * Invariant: what a call returned SRV_STORED for is on disk and survives the death of any process; a part's result is
  * taken once, from the attempt that holds its lease. */
 #ifndef SRV_STORE_H
 #define SRV_STORE_H
@@ -13,16 +13,16 @@
 enum {
     SRV_ID_BYTES = 27,            /* of a job or scene, with its NUL: 26 letters of base 32 */
     SRV_DIGEST_BYTES = 32,        /* of a request */
-    SRV_MESSAGE_BYTES = 256,      /* what a job says of its end */
+    SRV_REQUEST_HEAD_BYTES = 256,      /* what a job says of its end */
     SRV_NAME_BYTES = 96,          /* clients, workers, operations, idempotency keys */
-    SRV_CHUNK_BYTES = 256 * 1024, /* a piece of a shard's result; only the last is shorter */
-    SRV_CLAIMS = 64,              /* shards that one claim takes at most: so many only if each computes for */
+    SRV_CHUNK_BYTES = 256 * 1024, /* a piece of a part's result; only the last is shorter */
+    SRV_CLAIMS = 64,              /* parts that one claim takes at most: so many only if each computes for */
     SRV_SMALL_US = 5000,          /* no longer than this, and all of them for */
     SRV_CLAIM_US = 20000,         /* no longer than this, as it is estimated */
     SRV_ROW_BYTES = 1024,         /* what a job or a scene is counted for, beside its request, results or body */
-    SRV_SHARD_BYTES = 256,        /* and each shard of a job after the first */
+    SRV_PART_BYTES = 256,        /* and each part of a job after the first */
     SRV_MOST_KILLS =
-        3 /* workers that may vanish with one shard, and no shard of the job be done between, before it is given up */
+        3 /* workers that may vanish with one part, and no part of the job be done between, before it is given up */
 };
 
 /* The status words of OGC API - Processes; the numbers are what the databases hold. */
@@ -56,36 +56,36 @@ struct srv_job_order {
     const void *request;
     size_t request_bytes;
     const unsigned char *digest; /* SRV_DIGEST_BYTES, of operation and request */
-    long shards;                 /* >= 1 */
-    int chained;                 /* non-zero: a shard starts from what the one before it carried over */
-    int64_t cost_us;             /* computation of all shards, as it is estimated */
+    long parts;                 /* >= 1 */
+    int chained;                 /* non-zero: a part starts from what the one before it carried over */
+    int64_t cost_us;             /* computation of all parts, as it is estimated */
 };
 
 /* What is known of a job. Times are microseconds since 1970 by the store's clock, 0 = has not happened. */
 struct srv_job {
     char id[SRV_ID_BYTES], client[SRV_NAME_BYTES], operation[SRV_NAME_BYTES];
     enum srv_job_state state;
-    long shards, done;
-    long begun;   /* shards that a worker has held, ever */
+    long parts, done;
+    long begun;   /* parts that a worker has held, ever */
     long waiting; /* of these, those that nobody holds and that are not done */
     int chained;
     int64_t created, started, finished, expires;
     int64_t now;     /* of the same clock, when this was read */
     long long bytes; /* of results */
     long long held;  /* bytes that its row and its request are counted for */
-    char message[SRV_MESSAGE_BYTES];
+    char message[SRV_REQUEST_HEAD_BYTES];
     const char *flaw; /* NULL, or the column of its row that holds what nobody can have written: it has failed */
 };
 
 /* A piece of a job that a worker holds for a while. */
 struct srv_lease {
     char job[SRV_ID_BYTES], operation[SRV_NAME_BYTES];
-    long shard, shards;
-    long attempt;    /* the fencing token: grows with every claim of this shard */
+    long part, parts;
+    long attempt;    /* the fencing token: grows with every claim of this part */
     int64_t part_us; /* of computation, as it is estimated */
     void *request;   /* of the job; NULL where it is long; freed by srv_lease_clear */
     size_t request_bytes;
-    void *start; /* what the shard before it carried over; NULL where there is none; freed by srv_lease_clear */
+    void *start; /* what the part before it carried over; NULL where there is none; freed by srv_lease_clear */
     size_t start_bytes;
 };
 
@@ -122,7 +122,7 @@ int srv_store_batch(const struct srv_store *store);
 struct srv_store_call {
     enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call);
     enum srv_stored stored;         /* out */
-    const struct srv_lease *finish; /* what `run` is to end by srv_store_finish, so that the rows of all shards that a
+    const struct srv_lease *finish; /* what `run` is to end by srv_store_finish, so that the rows of all parts that a
                                      * batch ends can be read at once; NULL: nobody knows */
 };
 
@@ -160,7 +160,7 @@ enum srv_stored srv_store_job(struct srv_store *store, const char *id, struct sr
  * SRV_STORED_NONE
  * SRV_STORED_DAMAGED  it is not what was written: the job has failed from now on, and its message says why.
  */
-enum srv_stored srv_store_request(struct srv_store *store, const char *id, void **request, size_t *bytes);
+enum srv_stored srv_store_job_request(struct srv_store *store, const char *id, void **request, size_t *bytes);
 
 /**
  * A client's jobs, newest first.
@@ -176,7 +176,7 @@ enum srv_stored srv_store_list(struct srv_store *store, const char *client, cons
 enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struct srv_job *job);
 
 /**
- * Takes a shard that waits, those that nobody held before first. Clients take turns. Of one client's jobs that one is
+ * Takes a part that waits, those that nobody held before first. Clients take turns. Of one client's jobs that one is
  * next whose creation plus remaining computation is earliest: a short job goes before a long one, and a job that has
  * waited for as long as it computes goes before every new one. Its cost depends on nothing that waits. A job whose row
  * is damaged fails, and SRV_STORED_AGAIN says to ask for another.
@@ -189,7 +189,7 @@ enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struc
 enum srv_stored srv_store_claim(struct srv_store *store, const char *worker, int64_t lease_us, struct srv_lease *lease);
 
 /**
- * As srv_store_claim, several shards: one of each of as many jobs, of the clients in turn, while they are small.
+ * As srv_store_claim, several parts: one of each of as many jobs, of the clients in turn, while they are small.
  *
  * lease  out, room for `most`.
  * most   1 .. SRV_CLAIMS.
@@ -201,15 +201,15 @@ enum srv_stored srv_store_claim_some(struct srv_store *store, const char *worker
 /** Frees what a lease holds in memory. */
 void srv_lease_clear(struct srv_lease *lease);
 
-/** Holds a shard for longer. SRV_STORED_LOST */
+/** Holds a part for longer. SRV_STORED_LOST */
 enum srv_stored srv_store_extend(struct srv_store *store, const struct srv_lease *lease, int64_t lease_us);
 
 /**
- * Keeps a shard's result; the last one ends the job.
+ * Keeps a part's result; the last one ends the job.
  *
- * carry  for a chained job: what the next shard starts from; not for the last shard.
+ * carry  for a chained job: what the next part starts from; not for the last part.
  *
- * SRV_STORED_LOST   another attempt has the shard, or the job is over.
+ * SRV_STORED_LOST   another attempt has the part, or the job is over.
  * SRV_STORED_QUOTA  the client's quota of bytes would be passed: the job has failed with that message.
  * Repeating a call whose outcome is unknown is safe.
  */
@@ -219,11 +219,11 @@ enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease
 /** Ends a job as failed; the message is for its client. SRV_STORED_LOST */
 enum srv_stored srv_store_fail(struct srv_store *store, const struct srv_lease *lease, const char *message);
 
-/** Gives back every shard that a worker holds, without a mark against them. */
+/** Gives back every part that a worker holds, without a mark against them. */
 enum srv_stored srv_store_release(struct srv_store *store, const char *worker);
 
 /**
- * Reads a chunk of a shard's result.
+ * Reads a chunk of a part's result.
  *
  * data   out, room for SRV_CHUNK_BYTES.
  *
@@ -231,20 +231,20 @@ enum srv_stored srv_store_release(struct srv_store *store, const char *worker);
  * SRV_STORED_DAMAGED  it is not what was written: bits have changed, or it is another job's or part's. Chunks that
  *                     were written before version 5 of the tables have no seal that could tell.
  */
-enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long shard, long chunk, void *data,
+enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long part, long chunk, void *data,
                                 size_t *bytes);
 
 /* What a sweep found. */
 struct srv_store_sweep {
     int more;     /* work is left: sweep again soon */
-    int released; /* shards whose lease had run out wait again */
+    int released; /* parts whose lease had run out wait again */
     int given_up; /* jobs that failed because their workers vanished */
     int expired;  /* jobs that were removed because they were past their time */
 };
 
 /**
- * Puts shards back whose lease ran out, gives up what kills its workers, removes what is dismissed or past its time; a
- * piece at a time: at most 64 shards, 64 chunks of results of a job that has ended, and 128 jobs that expired, 512
+ * Puts parts back whose lease ran out, gives up what kills its workers, removes what is dismissed or past its time; a
+ * piece at a time: at most 64 parts, 64 chunks of results of a job that has ended, and 128 jobs that expired, 512
  * where one statement removes them all. Any
  * process may, at any time. After the store's clock has jumped ahead no job expires for ten minutes: a clock that was
  * set by mistake, and is set back, costs nobody a result.
@@ -259,7 +259,7 @@ enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked, struct
 struct srv_store_figures {
     long jobs[SRV_JOB_STATES];
     long long bytes; /* kept for jobs: rows, requests, results */
-    long shards;     /* that could be claimed now */
+    long parts;     /* that could be claimed now */
     long scenes;
     long long scene_bytes;
     const char *full; /* why no job can be kept, as a sentence's part; NULL = it can, or nobody knows */

@@ -13,10 +13,10 @@ static int call_spares(enum srv_statement id) {
     case SQL_JOB_PUT:
     case SQL_KEY_FREE:
     case SQL_JOB_CLAIM:
-    case SQL_SHARD_FIRST:
-    case SQL_SHARD_EXTEND:
+    case SQL_PART_FIRST:
+    case SQL_PART_EXTEND:
     case SQL_RESULT_PUT:
-    case SQL_SHARD_END:
+    case SQL_PART_END:
     case SQL_JOB_SUCCEED:
         return 1;
     default:
@@ -163,11 +163,11 @@ static void store_single(struct srv_store *store, struct srv_store_call *call) {
     }
 }
 
-/* notes the shards that a batch is going to end, where their rows are worth being read at once */
+/* notes the parts that a batch is going to end, where their rows are worth being read at once */
 static void batch_ahead(struct srv_store *store, struct srv_store_call *const calls[], int count) {
     struct srv_store_ahead *ahead = &store->ahead;
     for (int i = 0; i < count && store->sql->driver->lists && ahead->leases < SRV_STORE_AHEAD; i++)
-        if (calls[i]->finish && calls[i]->finish->shards == 1) ahead->lease[ahead->leases++] = calls[i]->finish;
+        if (calls[i]->finish && calls[i]->finish->parts == 1) ahead->lease[ahead->leases++] = calls[i]->finish;
     if (ahead->leases == 1) ahead->leases = 0;
 }
 

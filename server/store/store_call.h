@@ -10,15 +10,15 @@
 
 enum { SRV_STORE_AHEAD = 128 };
 
-/* What the store says of a shard that is held. */
+/* What the store says of a part that is held. */
 struct srv_store_held {
     struct srv_job job;
-    long shard_state, attempt;
+    long part_state, attempt;
 };
 
-/* The rows of shards that a batch is going to end, of jobs of one shard: locked and read by one statement when the
+/* The rows of parts that a batch is going to end, of jobs of one part: locked and read by one statement when the
  * first of them is asked for. A row is good once, and as long as nothing was written but by calls that finish, claim
- * or submit: none of these changes a job whose only shard somebody else holds. */
+ * or submit: none of these changes a job whose only part somebody else holds. */
 struct srv_store_ahead {
     int leases, rows, read;
     const struct srv_lease *lease[SRV_STORE_AHEAD];

@@ -1,6 +1,6 @@
-/* Claims: which shards of jobs a worker is to compute next, several small ones at a time.
+/* Claims: which parts of jobs a worker is to compute next, several small ones at a time.
  * Leaves to others: what becomes of them (store_leases).
- * Invariant: a shard that is claimed was nobody's; what a claim costs does not depend on how many shards wait. */
+ * Invariant: a part that is claimed was nobody's; what a claim costs does not depend on how many parts wait. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,7 +10,7 @@
 #include "server/store/store_rows.h"
 #include "server/store/store_seals.h"
 
-enum { LAST_SHARDS = 8, TURN_CLIENTS = 8 };
+enum { LAST_PARTS = 8, TURN_CLIENTS = 8 };
 
 /* a job's rank is an instant, and so many microseconds from none: more was not written by us */
 #define CLAIM_RANK (INT64_C(1) << 62)
@@ -24,7 +24,7 @@ struct row_lease {
 static enum srv_stored row_lease(void *context, const struct srv_value field[]) {
     struct row_lease *row = context;
     struct srv_lease *lease = row->lease;
-    lease->shard = (long)srv_row_whole(&field[0], 0, lease->shards - 1, "shards", &row->flaw);
+    lease->part = (long)srv_row_whole(&field[0], 0, lease->parts - 1, "shards", &row->flaw);
     lease->attempt = (long)srv_row_whole(&field[1], 1, SRV_ROW_MOST, "attempt", &row->flaw);
     if (field[2].kind != SRV_SQL_NULL && field[2].kind != SRV_SQL_BYTES && !row->flaw) row->flaw = "start";
     if (field[2].kind == SRV_SQL_BYTES) {
@@ -82,7 +82,7 @@ static enum srv_stored clients_order(struct srv_store *store, struct row_clients
     return SRV_STORED;
 }
 
-/* A job of which a shard can be claimed, locked. */
+/* A job of which a part can be claimed, locked. */
 struct ready {
     struct srv_job job;
     int again; /* one that was held before is next */
@@ -107,8 +107,8 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
     *ready = (struct ready){0};
     srv_row_word(&field[0], 1, job->id, sizeof job->id, "id", flaw);
     srv_row_word(&field[1], 1, job->operation, sizeof job->operation, "operation", flaw);
-    job->shards = (long)srv_row_whole(&field[2], 1, SRV_ROW_MOST, "shards", flaw);
-    job->begun = (long)srv_row_whole(&field[3], 0, job->shards, "begun", flaw);
+    job->parts = (long)srv_row_whole(&field[2], 1, SRV_ROW_MOST, "shards", flaw);
+    job->begun = (long)srv_row_whole(&field[3], 0, job->parts, "begun", flaw);
     job->waiting = (long)srv_row_whole(&field[4], 0, job->begun, "waiting", flaw);
     job->chained = (int)srv_row_whole(&field[5], 0, 1, "chained", flaw);
     job->done = (long)srv_row_whole(&field[6], 0, job->begun, "done", flaw);
@@ -120,7 +120,7 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
     snprintf(job->client, sizeof job->client, "%s", rows->client);
     if (!*flaw && !srv_seal_job_whole(job, &field[11])) *flaw = "seal";
     /* what was held before comes last, unless there is much of it: it may be what kills its workers */
-    int last = !job->chained && job->begun < job->shards && job->waiting <= LAST_SHARDS;
+    int last = !job->chained && job->begun < job->parts && job->waiting <= LAST_PARTS;
     ready->again = job->waiting > 0 && !last;
     /* one that is too long for a claim, or is no bytes, is read and judged by itself */
     const struct srv_value *request = &field[13];
@@ -164,33 +164,33 @@ static enum srv_stored claim_damaged(struct srv_store *store, const char *client
     return srv_store_condemn(store, &job);
 }
 
-/* takes the first shard of a job that nobody has held, and that starts from nothing: its row is known without looking
+/* takes the first part of a job that nobody has held, and that starts from nothing: its row is known without looking
  */
 static enum srv_stored claim_first(struct srv_store *store, const struct ready *ready, const char *worker,
                                    int64_t lease_us, struct srv_lease *lease) {
-    lease->shard = ready->job.begun;
+    lease->part = ready->job.begun;
     lease->attempt = 1;
-    return SRV_POST(store, SQL_SHARD_FIRST, srv_value_text(ready->job.id), srv_value_whole(lease->shard),
+    return SRV_POST(store, SQL_PART_FIRST, srv_value_text(ready->job.id), srv_value_whole(lease->part),
                     srv_value_text(worker), srv_value_whole(lease_us));
 }
 
-/* takes a shard of the job, whichever is next */
+/* takes a part of the job, whichever is next */
 static enum srv_stored claim_next(struct srv_store *store, struct ready *ready, const char *worker, int64_t lease_us,
                                   struct srv_lease *lease) {
     struct row_lease row = {.lease = lease};
     if (!ready->again && !ready->job.chained) return claim_first(store, ready, worker, lease_us, lease);
-    SRV_STORED_TRY(SRV_RUN(store, ready->again ? SQL_SHARD_AGAIN : SQL_SHARD_NEXT, row_lease, &row,
+    SRV_STORED_TRY(SRV_RUN(store, ready->again ? SQL_PART_AGAIN : SQL_PART_NEXT, row_lease, &row,
                            srv_value_text(ready->job.id), srv_value_text(worker), srv_value_whole(lease_us)));
     ready->flaw = row.rows ? row.flaw : "ready";
     return ready->flaw ? SRV_STORED_DAMAGED : SRV_STORED;
 }
 
-static enum srv_stored claim_shard(struct srv_store *store, const char *client, int64_t weight, const char *worker,
+static enum srv_stored claim_part(struct srv_store *store, const char *client, int64_t weight, const char *worker,
                                    int64_t lease_us, struct ready *ready, struct srv_lease *lease) {
     struct srv_job was = ready->job, is;
     struct srv_tally_client *turn;
     if (ready->flaw) return SRV_STORED_DAMAGED;
-    lease->shards = was.shards;
+    lease->parts = was.parts;
     SRV_STORED_TRY(claim_next(store, ready, worker, lease_us, lease));
     memcpy(lease->job, was.id, sizeof lease->job);
     memcpy(lease->operation, was.operation, sizeof lease->operation);
@@ -210,7 +210,7 @@ static enum srv_stored claim_shard(struct srv_store *store, const char *client, 
     return SRV_STORED;
 }
 
-/* The shards of one claim. */
+/* The parts of one claim. */
 struct claim {
     const char *worker;
     int64_t lease_us, sum_us; /* sum_us: computation of what it has, as it is estimated */
@@ -221,13 +221,13 @@ struct claim {
     struct ready damaged;
 };
 
-/* whether a shard of so much computation may be claimed beside what the claim has */
+/* whether a part of so much computation may be claimed beside what the claim has */
 static int claim_suits(const struct claim *claim, int64_t part_us) {
     return !claim->count || (claim->lease[0].part_us <= SRV_SMALL_US && part_us <= SRV_SMALL_US &&
                              claim->sum_us + part_us <= SRV_CLAIM_US);
 }
 
-/* takes shards of a client's jobs, one of each */
+/* takes parts of a client's jobs, one of each */
 static enum srv_stored claim_client(struct srv_store *store, const char *client, int64_t weight, int most,
                                     struct claim *claim) {
     struct row_ready rows = {.client = client};
@@ -238,7 +238,7 @@ static enum srv_stored claim_client(struct srv_store *store, const char *client,
         /* a damaged one is seen to when it is the first */
         if (ready->flaw && claim->count) break;
         claim->sum_us += ready->part_us;
-        stored = claim_shard(store, client, weight, claim->worker, claim->lease_us, ready, &claim->lease[claim->count]);
+        stored = claim_part(store, client, weight, claim->worker, claim->lease_us, ready, &claim->lease[claim->count]);
         claim->count++;
         if (stored != SRV_STORED_DAMAGED) continue;
         claim->bad = 1;

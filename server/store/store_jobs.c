@@ -24,14 +24,14 @@ enum srv_stored srv_store_condemn(struct srv_store *store, struct srv_job *job) 
     if (!job->created) job->created = job->now;
     if (!*job->client) snprintf(job->client, sizeof job->client, "nobody");
     if (!*job->operation) snprintf(job->operation, sizeof job->operation, "unknown");
-    job->shards = 1;
+    job->parts = 1;
     job->chained = 0;
     srv_seal_job(seal, job, "", 0);
     SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_CONDEMN, NULL, NULL, srv_value_text(job->id), srv_value_text(job->client),
                            srv_value_text(job->operation), srv_value_text(job->message), srv_value_whole(job->created),
                            srv_value_whole(job->finished), srv_value_whole(job->expires), srv_value_whole(job->held),
                            srv_value_bytes("", 0), srv_value_bytes(seal, sizeof seal)));
-    /* its shards and results go by and by */
+    /* its parts and results go by and by */
     SRV_STORED_TRY(SRV_RUN(store, SQL_REMOVAL_PUT, NULL, NULL, srv_value_text(job->id), srv_value_text(job->client),
                            srv_value_whole(0)));
     store->tally.ring = 1;
@@ -65,13 +65,13 @@ static enum srv_stored submit_known(struct srv_store *store, const struct srv_jo
 
 /* what a job is counted for before it has results */
 static long long submit_held(const struct srv_job_order *order) {
-    return SRV_ROW_BYTES + (long long)order->request_bytes + SRV_SHARD_BYTES * (long long)(order->shards - 1);
+    return SRV_ROW_BYTES + (long long)order->request_bytes + SRV_PART_BYTES * (long long)(order->parts - 1);
 }
 
 /* the job as the statement SQL_JOB_PUT makes it */
 static void submit_job(const struct srv_job_order *order, int64_t now, struct srv_job *job) {
     *job = (struct srv_job){
-        .shards = order->shards, .chained = order->chained, .created = now, .now = now, .held = submit_held(order)};
+        .parts = order->parts, .chained = order->chained, .created = now, .now = now, .held = submit_held(order)};
     snprintf(job->id, sizeof job->id, "%s", order->id);
     snprintf(job->client, sizeof job->client, "%s", order->client);
     snprintf(job->operation, sizeof job->operation, "%s", order->operation);
@@ -84,13 +84,13 @@ static enum srv_stored submit_count(struct srv_store *store, const struct srv_jo
     client->ready++;
     store->tally.ring = 1;
     store->tally.change.jobs[SRV_JOB_ACCEPTED]++;
-    store->tally.change.shards += srv_job_claimable(job);
+    store->tally.change.parts += srv_job_claimable(job);
     return srv_store_count_bytes(store, job->client, job->held);
 }
 
 static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_order *order, struct srv_job *job) {
     struct srv_tally_client *client;
-    int64_t now, part_us = order->cost_us / order->shards;
+    int64_t now, part_us = order->cost_us / order->parts;
     unsigned char seal[SRV_SEAL_JOB_BYTES];
     SRV_STORED_TRY(srv_tally_look(&store->tally, store->sql, order->client, &client));
     if (client->jobs_were + client->jobs >= store->rules.client_jobs) {
@@ -106,8 +106,8 @@ static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_
     SRV_STORED_TRY(SRV_POST(store, SQL_JOB_PUT, srv_value_text(order->id), srv_value_text(order->client),
                             srv_value_text(order->operation), srv_value_bytes(order->request, order->request_bytes),
                             srv_value_text(order->key), srv_value_bytes(order->digest, SRV_DIGEST_BYTES),
-                            srv_value_whole(order->shards), srv_value_whole(order->chained), srv_value_whole(part_us),
-                            srv_value_whole(now + part_us * order->shards), srv_value_whole(now),
+                            srv_value_whole(order->parts), srv_value_whole(order->chained), srv_value_whole(part_us),
+                            srv_value_whole(now + part_us * order->parts), srv_value_whole(now),
                             srv_value_whole(job->held), srv_value_bytes(seal, sizeof seal)));
     return submit_count(store, job);
 }
@@ -147,7 +147,7 @@ static enum srv_stored request_condemn(struct srv_store *store, const char *id) 
     return srv_store_condemn(store, &job);
 }
 
-enum srv_stored srv_store_request(struct srv_store *store, const char *id, void **request, size_t *bytes) {
+enum srv_stored srv_store_job_request(struct srv_store *store, const char *id, void **request, size_t *bytes) {
     enum srv_stored stored = srv_store_bytes(store, SQL_JOB_REQUEST, id, request_whole, request, bytes);
     if (stored != SRV_STORED_DAMAGED) return stored;
     SRV_STORED_TRY(srv_store_begin(store));
@@ -177,13 +177,13 @@ enum srv_stored srv_store_list(struct srv_store *store, const char *client, cons
     return stored;
 }
 
-/* its shards: few go at once, many by and by, as its results do */
-static enum srv_stored end_shards(struct srv_store *store, const struct srv_job *job) {
-    if (job->bytes > 0 || job->begun > SRV_FEW_SHARDS)
+/* its parts: few go at once, many by and by, as its results do */
+static enum srv_stored end_parts(struct srv_store *store, const struct srv_job *job) {
+    if (job->bytes > 0 || job->begun > SRV_FEW_PARTS)
         return SRV_POST(store, SQL_REMOVAL_PUT, srv_value_text(job->id), srv_value_text(job->client),
                         srv_value_whole(job->bytes));
     if (!job->begun) return SRV_STORED;
-    return SRV_POST(store, SQL_SHARDS_REMOVE, srv_value_text(job->id));
+    return SRV_POST(store, SQL_PARTS_REMOVE, srv_value_text(job->id));
 }
 
 enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job, enum srv_job_state state,
@@ -195,14 +195,14 @@ enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job, 
         job->finished = job->now;
         job->expires = job->now + store->rules.keep_us;
     }
-    if (was.state != SRV_JOB_DISMISSED && was.state != SRV_JOB_FAILED) SRV_STORED_TRY(end_shards(store, &was));
+    if (was.state != SRV_JOB_DISMISSED && was.state != SRV_JOB_FAILED) SRV_STORED_TRY(end_parts(store, &was));
     job->state = state;
     job->held = SRV_ROW_BYTES;
     job->waiting = 0;
     /* the results are counted until they are gone */
     SRV_STORED_TRY(srv_store_count_job(store, &was, job));
     job->bytes = 0;
-    char text[SRV_MESSAGE_BYTES];
+    char text[SRV_REQUEST_HEAD_BYTES];
     snprintf(text, sizeof text, "%s", message);
     memcpy(job->message, text, sizeof text);
     SRV_STORED_TRY(SRV_POST(store, SQL_JOB_END, srv_value_text(job->id), srv_value_whole(state), srv_value_text(text),

@@ -1,13 +1,13 @@
 /* Jobs: submitted, read, listed, ended.
- * Leaves to others: their shards (store_leases), their removal (store_sweep).
+ * Leaves to others: their parts (store_leases), their removal (store_sweep).
  * Invariant: a job ends once; a client's key makes one job, however many submissions come at once. */
 #ifndef SRV_STORE_JOBS_H
 #define SRV_STORE_JOBS_H
 
 #include "server/store/store_call.h"
 
-/* a job that ends has no more shards than so many removed at once */
-enum { SRV_FEW_SHARDS = 16 };
+/* a job that ends has no more parts than so many removed at once */
+enum { SRV_FEW_PARTS = 16 };
 
 /** Reads a job by a statement of its id, in a call that has begun; its `flaw` may be set. SRV_STORED_NONE */
 enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, const char *name, struct srv_job *job);
@@ -16,7 +16,7 @@ enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, c
 int srv_job_open(const struct srv_job *job);
 
 /**
- * Ends a job that was locked, in a call that has begun: without success. Its request goes at once, its shards and
+ * Ends a job that was locked, in a call that has begun: without success. Its request goes at once, its parts and
  * results go by and by; no attempt can write any more.
  *
  * state  SRV_JOB_FAILED or SRV_JOB_DISMISSED.

@@ -9,26 +9,26 @@
 #include "server/store/store_rows.h"
 #include "server/store/store_seals.h"
 
-enum { SHARD_HELD = 1, SHARD_DONE = 2 };
+enum { PART_HELD = 1, PART_DONE = 2 };
 
 enum srv_stored srv_store_extend(struct srv_store *store, const struct srv_lease *lease, int64_t lease_us) {
     struct srv_row_wholes row = {.count = 1};
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored =
-        SRV_RUN(store, SQL_SHARD_EXTEND, srv_row_wholes, &row, srv_value_text(lease->job),
-                srv_value_whole(lease->shard), srv_value_whole(lease->attempt), srv_value_whole(lease_us));
+        SRV_RUN(store, SQL_PART_EXTEND, srv_row_wholes, &row, srv_value_text(lease->job),
+                srv_value_whole(lease->part), srv_value_whole(lease->attempt), srv_value_whole(lease_us));
     if (stored == SRV_STORED && !row.rows) stored = SRV_STORED_LOST;
     return srv_store_end(store, stored == SRV_STORED, stored);
 }
 
-/* a shard and its job, both locked */
+/* a part and its job, both locked */
 static enum srv_stored row_held(void *context, const struct srv_value field[]) {
     struct srv_store_ahead *ahead = context;
     if (ahead->rows == SRV_STORE_AHEAD) return SRV_STORED;
     struct srv_store_held *held = &ahead->held[ahead->rows];
     struct srv_row_jobs row = {.cap = 1, .job = &held->job, .with_lease = 1};
     SRV_STORED_TRY(srv_row_job(&row, field));
-    held->shard_state = row.shard_state;
+    held->part_state = row.part_state;
     held->attempt = row.attempt;
     ahead->rows += row.count;
     return SRV_STORED;
@@ -38,7 +38,7 @@ static int ahead_order(const void *a, const void *b) {
     return strcmp((*(const struct srv_lease *const *)a)->job, (*(const struct srv_lease *const *)b)->job);
 }
 
-/* locks and reads the rows of all shards that the batch is going to end, in the order of their jobs, so that two
+/* locks and reads the rows of all parts that the batch is going to end, in the order of their jobs, so that two
  * processes that lock some of the same rows do not wait for each other */
 static enum srv_stored ahead_read(struct srv_store *store) {
     struct srv_store_ahead *ahead = &store->ahead;
@@ -47,14 +47,14 @@ static enum srv_stored ahead_read(struct srv_store *store) {
     qsort(ahead->lease, (size_t)ahead->leases, sizeof *ahead->lease, ahead_order);
     for (int i = 0; i < last; i++)
         SRV_STORED_TRY(
-            SRV_POST(store, SQL_LEASE, srv_value_text(ahead->lease[i]->job), srv_value_whole(ahead->lease[i]->shard)));
+            SRV_POST(store, SQL_LEASE, srv_value_text(ahead->lease[i]->job), srv_value_whole(ahead->lease[i]->part)));
     return SRV_RUN(store, SQL_LEASE, row_held, ahead, srv_value_text(ahead->lease[last]->job),
-                   srv_value_whole(ahead->lease[last]->shard));
+                   srv_value_whole(ahead->lease[last]->part));
 }
 
-/* takes the row of a shard that was read ahead; returns 0 where there is none */
+/* takes the row of a part that was read ahead; returns 0 where there is none */
 static int ahead_take(struct srv_store_ahead *ahead, const struct srv_lease *lease, struct srv_store_held *held) {
-    for (int i = 0; i < ahead->rows && lease->shards == 1; i++) {
+    for (int i = 0; i < ahead->rows && lease->parts == 1; i++) {
         if (strcmp(ahead->held[i].job.id, lease->job) != 0) continue;
         *held = ahead->held[i];
         ahead->held[i] = ahead->held[--ahead->rows];
@@ -63,19 +63,19 @@ static int ahead_take(struct srv_store_ahead *ahead, const struct srv_lease *lea
     return 0;
 }
 
-/* locks and reads a shard and its job */
+/* locks and reads a part and its job */
 static enum srv_stored lease_read(struct srv_store *store, const struct srv_lease *lease, struct srv_store_held *held) {
     struct srv_row_jobs row = {.cap = 1, .job = &held->job, .with_lease = 1};
     if (store->ahead.leases && !store->ahead.read) SRV_STORED_TRY(ahead_read(store));
     if (ahead_take(&store->ahead, lease, held)) return SRV_STORED;
     SRV_STORED_TRY(
-        SRV_RUN(store, SQL_LEASE, srv_row_job, &row, srv_value_text(lease->job), srv_value_whole(lease->shard)));
-    held->shard_state = row.shard_state;
+        SRV_RUN(store, SQL_LEASE, srv_row_job, &row, srv_value_text(lease->job), srv_value_whole(lease->part)));
+    held->part_state = row.part_state;
     held->attempt = row.attempt;
     return row.count ? SRV_STORED : SRV_STORED_NONE;
 }
 
-/* locks the job and the shard; LOST unless this attempt holds it or, with `done`, has already finished it */
+/* locks the job and the part; LOST unless this attempt holds it or, with `done`, has already finished it */
 static enum srv_stored lease_check(struct srv_store *store, const struct srv_lease *lease, struct srv_job *job,
                                    int *done) {
     struct srv_store_held held;
@@ -86,8 +86,8 @@ static enum srv_stored lease_check(struct srv_store *store, const struct srv_lea
     *job = held.job;
     if (job->flaw) return SRV_STORED_DAMAGED;
     if (held.attempt != lease->attempt || job->state > SRV_JOB_SUCCESSFUL) return SRV_STORED_LOST;
-    *done = held.shard_state == SHARD_DONE;
-    return *done || (held.shard_state == SHARD_HELD && srv_job_open(job)) ? SRV_STORED : SRV_STORED_LOST;
+    *done = held.part_state == PART_DONE;
+    return *done || (held.part_state == PART_HELD && srv_job_open(job)) ? SRV_STORED : SRV_STORED_LOST;
 }
 
 static enum srv_stored finish_data(struct srv_store *store, const struct srv_lease *lease, const char *data,
@@ -96,23 +96,23 @@ static enum srv_stored finish_data(struct srv_store *store, const struct srv_lea
         size_t piece = bytes - at < SRV_CHUNK_BYTES ? bytes - at : SRV_CHUNK_BYTES;
         long chunk = (long)(at / SRV_CHUNK_BYTES);
         unsigned char seal[API_SEAL_BYTES];
-        srv_seal_chunk(seal, lease->job, lease->shard, chunk, data + at, piece);
-        SRV_STORED_TRY(SRV_POST(store, SQL_RESULT_PUT, srv_value_text(lease->job), srv_value_whole(lease->shard),
+        srv_seal_chunk(seal, lease->job, lease->part, chunk, data + at, piece);
+        SRV_STORED_TRY(SRV_POST(store, SQL_RESULT_PUT, srv_value_text(lease->job), srv_value_whole(lease->part),
                                 srv_value_whole(chunk), srv_value_bytes(data + at, piece),
                                 srv_value_bytes(seal, sizeof seal)));
     }
-    return SRV_POST(store, SQL_SHARD_END, srv_value_text(lease->job), srv_value_whole(lease->shard),
+    return SRV_POST(store, SQL_PART_END, srv_value_text(lease->job), srv_value_whole(lease->part),
                     srv_value_whole((int64_t)bytes));
 }
 
-/* the job has a shard more that is done; the last one ends it */
+/* the job has a part more that is done; the last one ends it */
 static enum srv_stored finish_step(struct srv_store *store, struct srv_job *job, size_t bytes, const void *carry,
                                    size_t carry_bytes) {
     struct srv_job was = *job;
     int64_t now;
     job->done++;
     job->bytes += (long long)bytes;
-    if (job->done < job->shards) {
+    if (job->done < job->parts) {
         SRV_STORED_TRY(SRV_POST(store, SQL_JOB_STEP, srv_value_text(job->id), srv_value_whole((int64_t)bytes),
                                 srv_value_bytes(carry, carry_bytes)));
         store->tally.ring |= carry != NULL;
@@ -131,7 +131,7 @@ enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease
     struct srv_job job;
     int64_t now;
     int done, over = 0;
-    char message[SRV_MESSAGE_BYTES];
+    char message[SRV_REQUEST_HEAD_BYTES];
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = lease_check(store, lease, &job, &done);
     if (stored != SRV_STORED || done) return srv_store_end(store, 0, stored);
@@ -144,8 +144,8 @@ enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease
     } else {
         if (stored == SRV_STORED) stored = finish_data(store, lease, data, bytes);
         /* a job that gets on is not what kills its workers */
-        if (stored == SRV_STORED && job.shards > 1)
-            stored = SRV_POST(store, SQL_SHARDS_CLEARED, srv_value_text(lease->job));
+        if (stored == SRV_STORED && job.parts > 1)
+            stored = SRV_POST(store, SQL_PARTS_CLEARED, srv_value_text(lease->job));
         if (stored == SRV_STORED) stored = finish_step(store, &job, bytes, carry, carry_bytes);
     }
     int keep = stored == SRV_STORED;
@@ -162,36 +162,36 @@ enum srv_stored srv_store_fail(struct srv_store *store, const struct srv_lease *
     return srv_store_end(store, stored == SRV_STORED, stored);
 }
 
-struct row_shards {
+struct row_parts {
     int count;
     struct {
         char job[SRV_ID_BYTES];
         int64_t number;
-    } shard[SQL_SHARDS_MOST];
+    } part[SQL_PARTS_MOST];
 };
 
-static enum srv_stored row_shard(void *context, const struct srv_value field[]) {
-    struct row_shards *rows = context;
-    if (rows->count == SQL_SHARDS_MOST) return SRV_STORED;
-    srv_row_text(&field[0], rows->shard[rows->count].job, SRV_ID_BYTES);
-    rows->shard[rows->count++].number = field[1].whole;
+static enum srv_stored row_part(void *context, const struct srv_value field[]) {
+    struct row_parts *rows = context;
+    if (rows->count == SQL_PARTS_MOST) return SRV_STORED;
+    srv_row_text(&field[0], rows->part[rows->count].job, SRV_ID_BYTES);
+    rows->part[rows->count++].number = field[1].whole;
     return SRV_STORED;
 }
 
-/* a shard waits again; with `mark` because its lease ran out, which counts against it */
-static enum srv_stored shard_back(struct srv_store *store, const char *id, int64_t number, int mark,
+/* a part waits again; with `mark` because its lease ran out, which counts against it */
+static enum srv_stored part_back(struct srv_store *store, const char *id, int64_t number, int mark,
                                   struct srv_store_sweep *sweep) {
     struct srv_row_wholes row = {.count = 1};
     struct srv_job job;
-    char message[SRV_MESSAGE_BYTES];
+    char message[SRV_REQUEST_HEAD_BYTES];
     enum srv_stored stored = srv_store_lock(store, id, &job);
     /* what no open job has any more is not looked at again and again; a job that ended while its row was waited for
-     * keeps its shards that are done */
-    if (stored == SRV_STORED_NONE) return SRV_RUN(store, SQL_SHARDS_REMOVE_SOME, NULL, NULL, srv_value_text(id));
+     * keeps its parts that are done */
+    if (stored == SRV_STORED_NONE) return SRV_RUN(store, SQL_PARTS_REMOVE_SOME, NULL, NULL, srv_value_text(id));
     if (stored == SRV_STORED && !srv_job_open(&job))
-        return SRV_RUN(store, SQL_SHARDS_HELD_REMOVE, NULL, NULL, srv_value_text(id));
+        return SRV_RUN(store, SQL_PARTS_HELD_REMOVE, NULL, NULL, srv_value_text(id));
     SRV_STORED_TRY(stored);
-    SRV_STORED_TRY(SRV_RUN(store, SQL_SHARD_BACK, srv_row_wholes, &row, srv_value_text(id), srv_value_whole(number),
+    SRV_STORED_TRY(SRV_RUN(store, SQL_PART_BACK, srv_row_wholes, &row, srv_value_text(id), srv_value_whole(number),
                            srv_value_whole(mark)));
     if (!row.rows) return SRV_STORED;
     sweep->released++;
@@ -202,19 +202,19 @@ static enum srv_stored shard_back(struct srv_store *store, const char *id, int64
     sweep->given_up++;
     snprintf(message, sizeof message,
              "given up: %d workers ended or fell silent over part %lld of %ld, and nothing was done between",
-             SRV_MOST_KILLS, (long long)number + 1, job.shards);
+             SRV_MOST_KILLS, (long long)number + 1, job.parts);
     return srv_store_job_end(store, &job, SRV_JOB_FAILED, message);
 }
 
 enum srv_stored srv_store_back(struct srv_store *store, const char *worker, int64_t before,
                                struct srv_store_sweep *sweep, int *found) {
-    struct row_shards rows = {0};
-    enum srv_stored stored = worker ? SRV_RUN(store, SQL_SHARDS_OF, row_shard, &rows, srv_value_text(worker))
-                                    : SRV_RUN(store, SQL_SHARDS_LATE, row_shard, &rows, srv_value_whole(before));
+    struct row_parts rows = {0};
+    enum srv_stored stored = worker ? SRV_RUN(store, SQL_PARTS_OF, row_part, &rows, srv_value_text(worker))
+                                    : SRV_RUN(store, SQL_PARTS_LATE, row_part, &rows, srv_value_whole(before));
     *found = rows.count;
     SRV_STORED_TRY(stored);
     for (int i = 0; i < rows.count; i++)
-        SRV_STORED_TRY(shard_back(store, rows.shard[i].job, rows.shard[i].number, !worker, sweep));
+        SRV_STORED_TRY(part_back(store, rows.part[i].job, rows.part[i].number, !worker, sweep));
     store->tally.ring |= sweep->released > 0;
     return SRV_STORED;
 }
@@ -228,7 +228,7 @@ enum srv_stored srv_store_release(struct srv_store *store, const char *worker) {
         SRV_STORED_TRY(srv_store_begin(store));
         stored = srv_store_back(store, worker, 0, &sweep, &found);
         stored = srv_store_end(store, stored == SRV_STORED, stored);
-    } while (stored == SRV_STORED && sweep.released == SQL_SHARDS_MOST);
+    } while (stored == SRV_STORED && sweep.released == SQL_PARTS_MOST);
     return stored;
 }
 
@@ -237,7 +237,7 @@ struct row_chunk {
     void *data;
     size_t bytes;
     const char *job;
-    long shard, chunk;
+    long part, chunk;
 };
 
 static enum srv_stored row_chunk(void *context, const struct srv_value field[]) {
@@ -246,17 +246,17 @@ static enum srv_stored row_chunk(void *context, const struct srv_value field[]) 
     row->rows++;
     row->bytes = field[0].bytes;
     if (row->bytes) memcpy(row->data, field[0].data, row->bytes);
-    int whole = srv_seal_chunk_whole(&field[1], row->job, row->shard, row->chunk, row->data, row->bytes);
+    int whole = srv_seal_chunk_whole(&field[1], row->job, row->part, row->chunk, row->data, row->bytes);
     return whole ? SRV_STORED : SRV_STORED_DAMAGED;
 }
 
-enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long shard, long chunk, void *data,
+enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long part, long chunk, void *data,
                                 size_t *bytes) {
-    struct row_chunk row = {.data = data, .job = id, .shard = shard, .chunk = chunk};
+    struct row_chunk row = {.data = data, .job = id, .part = part, .chunk = chunk};
     *bytes = 0;
     SRV_STORED_TRY(srv_store_look(store));
     enum srv_stored stored =
-        SRV_RUN(store, SQL_RESULT, row_chunk, &row, srv_value_text(id), srv_value_whole(shard), srv_value_whole(chunk));
+        SRV_RUN(store, SQL_RESULT, row_chunk, &row, srv_value_text(id), srv_value_whole(part), srv_value_whole(chunk));
     if (stored == SRV_STORED && !row.rows) stored = SRV_STORED_NONE;
     stored = srv_store_end(store, 1, stored);
     if (stored == SRV_STORED) *bytes = row.bytes;

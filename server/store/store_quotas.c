@@ -42,8 +42,8 @@ enum srv_stored srv_store_recount(struct srv_store *store, const char *name) {
 
 long srv_job_claimable(const struct srv_job *job) {
     if (job->state > SRV_JOB_RUNNING) return 0;
-    if (!job->chained) return job->waiting + job->shards - job->begun;
-    return job->waiting > 0 || (job->begun < job->shards && job->begun == job->done);
+    if (!job->chained) return job->waiting + job->parts - job->begun;
+    return job->waiting > 0 || (job->begun < job->parts && job->begun == job->done);
 }
 
 enum srv_stored srv_store_count_job(struct srv_store *store, const struct srv_job *was, const struct srv_job *is) {
@@ -53,7 +53,7 @@ enum srv_stored srv_store_count_job(struct srv_store *store, const struct srv_jo
     SRV_STORED_TRY(srv_store_client(store, is->client, &client));
     change->jobs[was->state]--;
     change->jobs[is->state]++;
-    change->shards += after - before;
+    change->parts += after - before;
     client->ready += (after > 0) - (before > 0);
     client->jobs += (is->state <= SRV_JOB_RUNNING) - (was->state <= SRV_JOB_RUNNING);
     return srv_store_count_bytes(store, is->client, is->bytes + is->held - was->bytes - was->held);
@@ -66,7 +66,7 @@ static enum srv_stored quotas_disk(struct srv_store *store, size_t bytes) {
 }
 
 enum srv_stored srv_store_room(struct srv_store *store, const char *name, size_t bytes,
-                               char message[SRV_MESSAGE_BYTES]) {
+                               char message[SRV_REQUEST_HEAD_BYTES]) {
     const struct srv_store_rules *rules = &store->rules;
     struct srv_tally_client *client;
     struct srv_store_figures all;
@@ -74,19 +74,19 @@ enum srv_stored srv_store_room(struct srv_store *store, const char *name, size_t
     SRV_STORED_TRY(srv_tally_look(&store->tally, store->sql, name, &client));
     SRV_STORED_TRY(srv_tally_totals(&store->tally, store->sql, &all));
     if (client->bytes_were + client->bytes + (int64_t)bytes > rules->client_bytes)
-        snprintf(message, SRV_MESSAGE_BYTES,
+        snprintf(message, SRV_REQUEST_HEAD_BYTES,
                  "the client's kept jobs would pass max-client-bytes, %lld bytes; "
                  "DELETE jobs that are not needed any more",
                  rules->client_bytes);
     else if (all.bytes + (long long)bytes > rules->all_bytes)
-        snprintf(message, SRV_MESSAGE_BYTES, "all kept jobs would pass max-store-bytes, %lld bytes", rules->all_bytes);
+        snprintf(message, SRV_REQUEST_HEAD_BYTES, "all kept jobs would pass max-store-bytes, %lld bytes", rules->all_bytes);
     else
         return SRV_STORED;
     return SRV_STORED_QUOTA;
 }
 
 enum srv_stored srv_store_source(struct srv_store *store, const char *name, const char *source,
-                                 char message[SRV_MESSAGE_BYTES]) {
+                                 char message[SRV_REQUEST_HEAD_BYTES]) {
     const struct srv_store_rules *rules = &store->rules;
     struct srv_tally_client *client;
     int64_t clients, jobs, bytes;
@@ -97,14 +97,14 @@ enum srv_stored srv_store_source(struct srv_store *store, const char *name, cons
     client->weight = 1 + store->tally.source_open / SOURCE_TURNS;
     int counted = client->jobs_were > 0 || client->bytes_were > 0 || client->bytes > 0;
     if (rules->source_clients && !counted && clients >= rules->source_clients)
-        snprintf(message, SRV_MESSAGE_BYTES,
+        snprintf(message, SRV_REQUEST_HEAD_BYTES,
                  "%ld clients of your address have jobs: max-address-clients allows no more", rules->source_clients);
     else if (rules->source_jobs && jobs >= rules->source_jobs)
-        snprintf(message, SRV_MESSAGE_BYTES,
+        snprintf(message, SRV_REQUEST_HEAD_BYTES,
                  "the clients of your address have %ld open jobs together: max-address-clients times max-client-jobs",
                  rules->source_jobs);
     else if (rules->source_bytes && bytes > rules->source_bytes)
-        snprintf(message, SRV_MESSAGE_BYTES,
+        snprintf(message, SRV_REQUEST_HEAD_BYTES,
                  "the clients of your address keep %lld bytes of jobs together: max-address-clients allows no more; "
                  "DELETE jobs that are not needed any more",
                  rules->source_bytes);

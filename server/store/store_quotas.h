@@ -21,10 +21,10 @@ enum srv_stored srv_store_recount_client(struct srv_store *store, const char *cl
  */
 enum srv_stored srv_store_recount(struct srv_store *store, const char *client);
 
-/** Shards of a job that can be claimed now. */
+/** Parts of a job that can be claimed now. */
 long srv_job_claimable(const struct srv_job *job);
 
-/** Counts what became of a job between two readings of it: its state, its shards that can be claimed, its bytes. */
+/** Counts what became of a job between two readings of it: its state, its parts that can be claimed, its bytes. */
 enum srv_stored srv_store_count_job(struct srv_store *store, const struct srv_job *was, const struct srv_job *is);
 
 /**
@@ -34,7 +34,7 @@ enum srv_stored srv_store_count_job(struct srv_store *store, const struct srv_jo
  * SRV_STORED_QUOTA  message says which.
  */
 enum srv_stored srv_store_room(struct srv_store *store, const char *client, size_t bytes,
-                               char message[SRV_MESSAGE_BYTES]);
+                               char message[SRV_REQUEST_HEAD_BYTES]);
 
 /**
  * Whether all clients of an address or account together may have one more open job; O(clients of the source).
@@ -45,7 +45,7 @@ enum srv_stored srv_store_room(struct srv_store *store, const char *client, size
  * SRV_STORED_QUOTA  message says which.
  */
 enum srv_stored srv_store_source(struct srv_store *store, const char *client, const char *source,
-                                 char message[SRV_MESSAGE_BYTES]);
+                                 char message[SRV_REQUEST_HEAD_BYTES]);
 
 /**
  * Whether a client may keep one more scene.

@@ -62,9 +62,9 @@ void srv_row_word(const struct srv_value *field, size_t least, char text[], size
 /* what the numbers of a job's row say together */
 static const char *row_job_flaw(const struct srv_job *job) {
     int over = job->state > SRV_JOB_RUNNING;
-    if (job->done > job->shards) return "done";
+    if (job->done > job->parts) return "done";
     if (!over && job->begun - job->waiting < job->done) return "begun";
-    if (job->state == SRV_JOB_SUCCESSFUL && job->done < job->shards) return "state";
+    if (job->state == SRV_JOB_SUCCESSFUL && job->done < job->parts) return "state";
     if (job->state == SRV_JOB_ACCEPTED && job->done) return "state";
     if (!job->created) return "created";
     if (over != (job->finished > 0)) return "finished";
@@ -74,7 +74,7 @@ static const char *row_job_flaw(const struct srv_job *job) {
 void srv_row_job_fail(struct srv_job *job, const char *flaw) {
     job->flaw = flaw;
     job->state = SRV_JOB_FAILED;
-    job->shards = 1;
+    job->parts = 1;
     job->done = job->begun = job->waiting = 0;
     job->started = job->finished = job->expires = 0;
     snprintf(job->message, sizeof job->message, "the store's record of this job is damaged (%s): submit the job again",
@@ -92,7 +92,7 @@ enum srv_stored srv_row_job(void *context, const struct srv_value field[]) {
     srv_row_word(&field[1], 1, job->client, sizeof job->client, "client", &flaw);
     srv_row_word(&field[2], 1, job->operation, sizeof job->operation, "operation", &flaw);
     job->state = (enum srv_job_state)srv_row_whole(&field[3], 0, SRV_JOB_STATES - 1, "state", &flaw);
-    job->shards = (long)srv_row_whole(&field[4], 1, SRV_ROW_MOST, "shards", &flaw);
+    job->parts = (long)srv_row_whole(&field[4], 1, SRV_ROW_MOST, "shards", &flaw);
     job->done = (long)srv_row_whole(&field[5], 0, SRV_ROW_MOST, "done", &flaw);
     job->created = srv_row_whole(&field[6], 0, SRV_ROW_LATEST, "created", &flaw);
     job->started = srv_row_whole(&field[7], 0, SRV_ROW_LATEST, "started", &flaw);
@@ -101,7 +101,7 @@ enum srv_stored srv_row_job(void *context, const struct srv_value field[]) {
     job->now = field[10].whole;
     job->bytes = srv_row_whole(&field[11], 0, SRV_ROW_MOST, "bytes", &flaw);
     srv_row_word(&field[12], 0, job->message, sizeof job->message, "message", &flaw);
-    job->begun = (long)srv_row_whole(&field[13], 0, job->shards, "begun", &flaw);
+    job->begun = (long)srv_row_whole(&field[13], 0, job->parts, "begun", &flaw);
     job->waiting = (long)srv_row_whole(&field[14], 0, job->begun, "waiting", &flaw);
     job->chained = (int)srv_row_whole(&field[15], 0, 1, "chained", &flaw);
     job->held = srv_row_whole(&field[16], 0, SRV_ROW_MOST, "held", &flaw);
@@ -115,9 +115,9 @@ enum srv_stored srv_row_job(void *context, const struct srv_value field[]) {
     job->flaw = flaw ? flaw : row_job_flaw(job);
     if (job->flaw) srv_row_job_fail(job, job->flaw);
     if (rows->with_lease) {
-        const char *shard = NULL;
-        rows->shard_state = (long)srv_row_whole(&field[SRV_ROW_JOB], 0, 2, "state", &shard);
-        rows->attempt = (long)srv_row_whole(&field[SRV_ROW_JOB + 1], 0, SRV_ROW_MOST, "attempt", &shard);
+        const char *part = NULL;
+        rows->part_state = (long)srv_row_whole(&field[SRV_ROW_JOB], 0, 2, "state", &part);
+        rows->attempt = (long)srv_row_whole(&field[SRV_ROW_JOB + 1], 0, SRV_ROW_MOST, "attempt", &part);
     }
     return SRV_STORED;
 }

@@ -59,7 +59,7 @@ void srv_row_job_fail(struct srv_job *job, const char *flaw);
 
 /* the last instant of the year 9999 in microseconds since 1970: what is later was written by no clock */
 #define SRV_ROW_LATEST INT64_C(253402300799999999)
-/* more shards, or bytes, than there can be */
+/* more parts, or bytes, than there can be */
 #define SRV_ROW_MOST (INT64_C(1) << 53)
 
 enum { SRV_ROW_JOB = 19 }; /* fields of JOB_COLUMNS */
@@ -70,8 +70,8 @@ struct srv_row_jobs {
     struct srv_job *job;                    /* cap of them, the asker's */
     unsigned char digest[SRV_DIGEST_BYTES]; /* of the last, where the statement asks for it */
     int with_digest;
-    int with_lease; /* the statement asks for a shard of the job as well: */
-    long shard_state, attempt;
+    int with_lease; /* the statement asks for a part of the job as well: */
+    long part_state, attempt;
 };
 
 /** Takes a row into a struct srv_row_jobs. A row that cannot have been written is a job that has failed, see `flaw`;

@@ -5,9 +5,9 @@
 
 #include "server/store/store_rows.h"
 
-/* SRV_ROW_BYTES and SRV_SHARD_BYTES */
+/* SRV_ROW_BYTES and SRV_PART_BYTES */
 #define ROW_BYTES "1024"
-#define SHARD_BYTES "256"
+#define PART_BYTES "256"
 
 /* The tables, version by version; a statement each, NULL between versions; $1 is no bytes. */
 static const char *const schema[] = {
@@ -53,7 +53,7 @@ static const char *const schema[] = {
     "DROP INDEX jobs_unclean", "DROP INDEX jobs_ready", "ALTER TABLE jobs RENAME COLUMN turn TO rank",
     "ALTER TABLE jobs ADD COLUMN part BIGINT NOT NULL DEFAULT 0",
     "ALTER TABLE jobs ADD COLUMN held BIGINT NOT NULL DEFAULT 0",
-    "UPDATE jobs SET rank = created, held = " ROW_BYTES " + LENGTH(request) + " SHARD_BYTES
+    "UPDATE jobs SET rank = created, held = " ROW_BYTES " + LENGTH(request) + " PART_BYTES
     " * (shards - 1) WHERE state < 3",
     "UPDATE jobs SET rank = created, held = " ROW_BYTES ", bytes = 0, request = $1 WHERE state >= 3",
     "CREATE INDEX jobs_ready ON jobs (client, rank, created) WHERE ready = 1",

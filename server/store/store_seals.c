@@ -19,7 +19,7 @@ static int seal_equals(const struct srv_value *field, const unsigned char *want,
 static void seal_row(unsigned char seal[API_SEAL_BYTES], const struct srv_job *job,
                      const unsigned char request[API_SEAL_BYTES]) {
     char place[SRV_ID_BYTES + 2 * SRV_NAME_BYTES + 64];
-    snprintf(place, sizeof place, "job %s of %s: %s in %ld%s", job->id, job->client, job->operation, job->shards,
+    snprintf(place, sizeof place, "job %s of %s: %s in %ld%s", job->id, job->client, job->operation, job->parts,
              job->chained ? " chained" : "");
     api_seal(seal, place, (long)job->created, request, API_SEAL_BYTES);
 }
@@ -51,24 +51,24 @@ int srv_seal_request_whole(const struct srv_value field[2], const void *request,
 
 /* --- chunks of results --- */
 
-void srv_seal_chunk(unsigned char seal[API_SEAL_BYTES], const char *job, long shard, long chunk, const void *data,
+void srv_seal_chunk(unsigned char seal[API_SEAL_BYTES], const char *job, long part, long chunk, const void *data,
                     size_t bytes) {
     char place[SRV_ID_BYTES + 64];
-    snprintf(place, sizeof place, "results of job %s, part %ld", job, shard);
+    snprintf(place, sizeof place, "results of job %s, part %ld", job, part);
     api_seal(seal, place, chunk, data, bytes);
 }
 
-int srv_seal_chunk_whole(const struct srv_value field[2], const char *job, long shard, long chunk, const void *data,
+int srv_seal_chunk_whole(const struct srv_value field[2], const char *job, long part, long chunk, const void *data,
                          size_t bytes) {
     unsigned char want[API_SEAL_BYTES];
     char place[64];
     int64_t rule = seal_rule(&field[1]);
     if (rule < 0) return 0;
     if (rule == SRV_SEALED) {
-        srv_seal_chunk(want, job, shard, chunk, data, bytes);
+        srv_seal_chunk(want, job, part, chunk, data, bytes);
     } else {
         if (field[0].kind == SRV_SQL_NULL) return 1;
-        snprintf(place, sizeof place, "results of part %ld", shard);
+        snprintf(place, sizeof place, "results of part %ld", part);
         api_seal(want, place, chunk, data, bytes);
     }
     return seal_equals(&field[0], want, sizeof want);

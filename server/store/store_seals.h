@@ -15,7 +15,7 @@ enum { SRV_SEALED_BEFORE, SRV_SEALED };
 /* of a job's row: the seal of its request, then the seal of that with all of the row that never changes */
 enum { SRV_SEAL_JOB_BYTES = 2 * API_SEAL_BYTES };
 
-/** Makes the seal of a job's row from its id, client, operation, shards, chained and created, and from its request.
+/** Makes the seal of a job's row from its id, client, operation, parts, chained and created, and from its request.
  * O(bytes). */
 void srv_seal_job(unsigned char seal[SRV_SEAL_JOB_BYTES], const struct srv_job *job, const void *request, size_t bytes);
 
@@ -26,13 +26,13 @@ int srv_seal_job_whole(const struct srv_job *job, const struct srv_value field[2
 /** Returns whether a job's request is what was written; `field` is the columns seal and sealed of the row. O(bytes). */
 int srv_seal_request_whole(const struct srv_value field[2], const void *request, size_t bytes);
 
-/** Makes the seal of a chunk of results: of its bytes, its job, its shard and its number in that. O(bytes). */
-void srv_seal_chunk(unsigned char seal[API_SEAL_BYTES], const char *job, long shard, long chunk, const void *data,
+/** Makes the seal of a chunk of results: of its bytes, its job, its part and its number in that. O(bytes). */
+void srv_seal_chunk(unsigned char seal[API_SEAL_BYTES], const char *job, long part, long chunk, const void *data,
                     size_t bytes);
 
 /** Returns whether a chunk is what was written for this place; `field` is the columns seal and sealed of the row. One
  * of version 5 has a seal that does not know its job, one of before has none. O(bytes). */
-int srv_seal_chunk_whole(const struct srv_value field[2], const char *job, long shard, long chunk, const void *data,
+int srv_seal_chunk_whole(const struct srv_value field[2], const char *job, long part, long chunk, const void *data,
                          size_t bytes);
 
 /** Makes the seal of a scene: of its id and its body. O(bytes). */

@@ -13,7 +13,7 @@
     "jobs.finished, jobs.expires, {now}, jobs.bytes, jobs.message, jobs.begun, jobs.waiting, jobs.chained, "           \
     "jobs.held, "                                                                                                      \
     "jobs.seal, jobs.sealed"
-/* whether a shard of a job can be claimed, once `waiting`, `begun` and `done` have these values: 1 or 0 */
+/* whether a part of a job can be claimed, once `waiting`, `begun` and `done` have these values: 1 or 0 */
 #define READY(waiting, begun, done)                                                                                    \
     "CASE WHEN " waiting " > 0 OR (" begun " < shards AND (chained = 0 OR " begun " = " done ")) THEN 1 ELSE 0 END"
 /* a number that can have been counted, or a change of one: what was altered must not make a sum overflow */
@@ -132,29 +132,29 @@
     X(REMOVAL_END, "DELETE FROM removals WHERE job = $1")                                                              \
     X(LEASE, "SELECT " JOB_COLUMNS ", shards.state, shards.attempt FROM {beside tw} jobs JOIN shards ON shards.job = " \
              "jobs.id WHERE jobs.id = {1} AND shards.number = {2} {lock}")                                             \
-    X(SHARD_FIRST,                                                                                                     \
+    X(PART_FIRST,                                                                                                     \
       "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, start, bytes) SELECT {1}, {2}, "         \
       "1, 1, 0, {3}, {now} + {4}, NULL, 0 {from twtw}")                                                                \
-    X(SHARD_NEXT, "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, start, bytes) SELECT id, "   \
+    X(PART_NEXT, "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, start, bytes) SELECT id, "   \
                   "begun, 1, 1, 0, $2, {now} + $3, carry, 0 FROM jobs WHERE id = $1 ON CONFLICT DO NOTHING "           \
                   "RETURNING number, attempt, start")                                                                  \
-    X(SHARD_AGAIN, "UPDATE shards SET state = 1, attempt = attempt + 1, worker = $2, lease = {now} + $3 WHERE job = "  \
+    X(PART_AGAIN, "UPDATE shards SET state = 1, attempt = attempt + 1, worker = $2, lease = {now} + $3 WHERE job = "  \
                    "$1 AND number = (SELECT MIN(number) FROM shards WHERE job = $1 AND state = 0) RETURNING number, "  \
                    "attempt, start")                                                                                   \
-    X(SHARD_EXTEND, "UPDATE shards SET lease = {now} + $4 WHERE job = $1 AND number = $2 AND attempt = $3 AND state "  \
+    X(PART_EXTEND, "UPDATE shards SET lease = {now} + $4 WHERE job = $1 AND number = $2 AND attempt = $3 AND state "  \
                     "= 1 AND EXISTS (SELECT 1 FROM jobs WHERE id = $1 AND state < 2) RETURNING number")                \
-    X(SHARD_END, "UPDATE shards SET state = 2, bytes = {3}, start = NULL, worker = '' {from tww} WHERE job = {1} AND " \
+    X(PART_END, "UPDATE shards SET state = 2, bytes = {3}, start = NULL, worker = '' {from tww} WHERE job = {1} AND " \
                  "number = {2}")                                                                                       \
-    X(SHARDS_CLEARED, "UPDATE shards SET kills = 0 WHERE job = $1 AND kills > 0")                                      \
-    X(SHARD_BACK, "UPDATE shards SET state = 0, kills = CASE WHEN kills < 99 THEN kills + $3 ELSE kills END, worker "  \
+    X(PARTS_CLEARED, "UPDATE shards SET kills = 0 WHERE job = $1 AND kills > 0")                                      \
+    X(PART_BACK, "UPDATE shards SET state = 0, kills = CASE WHEN kills < 99 THEN kills + $3 ELSE kills END, worker "  \
                   "= '' WHERE job = $1 AND number = $2 AND "                                                           \
                   "state = 1 AND ($3 = 0 OR lease < {now}) RETURNING kills")                                           \
-    X(SHARDS_LATE, "SELECT job, number FROM shards WHERE state = 1 AND lease < $1 ORDER BY lease LIMIT 64")            \
-    X(SHARDS_OF, "SELECT job, number FROM shards WHERE state = 1 AND worker = $1 LIMIT 64")                            \
-    X(SHARDS_REMOVE, "DELETE FROM shards {using t} WHERE job = {1}")                                                   \
-    X(SHARDS_REMOVE_SOME, "DELETE FROM shards WHERE job = $1 AND number IN (SELECT number FROM shards WHERE job = $1 " \
+    X(PARTS_LATE, "SELECT job, number FROM shards WHERE state = 1 AND lease < $1 ORDER BY lease LIMIT 64")            \
+    X(PARTS_OF, "SELECT job, number FROM shards WHERE state = 1 AND worker = $1 LIMIT 64")                            \
+    X(PARTS_REMOVE, "DELETE FROM shards {using t} WHERE job = {1}")                                                   \
+    X(PARTS_REMOVE_SOME, "DELETE FROM shards WHERE job = $1 AND number IN (SELECT number FROM shards WHERE job = $1 " \
                           "ORDER BY number LIMIT 512) RETURNING number")                                               \
-    X(SHARDS_HELD_REMOVE, "DELETE FROM shards WHERE job = $1 AND number IN (SELECT number FROM shards WHERE job = $1 " \
+    X(PARTS_HELD_REMOVE, "DELETE FROM shards WHERE job = $1 AND number IN (SELECT number FROM shards WHERE job = $1 " \
                           "AND state = 1 ORDER BY number LIMIT 512)")                                                  \
     X(RESULT_PUT,                                                                                                      \
       "INSERT INTO results (job, shard, chunk, data, seal, sealed) SELECT {1}, {2}, {3}, {4}, {5}, 1 {from twwbb}")    \
@@ -182,9 +182,9 @@ enum srv_statement {
         SQL_COUNT
 };
 
-/* the LIMITs of SHARDS_LATE and SHARDS_OF, SHARDS_REMOVE_SOME, RESULTS_REMOVE_SOME: as many rows mean that there may be
+/* the LIMITs of PARTS_LATE and PARTS_OF, PARTS_REMOVE_SOME, RESULTS_REMOVE_SOME: as many rows mean that there may be
  * more; and the most that JOBS_EXPIRED is asked for */
-enum { SQL_SHARDS_MOST = 64, SQL_SHARDS_REMOVED = 512, SQL_CHUNKS_MOST = 64, SQL_EXPIRED_MOST = 512 };
+enum { SQL_PARTS_MOST = 64, SQL_PARTS_REMOVED = 512, SQL_CHUNKS_MOST = 64, SQL_EXPIRED_MOST = 512 };
 
 /* the text of each */
 extern const char *const srv_statement_text[SQL_COUNT];

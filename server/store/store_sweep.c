@@ -18,7 +18,7 @@ enum { SWEEP_SMALL = 1 << 20, SWEEP_JUMP_S = 300, SWEEP_HOLD_S = 600 };
  * and the bytes of results after which a piece ends */
 enum { SWEEP_SINGLE = 128, SWEEP_LIST = SQL_EXPIRED_MOST, SWEEP_PIECE = 16 << 20 };
 
-/* A job that is dismissed or removed and whose shards and results are still there. */
+/* A job that is dismissed or removed and whose parts and results are still there. */
 struct row_removal {
     int rows;
     char job[SRV_ID_BYTES], client[SRV_NAME_BYTES];
@@ -35,18 +35,18 @@ static enum srv_stored row_removal(void *context, const struct srv_value field[]
     return SRV_STORED;
 }
 
-/* takes a piece of a job's results and shards away; the last piece settles the client's account */
+/* takes a piece of a job's results and parts away; the last piece settles the client's account */
 static enum srv_stored sweep_removal(struct srv_store *store, struct srv_store_sweep *sweep) {
     struct row_removal removal = {0};
-    struct srv_row_wholes chunks = {.count = 1}, shards = {.count = 1};
+    struct srv_row_wholes chunks = {.count = 1}, parts = {.count = 1};
     SRV_STORED_TRY(srv_store_run(store, SQL_REMOVAL, NULL, 0, row_removal, &removal));
     if (!removal.rows) return SRV_STORED;
     sweep->more = 1;
     if (!*removal.job) return srv_store_plain(store, SQL_REMOVALS_NAMELESS);
     SRV_STORED_TRY(SRV_RUN(store, SQL_RESULTS_REMOVE_SOME, srv_row_wholes, &chunks, srv_value_text(removal.job)));
     if (chunks.rows == SQL_CHUNKS_MOST) return SRV_STORED;
-    SRV_STORED_TRY(SRV_RUN(store, SQL_SHARDS_REMOVE_SOME, srv_row_wholes, &shards, srv_value_text(removal.job)));
-    if (shards.rows == SQL_SHARDS_REMOVED) return SRV_STORED;
+    SRV_STORED_TRY(SRV_RUN(store, SQL_PARTS_REMOVE_SOME, srv_row_wholes, &parts, srv_value_text(removal.job)));
+    if (parts.rows == SQL_PARTS_REMOVED) return SRV_STORED;
     SRV_STORED_TRY(SRV_POST(store, SQL_REMOVAL_END, srv_value_text(removal.job)));
     return removal.flaw ? srv_store_recount(store, removal.client)
                         : srv_store_count_bytes(store, removal.client, -removal.bytes);
@@ -86,14 +86,14 @@ static enum srv_stored expired_count(struct srv_store *store, const struct srv_j
                     srv_value_whole(job->bytes));
 }
 
-/* removes a job; with it go its shards and results where they are small */
+/* removes a job; with it go its parts and results where they are small */
 static enum srv_stored expired_remove(struct srv_store *store, const struct srv_job *job) {
     /* one that failed or was dismissed has a removal of its own already, if it needs one */
     int kept = job->state == SRV_JOB_SUCCESSFUL,
-        large = kept && (job->bytes > SWEEP_SMALL || job->begun > SRV_FEW_SHARDS);
+        large = kept && (job->bytes > SWEEP_SMALL || job->begun > SRV_FEW_PARTS);
     SRV_STORED_TRY(expired_count(store, job, large));
     if (kept && !large && job->bytes > 0) SRV_STORED_TRY(SRV_POST(store, SQL_RESULTS_REMOVE, srv_value_text(job->id)));
-    if (kept && !large) SRV_STORED_TRY(SRV_POST(store, SQL_SHARDS_REMOVE, srv_value_text(job->id)));
+    if (kept && !large) SRV_STORED_TRY(SRV_POST(store, SQL_PARTS_REMOVE, srv_value_text(job->id)));
     return SRV_POST(store, SQL_JOBS_REMOVE, srv_value_text(job->id));
 }
 
@@ -151,7 +151,7 @@ enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked, struct
     if (stored == SRV_STORED && looked) *looked = now;
     if (stored == SRV_STORED) stored = sweep_removal(store, sweep);
     if (stored == SRV_STORED) stored = sweep_expired(store, now, sweep);
-    sweep->more |= late == SQL_SHARDS_MOST;
+    sweep->more |= late == SQL_PARTS_MOST;
     return srv_store_end(store, stored == SRV_STORED, stored);
 }
 

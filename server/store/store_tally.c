@@ -78,7 +78,7 @@ static enum srv_stored tally_row(void *context, const struct srv_value field[]) 
     struct tally_row *row = context;
     struct srv_store_figures *figures = &row->figures;
     for (int i = 0; i < SRV_JOB_STATES; i++) figures->jobs[i] = (long)field[i].whole;
-    figures->shards = (long)field[SRV_JOB_STATES].whole;
+    figures->parts = (long)field[SRV_JOB_STATES].whole;
     figures->bytes = field[SRV_JOB_STATES + 1].whole;
     figures->scenes = (long)field[SRV_JOB_STATES + 2].whole;
     figures->scene_bytes = field[SRV_JOB_STATES + 3].whole;
@@ -107,7 +107,7 @@ enum srv_stored srv_tally_totals(struct srv_tally *tally, struct srv_sql *sql, s
     if (!tally->known) SRV_STORED_TRY(tally_read(tally, sql));
     *figures = tally->were;
     for (int i = 0; i < SRV_JOB_STATES; i++) figures->jobs[i] += tally->change.jobs[i];
-    figures->shards += tally->change.shards;
+    figures->parts += tally->change.parts;
     figures->bytes += tally->change.bytes;
     figures->scenes += tally->change.scenes;
     figures->scene_bytes += tally->change.scene_bytes;
@@ -165,9 +165,9 @@ static enum srv_stored tally_all(const struct srv_tally *tally, struct srv_sql *
     struct srv_value value[] = {srv_value_whole(tally->place),    srv_value_whole(change->jobs[0]),
                                 srv_value_whole(change->jobs[1]), srv_value_whole(change->jobs[2]),
                                 srv_value_whole(change->jobs[3]), srv_value_whole(change->jobs[4]),
-                                srv_value_whole(change->shards),  srv_value_whole(change->bytes),
+                                srv_value_whole(change->parts),  srv_value_whole(change->bytes),
                                 srv_value_whole(change->scenes),  srv_value_whole(change->scene_bytes)};
-    int64_t some = change->shards | change->bytes | change->scenes | change->scene_bytes;
+    int64_t some = change->parts | change->bytes | change->scenes | change->scene_bytes;
     for (int i = 0; i < SRV_JOB_STATES; i++) some |= change->jobs[i];
     return some ? tally_post(sql, SQL_TOTALS_CHANGE, value, 10) : SRV_STORED;
 }

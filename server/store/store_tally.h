@@ -20,7 +20,7 @@ struct srv_tally_client {
     int known;                     /* `jobs_were` and what follows it were read */
     int64_t jobs_were, bytes_were; /* before this transaction */
     int64_t scenes_were, scene_bytes_were;
-    int64_t jobs, ready, turn, bytes; /* changes: open jobs, jobs of which a shard can be claimed, turns, bytes kept */
+    int64_t jobs, ready, turn, bytes; /* changes: open jobs, jobs of which a part can be claimed, turns, bytes kept */
     int64_t scenes, scene_bytes;      /* changes */
     int64_t weight;                   /* turns that a claim of its jobs counts for, where `source` is known */
 };

@@ -53,16 +53,16 @@ static void compute_hold(struct srv_work *work) { srv_hold_set(&work->hold, comp
 static void compute_done(struct srv_service *service) { atomic_fetch_sub(&service->computing, 1); }
 
 /* lets everybody go who waits for a work, and ends it */
-static void compute_release(struct srv_work *work, struct srv_payload *payload, const char *cache, int status,
+static void compute_release(struct srv_work *work, struct srv_response_body *response_body, const char *cache, int status,
                             const char *detail) {
     struct srv_service *service = work->service;
-    for (struct srv_exchange *next, *exchange = srv_flights_take(work); exchange; exchange = next) {
+    for (struct srv_exchange *next, *exchange = srv_inflight_take(work); exchange; exchange = next) {
         next = exchange->next_beside;
         exchange->waited = work->begun > exchange->queued ? work->begun - exchange->queued : 0;
         exchange->computed = work->spent;
-        if (payload) {
-            srv_answer_give(exchange, payload, next ? "joined" : cache);
-            srv_answer_remember(exchange, payload);
+        if (response_body) {
+            srv_result_give(exchange, response_body, next ? "joined" : cache);
+            srv_result_remember(exchange, response_body);
         } else if (status == 304) {
             srv_exchange_not_modified(exchange, work->etag);
         } else {
@@ -70,7 +70,7 @@ static void compute_release(struct srv_work *work, struct srv_payload *payload, 
         }
         exchange->finish(exchange);
     }
-    srv_flights_end(work);
+    srv_inflight_end(work);
     compute_done(service);
 }
 
@@ -81,21 +81,21 @@ static void compute_settle(struct srv_work *work) {
     struct srv_service *service = work->service;
     struct api_answer answer = api_call_answer(work->call);
     if (answer.status == 200 && work->key_bytes) srv_metrics_count(&service->metrics.cache_missed, 1);
-    enum srv_coding coding = srv_answer_code(work, answer.media_type);
-    struct srv_payload *payload = srv_answer_payload(work, answer, coding, &work->out);
-    compute_hold(work); /* the answer's memory is counted with the payload now */
-    if (!payload) {
+    enum srv_coding coding = srv_result_code(work, answer.media_type);
+    struct srv_response_body *response_body = srv_result_response_body(work, answer, coding, &work->out);
+    compute_hold(work); /* the answer's memory is counted with the response body now */
+    if (!response_body) {
         compute_fail(work, "out of memory");
-    } else if (payload->status == 200 && !srv_hold_room(service)) {
+    } else if (response_body->status == 200 && !srv_hold_room(service)) {
         srv_metrics_count(&service->metrics.refused_held, 1);
-        srv_payload_drop(&payload);
+        srv_response_body_drop(&response_body);
         compute_fail(work, "the answers that are being sent leave no memory: max-held-bytes");
     } else {
-        if (payload->status == 200 && work->key_bytes)
-            srv_cache_add(service->cache, work->key, work->key_bytes, payload);
-        compute_release(work, payload, NULL, 0, NULL);
+        if (response_body->status == 200 && work->key_bytes)
+            srv_cache_add(service->cache, work->key, work->key_bytes, response_body);
+        compute_release(work, response_body, NULL, 0, NULL);
     }
-    srv_payload_drop(&payload);
+    srv_response_body_drop(&response_body);
 }
 
 /* --- streams --- */
@@ -116,15 +116,15 @@ static int compute_pass(struct srv_work *work, int ended) {
     int over = 0;
     if (work->coder) {
         enum srv_coding_end how = ended                      ? SRV_CODING_END
-                                  : srv_flights_hungry(work) ? SRV_CODING_FLUSH
+                                  : srv_inflight_hungry(work) ? SRV_CODING_FLUSH
                                                              : SRV_CODING_MORE;
         const struct srv_coding_row *row = srv_coding_at(work->coding);
         if (row->write(work->coder, work->out.data, work->out.bytes, how, &work->coded) != PEND_OK) ended = -1;
         work->out.bytes = 0;
     }
-    if (ended < 0 && !srv_flights_stop(work)) srv_metrics_count(&service->metrics.broken, 1);
+    if (ended < 0 && !srv_inflight_stop(work)) srv_metrics_count(&service->metrics.broken, 1);
     compute_hold(work);
-    int go_on = srv_flights_pass(work, ended, &over);
+    int go_on = srv_inflight_pass(work, ended, &over);
     if (over) compute_done(service);
     return go_on;
 }
@@ -137,27 +137,27 @@ static void compute_promise(struct srv_work *work) {
     int coded = row && srv_service_config(work->service)->compress_above > 0 && srv_coding_worth(answer.media_type);
     api_buffer_init(&none, 0);
     if (coded && !(work->coder = row->begin())) return;
-    struct srv_payload *head = srv_answer_payload(work, answer, coded ? work->coding : SRV_IDENTITY, &none);
+    struct srv_response_body *head = srv_result_response_body(work, answer, coded ? work->coding : SRV_IDENTITY, &none);
     if (!head) {
         /* the next piece tries again, from the beginning */
         if (coded) row->free(work->coder);
         work->coder = NULL;
         return;
     }
-    struct srv_exchange *others, *reader = srv_flights_stream(work, &others);
+    struct srv_exchange *others, *reader = srv_inflight_stream(work, &others);
     work->promised = reader != NULL;
     if (reader) {
-        srv_exchange_payload(reader, head);
+        srv_exchange_response_body(reader, head);
         /* a message of known length has no trailers: what is told of an answer that is computed goes before it */
         reader->trails = answer.tells && (answer.length < 0 || coded || !work->source);
         reader->stream_bytes = coded || reader->trails ? -1 : answer.length;
         reader->waited = work->begun - reader->queued;
         api_call_promise(work->call);
-        work->foreseen = 2 * SRV_FLIGHT_BLOCK;
+        work->foreseen = 2 * SRV_INFLIGHT_BLOCK;
         if (work->out.cap > COMPUTE_HOLD) api_buffer_trim(&work->out);
         reader->finish(reader);
     }
-    srv_payload_drop(&head);
+    srv_response_body_drop(&head);
     compute_apart(others);
 }
 
@@ -168,7 +168,7 @@ static int compute_whole(struct srv_work *work, int alone) {
     if (work->coding && srv_coding_worth(api_call_answer(work->call).media_type)) return 0;
     if (alone && (seconds > work->cost ? seconds : work->cost) >= compute_soon) return 0;
     /* twice the room next time it is full */
-    size_t before = work->foreseen, next = 2 * work->out.cap + SRV_FLIGHT_BLOCK;
+    size_t before = work->foreseen, next = 2 * work->out.cap + SRV_INFLIGHT_BLOCK;
     if (next <= before) return 1;
     work->foreseen = next;
     if (srv_hold_room(work->service) && srv_hold_try(&work->hold, compute_bytes(work)) == SRV_ROOM) return 1;
@@ -180,7 +180,7 @@ static int compute_whole(struct srv_work *work, int alone) {
 static int compute_ripe(struct srv_work *work) {
     if (!api_call_streams(work->call) || !work->out.bytes) return 0;
     if (work->out.bytes < COMPUTE_HOLD && compute_seconds(work) < compute_patience) return 0;
-    int alone = srv_flights_waiters(work) == 1;
+    int alone = srv_inflight_waiters(work) == 1;
     size_t most = compute_whole(work, alone) ? COMPUTE_SHARE : COMPUTE_HOLD;
     return work->out.bytes >= most || (alone && most == COMPUTE_HOLD);
 }
@@ -200,7 +200,7 @@ static void compute_stop(struct srv_work *work, int status, const char *detail) 
 static int compute_over(struct srv_work *work) {
     struct srv_metrics *metrics = &work->service->metrics;
     double limit = work->limits->compute_seconds;
-    enum srv_stop why = srv_flights_stop(work);
+    enum srv_stop why = srv_inflight_stop(work);
     char detail[96];
     if (why) {
         srv_metrics_count(&metrics->cancelled, why == SRV_STOP_LEFT);
@@ -277,7 +277,7 @@ static int compute_turn(struct srv_work *work) {
 /* between two pieces of a computation: does a shorter one wait? */
 static int compute_hurry(void *company) {
     struct srv_work *work = company;
-    srv_intake_look(&work->service->intake);
+    srv_fairness_look(&work->service->fairness);
     return srv_queue_shorter(work->service->queue, work->task.level);
 }
 
@@ -294,13 +294,13 @@ static int compute_range_holds(const struct srv_exchange *exchange, const char *
 static int compute_spared(struct srv_work *work) {
     struct srv_service *service = work->service;
     struct srv_exchange *exchange = work->waiters;
-    srv_answer_key(work, work->coding);
+    srv_result_key(work, work->coding);
     /* what lies somewhere already is not what others have computed, to the byte */
-    struct srv_payload *found = work->source ? NULL : srv_answer_find(work);
+    struct srv_response_body *found = work->source ? NULL : srv_result_find(work);
     if (found) {
         srv_metrics_count(&service->metrics.cache_digest, 1);
         compute_release(work, found, "digest", 0, NULL);
-        srv_payload_drop(&found);
+        srv_response_body_drop(&found);
         return 1;
     }
     if (srv_exchange_matches(exchange, work->etag)) {
@@ -312,9 +312,9 @@ static int compute_spared(struct srv_work *work) {
         work->key_bytes = 0;
         work->source->ranged = work->source->ranged && compute_range_holds(exchange, work->etag);
     }
-    if (!srv_flights_opened(work)) return 0;
+    if (!srv_inflight_opened(work)) return 0;
     srv_metrics_count(&service->metrics.cache_joined, 1);
-    srv_flights_end(work);
+    srv_inflight_end(work);
     compute_done(service);
     return 1;
 }
@@ -341,12 +341,12 @@ static int compute_read_room(struct srv_work *work, size_t body) {
     work->foreseen = COMPUTE_READ * body;
     enum srv_room room = srv_hold_try(&work->hold, work->foreseen);
     if (room == SRV_ROOM) return 1;
-    for (struct srv_exchange *next, *exchange = srv_flights_take(work); exchange; exchange = next) {
+    for (struct srv_exchange *next, *exchange = srv_inflight_take(work); exchange; exchange = next) {
         next = exchange->next_beside;
         srv_exchange_crowded(exchange, room, "reading the body");
         exchange->finish(exchange);
     }
-    srv_flights_end(work);
+    srv_inflight_end(work);
     compute_done(work->service);
     return 0;
 }
@@ -354,8 +354,8 @@ static int compute_read_room(struct srv_work *work, size_t body) {
 /* what its answer will take while it is computed: all of it, or what is held before it streams and two blocks */
 static void compute_foresee(struct srv_work *work) {
     double answer = api_call_answer_bytes(work->call);
-    work->foreseen = (size_t)(answer < COMPUTE_HOLD ? answer : COMPUTE_HOLD) + SRV_FLIGHT_BLOCK / 2;
-    if (answer > COMPUTE_HOLD) work->foreseen += 2 * SRV_FLIGHT_BLOCK;
+    work->foreseen = (size_t)(answer < COMPUTE_HOLD ? answer : COMPUTE_HOLD) + SRV_INFLIGHT_BLOCK / 2;
+    if (answer > COMPUTE_HOLD) work->foreseen += 2 * SRV_INFLIGHT_BLOCK;
 }
 
 static int compute_open(struct srv_work *work) {
@@ -380,7 +380,7 @@ static int compute_open(struct srv_work *work) {
         compute_fail(work, "out of memory");
         return 0;
     }
-    srv_spares_take(&work->service->spares, &work->out);
+    srv_buffer_pool_take(&work->service->pool, &work->out);
     api_call_clock(work->call, srv_clock_seconds, NULL);
     api_call_hurry(work->call, compute_hurry, work);
     enum api_progress progress = source ? api_call_results(work->call, &request, &source->from, &work->out)
@@ -431,8 +431,8 @@ static int compute_run(struct srv_task *task) {
 static void compute_refuse(struct srv_work *work, enum pend_status status) {
     struct srv_metrics *metrics = &work->service->metrics;
     struct srv_service *service = work->service;
-    struct srv_exchange *exchange = srv_flights_take(work);
-    srv_flights_end(work);
+    struct srv_exchange *exchange = srv_inflight_take(work);
+    srv_inflight_end(work);
     compute_done(service);
     if (status == PEND_LIMIT) {
         srv_metrics_count(&metrics->refused_queue, 1);
@@ -450,7 +450,7 @@ static void compute_refuse(struct srv_work *work, enum pend_status status) {
 
 static void compute_push(struct srv_exchange *exchange) {
     struct srv_service *service = exchange->service;
-    struct srv_work *work = srv_flights_begin(exchange);
+    struct srv_work *work = srv_inflight_begin(exchange);
     if (!work) {
         srv_exchange_busy(exchange, 1, "out of memory");
         exchange->finish(exchange);
@@ -473,11 +473,11 @@ void srv_compute_begin(struct srv_exchange *exchange) {
 void srv_compute_leave(struct srv_exchange *exchange, enum srv_stop why) {
     struct srv_service *service = exchange->service;
     int detached, over;
-    struct srv_work *gone = srv_flights_leave(exchange, why, &detached);
+    struct srv_work *gone = srv_inflight_leave(exchange, why, &detached);
     if (gone) {
         over = gone->over;
         if (!over) srv_metrics_count(&service->metrics.cancelled, why == SRV_STOP_LEFT);
-        srv_flights_end(gone);
+        srv_inflight_end(gone);
         if (!over) compute_done(service);
     }
     if (!detached) return;

@@ -1,5 +1,5 @@
 /* Exchanges that need a computation: from the cache, by joining one under way, or through the queue, api_call and back.
- * Leaves to others: the threads (workers), their order (queue), who shares what (flights), what is computed (api), who
+ * Leaves to others: the threads (workers), their order (queue), who shares what (inflight), what is computed (api), who
  * is told (the exchange's finish).
  * Invariant: every exchange that comes in goes out through its finish, once; a stream's finish comes again for each
  * pause. */

@@ -35,13 +35,13 @@ struct srv_client *srv_exchange_payer(struct srv_exchange *exchange) {
     return exchange->payer;
 }
 
-/* its answer is not a payload any more */
+/* its answer is not a response body any more */
 static void exchange_drop(struct srv_exchange *exchange) {
-    if (!exchange->payload) return;
-    atomic_fetch_sub(&exchange->payload->readers, 1);
+    if (!exchange->response_body) return;
+    atomic_fetch_sub(&exchange->response_body->readers, 1);
     if (exchange->share) atomic_fetch_sub(&exchange->payer->held, (long long)exchange->share);
     exchange->share = 0;
-    srv_payload_drop(&exchange->payload);
+    srv_response_body_drop(&exchange->response_body);
 }
 
 /* what it shares with others */
@@ -66,7 +66,7 @@ void srv_exchange_clear(struct srv_exchange *exchange) {
 
 static void exchange_empty(struct srv_exchange *exchange, struct api_buffer *buffer) {
     buffer->bytes = 0;
-    if (buffer->cap > EXCHANGE_KEEP) srv_spares_give(&exchange->service->spares, buffer);
+    if (buffer->cap > EXCHANGE_KEEP) srv_buffer_pool_give(&exchange->service->pool, buffer);
 }
 
 void srv_exchange_reset(struct srv_exchange *exchange) {
@@ -129,14 +129,14 @@ void srv_exchange_answered(struct srv_exchange *exchange, int status, const char
     if (status == 415) srv_exchange_header(exchange, "Accept-Post", srv_exchange_accepts);
 }
 
-void srv_exchange_payload(struct srv_exchange *exchange, struct srv_payload *payload) {
-    srv_exchange_static(exchange, payload->status, payload->media_type, payload->body.data, payload->body.bytes);
+void srv_exchange_response_body(struct srv_exchange *exchange, struct srv_response_body *response_body) {
+    srv_exchange_static(exchange, response_body->status, response_body->media_type, response_body->body.data, response_body->body.bytes);
     exchange_drop(exchange);
-    exchange->payload = srv_payload_share(payload);
-    exchange->steps = payload->steps;
+    exchange->response_body = srv_response_body_share(response_body);
+    exchange->steps = response_body->steps;
     /* those who have the same answer share its memory */
-    int readers = 1 + atomic_fetch_add(&payload->readers, 1);
-    exchange->share = srv_exchange_payer(exchange) ? payload->body.cap / (size_t)readers : 0;
+    int readers = 1 + atomic_fetch_add(&response_body->readers, 1);
+    exchange->share = srv_exchange_payer(exchange) ? response_body->body.cap / (size_t)readers : 0;
     if (exchange->share) atomic_fetch_add(&exchange->payer->held, (long long)exchange->share);
 }
 
@@ -246,7 +246,7 @@ void srv_exchange_settle(struct srv_exchange *exchange) {
     size_t received = exchange->body.bytes;
     if (exchange->body.cap > EXCHANGE_KEEP) {
         exchange->body.bytes = 0;
-        srv_spares_give(&exchange->service->spares, &exchange->body);
+        srv_buffer_pool_give(&exchange->service->pool, &exchange->body);
         exchange->body.bytes = received; /* for the log */
     }
     enum srv_room room = srv_exchange_hold(exchange, exchange->body.cap + exchange->answer.cap);

@@ -114,11 +114,11 @@ struct srv_exchange {
     /* the answer */
     int status; /* 0 until it is known */
     const char *media_type;
-    const char *data; /* the body; lies in `answer` or `payload`, or lasts longer than the exchange */
+    const char *data; /* the body; lies in `answer` or `response body`, or lasts longer than the exchange */
     size_t bytes;
-    int trails;                  /* a stream has trailers: api_told_names */
+    int trails;                  /* a stream has trailers: api_remarks_names */
     int64_t stream_bytes;        /* of a stream's body, -1 = not known before its end */
-    struct srv_payload *payload; /* that it is, or NULL */
+    struct srv_response_body *response_body; /* that it is, or NULL */
     struct srv_quota quota;      /* what the client may still ask; to be told where quota.refresh > 0 */
     struct api_buffer answer;
     struct {
@@ -134,7 +134,7 @@ struct srv_exchange {
     const char
         *cache; /* "exact", "digest", "joined": why it was not computed; NULL = it was, or is nothing to compute */
     struct srv_hold hold; /* of its body and its own answer */
-    size_t share;         /* bytes of `payload` that the payer is charged with */
+    size_t share;         /* bytes of `response body` that the payer is charged with */
 
     /** Gives the answered exchange back to where it came from; afterwards it is no more the caller's. Any thread. */
     void (*finish)(struct srv_exchange *exchange);
@@ -171,8 +171,8 @@ void srv_exchange_header(struct srv_exchange *exchange, const char *name, const 
 void srv_exchange_static(struct srv_exchange *exchange, int status, const char *media_type, const char *data,
                          size_t bytes);
 
-/** Answers with a payload, of which the exchange takes a share. */
-void srv_exchange_payload(struct srv_exchange *exchange, struct srv_payload *payload);
+/** Answers with a response body, of which the exchange takes a share. */
+void srv_exchange_response_body(struct srv_exchange *exchange, struct srv_response_body *response_body);
 
 /** True for a method that changes nothing (RFC 9110, 9.2.1), with or without a body: GET, HEAD, QUERY. */
 int srv_exchange_safe(const struct srv_exchange *exchange);

@@ -9,7 +9,7 @@
 
 #include "server/work/queue.h"
 
-struct srv_intake {
+struct srv_fairness {
     const struct srv_queue *queue;
     int workers;
     atomic_int computing; /* workers that have a task of the lowest level */
@@ -18,9 +18,9 @@ struct srv_intake {
     sem_t wake;
 };
 
-void srv_intake_init(struct srv_intake *intake, const struct srv_queue *queue, int workers);
+void srv_fairness_init(struct srv_fairness *fairness, const struct srv_queue *queue, int workers);
 
-void srv_intake_clear(struct srv_intake *intake);
+void srv_fairness_clear(struct srv_fairness *fairness);
 
 /**
  * For the sockets' thread, before it waits for what comes.
@@ -30,16 +30,16 @@ void srv_intake_clear(struct srv_intake *intake);
  *
  * fd  what it will wait for: an epoll descriptor.
  */
-void srv_intake_nap(struct srv_intake *intake, int fd);
+void srv_fairness_nap(struct srv_fairness *fairness, int fd);
 
 /** For a worker: it has a task of that level; it has it no more. */
-void srv_intake_begin(struct srv_intake *intake, int level);
-void srv_intake_end(struct srv_intake *intake, int level);
+void srv_fairness_begin(struct srv_fairness *fairness, int level);
+void srv_fairness_end(struct srv_fairness *fairness, int level);
 
 /**
  * For a worker in mid-task: where something has come it lets the sockets' thread go first. Looks a few thousand times a
  * second at most, however often it is called.
  */
-void srv_intake_look(struct srv_intake *intake);
+void srv_fairness_look(struct srv_fairness *fairness);
 
 #endif

@@ -1,5 +1,5 @@
 /* Memory that something holds: counted for all and for the client that pays for it, when it is promised, and bounded.
- * Leaves to others: what is held (exchange, flights, stint), what a refusal says to the client (exchange).
+ * Leaves to others: what is held (exchange, inflight, part_run), what a refusal says to the client (exchange).
  * Invariant: a hold counts its bytes once; set to 0 it counts nothing. */
 #ifndef SRV_HOLD_H
 #define SRV_HOLD_H

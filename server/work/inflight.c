@@ -7,33 +7,33 @@
 
 #include "server/work/service.h"
 
-enum { FLIGHTS_ROWS = 1024, FLIGHTS_LARGE = 4 * SRV_FLIGHT_BLOCK };
+enum { INFLIGHT_ROWS = 1024, INFLIGHT_LARGE = 4 * SRV_INFLIGHT_BLOCK };
 
-struct srv_flights {
+struct srv_inflight {
     pthread_mutex_t lock;
-    struct srv_work *row[FLIGHTS_ROWS]; /* works that others may join */
+    struct srv_work *row[INFLIGHT_ROWS]; /* works that others may join */
 };
 
-enum pend_status srv_flights_new(struct srv_flights **flights) {
-    struct srv_flights *made = *flights = calloc(1, sizeof *made);
+enum pend_status srv_inflight_new(struct srv_inflight **inflight) {
+    struct srv_inflight *made = *inflight = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
     pthread_mutex_init(&made->lock, NULL);
     return PEND_OK;
 }
 
-void srv_flights_free(struct srv_flights **flights) {
-    struct srv_flights *gone = *flights;
-    *flights = NULL;
+void srv_inflight_free(struct srv_inflight **inflight) {
+    struct srv_inflight *gone = *inflight;
+    *inflight = NULL;
     if (!gone) return;
     pthread_mutex_destroy(&gone->lock);
     free(gone);
 }
 
-static void flights_lock(struct srv_work *work) { pthread_mutex_lock(&work->service->flights->lock); }
+static void inflight_lock(struct srv_work *work) { pthread_mutex_lock(&work->service->inflight->lock); }
 
-static void flights_unlock(struct srv_work *work) { pthread_mutex_unlock(&work->service->flights->lock); }
+static void inflight_unlock(struct srv_work *work) { pthread_mutex_unlock(&work->service->inflight->lock); }
 
-struct srv_work *srv_flights_begin(struct srv_exchange *exchange) {
+struct srv_work *srv_inflight_begin(struct srv_exchange *exchange) {
     struct srv_service *service = exchange->service;
     struct srv_work *made = calloc(1, sizeof *made);
     if (!made) return NULL;
@@ -52,23 +52,23 @@ struct srv_work *srv_flights_begin(struct srv_exchange *exchange) {
     api_buffer_init(&made->out, limit);
     api_buffer_init(&made->coded, limit);
     api_buffer_init(&made->ready, limit);
-    flights_lock(made);
+    inflight_lock(made);
     made->waiters = exchange;
     exchange->work = made;
     exchange->next_beside = NULL;
-    flights_unlock(made);
+    inflight_unlock(made);
     return made;
 }
 
-void srv_flights_end(struct srv_work *work) {
-    struct srv_spares *spares = &work->service->spares;
+void srv_inflight_end(struct srv_work *work) {
+    struct srv_buffer_pool *pool = &work->service->pool;
     assert(!work->waiters && !work->reader && !work->listed);
     api_call_free(&work->call);
     if (work->source) work->source->free(work->source);
     if (work->coder) srv_coding_at(work->coding)->free(work->coder);
-    srv_spares_give(spares, &work->out);
-    srv_spares_give(spares, &work->coded);
-    srv_spares_give(spares, &work->ready);
+    srv_buffer_pool_give(pool, &work->out);
+    srv_buffer_pool_give(pool, &work->coded);
+    srv_buffer_pool_give(pool, &work->ready);
     srv_hold_set(&work->hold, 0);
     if (work->hold.payer) srv_clients_give(work->service->clients, work->hold.payer);
     srv_clients_give(work->service->clients, work->account);
@@ -78,34 +78,34 @@ void srv_flights_end(struct srv_work *work) {
 /* --- joining --- */
 
 /* the key begins with a digest: its first digits choose the row */
-static struct srv_work **flights_row(struct srv_flights *flights, const char *key) {
+static struct srv_work **inflight_row(struct srv_inflight *inflight, const char *key) {
     unsigned row = 0;
     for (int i = 0; i < 8; i++) row = row * 31 + (unsigned char)key[i];
-    return &flights->row[row % FLIGHTS_ROWS];
+    return &inflight->row[row % INFLIGHT_ROWS];
 }
 
-static struct srv_work *flights_find(struct srv_flights *flights, const char *key, size_t bytes) {
-    struct srv_work *work = *flights_row(flights, key);
+static struct srv_work *inflight_find(struct srv_inflight *inflight, const char *key, size_t bytes) {
+    struct srv_work *work = *inflight_row(inflight, key);
     while (work && !(work->key_bytes == bytes && !memcmp(work->key, key, bytes))) work = work->next_in_row;
     return work;
 }
 
 /* nobody can join it any more; called with the lock */
-static void flights_unlist(struct srv_work *work) {
+static void inflight_unlist(struct srv_work *work) {
     if (!work->listed) return;
-    struct srv_work **at = flights_row(work->service->flights, work->key);
+    struct srv_work **at = inflight_row(work->service->inflight, work->key);
     while (*at != work) at = &(*at)->next_in_row;
     *at = work->next_in_row;
     work->listed = 0;
 }
 
-int srv_flights_opened(struct srv_work *work) {
-    struct srv_flights *flights = work->service->flights;
+int srv_inflight_opened(struct srv_work *work) {
+    struct srv_inflight *inflight = work->service->inflight;
     int joined = 0;
-    flights_lock(work);
+    inflight_lock(work);
     work->opened = 1;
     int alive = work->key_bytes && !work->stop;
-    struct srv_work *same = alive ? flights_find(flights, work->key, work->key_bytes) : NULL;
+    struct srv_work *same = alive ? inflight_find(inflight, work->key, work->key_bytes) : NULL;
     if (same) {
         struct srv_exchange *exchange = work->waiters;
         exchange->next_beside = same->waiters;
@@ -114,48 +114,48 @@ int srv_flights_opened(struct srv_work *work) {
         work->waiters = NULL;
         joined = 1;
     } else if (alive) {
-        struct srv_work **row = flights_row(flights, work->key);
+        struct srv_work **row = inflight_row(inflight, work->key);
         work->next_in_row = *row;
         *row = work;
         work->listed = 1;
     }
-    flights_unlock(work);
+    inflight_unlock(work);
     return joined;
 }
 
-enum srv_stop srv_flights_stop(struct srv_work *work) {
-    flights_lock(work);
+enum srv_stop srv_inflight_stop(struct srv_work *work) {
+    inflight_lock(work);
     enum srv_stop stop = work->stop;
-    flights_unlock(work);
+    inflight_unlock(work);
     return stop;
 }
 
-struct srv_exchange *srv_flights_take(struct srv_work *work) {
-    flights_lock(work);
-    flights_unlist(work);
+struct srv_exchange *srv_inflight_take(struct srv_work *work) {
+    inflight_lock(work);
+    inflight_unlist(work);
     struct srv_exchange *taken = work->waiters;
     work->waiters = NULL;
     for (struct srv_exchange *exchange = taken; exchange; exchange = exchange->next_beside) exchange->work = NULL;
-    flights_unlock(work);
+    inflight_unlock(work);
     return taken;
 }
 
-int srv_flights_waiters(struct srv_work *work) {
+int srv_inflight_waiters(struct srv_work *work) {
     int count = 0;
-    flights_lock(work);
+    inflight_lock(work);
     for (struct srv_exchange *exchange = work->waiters; exchange; exchange = exchange->next_beside) count++;
-    flights_unlock(work);
+    inflight_unlock(work);
     return count;
 }
 
 /* takes a work that no worker has away from where it waits; called with the lock */
-static int flights_withdraw(struct srv_work *work) {
+static int inflight_withdraw(struct srv_work *work) {
     int rests = work->parked || work->fetching;
     work->parked = work->fetching = 0;
     return rests || srv_queue_remove(work->service->queue, &work->task);
 }
 
-static void flights_detach(struct srv_work *work, struct srv_exchange *exchange) {
+static void inflight_detach(struct srv_work *work, struct srv_exchange *exchange) {
     struct srv_exchange **at = &work->waiters;
     while (*at != exchange) at = &(*at)->next_beside;
     *at = exchange->next_beside;
@@ -163,49 +163,49 @@ static void flights_detach(struct srv_work *work, struct srv_exchange *exchange)
 }
 
 /* called with the lock; the work to be ended, or NULL */
-static struct srv_work *flights_leave_work(struct srv_work *work, struct srv_exchange *exchange, enum srv_stop why,
+static struct srv_work *inflight_leave_work(struct srv_work *work, struct srv_exchange *exchange, enum srv_stop why,
                                            int *detached) {
-    int alone = work->waiters == exchange && !exchange->next_beside, withdrawn = alone && flights_withdraw(work);
+    int alone = work->waiters == exchange && !exchange->next_beside, withdrawn = alone && inflight_withdraw(work);
     /* a worker that reads the request needs the exchange */
     *detached = work->opened || withdrawn;
-    if (*detached) flights_detach(work, exchange);
+    if (*detached) inflight_detach(work, exchange);
     if (!alone) return NULL;
-    flights_unlist(work);
+    inflight_unlist(work);
     work->stop = why;
     return withdrawn ? work : NULL;
 }
 
 /* the reader goes; called with the lock; the work to be ended, or NULL */
-static struct srv_work *flights_leave_stream(struct srv_work *work, struct srv_exchange *exchange, enum srv_stop why,
+static struct srv_work *inflight_leave_stream(struct srv_work *work, struct srv_exchange *exchange, enum srv_stop why,
                                              int *detached) {
     *detached = work->reader_waits;
     exchange->stream = NULL;
     work->reader = NULL;
     work->reader_waits = 0;
     if (!work->stop) work->stop = why;
-    return work->over || flights_withdraw(work) ? work : NULL;
+    return work->over || inflight_withdraw(work) ? work : NULL;
 }
 
-struct srv_work *srv_flights_leave(struct srv_exchange *exchange, enum srv_stop why, int *detached) {
+struct srv_work *srv_inflight_leave(struct srv_exchange *exchange, enum srv_stop why, int *detached) {
     struct srv_work *gone = NULL;
-    struct srv_flights *flights = exchange->service->flights;
+    struct srv_inflight *inflight = exchange->service->inflight;
     *detached = 0;
-    pthread_mutex_lock(&flights->lock);
+    pthread_mutex_lock(&inflight->lock);
     if (!exchange->stop) exchange->stop = why;
     if (exchange->stream)
-        gone = flights_leave_stream(exchange->stream, exchange, why, detached);
+        gone = inflight_leave_stream(exchange->stream, exchange, why, detached);
     else if (exchange->work)
-        gone = flights_leave_work(exchange->work, exchange, why, detached);
-    pthread_mutex_unlock(&flights->lock);
+        gone = inflight_leave_work(exchange->work, exchange, why, detached);
+    pthread_mutex_unlock(&inflight->lock);
     return gone;
 }
 
 /* --- streams --- */
 
-struct srv_exchange *srv_flights_stream(struct srv_work *work, struct srv_exchange **others) {
+struct srv_exchange *srv_inflight_stream(struct srv_work *work, struct srv_exchange **others) {
     struct srv_exchange **last = &work->waiters;
-    flights_lock(work);
-    flights_unlist(work);
+    inflight_lock(work);
+    inflight_unlist(work);
     while (*last && (*last)->next_beside) last = &(*last)->next_beside;
     struct srv_exchange *reader = *last;
     *last = NULL;
@@ -218,82 +218,82 @@ struct srv_exchange *srv_flights_stream(struct srv_work *work, struct srv_exchan
         reader->stream = work;
         reader->streams = 1;
     }
-    flights_unlock(work);
+    inflight_unlock(work);
     return reader;
 }
 
 /* what was appended last, to be sent next */
-static struct api_buffer *flights_chunk(struct srv_work *work) { return work->coder ? &work->coded : &work->out; }
+static struct api_buffer *inflight_chunk(struct srv_work *work) { return work->coder ? &work->coded : &work->out; }
 
-static int flights_drained(const struct srv_work *work) { return work->taken == work->ready.bytes; }
+static int inflight_drained(const struct srv_work *work) { return work->taken == work->ready.bytes; }
 
-int srv_flights_hungry(struct srv_work *work) {
-    flights_lock(work);
+int srv_inflight_hungry(struct srv_work *work) {
+    inflight_lock(work);
     int hungry = work->reader_waits;
-    flights_unlock(work);
+    inflight_unlock(work);
     return hungry;
 }
 
 /* the block that was appended becomes the one that is sent; called with the lock */
-static void flights_swap(struct srv_work *work) {
-    struct api_buffer *chunk = flights_chunk(work), sent = work->ready;
+static void inflight_swap(struct srv_work *work) {
+    struct api_buffer *chunk = inflight_chunk(work), sent = work->ready;
     work->ready = *chunk;
     *chunk = sent;
     chunk->bytes = 0;
     /* what was held before the head is not needed again */
-    if (chunk->cap > FLIGHTS_LARGE) api_buffer_clear(chunk);
+    if (chunk->cap > INFLIGHT_LARGE) api_buffer_clear(chunk);
     work->ready_cap = work->ready.cap;
     work->taken = 0;
 }
 
-int srv_flights_pass(struct srv_work *work, int ended, int *over) {
-    struct api_buffer *chunk = flights_chunk(work);
-    flights_lock(work);
+int srv_inflight_pass(struct srv_work *work, int ended, int *over) {
+    struct api_buffer *chunk = inflight_chunk(work);
+    inflight_lock(work);
     if (!work->reader) ended = -1;
     if (work->reader) {
         work->reader->computed = work->spent;
         work->reader->steps = api_call_steps(work->call);
     }
-    if (flights_drained(work) && chunk->bytes) flights_swap(work);
+    if (inflight_drained(work) && chunk->bytes) inflight_swap(work);
     work->ended = ended;
     work->over = *over = ended != 0;
-    work->parked = !ended && chunk->bytes >= SRV_FLIGHT_BLOCK;
+    work->parked = !ended && chunk->bytes >= SRV_INFLIGHT_BLOCK;
     int go_on = !ended && !work->parked, gone = ended && !work->reader;
-    if (work->reader_waits && (ended || !flights_drained(work))) {
+    if (work->reader_waits && (ended || !inflight_drained(work))) {
         work->reader_waits = 0;
         work->reader->finish(work->reader);
     }
-    flights_unlock(work);
-    if (gone) srv_flights_end(work);
+    inflight_unlock(work);
+    if (gone) srv_inflight_end(work);
     return go_on;
 }
 
-int srv_flights_park(struct srv_work *work) {
-    flights_lock(work);
+int srv_inflight_park(struct srv_work *work) {
+    inflight_lock(work);
     int rests = work->fetching = !work->stop;
-    flights_unlock(work);
+    inflight_unlock(work);
     return rests;
 }
 
-void srv_flights_unpark(struct srv_work *work) {
-    flights_lock(work);
+void srv_inflight_unpark(struct srv_work *work) {
+    inflight_lock(work);
     if (work->fetching) srv_queue_again(work->service->queue, &work->task);
     work->fetching = 0;
-    flights_unlock(work);
+    inflight_unlock(work);
 }
 
-long srv_flights_read(struct srv_exchange *exchange, char *to, size_t cap, void (*pause)(struct srv_exchange *)) {
-    struct srv_flights *flights = exchange->service->flights;
+long srv_inflight_read(struct srv_exchange *exchange, char *to, size_t cap, void (*pause)(struct srv_exchange *)) {
+    struct srv_inflight *inflight = exchange->service->inflight;
     int again = 0;
-    pthread_mutex_lock(&flights->lock);
+    pthread_mutex_lock(&inflight->lock);
     struct srv_work *work = exchange->stream;
     if (!work) {
-        pthread_mutex_unlock(&flights->lock);
-        return SRV_FLIGHT_BROKEN;
+        pthread_mutex_unlock(&inflight->lock);
+        return SRV_INFLIGHT_BROKEN;
     }
-    if (flights_drained(work) && (work->parked || work->fetching || work->over) && flights_chunk(work)->bytes)
-        flights_swap(work);
-    if (work->parked && !flights_chunk(work)->bytes) {
+    if (inflight_drained(work) && (work->parked || work->fetching || work->over) && inflight_chunk(work)->bytes)
+        inflight_swap(work);
+    if (work->parked && !inflight_chunk(work)->bytes) {
         again = 1;
         work->parked = 0;
     }
@@ -301,22 +301,22 @@ long srv_flights_read(struct srv_exchange *exchange, char *to, size_t cap, void 
     long result = (long)count;
     if (count) memcpy(to, work->ready.data + work->taken, count);
     work->taken += count;
-    if (!count && work->ended) result = work->ended > 0 ? SRV_FLIGHT_END : SRV_FLIGHT_BROKEN;
+    if (!count && work->ended) result = work->ended > 0 ? SRV_INFLIGHT_END : SRV_INFLIGHT_BROKEN;
     if (!count && !work->ended) {
         work->reader_waits = 1;
         pause(exchange);
     }
     if (again) srv_queue_again(work->service->queue, &work->task);
-    pthread_mutex_unlock(&flights->lock);
+    pthread_mutex_unlock(&inflight->lock);
     return result;
 }
 
-void srv_flights_told(struct srv_exchange *exchange, struct api_told *told) {
-    struct srv_flights *flights = exchange->service->flights;
+void srv_inflight_told(struct srv_exchange *exchange, struct api_remarks *told) {
+    struct srv_inflight *inflight = exchange->service->inflight;
     told->count = 0;
-    pthread_mutex_lock(&flights->lock);
+    pthread_mutex_lock(&inflight->lock);
     struct srv_work *work = exchange->stream;
     struct api_answer answer = work && work->ended > 0 ? api_call_answer(work->call) : (struct api_answer){0};
     if (answer.told) *told = *answer.told;
-    pthread_mutex_unlock(&flights->lock);
+    pthread_mutex_unlock(&inflight->lock);
 }

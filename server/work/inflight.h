@@ -1,6 +1,6 @@
 /* Computations under way: who waits for each, who may join one, and the blocks between one and the reader of its
  * stream. Leaves to others: computing (compute), suspending and resuming a connection (http). Invariant: all that
- * several threads touch of a work is under the one lock of the flights; a work is freed once no worker, queue or reader
+ * several threads touch of a work is under the one lock of the computations in flight; a work is freed once no worker, queue or reader
  * has it. */
 #ifndef SRV_INFLIGHT_H
 #define SRV_INFLIGHT_H
@@ -9,8 +9,8 @@
 #include "server/work/exchange.h"
 
 enum {
-    SRV_FLIGHT_BLOCK = 1 << 18, /* bytes that may wait while as many are being sent */
-    SRV_FLIGHT_KEY = 72
+    SRV_INFLIGHT_BLOCK = 1 << 18, /* bytes that may wait while as many are being sent */
+    SRV_INFLIGHT_KEY = 72
 };
 
 struct srv_work {
@@ -29,7 +29,7 @@ struct srv_work {
     double cost;                  /* s, estimated */
     int64_t queued, begun, spent; /* ns: when, when, how long on workers */
     char etag[SRV_ETAG_BYTES];    /* as the header field; "" before it is known */
-    char key[SRV_FLIGHT_KEY];     /* of the cache and of the flights */
+    char key[SRV_INFLIGHT_KEY];     /* of the cache and of the computations in flight */
     size_t key_bytes;
     struct srv_hold hold; /* what it holds, and was promised */
     size_t foreseen;      /* bytes that out, coded and ready will come to */
@@ -52,22 +52,22 @@ struct srv_work {
     size_t taken;                /* bytes of it that were */
 };
 
-/* What srv_flights_read returns beside a number of bytes. */
-enum { SRV_FLIGHT_WAIT = 0, SRV_FLIGHT_END = -1, SRV_FLIGHT_BROKEN = -2 };
+/* What srv_inflight_read returns beside a number of bytes. */
+enum { SRV_INFLIGHT_WAIT = 0, SRV_INFLIGHT_END = -1, SRV_INFLIGHT_BROKEN = -2 };
 
-struct srv_flights;
+struct srv_inflight;
 
 /** PEND_NO_MEMORY */
-PEND_MUST_CHECK enum pend_status srv_flights_new(struct srv_flights **flights);
+PEND_MUST_CHECK enum pend_status srv_inflight_new(struct srv_inflight **inflight);
 
 /** Frees; nothing may be under way. */
-void srv_flights_free(struct srv_flights **flights);
+void srv_inflight_free(struct srv_inflight **inflight);
 
 /** A work for an exchange, which waits for it; NULL without memory. */
-struct srv_work *srv_flights_begin(struct srv_exchange *exchange);
+struct srv_work *srv_inflight_begin(struct srv_exchange *exchange);
 
 /** Frees a work that nobody has or waits for. */
-void srv_flights_end(struct srv_work *work);
+void srv_inflight_end(struct srv_work *work);
 
 /**
  * Says that the request was read. Its key is set.
@@ -75,13 +75,13 @@ void srv_flights_end(struct srv_work *work);
  * Where the same is computed already the work's exchange waits for that from now on, and the work has nothing to do:
  * returns 1. Else others may join this one. Returns 0.
  */
-int srv_flights_opened(struct srv_work *work);
+int srv_inflight_opened(struct srv_work *work);
 
 /** Why the work is not to go on. */
-enum srv_stop srv_flights_stop(struct srv_work *work);
+enum srv_stop srv_inflight_stop(struct srv_work *work);
 
 /** Takes all who wait for a work, which nobody can join any more; a list by next_beside. */
-struct srv_exchange *srv_flights_take(struct srv_work *work);
+struct srv_exchange *srv_inflight_take(struct srv_work *work);
 
 /**
  * An exchange waits for its work no more, nor reads its stream.
@@ -91,24 +91,24 @@ struct srv_exchange *srv_flights_take(struct srv_work *work);
  * *detached: 1 when the caller is to call the exchange's finish, and to answer it unless it is a stream's reader; 0
  * when the worker will, or did, or nobody waits for that.
  */
-struct srv_work *srv_flights_leave(struct srv_exchange *exchange, enum srv_stop why, int *detached);
+struct srv_work *srv_inflight_leave(struct srv_exchange *exchange, enum srv_stop why, int *detached);
 
 /* --- streams --- */
 
 /**
  * Makes the one who waits longest the reader; it is suspended until its finish is called, even if it leaves.
  *
- * others  out: the others, as srv_flights_take gives them.
+ * others  out: the others, as srv_inflight_take gives them.
  *
  * Returns the reader, NULL where nobody waits.
  */
-struct srv_exchange *srv_flights_stream(struct srv_work *work, struct srv_exchange **others);
+struct srv_exchange *srv_inflight_stream(struct srv_work *work, struct srv_exchange **others);
 
 /** How many wait for it. */
-int srv_flights_waiters(struct srv_work *work);
+int srv_inflight_waiters(struct srv_work *work);
 
 /** True when the reader has nothing to send just now. */
-int srv_flights_hungry(struct srv_work *work);
+int srv_inflight_hungry(struct srv_work *work);
 
 /**
  * Hands over what a work has appended, on the thread of its worker.
@@ -118,28 +118,28 @@ int srv_flights_hungry(struct srv_work *work);
  * Returns 1 when the worker is to go on. Else the work is not the worker's any more: it waits for its reader, or is
  * over or gone; *over says which.
  */
-int srv_flights_pass(struct srv_work *work, int ended, int *over);
+int srv_inflight_pass(struct srv_work *work, int ended, int *over);
 
 /**
  * Has a work rest that waits for its source. The work is not the worker's any more: it may be withdrawn and ended.
  *
  * Returns 0, and the worker goes on, where the work is to stop.
  */
-int srv_flights_park(struct srv_work *work);
+int srv_inflight_park(struct srv_work *work);
 
-/** Queues a work that rests since srv_flights_park, if it still does. Any thread; the work must not have ended. */
-void srv_flights_unpark(struct srv_work *work);
+/** Queues a work that rests since srv_inflight_park, if it still does. Any thread; the work must not have ended. */
+void srv_inflight_unpark(struct srv_work *work);
 
 /**
  * Takes bytes of a stream, on the thread of the reader's connection.
  *
  * pause  called, with the lock, where there are none: suspends the connection. The exchange's finish resumes it.
  *
- * Returns how many, SRV_FLIGHT_WAIT after pause, SRV_FLIGHT_END or SRV_FLIGHT_BROKEN. O(cap).
+ * Returns how many, SRV_INFLIGHT_WAIT after pause, SRV_INFLIGHT_END or SRV_INFLIGHT_BROKEN. O(cap).
  */
-long srv_flights_read(struct srv_exchange *exchange, char *to, size_t cap, void (*pause)(struct srv_exchange *));
+long srv_inflight_read(struct srv_exchange *exchange, char *to, size_t cap, void (*pause)(struct srv_exchange *));
 
-/** What is told of a stream's computation, copied, once srv_flights_read came to SRV_FLIGHT_END; nothing before. */
-void srv_flights_told(struct srv_exchange *exchange, struct api_told *told);
+/** What is told of a stream's computation, copied, once srv_inflight_read came to SRV_INFLIGHT_END; nothing before. */
+void srv_inflight_told(struct srv_exchange *exchange, struct api_remarks *told);
 
 #endif

@@ -4,22 +4,22 @@
 #include <string.h>
 
 enum {
-    ANSWER_MOST_CODED = 1 << 30, /* bytes of an answer that is compressed whole */
-    ANSWER_DIGITS = 64           /* of a digest */
+    RESULT_MOST_CODED = 1 << 30, /* bytes of an answer that is compressed whole */
+    RESULT_DIGITS = 64           /* of a digest */
 };
 
-_Static_assert((int)SRV_ETAG_BYTES > 2 + 1 + ANSWER_DIGITS + 1, "a tag is W/\"digest\"");
-_Static_assert((int)SRV_FLIGHT_KEY > ANSWER_DIGITS, "a key is the digest and the coding");
+_Static_assert((int)SRV_ETAG_BYTES > 2 + 1 + RESULT_DIGITS + 1, "a tag is W/\"digest\"");
+_Static_assert((int)SRV_INFLIGHT_KEY > RESULT_DIGITS, "a key is the digest and the coding");
 
 /* s after which a computation that was out of time or memory may be tried again: it may find a machine that is less
  * busy */
-static const char answer_retry[] = "60";
+static const char result_retry[] = "60";
 
 /* --- the exact bytes of a request --- */
 
 /* the bytes of a request that make its answer, as a key: written behind its body; returns its length, 0 without memory
  */
-static size_t answer_exact_key(struct srv_exchange *exchange, const char **key) {
+static size_t result_exact_key(struct srv_exchange *exchange, const char **key) {
     struct api_buffer *body = &exchange->body;
     size_t bytes = body->bytes;
     const char *part[] = {exchange->path, exchange->field[SRV_ACCEPT], exchange->field[SRV_CONTENT_TYPE]};
@@ -34,17 +34,17 @@ static size_t answer_exact_key(struct srv_exchange *exchange, const char **key) 
 }
 
 /* such an exchange is never answered from the exact bytes */
-static int answer_unkeyed(const struct srv_exchange *exchange) {
+static int result_unkeyed(const struct srv_exchange *exchange) {
     return !srv_cache_on(exchange->service->cache) || exchange->apart || exchange->body.bytes > SRV_CACHE_KEY ||
            exchange->query;
 }
 
-void srv_answer_give(struct srv_exchange *exchange, struct srv_payload *payload, const char *cache) {
+void srv_result_give(struct srv_exchange *exchange, struct srv_response_body *response_body, const char *cache) {
     exchange->cache = cache;
-    srv_exchange_payload(exchange, payload);
-    if (payload->status != 200 || !srv_exchange_matches(exchange, payload->etag)) return;
+    srv_exchange_response_body(exchange, response_body);
+    if (response_body->status != 200 || !srv_exchange_matches(exchange, response_body->etag)) return;
     if (!srv_exchange_safe(exchange)) {
-        srv_exchange_not_modified(exchange, payload->etag);
+        srv_exchange_not_modified(exchange, response_body->etag);
         return;
     }
     /* with the length of the answer that it stands for, which is not sent */
@@ -52,34 +52,34 @@ void srv_answer_give(struct srv_exchange *exchange, struct srv_payload *payload,
     srv_metrics_count(&exchange->service->metrics.not_modified, 1);
 }
 
-int srv_answer_cached(struct srv_exchange *exchange) {
+int srv_result_cached(struct srv_exchange *exchange) {
     const char *key;
-    if (answer_unkeyed(exchange)) return 0;
-    size_t bytes = answer_exact_key(exchange, &key);
-    struct srv_payload *payload = bytes ? srv_cache_find(exchange->service->cache, key, bytes) : NULL;
-    if (!payload) return 0;
+    if (result_unkeyed(exchange)) return 0;
+    size_t bytes = result_exact_key(exchange, &key);
+    struct srv_response_body *response_body = bytes ? srv_cache_find(exchange->service->cache, key, bytes) : NULL;
+    if (!response_body) return 0;
     srv_metrics_count(&exchange->service->metrics.cache_exact, 1);
-    srv_answer_give(exchange, payload, "exact");
-    srv_payload_drop(&payload);
+    srv_result_give(exchange, response_body, "exact");
+    srv_response_body_drop(&response_body);
     return 1;
 }
 
-void srv_answer_remember(struct srv_exchange *exchange, struct srv_payload *payload) {
+void srv_result_remember(struct srv_exchange *exchange, struct srv_response_body *response_body) {
     const char *key;
-    if (payload->status != 200 || answer_unkeyed(exchange)) return;
-    size_t bytes = answer_exact_key(exchange, &key);
-    if (bytes) srv_cache_add(exchange->service->cache, key, bytes, payload);
+    if (response_body->status != 200 || result_unkeyed(exchange)) return;
+    size_t bytes = result_exact_key(exchange, &key);
+    if (bytes) srv_cache_add(exchange->service->cache, key, bytes, response_body);
 }
 
-/* --- payloads --- */
+/* --- response bodies --- */
 
-enum srv_coding srv_answer_code(struct srv_work *work, const char *media_type) {
+enum srv_coding srv_result_code(struct srv_work *work, const char *media_type) {
     double least = srv_service_config(work->service)->compress_above;
-    if (!work->coding || least <= 0 || (double)work->out.bytes < least || work->out.bytes > ANSWER_MOST_CODED ||
+    if (!work->coding || least <= 0 || (double)work->out.bytes < least || work->out.bytes > RESULT_MOST_CODED ||
         !srv_coding_worth(media_type))
         return SRV_IDENTITY;
     work->coded.bytes = 0;
-    srv_spares_take(&work->service->spares, &work->coded);
+    srv_buffer_pool_take(&work->service->pool, &work->coded);
     if (srv_coding_whole(work->coding, work->out.data, work->out.bytes, &work->coded) != PEND_OK ||
         work->coded.bytes >= work->out.bytes)
         return SRV_IDENTITY;
@@ -90,7 +90,7 @@ enum srv_coding srv_answer_code(struct srv_work *work, const char *media_type) {
 }
 
 /* Content-Range; 0 where an answer has none */
-static int answer_range(const struct api_answer *answer, char text[], size_t cap) {
+static int result_range(const struct api_answer *answer, char text[], size_t cap) {
     int part = answer->status == 206;
     if (!part && answer->status != 416) return 0;
     if (part)
@@ -100,7 +100,7 @@ static int answer_range(const struct api_answer *answer, char text[], size_t cap
     return 1;
 }
 
-struct srv_payload *srv_answer_payload(struct srv_work *work, struct api_answer answer, enum srv_coding coding,
+struct srv_response_body *srv_result_response_body(struct srv_work *work, struct api_answer answer, enum srv_coding coding,
                                        struct api_buffer *body) {
     char disposition[128], range[96];
     const char *columns = answer.columns, *file = answer.file_name;
@@ -108,38 +108,38 @@ struct srv_payload *srv_answer_payload(struct srv_work *work, struct api_answer 
     size_t text = 352 + SRV_ETAG_BYTES + (columns ? strlen(columns) + 1 : 0);
     for (int i = 0; answer.told && i < answer.told->count; i++) text += strlen(answer.told->field[i].value) + 1;
     struct srv_service *service = work->service;
-    struct srv_payload *made =
-        srv_payload_new(answer.status, answer.media_type, body, text, &service->memory, &service->spares);
+    struct srv_response_body *made =
+        srv_response_body_new(answer.status, answer.media_type, body, text, &service->memory, &service->pool);
     if (!made) return NULL;
     made->steps = api_call_steps(work->call);
-    if (answer.status >= 400) srv_payload_header(made, "Cache-Control", "no-store");
-    if (answer.status == 415) srv_payload_header(made, "Accept-Post", srv_exchange_accepts);
-    if (answer.status == 503 || answer.status == 429) srv_payload_header(made, "Retry-After", answer_retry);
-    srv_payload_header(made, "Vary", srv_exchange_vary);
+    if (answer.status >= 400) srv_response_body_header(made, "Cache-Control", "no-store");
+    if (answer.status == 415) srv_response_body_header(made, "Accept-Post", srv_exchange_accepts);
+    if (answer.status == 503 || answer.status == 429) srv_response_body_header(made, "Retry-After", result_retry);
+    srv_response_body_header(made, "Vary", srv_exchange_vary);
     if (answer.status < 400 && work->etag[0]) {
         /* a coding may compress differently another time */
         stpcpy(stpcpy(made->etag, coding && work->source ? "W/" : ""), work->etag);
-        srv_payload_header(made, "ETag", made->etag);
+        srv_response_body_header(made, "ETag", made->etag);
     }
-    if (answer.status < 400 && work->source) srv_payload_header(made, "Accept-Ranges", "bytes");
+    if (answer.status < 400 && work->source) srv_response_body_header(made, "Accept-Ranges", "bytes");
     if (answer.status == 206) srv_lengths_note(&service->lengths, work->etag, answer.total);
-    if (answer_range(&answer, range, sizeof range)) srv_payload_header(made, "Content-Range", range);
-    if (columns) srv_payload_header(made, "X-Columns", columns);
-    if (file) srv_payload_header(made, "Content-Disposition", disposition);
+    if (result_range(&answer, range, sizeof range)) srv_response_body_header(made, "Content-Range", range);
+    if (columns) srv_response_body_header(made, "X-Columns", columns);
+    if (file) srv_response_body_header(made, "Content-Disposition", disposition);
     for (int i = 0; answer.told && i < answer.told->count; i++)
-        srv_payload_header(made, answer.told->field[i].name, answer.told->field[i].value);
-    if (coding) srv_payload_header(made, "Content-Encoding", srv_coding_at(coding)->name);
+        srv_response_body_header(made, answer.told->field[i].name, answer.told->field[i].value);
+    if (coding) srv_response_body_header(made, "Content-Encoding", srv_coding_at(coding)->name);
     return made;
 }
 
 /* --- by what a request means --- */
 
-void srv_answer_key(struct srv_work *work, enum srv_coding coding) {
+void srv_result_key(struct srv_work *work, enum srv_coding coding) {
     const char *digest = api_call_etag(work->call);
     work->etag[0] = 0;
     work->key_bytes = 0;
     if (!digest) return;
-    size_t digits = strnlen(digest, ANSWER_DIGITS);
+    size_t digits = strnlen(digest, RESULT_DIGITS);
     char *at = work->key;
     memcpy(at, digest, digits);
     at[digits] = (char)('0' + coding);
@@ -150,20 +150,20 @@ void srv_answer_key(struct srv_work *work, enum srv_coding coding) {
     stpcpy(at + digits, "\"");
 }
 
-struct srv_payload *srv_answer_find(struct srv_work *work) {
+struct srv_response_body *srv_result_find(struct srv_work *work) {
     struct srv_cache *cache = work->service->cache;
-    struct srv_payload *found = srv_cache_find(cache, work->key, work->key_bytes);
+    struct srv_response_body *found = srv_cache_find(cache, work->key, work->key_bytes);
     if (found || !work->coding) return found;
-    srv_answer_key(work, SRV_IDENTITY);
+    srv_result_key(work, SRV_IDENTITY);
     found = srv_cache_find(cache, work->key, work->key_bytes);
-    srv_answer_key(work, work->coding);
+    srv_result_key(work, work->coding);
     if (!found || api_buffer_add(&work->out, found->body.data, found->body.bytes) != PEND_OK) return found;
-    enum srv_coding coding = srv_answer_code(work, found->media_type);
-    struct srv_payload *coded =
-        coding ? srv_answer_payload(work, api_call_answer(work->call), coding, &work->out) : NULL;
+    enum srv_coding coding = srv_result_code(work, found->media_type);
+    struct srv_response_body *coded =
+        coding ? srv_result_response_body(work, api_call_answer(work->call), coding, &work->out) : NULL;
     work->out.bytes = 0;
     if (!coded) return found;
     srv_cache_add(cache, work->key, work->key_bytes, coded);
-    srv_payload_drop(&found);
+    srv_response_body_drop(&found);
     return coded;
 }

@@ -56,7 +56,7 @@ struct srv_gauges srv_service_gauges(struct srv_service *service) {
                                .jobs_successful = (double)store.jobs[SRV_JOB_SUCCESSFUL],
                                .jobs_failed = (double)store.jobs[SRV_JOB_FAILED],
                                .jobs_dismissed = (double)store.jobs[SRV_JOB_DISMISSED],
-                               .parts_waiting = (double)store.shards,
+                               .parts_waiting = (double)store.parts,
                                .store_bytes = (double)store.bytes,
                                .store_up = service->storage && srv_storage_here(service->storage),
                                .resident = srv_metrics_resident(),

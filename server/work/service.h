@@ -1,5 +1,5 @@
 /* What the parts of a running server share.
- * Leaves to others: making and ending it (parts).
+ * Leaves to others: making and ending it (service_setup).
  * Invariant: outlives every exchange; what changes in it is atomic or has a lock of its own. */
 #ifndef SRV_SERVICE_H
 #define SRV_SERVICE_H
@@ -21,8 +21,8 @@
 #include "server/store/storage.h"
 
 struct srv_events;
-struct srv_flights;
-struct srv_runner;
+struct srv_inflight;
+struct srv_part_runner;
 
 /* How far the end of this process is. */
 enum srv_drain {
@@ -47,15 +47,15 @@ struct srv_service {
     const char *hosts;                       /* that it answers to */
     struct srv_log *log;
     struct srv_queue *queue;
-    struct srv_intake intake; /* who goes first, the sockets or the workers */
+    struct srv_fairness fairness; /* who goes first, the sockets or the workers */
     struct srv_clients *clients;
     struct srv_cache *cache;
-    struct srv_flights *flights; /* computations that others may join */
+    struct srv_inflight *inflight; /* computations that others may join */
     struct srv_storage *storage; /* where jobs are kept; NULL = nowhere */
-    struct srv_runner *runner;   /* that computes them; NULL with the storage */
+    struct srv_part_runner *runner;   /* that computes them; NULL with the storage */
     struct srv_events *events;   /* who listens to them; NULL with the storage */
     struct api_limits job_limits;
-    struct srv_spares spares;
+    struct srv_buffer_pool pool;
     struct srv_lengths lengths; /* of results that were written once */
     struct srv_metrics metrics;
     uint64_t seed;            /* of request ids */

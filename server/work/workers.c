@@ -6,7 +6,7 @@
 
 struct srv_workers {
     struct srv_queue *queue;
-    struct srv_intake *intake;
+    struct srv_fairness *fairness;
     int count;
     pthread_t thread[];
 };
@@ -21,20 +21,20 @@ static void *workers_main(void *argument) {
     const struct srv_workers *workers = argument;
     for (struct srv_task *task = srv_queue_pop(workers->queue); task;) {
         int level = task->level;
-        if (workers->intake) srv_intake_begin(workers->intake, level);
+        if (workers->fairness) srv_fairness_begin(workers->fairness, level);
         int again = task->run(task);
-        if (workers->intake) srv_intake_end(workers->intake, level);
+        if (workers->fairness) srv_fairness_end(workers->fairness, level);
         task = again ? srv_queue_swap(workers->queue, task) : srv_queue_pop(workers->queue);
     }
     return NULL;
 }
 
 enum pend_status srv_workers_new(struct srv_workers **workers, int count, struct srv_queue *queue,
-                                 struct srv_intake *intake) {
+                                 struct srv_fairness *fairness) {
     struct srv_workers *made = *workers = calloc(1, sizeof *made + (size_t)count * sizeof *made->thread);
     if (!made) return PEND_NO_MEMORY;
     made->queue = queue;
-    made->intake = intake;
+    made->fairness = fairness;
     while (made->count < count && !pthread_create(&made->thread[made->count], NULL, workers_main, made)) made->count++;
     if (made->count == count) return PEND_OK;
     srv_workers_free(workers);

@@ -47,20 +47,20 @@ static struct pend_samples runs_view(const struct test_record *record, long at, 
 /* a new run in the place of one, by way of bytes */
 static void runs_carry(struct test_record *record, struct pend_run **run, const struct pend_method *method,
                        const struct pend_problem *problem) {
-    struct pend_tape tape = {.way = PEND_TAPE_COUNT};
+    struct pend_checkpoint checkpoint = {.way = PEND_CHECKPOINT_COUNT};
     struct pend_run *next;
-    if (!CHECK(pend_run_carry(*run, &tape) == PEND_OK)) return;
-    tape = (struct pend_tape){.way = PEND_TAPE_TAKE, .bytes = tape.used, .at = malloc(tape.used)};
-    if (!tape.at) abort();
-    CHECK(pend_run_carry(*run, &tape) == PEND_OK && pend_tape_whole(&tape));
+    if (!CHECK(pend_run_carry(*run, &checkpoint) == PEND_OK)) return;
+    checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_TAKE, .bytes = checkpoint.used, .at = malloc(checkpoint.used)};
+    if (!checkpoint.at) abort();
+    CHECK(pend_run_carry(*run, &checkpoint) == PEND_OK && pend_checkpoint_whole(&checkpoint));
     pend_run_free(run);
     record->status = pend_run_new(&next, method, problem, &record->error);
     *run = next;
     if (record->status != PEND_OK) abort();
-    tape.way = PEND_TAPE_PUT;
-    tape.used = 0;
-    CHECK(pend_run_carry(*run, &tape) == PEND_OK && pend_tape_whole(&tape));
-    free(tape.at);
+    checkpoint.way = PEND_CHECKPOINT_PUT;
+    checkpoint.used = 0;
+    CHECK(pend_run_carry(*run, &checkpoint) == PEND_OK && pend_checkpoint_whole(&checkpoint));
+    free(checkpoint.at);
 }
 
 /* carried: the problem, where each call is to have a run of its own; else NULL */

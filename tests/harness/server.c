@@ -76,12 +76,12 @@ static pid_t launch(const char *const options[], const char *listen, const char 
     path_from_program(program, 2, "pendulumd");
     word[count++] = program;
     if (listen) {
-        const char *const front[] = {
+        const char *const strict[] = {
             "--listen",         listen, "--store",         "none",  "--max-wait-seconds",   "3600",
             "--header-seconds", "3600", "--body-seconds",  "3600",  "--send-seconds",       "3600",
             "--idle-seconds",   "3600", "--drain-seconds", "86400", "--drain-idle-seconds", "0.25",
             "--hosts",          "*"};
-        for (size_t i = 0; i < sizeof front / sizeof *front; i++) word[count++] = (char *)front[i];
+        for (size_t i = 0; i < sizeof strict / sizeof *strict; i++) word[count++] = (char *)strict[i];
     }
     for (int i = 0; options && options[i] && count < WORDS - 1; i++) word[count++] = (char *)options[i];
     word[count] = NULL;

@@ -15,7 +15,7 @@ enum { N = 120 };
 /* Largest miss of m (z'' + i g) = B [lambda u] over the tips, relative to the largest force on any. */
 static double newton_miss(const struct test_tree *t, double gravity, const double acc[], const double force[]) {
     double re[N], im[N], most = 0, miss = 0;
-    pend_motion_acceleration(t->tree, t->phi, t->rate, acc, re, im);
+    pend_kinematics_acceleration(t->tree, t->phi, t->rate, acc, re, im);
     for (int k = 0; k < t->n; k++) {
         re[k] = t->tree->mass[k] * re[k];
         im[k] = t->tree->mass[k] * (im[k] + gravity);
@@ -57,8 +57,8 @@ TEST(law_newtons_second_law_holds_at_every_tip) {
 /* |dE/dt| of a motion, relative to the powers that it is the sum of */
 static double power_miss(const struct test_tree *t, double gravity, const double acc[]) {
     double v_re[N], v_im[N], a_re[N], a_im[N], power = 0, size = 0;
-    pend_motion_velocity(t->tree, t->phi, t->rate, v_re, v_im);
-    pend_motion_acceleration(t->tree, t->phi, t->rate, acc, a_re, a_im);
+    pend_kinematics_velocity(t->tree, t->phi, t->rate, v_re, v_im);
+    pend_kinematics_acceleration(t->tree, t->phi, t->rate, acc, a_re, a_im);
     for (int k = 0; k < t->n; k++) {
         double kinetic = t->tree->mass[k] * (v_re[k] * a_re[k] + v_im[k] * a_im[k]);
         double potential = t->tree->mass[k] * gravity * v_im[k];
@@ -103,9 +103,9 @@ TEST(law_the_energy_stays_along_a_short_step) {
                     phi[k] = t.phi[k] + s * t.rate[k];
                     rate[k] = t.rate[k] + s * acc[k];
                 }
-                struct pend_energy energy = pend_motion_energy(t.tree, 9.81, phi, rate);
+                struct pend_energy energy = pend_kinematics_energy(t.tree, 9.81, phi, rate);
                 total[side] = energy.kinetic + energy.potential;
-                scale = pend_motion_energy_scale(t.tree, 9.81, energy.kinetic);
+                scale = pend_kinematics_energy_scale(t.tree, 9.81, energy.kinetic);
             }
             change[half] = (total[1] - total[0]) / scale;
         }

@@ -71,7 +71,7 @@ enum srv_stored ground_claim(struct srv_store *store, const char *worker, int64_
 
 void ground_pause_ms(int ms) { nanosleep(&(struct timespec){ms / 1000, ms % 1000 * 1000000L}, NULL); }
 
-enum srv_stored ground_submit(struct srv_store *store, const char *id, const char *client, const char *key, long shards,
+enum srv_stored ground_submit(struct srv_store *store, const char *id, const char *client, const char *key, long parts,
                               int chained, struct srv_job *job) {
     unsigned char digest[SRV_DIGEST_BYTES] = {1, 2, 3};
     struct srv_job_order order = {.id = id,
@@ -81,7 +81,7 @@ enum srv_stored ground_submit(struct srv_store *store, const char *id, const cha
                                   .request = "{\"a\":1}",
                                   .request_bytes = 7,
                                   .digest = digest,
-                                  .shards = shards,
+                                  .parts = parts,
                                   .chained = chained};
     return srv_store_submit(store, &order, job);
 }

@@ -41,7 +41,7 @@ void ground_test(int postgres, void (*test)(struct ground *ground, struct srv_st
     static void name(struct ground *ground, struct srv_store *store)
 
 /** Submits a job of the operation "ensembles"; all have one request and one digest. */
-enum srv_stored ground_submit(struct srv_store *store, const char *id, const char *client, const char *key, long shards,
+enum srv_stored ground_submit(struct srv_store *store, const char *id, const char *client, const char *key, long parts,
                               int chained, struct srv_job *job);
 
 /** Claims a part as srv_store_claim does, and drops the request, which no worker is here to read. */

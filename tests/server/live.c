@@ -92,12 +92,12 @@ void live_service(struct srv_service *service, int cap) {
     struct pend_error error = {.text = ""};
     *service = (struct srv_service){.config = live_config(NULL)};
     service->config.queue = cap;
-    enum pend_status status = srv_parts_init(service, &error);
+    enum pend_status status = srv_service_setup_init(service, &error);
     CHECK_SAYING(status == PEND_OK, "%s", error.text);
     CHECK(srv_log_new(&service->log, -1, 2) == PEND_OK);
 }
 
 void live_service_clear(struct srv_service *service) {
     srv_log_free(&service->log);
-    srv_parts_clear(service);
+    srv_service_setup_clear(service);
 }

@@ -24,11 +24,11 @@ static void seen(const unsigned char rgb[3], double lab[3]) {
 TEST(shades_are_evenly_apart_and_grow_lighter) {
     enum { APART = 23 };
     double least = 1, most = 0, light = 0;
-    for (int i = 0; i + APART < API_COLOURS_SHADES; i++) {
+    for (int i = 0; i + APART < API_COLORMAP_SHADES; i++) {
         unsigned char rgb[2][3];
         double lab[2][3], square = 0;
-        api_colours_shade(i, rgb[0]);
-        api_colours_shade(i + APART, rgb[1]);
+        api_colormap_shade(i, rgb[0]);
+        api_colormap_shade(i + APART, rgb[1]);
         seen(rgb[0], lab[0]);
         seen(rgb[1], lab[1]);
         for (int c = 0; c < 3; c++) square += (lab[1][c] - lab[0][c]) * (lab[1][c] - lab[0][c]);

@@ -339,7 +339,7 @@ TEST(ensembles_refuse_what_makes_no_sense_at_its_pointer) {
         CHECK_REFUSED(API_OP_ENSEMBLES, bad[i].body, bad[i].pointer, bad[i].piece);
 }
 
-/* a checked ensemble of a body, and its raw rows computed in shards of the sizes given */
+/* a checked ensemble of a body, and its raw rows computed in ranges of members of the sizes given */
 static double *raw_rows(const char *body, const long size[], int sizes, size_t *bytes) {
     struct api_limits limits;
     struct api_json *document;
@@ -356,14 +356,14 @@ static double *raw_rows(const char *body, const long size[], int sizes, size_t *
     *bytes = (size_t)(count * numbers) * sizeof(double);
     double *raw = malloc(*bytes);
     for (long first = 0, i = 0; first < count; i++) {
-        struct api_shard *shard;
+        struct api_member_range *range;
         long members = size[i % sizes] < count - first ? size[i % sizes] : count - first;
         int done = 0;
-        if (!CHECK(api_shard_new(&shard, ensemble, first, members, raw + first * numbers, NULL) == PEND_OK)) break;
-        while (!done && CHECK(api_shard_go(shard, &done) == PEND_OK)) {
+        if (!CHECK(api_member_range_new(&range, ensemble, first, members, raw + first * numbers, NULL) == PEND_OK)) break;
+        while (!done && CHECK(api_member_range_go(range, &done) == PEND_OK)) {
         }
-        CHECK(api_shard_stats(shard).finished == members);
-        api_shard_free(&shard);
+        CHECK(api_member_range_stats(range).finished == members);
+        api_member_range_free(&range);
         first += members;
     }
     api_ensemble_free(&ensemble);
@@ -372,7 +372,7 @@ static double *raw_rows(const char *body, const long size[], int sizes, size_t *
     return raw;
 }
 
-TEST(ensembles_have_the_same_bits_however_they_are_cut_into_shards) {
+TEST(ensembles_have_the_same_bits_however_they_are_cut_into_ranges) {
     static const char *const body[] = {"{" TURNED ",\"random\":{\"count\":150,\"seed\":4,\"draw\":[{\"vary\":\"theta\","
                                        "\"arm\":2,\"distribution\":\"uniform\",\"low\":"
                                        "-3,\"high\":3},{\"vary\":\"mass\",\"arm\":1,\"distribution\":\"uniform\","

@@ -90,7 +90,7 @@ static void subject_init(struct subject *s, int n, int chain) {
 static void subject_lanes(struct subject *s) {
     size_t bytes = 8 * (size_t)s->n * sizeof(double);
     s->lane_phi = room(bytes), s->lane_rate = room(bytes), s->lane_acc = room(bytes), s->lane_force = room(bytes);
-    s->lane_work = room(pend_dynamics_lanes_bytes(s->n));
+    s->lane_work = room(pend_dynamics_vec_bytes(s->n));
     for (int k = 0; k < s->n; k++)
         for (int i = 0; i < 8; i++) {
             s->lane_phi[8 * k + i] = s->phi[k] + 0.1 * i;
@@ -107,7 +107,7 @@ static void run_careful(struct subject *s) {
 }
 
 static void run_lanes(struct subject *s) {
-    pend_dynamics_lanes(s->tree, GRAVITY, s->lane_phi, s->lane_rate, s->lane_work, s->lane_acc, s->lane_force);
+    pend_dynamics_vec(s->tree, GRAVITY, s->lane_phi, s->lane_rate, s->lane_work, s->lane_acc, s->lane_force);
 }
 
 /* (aaa) as printed, Re M and Im M filled by sub-tree masses: arm i is on the way to arm j for j from i to end[i] */

@@ -25,7 +25,7 @@ static double *room(size_t bytes) {
     return memory;
 }
 
-/* a tree in PEND_DYNAMICS_LANES states, arm by arm; a single state is the first n numbers */
+/* a tree in PEND_DYNAMICS_VEC states, arm by arm; a single state is the first n numbers */
 struct subject {
     struct pend_tree *tree;
     double *phi, *rate, *acc, *force;
@@ -33,7 +33,7 @@ struct subject {
 };
 
 static void subject_init(struct subject *s, int n, int chain) {
-    enum { LANES = PEND_DYNAMICS_LANES };
+    enum { LANES = PEND_DYNAMICS_VEC };
     unsigned long long seed = 7;
     size_t count = (size_t)n, bytes = LANES * count * sizeof(double), one = pend_dynamics_work_bytes(n);
     double *length = room(count * sizeof *length), *mass = room(count * sizeof *mass);
@@ -45,7 +45,7 @@ static void subject_init(struct subject *s, int n, int chain) {
     }
     if (pend_tree_new(&s->tree, n, length, mass, parent, NULL)) exit(1);
     s->phi = room(bytes), s->rate = room(bytes), s->acc = room(bytes), s->force = room(bytes);
-    s->work = room(one > pend_dynamics_lanes_bytes(n) ? one : pend_dynamics_lanes_bytes(n));
+    s->work = room(one > pend_dynamics_vec_bytes(n) ? one : pend_dynamics_vec_bytes(n));
     for (int k = 0; k < LANES * n; k++) s->phi[k] = 6 * random_number(&seed), s->rate[k] = 2 * random_number(&seed);
     free(length);
     free(mass);
@@ -80,7 +80,7 @@ COUNTED count_chain(struct subject *s) {
 
 COUNTED count_lanes(struct subject *s);
 COUNTED count_lanes(struct subject *s) {
-    pend_dynamics_lanes_for(PEND_ISA_AVX2, s->tree, GRAVITY, s->phi, s->rate, s->work, s->acc, s->force);
+    pend_dynamics_vec_for(PEND_ISA_AVX2, s->tree, GRAVITY, s->phi, s->rate, s->work, s->acc, s->force);
 }
 
 /* steps of the Taylor method */

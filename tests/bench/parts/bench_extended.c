@@ -170,10 +170,10 @@ static void swing_tell(struct bench *bench, char *text, double worst) {
 }
 
 static double swing_error(const struct pend_tree *tree, const double phi[], const double rate[]) {
-    struct pend_energy first = pend_motion_energy(tree, pull, swing, still);
-    struct pend_energy now = pend_motion_energy(tree, pull, phi, rate);
+    struct pend_energy first = pend_kinematics_energy(tree, pull, swing, still);
+    struct pend_energy now = pend_kinematics_energy(tree, pull, phi, rate);
     return fabs(now.kinetic + now.potential - first.kinetic - first.potential) /
-           pend_motion_energy_scale(tree, pull, first.kinetic);
+           pend_kinematics_energy_scale(tree, pull, first.kinetic);
 }
 
 static void swing_method(struct bench *bench, const struct pend_method *method, double rtol, char *text) {

@@ -296,19 +296,19 @@ TEST(dynamics_take_a_hundred_thousand_arms) {
 /* eight states of a tree, and what they are when each goes alone */
 struct eight {
     int n;
-    double *phi, *rate, *acc, *force; /* n by PEND_DYNAMICS_LANES */
+    double *phi, *rate, *acc, *force; /* n by PEND_DYNAMICS_VEC */
     void *work;
 };
 
 static void eight_init(struct eight *e, int n) {
-    size_t bytes = (size_t)n * PEND_DYNAMICS_LANES * sizeof(double);
+    size_t bytes = (size_t)n * PEND_DYNAMICS_VEC * sizeof(double);
     *e = (struct eight){
-        .n = n, .phi = aligned_alloc(64, 4 * bytes), .work = aligned_alloc(64, pend_dynamics_lanes_bytes(n))};
+        .n = n, .phi = aligned_alloc(64, 4 * bytes), .work = aligned_alloc(64, pend_dynamics_vec_bytes(n))};
     if (!e->phi || !e->work) abort();
-    memset(e->work, 0xff, pend_dynamics_lanes_bytes(n));
-    e->rate = e->phi + n * PEND_DYNAMICS_LANES;
-    e->acc = e->rate + n * PEND_DYNAMICS_LANES;
-    e->force = e->acc + n * PEND_DYNAMICS_LANES;
+    memset(e->work, 0xff, pend_dynamics_vec_bytes(n));
+    e->rate = e->phi + n * PEND_DYNAMICS_VEC;
+    e->acc = e->rate + n * PEND_DYNAMICS_VEC;
+    e->force = e->acc + n * PEND_DYNAMICS_VEC;
 }
 
 static void eight_clear(struct eight *e) {
@@ -318,8 +318,8 @@ static void eight_clear(struct eight *e) {
 
 static void eight_fill(struct eight *e, int lane, const double phi[], const double rate[]) {
     for (int k = 0; k < e->n; k++) {
-        e->phi[PEND_DYNAMICS_LANES * k + lane] = phi[k];
-        e->rate[PEND_DYNAMICS_LANES * k + lane] = rate[k];
+        e->phi[PEND_DYNAMICS_VEC * k + lane] = phi[k];
+        e->rate[PEND_DYNAMICS_VEC * k + lane] = rate[k];
     }
 }
 
@@ -346,7 +346,7 @@ TEST(dynamics_of_eight_states_are_those_of_each_to_the_bit) {
             void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
             REQUIRE(work);
             long before = test_alloc_count();
-            pend_dynamics_lanes_for((enum pend_isa)isa, t.tree, 9.81, e.phi, e.rate, e.work, e.acc, e.force);
+            pend_dynamics_vec_for((enum pend_isa)isa, t.tree, 9.81, e.phi, e.rate, e.work, e.acc, e.force);
             CHECK_INT(test_alloc_count(), before);
             for (int j = 0; j < 8; j++) {
                 pend_dynamics_for((enum pend_isa)isa, t.tree, 9.81, phi[j], rate[j], work, acc, force);
@@ -375,7 +375,7 @@ TEST(dynamics_of_huge_trees_have_the_bits_of_lanes) {
         test_tree_random(&t, (enum test_tree_kind)kind, n, 0.3, &seed);
         eight_init(&e, n);
         for (int j = 0; j < 8; j++) eight_fill(&e, j, t.phi, t.rate);
-        pend_dynamics_lanes(t.tree, 9.81, e.phi, e.rate, e.work, e.acc, e.force);
+        pend_dynamics_vec(t.tree, 9.81, e.phi, e.rate, e.work, e.acc, e.force);
         test_tree_dynamics(&t, 9.81, acc, force);
         for (int k = 0; k < n; k++) {
             other += acc[k] != e.acc[8 * k + 3] || force[k] != e.force[8 * k + 3];
@@ -428,7 +428,7 @@ TEST(dynamics_of_a_lane_do_not_depend_on_its_place_or_neighbours) {
             // the neighbours are other states, and once not even numbers
             for (int k = 0; k < 8 * N; k++) e.phi[k] = place == 7 ? NAN : 6 * test_random(&seed), e.rate[k] = 1;
             eight_fill(&e, place, t.phi, t.rate);
-            pend_dynamics_lanes_for((enum pend_isa)isa, t.tree, 9.81, e.phi, e.rate, e.work, e.acc, e.force);
+            pend_dynamics_vec_for((enum pend_isa)isa, t.tree, 9.81, e.phi, e.rate, e.work, e.acc, e.force);
             int other = 0;
             for (int k = 0; k < N; k++) {
                 if (!place) acc[k] = e.acc[8 * k], force[k] = e.force[8 * k];

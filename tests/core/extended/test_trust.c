@@ -75,17 +75,17 @@ TEST(trust_carried_says_the_same) {
     struct pend_problem problem = tumble_problem(&t, 25, 501);
     REQUIRE(pend_trust_new(&trust, &pend_method_taylor, &problem, 1e-6, NULL) == PEND_OK);
     for (; !done; carried++) {
-        struct pend_tape tape = {.way = PEND_TAPE_COUNT};
+        struct pend_checkpoint checkpoint = {.way = PEND_CHECKPOINT_COUNT};
         REQUIRE(pend_trust_next(trust, 300, &done, NULL) == PEND_OK);
-        CHECK(pend_trust_carry(trust, &tape) == PEND_OK);
-        tape = (struct pend_tape){.way = PEND_TAPE_TAKE, .bytes = tape.used, .at = malloc(tape.used)};
-        REQUIRE(tape.at && pend_trust_carry(trust, &tape) == PEND_OK && pend_tape_whole(&tape));
+        CHECK(pend_trust_carry(trust, &checkpoint) == PEND_OK);
+        checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_TAKE, .bytes = checkpoint.used, .at = malloc(checkpoint.used)};
+        REQUIRE(checkpoint.at && pend_trust_carry(trust, &checkpoint) == PEND_OK && pend_checkpoint_whole(&checkpoint));
         REQUIRE(pend_trust_new(&next, &pend_method_taylor, &problem, 1e-6, NULL) == PEND_OK);
-        tape.way = PEND_TAPE_PUT;
-        tape.used = 0;
-        CHECK(pend_trust_carry(next, &tape) == PEND_OK && pend_tape_whole(&tape));
+        checkpoint.way = PEND_CHECKPOINT_PUT;
+        checkpoint.used = 0;
+        CHECK(pend_trust_carry(next, &checkpoint) == PEND_OK && pend_checkpoint_whole(&checkpoint));
         CHECK(pend_trust_progress(next) == pend_trust_progress(trust));
-        free(tape.at);
+        free(checkpoint.at);
         pend_trust_free(&trust);
         trust = next;
     }

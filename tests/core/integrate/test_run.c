@@ -100,17 +100,17 @@ static struct derived derived_gap(const struct test_record *record, const struct
         worst.acc = fmax(worst.acc, test_gap(n, got, acc));
         row_stored(record, tree, record->samples.force, i, got);
         worst.force = fmax(worst.force, test_gap(n, got, force));
-        pend_motion_position(tree, phi, re, im);
+        pend_kinematics_position(tree, phi, re, im);
         row_stored(record, tree, record->samples.z_re, i, got);
         worst.position = fmax(worst.position, test_gap(n, got, re));
         row_stored(record, tree, record->samples.z_im, i, got);
         worst.position = fmax(worst.position, test_gap(n, got, im));
-        pend_motion_velocity(tree, phi, rate, re, im);
+        pend_kinematics_velocity(tree, phi, rate, re, im);
         row_stored(record, tree, record->samples.zd_re, i, got);
         worst.velocity = fmax(worst.velocity, test_gap(n, got, re));
         row_stored(record, tree, record->samples.zd_im, i, got);
         worst.velocity = fmax(worst.velocity, test_gap(n, got, im));
-        struct pend_energy energy = pend_motion_energy(tree, problem->gravity, phi, rate);
+        struct pend_energy energy = pend_kinematics_energy(tree, problem->gravity, phi, rate);
         worst.energy = fmax(worst.energy, fabs(record->samples.kinetic[i] - energy.kinetic));
         worst.energy = fmax(worst.energy, fabs(record->samples.potential[i] - energy.potential));
     }
@@ -344,7 +344,7 @@ TEST(run_measures_the_drift_at_every_step) {
     test_record(&record, "rkf45", &bench.problem);
     CHECK_INT(record.stats.steps, 400);
     double drift = 0, start = record.samples.kinetic[0] + record.samples.potential[0];
-    double scale = pend_motion_energy_scale(bench.tree.tree, 9.81, record.samples.kinetic[0]);
+    double scale = pend_kinematics_energy_scale(bench.tree.tree, 9.81, record.samples.kinetic[0]);
     for (long i = 0; i < 401; i++)
         drift = fmax(drift, fabs(record.samples.kinetic[i] + record.samples.potential[i] - start) / scale);
     CHECK(drift > 1e-16);
@@ -626,23 +626,23 @@ TEST(run_does_not_go_on_from_what_is_not_its_own) {
     int done;
     REQUIRE(pend_run_new(&run, &pend_method_taylor, &bench.problem, NULL) == PEND_OK);
     CHECK(pend_run_next(run, &samples, INFINITY, &done, NULL) == PEND_OK && !done);
-    struct pend_tape tape = {.way = PEND_TAPE_COUNT};
-    CHECK(pend_run_carry(run, &tape) == PEND_OK);
-    char *bytes = malloc(tape.used);
+    struct pend_checkpoint checkpoint = {.way = PEND_CHECKPOINT_COUNT};
+    CHECK(pend_run_carry(run, &checkpoint) == PEND_OK);
+    char *bytes = malloc(checkpoint.used);
     REQUIRE(bytes);
-    size_t all = tape.used;
+    size_t all = checkpoint.used;
     /* every length but the right one is seen */
     for (size_t less = 0; less < all; less += 7) {
-        tape = (struct pend_tape){.way = PEND_TAPE_TAKE, .bytes = less, .at = bytes};
-        CHECK(pend_run_carry(run, &tape) == PEND_OK && !pend_tape_whole(&tape) && tape.used == all);
+        checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_TAKE, .bytes = less, .at = bytes};
+        CHECK(pend_run_carry(run, &checkpoint) == PEND_OK && !pend_checkpoint_whole(&checkpoint) && checkpoint.used == all);
     }
-    tape = (struct pend_tape){.way = PEND_TAPE_TAKE, .bytes = all, .at = bytes};
-    CHECK(pend_run_carry(run, &tape) == PEND_OK && pend_tape_whole(&tape));
+    checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_TAKE, .bytes = all, .at = bytes};
+    CHECK(pend_run_carry(run, &checkpoint) == PEND_OK && pend_checkpoint_whole(&checkpoint));
     /* `next`, the second part shown */
     long next = 1000;
     memcpy(bytes + sizeof(double), &next, sizeof next);
-    tape = (struct pend_tape){.way = PEND_TAPE_PUT, .bytes = all, .at = bytes};
-    CHECK_INT(pend_run_carry(run, &tape), PEND_INVALID);
+    checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_PUT, .bytes = all, .at = bytes};
+    CHECK_INT(pend_run_carry(run, &checkpoint), PEND_INVALID);
     free(bytes);
     pend_run_free(&run);
     bench_clear(&bench);
@@ -655,17 +655,17 @@ static long altered_are_harmless(const struct pend_method *method, const struct 
     enum { ALTERS = sizeof alter / sizeof *alter };
     double t[64];
     struct pend_samples samples = {.cap = 7, .t = t};
-    struct pend_tape tape = {.way = PEND_TAPE_COUNT};
+    struct pend_checkpoint checkpoint = {.way = PEND_CHECKPOINT_COUNT};
     struct pend_run *run;
     long refused = 0;
     int done;
     if (!CHECK(pend_run_new(&run, method, problem, NULL) == PEND_OK)) return 0;
     CHECK(pend_run_next(run, &samples, INFINITY, &done, NULL) == PEND_OK && !done);
-    CHECK(pend_run_carry(run, &tape) == PEND_OK);
-    size_t bytes = tape.used;
+    CHECK(pend_run_carry(run, &checkpoint) == PEND_OK);
+    size_t bytes = checkpoint.used;
     char *whole = malloc(bytes), *altered = malloc(bytes);
-    tape = (struct pend_tape){.way = PEND_TAPE_TAKE, .bytes = bytes, .at = whole};
-    CHECK(whole && altered && pend_run_carry(run, &tape) == PEND_OK && pend_tape_whole(&tape));
+    checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_TAKE, .bytes = bytes, .at = whole};
+    CHECK(whole && altered && pend_run_carry(run, &checkpoint) == PEND_OK && pend_checkpoint_whole(&checkpoint));
     pend_run_free(&run);
     for (size_t at = 0; at < bytes; at++)
         for (size_t i = 0; i < (at % 8 ? 1 : ALTERS + 1); i++) {
@@ -676,8 +676,8 @@ static long altered_are_harmless(const struct pend_method *method, const struct 
             else
                 memcpy(altered + at, &alter[i], size < bytes - at ? size : bytes - at);
             if (pend_run_new(&run, method, problem, NULL) != PEND_OK) continue;
-            tape = (struct pend_tape){.way = PEND_TAPE_PUT, .bytes = bytes, .at = altered};
-            int good = pend_run_carry(run, &tape) == PEND_OK && pend_tape_whole(&tape);
+            checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_PUT, .bytes = bytes, .at = altered};
+            int good = pend_run_carry(run, &checkpoint) == PEND_OK && pend_checkpoint_whole(&checkpoint);
             refused += !good;
             for (int turn = 0; good && turn < 3; turn++)
                 good = pend_run_next(run, &samples, 200, &done, NULL) == PEND_OK && !done;

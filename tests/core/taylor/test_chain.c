@@ -40,7 +40,7 @@ static int run_chain(const struct pend_method *method, double rtol, const double
 
 static const double plain[3] = {1, 1, 1};
 
-TEST(strand_error_of_a_run_follows_the_tolerance) {
+TEST(chain_error_of_a_run_follows_the_tolerance) {
     static double want[COUNT * RUN_ARMS], phi[COUNT * RUN_ARMS];
     REQUIRE(run_chain(&pend_method_taylor_extended, 1e-24, plain, want));
     static const struct {
@@ -55,7 +55,7 @@ TEST(strand_error_of_a_run_follows_the_tolerance) {
 }
 
 /* powers of two are exact, so that no digit may change */
-TEST(strand_has_the_same_bits_in_any_unit_of_length_mass_and_time) {
+TEST(chain_has_the_same_bits_in_any_unit_of_length_mass_and_time) {
     static double want[COUNT * RUN_ARMS], phi[COUNT * RUN_ARMS];
     REQUIRE(run_chain(&pend_method_taylor, 1e-9, plain, want));
     static const double unit[][3] = {{0x1p-10, 1, 1}, {0x1p10, 1, 1}, {1, 0x1p-60, 1},         {1, 0x1p60, 1},

@@ -157,7 +157,7 @@ TEST(jets_obey_the_equations_of_motion_on_large_random_trees) {
     CHECK_RESIDUAL(residual[1], 1e-12, "lambda of the series against the equations");
 }
 
-/* blocks of eight arms: whole and broken ones, straight and crowded ones, edges to near and far blocks; and layers */
+/* blocks of eight arms: whole and broken ones, straight and crowded ones, edges to near and far blocks; and levels */
 TEST(jets_obey_the_equations_of_motion_on_large_trees_of_every_kind) {
     unsigned long long seed = 5;
     static const int sizes[] = {9, 15, 16, 17, 40, 65, 72, 127, 200, 255};
@@ -258,7 +258,7 @@ TEST(jets_obey_the_equations_of_motion_on_chains_of_every_length) {
         for (enum pend_isa isa = 0; isa <= pend_isa_best(); isa++) {
             REQUIRE(scene_open(&s, n, parent, 0.3, &seed));
             s.jets.isa = isa;
-            strands += s.jets.system.strand != NULL;
+            strands += s.jets.system.chain != NULL;
             double unit = n % 2 ? 0.0625 : -0.0625;
             pend_jets_expand(&s.jets, s.gravity, unit, &s.state, ORDER);
             scene_residual(&s, unit, series_reach(&s.jets, n, 1e-14), residual);
@@ -282,7 +282,7 @@ static int scene_compare(struct scene *s, double unit, double worst[2]) {
     memset(other.work, 0, pend_blocks_bytes(s->tree));
     pend_blocks_init(&other.jets.blocks, s->tree, other.work);
     other.jets.system.blocks = &other.jets.blocks;
-    other.jets.system.strand = NULL;
+    other.jets.system.chain = NULL;
     other.jets.isa = (enum pend_isa)isa;
     pend_jets_expand(&s->jets, s->gravity, unit, &s->state, ORDER);
     pend_jets_expand(&other.jets, s->gravity, unit, &s->state, ORDER);
@@ -320,9 +320,9 @@ TEST(jets_of_a_chain_have_the_coefficients_that_blocks_have) {
     chain_parents(ARMS_MAX, parent);
     for (int i = 0; i < 300; i++) {
         struct scene s;
-        // masses up to eight times their mean either way: as unlike as a strand's may be
+        // masses up to eight times their mean either way: as unlike as a chain's may be
         REQUIRE(scene_open(&s, 9 + test_random_int(&seed, 60), parent, 0.9, &seed));
-        REQUIRE(s.jets.system.strand != NULL);
+        REQUIRE(s.jets.system.chain != NULL);
         scene_align(&s, i, &seed);
         REQUIRE(scene_compare(&s, 0.03125, worst));
         scene_close(&s);
@@ -348,13 +348,13 @@ TEST(jets_of_a_chain_whose_masses_are_unlike_or_that_branches_are_found_in_block
         parent[39] = cases[i].branch == 39 ? 37 : 38;
         parent[2] = cases[i].branch == 1 ? 0 : 1;
         REQUIRE(pend_tree_new(&tree, cases[i].n, len, mass, parent, NULL) == PEND_OK);
-        CHECK_INT(pend_strand_suits(tree), cases[i].suits);
+        CHECK_INT(pend_chain_suits(tree), cases[i].suits);
         mass[cases[i].n / 2] = 1;
         pend_tree_free(&tree);
     }
 }
 
-TEST(jets_keep_their_digits_in_layers_too) {
+TEST(jets_keep_their_digits_in_levels_too) {
     unsigned long long seed = 7;
     double residual[2] = {0, 0};
     int layered = 0;
@@ -363,7 +363,7 @@ TEST(jets_keep_their_digits_in_layers_too) {
         test_parents(i % 8 ? TEST_TREE_ATTACHED : TEST_TREE_BINARY, n, parent, &seed);
         struct scene s;
         REQUIRE(scene_open(&s, n, parent, 8, &seed));
-        layered += s.jets.system.layers != NULL;
+        layered += s.jets.system.levels != NULL;
         scene_start(&s, residual);
         scene_close(&s);
     }

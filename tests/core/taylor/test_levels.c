@@ -1,5 +1,5 @@
 /* Tests of core/taylor/levels: every arm has a seat, every joint finds its children, and trees for blocks are left to them.
- * Leaves to others: what is computed in layers (test_jets).
+ * Leaves to others: what is computed in levels (test_jets).
  * Invariant: all is checked against the tree's own parents. */
 #include "core/taylor/levels.h"
 
@@ -11,10 +11,10 @@
 
 enum { ARMS_MAX = 4096 };
 
-/* a tree by its parents, and its layers; memory is NULL where it is not for layers */
+/* a tree by its parents, and its levels; memory is NULL where it is not for levels */
 struct cut {
     struct pend_tree *tree;
-    struct layers layers;
+    struct levels levels;
     void *memory;
 };
 
@@ -23,12 +23,12 @@ static int cut_open(struct cut *cut, int n, const int parent[]) {
     for (int k = 0; k < n; k++) ones[k] = 1;
     cut->memory = NULL;
     if (pend_tree_new(&cut->tree, n, ones, ones, parent, NULL) != PEND_OK) return 0;
-    if (!pend_layers_count(cut->tree)) return 1;
-    size_t bytes = pend_layers_bytes(cut->tree);
+    if (!pend_levels_count(cut->tree)) return 1;
+    size_t bytes = pend_levels_bytes(cut->tree);
     cut->memory = aligned_alloc(64, bytes);
     if (!cut->memory) return 0;
     memset(cut->memory, 0, bytes);
-    pend_layers_init(&cut->layers, cut->tree, cut->memory);
+    pend_levels_init(&cut->levels, cut->tree, cut->memory);
     return 1;
 }
 
@@ -39,29 +39,29 @@ static void cut_close(struct cut *cut) {
 
 /* arms that are not where their seat says, or whose parent's place is wrong */
 static int wrong_seats(const struct cut *cut) {
-    const struct layers *l = &cut->layers;
+    const struct levels *l = &cut->levels;
     int wrong = 0, seated = 0;
-    for (int seat = 0; seat < l->count * LAYER_ARMS; seat++) seated += l->arm[seat] >= 0;
+    for (int seat = 0; seat < l->count * LEVEL_ARMS; seat++) seated += l->arm[seat] >= 0;
     for (int k = 0; k < cut->tree->n; k++) {
         int seat = l->seat[k], p = cut->tree->parent[k];
-        int parent = pend_layers_place(p < 0 ? l->count * LAYER_ARMS : l->seat[p]);
-        wrong += l->arm[seat] != k || l->block[seat / LAYER_ARMS].parents[seat % LAYER_ARMS] != parent;
+        int parent = pend_levels_place(p < 0 ? l->count * LEVEL_ARMS : l->seat[p]);
+        wrong += l->arm[seat] != k || l->block[seat / LEVEL_ARMS].parents[seat % LEVEL_ARMS] != parent;
     }
     return wrong + abs(seated - cut->tree->n);
 }
 
 /* how often child c of arm k is found from k's block; what c feels across must be kept where it is found */
 static int found(const struct cut *cut, int k, int c) {
-    const struct layers *l = &cut->layers;
-    const struct layer_block *block = &l->block[l->seat[k] / LAYER_ARMS];
-    const struct layer_block *own = &l->block[l->seat[c] / LAYER_ARMS];
-    int lane = l->seat[k] % LAYER_ARMS, share = own->shares[l->seat[c] % LAYER_ARMS], count = 0;
-    if (l->seat[k] / LAYER_ARMS < l->count - 1 && l->seat[c] == block->below * LAYER_ARMS + lane) {
-        count += share == pend_layers_place(l->seat[k]);
+    const struct levels *l = &cut->levels;
+    const struct level_block *block = &l->block[l->seat[k] / LEVEL_ARMS];
+    const struct level_block *own = &l->block[l->seat[c] / LEVEL_ARMS];
+    int lane = l->seat[k] % LEVEL_ARMS, share = own->shares[l->seat[c] % LEVEL_ARMS], count = 0;
+    if (l->seat[k] / LEVEL_ARMS < l->count - 1 && l->seat[c] == block->below * LEVEL_ARMS + lane) {
+        count += share == pend_levels_place(l->seat[k]);
     }
     for (int i = block->first; i < block->end; i++) {
-        int row = pend_layers_table(l->count) + i * LAYER_TABLE + lane - LAYER_FIRST * LAYER_ARMS;
-        count += l->rank[i].children[lane] == pend_layers_place(l->seat[c]) && share == row;
+        int row = pend_levels_table(l->count) + i * LEVEL_TABLE + lane - LEVEL_FIRST * LEVEL_ARMS;
+        count += l->rank[i].children[lane] == pend_levels_place(l->seat[c]) && share == row;
     }
     return count;
 }
@@ -74,22 +74,22 @@ static int wrong_children(const struct cut *cut) {
 
 /* blocks whose arms have all their parents in the lanes above, or that touch one another, and do not say so */
 static int wrong_blocks(const struct cut *cut) {
-    const struct layers *l = &cut->layers;
+    const struct levels *l = &cut->levels;
     int wrong = 0;
     for (int i = 0; i < l->count - 1; i++) {
-        const struct layer_block *block = &l->block[i];
-        for (int lane = 0; lane < LAYER_ARMS; lane++) {
-            int k = l->arm[i * LAYER_ARMS + lane];
-            wrong += block->aligned && block->parents[lane] != pend_layers_place(block->above * LAYER_ARMS + lane);
+        const struct level_block *block = &l->block[i];
+        for (int lane = 0; lane < LEVEL_ARMS; lane++) {
+            int k = l->arm[i * LEVEL_ARMS + lane];
+            wrong += block->aligned && block->parents[lane] != pend_levels_place(block->above * LEVEL_ARMS + lane);
             if (k < 0) continue;
             wrong += block->leaves != (cut->tree->end[k] == k + 1);
-            wrong += l->seat[cut->tree->parent[k]] / LAYER_ARMS <= i;
+            wrong += l->seat[cut->tree->parent[k]] / LEVEL_ARMS <= i;
         }
     }
     return wrong;
 }
 
-TEST(layers_seat_every_arm_and_find_every_child) {
+TEST(levels_seat_every_arm_and_find_every_child) {
     unsigned long long seed = 1;
     int layered = 0, aligned = 0;
     for (int i = 0; i < 400; i++) {
@@ -100,7 +100,7 @@ TEST(layers_seat_every_arm_and_find_every_child) {
         REQUIRE(cut_open(&cut, n, parent));
         if (cut.memory) {
             layered++;
-            for (int j = 0; j < cut.layers.count; j++) aligned += cut.layers.block[j].aligned;
+            for (int j = 0; j < cut.levels.count; j++) aligned += cut.levels.block[j].aligned;
             CHECK_INT(wrong_seats(&cut), 0);
             CHECK_INT(wrong_children(&cut), 0);
             CHECK_INT(wrong_blocks(&cut), 0);
@@ -114,12 +114,12 @@ TEST(layers_seat_every_arm_and_find_every_child) {
 static int blocks_of(int n, const int parent[]) {
     struct cut cut;
     if (!cut_open(&cut, n, parent)) return -1;
-    int count = pend_layers_count(cut.tree);
+    int count = pend_levels_count(cut.tree);
     cut_close(&cut);
     return count;
 }
 
-TEST(layers_leave_deep_crowded_and_narrow_trees_to_blocks) {
+TEST(levels_leave_deep_crowded_and_narrow_trees_to_blocks) {
     static const enum test_tree_kind others[] = {TEST_TREE_CHAIN, TEST_TREE_STAR, TEST_TREE_CATERPILLAR,
                                                  TEST_TREE_BROOM};
     unsigned long long seed = 2;
@@ -128,19 +128,19 @@ TEST(layers_leave_deep_crowded_and_narrow_trees_to_blocks) {
         test_parents(others[i], 200, parent, &seed);
         CHECK_INT(blocks_of(200, parent), 0);
     }
-    // the complete tree of 255: 128 + 64 + 32 + 16 + 8 arms in layers, 7 in the cap
+    // the complete tree of 255: 128 + 64 + 32 + 16 + 8 arms in levels, 7 in the cap
     test_parents(TEST_TREE_BINARY, 255, parent, &seed);
     CHECK_INT(blocks_of(255, parent), 16 + 8 + 4 + 2 + 1 + 1);
     // one more child than an arm may have
-    for (int degree = LAYERS_CHILDREN; degree <= LAYERS_CHILDREN + 1; degree++) {
+    for (int degree = LEVELS_CHILDREN; degree <= LEVELS_CHILDREN + 1; degree++) {
         test_parents(TEST_TREE_BINARY, 255, parent, &seed);
         for (int k = 255; k < 255 + degree; k++) parent[k] = 254;
-        CHECK_INT(blocks_of(255 + degree, parent) > 0, degree == LAYERS_CHILDREN);
+        CHECK_INT(blocks_of(255 + degree, parent) > 0, degree == LEVELS_CHILDREN);
     }
-    // one more layer than there may be, of a tree so large that narrow ones do not count
-    for (int layers = LAYERS_MAX; layers <= LAYERS_MAX + 1; layers++) {
+    // one more level than there may be, of a tree so large that narrow ones do not count
+    for (int levels = LEVELS_MAX; levels <= LEVELS_MAX + 1; levels++) {
         test_parents(TEST_TREE_BINARY, 2047, parent, &seed);
-        for (int i = 0; i < layers - 11; i++) parent[2047 + i] = 2046 + i;
-        CHECK_INT(blocks_of(2047 + layers - 11, parent) > 0, layers == LAYERS_MAX);
+        for (int i = 0; i < levels - 11; i++) parent[2047 + i] = 2046 + i;
+        CHECK_INT(blocks_of(2047 + levels - 11, parent) > 0, levels == LEVELS_MAX);
     }
 }

@@ -6,7 +6,7 @@
 
 #include "tests/harness/test.h"
 
-static const struct srv_store_rules survey_rules = {.client_jobs = 100,
+static const struct srv_store_rules poll_rules = {.client_jobs = 100,
                                                     .client_bytes = 1 << 28,
                                                     .all_bytes = 1LL << 30,
                                                     .keep_us = 3600000000LL,
@@ -14,19 +14,19 @@ static const struct srv_store_rules survey_rules = {.client_jobs = 100,
                                                     .client_scene_bytes = 1 << 20,
                                                     .all_scene_bytes = 1 << 24};
 
-static void survey_submit(struct srv_store *store, const char *id) {
+static void poll_submit(struct srv_store *store, const char *id) {
     unsigned char digest[SRV_DIGEST_BYTES] = {0};
     struct srv_job job;
     struct srv_job_order order = {
-        .id = id, .client = "anna", .operation = "forces", .request = "", .digest = digest, .shards = 1};
+        .id = id, .client = "anna", .operation = "forces", .request = "", .digest = digest, .parts = 1};
     CHECK_INT(srv_store_submit(store, &order, &job), SRV_STORED);
 }
 
-static enum srv_stored survey_ask(struct srv_survey *survey, struct srv_store *store) {
-    return survey->ask.call.run(store, &survey->ask.call);
+static enum srv_stored poll_ask(struct srv_part_poll *poll, struct srv_store *store) {
+    return poll->ask.call.run(store, &poll->ask.call);
 }
 
-TEST(a_survey_says_of_each_job_whether_it_has_ended) {
+TEST(a_poll_says_of_each_job_whether_it_has_ended) {
     char directory[] = "/tmp/pendulumd-test-XXXXXX", url[96], command[128];
     const char *const id[] = {"jobthatgoesonandonandonand", "jobthatwasdismissedbysome1", "jobthatnobodyhaseverknown2"};
     struct srv_store *store;
@@ -34,23 +34,23 @@ TEST(a_survey_says_of_each_job_whether_it_has_ended) {
     struct pend_error error;
     REQUIRE(mkdtemp(directory));
     snprintf(url, sizeof url, "sqlite:%s/store.db", directory);
-    REQUIRE(srv_store_open(&store, url, &survey_rules, &error) == PEND_OK);
-    struct srv_survey *survey = srv_survey_new(3, NULL, &job);
-    REQUIRE(survey);
-    CHECK(survey->context == &job);
-    for (int i = 0; i < 2; i++) survey_submit(store, id[i]);
+    REQUIRE(srv_store_open(&store, url, &poll_rules, &error) == PEND_OK);
+    struct srv_part_poll *poll = srv_part_poll_new(3, NULL, &job);
+    REQUIRE(poll);
+    CHECK(poll->context == &job);
+    for (int i = 0; i < 2; i++) poll_submit(store, id[i]);
     CHECK_INT(srv_store_dismiss(store, id[1], &job), SRV_STORED);
     /* each is listed once */
-    for (int i = 0; i < 6; i++) srv_survey_list(survey, id[i % 3]);
-    CHECK_INT(survey->count, 3);
-    CHECK_INT(survey_ask(survey, store), SRV_STORED);
-    for (int i = 0; i < 3; i++) CHECK_INT(srv_survey_ended(survey, id[i]), i > 0);
+    for (int i = 0; i < 6; i++) srv_part_poll_list(poll, id[i % 3]);
+    CHECK_INT(poll->count, 3);
+    CHECK_INT(poll_ask(poll, store), SRV_STORED);
+    for (int i = 0; i < 3; i++) CHECK_INT(srv_part_poll_ended(poll, id[i]), i > 0);
     /* of what is not listed it knows nothing */
-    survey->count = 0;
-    CHECK(!srv_survey_ended(survey, id[1]));
-    srv_survey_list(survey, id[1]);
-    CHECK(!srv_survey_ended(survey, id[1]));
-    free(survey);
+    poll->count = 0;
+    CHECK(!srv_part_poll_ended(poll, id[1]));
+    srv_part_poll_list(poll, id[1]);
+    CHECK(!srv_part_poll_ended(poll, id[1]));
+    free(poll);
     srv_store_close(&store);
     snprintf(command, sizeof command, "rm -rf '%s'", directory);
     CHECK(!system(command));
@@ -59,16 +59,16 @@ TEST(a_survey_says_of_each_job_whether_it_has_ended) {
 TEST(a_store_that_cannot_say_ends_no_job) {
     struct srv_store *store;
     struct pend_error error;
-    struct srv_survey *survey = srv_survey_new(1, NULL, NULL);
-    REQUIRE(survey);
-    REQUIRE(srv_store_open(&store, "postgresql://nobody@/none?host=/nowhere", &survey_rules, &error) == PEND_OK);
-    srv_survey_list(survey, "jobthatgoesonandonandonand");
-    CHECK_INT(survey_ask(survey, store), SRV_STORED_AWAY);
-    CHECK(!srv_survey_ended(survey, "jobthatgoesonandonandonand"));
+    struct srv_part_poll *poll = srv_part_poll_new(1, NULL, NULL);
+    REQUIRE(poll);
+    REQUIRE(srv_store_open(&store, "postgresql://nobody@/none?host=/nowhere", &poll_rules, &error) == PEND_OK);
+    srv_part_poll_list(poll, "jobthatgoesonandonandonand");
+    CHECK_INT(poll_ask(poll, store), SRV_STORED_AWAY);
+    CHECK(!srv_part_poll_ended(poll, "jobthatgoesonandonandonand"));
     srv_store_close(&store);
-    free(survey);
+    free(poll);
     test_alloc_fail(1, 0);
-    survey = srv_survey_new(1, NULL, NULL);
+    poll = srv_part_poll_new(1, NULL, NULL);
     test_alloc_faults_off();
-    CHECK(!survey);
+    CHECK(!poll);
 }

@@ -148,16 +148,16 @@ TEST(a_claim_that_is_made_again_lets_go_of_what_it_had) {
 
 TEST(a_runner_that_was_not_started_ends_and_want_of_memory_is_told) {
     struct srv_service service;
-    struct srv_runner *runner;
+    struct srv_part_runner *runner;
     live_service(&service, 4);
-    REQUIRE(srv_runner_new(&runner, &service, 3) == PEND_OK);
-    srv_runner_news(runner);
-    srv_runner_dismiss(runner, "nobody");
-    CHECK(srv_runner_drain(runner));
-    srv_runner_free(&runner);
+    REQUIRE(srv_part_runner_new(&runner, &service, 3) == PEND_OK);
+    srv_part_runner_news(runner);
+    srv_part_runner_dismiss(runner, "nobody");
+    CHECK(srv_part_runner_drain(runner));
+    srv_part_runner_free(&runner);
     CHECK(!runner);
     test_alloc_fail(1, 0);
-    enum pend_status status = srv_runner_new(&runner, &service, 3);
+    enum pend_status status = srv_part_runner_new(&runner, &service, 3);
     test_alloc_faults_off();
     CHECK_INT(status, PEND_NO_MEMORY);
     CHECK(!runner);
@@ -176,14 +176,14 @@ static void runner_count(const struct srv_daemon *daemon, struct srv_store *stor
         test_sleep(0.005);
     }
     CHECK_INT(job.state, SRV_JOB_SUCCESSFUL);
-    CHECK_SAYING(job.shards >= least, "%ld parts", job.shards);
-    CHECK_INT(atomic_load(&runner_reads) - before, 1 + job.shards);
+    CHECK_SAYING(job.parts >= least, "%ld parts", job.parts);
+    CHECK_INT(atomic_load(&runner_reads) - before, 1 + job.parts);
     snprintf(text, sizeof text, "GET /v1/jobs/%s HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n", id);
     CHECK_INT(live_status(daemon, text), 200);
-    CHECK_INT(atomic_load(&runner_reads) - before, 1 + job.shards);
+    CHECK_INT(atomic_load(&runner_reads) - before, 1 + job.parts);
     snprintf(text, sizeof text, "GET /v1/jobs/%s/results HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n", id);
     CHECK_INT(live_status(daemon, text), 200);
-    CHECK_INT(atomic_load(&runner_reads) - before, 2 + job.shards);
+    CHECK_INT(atomic_load(&runner_reads) - before, 2 + job.parts);
 }
 
 TEST(a_request_is_read_once_when_its_job_is_taken_and_once_a_part) {

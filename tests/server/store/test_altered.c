@@ -80,7 +80,7 @@ static struct api_buffer altered_result[2];
 /* a row that was copied is sealed as one that was written for its place */
 static void altered_seal(struct altered *all, const struct altered_case *one) {
     unsigned char seal[SRV_SEAL_JOB_BYTES];
-    struct srv_job job = {.shards = 2, .chained = 1};
+    struct srv_job job = {.parts = 2, .chained = 1};
     struct srv_row_wholes created = {.count = 1};
     struct srv_value value[] = {srv_value_text(one->id), srv_value_bytes(seal, sizeof seal), srv_value_whole(0)};
     const struct srv_sql_driver *driver = all->sql->driver;
@@ -193,7 +193,7 @@ static void altered_template(struct srv_store *store, char life) {
                                   .request = altered_body,
                                   .request_bytes = sizeof altered_body - 1,
                                   .digest = digest,
-                                  .shards = 2,
+                                  .parts = 2,
                                   .chained = 1};
     api_buffer_init(&carry, 1 << 20);
     api_buffer_init(&out, 1 << 20);
@@ -266,7 +266,7 @@ static void altered_tables(struct altered *all) {
 }
 
 static void altered_all(struct altered *all) {
-    /* a shard that is held by somebody who vanished is late */
+    /* a part that is held by somebody who vanished is late */
     altered_run(all, "UPDATE shards SET lease = 1 WHERE state = 1");
     altered_tables(all);
     for (int t = 0; t < TABLES; t++) altered_look(all, t);

@@ -100,7 +100,7 @@ static void sums_live(struct srv_store *store, const char *id, const char *what)
     SUMS_CALL(what, srv_store_dismiss(store, id, &job));
     SUMS_CALL(what, srv_store_figures(store, &figures));
     for (int i = 0; i < SRV_JOB_STATES; i++) CHECK_SAYING(figures.jobs[i] >= 0, "%s: %ld", what, figures.jobs[i]);
-    CHECK_SAYING(figures.bytes >= 0 && figures.shards >= 0 && figures.scenes >= 0 && figures.scene_bytes >= 0,
+    CHECK_SAYING(figures.bytes >= 0 && figures.parts >= 0 && figures.scenes >= 0 && figures.scene_bytes >= 0,
                  "%s: %lld bytes", what, figures.bytes);
 }
 
@@ -197,7 +197,7 @@ STORE_TEST(a_version_that_was_altered_is_refused_with_words_and_harms_nothing) {
         other = sums_open(ground, &error);
         if (CHECK_SAYING(other != NULL, "%s: %s", text, error.text)) {
             CHECK_INT(srv_store_job(other, "kept", &job), SRV_STORED);
-            CHECK(job.state == SRV_JOB_ACCEPTED && job.shards == 3);
+            CHECK(job.state == SRV_JOB_ACCEPTED && job.parts == 3);
         }
         srv_store_close(&other);
         CHECK_SAYING(ground_sums(ground), "%s", text);

@@ -62,7 +62,7 @@ static enum srv_stored submission_run(struct srv_store *store, struct srv_store_
     struct submission *own = (struct submission *)call;
     unsigned char digest[SRV_DIGEST_BYTES] = {0};
     struct srv_job_order order = {
-        .id = own->id, .client = "anna", .operation = "forces", .request = "", .digest = digest, .shards = 1};
+        .id = own->id, .client = "anna", .operation = "forces", .request = "", .digest = digest, .parts = 1};
     return srv_store_submit(store, &order, &own->job);
 }
 
@@ -126,11 +126,11 @@ TEST(who_may_wait_waits_and_sees_what_was_written) {
     CHECK(srv_storage_here(setting.storage));
     CHECK(none == 0);
     /* the figures follow within a second or so */
-    for (double until = test_clock() + TEST_PATIENCE; !srv_storage_figures(setting.storage).shards;) {
+    for (double until = test_clock() + TEST_PATIENCE; !srv_storage_figures(setting.storage).parts;) {
         if (test_clock() > until) break;
         test_sleep(0.01);
     }
-    CHECK_INT(srv_storage_figures(setting.storage).shards, 1);
+    CHECK_INT(srv_storage_figures(setting.storage).parts, 1);
     setting_end(&setting);
 }
 

@@ -22,14 +22,14 @@ STORE_TEST(a_job_lives_from_submit_to_results) {
     CHECK_TEXT(job.id, "j1");
     CHECK(job.state == SRV_JOB_ACCEPTED && job.created > 1600000000LL * SECOND && job.now >= job.created &&
           !job.started);
-    CHECK_INT(srv_store_request(store, "j1", &request, &bytes), SRV_STORED);
+    CHECK_INT(srv_store_job_request(store, "j1", &request, &bytes), SRV_STORED);
     CHECK(bytes == 7 && !memcmp(request, "{\"a\":1}", 7));
     free(request);
     for (int i = 0; i < 2; i++) {
         CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
         CHECK_TEXT(lease.job, "j1");
         CHECK_TEXT(lease.operation, "ensembles");
-        CHECK(lease.shard == i && lease.shards == 2 && lease.attempt == 1 && !lease.start);
+        CHECK(lease.part == i && lease.parts == 2 && lease.attempt == 1 && !lease.start);
         CHECK_INT(srv_store_extend(store, &lease, 60 * SECOND), SRV_STORED);
         CHECK_INT(srv_store_finish(store, &lease, data, i ? 0 : sizeof data, NULL, 0), SRV_STORED);
         CHECK_INT(srv_store_job(store, "j1", &job), SRV_STORED);

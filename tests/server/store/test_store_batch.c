@@ -1,4 +1,4 @@
-/* Tests of batches that end shards: what is read ahead and written together is what single calls would have done. */
+/* Tests of batches that end parts: what is read ahead and written together is what single calls would have done. */
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -52,7 +52,7 @@ static void work_together(struct srv_store *store, struct work work[], int count
                      work[i].call.stored, work[i].expected);
 }
 
-/* jobs of one shard, all of them held by "w" */
+/* jobs of one part, all of them held by "w" */
 static void work_begin(struct srv_store *store, struct srv_lease lease[], int count) {
     struct srv_job job;
     char id[16];
@@ -84,8 +84,8 @@ static enum srv_stored counted_run(struct srv_sql *sql, int id, const char *text
     return counted.real->run(sql, id, text, value, count, row, context);
 }
 
-/* of two clients: their sums, the totals and the clock are read, forty shards by one statement, and all is committed */
-TEST(a_batch_waits_for_the_database_a_few_times_however_many_shards_it_ends) {
+/* of two clients: their sums, the totals and the clock are read, forty parts by one statement, and all is committed */
+TEST(a_batch_waits_for_the_database_a_few_times_however_many_parts_it_ends) {
     struct srv_lease lease[JOBS] = {0};
     struct work work[JOBS] = {0};
     struct ground ground;
@@ -144,7 +144,7 @@ STORE_TEST(a_job_that_a_batch_ends_is_not_finished_by_it) {
 }
 
 /* a process that gives back all that it holds finishes nothing of it afterwards */
-STORE_TEST(a_shard_that_a_batch_gives_back_is_not_finished_by_it) {
+STORE_TEST(a_part_that_a_batch_gives_back_is_not_finished_by_it) {
     struct srv_lease lease[6] = {0}, again[6] = {0};
     work_begin(store, lease, 6);
     struct work work[] = {{.deed = FINISH, .lease = &lease[0]},
@@ -171,8 +171,8 @@ STORE_TEST(a_shard_that_a_batch_gives_back_is_not_finished_by_it) {
     ground_sums(ground);
 }
 
-/* one shard's job is gone, one's row is damaged, one's results pass the quota: the others are kept */
-STORE_TEST(what_is_wrong_with_one_shard_of_a_batch_harms_no_other) {
+/* one part's job is gone, one's row is damaged, one's results pass the quota: the others are kept */
+STORE_TEST(what_is_wrong_with_one_part_of_a_batch_harms_no_other) {
     struct srv_lease lease[6] = {0};
     work_begin(store, lease, 6);
     char text[160];

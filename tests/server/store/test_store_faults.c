@@ -105,7 +105,7 @@ static enum srv_stored life_claim(struct srv_store *store, struct srv_store_call
 
 static enum srv_stored life_finish(struct srv_store *store, struct srv_store_call *call) {
     const struct life_call *own = (struct life_call *)call;
-    int last = own->lease->shard == LIFE_PARTS - 1;
+    int last = own->lease->part == LIFE_PARTS - 1;
     return srv_store_finish(store, own->lease, life_data, LIFE_BYTES, last ? NULL : "carry", last ? 0 : 5);
 }
 
@@ -133,11 +133,11 @@ static void life_parts(struct srv_store *store, struct life *life) {
         srv_store_together(store, alone, 1);
         life->claimed[part] = claim.call.stored;
         if (claim.call.stored == SRV_STORED) {
-            if (srv_store_request(store, "job", &request, &bytes) == SRV_STORED) free(request);
+            if (srv_store_job_request(store, "job", &request, &bytes) == SRV_STORED) free(request);
             srv_store_extend(store, &lease, 60 * (int64_t)SECOND);
-            REQUIRE(lease.shard >= 0 && lease.shard < LIFE_PARTS);
+            REQUIRE(lease.part >= 0 && lease.part < LIFE_PARTS);
             srv_store_together(store, (struct srv_store_call *const[]){&finish.call}, 1);
-            life->finished[lease.shard] = finish.call.stored;
+            life->finished[lease.part] = finish.call.stored;
         }
         srv_lease_clear(&lease);
     }

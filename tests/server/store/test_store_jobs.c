@@ -16,7 +16,7 @@ STORE_TEST(a_key_makes_one_job_and_no_other) {
                                   .key = "k",
                                   .request = "",
                                   .digest = digest,
-                                  .shards = 1};
+                                  .parts = 1};
     (void)ground;
     CHECK_INT(ground_submit(store, "j1", "anna", "k", 1, 0, &job), SRV_STORED);
     CHECK_INT(ground_submit(store, "j2", "anna", "k", 1, 0, &job), SRV_STORED);
@@ -27,7 +27,7 @@ STORE_TEST(a_key_makes_one_job_and_no_other) {
     CHECK_TEXT(job.id, "j4");
     struct srv_store_figures figures;
     CHECK_INT(srv_store_figures(store, &figures), SRV_STORED);
-    CHECK(figures.jobs[SRV_JOB_ACCEPTED] == 2 && figures.shards == 2);
+    CHECK(figures.jobs[SRV_JOB_ACCEPTED] == 2 && figures.parts == 2);
 }
 
 struct doubled {
@@ -115,7 +115,7 @@ STORE_TEST(a_key_is_free_again_once_its_job_is_gone) {
                                   .request = "{}",
                                   .request_bytes = 2,
                                   .digest = (const unsigned char[SRV_DIGEST_BYTES]){9},
-                                  .shards = 1};
+                                  .parts = 1};
     CHECK_INT(srv_store_submit(store, &other, &job), SRV_STORED);
     CHECK_TEXT(job.id, "e");
 }

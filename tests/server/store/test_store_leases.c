@@ -1,4 +1,4 @@
-/* Tests of server/store/store_leases: shards and who holds them; random histories of them agree with a model. */
+/* Tests of server/store/store_leases: parts and who holds them; random histories of them agree with a model. */
 #include "server/store/store_leases.h"
 
 #include <stdio.h>
@@ -22,7 +22,7 @@ STORE_TEST(a_late_worker_writes_nothing) {
     CHECK(sweep.released == 1 && !sweep.given_up);
     CHECK_INT(srv_store_extend(store, &late, SECOND), SRV_STORED_LOST);
     CHECK_INT(ground_claim(other, "now", 60 * SECOND, &now), SRV_STORED);
-    CHECK(now.attempt == 2 && now.shard == 0);
+    CHECK(now.attempt == 2 && now.part == 0);
     CHECK_INT(srv_store_finish(store, &late, "late", 4, NULL, 0), SRV_STORED_LOST);
     CHECK_INT(srv_store_fail(store, &late, "late"), SRV_STORED_LOST);
     CHECK_INT(srv_store_finish(other, &now, "now", 3, NULL, 0), SRV_STORED);
@@ -69,13 +69,13 @@ STORE_TEST(what_kills_three_workers_is_given_up) {
      */
     for (int i = 0; i <= SRV_MOST_KILLS; i++) {
         CHECK_INT(ground_claim(store, "w", 1000, &lease), SRV_STORED);
-        CHECK(lease.shard == 0 && lease.attempt == i + 1);
+        CHECK(lease.part == 0 && lease.attempt == i + 1);
         ground_pause_ms(3);
         CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
         CHECK_INT(sweep.given_up, i == SRV_MOST_KILLS);
         for (int k = 1; k < 7 && !i; k++) {
             CHECK_INT(ground_claim(store, "w", 60000000, &lease), SRV_STORED);
-            CHECK_INT(lease.shard, k);
+            CHECK_INT(lease.part, k);
             CHECK_INT(srv_store_finish(store, &lease, "x", 1, NULL, 0), SRV_STORED);
         }
     }
@@ -118,7 +118,7 @@ STORE_TEST(what_a_worker_gives_back_bears_no_mark) {
     CHECK_INT(job.state, SRV_JOB_RUNNING);
 }
 
-STORE_TEST(chained_shards_come_one_after_the_other) {
+STORE_TEST(chained_parts_come_one_after_the_other) {
     struct srv_lease lease, none;
     struct srv_store_sweep sweep;
     struct srv_job job;
@@ -129,14 +129,14 @@ STORE_TEST(chained_shards_come_one_after_the_other) {
         CHECK_INT(ground_claim(store, "w", i == 2 ? 1000 : 60 * SECOND, &lease), SRV_STORED);
         CHECK_INT(ground_claim(store, "w", SECOND, &none), SRV_STORED_NONE);
         if (i == 2 && lease.attempt == 1) {
-            /* a shard that is done again starts from the same */
+            /* a part that is done again starts from the same */
             srv_lease_clear(&lease);
             ground_pause_ms(3);
             CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
             CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
             CHECK_INT(lease.attempt, 2);
         }
-        CHECK_INT(lease.shard, i);
+        CHECK_INT(lease.part, i);
         snprintf(carry, sizeof carry, "after %ld", i - 1);
         if (i)
             CHECK(lease.start_bytes == 7 && !memcmp(lease.start, carry, 7));
@@ -155,7 +155,7 @@ STORE_TEST(clients_take_turns_and_so_do_jobs) {
     struct srv_job job;
     char id[16], order[64] = "";
     (void)ground;
-    /* anna floods, berta comes with one job of two shards: berta is served every second time */
+    /* anna floods, berta comes with one job of two parts: berta is served every second time */
     for (int i = 0; i < 10; i++) {
         snprintf(id, sizeof id, "a%d", i);
         CHECK_INT(ground_submit(store, id, "anna", NULL, 1, 0, &job), SRV_STORED);
@@ -171,7 +171,7 @@ STORE_TEST(clients_take_turns_and_so_do_jobs) {
 }
 
 /* what has little left to compute goes first, whichever came first */
-static void submit_cost(struct srv_store *store, const char *id, long shards, int64_t cost_us) {
+static void submit_cost(struct srv_store *store, const char *id, long parts, int64_t cost_us) {
     unsigned char digest[SRV_DIGEST_BYTES] = {1};
     struct srv_job job;
     struct srv_job_order order = {.id = id,
@@ -180,7 +180,7 @@ static void submit_cost(struct srv_store *store, const char *id, long shards, in
                                   .request = "{}",
                                   .request_bytes = 2,
                                   .digest = digest,
-                                  .shards = shards,
+                                  .parts = parts,
                                   .cost_us = cost_us};
     CHECK_INT(srv_store_submit(store, &order, &job), SRV_STORED);
 }
@@ -208,12 +208,12 @@ STORE_TEST(a_short_job_waits_for_no_long_one) {
     for (int i = 0; i < 5; i++) {
         CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
         CHECK_TEXT(lease.job, "long0");
-        CHECK_INT(lease.shard, i + 1);
+        CHECK_INT(lease.part, i + 1);
     }
 }
 
-/* small shards come several at a time, of the clients in turn; a long one comes alone */
-STORE_TEST(one_claim_takes_several_small_shards_or_one_long) {
+/* small parts come several at a time, of the clients in turn; a long one comes alone */
+STORE_TEST(one_claim_takes_several_small_parts_or_one_long) {
     struct srv_lease lease[SRV_CLAIMS];
     struct srv_job job;
     char id[16];
@@ -233,7 +233,7 @@ STORE_TEST(one_claim_takes_several_small_shards_or_one_long) {
     CHECK_INT(srv_store_claim_some(store, "w", 60 * SECOND, lease, SRV_CLAIMS, &count), SRV_STORED);
     for (int i = 0; i < count; i++) {
         annas += lease[i].job[0] == 'a';
-        CHECK(lease[i].shard == 0 && lease[i].attempt == 1 && lease[i].request_bytes > 0 && lease[i].request);
+        CHECK(lease[i].part == 0 && lease[i].attempt == 1 && lease[i].request_bytes > 0 && lease[i].request);
         CHECK_INT(srv_store_extend(store, &lease[i], 60 * SECOND), SRV_STORED);
         CHECK_INT(srv_store_finish(store, &lease[i], "x", 1, NULL, 0), SRV_STORED);
         srv_lease_clear(&lease[i]);
@@ -265,30 +265,30 @@ STORE_TEST(a_long_job_does_not_wait_for_ever) {
 
 /* ---- a model */
 
-enum { MODEL_JOBS = 30, MODEL_SHARDS = 5 };
+enum { MODEL_JOBS = 30, MODEL_PARTS = 5 };
 
 struct model_job {
-    int open, chained, shards, dismissed, failed;
-    enum { MODEL_FRESH, MODEL_HELD, MODEL_BACK, MODEL_DONE } shard[MODEL_SHARDS];
-    long attempt[MODEL_SHARDS];
+    int open, chained, parts, dismissed, failed;
+    enum { MODEL_FRESH, MODEL_HELD, MODEL_BACK, MODEL_DONE } part[MODEL_PARTS];
+    long attempt[MODEL_PARTS];
 };
 
-static int model_claimable(const struct model_job *job, int shard) {
-    if (!job->open || shard >= job->shards) return 0;
-    if (job->shard[shard] == MODEL_BACK) return 1;
-    return job->shard[shard] == MODEL_FRESH && (!job->chained || !shard || job->shard[shard - 1] == MODEL_DONE);
+static int model_claimable(const struct model_job *job, int part) {
+    if (!job->open || part >= job->parts) return 0;
+    if (job->part[part] == MODEL_BACK) return 1;
+    return job->part[part] == MODEL_FRESH && (!job->chained || !part || job->part[part - 1] == MODEL_DONE);
 }
 
 static int model_any(const struct model_job job[], int jobs) {
     for (int j = 0; j < jobs; j++)
-        for (int s = 0; s < MODEL_SHARDS; s++)
+        for (int s = 0; s < MODEL_PARTS; s++)
             if (model_claimable(&job[j], s)) return 1;
     return 0;
 }
 
 static int model_done(const struct model_job *job) {
-    for (int s = 0; s < job->shards; s++)
-        if (job->shard[s] != MODEL_DONE) return 0;
+    for (int s = 0; s < job->parts; s++)
+        if (job->part[s] != MODEL_DONE) return 0;
     return 1;
 }
 
@@ -299,7 +299,7 @@ static int model_agrees(struct srv_store *store, const struct model_job model[],
         struct srv_job job;
         int done = 0;
         snprintf(id, sizeof id, "m%d", j);
-        for (int s = 0; s < model[j].shards; s++) done += model[j].shard[s] == MODEL_DONE;
+        for (int s = 0; s < model[j].parts; s++) done += model[j].part[s] == MODEL_DONE;
         good = srv_store_job(store, id, &job) == SRV_STORED && job.done == done &&
                (job.state == SRV_JOB_DISMISSED) == model[j].dismissed &&
                (job.state == SRV_JOB_FAILED) == model[j].failed && (job.state <= SRV_JOB_RUNNING) == model[j].open;
@@ -320,9 +320,9 @@ STORE_TEST(random_histories_agree_with_a_model) {
             struct model_job *own = &model[jobs];
             *own = (struct model_job){.open = 1,
                                       .chained = test_random_int(&random, 2),
-                                      .shards = 1 + test_random_int(&random, MODEL_SHARDS)};
+                                      .parts = 1 + test_random_int(&random, MODEL_PARTS)};
             snprintf(id, sizeof id, "m%d", jobs++);
-            good = ground_submit(store, id, jobs % 3 ? "anna" : "berta", NULL, own->shards, own->chained, &job) ==
+            good = ground_submit(store, id, jobs % 3 ? "anna" : "berta", NULL, own->parts, own->chained, &job) ==
                    SRV_STORED;
         } else if (act < 5 && leases < 200) {
             struct srv_lease *lease = &held[leases];
@@ -332,9 +332,9 @@ STORE_TEST(random_histories_agree_with_a_model) {
             if (stored == SRV_STORED) {
                 struct model_job *own = &model[atoi(lease->job + 1)];
                 good =
-                    good && model_claimable(own, (int)lease->shard) && lease->attempt == own->attempt[lease->shard] + 1;
-                own->shard[lease->shard] = MODEL_HELD;
-                own->attempt[lease->shard] = lease->attempt;
+                    good && model_claimable(own, (int)lease->part) && lease->attempt == own->attempt[lease->part] + 1;
+                own->part[lease->part] = MODEL_HELD;
+                own->attempt[lease->part] = lease->attempt;
                 leases++;
             }
         } else if (act < 9 && leases) {
@@ -342,17 +342,17 @@ STORE_TEST(random_histories_agree_with_a_model) {
             struct srv_lease *lease = &held[test_random_int(&random, leases)];
             struct model_job *own = &model[atoi(lease->job + 1)];
             int mine =
-                own->open && own->shard[lease->shard] == MODEL_HELD && own->attempt[lease->shard] == lease->attempt;
-            int was = !own->dismissed && !own->failed && own->shard[lease->shard] == MODEL_DONE &&
-                      own->attempt[lease->shard] == lease->attempt;
+                own->open && own->part[lease->part] == MODEL_HELD && own->attempt[lease->part] == lease->attempt;
+            int was = !own->dismissed && !own->failed && own->part[lease->part] == MODEL_DONE &&
+                      own->attempt[lease->part] == lease->attempt;
             int fail = test_random_int(&random, 12) == 0;
-            const char *carry = own->chained && lease->shard + 1 < own->shards ? "c" : NULL;
+            const char *carry = own->chained && lease->part + 1 < own->parts ? "c" : NULL;
             enum srv_stored stored =
                 fail ? srv_store_fail(store, lease, "no") : srv_store_finish(store, lease, "r", 1, carry, 1);
             good = stored == (mine || (was && !fail) ? SRV_STORED : SRV_STORED_LOST);
             if (mine && fail) own->failed = 1;
             if (mine && fail) own->open = 0;
-            if (mine && !fail) own->shard[lease->shard] = MODEL_DONE;
+            if (mine && !fail) own->part[lease->part] = MODEL_DONE;
             if (model_done(own)) own->open = 0;
         } else if (jobs && test_random_int(&random, 4) == 0) {
             int j = test_random_int(&random, jobs);
@@ -366,10 +366,10 @@ STORE_TEST(random_histories_agree_with_a_model) {
             /* which worker has what is not in the model: ask */
             for (int i = 0; i < leases; i++) {
                 struct model_job *own = &model[atoi(held[i].job + 1)];
-                int mine = own->open && own->shard[held[i].shard] == MODEL_HELD &&
-                           own->attempt[held[i].shard] == held[i].attempt;
+                int mine = own->open && own->part[held[i].part] == MODEL_HELD &&
+                           own->attempt[held[i].part] == held[i].attempt;
                 if (mine && srv_store_extend(store, &held[i], 3600LL * SECOND) == SRV_STORED_LOST)
-                    own->shard[held[i].shard] = MODEL_BACK;
+                    own->part[held[i].part] = MODEL_BACK;
             }
         }
         if (!CHECK_SAYING(good, "round %d, act %d", round, act)) break;
@@ -400,7 +400,7 @@ STORE_TEST(many_clients_of_one_address_take_few_turns) {
                                           .request = "{}",
                                           .request_bytes = 2,
                                           .digest = digest,
-                                          .shards = 1};
+                                          .parts = 1};
             CHECK_INT(srv_store_submit(store, &order, &job), SRV_STORED);
         }
     for (int k = 0; k < CLAIMS; k++) {
@@ -417,7 +417,7 @@ STORE_TEST(many_clients_of_one_address_take_few_turns) {
 }
 
 /* a sweep that finds a lease run out, and its job successful once its row is locked, takes away what is still held */
-STORE_TEST(a_job_that_has_ended_keeps_the_shards_that_are_done) {
+STORE_TEST(a_job_that_has_ended_keeps_the_parts_that_are_done) {
     struct srv_store_sweep sweep;
     struct srv_lease lease;
     struct srv_job job;

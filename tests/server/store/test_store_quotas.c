@@ -57,7 +57,7 @@ static enum srv_stored submit_from(struct srv_store *store, const char *id, cons
                                   .request = "{}",
                                   .request_bytes = 2,
                                   .digest = digest,
-                                  .shards = 1};
+                                  .parts = 1};
     return srv_store_submit(store, &order, job);
 }
 
@@ -106,7 +106,7 @@ static enum srv_stored submit_bytes(struct srv_store *store, const char *id, siz
                                   .request = request,
                                   .request_bytes = bytes,
                                   .digest = digest,
-                                  .shards = 1};
+                                  .parts = 1};
     return srv_store_submit(store, &order, job);
 }
 

@@ -76,7 +76,7 @@ static void finish_what_waits(struct srv_store *store) {
     enum srv_stored stored;
     int claims = 0;
     while ((stored = ground_claim(store, "w2", 60 * SECOND, &lease)) == SRV_STORED && ++claims < 20) {
-        CHECK_INT(srv_store_finish(store, &lease, "new", 3, lease.shard + 1 < lease.shards ? "c" : NULL, 1),
+        CHECK_INT(srv_store_finish(store, &lease, "new", 3, lease.part + 1 < lease.parts ? "c" : NULL, 1),
                   SRV_STORED);
         srv_lease_clear(&lease);
     }
@@ -87,7 +87,7 @@ static void finish_what_waits(struct srv_store *store) {
     CHECK_INT(srv_store_job(store, "chained", &job), SRV_STORED);
     CHECK_INT(job.state, SRV_JOB_SUCCESSFUL);
     /* the leases of before hold */
-    struct srv_lease held = {.job = "running", .shard = 1, .shards = 4, .attempt = 1};
+    struct srv_lease held = {.job = "running", .part = 1, .parts = 4, .attempt = 1};
     CHECK_INT(srv_store_finish(store, &held, "new", 3, NULL, 0), SRV_STORED);
     CHECK_INT(srv_store_job(store, "running", &job), SRV_STORED);
     CHECK(job.state == SRV_JOB_SUCCESSFUL && job.bytes == 4 + 3 * 3);
@@ -103,12 +103,12 @@ static void find_what_was_kept(struct srv_store *store) {
     CHECK_INT(count, 5);
     CHECK_INT(srv_store_chunk(store, "successful", 0, 0, data, &bytes), SRV_STORED);
     CHECK(bytes == 5 && !memcmp(data, "whole", 5));
-    CHECK_INT(srv_store_request(store, "successful", &body, &bytes), SRV_STORED);
+    CHECK_INT(srv_store_job_request(store, "successful", &body, &bytes), SRV_STORED);
     CHECK_INT((long long)bytes, 7);
     free(body);
     CHECK_INT(srv_store_job(store, "failed", &job), SRV_STORED);
     CHECK(job.state == SRV_JOB_FAILED && job.expires == 9000000000000000);
-    CHECK_INT(srv_store_request(store, "failed", &body, &bytes), SRV_STORED);
+    CHECK_INT(srv_store_job_request(store, "failed", &body, &bytes), SRV_STORED);
     CHECK_INT((long long)bytes, 0);
     free(body);
     CHECK_INT(srv_store_scene(store, "s", &body, &bytes), SRV_STORED);

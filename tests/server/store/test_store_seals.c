@@ -62,14 +62,14 @@ STORE_TEST(a_long_request_is_judged_when_it_is_read) {
                                   .request = request,
                                   .request_bytes = sizeof request,
                                   .digest = digest,
-                                  .shards = 1};
+                                  .parts = 1};
     struct srv_lease lease;
     struct srv_job job;
     void *back;
     size_t bytes;
     memset(request, ' ', sizeof request);
     CHECK_INT(srv_store_submit(store, &order, &job), SRV_STORED);
-    CHECK_INT(srv_store_request(store, "long", &back, &bytes), SRV_STORED);
+    CHECK_INT(srv_store_job_request(store, "long", &back, &bytes), SRV_STORED);
     CHECK(bytes == sizeof request && !memcmp(back, request, bytes));
     free(back);
     if (!CHECK(seals_claim(store, &lease))) return;
@@ -77,12 +77,12 @@ STORE_TEST(a_long_request_is_judged_when_it_is_read) {
     ground_run(ground, ground->postgres ? "UPDATE jobs SET request = set_byte(request, 5000, 33)"
                                         : "UPDATE jobs SET request = CAST(substr(request, 1, 5000) || X'21' || "
                                           "substr(request, 5002) AS BLOB)");
-    CHECK_INT(srv_store_request(store, "long", &back, &bytes), SRV_STORED_DAMAGED);
+    CHECK_INT(srv_store_job_request(store, "long", &back, &bytes), SRV_STORED_DAMAGED);
     CHECK(!back);
     CHECK_INT(srv_store_finish(store, &lease, "r", 1, NULL, 0), SRV_STORED_LOST);
     seals_failed(store, "long", "request");
     /* it has no request any more, and that is no damage */
-    CHECK_INT(srv_store_request(store, "long", &back, &bytes), SRV_STORED);
+    CHECK_INT(srv_store_job_request(store, "long", &back, &bytes), SRV_STORED);
     CHECK_INT((long long)bytes, 0);
     free(back);
     srv_lease_clear(&lease);
@@ -111,7 +111,7 @@ STORE_TEST(what_never_changes_of_a_job_has_not_changed) {
         CHECK_SAYING(job.state == SRV_JOB_FAILED && strstr(job.message, "seal"), "%s: %d %s", change[i], job.state,
                      job.message);
         seals_failed(store, id, "seal");
-        CHECK_INT(srv_store_request(store, id, &request, &bytes), SRV_STORED);
+        CHECK_INT(srv_store_job_request(store, id, &request, &bytes), SRV_STORED);
         free(request);
         ground_run(ground, "DELETE FROM jobs");
         ground_run(ground, "DELETE FROM clients");
@@ -129,7 +129,7 @@ static void seals_results(struct srv_store *store) {
         CHECK_INT(ground_submit(store, jobs[i], "anna", NULL, 2, 0, &job), SRV_STORED);
         for (int part = 0; part < 2; part++) {
             CHECK_INT(ground_claim(store, "w", 60 * (int64_t)SECOND, &lease), SRV_STORED);
-            snprintf(data, sizeof data, "%s %ld", lease.job, lease.shard);
+            snprintf(data, sizeof data, "%s %ld", lease.job, lease.part);
             CHECK_INT(srv_store_finish(store, &lease, data, strlen(data), NULL, 0), SRV_STORED);
             srv_lease_clear(&lease);
         }

@@ -28,7 +28,7 @@ STORE_TEST(a_dismissed_job_stops_and_frees_what_it_held) {
     CHECK_INT(sweeps, 2);
     CHECK_INT(srv_store_chunk(store, "j", 0, 99, data, &bytes), SRV_STORED_NONE);
     CHECK_INT(srv_store_figures(store, &figures), SRV_STORED);
-    CHECK(figures.bytes == SRV_ROW_BYTES && figures.jobs[SRV_JOB_DISMISSED] == 1 && !figures.shards);
+    CHECK(figures.bytes == SRV_ROW_BYTES && figures.jobs[SRV_JOB_DISMISSED] == 1 && !figures.parts);
     ground_sums(ground);
     /* the list of removals keeps a page of the disk, so that a job can be dismissed when there is no other */
     CHECK_INT(ground_ask(ground, "SELECT COUNT(*) FROM removals"), 1);
@@ -67,13 +67,13 @@ static struct srv_store *brief_open(struct ground *ground) {
     return ground_open(ground);
 }
 
-/* submits a job and finishes its shards, each with so many bytes */
-static void brief_job(struct srv_store *store, const char *id, long shards, size_t bytes) {
+/* submits a job and finishes its parts, each with so many bytes */
+static void brief_job(struct srv_store *store, const char *id, long parts, size_t bytes) {
     static char data[3 * SRV_CHUNK_BYTES];
     struct srv_lease lease;
     struct srv_job job;
-    CHECK_INT(ground_submit(store, id, "anna", NULL, shards, 0, &job), SRV_STORED);
-    for (long i = 0; i < shards; i++) {
+    CHECK_INT(ground_submit(store, id, "anna", NULL, parts, 0, &job), SRV_STORED);
+    for (long i = 0; i < parts; i++) {
         CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
         CHECK_INT(srv_store_finish(store, &lease, data, bytes, NULL, 0), SRV_STORED);
     }

@@ -45,7 +45,7 @@ TEST(a_computed_exchange_comes_back_answered) {
     struct srv_exchange exchange;
     live_service(&service, 4);
     atomic_store(&compute_finished, 0);
-    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.intake) == PEND_OK);
+    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.fairness) == PEND_OK);
     compute_post(&exchange, &service, "/v1/trees", LIVE_SHORT);
     srv_compute_begin(&exchange);
     CHECK(compute_await(1));
@@ -94,7 +94,7 @@ TEST(a_stopped_computation_ends_within_a_piece_of_its_work) {
     struct srv_exchange exchange;
     live_service(&service, 4);
     atomic_store(&compute_finished, 0);
-    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.intake) == PEND_OK);
+    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.fairness) == PEND_OK);
     compute_post(&exchange, &service, "/v1/trajectories", LIVE_ENDLESS);
     srv_compute_begin(&exchange);
     test_sleep(0.05);
@@ -135,7 +135,7 @@ TEST(a_computation_that_is_sure_to_outrun_its_time_is_not_begun) {
     live_service(&service, 4);
     service.config.limits.compute_seconds = 1e-3 * compute_cost(LIVE_LONG);
     atomic_store(&compute_finished, 0);
-    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.intake) == PEND_OK);
+    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.fairness) == PEND_OK);
     compute_post(&exchange, &service, "/v1/trajectories", LIVE_LONG);
     srv_compute_begin(&exchange);
     CHECK(compute_await(1));
@@ -154,7 +154,7 @@ TEST(a_computation_that_outruns_its_time_says_so) {
     /* an estimate below it by so much is begun */
     service.config.limits.compute_seconds = compute_cost(LIVE_LONG) / 2.9;
     atomic_store(&compute_finished, 0);
-    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.intake) == PEND_OK);
+    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.fairness) == PEND_OK);
     compute_post(&exchange, &service, "/v1/trajectories", LIVE_LONG);
     srv_compute_begin(&exchange);
     CHECK(compute_await(1));
@@ -163,8 +163,8 @@ TEST(a_computation_that_outruns_its_time_says_so) {
     CHECK(exchange.status == 503 || exchange.status == 422);
     CHECK(exchange.bytes && strstr(exchange.data, "max-compute-seconds"));
     const char *again = exchange.status == 422 ? "1" : NULL;
-    for (int i = 0; i < exchange.payload->headers; i++)
-        if (!strcmp(exchange.payload->header[i].name, "Retry-After")) again = exchange.payload->header[i].value;
+    for (int i = 0; i < exchange.response_body->headers; i++)
+        if (!strcmp(exchange.response_body->header[i].name, "Retry-After")) again = exchange.response_body->header[i].value;
     CHECK(again && atoi(again) > 0);
     srv_exchange_clear(&exchange);
     live_service_clear(&service);
@@ -178,7 +178,7 @@ TEST(an_answer_that_leaves_no_memory_is_503) {
     service.config.held_bytes = service.config.client_held_bytes = 1 << 20;
     /* what others hold leaves little; then a request alone is more than anybody may hold */
     srv_memory_add(&service.memory, SRV_MEMORY_BODIES, (1 << 20) - 100);
-    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.intake) == PEND_OK);
+    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.fairness) == PEND_OK);
     for (int never = 0; never < 2; never++) {
         if (never) service.config.client_held_bytes = 100;
         atomic_store(&compute_finished, 0);
@@ -203,7 +203,7 @@ TEST(who_waits_too_long_for_a_worker_is_told) {
     compute_post(&late, &service, "/v1/trees", LIVE_SHORT);
     srv_compute_begin(&late);
     test_sleep(0.15);
-    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.intake) == PEND_OK);
+    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.fairness) == PEND_OK);
     CHECK(compute_await(1));
     service.config.wait_seconds = 3600;
     compute_post(&soon, &service, "/v1/trees", LIVE_SHORT);
@@ -228,7 +228,7 @@ TEST(a_computation_survives_want_of_memory_wherever_it_comes) {
         struct srv_exchange exchange;
         live_service(&service, 4);
         atomic_store(&compute_finished, 0);
-        REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.intake) == PEND_OK);
+        REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.fairness) == PEND_OK);
         compute_post(&exchange, &service, "/v1/trees", LIVE_SHORT);
         exchange.coding = SRV_GZIP;
         service.config.compress_above = 1;

@@ -77,9 +77,9 @@ TEST(every_operation_on_a_worker_survives_want_of_memory_wherever_it_comes) {
     struct srv_workers *workers;
     struct pend_error error = {.text = ""};
     service.config.queue = 4;
-    REQUIRE(srv_parts_init(&service, &error) == PEND_OK);
+    REQUIRE(srv_service_setup_init(&service, &error) == PEND_OK);
     CHECK(srv_log_new(&service.log, -1, 2) == PEND_OK);
-    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.intake) == PEND_OK);
+    REQUIRE(srv_workers_new(&workers, 1, service.queue, &service.fairness) == PEND_OK);
     for (int i = 0; i < TEST_REQUESTS; i++)
         for (int for_good = 0; for_good < 2; for_good++) {
             int over = 0, faults = 0, usual = i == 2 ? 422 : 200;
@@ -96,7 +96,7 @@ TEST(every_operation_on_a_worker_survives_want_of_memory_wherever_it_comes) {
         }
     srv_workers_free(&workers);
     srv_log_free(&service.log);
-    srv_parts_clear(&service);
+    srv_service_setup_clear(&service);
 }
 
 /* --- through a live daemon --- */

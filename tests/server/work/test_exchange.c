@@ -26,7 +26,7 @@ static int answer_head(struct srv_exchange *exchange, const char *method, const 
     srv_exchange_reset(exchange);
     exchange->method = method;
     snprintf(exchange->target, sizeof exchange->target, "%s", target);
-    return srv_message_head(exchange);
+    return srv_request_head_head(exchange);
 }
 
 /* a route's answer, or 0 where it needs a worker */
@@ -152,24 +152,24 @@ TEST(fields_are_taken_in_by_name_in_any_case) {
     struct srv_exchange exchange;
     live_service(&service, 4);
     srv_exchange_init(&exchange, &service);
-    CHECK(srv_message_field(&exchange, "content-TYPE", "a/b"));
-    CHECK(srv_message_field(&exchange, "Unknown", "x"));
-    CHECK(srv_message_field(&exchange, "Accept", "text/csv"));
-    CHECK(srv_message_field(&exchange, "accept", "application/json;q=0.5"));
-    CHECK(srv_message_field(&exchange, "User-Agent", "one"));
-    CHECK(srv_message_field(&exchange, "User-Agent", "two"));
+    CHECK(srv_request_head_field(&exchange, "content-TYPE", "a/b"));
+    CHECK(srv_request_head_field(&exchange, "Unknown", "x"));
+    CHECK(srv_request_head_field(&exchange, "Accept", "text/csv"));
+    CHECK(srv_request_head_field(&exchange, "accept", "application/json;q=0.5"));
+    CHECK(srv_request_head_field(&exchange, "User-Agent", "one"));
+    CHECK(srv_request_head_field(&exchange, "User-Agent", "two"));
     CHECK_TEXT(exchange.field[SRV_CONTENT_TYPE], "a/b");
     CHECK_TEXT(exchange.field[SRV_ACCEPT], "text/csv, application/json;q=0.5");
     CHECK_TEXT(exchange.field[SRV_USER_AGENT], "two");
     CHECK(!exchange.field[SRV_EXPECT]);
-    CHECK(!srv_message_field(&exchange, "Content-Type", "c/d"));
+    CHECK(!srv_request_head_field(&exchange, "Content-Type", "c/d"));
     CHECK_INT(exchange.status, 400);
     srv_exchange_reset(&exchange);
     char large[SRV_TEXT_BYTES + 1];
     memset(large, 'a', SRV_TEXT_BYTES);
     large[SRV_TEXT_BYTES] = 0;
-    CHECK(srv_message_field(&exchange, "Accept", large));
-    CHECK(!srv_message_field(&exchange, "Accept", "b"));
+    CHECK(srv_request_head_field(&exchange, "Accept", large));
+    CHECK(!srv_request_head_field(&exchange, "Accept", "b"));
     CHECK_INT(exchange.status, 431);
     srv_exchange_clear(&exchange);
     live_service_clear(&service);
@@ -230,8 +230,8 @@ TEST(lengths_and_expectations_are_checked) {
         srv_exchange_reset(&exchange);
         exchange.method = "POST";
         strcpy(exchange.target, "/");
-        CHECK(srv_message_field(&exchange, heads[i].name, heads[i].value));
-        CHECK_INT(srv_message_head(&exchange), !heads[i].status);
+        CHECK(srv_request_head_field(&exchange, heads[i].name, heads[i].value));
+        CHECK_INT(srv_request_head_head(&exchange), !heads[i].status);
         CHECK_INT(exchange.status, heads[i].status);
         CHECK_INT(exchange.length, heads[i].length);
     }
