@@ -31,8 +31,8 @@ struct srv_daemon {
     char url[SRV_URL_BYTES];
 };
 
-/* As many open files as the system lets us have; fewer connections where that is not enough, and an eighth of the files
- * for sockets that linger. Returns how many of these there may be. */
+/* As many open files as the system lets us have; fewer connections where that is not enough, and
+ * an eighth of the files for sockets that linger. Returns how many of these there may be. */
 static int daemon_files(struct srv_config *config, struct srv_log *log) {
     struct rlimit files;
     int lingering = SRV_WATCH_LINGERING;
@@ -48,8 +48,8 @@ static int daemon_files(struct srv_config *config, struct srv_log *log) {
     rlim_t other = DAEMON_FILES + (rlim_t)lingering;
     double most = files.rlim_cur > other + 1 ? (double)(files.rlim_cur - other) : 1;
     if (most > config->connections) most = config->connections;
-    srv_log_message(log, "max-connections is %.0f, not %.0f: the system allows %llu open files", most,
-                    config->connections, (unsigned long long)files.rlim_cur);
+    srv_log_message(log, "max-connections is %.0f, not %.0f: the system allows %llu open files",
+                    most, config->connections, (unsigned long long)files.rlim_cur);
     config->connections = most;
     return lingering;
 }
@@ -63,8 +63,8 @@ static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_erro
     int log = srv_reload_log(config);
     if (log == -2) {
         close(fd);
-        return pend_fail(error, PEND_INVALID, -1, 0, "the log %.150s cannot be opened: %s", config->log,
-                         strerror(errno));
+        return pend_fail(error, PEND_INVALID, -1, 0, "the log %.150s cannot be opened: %s",
+                         config->log, strerror(errno));
     }
     enum pend_status status = srv_log_new(&service->log, log, STDERR_FILENO);
     if (status == PEND_OK) {
@@ -73,19 +73,23 @@ static enum pend_status daemon_start(struct srv_daemon *daemon, struct pend_erro
         if (status == PEND_OK) srv_watch_lingering(daemon->watch, lingering);
     }
     if (status == PEND_OK)
-        status = srv_workers_new(&daemon->workers, service->workers, service->queue, &service->fairness);
+        status =
+            srv_workers_new(&daemon->workers, service->workers, service->queue, &service->fairness);
     if (status == PEND_OK) {
         status = srv_service_setup_jobs(service, error);
-        if (status == PEND_OK) return srv_http_new(&daemon->http, service, daemon->watch, fd, error);
+        if (status == PEND_OK)
+            return srv_http_new(&daemon->http, service, daemon->watch, fd, error);
         close(fd);
         return status;
     }
     close(fd);
-    return pend_fail(error, status, -1, 0, "there is no memory, or there are no threads, for %d workers",
+    return pend_fail(error, status, -1, 0,
+                     "there is no memory, or there are no threads, for %d workers",
                      service->workers);
 }
 
-enum pend_status srv_daemon_new(struct srv_daemon **daemon, const struct srv_config *config, struct pend_error *error) {
+enum pend_status srv_daemon_new(struct srv_daemon **daemon, const struct srv_config *config,
+                                struct pend_error *error) {
     struct srv_daemon *made = *daemon = calloc(1, sizeof *made);
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     made->service.config = *config;
@@ -105,9 +109,11 @@ double srv_daemon_idle(struct srv_daemon *daemon) {
     return daemon->service.runner ? srv_part_runner_idle(daemon->service.runner) : 0;
 }
 
-enum pend_status srv_daemon_reload(struct srv_daemon *daemon, const struct srv_config *next, struct pend_error *error) {
+enum pend_status srv_daemon_reload(struct srv_daemon *daemon, const struct srv_config *next,
+                                   struct pend_error *error) {
     struct srv_config same = *next;
-    if (same.connections == daemon->connections) same.connections = daemon->service.config.connections;
+    if (same.connections == daemon->connections)
+        same.connections = daemon->service.config.connections;
     return srv_reload(&daemon->service, &same, error);
 }
 
@@ -115,8 +121,9 @@ void srv_daemon_reopen(struct srv_daemon *daemon) {
     const struct srv_config *config = srv_service_config(&daemon->service);
     int log = srv_reload_log(config);
     if (log == -2)
-        srv_log_message(daemon->service.log, "the log %.150s cannot be opened: %s; it goes on where it was",
-                        config->log, strerror(errno));
+        srv_log_message(daemon->service.log,
+                        "the log %.150s cannot be opened: %s; it goes on where it was", config->log,
+                        strerror(errno));
     else
         srv_log_turn(daemon->service.log, log);
 }
@@ -128,13 +135,15 @@ double srv_daemon_patience(const struct srv_daemon *daemon) {
 int srv_daemon_drain(struct srv_daemon *daemon, int hurry) {
     if (!daemon->drained) daemon->drained = srv_clock_now();
     atomic_store(&daemon->service.draining, hurry ? SRV_DRAIN_HURRY : SRV_DRAIN_LAST);
-    /* first of all: who is refused a connection may ask another process, even with what must not be sent twice */
+    /* first of all: who is refused a connection may ask another process, even with what must not
+     * be sent twice */
     int closed = srv_http_quiesce(daemon->http);
     if (hurry) srv_watch_leave_all(daemon->watch);
     srv_events_drain(daemon->service.events);
     int held = daemon->service.runner && !srv_part_runner_drain(daemon->service.runner);
     if (!closed || held || atomic_load(&daemon->service.computing)) return 0;
-    int64_t patience = hurry ? 0 : srv_clock_span(srv_service_config(&daemon->service)->drain_idle_seconds);
+    int64_t patience =
+        hurry ? 0 : srv_clock_span(srv_service_config(&daemon->service)->drain_idle_seconds);
     return !srv_watch_busy(daemon->watch, daemon->drained, patience);
 }
 
@@ -145,12 +154,16 @@ void srv_daemon_free(struct srv_daemon **daemon) {
     *daemon = NULL;
     if (!gone) return;
     if (gone->http) {
-        /* a computation ends within a piece of its work; an answer may be slow to go and is not waited for so long */
+        /* a computation ends within a piece of its work; an answer may be slow to go and is not
+         * waited for so long */
         int64_t end = srv_clock_now() + (int64_t)DAEMON_END_MS * 1000000;
-        while (!srv_daemon_drain(gone, 1) && (srv_clock_now() < end || atomic_load(&gone->service.computing)))
+        while (!srv_daemon_drain(gone, 1) &&
+               (srv_clock_now() < end || atomic_load(&gone->service.computing)))
             daemon_nap();
     }
-    while (gone->service.runner && gone->service.storage && !srv_part_runner_drain(gone->service.runner)) daemon_nap();
+    while (gone->service.runner && gone->service.storage &&
+           !srv_part_runner_drain(gone->service.runner))
+        daemon_nap();
     srv_workers_free(&gone->workers);
     srv_http_free(&gone->http);
     srv_service_setup_jobs_end(&gone->service);

@@ -1,6 +1,7 @@
 /* pendulumd: reads its options, serves until it is told to stop, drains, and ends.
  * Leaves to others: everything else.
- * Invariant: exit status 0 after an orderly end, 1 where the world is in the way, 2 for a bad option. */
+ * Invariant: exit status 0 after an orderly end, 1 where the world is in the way, 2 for a bad
+ * option. */
 #include <errno.h>
 #include <fcntl.h>
 #include <poll.h>
@@ -28,7 +29,8 @@ struct main_ears {
     int terminal; /* standard input is one: a hangup may be its end */
 };
 
-/* every stream that is closed would be the next file that is opened: the listening socket, or the store */
+/* every stream that is closed would be the next file that is opened: the listening socket, or
+ * the store */
 static int main_streams(void) {
     for (int fd = 0; fd <= STDERR_FILENO; fd++)
         if (fcntl(fd, F_GETFD) < 0 && open("/dev/null", O_RDWR) != fd) return 0;
@@ -59,15 +61,18 @@ static int main_print(enum srv_config_task task) {
     enum pend_status status = PEND_OK;
     api_buffer_init(&text, 65536);
     if (task == SRV_CONFIG_VERSION)
-        status = api_buffer_format(&text, "pendulumd %s (engine %s)\n", API_VERSION, api_engine_name);
+        status =
+            api_buffer_format(&text, "pendulumd %s (engine %s)\n", API_VERSION, api_engine_name);
     else
         status = task == SRV_CONFIG_HELP ? srv_config_help(&text) : srv_config_table(&text);
-    int good = status == PEND_OK && fwrite(text.data, 1, text.bytes, stdout) == text.bytes && !fflush(stdout);
+    int good = status == PEND_OK && fwrite(text.data, 1, text.bytes, stdout) == text.bytes &&
+               !fflush(stdout);
     api_buffer_clear(&text);
     return good ? 0 : 1;
 }
 
-/* does a signal end the server? A hangup does where its terminal is gone, and asks for a reload otherwise */
+/* does a signal end the server? A hangup does where its terminal is gone, and asks for a reload
+ * otherwise */
 static int main_ends(const struct main_ears *ears, int number) {
     struct pollfd terminal = {.fd = STDIN_FILENO};
     if (number != SIGHUP) return number == SIGTERM || number == SIGINT;
@@ -80,7 +85,8 @@ static void main_reload(struct srv_daemon *daemon, int argc, char **argv) {
     struct srv_config next;
     enum pend_status status = srv_config_load(&next, argc, argv, environ, &error);
     if (status == PEND_OK) status = srv_daemon_reload(daemon, &next, &error);
-    if (status != PEND_OK) srv_log_message(srv_daemon_log(daemon), "reload: nothing has changed: %s", error.text);
+    if (status != PEND_OK)
+        srv_log_message(srv_daemon_log(daemon), "reload: nothing has changed: %s", error.text);
 }
 
 /* where jobs lie, before a file's name; the url of a database may hold a password */
@@ -88,18 +94,22 @@ static const char *main_kept(const struct srv_config *config) {
     if (!strcmp(config->store, "none")) return "no jobs are kept";
     if (!strcmp(config->store, "sqlite"))
         return "jobs are kept in ~/.local/state/pendulumd, unless XDG_STATE_HOME is set";
-    return strncmp(config->store, "sqlite:", 7) ? "jobs are kept in the database" : "jobs are kept in ";
+    return strncmp(config->store, "sqlite:", 7) ? "jobs are kept in the database"
+                                                : "jobs are kept in ";
 }
 
-/* serves until a signal that ends it, or until there was nothing to compute for so many seconds, > 0 */
-static void main_serve(struct srv_daemon *daemon, const struct main_ears *ears, double idle, int argc, char **argv) {
+/* serves until a signal that ends it, or until there was nothing to compute for so many seconds,
+ * > 0 */
+static void main_serve(struct srv_daemon *daemon, const struct main_ears *ears, double idle,
+                       int argc, char **argv) {
     for (;;) {
         int number = main_signal(ears, idle > 0 ? MAIN_LOOK_MS : -1);
         if (number && main_ends(ears, number)) return;
         if (number == SIGHUP) main_reload(daemon, argc, argv);
         if (number == SIGUSR1) srv_daemon_reopen(daemon);
         if (number || srv_daemon_idle(daemon) < idle) continue;
-        srv_log_message(srv_daemon_log(daemon), "there was nothing to compute for %.15g s: ends", idle);
+        srv_log_message(srv_daemon_log(daemon), "there was nothing to compute for %.15g s: ends",
+                        idle);
         return;
     }
 }
@@ -134,7 +144,8 @@ int main(int argc, char **argv) {
     }
     srv_log_message(srv_daemon_log(daemon), "listening on %s", srv_daemon_url(daemon));
     if (isatty(STDERR_FILENO))
-        srv_log_message(srv_daemon_log(daemon), "open it in a browser; Ctrl-C ends it; %s%.200s", main_kept(&config),
+        srv_log_message(srv_daemon_log(daemon), "open it in a browser; Ctrl-C ends it; %s%.200s",
+                        main_kept(&config),
                         strncmp(config.store, "sqlite:", 7) ? "" : config.store + 7);
     if (config.warning[0]) srv_log_message(srv_daemon_log(daemon), "%s", config.warning);
     srv_notify("READY=1");

@@ -38,7 +38,8 @@ int srv_reload_log(const struct srv_config *config) {
 }
 
 /* what is to be in force: options that want a restart keep their values */
-static void reload_mix(struct srv_config *config, const struct srv_config *now, const struct srv_config *next) {
+static void reload_mix(struct srv_config *config, const struct srv_config *now,
+                       const struct srv_config *next) {
     struct srv_option row;
     *config = *now;
     for (int i = 0; srv_config_row(i, &row); i++)
@@ -46,7 +47,8 @@ static void reload_mix(struct srv_config *config, const struct srv_config *now, 
 }
 
 /* tells what is new, and what is not yet; returns how many options are new */
-static int reload_tell(struct srv_log *log, const struct srv_config *now, const struct srv_config *next) {
+static int reload_tell(struct srv_log *log, const struct srv_config *now,
+                       const struct srv_config *next) {
     struct srv_option row;
     int changed = 0;
     for (int i = 0; srv_config_row(i, &row); i++) {
@@ -56,13 +58,15 @@ static int reload_tell(struct srv_log *log, const struct srv_config *now, const 
         if (may)
             srv_log_message(log, "reload: %s has a new value", row.name);
         else
-            srv_log_message(log, "reload: %s has another value now, which takes a restart: it stays as it is",
-                            row.name);
+            srv_log_message(
+                log, "reload: %s has another value now, which takes a restart: it stays as it is",
+                row.name);
     }
     return changed;
 }
 
-enum pend_status srv_reload(struct srv_service *service, const struct srv_config *next, struct pend_error *error) {
+enum pend_status srv_reload(struct srv_service *service, const struct srv_config *next,
+                            struct pend_error *error) {
     const struct srv_config *now = srv_service_config(service);
     struct srv_reloaded *made = calloc(1, sizeof *made);
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
@@ -71,8 +75,8 @@ enum pend_status srv_reload(struct srv_service *service, const struct srv_config
     enum pend_status status = srv_peers_read(&made->trusted, made->config.trusted_proxy, error);
     int log = status == PEND_OK ? srv_reload_log(&made->config) : -1;
     if (log == -2)
-        status = pend_fail(error, PEND_INVALID, -1, 0, "the log %.150s cannot be opened: %s", made->config.log,
-                           strerror(errno));
+        status = pend_fail(error, PEND_INVALID, -1, 0, "the log %.150s cannot be opened: %s",
+                           made->config.log, strerror(errno));
     if (status != PEND_OK) {
         free(made);
         return status;
@@ -83,7 +87,9 @@ enum pend_status srv_reload(struct srv_service *service, const struct srv_config
     atomic_store_explicit(&service->reloaded, made, memory_order_release);
     srv_queue_bound(service->queue, (int)made->config.queue, (int)made->config.client_queue);
     srv_log_turn(service->log, log);
-    srv_log_message(service->log, changed == 1 ? "reload: %d option has changed" : "reload: %d options have changed",
+    srv_log_message(service->log,
+                    changed == 1 ? "reload: %d option has changed"
+                                 : "reload: %d options have changed",
                     changed);
     if (next->warning[0]) srv_log_message(service->log, "%s", next->warning);
     return PEND_OK;

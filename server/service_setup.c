@@ -24,17 +24,20 @@ enum pend_status srv_service_setup_init(struct srv_service *service, struct pend
     service->job_limits = srv_config_job_limits(config);
     service->started = (double)time(NULL);
     service->workers = config->workers > 0 ? (int)config->workers : srv_workers_default();
-    if (getrandom(&service->seed, sizeof service->seed, GRND_NONBLOCK) < 0) service->seed = (uint64_t)srv_clock_now();
+    if (getrandom(&service->seed, sizeof service->seed, GRND_NONBLOCK) < 0)
+        service->seed = (uint64_t)srv_clock_now();
     srv_memory_settle(service->workers);
     srv_buffer_pool_init(&service->pool);
     srv_lengths_init(&service->lengths);
     enum pend_status status = srv_peers_read(&service->trusted, config->trusted_proxy, error);
     service->hosts = srv_hosts_mean(config->hosts, config->listen, service->trusted.count > 0);
-    if (status == PEND_OK) status = srv_queue_new(&service->queue, (int)config->queue, (int)config->client_queue);
+    if (status == PEND_OK)
+        status = srv_queue_new(&service->queue, (int)config->queue, (int)config->client_queue);
     srv_fairness_init(&service->fairness, service->queue, service->workers);
     if (status == PEND_OK) status = srv_clients_new(&service->clients);
     if (status == PEND_OK) status = srv_inflight_new(&service->inflight);
-    if (status == PEND_OK) status = srv_cache_new(&service->cache, (size_t)config->cache_bytes, service->seed);
+    if (status == PEND_OK)
+        status = srv_cache_new(&service->cache, (size_t)config->cache_bytes, service->seed);
     return status == PEND_NO_MEMORY ? pend_fail(error, status, -1, 0, "out of memory") : status;
 }
 
@@ -47,43 +50,51 @@ static void setup_news(void *context) {
 
 static enum pend_status setup_storage(struct srv_service *service, struct pend_error *error) {
     const struct srv_config *config = &service->config;
-    /* what all of an address keep leaves a quarter to others, unless one client may have more by itself */
+    /* what all of an address keep leaves a quarter to others, unless one client may have more by
+     * itself */
     double shares = config->address_clients, most = 0.75 * config->store_bytes;
     double bytes = shares * config->client_bytes < most ? shares * config->client_bytes : most;
-    const struct srv_store_rules rules = {.client_jobs = (long)config->client_jobs,
-                                          .client_bytes = (long long)config->client_bytes,
-                                          .all_bytes = (long long)config->store_bytes,
-                                          .keep_us = (int64_t)(1e6 * config->keep_seconds),
-                                          .client_scenes = (long)config->client_scenes,
-                                          .client_scene_bytes = (long long)config->client_scene_bytes,
-                                          .all_scene_bytes = (long long)config->store_scene_bytes,
-                                          .source_clients = (long)(PARTS_KEEPERS * shares),
-                                          .source_jobs = (long)(shares * config->client_jobs),
-                                          .source_scenes = (long)(shares * config->client_scenes),
-                                          .source_bytes =
-                                              (long long)(bytes > config->client_bytes ? bytes : config->client_bytes)};
+    const struct srv_store_rules rules = {
+        .client_jobs = (long)config->client_jobs,
+        .client_bytes = (long long)config->client_bytes,
+        .all_bytes = (long long)config->store_bytes,
+        .keep_us = (int64_t)(1e6 * config->keep_seconds),
+        .client_scenes = (long)config->client_scenes,
+        .client_scene_bytes = (long long)config->client_scene_bytes,
+        .all_scene_bytes = (long long)config->store_scene_bytes,
+        .source_clients = (long)(PARTS_KEEPERS * shares),
+        .source_jobs = (long)(shares * config->client_jobs),
+        .source_scenes = (long)(shares * config->client_scenes),
+        .source_bytes = (long long)(bytes > config->client_bytes ? bytes : config->client_bytes)};
     char url[SRV_CONFIG_TEXT];
     struct pend_error why = {.text = ""};
     PEND_TRY(srv_state_url(config->store, url, error));
-    enum pend_status status = srv_storage_new(&service->storage, url, &rules, service->log, setup_news, service, &why);
-    return status == PEND_OK ? status : pend_fail(error, status, -1, 0, "the store: %.220s", why.text);
+    enum pend_status status =
+        srv_storage_new(&service->storage, url, &rules, service->log, setup_news, service, &why);
+    return status == PEND_OK ? status
+                             : pend_fail(error, status, -1, 0, "the store: %.220s", why.text);
 }
 
 enum pend_status srv_service_setup_jobs(struct srv_service *service, struct pend_error *error) {
     int slots = srv_config_works(&service->config) ? PARTS_SLOTS * service->workers : 0;
-    if (service->config.until_idle_seconds > 0 && (!slots || !strcmp(service->config.store, "none")))
-        return pend_fail(error, PEND_INVALID, -1, 0, "--until-idle-seconds is for a process that computes jobs");
+    if (service->config.until_idle_seconds > 0 &&
+        (!slots || !strcmp(service->config.store, "none")))
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "--until-idle-seconds is for a process that computes jobs");
     if (!strcmp(service->config.store, "none")) {
-        if (srv_config_answers(&service->config) && srv_config_works(&service->config)) return PEND_OK;
+        if (srv_config_answers(&service->config) && srv_config_works(&service->config))
+            return PEND_OK;
         return pend_fail(error, PEND_INVALID, -1, 0, "--role %.10s needs a --store that it shares",
                          service->config.role);
     }
     enum pend_status status = srv_part_runner_new(&service->runner, service, slots);
-    if (status == PEND_OK) status = srv_events_new(&service->events, service, (int)service->config.event_streams);
+    if (status == PEND_OK)
+        status = srv_events_new(&service->events, service, (int)service->config.event_streams);
     if (status == PEND_OK) PEND_TRY(setup_storage(service, error));
     if (status == PEND_OK) status = srv_events_start(service->events);
     if (status == PEND_OK) status = srv_part_runner_start(service->runner);
-    return status == PEND_OK ? status : pend_fail(error, status, -1, 0, "there is no memory for jobs");
+    return status == PEND_OK ? status
+                             : pend_fail(error, status, -1, 0, "there is no memory for jobs");
 }
 
 void srv_service_setup_jobs_end(struct srv_service *service) {

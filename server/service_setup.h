@@ -7,25 +7,29 @@
 #include "server/work/service.h"
 
 /**
- * Gets everything that the config asks for but the log, and no threads. Ends with srv_service_setup_clear, after a failure
- * too.
+ * Gets everything that the config asks for but the log, and no threads. Ends with
+ * srv_service_setup_clear, after a failure too.
  *
  * service  zeroed but for config.
  *
  * PEND_NO_MEMORY
  * PEND_INVALID    error says which option is wrong.
  */
-PEND_MUST_CHECK enum pend_status srv_service_setup_init(struct srv_service *service, struct pend_error *error);
+PEND_MUST_CHECK enum pend_status srv_service_setup_init(struct srv_service *service,
+                                                        struct pend_error *error);
 
 /**
- * Opens the store and starts computing jobs, as the config says; service->log, the queue and its workers are there.
+ * Opens the store and starts computing jobs, as the config says; service->log, the queue and its
+ * workers are there.
  *
  * PEND_NO_MEMORY
  * PEND_INVALID    error says what is wrong with the store.
  */
-PEND_MUST_CHECK enum pend_status srv_service_setup_jobs(struct srv_service *service, struct pend_error *error);
+PEND_MUST_CHECK enum pend_status srv_service_setup_jobs(struct srv_service *service,
+                                                        struct pend_error *error);
 
-/** Ends what srv_service_setup_jobs started; after srv_part_runner_drain, while nobody asks the storage any more. */
+/** Ends what srv_service_setup_jobs started; after srv_part_runner_drain, while nobody asks the
+ * storage any more. */
 void srv_service_setup_jobs_end(struct srv_service *service);
 
 /** Frees what srv_service_setup_init got. */

@@ -7,7 +7,9 @@
 
 enum { BUFFER_FIRST = 1024 };
 
-void api_buffer_init(struct api_buffer *buffer, size_t limit) { *buffer = (struct api_buffer){.limit = limit}; }
+void api_buffer_init(struct api_buffer *buffer, size_t limit) {
+    *buffer = (struct api_buffer){.limit = limit};
+}
 
 void api_buffer_clear(struct api_buffer *buffer) {
     free(buffer->data);
@@ -15,7 +17,8 @@ void api_buffer_clear(struct api_buffer *buffer) {
 }
 
 void api_buffer_trim(struct api_buffer *buffer) {
-    char *data = buffer->bytes && buffer->bytes < buffer->cap ? realloc(buffer->data, buffer->bytes) : NULL;
+    char *data =
+        buffer->bytes && buffer->bytes < buffer->cap ? realloc(buffer->data, buffer->bytes) : NULL;
     if (!data) return;
     buffer->data = data;
     buffer->cap = buffer->bytes;
@@ -54,8 +57,8 @@ enum pend_status api_buffer_text(struct api_buffer *buffer, const char *text) {
 }
 
 /* prints into the room there is; returns the length of the whole text, < 0 on an encoding error */
-__attribute__((format(printf, 2, 0))) static int buffer_print(struct api_buffer *buffer, const char *format,
-                                                              va_list arguments) {
+__attribute__((format(printf, 2, 0))) static int
+buffer_print(struct api_buffer *buffer, const char *format, va_list arguments) {
     size_t room = buffer->cap - buffer->bytes;
     return vsnprintf(room ? buffer->data + buffer->bytes : NULL, room, format, arguments);
 }
@@ -66,7 +69,8 @@ enum pend_status api_buffer_format(struct api_buffer *buffer, const char *format
     int bytes = buffer_print(buffer, format, arguments);
     va_end(arguments);
     if (bytes < 0) return PEND_BUG;
-    /* the NUL that printf adds needs room too, unless the limit forbids it: then the text goes by way of a copy */
+    /* the NUL that printf adds needs room too, unless the limit forbids it: then the text goes
+     * by way of a copy */
     if ((size_t)bytes >= buffer->cap - buffer->bytes) {
         PEND_TRY(api_buffer_room(buffer, (size_t)bytes));
         char *copy = malloc((size_t)bytes + 1);

@@ -1,6 +1,7 @@
 /* A growing byte buffer with a hard limit: where answers are written.
  * Leaves to others: what the bytes mean.
- * Invariant: bytes <= cap <= limit; after a failure the buffer keeps its contents and stays usable. */
+ * Invariant: bytes <= cap <= limit; after a failure the buffer keeps its contents and stays
+ * usable. */
 #ifndef API_BUFFER_H
 #define API_BUFFER_H
 
@@ -23,22 +24,24 @@ void api_buffer_clear(struct api_buffer *buffer);
 void api_buffer_trim(struct api_buffer *buffer);
 
 /**
- * Makes room for `more` bytes behind the present ones, so that they can be written directly at data + bytes.
+ * Makes room for `more` bytes behind the present ones, so that they can be written directly at data
+ * + bytes.
  *
  * PEND_LIMIT      the limit would be passed.
- * PEND_NO_MEMORY
- * Amortised O(1) a byte.
+ * PEND_NO_MEMORY Amortised O(1) a byte.
  */
 PEND_MUST_CHECK enum pend_status api_buffer_room(struct api_buffer *buffer, size_t more);
 
 /** Appends bytes; fails as api_buffer_room does. */
-PEND_MUST_CHECK enum pend_status api_buffer_add(struct api_buffer *buffer, const void *data, size_t bytes);
+PEND_MUST_CHECK enum pend_status api_buffer_add(struct api_buffer *buffer, const void *data,
+                                                size_t bytes);
 
 /** Appends a string without its NUL; fails as api_buffer_room does. */
 PEND_MUST_CHECK enum pend_status api_buffer_text(struct api_buffer *buffer, const char *text);
 
-/** Appends printf output; fails as api_buffer_room does. For headers and messages, not for doubles. */
-PEND_MUST_CHECK enum pend_status api_buffer_format(struct api_buffer *buffer, const char *format, ...)
-    __attribute__((format(printf, 2, 3)));
+/** Appends printf output; fails as api_buffer_room does. For headers and messages, not for
+ * doubles. */
+PEND_MUST_CHECK enum pend_status api_buffer_format(struct api_buffer *buffer, const char *format,
+                                                   ...) __attribute__((format(printf, 2, 3)));
 
 #endif

@@ -30,9 +30,13 @@ void api_limits_init(struct api_limits *limits) {
     for (int i = 0; i < LIMITS_COUNT; i++) *api_limits_value(limits, i) = limits_table[i].start;
 }
 
-const struct api_limit_row *api_limits_row(int i) { return i >= 0 && i < LIMITS_COUNT ? &limits_table[i] : NULL; }
+const struct api_limit_row *api_limits_row(int i) {
+    return i >= 0 && i < LIMITS_COUNT ? &limits_table[i] : NULL;
+}
 
-double *api_limits_value(struct api_limits *limits, int i) { return (double *)((char *)limits + limits_offset[i]); }
+double *api_limits_value(struct api_limits *limits, int i) {
+    return (double *)((char *)limits + limits_offset[i]);
+}
 
 const char *api_limits_name(const struct api_limits *limits, const double *field) {
     size_t offset = (size_t)((const char *)field - (const char *)limits);

@@ -1,21 +1,27 @@
 /* Every limit of a request in one table: name, default, allowed range, unit and meaning.
- * Leaves to others: where the values come from (server/base/config), who enforces them (op_*, server/work/admission).
- * Invariant: the help, the OpenAPI document and the error texts name a limit by the name in this table, or by that of
- * the option that widens it for jobs. */
+ * Leaves to others: where the values come from (server/base/config), who enforces them (op_*,
+ * server/work/admission).
+ * Invariant: the help, the OpenAPI document and the error texts name a limit by the name in this
+ * table, or by that of the option that widens it for jobs. */
 #ifndef API_LIMITS_H
 #define API_LIMITS_H
 
 /* field, option name, default, least, greatest, unit, what it bounds */
-#define API_LIMITS_LIST(X)                                                                                             \
-    X(arms, "max-arms", 5000, 1, 10000000, "arms", "arms of a pendulum")                                               \
-    X(samples, "max-samples", 10000000, 1, 1000000000, "samples", "instants of a trajectory, or states of a request")  \
-    X(members, "max-members", 4194304, 1, 1000000000, "members", "members of an ensemble")                             \
-    X(body_bytes, "max-body-bytes", 8388608, 1024, 1073741824, "bytes", "a request's body")                            \
-    X(answer_bytes, "max-answer-bytes", 268435456, 65536, 17179869184, "bytes", "an answer that is held in memory")    \
-    X(compute_seconds, "max-compute-seconds", 60, 1, 86400, "s", "the computation of one request")                     \
-    X(steps, "max-steps", 100000000, 100, 1000000000000, "steps", "integration steps of one request")                  \
-    X(matrix_arms, "max-matrix-arms", 1000, 1, 20000, "arms", "arms of a pendulum whose n x n matrices are answered")  \
-    X(mode_arms, "max-mode-arms", 5000, 1, 20000, "arms", "arms of a pendulum all of whose modes are asked for")       \
+#define API_LIMITS_LIST(X)                                                                         \
+    X(arms, "max-arms", 5000, 1, 10000000, "arms", "arms of a pendulum")                           \
+    X(samples, "max-samples", 10000000, 1, 1000000000, "samples",                                  \
+      "instants of a trajectory, or states of a request")                                          \
+    X(members, "max-members", 4194304, 1, 1000000000, "members", "members of an ensemble")         \
+    X(body_bytes, "max-body-bytes", 8388608, 1024, 1073741824, "bytes", "a request's body")        \
+    X(answer_bytes, "max-answer-bytes", 268435456, 65536, 17179869184, "bytes",                    \
+      "an answer that is held in memory")                                                          \
+    X(compute_seconds, "max-compute-seconds", 60, 1, 86400, "s", "the computation of one request") \
+    X(steps, "max-steps", 100000000, 100, 1000000000000, "steps",                                  \
+      "integration steps of one request")                                                          \
+    X(matrix_arms, "max-matrix-arms", 1000, 1, 20000, "arms",                                      \
+      "arms of a pendulum whose n x n matrices are answered")                                      \
+    X(mode_arms, "max-mode-arms", 5000, 1, 20000, "arms",                                          \
+      "arms of a pendulum all of whose modes are asked for")                                       \
     X(depth, "max-json-depth", 16, 4, 64, "levels", "nesting of a request's JSON")
 
 struct api_limits {
@@ -37,7 +43,8 @@ void api_limits_init(struct api_limits *limits);
 /** Row i of the table, or NULL beyond its end. */
 const struct api_limit_row *api_limits_row(int i);
 
-/** The name by which texts call the limit that a field of `limits` is: "max-members", of jobs "max-job-members". */
+/** The name by which texts call the limit that a field of `limits` is: "max-members", of jobs
+ * "max-job-members". */
 const char *api_limits_name(const struct api_limits *limits, const double *field);
 
 /** The value of row i in limits, for reading and for setting. */

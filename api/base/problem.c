@@ -46,8 +46,8 @@ static const char *problem_title(int status) {
 }
 
 /* prints, cutting a text that is too long where a character ends */
-__attribute__((format(printf, 3, 0))) static void problem_print(char *out, size_t cap, const char *format,
-                                                                va_list arguments) {
+__attribute__((format(printf, 3, 0))) static void
+problem_print(char *out, size_t cap, const char *format, va_list arguments) {
     int bytes = vsnprintf(out, cap, format, arguments);
     if (bytes < 0) out[0] = 0;
     if (bytes < 0 || (size_t)bytes < cap) return;
@@ -104,10 +104,12 @@ void api_problem_fault(struct api_problem *problem, const char *pointer, const c
 }
 
 /* the detail that was stated, or a count of the faults */
-static enum pend_status problem_write_detail(const struct api_problem *problem, struct api_buffer *out) {
+static enum pend_status problem_write_detail(const struct api_problem *problem,
+                                             struct api_buffer *out) {
     if (problem->detail[0]) return api_text_quote(out, problem->detail, strlen(problem->detail));
     long faults = problem->count + problem->beyond;
-    if (faults == 1 && problem->count == 1) return api_buffer_text(out, "\"1 fault in the request: see errors\"");
+    if (faults == 1 && problem->count == 1)
+        return api_buffer_text(out, "\"1 fault in the request: see errors\"");
     if (faults) return api_buffer_format(out, "\"%ld faults in the request: see errors\"", faults);
     return api_text_quote(out, problem->title, strlen(problem->title));
 }
@@ -120,16 +122,19 @@ static enum pend_status problem_write_fault(const struct api_fault *fault, struc
     return api_buffer_text(out, "}");
 }
 
-static enum pend_status problem_write_faults(const struct api_problem *problem, struct api_buffer *out) {
+static enum pend_status problem_write_faults(const struct api_problem *problem,
+                                             struct api_buffer *out) {
     for (int i = 0; i < problem->count; i++) {
         PEND_TRY(api_buffer_text(out, i ? "," : ",\"errors\":["));
         PEND_TRY(problem_write_fault(&problem->faults[i], out));
     }
     if (problem->count) PEND_TRY(api_buffer_text(out, "]"));
-    return problem->beyond ? api_buffer_format(out, ",\"errors_omitted\":%ld", problem->beyond) : PEND_OK;
+    return problem->beyond ? api_buffer_format(out, ",\"errors_omitted\":%ld", problem->beyond)
+                           : PEND_OK;
 }
 
-static enum pend_status problem_write_all(const struct api_problem *problem, struct api_buffer *out) {
+static enum pend_status problem_write_all(const struct api_problem *problem,
+                                          struct api_buffer *out) {
     PEND_TRY(api_buffer_text(out, "{\"type\":\"about:blank\",\"title\":"));
     PEND_TRY(api_text_quote(out, problem->title, strlen(problem->title)));
     PEND_TRY(api_buffer_format(out, ",\"status\":%d,\"detail\":", problem->status));

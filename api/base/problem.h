@@ -9,8 +9,10 @@
 enum { API_PROBLEM_FAULTS = 100, API_POINTER_BYTES = 160, API_DETAIL_BYTES = 400 };
 
 struct api_fault {
-    char pointer[API_POINTER_BYTES]; /* "/pendulum/arms/3/mass", "" for the whole document; RFC 6901 escapes done */
-    char detail[API_DETAIL_BYTES];   /* a sentence fragment: "must be a finite number greater than 0, got -1" */
+    char pointer[API_POINTER_BYTES]; /* "/pendulum/arms/3/mass", "" for the whole document; RFC 6901
+                                        escapes done */
+    char detail[API_DETAIL_BYTES]; /* a sentence fragment: "must be a finite number greater than 0,
+                                      got -1" */
 };
 
 struct api_problem {
@@ -31,7 +33,8 @@ void api_problem_clear(struct api_problem *problem);
 /**
  * States the problem: the first call wins, later ones are ignored.
  *
- * status  an HTTP status from 400 to 599; its title comes from the table of RFC 9110's reason phrases.
+ * status  an HTTP status from 400 to 599; its title comes from the table of RFC 9110's reason
+ *         phrases.
  * format  printf format of the detail sentence.
  */
 void api_problem_set(struct api_problem *problem, int status, const char *format, ...)
@@ -46,15 +49,16 @@ void api_problem_fault(struct api_problem *problem, const char *pointer, const c
     __attribute__((format(printf, 3, 4)));
 
 /**
- * True when further faults will only be counted: then nobody need find words for them. Counts one more fault when it
- * is.
+ * True when further faults will only be counted: then nobody need find words for them. Counts one
+ * more fault when it is.
  */
 int api_problem_full(struct api_problem *problem);
 
 /**
- * Appends the problem as JSON (type, title, status, detail, errors) to the buffer. Text from the client is escaped and,
- * where it is not UTF-8, replaced. Fails as api_buffer_room does.
+ * Appends the problem as JSON (type, title, status, detail, errors) to the buffer. Text from the
+ * client is escaped and, where it is not UTF-8, replaced. Fails as api_buffer_room does.
  */
-PEND_MUST_CHECK enum pend_status api_problem_write(const struct api_problem *problem, struct api_buffer *out);
+PEND_MUST_CHECK enum pend_status api_problem_write(const struct api_problem *problem,
+                                                   struct api_buffer *out);
 
 #endif

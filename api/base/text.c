@@ -4,7 +4,8 @@
 
 static int text_tail(unsigned char c) { return (c & 0xc0) == 0x80; }
 
-/* the range of the second byte is narrower behind E0, ED, F0 and F4: no overlong forms, surrogates, or beyond 10FFFF */
+/* the range of the second byte is narrower behind E0, ED, F0 and F4: no overlong forms,
+ * surrogates, or beyond 10FFFF */
 static int text_second(unsigned char lead, unsigned char c) {
     if (lead == 0xe0) return c >= 0xa0 && c <= 0xbf;
     if (lead == 0xed) return c >= 0x80 && c <= 0x9f;

@@ -7,8 +7,8 @@
 #include "api/base/buffer.h"
 
 /**
- * Length of the UTF-8 sequence at the start of text, 1 to 4 bytes, or 0 where it is none (Unicode table 3-7: no
- * overlong form, no surrogate, nothing beyond U+10FFFF).
+ * Length of the UTF-8 sequence at the start of text, 1 to 4 bytes, or 0 where it is none (Unicode
+ * table 3-7: no overlong form, no surrogate, nothing beyond U+10FFFF).
  *
  * bytes  how many may be looked at, >= 1.
  */
@@ -20,17 +20,20 @@ int api_text_utf8(const char *text, size_t bytes);
 size_t api_text_cut(const char *text, size_t bytes, size_t cap);
 
 /**
- * Appends text as the inside of a JSON string: one spelling for each text, so that equal texts give equal bytes.
+ * Appends text as the inside of a JSON string: one spelling for each text, so that equal texts give
+ * equal bytes.
  *
  * Fails as api_buffer_room does; a part may have been appended then.
  */
-PEND_MUST_CHECK enum pend_status api_text_escape(struct api_buffer *out, const char *text, size_t bytes);
+PEND_MUST_CHECK enum pend_status api_text_escape(struct api_buffer *out, const char *text,
+                                                 size_t bytes);
 
 /**
  * Appends text as a JSON string with its quotes; bytes that are no UTF-8 become U+FFFD.
  *
  * Fails as api_buffer_room does; a part may have been appended then.
  */
-PEND_MUST_CHECK enum pend_status api_text_quote(struct api_buffer *out, const char *text, size_t bytes);
+PEND_MUST_CHECK enum pend_status api_text_quote(struct api_buffer *out, const char *text,
+                                                size_t bytes);
 
 #endif

@@ -13,7 +13,8 @@
 /* s that a row of kept results takes to be read and written, about */
 static const double fetch_row_seconds = 5e-7;
 
-/* what a call takes besides its operation; what it takes that reads a job's results: a chunk, a record, its rows */
+/* what a call takes besides its operation; what it takes that reads a job's results: a chunk, a
+ * record, its rows */
 static const double call_bytes = 4096, results_bytes = 1 << 20;
 
 enum stage { STAGE_NEW, STAGE_READY, STAGE_RUNNING, STAGE_DONE, STAGE_BROKEN };
@@ -34,7 +35,7 @@ struct api_call {
     int waits;                   /* the source has nothing yet */
     int ranged;                  /* not all of it is wanted, but `range` */
     struct api_range range;
-    long long known;         /* bytes of the whole, told by who wrote it before; 0 or less = nobody did */
+    long long known; /* bytes of the whole, told by who wrote it before; 0 or less = nobody did */
     long long position;      /* bytes of the answer that were passed over or handed out */
     struct api_buffer whole; /* what was written of the whole, on its way to the range */
     struct api_problem problem;
@@ -65,7 +66,8 @@ enum pend_status api_call_new(struct api_call **call, const struct api_limits *l
 /* keeps what there is to tell of a computation that is complete */
 static void call_keep_told(struct api_call *call) {
     if (!call->answer.tells) return;
-    api_remarks_fields(&call->told, call->source.fetch ? api_results_stats(call->results) : call->op->told(call->state));
+    api_remarks_fields(&call->told, call->source.fetch ? api_results_stats(call->results)
+                                                       : call->op->told(call->state));
     call->answer.told = &call->told;
 }
 
@@ -109,8 +111,8 @@ static enum api_progress call_break(struct api_call *call, struct api_buffer *ou
     return API_BROKEN;
 }
 
-/* ends the call with its problem in place of what was written. Where there is no room for that a shorter one is tried,
- * and then nothing: the status says enough. */
+/* ends the call with its problem in place of what was written. Where there is no room for that a
+ * shorter one is tried, and then nothing: the status says enough. */
 static enum api_progress call_refuse(struct api_call *call, struct api_buffer *out) {
     if (call->promised) return call_break(call, out);
     call_end_op(call);
@@ -121,23 +123,24 @@ static enum api_progress call_refuse(struct api_call *call, struct api_buffer *o
         api_problem_set(&call->problem, status, "there was no memory to say more");
         if (api_problem_write(&call->problem, out) != PEND_OK) out->bytes = call->before;
     }
-    call->answer =
-        (struct api_answer){.status = call->problem.status, .media_type = "application/problem+json", .length = -1};
+    call->answer = (struct api_answer){
+        .status = call->problem.status, .media_type = "application/problem+json", .length = -1};
     call->cost = 0;
     call->stage = STAGE_DONE;
     return API_DONE;
 }
 
-/* makes a problem of a failure, unless one was stated where it happened; memory that ran out comes before faults that
- * could not be told in full */
-static enum api_progress call_fail(struct api_call *call, enum pend_status status, const struct pend_error *error,
-                                   struct api_buffer *out) {
+/* makes a problem of a failure, unless one was stated where it happened; memory that ran out
+ * comes before faults that could not be told in full */
+static enum api_progress call_fail(struct api_call *call, enum pend_status status,
+                                   const struct pend_error *error, struct api_buffer *out) {
     const char *text = error && error->text[0] ? error->text : pend_status_text(status);
     if (status == PEND_NO_MEMORY) api_problem_clear(&call->problem);
     if (status == PEND_LIMIT)
-        api_problem_set(&call->problem, 422,
-                        "the answer grew beyond the limit max-answer-bytes of %.0f: ask for fewer numbers",
-                        call->limits->answer_bytes);
+        api_problem_set(
+            &call->problem, 422,
+            "the answer grew beyond the limit max-answer-bytes of %.0f: ask for fewer numbers",
+            call->limits->answer_bytes);
     api_problem_set(&call->problem, pend_status_http(status), "%s", text);
     return call_refuse(call, out);
 }
@@ -154,8 +157,8 @@ static void call_foresee(struct api_call *call) {
     const struct api_op *op = call->op;
     const struct api_format *format = call->format;
     const struct api_table *table = op->table ? op->table(call->state) : NULL;
-    call->answer =
-        (struct api_answer){.status = 200, .media_type = format->content_type, .etag = call->digest, .length = -1};
+    call->answer = (struct api_answer){
+        .status = 200, .media_type = format->content_type, .etag = call->digest, .length = -1};
     call->answer.tells = op->told != NULL;
     if (op->cost) call->cost = op->cost(call->state);
     if (!table) return;
@@ -169,14 +172,15 @@ static void call_foresee(struct api_call *call) {
     call->answer.file_name = call->file_name;
 }
 
-enum api_progress api_call_open(struct api_call *call, const struct api_request *request, struct api_buffer *out) {
+enum api_progress api_call_open(struct api_call *call, const struct api_request *request,
+                                struct api_buffer *out) {
     call->op = api_op_at(request->op);
     call->letters = (double)request->body_bytes;
     call->before = out->bytes;
     call_check_envelope(call, request);
     if (call->problem.status) return call_refuse(call, out);
-    enum pend_status status =
-        api_request_read(request, call->format, call->limits, &call->problem, &call->state, call->digest, NULL);
+    enum pend_status status = api_request_read(request, call->format, call->limits, &call->problem,
+                                               &call->state, call->digest, NULL);
     if (status != PEND_OK) return call_fail(call, status, NULL, out);
     call_foresee(call);
     call->stage = STAGE_READY;
@@ -192,7 +196,8 @@ enum api_progress api_call_results(struct api_call *call, const struct api_reque
         out->bytes = before;
         api_problem_clear(&call->problem);
         api_problem_init(&call->problem);
-        api_problem_set(&call->problem, 500, "the job's request is damaged where it is kept: submit the job again");
+        api_problem_set(&call->problem, 500,
+                        "the job's request is damaged where it is kept: submit the job again");
         return call_refuse(call, out);
     }
     if (progress != API_MORE) return progress;
@@ -218,7 +223,8 @@ static int call_settle_range(struct api_call *call, long long total) {
 
 static enum api_progress call_refuse_range(struct api_call *call, struct api_buffer *out) {
     long long total = call->answer.total;
-    api_problem_set(&call->problem, 416, "the answer has %lld bytes, none of which are in the range", total);
+    api_problem_set(&call->problem, 416,
+                    "the answer has %lld bytes, none of which are in the range", total);
     enum api_progress progress = call_refuse(call, out);
     call->answer.total = total;
     return progress;
@@ -226,23 +232,26 @@ static enum api_progress call_refuse_range(struct api_call *call, struct api_buf
 
 void api_call_length(struct api_call *call, long long bytes) { call->known = bytes; }
 
-enum api_progress api_call_range(struct api_call *call, struct api_range range, struct api_buffer *out) {
+enum api_progress api_call_range(struct api_call *call, struct api_range range,
+                                 struct api_buffer *out) {
     assert(call->stage == STAGE_READY && call->source.fetch);
     call->ranged = 1;
     call->range = range;
     call->answer.total = -1;
     long long length = call->answer.length < 0 ? call->known : call->answer.length;
-    if (length < 0 || (!length && call->answer.length < 0) || call_settle_range(call, length)) return API_MORE;
+    if (length < 0 || (!length && call->answer.length < 0) || call_settle_range(call, length))
+        return API_MORE;
     return call_refuse_range(call, out);
 }
 
 /* the next piece of an answer that lies in parts */
-static enum pend_status call_fetch(struct api_call *call, struct api_buffer *out, int *done, struct pend_error *error) {
+static enum pend_status call_fetch(struct api_call *call, struct api_buffer *out, int *done,
+                                   struct pend_error *error) {
     enum { FETCH_BYTES = 1 << 18 };
     size_t bytes = 0;
     if (!call->results)
-        PEND_TRY(api_results_new(&call->results, call->format, call->op->table(call->state), call->op->json != NULL,
-                                 call->op->rows_later, out));
+        PEND_TRY(api_results_new(&call->results, call->format, call->op->table(call->state),
+                                 call->op->json != NULL, call->op->rows_later, out));
     if (call->fetched) return api_results_end(call->results, out, done);
     char *data = malloc(FETCH_BYTES);
     enum pend_status status = data ? PEND_OK : PEND_NO_MEMORY;
@@ -253,7 +262,8 @@ static enum pend_status call_fetch(struct api_call *call, struct api_buffer *out
     return status;
 }
 
-/* the same, where not all of it is wanted. The first time through only counts, where the length is not known */
+/* the same, where not all of it is wanted. The first time through only counts, where the length
+ * is not known */
 static enum pend_status call_fetch_range(struct api_call *call, struct api_buffer *out, int *done,
                                          struct pend_error *error) {
     struct api_buffer *whole = &call->whole;
@@ -265,7 +275,8 @@ static enum pend_status call_fetch_range(struct api_call *call, struct api_buffe
         long long to = end <= call->range.last ? end : call->range.last + 1;
         if (*done && end != call->answer.total) return PEND_BUG;
         *done |= end > call->range.last;
-        return from < to ? api_buffer_add(out, whole->data + (from - begin), (size_t)(to - from)) : PEND_OK;
+        return from < to ? api_buffer_add(out, whole->data + (from - begin), (size_t)(to - from))
+                         : PEND_OK;
     }
     if (!*done) return PEND_OK;
     *done = 0;
@@ -288,16 +299,19 @@ static enum pend_status call_turn(struct api_call *call, const struct api_turn *
     return PEND_OK;
 }
 
-/* Looks whether a computation can come to its end within its limits, from what it has taken for the part that is done:
- * first after some hundredths of a second, then each time it has taken four times as long. A motion may need more steps
- * in its first part than later, so the first looks forgive more. Returns 0, with the problem stated, where it cannot.
+/* Looks whether a computation can come to its end within its limits, from what it has taken for the
+ * part that is done:
+ * first after some hundredths of a second, then each time it has taken four times as long. A motion
+ * may need more steps in its first part than later, so the first looks forgive more. Returns 0,
+ * with the problem stated, where it cannot.
  */
 static int call_hopeful(struct api_call *call) {
     enum { LEAST_STEPS = 500 };
     static const double forgiven[] = {12, 8, 6, 5}, first_look = 0.01, next_look = 4;
     const struct api_limits *limits = call->limits;
     double part = -1, work = -1, steps = (double)api_call_steps(call);
-    if (call->source.fetch || call->promised || !call->op->progress || steps < LEAST_STEPS) return 1;
+    if (call->source.fetch || call->promised || !call->op->progress || steps < LEAST_STEPS)
+        return 1;
     if (call->seconds < call->look_at) return 1;
     double times = forgiven[call->looks < 3 ? call->looks : 3];
     call->looks++;
@@ -306,14 +320,16 @@ static int call_hopeful(struct api_call *call) {
     static const char way_out[] = "ask for a shorter time or a looser tolerance";
     const char *job = limits->of_jobs ? "" : "; a job, by Prefer: respond-async, may take longer";
     if (part > 0 && steps / part > times * limits->steps)
-        api_problem_set(&call->problem, 422,
-                        "this would take about %.2g integration steps, more than the limit %s of %.0f: %s%s",
-                        steps / part, api_limits_name(limits, &limits->steps), limits->steps, way_out, job);
+        api_problem_set(
+            &call->problem, 422,
+            "this would take about %.2g integration steps, more than the limit %s of %.0f: %s%s",
+            steps / part, api_limits_name(limits, &limits->steps), limits->steps, way_out, job);
     else if (work > 0 && call->seconds / work > times * limits->compute_seconds)
-        api_problem_set(&call->problem, 422,
-                        "this would compute for about %.2g s, longer than the limit %s of %.15g s: %s%s",
-                        call->seconds / work, api_limits_name(limits, &limits->compute_seconds),
-                        limits->compute_seconds, way_out, job);
+        api_problem_set(
+            &call->problem, 422,
+            "this would compute for about %.2g s, longer than the limit %s of %.15g s: %s%s",
+            call->seconds / work, api_limits_name(limits, &limits->compute_seconds),
+            limits->compute_seconds, way_out, job);
     return !call->problem.status;
 }
 
@@ -347,7 +363,8 @@ enum api_progress api_call_run(struct api_call *call, struct api_buffer *out) {
 
 int api_call_streams(const struct api_call *call) {
     int open = call->stage == STAGE_READY || call->stage == STAGE_RUNNING;
-    if (open && call->format->bare && call->op->told_first && call->op->told_first(call->state)) return 0;
+    if (open && call->format->bare && call->op->told_first && call->op->told_first(call->state))
+        return 0;
     return open && call->op->samples;
 }
 
@@ -360,7 +377,9 @@ const char *api_call_etag(const struct api_call *call) { return call->answer.eta
 
 double api_call_cost(const struct api_call *call) { return call->cost; }
 
-int api_call_foresees(const struct api_call *call) { return call->op->progress && !call->source.fetch; }
+int api_call_foresees(const struct api_call *call) {
+    return call->op->progress && !call->source.fetch;
+}
 
 double api_call_answer_bytes(const struct api_call *call) {
     if (!call->state || !call->op->table) return API_OP_SMALL_BYTES;
@@ -370,13 +389,16 @@ double api_call_answer_bytes(const struct api_call *call) {
 double api_call_bytes(const struct api_call *call) {
     if (!call->state) return 0;
     double all = call_bytes + call->letters + (double)call->whole.cap;
-    /* what is taken from a job's parts is read, and not computed: the operation holds what the request said */
+    /* what is taken from a job's parts is read, and not computed: the operation holds what the
+     * request said */
     if (call->source.fetch)
-        return all + 8 * call->letters + results_bytes + api_writer_bytes(call->format, call->op->table(call->state));
+        return all + 8 * call->letters + results_bytes +
+               api_writer_bytes(call->format, call->op->table(call->state));
     return all + (call->op->bytes ? call->op->bytes(call->state) : API_OP_SMALL_BYTES);
 }
 
-enum api_progress api_call_stop(struct api_call *call, int status, const char *detail, struct api_buffer *out) {
+enum api_progress api_call_stop(struct api_call *call, int status, const char *detail,
+                                struct api_buffer *out) {
     if (call->stage == STAGE_DONE) return API_DONE;
     if (call->stage == STAGE_BROKEN) return API_BROKEN;
     if (call->stage == STAGE_NEW) call->before = out->bytes;

@@ -1,7 +1,8 @@
-/* A JSON value written in its one canonical form: keys in the order of their bytes, no blanks, the shortest numbers.
+/* A JSON value written in its one canonical form: keys in the order of their bytes, no blanks,
+ * the shortest numbers.
  * Leaves to others: which values are to be kept so (scene).
- * Invariant: values that mean the same, but for the order of keys and the spelling of numbers and texts, give the same
- * bytes; what is written reads back to the same value. */
+ * Invariant: values that mean the same, but for the order of keys and the spelling of numbers
+ * and texts, give the same bytes; what is written reads back to the same value. */
 #ifndef API_CANONICAL_H
 #define API_CANONICAL_H
 
@@ -13,8 +14,10 @@
  *
  * value  a missing one is written as null.
  *
- * Fails as api_buffer_room does; a part may have been appended then. O(bytes), and O(m^2) in an object of m members.
+ * Fails as api_buffer_room does; a part may have been appended then. O(bytes), and O(m^2) in an
+ * object of m members.
  */
-PEND_MUST_CHECK enum pend_status api_canonical_write(const struct api_value *value, struct api_buffer *out);
+PEND_MUST_CHECK enum pend_status api_canonical_write(const struct api_value *value,
+                                                     struct api_buffer *out);
 
 #endif

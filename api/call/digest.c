@@ -28,8 +28,8 @@ static void digest_bytes(struct digest *digest, size_t bytes, const void *data) 
     digest->used += bytes;
 }
 
-/* Every value begins with a letter for its kind, and its length in one byte or in nine: what is fed in can be read in
- * one way only. */
+/* Every value begins with a letter for its kind, and its length in one byte or in nine: what is
+ * fed in can be read in one way only. */
 static void digest_kind(struct digest *digest, char kind, uint64_t count) {
     uint8_t head[10] = {(uint8_t)kind, (uint8_t)(count < 255 ? count : 255)};
     memcpy(head + 2, &count, sizeof count);
@@ -46,7 +46,9 @@ static void digest_text(struct digest *digest, const char *text) {
 static int digest_small(struct digest *digest, int count, const double number[]) {
     uint8_t bytes[256];
     for (int i = 0; i < count; i++)
-        if (!(number[i] >= 0 && number[i] <= 255 && (uint8_t)number[i] == number[i] && !signbit(number[i]))) return 0;
+        if (!(number[i] >= 0 && number[i] <= 255 && (uint8_t)number[i] == number[i] &&
+              !signbit(number[i])))
+            return 0;
     digest_kind(digest, 'w', (uint64_t)count);
     for (int i = 0, some; i < count; i += some) {
         some = count - i < 256 ? count - i : 256;
@@ -72,7 +74,8 @@ static void digest_array(struct digest *digest, const struct api_value *value) {
     }
     digest_kind(digest, 'a', (uint64_t)api_value_count(value));
     struct api_value item = api_value_first(value);
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) digest_value(digest, &item);
+    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
+        digest_value(digest, &item);
 }
 
 /* how many members count: those that say what would hold without them do not */
@@ -84,7 +87,8 @@ static int members(const struct api_value *object) {
     return count;
 }
 
-/* the one of these whose key comes next behind `last` in the order of bytes; missing behind the last */
+/* the one of these whose key comes next behind `last` in the order of bytes; missing behind the
+ * last */
 static struct api_value member_behind(const struct api_value *object, const char *last) {
     struct api_value member = api_value_first(object), least = {0};
     for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member)) {
@@ -131,7 +135,8 @@ static void digest_value(struct digest *digest, const struct api_value *value) {
     }
 }
 
-void api_digest(char digest[API_DIGEST_BYTES], const char *const parts[], const struct api_value *root) {
+void api_digest(char digest[API_DIGEST_BYTES], const char *const parts[],
+                const struct api_value *root) {
     static const char hex[] = "0123456789abcdef";
     struct digest fed = {.used = 0};
     uint8_t bytes[SHA256_DIGEST_SIZE];
@@ -147,7 +152,8 @@ void api_digest(char digest[API_DIGEST_BYTES], const char *const parts[], const 
     digest[2 * SHA256_DIGEST_SIZE] = 0;
 }
 
-void api_seal(unsigned char seal[API_SEAL_BYTES], const char *place, long number, const void *data, size_t bytes) {
+void api_seal(unsigned char seal[API_SEAL_BYTES], const char *place, long number, const void *data,
+              size_t bytes) {
     struct digest fed = {.used = 0};
     uint8_t all[SHA256_DIGEST_SIZE];
     sha256_init(&fed.sha);

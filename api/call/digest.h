@@ -1,6 +1,7 @@
 /* The digest of a request in its canonical form: what an answer's ETag and a cache go by.
- * Leaves to others: who compares it (server). Invariant: SHA-256, so that no client can make two requests collide;
- * requests that differ in the order of keys, in blanks or in the spelling of numbers have the same. */
+ * Leaves to others: who compares it (server). Invariant: SHA-256, so that no client can make two
+ * requests collide; requests that differ in the order of keys, in blanks or in the spelling of
+ * numbers have the same. */
 #ifndef API_DIGEST_H
 #define API_DIGEST_H
 
@@ -11,23 +12,28 @@ enum { API_DIGEST_BYTES = 65 }; /* 64 hexadecimal digits and a NUL */
 /**
  * The digest of an operation's request.
  *
- * parts  texts that belong to it: operation, argument, media type, engine; ended by NULL, which none of them is.
+ * parts  texts that belong to it: operation, argument, media type, engine; ended by NULL, which
+ *        none of them is.
  * root   the body, or NULL where there is none.
  *
  * O(bytes of the body), for objects of few members: of m members it is O(m^2). No allocation.
  */
-void api_digest(char digest[API_DIGEST_BYTES], const char *const parts[], const struct api_value *root);
+void api_digest(char digest[API_DIGEST_BYTES], const char *const parts[],
+                const struct api_value *root);
 
 enum { API_SEAL_BYTES = 16 };
 
 /**
- * The seal of bytes that are kept elsewhere meanwhile: it tells that they came back as they were, to the same place.
+ * The seal of bytes that are kept elsewhere meanwhile: it tells that they came back as they were,
+ * to the same place.
  *
  * seal   out: the first bytes of a SHA-256.
  * place  what they belong to, a text and a number; the same bytes elsewhere have another seal.
  *
- * No secret goes in: who can write the bytes can write the seal too, so what is read is looked at as well. O(bytes).
+ * No secret goes in: who can write the bytes can write the seal too, so what is read is looked at
+ * as well. O(bytes).
  */
-void api_seal(unsigned char seal[API_SEAL_BYTES], const char *place, long number, const void *data, size_t bytes);
+void api_seal(unsigned char seal[API_SEAL_BYTES], const char *place, long number, const void *data,
+              size_t bytes);
 
 #endif

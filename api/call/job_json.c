@@ -11,7 +11,8 @@ static void job_date(int64_t days, int64_t *year, int *month, int *day) {
     int64_t since = days + 719468, era = (since >= 0 ? since : since - 146096) / 146097;
     int64_t of_era = since - era * 146097;
     int64_t years = (of_era - of_era / 1460 + of_era / 36524 - of_era / 146096) / 365;
-    int64_t of_year = of_era - (365 * years + years / 4 - years / 100), march = (5 * of_year + 2) / 153;
+    int64_t of_year = of_era - (365 * years + years / 4 - years / 100),
+            march = (5 * of_year + 2) / 153;
     *day = (int)(of_year - (153 * march + 2) / 5 + 1);
     *month = (int)(march < 10 ? march + 3 : march - 9);
     *year = years + era * 400 + (*month <= 2);
@@ -24,8 +25,8 @@ static enum pend_status job_time(struct api_buffer *out, const char *name, int64
     int month, day, second = (int)(seconds % 86400);
     if (us <= 0) return api_out_text(out, name, NULL);
     job_date(seconds / 86400, &year, &month, &day);
-    snprintf(text, sizeof text, "%04d-%02d-%02dT%02d:%02d:%02d.%03dZ", (int)year, month, day, second / 3600,
-             second / 60 % 60, second % 60, (int)(us / 1000 % 1000));
+    snprintf(text, sizeof text, "%04d-%02d-%02dT%02d:%02d:%02d.%03dZ", (int)year, month, day,
+             second / 3600, second / 60 % 60, second % 60, (int)(us / 1000 % 1000));
     return api_out_text(out, name, text);
 }
 
@@ -70,7 +71,8 @@ enum pend_status api_job_write(const struct api_job *job, struct api_buffer *out
     return api_buffer_text(out, "]}");
 }
 
-enum pend_status api_jobs_write(const struct api_job job[], int count, const char *next, struct api_buffer *out) {
+enum pend_status api_jobs_write(const struct api_job job[], int count, const char *next,
+                                struct api_buffer *out) {
     PEND_TRY(api_buffer_text(out, "{"));
     PEND_TRY(api_out_open(out, "jobs", '['));
     for (int i = 0; i < count; i++) PEND_TRY(api_job_write(&job[i], out));

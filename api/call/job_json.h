@@ -8,7 +8,8 @@
 
 #include "api/base/buffer.h"
 
-/* A job as its client sees it; texts are UTF-8. Times are microseconds since 1970, 0 = has not happened. */
+/* A job as its client sees it; texts are UTF-8. Times are microseconds since 1970, 0 = has not
+ * happened. */
 struct api_job {
     const char *id, *operation;
     const char *status;  /* as OGC API - Processes says it: "running" */
@@ -28,7 +29,7 @@ PEND_MUST_CHECK enum pend_status api_job_write(const struct api_job *job, struct
  *
  * next  where the next page is, as a path with its query; NULL = there is none.
  */
-PEND_MUST_CHECK enum pend_status api_jobs_write(const struct api_job job[], int count, const char *next,
-                                                struct api_buffer *out);
+PEND_MUST_CHECK enum pend_status api_jobs_write(const struct api_job job[], int count,
+                                                const char *next, struct api_buffer *out);
 
 #endif

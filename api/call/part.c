@@ -13,22 +13,27 @@ static void plan_bytes(struct api_plan *plan, const struct api_op *op, void *sta
     plan->bytes = op->bytes ? op->bytes(state) : API_OP_SMALL_BYTES;
     if (op->rows_later) return;
     const struct api_table *table = op->table(state);
-    plan->kept = (double)table->rows * api_table_numbers(table, 0) * (double)sizeof(double) / (double)plan->parts;
+    plan->kept = (double)table->rows * api_table_numbers(table, 0) * (double)sizeof(double) /
+                 (double)plan->parts;
 }
 
-int api_plan_read(struct api_plan *plan, const struct api_request *request, const struct api_limits *limits,
-                  double seconds, struct api_buffer *body, struct api_buffer *out) {
+int api_plan_read(struct api_plan *plan, const struct api_request *request,
+                  const struct api_limits *limits, double seconds, struct api_buffer *body,
+                  struct api_buffer *out) {
     const struct api_op *op = api_op_at(request->op);
     struct api_problem problem;
     void *state = NULL;
     int http = 0;
     *plan = (struct api_plan){.parts = 1};
     api_problem_init(&problem);
-    if (!op->table) api_problem_set(&problem, 422, "this route answers at once: leave out Prefer: respond-async");
+    if (!op->table)
+        api_problem_set(&problem, 422,
+                        "this route answers at once: leave out Prefer: respond-async");
     api_request_check(request, limits, &problem);
-    enum pend_status status =
-        problem.status ? PEND_INVALID
-                       : api_request_read(request, &api_format_raw, limits, &problem, &state, plan->digest, body);
+    enum pend_status status = problem.status
+                                  ? PEND_INVALID
+                                  : api_request_read(request, &api_format_raw, limits, &problem,
+                                                     &state, plan->digest, body);
     if (status == PEND_OK) {
         if (op->cost) plan->cost = op->cost(state);
         double wanted = ceil(plan->cost / seconds), most = op->parts ? (double)op->parts(state) : 1;
@@ -51,11 +56,13 @@ struct api_part {
     const struct api_op *op;
     char digest[API_DIGEST_BYTES];
     long number;
-    char place[API_DIGEST_BYTES + 24]; /* of what it carries over: the request, and how many parts it is cut into */
-    const struct api_format *format;   /* raw, then JSON where that says more */
+    char place[API_DIGEST_BYTES +
+               24]; /* of what it carries over: the request, and how many parts it is cut into */
+    const struct api_format *format; /* raw, then JSON where that says more */
     void *state;
-    int carries, resumes; /* the next part needs what this one has; this one needs what the one before had */
-    int wrote;            /* something is to be kept of it */
+    int carries,
+        resumes; /* the next part needs what this one has; this one needs what the one before had */
+    int wrote;   /* something is to be kept of it */
     double (*now)(void *context);
     void *context;
     int (*hurry)(void *company);
@@ -68,11 +75,11 @@ static enum pend_status part_read(struct api_part *part, struct pend_error *erro
     struct api_problem problem;
     api_problem_init(&problem);
     part->format = &api_format_raw;
-    enum pend_status status =
-        api_request_read(&part->request, part->format, part->limits, &problem, &part->state, part->digest, NULL);
+    enum pend_status status = api_request_read(&part->request, part->format, part->limits, &problem,
+                                               &part->state, part->digest, NULL);
     if (status != PEND_OK)
-        pend_fail(error, status, -1, 0, "%s%s%.150s", problem.count ? problem.faults[0].pointer : "",
-                  problem.count ? " " : "",
+        pend_fail(error, status, -1, 0, "%s%s%.150s",
+                  problem.count ? problem.faults[0].pointer : "", problem.count ? " " : "",
                   problem.count    ? problem.faults[0].detail
                   : problem.status ? problem.detail
                                    : pend_status_text(status));
@@ -81,7 +88,8 @@ static enum pend_status part_read(struct api_part *part, struct pend_error *erro
 }
 
 enum pend_status api_part_new(struct api_part **part, const struct api_request *request,
-                              const struct api_limits *limits, long number, long parts, struct pend_error *error) {
+                              const struct api_limits *limits, long number, long parts,
+                              struct pend_error *error) {
     struct api_part *made = *part = calloc(1, sizeof *made);
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "there was no memory to begin");
     made->request = *request;
@@ -114,24 +122,30 @@ void api_part_hurry(struct api_part *part, int (*hurry)(void *company), void *co
     part->company = company;
 }
 
-enum pend_status api_part_resume(struct api_part *part, const void *carried, size_t bytes, struct pend_error *error) {
+enum pend_status api_part_resume(struct api_part *part, const void *carried, size_t bytes,
+                                 struct pend_error *error) {
     unsigned char seal[API_SEAL_BYTES];
     error->text[0] = 0;
-    if (!part->resumes) return pend_fail(error, PEND_INVALID, -1, 0, "this part has nothing to go on from");
+    if (!part->resumes)
+        return pend_fail(error, PEND_INVALID, -1, 0, "this part has nothing to go on from");
     size_t held = bytes < sizeof seal ? 0 : bytes - sizeof seal;
     if (held) api_seal(seal, part->place, part->number, carried, held);
     if (!held || memcmp(seal, (const char *)carried + held, sizeof seal))
-        return pend_fail(error, PEND_INVALID, -1, 0,
-                         "what the part before this one carried over is damaged, or is not this job's: "
-                         "submit the job again");
-    struct pend_checkpoint checkpoint = {.way = PEND_CHECKPOINT_PUT, .at = (char *)carried, .bytes = held};
+        return pend_fail(
+            error, PEND_INVALID, -1, 0,
+            "what the part before this one carried over is damaged, or is not this job's: "
+            "submit the job again");
+    struct pend_checkpoint checkpoint = {
+        .way = PEND_CHECKPOINT_PUT, .at = (char *)carried, .bytes = held};
     part->resumes = 0;
     enum pend_status status = part->op->carry(part->state, &checkpoint, error);
     if (status == PEND_OK && pend_checkpoint_whole(&checkpoint)) return PEND_OK;
     if (status != PEND_OK && status != PEND_INVALID)
-        return error->text[0] ? status : pend_fail(error, status, -1, 0, "%s", pend_status_text(status));
+        return error->text[0] ? status
+                              : pend_fail(error, status, -1, 0, "%s", pend_status_text(status));
     return pend_fail(error, PEND_INVALID, -1, 0,
-                     "the part before this one was computed by another version of the program: submit the job again");
+                     "the part before this one was computed by another version of the program: "
+                     "submit the job again");
 }
 
 enum pend_status api_part_carry(struct api_part *part, struct api_buffer *carried) {
@@ -139,7 +153,9 @@ enum pend_status api_part_carry(struct api_part *part, struct api_buffer *carrie
     if (!part->carries) return PEND_OK;
     PEND_TRY(part->op->carry(part->state, &checkpoint, NULL));
     PEND_TRY(api_buffer_room(carried, checkpoint.used + API_SEAL_BYTES));
-    checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_TAKE, .at = carried->data + carried->bytes, .bytes = checkpoint.used};
+    checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_TAKE,
+                                          .at = carried->data + carried->bytes,
+                                          .bytes = checkpoint.used};
     PEND_TRY(part->op->carry(part->state, &checkpoint, NULL));
     /* it is kept in a store meanwhile, and read by another process */
     unsigned char *seal = (unsigned char *)checkpoint.at + checkpoint.used;
@@ -148,13 +164,15 @@ enum pend_status api_part_carry(struct api_part *part, struct api_buffer *carrie
     return PEND_OK;
 }
 
-/* puts what was appended as JSON since `before` into records, the last one first: each moves up by the heads before it
+/* puts what was appended as JSON since `before` into records, the last one first: each moves up by
+ * the heads before it
  */
 static enum pend_status part_wrap(struct api_buffer *out, size_t before) {
     size_t bytes = out->bytes - before, records = (bytes + API_PIECE_BYTES - 1) / API_PIECE_BYTES;
     PEND_TRY(api_buffer_room(out, records * API_RAW_HEAD));
     for (size_t i = records; i-- > 0;) {
-        size_t from = i * API_PIECE_BYTES, piece = bytes - from < API_PIECE_BYTES ? bytes - from : API_PIECE_BYTES;
+        size_t from = i * API_PIECE_BYTES,
+               piece = bytes - from < API_PIECE_BYTES ? bytes - from : API_PIECE_BYTES;
         char *to = out->data + before + from + i * API_RAW_HEAD;
         memmove(to + API_RAW_HEAD, out->data + before + from, piece);
         api_raw_head_put(to, API_RAW_JSON, piece);
@@ -163,7 +181,8 @@ static enum pend_status part_wrap(struct api_buffer *out, size_t before) {
     return PEND_OK;
 }
 
-/* a record without rows: no part is kept as nothing at all, so that one that is missing is missed */
+/* a record without rows: no part is kept as nothing at all, so that one that is missing is
+ * missed */
 static enum pend_status part_write_nothing(struct api_part *part, struct api_buffer *out) {
     PEND_TRY(api_buffer_room(out, API_RAW_HEAD));
     api_raw_head_put(out->data + out->bytes, API_RAW_ROWS, 0);
@@ -173,11 +192,13 @@ static enum pend_status part_write_nothing(struct api_part *part, struct api_buf
 }
 
 double api_part_bytes(const struct api_part *part) {
-    double told = part->state && part->op->bytes ? part->op->bytes(part->state) : API_OP_SMALL_BYTES;
+    double told =
+        part->state && part->op->bytes ? part->op->bytes(part->state) : API_OP_SMALL_BYTES;
     return (double)sizeof *part + (double)part->request.body_bytes + told;
 }
 
-enum pend_status api_part_run(struct api_part *part, struct api_buffer *out, int *done, struct pend_error *error) {
+enum pend_status api_part_run(struct api_part *part, struct api_buffer *out, int *done,
+                              struct pend_error *error) {
     struct api_turn turn = {.out = out,
                             .now = part->now,
                             .context = part->context,
@@ -189,13 +210,15 @@ enum pend_status api_part_run(struct api_part *part, struct api_buffer *out, int
     *done = 0;
     error->text[0] = 0;
     if (part->resumes)
-        return pend_fail(error, PEND_INVALID, -1, 0, "this part needs what the one before it carried over");
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "this part needs what the one before it carried over");
     if (turn.now) turn.begun = turn.now(turn.context);
     enum pend_status status = part->op->run(part->state, &turn, &over, error);
     if (turn.now) part->seconds = api_turn_seconds(&turn);
     if (status == PEND_OK && part->format != &api_format_raw) status = part_wrap(out, turn.before);
     if (status != PEND_OK)
-        return error->text[0] ? status : pend_fail(error, status, -1, 0, "%s", pend_status_text(status));
+        return error->text[0] ? status
+                              : pend_fail(error, status, -1, 0, "%s", pend_status_text(status));
     part->wrote |= out->bytes > turn.before;
     if (!over) return PEND_OK;
     *done = part->format != &api_format_raw || !part->op->json;

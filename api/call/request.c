@@ -10,17 +10,22 @@ void api_request_check(const struct api_request *request, const struct api_limit
                        struct api_problem *problem) {
     const struct api_op *op = api_op_at(request->op);
     if (op->body && !api_negotiate_json(request->content_type))
-        api_problem_set(problem, 415, "the body must be JSON in UTF-8, with Content-Type: application/json%s%s",
-                        request->content_type ? ", not " : "", request->content_type ? request->content_type : "");
+        api_problem_set(problem, 415,
+                        "the body must be JSON in UTF-8, with Content-Type: application/json%s%s",
+                        request->content_type ? ", not " : "",
+                        request->content_type ? request->content_type : "");
     if (request->query && *request->query)
         api_problem_set(problem, 422, "this route takes no query, got \"?%s\"", request->query);
     if (op->body && (double)request->body_bytes > limits->body_bytes)
-        api_problem_set(problem, 413, "the body has %zu bytes, more than the limit max-body-bytes of %.0f",
+        api_problem_set(problem, 413,
+                        "the body has %zu bytes, more than the limit max-body-bytes of %.0f",
                         request->body_bytes, limits->body_bytes);
 }
 
-/* the body in its one form; numbers that were spelt shorter than that form spells them stay as they are */
-static enum pend_status request_canonical(const struct api_request *request, const struct api_value *root,
+/* the body in its one form; numbers that were spelt shorter than that form spells them stay as
+ * they are */
+static enum pend_status request_canonical(const struct api_request *request,
+                                          const struct api_value *root,
                                           struct api_buffer *canonical) {
     size_t before = canonical->bytes;
     if (!root) return PEND_OK;
@@ -31,8 +36,9 @@ static enum pend_status request_canonical(const struct api_request *request, con
     return api_buffer_add(canonical, request->body, request->body_bytes);
 }
 
-enum pend_status api_request_read(const struct api_request *request, const struct api_format *format,
-                                  const struct api_limits *limits, struct api_problem *problem, void **state,
+enum pend_status api_request_read(const struct api_request *request,
+                                  const struct api_format *format, const struct api_limits *limits,
+                                  struct api_problem *problem, void **state,
                                   char digest[API_DIGEST_BYTES], struct api_buffer *canonical) {
     const struct api_op *op = api_op_at(request->op);
     const char *argument = request->argument ? request->argument : "";
@@ -56,7 +62,8 @@ enum pend_status api_request_read(const struct api_request *request, const struc
     }
     status = op->read(state, &reading);
     if (status == PEND_OK) api_digest(digest, parts, reading.root);
-    if (status == PEND_OK && canonical) status = request_canonical(request, reading.root, canonical);
+    if (status == PEND_OK && canonical)
+        status = request_canonical(request, reading.root, canonical);
     if (status != PEND_OK && *state) op->free(state);
 out:
     api_json_free(&document);

@@ -16,7 +16,9 @@ struct api_results {
     int later;  /* how many rows come is not known before the end */
 };
 
-static size_t row_bytes(const struct api_table *table) { return (size_t)api_table_numbers(table, 0) * sizeof(double); }
+static size_t row_bytes(const struct api_table *table) {
+    return (size_t)api_table_numbers(table, 0) * sizeof(double);
+}
 
 /* bytes of the longest record */
 static size_t record_most(const struct api_table *table) {
@@ -36,7 +38,8 @@ static enum pend_status results_room(struct api_results *results) {
 }
 
 enum pend_status api_results_new(struct api_results **results, const struct api_format *format,
-                                 const struct api_table *table, int apart, int later, struct api_buffer *out) {
+                                 const struct api_table *table, int apart, int later,
+                                 struct api_buffer *out) {
     struct api_results *made = *results = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
     made->table = table;
@@ -64,27 +67,30 @@ void api_results_free(struct api_results **results) {
 }
 
 /* a record that is whole */
-static enum pend_status results_take(struct api_results *results, enum api_raw kind, const char *data, size_t bytes,
-                                     struct api_buffer *out) {
+static enum pend_status results_take(struct api_results *results, enum api_raw kind,
+                                     const char *data, size_t bytes, struct api_buffer *out) {
     if (kind == API_RAW_JSON) {
         results->pieces++;
         return results->writer ? PEND_OK : api_buffer_add(out, data, bytes);
     }
     if (!results->writer) return PEND_OK;
-    if (kind == API_RAW_STATS) return api_raw_add(&results->figures, data, bytes) ? PEND_OK : PEND_BUG;
+    if (kind == API_RAW_STATS)
+        return api_raw_add(&results->figures, data, bytes) ? PEND_OK : PEND_BUG;
     long rows = api_raw_rows(results->table, data, bytes, results->rows);
     if (rows < 0 || rows > results->table->rows - results->writer->rows) return PEND_BUG;
     return api_writer_block(results->writer, rows, (const double *const *)results->rows, out, NULL);
 }
 
-enum pend_status api_results_feed(struct api_results *results, const void *data, size_t bytes, struct api_buffer *out) {
+enum pend_status api_results_feed(struct api_results *results, const void *data, size_t bytes,
+                                  struct api_buffer *out) {
     struct api_buffer *record = &results->record;
     const char *from = data;
     while (bytes) {
         enum api_raw kind = API_RAW_ROWS;
         size_t wanted = API_RAW_HEAD, body = 0;
         if (record->bytes >= API_RAW_HEAD) {
-            if (!api_raw_head(record->data, &kind, &body) || body > record->limit - API_RAW_HEAD) return PEND_BUG;
+            if (!api_raw_head(record->data, &kind, &body) || body > record->limit - API_RAW_HEAD)
+                return PEND_BUG;
             wanted += body;
         }
         size_t piece = wanted - record->bytes < bytes ? wanted - record->bytes : bytes;
@@ -92,7 +98,8 @@ enum pend_status api_results_feed(struct api_results *results, const void *data,
         from += piece;
         bytes -= piece;
         if (record->bytes < API_RAW_HEAD) continue;
-        if (!api_raw_head(record->data, &kind, &body) || body > record->limit - API_RAW_HEAD) return PEND_BUG;
+        if (!api_raw_head(record->data, &kind, &body) || body > record->limit - API_RAW_HEAD)
+            return PEND_BUG;
         if (record->bytes < API_RAW_HEAD + body) continue;
         PEND_TRY(results_take(results, kind, record->data + API_RAW_HEAD, body, out));
         record->bytes = 0;
@@ -107,7 +114,9 @@ enum pend_status api_results_end(struct api_results *results, struct api_buffer 
         *done = 1;
         return results->pieces ? PEND_OK : PEND_BUG;
     }
-    if (results->later ? !results->figures.count : results->writer->rows != results->table->rows) return PEND_BUG;
+    if (results->later ? !results->figures.count : results->writer->rows != results->table->rows)
+        return PEND_BUG;
     api_raw_stats(&results->figures, &results->stats);
-    return api_writer_finish(results->writer, results->stats.count ? &results->stats : NULL, out, done);
+    return api_writer_finish(results->writer, results->stats.count ? &results->stats : NULL, out,
+                             done);
 }

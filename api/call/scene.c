@@ -19,26 +19,31 @@ static void scene_check_title(const struct api_value *title, struct api_problem 
     if (text && characters <= API_SCENE_TITLE) return;
     api_value_found(title, found);
     if (text)
-        api_value_fault(title, problem, "must be a text of at most %d characters, got %ld", API_SCENE_TITLE,
-                        characters);
+        api_value_fault(title, problem, "must be a text of at most %d characters, got %ld",
+                        API_SCENE_TITLE, characters);
     else
-        api_value_fault(title, problem, "must be a text of at most %d characters, got %s", API_SCENE_TITLE, found);
+        api_value_fault(title, problem, "must be a text of at most %d characters, got %s",
+                        API_SCENE_TITLE, found);
 }
 
 /* appends a member in its canonical form; returns how many bytes its value has through *bytes */
-static enum pend_status scene_member(const char *name, const struct api_value *value, const char *otherwise,
-                                     struct api_buffer *out, size_t *bytes) {
+static enum pend_status scene_member(const char *name, const struct api_value *value,
+                                     const char *otherwise, struct api_buffer *out, size_t *bytes) {
     PEND_TRY(api_out_key(out, name));
     size_t before = out->bytes;
-    PEND_TRY(api_value_kind(value) == API_MISSING ? api_buffer_text(out, otherwise) : api_canonical_write(value, out));
+    PEND_TRY(api_value_kind(value) == API_MISSING ? api_buffer_text(out, otherwise)
+                                                  : api_canonical_write(value, out));
     *bytes = out->bytes - before;
     return PEND_OK;
 }
 
-/* checks the request as /v1/trajectories does; a representation that flows sets no bound to the answer */
-static enum pend_status scene_check_request(const struct api_value *request, const struct api_limits *limits,
+/* checks the request as /v1/trajectories does; a representation that flows sets no bound to the
+ * answer */
+static enum pend_status scene_check_request(const struct api_value *request,
+                                            const struct api_limits *limits,
                                             struct api_problem *problem) {
-    struct api_reading reading = {.root = request, .format = &api_format_octets, .limits = limits, .problem = problem};
+    struct api_reading reading = {
+        .root = request, .format = &api_format_octets, .limits = limits, .problem = problem};
     void *state = NULL;
     if (!api_field_object(request, problem)) return PEND_INVALID;
     enum pend_status status = api_op_trajectories.read(&state, &reading);
@@ -47,27 +52,32 @@ static enum pend_status scene_check_request(const struct api_value *request, con
 }
 
 /* all that makes a scene this one, as members of an object: "title":...,"request":...,"view":... */
-static enum pend_status scene_write(const struct api_value *root, double most, struct api_buffer *inner,
-                                    struct api_problem *problem) {
-    struct api_value title = api_value_member(root, "title"), request = api_value_member(root, "request");
+static enum pend_status scene_write(const struct api_value *root, double most,
+                                    struct api_buffer *inner, struct api_problem *problem) {
+    struct api_value title = api_value_member(root, "title"),
+                     request = api_value_member(root, "request");
     struct api_value view = api_value_member(root, "view");
     size_t bytes = 0;
     PEND_TRY(scene_member("title", &title, "\"\"", inner, &bytes));
     PEND_TRY(scene_member("request", &request, "{}", inner, &bytes));
     PEND_TRY(scene_member("view", &view, "{}", inner, &bytes));
     if (bytes > API_SCENE_VIEW)
-        api_value_fault(&view, problem, "must have at most %d bytes without blanks, got %zu", API_SCENE_VIEW, bytes);
+        api_value_fault(&view, problem, "must have at most %d bytes without blanks, got %zu",
+                        API_SCENE_VIEW, bytes);
     if ((double)inner->bytes > most)
-        api_problem_set(problem, 413,
-                        "the scene has %zu bytes without blanks, more than the limit max-scene-bytes of %.0f",
-                        inner->bytes, most);
+        api_problem_set(
+            problem, 413,
+            "the scene has %zu bytes without blanks, more than the limit max-scene-bytes of %.0f",
+            inner->bytes, most);
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 
-static enum pend_status scene_check(const struct api_value *root, const struct api_limits *limits, double most,
-                                    struct api_buffer *inner, struct api_problem *problem) {
+static enum pend_status scene_check(const struct api_value *root, const struct api_limits *limits,
+                                    double most, struct api_buffer *inner,
+                                    struct api_problem *problem) {
     if (!api_field_object(root, problem)) return PEND_INVALID;
-    struct api_value title = api_value_member(root, "title"), request = api_value_member(root, "request");
+    struct api_value title = api_value_member(root, "title"),
+                     request = api_value_member(root, "request");
     struct api_value view = api_value_member(root, "view");
     (void)api_value_only(root, scene_fields, problem);
     scene_check_title(&title, problem);
@@ -93,22 +103,25 @@ static void scene_name(const char *inner, char id[API_SCENE_ID]) {
     id[API_SCENE_ID - 1] = 0;
 }
 
-static enum pend_status scene_finish(const char *id, const char *created, const char *inner, struct api_buffer *scene) {
+static enum pend_status scene_finish(const char *id, const char *created, const char *inner,
+                                     struct api_buffer *scene) {
     PEND_TRY(api_buffer_text(scene, "{"));
     PEND_TRY(api_out_text(scene, "id", id));
     PEND_TRY(api_out_text(scene, "created", created));
     PEND_TRY(api_buffer_format(scene, ",%s,", inner));
-    return api_buffer_format(scene, "\"links\":{\"self\":\"/v1/scenes/%s\",\"page\":\"/#s=%s\"}}", id, id);
+    return api_buffer_format(scene, "\"links\":{\"self\":\"/v1/scenes/%s\",\"page\":\"/#s=%s\"}}",
+                             id, id);
 }
 
-static enum pend_status scene_make(const struct api_request *request, const struct api_limits *limits, double most,
-                                   const char *created, char id[API_SCENE_ID], struct api_buffer *scene,
-                                   struct api_problem *problem) {
+static enum pend_status scene_make(const struct api_request *request,
+                                   const struct api_limits *limits, double most,
+                                   const char *created, char id[API_SCENE_ID],
+                                   struct api_buffer *scene, struct api_problem *problem) {
     struct api_json *document = NULL;
     struct api_buffer inner;
     api_buffer_init(&inner, (size_t)limits->body_bytes * 8);
-    enum pend_status status =
-        api_json_new(&document, request->body ? request->body : "", request->body_bytes, (int)limits->depth, problem);
+    enum pend_status status = api_json_new(&document, request->body ? request->body : "",
+                                           request->body_bytes, (int)limits->depth, problem);
     if (status != PEND_OK) goto out;
     struct api_value root = api_json_root(document);
     status = scene_check(&root, limits, most, &inner, problem);
@@ -122,8 +135,9 @@ out:
     return status;
 }
 
-int api_scene_read(const struct api_request *request, const struct api_limits *limits, double most, const char *created,
-                   char id[API_SCENE_ID], struct api_buffer *scene, struct api_buffer *out) {
+int api_scene_read(const struct api_request *request, const struct api_limits *limits, double most,
+                   const char *created, char id[API_SCENE_ID], struct api_buffer *scene,
+                   struct api_buffer *out) {
     struct api_request checked = *request;
     struct api_problem problem;
     enum pend_status status = PEND_INVALID;

@@ -1,7 +1,8 @@
-/* A scene: a trajectory's request, and how a page shows it, under an id that is made of what it says.
+/* A scene: a trajectory's request, and how a page shows it, under an id that is made of what it
+ * says.
  * Leaves to others: keeping it (server), what a page puts into `view`.
- * Invariant: the same scene has the same id, whatever the order of its keys and the spelling of its numbers; what is
- * in `request` is a good body for /v1/trajectories. */
+ * Invariant: the same scene has the same id, whatever the order of its keys and the spelling of
+ * its numbers; what is in `request` is a good body for /v1/trajectories. */
 #ifndef API_SCENE_H
 #define API_SCENE_H
 
@@ -25,7 +26,8 @@ enum {
  *
  * Returns 0 where the scene is good, else the problem's HTTP status. O(body).
  */
-int api_scene_read(const struct api_request *request, const struct api_limits *limits, double most, const char *created,
-                   char id[API_SCENE_ID], struct api_buffer *scene, struct api_buffer *out);
+int api_scene_read(const struct api_request *request, const struct api_limits *limits, double most,
+                   const char *created, char id[API_SCENE_ID], struct api_buffer *scene,
+                   struct api_buffer *out);
 
 #endif

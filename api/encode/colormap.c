@@ -12,7 +12,8 @@ static unsigned char colormap_byte(double x) {
 }
 
 void api_colormap_shade(int shade, unsigned char rgb[3]) {
-    double part = (double)shade / (API_COLORMAP_SHADES - 1), light = light_from + (light_to - light_from) * part;
+    double part = (double)shade / (API_COLORMAP_SHADES - 1),
+           light = light_from + (light_to - light_from) * part;
     double hue = (hue_from + (hue_to - hue_from) * part) * 3.14159265358979323846 / 180;
     double a = chroma * cos(hue), b = chroma * sin(hue);
     // OKLab to the cone responses, and these to linear sRGB

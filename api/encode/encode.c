@@ -15,8 +15,8 @@ void api_table_add(struct api_table *table, const char *name, const char *part, 
     table->column[table->count++] = (struct api_column){.name = name, .part = part, .width = width};
 }
 
-char *api_column_write(char *out, const struct api_column *column, const struct api_number_rows *rows,
-                       const char *none) {
+char *api_column_write(char *out, const struct api_column *column,
+                       const struct api_number_rows *rows, const char *none) {
     if (!column->sparse) return api_number_write_rows(out, rows);
     size_t none_bytes = strlen(none);
     const double *value = rows->value;
@@ -40,7 +40,8 @@ char *api_column_write(char *out, const struct api_column *column, const struct 
 
 double api_table_numbers(const struct api_table *table, int first) {
     double numbers = 0;
-    for (int c = first; c < table->count; c++) numbers += (double)api_column_numbers(&table->column[c]);
+    for (int c = first; c < table->count; c++)
+        numbers += (double)api_column_numbers(&table->column[c]);
     return numbers;
 }
 
@@ -59,19 +60,23 @@ void api_table_columns(const struct api_table *table, char text[API_COLUMNS_TEXT
 }
 
 void api_stats_text(struct api_stats *stats, const char *name, const char *text) {
-    stats->stat[stats->count++] = (struct api_stat){.name = name, .kind = API_STAT_TEXT, .text = text};
+    stats->stat[stats->count++] =
+        (struct api_stat){.name = name, .kind = API_STAT_TEXT, .text = text};
 }
 
 void api_stats_whole(struct api_stats *stats, const char *name, long value) {
-    stats->stat[stats->count++] = (struct api_stat){.name = name, .kind = API_STAT_WHOLE, .whole = value};
+    stats->stat[stats->count++] =
+        (struct api_stat){.name = name, .kind = API_STAT_WHOLE, .whole = value};
 }
 
 void api_stats_number(struct api_stats *stats, const char *name, double value) {
-    stats->stat[stats->count++] = (struct api_stat){.name = name, .kind = API_STAT_NUMBER, .number = value};
+    stats->stat[stats->count++] =
+        (struct api_stat){.name = name, .kind = API_STAT_NUMBER, .number = value};
 }
 
 void api_stats_warning(struct api_stats *stats, const char *name, const char *text) {
-    stats->stat[stats->count++] = (struct api_stat){.name = name, .kind = API_STAT_WARNING, .text = text};
+    stats->stat[stats->count++] =
+        (struct api_stat){.name = name, .kind = API_STAT_WARNING, .text = text};
 }
 
 void api_stats_origin(struct api_stats *stats) {
@@ -81,11 +86,13 @@ void api_stats_origin(struct api_stats *stats) {
 
 int api_stats_warnings(const struct api_stats *stats) {
     int count = 0;
-    for (int i = 0; stats && i < stats->count; i++) count += stats->stat[i].kind == API_STAT_WARNING;
+    for (int i = 0; stats && i < stats->count; i++)
+        count += stats->stat[i].kind == API_STAT_WARNING;
     return count;
 }
 
-/* room for all rows of all columns, in one block that begins with column 0; pages that stay empty cost nothing */
+/* room for all rows of all columns, in one block that begins with column 0; pages that stay
+ * empty cost nothing */
 static enum pend_status writer_keep(struct api_writer *writer) {
     const struct api_table *table = &writer->table;
     double numbers = (double)table->rows * api_table_numbers(table, 0);
@@ -112,7 +119,9 @@ enum pend_status api_writer_new(struct api_writer **writer, const struct api_for
 }
 
 double api_writer_bytes(const struct api_format *format, const struct api_table *table) {
-    double kept = format->block ? 0 : (double)table->rows * api_table_numbers(table, 0) * (double)sizeof(double);
+    double kept = format->block
+                      ? 0
+                      : (double)table->rows * api_table_numbers(table, 0) * (double)sizeof(double);
     return (double)format->writer_bytes + kept + API_PIECE_BYTES;
 }
 
@@ -122,8 +131,8 @@ void api_writer_free(struct api_writer **writer) {
     *writer = NULL;
 }
 
-/* true when no exponent is all ones: adding one to it carries into the sign's place. No early end, no comparison, so
- * that the loop runs in vector lanes. */
+/* true when no exponent is all ones: adding one to it carries into the sign's place. No early
+ * end, no comparison, so that the loop runs in vector lanes. */
 static int all_finite(long count, const double value[]) {
     const uint64_t exponent = 0x7ff0000000000000, one = 0x0010000000000000;
     uint64_t carried = 0;
@@ -136,30 +145,36 @@ static int all_finite(long count, const double value[]) {
 }
 
 /* names the first number of a column that is not finite */
-static enum pend_status column_fails(const struct api_writer *writer, int c, long count, const double *const data[],
-                                     struct pend_error *error) {
+static enum pend_status column_fails(const struct api_writer *writer, int c, long count,
+                                     const double *const data[], struct pend_error *error) {
     const struct api_column *column = &writer->table.column[c];
     long i = 0, width = api_column_numbers(column);
     while (i < count && isfinite(data[c][i])) i++;
-    int timed = !strcmp(writer->table.column[0].name, "t"), arm = column->width ? (int)(i % width) : -1;
+    int timed = !strcmp(writer->table.column[0].name, "t"),
+        arm = column->width ? (int)(i % width) : -1;
     double time = timed ? data[0][i / width] : 0;
     char where[40] = "", when[40] = "";
     if (arm >= 0) snprintf(where, sizeof where, " of arm %d", arm + 1);
     if (timed) snprintf(when, sizeof when, " at t = %g s", time);
-    if (!timed && !writer->table.single) snprintf(when, sizeof when, " in row %ld", writer->rows + i / width + 1);
-    return pend_fail(error, PEND_NOT_FINITE, arm, time, "%s%s%s%s%s is beyond the numbers that a double holds",
-                     column->name, column->part ? " " : "", column->part ? column->part : "", where, when);
+    if (!timed && !writer->table.single)
+        snprintf(when, sizeof when, " in row %ld", writer->rows + i / width + 1);
+    return pend_fail(error, PEND_NOT_FINITE, arm, time,
+                     "%s%s%s%s%s is beyond the numbers that a double holds", column->name,
+                     column->part ? " " : "", column->part ? column->part : "", where, when);
 }
 
 static void writer_take(struct api_writer *writer, long rows, const double *const data[]) {
     for (int c = 0; c < writer->table.count; c++) {
-        size_t width = (size_t)api_column_numbers(&writer->table.column[c]), count = (size_t)rows * width;
-        if (count) memcpy(writer->column[c] + (size_t)writer->rows * width, data[c], count * sizeof(double));
+        size_t width = (size_t)api_column_numbers(&writer->table.column[c]),
+               count = (size_t)rows * width;
+        if (count)
+            memcpy(writer->column[c] + (size_t)writer->rows * width, data[c],
+                   count * sizeof(double));
     }
 }
 
-enum pend_status api_writer_finite_block(struct api_writer *writer, long rows, const double *const data[],
-                                         struct api_buffer *out) {
+enum pend_status api_writer_finite_block(struct api_writer *writer, long rows,
+                                         const double *const data[], struct api_buffer *out) {
     assert(writer->rows + rows <= writer->table.rows);
     if (writer->format->block)
         PEND_TRY(writer->format->block(writer, rows, data, out));
@@ -178,25 +193,25 @@ enum pend_status api_writer_block(struct api_writer *writer, long rows, const do
     return api_writer_finite_block(writer, rows, data, out);
 }
 
-enum pend_status api_writer_finish(struct api_writer *writer, const struct api_stats *stats, struct api_buffer *out,
-                                   int *done) {
+enum pend_status api_writer_finish(struct api_writer *writer, const struct api_stats *stats,
+                                   struct api_buffer *out, int *done) {
     writer->stats = stats;
     if (writer->format->finish) return writer->format->finish(writer, out, done);
     *done = 1;
     return PEND_OK;
 }
 
-static const struct api_format *const formats[] = {&api_format_json,   &api_format_ndjson, &api_format_csv,
-                                                   &api_format_octets, &api_format_npz,    &api_format_mat,
-                                                   &api_format_png};
+static const struct api_format *const formats[] = {
+    &api_format_json, &api_format_ndjson, &api_format_csv, &api_format_octets,
+    &api_format_npz,  &api_format_mat,    &api_format_png};
 
 void api_format_list(char text[API_FORMATS_TEXT], int samples, int flows) {
     size_t used = 0;
     text[0] = 0;
     for (size_t i = 0; i < sizeof formats / sizeof *formats && used < API_FORMATS_TEXT; i++) {
         if (formats[i]->samples_only > samples || (flows && !formats[i]->block)) continue;
-        used +=
-            (size_t)snprintf(text + used, API_FORMATS_TEXT - used, "%s%s", used ? ", " : "", formats[i]->media_type);
+        used += (size_t)snprintf(text + used, API_FORMATS_TEXT - used, "%s%s", used ? ", " : "",
+                                 formats[i]->media_type);
     }
 }
 

@@ -1,4 +1,5 @@
-/* A table's columns as arrays that a file holds each under a name of its own: re and im become one complex array.
+/* A table's columns as arrays that a file holds each under a name of its own: re and im become
+ * one complex array.
  * Leaves to others: the files (encode_npz, encode_mat).
  * Invariant: every column belongs to exactly one array, in the order of the columns. */
 #ifndef API_ENCODE_ARRAYS_H

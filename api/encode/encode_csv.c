@@ -1,7 +1,8 @@
-/* A table as CSV (RFC 4180 with plain line feeds): a header line, then one line a row, straight into the answer.
+/* A table as CSV (RFC 4180 with plain line feeds): a header line, then one line a row, straight
+ * into the answer.
  * Leaves to others: which columns there are (op_*), how a number is spelt (number).
- * Invariant: every line of the table has the same number of fields; no field needs quotes. What there is to warn of
- * comes below it, in lines of comment that begin with # and have no comma. */
+ * Invariant: every line of the table has the same number of fields; no field needs quotes. What
+ * there is to warn of comes below it, in lines of comment that begin with # and have no comma. */
 #include "api/encode/encode.h"
 
 #include "api/json/json_out.h"
@@ -11,8 +12,8 @@ enum { CSV_NAME_BYTES = 40 }; /* of a field of the header */
 
 static double csv_bytes(const struct api_table *table) {
     double numbers = api_table_numbers(table, 0);
-    return (double)table->rows * numbers * api_out_number_bytes(table->digits) + numbers * CSV_NAME_BYTES +
-           API_WARNINGS_BYTES;
+    return (double)table->rows * numbers * api_out_number_bytes(table->digits) +
+           numbers * CSV_NAME_BYTES + API_WARNINGS_BYTES;
 }
 
 /* one field of the header: name, name_part, name_arm or name_part_arm, and the comma */
@@ -34,8 +35,8 @@ static enum pend_status csv_begin(struct api_writer *writer, struct api_buffer *
 }
 
 /* some rows, put together from the columns; they are few enough for `row` */
-static char *csv_rows(char *at, const struct api_table *table, long rows, long from, const double *const data[],
-                      double row[]) {
+static char *csv_rows(char *at, const struct api_table *table, long rows, long from,
+                      const double *const data[], double row[]) {
     long numbers = 0;
     for (long i = from; i < from + rows; i++)
         for (int c = 0; c < table->count; c++) {
@@ -47,10 +48,12 @@ static char *csv_rows(char *at, const struct api_table *table, long rows, long f
 }
 
 /* a row too long for that, or that may lack numbers, column by column */
-static char *csv_long_row(char *at, const struct api_table *table, long i, const double *const data[]) {
+static char *csv_long_row(char *at, const struct api_table *table, long i,
+                          const double *const data[]) {
     for (int c = 0; c < table->count; c++) {
         long width = api_column_numbers(&table->column[c]);
-        const struct api_number_rows part = {1, width, data[c] + i * width, table->digits, 0, ",", 1};
+        const struct api_number_rows part = {1,   width, data[c] + i * width, table->digits, 0,
+                                             ",", 1};
         at = api_column_write(at, &table->column[c], &part, "");
     }
     at[-1] = '\n';

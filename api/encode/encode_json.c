@@ -1,4 +1,5 @@
-/* A table as one JSON object of arrays, time-major, each written from the rows that were kept of its column.
+/* A table as one JSON object of arrays, time-major, each written from the rows that were kept of
+ * its column.
  * Leaves to others: which columns there are (op_*), how a number is spelt (number).
  * Invariant: the object is valid JSON, members in the order of the columns, stats last. */
 #include "api/encode/encode.h"
@@ -16,16 +17,19 @@ struct json_writer {
 };
 
 static double json_bytes(const struct api_table *table) {
-    double row = api_table_numbers(table, 0) * api_out_number_bytes(table->digits) + 3.0 * table->count;
+    double row =
+        api_table_numbers(table, 0) * api_out_number_bytes(table->digits) + 3.0 * table->count;
     return (double)table->rows * row + 64.0 * (table->count + API_STATS) + API_WARNINGS_BYTES;
 }
 
 /* true when column c carries another name than its neighbour */
 static int json_name_changes(const struct api_table *table, int c, int neighbour) {
-    return neighbour < 0 || neighbour >= table->count || strcmp(table->column[c].name, table->column[neighbour].name);
+    return neighbour < 0 || neighbour >= table->count ||
+           strcmp(table->column[c].name, table->column[neighbour].name);
 }
 
-/* what comes before the rows of a column; commas by count, since what came before may be gone from the buffer */
+/* what comes before the rows of a column; commas by count, since what came before may be gone
+ * from the buffer */
 static enum pend_status json_open(const struct json_writer *writer, struct api_buffer *out) {
     const struct api_table *table = &writer->base.table;
     int c = writer->column;
@@ -41,11 +45,13 @@ static enum pend_status json_close(const struct json_writer *writer, struct api_
     const struct api_table *table = &writer->base.table;
     int c = writer->column;
     if (!table->single) PEND_TRY(api_buffer_text(out, "]"));
-    return table->column[c].part && json_name_changes(table, c, c + 1) ? api_buffer_text(out, "}") : PEND_OK;
+    return table->column[c].part && json_name_changes(table, c, c + 1) ? api_buffer_text(out, "}")
+                                                                       : PEND_OK;
 }
 
 /* rows with a comma behind each */
-static char *json_write_rows(char *at, const struct api_column *column, long rows, const double value[], int digits) {
+static char *json_write_rows(char *at, const struct api_column *column, long rows,
+                             const double value[], int digits) {
     struct api_number_rows list = {rows, 1, value, digits, 0, ",", 1},
                            nested = {rows, column->width, value, digits, '[', "],", 2};
     return api_column_write(at, column, column->width ? &nested : &list, "null");

@@ -1,6 +1,9 @@
-/* A table as a MAT-file of level 5: what MATLAB and Octave `load`; z is complex, energy and stats are structures.
- * Leaves to others: which columns there are (op_*). libmatio would write to a file and nowhere else.
- * Invariant: every element begins at a multiple of 8 bytes; the bytes depend on the numbers and nothing else. */
+/* A table as a MAT-file of level 5: what MATLAB and Octave `load`; z is complex, energy and
+ * stats are structures.
+ * Leaves to others: which columns there are (op_*). libmatio would write to a file and nowhere
+ * else.
+ * Invariant: every element begins at a multiple of 8 bytes; the bytes depend on the numbers and
+ * nothing else. */
 #include "api/encode/encode_arrays.h"
 
 #include <stdio.h>
@@ -12,7 +15,13 @@
 enum { INT8 = 1, UINT16 = 4, INT32 = 5, UINT32 = 6, DOUBLE = 9, MATRIX = 14 };
 enum { STRUCT_CLASS = 2, CHAR_CLASS = 4, DOUBLE_CLASS = 6, COMPLEX_FLAG = 1 << 11 };
 
-enum { FILE_HEAD = 128, TAG = 8, NAME_BYTES = 32, HEAD_CAP = 2 * TAG + 2 * (TAG + 8) + NAME_BYTES, TEXT_CAP = 100 };
+enum {
+    FILE_HEAD = 128,
+    TAG = 8,
+    NAME_BYTES = 32,
+    HEAD_CAP = 2 * TAG + 2 * (TAG + 8) + NAME_BYTES,
+    TEXT_CAP = 100
+};
 
 struct mat_writer {
     struct api_writer base;
@@ -26,7 +35,8 @@ struct mat_writer {
 
 static double mat_bytes(const struct api_table *table) {
     double numbers = (double)table->rows * api_table_numbers(table, 0);
-    return 8 * numbers + FILE_HEAD + (double)(API_COLUMNS + API_STATS) * (3 * HEAD_CAP + NAME_BYTES) + 8 * TEXT_CAP +
+    return 8 * numbers + FILE_HEAD +
+           (double)(API_COLUMNS + API_STATS) * (3 * HEAD_CAP + NAME_BYTES) + 8 * TEXT_CAP +
            2.0 * API_WARNINGS_BYTES;
 }
 
@@ -66,18 +76,21 @@ static uint64_t matrix_head_bytes(const char *name) {
     return 2 * (TAG + 8) + (bytes && bytes <= 4 ? TAG : TAG + padded(bytes));
 }
 
-/* a structure's head with the names of its fields; its fields, `bytes` in all, are to follow as matrices without names
+/* a structure's head with the names of its fields; its fields, `bytes` in all, are to follow as
+ * matrices without names
  */
-static enum pend_status struct_begin(const char *name, int count, const char *const field[], uint64_t bytes,
-                                     struct api_buffer *out) {
+static enum pend_status struct_begin(const char *name, int count, const char *const field[],
+                                     uint64_t bytes, struct api_buffer *out) {
     uint64_t names = (uint64_t)count * NAME_BYTES;
     PEND_TRY(api_buffer_room(out, TAG + HEAD_CAP + TAG + TAG + names));
-    char *at = tag(out->data + out->bytes, MATRIX, matrix_head_bytes(name) + TAG + TAG + names + bytes);
+    char *at =
+        tag(out->data + out->bytes, MATRIX, matrix_head_bytes(name) + TAG + TAG + names + bytes);
     at = matrix_head(at, STRUCT_CLASS, 1, 1, name);
     at = api_octets_whole(api_octets_whole(at, INT32, 2), 4, 2);
     at = tag(api_octets_whole(at, NAME_BYTES, 4), INT8, names);
     memset(at, 0, names);
-    for (int i = 0; i < count; i++, at += NAME_BYTES) memcpy(at, field[i], strnlen(field[i], NAME_BYTES - 1));
+    for (int i = 0; i < count; i++, at += NAME_BYTES)
+        memcpy(at, field[i], strnlen(field[i], NAME_BYTES - 1));
     out->bytes = (size_t)(at - out->data);
     return PEND_OK;
 }
@@ -89,7 +102,8 @@ static uint64_t part_numbers(const struct mat_writer *writer, const struct api_a
 }
 
 /* of the matrix behind its tag */
-static uint64_t array_bytes(const struct mat_writer *writer, const struct api_array *array, const char *name) {
+static uint64_t array_bytes(const struct mat_writer *writer, const struct api_array *array,
+                            const char *name) {
     uint64_t parts = array->im < 0 ? 1 : 2;
     return matrix_head_bytes(name) + parts * (TAG + 8 * part_numbers(writer, array));
 }
@@ -131,13 +145,15 @@ static enum pend_status array_begin(const struct mat_writer *writer, struct api_
 static enum pend_status array_go_on(struct mat_writer *writer, struct api_buffer *out) {
     const struct api_array *array = &writer->arrays.array[writer->next];
     const double *number = writer->base.column[writer->part ? array->im : array->re];
-    uint64_t numbers = part_numbers(writer, array), rows = (uint64_t)writer->base.rows, rest = API_PIECE_BYTES / 8;
+    uint64_t numbers = part_numbers(writer, array), rows = (uint64_t)writer->base.rows,
+             rest = API_PIECE_BYTES / 8;
     size_t width = array->width ? (size_t)array->width : 1;
     PEND_TRY(api_buffer_room(out, TAG + API_PIECE_BYTES));
     char *at = out->data + out->bytes;
     if (!writer->at) at = tag(at, DOUBLE, 8 * numbers);
     while (rest && writer->at < numbers) {
-        uint64_t row = writer->at % rows, arm = writer->at / rows, count = rows - row < rest ? rows - row : rest;
+        uint64_t row = writer->at % rows, arm = writer->at / rows,
+                 count = rows - row < rest ? rows - row : rest;
         at = api_octets_spread(at, (size_t)count, number + row * width + arm, width);
         writer->at += count;
         rest -= count;
@@ -156,7 +172,8 @@ static char *stat_write(char *at, const struct api_stat *stat) {
         at = tag(at, MATRIX, matrix_head_bytes("") + TAG + padded(2 * letters));
         at = tag(matrix_head(at, CHAR_CLASS, 1, (long)letters, ""), UINT16, 2 * letters);
         memset(at, 0, (size_t)padded(2 * letters));
-        for (size_t i = 0; i < letters; i++) api_octets_whole(at + 2 * i, (unsigned char)stat->text[i], 2);
+        for (size_t i = 0; i < letters; i++)
+            api_octets_whole(at + 2 * i, (unsigned char)stat->text[i], 2);
         return at + padded(2 * letters);
     }
     at = tag(at, MATRIX, matrix_head_bytes("") + TAG + 8);
@@ -188,7 +205,8 @@ static enum pend_status mat_warnings(const struct api_stats *stats, struct api_b
     for (int i = 0; i < stats->count; i++) {
         if (stats->stat[i].kind != API_STAT_WARNING) continue;
         const char *text = stats->stat[i].text;
-        for (int k = 0; text[k]; k++) api_octets_whole(at + 2 * (k * count + row), (unsigned char)text[k], 2);
+        for (int k = 0; text[k]; k++)
+            api_octets_whole(at + 2 * (k * count + row), (unsigned char)text[k], 2);
         row++;
     }
     out->bytes = (size_t)(at - out->data) + bytes;
@@ -234,7 +252,8 @@ static enum pend_status mat_finish(struct api_writer *base, struct api_buffer *o
         if (!writer->open) PEND_TRY(array_begin(writer, out));
         writer->open = 1;
         PEND_TRY(array_go_on(writer, out));
-        if (writer->at == part_numbers(writer, &writer->arrays.array[writer->next])) mat_go_on(writer);
+        if (writer->at == part_numbers(writer, &writer->arrays.array[writer->next]))
+            mat_go_on(writer);
     }
     if (base->stats) PEND_TRY(mat_stats(base->stats, out));
     if (base->stats) PEND_TRY(mat_warnings(base->stats, out));

@@ -1,7 +1,8 @@
-/* A table as newline-delimited JSON: one object a row, on a line of its own, written as the rows come.
+/* A table as newline-delimited JSON: one object a row, on a line of its own, written as the rows
+ * come.
  * Leaves to others: which columns there are (op_*), how a number is spelt (number).
- * Invariant: every line of a row is a JSON object with the same members; what stands between the numbers is the same in
- * all. Where there are stats they come last, on a line of their own. */
+ * Invariant: every line of a row is a JSON object with the same members; what stands between the
+ * numbers is the same in all. Where there are stats they come last, on a line of their own. */
 #include "api/encode/encode.h"
 
 #include <string.h>
@@ -13,7 +14,8 @@ enum { NDJSON_TEXT = 1024 };
 
 struct ndjson_writer {
     struct api_writer base;
-    int begin[API_COLUMNS + 2]; /* text[begin[c] .. begin[c + 1]) comes before column c, the last piece ends the line */
+    int begin[API_COLUMNS + 2]; /* text[begin[c] .. begin[c + 1]) comes before column c, the last
+                                   piece ends the line */
     char text[NDJSON_TEXT];
 };
 
@@ -21,7 +23,8 @@ static double ndjson_bytes(const struct api_table *table) {
     double row = api_table_numbers(table, 0) * api_out_number_bytes(table->digits), text = 16;
     for (int c = 0; c < table->count; c++) {
         const struct api_column *column = &table->column[c];
-        text += 16 + (double)strlen(column->name) + (column->part ? (double)strlen(column->part) : 0);
+        text +=
+            16 + (double)strlen(column->name) + (column->part ? (double)strlen(column->part) : 0);
     }
     return (double)table->rows * (row + text) + 64.0 * API_STATS + API_WARNINGS_BYTES;
 }
@@ -38,7 +41,8 @@ static enum pend_status ndjson_frame(struct ndjson_writer *writer, struct api_bu
         PEND_TRY(api_buffer_text(text, close));
         if (!same && inside) PEND_TRY(api_buffer_text(text, "}"));
         if (c) PEND_TRY(api_buffer_text(text, ","));
-        if (!same) PEND_TRY(api_buffer_format(text, column->part ? "\"%s\":{" : "\"%s\":", column->name));
+        if (!same)
+            PEND_TRY(api_buffer_format(text, column->part ? "\"%s\":{" : "\"%s\":", column->name));
         if (column->part) PEND_TRY(api_buffer_format(text, "\"%s\":", column->part));
         if (column->width) PEND_TRY(api_buffer_text(text, "["));
         close = column->width ? "]" : "";
@@ -72,13 +76,16 @@ static enum pend_status ndjson_block(struct api_writer *base, long rows, const d
                                      struct api_buffer *out) {
     const struct ndjson_writer *writer = (const struct ndjson_writer *)base;
     const struct api_table *table = &base->table;
-    size_t row_bytes = (size_t)api_table_numbers(table, 0) * (size_t)api_out_number_bytes(table->digits) + NDJSON_TEXT;
+    size_t row_bytes =
+        (size_t)api_table_numbers(table, 0) * (size_t)api_out_number_bytes(table->digits) +
+        NDJSON_TEXT;
     for (long i = 0; i < rows; i++) {
         PEND_TRY(api_buffer_room(out, row_bytes + API_NUMBER_BYTES));
         char *at = out->data + out->bytes;
         for (int c = 0; c < table->count; c++) {
             long width = api_column_numbers(&table->column[c]);
-            const struct api_number_rows row = {1, width, data[c] + i * width, table->digits, 0, "", 0};
+            const struct api_number_rows row = {1,  width, data[c] + i * width, table->digits, 0,
+                                                "", 0};
             at = api_column_write(ndjson_piece(writer, c, at), &table->column[c], &row, "null");
         }
         at = ndjson_piece(writer, table->count, at);
@@ -87,7 +94,8 @@ static enum pend_status ndjson_block(struct api_writer *base, long rows, const d
     return PEND_OK;
 }
 
-static enum pend_status ndjson_finish(struct api_writer *writer, struct api_buffer *out, int *done) {
+static enum pend_status ndjson_finish(struct api_writer *writer, struct api_buffer *out,
+                                      int *done) {
     *done = 1;
     if (!writer->stats) return PEND_OK;
     PEND_TRY(api_buffer_text(out, "{"));

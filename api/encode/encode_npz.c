@@ -1,8 +1,9 @@
-/* A table as NumPy's .npz: a zip archive of .npy arrays, stored and not deflated, so that numpy.load reads it at the
- * speed of memory. Leaves to others: the checksum (libdeflate: the processor's carry-less product makes it cost less
- * than the copy). A library for zip archives would want all members in memory, or a file: what is written here is
- * their headers alone. Invariant: the bytes depend on the numbers and nothing else; the archive has no member or offset
- * beyond 4 GiB. */
+/* A table as NumPy's .npz: a zip archive of .npy arrays, stored and not deflated, so that
+ * numpy.load reads it at the speed of memory. Leaves to others: the checksum (libdeflate: the
+ * processor's carry-less product makes it cost less than the copy). A library for zip archives
+ * would want all members in memory, or a file: what is written here is their headers alone.
+ * Invariant: the bytes depend on the numbers and nothing else; the archive has no member or
+ * offset beyond 4 GiB. */
 #include "api/encode/encode_arrays.h"
 
 #include <assert.h>
@@ -44,7 +45,8 @@ struct npz_writer {
 
 static double npz_bytes(const struct api_table *table) {
     double numbers = (double)table->rows * api_table_numbers(table, 0);
-    return 8 * numbers + (double)MEMBERS * (HEAD_BYTES + LOCAL_BYTES + CENTRAL_BYTES + 2 * NAME_BYTES + 64) +
+    return 8 * numbers +
+           (double)MEMBERS * (HEAD_BYTES + LOCAL_BYTES + CENTRAL_BYTES + 2 * NAME_BYTES + 64) +
            3 * 4 * TEXT_CAP + 4.0 * API_WARNINGS_BYTES + END_BYTES;
 }
 
@@ -61,13 +63,15 @@ static void npy_head(char head[HEAD_BYTES], const char *type, const char *shape)
 }
 
 /* appends to the archive; the room is there */
-static void npz_add(struct npz_writer *writer, struct api_buffer *out, const void *data, size_t bytes) {
+static void npz_add(struct npz_writer *writer, struct api_buffer *out, const void *data,
+                    size_t bytes) {
     memcpy(out->data + out->bytes, data, bytes);
     out->bytes += bytes;
     writer->written += bytes;
 }
 
-/* what a member's two headers have in common, from the version that is needed to the length of its name */
+/* what a member's two headers have in common, from the version that is needed to the length of
+ * its name */
 static char *member_facts(char *at, const struct member *member) {
     at = api_octets_whole(at, VERSION, 2);
     at = api_octets_whole(at, 0, 2 + 2 + 2); /* no flags, stored, 0:00 */
@@ -80,7 +84,8 @@ static char *member_facts(char *at, const struct member *member) {
 }
 
 /* begins a member with the head of its array */
-static enum pend_status member_begin(struct npz_writer *writer, const char head[HEAD_BYTES], struct api_buffer *out) {
+static enum pend_status member_begin(struct npz_writer *writer, const char head[HEAD_BYTES],
+                                     struct api_buffer *out) {
     struct member *member = &writer->member[writer->members++];
     char local[LOCAL_BYTES];
     member->offset = writer->written;
@@ -95,7 +100,9 @@ static enum pend_status member_begin(struct npz_writer *writer, const char head[
 /* arrays */
 
 /* numbers of a row, a complex one counted once, and of the whole array */
-static size_t array_width(const struct api_array *array) { return array->width ? (size_t)array->width : 1; }
+static size_t array_width(const struct api_array *array) {
+    return array->width ? (size_t)array->width : 1;
+}
 
 static uint64_t array_numbers(const struct npz_writer *writer, const struct api_array *array) {
     return (uint64_t)writer->base.rows * array_width(array);
@@ -104,8 +111,8 @@ static uint64_t array_numbers(const struct npz_writer *writer, const struct api_
 static size_t number_bytes(const struct api_array *array) { return array->im < 0 ? 8 : 16; }
 
 /* numbers [from, from + count) of an array, as bytes */
-static void array_write(const struct npz_writer *writer, const struct api_array *array, uint64_t from, size_t count,
-                        char *at) {
+static void array_write(const struct npz_writer *writer, const struct api_array *array,
+                        uint64_t from, size_t count, char *at) {
     const double *re = writer->base.column[array->re] + from;
     if (array->im < 0) {
         api_octets_doubles(at, count, re);
@@ -115,12 +122,14 @@ static void array_write(const struct npz_writer *writer, const struct api_array 
     for (size_t i = 0; i < count; i++) at = api_octets_double(api_octets_double(at, re[i]), im[i]);
 }
 
-static uint32_t array_crc(const struct npz_writer *writer, const struct api_array *array, uint32_t crc) {
+static uint32_t array_crc(const struct npz_writer *writer, const struct api_array *array,
+                          uint32_t crc) {
     enum { SOME = 512 };
     char bytes[SOME * 16];
     uint64_t numbers = array_numbers(writer, array);
 #if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
-    if (array->im < 0) return libdeflate_crc32(crc, writer->base.column[array->re], numbers * sizeof(double));
+    if (array->im < 0)
+        return libdeflate_crc32(crc, writer->base.column[array->re], numbers * sizeof(double));
 #endif
     for (uint64_t from = 0; from < numbers; from += SOME) {
         size_t count = numbers - from < SOME ? (size_t)(numbers - from) : SOME;
@@ -131,7 +140,8 @@ static uint32_t array_crc(const struct npz_writer *writer, const struct api_arra
 }
 
 /* as Python writes a tuple; one row alone has no axis for the rows */
-static void array_shape(const struct npz_writer *writer, const struct api_array *array, char shape[64]) {
+static void array_shape(const struct npz_writer *writer, const struct api_array *array,
+                        char shape[64]) {
     int rows = !writer->base.table.single;
     char *at = stpcpy(shape, "(");
     if (rows) at = stpcpy(api_number_write_int(at, writer->base.rows), array->width ? ", " : ",");
@@ -140,12 +150,14 @@ static void array_shape(const struct npz_writer *writer, const struct api_array 
 }
 
 /* names are short: they stand in the tables of the operations */
-static void member_name(struct member *member, const char *first, const char *between, const char *second) {
+static void member_name(struct member *member, const char *first, const char *between,
+                        const char *second) {
     assert(strlen(first) + strlen(between) + strlen(second) + sizeof ".npy" <= sizeof member->name);
     stpcpy(stpcpy(stpcpy(stpcpy(member->name, first), between), second), ".npy");
 }
 
-static enum pend_status array_begin(struct npz_writer *writer, const struct api_array *array, struct api_buffer *out) {
+static enum pend_status array_begin(struct npz_writer *writer, const struct api_array *array,
+                                    struct api_buffer *out) {
     struct member *member = &writer->member[writer->members];
     char head[HEAD_BYTES], shape[64];
     member_name(member, array->name, array->part ? "_" : "", array->part ? array->part : "");
@@ -157,7 +169,8 @@ static enum pend_status array_begin(struct npz_writer *writer, const struct api_
 }
 
 /* the next numbers of the array, as many as make a piece */
-static enum pend_status array_go_on(struct npz_writer *writer, const struct api_array *array, struct api_buffer *out) {
+static enum pend_status array_go_on(struct npz_writer *writer, const struct api_array *array,
+                                    struct api_buffer *out) {
     uint64_t rest = array_numbers(writer, array) - writer->at;
     size_t count = API_PIECE_BYTES / number_bytes(array);
     if (count > rest) count = (size_t)rest;
@@ -172,7 +185,8 @@ static enum pend_status array_go_on(struct npz_writer *writer, const struct api_
 
 /* what is told of the computation: arrays without an axis */
 
-static enum pend_status stat_add(struct npz_writer *writer, const struct api_stat *stat, struct api_buffer *out) {
+static enum pend_status stat_add(struct npz_writer *writer, const struct api_stat *stat,
+                                 struct api_buffer *out) {
     struct member *member = &writer->member[writer->members];
     char head[HEAD_BYTES], type[16] = "<f8", value[4 * TEXT_CAP], *end = value;
     if (stat->kind == API_STAT_TEXT) {
@@ -189,7 +203,8 @@ static enum pend_status stat_add(struct npz_writer *writer, const struct api_sta
     member_name(member, "stats", "_", stat->name);
     npy_head(head, type, "()");
     member->bytes = HEAD_BYTES + (uint64_t)(end - value);
-    member->crc = libdeflate_crc32(libdeflate_crc32(0, head, HEAD_BYTES), value, (size_t)(end - value));
+    member->crc =
+        libdeflate_crc32(libdeflate_crc32(0, head, HEAD_BYTES), value, (size_t)(end - value));
     PEND_TRY(member_begin(writer, head, out));
     PEND_TRY(api_buffer_room(out, sizeof value));
     npz_add(writer, out, value, (size_t)(end - value));
@@ -197,16 +212,19 @@ static enum pend_status stat_add(struct npz_writer *writer, const struct api_sta
 }
 
 /* the warnings: an array of texts */
-static enum pend_status warnings_add(struct npz_writer *writer, const struct api_stats *stats, struct api_buffer *out) {
+static enum pend_status warnings_add(struct npz_writer *writer, const struct api_stats *stats,
+                                     struct api_buffer *out) {
     struct member *member = &writer->member[writer->members];
-    char head[HEAD_BYTES], type[16], shape[24], value[4 * API_WARNINGS * API_WARNING_TEXT] = {0}, *end = value;
+    char head[HEAD_BYTES], type[16], shape[24], value[4 * API_WARNINGS * API_WARNING_TEXT] = {0},
+                                                                         *end = value;
     int count = api_stats_warnings(stats);
     size_t bytes = (size_t)count * 4 * API_WARNING_TEXT;
     if (!count) return PEND_OK;
     for (int i = 0; i < stats->count; i++) {
         if (stats->stat[i].kind != API_STAT_WARNING) continue;
         char *at = end;
-        for (const char *p = stats->stat[i].text; *p; p++) at = api_octets_whole(at, (unsigned char)*p, 4);
+        for (const char *p = stats->stat[i].text; *p; p++)
+            at = api_octets_whole(at, (unsigned char)*p, 4);
         end += 4 * API_WARNING_TEXT;
     }
     *api_number_write_int(stpcpy(type, "<U"), API_WARNING_TEXT) = 0;
@@ -224,7 +242,8 @@ static enum pend_status warnings_add(struct npz_writer *writer, const struct api
 /* the directory at the end of the archive */
 static enum pend_status npz_directory(struct npz_writer *writer, struct api_buffer *out) {
     uint64_t begin = writer->written;
-    PEND_TRY(api_buffer_room(out, (size_t)writer->members * (CENTRAL_BYTES + NAME_BYTES) + END_BYTES));
+    PEND_TRY(
+        api_buffer_room(out, (size_t)writer->members * (CENTRAL_BYTES + NAME_BYTES) + END_BYTES));
     for (int i = 0; i < writer->members; i++) {
         const struct member *member = &writer->member[i];
         char central[CENTRAL_BYTES], *at = api_octets_whole(central, 0x02014b50, 4);
@@ -268,7 +287,8 @@ static enum pend_status npz_finish(struct api_writer *base, struct api_buffer *o
         writer->open = 0;
     }
     for (int i = 0; base->stats && i < base->stats->count; i++)
-        if (base->stats->stat[i].kind != API_STAT_WARNING) PEND_TRY(stat_add(writer, &base->stats->stat[i], out));
+        if (base->stats->stat[i].kind != API_STAT_WARNING)
+            PEND_TRY(stat_add(writer, &base->stats->stat[i], out));
     PEND_TRY(warnings_add(writer, base->stats, out));
     PEND_TRY(npz_directory(writer, out));
     *done = 1;

@@ -1,4 +1,5 @@
-/* A table as plain doubles, little-endian, row after row: a Float64Array in a browser, numpy.frombuffer in Python.
+/* A table as plain doubles, little-endian, row after row: a Float64Array in a browser,
+ * numpy.frombuffer in Python.
  * Leaves to others: naming the columns (the X-Columns header field, by call).
  * Invariant: 8 bytes a number and nothing else. */
 #include "api/encode/encode.h"
@@ -9,10 +10,10 @@ static double octets_bytes(const struct api_table *table) {
     return (double)table->rows * api_table_numbers(table, 0) * sizeof(double);
 }
 
-/* numbers of a column to their places in the rows, `row` bytes apart; with a width that is known where it is inlined,
- * a row's numbers are moved together */
-static inline __attribute__((always_inline)) void octets_column(char *at, long rows, size_t width, size_t row,
-                                                                const double value[]) {
+/* numbers of a column to their places in the rows, `row` bytes apart; with a width that is known
+ * where it is inlined, a row's numbers are moved together */
+static inline __attribute__((always_inline)) void octets_column(char *at, long rows, size_t width,
+                                                                size_t row, const double value[]) {
     for (long i = 0; i < rows; i++, at += row, value += width) api_octets_doubles(at, width, value);
 }
 
@@ -36,8 +37,8 @@ static void octets_place(char *at, long rows, size_t width, size_t row, const do
     }
 }
 
-static enum pend_status octets_block(struct api_writer *writer, long rows, const double *const data[],
-                                     struct api_buffer *out) {
+static enum pend_status octets_block(struct api_writer *writer, long rows,
+                                     const double *const data[], struct api_buffer *out) {
     const struct api_table *table = &writer->table;
     size_t row = (size_t)api_table_numbers(table, 0) * sizeof(double);
     PEND_TRY(api_buffer_room(out, (size_t)rows * row));

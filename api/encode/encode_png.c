@@ -1,6 +1,8 @@
-/* One column of a grid's members as a picture, a pixel a member: PNG with a palette, through libpng.
+/* One column of a grid's members as a picture, a pixel a member: PNG with a palette, through
+ * libpng.
  * Leaves to others: what is drawn (picture_json), the colours (colormap).
- * Invariant: the only file that knows libpng; the first axis runs to the right, the second upwards. */
+ * Invariant: the only file that knows libpng; the first axis runs to the right, the second
+ * upwards. */
 #include "api/encode/encode.h"
 
 #include <math.h>
@@ -26,7 +28,9 @@ struct sink {
     enum pend_status status;
 };
 
-static double png_bytes(const struct api_table *table) { return 1.01 * (double)table->rows + 65536; }
+static double png_bytes(const struct api_table *table) {
+    return 1.01 * (double)table->rows + 65536;
+}
 
 static double number_at(const struct api_writer *writer, long row) {
     const struct api_table_picture *picture = &writer->table.picture;
@@ -34,7 +38,8 @@ static double number_at(const struct api_writer *writer, long row) {
     return writer->column[picture->column][row * width + picture->arm];
 }
 
-/* a number on the scale; NAN for one that has no place on it: what never happened, or is not positive under a logarithm
+/* a number on the scale; NAN for one that has no place on it: what never happened, or is not
+ * positive under a logarithm
  */
 static double scaled(const struct api_writer *writer, long row) {
     double x = number_at(writer, row);
@@ -77,7 +82,8 @@ static void leave(png_structp png, png_const_charp text) {
 static void stay_silent(png_structp png, png_const_charp text) { (void)png, (void)text; }
 
 /* the pixels, and a note that says what the colours mean */
-static void write_picture(png_structp png, png_infop info, const struct api_writer *writer, png_bytep line) {
+static void write_picture(png_structp png, png_infop info, const struct api_writer *writer,
+                          png_bytep line) {
     const struct api_table_picture *picture = &writer->table.picture;
     struct scale scale = scale_of(writer);
     long across = picture->across, down = writer->rows / across;
@@ -90,13 +96,15 @@ static void write_picture(png_structp png, png_infop info, const struct api_writ
     char name[] = "Title", title[64], key[] = "Description", note[200];
     snprintf(title, sizeof title, "%s", writer->table.column[picture->column].name);
     snprintf(note, sizeof note,
-             "dark to light: %.6g to %.6g, %s; white: never, or without a place on the scale; grey: failed",
-             picture->logarithmic ? exp(scale.from) : scale.from, picture->logarithmic ? exp(scale.to) : scale.to,
+             "dark to light: %.6g to %.6g, %s; white: never, or without a place on the scale; "
+             "grey: failed",
+             picture->logarithmic ? exp(scale.from) : scale.from,
+             picture->logarithmic ? exp(scale.to) : scale.to,
              picture->logarithmic ? "logarithmic" : "linear");
     png_text text[2] = {{.compression = PNG_TEXT_COMPRESSION_NONE, .key = name, .text = title},
                         {.compression = PNG_TEXT_COMPRESSION_NONE, .key = key, .text = note}};
-    png_set_IHDR(png, info, (png_uint_32)across, (png_uint_32)down, 8, PNG_COLOR_TYPE_PALETTE, PNG_INTERLACE_NONE,
-                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_set_IHDR(png, info, (png_uint_32)across, (png_uint_32)down, 8, PNG_COLOR_TYPE_PALETTE,
+                 PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     png_set_PLTE(png, info, palette, FIRST_SHADE + API_COLORMAP_SHADES);
     png_set_text(png, info, text, 2);
     png_set_compression_level(png, 3);
@@ -109,7 +117,8 @@ static void write_picture(png_structp png, png_infop info, const struct api_writ
 }
 
 /* libpng comes back here when it fails */
-static int picture_written(png_structp png, png_infop info, const struct api_writer *writer, png_bytep line) {
+static int picture_written(png_structp png, png_infop info, const struct api_writer *writer,
+                           png_bytep line) {
     if (setjmp(png_jmpbuf(png))) return 0;
     write_picture(png, info, writer, line);
     return 1;

@@ -1,4 +1,5 @@
-/* A table as a job's part is kept until somebody asks for it in a representation: records of rows, one of figures.
+/* A table as a job's part is kept until somebody asks for it in a representation: records of
+ * rows, one of figures.
  * Leaves to others: reading it back (results), where it is kept (server).
  * Invariant: never sent to a client; a record is at most about API_PIECE_BYTES or one row. */
 #include "api/encode/encode_raw.h"
@@ -20,11 +21,12 @@ static enum pend_status raw_begin(struct api_buffer *out, enum api_raw kind, siz
 }
 
 static double raw_bytes(const struct api_table *table) {
-    return (double)table->rows * (api_table_numbers(table, 0) * sizeof(double) + API_RAW_HEAD) + 4096;
+    return (double)table->rows * (api_table_numbers(table, 0) * sizeof(double) + API_RAW_HEAD) +
+           4096;
 }
 
-static enum pend_status raw_record(struct api_writer *writer, long rows, long from, const double *const data[],
-                                   struct api_buffer *out) {
+static enum pend_status raw_record(struct api_writer *writer, long rows, long from,
+                                   const double *const data[], struct api_buffer *out) {
     const struct api_table *table = &writer->table;
     size_t row = (size_t)api_table_numbers(table, 0) * sizeof(double);
     PEND_TRY(raw_begin(out, API_RAW_ROWS, (size_t)rows * row));
@@ -40,7 +42,8 @@ static enum pend_status raw_record(struct api_writer *writer, long rows, long fr
 
 static enum pend_status raw_block(struct api_writer *writer, long rows, const double *const data[],
                                   struct api_buffer *out) {
-    long most = 1 + (long)(API_PIECE_BYTES / (api_table_numbers(&writer->table, 0) * sizeof(double)));
+    long most =
+        1 + (long)(API_PIECE_BYTES / (api_table_numbers(&writer->table, 0) * sizeof(double)));
     for (long from = 0; from < rows; from += most)
         PEND_TRY(raw_record(writer, rows - from < most ? rows - from : most, from, data, out));
     return PEND_OK;
@@ -114,7 +117,8 @@ int api_raw_head(const char *data, enum api_raw *kind, size_t *bytes) {
     return number >= API_RAW_ROWS && number <= API_RAW_JSON;
 }
 
-long api_raw_rows(const struct api_table *table, const char *data, size_t bytes, double *const column[]) {
+long api_raw_rows(const struct api_table *table, const char *data, size_t bytes,
+                  double *const column[]) {
     size_t row = (size_t)api_table_numbers(table, 0) * sizeof(double);
     long rows = (long)(bytes / row);
     if (bytes % row) return -1;
@@ -126,7 +130,8 @@ long api_raw_rows(const struct api_table *table, const char *data, size_t bytes,
     return rows;
 }
 
-/* a text of at most `left` bytes with its length in front; returns the bytes read, 0 where it is cut */
+/* a text of at most `left` bytes with its length in front; returns the bytes read, 0 where it is
+ * cut */
 static size_t get_text(const char *at, size_t left, char text[API_RAW_TEXT]) {
     size_t bytes = left ? (unsigned char)*at : 0;
     if (!left || bytes >= left || bytes >= API_RAW_TEXT) return 0;
@@ -146,7 +151,8 @@ static size_t get_figure(struct api_raw_figure *figure, const char *at, size_t l
         text = get_text(at + used, left - used, figure->text);
         return text ? used + text : 0;
     }
-    if (left - used < 8 || (figure->kind != API_STAT_WHOLE && figure->kind != API_STAT_NUMBER)) return 0;
+    if (left - used < 8 || (figure->kind != API_STAT_WHOLE && figure->kind != API_STAT_NUMBER))
+        return 0;
     if (figure->kind == API_STAT_WHOLE)
         figure->whole = (long)(int64_t)get_whole(at + used, 8);
     else

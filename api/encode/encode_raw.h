@@ -29,7 +29,8 @@ int api_raw_head(const char *data, enum api_raw *kind, size_t *bytes);
  *
  * Returns how many, -1 where the bytes are no whole number of rows.
  */
-long api_raw_rows(const struct api_table *table, const char *data, size_t bytes, double *const column[]);
+long api_raw_rows(const struct api_table *table, const char *data, size_t bytes,
+                  double *const column[]);
 
 /* One thing told of a computation. */
 struct api_raw_figure {
@@ -44,8 +45,8 @@ struct api_raw_figures {
     struct api_raw_figure figure[API_STATS];
 };
 
-/** Adds a record of figures to those of other parts: numbers are summed, of warnings of one name the last is
- * kept. Returns 0 where the bytes are none. */
+/** Adds a record of figures to those of other parts: numbers are summed, of warnings of one name
+ * the last is kept. Returns 0 where the bytes are none. */
 int api_raw_add(struct api_raw_figures *figures, const char *data, size_t bytes);
 
 /** The figures as a writer wants them; they point into `figures`. */

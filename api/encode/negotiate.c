@@ -49,14 +49,16 @@ int api_negotiate_json(const char *content_type) {
     while (rest < end) {
         struct piece name, value;
         piece_parameter(piece_take(&rest, end, ';'), &name, &value);
-        if (piece_is(name, "charset") && !piece_is(value, "utf-8") && !piece_is(value, "utf8")) return 0;
+        if (piece_is(name, "charset") && !piece_is(value, "utf-8") && !piece_is(value, "utf8"))
+            return 0;
     }
     return 1;
 }
 
 /* qvalue: 0 or 1 with up to three decimals, in thousandths; -1 where it is none */
 static int quality(struct piece piece) {
-    if (!piece.bytes || piece.bytes > 5 || (piece.text[0] != '0' && piece.text[0] != '1')) return -1;
+    if (!piece.bytes || piece.bytes > 5 || (piece.text[0] != '0' && piece.text[0] != '1'))
+        return -1;
     if (piece.bytes > 1 && piece.text[1] != '.') return -1;
     int thousandths = 1000 * (piece.text[0] - '0'), unit = 100;
     for (size_t i = 2; i < piece.bytes; i++, unit /= 10) {
@@ -70,7 +72,9 @@ static int quality(struct piece piece) {
 static int range_fits(struct piece range, const char *media_type) {
     size_t kind = strcspn(media_type, "/") + 1;
     if (piece_is(range, media_type)) return 3;
-    if (range.bytes == kind + 1 && range.text[kind] == '*' && !strncasecmp(range.text, media_type, kind)) return 2;
+    if (range.bytes == kind + 1 && range.text[kind] == '*' &&
+        !strncasecmp(range.text, media_type, kind))
+        return 2;
     return piece_is(range, "*/*");
 }
 
@@ -121,5 +125,6 @@ const struct api_format *api_negotiate_format(const char *accept, int samples) {
 void api_negotiate_refuse(struct api_problem *problem, int samples) {
     char served[API_FORMATS_TEXT];
     api_format_list(served, samples, 0);
-    api_problem_set(problem, 406, "Accept allows none of the representations served here: %s", served);
+    api_problem_set(problem, 406, "Accept allows none of the representations served here: %s",
+                    served);
 }

@@ -8,7 +8,8 @@
 #include "api/base/problem.h"
 
 /**
- * True when a body of this type is read as JSON: application/json, with charset=utf-8 or without a charset.
+ * True when a body of this type is read as JSON: application/json, with charset=utf-8 or without a
+ * charset.
  *
  * content_type  the header's value, or NULL where there is none.
  */
@@ -18,9 +19,11 @@ int api_negotiate_json(const char *content_type);
  * The representation that the client likes best; of equals the one that stands first in the table.
  *
  * accept   the header's value, or NULL: anything.
- * samples  1 where the answer is a table of samples, 2 where it may be drawn as well; 0: JSON alone is served.
+ * samples  1 where the answer is a table of samples, 2 where it may be drawn as well; 0: JSON alone
+ *          is served.
  *
- * Returns NULL where none fits. The most specific range that matches a type decides its q. O(length of accept).
+ * Returns NULL where none fits. The most specific range that matches a type decides its q. O(length
+ * of accept).
  */
 const struct api_format *api_negotiate_format(const char *accept, int samples);
 

@@ -10,7 +10,8 @@ const char api_remarks_names[] = "X-Horizon, X-Trust-Until, X-Energy-Drift, X-Wa
 /* figures that have a field of their own */
 static const struct {
     const char *stat, *field;
-} remarks_numbers[] = {{"horizon", "X-Horizon"}, {"trust_until", "X-Trust-Until"}, {"energy_drift", "X-Energy-Drift"}};
+} remarks_numbers[] = {
+    {"horizon", "X-Horizon"}, {"trust_until", "X-Trust-Until"}, {"energy_drift", "X-Energy-Drift"}};
 
 enum pend_status api_remarks_json(const struct api_stats *stats, struct api_buffer *out) {
     int warnings = api_stats_warnings(stats);
@@ -19,25 +20,30 @@ enum pend_status api_remarks_json(const struct api_stats *stats, struct api_buff
         const struct api_stat *stat = &stats->stat[i];
         if (stat->kind == API_STAT_TEXT) PEND_TRY(api_out_text(out, stat->name, stat->text));
         if (stat->kind == API_STAT_WHOLE) PEND_TRY(api_out_whole(out, stat->name, stat->whole));
-        if (stat->kind == API_STAT_NUMBER) PEND_TRY(api_out_number(out, stat->name, stat->number, 0));
+        if (stat->kind == API_STAT_NUMBER)
+            PEND_TRY(api_out_number(out, stat->name, stat->number, 0));
     }
     PEND_TRY(api_buffer_text(out, "}"));
     if (!warnings) return PEND_OK;
     PEND_TRY(api_out_open(out, "warnings", '['));
     for (int i = 0; i < stats->count; i++)
         if (stats->stat[i].kind == API_STAT_WARNING)
-            PEND_TRY(api_buffer_format(out, --warnings ? "\"%s\"," : "\"%s\"", stats->stat[i].text));
+            PEND_TRY(
+                api_buffer_format(out, --warnings ? "\"%s\"," : "\"%s\"", stats->stat[i].text));
     return api_buffer_text(out, "]");
 }
 
 /* a number as text */
-static void remarks_number(double value, char text[API_NUMBER_BYTES + 1]) { *api_number_write(text, value) = 0; }
+static void remarks_number(double value, char text[API_NUMBER_BYTES + 1]) {
+    *api_number_write(text, value) = 0;
+}
 
 enum pend_status api_remarks_comments(const struct api_stats *stats, struct api_buffer *out) {
     char text[API_NUMBER_BYTES + 1];
     for (int i = 0; i < stats->count; i++) {
         const struct api_stat *stat = &stats->stat[i];
-        if (stat->kind == API_STAT_WARNING) PEND_TRY(api_buffer_format(out, "# warning: %s\n", stat->text));
+        if (stat->kind == API_STAT_WARNING)
+            PEND_TRY(api_buffer_format(out, "# warning: %s\n", stat->text));
         if (stat->kind != API_STAT_NUMBER || strcmp(stat->name, "trust_until") != 0) continue;
         remarks_number(stat->number, text);
         PEND_TRY(api_buffer_format(out, "# trust_until: %s\n", text));
@@ -51,7 +57,9 @@ void api_remarks_fields(struct api_remarks *told, const struct api_stats *stats)
         const struct api_stat *stat = &stats->stat[i];
         char *value = told->field[told->count].value;
         const char *name = stat->kind == API_STAT_WARNING ? "X-Warning" : NULL;
-        for (size_t j = 0; stat->kind == API_STAT_NUMBER && j < sizeof remarks_numbers / sizeof *remarks_numbers; j++)
+        for (size_t j = 0;
+             stat->kind == API_STAT_NUMBER && j < sizeof remarks_numbers / sizeof *remarks_numbers;
+             j++)
             if (!strcmp(stat->name, remarks_numbers[j].stat)) name = remarks_numbers[j].field;
         if (!name) continue;
         if (stat->kind == API_STAT_NUMBER)

@@ -1,7 +1,8 @@
-/* What is told of a computation beside its rows, as each representation has room for it: members of JSON, comments
- * below a CSV table, fields of a header or a trailer.
+/* What is told of a computation beside its rows, as each representation has room for it: members
+ * of JSON, comments below a CSV table, fields of a header or a trailer.
  * Leaves to others: what there is to tell (op_*), sending fields (server).
- * Invariant: no text has a comma, a quote or a control character, so that it goes into any of them as it is. */
+ * Invariant: no text has a comma, a quote or a control character, so that it goes into any of
+ * them as it is. */
 #ifndef API_REMARKS_H
 #define API_REMARKS_H
 
@@ -21,11 +22,14 @@ struct api_remarks {
 /** The names of all fields that there may be, as the field Trailer lists them. */
 extern const char api_remarks_names[];
 
-/** Appends the members stats and, where there are any, warnings; with the comma before them where one is due. */
-PEND_MUST_CHECK enum pend_status api_remarks_json(const struct api_stats *stats, struct api_buffer *out);
+/** Appends the members stats and, where there are any, warnings; with the comma before them where
+ * one is due. */
+PEND_MUST_CHECK enum pend_status api_remarks_json(const struct api_stats *stats,
+                                                  struct api_buffer *out);
 
 /** Appends a line of comment for each warning and for trust_until: nothing where there is none. */
-PEND_MUST_CHECK enum pend_status api_remarks_comments(const struct api_stats *stats, struct api_buffer *out);
+PEND_MUST_CHECK enum pend_status api_remarks_comments(const struct api_stats *stats,
+                                                      struct api_buffer *out);
 
 /** Writes the fields of the figures; stats NULL gives none. */
 void api_remarks_fields(struct api_remarks *told, const struct api_stats *stats);

@@ -1,5 +1,6 @@
-/* Memory for a tree of many small pieces that a library builds by calls of its own: one block, filled from its front,
- * and freed whole. Asking for each piece would take longer than all else of reading a request.
+/* Memory for a tree of many small pieces that a library builds by calls of its own: one block,
+ * filled from its front, and freed whole. Asking for each piece would take longer than all else
+ * of reading a request.
  * Leaves to others: the library (json_in), how large the block has to be (json_scan).
  * Invariant: a thread that has begun no block gets and gives back the C library's memory. */
 #ifndef API_JSON_ARENA_H

@@ -64,8 +64,8 @@ static enum pend_status json_take(struct api_json *document, struct api_scan *sc
     return document->root ? PEND_OK : PEND_NO_MEMORY; /* the rest is JSON for certain */
 }
 
-enum pend_status api_json_new(struct api_json **document, const char *text, size_t bytes, int depth_cap,
-                              struct api_problem *problem) {
+enum pend_status api_json_new(struct api_json **document, const char *text, size_t bytes,
+                              int depth_cap, struct api_problem *problem) {
     struct api_scan scan;
     *document = NULL;
     enum pend_status status = api_scan_run(&scan, text, bytes, depth_cap, problem);
@@ -98,7 +98,9 @@ static int value_is_double(const struct api_value *value) {
 
 static const struct api_scan_array *value_array(const struct api_value *value) {
     const cJSON *node = value->node;
-    if (!node || value_is_double(value) || node_type(node) != cJSON_Number || !(node->valuedouble < 0)) return NULL;
+    if (!node || value_is_double(value) || node_type(node) != cJSON_Number ||
+        !(node->valuedouble < 0))
+        return NULL;
     return &value->document->arrays[(size_t)(-node->valuedouble - 1)];
 }
 
@@ -123,7 +125,8 @@ enum api_kind api_value_kind(const struct api_value *value) {
     }
 }
 
-static struct api_value value_child(const struct api_value *parent, const void *node, const char *key, int index) {
+static struct api_value value_child(const struct api_value *parent, const void *node,
+                                    const char *key, int index) {
     return (struct api_value){parent->document, node, parent, key, index};
 }
 
@@ -140,7 +143,8 @@ int api_value_is_usual(const struct api_value *value) {
 
 void api_value_usual_number(const struct api_value *member, double usual) {
     double number = api_value_number(member);
-    if (api_value_kind(member) == API_NUMBER && !memcmp(&number, &usual, sizeof usual)) api_value_usual(member);
+    if (api_value_kind(member) == API_NUMBER && !memcmp(&number, &usual, sizeof usual))
+        api_value_usual(member);
 }
 
 void api_value_usual_zeros(const struct api_value *member) {
@@ -161,7 +165,8 @@ void api_value_usual_object(const struct api_value *member) {
 
 struct api_value api_value_member(const struct api_value *object, const char *key) {
     const cJSON *node = NULL;
-    if (api_value_kind(object) == API_OBJECT) node = cJSON_GetObjectItemCaseSensitive(object->node, key);
+    if (api_value_kind(object) == API_OBJECT)
+        node = cJSON_GetObjectItemCaseSensitive(object->node, key);
     return value_child(object, node, key, 0);
 }
 
@@ -270,7 +275,8 @@ void api_value_pointer(const struct api_value *value, char pointer[API_POINTER_B
 
 /* faults */
 
-void api_value_fault(const struct api_value *value, struct api_problem *problem, const char *format, ...) {
+void api_value_fault(const struct api_value *value, struct api_problem *problem, const char *format,
+                     ...) {
     char pointer[API_POINTER_BYTES], detail[API_DETAIL_BYTES + 8];
     va_list arguments;
     if (api_problem_full(problem)) return;
@@ -288,7 +294,8 @@ static int least_of_three(int a, int b, int c) {
     return least < c ? least : c;
 }
 
-/* insertions, deletions, replacements and swaps of neighbours that turn a into b; upper case counts as lower */
+/* insertions, deletions, replacements and swaps of neighbours that turn a into b; upper case
+ * counts as lower */
 static int name_edits(const char *a, const char *b) {
     int rows[3][NAME_BYTES + 1], *before = rows[0], *last = rows[1], *now = rows[2];
     int m = (int)strlen(a), n = (int)strlen(b);
@@ -334,7 +341,8 @@ static void name_list(const char *const allowed[], char list[API_DETAIL_BYTES]) 
     size_t used = 0;
     list[0] = 0;
     for (int i = 0; allowed[i] && used < API_DETAIL_BYTES; i++)
-        used += (size_t)snprintf(list + used, API_DETAIL_BYTES - used, "%s%s", i ? ", " : "", allowed[i]);
+        used += (size_t)snprintf(list + used, API_DETAIL_BYTES - used, "%s%s", i ? ", " : "",
+                                 allowed[i]);
 }
 
 static void value_fault_unknown(const struct api_value *member, const char *const allowed[],
@@ -350,7 +358,8 @@ static void value_fault_unknown(const struct api_value *member, const char *cons
     api_value_fault(member, problem, "is not a known field; allowed here: %s", list);
 }
 
-int api_value_only(const struct api_value *object, const char *const allowed[], struct api_problem *problem) {
+int api_value_only(const struct api_value *object, const char *const allowed[],
+                   struct api_problem *problem) {
     int faults = 0;
     if (api_value_kind(object) != API_OBJECT) return 0;
     struct api_value member = api_value_first(object);
@@ -375,13 +384,16 @@ static struct number_text number_text(double x) {
 }
 
 void api_value_found(const struct api_value *value, char found[API_FOUND_BYTES]) {
-    static const char *const words[] = {
-        [API_MISSING] = "nothing", [API_NULL] = "null", [API_ARRAY] = "an array", [API_OBJECT] = "an object"};
+    static const char *const words[] = {[API_MISSING] = "nothing",
+                                        [API_NULL] = "null",
+                                        [API_ARRAY] = "an array",
+                                        [API_OBJECT] = "an object"};
     const char *text = api_value_text(value);
     enum api_kind kind = api_value_kind(value);
     if (text) {
         size_t bytes = strlen(text), cut = api_text_cut(text, bytes, FOUND_TEXT);
-        snprintf(found, API_FOUND_BYTES, "the text \"%.*s%s\"", (int)cut, text, cut < bytes ? "..." : "");
+        snprintf(found, API_FOUND_BYTES, "the text \"%.*s%s\"", (int)cut, text,
+                 cut < bytes ? "..." : "");
     } else if (kind == API_NUMBER)
         snprintf(found, API_FOUND_BYTES, "%s", number_text(api_value_number(value)).text);
     else
@@ -407,8 +419,8 @@ static void range_text(double least, double greatest, const char *unit, char tex
         snprintf(text, cap, "a number from %s to %s%s%s", low.text, high.text, space, unit);
 }
 
-int api_value_read_number(const struct api_value *value, double least, double greatest, const char *unit, double *out,
-                          struct api_problem *problem) {
+int api_value_read_number(const struct api_value *value, double least, double greatest,
+                          const char *unit, double *out, struct api_problem *problem) {
     char range[120], found[API_FOUND_BYTES];
     if (!value->node) return 0;
     double x = api_value_number(value);

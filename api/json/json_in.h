@@ -1,6 +1,8 @@
-/* Strict reading of a request's JSON: one scan that accepts RFC 8259 and nothing else, then typed access with pointers.
+/* Strict reading of a request's JSON: one scan that accepts RFC 8259 and nothing else, then
+ * typed access with pointers.
  * Leaves to others: what the fields mean (tree_json, op_*).
- * Invariant: the only file that knows cJSON; arrays of numbers never become cJSON nodes but arrays of doubles. */
+ * Invariant: the only file that knows cJSON; arrays of numbers never become cJSON nodes but
+ * arrays of doubles. */
 #ifndef API_JSON_IN_H
 #define API_JSON_IN_H
 
@@ -12,7 +14,8 @@ enum { API_FOUND_BYTES = 80 };
 
 enum api_kind { API_MISSING, API_NULL, API_BOOL, API_NUMBER, API_STRING, API_ARRAY, API_OBJECT };
 
-/* A place in the document. It points at its parent value, which must outlive it: values live on the reader's stack. */
+/* A place in the document. It points at its parent value, which must outlive it: values live on
+ * the reader's stack. */
 struct api_value {
     const struct api_json *document;
     const void *node; /* NULL = missing */
@@ -27,16 +30,17 @@ struct api_value {
  * document   out; NULL on failure.
  * text       bytes of it need not end with NUL; copied as far as needed.
  * depth_cap  deepest nesting accepted.
- * problem    400 with line, column and byte where it is no JSON (RFC 8259: grammar, UTF-8, escapes, no BOM, nothing
- *            behind it, one key once an object, no number beyond the range of a double, no NUL in a string); 422 where
- *            it is too deep, an object has more than 256 members, or the document more than 300000 values that are not
- *            in an array of numbers.
+ * problem    400 with line, column and byte where it is no JSON (RFC 8259: grammar, UTF-8, escapes,
+ *            no BOM, nothing behind it, one key once an object, no number beyond the range of a
+ *            double, no NUL in a string); 422 where it is too deep, an object has more than 256
+ *            members, or the document more than 300000 values that are not in an array of numbers.
  *
  * PEND_INVALID   problem says why.
- * PEND_NO_MEMORY
- * O(bytes); memory at most about 20 bytes a byte of text, numbers in arrays 8 bytes each.
+ * PEND_NO_MEMORY O(bytes); memory at most about 20 bytes a byte of text, numbers in arrays 8 bytes
+ * each.
  */
-PEND_MUST_CHECK enum pend_status api_json_new(struct api_json **document, const char *text, size_t bytes, int depth_cap,
+PEND_MUST_CHECK enum pend_status api_json_new(struct api_json **document, const char *text,
+                                              size_t bytes, int depth_cap,
                                               struct api_problem *problem);
 
 void api_json_free(struct api_json **document);
@@ -46,22 +50,26 @@ struct api_value api_json_root(const struct api_json *document);
 
 enum api_kind api_value_kind(const struct api_value *value);
 
-/** Member `key` of an object (exact, case counts); a missing one has kind API_MISSING and still knows its pointer. */
+/** Member `key` of an object (exact, case counts); a missing one has kind API_MISSING and still
+ * knows its pointer. */
 struct api_value api_value_member(const struct api_value *object, const char *key);
 
 /** Items of an array, members of an object, else 0. */
 int api_value_count(const struct api_value *value);
 
-/** Item i of an array, 0 <= i < count. O(1) for arrays of numbers, else O(i): walk with api_value_next. */
+/** Item i of an array, 0 <= i < count. O(1) for arrays of numbers, else O(i): walk with
+ * api_value_next. */
 struct api_value api_value_item(const struct api_value *array, int i);
 
 /** The first item of an array or member of an object; missing where there is none. */
 struct api_value api_value_first(const struct api_value *value);
 
-/** The item after `item` in its array, or the member after it in its object; missing after the last. */
+/** The item after `item` in its array, or the member after it in its object; missing after the
+ * last. */
 struct api_value api_value_next(const struct api_value *item);
 
-/** The doubles of an array whose items are all numbers (an empty array included); NULL for anything else. */
+/** The doubles of an array whose items are all numbers (an empty array included); NULL for
+ * anything else. */
 const double *api_value_numbers(const struct api_value *array, int *count);
 
 /** The text of a string, NUL-terminated UTF-8, owned by the document; NULL for anything else. */
@@ -74,16 +82,18 @@ double api_value_number(const struct api_value *value);
 void api_value_pointer(const struct api_value *value, char pointer[API_POINTER_BYTES]);
 
 /** Adds a fault at the value. */
-void api_value_fault(const struct api_value *value, struct api_problem *problem, const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
+void api_value_fault(const struct api_value *value, struct api_problem *problem, const char *format,
+                     ...) __attribute__((format(printf, 3, 4)));
 
-/** Says what a value is, for a message: "-1", "the text \"abc\"", "an object", "nothing" where it is missing. */
+/** Says what a value is, for a message: "-1", "the text \"abc\"", "an object", "nothing" where it
+ * is missing. */
 void api_value_found(const struct api_value *value, char found[API_FOUND_BYTES]);
 
 /*
- * Members that say what would hold without them: a reader that knows the default marks them, and the digest passes over
- * them, so that a request is the same with its defaults written out. A member may be marked where leaving it out would
- * be refused: what matters is that no other request means something else without it.
+ * Members that say what would hold without them: a reader that knows the default marks them, and
+ * the digest passes over them, so that a request is the same with its defaults written out. A
+ * member may be marked where leaving it out would be refused: what matters is that no other request
+ * means something else without it.
  */
 
 /** Marks a member; an item or what is missing is left alone. */
@@ -115,16 +125,18 @@ const char *api_name_nearest(const char *name, const char *const allowed[]);
  * allowed  names, ended by NULL.
  * Returns the number of faults.
  */
-int api_value_only(const struct api_value *object, const char *const allowed[], struct api_problem *problem);
+int api_value_only(const struct api_value *object, const char *const allowed[],
+                   struct api_problem *problem);
 
 /**
- * Reads an optional number and checks its range (ends included; a least above -INFINITY and so on as wanted).
+ * Reads an optional number and checks its range (ends included; a least above -INFINITY and so on
+ * as wanted).
  *
  * out      left alone when the value is missing or faulty.
  * unit     for the message, "" for none.
  * Returns 1 when a good number was read, 0 when missing, -1 when faulty (a fault was added).
  */
-int api_value_read_number(const struct api_value *value, double least, double greatest, const char *unit, double *out,
-                          struct api_problem *problem);
+int api_value_read_number(const struct api_value *value, double least, double greatest,
+                          const char *unit, double *out, struct api_problem *problem);
 
 #endif

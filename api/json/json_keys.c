@@ -23,7 +23,8 @@ static int keys_among(size_t count, const uint32_t hashes[], uint32_t hash) {
 }
 
 /* few enough, by the cap, to try them all */
-static int keys_there(const struct api_keys *keys, size_t first, const char *text, struct api_key key, uint32_t hash) {
+static int keys_there(const struct api_keys *keys, size_t first, const char *text,
+                      struct api_key key, uint32_t hash) {
     if (!keys_among(keys->count - first, keys->hash + first, hash)) return 0;
     for (size_t i = first; i < keys->count; i++) {
         if (keys->hash[i] != hash || keys->key[i].bytes != key.bytes) continue;
@@ -45,7 +46,8 @@ static enum pend_status keys_grow(struct api_keys *keys) {
     return PEND_OK;
 }
 
-enum pend_status api_keys_add(struct api_keys *keys, size_t first, size_t most, const char *text, struct api_key key) {
+enum pend_status api_keys_add(struct api_keys *keys, size_t first, size_t most, const char *text,
+                              struct api_key key) {
     uint32_t hash = keys_hash(text + key.at, key.bytes);
     PEND_TRY(keys_grow(keys));
     if (keys->count - first >= most) return PEND_LIMIT;

@@ -1,6 +1,7 @@
 /* Keys of objects that are open: each must be the only one of its name.
  * Leaves to others: how a key is spelt, so that equal ones have equal bytes (json_scan).
- * Invariant: keys of the inner objects follow those of the outer ones, and go when their object closes. */
+ * Invariant: keys of the inner objects follow those of the outer ones, and go when their object
+ * closes. */
 #ifndef API_JSON_KEYS_H
 #define API_JSON_KEYS_H
 
@@ -33,8 +34,8 @@ struct api_keys {
  * PEND_NO_MEMORY
  * O(keys of the object), a few bytes of each unless hashes agree.
  */
-PEND_MUST_CHECK enum pend_status api_keys_add(struct api_keys *keys, size_t first, size_t most, const char *text,
-                                              struct api_key key);
+PEND_MUST_CHECK enum pend_status api_keys_add(struct api_keys *keys, size_t first, size_t most,
+                                              const char *text, struct api_key key);
 
 /** Frees what they hold. */
 void api_keys_clear(struct api_keys *keys);

@@ -37,7 +37,8 @@ enum pend_status api_out_whole(struct api_buffer *out, const char *name, long va
     return api_buffer_format(out, "%ld", value);
 }
 
-enum pend_status api_out_number(struct api_buffer *out, const char *name, double value, int digits) {
+enum pend_status api_out_number(struct api_buffer *out, const char *name, double value,
+                                int digits) {
     if (!isfinite(value)) return PEND_NOT_FINITE;
     PEND_TRY(api_out_key(out, name));
     PEND_TRY(api_buffer_room(out, API_NUMBER_BYTES));
@@ -45,7 +46,8 @@ enum pend_status api_out_number(struct api_buffer *out, const char *name, double
     return PEND_OK;
 }
 
-enum pend_status api_out_numbers(struct api_buffer *out, const char *name, int n, const double value[], int digits) {
+enum pend_status api_out_numbers(struct api_buffer *out, const char *name, int n,
+                                 const double value[], int digits) {
     for (int i = 0; i < n; i++)
         if (!isfinite(value[i])) return PEND_NOT_FINITE;
     PEND_TRY(name ? api_out_key(out, name) : api_out_comma(out));
@@ -61,8 +63,10 @@ enum pend_status api_out_numbers(struct api_buffer *out, const char *name, int n
     return PEND_OK;
 }
 
-enum pend_status api_out_matrix(struct api_buffer *out, const char *name, int n, const double value[], int digits) {
+enum pend_status api_out_matrix(struct api_buffer *out, const char *name, int n,
+                                const double value[], int digits) {
     PEND_TRY(api_out_open(out, name, '['));
-    for (int i = 0; i < n; i++) PEND_TRY(api_out_numbers(out, NULL, n, value + (size_t)i * (size_t)n, digits));
+    for (int i = 0; i < n; i++)
+        PEND_TRY(api_out_numbers(out, NULL, n, value + (size_t)i * (size_t)n, digits));
     return api_buffer_add(out, "]", 1);
 }

@@ -1,7 +1,7 @@
 /* Pieces of JSON straight into a buffer: keys, strings, numbers, arrays of numbers.
  * Leaves to others: what is said (op_*, encode_json), limits (buffer).
- * Invariant: a comma goes where the byte before says so, so that members and items are added without counting them;
- * a number that is not finite is never written. */
+ * Invariant: a comma goes where the byte before says so, so that members and items are added
+ * without counting them; a number that is not finite is never written. */
 #ifndef API_JSON_OUT_H
 #define API_JSON_OUT_H
 
@@ -12,11 +12,13 @@
 enum { API_OUT_NUMBER_BYTES = 25 };
 
 /**
- * Most bytes of one number and its comma when it is rounded to `digits` significant digits, 0 = not rounded.
+ * Most bytes of one number and its comma when it is rounded to `digits` significant digits, 0 = not
+ * rounded.
  */
 int api_out_number_bytes(int digits);
 
-/** Writes a finite number at `at`, where API_NUMBER_BYTES are free; digits as above. Returns the end of its text. */
+/** Writes a finite number at `at`, where API_NUMBER_BYTES are free; digits as above. Returns the
+ * end of its text. */
 static inline char *api_out_digits(char *at, double x, int digits) {
     return digits ? api_number_write_digits(at, x, digits) : api_number_write(at, x);
 }
@@ -28,20 +30,24 @@ PEND_MUST_CHECK enum pend_status api_out_comma(struct api_buffer *out);
 PEND_MUST_CHECK enum pend_status api_out_key(struct api_buffer *out, const char *name);
 
 /** Appends the name and opens its object or array: bracket is '{' or '['. */
-PEND_MUST_CHECK enum pend_status api_out_open(struct api_buffer *out, const char *name, char bracket);
+PEND_MUST_CHECK enum pend_status api_out_open(struct api_buffer *out, const char *name,
+                                              char bracket);
 
 /** Appends a member whose value is a string; text is UTF-8, NULL gives null. */
-PEND_MUST_CHECK enum pend_status api_out_text(struct api_buffer *out, const char *name, const char *text);
+PEND_MUST_CHECK enum pend_status api_out_text(struct api_buffer *out, const char *name,
+                                              const char *text);
 
 /** Appends a member whose value is an integer. */
-PEND_MUST_CHECK enum pend_status api_out_whole(struct api_buffer *out, const char *name, long value);
+PEND_MUST_CHECK enum pend_status api_out_whole(struct api_buffer *out, const char *name,
+                                               long value);
 
 /**
  * Appends a member whose value is a number.
  *
  * PEND_NOT_FINITE  value is NaN or infinite; nothing was appended.
  */
-PEND_MUST_CHECK enum pend_status api_out_number(struct api_buffer *out, const char *name, double value, int digits);
+PEND_MUST_CHECK enum pend_status api_out_number(struct api_buffer *out, const char *name,
+                                                double value, int digits);
 
 /**
  * Appends an array of numbers, with the comma before it where one is due.
@@ -51,11 +57,12 @@ PEND_MUST_CHECK enum pend_status api_out_number(struct api_buffer *out, const ch
  *
  * PEND_NOT_FINITE  one of them is NaN or infinite; nothing was appended.
  */
-PEND_MUST_CHECK enum pend_status api_out_numbers(struct api_buffer *out, const char *name, int n, const double value[],
-                                                 int digits);
+PEND_MUST_CHECK enum pend_status api_out_numbers(struct api_buffer *out, const char *name, int n,
+                                                 const double value[], int digits);
 
-/** Appends a member whose value is an n x n matrix, row-major, as an array of rows; fails as api_out_numbers does. */
-PEND_MUST_CHECK enum pend_status api_out_matrix(struct api_buffer *out, const char *name, int n, const double value[],
-                                                int digits);
+/** Appends a member whose value is an n x n matrix, row-major, as an array of rows; fails as
+ * api_out_numbers does. */
+PEND_MUST_CHECK enum pend_status api_out_matrix(struct api_buffer *out, const char *name, int n,
+                                                const double value[], int digits);
 
 #endif

@@ -14,20 +14,33 @@
 enum { WANT_VALUE, WANT_ITEM_OR_END, WANT_KEY, WANT_KEY_OR_END, WANT_MORE, WANT_NOTHING };
 
 /* what one value takes in memory at most, and how much of it a byte of text may ask for */
-enum { COST_NODE = API_SCAN_NODE, COST_STRING = 32, COST_ARRAY = 16, COST_PER_BYTE = 20, COST_FREE = 1 << 16 };
+enum {
+    COST_NODE = API_SCAN_NODE,
+    COST_STRING = 32,
+    COST_ARRAY = 16,
+    COST_PER_BYTE = 20,
+    COST_FREE = 1 << 16
+};
 
 struct api_scan_frame {
     int object;
-    int pure;     /* an array that has held nothing but numbers so far: nothing of it is in the rest yet */
+    int pure; /* an array that has held nothing but numbers so far: nothing of it is in the rest yet
+               */
     size_t first; /* of its numbers (while pure) or keys */
 };
 
-static int scan_peek(const struct api_scan *s) { return s->at < s->bytes ? (unsigned char)s->text[s->at] : -1; }
+static int scan_peek(const struct api_scan *s) {
+    return s->at < s->bytes ? (unsigned char)s->text[s->at] : -1;
+}
 
-static int scan_word(int c) { return api_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+static int scan_word(int c) {
+    return api_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+}
 
 static void scan_space(struct api_scan *s) {
-    while (s->at < s->bytes && s->text[s->at] <= ' ' && strchr(" \t\n\r", s->text[s->at]) && s->text[s->at]) s->at++;
+    while (s->at < s->bytes && s->text[s->at] <= ' ' && strchr(" \t\n\r", s->text[s->at]) &&
+           s->text[s->at])
+        s->at++;
 }
 
 /* messages */
@@ -62,8 +75,8 @@ static void scan_place(const struct api_scan *s, size_t at, long *line, long *co
     }
 }
 
-__attribute__((format(printf, 4, 5))) static enum pend_status scan_fail(struct api_scan *s, int status, size_t at,
-                                                                        const char *format, ...) {
+__attribute__((format(printf, 4, 5))) static enum pend_status
+scan_fail(struct api_scan *s, int status, size_t at, const char *format, ...) {
     char what[200];
     long line, column;
     va_list arguments;
@@ -72,7 +85,8 @@ __attribute__((format(printf, 4, 5))) static enum pend_status scan_fail(struct a
     va_end(arguments);
     scan_place(s, at, &line, &column);
     api_problem_set(s->problem, status, "%s: %s at line %ld, column %ld (byte %zu)",
-                    status == 400 ? "the body is not JSON" : "the body's JSON is refused", what, line, column, at);
+                    status == 400 ? "the body is not JSON" : "the body's JSON is refused", what,
+                    line, column, at);
     return PEND_INVALID;
 }
 
@@ -101,10 +115,12 @@ static enum pend_status scan_charge(struct api_scan *s, size_t cost) {
     return scan_fail(s, 422, s->at, "too many tiny values for so short a text");
 }
 
-/* a value that becomes a node of the parser's tree: these take time, of the parser and of whoever walks the tree */
+/* a value that becomes a node of the parser's tree: these take time, of the parser and of
+ * whoever walks the tree */
 static enum pend_status scan_charge_node(struct api_scan *s) {
     if (++s->nodes > API_SCAN_VALUES)
-        return scan_fail(s, 422, s->at, "more than %d values, not counting those in arrays of numbers",
+        return scan_fail(s, 422, s->at,
+                         "more than %d values, not counting those in arrays of numbers",
                          API_SCAN_VALUES);
     return scan_charge(s, COST_NODE);
 }
@@ -173,24 +189,29 @@ static enum pend_status scan_number_grammar(struct api_scan *s) {
     const char *p = s->text + s->at, *end = s->text + s->bytes, *part;
     p += *p == '-';
     part = p;
-    if ((p = scan_digits(p, end)) == part) return scan_expected_digit(s, p, "a digit behind the minus sign");
+    if ((p = scan_digits(p, end)) == part)
+        return scan_expected_digit(s, p, "a digit behind the minus sign");
     if (*part == '0' && p > part + 1)
-        return scan_fail(s, 400, (size_t)(part - s->text), "a number may not begin with the digit 0");
+        return scan_fail(s, 400, (size_t)(part - s->text),
+                         "a number may not begin with the digit 0");
     if (p < end && *p == '.') {
         part = ++p;
-        if ((p = scan_digits(p, end)) == part) return scan_expected_digit(s, p, "a digit behind the decimal point");
+        if ((p = scan_digits(p, end)) == part)
+            return scan_expected_digit(s, p, "a digit behind the decimal point");
     }
     if (p < end && (*p | 0x20) == 'e') {
         p++;
         p += p < end && (*p == '+' || *p == '-');
         part = p;
-        if ((p = scan_digits(p, end)) == part) return scan_expected_digit(s, p, "a digit in the exponent");
+        if ((p = scan_digits(p, end)) == part)
+            return scan_expected_digit(s, p, "a digit in the exponent");
     }
     s->at = (size_t)(p - s->text);
     return PEND_OK;
 }
 
-/* the single digits from here on, each with a comma behind it, as far as there is room in the table */
+/* the single digits from here on, each with a comma behind it, as far as there is room in the
+ * table */
 static void scan_single_digits(struct api_scan *s) {
     const char *p = s->text + s->at, *end = s->text + s->bytes;
     double *to = s->numbers + s->number_count, *cap = s->numbers + s->number_cap;
@@ -210,7 +231,8 @@ static enum pend_status scan_number(struct api_scan *s) {
     end = s->text + s->at;
     x = api_number_read(begin, end);
     if (isfinite(x)) return scan_push_number(s, x);
-    return scan_fail(s, 400, (size_t)(begin - s->text), "the number %.*s is beyond the range of a double",
+    return scan_fail(s, 400, (size_t)(begin - s->text),
+                     "the number %.*s is beyond the range of a double",
                      end - begin > FOUND_WORD ? FOUND_WORD : (int)(end - begin), begin);
 }
 
@@ -236,7 +258,8 @@ static enum pend_status scan_literal(struct api_scan *s) {
     for (int i = 0; i < 3; i++) {
         size_t length = strlen(literals[i]);
         if (s->bytes - s->at < length || memcmp(s->text + s->at, literals[i], length)) continue;
-        if (s->at + length < s->bytes && scan_word((unsigned char)s->text[s->at + length])) continue;
+        if (s->at + length < s->bytes && scan_word((unsigned char)s->text[s->at + length]))
+            continue;
         PEND_TRY(scan_charge_node(s));
         s->at += length;
         return api_buffer_add(&s->rest, literals[i], length);
@@ -275,14 +298,17 @@ static int scan_encode(long code, char out[4]) {
 static enum pend_status scan_unicode(struct api_scan *s) {
     size_t begin = s->at;
     long code = scan_hex(s, begin + 2);
-    if (code < 0) return scan_fail(s, 400, begin, "\\u must be followed by four hexadecimal digits");
+    if (code < 0)
+        return scan_fail(s, 400, begin, "\\u must be followed by four hexadecimal digits");
     s->at += 6;
     if (!code) return scan_fail(s, 400, begin, "a string may not hold the character U+0000");
-    if (code >= 0xdc00 && code <= 0xdfff) return scan_fail(s, 400, begin, "a low surrogate stands alone");
+    if (code >= 0xdc00 && code <= 0xdfff)
+        return scan_fail(s, 400, begin, "a low surrogate stands alone");
     if (code >= 0xd800 && code <= 0xdbff) {
         int escape = s->bytes - s->at >= 2 && s->text[s->at] == '\\' && s->text[s->at + 1] == 'u';
         long low = escape ? scan_hex(s, s->at + 2) : -1;
-        if (low < 0xdc00 || low > 0xdfff) return scan_fail(s, 400, begin, "a high surrogate stands alone");
+        if (low < 0xdc00 || low > 0xdfff)
+            return scan_fail(s, 400, begin, "a high surrogate stands alone");
         code = 0x10000 + ((code - 0xd800) << 10) + (low - 0xdc00);
         s->at += 6;
     }
@@ -295,7 +321,9 @@ static enum pend_status scan_escape(struct api_scan *s) {
     int c = s->at + 1 < s->bytes ? (unsigned char)s->text[s->at + 1] : 0;
     if (c == 'u') return scan_unicode(s);
     const char *found = c ? strchr(from, c) : NULL;
-    if (!found) return scan_fail(s, 400, s->at, "a backslash in a string must be followed by one of \"\\/bfnrtu");
+    if (!found)
+        return scan_fail(s, 400, s->at,
+                         "a backslash in a string must be followed by one of \"\\/bfnrtu");
     s->at += 2;
     return api_text_escape(&s->rest, &to[found - from], 1);
 }
@@ -307,10 +335,12 @@ static enum pend_status scan_run(struct api_scan *s) {
         unsigned char c = (unsigned char)*p;
         if (c == '"' || c == '\\') break;
         if (c < 0x20)
-            return scan_fail(s, 400, (size_t)(p - s->text), "the control character 0x%02X in a string must be escaped",
-                             c);
+            return scan_fail(s, 400, (size_t)(p - s->text),
+                             "the control character 0x%02X in a string must be escaped", c);
         int length = c < 0x80 ? 1 : api_text_utf8(p, (size_t)(end - p));
-        if (!length) return scan_fail(s, 400, (size_t)(p - s->text), "the byte 0x%02X begins no UTF-8 character", c);
+        if (!length)
+            return scan_fail(s, 400, (size_t)(p - s->text),
+                             "the byte 0x%02X begins no UTF-8 character", c);
         p += length;
     }
     s->at = (size_t)(p - s->text);
@@ -336,8 +366,10 @@ static enum pend_status scan_string(struct api_scan *s) {
 /* arrays and objects */
 
 static enum pend_status scan_open(struct api_scan *s, int object) {
-    if (s->depth == s->depth_cap) return scan_fail(s, 422, s->at, "more than %d levels of nesting", s->depth_cap);
-    s->frames[s->depth++] = (struct api_scan_frame){object, !object, object ? s->keys.count : s->number_count};
+    if (s->depth == s->depth_cap)
+        return scan_fail(s, 422, s->at, "more than %d levels of nesting", s->depth_cap);
+    s->frames[s->depth++] =
+        (struct api_scan_frame){object, !object, object ? s->keys.count : s->number_count};
     s->at++;
     s->want = object ? WANT_KEY_OR_END : WANT_ITEM_OR_END;
     if (!object) return PEND_OK;
@@ -367,8 +399,10 @@ static enum pend_status scan_more(struct api_scan *s, int c) {
 /* keeps a key as it is written in the rest, quotes included */
 static enum pend_status scan_keep_key(struct api_scan *s, struct api_key key, size_t at) {
     const char *rest = s->rest.data;
-    enum pend_status status = api_keys_add(&s->keys, s->frames[s->depth - 1].first, API_SCAN_MEMBERS, rest, key);
-    if (status == PEND_LIMIT) return scan_fail(s, 422, at, "an object has more than %d members", API_SCAN_MEMBERS);
+    enum pend_status status =
+        api_keys_add(&s->keys, s->frames[s->depth - 1].first, API_SCAN_MEMBERS, rest, key);
+    if (status == PEND_LIMIT)
+        return scan_fail(s, 422, at, "an object has more than %d members", API_SCAN_MEMBERS);
     if (status != PEND_INVALID) return status;
     int length = (int)api_text_cut(rest + key.at, key.bytes, 40);
     return scan_fail(s, 400, at, "the key %.*s is there twice", length, rest + key.at);
@@ -377,7 +411,8 @@ static enum pend_status scan_keep_key(struct api_scan *s, struct api_key key, si
 static enum pend_status scan_key(struct api_scan *s, int c) {
     size_t at = s->at, begin = s->rest.bytes;
     if (c != '"')
-        return scan_expected(s, s->want == WANT_KEY ? "a key in double quotes" : "a key in double quotes or \"}\"");
+        return scan_expected(s, s->want == WANT_KEY ? "a key in double quotes"
+                                                    : "a key in double quotes or \"}\"");
     PEND_TRY(scan_string(s));
     PEND_TRY(scan_keep_key(s, (struct api_key){begin, s->rest.bytes - begin}, at));
     scan_space(s);
@@ -425,7 +460,8 @@ static enum pend_status scan_document(struct api_scan *s) {
 
 enum pend_status api_scan_run(struct api_scan *scan, const char *text, size_t bytes, int depth_cap,
                               struct api_problem *problem) {
-    *scan = (struct api_scan){.text = text, .bytes = bytes, .depth_cap = depth_cap, .problem = problem};
+    *scan =
+        (struct api_scan){.text = text, .bytes = bytes, .depth_cap = depth_cap, .problem = problem};
     api_buffer_init(&scan->rest, SIZE_MAX);
     scan->frames = calloc((size_t)depth_cap, sizeof *scan->frames);
     return scan->frames ? scan_document(scan) : PEND_NO_MEMORY;

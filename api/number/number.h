@@ -1,6 +1,7 @@
 /* Numbers as text: doubles to and from decimals, exactly.
  * Leaves to others: JSON's grammar around them (json_in), buffers (encode_*).
- * Invariant: independent of the locale; what api_number_write writes, api_number_read reads back to the same double. */
+ * Invariant: independent of the locale; what api_number_write writes, api_number_read reads back
+ * to the same double. */
 #ifndef API_NUMBER_H
 #define API_NUMBER_H
 
@@ -8,14 +9,15 @@
 extern "C" {
 #endif
 
-/* Room that a number needs: the text is shorter (24 at most), but bytes behind it may be overwritten. */
+/* Room that a number needs: the text is shorter (24 at most), but bytes behind it may be
+ * overwritten. */
 enum { API_NUMBER_BYTES = 32 };
 
 /**
  * Writes the shortest decimal that reads back to the same double, and of several the nearest.
  *
- * A JSON number in plain form where 1e-5 <= |x| < 1e16 (0.57, 100, 1234.5), else with an exponent (1.5e-7, 1e300).
- * Whole numbers below 1e16 are exact; zero is 0, and -0.0 with its sign.
+ * A JSON number in plain form where 1e-5 <= |x| < 1e16 (0.57, 100, 1234.5), else with an exponent
+ * (1.5e-7, 1e300). Whole numbers below 1e16 are exact; zero is 0, and -0.0 with its sign.
  *
  * out  room for API_NUMBER_BYTES; no NUL is written.
  * x    finite.
@@ -26,9 +28,10 @@ char *api_number_write(char *out, double x);
 /**
  * The same, rounded to at most `digits` significant digits.
  *
- * The text is the decimal of that many digits nearest to the exact value of the double, ties to the even digit, without
- * trailing zeros; or the shortest decimal that reads back, where that has no more digits: so 17 never rounds. Next to
- * the largest double it is the nearest below, where the one above could not be read.
+ * The text is the decimal of that many digits nearest to the exact value of the double, ties to the
+ * even digit, without trailing zeros; or the shortest decimal that reads back, where that has no
+ * more digits: so 17 never rounds. Next to the largest double it is the nearest below, where the
+ * one above could not be read.
  *
  * digits  1 to 17.
  */

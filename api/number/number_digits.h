@@ -1,4 +1,5 @@
-/* Sixteen decimal digits at once: from two numbers to characters, with SSE2 or in plain 64-bit arithmetic.
+/* Sixteen decimal digits at once: from two numbers to characters, with SSE2 or in plain 64-bit
+ * arithmetic.
  * Leaves to others: which digits, and what stands around them (number_write).
  * Invariant: both ways give the same bytes; only bytes [out, out + 17) are written. C++17. */
 #ifndef API_NUMBER_DIGITS_H
@@ -13,8 +14,8 @@
 
 namespace api {
 
-/* eight decimal digits of a number below 10^8, one a byte, the first in the lowest: halves, quarters, digits, all at
- * once */
+/* eight decimal digits of a number below 10^8, one a byte, the first in the lowest: halves,
+ * quarters, digits, all at once */
 inline uint64_t digits8(uint64_t x) {
     uint64_t four = x * 109951163 >> 40, halves = four | (x - 10000 * four) << 32;
     uint64_t hundreds = (halves * 10486 >> 20) & 0x0000007f0000007f;
@@ -24,11 +25,12 @@ inline uint64_t digits8(uint64_t x) {
 }
 
 /*
- * Both classes hold the digits of two numbers below 10^8, those of the first before those of the second, and have
- *   significant(last)              number of digits up to the last that is not 0, `last` being a 17th
- *   values(out)                    the digits themselves, one a byte, the first of each number in the lowest
- *   store(out)                     16 characters
- *   store_with_point(out, before)  17 characters: the point comes behind the first `before`, 0 to 16
+ * Both classes hold the digits of two numbers below 10^8, those of the first before those of the
+ * second, and have
+ *   significant(last)              number of digits up to the last that is not 0, `last` being a
+ * 17th values(out)                    the digits themselves, one a byte, the first of each number
+ * in the lowest store(out)                     16 characters store_with_point(out, before)  17
+ * characters: the point comes behind the first `before`, 0 to 16
  */
 class digits16_plain {
   public:
@@ -54,14 +56,17 @@ class digits16_plain {
     void store_with_point(char *out, int before) const {
         uint64_t front = high | ZEROS, back = low | ZEROS, moved = back << 8 | front >> 56;
         store(out, before < 8 ? with_point(front, front << 8, before) : front);
-        store(out + 8, before < 8 ? moved : before < 16 ? with_point(back, moved, before - 8) : back);
+        store(out + 8, before < 8    ? moved
+                       : before < 16 ? with_point(back, moved, before - 8)
+                                     : back);
         out[16] = before < 16 ? (char)(back >> 56) : '.';
     }
 
   private:
     static constexpr uint64_t ZEROS = 0x3030303030303030;
 
-    /* a point put in at byte `at`, 0 to 7: the bytes before it stay, those behind it come from `moved` */
+    /* a point put in at byte `at`, 0 to 7: the bytes before it stay, those behind it come from
+     * `moved` */
     static uint64_t with_point(uint64_t bytes, uint64_t moved, int at) {
         uint64_t before = ((uint64_t)1 << 8 * at) - 1, point = (uint64_t)0xff << 8 * at;
         return (bytes & before) | ((uint64_t)'.' << 8 * at) | (moved & ~before & ~point);
@@ -93,7 +98,8 @@ class digits16_sse2 {
     digits16_sse2() = default;
     /* halves, quarters, digits, of both numbers at a time */
     digits16_sse2(uint64_t high, uint64_t low) {
-        __m128i x = _mm_unpacklo_epi64(_mm_cvtsi64_si128((int64_t)high), _mm_cvtsi64_si128((int64_t)low));
+        __m128i x =
+            _mm_unpacklo_epi64(_mm_cvtsi64_si128((int64_t)high), _mm_cvtsi64_si128((int64_t)low));
         __m128i front = _mm_srli_epi64(_mm_mul_epu32(x, _mm_set1_epi64x(109951163)), 40);
         __m128i back = _mm_sub_epi64(x, _mm_mul_epu32(front, _mm_set1_epi64x(10000)));
         x = _mm_or_si128(front, _mm_slli_epi64(back, 32));
@@ -118,7 +124,8 @@ class digits16_sse2 {
         __m128i lead = _mm_loadu_si128((const __m128i *)(masks.bytes + 16 - before)), all = text();
         out[16] = (char)(_mm_extract_epi16(all, 7) >> 8);
         __m128i moved = _mm_slli_si128(all, 1);
-        _mm_storeu_si128((__m128i *)out, _mm_or_si128(_mm_and_si128(lead, all), _mm_andnot_si128(lead, moved)));
+        _mm_storeu_si128((__m128i *)out,
+                         _mm_or_si128(_mm_and_si128(lead, all), _mm_andnot_si128(lead, moved)));
         out[before] = '.';
     }
 

@@ -1,7 +1,7 @@
-/* Short numbers eight at a time, in the lanes of AVX-512: every step but the last is one for all of them, and the last
- * is a shuffle of a number's digits to their places. Leaves to others: whether the processor has it (core/base/isa), all
- * other numbers (number_write). Invariant: as that of number_short, and short_lanes stands for short_batch in every
- * way. C++17. */
+/* Short numbers eight at a time, in the lanes of AVX-512: every step but the last is one for all
+ * of them, and the last is a shuffle of a number's digits to their places. Leaves to others:
+ * whether the processor has it (core/base/isa), all other numbers (number_write). Invariant: as
+ * that of number_short, and short_lanes stands for short_batch in every way. C++17. */
 #ifndef API_NUMBER_LANES_H
 #define API_NUMBER_LANES_H
 
@@ -23,8 +23,8 @@
 
 namespace api {
 
-/* 10^12, 10^11, ...: those from 10^(digits + 4) on belong to the exponents from SHORT_LEAST on; and 10^SHORT_LEAST up,
- * where a number of that many digits begins, as bits */
+/* 10^12, 10^11, ...: those from 10^(digits + 4) on belong to the exponents from SHORT_LEAST on;
+ * and 10^SHORT_LEAST up, where a number of that many digits begins, as bits */
 struct lane_powers {
     constexpr lane_powers() : falling(), begins() {
         for (int i = 0; i < 24; i++) falling[i] = i <= 12 ? (double)power10[12 - i] : 0;
@@ -35,8 +35,8 @@ struct lane_powers {
 };
 constexpr lane_powers powers_of_lanes{};
 
-/* where the digits of a number stand in its text, and what stands in the other places: for every exponent, without and
- * with a sign */
+/* where the digits of a number stand in its text, and what stands in the other places: for every
+ * exponent, without and with a sign */
 struct lane_layout {
     unsigned char from[16]; /* the digit at each place; beyond 127 for none */
     char other[16];         /* '0' where a digit is */
@@ -45,13 +45,15 @@ struct lane_layout {
 struct lane_layouts {
     constexpr lane_layouts() : value() {
         for (int e = SHORT_LEAST; e <= SHORT_MOST; e++)
-            for (int sign = 0; sign < 2; sign++) value[2 * (e - SHORT_LEAST) + sign] = layout(e, sign);
+            for (int sign = 0; sign < 2; sign++)
+                value[2 * (e - SHORT_LEAST) + sign] = layout(e, sign);
     }
     static constexpr lane_layout layout(int e, int sign) {
         lane_layout made = {};
         int at = 0, digit = 0, point = sign + (e < 0 ? 1 : e + 1);
         for (; at < 16; at++) {
-            bool leads = at < sign + (e < 0 ? 1 - e : 0), none = leads || at == point || digit == SHORT_DIGITS;
+            bool leads = at < sign + (e < 0 ? 1 - e : 0),
+                 none = leads || at == point || digit == SHORT_DIGITS;
             made.from[at] = none ? 0x80 : (unsigned char)digit++;
             made.other[at] = at < sign ? '-' : at == point ? '.' : '0';
         }
@@ -107,25 +109,30 @@ class short_lanes {
         __m512i log10 = _mm512_srai_epi64(_mm512_mul_epi32(binary, whole(1233)), 12);
         __m512i e = _mm512_sub_epi64(log10, whole(SHORT_LEAST));
         const uint64_t *begins = powers_of_lanes.begins;
-        __m512i next = _mm512_permutex2var_epi64(_mm512_loadu_si512(begins), _mm512_add_epi64(e, whole(1)),
-                                                 _mm512_loadu_si512(begins + 8));
+        __m512i next =
+            _mm512_permutex2var_epi64(_mm512_loadu_si512(begins), _mm512_add_epi64(e, whole(1)),
+                                      _mm512_loadu_si512(begins + 8));
         e = _mm512_mask_add_epi64(e, _mm512_cmpge_epu64_mask(bits, next), e, whole(1));
         int most = (digits - 1 < SHORT_MOST ? digits - 1 : SHORT_MOST) - SHORT_LEAST;
         __m512i place = _mm512_sub_epi64(binary, whole(SHORT_BINARY));
-        good = _mm512_cmplt_epu64_mask(place, whole(SHORT_BINARIES)) & _mm512_cmple_epu64_mask(e, whole(most));
+        good = _mm512_cmplt_epu64_mask(place, whole(SHORT_BINARIES)) &
+               _mm512_cmple_epu64_mask(e, whole(most));
         return e;
     }
 
     /* eight digits of each, one a byte, the first in the lowest */
     API_LANES __m512i digits_of(__m512d magnitude, __m512i e, __mmask8 &good) const {
         const double *falling = powers_of_lanes.falling + (SHORT_DIGITS - digits);
-        __m512d power = _mm512_permutex2var_pd(_mm512_loadu_pd(falling), e, _mm512_loadu_pd(falling + 8));
+        __m512d power =
+            _mm512_permutex2var_pd(_mm512_loadu_pd(falling), e, _mm512_loadu_pd(falling + 8));
         __m512d scaled = _mm512_mul_pd(magnitude, power);
         __m256i below = _mm512_cvttpd_epi32(scaled);
-        __m512d above_tie = _mm512_sub_pd(_mm512_sub_pd(scaled, _mm512_cvtepi32_pd(below)), _mm512_set1_pd(0.5));
+        __m512d above_tie =
+            _mm512_sub_pd(_mm512_sub_pd(scaled, _mm512_cvtepi32_pd(below)), _mm512_set1_pd(0.5));
         __mmask8 up = _mm512_cmp_pd_mask(above_tie, _mm512_setzero_pd(), _CMP_GT_OQ);
         __m256i units = _mm256_mask_add_epi32(below, up, below, _mm256_set1_epi32(1));
-        good &= _mm512_cmp_pd_mask(_mm512_abs_pd(above_tie), _mm512_set1_pd(SHORT_NEAR_TIE), _CMP_GE_OQ);
+        good &= _mm512_cmp_pd_mask(_mm512_abs_pd(above_tie), _mm512_set1_pd(SHORT_NEAR_TIE),
+                                   _CMP_GE_OQ);
         good &= _mm256_cmplt_epu32_mask(units, _mm256_set1_epi32((int)power10[digits]));
         units = _mm256_mullo_epi32(units, _mm256_set1_epi32((int)power10[SHORT_DIGITS - digits]));
         return spread(_mm512_cvtepu32_epi64(units));
@@ -150,7 +157,8 @@ class short_lanes {
         __m512i before = _mm512_add_epi64(e, whole(SHORT_LEAST + 1)); /* the point */
         __mmask8 small = _mm512_cmple_epi64_mask(before, _mm512_setzero_si512());
         __m512i with_point = _mm512_add_epi64(count, whole(1));
-        __m512i plain = _mm512_mask_mov_epi64(before, _mm512_cmpgt_epi64_mask(count, before), with_point);
+        __m512i plain =
+            _mm512_mask_mov_epi64(before, _mm512_cmpgt_epi64_mask(count, before), with_point);
         return _mm512_mask_sub_epi64(plain, small, _mm512_add_epi64(count, whole(2)), before);
     }
 

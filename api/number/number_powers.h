@@ -1,7 +1,7 @@
 /* Powers of ten to 128 bits, made by the compiler.
  * Leaves to others: using them (number_write).
- * Invariant: 10^p = (significand + e) * 2^exponent with 2^127 <= significand < 2^128 and 0 <= e < 1; e = 0 for
- * 0 <= p <= 55. C++17. */
+ * Invariant: 10^p = (significand + e) * 2^exponent with 2^127 <= significand < 2^128 and 0 <= e
+ * < 1; e = 0 for 0 <= p <= 55. C++17. */
 #ifndef API_NUMBER_POWERS_H
 #define API_NUMBER_POWERS_H
 
@@ -28,7 +28,8 @@ class power_table {
         up.limb[0] = 1;
         down.limb[LIMBS - 1] = 1;
         for (int p = 0; p <= POWER_MOST; p++, up.times_ten()) entries[p - POWER_LEAST] = up.top();
-        for (int p = 0; p >= POWER_LEAST; p--, down.over_ten()) entries[p - POWER_LEAST] = down.top();
+        for (int p = 0; p >= POWER_LEAST; p--, down.over_ten())
+            entries[p - POWER_LEAST] = down.top();
     }
     constexpr uint128 operator[](int p) const { return entries[p - POWER_LEAST]; }
 
@@ -71,7 +72,8 @@ class power_table {
 
 constexpr power_table powers_of_ten{};
 
-/* the bits of the least double that is not below 10^p, for p from -307 to 308: positive doubles compare as their bits
+/* the bits of the least double that is not below 10^p, for p from -307 to 308: positive doubles
+ * compare as their bits
  */
 class threshold_table {
   public:
@@ -85,7 +87,8 @@ class threshold_table {
 
     static constexpr uint64_t bits(int p) {
         uint128 power = powers_of_ten[p];
-        uint64_t significand = power.high >> 11, biased = (uint64_t)(power_exponent(p) + 64 + 11 + 1075);
+        uint64_t significand = power.high >> 11,
+                 biased = (uint64_t)(power_exponent(p) + 64 + 11 + 1075);
         bool more = power.high << 53 || power.low || p < 0 || p > POWER_EXACT_MOST;
         return (biased << 52) + (significand - ((uint64_t)1 << 52)) + more;
     }

@@ -1,6 +1,9 @@
-/* Short numbers: at most eight digits, and of an everyday size. Sixteen of them are made at a time, each step for all:
- * the steps of one number wait for each other, and a processor looks ahead over a short loop only.
- * Leaves to others: all other numbers, what stands between them (number_write), wider lanes (number_lanes).
+/* Short numbers: at most eight digits, and of an everyday size. Sixteen of them are made at a
+ * time, each step for all:
+ * the steps of one number wait for each other, and a processor looks ahead over a short loop
+ * only.
+ * Leaves to others: all other numbers, what stands between them (number_write), wider lanes
+ * (number_lanes).
  * Invariant: what is written is what api_number_write_digits writes, to the byte. C++17. */
 #ifndef API_NUMBER_SHORT_H
 #define API_NUMBER_SHORT_H
@@ -15,8 +18,9 @@
 namespace api {
 
 /* numbers in plain form, and how near to a tie a rounding in doubles proves nothing */
-constexpr int SHORT_DIGITS = 8, SHORT_LEAST = -5, SHORT_MOST = 6; /* decimal exponents written this way */
-constexpr int SHORT_BINARY = -17, SHORT_BINARIES = 41;            /* 2^-17 < 1e-5, 2^24 > 1e7 */
+constexpr int SHORT_DIGITS = 8, SHORT_LEAST = -5,
+              SHORT_MOST = 6;                          /* decimal exponents written this way */
+constexpr int SHORT_BINARY = -17, SHORT_BINARIES = 41; /* 2^-17 < 1e-5, 2^24 > 1e7 */
 constexpr double SHORT_NEAR_TIE = 1e-7;
 
 /* 10^0 .. 10^17 */
@@ -46,8 +50,8 @@ inline uint64_t bits_of(double x) {
     return bits;
 }
 
-/* for every binary exponent of an everyday number: the least that has one decimal digit more than 2^exponent, as bits,
- * and the decimal exponent below it */
+/* for every binary exponent of an everyday number: the least that has one decimal digit more
+ * than 2^exponent, as bits, and the decimal exponent below it */
 struct short_exponents {
     constexpr short_exponents() : threshold(), exponent() {
         for (int i = 0; i < SHORT_BINARIES; i++) {
@@ -81,7 +85,9 @@ struct short_layouts {
             if (e < 0)
                 layout = {~(uint64_t)0, 0, 0, 1 - e, 8, 0};
             else
-                layout = {before(e + 1), ~before(e + 1) << 8, (uint64_t)'.' << 8 * (e + 1), 0, e + 1, e + 1};
+                layout = {
+                    before(e + 1), ~before(e + 1) << 8, (uint64_t)'.' << 8 * (e + 1), 0, e + 1,
+                    e + 1};
         }
     }
     static constexpr uint64_t before(int bytes) { return ((uint64_t)1 << 8 * bytes) - 1; }
@@ -93,9 +99,9 @@ constexpr short_layouts short_layouts_at{};
  * This class and the one of number_lanes have
  *   COUNT                how many numbers they make at a time
  *   short_X(digits)      1 to SHORT_DIGITS
- *   take(x)              false where one of x[0] .. x[COUNT - 1] is of another size, zero included, or where rounding
- * it needs more than a double write(out, x, i)     x[i] after take(x), and the end of its text; out has room for
- * API_NUMBER_BYTES
+ *   take(x)              false where one of x[0] .. x[COUNT - 1] is of another size, zero included,
+ * or where rounding it needs more than a double write(out, x, i)     x[i] after take(x), and the
+ * end of its text; out has room for API_NUMBER_BYTES
  */
 class short_batch {
   public:
@@ -104,7 +110,8 @@ class short_batch {
 
     bool take(const double x[]) { return scale(x) && round(); }
 
-    /* neither the size of a number nor how many digits it has makes a branch, which no processor could foresee */
+    /* neither the size of a number nor how many digits it has makes a branch, which no processor
+     * could foresee */
     char *write(char *out, const double x[], int i) const {
         const short_layout &layout = short_layouts_at.value[exponent[i]];
         int count = 8 - (__builtin_clzll(text[i]) >> 3);
@@ -121,18 +128,22 @@ class short_batch {
 
   private:
     int digits;
-    double scaled[COUNT]; /* to `digits` digits before the point; below 10^8, so that it is wrong by less than 10^-8 */
+    double scaled[COUNT]; /* to `digits` digits before the point; below 10^8, so that it is wrong by
+                             less than 10^-8 */
     int exponent[COUNT];  /* decimal, from SHORT_LEAST on */
     uint64_t text[COUNT]; /* eight digits, one a byte, the first in the lowest */
 
     bool scale(const double x[]) {
         const double *power = short_tens + (digits - 1 - SHORT_LEAST - SHORT_TENS_LEAST);
-        unsigned most = (unsigned)((digits - 1 < SHORT_MOST ? digits - 1 : SHORT_MOST) - SHORT_LEAST), wrong = 0;
+        unsigned most =
+                     (unsigned)((digits - 1 < SHORT_MOST ? digits - 1 : SHORT_MOST) - SHORT_LEAST),
+                 wrong = 0;
         for (int i = 0; i < COUNT; i++) {
             uint64_t bits = bits_of(fabs(x[i])), binary = (bits >> 52) - (1023 + SHORT_BINARY);
             wrong |= binary >= SHORT_BINARIES;
             binary = binary >= SHORT_BINARIES ? 0 : binary;
-            exponent[i] = short_binaries.exponent[binary] - SHORT_LEAST + (bits >= short_binaries.threshold[binary]);
+            exponent[i] = short_binaries.exponent[binary] - SHORT_LEAST +
+                          (bits >= short_binaries.threshold[binary]);
             wrong |= (unsigned)exponent[i] > most;
             scaled[i] = fabs(x[i]) * power[-exponent[i]];
         }
@@ -151,7 +162,8 @@ class short_batch {
             greatest = units[i] > greatest ? units[i] : greatest;
             units[i] *= tail;
         }
-        for (int i = 0; i < COUNT; i += 2) digits16((uint64_t)units[i], (uint64_t)units[i + 1]).values(text + i);
+        for (int i = 0; i < COUNT; i += 2)
+            digits16((uint64_t)units[i], (uint64_t)units[i + 1]).values(text + i);
         return nearest >= SHORT_NEAR_TIE && (uint64_t)greatest < power10[digits];
     }
 };

@@ -45,11 +45,13 @@ struct digits17 {
 };
 
 constexpr int DIGITS = 17;
-constexpr int PLAIN_LEAST = -5, PLAIN_BEYOND = 16; /* decimal exponents that are written without an exponent */
-constexpr double WHOLE_BEYOND = 1e16;              /* whole numbers below this are exact and written as integers */
+constexpr int PLAIN_LEAST = -5,
+              PLAIN_BEYOND = 16; /* decimal exponents that are written without an exponent */
+constexpr double WHOLE_BEYOND =
+    1e16; /* whole numbers below this are exact and written as integers */
 constexpr int EXPONENT_LEAST = -324, EXPONENT_MOST = 308;
-constexpr uint64_t HIDDEN_BIT = (uint64_t)1 << 52, SMALLEST_NORMAL = HIDDEN_BIT, TIE = (uint64_t)1 << 63,
-                   TEN_8 = 100000000, TEN_15 = 1000000000000000;
+constexpr uint64_t HIDDEN_BIT = (uint64_t)1 << 52, SMALLEST_NORMAL = HIDDEN_BIT,
+                   TIE = (uint64_t)1 << 63, TEN_8 = 100000000, TEN_15 = 1000000000000000;
 
 /* "e-324" to "e308": the characters in the low bytes, their number in the highest */
 struct exponent_table {
@@ -60,9 +62,11 @@ struct exponent_table {
 
   private:
     static constexpr uint64_t text(int e) {
-        unsigned rest = (unsigned)(e < 0 ? -e : e), count = 1 + (rest > 9) + (rest > 99), bytes = count + 1 + (e < 0);
+        unsigned rest = (unsigned)(e < 0 ? -e : e), count = 1 + (rest > 9) + (rest > 99),
+                 bytes = count + 1 + (e < 0);
         uint64_t word = 'e' | (e < 0 ? (uint64_t)'-' << 8 : 0) | (uint64_t)bytes << 56;
-        for (unsigned at = bytes; count--; rest /= 10) word |= (uint64_t)('0' + rest % 10) << 8 * --at;
+        for (unsigned at = bytes; count--; rest /= 10)
+            word |= (uint64_t)('0' + rest % 10) << 8 * --at;
         return word;
     }
     uint64_t value[EXPONENT_MOST - EXPONENT_LEAST + 1];
@@ -139,10 +143,10 @@ inline uint128 times(uint64_t significand, uint128 power) {
 inline bool unclear(int64_t difference) { return (uint64_t)difference + 3 <= 6; }
 
 /*
- * The shortest decimal in the interval of the numbers that read back to the double, scaled so that the interval is 1 to
- * 10 units wide: a multiple of 10 units if one is in it (then it is the only one), else the nearest whole number. One
- * multiplication with a truncated power decides, unless a comparison is within its error: then, and for zero, subnormal
- * numbers and powers of two, false.
+ * The shortest decimal in the interval of the numbers that read back to the double, scaled so that
+ * the interval is 1 to 10 units wide: a multiple of 10 units if one is in it (then it is the only
+ * one), else the nearest whole number. One multiplication with a truncated power decides, unless a
+ * comparison is within its error: then, and for zero, subnormal numbers and powers of two, false.
  */
 inline bool shortest_fast(uint64_t bits, decimal17 &d) {
     int exponent = exponent_of(bits), k = log10_of_power2(exponent);
@@ -150,13 +154,17 @@ inline bool shortest_fast(uint64_t bits, decimal17 &d) {
     int shift = exponent + power_exponent(-k) + 128; /* 1 .. 4 */
     uint128 scaled = times(mantissa_of(bits) << shift, power);
     uint64_t tens = scaled.high / 10, units = scaled.high - 10 * tens, fraction = scaled.low;
-    /* in 2^-59: the distance to the multiple of 10 below, to the one above, and half the interval */
+    /* in 2^-59: the distance to the multiple of 10 below, to the one above, and half the
+     * interval */
     int64_t below = (int64_t)(units << 59 | fraction >> 5), above = ((int64_t)10 << 59) - below;
     int64_t half = (int64_t)(power.high >> (6 - shift));
     if (mantissa_of(bits) == HIDDEN_BIT || bits < SMALLEST_NORMAL) return false;
-    if (unclear(below - half) || unclear(above - half) || unclear((int64_t)(fraction - TIE))) return false;
-    /* all ones where a multiple of 10 is inside; without a branch, which no processor could foresee */
-    uint64_t inside = (uint64_t)(((below < above ? below : above) - half) >> 63), up = (uint64_t)(above < half);
+    if (unclear(below - half) || unclear(above - half) || unclear((int64_t)(fraction - TIE)))
+        return false;
+    /* all ones where a multiple of 10 is inside; without a branch, which no processor could
+     * foresee */
+    uint64_t inside = (uint64_t)(((below < above ? below : above) - half) >> 63),
+             up = (uint64_t)(above < half);
     uint64_t last = (units + (fraction >> 63)) & ~inside, front = tens + up;
     /* 16 digits or 17 */
     uint64_t sixteen = front < TEN_15;
@@ -189,8 +197,8 @@ inline int decimal_exponent(uint64_t bits) {
 }
 
 /*
- * A normal number rounded to `digits` digits; a carry may make them 10^digits. False where it cannot be proved which
- * way to round.
+ * A normal number rounded to `digits` digits; a carry may make them 10^digits. False where it
+ * cannot be proved which way to round.
  */
 inline bool rounded_fast(double x, int digits, decimal &d) {
     uint64_t bits = bits_of(x), significand = mantissa_of(bits) << 11;
@@ -200,10 +208,12 @@ inline bool rounded_fast(double x, int digits, decimal &d) {
     uint128 power = powers_of_ten[p], scaled = times(significand, power);
     /* the point is this far up in scaled.high, 1 .. 63 */
     int shift = -(exponent_of(bits) - 11 + power_exponent(p)) - 128;
-    uint64_t units = scaled.high >> shift, fraction = scaled.high << (64 - shift) | scaled.low >> shift;
+    uint64_t units = scaled.high >> shift,
+             fraction = scaled.high << (64 - shift) | scaled.low >> shift;
     d.significand = units + (fraction > TIE);
     if (!unclear((int64_t)(fraction - TIE))) return true;
-    bool exact = p >= 0 && p <= POWER_EXACT_MOST && !(scaled.low << (64 - shift)) && significand * power.low == 0;
+    bool exact = p >= 0 && p <= POWER_EXACT_MOST && !(scaled.low << (64 - shift)) &&
+                 significand * power.low == 0;
     d.significand = units + (units & 1);
     return exact && fraction == TIE;
 }
@@ -214,8 +224,8 @@ inline bool rounded_fast(double x, int digits, decimal &d) {
 
 inline bool whole(double x) { return x < WHOLE_BEYOND && (double)(int64_t)x == x; }
 
-/* What shortest_fast leaves open; only of zero is the sign still to be told. -0.0 has a fraction, since -0 would be
- * read as an integer by some, and lose its sign. */
+/* What shortest_fast leaves open; only of zero is the sign still to be told. -0.0 has a
+ * fraction, since -0 would be read as an integer by some, and lose its sign. */
 SELDOM char *write_shortest_library(char *out, double x) {
     double magnitude = fabs(x);
     memcpy(out, "0.0", 3);
@@ -224,7 +234,9 @@ SELDOM char *write_shortest_library(char *out, double x) {
     return write_digits(out, spread_any(shortest_library(magnitude)));
 }
 
-int shortest_digits(double x) { return x == 0 ? 1 : spread_any(shortest_library(fabs(x))).significant(); }
+int shortest_digits(double x) {
+    return x == 0 ? 1 : spread_any(shortest_library(fabs(x))).significant();
+}
 
 SELDOM char *write_rounded_library(char *out, double x, int digits) {
     if (shortest_digits(x) <= digits) return write_shortest_library(out, x);
@@ -245,7 +257,8 @@ inline char *write_shortest(char *out, double x) {
     assert(isfinite(x));
     decimal17 d;
     out = write_sign(out, x);
-    return shortest_fast(bits_of(fabs(x)), d) ? write_digits(out, spread(d)) : write_shortest_library(out, x);
+    return shortest_fast(bits_of(fabs(x)), d) ? write_digits(out, spread(d))
+                                              : write_shortest_library(out, x);
 }
 
 /* the largest double cut to so many digits: rounded up, it could not be read back */
@@ -268,16 +281,19 @@ extern "C" char *api_number_write_digits(char *out, double x, int digits) {
     /* with 15 digits or less the shortest decimal, where it is no longer, comes out by rounding */
     if (digits > 15 || !rounded_fast(fabs(x), digits, d) || d.significand == power10[digits])
         return write_rounded_library(out, x, digits);
-    return write_digits(out, spread({d.significand * power10[16 - digits], 0, d.exponent + digits - 1}));
+    return write_digits(out,
+                        spread({d.significand * power10[16 - digits], 0, d.exponent + digits - 1}));
 }
 
 namespace {
 
-/* what stands between the numbers of rows, and where in a row the next one is; copies, since the text might be theirs
+/* what stands between the numbers of rows, and where in a row the next one is; copies, since the
+ * text might be theirs
  */
 class row_writer {
   public:
-    explicit row_writer(const struct api_number_rows &rows) : k(0), width(rows.width), open(rows.open) {
+    explicit row_writer(const struct api_number_rows &rows)
+        : k(0), width(rows.width), open(rows.open) {
         memcpy(close, rows.close, sizeof close);
         close_bytes = rows.close_bytes;
     }
@@ -317,14 +333,16 @@ __attribute__((noinline)) char *rows_shortest(char *out, const struct api_number
 }
 
 template <class short_numbers>
-inline __attribute__((always_inline)) char *rows_rounded_by(char *out, const struct api_number_rows &rows) {
+inline __attribute__((always_inline)) char *rows_rounded_by(char *out,
+                                                            const struct api_number_rows &rows) {
     const double *x = rows.value, *end = x + rows.rows * rows.width;
     row_writer writer(rows);
     short_numbers numbers(rows.digits < SHORT_DIGITS ? rows.digits : SHORT_DIGITS);
     for (long count; x < end; x += count) {
         count = end - x < numbers.COUNT ? end - x : numbers.COUNT;
         bool brief = rows.digits <= SHORT_DIGITS && count == numbers.COUNT && numbers.take(x);
-        for (int i = 0; brief && i < numbers.COUNT; i++) out = writer.end(numbers.write(writer.begin(out), x, i));
+        for (int i = 0; brief && i < numbers.COUNT; i++)
+            out = writer.end(numbers.write(writer.begin(out), x, i));
         for (int i = 0; !brief && i < count; i++)
             out = writer.end(api_number_write_digits(writer.begin(out), x[i], rows.digits));
     }
@@ -336,7 +354,8 @@ __attribute__((noinline)) char *rows_rounded(char *out, const struct api_number_
 }
 
 #ifdef __x86_64__
-API_LANES __attribute__((noinline)) char *rows_in_lanes(char *out, const struct api_number_rows &rows) {
+API_LANES __attribute__((noinline)) char *rows_in_lanes(char *out,
+                                                        const struct api_number_rows &rows) {
     return rows_rounded_by<short_lanes>(out, rows);
 }
 #else
@@ -347,7 +366,8 @@ constexpr auto rows_in_lanes = rows_rounded;
 
 extern "C" char *api_number_write_rows(char *out, const struct api_number_rows *rows) {
     if (!rows->digits) return rows_shortest(out, *rows);
-    return pend_isa_best() == PEND_ISA_AVX512 ? rows_in_lanes(out, *rows) : rows_rounded(out, *rows);
+    return pend_isa_best() == PEND_ISA_AVX512 ? rows_in_lanes(out, *rows)
+                                              : rows_rounded(out, *rows);
 }
 
 extern "C" char *api_number_write_int(char *out, long long i) {

@@ -9,11 +9,12 @@
 #include "core/ensemble/ensemble.h"
 #include "core/integrate/method.h"
 
-static const char *const fields[] = {"pendulum", "initial",     "states",   "grid",   "random", "duration",
-                                     "times",    "observables", "output",   "method", "rtol",   "atol",
-                                     "digits",   "picture",     "accuracy", NULL};
+static const char *const fields[] = {
+    "pendulum", "initial", "states", "grid", "random", "duration", "times",    "observables",
+    "output",   "method",  "rtol",   "atol", "digits", "picture",  "accuracy", NULL};
 
-/* what a cost is estimated by: steps a radian of the fastest swing, s an arm and squared order, s a number */
+/* what a cost is estimated by: steps a radian of the fastest swing, s an arm and squared order,
+ * s a number */
 static const double steps_a_radian = 6, pair_seconds = 0.15e-9, number_seconds = 20e-9;
 
 /* doubles of raw rows that a member may take: what a range of members of one would hold */
@@ -56,7 +57,8 @@ static void read_method(struct api_ensemble *e, const struct api_reading *readin
     static const char *const methods[] = {"taylor", NULL};
     const struct pend_method *taylor = &pend_method_taylor;
     struct api_value method = api_value_member(reading->root, "method");
-    struct api_value rtol = api_value_member(reading->root, "rtol"), atol = api_value_member(reading->root, "atol");
+    struct api_value rtol = api_value_member(reading->root, "rtol"),
+                     atol = api_value_member(reading->root, "atol");
     int chosen = 0;
     if (api_field_word(&method, methods, &chosen, reading->problem) > 0) api_value_usual(&method);
     api_value_usual_number(&rtol, taylor->rtol_default);
@@ -64,8 +66,10 @@ static void read_method(struct api_ensemble *e, const struct api_reading *readin
     e->accuracy = api_accuracy_read(reading->root, reading->problem);
     e->rtol = taylor->rtol_default;
     e->atol = 0;
-    (void)api_value_read_number(&rtol, taylor->rtol_min, taylor->rtol_max, "", &e->rtol, reading->problem);
-    (void)api_value_read_number(&atol, taylor->atol_min, taylor->atol_max, "", &e->atol, reading->problem);
+    (void)api_value_read_number(&rtol, taylor->rtol_min, taylor->rtol_max, "", &e->rtol,
+                                reading->problem);
+    (void)api_value_read_number(&atol, taylor->atol_min, taylor->atol_max, "", &e->atol,
+                                reading->problem);
 }
 
 /* the time that members are followed for: a duration, or the instants of a trajectory */
@@ -76,14 +80,17 @@ static enum pend_status read_time(struct api_ensemble *e, const struct api_readi
     int rows = e->seen.wanted >> API_SEE_TRAJECTORY & 1;
     if (!rows) {
         if (api_value_kind(&times) != API_MISSING)
-            api_value_fault(&times, problem, "is for the observable \"trajectory\": give a \"duration\"");
+            api_value_fault(&times, problem,
+                            "is for the observable \"trajectory\": give a \"duration\"");
         if (api_field_needed(&duration, problem) &&
-            api_value_read_number(&duration, 0, 1e9, "s", &e->duration, problem) > 0 && e->duration == 0)
+            api_value_read_number(&duration, 0, 1e9, "s", &e->duration, problem) > 0 &&
+            e->duration == 0)
             api_value_fault(&duration, problem, "must be greater than 0");
         return PEND_OK;
     }
     if (api_value_kind(&duration) != API_MISSING)
-        api_value_fault(&duration, problem, "does not go together with \"times\", which say how long a trajectory is");
+        api_value_fault(&duration, problem,
+                        "does not go together with \"times\", which say how long a trajectory is");
     enum pend_status status = api_times_read(&e->times, &times, reading->limits, problem);
     if (status != PEND_OK) return status == PEND_NO_MEMORY ? status : PEND_OK;
     long count = e->times.times.count;
@@ -103,15 +110,17 @@ static void check_size(struct api_ensemble *e, const struct api_reading *reading
     int trajectory = e->instants != NULL;
     e->numbers = (long)api_table_numbers(table, 0);
     if (trajectory && rows > limits->samples) {
-        api_value_fault(reading->root, reading->problem,
-                        "asks for %.15g rows, instants times members, more than the limit %s of %.0f: ask for "
-                        "fewer of either at a time",
-                        rows, api_limits_name(limits, &limits->samples), limits->samples);
+        api_value_fault(
+            reading->root, reading->problem,
+            "asks for %.15g rows, instants times members, more than the limit %s of %.0f: ask for "
+            "fewer of either at a time",
+            rows, api_limits_name(limits, &limits->samples), limits->samples);
         return;
     }
     if ((double)api_ensemble_rows(e) * (double)e->numbers > member_numbers) {
         api_value_fault(reading->root, reading->problem,
-                        "asks for %.15g numbers a member, more than the %.0f that an ensemble keeps for one: ask for "
+                        "asks for %.15g numbers a member, more than the %.0f that an ensemble "
+                        "keeps for one: ask for "
                         "fewer instants, or for members one by one as trajectories",
                         (double)api_ensemble_rows(e) * (double)e->numbers, member_numbers);
         return;
@@ -123,13 +132,15 @@ static void check_size(struct api_ensemble *e, const struct api_reading *reading
         api_value_fault(reading->root, reading->problem,
                         "would take about %.3g s, more than the limit %s of %.0f: ask for fewer "
                         "members, a shorter time or a looser tolerance at a time",
-                        cost, api_limits_name(limits, &limits->compute_seconds), limits->compute_seconds);
+                        cost, api_limits_name(limits, &limits->compute_seconds),
+                        limits->compute_seconds);
 }
 
 static enum pend_status read_parts(struct api_ensemble *e, const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
     const struct api_value *root = reading->root;
-    struct api_value pendulum = api_value_member(root, "pendulum"), digits = api_value_member(root, "digits");
+    struct api_value pendulum = api_value_member(root, "pendulum"),
+                     digits = api_value_member(root, "digits");
     long rounded = 0;
     (void)api_value_only(root, fields, problem);
     enum pend_status status = api_tree_read(&e->tree, &pendulum, reading->limits, problem);
@@ -148,7 +159,8 @@ static enum pend_status read_parts(struct api_ensemble *e, const struct api_read
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 
-enum pend_status api_ensemble_new(struct api_ensemble **ensemble, const struct api_reading *reading) {
+enum pend_status api_ensemble_new(struct api_ensemble **ensemble,
+                                  const struct api_reading *reading) {
     struct api_ensemble *e = *ensemble = calloc(1, sizeof *e);
     if (!e) return PEND_NO_MEMORY;
     // one member among many may take a hundredth
@@ -164,7 +176,9 @@ long api_ensemble_count(const struct api_ensemble *e) { return e->members.count;
 
 const struct api_table *api_ensemble_table(const struct api_ensemble *e) { return &e->seen.table; }
 
-long api_ensemble_rows(const struct api_ensemble *e) { return e->instants ? e->times.times.count : 1; }
+long api_ensemble_rows(const struct api_ensemble *e) {
+    return e->instants ? e->times.times.count : 1;
+}
 
 long api_ensemble_numbers(const struct api_ensemble *e) { return e->numbers; }
 
@@ -180,13 +194,16 @@ double api_ensemble_cost(const struct api_ensemble *e, long members) {
     if (problem.until != PEND_UNTIL_TIME) steps *= 0.3;
     if (problem.observe & PEND_OBSERVE_LYAPUNOV) steps *= 2;
     double numbers = (double)api_ensemble_rows(e) * (double)e->numbers;
-    return (double)members * (steps * tree->n * order * order * pair_seconds + numbers * number_seconds);
+    return (double)members *
+           (steps * tree->n * order * order * pair_seconds + numbers * number_seconds);
 }
 
 double api_ensemble_bytes(const struct api_ensemble *e) {
-    double n = e->tree.n, list = e->instants ? 2.0 * (double)e->times.times.count * sizeof(double) : 0;
+    double n = e->tree.n,
+           list = e->instants ? 2.0 * (double)e->times.times.count * sizeof(double) : 0;
     double varied = (double)e->members.variations * sizeof *e->members.variation;
-    return 32768 + (n + 16) * 18000 + list + varied + api_tree_bytes(&e->tree) + api_states_bytes(e->members.states);
+    return 32768 + (n + 16) * 18000 + list + varied + api_tree_bytes(&e->tree) +
+           api_states_bytes(e->members.states);
 }
 
 enum pend_status api_ensemble_prepare(struct api_ensemble *e, struct pend_error *error) {
@@ -206,18 +223,20 @@ static int range_fetch(void *context, long i, struct pend_member *member) {
     return 0;
 }
 
-static void range_rows(void *context, long i, long first, int count, const double phi[], const double rate[],
-                       const double force[], const double theta[]) {
+static void range_rows(void *context, long i, long first, int count, const double phi[],
+                       const double rate[], const double force[], const double theta[]) {
     const struct api_member_range *range = context;
     const struct api_ensemble *e = range->ensemble;
     int n = e->tree.n;
     for (int j = 0; j < count; j++)
-        api_observables_sample(&e->seen, e->tree.tree, i, pend_times_at(&e->times.times, first + j), phi + j * n,
-                               rate + j * n, force + j * n, theta + j * n, range_row(range, i, first + j));
+        api_observables_sample(&e->seen, e->tree.tree, i, pend_times_at(&e->times.times, first + j),
+                               phi + j * n, rate + j * n, force + j * n, theta + j * n,
+                               range_row(range, i, first + j));
 }
 
 /* what a member that failed did not come to: rows of its number, the time, and zeros */
-static void range_blank(const struct api_member_range *range, long i, enum pend_status status, double reached) {
+static void range_blank(const struct api_member_range *range, long i, enum pend_status status,
+                        double reached) {
     const struct api_ensemble *e = range->ensemble;
     for (long row = 0; row < api_ensemble_rows(e); row++) {
         double *at = range_row(range, i, row);
@@ -257,12 +276,14 @@ static int range_deliver(void *context, long i, const struct pend_outcome *outco
     return 0;
 }
 
-enum pend_status api_member_range_new(struct api_member_range **range, const struct api_ensemble *e, long first, long count,
-                               double raw[], struct pend_error *error) {
+enum pend_status api_member_range_new(struct api_member_range **range, const struct api_ensemble *e,
+                                      long first, long count, double raw[],
+                                      struct pend_error *error) {
     size_t n = (size_t)e->tree.n;
     struct api_member_range *s = *range = calloc(1, sizeof *s + 4 * n * sizeof(double));
     if (!s) return PEND_NO_MEMORY;
-    *s = (struct api_member_range){.ensemble = e, .first = first, .raw = raw, .start = (double *)(s + 1)};
+    *s = (struct api_member_range){
+        .ensemble = e, .first = first, .raw = raw, .start = (double *)(s + 1)};
     // about half a millisecond
     s->slice = 1 + 500 / (long)n;
     struct pend_ensemble_problem problem = {.tree = e->tree.tree,
@@ -304,8 +325,9 @@ struct api_member_range_stats api_member_range_stats(const struct api_member_ran
     return range->stats;
 }
 
-enum pend_status api_ensemble_write(const struct api_ensemble *e, struct api_writer *writer, long rows,
-                                    const double raw[], struct api_buffer *out, struct pend_error *error) {
+enum pend_status api_ensemble_write(const struct api_ensemble *e, struct api_writer *writer,
+                                    long rows, const double raw[], struct api_buffer *out,
+                                    struct pend_error *error) {
     const struct api_table *table = &e->seen.table;
     const double *data[API_COLUMNS];
     double *block = malloc((size_t)(rows * e->numbers) * sizeof *block + 1), *at = block;

@@ -6,7 +6,8 @@
 enum pend_status api_equations_new(struct api_equations **equations, const struct api_tree *tree,
                                    const struct api_states *start, int is_explicit) {
     size_t n = (size_t)tree->n;
-    struct api_equations *made = *equations = malloc(sizeof *made + n * (4 * sizeof(double) + sizeof(int)));
+    struct api_equations *made = *equations =
+        malloc(sizeof *made + n * (4 * sizeof(double) + sizeof(int)));
     if (!made) return PEND_NO_MEMORY;
     double *at = (double *)(made + 1);
     *made = (struct api_equations){.n = tree->n,

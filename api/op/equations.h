@@ -1,4 +1,5 @@
-/* A pendulum as its equations are written about it: everything in the caller's order, and who hangs on whom.
+/* A pendulum as its equations are written about it: everything in the caller's order, and who
+ * hangs on whom.
  * Leaves to others: the words (equations_latex, equations_code).
  * Invariant: immutable once made; owns what it holds. */
 #ifndef API_EQUATIONS_H
@@ -31,12 +32,14 @@ struct api_equations {
  * PEND_NOT_FINITE  the start, of a mode, is beyond all numbers.
  * O(n), one allocation.
  */
-PEND_MUST_CHECK enum pend_status api_equations_new(struct api_equations **equations, const struct api_tree *tree,
+PEND_MUST_CHECK enum pend_status api_equations_new(struct api_equations **equations,
+                                                   const struct api_tree *tree,
                                                    const struct api_states *start, int is_explicit);
 
 void api_equations_free(struct api_equations **equations);
 
-/** True where arm `above` is on the way from the pivot to the tip of `arm`, `arm` itself included. O(depth). */
+/** True where arm `above` is on the way from the pivot to the tip of `arm`, `arm` itself
+ * included. O(depth). */
 int api_equations_carries(const struct api_equations *equations, int above, int arm);
 
 #endif

@@ -7,16 +7,20 @@
 #include "api/op/equations.h"
 
 /**
- * A script for MATLAB and Octave: `M`, `phidd` (aaa), `lambda` (bbb) as functions, then ode45 and two plots.
+ * A script for MATLAB and Octave: `M`, `phidd` (aaa), `lambda` (bbb) as functions, then ode45 and
+ * two plots.
  *
  * Fails as api_buffer_room does.
  */
-PEND_MUST_CHECK enum pend_status api_code_matlab(const struct api_equations *equations, struct api_buffer *out);
+PEND_MUST_CHECK enum pend_status api_code_matlab(const struct api_equations *equations,
+                                                 struct api_buffer *out);
 
 /** The same for Python: M, phidd and lambda_ need NumPy, the main program SciPy and Matplotlib. */
-PEND_MUST_CHECK enum pend_status api_code_python(const struct api_equations *equations, struct api_buffer *out);
+PEND_MUST_CHECK enum pend_status api_code_python(const struct api_equations *equations,
+                                                 struct api_buffer *out);
 
 /** A line for a shell that asks a server on this machine for the motion. */
-PEND_MUST_CHECK enum pend_status api_code_curl(const struct api_equations *equations, struct api_buffer *out);
+PEND_MUST_CHECK enum pend_status api_code_curl(const struct api_equations *equations,
+                                               struct api_buffer *out);
 
 #endif

@@ -16,13 +16,16 @@ static enum pend_status latex_number(double number, struct api_buffer *out) {
     char *at = out->data + out->bytes, *end = api_number_write(at, number), *exponent = at;
     while (exponent < end && *exponent != 'e') exponent++;
     int power = 0, negative = exponent + 1 < end && exponent[1] == '-';
-    for (char *digit = exponent + 1 + negative; digit < end; digit++) power = 10 * power + (*digit - '0');
+    for (char *digit = exponent + 1 + negative; digit < end; digit++)
+        power = 10 * power + (*digit - '0');
     out->bytes = (size_t)(exponent - out->data);
-    return exponent < end ? api_buffer_format(out, "\\cdot10^{%s%d}", negative ? "-" : "", power) : PEND_OK;
+    return exponent < end ? api_buffer_format(out, "\\cdot10^{%s%d}", negative ? "-" : "", power)
+                          : PEND_OK;
 }
 
 /* (m_{2}+m_{3}): the masses that hang on an arm, its own included */
-static enum pend_status latex_masses(const struct api_equations *equations, int arm, struct api_buffer *out) {
+static enum pend_status latex_masses(const struct api_equations *equations, int arm,
+                                     struct api_buffer *out) {
     int count = 0;
     for (int k = 0; k < equations->n; k++) count += api_equations_carries(equations, arm, k);
     if (count > 1) PEND_TRY(api_buffer_text(out, "("));
@@ -33,24 +36,27 @@ static enum pend_status latex_masses(const struct api_equations *equations, int 
     return count > 1 ? api_buffer_text(out, ")") : PEND_OK;
 }
 
-/* the deeper of two arms of which one carries the other, -1 where neither does: S^T diag(m) S is 0 there */
+/* the deeper of two arms of which one carries the other, -1 where neither does: S^T diag(m) S is
+ * 0 there */
 static int latex_deeper(const struct api_equations *equations, int i, int j) {
     if (api_equations_carries(equations, i, j)) return j;
     return api_equations_carries(equations, j, i) ? i : -1;
 }
 
 /* (m_{2}+m_{3})\,\ell_{1}\ell_{2}, the size of an entry of M */
-static enum pend_status latex_size(const struct api_equations *equations, int i, int j, struct api_buffer *out) {
+static enum pend_status latex_size(const struct api_equations *equations, int i, int j,
+                                   struct api_buffer *out) {
     PEND_TRY(latex_masses(equations, latex_deeper(equations, i, j), out));
     if (i == j) return api_buffer_format(out, "\\ell_{%d}^{2}", i + 1);
     return api_buffer_format(out, "\\ell_{%d}\\ell_{%d}", (i < j ? i : j) + 1, (i < j ? j : i) + 1);
 }
 
 /* an entry of a matrix that is written out */
-typedef enum pend_status latex_entry_fn(const struct api_equations *equations, int i, int j, struct api_buffer *out);
+typedef enum pend_status latex_entry_fn(const struct api_equations *equations, int i, int j,
+                                        struct api_buffer *out);
 
-static enum pend_status latex_matrix(const struct api_equations *equations, latex_entry_fn *entry, const char *align,
-                                     struct api_buffer *out) {
+static enum pend_status latex_matrix(const struct api_equations *equations, latex_entry_fn *entry,
+                                     const char *align, struct api_buffer *out) {
     int n = equations->n, plain = n <= LATEX_MATRIX;
     PEND_TRY(api_buffer_text(out, plain ? "\\begin{pmatrix}" : "\\left(\\begin{array}{"));
     for (int j = 0; j < n && !plain; j++) PEND_TRY(api_buffer_text(out, align));
@@ -66,10 +72,12 @@ static enum pend_status latex_matrix(const struct api_equations *equations, late
 }
 
 /* an item of a list */
-typedef enum pend_status latex_item_fn(const struct api_equations *equations, int i, struct api_buffer *out);
+typedef enum pend_status latex_item_fn(const struct api_equations *equations, int i,
+                                       struct api_buffer *out);
 
 /* (a,b,c), or (a,\ldots,c) where there are many */
-static enum pend_status latex_list(const struct api_equations *equations, latex_item_fn *item, struct api_buffer *out) {
+static enum pend_status latex_list(const struct api_equations *equations, latex_item_fn *item,
+                                   struct api_buffer *out) {
     int n = equations->n;
     PEND_TRY(api_buffer_text(out, "("));
     for (int i = 0; i < n; i++) {
@@ -85,19 +93,23 @@ static enum pend_status latex_list(const struct api_equations *equations, latex_
 
 /* --- parameters --- */
 
-static enum pend_status latex_item_length(const struct api_equations *equations, int i, struct api_buffer *out) {
+static enum pend_status latex_item_length(const struct api_equations *equations, int i,
+                                          struct api_buffer *out) {
     return latex_number(equations->length[i], out);
 }
 
-static enum pend_status latex_item_mass(const struct api_equations *equations, int i, struct api_buffer *out) {
+static enum pend_status latex_item_mass(const struct api_equations *equations, int i,
+                                        struct api_buffer *out) {
     return latex_number(equations->mass[i], out);
 }
 
-static enum pend_status latex_item_parent(const struct api_equations *equations, int i, struct api_buffer *out) {
+static enum pend_status latex_item_parent(const struct api_equations *equations, int i,
+                                          struct api_buffer *out) {
     return api_buffer_format(out, "%d", equations->parent[i] + 1);
 }
 
-static enum pend_status latex_parameters(const struct api_equations *equations, struct api_buffer *out) {
+static enum pend_status latex_parameters(const struct api_equations *equations,
+                                         struct api_buffer *out) {
     PEND_TRY(api_buffer_text(out, "\\ell="));
     PEND_TRY(latex_list(equations, latex_item_length, out));
     PEND_TRY(api_buffer_text(out, "\\,\\mathrm{m},\\qquad m="));
@@ -109,7 +121,8 @@ static enum pend_status latex_parameters(const struct api_equations *equations, 
 
 /* --- S and B --- */
 
-static enum pend_status latex_entry_path(const struct api_equations *equations, int i, int j, struct api_buffer *out) {
+static enum pend_status latex_entry_path(const struct api_equations *equations, int i, int j,
+                                         struct api_buffer *out) {
     return api_buffer_text(out, api_equations_carries(equations, j, i) ? "1" : "0");
 }
 
@@ -121,11 +134,13 @@ static enum pend_status latex_path(const struct api_equations *equations, struct
     return latex_list(equations, latex_item_parent, out);
 }
 
-static enum pend_status latex_entry_force(const struct api_equations *equations, int i, int j, struct api_buffer *out) {
+static enum pend_status latex_entry_force(const struct api_equations *equations, int i, int j,
+                                          struct api_buffer *out) {
     return api_buffer_text(out, i == j ? "1" : equations->parent[j] == i ? "-1" : "0");
 }
 
-static enum pend_status latex_force_map(const struct api_equations *equations, struct api_buffer *out) {
+static enum pend_status latex_force_map(const struct api_equations *equations,
+                                        struct api_buffer *out) {
     PEND_TRY(api_buffer_text(out, "B=S^{-\\mathsf{T}}="));
     if (equations->n <= LATEX_LISTED) return latex_matrix(equations, latex_entry_force, "r", out);
     return api_buffer_text(out, "I-P^{\\mathsf{T}}");
@@ -134,14 +149,15 @@ static enum pend_status latex_force_map(const struct api_equations *equations, s
 /* --- z --- */
 
 static enum pend_status latex_tips(const struct api_equations *equations, struct api_buffer *out) {
-    if (!equations->is_explicit) return api_buffer_text(out, "z=S\\,\\bigl[\\ell\\,e^{\\mathrm{i}\\phi}\\bigr]");
+    if (!equations->is_explicit)
+        return api_buffer_text(out, "z=S\\,\\bigl[\\ell\\,e^{\\mathrm{i}\\phi}\\bigr]");
     PEND_TRY(api_buffer_text(out, "\\begin{aligned}"));
     for (int k = 0; k < equations->n; k++) {
         PEND_TRY(api_buffer_format(out, "%sz_{%d}&=", k ? "\\\\" : "", k + 1));
         for (int j = 0, written = 0; j < equations->n; j++) {
             if (!api_equations_carries(equations, j, k)) continue;
-            PEND_TRY(
-                api_buffer_format(out, "%s\\ell_{%d}e^{\\mathrm{i}\\phi_{%d}}", written++ ? "+" : "", j + 1, j + 1));
+            PEND_TRY(api_buffer_format(out, "%s\\ell_{%d}e^{\\mathrm{i}\\phi_{%d}}",
+                                       written++ ? "+" : "", j + 1, j + 1));
         }
     }
     return api_buffer_text(out, "\\end{aligned}");
@@ -149,7 +165,8 @@ static enum pend_status latex_tips(const struct api_equations *equations, struct
 
 /* --- M --- */
 
-static enum pend_status latex_entry_mass(const struct api_equations *equations, int i, int j, struct api_buffer *out) {
+static enum pend_status latex_entry_mass(const struct api_equations *equations, int i, int j,
+                                         struct api_buffer *out) {
     if (latex_deeper(equations, i, j) < 0) return api_buffer_text(out, "0");
     PEND_TRY(latex_size(equations, i, j, out));
     if (i == j) return PEND_OK;
@@ -159,9 +176,10 @@ static enum pend_status latex_entry_mass(const struct api_equations *equations, 
 static enum pend_status latex_mass(const struct api_equations *equations, struct api_buffer *out) {
     PEND_TRY(api_buffer_text(out, "M(\\phi)="));
     if (equations->is_explicit) return latex_matrix(equations, latex_entry_mass, "c", out);
-    return api_buffer_text(out, "\\operatorname{diag}\\bigl(e^{-\\mathrm{i}\\phi}\\,\\ell\\bigr)\\,S^{\\mathsf{T}}"
-                                "\\operatorname{diag}(m)\\,S\\,"
-                                "\\operatorname{diag}\\bigl(\\ell\\,e^{\\mathrm{i}\\phi}\\bigr)");
+    return api_buffer_text(
+        out, "\\operatorname{diag}\\bigl(e^{-\\mathrm{i}\\phi}\\,\\ell\\bigr)\\,S^{\\mathsf{T}}"
+             "\\operatorname{diag}(m)\\,S\\,"
+             "\\operatorname{diag}\\bigl(\\ell\\,e^{\\mathrm{i}\\phi}\\bigr)");
 }
 
 /* --- (aaa) and (bbb) --- */
@@ -172,7 +190,8 @@ static enum pend_status latex_turned(const char *function, int i, int j, struct 
 }
 
 /* row i of Re M phi'' = Im M phi'^2 - g cos(phi) l (S^T m), on two lines where it is long */
-static enum pend_status latex_aaa_row(const struct api_equations *equations, int i, struct api_buffer *out) {
+static enum pend_status latex_aaa_row(const struct api_equations *equations, int i,
+                                      struct api_buffer *out) {
     for (int j = 0, written = 0; j < equations->n; j++) {
         if (latex_deeper(equations, i, j) < 0) continue;
         if (written++) PEND_TRY(api_buffer_text(out, "+"));
@@ -195,9 +214,10 @@ static enum pend_status latex_aaa_row(const struct api_equations *equations, int
 
 static enum pend_status latex_aaa(const struct api_equations *equations, struct api_buffer *out) {
     if (!equations->is_explicit)
-        return api_buffer_text(out, "\\ddot{\\phi}=\\bigl(\\operatorname{Re}M(\\phi)\\bigr)^{-1}\\Bigl["
-                                    "\\operatorname{Im}M(\\phi)\\;\\dot{\\phi}^{2}-g\\cos(\\phi)\\,\\ell\\,"
-                                    "(S^{\\mathsf{T}}m)\\Bigr]");
+        return api_buffer_text(
+            out, "\\ddot{\\phi}=\\bigl(\\operatorname{Re}M(\\phi)\\bigr)^{-1}\\Bigl["
+                 "\\operatorname{Im}M(\\phi)\\;\\dot{\\phi}^{2}-g\\cos(\\phi)\\,\\ell\\,"
+                 "(S^{\\mathsf{T}}m)\\Bigr]");
     PEND_TRY(api_buffer_text(out, "\\begin{aligned}"));
     for (int i = 0; i < equations->n; i++) {
         PEND_TRY(api_buffer_text(out, i ? "\\\\[1ex]&" : "&"));
@@ -207,7 +227,8 @@ static enum pend_status latex_aaa(const struct api_equations *equations, struct 
 }
 
 /* one term of (bbb): an entry of M over l_i, times phi'' and phi'^2 */
-static enum pend_status latex_bbb_term(const struct api_equations *equations, int i, int j, struct api_buffer *out) {
+static enum pend_status latex_bbb_term(const struct api_equations *equations, int i, int j,
+                                       struct api_buffer *out) {
     PEND_TRY(api_buffer_text(out, "-"));
     PEND_TRY(latex_masses(equations, latex_deeper(equations, i, j), out));
     PEND_TRY(api_buffer_format(out, "\\ell_{%d}", j + 1));

@@ -1,6 +1,7 @@
 /* A pendulum's equations of motion as LaTeX, in the letters of the paper.
  * Leaves to others: the same as programs (equations_code), rendering.
- * Invariant: plain amsmath that KaTeX reads as well; whatever the tree, of bounded length but for the explicit form. */
+ * Invariant: plain amsmath that KaTeX reads as well; whatever the tree, of bounded length but
+ * for the explicit form. */
 #ifndef API_EQUATIONS_LATEX_H
 #define API_EQUATIONS_LATEX_H
 

@@ -9,8 +9,10 @@
 
 static const double pi = 3.14159265358979323846;
 
-static const char *const quantities[] = {"phi", "theta", "phid", "thetad", "length", "mass", "gravity", NULL};
-static const char *const axis_fields[] = {"vary", "arm", "start", "stop", "count", "scale", "unit", NULL};
+static const char *const quantities[] = {"phi",    "theta", "phid",    "thetad",
+                                         "length", "mass",  "gravity", NULL};
+static const char *const axis_fields[] = {"vary",  "arm",   "start", "stop",
+                                          "count", "scale", "unit",  NULL};
 static const char *const draw_fields[] = {"vary", "arm",       "distribution", "low", "high",
                                           "mean", "deviation", "unit",         NULL};
 static const char *const random_fields[] = {"count", "seed", "draw", NULL};
@@ -22,10 +24,12 @@ struct reading {
     struct api_problem *problem;
 };
 
-static void read_arm(const struct api_value *value, const struct reading *reading, struct api_variation *out) {
+static void read_arm(const struct api_value *value, const struct reading *reading,
+                     struct api_variation *out) {
     if (out->quantity == API_VARY_GRAVITY) {
         if (api_value_kind(value) != API_MISSING)
-            api_value_fault(value, reading->problem, "does not go together with gravity, which all arms share");
+            api_value_fault(value, reading->problem,
+                            "does not go together with gravity, which all arms share");
         return;
     }
     int arm = api_tree_read_arm(reading->tree, value, reading->problem);
@@ -33,27 +37,32 @@ static void read_arm(const struct api_value *value, const struct reading *readin
 }
 
 /* true for what must be positive */
-static int is_size(enum api_quantity quantity) { return quantity == API_VARY_LENGTH || quantity == API_VARY_MASS; }
+static int is_size(enum api_quantity quantity) {
+    return quantity == API_VARY_LENGTH || quantity == API_VARY_MASS;
+}
 
 /* quantity, arm and what a degree is; returns the factor that makes SI of the numbers given */
-static double read_target(const struct api_value *value, const struct reading *reading, struct api_variation *out) {
+static double read_target(const struct api_value *value, const struct reading *reading,
+                          struct api_variation *out) {
     static const char *const units[] = {"rad", "deg", NULL};
     struct api_value vary = api_value_member(value, "vary"), arm = api_value_member(value, "arm");
     struct api_value unit = api_value_member(value, "unit");
     int chosen = 0, degrees = 0;
     out->arm = -1;
-    if (!api_field_needed(&vary, reading->problem) || api_field_word(&vary, quantities, &chosen, reading->problem) < 0)
+    if (!api_field_needed(&vary, reading->problem) ||
+        api_field_word(&vary, quantities, &chosen, reading->problem) < 0)
         return 1;
     out->quantity = (enum api_quantity)chosen;
     read_arm(&arm, reading, out);
-    if (api_field_word(&unit, units, &degrees, reading->problem) > 0 && out->quantity > API_VARY_THETAD)
+    if (api_field_word(&unit, units, &degrees, reading->problem) > 0 &&
+        out->quantity > API_VARY_THETAD)
         api_value_fault(&unit, reading->problem, "is for angles and their rates: leave it out");
     return degrees ? pi / 180 : 1;
 }
 
 /* a number that must be there; positive for a size */
-static void read_end(const struct api_value *value, const struct api_variation *of, double scale, double *out,
-                     struct api_problem *problem) {
+static void read_end(const struct api_value *value, const struct api_variation *of, double scale,
+                     double *out, struct api_problem *problem) {
     double x = 0;
     if (!api_field_needed(value, problem)) return;
     if (api_value_read_number(value, -INFINITY, INFINITY, "", &x, problem) <= 0) return;
@@ -63,14 +72,18 @@ static void read_end(const struct api_value *value, const struct api_variation *
     *out = scale * x;
 }
 
-static void read_axis(const struct api_value *value, const struct reading *reading, struct api_variation *out) {
+static void read_axis(const struct api_value *value, const struct reading *reading,
+                      struct api_variation *out) {
     static const char *const scales[] = {"linear", "log", NULL};
-    struct api_value scale = api_value_member(value, "scale"), count = api_value_member(value, "count");
-    struct api_value start = api_value_member(value, "start"), stop = api_value_member(value, "stop");
+    struct api_value scale = api_value_member(value, "scale"),
+                     count = api_value_member(value, "count");
+    struct api_value start = api_value_member(value, "start"),
+                     stop = api_value_member(value, "stop");
     int spread = 0;
     (void)api_value_only(value, axis_fields, reading->problem);
     double factor = read_target(value, reading, out);
-    if (api_field_word(&scale, scales, &spread, reading->problem) > 0 && !spread) api_value_usual(&scale);
+    if (api_field_word(&scale, scales, &spread, reading->problem) > 0 && !spread)
+        api_value_usual(&scale);
     out->spread = spread ? API_SPREAD_LOG : API_SPREAD_LINEAR;
     read_end(&start, out, factor, &out->from, reading->problem);
     read_end(&stop, out, factor, &out->to, reading->problem);
@@ -82,49 +95,57 @@ static void read_axis(const struct api_value *value, const struct reading *readi
     out->to = log(out->to);
 }
 
-static void read_draw(const struct api_value *value, const struct reading *reading, struct api_variation *out) {
+static void read_draw(const struct api_value *value, const struct reading *reading,
+                      struct api_variation *out) {
     static const char *const kinds[] = {"uniform", "normal", NULL};
     struct api_value kind = api_value_member(value, "distribution");
     struct api_value low = api_value_member(value, "low"), high = api_value_member(value, "high");
-    struct api_value mean = api_value_member(value, "mean"), deviation = api_value_member(value, "deviation");
+    struct api_value mean = api_value_member(value, "mean"),
+                     deviation = api_value_member(value, "deviation");
     int chosen = 0;
     (void)api_value_only(value, draw_fields, reading->problem);
     double factor = read_target(value, reading, out);
-    if (!api_field_needed(&kind, reading->problem) || api_field_word(&kind, kinds, &chosen, reading->problem) < 0)
+    if (!api_field_needed(&kind, reading->problem) ||
+        api_field_word(&kind, kinds, &chosen, reading->problem) < 0)
         return;
     out->spread = chosen ? API_SPREAD_NORMAL : API_SPREAD_UNIFORM;
     const struct api_value *own[2] = {chosen ? &mean : &low, chosen ? &deviation : &high};
     const struct api_value *other[2] = {chosen ? &low : &mean, chosen ? &high : &deviation};
     for (int i = 0; i < 2; i++)
         if (api_value_kind(other[i]) != API_MISSING)
-            api_value_fault(other[i], reading->problem, "has no meaning for the %s distribution", kinds[chosen]);
+            api_value_fault(other[i], reading->problem, "has no meaning for the %s distribution",
+                            kinds[chosen]);
     read_end(own[0], out, factor, &out->from, reading->problem);
     double second = 0;
     if (api_field_needed(own[1], reading->problem))
-        (void)api_value_read_number(own[1], chosen ? 0 : -INFINITY, INFINITY, "", &second, reading->problem);
+        (void)api_value_read_number(own[1], chosen ? 0 : -INFINITY, INFINITY, "", &second,
+                                    reading->problem);
     out->to = factor * second;
     if (!chosen && out->to < out->from)
         api_value_fault(own[1], reading->problem, "must not be less than \"low\", got %g", second);
 }
 
-/* true where an earlier variation is of the same value; phi and theta are one, and so are their rates */
+/* true where an earlier variation is of the same value; phi and theta are one, and so are their
+ * rates */
 static int is_repeated(const struct api_members *members, int at) {
     const struct api_variation *a = &members->variation[at];
     for (int i = 0; i < at; i++) {
         const struct api_variation *b = &members->variation[i];
-        int same = a->quantity == b->quantity || (a->quantity < API_VARY_LENGTH && b->quantity < API_VARY_LENGTH &&
-                                                  a->quantity / 2 == b->quantity / 2);
+        int same = a->quantity == b->quantity ||
+                   (a->quantity < API_VARY_LENGTH && b->quantity < API_VARY_LENGTH &&
+                    a->quantity / 2 == b->quantity / 2);
         if (same && a->arm == b->arm) return 1;
     }
     return 0;
 }
 
 /* reads the axes of a grid or the draws */
-static enum pend_status read_variations(struct api_members *members, const struct api_value *list, int most, int draws,
-                                        const struct reading *reading) {
+static enum pend_status read_variations(struct api_members *members, const struct api_value *list,
+                                        int most, int draws, const struct reading *reading) {
     int count = api_value_count(list);
     if (api_value_kind(list) != API_ARRAY || !count || count > most) {
-        api_value_fault(list, reading->problem, "must be an array of 1 to %d %s", most, draws ? "draws" : "axes");
+        api_value_fault(list, reading->problem, "must be an array of 1 to %d %s", most,
+                        draws ? "draws" : "axes");
         return PEND_INVALID;
     }
     members->variation = calloc((size_t)count, sizeof *members->variation);
@@ -145,12 +166,15 @@ static enum pend_status read_variations(struct api_members *members, const struc
     return reading->problem->status ? PEND_INVALID : PEND_OK;
 }
 
-static void check_count(double count, const struct api_value *value, const struct reading *reading) {
+static void check_count(double count, const struct api_value *value,
+                        const struct reading *reading) {
     if (count <= reading->limits->members) return;
-    api_value_fault(value, reading->problem,
-                    "makes %.15g members, more than the limit %s of %.0f: ask for fewer, or for parts of it in "
-                    "several requests",
-                    count, api_limits_name(reading->limits, &reading->limits->members), reading->limits->members);
+    api_value_fault(
+        value, reading->problem,
+        "makes %.15g members, more than the limit %s of %.0f: ask for fewer, or for parts of it in "
+        "several requests",
+        count, api_limits_name(reading->limits, &reading->limits->members),
+        reading->limits->members);
 }
 
 enum { AXES_MOST = 8 };
@@ -168,14 +192,16 @@ static enum pend_status read_grid(struct api_members *members, const struct api_
 static enum pend_status read_random(struct api_members *members, const struct api_value *random,
                                     const struct reading *reading) {
     if (!api_field_object(random, reading->problem)) return PEND_INVALID;
-    struct api_value count = api_value_member(random, "count"), seed = api_value_member(random, "seed");
+    struct api_value count = api_value_member(random, "count"),
+                     seed = api_value_member(random, "seed");
     struct api_value draw = api_value_member(random, "draw");
     long number = 0, most = reading->tree->n ? 4 * reading->tree->n + 1 : 1000000, drawn = 0;
     (void)api_value_only(random, random_fields, reading->problem);
     if (api_field_needed(&count, reading->problem) &&
         api_field_whole(&count, 1, 1000000000, &number, reading->problem) > 0)
         check_count((double)number, &count, reading);
-    if (api_field_whole(&seed, 0, 1l << 53, &drawn, reading->problem) > 0) members->seed = (uint64_t)drawn;
+    if (api_field_whole(&seed, 0, 1l << 53, &drawn, reading->problem) > 0)
+        members->seed = (uint64_t)drawn;
     members->count = number;
     if (!api_field_needed(&draw, reading->problem)) return PEND_INVALID;
     return read_variations(members, &draw, (int)most, 1, reading);
@@ -195,7 +221,8 @@ static enum pend_status read_listed(struct api_members *members, const struct ap
     members->count = count;
     struct api_value state = api_value_item(list, 0);
     for (; api_value_kind(&state) != API_MISSING; state = api_value_next(&state))
-        api_states_read(members->states, state.index, &state, reading->tree, reading->limits, reading->problem);
+        api_states_read(members->states, state.index, &state, reading->tree, reading->limits,
+                        reading->problem);
     return PEND_OK;
 }
 
@@ -211,7 +238,8 @@ enum pend_status api_members_read(struct api_members *members, const struct api_
         way[i] = api_value_member(root, ways[i]);
         if (api_value_kind(&way[i]) == API_MISSING) continue;
         if (chosen >= 0)
-            api_value_fault(&way[i], problem, "does not go together with \"%s\": give one of the two%s", ways[chosen],
+            api_value_fault(&way[i], problem,
+                            "does not go together with \"%s\": give one of the two%s", ways[chosen],
                             chosen ? "" : "; where all members start is \"initial\"");
         else
             chosen = i;
@@ -221,11 +249,13 @@ enum pend_status api_members_read(struct api_members *members, const struct api_
         return PEND_INVALID;
     }
     if (chosen == 0 && api_value_kind(&initial) != API_MISSING)
-        api_value_fault(&initial, problem, "does not go together with \"states\", which say how each member starts");
+        api_value_fault(&initial, problem,
+                        "does not go together with \"states\", which say how each member starts");
     if (chosen == 0) return read_listed(members, &way[0], &reading);
     if (tree->n) PEND_TRY(api_states_new(&members->states, 1, tree->n));
     api_states_read(members->states, 0, &initial, tree, limits, problem);
-    return chosen == 1 ? read_grid(members, &way[1], &reading) : read_random(members, &way[2], &reading);
+    return chosen == 1 ? read_grid(members, &way[1], &reading)
+                       : read_random(members, &way[2], &reading);
 }
 
 void api_members_clear(struct api_members *members) {
@@ -235,14 +265,16 @@ void api_members_clear(struct api_members *members) {
 }
 
 /* the value of a variation in a member; `step` of an axis */
-static double member_value(const struct api_members *members, const struct api_variation *of, long i, long step,
-                           uint32_t place) {
+static double member_value(const struct api_members *members, const struct api_variation *of,
+                           long i, long step, uint32_t place) {
     if (of->spread == API_SPREAD_UNIFORM)
         return of->from + (of->to - of->from) * pend_rng_uniform(members->seed, (uint64_t)i, place);
-    if (of->spread == API_SPREAD_NORMAL) return of->from + of->to * pend_rng_normal(members->seed, (uint64_t)i, place);
+    if (of->spread == API_SPREAD_NORMAL)
+        return of->from + of->to * pend_rng_normal(members->seed, (uint64_t)i, place);
     // both ends exactly
     double part = of->count > 1 ? (double)step / (double)(of->count - 1) : 0;
-    double x = step == of->count - 1 && of->count > 1 ? of->to : of->from + (of->to - of->from) * part;
+    double x =
+        step == of->count - 1 && of->count > 1 ? of->to : of->from + (of->to - of->from) * part;
     return of->spread == API_SPREAD_LOG ? exp(x) : x;
 }
 
@@ -275,7 +307,8 @@ static void member_set(struct pend_member *member, const struct api_variation *o
     }
 }
 
-void api_members_fill(const struct api_members *members, int n, long i, struct pend_member *member) {
+void api_members_fill(const struct api_members *members, int n, long i,
+                      struct pend_member *member) {
     size_t state = members->listed ? (size_t)i * (size_t)n : 0, bytes = (size_t)n * sizeof(double);
     long rest = i;
     memcpy(member->phi, members->states->phi + state, bytes);

@@ -1,4 +1,5 @@
-/* The members of an ensemble out of JSON: a list of states, a grid over chosen values, or random draws.
+/* The members of an ensemble out of JSON: a list of states, a grid over chosen values, or random
+ * draws.
  * Leaves to others: what is found out about them (observe), the computation (range).
  * Invariant: member i is a function of the request and i alone; nothing of the document is kept. */
 #ifndef API_MEMBERS_JSON_H
@@ -26,7 +27,8 @@ struct api_variation {
     enum api_quantity quantity;
     int arm; /* stored number; -1 for gravity */
     enum { API_SPREAD_LINEAR, API_SPREAD_LOG, API_SPREAD_UNIFORM, API_SPREAD_NORMAL } spread;
-    double from, to; /* ends of an axis or of a uniform draw; mean and deviation of a normal one; logarithms with LOG */
+    double from, to; /* ends of an axis or of a uniform draw; mean and deviation of a normal one;
+                        logarithms with LOG */
     long count;      /* of an axis */
 };
 
@@ -49,15 +51,17 @@ struct api_members {
  * PEND_INVALID   every fault was added to the problem.
  * PEND_NO_MEMORY
  */
-PEND_MUST_CHECK enum pend_status api_members_read(struct api_members *members, const struct api_value *root,
-                                                  const struct api_tree *tree, const struct api_limits *limits,
+PEND_MUST_CHECK enum pend_status api_members_read(struct api_members *members,
+                                                  const struct api_value *root,
+                                                  const struct api_tree *tree,
+                                                  const struct api_limits *limits,
                                                   struct api_problem *problem);
 
 void api_members_clear(struct api_members *members);
 
 /**
- * The start of member i into arrays that hold the tree's own lengths, masses and gravity. A draw that makes no pendulum
- * (a length or a mass that is not positive) leaves a NaN there. O(n).
+ * The start of member i into arrays that hold the tree's own lengths, masses and gravity. A draw
+ * that makes no pendulum (a length or a mass that is not positive) leaves a NaN there. O(n).
  */
 void api_members_fill(const struct api_members *members, int n, long i, struct pend_member *member);
 

@@ -33,15 +33,19 @@ static const struct columns observables[API_SEE_COUNT] = {
 /* the outputs of a trajectory */
 enum { OUT_PHI, OUT_PHID, OUT_THETA, OUT_THETAD, OUT_LAMBDA, OUT_COUNT };
 
-static const char *const outputs[OUT_COUNT + 1] = {"phi", "phid", "theta", "thetad", "lambda", NULL};
+static const char *const outputs[OUT_COUNT + 1] = {"phi",    "phid",   "theta",
+                                                   "thetad", "lambda", NULL};
 
 /* a time that never came: no answer has a NaN, and the clock of a member begins at 0 */
 static const double never = -1;
 
-const char *api_observables_name(enum api_observable observable) { return observables[observable].name; }
+const char *api_observables_name(enum api_observable observable) {
+    return observables[observable].name;
+}
 
 /* the words of a list as bits; 0 where the field is missing or faulty */
-static unsigned read_words(const struct api_value *list, const char *const words[], struct api_problem *problem) {
+static unsigned read_words(const struct api_value *list, const char *const words[],
+                           struct api_problem *problem) {
     unsigned found = 0;
     if (api_value_kind(list) == API_MISSING) return 0;
     if (api_value_kind(list) != API_ARRAY || !api_value_count(list)) {
@@ -58,16 +62,19 @@ static unsigned read_words(const struct api_value *list, const char *const words
     return found;
 }
 
-void api_observables_read(struct api_observables *seen, const struct api_value *root, struct api_problem *problem) {
+void api_observables_read(struct api_observables *seen, const struct api_value *root,
+                          struct api_problem *problem) {
     const char *names[API_SEE_COUNT + 1] = {0};
-    struct api_value list = api_value_member(root, "observables"), output = api_value_member(root, "output");
+    struct api_value list = api_value_member(root, "observables"),
+                     output = api_value_member(root, "output");
     for (int i = 0; i < API_SEE_COUNT; i++) names[i] = observables[i].name;
     *seen = (struct api_observables){.wanted = read_words(&list, names, problem)};
     if (api_value_kind(&list) == API_MISSING) seen->wanted = 1u << API_SEE_FINAL;
     int rows = seen->wanted >> API_SEE_TRAJECTORY & 1;
     if (rows && seen->wanted != 1u << API_SEE_TRAJECTORY)
         api_value_fault(&list, problem,
-                        "\"trajectory\" has many rows a member, the others have one: ask for them in another request");
+                        "\"trajectory\" has many rows a member, the others have one: ask for them "
+                        "in another request");
     if (!rows && api_value_kind(&output) != API_MISSING)
         api_value_fault(&output, problem, "is for the observable \"trajectory\": leave it out");
     seen->output = read_words(&output, outputs, problem);
@@ -89,19 +96,23 @@ void api_observables_columns(struct api_observables *seen, int n) {
         if (!(seen->wanted >> i & 1)) continue;
         seen->at[i] = table->count;
         for (int part = 0; part < 3 && (!part || observables[i].part[part]); part++) {
-            api_table_add(table, observables[i].name, observables[i].part[part], observables[i].arms[part] ? n : 0);
+            api_table_add(table, observables[i].name, observables[i].part[part],
+                          observables[i].arms[part] ? n : 0);
             table->column[table->count - 1].sparse = (int)(observables[i].times >> part & 1);
         }
     }
 }
 
-void api_observables_ask(const struct api_observables *seen, struct pend_ensemble_problem *problem) {
+void api_observables_ask(const struct api_observables *seen,
+                         struct pend_ensemble_problem *problem) {
     const unsigned flips = 1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME | 1u << API_SEE_FLIPS;
-    const unsigned given = 1u << API_SEE_START | 1u << API_SEE_PARAMETERS; // known without following a member
+    const unsigned given =
+        1u << API_SEE_START | 1u << API_SEE_PARAMETERS; // known without following a member
     unsigned wanted = seen->wanted & ~given;
     problem->observe = 0;
     if (wanted & flips) problem->bound = pi;
-    if (wanted & (1u << API_SEE_LAMBDA_MAX | 1u << API_SEE_LAMBDA_MIN)) problem->observe |= PEND_OBSERVE_EXTREMES;
+    if (wanted & (1u << API_SEE_LAMBDA_MAX | 1u << API_SEE_LAMBDA_MIN))
+        problem->observe |= PEND_OBSERVE_EXTREMES;
     if (wanted >> API_SEE_SIGN_CHANGE & 1) problem->observe |= PEND_OBSERVE_SIGNS;
     if (wanted >> API_SEE_ENERGY_DRIFT & 1) problem->observe |= PEND_OBSERVE_ENERGY;
     if (wanted >> API_SEE_LYAPUNOV & 1) problem->observe |= PEND_OBSERVE_LYAPUNOV;
@@ -113,7 +124,10 @@ void api_observables_ask(const struct api_observables *seen, struct pend_ensembl
 }
 
 int api_observables_status(enum pend_status status) {
-    return status == PEND_OK ? 0 : status == PEND_NOT_FINITE ? 1 : status == PEND_STEP_TOO_SMALL ? 2 : 3;
+    return status == PEND_OK               ? 0
+           : status == PEND_NOT_FINITE     ? 1
+           : status == PEND_STEP_TOO_SMALL ? 2
+                                           : 3;
 }
 
 /* n values from stored to the caller's order; what is not finite, or not there, becomes `gap` */
@@ -127,14 +141,16 @@ static double *put_one(double *at, double x, double gap) {
     return at + 1;
 }
 
-static double *write_one(enum api_observable observable, const struct pend_tree *tree, const struct pend_member *start,
-                         const struct pend_outcome *outcome, double *at) {
+static double *write_one(enum api_observable observable, const struct pend_tree *tree,
+                         const struct pend_member *start, const struct pend_outcome *outcome,
+                         double *at) {
     const struct pend_force_range *force = &outcome->force;
     switch (observable) {
     case API_SEE_START:
         return put(put(at, tree, start->phi, 0), tree, start->rate, 0);
     case API_SEE_PARAMETERS:
-        return put_one(put(put(at, tree, start->length, 0), tree, start->mass, 0), start->gravity, 0);
+        return put_one(put(put(at, tree, start->length, 0), tree, start->mass, 0), start->gravity,
+                       0);
     case API_SEE_FINAL:
         return put(put(at, tree, outcome->phi, 0), tree, outcome->rate, 0);
     case API_SEE_FIRST_FLIP:
@@ -143,7 +159,8 @@ static double *write_one(enum api_observable observable, const struct pend_tree 
     case API_SEE_FLIP_TIME:
         return put(at, tree, outcome->first_crossing, never);
     case API_SEE_FLIPS:
-        for (int k = 0; k < tree->n; k++) at[tree->order[k]] = outcome->crossings ? (double)outcome->crossings[k] : 0;
+        for (int k = 0; k < tree->n; k++)
+            at[tree->order[k]] = outcome->crossings ? (double)outcome->crossings[k] : 0;
         return at + tree->n;
     case API_SEE_LAMBDA_MAX:
         return put(put(at, tree, force->most, 0), tree, force->most_time, never);
@@ -160,8 +177,9 @@ static double *write_one(enum api_observable observable, const struct pend_tree 
     }
 }
 
-void api_observables_write(const struct api_observables *seen, const struct pend_tree *tree, long member,
-                           const struct pend_member *start, const struct pend_outcome *outcome, double row[]) {
+void api_observables_write(const struct api_observables *seen, const struct pend_tree *tree,
+                           long member, const struct pend_member *start,
+                           const struct pend_outcome *outcome, double row[]) {
     /* of a motion that was not followed to its end nothing is known */
     static const struct pend_outcome nothing = {
         .arm = -1, .first = NAN, .energy_drift = NAN, .horizon = NAN, .lyapunov = NAN};
@@ -173,9 +191,9 @@ void api_observables_write(const struct api_observables *seen, const struct pend
         if (seen->wanted >> i & 1) at = write_one((enum api_observable)i, tree, start, outcome, at);
 }
 
-void api_observables_sample(const struct api_observables *seen, const struct pend_tree *tree, long member, double t,
-                            const double phi[], const double rate[], const double force[], const double theta[],
-                            double row[]) {
+void api_observables_sample(const struct api_observables *seen, const struct pend_tree *tree,
+                            long member, double t, const double phi[], const double rate[],
+                            const double force[], const double theta[], double row[]) {
     double *at = row;
     *at++ = (double)member;
     *at++ = 0;

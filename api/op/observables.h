@@ -1,6 +1,9 @@
-/* What can be found out about the members of an ensemble: names, columns, and where each number stands in a raw row.
- * Leaves to others: finding it out (core/ensemble/ensemble), the rows' way into an answer (ensemble).
- * Invariant: a raw row holds the numbers of the table's columns in their order, arms as the caller counts. */
+/* What can be found out about the members of an ensemble: names, columns, and where each number
+ * stands in a raw row.
+ * Leaves to others: finding it out (core/ensemble/ensemble), the rows' way into an answer
+ * (ensemble).
+ * Invariant: a raw row holds the numbers of the table's columns in their order, arms as the
+ * caller counts. */
 #ifndef API_OBSERVABLES_H
 #define API_OBSERVABLES_H
 
@@ -37,7 +40,8 @@ struct api_observables {
  *
  * Every fault is added to the problem.
  */
-void api_observables_read(struct api_observables *seen, const struct api_value *root, struct api_problem *problem);
+void api_observables_read(struct api_observables *seen, const struct api_value *root,
+                          struct api_problem *problem);
 
 /** Sets the columns for n arms; the rows of the table are left alone. */
 void api_observables_columns(struct api_observables *seen, int n);
@@ -54,15 +58,17 @@ void api_observables_ask(const struct api_observables *seen, struct pend_ensembl
  * member  its number, which is written first.
  * start   what it started from, as handed to the ensemble; stored order.
  */
-void api_observables_write(const struct api_observables *seen, const struct pend_tree *tree, long member,
-                           const struct pend_member *start, const struct pend_outcome *outcome, double row[]);
+void api_observables_write(const struct api_observables *seen, const struct pend_tree *tree,
+                           long member, const struct pend_member *start,
+                           const struct pend_outcome *outcome, double row[]);
 
 /** One row of a trajectory: member, status 0, t, and the outputs from values in stored order. */
-void api_observables_sample(const struct api_observables *seen, const struct pend_tree *tree, long member, double t,
-                            const double phi[], const double rate[], const double force[], const double theta[],
-                            double row[]);
+void api_observables_sample(const struct api_observables *seen, const struct pend_tree *tree,
+                            long member, double t, const double phi[], const double rate[],
+                            const double force[], const double theta[], double row[]);
 
-/** The status column of a member that came to this end: 0 good, 1 not finite, 2 step too small, 3 too many steps. */
+/** The status column of a member that came to this end: 0 good, 1 not finite, 2 step too small, 3
+ * too many steps. */
 int api_observables_status(enum pend_status status);
 
 #endif

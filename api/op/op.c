@@ -16,7 +16,8 @@ double api_turn_seconds(const struct api_turn *turn) {
 int api_turn_over(const struct api_turn *turn) {
     if (!turn->now || turn->out->bytes - turn->before >= turn_bytes) return 1;
     double seconds = turn->now(turn->context) - turn->begun;
-    return seconds >= turn_seconds || (turn->hurry && seconds >= hurried_seconds && turn->hurry(turn->company));
+    return seconds >= turn_seconds ||
+           (turn->hurry && seconds >= hurried_seconds && turn->hurry(turn->company));
 }
 
 void api_reading_check_size(const struct api_reading *reading, const struct api_table *table,
@@ -32,7 +33,8 @@ void api_reading_check_size(const struct api_reading *reading, const struct api_
     if (bytes <= most) return;
     api_format_list(flowing, 1, 1);
     api_value_fault(value, reading->problem,
-                    "asks for %ld %s of %.0f numbers, up to %.0f bytes, more than %s of %.0f: ask for %s%s, or for a "
+                    "asks for %ld %s of %.0f numbers, up to %.0f bytes, more than %s of %.0f: ask "
+                    "for %s%s, or for a "
                     "representation without such a limit: %s",
                     table->rows, what, api_table_numbers(table, 0), bytes, reason, most, fewer,
                     format->digits ? ", or round the numbers by \"digits\"" : "", flowing);
@@ -46,4 +48,6 @@ static const struct api_op *const ops[API_OP_COUNT] = {
     [API_OP_LYAPUNOV] = &api_op_lyapunov,   [API_OP_SECTIONS] = &api_op_sections,
 };
 
-const struct api_op *api_op_at(enum api_op_id id) { return id >= 0 && id < API_OP_COUNT ? ops[id] : NULL; }
+const struct api_op *api_op_at(enum api_op_id id) {
+    return id >= 0 && id < API_OP_COUNT ? ops[id] : NULL;
+}

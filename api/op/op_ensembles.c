@@ -1,6 +1,8 @@
-/* POST /v1/ensembles: many trajectories of one pendulum, reduced to what was asked for, or whole.
+/* POST /v1/ensembles: many trajectories of one pendulum, reduced to what was asked for, or
+ * whole.
  * Leaves to others: the request and the ranges of members (ensemble), the bytes (encode).
- * Invariant: one range of members of raw rows is held besides the answer; rows come in the order of the members. */
+ * Invariant: one range of members of raw rows is held besides the answer; rows come in the order
+ * of the members. */
 #include "api/op/op.h"
 
 #include <math.h>
@@ -9,8 +11,14 @@
 #include "api/encode/encode.h"
 #include "api/op/ensemble.h"
 
-/* numbers and members of a range of members: some megabytes, and enough members that lanes are seldom idle */
-enum { RANGE_NUMBERS = 1 << 20, RANGE_MEMBERS = 16384, RANGE_MEMBERS_LEAST = 8, PIECE_NUMBERS = 4096 };
+/* numbers and members of a range of members: some megabytes, and enough members that lanes are
+ * seldom idle */
+enum {
+    RANGE_NUMBERS = 1 << 20,
+    RANGE_MEMBERS = 16384,
+    RANGE_MEMBERS_LEAST = 8,
+    PIECE_NUMBERS = 4096
+};
 
 struct ensembles {
     struct api_ensemble *ensemble;
@@ -18,11 +26,11 @@ struct ensembles {
 
     /* once it runs */
     struct api_writer *writer;
-    struct api_member_range *range;       /* that is being computed, else NULL */
-    double *raw;                   /* its rows */
-    long range_most, first, count; /* members of a range of members; those of this one */
-    long begin, end;               /* members that are computed: all, or a part's */
-    long written, rows;            /* rows of the range that are written, and that there are */
+    struct api_member_range *range; /* that is being computed, else NULL */
+    double *raw;                    /* its rows */
+    long range_most, first, count;  /* members of a range of members; those of this one */
+    long begin, end;                /* members that are computed: all, or a part's */
+    long written, rows;             /* rows of the range that are written, and that there are */
     long failed, steps, lost;
     struct api_stats stats;
 };
@@ -68,11 +76,13 @@ static double ensembles_numbers(const struct ensembles *op) {
 }
 
 static double ensembles_range(const struct ensembles *op) {
-    double most = fmin(fmax(floor(RANGE_NUMBERS / ensembles_numbers(op)), RANGE_MEMBERS_LEAST), RANGE_MEMBERS);
+    double most = fmin(fmax(floor(RANGE_NUMBERS / ensembles_numbers(op)), RANGE_MEMBERS_LEAST),
+                       RANGE_MEMBERS);
     return fmin(most, (double)(op->end - op->begin));
 }
 
-static enum pend_status ensembles_begin(struct ensembles *op, struct api_buffer *out, struct pend_error *error) {
+static enum pend_status ensembles_begin(struct ensembles *op, struct api_buffer *out,
+                                        struct pend_error *error) {
     const struct api_ensemble *ensemble = op->ensemble;
     double numbers = ensembles_numbers(op);
     op->range_most = (long)ensembles_range(op);
@@ -89,7 +99,8 @@ static enum pend_status ensembles_compute(struct ensembles *op, struct pend_erro
         long left = op->end - op->first;
         op->count = left < op->range_most ? left : op->range_most;
         op->written = op->rows = 0;
-        PEND_TRY(api_member_range_new(&op->range, op->ensemble, op->first, op->count, op->raw, error));
+        PEND_TRY(
+            api_member_range_new(&op->range, op->ensemble, op->first, op->count, op->raw, error));
     }
     PEND_TRY(api_member_range_go(op->range, &done));
     if (!done) return PEND_OK;
@@ -103,10 +114,12 @@ static enum pend_status ensembles_compute(struct ensembles *op, struct pend_erro
     return PEND_OK;
 }
 
-static enum pend_status ensembles_write(struct ensembles *op, struct api_buffer *out, struct pend_error *error) {
+static enum pend_status ensembles_write(struct ensembles *op, struct api_buffer *out,
+                                        struct pend_error *error) {
     long numbers = api_ensemble_numbers(op->ensemble), rows = 1 + PIECE_NUMBERS / numbers;
     if (rows > op->rows - op->written) rows = op->rows - op->written;
-    PEND_TRY(api_ensemble_write(op->ensemble, op->writer, rows, op->raw + op->written * numbers, out, error));
+    PEND_TRY(api_ensemble_write(op->ensemble, op->writer, rows, op->raw + op->written * numbers,
+                                out, error));
     op->written += rows;
     return PEND_OK;
 }
@@ -122,13 +135,15 @@ static void ensembles_tell(struct ensembles *op, const struct api_turn *turn) {
     // without a number, which would be a part's
     if (op->lost)
         api_stats_warning(&op->stats, "warning_horizon",
-                          "some members lose their digits before their end (estimated): stats.lost counts them and the "
+                          "some members lose their digits before their end (estimated): stats.lost "
+                          "counts them and the "
                           "observable horizon tells up to when each keeps them");
     api_stats_origin(&op->stats);
     if (seconds >= 0) api_stats_number(&op->stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
 }
 
-static enum pend_status ensembles_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
+static enum pend_status ensembles_run(void *state, const struct api_turn *turn, int *done,
+                                      struct pend_error *error) {
     struct ensembles *op = state;
     if (!op->writer) PEND_TRY(ensembles_begin(op, turn->out, error));
     do {
@@ -158,12 +173,15 @@ static double ensembles_cost(const void *state) {
     return api_ensemble_cost(ensemble, api_ensemble_count(ensemble));
 }
 
-static const struct api_stats *ensembles_told(const void *state) { return &((const struct ensembles *)state)->stats; }
+static const struct api_stats *ensembles_told(const void *state) {
+    return &((const struct ensembles *)state)->stats;
+}
 
 static double ensembles_bytes(const void *state) {
     const struct ensembles *op = state;
     const struct api_ensemble *ensemble = op->ensemble;
-    double raw = ensembles_range(op) * ensembles_numbers(op) + PIECE_NUMBERS + (double)api_ensemble_numbers(ensemble);
+    double raw = ensembles_range(op) * ensembles_numbers(op) + PIECE_NUMBERS +
+                 (double)api_ensemble_numbers(ensemble);
     return api_ensemble_bytes(ensemble) + raw * sizeof(double) +
            api_writer_bytes(op->format, api_ensemble_table(ensemble));
 }

@@ -1,6 +1,7 @@
 /* POST /v1/equations: a pendulum's equations of motion written out, as formulas and as programs.
  * Leaves to others: the formulas (equations_latex), the programs (equations_code).
- * Invariant: what is written is of this pendulum's numbers alone; no text of the client's is told back. */
+ * Invariant: what is written is of this pendulum's numbers alone; no text of the client's is
+ * told back. */
 #include "api/op/op.h"
 
 #include <stdlib.h>
@@ -37,12 +38,14 @@ static void equations_read_form(struct equations *equations, const struct api_re
     (void)api_field_word(&form, forms, &word, reading->problem);
     equations->is_explicit = word == 0;
     if (equations->is_explicit && n > API_EQUATIONS_MOST)
-        api_value_fault(&form, reading->problem,
-                        "writes out every entry for at most %d arms, this pendulum has %d: ask for \"compact\"",
-                        API_EQUATIONS_MOST, n);
+        api_value_fault(
+            &form, reading->problem,
+            "writes out every entry for at most %d arms, this pendulum has %d: ask for \"compact\"",
+            API_EQUATIONS_MOST, n);
 }
 
-static enum pend_status equations_read_parts(struct equations *equations, const struct api_reading *reading) {
+static enum pend_status equations_read_parts(struct equations *equations,
+                                             const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
     struct api_value pendulum = api_value_member(reading->root, "pendulum");
     struct api_value initial = api_value_member(reading->root, "initial");
@@ -66,7 +69,8 @@ static enum pend_status equations_read(void **state, const struct api_reading *r
 }
 
 /* appends what was written into the text as a member */
-static enum pend_status equations_say(struct equations *equations, const char *name, struct api_buffer *out) {
+static enum pend_status equations_say(struct equations *equations, const char *name,
+                                      struct api_buffer *out) {
     PEND_TRY(api_buffer_add(&equations->text, "", 1));
     PEND_TRY(api_out_text(out, name, equations->text.data));
     equations->text.bytes = 0;
@@ -96,16 +100,18 @@ static enum pend_status equations_write(struct equations *equations, struct api_
     return api_buffer_text(out, "}");
 }
 
-static enum pend_status equations_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
+static enum pend_status equations_run(void *state, const struct api_turn *turn, int *done,
+                                      struct pend_error *error) {
     struct equations *equations = state;
     *done = 1;
     PEND_TRY(api_states_settle(equations->start, &equations->tree, error));
-    PEND_TRY(api_equations_new(&equations->written, &equations->tree, equations->start, equations->is_explicit));
+    PEND_TRY(api_equations_new(&equations->written, &equations->tree, equations->start,
+                               equations->is_explicit));
     return equations_write(equations, turn->out);
 }
 
-/* the text of one form at a time, and the answer: some hundred letters an arm, some ten a pair of arms where every
- * entry is written out */
+/* the text of one form at a time, and the answer: some hundred letters an arm, some ten a pair
+ * of arms where every entry is written out */
 static double equations_bytes(const void *state) {
     const struct equations *equations = state;
     double n = equations->tree.n, square = equations->is_explicit ? n * n : 0;

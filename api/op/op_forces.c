@@ -1,5 +1,7 @@
-/* POST /v1/forces: accelerations, forces, positions and energies of given states, without integration.
- * Leaves to others: reading (tree_json, state_json), the mechanics (core/dynamics/dynamics, motion), the bytes (encode).
+/* POST /v1/forces: accelerations, forces, positions and energies of given states, without
+ * integration.
+ * Leaves to others: reading (tree_json, state_json), the mechanics (core/dynamics/dynamics,
+ * motion), the bytes (encode).
  * Invariant: one row a state, in the order in which the states came. */
 #include "api/op/op.h"
 
@@ -14,7 +16,20 @@
 
 static const char *const fields[] = {"pendulum", "state", "states", "digits", NULL};
 
-enum { PHIDD, LAMBDA, Z_RE, Z_IM, ZD_RE, ZD_IM, ZDD_RE, ZDD_IM, KINETIC, POTENTIAL, TOTAL, COLUMNS };
+enum {
+    PHIDD,
+    LAMBDA,
+    Z_RE,
+    Z_IM,
+    ZD_RE,
+    ZD_IM,
+    ZDD_RE,
+    ZDD_IM,
+    KINETIC,
+    POTENTIAL,
+    TOTAL,
+    COLUMNS
+};
 
 /* what a computation is estimated by: s a number of the answer, and that it is text */
 static const double number_seconds = 5e-8, text_seconds = 3e-8;
@@ -51,7 +66,8 @@ struct forces {
     struct api_writer *writer;
     long next, cap; /* the first state that is not written yet; rows of a block */
     void *work;
-    double *row[4]; /* accelerations, forces of AT_ONCE states; two parts of a vector; n numbers in stored order each */
+    double *row[4];  /* accelerations, forces of AT_ONCE states; two parts of a vector; n numbers in
+                        stored order each */
     double *scratch; /* 3 n numbers */
     double *column[COLUMNS];
 };
@@ -80,7 +96,8 @@ static void forces_check_size(struct forces *forces, const struct api_reading *r
 /* how many states there are; 0 where that is a fault */
 static long forces_count(struct forces *forces, const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
-    struct api_value one = api_value_member(reading->root, "state"), many = api_value_member(reading->root, "states");
+    struct api_value one = api_value_member(reading->root, "state"),
+                     many = api_value_member(reading->root, "states");
     forces->table.single = api_value_kind(&many) == API_MISSING;
     if (forces->table.single) return 1;
     long count = api_value_count(&many);
@@ -91,34 +108,44 @@ static long forces_count(struct forces *forces, const struct api_reading *readin
         return 0;
     }
     if ((double)count <= reading->limits->samples) return count;
-    api_value_fault(&many, problem, "has %ld states, more than the limit %s of %.0f: ask for fewer at a time", count,
-                    api_limits_name(reading->limits, &reading->limits->samples), reading->limits->samples);
+    api_value_fault(&many, problem,
+                    "has %ld states, more than the limit %s of %.0f: ask for fewer at a time",
+                    count, api_limits_name(reading->limits, &reading->limits->samples),
+                    reading->limits->samples);
     return 0;
 }
 
-/* the states; they get their memory only once nothing is wrong with the rest and with the size of the answer */
-static enum pend_status forces_read_states(struct forces *forces, const struct api_reading *reading) {
+/* the states; they get their memory only once nothing is wrong with the rest and with the size
+ * of the answer */
+static enum pend_status forces_read_states(struct forces *forces,
+                                           const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
-    struct api_value one = api_value_member(reading->root, "state"), many = api_value_member(reading->root, "states");
+    struct api_value one = api_value_member(reading->root, "state"),
+                     many = api_value_member(reading->root, "states");
     forces->table.rows = forces_count(forces, reading);
     if (!forces->table.rows) return PEND_INVALID;
     if (forces->tree.tree) forces_check_size(forces, reading);
-    if (!problem->status) PEND_TRY(api_states_new(&forces->states, forces->table.rows, forces->tree.n));
-    if (forces->table.single) api_states_read(forces->states, 0, &one, &forces->tree, reading->limits, problem);
+    if (!problem->status)
+        PEND_TRY(api_states_new(&forces->states, forces->table.rows, forces->tree.n));
+    if (forces->table.single)
+        api_states_read(forces->states, 0, &one, &forces->tree, reading->limits, problem);
     struct api_value state = api_value_item(&many, 0);
     for (; api_value_kind(&state) != API_MISSING; state = api_value_next(&state))
-        api_states_read(forces->states, state.index, &state, &forces->tree, reading->limits, problem);
+        api_states_read(forces->states, state.index, &state, &forces->tree, reading->limits,
+                        problem);
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 
-static enum pend_status forces_read_parts(struct forces *forces, const struct api_reading *reading) {
+static enum pend_status forces_read_parts(struct forces *forces,
+                                          const struct api_reading *reading) {
     struct api_value pendulum = api_value_member(reading->root, "pendulum");
     struct api_value digits = api_value_member(reading->root, "digits");
     long rounded = 0;
     (void)api_value_only(reading->root, fields, reading->problem);
     (void)api_field_whole(&digits, 1, 17, &rounded, reading->problem);
     forces->table.digits = (int)rounded;
-    enum pend_status status = api_tree_read(&forces->tree, &pendulum, reading->limits, reading->problem);
+    enum pend_status status =
+        api_tree_read(&forces->tree, &pendulum, reading->limits, reading->problem);
     if (status == PEND_NO_MEMORY) return status;
     return forces_read_states(forces, reading);
 }
@@ -135,16 +162,20 @@ static enum pend_status forces_read(void **state, const struct api_reading *read
 
 /* running */
 
-/* one block: the scratch of the dynamics, what it gives for some states, two rows, the columns of `cap` rows */
+/* one block: the scratch of the dynamics, what it gives for some states, two rows, the columns
+ * of `cap` rows */
 static enum pend_status forces_allocate(struct forces *forces, struct pend_error *error) {
-    size_t n = (size_t)forces->tree.n, work = (pend_dynamics_many_bytes(forces->tree.n) + 63) / 64 * 64;
+    size_t n = (size_t)forces->tree.n,
+           work = (pend_dynamics_many_bytes(forces->tree.n) + 63) / 64 * 64;
     long cap = BLOCK_NUMBERS / (long)api_table_numbers(&forces->table, 0);
     if (cap > BLOCK_ROWS) cap = BLOCK_ROWS;
     if (cap > forces->table.rows) cap = forces->table.rows;
     forces->cap = cap < 1 ? 1 : cap;
-    size_t numbers = (2 * AT_ONCE + 2 + 3) * n + (size_t)forces->cap * (KINETIC * n + (COLUMNS - KINETIC));
+    size_t numbers =
+        (2 * AT_ONCE + 2 + 3) * n + (size_t)forces->cap * (KINETIC * n + (COLUMNS - KINETIC));
     forces->work = aligned_alloc(64, work + (numbers * sizeof(double) + 63) / 64 * 64);
-    if (!forces->work) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for states of %zu arms", n);
+    if (!forces->work)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for states of %zu arms", n);
     double *at = (double *)((char *)forces->work + work);
     for (int i = 0; i < 2; i++, at += AT_ONCE * n) forces->row[i] = at;
     for (int i = 2; i < 4; i++, at += n) forces->row[i] = at;
@@ -177,16 +208,19 @@ static int forces_swing(int n, const double phi[], const double phi_low[]) {
 /* computes state s into row i of the columns */
 static void forces_compute(const struct forces *forces, long s, long i) {
     const struct pend_tree *tree = forces->tree.tree;
-    const double *phi = forces->states->phi + s * tree->n, *rate = forces->states->rate + s * tree->n;
+    const double *phi = forces->states->phi + s * tree->n,
+                 *rate = forces->states->rate + s * tree->n;
     const double *low = forces->states->phi_low + s * tree->n;
     double gravity = forces->tree.gravity, *re = forces->row[2], *im = forces->row[3];
     // the first of some finds the accelerations and forces of all
     long behind = i % AT_ONCE, left = forces->table.rows - s;
     double *acc = forces->row[0] + behind * tree->n, *force = forces->row[1] + behind * tree->n;
     if (!behind)
-        pend_dynamics_many(tree, gravity, left < AT_ONCE ? left : AT_ONCE, phi, rate, forces->work, acc, force);
+        pend_dynamics_many(tree, gravity, left < AT_ONCE ? left : AT_ONCE, phi, rate, forces->work,
+                           acc, force);
     if (forces_swing(tree->n, phi, low))
-        pend_dynamics_fine(tree, gravity, phi, low, rate, forces->work, forces->scratch, acc, force);
+        pend_dynamics_fine(tree, gravity, phi, low, rate, forces->work, forces->scratch, acc,
+                           force);
     forces_put(forces, acc, i, PHIDD);
     forces_put(forces, force, i, LAMBDA);
     pend_kinematics_position(tree, phi, re, im);
@@ -211,7 +245,8 @@ static void forces_rest(double *phi, double *low) {
     *low = rest.low;
 }
 
-static enum pend_status forces_begin(struct forces *forces, struct api_buffer *out, struct pend_error *error) {
+static enum pend_status forces_begin(struct forces *forces, struct api_buffer *out,
+                                     struct pend_error *error) {
     PEND_TRY(api_states_settle(forces->states, &forces->tree, error));
     // no angle is told, and forces do not change with whole turns
     for (long i = 0; i < forces->table.rows * forces->tree.n; i++)
@@ -221,15 +256,18 @@ static enum pend_status forces_begin(struct forces *forces, struct api_buffer *o
 }
 
 /* the next block of states */
-static enum pend_status forces_block(struct forces *forces, struct api_buffer *out, struct pend_error *error) {
+static enum pend_status forces_block(struct forces *forces, struct api_buffer *out,
+                                     struct pend_error *error) {
     long rows = forces->table.rows - forces->next;
     if (rows > forces->cap) rows = forces->cap;
     for (long i = 0; i < rows; i++) forces_compute(forces, forces->next + i, i);
     forces->next += rows;
-    return api_writer_block(forces->writer, rows, (const double *const *)forces->column, out, error);
+    return api_writer_block(forces->writer, rows, (const double *const *)forces->column, out,
+                            error);
 }
 
-static enum pend_status forces_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
+static enum pend_status forces_run(void *state, const struct api_turn *turn, int *done,
+                                   struct pend_error *error) {
     struct forces *forces = state;
     if (!forces->writer) PEND_TRY(forces_begin(forces, turn->out, error));
     do {
@@ -249,12 +287,16 @@ static double forces_cost(const void *state) {
 
 static double forces_bytes(const void *state) {
     const struct forces *forces = state;
-    double n = forces->tree.n, block = 2.0 * BLOCK_NUMBERS + (2 * AT_ONCE + 2 + 3 + KINETIC + COLUMNS) * n;
-    return block * sizeof(double) + (double)pend_dynamics_many_bytes(forces->tree.n) + api_tree_bytes(&forces->tree) +
-           api_states_bytes(forces->states) + api_writer_bytes(forces->format, &forces->table);
+    double n = forces->tree.n,
+           block = 2.0 * BLOCK_NUMBERS + (2 * AT_ONCE + 2 + 3 + KINETIC + COLUMNS) * n;
+    return block * sizeof(double) + (double)pend_dynamics_many_bytes(forces->tree.n) +
+           api_tree_bytes(&forces->tree) + api_states_bytes(forces->states) +
+           api_writer_bytes(forces->format, &forces->table);
 }
 
-static const struct api_table *forces_table(const void *state) { return &((const struct forces *)state)->table; }
+static const struct api_table *forces_table(const void *state) {
+    return &((const struct forces *)state)->table;
+}
 
 const struct api_op api_op_forces = {.name = "forces",
                                      .body = 1,

@@ -1,5 +1,7 @@
-/* POST /v1/lyapunov: the exponents by which neighbours leave a motion, and how they settle in time.
- * Leaves to others: reading (tree_json, state_json), the exponents (core/ensemble/lyapunov), the bytes (encode).
+/* POST /v1/lyapunov: the exponents by which neighbours leave a motion, and how they settle in
+ * time.
+ * Leaves to others: reading (tree_json, state_json), the exponents (core/ensemble/lyapunov), the
+ * bytes (encode).
  * Invariant: row i is the estimate over the first i + 1 spans of the duration. */
 #include "api/op/op.h"
 
@@ -16,10 +18,12 @@ static const char *const fields[] = {"pendulum", "initial", "duration", "transie
 
 enum { SAMPLES_USUAL = 100, ROWS = 64, PIECE = 20000 };
 
-/* the longest time and what a computation is estimated by: s a step and arm of one motion, and a product */
+/* the longest time and what a computation is estimated by: s a step and arm of one motion, and a
+ * product */
 static const double duration_most = 1e9, arm_seconds = 1e-6, product_seconds = 1e-9;
 
-/* radians that the fastest arm turns between two instants at which the directions are made orthonormal */
+/* radians that the fastest arm turns between two instants at which the directions are made
+ * orthonormal */
 static const double turn = 0.3;
 
 struct lyapunov {
@@ -58,26 +62,32 @@ static void lyapunov_free(void **state) {
 /* --- reading --- */
 
 /* how many exponents: a number, or "all" */
-static void lyapunov_read_count(struct lyapunov *lyapunov, const struct api_value *count, struct api_problem *problem) {
+static void lyapunov_read_count(struct lyapunov *lyapunov, const struct api_value *count,
+                                struct api_problem *problem) {
     const char *text = api_value_text(count);
     long most = 2L * lyapunov->tree.n, wanted = 1;
     if (text && !strcmp(text, "all")) {
         wanted = most;
     } else if (text) {
-        api_value_fault(count, problem, "must be a number of exponents from 1 to %ld, or \"all\", got \"%.40s\"", most,
-                        text);
+        api_value_fault(count, problem,
+                        "must be a number of exponents from 1 to %ld, or \"all\", got \"%.40s\"",
+                        most, text);
     } else if (most) {
         (void)api_field_whole(count, 1, most, &wanted, problem);
     }
     lyapunov->count = (int)(wanted > 0 ? wanted : 1);
 }
 
-static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov, const struct api_reading *reading) {
+static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov,
+                                            const struct api_reading *reading) {
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
-    struct api_value pendulum = api_value_member(root, "pendulum"), initial = api_value_member(root, "initial");
-    struct api_value duration = api_value_member(root, "duration"), transient = api_value_member(root, "transient");
-    struct api_value samples = api_value_member(root, "samples"), count = api_value_member(root, "count");
+    struct api_value pendulum = api_value_member(root, "pendulum"),
+                     initial = api_value_member(root, "initial");
+    struct api_value duration = api_value_member(root, "duration"),
+                     transient = api_value_member(root, "transient");
+    struct api_value samples = api_value_member(root, "samples"),
+                     count = api_value_member(root, "count");
     struct api_value digits = api_value_member(root, "digits");
     long rounded = 0, rows = SAMPLES_USUAL;
     (void)api_value_only(root, fields, problem);
@@ -86,7 +96,8 @@ static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov, const str
     if (status == PEND_OK) PEND_TRY(api_states_new(&lyapunov->start, 1, lyapunov->tree.n));
     api_states_read(lyapunov->start, 0, &initial, &lyapunov->tree, reading->limits, problem);
     if (api_field_needed(&duration, problem))
-        (void)api_value_read_number(&duration, 1e-9, duration_most, "s", &lyapunov->duration, problem);
+        (void)api_value_read_number(&duration, 1e-9, duration_most, "s", &lyapunov->duration,
+                                    problem);
     (void)api_value_read_number(&transient, 0, duration_most, "s", &lyapunov->transient, problem);
     (void)api_field_whole(&samples, 1, (long)reading->limits->samples, &rows, problem);
     lyapunov_read_count(lyapunov, &count, problem);
@@ -97,7 +108,8 @@ static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov, const str
 }
 
 /* the columns; faults more than there is memory for */
-static enum pend_status lyapunov_check_size(struct lyapunov *lyapunov, const struct api_reading *reading) {
+static enum pend_status lyapunov_check_size(struct lyapunov *lyapunov,
+                                            const struct api_reading *reading) {
     struct api_value count = api_value_member(reading->root, "count");
     double bytes = 8.0 * 6 * lyapunov->tree.n * (lyapunov->count + 1);
     api_table_add(&lyapunov->table, "t", NULL, 0);
@@ -105,10 +117,13 @@ static enum pend_status lyapunov_check_size(struct lyapunov *lyapunov, const str
     api_table_add(&lyapunov->table, "error", NULL, lyapunov->count);
     if (bytes > reading->limits->answer_bytes)
         api_value_fault(&count, reading->problem,
-                        "asks for %d directions in %d dimensions, %.0f bytes, more than the limit max-answer-bytes of "
+                        "asks for %d directions in %d dimensions, %.0f bytes, more than the limit "
+                        "max-answer-bytes of "
                         "%.0f: ask for fewer",
-                        lyapunov->count, 2 * lyapunov->tree.n, bytes, reading->limits->answer_bytes);
-    api_reading_check_size(reading, &lyapunov->table, reading->root, "samples", "fewer samples or exponents");
+                        lyapunov->count, 2 * lyapunov->tree.n, bytes,
+                        reading->limits->answer_bytes);
+    api_reading_check_size(reading, &lyapunov->table, reading->root, "samples",
+                           "fewer samples or exponents");
     return reading->problem->status ? PEND_INVALID : PEND_OK;
 }
 
@@ -127,7 +142,8 @@ static enum pend_status lyapunov_read(void **state, const struct api_reading *re
 
 /* --- running --- */
 
-/* rad/s, about: as fast as the shortest arm swings, faster where many hang on each other, and as the start has it */
+/* rad/s, about: as fast as the shortest arm swings, faster where many hang on each other, and as
+ * the start has it */
 static double lyapunov_rate(const struct lyapunov *lyapunov) {
     const struct pend_tree *tree = lyapunov->tree.tree;
     double shortest = INFINITY, rate = 0;
@@ -144,7 +160,8 @@ static double lyapunov_intervals(const struct lyapunov *lyapunov) {
     return fmax(1, ceil(row * lyapunov_rate(lyapunov) / turn));
 }
 
-static enum pend_status lyapunov_begin(struct lyapunov *lyapunov, struct api_buffer *out, struct pend_error *error) {
+static enum pend_status lyapunov_begin(struct lyapunov *lyapunov, struct api_buffer *out,
+                                       struct pend_error *error) {
     size_t count = (size_t)lyapunov->count, width = 1 + 2 * count;
     PEND_TRY(api_states_settle(lyapunov->start, &lyapunov->tree, error));
     double a_row = lyapunov_intervals(lyapunov);
@@ -152,12 +169,15 @@ static enum pend_status lyapunov_begin(struct lyapunov *lyapunov, struct api_buf
     double skip = ceil(lyapunov->transient / lyapunov->interval);
     if (!(a_row * (double)lyapunov->table.rows + skip < lyapunov->step_cap))
         return pend_fail(error, PEND_TOO_MANY_STEPS, -1, 0,
-                         "this takes at least %.3g steps, more than the limit %s of %.0f: ask for a shorter time",
-                         a_row * (double)lyapunov->table.rows + skip, lyapunov->step_name, lyapunov->step_cap);
+                         "this takes at least %.3g steps, more than the limit %s of %.0f: ask for "
+                         "a shorter time",
+                         a_row * (double)lyapunov->table.rows + skip, lyapunov->step_name,
+                         lyapunov->step_cap);
     lyapunov->a_row = (long)a_row;
     lyapunov->skip = (long)skip;
     lyapunov->column[0] = malloc(ROWS * width * sizeof(double));
-    if (!lyapunov->column[0]) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for %zu exponents", count);
+    if (!lyapunov->column[0])
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for %zu exponents", count);
     lyapunov->column[1] = lyapunov->column[0] + ROWS;
     lyapunov->column[2] = lyapunov->column[1] + ROWS * count;
     const struct pend_lyapunov_problem problem = {.tree = lyapunov->tree.tree,
@@ -172,34 +192,44 @@ static enum pend_status lyapunov_begin(struct lyapunov *lyapunov, struct api_buf
 }
 
 /* writes the rows of the block */
-static enum pend_status lyapunov_flush(struct lyapunov *lyapunov, struct api_buffer *out, struct pend_error *error) {
+static enum pend_status lyapunov_flush(struct lyapunov *lyapunov, struct api_buffer *out,
+                                       struct pend_error *error) {
     long rows = lyapunov->rows;
     lyapunov->written += rows;
     lyapunov->rows = 0;
-    return api_writer_block(lyapunov->writer, rows, (const double *const *)lyapunov->column, out, error);
+    return api_writer_block(lyapunov->writer, rows, (const double *const *)lyapunov->column, out,
+                            error);
 }
 
 /* an interval is over: the transient's end, or a row's */
-static enum pend_status lyapunov_step(struct lyapunov *lyapunov, struct api_buffer *out, struct pend_error *error) {
+static enum pend_status lyapunov_step(struct lyapunov *lyapunov, struct api_buffer *out,
+                                      struct pend_error *error) {
     long over = ++lyapunov->intervals - lyapunov->skip;
     if (over == 0) pend_lyapunov_forget(lyapunov->exponents);
     if (over <= 0 || over % lyapunov->a_row) return PEND_OK;
     long row = over / lyapunov->a_row;
-    lyapunov->column[0][lyapunov->rows] = (double)row * lyapunov->duration / (double)lyapunov->table.rows;
-    pend_lyapunov_exponents(lyapunov->exponents, lyapunov->column[1] + lyapunov->rows * lyapunov->count);
-    pend_lyapunov_errors(lyapunov->exponents, lyapunov->column[2] + lyapunov->rows * lyapunov->count);
+    lyapunov->column[0][lyapunov->rows] =
+        (double)row * lyapunov->duration / (double)lyapunov->table.rows;
+    pend_lyapunov_exponents(lyapunov->exponents,
+                            lyapunov->column[1] + lyapunov->rows * lyapunov->count);
+    pend_lyapunov_errors(lyapunov->exponents,
+                         lyapunov->column[2] + lyapunov->rows * lyapunov->count);
     lyapunov->rows++;
-    return lyapunov->rows == ROWS || row == lyapunov->table.rows ? lyapunov_flush(lyapunov, out, error) : PEND_OK;
+    return lyapunov->rows == ROWS || row == lyapunov->table.rows
+               ? lyapunov_flush(lyapunov, out, error)
+               : PEND_OK;
 }
 
-static enum pend_status lyapunov_piece(struct lyapunov *lyapunov, struct api_buffer *out, struct pend_error *error) {
+static enum pend_status lyapunov_piece(struct lyapunov *lyapunov, struct api_buffer *out,
+                                       struct pend_error *error) {
     long steps = PIECE / (lyapunov->tree.n * 8L);
     int over = 0;
     PEND_TRY(pend_lyapunov_go(lyapunov->exponents, steps > 0 ? steps : 1, &over, error));
     if ((double)pend_lyapunov_steps(lyapunov->exponents) > lyapunov->step_cap)
-        return pend_fail(error, PEND_TOO_MANY_STEPS, -1, 0,
-                         "more steps than the limit %s of %.0f: ask for a shorter time or fewer exponents",
-                         lyapunov->step_name, lyapunov->step_cap);
+        return pend_fail(
+            error, PEND_TOO_MANY_STEPS, -1, 0,
+            "more steps than the limit %s of %.0f: ask for a shorter time or fewer exponents",
+            lyapunov->step_name, lyapunov->step_cap);
     return over ? lyapunov_step(lyapunov, out, error) : PEND_OK;
 }
 
@@ -213,7 +243,8 @@ static void lyapunov_tell(struct lyapunov *lyapunov, const struct api_turn *turn
     if (seconds >= 0) api_stats_number(stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
 }
 
-static enum pend_status lyapunov_run(void *state, const struct api_turn *turn_, int *done, struct pend_error *error) {
+static enum pend_status lyapunov_run(void *state, const struct api_turn *turn_, int *done,
+                                     struct pend_error *error) {
     struct lyapunov *lyapunov = state;
     if (!lyapunov->writer) PEND_TRY(lyapunov_begin(lyapunov, turn_->out, error));
     do {
@@ -243,7 +274,8 @@ static double lyapunov_cost(const void *state) {
     double n = lyapunov->tree.n, count = lyapunov->count;
     double intervals = lyapunov_intervals(lyapunov) * (double)lyapunov->table.rows;
     intervals *= 1 + lyapunov->transient / lyapunov->duration;
-    return intervals * (2 * (2 * count + 1) * (n + 4) * arm_seconds + 4 * count * count * n * product_seconds);
+    return intervals *
+           (2 * (2 * count + 1) * (n + 4) * arm_seconds + 4 * count * count * n * product_seconds);
 }
 
 static double lyapunov_bytes(const void *state) {
@@ -255,9 +287,13 @@ static double lyapunov_bytes(const void *state) {
            api_writer_bytes(lyapunov->format, &lyapunov->table);
 }
 
-static const struct api_table *lyapunov_table(const void *state) { return &((const struct lyapunov *)state)->table; }
+static const struct api_table *lyapunov_table(const void *state) {
+    return &((const struct lyapunov *)state)->table;
+}
 
-static const struct api_stats *lyapunov_told(const void *state) { return &((const struct lyapunov *)state)->stats; }
+static const struct api_stats *lyapunov_told(const void *state) {
+    return &((const struct lyapunov *)state)->stats;
+}
 
 const struct api_op api_op_lyapunov = {.name = "lyapunov",
                                        .body = 1,

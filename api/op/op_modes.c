@@ -1,7 +1,8 @@
-/* POST /v1/modes: frequencies and shapes of small oscillations about an equilibrium, and a start's part in each of
- * them. Leaves to others: reading (tree_json, state_json), the modes (core/modes/modes), the matrices (core/modes/matrix).
- * Invariant: all arrays with one entry a mode are in the same order: those that grow, fastest first, then those that
- * swing, slowest first. */
+/* POST /v1/modes: frequencies and shapes of small oscillations about an equilibrium, and a
+ * start's part in each of them. Leaves to others: reading (tree_json, state_json), the modes
+ * (core/modes/modes), the matrices (core/modes/matrix).
+ * Invariant: all arrays with one entry a mode are in the same order: those that grow, fastest
+ * first, then those that swing, slowest first. */
 #include "api/op/op.h"
 
 #include <math.h>
@@ -19,11 +20,15 @@ static const double pi = 3.14159265358979323846;
 static const char *const fields[] = {"pendulum", "about",   "select", "vectors", "normalize",
                                      "include",  "initial", "digits", NULL};
 
-static const char *const matrix_names[] = {
-    [PEND_MATRIX_A] = "A", [PEND_MATRIX_M] = "M", [PEND_MATRIX_S] = "S", [PEND_MATRIX_B] = "B", NULL};
+static const char *const matrix_names[] = {[PEND_MATRIX_A] = "A",
+                                           [PEND_MATRIX_M] = "M",
+                                           [PEND_MATRIX_S] = "S",
+                                           [PEND_MATRIX_B] = "B",
+                                           NULL};
 
 static const char *const normalize_names[] = {"first", "mass", "max", NULL};
-static const enum pend_normalize normalize_rules[] = {PEND_NORMALIZE_FIRST, PEND_NORMALIZE_MASS, PEND_NORMALIZE_MAX};
+static const enum pend_normalize normalize_rules[] = {PEND_NORMALIZE_FIRST, PEND_NORMALIZE_MASS,
+                                                      PEND_NORMALIZE_MAX};
 
 /* what has one number a mode */
 enum scalar { MODE, OMEGA, FREQUENCY, PERIOD, GROWTH, AMPLITUDE, PHASE, RISING, FALLING, SCALARS };
@@ -38,8 +43,8 @@ struct modes {
     struct api_tree tree;
     struct api_states *start;          /* NULL = no start was given */
     struct pend_modes_request request; /* its gravity and vectors follow from the rest */
-    unsigned char *up;                 /* n flags in stored order, arms that stand; NULL when all hang */
-    int vectors;                       /* are answered */
+    unsigned char *up; /* n flags in stored order, arms that stand; NULL when all hang */
+    int vectors;       /* are answered */
     char include[PEND_MATRIX_COUNT];
     const struct api_format *format;
     struct api_table table; /* as which every representation but JSON answers */
@@ -53,9 +58,10 @@ struct modes {
     double *line;            /* n numbers, or rows of the table */
     long lines;              /* rows of the table that fit there */
     struct api_writer *writer;
-    char last;            /* byte of the JSON so far, kept back; 0 = none */
-    int filled;           /* the numbers that every mode has are there */
-    int begun, part, row; /* what is written next: a row of the vectors (part 0) or of matrix part - 1 */
+    char last;  /* byte of the JSON so far, kept back; 0 = none */
+    int filled; /* the numbers that every mode has are there */
+    int begun, part,
+        row; /* what is written next: a row of the vectors (part 0) or of matrix part - 1 */
 };
 
 static void modes_free(void **state) {
@@ -75,13 +81,15 @@ static void modes_free(void **state) {
 /* reading */
 
 /* ["down", "up", ...], one an arm */
-static enum pend_status read_about(struct modes *modes, const struct api_value *value, struct api_problem *problem) {
+static enum pend_status read_about(struct modes *modes, const struct api_value *value,
+                                   struct api_problem *problem) {
     static const char *const words[] = {"down", "up", NULL};
     const struct pend_tree *tree = modes->tree.tree;
     struct api_value item = api_value_item(value, 0);
     if (api_value_kind(value) == API_MISSING) return PEND_OK;
     if (api_value_kind(value) != API_ARRAY || (tree && api_value_count(value) != tree->n)) {
-        api_value_fault(value, problem, "must be an array with \"down\" or \"up\" for each of the %d arms",
+        api_value_fault(value, problem,
+                        "must be an array with \"down\" or \"up\" for each of the %d arms",
                         modes->tree.n);
         return PEND_OK;
     }
@@ -100,8 +108,8 @@ static enum pend_status read_about(struct modes *modes, const struct api_value *
 }
 
 /* {"slowest": k} or {"fastest": k}; true when the object is of that kind */
-static int read_extreme(struct modes *modes, const struct api_value *object, const char *name, enum pend_select select,
-                        struct api_problem *problem) {
+static int read_extreme(struct modes *modes, const struct api_value *object, const char *name,
+                        enum pend_select select, struct api_problem *problem) {
     struct api_value field = api_value_member(object, name);
     long count = 0;
     if (api_value_kind(&field) == API_MISSING) return 0;
@@ -112,17 +120,20 @@ static int read_extreme(struct modes *modes, const struct api_value *object, con
 }
 
 /* {"from": w1, "to": w2} */
-static void read_range(struct modes *modes, const struct api_value *object, struct api_problem *problem) {
+static void read_range(struct modes *modes, const struct api_value *object,
+                       struct api_problem *problem) {
     struct api_value from = api_value_member(object, "from"), to = api_value_member(object, "to");
     modes->request.select = PEND_SELECT_BETWEEN;
     int good = api_field_needed(&from, problem) && api_field_needed(&to, problem);
     good &= api_value_read_number(&from, 0, INFINITY, "rad/s", &modes->request.from, problem) > 0;
     good &= api_value_read_number(&to, 0, INFINITY, "rad/s", &modes->request.to, problem) > 0;
     double low = modes->request.from, high = modes->request.to;
-    if (good && low > high) api_value_fault(&to, problem, "must not be below from (%.15g rad/s), got %.15g", low, high);
+    if (good && low > high)
+        api_value_fault(&to, problem, "must not be below from (%.15g rad/s), got %.15g", low, high);
 }
 
-static void read_select(struct modes *modes, const struct api_value *value, struct api_problem *problem) {
+static void read_select(struct modes *modes, const struct api_value *value,
+                        struct api_problem *problem) {
     static const char *const words[] = {"all", NULL};
     static const char *const allowed[] = {"slowest", "fastest", "from", "to", NULL};
     int chosen;
@@ -139,15 +150,18 @@ static void read_select(struct modes *modes, const struct api_value *value, stru
         ways++;
     }
     if (ways != 1)
-        api_value_fault(value, problem,
-                        "must be \"all\", or have one of \"slowest\", \"fastest\", and \"from\" with \"to\"");
+        api_value_fault(
+            value, problem,
+            "must be \"all\", or have one of \"slowest\", \"fastest\", and \"from\" with \"to\"");
 }
 
-static void read_include(struct modes *modes, const struct api_value *value, const struct api_reading *reading) {
+static void read_include(struct modes *modes, const struct api_value *value,
+                         const struct api_reading *reading) {
     struct api_problem *problem = reading->problem;
     struct api_value item = api_value_item(value, 0);
     if (api_value_kind(value) == API_MISSING) return;
-    if (api_value_kind(value) != API_ARRAY) api_value_fault(value, problem, "must be an array of names of matrices");
+    if (api_value_kind(value) != API_ARRAY)
+        api_value_fault(value, problem, "must be an array of names of matrices");
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
         int matrix = 0;
         if (api_field_word(&item, matrix_names, &matrix, problem) <= 0) continue;
@@ -156,13 +170,17 @@ static void read_include(struct modes *modes, const struct api_value *value, con
         modes->include[matrix] = 1;
     }
     if (api_value_count(value) && modes->tree.n > reading->limits->matrix_arms)
-        api_value_fault(value, problem,
-                        "matrices are answered for at most %.0f arms (the limit max-matrix-arms), and "
-                        "here are %d: leave it out",
-                        reading->limits->matrix_arms, modes->tree.n);
-    if (api_value_count(value) && reading->format != &api_format_json && reading->format != &api_format_raw)
-        api_value_fault(value, problem, "matrices are answered in %s only, not in %s: leave it out, or ask for that",
-                        api_format_json.media_type, reading->format->media_type);
+        api_value_fault(
+            value, problem,
+            "matrices are answered for at most %.0f arms (the limit max-matrix-arms), and "
+            "here are %d: leave it out",
+            reading->limits->matrix_arms, modes->tree.n);
+    if (api_value_count(value) && reading->format != &api_format_json &&
+        reading->format != &api_format_raw)
+        api_value_fault(
+            value, problem,
+            "matrices are answered in %s only, not in %s: leave it out, or ask for that",
+            api_format_json.media_type, reading->format->media_type);
 }
 
 /* the columns of the table, one row a mode */
@@ -180,14 +198,18 @@ static void modes_columns(struct modes *modes) {
 
 /* faults an answer that would be too large, and modes that would be */
 static void modes_check_size(const struct modes *modes, const struct api_reading *reading) {
-    static const char fewer[] = "fewer modes by \"select\", or only the frequencies by \"vectors\": false";
+    static const char fewer[] =
+        "fewer modes by \"select\", or only the frequencies by \"vectors\": false";
     const struct api_table *table = &modes->table;
-    double n = modes->tree.n, numbers = table->rows * api_table_numbers(table, 0), most = reading->limits->answer_bytes;
+    double n = modes->tree.n, numbers = table->rows * api_table_numbers(table, 0),
+           most = reading->limits->answer_bytes;
     if (modes->request.vectors && 8 * n * table->rows > most)
         api_value_fault(reading->root, reading->problem,
-                        "asks for the vectors of %ld modes, which take %.0f bytes while they are found, more than the "
+                        "asks for the vectors of %ld modes, which take %.0f bytes while they are "
+                        "found, more than the "
                         "limit max-answer-bytes of %.0f: ask for %s",
-                        table->rows, 8 * n * table->rows, most, modes->start ? "fewer modes by \"select\"" : fewer);
+                        table->rows, 8 * n * table->rows, most,
+                        modes->start ? "fewer modes by \"select\"" : fewer);
     if (reading->format != &api_format_json) {
         api_reading_check_size(reading, table, reading->root, "modes", fewer);
         return;
@@ -197,12 +219,13 @@ static void modes_check_size(const struct modes *modes, const struct api_reading
     char flowing[API_FORMATS_TEXT];
     api_format_list(flowing, 1, 1);
     if (bytes > most)
-        api_value_fault(
-            reading->root, reading->problem,
-            "asks for %.0f numbers, up to %.0f bytes, more than the limit max-answer-bytes of %.0f: ask for "
-            "%s, include fewer matrices, round the numbers by \"digits\", or ask for a representation "
-            "without such a limit: %s",
-            numbers, bytes, most, fewer, flowing);
+        api_value_fault(reading->root, reading->problem,
+                        "asks for %.0f numbers, up to %.0f bytes, more than the limit "
+                        "max-answer-bytes of %.0f: ask for "
+                        "%s, include fewer matrices, round the numbers by \"digits\", or ask for a "
+                        "representation "
+                        "without such a limit: %s",
+                        numbers, bytes, most, fewer, flowing);
 }
 
 /* begins the search, so that it is known how many modes there will be */
@@ -211,14 +234,15 @@ static enum pend_status modes_begin_search(struct modes *modes, const struct api
     modes->request.gravity = modes->tree.gravity;
     modes->request.vectors = modes->vectors || modes->start;
     modes->request.up = modes->up;
-    enum pend_status status = pend_modes_search_new(&modes->search, modes->tree.tree, &modes->request, &error);
+    enum pend_status status =
+        pend_modes_search_new(&modes->search, modes->tree.tree, &modes->request, &error);
     if (status == PEND_INVALID) api_value_fault(reading->root, reading->problem, "%s", error.text);
     if (status) return status;
     modes->table.rows = pend_modes_search_count(modes->search);
     modes_columns(modes);
     struct api_value pendulum = api_value_member(reading->root, "pendulum");
-    api_tree_modes_allowed(&modes->tree, &pendulum, (int)modes->table.rows, "finding the modes", reading->limits,
-                           reading->problem);
+    api_tree_modes_allowed(&modes->tree, &pendulum, (int)modes->table.rows, "finding the modes",
+                           reading->limits, reading->problem);
     modes_check_size(modes, reading);
     return PEND_OK;
 }
@@ -226,24 +250,31 @@ static enum pend_status modes_begin_search(struct modes *modes, const struct api
 static enum pend_status modes_read_parts(struct modes *modes, const struct api_reading *reading) {
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
-    struct api_value pendulum = api_value_member(root, "pendulum"), select = api_value_member(root, "select");
-    struct api_value vectors = api_value_member(root, "vectors"), normalize = api_value_member(root, "normalize");
-    struct api_value include = api_value_member(root, "include"), initial = api_value_member(root, "initial");
-    struct api_value digits = api_value_member(root, "digits"), about = api_value_member(root, "about");
+    struct api_value pendulum = api_value_member(root, "pendulum"),
+                     select = api_value_member(root, "select");
+    struct api_value vectors = api_value_member(root, "vectors"),
+                     normalize = api_value_member(root, "normalize");
+    struct api_value include = api_value_member(root, "include"),
+                     initial = api_value_member(root, "initial");
+    struct api_value digits = api_value_member(root, "digits"),
+                     about = api_value_member(root, "about");
     long rounded = 0;
     int rule = 0;
     (void)api_value_only(root, fields, problem);
     enum pend_status status = api_tree_read(&modes->tree, &pendulum, reading->limits, problem);
     if (status == PEND_NO_MEMORY) return status;
     if (modes->tree.n)
-        api_tree_modes_allowed(&modes->tree, &pendulum, 0, "finding the modes", reading->limits, problem);
+        api_tree_modes_allowed(&modes->tree, &pendulum, 0, "finding the modes", reading->limits,
+                               problem);
     if (api_value_kind(&initial) != API_MISSING && status == PEND_OK)
         PEND_TRY(api_states_new(&modes->start, 1, modes->tree.n));
     api_states_read(modes->start, 0, &initial, &modes->tree, reading->limits, problem);
     PEND_TRY(read_about(modes, &about, problem));
     read_select(modes, &select, problem);
-    if (api_field_truth(&vectors, &modes->vectors, problem) > 0 && modes->vectors) api_value_usual(&vectors);
-    if (api_field_word(&normalize, normalize_names, &rule, problem) > 0 && !rule) api_value_usual(&normalize);
+    if (api_field_truth(&vectors, &modes->vectors, problem) > 0 && modes->vectors)
+        api_value_usual(&vectors);
+    if (api_field_word(&normalize, normalize_names, &rule, problem) > 0 && !rule)
+        api_value_usual(&normalize);
     modes->request.normalize = normalize_rules[rule];
     read_include(modes, &include, reading);
     (void)api_field_whole(&digits, 1, 17, &rounded, problem);
@@ -265,15 +296,18 @@ static enum pend_status modes_read(void **state, const struct api_reading *readi
 
 /* running */
 
-/* one block: a row or a few, and the numbers that every mode has; where a start is split they are found in place */
+/* one block: a row or a few, and the numbers that every mode has; where a start is split they
+ * are found in place */
 static enum pend_status modes_allocate(struct modes *modes, struct pend_error *error) {
     size_t n = (size_t)modes->tree.n, count = (size_t)modes->found->count;
     long lines = PIECE_NUMBERS / (long)n;
     modes->lines = lines < 1 ? 1 : lines;
     modes->scratch = malloc(((size_t)modes->lines * n + SCALARS * count) * sizeof *modes->scratch);
-    if (!modes->scratch) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %zu arms", n);
+    if (!modes->scratch)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %zu arms", n);
     modes->line = modes->scratch;
-    for (int i = 0; i < SCALARS; i++) modes->scalar[i] = modes->scratch + (size_t)modes->lines * n + (size_t)i * count;
+    for (int i = 0; i < SCALARS; i++)
+        modes->scalar[i] = modes->scratch + (size_t)modes->lines * n + (size_t)i * count;
     return PEND_OK;
 }
 
@@ -281,9 +315,10 @@ static enum pend_status modes_allocate(struct modes *modes, struct pend_error *e
 static enum pend_status modes_settle_start(struct modes *modes, struct pend_error *error) {
     PEND_TRY(api_states_settle(modes->start, &modes->tree, error));
     for (int k = 0; k < modes->tree.n; k++)
-        modes->start->phi[k] = modes->up && modes->up[k]
-                                   ? pend_modes_theta(modes->start->phi[k] - pi, 0)
-                                   : pend_modes_theta(modes->start->phi[k], modes->start->phi_low[k]);
+        modes->start->phi[k] =
+            modes->up && modes->up[k]
+                ? pend_modes_theta(modes->start->phi[k] - pi, 0)
+                : pend_modes_theta(modes->start->phi[k], modes->start->phi_low[k]);
     return PEND_OK;
 }
 
@@ -307,15 +342,17 @@ static void modes_fill(const struct modes *modes) {
 /* a few modes' part of the start */
 static enum pend_status modes_split(struct modes *modes, struct pend_error *error) {
     struct pend_modes few = *modes->found;
-    int done = modes->split, count = few.count - done < PIECE_MODES ? few.count - done : PIECE_MODES;
+    int done = modes->split,
+        count = few.count - done < PIECE_MODES ? few.count - done : PIECE_MODES;
     if (!done) PEND_TRY(modes_settle_start(modes, error));
     few.count = count;
     few.omega += done;
     few.norm += done;
     few.vector += (size_t)done * (size_t)few.n;
     modes->split += count;
-    return pend_modes_decompose(&few, modes->tree.tree, modes->up, modes->start->phi, modes->start->rate,
-                                modes->scalar[AMPLITUDE] + done, modes->scalar[PHASE] + done);
+    return pend_modes_decompose(&few, modes->tree.tree, modes->up, modes->start->phi,
+                                modes->start->rate, modes->scalar[AMPLITUDE] + done,
+                                modes->scalar[PHASE] + done);
 }
 
 /* a vector in the caller's order */
@@ -337,7 +374,8 @@ static enum pend_status write_identity(const struct modes *modes, struct api_buf
     PEND_TRY(api_out_open(out, "identity", '{'));
     PEND_TRY(api_out_number(out, "sum_inverse_omega_squared", sum, modes->table.digits));
     PEND_TRY(api_out_number(out, "length_total_over_g", lengths, modes->table.digits));
-    PEND_TRY(api_out_number(out, "relative_difference", fabs(sum - lengths) / all, modes->table.digits));
+    PEND_TRY(
+        api_out_number(out, "relative_difference", fabs(sum - lengths) / all, modes->table.digits));
     return api_buffer_text(out, "}");
 }
 
@@ -363,7 +401,9 @@ static enum pend_status write_lists(const struct modes *modes, struct api_buffer
     return PEND_OK;
 }
 
-static int part_wanted(const struct modes *modes, int part) { return part ? modes->include[part - 1] : modes->vectors; }
+static int part_wanted(const struct modes *modes, int part) {
+    return part ? modes->include[part - 1] : modes->vectors;
+}
 
 /* JSON: the next row of the vectors or of a matrix, or the end */
 static enum pend_status write_row(struct modes *modes, struct api_buffer *out, int *done) {
@@ -381,8 +421,8 @@ static enum pend_status write_row(struct modes *modes, struct api_buffer *out, i
         return PEND_OK;
     }
     if (part)
-        pend_matrix_row(modes->tree.tree, modes->tree.gravity, modes->up, (enum pend_matrix)(part - 1), modes->row,
-                        modes->line);
+        pend_matrix_row(modes->tree.tree, modes->tree.gravity, modes->up,
+                        (enum pend_matrix)(part - 1), modes->row, modes->line);
     else
         modes_vector(modes, modes->row, modes->line);
     modes->row++;
@@ -390,7 +430,8 @@ static enum pend_status write_row(struct modes *modes, struct api_buffer *out, i
 }
 
 /* other representations: the next rows of the table, or a piece of what comes behind them */
-static enum pend_status write_rows(struct modes *modes, struct api_buffer *out, int *done, struct pend_error *error) {
+static enum pend_status write_rows(struct modes *modes, struct api_buffer *out, int *done,
+                                   struct pend_error *error) {
     const struct api_table *table = &modes->table;
     const double *data[API_COLUMNS];
     if (!modes->writer) PEND_TRY(api_writer_new(&modes->writer, modes->format, table, out));
@@ -414,7 +455,8 @@ static enum pend_status modes_found(struct modes *modes, struct pend_error *erro
 }
 
 /* a piece of the search, of the split, or of the answer */
-static enum pend_status modes_piece(struct modes *modes, struct api_buffer *out, int *done, struct pend_error *error) {
+static enum pend_status modes_piece(struct modes *modes, struct api_buffer *out, int *done,
+                                    struct pend_error *error) {
     int found = 0;
     if (modes->search) {
         PEND_TRY(pend_modes_search_step(modes->search, &found, error));
@@ -432,19 +474,20 @@ static enum pend_status modes_piece(struct modes *modes, struct api_buffer *out,
     return write_lists(modes, out);
 }
 
-/* JSON's commas follow from what was written last, and what a turn wrote may be taken away after it: its last byte is
- * kept back for the next turn */
-static enum pend_status modes_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
+/* JSON's commas follow from what was written last, and what a turn wrote may be taken away after
+ * it: its last byte is kept back for the next turn */
+static enum pend_status modes_run(void *state, const struct api_turn *turn, int *done,
+                                  struct pend_error *error) {
     struct modes *modes = state;
     struct api_buffer *out = turn->out;
     if (modes->last) PEND_TRY(api_buffer_add(out, &modes->last, 1));
     do {
         enum pend_status status = modes_piece(modes, out, done, error);
         if (status == PEND_NOT_FINITE && !error->text[0])
-            return pend_fail(
-                error, status, -1, 0,
-                "lengths, masses and gravity are too far apart: a number of the modes is beyond those that "
-                "a double holds");
+            return pend_fail(error, status, -1, 0,
+                             "lengths, masses and gravity are too far apart: a number of the modes "
+                             "is beyond those that "
+                             "a double holds");
         PEND_TRY(status);
     } while (!*done && !api_turn_over(turn));
     modes->last = 0;
@@ -461,15 +504,18 @@ static void modes_json(void *state) {
     modes->begun = modes->row = 0;
 }
 
-static const struct api_table *modes_table(const void *state) { return &((const struct modes *)state)->table; }
+static const struct api_table *modes_table(const void *state) {
+    return &((const struct modes *)state)->table;
+}
 
 static double modes_cost(const void *state) {
     const struct modes *modes = state;
     return pend_modes_cost(modes->tree.n, (int)modes->table.rows, modes->request.vectors);
 }
 
-/* a frequency is searched for in a few hundred bytes an arm. Vectors are kept once, and a second time while like
- * branches are put together; a row of them is made orthogonal to those of its crowd */
+/* a frequency is searched for in a few hundred bytes an arm. Vectors are kept once, and a second
+ * time while like branches are put together; a row of them is made orthogonal to those of its
+ * crowd */
 static double modes_bytes(const void *state) {
     const struct modes *modes = state;
     double n = modes->tree.n, count = (double)modes->table.rows;

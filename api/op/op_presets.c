@@ -1,6 +1,8 @@
-/* GET /v1/presets and /v1/presets/{name}: ready pendulums, as requests that can be sent as they are.
+/* GET /v1/presets and /v1/presets/{name}: ready pendulums, as requests that can be sent as they
+ * are.
  * Leaves to others: the pendulums themselves (core/tree/presets).
- * Invariant: pendulum, initial and times of a preset are the body of a good request to /v1/trajectories. */
+ * Invariant: pendulum, initial and times of a preset are the body of a good request to
+ * /v1/trajectories. */
 #include "api/op/op.h"
 
 #include <stdlib.h>
@@ -45,9 +47,11 @@ static enum pend_status refuse_name(const char *name, struct api_problem *proble
         }
         const char *near = api_name_nearest(name, names);
         if (near)
-            api_problem_set(problem, 404, "there is no preset \"%s\"; did you mean \"%s\"?", name, near);
+            api_problem_set(problem, 404, "there is no preset \"%s\"; did you mean \"%s\"?", name,
+                            near);
         else
-            api_problem_set(problem, 404, "there is no preset \"%s\"; /v1/presets lists them", name);
+            api_problem_set(problem, 404, "there is no preset \"%s\"; /v1/presets lists them",
+                            name);
     }
     free(names);
     free(presets);
@@ -95,7 +99,8 @@ static enum pend_status write_preset(const struct pend_preset *preset, struct ap
     return api_buffer_text(out, "}}");
 }
 
-static enum pend_status presets_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
+static enum pend_status presets_run(void *state, const struct api_turn *turn, int *done,
+                                    struct pend_error *error) {
     struct presets *presets = state;
     (void)error;
     *done = 1;
@@ -114,4 +119,5 @@ static enum pend_status presets_run(void *state, const struct api_turn *turn, in
 const struct api_op api_op_presets = {
     .name = "presets", .read = presets_read, .run = presets_run, .free = presets_free};
 
-const struct api_op api_op_preset = {.name = "preset", .read = preset_read, .run = presets_run, .free = presets_free};
+const struct api_op api_op_preset = {
+    .name = "preset", .read = preset_read, .run = presets_run, .free = presets_free};

@@ -1,6 +1,8 @@
 /* POST /v1/sections: the instants at which an arm passes a direction, and the state then.
- * Leaves to others: reading (tree_json, state_json), the search (core/integrate/section), the bytes (encode).
- * Invariant: all passages are found before the first is written, so that the answer knows how many there are. */
+ * Leaves to others: reading (tree_json, state_json), the search (core/integrate/section), the
+ * bytes (encode).
+ * Invariant: all passages are found before the first is written, so that the answer knows how
+ * many there are. */
 #include "api/op/op.h"
 
 #include <math.h>
@@ -22,7 +24,8 @@ enum { T, PHI, PHID, DIRECTION, COLUMNS, COUNT_USUAL = 1000, FIRST_ROOM = 256, P
 
 static const double duration_most = 1e9, angle_most = 1e6, pi = 3.14159265358979323846;
 
-/* what a computation is estimated by: steps for the fastest swing to go on by a radian, s a step and arm */
+/* what a computation is estimated by: steps for the fastest swing to go on by a radian, s a step
+ * and arm */
 static const double steps_a_radian = 4, arm_seconds = 2e-6;
 
 struct sections {
@@ -67,7 +70,8 @@ static void sections_free(void **state) {
 static void sections_read_angle(struct sections *sections, const struct api_value *section,
                                 struct api_problem *problem) {
     static const char *const units[] = {"rad", "deg", NULL};
-    struct api_value theta = api_value_member(section, "theta"), phi = api_value_member(section, "phi");
+    struct api_value theta = api_value_member(section, "theta"),
+                     phi = api_value_member(section, "phi");
     struct api_value unit = api_value_member(section, "unit");
     int degrees = 0, from_theta = api_value_kind(&theta) != API_MISSING;
     double angle = 0;
@@ -91,7 +95,8 @@ static void sections_read_section(struct sections *sections, const struct api_va
     int word = 0;
     if (!api_field_object(section, problem)) return;
     (void)api_value_only(section, section_fields, problem);
-    struct api_value arm = api_value_member(section, "arm"), direction = api_value_member(section, "direction");
+    struct api_value arm = api_value_member(section, "arm"),
+                     direction = api_value_member(section, "direction");
     int caller = api_tree_read_arm(&sections->tree, &arm, problem);
     if (caller >= 0) sections->arm = sections->tree.tree->place[caller];
     sections_read_angle(sections, section, problem);
@@ -99,11 +104,14 @@ static void sections_read_section(struct sections *sections, const struct api_va
     sections->ways = ways[word];
 }
 
-static enum pend_status sections_read_parts(struct sections *sections, const struct api_reading *reading) {
+static enum pend_status sections_read_parts(struct sections *sections,
+                                            const struct api_reading *reading) {
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
-    struct api_value pendulum = api_value_member(root, "pendulum"), initial = api_value_member(root, "initial");
-    struct api_value section = api_value_member(root, "section"), duration = api_value_member(root, "duration");
+    struct api_value pendulum = api_value_member(root, "pendulum"),
+                     initial = api_value_member(root, "initial");
+    struct api_value section = api_value_member(root, "section"),
+                     duration = api_value_member(root, "duration");
     struct api_value count = api_value_member(root, "count"), rtol = api_value_member(root, "rtol");
     struct api_value digits = api_value_member(root, "digits");
     double most = reading->limits->samples;
@@ -115,7 +123,8 @@ static enum pend_status sections_read_parts(struct sections *sections, const str
     api_states_read(sections->start, 0, &initial, &sections->tree, reading->limits, problem);
     sections_read_section(sections, &section, problem);
     if (api_field_needed(&duration, problem))
-        (void)api_value_read_number(&duration, 1e-9, duration_most, "s", &sections->duration, problem);
+        (void)api_value_read_number(&duration, 1e-9, duration_most, "s", &sections->duration,
+                                    problem);
     (void)api_field_whole(&count, 1, (long)most, &rows, problem);
     (void)api_value_read_number(&rtol, 1e-16, 0.1, "", &sections->rtol, problem);
     sections->accuracy = api_accuracy_read(root, problem);
@@ -126,7 +135,8 @@ static enum pend_status sections_read_parts(struct sections *sections, const str
 }
 
 /* the columns; faults more than there is memory for */
-static enum pend_status sections_check_size(struct sections *sections, const struct api_reading *reading) {
+static enum pend_status sections_check_size(struct sections *sections,
+                                            const struct api_reading *reading) {
     struct api_table *table = &sections->table;
     struct api_value count = api_value_member(reading->root, "count");
     double most = reading->limits->answer_bytes;
@@ -138,7 +148,8 @@ static enum pend_status sections_check_size(struct sections *sections, const str
     double bytes = 8 * api_table_numbers(table, 0) * (double)table->rows;
     if (bytes > most)
         api_value_fault(&count, reading->problem,
-                        "asks for up to %ld passages of %d arms, %.0f bytes, more than the limit max-answer-bytes of "
+                        "asks for up to %ld passages of %d arms, %.0f bytes, more than the limit "
+                        "max-answer-bytes of "
                         "%.0f: ask for fewer",
                         table->rows, n, bytes, most);
     api_reading_check_size(reading, table, &count, "passages", "fewer");
@@ -164,7 +175,8 @@ static enum pend_status sections_begin(struct sections *sections, struct pend_er
     size_t n = (size_t)sections->tree.n;
     PEND_TRY(api_states_settle(sections->start, &sections->tree, error));
     sections->state = malloc(2 * n * sizeof(double));
-    if (!sections->state) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a state of %zu arms", n);
+    if (!sections->state)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a state of %zu arms", n);
     const struct pend_section_problem problem = {.tree = sections->tree.tree,
                                                  .gravity = sections->tree.gravity,
                                                  .phi = sections->start->phi,
@@ -189,7 +201,8 @@ static enum pend_status sections_grow(struct sections *sections, struct pend_err
     for (int c = 0; c < COLUMNS; c++) {
         size_t width = (size_t)api_column_numbers(&sections->table.column[c]);
         double *grown = realloc(sections->column[c], (size_t)room * width * sizeof *grown);
-        if (!grown) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for %ld passages", room);
+        if (!grown)
+            return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for %ld passages", room);
         sections->column[c] = grown;
     }
     sections->room = room;
@@ -213,27 +226,32 @@ static enum pend_status sections_keep(struct sections *sections, const struct pe
 }
 
 /* looks for the next passage; the last makes the table */
-static enum pend_status sections_search(struct sections *sections, struct api_buffer *out, struct pend_error *error) {
+static enum pend_status sections_search(struct sections *sections, struct api_buffer *out,
+                                        struct pend_error *error) {
     long steps = PIECE / (sections->tree.n * 16L);
     enum pend_found found;
     struct pend_passage passage;
     double *phi = sections->state, *rate = phi + sections->tree.n;
-    PEND_TRY(pend_section_next(sections->section, steps > 0 ? steps : 1, &found, &passage, phi, rate, error));
+    PEND_TRY(pend_section_next(sections->section, steps > 0 ? steps : 1, &found, &passage, phi,
+                               rate, error));
     if (found == PEND_FOUND_PASSAGE) PEND_TRY(sections_keep(sections, &passage, error));
     if (found == PEND_FOUND_END) sections->until = sections->duration;
     if ((double)pend_section_steps(sections->section) > sections->step_cap)
-        return pend_fail(error, PEND_TOO_MANY_STEPS, -1, 0,
-                         "more steps than the limit %s of %.0f: ask for a shorter time or fewer passages",
-                         sections->step_name, sections->step_cap);
+        return pend_fail(
+            error, PEND_TOO_MANY_STEPS, -1, 0,
+            "more steps than the limit %s of %.0f: ask for a shorter time or fewer passages",
+            sections->step_name, sections->step_cap);
     if (found != PEND_FOUND_END && sections->count < sections->table.rows) return PEND_OK;
     sections->found_all = 1;
     sections->table.rows = sections->count;
     PEND_TRY(api_writer_new(&sections->writer, sections->format, &sections->table, out));
     if (!sections->count) return PEND_OK;
-    return api_writer_block(sections->writer, sections->count, (const double *const *)sections->column, out, error);
+    return api_writer_block(sections->writer, sections->count,
+                            (const double *const *)sections->column, out, error);
 }
 
-/* up to when the passages are those of the motion, and how many of them; in words where not all are */
+/* up to when the passages are those of the motion, and how many of them; in words where not all
+ * are */
 static void sections_tell_horizon(struct sections *sections) {
     double held = fmin(pend_section_held(sections->section), sections->until);
     long holding = 0;
@@ -243,7 +261,8 @@ static void sections_tell_horizon(struct sections *sections) {
     if (held >= sections->until) return;
     snprintf(
         sections->warning, sizeof sections->warning,
-        "digits are lost before the end: beyond t = %.6g s errors of the motion may be larger than %.3g (estimated). "
+        "digits are lost before the end: beyond t = %.6g s errors of the motion may be larger than "
+        "%.3g (estimated). "
         "Only the first %ld passages are sure to be its own. A smaller rtol carries them further.",
         held, sections->accuracy, holding);
     api_stats_warning(&sections->stats, "warning_horizon", sections->warning);
@@ -260,7 +279,8 @@ static void sections_tell(struct sections *sections, const struct api_turn *turn
     if (seconds >= 0) api_stats_number(stats, "compute_seconds", rint(seconds * 1e6) / 1e6);
 }
 
-static enum pend_status sections_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
+static enum pend_status sections_run(void *state, const struct api_turn *turn, int *done,
+                                     struct pend_error *error) {
     struct sections *sections = state;
     if (!sections->section) PEND_TRY(sections_begin(sections, error));
     do {
@@ -297,13 +317,14 @@ static double sections_cost(const void *state) {
         rate = fmax(rate, fabs(sections->start->rate[k]));
     }
     rate += sqrt(fabs(sections->tree.gravity) / shortest * sqrt(tree->n));
-    /* a search may end long before its time, at its count of passages: an arm passes each turn or swing but once or
-     * twice */
+    /* a search may end long before its time, at its count of passages: an arm passes each turn
+     * or swing but once or twice */
     double seconds = fmin(sections->duration, 20 * (double)sections->table.rows / rate);
     return fmin(steps_a_radian * seconds * rate, sections->step_cap) * (tree->n + 2) * arm_seconds;
 }
 
-/* passages are kept as they are found, in twice as much room whenever it is full, and once more for what does not flow
+/* passages are kept as they are found, in twice as much room whenever it is full, and once more for
+ * what does not flow
  */
 static double sections_bytes(const void *state) {
     const struct sections *sections = state;
@@ -316,9 +337,13 @@ static double sections_bytes(const void *state) {
            api_tree_bytes(&sections->tree) + api_states_bytes(sections->start) + API_PIECE_BYTES;
 }
 
-static const struct api_table *sections_table(const void *state) { return &((const struct sections *)state)->table; }
+static const struct api_table *sections_table(const void *state) {
+    return &((const struct sections *)state)->table;
+}
 
-static const struct api_stats *sections_told(const void *state) { return &((const struct sections *)state)->stats; }
+static const struct api_stats *sections_told(const void *state) {
+    return &((const struct sections *)state)->stats;
+}
 
 const struct api_op api_op_sections = {.name = "sections",
                                        .body = 1,

@@ -1,5 +1,6 @@
 /* POST /v1/trajectories: integrates a pendulum and answers samples of its motion.
- * Leaves to others: reading the parts of a request (*_json, samples), the integration (core/integrate/run), the bytes (encode).
+ * Leaves to others: reading the parts of a request (*_json, samples), the integration
+ * (core/integrate/run), the bytes (encode).
  * Invariant: at most one block of samples is held besides the answer. */
 #include "api/op/op.h"
 
@@ -14,13 +15,17 @@
 #include "api/read/times_json.h"
 #include "core/extended/trust.h"
 
-static const char *const fields[] = {"pendulum", "initial", "times",     "method", "rtol",  "atol",     "step",
-                                     "output",   "digits",  "precision", "events", "trust", "accuracy", NULL};
+static const char *const fields[] = {"pendulum", "initial", "times",    "method", "rtol",
+                                     "atol",     "step",    "output",   "digits", "precision",
+                                     "events",   "trust",   "accuracy", NULL};
 
-/* what a computation is estimated by: s a step, s a step and arm, s a number of the answer as text and as it is */
-static const double step_seconds = 3e-7, arm_seconds = 6e-7, text_seconds = 4e-8, binary_seconds = 1.5e-8;
+/* what a computation is estimated by: s a step, s a step and arm, s a number of the answer as
+ * text and as it is */
+static const double step_seconds = 3e-7, arm_seconds = 6e-7, text_seconds = 4e-8,
+                    binary_seconds = 1.5e-8;
 
-/* steps for the fastest swing to go on by a radian, times what a step costs in steps of taylor's; at default tolerances
+/* steps for the fastest swing to go on by a radian, times what a step costs in steps of taylor's;
+ * at default tolerances
  */
 static const struct {
     const char *method;
@@ -29,7 +34,8 @@ static const struct {
                       {"rk8pd", 35}, {"msadams", 30}, {"symplectic", 1}};
 static const double steps_of_others = 20;
 
-/* how many times as long 32 digits take, the fixed step, and a comparison with 32 digits beside the trajectory */
+/* how many times as long 32 digits take, the fixed step, and a comparison with 32 digits beside
+ * the trajectory */
 static const double extended_times = 25, quad_times = 2000, symplectic_times = 20, trust_times = 26;
 
 /* arm-evaluations asked for at a time: about a millisecond */
@@ -52,8 +58,8 @@ struct trajectory {
     long step_cap;
     const char *step_name;  /* of the limit */
     double trust_tolerance; /* rad, 0 = not wanted */
-    double until;           /* of its progress: where this part of a job ends; 1 = it is the last, or all */
-    double earlier;         /* s, of the parts before */
+    double until;   /* of its progress: where this part of a job ends; 1 = it is the last, or all */
+    double earlier; /* s, of the parts before */
 
     /* once it runs */
     struct pend_run *run;
@@ -63,7 +69,8 @@ struct trajectory {
     int computed; /* all samples are there; what remains is to compare and to write */
     double trust_until;
     struct api_stats stats;
-    char warning[API_WARNING_TEXT], energy_warning[API_WARNING_TEXT], loose_warning[API_WARNING_TEXT];
+    char warning[API_WARNING_TEXT], energy_warning[API_WARNING_TEXT],
+        loose_warning[API_WARNING_TEXT];
 };
 
 static void trajectory_free(void **state) {
@@ -83,11 +90,13 @@ static void trajectory_free(void **state) {
 /* parts of the contract that are still to come */
 static void refuse_future(const struct api_value *root, struct api_problem *problem) {
     struct api_value field = api_value_member(root, "events");
-    if (api_value_kind(&field) != API_MISSING) api_value_fault(&field, problem, "is not served yet: leave it out");
+    if (api_value_kind(&field) != API_MISSING)
+        api_value_fault(&field, problem, "is not served yet: leave it out");
 }
 
 /* true, false, or how far an angle may be off, rad */
-static void read_trust(struct trajectory *trajectory, const struct api_value *root, struct api_problem *problem) {
+static void read_trust(struct trajectory *trajectory, const struct api_value *root,
+                       struct api_problem *problem) {
     static const double usual = 1e-6, least = 1e-12, most = 1;
     struct api_value field = api_value_member(root, "trust");
     enum api_kind kind = api_value_kind(&field);
@@ -95,17 +104,21 @@ static void read_trust(struct trajectory *trajectory, const struct api_value *ro
     double value = api_value_number(&field);
     if (kind == API_BOOL && value == 0) api_value_usual(&field);
     if (kind != API_BOOL && !(kind == API_NUMBER && value >= least && value <= most)) {
-        api_value_fault(&field, problem, "must be true, false, or a number of radians from %g to %g", least, most);
+        api_value_fault(&field, problem,
+                        "must be true, false, or a number of radians from %g to %g", least, most);
         return;
     }
     trajectory->trust_tolerance = kind == API_BOOL && value != 0 ? usual : value;
 }
 
-static enum pend_status trajectory_read_parts(struct trajectory *trajectory, const struct api_reading *reading) {
+static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
+                                              const struct api_reading *reading) {
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
-    struct api_value pendulum = api_value_member(root, "pendulum"), initial = api_value_member(root, "initial");
-    struct api_value times = api_value_member(root, "times"), output = api_value_member(root, "output");
+    struct api_value pendulum = api_value_member(root, "pendulum"),
+                     initial = api_value_member(root, "initial");
+    struct api_value times = api_value_member(root, "times"),
+                     output = api_value_member(root, "output");
     struct api_value digits = api_value_member(root, "digits");
     long rounded = 0;
     (void)api_value_only(root, fields, problem);
@@ -126,7 +139,8 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory, con
 }
 
 /* faults an answer that would be too large, from its rows and columns */
-static enum pend_status trajectory_check_size(struct trajectory *trajectory, const struct api_reading *reading) {
+static enum pend_status trajectory_check_size(struct trajectory *trajectory,
+                                              const struct api_reading *reading) {
     struct api_table *table = &trajectory->table;
     struct api_value times = api_value_member(reading->root, "times");
     table->rows = trajectory->times.times.count;
@@ -169,8 +183,10 @@ static enum pend_status trajectory_begin(struct trajectory *trajectory, struct p
     PEND_TRY(pend_run_new(&trajectory->run, method->method, &problem, error));
     problem.accuracy = 0; // the comparison is exact
     if (trajectory->trust_tolerance > 0)
-        PEND_TRY(pend_trust_new(&trajectory->trust, method->method, &problem, trajectory->trust_tolerance, error));
-    return api_samples_new(&trajectory->samples, &trajectory->outputs, trajectory->tree.n, trajectory->table.rows);
+        PEND_TRY(pend_trust_new(&trajectory->trust, method->method, &problem,
+                                trajectory->trust_tolerance, error));
+    return api_samples_new(&trajectory->samples, &trajectory->outputs, trajectory->tree.n,
+                           trajectory->table.rows);
 }
 
 /* up to which instant the answer's digits reach, and in words where that is not the last one */
@@ -179,30 +195,35 @@ static void trajectory_tell_horizon(struct trajectory *trajectory, double horizo
     api_stats_number(&trajectory->stats, "horizon", horizon);
     if (horizon == pend_times_at(times, times->count - 1)) return;
     snprintf(trajectory->warning, sizeof trajectory->warning,
-             "digits are lost before the last instant: beyond t = %.6g s errors may be larger than %.3g (estimated). A "
-             "smaller rtol or precision extended or quad carries them further. The field trust compares exactly.",
+             "digits are lost before the last instant: beyond t = %.6g s errors may be larger than "
+             "%.3g (estimated). A "
+             "smaller rtol or precision extended or quad carries them further. The field trust "
+             "compares exactly.",
              horizon, trajectory->method.accuracy);
     api_stats_warning(&trajectory->stats, "warning_horizon", trajectory->warning);
 }
 
-/* what else a reader should know: an energy that was lost, and digits that were paid for and not used */
+/* what else a reader should know: an energy that was lost, and digits that were paid for and not
+ * used */
 static void trajectory_tell_doubts(struct trajectory *trajectory, double drift) {
     static const double lost = 0.01, loose = 1e-16;
     const struct api_method *method = &trajectory->method;
     if (drift > lost) {
-        snprintf(
-            trajectory->energy_warning, sizeof trajectory->energy_warning,
-            "the energy was not kept: it is off by %.2g of what the tree can hold. The motion told is another one. A "
-            "smaller rtol or method taylor or symplectic keeps it.",
-            drift);
+        snprintf(trajectory->energy_warning, sizeof trajectory->energy_warning,
+                 "the energy was not kept: it is off by %.2g of what the tree can hold. The motion "
+                 "told is another one. A "
+                 "smaller rtol or method taylor or symplectic keeps it.",
+                 drift);
         api_stats_warning(&trajectory->stats, "warning_energy", trajectory->energy_warning);
     }
-    if (method->method == pend_method_taylor.extended && (method->rtol > loose || method->atol > loose)) {
-        snprintf(
-            trajectory->loose_warning, sizeof trajectory->loose_warning,
-            "precision extended was asked for with an %s of %.3g: such digits doubles have too and in less time. Leave "
-            "rtol and atol out to have 28.",
-            method->rtol > loose ? "rtol" : "atol", method->rtol > loose ? method->rtol : method->atol);
+    if (method->method == pend_method_taylor.extended &&
+        (method->rtol > loose || method->atol > loose)) {
+        snprintf(trajectory->loose_warning, sizeof trajectory->loose_warning,
+                 "precision extended was asked for with an %s of %.3g: such digits doubles have "
+                 "too and in less time. Leave "
+                 "rtol and atol out to have 28.",
+                 method->rtol > loose ? "rtol" : "atol",
+                 method->rtol > loose ? method->rtol : method->atol);
         api_stats_warning(&trajectory->stats, "warning_precision", trajectory->loose_warning);
     }
 }
@@ -219,9 +240,12 @@ static void trajectory_tell(struct trajectory *trajectory, const struct api_turn
     api_stats_number(told, "energy_drift", stats.energy_drift);
     trajectory_tell_horizon(trajectory, stats.horizon);
     trajectory_tell_doubts(trajectory, stats.energy_drift);
-    if (trajectory->trust_tolerance > 0) api_stats_number(told, "trust_until", trajectory->trust_until);
+    if (trajectory->trust_tolerance > 0)
+        api_stats_number(told, "trust_until", trajectory->trust_until);
     api_stats_origin(told);
-    if (seconds >= 0) api_stats_number(told, "compute_seconds", rint((seconds + trajectory->earlier) * 1e6) / 1e6);
+    if (seconds >= 0)
+        api_stats_number(told, "compute_seconds",
+                         rint((seconds + trajectory->earlier) * 1e6) / 1e6);
 }
 
 /* how much of the computation is done, 0 .. 1 */
@@ -233,7 +257,8 @@ static double trajectory_progress(const struct trajectory *trajectory) {
 }
 
 /* compares on with 32 digits, once all samples are there */
-static enum pend_status trajectory_compare(struct trajectory *trajectory, struct pend_error *error) {
+static enum pend_status trajectory_compare(struct trajectory *trajectory,
+                                           struct pend_error *error) {
     int done = 0;
     // an evaluation in 32 digits takes some ten times as long
     enum pend_status status = pend_trust_next(trajectory->trust, piece / 10, &done, error);
@@ -244,38 +269,46 @@ static enum pend_status trajectory_compare(struct trajectory *trajectory, struct
 }
 
 /* names the limit behind a failure, and the way out */
-static void name_limit(const struct trajectory *trajectory, enum pend_status status, struct pend_error *error) {
+static void name_limit(const struct trajectory *trajectory, enum pend_status status,
+                       struct pend_error *error) {
     size_t used = strlen(error->text);
     if (status == PEND_TOO_MANY_STEPS)
-        snprintf(error->text + used, sizeof error->text - used, " (%s): ask for a shorter time or a looser tolerance",
-                 trajectory->step_name);
+        snprintf(error->text + used, sizeof error->text - used,
+                 " (%s): ask for a shorter time or a looser tolerance", trajectory->step_name);
 }
 
 /* the next samples, as many as a piece of work gives */
-static enum pend_status trajectory_block(struct trajectory *trajectory, struct api_buffer *out, int *computed,
-                                         struct pend_error *error) {
+static enum pend_status trajectory_block(struct trajectory *trajectory, struct api_buffer *out,
+                                         int *computed, struct pend_error *error) {
     struct api_samples *samples = trajectory->samples;
-    enum pend_status status = pend_run_next(trajectory->run, &samples->samples, piece, computed, error);
+    enum pend_status status =
+        pend_run_next(trajectory->run, &samples->samples, piece, computed, error);
     name_limit(trajectory, status, error);
     PEND_TRY(status);
     api_samples_derive(samples);
     // what a run hands out is finite; the sum of two energies need not be
     if (!samples->total)
-        return api_writer_finite_block(trajectory->writer, samples->samples.count, samples->column, out);
-    return api_writer_block(trajectory->writer, samples->samples.count, samples->column, out, error);
+        return api_writer_finite_block(trajectory->writer, samples->samples.count, samples->column,
+                                       out);
+    return api_writer_block(trajectory->writer, samples->samples.count, samples->column, out,
+                            error);
 }
 
-static enum pend_status trajectory_finish(struct trajectory *trajectory, const struct api_turn *turn, int *done) {
+static enum pend_status trajectory_finish(struct trajectory *trajectory,
+                                          const struct api_turn *turn, int *done) {
     if (!trajectory->stats.count) trajectory_tell(trajectory, turn);
     return api_writer_finish(trajectory->writer, &trajectory->stats, turn->out, done);
 }
 
-static enum pend_status trajectory_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
+static enum pend_status trajectory_run(void *state, const struct api_turn *turn, int *done,
+                                       struct pend_error *error) {
     struct trajectory *trajectory = state;
     if (!trajectory->run) PEND_TRY(trajectory_begin(trajectory, error));
     if (!trajectory->writer)
-        PEND_TRY(api_writer_new(&trajectory->writer, trajectory->format, &trajectory->table, turn->out));
-    while (!(*done |= trajectory->until < 1 && trajectory_progress(trajectory) >= trajectory->until)) {
+        PEND_TRY(
+            api_writer_new(&trajectory->writer, trajectory->format, &trajectory->table, turn->out));
+    while (
+        !(*done |= trajectory->until < 1 && trajectory_progress(trajectory) >= trajectory->until)) {
         if (trajectory->computed && trajectory->trust)
             PEND_TRY(trajectory_compare(trajectory, error));
         else if (trajectory->computed)
@@ -300,7 +333,8 @@ static void trajectory_part(void *state, long number, long parts) {
     trajectory->until = (double)(number + 1) / (double)parts;
 }
 
-static enum pend_status trajectory_carry(void *state, struct pend_checkpoint *checkpoint, struct pend_error *error) {
+static enum pend_status trajectory_carry(void *state, struct pend_checkpoint *checkpoint,
+                                         struct pend_error *error) {
     struct trajectory *trajectory = state;
     int version = CARRIED, trusts = trajectory->trust != NULL;
     if (!trajectory->run) PEND_TRY(trajectory_begin(trajectory, error));
@@ -320,15 +354,16 @@ static long trajectory_steps(const void *state) {
     return trajectory->run ? pend_run_stats(trajectory->run).steps : 0;
 }
 
-/* a comparison with 32 digits may end long before its time, where the digits do: only the samples are foreseen */
+/* a comparison with 32 digits may end long before its time, where the digits do: only the
+ * samples are foreseen */
 static void trajectory_done(const void *state, double *steps, double *work) {
     const struct trajectory *trajectory = state;
     int known = trajectory->run && !trajectory->computed;
     *steps = *work = known ? pend_run_stats(trajectory->run).progress : -1;
 }
 
-/* rad/s at which the fastest arm turns, about: as fast as the shortest arm swings, faster where many hang on each
- * other, and as the start has it */
+/* rad/s at which the fastest arm turns, about: as fast as the shortest arm swings, faster where
+ * many hang on each other, and as the start has it */
 static double trajectory_rate(const struct trajectory *trajectory) {
     const struct pend_tree *tree = trajectory->tree.tree;
     double shortest = INFINITY, rate = 0;
@@ -343,10 +378,12 @@ static double trajectory_cost(const void *state) {
     const struct trajectory *trajectory = state;
     const struct api_table *table = &trajectory->table;
     const struct pend_times *times = &trajectory->times.times;
-    double span = fabs(pend_times_at(times, times->count - 1) - pend_times_at(times, 0)), steps = steps_of_others;
+    double span = fabs(pend_times_at(times, times->count - 1) - pend_times_at(times, 0)),
+           steps = steps_of_others;
     double numbers = (double)table->rows * api_table_numbers(table, 0);
     for (size_t i = 0; i < sizeof steps_a_radian / sizeof *steps_a_radian; i++)
-        if (!strcmp(trajectory->method.method->name, steps_a_radian[i].method)) steps = steps_a_radian[i].steps;
+        if (!strcmp(trajectory->method.method->name, steps_a_radian[i].method))
+            steps = steps_a_radian[i].steps;
     steps *= span * trajectory_rate(trajectory);
     if (trajectory->method.step > 0) steps = span / trajectory->method.step;
     double times_as_long = trajectory->trust_tolerance > 0 ? 1 + trust_times : 1;
@@ -360,25 +397,33 @@ static double trajectory_cost(const void *state) {
            numbers * (trajectory->format->digits ? text_seconds : binary_seconds);
 }
 
-/* bytes that a method takes for each arm: its series, stages and scratch; small trees are filled up to whole lanes */
+/* bytes that a method takes for each arm: its series, stages and scratch; small trees are filled
+ * up to whole lanes */
 static const struct {
     const char *method;
     double bytes;
 } bytes_an_arm[] = {{"taylor", 9000}, {"symplectic", 16000}, {"linear", 6000}};
-static const double bytes_of_others = 8000, bytes_of_extended = 30000, lane_arms = 16, method_bytes = 32768;
+static const double bytes_of_others = 8000, bytes_of_extended = 30000, lane_arms = 16,
+                    method_bytes = 32768;
 
-/* numbers that `linear` takes for each pair of arms: its modes, and what they are made orthogonal to */
+/* numbers that `linear` takes for each pair of arms: its modes, and what they are made
+ * orthogonal to */
 static const double linear_numbers = 2.2;
 
 static double trajectory_bytes(const void *state) {
     const struct trajectory *trajectory = state;
-    double n = trajectory->tree.n, an_arm = bytes_of_others, row = api_table_numbers(&trajectory->table, 0);
+    double n = trajectory->tree.n, an_arm = bytes_of_others,
+           row = api_table_numbers(&trajectory->table, 0);
     for (size_t i = 0; i < sizeof bytes_an_arm / sizeof *bytes_an_arm; i++)
-        if (!strcmp(trajectory->method.method->name, bytes_an_arm[i].method)) an_arm = bytes_an_arm[i].bytes;
+        if (!strcmp(trajectory->method.method->name, bytes_an_arm[i].method))
+            an_arm = bytes_an_arm[i].bytes;
     if (trajectory->method.method == pend_method_taylor.extended) an_arm = bytes_of_extended;
     if (trajectory->trust_tolerance > 0) an_arm = 2 * an_arm + bytes_of_extended;
-    double square = trajectory->method.method == &pend_method_linear ? linear_numbers * sizeof(double) * n * n : 0;
-    double list = trajectory->times.list ? (double)trajectory->times.times.count * sizeof(double) : 0;
+    double square = trajectory->method.method == &pend_method_linear
+                        ? linear_numbers * sizeof(double) * n * n
+                        : 0;
+    double list =
+        trajectory->times.list ? (double)trajectory->times.times.count * sizeof(double) : 0;
     double block = fmin(SAMPLE_NUMBERS, (double)trajectory->table.rows * (row + 8)) + row + 8;
     return method_bytes + (n + lane_arms) * an_arm + square + list + 2 * sizeof(double) * block +
            api_tree_bytes(&trajectory->tree) + api_states_bytes(trajectory->start) +
@@ -389,10 +434,14 @@ static const struct api_table *trajectory_table(const void *state) {
     return &((const struct trajectory *)state)->table;
 }
 
-static const struct api_stats *trajectory_told(const void *state) { return &((const struct trajectory *)state)->stats; }
+static const struct api_stats *trajectory_told(const void *state) {
+    return &((const struct trajectory *)state)->stats;
+}
 
 /* who asks how long the digits hold is told, or refused */
-static int trajectory_told_first(const void *state) { return ((const struct trajectory *)state)->trust_tolerance > 0; }
+static int trajectory_told_first(const void *state) {
+    return ((const struct trajectory *)state)->trust_tolerance > 0;
+}
 
 const struct api_op api_op_trajectories = {
     .name = "trajectories",

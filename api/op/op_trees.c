@@ -28,7 +28,8 @@ static enum pend_status trees_read(void **state, const struct api_reading *readi
     *state = trees;
     if (!trees) return PEND_NO_MEMORY;
     int unknown = api_value_only(reading->root, fields, reading->problem);
-    enum pend_status status = api_tree_read(&trees->tree, &pendulum, reading->limits, reading->problem);
+    enum pend_status status =
+        api_tree_read(&trees->tree, &pendulum, reading->limits, reading->problem);
     if (status == PEND_OK && unknown) status = PEND_INVALID;
     trees->matrices = trees->tree.n <= reading->limits->matrix_arms;
     if (status != PEND_OK) trees_free(state);
@@ -41,14 +42,16 @@ static enum pend_status write_arm(const struct api_tree *tree, int i, struct api
     PEND_TRY(api_out_comma(out));
     PEND_TRY(api_buffer_text(out, "{"));
     PEND_TRY(api_out_text(out, "name", api_tree_name(tree, i, name)));
-    PEND_TRY(api_out_text(out, "parent", parent < 0 ? NULL : api_tree_name(tree, parent, parent_name)));
+    PEND_TRY(
+        api_out_text(out, "parent", parent < 0 ? NULL : api_tree_name(tree, parent, parent_name)));
     PEND_TRY(api_out_number(out, "length", tree->tree->len[k], 0));
     PEND_TRY(api_out_number(out, "mass", tree->tree->mass[k], 0));
     return api_buffer_text(out, "}");
 }
 
 /* writes the lists with a number an arm; `row` has room for n numbers */
-static enum pend_status write_lists(const struct api_tree *tree, double row[], struct api_buffer *out) {
+static enum pend_status write_lists(const struct api_tree *tree, double row[],
+                                    struct api_buffer *out) {
     const struct pend_tree *stored = tree->tree;
     for (int i = 0; i < tree->n; i++) row[i] = api_tree_parent(tree, i) + 1;
     PEND_TRY(api_out_numbers(out, "parent", tree->n, row, 0));
@@ -58,14 +61,16 @@ static enum pend_status write_lists(const struct api_tree *tree, double row[], s
     return api_out_numbers(out, "subtree_mass", tree->n, row, 0);
 }
 
-static enum pend_status write_matrices(const struct api_tree *tree, double matrix[], struct api_buffer *out) {
+static enum pend_status write_matrices(const struct api_tree *tree, double matrix[],
+                                       struct api_buffer *out) {
     pend_tree_path(tree->tree, matrix);
     PEND_TRY(api_out_matrix(out, "S", tree->n, matrix, 0));
     pend_tree_force_map(tree->tree, matrix);
     return api_out_matrix(out, "B", tree->n, matrix, 0);
 }
 
-static enum pend_status write_tree(const struct trees *trees, double scratch[], struct api_buffer *out) {
+static enum pend_status write_tree(const struct trees *trees, double scratch[],
+                                   struct api_buffer *out) {
     const struct api_tree *tree = &trees->tree;
     PEND_TRY(api_buffer_text(out, "{"));
     PEND_TRY(api_out_whole(out, "n", tree->n));
@@ -79,12 +84,14 @@ static enum pend_status write_tree(const struct trees *trees, double scratch[], 
     return api_buffer_text(out, "}");
 }
 
-static enum pend_status trees_run(void *state, const struct api_turn *turn, int *done, struct pend_error *error) {
+static enum pend_status trees_run(void *state, const struct api_turn *turn, int *done,
+                                  struct pend_error *error) {
     const struct trees *trees = state;
     size_t n = (size_t)trees->tree.n;
     double *scratch = calloc(n, (trees->matrices ? n : 1) * sizeof *scratch);
     if (!scratch)
-        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the matrices of %d arms", trees->tree.n);
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the matrices of %d arms",
+                         trees->tree.n);
     enum pend_status status = write_tree(trees, scratch, turn->out);
     free(scratch);
     *done = 1;
@@ -98,5 +105,9 @@ static double trees_bytes(const void *state) {
     return api_tree_bytes(&trees->tree) + (sizeof(double) + 8) * square + 512 * n;
 }
 
-const struct api_op api_op_trees = {
-    .name = "trees", .body = 1, .read = trees_read, .run = trees_run, .bytes = trees_bytes, .free = trees_free};
+const struct api_op api_op_trees = {.name = "trees",
+                                    .body = 1,
+                                    .read = trees_read,
+                                    .run = trees_run,
+                                    .bytes = trees_bytes,
+                                    .free = trees_free};

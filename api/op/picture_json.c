@@ -6,16 +6,19 @@ static const char *const fields[] = {"of", "arm", "scale", NULL};
 
 enum { PIXELS_MOST = 16384 }; /* of a side */
 
-/* observables that have a number to draw, and those of them that are times or tiny, for a logarithmic scale */
-static const unsigned drawn = 1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME | 1u << API_SEE_FLIPS |
-                              1u << API_SEE_LAMBDA_MAX | 1u << API_SEE_LAMBDA_MIN | 1u << API_SEE_SIGN_CHANGE |
+/* observables that have a number to draw, and those of them that are times or tiny, for a
+ * logarithmic scale */
+static const unsigned drawn = 1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME |
+                              1u << API_SEE_FLIPS | 1u << API_SEE_LAMBDA_MAX |
+                              1u << API_SEE_LAMBDA_MIN | 1u << API_SEE_SIGN_CHANGE |
                               1u << API_SEE_ENERGY_DRIFT | 1u << API_SEE_LYAPUNOV;
-static const unsigned logarithmic =
-    1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME | 1u << API_SEE_SIGN_CHANGE | 1u << API_SEE_ENERGY_DRIFT;
+static const unsigned logarithmic = 1u << API_SEE_FIRST_FLIP | 1u << API_SEE_FLIP_TIME |
+                                    1u << API_SEE_SIGN_CHANGE | 1u << API_SEE_ENERGY_DRIFT;
 
-/* the observable that is named, or the first that can be drawn; -1 with a fault where there is none */
-static int picture_of(const struct api_observables *seen, const struct api_value *of, const struct api_value *picture,
-                      struct api_problem *problem) {
+/* the observable that is named, or the first that can be drawn; -1 with a fault where there is
+ * none */
+static int picture_of(const struct api_observables *seen, const struct api_value *of,
+                      const struct api_value *picture, struct api_problem *problem) {
     const char *names[API_SEE_COUNT + 1] = {0};
     int number[API_SEE_COUNT], count = 0, chosen = 0;
     for (int i = 0; i < API_SEE_COUNT; i++) {
@@ -24,19 +27,22 @@ static int picture_of(const struct api_observables *seen, const struct api_value
         number[count++] = i;
     }
     if (!count) {
-        api_value_fault(picture, problem,
-                        "needs an observable to draw: first_flip, flip_time, flips, lambda_max, lambda_min, "
-                        "sign_change, energy_drift or lyapunov");
+        api_value_fault(
+            picture, problem,
+            "needs an observable to draw: first_flip, flip_time, flips, lambda_max, lambda_min, "
+            "sign_change, energy_drift or lyapunov");
         return -1;
     }
     return api_field_word(of, names, &chosen, problem) < 0 ? -1 : number[chosen];
 }
 
-void api_picture_read(struct api_observables *seen, const struct api_members *members, const struct api_tree *tree,
-                      const struct api_reading *reading) {
+void api_picture_read(struct api_observables *seen, const struct api_members *members,
+                      const struct api_tree *tree, const struct api_reading *reading) {
     static const char *const scales[] = {"linear", "log", NULL};
-    struct api_value picture = api_value_member(reading->root, "picture"), of = api_value_member(&picture, "of");
-    struct api_value arm = api_value_member(&picture, "arm"), scale = api_value_member(&picture, "scale");
+    struct api_value picture = api_value_member(reading->root, "picture"),
+                     of = api_value_member(&picture, "of");
+    struct api_value arm = api_value_member(&picture, "arm"),
+                     scale = api_value_member(&picture, "scale");
     struct api_problem *problem = reading->problem;
     const struct api_variation *axis = members->variation;
     long number = 1;
@@ -48,10 +54,12 @@ void api_picture_read(struct api_observables *seen, const struct api_members *me
     if (members->variations != 2 || !axis[0].count)
         api_value_fault(&picture, problem, "a picture needs a \"grid\" of two axes");
     else if (axis[0].count > PIXELS_MOST || axis[1].count > PIXELS_MOST)
-        api_value_fault(&picture, problem, "a picture has at most %d members on each axis", PIXELS_MOST);
+        api_value_fault(&picture, problem, "a picture has at most %d members on each axis",
+                        PIXELS_MOST);
     int chosen = picture_of(seen, &of, &picture, problem);
     if (chosen < 0) return;
-    int column = seen->at[chosen], width = seen->table.column[column].width, log = logarithmic >> chosen & 1;
+    int column = seen->at[chosen], width = seen->table.column[column].width,
+        log = logarithmic >> chosen & 1;
     if (!width && api_value_kind(&arm) != API_MISSING)
         api_value_fault(&arm, problem, "has no meaning for \"%s\", which is of no arm",
                         api_observables_name((enum api_observable)chosen));

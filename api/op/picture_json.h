@@ -1,5 +1,6 @@
 /* What a picture of an ensemble shows, out of JSON: which observable, of which arm, on which scale.
- * Leaves to others: drawing it (encode_png). Invariant: what was read is a column of the table, of a grid of two axes.
+ * Leaves to others: drawing it (encode_png). Invariant: what was read is a column of the table, of
+ * a grid of two axes.
  */
 #ifndef API_PICTURE_JSON_H
 #define API_PICTURE_JSON_H
@@ -9,14 +10,14 @@
 #include "api/op/op.h"
 
 /**
- * Reads `picture`, and sets the table's picture where the representation is one. A request for a picture without the
- * field gets the first observable that can be drawn, of the first arm.
+ * Reads `picture`, and sets the table's picture where the representation is one. A request for a
+ * picture without the field gets the first observable that can be drawn, of the first arm.
  *
  * seen  with its columns set.
  *
  * Every fault is added to the problem.
  */
-void api_picture_read(struct api_observables *seen, const struct api_members *members, const struct api_tree *tree,
-                      const struct api_reading *reading);
+void api_picture_read(struct api_observables *seen, const struct api_members *members,
+                      const struct api_tree *tree, const struct api_reading *reading);
 
 #endif

@@ -5,7 +5,21 @@
 #include <string.h>
 
 /* where the numbers of a column come from */
-enum source { PHI, RATE, ACC, FORCE, Z_RE, Z_IM, ZD_RE, ZD_IM, THETA, KINETIC, POTENTIAL, TOTAL, SOURCES };
+enum source {
+    PHI,
+    RATE,
+    ACC,
+    FORCE,
+    Z_RE,
+    Z_IM,
+    ZD_RE,
+    ZD_IM,
+    THETA,
+    KINETIC,
+    POTENTIAL,
+    TOTAL,
+    SOURCES
+};
 
 enum { PARTS = 3, BLOCK_ROWS = 256, BLOCK_NUMBERS = 16384 };
 
@@ -39,7 +53,8 @@ static int output_find(const char *name) {
     return -1;
 }
 
-static void output_add(struct api_outputs *outputs, const struct api_value *item, struct api_problem *problem) {
+static void output_add(struct api_outputs *outputs, const struct api_value *item,
+                       struct api_problem *problem) {
     const char *names[API_OUTPUTS + 1] = {0};
     int output = 0;
     for (int i = 0; i < API_OUTPUTS; i++) names[i] = output_table[i].name;
@@ -54,21 +69,25 @@ static void output_add(struct api_outputs *outputs, const struct api_value *item
 
 static int outputs_usual(const struct api_outputs *outputs) {
     int i = 0;
-    while (i < outputs->count && output_start[i] && !strcmp(output_table[outputs->output[i]].name, output_start[i]))
+    while (i < outputs->count && output_start[i] &&
+           !strcmp(output_table[outputs->output[i]].name, output_start[i]))
         i++;
     return i == outputs->count && !output_start[i];
 }
 
-void api_outputs_read(struct api_outputs *outputs, const struct api_value *value, struct api_problem *problem) {
+void api_outputs_read(struct api_outputs *outputs, const struct api_value *value,
+                      struct api_problem *problem) {
     *outputs = (struct api_outputs){0};
     if (api_value_kind(value) == API_MISSING) {
-        for (int i = 0; output_start[i]; i++) outputs->output[outputs->count++] = output_find(output_start[i]);
+        for (int i = 0; output_start[i]; i++)
+            outputs->output[outputs->count++] = output_find(output_start[i]);
         return;
     }
     struct api_value item = api_value_item(value, 0);
     if (api_value_kind(value) != API_ARRAY || !api_value_count(value))
         api_value_fault(value, problem, "must be an array of at least one name");
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) output_add(outputs, &item, problem);
+    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
+        output_add(outputs, &item, problem);
     if (outputs_usual(outputs)) api_value_usual(value);
 }
 
@@ -93,8 +112,10 @@ static void outputs_sources(const struct api_outputs *outputs, char wanted[SOURC
             wanted[output_table[outputs->output[i]].source[p]] = 1;
 }
 
-/* gives each wanted source its array in a block that begins at `base`, after t; returns how many numbers they take */
-static size_t samples_place(const char wanted[SOURCES], int n, long cap, double *base, double *array[SOURCES]) {
+/* gives each wanted source its array in a block that begins at `base`, after t; returns how many
+ * numbers they take */
+static size_t samples_place(const char wanted[SOURCES], int n, long cap, double *base,
+                            double *array[SOURCES]) {
     size_t used = (size_t)cap;
     for (int source = 0; source < SOURCES; source++) {
         int width = source_width((enum source)source, n);
@@ -112,13 +133,15 @@ static long samples_cap(size_t numbers, long rows) {
     return cap < 1 ? 1 : cap;
 }
 
-enum pend_status api_samples_new(struct api_samples **samples, const struct api_outputs *outputs, int n, long rows) {
+enum pend_status api_samples_new(struct api_samples **samples, const struct api_outputs *outputs,
+                                 int n, long rows) {
     char wanted[SOURCES];
     double *array[SOURCES];
     outputs_sources(outputs, wanted);
     long cap = samples_cap(samples_place(wanted, n, 1, NULL, array), rows);
     *samples = NULL;
-    struct api_samples *made = malloc(sizeof *made + samples_place(wanted, n, cap, NULL, array) * sizeof(double));
+    struct api_samples *made =
+        malloc(sizeof *made + samples_place(wanted, n, cap, NULL, array) * sizeof(double));
     if (!made) return PEND_NO_MEMORY;
     double *base = (double *)(made + 1);
     samples_place(wanted, n, cap, base, array);
@@ -152,5 +175,6 @@ void api_samples_free(struct api_samples **samples) {
 
 void api_samples_derive(struct api_samples *samples) {
     const struct pend_samples *from = &samples->samples;
-    for (long i = 0; samples->total && i < from->count; i++) samples->total[i] = from->kinetic[i] + from->potential[i];
+    for (long i = 0; samples->total && i < from->count; i++)
+        samples->total[i] = from->kinetic[i] + from->potential[i];
 }

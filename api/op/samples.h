@@ -1,4 +1,5 @@
-/* A block of a trajectory's samples: the outputs that a request can name, their arrays, and the answer's columns.
+/* A block of a trajectory's samples: the outputs that a request can name, their arrays, and the
+ * answer's columns.
  * Leaves to others: filling it (core/integrate/run), writing it (encode).
  * Invariant: column 0 is t; the others are in the order in which the outputs were asked for. */
 #ifndef API_SAMPLES_H
@@ -21,7 +22,8 @@ struct api_outputs {
  *
  * Every fault is added to the problem.
  */
-void api_outputs_read(struct api_outputs *outputs, const struct api_value *value, struct api_problem *problem);
+void api_outputs_read(struct api_outputs *outputs, const struct api_value *value,
+                      struct api_problem *problem);
 
 /** Sets the columns of the outputs for n arms, t first; the rest of the table is left alone. */
 void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_table *table);
@@ -39,8 +41,8 @@ struct api_samples {
  *
  * PEND_NO_MEMORY
  */
-PEND_MUST_CHECK enum pend_status api_samples_new(struct api_samples **samples, const struct api_outputs *outputs, int n,
-                                                 long rows);
+PEND_MUST_CHECK enum pend_status
+api_samples_new(struct api_samples **samples, const struct api_outputs *outputs, int n, long rows);
 
 void api_samples_free(struct api_samples **samples);
 

@@ -11,7 +11,8 @@ int api_field_needed(const struct api_value *value, struct api_problem *problem)
 }
 
 /* adds "must be ..., got ..." */
-static int field_wrong(const struct api_value *value, const char *expected, struct api_problem *problem) {
+static int field_wrong(const struct api_value *value, const char *expected,
+                       struct api_problem *problem) {
     char found[API_FOUND_BYTES];
     if (api_problem_full(problem)) return -1;
     api_value_found(value, found);
@@ -27,7 +28,8 @@ int api_field_object(const struct api_value *value, struct api_problem *problem)
 }
 
 /* faults each item that is no number; the good ones among the first n are copied */
-static int field_items(const struct api_value *value, int n, double out[], struct api_problem *problem) {
+static int field_items(const struct api_value *value, int n, double out[],
+                       struct api_problem *problem) {
     int good = 1;
     struct api_value item = api_value_item(value, 0);
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
@@ -51,8 +53,8 @@ int api_field_numbers(const struct api_value *value, int n, const char *each, do
     }
     int good = 1;
     if (n && count != n) {
-        api_value_fault(value, problem, "must have %d number%s, one for each %s, got %d", n, n == 1 ? "" : "s", each,
-                        count);
+        api_value_fault(value, problem, "must have %d number%s, one for each %s, got %d", n,
+                        n == 1 ? "" : "s", each, count);
         good = -1;
     }
     const double *numbers = api_value_numbers(value, &count);
@@ -61,10 +63,12 @@ int api_field_numbers(const struct api_value *value, int n, const char *each, do
     return good;
 }
 
-int api_field_whole(const struct api_value *value, long least, long greatest, long *out, struct api_problem *problem) {
+int api_field_whole(const struct api_value *value, long least, long greatest, long *out,
+                    struct api_problem *problem) {
     if (api_value_kind(value) == API_MISSING) return 0;
     double x = api_value_number(value);
-    if (api_value_kind(value) == API_NUMBER && x == floor(x) && x >= (double)least && x <= (double)greatest) {
+    if (api_value_kind(value) == API_NUMBER && x == floor(x) && x >= (double)least &&
+        x <= (double)greatest) {
         *out = (long)x;
         return 1;
     }
@@ -80,20 +84,24 @@ int api_field_truth(const struct api_value *value, int *out, struct api_problem 
     return 1;
 }
 
-/* faults a text that is none of the words, with the one that was probably meant or with all of them */
-static void field_fault_word(const struct api_value *value, const char *const words[], struct api_problem *problem) {
+/* faults a text that is none of the words, with the one that was probably meant or with all of
+ * them */
+static void field_fault_word(const struct api_value *value, const char *const words[],
+                             struct api_problem *problem) {
     char expected[200] = "one of ";
     const char *text = api_value_text(value), *near = text ? api_name_nearest(text, words) : NULL;
     size_t used = strlen(expected);
     for (int i = 0; words[i] && used < sizeof expected; i++)
-        used += (size_t)snprintf(expected + used, sizeof expected - used, "%s\"%s\"", i ? ", " : "", words[i]);
+        used += (size_t)snprintf(expected + used, sizeof expected - used, "%s\"%s\"", i ? ", " : "",
+                                 words[i]);
     if (near)
         api_value_fault(value, problem, "is not known; did you mean \"%s\"?", near);
     else
         (void)field_wrong(value, expected, problem);
 }
 
-int api_field_word(const struct api_value *value, const char *const words[], int *out, struct api_problem *problem) {
+int api_field_word(const struct api_value *value, const char *const words[], int *out,
+                   struct api_problem *problem) {
     if (api_value_kind(value) == API_MISSING) return 0;
     const char *text = api_value_text(value);
     for (int i = 0; text && words[i]; i++)

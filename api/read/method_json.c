@@ -4,7 +4,8 @@
 
 enum { METHODS = 15 };
 
-static const struct pend_method *read_method(const struct api_value *value, struct api_problem *problem) {
+static const struct pend_method *read_method(const struct api_value *value,
+                                             struct api_problem *problem) {
     const char *names[METHODS + 1] = {0};
     int chosen = 0;
     for (int i = 0; i < METHODS && pend_method_at(i); i++) names[i] = pend_method_at(i)->name;
@@ -14,22 +15,25 @@ static const struct pend_method *read_method(const struct api_value *value, stru
 }
 
 /* a setting that only methods with the flag obey; non-zero where there is one */
-static int read_setting(const struct api_value *value, const struct pend_method *method, unsigned flag, double least,
-                        double most, double *out, struct api_problem *problem) {
+static int read_setting(const struct api_value *value, const struct pend_method *method,
+                        unsigned flag, double least, double most, double *out,
+                        struct api_problem *problem) {
     double x = 0;
-    if (api_value_read_number(value, -INFINITY, INFINITY, "", &x, problem) <= 0 || !method) return 0;
+    if (api_value_read_number(value, -INFINITY, INFINITY, "", &x, problem) <= 0 || !method)
+        return 0;
     if (!(method->flags & flag))
         api_value_fault(value, problem, "has no meaning for method %s: leave it out", method->name);
     else if (!(x >= least && x <= most))
-        api_value_fault(value, problem, "must be from %.15g to %.15g for method %s, got %.15g", least, most,
-                        method->name, x);
+        api_value_fault(value, problem, "must be from %.15g to %.15g for method %s, got %.15g",
+                        least, most, method->name, x);
     else
         *out = x;
     return 1;
 }
 
 /* the method in the precision asked for; NULL where it has none such */
-static const struct pend_method *read_precision(const struct api_value *value, const struct pend_method *method,
+static const struct pend_method *read_precision(const struct api_value *value,
+                                                const struct pend_method *method,
                                                 struct api_problem *problem) {
     static const char *const words[] = {"double", "extended", "quad", NULL};
     int chosen = 0;
@@ -38,25 +42,32 @@ static const struct pend_method *read_precision(const struct api_value *value, c
     if (found < 0) return NULL;
     if (!chosen || !method) return method;
     if (!method->extended)
-        api_value_fault(value, problem, "\"%s\" is for method taylor only, not for %s", words[chosen], method->name);
+        api_value_fault(value, problem, "\"%s\" is for method taylor only, not for %s",
+                        words[chosen], method->name);
     return method->extended && chosen == 2 ? &pend_method_taylor_quad : method->extended;
 }
 
-void api_method_read(struct api_method *method, const struct api_value *root, const struct api_tree *tree,
-                     const struct api_limits *limits, struct api_problem *problem) {
+void api_method_read(struct api_method *method, const struct api_value *root,
+                     const struct api_tree *tree, const struct api_limits *limits,
+                     struct api_problem *problem) {
     static const struct pend_method none = {.name = "", .flags = 0};
-    struct api_value name = api_value_member(root, "method"), precision = api_value_member(root, "precision");
+    struct api_value name = api_value_member(root, "method"),
+                     precision = api_value_member(root, "precision");
     struct api_value rtol = api_value_member(root, "rtol"), atol = api_value_member(root, "atol");
     struct api_value step = api_value_member(root, "step");
-    *method = (struct api_method){.method = read_precision(&precision, read_method(&name, problem), problem)};
+    *method = (struct api_method){
+        .method = read_precision(&precision, read_method(&name, problem), problem)};
     const struct pend_method *known = method->method, *range = known ? known : &none;
     api_value_usual_number(&rtol, range->rtol_default);
-    (void)read_setting(&rtol, known, PEND_METHOD_TOLERANCES, range->rtol_min, range->rtol_max, &method->rtol, problem);
+    (void)read_setting(&rtol, known, PEND_METHOD_TOLERANCES, range->rtol_min, range->rtol_max,
+                       &method->rtol, problem);
     // the default of one follows the other
-    api_value_usual_number(&atol, pend_method_atol(range, method->rtol > 0 ? method->rtol : range->rtol_default));
-    method->atol_given =
-        read_setting(&atol, known, PEND_METHOD_TOLERANCES, range->atol_min, range->atol_max, &method->atol, problem);
-    (void)read_setting(&step, known, PEND_METHOD_FIXED_STEP, range->step_min, range->step_max, &method->step, problem);
+    api_value_usual_number(
+        &atol, pend_method_atol(range, method->rtol > 0 ? method->rtol : range->rtol_default));
+    method->atol_given = read_setting(&atol, known, PEND_METHOD_TOLERANCES, range->atol_min,
+                                      range->atol_max, &method->atol, problem);
+    (void)read_setting(&step, known, PEND_METHOD_FIXED_STEP, range->step_min, range->step_max,
+                       &method->step, problem);
     method->accuracy = api_accuracy_read(root, problem);
     if (known && known->flags & PEND_METHOD_LINEAR)
         api_tree_modes_allowed(tree, &name, tree->n, "method linear", limits, problem);

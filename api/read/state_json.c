@@ -13,15 +13,18 @@ static const double pi = 3.14159265358979323846;
 struct exact {
     double high, low;
 };
-static const struct exact exact_one = {1, 0}, exact_degree = {0x1.1df46a2529d39p-6, 0x1.5c1d8becdd291p-62},
+static const struct exact exact_one = {1, 0},
+                          exact_degree = {0x1.1df46a2529d39p-6, 0x1.5c1d8becdd291p-62},
                           exact_right_angle = {0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54};
 
 /* beyond that 32 digits of the angle in rad do not tell its direction to the digits of a double */
 static const double DEGREES_MOST = 1e15;
 
-static const char *const state_fields[] = {"phi", "phid", "theta", "thetad", "mode", "amplitude", "unit", NULL};
+static const char *const state_fields[] = {"phi",  "phid",      "theta", "thetad",
+                                           "mode", "amplitude", "unit",  NULL};
 
-/* the ways to give a state: the field that decides, the one that goes with it, and what angle is measured from */
+/* the ways to give a state: the field that decides, the one that goes with it, and what angle is
+ * measured from */
 static const struct {
     const char *angle, *rate;
     int from_hanging; /* phi = angle - pi/2 */
@@ -53,7 +56,8 @@ void api_states_free(struct api_states **states) {
 
 double api_states_bytes(const struct api_states *states) {
     if (!states) return 0;
-    double n = states->n, modes = states->mode_most ? states->mode_most - states->mode_least + 1 : 0;
+    double n = states->n,
+           modes = states->mode_most ? states->mode_most - states->mode_least + 1 : 0;
     /* modes, while they are found: their vectors, and the search's own arrays */
     double settle = modes > 0 ? 2.2 * sizeof(double) * n * (modes + 16) + 2048 * n : 0;
     return (double)sizeof *states + (double)states->count * (4 * n + 2) * sizeof(double) + settle;
@@ -69,9 +73,11 @@ static struct exact exact_turn(struct exact scale, double x, struct exact offset
     return sum;
 }
 
-/* reads n numbers, given in the caller's order, scaled and shifted into the stored order; low may be NULL */
-static void read_angles(const struct api_value *value, const struct api_tree *tree, struct exact scale,
-                        struct exact offset, double out[], double low[], struct api_problem *problem) {
+/* reads n numbers, given in the caller's order, scaled and shifted into the stored order; low
+ * may be NULL */
+static void read_angles(const struct api_value *value, const struct api_tree *tree,
+                        struct exact scale, struct exact offset, double out[], double low[],
+                        struct api_problem *problem) {
     int count;
     int good = api_field_numbers(value, tree->n, "arm", NULL, problem);
     const double *numbers = api_value_numbers(value, &count);
@@ -79,7 +85,8 @@ static void read_angles(const struct api_value *value, const struct api_tree *tr
     for (int i = 0; i < tree->n; i++) {
         if (scale.high != 1 && fabs(numbers[i]) > DEGREES_MOST) {
             struct api_value number = api_value_item(value, i);
-            api_value_fault(&number, problem, "must be from -1e15 to 1e15 degrees, got %.15g", numbers[i]);
+            api_value_fault(&number, problem, "must be from -1e15 to 1e15 degrees, got %.15g",
+                            numbers[i]);
             continue;
         }
         struct exact x = exact_turn(scale, numbers[i], offset);
@@ -104,28 +111,33 @@ static void read_mode(struct api_states *states, long i, const struct api_value 
     states->amplitude[i] = scale * size;
 }
 
-/* the form whose first field is there, FORM_COUNT for none; faults fields of a second form and fields left alone */
+/* the form whose first field is there, FORM_COUNT for none; faults fields of a second form and
+ * fields left alone */
 static int state_form(const struct api_value *value, struct api_problem *problem) {
     int found = FORM_COUNT;
     for (int form = 0; form < FORM_COUNT; form++) {
         struct api_value angle = api_value_member(value, state_forms[form].angle);
         struct api_value rate = api_value_member(value, state_forms[form].rate);
-        int given = api_value_kind(&angle) != API_MISSING, partner = api_value_kind(&rate) != API_MISSING;
+        int given = api_value_kind(&angle) != API_MISSING,
+            partner = api_value_kind(&rate) != API_MISSING;
         if (!given && !partner) continue;
         if (found == FORM_COUNT) found = form;
         if (found != form)
             api_value_fault(given ? &angle : &rate, problem,
-                            "does not go together with \"%s\": give a state by phi and phid, by theta and thetad, or "
+                            "does not go together with \"%s\": give a state by phi and phid, by "
+                            "theta and thetad, or "
                             "by mode and amplitude",
                             state_forms[found].angle);
         else if (!given)
-            api_value_fault(&angle, problem, "is missing, and \"%s\" needs it", state_forms[form].rate);
+            api_value_fault(&angle, problem, "is missing, and \"%s\" needs it",
+                            state_forms[form].rate);
     }
     return found;
 }
 
-void api_states_read(struct api_states *states, long i, const struct api_value *value, const struct api_tree *tree,
-                     const struct api_limits *limits, struct api_problem *problem) {
+void api_states_read(struct api_states *states, long i, const struct api_value *value,
+                     const struct api_tree *tree, const struct api_limits *limits,
+                     struct api_problem *problem) {
     static const char *const units[] = {"rad", "deg", NULL};
     int unit = 0;
     if (api_value_kind(value) == API_MISSING || !api_field_object(value, problem)) return;
@@ -139,9 +151,11 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
     struct api_value angle = api_value_member(value, state_forms[form].angle);
     struct api_value rate = api_value_member(value, state_forms[form].rate);
     size_t first = states ? (size_t)i * (size_t)states->n : 0;
-    double *phi = states ? states->phi + first : NULL, *velocity = states ? states->rate + first : NULL;
+    double *phi = states ? states->phi + first : NULL,
+           *velocity = states ? states->rate + first : NULL;
     if (form == FORM_MODE) {
-        if (api_value_kind(&angle) != API_MISSING) read_mode(states, i, &angle, &rate, scale, tree, limits, problem);
+        if (api_value_kind(&angle) != API_MISSING)
+            read_mode(states, i, &angle, &rate, scale, tree, limits, problem);
         return;
     }
     if (!state_forms[form].from_hanging) api_value_usual_zeros(&angle);
@@ -150,7 +164,8 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
     struct exact turn = unit ? exact_degree : exact_one;
     read_angles(&angle, tree, turn, state_forms[form].from_hanging ? exact_right_angle : none, phi,
                 states ? states->phi_low + first : NULL, problem);
-    read_angles(&rate, tree, turn, none, velocity, states ? states->rate_low + first : NULL, problem);
+    read_angles(&rate, tree, turn, none, velocity, states ? states->rate_low + first : NULL,
+                problem);
 }
 
 /* the modes that the states name, and those between them */
@@ -171,7 +186,8 @@ static enum pend_status states_modes(struct pend_modes **modes, const struct api
     return high ? pend_modes_select(modes, tree->tree, &request, error) : PEND_OK;
 }
 
-enum pend_status api_states_settle(struct api_states *states, const struct api_tree *tree, struct pend_error *error) {
+enum pend_status api_states_settle(struct api_states *states, const struct api_tree *tree,
+                                   struct pend_error *error) {
     struct pend_modes *modes = NULL;
     size_t n = (size_t)states->n;
     PEND_TRY(states_modes(&modes, states, tree, error));

@@ -6,7 +6,8 @@
 
 #include "api/read/tree_json.h"
 
-/* count states of n arms each, one block. A state that was given as a mode is computed by api_states_settle. */
+/* count states of n arms each, one block. A state that was given as a mode is computed by
+ * api_states_settle. */
 struct api_states {
     int n;
     long count;
@@ -27,8 +28,8 @@ PEND_MUST_CHECK enum pend_status api_states_new(struct api_states **states, long
 void api_states_free(struct api_states **states);
 
 /**
- * Bytes of memory that states take, and that api_states_settle takes for a time where one of them is a mode; NULL takes
- * none. O(1).
+ * Bytes of memory that states take, and that api_states_settle takes for a time where one of them
+ * is a mode; NULL takes none. O(1).
  */
 double api_states_bytes(const struct api_states *states);
 
@@ -42,15 +43,16 @@ double api_states_bytes(const struct api_states *states);
  *
  * Every fault is added to the problem. O(n).
  */
-void api_states_read(struct api_states *states, long i, const struct api_value *value, const struct api_tree *tree,
-                     const struct api_limits *limits, struct api_problem *problem);
+void api_states_read(struct api_states *states, long i, const struct api_value *value,
+                     const struct api_tree *tree, const struct api_limits *limits,
+                     struct api_problem *problem);
 
 /**
  * Computes the states that were given as modes; nothing to do where there is none.
  *
  * Fails as pend_modes_new does. O(n^3).
  */
-PEND_MUST_CHECK enum pend_status api_states_settle(struct api_states *states, const struct api_tree *tree,
-                                                   struct pend_error *error);
+PEND_MUST_CHECK enum pend_status
+api_states_settle(struct api_states *states, const struct api_tree *tree, struct pend_error *error);
 
 #endif

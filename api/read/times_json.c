@@ -14,7 +14,8 @@ struct grid {
     long count; /* 0 = by its step */
 };
 
-/* the span that leads from start to stop without a rounding, where there is one among the nearest doubles */
+/* the span that leads from start to stop without a rounding, where there is one among the
+ * nearest doubles */
 static double grid_span(double start, double stop) {
     double span = stop - start, up = nextafter(span, INFINITY), down = nextafter(span, -INFINITY);
     if (start + span != stop && start + up == stop) return up;
@@ -22,7 +23,8 @@ static double grid_span(double start, double stop) {
     return span;
 }
 
-/* steps, steps / 10, steps / 100, ... when the step is such a decimal: its instants are then correctly rounded */
+/* steps, steps / 10, steps / 100, ... when the step is such a decimal: its instants are then
+ * correctly rounded */
 static int grid_is_decimal(double step, struct pend_times *times) {
     double divisor = 1;
     for (int places = 0; places <= 15; places++, divisor *= 10) {
@@ -35,9 +37,11 @@ static int grid_is_decimal(double step, struct pend_times *times) {
     return 0;
 }
 
-/* the instants of a grid by its step; the direction is known to be right and the count to be within the limit */
+/* the instants of a grid by its step; the direction is known to be right and the count to be
+ * within the limit */
 static void grid_by_step(const struct grid *grid, struct pend_times *times) {
-    double step = copysign(grid->step, grid->stop - grid->start), ratio = (grid->stop - grid->start) / step;
+    double step = copysign(grid->step, grid->stop - grid->start),
+           ratio = (grid->stop - grid->start) / step;
     double whole = rint(ratio);
     int divides = whole > 0 && fabs(ratio - whole) <= divides_within * whole;
     times->count = (long)(divides ? whole : floor(ratio)) + 1;
@@ -53,37 +57,46 @@ static void grid_by_count(const struct grid *grid, struct pend_times *times) {
     times->divisor = grid->count > 1 ? (double)(grid->count - 1) : 1;
 }
 
-static void fault_count(const struct api_value *value, double count, const struct api_limits *limits,
-                        struct api_problem *problem) {
-    api_value_fault(value, problem, "asks for %.15g instants, more than the limit %s of %.0f: ask for fewer at a time",
-                    count, api_limits_name(limits, &limits->samples), limits->samples);
+static void fault_count(const struct api_value *value, double count,
+                        const struct api_limits *limits, struct api_problem *problem) {
+    api_value_fault(
+        value, problem,
+        "asks for %.15g instants, more than the limit %s of %.0f: ask for fewer at a time", count,
+        api_limits_name(limits, &limits->samples), limits->samples);
 }
 
 /* faults a step that leads away from stop, or to too many instants */
-static void check_step(const struct api_value *value, const struct grid *grid, const struct api_limits *limits,
-                       struct api_problem *problem) {
+static void check_step(const struct api_value *value, const struct grid *grid,
+                       const struct api_limits *limits, struct api_problem *problem) {
     double span = grid->stop - grid->start, count = floor(fabs(span / grid->step)) + 1;
     if (grid->step < 0 && span > 0)
-        api_value_fault(value, problem, "must be positive to get from %.15g to %.15g s, got %.15g", grid->start,
-                        grid->stop, grid->step);
+        api_value_fault(value, problem, "must be positive to get from %.15g to %.15g s, got %.15g",
+                        grid->start, grid->stop, grid->step);
     else if (count > limits->samples)
         fault_count(value, count, limits, problem);
 }
 
-static void check_count(const struct api_value *value, const struct grid *grid, const struct api_limits *limits,
-                        struct api_problem *problem) {
-    if ((double)grid->count > limits->samples) fault_count(value, (double)grid->count, limits, problem);
+static void check_count(const struct api_value *value, const struct grid *grid,
+                        const struct api_limits *limits, struct api_problem *problem) {
+    if ((double)grid->count > limits->samples)
+        fault_count(value, (double)grid->count, limits, problem);
     if (grid->count == 1 && grid->start != grid->stop)
-        api_value_fault(value, problem, "must be at least 2 for the instants to begin at start and end at stop, got 1");
+        api_value_fault(
+            value, problem,
+            "must be at least 2 for the instants to begin at start and end at stop, got 1");
     if (grid->count > 1 && grid->start == grid->stop)
-        api_value_fault(value, problem, "must be 1 where start and stop are the same instant, got %ld", grid->count);
+        api_value_fault(value, problem,
+                        "must be 1 where start and stop are the same instant, got %ld",
+                        grid->count);
 }
 
-static void read_grid(struct api_times *times, const struct api_value *value, const struct api_limits *limits,
-                      struct api_problem *problem) {
+static void read_grid(struct api_times *times, const struct api_value *value,
+                      const struct api_limits *limits, struct api_problem *problem) {
     struct grid grid = {0};
-    struct api_value start = api_value_member(value, "start"), stop = api_value_member(value, "stop");
-    struct api_value step = api_value_member(value, "step"), count = api_value_member(value, "count");
+    struct api_value start = api_value_member(value, "start"),
+                     stop = api_value_member(value, "stop");
+    struct api_value step = api_value_member(value, "step"),
+                     count = api_value_member(value, "count");
     (void)api_value_only(value, times_fields, problem);
     api_value_usual_number(&start, 0);
     int ends = api_value_read_number(&start, -INFINITY, INFINITY, "s", &grid.start, problem) >= 0;
@@ -94,8 +107,10 @@ static void read_grid(struct api_times *times, const struct api_value *value, co
     int by_step = api_value_read_number(&step, -INFINITY, INFINITY, "s", &grid.step, problem);
     int by_count = api_field_whole(&count, 1, 1000000000, &grid.count, problem);
     if (by_step > 0 && grid.step == 0) api_value_fault(&step, problem, "must not be 0");
-    if (by_step && by_count) api_value_fault(&count, problem, "does not go together with step: give one of the two");
-    if (!by_step && !by_count) api_value_fault(value, problem, "must have a \"step\" or a \"count\"");
+    if (by_step && by_count)
+        api_value_fault(&count, problem, "does not go together with step: give one of the two");
+    if (!by_step && !by_count)
+        api_value_fault(value, problem, "must have a \"step\" or a \"count\"");
     if (ends && !isfinite(grid.stop - grid.start))
         api_value_fault(value, problem, "must not span more time than a double can hold");
     if (!ends || !isfinite(grid.stop - grid.start)) return;
@@ -111,7 +126,8 @@ static void read_grid(struct api_times *times, const struct api_value *value, co
 }
 
 /* faults every instant that does not go on in the direction of the first two */
-static void check_list(const struct api_value *value, int count, const double list[], struct api_problem *problem) {
+static void check_list(const struct api_value *value, int count, const double list[],
+                       struct api_problem *problem) {
     double direction = count > 1 && list[1] < list[0] ? -1 : 1;
     for (int i = 1; i < count; i++) {
         if (direction * list[i] > direction * list[i - 1]) continue;
@@ -142,8 +158,8 @@ static enum pend_status read_list(struct api_times *times, const struct api_valu
     return PEND_OK;
 }
 
-enum pend_status api_times_read(struct api_times *times, const struct api_value *value, const struct api_limits *limits,
-                                struct api_problem *problem) {
+enum pend_status api_times_read(struct api_times *times, const struct api_value *value,
+                                const struct api_limits *limits, struct api_problem *problem) {
     *times = (struct api_times){0};
     if (!api_field_needed(value, problem)) return PEND_INVALID;
     if (api_value_kind(value) == API_ARRAY) return read_list(times, value, limits, problem);

@@ -16,10 +16,14 @@ static const struct {
 } forms[FORM_COUNT] = {
     [FORM_ARMS] = {"\"arms\"",
                    {"arms"},
-                   {[PEND_FIELD_LENGTH] = "length", [PEND_FIELD_MASS] = "mass", [PEND_FIELD_PARENT] = "parent"}},
+                   {[PEND_FIELD_LENGTH] = "length",
+                    [PEND_FIELD_MASS] = "mass",
+                    [PEND_FIELD_PARENT] = "parent"}},
     [FORM_LISTS] = {"\"length\", \"mass\" and \"parent\"",
                     {"length", "mass", "parent"},
-                    {[PEND_FIELD_LENGTH] = "length", [PEND_FIELD_MASS] = "mass", [PEND_FIELD_PARENT] = "parent"}},
+                    {[PEND_FIELD_LENGTH] = "length",
+                     [PEND_FIELD_MASS] = "mass",
+                     [PEND_FIELD_PARENT] = "parent"}},
     [FORM_PAPER] = {"\"L\", \"m\" and \"S\"",
                     {"L", "m", "S"},
                     {[PEND_FIELD_LENGTH] = "L", [PEND_FIELD_MASS] = "m", [PEND_FIELD_PATH] = "S"}},
@@ -27,7 +31,8 @@ static const struct {
 
 static const double usual_gravity = 9.81; /* m/s^2 */
 
-static const char *const tree_fields[] = {"arms", "length", "mass", "parent", "L", "m", "S", "gravity", NULL};
+static const char *const tree_fields[] = {"arms", "length", "mass",    "parent", "L",
+                                          "m",    "S",      "gravity", NULL};
 static const char *const arm_fields[] = {"name", "parent", "length", "mass", NULL};
 
 enum {
@@ -45,18 +50,23 @@ struct tree_reading {
     enum form form;
     int n;
     double *length, *mass; /* n each; NAN = faulted already */
-    int *parent;           /* n, from 0, -1 = the pivot, NO_PARENT; the three are one block, and length begins it */
+    int *parent; /* n, from 0, -1 = the pivot, NO_PARENT; the three are one block, and length begins
+                    it */
 };
 
 /* faults */
 
-static long fault_count(const struct api_problem *problem) { return problem->count + problem->beyond; }
+static long fault_count(const struct api_problem *problem) {
+    return problem->count + problem->beyond;
+}
 
 /* adds a fault at entry i (and j) of a field of the form, -1 = at the field as a whole */
-static void tree_fault(const struct tree_reading *reading, const char *field, int i, int j, const char *text) {
+static void tree_fault(const struct tree_reading *reading, const char *field, int i, int j,
+                       const char *text) {
     char pointer[API_POINTER_BYTES + 64];
     if (api_problem_full(reading->problem)) return;
-    size_t used = (size_t)snprintf(pointer, sizeof pointer, "%s", reading->at), room = sizeof pointer - used;
+    size_t used = (size_t)snprintf(pointer, sizeof pointer, "%s", reading->at),
+           room = sizeof pointer - used;
     if (reading->form == FORM_ARMS && i >= 0)
         snprintf(pointer + used, room, "/arms/%d/%s", i, field);
     else if (reading->form == FORM_ARMS)
@@ -93,7 +103,8 @@ struct name_list {
 
 static enum pend_status names_new(struct name_list *names, int n) {
     size_t count = (size_t)n;
-    names->text = malloc((count + 1) * sizeof *names->text + count * (sizeof *names->sorted + NUMBER_BYTES));
+    names->text =
+        malloc((count + 1) * sizeof *names->text + count * (sizeof *names->sorted + NUMBER_BYTES));
     if (!names->text) return PEND_NO_MEMORY;
     names->text[n] = NULL;
     names->sorted = (int *)(names->text + count + 1);
@@ -103,7 +114,8 @@ static enum pend_status names_new(struct name_list *names, int n) {
 }
 
 /* takes the arm's own name, or calls it by its number */
-static void names_take(struct name_list *names, const struct api_value *arm, struct api_problem *problem) {
+static void names_take(struct name_list *names, const struct api_value *arm,
+                       struct api_problem *problem) {
     int i = arm->index;
     char found[API_FOUND_BYTES], *number = names->numbers + (size_t)i * NUMBER_BYTES;
     struct api_value field = api_value_member(arm, "name");
@@ -133,7 +145,8 @@ static void names_sort(struct name_list *names, const struct tree_reading *readi
             first = i;
             continue;
         }
-        snprintf(text, sizeof text, "arm %d has this name already; an arm without a name has its number",
+        snprintf(text, sizeof text,
+                 "arm %d has this name already; an arm without a name has its number",
                  names->sorted[first] + 1);
         tree_fault(reading, "name", names->sorted[i], -1, text);
     }
@@ -149,28 +162,35 @@ static int names_find(const struct name_list *names, int n, const char *name) {
         else
             high = middle;
     }
-    return low < n && !strcmp(names->text[names->sorted[low]], name) ? names->sorted[low] : NO_PARENT;
+    return low < n && !strcmp(names->text[names->sorted[low]], name) ? names->sorted[low]
+                                                                     : NO_PARENT;
 }
 
 /* the arm that carries this one, by its name */
-static int arm_parent(const struct name_list *names, int n, const struct api_value *arm, struct api_problem *problem) {
+static int arm_parent(const struct name_list *names, int n, const struct api_value *arm,
+                      struct api_problem *problem) {
     char found[API_FOUND_BYTES];
     struct api_value field = api_value_member(arm, "parent");
     if (api_value_kind(&field) == API_MISSING || api_value_kind(&field) == API_NULL) return -1;
     const char *text = api_value_text(&field), *near = NULL;
     int parent = text ? names_find(names, n, text) : NO_PARENT;
     if (parent >= 0 || api_problem_full(problem)) return parent;
-    if (text && n <= NEAR_NAMES && fault_count(problem) < NEAR_FAULTS) near = api_name_nearest(text, names->text);
+    if (text && n <= NEAR_NAMES && fault_count(problem) < NEAR_FAULTS)
+        near = api_name_nearest(text, names->text);
     api_value_found(&field, found);
     if (near)
-        api_value_fault(&field, problem, "must be the name of an arm, got %s; did you mean \"%s\"?", found, near);
+        api_value_fault(&field, problem, "must be the name of an arm, got %s; did you mean \"%s\"?",
+                        found, near);
     else
-        api_value_fault(&field, problem, "must be the name of an arm (left out or null at the pivot), got %s", found);
+        api_value_fault(&field, problem,
+                        "must be the name of an arm (left out or null at the pivot), got %s",
+                        found);
     return NO_PARENT;
 }
 
 /* a length or a mass; whether its value is a good one is core's to say */
-static double arm_number(const struct api_value *arm, const char *name, struct api_problem *problem) {
+static double arm_number(const struct api_value *arm, const char *name,
+                         struct api_problem *problem) {
     double number = NAN;
     struct api_value field = api_value_member(arm, name);
     if (api_field_needed(&field, problem))
@@ -178,7 +198,8 @@ static double arm_number(const struct api_value *arm, const char *name, struct a
     return number;
 }
 
-static void read_arm(struct tree_reading *reading, struct name_list *names, const struct api_value *arm) {
+static void read_arm(struct tree_reading *reading, struct name_list *names,
+                     const struct api_value *arm) {
     int i = arm->index;
     names_take(names, arm, reading->problem);
     reading->length[i] = reading->mass[i] = NAN;
@@ -207,10 +228,12 @@ static enum pend_status read_arms(struct tree_reading *reading, const char ***ke
     struct name_list names = {0};
     struct api_value arms = api_value_member(reading->pendulum, "arms"), arm;
     PEND_TRY(names_new(&names, reading->n));
-    for (arm = api_value_item(&arms, 0); api_value_kind(&arm) != API_MISSING; arm = api_value_next(&arm))
+    for (arm = api_value_item(&arms, 0); api_value_kind(&arm) != API_MISSING;
+         arm = api_value_next(&arm))
         read_arm(reading, &names, &arm);
     names_sort(&names, reading);
-    for (arm = api_value_item(&arms, 0); api_value_kind(&arm) != API_MISSING; arm = api_value_next(&arm))
+    for (arm = api_value_item(&arms, 0); api_value_kind(&arm) != API_MISSING;
+         arm = api_value_next(&arm))
         reading->parent[arm.index] = arm_parent(&names, reading->n, &arm, reading->problem);
     enum pend_status status = names.given ? names_keep(&names, reading->n, kept) : PEND_OK;
     free(names.text);
@@ -237,7 +260,9 @@ static enum pend_status read_parents(struct tree_reading *reading) {
         int good = x >= 0 && x <= reading->n && x == floor(x);
         reading->parent[i] = good ? (int)x - 1 : NO_PARENT;
         if (good || isnan(x)) continue;
-        snprintf(text, sizeof text, "must be 0 (the pivot) or the number of an arm, 1 to %d, got %.15g", reading->n, x);
+        snprintf(text, sizeof text,
+                 "must be 0 (the pivot) or the number of an arm, 1 to %d, got %.15g", reading->n,
+                 x);
         tree_fault(reading, "parent", i, -1, text);
     }
     free(number);
@@ -245,11 +270,13 @@ static enum pend_status read_parents(struct tree_reading *reading) {
 }
 
 /* the rows of S into one array; true when each has n numbers */
-static int read_rows(const struct tree_reading *reading, const struct api_value *matrix, double path[]) {
+static int read_rows(const struct tree_reading *reading, const struct api_value *matrix,
+                     double path[]) {
     int n = reading->n, good = 1;
     struct api_value row = api_value_item(matrix, 0);
     for (; api_value_kind(&row) != API_MISSING; row = api_value_next(&row))
-        good &= api_field_numbers(&row, n, "arm", path + (size_t)row.index * (size_t)n, reading->problem) > 0;
+        good &= api_field_numbers(&row, n, "arm", path + (size_t)row.index * (size_t)n,
+                                  reading->problem) > 0;
     return good;
 }
 
@@ -261,7 +288,8 @@ static enum pend_status read_matrix(struct tree_reading *reading, const struct a
     double *path = malloc(n * n * sizeof *path);
     if (!path) return PEND_NO_MEMORY;
     enum pend_status status = PEND_INVALID;
-    if (read_rows(reading, matrix, path)) status = pend_tree_parent_from_path(reading->n, path, reading->parent, &sink);
+    if (read_rows(reading, matrix, path))
+        status = pend_tree_parent_from_path(reading->n, path, reading->parent, &sink);
     free(path);
     return status;
 }
@@ -273,9 +301,12 @@ static enum pend_status read_path(struct tree_reading *reading) {
     if (rows == n)
         status = read_matrix(reading, &matrix);
     else if (api_field_needed(&matrix, reading->problem))
-        api_value_fault(&matrix, reading->problem, "must be an array of %d rows of %d numbers, one for each arm", n, n);
+        api_value_fault(&matrix, reading->problem,
+                        "must be an array of %d rows of %d numbers, one for each arm", n, n);
     for (int i = 0; status != PEND_OK && i < n; i++) reading->parent[i] = NO_PARENT;
-    return status == PEND_INVALID ? PEND_OK : status; /* the faults are told; the rest is still to be checked */
+    return status == PEND_INVALID
+               ? PEND_OK
+               : status; /* the faults are told; the rest is still to be checked */
 }
 
 /* the whole */
@@ -290,12 +321,14 @@ static enum form tree_form(const struct api_value *pendulum, struct api_problem 
         if (api_value_kind(&field) == API_MISSING) continue;
         if (found == FORM_COUNT) found = form;
         if (found != form)
-            api_value_fault(&field, problem, "belongs to another form of a tree than %s, which is here too: use one",
+            api_value_fault(&field, problem,
+                            "belongs to another form of a tree than %s, which is here too: use one",
                             forms[found].summary);
     }
     if (found == FORM_COUNT)
         api_value_fault(pendulum, problem, "must describe the arms: by %s, or by %s, or by %s",
-                        forms[FORM_ARMS].summary, forms[FORM_LISTS].summary, forms[FORM_PAPER].summary);
+                        forms[FORM_ARMS].summary, forms[FORM_LISTS].summary,
+                        forms[FORM_PAPER].summary);
     return found;
 }
 
@@ -303,7 +336,8 @@ static enum form tree_form(const struct api_value *pendulum, struct api_problem 
 static int tree_count(const struct tree_reading *reading) {
     for (int i = 0; i < 3 && forms[reading->form].field[i]; i++) {
         struct api_value field = api_value_member(reading->pendulum, forms[reading->form].field[i]);
-        if (api_value_kind(&field) == API_ARRAY && api_value_count(&field)) return api_value_count(&field);
+        if (api_value_kind(&field) == API_ARRAY && api_value_count(&field))
+            return api_value_count(&field);
     }
     return 0;
 }
@@ -317,7 +351,8 @@ static void fault_empty(const struct tree_reading *reading) {
         if (api_value_kind(&field) == API_ARRAY)
             api_value_fault(&field, reading->problem, "is empty, but a tree has at least one arm");
         else if (api_field_needed(&field, reading->problem))
-            api_value_fault(&field, reading->problem, "must be an array, one entry for each arm, got %s", found);
+            api_value_fault(&field, reading->problem,
+                            "must be an array, one entry for each arm, got %s", found);
     }
 }
 
@@ -328,8 +363,8 @@ static enum pend_status read_form(struct tree_reading *reading, const char ***na
     return reading->form == FORM_LISTS ? read_parents(reading) : read_path(reading);
 }
 
-enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pendulum, const struct api_limits *limits,
-                               struct api_problem *problem) {
+enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pendulum,
+                               const struct api_limits *limits, struct api_problem *problem) {
     struct tree_reading reading = {.pendulum = pendulum, .problem = problem};
     struct pend_fault_sink sink = {tree_report, &reading, API_PROBLEM_FAULTS};
     long faults = fault_count(problem);
@@ -347,8 +382,8 @@ enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pe
     tree->n = reading.n = tree_count(&reading);
     if (!reading.n) fault_empty(&reading);
     if (reading.n > limits->arms)
-        api_value_fault(pendulum, problem, "has %d arms, more than the limit max-arms of %.0f", reading.n,
-                        limits->arms);
+        api_value_fault(pendulum, problem, "has %d arms, more than the limit max-arms of %.0f",
+                        reading.n, limits->arms);
     if (!reading.n || reading.n > limits->arms) return PEND_INVALID;
 
     size_t n = (size_t)reading.n;
@@ -358,7 +393,8 @@ enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pe
     reading.parent = (int *)(reading.mass + n);
     enum pend_status status = read_form(&reading, &tree->names);
     if (status == PEND_OK)
-        status = pend_tree_new(&tree->tree, reading.n, reading.length, reading.mass, reading.parent, &sink);
+        status = pend_tree_new(&tree->tree, reading.n, reading.length, reading.mass, reading.parent,
+                               &sink);
     free(reading.length);
     return status == PEND_OK && fault_count(problem) > faults ? PEND_INVALID : status;
 }
@@ -387,32 +423,38 @@ static int tree_find(const struct api_tree *tree, const struct api_value *value)
     const char *text = api_value_text(value);
     double number = api_value_number(value);
     char scratch[16];
-    if (api_value_kind(value) == API_NUMBER && number == floor(number) && number >= 1 && number <= tree->n)
+    if (api_value_kind(value) == API_NUMBER && number == floor(number) && number >= 1 &&
+        number <= tree->n)
         return (int)number - 1;
     for (int i = 0; text && i < tree->n; i++)
         if (!strcmp(text, api_tree_name(tree, i, scratch))) return i;
     return -1;
 }
 
-int api_tree_read_arm(const struct api_tree *tree, const struct api_value *value, struct api_problem *problem) {
+int api_tree_read_arm(const struct api_tree *tree, const struct api_value *value,
+                      struct api_problem *problem) {
     char found[API_FOUND_BYTES];
     if (!api_field_needed(value, problem) || !tree->tree) return -1;
     int arm = tree_find(tree, value);
     if (arm >= 0) return arm;
     api_value_found(value, found);
-    api_value_fault(value, problem, "must be an arm of this pendulum, a number from 1 to %d%s, got %s", tree->n,
+    api_value_fault(value, problem,
+                    "must be an arm of this pendulum, a number from 1 to %d%s, got %s", tree->n,
                     tree->names ? " or an arm's name" : "", found);
     return -1;
 }
 
-void api_tree_modes_allowed(const struct api_tree *tree, const struct api_value *value, int count, const char *what,
-                            const struct api_limits *limits, struct api_problem *problem) {
+void api_tree_modes_allowed(const struct api_tree *tree, const struct api_value *value, int count,
+                            const char *what, const struct api_limits *limits,
+                            struct api_problem *problem) {
     double most = limits->mode_arms * limits->mode_arms;
     if (!(tree->gravity > 0))
-        api_value_fault(value, problem, "%s needs a gravity greater than 0, got %.15g", what, tree->gravity);
+        api_value_fault(value, problem, "%s needs a gravity greater than 0, got %.15g", what,
+                        tree->gravity);
     if ((double)tree->n * count > most)
         api_value_fault(value, problem,
-                        "%s takes at most %.0f arms (the limit max-mode-arms) for all modes, and at most %.0f modes of "
+                        "%s takes at most %.0f arms (the limit max-mode-arms) for all modes, and "
+                        "at most %.0f modes of "
                         "%d arms; here are %d modes",
                         what, limits->mode_arms, floor(most / tree->n), tree->n, count);
 }

@@ -8,10 +8,16 @@ void pend_checkpoint_refuse(struct pend_checkpoint *checkpoint) {
 }
 
 void pend_checkpoint_part(struct pend_checkpoint *checkpoint, void *data, size_t bytes) {
-    char *at = checkpoint->way == PEND_CHECKPOINT_COUNT || bytes > checkpoint->bytes - checkpoint->used ? NULL : checkpoint->at + checkpoint->used;
-    if (at && bytes) memcpy(checkpoint->way == PEND_CHECKPOINT_TAKE ? at : data, checkpoint->way == PEND_CHECKPOINT_TAKE ? data : at, bytes);
+    char *at =
+        checkpoint->way == PEND_CHECKPOINT_COUNT || bytes > checkpoint->bytes - checkpoint->used
+            ? NULL
+            : checkpoint->at + checkpoint->used;
+    if (at && bytes)
+        memcpy(checkpoint->way == PEND_CHECKPOINT_TAKE ? at : data,
+               checkpoint->way == PEND_CHECKPOINT_TAKE ? data : at, bytes);
     /* what did not fit makes the checkpoint too long for its bytes, once and for all */
-    if (checkpoint->way != PEND_CHECKPOINT_COUNT && !at && bytes) pend_checkpoint_refuse(checkpoint);
+    if (checkpoint->way != PEND_CHECKPOINT_COUNT && !at && bytes)
+        pend_checkpoint_refuse(checkpoint);
     checkpoint->used += bytes;
 }
 
@@ -29,12 +35,18 @@ void pend_checkpoint_int(struct pend_checkpoint *checkpoint, int *number, int mo
 void pend_checkpoint_counts(struct pend_checkpoint *checkpoint, long number[], size_t count) {
     for (size_t i = 0; i < count; i++) {
         pend_checkpoint_part(checkpoint, &number[i], sizeof number[i]);
-        if (!pend_checkpoint_puts(checkpoint) || (number[i] >= 0 && number[i] <= PEND_CHECKPOINT_MOST)) continue;
+        if (!pend_checkpoint_puts(checkpoint) ||
+            (number[i] >= 0 && number[i] <= PEND_CHECKPOINT_MOST))
+            continue;
         number[i] = 0;
         pend_checkpoint_refuse(checkpoint);
     }
 }
 
-int pend_checkpoint_puts(const struct pend_checkpoint *checkpoint) { return checkpoint->way == PEND_CHECKPOINT_PUT; }
+int pend_checkpoint_puts(const struct pend_checkpoint *checkpoint) {
+    return checkpoint->way == PEND_CHECKPOINT_PUT;
+}
 
-int pend_checkpoint_whole(const struct pend_checkpoint *checkpoint) { return checkpoint->way != PEND_CHECKPOINT_COUNT && checkpoint->used == checkpoint->bytes; }
+int pend_checkpoint_whole(const struct pend_checkpoint *checkpoint) {
+    return checkpoint->way != PEND_CHECKPOINT_COUNT && checkpoint->used == checkpoint->bytes;
+}

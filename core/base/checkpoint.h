@@ -1,6 +1,7 @@
-/* What a computation has in hand, as bytes: a checkpoint is shown every part of it in a fixed order and takes it down, puts
- * it back, or only counts. Leaves to others: which parts there are (the owners' `carry`), where the bytes are kept
- * (server). Invariant: one function shows the parts for all three, so that what is taken down is what is put back. */
+/* What a computation has in hand, as bytes: a checkpoint is shown every part of it in a fixed
+ * order and takes it down, puts it back, or only counts. Leaves to others: which parts there are
+ * (the owners' `carry`), where the bytes are kept (server). Invariant: one function shows the
+ * parts for all three, so that what is taken down is what is put back. */
 #ifndef PEND_CHECKPOINT_H
 #define PEND_CHECKPOINT_H
 
@@ -25,15 +26,17 @@ void pend_checkpoint_part(struct pend_checkpoint *checkpoint, void *data, size_t
 void pend_checkpoint_row(struct pend_checkpoint *checkpoint, double row[], size_t count);
 
 /**
- * Shows a whole number of 0 .. most. One that is put back and lies outside becomes 0 and makes the checkpoint refuse: what is
- * put back comes from a disk, and must neither index beyond an array nor overflow when it is counted on.
+ * Shows a whole number of 0 .. most. One that is put back and lies outside becomes 0 and makes the
+ * checkpoint refuse: what is put back comes from a disk, and must neither index beyond an array nor
+ * overflow when it is counted on.
  */
 void pend_checkpoint_int(struct pend_checkpoint *checkpoint, int *number, int most);
 
 /** Shows `count` counters: each of 0 .. PEND_CHECKPOINT_MOST, as pend_checkpoint_int. */
 void pend_checkpoint_counts(struct pend_checkpoint *checkpoint, long number[], size_t count);
 
-/** Makes the checkpoint one that is not whole, and ends putting back: what it holds cannot be gone on from. */
+/** Makes the checkpoint one that is not whole, and ends putting back: what it holds cannot be
+ * gone on from. */
 void pend_checkpoint_refuse(struct pend_checkpoint *checkpoint);
 
 /** True while parts are put back. */

@@ -4,8 +4,8 @@
 #ifndef PEND_ISA_H
 #define PEND_ISA_H
 
-/* Widths in doubles are 2, 4 and 8. Results agree to the last bit between avx2 and avx512; base has no fused
- * multiply-add. */
+/* Widths in doubles are 2, 4 and 8. Results agree to the last bit between avx2 and avx512; base
+ * has no fused multiply-add. */
 enum pend_isa { PEND_ISA_BASE, PEND_ISA_AVX2, PEND_ISA_AVX512, PEND_ISA_COUNT };
 
 /**

@@ -19,12 +19,16 @@ const char *pend_status_text(enum pend_status code) {
     return status_known(code) ? status_table[code].text : "unknown status";
 }
 
-const char *pend_status_name(enum pend_status code) { return status_known(code) ? status_table[code].name : "unknown"; }
+const char *pend_status_name(enum pend_status code) {
+    return status_known(code) ? status_table[code].name : "unknown";
+}
 
-int pend_status_http(enum pend_status code) { return status_known(code) ? status_table[code].http : 500; }
+int pend_status_http(enum pend_status code) {
+    return status_known(code) ? status_table[code].http : 500;
+}
 
-enum pend_status pend_fail(struct pend_error *error, enum pend_status code, int arm, double time, const char *format,
-                           ...) {
+enum pend_status pend_fail(struct pend_error *error, enum pend_status code, int arm, double time,
+                           const char *format, ...) {
     if (!error) return code;
     error->code = code;
     error->arm = arm;

@@ -5,17 +5,17 @@
 #define PEND_STATUS_H
 
 /* name, HTTP status, text */
-#define PEND_STATUS_LIST(X)                                                                                            \
-    X(PEND_OK, 200, "success")                                                                                         \
-    X(PEND_INVALID, 422, "the input is well-formed but meaningless")                                                   \
-    X(PEND_LIMIT, 422, "a limit would be exceeded")                                                                    \
-    X(PEND_NO_MEMORY, 503, "out of memory")                                                                            \
-    X(PEND_CANCELLED, 503, "the computation was cancelled")                                                            \
-    X(PEND_DEADLINE, 503, "the computation outran its time limit")                                                     \
-    X(PEND_NOT_FINITE, 422, "a number ceased to be finite")                                                            \
-    X(PEND_STEP_TOO_SMALL, 422, "the step size fell below what the numbers resolve")                                   \
-    X(PEND_TOO_MANY_STEPS, 422, "the step limit was reached before the last instant")                                  \
-    X(PEND_NO_CONVERGENCE, 500, "an iteration did not converge")                                                       \
+#define PEND_STATUS_LIST(X)                                                                        \
+    X(PEND_OK, 200, "success")                                                                     \
+    X(PEND_INVALID, 422, "the input is well-formed but meaningless")                               \
+    X(PEND_LIMIT, 422, "a limit would be exceeded")                                                \
+    X(PEND_NO_MEMORY, 503, "out of memory")                                                        \
+    X(PEND_CANCELLED, 503, "the computation was cancelled")                                        \
+    X(PEND_DEADLINE, 503, "the computation outran its time limit")                                 \
+    X(PEND_NOT_FINITE, 422, "a number ceased to be finite")                                        \
+    X(PEND_STEP_TOO_SMALL, 422, "the step size fell below what the numbers resolve")               \
+    X(PEND_TOO_MANY_STEPS, 422, "the step limit was reached before the last instant")              \
+    X(PEND_NO_CONVERGENCE, 500, "an iteration did not converge")                                   \
     X(PEND_BUG, 500, "an internal check failed")
 
 enum pend_status {
@@ -28,13 +28,14 @@ enum pend_status {
 #define PEND_MUST_CHECK __attribute__((warn_unused_result))
 
 /** Passes a failure up; only for functions that own nothing. */
-#define PEND_TRY(call)                                                                                                 \
-    do {                                                                                                               \
-        enum pend_status pend_try_status_ = (call);                                                                    \
-        if (pend_try_status_ != PEND_OK) return pend_try_status_;                                                      \
+#define PEND_TRY(call)                                                                             \
+    do {                                                                                           \
+        enum pend_status pend_try_status_ = (call);                                                \
+        if (pend_try_status_ != PEND_OK) return pend_try_status_;                                  \
     } while (0)
 
-/** Detail of a failure, owned by the caller. arm is the caller's arm number from 0, or -1; time is in s. */
+/** Detail of a failure, owned by the caller. arm is the caller's arm number from 0, or -1; time
+ * is in s. */
 struct pend_error {
     enum pend_status code;
     int arm;
@@ -60,7 +61,8 @@ const char *pend_status_name(enum pend_status code);
 int pend_status_http(enum pend_status code);
 
 /**
- * Fills an error and returns its code, so that a failing function can end with `return pend_fail(...)`.
+ * Fills an error and returns its code, so that a failing function can end with `return
+ * pend_fail(...)`.
  *
  * error   may be NULL: then only the code is returned.
  * code    not PEND_OK.
@@ -68,8 +70,8 @@ int pend_status_http(enum pend_status code);
  * time    s, 0 where none applies.
  * format  printf format of the sentence that says what was wrong, where, and what would be right.
  */
-enum pend_status pend_fail(struct pend_error *error, enum pend_status code, int arm, double time, const char *format,
-                           ...) __attribute__((format(printf, 5, 6)));
+enum pend_status pend_fail(struct pend_error *error, enum pend_status code, int arm, double time,
+                           const char *format, ...) __attribute__((format(printf, 5, 6)));
 
 /* The fields of an input that a fault can blame. */
 enum pend_field {
@@ -81,10 +83,12 @@ enum pend_field {
     PEND_FIELD_PATH    /* S[i][j] */
 };
 
-/** Receives every fault of an input, one call each; i and j are indices from 0, -1 where none applies. */
+/** Receives every fault of an input, one call each; i and j are indices from 0, -1 where none
+ * applies. */
 typedef void pend_fault_fn(void *context, enum pend_field field, int i, int j, const char *text);
 
-/* Where faults go. Words cost time, and a hostile input has millions of faults: after `worded` of them text is NULL. */
+/* Where faults go. Words cost time, and a hostile input has millions of faults: after `worded`
+ * of them text is NULL. */
 struct pend_fault_sink {
     pend_fault_fn *report;
     void *context;

@@ -17,19 +17,27 @@ static const struct dynamics_kernel *dynamics_kernel(enum pend_isa isa) {
 }
 
 /* whole blocks of arms */
-static size_t dynamics_row(int n) { return ((size_t)n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK * DYNAMICS_BLOCK; }
+static size_t dynamics_row(int n) {
+    return ((size_t)n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK * DYNAMICS_BLOCK;
+}
 
-/* the scratch of either form, then the forces where nobody wants them, then the rates where acc takes their place */
+/* the scratch of either form, then the forces where nobody wants them, then the rates where acc
+ * takes their place */
 static size_t dynamics_shared_bytes(int n) {
-    size_t quick = DYNAMICS_VALUES * dynamics_row(n) * sizeof(double), careful = pend_dynamics_careful_bytes(n);
+    size_t quick = DYNAMICS_VALUES * dynamics_row(n) * sizeof(double),
+           careful = pend_dynamics_careful_bytes(n);
     return quick > careful ? quick : careful;
 }
 
-size_t pend_dynamics_work_bytes(int n) { return dynamics_shared_bytes(n) + 2 * dynamics_row(n) * sizeof(double); }
+size_t pend_dynamics_work_bytes(int n) {
+    return dynamics_shared_bytes(n) + 2 * dynamics_row(n) * sizeof(double);
+}
 
-void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree, double gravity, const double phi[],
-                       const double rate[], void *work, double acc[], double force[]) {
-    double *spare = (double *)((char *)work + dynamics_shared_bytes(tree->n)), *kept = spare + dynamics_row(tree->n);
+void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree, double gravity,
+                       const double phi[], const double rate[], void *work, double acc[],
+                       double force[]) {
+    double *spare = (double *)((char *)work + dynamics_shared_bytes(tree->n)),
+           *kept = spare + dynamics_row(tree->n);
     // the quick form may give up when acc is written already
     if (rate == acc) rate = memcpy(kept, rate, (size_t)tree->n * sizeof *rate);
     if (!dynamics_kernel(isa)->one(tree, gravity, phi, rate, work, acc, force ? force : spare))
@@ -38,44 +46,50 @@ void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree, double g
 
 enum { DYNAMICS_FEW = 48 };
 
-void pend_dynamics(const struct pend_tree *tree, double gravity, const double phi[], const double rate[], void *work,
-                   double acc[], double force[]) {
+void pend_dynamics(const struct pend_tree *tree, double gravity, const double phi[],
+                   const double rate[], void *work, double acc[], double force[]) {
     // half of the widest vectors is quicker for a few arms, and gives the same bits
     enum pend_isa isa = pend_isa_best();
     if (isa == PEND_ISA_AVX512 && tree->n <= DYNAMICS_FEW) isa = PEND_ISA_AVX2;
     pend_dynamics_for(isa, tree, gravity, phi, rate, work, acc, force);
 }
 
-/* the vectors of the quick form, then one state for the careful one: phi, rate, acc, force and its scratch */
+/* the vectors of the quick form, then one state for the careful one: phi, rate, acc, force and
+ * its scratch */
 static size_t dynamics_vec_quick_bytes(int n) {
     return (size_t)DYNAMICS_VALUES * DYNAMICS_VEC * (size_t)n * sizeof(double);
 }
 
 size_t pend_dynamics_vec_bytes(int n) {
-    return dynamics_vec_quick_bytes(n) + 4 * dynamics_row(n) * sizeof(double) + pend_dynamics_careful_bytes(n);
+    return dynamics_vec_quick_bytes(n) + 4 * dynamics_row(n) * sizeof(double) +
+           pend_dynamics_careful_bytes(n);
 }
 
-static void dynamics_lane(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
-                          void *work, double acc[], double force[]) {
+static void dynamics_lane(const struct pend_tree *tree, double gravity, const double phi[],
+                          const double rate[], void *work, double acc[], double force[]) {
     size_t row = dynamics_row(tree->n);
     double *one = (double *)((char *)work + dynamics_vec_quick_bytes(tree->n));
-    for (int k = 0; k < tree->n; k++) one[k] = phi[DYNAMICS_VEC * k], one[row + k] = rate[DYNAMICS_VEC * k];
-    pend_dynamics_careful(tree, gravity, one, one + row, one + 4 * row, one + 2 * row, one + 3 * row);
+    for (int k = 0; k < tree->n; k++)
+        one[k] = phi[DYNAMICS_VEC * k], one[row + k] = rate[DYNAMICS_VEC * k];
+    pend_dynamics_careful(tree, gravity, one, one + row, one + 4 * row, one + 2 * row,
+                          one + 3 * row);
     for (int k = 0; k < tree->n; k++) {
         acc[DYNAMICS_VEC * k] = one[2 * row + k];
         force[DYNAMICS_VEC * k] = one[3 * row + k];
     }
 }
 
-void pend_dynamics_vec_for(enum pend_isa isa, const struct pend_tree *tree, double gravity, const double phi[],
-                             const double rate[], void *work, double acc[], double force[]) {
+void pend_dynamics_vec_for(enum pend_isa isa, const struct pend_tree *tree, double gravity,
+                           const double phi[], const double rate[], void *work, double acc[],
+                           double force[]) {
     unsigned kept = dynamics_kernel(isa)->lanes(tree, gravity, phi, rate, work, acc, force);
     for (int i = 0; i < DYNAMICS_VEC; i++)
-        if (!(kept >> i & 1)) dynamics_lane(tree, gravity, phi + i, rate + i, work, acc + i, force + i);
+        if (!(kept >> i & 1))
+            dynamics_lane(tree, gravity, phi + i, rate + i, work, acc + i, force + i);
 }
 
-void pend_dynamics_vec(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
-                         void *work, double acc[], double force[]) {
+void pend_dynamics_vec(const struct pend_tree *tree, double gravity, const double phi[],
+                       const double rate[], void *work, double acc[], double force[]) {
     pend_dynamics_vec_for(pend_isa_best(), tree, gravity, phi, rate, work, acc, force);
 }
 
@@ -84,7 +98,8 @@ enum { DYNAMICS_VEC_LEAST = 4, DYNAMICS_VEC_ARMS = 1024 };
 
 /* large trees, and long chains, whose quick form has other bits than lanes and is as quick */
 static int dynamics_alone(const struct pend_tree *tree) {
-    return tree->n > DYNAMICS_VEC_ARMS || (tree->n >= DYNAMICS_CHAIN && tree->depth[tree->n - 1] == tree->n);
+    return tree->n > DYNAMICS_VEC_ARMS ||
+           (tree->n >= DYNAMICS_CHAIN && tree->depth[tree->n - 1] == tree->n);
 }
 
 size_t pend_dynamics_many_bytes(int n) {
@@ -94,11 +109,13 @@ size_t pend_dynamics_many_bytes(int n) {
 }
 
 /* up to DYNAMICS_VEC rows; the lanes that are left over repeat the last */
-static void dynamics_rows(const struct pend_tree *tree, double gravity, int count, const double phi[],
-                          const double rate[], void *work, double acc[], double force[]) {
+static void dynamics_rows(const struct pend_tree *tree, double gravity, int count,
+                          const double phi[], const double rate[], void *work, double acc[],
+                          double force[]) {
     int n = tree->n;
     size_t all = DYNAMICS_VEC * (size_t)n;
-    double *lane_phi = work, *lane_rate = lane_phi + all, *lane_acc = lane_rate + all, *lane_force = lane_acc + all;
+    double *lane_phi = work, *lane_rate = lane_phi + all, *lane_acc = lane_rate + all,
+           *lane_force = lane_acc + all;
     for (int k = 0; k < n; k++)
         for (int i = 0; i < DYNAMICS_VEC; i++) {
             size_t from = (size_t)(i < count ? i : count - 1) * (size_t)n + (size_t)k;
@@ -113,8 +130,9 @@ static void dynamics_rows(const struct pend_tree *tree, double gravity, int coun
         }
 }
 
-void pend_dynamics_many(const struct pend_tree *tree, double gravity, long count, const double phi[],
-                        const double rate[], void *work, double acc[], double force[]) {
+void pend_dynamics_many(const struct pend_tree *tree, double gravity, long count,
+                        const double phi[], const double rate[], void *work, double acc[],
+                        double force[]) {
     long least = dynamics_alone(tree) ? LONG_MAX : DYNAMICS_VEC_LEAST;
     while (count > 0) {
         int rows = count < least ? 1 : count < DYNAMICS_VEC ? (int)count : DYNAMICS_VEC;
@@ -127,8 +145,9 @@ void pend_dynamics_many(const struct pend_tree *tree, double gravity, long count
     }
 }
 
-void pend_dynamics_fine(const struct pend_tree *tree, double gravity, const double phi[], const double phi_low[],
-                        const double rate[], void *work, double scratch[], double acc[], double force[]) {
+void pend_dynamics_fine(const struct pend_tree *tree, double gravity, const double phi[],
+                        const double phi_low[], const double rate[], void *work, double scratch[],
+                        double acc[], double force[]) {
     const double far = 0x1p36;
     int n = tree->n;
     double *moved = scratch, *moved_acc = scratch + n, *moved_force = scratch + 2 * (ptrdiff_t)n;

@@ -17,8 +17,9 @@ size_t pend_dynamics_work_bytes(int n);
 /**
  * Angular accelerations and compression forces of a moving tree.
  *
- * Two sweeps, leaves to root then root to leaves, solve (aaa) and (bbb) without forming a matrix: relative angles,
- * arm-local frames, tensions first and made to balance at every joint (see core/README.md for the derivation).
+ * Two sweeps, leaves to root then root to leaves, solve (aaa) and (bbb) without forming a matrix:
+ * relative angles, arm-local frames, tensions first and made to balance at every joint (see
+ * core/README.md for the derivation).
  *
  * tree     n arms; all arrays in the tree's stored order.
  * gravity  m/s^2, along -i; any finite value.
@@ -28,14 +29,15 @@ size_t pend_dynamics_work_bytes(int n);
  * acc      out, n values, rad/s^2; may be the same array as rate.
  * force    out, n values, N, compression positive; NULL to skip.
  *
- * Two forms do this: a quick one in the processor's vectors, and a careful one for states on which the quick one loses
- * digits, which it notices (see core/README.md). Same input, same bits, on processors with the same instruction set;
- * between instruction sets the last digits differ.
+ * Two forms do this: a quick one in the processor's vectors, and a careful one for states on which
+ * the quick one loses digits, which it notices (see core/README.md). Same input, same bits, on
+ * processors with the same instruction set; between instruction sets the last digits differ.
  *
- * Cannot fail on a valid tree and finite inputs. O(n), no allocation. Safe on any thread with its own work.
+ * Cannot fail on a valid tree and finite inputs. O(n), no allocation. Safe on any thread with its
+ * own work.
  */
-void pend_dynamics(const struct pend_tree *tree, double gravity, const double phi[], const double rate[], void *work,
-                   double acc[], double force[]);
+void pend_dynamics(const struct pend_tree *tree, double gravity, const double phi[],
+                   const double rate[], void *work, double acc[], double force[]);
 
 /* States that go side by side through pend_dynamics_vec. */
 enum { PEND_DYNAMICS_VEC = 8 };
@@ -44,49 +46,56 @@ enum { PEND_DYNAMICS_VEC = 8 };
 size_t pend_dynamics_vec_bytes(int n);
 
 /**
- * Angular accelerations and compression forces of PEND_DYNAMICS_VEC states of one tree, one a vector lane.
+ * Angular accelerations and compression forces of PEND_DYNAMICS_VEC states of one tree, one a
+ * vector lane.
  *
- * phi, rate, acc, force  n PEND_DYNAMICS_VEC values each, aligned to 64: arm k of state i at PEND_DYNAMICS_VEC k +
- * i; no two arrays the same, none NULL. Lanes of no use hold copies of another. work pend_dynamics_vec_bytes(n)
- * bytes, aligned to 64.
+ * phi, rate, acc, force  n PEND_DYNAMICS_VEC values each, aligned to 64: arm k of state i at
+ *                        PEND_DYNAMICS_VEC k +
+ * i; no two arrays the same, none NULL. Lanes of no use hold copies of another. work
+ * pend_dynamics_vec_bytes(n) bytes, aligned to 64.
  *
- * The rest as pend_dynamics, and the same bits, but for chains of 128 arms and more: they depend neither on the lane
- * nor on its neighbours.
+ * The rest as pend_dynamics, and the same bits, but for chains of 128 arms and more: they depend
+ * neither on the lane nor on its neighbours.
  */
-void pend_dynamics_vec(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
-                         void *work, double acc[], double force[]);
+void pend_dynamics_vec(const struct pend_tree *tree, double gravity, const double phi[],
+                       const double rate[], void *work, double acc[], double force[]);
 
 /** Bytes of scratch that pend_dynamics_many needs for a tree of n arms. */
 size_t pend_dynamics_many_bytes(int n);
 
 /**
- * Angular accelerations and compression forces of any number of states of one tree, each as pend_dynamics to the bit.
+ * Angular accelerations and compression forces of any number of states of one tree, each as
+ * pend_dynamics to the bit.
  *
  * count                  states, >= 0.
  * phi, rate, acc, force  count rows of n values; no two arrays the same, none NULL.
  * work                   pend_dynamics_many_bytes(n) bytes, aligned to 64.
  */
-void pend_dynamics_many(const struct pend_tree *tree, double gravity, long count, const double phi[],
-                        const double rate[], void *work, double acc[], double force[]);
+void pend_dynamics_many(const struct pend_tree *tree, double gravity, long count,
+                        const double phi[], const double rate[], void *work, double acc[],
+                        double force[]);
 
 /**
- * pend_dynamics of angles phi + phi_low, for small swings about hanging: their accelerations are as small as angles
- * from hanging, of which phi as a double has but a few digits.
+ * pend_dynamics of angles phi + phi_low, for small swings about hanging: their accelerations are as
+ * small as angles from hanging, of which phi as a double has but a few digits.
  *
  * phi_low  n values, below an ulp of phi.
  * scratch  3 n values.
  * force    out, not NULL.
  *
- * What phi_low does is told from a state 2^36 times as far away: what rounding that state and its curvature cost is
- * 1e-26 rad. O(n), twice the work.
+ * What phi_low does is told from a state 2^36 times as far away: what rounding that state and its
+ * curvature cost is 1e-26 rad. O(n), twice the work.
  */
-void pend_dynamics_fine(const struct pend_tree *tree, double gravity, const double phi[], const double phi_low[],
-                        const double rate[], void *work, double scratch[], double acc[], double force[]);
+void pend_dynamics_fine(const struct pend_tree *tree, double gravity, const double phi[],
+                        const double phi_low[], const double rate[], void *work, double scratch[],
+                        double acc[], double force[]);
 
 /** The same two, compiled for an instruction set that this processor runs: for tests. */
-void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree, double gravity, const double phi[],
-                       const double rate[], void *work, double acc[], double force[]);
-void pend_dynamics_vec_for(enum pend_isa isa, const struct pend_tree *tree, double gravity, const double phi[],
-                             const double rate[], void *work, double acc[], double force[]);
+void pend_dynamics_for(enum pend_isa isa, const struct pend_tree *tree, double gravity,
+                       const double phi[], const double rate[], void *work, double acc[],
+                       double force[]);
+void pend_dynamics_vec_for(enum pend_isa isa, const struct pend_tree *tree, double gravity,
+                           const double phi[], const double rate[], void *work, double acc[],
+                           double force[]);
 
 #endif

@@ -61,7 +61,7 @@ VEC_INLINE void turns_some(struct turns *turns, int i, wide x, wide base, wide r
 }
 
 VEC_INLINE void block_turns(struct turns *turns, const struct pend_tree *tree, const double phi[],
-                              const double rate[], int begin, int count) {
+                            const double rate[], int begin, int count) {
     double base[DYNAMICS_BLOCK] __attribute__((aligned(64)));
     const int *parent = tree->parent + begin;
     int i = 0;
@@ -70,14 +70,16 @@ VEC_INLINE void block_turns(struct turns *turns, const struct pend_tree *tree, c
     phi += begin, rate += begin;
     const double *len = tree->len + begin;
     for (i = 0; i + WIDE <= count; i += WIDE)
-        turns_some(turns, i, wide_load(phi + i), WIDE_(get)(base + i), wide_load(rate + i), wide_load(len + i));
+        turns_some(turns, i, wide_load(phi + i), WIDE_(get)(base + i), wide_load(rate + i),
+                   wide_load(len + i));
     if (i == count) return;
     count -= i;
     turns_some(turns, i, wide_load_some(phi + i, count, 0), wide_load_some(base + i, count, 0),
                wide_load_some(rate + i, count, 0), wide_load_some(len + i, count, 0));
 }
 
-/* Cosines and sines of a huge tree wait for the way back where phi'' and lambda will be, and w is formed anew:
+/* Cosines and sines of a huge tree wait for the way back where phi'' and lambda will be, and w
+ * is formed anew:
  * what has a place of its own is carried to memory and back. */
 static void turns_lend(const struct turns *turns, int count, double acc[], double force[]) {
     int i = 0;
@@ -90,11 +92,12 @@ static void turns_lend(const struct turns *turns, int count, double acc[], doubl
     wide_store_some(force + i, WIDE_(get)(turns->sine + i), count - i);
 }
 
-static void turns_return(struct turns *turns, int count, const double len[], const double rate[], const double acc[],
-                         const double force[]) {
+static void turns_return(struct turns *turns, int count, const double len[], const double rate[],
+                         const double acc[], const double force[]) {
     int i = 0;
     for (; i + WIDE <= count; i += WIDE)
-        turns_put(turns, i, wide_load(acc + i), wide_load(force + i), wide_load(rate + i), wide_load(len + i));
+        turns_put(turns, i, wide_load(acc + i), wide_load(force + i), wide_load(rate + i),
+                  wide_load(len + i));
     if (i == count) return;
     count -= i;
     turns_put(turns, i, wide_load_some(acc + i, count, 0), wide_load_some(force + i, count, 0),

@@ -6,11 +6,11 @@
 
 /* Scratch, one value an arm in each array; the letters are those of core/README.md. */
 struct dynamics_work {
-    double *cosine, *sine;               /* C, Z: of the angle to the parent */
-    double *spin;                        /* w = l phi'^2 */
-    double *eff, *bias;                  /* S, f: the base feels S times its acceleration along the arm, plus f */
-    double *inv;                         /* 1 / (m + q) */
-    double *p, *q, *r, *t;               /* sums over the children: S C^2, S Z^2, S C Z, f Z */
+    double *cosine, *sine; /* C, Z: of the angle to the parent */
+    double *spin;          /* w = l phi'^2 */
+    double *eff, *bias;    /* S, f: the base feels S times its acceleration along the arm, plus f */
+    double *inv;           /* 1 / (m + q) */
+    double *p, *q, *r, *t; /* sums over the children: S C^2, S Z^2, S C Z, f Z */
     double *q_after, *r_after, *t_after; /* the same over the later siblings */
     double *radial, *tangential;         /* acceleration of the tip in the arm's own frame */
     double *tension;                     /* lambda */
@@ -18,39 +18,47 @@ struct dynamics_work {
 
 enum { DYNAMICS_ARRAYS = sizeof(struct dynamics_work) / sizeof(double *), DYNAMICS_PAD = 8 };
 
-static size_t dynamics_stride(int n) { return ((size_t)n + DYNAMICS_PAD - 1) / DYNAMICS_PAD * DYNAMICS_PAD; }
+static size_t dynamics_stride(int n) {
+    return ((size_t)n + DYNAMICS_PAD - 1) / DYNAMICS_PAD * DYNAMICS_PAD;
+}
 
-size_t pend_dynamics_careful_bytes(int n) { return DYNAMICS_ARRAYS * dynamics_stride(n) * sizeof(double); }
+size_t pend_dynamics_careful_bytes(int n) {
+    return DYNAMICS_ARRAYS * dynamics_stride(n) * sizeof(double);
+}
 
 static struct dynamics_work dynamics_view(void *work, int n) {
     double *a = work;
     size_t s = dynamics_stride(n);
-    return (struct dynamics_work){a,          a + s,      a + 2 * s,  a + 3 * s, a + 4 * s,  a + 5 * s,
-                                  a + 6 * s,  a + 7 * s,  a + 8 * s,  a + 9 * s, a + 10 * s, a + 11 * s,
+    return (struct dynamics_work){a,          a + s,      a + 2 * s,  a + 3 * s,
+                                  a + 4 * s,  a + 5 * s,  a + 6 * s,  a + 7 * s,
+                                  a + 8 * s,  a + 9 * s,  a + 10 * s, a + 11 * s,
                                   a + 12 * s, a + 13 * s, a + 14 * s, a + 15 * s};
 }
 
-/* What the children of one arm do to its tip, while they are still being added. The angles between siblings are
- * measured from the heaviest of them; u and v stand for along and across it. */
+/* What the children of one arm do to its tip, while they are still being added. The angles
+ * between siblings are measured from the heaviest of them; u and v stand for along and across
+ * it. */
 struct dynamics_joint {
-    double p, q, r;    /* S C^2, S Z^2, S C Z */
-    double b, t;       /* f C, f Z */
-    double area, lift; /* D, H: sums over pairs of S_c S_d sin^2 and of S_c Z_c f_d sin, of the angle between the two */
+    double p, q, r;         /* S C^2, S Z^2, S C Z */
+    double b, t;            /* f C, f Z */
+    double area, lift;      /* D, H: sums over pairs of S_c S_d sin^2 and of S_c Z_c f_d sin, of the
+                               angle between the two */
     double heaviest, angle; /* S and phi of the heaviest child */
     double uu, uv, vv;      /* S c^2, S c s, S s^2, with c, s of the angle to the heaviest */
     double fu, fv;          /* f c, f s */
     double zu, zv;          /* S Z c, S Z s */
 };
 
-/* Joints that wait for more children. Each lies in the sub-tree of a child of the one below it that is not the largest,
- * so the sizes of their sub-trees halve and there are at most as many as an int has bits. */
+/* Joints that wait for more children. Each lies in the sub-tree of a child of the one below it
+ * that is not the largest, so the sizes of their sub-trees halve and there are at most as many
+ * as an int has bits. */
 struct dynamics_stack {
     int count;
     struct dynamics_joint joint[sizeof(int) * CHAR_BIT + 1];
 };
 
-/* Cosine and sine of a - b, both to their last digits: the difference is rounded, and near a half turn its rounding is
- * all that tells two arms from aligned ones. */
+/* Cosine and sine of a - b, both to their last digits: the difference is rounded, and near a
+ * half turn its rounding is all that tells two arms from aligned ones. */
 static void dynamics_between(double a, double b, double *cosine, double *sine) {
     double angle = a - b, back = angle + b, lost = (a - back) - (b - (back - angle));
     double C = cos(angle), Z = sin(angle);
@@ -59,7 +67,8 @@ static void dynamics_between(double a, double b, double *cosine, double *sine) {
 }
 
 /* relative angles; the pivot's frame is at angle 0 */
-static void dynamics_angles(const struct pend_tree *tree, const double phi[], const struct dynamics_work *w) {
+static void dynamics_angles(const struct pend_tree *tree, const double phi[],
+                            const struct dynamics_work *w) {
     for (int k = 0; k < tree->n; k++)
         dynamics_between(phi[k], k ? phi[tree->parent[k]] : 0, &w->cosine[k], &w->sine[k]);
 }
@@ -80,10 +89,11 @@ static struct dynamics_joint dynamics_first(const struct dynamics_work *w, int c
                                    .zu = S * Z};
 }
 
-/* Adds child c to a joint. The sums over pairs grow by what the others do across c. That is read off the frame of the
- * heaviest, where it is a sum in which nothing large cancels; as differences of the sums p to t it would be lost where
- * arms are nearly aligned. */
-static void dynamics_join(const struct dynamics_work *w, int c, double phi, struct dynamics_joint *j) {
+/* Adds child c to a joint. The sums over pairs grow by what the others do across c. That is read
+ * off the frame of the heaviest, where it is a sum in which nothing large cancels; as
+ * differences of the sums p to t it would be lost where arms are nearly aligned. */
+static void dynamics_join(const struct dynamics_work *w, int c, double phi,
+                          struct dynamics_joint *j) {
     double C = w->cosine[c], Z = w->sine[c], S = w->eff[c], f = w->bias[c];
     double x, y;
     dynamics_between(phi, j->angle, &x, &y);
@@ -111,8 +121,8 @@ static void dynamics_join(const struct dynamics_work *w, int c, double phi, stru
 }
 
 /* leaves to root: effective masses and forces */
-static void dynamics_up(const struct pend_tree *tree, double unit, const double phi[], const double rate[],
-                        const struct dynamics_work *w) {
+static void dynamics_up(const struct pend_tree *tree, double unit, const double phi[],
+                        const double rate[], const struct dynamics_work *w) {
     static const struct dynamics_joint bare = {0};
     struct dynamics_stack stack;
     stack.count = 0;
@@ -136,19 +146,21 @@ static void dynamics_up(const struct pend_tree *tree, double unit, const double 
 }
 
 /* the tip of arm k, whose base accelerates with (ar, at) in the frame of the arm before it */
-static void dynamics_tip(const struct pend_tree *tree, const struct dynamics_work *w, int k, double ar, double at,
-                         double acc[]) {
+static void dynamics_tip(const struct pend_tree *tree, const struct dynamics_work *w, int k,
+                         double ar, double at, double acc[]) {
     double C = w->cosine[k], Z = w->sine[k];
-    double radial = C * ar + Z * at - w->spin[k], tangential = -w->inv[k] * (w->r[k] * radial + w->t[k]);
+    double radial = C * ar + Z * at - w->spin[k],
+           tangential = -w->inv[k] * (w->r[k] * radial + w->t[k]);
     w->radial[k] = radial;
     w->tangential[k] = tangential;
     acc[k] = (tangential + Z * ar - C * at) / tree->len[k];
 }
 
-/* What the balance of forces at tip k still misses goes to its children in proportion to how they yield: where heavy
- * arms pull at a light joint, each tension is a small difference of terms of their own weight, but the sum of the
- * tensions is what the tension of arm k makes it. */
-static void dynamics_balance(const struct pend_tree *tree, const struct dynamics_work *w, double m, int k) {
+/* What the balance of forces at tip k still misses goes to its children in proportion to how
+ * they yield: where heavy arms pull at a light joint, each tension is a small difference of
+ * terms of their own weight, but the sum of the tensions is what the tension of arm k makes it. */
+static void dynamics_balance(const struct pend_tree *tree, const struct dynamics_work *w, double m,
+                             int k) {
     double ar = w->radial[k], at = w->tangential[k];
     double er = w->tension[k] - m * ar, et = -m * at;
     for (int c = k + 1; c < tree->end[k]; c = tree->end[c]) {
@@ -156,19 +168,21 @@ static void dynamics_balance(const struct pend_tree *tree, const struct dynamics
         et -= w->sine[c] * w->tension[c];
     }
     double scale = w->inv[k] / w->eff[k];
-    double dr = ((m + w->q[k]) * er - w->r[k] * et) * scale, dt = ((m + w->p[k]) * et - w->r[k] * er) * scale;
+    double dr = ((m + w->q[k]) * er - w->r[k] * et) * scale,
+           dt = ((m + w->p[k]) * et - w->r[k] * er) * scale;
     for (int c = k + 1; c < tree->end[k]; c = tree->end[c])
         w->tension[c] += w->eff[c] * (w->cosine[c] * dr + w->sine[c] * dt);
 }
 
 /* tensions and accelerations of the arms at tip k, whose own are known */
-static void dynamics_children(const struct pend_tree *tree, const struct dynamics_work *w, double m, int k,
-                              double acc[]) {
+static void dynamics_children(const struct pend_tree *tree, const struct dynamics_work *w, double m,
+                              int k, double acc[]) {
     double ar = w->radial[k], at = w->tangential[k], inv = w->inv[k];
     double q_before = 0, r_before = 0, t_before = 0;
     for (int c = k + 1; c < tree->end[k]; c = tree->end[c]) {
         double C = w->cosine[c], Z = w->sine[c], S = w->eff[c], f = w->bias[c];
-        double q = q_before + w->q_after[c], r = r_before + w->r_after[c], t = t_before + w->t_after[c];
+        double q = q_before + w->q_after[c], r = r_before + w->r_after[c],
+               t = t_before + w->t_after[c];
         w->tension[c] = inv * ((S * C * ar + f) * (m + q) - S * Z * (r * ar + t));
         q_before += S * Z * Z, r_before += S * Z * C, t_before += f * Z;
         dynamics_tip(tree, w, c, ar, at, acc);
@@ -176,10 +190,11 @@ static void dynamics_children(const struct pend_tree *tree, const struct dynamic
     dynamics_balance(tree, w, m, k);
 }
 
-void pend_dynamics_careful(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
-                           void *work, double acc[], double force[]) {
+void pend_dynamics_careful(const struct pend_tree *tree, double gravity, const double phi[],
+                           const double rate[], void *work, double acc[], double force[]) {
     struct dynamics_work w = dynamics_view(work, tree->n);
-    // the unit of mass is a power of 2 near the whole, so that products of masses neither overflow nor vanish
+    // the unit of mass is a power of 2 near the whole, so that products of masses neither overflow
+    // nor vanish
     int exponent;
     frexp(tree->subtree_mass[0], &exponent);
     if (exponent < -1000) exponent = -1000;

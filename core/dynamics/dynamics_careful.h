@@ -1,4 +1,5 @@
-/* The dynamics of states on which quick forms lose digits: light joints between heavy arms, nearly aligned or slack.
+/* The dynamics of states on which quick forms lose digits: light joints between heavy arms,
+ * nearly aligned or slack.
  * Leaves to others: all other states (kernel_dynamics), the choice (dynamics).
  * Invariant: no allocation; arms in the tree's stored order. */
 #ifndef PEND_DYNAMICS_CAREFUL_H
@@ -12,12 +13,14 @@
 size_t pend_dynamics_careful_bytes(int n);
 
 /**
- * Angular accelerations and compression forces of a moving tree; parameters as pend_dynamics, and force may be NULL.
+ * Angular accelerations and compression forces of a moving tree; parameters as pend_dynamics, and
+ * force may be NULL.
  *
- * Sums over pairs of siblings in the frame of the heaviest, angles between siblings as exact differences, tensions
- * first, and the balance of forces at every joint restored. O(n), four to six times the time of the quick forms.
+ * Sums over pairs of siblings in the frame of the heaviest, angles between siblings as exact
+ * differences, tensions first, and the balance of forces at every joint restored. O(n), four to six
+ * times the time of the quick forms.
  */
-void pend_dynamics_careful(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
-                           void *work, double acc[], double force[]);
+void pend_dynamics_careful(const struct pend_tree *tree, double gravity, const double phi[],
+                           const double rate[], void *work, double acc[], double force[]);
 
 #endif

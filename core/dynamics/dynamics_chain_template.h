@@ -7,16 +7,17 @@
 #include "core/dynamics/dynamics_template.h"
 
 /*
- * Long chains. A chain is a sequence from one end to the other; cut into DYNAMICS_VEC pieces that are solved side by
- * side it is one an eighth as long. A piece answers to the acceleration x of its base along its first arm, and to the
- * tension mu of the arm that follows it:
+ * Long chains. A chain is a sequence from one end to the other; cut into DYNAMICS_VEC pieces that
+ * are solved side by side it is one an eighth as long. A piece answers to the acceleration x of its
+ * base along its first arm, and to the tension mu of the arm that follows it:
  *
- *     lambda of its first arm = S x + f + g mu        acceleration of its last tip along the next arm = g x + e - k mu
+ *     lambda of its first arm = S x + f + g mu        acceleration of its last tip along the next
+ * arm = g x + e - k mu
  */
 struct chain_pieces {
     double eff[DYNAMICS_VEC], bias[DYNAMICS_VEC], gain[DYNAMICS_VEC]; /* S, f, g */
-    double drift[DYNAMICS_VEC], give[DYNAMICS_VEC];                     /* e, k */
-    double least, most;                                                     /* masses */
+    double drift[DYNAMICS_VEC], give[DYNAMICS_VEC];                   /* e, k */
+    double least, most;                                               /* masses */
 };
 
 /* of the angles before the first arms of the pieces, and before that of the rest */
@@ -24,7 +25,8 @@ struct chain_cuts {
     double sine[DYNAMICS_VEC + 1], cosine[DYNAMICS_VEC + 1];
 };
 
-/* how the tension of an arm follows from that of the one before it: slope lambda + offset + share mu */
+/* how the tension of an arm follows from that of the one before it: slope lambda + offset +
+ * share mu */
 struct chain_row {
     wide slope, offset, share, sine, inverse_mass, inverse_len, tension;
 };
@@ -68,18 +70,20 @@ struct chain_rest {
     double eff, bias; /* of its first arm, 0 without one */
 };
 
-static void chain_rest_up(struct chain_rest *rest, const struct pend_tree *tree, double unit, const double phi[],
-                          const double rate[]) {
+static void chain_rest_up(struct chain_rest *rest, const struct pend_tree *tree, double unit,
+                          const double phi[], const double rate[]) {
     int first = tree->n / DYNAMICS_VEC * DYNAMICS_VEC;
     double x[DYNAMICS_VEC] = {0}, base[DYNAMICS_VEC] = {0}, S = 0, f = 0;
     rest->count = tree->n - first;
     for (int i = 0; i < rest->count; i++) x[i] = phi[first + i], base[i] = phi[first + i - 1];
     chain_angles(x, base, rest->sine, rest->cosine);
     for (int i = rest->count - 1; i >= 0; i--) {
-        double m = unit * tree->mass[first + i], v = rate[first + i], w = tree->len[first + i] * v * v, more = 0;
+        double m = unit * tree->mass[first + i], v = rate[first + i],
+               w = tree->len[first + i] * v * v, more = 0;
         rest->mass[i] = m;
         if (i + 1 < rest->count) {
-            double C = rest->cosine[i + 1], Z = rest->sine[i + 1], part = m / fma1(S, Z * Z, m), both = m + S;
+            double C = rest->cosine[i + 1], Z = rest->sine[i + 1], part = m / fma1(S, Z * Z, m),
+                   both = m + S;
             rest->slope[i + 1] = S * C / both;
             rest->offset[i + 1] = m * f / both;
             more = part * C * f;
@@ -92,23 +96,28 @@ static void chain_rest_up(struct chain_rest *rest, const struct pend_tree *tree,
     rest->eff = S, rest->bias = f;
 }
 
-static void chain_cut(struct chain_cuts *cuts, const struct chain_rest *rest, size_t length, const double phi[]) {
+static void chain_cut(struct chain_cuts *cuts, const struct chain_rest *rest, size_t length,
+                      const double phi[]) {
     double x[DYNAMICS_VEC], base[DYNAMICS_VEC];
-    for (size_t j = 0; j < DYNAMICS_VEC; j++) x[j] = phi[j * length], base[j] = j ? phi[j * length - 1] : 0;
+    for (size_t j = 0; j < DYNAMICS_VEC; j++)
+        x[j] = phi[j * length], base[j] = j ? phi[j * length - 1] : 0;
     chain_angles(x, base, cuts->sine, cuts->cosine);
     cuts->sine[DYNAMICS_VEC] = rest->count ? rest->sine[0] : 0;
     cuts->cosine[DYNAMICS_VEC] = rest->count ? rest->cosine[0] : 0;
 }
 
-/* WIDE pieces, from `part` on, from their last arms to their first; row[i] is of arm i of every piece */
-static void chain_up(const struct pend_tree *tree, double unit, const double phi[], const double rate[],
-                     const struct chain_cuts *cuts, int part, struct chain_row row[], struct chain_pieces *pieces) {
+/* WIDE pieces, from `part` on, from their last arms to their first; row[i] is of arm i of every
+ * piece */
+static void chain_up(const struct pend_tree *tree, double unit, const double phi[],
+                     const double rate[], const struct chain_cuts *cuts, int part,
+                     struct chain_row row[], struct chain_pieces *pieces) {
     size_t length = (size_t)(tree->n / DYNAMICS_VEC), begin = (size_t)part * length;
     const double *len = tree->len + begin, *mass = tree->mass + begin;
     phi += begin, rate += begin;
     wide x = chain_load(phi + length - 1, length), sine, cosine;
     wide C = wide_load(cuts->cosine + part + 1), Z = wide_load(cuts->sine + part + 1);
-    wide eff = C, bias = C, gain = C, drift = C, give = C, least = WIDE_(of)(INFINITY), most = WIDE_(of)(0);
+    wide eff = C, bias = C, gain = C, drift = C, give = C, least = WIDE_(of)(INFINITY),
+         most = WIDE_(of)(0);
     for (size_t i = length; i-- > 0;) {
         wide m = chain_load(mass + i, length) * unit, l = chain_load(len + i, length);
         wide v = chain_load(rate + i, length), w = l * v * v, inverse = 1.0 / (m * l);
@@ -116,9 +125,11 @@ static void chain_up(const struct pend_tree *tree, double unit, const double phi
         row[i].inverse_len = inverse * m;
         least = WIDE_(min)(m, least), most = WIDE_(max)(m, most);
         if (i + 1 == length) {
-            eff = m, bias = -(m * w), gain = C, drift = -(C * w), give = Z * Z * row[i].inverse_mass;
+            eff = m, bias = -(m * w), gain = C, drift = -(C * w),
+            give = Z * Z * row[i].inverse_mass;
         } else {
-            wide ZZ = Z * Z, across = WIDE_(fma)(eff, ZZ, m), along = m + eff, both = 1.0 / (across * along);
+            wide ZZ = Z * Z, across = WIDE_(fma)(eff, ZZ, m), along = m + eff,
+                 both = 1.0 / (across * along);
             wide yield = both * along, hold = both * across, part_m = m * yield, keep = part_m * C;
             wide slip = ZZ * yield * gain, lead = m * hold;
             row[i + 1].slope = eff * C * hold;
@@ -152,10 +163,11 @@ static void chain_up(const struct pend_tree *tree, double unit, const double phi
     }
 }
 
-/* tensions of the pieces' first arms, and of the arms that follow them; returns the largest sum of what cancels there
+/* tensions of the pieces' first arms, and of the arms that follow them; returns the largest sum of
+ * what cancels there
  */
-static double chain_join(const struct chain_pieces *p, const struct chain_rest *rest, double gravity, double x,
-                         double first[], double next[]) {
+static double chain_join(const struct chain_pieces *p, const struct chain_rest *rest,
+                         double gravity, double x, double first[], double next[]) {
     double S[DYNAMICS_VEC + 1], f[DYNAMICS_VEC + 1], inverse[DYNAMICS_VEC], load;
     S[DYNAMICS_VEC] = rest->eff, f[DYNAMICS_VEC] = rest->bias;
     for (int j = DYNAMICS_VEC - 1; j >= 0; j--) {
@@ -167,7 +179,8 @@ static double chain_join(const struct chain_pieces *p, const struct chain_rest *
     load = S[0] * fabs(gravity) + fabs(f[0]);
     for (int j = 0; j < DYNAMICS_VEC; j++) {
         double y = fma1(p->gain[j], x, p->drift[j]);
-        double here = (S[j + 1] * (fabs(p->gain[j] * x) + fabs(p->drift[j])) + fabs(f[j + 1])) * inverse[j];
+        double here =
+            (S[j + 1] * (fabs(p->gain[j] * x) + fabs(p->drift[j])) + fabs(f[j + 1])) * inverse[j];
         load = here > load ? here : load;
         first[j] = tension;
         tension = fma1(S[j + 1], y, f[j + 1]) * inverse[j];
@@ -177,14 +190,15 @@ static double chain_join(const struct chain_pieces *p, const struct chain_rest *
     return load;
 }
 
-/* What goes from piece to piece in the sweep back: tensions of the first arms and of the arms that follow the pieces;
- * lambda / m of the arm before. */
+/* What goes from piece to piece in the sweep back: tensions of the first arms and of the arms
+ * that follow the pieces; lambda / m of the arm before. */
 struct chain_ends {
     double first[DYNAMICS_VEC], next[DYNAMICS_VEC], before[DYNAMICS_VEC + 1];
 };
 
 /* the tensions of WIDE pieces */
-static void chain_tensions(size_t length, int part, struct chain_row row[], struct chain_ends *ends) {
+static void chain_tensions(size_t length, int part, struct chain_row row[],
+                           struct chain_ends *ends) {
     wide next = wide_load(ends->next + part), tension = wide_load(ends->first + part);
     row[0].tension = tension;
     for (size_t i = 1; i < length; i++) {
@@ -194,11 +208,11 @@ static void chain_tensions(size_t length, int part, struct chain_row row[], stru
     chain_put(ends->before + part + 1, tension * row[length - 1].inverse_mass);
 }
 
-/* Tips accelerate across their arms by what the next arm pulls, bases by what the arm before pulls; gap: what the base
- * of the first arm does. Returns whether all is finite. */
-static int chain_down(size_t length, int part, const struct chain_row row[], const struct chain_ends *ends,
-                      const struct chain_cuts *cuts, double unit, wide gap, double acc[], double force[],
-                      double *most) {
+/* Tips accelerate across their arms by what the next arm pulls, bases by what the arm before
+ * pulls; gap: what the base of the first arm does. Returns whether all is finite. */
+static int chain_down(size_t length, int part, const struct chain_row row[],
+                      const struct chain_ends *ends, const struct chain_cuts *cuts, double unit,
+                      wide gap, double acc[], double force[], double *most) {
     wide zero = WIDE_(of)(0), largest = zero, poison = zero;
     wide end = wide_load(cuts->sine + part + 1) * wide_load(ends->next + part);
     double inverse_unit = 1 / unit;
@@ -206,7 +220,8 @@ static int chain_down(size_t length, int part, const struct chain_row row[], con
     for (size_t i = 0; i < length; i++) {
         const struct chain_row *r = &row[i];
         wide after = i + 1 < length ? r[1].sine * r[1].tension : end;
-        wide a = WIDE_(fma)(-after, r->inverse_mass, gap) * r->inverse_len, f = r->tension * inverse_unit;
+        wide a = WIDE_(fma)(-after, r->inverse_mass, gap) * r->inverse_len,
+             f = r->tension * inverse_unit;
         largest = WIDE_(peak)(r->tension, largest);
         poison = WIDE_(fma)(a, zero, WIDE_(fma)(f, zero, poison));
         chain_store(acc + i, length, a);
@@ -222,22 +237,24 @@ static int chain_down(size_t length, int part, const struct chain_row row[], con
 }
 
 /* the rest of a chain from its first arm; before: lambda / m of the arm before it */
-static void chain_rest_down(struct chain_rest *rest, const struct pend_tree *tree, double inverse_unit, double before,
-                            double tension, double acc[], double force[]) {
+static void chain_rest_down(struct chain_rest *rest, const struct pend_tree *tree,
+                            double inverse_unit, double before, double tension, double acc[],
+                            double force[]) {
     int first = tree->n - rest->count;
     for (int i = 0; i < rest->count; i++) {
         rest->tension[i] = tension = i ? fma1(rest->slope[i], tension, rest->offset[i]) : tension;
         force[first + i] = tension * inverse_unit;
     }
     for (int i = 0; i < rest->count; i++) {
-        double after = i + 1 < rest->count ? rest->sine[i + 1] * rest->tension[i + 1] / rest->mass[i] : 0;
+        double after =
+            i + 1 < rest->count ? rest->sine[i + 1] * rest->tension[i + 1] / rest->mass[i] : 0;
         acc[first + i] = (rest->sine[i] * before - after) / tree->len[first + i];
         before = rest->tension[i] / rest->mass[i];
     }
 }
 
-static int kernel_chain(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
-                        double work[], double acc[], double force[]) {
+static int kernel_chain(const struct pend_tree *tree, double gravity, const double phi[],
+                        const double rate[], double work[], double acc[], double force[]) {
     size_t length = (size_t)(tree->n / DYNAMICS_VEC);
     struct chain_row *row = (struct chain_row *)work;
     struct chain_rest rest;
@@ -250,7 +267,8 @@ static int kernel_chain(const struct pend_tree *tree, double gravity, const doub
     chain_cut(&cuts, &rest, length, phi);
     for (int j = 0; j < DYNAMICS_VEC; j += WIDE)
         chain_up(tree, unit, phi, rate, &cuts, j, row + (size_t)(j / WIDE) * length, &pieces);
-    double load = chain_join(&pieces, &rest, gravity, cuts.sine[0] * gravity, ends.first, ends.next);
+    double load =
+        chain_join(&pieces, &rest, gravity, cuts.sine[0] * gravity, ends.first, ends.next);
     ends.before[0] = 0;
     for (int j = 0; j < DYNAMICS_VEC; j += WIDE) {
         struct chain_row *part = row + (size_t)(j / WIDE) * length;
@@ -259,7 +277,8 @@ static int kernel_chain(const struct pend_tree *tree, double gravity, const doub
         if (!j) gap[0] = -gravity * cos(phi[0]);
         fine &= chain_down(length, j, part, &ends, &cuts, unit, gap, acc, force, &most);
     }
-    chain_rest_down(&rest, tree, 1 / unit, ends.before[DYNAMICS_VEC], ends.next[DYNAMICS_VEC - 1], acc, force);
+    chain_rest_down(&rest, tree, 1 / unit, ends.before[DYNAMICS_VEC], ends.next[DYNAMICS_VEC - 1],
+                    acc, force);
     return fine && pieces.most <= CHAIN_MASSES * pieces.least && load <= LOAD_MOST * most;
 }
 

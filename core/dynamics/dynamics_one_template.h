@@ -1,30 +1,32 @@
 /* Phi'' and lambda of one state of any tree.
- * Leaves to others: angles (dynamics_angles_template), long chains (dynamics_chain_template), several states
- * (dynamics_vec_template), memory (dynamics).
+ * Leaves to others: angles (dynamics_angles_template), long chains (dynamics_chain_template),
+ * several states (dynamics_vec_template), memory (dynamics).
  * Invariant: the operations of dynamics_vec_kernel, hence its bits. */
 #ifndef PEND_DYNAMICS_ONE_TEMPLATE_H
 #define PEND_DYNAMICS_ONE_TEMPLATE_H
 
 #include "core/dynamics/dynamics_angles_template.h"
 
-/* From so many arms on a tree is huge: jumps by how an arm stands in it are foreseen wrongly too often, and what lies
- * in memory is slow to come. Both sweeps do without jumps, and blocks lend their angles. */
+/* From so many arms on a tree is huge: jumps by how an arm stands in it are foreseen wrongly too
+ * often, and what lies in memory is slow to come. Both sweeps do without jumps, and blocks lend
+ * their angles. */
 enum { HUGE_ARMS = 1 << 13 };
 #define HUGE static __attribute__((noinline)) // with registers of its own
 
-/* What the second sweep needs of an arm that carries others: S, h, r / (m + q), t / (m + q). They lie in the order of
- * the first sweep, behind one that carries nothing. */
+/* What the second sweep needs of an arm that carries others: S, h, r / (m + q), t / (m + q).
+ * They lie in the order of the first sweep, behind one that carries nothing. */
 struct joint {
     double eff, held, lean, side;
 };
 
-/* Sums over the children of a joint that were met so far: S C^2, S Z^2, S C Z, f C, f Z, D and H. */
+/* Sums over the children of a joint that were met so far: S C^2, S Z^2, S C Z, f C, f Z, D and
+ * H. */
 struct sums {
     double p, q, r, b, t, area, lift;
 };
 
-/* What a joint hands to its children: its acceleration along its arm and, with its sign turned, across, and how it
- * yields. */
+/* What a joint hands to its children: its acceleration along its arm and, with its sign turned,
+ * across, and how it yields. */
 struct tip {
     double radial, yield, lean, side;
 };
@@ -33,7 +35,7 @@ struct tip {
 struct climb {
     struct sums now;                      /* of the joint to which the arm before belongs */
     struct sums stack[WAITING + 1], *top; /* joints that wait for more children */
-    long at;                              /* without jumps: the top of the stack, which `now` is on too */
+    long at; /* without jumps: the top of the stack, which `now` is on too */
     struct joint *joint;
     double unit, eff; /* eff: the largest S */
 };
@@ -43,7 +45,8 @@ VEC_INLINE struct sums sums_first(double S, double f, double C, double Z) {
 }
 
 VEC_INLINE struct sums sums_join(const struct sums *j, double S, double f, double C, double Z) {
-    double x = fma1(j->q, C, -(j->r * Z)), y = fma1(j->p, Z, -(j->r * C)), z = fma1(j->b, Z, -(j->t * C));
+    double x = fma1(j->q, C, -(j->r * Z)), y = fma1(j->p, Z, -(j->r * C)),
+           z = fma1(j->b, Z, -(j->t * C));
     return (struct sums){fma1(S, C * C, j->p),
                          fma1(S, Z * Z, j->q),
                          fma1(S, C * Z, j->r),
@@ -54,8 +57,8 @@ VEC_INLINE struct sums sums_join(const struct sums *j, double S, double f, doubl
 }
 
 /* the arms of a block from the last to the first */
-VEC_INLINE void block_up(const struct turns *turns, const struct pend_tree *tree, struct climb *climb, int begin,
-                           int count) {
+VEC_INLINE void block_up(const struct turns *turns, const struct pend_tree *tree,
+                         struct climb *climb, int begin, int count) {
     const unsigned char *kin = tree->kin + begin;
     const double *mass = tree->mass + begin;
     struct sums now = climb->now, *top = climb->top;
@@ -85,11 +88,12 @@ VEC_INLINE void block_up(const struct turns *turns, const struct pend_tree *tree
 }
 
 /*
- * The same without jumps. The joint to which the arm before belongs is on top of the stack, above those that wait, and
- * stack[0] is a joint without children: what a leaf finds, and what an arm joins that is the last of its siblings.
+ * The same without jumps. The joint to which the arm before belongs is on top of the stack, above
+ * those that wait, and stack[0] is a joint without children: what a leaf finds, and what an arm
+ * joins that is the last of its siblings.
  */
-HUGE void block_up_even(const struct turns *turns, const struct pend_tree *tree, struct climb *climb, int begin,
-                        int count) {
+HUGE void block_up_even(const struct turns *turns, const struct pend_tree *tree,
+                        struct climb *climb, int begin, int count) {
     const unsigned char *kin = tree->kin + begin;
     const double *mass = tree->mass + begin;
     struct sums *stack = climb->stack;
@@ -106,7 +110,8 @@ HUGE void block_up_even(const struct turns *turns, const struct pend_tree *tree,
         *joint = (struct joint){S, h, own->r * inv, own->t * inv};
         joint += 1 - leaf;
         largest = S > largest ? S : largest;
-        stack[at] = sums_join(others, S, fma1(-S, turns->spin[i], h), turns->cosine[i], turns->sine[i]);
+        stack[at] =
+            sums_join(others, S, fma1(-S, turns->spin[i], h), turns->cosine[i], turns->sine[i]);
     }
     climb->at = at, climb->joint = joint, climb->eff = largest;
 }
@@ -132,8 +137,8 @@ struct values {
 };
 
 /* the arms of a block from the first to the last */
-VEC_INLINE void block_down(const struct turns *turns, const struct pend_tree *tree, struct descent *descent,
-                             int begin, int count, struct values *values) {
+VEC_INLINE void block_down(const struct turns *turns, const struct pend_tree *tree,
+                           struct descent *descent, int begin, int count, struct values *values) {
     const unsigned char *kin = tree->kin + begin;
     const double *mass = tree->mass + begin;
     struct tip now = descent->now, *top = descent->top;
@@ -145,7 +150,8 @@ VEC_INLINE void block_down(const struct turns *turns, const struct pend_tree *tr
             now = *top;
             if (how & PEND_KIN_LAST) top--;
         }
-        double C = turns->cosine[i], Z = turns->sine[i], radial = tip_radial(&now, C, Z, turns->spin[i]);
+        double C = turns->cosine[i], Z = turns->sine[i],
+               radial = tip_radial(&now, C, Z, turns->spin[i]);
         double bend = fma1(C, now.yield, Z * now.radial), tension;
         if (how & PEND_KIN_LEAF) {
             tension = unit * mass[i] * radial;
@@ -165,9 +171,10 @@ VEC_INLINE void block_down(const struct turns *turns, const struct pend_tree *tr
     descent->now = now, descent->top = top, descent->joint = joint, descent->yield = largest;
 }
 
-/* The same without jumps: every arm that carries others is on the stack until the last of them is met. */
-HUGE void block_down_even(const struct turns *turns, const struct pend_tree *tree, struct descent *descent, int begin,
-                          int count, struct values *values) {
+/* The same without jumps: every arm that carries others is on the stack until the last of them
+ * is met. */
+HUGE void block_down_even(const struct turns *turns, const struct pend_tree *tree,
+                          struct descent *descent, int begin, int count, struct values *values) {
     const unsigned char *kin = tree->kin + begin;
     const double *mass = tree->mass + begin;
     struct tip *stack = descent->stack;
@@ -177,7 +184,8 @@ HUGE void block_down_even(const struct turns *turns, const struct pend_tree *tre
     for (int i = 0; i < count; i++) {
         long leaf = (kin[i] & PEND_KIN_LEAF) != 0, last = (kin[i] & PEND_KIN_LAST) != 0;
         const struct tip base = stack[at];
-        double C = turns->cosine[i], Z = turns->sine[i], radial = tip_radial(&base, C, Z, turns->spin[i]);
+        double C = turns->cosine[i], Z = turns->sine[i],
+               radial = tip_radial(&base, C, Z, turns->spin[i]);
         joint->eff = unit * mass[i];
         // by number: where it is by address, compilers jump
         const struct joint *own = &joint[next & (leaf - 1)];
@@ -195,8 +203,8 @@ HUGE void block_down_even(const struct turns *turns, const struct pend_tree *tre
 }
 
 /* phi'' and lambda of some arms of a block */
-VEC_INLINE void block_values(struct descent *descent, wide radial, wide bend, wide tension, wide spin, wide len,
-                               wide *acc, wide *force) {
+VEC_INLINE void block_values(struct descent *descent, wide radial, wide bend, wide tension,
+                             wide spin, wide len, wide *acc, wide *force) {
     *acc = bend * (1.0 / len);
     *force = tension * descent->inverse_unit;
     descent->force = WIDE_(peak)(tension, descent->force);
@@ -205,8 +213,9 @@ VEC_INLINE void block_values(struct descent *descent, wide radial, wide bend, wi
     descent->poison = WIDE_(fma)(*acc, WIDE_(of)(0), descent->poison);
 }
 
-VEC_INLINE void block_finish(const struct turns *turns, const struct pend_tree *tree, struct descent *descent,
-                               int huge, int begin, int count, double acc[], double force[]) {
+VEC_INLINE void block_finish(const struct turns *turns, const struct pend_tree *tree,
+                             struct descent *descent, int huge, int begin, int count, double acc[],
+                             double force[]) {
     struct values values __attribute__((aligned(64)));
     if (huge)
         block_down_even(turns, tree, descent, begin, count, &values);
@@ -218,13 +227,15 @@ VEC_INLINE void block_finish(const struct turns *turns, const struct pend_tree *
     acc += begin, force += begin;
     for (; i + WIDE <= count; i += WIDE) {
         block_values(descent, WIDE_(get)(values.radial + i), WIDE_(get)(values.bend + i),
-                     WIDE_(get)(values.tension + i), WIDE_(get)(turns->spin + i), wide_load(len + i), &a, &f);
+                     WIDE_(get)(values.tension + i), WIDE_(get)(turns->spin + i),
+                     wide_load(len + i), &a, &f);
         memcpy(acc + i, &a, sizeof a);
         memcpy(force + i, &f, sizeof f);
     }
     if (i == count) return;
     count -= i;
-    block_values(descent, wide_load_some(values.radial + i, count, 0), wide_load_some(values.bend + i, count, 0),
+    block_values(descent, wide_load_some(values.radial + i, count, 0),
+                 wide_load_some(values.bend + i, count, 0),
                  wide_load_some(values.tension + i, count, 0), WIDE_(get)(turns->spin + i),
                  wide_load_some(len + i, count, 1), &a, &f);
     wide_store_some(acc + i, a, count);
@@ -242,9 +253,13 @@ struct one {
     int huge;
 };
 
-VEC_INLINE struct turns *one_turns(const struct one *one, int b) { return &one->turns[one->huge ? 0 : b]; }
+VEC_INLINE struct turns *one_turns(const struct one *one, int b) {
+    return &one->turns[one->huge ? 0 : b];
+}
 
-VEC_INLINE int one_blocks(const struct pend_tree *tree) { return (tree->n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK; }
+VEC_INLINE int one_blocks(const struct pend_tree *tree) {
+    return (tree->n + DYNAMICS_BLOCK - 1) / DYNAMICS_BLOCK;
+}
 
 /* the arms of block b */
 VEC_INLINE int block_count(int n, int b) {
@@ -270,7 +285,8 @@ VEC_INLINE void one_up(const struct one *one, struct climb *climb) {
     }
 }
 
-VEC_INLINE void one_down(const struct one *one, const struct climb *climb, struct descent *descent) {
+VEC_INLINE void one_down(const struct one *one, const struct climb *climb,
+                         struct descent *descent) {
     const struct pend_tree *tree = one->tree;
     double *acc = one->acc, *force = one->force;
     // gravity is a pivot that accelerates with i g
@@ -284,14 +300,17 @@ VEC_INLINE void one_down(const struct one *one, const struct climb *climb, struc
     for (int b = 0; b < one_blocks(tree); b++) {
         int begin = b * DYNAMICS_BLOCK, count = block_count(tree->n, b);
         struct turns *turns = one_turns(one, b);
-        if (one->huge) turns_return(turns, count, tree->len + begin, one->rate + begin, acc + begin, force + begin);
+        if (one->huge)
+            turns_return(turns, count, tree->len + begin, one->rate + begin, acc + begin,
+                         force + begin);
         block_finish(turns, tree, descent, one->huge, begin, count, acc, force);
     }
 }
 
-/* The largest S |acceleration of the base|, where an acceleration counts as the largest on the way from the pivot. The
- * joints end at `joint`. */
-static __attribute__((noinline)) double one_load(struct one one, const struct joint *joint, double unit) {
+/* The largest S |acceleration of the base|, where an acceleration counts as the largest on the
+ * way from the pivot. The joints end at `joint`. */
+static __attribute__((noinline)) double one_load(struct one one, const struct joint *joint,
+                                                 double unit) {
     const struct pend_tree *tree = one.tree;
     double gravity = one.gravity;
     struct {
@@ -310,11 +329,14 @@ static __attribute__((noinline)) double one_load(struct one one, const struct jo
                 now = *top;
                 if (how & PEND_KIN_LAST) top--;
             }
-            double w = turns->spin[i], S = how & PEND_KIN_LEAF ? unit * tree->mass[begin + i] : (--joint)->eff;
-            double load = S * (now.far + w), radial = tip_radial(&now.tip, turns->cosine[i], turns->sine[i], w);
+            double w = turns->spin[i],
+                   S = how & PEND_KIN_LEAF ? unit * tree->mass[begin + i] : (--joint)->eff;
+            double load = S * (now.far + w),
+                   radial = tip_radial(&now.tip, turns->cosine[i], turns->sine[i], w);
             most = load > most ? load : most;
             if (how & PEND_KIN_LEAF) continue;
-            now.tip = (struct tip){radial, fma1(joint->lean, radial, joint->side), joint->lean, joint->side};
+            now.tip = (struct tip){radial, fma1(joint->lean, radial, joint->side), joint->lean,
+                                   joint->side};
             double size = fabs(radial) + fabs(now.tip.yield) + w;
             now.far = size > now.far ? size : now.far;
             if (how & PEND_KIN_FORK) *++top = now;
@@ -342,15 +364,16 @@ VEC_INLINE int one_sweeps(const struct one *one) {
     return climb.eff * (far + spin) <= most || one_load(*one, climb.joint, climb.unit) <= most;
 }
 
-HUGE int kernel_huge(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
-                     double work[], double acc[], double force[]) {
+HUGE int kernel_huge(const struct pend_tree *tree, double gravity, const double phi[],
+                     const double rate[], double work[], double acc[], double force[]) {
     struct turns *turns = (struct turns *)work;
-    const struct one one = {tree, gravity, phi, rate, acc, force, turns, (struct joint *)(turns + 1), 1};
+    const struct one one = {
+        tree, gravity, phi, rate, acc, force, turns, (struct joint *)(turns + 1), 1};
     return one_sweeps(&one);
 }
 
-static int kernel_blocks(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
-                         double work[], double acc[], double force[]) {
+static int kernel_blocks(const struct pend_tree *tree, double gravity, const double phi[],
+                         const double rate[], double work[], double acc[], double force[]) {
     if (tree->n >= HUGE_ARMS) return kernel_huge(tree, gravity, phi, rate, work, acc, force);
     struct turns *turns = (struct turns *)work;
     struct joint *joint = (struct joint *)(turns + one_blocks(tree));

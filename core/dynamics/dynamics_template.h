@@ -1,4 +1,5 @@
-/* What the quick forms of the dynamics share: widths, the stack's depth, when digits are vouched for.
+/* What the quick forms of the dynamics share: widths, the stack's depth, when digits are vouched
+ * for.
  * Leaves to others: the sweeps (dynamics_*_kernel).
  * Invariant: a power of 2 times all masses, and its inverse, are finite. */
 #ifndef PEND_DYNAMICS_TEMPLATE_H
@@ -21,8 +22,8 @@ typedef KERNEL_OF(lanes, ) wide;
 /* The sizes of the sub-trees that wait halve from one to the next. */
 enum { WAITING = sizeof(int) * CHAR_BIT + 1 };
 
-/* Forces that are so many times smaller than masses times accelerations are another form's. Their error is this times
- * that of a double at most. */
+/* Forces that are so many times smaller than masses times accelerations are another form's.
+ * Their error is this times that of a double at most. */
 #define LOAD_MOST 256
 
 /* Masses times this power of 2 are near 1 in all; its inverse is finite. */

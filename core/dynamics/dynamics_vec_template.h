@@ -1,5 +1,7 @@
-/* Phi'' and lambda of several states of one tree, one a lane: every number of the sweeps is a vector.
- * Leaves to others: single states (kernel_dynamics), which go through the same operations, memory (dynamics).
+/* Phi'' and lambda of several states of one tree, one a lane: every number of the sweeps is a
+ * vector.
+ * Leaves to others: single states (kernel_dynamics), which go through the same operations,
+ * memory (dynamics).
  * Invariant: lanes never mix; a state has the bits that it has alone. */
 #ifndef PEND_DYNAMICS_VEC_TEMPLATE_H
 #define PEND_DYNAMICS_VEC_TEMPLATE_H
@@ -11,19 +13,20 @@ struct lanes_arm {
     wide cosine, sine, spin, eff, held, lean, side;
 };
 
-/* Sums over the children of a joint that were met so far: S C^2, S Z^2, S C Z, f C, f Z, D and H. */
+/* Sums over the children of a joint that were met so far: S C^2, S Z^2, S C Z, f C, f Z, D and
+ * H. */
 struct lanes_sums {
     wide p, q, r, b, t, area, lift;
 };
 
-/* What a joint hands to its children: its acceleration along its arm and, with its sign turned, across, and how it
- * yields. */
+/* What a joint hands to its children: its acceleration along its arm and, with its sign turned,
+ * across, and how it yields. */
 struct lanes_tip {
     wide radial, yield, lean, side;
 };
 
-/* Angles are done so many arms before they are needed: they keep the processor busy while a joint waits for its
- * division. */
+/* Angles are done so many arms before they are needed: they keep the processor busy while a
+ * joint waits for its division. */
 enum { VEC_AHEAD = 2 };
 
 /* Largest values of a sweep: |lambda|, and what bounds all S |acceleration|. */
@@ -32,8 +35,9 @@ struct lanes_peaks {
 };
 
 VEC_INLINE void lanes_prepare(const struct pend_tree *tree, const double phi[], const double rate[],
-                                struct lanes_arm *arm, int k) {
-    wide x = WIDE_(get)(phi + DYNAMICS_VEC * k), base = WIDE_(of)(0), v = WIDE_(get)(rate + DYNAMICS_VEC * k);
+                              struct lanes_arm *arm, int k) {
+    wide x = WIDE_(get)(phi + DYNAMICS_VEC * k), base = WIDE_(of)(0),
+         v = WIDE_(get)(rate + DYNAMICS_VEC * k);
     if (k) base = WIDE_(get)(phi + DYNAMICS_VEC * tree->parent[k]);
     WIDE_(between)(x, base, &arm->sine, &arm->cosine);
     arm->spin = tree->len[k] * v * v;
@@ -44,7 +48,8 @@ VEC_INLINE struct lanes_sums lanes_first(wide S, wide f, wide C, wide Z) {
     return (struct lanes_sums){S * (C * C), S * (Z * Z), S * (C * Z), f * C, f * Z, zero, zero};
 }
 
-VEC_INLINE struct lanes_sums lanes_join(const struct lanes_sums *j, wide S, wide f, wide C, wide Z) {
+VEC_INLINE struct lanes_sums lanes_join(const struct lanes_sums *j, wide S, wide f, wide C,
+                                        wide Z) {
     wide x = WIDE_(fma)(j->q, C, -(j->r * Z)), y = WIDE_(fma)(j->p, Z, -(j->r * C));
     wide z = WIDE_(fma)(j->b, Z, -(j->t * C));
     return (struct lanes_sums){WIDE_(fma)(S, C * C, j->p),
@@ -57,12 +62,14 @@ VEC_INLINE struct lanes_sums lanes_join(const struct lanes_sums *j, wide S, wide
 }
 
 /* returns the largest S */
-static wide lanes_up(const struct pend_tree *tree, double unit, const double phi[], const double rate[],
-                     struct lanes_arm arm[]) {
+static wide lanes_up(const struct pend_tree *tree, double unit, const double phi[],
+                     const double rate[], struct lanes_arm arm[]) {
     struct lanes_sums stack[WAITING], *top = stack, now = {0};
     wide largest = WIDE_(of)(0), zero = largest, scale = WIDE_(of)(unit);
-    VEC_PIN(scale); // else masses are scaled before they are spread over lanes, which is one operation more
-    for (int k = tree->n - 1; k >= 0 && k >= tree->n - VEC_AHEAD; k--) lanes_prepare(tree, phi, rate, &arm[k], k);
+    VEC_PIN(scale); // else masses are scaled before they are spread over lanes, which is one
+                    // operation more
+    for (int k = tree->n - 1; k >= 0 && k >= tree->n - VEC_AHEAD; k--)
+        lanes_prepare(tree, phi, rate, &arm[k], k);
     for (int k = tree->n - 1; k >= 0; k--) {
         if (k >= VEC_AHEAD) lanes_prepare(tree, phi, rate, &arm[k - VEC_AHEAD], k - VEC_AHEAD);
         unsigned how = tree->kin[k];
@@ -99,10 +106,12 @@ VEC_INLINE wide lanes_radial(const struct lanes_tip *base, const struct lanes_ar
     return WIDE_(fma)(WIDE_(fma)(-a->sine, base->lean, a->cosine), base->radial, -shift);
 }
 
-static void lanes_down(const struct pend_tree *tree, double unit, double gravity, const struct lanes_arm arm[],
-                       double acc[], double force[], struct lanes_peaks *peaks) {
+static void lanes_down(const struct pend_tree *tree, double unit, double gravity,
+                       const struct lanes_arm arm[], double acc[], double force[],
+                       struct lanes_peaks *peaks) {
     struct lanes_tip stack[WAITING], *top = stack, now;
-    wide zero = WIDE_(of)(0), most = zero, radials = zero + fabs(gravity), yields = zero, spins = zero, poison = zero;
+    wide zero = WIDE_(of)(0), most = zero, radials = zero + fabs(gravity), yields = zero,
+         spins = zero, poison = zero;
     double inverse_unit = 1 / unit;
     // gravity is a pivot that accelerates with i g
     now = (struct lanes_tip){zero, zero - gravity, zero, zero - gravity};
@@ -116,7 +125,8 @@ static void lanes_down(const struct pend_tree *tree, double unit, double gravity
         wide w = a->spin, radial = lanes_radial(&now, a), tension;
         wide across = WIDE_(fma)(a->cosine, now.yield, a->sine * now.radial);
         if (!(how & PEND_KIN_LEAF)) {
-            now = (struct lanes_tip){radial, WIDE_(fma)(a->lean, radial, a->side), a->lean, a->side};
+            now =
+                (struct lanes_tip){radial, WIDE_(fma)(a->lean, radial, a->side), a->lean, a->side};
             tension = WIDE_(fma)(a->eff, radial, a->held);
             across -= now.yield;
             radials = WIDE_(peak)(radial, radials);
@@ -136,7 +146,8 @@ static void lanes_down(const struct pend_tree *tree, double unit, double gravity
     *peaks = (struct lanes_peaks){most, radials, yields, spins, poison};
 }
 
-/* the largest S |acceleration of the base|, where an acceleration counts as the largest on the way from the pivot */
+/* the largest S |acceleration of the base|, where an acceleration counts as the largest on the
+ * way from the pivot */
 static wide lanes_load(const struct pend_tree *tree, double gravity, const struct lanes_arm arm[]) {
     struct {
         struct lanes_tip tip;
@@ -156,7 +167,8 @@ static wide lanes_load(const struct pend_tree *tree, double gravity, const struc
         load = WIDE_(max)(a->eff * (now.far + w), load);
         if (how & PEND_KIN_LEAF) continue;
         radial = lanes_radial(&now.tip, a);
-        now.tip = (struct lanes_tip){radial, WIDE_(fma)(a->lean, radial, a->side), a->lean, a->side};
+        now.tip =
+            (struct lanes_tip){radial, WIDE_(fma)(a->lean, radial, a->side), a->lean, a->side};
         now.far = WIDE_(max)(WIDE_(abs)(now.tip.radial) + WIDE_(abs)(now.tip.yield) + w, now.far);
         if (how & PEND_KIN_FORK) *++top = now;
     }
@@ -166,12 +178,13 @@ static wide lanes_load(const struct pend_tree *tree, double gravity, const struc
 /* a bit for each lane in which x <= y < infinity and z is 0 */
 VEC_INLINE unsigned lanes_kept(wide x, wide y, wide z) {
     unsigned kept = 0;
-    for (int i = 0; i < WIDE; i++) kept |= x[i] <= y[i] && y[i] < INFINITY && z[i] == 0 ? 1u << i : 0;
+    for (int i = 0; i < WIDE; i++)
+        kept |= x[i] <= y[i] && y[i] < INFINITY && z[i] == 0 ? 1u << i : 0;
     return kept;
 }
 
-static unsigned kernel_lanes(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
-                             double work[], double acc[], double force[]) {
+static unsigned kernel_lanes(const struct pend_tree *tree, double gravity, const double phi[],
+                             const double rate[], double work[], double acc[], double force[]) {
     struct lanes_arm *arm = (struct lanes_arm *)work;
     double unit = kernel_unit(tree->subtree_mass[0]);
     unsigned kept = 0, all = (1u << WIDE) - 1;
@@ -180,7 +193,8 @@ static unsigned kernel_lanes(const struct pend_tree *tree, double gravity, const
         wide eff = lanes_up(tree, unit, phi + i, rate + i, arm);
         lanes_down(tree, unit, gravity, arm, acc + i, force + i, &peaks);
         // no load is above this bound, which is most often enough
-        wide most = LOAD_MOST * peaks.force, load = eff * (peaks.radial + peaks.yield + peaks.spin + peaks.spin);
+        wide most = LOAD_MOST * peaks.force,
+             load = eff * (peaks.radial + peaks.yield + peaks.spin + peaks.spin);
         unsigned good = lanes_kept(load, most, peaks.poison);
         if (good != all) good = lanes_kept(lanes_load(tree, gravity, arm), most, peaks.poison);
         kept |= good << i;

@@ -11,8 +11,9 @@ struct kinematics_vector {
     double re, im;
 };
 
-/* Values of the arms that a sweep will come back to. Each lies in the sub-tree of a child of the one below it that is
- * not the largest, so the sizes of their sub-trees halve and there are at most as many as an int has bits. */
+/* Values of the arms that a sweep will come back to. Each lies in the sub-tree of a child of the
+ * one below it that is not the largest, so the sizes of their sub-trees halve and there are at
+ * most as many as an int has bits. */
 struct kinematics_stack {
     int count;
     struct kinematics_vector value[sizeof(int) * CHAR_BIT + 1];
@@ -23,8 +24,10 @@ static void kinematics_push(struct kinematics_stack *stack, struct kinematics_ve
     stack->value[stack->count++] = value;
 }
 
-/* root to leaves, before arm k: the value of its parent's tip; forgets the parent at its last child */
-static struct kinematics_vector kinematics_base(const struct pend_tree *tree, int k, struct kinematics_stack *stack) {
+/* root to leaves, before arm k: the value of its parent's tip; forgets the parent at its last
+ * child */
+static struct kinematics_vector kinematics_base(const struct pend_tree *tree, int k,
+                                                struct kinematics_stack *stack) {
     if (k == 0) return (struct kinematics_vector){0, 0};
     struct kinematics_vector base = stack->value[stack->count - 1];
     if (tree->end[k] == tree->end[tree->parent[k]]) stack->count--;
@@ -32,21 +35,25 @@ static struct kinematics_vector kinematics_base(const struct pend_tree *tree, in
 }
 
 /* root to leaves, after arm k: the value of its tip, kept where something hangs on it */
-static struct kinematics_vector kinematics_tip(const struct pend_tree *tree, int k, struct kinematics_vector base,
-                                       struct kinematics_vector arm, struct kinematics_stack *stack) {
+static struct kinematics_vector kinematics_tip(const struct pend_tree *tree, int k,
+                                               struct kinematics_vector base,
+                                               struct kinematics_vector arm,
+                                               struct kinematics_stack *stack) {
     struct kinematics_vector tip = {base.re + arm.re, base.im + arm.im};
     if (tree->end[k] > k + 1) kinematics_push(stack, tip);
     return tip;
 }
 
 /* leaves to root: the sum over the children of arm k */
-static struct kinematics_vector kinematics_children(const struct pend_tree *tree, int k, struct kinematics_stack *stack) {
+static struct kinematics_vector kinematics_children(const struct pend_tree *tree, int k,
+                                                    struct kinematics_stack *stack) {
     if (tree->end[k] == k + 1) return (struct kinematics_vector){0, 0};
     return stack->value[--stack->count];
 }
 
 /* leaves to root: adds what arm k brings to the sum of its parent, which its last child begins */
-static void kinematics_join(const struct pend_tree *tree, int k, struct kinematics_vector value, struct kinematics_stack *stack) {
+static void kinematics_join(const struct pend_tree *tree, int k, struct kinematics_vector value,
+                            struct kinematics_stack *stack) {
     if (k == 0) return;
     if (tree->end[k] == tree->end[tree->parent[k]]) {
         kinematics_push(stack, value);
@@ -74,65 +81,77 @@ static void kinematics_units_begin(struct kinematics_units *units) {
 }
 
 /* those of the angles from k on, of n */
-static void kinematics_units_fill(struct kinematics_units *units, int n, const double phi[], int k) {
+static void kinematics_units_fill(struct kinematics_units *units, int n, const double phi[],
+                                  int k) {
     int count = n - k < PEND_TURN_CAP ? n - k : PEND_TURN_CAP, near = 1;
     for (int i = 0; i < count; i++) near &= fabs(phi[k + i]) <= 1e6;
     units->turn(phi + k, count, units->re, units->im);
     for (int i = 0; i < count && !near; i++) {
         // the vectors' range has ended
-        if (!(fabs(phi[k + i]) <= 1e6)) units->re[i] = cos(phi[k + i]), units->im[i] = sin(phi[k + i]);
+        if (!(fabs(phi[k + i]) <= 1e6))
+            units->re[i] = cos(phi[k + i]), units->im[i] = sin(phi[k + i]);
     }
     units->from = k;
     units->end = k + count;
 }
 
 /* l e^{i phi} of arm k, where arms are taken in turn from 0 on */
-static struct kinematics_vector kinematics_next(struct kinematics_units *units, const struct pend_tree *tree, const double phi[],
-                                        int k) {
+static struct kinematics_vector kinematics_next(struct kinematics_units *units,
+                                                const struct pend_tree *tree, const double phi[],
+                                                int k) {
     if (k == units->end) kinematics_units_fill(units, tree->n, phi, k);
     double len = tree->len[k];
-    return (struct kinematics_vector){len * units->re[k - units->from], len * units->im[k - units->from]};
+    return (struct kinematics_vector){len * units->re[k - units->from],
+                                      len * units->im[k - units->from]};
 }
 
 /* l e^{i phi} */
-static struct kinematics_vector kinematics_arm(const struct pend_tree *tree, const double phi[], int k) {
+static struct kinematics_vector kinematics_arm(const struct pend_tree *tree, const double phi[],
+                                               int k) {
     return (struct kinematics_vector){tree->len[k] * cos(phi[k]), tree->len[k] * sin(phi[k])};
 }
 
 /* (i phi'' - phi'^2) l e^{i phi} */
-static struct kinematics_vector kinematics_bend(const struct pend_tree *tree, const double phi[], const double rate[],
-                                        const double acc[], int k) {
+static struct kinematics_vector kinematics_bend(const struct pend_tree *tree, const double phi[],
+                                                const double rate[], const double acc[], int k) {
     struct kinematics_vector arm = kinematics_arm(tree, phi, k);
     double square = rate[k] * rate[k];
-    return (struct kinematics_vector){-acc[k] * arm.im - square * arm.re, acc[k] * arm.re - square * arm.im};
+    return (struct kinematics_vector){-acc[k] * arm.im - square * arm.re,
+                                      acc[k] * arm.re - square * arm.im};
 }
 
 /* writes the value of tip k: the arm's own on top of its parent's */
-static void kinematics_write(const struct pend_tree *tree, int k, struct kinematics_vector arm, double re[], double im[]) {
+static void kinematics_write(const struct pend_tree *tree, int k, struct kinematics_vector arm,
+                             double re[], double im[]) {
     int p = tree->parent[k];
     re[k] = p < 0 ? arm.re : re[p] + arm.re;
     im[k] = p < 0 ? arm.im : im[p] + arm.im;
 }
 
-void pend_kinematics_position(const struct pend_tree *tree, const double phi[], double re[], double im[]) {
+void pend_kinematics_position(const struct pend_tree *tree, const double phi[], double re[],
+                              double im[]) {
     struct kinematics_units units;
     kinematics_units_begin(&units);
-    for (int k = 0; k < tree->n; k++) kinematics_write(tree, k, kinematics_next(&units, tree, phi, k), re, im);
+    for (int k = 0; k < tree->n; k++)
+        kinematics_write(tree, k, kinematics_next(&units, tree, phi, k), re, im);
 }
 
-void pend_kinematics_velocity(const struct pend_tree *tree, const double phi[], const double rate[], double re[],
-                          double im[]) {
+void pend_kinematics_velocity(const struct pend_tree *tree, const double phi[], const double rate[],
+                              double re[], double im[]) {
     struct kinematics_units units;
     kinematics_units_begin(&units);
     for (int k = 0; k < tree->n; k++) {
         struct kinematics_vector arm = kinematics_next(&units, tree, phi, k);
-        kinematics_write(tree, k, (struct kinematics_vector){-rate[k] * arm.im, rate[k] * arm.re}, re, im);
+        kinematics_write(tree, k, (struct kinematics_vector){-rate[k] * arm.im, rate[k] * arm.re},
+                         re, im);
     }
 }
 
-void pend_kinematics_acceleration(const struct pend_tree *tree, const double phi[], const double rate[], const double acc[],
-                              double re[], double im[]) {
-    for (int k = 0; k < tree->n; k++) kinematics_write(tree, k, kinematics_bend(tree, phi, rate, acc, k), re, im);
+void pend_kinematics_acceleration(const struct pend_tree *tree, const double phi[],
+                                  const double rate[], const double acc[], double re[],
+                                  double im[]) {
+    for (int k = 0; k < tree->n; k++)
+        kinematics_write(tree, k, kinematics_bend(tree, phi, rate, acc, k), re, im);
 }
 
 /* a sum and what its roundings lost (Knuth's, which branches nowhere) */
@@ -147,8 +166,9 @@ static void kinematics_add(struct kinematics_sum *s, double x) {
 }
 
 /* of a state whose angles and rates begin at `from` of all the `end` */
-static struct pend_energy kinematics_energy(struct kinematics_units *units, const struct pend_tree *tree, double gravity,
-                                        int from, int end, const double phi[], const double rate[]) {
+static struct pend_energy kinematics_energy(struct kinematics_units *units,
+                                            const struct pend_tree *tree, double gravity, int from,
+                                            int end, const double phi[], const double rate[]) {
     struct kinematics_sum kinetic = {0, 0}, moment = {0, 0};
     struct kinematics_stack stack;
     stack.count = 0;
@@ -158,27 +178,32 @@ static struct pend_energy kinematics_energy(struct kinematics_units *units, cons
         // no call in this loop: all sums stay in registers
         for (; k < next; k++) {
             int i = from + k;
-            double re = tree->len[k] * units->re[i - units->from], im = tree->len[k] * units->im[i - units->from];
+            double re = tree->len[k] * units->re[i - units->from],
+                   im = tree->len[k] * units->im[i - units->from];
             struct kinematics_vector turn = {-rate[i] * im, rate[i] * re};
-            struct kinematics_vector v = kinematics_tip(tree, k, kinematics_base(tree, k, &stack), turn, &stack);
+            struct kinematics_vector v =
+                kinematics_tip(tree, k, kinematics_base(tree, k, &stack), turn, &stack);
             kinematics_add(&kinetic, tree->mass[k] * (v.re * v.re + v.im * v.im));
             // sum m_k Im z_k, arm by arm instead of tip by tip
             kinematics_add(&moment, tree->subtree_mass[k] * im);
         }
     }
-    return (struct pend_energy){(kinetic.sum + kinetic.lost) / 2, gravity * (moment.sum + moment.lost)};
+    return (struct pend_energy){(kinetic.sum + kinetic.lost) / 2,
+                                gravity * (moment.sum + moment.lost)};
 }
 
-void pend_kinematics_energies(const struct pend_tree *tree, double gravity, int count, const double phi[],
-                          const double rate[], struct pend_energy energy[]) {
+void pend_kinematics_energies(const struct pend_tree *tree, double gravity, int count,
+                              const double phi[], const double rate[],
+                              struct pend_energy energy[]) {
     struct kinematics_units units;
     kinematics_units_begin(&units);
     for (int i = 0; i < count; i++)
-        energy[i] = kinematics_energy(&units, tree, gravity, i * tree->n, count * tree->n, phi, rate);
+        energy[i] =
+            kinematics_energy(&units, tree, gravity, i * tree->n, count * tree->n, phi, rate);
 }
 
-struct pend_energy pend_kinematics_energy(const struct pend_tree *tree, double gravity, const double phi[],
-                                      const double rate[]) {
+struct pend_energy pend_kinematics_energy(const struct pend_tree *tree, double gravity,
+                                          const double phi[], const double rate[]) {
     struct pend_energy energy;
     pend_kinematics_energies(tree, gravity, 1, phi, rate, &energy);
     return energy;
@@ -195,8 +220,8 @@ static double kinematics_along(const double phi[], int k, struct kinematics_vect
     return cos(phi[k]) * v.re + sin(phi[k]) * v.im;
 }
 
-void pend_kinematics_force(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
-                       const double acc[], double force[]) {
+void pend_kinematics_force(const struct pend_tree *tree, double gravity, const double phi[],
+                           const double rate[], const double acc[], double force[]) {
     struct kinematics_stack stack;
     stack.count = 0;
 

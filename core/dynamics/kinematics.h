@@ -1,4 +1,5 @@
-/* What follows from angles, rates and accelerations: tip positions, velocities, accelerations, energies, forces.
+/* What follows from angles, rates and accelerations: tip positions, velocities, accelerations,
+ * energies, forces.
  * Leaves to others: finding the accelerations (dynamics).
  * Invariant: no allocation; arms in the tree's stored order; outputs never alias inputs. */
 #ifndef PEND_KINEMATICS_H
@@ -18,38 +19,41 @@ struct pend_energy {
  * re, im  out, n values each, m.
  * O(n).
  */
-void pend_kinematics_position(const struct pend_tree *tree, const double phi[], double re[], double im[]);
+void pend_kinematics_position(const struct pend_tree *tree, const double phi[], double re[],
+                              double im[]);
 
 /**
  * Tip velocities z' = S [i phi' l e^{i phi}], m/s. O(n).
  */
-void pend_kinematics_velocity(const struct pend_tree *tree, const double phi[], const double rate[], double re[],
-                          double im[]);
+void pend_kinematics_velocity(const struct pend_tree *tree, const double phi[], const double rate[],
+                              double re[], double im[]);
 
 /**
  * Tip accelerations z'' = S [(i phi'' - phi'^2) l e^{i phi}], m/s^2. O(n).
  */
-void pend_kinematics_acceleration(const struct pend_tree *tree, const double phi[], const double rate[], const double acc[],
-                              double re[], double im[]);
+void pend_kinematics_acceleration(const struct pend_tree *tree, const double phi[],
+                                  const double rate[], const double acc[], double re[],
+                                  double im[]);
 
 /**
- * Kinetic energy sum m_k |z'_k|^2 / 2 and potential energy g sum m_k Im z_k. O(n), compensated sums.
+ * Kinetic energy sum m_k |z'_k|^2 / 2 and potential energy g sum m_k Im z_k. O(n), compensated
+ * sums.
  */
-struct pend_energy pend_kinematics_energy(const struct pend_tree *tree, double gravity, const double phi[],
-                                      const double rate[]);
+struct pend_energy pend_kinematics_energy(const struct pend_tree *tree, double gravity,
+                                          const double phi[], const double rate[]);
 
 /**
- * The same of several states, rows of n, one after the other: cheaper for small trees, whose directions are found
- * together. A state's energy has the bits that it has alone.
+ * The same of several states, rows of n, one after the other: cheaper for small trees, whose
+ * directions are found together. A state's energy has the bits that it has alone.
  *
  * energy  out, count values.
  */
-void pend_kinematics_energies(const struct pend_tree *tree, double gravity, int count, const double phi[],
-                          const double rate[], struct pend_energy energy[]);
+void pend_kinematics_energies(const struct pend_tree *tree, double gravity, int count,
+                              const double phi[], const double rate[], struct pend_energy energy[]);
 
 /**
- * The scale that an energy drift is measured against: g l-weighted, sum over arms of |g| l_k (S^T m)_k, plus the
- * kinetic energy given. J.
+ * The scale that an energy drift is measured against: g l-weighted, sum over arms of |g| l_k (S^T
+ * m)_k, plus the kinetic energy given. J.
  */
 double pend_kinematics_energy_scale(const struct pend_tree *tree, double gravity, double kinetic);
 
@@ -59,7 +63,7 @@ double pend_kinematics_energy_scale(const struct pend_tree *tree, double gravity
  *
  * force  out, n values; used for motions that do not obey (aaa), such as the linearised one.
  */
-void pend_kinematics_force(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
-                       const double acc[], double force[]);
+void pend_kinematics_force(const struct pend_tree *tree, double gravity, const double phi[],
+                           const double rate[], const double acc[], double force[]);
 
 #endif

@@ -9,7 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The matrices of the paper, views into one block: GSL's own allocations would end the program when they fail. */
+/* The matrices of the paper, views into one block: GSL's own allocations would end the program
+ * when they fail. */
 struct reference_space {
     double *block;
     gsl_matrix_complex_view tips;    /* S diag(l e^{i phi}) */
@@ -41,7 +42,8 @@ static gsl_vector_view reference_vector(double **free_at, size_t n) {
     return view;
 }
 
-static enum pend_status reference_init(struct reference_space *space, const struct pend_tree *tree) {
+static enum pend_status reference_init(struct reference_space *space,
+                                       const struct pend_tree *tree) {
     size_t n = (size_t)tree->n;
     space->block = NULL;
     if (n > SIZE_MAX / sizeof(double) / 16 / n) return PEND_NO_MEMORY;
@@ -75,24 +77,27 @@ static void reference_clear(struct reference_space *space) {
 /* S, in the tree's stored order, and S^T m */
 static void reference_paths(struct reference_space *space, const struct pend_tree *tree) {
     for (int k = 0; k < tree->n; k++)
-        for (int j = k; j >= 0; j = tree->parent[j]) gsl_matrix_set(&space->path.matrix, (size_t)k, (size_t)j, 1);
+        for (int j = k; j >= 0; j = tree->parent[j])
+            gsl_matrix_set(&space->path.matrix, (size_t)k, (size_t)j, 1);
     gsl_vector_const_view mass = gsl_vector_const_view_array(tree->mass, (size_t)tree->n);
     gsl_blas_dgemv(CblasTrans, 1, &space->path.matrix, &mass.vector, 0, &space->hung.vector);
 }
 
 /* M(phi) = diag(e^{-i phi} l) S^T diag(m) S diag(l e^{i phi}), with its parts in re and im */
-static void reference_inertia(struct reference_space *space, const struct pend_tree *tree, const double phi[]) {
+static void reference_inertia(struct reference_space *space, const struct pend_tree *tree,
+                              const double phi[]) {
     size_t n = (size_t)tree->n;
     for (size_t j = 0; j < n; j++) {
         gsl_complex arm = gsl_complex_polar(tree->len[j], phi[j]);
         for (size_t k = 0; k < n; k++) {
             gsl_complex tip = gsl_complex_mul_real(arm, gsl_matrix_get(&space->path.matrix, k, j));
             gsl_matrix_complex_set(&space->tips.matrix, k, j, tip);
-            gsl_matrix_complex_set(&space->loaded.matrix, k, j, gsl_complex_mul_real(tip, tree->mass[k]));
+            gsl_matrix_complex_set(&space->loaded.matrix, k, j,
+                                   gsl_complex_mul_real(tip, tree->mass[k]));
         }
     }
-    gsl_blas_zgemm(CblasConjTrans, CblasNoTrans, GSL_COMPLEX_ONE, &space->tips.matrix, &space->loaded.matrix,
-                   GSL_COMPLEX_ZERO, &space->inertia.matrix);
+    gsl_blas_zgemm(CblasConjTrans, CblasNoTrans, GSL_COMPLEX_ONE, &space->tips.matrix,
+                   &space->loaded.matrix, GSL_COMPLEX_ZERO, &space->inertia.matrix);
     for (size_t i = 0; i < n; i++)
         for (size_t j = 0; j < n; j++) {
             gsl_complex entry = gsl_matrix_complex_get(&space->inertia.matrix, i, j);
@@ -101,7 +106,8 @@ static void reference_inertia(struct reference_space *space, const struct pend_t
         }
 }
 
-/* factors re in place: P Re P^T = L D L^T, the Cholesky that says by D, not by an error, that it went wrong */
+/* factors re in place: P Re P^T = L D L^T, the Cholesky that says by D, not by an error, that it
+ * went wrong */
 static enum pend_status reference_factor(struct reference_space *space) {
     gsl_linalg_pcholesky_decomp(&space->re.matrix, &space->pivots);
     for (size_t k = 0; k < space->pivots.size; k++) {
@@ -111,8 +117,8 @@ static enum pend_status reference_factor(struct reference_space *space) {
     return PEND_OK;
 }
 
-enum pend_status pend_reference_mass_matrix(const struct pend_tree *tree, const double phi[], double re[],
-                                            double im[]) {
+enum pend_status pend_reference_mass_matrix(const struct pend_tree *tree, const double phi[],
+                                            double re[], double im[]) {
     struct reference_space space;
     size_t bytes = (size_t)tree->n * (size_t)tree->n * sizeof *re;
     PEND_TRY(reference_init(&space, tree));
@@ -125,11 +131,13 @@ enum pend_status pend_reference_mass_matrix(const struct pend_tree *tree, const 
 }
 
 /* (aaa): phi'' = Re^-1 [ Im phi'^2 - g cos(phi) l (S^T m) ], left in space->right */
-static enum pend_status reference_aaa(struct reference_space *space, const struct pend_tree *tree, double gravity,
-                                      const double phi[]) {
+static enum pend_status reference_aaa(struct reference_space *space, const struct pend_tree *tree,
+                                      double gravity, const double phi[]) {
     gsl_vector *right = &space->right.vector;
     for (size_t k = 0; k < right->size; k++)
-        gsl_vector_set(right, k, gravity * cos(phi[k]) * tree->len[k] * gsl_vector_get(&space->hung.vector, k));
+        gsl_vector_set(right, k,
+                       gravity * cos(phi[k]) * tree->len[k] *
+                           gsl_vector_get(&space->hung.vector, k));
     gsl_blas_dgemv(CblasNoTrans, 1, &space->im.matrix, &space->square.vector, -1, right);
     PEND_TRY(reference_factor(space));
     gsl_linalg_pcholesky_svx(&space->re.matrix, &space->pivots, right);
@@ -137,25 +145,27 @@ static enum pend_status reference_aaa(struct reference_space *space, const struc
 }
 
 /* (bbb): lambda = g sin(phi) (S^T m) - l^-1 [ Im phi'' + Re phi'^2 ]; `re` is M's again */
-static void reference_bbb(struct reference_space *space, const struct pend_tree *tree, double gravity,
-                          const double phi[], const double acc[], double force[]) {
+static void reference_bbb(struct reference_space *space, const struct pend_tree *tree,
+                          double gravity, const double phi[], const double acc[], double force[]) {
     gsl_vector_const_view acceleration = gsl_vector_const_view_array(acc, (size_t)tree->n);
     gsl_vector *right = &space->right.vector;
     gsl_blas_dgemv(CblasNoTrans, 1, &space->im.matrix, &acceleration.vector, 0, right);
     gsl_blas_dgemv(CblasNoTrans, 1, &space->re.matrix, &space->square.vector, 1, right);
     for (size_t k = 0; k < right->size; k++)
-        force[k] =
-            gravity * sin(phi[k]) * gsl_vector_get(&space->hung.vector, k) - gsl_vector_get(right, k) / tree->len[k];
+        force[k] = gravity * sin(phi[k]) * gsl_vector_get(&space->hung.vector, k) -
+                   gsl_vector_get(right, k) / tree->len[k];
 }
 
-enum pend_status pend_reference_dynamics(const struct pend_tree *tree, double gravity, const double phi[],
-                                         const double rate[], double acc[], double force[]) {
+enum pend_status pend_reference_dynamics(const struct pend_tree *tree, double gravity,
+                                         const double phi[], const double rate[], double acc[],
+                                         double force[]) {
     struct reference_space space;
     enum pend_status status = reference_init(&space, tree);
     if (status) goto out;
     reference_paths(&space, tree);
     reference_inertia(&space, tree, phi);
-    for (int k = 0; k < tree->n; k++) gsl_vector_set(&space.square.vector, (size_t)k, rate[k] * rate[k]);
+    for (int k = 0; k < tree->n; k++)
+        gsl_vector_set(&space.square.vector, (size_t)k, rate[k] * rate[k]);
     status = reference_aaa(&space, tree, gravity, phi);
     if (status) goto out;
     memcpy(acc, space.right.vector.data, (size_t)tree->n * sizeof *acc);
@@ -169,7 +179,8 @@ out:
 }
 
 /* A = g Re(0)^-1 diag(l (S^T m)), column by column; re holds the factors */
-static void reference_lin(struct reference_space *space, const struct pend_tree *tree, double gravity, double a[]) {
+static void reference_lin(struct reference_space *space, const struct pend_tree *tree,
+                          double gravity, double a[]) {
     size_t n = (size_t)tree->n;
     gsl_vector *column = &space->right.vector;
     for (size_t j = 0; j < n; j++) {
@@ -181,17 +192,18 @@ static void reference_lin(struct reference_space *space, const struct pend_tree 
 }
 
 /* A^-1 = diag(l (S^T m))^-1 Re(0) / g */
-static void reference_lin_inverse(struct reference_space *space, const struct pend_tree *tree, double gravity,
-                                  double inverse[]) {
+static void reference_lin_inverse(struct reference_space *space, const struct pend_tree *tree,
+                                  double gravity, double inverse[]) {
     size_t n = (size_t)tree->n;
     for (size_t i = 0; i < n; i++) {
         double scale = gravity * tree->len[i] * gsl_vector_get(&space->hung.vector, i);
-        for (size_t j = 0; j < n; j++) inverse[i * n + j] = gsl_matrix_get(&space->re.matrix, i, j) / scale;
+        for (size_t j = 0; j < n; j++)
+            inverse[i * n + j] = gsl_matrix_get(&space->re.matrix, i, j) / scale;
     }
 }
 
-enum pend_status pend_reference_linearization(const struct pend_tree *tree, double gravity, double a[],
-                                              double a_inverse[]) {
+enum pend_status pend_reference_linearization(const struct pend_tree *tree, double gravity,
+                                              double a[], double a_inverse[]) {
     struct reference_space space;
     if (gravity == 0 && a_inverse) return PEND_INVALID;
     enum pend_status status = reference_init(&space, tree);

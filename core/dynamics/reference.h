@@ -1,6 +1,6 @@
-/* The paper's matrix equations (aaa), (bbb) and (lin) as they are printed, through GSL: the independent check of the
- * fast forms. Leaves to others: anything that has to be fast. Invariant: shares no formula with dynamics; arms in the
- * tree's stored order. */
+/* The paper's matrix equations (aaa), (bbb) and (lin) as they are printed, through GSL: the
+ * independent check of the fast forms. Leaves to others: anything that has to be fast.
+ * Invariant: shares no formula with dynamics; arms in the tree's stored order. */
 #ifndef PEND_REFERENCE_H
 #define PEND_REFERENCE_H
 
@@ -12,8 +12,9 @@
  * re, im  out, n x n row-major.
  * O(n^3) in the plain form of the paper.
  */
-PEND_MUST_CHECK enum pend_status pend_reference_mass_matrix(const struct pend_tree *tree, const double phi[],
-                                                            double re[], double im[]);
+PEND_MUST_CHECK enum pend_status pend_reference_mass_matrix(const struct pend_tree *tree,
+                                                            const double phi[], double re[],
+                                                            double im[]);
 
 /**
  * (aaa) and (bbb) by a Cholesky factorization of Re M. Parameters as pend_dynamics.
@@ -24,8 +25,9 @@ PEND_MUST_CHECK enum pend_status pend_reference_mass_matrix(const struct pend_tr
  * PEND_NOT_FINITE Re M is numerically not positive definite.
  * O(n^3).
  */
-PEND_MUST_CHECK enum pend_status pend_reference_dynamics(const struct pend_tree *tree, double gravity,
-                                                         const double phi[], const double rate[], double acc[],
+PEND_MUST_CHECK enum pend_status pend_reference_dynamics(const struct pend_tree *tree,
+                                                         double gravity, const double phi[],
+                                                         const double rate[], double acc[],
                                                          double force[]);
 
 /**
@@ -38,7 +40,8 @@ PEND_MUST_CHECK enum pend_status pend_reference_dynamics(const struct pend_tree 
  * PEND_NOT_FINITE Re(0) is numerically not positive definite.
  * O(n^3).
  */
-PEND_MUST_CHECK enum pend_status pend_reference_linearization(const struct pend_tree *tree, double gravity, double a[],
+PEND_MUST_CHECK enum pend_status pend_reference_linearization(const struct pend_tree *tree,
+                                                              double gravity, double a[],
                                                               double a_inverse[]);
 
 #endif

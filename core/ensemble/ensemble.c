@@ -13,8 +13,15 @@
 #include "core/taylor/taylor_order.h"
 #include "core/tree/turns.h"
 
-/* arrays of n values a lane for the kernel, of one value a lane, of n values a lane for the notes, of n values */
-enum { ENSEMBLE_LANED = 18, ENSEMBLE_SINGLE = 11, ENSEMBLE_NOTED = 8, ENSEMBLE_FLAT = 9, ENSEMBLE_SHARES = 48 };
+/* arrays of n values a lane for the kernel, of one value a lane, of n values a lane for the
+ * notes, of n values */
+enum {
+    ENSEMBLE_LANED = 18,
+    ENSEMBLE_SINGLE = 11,
+    ENSEMBLE_NOTED = 8,
+    ENSEMBLE_FLAT = 9,
+    ENSEMBLE_SHARES = 48
+};
 
 static const struct ensemble_kernel *ensemble_kernel(enum pend_isa isa) {
 #ifdef __x86_64__
@@ -25,15 +32,19 @@ static const struct ensemble_kernel *ensemble_kernel(enum pend_isa isa) {
     return &pend_kernel_ensemble_base;
 }
 
-static enum pend_status ensemble_check(const struct pend_ensemble_problem *problem, struct pend_error *error) {
+static enum pend_status ensemble_check(const struct pend_ensemble_problem *problem,
+                                       struct pend_error *error) {
     if (!(problem->rtol >= 1e-16 && problem->rtol <= 0.1)) {
-        return pend_fail(error, PEND_INVALID, -1, 0, "rtol must be from 1e-16 to 0.1, got %g", problem->rtol);
+        return pend_fail(error, PEND_INVALID, -1, 0, "rtol must be from 1e-16 to 0.1, got %g",
+                         problem->rtol);
     }
     if (!(problem->atol >= 0 && problem->atol <= 1)) {
-        return pend_fail(error, PEND_INVALID, -1, 0, "atol must be from 0 to 1, got %g", problem->atol);
+        return pend_fail(error, PEND_INVALID, -1, 0, "atol must be from 0 to 1, got %g",
+                         problem->atol);
     }
     if (!(problem->bound >= 0 && problem->bound <= 1e6)) {
-        return pend_fail(error, PEND_INVALID, -1, 0, "the bound must be from 0 to 1e6 rad, got %g", problem->bound);
+        return pend_fail(error, PEND_INVALID, -1, 0, "the bound must be from 0 to 1e6 rad, got %g",
+                         problem->bound);
     }
     if (!isfinite(problem->duration) || !isfinite(problem->gravity)) {
         return pend_fail(error, PEND_INVALID, -1, 0, "duration and gravity must be finite numbers");
@@ -52,27 +63,32 @@ static size_t ensemble_padded(size_t count) { return (count + 7) / 8 * 8; }
 
 static size_t ensemble_doubles(int n_, int width_, size_t series) {
     size_t n = (size_t)n_, width = (size_t)width_;
-    return (ENSEMBLE_LANED + ENSEMBLE_NOTED) * ensemble_padded(n * width) + ENSEMBLE_SINGLE * ensemble_padded(width) +
-           ENSEMBLE_FLAT * ensemble_padded(n) + 8 * ensemble_padded(n * ENSEMBLE_INSTANTS) + ENSEMBLE_SHARES +
-           3 * ensemble_padded(n) + ensemble_padded(series);
+    return (ENSEMBLE_LANED + ENSEMBLE_NOTED) * ensemble_padded(n * width) +
+           ENSEMBLE_SINGLE * ensemble_padded(width) + ENSEMBLE_FLAT * ensemble_padded(n) +
+           8 * ensemble_padded(n * ENSEMBLE_INSTANTS) + ENSEMBLE_SHARES + 3 * ensemble_padded(n) +
+           ensemble_padded(series);
 }
 
 static void ensemble_place(struct pend_ensemble *e, char *at, size_t doubts) {
     struct ensemble_lanes *lanes = &e->lanes;
     struct ensemble_doubt *doubt = &lanes->doubt;
     size_t n = (size_t)lanes->n, width = (size_t)lanes->width;
-    double **laned[ENSEMBLE_LANED] = {&lanes->from.phi,  &lanes->from.phi_low, &lanes->from.rate, &lanes->from.rate_low,
-                                      &lanes->to.phi,    &lanes->to.phi_low,   &lanes->to.rate,   &lanes->to.rate_low,
-                                      &lanes->len,       &lanes->inv_len,      &lanes->mass,      &lanes->cell,
-                                      &lanes->force_max, &lanes->force_min,    &e->turns,         &e->turns_low,
-                                      &doubt->phi,       &doubt->rate};
-    double **single[ENSEMBLE_SINGLE] = {&lanes->from.time, &lanes->to.time, &lanes->gravity, &lanes->unit,
-                                        &lanes->stop,      &lanes->step,    &doubt->fastest, &doubt->strongest,
-                                        &doubt->time,      &doubt->ratio,   &doubt->held};
-    double **noted[ENSEMBLE_NOTED - 1] = {&e->first_crossing, &e->most,        &e->most_time, &e->least,
-                                          &e->least_time,     &e->sign_change, &e->sense};
-    double **flat[ENSEMBLE_FLAT] = {&e->member.phi, &e->member.rate, &e->member.length,  &e->member.mass, &e->phi,
-                                    &e->rate,       &e->subtree,     &e->member.phi_low, &e->phi_low};
+    double **laned[ENSEMBLE_LANED] = {
+        &lanes->from.phi,  &lanes->from.phi_low, &lanes->from.rate, &lanes->from.rate_low,
+        &lanes->to.phi,    &lanes->to.phi_low,   &lanes->to.rate,   &lanes->to.rate_low,
+        &lanes->len,       &lanes->inv_len,      &lanes->mass,      &lanes->cell,
+        &lanes->force_max, &lanes->force_min,    &e->turns,         &e->turns_low,
+        &doubt->phi,       &doubt->rate};
+    double **single[ENSEMBLE_SINGLE] = {&lanes->from.time, &lanes->to.time,   &lanes->gravity,
+                                        &lanes->unit,      &lanes->stop,      &lanes->step,
+                                        &doubt->fastest,   &doubt->strongest, &doubt->time,
+                                        &doubt->ratio,     &doubt->held};
+    double **noted[ENSEMBLE_NOTED - 1] = {&e->first_crossing, &e->most,       &e->most_time,
+                                          &e->least,          &e->least_time, &e->sign_change,
+                                          &e->sense};
+    double **flat[ENSEMBLE_FLAT] = {
+        &e->member.phi, &e->member.rate, &e->member.length,  &e->member.mass, &e->phi,
+        &e->rate,       &e->subtree,     &e->member.phi_low, &e->phi_low};
     ensemble_set **set[3] = {&lanes->near, &lanes->peak, &lanes->turn};
     for (int i = 0; i < ENSEMBLE_LANED; i++) *laned[i] = ensemble_take(&at, n * width);
     for (int i = 0; i < ENSEMBLE_SINGLE; i++) *single[i] = ensemble_take(&at, width);
@@ -88,23 +104,29 @@ static void ensemble_place(struct pend_ensemble *e, char *at, size_t doubts) {
     lanes->series = (double *)(void *)at;
 }
 
-enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble, const struct pend_ensemble_problem *problem,
-                                   enum pend_isa isa, struct pend_error *error) {
+enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
+                                   const struct pend_ensemble_problem *problem, enum pend_isa isa,
+                                   struct pend_error *error) {
     *ensemble = NULL;
     PEND_TRY(ensemble_check(problem, error));
     const struct ensemble_kernel *kernel = ensemble_kernel(isa);
     int n = problem->tree->n, order = pend_taylor_order(problem->rtol, 0);
     int known = order + (problem->accuracy > 0 ? ENSEMBLE_DOUBT_BEYOND : 0);
-    size_t doubts = problem->accuracy > 0 ? ensemble_padded(kernel->series_count(n, JETS_SPREAD)) : 0;
+    size_t doubts =
+        problem->accuracy > 0 ? ensemble_padded(kernel->series_count(n, JETS_SPREAD)) : 0;
     size_t head = (sizeof **ensemble + 63) / 64 * 64;
     size_t bytes =
-        head + (doubts + ensemble_doubles(n, kernel->width, kernel->series_count(n, known))) * sizeof(double);
+        head + (doubts + ensemble_doubles(n, kernel->width, kernel->series_count(n, known))) *
+                   sizeof(double);
     struct pend_ensemble *e = aligned_alloc(64, bytes);
-    if (!e) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for an ensemble of trees of %d arms", n);
+    if (!e)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0,
+                         "no memory for an ensemble of trees of %d arms", n);
     memset(e, 0, bytes);
     e->problem = *problem;
     e->kernel = kernel;
-    e->lanes = (struct ensemble_lanes){.n = n, .order = order, .known = known, .width = kernel->width};
+    e->lanes =
+        (struct ensemble_lanes){.n = n, .order = order, .known = known, .width = kernel->width};
     e->lanes.doubt.grade = problem->accuracy > 0 ? PEND_HORIZON_MARGIN / problem->accuracy : 0;
     e->lanes.parent = problem->tree->parent;
     e->lanes.end = problem->tree->end;
@@ -125,7 +147,9 @@ void pend_ensemble_free(struct pend_ensemble **ensemble) {
     *ensemble = NULL;
 }
 
-int pend_ensemble_width(const struct pend_ensemble *e) { return e->lanes.width / (1 + e->lanes.paired); }
+int pend_ensemble_width(const struct pend_ensemble *e) {
+    return e->lanes.width / (1 + e->lanes.paired);
+}
 
 /* the tree with the lengths and masses of the member at hand, as far as energies need it */
 static struct pend_tree ensemble_tree(const struct pend_ensemble *e) {
@@ -138,12 +162,15 @@ static struct pend_tree ensemble_tree(const struct pend_ensemble *e) {
     return tree;
 }
 
-/* arms that have the energy to reach their bound: what an arm there costs at least, all others hanging at rest */
-static int ensemble_able(const struct pend_ensemble *e, const struct pend_tree *tree, double energy) {
+/* arms that have the energy to reach their bound: what an arm there costs at least, all others
+ * hanging at rest */
+static int ensemble_able(const struct pend_ensemble *e, const struct pend_tree *tree,
+                         double energy) {
     double gravity = e->member.gravity, least = -pend_kinematics_energy_scale(tree, gravity, 0);
     int able = 0;
     for (int k = 0; k < tree->n; k++) {
-        double rise = gravity * tree->len[k] * tree->subtree_mass[k] * (1 - cos(fmin(e->problem.bound, M_PI)));
+        double rise = gravity * tree->len[k] * tree->subtree_mass[k] *
+                      (1 - cos(fmin(e->problem.bound, M_PI)));
         able += !(gravity > 0) || !(energy < least + rise - 1e-9 * fabs(least));
     }
     return able;
@@ -152,7 +179,8 @@ static int ensemble_able(const struct pend_ensemble *e, const struct pend_tree *
 /* a start has no error */
 static void ensemble_doubt_start(const struct ensemble_lanes *lanes, int i) {
     const struct ensemble_doubt *doubt = &lanes->doubt;
-    for (int k = 0; k < lanes->n; k++) doubt->phi[k * lanes->width + i] = doubt->rate[k * lanes->width + i] = 0;
+    for (int k = 0; k < lanes->n; k++)
+        doubt->phi[k * lanes->width + i] = doubt->rate[k * lanes->width + i] = 0;
     doubt->fastest[i] = doubt->strongest[i] = doubt->time[i] = doubt->ratio[i] = 0;
     doubt->held[i] = ENSEMBLE_HELD;
 }
@@ -183,7 +211,8 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
         lanes->len[at] = member->length[k];
         lanes->inv_len[at] = 1 / member->length[k];
         lanes->mass[at] = member->mass[k];
-        fastest = fmax(fastest, fmax(fabs(member->rate[k]), sqrt(fabs(member->gravity) / member->length[k])));
+        fastest = fmax(
+            fastest, fmax(fabs(member->rate[k]), sqrt(fabs(member->gravity) / member->length[k])));
     }
     ensemble_doubt_start(lanes, i);
     lanes->from.time[i] = 0;
@@ -194,14 +223,16 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
     if (lanes->paired) pend_ensemble_shadow_start(e, i);
     if (!(e->problem.observe & PEND_OBSERVE_ENERGY) && !e->problem.spare) return lanes->n;
     struct pend_tree tree = ensemble_tree(e);
-    struct pend_energy energy = pend_kinematics_energy(&tree, member->gravity, member->phi, member->rate);
+    struct pend_energy energy =
+        pend_kinematics_energy(&tree, member->gravity, member->phi, member->rate);
     e->seat[i].energy = energy.kinetic + energy.potential;
     e->seat[i].scale = pend_kinematics_energy_scale(&tree, member->gravity, energy.kinetic);
     return e->problem.spare ? ensemble_able(e, &tree, e->seat[i].energy) : lanes->n;
 }
 
 /* what was noted of the member in lane i, beside its end */
-static void ensemble_seat_notes(const struct pend_ensemble *e, int i, struct pend_outcome *outcome) {
+static void ensemble_seat_notes(const struct pend_ensemble *e, int i,
+                                struct pend_outcome *outcome) {
     size_t own = (size_t)i * (size_t)e->lanes.n;
     outcome->arm = e->seat[i].arm;
     outcome->first = e->seat[i].first;
@@ -220,8 +251,8 @@ static void ensemble_seat_notes(const struct pend_ensemble *e, int i, struct pen
         e->least[own + (size_t)k] = e->lanes.force_min[k * e->lanes.width + i];
     }
     if (e->lanes.extremes) {
-        outcome->force =
-            (struct pend_force_range){e->most + own, e->most_time + own, e->least + own, e->least_time + own};
+        outcome->force = (struct pend_force_range){e->most + own, e->most_time + own,
+                                                   e->least + own, e->least_time + own};
     }
     if (e->lanes.signs) outcome->sign_change = e->sign_change + own;
 }
@@ -235,12 +266,16 @@ static double ensemble_seat_drift(struct pend_ensemble *e, int i) {
     }
     struct pend_tree tree = ensemble_tree(e);
     struct pend_energy energy = pend_kinematics_energy(&tree, lanes->gravity[i], e->phi, e->rate);
-    return e->seat[i].scale > 0 ? fabs(energy.kinetic + energy.potential - e->seat[i].energy) / e->seat[i].scale : 0;
+    return e->seat[i].scale > 0
+               ? fabs(energy.kinetic + energy.potential - e->seat[i].energy) / e->seat[i].scale
+               : 0;
 }
 
-static void ensemble_seat_deliver(struct pend_ensemble *e, int i, struct pend_outcome *outcome, int *cancelled) {
+static void ensemble_seat_deliver(struct pend_ensemble *e, int i, struct pend_outcome *outcome,
+                                  int *cancelled) {
     ensemble_seat_notes(e, i, outcome);
-    if (outcome->steps && e->problem.observe & PEND_OBSERVE_ENERGY) outcome->energy_drift = ensemble_seat_drift(e, i);
+    if (outcome->steps && e->problem.observe & PEND_OBSERVE_ENERGY)
+        outcome->energy_drift = ensemble_seat_drift(e, i);
     if (outcome->steps && e->lanes.paired) outcome->lyapunov = pend_ensemble_shadow_exponent(e, i);
     for (int k = 0; k < e->lanes.n; k++) {
         int at = k * e->lanes.width + i;
@@ -270,7 +305,8 @@ static void ensemble_fetch(struct pend_ensemble *e, long i, struct ensemble_queu
     if (e->problem.fetch(e->problem.context, i, &e->member)) queue->cancelled = 1;
 }
 
-/* the next member into lane i; when none is left, the lane goes idle on its last state, which does no harm */
+/* the next member into lane i; when none is left, the lane goes idle on its last state, which
+ * does no harm */
 static void ensemble_seat_next(struct pend_ensemble *e, int i, struct ensemble_queue *queue) {
     while (queue->next < queue->end && !queue->cancelled) {
         ensemble_fetch(e, queue->next, queue);
@@ -281,18 +317,21 @@ static void ensemble_seat_next(struct pend_ensemble *e, int i, struct ensemble_q
         queue->left--;
     }
     e->seat[i].member = -1;
-    for (int lane = i; lane <= i + e->lanes.paired; lane++) e->lanes.stop[lane] = copysign(1e300, e->lanes.unit[lane]);
+    for (int lane = i; lane <= i + e->lanes.paired; lane++)
+        e->lanes.stop[lane] = copysign(1e300, e->lanes.unit[lane]);
 }
 
 /* how a member ends with the step of lane i: where in the step, 0 = it goes on */
-static double ensemble_seat_end(struct pend_ensemble *e, int i, const struct ensemble_attention *attention,
+static double ensemble_seat_end(struct pend_ensemble *e, int i,
+                                const struct ensemble_attention *attention,
                                 struct pend_outcome *outcome) {
     const struct ensemble_lanes *lanes = &e->lanes;
     unsigned own = 1u << i | (unsigned)lanes->paired << (i + 1);
     if (attention->bad & own) {
         outcome->stop = PEND_STOP_FAILED;
         outcome->time = lanes->from.time[i];
-        outcome->status = isfinite(lanes->step[i]) && fabs(lanes->step[i] * e->unit[i]) < fabs(lanes->stop[i]) * 0x1p-52
+        outcome->status = isfinite(lanes->step[i]) &&
+                                  fabs(lanes->step[i] * e->unit[i]) < fabs(lanes->stop[i]) * 0x1p-52
                               ? PEND_STEP_TOO_SMALL
                               : PEND_NOT_FINITE;
         return 1;
@@ -300,7 +339,8 @@ static double ensemble_seat_end(struct pend_ensemble *e, int i, const struct ens
     double stop = attention->near & own ? pend_ensemble_watch_bound(e, i) : INFINITY;
     double part = fmin(stop, 1);
     if (attention->force & own || lanes->signs) pend_ensemble_watch_force(e, i, part);
-    if (e->problem.times_count) pend_ensemble_watch_rows(e, i, pend_ensemble_watch_time(e, i, part));
+    if (e->problem.times_count)
+        pend_ensemble_watch_rows(e, i, pend_ensemble_watch_time(e, i, part));
     if (stop < INFINITY) {
         outcome->stop = PEND_STOP_BOUND;
         outcome->time = pend_ensemble_watch_time(e, i, part);
@@ -314,8 +354,8 @@ static double ensemble_seat_end(struct pend_ensemble *e, int i, const struct ens
 }
 
 /* looks after lane i at the end of a step; non-zero when its member has ended and was delivered */
-static int ensemble_seat_serve(struct pend_ensemble *e, int i, const struct ensemble_attention *attention,
-                               int *cancelled) {
+static int ensemble_seat_serve(struct pend_ensemble *e, int i,
+                               const struct ensemble_attention *attention, int *cancelled) {
     struct pend_outcome outcome = {.stop = PEND_STOP_TIME, .time = e->lanes.to.time[i]};
     if (e->lanes.paired && !(attention->bad >> i & 3)) pend_ensemble_shadow_step(e, i);
     double part = ensemble_seat_end(e, i, attention, &outcome);
@@ -336,7 +376,9 @@ static void ensemble_step(struct pend_ensemble *e, struct ensemble_queue *queue)
     memcpy(e->unit, lanes->unit, (size_t)width * sizeof(double));
     e->kernel->step(lanes, &attention);
     for (int i = 0; i < width; i += apart) capped |= (unsigned)(++e->seat[i].steps >= cap) << i;
-    unsigned call = always ? ~0u : (unsigned)(attention.done | attention.bad | attention.near | attention.force),
+    unsigned call = always ? ~0u
+                           : (unsigned)(attention.done | attention.bad | attention.near |
+                                        attention.force),
              served = 0;
     call |= capped;
     for (int i = 0; i < width; i += apart) {
@@ -355,7 +397,8 @@ static void ensemble_step(struct pend_ensemble *e, struct ensemble_queue *queue)
 
 void pend_ensemble_begin(struct pend_ensemble *e, long first, long count) {
     e->queue = (struct ensemble_queue){.next = first, .end = first + count, .left = count};
-    for (int i = 0; i < e->lanes.width; i += 1 + e->lanes.paired) ensemble_seat_next(e, i, &e->queue);
+    for (int i = 0; i < e->lanes.width; i += 1 + e->lanes.paired)
+        ensemble_seat_next(e, i, &e->queue);
 }
 
 enum pend_status pend_ensemble_go(struct pend_ensemble *e, long steps, int *done) {

@@ -1,7 +1,9 @@
-/* Many trajectories of one tree's shape, several at once in the lanes of the processor's vectors.
+/* Many trajectories of one tree's shape, several at once in the lanes of the processor's
+ * vectors.
  * Leaves to others: where members come from and where results go (callbacks), threads (server).
- * Invariant: a member's result does not depend on its lane, its neighbours, or how the members are shared out: the same
- * bits on every thread count, and on avx2 and avx512 alike (base, without fused multiply-add, differs in rounding). */
+ * Invariant: a member's result does not depend on its lane, its neighbours, or how the members
+ * are shared out: the same bits on every thread count, and on avx2 and avx512 alike (base,
+ * without fused multiply-add, differs in rounding). */
 #ifndef PEND_ENSEMBLE_H
 #define PEND_ENSEMBLE_H
 
@@ -21,8 +23,8 @@ struct pend_ensemble;
  * One allocation.
  */
 PEND_MUST_CHECK enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
-                                                   const struct pend_ensemble_problem *problem, enum pend_isa isa,
-                                                   struct pend_error *error);
+                                                   const struct pend_ensemble_problem *problem,
+                                                   enum pend_isa isa, struct pend_error *error);
 
 void pend_ensemble_free(struct pend_ensemble **ensemble);
 
@@ -34,7 +36,8 @@ void pend_ensemble_free(struct pend_ensemble **ensemble);
  * PEND_CANCELLED  a callback asked for it.
  * No allocation. Any number of workspaces may run at once.
  */
-PEND_MUST_CHECK enum pend_status pend_ensemble_run(struct pend_ensemble *ensemble, long first, long count);
+PEND_MUST_CHECK enum pend_status pend_ensemble_run(struct pend_ensemble *ensemble, long first,
+                                                   long count);
 
 /** Begins a run of members in pieces; what an earlier run had not finished is dropped. */
 void pend_ensemble_begin(struct pend_ensemble *ensemble, long first, long count);
@@ -42,11 +45,13 @@ void pend_ensemble_begin(struct pend_ensemble *ensemble, long first, long count)
 /**
  * Takes up to `steps` steps of all lanes, so that the caller can look after its clock.
  *
- * done  set to whether all members of the run were delivered. How a run is cut changes no bit of its results.
+ * done  set to whether all members of the run were delivered. How a run is cut changes no bit of
+ *       its results.
  *
  * PEND_CANCELLED  a callback asked for it.
  */
-PEND_MUST_CHECK enum pend_status pend_ensemble_go(struct pend_ensemble *ensemble, long steps, int *done);
+PEND_MUST_CHECK enum pend_status pend_ensemble_go(struct pend_ensemble *ensemble, long steps,
+                                                  int *done);
 
 /** Members that a workspace computes at once: a run of fewer leaves lanes idle. */
 int pend_ensemble_width(const struct pend_ensemble *ensemble);

@@ -2,7 +2,8 @@
 
 #include <math.h>
 
-/* the distance that is restored, rad: its square, what linearity neglects, and rounding over it are both near 1e-8 */
+/* the distance that is restored, rad: its square, what linearity neglects, and rounding over it
+ * are both near 1e-8 */
 static const double shadow_distance = 1e-8;
 
 /* b = a + gap, as a sum of two */
@@ -33,7 +34,8 @@ void pend_ensemble_shadow_start(struct pend_ensemble *e, int i) {
     for (int k = 0; k < lanes->n; k++) {
         int at = k * lanes->width + i;
         shadow_put(from->phi, from->phi_low, at, shadow_distance * cos(k + 1) / sqrt(sum));
-        shadow_put(from->rate, from->rate_low, at, shadow_distance * frequency * sin(3 * k + 2) / sqrt(sum));
+        shadow_put(from->rate, from->rate_low, at,
+                   shadow_distance * frequency * sin(3 * k + 2) / sqrt(sum));
     }
     from->time[i + 1] = from->time[i];
     lanes->stop[i + 1] = lanes->stop[i];
@@ -73,5 +75,6 @@ void pend_ensemble_shadow_step(struct pend_ensemble *e, int i) {
 
 double pend_ensemble_shadow_exponent(const struct pend_ensemble *e, int i) {
     double time = e->lanes.to.time[i];
-    return time == 0 ? NAN : (e->seat[i].growth + log(shadow_far(e, i) / shadow_distance)) / fabs(time);
+    return time == 0 ? NAN
+                     : (e->seat[i].growth + log(shadow_far(e, i) / shadow_distance)) / fabs(time);
 }

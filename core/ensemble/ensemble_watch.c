@@ -15,7 +15,8 @@ void pend_ensemble_watch_start(struct pend_ensemble *e, int i) {
     for (int k = 0; k < lanes->n; k++) {
         int at = k * lanes->width + i, own = i * lanes->n + k;
         if (lanes->bound > 0) {
-            lanes->cell[at] = floor((lanes->from.phi[at] + M_PI_2 + lanes->bound) / (2 * lanes->bound));
+            lanes->cell[at] =
+                floor((lanes->from.phi[at] + M_PI_2 + lanes->bound) / (2 * lanes->bound));
             e->first_crossing[own] = NAN;
             e->crossings[own] = 0;
         }
@@ -48,16 +49,19 @@ static struct roots_path watch_force(const struct pend_ensemble *e, int i, int k
     return path;
 }
 
-/* a member that starts on its bound is in the cell that it moves into: true where that is all that happened */
+/* a member that starts on its bound is in the cell that it moves into: true where that is all
+ * that happened */
 static int watch_leaves_start(const struct pend_ensemble *e, int i, double phi, double level) {
     return e->lanes.from.time[i] == 0 && fabs(phi - level) <= 1e-14 * (1 + fabs(level));
 }
 
-/* follows arm k of lane i through the step from cell to cell; returns where it first leaves one, infinity if never */
+/* follows arm k of lane i through the step from cell to cell; returns where it first leaves one,
+ * infinity if never */
 static double watch_cross(struct pend_ensemble *e, int i, int k) {
     const struct ensemble_lanes *lanes = &e->lanes;
     struct roots_path path = watch_phi(e, i, k);
-    double first = INFINITY, s = 0, bound = lanes->bound, *cell = &lanes->cell[k * lanes->width + i];
+    double first = INFINITY, s = 0, bound = lanes->bound,
+           *cell = &lanes->cell[k * lanes->width + i];
     double *note = &e->first_crossing[i * lanes->n + k];
     int way = 0;
     pend_roots_divide(&path);
@@ -66,7 +70,8 @@ static double watch_cross(struct pend_ensemble *e, int i, int k) {
         s = pend_roots_next(&path, s, middle - bound, middle + bound, &way);
         if (!(s < INFINITY)) break;
         *cell += way;
-        if (watch_leaves_start(e, i, path.base, middle + way * bound) && !(first < INFINITY)) continue;
+        if (watch_leaves_start(e, i, path.base, middle + way * bound) && !(first < INFINITY))
+            continue;
         if (!(first < INFINITY)) first = s;
         if (isnan(*note)) {
             *note = pend_ensemble_watch_time(e, i, s);
@@ -109,7 +114,8 @@ double pend_ensemble_watch_bound(struct pend_ensemble *e, int i) {
     return first;
 }
 
-static void watch_extremes(struct pend_ensemble *e, int i, int k, double part, const struct roots_path *path) {
+static void watch_extremes(struct pend_ensemble *e, int i, int k, double part,
+                           const struct roots_path *path) {
     struct ensemble_lanes *lanes = &e->lanes;
     struct roots_extremes found = pend_roots_extremes(path);
     int at = k * lanes->width + i, own = i * lanes->n + k;
@@ -133,7 +139,8 @@ static double watch_sense(const struct roots_path *path, double slack) {
 }
 
 /* a force that comes back from zero, to rounding, has not changed sign */
-static void watch_sign(struct pend_ensemble *e, int i, int k, double part, const struct roots_path *path) {
+static void watch_sign(struct pend_ensemble *e, int i, int k, double part,
+                       const struct roots_path *path) {
     int own = i * e->lanes.n + k, way = 0;
     double *sense = &e->sense[own], slack = 0;
     for (int j = 1; j <= path->degree; j++) slack += 1e-12 * fabs(path->a[j]);
@@ -141,18 +148,22 @@ static void watch_sign(struct pend_ensemble *e, int i, int k, double part, const
     double start = *sense;
     if (start == 0) *sense = watch_sense(path, slack);
     if (*sense == 0) return;
-    double beyond = pend_roots_next(path, 0, *sense > 0 ? -slack : -INFINITY, *sense > 0 ? INFINITY : slack, &way);
+    double beyond = pend_roots_next(path, 0, *sense > 0 ? -slack : -INFINITY,
+                                    *sense > 0 ? INFINITY : slack, &way);
     if (!(beyond < INFINITY)) return;
     // where it starts at zero the first zero is not the change
-    double zero = pend_roots_next(path, 0, *sense > 0 ? 0 : -INFINITY, *sense > 0 ? INFINITY : 0, &way);
-    e->sign_change[own] = pend_ensemble_watch_time(e, i, part * (start == 0 ? beyond : fmin(zero, beyond)));
+    double zero =
+        pend_roots_next(path, 0, *sense > 0 ? 0 : -INFINITY, *sense > 0 ? INFINITY : 0, &way);
+    e->sign_change[own] =
+        pend_ensemble_watch_time(e, i, part * (start == 0 ? beyond : fmin(zero, beyond)));
 }
 
 void pend_ensemble_watch_force(struct pend_ensemble *e, int i, double part) {
     for (int k = 0; k < e->lanes.n; k++) {
         int own = i * e->lanes.n + k, peak = e->lanes.peak[k] >> i & 1;
         // a sign that is not known yet is looked for in every step
-        int turn = e->lanes.signs && isnan(e->sign_change[own]) && ((e->lanes.turn[k] >> i & 1) || e->sense[own] == 0);
+        int turn = e->lanes.signs && isnan(e->sign_change[own]) &&
+                   ((e->lanes.turn[k] >> i & 1) || e->sense[own] == 0);
         if (!peak && !turn) continue;
         struct roots_path path = watch_force(e, i, k, part);
         pend_roots_divide(&path);
@@ -166,20 +177,23 @@ static void watch_give(struct pend_ensemble *e, int i, int count) {
     int n = e->lanes.n;
     for (int a = 0; a < 4; a++)
         for (int row = 0; row < count; row++)
-            for (int k = 0; k < n; k++) e->rows[a][row * n + k] = e->instants[a][k * ENSEMBLE_INSTANTS + row];
+            for (int k = 0; k < n; k++)
+                e->rows[a][row * n + k] = e->instants[a][k * ENSEMBLE_INSTANTS + row];
     for (int k = 0; k < n; k++) {
         int at = k * e->lanes.width + i;
         for (int row = 0; row < count; row++)
             for (int a = 0; a < 4; a += 3)
-                e->rows[a][row * n + k] = pend_turns_add(e->rows[a][row * n + k], e->turns[at], e->turns_low[at]);
+                e->rows[a][row * n + k] =
+                    pend_turns_add(e->rows[a][row * n + k], e->turns[at], e->turns_low[at]);
     }
-    e->problem.rows(e->problem.context, e->seat[i].member, e->seat[i].row, count, e->rows[0], e->rows[1], e->rows[2],
-                    e->rows[3]);
+    e->problem.rows(e->problem.context, e->seat[i].member, e->seat[i].row, count, e->rows[0],
+                    e->rows[1], e->rows[2], e->rows[3]);
     e->seat[i].row += count;
 }
 
-/* Angles from hanging at the instants x, whose angles are known. Of a small swing they are the series upon the step's
- * begin as angles from hanging, of which all digits are there; the arrays of an outcome keep that begin meanwhile. */
+/* Angles from hanging at the instants x, whose angles are known. Of a small swing they are the
+ * series upon the step's begin as angles from hanging, of which all digits are there; the arrays
+ * of an outcome keep that begin meanwhile. */
 static void watch_theta(struct pend_ensemble *e, int i, const double x[]) {
     struct ensemble_lanes *lanes = &e->lanes;
     const struct ensemble_values values = {e->instants[3], e->instants[1], NULL};
@@ -212,7 +226,8 @@ void pend_ensemble_watch_rows(struct pend_ensemble *e, int i, double until) {
         const double *times = e->problem.times + e->seat[i].row;
         long left = e->problem.times_count - e->seat[i].row;
         int count = 0;
-        for (; count < left && count < ENSEMBLE_INSTANTS && times[count] * way <= until * way; count++)
+        for (; count < left && count < ENSEMBLE_INSTANTS && times[count] * way <= until * way;
+             count++)
             x[count] = (times[count] - lanes->from.time[i]) / e->unit[i];
         if (!count) return;
         for (int j = count; j < ENSEMBLE_INSTANTS; j++) x[j] = 0;

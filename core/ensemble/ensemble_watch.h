@@ -1,5 +1,7 @@
-/* What happens inside a step of a member: crossings of the bound, forces at their largest and at zero, rows on the way.
- * Leaves to others: which steps may hold such a thing (kernel_ensemble), where members start and end (ensemble).
+/* What happens inside a step of a member: crossings of the bound, forces at their largest and at
+ * zero, rows on the way.
+ * Leaves to others: which steps may hold such a thing (kernel_ensemble), where members start and
+ * end (ensemble).
  * Invariant: what is found does not depend on where the steps begin and end, beyond rounding. */
 #ifndef PEND_ENSEMBLE_WATCH_H
 #define PEND_ENSEMBLE_WATCH_H

@@ -11,10 +11,11 @@
 struct ensemble_seat {
     long member; /* -1 = the lane is idle */
     long steps, row;
-    int arm, open;            /* the arm that crossed first; arms that may still cross and have not */
-    double first;             /* s, of the first crossing of any arm */
-    double energy, scale;     /* J: at the start, and what a drift is measured against */
-    double growth, frequency; /* logarithm of the neighbour's growth so far; 1/s, what makes angles of rates */
+    int arm, open;        /* the arm that crossed first; arms that may still cross and have not */
+    double first;         /* s, of the first crossing of any arm */
+    double energy, scale; /* J: at the start, and what a drift is measured against */
+    double growth,
+        frequency; /* logarithm of the neighbour's growth so far; 1/s, what makes angles of rates */
 };
 
 /* the members of a run that still wait */
@@ -36,10 +37,12 @@ struct pend_ensemble {
     double *most, *most_time, *least, *least_time, *sign_change;
     double *sense; /* the sign that a force had first, 0 = none yet */
     struct pend_member member;
-    double *turns, *turns_low; /* rad, what the member's angles are larger by than the lane's: [arm * width + lane] */
+    double *turns, *turns_low; /* rad, what the member's angles are larger by than the lane's: [arm
+                                * width + lane] */
     double *phi, *rate, *phi_low; /* of an outcome */
     double *subtree;              /* kg, of the member in `member` */
-    /* angles, rates, forces and angles from hanging of some instants: row by row, and as the kernel leaves them */
+    /* angles, rates, forces and angles from hanging of some instants: row by row, and as the
+     * kernel leaves them */
     double *rows[4], *instants[4];
 };
 

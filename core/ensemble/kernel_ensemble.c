@@ -60,7 +60,8 @@ enum {
     LEADING = 4
 };
 
-/* numbers from one series to the next; an odd multiple of the cache's line apart, or they would evict each other */
+/* numbers from one series to the next; an odd multiple of the cache's line apart, or they would
+ * evict each other */
 static size_t ensemble_series(int n, int order) { return (size_t)n * (size_t)(order + 3) + 5; }
 
 static size_t ensemble_numbers(int n, int order) {
@@ -71,7 +72,8 @@ static size_t ensemble_numbers(int n, int order) {
 enum { ENSEMBLE_ANSWERS = sizeof(struct dense_table) / sizeof(num) };
 
 static size_t ensemble_series_count(int n, int order) {
-    return (ensemble_numbers(n, order) + ENSEMBLE_ANSWERS) * WIDTH + (sizeof(struct jets_system) + 7) / 8;
+    return (ensemble_numbers(n, order) + ENSEMBLE_ANSWERS) * WIDTH +
+           (sizeof(struct jets_system) + 7) / 8;
 }
 
 /* the arrays of a series, behind which their table stands */
@@ -113,12 +115,15 @@ static void ensemble_prepare(struct ensemble_lanes *lanes) {
     if (lanes->doubt.grade > 0) ensemble_lay(lanes, lanes->doubt.series, JETS_SPREAD);
 }
 
-VEC_INLINE num lane_get(const double *array, int k) { return NUM_(_get)(array + (size_t)k * WIDTH); }
+VEC_INLINE num lane_get(const double *array, int k) {
+    return NUM_(_get)(array + (size_t)k * WIDTH);
+}
 
 VEC_INLINE void lane_put(double *array, int k, num x) { NUM_(_put)(array + (size_t)k * WIDTH, x); }
 
 /* sine and cosine of the angle of every arm to its parent, and rates in units */
-static void ensemble_start(const struct ensemble_state *from, const struct jets_system *s, num unit) {
+static void ensemble_start(const struct ensemble_state *from, const struct jets_system *s,
+                           num unit) {
     for (int k = 0; k < s->n; k++) {
         int p = s->parent[k];
         num x = lane_get(from->phi, k), y = p < 0 ? num_of(0) : lane_get(from->phi, p);
@@ -129,8 +134,8 @@ static void ensemble_start(const struct ensemble_state *from, const struct jets_
     }
 }
 
-static void ensemble_expand(const struct ensemble_state *from, const struct jets_system *s, num unit, num gravity,
-                            int order) {
+static void ensemble_expand(const struct ensemble_state *from, const struct jets_system *s,
+                            num unit, num gravity, int order) {
     ensemble_start(from, s, unit);
     jets_factor(s);
     if (s->n <= DENSE_MAX)
@@ -139,14 +144,17 @@ static void ensemble_expand(const struct ensemble_state *from, const struct jets
         jets_orders(s, gravity, order);
 }
 
-/* binary logarithm of the largest coefficient of order j, far below all others where all are zero */
+/* binary logarithm of the largest coefficient of order j, far below all others where all are
+ * zero */
 VEC_INLINE num ensemble_norm(const struct jets_system *s, int j) {
     num norm = num_of(0);
-    for (int k = 0; k < s->n; k++) norm = num_max(norm, num_abs(s->rate[(size_t)j * s->stride + (size_t)k]));
+    for (int k = 0; k < s->n; k++)
+        norm = num_max(norm, num_abs(s->rate[(size_t)j * s->stride + (size_t)k]));
     return NUM_(_log2)(norm) - (num)((mask)(norm == 0) & (mask)num_of(1e4));
 }
 
-/* the step in units, by the rule of the taylor method: the first term left out is below rtol times the motion, or atol
+/* the step in units, by the rule of the taylor method: the first term left out is below rtol times
+ * the motion, or atol
  */
 static num ensemble_choose(const struct ensemble_lanes *lanes, const struct jets_system *s) {
     static const double log2_of[LEADING] = {0, 1, 1.5849625007211562, 2};
@@ -157,10 +165,12 @@ static num ensemble_choose(const struct ensemble_lanes *lanes, const struct jets
         leading[i] = ensemble_norm(s, i) - log2_of[i];
     }
     for (int j = lanes->order - TRAILING + 1; j <= lanes->order; j++) {
-        num trailing = ensemble_norm(s, j), far = lanes->log_atol * last[1] - trailing * s->share[j];
+        num trailing = ensemble_norm(s, j),
+            far = lanes->log_atol * last[1] - trailing * s->share[j];
         num here = lanes->log_rtol * last[0] + (leading[0] - trailing) * s->share[j - 1];
         for (int i = 1; i < LEADING; i++) {
-            here = num_max(here, lanes->log_rtol * last[-i] + (leading[i] - trailing) * s->share[j - i - 1]);
+            here = num_max(here, lanes->log_rtol * last[-i] +
+                                     (leading[i] - trailing) * s->share[j - i - 1]);
         }
         // what atol lets pass is bounded as rtol is
         here = num_max(here, num_min(far, here + spread));
@@ -175,22 +185,24 @@ VEC_INLINE void ensemble_sum(double *high, double *low, int k, num sum, num add)
     lane_put(low, k, (sum - (total - part)) + (add - part));
 }
 
-/* B_i = sum_j weight[i][j] a_j: the polynomial sum a_j x^j in Bernstein's form on [0, 1], whose values lie between the
- * least and the largest B_i */
+/* B_i = sum_j weight[i][j] a_j: the polynomial sum a_j x^j in Bernstein's form on [0, 1], whose
+ * values lie between the least and the largest B_i */
 enum { RANGE_DEGREE = 8 };
-#define F(i)                                                                                                           \
-    {                                                                                                                  \
-        1, i / 8.0, i *(i - 1) / 56.0, i *(i - 1) * (i - 2) / 336.0, i *(i - 1) * (i - 2) * (i - 3) / 1680.0,          \
-            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) / 6720.0,                                                         \
-            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) * (i - 5) / 20160.0,                                              \
-            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) * (i - 5) * (i - 6) / 40320.0,                                    \
-            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) * (i - 5) * (i - 6) * (i - 7) / 40320.0                           \
+#define F(i)                                                                                       \
+    {                                                                                              \
+        1, i / 8.0, i *(i - 1) / 56.0, i *(i - 1) * (i - 2) / 336.0,                               \
+            i *(i - 1) * (i - 2) * (i - 3) / 1680.0,                                               \
+            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) / 6720.0,                                     \
+            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) * (i - 5) / 20160.0,                          \
+            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) * (i - 5) * (i - 6) / 40320.0,                \
+            i *(i - 1) * (i - 2) * (i - 3) * (i - 4) * (i - 5) * (i - 6) * (i - 7) / 40320.0       \
     }
-static const double range_weight[RANGE_DEGREE + 1][RANGE_DEGREE + 1] = {F(0), F(1), F(2), F(3), F(4),
-                                                                        F(5), F(6), F(7), F(8)};
+static const double range_weight[RANGE_DEGREE + 1][RANGE_DEGREE + 1] = {
+    F(0), F(1), F(2), F(3), F(4), F(5), F(6), F(7), F(8)};
 #undef F
 
-/* what a series may reach on [0, x]: its first terms in Bernstein's form, the rest by their size, the rounding of all
+/* what a series may reach on [0, x]: its first terms in Bernstein's form, the rest by their size,
+ * the rounding of all
  */
 VEC_INLINE void ensemble_range(const num a[], num rest, num *low, num *high) {
     num top = a[0], bottom = a[0], size = num_abs(a[0]);
@@ -207,27 +219,33 @@ VEC_INLINE void ensemble_range(const num a[], num rest, num *low, num *high) {
 }
 
 /* where arm k may get to during the step stays inside its cell: no, as a mask */
-static mask ensemble_near(const struct ensemble_lanes *lanes, const struct jets_system *s, int k, num x) {
+static mask ensemble_near(const struct ensemble_lanes *lanes, const struct jets_system *s, int k,
+                          num x) {
     const num *c = s->rate + k;
     num a[RANGE_DEGREE + 1], power = x, rest = num_of(0), low, high;
     a[0] = num_of(0);
-    for (int j = 1; j <= RANGE_DEGREE; j++, power *= x) a[j] = c[(size_t)(j - 1) * s->stride] * s->share[j - 1] * power;
+    for (int j = 1; j <= RANGE_DEGREE; j++, power *= x)
+        a[j] = c[(size_t)(j - 1) * s->stride] * s->share[j - 1] * power;
     for (int j = lanes->order; j >= RANGE_DEGREE; j--)
         rest = num_fma(rest, x, num_abs(c[(size_t)j * s->stride]) * s->share[j]);
     ensemble_range(a, rest * power, &low, &high);
     // theta = phi + pi / 2, from the cell's middle
-    num middle = lane_get(lanes->from.phi, k) + 1.57079632679489661923 - lane_get(lanes->cell, k) * (2 * lanes->bound);
+    num middle = lane_get(lanes->from.phi, k) + 1.57079632679489661923 -
+                 lane_get(lanes->cell, k) * (2 * lanes->bound);
     double inside = lanes->bound * (1 - 1e-12);
     return ~((mask)(middle + high < inside) & (mask)(middle + low > -inside));
 }
 
-/* which lanes may have a force of arm k beyond its extremes so far, and which may have none at all */
-static void ensemble_force(struct ensemble_lanes *lanes, const struct jets_system *s, int k, num x, num scale) {
+/* which lanes may have a force of arm k beyond its extremes so far, and which may have none at
+ * all */
+static void ensemble_force(struct ensemble_lanes *lanes, const struct jets_system *s, int k, num x,
+                           num scale) {
     const num *c = s->force + k;
     num a[RANGE_DEGREE + 1], power = x, rest = num_of(0), low, high;
     a[0] = c[0];
     for (int j = 1; j <= RANGE_DEGREE; j++, power *= x) a[j] = c[(size_t)j * s->stride] * power;
-    for (int j = lanes->order - 1; j > RANGE_DEGREE; j--) rest = num_fma(rest, x, num_abs(c[(size_t)j * s->stride]));
+    for (int j = lanes->order - 1; j > RANGE_DEGREE; j--)
+        rest = num_fma(rest, x, num_abs(c[(size_t)j * s->stride]));
     ensemble_range(a, rest * power, &low, &high);
     mask above = (mask)(high * scale > lane_get(lanes->force_max, k)),
          below = (mask)(low * scale < lane_get(lanes->force_min, k));
@@ -235,8 +253,10 @@ static void ensemble_force(struct ensemble_lanes *lanes, const struct jets_syste
     lanes->turn[k] = lanes->signs ? mask_set((mask)(high >= 0) & (mask)(low <= 0)) : 0;
 }
 
-/* the state at the end of the step; a sum that is not finite shows in the return value, 0 where all are */
-static num ensemble_advance(const struct ensemble_lanes *lanes, const struct jets_system *s, num x, num inverse) {
+/* the state at the end of the step; a sum that is not finite shows in the return value, 0 where
+ * all are */
+static num ensemble_advance(const struct ensemble_lanes *lanes, const struct jets_system *s, num x,
+                            num inverse) {
     const struct ensemble_state *from = &lanes->from, *to = &lanes->to;
     num bad = num_of(0);
     for (int k = 0; k < s->n; k++) {
@@ -248,16 +268,18 @@ static num ensemble_advance(const struct ensemble_lanes *lanes, const struct jet
         }
         phi = x * num_fma(x, phi, *c);
         rate = x * rate * inverse;
-        ensemble_sum(to->phi, to->phi_low, k, lane_get(from->phi, k), phi + lane_get(from->phi_low, k));
-        ensemble_sum(to->rate, to->rate_low, k, lane_get(from->rate, k), rate + lane_get(from->rate_low, k));
+        ensemble_sum(to->phi, to->phi_low, k, lane_get(from->phi, k),
+                     phi + lane_get(from->phi_low, k));
+        ensemble_sum(to->rate, to->rate_low, k, lane_get(from->rate, k),
+                     rate + lane_get(from->rate_low, k));
         bad += (phi - phi) + (rate - rate);
     }
     return bad;
 }
 
 /* what the step may have done that somebody asked for */
-static void ensemble_watch(struct ensemble_lanes *lanes, const struct jets_system *s, num x, num inverse,
-                           struct ensemble_attention *attention) {
+static void ensemble_watch(struct ensemble_lanes *lanes, const struct jets_system *s, num x,
+                           num inverse, struct ensemble_attention *attention) {
     for (int k = 0; k < s->n && lanes->bound > 0; k++) {
         lanes->near[k] = mask_set(ensemble_near(lanes, s, k, x));
         attention->near |= lanes->near[k];
@@ -276,10 +298,13 @@ enum { DOUBT_FITTED = 6, DOUBT_FORETOLD = 6 };
 /* of a step, over the changes that it makes; by how much more may be left out than is foretold */
 static const double doubt_rounding = 2 * 0x1p-53, doubt_left = 2;
 
-/* notes the ratio of an instant; where it is too large the accuracy was lost since the one before */
+/* notes the ratio of an instant; where it is too large the accuracy was lost since the one
+ * before */
 VEC_INLINE void doubt_note(const struct ensemble_doubt *doubt, num time, num ratio) {
-    num held = lane_get(doubt->held, 0), before = lane_get(doubt->ratio, 0), from = lane_get(doubt->time, 0);
-    num low = NUM_(_log2)(num_max(before, num_of(0x1p-1000))), high = NUM_(_log2)(num_min(ratio, num_of(0x1p1000)));
+    num held = lane_get(doubt->held, 0), before = lane_get(doubt->ratio, 0),
+        from = lane_get(doubt->time, 0);
+    num low = NUM_(_log2)(num_max(before, num_of(0x1p-1000))),
+        high = NUM_(_log2)(num_min(ratio, num_of(0x1p1000)));
     num part = num_min(num_max(low / (low - high), num_of(0)), num_of(1));
     mask lost = (mask)(ratio > 1) & (mask)(held == ENSEMBLE_HELD);
     lane_put(doubt->held, 0, NUM_(_pick)(lost, num_fma(part, time - from, from), held));
@@ -294,14 +319,15 @@ VEC_INLINE num doubt_ratio(const struct ensemble_doubt *doubt, const double rate
         speed = num_max(speed, num_abs(lane_get(doubt->rate, k)));
     }
     lane_put(doubt->fastest, 0, fastest);
-    num share = NUM_(_pick)((mask)(fastest > 0), speed / num_max(fastest, num_of(0x1p-1000)), num_of(0));
+    num share =
+        NUM_(_pick)((mask)(fastest > 0), speed / num_max(fastest, num_of(0x1p-1000)), num_of(0));
     return doubt->grade * num_max(angle, share);
 }
 
-/* the errors at the end of the step from those at its start; returns by how much forces are off at the start, over the
- * largest so far */
-VEC_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jets_system *s, num x, num gravity,
-                              num inverse) {
+/* the errors at the end of the step from those at its start; returns by how much forces are off
+ * at the start, over the largest so far */
+VEC_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jets_system *s, num x,
+                            num gravity, num inverse) {
     const struct ensemble_doubt *doubt = &lanes->doubt;
     const struct jets_system *change = ensemble_table(lanes->n, doubt->series, JETS_SPREAD);
     num force = num_of(0), strongest = lane_get(doubt->strongest, 0), square = inverse * inverse;
@@ -323,11 +349,12 @@ VEC_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jet
         lane_put(doubt->rate, k, rate * inverse);
     }
     lane_put(doubt->strongest, 0, strongest);
-    return NUM_(_pick)((mask)(strongest > 0), square * force / num_max(strongest, num_of(0x1p-1000)), num_of(0));
+    return NUM_(_pick)((mask)(strongest > 0),
+                       square * force / num_max(strongest, num_of(0x1p-1000)), num_of(0));
 }
 
-/* How the last terms of the lanes' series go on, as left_kernel.h has it: a term is `one` times the one before it and
- * `two` times the one before that. */
+/* How the last terms of the lanes' series go on, as left_kernel.h has it: a term is `one` times
+ * the one before it and `two` times the one before that. */
 VEC_INLINE void doubt_recurrence(const struct jets_system *s, int last, num x, num *one, num *two) {
     num aa = num_of(0), ab = num_of(0), bb = num_of(0), ac = num_of(0), bc = num_of(0);
     for (int k = 0; k < s->n; k++) {
@@ -350,14 +377,18 @@ VEC_INLINE void doubt_recurrence(const struct jets_system *s, int last, num x, n
     *two = NUM_(_pick)(good, (bc * aa - ac * ab) * share, none);
 }
 
-/* the step's own errors: the terms that it leaves out, as they are known and foretold, and rounding */
-VEC_INLINE void doubt_add(const struct ensemble_lanes *lanes, const struct jets_system *s, num x, num inverse) {
+/* the step's own errors: the terms that it leaves out, as they are known and foretold, and
+ * rounding */
+VEC_INLINE void doubt_add(const struct ensemble_lanes *lanes, const struct jets_system *s, num x,
+                          num inverse) {
     const struct ensemble_doubt *doubt = &lanes->doubt;
     int known = lanes->known;
-    num power = x, most = num_of(0), length = num_abs(x / inverse), turn = num_abs(x) * doubt_rounding, one, two;
+    num power = x, most = num_of(0), length = num_abs(x / inverse),
+        turn = num_abs(x) * doubt_rounding, one, two;
     mask down = (mask)num_of(-0.0);
     for (int j = 2; j < known; j++) power *= x;
-    for (int k = 0; k < lanes->n; k++) most = num_max(most, num_abs(s->rate[s->stride + (size_t)k]) * s->len[k]);
+    for (int k = 0; k < lanes->n; k++)
+        most = num_max(most, num_abs(s->rate[s->stride + (size_t)k]) * s->len[k]);
     most *= num_abs(inverse) * turn;
     doubt_recurrence(s, known, x, &one, &two);
     for (int k = 0; k < lanes->n; k++) {
@@ -379,24 +410,28 @@ VEC_INLINE void doubt_add(const struct ensemble_lanes *lanes, const struct jets_
     }
 }
 
-static void ensemble_doubt(const struct ensemble_lanes *lanes, const struct jets_system *s, num x, num next,
-                           num gravity) {
+static void ensemble_doubt(const struct ensemble_lanes *lanes, const struct jets_system *s, num x,
+                           num next, num gravity) {
     const struct ensemble_doubt *doubt = &lanes->doubt;
     if (!mask_set((mask)(lane_get(doubt->held, 0) == ENSEMBLE_HELD))) return;
-    num unit = lane_get(lanes->unit, 0), inverse = 1 / unit, time = lane_get(lanes->from.time, 0), one = num_of(1);
+    num unit = lane_get(lanes->unit, 0), inverse = 1 / unit, time = lane_get(lanes->from.time, 0),
+        one = num_of(1);
     num ratio = doubt_ratio(doubt, lanes->from.rate, lanes->n);
-    num part = doubt->grade * doubt_spread(lanes, s, x, gravity, inverse), all = num_max(ratio, part);
+    num part = doubt->grade * doubt_spread(lanes, s, x, gravity, inverse),
+        all = num_max(ratio, part);
     doubt_note(doubt, time, all);
     lane_put(doubt->time, 0, time);
     lane_put(doubt->ratio, 0, all);
     doubt_add(lanes, s, x, inverse);
-    num grown = NUM_(_pick)((mask)(ratio > 0), num_max(part / num_max(ratio, num_of(0x1p-1000)), one), one);
+    num grown =
+        NUM_(_pick)((mask)(ratio > 0), num_max(part / num_max(ratio, num_of(0x1p-1000)), one), one);
     doubt_note(doubt, next, doubt_ratio(doubt, lanes->to.rate, lanes->n) * grown);
 }
 
 static void ensemble_step(struct ensemble_lanes *lanes, struct ensemble_attention *attention) {
     const struct jets_system *s = ensemble_view(lanes);
-    num unit = lane_get(lanes->unit, 0), time = lane_get(lanes->from.time, 0), stop = lane_get(lanes->stop, 0);
+    num unit = lane_get(lanes->unit, 0), time = lane_get(lanes->from.time, 0),
+        stop = lane_get(lanes->stop, 0);
     // the unit is a power of two: its inverse is exact
     num gravity = lane_get(lanes->gravity, 0) * unit * unit, inverse = 1 / unit;
     ensemble_expand(&lanes->from, s, unit, gravity, lanes->known);
@@ -424,8 +459,8 @@ static const double *ensemble_forces(const struct ensemble_lanes *lanes) {
 }
 
 /* a vector of instants at a time; the sums are those of ensemble_advance */
-static void ensemble_values(const struct ensemble_lanes *lanes, int lane, double unit, const double x[],
-                            const struct ensemble_values *to) {
+static void ensemble_values(const struct ensemble_lanes *lanes, int lane, double unit,
+                            const double x[], const struct ensemble_values *to) {
     const struct jets_system *s = ensemble_view(lanes);
     double inverse = 1 / unit;
     for (int k = 0; k < s->n; k++) {
@@ -433,12 +468,14 @@ static void ensemble_values(const struct ensemble_lanes *lanes, int lane, double
         double base = lanes->from.phi[at], base_rate = lanes->from.rate[at];
         for (int i = 0; i < ENSEMBLE_INSTANTS / WIDTH; i++) {
             num phi = num_of(0), rate = num_of(0), force = num_of(0), place = lane_get(x, i);
-            const double *c = (const double *)(s->rate + k) + lane, *f = (const double *)(s->force + k) + lane;
+            const double *c = (const double *)(s->rate + k) + lane,
+                         *f = (const double *)(s->force + k) + lane;
             for (int j = lanes->order; j >= 1; j--) {
                 double w = c[(size_t)j * s->stride * WIDTH];
                 phi = num_fma(phi, place, num_of(w * s->share[j]));
                 rate = num_fma(rate, place, num_of(w));
-                if (to->force) force = num_fma(force, place, num_of(f[(size_t)(j - 1) * s->stride * WIDTH]));
+                if (to->force)
+                    force = num_fma(force, place, num_of(f[(size_t)(j - 1) * s->stride * WIDTH]));
             }
             phi = place * num_fma(place, phi, num_of(c[0]));
             rate = place * rate * inverse;

@@ -6,7 +6,8 @@
 
 #include <stddef.h>
 
-/* Values of arm k in lane i are array[k * width + i]; one value a lane: array[i]. All arrays are aligned to 64. */
+/* Values of arm k in lane i are array[k * width + i]; one value a lane: array[i]. All arrays are
+ * aligned to 64. */
 struct ensemble_state {
     double *phi, *phi_low, *rate, *rate_low; /* angles, rad, and rates, rad/s, as sums of two */
     double *time;                            /* s, one value a lane */
@@ -15,21 +16,23 @@ struct ensemble_state {
 /* Sets of lanes, bit i for lane i. */
 typedef unsigned char ensemble_set;
 
-/* How far the digits of the members reach: as horizon.h, for all lanes at once. One value a lane, or an arm and lane.
+/* How far the digits of the members reach: as horizon.h, for all lanes at once. One value a lane,
+ * or an arm and lane.
  */
 struct ensemble_doubt {
-    double grade;                /* over an error, what it is over the error that is allowed; 0 = nobody asks */
+    double grade; /* over an error, what it is over the error that is allowed; 0 = nobody asks */
     double *phi, *rate;          /* the errors, rad and rad/s, of each arm */
     double *fastest, *strongest; /* rad/s and N, the largest so far */
-    double *time, *ratio;        /* s, and the largest error over what is allowed, where they were noted */
-    double *held;                /* s: up to when; ENSEMBLE_HELD while it is not lost */
-    double *series;              /* of the errors' change during a step */
+    double *time, *ratio; /* s, and the largest error over what is allowed, where they were noted */
+    double *held;         /* s: up to when; ENSEMBLE_HELD while it is not lost */
+    double *series;       /* of the errors' change during a step */
 };
 
 /* s, beyond every time */
 #define ENSEMBLE_HELD 1e301
 
-/* Coefficients of the motion's series beyond its order, where somebody asks how far the digits reach */
+/* Coefficients of the motion's series beyond its order, where somebody asks how far the digits
+ * reach */
 enum { ENSEMBLE_DOUBT_BEYOND = 1 };
 
 struct ensemble_lanes {
@@ -38,19 +41,20 @@ struct ensemble_lanes {
     struct ensemble_doubt doubt;
     int paired; /* lanes 2 j and 2 j + 1 take the same step */
     const int *parent, *end;
-    double log_rtol, log_atol;      /* binary logarithms */
-    double bound;                   /* rad; crossings of theta = bound + 2 i bound are looked for; 0 = none */
-    int extremes, signs;            /* non-zero: forces beyond those met so far, and changes of sign, are looked for */
-    struct ensemble_state from, to; /* start and end of the step */
-    double *len, *inv_len, *mass;   /* an arm's own */
-    double *gravity, *unit, *stop;  /* one value a lane; unit and stop - time have one sign */
-    double *step;                   /* out: the step in units */
-    double *cell;                   /* the number i of the stretch that theta of an arm is in */
-    double *force_max, *force_min;  /* N, of each arm so far */
-    ensemble_set *near, *peak, *turn; /* out, a set an arm: where the step may leave the cell, where the force may pass
-                                         its extremes, where it may be zero */
-    double *series;                   /* rate, force, turn_re, turn_im, orders 0 .. order + 1, then scratch */
-    double *share;                    /* 1 / (j + 1) of order j */
+    double log_rtol, log_atol; /* binary logarithms */
+    double bound; /* rad; crossings of theta = bound + 2 i bound are looked for; 0 = none */
+    int extremes,
+        signs; /* non-zero: forces beyond those met so far, and changes of sign, are looked for */
+    struct ensemble_state from, to;   /* start and end of the step */
+    double *len, *inv_len, *mass;     /* an arm's own */
+    double *gravity, *unit, *stop;    /* one value a lane; unit and stop - time have one sign */
+    double *step;                     /* out: the step in units */
+    double *cell;                     /* the number i of the stretch that theta of an arm is in */
+    double *force_max, *force_min;    /* N, of each arm so far */
+    ensemble_set *near, *peak, *turn; /* out, a set an arm: where the step may leave the cell, where
+                                         the force may pass its extremes, where it may be zero */
+    double *series; /* rate, force, turn_re, turn_im, orders 0 .. order + 1, then scratch */
+    double *share;  /* 1 / (j + 1) of order j */
 };
 
 enum { ENSEMBLE_WIDTH_MAX = 8, ENSEMBLE_INSTANTS = 8 };
@@ -79,8 +83,8 @@ struct ensemble_kernel {
     /** Takes one step in every lane, never beyond stop. */
     void (*step)(struct ensemble_lanes *lanes, struct ensemble_attention *attention);
     /**
-     * The values of one lane at ENSEMBLE_INSTANTS places x inside its last step, in units; before from and to are
-     * swapped.
+     * The values of one lane at ENSEMBLE_INSTANTS places x inside its last step, in units; before
+     * from and to are swapped.
      *
      * unit  s, of the step taken.
      */

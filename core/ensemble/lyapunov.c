@@ -9,13 +9,20 @@
 #include "core/integrate/run_check.h"
 #include "core/tree/turns.h"
 
-/* how far neighbours are put away, on both sides, rad: what linearity neglects is its square, rounding 1e-11 of it */
+/* how far neighbours are put away, on both sides, rad: what linearity neglects is its square,
+ * rounding 1e-11 of it */
 static const double lyapunov_distance = 1e-5;
 
-/* what may be neglected of the shortest direction that is left; and what is so little that longer pieces would do */
+/* what may be neglected of the shortest direction that is left; and what is so little that
+ * longer pieces would do */
 static const double lyapunov_error = 1e-6, lyapunov_little = 1e-9;
 
-enum { LYAPUNOV_PIECES = 1 << 20, LYAPUNOV_SEED = 1, LYAPUNOV_MARKS = 32, LYAPUNOV_MARKS_LEAST = 4 };
+enum {
+    LYAPUNOV_PIECES = 1 << 20,
+    LYAPUNOV_SEED = 1,
+    LYAPUNOV_MARKS = 32,
+    LYAPUNOV_MARKS_LEAST = 4
+};
 
 struct pend_lyapunov {
     const struct pend_tree *tree;
@@ -38,14 +45,17 @@ struct pend_lyapunov {
     double *length;    /* count: what a piece has made of each direction, without those before it */
 };
 
-/* --- the members: the motion, and two neighbours in each direction, one ahead and one behind --- */
+/* --- the members: the motion, and two neighbours in each direction, one ahead and one behind
+ * --- */
 
 static int lyapunov_fetch(void *context, long i, struct pend_member *member) {
     const struct pend_lyapunov *lyapunov = context;
-    const double *base = lyapunov->base, *beside = lyapunov->direction + (i - 1) / 2 * 2 * lyapunov->n;
+    const double *base = lyapunov->base,
+                 *beside = lyapunov->direction + (i - 1) / 2 * 2 * lyapunov->n;
     double distance = i % 2 ? lyapunov_distance : -lyapunov_distance;
     for (int k = 0; k < lyapunov->n; k++) {
-        double phi = i ? distance * beside[k] : 0, rate = i ? distance * beside[lyapunov->n + k] : 0;
+        double phi = i ? distance * beside[k] : 0,
+               rate = i ? distance * beside[lyapunov->n + k] : 0;
         member->phi[k] = base[k] + phi;
         member->rate[k] = lyapunov->frequency * (base[lyapunov->n + k] + rate);
     }
@@ -61,7 +71,8 @@ static int lyapunov_deliver(void *context, long i, const struct pend_outcome *ou
         lyapunov->failed_at = outcome->time;
     }
     memcpy(end, outcome->phi, (size_t)lyapunov->n * sizeof *end);
-    for (int k = 0; k < lyapunov->n; k++) end[lyapunov->n + k] = outcome->rate[k] / lyapunov->frequency;
+    for (int k = 0; k < lyapunov->n; k++)
+        end[lyapunov->n + k] = outcome->rate[k] / lyapunov->frequency;
     return 0;
 }
 
@@ -69,7 +80,8 @@ static int lyapunov_deliver(void *context, long i, const struct pend_outcome *ou
 static enum pend_status lyapunov_open(struct pend_lyapunov *lyapunov, struct pend_error *error) {
     struct pend_ensemble_problem problem = {.tree = lyapunov->tree,
                                             .gravity = lyapunov->gravity,
-                                            .duration = lyapunov->interval / (double)lyapunov->pieces,
+                                            .duration =
+                                                lyapunov->interval / (double)lyapunov->pieces,
                                             .rtol = lyapunov->rtol,
                                             .step_cap = 1 << 20,
                                             .fetch = lyapunov_fetch,
@@ -87,8 +99,8 @@ static double lyapunov_dot(int count, const double a[], const double b[]) {
     return sum;
 }
 
-/* makes directions orthonormal, the first first (Gram and Schmidt, twice); what is left of each one's length goes
- * into `length`. Returns 0 where one is lost. */
+/* makes directions orthonormal, the first first (Gram and Schmidt, twice); what is left of each
+ * one's length goes into `length`. Returns 0 where one is lost. */
 static int lyapunov_straighten(int count, int size, double direction[], double length[]) {
     for (int i = 0; i < count; i++) {
         double *own = direction + (size_t)i * (size_t)size;
@@ -117,8 +129,9 @@ static void lyapunov_aim(struct pend_lyapunov *lyapunov) {
 
 /* --- an interval --- */
 
-/* The ends of the neighbours become directions, in the first rows behind the motion's own. Returns 0 where that is not
- * linear enough: what two neighbours neglect goes as the third power of their distance. */
+/* The ends of the neighbours become directions, in the first rows behind the motion's own.
+ * Returns 0 where that is not linear enough: what two neighbours neglect goes as the third power
+ * of their distance. */
 static int lyapunov_turn(struct pend_lyapunov *lyapunov) {
     size_t size = 2 * (size_t)lyapunov->n;
     double longest = 0, shortest = INFINITY;
@@ -128,26 +141,33 @@ static int lyapunov_turn(struct pend_lyapunov *lyapunov) {
         for (size_t k = 0; k < size; k++) own[k] = (ahead[k] - behind[k]) / (2 * lyapunov_distance);
         longest = fmax(longest, sqrt(lyapunov_dot((int)size, own, own)));
     }
-    if (!lyapunov_straighten(lyapunov->count, (int)size, lyapunov->end + size, lyapunov->length)) return 0;
+    if (!lyapunov_straighten(lyapunov->count, (int)size, lyapunov->end + size, lyapunov->length))
+        return 0;
     for (int i = 0; i < lyapunov->count; i++) shortest = fmin(shortest, lyapunov->length[i]);
-    double neglected = longest * longest * longest * lyapunov_distance * lyapunov_distance / shortest;
+    double neglected =
+        longest * longest * longest * lyapunov_distance * lyapunov_distance / shortest;
     lyapunov->neglected = fmax(lyapunov->neglected, neglected);
     return neglected <= lyapunov_error;
 }
 
-/* the end of a piece is where the next begins; angles lose their whole turns, and so keep their digits */
+/* the end of a piece is where the next begins; angles lose their whole turns, and so keep their
+ * digits */
 static void lyapunov_follow(struct pend_lyapunov *lyapunov) {
     size_t size = 2 * (size_t)lyapunov->n;
     memcpy(lyapunov->base, lyapunov->end, size * sizeof *lyapunov->base);
-    memcpy(lyapunov->direction, lyapunov->end + size, (size_t)lyapunov->count * size * sizeof *lyapunov->direction);
-    for (int k = 0; k < lyapunov->n; k++) lyapunov->base[k] = remainder(lyapunov->base[k], 2 * M_PI);
+    memcpy(lyapunov->direction, lyapunov->end + size,
+           (size_t)lyapunov->count * size * sizeof *lyapunov->direction);
+    for (int k = 0; k < lyapunov->n; k++)
+        lyapunov->base[k] = remainder(lyapunov->base[k], 2 * M_PI);
     for (int i = 0; i < lyapunov->count; i++) lyapunov->growth[i] += log(lyapunov->length[i]);
     lyapunov->piece++;
 }
 
-static enum pend_status lyapunov_fail(const struct pend_lyapunov *lyapunov, struct pend_error *error) {
+static enum pend_status lyapunov_fail(const struct pend_lyapunov *lyapunov,
+                                      struct pend_error *error) {
     double time = (double)lyapunov->intervals * lyapunov->interval + lyapunov->failed_at;
-    return pend_fail(error, lyapunov->status, -1, time, "at t = %.6g s: %s", time, pend_status_text(lyapunov->status));
+    return pend_fail(error, lyapunov->status, -1, time, "at t = %.6g s: %s", time,
+                     pend_status_text(lyapunov->status));
 }
 
 /* a piece is over; where it was too long, it is taken anew in halves */
@@ -192,7 +212,8 @@ static void lyapunov_mark(struct pend_lyapunov *lyapunov) {
     lyapunov->a_mark *= 2;
 }
 
-enum pend_status pend_lyapunov_go(struct pend_lyapunov *lyapunov, long steps, int *done, struct pend_error *error) {
+enum pend_status pend_lyapunov_go(struct pend_lyapunov *lyapunov, long steps, int *done,
+                                  struct pend_error *error) {
     int over = 0;
     *done = 0;
     if (lyapunov->status != PEND_OK) return lyapunov_fail(lyapunov, error);
@@ -210,15 +231,18 @@ enum pend_status pend_lyapunov_go(struct pend_lyapunov *lyapunov, long steps, in
 
 /* --- the whole --- */
 
-static enum pend_status lyapunov_check(const struct pend_lyapunov_problem *problem, struct pend_error *error) {
+static enum pend_status lyapunov_check(const struct pend_lyapunov_problem *problem,
+                                       struct pend_error *error) {
     if (problem->count < 1 || problem->count > 2 * problem->tree->n)
-        return pend_fail(error, PEND_INVALID, -1, 0, "the count must be from 1 to %d, got %d", 2 * problem->tree->n,
-                         problem->count);
+        return pend_fail(error, PEND_INVALID, -1, 0, "the count must be from 1 to %d, got %d",
+                         2 * problem->tree->n, problem->count);
     if (problem->interval > 0 && isfinite(problem->interval)) return PEND_OK;
-    return pend_fail(error, PEND_INVALID, -1, 0, "the interval must be greater than 0, got %g", problem->interval);
+    return pend_fail(error, PEND_INVALID, -1, 0, "the interval must be greater than 0, got %g",
+                     problem->interval);
 }
 
-/* 1/s, about that of the fastest swing: with it no direction is stretched much by what only swings */
+/* 1/s, about that of the fastest swing: with it no direction is stretched much by what only
+ * swings */
 static double lyapunov_fastest(const struct pend_lyapunov_problem *problem) {
     double shortest = INFINITY;
     for (int k = 0; k < problem->tree->n; k++) shortest = fmin(shortest, problem->tree->len[k]);
@@ -226,7 +250,8 @@ static double lyapunov_fastest(const struct pend_lyapunov_problem *problem) {
     return frequency > 0 ? frequency : 1;
 }
 
-enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov, const struct pend_lyapunov_problem *problem,
+enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov,
+                                   const struct pend_lyapunov_problem *problem,
                                    struct pend_error *error) {
     *lyapunov = NULL;
     PEND_TRY(lyapunov_check(problem, error));
@@ -234,7 +259,9 @@ enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov, const struct
     size_t n = (size_t)problem->tree->n, count = (size_t)problem->count;
     size_t numbers = 2 * n * (3 * count + 2) + (2 + LYAPUNOV_MARKS) * count;
     struct pend_lyapunov *made = calloc(1, sizeof *made + numbers * sizeof(double));
-    if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for %d directions", problem->count);
+    if (!made)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for %d directions",
+                         problem->count);
     double *at = (double *)(made + 1);
     made->tree = problem->tree;
     made->gravity = problem->gravity;
@@ -252,8 +279,10 @@ enum pend_status pend_lyapunov_new(struct pend_lyapunov **lyapunov, const struct
     made->mark = made->length + count;
     made->a_mark = 1;
     for (size_t k = 0; k < n; k++) {
-        // neighbours are 1e-5 rad away: beside that the digits behind those of a double do not count
-        made->base[k] = pend_turns_rest(problem->phi[k], problem->phi_low ? problem->phi_low[k] : 0, NULL).high;
+        // neighbours are 1e-5 rad away: beside that the digits behind those of a double do not
+        // count
+        made->base[k] =
+            pend_turns_rest(problem->phi[k], problem->phi_low ? problem->phi_low[k] : 0, NULL).high;
         made->base[n + k] = problem->rate[k] / made->frequency;
     }
     lyapunov_aim(made);
@@ -280,7 +309,8 @@ void pend_lyapunov_forget(struct pend_lyapunov *lyapunov) {
 
 void pend_lyapunov_exponents(const struct pend_lyapunov *lyapunov, double exponent[]) {
     double time = (double)lyapunov->intervals * lyapunov->interval;
-    for (int i = 0; i < lyapunov->count; i++) exponent[i] = time > 0 ? lyapunov->growth[i] / time : 0;
+    for (int i = 0; i < lyapunov->count; i++)
+        exponent[i] = time > 0 ? lyapunov->growth[i] / time : 0;
 }
 
 void pend_lyapunov_errors(const struct pend_lyapunov *lyapunov, double error[]) {
@@ -295,7 +325,8 @@ void pend_lyapunov_errors(const struct pend_lyapunov *lyapunov, double error[]) 
             square += off * off;
         }
         double scatter = marks > 1 ? sqrt(square / (marks - 1) / marks) / part : 0;
-        if (marks < LYAPUNOV_MARKS_LEAST && time > 0) scatter = fmax(scatter, fabs(lyapunov->growth[i]) / time);
+        if (marks < LYAPUNOV_MARKS_LEAST && time > 0)
+            scatter = fmax(scatter, fabs(lyapunov->growth[i]) / time);
         error[i] = time > 0 ? hypot(scatter, 1 / time) : 0;
     }
 }

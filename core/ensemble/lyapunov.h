@@ -1,7 +1,8 @@
-/* Lyapunov exponents of a motion: how fast neighbours in several directions leave it, orthonormalised interval by
- * interval. Leaves to others: the steps, which the motion and its neighbours take side by side (ensemble).
- * Invariant: neighbours are so near that the law of their distances is linear; where they have left too far within an
- * interval it is taken anew in shorter pieces. */
+/* Lyapunov exponents of a motion: how fast neighbours in several directions leave it,
+ * orthonormalised interval by interval. Leaves to others: the steps, which the motion and its
+ * neighbours take side by side (ensemble).
+ * Invariant: neighbours are so near that the law of their distances is linear; where they have
+ * left too far within an interval it is taken anew in shorter pieces. */
 #ifndef PEND_LYAPUNOV_H
 #define PEND_LYAPUNOV_H
 
@@ -12,9 +13,11 @@ struct pend_lyapunov_problem {
     double gravity;               /* m/s^2 */
     const double *phi, *rate;     /* start, n values each, stored order; copied */
     int count;                    /* exponents, the largest first; 1 .. 2 n */
-    double interval;              /* s, > 0: after which the directions are made orthonormal again, or more often */
-    double rtol;                  /* of the motions' local error, as of the taylor method; 0 = 1e-14 */
-    const double *phi_low;        /* rad, what rounding to doubles has left of phi, n values; NULL = nothing */
+    double
+        interval; /* s, > 0: after which the directions are made orthonormal again, or more often */
+    double rtol;  /* of the motions' local error, as of the taylor method; 0 = 1e-14 */
+    const double
+        *phi_low; /* rad, what rounding to doubles has left of phi, n values; NULL = nothing */
 };
 
 struct pend_lyapunov;
@@ -37,15 +40,18 @@ void pend_lyapunov_free(struct pend_lyapunov **lyapunov);
  * Goes on in the present interval.
  *
  * steps  of all lanes, after which it comes back.
- * done   set to whether the interval is over; the next call begins another. How it is cut changes no bit.
+ * done   set to whether the interval is over; the next call begins another. How it is cut changes
+ *        no bit.
  *
- * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  the motion, or one beside it, cannot be computed.
+ * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS  the motion, or one beside it, cannot
+ * be computed.
  * PEND_NO_MEMORY
  */
-PEND_MUST_CHECK enum pend_status pend_lyapunov_go(struct pend_lyapunov *lyapunov, long steps, int *done,
-                                                  struct pend_error *error);
+PEND_MUST_CHECK enum pend_status pend_lyapunov_go(struct pend_lyapunov *lyapunov, long steps,
+                                                  int *done, struct pend_error *error);
 
-/** Takes what was found so far for a transient: exponents are counted from now on. The directions stay. */
+/** Takes what was found so far for a transient: exponents are counted from now on. The directions
+ * stay. */
 void pend_lyapunov_forget(struct pend_lyapunov *lyapunov);
 
 /**
@@ -56,10 +62,11 @@ void pend_lyapunov_forget(struct pend_lyapunov *lyapunov);
 void pend_lyapunov_exponents(const struct pend_lyapunov *lyapunov, double exponent[]);
 
 /**
- * A standard error of each, 1/s: of the mean of 16 to 31 parts of the time, alike in length, whose growth rates
- * scatter; and besides one power of e over the time, for the directions, which have to turn to where they grow. About
- * two in three exponents of a longer time lie within it, nearly all within twice of it; those that tend to 0 are within
- * twice of it from 0. Before there are four parts it is the exponent's own size, or more.
+ * A standard error of each, 1/s: of the mean of 16 to 31 parts of the time, alike in length, whose
+ * growth rates scatter; and besides one power of e over the time, for the directions, which have to
+ * turn to where they grow. About two in three exponents of a longer time lie within it, nearly all
+ * within twice of it; those that tend to 0 are within twice of it from 0. Before there are four
+ * parts it is the exponent's own size, or more.
  *
  * error  out, `count` values.
  */
@@ -68,7 +75,8 @@ void pend_lyapunov_errors(const struct pend_lyapunov *lyapunov, double error[]);
 /** The motion itself at the end of the last interval; the angles without whole turns. */
 void pend_lyapunov_state(const struct pend_lyapunov *lyapunov, double phi[], double rate[]);
 
-/** 1/s, by which differences of rates are divided where they are measured beside those of angles. */
+/** 1/s, by which differences of rates are divided where they are measured beside those of angles.
+ */
 double pend_lyapunov_frequency(const struct pend_lyapunov *lyapunov);
 
 /** Integration steps of all motions so far. */

@@ -1,4 +1,5 @@
-/* The members of an ensemble: what they start from, what is to be found out about them, what became of each.
+/* The members of an ensemble: what they start from, what is to be found out about them, what
+ * became of each.
  * Leaves to others: the computation (ensemble).
  * Invariant: arrays of one value an arm are in the tree's stored order. */
 #ifndef PEND_MEMBER_H
@@ -7,19 +8,20 @@
 #include "core/base/isa.h"
 #include "core/tree/tree.h"
 
-/* One member's start; arrays of n values, filled with the tree's own lengths, masses, the problem's gravity and zeros
- * before fetch is called. */
+/* One member's start; arrays of n values, filled with the tree's own lengths, masses, the
+ * problem's gravity and zeros before fetch is called. */
 struct pend_member {
     double *phi, *rate;    /* rad, rad/s */
     double *length, *mass; /* m, kg, finite and > 0 */
     double gravity;        /* m/s^2 */
-    double *phi_low;       /* rad, what rounding to doubles has left of phi; NULL where the caller does not look */
+    double *phi_low; /* rad, what rounding to doubles has left of phi; NULL where the caller does
+                        not look */
 };
 
 enum pend_stop { PEND_STOP_TIME, PEND_STOP_BOUND, PEND_STOP_FAILED };
 
-/* When a member that crosses its bound ends: at the time only, at the first crossing of any arm, or with the step in
- * which the last arm that can cross has done so. */
+/* When a member that crosses its bound ends: at the time only, at the first crossing of any arm,
+ * or with the step in which the last arm that can cross has done so. */
 enum pend_until { PEND_UNTIL_TIME, PEND_UNTIL_FIRST, PEND_UNTIL_ALL };
 
 /* What is found out beside the end and the crossings; each costs a little. */
@@ -38,33 +40,38 @@ struct pend_force_range {
 /* What became of a member; arrays of n values, valid during the call only. */
 struct pend_outcome {
     enum pend_stop stop;
-    enum pend_status status;  /* PEND_OK, or why it failed: PEND_NOT_FINITE, PEND_STEP_TOO_SMALL, PEND_TOO_MANY_STEPS */
-    double time;              /* s, where it ended */
-    int arm;                  /* stored number of the arm that crossed its bound first, -1 = none did */
-    double first;             /* s, when; NaN = never */
+    enum pend_status status; /* PEND_OK, or why it failed: PEND_NOT_FINITE, PEND_STEP_TOO_SMALL,
+                                PEND_TOO_MANY_STEPS */
+    double time;             /* s, where it ended */
+    int arm;      /* stored number of the arm that crossed its bound first, -1 = none did */
+    double first; /* s, when; NaN = never */
     const double *phi, *rate; /* at `time`; of a member that was spared, at the start */
-    const double *phi_low;    /* rad, what rounding has left of phi, as far as it is known; NULL where it is not */
-    const double *first_crossing;  /* s, of each arm; NaN = it never crossed; NULL when no bound was asked for */
-    const long *crossings;         /* how often each arm crossed; NULL when no bound was asked for */
+    const double *phi_low; /* rad, what rounding has left of phi, as far as it is known; NULL where
+                              it is not */
+    const double *first_crossing; /* s, of each arm; NaN = it never crossed; NULL when no bound was
+                                     asked for */
+    const long *crossings;        /* how often each arm crossed; NULL when no bound was asked for */
     struct pend_force_range force; /* NULLs where not asked for */
-    const double *sign_change;     /* s, when the force of each arm first changed sign; NaN = never; NULL = not asked */
+    const double *sign_change;     /* s, when the force of each arm first changed sign; NaN = never;
+                                      NULL = not asked */
     double energy_drift;           /* |E - E(start)| at the end over pend_kinematics_energy_scale */
-    double horizon;                /* s, up to when the member keeps the problem's accuracy: `time` where it does to the
-                                      end; NaN where the problem names none */
-    double lyapunov;               /* 1/s, logarithm of a neighbour's growth over the time; NaN where time is 0 */
+    double horizon;  /* s, up to when the member keeps the problem's accuracy: `time` where it does
+                        to the  end; NaN where the problem names none */
+    double lyapunov; /* 1/s, logarithm of a neighbour's growth over the time; NaN where time is 0 */
     long steps;
 };
 
 /** Fills in the start of member number i; non-zero ends the run as cancelled. */
 typedef int pend_fetch_fn(void *context, long i, struct pend_member *member);
-/** Receives the outcome of member number i, in the order in which members end; non-zero ends the run as cancelled. */
+/** Receives the outcome of member number i, in the order in which members end; non-zero ends the
+ * run as cancelled. */
 typedef int pend_deliver_fn(void *context, long i, const struct pend_outcome *outcome);
 /**
- * Receives `count` rows of n values, those of the instants from `first` on, of member number i. theta is phi + pi/2,
- * rad, with the digits of a small swing, which phi as a double does not hold.
+ * Receives `count` rows of n values, those of the instants from `first` on, of member number i.
+ * theta is phi + pi/2, rad, with the digits of a small swing, which phi as a double does not hold.
  */
-typedef void pend_rows_fn(void *context, long i, long first, int count, const double phi[], const double rate[],
-                          const double force[], const double theta[]);
+typedef void pend_rows_fn(void *context, long i, long first, int count, const double phi[],
+                          const double rate[], const double force[], const double theta[]);
 
 struct pend_ensemble_problem {
     const struct pend_tree *tree;
@@ -72,14 +79,16 @@ struct pend_ensemble_problem {
     double duration;   /* s, either sign */
     double rtol, atol; /* as of the taylor method */
     double accuracy;   /* that horizons go by (horizon.h), > 0; 0 = nobody asks */
-    double bound; /* rad, > 0: theta = phi + pi/2 crossing bound + 2 i bound, i any integer, is noted: pi for flips,
-                     anything for a bound of your own; touching it inside a step counts, starting on it does not; 0 =
-                     not wanted */
+    /* rad, > 0: theta = phi + pi/2 crossing bound + 2 i bound, i any integer, is noted: pi for
+     * flips, anything for a bound of one's own. Touching it inside a step counts; starting on it
+     * does not. 0: not wanted. */
+    double bound;
     enum pend_until until;
-    int spare; /* non-zero: the end is not wanted, and a member whose energy lets no arm reach its bound is delivered at
-                  once, with `time` the duration and no steps */
+    int spare; /* non-zero: the end is not wanted, and a member whose energy lets no arm reach its
+                  bound is delivered at once, with `time` the duration and no steps */
     unsigned observe;    /* enum pend_observe, or-ed */
-    const double *times; /* s, ascending in the direction of the duration, none beyond it: rows are wanted there */
+    const double *times; /* s, ascending in the direction of the duration, none beyond it: rows are
+                            wanted there */
     long times_count;    /* 0 = no rows */
     long step_cap;       /* most steps of a member, 0 = no limit */
     pend_fetch_fn *fetch;

@@ -39,16 +39,16 @@ static const struct extended_kernel *extended_kernel(enum pend_isa isa) {
 
 /* ---- orders */
 
-/* the first term of a step that is left out, relative to the motion of the step: a hundredth of rtol, not below the
- * numbers' own last digit */
+/* the first term of a step that is left out, relative to the motion of the step: a hundredth of
+ * rtol, not below the numbers' own last digit */
 static double extended_target(double rtol) { return fmax(0.01 * rtol, 0x1p-106); }
 
 static int extended_order(double target) { return (int)ceil(6 - 0.45 * log(target)); }
 
 /*
- * The order above which coefficients need but one double: where the terms of a step have fallen by as much as a double
- * falls short of the target. The slowest to fall are those of an exponential, x^j / j!, x such that the first term left
- * out is the target.
+ * The order above which coefficients need but one double: where the terms of a step have fallen by
+ * as much as a double falls short of the target. The slowest to fall are those of an exponential,
+ * x^j / j!, x such that the first term left out is the target.
  */
 static int extended_precise(double target, int order) {
     double bits = -log2(target), log_x = (lgamma(order + 2) / M_LN2 - bits) / (order + 1);
@@ -69,11 +69,14 @@ static double *extended_take(char *base, size_t *used, size_t count) {
 static size_t extended_place(struct pend_extended *e, char *base) {
     struct extended_lanes *l = &e->lanes;
     size_t n = (size_t)l->n, width = (size_t)e->kernel->width, used = 0;
-    double **laned[EXTENDED_LANED] = {&l->from.phi,   &l->from.phi_low, &l->from.rate,   &l->from.rate_low, &l->to.phi,
-                                      &l->to.phi_low, &l->to.rate,      &l->to.rate_low, &l->len,           &l->mass};
-    double **single[EXTENDED_SINGLE] = {&l->from.time, &l->to.time, &l->gravity, &l->unit, &l->stop};
-    double **flat[EXTENDED_FLAT] = {&e->member.phi, &e->member.rate, &e->member.length, &e->member.mass,
-                                    &e->end.phi,    &e->end.rate,    &e->end.phi_low,   &e->end.rate_low};
+    double **laned[EXTENDED_LANED] = {
+        &l->from.phi,   &l->from.phi_low, &l->from.rate,   &l->from.rate_low, &l->to.phi,
+        &l->to.phi_low, &l->to.rate,      &l->to.rate_low, &l->len,           &l->mass};
+    double **single[EXTENDED_SINGLE] = {&l->from.time, &l->to.time, &l->gravity, &l->unit,
+                                        &l->stop};
+    double **flat[EXTENDED_FLAT] = {&e->member.phi,  &e->member.rate, &e->member.length,
+                                    &e->member.mass, &e->end.phi,     &e->end.rate,
+                                    &e->end.phi_low, &e->end.rate_low};
     extended_take(base, &used, sizeof *e / sizeof(double) + 1);
     for (int i = 0; i < EXTENDED_LANED; i++) *laned[i] = extended_take(base, &used, n * width);
     for (int i = 0; i < EXTENDED_SINGLE; i++) *single[i] = extended_take(base, &used, width);
@@ -84,12 +87,13 @@ static size_t extended_place(struct pend_extended *e, char *base) {
     return used;
 }
 
-enum pend_status pend_extended_new(struct pend_extended **extended, const struct pend_tree *tree, double rtol,
-                                   double atol, int single, enum pend_isa isa, struct pend_error *error) {
+enum pend_status pend_extended_new(struct pend_extended **extended, const struct pend_tree *tree,
+                                   double rtol, double atol, int single, enum pend_isa isa,
+                                   struct pend_error *error) {
     *extended = NULL;
     if (!(rtol >= PEND_EXTENDED_RTOL_MIN && rtol <= 0.1))
-        return pend_fail(error, PEND_INVALID, -1, 0, "rtol must be from %g to 0.1, got %g", PEND_EXTENDED_RTOL_MIN,
-                         rtol);
+        return pend_fail(error, PEND_INVALID, -1, 0, "rtol must be from %g to 0.1, got %g",
+                         PEND_EXTENDED_RTOL_MIN, rtol);
     if (!(atol >= 0 && atol <= 1))
         return pend_fail(error, PEND_INVALID, -1, 0, "atol must be from 0 to 1, got %g", atol);
     double target = extended_target(rtol);
@@ -97,25 +101,28 @@ enum pend_status pend_extended_new(struct pend_extended **extended, const struct
     // four lanes hold the four sums of an arm
     if (single && isa > PEND_ISA_AVX2) isa = PEND_ISA_AVX2;
     struct pend_extended sketch = {.tree = tree, .kernel = extended_kernel(isa)};
-    sketch.lanes = (struct extended_lanes){.n = tree->n,
-                                           .single = single,
-                                           .order = order,
-                                           .precise = extended_precise(target, order),
-                                           .parent = tree->parent,
-                                           .end = tree->end,
-                                           .log_rtol = log2(target),
-                                           .log_atol = atol > 0 ? log2(pend_taylor_atol(atol)) : -1e5};
+    sketch.lanes =
+        (struct extended_lanes){.n = tree->n,
+                                .single = single,
+                                .order = order,
+                                .precise = extended_precise(target, order),
+                                .parent = tree->parent,
+                                .end = tree->end,
+                                .log_rtol = log2(target),
+                                .log_atol = atol > 0 ? log2(pend_taylor_atol(atol)) : -1e5};
     size_t bytes = extended_place(&sketch, NULL);
     // the limit is that of the widest lanes: what one processor refuses is refused by all
-    size_t widest = single ? 4 : EXTENDED_WIDTH_MAX, counted = bytes / (size_t)sketch.kernel->width * widest;
+    size_t widest = single ? 4 : EXTENDED_WIDTH_MAX,
+           counted = bytes / (size_t)sketch.kernel->width * widest;
     if (counted > (size_t)EXTENDED_BYTES_CAP)
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "32 digits are for smaller trees: the series of %d arms would take %zu bytes, more than %d",
+                         "32 digits are for smaller trees: the series of %d arms would take %zu "
+                         "bytes, more than %d",
                          tree->n, counted, EXTENDED_BYTES_CAP);
     char *block = aligned_alloc(64, bytes);
     if (!block)
-        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the series of %d arms: %zu bytes", tree->n,
-                         bytes);
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0,
+                         "no memory for the series of %d arms: %zu bytes", tree->n, bytes);
     memset(block, 0, bytes);
     extended_place(&sketch, block);
     for (int j = 0; j < order + 2; j++) sketch.lanes.share[j] = 1.0 / (j + 1);
@@ -138,8 +145,9 @@ int pend_extended_width(const struct pend_extended *e) { return e->kernel->width
 int pend_extended_order(const struct pend_extended *e) { return e->lanes.order; }
 
 /* a start into a lane; what the last step ended with is what the next begins with */
-static void extended_fill(struct pend_extended *e, int lane, double gravity, const struct pend_extended_state *state,
-                          const double len[], const double mass[], double stop) {
+static void extended_fill(struct pend_extended *e, int lane, double gravity,
+                          const struct pend_extended_state *state, const double len[],
+                          const double mass[], double stop) {
     struct extended_lanes *l = &e->lanes;
     double fastest = 0;
     for (int k = 0; k < l->n; k++) {
@@ -158,18 +166,20 @@ static void extended_fill(struct pend_extended *e, int lane, double gravity, con
     l->unit[lane] = copysign(fastest > 0 ? exp2(-floor(log2(fastest))) : 1, stop);
 }
 
-static void extended_begin(struct pend_extended *e, int lane, double gravity, const struct pend_extended_state *state,
-                           const double len[], const double mass[], double stop) {
+static void extended_begin(struct pend_extended *e, int lane, double gravity,
+                           const struct pend_extended_state *state, const double len[],
+                           const double mass[], double stop) {
     extended_fill(e, lane, gravity, state, len, mass, stop);
-    e->seat[lane] = (struct extended_seat){.state = stop == 0 ? PEND_EXTENDED_STOPPED : PEND_EXTENDED_UNDER_WAY,
-                                           .unit = e->lanes.unit[lane]};
+    e->seat[lane] =
+        (struct extended_seat){.state = stop == 0 ? PEND_EXTENDED_STOPPED : PEND_EXTENDED_UNDER_WAY,
+                               .unit = e->lanes.unit[lane]};
     // lanes without a trajectory do what this one does: its numbers are good
     for (int i = 0; i < e->kernel->width; i++)
         if (e->seat[i].empty) extended_fill(e, i, gravity, state, len, mass, stop);
 }
 
-void pend_extended_start(struct pend_extended *e, int lane, double gravity, const struct pend_extended_state *state,
-                         double stop) {
+void pend_extended_start(struct pend_extended *e, int lane, double gravity,
+                         const struct pend_extended_state *state, double stop) {
     extended_begin(e, lane, gravity, state, e->tree->len, e->tree->mass, stop);
 }
 
@@ -177,7 +187,8 @@ void pend_extended_stop(struct pend_extended *e, int lane, double stop) {
     double left = stop - e->lanes.to.time[lane];
     e->lanes.stop[lane] = stop;
     e->lanes.unit[lane] = copysign(e->lanes.unit[lane], left);
-    if (left != 0 && e->seat[lane].state == PEND_EXTENDED_STOPPED) e->seat[lane].state = PEND_EXTENDED_UNDER_WAY;
+    if (left != 0 && e->seat[lane].state == PEND_EXTENDED_STOPPED)
+        e->seat[lane].state = PEND_EXTENDED_UNDER_WAY;
 }
 
 /* before a step: its start is the end of the last; lanes that have nothing to do go on and on */
@@ -201,19 +212,25 @@ int pend_extended_step(struct pend_extended *e) {
         if (seat->state != PEND_EXTENDED_UNDER_WAY) continue;
         seat->steps++;
         if (!any || !e->lanes.attention[i]) continue;
-        seat->state = e->lanes.attention[i] & EXTENDED_BAD ? PEND_EXTENDED_FAILED : PEND_EXTENDED_STOPPED;
+        seat->state =
+            e->lanes.attention[i] & EXTENDED_BAD ? PEND_EXTENDED_FAILED : PEND_EXTENDED_STOPPED;
         ended++;
     }
     return ended;
 }
 
-enum pend_extended_lane pend_extended_lane(const struct pend_extended *e, int lane) { return e->seat[lane].state; }
+enum pend_extended_lane pend_extended_lane(const struct pend_extended *e, int lane) {
+    return e->seat[lane].state;
+}
 
-double pend_extended_time(const struct pend_extended *e, int lane) { return e->lanes.to.time[lane]; }
+double pend_extended_time(const struct pend_extended *e, int lane) {
+    return e->lanes.to.time[lane];
+}
 
 long pend_extended_steps(const struct pend_extended *e, int lane) { return e->seat[lane].steps; }
 
-void pend_extended_end(const struct pend_extended *e, int lane, const struct pend_extended_state *state) {
+void pend_extended_end(const struct pend_extended *e, int lane,
+                       const struct pend_extended_state *state) {
     const struct extended_state *to = &e->lanes.to;
     for (int k = 0; k < e->lanes.n; k++) {
         size_t at = (size_t)(k * e->kernel->width + lane);
@@ -238,7 +255,8 @@ void pend_extended_carry(struct pend_extended *e, struct pend_checkpoint *checkp
     pend_checkpoint_row(checkpoint, &time, 1);
     double *rows[] = {start->phi, start->phi_low, start->rate, start->rate_low};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
-        for (size_t k = 0; k < (size_t)l->n; k++) pend_checkpoint_row(checkpoint, rows[i] + k * width, 1);
+        for (size_t k = 0; k < (size_t)l->n; k++)
+            pend_checkpoint_row(checkpoint, rows[i] + k * width, 1);
     if (!pend_checkpoint_puts(checkpoint)) return;
     for (size_t i = 0; i < width; i++) {
         for (size_t j = 0; j < sizeof rows / sizeof *rows; j++)
@@ -274,8 +292,8 @@ void pend_extended_at(const struct pend_extended *e, int lane, int count, const 
 /* ---- many members */
 
 /* the next member into a lane, unless none is left */
-static void extended_seat_next(struct pend_extended *e, const struct pend_ensemble_problem *problem, int lane,
-                               long *next, long end, int *cancelled) {
+static void extended_seat_next(struct pend_extended *e, const struct pend_ensemble_problem *problem,
+                               int lane, long *next, long end, int *cancelled) {
     size_t bytes = (size_t)e->lanes.n * sizeof(double);
     if (*next >= end || *cancelled) return;
     memset(e->member.phi, 0, bytes);
@@ -285,14 +303,15 @@ static void extended_seat_next(struct pend_extended *e, const struct pend_ensemb
     e->member.gravity = problem->gravity;
     if (problem->fetch(problem->context, *next, &e->member)) *cancelled = 1;
     struct pend_extended_state start = {.phi = e->member.phi, .rate = e->member.rate};
-    extended_begin(e, lane, e->member.gravity, &start, e->member.length, e->member.mass, problem->duration);
+    extended_begin(e, lane, e->member.gravity, &start, e->member.length, e->member.mass,
+                   problem->duration);
     e->seat[lane].member = (*next)++;
     e->seat[lane].taken = 1;
 }
 
 /* hands out a member that has ended, or has taken too many steps; non-zero when it did */
-static int extended_seat_serve(struct pend_extended *e, const struct pend_ensemble_problem *problem, int lane,
-                               int *cancelled) {
+static int extended_seat_serve(struct pend_extended *e, const struct pend_ensemble_problem *problem,
+                               int lane, int *cancelled) {
     struct extended_seat *seat = &e->seat[lane];
     struct pend_outcome outcome = {.time = e->lanes.to.time[lane], .arm = -1, .steps = seat->steps};
     outcome.first = outcome.lyapunov = outcome.energy_drift = NAN;
@@ -300,7 +319,8 @@ static int extended_seat_serve(struct pend_extended *e, const struct pend_ensemb
     if (seat->state == PEND_EXTENDED_FAILED) {
         outcome.stop = PEND_STOP_FAILED;
         outcome.time = e->lanes.from.time[lane];
-        outcome.status = e->lanes.to.time[lane] == outcome.time ? PEND_STEP_TOO_SMALL : PEND_NOT_FINITE;
+        outcome.status =
+            e->lanes.to.time[lane] == outcome.time ? PEND_STEP_TOO_SMALL : PEND_NOT_FINITE;
     } else if (seat->state == PEND_EXTENDED_UNDER_WAY) {
         if (!problem->step_cap || seat->steps < problem->step_cap) return 0;
         outcome.stop = PEND_STOP_FAILED;
@@ -315,7 +335,8 @@ static int extended_seat_serve(struct pend_extended *e, const struct pend_ensemb
     return 1;
 }
 
-enum pend_status pend_extended_run(struct pend_extended *e, const struct pend_ensemble_problem *problem, long first,
+enum pend_status pend_extended_run(struct pend_extended *e,
+                                   const struct pend_ensemble_problem *problem, long first,
                                    long count) {
     long next = first, end = first + count, left = count;
     int cancelled = 0, width = e->kernel->width;

@@ -1,6 +1,8 @@
-/* Trajectories in numbers of about 32 digits, several of one tree's shape at once, one a lane: what a double's digits
- * are checked against. Leaves to others: instants and samples (run, by way of method_extended), threads (server).
- * Invariant: a trajectory's bits do not depend on its lane or its neighbours, and are the same on avx2 and avx512. */
+/* Trajectories in numbers of about 32 digits, several of one tree's shape at once, one a lane:
+ * what a double's digits are checked against. Leaves to others: instants and samples (run, by
+ * way of method_extended), threads (server).
+ * Invariant: a trajectory's bits do not depend on its lane or its neighbours, and are the same
+ * on avx2 and avx512. */
 #ifndef PEND_EXTENDED_H
 #define PEND_EXTENDED_H
 
@@ -22,17 +24,20 @@ struct pend_extended;
  *
  * extended  out; NULL on failure; ends with pend_extended_free.
  * tree      must outlive the workspace; lengths and masses are taken as the doubles that they are.
- * rtol      PEND_EXTENDED_RTOL_MIN .. 0.1, of the local error; the error of a motion that is not chaotic stays near it.
+ * rtol      PEND_EXTENDED_RTOL_MIN .. 0.1, of the local error; the error of a motion that is not
+ *           chaotic stays near it.
  * atol      0 .. 1.
- * single    non-zero: only lane 0 will be started; the same bits, in less time than when lanes are idle.
+ * single    non-zero: only lane 0 will be started; the same bits, in less time than when lanes are
+ *           idle.
  * isa       pend_isa_best(), or a lower one.
  *
- * PEND_INVALID  a tolerance is out of range, or the series would take more than 1 GiB (some 20 000 arms in 8 lanes).
- * PEND_NO_MEMORY
- * One allocation.
+ * PEND_INVALID  a tolerance is out of range, or the series would take more than 1 GiB (some 20 000
+ *               arms in 8 lanes).
+ * PEND_NO_MEMORY One allocation.
  */
-PEND_MUST_CHECK enum pend_status pend_extended_new(struct pend_extended **extended, const struct pend_tree *tree,
-                                                   double rtol, double atol, int single, enum pend_isa isa,
+PEND_MUST_CHECK enum pend_status pend_extended_new(struct pend_extended **extended,
+                                                   const struct pend_tree *tree, double rtol,
+                                                   double atol, int single, enum pend_isa isa,
                                                    struct pend_error *error);
 
 void pend_extended_free(struct pend_extended **extended);
@@ -75,11 +80,13 @@ long pend_extended_steps(const struct pend_extended *extended, int lane);
 int pend_extended_order(const struct pend_extended *extended);
 
 /** The state at the end of a lane's last step, or at its start. */
-void pend_extended_end(const struct pend_extended *extended, int lane, const struct pend_extended_state *state);
+void pend_extended_end(const struct pend_extended *extended, int lane,
+                       const struct pend_extended_state *state);
 
 /**
- * Shows a checkpoint the state of lane 0 of a workspace in which no other lane was started: the start of its last step, which
- * is taken anew where the checkpoint puts it back, after pend_extended_start of the same trajectory.
+ * Shows a checkpoint the state of lane 0 of a workspace in which no other lane was started: the
+ * start of its last step, which is taken anew where the checkpoint puts it back, after
+ * pend_extended_start of the same trajectory.
  */
 void pend_extended_carry(struct pend_extended *extended, struct pend_checkpoint *checkpoint);
 
@@ -96,14 +103,17 @@ void pend_extended_at(const struct pend_extended *extended, int lane, int count,
                       const struct pend_extended_state *to, double acc[], double force[]);
 
 /**
- * Many trajectories, as pend_ensemble_run: a lane whose member ends takes the next. Only the duration ends a member.
+ * Many trajectories, as pend_ensemble_run: a lane whose member ends takes the next. Only the
+ * duration ends a member.
  *
- * problem  tree and tolerances as of the workspace; bounds, observations and instants are not looked at.
+ * problem  tree and tolerances as of the workspace; bounds, observations and instants are not
+ *          looked at.
  *
  * PEND_CANCELLED  a callback asked for it.
  * No allocation.
  */
 PEND_MUST_CHECK enum pend_status pend_extended_run(struct pend_extended *extended,
-                                                   const struct pend_ensemble_problem *problem, long first, long count);
+                                                   const struct pend_ensemble_problem *problem,
+                                                   long first, long count);
 
 #endif

@@ -85,9 +85,10 @@ static struct jets_system extended_view(const struct extended_lanes *lanes) {
 }
 
 /*
- * What the sums of T and c need besides the series, in the same order. Sizes are |Re u| + |Im u|, |phi'| and |lambda|.
- * With a single trajectory the four sums of an arm go side by side in lanes: u = (Re u, Im u, Re u, Im u) of order j
- * and met = (phi', phi', lambda, lambda), phi' of order j and lambda of order j - 1.
+ * What the sums of T and c need besides the series, in the same order. Sizes are |Re u| + |Im u|,
+ * |phi'| and |lambda|. With a single trajectory the four sums of an arm go side by side in lanes: u
+ * = (Re u, Im u, Re u, Im u) of order j and met = (phi', phi', lambda, lambda), phi' of order j and
+ * lambda of order j - 1.
  */
 struct extended_sizes {
     int single;
@@ -99,7 +100,8 @@ static struct extended_sizes extended_sizes_view(const struct extended_lanes *la
     size_t n = (size_t)lanes->n, series = extended_series(lanes->n, lanes->order);
     num *u = (num *)(void *)lanes->series + 4 * series + (size_t)ARRAY_COUNT * n;
     vec *at = (vec *)(void *)(u + 2 * series);
-    return (struct extended_sizes){lanes->single && WIDTH == 4, at, at + series, at + 2 * series, u, u + series};
+    return (struct extended_sizes){
+        lanes->single && WIDTH == 4, at, at + series, at + 2 * series, u, u + series};
 }
 
 /* x in the lanes of a set, y in the others */
@@ -114,28 +116,36 @@ static void extended_pack(const struct jets_system *s, const struct extended_siz
         num force = k ? s->force[at - s->stride] : num_of(0);
         sizes->u[next] = extended_blend(&odd, s->turn_im[next], s->turn_re[next]);
         sizes->met[at] = extended_blend(&late, force, s->rate[at]);
-        sizes->turn[next] = VEC_OF(_abs)(s->turn_re[next].high) + VEC_OF(_abs)(s->turn_im[next].high);
+        sizes->turn[next] =
+            VEC_OF(_abs)(s->turn_re[next].high) + VEC_OF(_abs)(s->turn_im[next].high);
         sizes->force[at] = VEC_OF(_abs)(sizes->met[at].high);
     }
 }
 
 /* sizes of phi' and u of order k, and of lambda of the order before */
-static void extended_measure(const struct jets_system *s, const struct extended_sizes *sizes, int k) {
+static void extended_measure(const struct jets_system *s, const struct extended_sizes *sizes,
+                             int k) {
     if (sizes->single) {
         extended_pack(s, sizes, k);
         return;
     }
     for (int i = 0; i < s->n; i++) {
-        size_t at = (size_t)k * s->stride + (size_t)i, before = at - s->stride, next = at + s->stride;
+        size_t at = (size_t)k * s->stride + (size_t)i, before = at - s->stride,
+               next = at + s->stride;
         sizes->rate[at] = VEC_OF(_abs)(s->rate[at].high);
-        sizes->turn[next] = VEC_OF(_abs)(s->turn_re[next].high) + VEC_OF(_abs)(s->turn_im[next].high);
+        sizes->turn[next] =
+            VEC_OF(_abs)(s->turn_re[next].high) + VEC_OF(_abs)(s->turn_im[next].high);
         if (k) sizes->force[before] = VEC_OF(_abs)(s->force[before].high);
     }
 }
 
-VEC_INLINE vec lane_get(const double *array, int k) { return VEC_OF(_get)(array + (size_t)k * WIDTH); }
+VEC_INLINE vec lane_get(const double *array, int k) {
+    return VEC_OF(_get)(array + (size_t)k * WIDTH);
+}
 
-VEC_INLINE void lane_put(double *array, int k, vec x) { VEC_OF(_put)(array + (size_t)k * WIDTH, x); }
+VEC_INLINE void lane_put(double *array, int k, vec x) {
+    VEC_OF(_put)(array + (size_t)k * WIDTH, x);
+}
 
 VEC_INLINE num lane_pair(const double *high, const double *low, int k) {
     return (num){lane_get(high, k), lane_get(low, k)};
@@ -148,8 +158,10 @@ VEC_INLINE num extended_share(const double share[], int j) {
     return (num){high, ((1 - rest.high) - rest.low) * high};
 }
 
-/* sine and cosine of the angle of every arm to its parent, rates in units, and the tree system of order 0 */
-static void extended_start(const struct extended_lanes *lanes, const struct jets_system *s, vec unit) {
+/* sine and cosine of the angle of every arm to its parent, rates in units, and the tree system
+ * of order 0 */
+static void extended_start(const struct extended_lanes *lanes, const struct jets_system *s,
+                           vec unit) {
     const struct extended_state *from = &lanes->from;
     for (int k = 0; k < s->n; k++) {
         int p = s->parent[k];
@@ -172,9 +184,11 @@ struct extended_known {
     num wind_re, wind_im, drag_re, drag_im;
 };
 
-VEC_INLINE struct extended_known extended_convolve(const struct jets_system *s, size_t n, int k, int a) {
+VEC_INLINE struct extended_known extended_convolve(const struct jets_system *s, size_t n, int k,
+                                                   int a) {
     const num *re = s->turn_re + a + n, *im = s->turn_im + a + n;
-    const num *rate = s->rate + a + (size_t)k * n, *force = s->force + a + (size_t)(k ? k - 1 : 0) * n;
+    const num *rate = s->rate + a + (size_t)k * n,
+              *force = s->force + a + (size_t)(k ? k - 1 : 0) * n;
     struct extended_known x = {num_of(0), num_of(0), num_of(0), num_of(0)};
     for (int j = 1; j <= k; j++, re += n, im += n, rate -= n, force -= n) {
         num w = *rate, f = *force;
@@ -197,8 +211,8 @@ struct extended_fixed {
 
 typedef unsigned long long extended_bits __attribute__((vector_size(sizeof(vec))));
 
-/* a start for products whose sizes add up to `size` at most: 6 times a power of two above it, so that the last place is
- * the same all along */
+/* a start for products whose sizes add up to `size` at most: 6 times a power of two above it, so
+ * that the last place is the same all along */
 VEC_INLINE vec extended_bias(vec size) {
     extended_bits exponent = (extended_bits)size & 0x7ff0000000000000ULL;
     return (vec)((exponent + (2ULL << 52)) | 0x8000000000000ULL);
@@ -222,8 +236,10 @@ VEC_INLINE struct extended_fixed extended_empty(vec size) {
 }
 
 /* sums of the sizes of the terms of both */
-VEC_INLINE void extended_sizes(const struct extended_sizes *sizes, int n, int k, int a, vec *wind, vec *drag) {
-    const vec *turn = sizes->turn + n + a, *rate = sizes->rate + k * n + a, *force = sizes->force + (k - 1) * n + a;
+VEC_INLINE void extended_sizes(const struct extended_sizes *sizes, int n, int k, int a, vec *wind,
+                               vec *drag) {
+    const vec *turn = sizes->turn + n + a, *rate = sizes->rate + k * n + a,
+              *force = sizes->force + (k - 1) * n + a;
     *wind = *drag = vec_of(0);
     for (int j = 1; j <= k; j++, turn += n, rate -= n, force -= n) {
         *wind = vec_fma(*turn, *rate, *wind);
@@ -234,7 +250,8 @@ VEC_INLINE void extended_sizes(const struct extended_sizes *sizes, int n, int k,
 
 /* order k > 0, a few digits short, where the terms are small */
 VEC_INLINE struct extended_known extended_convolve_fixed(const struct jets_system *s,
-                                                           const struct extended_sizes *sizes, size_t n, int k, int a) {
+                                                         const struct extended_sizes *sizes,
+                                                         size_t n, int k, int a) {
     const num *re = s->turn_re + a + n, *im = s->turn_im + a + n;
     const num *rate = s->rate + a + (size_t)k * n, *force = s->force + a + (size_t)(k - 1) * n;
     vec wind, drag;
@@ -260,12 +277,14 @@ struct extended_rough {
 
 /* the same of an order that needs but one double */
 VEC_INLINE struct extended_rough extended_convolve_rough(const struct jets_system *s,
-                                                           const struct extended_sizes *sizes, size_t n, int k, int a) {
+                                                         const struct extended_sizes *sizes,
+                                                         size_t n, int k, int a) {
     if (sizes->single) {
         const num *u = sizes->u + a + n, *met = sizes->met + a + (size_t)k * n;
         vec sum = vec_of(0);
         for (int j = 1; j <= k + 1; j++, u += n, met -= n) sum = vec_fma(u->high, met->high, sum);
-        return (struct extended_rough){vec_of(sum[0]), vec_of(sum[1]), vec_of(sum[2 % WIDTH]), vec_of(sum[3 % WIDTH])};
+        return (struct extended_rough){vec_of(sum[0]), vec_of(sum[1]), vec_of(sum[2 % WIDTH]),
+                                       vec_of(sum[3 % WIDTH])};
     }
     const num *re = s->turn_re + a + n, *im = s->turn_im + a + n;
     const num *rate = s->rate + a + (size_t)k * n, *force = s->force + a + (size_t)(k - 1) * n;
@@ -291,12 +310,14 @@ struct extended_table {
 
 /* the answer of all arms to the right-hand side in heave and drag_im */
 static void extended_answer(const struct jets_system *s, num rate[], num force[]) {
-    for (int k = 0; k < s->n; k++) s->sum_side[k] = s->sum_cos[k] = s->sum_sin[k] = s->early[k] = num_of(0);
+    for (int k = 0; k < s->n; k++)
+        s->sum_side[k] = s->sum_cos[k] = s->sum_sin[k] = s->early[k] = num_of(0);
     jets_up(s);
     jets_down(s, num_of(0));
     for (int i = 0; i < s->n; i++) {
         num ar = s->from_radial[i], at = s->from_tangential[i];
-        num gap = num_add(num_sub(num_mul(s->sine[i], ar), num_mul(s->cosine[i], at)), s->tangential[i]);
+        num gap =
+            num_add(num_sub(num_mul(s->sine[i], ar), num_mul(s->cosine[i], at)), s->tangential[i]);
         rate[i] = num_mul(gap, s->inv_len[i]);
         force[i] = num_fma(num_mul(s->eff[i], s->kappa[i]), ar, s->tension[i]);
     }
@@ -322,8 +343,8 @@ VEC_INLINE struct extended_known extended_spread(num x) {
 }
 
 /* the sums of order k of a single trajectory, by the same operations */
-VEC_INLINE struct extended_known extended_convolve_single(const struct extended_sizes *sizes, size_t n, int k,
-                                                            int a) {
+VEC_INLINE struct extended_known extended_convolve_single(const struct extended_sizes *sizes,
+                                                          size_t n, int k, int a) {
     const num *u = sizes->u + a + n, *met = sizes->met + a + (size_t)k * n;
     if (k < FIXED) {
         num sum = num_of(0);
@@ -338,17 +359,18 @@ VEC_INLINE struct extended_known extended_convolve_single(const struct extended_
     return extended_spread(extended_collected(&sum));
 }
 
-VEC_INLINE struct extended_known extended_find(const struct jets_system *s, const struct extended_sizes *sizes,
-                                                 size_t n, int k, int a) {
+VEC_INLINE struct extended_known extended_find(const struct jets_system *s,
+                                               const struct extended_sizes *sizes, size_t n, int k,
+                                               int a) {
     if (sizes->single) return extended_convolve_single(sizes, n, k, a);
     return k < FIXED ? extended_convolve(s, n, k, a) : extended_convolve_fixed(s, sizes, n, k, a);
 }
 
 /* order k from its known parts; lift and drop are gravity's, of the root */
-VEC_INLINE void extended_solve(const struct jets_system *s, const struct extended_table *table, int n, int k,
-                                 num gravity, const struct extended_known known[]) {
-    num share = extended_share(s->share, k), turn_share = extended_share(s->share, k + 1), pull[DENSE_MAX],
-        side[DENSE_MAX], drop = num_of(0);
+VEC_INLINE void extended_solve(const struct jets_system *s, const struct extended_table *table,
+                               int n, int k, num gravity, const struct extended_known known[]) {
+    num share = extended_share(s->share, k), turn_share = extended_share(s->share, k + 1),
+        pull[DENSE_MAX], side[DENSE_MAX], drop = num_of(0);
     for (int j = 0; j < n; j++) {
         pull[j] = known[j].wind_im;
         side[j] = num_mul(known[j].drag_im, share);
@@ -376,14 +398,17 @@ VEC_INLINE void extended_solve(const struct jets_system *s, const struct extende
     }
 }
 
-VEC_INLINE void extended_solve_rough(const struct jets_system *s, const struct extended_table *table, int n, int k,
-                                       const struct extended_rough known[]) {
+VEC_INLINE void extended_solve_rough(const struct jets_system *s,
+                                     const struct extended_table *table, int n, int k,
+                                     const struct extended_rough known[]) {
     for (int i = 0; i < n; i++) {
         vec rate = vec_of(0), force = vec_of(0);
         for (int j = 0; j < n; j++) {
             vec side = known[j].drag_im * s->share[k], pull = known[j].wind_im;
-            rate = vec_fma(pull, table->rate_pull[j][i].high, vec_fma(side, table->rate_side[j][i].high, rate));
-            force = vec_fma(pull, table->force_pull[j][i].high, vec_fma(side, table->force_side[j][i].high, force));
+            rate = vec_fma(pull, table->rate_pull[j][i].high,
+                           vec_fma(side, table->rate_side[j][i].high, rate));
+            force = vec_fma(pull, table->force_pull[j][i].high,
+                            vec_fma(side, table->force_side[j][i].high, force));
         }
         s->rate[(k + 1) * n + i] = num_from(rate - known[i].wind_re);
         s->force[k * n + i] = num_from((double)(k + 1) * force - known[i].drag_re);
@@ -392,8 +417,8 @@ VEC_INLINE void extended_solve_rough(const struct jets_system *s, const struct e
     }
 }
 
-VEC_INLINE void extended_small_of(const struct jets_system *s, const struct extended_sizes *sizes, num gravity,
-                                    int order, int precise, int n) {
+VEC_INLINE void extended_small_of(const struct jets_system *s, const struct extended_sizes *sizes,
+                                  num gravity, int order, int precise, int n) {
     struct extended_table table;
     extended_invert(s, &table);
     extended_measure(s, sizes, 0);
@@ -405,15 +430,16 @@ VEC_INLINE void extended_small_of(const struct jets_system *s, const struct exte
             extended_solve(s, &table, n, k, gravity, known);
             extended_measure(s, sizes, k + 1);
         } else {
-            for (int i = 0; i < n; i++) rough[i] = extended_convolve_rough(s, sizes, (size_t)n, k, i);
+            for (int i = 0; i < n; i++)
+                rough[i] = extended_convolve_rough(s, sizes, (size_t)n, k, i);
             extended_solve_rough(s, &table, n, k, rough);
             if (sizes->single) extended_measure(s, sizes, k + 1);
         }
     }
 }
 
-static void extended_small(const struct jets_system *s, const struct extended_sizes *sizes, num gravity, int order,
-                           int precise) {
+static void extended_small(const struct jets_system *s, const struct extended_sizes *sizes,
+                           num gravity, int order, int precise) {
     if (s->n == 1)
         extended_small_of(s, sizes, gravity, order, precise, 1);
     else if (s->n == 2)
@@ -429,9 +455,11 @@ static void extended_small(const struct jets_system *s, const struct extended_si
 static void extended_learn(const struct jets_system *s, int k) {
     num share = extended_share(s->share, k), turn_share = extended_share(s->share, k + 1);
     for (int i = 0; i < s->n; i++) {
-        size_t now = (size_t)k * s->stride + (size_t)i, next = now + s->stride, after = next + s->stride;
+        size_t now = (size_t)k * s->stride + (size_t)i, next = now + s->stride,
+               after = next + s->stride;
         num ar = s->from_radial[i], at = s->from_tangential[i];
-        num gap = num_add(num_sub(num_mul(s->sine[i], ar), num_mul(s->cosine[i], at)), s->tangential[i]);
+        num gap =
+            num_add(num_sub(num_mul(s->sine[i], ar), num_mul(s->cosine[i], at)), s->tangential[i]);
         num turned = num_mul(num_mul(gap, s->inv_len[i]), share);
         s->force[now] = num_sub(num_fma(s->stiff[i], ar, s->tension[i]), s->drag_re[i]);
         s->rate[next] = num_sub(turned, s->wind_re[i]);
@@ -440,8 +468,8 @@ static void extended_learn(const struct jets_system *s, int k) {
     }
 }
 
-static void extended_orders(const struct jets_system *s, const struct extended_sizes *sizes, num gravity, int order,
-                            int precise) {
+static void extended_orders(const struct jets_system *s, const struct extended_sizes *sizes,
+                            num gravity, int order, int precise) {
     for (int i = 0; i < s->n; i++) {
         s->stiff[i] = num_mul(s->eff[i], s->kappa[i]);
         s->weight[i] = num_mul(s->eff[i], s->len[i]);
@@ -454,8 +482,8 @@ static void extended_orders(const struct jets_system *s, const struct extended_s
                 x = extended_find(s, sizes, s->stride, k, i);
             } else {
                 struct extended_rough y = extended_convolve_rough(s, sizes, s->stride, k, i);
-                x = (struct extended_known){num_from(y.wind_re), num_from(y.wind_im), num_from(y.drag_re),
-                                            num_from(y.drag_im)};
+                x = (struct extended_known){num_from(y.wind_re), num_from(y.wind_im),
+                                            num_from(y.drag_re), num_from(y.drag_im)};
             }
             jets_prepare(s, k, i, x.wind_re, x.wind_im, x.drag_re, x.drag_im);
         }
@@ -468,7 +496,8 @@ static void extended_orders(const struct jets_system *s, const struct extended_s
 
 /* ---- the step */
 
-/* binary logarithm of the largest coefficient of order j, far below all others where all are zero */
+/* binary logarithm of the largest coefficient of order j, far below all others where all are
+ * zero */
 VEC_INLINE vec extended_norm(const struct jets_system *s, int j) {
     vec norm = vec_of(0);
     for (int k = 0; k < s->n; k++)
@@ -476,7 +505,8 @@ VEC_INLINE vec extended_norm(const struct jets_system *s, int j) {
     return VEC_OF(_log2)(norm) - (vec)((mask)(norm == 0) & (mask)vec_of(1e4));
 }
 
-/* the step in units, by the rule of the taylor method: the first term left out is below rtol times the motion, or atol
+/* the step in units, by the rule of the taylor method: the first term left out is below rtol times
+ * the motion, or atol
  */
 static vec extended_choose(const struct extended_lanes *lanes, const struct jets_system *s) {
     static const double log2_of[LEADING] = {0, 1, 1.5849625007211562, 2};
@@ -485,10 +515,12 @@ static vec extended_choose(const struct extended_lanes *lanes, const struct jets
     double spread = (PEND_TAYLOR_LOG_CAP - lanes->log_rtol) * last[0];
     for (int i = 0; i < LEADING; i++) leading[i] = extended_norm(s, i) - log2_of[i];
     for (int j = lanes->order - TRAILING + 1; j <= lanes->order; j++) {
-        vec trailing = extended_norm(s, j), far = lanes->log_atol * last[1] - trailing * s->share[j];
+        vec trailing = extended_norm(s, j),
+            far = lanes->log_atol * last[1] - trailing * s->share[j];
         vec here = lanes->log_rtol * last[0] + (leading[0] - trailing) * s->share[j - 1];
         for (int i = 1; i < LEADING; i++)
-            here = VEC_OF(_max)(here, lanes->log_rtol * last[-i] + (leading[i] - trailing) * s->share[j - i - 1]);
+            here = VEC_OF(_max)(here, lanes->log_rtol * last[-i] +
+                                          (leading[i] - trailing) * s->share[j - i - 1]);
         // what atol lets pass is bounded as rtol is
         here = VEC_OF(_max)(here, VEC_OF(_min)(far, here + spread));
         reach = VEC_OF(_min)(reach, here);
@@ -496,7 +528,8 @@ static vec extended_choose(const struct extended_lanes *lanes, const struct jets
     return VEC_OF(_exp2)(VEC_OF(_max)(reach, vec_of(-60)));
 }
 
-/* phi (less its start) and unit times phi' (less its start) x units after the start, by Horner's rule */
+/* phi (less its start) and unit times phi' (less its start) x units after the start, by Horner's
+ * rule */
 struct extended_change {
     num phi, rate;
 };
@@ -506,8 +539,9 @@ VEC_INLINE num extended_pick(const num *at, int lane) {
     return lane < 0 ? *at : NUM_(_of2)(at->high[lane], at->low[lane]);
 }
 
-VEC_INLINE struct extended_change extended_horner(const struct extended_lanes *lanes, const struct jets_system *s,
-                                                    int k, int lane, num x) {
+VEC_INLINE struct extended_change extended_horner(const struct extended_lanes *lanes,
+                                                  const struct jets_system *s, int k, int lane,
+                                                  num x) {
     vec phi = vec_of(0), rate = vec_of(0);
     int j = lanes->order;
     const num *c = s->rate + (size_t)j * s->stride + (size_t)k;
@@ -527,8 +561,10 @@ VEC_INLINE struct extended_change extended_horner(const struct extended_lanes *l
     return v;
 }
 
-/* the state at the end of the step; a sum that is not finite shows in the return value, 0 where all are */
-static vec extended_advance(const struct extended_lanes *lanes, const struct jets_system *s, num x, vec unit) {
+/* the state at the end of the step; a sum that is not finite shows in the return value, 0 where
+ * all are */
+static vec extended_advance(const struct extended_lanes *lanes, const struct jets_system *s, num x,
+                            vec unit) {
     const struct extended_state *from = &lanes->from, *to = &lanes->to;
     vec bad = vec_of(0), inverse = 1 / unit;
     for (int k = 0; k < s->n; k++) {
@@ -546,7 +582,8 @@ static vec extended_advance(const struct extended_lanes *lanes, const struct jet
 
 static int extended_step(struct extended_lanes *lanes) {
     struct jets_system s = extended_view(lanes);
-    vec unit = lane_get(lanes->unit, 0), time = lane_get(lanes->from.time, 0), stop = lane_get(lanes->stop, 0);
+    vec unit = lane_get(lanes->unit, 0), time = lane_get(lanes->from.time, 0),
+        stop = lane_get(lanes->stop, 0);
     struct extended_sizes sizes = extended_sizes_view(lanes);
     extended_start(lanes, &s, unit);
     num gravity = num_from(lane_get(lanes->gravity, 0) * unit * unit);
@@ -564,10 +601,12 @@ static int extended_step(struct extended_lanes *lanes) {
     lane_put(lanes->to.time, 0, next);
     // the next unit is a power of two near this step
     lane_put(lanes->unit, 0,
-             unit * VEC_OF(_power)(VEC_OF(_round)(VEC_OF(_log2)(VEC_OF(_max)(step.high, vec_of(0x1p-60))))));
+             unit * VEC_OF(_power)(
+                        VEC_OF(_round)(VEC_OF(_log2)(VEC_OF(_max)(step.high, vec_of(0x1p-60))))));
     int any = 0;
     for (int i = 0; i < WIDTH; i++) {
-        lanes->attention[i] = (unsigned char)((lands[i] ? EXTENDED_DONE : 0) | (bad[i] == 0 ? 0 : EXTENDED_BAD));
+        lanes->attention[i] =
+            (unsigned char)((lands[i] ? EXTENDED_DONE : 0) | (bad[i] == 0 ? 0 : EXTENDED_BAD));
         any |= lanes->attention[i];
     }
     return any;
@@ -580,8 +619,8 @@ VEC_INLINE void extended_give(double to[], int n, int k, int count, vec x) {
 }
 
 /* the tension (shift = 0) or phi'' (shift = 1) by Horner's rule */
-VEC_INLINE num extended_sum(const struct extended_lanes *lanes, const num *series, size_t stride, int k, int lane,
-                              num x, int shift) {
+VEC_INLINE num extended_sum(const struct extended_lanes *lanes, const num *series, size_t stride,
+                            int k, int lane, num x, int shift) {
     num sum = num_of(0);
     for (int j = lanes->order - 1; j >= 0; j--) {
         num c = extended_pick(series + (size_t)(j + shift) * stride + (size_t)k, lane);
@@ -590,8 +629,8 @@ VEC_INLINE num extended_sum(const struct extended_lanes *lanes, const num *serie
     return sum;
 }
 
-static void extended_values(const struct extended_lanes *lanes, int lane, double unit, int count, const double t[],
-                            const struct extended_values *to) {
+static void extended_values(const struct extended_lanes *lanes, int lane, double unit, int count,
+                            const double t[], const struct extended_values *to) {
     struct jets_system s = extended_view(lanes);
     const struct extended_state *from = &lanes->from;
     vec at = vec_of(t[0]), inverse = vec_of(1 / unit);
@@ -601,14 +640,16 @@ static void extended_values(const struct extended_lanes *lanes, int lane, double
         size_t here = (size_t)k * WIDTH + (size_t)lane;
         struct extended_change v = extended_horner(lanes, &s, k, lane, x);
         num phi = num_add(NUM_(_of2)(from->phi[here], from->phi_low[here]), v.phi);
-        num rate = num_add(NUM_(_of2)(from->rate[here], from->rate_low[here]), num_scale(v.rate, inverse));
+        num rate =
+            num_add(NUM_(_of2)(from->rate[here], from->rate_low[here]), num_scale(v.rate, inverse));
         extended_give(to->phi, s.n, k, count, phi.high);
         extended_give(to->phi_low, s.n, k, count, phi.low);
         extended_give(to->rate, s.n, k, count, rate.high);
         extended_give(to->rate_low, s.n, k, count, rate.low);
         vec squared = inverse * inverse;
         if (to->acc)
-            extended_give(to->acc, s.n, k, count, extended_sum(lanes, s.rate, s.stride, k, lane, x, 1).high * squared);
+            extended_give(to->acc, s.n, k, count,
+                          extended_sum(lanes, s.rate, s.stride, k, lane, x, 1).high * squared);
         if (to->force)
             extended_give(to->force, s.n, k, count,
                           extended_sum(lanes, s.force, s.stride, k, lane, x, 0).high * squared);

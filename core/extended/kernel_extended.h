@@ -1,4 +1,5 @@
-/* One step of several trajectories in numbers of 32 digits at once, one trajectory a lane, by instruction set.
+/* One step of several trajectories in numbers of 32 digits at once, one trajectory a lane, by
+ * instruction set.
  * Leaves to others: which trajectory is in which lane, and what becomes of it (extended).
  * Invariant: no lane's result depends on another lane. */
 #ifndef PEND_KERNEL_EXTENDED_H
@@ -6,7 +7,8 @@
 
 #include <stddef.h>
 
-/* Values of arm k in lane i are array[k * width + i]; one value a lane: array[i]. All arrays are aligned to 64. */
+/* Values of arm k in lane i are array[k * width + i]; one value a lane: array[i]. All arrays are
+ * aligned to 64. */
 struct extended_state {
     double *phi, *phi_low, *rate, *rate_low; /* angles, rad, and rates, rad/s, as sums of two */
     double *time;                            /* s, one value a lane; taken as exact */
@@ -23,12 +25,13 @@ struct extended_lanes {
     double *gravity, *unit, *stop;  /* one value a lane; unit and stop - time have one sign */
     unsigned char *attention;       /* out, one a lane */
     double *share;                  /* 1 / (j + 1) of order j, up to order + 1 */
-    double *series;                 /* rate, force, turn_re, turn_im, orders 0 .. order + 1, then scratch */
+    double *series; /* rate, force, turn_re, turn_im, orders 0 .. order + 1, then scratch */
 };
 
 enum { EXTENDED_WIDTH_MAX = 8, EXTENDED_DONE = 1, EXTENDED_BAD = 2 };
 
-/* Values of all arms at several instants, instant i of arm k at [i * n + k]; NULL = not wanted, but phi and rate are.
+/* Values of all arms at several instants, instant i of arm k at [i * n + k]; NULL = not wanted, but
+ * phi and rate are.
  */
 struct extended_values {
     double *phi, *phi_low, *rate, *rate_low, *acc, *force;
@@ -39,17 +42,20 @@ struct extended_kernel {
     /** Doubles that `series` needs. */
     size_t (*series_count)(int n, int order);
     /**
-     * Takes one step in every lane, never beyond stop. attention becomes EXTENDED_DONE where stop is reached,
-     * EXTENDED_BAD where a number is not finite or time stands still. Returns whether any lane wants attention.
+     * Takes one step in every lane, never beyond stop. attention becomes EXTENDED_DONE where stop
+     * is reached,
+     * EXTENDED_BAD where a number is not finite or time stands still. Returns whether any lane
+     * wants attention.
      */
     int (*step)(struct extended_lanes *lanes);
     /**
-     * The values of one lane at `count` instants t, s, inside the step just taken, before from and to are swapped.
+     * The values of one lane at `count` instants t, s, inside the step just taken, before from and
+     * to are swapped.
      *
      * unit  s, of that step.
      */
-    void (*values)(const struct extended_lanes *lanes, int lane, double unit, int count, const double t[],
-                   const struct extended_values *to);
+    void (*values)(const struct extended_lanes *lanes, int lane, double unit, int count,
+                   const double t[], const struct extended_values *to);
 };
 
 extern const struct extended_kernel pend_kernel_extended_base;

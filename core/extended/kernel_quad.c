@@ -41,9 +41,12 @@ enum {
 
 static size_t quad_rows(int n, int order) { return (size_t)n * (size_t)(order + 4); }
 
-static size_t quad_count(int n, int order) { return 4 * (4 * quad_rows(n, order) + (size_t)QUAD_ARRAYS * (size_t)n); }
+static size_t quad_count(int n, int order) {
+    return 4 * (4 * quad_rows(n, order) + (size_t)QUAD_ARRAYS * (size_t)n);
+}
 
-/* a row of eight arms and their series follow each other, as jets_row has it: one tile an arm group of eight */
+/* a row of eight arms and their series follow each other, as jets_row has it: one tile an arm
+ * group of eight */
 static struct jets_system quad_view(const struct quad_series *q) {
     size_t n = (size_t)q->tree->n, rows = quad_rows(q->tree->n, q->order);
     num *at = (num *)(void *)q->numbers, *arrays = at + 4 * rows;
@@ -72,19 +75,23 @@ static num quad_get(const double *at, int k) {
 /* jets_learn with quotients of all digits */
 static void quad_learn(const struct jets_system *s, int k) {
     for (int a = 0; a < s->n; a++) {
-        size_t now = jets_row(s, a) + (size_t)k * s->stride, next = now + s->stride, after = next + s->stride;
-        num gap = num_sub(num_mul(s->sine[a], s->from_radial[a]), num_mul(s->cosine[a], s->from_tangential[a]));
+        size_t now = jets_row(s, a) + (size_t)k * s->stride, next = now + s->stride,
+               after = next + s->stride;
+        num gap = num_sub(num_mul(s->sine[a], s->from_radial[a]),
+                          num_mul(s->cosine[a], s->from_tangential[a]));
         num acc = num_mul(num_add(gap, s->tangential[a]), s->inv_len[a]);
         acc = num_sub(acc, num_mul(num_of(k + 1), s->wind_re[a]));
         num rate = num_div(acc, num_of(k + 1));
-        s->force[now] = num_sub(num_fma(s->stiff[a], s->from_radial[a], s->tension[a]), s->drag_re[a]);
+        s->force[now] =
+            num_sub(num_fma(s->stiff[a], s->from_radial[a], s->tension[a]), s->drag_re[a]);
         s->rate[next] = rate;
         s->turn_re[after] = num_neg(num_div(s->wind_im[a], num_of(k + 2)));
         s->turn_im[after] = num_div(num_add(rate, s->wind_re[a]), num_of(k + 2));
     }
 }
 
-/* ---- orders whose coefficients are small: convolutions of the first two doubles of every number */
+/* ---- orders whose coefficients are small: convolutions of the first two doubles of every
+ * number */
 
 struct quad_pair {
     double high, low;
@@ -154,17 +161,19 @@ static void quad_start(const struct quad_series *q, const struct jets_system *s)
 /* binary logarithm of the largest coefficient of order j */
 static double quad_norm(const struct jets_system *s, int j) {
     double norm = 0;
-    for (int k = 0; k < s->n; k++) norm = fmax(norm, fabs(s->rate[jets_row(s, k) + (size_t)j * s->stride].part[0]));
+    for (int k = 0; k < s->n; k++)
+        norm = fmax(norm, fabs(s->rate[jets_row(s, k) + (size_t)j * s->stride].part[0]));
     return norm > 0 ? log2(norm) : -1e4;
 }
 
 /* the step in units, by the rule of the taylor method */
-static double quad_choose(const struct jets_system *s, int order, double log_rtol, double log_atol) {
+static double quad_choose(const struct jets_system *s, int order, double log_rtol,
+                          double log_atol) {
     double reach = 10, leading[QUAD_LEADING];
     for (int i = 0; i < QUAD_LEADING; i++) leading[i] = quad_norm(s, i) - log2(i + 1);
     for (int j = order - QUAD_TRAILING + 1; j <= order; j++) {
-        double trailing = quad_norm(s, j), far = (log_atol - trailing * (order + 2) / (j + 1)) / (order + 2),
-               here = -1e4;
+        double trailing = quad_norm(s, j),
+               far = (log_atol - trailing * (order + 2) / (j + 1)) / (order + 2), here = -1e4;
         for (int i = 0; i < QUAD_LEADING; i++)
             here = fmax(here, log_rtol / (order + 1 - i) + (leading[i] - trailing) / (j - i));
         here = fmax(here, fmin(far, here + (PEND_TAYLOR_LOG_CAP - log_rtol) / (order + 1)));
@@ -190,16 +199,19 @@ static double quad_expand(const struct quad_series *q, double log_rtol, double l
     }
     double sum = 0;
     for (int j = 0; j <= q->order; j++)
-        for (int k = 0; k < s.n; k++) sum += s.rate[jets_row(&s, k) + (size_t)j * s.stride].part[0] * 0;
+        for (int k = 0; k < s.n; k++)
+            sum += s.rate[jets_row(&s, k) + (size_t)j * s.stride].part[0] * 0;
     return sum == 0 ? quad_choose(&s, q->order, log_rtol, log_atol) : NAN;
 }
 
-/* phi less its start, unit phi', unit^2 phi'' and unit^2 lambda of an arm, x units after the start */
+/* phi less its start, unit phi', unit^2 phi'' and unit^2 lambda of an arm, x units after the
+ * start */
 struct quad_sums {
     num phi, rate, acc, force;
 };
 
-static struct quad_sums quad_horner(const struct quad_series *q, const struct jets_system *s, int k, num x, int all) {
+static struct quad_sums quad_horner(const struct quad_series *q, const struct jets_system *s, int k,
+                                    num x, int all) {
     struct quad_sums sum = {num_of(0), num_of(0), num_of(0), num_of(0)};
     for (int j = q->order; j >= 0; j--) {
         num c = s->rate[jets_row(s, k) + (size_t)j * s->stride];
@@ -207,7 +219,8 @@ static struct quad_sums quad_horner(const struct quad_series *q, const struct je
         sum.rate = num_fma(sum.rate, x, c);
         if (!all) continue;
         if (j) sum.acc = num_fma(sum.acc, x, num_mul(c, num_of(j)));
-        if (j < q->order) sum.force = num_fma(sum.force, x, s->force[jets_row(s, k) + (size_t)j * s->stride]);
+        if (j < q->order)
+            sum.force = num_fma(sum.force, x, s->force[jets_row(s, k) + (size_t)j * s->stride]);
     }
     sum.phi = num_mul(sum.phi, x);
     return sum;
@@ -224,10 +237,12 @@ static void quad_advance(const struct quad_series *q, double time, double reache
     }
 }
 
-static void quad_at(const struct quad_series *q, double time, double t, const struct quad_values *to) {
+static void quad_at(const struct quad_series *q, double time, double t,
+                    const struct quad_values *to) {
     struct jets_system s = quad_view(q);
     double inverse = 1 / q->unit;
-    num x = quad_scale(quad_of2(t, -time), inverse), quarter = quad_of2(0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54);
+    num x = quad_scale(quad_of2(t, -time), inverse),
+        quarter = quad_of2(0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54);
     for (int k = 0; k < s.n; k++) {
         struct quad_sums sum = quad_horner(q, &s, k, x, to->acc || to->force);
         num phi = num_add(quad_get(q->phi, k), sum.phi);

@@ -12,9 +12,10 @@
 struct quad_series {
     const struct pend_tree *tree;
     int order;
-    int precise;          /* coefficients from this order on are so small that their first two doubles are enough */
-    double gravity, unit; /* m/s^2; s, a power of two */
-    double *phi, *rate;   /* where the step begins: 4 n doubles each */
+    int precise; /* coefficients from this order on are so small that their first two doubles are
+                    enough */
+    double gravity, unit;       /* m/s^2; s, a power of two */
+    double *phi, *rate;         /* where the step begins: 4 n doubles each */
     double *phi_end, *rate_end; /* where it ends */
     double *numbers;            /* the series and the tree system, aligned to 64 */
 };
@@ -27,12 +28,14 @@ struct quad_values {
 struct quad_kernel {
     /** Doubles that `numbers` needs. */
     size_t (*count)(int n, int order);
-    /** Expands about the begin; returns the longest step, in units, NaN where something is not finite. */
+    /** Expands about the begin; returns the longest step, in units, NaN where something is not
+     * finite. */
     double (*expand)(const struct quad_series *series, double log_rtol, double log_atol);
     /** The end of a step from `time` to `reached`, s, both taken as exact. */
     void (*advance)(const struct quad_series *series, double time, double reached);
     /** Values at an instant t of a step that begins at `time`, rounded. */
-    void (*values)(const struct quad_series *series, double time, double t, const struct quad_values *values);
+    void (*values)(const struct quad_series *series, double time, double t,
+                   const struct quad_values *values);
 };
 
 extern const struct quad_kernel pend_kernel_quad_base;

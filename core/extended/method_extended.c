@@ -1,4 +1,5 @@
-/* The Taylor method in numbers of about 32 digits: one trajectory, states rounded to doubles when handed out.
+/* The Taylor method in numbers of about 32 digits: one trajectory, states rounded to doubles
+ * when handed out.
  * Leaves to others: the series, their steps and sums (extended), the time loop (run).
  * Invariant: instants and steps are doubles taken as exact; a step allocates nothing. */
 #include <math.h>
@@ -27,8 +28,8 @@ static enum pend_status extended_stepper_open(void **stepper, const struct pend_
     struct extended_stepper *x = calloc(1, sizeof *x);
     *stepper = NULL;
     if (!x) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a run");
-    enum pend_status status =
-        pend_extended_new(&x->extended, problem->tree, problem->rtol, problem->atol, 1, pend_isa_best(), error);
+    enum pend_status status = pend_extended_new(&x->extended, problem->tree, problem->rtol,
+                                                problem->atol, 1, pend_isa_best(), error);
     if (status != PEND_OK) {
         free(x);
         return status;
@@ -46,7 +47,8 @@ static enum pend_status extended_stepper_open(void **stepper, const struct pend_
     return PEND_OK;
 }
 
-static enum pend_status extended_stepper_step(void *stepper, double limit, double *reached, struct pend_error *error) {
+static enum pend_status extended_stepper_step(void *stepper, double limit, double *reached,
+                                              struct pend_error *error) {
     struct extended_stepper *x = stepper;
     double before = pend_extended_time(x->extended, 0);
     pend_extended_stop(x->extended, 0, limit);
@@ -55,23 +57,28 @@ static enum pend_status extended_stepper_step(void *stepper, double limit, doubl
     *reached = pend_extended_time(x->extended, 0);
     if (pend_extended_lane(x->extended, 0) != PEND_EXTENDED_FAILED) return PEND_OK;
     if (*reached == before)
-        return pend_fail(error, PEND_STEP_TOO_SMALL, -1, before, "the step is too small to move the time on");
+        return pend_fail(error, PEND_STEP_TOO_SMALL, -1, before,
+                         "the step is too small to move the time on");
     *reached = before;
     return pend_fail(error, PEND_NOT_FINITE, -1, before, "the motion ceased to be finite");
 }
 
-static void extended_stepper_at(void *stepper, const double t[], int count, const struct pend_points *points) {
+static void extended_stepper_at(void *stepper, const double t[], int count,
+                                const struct pend_points *points) {
     struct extended_stepper *x = stepper;
     // where theta goes there is room for what it is computed from
-    struct pend_extended_state to = {.phi = points->phi, .phi_low = points->theta, .rate = points->rate};
+    struct pend_extended_state to = {
+        .phi = points->phi, .phi_low = points->theta, .rate = points->rate};
     pend_extended_at(x->extended, 0, count, t, &to, points->acc, points->force);
     size_t numbers = points->theta ? (size_t)count * (size_t)x->n : 0;
-    for (size_t i = 0; i < numbers; i++) points->theta[i] = pend_turns_theta(points->phi[i], points->theta[i]);
+    for (size_t i = 0; i < numbers; i++)
+        points->theta[i] = pend_turns_theta(points->phi[i], points->theta[i]);
 }
 
 static struct pend_stepper_counts extended_stepper_counts(const void *stepper) {
     const struct extended_stepper *x = stepper;
-    return (struct pend_stepper_counts){.steps = x->steps, .evaluations = x->steps * pend_extended_order(x->extended)};
+    return (struct pend_stepper_counts){.steps = x->steps,
+                                        .evaluations = x->steps * pend_extended_order(x->extended)};
 }
 
 static void extended_stepper_carry(void *stepper, struct pend_checkpoint *checkpoint) {
@@ -82,7 +89,8 @@ static void extended_stepper_carry(void *stepper, struct pend_checkpoint *checkp
 
 const struct pend_method pend_method_taylor_extended = {
     .name = "taylor",
-    .summary = "Power series of the motion in numbers of about 32 digits: what other answers are checked against.",
+    .summary = "Power series of the motion in numbers of about 32 digits: what other answers are "
+               "checked against.",
     .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES | PEND_METHOD_THETA,
     .rtol_default = 1e-28,
     .rtol_min = PEND_EXTENDED_RTOL_MIN,

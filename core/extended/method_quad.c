@@ -29,7 +29,8 @@ static const struct quad_kernel *quad_kernel(enum pend_isa isa) {
     return &pend_kernel_quad_base;
 }
 
-/* a power of two near the time that the fastest arm takes for a radian, as far as the start tells */
+/* a power of two near the time that the fastest arm takes for a radian, as far as the start
+ * tells */
 static double quad_first_unit(const struct pend_problem *problem) {
     double fastest = 0;
     for (int k = 0; k < problem->tree->n; k++) {
@@ -39,8 +40,9 @@ static double quad_first_unit(const struct pend_problem *problem) {
     return fastest > 0 ? exp2(-floor(log2(fastest))) : 1;
 }
 
-/* The order from which coefficients need but 32 digits: where the terms of a step have fallen by as much as those fall
- * short of the target. The slowest to fall are those of an exponential, x^j / j!, as of `extended`. */
+/* The order from which coefficients need but 32 digits: where the terms of a step have fallen by
+ * as much as those fall short of the target. The slowest to fall are those of an exponential,
+ * x^j / j!, as of `extended`. */
 static int quad_precise(double target, int order) {
     double bits = -log2(target), log_x = (lgamma(order + 2) / M_LN2 - bits) / (order + 1);
     int j = 1;
@@ -63,19 +65,23 @@ static enum pend_status quad_stepper_open(void **stepper, const struct pend_prob
     double target = 0.01 * problem->rtol;
     int n = problem->tree->n, order = (int)ceil(6 - 0.45 * log(target));
     size_t head = (sizeof(struct quad_stepper) + 63) / 64 * 64, row = PARTS * (size_t)n;
-    size_t numbers = (kernel->count(n, order) + 7) / 8 * 8, bytes = head + (numbers + 4 * row + 7) / 8 * 64;
+    size_t numbers = (kernel->count(n, order) + 7) / 8 * 8,
+           bytes = head + (numbers + 4 * row + 7) / 8 * 64;
     *stepper = NULL;
     if (n > QUAD_ARMS_MOST)
-        return pend_fail(error, PEND_INVALID, -1, 0,
-                         "62 digits are for trees of at most %d arms, got %d: a step of more would take seconds",
-                         QUAD_ARMS_MOST, n);
+        return pend_fail(
+            error, PEND_INVALID, -1, 0,
+            "62 digits are for trees of at most %d arms, got %d: a step of more would take seconds",
+            QUAD_ARMS_MOST, n);
     char *block = aligned_alloc(64, bytes);
     if (!block)
-        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the series of %d arms: %zu bytes", n, bytes);
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0,
+                         "no memory for the series of %d arms: %zu bytes", n, bytes);
     memset(block, 0, bytes);
     struct quad_stepper *q = (struct quad_stepper *)(void *)block;
     double *at = (double *)(void *)(block + head);
-    *q = (struct quad_stepper){.kernel = kernel, .log_rtol = log2(target), .next_unit = quad_first_unit(problem)};
+    *q = (struct quad_stepper){
+        .kernel = kernel, .log_rtol = log2(target), .next_unit = quad_first_unit(problem)};
     q->log_atol = problem->atol > 0 ? log2(pend_taylor_atol(problem->atol)) : -1e5;
     q->series = (struct quad_series){.tree = problem->tree,
                                      .order = order,
@@ -98,7 +104,8 @@ static void quad_stepper_close(void **stepper) {
     *stepper = NULL;
 }
 
-static enum pend_status quad_stepper_step(void *stepper, double limit, double *reached, struct pend_error *error) {
+static enum pend_status quad_stepper_step(void *stepper, double limit, double *reached,
+                                          struct pend_error *error) {
     struct quad_stepper *q = stepper;
     struct quad_series *s = &q->series;
     double *phi = s->phi, *rate = s->rate;
@@ -108,12 +115,14 @@ static enum pend_status quad_stepper_step(void *stepper, double limit, double *r
     s->unit = copysign(q->next_unit, limit - q->time);
     double x = q->kernel->expand(s, q->log_rtol, q->log_atol);
     q->counts.evaluations += s->order;
-    if (isnan(x)) return pend_fail(error, PEND_NOT_FINITE, -1, q->time, "the motion ceased to be finite");
+    if (isnan(x))
+        return pend_fail(error, PEND_NOT_FINITE, -1, q->time, "the motion ceased to be finite");
     // a step may pass the last instant, by no more than its own length
     x = fmin(x, 2 * fabs(limit - q->time) / fabs(s->unit));
     q->reached = q->time + x * s->unit;
     if (q->reached == q->time)
-        return pend_fail(error, PEND_STEP_TOO_SMALL, -1, q->time, "the step fell to %g s", x * s->unit);
+        return pend_fail(error, PEND_STEP_TOO_SMALL, -1, q->time, "the step fell to %g s",
+                         x * s->unit);
     q->kernel->advance(s, q->time, q->reached);
     q->next_unit = exp2(floor(log2(fabs(x * s->unit))));
     q->counts.steps++;
@@ -123,12 +132,14 @@ static enum pend_status quad_stepper_step(void *stepper, double limit, double *r
 
 static double *quad_offset(double *array, size_t base) { return array ? array + base : NULL; }
 
-static void quad_stepper_at(void *stepper, const double t[], int count, const struct pend_points *points) {
+static void quad_stepper_at(void *stepper, const double t[], int count,
+                            const struct pend_points *points) {
     const struct quad_stepper *q = stepper;
     for (int i = 0; i < count; i++) {
         size_t base = (size_t)i * (size_t)q->series.tree->n;
-        const struct quad_values values = {points->phi + base, points->rate + base, quad_offset(points->acc, base),
-                                           quad_offset(points->force, base), quad_offset(points->theta, base)};
+        const struct quad_values values = {
+            points->phi + base, points->rate + base, quad_offset(points->acc, base),
+            quad_offset(points->force, base), quad_offset(points->theta, base)};
         q->kernel->values(&q->series, q->time, t[i], &values);
     }
 }
@@ -143,15 +154,19 @@ static void quad_stepper_carry(void *stepper, struct pend_checkpoint *checkpoint
     double *numbers[] = {&s->unit, &q->next_unit, &q->time, &q->reached};
     double *rows[] = {s->phi, s->rate, s->phi_end, s->rate_end};
     pend_stepper_counts_carry(&q->counts, checkpoint);
-    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) pend_checkpoint_row(checkpoint, numbers[i], 1);
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) pend_checkpoint_row(checkpoint, rows[i], PARTS * (size_t)s->tree->n);
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
+        pend_checkpoint_row(checkpoint, numbers[i], 1);
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+        pend_checkpoint_row(checkpoint, rows[i], PARTS * (size_t)s->tree->n);
     // the series of the last step follows from its start
-    if (pend_checkpoint_puts(checkpoint) && q->counts.steps) q->kernel->expand(s, q->log_rtol, q->log_atol);
+    if (pend_checkpoint_puts(checkpoint) && q->counts.steps)
+        q->kernel->expand(s, q->log_rtol, q->log_atol);
 }
 
 const struct pend_method pend_method_taylor_quad = {
     .name = "taylor",
-    .summary = "Power series of the motion in numbers of about 62 digits: for horizons beyond those of 32.",
+    .summary = "Power series of the motion in numbers of about 62 digits: for horizons beyond "
+               "those of 32.",
     .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES | PEND_METHOD_THETA,
     .rtol_default = 1e-56,
     .rtol_min = 1e-58,

@@ -24,13 +24,15 @@ void pend_trust_free(struct pend_trust **trust) {
 }
 
 enum pend_status pend_trust_new(struct pend_trust **trust, const struct pend_method *method,
-                                const struct pend_problem *problem, double tolerance, struct pend_error *error) {
+                                const struct pend_problem *problem, double tolerance,
+                                struct pend_error *error) {
     int n = problem->tree->n, cap = TRUST_NUMBERS / n;
     cap = cap < 1 ? 1 : cap > TRUST_ROWS ? TRUST_ROWS : cap;
     size_t rows = (size_t)cap * (1 + (size_t)n);
     struct pend_trust *made = *trust = calloc(1, sizeof *made + 2 * rows * sizeof(double));
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory to compare %d arms", n);
-    *made = (struct pend_trust){.n = n, .cap = cap, .tolerance = tolerance, .until = pend_times_at(&problem->times, 0)};
+    *made = (struct pend_trust){
+        .n = n, .cap = cap, .tolerance = tolerance, .until = pend_times_at(&problem->times, 0)};
     double *block = (double *)(made + 1);
     for (int i = 0; i < 2; i++) {
         made->t[i] = block + (size_t)i * rows;
@@ -43,22 +45,28 @@ enum pend_status pend_trust_new(struct pend_trust **trust, const struct pend_met
     exact = own;
     exact.rtol = exact.atol = exact.step = 0;
     exact.atol_given = 0;
-    // what has 32 digits is judged by the same with other orders and steps, the finer of the two being taken for true
+    // what has 32 digits is judged by the same with other orders and steps, the finer of the two
+    // being taken for true
     if (method == pend_method_taylor.extended)
-        exact.rtol = problem->rtol > 0 && problem->rtol < 1e-29 ? method->rtol_default : PEND_EXTENDED_RTOL_MIN;
+        exact.rtol = problem->rtol > 0 && problem->rtol < 1e-29 ? method->rtol_default
+                                                                : PEND_EXTENDED_RTOL_MIN;
     if (method == &pend_method_taylor_quad)
-        exact.rtol = problem->rtol > 0 && problem->rtol < 1e-57 ? method->rtol_default : method->rtol_min;
-    const struct pend_method *judge = method == &pend_method_taylor_quad ? method : pend_method_taylor.extended;
+        exact.rtol =
+            problem->rtol > 0 && problem->rtol < 1e-57 ? method->rtol_default : method->rtol_min;
+    const struct pend_method *judge =
+        method == &pend_method_taylor_quad ? method : pend_method_taylor.extended;
     enum pend_status status = pend_run_new(&made->run[0], method, &own, error);
     if (status == PEND_OK) status = pend_run_new(&made->run[1], judge, &exact, error);
     if (status != PEND_OK) pend_trust_free(trust);
     return status;
 }
 
-static enum pend_status trust_fill(struct pend_trust *trust, int i, double work, struct pend_error *error) {
+static enum pend_status trust_fill(struct pend_trust *trust, int i, double work,
+                                   struct pend_error *error) {
     int at = trust->count[i];
-    struct pend_samples rows = {
-        .cap = trust->cap - at, .t = trust->t[i] + at, .phi = trust->phi[i] + (size_t)at * (size_t)trust->n};
+    struct pend_samples rows = {.cap = trust->cap - at,
+                                .t = trust->t[i] + at,
+                                .phi = trust->phi[i] + (size_t)at * (size_t)trust->n};
     if (rows.cap == 0 || trust->done[i]) return PEND_OK;
     enum pend_status status = pend_run_next(trust->run[i], &rows, work, &trust->done[i], error);
     trust->count[i] += (int)rows.count;
@@ -71,14 +79,16 @@ static void trust_compare(struct pend_trust *trust) {
     for (; trust->compared < count && !trust->parted; trust->compared++) {
         size_t row = (size_t)trust->compared * (size_t)trust->n;
         for (int k = 0; k < trust->n; k++)
-            if (!(fabs(trust->phi[0][row + k] - trust->phi[1][row + k]) <= trust->tolerance)) trust->parted = 1;
+            if (!(fabs(trust->phi[0][row + k] - trust->phi[1][row + k]) <= trust->tolerance))
+                trust->parted = 1;
         if (!trust->parted) trust->until = trust->t[0][trust->compared];
     }
     if (count < trust->cap) return;
     trust->count[0] = trust->count[1] = trust->compared = 0;
 }
 
-enum pend_status pend_trust_next(struct pend_trust *trust, double work, int *done, struct pend_error *error) {
+enum pend_status pend_trust_next(struct pend_trust *trust, double work, int *done,
+                                 struct pend_error *error) {
     for (int i = 0; i < 2; i++) PEND_TRY(trust_fill(trust, i, work, error));
     trust_compare(trust);
     *done = trust->parted || (trust->done[0] && trust->done[1]);

@@ -7,12 +7,13 @@
 
 #include "core/taylor/jets.h"
 
-/* How the errors of single steps are known: from the step's own power series; by solving the step anew with one; as
- * what 32 digits leave; or in closed form for the whole motion. */
+/* How the errors of single steps are known: from the step's own power series; by solving the
+ * step anew with one; as what 32 digits leave; or in closed form for the whole motion. */
 enum horizon_way { HORIZON_SERIES, HORIZON_ANEW, HORIZON_EXTENDED, HORIZON_LINEAR };
 
 enum {
-    HORIZON_ORDER = JETS_SPREAD, /* of the neighbour's series: its part of a step need be known to a few percent only */
+    HORIZON_ORDER = JETS_SPREAD, /* of the neighbour's series: its part of a step need be known to a
+                                    few percent only */
     HORIZON_ANEW_ORDER = 30,     /* of a step that is solved anew */
     HORIZON_STATES = 12,
     HORIZON_ROWS = 2 + HORIZON_STATES
@@ -21,7 +22,7 @@ enum {
 static const double HORIZON_NEAR = 1e-7;            /* rad, the neighbour's distance */
 static const double HORIZON_ROUNDING = 2 * 0x1p-53; /* of a step, over the changes that it makes */
 static const double HORIZON_ANEW_TARGET = 1e-17;    /* truncation of a step that is solved anew */
-static const double HORIZON_LEFT = 2;               /* by how much more may be left out than is foretold */
+static const double HORIZON_LEFT = 2; /* by how much more may be left out than is foretold */
 
 struct pend_horizon {
     struct pend_problem problem; /* phi .. rate_low are not kept */
@@ -30,14 +31,17 @@ struct pend_horizon {
     double grade;  /* over an error, what it is over the error that is allowed */
     double target; /* what a step's first neglected term is over its motion */
     int lost;
-    double end_time;           /* s, relative, of the last instant */
-    double held;               /* s, relative: how far the accuracy goes, once it is lost */
-    double time, ratio;        /* s, relative, and the largest error over what is allowed, at the start of the step */
-    double end_ratio;          /* that of angles and rates at the end of the step before; negative where not known */
+    double end_time;    /* s, relative, of the last instant */
+    double held;        /* s, relative: how far the accuracy goes, once it is lost */
+    double time, ratio; /* s, relative, and the largest error over what is allowed, at the start of
+                           the step */
+    double end_ratio; /* that of angles and rates at the end of the step before; negative where not
+                         known */
     double fastest, strongest; /* rad/s and N, the largest so far */
-    double settled;            /* s, relative: the last instant up to which steps were solved anew */
-    double reach, unit;        /* s, > 0, of the last series that did so: how far it would have served, its unit */
-    double *phi, *rate;        /* the error, rad and rad/s */
+    double settled; /* s, relative: the last instant up to which steps were solved anew */
+    double reach,
+        unit; /* s, > 0, of the last series that did so: how far it would have served, its unit */
+    double *phi, *rate;           /* the error, rad and rad/s */
     double *left_rate, *left_phi; /* what a step leaves out, in the order of seats */
     struct jets_state near;       /* the neighbour */
     struct jets_state begin, end; /* of a step that is solved anew */
@@ -55,9 +59,10 @@ static enum horizon_way horizon_way(const struct pend_method *method) {
 
 static void horizon_view(struct pend_horizon *horizon, double *at, size_t stride) {
     struct jets_state *near = &horizon->near, *begin = &horizon->begin, *end = &horizon->end;
-    double **row[HORIZON_ROWS] = {&horizon->phi,   &horizon->rate, &near->phi,      &near->phi_low, &near->rate,
-                                  &near->rate_low, &begin->phi,    &begin->phi_low, &begin->rate,   &begin->rate_low,
-                                  &end->phi,       &end->phi_low,  &end->rate,      &end->rate_low};
+    double **row[HORIZON_ROWS] = {&horizon->phi, &horizon->rate,   &near->phi,  &near->phi_low,
+                                  &near->rate,   &near->rate_low,  &begin->phi, &begin->phi_low,
+                                  &begin->rate,  &begin->rate_low, &end->phi,   &end->phi_low,
+                                  &end->rate,    &end->rate_low};
     for (size_t i = 0; i < HORIZON_ROWS; i++) *row[i] = at + i * stride;
 }
 
@@ -73,9 +78,9 @@ static void horizon_start(struct pend_horizon *horizon, const struct pend_proble
     }
 }
 
-/* The closed form's errors are those of the phases of its modes: roundings of omega and of omega t, over the whole sum.
- * The fastest mode is bounded by the rows of L / m (the core's README), and as the squares of 1 / omega add up to
- * the sum of l / g, so is the slowest. */
+/* The closed form's errors are those of the phases of its modes: roundings of omega and of omega
+ * t, over the whole sum. The fastest mode is bounded by the rows of L / m (the core's README),
+ * and as the squares of 1 / omega add up to the sum of l / g, so is the slowest. */
 static void horizon_linear(struct pend_horizon *horizon, const struct pend_problem *problem) {
     static const double roundings = 3 * 0x1p-53;
     const struct pend_tree *tree = problem->tree;
@@ -87,7 +92,8 @@ static void horizon_linear(struct pend_horizon *horizon, const struct pend_probl
         fastest = fmax(fastest, 2 * gravity * springs / tree->mass[k]);
         length += tree->len[k];
     }
-    for (int k = 0; k < tree->n; k++) reach += M_PI + fabs(problem->rate[k]) * sqrt(length / gravity);
+    for (int k = 0; k < tree->n; k++)
+        reach += M_PI + fabs(problem->rate[k]) * sqrt(length / gravity);
     double held = 1 / (horizon->grade * roundings * sqrt(fastest) * reach);
     horizon->lost = held < fabs(horizon->end_time);
     horizon->held = copysign(held, horizon->end_time);
@@ -100,11 +106,15 @@ enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pe
     size_t stride = pend_jets_stride(tree->n), head = (sizeof **horizon + 63) / 64 * 64;
     size_t rows = (HORIZON_ROWS * stride + 2 * pend_jets_seats(tree)) * sizeof(double);
     int own = way == HORIZON_ANEW || way == HORIZON_EXTENDED;
-    size_t answers = pend_jets_answers_bytes(tree), anew = own ? pend_jets_bytes(tree, HORIZON_ANEW_ORDER) : 0;
+    size_t answers = pend_jets_answers_bytes(tree),
+           anew = own ? pend_jets_bytes(tree, HORIZON_ANEW_ORDER) : 0;
     size_t series = way == HORIZON_LINEAR || answers ? 0 : pend_jets_bytes(tree, HORIZON_ORDER);
-    char *block = aligned_alloc(64, head + rows + series + anew + answers), *behind = block + head + rows;
+    char *block = aligned_alloc(64, head + rows + series + anew + answers),
+         *behind = block + head + rows;
     *horizon = (struct pend_horizon *)block;
-    if (!block) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a neighbour of %d arms", tree->n);
+    if (!block)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a neighbour of %d arms",
+                         tree->n);
     memset(block, 0, head + rows);
     struct pend_horizon *made = *horizon;
     made->problem = *problem;
@@ -113,7 +123,8 @@ enum pend_status pend_horizon_new(struct pend_horizon **horizon, const struct pe
     made->grade = PEND_HORIZON_MARGIN / problem->accuracy;
     made->unit = 0x1p-5;
     made->end_ratio = -1;
-    made->end_time = pend_times_at(&problem->times, problem->times.count - 1) - pend_times_at(&problem->times, 0);
+    made->end_time = pend_times_at(&problem->times, problem->times.count - 1) -
+                     pend_times_at(&problem->times, 0);
     made->target = fmax(method->flags & PEND_METHOD_TOLERANCES ? problem->rtol / 100 : 0,
                         method == &pend_method_taylor_quad ? 0x1p-200 : 0x1p-106);
     horizon_view(made, (double *)(block + head), stride);
@@ -144,16 +155,21 @@ static void horizon_add(double x, double low, double d, double *sum, double *res
     *rest = (x - (s - part)) + (d - part) + low;
 }
 
-/* the neighbour of a state, in the direction of the error; returns the distance over the error, 0 without an error */
-static double horizon_displace(struct pend_horizon *horizon, const struct jets_state *from, double length) {
+/* the neighbour of a state, in the direction of the error; returns the distance over the error,
+ * 0 without an error */
+static double horizon_displace(struct pend_horizon *horizon, const struct jets_state *from,
+                               double length) {
     double most = 0;
     int n = horizon->problem.tree->n;
-    for (int k = 0; k < n; k++) most = fmax(most, fmax(fabs(horizon->phi[k]), fabs(horizon->rate[k] * length)));
+    for (int k = 0; k < n; k++)
+        most = fmax(most, fmax(fabs(horizon->phi[k]), fabs(horizon->rate[k] * length)));
     double scale = most > DBL_MIN ? HORIZON_NEAR / most : 0;
     for (int k = 0; k < n && scale > 0; k++) {
         const struct jets_state *near = &horizon->near;
-        horizon_add(from->phi[k], from->phi_low[k], scale * horizon->phi[k], &near->phi[k], &near->phi_low[k]);
-        horizon_add(from->rate[k], from->rate_low[k], scale * horizon->rate[k], &near->rate[k], &near->rate_low[k]);
+        horizon_add(from->phi[k], from->phi_low[k], scale * horizon->phi[k], &near->phi[k],
+                    &near->phi_low[k]);
+        horizon_add(from->rate[k], from->rate_low[k], scale * horizon->rate[k], &near->rate[k],
+                    &near->rate_low[k]);
     }
     return scale;
 }
@@ -173,21 +189,24 @@ static double horizon_ratio(struct pend_horizon *horizon, const double rate[]) {
     return horizon->grade * horizon_larger(angle, fastest > 0 ? speed / fastest : 0);
 }
 
-/* notes the error at an instant; where it is too large, the accuracy was lost since the one before, as a power of
- * time */
+/* notes the error at an instant; where it is too large, the accuracy was lost since the one
+ * before, as a power of time */
 static void horizon_note(struct pend_horizon *horizon, double time, double ratio) {
     if (ratio <= 1) return;
-    double part = horizon->ratio > 0 && isfinite(ratio) ? log(horizon->ratio) / (log(horizon->ratio) - log(ratio)) : 0;
+    double part = horizon->ratio > 0 && isfinite(ratio)
+                      ? log(horizon->ratio) / (log(horizon->ratio) - log(ratio))
+                      : 0;
     horizon->held = horizon->time + (part > 0 && part < 1 ? part : 0) * (time - horizon->time);
     horizon->lost = 1;
 }
 
-/* the error x units of time later: the neighbour's series less the motion's own, as far as the neighbour's goes;
- * returns by how much forces are off at the start, N */
-static double horizon_spread(struct pend_horizon *horizon, const struct pend_jets *series, double unit, double x,
-                             double scale) {
+/* the error x units of time later: the neighbour's series less the motion's own, as far as the
+ * neighbour's goes; returns by how much forces are off at the start, N */
+static double horizon_spread(struct pend_horizon *horizon, const struct pend_jets *series,
+                             double unit, double x, double scale) {
     const struct pend_jets *near = &horizon->jets;
-    double inverse = 1 / unit, share = 1 / scale, power[HORIZON_ORDER + 1], phi_power[HORIZON_ORDER + 1], force = 0;
+    double inverse = 1 / unit, share = 1 / scale, power[HORIZON_ORDER + 1],
+           phi_power[HORIZON_ORDER + 1], force = 0;
     pend_jets_expand(&horizon->jets, horizon->problem.gravity, unit, &horizon->near, HORIZON_ORDER);
     power[0] = share;
     for (int j = 1; j <= HORIZON_ORDER; j++) power[j] = power[j - 1] * x;
@@ -196,12 +215,14 @@ static double horizon_spread(struct pend_horizon *horizon, const struct pend_jet
         size_t at = pend_jets_place(near, k, 0), from = pend_jets_place(series, k, 0);
         double phi = 0, rate = 0;
         for (int j = HORIZON_ORDER; j > 0; j--) {
-            double gap = near->rate[at + (size_t)j * PEND_JETS_PAD] - series->rate[from + (size_t)j * PEND_JETS_PAD];
+            double gap = near->rate[at + (size_t)j * PEND_JETS_PAD] -
+                         series->rate[from + (size_t)j * PEND_JETS_PAD];
             phi += phi_power[j] * gap;
             rate += power[j] * gap;
         }
         force = fmax(force, fabs(near->force[at] - series->force[from]));
-        horizon->strongest = fmax(horizon->strongest, fabs(series->force[from]) * (inverse * inverse));
+        horizon->strongest =
+            fmax(horizon->strongest, fabs(series->force[from]) * (inverse * inverse));
         horizon->phi[k] += horizon->rate[k] * (x * unit) + phi;
         horizon->rate[k] += rate * inverse;
     }
@@ -209,7 +230,8 @@ static double horizon_spread(struct pend_horizon *horizon, const struct pend_jet
 }
 
 /* the motion's own part of that */
-static void horizon_look(struct pend_horizon *horizon, const struct pend_jets *series, double unit) {
+static void horizon_look(struct pend_horizon *horizon, const struct pend_jets *series,
+                         double unit) {
     double inverse = 1 / unit;
     for (int k = 0; k < horizon->problem.tree->n; k++) {
         double force = fabs(series->force[pend_jets_place(series, k, 0)]) * (inverse * inverse);
@@ -217,10 +239,10 @@ static void horizon_look(struct pend_horizon *horizon, const struct pend_jets *s
     }
 }
 
-/* The error at the end of a step from that at its start, as the motion's own series has it, else a neighbour; returns
- * by how much forces are off at the start, N. */
-static double horizon_carry(struct pend_horizon *horizon, const struct pend_jets *series, double unit, double x,
-                            const struct jets_state *from) {
+/* The error at the end of a step from that at its start, as the motion's own series has it, else
+ * a neighbour; returns by how much forces are off at the start, N. */
+static double horizon_carry(struct pend_horizon *horizon, const struct pend_jets *series,
+                            double unit, double x, const struct jets_state *from) {
     if (!pend_jets_spreads(series)) {
         double scale = horizon_displace(horizon, from, x * unit);
         if (scale > 0) return horizon_spread(horizon, series, unit, x, scale);
@@ -231,11 +253,12 @@ static double horizon_carry(struct pend_horizon *horizon, const struct pend_jets
     return pend_jets_spread(series, horizon->problem.gravity, x, unit, horizon->phi, horizon->rate);
 }
 
-/* from the start of a step to its end; the error at the start is looked at on the way, once its forces are known.
- * Returns the part of the forces in it */
-static double horizon_pass(struct pend_horizon *horizon, const struct pend_jets *series, double unit, double x,
-                           const struct jets_state *from, double time) {
-    double ratio = horizon->end_ratio < 0 ? horizon_ratio(horizon, from->rate) : horizon->end_ratio, part = 0;
+/* from the start of a step to its end; the error at the start is looked at on the way, once its
+ * forces are known. Returns the part of the forces in it */
+static double horizon_pass(struct pend_horizon *horizon, const struct pend_jets *series,
+                           double unit, double x, const struct jets_state *from, double time) {
+    double ratio = horizon->end_ratio < 0 ? horizon_ratio(horizon, from->rate) : horizon->end_ratio,
+           part = 0;
     horizon->end_ratio = -1;
     double force = horizon_carry(horizon, series, unit, x, from);
     if (horizon->strongest > 0) part = force * horizon->grade / horizon->strongest;
@@ -252,10 +275,12 @@ static double horizon_pass(struct pend_horizon *horizon, const struct pend_jets 
 static void horizon_more(double *error, double a) { *error += copysign(a, *error); }
 
 /* of a step of a power series: the terms that were left out, and rounding */
-static void horizon_series_error(struct pend_horizon *horizon, const struct pend_series *step, double x) {
+static void horizon_series_error(struct pend_horizon *horizon, const struct pend_series *step,
+                                 double x) {
     const struct pend_tree *tree = horizon->problem.tree;
     const struct pend_jets *jets = step->jets;
-    double length = fabs(x * step->unit), inverse = 1 / step->unit, most = 0, turn = fabs(x) * HORIZON_ROUNDING;
+    double length = fabs(x * step->unit), inverse = 1 / step->unit, most = 0,
+           turn = fabs(x) * HORIZON_ROUNDING;
     pend_jets_left(jets, step->order, PEND_SERIES_BEYOND, x, horizon->left_rate, horizon->left_phi);
     for (int k = 0; k < tree->n; k++)
         most = horizon_larger(most, tree->len[k] * fabs(jets->rate[pend_jets_place(jets, k, 1)]));
@@ -266,11 +291,13 @@ static void horizon_series_error(struct pend_horizon *horizon, const struct pend
         horizon->rate[k] -= HORIZON_LEFT * horizon->left_rate[seat] * inverse;
         horizon->phi[k] -= HORIZON_LEFT * horizon->left_phi[seat] * x;
         horizon_more(&horizon->rate[k], push);
-        horizon_more(&horizon->phi[k], push / 2 * length + fabs(jets->rate[pend_jets_place(jets, k, 0)]) * turn);
+        horizon_more(&horizon->phi[k],
+                     push / 2 * length + fabs(jets->rate[pend_jets_place(jets, k, 0)]) * turn);
     }
 }
 
-static void horizon_series_step(struct pend_horizon *horizon, const struct pend_series *step, const double rate[]) {
+static void horizon_series_step(struct pend_horizon *horizon, const struct pend_series *step,
+                                const double rate[]) {
     double x = (step->reached - step->time) / step->unit;
     double part = horizon_pass(horizon, step->jets, step->unit, x, step->begin, step->time);
     if (horizon->lost) return;
@@ -279,13 +306,16 @@ static void horizon_series_step(struct pend_horizon *horizon, const struct pend_
     horizon_note(horizon, step->reached, horizon->end_ratio * horizon_larger(1, part));
 }
 
-/* expands about the start of a step that is solved anew; returns how far the series serves, in units */
+/* expands about the start of a step that is solved anew; returns how far the series serves, in
+ * units */
 static double horizon_expand(struct pend_horizon *horizon, double *unit, double left) {
     enum { RANGE = 16, TRIES = 64 };
     double x = NAN;
     for (int i = 0; i < TRIES; i++) {
-        pend_jets_expand(&horizon->anew, horizon->problem.gravity, *unit, &horizon->begin, HORIZON_ANEW_ORDER);
-        x = pend_jets_reach(&horizon->anew, HORIZON_ANEW_ORDER, log2(HORIZON_ANEW_TARGET), -INFINITY);
+        pend_jets_expand(&horizon->anew, horizon->problem.gravity, *unit, &horizon->begin,
+                         HORIZON_ANEW_ORDER);
+        x = pend_jets_reach(&horizon->anew, HORIZON_ANEW_ORDER, log2(HORIZON_ANEW_TARGET),
+                            -INFINITY);
         horizon->reach = x * fabs(*unit);
         if (x > fabs(left / *unit)) x = fabs(left / *unit);
         if (!(x < exp2(-RANGE) || x > exp2(RANGE))) break;
@@ -299,24 +329,29 @@ static void horizon_extended_error(struct pend_horizon *horizon, double length) 
     const struct pend_tree *tree = horizon->problem.tree;
     const struct jets_state *begin = &horizon->begin, *end = &horizon->end;
     double most = 0;
-    for (int k = 0; k < tree->n; k++) most = fmax(most, tree->len[k] * fabs(end->rate[k] - begin->rate[k]));
+    for (int k = 0; k < tree->n; k++)
+        most = fmax(most, tree->len[k] * fabs(end->rate[k] - begin->rate[k]));
     for (int k = 0; k < tree->n; k++) {
         double push = most / tree->len[k];
         horizon_more(&horizon->rate[k], push * horizon->target);
-        horizon_more(&horizon->phi[k], (push * length + fabs(end->phi[k] - begin->phi[k])) * horizon->target);
+        horizon_more(&horizon->phi[k],
+                     (push * length + fabs(end->phi[k] - begin->phi[k])) * horizon->target);
     }
 }
 
-/* from the last instant that was looked at to this one by a series of its own: the method's error is what its state
- * differs by */
-static void horizon_anew(struct pend_horizon *horizon, double reached, const double phi[], const double rate[]) {
+/* from the last instant that was looked at to this one by a series of its own: the method's
+ * error is what its state differs by */
+static void horizon_anew(struct pend_horizon *horizon, double reached, const double phi[],
+                         const double rate[]) {
     struct jets_state *begin = &horizon->begin, *end = &horizon->end;
     size_t bytes = (size_t)horizon->problem.tree->n * sizeof(double);
     double now = horizon->settled, part = 0;
     while (now != reached && !horizon->lost) {
-        double unit = copysign(horizon->unit, reached - now), x = horizon_expand(horizon, &unit, reached - now);
+        double unit = copysign(horizon->unit, reached - now),
+               x = horizon_expand(horizon, &unit, reached - now);
         double next = now + x * unit;
-        if (isnan(x) || next == now || fabs(reached - next) < 1e-9 * fabs(reached - now)) next = reached;
+        if (isnan(x) || next == now || fabs(reached - next) < 1e-9 * fabs(reached - now))
+            next = reached;
         x = (next - now) / unit;
         part = horizon_pass(horizon, &horizon->anew, unit, x, begin, now);
         if (horizon->lost) return;
@@ -340,15 +375,16 @@ static void horizon_anew(struct pend_horizon *horizon, double reached, const dou
     horizon_note(horizon, reached, horizon_ratio(horizon, rate) * horizon_larger(1, part));
 }
 
-void pend_horizon_step(struct pend_horizon *horizon, const void *stepper, double reached, const double phi[],
-                       const double rate[]) {
+void pend_horizon_step(struct pend_horizon *horizon, const void *stepper, double reached,
+                       const double phi[], const double rate[]) {
     static const double often = 0.7; // a series of its own serves so far and a little further
     struct pend_series step;
     if (horizon->lost) return;
     if (horizon->way == HORIZON_SERIES) {
         horizon->method->series(stepper, &step);
         horizon_series_step(horizon, &step, rate);
-    } else if (fabs(reached - horizon->settled) >= often * horizon->reach || fabs(reached) >= fabs(horizon->end_time)) {
+    } else if (fabs(reached - horizon->settled) >= often * horizon->reach ||
+               fabs(reached) >= fabs(horizon->end_time)) {
         horizon_anew(horizon, reached, phi, rate);
     }
 }
@@ -375,15 +411,19 @@ double pend_horizon_until(const struct pend_horizon *horizon) {
     return pend_times_at(times, first);
 }
 
-enum pend_status pend_horizon_carry(struct pend_horizon *horizon, struct pend_checkpoint *checkpoint) {
+enum pend_status pend_horizon_carry(struct pend_horizon *horizon,
+                                    struct pend_checkpoint *checkpoint) {
     size_t stride = pend_jets_stride(horizon->problem.tree->n);
     double *number[] = {&horizon->held,      &horizon->time,    &horizon->ratio, &horizon->fastest,
                         &horizon->strongest, &horizon->settled, &horizon->reach, &horizon->unit};
     double *row[] = {horizon->phi, horizon->rate, horizon->begin.phi, horizon->begin.rate};
     pend_checkpoint_int(checkpoint, &horizon->lost, 1);
-    for (size_t i = 0; i < sizeof number / sizeof *number; i++) pend_checkpoint_row(checkpoint, number[i], 1);
-    for (size_t i = 0; i < sizeof row / sizeof *row; i++) pend_checkpoint_row(checkpoint, row[i], stride);
+    for (size_t i = 0; i < sizeof number / sizeof *number; i++)
+        pend_checkpoint_row(checkpoint, number[i], 1);
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++)
+        pend_checkpoint_row(checkpoint, row[i], stride);
     // what lies between here and the steps' end is solved anew: not more than the run itself
-    int good = fabs(horizon->settled) <= 4 * fabs(horizon->end_time) && horizon->unit > 0 && isfinite(horizon->unit);
+    int good = fabs(horizon->settled) <= 4 * fabs(horizon->end_time) && horizon->unit > 0 &&
+               isfinite(horizon->unit);
     return good && !isnan(horizon->held) && !isnan(horizon->ratio) ? PEND_OK : PEND_INVALID;
 }

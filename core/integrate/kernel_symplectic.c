@@ -37,7 +37,8 @@ VEC_INLINE void wide_put(num *at, wide x) { *at = x; }
  * up_re, up_im       e^{i phi}
  * go_re, go_im       z', then the momentum of all that hangs on the arm
  */
-#define SYMPLECTIC_ARRAYS(X) X(turn) X(boost) X(phi) X(phi_low) X(rate) X(up_re) X(up_im) X(go_re) X(go_im)
+#define SYMPLECTIC_ARRAYS(X)                                                                       \
+    X(turn) X(boost) X(phi) X(phi_low) X(rate) X(up_re) X(up_im) X(go_re) X(go_im)
 
 enum {
 #define X(name) ARRAY_##name,
@@ -68,7 +69,8 @@ static struct symplectic_lanes symplectic_view(const struct symplectic_system *s
     };
 }
 
-static void symplectic_load(struct symplectic_system *system, const double len[], const double mass[]) {
+static void symplectic_load(struct symplectic_system *system, const double len[],
+                            const double mass[]) {
     memset(system->lanes, 0, symplectic_count(system->n) * sizeof(double));
     struct symplectic_lanes s = symplectic_view(system);
     for (int k = 0; k < system->n; k++) {
@@ -97,18 +99,21 @@ static void symplectic_place(const struct symplectic_lanes *s) {
     jets_factor(tree);
 }
 
-/* phi' = (Re M)^-1 p: a momentum is a couple on its arm, a force p / l across it; p is in drag_im */
+/* phi' = (Re M)^-1 p: a momentum is a couple on its arm, a force p / l across it; p is in
+ * drag_im */
 static void symplectic_solve(const struct symplectic_lanes *s) {
     const struct jets_system *tree = &s->tree;
     for (int k = 0; k < tree->n; k++) {
         tree->drag_im[k] *= tree->inv_len[k];
-        tree->heave[k] = tree->sum_side[k] = tree->sum_cos[k] = tree->sum_sin[k] = tree->early[k] = num_of(0);
+        tree->heave[k] = tree->sum_side[k] = tree->sum_cos[k] = tree->sum_sin[k] = tree->early[k] =
+            num_of(0);
     }
     jets_up(tree);
     jets_down(tree, num_of(0));
     for (int k = 0; k < tree->n; k++) {
         num ar = tree->from_radial[k], at = tree->from_tangential[k];
-        s->rate[k] = (tree->sine[k] * ar - tree->cosine[k] * at + tree->tangential[k]) * tree->inv_len[k];
+        s->rate[k] =
+            (tree->sine[k] * ar - tree->cosine[k] * at + tree->tangential[k]) * tree->inv_len[k];
     }
 }
 
@@ -131,12 +136,15 @@ static void symplectic_flow(const struct symplectic_lanes *s) {
 /* start + what the stages add, through the tableau */
 VEC_INLINE num symplectic_through(num gain) {
     num sum = num_of(0);
-    for (int j = 0; j < GAUSS_STAGES; j++) sum = num_fma(num_of(gain[j]), *(const num *)gauss_through[j], sum);
+    for (int j = 0; j < GAUSS_STAGES; j++)
+        sum = num_fma(num_of(gain[j]), *(const num *)gauss_through[j], sum);
     return sum;
 }
 
-/* one iteration: angles from rates, rates from momenta, forces from both; returns the largest change as an angle */
-static double symplectic_iterate(const struct symplectic_system *system, const struct symplectic_lanes *s,
+/* one iteration: angles from rates, rates from momenta, forces from both; returns the largest
+ * change as an angle */
+static double symplectic_iterate(const struct symplectic_system *system,
+                                 const struct symplectic_lanes *s,
                                  const struct symplectic_state *from, num weight) {
     const struct jets_system *tree = &s->tree;
     for (int k = 0; k < tree->n; k++) {
@@ -153,7 +161,9 @@ static double symplectic_iterate(const struct symplectic_system *system, const s
     for (int k = 0; k < tree->n; k++) {
         // p' = - l (phi' Re(conj(u) P) + g m cos phi), P and m of all that hangs on the arm
         num along = s->up_re[k] * s->go_re[k] + s->up_im[k] * s->go_im[k];
-        num force = -tree->len[k] * num_fma(s->rate[k], along, system->gravity * system->subtree_mass[k] * s->up_re[k]);
+        num force =
+            -tree->len[k] *
+            num_fma(s->rate[k], along, system->gravity * system->subtree_mass[k] * s->up_re[k]);
         num turn = weight * s->rate[k], boost = weight * force;
         change = lanes8_max(change, lanes8_abs(turn - s->turn[k]));
         // of a momentum: what the angle would change by in a step
@@ -171,14 +181,16 @@ static double symplectic_iterate(const struct symplectic_system *system, const s
     return most;
 }
 
-/* Iterates until rounding keeps the stages from coming any closer, and once more: an end that always lacks a little on
- * the same side makes the energy drift (Hairer, McLachlan, Razakarivony 2008). */
+/* Iterates until rounding keeps the stages from coming any closer, and once more: an end that
+ * always lacks a little on the same side makes the energy drift (Hairer, McLachlan, Razakarivony
+ * 2008). */
 static int symplectic_converge(struct symplectic_system *system, const struct symplectic_lanes *s,
                                const struct symplectic_state *from, num weight) {
     enum { ITERATIONS = 100, WINDOW = 8 };
     // the momentum of an arm is a sum over all that hangs on it, and is rounded as such
     double last = INFINITY, size = 0, near = 1e-12 * (system->n > 8 ? system->n / 8.0 : 1);
-    // in a chain of thousands of arms rounding keeps stages from coming as near, and they only stop coming nearer
+    // in a chain of thousands of arms rounding keeps stages from coming as near, and they only stop
+    // coming nearer
     double noise = fmin(1e-6, 4e-15 * system->n * system->n), least = INFINITY, earlier = INFINITY;
     for (int i = 0; i < ITERATIONS; i++) {
         double change = symplectic_iterate(system, s, from, weight);
@@ -190,7 +202,8 @@ static int symplectic_converge(struct symplectic_system *system, const struct sy
                 for (int j = 0; j < WIDTH; j++) size = fmax(size, fabs(s->turn[k][j]));
         size = fmax(size, change);
         least = fmin(least, change);
-        int over = i % WINDOW == WINDOW - 1, still = over && least > 0.7 * earlier && least <= noise * size;
+        int over = i % WINDOW == WINDOW - 1,
+            still = over && least > 0.7 * earlier && least <= noise * size;
         if (over) earlier = least, least = INFINITY;
         if (change == 0 || still || (change >= last && change <= near * size)) {
             symplectic_iterate(system, s, from, weight);
@@ -235,8 +248,8 @@ static int symplectic_step(struct symplectic_system *system, const struct symple
     return 1;
 }
 
-static void symplectic_momenta(const struct symplectic_system *system, const double phi[], const double rate[],
-                               double p[]) {
+static void symplectic_momenta(const struct symplectic_system *system, const double phi[],
+                               const double rate[], double p[]) {
     struct symplectic_lanes s = symplectic_view(system);
     for (int k = 0; k < system->n; k++) {
         s.phi[k] = num_of(phi[k]);
@@ -246,11 +259,12 @@ static void symplectic_momenta(const struct symplectic_system *system, const dou
     symplectic_place(&s);
     symplectic_flow(&s);
     // p = l Im(conj(u) P)
-    for (int k = 0; k < system->n; k++) p[k] = (s.tree.len[k] * (s.up_re[k] * s.go_im[k] - s.up_im[k] * s.go_re[k]))[0];
+    for (int k = 0; k < system->n; k++)
+        p[k] = (s.tree.len[k] * (s.up_re[k] * s.go_im[k] - s.up_im[k] * s.go_re[k]))[0];
 }
 
-static void symplectic_rates(const struct symplectic_system *system, const struct symplectic_state *state,
-                             double rate[]) {
+static void symplectic_rates(const struct symplectic_system *system,
+                             const struct symplectic_state *state, double rate[]) {
     struct symplectic_lanes s = symplectic_view(system);
     for (int k = 0; k < system->n; k++) {
         s.phi[k] = num_of(state->phi[k]);

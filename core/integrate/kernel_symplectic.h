@@ -1,4 +1,5 @@
-/* One step of the Gauss-Legendre collocation of 8 stages in angles and momenta, a stage a lane, by instruction set.
+/* One step of the Gauss-Legendre collocation of 8 stages in angles and momenta, a stage a lane,
+ * by instruction set.
  * Leaves to others: memory, the length of the step, values inside it (method_symplectic).
  * Invariant: the map from (phi, p) to (phi, p) is symplectic and symmetric but for rounding. */
 #ifndef PEND_KERNEL_SYMPLECTIC_H
@@ -18,8 +19,9 @@ struct symplectic_system {
     const double *subtree_mass; /* n values, kg */
     double length;              /* s, > 0, of the step, whatever its direction */
     double weight[8];           /* s: the step times b_j */
-    double *lanes;              /* symplectic_count(n) doubles, aligned to 64: the tree system, eight lanes a value */
-    long iterations;            /* in all steps so far */
+    double *lanes;   /* symplectic_count(n) doubles, aligned to 64: the tree system, eight lanes a
+                        value */
+    long iterations; /* in all steps so far */
 };
 
 struct symplectic_kernel {
@@ -28,13 +30,16 @@ struct symplectic_kernel {
     /** Lays a tree out in the lanes; the first guess of the next step is that nothing moves. */
     void (*load)(struct symplectic_system *system, const double len[], const double mass[]);
     /** Momenta of rates: p = Re M(phi) phi'. */
-    void (*momenta)(const struct symplectic_system *system, const double phi[], const double rate[], double p[]);
+    void (*momenta)(const struct symplectic_system *system, const double phi[], const double rate[],
+                    double p[]);
     /** Rates of momenta: phi' = (Re M(phi))^-1 p. */
-    void (*rates)(const struct symplectic_system *system, const struct symplectic_state *state, double rate[]);
+    void (*rates)(const struct symplectic_system *system, const struct symplectic_state *state,
+                  double rate[]);
     /**
      * One step; the stages' equations are iterated until rounding ends their convergence.
      *
-     * Returns 1, 0 when they do not converge, -1 when a number is not finite; `to` then holds nothing of use.
+     * Returns 1, 0 when they do not converge, -1 when a number is not finite; `to` then holds
+     * nothing of use.
      */
     int (*step)(struct symplectic_system *system, const struct symplectic_state *from,
                 const struct symplectic_state *to);

@@ -21,7 +21,8 @@ void pend_times_list(const struct pend_times *times, long first, int count, doub
     if (last >= 0 && last < count && last == (int)last) t[(int)last] = start + span;
 }
 
-void pend_stepper_counts_carry(struct pend_stepper_counts *counts, struct pend_checkpoint *checkpoint) {
+void pend_stepper_counts_carry(struct pend_stepper_counts *counts,
+                               struct pend_checkpoint *checkpoint) {
     pend_checkpoint_counts(checkpoint, &counts->steps, 1);
     pend_checkpoint_counts(checkpoint, &counts->rejected, 1);
     pend_checkpoint_counts(checkpoint, &counts->evaluations, 1);
@@ -34,7 +35,9 @@ static const struct pend_method *const method_table[] = {
 
 enum { METHOD_COUNT = sizeof method_table / sizeof *method_table };
 
-const struct pend_method *pend_method_at(int i) { return i >= 0 && i < METHOD_COUNT ? method_table[i] : NULL; }
+const struct pend_method *pend_method_at(int i) {
+    return i >= 0 && i < METHOD_COUNT ? method_table[i] : NULL;
+}
 
 const struct pend_method *pend_method_find(const char *name) {
     for (int i = 0; i < METHOD_COUNT; i++)

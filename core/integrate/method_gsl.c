@@ -19,10 +19,12 @@ struct gsl_stepper {
     const struct pend_tree *tree;
     double gravity;
     gsl_odeiv2_system system;
-    gsl_odeiv2_driver driver; /* made here part by part: GSL's own maker does not look whether it got memory */
+    gsl_odeiv2_driver
+        driver; /* made here part by part: GSL's own maker does not look whether it got memory */
     gsl_odeiv2_control control;
     double atol, rtol;
-    double t, size; /* s: reached, relative to the first instant; the next step, with its direction */
+    double t,
+        size; /* s: reached, relative to the first instant; the next step, with its direction */
     struct pend_stepper_counts counts;
     long rejected; /* steps before GSL's last start */
     int n;
@@ -30,8 +32,9 @@ struct gsl_stepper {
     void *work;
 };
 
-/* GSL's default handler aborts the process, even when memory is short, and is the property of the whole process: it is
- * switched off once, before main, where no other thread can look. A host that sets one of its own later keeps it. */
+/* GSL's default handler aborts the process, even when memory is short, and is the property of
+ * the whole process: it is switched off once, before main, where no other thread can look. A
+ * host that sets one of its own later keeps it. */
 __attribute__((constructor)) static void gsl_stepper_quieten(void) { gsl_set_error_handler_off(); }
 
 /* the right-hand side; where it overflows GSL_EBADFUNC ends the step */
@@ -47,7 +50,8 @@ static int gsl_stepper_derivative(double t, const double y[], double f[], void *
 }
 
 /* root mean square of v relative to the tolerance at y */
-static double gsl_stepper_norm(const struct gsl_stepper *g, const struct pend_problem *problem, const double v[]) {
+static double gsl_stepper_norm(const struct gsl_stepper *g, const struct pend_problem *problem,
+                               const double v[]) {
     double sum = 0;
     for (int i = 0; i < 2 * g->n; i++) {
         double part = v[i] / (problem->atol + problem->rtol * fabs(g->y[i]));
@@ -56,10 +60,10 @@ static double gsl_stepper_norm(const struct gsl_stepper *g, const struct pend_pr
     return sqrt(sum / (2 * g->n));
 }
 
-/* The first step: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.4, for a method of that
- * order; `scratch` has 6 n values. */
-static double gsl_stepper_first_size(struct gsl_stepper *g, const struct pend_problem *problem, int order,
-                                     double scratch[]) {
+/* The first step: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.4,
+ * for a method of that order; `scratch` has 6 n values. */
+static double gsl_stepper_first_size(struct gsl_stepper *g, const struct pend_problem *problem,
+                                     int order, double scratch[]) {
     int m = 2 * g->n;
     double *slope = scratch, *y = scratch + m, *slope_after = scratch + 2 * m;
     gsl_stepper_derivative(0, g->y, slope, g);
@@ -69,19 +73,21 @@ static double gsl_stepper_first_size(struct gsl_stepper *g, const struct pend_pr
     gsl_stepper_derivative(0, y, slope_after, g);
     for (int i = 0; i < m; i++) slope_after[i] -= slope[i];
     double d2 = gsl_stepper_norm(g, problem, slope_after) / guess, largest = fmax(d1, d2);
-    double size = largest <= 1e-15 ? fmax(1e-6, guess * 1e-3) : pow(0.01 / largest, 1.0 / (order + 1));
+    double size =
+        largest <= 1e-15 ? fmax(1e-6, guess * 1e-3) : pow(0.01 / largest, 1.0 / (order + 1));
     size = fmin(100 * guess, size);
     return isfinite(size) && size > 0 ? size : 1e-6;
 }
 
-/* The step control of gsl_odeiv2_control_y_new, bit for bit, in memory that is already there: GSL's own is initialized
- * without a look whether it could be allocated. The 0 times keeps what is not finite. */
+/* The step control of gsl_odeiv2_control_y_new, bit for bit, in memory that is already there:
+ * GSL's own is initialized without a look whether it could be allocated. The 0 times keeps what
+ * is not finite. */
 static double gsl_control_level(const struct gsl_stepper *g, double y, double slope, double size) {
     return g->rtol * (fabs(y) + 0.0 * fabs(size * slope)) + g->atol;
 }
 
-static int gsl_control_adjust(void *state, size_t count, unsigned order, const double y[], const double error[],
-                              const double slope[], double *size) {
+static int gsl_control_adjust(void *state, size_t count, unsigned order, const double y[],
+                              const double error[], const double slope[], double *size) {
     double worst = DBL_MIN, before = *size;
     for (size_t i = 0; i < count; i++) {
         double part = fabs(error[i]) / fabs(gsl_control_level(state, y[i], slope[i], before));
@@ -96,8 +102,8 @@ static int gsl_control_adjust(void *state, size_t count, unsigned order, const d
     return GSL_ODEIV_HADJ_INC;
 }
 
-static int gsl_control_errlevel(void *state, const double y, const double slope, const double size, const size_t index,
-                                double *level) {
+static int gsl_control_errlevel(void *state, const double y, const double slope, const double size,
+                                const size_t index, double *level) {
     (void)index;
     *level = gsl_control_level(state, y, slope, size);
     return *level <= 0 ? GSL_ESANITY : GSL_SUCCESS;
@@ -112,7 +118,8 @@ static const gsl_odeiv2_control_type gsl_control = {"tolerances", .hadjust = gsl
                                                     .errlevel = gsl_control_errlevel,
                                                     .set_driver = gsl_control_set_driver};
 
-/* fills the driver as gsl_odeiv2_driver_alloc_y_new does, but looks at every allocation; 0 = out of memory */
+/* fills the driver as gsl_odeiv2_driver_alloc_y_new does, but looks at every allocation; 0 = out
+ * of memory */
 static int gsl_stepper_drive(struct gsl_stepper *g, const gsl_odeiv2_step_type *type) {
     gsl_odeiv2_driver *d = &g->driver;
     *d = (gsl_odeiv2_driver){.sys = &g->system, .h = g->size, .hmax = DBL_MAX};
@@ -129,9 +136,9 @@ static void gsl_stepper_free(struct gsl_stepper *g) {
     free(g);
 }
 
-/* The part of both tolerances that one step is asked for, calibrated by make bench-precision: `loose` from rtol 1e-6
- * on, `tight` up to 1e-9, in between a power of rtol. The errors of Prince and Dormand's steps fall faster than the
- * tolerance does. */
+/* The part of both tolerances that one step is asked for, calibrated by make bench-precision:
+ * `loose` from rtol 1e-6 on, `tight` up to 1e-9, in between a power of rtol. The errors of
+ * Prince and Dormand's steps fall faster than the tolerance does. */
 struct gsl_share {
     double loose, tight;
 };
@@ -142,9 +149,11 @@ static double gsl_share_at(struct gsl_share share, double rtol) {
     return share.loose * pow(share.tight / share.loose, part);
 }
 
-/* What GSL is asked for. It bounds the error of one step; a share of the tolerances keeps what the steps of a run leave
- * together within 30 times the tolerances, as long as the motion does not amplify it (core/README has the figures). */
-static struct pend_problem gsl_stepper_tighten(const struct pend_problem *problem, struct gsl_share shares) {
+/* What GSL is asked for. It bounds the error of one step; a share of the tolerances keeps what
+ * the steps of a run leave together within 30 times the tolerances, as long as the motion does
+ * not amplify it (core/README has the figures). */
+static struct pend_problem gsl_stepper_tighten(const struct pend_problem *problem,
+                                               struct gsl_share shares) {
     struct pend_problem tight = *problem;
     double share = gsl_share_at(shares, problem->rtol);
     tight.atol = share * fmax(problem->atol, PEND_METHOD_ATOL_LEAST * problem->rtol);
@@ -152,24 +161,28 @@ static struct pend_problem gsl_stepper_tighten(const struct pend_problem *proble
     return tight;
 }
 
-static enum pend_status gsl_stepper_open(void **stepper, const struct pend_problem *wanted, struct pend_error *error,
-                                         const gsl_odeiv2_step_type *type, int order, struct gsl_share share) {
+static enum pend_status gsl_stepper_open(void **stepper, const struct pend_problem *wanted,
+                                         struct pend_error *error, const gsl_odeiv2_step_type *type,
+                                         int order, struct gsl_share share) {
     const struct pend_problem tight = gsl_stepper_tighten(wanted, share), *problem = &tight;
     int n = problem->tree->n;
-    size_t head = (sizeof(struct gsl_stepper) + 63) / 64 * 64, state = ((size_t)n * 8 * sizeof(double) + 63) / 64 * 64;
+    size_t head = (sizeof(struct gsl_stepper) + 63) / 64 * 64,
+           state = ((size_t)n * 8 * sizeof(double) + 63) / 64 * 64;
     char *block = aligned_alloc(64, head + state + (pend_dynamics_work_bytes(n) + 63) / 64 * 64);
     *stepper = NULL;
-    if (!block) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the steps of %d arms", n);
+    if (!block)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the steps of %d arms", n);
     struct gsl_stepper *g = (struct gsl_stepper *)block;
-    *g = (struct gsl_stepper){.tree = problem->tree,
-                              .gravity = problem->gravity,
-                              .control = {.type = &gsl_control, .state = g},
-                              .atol = problem->atol,
-                              .rtol = problem->rtol,
-                              .system = {.function = gsl_stepper_derivative, .dimension = 2 * (size_t)n, .params = g},
-                              .n = n,
-                              .y = (double *)(block + head),
-                              .work = block + head + state};
+    *g = (struct gsl_stepper){
+        .tree = problem->tree,
+        .gravity = problem->gravity,
+        .control = {.type = &gsl_control, .state = g},
+        .atol = problem->atol,
+        .rtol = problem->rtol,
+        .system = {.function = gsl_stepper_derivative, .dimension = 2 * (size_t)n, .params = g},
+        .n = n,
+        .y = (double *)(block + head),
+        .work = block + head + state};
     memcpy(g->y, problem->phi, (size_t)n * sizeof(double));
     memcpy(g->y + n, problem->rate, (size_t)n * sizeof(double));
     const struct pend_times *times = &problem->times;
@@ -188,8 +201,9 @@ static void gsl_stepper_close(void **stepper) {
     *stepper = NULL;
 }
 
-/* One accepted step of GSL's. Where it would end within a hundredth of the limit it is stretched to land there, since
- * GSL can miss by a rounding and then makes a step of that size; a step that is cut or stretched leaves the size alone.
+/* One accepted step of GSL's. Where it would end within a hundredth of the limit it is stretched to
+ * land there, since GSL can miss by a rounding and then makes a step of that size; a step that is
+ * cut or stretched leaves the size alone.
  */
 static int gsl_stepper_evolve(struct gsl_stepper *g, double limit) {
     gsl_odeiv2_driver *d = &g->driver;
@@ -201,8 +215,8 @@ static int gsl_stepper_evolve(struct gsl_stepper *g, double limit) {
     return status;
 }
 
-/* The same; where it fails on numbers that are not finite, once more without history: GSL's multistep method divides by
- * differences that vanish where two states are all but one. */
+/* The same; where it fails on numbers that are not finite, once more without history: GSL's
+ * multistep method divides by differences that vanish where two states are all but one. */
 static int gsl_stepper_evolve_anew(struct gsl_stepper *g, double limit) {
     double t = g->t, size = g->size, *kept = g->y + 2 * g->n;
     size_t bytes = 2 * (size_t)g->n * sizeof(double);
@@ -216,7 +230,8 @@ static int gsl_stepper_evolve_anew(struct gsl_stepper *g, double limit) {
     return gsl_stepper_evolve(g, limit);
 }
 
-static enum pend_status gsl_stepper_step(void *stepper, double limit, double *reached, struct pend_error *error) {
+static enum pend_status gsl_stepper_step(void *stepper, double limit, double *reached,
+                                         struct pend_error *error) {
     struct gsl_stepper *g = stepper;
     int status = gsl_stepper_evolve_anew(g, limit);
     g->counts.rejected = g->rejected + (long)g->driver.e->failed_steps;
@@ -227,11 +242,12 @@ static enum pend_status gsl_stepper_step(void *stepper, double limit, double *re
     }
     if (status == GSL_EBADFUNC)
         return pend_fail(error, PEND_NOT_FINITE, -1, g->t, "the accelerations ceased to be finite");
-    return pend_fail(error, PEND_STEP_TOO_SMALL, -1, g->t, "the tolerances cannot be met with a step above %.3g s",
-                     fabs(g->size));
+    return pend_fail(error, PEND_STEP_TOO_SMALL, -1, g->t,
+                     "the tolerances cannot be met with a step above %.3g s", fabs(g->size));
 }
 
-static void gsl_stepper_at(void *stepper, const double t[], int count, const struct pend_points *points) {
+static void gsl_stepper_at(void *stepper, const double t[], int count,
+                           const struct pend_points *points) {
     struct gsl_stepper *g = stepper;
     size_t row = (size_t)g->n * sizeof(double);
     (void)t; /* only ever the end of the last step */
@@ -241,7 +257,8 @@ static void gsl_stepper_at(void *stepper, const double t[], int count, const str
     }
 }
 
-/* the steppers of one step keep nothing but what their driver shows: the last derivative, and that there is one */
+/* the steppers of one step keep nothing but what their driver shows: the last derivative, and
+ * that there is one */
 static void gsl_stepper_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct gsl_stepper *g = stepper;
     gsl_odeiv2_evolve *e = g->driver.e;
@@ -265,44 +282,50 @@ static struct pend_stepper_counts gsl_stepper_counts(const void *stepper) {
 
 static enum pend_status gsl_stepper_open_rkf45(void **stepper, const struct pend_problem *problem,
                                                struct pend_error *error) {
-    return gsl_stepper_open(stepper, problem, error, gsl_odeiv2_step_rkf45, 5, (struct gsl_share){0.03, 0.03});
+    return gsl_stepper_open(stepper, problem, error, gsl_odeiv2_step_rkf45, 5,
+                            (struct gsl_share){0.03, 0.03});
 }
 
 static enum pend_status gsl_stepper_open_rk8pd(void **stepper, const struct pend_problem *problem,
                                                struct pend_error *error) {
-    return gsl_stepper_open(stepper, problem, error, gsl_odeiv2_step_rk8pd, 8, (struct gsl_share){0.2, 0.7});
+    return gsl_stepper_open(stepper, problem, error, gsl_odeiv2_step_rk8pd, 8,
+                            (struct gsl_share){0.2, 0.7});
 }
 
 /* its order varies and begins at 1 */
 static enum pend_status gsl_stepper_open_msadams(void **stepper, const struct pend_problem *problem,
                                                  struct pend_error *error) {
-    return gsl_stepper_open(stepper, problem, error, gsl_odeiv2_step_msadams, 1, (struct gsl_share){0.005, 0.005});
+    return gsl_stepper_open(stepper, problem, error, gsl_odeiv2_step_msadams, 1,
+                            (struct gsl_share){0.005, 0.005});
 }
 
-#define GSL_STEPPER(name_, carry_, summary_)                                                                           \
-    const struct pend_method pend_method_##name_ = {                                                                   \
-        .name = #name_,                                                                                                \
-        .summary = summary_,                                                                                           \
-        .flags = PEND_METHOD_LANDS | PEND_METHOD_TOLERANCES,                                                           \
-        .rtol_default = 1e-9,                                                                                          \
-        .rtol_min = 1e-14,                                                                                             \
-        .rtol_max = 0.1,                                                                                               \
-        .atol_divisor = 1000,                                                                                          \
-        .atol_min = 0,                                                                                                 \
-        .atol_max = 0.1,                                                                                               \
-        .open = gsl_stepper_open_##name_,                                                                              \
-        .step = gsl_stepper_step,                                                                                      \
-        .at = gsl_stepper_at,                                                                                          \
-        .carry = (carry_),                                                                                             \
-        .counts = gsl_stepper_counts,                                                                                  \
-        .close = gsl_stepper_close,                                                                                    \
+#define GSL_STEPPER(name_, carry_, summary_)                                                       \
+    const struct pend_method pend_method_##name_ = {                                               \
+        .name = #name_,                                                                            \
+        .summary = summary_,                                                                       \
+        .flags = PEND_METHOD_LANDS | PEND_METHOD_TOLERANCES,                                       \
+        .rtol_default = 1e-9,                                                                      \
+        .rtol_min = 1e-14,                                                                         \
+        .rtol_max = 0.1,                                                                           \
+        .atol_divisor = 1000,                                                                      \
+        .atol_min = 0,                                                                             \
+        .atol_max = 0.1,                                                                           \
+        .open = gsl_stepper_open_##name_,                                                          \
+        .step = gsl_stepper_step,                                                                  \
+        .at = gsl_stepper_at,                                                                      \
+        .carry = (carry_),                                                                         \
+        .counts = gsl_stepper_counts,                                                              \
+        .close = gsl_stepper_close,                                                                \
     }
 
-GSL_STEPPER(rkf45, gsl_stepper_carry,
-            "Runge-Kutta-Fehlberg 4(5) of the GNU Scientific Library; every wanted instant ends a step.");
+GSL_STEPPER(
+    rkf45, gsl_stepper_carry,
+    "Runge-Kutta-Fehlberg 4(5) of the GNU Scientific Library; every wanted instant ends a step.");
 GSL_STEPPER(rk8pd, gsl_stepper_carry,
-            "Runge-Kutta-Prince-Dormand 8(9) of the GNU Scientific Library; every wanted instant ends a step.");
+            "Runge-Kutta-Prince-Dormand 8(9) of the GNU Scientific Library; every wanted instant "
+            "ends a step.");
 /* the history of the multistep method is out of reach: such a run is never cut */
 GSL_STEPPER(msadams, NULL,
-            "Adams multistep of variable order 1 to 12 of the GNU Scientific Library; every wanted instant ends a "
+            "Adams multistep of variable order 1 to 12 of the GNU Scientific Library; every wanted "
+            "instant ends a "
             "step.");

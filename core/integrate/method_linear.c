@@ -1,6 +1,8 @@
-/* linear: the motion linearised about hanging, theta'' = -A theta, in closed form: a sum of modes at any instant.
+/* linear: the motion linearised about hanging, theta'' = -A theta, in closed form: a sum of
+ * modes at any instant.
  * Leaves to others: finding the modes (modes), the forces of that motion (kinematics).
- * Invariant: mode k of `modes` is scaled by its amplitude, theta(t) = sum_k vector_k cos(omega_k t + phase_k). */
+ * Invariant: mode k of `modes` is scaled by its amplitude, theta(t) = sum_k vector_k cos(omega_k
+ * t + phase_k). */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,8 +28,8 @@ static void linear_close(void **stepper) {
 }
 
 /* the modes, phases from the start, amplitudes into the vectors; scratch has n values */
-static enum pend_status linear_start(struct linear *linear, const struct pend_problem *problem, double scratch[],
-                                     struct pend_error *error) {
+static enum pend_status linear_start(struct linear *linear, const struct pend_problem *problem,
+                                     double scratch[], struct pend_error *error) {
     const struct pend_tree *tree = problem->tree;
     size_t n = (size_t)tree->n;
     double *theta = linear->swing, *amplitude = scratch;
@@ -38,27 +40,37 @@ static enum pend_status linear_start(struct linear *linear, const struct pend_pr
         theta[k] = pend_modes_theta(linear->phi[k], problem->phi_low ? problem->phi_low[k] : 0);
         linear->rest[k] = linear->phi[k] - theta[k];
     }
-    if (pend_modes_decompose(linear->modes, tree, NULL, theta, linear->rate, amplitude, linear->phase) != PEND_OK)
-        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %d arms", tree->n);
+    if (pend_modes_decompose(linear->modes, tree, NULL, theta, linear->rate, amplitude,
+                             linear->phase) != PEND_OK)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %d arms",
+                         tree->n);
     for (size_t i = 0; i < n * n; i++) linear->modes->vector[i] *= amplitude[i / n];
     return PEND_OK;
 }
 
-static enum pend_status linear_open(void **stepper, const struct pend_problem *problem, struct pend_error *error) {
+static enum pend_status linear_open(void **stepper, const struct pend_problem *problem,
+                                    struct pend_error *error) {
     size_t n = (size_t)problem->tree->n;
     struct linear *linear = malloc(sizeof *linear + 6 * n * sizeof(double));
     *stepper = linear;
-    if (!linear) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %d arms", (int)n);
+    if (!linear)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %d arms",
+                         (int)n);
     double *data = (double *)(linear + 1);
-    *linear = (struct linear){
-        .n = (int)n, .phase = data, .phi = data + n, .rate = data + 2 * n, .rest = data + 3 * n, .swing = data + 4 * n};
+    *linear = (struct linear){.n = (int)n,
+                              .phase = data,
+                              .phi = data + n,
+                              .rate = data + 2 * n,
+                              .rest = data + 3 * n,
+                              .swing = data + 4 * n};
     enum pend_status status = linear_start(linear, problem, data + 5 * n, error);
     if (status != PEND_OK) linear_close(stepper);
     return status;
 }
 
 /* the whole time is one step */
-static enum pend_status linear_step(void *stepper, double limit, double *reached, struct pend_error *error) {
+static enum pend_status linear_step(void *stepper, double limit, double *reached,
+                                    struct pend_error *error) {
     struct linear *linear = stepper;
     (void)error;
     linear->counts.steps++;
@@ -72,8 +84,8 @@ static double linear_turns(const struct linear *linear, int k) {
 }
 
 /* one instant: the sum of the modes; acc and theta may be NULL */
-static void linear_sum(const struct linear *linear, double t, double phi[], double rate[], double acc[],
-                       double theta[]) {
+static void linear_sum(const struct linear *linear, double t, double phi[], double rate[],
+                       double acc[], double theta[]) {
     int n = linear->n;
     const struct pend_modes *modes = linear->modes;
     for (int k = 0; k < n; k++) phi[k] = rate[k] = 0;
@@ -90,15 +102,18 @@ static void linear_sum(const struct linear *linear, double t, double phi[], doub
     for (int k = 0; k < n; k++) phi[k] += linear->rest[k];
 }
 
-static void linear_at(void *stepper, const double t[], int count, const struct pend_points *points) {
+static void linear_at(void *stepper, const double t[], int count,
+                      const struct pend_points *points) {
     const struct linear *linear = stepper;
     size_t n = (size_t)linear->n;
     for (int i = 0; i < count; i++) {
         double *phi = points->phi + (size_t)i * n, *rate = points->rate + (size_t)i * n;
         double *theta = points->theta ? points->theta + (size_t)i * n : NULL;
-        linear_sum(linear, t[i], phi, rate, points->acc ? points->acc + (size_t)i * n : NULL, theta);
+        linear_sum(linear, t[i], phi, rate, points->acc ? points->acc + (size_t)i * n : NULL,
+                   theta);
         if (t[i] != 0) continue;
-        for (size_t k = 0; k < n && theta; k++) theta[k] = linear->swing[k] + linear_turns(linear, (int)k);
+        for (size_t k = 0; k < n && theta; k++)
+            theta[k] = linear->swing[k] + linear_turns(linear, (int)k);
         /* the start itself, without a rounding */
         memcpy(phi, linear->phi, n * sizeof(double));
         memcpy(rate, linear->rate, n * sizeof(double));
@@ -117,7 +132,8 @@ static void linear_carry(void *stepper, struct pend_checkpoint *checkpoint) {
 
 const struct pend_method pend_method_linear = {
     .name = "linear",
-    .summary = "The motion linearised about hanging, exact at every instant as a sum of modes; true for small swings; "
+    .summary = "The motion linearised about hanging, exact at every instant as a sum of modes; "
+               "true for small swings; "
                "needs gravity > 0.",
     .flags = PEND_METHOD_LINEAR | PEND_METHOD_THETA,
     .open = linear_open,

@@ -1,7 +1,8 @@
-/* ode23: the pair of Bogacki and Shampine, 3(2), with the step control, the defaults and the interpolant of MATLAB's
- * function of that name. Leaves to others: the time loop (run).
- * Invariant: y, f[0] belong to the begin of the last step, y_end, f[3] to its end. From rtol 1e-3 on, which is MATLAB's
- * default, every operation is MATLAB's; below it the tolerances are calibrated and the state is a compensated sum. */
+/* ode23: the pair of Bogacki and Shampine, 3(2), with the step control, the defaults and the
+ * interpolant of MATLAB's function of that name. Leaves to others: the time loop (run).
+ * Invariant: y, f[0] belong to the begin of the last step, y_end, f[3] to its end. From rtol
+ * 1e-3 on, which is MATLAB's default, every operation is MATLAB's; below it the tolerances are
+ * calibrated and the state is a compensated sum. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,31 +13,36 @@
 struct ode23 {
     const struct pend_tree *tree;
     double gravity, asked, rtol, threshold; /* the caller's rtol, and what one step is asked for */
-    double begin, end, length; /* s: the last step's begin, end and end - begin; before the first step all 0 */
-    double last;               /* s, the last wanted instant */
-    double size, size_max;     /* s, of the next step and of any, >= 0 */
+    double begin, end,
+        length;  /* s: the last step's begin, end and end - begin; before the first step all 0 */
+    double last; /* s, the last wanted instant */
+    double size, size_max; /* s, of the next step and of any, >= 0 */
     struct pend_stepper_counts counts;
     int n;
-    int matlab;               /* each operation is MATLAB's */
-    double *y, *y_end, *f[4]; /* phi and phi' beneath each other, 2 n values each, and their derivatives */
-    double *low, *low_end;    /* what rounding has left of y and y_end; 0 where each operation is MATLAB's */
+    int matlab; /* each operation is MATLAB's */
+    double *y, *y_end,
+        *f[4]; /* phi and phi' beneath each other, 2 n values each, and their derivatives */
+    double *low,
+        *low_end; /* what rounding has left of y and y_end; 0 where each operation is MATLAB's */
     void *work;
 };
 
 /* MATLAB's default, from which on nothing differs from MATLAB's */
 static const double ODE23_MATLAB_RTOL = 1e-3;
 
-/* what a step is asked for below that, as a part of both tolerances: calibrated by make bench-precision, so that the
- * error of a run stays within 30 times its tolerance */
+/* what a step is asked for below that, as a part of both tolerances: calibrated by make
+ * bench-precision, so that the error of a run stays within 30 times its tolerance */
 static const double ODE23_SHARE = 0.1;
 
 enum { ODE23_ROWS = 8 };
 
-/* rows of the last step's derivatives for the second and third stage and the result, weights of the error estimate */
+/* rows of the last step's derivatives for the second and third stage and the result, weights of
+ * the error estimate */
 static const double ode23_stage2 = 1.0 / 2, ode23_stage3 = 3.0 / 4;
 static const double ode23_result[3] = {2.0 / 9, 1.0 / 3, 4.0 / 9};
 static const double ode23_error[4] = {-5.0 / 72, 1.0 / 12, 1.0 / 9, -1.0 / 8};
-/* the interpolant's weight of derivative j is its polynomial in s = (t - begin)/length, without constant term */
+/* the interpolant's weight of derivative j is its polynomial in s = (t - begin)/length, without
+ * constant term */
 static const double ode23_interpolant[4][3] = {
     {1, -4.0 / 3, 5.0 / 9}, {0, 1, -2.0 / 3}, {0, 4.0 / 3, -8.0 / 9}, {0, -1, 1}};
 
@@ -46,11 +52,12 @@ static void ode23_derivative(struct ode23 *o, const double y[], double f[]) {
     o->counts.evaluations++;
 }
 
-/* MATLAB's initial step, from |y'| alone. MATLAB bounds it by the first wanted gap too, so that the motion would depend
- * on which instants are asked for. */
+/* MATLAB's initial step, from |y'| alone. MATLAB bounds it by the first wanted gap too, so that
+ * the motion would depend on which instants are asked for. */
 static double ode23_first_size(const struct ode23 *o) {
     double rate = 0;
-    for (int i = 0; i < 2 * o->n; i++) rate = fmax(rate, fabs(o->f[3][i]) / fmax(fabs(o->y_end[i]), o->threshold));
+    for (int i = 0; i < 2 * o->n; i++)
+        rate = fmax(rate, fabs(o->f[3][i]) / fmax(fabs(o->y_end[i]), o->threshold));
     rate /= 0.8 * cbrt(o->rtol);
     return o->size_max * rate > 1 ? 1 / rate : o->size_max;
 }
@@ -66,13 +73,16 @@ static void ode23_start(struct ode23 *o, const struct pend_problem *problem) {
     o->size = ode23_first_size(o);
 }
 
-static enum pend_status ode23_open(void **stepper, const struct pend_problem *problem, struct pend_error *error) {
+static enum pend_status ode23_open(void **stepper, const struct pend_problem *problem,
+                                   struct pend_error *error) {
     int n = problem->tree->n;
-    size_t vector = ((size_t)n * 2 * sizeof(double) + 63) / 64 * 64, head = (sizeof(struct ode23) + 63) / 64 * 64;
+    size_t vector = ((size_t)n * 2 * sizeof(double) + 63) / 64 * 64,
+           head = (sizeof(struct ode23) + 63) / 64 * 64;
     size_t work = (pend_dynamics_work_bytes(n) + 63) / 64 * 64;
     char *block = aligned_alloc(64, head + ODE23_ROWS * vector + work);
     *stepper = block;
-    if (!block) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the steps of %d arms", n);
+    if (!block)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the steps of %d arms", n);
     struct ode23 *o = *stepper;
     *o = (struct ode23){.tree = problem->tree,
                         .gravity = problem->gravity,
@@ -82,7 +92,8 @@ static enum pend_status ode23_open(void **stepper, const struct pend_problem *pr
                         .matlab = problem->rtol >= ODE23_MATLAB_RTOL,
                         .n = n};
     if (!o->matlab) o->rtol *= ODE23_SHARE;
-    double **row[ODE23_ROWS] = {&o->y, &o->y_end, &o->f[0], &o->f[1], &o->f[2], &o->f[3], &o->low, &o->low_end};
+    double **row[ODE23_ROWS] = {&o->y,    &o->y_end, &o->f[0], &o->f[1],
+                                &o->f[2], &o->f[3],  &o->low,  &o->low_end};
     for (size_t j = 0; j < ODE23_ROWS; j++) *row[j] = (double *)(block + head + j * vector);
     o->work = block + head + ODE23_ROWS * vector;
     memset(o->low, 0, vector);
@@ -108,15 +119,17 @@ static void ode23_advance(struct ode23 *o) {
     o->begin = o->end;
 }
 
-/* y_end = y + change as a sum of two doubles; a short run's thousand steps do not need it, a million steps do */
+/* y_end = y + change as a sum of two doubles; a short run's thousand steps do not need it, a
+ * million steps do */
 static void ode23_sum(struct ode23 *o, int i, double change) {
     double y = o->y[i], part = change + o->low[i], end = y + part, moved = end - y;
     o->y_end[i] = end;
     o->low_end[i] = (y - (end - moved)) + (part - moved);
 }
 
-/* One try from begin to end. The stages use `h`, as MATLAB does, before end - begin takes its place; where the
- * tolerance is tighter than MATLAB's default they use end - begin, which differs from `h` by a rounding of the time. */
+/* One try from begin to end. The stages use `h`, as MATLAB does, before end - begin takes its
+ * place; where the tolerance is tighter than MATLAB's default they use end - begin, which
+ * differs from `h` by a rounding of the time. */
 static void ode23_try(struct ode23 *o, double h) {
     int m = 2 * o->n;
     double *y = o->y, *y_end = o->y_end, *f0 = o->f[0], *f1 = o->f[1], *f2 = o->f[2];
@@ -142,13 +155,16 @@ static double ode23_estimate(const struct ode23 *o) {
     const double *e = ode23_error;
     double worst = 0;
     for (int i = 0; i < 2 * o->n; i++) {
-        double error = o->f[0][i] * e[0] + o->f[1][i] * e[1] + o->f[2][i] * e[2] + o->f[3][i] * e[3];
-        worst = fmax(worst, fabs(error) / fmax(fmax(fabs(o->y[i]), fabs(o->y_end[i])), o->threshold));
+        double error =
+            o->f[0][i] * e[0] + o->f[1][i] * e[1] + o->f[2][i] * e[2] + o->f[3][i] * e[3];
+        worst =
+            fmax(worst, fabs(error) / fmax(fmax(fabs(o->y[i]), fabs(o->y_end[i])), o->threshold));
     }
     return o->size * worst;
 }
 
-static enum pend_status ode23_step(void *stepper, double limit, double *reached, struct pend_error *error) {
+static enum pend_status ode23_step(void *stepper, double limit, double *reached,
+                                   struct pend_error *error) {
     struct ode23 *o = stepper;
     (void)limit; /* it is the last instant, known since the start */
     ode23_advance(o);
@@ -173,7 +189,8 @@ static enum pend_status ode23_step(void *stepper, double limit, double *reached,
         if (o->size <= size_min) {
             o->end = o->begin;
             return pend_fail(error, PEND_STEP_TOO_SMALL, -1, o->begin,
-                             "ode23 cannot meet rtol = %g with a step above %.3g s", o->asked, size_min);
+                             "ode23 cannot meet rtol = %g with a step above %.3g s", o->asked,
+                             size_min);
         }
         double factor = failures ? 0.5 : fmax(0.5, 0.8 * cbrt(o->rtol / estimate));
         o->size = fmax(size_min, o->size * factor);
@@ -197,8 +214,9 @@ static void ode23_interpolate(const struct ode23 *o, double t, double phi[], dou
         double *out = half ? rate : phi;
         int offset = half * o->n;
         for (int i = 0; i < o->n; i++)
-            out[i] = o->y[offset + i] + (weight[0] * o->f[0][offset + i] + weight[1] * o->f[1][offset + i] +
-                                         weight[2] * o->f[2][offset + i] + weight[3] * o->f[3][offset + i]);
+            out[i] = o->y[offset + i] +
+                     (weight[0] * o->f[0][offset + i] + weight[1] * o->f[1][offset + i] +
+                      weight[2] * o->f[2][offset + i] + weight[3] * o->f[3][offset + i]);
     }
 }
 
@@ -216,22 +234,27 @@ static void ode23_at(void *stepper, const double t[], int count, const struct pe
     }
 }
 
-static struct pend_stepper_counts ode23_counts(const void *stepper) { return ((const struct ode23 *)stepper)->counts; }
+static struct pend_stepper_counts ode23_counts(const void *stepper) {
+    return ((const struct ode23 *)stepper)->counts;
+}
 
 static void ode23_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct ode23 *o = stepper;
     double *numbers[] = {&o->begin, &o->end, &o->length, &o->size};
-    double *rows[ODE23_ROWS] = {o->y, o->y_end, o->f[0], o->f[1], o->f[2], o->f[3], o->low, o->low_end};
+    double *rows[ODE23_ROWS] = {o->y,    o->y_end, o->f[0], o->f[1],
+                                o->f[2], o->f[3],  o->low,  o->low_end};
     pend_stepper_counts_carry(&o->counts, checkpoint);
-    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) pend_checkpoint_row(checkpoint, numbers[i], 1);
-    for (size_t i = 0; i < ODE23_ROWS; i++) pend_checkpoint_row(checkpoint, rows[i], 2 * (size_t)o->n);
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
+        pend_checkpoint_row(checkpoint, numbers[i], 1);
+    for (size_t i = 0; i < ODE23_ROWS; i++)
+        pend_checkpoint_row(checkpoint, rows[i], 2 * (size_t)o->n);
 }
 
 const struct pend_method pend_method_ode23 = {
     .name = "ode23",
-    .summary =
-        "Bogacki-Shampine 3(2) with MATLAB's step control and default tolerances, as used in the paper; quick and "
-        "coarse.",
+    .summary = "Bogacki-Shampine 3(2) with MATLAB's step control and default tolerances, as used "
+               "in the paper; quick and "
+               "coarse.",
     .flags = PEND_METHOD_TOLERANCES,
     .rtol_default = 1e-3,
     .rtol_min = 1e-13,

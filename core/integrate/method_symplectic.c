@@ -1,5 +1,6 @@
 /* symplectic: Gauss-Legendre collocation of order 16 with a fixed step, for very long runs.
- * Leaves to others: the stages (kernel_symplectic), the series for instants inside a step (jets), the time loop (run).
+ * Leaves to others: the stages (kernel_symplectic), the series for instants inside a step
+ * (jets), the time loop (run).
  * Invariant: step i ends at exactly i times the step, whatever instants are wanted. */
 #include <math.h>
 #include <stdlib.h>
@@ -30,26 +31,32 @@ struct symplectic {
     struct symplectic_end end[2];
     struct symplectic_state spare; /* between the parts of a step that had to be divided */
     int own;                       /* the step is the method's own choice */
-    int now;                       /* which of them the last step ended with; it began with the other */
+    int now; /* which of them the last step ended with; it began with the other */
     struct pend_stepper_counts counts;
 };
 
 /* ---- the length of the step */
 
-/* how fast the arms may become by the energy that the start holds over that of hanging at rest, 1/s: a start at an
- * unstable equilibrium does not show it */
+/* how fast the arms may become by the energy that the start holds over that of hanging at rest,
+ * 1/s: a start at an unstable equilibrium does not show it */
 static double symplectic_speed(const struct pend_problem *problem) {
     const struct pend_tree *tree = problem->tree;
-    struct pend_energy energy = pend_kinematics_energy(tree, problem->gravity, problem->phi, problem->rate);
-    double free = energy.kinetic + energy.potential + pend_kinematics_energy_scale(tree, problem->gravity, 0), inertia = 0;
-    for (int k = 0; k < tree->n; k++) inertia += tree->subtree_mass[k] * tree->len[k] * tree->len[k];
+    struct pend_energy energy =
+        pend_kinematics_energy(tree, problem->gravity, problem->phi, problem->rate);
+    double free = energy.kinetic + energy.potential +
+                  pend_kinematics_energy_scale(tree, problem->gravity, 0),
+           inertia = 0;
+    for (int k = 0; k < tree->n; k++)
+        inertia += tree->subtree_mass[k] * tree->len[k] * tree->len[k];
     return free > 0 && inertia > 0 ? sqrt(2 * free * tree->n / inertia) : 0;
 }
 
-/* the shortest of the steps that method taylor takes first, with rtol 1e-12: about a quarter of the distance to the
- * nearest singularity of the motion in complex time, which bounds every method's step; state: 2 n values of scratch */
-static enum pend_status symplectic_scout(const struct pend_problem *problem, double span, double state[],
-                                         double *shortest, struct pend_error *error) {
+/* the shortest of the steps that method taylor takes first, with rtol 1e-12: about a quarter of
+ * the distance to the nearest singularity of the motion in complex time, which bounds every
+ * method's step; state: 2 n values of scratch */
+static enum pend_status symplectic_scout(const struct pend_problem *problem, double span,
+                                         double state[], double *shortest,
+                                         struct pend_error *error) {
     int steps = 20000 / problem->tree->n;
     struct pend_problem scout = *problem;
     void *stepper;
@@ -96,11 +103,13 @@ static void symplectic_take(struct symplectic *s, double length) {
 static enum pend_status symplectic_choose(struct symplectic *s, const struct pend_problem *problem,
                                           struct pend_error *error) {
     const struct pend_times *times = &problem->times;
-    double span = pend_times_at(times, times->count - 1) - pend_times_at(times, 0), length = problem->step;
+    double span = pend_times_at(times, times->count - 1) - pend_times_at(times, 0),
+           length = problem->step;
     if (length == 0 && span != 0) {
         double *state = malloc(2 * (size_t)problem->tree->n * sizeof *state);
         if (!state)
-            return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a state of %d arms", problem->tree->n);
+            return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a state of %d arms",
+                             problem->tree->n);
         enum pend_status status = symplectic_scout(problem, span, state, &length, error);
         free(state);
         PEND_TRY(status);
@@ -152,7 +161,8 @@ static void symplectic_close(void **stepper) {
     *stepper = NULL;
 }
 
-/* halves a step of the method's own choice until the first one's stages converge: in long chains they need not at once
+/* halves a step of the method's own choice until the first one's stages converge: in long chains
+ * they need not at once
  */
 static void symplectic_halve(struct symplectic *s) {
     enum { HALVINGS = 40 };
@@ -169,7 +179,8 @@ static void symplectic_halve(struct symplectic *s) {
     s->system.iterations = 0;
 }
 
-static enum pend_status symplectic_open(void **stepper, const struct pend_problem *problem, struct pend_error *error) {
+static enum pend_status symplectic_open(void **stepper, const struct pend_problem *problem,
+                                        struct pend_error *error) {
     const struct pend_tree *tree = problem->tree;
     struct symplectic sketch = {.tree = tree, .kernel = symplectic_kernel(pend_isa_best())};
     sketch.system = (struct symplectic_system){.n = tree->n,
@@ -182,8 +193,8 @@ static enum pend_status symplectic_open(void **stepper, const struct pend_proble
     size_t bytes = symplectic_place(&sketch, NULL);
     char *block = aligned_alloc(64, (bytes + 63) / 64 * 64);
     if (!block)
-        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the stages of %d arms: %zu bytes", tree->n,
-                         bytes);
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0,
+                         "no memory for the stages of %d arms: %zu bytes", tree->n, bytes);
     memset(block, 0, bytes);
     struct symplectic *s = (struct symplectic *)(void *)block;
     *s = sketch;
@@ -192,7 +203,8 @@ static enum pend_status symplectic_open(void **stepper, const struct pend_proble
     struct symplectic_end *end = &s->end[s->now];
     memcpy(end->state.phi, problem->phi, (size_t)tree->n * sizeof(double));
     memcpy(end->rate, problem->rate, (size_t)tree->n * sizeof(double));
-    if (problem->phi_low) memcpy(end->state.phi_low, problem->phi_low, (size_t)tree->n * sizeof(double));
+    if (problem->phi_low)
+        memcpy(end->state.phi_low, problem->phi_low, (size_t)tree->n * sizeof(double));
     s->kernel->momenta(&s->system, problem->phi, problem->rate, end->state.p);
     s->own = problem->step == 0;
     if (s->own) symplectic_halve(s);
@@ -202,13 +214,13 @@ static enum pend_status symplectic_open(void **stepper, const struct pend_proble
 
 /* ---- steps */
 
-/* A step of the method's own choice is divided into so many parts at most; of a step that the caller chose only the
- * first part is tried, down to so small ones. */
+/* A step of the method's own choice is divided into so many parts at most; of a step that the
+ * caller chose only the first part is tried, down to so small ones. */
 enum { PARTS_OWN = 256, PARTS_TOLD = 1 << 30 };
 
-/* A step whose stages do not converge, in equal parts whose stages do: each part is symplectic, and so is the whole.
- * Returns what the kernel's step returned for the last part; `used` becomes the number of parts. The lanes hold no
- * guess afterwards. */
+/* A step whose stages do not converge, in equal parts whose stages do: each part is symplectic,
+ * and so is the whole. Returns what the kernel's step returned for the last part; `used` becomes
+ * the number of parts. The lanes hold no guess afterwards. */
 static int symplectic_divide(struct symplectic *s, const struct symplectic_state *begin,
                              const struct symplectic_state *end, int *used) {
     double whole = s->length;
@@ -232,7 +244,8 @@ static int symplectic_divide(struct symplectic *s, const struct symplectic_state
     return good;
 }
 
-static enum pend_status symplectic_step(void *stepper, double limit, double *reached, struct pend_error *error) {
+static enum pend_status symplectic_step(void *stepper, double limit, double *reached,
+                                        struct pend_error *error) {
     struct symplectic *s = stepper;
     (void)limit; /* the step is fixed, and may pass the last instant */
     struct symplectic_end *begin = &s->end[s->now], *end = &s->end[!s->now];
@@ -245,21 +258,24 @@ static enum pend_status symplectic_step(void *stepper, double limit, double *rea
     if (s->own) good = divided;
     s->counts.evaluations += GAUSS_STAGES * (s->system.iterations - before);
     if (good < 0)
-        return pend_fail(error, PEND_NOT_FINITE, -1, s->time, "the motion ceased to be finite in a step of %.6g s",
-                         fabs(s->length));
+        return pend_fail(error, PEND_NOT_FINITE, -1, s->time,
+                         "the motion ceased to be finite in a step of %.6g s", fabs(s->length));
     if (!good && divided > 0)
-        return pend_fail(error, PEND_STEP_TOO_SMALL, -1, s->time,
-                         "a step of %.6g s is too long for how fast the motion is here: here %.3g s would do",
-                         fabs(s->length), fabs(s->length) / parts);
+        return pend_fail(
+            error, PEND_STEP_TOO_SMALL, -1, s->time,
+            "a step of %.6g s is too long for how fast the motion is here: here %.3g s would do",
+            fabs(s->length), fabs(s->length) / parts);
     if (!good)
         return pend_fail(error, PEND_STEP_TOO_SMALL, -1, s->time,
-                         "the stages of a step of %.6g s do not converge, nor those of its %dth part: ask for a far "
+                         "the stages of a step of %.6g s do not converge, nor those of its %dth "
+                         "part: ask for a far "
                          "shorter one, or for method taylor",
                          fabs(s->length), parts);
     s->counts.steps++;
     *reached = (double)s->counts.steps * s->length;
     if (*reached == s->time)
-        return pend_fail(error, PEND_STEP_TOO_SMALL, -1, s->time, "the step is too small to move the time on");
+        return pend_fail(error, PEND_STEP_TOO_SMALL, -1, s->time,
+                         "the step is too small to move the time on");
     s->kernel->rates(&s->system, &end->state, end->rate);
     return PEND_OK;
 }
@@ -271,14 +287,16 @@ static void symplectic_inside(struct symplectic *s, double t, double phi[], doub
     struct symplectic_end *end = &s->end[late ? s->now : !s->now];
     struct jets_state state = {end->state.phi, end->state.phi_low, end->rate, end->zero};
     struct jets_values values = {.phi = phi, .rate = rate};
-    if (!end->known) pend_jets_expand(&end->jets, s->system.gravity, s->unit, &state, SYMPLECTIC_ORDER);
+    if (!end->known)
+        pend_jets_expand(&end->jets, s->system.gravity, s->unit, &state, SYMPLECTIC_ORDER);
     s->counts.evaluations += end->known ? 0 : SYMPLECTIC_ORDER;
     end->known = 1;
     double x = (t - (late ? end_time : s->time)) / s->unit;
     pend_jets_values(&end->jets, SYMPLECTIC_ORDER, &x, 1, s->unit, &state, &values);
 }
 
-static void symplectic_at(void *stepper, const double t[], int count, const struct pend_points *points) {
+static void symplectic_at(void *stepper, const double t[], int count,
+                          const struct pend_points *points) {
     struct symplectic *s = stepper;
     const struct symplectic_end *end = &s->end[s->now];
     size_t n = (size_t)s->tree->n;
@@ -309,9 +327,11 @@ static void symplectic_carry(void *stepper, struct pend_checkpoint *checkpoint) 
     pend_checkpoint_row(checkpoint, s->system.lanes, s->kernel->count(s->tree->n));
     for (int i = 0; i < 2; i++) {
         struct symplectic_end *end = &s->end[i];
-        double *rows[] = {end->state.phi, end->state.phi_low, end->state.p, end->state.p_low, end->rate};
+        double *rows[] = {end->state.phi, end->state.phi_low, end->state.p, end->state.p_low,
+                          end->rate};
         pend_checkpoint_int(checkpoint, &end->known, 1);
-        for (size_t j = 0; j < sizeof rows / sizeof *rows; j++) pend_checkpoint_row(checkpoint, rows[j], row);
+        for (size_t j = 0; j < sizeof rows / sizeof *rows; j++)
+            pend_checkpoint_row(checkpoint, rows[j], row);
         struct jets_state state = {end->state.phi, end->state.phi_low, end->rate, end->zero};
         if (pend_checkpoint_puts(checkpoint) && end->known)
             pend_jets_expand(&end->jets, s->system.gravity, s->unit, &state, SYMPLECTIC_ORDER);
@@ -320,9 +340,9 @@ static void symplectic_carry(void *stepper, struct pend_checkpoint *checkpoint) 
 
 const struct pend_method pend_method_symplectic = {
     .name = "symplectic",
-    .summary =
-        "Gauss-Legendre collocation of order 16 with a fixed step: the energy stays where it is over millions of "
-        "periods.",
+    .summary = "Gauss-Legendre collocation of order 16 with a fixed step: the energy stays where "
+               "it is over millions of "
+               "periods.",
     .flags = PEND_METHOD_FIXED_STEP,
     .step_min = 1e-9,
     .step_max = 1e9,

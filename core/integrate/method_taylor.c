@@ -1,4 +1,5 @@
-/* The Taylor method: one power series a step, its order by the tolerance, its step by the trailing coefficients.
+/* The Taylor method: one power series a step, its order by the tolerance, its step by the
+ * trailing coefficients.
  * Leaves to others: the series (jets), the time loop (run).
  * Invariant: angles and rates are sums with compensation; a step allocates nothing. */
 #include "core/integrate/method.h"
@@ -22,11 +23,14 @@ static const double TAYLOR_LEAST = 1e-14;
 struct taylor {
     const struct pend_tree *tree;
     double gravity, log_rtol, log_atol; /* binary logarithms */
-    double kinetic;   /* J, of the start, which no step of several arms without gravity changes; 0 = it may change */
-    int order, known; /* of the step, and the highest coefficient of the series: more, where a horizon is asked for */
+    double kinetic;   /* J, of the start, which no step of several arms without gravity changes; 0 =
+                         it may change */
+    int order, known; /* of the step, and the highest coefficient of the series: more, where a
+                         horizon is asked for */
     double unit;      /* s, of the series */
     double next_unit; /* s, > 0 */
-    double time, reached; /* s: start and end of the last step, exact: the step is what lies between */
+    double time,
+        reached; /* s: start and end of the last step, exact: the step is what lies between */
     struct jets_state begin, end;
     double *hanging; /* angles of a step's begin from hanging, and zeros */
     struct pend_jets jets;
@@ -41,7 +45,8 @@ static int taylor_order(double rtol, const struct pend_tree *tree) {
     return order;
 }
 
-/* a power of two near the time that the fastest arm takes for a radian, as far as the start tells */
+/* a power of two near the time that the fastest arm takes for a radian, as far as the start
+ * tells */
 static double taylor_first_unit(const struct pend_problem *problem) {
     double fastest = 0;
     for (int k = 0; k < problem->tree->n; k++) {
@@ -53,25 +58,30 @@ static double taylor_first_unit(const struct pend_problem *problem) {
 
 static void taylor_view(struct taylor *taylor, double *at) {
     size_t stride = pend_jets_stride(taylor->tree->n);
-    double **array[] = {&taylor->begin.phi, &taylor->begin.phi_low, &taylor->begin.rate, &taylor->begin.rate_low,
-                        &taylor->end.phi,   &taylor->end.phi_low,   &taylor->end.rate,   &taylor->end.rate_low};
+    double **array[] = {&taylor->begin.phi,      &taylor->begin.phi_low, &taylor->begin.rate,
+                        &taylor->begin.rate_low, &taylor->end.phi,       &taylor->end.phi_low,
+                        &taylor->end.rate,       &taylor->end.rate_low};
     for (size_t i = 0; i < sizeof array / sizeof array[0]; i++) *array[i] = at + i * stride;
     taylor->hanging = at + 8 * stride;
 }
 
-static enum pend_status taylor_open(void **stepper, const struct pend_problem *problem, struct pend_error *error) {
+static enum pend_status taylor_open(void **stepper, const struct pend_problem *problem,
+                                    struct pend_error *error) {
     int n = problem->tree->n, order = taylor_order(problem->rtol, problem->tree);
     int known = order + (problem->accuracy > 0 ? PEND_SERIES_BEYOND : 0);
-    size_t head = (sizeof(struct taylor) + 63) / 64 * 64, series = pend_jets_bytes(problem->tree, known);
+    size_t head = (sizeof(struct taylor) + 63) / 64 * 64,
+           series = pend_jets_bytes(problem->tree, known);
     size_t answers = problem->accuracy > 0 ? pend_jets_answers_bytes(problem->tree) : 0;
-    size_t state = TAYLOR_STATE * pend_jets_stride(n) * sizeof(double), bytes = head + series + state + answers;
+    size_t state = TAYLOR_STATE * pend_jets_stride(n) * sizeof(double),
+           bytes = head + series + state + answers;
     char *block = *stepper = aligned_alloc(64, bytes);
     if (!block) {
-        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the power series of %d arms: %zu bytes", n,
-                         bytes);
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0,
+                         "no memory for the power series of %d arms: %zu bytes", n, bytes);
     }
     struct taylor *taylor = (struct taylor *)block;
-    *taylor = (struct taylor){.tree = problem->tree, .gravity = problem->gravity, .order = order, .known = known};
+    *taylor = (struct taylor){
+        .tree = problem->tree, .gravity = problem->gravity, .order = order, .known = known};
     taylor->log_rtol = log2(pend_taylor_target(problem->rtol));
     taylor->log_atol = log2(pend_taylor_atol(problem->atol));
     taylor->next_unit = taylor_first_unit(problem);
@@ -82,9 +92,11 @@ static enum pend_status taylor_open(void **stepper, const struct pend_problem *p
     memcpy(taylor->end.phi, problem->phi, (size_t)n * sizeof(double));
     memcpy(taylor->end.rate, problem->rate, (size_t)n * sizeof(double));
     if (problem->phi_low) memcpy(taylor->end.phi_low, problem->phi_low, (size_t)n * sizeof(double));
-    if (problem->rate_low) memcpy(taylor->end.rate_low, problem->rate_low, (size_t)n * sizeof(double));
+    if (problem->rate_low)
+        memcpy(taylor->end.rate_low, problem->rate_low, (size_t)n * sizeof(double));
     if (problem->gravity == 0 && n > 1)
-        taylor->kinetic = pend_kinematics_energy(problem->tree, 0, problem->phi, problem->rate).kinetic;
+        taylor->kinetic =
+            pend_kinematics_energy(problem->tree, 0, problem->phi, problem->rate).kinetic;
     return PEND_OK;
 }
 
@@ -97,19 +109,22 @@ static void taylor_close(void **stepper) {
 static int taylor_bad_arm(const struct taylor *taylor) {
     for (int j = 0; j <= taylor->order; j++) {
         for (int k = 0; k < taylor->tree->n; k++) {
-            if (!isfinite(taylor->jets.rate[pend_jets_place(&taylor->jets, k, j)])) return taylor->tree->order[k];
+            if (!isfinite(taylor->jets.rate[pend_jets_place(&taylor->jets, k, j)]))
+                return taylor->tree->order[k];
         }
     }
     return -1;
 }
 
-/* expands about the start of the step in a unit of time near the step, which is returned in units; NaN where that fails
+/* expands about the start of the step in a unit of time near the step, which is returned in units;
+ * NaN where that fails
  */
 static double taylor_expand(struct taylor *taylor, double limit) {
     enum { RANGE = 16, TRIES = 64 };
     double x = NAN, left = fabs(limit - taylor->time);
     for (int i = 0; i < TRIES; i++) {
-        pend_jets_expand(&taylor->jets, taylor->gravity, taylor->unit, &taylor->begin, taylor->known);
+        pend_jets_expand(&taylor->jets, taylor->gravity, taylor->unit, &taylor->begin,
+                         taylor->known);
         taylor->counts.evaluations += taylor->order;
         x = pend_jets_reach(&taylor->jets, taylor->order, taylor->log_rtol, taylor->log_atol);
         // a step may pass the last instant, by no more than its own length
@@ -120,7 +135,8 @@ static double taylor_expand(struct taylor *taylor, double limit) {
     return x;
 }
 
-/* the power of two below a step's length; of a step that is hardly a number, one that is far too long */
+/* the power of two below a step's length; of a step that is hardly a number, one that is far too
+ * long */
 static double taylor_power(double step) {
     uint64_t bits;
     memcpy(&bits, &step, sizeof bits);
@@ -129,11 +145,12 @@ static double taylor_power(double step) {
     return step > 0 ? step : DBL_MIN;
 }
 
-/* Gives the end of a step the energy of the start. Arms that turn like one rigid body round alike in every step, so
- * that their rates would drift by 1e-15 of themselves a step: 2e-4 rad in 1e6. Rates times a number go the same way
- * faster, which is all that this changes. */
+/* Gives the end of a step the energy of the start. Arms that turn like one rigid body round
+ * alike in every step, so that their rates would drift by 1e-15 of themselves a step: 2e-4 rad
+ * in 1e6. Rates times a number go the same way faster, which is all that this changes. */
 static void taylor_hold(const struct taylor *taylor) {
-    const double most = 1e-6; /* a step with a looser tolerance than that leaves more than rounding */
+    const double most =
+        1e-6; /* a step with a looser tolerance than that leaves more than rounding */
     const struct jets_state *end = &taylor->end;
     double kinetic = pend_kinematics_energy(taylor->tree, 0, end->phi, end->rate).kinetic;
     double part = (taylor->kinetic - kinetic) / (2 * kinetic);
@@ -145,7 +162,8 @@ static void taylor_hold(const struct taylor *taylor) {
     }
 }
 
-static enum pend_status taylor_step(void *stepper, double limit, double *reached, struct pend_error *error) {
+static enum pend_status taylor_step(void *stepper, double limit, double *reached,
+                                    struct pend_error *error) {
     struct taylor *taylor = stepper;
     struct jets_state swap = taylor->begin;
     taylor->begin = taylor->end;
@@ -159,11 +177,13 @@ static enum pend_status taylor_step(void *stepper, double limit, double *reached
     }
     taylor->reached = taylor->time + x * taylor->unit;
     // nobody would see the end of a run of such steps, though the clock, near zero, still moves
-    if (taylor->reached == taylor->time || x * fabs(taylor->unit) < TAYLOR_LEAST * fabs(limit - taylor->time)) {
-        return pend_fail(error, PEND_STEP_TOO_SMALL, -1, taylor->time, "the step fell to %g s", x * taylor->unit);
+    if (taylor->reached == taylor->time ||
+        x * fabs(taylor->unit) < TAYLOR_LEAST * fabs(limit - taylor->time)) {
+        return pend_fail(error, PEND_STEP_TOO_SMALL, -1, taylor->time, "the step fell to %g s",
+                         x * taylor->unit);
     }
-    pend_jets_advance(&taylor->jets, taylor->order, (taylor->reached - taylor->time) / taylor->unit, taylor->unit,
-                      &taylor->begin, &taylor->end);
+    pend_jets_advance(&taylor->jets, taylor->order, (taylor->reached - taylor->time) / taylor->unit,
+                      taylor->unit, &taylor->begin, &taylor->end);
     if (taylor->kinetic > 0) taylor_hold(taylor);
     taylor->next_unit = taylor_power(x * taylor->unit);
     taylor->counts.steps++;
@@ -171,7 +191,8 @@ static enum pend_status taylor_step(void *stepper, double limit, double *reached
     return PEND_OK;
 }
 
-/* one instant at the end of the step: the sums themselves, so that the next step starts where this one ends */
+/* one instant at the end of the step: the sums themselves, so that the next step starts where
+ * this one ends */
 static void taylor_at_end(const struct taylor *taylor, double phi[], double rate[]) {
     size_t bytes = (size_t)taylor->tree->n * sizeof(double);
     memcpy(phi, taylor->end.phi, bytes);
@@ -180,19 +201,22 @@ static void taylor_at_end(const struct taylor *taylor, double phi[], double rate
 
 static double *taylor_offset(double *array, size_t base) { return array ? array + base : NULL; }
 
-static void taylor_group(const struct taylor *taylor, const double t[], int count, const struct jets_values *values) {
+static void taylor_group(const struct taylor *taylor, const double t[], int count,
+                         const struct jets_values *values) {
     double x[TAYLOR_GROUP], inverse = 1 / taylor->unit; // exact: a power of two
     for (int i = 0; i < count; i++) x[i] = (t[i] - taylor->time) * inverse;
     pend_jets_values(&taylor->jets, taylor->order, x, count, taylor->unit, &taylor->begin, values);
 }
 
-/* The angles from hanging. Of a small swing they are the series' sums upon the start's own angles from hanging, of
- * which all digits are there; else there is nothing to be gained. */
-static void taylor_theta(const struct taylor *taylor, const double t[], int count, const struct pend_points *points) {
+/* The angles from hanging. Of a small swing they are the series' sums upon the start's own
+ * angles from hanging, of which all digits are there; else there is nothing to be gained. */
+static void taylor_theta(const struct taylor *taylor, const double t[], int count,
+                         const struct pend_points *points) {
     size_t n = (size_t)taylor->tree->n;
     double inverse = 1 / taylor->unit;
     for (int i = 0; i < count; i++) {
-        double *theta = points->theta + (size_t)i * n, *rate = points->rate + (size_t)i * n, largest = 0;
+        double *theta = points->theta + (size_t)i * n, *rate = points->rate + (size_t)i * n,
+               largest = 0;
         int at_end = t[i] == taylor->reached;
         const struct jets_state *base = at_end ? &taylor->end : &taylor->begin;
         for (size_t k = 0; k < n; k++) {
@@ -216,13 +240,15 @@ static void taylor_theta(const struct taylor *taylor, const double t[], int coun
     }
 }
 
-static void taylor_at(void *stepper, const double t[], int count, const struct pend_points *points) {
+static void taylor_at(void *stepper, const double t[], int count,
+                      const struct pend_points *points) {
     const struct taylor *taylor = stepper;
     size_t n = (size_t)taylor->tree->n;
     int end_alone = count == 1 && t[0] == taylor->reached && !points->acc && !points->force;
     for (int i = 0; i < count && !end_alone; i += TAYLOR_GROUP) {
         size_t base = (size_t)i * n;
-        struct jets_values values = {points->phi + base, points->rate + base, taylor_offset(points->acc, base),
+        struct jets_values values = {points->phi + base, points->rate + base,
+                                     taylor_offset(points->acc, base),
                                      taylor_offset(points->force, base)};
         taylor_group(taylor, t + i, count - i < TAYLOR_GROUP ? count - i : TAYLOR_GROUP, &values);
     }
@@ -254,19 +280,23 @@ static void taylor_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct jets_state *ends[] = {&taylor->begin, &taylor->end};
     pend_stepper_counts_carry(&taylor->counts, checkpoint);
     double *numbers[] = {&taylor->unit, &taylor->next_unit, &taylor->time, &taylor->reached};
-    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) pend_checkpoint_row(checkpoint, numbers[i], 1);
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
+        pend_checkpoint_row(checkpoint, numbers[i], 1);
     for (int i = 0; i < 2; i++) {
         double *rows[] = {ends[i]->phi, ends[i]->phi_low, ends[i]->rate, ends[i]->rate_low};
-        for (size_t j = 0; j < sizeof rows / sizeof *rows; j++) pend_checkpoint_row(checkpoint, rows[j], stride);
+        for (size_t j = 0; j < sizeof rows / sizeof *rows; j++)
+            pend_checkpoint_row(checkpoint, rows[j], stride);
     }
     // the series of the last step follows from its start
     if (pend_checkpoint_puts(checkpoint) && taylor->counts.steps)
-        pend_jets_expand(&taylor->jets, taylor->gravity, taylor->unit, &taylor->begin, taylor->known);
+        pend_jets_expand(&taylor->jets, taylor->gravity, taylor->unit, &taylor->begin,
+                         taylor->known);
 }
 
 const struct pend_method pend_method_taylor = {
     .name = "taylor",
-    .summary = "Power series of the motion, order and step by the tolerance: the most accurate and the fastest.",
+    .summary = "Power series of the motion, order and step by the tolerance: the most accurate and "
+               "the fastest.",
     .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES | PEND_METHOD_THETA,
     .rtol_default = 1e-12,
     .rtol_min = 1e-16,

@@ -37,10 +37,10 @@ static struct roots_pair roots_slope_pair(const struct roots_path *path, double 
     return sum;
 }
 
-/* where a function comes to be above `level` between a and b, or below it: Newton's method, and halving where that
- * would leave what is known of the place */
-static double roots_root(const struct roots_path *path, roots_fn *f, double level, int above, double a,
-                            double b) {
+/* where a function comes to be above `level` between a and b, or below it: Newton's method, and
+ * halving where that would leave what is known of the place */
+static double roots_root(const struct roots_path *path, roots_fn *f, double level, int above,
+                         double a, double b) {
     double s = 0.5 * (a + b), last = 1;
     for (int i = 0; i < 100; i++) {
         struct roots_pair at = f(path, s);
@@ -50,7 +50,8 @@ static double roots_root(const struct roots_path *path, roots_fn *f, double leve
             a = s;
         double next = s - (at.value - level) / at.slope;
         double step = fabs(next - s);
-        // near the root, steps that leave the bracket or do not shrink are rounding: its nearer end is as good as any
+        // near the root, steps that leave the bracket or do not shrink are rounding: its nearer end
+        // is as good as any
         if (last < 1e-7 && !(next > a && next < b && step < 0.25 * last)) {
             if (step <= 2 * last) s = fmin(fmax(next, a), b);
             break;
@@ -76,7 +77,8 @@ static void roots_bernstein(const struct roots_path *path, double b[]) {
         for (int i = d; i >= r; i--) b[i] += b[i - 1];
 }
 
-/* signs of coefficients, those within rounding of zero left out: the first one's, the last one's, how often it changes
+/* signs of coefficients, those within rounding of zero left out: the first one's, the last one's,
+ * how often it changes
  */
 struct roots_signs {
     int first, last, changes;
@@ -107,10 +109,13 @@ static void roots_note(struct roots_path *path, double s) {
     if (s < 1 && path->pieces < PEND_ROOTS_DEGREE) path->end[path->pieces++] = s;
 }
 
-/* notes the turns in an interval that is not to be halved; *before is the sign left of it, and then that in it */
-static void roots_turns(struct roots_path *path, struct roots_signs signs, int *before, double a, double b) {
+/* notes the turns in an interval that is not to be halved; *before is the sign left of it, and
+ * then that in it */
+static void roots_turns(struct roots_path *path, struct roots_signs signs, int *before, double a,
+                        double b) {
     if (signs.first && *before == -signs.first) roots_note(path, a);
-    if (signs.changes % 2) roots_note(path, roots_root(path, roots_slope_pair, 0, signs.last > 0, a, b));
+    if (signs.changes % 2)
+        roots_note(path, roots_root(path, roots_slope_pair, 0, signs.last > 0, a, b));
     if (signs.last) *before = signs.last;
 }
 
@@ -121,7 +126,8 @@ static int roots_plain(const struct roots_path *path) {
     return fabs(path->a[1]) > rest * (1 + 1e-12);
 }
 
-/* the whole step in Bernstein's form, halved until each part turns once at most; parts come in order */
+/* the whole step in Bernstein's form, halved until each part turns once at most; parts come in
+ * order */
 static void roots_search(struct roots_path *path) {
     struct {
         double from, to, b[PEND_ROOTS_DEGREE];
@@ -154,7 +160,8 @@ void pend_roots_divide(struct roots_path *path) {
     path->end[path->pieces++] = 1;
 }
 
-double pend_roots_next(const struct roots_path *path, double from, double low, double high, int *way) {
+double pend_roots_next(const struct roots_path *path, double from, double low, double high,
+                       int *way) {
     double a = from;
     for (int i = 0; i < path->pieces; i++) {
         double b = path->end[i];

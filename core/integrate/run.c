@@ -15,13 +15,15 @@
 
 /* samples are made in groups: at most this many instants, and about this many numbers an array */
 enum { RUN_GROUP = 64, RUN_GROUP_NUMBERS = 8192 };
-/* ends of steps whose energies are found together: at most this many, and about this many numbers an array */
+/* ends of steps whose energies are found together: at most this many, and about this many
+ * numbers an array */
 enum { RUN_ENDS = 16, RUN_ENDS_NUMBERS = 64 };
-/* evaluations times arms after which the block's rows are looked at before it is full: numbers that overflow can make
- * steps so short that it never would be */
+/* evaluations times arms after which the block's rows are looked at before it is full: numbers
+ * that overflow can make steps so short that it never would be */
 static const double RUN_LOOK = 1e6;
 
-/* States at the ends of the last steps, whose energies nobody has looked at. None is left when pend_run_next returns.
+/* States at the ends of the last steps, whose energies nobody has looked at. None is left when
+ * pend_run_next returns.
  */
 struct run_ends {
     int count, cap;
@@ -47,10 +49,11 @@ struct pend_run {
     struct pend_points points; /* a group's states, stored order */
     struct run_ends ends;
     double *re, *im, *scratch; /* one row each, and three */
-    double *turns, *turns_low; /* rad, what the start's angles are larger by than the run's, stored order */
-    int turned;                /* there is such a thing */
-    int fine;                  /* the start has digits that doubles do not hold */
-    void *work;                /* of pend_dynamics_many */
+    double *turns,
+        *turns_low; /* rad, what the start's angles are larger by than the run's, stored order */
+    int turned;     /* there is such a thing */
+    int fine;       /* the start has digits that doubles do not hold */
+    void *work;     /* of pend_dynamics_many */
 };
 
 /* ---- making and freeing */
@@ -95,14 +98,16 @@ static int run_ends(int n) {
     return ends < 1 ? 1 : ends > RUN_ENDS ? RUN_ENDS : ends;
 }
 
-/* takes whole turns from the angles of a start that was copied, where one is huge; returns whether it is so */
+/* takes whole turns from the angles of a start that was copied, where one is huge; returns
+ * whether it is so */
 static int run_turn(const struct pend_run *run, double *start[4]) {
     const struct pend_problem *problem = &run->problem;
     int n = problem->tree->n, turned = 0;
     for (int k = 0; k < n; k++) turned |= fabs(problem->phi[k]) > PEND_TURNS_FROM;
     for (int k = 0; k < n && turned; k++) {
         struct pend_sum turns;
-        struct pend_sum rest = pend_turns_rest(problem->phi[k], problem->phi_low ? problem->phi_low[k] : 0, &turns);
+        struct pend_sum rest =
+            pend_turns_rest(problem->phi[k], problem->phi_low ? problem->phi_low[k] : 0, &turns);
         start[0][k] = rest.high, start[2][k] = rest.low;
         run->turns[k] = turns.high, run->turns_low[k] = turns.low;
     }
@@ -110,7 +115,8 @@ static int run_turn(const struct pend_run *run, double *start[4]) {
 }
 
 /* a run in one block, its problem's state copied, no stepper yet */
-static struct pend_run *run_allocate(const struct pend_method *method, const struct pend_problem *problem) {
+static struct pend_run *run_allocate(const struct pend_method *method,
+                                     const struct pend_problem *problem) {
     int n = problem->tree->n, group = run_group(n);
     struct pend_run sketch = {.method = method, .problem = *problem, .group = group};
     sketch.ends.cap = run_ends(n);
@@ -144,8 +150,10 @@ static void run_start(struct pend_run *run) {
     run->ordered = 1;
     for (int k = 0; k < tree->n; k++) run->ordered &= tree->order[k] == k;
     /* a sum of n modes: a multiply and add takes about an eighth of an arm-evaluation */
-    run->sample_cost = run->method->flags & PEND_METHOD_LINEAR ? tree->n * (1 + tree->n / 8.0) : tree->n;
-    struct pend_energy energy = pend_kinematics_energy(tree, problem->gravity, problem->phi, problem->rate);
+    run->sample_cost =
+        run->method->flags & PEND_METHOD_LINEAR ? tree->n * (1 + tree->n / 8.0) : tree->n;
+    struct pend_energy energy =
+        pend_kinematics_energy(tree, problem->gravity, problem->phi, problem->rate);
     run->energy_start = energy.kinetic + energy.potential;
     run->scale = pend_kinematics_energy_scale(tree, problem->gravity, energy.kinetic);
 }
@@ -156,7 +164,9 @@ enum pend_status pend_run_new(struct pend_run **run, const struct pend_method *m
     *run = NULL;
     PEND_TRY(pend_run_check(method, &checked, error));
     struct pend_run *made = run_allocate(method, &checked);
-    if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a run of %d arms", problem->tree->n);
+    if (!made)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a run of %d arms",
+                         problem->tree->n);
     run_start(made);
     enum pend_status status = method->open(&made->stepper, &made->problem, error);
     if (status == PEND_OK && problem->accuracy > 0) {
@@ -181,11 +191,13 @@ void pend_run_free(struct pend_run **run) {
 /* ---- failures */
 
 /* ends a run for good: the failure is kept and told again to whoever asks for more */
-static enum pend_status run_fail(struct pend_run *run, struct pend_error *error, enum pend_status code, int arm,
-                                 double t, const char *format, ...) __attribute__((format(printf, 6, 7)));
+static enum pend_status run_fail(struct pend_run *run, struct pend_error *error,
+                                 enum pend_status code, int arm, double t, const char *format, ...)
+    __attribute__((format(printf, 6, 7)));
 
-static enum pend_status run_fail(struct pend_run *run, struct pend_error *error, enum pend_status code, int arm,
-                                 double t, const char *format, ...) {
+static enum pend_status run_fail(struct pend_run *run, struct pend_error *error,
+                                 enum pend_status code, int arm, double t, const char *format,
+                                 ...) {
     char text[sizeof run->failure.text];
     va_list arguments;
     va_start(arguments, format);
@@ -205,7 +217,8 @@ static void run_weigh(struct pend_run *run) {
     struct pend_energy energy[RUN_ENDS];
     double most = 0;
     if (!ends->count) return;
-    pend_kinematics_energies(problem->tree, problem->gravity, ends->count, ends->phi, ends->rate, energy);
+    pend_kinematics_energies(problem->tree, problem->gravity, ends->count, ends->phi, ends->rate,
+                             energy);
     for (int i = 0; i < ends->count; i++) {
         double drift = fabs(energy[i].kinetic + energy[i].potential - run->energy_start);
         if (drift > most) most = drift;
@@ -220,7 +233,8 @@ static enum pend_status run_inspect(struct pend_run *run, struct pend_error *err
     struct run_ends *ends = &run->ends;
     size_t row = (size_t)ends->count * (size_t)tree->n;
     double *phi = ends->phi + row, *rate = ends->rate + row;
-    run->method->at(run->stepper, &run->reached, 1, &(struct pend_points){.phi = phi, .rate = rate});
+    run->method->at(run->stepper, &run->reached, 1,
+                    &(struct pend_points){.phi = phi, .rate = rate});
     if (!pend_run_finite(phi, tree->n) || !pend_run_finite(rate, tree->n)) {
         int k = 0;
         while (isfinite(phi[k]) && isfinite(rate[k])) k++;
@@ -238,16 +252,19 @@ static enum pend_status run_step(struct pend_run *run, double *spent, struct pen
     struct pend_stepper_counts before = method->counts(run->stepper);
     if (problem->step_cap && before.steps >= problem->step_cap)
         return run_fail(run, error, PEND_TOO_MANY_STEPS, -1, run->start + run->reached,
-                        "the limit of %ld steps was reached before the last instant, %.6g s", problem->step_cap,
-                        run->start + run->end);
+                        "the limit of %ld steps was reached before the last instant, %.6g s",
+                        problem->step_cap, run->start + run->end);
     double limit = run->end;
-    if (method->flags & PEND_METHOD_LANDS) limit = pend_times_at(&problem->times, run->next) - run->start;
+    if (method->flags & PEND_METHOD_LANDS)
+        limit = pend_times_at(&problem->times, run->next) - run->start;
     struct pend_error fault;
     fault.arm = -1;
     fault.text[0] = 0; // the rest of it is only read after a failure, and is large for a step
     enum pend_status status = method->step(run->stepper, limit, &run->reached, &fault);
-    if (status != PEND_OK) return run_fail(run, error, status, fault.arm, run->start + run->reached, "%s", fault.text);
-    *spent += (double)(method->counts(run->stepper).evaluations - before.evaluations) * problem->tree->n;
+    if (status != PEND_OK)
+        return run_fail(run, error, status, fault.arm, run->start + run->reached, "%s", fault.text);
+    *spent +=
+        (double)(method->counts(run->stepper).evaluations - before.evaluations) * problem->tree->n;
     return method->flags & PEND_METHOD_LINEAR ? PEND_OK : run_inspect(run, error);
 }
 
@@ -274,7 +291,8 @@ static int run_due(struct pend_run *run, long most) {
     return due;
 }
 
-/* where a group's states go: to the caller's arrays, where these have the stored order, else into the run's own */
+/* where a group's states go: to the caller's arrays, where these have the stored order, else
+ * into the run's own */
 static struct pend_points run_room(const struct pend_run *run, const struct pend_samples *samples) {
     struct pend_points room = run->points;
     size_t at = (size_t)samples->count * (size_t)run->problem.tree->n;
@@ -302,7 +320,8 @@ static void run_states(struct pend_run *run, const struct pend_samples *samples,
     const struct pend_problem *problem = &run->problem;
     unsigned flags = run->method->flags;
     size_t n = (size_t)problem->tree->n;
-    int first = run->next == 0 && !(flags & PEND_METHOD_LINEAR), fine = run->fine && flags & PEND_METHOD_THETA;
+    int first = run->next == 0 && !(flags & PEND_METHOD_LINEAR),
+        fine = run->fine && flags & PEND_METHOD_THETA;
     struct pend_points points = *room;
     if (!samples->theta || !fine) points.theta = NULL;
     if (!samples->force) points.force = NULL;
@@ -319,19 +338,21 @@ static void run_states(struct pend_run *run, const struct pend_samples *samples,
         room->theta[i] = points.phi[i] + M_PI_2;
     if ((!points.acc && !points.force) || (flags & PEND_METHOD_SERIES && !first)) return;
     if (first && fine && run_swings(run))
-        pend_dynamics_fine(problem->tree, problem->gravity, problem->phi, problem->phi_low, problem->rate, run->work,
-                           run->scratch, room->acc, room->force);
+        pend_dynamics_fine(problem->tree, problem->gravity, problem->phi, problem->phi_low,
+                           problem->rate, run->work, run->scratch, room->acc, room->force);
     else if (!(flags & PEND_METHOD_LINEAR))
-        pend_dynamics_many(problem->tree, problem->gravity, due, points.phi, points.rate, run->work, room->acc,
-                           room->force);
+        pend_dynamics_many(problem->tree, problem->gravity, due, points.phi, points.rate, run->work,
+                           room->acc, room->force);
     else if (points.force)
         for (size_t row = 0; row < (size_t)due * n; row += n)
-            pend_kinematics_force(problem->tree, problem->gravity, points.phi + row, points.rate + row, points.acc + row,
-                              points.force + row);
+            pend_kinematics_force(problem->tree, problem->gravity, points.phi + row,
+                                  points.rate + row, points.acc + row, points.force + row);
 }
 
-/* copies rows in stored order to the caller's, from row `at` of `out` on, unless they are there already */
-static void run_put(const struct pend_run *run, const double rows[], int count, double out[], long at) {
+/* copies rows in stored order to the caller's, from row `at` of `out` on, unless they are there
+ * already */
+static void run_put(const struct pend_run *run, const double rows[], int count, double out[],
+                    long at) {
     if (!out) return;
     size_t n = (size_t)run->problem.tree->n;
     const int *order = run->problem.tree->order;
@@ -346,8 +367,8 @@ static void run_put(const struct pend_run *run, const double rows[], int count, 
 }
 
 /* positions, velocities and energies of one row, as far as they are wanted */
-static void run_derive(struct pend_run *run, const double phi[], const double rate[], struct pend_samples *samples,
-                       long at) {
+static void run_derive(struct pend_run *run, const double phi[], const double rate[],
+                       struct pend_samples *samples, long at) {
     const struct pend_problem *problem = &run->problem;
     if (samples->z_re || samples->z_im) {
         pend_kinematics_position(problem->tree, phi, run->re, run->im);
@@ -360,7 +381,8 @@ static void run_derive(struct pend_run *run, const double phi[], const double ra
         run_put(run, run->im, 1, samples->zd_im, at);
     }
     if (samples->kinetic || samples->potential) {
-        struct pend_energy energy = pend_kinematics_energy(problem->tree, problem->gravity, phi, rate);
+        struct pend_energy energy =
+            pend_kinematics_energy(problem->tree, problem->gravity, phi, rate);
         if (samples->kinetic) samples->kinetic[at] = energy.kinetic;
         if (samples->potential) samples->potential[at] = energy.potential;
     }
@@ -373,7 +395,8 @@ struct run_flaw {
     const char *what;
 };
 
-static struct run_flaw run_find_flaw(const struct pend_run *run, const struct pend_samples *samples) {
+static struct run_flaw run_find_flaw(const struct pend_run *run,
+                                     const struct pend_samples *samples) {
     int n = run->problem.tree->n;
     const struct {
         const double *from;
@@ -391,22 +414,26 @@ static struct run_flaw run_find_flaw(const struct pend_run *run, const struct pe
         if (!from || pend_run_finite(from, flaw.row * width)) continue;
         long bad = 0;
         while (isfinite(from[bad])) bad++;
-        flaw = (struct run_flaw){bad / width, wanted[i].width ? (int)(bad % width) : -1, wanted[i].what};
+        flaw = (struct run_flaw){bad / width, wanted[i].width ? (int)(bad % width) : -1,
+                                 wanted[i].what};
     }
     return flaw;
 }
 
-/* takes rows back from the first on that is not finite, which ends the run: what came behind it never happened */
-static enum pend_status run_hand_out(struct pend_run *run, struct pend_samples *samples, enum pend_status status,
-                                     struct pend_error *error) {
+/* takes rows back from the first on that is not finite, which ends the run: what came behind it
+ * never happened */
+static enum pend_status run_hand_out(struct pend_run *run, struct pend_samples *samples,
+                                     enum pend_status status, struct pend_error *error) {
     struct run_flaw flaw = run_find_flaw(run, samples);
     if (flaw.row == samples->count) return status;
     run->next -= samples->count - flaw.row;
     samples->count = flaw.row;
     double t = samples->t[flaw.row];
-    if (flaw.arm < 0) return run_fail(run, error, PEND_NOT_FINITE, -1, t, "the %s is too large a number", flaw.what);
-    return run_fail(run, error, PEND_NOT_FINITE, flaw.arm, t, "the %s of arm %d is too large a number", flaw.what,
-                    flaw.arm + 1);
+    if (flaw.arm < 0)
+        return run_fail(run, error, PEND_NOT_FINITE, -1, t, "the %s is too large a number",
+                        flaw.what);
+    return run_fail(run, error, PEND_NOT_FINITE, flaw.arm, t,
+                    "the %s of arm %d is too large a number", flaw.what, flaw.arm + 1);
 }
 
 /* gives rows of angles in the caller's order their whole turns back */
@@ -415,7 +442,8 @@ static void run_return(const struct pend_run *run, double phi[], int count) {
     if (!run->turned || run->problem.no_turns || !phi) return;
     for (int i = 0; i < count; i++, phi += tree->n)
         for (int k = 0; k < tree->n; k++)
-            phi[tree->order[k]] = pend_turns_add(phi[tree->order[k]], run->turns[k], run->turns_low[k]);
+            phi[tree->order[k]] =
+                pend_turns_add(phi[tree->order[k]], run->turns[k], run->turns_low[k]);
 }
 
 static void run_sample(struct pend_run *run, struct pend_samples *samples, int due) {
@@ -429,8 +457,8 @@ static void run_sample(struct pend_run *run, struct pend_samples *samples, int d
     run_put(run, points.acc, due, samples->acc, at);
     run_put(run, points.force, due, samples->force, at);
     run_put(run, points.theta, due, samples->theta, at);
-    int derived =
-        samples->z_re || samples->z_im || samples->zd_re || samples->zd_im || samples->kinetic || samples->potential;
+    int derived = samples->z_re || samples->z_im || samples->zd_re || samples->zd_im ||
+                  samples->kinetic || samples->potential;
     for (int i = 0; i < due && derived; i++)
         run_derive(run, points.phi + (size_t)i * n, points.rate + (size_t)i * n, samples, at + i);
     if (samples->phi) run_return(run, samples->phi + (size_t)at * n, due);
@@ -439,8 +467,8 @@ static void run_sample(struct pend_run *run, struct pend_samples *samples, int d
     run->next += due;
 }
 
-enum pend_status pend_run_next(struct pend_run *run, struct pend_samples *samples, double work, int *done,
-                               struct pend_error *error) {
+enum pend_status pend_run_next(struct pend_run *run, struct pend_samples *samples, double work,
+                               int *done, struct pend_error *error) {
     double spent = 0, look = RUN_LOOK;
     enum pend_status status = PEND_OK;
     samples->count = 0;
@@ -503,6 +531,7 @@ enum pend_status pend_run_carry(struct pend_run *run, struct pend_checkpoint *ch
     if (run->horizon) PEND_TRY(pend_horizon_carry(run->horizon, checkpoint));
     /* a checkpoint that refused on the way was put back in part: it is not whole */
     if (!pend_checkpoint_puts(checkpoint)) return PEND_OK;
-    int good = run->next <= run->problem.times.count && isfinite(run->reached) && isfinite(run->drift);
+    int good =
+        run->next <= run->problem.times.count && isfinite(run->reached) && isfinite(run->drift);
     return good ? PEND_OK : PEND_INVALID;
 }

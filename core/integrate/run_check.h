@@ -20,7 +20,8 @@ static inline uint64_t pend_run_gather(uint64_t bad, double x) {
 /**
  * True where `count` numbers are all finite.
  *
- * The bits are gathered eight numbers side by side, without an early end, because that loop vectorises. O(count).
+ * The bits are gathered eight numbers side by side, without an early end, because that loop
+ * vectorises. O(count).
  */
 static inline int pend_run_finite(const double x[], long count) {
     enum { SIDE = 8 };
@@ -37,19 +38,23 @@ static inline int pend_run_finite(const double x[], long count) {
 }
 
 /**
- * Checks that lengths and masses are normal numbers, whose inverses can be formed: at least 2.3e-308.
+ * Checks that lengths and masses are normal numbers, whose inverses can be formed: at least
+ * 2.3e-308.
  *
  * PEND_INVALID  error says which. O(n).
  */
-PEND_MUST_CHECK enum pend_status pend_run_check_tree(const struct pend_tree *tree, struct pend_error *error);
+PEND_MUST_CHECK enum pend_status pend_run_check_tree(const struct pend_tree *tree,
+                                                     struct pend_error *error);
 
 /**
  * Checks a problem and puts the method's defaults in the place of zeros.
  *
- * PEND_INVALID  tolerances out of the method's range, times not monotonic, a state that is not finite; error says
+ * PEND_INVALID  tolerances out of the method's range, times not monotonic, a state that is not
+ *               finite; error says
  * which. O(n + number of instants).
  */
-PEND_MUST_CHECK enum pend_status pend_run_check(const struct pend_method *method, struct pend_problem *problem,
+PEND_MUST_CHECK enum pend_status pend_run_check(const struct pend_method *method,
+                                                struct pend_problem *problem,
                                                 struct pend_error *error);
 
 #endif

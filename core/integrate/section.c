@@ -19,11 +19,12 @@ struct pend_section {
     struct pend_section_problem problem;
     int n;
     void *stepper;
-    struct pend_horizon *horizon;             /* NULL: nobody asks */
-    double reached;                           /* s, by the last step */
-    double *theta;                            /* of a small swing, of which angles from hanging have more digits */
-    double level, start;                      /* the arm's angle in the section and at the start, as of a look */
-    struct pend_passage queue[SECTION_QUEUE]; /* of the last step, those that were not handed out from `next` on */
+    struct pend_horizon *horizon; /* NULL: nobody asks */
+    double reached;               /* s, by the last step */
+    double *theta;       /* of a small swing, of which angles from hanging have more digits */
+    double level, start; /* the arm's angle in the section and at the start, as of a look */
+    struct pend_passage
+        queue[SECTION_QUEUE]; /* of the last step, those that were not handed out from `next` on */
     int next, queued;
     double *phi, *rate;                          /* of SECTION_LOOKS + 1 instants */
     double *rest, *rest_low, *turns, *turns_low; /* rad, of the start's angles, n each */
@@ -32,10 +33,12 @@ struct pend_section {
 /* --- the arm inside the last step --- */
 
 static struct section_look section_at(const struct pend_section *section, double time) {
-    const struct pend_points points = {.phi = section->phi, .rate = section->rate, .theta = section->theta};
+    const struct pend_points points = {
+        .phi = section->phi, .rate = section->rate, .theta = section->theta};
     const double *angle = section->theta ? section->theta : section->phi;
     pend_method_taylor.at(section->stepper, &time, 1, &points);
-    return (struct section_look){time, angle[section->problem.arm], section->rate[section->problem.arm]};
+    return (struct section_look){time, angle[section->problem.arm],
+                                 section->rate[section->problem.arm]};
 }
 
 /* whole turns behind the section */
@@ -43,13 +46,14 @@ static double section_turns(const struct pend_section *section, double phi) {
     return floor((phi - section->level) / (2 * M_PI));
 }
 
-/* the instant between two looks at which the angle, which only rises or only falls there, is `target`: Newton's steps
- * inside an interval that is halved where they leave it */
-static double section_solve(const struct pend_section *section, struct section_look a, struct section_look b,
-                            double target) {
+/* the instant between two looks at which the angle, which only rises or only falls there, is
+ * `target`: Newton's steps inside an interval that is halved where they leave it */
+static double section_solve(const struct pend_section *section, struct section_look a,
+                            struct section_look b, double target) {
     int rises = b.phi > a.phi;
     double low = a.time, high = b.time;
-    struct section_look look = section_at(section, low + (high - low) * ((target - a.phi) / (b.phi - a.phi)));
+    struct section_look look =
+        section_at(section, low + (high - low) * ((target - a.phi) / (b.phi - a.phi)));
     for (int i = 0; i < SECTION_HALVINGS; i++) {
         if (look.phi == target) return look.time;
         if ((look.phi < target) == rises)
@@ -67,8 +71,8 @@ static double section_solve(const struct pend_section *section, struct section_l
 }
 
 /* the instant between two looks at which the rate, of another sign at each, is 0 */
-static struct section_look section_extreme(const struct pend_section *section, struct section_look a,
-                                           struct section_look b) {
+static struct section_look section_extreme(const struct pend_section *section,
+                                           struct section_look a, struct section_look b) {
     struct section_look look = a;
     for (int i = 0; i < SECTION_HALVINGS; i++) {
         double middle = a.time + (b.time - a.time) / 2;
@@ -91,24 +95,30 @@ static void section_add(struct pend_section *section, double time, enum pend_way
 }
 
 /* between two looks, the angle only rising or only falling */
-static void section_between(struct pend_section *section, struct section_look a, struct section_look b) {
+static void section_between(struct pend_section *section, struct section_look a,
+                            struct section_look b) {
     double from = section_turns(section, a.phi), to = section_turns(section, b.phi);
     for (; from < to; from++)
-        section_add(section, section_solve(section, a, b, section->level + 2 * M_PI * (from + 1)), PEND_WAY_UP);
+        section_add(section, section_solve(section, a, b, section->level + 2 * M_PI * (from + 1)),
+                    PEND_WAY_UP);
     for (; from > to; from--)
-        section_add(section, section_solve(section, a, b, section->level + 2 * M_PI * from), PEND_WAY_DOWN);
+        section_add(section, section_solve(section, a, b, section->level + 2 * M_PI * from),
+                    PEND_WAY_DOWN);
 }
 
 /* could the angle reach a section between two looks, as fast as it is at them? */
-static int section_near(const struct pend_section *section, struct section_look a, struct section_look b) {
+static int section_near(const struct pend_section *section, struct section_look a,
+                        struct section_look b) {
     double far = (fabs(a.rate) + fabs(b.rate)) * (b.time - a.time);
-    return section_turns(section, fmin(a.phi, b.phi) - far) != section_turns(section, fmax(a.phi, b.phi) + far);
+    return section_turns(section, fmin(a.phi, b.phi) - far) !=
+           section_turns(section, fmax(a.phi, b.phi) + far);
 }
 
 static void section_scan(struct pend_section *section, double from, double to) {
     double time[SECTION_LOOKS + 1];
     struct section_look look[SECTION_LOOKS + 1];
-    const struct pend_points points = {.phi = section->phi, .rate = section->rate, .theta = section->theta};
+    const struct pend_points points = {
+        .phi = section->phi, .rate = section->rate, .theta = section->theta};
     const double *angle = section->theta ? section->theta : section->phi;
     for (int i = 0; i <= SECTION_LOOKS; i++) time[i] = from + (to - from) * i / SECTION_LOOKS;
     time[SECTION_LOOKS] = to;
@@ -134,10 +144,12 @@ static void section_scan(struct pend_section *section, double from, double to) {
 
 static enum pend_status section_step(struct pend_section *section, struct pend_error *error) {
     double from = section->reached, duration = section->problem.duration;
-    enum pend_status status = pend_method_taylor.step(section->stepper, duration, &section->reached, error);
+    enum pend_status status =
+        pend_method_taylor.step(section->stepper, duration, &section->reached, error);
     if (status != PEND_OK) {
         double time = error ? error->time : from;
-        return pend_fail(error, status, -1, time, "at t = %.6g s: %s", time, pend_status_text(status));
+        return pend_fail(error, status, -1, time, "at t = %.6g s: %s", time,
+                         pend_status_text(status));
     }
     if (section->horizon) {
         const struct pend_points end = {.phi = section->phi, .rate = section->rate};
@@ -165,7 +177,8 @@ enum pend_status pend_section_next(struct pend_section *section, long steps, enu
     *passage = section->queue[section->next++];
     *found = PEND_FOUND_PASSAGE;
     pend_method_taylor.at(section->stepper, &passage->time, 1, &points);
-    for (int k = 0; k < section->n; k++) phi[k] = pend_turns_add(phi[k], section->turns[k], section->turns_low[k]);
+    for (int k = 0; k < section->n; k++)
+        phi[k] = pend_turns_add(phi[k], section->turns[k], section->turns_low[k]);
     return PEND_OK;
 }
 
@@ -182,11 +195,13 @@ static void section_turn(struct pend_section *section, double memory[]) {
     }
 }
 
-/* The level of the section and where the arm begins; as angles from hanging where start and section are those of a
- * small swing that was given by such angles. `theta` has room for the looks at a step. */
+/* The level of the section and where the arm begins; as angles from hanging where start and
+ * section are those of a small swing that was given by such angles. `theta` has room for the
+ * looks at a step. */
 static void section_aim(struct pend_section *section, double theta[]) {
     const struct pend_section_problem *problem = &section->problem;
-    double level = pend_turns_theta(problem->angle, problem->angle_low), largest = fabs(level), low = 0;
+    double level = pend_turns_theta(problem->angle, problem->angle_low), largest = fabs(level),
+           low = 0;
     for (int k = 0; k < section->n; k++) {
         largest = fmax(largest, fabs(pend_turns_theta(section->rest[k], section->rest_low[k])));
         low = fmax(low, fabs(section->rest_low[k]));
@@ -194,12 +209,15 @@ static void section_aim(struct pend_section *section, double theta[]) {
     int fine = low > 0 && largest <= PEND_TURNS_SMALL, arm = problem->arm;
     section->theta = fine ? theta : NULL;
     section->level = fine ? level : problem->angle;
-    section->start = fine ? pend_turns_theta(section->rest[arm], section->rest_low[arm]) : section->rest[arm];
+    section->start =
+        fine ? pend_turns_theta(section->rest[arm], section->rest_low[arm]) : section->rest[arm];
 }
 
-static enum pend_status section_check(const struct pend_section_problem *problem, struct pend_error *error) {
+static enum pend_status section_check(const struct pend_section_problem *problem,
+                                      struct pend_error *error) {
     if (!(problem->duration > 0 && isfinite(problem->duration)))
-        return pend_fail(error, PEND_INVALID, -1, 0, "the duration must be greater than 0, got %g", problem->duration);
+        return pend_fail(error, PEND_INVALID, -1, 0, "the duration must be greater than 0, got %g",
+                         problem->duration);
     if (problem->arm < 0 || problem->arm >= problem->tree->n || !isfinite(problem->angle))
         return pend_fail(error, PEND_INVALID, problem->arm, 0, "there is no such section");
     if (problem->ways & ~(unsigned)(PEND_WAY_UP | PEND_WAY_DOWN) || !problem->ways)
@@ -207,7 +225,8 @@ static enum pend_status section_check(const struct pend_section_problem *problem
     return PEND_OK;
 }
 
-enum pend_status pend_section_new(struct pend_section **section, const struct pend_section_problem *problem,
+enum pend_status pend_section_new(struct pend_section **section,
+                                  const struct pend_section_problem *problem,
                                   struct pend_error *error) {
     *section = NULL;
     PEND_TRY(section_check(problem, error));
@@ -215,25 +234,28 @@ enum pend_status pend_section_new(struct pend_section **section, const struct pe
     const struct pend_method *method = &pend_method_taylor;
     size_t n = (size_t)problem->tree->n, looks = SECTION_LOOKS + 1;
     struct pend_section *made = calloc(1, sizeof *made + n * (3 * looks + 4) * sizeof(double));
-    if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a section of %zu arms", n);
+    if (!made)
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a section of %zu arms", n);
     made->problem = *problem;
     made->n = problem->tree->n;
     made->phi = (double *)(made + 1);
     made->rate = made->phi + n * looks;
     section_turn(made, made->rate + n * looks);
     section_aim(made, made->rest + 4 * n);
-    const struct pend_problem motion = {.tree = problem->tree,
-                                        .gravity = problem->gravity,
-                                        .phi = made->rest,
-                                        .phi_low = made->rest_low,
-                                        .rate = problem->rate,
-                                        .rate_low = problem->rate_low,
-                                        .times = {.count = 2, .span = problem->duration, .divisor = 1},
-                                        .rtol = problem->rtol > 0 ? problem->rtol : method->rtol_default,
-                                        .atol = problem->atol,
-                                        .accuracy = problem->accuracy};
+    const struct pend_problem motion = {
+        .tree = problem->tree,
+        .gravity = problem->gravity,
+        .phi = made->rest,
+        .phi_low = made->rest_low,
+        .rate = problem->rate,
+        .rate_low = problem->rate_low,
+        .times = {.count = 2, .span = problem->duration, .divisor = 1},
+        .rtol = problem->rtol > 0 ? problem->rtol : method->rtol_default,
+        .atol = problem->atol,
+        .accuracy = problem->accuracy};
     enum pend_status status = method->open(&made->stepper, &motion, error);
-    if (status == PEND_OK && motion.accuracy > 0) status = pend_horizon_new(&made->horizon, method, &motion, error);
+    if (status == PEND_OK && motion.accuracy > 0)
+        status = pend_horizon_new(&made->horizon, method, &motion, error);
     made->problem.phi = made->problem.rate = made->problem.phi_low = made->problem.rate_low = NULL;
     if (status == PEND_OK)
         *section = made;

@@ -1,7 +1,9 @@
-/* A Poincare section: the instants at which an arm of a motion passes a given direction, and the state then.
+/* A Poincare section: the instants at which an arm of a motion passes a given direction, and the
+ * state then.
  * Leaves to others: the steps (method_taylor), tables of what was found (api).
- * Invariant: an instant is found to rounding from the step's own series; passages that only graze are found as well,
- * unless both lie within a thirty-second of a step and less than rounding apart. */
+ * Invariant: an instant is found to rounding from the step's own series; passages that only
+ * graze are found as well, unless both lie within a thirty-second of a step and less than
+ * rounding apart. */
 #ifndef PEND_SECTION_H
 #define PEND_SECTION_H
 
@@ -20,7 +22,8 @@ struct pend_section_problem {
     unsigned ways;
     double rtol, atol; /* as of the taylor method; 0 = its default */
     double accuracy;   /* that pend_section_held goes by, > 0; 0 = nobody asks */
-    /* what rounding to doubles has left of the start, n values each, NULL = nothing; and of the angle, rad */
+    /* what rounding to doubles has left of the start, n values each, NULL = nothing; and of the
+     * angle, rad */
     const double *phi_low, *rate_low;
     double angle_low;
 };
@@ -42,7 +45,8 @@ struct pend_section;
  * PEND_NO_MEMORY, and what the method's open returns.
  */
 PEND_MUST_CHECK enum pend_status pend_section_new(struct pend_section **section,
-                                                  const struct pend_section_problem *problem, struct pend_error *error);
+                                                  const struct pend_section_problem *problem,
+                                                  struct pend_error *error);
 
 void pend_section_free(struct pend_section **section);
 
@@ -59,13 +63,14 @@ enum pend_found { PEND_FOUND_NOTHING, PEND_FOUND_PASSAGE, PEND_FOUND_END };
  * PEND_NOT_FINITE, PEND_STEP_TOO_SMALL  error says the time.
  * No allocation.
  */
-PEND_MUST_CHECK enum pend_status pend_section_next(struct pend_section *section, long steps, enum pend_found *found,
-                                                   struct pend_passage *passage, double phi[], double rate[],
-                                                   struct pend_error *error);
+PEND_MUST_CHECK enum pend_status pend_section_next(struct pend_section *section, long steps,
+                                                   enum pend_found *found,
+                                                   struct pend_passage *passage, double phi[],
+                                                   double rate[], struct pend_error *error);
 
 /**
- * Up to when the motion keeps the problem's accuracy (horizon.h), s, as far as it was followed: what passages come
- * later may be those of another motion. NaN where the problem names none.
+ * Up to when the motion keeps the problem's accuracy (horizon.h), s, as far as it was followed:
+ * what passages come later may be those of another motion. NaN where the problem names none.
  */
 double pend_section_held(const struct pend_section *section);
 

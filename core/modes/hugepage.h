@@ -7,8 +7,8 @@
 #include <stddef.h>
 
 /**
- * A block aligned to 64, on huge pages where it is large and the system has them: a matrix of vectors is written once,
- * and the page faults of small pages would cost a quarter of the whole.
+ * A block aligned to 64, on huge pages where it is large and the system has them: a matrix of
+ * vectors is written once, and the page faults of small pages would cost a quarter of the whole.
  *
  * Returns NULL when memory is short. Contents are not set.
  */

@@ -18,11 +18,12 @@ typedef unsigned long long sign_bits __attribute__((vector_size(WIDTH * sizeof(d
 
 #define INLINE static inline __attribute__((always_inline))
 
-/* Added to each pivot in parts of its spring: far below round-off, yet no pivot vanishes, and sums over pivots that
- * nearly do keep their digits. */
+/* Added to each pivot in parts of its spring: far below round-off, yet no pivot vanishes, and
+ * sums over pivots that nearly do keep their digits. */
 #define KERNEL_TINY 0x1p-57
 
-/* 1 / x of normal x, each in place. A division occupies the widest unit for 16 cycles, half of all that a node takes:
+/* 1 / x of normal x, each in place. A division occupies the widest unit for 16 cycles, half of
+ * all that a node takes:
  * there an estimate of 14 bits is refined twice, to 42 bits and then to the last place. */
 INLINE void kernel_inverses(lanes x[], int count) {
 #if defined(__AVX512F__)
@@ -30,9 +31,11 @@ INLINE void kernel_inverses(lanes x[], int count) {
     for (int i = 0; i < count; i++) estimate[i] = _mm512_rcp14_pd((__m512d)x[i]);
     for (int i = 0; i < count; i++) rest[i] = _mm512_fnmadd_pd((__m512d)x[i], estimate[i], one);
     for (int i = 0; i < count; i++) rest[i] = _mm512_fmadd_pd(rest[i], rest[i], rest[i]);
-    for (int i = 0; i < count; i++) estimate[i] = _mm512_fmadd_pd(estimate[i], rest[i], estimate[i]);
+    for (int i = 0; i < count; i++)
+        estimate[i] = _mm512_fmadd_pd(estimate[i], rest[i], estimate[i]);
     for (int i = 0; i < count; i++) rest[i] = _mm512_fnmadd_pd((__m512d)x[i], estimate[i], one);
-    for (int i = 0; i < count; i++) x[i] = (lanes)_mm512_fmadd_pd(estimate[i], rest[i], estimate[i]);
+    for (int i = 0; i < count; i++)
+        x[i] = (lanes)_mm512_fmadd_pd(estimate[i], rest[i], estimate[i]);
 #else
     for (int i = 0; i < count; i++) x[i] = 1.0 / x[i];
 #endif
@@ -47,7 +50,8 @@ INLINE lanes kernel_pick(masks where, lanes yes, lanes no) {
     return (lanes)((where & (masks)yes) | (~where & (masks)no));
 }
 
-/* a sub-tree seen from its parent: c t / (t + c) and its first and second derivative in the shift */
+/* a sub-tree seen from its parent: c t / (t + c) and its first and second derivative in the
+ * shift */
 struct pulls {
     lanes value[DD_TYPE], rate[DD_TYPE], bend[DD_TYPE];
 };
@@ -57,12 +61,15 @@ struct tally {
     sign_bits below[DD_TYPE];
 };
 
-/* What the children pull becomes what the node itself pulls. Step after step for all shifts: the processor looks only a
- * hundred operations ahead, less than one shift's way through the node takes. */
-INLINE void probe_node(struct tally *tally, struct pulls *pulls, double spring, double mass, int pairs) {
+/* What the children pull becomes what the node itself pulls. Step after step for all shifts: the
+ * processor looks only a hundred operations ahead, less than one shift's way through the node
+ * takes. */
+INLINE void probe_node(struct tally *tally, struct pulls *pulls, double spring, double mass,
+                       int pairs) {
     double tiny = spring * KERNEL_TINY;
     lanes t[DD_TYPE], inverse[DD_TYPE], slope[DD_TYPE], square[DD_TYPE], bend[DD_TYPE];
-    for (int i = 0; i < pairs; i++) t[i] = kernel_fma(tally->minus_shift[i], kernel_all(mass), pulls->value[i]);
+    for (int i = 0; i < pairs; i++)
+        t[i] = kernel_fma(tally->minus_shift[i], kernel_all(mass), pulls->value[i]);
     for (int i = 0; i < pairs; i++) inverse[i] = (t[i] + spring) + tiny;
     kernel_inverses(inverse, pairs);
     for (int i = 0; i < pairs; i++) slope[i] = (pulls->rate[i] - mass) * inverse[i];
@@ -118,15 +125,21 @@ INLINE void probe_group(const struct pend_laplacian *laplacian, struct tally *re
 static void probe_four(const struct pend_laplacian *laplacian, struct tally *tally) {
     probe_group(laplacian, tally, 4);
 }
-static void probe_two(const struct pend_laplacian *laplacian, struct tally *tally) { probe_group(laplacian, tally, 2); }
-static void probe_one(const struct pend_laplacian *laplacian, struct tally *tally) { probe_group(laplacian, tally, 1); }
+static void probe_two(const struct pend_laplacian *laplacian, struct tally *tally) {
+    probe_group(laplacian, tally, 2);
+}
+static void probe_one(const struct pend_laplacian *laplacian, struct tally *tally) {
+    probe_group(laplacian, tally, 1);
+}
 
-static void kernel_probe(const struct pend_laplacian *laplacian, int count, struct pend_modes_probe probe[]) {
+static void kernel_probe(const struct pend_laplacian *laplacian, int count,
+                         struct pend_modes_probe probe[]) {
     for (int begin = 0; begin < count; begin += GROUP) {
         struct tally tally = {0};
         int size = count - begin < GROUP ? count - begin : GROUP;
         for (int i = 0; i < GROUP; i++)
-            tally.minus_shift[i / WIDTH][i % WIDTH] = -probe[begin + (i < size ? i : size - 1)].shift;
+            tally.minus_shift[i / WIDTH][i % WIDTH] =
+                -probe[begin + (i < size ? i : size - 1)].shift;
         if (size > 2 * WIDTH)
             probe_four(laplacian, &tally);
         else if (size > WIDTH)
@@ -141,8 +154,8 @@ static void kernel_probe(const struct pend_laplacian *laplacian, int count, stru
     }
 }
 
-/* Arrays of the twisted factorization, WIDTH entries a node. What a division can restore is not kept: for large trees
- * the time goes into memory. */
+/* Arrays of the twisted factorization, WIDTH entries a node. What a division can restore is not
+ * kept: for large trees the time goes into memory. */
 struct twist {
     lanes *t;     /* pivot from below, without the node's own spring */
     lanes *above; /* what pulls from above, c u / (u + c); before, the sums over earlier siblings */
@@ -186,7 +199,8 @@ static masks twist_down(const struct pend_laplacian *laplacian, lanes shift, str
             if (laplacian->turn[k] & PEND_TURN_NEXT) {
                 u += w.tip[k];
                 w.above[end[k]] =
-                    earlier + spring * (w.t[k] * kernel_inverse((w.t[k] + spring) + spring * KERNEL_TINY));
+                    earlier +
+                    spring * (w.t[k] * kernel_inverse((w.t[k] + spring) + spring * KERNEL_TINY));
             }
             lanes inverse = kernel_inverse((u + spring) + spring * KERNEL_TINY);
             w.tip[k] = inverse;
@@ -213,14 +227,14 @@ static void twist_climb(const struct pend_laplacian *laplacian, struct twist w, 
     }
 }
 
-/* One step of a transposition by blocks of 1, 2, 4: a pair of vectors, `size` entries apart, swaps its off-diagonal
- * blocks */
-#define KERNEL_SWAP(node, size, LOW, HIGH)                                                                             \
-    for (int i = 0; i < WIDTH; i++)                                                                                    \
-        if (!(i & (size))) {                                                                                           \
-            lanes low = __builtin_shufflevector(node[i], node[i + (size)], LOW);                                       \
-            node[i + (size)] = __builtin_shufflevector(node[i], node[i + (size)], HIGH);                               \
-            node[i] = low;                                                                                             \
+/* One step of a transposition by blocks of 1, 2, 4: a pair of vectors, `size` entries apart,
+ * swaps its off-diagonal blocks */
+#define KERNEL_SWAP(node, size, LOW, HIGH)                                                         \
+    for (int i = 0; i < WIDTH; i++)                                                                \
+        if (!(i & (size))) {                                                                       \
+            lanes low = __builtin_shufflevector(node[i], node[i + (size)], LOW);                   \
+            node[i + (size)] = __builtin_shufflevector(node[i], node[i + (size)], HIGH);           \
+            node[i] = low;                                                                         \
         }
 #define KERNEL_INDICES(...) __VA_ARGS__
 
@@ -229,9 +243,12 @@ INLINE void twist_store(const lanes given[WIDTH], int k, double *row[]) {
     lanes node[WIDTH];
     for (int i = 0; i < WIDTH; i++) node[i] = given[i];
 #if defined(__AVX512F__)
-    KERNEL_SWAP(node, 1, KERNEL_INDICES(0, 8, 2, 10, 4, 12, 6, 14), KERNEL_INDICES(1, 9, 3, 11, 5, 13, 7, 15))
-    KERNEL_SWAP(node, 2, KERNEL_INDICES(0, 1, 8, 9, 4, 5, 12, 13), KERNEL_INDICES(2, 3, 10, 11, 6, 7, 14, 15))
-    KERNEL_SWAP(node, 4, KERNEL_INDICES(0, 1, 2, 3, 8, 9, 10, 11), KERNEL_INDICES(4, 5, 6, 7, 12, 13, 14, 15))
+    KERNEL_SWAP(node, 1, KERNEL_INDICES(0, 8, 2, 10, 4, 12, 6, 14),
+                KERNEL_INDICES(1, 9, 3, 11, 5, 13, 7, 15))
+    KERNEL_SWAP(node, 2, KERNEL_INDICES(0, 1, 8, 9, 4, 5, 12, 13),
+                KERNEL_INDICES(2, 3, 10, 11, 6, 7, 14, 15))
+    KERNEL_SWAP(node, 4, KERNEL_INDICES(0, 1, 2, 3, 8, 9, 10, 11),
+                KERNEL_INDICES(4, 5, 6, 7, 12, 13, 14, 15))
 #elif defined(__AVX2__)
     KERNEL_SWAP(node, 1, KERNEL_INDICES(0, 4, 2, 6), KERNEL_INDICES(1, 5, 3, 7))
     KERNEL_SWAP(node, 2, KERNEL_INDICES(0, 1, 4, 5), KERNEL_INDICES(2, 3, 6, 7))
@@ -242,7 +259,8 @@ INLINE void twist_store(const lanes given[WIDTH], int k, double *row[]) {
 }
 
 /* from the climbed ways into all other branches; angles go to their rows; returns sum m x^2 */
-static lanes twist_spread(const struct pend_laplacian *laplacian, struct twist w, masks at, double *row[]) {
+static lanes twist_spread(const struct pend_laplacian *laplacian, struct twist w, masks at,
+                          double *row[]) {
     const int *end = laplacian->end;
     lanes total = {0}, sum = {0}, theta[WIDTH];
     int n = laplacian->n, whole = n - n % WIDTH;
@@ -251,7 +269,8 @@ static lanes twist_spread(const struct pend_laplacian *laplacian, struct twist w
         lanes x = w.tip[k], y = w.above[k];
         if (k) {
             masks climbed = (at >= k) & (at < end[k]);
-            lanes t = w.t[k], pull = w.tip[laplacian->parent[k]] * kernel_inverse((t + spring) + spring * KERNEL_TINY);
+            lanes t = w.t[k], pull = w.tip[laplacian->parent[k]] *
+                                     kernel_inverse((t + spring) + spring * KERNEL_TINY);
             x = kernel_pick(climbed, x, pull * spring);
             y = kernel_pick(climbed, y, -pull * t);
             w.tip[k] = x;
@@ -280,8 +299,8 @@ static void twist_tips(int n, struct twist w, lanes scale, double *row[]) {
         for (int i = 0; i < WIDTH; i++) row[i][k] = w.tip[k][i] * scale[i];
 }
 
-static void kernel_vectors(const struct pend_laplacian *laplacian, const double value[], int lead, double work[],
-                           double *vector[], double *tip[]) {
+static void kernel_vectors(const struct pend_laplacian *laplacian, const double value[], int lead,
+                           double work[], double *vector[], double *tip[]) {
     size_t n = (size_t)laplacian->n;
     lanes shift, *room = (lanes *)work;
     struct twist w = {room, room + n, room + 2 * n};
@@ -298,9 +317,10 @@ static void kernel_vectors(const struct pend_laplacian *laplacian, const double 
 }
 
 /* kernel_fine */
-void KERNEL_NAME(pend_modes_refine_for_)(const struct pend_laplacian *laplacian, const double value[], int lead,
-                                       double work[], double *vector[], double *tip[]);
+void KERNEL_NAME(pend_modes_refine_for_)(const struct pend_laplacian *laplacian,
+                                         const double value[], int lead, double work[],
+                                         double *vector[], double *tip[]);
 
 const struct pend_modes_kernel KERNEL_NAME(pend_modes_kernel_for_);
-const struct pend_modes_kernel KERNEL_NAME(pend_modes_kernel_for_) = {WIDTH, kernel_probe, kernel_vectors,
-                                                                      KERNEL_NAME(pend_modes_refine_for_)};
+const struct pend_modes_kernel KERNEL_NAME(pend_modes_kernel_for_) = {
+    WIDTH, kernel_probe, kernel_vectors, KERNEL_NAME(pend_modes_refine_for_)};

@@ -32,7 +32,8 @@ enum { FINE_ROUNDS = 5 };
 /* The arrays of the twisted factorization, as in kernel_modes. */
 struct fine {
     num *t;     /* pivot from below, without the node's own spring */
-    num *above; /* what pulls from above; before, the sums over earlier siblings; then, in .high, x - x_parent */
+    num *above; /* what pulls from above; before, the sums over earlier siblings; then, in .high, x
+                   - x_parent */
     num *tip;   /* sums over later siblings; then 1 / (u + c); then x */
 };
 
@@ -44,7 +45,9 @@ VEC_INLINE num fine_pivot(num t, double spring) {
 }
 
 /* c t / (t + c) */
-VEC_INLINE num fine_pull(num t, double spring) { return num_div(num_mul(t, num_of(spring)), fine_pivot(t, spring)); }
+VEC_INLINE num fine_pull(num t, double spring) {
+    return num_div(num_mul(t, num_of(spring)), fine_pivot(t, spring));
+}
 
 /* leaves inwards */
 static void fine_up(const struct pend_laplacian *laplacian, num minus_shift, struct fine w) {
@@ -65,7 +68,8 @@ static void fine_up(const struct pend_laplacian *laplacian, num minus_shift, str
 }
 
 /* root outwards; returns the node with the smallest |gamma| / m of every lane, and gamma there */
-static masks fine_down(const struct pend_laplacian *laplacian, num minus_shift, struct fine w, vec *gamma) {
+static masks fine_down(const struct pend_laplacian *laplacian, num minus_shift, struct fine w,
+                       vec *gamma) {
     vec least = vec_of(INFINITY), least_mass = vec_of(1);
     masks at = {0};
     w.above[0] = num_of(laplacian->spring[0]);
@@ -74,7 +78,8 @@ static masks fine_down(const struct pend_laplacian *laplacian, num minus_shift, 
         if (k) {
             /* everything at the parent but this branch */
             int p = laplacian->parent[k];
-            num u = num_fma(minus_shift, num_of(laplacian->mass[p]), w.above[p]), earlier = num_of(0);
+            num u = num_fma(minus_shift, num_of(laplacian->mass[p]), w.above[p]),
+                earlier = num_of(0);
             if (k > p + 1) {
                 earlier = w.above[k];
                 u = num_add(u, earlier);
@@ -86,7 +91,8 @@ static masks fine_down(const struct pend_laplacian *laplacian, num minus_shift, 
             w.tip[k] = num_div(num_of(1), fine_pivot(u, spring));
             w.above[k] = num_mul(num_mul(u, w.tip[k]), num_of(spring));
         }
-        vec here = num_add(w.t[k], w.above[k]).high, size = vec_pick((masks)(here < 0), -here, here);
+        vec here = num_add(w.t[k], w.above[k]).high,
+            size = vec_pick((masks)(here < 0), -here, here);
         masks less = (masks)(size * least_mass < least * mass);
         least = vec_pick(less, size, least);
         least_mass = vec_pick(less, vec_of(mass), least_mass);
@@ -110,7 +116,8 @@ static void fine_climb(const struct pend_laplacian *laplacian, struct fine w, ma
 }
 
 /* from the climbed ways into all other branches; angles go to their rows; returns sum m x^2 */
-static vec fine_spread(const struct pend_laplacian *laplacian, struct fine w, masks at, double *row[]) {
+static vec fine_spread(const struct pend_laplacian *laplacian, struct fine w, masks at,
+                       double *row[]) {
     vec total = {0};
     for (int k = 0; k < laplacian->n; k++) {
         double spring = laplacian->spring[k];
@@ -127,10 +134,12 @@ static vec fine_spread(const struct pend_laplacian *laplacian, struct fine w, ma
     return total;
 }
 
-void KERNEL_NAME(pend_modes_refine_for_)(const struct pend_laplacian *laplacian, const double value[], int lead,
-                                       double work[], double *vector[], double *tip[]);
-void KERNEL_NAME(pend_modes_refine_for_)(const struct pend_laplacian *laplacian, const double value[], int lead,
-                                       double work[], double *vector[], double *tip[]) {
+void KERNEL_NAME(pend_modes_refine_for_)(const struct pend_laplacian *laplacian,
+                                         const double value[], int lead, double work[],
+                                         double *vector[], double *tip[]);
+void KERNEL_NAME(pend_modes_refine_for_)(const struct pend_laplacian *laplacian,
+                                         const double value[], int lead, double work[],
+                                         double *vector[], double *tip[]) {
     size_t n = (size_t)laplacian->n;
     struct fine w = {(num *)work, (num *)work + n, (num *)work + 2 * n};
     num minus_shift = num_of(0);
@@ -145,7 +154,8 @@ void KERNEL_NAME(pend_modes_refine_for_)(const struct pend_laplacian *laplacian,
         /* Rayleigh's quotient: the residual is gamma, at the twist alone, where x is 1 */
         num step = num_of(0);
         step.high = -gamma / square;
-        for (int i = 0; i < WIDTH; i++) enough &= !(fabs(step.high[i]) > FINE_ENOUGH * fabs(value[i]));
+        for (int i = 0; i < WIDTH; i++)
+            enough &= !(fabs(step.high[i]) > FINE_ENOUGH * fabs(value[i]));
         minus_shift = num_add(minus_shift, step);
         if (enough) break;
     }

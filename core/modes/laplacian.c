@@ -11,8 +11,8 @@ struct laplacian_block {
 enum pend_status pend_laplacian_alloc(struct pend_laplacian **laplacian, int n) {
     *laplacian = NULL;
     size_t count = (size_t)n;
-    struct laplacian_block *block =
-        malloc(sizeof *block + count * (3 * sizeof(double) + 2 * sizeof(int) + sizeof(unsigned char)));
+    struct laplacian_block *block = malloc(
+        sizeof *block + count * (3 * sizeof(double) + 2 * sizeof(int) + sizeof(unsigned char)));
     if (!block) return PEND_NO_MEMORY;
     int *numbers = (int *)(block->data + 3 * count);
     block->laplacian = (struct pend_laplacian){.n = n,
@@ -34,13 +34,17 @@ void pend_laplacian_free(struct pend_laplacian **laplacian) {
 void pend_laplacian_close(struct pend_laplacian *laplacian) {
     int n = laplacian->n;
     const int *parent = laplacian->parent, *end = laplacian->end;
-    /* the trace of L^-1 M is l_tot/g: no eigenvalue is below 1 over the sum of the masses carried over the springs */
-    double trace = 0, most = 0, carried[PEND_LAPLACIAN_STACK + 1], springs[PEND_LAPLACIAN_STACK + 1];
+    /* the trace of L^-1 M is l_tot/g: no eigenvalue is below 1 over the sum of the masses
+     * carried over the springs */
+    double trace = 0, most = 0, carried[PEND_LAPLACIAN_STACK + 1],
+           springs[PEND_LAPLACIAN_STACK + 1];
     int top = 0, height[PEND_LAPLACIAN_STACK + 1], tall = 0;
     for (int k = n - 1; k >= 0; k--) {
         int leaf = end[k] == k + 1, next = k && end[k] != end[parent[k]];
-        laplacian->turn[k] = (unsigned char)((leaf ? PEND_TURN_LEAF : 0) | (next ? PEND_TURN_NEXT : 0));
-        double mass = leaf ? 0 : carried[top], around = leaf ? 0 : springs[top], spring = fabs(laplacian->spring[k]);
+        laplacian->turn[k] =
+            (unsigned char)((leaf ? PEND_TURN_LEAF : 0) | (next ? PEND_TURN_NEXT : 0));
+        double mass = leaf ? 0 : carried[top], around = leaf ? 0 : springs[top],
+               spring = fabs(laplacian->spring[k]);
         tall = leaf ? 1 : height[top] + 1;
         top -= !leaf;
         mass += laplacian->mass[k];
@@ -57,7 +61,8 @@ void pend_laplacian_close(struct pend_laplacian *laplacian) {
     laplacian->most = (1 + 1e-9) * most;
 }
 
-double pend_laplacian_spring(const struct pend_tree *tree, double gravity, const unsigned char up[], int k) {
+double pend_laplacian_spring(const struct pend_tree *tree, double gravity, const unsigned char up[],
+                             int k) {
     double spring = gravity * tree->subtree_mass[k] / tree->len[k];
     return up && up[k] ? -spring : spring;
 }

@@ -1,15 +1,19 @@
-/* The linearization in tip displacements, diag(m) x'' + L x = 0: a weighted tree that is tied to the pivot.
- * Leaves to others: eigenvalues and vectors (modes_values, modes_vectors), merged branches (modes_symmetry).
+/* The linearization in tip displacements, diag(m) x'' + L x = 0: a weighted tree that is tied to
+ * the pivot.
+ * Leaves to others: eigenvalues and vectors (modes_values, modes_vectors), merged branches
+ * (modes_symmetry).
  * Invariant: L is never assembled; parent[k] < k, and of siblings the heaviest comes last. */
 #ifndef PEND_LAPLACIAN_H
 #define PEND_LAPLACIAN_H
 
 #include "core/tree/tree.h"
 
-/* How the sweep from the leaves inwards meets a node: does it begin there, and is it the first of its siblings? */
+/* How the sweep from the leaves inwards meets a node: does it begin there, and is it the first
+ * of its siblings? */
 enum { PEND_TURN_LEAF = 1, PEND_TURN_NEXT = 2 };
 
-/* Deepest stack of a sweep: a node left waiting has at most half the arms of the one below it on the stack. */
+/* Deepest stack of a sweep: a node left waiting has at most half the arms of the one below it on
+ * the stack. */
 enum { PEND_LAPLACIAN_STACK = 34 };
 
 /* All arrays have n entries, one owner and one block. L = S^-T diag(spring) S^-1. */
@@ -25,7 +29,8 @@ struct pend_laplacian {
 };
 
 /**
- * Room for n nodes; the caller fills spring, mass, len, parent and end, then calls pend_laplacian_close.
+ * Room for n nodes; the caller fills spring, mass, len, parent and end, then calls
+ * pend_laplacian_close.
  *
  * PEND_NO_MEMORY
  */
@@ -42,6 +47,7 @@ void pend_laplacian_free(struct pend_laplacian **laplacian);
  * k   stored number of the arm.
  * up  n flags in stored order, non-zero where the arm stands up; NULL when all hang.
  */
-double pend_laplacian_spring(const struct pend_tree *tree, double gravity, const unsigned char up[], int k);
+double pend_laplacian_spring(const struct pend_tree *tree, double gravity, const unsigned char up[],
+                             int k);
 
 #endif

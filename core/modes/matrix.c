@@ -4,13 +4,16 @@
 
 static double matrix_sign(const unsigned char up[], int k) { return up && up[k] ? -1 : 1; }
 
-/* g/l_j (B^T diag(1/m) B)_jk (S^T m)_k: an arm meets itself, the arm it hangs on, those that hang on it, its siblings
+/* g/l_j (B^T diag(1/m) B)_jk (S^T m)_k: an arm meets itself, the arm it hangs on, those that hang
+ * on it, its siblings
  */
-static void matrix_row_a(const struct pend_tree *tree, double gravity, double sign, int j, double row[]) {
+static void matrix_row_a(const struct pend_tree *tree, double gravity, double sign, int j,
+                         double row[]) {
     int p = tree->parent[j];
     double scale = sign * gravity / tree->len[j], own = scale / tree->mass[j],
            at_base = p < 0 ? 0 : scale / tree->mass[p];
-    for (int c = j + 1; c < tree->end[j]; c = tree->end[c]) row[tree->order[c]] = -own * tree->subtree_mass[c];
+    for (int c = j + 1; c < tree->end[j]; c = tree->end[c])
+        row[tree->order[c]] = -own * tree->subtree_mass[c];
     for (int c = p + 1; p >= 0 && c < tree->end[p]; c = tree->end[c])
         row[tree->order[c]] = at_base * tree->subtree_mass[c];
     if (p >= 0) row[tree->order[p]] = -at_base * tree->subtree_mass[p];
@@ -18,7 +21,8 @@ static void matrix_row_a(const struct pend_tree *tree, double gravity, double si
 }
 
 /* l_j l_k times the mass that both carry */
-static void matrix_row_m(const struct pend_tree *tree, const unsigned char up[], int j, double row[]) {
+static void matrix_row_m(const struct pend_tree *tree, const unsigned char up[], int j,
+                         double row[]) {
     double own = matrix_sign(up, j) * tree->len[j];
     for (int k = j; k < tree->end[j]; k++)
         row[tree->order[k]] = own * matrix_sign(up, k) * tree->len[k] * tree->subtree_mass[k];
@@ -26,8 +30,8 @@ static void matrix_row_m(const struct pend_tree *tree, const unsigned char up[],
         row[tree->order[k]] = own * matrix_sign(up, k) * tree->len[k] * tree->subtree_mass[j];
 }
 
-void pend_matrix_row(const struct pend_tree *tree, double gravity, const unsigned char up[], enum pend_matrix which,
-                     int arm, double row[]) {
+void pend_matrix_row(const struct pend_tree *tree, double gravity, const unsigned char up[],
+                     enum pend_matrix which, int arm, double row[]) {
     int j = tree->place[arm];
     memset(row, 0, (size_t)tree->n * sizeof *row);
     switch (which) {

@@ -1,4 +1,5 @@
-/* Rows of the paper's matrices about an equilibrium: A of the linearization, the mass matrix M, S and B.
+/* Rows of the paper's matrices about an equilibrium: A of the linearization, the mass matrix M,
+ * S and B.
  * Leaves to others: whole matrices of any motion (reference), of the tree alone (tree).
  * Invariant: no entry is the small difference of large ones; arms are in the caller's order. */
 #ifndef PEND_MATRIX_H
@@ -11,9 +12,9 @@ enum pend_matrix { PEND_MATRIX_A, PEND_MATRIX_M, PEND_MATRIX_S, PEND_MATRIX_B, P
 /**
  * A row of a matrix.
  *
- * With s_k = 1 where arm k hangs and -1 where it stands, theta'' = -A theta about that equilibrium has
- * A = diag(s) g Re(0)^-1 diag(l (S^T m)), and M = diag(s) Re(0) diag(s) is Re of its angles. Re(0)^-1 is a product of
- * B, 1/m and 1/l, so that all entries are known at once.
+ * With s_k = 1 where arm k hangs and -1 where it stands, theta'' = -A theta about that equilibrium
+ * has A = diag(s) g Re(0)^-1 diag(l (S^T m)), and M = diag(s) Re(0) diag(s) is Re of its angles.
+ * Re(0)^-1 is a product of B, 1/m and 1/l, so that all entries are known at once.
  *
  * gravity  m/s^2; for A only.
  * up       n flags in stored order, non-zero where an arm stands; NULL when all hang.
@@ -22,7 +23,7 @@ enum pend_matrix { PEND_MATRIX_A, PEND_MATRIX_M, PEND_MATRIX_S, PEND_MATRIX_B, P
  *
  * O(n).
  */
-void pend_matrix_row(const struct pend_tree *tree, double gravity, const unsigned char up[], enum pend_matrix which,
-                     int arm, double row[]);
+void pend_matrix_row(const struct pend_tree *tree, double gravity, const unsigned char up[],
+                     enum pend_matrix which, int arm, double row[]);
 
 #endif

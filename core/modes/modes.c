@@ -9,12 +9,12 @@
 #include "core/modes/modes_store.h"
 #include "core/modes/modes_vectors.h"
 
-/* frequencies that agree to this, relatively, are one multiple frequency: eigenvalues are good to a few units of the
- * last place */
+/* frequencies that agree to this, relatively, are one multiple frequency: eigenvalues are good
+ * to a few units of the last place */
 #define MODES_MULTIPLE 2e-15
 
-/* (rad/s)^2, within which the squares of the frequencies are computed: beyond, sums and quotients on the way would not
- * be numbers any more, or lose digits */
+/* (rad/s)^2, within which the squares of the frequencies are computed: beyond, sums and
+ * quotients on the way would not be numbers any more, or lose digits */
 #define MODES_LEAST 1e-300
 #define MODES_MOST 1e300
 
@@ -32,24 +32,34 @@ struct mode {
 };
 
 /* what is to be done next; the order is the order of work */
-enum phase { PHASE_VALUES, PHASE_ROWS, PHASE_VECTORS, PHASE_SPREAD, PHASE_STAND, PHASE_BASES, PHASE_SCALE, PHASE_DONE };
+enum phase {
+    PHASE_VALUES,
+    PHASE_ROWS,
+    PHASE_VECTORS,
+    PHASE_SPREAD,
+    PHASE_STAND,
+    PHASE_BASES,
+    PHASE_SCALE,
+    PHASE_DONE
+};
 
 struct pend_modes_search {
     struct pend_modes_request request;
     const struct pend_tree *tree;
     struct pend_spectrum *spectrum;
     enum phase phase;
-    int part;      /* PHASE_VALUES: under way */
-    int *first;    /* for each part, where its values begin in value[]; one more entry ends the last */
+    int part;   /* PHASE_VALUES: under way */
+    int *first; /* for each part, where its values begin in value[]; one more entry ends the last */
     int *number;   /* for each part, the number of the first computed */
     double *value; /* the values computed, signed, ascending in each part */
     struct mode *mode;
     int mode_count;
     int below;      /* number of modes below those computed */
-    int drop, keep; /* rows computed only since they belong to a multiple frequency: before the others, and where the
-                       others end */
+    int drop, keep; /* rows computed only since they belong to a multiple frequency: before the
+                       others, and where the others end */
     struct pend_modes *modes;
-    int *lead;   /* for each row, the first arm that moves, the caller's number; -1 where that is not known */
+    int *lead; /* for each row, the first arm that moves, the caller's number; -1 where that is not
+                  known */
     int at, end; /* PHASE_VECTORS, _SPREAD: the run of modes of one part */
     int low;     /* index of the first vector of that run */
     int row;     /* PHASE_SPREAD: how many occurrences are done; from PHASE_STAND on: next row */
@@ -57,37 +67,44 @@ struct pend_modes_search {
     double **vector, *room;
 };
 
-static enum pend_status modes_check(const struct pend_modes_request *r, int n, struct pend_error *error) {
+static enum pend_status modes_check(const struct pend_modes_request *r, int n,
+                                    struct pend_error *error) {
     if (!(r->gravity > 0 && isfinite(r->gravity)))
-        return pend_fail(error, PEND_INVALID, -1, 0, "gravity must be a finite number greater than 0, got %.17g",
-                         r->gravity);
-    int first = r->select == PEND_SELECT_NUMBERS ? r->first : 0, counted = r->select != PEND_SELECT_ALL;
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "gravity must be a finite number greater than 0, got %.17g", r->gravity);
+    int first = r->select == PEND_SELECT_NUMBERS ? r->first : 0,
+        counted = r->select != PEND_SELECT_ALL;
     if (r->select == PEND_SELECT_BETWEEN) counted = 0;
     if (counted && !(first >= 0 && first < n && r->count >= 1 && r->count <= n - first))
-        return pend_fail(error, PEND_INVALID, -1, 0, "the number of modes must be 1 to %d, the number of arms, got %d",
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "the number of modes must be 1 to %d, the number of arms, got %d",
                          n - first, r->count);
     if (r->select == PEND_SELECT_BETWEEN && !(r->from <= r->to))
-        return pend_fail(error, PEND_INVALID, -1, 0, "the interval's end %.17g must not be below its begin %.17g",
-                         r->to, r->from);
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "the interval's end %.17g must not be below its begin %.17g", r->to,
+                         r->from);
     return PEND_OK;
 }
 
-/* do the squares of the frequencies, and what is between, lie well within the numbers that there are? */
-static enum pend_status modes_check_range(const struct pend_spectrum *spectrum, struct pend_error *error) {
+/* do the squares of the frequencies, and what is between, lie well within the numbers that there
+ * are? */
+static enum pend_status modes_check_range(const struct pend_spectrum *spectrum,
+                                          struct pend_error *error) {
     if (spectrum->least >= MODES_LEAST && spectrum->most <= MODES_MOST) return PEND_OK;
-    return pend_fail(
-        error, PEND_INVALID, -1, 0,
-        "lengths, masses and gravity are too far apart: the squares of the frequencies lie between %.3g and "
-        "%.3g (rad/s)^2, and only from %.0g to %.0g can they be found",
-        fmax(spectrum->least, 0), fmin(spectrum->most, DBL_MAX), MODES_LEAST, MODES_MOST);
+    return pend_fail(error, PEND_INVALID, -1, 0,
+                     "lengths, masses and gravity are too far apart: the squares of the "
+                     "frequencies lie between %.3g and "
+                     "%.3g (rad/s)^2, and only from %.0g to %.0g can they be found",
+                     fmax(spectrum->least, 0), fmin(spectrum->most, DBL_MAX), MODES_LEAST,
+                     MODES_MOST);
 }
 
 static double modes_signed_square(double omega) { return omega * fabs(omega); }
 
 static double modes_omega(double value) { return copysign(sqrt(fabs(value)), value); }
 
-/* Every selection becomes numbers, first .. first + count - 1. The ends of an interval give way by two units of the
- * last place, so that a mode that was told is found again. */
+/* Every selection becomes numbers, first .. first + count - 1. The ends of an interval give way
+ * by two units of the last place, so that a mode that was told is found again. */
 static void modes_numbers(struct pend_modes_search *s) {
     struct pend_modes_request *r = &s->request;
     if (r->select == PEND_SELECT_BETWEEN) {
@@ -104,7 +121,8 @@ static void modes_numbers(struct pend_modes_search *s) {
 }
 
 /* the numbers first .. end - 1 of a part's eigenvalues that lie between the cuts */
-static void modes_range(const struct pend_modes_search *s, int part, const double cut[2], int *first, int *end) {
+static void modes_range(const struct pend_modes_search *s, int part, const double cut[2],
+                        int *first, int *end) {
     const struct pend_laplacian *l = s->spectrum->part[part];
     const struct pend_modes_request *r = &s->request;
     /* numbers are known without counting where there is one part, or all are wanted, or none */
@@ -149,7 +167,8 @@ static void modes_part_begin(struct pend_modes_search *s) {
         return;
     }
     int count = s->first[s->part + 1] - s->first[s->part];
-    pend_spectrum_search(s->spectrum, s->part, s->number[s->part], count, s->value + s->first[s->part]);
+    pend_spectrum_search(s->spectrum, s->part, s->number[s->part], count,
+                         s->value + s->first[s->part]);
 }
 
 static enum pend_status modes_values(struct pend_modes_search *s) {
@@ -183,14 +202,16 @@ static int modes_times(const struct pend_modes_search *s, const struct mode *mod
 /* puts the modes computed in ascending order and numbers their rows */
 static void modes_count_rows(struct pend_modes_search *s) {
     int rows = 0;
-    if (s->spectrum->symmetry->part_count > 1) qsort(s->mode, (size_t)s->mode_count, sizeof *s->mode, modes_by_value);
+    if (s->spectrum->symmetry->part_count > 1)
+        qsort(s->mode, (size_t)s->mode_count, sizeof *s->mode, modes_by_value);
     for (int i = 0; i < s->mode_count; i++) {
         s->mode[i].row = rows;
         rows += modes_times(s, &s->mode[i]);
     }
 }
 
-/* the first and the last of the modes that a row belongs to, going back or forth inside a multiple frequency */
+/* the first and the last of the modes that a row belongs to, going back or forth inside a
+ * multiple frequency */
 static int modes_extend(const struct pend_modes_search *s, int i, int by) {
     while (s->request.vectors && i + by >= 0 && i + by < s->mode_count) {
         double omega = modes_omega(s->mode[i].value), next = modes_omega(s->mode[i + by].value);
@@ -200,11 +221,12 @@ static int modes_extend(const struct pend_modes_search *s, int i, int by) {
     return i;
 }
 
-/* The rows that are wanted, begin .. end - 1 of those computed, become the rows of the result, and with them, for the
- * time being, all others of multiple frequencies that the selection cuts. */
+/* The rows that are wanted, begin .. end - 1 of those computed, become the rows of the result,
+ * and with them, for the time being, all others of multiple frequencies that the selection cuts. */
 static enum pend_status modes_rows(struct pend_modes_search *s) {
     const struct pend_modes_request *r = &s->request;
-    int begin = (r->count ? r->first : s->below) - s->below, end = begin + r->count, low = 0, high = s->mode_count;
+    int begin = (r->count ? r->first : s->below) - s->below, end = begin + r->count, low = 0,
+        high = s->mode_count;
     modes_count_rows(s);
     /* the modes that have these rows */
     while (low < high && s->mode[low].row + modes_times(s, &s->mode[low]) <= begin) low++;
@@ -264,11 +286,12 @@ static enum pend_status modes_run_begin(struct pend_modes_search *s) {
     /* a tree without like branches has its vectors written in place */
     if (!whole) s->room = malloc(count * (size_t)n * sizeof *s->room);
     if (!s->vector || (!whole && !s->room)) return PEND_NO_MEMORY;
-    for (size_t i = 0; i < count; i++) s->vector[i] = (whole ? s->modes->vector : s->room) + i * (size_t)n;
+    for (size_t i = 0; i < count; i++)
+        s->vector[i] = (whole ? s->modes->vector : s->room) + i * (size_t)n;
     const double *value = s->value + s->first[part] + s->low;
     s->phase = PHASE_VECTORS;
-    return pend_vectors_new(&s->vectors, spectrum->part[part], (int)count, value, whole ? spectrum->lead : 0,
-                            s->vector);
+    return pend_vectors_new(&s->vectors, spectrum->part[part], (int)count, value,
+                            whole ? spectrum->lead : 0, s->vector);
 }
 
 static enum pend_status modes_vectors(struct pend_modes_search *s) {
@@ -282,7 +305,8 @@ static enum pend_status modes_vectors(struct pend_modes_search *s) {
     return PEND_OK;
 }
 
-/* occurrences of one mode over the whole tree; then the next mode, and after the last one the next part */
+/* occurrences of one mode over the whole tree; then the next mode, and after the last one the
+ * next part */
 static enum pend_status modes_spread(struct pend_modes_search *s) {
     const struct mode *mode = &s->mode[s->at];
     int times = modes_times(s, mode), n = s->spectrum->part[mode->part]->n;
@@ -291,15 +315,17 @@ static enum pend_status modes_spread(struct pend_modes_search *s) {
     for (int k = 0; k < n; k++) largest = fabs(angle[k]) > largest ? fabs(angle[k]) : largest;
     for (int piece = 0; piece < MODES_PIECE && s->row < times; piece++, s->row++) {
         int row = mode->row + s->row;
-        s->lead[row] = pend_symmetry_spread(s->spectrum->symmetry, mode->part, s->row, angle, PEND_MODES_ZERO * largest,
-                                            s->spectrum->place, s->modes->vector + (size_t)row * (size_t)s->tree->n);
+        s->lead[row] = pend_symmetry_spread(s->spectrum->symmetry, mode->part, s->row, angle,
+                                            PEND_MODES_ZERO * largest, s->spectrum->place,
+                                            s->modes->vector + (size_t)row * (size_t)s->tree->n);
     }
     if (s->row < times) return PEND_OK;
     s->row = 0;
     return ++s->at == s->end ? modes_run_begin(s) : PEND_OK;
 }
 
-/* an angle so far is a displacement to the right over a length; a standing arm turns the other way */
+/* an angle so far is a displacement to the right over a length; a standing arm turns the other
+ * way */
 static void modes_stand(struct pend_modes_search *s) {
     for (int piece = 0; piece < MODES_PIECE && s->row < s->modes->count; piece++, s->row++) {
         double *x = s->modes->vector + (size_t)s->row * (size_t)s->tree->n;
@@ -310,7 +336,8 @@ static void modes_stand(struct pend_modes_search *s) {
     s->row = 0;
 }
 
-/* about hanging omega^2 = sum g l W theta^2 for a vector of mass norm 1, so no angle exceeds omega times this */
+/* about hanging omega^2 = sum g l W theta^2 for a vector of mass norm 1, so no angle exceeds
+ * omega times this */
 static double modes_bound(const struct pend_modes_search *s) {
     double least = INFINITY;
     for (int k = 0; k < s->tree->n; k++)
@@ -340,8 +367,11 @@ static void modes_scale(struct pend_modes_search *s) {
         modes->norm[s->row] = 1;
         int *lead = &s->lead[s->row];
         /* the kernel made the first entry positive; is it certainly not zero? */
-        if (*lead < 0 && bound > 0 && x[s->tree->place[0]] > PEND_MODES_ZERO * bound * modes->omega[s->row]) *lead = 0;
-        if (*lead >= 0 && x[s->tree->place[*lead]] > 0 && r->normalize == PEND_NORMALIZE_MASS) continue;
+        if (*lead < 0 && bound > 0 &&
+            x[s->tree->place[0]] > PEND_MODES_ZERO * bound * modes->omega[s->row])
+            *lead = 0;
+        if (*lead >= 0 && x[s->tree->place[*lead]] > 0 && r->normalize == PEND_NORMALIZE_MASS)
+            continue;
         pend_modes_scale(modes, s->tree, s->row, r->normalize, *lead);
     }
     if (s->row == modes->count) s->phase = PHASE_DONE;
@@ -389,8 +419,10 @@ static enum pend_status modes_fail(enum pend_status status, int n, struct pend_e
     return pend_fail(error, status, -1, 0, "%s: the modes of %d arms", pend_status_text(status), n);
 }
 
-enum pend_status pend_modes_search_new(struct pend_modes_search **search, const struct pend_tree *tree,
-                                       const struct pend_modes_request *request, struct pend_error *error) {
+enum pend_status pend_modes_search_new(struct pend_modes_search **search,
+                                       const struct pend_tree *tree,
+                                       const struct pend_modes_request *request,
+                                       struct pend_error *error) {
     *search = NULL;
     PEND_TRY(modes_check(request, tree->n, error));
     struct pend_modes_search *s = *search = calloc(1, sizeof *s);
@@ -411,14 +443,18 @@ out:
     return status ? modes_fail(status, tree->n, error) : PEND_OK;
 }
 
-int pend_modes_search_count(const struct pend_modes_search *search) { return search->request.count; }
+int pend_modes_search_count(const struct pend_modes_search *search) {
+    return search->request.count;
+}
 
-enum pend_status pend_modes_search_step(struct pend_modes_search *search, int *done, struct pend_error *error) {
+enum pend_status pend_modes_search_step(struct pend_modes_search *search, int *done,
+                                        struct pend_error *error) {
     const struct pend_spectrum *spectrum = search->spectrum;
     enum pend_status status = modes_step(search);
     if (status == PEND_NO_CONVERGENCE && !(spectrum->most < MODES_FAR * spectrum->least))
         return pend_fail(error, PEND_NOT_FINITE, -1, 0,
-                         "lengths and masses are too far apart: no modes of %d arms were found that are orthogonal",
+                         "lengths and masses are too far apart: no modes of %d arms were found "
+                         "that are orthogonal",
                          search->tree->n);
     if (status) return modes_fail(status, search->tree->n, error);
     *done = search->phase == PHASE_DONE;
@@ -449,12 +485,14 @@ void pend_modes_search_free(struct pend_modes_search **search) {
 }
 
 double pend_modes_cost(int n, int count, int vectors) {
-    /* 4.4 sweeps an eigenvalue of 1 ns an arm; a vector costs about 8, more where the vectors leave the cache */
+    /* 4.4 sweeps an eigenvalue of 1 ns an arm; a vector costs about 8, more where the vectors
+     * leave the cache */
     return 1e-9 * n * (count + 20.0) * (vectors ? 20 : 5.5);
 }
 
 enum pend_status pend_modes_select(struct pend_modes **modes, const struct pend_tree *tree,
-                                   const struct pend_modes_request *request, struct pend_error *error) {
+                                   const struct pend_modes_request *request,
+                                   struct pend_error *error) {
     struct pend_modes_search *search;
     *modes = NULL;
     enum pend_status status = pend_modes_search_new(&search, tree, request, error);
@@ -464,8 +502,8 @@ enum pend_status pend_modes_select(struct pend_modes **modes, const struct pend_
     return status;
 }
 
-enum pend_status pend_modes_new(struct pend_modes **modes, const struct pend_tree *tree, double gravity, int vectors,
-                                struct pend_error *error) {
+enum pend_status pend_modes_new(struct pend_modes **modes, const struct pend_tree *tree,
+                                double gravity, int vectors, struct pend_error *error) {
     struct pend_modes_request request = {.gravity = gravity, .vectors = vectors};
     return pend_modes_select(modes, tree, &request, error);
 }

@@ -1,6 +1,8 @@
-/* Eigenfrequencies and eigenmodes of the linearization about an equilibrium, theta'' = -A theta (lin) about hanging.
+/* Eigenfrequencies and eigenmodes of the linearization about an equilibrium, theta'' = -A theta
+ * (lin) about hanging.
  * Leaves to others: drawing and time (method_linear, api).
- * Invariant: omega ascending; vectors orthogonal in the mass inner product, in the tree's stored order. */
+ * Invariant: omega ascending; vectors orthogonal in the mass inner product, in the tree's stored
+ * order. */
 #ifndef PEND_MODES_H
 #define PEND_MODES_H
 
@@ -19,12 +21,14 @@ struct pend_modes_request {
     double gravity; /* m/s^2, > 0 */
     int vectors;    /* non-zero to compute the eigenvectors too */
     enum pend_normalize normalize;
-    enum pend_select select; /* in ascending order of signed omega^2, so that modes that grow come first */
-    int count;               /* SLOWEST, FASTEST, NUMBERS: how many of the first, of the last, from number `first` on */
-    int first;               /* NUMBERS: from 0 */
-    double from, to;         /* BETWEEN: those with from <= omega <= to, to round-off; none is no error */
-    const unsigned char *up; /* n flags in stored order, non-zero where the arm stands up; NULL: all hang. theta is then
-                                the small deviation from that equilibrium. */
+    enum pend_select
+        select; /* in ascending order of signed omega^2, so that modes that grow come first */
+    int count; /* SLOWEST, FASTEST, NUMBERS: how many of the first, of the last, from number `first`
+                  on */
+    int first; /* NUMBERS: from 0 */
+    double from, to; /* BETWEEN: those with from <= omega <= to, to round-off; none is no error */
+    const unsigned char *up; /* n flags in stored order, non-zero where the arm stands up; NULL: all
+                                hang. theta is then the small deviation from that equilibrium. */
 };
 
 /* A search under way. */
@@ -33,24 +37,26 @@ struct pend_modes_search;
 /**
  * Begins to search for modes of a tree.
  *
- * No matrix is formed: in tip displacements the linearization is a weighted tree whose sweeps count the eigenvalues
- * below a shift, to full relative precision, and give the vectors (core/README.md). Branches that are alike are solved
- * once. No eigenvalue is 0, whichever arms stand; as many are negative as arms stand.
+ * No matrix is formed: in tip displacements the linearization is a weighted tree whose sweeps count
+ * the eigenvalues below a shift, to full relative precision, and give the vectors (core/README.md).
+ * Branches that are alike are solved once. No eigenvalue is 0, whichever arms stand; as many are
+ * negative as arms stand.
  *
- * Signs and bases are fixed, so that the same tree gives the same vectors: the first entry in the caller's order that
- * is not zero (PEND_MODES_ZERO) is positive, and the vectors of a multiple frequency are the one orthogonal basis in
- * which that entry comes later from vector to vector. A selection that cuts a multiple frequency of like branches has
- * some vectors of that basis.
+ * Signs and bases are fixed, so that the same tree gives the same vectors: the first entry in the
+ * caller's order that is not zero (PEND_MODES_ZERO) is positive, and the vectors of a multiple
+ * frequency are the one orthogonal basis in which that entry comes later from vector to vector. A
+ * selection that cuts a multiple frequency of like branches has some vectors of that basis.
  *
  * search   out; NULL on failure.
  * tree     must outlive the search, as request->up must; the rest of the request is copied.
  *
- * PEND_INVALID    gravity is not > 0, count not in 1 .. n, from > to or not a number, or the squares of the frequencies
- *                 may lie beyond what is computed with: below 1e-300 or above 1e300.
- * PEND_NO_MEMORY
- * O(n), O(n log n) at worst.
+ * PEND_INVALID    gravity is not > 0, count not in 1 .. n, from > to or not a number, or the
+ *                 squares of the frequencies may lie beyond what is computed with: below 1e-300 or
+ *                 above 1e300.
+ * PEND_NO_MEMORY O(n), O(n log n) at worst.
  */
-PEND_MUST_CHECK enum pend_status pend_modes_search_new(struct pend_modes_search **search, const struct pend_tree *tree,
+PEND_MUST_CHECK enum pend_status pend_modes_search_new(struct pend_modes_search **search,
+                                                       const struct pend_tree *tree,
                                                        const struct pend_modes_request *request,
                                                        struct pend_error *error);
 
@@ -58,8 +64,8 @@ PEND_MUST_CHECK enum pend_status pend_modes_search_new(struct pend_modes_search 
 int pend_modes_search_count(const struct pend_modes_search *search);
 
 /**
- * Searches on for a piece of work, of O(n) with about 64 sweeps over the tree, so that a caller can look after its
- * clock in between. In all O(count n) time; memory O(n), with vectors O(count n).
+ * Searches on for a piece of work, of O(n) with about 64 sweeps over the tree, so that a caller can
+ * look after its clock in between. In all O(count n) time; memory O(n), with vectors O(count n).
  *
  * done  set non-zero once all is found.
  *
@@ -81,11 +87,14 @@ void pend_modes_search_free(struct pend_modes_search **search);
 double pend_modes_cost(int n, int count, int vectors);
 
 /** A search from its beginning to its end. */
-PEND_MUST_CHECK enum pend_status pend_modes_select(struct pend_modes **modes, const struct pend_tree *tree,
-                                                   const struct pend_modes_request *request, struct pend_error *error);
+PEND_MUST_CHECK enum pend_status pend_modes_select(struct pend_modes **modes,
+                                                   const struct pend_tree *tree,
+                                                   const struct pend_modes_request *request,
+                                                   struct pend_error *error);
 
 /** All modes about hanging: pend_modes_select with the rest of the request 0. */
-PEND_MUST_CHECK enum pend_status pend_modes_new(struct pend_modes **modes, const struct pend_tree *tree, double gravity,
+PEND_MUST_CHECK enum pend_status pend_modes_new(struct pend_modes **modes,
+                                                const struct pend_tree *tree, double gravity,
                                                 int vectors, struct pend_error *error);
 
 #endif

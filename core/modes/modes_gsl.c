@@ -5,8 +5,8 @@
 
 #include <gsl/gsl_eigen.h>
 
-/* Memory of GSL's own objects comes from one block: workspaces are built by hand, since gsl_*_alloc calls the program's
- * error handler when memory is short. */
+/* Memory of GSL's own objects comes from one block: workspaces are built by hand, since
+ * gsl_*_alloc calls the program's error handler when memory is short. */
 struct gsl_room {
     gsl_matrix_view matrix, vector;
     gsl_vector_view value;
@@ -30,7 +30,8 @@ static struct gsl_room *gsl_room_new(int n) {
     return room;
 }
 
-/* K^{-1/2} Re(0) K^{-1/2}: for arms on one way out entry (j, k) of Re(0) is l_j l_k times the mass that both carry */
+/* K^{-1/2} Re(0) K^{-1/2}: for arms on one way out entry (j, k) of Re(0) is l_j l_k times the
+ * mass that both carry */
 static void gsl_fill(gsl_matrix *matrix, const struct pend_tree *tree, double gravity) {
     const double *len = tree->len, *carried = tree->subtree_mass;
     for (int k = 0; k < tree->n; k++)
@@ -42,44 +43,53 @@ static void gsl_fill(gsl_matrix *matrix, const struct pend_tree *tree, double gr
 }
 
 /* theta = K^{-1/2} u; lead: n ints of scratch */
-static void gsl_vectors(struct pend_modes *modes, const struct pend_tree *tree, double gravity, const gsl_matrix *u,
-                        double tips[], int lead[]) {
+static void gsl_vectors(struct pend_modes *modes, const struct pend_tree *tree, double gravity,
+                        const gsl_matrix *u, double tips[], int lead[]) {
     for (int mode = 0; mode < modes->n; mode++) {
         double *x = modes->vector + (size_t)mode * modes->n;
         for (int k = 0; k < modes->n; k++)
-            x[k] = gsl_matrix_get(u, (size_t)k, (size_t)mode) / sqrt(gravity * tree->len[k] * tree->subtree_mass[k]);
+            x[k] = gsl_matrix_get(u, (size_t)k, (size_t)mode) /
+                   sqrt(gravity * tree->len[k] * tree->subtree_mass[k]);
         double norm = pend_modes_mass_norm(tree, x, tips);
         for (int k = 0; k < modes->n; k++) x[k] /= norm;
         lead[mode] = -1;
     }
-    for (int mode = 0; mode < modes->n;) mode = pend_modes_basis(modes, tree, modes->n * 1e-15, mode, lead);
+    for (int mode = 0; mode < modes->n;)
+        mode = pend_modes_basis(modes, tree, modes->n * 1e-15, mode, lead);
     for (int mode = 0; mode < modes->n; mode++) {
-        modes->norm[mode] = pend_modes_mass_norm(tree, modes->vector + (size_t)mode * modes->n, tips);
+        modes->norm[mode] =
+            pend_modes_mass_norm(tree, modes->vector + (size_t)mode * modes->n, tips);
         pend_modes_scale(modes, tree, mode, PEND_NORMALIZE_MASS, -1);
     }
 }
 
-enum pend_status pend_modes_gsl_new(struct pend_modes **modes, const struct pend_tree *tree, double gravity,
-                                    int vectors, struct pend_error *error) {
+enum pend_status pend_modes_gsl_new(struct pend_modes **modes, const struct pend_tree *tree,
+                                    double gravity, int vectors, struct pend_error *error) {
     enum pend_status status = PEND_OK;
     struct gsl_room *room = NULL;
     *modes = NULL;
     if (!(gravity > 0 && isfinite(gravity)))
-        return pend_fail(error, PEND_INVALID, -1, 0, "gravity must be a finite number greater than 0, got %.17g",
-                         gravity);
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "gravity must be a finite number greater than 0, got %.17g", gravity);
     room = gsl_room_new(tree->n);
     if (!room || pend_modes_alloc(modes, tree->n, tree->n, vectors)) {
-        status = pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %d arms", tree->n);
+        status =
+            pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %d arms", tree->n);
         goto out;
     }
     gsl_fill(&room->matrix.matrix, tree, gravity);
-    if (gsl_eigen_symmv(&room->matrix.matrix, &room->value.vector, &room->vector.matrix, &room->work)) {
-        status = pend_fail(error, PEND_NO_CONVERGENCE, -1, 0, "the eigenvalues of %d arms did not converge", tree->n);
+    if (gsl_eigen_symmv(&room->matrix.matrix, &room->value.vector, &room->vector.matrix,
+                        &room->work)) {
+        status = pend_fail(error, PEND_NO_CONVERGENCE, -1, 0,
+                           "the eigenvalues of %d arms did not converge", tree->n);
         goto out;
     }
     gsl_eigen_symmv_sort(&room->value.vector, &room->vector.matrix, GSL_EIGEN_SORT_VAL_DESC);
-    for (int k = 0; k < tree->n; k++) (*modes)->omega[k] = 1 / sqrt(gsl_vector_get(&room->value.vector, (size_t)k));
-    if (vectors) gsl_vectors(*modes, tree, gravity, &room->vector.matrix, room->work.d, (int *)room->work.sd);
+    for (int k = 0; k < tree->n; k++)
+        (*modes)->omega[k] = 1 / sqrt(gsl_vector_get(&room->value.vector, (size_t)k));
+    if (vectors)
+        gsl_vectors(*modes, tree, gravity, &room->vector.matrix, room->work.d,
+                    (int *)room->work.sd);
 out:
     if (status) pend_modes_free(modes);
     free(room);

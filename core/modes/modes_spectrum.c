@@ -5,8 +5,8 @@
 
 enum { SPECTRUM_SHIFTS = 16, SPECTRUM_ROUNDS = 14 };
 
-enum pend_status pend_spectrum_new(struct pend_spectrum **spectrum, const struct pend_tree *tree, double gravity,
-                                   const unsigned char up[]) {
+enum pend_status pend_spectrum_new(struct pend_spectrum **spectrum, const struct pend_tree *tree,
+                                   double gravity, const unsigned char up[]) {
     enum pend_status status = PEND_NO_MEMORY;
     struct pend_spectrum *s = *spectrum = calloc(1, sizeof *s);
     if (!s) return PEND_NO_MEMORY;
@@ -42,7 +42,8 @@ void pend_spectrum_free(struct pend_spectrum **spectrum) {
     *spectrum = NULL;
 }
 
-void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const double shift[], int below[]) {
+void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const double shift[],
+                         int below[]) {
     const struct pend_modes_kernel *kernel = pend_modes_kernel();
     for (int i = 0; i < count; i++) below[i] = 0;
     for (int p = 0; p < spectrum->symmetry->part_count; p++) {
@@ -68,7 +69,8 @@ double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int a
     if (number <= 0) return -2 * spectrum->most;
     if (number >= spectrum->n) return 2 * spectrum->most;
     for (int round = 0; round < SPECTRUM_ROUNDS; round++) {
-        double at[SPECTRUM_SHIFTS], shift[SPECTRUM_SHIFTS], step = (hi - lo) / (SPECTRUM_SHIFTS - 1);
+        double at[SPECTRUM_SHIFTS], shift[SPECTRUM_SHIFTS],
+            step = (hi - lo) / (SPECTRUM_SHIFTS - 1);
         int below[SPECTRUM_SHIFTS], i = 0;
         for (int j = 0; j < SPECTRUM_SHIFTS; j++) {
             at[j] = j == SPECTRUM_SHIFTS - 1 ? hi : lo + j * step;
@@ -79,7 +81,8 @@ double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int a
         while (i < SPECTRUM_SHIFTS - 1 && below[i] < number) i++;
         if (i == 0 || below[i] == number) return shift[i];
         int slack = number / 8 + 8, more = below[i] - number, less = number - below[i - 1];
-        if (round == SPECTRUM_ROUNDS - 1 || (above ? more : less) <= slack) return shift[above ? i : i - 1];
+        if (round == SPECTRUM_ROUNDS - 1 || (above ? more : less) <= slack)
+            return shift[above ? i : i - 1];
         lo = at[negative ? SPECTRUM_SHIFTS - 1 - i : i - 1];
         hi = at[negative ? SPECTRUM_SHIFTS - i : i];
     }
@@ -100,7 +103,8 @@ static void spectrum_reverse(int count, double value[]) {
     }
 }
 
-void pend_spectrum_search(struct pend_spectrum *spectrum, int part, int first, int count, double value[]) {
+void pend_spectrum_search(struct pend_spectrum *spectrum, int part, int first, int count,
+                          double value[]) {
     struct pend_laplacian *l = spectrum->part[part];
     int split = spectrum->negative ? pend_values_below(l, 0) - first : 0;
     if (split < 0) split = 0;
@@ -111,7 +115,8 @@ void pend_spectrum_search(struct pend_spectrum *spectrum, int part, int first, i
 /* number i from below of L is number n - 1 - i of -L, where it is positive */
 static enum pend_status spectrum_begin(struct pend_search *s) {
     if (s->done)
-        return pend_values_new(&s->values, s->part, s->first + s->split, s->count - s->split, s->value + s->split);
+        return pend_values_new(&s->values, s->part, s->first + s->split, s->count - s->split,
+                               s->value + s->split);
     spectrum_negate(s->part);
     enum pend_status status =
         pend_values_new(&s->values, s->part, s->part->n - s->first - s->split, s->split, s->value);

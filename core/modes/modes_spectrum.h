@@ -1,4 +1,5 @@
-/* The spectrum of a whole tree: its parts (modes_symmetry) with their weighted trees, counted together.
+/* The spectrum of a whole tree: its parts (modes_symmetry) with their weighted trees, counted
+ * together.
  * Leaves to others: eigenvalues inside a part (modes_values), putting modes together (modes).
  * Invariant: eigenvalues are signed here, negative where the equilibrium gives way. */
 #ifndef PEND_MODES_SPECTRUM_H
@@ -7,7 +8,8 @@
 #include "core/modes/modes_symmetry.h"
 #include "core/modes/modes_values.h"
 
-/* The search for a part's eigenvalues: first those below 0, as positive ones of -L, then the others. */
+/* The search for a part's eigenvalues: first those below 0, as positive ones of -L, then the
+ * others. */
 struct pend_search {
     struct pend_laplacian *part;
     struct pend_values *values; /* NULL between the two */
@@ -34,16 +36,20 @@ struct pend_spectrum {
  *
  * PEND_NO_MEMORY  O(n).
  */
-PEND_MUST_CHECK enum pend_status pend_spectrum_new(struct pend_spectrum **spectrum, const struct pend_tree *tree,
-                                                   double gravity, const unsigned char up[]);
+PEND_MUST_CHECK enum pend_status pend_spectrum_new(struct pend_spectrum **spectrum,
+                                                   const struct pend_tree *tree, double gravity,
+                                                   const unsigned char up[]);
 
 void pend_spectrum_free(struct pend_spectrum **spectrum);
 
-/** Numbers of eigenvalues below ascending shifts, at most 16 of them, each mode counted as often as it occurs. O(n). */
-void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const double shift[], int below[]);
+/** Numbers of eigenvalues below ascending shifts, at most 16 of them, each mode counted as often
+ * as it occurs. O(n). */
+void pend_spectrum_below(const struct pend_spectrum *spectrum, int count, const double shift[],
+                         int below[]);
 
 /**
- * A shift that has `number` or a few more eigenvalues below it (above = 1), or a few less (above = 0).
+ * A shift that has `number` or a few more eigenvalues below it (above = 1), or a few less (above =
+ * 0).
  */
 double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int above);
 
@@ -54,7 +60,8 @@ double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int a
  * value         out, count values, once the search is done; outlives it.
  * O(n of the part).
  */
-void pend_spectrum_search(struct pend_spectrum *spectrum, int part, int first, int count, double value[]);
+void pend_spectrum_search(struct pend_spectrum *spectrum, int part, int first, int count,
+                          double value[]);
 
 /**
  * Searches on for at most about 64 sweeps over the part.

@@ -16,7 +16,8 @@ enum pend_status pend_modes_alloc(struct pend_modes **modes, int count, int n, i
     *modes = NULL;
     size_t doubles = (size_t)count;
     if (vectors) {
-        if ((size_t)n > (SIZE_MAX / sizeof(double) - 16) / ((size_t)count + 1)) return PEND_NO_MEMORY;
+        if ((size_t)n > (SIZE_MAX / sizeof(double) - 16) / ((size_t)count + 1))
+            return PEND_NO_MEMORY;
         doubles = (size_t)count * ((size_t)n + 2);
     }
     struct store_block *block = pend_hugepage(sizeof *block + doubles * sizeof(double));
@@ -39,9 +40,10 @@ static double store_length(const struct pend_tree *tree, const unsigned char up[
     return up && up[k] ? -tree->len[k] : tree->len[k];
 }
 
-/* Re x without a matrix: masses times tip displacements, summed over the sub-trees; product is not x */
-static void modes_mass_apply(const struct pend_tree *tree, const unsigned char up[], const double x[],
-                             double product[]) {
+/* Re x without a matrix: masses times tip displacements, summed over the sub-trees; product is
+ * not x */
+static void modes_mass_apply(const struct pend_tree *tree, const unsigned char up[],
+                             const double x[], double product[]) {
     /* tip displacements, pivot outwards */
     for (int k = 0; k < tree->n; k++)
         product[k] = (k ? product[tree->parent[k]] : 0) + store_length(tree, up, k) * x[k];
@@ -64,13 +66,15 @@ static double store_largest(int n, const double x[]) {
     double largest[8] = {0};
     int k = 0;
     for (; k + 8 <= n; k += 8)
-        for (int i = 0; i < 8; i++) largest[i] = fabs(x[k + i]) > largest[i] ? fabs(x[k + i]) : largest[i];
+        for (int i = 0; i < 8; i++)
+            largest[i] = fabs(x[k + i]) > largest[i] ? fabs(x[k + i]) : largest[i];
     for (; k < n; k++) largest[0] = fmax(largest[0], fabs(x[k]));
     for (int i = 1; i < 8; i++) largest[0] = fmax(largest[0], largest[i]);
     return largest[0];
 }
 
-/* the caller's number, from `from`, of the first arm whose entry is not zero; n when there is none */
+/* the caller's number, from `from`, of the first arm whose entry is not zero; n when there is
+ * none */
 static int store_first(const struct pend_tree *tree, const double x[], double zero, int from) {
     while (from < tree->n && fabs(x[tree->place[from]]) <= zero) from++;
     return from;
@@ -87,7 +91,8 @@ static void store_rotate(int n, double x[], double y[], int entry) {
     y[entry] = 0;
 }
 
-/* brings `group` orthogonal vectors into the echelon form of the caller's order; they stay orthogonal */
+/* brings `group` orthogonal vectors into the echelon form of the caller's order; they stay
+ * orthogonal */
 static void store_echelon(const struct pend_tree *tree, int group, double vector[]) {
     int n = tree->n, lead = 0;
     for (int done = 0; done < group - 1; done++, lead++) {
@@ -111,13 +116,14 @@ static void store_echelon(const struct pend_tree *tree, int group, double vector
             most[k] = swap;
         }
         for (int j = done + 1; j < group; j++)
-            if (vector[(size_t)j * n + entry] != 0) store_rotate(n, head, vector + (size_t)j * n, entry);
+            if (vector[(size_t)j * n + entry] != 0)
+                store_rotate(n, head, vector + (size_t)j * n, entry);
     }
 }
 
 /* the number by which a vector is to be divided; NaN where all its entries are zero or infinite */
-static double store_divisor(const struct pend_tree *tree, const double x[], double norm, enum pend_normalize rule,
-                            int lead) {
+static double store_divisor(const struct pend_tree *tree, const double x[], double norm,
+                            enum pend_normalize rule, int lead) {
     double largest = lead < 0 || rule == PEND_NORMALIZE_MAX ? store_largest(tree->n, x) : 0;
     if (rule == PEND_NORMALIZE_MAX) {
         lead = store_first(tree, x, (1 - PEND_MODES_ZERO) * largest, 0);
@@ -125,17 +131,20 @@ static double store_divisor(const struct pend_tree *tree, const double x[], doub
     }
     if (lead < 0) lead = store_first(tree, x, PEND_MODES_ZERO * largest, 0);
     if (lead == tree->n) return NAN;
-    return rule == PEND_NORMALIZE_FIRST ? x[tree->place[lead]] : copysign(norm, x[tree->place[lead]]);
+    return rule == PEND_NORMALIZE_FIRST ? x[tree->place[lead]]
+                                        : copysign(norm, x[tree->place[lead]]);
 }
 
-int pend_modes_basis(struct pend_modes *modes, const struct pend_tree *tree, double multiple, int mode, int lead[]) {
+int pend_modes_basis(struct pend_modes *modes, const struct pend_tree *tree, double multiple,
+                     int mode, int lead[]) {
     double limit = modes->omega[mode] + multiple * fabs(modes->omega[mode]);
     int end = mode + 1, ordered = 1;
     while (end < modes->count && modes->omega[end] <= limit) end++;
     if (end == mode + 1) return end;
     for (int j = mode; j < end; j++) {
         const double *x = modes->vector + (size_t)j * modes->n;
-        if (lead[j] < 0) lead[j] = store_first(tree, x, PEND_MODES_ZERO * store_largest(tree->n, x), 0);
+        if (lead[j] < 0)
+            lead[j] = store_first(tree, x, PEND_MODES_ZERO * store_largest(tree->n, x), 0);
         if (lead[j] == tree->n) lead[j] = -1;
         ordered &= j == mode || lead[j] > lead[j - 1];
     }
@@ -145,8 +154,8 @@ int pend_modes_basis(struct pend_modes *modes, const struct pend_tree *tree, dou
     return end;
 }
 
-void pend_modes_scale(struct pend_modes *modes, const struct pend_tree *tree, int mode, enum pend_normalize rule,
-                      int lead) {
+void pend_modes_scale(struct pend_modes *modes, const struct pend_tree *tree, int mode,
+                      enum pend_normalize rule, int lead) {
     double *x = modes->vector + (size_t)mode * modes->n;
     double divisor = store_divisor(tree, x, modes->norm[mode], rule, lead);
     for (int arm = 0; divisor != 1 && arm < modes->n; arm++) x[arm] /= divisor;
@@ -161,8 +170,8 @@ double pend_modes_theta(double phi, double low) {
 }
 
 enum pend_status pend_modes_decompose(const struct pend_modes *modes, const struct pend_tree *tree,
-                                      const unsigned char up[], const double theta[], const double rate[],
-                                      double first[], double second[]) {
+                                      const unsigned char up[], const double theta[],
+                                      const double rate[], double first[], double second[]) {
     int n = modes->n;
     double *product = malloc(2 * (size_t)n * sizeof *product);
     if (!product) return PEND_NO_MEMORY;

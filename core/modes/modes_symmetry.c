@@ -60,7 +60,8 @@ static void symmetry_sort(struct branch sibling[], int count) {
     for (int i = 1; i < count; i++) {
         struct branch moving = sibling[i];
         int j = i;
-        for (; j > 0 && symmetry_order(&moving, &sibling[j - 1]) < 0; j--) sibling[j] = sibling[j - 1];
+        for (; j > 0 && symmetry_order(&moving, &sibling[j - 1]) < 0; j--)
+            sibling[j] = sibling[j - 1];
         sibling[j] = moving;
     }
 }
@@ -96,7 +97,9 @@ static void symmetry_joint(struct finder *f, int arm) {
     symmetry_sort(f->sibling, count);
     for (int i = 0, end; i < count; i = end) {
         int n = f->sibling[i].n;
-        for (end = i; end < count && f->sibling[end].n == n && f->sibling[end].hash == f->sibling[i].hash; end++)
+        for (end = i;
+             end < count && f->sibling[end].n == n && f->sibling[end].hash == f->sibling[i].hash;
+             end++)
             f->symmetry->offset[f->sibling[end].arm] = place;
         if (end > i + 1) symmetry_file(f, f->sibling + i, end - i);
         place += n;
@@ -116,7 +119,8 @@ static void symmetry_find(struct finder *f) {
     }
 }
 
-/* true when two branches that are said to be alike are so, arm by arm; place and at: n ints of scratch */
+/* true when two branches that are said to be alike are so, arm by arm; place and at: n ints of
+ * scratch */
 static int symmetry_alike(const struct finder *f, int a, int b, int place[], int at[]) {
     const struct pend_symmetry *s = f->symmetry;
     const struct pend_tree *tree = s->tree;
@@ -132,7 +136,8 @@ static int symmetry_alike(const struct finder *f, int a, int b, int place[], int
         int other = at[place[k]];
         if (tree->len[k] != tree->len[other] || tree->mass[k] != tree->mass[other]) return 0;
         if (f->up && !f->up[k] != !f->up[other]) return 0;
-        if (f->merged_n[k] != f->merged_n[other] || (k != b && s->copies[k] != s->copies[other])) return 0;
+        if (f->merged_n[k] != f->merged_n[other] || (k != b && s->copies[k] != s->copies[other]))
+            return 0;
     }
     return 1;
 }
@@ -166,11 +171,13 @@ static int symmetry_parts(struct finder *f, int place[], int at[]) {
             *part = (struct pend_part){kind.arm, kind.n, 0, i ? last->first + last->times : 0};
         }
         for (int j = 0; j < s->likes[i].count; j++)
-            if (!symmetry_alike(f, part->root, s->branch[s->likes[i].first + j], place, at)) return 0;
+            if (!symmetry_alike(f, part->root, s->branch[s->likes[i].first + j], place, at))
+                return 0;
         symmetry_contrasts(s, part, i);
     }
     for (int i = 1; i < s->part_count; i++)
-        qsort(s->contrast + s->part[i].first, (size_t)s->part[i].times, sizeof *s->contrast, symmetry_by_lead);
+        qsort(s->contrast + s->part[i].first, (size_t)s->part[i].times, sizeof *s->contrast,
+              symmetry_by_lead);
     return 1;
 }
 
@@ -189,7 +196,8 @@ static void symmetry_none(struct pend_symmetry *s) {
 /* the most like branches there can be: all children but the only ones */
 static int symmetry_bound(const struct pend_tree *tree) {
     int bound = 0;
-    for (int k = 1; k < tree->n; k++) bound += k > tree->parent[k] + 1 || tree->end[k] < tree->end[tree->parent[k]];
+    for (int k = 1; k < tree->n; k++)
+        bound += k > tree->parent[k] + 1 || tree->end[k] < tree->end[tree->parent[k]];
     return bound;
 }
 
@@ -211,8 +219,8 @@ enum pend_status pend_symmetry_new(struct pend_symmetry **symmetry, const struct
     s->branch = malloc((bound + 1) * sizeof *s->branch);
     s->offset = malloc(2 * n * sizeof *s->offset);
     s->merged = calloc(n, 1);
-    if (!f.hash || !f.merged_n || !f.sibling || !f.found || !s->part || !s->likes || !s->contrast || !s->branch ||
-        !s->offset || !s->merged)
+    if (!f.hash || !f.merged_n || !f.sibling || !f.found || !s->part || !s->likes || !s->contrast ||
+        !s->branch || !s->offset || !s->merged)
         goto out;
     s->copies = s->offset + n;
     s->offset[0] = 0;
@@ -243,19 +251,22 @@ void pend_symmetry_free(struct pend_symmetry **symmetry) {
     *symmetry = NULL;
 }
 
-enum pend_status pend_symmetry_laplacian(struct pend_laplacian **laplacian, const struct pend_symmetry *symmetry,
-                                         int part, double gravity, const unsigned char up[], int place[]) {
+enum pend_status pend_symmetry_laplacian(struct pend_laplacian **laplacian,
+                                         const struct pend_symmetry *symmetry, int part,
+                                         double gravity, const unsigned char up[], int place[]) {
     const struct pend_tree *tree = symmetry->tree;
     int root = symmetry->part[part].root;
     PEND_TRY(pend_laplacian_alloc(laplacian, symmetry->part[part].n));
     struct pend_laplacian *l = *laplacian;
-    /* the arms that stand for the others find their places; for now end holds the arm, mass how many it stands for */
+    /* the arms that stand for the others find their places; for now end holds the arm, mass how
+     * many it stands for */
     for (int k = root; k < tree->end[root];) {
         if (k != root && symmetry->merged[k]) {
             k = tree->end[k];
             continue;
         }
-        int from = k == root ? -1 : place[tree->parent[k]], at = k == root ? 0 : from + symmetry->offset[k];
+        int from = k == root ? -1 : place[tree->parent[k]],
+            at = k == root ? 0 : from + symmetry->offset[k];
         place[k] = at;
         l->parent[at] = from;
         l->end[at] = k;
@@ -280,7 +291,8 @@ enum pend_status pend_symmetry_laplacian(struct pend_laplacian **laplacian, cons
 static void symmetry_branch_places(const struct pend_symmetry *s, int root, int place[]) {
     const struct pend_tree *tree = s->tree;
     place[root] = 0;
-    for (int k = root + 1; k < tree->end[root]; k++) place[k] = place[tree->parent[k]] + s->offset[k];
+    for (int k = root + 1; k < tree->end[root]; k++)
+        place[k] = place[tree->parent[k]] + s->offset[k];
 }
 
 void pend_symmetry_places(const struct pend_symmetry *symmetry, int part, int place[]) {
@@ -296,13 +308,13 @@ void pend_symmetry_places(const struct pend_symmetry *symmetry, int part, int pl
 }
 
 /* the angles of a part, times a factor, on the arms of one branch */
-static void symmetry_spread_branch(const struct pend_symmetry *s, int root, const double angle[], double factor,
-                                   const int place[], double vector[]) {
+static void symmetry_spread_branch(const struct pend_symmetry *s, int root, const double angle[],
+                                   double factor, const int place[], double vector[]) {
     for (int k = root, end = s->tree->end[root]; k < end; k++) vector[k] = factor * angle[place[k]];
 }
 
-int pend_symmetry_spread(const struct pend_symmetry *symmetry, int part, int which, const double angle[], double zero,
-                         const int place[], double vector[]) {
+int pend_symmetry_spread(const struct pend_symmetry *symmetry, int part, int which,
+                         const double angle[], double zero, const int place[], double vector[]) {
     const struct pend_tree *tree = symmetry->tree;
     const struct pend_contrast *contrast = &symmetry->contrast[symmetry->part[part].first + which];
     int lead = part ? contrast->lead : 0;

@@ -1,25 +1,30 @@
-/* Branches that are alike: siblings with equal sub-trees, what they do together and what they do against each other.
+/* Branches that are alike: siblings with equal sub-trees, what they do together and what they do
+ * against each other.
  * Leaves to others: eigenvalues and vectors of the smaller trees (modes_values, modes_vectors).
- * Invariant: alike means equal to the last bit, arm by arm; modes of different parts are orthogonal by construction. */
+ * Invariant: alike means equal to the last bit, arm by arm; modes of different parts are
+ * orthogonal by construction. */
 #ifndef PEND_MODES_SYMMETRY_H
 #define PEND_MODES_SYMMETRY_H
 
 #include "core/modes/laplacian.h"
 
-/* Like branches on one joint: branch[first .. first + count - 1], sorted by the caller's first arm in each. */
+/* Like branches on one joint: branch[first .. first + count - 1], sorted by the caller's first
+ * arm in each. */
 struct pend_likes {
     int first, count;
 };
 
-/* One way in which like branches move against each other: branch `from` of the likes against all later ones. */
+/* One way in which like branches move against each other: branch `from` of the likes against all
+ * later ones. */
 struct pend_contrast {
     int likes, from;
     int lead; /* the caller's number of the first arm that moves */
 };
 
-/* One of the trees whose modes together are all modes. Part 0 is the whole tree with like branches merged. Every other
- * part is a kind of branch that occurs several times on a joint, tied to that joint at rest, its own like branches
- * merged: each joint with c of them has its modes c - 1 times. */
+/* One of the trees whose modes together are all modes. Part 0 is the whole tree with like
+ * branches merged. Every other part is a kind of branch that occurs several times on a joint,
+ * tied to that joint at rest, its own like branches merged: each joint with c of them has its
+ * modes c - 1 times. */
 struct pend_part {
     int root;  /* stored number of the arm at which the part begins */
     int n;     /* arms once merged */
@@ -47,7 +52,8 @@ struct pend_symmetry {
  * PEND_NO_MEMORY  O(n).
  * O(n log n) at worst, O(n) as a rule.
  */
-PEND_MUST_CHECK enum pend_status pend_symmetry_new(struct pend_symmetry **symmetry, const struct pend_tree *tree,
+PEND_MUST_CHECK enum pend_status pend_symmetry_new(struct pend_symmetry **symmetry,
+                                                   const struct pend_tree *tree,
                                                    const unsigned char up[]);
 
 void pend_symmetry_free(struct pend_symmetry **symmetry);
@@ -60,10 +66,12 @@ void pend_symmetry_free(struct pend_symmetry **symmetry);
  * PEND_NO_MEMORY  O(n of the part).
  */
 PEND_MUST_CHECK enum pend_status pend_symmetry_laplacian(struct pend_laplacian **laplacian,
-                                                         const struct pend_symmetry *symmetry, int part, double gravity,
+                                                         const struct pend_symmetry *symmetry,
+                                                         int part, double gravity,
                                                          const unsigned char up[], int place[]);
 
-/** The places in a part of all arms that move in its modes. place: n ints of the tree; others are left alone. O(n). */
+/** The places in a part of all arms that move in its modes. place: n ints of the tree; others are
+ * left alone. O(n). */
 void pend_symmetry_places(const struct pend_symmetry *symmetry, int part, int place[]);
 
 /**
@@ -75,9 +83,10 @@ void pend_symmetry_places(const struct pend_symmetry *symmetry, int part, int pl
  * place   from pend_symmetry_places.
  * vector  out, n angles of the tree.
  *
- * Returns the caller's number of the first arm that moves, having made its angle positive; -1 where that is not known.
+ * Returns the caller's number of the first arm that moves, having made its angle positive; -1 where
+ * that is not known.
  */
-int pend_symmetry_spread(const struct pend_symmetry *symmetry, int part, int which, const double angle[], double zero,
-                         const int place[], double vector[]);
+int pend_symmetry_spread(const struct pend_symmetry *symmetry, int part, int which,
+                         const double angle[], double zero, const int place[], double vector[]);
 
 #endif

@@ -16,4 +16,6 @@ const struct pend_modes_kernel *pend_modes_kernel_of(enum pend_isa isa) {
     return &pend_modes_kernel_for_base;
 }
 
-const struct pend_modes_kernel *pend_modes_kernel(void) { return pend_modes_kernel_of(pend_isa_best()); }
+const struct pend_modes_kernel *pend_modes_kernel(void) {
+    return pend_modes_kernel_of(pend_isa_best());
+}

@@ -11,7 +11,8 @@ enum {
     VALUES_TRIES = 6   /* Laguerre steps before bisection takes turns with them */
 };
 
-/* of a tree deeper than this, so many of the slowest are polished, when they are off by no more than this part */
+/* of a tree deeper than this, so many of the slowest are polished, when they are off by no more
+ * than this part */
 enum { VALUES_DEEP = 4000, VALUES_SLOW = 32 };
 #define VALUES_POLISH 1e-9
 
@@ -19,15 +20,19 @@ enum { VALUES_DEEP = 4000, VALUES_SLOW = 32 };
 struct span_end {
     double at;
     int below;   /* eigenvalues below `at` */
-    int near;    /* non-zero when one eigenvalue, inside, outweighs all others there: the hint converges on it */
-    double hint; /* Laguerre's bound of the nearest eigenvalue towards the inside; `at` where nothing is known */
-    double step; /* its distance, which may be below the last place of `at`; infinite where nothing is known */
+    int near;    /* non-zero when one eigenvalue, inside, outweighs all others there: the hint
+                    converges on it */
+    double hint; /* Laguerre's bound of the nearest eigenvalue towards the inside; `at` where
+                    nothing is known */
+    double step; /* its distance, which may be below the last place of `at`; infinite where nothing
+                    is known */
 };
 
 /* An interval that holds hi.below - lo.below > 0 of the eigenvalues sought. */
 struct span {
     struct span_end lo, hi;
-    double rest; /* share of the other eigenvalues in sum 1 / (shift - lambda_i)^2, as hints turned out; 0 at first */
+    double rest; /* share of the other eigenvalues in sum 1 / (shift - lambda_i)^2, as hints turned
+                    out; 0 at first */
     int tries;
 };
 
@@ -85,8 +90,8 @@ static void values_finish(struct pend_values *v, const struct span *span, double
         if (number >= v->first && number < v->last) v->value[number - v->first] = value;
 }
 
-/* True when a span needs no further count: it is as small as round-off, or its one eigenvalue's hint is exact: it is
- * off by half the step's cube times the rest. */
+/* True when a span needs no further count: it is as small as round-off, or its one eigenvalue's
+ * hint is exact: it is off by half the step's cube times the rest. */
 static int values_converged(const struct span *span, double *value) {
     double round_off = DBL_EPSILON * span->hi.at;
     *value = values_middle(span->lo.at, span->hi.at);
@@ -98,16 +103,19 @@ static int values_converged(const struct span *span, double *value) {
     return end->near && (end->step <= round_off || (span->rest > 0 && error <= 0.25 * round_off));
 }
 
-/* the next shift for a span of one eigenvalue: the better hint, or bisection when the hints lead nowhere */
+/* the next shift for a span of one eigenvalue: the better hint, or bisection when the hints lead
+ * nowhere */
 static double values_next(struct span *span) {
     double lo, hi;
     values_bounds(span, &lo, &hi);
-    if (span->tries++ >= VALUES_TRIES && span->tries % 2) return values_middle(span->lo.at, span->hi.at);
+    if (span->tries++ >= VALUES_TRIES && span->tries % 2)
+        return values_middle(span->lo.at, span->hi.at);
     const struct span_end *end = values_nearer(span);
     if (end->hint <= span->lo.at || end->hint >= span->hi.at) return values_middle(lo, hi);
     /* both hints fall short by the cubes of their steps, one from either side */
     double share = span->lo.step / span->hi.step;
-    share = isfinite(span->lo.step + span->hi.step) && lo <= hi ? 1 / (1 + share * share * share) : end == &span->lo;
+    share = isfinite(span->lo.step + span->hi.step) && lo <= hi ? 1 / (1 + share * share * share)
+                                                                : end == &span->lo;
     return share * lo + (1 - share) * hi;
 }
 
@@ -154,7 +162,8 @@ static void values_learn(const struct span *span, struct span *part) {
 /* files what lies between two counted ends of a span */
 static void values_file(struct pend_values *v, const struct span *whole, struct span span) {
     double value;
-    if (span.hi.below <= span.lo.below || span.hi.below <= v->first || span.lo.below >= v->last) return;
+    if (span.hi.below <= span.lo.below || span.hi.below <= v->first || span.lo.below >= v->last)
+        return;
     if (span.hi.below - span.lo.below < whole->hi.below - whole->lo.below) span.tries = 0;
     if (span.hi.below - span.lo.below == 1) values_learn(whole, &span);
     if (values_converged(&span, &value))
@@ -163,25 +172,29 @@ static void values_file(struct pend_values *v, const struct span *whole, struct 
         v->todo[v->todo_count++] = span;
 }
 
-/* cuts a span at the shifts that were counted; ends are worked out where something lies between them */
-static void values_cut(struct pend_values *v, const struct span *span, int count, struct pend_modes_probe probe[]) {
+/* cuts a span at the shifts that were counted; ends are worked out where something lies between
+ * them */
+static void values_cut(struct pend_values *v, const struct span *span, int count,
+                       struct pend_modes_probe probe[]) {
     const struct pend_modes_probe *from = NULL;
     int n = v->laplacian->n, below = span->lo.below, most = span->hi.below;
     for (int i = 0; i < count; i++) {
-        if (!(probe[i].shift > (from ? from->shift : span->lo.at) && probe[i].shift < span->hi.at)) continue;
+        if (!(probe[i].shift > (from ? from->shift : span->lo.at) && probe[i].shift < span->hi.at))
+            continue;
         /* counts rise with the shift; where round-off says otherwise the first count stands */
         if (probe[i].below < below) probe[i].below = below;
         if (probe[i].below > most) probe[i].below = most;
         if (probe[i].below > below) {
-            struct span part = {from ? values_end(from, n, 1) : span->lo, values_end(&probe[i], n, -1), span->rest,
-                                span->tries};
+            struct span part = {from ? values_end(from, n, 1) : span->lo,
+                                values_end(&probe[i], n, -1), span->rest, span->tries};
             values_file(v, span, part);
         }
         below = probe[i].below;
         from = &probe[i];
     }
     if (from && below == most) return;
-    struct span part = {from ? values_end(from, n, 1) : span->lo, span->hi, span->rest, span->tries};
+    struct span part = {from ? values_end(from, n, 1) : span->lo, span->hi, span->rest,
+                        span->tries};
     /* nothing changed: no number is left between the ends */
     if (!from && count) {
         values_finish(v, &part, values_middle(part.lo.at, part.hi.at));
@@ -209,17 +222,20 @@ static void values_round(struct pend_values *v) {
         for (int i = 0; i < count[spans]; i++) probe[probes++].shift = shift[i];
     }
     v->kernel->probe(v->laplacian, probes, probe);
-    for (int i = 0, at = 0; i < spans; at += count[i++]) values_cut(v, &span[i], count[i], probe + at);
+    for (int i = 0, at = 0; i < spans; at += count[i++])
+        values_cut(v, &span[i], count[i], probe + at);
 }
 
-/* One Newton step from a value that is good to a dozen digits, in extended precision. On a long way out the sums of the
- * sweep grow by nearly the same amount arm after arm, so that their round-off all points one way. */
+/* One Newton step from a value that is good to a dozen digits, in extended precision. On a long
+ * way out the sums of the sweep grow by nearly the same amount arm after arm, so that their
+ * round-off all points one way. */
 static double values_polish(const struct pend_laplacian *l, double value) {
     long double pull[PEND_LAPLACIAN_STACK + 1], rate[PEND_LAPLACIAN_STACK + 1], log_rate = 0;
     int top = 0;
     for (int k = l->n - 1; k >= 0; k--) {
         int leaf = l->turn[k] & PEND_TURN_LEAF, next = l->turn[k] & PEND_TURN_NEXT;
-        long double spring = l->spring[k], t = (leaf ? 0 : pull[top]) - (long double)value * l->mass[k];
+        long double spring = l->spring[k],
+                    t = (leaf ? 0 : pull[top]) - (long double)value * l->mass[k];
         long double inverse = 1 / (t + spring + spring * 0x1p-70L), ratio = spring * inverse;
         long double slope = (leaf ? 0 : rate[top]) - l->mass[k];
         log_rate += slope * inverse;
@@ -231,17 +247,20 @@ static double values_polish(const struct pend_laplacian *l, double value) {
     return fabs(step) < VALUES_POLISH * value ? value - step : value;
 }
 
-enum pend_status pend_values_new(struct pend_values **values, const struct pend_laplacian *laplacian, int first,
-                                 int count, double value[]) {
+enum pend_status pend_values_new(struct pend_values **values,
+                                 const struct pend_laplacian *laplacian, int first, int count,
+                                 double value[]) {
     /* every span holds one of the values sought, and a round adds at most its own shifts */
-    struct pend_values *v = *values = malloc(sizeof *v + ((size_t)count + 2 * VALUES_BATCH) * sizeof *v->todo);
+    struct pend_values *v = *values =
+        malloc(sizeof *v + ((size_t)count + 2 * VALUES_BATCH) * sizeof *v->todo);
     if (!v) return PEND_NO_MEMORY;
     *v = (struct pend_values){laplacian, pend_modes_kernel(), first, first + count, value, 0, 0};
     if (!count) return PEND_OK;
-    v->todo[v->todo_count++] = (struct span){{laplacian->least, 0, 0, laplacian->least, INFINITY},
-                                             {laplacian->most, laplacian->n, 0, laplacian->most, INFINITY},
-                                             0,
-                                             0};
+    v->todo[v->todo_count++] =
+        (struct span){{laplacian->least, 0, 0, laplacian->least, INFINITY},
+                      {laplacian->most, laplacian->n, 0, laplacian->most, INFINITY},
+                      0,
+                      0};
     v->todo[0].lo.below = pend_values_below(laplacian, laplacian->least);
     return PEND_OK;
 }

@@ -10,7 +10,8 @@
 /* eigenvalues nearer to each other than this, relatively, have their vectors made orthogonal */
 #define VECTORS_NEAR 2e-3
 
-/* two vectors with more neighbours than this are computed so finely that only these are still near */
+/* two vectors with more neighbours than this are computed so finely that only these are still
+ * near */
 enum { VECTORS_CROWD = 16 };
 #define VECTORS_NEAR_FINE 1e-11
 
@@ -22,13 +23,14 @@ enum { VECTORS_TRIES = 8 };
 /* a piece of work: so many vectors are projected on at a time */
 enum { VECTORS_PIECE = 64 };
 
-/* What is being done to vector `number`, of norm 1: passes of projection until nothing is left along the others, and
- * inverse iteration when too little of itself was left. */
+/* What is being done to vector `number`, of norm 1: passes of projection until nothing is left
+ * along the others, and inverse iteration when too little of itself was left. */
 struct settling {
     int first; /* of those that it is made orthogonal to */
     int next;  /* the first that this pass has not come to */
     int pass, try;
-    int due;        /* so many more iterations, whatever is left: a random start has a part of every mode */
+    int due; /* so many more iterations, whatever is left: a random start has a part of every mode
+              */
     double squares; /* of the parts that this pass took out */
     double left;    /* how much of the vector was left, 1 when all */
 };
@@ -45,8 +47,8 @@ struct pend_vectors {
     int coarse;          /* the first from `begin` on that is not computed finely */
     unsigned char *fine; /* for each vector, non-zero when it is computed finely */
     double **vector;
-    double *tips;         /* tip displacements of the last `rows` vectors, vector k in row k % rows */
-    int rows;             /* 0 when no vector has a near neighbour */
+    double *tips; /* tip displacements of the last `rows` vectors, vector k in row k % rows */
+    int rows;     /* 0 when no vector has a near neighbour */
     double *load, *pivot; /* n doubles each */
     double *work;         /* for the kernel; the block that ends last */
 };
@@ -60,7 +62,8 @@ static int vectors_near(const struct pend_vectors *v, int a, int b) {
     return vectors_within(v, a, b, v->fine[a] && v->fine[b] ? VECTORS_NEAR_FINE : VECTORS_NEAR);
 }
 
-/* the first of the vectors that vector `number` is to be made orthogonal to; numbers are to ascend */
+/* the first of the vectors that vector `number` is to be made orthogonal to; numbers are to
+ * ascend */
 static int vectors_first(struct pend_vectors *v, int number) {
     while (!vectors_within(v, v->begin, number, VECTORS_NEAR)) v->begin++;
     if (!v->fine[number]) return v->begin;
@@ -87,7 +90,8 @@ static double vectors_dot(int n, const double a[], const double b[]) {
     return total;
 }
 
-/* takes the parts along some of the other vectors out of vector `number`, and adds up their squares */
+/* takes the parts along some of the other vectors out of vector `number`, and adds up their
+ * squares */
 static void vectors_project(struct pend_vectors *v) {
     struct settling *s = &v->settling;
     int n = v->laplacian->n, begin = s->next;
@@ -96,7 +100,8 @@ static void vectors_project(struct pend_vectors *v) {
         for (int k = 0; k < n; k++) v->load[k] = v->laplacian->mass[k] * tip[k];
     s->next = v->number - begin < VECTORS_PIECE ? v->number : begin + VECTORS_PIECE;
     for (int j = begin; j < s->next; j++)
-        part[j - begin] = vectors_near(v, j, v->number) ? vectors_dot(n, vectors_tip(v, j), v->load) : 0;
+        part[j - begin] =
+            vectors_near(v, j, v->number) ? vectors_dot(n, vectors_tip(v, j), v->load) : 0;
     for (int j = begin; j < s->next; j++) {
         const double *other = v->vector[j], *other_tip = vectors_tip(v, j);
         double factor = part[j - begin];
@@ -119,12 +124,15 @@ static double vectors_scale(struct pend_vectors *v, int number) {
 }
 
 /* a pivot that vanished becomes round-off */
-static double vectors_pivot(double t, double spring) { return t + spring != 0 ? t + spring : DBL_EPSILON * spring; }
+static double vectors_pivot(double t, double spring) {
+    return t + spring != 0 ? t + spring : DBL_EPSILON * spring;
+}
 
 /* one step of inverse iteration on vector `number` */
 static void vectors_iterate(struct pend_vectors *v, double shift, int number) {
     const struct pend_laplacian *l = v->laplacian;
-    double *x = v->vector[number], *tip = vectors_tip(v, number), *load = v->load, *pivot = v->pivot;
+    double *x = v->vector[number], *tip = vectors_tip(v, number), *load = v->load,
+           *pivot = v->pivot;
     /* elimination inwards; pivot: without the node's own spring */
     for (int k = 0; k < l->n; k++) {
         load[k] = l->mass[k] * tip[k];
@@ -164,8 +172,9 @@ static void settling_pass(struct settling *s, int pass) {
     s->squares = 0;
 }
 
-/* A piece of what makes vector `number` orthogonal to its neighbours, with a residual of round-off; true once it is. A
- * pass that cost digits is followed by another, and a vector of which little was left is iterated anew. */
+/* A piece of what makes vector `number` orthogonal to its neighbours, with a residual of
+ * round-off; true once it is. A pass that cost digits is followed by another, and a vector of
+ * which little was left is iterated anew. */
 static int vectors_settle(struct pend_vectors *v, enum pend_status *status) {
     struct settling *s = &v->settling;
     vectors_project(v);
@@ -193,8 +202,9 @@ static int vectors_settle(struct pend_vectors *v, enum pend_status *status) {
     return 0;
 }
 
-/* Vectors begin .. begin + lanes - 1 by twisted factorization; tip displacements only where a vector has neighbours, by
- * the wider measure: two fine ones side by side may not be near each other, and yet be near a coarse one further off.
+/* Vectors begin .. begin + lanes - 1 by twisted factorization; tip displacements only where a
+ * vector has neighbours, by the wider measure: two fine ones side by side may not be near each
+ * other, and yet be near a coarse one further off.
  */
 static void vectors_twist(struct pend_vectors *v, int begin) {
     const struct pend_modes_kernel *kernel = pend_modes_kernel();
@@ -207,7 +217,8 @@ static void vectors_twist(struct pend_vectors *v, int begin) {
         target[i] = last ? v->load : v->vector[number];
         tip[i] = last || !v->rows ? v->pivot : vectors_tip(v, number);
         if (!last) tips |= number > 0 && vectors_within(v, number - 1, number, VECTORS_NEAR);
-        if (!last) tips |= number < count - 1 && vectors_within(v, number, number + 1, VECTORS_NEAR);
+        if (!last)
+            tips |= number < count - 1 && vectors_within(v, number, number + 1, VECTORS_NEAR);
     }
     if (v->fine[begin])
         kernel->fine(v->laplacian, shift, v->lead, v->work, target, tips ? tip : NULL);
@@ -215,7 +226,8 @@ static void vectors_twist(struct pend_vectors *v, int begin) {
         kernel->vectors(v->laplacian, shift, v->lead, v->work, target, tips ? tip : NULL);
 }
 
-/* says which vectors are to be computed finely: all that are made together with one in a crowd; true when there are */
+/* says which vectors are to be computed finely: all that are made together with one in a crowd;
+ * true when there are */
 static int vectors_crowds(struct pend_vectors *v, int lanes) {
     int any = 0;
     for (int number = 0, low = 0, high = 0; number < v->count; number++) {
@@ -223,7 +235,8 @@ static int vectors_crowds(struct pend_vectors *v, int lanes) {
         while (high < v->count && vectors_within(v, number, high, VECTORS_NEAR)) high++;
         if (high - low <= VECTORS_CROWD) continue;
         any = 1;
-        for (int i = number / lanes * lanes; i < v->count && i < (number / lanes + 1) * lanes; i++) v->fine[i] = 1;
+        for (int i = number / lanes * lanes; i < v->count && i < (number / lanes + 1) * lanes; i++)
+            v->fine[i] = 1;
     }
     return any;
 }
@@ -239,13 +252,15 @@ static int vectors_window(struct pend_vectors *v) {
     return window;
 }
 
-enum pend_status pend_vectors_new(struct pend_vectors **vectors, const struct pend_laplacian *laplacian, int count,
+enum pend_status pend_vectors_new(struct pend_vectors **vectors,
+                                  const struct pend_laplacian *laplacian, int count,
                                   const double value[], int lead, double *vector[]) {
     int lanes = pend_modes_kernel()->lanes;
     size_t n = (size_t)laplacian->n;
     struct pend_vectors *v = *vectors = calloc(1, sizeof *v + (size_t)count);
     if (!v) return PEND_NO_MEMORY;
-    *v = (struct pend_vectors){.laplacian = laplacian, .value = value, .lead = lead, .count = count, .vector = vector};
+    *v = (struct pend_vectors){
+        .laplacian = laplacian, .value = value, .lead = lead, .count = count, .vector = vector};
     v->fine = (unsigned char *)(v + 1);
     int arrays = (vectors_crowds(v, lanes) ? 6 : 3) * lanes, window = vectors_window(v);
     if (window) v->rows = window + lanes;
@@ -276,7 +291,8 @@ enum pend_status pend_vectors_step(struct pend_vectors *v, int *done) {
         vectors_next(v);
     }
     /* those without neighbours are complete */
-    while (v->number < v->count && v->number < v->twisted && v->settling.first == v->number) vectors_next(v);
+    while (v->number < v->count && v->number < v->twisted && v->settling.first == v->number)
+        vectors_next(v);
     *done = v->number == v->count;
     return status;
 }

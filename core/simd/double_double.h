@@ -1,7 +1,10 @@
-/* Numbers of about 32 digits: vectors of unevaluated sums of two doubles. Included after lanes.h, with LANES defined.
- * Leaves to others: ranges (products below 1e292 in size, above 1e-260 to keep all digits), what is not finite.
- * Invariant: high is the sum rounded, low the rest, but after _gather, which leaves that to _settle. Every operation is
- * within 2^-102 of the larger operand's (for products and quotients: the result's) size, in every instruction set. */
+/* Numbers of about 32 digits: vectors of unevaluated sums of two doubles. Included after
+ * lanes.h, with LANES defined.
+ * Leaves to others: ranges (products below 1e292 in size, above 1e-260 to keep all digits), what
+ * is not finite.
+ * Invariant: high is the sum rounded, low the rest, but after _gather, which leaves that to
+ * _settle. Every operation is within 2^-102 of the larger operand's (for products and quotients:
+ * the result's) size, in every instruction set. */
 #ifdef __FAST_MATH__
 #error "sums of two doubles need the rounding of IEEE 754: leave out -ffast-math"
 #endif
@@ -52,7 +55,9 @@ VEC_INLINE DD_TYPE DD(from)(VEC x) { return (DD_TYPE){x, VEC_(of)(0)}; }
 VEC_INLINE DD_TYPE DD(of)(double x) { return DD(from)(VEC_(of)(x)); }
 
 /** A constant of two parts in every lane. */
-VEC_INLINE DD_TYPE DD(of2)(double high, double low) { return (DD_TYPE){VEC_(of)(high), VEC_(of)(low)}; }
+VEC_INLINE DD_TYPE DD(of2)(double high, double low) {
+    return (DD_TYPE){VEC_(of)(high), VEC_(of)(low)};
+}
 
 VEC_INLINE DD_TYPE DD(neg)(DD_TYPE x) { return (DD_TYPE){-x.high, -x.low}; }
 
@@ -65,7 +70,9 @@ VEC_INLINE DD_TYPE DD(add)(DD_TYPE x, DD_TYPE y) {
 VEC_INLINE DD_TYPE DD(sub)(DD_TYPE x, DD_TYPE y) { return DD(add)(x, DD(neg)(y)); }
 
 /** x times a power of two in each lane, exact. */
-VEC_INLINE DD_TYPE DD(scale)(DD_TYPE x, VEC power) { return (DD_TYPE){x.high * power, x.low * power}; }
+VEC_INLINE DD_TYPE DD(scale)(DD_TYPE x, VEC power) {
+    return (DD_TYPE){x.high * power, x.low * power};
+}
 
 VEC_INLINE DD_TYPE DD(mul)(DD_TYPE x, DD_TYPE y) {
     DD_TYPE p = DD(product)(x.high, y.high);
@@ -84,7 +91,9 @@ VEC_INLINE DD_TYPE DD(gather)(DD_TYPE x, DD_TYPE y, DD_TYPE sum) {
 }
 
 /** x y + z. */
-VEC_INLINE DD_TYPE DD(fma)(DD_TYPE x, DD_TYPE y, DD_TYPE z) { return DD(settle)(DD(gather)(x, y, z)); }
+VEC_INLINE DD_TYPE DD(fma)(DD_TYPE x, DD_TYPE y, DD_TYPE z) {
+    return DD(settle)(DD(gather)(x, y, z));
+}
 
 VEC_INLINE DD_TYPE DD(div)(DD_TYPE x, DD_TYPE y) {
     VEC q = x.high / y.high;
@@ -98,7 +107,8 @@ VEC_INLINE DD_TYPE DD(pick)(BITS which, DD_TYPE x, DD_TYPE y) {
     return (DD_TYPE){VEC_(pick)(which, x.high, y.high), VEC_(pick)(which, x.low, y.low)};
 }
 
-/* (-1)^j / (2 j + 1)! from j = 1 on, (-1)^j / (2 j)! from j = 2 on: as many terms as matter up to pi / 4 */
+/* (-1)^j / (2 j + 1)! from j = 1 on, (-1)^j / (2 j)! from j = 2 on: as many terms as matter up
+ * to pi / 4 */
 enum { DD(SINE_TERMS) = 14, DD(SINE_LONG) = 7, DD(COSINE_TERMS) = 14, DD(COSINE_LONG) = 7 };
 
 VEC_INLINE DD_TYPE DD(horner)(const double term[][2], int terms, int precise, DD_TYPE z) {
@@ -110,11 +120,12 @@ VEC_INLINE DD_TYPE DD(horner)(const double term[][2], int terms, int precise, DD
     return sum;
 }
 
-/* x less n + many right angles, |n| <= 2^20 and `many` a multiple of 2^20 up to 2^40: times each part of a right angle
- * but the last both are exact */
+/* x less n + many right angles, |n| <= 2^20 and `many` a multiple of 2^20 up to 2^40: times each
+ * part of a right angle but the last both are exact */
 VEC_INLINE DD_TYPE DD(less)(DD_TYPE x, VEC n, VEC many) {
-    static const double whole = -0x1.921fb54400000p+0, part[] = {-0x1.0b4611a600000p-34, -0x1.3198a2e000000p-69,
-                                                                 -0x1.b839a25200000p-104, -0x1.27044533e63a0p-142};
+    static const double whole = -0x1.921fb54400000p+0,
+                        part[] = {-0x1.0b4611a600000p-34, -0x1.3198a2e000000p-69,
+                                  -0x1.b839a25200000p-104, -0x1.27044533e63a0p-142};
     DD_TYPE first = DD(total)(x.high, many * whole), second = DD(total)(first.high, n * whole);
     DD_TYPE r = DD(total)(second.high, x.low);
     r.low += first.low + second.low;
@@ -130,30 +141,46 @@ VEC_INLINE DD_TYPE DD(less)(DD_TYPE x, VEC n, VEC many) {
 }
 
 /**
- * Sine and cosine within 2^-102 of 1, relative to x where that is small, of an x up to 1e12 as it is: beyond 1e6 the
- * last place of x is larger than that.
+ * Sine and cosine within 2^-102 of 1, relative to x where that is small, of an x up to 1e12 as it
+ * is: beyond 1e6 the last place of x is larger than that.
  */
 VEC_INLINE void DD(sincos)(DD_TYPE x, DD_TYPE *sine, DD_TYPE *cosine) {
     static const double sine_term[DD(SINE_TERMS)][2] = {
-        {-0x1.5555555555555p-3, -0x1.5555555555555p-57},   {0x1.1111111111111p-7, 0x1.1111111111111p-63},
-        {-0x1.a01a01a01a01ap-13, -0x1.a01a01a01a01ap-73},  {0x1.71de3a556c734p-19, -0x1.c154f8ddc6c00p-73},
-        {-0x1.ae64567f544e4p-26, 0x1.c062e06d1f209p-80},   {0x1.6124613a86d09p-33, 0x1.f28e0cc748ebep-87},
-        {-0x1.ae7f3e733b81fp-41, -0x1.1d8656b0ee8cbp-97},  {0x1.952c77030ad4ap-49, 0x1.ac981465ddc6cp-103},
-        {-0x1.2f49b46814157p-57, -0x1.2650f61dbdcb4p-112}, {0x1.71b8ef6dcf572p-66, -0x1.d043ae40c4647p-120},
-        {-0x1.761b41316381ap-75, 0x1.3423c7d91404fp-130},  {0x1.3f3ccdd165fa9p-84, -0x1.58ddadf344487p-139},
-        {-0x1.d1ab1c2dccea3p-94, -0x1.054d0c78aea14p-149}, {0x1.259f98b4358adp-103, 0x1.eaf8c39dd9bc5p-157}};
+        {-0x1.5555555555555p-3, -0x1.5555555555555p-57},
+        {0x1.1111111111111p-7, 0x1.1111111111111p-63},
+        {-0x1.a01a01a01a01ap-13, -0x1.a01a01a01a01ap-73},
+        {0x1.71de3a556c734p-19, -0x1.c154f8ddc6c00p-73},
+        {-0x1.ae64567f544e4p-26, 0x1.c062e06d1f209p-80},
+        {0x1.6124613a86d09p-33, 0x1.f28e0cc748ebep-87},
+        {-0x1.ae7f3e733b81fp-41, -0x1.1d8656b0ee8cbp-97},
+        {0x1.952c77030ad4ap-49, 0x1.ac981465ddc6cp-103},
+        {-0x1.2f49b46814157p-57, -0x1.2650f61dbdcb4p-112},
+        {0x1.71b8ef6dcf572p-66, -0x1.d043ae40c4647p-120},
+        {-0x1.761b41316381ap-75, 0x1.3423c7d91404fp-130},
+        {0x1.3f3ccdd165fa9p-84, -0x1.58ddadf344487p-139},
+        {-0x1.d1ab1c2dccea3p-94, -0x1.054d0c78aea14p-149},
+        {0x1.259f98b4358adp-103, 0x1.eaf8c39dd9bc5p-157}};
     static const double cosine_term[DD(COSINE_TERMS)][2] = {
-        {0x1.5555555555555p-5, 0x1.5555555555555p-59},    {-0x1.6c16c16c16c17p-10, 0x1.f49f49f49f49fp-65},
-        {0x1.a01a01a01a01ap-16, 0x1.a01a01a01a01ap-76},   {-0x1.27e4fb7789f5cp-22, -0x1.cbbc05b4fa99ap-76},
-        {0x1.1eed8eff8d898p-29, -0x1.2aec959e14c06p-83},  {-0x1.93974a8c07c9dp-37, -0x1.05d6f8a2efd1fp-92},
-        {0x1.ae7f3e733b81fp-45, 0x1.1d8656b0ee8cbp-101},  {-0x1.6827863b97d97p-53, -0x1.eec01221a8b0bp-107},
-        {0x1.e542ba4020225p-62, 0x1.ea72b4afe3c2fp-120},  {-0x1.0ce396db7f853p-70, 0x1.aebcdbd20331cp-124},
-        {0x1.f2cf01972f578p-80, -0x1.9ada5fcc1ab14p-135}, {-0x1.88e85fc6a4e5ap-89, 0x1.71c37ebd16540p-143},
-        {0x1.0a18a2635085dp-98, 0x1.b9e2e28e1aa54p-153},  {-0x1.3932c5047d60ep-108, -0x1.832b7b530a627p-162}};
+        {0x1.5555555555555p-5, 0x1.5555555555555p-59},
+        {-0x1.6c16c16c16c17p-10, 0x1.f49f49f49f49fp-65},
+        {0x1.a01a01a01a01ap-16, 0x1.a01a01a01a01ap-76},
+        {-0x1.27e4fb7789f5cp-22, -0x1.cbbc05b4fa99ap-76},
+        {0x1.1eed8eff8d898p-29, -0x1.2aec959e14c06p-83},
+        {-0x1.93974a8c07c9dp-37, -0x1.05d6f8a2efd1fp-92},
+        {0x1.ae7f3e733b81fp-45, 0x1.1d8656b0ee8cbp-101},
+        {-0x1.6827863b97d97p-53, -0x1.eec01221a8b0bp-107},
+        {0x1.e542ba4020225p-62, 0x1.ea72b4afe3c2fp-120},
+        {-0x1.0ce396db7f853p-70, 0x1.aebcdbd20331cp-124},
+        {0x1.f2cf01972f578p-80, -0x1.9ada5fcc1ab14p-135},
+        {-0x1.88e85fc6a4e5ap-89, 0x1.71c37ebd16540p-143},
+        {0x1.0a18a2635085dp-98, 0x1.b9e2e28e1aa54p-153},
+        {-0x1.3932c5047d60ep-108, -0x1.832b7b530a627p-162}};
     // right angles, and multiples of 2^20 of them, of which an angle below 8e5 has none
     VEC magic = VEC_(of)(0x1.8p52), shifted = x.high * 0x1.45f306dc9c883p-21 + magic;
     VEC many = (shifted - magic) * 0x1p20;
-    shifted = (x.high + many * -0x1.921fb54400000p+0 - many * 0x1.0b4611a600000p-34) * 0x1.45f306dc9c883p-1 + magic;
+    shifted = (x.high + many * -0x1.921fb54400000p+0 - many * 0x1.0b4611a600000p-34) *
+                  0x1.45f306dc9c883p-1 +
+              magic;
     BITS turn = (BITS)shifted;
     DD_TYPE r = DD(less)(x, shifted - magic, many);
     DD_TYPE z = DD(mul)(r, r);
@@ -162,7 +189,8 @@ VEC_INLINE void DD(sincos)(DD_TYPE x, DD_TYPE *sine, DD_TYPE *cosine) {
     s = DD(fma)(DD(mul)(r, z), s, r);
     c = DD(fma)(DD(mul)(z, z), c, DD(sub)(DD(of)(1), DD(scale)(z, VEC_(of)(0.5))));
     // quadrants
-    BITS swap = -(turn & 1), sine_sign = (turn & 2) << 62, cosine_sign = ((turn ^ turn << 1) & 2) << 62;
+    BITS swap = -(turn & 1), sine_sign = (turn & 2) << 62,
+         cosine_sign = ((turn ^ turn << 1) & 2) << 62;
     DD_TYPE a = DD(pick)(swap, c, s), b = DD(pick)(swap, s, c);
     *sine = (DD_TYPE){(VEC)((BITS)a.high ^ sine_sign), (VEC)((BITS)a.low ^ sine_sign)};
     *cosine = (DD_TYPE){(VEC)((BITS)b.high ^ cosine_sign), (VEC)((BITS)b.low ^ cosine_sign)};

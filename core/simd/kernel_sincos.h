@@ -7,8 +7,8 @@
 enum { PEND_TURN_CAP = 64 };
 
 /**
- * Cosines and sines of up to PEND_TURN_CAP angles: within 1 ulp of the larger of the two up to 1e6 rad, and as exact as
- * the angle itself beyond, up to 1e12 rad.
+ * Cosines and sines of up to PEND_TURN_CAP angles: within 1 ulp of the larger of the two up to 1e6
+ * rad, and as exact as the angle itself beyond, up to 1e12 rad.
  *
  * phi       count angles, rad.
  * re, im    out, PEND_TURN_CAP values each, aligned to 64 bytes; those from count on do not matter.

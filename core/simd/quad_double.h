@@ -1,7 +1,9 @@
-/* Numbers of about 62 digits: unevaluated sums of four doubles (Hida, Li and Bailey's quad-double arithmetic).
- * Leaves to others: ranges (products below 1e290 in size, above 1e-200 to keep all digits), what is not finite.
- * Invariant: parts fall by 2^-52 or more each; sums and products are within 2^-203 of the larger operand's, for
- * products and quotients the result's, size, in every instruction set. */
+/* Numbers of about 62 digits: unevaluated sums of four doubles (Hida, Li and Bailey's
+ * quad-double arithmetic).
+ * Leaves to others: ranges (products below 1e290 in size, above 1e-200 to keep all digits), what
+ * is not finite.
+ * Invariant: parts fall by 2^-52 or more each; sums and products are within 2^-203 of the larger
+ * operand's, for products and quotients the result's, size, in every instruction set. */
 #ifndef PEND_QUAD_DOUBLE_H
 #define PEND_QUAD_DOUBLE_H
 
@@ -11,7 +13,8 @@
 
 #include <math.h>
 
-/* keeps a number as it is: no compiler may fuse a product into the sums that it goes to, whatever its flags */
+/* keeps a number as it is: no compiler may fuse a product into the sums that it goes to,
+ * whatever its flags */
 #if defined(__x86_64__)
 #define QUAD_PIN(x) __asm__("" : "+x"(x))
 #elif defined(__aarch64__)
@@ -55,7 +58,8 @@ static inline __attribute__((always_inline)) void quad_three(double *a, double *
 }
 
 /* five parts that overlap, as a number */
-static inline __attribute__((always_inline)) quad quad_renormal(double c0, double c1, double c2, double c3, double c4) {
+static inline __attribute__((always_inline)) quad quad_renormal(double c0, double c1, double c2,
+                                                                double c3, double c4) {
     double s0, s1, s2 = 0, s3 = 0;
     s0 = quad_settle(c3, c4, &c4);
     s0 = quad_settle(c2, s0, &c3);
@@ -108,8 +112,10 @@ static inline __attribute__((always_inline)) quad quad_neg(quad x) {
 }
 
 static inline __attribute__((always_inline)) quad quad_add(quad a, quad b) {
-    double t0, t1, t2, t3, s0 = quad_total(a.part[0], b.part[0], &t0), s1 = quad_total(a.part[1], b.part[1], &t1);
-    double s2 = quad_total(a.part[2], b.part[2], &t2), s3 = quad_total(a.part[3], b.part[3], &t3), u;
+    double t0, t1, t2, t3, s0 = quad_total(a.part[0], b.part[0], &t0),
+                           s1 = quad_total(a.part[1], b.part[1], &t1);
+    double s2 = quad_total(a.part[2], b.part[2], &t2), s3 = quad_total(a.part[3], b.part[3], &t3),
+           u;
     s1 = quad_total(s1, t0, &t0);
     quad_three(&s2, &t0, &t1);
     // the lowest part needs no rest of its own
@@ -119,7 +125,9 @@ static inline __attribute__((always_inline)) quad quad_add(quad a, quad b) {
     return quad_renormal(s0, s1, s2, s3, t0);
 }
 
-static inline __attribute__((always_inline)) quad quad_sub(quad a, quad b) { return quad_add(a, quad_neg(b)); }
+static inline __attribute__((always_inline)) quad quad_sub(quad a, quad b) {
+    return quad_add(a, quad_neg(b));
+}
 
 static inline __attribute__((always_inline)) quad quad_mul(quad x, quad y) {
     const double *a = x.part, *b = y.part;
@@ -159,10 +167,11 @@ static inline __attribute__((always_inline)) quad quad_div(quad x, quad y) {
 /** Sine and cosine within 2^-195 of 1 up to |x| = 1e6. */
 static inline void quad_sincos(quad x, quad *sine, quad *cosine) {
     enum { TERMS = 18, DOUBLINGS = 5 };
-    const quad quarter = {
-        {0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54, -0x1.f1976b7ed8fbcp-110, 0x1.4cf98e804177dp-164}};
+    const quad quarter = {{0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54, -0x1.f1976b7ed8fbcp-110,
+                           0x1.4cf98e804177dp-164}};
     double n = rint(x.part[0] * 0x1.45f306dc9c883p-1);
-    quad r = quad_scale(quad_sub(x, quad_mul(quarter, quad_of(n))), 1.0 / (1 << DOUBLINGS)), z = quad_mul(r, r);
+    quad r = quad_scale(quad_sub(x, quad_mul(quarter, quad_of(n))), 1.0 / (1 << DOUBLINGS)),
+         z = quad_mul(r, r);
     // sin r, and 1 - cos r, which keeps its digits through the doublings
     quad s = r, v = quad_scale(z, 0.5), term = r, rest = v;
     for (int j = 1; j < TERMS; j++) {

@@ -1,4 +1,5 @@
-/* Vectors of 2, 4 and 8 doubles with fused multiply-add where the instruction set of the including kernel has it.
+/* Vectors of 2, 4 and 8 doubles with fused multiply-add where the instruction set of the
+ * including kernel has it.
  * Leaves to others: choosing the instruction set (the Makefile compiles kernels once for each).
  * Invariant: lanes never mix; with avx2 and avx512 a lane's result is the same to the last bit. */
 #ifndef PEND_VEC_H
@@ -35,9 +36,11 @@ VEC_INLINE lanes8 lanes8_fma(lanes8 x, lanes8 y, lanes8 z) {
 #if defined(__AVX512F__)
     return (lanes8)_mm512_fmadd_pd((__m512d)x, (__m512d)y, (__m512d)z);
 #elif defined(__FMA__)
-    lanes4 low = lanes4_fma(__builtin_shufflevector(x, x, 0, 1, 2, 3), __builtin_shufflevector(y, y, 0, 1, 2, 3),
+    lanes4 low = lanes4_fma(__builtin_shufflevector(x, x, 0, 1, 2, 3),
+                            __builtin_shufflevector(y, y, 0, 1, 2, 3),
                             __builtin_shufflevector(z, z, 0, 1, 2, 3));
-    lanes4 high = lanes4_fma(__builtin_shufflevector(x, x, 4, 5, 6, 7), __builtin_shufflevector(y, y, 4, 5, 6, 7),
+    lanes4 high = lanes4_fma(__builtin_shufflevector(x, x, 4, 5, 6, 7),
+                             __builtin_shufflevector(y, y, 4, 5, 6, 7),
                              __builtin_shufflevector(z, z, 4, 5, 6, 7));
     return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
 #else
@@ -45,7 +48,8 @@ VEC_INLINE lanes8 lanes8_fma(lanes8 x, lanes8 y, lanes8 z) {
 #endif
 }
 
-/** Numbers of an array. By single loads: the gathering instruction is slow where it has been made safe. */
+/** Numbers of an array. By single loads: the gathering instruction is slow where it has been made
+ * safe. */
 VEC_INLINE lanes2 lanes2_gather(const double *from, const int index[2]) {
     return (lanes2){from[index[0]], from[index[1]]};
 }
@@ -64,7 +68,8 @@ VEC_INLINE lanes2 lanes2_of(double x) { return (lanes2){x, x}; }
 VEC_INLINE lanes4 lanes4_of(double x) { return (lanes4){x, x, x, x}; }
 VEC_INLINE lanes8 lanes8_of(double x) { return (lanes8){x, x, x, x, x, x, x, x}; }
 
-/* Keeps a vector of the instruction set's own width in a register: gcc 12 would load it anew for every use. */
+/* Keeps a vector of the instruction set's own width in a register: gcc 12 would load it anew for
+ * every use. */
 #if defined(__AVX512F__)
 #define VEC_PIN(x) __asm__("" : "+v"(x))
 #elif defined(__x86_64__)

@@ -1,5 +1,7 @@
-/* The widest vectors of the instruction set that the including kernel is compiled for, and the names that differ by it.
- * Leaves to others: the vectors (vec, double_double), which set runs (isa), compiling once for each set (Makefile).
+/* The widest vectors of the instruction set that the including kernel is compiled for, and the
+ * names that differ by it.
+ * Leaves to others: the vectors (vec, double_double), which set runs (isa), compiling once for
+ * each set (Makefile).
  * Invariant: the width is a number that the preprocessor can compare and paste. */
 #ifndef PEND_VEC_ISA_H
 #define PEND_VEC_ISA_H
@@ -18,7 +20,8 @@
 #define KERNEL_PASTE3(a, b, c) a##b##c
 #define KERNEL_PASTE(a, b, c) KERNEL_PASTE3(a, b, c)
 
-/** KERNEL_OF(vec, _fma) is lanes8_fma, lanes4_fma or lanes2_fma; KERNEL_OF(bits, ) is bits8, bits4 or bits2. */
+/** KERNEL_OF(vec, _fma) is lanes8_fma, lanes4_fma or lanes2_fma; KERNEL_OF(bits, ) is bits8,
+ * bits4 or bits2. */
 #define KERNEL_OF(kind, name) KERNEL_PASTE(kind, KERNEL_WIDTH, name)
 
 /** KERNEL_NAME(pend_x_) is pend_x_base, pend_x_avx2 or pend_x_avx512. */

@@ -14,7 +14,9 @@ VEC_INLINE VEC OF(get)(const double *at) { return *(const VEC *)(const void *)at
 VEC_INLINE void OF(put)(double *at, VEC x) { *(VEC *)(void *)at = x; }
 
 /** x where the mask is all ones, y where it is 0. */
-VEC_INLINE VEC OF(pick)(BITS mask, VEC x, VEC y) { return (VEC)((mask & (BITS)x) | (~mask & (BITS)y)); }
+VEC_INLINE VEC OF(pick)(BITS mask, VEC x, VEC y) {
+    return (VEC)((mask & (BITS)x) | (~mask & (BITS)y));
+}
 
 /** The larger, the smaller of two; y where one of them is not a number. */
 #if LANES == 8 && defined(__AVX512F__)
@@ -52,16 +54,20 @@ VEC_INLINE VEC OF(floor)(VEC x) {
     return near - (VEC)((BITS)(near > x) & (BITS)OF(of)(1));
 }
 
-/* x + low = turn pi / 2 + r + rest, |r| below pi / 4 and a little, rest below an ulp of r; returns r. */
+/* x + low = turn pi / 2 + r + rest, |r| below pi / 4 and a little, rest below an ulp of r;
+ * returns r. */
 VEC_INLINE VEC OF(reduce)(VEC x, VEC low, VEC *rest, BITS *turn) {
-    VEC magic = OF(of)(0x1.8p52), shifted = OF(fma)(x, OF(of)(0x1.45f306dc9c883p-1), magic), n = shifted - magic;
+    VEC magic = OF(of)(0x1.8p52), shifted = OF(fma)(x, OF(of)(0x1.45f306dc9c883p-1), magic),
+        n = shifted - magic;
 #ifdef __FMA__
     // what is left by all 53 bits of pi / 2 is a multiple of 2^-53 below 1, hence exact
-    VEC near = OF(fma)(n, OF(of)(-0x1.921fb54442d18p+0), x), tail = OF(fma)(n, OF(of)(-0x1.1a62633145c07p-54), low);
+    VEC near = OF(fma)(n, OF(of)(-0x1.921fb54442d18p+0), x),
+        tail = OF(fma)(n, OF(of)(-0x1.1a62633145c07p-54), low);
 #else
     // n times the first two parts of pi / 2 is exact up to n = 2^20
     VEC far = x - n * 0x1.921fb54400000p+0, second = n * 0x1.0b4611a600000p-34, near = far - second;
-    // the rounding of that difference, none where far is the smaller one, and the rest of pi / 2 go to the tail
+    // the rounding of that difference, none where far is the smaller one, and the rest of pi / 2 go
+    // to the tail
     VEC tail = ((far - near) - second) + low - n * 0x1.3198a2e037073p-69;
 #endif
     VEC r = near + tail;
@@ -91,7 +97,8 @@ VEC_INLINE VEC OF(cosine_terms)(VEC z) {
 VEC_INLINE void OF(quadrant)(BITS turn, VEC sin_r, VEC cos_r, VEC *sine, VEC *cosine) {
 #if LANES == 8 && defined(__AVX512F__)
     __m512i sign = _mm512_set1_epi64((long long)0x8000000000000000ULL), one = _mm512_set1_epi64(1);
-    __m512i first = _mm512_slli_epi64((__m512i)turn, 62), next = _mm512_add_epi64(first, _mm512_set1_epi64(1LL << 62));
+    __m512i first = _mm512_slli_epi64((__m512i)turn, 62),
+            next = _mm512_add_epi64(first, _mm512_set1_epi64(1LL << 62));
     __mmask8 swap = _mm512_test_epi64_mask((__m512i)turn, one);
     __m512i s = (__m512i)_mm512_mask_blend_pd(swap, (__m512d)sin_r, (__m512d)cos_r);
     __m512i c = (__m512i)_mm512_mask_blend_pd(swap, (__m512d)cos_r, (__m512d)sin_r);
@@ -106,8 +113,8 @@ VEC_INLINE void OF(quadrant)(BITS turn, VEC sin_r, VEC cos_r, VEC *sine, VEC *co
 }
 
 /**
- * Sine and cosine of x + low, |low| below an ulp or so of x: within 1 ulp of the larger of the two up to |x| = 1e6, and
- * as exact as x itself up to 1e12.
+ * Sine and cosine of x + low, |low| below an ulp or so of x: within 1 ulp of the larger of the two
+ * up to |x| = 1e6, and as exact as x itself up to 1e12.
  */
 VEC_INLINE void OF(sincos)(VEC x, VEC low, VEC *sine, VEC *cosine) {
     BITS turn;
@@ -124,8 +131,10 @@ VEC_INLINE void OF(sixteenths)(BITS turn, VEC *sine, VEC *cosine) {
 #if LANES == 8 && defined(__AVX512F__)
     // the lowest four bits choose
     const double *at = lanes_sixteenths;
-    *sine = (VEC)_mm512_permutex2var_pd(_mm512_loadu_pd(at), (__m512i)turn, _mm512_loadu_pd(at + 8));
-    *cosine = (VEC)_mm512_permutex2var_pd(_mm512_loadu_pd(at + 4), (__m512i)turn, _mm512_loadu_pd(at + 12));
+    *sine =
+        (VEC)_mm512_permutex2var_pd(_mm512_loadu_pd(at), (__m512i)turn, _mm512_loadu_pd(at + 8));
+    *cosine = (VEC)_mm512_permutex2var_pd(_mm512_loadu_pd(at + 4), (__m512i)turn,
+                                          _mm512_loadu_pd(at + 12));
 #else
     for (int i = 0; i < LANES; i++) {
         (*sine)[i] = lanes_sixteenths[turn[i] & 15];
@@ -136,26 +145,32 @@ VEC_INLINE void OF(sixteenths)(BITS turn, VEC *sine, VEC *cosine) {
 
 /* x + low = turn pi / 8 + r, |r| below pi / 16 and a little; returns r */
 VEC_INLINE VEC OF(reduce_eighths)(VEC x, VEC low, BITS *turn) {
-    VEC magic = OF(of)(0x1.8p52), shifted = OF(fma)(x, OF(of)(0x1.45f306dc9c883p+1), magic), n = shifted - magic;
+    VEC magic = OF(of)(0x1.8p52), shifted = OF(fma)(x, OF(of)(0x1.45f306dc9c883p+1), magic),
+        n = shifted - magic;
     *turn = (BITS)shifted;
 #ifdef __FMA__
     // what is left by all 53 bits of pi / 8 is a multiple of 2^-54 below 1/4, hence exact
-    return OF(fma)(n, OF(of)(-0x1.921fb54442d18p-2), x) + OF(fma)(n, OF(of)(-0x1.1a62633145c07p-56), low);
+    return OF(fma)(n, OF(of)(-0x1.921fb54442d18p-2), x) +
+           OF(fma)(n, OF(of)(-0x1.1a62633145c07p-56), low);
 #else
     // n times the first two parts of pi / 8 is exact up to n = 2^23
-    VEC far = x - n * 0x1.921fb54800000p-2, second = n * -0x1.de973dc800000p-33, near = far - second;
+    VEC far = x - n * 0x1.921fb54800000p-2, second = n * -0x1.de973dc800000p-33,
+        near = far - second;
     return near + (((far - near) - second) + low - n * -0x1.9d9cceba3f91fp-64);
 #endif
 }
 
 /**
- * Sine and cosine of the exact x - base: of either half an ulp of 1 more than sincos at the most, a sine near 0 to its
- * own last digits; two thirds of the work, since steps of a sixteenth of the circle leave so little of an
- * angle that short polynomials do, and that its own rounding is none of the result's.
+ * Sine and cosine of the exact x - base: of either half an ulp of 1 more than sincos at the most, a
+ * sine near 0 to its own last digits; two thirds of the work, since steps of a sixteenth of the
+ * circle leave so little of an angle that short polynomials do, and that its own rounding is none
+ * of the result's.
  */
 VEC_INLINE void OF(between)(VEC x, VEC base, VEC *sine, VEC *cosine) {
-    // the difference is rounded, and near a half turn its rounding is all that tells two arms from aligned ones
-    VEC angle = x - base, back = x - angle, low = (x - (angle + back)) + (back - base), far_sine, far_cosine;
+    // the difference is rounded, and near a half turn its rounding is all that tells two arms from
+    // aligned ones
+    VEC angle = x - base, back = x - angle, low = (x - (angle + back)) + (back - base), far_sine,
+        far_cosine;
     BITS turn;
     VEC r = OF(reduce_eighths)(angle, low, &turn), z = r * r;
     VEC s = OF(fma)(z, OF(of)(0x1.718d60897d040p-19), OF(of)(-0x1.a019f726ba98ap-13));

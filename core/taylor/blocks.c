@@ -3,7 +3,9 @@
 static int blocks_start(int k) { return k / BLOCK_ARMS * BLOCK_ARMS; }
 
 /* an arm that hangs on no arm of its own block */
-static int blocks_leaves(const struct pend_tree *tree, int k) { return tree->parent[k] < blocks_start(k); }
+static int blocks_leaves(const struct pend_tree *tree, int k) {
+    return tree->parent[k] < blocks_start(k);
+}
 
 /* an arm that is its block's first and hangs on the last of the block before */
 static int blocks_leads(const struct pend_tree *tree, int k) {
@@ -22,7 +24,9 @@ static int blocks_degree(const struct pend_tree *tree, int k) {
     return degree;
 }
 
-static int blocks_crowded(const struct pend_tree *tree, int k) { return blocks_degree(tree, k) == BLOCK_SIBLINGS + 2; }
+static int blocks_crowded(const struct pend_tree *tree, int k) {
+    return blocks_degree(tree, k) == BLOCK_SIBLINGS + 2;
+}
 
 struct blocks_counts {
     size_t up, down, kids, apart, joints, crowd;
@@ -87,7 +91,8 @@ static void blocks_read(struct block_lanes *lanes, int lane, int from) {
 }
 
 /* siblings of arm k, those in its own block first */
-static int blocks_siblings(const struct pend_tree *tree, int k, int sibling[BLOCK_SIBLINGS], int *near) {
+static int blocks_siblings(const struct pend_tree *tree, int k, int sibling[BLOCK_SIBLINGS],
+                           int *near) {
     int p = tree->parent[k], count = 0;
     *near = 0;
     if (p < 0 || blocks_crowded(tree, p)) return 0;
@@ -130,9 +135,11 @@ static void blocks_shapes(struct blocks *b, const struct pend_tree *tree) {
         shape->apart.first = apart;
         for (int lane = 0; lane < BLOCK_ARMS; lane++) {
             shape->parents[lane] = pend_blocks_place(start + lane - 1);
-            for (int j = 0; j < BLOCK_SIBLINGS; j++) shape->siblings[j][lane] = pend_blocks_place(-1);
+            for (int j = 0; j < BLOCK_SIBLINGS; j++)
+                shape->siblings[j][lane] = pend_blocks_place(-1);
         }
-        for (int k = start; k < start + BLOCK_ARMS && k < tree->n; k++) blocks_lane(b, tree, k, &apart);
+        for (int k = start; k < start + BLOCK_ARMS && k < tree->n; k++)
+            blocks_lane(b, tree, k, &apart);
         shape->apart.end = apart;
     }
 }
@@ -152,7 +159,8 @@ static void blocks_down_edges(struct blocks *b, const struct pend_tree *tree) {
     }
 }
 
-/* edges from later blocks in the order of their parents' blocks; the sweep that needs them comes from the last block:
+/* edges from later blocks in the order of their parents' blocks; the sweep that needs them comes
+ * from the last block:
  * what is known last is added last */
 static void blocks_up_edges(struct blocks *b, const struct pend_tree *tree) {
     int edges = 0;

@@ -1,6 +1,8 @@
-/* A tree cut into blocks of eight arms: which arms of a block hang on each other, and what joins one block to another.
+/* A tree cut into blocks of eight arms: which arms of a block hang on each other, and what joins
+ * one block to another.
  * Leaves to others: the arithmetic (blocks_template), memory (jets).
- * Invariant: depends on the tree's shape alone; a block's arms follow each other in the tree's stored order. */
+ * Invariant: depends on the tree's shape alone; a block's arms follow each other in the tree's
+ * stored order. */
 #ifndef PEND_BLOCKS_H
 #define PEND_BLOCKS_H
 
@@ -11,12 +13,15 @@
 /*
  * Rows of a block, eight numbers each.
  *
- * C_FIRST, Z_FIRST           cosine and sine of each arm's first child, which is the next arm; 0 where there is none
+ * C_FIRST, Z_FIRST           cosine and sine of each arm's first child, which is the next arm; 0
+ *                            where there is none
  * LEAN, NU, TAU, INV, INV_EFF, STIFF, WEIGHT   as in jets_system
  * PART, ACROSS, ALONG, SINE  1, cosine and sine over the length; sine
- * LEAD_UP, LEAD_DOWN         what the next block's first arm does to this block, what the last block's last arm does
+ * LEAD_UP, LEAD_DOWN         what the next block's first arm does to this block, what the last
+ *                            block's last arm does
  * TR, TI, CR, NEXT_*         T and c of the order at hand and, as far as known, of the order after
- * S, SIDE                    known force across each arm over the order; the same with its children's
+ * S, SIDE                    known force across each arm over the order; the same with its
+ *                            children's
  * BIAS, PUSH, SWAY           f, h, Z f
  * OTHERS                     sum of Z f over the siblings at crowded joints; else 0
  * REST, TENSION              as in jets_system
@@ -25,8 +30,10 @@
  */
 // clang-format off
 #define BLOCK_ROWS(X) \
-    X(C_FIRST) X(Z_FIRST) X(LEAN) X(NU) X(TAU) X(INV) X(INV_EFF) X(STIFF) X(WEIGHT) X(PART) X(ACROSS) X(ALONG) X(SINE) \
-    X(LEAD_UP) X(LEAD_DOWN) X(TR) X(TI) X(CR) X(NEXT_TR) X(NEXT_TI) X(NEXT_CR) X(NEXT_CI) X(S) X(SIDE) X(BIAS) X(PUSH) \
+    X(C_FIRST) X(Z_FIRST) X(LEAN) X(NU) X(TAU) X(INV) X(INV_EFF) X(STIFF) X(WEIGHT) X(PART) \
+    X(ACROSS) X(ALONG) X(SINE) \
+    X(LEAD_UP) X(LEAD_DOWN) X(TR) X(TI) X(CR) X(NEXT_TR) X(NEXT_TI) X(NEXT_CR) X(NEXT_CI) X(S) \
+    X(SIDE) X(BIAS) X(PUSH) \
     X(SWAY) X(OTHERS) X(REST) X(TENSION) X(RADIAL) X(TANGENTIAL) X(UP)
 // clang-format on
 
@@ -57,17 +64,18 @@ struct block_shape {
     int straight; /* every arm hangs on the one before it, the first on the last block's last */
     int lead;     /* the first arm does so */
     int rounds;   /* most siblings of an arm that is not at a crowded joint */
-    struct block_lanes parent, sibling[BLOCK_SIBLINGS];            /* those in this block */
-    int parents[BLOCK_ARMS], siblings[BLOCK_SIBLINGS][BLOCK_ARMS]; /* places of all; the pivot where there is none */
-    struct block_run up;                                           /* edges from later blocks, without a lead */
-    struct block_run down;                                         /* edges to earlier ones, a lead first */
-    struct block_run kids;                                         /* children of the block's arms that are not first */
-    struct block_run apart;                                        /* siblings in other blocks */
-    struct block_run joints;                                       /* crowded joints */
+    struct block_lanes parent, sibling[BLOCK_SIBLINGS]; /* those in this block */
+    int parents[BLOCK_ARMS],
+        siblings[BLOCK_SIBLINGS][BLOCK_ARMS]; /* places of all; the pivot where there is none */
+    struct block_run up;                      /* edges from later blocks, without a lead */
+    struct block_run down;                    /* edges to earlier ones, a lead first */
+    struct block_run kids;                    /* children of the block's arms that are not first */
+    struct block_run apart;                   /* siblings in other blocks */
+    struct block_run joints;                  /* crowded joints */
 };
 
-/* A place is an index from `numbers`: lane i of block b in its row 0 is b BLOCK_NUMBERS + i. Before block 0 is one
- * more, whose last lane is the pivot and whose other rows are zero. */
+/* A place is an index from `numbers`: lane i of block b in its row 0 is b BLOCK_NUMBERS + i.
+ * Before block 0 is one more, whose last lane is the pivot and whose other rows are zero. */
 struct blocks {
     int count;       /* blocks */
     double *numbers; /* count blocks of BLOCK_NUMBERS */
@@ -76,10 +84,12 @@ struct blocks {
     int *up_place, *up_arm;     /* of the child */
     int *down_place, *down_arm; /* of the parent; of the child */
     int *kid_place, *kid_arm;
-    int *apart_place;                                 /* of a sibling */
-    unsigned char *up_lane;                           /* the parent's */
-    unsigned char *down_lane, *kid_lane, *apart_lane; /* 1 << the arm's, the parent's, the arm's lane */
-    int *crowd_first, *crowd_place, *crowd_arm; /* crowded joint i has the children crowd_first[i] .. [i + 1] - 1 */
+    int *apart_place;       /* of a sibling */
+    unsigned char *up_lane; /* the parent's */
+    unsigned char *down_lane, *kid_lane,
+        *apart_lane; /* 1 << the arm's, the parent's, the arm's lane */
+    int *crowd_first, *crowd_place,
+        *crowd_arm; /* crowded joint i has the children crowd_first[i] .. [i + 1] - 1 */
 };
 
 /** Bytes that the blocks of a tree need, a multiple of 64. O(n). */
@@ -95,7 +105,8 @@ void pend_blocks_init(struct blocks *blocks, const struct pend_tree *tree, void 
 
 /** The place of arm k. */
 static inline int pend_blocks_place(int k) {
-    return k < 0 ? -BLOCK_NUMBERS + BLOCK_ARMS - 1 : k / BLOCK_ARMS * BLOCK_NUMBERS + k % BLOCK_ARMS;
+    return k < 0 ? -BLOCK_NUMBERS + BLOCK_ARMS - 1
+                 : k / BLOCK_ARMS * BLOCK_NUMBERS + k % BLOCK_ARMS;
 }
 
 #endif

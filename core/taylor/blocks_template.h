@@ -1,6 +1,8 @@
-/* The orders of one large tree, in blocks of eight arms: within a block both sweeps are a product with a small inverse.
+/* The orders of one large tree, in blocks of eight arms: within a block both sweeps are a
+ * product with a small inverse.
  * Leaves to others: the factorization (jets_template), the cutting (blocks).
- * Invariant: an order waits once for each block, not for each arm; nothing is subtracted that jets_kernel does not. */
+ * Invariant: an order waits once for each block, not for each arm; nothing is subtracted that
+ * jets_kernel does not. */
 #ifndef PEND_BLOCKS_TEMPLATE_H
 #define PEND_BLOCKS_TEMPLATE_H
 
@@ -9,7 +11,9 @@
 #include "core/simd/vec8_template.h"
 #include "core/taylor/jets_factor.h"
 
-VEC_INLINE double *blocks_at(const struct blocks *b, int block) { return b->numbers + (size_t)block * BLOCK_NUMBERS; }
+VEC_INLINE double *blocks_at(const struct blocks *b, int block) {
+    return b->numbers + (size_t)block * BLOCK_NUMBERS;
+}
 
 VEC_INLINE wide block_get(const double *at, int row) { return wide_get(at + row * BLOCK_ARMS); }
 
@@ -18,17 +22,19 @@ VEC_INLINE void block_put(double *at, int row, wide x) { wide_put(at + row * BLO
 /* ---- once a step */
 
 /* answers of a block's arms from lane h on to a unit at arm i, on the way up and on the way down */
-VEC_INLINE void block_invert(const struct jets_system *s, const struct block_shape *shape, double *at, int start,
-                               int h) {
+VEC_INLINE void block_invert(const struct jets_system *s, const struct block_shape *shape,
+                             double *at, int start, int h) {
     wide up[BLOCK_ARMS], down[BLOCK_ARMS];
     for (int i = 0; i < BLOCK_ARMS; i++) {
         up[i] = down[i] = wide_only(1, i, h);
         int p = shape->parent.from[i];
-        if (shape->parent.mask >> i & 1) up[i] = wide_fma(wide_of(s->kappa[start + i]), up[p], up[i]);
+        if (shape->parent.mask >> i & 1)
+            up[i] = wide_fma(wide_of(s->kappa[start + i]), up[p], up[i]);
     }
     for (int i = BLOCK_ARMS - 1; i >= 0; i--) {
         int p = shape->parent.from[i];
-        if (shape->parent.mask >> i & 1) down[p] = wide_fma(wide_of(s->kappa[start + i]), down[i], down[p]);
+        if (shape->parent.mask >> i & 1)
+            down[p] = wide_fma(wide_of(s->kappa[start + i]), down[i], down[p]);
     }
     for (int i = 0; i < BLOCK_ARMS; i++) {
         block_put(at + h, BLOCK_UP + i, up[i]);
@@ -38,7 +44,8 @@ VEC_INLINE void block_invert(const struct jets_system *s, const struct block_sha
 
 /* arms a .. a + WIDE - 1, whose rows are at `at` */
 VEC_INLINE void block_coefficients(const struct jets_system *s, double *at, int a) {
-    wide eff = wide_get(s->eff + a), kappa = wide_get(s->kappa + a), part = wide_get(s->inv_len + a);
+    wide eff = wide_get(s->eff + a), kappa = wide_get(s->kappa + a),
+         part = wide_get(s->inv_len + a);
     wide cosine = wide_get(s->cosine + a), sine = wide_get(s->sine + a);
     block_put(at, BLOCK_LEAN, wide_get(s->lean + a));
     block_put(at, BLOCK_NU, wide_get(s->nu + a));
@@ -58,7 +65,8 @@ VEC_INLINE void block_coefficients(const struct jets_system *s, double *at, int 
     }
 }
 
-/* what the next block's first arm does to a block, where it hangs on the block's last; what the last does to the next
+/* what the next block's first arm does to a block, where it hangs on the block's last; what the
+ * last does to the next
  */
 static void blocks_join(const struct jets_system *s, const struct blocks *b) {
     for (int a = 0; a < b->count * BLOCK_ARMS; a += WIDE) {
@@ -83,7 +91,8 @@ static void blocks_prepare(const struct jets_system *s, const struct blocks *b) 
 /* ---- once an order, from the last block to the first */
 
 /* T and c of order k; what is known of order k + 1 waits in the block's rows */
-VEC_INLINE struct convolved block_known(const struct jets_system *s, double *at, size_t row, int k) {
+VEC_INLINE struct convolved block_known(const struct jets_system *s, double *at, size_t row,
+                                        int k) {
     struct convolved next, now = convolve(s, row, k, &next);
     block_put(at, BLOCK_NEXT_TR, next.Tr);
     block_put(at, BLOCK_NEXT_TI, next.Ti);
@@ -93,9 +102,10 @@ VEC_INLINE struct convolved block_known(const struct jets_system *s, double *at,
 }
 
 /* the same of the second of two orders */
-VEC_INLINE struct convolved block_complete(const struct jets_system *s, const double *at, size_t row, int k) {
-    struct convolved known = {block_get(at, BLOCK_NEXT_TR), block_get(at, BLOCK_NEXT_TI), block_get(at, BLOCK_NEXT_CR),
-                              block_get(at, BLOCK_NEXT_CI)};
+VEC_INLINE struct convolved block_complete(const struct jets_system *s, const double *at,
+                                           size_t row, int k) {
+    struct convolved known = {block_get(at, BLOCK_NEXT_TR), block_get(at, BLOCK_NEXT_TI),
+                              block_get(at, BLOCK_NEXT_CR), block_get(at, BLOCK_NEXT_CI)};
     return convolve_rest(s, row, k, known);
 }
 
@@ -107,7 +117,8 @@ VEC_INLINE double blocks_one(const struct blocks *b, int place, int row) {
 /* x less y in the lanes of a mask, of which one is set */
 VEC_INLINE void block_less(struct vec8 *x, unsigned char mask, double y) {
 #if KERNEL_WIDTH == 8
-    x->part[0] = (wide)_mm512_mask_sub_pd((__m512d)x->part[0], mask, (__m512d)x->part[0], (__m512d)wide_of(y));
+    x->part[0] = (wide)_mm512_mask_sub_pd((__m512d)x->part[0], mask, (__m512d)x->part[0],
+                                          (__m512d)wide_of(y));
 #else
     int lane = __builtin_ctz(mask);
     for (int p = 0; p < VEC8_PARTS; p++) x->part[p] -= wide_only(y, lane, p * WIDE);
@@ -116,13 +127,15 @@ VEC_INLINE void block_less(struct vec8 *x, unsigned char mask, double y) {
 
 /* adds y times a row */
 VEC_INLINE void block_add(struct vec8 *x, const double *at, int row, wide y) {
-    for (int p = 0; p < VEC8_PARTS; p++) x->part[p] = wide_fma(block_get(at + p * WIDE, row), y, x->part[p]);
+    for (int p = 0; p < VEC8_PARTS; p++)
+        x->part[p] = wide_fma(block_get(at + p * WIDE, row), y, x->part[p]);
 }
 
-/* f, the constant part of the force that an arm asks for; lane 0 of `after` is that of the next block's first */
+/* f, the constant part of the force that an arm asks for; lane 0 of `after` is that of the next
+ * block's first */
 VEC_INLINE struct vec8 block_bias(const struct jets_system *s, const struct blocks *b,
-                                     const struct block_shape *shape, const double *at, const struct vec8 *pull,
-                                     wide after) {
+                                  const struct block_shape *shape, const double *at,
+                                  const struct vec8 *pull, wide after) {
     struct vec8 bias = vec8_product(at + BLOCK_UP * BLOCK_ARMS, pull);
     for (int e = shape->up.first; e < shape->up.end; e++) {
         double child = s->kappa[b->up_arm[e]] * blocks_one(b, b->up_place[e], BLOCK_BIAS);
@@ -168,8 +181,9 @@ VEC_INLINE wide block_next(const struct vec8 *x, int p, wide after) {
 }
 
 /* known forces of the arms and their children: the constant part of h goes to `pull` */
-VEC_INLINE void block_gather(const struct jets_system *s, const struct blocks *b, const struct block_shape *shape,
-                               double *at, wide after, struct vec8 *side, struct vec8 *pull) {
+VEC_INLINE void block_gather(const struct jets_system *s, const struct blocks *b,
+                             const struct block_shape *shape, double *at, wide after,
+                             struct vec8 *side, struct vec8 *pull) {
     struct vec8 here = vec8_get(at + BLOCK_S * BLOCK_ARMS);
     for (int p = 0; p < VEC8_PARTS; p++) {
         wide next = block_next(&here, p, after);
@@ -184,16 +198,19 @@ VEC_INLINE void block_gather(const struct jets_system *s, const struct blocks *b
     }
     for (int p = 0; p < VEC8_PARTS; p++) {
         block_put(at + p * WIDE, BLOCK_SIDE, side->part[p]);
-        pull->part[p] = wide_fma(block_get(at + p * WIDE, BLOCK_LEAN), side->part[p], pull->part[p]);
+        pull->part[p] =
+            wide_fma(block_get(at + p * WIDE, BLOCK_LEAN), side->part[p], pull->part[p]);
     }
 }
 
 /* what stays of the tangential acceleration */
-VEC_INLINE void block_rest(const struct jets_system *s, const struct blocks *b, const struct block_shape *shape,
-                             double *at, const struct vec8 *bias, wide after, const struct vec8 *side) {
+VEC_INLINE void block_rest(const struct jets_system *s, const struct blocks *b,
+                           const struct block_shape *shape, double *at, const struct vec8 *bias,
+                           wide after, const struct vec8 *side) {
     struct vec8 rest;
     for (int p = 0; p < VEC8_PARTS; p++) {
-        rest.part[p] = wide_fma(block_get(at + p * WIDE, BLOCK_Z_FIRST), block_next(bias, p, after), side->part[p]);
+        rest.part[p] = wide_fma(block_get(at + p * WIDE, BLOCK_Z_FIRST), block_next(bias, p, after),
+                                side->part[p]);
     }
     for (int e = shape->kids.first; e < shape->kids.end; e++) {
         double child = blocks_one(b, b->kid_place[e], BLOCK_BIAS);
@@ -213,14 +230,16 @@ static void blocks_up(const struct jets_system *s, const struct blocks *b) {
         struct vec8 side, pull, heave, bias;
         block_gather(s, b, shape, at, after_s, &side, &pull);
         for (int p = 0; p < VEC8_PARTS; p++) {
-            heave.part[p] = block_get(at + p * WIDE, BLOCK_WEIGHT) * block_get(at + p * WIDE, BLOCK_TI);
+            heave.part[p] =
+                block_get(at + p * WIDE, BLOCK_WEIGHT) * block_get(at + p * WIDE, BLOCK_TI);
             pull.part[p] -= heave.part[p];
         }
         bias = block_bias(s, b, shape, at, &pull, after_bias);
         for (int p = 0; p < VEC8_PARTS; p++) {
             block_put(at + p * WIDE, BLOCK_BIAS, bias.part[p]);
             block_put(at + p * WIDE, BLOCK_PUSH, bias.part[p] + heave.part[p]);
-            block_put(at + p * WIDE, BLOCK_SWAY, bias.part[p] * block_get(at + p * WIDE, BLOCK_SINE));
+            block_put(at + p * WIDE, BLOCK_SWAY,
+                      bias.part[p] * block_get(at + p * WIDE, BLOCK_SINE));
         }
         block_rest(s, b, shape, at, &bias, after_bias, &side);
         for (int j = shape->joints.first; j < shape->joints.end; j++) block_crowd(b, j);
@@ -232,14 +251,15 @@ static void blocks_up(const struct jets_system *s, const struct blocks *b) {
 
 #if KERNEL_WIDTH == 8
 VEC_INLINE wide block_lanes(const struct block_lanes *lanes, wide x) {
-    __m512i from = _mm512_cvtepi8_epi64(_mm_loadl_epi64((const __m128i *)(const void *)lanes->from));
+    __m512i from =
+        _mm512_cvtepi8_epi64(_mm_loadl_epi64((const __m128i *)(const void *)lanes->from));
     return (wide)_mm512_maskz_permutexvar_pd(lanes->mask, from, (__m512d)x);
 }
 #endif
 
 /* a row's values at the parents of the arms from lane h on */
-VEC_INLINE wide block_parents(const struct blocks *b, const struct block_shape *shape, const double *at, int row,
-                                int h) {
+VEC_INLINE wide block_parents(const struct blocks *b, const struct block_shape *shape,
+                              const double *at, int row, int h) {
     const double *before = h ? at + h - WIDE : at - BLOCK_NUMBERS + BLOCK_ARMS - WIDE;
     if (shape->straight) return wide_unshift(block_get(before, row), block_get(at + h, row));
 #if KERNEL_WIDTH == 8
@@ -255,8 +275,8 @@ VEC_INLINE wide block_parents(const struct blocks *b, const struct block_shape *
 }
 
 /* x less the sum of Z f over each arm's siblings, but for crowded joints */
-VEC_INLINE wide block_siblings(const struct blocks *b, const struct block_shape *shape, const double *at, wide x,
-                                 int h) {
+VEC_INLINE wide block_siblings(const struct blocks *b, const struct block_shape *shape,
+                               const double *at, wide x, int h) {
 #if KERNEL_WIDTH == 8
     (void)h;
     struct vec8 all = {{x}};
@@ -276,19 +296,22 @@ VEC_INLINE wide block_siblings(const struct blocks *b, const struct block_shape 
 }
 
 /* the constant part of mu, tension first: the siblings' part leaves the arm itself out */
-VEC_INLINE wide block_tension(const struct blocks *b, const struct block_shape *shape, double *at, int h) {
+VEC_INLINE wide block_tension(const struct blocks *b, const struct block_shape *shape, double *at,
+                              int h) {
     wide across = block_parents(b, shape, at, BLOCK_SIDE, h) - block_get(at + h, BLOCK_OTHERS);
     across = block_siblings(b, shape, at, across, h);
     wide bias = block_get(at + h, BLOCK_BIAS), push = block_get(at + h, BLOCK_PUSH);
-    wide tension = wide_fma(block_get(at + h, BLOCK_TAU), across, block_get(at + h, BLOCK_NU) * bias);
+    wide tension =
+        wide_fma(block_get(at + h, BLOCK_TAU), across, block_get(at + h, BLOCK_NU) * bias);
     block_put(at + h, BLOCK_TENSION, tension);
     return (tension - push) * block_get(at + h, BLOCK_INV_EFF);
 }
 
-/* acceleration of the tips along their arms; the last lane of `before` is that of the block before */
+/* acceleration of the tips along their arms; the last lane of `before` is that of the block
+ * before */
 VEC_INLINE struct vec8 block_radial(const struct jets_system *s, const struct blocks *b,
-                                       const struct block_shape *shape, const double *at, const struct vec8 *shift,
-                                       wide before) {
+                                    const struct block_shape *shape, const double *at,
+                                    const struct vec8 *shift, wide before) {
     struct vec8 radial = vec8_product(at + BLOCK_DOWN * BLOCK_ARMS, shift);
     for (int e = shape->down.first + shape->lead; e < shape->down.end; e++) {
         int arm = b->down_arm[e];
@@ -300,10 +323,12 @@ VEC_INLINE struct vec8 block_radial(const struct jets_system *s, const struct bl
 }
 
 /* the coefficients of order k of a block's arms from lane h on and what they make of u */
-VEC_INLINE void block_learn(const struct jets_system *s, const struct blocks *b, int i, int h, int k) {
+VEC_INLINE void block_learn(const struct jets_system *s, const struct blocks *b, int i, int h,
+                            int k) {
     enum { STRIDE = BLOCK_ARMS };
     double *block = blocks_at(b, i), *at = block + h;
-    size_t now = (size_t)i * s->tile + (size_t)k * STRIDE + (size_t)h, next = now + STRIDE, after = next + STRIDE;
+    size_t now = (size_t)i * s->tile + (size_t)k * STRIDE + (size_t)h, next = now + STRIDE,
+           after = next + STRIDE;
     wide order = wide_of(k + 1), turn_share = wide_of(s->share[k + 1]);
     wide radial = block_parents(b, &b->shape[i], block, BLOCK_RADIAL, h);
     wide tangential = block_parents(b, &b->shape[i], block, BLOCK_TANGENTIAL, h);
@@ -325,7 +350,8 @@ VEC_INLINE double blocks_hang(const struct jets_system *s, const struct blocks *
 }
 
 /* root to leaves */
-static void blocks_down(const struct jets_system *s, const struct blocks *b, double gravity, int k) {
+static void blocks_down(const struct jets_system *s, const struct blocks *b, double gravity,
+                        int k) {
     wide before = wide_of(0);
     for (int i = 0; i < b->count; i++) {
         double *at = blocks_at(b, i);
@@ -345,7 +371,8 @@ static void blocks_down(const struct jets_system *s, const struct blocks *b, dou
     }
 }
 
-/* all orders: rate_1 .. rate_order and force_0 .. force_{order - 1} from rate_0 and the factorization */
+/* all orders: rate_1 .. rate_order and force_0 .. force_{order - 1} from rate_0 and the
+ * factorization */
 static void blocks_orders(const struct jets_system *s, double gravity, int order) {
     const struct blocks *b = s->blocks;
     jets_factor(s);

@@ -16,7 +16,9 @@ int pend_chain_suits(const struct pend_tree *tree) {
     return most <= CHAIN_MASSES * least;
 }
 
-static size_t chain_count(const struct pend_tree *tree) { return ((size_t)tree->n + CHAIN_ARMS - 1) / CHAIN_ARMS; }
+static size_t chain_count(const struct pend_tree *tree) {
+    return ((size_t)tree->n + CHAIN_ARMS - 1) / CHAIN_ARMS;
+}
 
 size_t pend_chain_bytes(const struct pend_tree *tree) {
     return (chain_count(tree) + 2) * CHAIN_NUMBERS * sizeof(double);
@@ -35,6 +37,7 @@ void pend_chain_init(struct chain *chain, const struct pend_tree *tree, void *me
         at[CHAIN_PART * CHAIN_ARMS] = 1 / tree->len[k];
     }
     // arms that are not there are divided by too
-    double *last = chain->numbers + (size_t)(chain->count - 1) * CHAIN_NUMBERS + CHAIN_N_LAST * CHAIN_ARMS;
+    double *last =
+        chain->numbers + (size_t)(chain->count - 1) * CHAIN_NUMBERS + CHAIN_N_LAST * CHAIN_ARMS;
     for (int k = tree->n; k < chain->count * CHAIN_ARMS; k++) last[k % CHAIN_ARMS] = 1;
 }

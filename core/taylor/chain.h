@@ -1,5 +1,7 @@
-/* A chain, each arm hanging on the one before it, in pieces of eight arms: the numbers from which its tensions follow.
- * Leaves to others: the arithmetic (chain_template), memory (jets), other trees and unlike masses (blocks).
+/* A chain, each arm hanging on the one before it, in pieces of eight arms: the numbers from
+ * which its tensions follow.
+ * Leaves to others: the arithmetic (chain_template), memory (jets), other trees and unlike
+ * masses (blocks).
  * Invariant: masses are alike enough that differences of tensions keep their digits. */
 #ifndef PEND_CHAIN_H
 #define PEND_CHAIN_H
@@ -9,27 +11,36 @@
 #include "core/tree/tree.h"
 
 /*
- * Rows of a piece, eight numbers each; next and last are an arm's neighbours, m the mass of its own tip.
+ * Rows of a piece, eight numbers each; next and last are an arm's neighbours, m the mass of its own
+ * tip.
  *
  * MASS, ABOVE                mass of the tip that the arm hangs on, 1 / it; 1 and 0 at the pivot
  * BELOW, PULL, PART          1 / m, -len, 1 / len
- * SPREAD, N, N_LAST          of the masses that hang on an arm: Z^2 / m_last, N, and N of the last arm
- * KAPPA, MORE, GAIN          from a tension to the next; what an arm adds to the inverse's diagonal; that itself
+ * SPREAD, N, N_LAST          of the masses that hang on an arm: Z^2 / m_last, N, and N of the last
+ *                            arm
+ * KAPPA, MORE, GAIN          from a tension to the next; what an arm adds to the inverse's
+ *                            diagonal; that itself
  * LEAN_NEXT, LEAN_LAST       how known forces across the neighbours pull
  * SIDE, SIDE_NEXT, SIDE_LAST how known forces across the arm and its neighbours turn it
  * TURN_NEXT, TURN_LAST       how the neighbours' tensions turn it
- * BEFORE, AFTER              what comes from the pieces before, and from those after, for each unit of it
+ * BEFORE, AFTER              what comes from the pieces before, and from those after, for each unit
+ *                            of it
  * ENDS                       four numbers of the piece, below
- * TR, TI, CR, NEXT_*, OLD_*, OLDER_*   T and c of the order at hand; as far as known, of the next three
+ * TR, TI, CR, NEXT_*, OLD_*, OLDER_*   T and c of the order at hand; as far as known, of the next
+ * three
  * S                          known force across each arm over the order
- * ASK, KNOWN, MU             right-hand side, what is known of phi'', force along the arm over the order
+ * ASK, KNOWN, MU             right-hand side, what is known of phi'', force along the arm over the
+ *                            order
  * GREEN                      eight rows: forces that a unit at each arm of the piece makes in it
  */
 // clang-format off
 #define CHAIN_ROWS(X) \
-    X(MASS) X(ABOVE) X(BELOW) X(PULL) X(PART) X(SPREAD) X(N) X(N_LAST) X(KAPPA) X(MORE) X(GAIN) X(LEAN_NEXT) \
-    X(LEAN_LAST) X(SIDE) X(SIDE_NEXT) X(SIDE_LAST) X(TURN_NEXT) X(TURN_LAST) X(BEFORE) X(AFTER) X(ENDS) X(TR) X(TI) \
-    X(CR) X(NEXT_TR) X(NEXT_TI) X(NEXT_CR) X(NEXT_CI) X(OLD_TR) X(OLD_TI) X(OLD_CR) X(OLD_CI) X(OLDER_TR) \
+    X(MASS) X(ABOVE) X(BELOW) X(PULL) X(PART) X(SPREAD) X(N) X(N_LAST) X(KAPPA) X(MORE) \
+    X(GAIN) X(LEAN_NEXT) \
+    X(LEAN_LAST) X(SIDE) X(SIDE_NEXT) X(SIDE_LAST) X(TURN_NEXT) X(TURN_LAST) X(BEFORE) \
+    X(AFTER) X(ENDS) X(TR) X(TI) \
+    X(CR) X(NEXT_TR) X(NEXT_TI) X(NEXT_CR) X(NEXT_CI) X(OLD_TR) X(OLD_TI) X(OLD_CR) X(OLD_CI) \
+    X(OLDER_TR) \
     X(OLDER_TI) X(OLDER_CR) X(OLDER_CI) X(S) X(ASK) X(KNOWN) X(MU) X(GREEN)
 // clang-format on
 
@@ -42,8 +53,8 @@ enum {
     CHAIN_NUMBERS = CHAIN_ROW_COUNT * CHAIN_ARMS
 };
 
-/* Of row ENDS: what a piece hands on of what comes from before or after it, what its first arm's force tells the piece
- * before, and what comes from before and from after. */
+/* Of row ENDS: what a piece hands on of what comes from before or after it, what its first arm's
+ * force tells the piece before, and what comes from before and from after. */
 enum { CHAIN_THROUGH, CHAIN_BACK, CHAIN_FROM_BEFORE, CHAIN_FROM_AFTER };
 
 struct chain {

@@ -1,6 +1,7 @@
 /* The orders of one chain: tensions from one product a piece, every piece at once.
  * Leaves to others: other trees (blocks_template), which chains (chain).
- * Invariant: an order waits for no sweep from arm to arm; the inverse is made of products and sums of one sign. */
+ * Invariant: an order waits for no sweep from arm to arm; the inverse is made of products and
+ * sums of one sign. */
 #ifndef PEND_CHAIN_TEMPLATE_H
 #define PEND_CHAIN_TEMPLATE_H
 
@@ -15,9 +16,13 @@ VEC_INLINE double *chain_at(const struct chain *chain, int piece) {
     return chain->numbers + (size_t)piece * CHAIN_NUMBERS;
 }
 
-VEC_INLINE wide chain_get(const double *at, int row, int lane) { return wide_get(at + row * CHAIN_ARMS + lane); }
+VEC_INLINE wide chain_get(const double *at, int row, int lane) {
+    return wide_get(at + row * CHAIN_ARMS + lane);
+}
 
-VEC_INLINE void chain_put(double *at, int row, int lane, wide x) { wide_put(at + row * CHAIN_ARMS + lane, x); }
+VEC_INLINE void chain_put(double *at, int row, int lane, wide x) {
+    wide_put(at + row * CHAIN_ARMS + lane, x);
+}
 
 /* of an address that is not a vector's */
 VEC_INLINE wide chain_load(const double *at) {
@@ -49,8 +54,9 @@ VEC_INLINE double chain_scale(double x) {
 }
 
 /*
- * The mass S = N / D that hangs on an arm's base, from that of the next: S = m (m + S') / (m + S' Z'^2), as a fraction,
- * so that no arm waits for a division; and N' / N = S' / (m + S'). Everything is positive.
+ * The mass S = N / D that hangs on an arm's base, from that of the next: S = m (m + S') / (m + S'
+ * Z'^2), as a fraction, so that no arm waits for a division; and N' / N = S' / (m + S'). Everything
+ * is positive.
  */
 static void chain_masses(const struct jets_system *s, const struct chain *chain) {
     double N = s->mass[s->n - 1], D = 1;
@@ -90,7 +96,8 @@ static void chain_gains(const struct jets_system *s, const struct chain *chain) 
     }
 }
 
-/* forces that a unit at each arm of a piece makes in it: G_ij = G_ii kappa_{i+1} .. kappa_j for i <= j, symmetric */
+/* forces that a unit at each arm of a piece makes in it: G_ij = G_ii kappa_{i+1} .. kappa_j for
+ * i <= j, symmetric */
 VEC_INLINE void chain_green(double *at) {
     enum { LAST = CHAIN_ARMS - 1 };
     // unit + LAST - i has 1 in lane i
@@ -105,7 +112,8 @@ VEC_INLINE void chain_green(double *at) {
         }
         chain_put(at, CHAIN_BEFORE, h, wide_of(kappa[0]) * way);
         for (int i = 0; i < CHAIN_ARMS; i++) {
-            here = wide_fma(wide_of(kappa[i]), here, wide_of(gain[i]) * chain_load(unit + LAST - i + h));
+            here = wide_fma(wide_of(kappa[i]), here,
+                            wide_of(gain[i]) * chain_load(unit + LAST - i + h));
             wide column = i < LAST ? wide_fma(wide_of(gain[i]), on[i + 1], here) : here;
             chain_put(at, CHAIN_GREEN + i, h, column);
         }
@@ -124,7 +132,8 @@ static void chain_coefficients(const struct jets_system *s, const struct chain *
         wide C = wide_get(s->cosine + a), Z = wide_get(s->sine + a);
         wide C_next = chain_load(s->cosine + a + 1), Z_next = chain_load(s->sine + a + 1);
         wide above = chain_get(at, CHAIN_ABOVE, h), below = chain_get(at, CHAIN_BELOW, h);
-        wide part = chain_get(at, CHAIN_PART, h), lean_last = Z * above, lean_next = -Z_next * below;
+        wide part = chain_get(at, CHAIN_PART, h), lean_last = Z * above,
+             lean_next = -Z_next * below;
         chain_put(at, CHAIN_SPREAD, h, Z * lean_last);
         chain_put(at, CHAIN_LEAN_NEXT, h, lean_next);
         chain_put(at, CHAIN_LEAN_LAST, h, lean_last);
@@ -151,8 +160,8 @@ struct chain_sums {
 };
 
 VEC_INLINE struct chain_sums chain_sums_get(const double *at, int row, int lane) {
-    return (struct chain_sums){chain_get(at, row, lane), chain_get(at, row + 1, lane), chain_get(at, row + 2, lane),
-                                chain_get(at, row + 3, lane)};
+    return (struct chain_sums){chain_get(at, row, lane), chain_get(at, row + 1, lane),
+                               chain_get(at, row + 2, lane), chain_get(at, row + 3, lane)};
 }
 
 VEC_INLINE void chain_sums_put(double *at, int row, int lane, struct chain_sums x) {
@@ -180,19 +189,22 @@ VEC_INLINE struct chain_series chain_series(const struct jets_system *s, int pie
     return (struct chain_series){s->turn_re + row, s->turn_im + row, s->rate + row, s->force + row};
 }
 
-VEC_INLINE wide chain_order(const double *series, int order) { return wide_get(series + order * CHAIN_ARMS); }
+VEC_INLINE wide chain_order(const double *series, int order) {
+    return wide_get(series + order * CHAIN_ARMS);
+}
 
 /* adds the product with u_j to the sums of order k, or to those of order k + 1 */
 VEC_INLINE void chain_term(const struct chain_series *x, int j, int k, struct chain_sums *sum) {
     chain_add(sum, chain_order(x->re, j), chain_order(x->im, j), chain_order(x->rate, k + 1 - j),
-               chain_order(x->force, k - j));
+              chain_order(x->force, k - j));
 }
 
 /*
- * Of T and c of orders k and k + 1 the terms without a coefficient from order k - 2 on: they are added up while that
- * order and the next are solved, which waits.
+ * Of T and c of orders k and k + 1 the terms without a coefficient from order k - 2 on: they are
+ * added up while that order and the next are solved, which waits.
  */
-VEC_INLINE void chain_old(const struct jets_system *s, const struct chain *chain, int piece, int k) {
+VEC_INLINE void chain_old(const struct jets_system *s, const struct chain *chain, int piece,
+                          int k) {
     double *at = chain_at(chain, piece);
     wide zero = wide_of(0);
     for (int h = 0; h < CHAIN_ARMS; h += WIDE) {
@@ -219,14 +231,15 @@ VEC_INLINE void chain_old(const struct jets_system *s, const struct chain *chain
 }
 
 /* T and c of an even order k, and of order k + 1 but for the terms that order k is needed for */
-VEC_INLINE struct chain_sums chain_even(const struct jets_system *s, double *at, int piece, int h, int k) {
+VEC_INLINE struct chain_sums chain_even(const struct jets_system *s, double *at, int piece, int h,
+                                        int k) {
     struct chain_series x = chain_series(s, piece, h);
     wide zero = wide_of(0), first = chain_order(x.rate, 0);
     struct chain_sums now = {zero, zero, zero, zero}, next = now;
     if (k < 4) {
         for (int j = 2; j <= k + 1; j++) {
-            chain_add(&now, chain_order(x.re, j), chain_order(x.im, j), chain_order(x.rate, k + 1 - j),
-                       j <= k ? chain_order(x.force, k - j) : zero);
+            chain_add(&now, chain_order(x.re, j), chain_order(x.im, j),
+                      chain_order(x.rate, k + 1 - j), j <= k ? chain_order(x.force, k - j) : zero);
             chain_term(&x, j, k + 1, &next);
         }
     } else {
@@ -250,7 +263,8 @@ VEC_INLINE struct chain_sums chain_even(const struct jets_system *s, double *at,
 }
 
 /* T and c of an odd order k: the terms that were missing */
-VEC_INLINE struct chain_sums chain_odd(const struct jets_system *s, double *at, int piece, int h, int k) {
+VEC_INLINE struct chain_sums chain_odd(const struct jets_system *s, double *at, int piece, int h,
+                                       int k) {
     struct chain_series x = chain_series(s, piece, h);
     struct chain_sums now = chain_sums_get(at, CHAIN_NEXT_TR, h);
     wide first = chain_order(x.rate, 0);
@@ -266,7 +280,8 @@ VEC_INLINE void chain_known(const struct jets_system *s, const struct chain *cha
     for (int piece = 0; piece < chain->count; piece++) {
         double *at = chain_at(chain, piece);
         for (int h = 0; h < CHAIN_ARMS; h += WIDE) {
-            struct chain_sums now = k % 2 ? chain_odd(s, at, piece, h, k) : chain_even(s, at, piece, h, k);
+            struct chain_sums now =
+                k % 2 ? chain_odd(s, at, piece, h, k) : chain_even(s, at, piece, h, k);
             chain_put(at, CHAIN_TR, h, now.Tr);
             chain_put(at, CHAIN_TI, h, now.Ti);
             chain_put(at, CHAIN_CR, h, now.cr);
@@ -306,9 +321,11 @@ VEC_INLINE void chain_pieces(const struct chain *chain) {
         const double *ask = at + CHAIN_ASK * CHAIN_ARMS;
         for (int h = 0; h < CHAIN_ARMS; h += WIDE) {
             wide sum[4];
-            for (int i = 0; i < 4; i++) sum[i] = chain_get(at, CHAIN_GREEN + i, h) * wide_of(ask[i]);
             for (int i = 0; i < 4; i++)
-                sum[i] = wide_fma(chain_get(at, CHAIN_GREEN + 4 + i, h), wide_of(ask[4 + i]), sum[i]);
+                sum[i] = chain_get(at, CHAIN_GREEN + i, h) * wide_of(ask[i]);
+            for (int i = 0; i < 4; i++)
+                sum[i] =
+                    wide_fma(chain_get(at, CHAIN_GREEN + 4 + i, h), wide_of(ask[4 + i]), sum[i]);
             chain_put(at, CHAIN_MU, h, (sum[0] + sum[1]) + (sum[2] + sum[3]));
         }
     }
@@ -348,8 +365,10 @@ VEC_INLINE void chain_learn(const struct jets_system *s, const struct chain *cha
         size_t row = (size_t)piece * s->tile + (size_t)k * CHAIN_ARMS;
         for (int h = 0; h < CHAIN_ARMS; h += WIDE) {
             wide mu = chain_get(at, CHAIN_MU, h), turned = chain_get(at, CHAIN_KNOWN, h);
-            turned = wide_fma(chain_get(at, CHAIN_TURN_NEXT, h), chain_next(at, CHAIN_MU, h), turned);
-            turned = wide_fma(chain_get(at, CHAIN_TURN_LAST, h), chain_last(at, CHAIN_MU, h), turned);
+            turned =
+                wide_fma(chain_get(at, CHAIN_TURN_NEXT, h), chain_next(at, CHAIN_MU, h), turned);
+            turned =
+                wide_fma(chain_get(at, CHAIN_TURN_LAST, h), chain_last(at, CHAIN_MU, h), turned);
             size_t now = row + (size_t)h, next = now + CHAIN_ARMS, after = next + CHAIN_ARMS;
             wide_put(s->rate + next, turned - chain_get(at, CHAIN_TR, h));
             wide_put(s->force + now, wide_fma(mu, order, -chain_get(at, CHAIN_CR, h)));
@@ -360,15 +379,17 @@ VEC_INLINE void chain_learn(const struct jets_system *s, const struct chain *cha
 }
 
 /* a quarter of the pieces */
-VEC_INLINE void chain_quarter(const struct jets_system *s, const struct chain *chain, int quarter, int k) {
+VEC_INLINE void chain_quarter(const struct jets_system *s, const struct chain *chain, int quarter,
+                              int k) {
     if (k < 4) return;
     int end = chain->count * (quarter + 1) / 4;
-    for (int piece = chain->count * quarter / 4; piece < end; piece++) chain_old(s, chain, piece, k);
+    for (int piece = chain->count * quarter / 4; piece < end; piece++)
+        chain_old(s, chain, piece, k);
 }
 
 /* order k, and meanwhile half of the old terms of order `later` */
-VEC_INLINE void chain_solve(const struct jets_system *s, const struct chain *chain, double gravity, int k,
-                               int later, int half) {
+VEC_INLINE void chain_solve(const struct jets_system *s, const struct chain *chain, double gravity,
+                            int k, int later, int half) {
     chain_known(s, chain, k);
     chain_ask(chain);
     if (gravity != 0) chain_hang(s, chain, gravity);

@@ -1,11 +1,13 @@
-/* How small errors of a state spread in one step, for any kind of number: the equations of the orders, made linear
- * about the motion, which have the tree system of order 0 that the motion's own orders have. Leaves to others: the
- * motion's series, of which at least as many orders are known, and what a number is (the including file, which includes
- * dense_kernel.h first). Invariant: the motion's series are only read; its sweeps' arrays are used anew. */
+/* How small errors of a state spread in one step, for any kind of number: the equations of the
+ * orders, made linear about the motion, which have the tree system of order 0 that the motion's
+ * own orders have. Leaves to others: the motion's series, of which at least as many orders are
+ * known, and what a number is (the including file, which includes dense_kernel.h first).
+ * Invariant: the motion's series are only read; its sweeps' arrays are used anew. */
 #ifndef PEND_CHANGE_TEMPLATE_H
 #define PEND_CHANGE_TEMPLATE_H
 
-/* The change of what the motion `s` has is a system `x` of the same tree, of which only the series are used. */
+/* The change of what the motion `s` has is a system `x` of the same tree, of which only the
+ * series are used. */
 
 /* adds u_j times a rate and a force, as dense_add */
 VEC_INLINE void change_add(num sum[4], num re, num im, num rate, num force) {
@@ -15,10 +17,10 @@ VEC_INLINE void change_add(num sum[4], num re, num im, num rate, num force) {
     sum[3] = num_fma(im, force, sum[3]);
 }
 
-/* the change of T and c of order k of arm i: every product has a factor of the motion and one of the change. Row -1 of
- * forces is zero. */
-VEC_INLINE void change_known(const struct jets_system *s, const struct jets_system *x, int n, int k, int i,
-                               num sum[4]) {
+/* the change of T and c of order k of arm i: every product has a factor of the motion and one of
+ * the change. Row -1 of forces is zero. */
+VEC_INLINE void change_known(const struct jets_system *s, const struct jets_system *x, int n, int k,
+                             int i, num sum[4]) {
     const num *own = s->rate + (k + 1) * n + i, *own_force = s->force + k * n + i;
     const num *other = x->rate + k * n + i, *other_force = x->force + (k - 1) * n + i;
     for (int j = 0; j < 4; j++) sum[j] = num_of(0);
@@ -28,14 +30,17 @@ VEC_INLINE void change_known(const struct jets_system *s, const struct jets_syst
         change_add(sum, s->turn_re[j * n + i], s->turn_im[j * n + i], *other, *other_force);
 }
 
-/* arm i turned by the error of its angle, and the error of its rate, in units, are in the change's series of order 0 */
-VEC_INLINE void change_start(const struct jets_system *s, const struct jets_system *x, int n, int i) {
+/* arm i turned by the error of its angle, and the error of its rate, in units, are in the
+ * change's series of order 0 */
+VEC_INLINE void change_start(const struct jets_system *s, const struct jets_system *x, int n,
+                             int i) {
     x->turn_re[i] = num_of(0);
     x->turn_re[n + i] = num_neg(num_mul(s->rate[i], x->turn_im[i]));
     x->turn_im[n + i] = x->rate[i];
 }
 
-VEC_INLINE void change_dense(const struct jets_system *s, const struct jets_system *x, int order, int n) {
+VEC_INLINE void change_dense(const struct jets_system *s, const struct jets_system *x, int order,
+                             int n) {
     const struct dense_table *table = (const struct dense_table *)(const void *)s->answers;
     struct dense_order known, newest;
     for (int i = 0; i < n; i++) change_start(s, x, n, i);
@@ -43,7 +48,8 @@ VEC_INLINE void change_dense(const struct jets_system *s, const struct jets_syst
         for (int i = 0; i < n; i++) {
             num sum[4];
             change_known(s, x, n, k, i, sum);
-            known.re[i] = sum[0], known.im[i] = sum[1], known.rate[i] = sum[2], known.force[i] = sum[3];
+            known.re[i] = sum[0], known.im[i] = sum[1], known.rate[i] = sum[2],
+            known.force[i] = sum[3];
         }
         dense_solve(s, table, n, k, &known, &newest);
         dense_keep(x, n, k, &newest);
@@ -69,15 +75,19 @@ VEC_INLINE void change_swept(const struct jets_system *s, const struct jets_syst
     }
 }
 
-/* one arm alone, whose turns are not kept: u of the motion anew, and the recurrences of its orders made linear */
-VEC_INLINE void change_single(const struct jets_system *s, const struct jets_system *x, num gravity, int order) {
-    num pull = num_mul(gravity, s->inv_len[0]), C = s->cosine[0], Z = s->sine[0], angle = x->turn_im[0];
+/* one arm alone, whose turns are not kept: u of the motion anew, and the recurrences of its
+ * orders made linear */
+VEC_INLINE void change_single(const struct jets_system *s, const struct jets_system *x, num gravity,
+                              int order) {
+    num pull = num_mul(gravity, s->inv_len[0]), C = s->cosine[0], Z = s->sine[0],
+        angle = x->turn_im[0];
     num swing = num_mul(num_mul(num_of(2), s->len[0]), num_mul(s->rate[0], x->rate[0]));
     s->turn_re[0] = num_of(1);
     s->turn_im[0] = x->turn_re[0] = num_of(0);
     x->force[0] = num_mul(s->mass[0], num_sub(num_mul(num_mul(gravity, C), angle), swing));
     for (int k = 0; k < order; k++) {
-        num own[2] = {num_of(0), num_of(0)}, more[2] = {num_of(0), num_of(0)}, share = num_of(s->share[k]);
+        num own[2] = {num_of(0), num_of(0)}, more[2] = {num_of(0), num_of(0)},
+            share = num_of(s->share[k]);
         for (int j = 0; j <= k; j++) {
             num rate = s->rate[k - j], other = x->rate[k - j];
             own[0] = num_fma(s->turn_re[j], rate, own[0]);
@@ -95,10 +105,12 @@ VEC_INLINE void change_single(const struct jets_system *s, const struct jets_sys
 }
 
 /*
- * The change's rates of order 1 .. order and forces of order 0 from the errors of the angles, which are in its
- * imaginary turns of order 0, and of the rates, in its rates of order 0, in units; a stride of n.
+ * The change's rates of order 1 .. order and forces of order 0 from the errors of the angles, which
+ * are in its imaginary turns of order 0, and of the rates, in its rates of order 0, in units; a
+ * stride of n.
  */
-VEC_INLINE void change_orders(const struct jets_system *s, const struct jets_system *x, num gravity, int order) {
+VEC_INLINE void change_orders(const struct jets_system *s, const struct jets_system *x, num gravity,
+                              int order) {
     if (s->n == 1)
         change_single(s, x, gravity, order);
     else if (s->n == 2)

@@ -1,5 +1,7 @@
-/* The convolutions of a tree's series, two orders in one pass: T and c of jets_system, arms in lanes.
- * Leaves to others: where they wait until they are needed (blocks_template, levels_template), `wide` (the including file).
+/* The convolutions of a tree's series, two orders in one pass: T and c of jets_system, arms in
+ * lanes.
+ * Leaves to others: where they wait until they are needed (blocks_template, levels_template),
+ * `wide` (the including file).
  * Invariant: `row` is where the series of the arms begin; tiles of eight arms. */
 #ifndef PEND_CONVOLVE_TEMPLATE_H
 #define PEND_CONVOLVE_TEMPLATE_H
@@ -13,14 +15,17 @@ struct convolved {
 };
 
 /*
- * T and c of order k; and in *next of order k + 1, but for the terms that order k is needed for: what is loaded serves
- * both. Row -1 of the forces is zero.
+ * T and c of order k; and in *next of order k + 1, but for the terms that order k is needed for:
+ * what is loaded serves both. Row -1 of the forces is zero.
  */
-VEC_INLINE struct convolved convolve(const struct jets_system *s, size_t row, int k, struct convolved *next_) {
+VEC_INLINE struct convolved convolve(const struct jets_system *s, size_t row, int k,
+                                     struct convolved *next_) {
     enum { STRIDE = CONVOLVE_STRIDE };
     const double *re = s->turn_re + row + 2 * STRIDE, *im = s->turn_im + row + 2 * STRIDE;
-    const double *rate = s->rate + row + (size_t)k * STRIDE, *force = s->force + row + (size_t)k * STRIDE - STRIDE;
-    wide w = wide_get(rate), f = wide_get(force), first = wide_get(s->rate + row), zero = wide_of(0);
+    const double *rate = s->rate + row + (size_t)k * STRIDE,
+                 *force = s->force + row + (size_t)k * STRIDE - STRIDE;
+    wide w = wide_get(rate), f = wide_get(force), first = wide_get(s->rate + row),
+         zero = wide_of(0);
     // u_1 is imaginary
     struct convolved now = {zero, first * w, zero, first * f}, next = {zero, zero, zero, zero};
     for (int j = 2; j <= k + 1; j++, re += STRIDE, im += STRIDE) {
@@ -44,8 +49,10 @@ VEC_INLINE struct convolved convolve(const struct jets_system *s, size_t row, in
     return now;
 }
 
-/* T and c of order k, the second of two: with the terms that were missing, of which Re c has none */
-VEC_INLINE struct convolved convolve_rest(const struct jets_system *s, size_t row, int k, struct convolved known) {
+/* T and c of order k, the second of two: with the terms that were missing, of which Re c has
+ * none */
+VEC_INLINE struct convolved convolve_rest(const struct jets_system *s, size_t row, int k,
+                                          struct convolved known) {
     enum { STRIDE = CONVOLVE_STRIDE };
     size_t now = row + (size_t)k * STRIDE;
     wide first = wide_get(s->rate + row);

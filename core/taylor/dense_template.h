@@ -1,6 +1,9 @@
-/* The orders of small trees by the inverse of the tree system of order 0, for any kind of number.
- * Leaves to others: memory, what a number is (the including file, which includes jets_kernel.h first).
- * Invariant: the inverse is built by the stable sweeps, one unit right-hand side after the other. */
+/* The orders of small trees by the inverse of the tree system of order 0, for any kind of
+ * number.
+ * Leaves to others: memory, what a number is (the including file, which includes jets_kernel.h
+ * first).
+ * Invariant: the inverse is built by the stable sweeps, one unit right-hand side after the
+ * other. */
 #ifndef PEND_DENSE_TEMPLATE_H
 #define PEND_DENSE_TEMPLATE_H
 
@@ -27,10 +30,13 @@ struct dense_sweep {
     num push[DENSE_MAX], side[DENSE_MAX], bias[DENSE_MAX], late[DENSE_MAX], sum_side[DENSE_MAX];
 };
 
-VEC_INLINE int dense_parent(const struct jets_system *s, int n, int k) { return n == 2 ? 0 : s->parent[k]; }
+VEC_INLINE int dense_parent(const struct jets_system *s, int n, int k) {
+    return n == 2 ? 0 : s->parent[k];
+}
 
 /* leaves to root, as jets_up, for one unit: a pull W on arm j, or a force across it */
-VEC_INLINE void dense_up(const struct jets_system *s, int n, int j, int across, struct dense_sweep *x) {
+VEC_INLINE void dense_up(const struct jets_system *s, int n, int j, int across,
+                         struct dense_sweep *x) {
     num zero = num_of(0), heave = across ? zero : num_mul(s->eff[j], s->len[j]);
     for (int k = 0; k < n; k++) x->side[k] = x->push[k] = x->sum_side[k] = zero;
     if (across) x->side[j] = num_of(1);
@@ -52,7 +58,8 @@ VEC_INLINE void dense_up(const struct jets_system *s, int n, int j, int across, 
 }
 
 /* root to leaves, as jets_down: the answer of all arms */
-VEC_INLINE void dense_down(const struct jets_system *s, int n, const struct dense_sweep *x, num rate[], num force[]) {
+VEC_INLINE void dense_down(const struct jets_system *s, int n, const struct dense_sweep *x,
+                           num rate[], num force[]) {
     num early[DENSE_MAX], radial[DENSE_MAX], tangential[DENSE_MAX], zero = num_of(0);
     for (int k = 0; k < n; k++) early[k] = zero;
     for (int k = 0; k < n; k++) {
@@ -66,10 +73,11 @@ VEC_INLINE void dense_down(const struct jets_system *s, int n, const struct dens
         }
         num shift = num_mul(num_sub(tension, x->push[k]), s->inv_eff[k]);
         radial[k] = k ? num_fma(s->kappa[k], ar, shift) : shift;
-        tangential[k] =
-            num_sub(num_mul(num_sub(x->side[k], x->sum_side[k]), s->inv[k]), num_mul(s->lean[k], radial[k]));
+        tangential[k] = num_sub(num_mul(num_sub(x->side[k], x->sum_side[k]), s->inv[k]),
+                                num_mul(s->lean[k], radial[k]));
         num gap =
-            k ? num_add(num_sub(num_mul(s->sine[k], ar), num_mul(s->cosine[k], at)), tangential[k]) : tangential[0];
+            k ? num_add(num_sub(num_mul(s->sine[k], ar), num_mul(s->cosine[k], at)), tangential[k])
+              : tangential[0];
         rate[k] = num_mul(gap, s->inv_len[k]);
         force[k] = k ? num_fma(num_mul(s->eff[k], s->kappa[k]), ar, tension) : tension;
     }
@@ -104,14 +112,16 @@ VEC_INLINE void dense_add(num sum[4][DENSE_LOOP], int a, num re, num im, num rat
 }
 
 /*
- * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass: what is loaded
- * serves both. Row -1 of the forces is zero. For the first orders, where old and new coefficients are the same.
+ * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass:
+ * what is loaded serves both. Row -1 of the forces is zero. For the first orders, where old and new
+ * coefficients are the same.
  */
 VEC_INLINE void dense_first(const struct jets_system *s, int n, int k, struct dense_order *now,
-                              struct dense_order *next) {
+                            struct dense_order *next) {
     for (int i = 0; i < n; i++) {
         num zero = num_of(0), x[8] = {zero, zero, zero, zero, zero, zero, zero, zero};
-        const num *rate = s->rate + i, *force = s->force + i, *re = s->turn_re + i, *im = s->turn_im + i;
+        const num *rate = s->rate + i, *force = s->force + i, *re = s->turn_re + i,
+                  *im = s->turn_im + i;
         for (int j = 1; j <= k + 1; j++) {
             num ur = re[j * n], ui = im[j * n];
             x[0] = num_fma(ur, rate[(k + 1 - j) * n], x[0]);
@@ -130,11 +140,12 @@ VEC_INLINE void dense_first(const struct jets_system *s, int n, int k, struct de
 }
 
 /*
- * The same from order 4 on, for `count` arms from i on. First the products of coefficients that were known two orders
- * ago, so that the processor can begin with them while it still solves for the newest, then those with the newest.
+ * The same from order 4 on, for `count` arms from i on. First the products of coefficients that
+ * were known two orders ago, so that the processor can begin with them while it still solves for
+ * the newest, then those with the newest.
  */
-VEC_INLINE void dense_known(const struct jets_system *s, int n, int k, int i, int count, struct dense_order *now,
-                              struct dense_order *next) {
+VEC_INLINE void dense_known(const struct jets_system *s, int n, int k, int i, int count,
+                            struct dense_order *now, struct dense_order *next) {
     struct dense_sums x;
     const num *re = s->turn_re + 3 * n + i, *im = s->turn_im + 3 * n + i;
     const num *rate = s->rate + (k - 2) * n + i, *force = s->force + (k - 3) * n + i;
@@ -180,8 +191,8 @@ VEC_INLINE void dense_known(const struct jets_system *s, int n, int k, int i, in
 }
 
 /* the terms of order k + 1 that the coefficients of order k are needed for */
-VEC_INLINE void dense_complete(int n, const struct dense_order *first, const struct dense_order *newest,
-                                 struct dense_order *known) {
+VEC_INLINE void dense_complete(int n, const struct dense_order *first,
+                               const struct dense_order *newest, struct dense_order *known) {
     for (int i = 0; i < n; i++) {
         known->im[i] = num_fma(first->im[i], newest->rate[i], known->im[i]);
         known->force[i] = num_fma(first->im[i], newest->force[i], known->force[i]);
@@ -191,13 +202,14 @@ VEC_INLINE void dense_complete(int n, const struct dense_order *first, const str
 }
 
 /* the coefficients of order k from the known parts */
-VEC_INLINE void dense_solve(const struct jets_system *s, const struct dense_table *table, int n, int k,
-                              const struct dense_order *known, struct dense_order *newest) {
+VEC_INLINE void dense_solve(const struct jets_system *s, const struct dense_table *table, int n,
+                            int k, const struct dense_order *known, struct dense_order *newest) {
     num share = num_of(s->share[k]), turn_share = num_of(s->share[k + 1]), order = num_of(k + 1);
     num turn_back = num_neg(turn_share), side[DENSE_MAX];
     for (int j = 0; j < n; j++) side[j] = num_mul(known->force[j], share);
     for (int i = 0; i < n; i++) {
-        num rate = num_mul(side[0], table->rate_side[0][i]), force = num_mul(side[0], table->force_side[0][i]);
+        num rate = num_mul(side[0], table->rate_side[0][i]),
+            force = num_mul(side[0], table->force_side[0][i]);
         for (int j = 1; j < n; j++) {
             rate = num_fma(side[j], table->rate_side[j][i], rate);
             force = num_fma(side[j], table->force_side[j][i], force);
@@ -214,8 +226,9 @@ VEC_INLINE void dense_solve(const struct jets_system *s, const struct dense_tabl
 }
 
 /* order 0, where gravity pulls at the root */
-VEC_INLINE void dense_zeroth(const struct jets_system *s, const struct dense_table *table, int n, num gravity,
-                               const struct dense_order *known, struct dense_order *newest) {
+VEC_INLINE void dense_zeroth(const struct jets_system *s, const struct dense_table *table, int n,
+                             num gravity, const struct dense_order *known,
+                             struct dense_order *newest) {
     num per_len = num_mul(gravity, s->inv_len[0]), half = num_of(s->share[1]), pull[DENSE_MAX];
     for (int j = 0; j < n; j++) pull[j] = known->im[j];
     pull[0] = num_sub(pull[0], num_mul(s->sine[0], per_len));

@@ -12,7 +12,8 @@ enum {
         JETS_COUNT,
     JETS_SHARES = 48,
     JETS_LEVELS_FROM = 32, /* arms; with fewer, blocks are as quick */
-    JETS_BEYOND = 3        /* rows of a tile beyond the order: u is two ahead, and what is known of the next order */
+    JETS_BEYOND =
+        3 /* rows of a tile beyond the order: u is two ahead, and what is known of the next order */
 };
 
 /* blocks of a tree that is cut into levels, else 0 */
@@ -20,7 +21,9 @@ static int jets_levels(const struct pend_tree *tree) {
     return tree->n >= JETS_LEVELS_FROM ? pend_levels_count(tree) : 0;
 }
 
-size_t pend_jets_stride(int n) { return ((size_t)n + PEND_JETS_PAD - 1) / PEND_JETS_PAD * PEND_JETS_PAD; }
+size_t pend_jets_stride(int n) {
+    return ((size_t)n + PEND_JETS_PAD - 1) / PEND_JETS_PAD * PEND_JETS_PAD;
+}
 
 /* tiles of the series: what levels leave empty included */
 static int jets_tiles(const struct pend_tree *tree) {
@@ -71,10 +74,12 @@ static struct jets_system jets_view(const struct pend_tree *tree, int order_cap,
     return s;
 }
 
-void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int order_cap, void *memory) {
+void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int order_cap,
+                    void *memory) {
     memset(memory, 0, pend_jets_bytes(tree, order_cap));
     struct jets_system s = jets_view(tree, order_cap, memory);
-    *jets = (struct pend_jets){.tree = tree, .order_cap = order_cap, .isa = pend_isa_best(), .system = s};
+    *jets = (struct pend_jets){
+        .tree = tree, .order_cap = order_cap, .isa = pend_isa_best(), .system = s};
     jets->rate = s.rate;
     jets->force = s.force;
     jets->share = (double *)memory + 4 * jets_series(order_cap, tree);
@@ -106,17 +111,19 @@ static const struct jets_kernel *jets_kernel(enum pend_isa isa) {
     return &pend_kernel_jets_base;
 }
 
-void pend_jets_expand(struct pend_jets *jets, double gravity, double unit, const struct jets_state *state, int order) {
+void pend_jets_expand(struct pend_jets *jets, double gravity, double unit,
+                      const struct jets_state *state, int order) {
     jets_kernel(jets->isa)->orders(&jets->system, state, gravity, unit, order);
 }
 
-void pend_jets_advance(const struct pend_jets *jets, int order, double x, double unit, const struct jets_state *from,
-                       const struct jets_state *to) {
+void pend_jets_advance(const struct pend_jets *jets, int order, double x, double unit,
+                       const struct jets_state *from, const struct jets_state *to) {
     jets_kernel(jets->isa)->advance(&jets->system, order, x, unit, from, to);
 }
 
-void pend_jets_values(const struct pend_jets *jets, int order, const double x[], int count, double unit,
-                      const struct jets_state *from, const struct jets_values *values) {
+void pend_jets_values(const struct pend_jets *jets, int order, const double x[], int count,
+                      double unit, const struct jets_state *from,
+                      const struct jets_values *values) {
     jets_kernel(jets->isa)->values(&jets->system, order, x, count, unit, from, values);
 }
 
@@ -124,7 +131,9 @@ double pend_jets_reach(const struct pend_jets *jets, int order, double log_rtol,
     return jets_kernel(jets->isa)->reach(&jets->system, order, log_rtol, log_atol);
 }
 
-size_t pend_jets_seats(const struct pend_tree *tree) { return (size_t)jets_tiles(tree) * PEND_JETS_PAD; }
+size_t pend_jets_seats(const struct pend_tree *tree) {
+    return (size_t)jets_tiles(tree) * PEND_JETS_PAD;
+}
 
 /* two tables of a pair an arm, a pair being a rate and a force for each lane */
 size_t pend_jets_answers_bytes(const struct pend_tree *tree) {
@@ -136,8 +145,8 @@ void pend_jets_answers(struct pend_jets *jets, void *memory) { jets->system.answ
 
 int pend_jets_spreads(const struct pend_jets *jets) { return jets->system.answers != NULL; }
 
-double pend_jets_spread(const struct pend_jets *jets, double gravity, double x, double unit, double phi[],
-                        double rate[]) {
+double pend_jets_spread(const struct pend_jets *jets, double gravity, double x, double unit,
+                        double phi[], double rate[]) {
     return jets_kernel(jets->isa)->spread(&jets->system, gravity, x, unit, phi, rate);
 }
 
@@ -149,7 +158,8 @@ static double jets_power(double x, int order) {
     return power;
 }
 
-void pend_jets_left(const struct pend_jets *jets, int order, int beyond, double x, double rate[], double phi[]) {
+void pend_jets_left(const struct pend_jets *jets, int order, int beyond, double x, double rate[],
+                    double phi[]) {
     struct jets_left left = {.from = order + beyond + 1 - JETS_FITTED, .beyond = beyond, .x = x};
     left.power = jets_power(x, left.from);
     jets_kernel(jets->isa)->left(&jets->system, &left, rate, phi);

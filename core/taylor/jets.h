@@ -1,7 +1,8 @@
-/* Power series in time of a moving tree: rates and arm forces about one instant, to any order, O(n) an order.
+/* Power series in time of a moving tree: rates and arm forces about one instant, to any order,
+ * O(n) an order.
  * Leaves to others: step sizes, sums over steps, dense output (method_taylor).
- * Invariant: no allocation; coefficients in tiles of 8 arms, all orders of a tile together; one thread at a time, for
- * advance and values too have scratch in the memory. */
+ * Invariant: no allocation; coefficients in tiles of 8 arms, all orders of a tile together; one
+ * thread at a time, for advance and values too have scratch in the memory. */
 #ifndef PEND_JETS_H
 #define PEND_JETS_H
 
@@ -17,9 +18,9 @@
 enum { PEND_JETS_ORDER_MIN = 3, PEND_JETS_ORDER_MAX = 40, PEND_JETS_PAD = 8 };
 
 /*
- * Coefficient j of arm k is array[pend_jets_place(jets, k, j)], in powers of x = t / unit: unit phi' = sum_j rate_j
- * x^j, j = 0 .. order, and unit^2 lambda = sum_j force_j x^j, j = 0 .. order - 1. The rest is the
- * series of e^{i (phi - phi_0)} and the tree system of order 0.
+ * Coefficient j of arm k is array[pend_jets_place(jets, k, j)], in powers of x = t / unit: unit
+ * phi' = sum_j rate_j x^j, j = 0 .. order, and unit^2 lambda = sum_j force_j x^j, j = 0 .. order -
+ * 1. The rest is the series of e^{i (phi - phi_0)} and the tree system of order 0.
  */
 struct pend_jets {
     const struct pend_tree *tree;
@@ -30,7 +31,7 @@ struct pend_jets {
     struct jets_system system; /* the order-0 tree system, in the same memory */
     struct blocks blocks;      /* of a tree of more than PEND_JETS_PAD arms */
     struct levels levels;      /* of a large bushy one instead */
-    struct chain chain;      /* of a chain that suits it instead */
+    struct chain chain;        /* of a chain that suits it instead */
 };
 
 /**
@@ -45,7 +46,8 @@ size_t pend_jets_stride(int n);
 
 /** Where coefficient j of arm k is in each series. */
 static inline size_t pend_jets_place(const struct pend_jets *jets, int k, int j) {
-    return jets_row(&jets->system, jets->system.levels ? jets->levels.seat[k] : k) + (size_t)j * PEND_JETS_PAD;
+    return jets_row(&jets->system, jets->system.levels ? jets->levels.seat[k] : k) +
+           (size_t)j * PEND_JETS_PAD;
 }
 
 /**
@@ -56,39 +58,46 @@ static inline size_t pend_jets_place(const struct pend_jets *jets, int k, int j)
  * order_cap  PEND_JETS_ORDER_MIN .. PEND_JETS_ORDER_MAX.
  * memory     pend_jets_bytes(tree, order_cap) bytes, aligned to 64; not owned.
  */
-void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int order_cap, void *memory);
+void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree, int order_cap,
+                    void *memory);
 
 /**
  * Expands the motion about a state.
  *
- * The order-0 system is factorized once; each order then costs four real convolutions an arm and two sweeps.
+ * The order-0 system is factorized once; each order then costs four real convolutions an arm and
+ * two sweeps.
  *
  * gravity  m/s^2, any finite value.
- * unit     s, a power of two, of either sign: the unit of time; near the step to come it keeps all orders in range.
- * state    n angles, rad, and angular velocities, rad/s, as sums of two doubles; arrays aligned to 64
- *          bytes and padded to PEND_JETS_PAD.
+ * unit     s, a power of two, of either sign: the unit of time; near the step to come it keeps all
+ *          orders in range.
+ * state    n angles, rad, and angular velocities, rad/s, as sums of two doubles; arrays aligned to
+ *          64 bytes and padded to PEND_JETS_PAD.
  * order    PEND_JETS_ORDER_MIN .. order_cap: the highest coefficient of phi' that is computed.
  *
  * Cannot fail; overflow shows as coefficients that are not finite. O(n order^2), no allocation.
  */
-void pend_jets_expand(struct pend_jets *jets, double gravity, double unit, const struct jets_state *state, int order);
+void pend_jets_expand(struct pend_jets *jets, double gravity, double unit,
+                      const struct jets_state *state, int order);
 
 /**
- * The state x units of time after the one expanded about; both are sums of two doubles, arrays padded to
+ * The state x units of time after the one expanded about; both are sums of two doubles, arrays
+ * padded to
  * PEND_JETS_PAD. O(n order).
  */
-void pend_jets_advance(const struct pend_jets *jets, int order, double x, double unit, const struct jets_state *from,
-                       const struct jets_state *to);
+void pend_jets_advance(const struct pend_jets *jets, int order, double x, double unit,
+                       const struct jets_state *from, const struct jets_state *to);
 
 /**
- * The values x[i] units of time after the state expanded about, i = 0 .. count - 1, in rows of n. values->acc and
- * values->force may be NULL. A row's bits do not depend on the other rows. O(n order) an instant.
+ * The values x[i] units of time after the state expanded about, i = 0 .. count - 1, in rows of n.
+ * values->acc and values->force may be NULL. A row's bits do not depend on the other rows. O(n
+ * order) an instant.
  */
-void pend_jets_values(const struct pend_jets *jets, int order, const double x[], int count, double unit,
-                      const struct jets_state *from, const struct jets_values *values);
+void pend_jets_values(const struct pend_jets *jets, int order, const double x[], int count,
+                      double unit, const struct jets_state *from, const struct jets_values *values);
 
 /**
- * Bytes of memory that the answers of a tree need, a multiple of 64; 0 of a tree that has none, of more than
+ * Bytes of memory that the answers of a tree need, a multiple of 64; 0 of a tree that has none, of
+ * more than
  * PEND_JETS_PAD arms. O(1).
  */
 size_t pend_jets_answers_bytes(const struct pend_tree *tree);
@@ -104,28 +113,32 @@ void pend_jets_answers(struct pend_jets *jets, void *memory);
 int pend_jets_spreads(const struct pend_jets *jets);
 
 /**
- * What small errors of the state that was expanded about become x units of time later, to first order and to order
+ * What small errors of the state that was expanded about become x units of time later, to first
+ * order and to order
  * JETS_SPREAD of the series, of which at least as many orders are known; of jets that keep answers.
  *
  * gravity, unit  those of the expansion.
- * phi, rate      in and out: the errors, rad and rad/s, aligned to 64 and padded with zeros to PEND_JETS_PAD.
+ * phi, rate      in and out: the errors, rad and rad/s, aligned to 64 and padded with zeros to
+ *                PEND_JETS_PAD.
  *
  * Returns the largest error of a force at the start, N. O(n^2), no allocation.
  */
-double pend_jets_spread(const struct pend_jets *jets, double gravity, double x, double unit, double phi[],
-                        double rate[]);
+double pend_jets_spread(const struct pend_jets *jets, double gravity, double x, double unit,
+                        double phi[], double rate[]);
 
 /**
- * What a step of x units to `order` leaves out: all terms behind that order, of which `beyond` are known and
+ * What a step of x units to `order` leaves out: all terms behind that order, of which `beyond` are
+ * known and
  * JETS_FORETOLD foretold from the last known ones.
  *
  * beyond     0 .. JETS_FITTED - 2.
- * rate, phi  out, in the order of seats (pend_jets_seat) and aligned to 64: the sums of terms of the rates, in units,
- *            and of the angles over x. pend_jets_seats values each.
+ * rate, phi  out, in the order of seats (pend_jets_seat) and aligned to 64: the sums of terms of
+ *            the rates, in units, and of the angles over x. pend_jets_seats values each.
  *
  * O(n).
  */
-void pend_jets_left(const struct pend_jets *jets, int order, int beyond, double x, double rate[], double phi[]);
+void pend_jets_left(const struct pend_jets *jets, int order, int beyond, double x, double rate[],
+                    double phi[]);
 
 /** Where the value of arm k is in arrays in the order of seats. */
 static inline int pend_jets_seat(const struct pend_jets *jets, int k) {

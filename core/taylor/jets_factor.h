@@ -1,12 +1,16 @@
-/* The tree system of order 0, factorized: how a tree answers to forces, written once for any kind of number.
- * Leaves to others: memory, sines and cosines (jets), what a number is (the including file), the orders (*_kernel).
- * Invariant: one division an arm on the way, nothing cancels; every arm does the same operations. */
+/* The tree system of order 0, factorized: how a tree answers to forces, written once for any
+ * kind of number.
+ * Leaves to others: memory, sines and cosines (jets), what a number is (the including file), the
+ * orders (*_kernel).
+ * Invariant: one division an arm on the way, nothing cancels; every arm does the same
+ * operations. */
 #ifndef PEND_JETS_FACTOR_H
 #define PEND_JETS_FACTOR_H
 
 #include "core/taylor/jets_system.h"
 
-/* sums of what the children of a parent do to it; the later siblings' part is kept for the arm that joins */
+/* sums of what the children of a parent do to it; the later siblings' part is kept for the arm
+ * that joins */
 static void jets_join(const struct jets_system *s, int c, int p) {
     num C = s->cosine[c], Z = s->sine[c], S = s->eff[c];
     num sp = s->sum_p[p], sr = s->sum_r[p], sq = s->sum_q[p];
@@ -22,7 +26,8 @@ static void jets_join(const struct jets_system *s, int c, int p) {
     s->sum_q[p] = num_fma(SZ, Z, sq);
 }
 
-/* what each child of k passes on to k, from sums over its siblings that leave the child itself out */
+/* what each child of k passes on to k, from sums over its siblings that leave the child itself
+ * out */
 static void jets_share(const struct jets_system *s, int k) {
     num early_q = num_of(0), early_r = num_of(0), inv = s->inv[k];
     for (int c = k + 1; c < s->end[k]; c = s->end[c]) {
@@ -39,7 +44,8 @@ static void jets_share(const struct jets_system *s, int k) {
 
 /* the order-0 tree system; cosine and sine are filled already */
 static void jets_factor(const struct jets_system *s) {
-    for (int k = 0; k < s->n; k++) s->sum_p[k] = s->sum_r[k] = s->sum_q[k] = s->sum_d[k] = num_of(0);
+    for (int k = 0; k < s->n; k++)
+        s->sum_p[k] = s->sum_r[k] = s->sum_q[k] = s->sum_d[k] = num_of(0);
     for (int k = s->n - 1; k >= 0; k--) {
         num m = s->mass[k], q = s->sum_q[k];
         num inv = num_div(num_of(1), num_add(m, q));

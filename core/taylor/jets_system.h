@@ -12,33 +12,33 @@
 typedef JETS_NUM num;
 
 /*
- * Arrays of one value an arm, of the factorization and of the sweeps of an order; sums go over its children unless
- * another is named.
+ * Arrays of one value an arm, of the factorization and of the sweeps of an order; sums go over its
+ * children unless another is named.
  *
- * len, inv_len, mass               the arm's own
- * angle, angle_low                 to the parent, as a sum of two; cosine, sine of it
- * eff, inv_eff                     S, 1 / S
- * inv, lean                        1 / (m + q), r / (m + q)
- * kappa, nu, tau                   how an arm's share reaches its parent, and the two of tension first
- * stiff, weight                    S kappa, S l
- * sum_p .. sum_d                   p, r, q and the determinant's remainder
- * late, late_q, late_r             sums over the later siblings; early: over the children met so far
- * wind, drag (re, im)              T and c of this order; next_: of the order after, as far as known
- * heave                            S l (k + 1) Im T
- * push, bias                       h, f = h - heave
- * side, sum_side, sum_cos, sum_sin the known force across the arm, and sums of Z f, C s, Z s
- * from_side, others                the parent's side; sum of Z f over the siblings
- * shift, rest                      what stays of radial and tangential when the parent's and the radial part are off
- * tension                          the part of mu that does not move with the parent
- * radial, tangential               acceleration of the tip; from_: of the parent's
+ * len, inv_len, mass               the arm's own angle, angle_low                 to the parent, as
+ * a sum of two; cosine, sine of it eff, inv_eff                     S, 1 / S inv, lean
+ * 1 / (m + q), r / (m + q) kappa, nu, tau                   how an arm's share reaches its parent,
+ * and the two of tension first stiff, weight                    S kappa, S l sum_p .. sum_d
+ * p, r, q and the determinant's remainder late, late_q, late_r             sums over the later
+ * siblings; early: over the children met so far
+ * wind, drag (re, im)              T and c of this order; next_: of the order after, as far as
+ * known heave                            S l (k + 1) Im T push, bias                       h, f = h
+ * - heave side, sum_side, sum_cos, sum_sin the known force across the arm, and sums of Z f, C s, Z
+ * s from_side, others                the parent's side; sum of Z f over the siblings shift, rest
+ * what stays of radial and tangential when the parent's and the radial part are off tension
+ * the part of mu that does not move with the parent radial, tangential               acceleration
+ * of the tip; from_: of the parent's
  */
 // clang-format off
 #define JETS_FACTOR_ARRAYS(X) \
-    X(len) X(inv_len) X(mass) X(angle) X(angle_low) X(cosine) X(sine) X(eff) X(inv_eff) X(inv) X(lean) X(kappa) X(nu) \
+    X(len) X(inv_len) X(mass) X(angle) X(angle_low) X(cosine) X(sine) X(eff) X(inv_eff) X(inv) \
+    X(lean) X(kappa) X(nu) \
     X(tau) X(sum_p) X(sum_r) X(sum_q) X(sum_d) X(late_q) X(late_r)
 #define JETS_SWEEP_ARRAYS(X) \
-    X(stiff) X(weight) X(late) X(early) X(wind_re) X(wind_im) X(drag_re) X(drag_im) X(next_wind_re) X(next_wind_im) \
-    X(next_drag_re) X(next_drag_im) X(heave) X(push) X(bias) X(side) X(sum_side) X(sum_cos) X(sum_sin) X(from_side) \
+    X(stiff) X(weight) X(late) X(early) X(wind_re) X(wind_im) X(drag_re) X(drag_im) \
+    X(next_wind_re) X(next_wind_im) \
+    X(next_drag_re) X(next_drag_im) X(heave) X(push) X(bias) X(side) X(sum_side) X(sum_cos) \
+    X(sum_sin) X(from_side) \
     X(others) X(shift) X(rest) X(tension) X(radial) X(tangential) X(from_radial) X(from_tangential)
 #define JETS_ARRAYS(X) JETS_FACTOR_ARRAYS(X) JETS_SWEEP_ARRAYS(X)
 // clang-format on
@@ -47,13 +47,16 @@ struct jets_system {
     int n, tiles;        /* arms; tiles of eight in the series */
     size_t stride, tile; /* numbers from one order to the next, from eight arms to the next eight */
     const int *parent, *end;
-    /* of one tree of doubles with more than eight arms, one of these, as jets has cut it; else NULL */
+    /* of one tree of doubles with more than eight arms, one of these, as jets has cut it; else
+     * NULL */
     const struct blocks *blocks;
     const struct levels *levels; /* its series are in the order of seats */
     const struct chain *chain;
-    const double *share;                   /* 1 / (j + 1) of order j */
-    num *rate, *force, *turn_re, *turn_im; /* series: order j of arm k at jets_row(k) + j * stride */
-    num *answers; /* of a small tree, what its arms answer to units, kept for errors to spread by; NULL = not kept */
+    const double *share; /* 1 / (j + 1) of order j */
+    num *rate, *force, *turn_re,
+        *turn_im; /* series: order j of arm k at jets_row(k) + j * stride */
+    num *answers; /* of a small tree, what its arms answer to units, kept for errors to spread by;
+                     NULL = not kept */
 #define X(name) num *name;
     JETS_ARRAYS(X)
 #undef X

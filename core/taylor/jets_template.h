@@ -1,4 +1,5 @@
-/* The power series of a tree's motion, written once for any kind of number: included by files that define the numbers.
+/* The power series of a tree's motion, written once for any kind of number: included by files
+ * that define the numbers.
  * Leaves to others: memory, sines and cosines (jets), what a number is (the including file).
  * Invariant: no division in the orders; every arm does the same operations. */
 #ifndef PEND_JETS_TEMPLATE_H
@@ -7,7 +8,8 @@
 #include "core/taylor/jets_factor.h"
 
 /* what follows from T and c alone, and sums set to nothing for the sweeps of order k */
-static inline void jets_prepare(const struct jets_system *s, int k, int a, wide Tr, wide Ti, wide cr, wide ci) {
+static inline void jets_prepare(const struct jets_system *s, int k, int a, wide Tr, wide Ti,
+                                wide cr, wide ci) {
     wide_put(s->wind_re + a, Tr);
     wide_put(s->wind_im + a, Ti);
     wide_put(s->drag_re + a, cr);
@@ -20,8 +22,8 @@ static inline void jets_prepare(const struct jets_system *s, int k, int a, wide 
 }
 
 /*
- * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass: what is loaded
- * serves both. Row -1 of the forces is zero.
+ * T and c of order k, and of order k + 1 but for the terms that order k is needed for, in one pass:
+ * what is loaded serves both. Row -1 of the forces is zero.
  */
 static inline void jets_known(const struct jets_system *s, int k) {
     size_t stride = s->stride;
@@ -62,12 +64,14 @@ static inline void jets_complete(const struct jets_system *s, int k) {
         wide Tr = wide_fma(wide_get(s->turn_re + last), first, wide_get(s->next_wind_re + a));
         wide Ti = wide_fma(wide_get(s->turn_im + last), first, wide_get(s->next_wind_im + a));
         Ti = wide_fma(first, wide_get(s->rate + now), Ti);
-        wide ci = wide_fma(first, wide_get(s->force + now - s->stride), wide_get(s->next_drag_im + a));
+        wide ci =
+            wide_fma(first, wide_get(s->force + now - s->stride), wide_get(s->next_drag_im + a));
         jets_prepare(s, k, a, Tr, Ti, wide_get(s->next_drag_re + a), ci);
     }
 }
 
-/* known forces: along and across every arm, its children's included; the rest of each sweep's start */
+/* known forces: along and across every arm, its children's included; the rest of each sweep's
+ * start */
 static void jets_gather(const struct jets_system *s) {
     for (int k = s->n - 1; k > 0; k--) {
         int p = s->parent[k];
@@ -77,7 +81,8 @@ static void jets_gather(const struct jets_system *s) {
     for (int a = 0; a < s->n; a += WIDE) {
         wide side = wide_sub(wide_get(s->drag_im + a), wide_get(s->sum_cos + a));
         wide_put(s->side + a, side);
-        wide_put(s->push + a, wide_sub(wide_mul(wide_get(s->lean + a), side), wide_get(s->sum_sin + a)));
+        wide_put(s->push + a,
+                 wide_sub(wide_mul(wide_get(s->lean + a), side), wide_get(s->sum_sin + a)));
     }
 }
 
@@ -107,9 +112,11 @@ static void jets_tension(const struct jets_system *s, num gravity) {
     }
     for (int a = 0; a < s->n; a += WIDE) {
         wide across = wide_sub(wide_get(s->from_side + a), wide_get(s->others + a));
-        wide tension = wide_fma(wide_get(s->tau + a), across, wide_mul(wide_get(s->nu + a), wide_get(s->bias + a)));
+        wide tension = wide_fma(wide_get(s->tau + a), across,
+                                wide_mul(wide_get(s->nu + a), wide_get(s->bias + a)));
         wide_put(s->tension + a, tension);
-        wide_put(s->shift + a, wide_mul(wide_sub(tension, wide_get(s->push + a)), wide_get(s->inv_eff + a)));
+        wide_put(s->shift + a,
+                 wide_mul(wide_sub(tension, wide_get(s->push + a)), wide_get(s->inv_eff + a)));
         wide rest = wide_sub(wide_get(s->side + a), wide_get(s->sum_side + a));
         wide_put(s->rest + a, wide_mul(rest, wide_get(s->inv + a)));
     }
@@ -140,13 +147,16 @@ static void jets_down(const struct jets_system *s, num gravity) {
 static inline void jets_learn(const struct jets_system *s, int k) {
     wide share = wide_of(s->share[k]), turn_share = wide_of(s->share[k + 1]);
     for (int a = 0; a < s->n; a += WIDE) {
-        size_t now = jets_row(s, a) + (size_t)k * s->stride, next = now + s->stride, after = next + s->stride;
-        wide ar = wide_get(s->from_radial + a), at = wide_get(s->from_tangential + a), Tr = wide_get(s->wind_re + a);
+        size_t now = jets_row(s, a) + (size_t)k * s->stride, next = now + s->stride,
+               after = next + s->stride;
+        wide ar = wide_get(s->from_radial + a), at = wide_get(s->from_tangential + a),
+             Tr = wide_get(s->wind_re + a);
         wide C = wide_get(s->cosine + a), Z = wide_get(s->sine + a);
-        wide gap = wide_add(wide_sub(wide_mul(Z, ar), wide_mul(C, at)), wide_get(s->tangential + a));
+        wide gap =
+            wide_add(wide_sub(wide_mul(Z, ar), wide_mul(C, at)), wide_get(s->tangential + a));
         wide acc = wide_sub(wide_mul(gap, wide_get(s->inv_len + a)), wide_mul(wide_of(k + 1), Tr));
-        wide lambda =
-            wide_sub(wide_fma(wide_get(s->stiff + a), ar, wide_get(s->tension + a)), wide_get(s->drag_re + a));
+        wide lambda = wide_sub(wide_fma(wide_get(s->stiff + a), ar, wide_get(s->tension + a)),
+                               wide_get(s->drag_re + a));
         wide rate = wide_mul(acc, share);
         wide_put(s->force + now, lambda);
         wide_put(s->rate + next, rate);

@@ -7,7 +7,8 @@
 #include "core/simd/vec_isa.h"
 #include "core/taylor/taylor_order.h"
 
-/* numbers of the sweeps are doubles; loops over arms take as many at once as the instruction set holds */
+/* numbers of the sweeps are doubles; loops over arms take as many at once as the instruction set
+ * holds */
 enum { WIDE = KERNEL_WIDTH };
 typedef KERNEL_OF(lanes, ) wide;
 #define WIDE_(name) KERNEL_OF(lanes, _##name)
@@ -60,13 +61,14 @@ static void kernel_chain_angles(const struct jets_system *s, const struct jets_s
         wide x = wide_get(state->phi + a), low = wide_get(state->phi_low + a);
         wide y = wide_unshift(last, x), d = x - y, back = x - d;
         wide_put(s->angle + a, d);
-        wide_put(s->angle_low + a, ((x - (d + back)) + (back - y)) + (low - wide_unshift(last_low, low)));
+        wide_put(s->angle_low + a,
+                 ((x - (d + back)) + (back - y)) + (low - wide_unshift(last_low, low)));
         last = x, last_low = low;
     }
 }
 
-static void kernel_orders(const struct jets_system *s, const struct jets_state *state, double gravity, double unit,
-                          int order) {
+static void kernel_orders(const struct jets_system *s, const struct jets_state *state,
+                          double gravity, double unit, int order) {
     if (s->chain) kernel_chain_angles(s, state);
     for (int k = 0; k < s->n && !s->chain; k++) kernel_angle(s, state, k);
     for (int a = 0; a < s->n; a += WIDE) {
@@ -76,7 +78,8 @@ static void kernel_orders(const struct jets_system *s, const struct jets_state *
         wide_put(s->cosine + a, cosine);
         if (!s->levels) wide_put(s->rate + jets_row(s, a), wide_get(state->rate + a) * unit);
     }
-    for (int k = 0; k < s->n && s->levels; k++) s->rate[jets_row(s, s->levels->seat[k])] = state->rate[k] * unit;
+    for (int k = 0; k < s->n && s->levels; k++)
+        s->rate[jets_row(s, s->levels->seat[k])] = state->rate[k] * unit;
     gravity *= unit * unit;
     if (s->chain)
         chain_orders(s, gravity, order);
@@ -101,7 +104,8 @@ VEC_INLINE void kernel_sum(wide sum, wide add, double *high, double *low) {
     wide_put(low, (sum - (total - part)) + (add - part));
 }
 
-/* rates of `arms` arms (2, 4 or 8), of whole vectors the rest is 0: the forces of few arms stand beside their rates */
+/* rates of `arms` arms (2, 4 or 8), of whole vectors the rest is 0: the forces of few arms stand
+ * beside their rates */
 VEC_INLINE wide kernel_rates(const double *at, int arms) {
 #if defined(__AVX512F__)
     if (arms == 2) return (wide)_mm512_zextpd128_pd512(_mm_load_pd(at));
@@ -114,9 +118,10 @@ VEC_INLINE wide kernel_rates(const double *at, int arms) {
 }
 
 /* changes of phi and phi', even and odd orders apart: half the waiting */
-VEC_INLINE struct values_change kernel_halves(const struct jets_system *s, int order, double x_, double unit, int a,
-                                                int arms) {
-    wide x = wide_of(x_), square = x * x, phi[2] = {wide_of(0), wide_of(0)}, rate[2] = {wide_of(0), wide_of(0)};
+VEC_INLINE struct values_change kernel_halves(const struct jets_system *s, int order, double x_,
+                                              double unit, int a, int arms) {
+    wide x = wide_of(x_), square = x * x, phi[2] = {wide_of(0), wide_of(0)},
+         rate[2] = {wide_of(0), wide_of(0)};
     const double *from = s->rate + jets_row(s, a);
     for (int j = order - order % 2; j >= 0; j -= 2) {
         wide even = kernel_rates(from + (size_t)j * s->stride, arms);
@@ -133,19 +138,24 @@ VEC_INLINE struct values_change kernel_halves(const struct jets_system *s, int o
 }
 
 VEC_INLINE void kernel_advance_some(const struct jets_system *s, int order, double x, double unit,
-                                      const struct jets_state *from, const struct jets_state *to, int arms) {
+                                    const struct jets_state *from, const struct jets_state *to,
+                                    int arms) {
     struct values_wish wish = {0, 0};
     int seats = arms == 8 ? jets_seats(s) : 0;
-    for (int a = 0; a < seats; a += WIDE) values_keep(s->levels, a, kernel_halves(s, order, x, unit, a, arms), wish);
+    for (int a = 0; a < seats; a += WIDE)
+        values_keep(s->levels, a, kernel_halves(s, order, x, unit, a, arms), wish);
     for (int a = 0; a < s->n; a += WIDE) {
-        struct values_change v = seats ? values_kept(s->levels, a, wish) : kernel_halves(s, order, x, unit, a, arms);
-        kernel_sum(wide_get(from->phi + a), v.phi + wide_get(from->phi_low + a), to->phi + a, to->phi_low + a);
-        kernel_sum(wide_get(from->rate + a), v.rate + wide_get(from->rate_low + a), to->rate + a, to->rate_low + a);
+        struct values_change v =
+            seats ? values_kept(s->levels, a, wish) : kernel_halves(s, order, x, unit, a, arms);
+        kernel_sum(wide_get(from->phi + a), v.phi + wide_get(from->phi_low + a), to->phi + a,
+                   to->phi_low + a);
+        kernel_sum(wide_get(from->rate + a), v.rate + wide_get(from->rate_low + a), to->rate + a,
+                   to->rate_low + a);
     }
 }
 
-static void kernel_advance(const struct jets_system *s, int order, double x, double unit, const struct jets_state *from,
-                           const struct jets_state *to) {
+static void kernel_advance(const struct jets_system *s, int order, double x, double unit,
+                           const struct jets_state *from, const struct jets_state *to) {
     if (s->n > 4)
         kernel_advance_some(s, order, x, unit, from, to, 8);
     else if (s->n > 2)
@@ -162,7 +172,11 @@ typedef lanes2 term;
 typedef lanes4 term;
 #define TERM_(name) lanes4_##name
 #endif
-enum { TERM_WIDTH = KERNEL_WIDTH == 2 ? 2 : 4, TERMS = KERNEL_SIZES / 2, TERM_PARTS = TERMS / TERM_WIDTH };
+enum {
+    TERM_WIDTH = KERNEL_WIDTH == 2 ? 2 : 4,
+    TERMS = KERNEL_SIZES / 2,
+    TERM_PARTS = TERMS / TERM_WIDTH
+};
 
 struct kernel_terms {
     term part[KERNEL_SIZES / TERM_WIDTH]; /* the leading ones, then the trailing ones */
@@ -174,14 +188,18 @@ VEC_INLINE term term_get(const double *at) {
     return x;
 }
 
-/* row i of the rates that a step is judged by: rate_0 .. rate_3 and rate_{order - 3} .. rate_order */
+/* row i of the rates that a step is judged by: rate_0 .. rate_3 and rate_{order - 3} ..
+ * rate_order */
 VEC_INLINE const double *kernel_term(const struct jets_system *s, int order, int i) {
     return s->rate + (size_t)(i < TERMS ? i : order + 1 - KERNEL_SIZES + i) * s->stride;
 }
 
-/* the largest magnitude among the arms of each of these rows; not a number, or infinite, where one of them is */
+/* the largest magnitude among the arms of each of these rows; not a number, or infinite, where
+ * one of them is */
 #ifdef __AVX512F__
-VEC_INLINE bits8 kernel_larger(bits8 x, bits8 y) { return (bits8)_mm512_max_epi64((__m512i)x, (__m512i)y); }
+VEC_INLINE bits8 kernel_larger(bits8 x, bits8 y) {
+    return (bits8)_mm512_max_epi64((__m512i)x, (__m512i)y);
+}
 
 VEC_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int order, int arms) {
     // compared as integers: the order is the same, and what is not finite is largest
@@ -190,8 +208,8 @@ VEC_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int ord
     int last = s->levels ? jets_seats(s) : s->n;
     for (int a = 0; a < last; a += 8) {
         for (int i = 0; i < KERNEL_SIZES; i++)
-            x[i] =
-                kernel_larger(x[i], (bits8)lanes8_abs(kernel_rates(kernel_term(s, order, i) + jets_row(s, a), arms)));
+            x[i] = kernel_larger(x[i], (bits8)lanes8_abs(kernel_rates(
+                                           kernel_term(s, order, i) + jets_row(s, a), arms)));
     }
     for (int i = 0; i < 4; i++) {
         bits8 even = x[2 * i], odd = x[2 * i + 1];
@@ -203,10 +221,11 @@ VEC_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int ord
         four[i] = kernel_larger(__builtin_shufflevector(even, odd, 0, 1, 8, 9, 4, 5, 12, 13),
                                 __builtin_shufflevector(even, odd, 2, 3, 10, 11, 6, 7, 14, 15));
     }
-    lanes8 all = (lanes8)kernel_larger(__builtin_shufflevector(four[0], four[1], 0, 1, 2, 3, 8, 9, 10, 11),
-                                       __builtin_shufflevector(four[0], four[1], 4, 5, 6, 7, 12, 13, 14, 15));
-    return (struct kernel_terms){
-        {__builtin_shufflevector(all, all, 0, 1, 2, 3), __builtin_shufflevector(all, all, 4, 5, 6, 7)}};
+    lanes8 all = (lanes8)kernel_larger(
+        __builtin_shufflevector(four[0], four[1], 0, 1, 2, 3, 8, 9, 10, 11),
+        __builtin_shufflevector(four[0], four[1], 4, 5, 6, 7, 12, 13, 14, 15));
+    return (struct kernel_terms){{__builtin_shufflevector(all, all, 0, 1, 2, 3),
+                                  __builtin_shufflevector(all, all, 4, 5, 6, 7)}};
 }
 #else
 VEC_INLINE struct kernel_terms kernel_sizes(const struct jets_system *s, int order, int arms) {
@@ -235,14 +254,15 @@ VEC_INLINE double term_least(const term x[]) {
 #if KERNEL_WIDTH == 2
     lanes2 two = lanes2_min(x[0], x[1]);
 #else
-    lanes2 two = lanes2_min(__builtin_shufflevector(x[0], x[0], 0, 1), __builtin_shufflevector(x[0], x[0], 2, 3));
+    lanes2 two = lanes2_min(__builtin_shufflevector(x[0], x[0], 0, 1),
+                            __builtin_shufflevector(x[0], x[0], 2, 3));
 #endif
     return lanes2_min(two, __builtin_shufflevector(two, two, 1, 0))[0];
 }
 
 /* the trailing terms in lanes, the leading ones in turn */
-VEC_INLINE double kernel_reach_some(const struct jets_system *s, int order, double log_rtol, double log_atol,
-                                      int arms) {
+VEC_INLINE double kernel_reach_some(const struct jets_system *s, int order, double log_rtol,
+                                    double log_atol, int arms) {
     // phi has the coefficients of the rates over 1 .. 4
     static const double log2_of[TERMS] = {0, 1, 1.5849625007211562, 2};
     const double *share = s->share + order - 3;
@@ -250,16 +270,20 @@ VEC_INLINE double kernel_reach_some(const struct jets_system *s, int order, doub
     struct kernel_terms size = kernel_sizes(s, order, arms);
     term here[TERM_PARTS], leading[TERM_PARTS], poison = TERM_(of)(0);
     for (int i = 0; i < KERNEL_SIZES / TERM_WIDTH; i++) poison += size.part[i] * 0;
-    for (int i = 0; i < TERM_PARTS; i++) leading[i] = TERM_(log2)(size.part[i]) - term_get(log2_of + i * TERM_WIDTH);
+    for (int i = 0; i < TERM_PARTS; i++)
+        leading[i] = TERM_(log2)(size.part[i]) - term_get(log2_of + i * TERM_WIDTH);
     for (int i = 0; i < TERM_PARTS; i++) {
         const double *own = share + i * TERM_WIDTH;
         term trailing = TERM_(log2)(size.part[TERM_PARTS + i]), far = TERM_(of)(KERNEL_FAR);
-        term atol = log_atol * s->share[order + 1] - trailing * term_get(own), most = TERM_(of)(-KERNEL_FAR);
+        term atol = log_atol * s->share[order + 1] - trailing * term_get(own),
+             most = TERM_(of)(-KERNEL_FAR);
         for (int j = 0; j < TERMS; j++) {
             if (size.part[j / TERM_WIDTH][j % TERM_WIDTH] < DBL_MIN) continue;
-            // a radius of convergence from a trailing term and a leading one, times what is left at the tolerance
+            // a radius of convergence from a trailing term and a leading one, times what is left at
+            // the tolerance
             term gap = TERM_(of)(leading[j / TERM_WIDTH][j % TERM_WIDTH]) - trailing;
-            most = TERM_(max)(TERM_(of)(log_rtol * s->share[order - j]) + gap * term_get(own - j - 1), most);
+            most = TERM_(max)(
+                TERM_(of)(log_rtol * s->share[order - j]) + gap * term_get(own - j - 1), most);
         }
         // what atol lets pass is bounded as rtol is
         most = TERM_(max)(TERM_(min)(most + spread, atol), most);
@@ -271,7 +295,8 @@ VEC_INLINE double kernel_reach_some(const struct jets_system *s, int order, doub
     return lanes2_exp2(lanes2_of(reach > -KERNEL_FAR ? reach : -KERNEL_FAR))[0];
 }
 
-static double kernel_reach(const struct jets_system *s, int order, double log_rtol, double log_atol) {
+static double kernel_reach(const struct jets_system *s, int order, double log_rtol,
+                           double log_atol) {
     if (s->n > 4) return kernel_reach_some(s, order, log_rtol, log_atol, 8);
     if (s->n > 2) return kernel_reach_some(s, order, log_rtol, log_atol, 4);
     return kernel_reach_some(s, order, log_rtol, log_atol, 2);
@@ -279,12 +304,15 @@ static double kernel_reach(const struct jets_system *s, int order, double log_rt
 
 #include "core/taylor/left_template.h"
 
-/* one arm alone, by the recurrences of its orders made linear: u of the motion and its change, rates */
-static double kernel_single_spread(const struct jets_system *s, double gravity, double x, double unit, double *phi,
-                                   double *speed) {
+/* one arm alone, by the recurrences of its orders made linear: u of the motion and its change,
+ * rates */
+static double kernel_single_spread(const struct jets_system *s, double gravity, double x,
+                                   double unit, double *phi, double *speed) {
     double re[JETS_SPREAD + 1] = {1}, im[JETS_SPREAD + 1] = {0}, more_re[JETS_SPREAD + 1] = {0};
-    double more_im[JETS_SPREAD + 1] = {*phi}, more[JETS_SPREAD + 1] = {*speed * unit}, turned = 0, faster = 0;
-    double pull = gravity * unit * unit * s->inv_len[0], C = s->cosine[0], Z = s->sine[0], swing = s->rate[0] / unit;
+    double more_im[JETS_SPREAD + 1] = {*phi}, more[JETS_SPREAD + 1] = {*speed * unit}, turned = 0,
+                                 faster = 0;
+    double pull = gravity * unit * unit * s->inv_len[0], C = s->cosine[0], Z = s->sine[0],
+           swing = s->rate[0] / unit;
     for (int k = 0; k < JETS_SPREAD; k++) {
         double sum[4] = {0, 0, 0, 0};
         for (int j = 0; j <= k; j++) {
@@ -310,8 +338,8 @@ static double kernel_single_spread(const struct jets_system *s, double gravity, 
     return fabs(force);
 }
 
-static double kernel_spread(const struct jets_system *s, double gravity, double x, double unit, double phi[],
-                            double rate[]) {
+static double kernel_spread(const struct jets_system *s, double gravity, double x, double unit,
+                            double phi[], double rate[]) {
     if (s->n > 4) return small8_spread(s, x, unit, phi, rate);
     if (s->n > 2) return small4_spread(s, x, unit, phi, rate);
     if (s->n > 1) return small2_spread(s, x, unit, phi, rate);

@@ -21,7 +21,8 @@ struct jets_values {
 enum { JETS_FITTED = 6, JETS_FORETOLD = 6 };
 
 struct jets_left {
-    int from, beyond; /* the order of the first of JETS_FITTED terms; how many of these the step has left out */
+    int from, beyond; /* the order of the first of JETS_FITTED terms; how many of these the step has
+                         left out */
     double x, power;  /* the step in units, and x^from */
 };
 
@@ -32,40 +33,43 @@ struct jets_kernel {
      * system  one tree; trees of up to 8 arms need a stride of 8.
      * order   >= 1.
      */
-    void (*orders)(const struct jets_system *system, const struct jets_state *state, double gravity, double unit,
-                   int order);
+    void (*orders)(const struct jets_system *system, const struct jets_state *state, double gravity,
+                   double unit, int order);
     /**
      * The state x units after `from`, as sums of two doubles.
      */
-    void (*advance)(const struct jets_system *system, int order, double x, double unit, const struct jets_state *from,
-                    const struct jets_state *to);
+    void (*advance)(const struct jets_system *system, int order, double x, double unit,
+                    const struct jets_state *from, const struct jets_state *to);
     /**
-     * The step in units: the longest at which the first term of phi that is left out, as each of four trailing terms
-     * foretells it, is below rtol times the motion of the step, judged by its leading terms, or below atol. Four,
-     * because a symmetric start makes three of four vanish. 2^1000 where all are zero, NaN where one is not finite.
+     * The step in units: the longest at which the first term of phi that is left out, as each of
+     * four trailing terms foretells it, is below rtol times the motion of the step, judged by its
+     * leading terms, or below atol. Four, because a symmetric start makes three of four vanish.
+     * 2^1000 where all are zero, NaN where one is not finite.
      *
      * log_rtol, log_atol  binary logarithms.
      */
     double (*reach)(const struct jets_system *system, int order, double log_rtol, double log_atol);
     /**
-     * The values x[i] units after `from`, i = 0 .. count - 1, in rows of n. phi and rate are always wanted. A row's
-     * bits do not depend on the other rows.
+     * The values x[i] units after `from`, i = 0 .. count - 1, in rows of n. phi and rate are always
+     * wanted. A row's bits do not depend on the other rows.
      */
-    void (*values)(const struct jets_system *system, int order, const double x[], int count, double unit,
-                   const struct jets_state *from, const struct jets_values *values);
+    void (*values)(const struct jets_system *system, int order, const double x[], int count,
+                   double unit, const struct jets_state *from, const struct jets_values *values);
     /**
-     * What small errors of the angles, rad, and of the rates, rad/s, become x units after the state expanded about, to
-     * first order; of systems that keep answers. Returns the largest error of a force at the start, N.
+     * What small errors of the angles, rad, and of the rates, rad/s, become x units after the state
+     * expanded about, to first order; of systems that keep answers. Returns the largest error of a
+     * force at the start, N.
      *
      * phi, rate  in and out; padded with zeros to a multiple of 8.
      */
-    double (*spread)(const struct jets_system *system, double gravity, double x, double unit, double phi[],
-                     double rate[]);
+    double (*spread)(const struct jets_system *system, double gravity, double x, double unit,
+                     double phi[], double rate[]);
     /**
-     * The sums of the terms that a step left out, of the rates and of the angles over x, in units: an array of a value
-     * a seat, in the order of seats, padded to a multiple of 8.
+     * The sums of the terms that a step left out, of the rates and of the angles over x, in units:
+     * an array of a value a seat, in the order of seats, padded to a multiple of 8.
      */
-    void (*left)(const struct jets_system *system, const struct jets_left *left, double rate[], double phi[]);
+    void (*left)(const struct jets_system *system, const struct jets_left *left, double rate[],
+                 double phi[]);
 };
 
 extern const struct jets_kernel pend_kernel_jets_base;

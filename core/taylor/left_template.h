@@ -1,5 +1,6 @@
 /* What a step of a power series leaves out: the terms behind its last one.
- * Leaves to others: what they are added to (horizon), the series (kernel_jets, which includes this).
+ * Leaves to others: what they are added to (horizon), the series (kernel_jets, which includes
+ * this).
  * Invariant: sums over arms are made in eight lanes, whatever the instruction set. */
 #ifndef PEND_LEFT_TEMPLATE_H
 #define PEND_LEFT_TEMPLATE_H
@@ -12,7 +13,8 @@ struct left_sums {
 };
 
 /* the last terms of the arms of a vector, of the series for the rates at x */
-VEC_INLINE void left_terms(const struct jets_system *s, const struct jets_left *left, int a, int arms, wide last[]) {
+VEC_INLINE void left_terms(const struct jets_system *s, const struct jets_left *left, int a,
+                           int arms, wide last[]) {
     const double *from = s->rate + jets_row(s, a) + (size_t)left->from * s->stride;
     double power = left->power;
     for (int i = 0; i < JETS_FITTED; i++, power *= left->x)
@@ -26,14 +28,15 @@ VEC_INLINE double left_total(const wide sum[]) {
 }
 
 /*
- * How the last terms of a series go on: every arm has its nearest singularities from the same pair in the complex
- * plane, so that a term is `one` times the one before it and `two` times the one before that. The least squares of the
- * last terms of all arms, in powers of x.
+ * How the last terms of a series go on: every arm has its nearest singularities from the same pair
+ * in the complex plane, so that a term is `one` times the one before it and `two` times the one
+ * before that. The least squares of the last terms of all arms, in powers of x.
  */
-VEC_INLINE void left_recurrence(const struct jets_system *s, const struct jets_left *left, int seats, int arms,
-                                  double *one, double *two) {
+VEC_INLINE void left_recurrence(const struct jets_system *s, const struct jets_left *left,
+                                int seats, int arms, double *one, double *two) {
     struct left_sums x;
-    for (int i = 0; i < LEFT_SUMS * LEFT_PARTS; i++) x.sum[i / LEFT_PARTS][i % LEFT_PARTS] = wide_of(0);
+    for (int i = 0; i < LEFT_SUMS * LEFT_PARTS; i++)
+        x.sum[i / LEFT_PARTS][i % LEFT_PARTS] = wide_of(0);
     for (int a = 0; a < seats; a += WIDE) {
         wide last[JETS_FITTED];
         int part = a % 8 / WIDE;
@@ -47,14 +50,16 @@ VEC_INLINE void left_recurrence(const struct jets_system *s, const struct jets_l
             x.sum[LEFT_BC][part] = wide_fma(q, r, x.sum[LEFT_BC][part]);
         }
     }
-    double aa = left_total(x.sum[LEFT_AA]), ab = left_total(x.sum[LEFT_AB]), bb = left_total(x.sum[LEFT_BB]);
+    double aa = left_total(x.sum[LEFT_AA]), ab = left_total(x.sum[LEFT_AB]),
+           bb = left_total(x.sum[LEFT_BB]);
     double ac = left_total(x.sum[LEFT_AC]), bc = left_total(x.sum[LEFT_BC]), d = aa * bb - ab * ab;
     int good = d > 1e-6 * aa * bb;
     *one = good ? (ac * bb - bc * ab) / d : 0;
     *two = good ? (bc * aa - ac * ab) / d : 0;
 }
 
-static void kernel_left(const struct jets_system *s, const struct jets_left *left, double rate[], double phi[]) {
+static void kernel_left(const struct jets_system *s, const struct jets_left *left, double rate[],
+                        double phi[]) {
     int seats = s->levels ? jets_seats(s) : s->n, arms = s->n > 4 ? 8 : s->n > 2 ? 4 : 2;
     double one, two;
     left_recurrence(s, left, seats, arms, &one, &two);

@@ -2,12 +2,14 @@
 
 #include <string.h>
 
-/* the heights that arms above the one at hand have from children met so far, one a joint that waits */
+/* the heights that arms above the one at hand have from children met so far, one a joint that
+ * waits */
 struct levels_climb {
     int joint[LEVELS_MAX], height[LEVELS_MAX], waiting;
 };
 
-/* the height of arm k, met from the last arm to the first; no more joints wait than the sub-trees halve */
+/* the height of arm k, met from the last arm to the first; no more joints wait than the
+ * sub-trees halve */
 static int levels_height(struct levels_climb *climb, const struct pend_tree *tree, int k) {
     int top = climb->waiting - 1, height = 0, p = tree->parent[k];
     if (top >= 0 && climb->joint[top] == k) {
@@ -52,7 +54,8 @@ static int levels_cap(const int arms[], int levels) {
 }
 
 int pend_levels_count(const struct pend_tree *tree) {
-    int arms[LEVELS_MAX], levels = levels_measure(tree, arms), cap = levels_cap(arms, levels), count = 1;
+    int arms[LEVELS_MAX], levels = levels_measure(tree, arms), cap = levels_cap(arms, levels),
+                          count = 1;
     for (int i = 0; i < cap; i++) count += levels_blocks(arms[i]);
     return cap > 0 && count <= 3 * levels_blocks(tree->n) / 2 ? count : 0;
 }
@@ -73,14 +76,17 @@ static void *levels_take(char *base, size_t *used, size_t count, size_t bytes) {
 /* what is needed while a tree is cut; level i has arms[i] arms, and blocks from start[i] on */
 struct levels_plan {
     int *height, *next; /* of an arm; the next one of the same height, -1 after the last */
-    int cap, arms[LEVELS_MAX], head[LEVELS_MAX], start[LEVELS_MAX + 1]; /* the cap's lowest level; lists of the arms */
+    int cap, arms[LEVELS_MAX], head[LEVELS_MAX],
+        start[LEVELS_MAX + 1]; /* the cap's lowest level; lists of the arms */
 };
 
-static size_t levels_lay(struct levels *l, struct levels_plan *plan, const struct pend_tree *tree, char *base) {
+static size_t levels_lay(struct levels *l, struct levels_plan *plan, const struct pend_tree *tree,
+                         char *base) {
     size_t used = 0, ranks = (size_t)(levels_light(tree) + LEVELS_CHILDREN), n = (size_t)tree->n;
     l->count = pend_levels_count(tree);
     l->ranks = 0;
-    l->numbers = levels_take(base, &used, ((size_t)l->count + 1) * LEVEL_NUMBERS + ranks * LEVEL_TABLE, sizeof(double));
+    l->numbers = levels_take(
+        base, &used, ((size_t)l->count + 1) * LEVEL_NUMBERS + ranks * LEVEL_TABLE, sizeof(double));
     l->up = levels_take(base, &used, LEVEL_ARMS * LEVEL_ARMS, sizeof(double));
     l->down = levels_take(base, &used, LEVEL_ARMS * LEVEL_ARMS, sizeof(double));
     l->block = levels_take(base, &used, (size_t)l->count, sizeof *l->block);
@@ -88,7 +94,8 @@ static size_t levels_lay(struct levels *l, struct levels_plan *plan, const struc
     l->seat = levels_take(base, &used, (n + LEVEL_ARMS - 1) / LEVEL_ARMS * LEVEL_ARMS, sizeof(int));
     l->arm = levels_take(base, &used, (size_t)l->count * LEVEL_ARMS, sizeof(int));
     for (int i = 0; i < LEVELS_CHANGES; i++) {
-        l->change[i] = levels_take(base, &used, ((size_t)l->count + 1) * LEVEL_ARMS, sizeof(double));
+        l->change[i] =
+            levels_take(base, &used, ((size_t)l->count + 1) * LEVEL_ARMS, sizeof(double));
     }
     plan->height = levels_take(base, &used, n, sizeof(int));
     plan->next = levels_take(base, &used, n, sizeof(int));
@@ -130,9 +137,10 @@ static void levels_survey(struct levels_plan *plan, const struct pend_tree *tree
     }
 }
 
-/* seats of a level: first children in their parents' lanes, then the others, those with many children first, so that
- * blocks have few ranks */
-static void levels_seat(struct levels *l, const struct pend_tree *tree, const struct levels_plan *plan, int level) {
+/* seats of a level: first children in their parents' lanes, then the others, those with many
+ * children first, so that blocks have few ranks */
+static void levels_seat(struct levels *l, const struct pend_tree *tree,
+                        const struct levels_plan *plan, int level) {
     int seat = plan->start[level] * LEVEL_ARMS, above = plan->start[level + 1] * LEVEL_ARMS;
     for (int i = 0; level + 1 < plan->cap && i < plan->arms[level + 1]; i++) {
         levels_sit(l, levels_first(tree, plan->height, l->arm[above + i]), seat++);
@@ -146,11 +154,14 @@ static void levels_seat(struct levels *l, const struct pend_tree *tree, const st
 
 /* a rank without children yet */
 static void levels_open(struct levels *l, int rank) {
-    for (int i = 0; i < LEVEL_ARMS; i++) l->rank[rank].children[i] = pend_levels_place(l->count * LEVEL_ARMS);
+    for (int i = 0; i < LEVEL_ARMS; i++)
+        l->rank[rank].children[i] = pend_levels_place(l->count * LEVEL_ARMS);
 }
 
-/* the children of a joint: the first has its lane, where there is one, the others' places are found by rank */
-static void levels_joint(struct levels *l, const struct pend_tree *tree, int k, int first, struct level_block *block) {
+/* the children of a joint: the first has its lane, where there is one, the others' places are
+ * found by rank */
+static void levels_joint(struct levels *l, const struct pend_tree *tree, int k, int first,
+                         struct level_block *block) {
     int rank = block->first, lane = l->seat[k] % LEVEL_ARMS;
     int table = pend_levels_table(l->count) - LEVEL_FIRST * LEVEL_ARMS;
     for (int c = k + 1; c < tree->end[k]; c = tree->end[c]) {
@@ -165,19 +176,22 @@ static void levels_joint(struct levels *l, const struct pend_tree *tree, int k, 
 }
 
 /* the joints of a block; none of the cap's has a first child in its lane */
-static void levels_joints(struct levels *l, const struct pend_tree *tree, const struct levels_plan *plan, int i) {
+static void levels_joints(struct levels *l, const struct pend_tree *tree,
+                          const struct levels_plan *plan, int i) {
     struct level_block *block = &l->block[i];
     block->first = block->end = l->ranks;
     for (int lane = 0; lane < LEVEL_ARMS; lane++) {
         int k = l->arm[i * LEVEL_ARMS + lane];
         if (k < 0) continue;
-        levels_joint(l, tree, k, i < l->count - 1 ? levels_first(tree, plan->height, k) : -1, block);
+        levels_joint(l, tree, k, i < l->count - 1 ? levels_first(tree, plan->height, k) : -1,
+                     block);
     }
     l->ranks = block->end;
 }
 
 /* the blocks of a level, and which those of the levels next to it belong to */
-static void levels_link(struct levels *l, const struct pend_tree *tree, const struct levels_plan *plan, int level) {
+static void levels_link(struct levels *l, const struct pend_tree *tree,
+                        const struct levels_plan *plan, int level) {
     int firsts = level + 1 < plan->cap ? plan->arms[level + 1] : 0;
     for (int i = plan->start[level]; i < plan->start[level + 1]; i++) {
         struct level_block *block = &l->block[i];
@@ -190,8 +204,8 @@ static void levels_link(struct levels *l, const struct pend_tree *tree, const st
     }
 }
 
-/* what no step changes, of leaves all but the share in their parents; an empty lane has a mass, to be divided by, but
- * no length */
+/* what no step changes, of leaves all but the share in their parents; an empty lane has a mass,
+ * to be divided by, but no length */
 static void levels_furnish(struct levels *l, const struct pend_tree *tree) {
     for (int i = 0; i < l->count * LEVEL_ARMS; i++) {
         double *at = l->numbers + pend_levels_place(i);
@@ -207,8 +221,10 @@ static void levels_furnish(struct levels *l, const struct pend_tree *tree) {
 }
 
 /* who sits where: the cap's arms in stored order, then level after level from the top */
-static void levels_seats(struct levels *l, const struct pend_tree *tree, const struct levels_plan *plan) {
-    int padded = (tree->n + LEVEL_ARMS - 1) / LEVEL_ARMS * LEVEL_ARMS, seat = (l->count - 1) * LEVEL_ARMS;
+static void levels_seats(struct levels *l, const struct pend_tree *tree,
+                         const struct levels_plan *plan) {
+    int padded = (tree->n + LEVEL_ARMS - 1) / LEVEL_ARMS * LEVEL_ARMS,
+        seat = (l->count - 1) * LEVEL_ARMS;
     for (int k = 0; k < padded; k++) l->seat[k] = k < tree->n ? -1 : l->count * LEVEL_ARMS;
     for (int i = 0; i < l->count * LEVEL_ARMS; i++) l->arm[i] = -1;
     for (int k = 0; k < tree->n; k++) {
@@ -224,7 +240,8 @@ void pend_levels_init(struct levels *l, const struct pend_tree *tree, void *memo
     levels_seats(l, tree, &plan);
     int pivot = pend_levels_place(l->count * LEVEL_ARMS);
     for (int i = 0; i < l->count; i++) {
-        for (int lane = 0; lane < LEVEL_ARMS; lane++) l->block[i].parents[lane] = l->block[i].shares[lane] = pivot;
+        for (int lane = 0; lane < LEVEL_ARMS; lane++)
+            l->block[i].parents[lane] = l->block[i].shares[lane] = pivot;
     }
     for (int i = 0; i < plan.cap; i++) levels_link(l, tree, &plan, i);
     levels_joints(l, tree, &plan, l->count - 1);

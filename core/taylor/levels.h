@@ -1,6 +1,9 @@
-/* A bushy tree by height: leaves first, level after level, each in blocks of eight arms that do not touch each other.
- * Leaves to others: the arithmetic (levels_template), memory (jets), trees that are deep or crowded (blocks).
- * Invariant: depends on the tree's shape alone; an arm's first child, one of its highest, has the arm's own lane. */
+/* A bushy tree by height: leaves first, level after level, each in blocks of eight arms that do
+ * not touch each other.
+ * Leaves to others: the arithmetic (levels_template), memory (jets), trees that are deep or
+ * crowded (blocks).
+ * Invariant: depends on the tree's shape alone; an arm's first child, one of its highest, has
+ * the arm's own lane. */
 #ifndef PEND_LEVELS_H
 #define PEND_LEVELS_H
 
@@ -11,18 +14,22 @@
 /*
  * Rows of a block, eight numbers each.
  *
- * WEIGHT .. STIFF     as in jets_system; GRIP: Z, and C times the parent's lean; PART: 1 over the length
+ * WEIGHT .. STIFF     as in jets_system; GRIP: Z, and C times the parent's lean; PART: 1 over the
+ *                     length
  * KNOWN               known force across each arm, over the order
  * BIAS, PUSH          f, h
- * ASKED, GIVEN        what the parent adds to its h for the arm, and takes from its known force for it
- * FIRST               known force less what the children but the first take: what the first feels across; before the
- *                     orders it holds m and sums of S Z^2, FIRST_LEAN sums of S C Z, of the same children
+ * ASKED, GIVEN        what the parent adds to its h for the arm, and takes from its known force for
+ *                     it
+ * FIRST               known force less what the children but the first take: what the first feels
+ *                     across; before the orders it holds m and sums of S Z^2, FIRST_LEAN sums of S
+ *                     C Z, of the same children
  * RADIAL, TANGENTIAL  acceleration of the tip; before it is known TANGENTIAL holds what stays of it
  * MASS, LENGTH, EFF   for the factorization
  */
 // clang-format off
 #define LEVEL_ROWS(X) \
-    X(WEIGHT) X(KAPPA) X(GRIP) X(COSINE) X(SINE) X(LEAN) X(INV) X(NU) X(TAU) X(INV_EFF) X(PART) X(STIFF) \
+    X(WEIGHT) X(KAPPA) X(GRIP) X(COSINE) X(SINE) X(LEAN) X(INV) X(NU) X(TAU) X(INV_EFF) \
+    X(PART) X(STIFF) \
     X(KNOWN) X(BIAS) X(PUSH) X(ASKED) X(GIVEN) X(FIRST) X(FIRST_LEAN) \
     X(RADIAL) X(TANGENTIAL) X(MASS) X(LENGTH) X(EFF)
 // clang-format on
@@ -42,10 +49,11 @@ enum {
 
 /* A place is an index from `numbers`: of lane i of block b it is b LEVEL_NUMBERS + i. */
 struct level_block {
-    int leaves;              /* nothing hangs on any of its arms */
-    int below, above;        /* the blocks of its arms' first children, and of the parents of its first children */
-    int first, end;          /* its joints' further children, by rank */
-    int aligned;             /* all of its arms are first children, and no lane is empty */
+    int leaves;       /* nothing hangs on any of its arms */
+    int below, above; /* the blocks of its arms' first children, and of the parents of its first
+                         children */
+    int first, end;   /* its joints' further children, by rank */
+    int aligned;      /* all of its arms are first children, and no lane is empty */
     int parents[LEVEL_ARMS]; /* places; the pivot's for an empty lane */
     int shares[LEVEL_ARMS];  /* places of what the arms feel across */
 };
@@ -55,20 +63,23 @@ struct level_rank {
     int children[LEVEL_ARMS];
 };
 
-/* The last block is the cap: the topmost arms, parents before children, which may hang on each other. One more block,
- * after the last, is the pivot's. */
+/* The last block is the cap: the topmost arms, parents before children, which may hang on each
+ * other. One more block, after the last, is the pivot's. */
 struct levels {
     int count, ranks;
     double *numbers;   /* count + 1 blocks of LEVEL_NUMBERS, and two rows a rank */
     double *up, *down; /* answers of the cap's arms to a unit at each of them */
     struct level_block *block;
     struct level_rank *rank;
-    int *seat; /* of arm k: 8 times its block, and its lane; padded to whole vectors, with seats in the row of zeros */
+    int *seat; /* of arm k: 8 times its block, and its lane; padded to whole vectors, with seats in
+                  the row of zeros */
     int *arm;  /* of a seat; -1 where it is empty */
-    double *change[LEVELS_CHANGES]; /* of a seat: room for what a state changes by, and a row of zeros */
+    double *change[LEVELS_CHANGES]; /* of a seat: room for what a state changes by, and a row of
+                                       zeros */
 };
 
-/** Blocks that a tree has in levels; 0 where it has too many levels, crowded joints, or levels too narrow. O(n). */
+/** Blocks that a tree has in levels; 0 where it has too many levels, crowded joints, or levels
+ * too narrow. O(n). */
 int pend_levels_count(const struct pend_tree *tree);
 
 /** Bytes that the levels of a tree need, a multiple of 64. O(n). */
@@ -86,6 +97,8 @@ void pend_levels_init(struct levels *levels, const struct pend_tree *tree, void 
 static inline int pend_levels_table(int count) { return (count + 1) * LEVEL_NUMBERS; }
 
 /** The place of a seat. */
-static inline int pend_levels_place(int seat) { return seat / LEVEL_ARMS * LEVEL_NUMBERS + seat % LEVEL_ARMS; }
+static inline int pend_levels_place(int seat) {
+    return seat / LEVEL_ARMS * LEVEL_NUMBERS + seat % LEVEL_ARMS;
+}
 
 #endif

@@ -8,7 +8,9 @@
 #include "core/taylor/jets_system.h"
 #include "core/taylor/levels.h"
 
-VEC_INLINE double *levels_at(const struct levels *l, int block) { return l->numbers + (size_t)block * LEVEL_NUMBERS; }
+VEC_INLINE double *levels_at(const struct levels *l, int block) {
+    return l->numbers + (size_t)block * LEVEL_NUMBERS;
+}
 
 VEC_INLINE wide level_get(const double *at, int row) { return wide_get(at + row * LEVEL_ARMS); }
 
@@ -19,14 +21,16 @@ VEC_INLINE wide level_gather(const struct levels *l, int row, const int places[W
     return wide_gather(l->numbers + row * LEVEL_ARMS, places);
 }
 
-/* a row's numbers at the parents of a block's arms from lane h on: first children have their parents' lanes */
+/* a row's numbers at the parents of a block's arms from lane h on: first children have their
+ * parents' lanes */
 VEC_INLINE wide level_parents(const struct levels *l, const struct level_block *block, int row,
-                                const int places[LEVEL_ARMS], int h) {
+                              const int places[LEVEL_ARMS], int h) {
     if (block->aligned) return level_get(levels_at(l, block->above) + h, row);
     return level_gather(l, row, places + h);
 }
 
-/* answers of the cap's arms from lane h on to a unit at one of them, on the way up and on the way down */
+/* answers of the cap's arms from lane h on to a unit at one of them, on the way up and on the
+ * way down */
 VEC_INLINE void level_invert(const struct levels *l, int h) {
     int root = (l->count - 1) * LEVEL_ARMS;
     const int *parents = l->block[l->count - 1].parents;
@@ -65,8 +69,10 @@ VEC_INLINE void level_join(struct level_load *load, double *share, wide C, wide 
     load->q = wide_fma(SZ, Z, load->q);
 }
 
-/* the same from the last child to the first: the others are those before and those after, never all less the child */
-VEC_INLINE void level_part(struct level_load *late, double *share, wide mass, wide C, wide Z, wide S) {
+/* the same from the last child to the first: the others are those before and those after, never
+ * all less the child */
+VEC_INLINE void level_part(struct level_load *late, double *share, wide mass, wide C, wide Z,
+                           wide S) {
     wide SZ = S * Z;
     wide_put(share, mass + (wide_get(share) + late->q));
     wide_put(share + LEVEL_ARMS, wide_get(share + LEVEL_ARMS) + late->r);
@@ -79,10 +85,12 @@ VEC_INLINE void level_factor(const struct levels *l, int which, int h) {
     const struct level_block *block = &l->block[which];
     double *at = levels_at(l, which) + h;
     const double *below = levels_at(l, block->below) + h;
-    double *table = l->numbers + pend_levels_table(l->count) + h, *own = at + LEVEL_FIRST * LEVEL_ARMS;
+    double *table = l->numbers + pend_levels_table(l->count) + h,
+           *own = at + LEVEL_FIRST * LEVEL_ARMS;
     wide mass = level_get(at, LEVEL_MASS), zero = wide_of(0);
     struct level_load load = {zero, zero, zero, zero}, late = load;
-    level_join(&load, own, level_get(below, LEVEL_COSINE), level_get(below, LEVEL_SINE), level_get(below, LEVEL_EFF));
+    level_join(&load, own, level_get(below, LEVEL_COSINE), level_get(below, LEVEL_SINE),
+               level_get(below, LEVEL_EFF));
     for (int i = block->first; i < block->end; i++) {
         const int *children = l->rank[i].children + h;
         level_join(&load, table + i * LEVEL_TABLE, level_gather(l, LEVEL_COSINE, children),
@@ -113,7 +121,8 @@ static void level_factor_one(const struct levels *l, int lane) {
     int pivot = pend_levels_place(l->count * LEVEL_ARMS), count = 0;
     for (; count < block->end - block->first && rank[count].children[lane] != pivot; count++) {
         const double *c = l->numbers + rank[count].children[lane];
-        double C = c[LEVEL_COSINE * LEVEL_ARMS], Z = c[LEVEL_SINE * LEVEL_ARMS], S = c[LEVEL_EFF * LEVEL_ARMS];
+        double C = c[LEVEL_COSINE * LEVEL_ARMS], Z = c[LEVEL_SINE * LEVEL_ARMS],
+               S = c[LEVEL_EFF * LEVEL_ARMS];
         row[count * LEVEL_TABLE] = q;
         row[count * LEVEL_TABLE + LEVEL_ARMS] = r;
         d = lanes1_fma(S, Z * (p * Z - r * C) + C * (q * C - r * Z), d);
@@ -123,7 +132,8 @@ static void level_factor_one(const struct levels *l, int lane) {
     }
     while (count--) {
         const double *c = l->numbers + rank[count].children[lane];
-        double C = c[LEVEL_COSINE * LEVEL_ARMS], SZ = c[LEVEL_EFF * LEVEL_ARMS] * c[LEVEL_SINE * LEVEL_ARMS];
+        double C = c[LEVEL_COSINE * LEVEL_ARMS],
+               SZ = c[LEVEL_EFF * LEVEL_ARMS] * c[LEVEL_SINE * LEVEL_ARMS];
         row[count * LEVEL_TABLE] = mass + (row[count * LEVEL_TABLE] + late_q);
         row[count * LEVEL_TABLE + LEVEL_ARMS] += late_r;
         late_q = lanes1_fma(SZ, c[LEVEL_SINE * LEVEL_ARMS], late_q);
@@ -141,7 +151,8 @@ static void level_factor_one(const struct levels *l, int lane) {
 VEC_INLINE void level_share(const struct levels *l, int i, int h) {
     const struct level_block *block = &l->block[i];
     double *at = levels_at(l, i) + h;
-    wide C = level_get(at, LEVEL_COSINE), Z = level_get(at, LEVEL_SINE), S = level_get(at, LEVEL_EFF);
+    wide C = level_get(at, LEVEL_COSINE), Z = level_get(at, LEVEL_SINE),
+         S = level_get(at, LEVEL_EFF);
     wide others = level_parents(l, block, LEVEL_FIRST, block->shares, h);
     wide lean = level_parents(l, block, LEVEL_FIRST_LEAN, block->shares, h);
     wide inv = level_parents(l, block, LEVEL_INV, block->parents, h);
@@ -150,7 +161,8 @@ VEC_INLINE void level_share(const struct levels *l, int i, int h) {
     level_put(at, LEVEL_STIFF, S * kappa);
     level_put(at, LEVEL_NU, inv * others);
     level_put(at, LEVEL_TAU, inv * (S * Z));
-    level_put(at, LEVEL_GRIP, wide_fma(level_parents(l, block, LEVEL_LEAN, block->parents, h), C, Z));
+    level_put(at, LEVEL_GRIP,
+              wide_fma(level_parents(l, block, LEVEL_LEAN, block->parents, h), C, Z));
 }
 
 /* the order-0 tree system, as jets_factor has it */
@@ -167,7 +179,8 @@ static void levels_factor(const struct jets_system *s, const struct levels *l) {
     for (int lane = LEVEL_ARMS - 1; lane >= 0; lane--) {
         if (l->arm[cap * LEVEL_ARMS + lane] >= 0) level_factor_one(l, lane);
     }
-    for (int a = 0; a < l->count * LEVEL_ARMS; a += WIDE) level_share(l, a / LEVEL_ARMS, a % LEVEL_ARMS);
+    for (int a = 0; a < l->count * LEVEL_ARMS; a += WIDE)
+        level_share(l, a / LEVEL_ARMS, a % LEVEL_ARMS);
     levels_at(l, cap)[LEVEL_NU * LEVEL_ARMS] = 1;
     for (int h = 0; h < LEVEL_ARMS; h += WIDE) level_invert(l, h);
 }

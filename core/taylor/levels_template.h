@@ -1,6 +1,7 @@
 /* The orders of one bushy tree, level by level: no arm of a level waits for another of it.
  * Leaves to others: the factorization (levels_factor), the cutting (levels).
- * Invariant: one pass a sweep, which reads a block's numbers once; nothing is subtracted that jets_kernel does not. */
+ * Invariant: one pass a sweep, which reads a block's numbers once; nothing is subtracted that
+ * jets_kernel does not. */
 #ifndef PEND_LEVELS_TEMPLATE_H
 #define PEND_LEVELS_TEMPLATE_H
 
@@ -9,15 +10,16 @@
 
 /* ---- once an order, from the leaves to the root */
 
-/* where the series of order k of a block's arms from lane h on will be, which until then hold T and c, or what is known
- * of them */
+/* where the series of order k of a block's arms from lane h on will be, which until then hold T
+ * and c, or what is known of them */
 struct level_rows {
     double *rate, *turn_re, *turn_im, *force;
 };
 
 VEC_INLINE struct level_rows level_rows(const struct jets_system *s, int block, int h, int k) {
     size_t row = (size_t)block * s->tile + (size_t)k * LEVEL_ARMS + (size_t)h;
-    return (struct level_rows){s->rate + row + LEVEL_ARMS, s->turn_re + row + (size_t)2 * LEVEL_ARMS,
+    return (struct level_rows){s->rate + row + LEVEL_ARMS,
+                               s->turn_re + row + (size_t)2 * LEVEL_ARMS,
                                s->turn_im + row + (size_t)2 * LEVEL_ARMS, s->force + row};
 }
 
@@ -36,13 +38,14 @@ VEC_INLINE struct convolved level_known(const struct jets_system *s, int block, 
 /* the same of the second of two orders, but for Re c, which is where it will be needed */
 VEC_INLINE struct convolved level_complete(const struct jets_system *s, int block, int h, int k) {
     struct level_rows now = level_rows(s, block, h, k);
-    struct convolved known = {wide_get(now.rate), wide_get(now.turn_re), wide_of(0), wide_get(now.turn_im)};
+    struct convolved known = {wide_get(now.rate), wide_get(now.turn_re), wide_of(0),
+                              wide_get(now.turn_im)};
     return convolve_rest(s, (size_t)block * s->tile + (size_t)h, k, known);
 }
 
 /* T and c of order k, put where what they are part of will be; Ti and s go on */
-VEC_INLINE struct convolved level_begin(const struct jets_system *s, const struct levels *l, int block, int h,
-                                          int k) {
+VEC_INLINE struct convolved level_begin(const struct jets_system *s, const struct levels *l,
+                                        int block, int h, int k) {
     struct convolved known = k % 2 ? level_complete(s, block, h, k) : level_known(s, block, h, k);
     struct level_rows now = level_rows(s, block, h, k);
     wide_put(now.rate, known.Tr);
@@ -55,8 +58,10 @@ VEC_INLINE struct convolved level_begin(const struct jets_system *s, const struc
 /* what is asked of the parent, and what it takes */
 VEC_INLINE void level_ask(double *at, wide known, wide bias) {
     level_put(at, LEVEL_BIAS, bias);
-    level_put(at, LEVEL_ASKED, level_get(at, LEVEL_KAPPA) * bias - level_get(at, LEVEL_GRIP) * known);
-    level_put(at, LEVEL_GIVEN, wide_fma(level_get(at, LEVEL_SINE), bias, level_get(at, LEVEL_COSINE) * known));
+    level_put(at, LEVEL_ASKED,
+              level_get(at, LEVEL_KAPPA) * bias - level_get(at, LEVEL_GRIP) * known);
+    level_put(at, LEVEL_GIVEN,
+              wide_fma(level_get(at, LEVEL_SINE), bias, level_get(at, LEVEL_COSINE) * known));
 }
 
 /* what children ask for, and what they take */
@@ -65,11 +70,12 @@ struct level_sums {
 };
 
 /*
- * What all children of a block's joints ask for and take, from what the first do. What each of them feels across leaves
- * the child itself out: it is the joint's known force less what the children before take, and those after.
+ * What all children of a block's joints ask for and take, from what the first do. What each of them
+ * feels across leaves the child itself out: it is the joint's known force less what the children
+ * before take, and those after.
  */
 VEC_INLINE struct level_sums level_children(const struct levels *l, int which, int h, wide known,
-                                              struct level_sums sums) {
+                                            struct level_sums sums) {
     const struct level_block *block = &l->block[which];
     double *at = levels_at(l, which) + h;
     double *table = l->numbers + pend_levels_table(l->count) + block->first * LEVEL_TABLE + h;
@@ -91,7 +97,8 @@ VEC_INLINE struct level_sums level_children(const struct levels *l, int which, i
 }
 
 /* leaves have nothing to add up */
-VEC_INLINE void level_up_leaves(const struct jets_system *s, const struct levels *l, int i, int h, int k) {
+VEC_INLINE void level_up_leaves(const struct jets_system *s, const struct levels *l, int i, int h,
+                                int k) {
     double *at = levels_at(l, i) + h;
     struct convolved known = level_begin(s, l, i, h, k);
     level_ask(at, known.ci, -(level_get(at, LEVEL_WEIGHT) * known.Ti));
@@ -109,7 +116,8 @@ VEC_INLINE void level_up(const struct jets_system *s, const struct levels *l, in
     level_put(at, LEVEL_TANGENTIAL, level_get(at, LEVEL_INV) * (known.ci - sums.given));
 }
 
-/* the cap's arms hang on each other: they ask first without what they are to find out, and again when they know it */
+/* the cap's arms hang on each other: they ask first without what they are to find out, and again
+ * when they know it */
 VEC_INLINE void level_up_cap(const struct jets_system *s, const struct levels *l, int i, int k) {
     const struct level_block *block = &l->block[i];
     struct vec8 known, heave, pull;
@@ -156,7 +164,8 @@ struct level_felt {
     wide across, radial, tangential;
 };
 
-VEC_INLINE struct level_felt level_feel(const struct levels *l, const struct level_block *block, int h) {
+VEC_INLINE struct level_felt level_feel(const struct levels *l, const struct level_block *block,
+                                        int h) {
     return (struct level_felt){level_parents(l, block, LEVEL_FIRST, block->shares, h),
                                level_parents(l, block, LEVEL_RADIAL, block->parents, h),
                                level_parents(l, block, LEVEL_TANGENTIAL, block->parents, h)};
@@ -165,16 +174,18 @@ VEC_INLINE struct level_felt level_feel(const struct levels *l, const struct lev
 /* the constant part of mu, tension first */
 VEC_INLINE wide level_tension(const double *at, wide share) {
     wide across = share - level_get(at, LEVEL_COSINE) * level_get(at, LEVEL_KNOWN);
-    return wide_fma(level_get(at, LEVEL_TAU), across, level_get(at, LEVEL_NU) * level_get(at, LEVEL_BIAS));
+    return wide_fma(level_get(at, LEVEL_TAU), across,
+                    level_get(at, LEVEL_NU) * level_get(at, LEVEL_BIAS));
 }
 
 /* the coefficients of order k and what they make of u */
-VEC_INLINE void level_learn(const struct jets_system *s, const struct levels *l, int block, int h, int k,
-                              const struct level_felt *felt, wide tension, wide tangential) {
+VEC_INLINE void level_learn(const struct jets_system *s, const struct levels *l, int block, int h,
+                            int k, const struct level_felt *felt, wide tension, wide tangential) {
     const double *at = levels_at(l, block) + h;
     struct level_rows now = level_rows(s, block, h, k);
     wide gap = wide_fma(level_get(at, LEVEL_SINE), felt->radial, tangential);
-    wide turned = (gap - level_get(at, LEVEL_COSINE) * felt->tangential) * level_get(at, LEVEL_PART);
+    wide turned =
+        (gap - level_get(at, LEVEL_COSINE) * felt->tangential) * level_get(at, LEVEL_PART);
     wide mu = wide_fma(level_get(at, LEVEL_STIFF), felt->radial, tension);
     wide_put(now.rate, turned - wide_get(now.rate));
     wide_put(now.force, mu * wide_of(k + 1) - wide_get(now.force));
@@ -196,7 +207,8 @@ VEC_INLINE double levels_lift(const struct levels *l, double gravity) {
 }
 
 /* the cap's tips answer to all its shifts at once */
-VEC_INLINE void level_down_cap(const struct jets_system *s, const struct levels *l, double lift, int i, int k) {
+VEC_INLINE void level_down_cap(const struct jets_system *s, const struct levels *l, double lift,
+                               int i, int k) {
     const struct level_block *block = &l->block[i];
     struct vec8 tension, shift;
     for (int p = 0; p < VEC8_PARTS; p++) {
@@ -217,7 +229,8 @@ VEC_INLINE void level_down_cap(const struct jets_system *s, const struct levels 
     }
 }
 
-VEC_INLINE void level_down(const struct jets_system *s, const struct levels *l, int i, int h, int k) {
+VEC_INLINE void level_down(const struct jets_system *s, const struct levels *l, int i, int h,
+                           int k) {
     double *at = levels_at(l, i) + h;
     struct level_felt felt = level_feel(l, &l->block[i], h);
     wide tension = level_tension(at, felt.across);
@@ -227,14 +240,16 @@ VEC_INLINE void level_down(const struct jets_system *s, const struct levels *l, 
 }
 
 /* nobody asks how a leaf's tip moves */
-VEC_INLINE void level_down_leaves(const struct jets_system *s, const struct levels *l, int i, int h, int k) {
+VEC_INLINE void level_down_leaves(const struct jets_system *s, const struct levels *l, int i, int h,
+                                  int k) {
     const double *at = levels_at(l, i) + h;
     struct level_felt felt = level_feel(l, &l->block[i], h);
     wide tangential = level_get(at, LEVEL_INV) * level_get(at, LEVEL_KNOWN);
     level_learn(s, l, i, h, k, &felt, level_tension(at, felt.across), tangential);
 }
 
-static void levels_down(const struct jets_system *s, const struct levels *l, double gravity, int k) {
+static void levels_down(const struct jets_system *s, const struct levels *l, double gravity,
+                        int k) {
     int i = l->count - 1;
     level_down_cap(s, l, levels_lift(l, gravity), i--, k);
     for (; !l->block[i].leaves; i--)
@@ -243,7 +258,8 @@ static void levels_down(const struct jets_system *s, const struct levels *l, dou
         for (int h = 0; h < LEVEL_ARMS; h += WIDE) level_down_leaves(s, l, i, h, k);
 }
 
-/* all orders: rate_1 .. rate_order and force_0 .. force_{order - 1} from rate_0 and the factorization */
+/* all orders: rate_1 .. rate_order and force_0 .. force_{order - 1} from rate_0 and the
+ * factorization */
 static void levels_orders(const struct jets_system *s, double gravity, int order) {
     const struct levels *l = s->levels;
     levels_factor(s, l);

@@ -1,7 +1,8 @@
 /* The orders of one arm alone, for any kind of number: phi'' = -(g / l) cos phi.
  * Leaves to others: memory, what a number is (the including file).
- * Invariant: where gravity is 0 all coefficients but the first of the rate are 0, exactly. By the tree's recurrences a
- * constant rate would be a difference of what turns the arm and what holds it, and would drift by a rounding a step. */
+ * Invariant: where gravity is 0 all coefficients but the first of the rate are 0, exactly. By
+ * the tree's recurrences a constant rate would be a difference of what turns the arm and what
+ * holds it, and would drift by a rounding a step. */
 #ifndef PEND_SINGLE_TEMPLATE_H
 #define PEND_SINGLE_TEMPLATE_H
 
@@ -13,14 +14,18 @@ struct single_pair {
     num re, im;
 };
 
-/* sums of u_j phi'_{k-j}, j = 0 .. k, from the middle outwards: what was found last comes last, and all else need not
- * wait */
-VEC_INLINE struct single_pair single_convolve(const num re[], const num im[], const num rate[], int k) {
+/* sums of u_j phi'_{k-j}, j = 0 .. k, from the middle outwards: what was found last comes last,
+ * and all else need not wait */
+VEC_INLINE struct single_pair single_convolve(const num re[], const num im[], const num rate[],
+                                              int k) {
     num zero = num_of(0), middle = k % 2 ? zero : rate[k / 2];
-    struct single_pair low = {num_mul(re[k / 2], middle), num_mul(im[k / 2], middle)}, high = {zero, zero};
+    struct single_pair low = {num_mul(re[k / 2], middle), num_mul(im[k / 2], middle)},
+                       high = {zero, zero};
     for (int i = (k - 1) / 2, j = k - i; i >= 0 && k; i--, j++) {
-        low = (struct single_pair){num_fma(re[i], rate[j], low.re), num_fma(im[i], rate[j], low.im)};
-        high = (struct single_pair){num_fma(re[j], rate[i], high.re), num_fma(im[j], rate[i], high.im)};
+        low =
+            (struct single_pair){num_fma(re[i], rate[j], low.re), num_fma(im[i], rate[j], low.im)};
+        high = (struct single_pair){num_fma(re[j], rate[i], high.re),
+                                    num_fma(im[j], rate[i], high.im)};
     }
     return (struct single_pair){num_add(low.re, high.re), num_add(low.im, high.im)};
 }
@@ -41,7 +46,8 @@ VEC_INLINE void single_orders(const struct jets_system *s, num gravity, int orde
     s->force[0] = num_sub(num_mul(weight, Z), num_mul(s->mass[0], swing));
     for (int k = 0; k < order; k++) {
         num share = num_of(s->share[k]), across = num_sub(num_mul(Z, im[k]), num_mul(C, re[k]));
-        if (k) s->force[(size_t)k * s->stride] = num_mul(thrice, num_fma(Z, re[k], num_mul(C, im[k])));
+        if (k)
+            s->force[(size_t)k * s->stride] = num_mul(thrice, num_fma(Z, re[k], num_mul(C, im[k])));
         struct single_pair sum = single_convolve(re, im, rate, k);
         re[k + 1] = num_neg(num_mul(share, sum.im));
         im[k + 1] = num_mul(share, sum.re);

@@ -1,7 +1,7 @@
-/* How a small error of the state spreads in one step of a tree of up to LANES arms: the equations of the orders, made
- * linear about the motion, which have the same table.
- * Leaves to others: the motion's own series and its table (small_kernel.h, which includes this once for each number of
- * lanes).
+/* How a small error of the state spreads in one step of a tree of up to LANES arms: the
+ * equations of the orders, made linear about the motion, which have the same table.
+ * Leaves to others: the motion's own series and its table (small_kernel.h, which includes this
+ * once for each number of lanes).
  * Invariant: the motion's series are only read. */
 
 /* One series of pairs and one of turns: the changes of what the motion has. */
@@ -10,9 +10,10 @@ struct SMALL(change) {
     struct SMALL(turn) turn[JETS_SPREAD + 1];
 };
 
-/* what is known of the change of T and c of order k: every product has a factor of the motion and one of the change */
-VEC_INLINE void SMALL(change_known)(const struct jets_system *s, const struct SMALL(change) * x, int k,
-                                      struct SMALL(known) * known) {
+/* what is known of the change of T and c of order k: every product has a factor of the motion
+ * and one of the change */
+VEC_INLINE void SMALL(change_known)(const struct jets_system *s, const struct SMALL(change) * x,
+                                    int k, struct SMALL(known) * known) {
     for (int p = 0; p < PARTS; p++) {
         int at = p % TURNS;
         PART zero = PART_(of)(0), minus_re[2] = {zero, zero}, im[2] = {zero, zero};
@@ -24,7 +25,8 @@ VEC_INLINE void SMALL(change_known)(const struct jets_system *s, const struct SM
         }
         for (int j = k + 1; j > 1; j--) {
             PART other = x->motion[k + 1 - j].part[p];
-            minus_re[1] = PART_(fma)(PART_(get)(s->turn_re + j * 8 + at * PART_WIDTH), other, minus_re[1]);
+            minus_re[1] =
+                PART_(fma)(PART_(get)(s->turn_re + j * 8 + at * PART_WIDTH), other, minus_re[1]);
             im[1] = PART_(fma)(PART_(get)(s->turn_im + j * 8 + at * PART_WIDTH), other, im[1]);
         }
         // the motion's turns of order 1 are i phi'_0, and are not kept
@@ -35,9 +37,10 @@ VEC_INLINE void SMALL(change_known)(const struct jets_system *s, const struct SM
     }
 }
 
-/* the change at the start: arms turned by the errors of their angles, and the errors of the rates */
-VEC_INLINE void SMALL(change_start)(const struct jets_system *s, double unit, const double phi[], const double rate[],
-                                      struct SMALL(change) * x) {
+/* the change at the start: arms turned by the errors of their angles, and the errors of the
+ * rates */
+VEC_INLINE void SMALL(change_start)(const struct jets_system *s, double unit, const double phi[],
+                                    const double rate[], struct SMALL(change) * x) {
     struct SMALL(arms) zero, angle, speed;
     for (int i = 0; i < SPANS; i++) {
         zero.span[i] = VEC_(of)(0);
@@ -54,7 +57,8 @@ VEC_INLINE void SMALL(change_start)(const struct jets_system *s, double unit, co
     }
 }
 
-static double SMALL(spread)(const struct jets_system *s, double x_, double unit, double phi[], double rate[]) {
+static double SMALL(spread)(const struct jets_system *s, double x_, double unit, double phi[],
+                            double rate[]) {
     const struct SMALL(table) *table = (const struct SMALL(table) *)(const void *)s->answers;
     struct SMALL(change) x;
     SMALL(change_start)(s, unit, phi, rate, &x);
@@ -66,13 +70,15 @@ static double SMALL(spread)(const struct jets_system *s, double x_, double unit,
         struct SMALL(pair) answer = SMALL(solve)(table, &known.im);
         PART share = PART_(of)(s->share[k + 1]);
         for (int p = 0; p < PARTS; p++)
-            x.motion[k + 1].part[p] = PART_(fma)(SMALL(factor)(1, k + 1, p), answer.part[p], known.minus_re.part[p]);
+            x.motion[k + 1].part[p] =
+                PART_(fma)(SMALL(factor)(1, k + 1, p), answer.part[p], known.minus_re.part[p]);
         for (int p = 0; p < TURNS && k + 2 <= JETS_SPREAD; p++) {
             x.turn[k + 2].minus_re[p] = share * SMALL(twice)(known.im.part[p]);
             x.turn[k + 2].im[p] = share * SMALL(twice)(answer.part[p]);
         }
     }
-    double angle[2 * LANES] __attribute__((aligned(64))), speed[2 * LANES] __attribute__((aligned(64)));
+    double angle[2 * LANES] __attribute__((aligned(64))),
+        speed[2 * LANES] __attribute__((aligned(64)));
     double force[2 * LANES] __attribute__((aligned(64))), most = 0, inverse = 1 / unit;
     for (int p = 0; p < PARTS; p++) {
         PART turned = PART_(of)(0), faster = PART_(of)(0), step = PART_(of)(x_);

@@ -1,4 +1,5 @@
-/* Series of trees of up to LANES arms, arms in lanes, the tree system of order 0 inverted once a step.
+/* Series of trees of up to LANES arms, arms in lanes, the tree system of order 0 inverted once a
+ * step.
  * Leaves to others: memory and angles (jets). Included once for each number of lanes.
  * Invariant: the inverse is built by the stable sweeps, one unit right-hand side a lane. */
 #define SMALL_PASTE2(a, b) a##b
@@ -26,15 +27,18 @@ VEC_INLINE VEC SMALL(unit)(int arm, int span) {
     return x;
 }
 
-/* answers of arm j to a unit of inward pull W_i (first) or of force s_i across arm i (second) in lane i: force along
- * the arm, and acceleration across it; by reciprocity these rows are the columns that the orders need */
+/* answers of arm j to a unit of inward pull W_i (first) or of force s_i across arm i (second) in
+ * lane i: force along the arm, and acceleration across it; by reciprocity these rows are the
+ * columns that the orders need */
 struct SMALL(columns) {
     struct SMALL(arms) force_pull[LANES], force_side[LANES], acc_pull[LANES], acc_side[LANES];
 };
 
-/* sums over the children of an arm, and what the sweep up leaves, for the unit right-hand sides of a span */
+/* sums over the children of an arm, and what the sweep up leaves, for the unit right-hand sides
+ * of a span */
 struct SMALL(node) {
-    VEC push_pull, push_side, side_pull, side_side, sin, side; /* sums on the way up; side is g_t itself */
+    VEC push_pull, push_side, side_pull, side_side, sin,
+        side; /* sums on the way up; side is g_t itself */
     VEC bias_pull, bias_side, late_pull, late_side, early_pull, early_side;
     VEC radial_pull, radial_side, tangential_pull, tangential_side;
 };
@@ -42,7 +46,8 @@ struct SMALL(node) {
 VEC_INLINE void SMALL(up)(const struct jets_system *s, int span, struct SMALL(node) node[]) {
     for (int k = 0; k < s->n; k++) {
         VEC zero = VEC_(of)(0);
-        node[k].push_pull = node[k].push_side = node[k].side_pull = node[k].side_side = node[k].sin = zero;
+        node[k].push_pull = node[k].push_side = node[k].side_pull = node[k].side_side =
+            node[k].sin = zero;
         node[k].early_pull = node[k].early_side = zero;
         node[k].side = SMALL(unit)(k, span);
     }
@@ -66,7 +71,7 @@ VEC_INLINE void SMALL(up)(const struct jets_system *s, int span, struct SMALL(no
 }
 
 VEC_INLINE void SMALL(down)(const struct jets_system *s, int span, struct SMALL(node) node[],
-                              struct SMALL(columns) * columns) {
+                            struct SMALL(columns) * columns) {
     struct SMALL(node) pivot = {0};
     for (int k = 0; k < s->n; k++) {
         struct SMALL(node) *x = &node[k], *up = k ? &node[s->parent[k]] : &pivot;
@@ -83,12 +88,16 @@ VEC_INLINE void SMALL(down)(const struct jets_system *s, int span, struct SMALL(
         VEC kappa = VEC_(of)(s->kappa[k]);
         x->radial_pull = VEC_(fma)(kappa, up->radial_pull, (tension_pull - x->push_pull) * inv_eff);
         x->radial_side = VEC_(fma)(kappa, up->radial_side, (tension_side - x->push_side) * inv_eff);
-        x->tangential_pull = -s->inv[k] * VEC_(fma)(VEC_(of)(s->sum_r[k]), x->radial_pull, x->side_pull);
-        x->tangential_side = s->inv[k] * (x->side - VEC_(fma)(VEC_(of)(s->sum_r[k]), x->radial_side, x->side_side));
+        x->tangential_pull =
+            -s->inv[k] * VEC_(fma)(VEC_(of)(s->sum_r[k]), x->radial_pull, x->side_pull);
+        x->tangential_side =
+            s->inv[k] * (x->side - VEC_(fma)(VEC_(of)(s->sum_r[k]), x->radial_side, x->side_side));
         columns->force_pull[k].span[span] = VEC_(fma)(stiff, up->radial_pull, tension_pull);
         columns->force_side[k].span[span] = VEC_(fma)(stiff, up->radial_side, tension_side);
-        columns->acc_pull[k].span[span] = x->tangential_pull + Z * up->radial_pull - C * up->tangential_pull;
-        columns->acc_side[k].span[span] = x->tangential_side + Z * up->radial_side - C * up->tangential_side;
+        columns->acc_pull[k].span[span] =
+            x->tangential_pull + Z * up->radial_pull - C * up->tangential_pull;
+        columns->acc_side[k].span[span] =
+            x->tangential_side + Z * up->radial_side - C * up->tangential_side;
     }
 }
 
@@ -109,7 +118,8 @@ VEC_INLINE void SMALL(scale)(const struct jets_system *s, struct SMALL(columns) 
 /* two arms, one on the other: what the sweeps come to, with one division */
 VEC_INLINE void small_double(const struct jets_system *s, struct small2_columns *columns) {
     double m0 = s->mass[0], m1 = s->mass[1], C = s->cosine[1], Z = s->sine[1], light = 1 / m1;
-    double hung = m1 * Z, inv = 1 / lanes1_fma(hung, Z, m0), share = inv * m0, lean = inv * hung * C;
+    double hung = m1 * Z, inv = 1 / lanes1_fma(hung, Z, m0), share = inv * m0,
+           lean = inv * hung * C;
     columns->acc_pull[0].span[0] = (lanes2){lean, inv * hung};
     columns->acc_side[0].span[0] = (lanes2){inv, -inv * C};
     columns->acc_pull[1].span[0] = (lanes2){-lanes1_fma(C, lean, Z), -lean};
@@ -141,9 +151,10 @@ VEC_INLINE void SMALL(invert)(const struct jets_system *s, struct SMALL(columns)
 }
 
 /*
- * What the orders work on: rates in the lower half, forces in the upper one, as one vector where the registers are as
- * wide, else in parts. A sum over the turns u then has its real and its imaginary part apart, [T | c] each; real parts
- * of turns are kept with their signs turned, which saves every other change of sign.
+ * What the orders work on: rates in the lower half, forces in the upper one, as one vector where
+ * the registers are as wide, else in parts. A sum over the turns u then has its real and its
+ * imaginary part apart, [T | c] each; real parts of turns are kept with their signs turned, which
+ * saves every other change of sign.
  */
 #if LANES == 2 && defined(__AVX2__)
 #define PART_WIDTH 4
@@ -156,7 +167,8 @@ VEC_INLINE void SMALL(invert)(const struct jets_system *s, struct SMALL(columns)
 #endif
 #define PART SMALL_PASTE(lanes, PART_WIDTH)
 #define PART_(name) SMALL_PASTE(PART, _##name)
-/* parts of a pair, and of the turns of all arms; turns stand twice in a part that holds a whole pair */
+/* parts of a pair, and of the turns of all arms; turns stand twice in a part that holds a whole
+ * pair */
 #define PARTS (2 * LANES / PART_WIDTH)
 #define TURNS (PARTS > 1 ? PARTS / 2 : 1)
 
@@ -183,14 +195,16 @@ VEC_INLINE double *SMALL(motion)(const struct jets_system *s, int j, int part) {
 }
 
 /* a pair from its halves */
-VEC_INLINE struct SMALL(pair) SMALL(join)(const struct SMALL(arms) * rate, const struct SMALL(arms) * force) {
+VEC_INLINE struct SMALL(pair)
+    SMALL(join)(const struct SMALL(arms) * rate, const struct SMALL(arms) * force) {
     struct SMALL(pair) pair;
 #if PARTS == 1 && LANES == 2
     pair.part[0] = __builtin_shufflevector(rate->span[0], force->span[0], 0, 1, 2, 3);
 #elif PARTS == 1
     pair.part[0] = __builtin_shufflevector(rate->span[0], force->span[0], 0, 1, 2, 3, 4, 5, 6, 7);
 #else
-    for (int p = 0; p < PARTS; p++) pair.part[p] = p < SPANS ? rate->span[p] : force->span[p - SPANS];
+    for (int p = 0; p < PARTS; p++)
+        pair.part[p] = p < SPANS ? rate->span[p] : force->span[p - SPANS];
 #endif
     return pair;
 }
@@ -219,27 +233,32 @@ VEC_INLINE PART SMALL(twice)(PART x) {
 #endif
 }
 
-/* a series' sums of one part: of the order at hand and of the one after, two of each, so that none waits for itself */
+/* a series' sums of one part: of the order at hand and of the one after, two of each, so that
+ * none waits for itself */
 struct SMALL(sums) {
     PART now_re[2], now_im[2], next_re[2], next_im[2];
 };
 
-VEC_INLINE void SMALL(meet)(PART *minus_re, PART *im, const struct jets_system *s, int j, int i, int part) {
+VEC_INLINE void SMALL(meet)(PART *minus_re, PART *im, const struct jets_system *s, int j, int i,
+                            int part) {
     int at = j * 8 + part % TURNS * PART_WIDTH;
     PART motion = PART_(get)(SMALL(motion)(s, i, part));
     *minus_re = PART_(fma)(PART_(get)(s->turn_re + at), motion, *minus_re);
     *im = PART_(fma)(PART_(get)(s->turn_im + at), motion, *im);
 }
 
-/* the products for orders k and k + 1 of coefficients that were known before order k - 2: what is loaded serves both */
-VEC_INLINE void SMALL(long_known)(const struct jets_system *s, int k, int part, struct SMALL(sums) * x) {
+/* the products for orders k and k + 1 of coefficients that were known before order k - 2: what
+ * is loaded serves both */
+VEC_INLINE void SMALL(long_known)(const struct jets_system *s, int k, int part,
+                                  struct SMALL(sums) * x) {
     enum { STRIDE = 8 };
     const double *re = s->turn_re + 4 * STRIDE + part % TURNS * PART_WIDTH;
     const double *im = s->turn_im + 4 * STRIDE + part % TURNS * PART_WIDTH;
     const double *motion = SMALL(motion)(s, k - 2, part);
     PART m = PART_(get)(motion);
     for (int j = 4; j < k; j += 2, re += 2 * STRIDE, im += 2 * STRIDE) {
-        PART ur = PART_(get)(re), ui = PART_(get)(im), vr = PART_(get)(re + STRIDE), vi = PART_(get)(im + STRIDE);
+        PART ur = PART_(get)(re), ui = PART_(get)(im), vr = PART_(get)(re + STRIDE),
+             vi = PART_(get)(im + STRIDE);
         x->next_re[0] = PART_(fma)(ur, m, x->next_re[0]);
         x->next_im[0] = PART_(fma)(ui, m, x->next_im[0]);
         m = PART_(get)(motion - STRIDE);
@@ -254,13 +273,14 @@ VEC_INLINE void SMALL(long_known)(const struct jets_system *s, int k, int part, 
     }
 }
 
-/* T and c of orders k and k + 1, k even and not 0, less the terms of the orders from k - 1 on; the coefficients of
- * order k - 2 come late and last */
+/* T and c of orders k and k + 1, k even and not 0, less the terms of the orders from k - 1 on;
+ * the coefficients of order k - 2 come late and last */
 VEC_INLINE void SMALL(known)(const struct jets_system *s, int k, struct SMALL(known) * now,
-                               struct SMALL(known) * next) {
+                             struct SMALL(known) * next) {
     for (int p = 0; p < PARTS; p++) {
         struct SMALL(sums) x;
-        for (int i = 0; i < 2; i++) x.now_re[i] = x.now_im[i] = x.next_re[i] = x.next_im[i] = PART_(of)(0);
+        for (int i = 0; i < 2; i++)
+            x.now_re[i] = x.now_im[i] = x.next_re[i] = x.next_im[i] = PART_(of)(0);
         if (k > 2) {
             SMALL(long_known)(s, k, p, &x);
             SMALL(meet)(&x.now_re[0], &x.now_im[0], s, 3, k - 2, p);
@@ -276,9 +296,10 @@ VEC_INLINE void SMALL(known)(const struct jets_system *s, int k, struct SMALL(kn
     }
 }
 
-/* adds to the sums of order k + 2 what order k has brought, k not 0: the turns of order k + 2, the motion of k + 1 */
+/* adds to the sums of order k + 2 what order k has brought, k not 0: the turns of order k + 2,
+ * the motion of k + 1 */
 VEC_INLINE void SMALL(arrive)(const struct jets_system *s, const struct SMALL(turn) * turn,
-                                const struct SMALL(pair) * motion, struct SMALL(known) * x) {
+                              const struct SMALL(pair) * motion, struct SMALL(known) * x) {
     for (int p = 0; p < PARTS; p++) {
         const double *second = s->turn_re + 2 * 8 + p % TURNS * PART_WIDTH;
         PART first = PART_(get)(SMALL(motion)(s, 1, p)), minus_re = PART_(get)(second);
@@ -290,23 +311,27 @@ VEC_INLINE void SMALL(arrive)(const struct jets_system *s, const struct SMALL(tu
     }
 }
 
-/* what phi''/(k + 1) + T and (lambda + c)/(k + 1) of all arms become by T of an arm, and by its c / (k + 1) */
+/* what phi''/(k + 1) + T and (lambda + c)/(k + 1) of all arms become by T of an arm, and by its
+ * c / (k + 1) */
 struct SMALL(table) {
     struct SMALL(pair) pull[LANES], side[LANES];
 };
 
 /* number `lane` of a pair, everywhere */
 #if PARTS == 1 && LANES == 2
-#define SMALL_BEAM(x, lane) __builtin_shufflevector((x)->part[0], (x)->part[0], lane, lane, lane, lane)
+#define SMALL_BEAM(x, lane)                                                                        \
+    __builtin_shufflevector((x)->part[0], (x)->part[0], lane, lane, lane, lane)
 #elif PARTS == 1
-#define SMALL_BEAM(x, lane)                                                                                            \
-    __builtin_shufflevector((x)->part[0], (x)->part[0], lane, lane, lane, lane, lane, lane, lane, lane)
+#define SMALL_BEAM(x, lane)                                                                        \
+    __builtin_shufflevector((x)->part[0], (x)->part[0], lane, lane, lane, lane, lane, lane, lane,  \
+                            lane)
 #else
 #define SMALL_BEAM(x, lane) PART_(of)(beam[lane])
 #endif
 
 /* what the tree answers to T and to c / (k + 1), imaginary parts */
-VEC_INLINE struct SMALL(pair) SMALL(solve)(const struct SMALL(table) * table, const struct SMALL(pair) * x) {
+VEC_INLINE struct SMALL(pair)
+    SMALL(solve)(const struct SMALL(table) * table, const struct SMALL(pair) * x) {
     struct SMALL(pair) answer;
 #if PARTS > 1
     double beam[2 * LANES] __attribute__((aligned(64)));
@@ -316,10 +341,10 @@ VEC_INLINE struct SMALL(pair) SMALL(solve)(const struct SMALL(table) * table, co
         PART even[2], odd[2];
         even[0] = SMALL_BEAM(x, 0) * table->pull[0].part[p];
         even[1] = SMALL_BEAM(x, LANES) * table->side[0].part[p];
-#define SMALL_TERM(sum, j)                                                                                             \
-    do {                                                                                                               \
-        sum[0] = PART_(fma)(SMALL_BEAM(x, j), table->pull[j].part[p], sum[0]);                                         \
-        sum[1] = PART_(fma)(SMALL_BEAM(x, LANES + (j)), table->side[j].part[p], sum[1]);                               \
+#define SMALL_TERM(sum, j)                                                                         \
+    do {                                                                                           \
+        sum[0] = PART_(fma)(SMALL_BEAM(x, j), table->pull[j].part[p], sum[0]);                     \
+        sum[1] = PART_(fma)(SMALL_BEAM(x, LANES + (j)), table->side[j].part[p], sum[1]);           \
     } while (0)
 #if LANES == 2
         SMALL_TERM(even, 1);
@@ -345,11 +370,12 @@ VEC_INLINE struct SMALL(pair) SMALL(solve)(const struct SMALL(table) * table, co
 
 /* the coefficients of order k: rates of order k + 1, forces of order k, turns of order k + 2 */
 VEC_INLINE void SMALL(keep)(const struct jets_system *s, int k, const struct SMALL(known) * known,
-                              const struct SMALL(pair) * answer, struct SMALL(pair) * motion,
-                              struct SMALL(turn) * turn) {
+                            const struct SMALL(pair) * answer, struct SMALL(pair) * motion,
+                            struct SMALL(turn) * turn) {
     PART share = PART_(of)(s->share[k + 1]);
     for (int p = 0; p < PARTS; p++) {
-        motion->part[p] = PART_(fma)(SMALL(factor)(1, k + 1, p), answer->part[p], known->minus_re.part[p]);
+        motion->part[p] =
+            PART_(fma)(SMALL(factor)(1, k + 1, p), answer->part[p], known->minus_re.part[p]);
         PART_(put)(SMALL(motion)(s, k + 1, p), motion->part[p]);
     }
     for (int p = 0; p < TURNS; p++) {
@@ -366,20 +392,23 @@ struct SMALL(first) {
 };
 
 /*
- * T and c of order k + 1 from what is known of them and what order k brings; the way from the answer of one order to
- * the next one's question is but one multiply-add long. u_1 is i phi'_0, and u_{k+2} = i (turned + i Im T) / (k + 2).
- * `question` is the imaginary part with c over k + 2.
+ * T and c of order k + 1 from what is known of them and what order k brings; the way from the
+ * answer of one order to the next one's question is but one multiply-add long. u_1 is i phi'_0, and
+ * u_{k+2} = i (turned + i Im T) / (k + 2). `question` is the imaginary part with c over k + 2.
  */
-VEC_INLINE void SMALL(complete)(const struct jets_system *s, int k, const struct SMALL(first) * first,
-                                  const struct SMALL(known) * known, const struct SMALL(pair) * answer,
-                                  const struct SMALL(turn) * turn, struct SMALL(known) * next,
-                                  struct SMALL(pair) * question) {
+VEC_INLINE void SMALL(complete)(const struct jets_system *s, int k,
+                                const struct SMALL(first) * first,
+                                const struct SMALL(known) * known,
+                                const struct SMALL(pair) * answer, const struct SMALL(turn) * turn,
+                                struct SMALL(known) * next, struct SMALL(pair) * question) {
     PART share = PART_(of)(s->share[k + 1]);
     for (int p = 0; p < PARTS; p++) {
         PART same = first->same.part[p], scale = SMALL(factor)(1, s->share[k + 1], p);
         PART ready = scale * PART_(fma)(same, known->minus_re.part[p], next->im.part[p]);
-        question->part[p] = PART_(fma)(answer->part[p], PART_(fma)(share, first->opposite.part[p], same), ready);
-        next->minus_re.part[p] = PART_(fma)(turn->minus_re[p % TURNS], first->alone.part[p], next->minus_re.part[p]);
+        question->part[p] =
+            PART_(fma)(answer->part[p], PART_(fma)(share, first->opposite.part[p], same), ready);
+        next->minus_re.part[p] =
+            PART_(fma)(turn->minus_re[p % TURNS], first->alone.part[p], next->minus_re.part[p]);
         next->im.part[p] = question->part[p];
     }
 }
@@ -409,16 +438,19 @@ static void SMALL(orders)(const struct jets_system *s, double gravity, int order
     struct SMALL(columns) columns;
     struct SMALL(table) table;
     SMALL(invert)(s, &columns);
-    // by reciprocity the answer of arm i to W_j is that of arm j to W_i, and acceleration to W is force to s
+    // by reciprocity the answer of arm i to W_j is that of arm j to W_i, and acceleration to W is
+    // force to s
     for (int j = 0; j < LANES; j++) {
         table.pull[j] = SMALL(join)(&columns.force_side[j], &columns.force_pull[j]);
         table.side[j] = SMALL(join)(&columns.acc_side[j], &columns.acc_pull[j]);
     }
     if (s->answers) memcpy(s->answers, &table, sizeof table);
     struct SMALL(start) start = SMALL(begin)(s, gravity);
-    struct SMALL(first) first = {SMALL(join)(&start.rate, &start.rate), SMALL(join)(&start.rate, &start.opposite),
-                                 SMALL(join)(&start.rate, &start.zero)};
-    struct SMALL(known) known = {SMALL(join)(&start.zero, &start.zero), SMALL(join)(&start.square, &start.zero)};
+    struct SMALL(first)
+        first = {SMALL(join)(&start.rate, &start.rate), SMALL(join)(&start.rate, &start.opposite),
+                 SMALL(join)(&start.rate, &start.zero)};
+    struct SMALL(known)
+        known = {SMALL(join)(&start.zero, &start.zero), SMALL(join)(&start.square, &start.zero)};
     struct SMALL(known) next = {known.minus_re, known.minus_re}, now = next;
     struct SMALL(pair) question = SMALL(join)(&start.pull, &start.zero), motion;
     struct SMALL(pair) drop = SMALL(join)(&start.drop, &start.zero);

@@ -1,4 +1,5 @@
-/* The order of the power series that reaches a tolerance at the least cost, and the size of the term left out.
+/* The order of the power series that reaches a tolerance at the least cost, and the size of the
+ * term left out.
  * Leaves to others: memory (method_taylor caps the order of huge trees).
  * Invariant: of an ensemble's members the same for all. */
 #ifndef PEND_TAYLOR_ORDER_H
@@ -7,8 +8,9 @@
 enum { PEND_TAYLOR_ORDER_MIN = 8, PEND_TAYLOR_ORDER_MAX = 30 };
 
 /**
- * What the first neglected term of a step may be, relative to the motion of the step: a hundredth of rtol, so that the
- * error of a run stays near rtol while it is not amplified, but never below round-off.
+ * What the first neglected term of a step may be, relative to the motion of the step: a hundredth
+ * of rtol, so that the error of a run stays near rtol while it is not amplified, but never below
+ * round-off.
  *
  * rtol  > 0.
  */
@@ -21,17 +23,17 @@ double pend_taylor_target(double rtol);
  */
 double pend_taylor_atol(double atol);
 
-/* What that bound may let the term be at most, relative to the motion of the step, as a binary logarithm: as much as
- * the largest rtol lets it be. Near the radius of convergence a larger one would tell nothing about the terms behind
- * it. */
+/* What that bound may let the term be at most, relative to the motion of the step, as a binary
+ * logarithm: as much as the largest rtol lets it be. Near the radius of convergence a larger one
+ * would tell nothing about the terms behind it. */
 #define PEND_TAYLOR_LOG_CAP (-9.965784284662087)
 
 /**
  * The order, PEND_TAYLOR_ORDER_MIN .. PEND_TAYLOR_ORDER_MAX.
  *
  * rtol   > 0.
- * alone  non-zero for one trajectory: near round-off it takes two orders more, for what a step costs beside its orders
- *        counts for more, and fewer steps round less.
+ * alone  non-zero for one trajectory: near round-off it takes two orders more, for what a step
+ *        costs beside its orders counts for more, and fewer steps round less.
  */
 int pend_taylor_order(double rtol, int alone);
 

@@ -1,5 +1,6 @@
 /* Values of a series at many instants: phi, phi' and, where wanted, phi'' and lambda.
- * Leaves to others: the series (blocks_template, small_template), what vectors, states and values are (the including file).
+ * Leaves to others: the series (blocks_template, small_template), what vectors, states and
+ * values are (the including file).
  * Invariant: a row's bits depend neither on the other rows nor on the width of vectors. */
 #ifndef PEND_VALUES_TEMPLATE_H
 #define PEND_VALUES_TEMPLATE_H
@@ -22,8 +23,8 @@ struct values_change {
 /* ---- trees of more than eight arms: one instant after the other, arms in lanes */
 
 /* the arms from a on, by Horner's rule */
-VEC_INLINE struct values_change values_horner(const struct jets_system *s, int order, double x_, double unit, int a,
-                                                struct values_wish wish) {
+VEC_INLINE struct values_change values_horner(const struct jets_system *s, int order, double x_,
+                                              double unit, int a, struct values_wish wish) {
     wide x = wide_of(x_);
     struct values_change v = {wide_of(0), wide_of(0), wide_of(0), wide_of(0)};
     const double *rate = s->rate + jets_row(s, a) + (size_t)order * s->stride;
@@ -47,7 +48,8 @@ VEC_INLINE struct values_change values_horner(const struct jets_system *s, int o
 }
 
 /* changes of a tree in levels, which come by seats and go by arms */
-VEC_INLINE void values_keep(const struct levels *l, int seat, struct values_change v, struct values_wish wish) {
+VEC_INLINE void values_keep(const struct levels *l, int seat, struct values_change v,
+                            struct values_wish wish) {
     wide_put(l->change[0] + seat, v.phi);
     wide_put(l->change[1] + seat, v.rate);
     if (wish.acc) wide_put(l->change[2] + seat, v.acc);
@@ -60,9 +62,11 @@ VEC_INLINE wide values_pick(const double from[], const int seat[]) {
     return x;
 }
 
-VEC_INLINE struct values_change values_kept(const struct levels *l, int a, struct values_wish wish) {
+VEC_INLINE struct values_change values_kept(const struct levels *l, int a,
+                                            struct values_wish wish) {
     const int *seat = l->seat + a;
-    struct values_change v = {values_pick(l->change[0], seat), values_pick(l->change[1], seat), wide_of(0), wide_of(0)};
+    struct values_change v = {values_pick(l->change[0], seat), values_pick(l->change[1], seat),
+                              wide_of(0), wide_of(0)};
     if (wish.acc) v.acc = values_pick(l->change[2], seat);
     if (wish.force) v.force = values_pick(l->change[3], seat);
     return v;
@@ -76,15 +80,16 @@ VEC_INLINE void values_give(double to[], int a, int n, wide x) {
     for (int i = 0; a + i < n; i++) to[a + i] = x[i];
 }
 
-VEC_INLINE void values_large(const struct jets_system *s, int order, const double x[], int count, double unit,
-                               const struct jets_state *from, const struct jets_values *to, struct values_wish wish) {
+VEC_INLINE void values_large(const struct jets_system *s, int order, const double x[], int count,
+                             double unit, const struct jets_state *from,
+                             const struct jets_values *to, struct values_wish wish) {
     for (int i = 0; i < count; i++) {
         size_t row = (size_t)i * (size_t)s->n;
         for (int a = 0; a < jets_seats(s); a += WIDE)
             values_keep(s->levels, a, values_horner(s, order, x[i], unit, a, wish), wish);
         for (int a = 0; a < s->n; a += WIDE) {
-            struct values_change v =
-                s->levels ? values_kept(s->levels, a, wish) : values_horner(s, order, x[i], unit, a, wish);
+            struct values_change v = s->levels ? values_kept(s->levels, a, wish)
+                                               : values_horner(s, order, x[i], unit, a, wish);
             v.phi = wide_get(from->phi + a) + (v.phi + wide_get(from->phi_low + a));
             v.rate = wide_get(from->rate + a) + (v.rate + wide_get(from->rate_low + a));
             values_give(to->phi + row, a, s->n, v.phi);
@@ -95,7 +100,8 @@ VEC_INLINE void values_large(const struct jets_system *s, int order, const doubl
     }
 }
 
-/* ---- up to eight arms: `arms` of them (2, 4 or 8) side by side, and as many instants as a vector has room for */
+/* ---- up to eight arms: `arms` of them (2, 4 or 8) side by side, and as many instants as a
+ * vector has room for */
 
 /* vectors that go together: each waits for its own sums */
 enum { VALUES_TOGETHER = 2 };
@@ -120,8 +126,10 @@ VEC_INLINE wide values_get(const double *at, int arms) {
 VEC_INLINE wide values_places(const double x[], int arms, int count) {
 #if defined(__AVX512F__)
     __m512d some = _mm512_maskz_loadu_pd((__mmask8)(count < WIDE ? (1u << count) - 1 : 0xff), x);
-    if (arms == 2) return (wide)_mm512_permutexvar_pd(_mm512_setr_epi64(0, 0, 1, 1, 2, 2, 3, 3), some);
-    if (arms == 4) return (wide)_mm512_permutexvar_pd(_mm512_setr_epi64(0, 0, 0, 0, 1, 1, 1, 1), some);
+    if (arms == 2)
+        return (wide)_mm512_permutexvar_pd(_mm512_setr_epi64(0, 0, 1, 1, 2, 2, 3, 3), some);
+    if (arms == 4)
+        return (wide)_mm512_permutexvar_pd(_mm512_setr_epi64(0, 0, 0, 0, 1, 1, 1, 1), some);
     return (wide)_mm512_broadcastsd_pd(_mm512_castpd512_pd128(some));
 #else
     wide places = wide_of(0);
@@ -138,7 +146,8 @@ VEC_INLINE void values_put(double *to, int n, int arms, int a, int count, wide x
 #if defined(__AVX512F__)
     unsigned each = (1u << own) - 1;
     unsigned kept = arms == 2 ? each * 0x55u : arms == 4 ? each * 0x11u : each;
-    __m512d packed = own == side ? (__m512d)x : _mm512_maskz_compress_pd((__mmask8)kept, (__m512d)x);
+    __m512d packed =
+        own == side ? (__m512d)x : _mm512_maskz_compress_pd((__mmask8)kept, (__m512d)x);
     _mm512_mask_storeu_pd(to, (__mmask8)((1u << (count * own)) - 1), packed);
 #else
     if (own == WIDE) {
@@ -173,8 +182,8 @@ VEC_INLINE wide values_whole(const struct values_parts *sum, int v, wide x) {
 }
 
 /* changes of phi and of phi' */
-VEC_INLINE void values_motion(const struct jets_system *s, int order, int arms, int a, const wide x[], double inverse,
-                                struct values_change change[]) {
+VEC_INLINE void values_motion(const struct jets_system *s, int order, int arms, int a,
+                              const wide x[], double inverse, struct values_change change[]) {
     wide square[VALUES_TOGETHER];
     // phi over x; phi' without its start, over x
     struct values_parts phi, rate;
@@ -196,21 +205,24 @@ VEC_INLINE void values_motion(const struct jets_system *s, int order, int arms, 
 }
 
 /* phi'' and lambda */
-VEC_INLINE void values_pull(const struct jets_system *s, int order, int arms, int a, const wide x[], double inverse,
-                              struct values_wish wish, struct values_change change[]) {
+VEC_INLINE void values_pull(const struct jets_system *s, int order, int arms, int a, const wide x[],
+                            double inverse, struct values_wish wish,
+                            struct values_change change[]) {
     wide square[VALUES_TOGETHER];
     struct values_parts acc, force;
     int last = order - 1;
     values_start(&acc), values_start(&force);
     for (int v = 0; v < VALUES_TOGETHER; v++) square[v] = x[v] * x[v];
     for (int j = last - last % 2; j >= 0; j -= 2) {
-        const double *rate = s->rate + a + (size_t)(j + 1) * 8, *tension = s->force + a + (size_t)j * 8;
+        const double *rate = s->rate + a + (size_t)(j + 1) * 8,
+                     *tension = s->force + a + (size_t)j * 8;
         wide zero = wide_of(0);
         if (wish.acc)
             values_two(&acc, square, values_get(rate, arms) * (double)(j + 1),
                        j < last ? values_get(rate + 8, arms) * (double)(j + 2) : zero);
         if (wish.force)
-            values_two(&force, square, values_get(tension, arms), j < last ? values_get(tension + 8, arms) : zero);
+            values_two(&force, square, values_get(tension, arms),
+                       j < last ? values_get(tension + 8, arms) : zero);
     }
     for (int v = 0; v < VALUES_TOGETHER; v++) {
         change[v].acc = values_whole(&acc, v, x[v]) * (inverse * inverse);
@@ -219,15 +231,17 @@ VEC_INLINE void values_pull(const struct jets_system *s, int order, int arms, in
 }
 
 /* up to VALUES_TOGETHER vectors of instants, for the arms from a on; to: the first of their rows */
-VEC_INLINE void values_block(const struct jets_system *s, int order, int arms, int a, const double x[], int count,
-                               double unit, const struct jets_state *from, const struct jets_values *to,
-                               struct values_wish wish) {
+VEC_INLINE void values_block(const struct jets_system *s, int order, int arms, int a,
+                             const double x[], int count, double unit,
+                             const struct jets_state *from, const struct jets_values *to,
+                             struct values_wish wish) {
     int n = s->n, step = values_instants(arms);
     double inverse = 1 / unit; // exact: a power of two
     wide place[VALUES_TOGETHER];
     struct values_change change[VALUES_TOGETHER];
     for (int v = 0; v < VALUES_TOGETHER; v++)
-        place[v] = v * step < count ? values_places(x + v * step, arms, count - v * step) : wide_of(0);
+        place[v] =
+            v * step < count ? values_places(x + v * step, arms, count - v * step) : wide_of(0);
     values_motion(s, order, arms, a, place, inverse, change);
     if (wish.acc || wish.force) values_pull(s, order, arms, a, place, inverse, wish, change);
     wide phi = values_get(from->phi + a, arms), phi_low = values_get(from->phi_low + a, arms);
@@ -242,23 +256,25 @@ VEC_INLINE void values_block(const struct jets_system *s, int order, int arms, i
     }
 }
 
-VEC_INLINE void values_small(const struct jets_system *s, int order, int arms, const double x[], int count,
-                               double unit, const struct jets_state *from, const struct jets_values *to,
-                               struct values_wish wish) {
+VEC_INLINE void values_small(const struct jets_system *s, int order, int arms, const double x[],
+                             int count, double unit, const struct jets_state *from,
+                             const struct jets_values *to, struct values_wish wish) {
     int most = VALUES_TOGETHER * values_instants(arms);
     for (int i = 0; i < count; i += most) {
         size_t row = (size_t)i * (size_t)s->n;
         struct jets_values here = {to->phi + row, to->rate + row, wish.acc ? to->acc + row : NULL,
                                    wish.force ? to->force + row : NULL};
         for (int a = 0; a < s->n; a += values_side(arms))
-            values_block(s, order, arms, a, x + i, count - i < most ? count - i : most, unit, from, &here, wish);
+            values_block(s, order, arms, a, x + i, count - i < most ? count - i : most, unit, from,
+                         &here, wish);
     }
 }
 
 /* ---- any tree */
 
-VEC_INLINE void values_some(const struct jets_system *s, int order, const double x[], int count, double unit,
-                              const struct jets_state *from, const struct jets_values *to, struct values_wish wish) {
+VEC_INLINE void values_some(const struct jets_system *s, int order, const double x[], int count,
+                            double unit, const struct jets_state *from,
+                            const struct jets_values *to, struct values_wish wish) {
     if (s->n > 8)
         values_large(s, order, x, count, unit, from, to, wish);
     else if (s->n > 4)
@@ -269,8 +285,9 @@ VEC_INLINE void values_some(const struct jets_system *s, int order, const double
         values_small(s, order, 2, x, count, unit, from, to, wish);
 }
 
-static void kernel_values(const struct jets_system *s, int order, const double x[], int count, double unit,
-                          const struct jets_state *from, const struct jets_values *to) {
+static void kernel_values(const struct jets_system *s, int order, const double x[], int count,
+                          double unit, const struct jets_state *from,
+                          const struct jets_values *to) {
     if (to->acc && to->force)
         values_some(s, order, x, count, unit, from, to, (struct values_wish){1, 1});
     else if (to->force)

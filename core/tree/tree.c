@@ -26,8 +26,9 @@ struct tree_faults {
     long count;
 };
 
-__attribute__((format(printf, 5, 6))) static void tree_fault(struct tree_faults *faults, enum pend_field field, int i,
-                                                             int j, const char *format, ...) {
+__attribute__((format(printf, 5, 6))) static void tree_fault(struct tree_faults *faults,
+                                                             enum pend_field field, int i, int j,
+                                                             const char *format, ...) {
     faults->count++;
     const struct pend_fault_sink *sink = faults->sink;
     if (!sink) return;
@@ -44,8 +45,8 @@ __attribute__((format(printf, 5, 6))) static void tree_fault(struct tree_faults 
 }
 
 /* faults every value that is not a finite number above 0; returns the sum of the others */
-static double tree_check_values(int n, const double value[], enum pend_field field, const char *plural,
-                                struct tree_faults *faults) {
+static double tree_check_values(int n, const double value[], enum pend_field field,
+                                const char *plural, struct tree_faults *faults) {
     double sum = 0;
     int bad = 0;
     for (int i = 0; i < n; i++)
@@ -53,9 +54,11 @@ static double tree_check_values(int n, const double value[], enum pend_field fie
             sum += value[i];
         } else {
             bad++;
-            tree_fault(faults, field, i, -1, "must be a finite number greater than 0, got %.17g", value[i]);
+            tree_fault(faults, field, i, -1, "must be a finite number greater than 0, got %.17g",
+                       value[i]);
         }
-    if (!bad && !isfinite(sum)) tree_fault(faults, field, -1, -1, "the %s must add up to a finite number", plural);
+    if (!bad && !isfinite(sum))
+        tree_fault(faults, field, -1, -1, "the %s must add up to a finite number", plural);
     return sum;
 }
 
@@ -67,7 +70,8 @@ static void tree_check_parents(int n, const int parent[], struct tree_faults *fa
     int root = -1;
     for (int i = 0; i < n; i++) {
         if (parent[i] < -1 || parent[i] >= n)
-            tree_fault(faults, PEND_FIELD_PARENT, i, -1, "must be 0 (the pivot) or the number of an arm, 1 to %d", n);
+            tree_fault(faults, PEND_FIELD_PARENT, i, -1,
+                       "must be 0 (the pivot) or the number of an arm, 1 to %d", n);
         if (parent[i] != -1) continue;
         if (root >= 0)
             tree_fault(faults, PEND_FIELD_PARENT, i, -1,
@@ -75,11 +79,14 @@ static void tree_check_parents(int n, const int parent[], struct tree_faults *fa
         else
             root = i;
     }
-    if (root < 0) tree_fault(faults, PEND_FIELD_PARENT, -1, -1, "one arm must hang at the pivot (0), but none does");
+    if (root < 0)
+        tree_fault(faults, PEND_FIELD_PARENT, -1, -1,
+                   "one arm must hang at the pivot (0), but none does");
 }
 
-/* lists the arms so that each comes after all arms that it carries; size: arms in the sub-tree of each. Returns the
- * number listed; an arm that is left out has waiting > 0 and hangs on itself. */
+/* lists the arms so that each comes after all arms that it carries; size: arms in the sub-tree
+ * of each. Returns the number listed; an arm that is left out has waiting > 0 and hangs on
+ * itself. */
 static int tree_list_from_leaves(int n, const int parent[], int waiting[], int size[], int list[]) {
     int listed = 0;
     memset(waiting, 0, (size_t)n * sizeof *waiting);
@@ -100,26 +107,30 @@ static int tree_list_from_leaves(int n, const int parent[], int waiting[], int s
 }
 
 /* faults one cycle, at its first arm, and marks its arms as seen (waiting = 0) */
-static void tree_fault_cycle(const int parent[], int first, int waiting[], struct tree_faults *faults) {
+static void tree_fault_cycle(const int parent[], int first, int waiting[],
+                             struct tree_faults *faults) {
     char names[100] = "";
     size_t used = 0;
     int count = 0, k = first;
     do {
         waiting[k] = 0;
-        if (count++ < 8) used += (size_t)snprintf(names + used, sizeof names - used, "%d > ", k + 1);
+        if (count++ < 8)
+            used += (size_t)snprintf(names + used, sizeof names - used, "%d > ", k + 1);
         k = parent[k];
     } while (k != first);
     const char *dots = count > 8 ? "... > " : "";
     if (count == 1)
         tree_fault(faults, PEND_FIELD_PARENT, first, -1, "an arm cannot hang on itself");
     else
-        tree_fault(faults, PEND_FIELD_PARENT, first, -1, "a cycle of %d arms that never reaches the pivot: %s%s%d",
-                   count, names, dots, first + 1);
+        tree_fault(faults, PEND_FIELD_PARENT, first, -1,
+                   "a cycle of %d arms that never reaches the pivot: %s%s%d", count, names, dots,
+                   first + 1);
 }
 
-/* places the arms depth first: siblings in the caller's order, but the one with the largest sub-tree last */
-static void tree_place(int n, const int parent[], const int size[], const int list[], int heavy[], int used[],
-                       int place[]) {
+/* places the arms depth first: siblings in the caller's order, but the one with the largest
+ * sub-tree last */
+static void tree_place(int n, const int parent[], const int size[], const int list[], int heavy[],
+                       int used[], int place[]) {
     for (int i = 0; i < n; i++) heavy[i] = -1, used[i] = 0;
     for (int i = 0; i < n; i++) {
         int p = parent[i];
@@ -155,7 +166,8 @@ static unsigned char tree_kin(const int parent[], const int end[], int k) {
     return (unsigned char)kin;
 }
 
-/* fills the stored arrays; part.place and, in the caller's order, the sizes in part.depth are known */
+/* fills the stored arrays; part.place and, in the caller's order, the sizes in part.depth are
+ * known */
 static void tree_store(int n, const double length[], const double mass[], const int parent[],
                        const struct tree_parts *part) {
     for (int i = 0; i < n; i++) {
@@ -199,8 +211,9 @@ static struct tree_block *tree_block_new(int n, struct tree_parts *part) {
     return block;
 }
 
-enum pend_status pend_tree_new(struct pend_tree **tree, int n, const double length[], const double mass[],
-                               const int parent[], const struct pend_fault_sink *sink) {
+enum pend_status pend_tree_new(struct pend_tree **tree, int n, const double length[],
+                               const double mass[], const int parent[],
+                               const struct pend_fault_sink *sink) {
     struct tree_faults faults = {sink, 0};
     struct tree_parts part;
     *tree = NULL;
@@ -236,8 +249,9 @@ void pend_tree_free(struct pend_tree **tree) {
     *tree = NULL;
 }
 
-/* A path matrix on its way to becoming a tree. Arms join it in the order of their score, which in the path matrix of a
- * tree rises by 2 or more an arm away from the pivot, so that one wrong entry hardly disturbs it. */
+/* A path matrix on its way to becoming a tree. Arms join it in the order of their score, which
+ * in the path matrix of a tree rises by 2 or more an arm away from the pivot, so that one wrong
+ * entry hardly disturbs it. */
 struct path_reading {
     int n;
     const double *path;
@@ -248,7 +262,9 @@ struct path_reading {
 };
 
 /* row i: what is not 0 counts as 1, and the diagonal as 1 whatever it says */
-static const double *path_row(const struct path_reading *in, int i) { return in->path + (size_t)i * (size_t)in->n; }
+static const double *path_row(const struct path_reading *in, int i) {
+    return in->path + (size_t)i * (size_t)in->n;
+}
 
 /* how many ones row i has beside the diagonal */
 static int path_ones(const struct path_reading *in, int i) {
@@ -274,7 +290,8 @@ static void path_order(const struct path_reading *in) {
     }
 }
 
-/* lets each arm join on the arm whose own way, and itself, is most like its row; O(n^2) as the ways grow arm by arm */
+/* lets each arm join on the arm whose own way, and itself, is most like its row; O(n^2) as the
+ * ways grow arm by arm */
 static void path_read(const struct path_reading *in) {
     in->parent[in->arm[0]] = -1;
     for (int a = 1; a < in->n; a++) {
@@ -290,14 +307,16 @@ static void path_read(const struct path_reading *in) {
 }
 
 /* faults that nobody reads the words of: they are only counted, without a look at each entry */
-static void path_count_row(int n, const double row[], const int on_way[], int i, struct tree_faults *faults) {
+static void path_count_row(int n, const double row[], const int on_way[], int i,
+                           struct tree_faults *faults) {
     int wrong = 0;
     for (int j = 0; j < n; j++) wrong += row[j] != (on_way[j] == i);
     while (wrong-- > 0) tree_fault(faults, PEND_FIELD_PATH, i, -1, "is wrong");
 }
 
 /* faults the entries of row i that differ from the way to tip i in the tree that was read */
-static void path_check_row(const struct path_reading *in, int i, int on_way[], struct tree_faults *faults) {
+static void path_check_row(const struct path_reading *in, int i, int on_way[],
+                           struct tree_faults *faults) {
     const double *row = path_row(in, i);
     for (int j = i; j >= 0; j = in->parent[j]) on_way[j] = i;
     if (faults->sink && faults->sink->worded && faults->count >= faults->sink->worded) {
@@ -310,14 +329,18 @@ static void path_check_row(const struct path_reading *in, int i, int on_way[], s
         if (row[j] != 0 && row[j] != 1)
             tree_fault(faults, PEND_FIELD_PATH, i, j, "must be 0 or 1, got %.17g", row[j]);
         else if (i == j)
-            tree_fault(faults, PEND_FIELD_PATH, i, j, "must be 1: an arm is on the way to its own tip");
-        else if (in->parent[i] < 0)
             tree_fault(faults, PEND_FIELD_PATH, i, j,
-                       "must be 0: the other rows make arm %d the one at the pivot, so no arm precedes it", i + 1);
+                       "must be 1: an arm is on the way to its own tip");
+        else if (in->parent[i] < 0)
+            tree_fault(
+                faults, PEND_FIELD_PATH, i, j,
+                "must be 0: the other rows make arm %d the one at the pivot, so no arm precedes it",
+                i + 1);
         else
             tree_fault(faults, PEND_FIELD_PATH, i, j,
-                       "must be %d: row %d has to be row %d (the arm it hangs on) with a 1 added at column %d", want,
-                       i + 1, in->parent[i] + 1, i + 1);
+                       "must be %d: row %d has to be row %d (the arm it hangs on) with a 1 added "
+                       "at column %d",
+                       want, i + 1, in->parent[i] + 1, i + 1);
     }
 }
 
@@ -346,7 +369,8 @@ void pend_tree_path(const struct pend_tree *tree, double path[]) {
     size_t n = (size_t)tree->n;
     memset(path, 0, n * n * sizeof *path);
     for (int k = 0; k < tree->n; k++)
-        for (int j = k; j >= 0; j = tree->parent[j]) path[(size_t)tree->order[k] * n + (size_t)tree->order[j]] = 1;
+        for (int j = k; j >= 0; j = tree->parent[j])
+            path[(size_t)tree->order[k] * n + (size_t)tree->order[j]] = 1;
 }
 
 void pend_tree_force_map(const struct pend_tree *tree, double force_map[]) {
@@ -369,7 +393,8 @@ static int tree_arm_valid(const struct pend_tree *tree, int k) {
     if (p >= k || tree->kin[k] != tree_kin(tree->parent, tree->end, k)) return 0;
     if (k == 0) return p == -1 && tree->depth[0] == 1 && tree->end[0] == tree->n;
     if (p < 0 || p >= k || tree->depth[k] != tree->depth[p] + 1) return 0;
-    // depth first: an arm follows its parent or the sub-tree of a sibling, and is no larger than the last sibling
+    // depth first: an arm follows its parent or the sub-tree of a sibling, and is no larger than
+    // the last sibling
     return tree->end[k] <= tree->end[p] && tree->subtree_mass[k] <= tree->subtree_mass[p];
 }
 

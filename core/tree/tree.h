@@ -1,4 +1,5 @@
-/* The immutable pendulum tree: arms stored parent before child in depth-first order, and the S, B, S^T m of the paper.
+/* The immutable pendulum tree: arms stored parent before child in depth-first order, and the S,
+ * B, S^T m of the paper.
  * Leaves to others: angles and motion (state, dynamics), names and JSON (api).
  * Invariant: parent[k] < k, parent[0] = -1, and the sub-tree of arm k is the run k .. end[k]-1. */
 #ifndef PEND_TREE_H
@@ -16,15 +17,16 @@ enum pend_kin {
     PEND_KIN_FORK = 8   /* two or more arms hang on it */
 };
 
-/* Stored arm k is the caller's arm order[k]; place is the inverse. All arrays have n entries and one owner. */
+/* Stored arm k is the caller's arm order[k]; place is the inverse. All arrays have n entries and
+ * one owner. */
 struct pend_tree {
     int n;
     const double *len;          /* m */
     const double *mass;         /* kg, at the tip */
     const double *subtree_mass; /* kg, S^T m: the mass that hangs on the arm, its own included */
-    const int *parent;          /* stored number of the arm whose tip carries this one, -1 = the pivot */
-    const int *end;             /* one past the last stored arm of the sub-tree */
-    const int *depth;           /* 1 for the arm at the pivot */
+    const int *parent; /* stored number of the arm whose tip carries this one, -1 = the pivot */
+    const int *end;    /* one past the last stored arm of the sub-tree */
+    const int *depth;  /* 1 for the arm at the pivot */
     const int *order;
     const int *place;
     const unsigned char *kin; /* of enum pend_kin; the root is first and last */
@@ -42,12 +44,12 @@ struct pend_tree {
  * faults  receives every fault found, not only the first; may be NULL.
  *
  * PEND_INVALID   some fault was reported.
- * PEND_NO_MEMORY
- * O(n), one allocation. Of siblings the one with the largest sub-tree (most arms) is stored last, so that both sweeps
- * keep about log2 n arms alive; ties in the caller's order.
+ * PEND_NO_MEMORY O(n), one allocation. Of siblings the one with the largest sub-tree (most arms) is
+ * stored last, so that both sweeps keep about log2 n arms alive; ties in the caller's order.
  */
-PEND_MUST_CHECK enum pend_status pend_tree_new(struct pend_tree **tree, int n, const double length[],
-                                               const double mass[], const int parent[],
+PEND_MUST_CHECK enum pend_status pend_tree_new(struct pend_tree **tree, int n,
+                                               const double length[], const double mass[],
+                                               const int parent[],
                                                const struct pend_fault_sink *faults);
 
 /** Frees a tree and clears the pointer; NULL is accepted. */
@@ -64,7 +66,8 @@ void pend_tree_free(struct pend_tree **tree);
  * PEND_INVALID  path is the path matrix of no tree with one arm at the pivot.
  * O(n^2), allocates O(n).
  */
-PEND_MUST_CHECK enum pend_status pend_tree_parent_from_path(int n, const double path[], int parent[],
+PEND_MUST_CHECK enum pend_status pend_tree_parent_from_path(int n, const double path[],
+                                                            int parent[],
                                                             const struct pend_fault_sink *faults);
 
 /**
@@ -76,7 +79,8 @@ PEND_MUST_CHECK enum pend_status pend_tree_parent_from_path(int n, const double 
 void pend_tree_path(const struct pend_tree *tree, double path[]);
 
 /**
- * B = S^{-T}, which carries the arm forces, in the caller's order: 1 on the diagonal, -1 at (parent of k, k).
+ * B = S^{-T}, which carries the arm forces, in the caller's order: 1 on the diagonal, -1 at (parent
+ * of k, k).
  *
  * force_map  out, n x n row-major.
  * O(n^2).

@@ -1,5 +1,5 @@
-/* Payne and Hanek's reduction: of the product of a number and 1 / (2 pi) only the fraction is formed, from as many
- * places of 1 / (2 pi) as bear on it. */
+/* Payne and Hanek's reduction: of the product of a number and 1 / (2 pi) only the fraction is
+ * formed, from as many places of 1 / (2 pi) as bear on it. */
 #include "core/tree/turns.h"
 
 #include <math.h>
@@ -39,12 +39,15 @@ static void turns_fraction(uint64_t m, int e, uint64_t fraction[FRACTION]) {
     uint64_t place[FRACTION], carry = 0;
     int word = e / WORD, bit = e % WORD;
     for (int i = 0; i < FRACTION; i++)
-        place[i] = bit ? turns_inverse[word + i] << bit | turns_inverse[word + i + 1] >> (WORD - bit)
-                       : turns_inverse[word + i];
+        place[i] =
+            bit ? turns_inverse[word + i] << bit | turns_inverse[word + i + 1] >> (WORD - bit)
+                : turns_inverse[word + i];
     for (int i = FRACTION - 1; i >= 0; i--) {
         // the product of two halves of a word is exact
-        uint64_t low = (m & UINT32_MAX) * (place[i] & UINT32_MAX), high = (m >> 32) * (place[i] >> 32);
-        uint64_t cross = (m >> 32) * (place[i] & UINT32_MAX), other = (m & UINT32_MAX) * (place[i] >> 32);
+        uint64_t low = (m & UINT32_MAX) * (place[i] & UINT32_MAX),
+                 high = (m >> 32) * (place[i] >> 32);
+        uint64_t cross = (m >> 32) * (place[i] & UINT32_MAX),
+                 other = (m & UINT32_MAX) * (place[i] >> 32);
         uint64_t middle = (low >> 32) + (cross & UINT32_MAX) + (other & UINT32_MAX);
         uint64_t whole = (middle << 32) | (low & UINT32_MAX);
         high += (middle >> 32) + (cross >> 32) + (other >> 32);
@@ -95,7 +98,9 @@ struct pend_sum pend_turns_rest(double phi, double low, struct pend_sum *turns) 
     if (fabs(phi) <= PEND_TURNS_FROM) return rest;
     rest = sum_add(turns_reduce(phi), turns_reduce(low));
     double around = rint(rest.high / turns_whole.high);
-    if (around != 0) rest = sum_add(rest, (struct pend_sum){-around * turns_whole.high, -around * turns_whole.low});
+    if (around != 0)
+        rest =
+            sum_add(rest, (struct pend_sum){-around * turns_whole.high, -around * turns_whole.low});
     // the difference as a sum of two, from which the start comes back to its last bit
     if (turns) {
         *turns = sum_of(phi, -rest.high);

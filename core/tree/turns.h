@@ -1,5 +1,7 @@
-/* Angles of any size as whole turns and a rest, exactly: what dynamics, series and samples are computed from.
- * Leaves to others: which angles are reduced (run, section, ensemble, lyapunov, modes, and the API for forces).
+/* Angles of any size as whole turns and a rest, exactly: what dynamics, series and samples are
+ * computed from.
+ * Leaves to others: which angles are reduced (run, section, ensemble, lyapunov, modes, and the
+ * API for forces).
  * Invariant: angles up to PEND_TURNS_FROM are their own rest, to the last bit. */
 #ifndef PEND_TURNS_H
 #define PEND_TURNS_H
@@ -17,14 +19,17 @@ struct pend_sum {
  *
  * phi    any finite number, rad.
  * low    what rounding has left of it, or 0.
- * turns  out, the whole turns that were taken away, rad: rest + turns = phi + low; NULL = not wanted.
+ * turns  out, the whole turns that were taken away, rad: rest + turns = phi + low; NULL = not
+ *        wanted.
  *
- * Up to PEND_TURNS_FROM in size the angle itself and no turns; else within [-pi, pi] and off by at most 2^-102 of 1,
- * and of the rest where `low` is 0. O(1): a product with 2^e / (2 pi) to 192 places.
+ * Up to PEND_TURNS_FROM in size the angle itself and no turns; else within [-pi, pi] and off by at
+ * most 2^-102 of 1, and of the rest where `low` is 0. O(1): a product with 2^e / (2 pi) to 192
+ * places.
  */
 struct pend_sum pend_turns_rest(double phi, double low, struct pend_sum *turns);
 
-/* rad, up to which angles from hanging have digits that doubles of angles from the real axis do not hold */
+/* rad, up to which angles from hanging have digits that doubles of angles from the real axis do
+ * not hold */
 #define PEND_TURNS_SMALL 0x1p-6
 
 /** The angle from hanging, phi + low + pi / 2, rounded once where it is small. */

@@ -6,7 +6,8 @@
 
 #include <stdint.h>
 
-/* A wall clock reading as text, kept from one to the next: most of it stays the same for a second. */
+/* A wall clock reading as text, kept from one to the next: most of it stays the same for a
+ * second. */
 struct srv_stamp {
     int64_t second; /* of the text; 0 at first */
     char text[25];  /* 2026-01-31T09:30:00.125Z */
@@ -21,7 +22,8 @@ double srv_clock_seconds(void *context);
 /** Nanoseconds in so many seconds. */
 int64_t srv_clock_span(double seconds);
 
-/** Puts the wall clock's time into stamp->text, in UTC as RFC 3339 writes it; a stamp begins as {0}. */
+/** Puts the wall clock's time into stamp->text, in UTC as RFC 3339 writes it; a stamp begins as
+ * {0}. */
 void srv_clock_stamp(struct srv_stamp *stamp);
 
 #endif

@@ -143,7 +143,11 @@ static struct config_row config_limit(const struct api_limit_row *limit, int i) 
                              .offset = (size_t)i,
                              .least = limit->least,
                              .most = limit->most};
-    row.option = (struct srv_option){limit->name, bytes ? "BYTES" : seconds ? "S" : "N", "", limit->meaning};
+    row.option = (struct srv_option){limit->name,
+                                     bytes     ? "BYTES"
+                                     : seconds ? "S"
+                                               : "N",
+                                     "", limit->meaning};
     snprintf(row.option.start, sizeof row.option.start, "%.15g", limit->start);
     return row;
 }
@@ -185,7 +189,8 @@ static char *config_value(struct srv_config *config, int i, size_t *bytes) {
     if (!config_at(i, &row) || row.kind == CONFIG_FLAG) return NULL;
     int number = row.kind == CONFIG_WHOLE || row.kind == CONFIG_BYTES || row.kind == CONFIG_SECONDS;
     *bytes = number || row.kind == CONFIG_SWITCH ? sizeof(double) : SRV_CONFIG_TEXT;
-    return *bytes == sizeof(double) ? (char *)config_number(config, &row, i) : (char *)config + row.offset;
+    return *bytes == sizeof(double) ? (char *)config_number(config, &row, i)
+                                    : (char *)config + row.offset;
 }
 
 void srv_config_take(struct srv_config *config, const struct srv_config *from, int i) {
@@ -202,17 +207,20 @@ int srv_config_same(const struct srv_config *one, const struct srv_config *other
     return !bytes || !strcmp(first, second);
 }
 
-/* Where a value was found, for messages: "--workers", "PENDULUMD_WORKERS", "pendulumd.conf:3: workers". */
+/* Where a value was found, for messages: "--workers", "PENDULUMD_WORKERS", "pendulumd.conf:3:
+ * workers". */
 struct config_place {
     char text[SRV_CONFIG_TEXT + 64];
 };
 
-static enum pend_status config_wrong(const struct config_place *place, const char *value, const char *right,
-                                     struct pend_error *error) {
-    return pend_fail(error, PEND_INVALID, -1, 0, "%.80s must be %.110s, got '%.40s'", place->text, right, value);
+static enum pend_status config_wrong(const struct config_place *place, const char *value,
+                                     const char *right, struct pend_error *error) {
+    return pend_fail(error, PEND_INVALID, -1, 0, "%.80s must be %.110s, got '%.40s'", place->text,
+                     right, value);
 }
 
-/* a decimal number with nothing before or behind it; digits and one point only, so that nan, 0x10 and 1e3 are refused
+/* a decimal number with nothing before or behind it; digits and one point only, so that nan, 0x10
+ * and 1e3 are refused
  */
 static int config_read(const char *text, size_t bytes, int whole, double *out) {
     char copy[32];
@@ -233,10 +241,12 @@ static double config_unit(char c) {
     return c == 'K' ? 1024.0 : c == 'M' ? 1024.0 * 1024 : c == 'G' ? 1024.0 * 1024 * 1024 : 1;
 }
 
-static enum pend_status config_set_number(double *out, const struct config_row *row, const struct config_place *place,
-                                          const char *value, struct pend_error *error) {
+static enum pend_status config_set_number(double *out, const struct config_row *row,
+                                          const struct config_place *place, const char *value,
+                                          struct pend_error *error) {
     size_t bytes = strlen(value);
-    double unit = row->kind == CONFIG_BYTES && bytes ? config_unit(value[bytes - 1]) : 1, number = 0;
+    double unit = row->kind == CONFIG_BYTES && bytes ? config_unit(value[bytes - 1]) : 1,
+           number = 0;
     int good = config_read(value, bytes - (unit > 1), row->kind != CONFIG_SECONDS, &number);
     number *= unit;
     if (good && number >= row->least && number <= row->most) {
@@ -244,7 +254,8 @@ static enum pend_status config_set_number(double *out, const struct config_row *
         return PEND_OK;
     }
     char right[120];
-    snprintf(right, sizeof right, "a %snumber%s from %.15g to %.15g", row->kind == CONFIG_SECONDS ? "" : "whole ",
+    snprintf(right, sizeof right, "a %snumber%s from %.15g to %.15g",
+             row->kind == CONFIG_SECONDS ? "" : "whole ",
              row->kind == CONFIG_BYTES ? " (K, M or G may follow)" : "", row->least, row->most);
     return config_wrong(place, value, right, error);
 }
@@ -253,15 +264,19 @@ static enum pend_status config_set_number(double *out, const struct config_row *
 static int config_listen_good(const char *value) {
     const char *colon = strrchr(value, ':');
     double port;
-    if (!colon || colon == value || !config_read(colon + 1, strlen(colon + 1), 1, &port) || port > 65535) return 0;
+    if (!colon || colon == value || !config_read(colon + 1, strlen(colon + 1), 1, &port) ||
+        port > 65535)
+        return 0;
     if (value[0] == '[') return colon[-1] == ']' && colon - value > 2;
     return !memchr(value, ':', (size_t)(colon - value));
 }
 
-static enum pend_status config_set_text(char *out, const struct config_row *row, const struct config_place *place,
-                                        const char *value, struct pend_error *error) {
+static enum pend_status config_set_text(char *out, const struct config_row *row,
+                                        const struct config_place *place, const char *value,
+                                        struct pend_error *error) {
     if (row->kind == CONFIG_LISTEN && !config_listen_good(value))
-        return config_wrong(place, value, "HOST:PORT with a port from 0 to 65535, an IPv6 host in brackets", error);
+        return config_wrong(
+            place, value, "HOST:PORT with a port from 0 to 65535, an IPv6 host in brackets", error);
     if (!*value || strlen(value) >= SRV_CONFIG_TEXT)
         return config_wrong(place, value, "a text of 1 to 255 bytes", error);
     strcpy(out, value);
@@ -269,19 +284,21 @@ static enum pend_status config_set_text(char *out, const struct config_row *row,
 }
 
 /* what is wrong with it is told without the value: it may hold a password */
-static enum pend_status config_set_store(char *out, const struct config_row *row, const struct config_place *place,
-                                         const char *value, struct pend_error *error) {
-    int good = !strcmp(value, "none") || !strcmp(value, "sqlite") || (!strncmp(value, "sqlite:", 7) && value[7]) ||
-               !strncmp(value, "postgresql://", 13);
+static enum pend_status config_set_store(char *out, const struct config_row *row,
+                                         const struct config_place *place, const char *value,
+                                         struct pend_error *error) {
+    int good = !strcmp(value, "none") || !strcmp(value, "sqlite") ||
+               (!strncmp(value, "sqlite:", 7) && value[7]) || !strncmp(value, "postgresql://", 13);
     if (!good || strlen(value) >= SRV_CONFIG_TEXT)
-        return pend_fail(error, PEND_INVALID, -1, 0,
-                         "%.80s must be none, sqlite, sqlite:PATH or postgresql://..., of less than 256 bytes",
-                         place->text);
+        return pend_fail(
+            error, PEND_INVALID, -1, 0,
+            "%.80s must be none, sqlite, sqlite:PATH or postgresql://..., of less than 256 bytes",
+            place->text);
     return config_set_text(out, row, place, value, error);
 }
 
-static enum pend_status config_set_switch(double *out, const struct config_place *place, const char *value,
-                                          struct pend_error *error) {
+static enum pend_status config_set_switch(double *out, const struct config_place *place,
+                                          const char *value, struct pend_error *error) {
     int automatic = !strcmp(value, "auto");
     if (!automatic && strcmp(value, "on") && strcmp(value, "off"))
         return config_wrong(place, value, "on, off or auto", error);
@@ -291,7 +308,8 @@ static enum pend_status config_set_switch(double *out, const struct config_place
 
 /* sets one option; i is the row's number */
 static enum pend_status config_set(struct srv_config *config, const struct config_row *row, int i,
-                                   const struct config_place *place, const char *value, struct pend_error *error) {
+                                   const struct config_place *place, const char *value,
+                                   struct pend_error *error) {
     switch (row->kind) {
     case CONFIG_LISTEN:
     case CONFIG_TEXT:
@@ -304,8 +322,9 @@ static enum pend_status config_set(struct srv_config *config, const struct confi
         return config_set_switch(config_number(config, row, i), place, value, error);
     case CONFIG_HOSTS:
         if (!srv_hosts_good(value))
-            return config_wrong(place, value,
-                                "*, auto, or hosts like example.org, *.example.org, 192.0.2.1, [::1]:8080", error);
+            return config_wrong(
+                place, value,
+                "*, auto, or hosts like example.org, *.example.org, 192.0.2.1, [::1]:8080", error);
         return config_set_text((char *)config + row->offset, row, place, value, error);
     case CONFIG_ROLE:
         if (strcmp(value, "all") && strcmp(value, "api") && strcmp(value, "worker"))
@@ -340,8 +359,8 @@ static char *config_trim(char *text) {
     return text;
 }
 
-static enum pend_status config_line(struct srv_config *config, char *line, int number, const char *path,
-                                    struct pend_error *error) {
+static enum pend_status config_line(struct srv_config *config, char *line, int number,
+                                    const char *path, struct pend_error *error) {
     line[strcspn(line, "#")] = 0;
     char *name = config_trim(line), *equals = strchr(name, '=');
     struct config_place place;
@@ -349,27 +368,32 @@ static enum pend_status config_line(struct srv_config *config, char *line, int n
     int i;
     if (!*name) return PEND_OK;
     snprintf(place.text, sizeof place.text, "%.48s:%d:", path, number);
-    if (!equals) return pend_fail(error, PEND_INVALID, -1, 0, "%s must be 'name = value'", place.text);
+    if (!equals)
+        return pend_fail(error, PEND_INVALID, -1, 0, "%s must be 'name = value'", place.text);
     *equals = 0;
     name = config_trim(name);
     if (!config_find(name, strlen(name), &i, &row))
-        return pend_fail(error, PEND_INVALID, -1, 0, "%s there is no option '%.60s'; --help lists them", place.text,
-                         name);
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "%s there is no option '%.60s'; --help lists them", place.text, name);
     snprintf(place.text, sizeof place.text, "%.48s:%d: %s", path, number, name);
     if (row.offset == FIELD(file) && row.kind == CONFIG_TEXT)
-        return pend_fail(error, PEND_INVALID, -1, 0, "%s: a file cannot name another file", place.text);
+        return pend_fail(error, PEND_INVALID, -1, 0, "%s: a file cannot name another file",
+                         place.text);
     return config_set(config, &row, i, &place, config_trim(equals + 1), error);
 }
 
-static enum pend_status config_load_file(struct srv_config *config, const char *path, struct pend_error *error) {
+static enum pend_status config_load_file(struct srv_config *config, const char *path,
+                                         struct pend_error *error) {
     char line[CONFIG_LINE];
     enum pend_status status = PEND_OK;
     FILE *file = fopen(path, "re");
-    if (!file) return pend_fail(error, PEND_INVALID, -1, 0, "config %.120s: %s", path, strerror(errno));
+    if (!file)
+        return pend_fail(error, PEND_INVALID, -1, 0, "config %.120s: %s", path, strerror(errno));
     for (int number = 1; status == PEND_OK && fgets(line, sizeof line, file); number++) {
         int whole = strchr(line, '\n') || feof(file);
         status = whole ? config_line(config, line, number, path, error)
-                       : pend_fail(error, PEND_INVALID, -1, 0, "%.120s:%d: the line is too long", path, number);
+                       : pend_fail(error, PEND_INVALID, -1, 0, "%.120s:%d: the line is too long",
+                                   path, number);
     }
     if (status == PEND_OK && ferror(file))
         status = pend_fail(error, PEND_INVALID, -1, 0, "config %.120s: %s", path, strerror(errno));
@@ -377,19 +401,22 @@ static enum pend_status config_load_file(struct srv_config *config, const char *
     return status;
 }
 
-/* LISTEN of PENDULUMD_LISTEN=... as an option's name: listen; returns where the value begins, NULL if it is none */
+/* LISTEN of PENDULUMD_LISTEN=... as an option's name: listen; returns where the value begins,
+ * NULL if it is none */
 static const char *config_variable(const char *entry, char name[64]) {
     static const char prefix[] = "PENDULUMD_";
     size_t i = 0;
     if (strncmp(entry, prefix, sizeof prefix - 1)) return NULL;
     const char *at = entry + sizeof prefix - 1;
-    for (; *at && *at != '=' && i < 63; at++) name[i++] = *at == '_' ? '-' : (char)tolower((unsigned char)*at);
+    for (; *at && *at != '=' && i < 63; at++)
+        name[i++] = *at == '_' ? '-' : (char)tolower((unsigned char)*at);
     name[i] = 0;
     return *at == '=' ? at + 1 : NULL;
 }
 
 /* sets what the environment sets; with only_file nothing but the option config */
-static enum pend_status config_load_environment(struct srv_config *config, char *const environment[], int only_file,
+static enum pend_status config_load_environment(struct srv_config *config,
+                                                char *const environment[], int only_file,
                                                 struct pend_error *error) {
     for (int e = 0; environment && environment[e]; e++) {
         struct config_place place;
@@ -398,10 +425,11 @@ static enum pend_status config_load_environment(struct srv_config *config, char 
         int i;
         const char *value = config_variable(environment[e], name);
         if (!value) continue;
-        int length = (int)(value - 1 - environment[e]), found = config_find(name, strlen(name), &i, &row);
+        int length = (int)(value - 1 - environment[e]),
+            found = config_find(name, strlen(name), &i, &row);
         if (!found && !config->warning[0])
-            snprintf(config->warning, sizeof config->warning, "%.*s names no option and is not looked at", length,
-                     environment[e]);
+            snprintf(config->warning, sizeof config->warning,
+                     "%.*s names no option and is not looked at", length, environment[e]);
         if (!found || (only_file && strcmp(name, "config"))) continue;
         snprintf(place.text, sizeof place.text, "%.*s", length, environment[e]);
         PEND_TRY(config_set(config, &row, i, &place, value, error));
@@ -414,14 +442,16 @@ static enum pend_status config_flag(struct srv_config *config, const char *name,
                                     struct pend_error *error) {
     int help = !strcmp(name, "help");
     if (value && !(help && !strcmp(value, "markdown")))
-        return pend_fail(error, PEND_INVALID, -1, 0, "--%s takes no value%s", name, help ? " but markdown" : "");
+        return pend_fail(error, PEND_INVALID, -1, 0, "--%s takes no value%s", name,
+                         help ? " but markdown" : "");
     if (config->task == SRV_CONFIG_SERVE)
         config->task = !help ? SRV_CONFIG_VERSION : value ? SRV_CONFIG_TABLE : SRV_CONFIG_HELP;
     return PEND_OK;
 }
 
 /* sets what the command line sets; with only_file nothing but the option config */
-static enum pend_status config_load_arguments(struct srv_config *config, int argc, char *const argv[], int only_file,
+static enum pend_status config_load_arguments(struct srv_config *config, int argc,
+                                              char *const argv[], int only_file,
                                               struct pend_error *error) {
     for (int a = 1; a < argc; a++) {
         struct config_place place;
@@ -435,17 +465,20 @@ static enum pend_status config_load_arguments(struct srv_config *config, int arg
         const char *name = argv[a] + 2, *equals = strchr(argv[a], '=');
         if (strncmp(argv[a], "--", 2))
             return pend_fail(error, PEND_INVALID, -1, 0,
-                             "'%.60s' is no option: options begin with --, and --help lists them", argv[a]);
+                             "'%.60s' is no option: options begin with --, and --help lists them",
+                             argv[a]);
         size_t bytes = equals ? (size_t)(equals - name) : strlen(name);
         if (!config_find(name, bytes, &i, &row))
-            return pend_fail(error, PEND_INVALID, -1, 0, "there is no option '%.60s'; --help lists them", argv[a]);
+            return pend_fail(error, PEND_INVALID, -1, 0,
+                             "there is no option '%.60s'; --help lists them", argv[a]);
         snprintf(place.text, sizeof place.text, "--%s", row.option.name);
         if (row.kind == CONFIG_FLAG) {
             PEND_TRY(config_flag(config, row.option.name, equals ? equals + 1 : NULL, error));
             continue;
         }
         if (!equals && a + 1 == argc)
-            return pend_fail(error, PEND_INVALID, -1, 0, "%s wants a value: %s", place.text, row.option.sample);
+            return pend_fail(error, PEND_INVALID, -1, 0, "%s wants a value: %s", place.text,
+                             row.option.sample);
         const char *value = equals ? equals + 1 : argv[++a];
         if (only_file && strcmp(row.option.name, "config")) continue;
         PEND_TRY(config_set(config, &row, i, &place, value, error));
@@ -455,17 +488,18 @@ static enum pend_status config_load_arguments(struct srv_config *config, int arg
 
 /* values that are good each by itself and odd together */
 static void config_weigh(struct srv_config *config) {
-    if (config->warning[0] || !srv_config_answers(config) || config->drain_seconds >= config->limits.compute_seconds)
+    if (config->warning[0] || !srv_config_answers(config) ||
+        config->drain_seconds >= config->limits.compute_seconds)
         return;
-    snprintf(
-        config->warning, sizeof config->warning,
-        "drain-seconds is %.15g, less than max-compute-seconds of %.15g: a longer computation is cut short when this "
-        "process is told to end; it is to be larger",
-        config->drain_seconds, config->limits.compute_seconds);
+    snprintf(config->warning, sizeof config->warning,
+             "drain-seconds is %.15g, less than max-compute-seconds of %.15g: a longer computation "
+             "is cut short when this "
+             "process is told to end; it is to be larger",
+             config->drain_seconds, config->limits.compute_seconds);
 }
 
-enum pend_status srv_config_load(struct srv_config *config, int argc, char *const argv[], char *const environment[],
-                                 struct pend_error *error) {
+enum pend_status srv_config_load(struct srv_config *config, int argc, char *const argv[],
+                                 char *const environment[], struct pend_error *error) {
     PEND_TRY(config_defaults(config));
     /* the file comes before the others, but they name it */
     PEND_TRY(config_load_environment(config, environment, 1, error));
@@ -478,11 +512,15 @@ enum pend_status srv_config_load(struct srv_config *config, int argc, char *cons
     return PEND_OK;
 }
 
-int srv_config_answers(const struct srv_config *config) { return strcmp(config->role, "worker") != 0; }
+int srv_config_answers(const struct srv_config *config) {
+    return strcmp(config->role, "worker") != 0;
+}
 
 int srv_config_works(const struct srv_config *config) { return strcmp(config->role, "api") != 0; }
 
-static double config_wider(double of_requests, double of_jobs) { return of_requests > of_jobs ? of_requests : of_jobs; }
+static double config_wider(double of_requests, double of_jobs) {
+    return of_requests > of_jobs ? of_requests : of_jobs;
+}
 
 struct api_limits srv_config_job_limits(const struct srv_config *config) {
     struct api_limits limits = config->limits;

@@ -1,6 +1,8 @@
-/* Every option of the server in one table, and the four places that set them: default, file, environment, command line.
+/* Every option of the server in one table, and the four places that set them: default, file,
+ * environment, command line.
  * Leaves to others: acting on the values.
- * Invariant: what was loaded has passed every check of the table; help and documents are written from the table. */
+ * Invariant: what was loaded has passed every check of the table; help and documents are written
+ * from the table. */
 #ifndef SRV_CONFIG_H
 #define SRV_CONFIG_H
 
@@ -23,9 +25,11 @@ struct srv_config {
     double wait_seconds, requests_a_minute, address_clients;
     double cache_bytes, compress_above;
     char log[SRV_CONFIG_TEXT];
-    char cors_origins[SRV_CONFIG_TEXT], trusted_proxy[SRV_CONFIG_TEXT], client_header[SRV_CONFIG_TEXT];
+    char cors_origins[SRV_CONFIG_TEXT], trusted_proxy[SRV_CONFIG_TEXT],
+        client_header[SRV_CONFIG_TEXT];
     char hosts[SRV_CONFIG_TEXT];
-    double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds, drain_idle_seconds;
+    double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds,
+        drain_idle_seconds;
     double least_rate; /* bytes/s */
     double access_log; /* 0, 1 or SRV_CONFIG_AUTO: 1 where its lines go to no terminal */
     double job_part_seconds, job_lease_seconds, until_idle_seconds;
@@ -45,7 +49,8 @@ struct api_limits srv_config_job_limits(const struct srv_config *config);
 
 /* A row of the table. */
 struct srv_option {
-    const char *name;    /* "max-queue": --max-queue, PENDULUMD_MAX_QUEUE, max-queue = ... in the file */
+    const char
+        *name; /* "max-queue": --max-queue, PENDULUMD_MAX_QUEUE, max-queue = ... in the file */
     const char *sample;  /* what a value looks like, for the help; NULL where there is none */
     char start[32];      /* the default as one would write it */
     const char *meaning; /* one or two sentences without a capital and a full stop */
@@ -55,13 +60,14 @@ struct srv_option {
  * Loads the options; later places win: the defaults, the file, the environment, the command line.
  *
  * argv         of main; argv[0] is skipped.
- * environment  of main, ended by NULL; a PENDULUMD_ variable that names no option gives a warning, as
- *              supervisors set some by themselves.
+ * environment  of main, ended by NULL; a PENDULUMD_ variable that names no option gives a warning,
+ *              as supervisors set some by themselves.
  *
  * PEND_INVALID  error->text names the option, where it stands, and what would be right.
  */
-PEND_MUST_CHECK enum pend_status srv_config_load(struct srv_config *config, int argc, char *const argv[],
-                                                 char *const environment[], struct pend_error *error);
+PEND_MUST_CHECK enum pend_status srv_config_load(struct srv_config *config, int argc,
+                                                 char *const argv[], char *const environment[],
+                                                 struct pend_error *error);
 
 /**
  * Row i of the table, the server's own options first, then api/base/limits.h; 0 beyond the end.

@@ -44,12 +44,15 @@ static int hosts_is(const char *entry, size_t bytes, const char *text) {
 /* a colon and digits, or nothing */
 static int hosts_port_good(const struct hosts_part *part) {
     size_t digits = 0;
-    while (digits + 1 < part->port_bytes && part->port[digits + 1] >= '0' && part->port[digits + 1] <= '9') digits++;
+    while (digits + 1 < part->port_bytes && part->port[digits + 1] >= '0' &&
+           part->port[digits + 1] <= '9')
+        digits++;
     return !part->port_bytes || (digits && digits < 6 && digits + 1 == part->port_bytes);
 }
 
 static int hosts_entry_good(const char *entry, size_t bytes) {
-    static const char letters[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._";
+    static const char letters[] =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._";
     struct hosts_part part = hosts_split(entry, bytes);
     size_t star = part.name_bytes > 2 && !memcmp(entry, "*.", 2) ? 2 : 0;
     const char *name = part.name + star;
@@ -90,14 +93,16 @@ static int hosts_of_loopback(const struct hosts_part *host) {
 }
 
 static int hosts_match(const struct hosts_part *entry, const struct hosts_part *host) {
-    if (entry->port_bytes &&
-        (entry->port_bytes != host->port_bytes || memcmp(entry->port, host->port, host->port_bytes)))
+    if (entry->port_bytes && (entry->port_bytes != host->port_bytes ||
+                              memcmp(entry->port, host->port, host->port_bytes)))
         return 0;
     if (entry->name_bytes > 2 && !memcmp(entry->name, "*.", 2)) {
         size_t tail = entry->name_bytes - 1;
-        return host->name_bytes > tail && !strncasecmp(host->name + host->name_bytes - tail, entry->name + 1, tail);
+        return host->name_bytes > tail &&
+               !strncasecmp(host->name + host->name_bytes - tail, entry->name + 1, tail);
     }
-    return entry->name_bytes == host->name_bytes && !strncasecmp(entry->name, host->name, host->name_bytes);
+    return entry->name_bytes == host->name_bytes &&
+           !strncasecmp(entry->name, host->name, host->name_bytes);
 }
 
 int srv_hosts_allow(const char *list, const char *host) {
@@ -108,7 +113,9 @@ int srv_hosts_allow(const char *list, const char *host) {
     if (!hosts_port_good(&asked)) return 0;
     for (const char *at = list; hosts_next(&at, &entry, &bytes);) {
         struct hosts_part listed = hosts_split(entry, bytes);
-        if (hosts_is(entry, bytes, "127/8") ? hosts_of_loopback(&asked) : hosts_match(&listed, &asked)) return 1;
+        if (hosts_is(entry, bytes, "127/8") ? hosts_of_loopback(&asked)
+                                            : hosts_match(&listed, &asked))
+            return 1;
     }
     return 0;
 }

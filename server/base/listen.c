@@ -17,13 +17,16 @@ struct listen_address {
     const char *port;
 };
 
-static enum pend_status listen_split(const char *address, struct listen_address *out, struct pend_error *error) {
+static enum pend_status listen_split(const char *address, struct listen_address *out,
+                                     struct pend_error *error) {
     const char *colon = strrchr(address, ':');
     if (!colon || colon - address >= LISTEN_HOST)
-        return pend_fail(error, PEND_INVALID, -1, 0, "cannot listen on %.100s: it is not HOST:PORT", address);
+        return pend_fail(error, PEND_INVALID, -1, 0, "cannot listen on %.100s: it is not HOST:PORT",
+                         address);
     size_t bytes = (size_t)(colon - address);
     int bracketed = bytes >= 2 && address[0] == '[' && address[bytes - 1] == ']';
-    snprintf(out->host, sizeof out->host, "%.*s", (int)(bytes - 2 * (size_t)bracketed), address + bracketed);
+    snprintf(out->host, sizeof out->host, "%.*s", (int)(bytes - 2 * (size_t)bracketed),
+             address + bracketed);
     if (!strcmp(out->host, "*")) out->host[0] = 0;
     out->port = colon + 1;
     return PEND_OK;
@@ -53,7 +56,8 @@ static void listen_url(int fd, const char *host, char url[SRV_URL_BYTES]) {
     getnameinfo((struct sockaddr *)&bound, bytes, number, sizeof number, port, sizeof port,
                 NI_NUMERICHOST | NI_NUMERICSERV);
     const char *shown = host[0] ? host : number;
-    snprintf(url, SRV_URL_BYTES, strchr(shown, ':') ? "http://[%s]:%s" : "http://%s:%s", shown, port);
+    snprintf(url, SRV_URL_BYTES, strchr(shown, ':') ? "http://[%s]:%s" : "http://%s:%s", shown,
+             port);
 }
 
 /* every address: IPv6, which serves IPv4 too, before IPv4 */
@@ -67,24 +71,32 @@ static int listen_every(const struct addrinfo *list) {
     return -1;
 }
 
-enum pend_status srv_listen_open(const char *address, int *fd, char url[SRV_URL_BYTES], struct pend_error *error) {
+enum pend_status srv_listen_open(const char *address, int *fd, char url[SRV_URL_BYTES],
+                                 struct pend_error *error) {
     struct listen_address parts;
-    struct addrinfo hints = {.ai_family = AF_UNSPEC, .ai_socktype = SOCK_STREAM, .ai_flags = AI_PASSIVE}, *list;
+    struct addrinfo hints = {.ai_family = AF_UNSPEC,
+                             .ai_socktype = SOCK_STREAM,
+                             .ai_flags = AI_PASSIVE},
+                    *list;
     *fd = -1;
     PEND_TRY(listen_split(address, &parts, error));
     int failed = getaddrinfo(parts.host[0] ? parts.host : NULL, parts.port, &hints, &list);
     if (failed)
-        return pend_fail(error, PEND_INVALID, -1, 0, "cannot listen on %.100s: %s", address, gai_strerror(failed));
+        return pend_fail(error, PEND_INVALID, -1, 0, "cannot listen on %.100s: %s", address,
+                         gai_strerror(failed));
     *fd = parts.host[0] ? listen_try(list) : listen_every(list);
     int reason = errno;
     freeaddrinfo(list);
-    if (*fd < 0) return pend_fail(error, PEND_INVALID, -1, 0, "cannot listen on %.100s: %s", address, strerror(reason));
+    if (*fd < 0)
+        return pend_fail(error, PEND_INVALID, -1, 0, "cannot listen on %.100s: %s", address,
+                         strerror(reason));
     listen_url(*fd, parts.host, url);
     return PEND_OK;
 }
 
 int srv_listen_settle(int fd) {
-    /* byte 13 of the TCP header holds the flags: SYN (2) without ACK (16) is dropped, all else is kept */
+    /* byte 13 of the TCP header holds the flags: SYN (2) without ACK (16) is dropped, all else
+     * is kept */
     struct sock_filter drop_new[] = {
         BPF_STMT(BPF_LD | BPF_B | BPF_ABS, 13),       BPF_STMT(BPF_ALU | BPF_AND | BPF_K, 2 | 16),
         BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 2, 0, 1), BPF_STMT(BPF_RET | BPF_K, 0),

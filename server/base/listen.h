@@ -1,6 +1,7 @@
 /* The listening socket: HOST:PORT becomes a bound socket and the address that it really has.
  * Leaves to others: accepting (http).
- * Invariant: a socket that is handed out listens, does not block and is not inherited by other programs. */
+ * Invariant: a socket that is handed out listens, does not block and is not inherited by other
+ * programs. */
 #ifndef SRV_LISTEN_H
 #define SRV_LISTEN_H
 
@@ -11,23 +12,28 @@ enum { SRV_URL_BYTES = 320 };
 /**
  * Binds and listens.
  *
- * address  HOST:PORT; the host is a name, a number, an IPv6 number in brackets, or * for every address. Port 0 takes a
- *          free one.
+ * address  HOST:PORT; the host is a name, a number, an IPv6 number in brackets, or * for every
+ *          address. Port 0 takes a free one.
  * fd       out, owned by the caller; -1 on failure.
- * url      out: http://HOST:PORT with the host as it was given (* as 0.0.0.0 or [::]) and the port as it is.
+ * url      out: http://HOST:PORT with the host as it was given (* as 0.0.0.0 or [::]) and the port
+ *          as it is.
  *
- * PEND_INVALID  error says what could not be done and why: an unknown host, an address in use, no permission.
+ * PEND_INVALID  error says what could not be done and why: an unknown host, an address in use, no
+ *               permission.
  * May ask the resolver, and then wait for it.
  */
-PEND_MUST_CHECK enum pend_status srv_listen_open(const char *address, int *fd, char url[SRV_URL_BYTES],
-                                                 struct pend_error *error);
+PEND_MUST_CHECK enum pend_status srv_listen_open(const char *address, int *fd,
+                                                 char url[SRV_URL_BYTES], struct pend_error *error);
 
 /**
- * Lets nobody new in, while those who are half-way in or waiting to be accepted still get in: new connections find
- * silence, and knock again after a second, when this server is gone or the next one is there.
+ * Lets nobody new in, while those who are half-way in or waiting to be accepted still get in: new
+ * connections find silence, and knock again after a second, when this server is gone or the next
+ * one is there.
  *
- * fd  a listening TCP socket. Returns 1, or 0 where the system does not allow it (some let only an administrator filter
- * what a socket receives); then nothing changes, and a connection that comes at the very end may be reset.
+ * fd  a listening TCP socket. Returns 1, or 0 where the system does not allow it (some let only an
+ *     administrator filter
+ * what a socket receives); then nothing changes, and a connection that comes at the very end may be
+ * reset.
  */
 int srv_listen_settle(int fd);
 

@@ -17,8 +17,9 @@
 #include "server/base/clock.h"
 
 enum {
-    LOG_BYTES = 1 << 20,    /* room for lines that are not yet written, each stream */
-    LOG_PIECE = 4096,       /* bytes a write: a pipe that polls writable takes them without waiting (PIPE_BUF) */
+    LOG_BYTES = 1 << 20, /* room for lines that are not yet written, each stream */
+    LOG_PIECE =
+        4096, /* bytes a write: a pipe that polls writable takes them without waiting (PIPE_BUF) */
     LOG_FILE = 1 << 17,     /* bytes a write to a file, which never waits */
     LOG_NAP_MS = 20,        /* lines of this long are written together */
     LOG_PATIENCE_MS = 1000, /* how long the end of the log waits for a reader */
@@ -52,7 +53,8 @@ static struct timespec log_in(int ms) {
     return when;
 }
 
-/* waits until the stream takes a piece; a reader that does not read is waited for in slices, at the end not for long */
+/* waits until the stream takes a piece; a reader that does not read is waited for in slices, at
+ * the end not for long */
 static int log_writable(struct srv_log *log, int fd, int *patience) {
     for (;;) {
         int ready = poll(&(struct pollfd){.fd = fd, .events = POLLOUT}, 1, 100);
@@ -92,14 +94,16 @@ static void log_swap(struct log_stream *stream, const char *before, const char *
 }
 
 static int log_empty(const struct srv_log *log) {
-    return !log->turning && !log->requests.filling.bytes && !log->messages.filling.bytes && !log->requests.dropped &&
-           !log->messages.dropped;
+    return !log->turning && !log->requests.filling.bytes && !log->messages.filling.bytes &&
+           !log->requests.dropped && !log->messages.dropped;
 }
 
-/* what is written from now on goes there; what it was written to before is closed, but for the standard streams */
+/* what is written from now on goes there; what it was written to before is closed, but for the
+ * standard streams */
 static void log_stream_to(struct log_stream *stream, int fd) {
     struct stat file;
-    int plain = fd >= 0 && !fstat(fd, &file) && S_ISREG(file.st_mode), old = atomic_exchange(&stream->fd, fd);
+    int plain = fd >= 0 && !fstat(fd, &file) && S_ISREG(file.st_mode),
+        old = atomic_exchange(&stream->fd, fd);
     stream->piece = plain ? LOG_FILE : LOG_PIECE;
     if (old > STDERR_FILENO && old != fd) close(old);
 }
@@ -198,8 +202,8 @@ void srv_log_free(struct srv_log **log) {
 /* bytes at the start of a text that JSON takes as they are */
 static size_t log_plain(const char *text) {
     size_t bytes = 0;
-    while ((unsigned char)text[bytes] >= ' ' && (unsigned char)text[bytes] < 0x7f && text[bytes] != '"' &&
-           text[bytes] != '\\')
+    while ((unsigned char)text[bytes] >= ' ' && (unsigned char)text[bytes] < 0x7f &&
+           text[bytes] != '"' && text[bytes] != '\\')
         bytes++;
     return bytes;
 }
@@ -221,8 +225,10 @@ static enum pend_status log_text(struct api_buffer *out, const char *key, const 
     return PEND_OK;
 }
 
-/* value / unit with the given number of decimals, at least 0; printf would take longer than the rest of the line */
-static enum pend_status log_number(struct api_buffer *out, const char *key, int64_t value, int decimals) {
+/* value / unit with the given number of decimals, at least 0; printf would take longer than the
+ * rest of the line */
+static enum pend_status log_number(struct api_buffer *out, const char *key, int64_t value,
+                                   int decimals) {
     char digits[32], *at = digits + sizeof digits;
     uint64_t left = value > 0 ? (uint64_t)value : 0;
     for (int place = 0; left || place <= decimals; place++, left /= 10) {
@@ -261,7 +267,8 @@ static enum pend_status log_line(struct srv_log *log, const struct srv_log_reque
 }
 
 /* ends the adding of a line, with the lock: a line that found no room is taken back and counted */
-static void log_added(struct srv_log *log, struct log_stream *stream, size_t before, enum pend_status status) {
+static void log_added(struct srv_log *log, struct log_stream *stream, size_t before,
+                      enum pend_status status) {
     if (status != PEND_OK) {
         stream->filling.bytes = before;
         stream->dropped++;

@@ -1,7 +1,7 @@
 /* What the server says: one JSON line a request to one stream, messages for people to the other.
  * Leaves to others: what is worth saying.
- * Invariant: only the log's own thread writes; who logs never waits for a reader, lines that find no room are counted
- * and the count is said. */
+ * Invariant: only the log's own thread writes; who logs never waits for a reader, lines that
+ * find no room are counted and the count is said. */
 #ifndef SRV_LOG_H
 #define SRV_LOG_H
 
@@ -20,8 +20,9 @@ struct srv_log_request {
     int status;                        /* HTTP status of the answer; 0 where none was begun */
     const char *outcome;               /* how it ended: "answered", "left", ... */
     size_t bytes_in, bytes_out;        /* bodies */
-    int64_t wait, compute, total;      /* ns: in the queue, with a worker, from the request line to the end */
-    long steps;                        /* of the computation */
+    int64_t wait, compute,
+        total;  /* ns: in the queue, with a worker, from the request line to the end */
+    long steps; /* of the computation */
 };
 
 /**
@@ -30,14 +31,15 @@ struct srv_log_request {
  * requests  file descriptor for the request lines, -1 to leave them out.
  * messages  file descriptor for the messages.
  *
- * Both are taken, and closed when the log is freed or turned to another, but for the process' standard streams; after a
- * failure they are the caller's.
+ * Both are taken, and closed when the log is freed or turned to another, but for the process'
+ * standard streams; after a failure they are the caller's.
  *
  * PEND_NO_MEMORY  also when no thread can be had.
  */
 PEND_MUST_CHECK enum pend_status srv_log_new(struct srv_log **log, int requests, int messages);
 
-/** Writes the request lines to another file descriptor from now on, which is taken as by srv_log_new. Any thread. */
+/** Writes the request lines to another file descriptor from now on, which is taken as by
+ * srv_log_new. Any thread. */
 void srv_log_turn(struct srv_log *log, int requests);
 
 /** Writes what is left, waiting for a reader at most about a second, and ends the thread. */
@@ -46,7 +48,9 @@ void srv_log_free(struct srv_log **log);
 /** Adds a request line. Any thread; about a microsecond; never waits for the reader. */
 void srv_log_request(struct srv_log *log, const struct srv_log_request *request);
 
-/** Adds a message line; control characters in it become '?'. Any thread; never waits for the reader. */
-void srv_log_message(struct srv_log *log, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/** Adds a message line; control characters in it become '?'. Any thread; never waits for the
+ * reader. */
+void srv_log_message(struct srv_log *log, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
 
 #endif

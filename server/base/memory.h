@@ -1,5 +1,6 @@
 /* What the process holds in memory, by kind, and what the allocator says of it.
- * Leaves to others: who may hold how much (hold), what is held (exchange, inflight, response_body, part_run, connection).
+ * Leaves to others: who may hold how much (hold), what is held (exchange, inflight,
+ * response_body, part_run, connection).
  * Invariant: whoever adds bytes takes the same bytes off again, once; counting takes no lock. */
 #ifndef SRV_MEMORY_H
 #define SRV_MEMORY_H
@@ -8,12 +9,12 @@
 #include <stdint.h>
 
 /* kind, label of the metric */
-#define SRV_MEMORY_LIST(X)                                                                                             \
-    X(SRV_MEMORY_CONNECTIONS, connections)   /* of libmicrohttpd and ours, and streams of events */                    \
-    X(SRV_MEMORY_BODIES, bodies)             /* of requests */                                                         \
-    X(SRV_MEMORY_COMPUTATIONS, computations) /* what operations, their answers under way and coders take or promised   \
-                                                to */                                                                  \
-    X(SRV_MEMORY_ANSWERS, answers)           /* that are complete, the cache's too */                                  \
+#define SRV_MEMORY_LIST(X)                                                                         \
+    X(SRV_MEMORY_CONNECTIONS, connections) /* of libmicrohttpd and ours, and streams of events */  \
+    X(SRV_MEMORY_BODIES, bodies)           /* of requests */                                       \
+    X(SRV_MEMORY_COMPUTATIONS, computations) /* what operations, their answers under way and       \
+                                                coders take or promised to */                      \
+    X(SRV_MEMORY_ANSWERS, answers)           /* that are complete, the cache's too */              \
     X(SRV_MEMORY_JOBS, jobs)                 /* parts of jobs that are computed */
 
 enum srv_memory_kind {
@@ -25,27 +26,32 @@ enum srv_memory_kind {
 
 struct srv_memory {
     atomic_llong all, kind[SRV_MEMORY_KINDS]; /* bytes */
-    atomic_llong allocated;                   /* bytes that the allocator had handed out when it was looked at */
-    atomic_llong looked;                      /* ns: when */
+    atomic_llong allocated; /* bytes that the allocator had handed out when it was looked at */
+    atomic_llong looked;    /* ns: when */
 };
 
 /** Counts so many bytes more, or fewer. Any thread. */
-static inline void srv_memory_add(struct srv_memory *memory, enum srv_memory_kind kind, long long bytes) {
+static inline void srv_memory_add(struct srv_memory *memory, enum srv_memory_kind kind,
+                                  long long bytes) {
     atomic_fetch_add_explicit(&memory->kind[kind], bytes, memory_order_relaxed);
     atomic_fetch_add(&memory->all, bytes);
 }
 
-static inline long long srv_memory_all(const struct srv_memory *memory) { return atomic_load(&memory->all); }
+static inline long long srv_memory_all(const struct srv_memory *memory) {
+    return atomic_load(&memory->all);
+}
 
 /**
- * Sets the allocator up, once, before the first thread: few arenas, so that what one thread freed serves another and
- * address space is not taken for nothing; large blocks from the system, so that they go back to it.
+ * Sets the allocator up, once, before the first thread: few arenas, so that what one thread freed
+ * serves another and address space is not taken for nothing; large blocks from the system, so that
+ * they go back to it.
  */
 void srv_memory_settle(int threads);
 
 /**
- * Asks the allocator what it has handed out, at most every tenth of a second, and has it give back to the system what
- * lies free where that is much. Some ten microseconds, or a millisecond where much goes back. Any thread.
+ * Asks the allocator what it has handed out, at most every tenth of a second, and has it give back
+ * to the system what lies free where that is much. Some ten microseconds, or a millisecond where
+ * much goes back. Any thread.
  */
 void srv_memory_look(struct srv_memory *memory);
 

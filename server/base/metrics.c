@@ -12,10 +12,11 @@ static const struct {
     const char *label;
     int64_t ns;
 } metrics_bucket[SRV_METRIC_BUCKETS - 1] = {
-    {"1e-05", 10000},    {"2.5e-05", 25000},  {"5e-05", 50000},    {"0.0001", 100000},  {"0.00025", 250000},
-    {"0.0005", 500000},  {"0.001", 1000000},  {"0.0025", 2500000}, {"0.005", 5000000},  {"0.01", 10000000},
-    {"0.025", 25000000}, {"0.05", 50000000},  {"0.1", 100000000},  {"0.25", 250000000}, {"1", 1000000000},
-    {"5", 5000000000},   {"20", 20000000000}, {"60", 60000000000},
+    {"1e-05", 10000},    {"2.5e-05", 25000},  {"5e-05", 50000},    {"0.0001", 100000},
+    {"0.00025", 250000}, {"0.0005", 500000},  {"0.001", 1000000},  {"0.0025", 2500000},
+    {"0.005", 5000000},  {"0.01", 10000000},  {"0.025", 25000000}, {"0.05", 50000000},
+    {"0.1", 100000000},  {"0.25", 250000000}, {"1", 1000000000},   {"5", 5000000000},
+    {"20", 20000000000}, {"60", 60000000000},
 };
 
 static const struct {
@@ -48,8 +49,10 @@ static const struct {
 #define COUNT(table) (sizeof(table) / sizeof *(table))
 
 void srv_metrics_request(struct srv_metrics *metrics, int route, int status) {
-    int none = route < 0 || route >= SRV_METRIC_ROUTES - 1, odd = status < 0 || status >= SRV_METRIC_STATUS;
-    srv_metrics_count(&metrics->requests[none ? SRV_METRIC_ROUTES - 1 : route][odd ? 0 : status], 1);
+    int none = route < 0 || route >= SRV_METRIC_ROUTES - 1,
+        odd = status < 0 || status >= SRV_METRIC_STATUS;
+    srv_metrics_count(&metrics->requests[none ? SRV_METRIC_ROUTES - 1 : route][odd ? 0 : status],
+                      1);
 }
 
 void srv_metrics_time(struct srv_histogram *histogram, int64_t ns) {
@@ -69,8 +72,8 @@ double srv_metrics_resident(void) {
 }
 
 /* HELP and TYPE, where the row before was of another name */
-static enum pend_status metrics_head(struct api_buffer *out, const char *name, const char *last, const char *help,
-                                     const char *type) {
+static enum pend_status metrics_head(struct api_buffer *out, const char *name, const char *last,
+                                     const char *help, const char *type) {
     if (last && !strcmp(name, last)) return PEND_OK;
     return api_buffer_format(out, "# HELP %s %s\n# TYPE %s %s\n", name, help, name, type);
 }
@@ -79,12 +82,15 @@ static unsigned long long metrics_read(const void *counter) {
     return atomic_load_explicit((const atomic_ullong *)counter, memory_order_relaxed);
 }
 
-static enum pend_status metrics_counters(const struct srv_metrics *metrics, struct api_buffer *out) {
+static enum pend_status metrics_counters(const struct srv_metrics *metrics,
+                                         struct api_buffer *out) {
     for (size_t i = 0; i < COUNT(metrics_counter); i++) {
         const char *name = metrics_counter[i].name, *labels = metrics_counter[i].labels;
         const void *at = (const char *)metrics + metrics_counter[i].offset;
-        PEND_TRY(metrics_head(out, name, i ? metrics_counter[i - 1].name : NULL, metrics_counter[i].help, "counter"));
-        PEND_TRY(*labels ? api_buffer_format(out, "%s{%s} ", name, labels) : api_buffer_format(out, "%s ", name));
+        PEND_TRY(metrics_head(out, name, i ? metrics_counter[i - 1].name : NULL,
+                              metrics_counter[i].help, "counter"));
+        PEND_TRY(*labels ? api_buffer_format(out, "%s{%s} ", name, labels)
+                         : api_buffer_format(out, "%s ", name));
         /* the unit of a name is in the name: what is counted in ns is told in seconds */
         int seconds = at == &metrics->busy_ns;
         PEND_TRY(seconds ? api_buffer_format(out, "%.9f\n", 1e-9 * (double)metrics_read(at))
@@ -97,25 +103,27 @@ static enum pend_status metrics_gauges(const struct srv_gauges *gauges, struct a
     for (size_t i = 0; i < COUNT(metrics_gauge); i++) {
         const char *name = metrics_gauge[i].name, *labels = metrics_gauge[i].labels;
         double value = *(const double *)((const char *)gauges + metrics_gauge[i].offset);
-        PEND_TRY(metrics_head(out, name, i ? metrics_gauge[i - 1].name : NULL, metrics_gauge[i].help, "gauge"));
+        PEND_TRY(metrics_head(out, name, i ? metrics_gauge[i - 1].name : NULL,
+                              metrics_gauge[i].help, "gauge"));
         PEND_TRY(*labels ? api_buffer_format(out, "%s{%s} %.15g\n", name, labels, value)
                          : api_buffer_format(out, "%s %.15g\n", name, value));
     }
     return PEND_OK;
 }
 
-static enum pend_status metrics_requests(const struct srv_metrics *metrics, const char *(*label)(int route),
-                                         struct api_buffer *out) {
+static enum pend_status metrics_requests(const struct srv_metrics *metrics,
+                                         const char *(*label)(int route), struct api_buffer *out) {
     static const char name[] = "pendulumd_requests_total";
-    PEND_TRY(metrics_head(out, name, NULL, "Requests that are over, by route and status; 0 = ended without an answer",
-                          "counter"));
+    PEND_TRY(metrics_head(
+        out, name, NULL, "Requests that are over, by route and status; 0 = ended without an answer",
+        "counter"));
     for (int route = 0; route < SRV_METRIC_ROUTES; route++) {
         const char *text = label(route);
         for (int status = 0; status < SRV_METRIC_STATUS; status++) {
             unsigned long long count = metrics_read(&metrics->requests[route][status]);
             if (!count) continue;
-            PEND_TRY(api_buffer_format(out, "%s{route=\"%s\",status=\"%d\"} %llu\n", name, text ? text : "none", status,
-                                       count));
+            PEND_TRY(api_buffer_format(out, "%s{route=\"%s\",status=\"%d\"} %llu\n", name,
+                                       text ? text : "none", status, count));
         }
     }
     return PEND_OK;
@@ -128,21 +136,24 @@ static enum pend_status metrics_histogram(const struct srv_histogram *histogram,
     for (int i = 0; i < SRV_METRIC_BUCKETS; i++) {
         count += metrics_read(&histogram->bucket[i]);
         PEND_TRY(api_buffer_format(out, "%s_bucket{stage=\"%s\",le=\"%s\"} %llu\n", name, stage,
-                                   i < SRV_METRIC_BUCKETS - 1 ? metrics_bucket[i].label : "+Inf", count));
+                                   i < SRV_METRIC_BUCKETS - 1 ? metrics_bucket[i].label : "+Inf",
+                                   count));
     }
-    return api_buffer_format(out, "%s_sum{stage=\"%s\"} %.9f\n%s_count{stage=\"%s\"} %llu\n", name, stage,
-                             1e-9 * (double)metrics_read(&histogram->sum_ns), name, stage, count);
+    return api_buffer_format(out, "%s_sum{stage=\"%s\"} %.9f\n%s_count{stage=\"%s\"} %llu\n", name,
+                             stage, 1e-9 * (double)metrics_read(&histogram->sum_ns), name, stage,
+                             count);
 }
 
 enum pend_status srv_metrics_write(struct srv_metrics *metrics, const struct srv_gauges *gauges,
                                    const char *(*label)(int route), struct api_buffer *out) {
     PEND_TRY(metrics_requests(metrics, label, out));
-    PEND_TRY(metrics_head(out, "pendulumd_build_info", NULL, "1; which program this is, and which engine computes",
-                          "gauge"));
-    PEND_TRY(
-        api_buffer_format(out, "pendulumd_build_info{version=\"%s\",engine=\"%s\"} 1\n", API_VERSION, api_engine_name));
+    PEND_TRY(metrics_head(out, "pendulumd_build_info", NULL,
+                          "1; which program this is, and which engine computes", "gauge"));
+    PEND_TRY(api_buffer_format(out, "pendulumd_build_info{version=\"%s\",engine=\"%s\"} 1\n",
+                               API_VERSION, api_engine_name));
     PEND_TRY(metrics_head(out, "pendulumd_request_duration_seconds", NULL,
-                          "Time that requests spent in a stage: waiting for a worker, with one, being sent, and in all",
+                          "Time that requests spent in a stage: waiting for a worker, with one, "
+                          "being sent, and in all",
                           "histogram"));
     for (size_t i = 0; i < COUNT(metrics_stage); i++)
         PEND_TRY(metrics_histogram((const void *)((const char *)metrics + metrics_stage[i].offset),

@@ -10,69 +10,81 @@
 #include "api/base/buffer.h"
 
 /* Counters: field, name, labels, help. Rows of one name stand together. */
-#define SRV_COUNTERS(X)                                                                                                \
-    X(bytes_in, "pendulumd_request_body_bytes_total", "", "Bytes of request bodies")                                   \
-    X(bytes_out, "pendulumd_response_body_bytes_total", "", "Bytes of answers' bodies that were sent")                 \
-    X(cache_exact, "pendulumd_cache_lookups_total", "result=\"exact\"",                                                \
-      "Looks into the cache by result: the "                                                                           \
-      "request's exact bytes were known, its meaning was known, it was being computed already, or nothing of it")      \
-    X(cache_digest, "pendulumd_cache_lookups_total", "result=\"digest\"", "")                                          \
-    X(cache_joined, "pendulumd_cache_lookups_total", "result=\"joined\"", "")                                          \
-    X(cache_missed, "pendulumd_cache_lookups_total", "result=\"missed\"", "")                                          \
-    X(not_modified, "pendulumd_not_modified_total", "", "Answers 304 to If-None-Match")                                \
-    X(cancelled, "pendulumd_cancelled_total", "", "Computations that ended because their clients went away")           \
-    X(overtime, "pendulumd_overtime_total", "", "Computations that outran max-compute-seconds")                        \
-    X(broken, "pendulumd_broken_streams_total", "", "Streams that were cut because the computation failed")            \
-    X(refused_queue, "pendulumd_refused_total", "limit=\"max-queue\"", "Requests refused, by the limit that did it")   \
-    X(refused_client, "pendulumd_refused_total", "limit=\"max-client-queue\"", "")                                     \
-    X(refused_rate, "pendulumd_refused_total", "limit=\"max-requests-a-minute\"", "")                                  \
-    X(refused_held, "pendulumd_refused_total", "limit=\"max-held-bytes\"", "")                                         \
-    X(refused_share, "pendulumd_refused_total", "limit=\"max-client-held-bytes\"", "")                                 \
-    X(refused_own_connections, "pendulumd_refused_total", "limit=\"max-client-connections\"", "")                      \
-    X(refused_wait, "pendulumd_refused_total", "limit=\"max-wait-seconds\"", "")                                       \
-    X(refused_connections, "pendulumd_refused_total", "limit=\"max-connections\"", "")                                 \
-    X(slices, "pendulumd_slices_total", "", "Turns that computations had on a worker")                                 \
-    X(parts_kept, "pendulumd_job_parts_total", "end=\"kept\"",                                                         \
-      "Parts of jobs that this process computed, by their end")                                                        \
-    X(parts_lost, "pendulumd_job_parts_total", "end=\"lost\"", "")                                                     \
-    X(parts_failed, "pendulumd_job_parts_total", "end=\"failed\"", "")                                                 \
-    X(busy_ns, "pendulumd_worker_busy_seconds_total", "", "Time that workers were busy, all together")
+#define SRV_COUNTERS(X)                                                                            \
+    X(bytes_in, "pendulumd_request_body_bytes_total", "", "Bytes of request bodies")               \
+    X(bytes_out, "pendulumd_response_body_bytes_total", "",                                        \
+      "Bytes of answers' bodies that were sent")                                                   \
+    X(cache_exact, "pendulumd_cache_lookups_total", "result=\"exact\"",                            \
+      "Looks into the cache by result: the "                                                       \
+      "request's exact bytes were known, its meaning was known, it was being computed already, "   \
+      "or nothing of it")                                                                          \
+    X(cache_digest, "pendulumd_cache_lookups_total", "result=\"digest\"", "")                      \
+    X(cache_joined, "pendulumd_cache_lookups_total", "result=\"joined\"", "")                      \
+    X(cache_missed, "pendulumd_cache_lookups_total", "result=\"missed\"", "")                      \
+    X(not_modified, "pendulumd_not_modified_total", "", "Answers 304 to If-None-Match")            \
+    X(cancelled, "pendulumd_cancelled_total", "",                                                  \
+      "Computations that ended because their clients went away")                                   \
+    X(overtime, "pendulumd_overtime_total", "", "Computations that outran max-compute-seconds")    \
+    X(broken, "pendulumd_broken_streams_total", "",                                                \
+      "Streams that were cut because the computation failed")                                      \
+    X(refused_queue, "pendulumd_refused_total", "limit=\"max-queue\"",                             \
+      "Requests refused, by the limit that did it")                                                \
+    X(refused_client, "pendulumd_refused_total", "limit=\"max-client-queue\"", "")                 \
+    X(refused_rate, "pendulumd_refused_total", "limit=\"max-requests-a-minute\"", "")              \
+    X(refused_held, "pendulumd_refused_total", "limit=\"max-held-bytes\"", "")                     \
+    X(refused_share, "pendulumd_refused_total", "limit=\"max-client-held-bytes\"", "")             \
+    X(refused_own_connections, "pendulumd_refused_total", "limit=\"max-client-connections\"", "")  \
+    X(refused_wait, "pendulumd_refused_total", "limit=\"max-wait-seconds\"", "")                   \
+    X(refused_connections, "pendulumd_refused_total", "limit=\"max-connections\"", "")             \
+    X(slices, "pendulumd_slices_total", "", "Turns that computations had on a worker")             \
+    X(parts_kept, "pendulumd_job_parts_total", "end=\"kept\"",                                     \
+      "Parts of jobs that this process computed, by their end")                                    \
+    X(parts_lost, "pendulumd_job_parts_total", "end=\"lost\"", "")                                 \
+    X(parts_failed, "pendulumd_job_parts_total", "end=\"failed\"", "")                             \
+    X(busy_ns, "pendulumd_worker_busy_seconds_total", "",                                          \
+      "Time that workers were busy, all together")
 
-/* Gauges, read when they are asked for: field, name, labels, help. Rows of one name stand together. */
-#define SRV_GAUGES(X)                                                                                                  \
-    X(queued, "pendulumd_queue_depth", "", "Computations that wait for a worker")                                      \
-    X(computing, "pendulumd_computations", "",                                                                         \
-      "Computations under way: waiting, running, or waiting for their reader")                                         \
-    X(workers, "pendulumd_workers", "", "Threads that compute")                                                        \
-    X(busy, "pendulumd_workers_busy", "", "Workers that compute just now")                                             \
-    X(connections, "pendulumd_connections", "", "Open connections")                                                    \
-    X(event_streams, "pendulumd_event_streams", "", "Open streams of jobs' events")                                    \
-    X(held, "pendulumd_held_bytes", "", "Memory that requests, answers, jobs and connections hold or were promised")   \
-    X(held_connections, "pendulumd_held_kind_bytes", "kind=\"connections\"", "The same by what holds it")              \
-    X(held_bodies, "pendulumd_held_kind_bytes", "kind=\"bodies\"", "")                                                 \
-    X(held_computations, "pendulumd_held_kind_bytes", "kind=\"computations\"", "")                                     \
-    X(held_answers, "pendulumd_held_kind_bytes", "kind=\"answers\"", "")                                               \
-    X(held_jobs, "pendulumd_held_kind_bytes", "kind=\"jobs\"", "")                                                     \
-    X(allocated, "pendulumd_allocated_bytes", "", "Memory that the allocator has handed out; 0 where it does not say") \
-    X(cache_bytes, "pendulumd_cache_bytes", "", "Memory of the cache")                                                 \
-    X(cache_entries, "pendulumd_cache_entries", "", "Keys in the cache")                                               \
-    X(draining, "pendulumd_draining", "", "1 while the server drains, else 0")                                         \
-    X(jobs_accepted, "pendulumd_jobs", "state=\"accepted\"", "Jobs in the store by their state")                       \
-    X(jobs_running, "pendulumd_jobs", "state=\"running\"", "")                                                         \
-    X(jobs_successful, "pendulumd_jobs", "state=\"successful\"", "")                                                   \
-    X(jobs_failed, "pendulumd_jobs", "state=\"failed\"", "")                                                           \
-    X(jobs_dismissed, "pendulumd_jobs", "state=\"dismissed\"", "")                                                     \
-    X(parts_waiting, "pendulumd_job_parts_waiting", "", "Parts of jobs that a free worker would take now")             \
-    X(store_bytes, "pendulumd_store_bytes", "", "Bytes kept for jobs in the store")                                    \
-    X(store_up, "pendulumd_store_up", "", "1 while the store answers, 0 while it does not or there is none")           \
-    X(resident, "process_resident_memory_bytes", "", "Resident memory of the process")                                 \
+/* Gauges, read when they are asked for: field, name, labels, help. Rows of one name stand
+ * together. */
+#define SRV_GAUGES(X)                                                                              \
+    X(queued, "pendulumd_queue_depth", "", "Computations that wait for a worker")                  \
+    X(computing, "pendulumd_computations", "",                                                     \
+      "Computations under way: waiting, running, or waiting for their reader")                     \
+    X(workers, "pendulumd_workers", "", "Threads that compute")                                    \
+    X(busy, "pendulumd_workers_busy", "", "Workers that compute just now")                         \
+    X(connections, "pendulumd_connections", "", "Open connections")                                \
+    X(event_streams, "pendulumd_event_streams", "", "Open streams of jobs' events")                \
+    X(held, "pendulumd_held_bytes", "",                                                            \
+      "Memory that requests, answers, jobs and connections hold or were promised")                 \
+    X(held_connections, "pendulumd_held_kind_bytes", "kind=\"connections\"",                       \
+      "The same by what holds it")                                                                 \
+    X(held_bodies, "pendulumd_held_kind_bytes", "kind=\"bodies\"", "")                             \
+    X(held_computations, "pendulumd_held_kind_bytes", "kind=\"computations\"", "")                 \
+    X(held_answers, "pendulumd_held_kind_bytes", "kind=\"answers\"", "")                           \
+    X(held_jobs, "pendulumd_held_kind_bytes", "kind=\"jobs\"", "")                                 \
+    X(allocated, "pendulumd_allocated_bytes", "",                                                  \
+      "Memory that the allocator has handed out; 0 where it does not say")                         \
+    X(cache_bytes, "pendulumd_cache_bytes", "", "Memory of the cache")                             \
+    X(cache_entries, "pendulumd_cache_entries", "", "Keys in the cache")                           \
+    X(draining, "pendulumd_draining", "", "1 while the server drains, else 0")                     \
+    X(jobs_accepted, "pendulumd_jobs", "state=\"accepted\"", "Jobs in the store by their state")   \
+    X(jobs_running, "pendulumd_jobs", "state=\"running\"", "")                                     \
+    X(jobs_successful, "pendulumd_jobs", "state=\"successful\"", "")                               \
+    X(jobs_failed, "pendulumd_jobs", "state=\"failed\"", "")                                       \
+    X(jobs_dismissed, "pendulumd_jobs", "state=\"dismissed\"", "")                                 \
+    X(parts_waiting, "pendulumd_job_parts_waiting", "",                                            \
+      "Parts of jobs that a free worker would take now")                                           \
+    X(store_bytes, "pendulumd_store_bytes", "", "Bytes kept for jobs in the store")                \
+    X(store_up, "pendulumd_store_up", "",                                                          \
+      "1 while the store answers, 0 while it does not or there is none")                           \
+    X(resident, "process_resident_memory_bytes", "", "Resident memory of the process")             \
     X(started, "process_start_time_seconds", "", "When the process began, in seconds since 1970")
 
 /* Histograms of seconds: field, stage. */
-#define SRV_STAGES(X)                                                                                                  \
-    X(queue, "queue") /* from the whole request to a worker */                                                         \
-    X(compute, "compute")                                                                                              \
-    X(write, "write") /* from the answer's first byte to its last */                                                   \
+#define SRV_STAGES(X)                                                                              \
+    X(queue, "queue") /* from the whole request to a worker */                                     \
+    X(compute, "compute")                                                                          \
+    X(write, "write") /* from the answer's first byte to its last */                               \
     X(total, "total")
 
 enum {
@@ -122,7 +134,9 @@ double srv_metrics_resident(void);
  *
  * Fails as api_buffer_room does.
  */
-PEND_MUST_CHECK enum pend_status srv_metrics_write(struct srv_metrics *metrics, const struct srv_gauges *gauges,
-                                                   const char *(*label)(int route), struct api_buffer *out);
+PEND_MUST_CHECK enum pend_status srv_metrics_write(struct srv_metrics *metrics,
+                                                   const struct srv_gauges *gauges,
+                                                   const char *(*label)(int route),
+                                                   struct api_buffer *out);
 
 #endif

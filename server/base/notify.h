@@ -1,6 +1,7 @@
 /* Telling a supervisor (systemd and those that do like it) how the server is.
  * Leaves to others: when to tell.
- * Invariant: without a supervisor nothing happens; a supervisor that does not listen delays nothing. */
+ * Invariant: without a supervisor nothing happens; a supervisor that does not listen delays
+ * nothing. */
 #ifndef SRV_NOTIFY_H
 #define SRV_NOTIFY_H
 

@@ -17,7 +17,8 @@ static int state_directory(char *path) {
     return !mkdir(path, 0700) || errno == EEXIST;
 }
 
-enum pend_status srv_state_url(const char *store, char url[SRV_CONFIG_TEXT], struct pend_error *error) {
+enum pend_status srv_state_url(const char *store, char url[SRV_CONFIG_TEXT],
+                               struct pend_error *error) {
     char path[SRV_CONFIG_TEXT];
     const char *state = getenv("XDG_STATE_HOME"), *home = getenv("HOME");
     if (strcmp(store, "sqlite")) {
@@ -30,9 +31,11 @@ enum pend_status srv_state_url(const char *store, char url[SRV_CONFIG_TEXT], str
     else if (home && home[0] == '/')
         count = snprintf(path, sizeof path, "%s/.local/state/pendulumd", home);
     if (!count || snprintf(url, SRV_CONFIG_TEXT, "sqlite:%s/store.db", path) >= SRV_CONFIG_TEXT)
-        return pend_fail(error, PEND_INVALID, -1, 0,
-                         "there is no home for jobs: set --store sqlite:PATH, or --store none to do without");
+        return pend_fail(
+            error, PEND_INVALID, -1, 0,
+            "there is no home for jobs: set --store sqlite:PATH, or --store none to do without");
     if (state_directory(path)) return PEND_OK;
-    return pend_fail(error, PEND_INVALID, -1, 0, "%.120s cannot be made: %s; --store names another place, or none",
-                     path, strerror(errno));
+    return pend_fail(error, PEND_INVALID, -1, 0,
+                     "%.120s cannot be made: %s; --store names another place, or none", path,
+                     strerror(errno));
 }

@@ -7,14 +7,15 @@
 #include "server/base/config.h"
 
 /**
- * Writes out the url of a store. For "sqlite" alone that is pendulumd/store.db in $XDG_STATE_HOME, or in
- * ~/.local/state, with the directories made.
+ * Writes out the url of a store. For "sqlite" alone that is pendulumd/store.db in $XDG_STATE_HOME,
+ * or in ~/.local/state, with the directories made.
  *
  * store  as the option; not "none".
  * url    out, SRV_CONFIG_TEXT bytes.
  *
  * PEND_INVALID  there is no such directory and it cannot be made; error says so.
  */
-PEND_MUST_CHECK enum pend_status srv_state_url(const char *store, char url[SRV_CONFIG_TEXT], struct pend_error *error);
+PEND_MUST_CHECK enum pend_status srv_state_url(const char *store, char url[SRV_CONFIG_TEXT],
+                                               struct pend_error *error);
 
 #endif

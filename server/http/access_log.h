@@ -1,5 +1,6 @@
 /* A request that is over, in the metrics and in the log.
- * Leaves to others: when it is over, and how it ended (http). Invariant: every request is entered once. */
+ * Leaves to others: when it is over, and how it ended (http). Invariant: every request is
+ * entered once. */
 #ifndef SRV_ACCESS_LOG_H
 #define SRV_ACCESS_LOG_H
 

@@ -7,7 +7,8 @@
 
 /* what a document may load, and who may frame it: this server's own, and nobody */
 static const char assets_policy[] =
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src 'self'; "
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src "
+    "'self'; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 static const char assets_for_ever[] = "public, max-age=31536000, immutable";
@@ -17,13 +18,18 @@ static int assets_order(const void *name, const void *asset) {
 }
 
 static const struct srv_asset *assets_find(const char *path) {
-    return bsearch(path, srv_assets_table, (size_t)srv_assets_count, sizeof *srv_assets_table, assets_order);
+    return bsearch(path, srv_assets_table, (size_t)srv_assets_count, sizeof *srv_assets_table,
+                   assets_order);
 }
 
-static int assets_is_document(const struct srv_asset *asset) { return !strncmp(asset->media_type, "text/html", 9); }
+static int assets_is_document(const struct srv_asset *asset) {
+    return !strncmp(asset->media_type, "text/html", 9);
+}
 
-static void assets_give(struct srv_exchange *exchange, const struct srv_asset *asset, const char *keep) {
-    int packed = asset->packed && srv_coding_accepts(exchange->field[SRV_ACCEPT_ENCODING], SRV_GZIP);
+static void assets_give(struct srv_exchange *exchange, const struct srv_asset *asset,
+                        const char *keep) {
+    int packed =
+        asset->packed && srv_coding_accepts(exchange->field[SRV_ACCEPT_ENCODING], SRV_GZIP);
     if (srv_exchange_matches(exchange, asset->etag)) {
         srv_exchange_static(exchange, 304, NULL, NULL, 0);
         srv_metrics_count(&exchange->service->metrics.not_modified, 1);
@@ -72,5 +78,6 @@ void srv_assets_file(struct srv_exchange *exchange) {
     if (asset && !assets_is_document(asset))
         assets_give(exchange, asset, assets_for_ever);
     else
-        srv_exchange_problem(exchange, 404, "the page of this server has no file %.200s", exchange->path);
+        srv_exchange_problem(exchange, 404, "the page of this server has no file %.200s",
+                             exchange->path);
 }

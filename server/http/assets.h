@@ -1,4 +1,5 @@
-/* The page's files and the API's description, compiled in: the routes /, /docs, /page/DIGEST/FILE and /openapi.json.
+/* The page's files and the API's description, compiled in: the routes /, /docs,
+ * /page/DIGEST/FILE and /openapi.json.
  * Leaves to others: the files themselves (web/), making them C (assets_embed.py).
  * Invariant: what lies under /page/DIGEST never changes, so that a browser may keep it for ever. */
 #ifndef SRV_ASSETS_H

@@ -19,10 +19,12 @@
 #include "server/http/router.h"
 
 enum {
-    CONNECTION_UNREAD = 65536,  /* largest body that is read only to keep the connection after a refusal */
+    CONNECTION_UNREAD =
+        65536, /* largest body that is read only to keep the connection after a refusal */
     CONNECTION_BYTES = 3 << 13, /* that libmicrohttpd takes for one */
-    CONNECTION_SURPLUS = 16,    /* connections of a client beyond its share that are told so; others are closed */
-    CONNECTION_PART = 4         /* a client may have this part of all */
+    CONNECTION_SURPLUS =
+        16, /* connections of a client beyond its share that are told so; others are closed */
+    CONNECTION_PART = 4 /* a client may have this part of all */
 };
 
 _Static_assert((int)SRV_STRICT_TARGET < (int)SRV_TARGET_BYTES,
@@ -50,14 +52,16 @@ struct connection {
     struct srv_connections *all;
     struct MHD_Connection *mhd;
     enum connection_state state;
-    long done;                 /* requests that are over */
-    const char *surplus;       /* the limit that it is beyond; NULL = none */
-    struct srv_client *client; /* of its address; NULL where that is a trusted proxy, or without memory */
+    long done;           /* requests that are over */
+    const char *surplus; /* the limit that it is beyond; NULL = none */
+    struct srv_client
+        *client; /* of its address; NULL where that is a trusted proxy, or without memory */
     struct srv_hold hold;
     int refused; /* answered at the head, while the body is still read */
     int64_t body_began;
     struct srv_response_stream stream;
-    int64_t paused, pauses; /* ns: since when a stream has nothing to send, how long it had nothing before */
+    int64_t paused,
+        pauses; /* ns: since when a stream has nothing to send, how long it had nothing before */
 };
 
 static struct connection *connection_of_watched(struct srv_watched *watched) {
@@ -65,28 +69,34 @@ static struct connection *connection_of_watched(struct srv_watched *watched) {
 }
 
 /* the seconds that a client has for so many bytes */
-static double connection_patience(const struct connection *connection, double seconds, size_t bytes) {
+static double connection_patience(const struct connection *connection, double seconds,
+                                  size_t bytes) {
     return seconds + (double)bytes / srv_service_config(connection->all->service)->least_rate;
 }
 
-static int64_t connection_deadline(double seconds) { return srv_clock_now() + srv_clock_span(seconds); }
+static int64_t connection_deadline(double seconds) {
+    return srv_clock_now() + srv_clock_span(seconds);
+}
 
 /* --- answers --- */
 
-/* how long the client has for what it got of a stream, not counting the time that it had to wait for more */
+/* how long the client has for what it got of a stream, not counting the time that it had to wait
+ * for more */
 static void connection_moved(struct srv_exchange *exchange, uint64_t bytes) {
     struct connection *connection = (struct connection *)exchange;
     struct srv_watch *watch = connection->all->watch;
     int64_t now = srv_clock_now();
     if (!bytes) {
         connection->paused = now;
-        srv_watch_phase(watch, &connection->watched, exchange->listens ? SRV_WATCH_LISTENING : SRV_WATCH_WAITING, 0);
+        srv_watch_phase(watch, &connection->watched,
+                        exchange->listens ? SRV_WATCH_LISTENING : SRV_WATCH_WAITING, 0);
         return;
     }
     exchange->bytes = bytes;
     if (connection->paused) connection->pauses += now - connection->paused;
     connection->paused = 0;
-    double seconds = connection_patience(connection, srv_service_config(exchange->service)->send_seconds, bytes);
+    double seconds =
+        connection_patience(connection, srv_service_config(exchange->service)->send_seconds, bytes);
     srv_watch_phase(watch, &connection->watched, SRV_WATCH_STREAMING,
                     exchange->sending + connection->pauses + srv_clock_span(seconds));
 }
@@ -101,18 +111,20 @@ static enum MHD_Result connection_answer(struct connection *connection) {
     struct srv_service *service = connection->all->service;
     srv_exchange_settle(exchange);
     if (atomic_load(&service->draining)) exchange->close = 1;
-    connection->stream =
-        (struct srv_response_stream){.exchange = exchange, .moved = connection_moved, .pause = connection_pause};
+    connection->stream = (struct srv_response_stream){
+        .exchange = exchange, .moved = connection_moved, .pause = connection_pause};
     connection->paused = connection->pauses = 0;
     struct MHD_Response *response = srv_response_new(exchange, &connection->stream);
     if (!response) return MHD_NO;
     connection->state = CONNECTION_SENDING;
     exchange->sending = srv_clock_now();
-    double seconds = connection_patience(connection, srv_service_config(service)->send_seconds, exchange->bytes);
+    double seconds =
+        connection_patience(connection, srv_service_config(service)->send_seconds, exchange->bytes);
     srv_watch_phase(connection->all->watch, &connection->watched,
                     exchange->streams ? SRV_WATCH_STREAMING : SRV_WATCH_SENDING,
                     exchange->sending + srv_clock_span(seconds));
-    enum MHD_Result queued = MHD_queue_response(connection->mhd, (unsigned)exchange->status, response);
+    enum MHD_Result queued =
+        MHD_queue_response(connection->mhd, (unsigned)exchange->status, response);
     MHD_destroy_response(response);
     return queued;
 }
@@ -133,10 +145,13 @@ static void connection_leave(struct connection *connection, enum srv_stop why) {
 
 static void connection_left(struct srv_watched *watched) {
     struct connection *connection = connection_of_watched(watched);
-    connection_leave(connection, atomic_load(&connection->all->service->draining) ? SRV_STOP_SHUTDOWN : SRV_STOP_LEFT);
+    connection_leave(connection, atomic_load(&connection->all->service->draining)
+                                     ? SRV_STOP_SHUTDOWN
+                                     : SRV_STOP_LEFT);
 }
 
-/* it may be answered, and the connection resumed, before this returns: that takes effect after it */
+/* it may be answered, and the connection resumed, before this returns: that takes effect after
+ * it */
 static enum MHD_Result connection_hand_over(struct connection *connection) {
     connection->state = CONNECTION_WAITING;
     MHD_suspend_connection(connection->mhd);
@@ -147,16 +162,19 @@ static enum MHD_Result connection_hand_over(struct connection *connection) {
 
 /* --- the request --- */
 
-static enum MHD_Result connection_field(void *context, enum MHD_ValueKind kind, const char *name, const char *value) {
+static enum MHD_Result connection_field(void *context, enum MHD_ValueKind kind, const char *name,
+                                        const char *value) {
     struct connection *connection = context;
     (void)kind;
     if (srv_request_head_relayed(name)) atomic_store(&connection->watched.relayed, 1);
-    return srv_request_head_field(&connection->exchange, name, value ? value : "") ? MHD_YES : MHD_NO;
+    return srv_request_head_field(&connection->exchange, name, value ? value : "") ? MHD_YES
+                                                                                   : MHD_NO;
 }
 
 /* connections that one client may have open */
 static int connection_share(const struct srv_config *config) {
-    double share = config->client_connections > 0 ? config->client_connections : config->connections / CONNECTION_PART;
+    double share = config->client_connections > 0 ? config->client_connections
+                                                  : config->connections / CONNECTION_PART;
     return share > 1 ? (int)share : 1;
 }
 
@@ -195,8 +213,9 @@ static int connection_check_head(struct connection *connection, const char *meth
 
 /* until when the body must be there, seeing what came of it */
 static void connection_body_deadline(struct connection *connection) {
-    double seconds = connection_patience(connection, srv_service_config(connection->all->service)->body_seconds,
-                                         connection->exchange.body.bytes);
+    double seconds =
+        connection_patience(connection, srv_service_config(connection->all->service)->body_seconds,
+                            connection->exchange.body.bytes);
     srv_watch_phase(connection->all->watch, &connection->watched, SRV_WATCH_READING,
                     connection->body_began + srv_clock_span(seconds));
 }
@@ -207,8 +226,10 @@ static enum MHD_Result connection_head(struct connection *connection, const char
     connection->state = CONNECTION_BODY;
     connection->refused = !connection_check_head(connection, method);
     if (connection->refused) {
-        /* an answer at this point ends the connection; where nothing speaks for that, the body is read first */
-        int keep = exchange->length >= 0 && exchange->length <= CONNECTION_UNREAD && !exchange->field[SRV_EXPECT];
+        /* an answer at this point ends the connection; where nothing speaks for that, the body
+         * is read first */
+        int keep = exchange->length >= 0 && exchange->length <= CONNECTION_UNREAD &&
+                   !exchange->field[SRV_EXPECT];
         if (keep && !exchange->close) return MHD_YES;
         exchange->close = 1;
         return connection_answer(connection);
@@ -220,12 +241,14 @@ static enum MHD_Result connection_head(struct connection *connection, const char
 }
 
 /* a piece of the body */
-static enum MHD_Result connection_body(struct connection *connection, const char *data, size_t bytes) {
+static enum MHD_Result connection_body(struct connection *connection, const char *data,
+                                       size_t bytes) {
     struct srv_exchange *exchange = &connection->exchange;
     if (connection->refused) return MHD_YES;
     enum pend_status status = api_buffer_add(&exchange->body, data, bytes);
     if (status == PEND_LIMIT)
-        srv_exchange_problem(exchange, 413, "the body has more bytes than the limit max-body-bytes of %.0f",
+        srv_exchange_problem(exchange, 413,
+                             "the body has more bytes than the limit max-body-bytes of %.0f",
                              srv_service_config(exchange->service)->limits.body_bytes);
     else if (status != PEND_OK)
         srv_exchange_busy(exchange, 1, "there is no memory left for the body");
@@ -243,12 +266,14 @@ static enum MHD_Result connection_body(struct connection *connection, const char
 
 /* the request is complete */
 static enum MHD_Result connection_whole(struct connection *connection) {
-    if (connection->refused || srv_router_begin(&connection->exchange)) return connection_answer(connection);
+    if (connection->refused || srv_router_begin(&connection->exchange))
+        return connection_answer(connection);
     return connection_hand_over(connection);
 }
 
-enum MHD_Result srv_connection_request(void *context, struct MHD_Connection *mhd, const char *url, const char *method,
-                                       const char *version, const char *data, size_t *bytes, void **state) {
+enum MHD_Result srv_connection_request(void *context, struct MHD_Connection *mhd, const char *url,
+                                       const char *method, const char *version, const char *data,
+                                       size_t *bytes, void **state) {
     (void)context, (void)mhd, (void)url, (void)version;
     struct connection *connection = *state;
     if (!connection) return MHD_NO;
@@ -265,12 +290,14 @@ enum MHD_Result srv_connection_request(void *context, struct MHD_Connection *mhd
 
 /* the request line is there: a request begins */
 void *srv_connection_target(void *context, const char *target, struct MHD_Connection *mhd) {
-    const union MHD_ConnectionInfo *info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
     struct connection *connection = info ? info->socket_context : NULL;
     struct srv_connections *all = context;
     if (!connection) return NULL;
     if (connection->hook.strict.requests <= connection->done) {
-        srv_log_message(all->service->log, "a request came past the front: this libmicrohttpd does not call recv");
+        srv_log_message(all->service->log,
+                        "a request came past the front: this libmicrohttpd does not call recv");
         return NULL;
     }
     size_t bytes = strnlen(target, SRV_TARGET_BYTES - 1);
@@ -284,12 +311,15 @@ void *srv_connection_target(void *context, const char *target, struct MHD_Connec
 
 /* --- the end of a request --- */
 
-static const char *connection_outcome(const struct connection *connection, enum MHD_RequestTerminationCode code) {
+static const char *connection_outcome(const struct connection *connection,
+                                      enum MHD_RequestTerminationCode code) {
     const struct srv_exchange *exchange = &connection->exchange;
     int left = exchange->stop == SRV_STOP_LEFT;
     if (left) return "left";
-    if (connection->state == CONNECTION_SENDING && code == MHD_REQUEST_TERMINATED_COMPLETED_OK) return "answered";
-    if (connection->state == CONNECTION_SENDING) return connection->stream.broken ? "broken" : "cut";
+    if (connection->state == CONNECTION_SENDING && code == MHD_REQUEST_TERMINATED_COMPLETED_OK)
+        return "answered";
+    if (connection->state == CONNECTION_SENDING)
+        return connection->stream.broken ? "broken" : "cut";
     if (atomic_load(&connection->watched.late)) return "late";
     return exchange->status ? "refused" : "incomplete";
 }
@@ -306,21 +336,24 @@ static void connection_linger(struct connection *connection) {
     if (fd >= 0) srv_watch_linger(connection->all->watch, fd);
 }
 
-/* Ends the connection under a broken stream. An HTTP/1.0 client would take its end for the end of the answer, and gets
- * a reset. libmicrohttpd would do it too, but only when something happens on another connection. */
+/* Ends the connection under a broken stream. An HTTP/1.0 client would take its end for the end
+ * of the answer, and gets a reset. libmicrohttpd would do it too, but only when something
+ * happens on another connection. */
 static void connection_cut(struct connection *connection) {
     if (connection->hook.strict.old)
-        connect(connection->watched.fd, &(struct sockaddr){.sa_family = AF_UNSPEC}, sizeof(struct sockaddr));
+        connect(connection->watched.fd, &(struct sockaddr){.sa_family = AF_UNSPEC},
+                sizeof(struct sockaddr));
     else
         shutdown(connection->watched.fd, SHUT_RDWR);
 }
 
-/* The front has found a byte that no request may have, and all requests before it are over. From now on libmicrohttpd
- * sees the end of the stream. */
+/* The front has found a byte that no request may have, and all requests before it are over. From
+ * now on libmicrohttpd sees the end of the stream. */
 static void connection_refuse_stream(struct connection *connection) {
     struct srv_exchange *exchange = &connection->exchange;
     if (!exchange->id) srv_response_identify(exchange);
-    srv_exchange_problem(exchange, connection->hook.strict.status, "%s", connection->hook.strict.detail);
+    srv_exchange_problem(exchange, connection->hook.strict.status, "%s",
+                         connection->hook.strict.detail);
     srv_response_refuse(&connection->exchange, connection->watched.fd);
     if (connection->state != CONNECTION_NONE) return;
     exchange->received = srv_clock_now();
@@ -336,7 +369,8 @@ void srv_connection_completed(void *context, struct MHD_Connection *mhd, void **
     struct connection *connection = *state;
     if (!connection) return;
     const char *outcome = connection_outcome(connection, code);
-    /* a stream that was cut is not computed on; the watch, which may be leaving it just now, does so no more */
+    /* a stream that was cut is not computed on; the watch, which may be leaving it just now,
+     * does so no more */
     if (connection->exchange.streams) {
         srv_watch_phase(all->watch, &connection->watched, SRV_WATCH_SENDING, 0);
         connection_leave(connection, SRV_STOP_LEFT);
@@ -351,8 +385,10 @@ void srv_connection_completed(void *context, struct MHD_Connection *mhd, void **
     connection->done++;
     int more = connection->hook.strict.requests > connection->done;
     srv_watch_phase(all->watch, &connection->watched, more ? SRV_WATCH_READING : SRV_WATCH_IDLE,
-                    more ? connection_deadline(srv_service_config(all->service)->header_seconds) : 0);
-    if (!connection->hook.strict.status || connection->hook.strict.complete != connection->done) return;
+                    more ? connection_deadline(srv_service_config(all->service)->header_seconds)
+                         : 0);
+    if (!connection->hook.strict.status || connection->hook.strict.complete != connection->done)
+        return;
     connection_refuse_stream(connection);
     /* it has nothing to read, and so nothing that would end it but time */
     MHD_set_connection_option(mhd, MHD_CONNECTION_OPTION_TIMEOUT, 1u);
@@ -364,13 +400,16 @@ static struct connection *connection_of_hook(struct srv_recv_hook *hook) {
     return (struct connection *)((char *)hook - offsetof(struct connection, hook));
 }
 
-static void connection_refuses(struct srv_recv_hook *hook) { connection_refuse_stream(connection_of_hook(hook)); }
+static void connection_refuses(struct srv_recv_hook *hook) {
+    connection_refuse_stream(connection_of_hook(hook));
+}
 
 static void connection_begins(struct srv_recv_hook *hook) {
     struct connection *connection = connection_of_hook(hook);
     if (connection->state == CONNECTION_NONE)
-        srv_watch_phase(connection->all->watch, &connection->watched, SRV_WATCH_READING,
-                        connection_deadline(srv_service_config(connection->all->service)->header_seconds));
+        srv_watch_phase(
+            connection->all->watch, &connection->watched, SRV_WATCH_READING,
+            connection_deadline(srv_service_config(connection->all->service)->header_seconds));
 }
 
 /* --- connections --- */
@@ -379,10 +418,12 @@ static void connection_peer(const struct sockaddr *address, char peer[SRV_PEER_B
     char text[64] = "";
     socklen_t bytes = address && address->sa_family == AF_INET6 ? 28 : 16;
     if (address) getnameinfo(address, bytes, text, sizeof text, NULL, 0, NI_NUMERICHOST);
-    snprintf(peer, SRV_PEER_BYTES, "%.*s", SRV_PEER_BYTES - 1, strncmp(text, "::ffff:", 7) ? text : text + 7);
+    snprintf(peer, SRV_PEER_BYTES, "%.*s", SRV_PEER_BYTES - 1,
+             strncmp(text, "::ffff:", 7) ? text : text + 7);
 }
 
-/* the record of an address whose connections are counted; a trusted proxy's are those of its clients */
+/* the record of an address whose connections are counted; a trusted proxy's are those of its
+ * clients */
 static struct srv_client *connection_client(struct srv_service *service, const char *peer) {
     struct srv_identity identity = {.kind = SRV_IDENTITY_ADDRESS};
     if (srv_peer_trusted(srv_service_trusted(service), peer)) return NULL;
@@ -390,7 +431,8 @@ static struct srv_client *connection_client(struct srv_service *service, const c
     return srv_clients_take(service->clients, identity.source, NULL);
 }
 
-enum MHD_Result srv_connection_allow(void *context, const struct sockaddr *address, socklen_t bytes) {
+enum MHD_Result srv_connection_allow(void *context, const struct sockaddr *address,
+                                     socklen_t bytes) {
     struct srv_service *service = ((struct srv_connections *)context)->service;
     char peer[SRV_PEER_BYTES];
     (void)bytes;
@@ -420,7 +462,8 @@ static void connection_count(struct connection *connection, int connections) {
     srv_hold_set(&connection->hold, bytes);
 }
 
-static void connection_begin(struct srv_connections *all, struct MHD_Connection *mhd, void **socket) {
+static void connection_begin(struct srv_connections *all, struct MHD_Connection *mhd,
+                             void **socket) {
     /* read at once: from 1.0 on the next question overwrites the answer */
     int fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
     srv_recv_hooks_here(&all->hooks);
@@ -435,7 +478,8 @@ static void connection_begin(struct srv_connections *all, struct MHD_Connection 
     srv_exchange_init(&connection->exchange, all->service);
     srv_http_strict_init(&connection->hook.strict);
     connection->exchange.finish = connection_finish;
-    const union MHD_ConnectionInfo *info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
     connection_peer(info ? info->client_addr : NULL, connection->exchange.peer);
     connection->all = all;
     connection->mhd = mhd;
@@ -444,7 +488,8 @@ static void connection_begin(struct srv_connections *all, struct MHD_Connection 
     connection->watched.left = connection_left;
     atomic_store(&connection->watched.relayed,
                  srv_peer_trusted(srv_service_trusted(all->service), connection->exchange.peer));
-    srv_watch_add(all->watch, &connection->watched, connection->surplus ? connection_deadline(1) : 0);
+    srv_watch_add(all->watch, &connection->watched,
+                  connection->surplus ? connection_deadline(1) : 0);
     connection->hook.begins = connection_begins;
     connection->hook.refuses = connection_refuses;
 }
@@ -455,7 +500,8 @@ static void connection_end(struct srv_connections *all, void **socket) {
     *socket = NULL;
     if (!connection) return;
     /* a request that was late before libmicrohttpd saw its first line */
-    if (atomic_load(&connection->watched.late) && connection->hook.strict.requests > connection->done)
+    if (atomic_load(&connection->watched.late) &&
+        connection->hook.strict.requests > connection->done)
         connection_log(connection, "late");
     srv_recv_hooks_remove(&all->hooks, connection->watched.fd);
     srv_watch_remove(all->watch, &connection->watched);

@@ -11,7 +11,8 @@
 #include "server/base/listen.h"
 
 enum {
-    HTTP_POOL = 24576, /* bytes of libmicrohttpd's memory a connection: holds what the strict reader lets pass */
+    HTTP_POOL = 24576, /* bytes of libmicrohttpd's memory a connection: holds what the strict reader
+                          lets pass */
     HTTP_SPARE = 64    /* connections beyond the cap that are told so */
 };
 
@@ -30,8 +31,8 @@ static size_t http_unescape(void *context, struct MHD_Connection *mhd, char *tex
 
 /* --- start and end --- */
 
-enum pend_status srv_http_new(struct srv_http **http, struct srv_service *service, struct srv_watch *watch, int fd,
-                              struct pend_error *error) {
+enum pend_status srv_http_new(struct srv_http **http, struct srv_service *service,
+                              struct srv_watch *watch, int fd, struct pend_error *error) {
     const struct srv_config *config = &service->config;
     struct srv_http *made = *http = calloc(1, sizeof *made);
     if (!made) {
@@ -52,9 +53,11 @@ enum pend_status srv_http_new(struct srv_http **http, struct srv_service *servic
         {MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, NULL},
         {MHD_OPTION_END, 0, NULL},
     };
-    unsigned flags = MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_TURBO;
-    made->daemon = MHD_start_daemon(flags, 0, srv_connection_allow, &made->all, srv_connection_request, &made->all,
-                                    MHD_OPTION_ARRAY, options, MHD_OPTION_END);
+    unsigned flags =
+        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_TURBO;
+    made->daemon =
+        MHD_start_daemon(flags, 0, srv_connection_allow, &made->all, srv_connection_request,
+                         &made->all, MHD_OPTION_ARRAY, options, MHD_OPTION_END);
     if (made->daemon) return PEND_OK;
     close(fd);
     free(made);
@@ -67,7 +70,8 @@ static void http_close(struct srv_http *http) {
     struct sockaddr_storage address;
     socklen_t bytes = sizeof address;
     MHD_quiesce_daemon(http->daemon);
-    for (int fd; (fd = accept4(http->fd, (struct sockaddr *)&address, &bytes, SOCK_CLOEXEC | SOCK_NONBLOCK)) >= 0;) {
+    for (int fd; (fd = accept4(http->fd, (struct sockaddr *)&address, &bytes,
+                               SOCK_CLOEXEC | SOCK_NONBLOCK)) >= 0;) {
         MHD_add_connection(http->daemon, fd, (struct sockaddr *)&address, bytes);
         bytes = sizeof address;
     }

@@ -1,5 +1,6 @@
 /* HTTP on sockets: libmicrohttpd with its options, from listening to the last connection.
- * Leaves to others: what becomes of a connection and its requests (connection), slow and absent clients (watch).
+ * Leaves to others: what becomes of a connection and its requests (connection), slow and absent
+ * clients (watch).
  * Invariant: its one thread never computes and never waits for anything but sockets. */
 #ifndef SRV_HTTP_H
 #define SRV_HTTP_H
@@ -20,13 +21,15 @@ struct srv_http;
  * PEND_NO_MEMORY, PEND_INVALID  error says what could not be started.
  */
 PEND_MUST_CHECK enum pend_status srv_http_new(struct srv_http **http, struct srv_service *service,
-                                              struct srv_watch *watch, int fd, struct pend_error *error);
+                                              struct srv_watch *watch, int fd,
+                                              struct pend_error *error);
 
 /**
- * Goes one step towards not listening any more, without turning away who has connected or is about to.
+ * Goes one step towards not listening any more, without turning away who has connected or is about
+ * to.
  *
- * Returns 1 once it does not listen and everybody who was let in has a connection; that is twice SRV_HTTP_SETTLE_MS
- * after the first call.
+ * Returns 1 once it does not listen and everybody who was let in has a connection; that is twice
+ * SRV_HTTP_SETTLE_MS after the first call.
  */
 int srv_http_quiesce(struct srv_http *http);
 

@@ -14,8 +14,8 @@ void srv_probes_health(struct srv_exchange *exchange) {
 }
 
 void srv_probes_version(struct srv_exchange *exchange) {
-    if (api_buffer_format(&exchange->answer, "{\"version\":\"%s\",\"engine\":\"%s\"}", API_VERSION, api_engine_name) !=
-        PEND_OK) {
+    if (api_buffer_format(&exchange->answer, "{\"version\":\"%s\",\"engine\":\"%s\"}", API_VERSION,
+                          api_engine_name) != PEND_OK) {
         srv_exchange_busy(exchange, 1, "out of memory");
         return;
     }
@@ -25,7 +25,8 @@ void srv_probes_version(struct srv_exchange *exchange) {
 
 /* is the question about jobs as well? -1 where it is none that is known */
 static int probes_need(const struct srv_exchange *exchange) {
-    if (!exchange->query || !*exchange->query) return !srv_config_answers(&exchange->service->config);
+    if (!exchange->query || !*exchange->query)
+        return !srv_config_answers(&exchange->service->config);
     return strcmp(exchange->query, "need=jobs") ? -1 : 1;
 }
 
@@ -34,7 +35,8 @@ void srv_probes_readiness(struct srv_exchange *exchange) {
     const char *jobs = srv_service_jobless(service);
     int need = probes_need(exchange);
     if (need < 0) {
-        srv_exchange_problem(exchange, 422, "the query may say need=jobs, got ?%.100s", exchange->query);
+        srv_exchange_problem(exchange, 422, "the query may say need=jobs, got ?%.100s",
+                             exchange->query);
         return;
     }
     if (atomic_load(&service->draining)) {
@@ -48,8 +50,8 @@ void srv_probes_readiness(struct srv_exchange *exchange) {
     /* a process without a store was never meant to have jobs */
     const char *status = jobs && service->storage ? "degraded" : "ready";
     exchange->answer.bytes = 0;
-    if (api_buffer_format(&exchange->answer, "{\"status\":\"%s\",\"jobs\":\"%s\"}", status, jobs ? jobs : "ready") !=
-        PEND_OK) {
+    if (api_buffer_format(&exchange->answer, "{\"status\":\"%s\",\"jobs\":\"%s\"}", status,
+                          jobs ? jobs : "ready") != PEND_OK) {
         srv_exchange_busy(exchange, 1, "out of memory");
         return;
     }

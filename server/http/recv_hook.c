@@ -47,9 +47,9 @@ static size_t hook_show(struct srv_recv_hook *hook, char *data, size_t bytes) {
     return bytes;
 }
 
-/* libmicrohttpd forgives what it should refuse, and does not show the bytes of a message. So its reading goes through
- * here: a recv in the program comes before the C library's for every shared library. That of a refused stream says that
- * the client has ended it. */
+/* libmicrohttpd forgives what it should refuse, and does not show the bytes of a message. So its
+ * reading goes through here: a recv in the program comes before the C library's for every shared
+ * library. That of a refused stream says that the client has ended it. */
 ssize_t hook_recv(int fd, void *data, size_t bytes, int flags) __asm__("recv");
 
 ssize_t hook_recv(int fd, void *data, size_t bytes, int flags) {
@@ -57,7 +57,8 @@ ssize_t hook_recv(int fd, void *data, size_t bytes, int flags) {
     if (hook && hook->strict.status) return 0;
     size_t held = 0, asked, shown;
     ssize_t got;
-    /* where the strict reader took something out, the room is filled up: less than was asked for says that there is no more */
+    /* where the strict reader took something out, the room is filled up: less than was asked for
+     * says that there is no more */
     do {
         asked = bytes - held;
         got = recvfrom(fd, (char *)data + held, asked, flags, NULL, NULL);
@@ -68,10 +69,12 @@ ssize_t hook_recv(int fd, void *data, size_t bytes, int flags) {
     return (ssize_t)held;
 }
 
-/* libmicrohttpd (0.9.75 to 1.0.1) asks for 128 events, and when it gets as many it asks for more before it looks at any
- * of them, with the same timeout: it falls asleep over 128 requests until a 129th comes. So its waiting goes through
- * here too, and never gets as many as it asks for; what is left out comes the next time. */
-int hook_epoll_wait(int fd, struct epoll_event *events, int most, int timeout) __asm__("epoll_wait");
+/* libmicrohttpd (0.9.75 to 1.0.1) asks for 128 events, and when it gets as many it asks for more
+ * before it looks at any of them, with the same timeout: it falls asleep over 128 requests until
+ * a 129th comes. So its waiting goes through here too, and never gets as many as it asks for;
+ * what is left out comes the next time. */
+int hook_epoll_wait(int fd, struct epoll_event *events, int most,
+                    int timeout) __asm__("epoll_wait");
 
 int hook_epoll_wait(int fd, struct epoll_event *events, int most, int timeout) {
     if (hooks_here && timeout) srv_fairness_nap(hooks_here->fairness, fd);

@@ -1,6 +1,7 @@
-/* What libmicrohttpd reads and waits for goes through here: the strict reader sees every byte first, and the workers get their
- * turn. Leaves to others: libmicrohttpd itself and what a connection is (http), the bytes (http_strict), who goes first
- * (fairness). Invariant: on a thread that has not said that it reads here, recv and epoll_wait are the C library's. */
+/* What libmicrohttpd reads and waits for goes through here: the strict reader sees every byte
+ * first, and the workers get their turn. Leaves to others: libmicrohttpd itself and what a
+ * connection is (http), the bytes (http_strict), who goes first (fairness). Invariant: on a
+ * thread that has not said that it reads here, recv and epoll_wait are the C library's. */
 #ifndef SRV_RECV_HOOK_H
 #define SRV_RECV_HOOK_H
 
@@ -11,7 +12,8 @@
 struct srv_recv_hook {
     struct srv_http_strict strict;
     void (*begins)(struct srv_recv_hook *hook);  /* the first bytes of a request have come */
-    void (*refuses)(struct srv_recv_hook *hook); /* the strict reader has refused the stream, and all before that was handed on */
+    void (*refuses)(struct srv_recv_hook *hook); /* the strict reader has refused the stream, and
+                                                    all before that was handed on */
 };
 
 /* All of them, by their sockets. */

@@ -29,7 +29,8 @@ static int head_refuse(struct srv_exchange *exchange, int status, const char *fo
     vsnprintf(detail, sizeof detail, format, arguments);
     va_end(arguments);
     srv_exchange_problem(exchange, status, "%s", detail);
-    /* who sends what is malformed may have meant another message than this one: nothing behind it is read */
+    /* who sends what is malformed may have meant another message than this one: nothing behind
+     * it is read */
     exchange->close |= status == 400;
     return 0;
 }
@@ -39,7 +40,8 @@ static int head_find(const struct srv_service *service, const char *name) {
     for (int id = 0; id < SRV_FIELD_COUNT; id++)
         if (bytes == head_fields[id].bytes && !strcasecmp(name, head_fields[id].name)) return id;
     /* nobody's word is taken where no proxy is trusted */
-    int told = srv_service_trusted(service)->count && !strcasecmp(name, srv_service_config(service)->client_header);
+    int told = srv_service_trusted(service)->count &&
+               !strcasecmp(name, srv_service_config(service)->client_header);
     return told ? SRV_FORWARDED : SRV_FIELD_COUNT;
 }
 
@@ -66,7 +68,9 @@ int srv_request_head_field(struct srv_exchange *exchange, const char *name, cons
         return head_refuse(exchange, 400, "there are two header fields %s", head_fields[id].name);
     int joined = *known && head_fields[id].several == HEAD_LIST;
     *known = joined ? head_join(exchange, *known, value) : value;
-    if (!*known) return head_refuse(exchange, 431, "the header fields %s are too long", head_fields[id].name);
+    if (!*known)
+        return head_refuse(exchange, 431, "the header fields %s are too long",
+                           head_fields[id].name);
     return 1;
 }
 
@@ -74,11 +78,14 @@ int srv_request_head_field(struct srv_exchange *exchange, const char *name, cons
 static int head_length(struct srv_exchange *exchange) {
     const char *length = exchange->field[SRV_CONTENT_LENGTH];
     double limit = srv_service_config(exchange->service)->limits.body_bytes;
-    exchange->length = exchange->field[SRV_TRANSFER_ENCODING] ? -1 : length ? strtoll(length, NULL, 10) : 0;
+    exchange->length = exchange->field[SRV_TRANSFER_ENCODING] ? -1
+                       : length                               ? strtoll(length, NULL, 10)
+                                                              : 0;
     if ((double)exchange->length <= limit) return 1;
     exchange->close = 1;
-    return head_refuse(exchange, 413, "the body has %lld bytes, more than the limit max-body-bytes of %.0f",
-                          (long long)exchange->length, limit);
+    return head_refuse(exchange, 413,
+                       "the body has %lld bytes, more than the limit max-body-bytes of %.0f",
+                       (long long)exchange->length, limit);
 }
 
 static int head_hex(char c) {
@@ -87,8 +94,9 @@ static int head_hex(char c) {
     return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
 }
 
-/* Undoes the percent encoding of a path. A slash stays encoded, so that it cannot become a separator; a control
- * character is refused, as is what is no encoding. Returns the length, -1 on refusal. */
+/* Undoes the percent encoding of a path. A slash stays encoded, so that it cannot become a
+ * separator; a control character is refused, as is what is no encoding. Returns the length, -1
+ * on refusal. */
 static int head_decode(const char *from, size_t bytes, char *to) {
     int length = 0;
     for (size_t i = 0; i < bytes; i++) {
@@ -96,7 +104,8 @@ static int head_decode(const char *from, size_t bytes, char *to) {
             to[length++] = from[i];
             continue;
         }
-        int high = i + 2 < bytes ? head_hex(from[i + 1]) : -1, low = high >= 0 ? head_hex(from[i + 2]) : -1;
+        int high = i + 2 < bytes ? head_hex(from[i + 1]) : -1,
+            low = high >= 0 ? head_hex(from[i + 2]) : -1;
         int c = 16 * high + low;
         if (low < 0 || c < ' ' || c == 0x7f) return -1;
         if (c == '/') {
@@ -111,8 +120,8 @@ static int head_decode(const char *from, size_t bytes, char *to) {
     return length;
 }
 
-/* The absolute form (RFC 9112 3.2.2) is cut down to the origin form, and its host counts whatever the field Host says;
- * NULL if it is neither, or there is no room. */
+/* The absolute form (RFC 9112 3.2.2) is cut down to the origin form, and its host counts
+ * whatever the field Host says; NULL if it is neither, or there is no room. */
 static const char *head_origin(struct srv_exchange *exchange) {
     const char *target = exchange->target;
     exchange->host = exchange->field[SRV_HOST];
@@ -130,9 +139,11 @@ static const char *head_origin(struct srv_exchange *exchange) {
 
 static int head_target(struct srv_exchange *exchange) {
     if (strpbrk(exchange->target, "#\"<>\\"))
-        return head_refuse(exchange, 400, "the request target has a character that is not allowed there");
+        return head_refuse(exchange, 400,
+                           "the request target has a character that is not allowed there");
     const char *origin = head_origin(exchange);
-    if (!origin) return head_refuse(exchange, 400, "the request target must begin with / or http://");
+    if (!origin)
+        return head_refuse(exchange, 400, "the request target must begin with / or http://");
     size_t bytes = strcspn(origin, "?");
     char *path = srv_exchange_text(exchange, bytes + 2);
     if (!path) return head_refuse(exchange, 414, "the request target is too long");
@@ -144,12 +155,14 @@ static int head_target(struct srv_exchange *exchange) {
     return 1;
 }
 
-/* a body that is not as it is: nothing here undoes a coding, and a body that is compressed has no known end */
+/* a body that is not as it is: nothing here undoes a coding, and a body that is compressed has
+ * no known end */
 static int head_coding(struct srv_exchange *exchange) {
     const char *coding = exchange->field[SRV_CONTENT_ENCODING];
     if (!exchange->length || !coding || !*coding || !strcasecmp(coding, "identity")) return 1;
-    head_refuse(exchange, 415, "the body has the Content-Encoding %.60s; bodies of requests are taken without one",
-                   coding);
+    head_refuse(exchange, 415,
+                "the body has the Content-Encoding %.60s; bodies of requests are taken without one",
+                coding);
     srv_exchange_header(exchange, "Accept-Encoding", "identity");
     return 0;
 }

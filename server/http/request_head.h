@@ -1,4 +1,5 @@
-/* A request's head, once the strict reader has let it pass: the fields that matter, the length of the body, the target.
+/* A request's head, once the strict reader has let it pass: the fields that matter, the length
+ * of the body, the target.
  * Leaves to others: the form of a message (http_strict), what the path means (router).
  * Invariant: a field that may come once and comes twice with two meanings is refused. */
 #ifndef SRV_REQUEST_HEAD_H
@@ -15,12 +16,13 @@
  */
 int srv_request_head_field(struct srv_exchange *exchange, const char *name, const char *value);
 
-/** True for the name of a field that a proxy adds to what it relays: Via, Forwarded, X-Forwarded-For. */
+/** True for the name of a field that a proxy adds to what it relays: Via, Forwarded,
+ * X-Forwarded-For. */
 int srv_request_head_relayed(const char *name);
 
 /**
- * Reads the head as a whole, once every field was taken in: the length of the body, the expectation, and the target,
- * which is taken apart into path and query.
+ * Reads the head as a whole, once every field was taken in: the length of the body, the
+ * expectation, and the target, which is taken apart into path and query.
  *
  * Returns 1 when it is good. Else the exchange is answered (400, 413, 414 or 417).
  */

@@ -12,14 +12,17 @@
 #include "server/work/inflight.h"
 #include "server/work/service.h"
 
-enum { RESPONSE_BLOCK = 65536 }; /* bytes of a stream that libmicrohttpd asks for at once, where the length is known */
+enum {
+    RESPONSE_BLOCK = 65536
+}; /* bytes of a stream that libmicrohttpd asks for at once, where the length is known */
 
 /* --- ids --- */
 
 static int response_id_good(const char *text) {
     size_t bytes = strlen(text);
     return bytes >= 1 && bytes <= 64 &&
-           strspn(text, "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ-_.:=+/") == bytes;
+           strspn(text, "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ-_.:=+/") ==
+               bytes;
 }
 
 /* version, trace, parent, flags: 00-32 digits-16 digits-2 digits (W3C Trace Context) */
@@ -35,7 +38,8 @@ static int response_trace_good(const char *text) {
 static void response_id_make(struct srv_exchange *exchange, char text[17]) {
     static const char digit[] = "0123456789abcdef";
     /* splitmix64 */
-    uint64_t x = exchange->service->seed + 0x9e3779b97f4a7c15u * (atomic_fetch_add(&exchange->service->number, 1) + 1);
+    uint64_t x = exchange->service->seed +
+                 0x9e3779b97f4a7c15u * (atomic_fetch_add(&exchange->service->number, 1) + 1);
     x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
     x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
     x ^= x >> 31;
@@ -62,12 +66,14 @@ static int response_field(struct MHD_Response *response, const char *name, const
 }
 
 static int response_cors(struct MHD_Response *response, const struct srv_exchange *exchange) {
-    const char *allowed = srv_service_config(exchange->service)->cors_origins, *asked = exchange->field[SRV_ORIGIN];
+    const char *allowed = srv_service_config(exchange->service)->cors_origins,
+               *asked = exchange->field[SRV_ORIGIN];
     const char *origin = srv_cors_origin(allowed, asked, exchange->closed);
     int good = !srv_cors_varies(allowed) || response_field(response, "Vary", "Origin");
     if (!origin) return good;
     good = good && response_field(response, "Access-Control-Allow-Origin", origin);
-    return good && (!asked || response_field(response, "Access-Control-Expose-Headers", srv_cors_expose));
+    return good &&
+           (!asked || response_field(response, "Access-Control-Expose-Headers", srv_cors_expose));
 }
 
 static int response_number(struct MHD_Response *response, const char *name, double value) {
@@ -79,18 +85,21 @@ static int response_number(struct MHD_Response *response, const char *name, doub
 static int response_quota(struct MHD_Response *response, const struct srv_exchange *exchange) {
     const struct srv_quota *quota = &exchange->quota;
     if (quota->refresh <= 0) return 1;
-    return response_number(response, "RateLimit-Limit", srv_service_config(exchange->service)->requests_a_minute) &&
+    return response_number(response, "RateLimit-Limit",
+                           srv_service_config(exchange->service)->requests_a_minute) &&
            response_number(response, "RateLimit-Remaining", floor(quota->left)) &&
            response_number(response, "RateLimit-Reset", ceil(quota->refresh));
 }
 
 static int response_fields(struct MHD_Response *response, const struct srv_exchange *exchange) {
     const struct srv_response_body *response_body = exchange->response_body;
-    int good = !exchange->media_type || response_field(response, "Content-Type", exchange->media_type);
+    int good =
+        !exchange->media_type || response_field(response, "Content-Type", exchange->media_type);
     for (int i = 0; i < exchange->headers && good; i++)
         good = response_field(response, exchange->header[i].name, exchange->header[i].value);
     for (int i = 0; response_body && i < response_body->headers && good; i++)
-        good = response_field(response, response_body->header[i].name, response_body->header[i].value);
+        good =
+            response_field(response, response_body->header[i].name, response_body->header[i].value);
     good = good && response_field(response, "X-Request-Id", exchange->id);
     good = good && response_field(response, "X-Content-Type-Options", "nosniff");
     if (exchange->trace) good = good && response_field(response, "Traceparent", exchange->trace);
@@ -100,7 +109,8 @@ static int response_fields(struct MHD_Response *response, const struct srv_excha
 
 /* --- bodies --- */
 
-/* what was found out while the body was sent. Without memory it is not told: the body is complete */
+/* what was found out while the body was sent. Without memory it is not told: the body is
+ * complete */
 static void response_trail(struct srv_response_stream *stream) {
     struct api_remarks told;
     srv_inflight_told(stream->exchange, &told);
@@ -111,8 +121,9 @@ static void response_trail(struct srv_response_stream *stream) {
 /* libmicrohttpd wants bytes of a stream */
 static ssize_t response_read(void *context, uint64_t position, char *to, size_t cap) {
     struct srv_response_stream *stream = context;
-    long count = stream->exchange->listens ? srv_events_read(stream->exchange, to, cap, stream->pause)
-                                           : srv_inflight_read(stream->exchange, to, cap, stream->pause);
+    long count = stream->exchange->listens
+                     ? srv_events_read(stream->exchange, to, cap, stream->pause)
+                     : srv_inflight_read(stream->exchange, to, cap, stream->pause);
     if (count == SRV_INFLIGHT_END) {
         if (stream->exchange->trails) response_trail(stream);
         return MHD_CONTENT_READER_END_OF_STREAM;
@@ -123,14 +134,18 @@ static ssize_t response_read(void *context, uint64_t position, char *to, size_t 
     return count;
 }
 
-struct MHD_Response *srv_response_new(const struct srv_exchange *exchange, struct srv_response_stream *stream) {
-    uint64_t length = exchange->stream_bytes < 0 ? MHD_SIZE_UNKNOWN : (uint64_t)exchange->stream_bytes;
+struct MHD_Response *srv_response_new(const struct srv_exchange *exchange,
+                                      struct srv_response_stream *stream) {
+    uint64_t length =
+        exchange->stream_bytes < 0 ? MHD_SIZE_UNKNOWN : (uint64_t)exchange->stream_bytes;
     struct MHD_Response *response =
         exchange->streams
             ? MHD_create_response_from_callback(length, RESPONSE_BLOCK, response_read, stream, NULL)
-            : MHD_create_response_from_buffer(exchange->bytes, (void *)exchange->data, MHD_RESPMEM_PERSISTENT);
+            : MHD_create_response_from_buffer(exchange->bytes, (void *)exchange->data,
+                                              MHD_RESPMEM_PERSISTENT);
     stream->response = response;
-    int good = response && (!exchange->trails || response_field(response, "Trailer", api_remarks_names));
+    int good =
+        response && (!exchange->trails || response_field(response, "Trailer", api_remarks_names));
     if (!response || (good && response_fields(response, exchange))) return response;
     MHD_destroy_response(response);
     return NULL;
@@ -144,13 +159,15 @@ void srv_response_refuse(struct srv_exchange *exchange, int fd) {
                                          exchange->field[SRV_ORIGIN], exchange->closed);
     if (origin) snprintf(cors, sizeof cors, "Access-Control-Allow-Origin: %.255s\r\n", origin);
     strftime(date, sizeof date, "%a, %d %b %Y %H:%M:%S GMT", gmtime_r(&now, &part));
-    int bytes = snprintf(head, sizeof head,
-                         "HTTP/1.1 %d %s\r\nDate: %s\r\nConnection: close\r\nContent-Type: %s\r\n"
-                         "Cache-Control: no-store\r\nX-Request-Id: %s\r\nX-Content-Type-Options: nosniff\r\n%s"
-                         "Content-Length: %zu\r\n\r\n",
-                         exchange->status, MHD_get_reason_phrase_for((unsigned)exchange->status), date,
-                         exchange->media_type, exchange->id, cors, exchange->bytes);
+    int bytes = snprintf(
+        head, sizeof head,
+        "HTTP/1.1 %d %s\r\nDate: %s\r\nConnection: close\r\nContent-Type: %s\r\n"
+        "Cache-Control: no-store\r\nX-Request-Id: %s\r\nX-Content-Type-Options: nosniff\r\n%s"
+        "Content-Length: %zu\r\n\r\n",
+        exchange->status, MHD_get_reason_phrase_for((unsigned)exchange->status), date,
+        exchange->media_type, exchange->id, cors, exchange->bytes);
     struct iovec parts[] = {{head, (size_t)bytes}, {(void *)exchange->data, exchange->bytes}};
-    (void)!sendmsg(fd, &(struct msghdr){.msg_iov = parts, .msg_iovlen = 2}, MSG_DONTWAIT | MSG_NOSIGNAL);
+    (void)!sendmsg(fd, &(struct msghdr){.msg_iov = parts, .msg_iovlen = 2},
+                   MSG_DONTWAIT | MSG_NOSIGNAL);
     exchange->close = 1;
 }

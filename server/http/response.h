@@ -1,4 +1,5 @@
-/* Answered exchanges as bytes: whole, as a stream, or written past libmicrohttpd where that takes none.
+/* Answered exchanges as bytes: whole, as a stream, or written past libmicrohttpd where that
+ * takes none.
  * Leaves to others: connections and requests (http), what an answer says (exchange).
  * Invariant: with http the only file that knows libmicrohttpd; every answer has its request id. */
 #ifndef SRV_RESPONSE_H
@@ -11,15 +12,17 @@
 /* What a stream's answer needs of its connection. */
 struct srv_response_stream {
     struct srv_exchange *exchange;
-    /** The client did or did not get bytes: so many since the answer began; 0 = it waits for the next. */
+    /** The client did or did not get bytes: so many since the answer began; 0 = it waits for the
+     * next. */
     void (*moved)(struct srv_exchange *exchange, uint64_t bytes);
     /** Suspends the connection until the exchange's finish. */
     void (*pause)(struct srv_exchange *exchange);
     struct MHD_Response *response; /* gets the trailers */
-    int broken;                    /* out: its computation failed, or was ended, before the body was complete */
+    int broken; /* out: its computation failed, or was ended, before the body was complete */
 };
 
-/** The client's own request id, or a new one: numbers of one process never repeat, and look random. */
+/** The client's own request id, or a new one: numbers of one process never repeat, and look
+ * random. */
 void srv_response_identify(struct srv_exchange *exchange);
 
 /**
@@ -29,9 +32,11 @@ void srv_response_identify(struct srv_exchange *exchange);
  *
  * Returns NULL without memory.
  */
-struct MHD_Response *srv_response_new(const struct srv_exchange *exchange, struct srv_response_stream *stream);
+struct MHD_Response *srv_response_new(const struct srv_exchange *exchange,
+                                      struct srv_response_stream *stream);
 
-/** Writes an exchange's answer straight to a socket, without waiting; the connection must end then. */
+/** Writes an exchange's answer straight to a socket, without waiting; the connection must end
+ * then. */
 void srv_response_refuse(struct srv_exchange *exchange, int fd);
 
 #endif

@@ -16,7 +16,8 @@
 
 static void router_metrics(struct srv_exchange *exchange) {
     struct srv_gauges gauges = srv_service_gauges(exchange->service);
-    if (srv_metrics_write(&exchange->service->metrics, &gauges, srv_router_label, &exchange->answer) != PEND_OK) {
+    if (srv_metrics_write(&exchange->service->metrics, &gauges, srv_router_label,
+                          &exchange->answer) != PEND_OK) {
         srv_exchange_busy(exchange, 1, "out of memory");
         return;
     }
@@ -35,37 +36,55 @@ static const struct srv_route router_table[] = {
     {"POST", "/v1/equations", NULL, NULL, API_OP_EQUATIONS, "POST /v1/equations", 0},
     {"GET", "/v1/presets", NULL, NULL, API_OP_PRESETS, "GET /v1/presets", 0},
     {"GET", "/v1/presets/{name}", NULL, NULL, API_OP_PRESET, "GET /v1/presets/{name}", 0},
-    {"POST", "/v1/scenes", NULL, srv_scenes_create, API_OP_COUNT, "POST /v1/scenes", SRV_ROUTE_CLOSED},
+    {"POST", "/v1/scenes", NULL, srv_scenes_create, API_OP_COUNT, "POST /v1/scenes",
+     SRV_ROUTE_CLOSED},
     {"GET", "/v1/scenes/{id}", NULL, srv_scenes_read, API_OP_COUNT, "GET /v1/scenes/{id}", 0},
-    {"DELETE", "/v1/scenes/{id}", NULL, srv_scenes_drop, API_OP_COUNT, "DELETE /v1/scenes/{id}", SRV_ROUTE_CLOSED},
+    {"DELETE", "/v1/scenes/{id}", NULL, srv_scenes_drop, API_OP_COUNT, "DELETE /v1/scenes/{id}",
+     SRV_ROUTE_CLOSED},
     {"GET", "/v1/jobs", NULL, srv_jobs_list, API_OP_COUNT, "GET /v1/jobs", SRV_ROUTE_CLOSED},
     {"GET", "/v1/jobs/{id}", NULL, srv_jobs_read, API_OP_COUNT, "GET /v1/jobs/{id}", 0},
-    {"DELETE", "/v1/jobs/{id}", NULL, srv_jobs_dismiss, API_OP_COUNT, "DELETE /v1/jobs/{id}", SRV_ROUTE_CLOSED},
-    {"GET", "/v1/jobs/{id}/events", NULL, srv_jobs_events, API_OP_COUNT, "GET /v1/jobs/{id}/events", 0},
-    {"GET", "/v1/jobs/{id}/results", NULL, srv_job_results, API_OP_COUNT, "GET /v1/jobs/{id}/results", 0},
+    {"DELETE", "/v1/jobs/{id}", NULL, srv_jobs_dismiss, API_OP_COUNT, "DELETE /v1/jobs/{id}",
+     SRV_ROUTE_CLOSED},
+    {"GET", "/v1/jobs/{id}/events", NULL, srv_jobs_events, API_OP_COUNT, "GET /v1/jobs/{id}/events",
+     0},
+    {"GET", "/v1/jobs/{id}/results", NULL, srv_job_results, API_OP_COUNT,
+     "GET /v1/jobs/{id}/results", 0},
     {"GET", "/", srv_assets_index, NULL, API_OP_COUNT, "GET /", 0},
     {"GET", "/docs", srv_assets_docs, NULL, API_OP_COUNT, "GET /docs", 0},
-    {"GET", "/page/{digest}/{file}", srv_assets_file, NULL, API_OP_COUNT, "GET /page/{digest}/{file}", 0},
+    {"GET", "/page/{digest}/{file}", srv_assets_file, NULL, API_OP_COUNT,
+     "GET /page/{digest}/{file}", 0},
     {"GET", "/openapi.json", srv_assets_description, NULL, API_OP_COUNT, "GET /openapi.json", 0},
     {"GET", "/healthz", srv_probes_health, NULL, API_OP_COUNT, "GET /healthz", SRV_ROUTE_ANY_HOST},
     {"GET", "/version", srv_probes_version, NULL, API_OP_COUNT, "GET /version", 0},
     {"GET", "/readyz", srv_probes_readiness, NULL, API_OP_COUNT, "GET /readyz", SRV_ROUTE_ANY_HOST},
-    {"GET", "/metrics", router_metrics, NULL, API_OP_COUNT, "GET /metrics", SRV_ROUTE_ANY_ADDRESS | SRV_ROUTE_CLOSED},
+    {"GET", "/metrics", router_metrics, NULL, API_OP_COUNT, "GET /metrics",
+     SRV_ROUTE_ANY_ADDRESS | SRV_ROUTE_CLOSED},
 };
 
-enum { ROUTER_COUNT = sizeof router_table / sizeof *router_table, ROUTER_ALLOW = 64, ROUTER_LABEL = 64 };
+enum {
+    ROUTER_COUNT = sizeof router_table / sizeof *router_table,
+    ROUTER_ALLOW = 64,
+    ROUTER_LABEL = 64
+};
 
 _Static_assert((int)ROUTER_COUNT < (int)SRV_METRIC_ROUTES, "every route has its counters");
 
-const struct srv_route *srv_router_row(int i) { return i >= 0 && i < ROUTER_COUNT ? &router_table[i] : NULL; }
+const struct srv_route *srv_router_row(int i) {
+    return i >= 0 && i < ROUTER_COUNT ? &router_table[i] : NULL;
+}
 
-int srv_router_number(const struct srv_route *route) { return route ? (int)(route - router_table) : -1; }
+int srv_router_number(const struct srv_route *route) {
+    return route ? (int)(route - router_table) : -1;
+}
 
-const char *srv_router_label(int i) { return i >= 0 && i < ROUTER_COUNT ? router_table[i].label : NULL; }
+const char *srv_router_label(int i) {
+    return i >= 0 && i < ROUTER_COUNT ? router_table[i].label : NULL;
+}
 
-/* does the path follow the pattern? Its variable part is from *argument on, *bytes long; NULL where there is none. Two
- * variables are the path's rest, slashes and all. */
-static int router_match(const char *pattern, const char *path, const char **argument, size_t *bytes) {
+/* does the path follow the pattern? Its variable part is from *argument on, *bytes long; NULL
+ * where there is none. Two variables are the path's rest, slashes and all. */
+static int router_match(const char *pattern, const char *path, const char **argument,
+                        size_t *bytes) {
     size_t fixed = strcspn(pattern, "{");
     *argument = NULL;
     *bytes = 0;
@@ -96,7 +115,8 @@ static void router_allow_add(char allow[ROUTER_ALLOW], const char *method) {
     snprintf(allow + bytes, ROUTER_ALLOW - bytes, "%s%s", bytes ? ", " : "", method);
 }
 
-/* what a path can do, without the routes that are special in one of these ways; "" where there is no such path */
+/* what a path can do, without the routes that are special in one of these ways; "" where there
+ * is no such path */
 static void router_allow(const char *path, unsigned without, char allow[ROUTER_ALLOW]) {
     const char *argument;
     size_t bytes;
@@ -113,22 +133,26 @@ static void router_allow(const char *path, unsigned without, char allow[ROUTER_A
     if (any) router_allow_add(allow, "OPTIONS");
 }
 
-/* the route of a method and a path, whose variable part is told as router_match does; NULL where there is none */
-static const struct srv_route *router_route(const char *method, const char *path, const char **argument,
-                                            size_t *bytes) {
+/* the route of a method and a path, whose variable part is told as router_match does; NULL where
+ * there is none */
+static const struct srv_route *router_route(const char *method, const char *path,
+                                            const char **argument, size_t *bytes) {
     for (int i = 0; i < ROUTER_COUNT; i++)
-        if (router_serves(&router_table[i], method) && router_match(router_table[i].pattern, path, argument, bytes))
+        if (router_serves(&router_table[i], method) &&
+            router_match(router_table[i].pattern, path, argument, bytes))
             return &router_table[i];
     return NULL;
 }
 
 /* does a page of another origin ask, which is not listed? */
 static int router_foreign(const struct srv_exchange *exchange) {
-    return srv_cors_foreign(srv_service_config(exchange->service)->cors_origins, exchange->field[SRV_ORIGIN],
-                            exchange->field[SRV_FETCH_SITE], exchange->host);
+    return srv_cors_foreign(srv_service_config(exchange->service)->cors_origins,
+                            exchange->field[SRV_ORIGIN], exchange->field[SRV_FETCH_SITE],
+                            exchange->host);
 }
 
-/* OPTIONS; a browser that asks before a page's request wants to know what such a request may have */
+/* OPTIONS; a browser that asks before a page's request wants to know what such a request may
+ * have */
 static void router_options(struct srv_exchange *exchange) {
     const char *argument, *method = exchange->field[SRV_PREFLIGHT];
     size_t bytes;
@@ -153,15 +177,18 @@ static void router_explain(struct srv_exchange *exchange) {
     }
     router_allow(exchange->path, 0, allow);
     int options = !strcmp(exchange->method, "OPTIONS");
-    if (options && !strcmp(exchange->path, "*")) strcpy(allow, "GET, HEAD, POST, QUERY, DELETE, OPTIONS");
+    if (options && !strcmp(exchange->path, "*"))
+        strcpy(allow, "GET, HEAD, POST, QUERY, DELETE, OPTIONS");
     if (!allow[0]) {
-        srv_exchange_problem(exchange, 404, "there is nothing at %.200s; see /openapi.json", exchange->path);
+        srv_exchange_problem(exchange, 404, "there is nothing at %.200s; see /openapi.json",
+                             exchange->path);
         return;
     }
     if (options)
         router_options(exchange);
     else
-        srv_exchange_problem(exchange, 405, "%.40s is not for %.200s, but %s", exchange->method, exchange->path, allow);
+        srv_exchange_problem(exchange, 405, "%.40s is not for %.200s, but %s", exchange->method,
+                             exchange->path, allow);
     srv_exchange_header(exchange, "Allow", allow);
 }
 
@@ -183,7 +210,8 @@ static int router_admit(struct srv_exchange *exchange) {
     const struct srv_service *service = exchange->service;
     if (route->handle) return 1;
     if (!srv_config_answers(&service->config)) {
-        srv_exchange_busy(exchange, 60, "this process computes jobs and answers nothing else: --role worker");
+        srv_exchange_busy(exchange, 60,
+                          "this process computes jobs and answers nothing else: --role worker");
         return 0;
     }
     if (route->begin) return 1;
@@ -201,10 +229,11 @@ static int router_open(struct srv_exchange *exchange) {
         exchange->closed |= job;
         return 1;
     }
-    srv_exchange_problem(exchange, 403,
-                         "a web page of the origin %.100s may compute here and read by id, and no more: the option "
-                         "cors-origins lists pages that may make, list and end jobs and scenes",
-                         exchange->field[SRV_ORIGIN]);
+    srv_exchange_problem(
+        exchange, 403,
+        "a web page of the origin %.100s may compute here and read by id, and no more: the option "
+        "cors-origins lists pages that may make, list and end jobs and scenes",
+        exchange->field[SRV_ORIGIN]);
     return 0;
 }
 
@@ -219,12 +248,13 @@ static int router_host(const struct srv_exchange *exchange, const struct srv_rou
 int srv_router_find(struct srv_exchange *exchange) {
     const char *argument;
     size_t bytes;
-    const struct srv_route *route = router_route(exchange->method, exchange->path, &argument, &bytes);
+    const struct srv_route *route =
+        router_route(exchange->method, exchange->path, &argument, &bytes);
     if (!router_host(exchange, route)) {
-        srv_exchange_problem(
-            exchange, 421,
-            "this server does not answer to the host %.100s: the option --hosts lists those that it does",
-            exchange->host);
+        srv_exchange_problem(exchange, 421,
+                             "this server does not answer to the host %.100s: the option --hosts "
+                             "lists those that it does",
+                             exchange->host);
         return 0;
     }
     if (!srv_admission_identify(exchange)) return 0;
@@ -234,7 +264,8 @@ int srv_router_find(struct srv_exchange *exchange) {
     }
     exchange->route = route;
     exchange->op = route->op;
-    if (router_argument(exchange, argument, bytes)) return router_open(exchange) && router_admit(exchange);
+    if (router_argument(exchange, argument, bytes))
+        return router_open(exchange) && router_admit(exchange);
     srv_exchange_problem(exchange, 431, "the request's head is too long");
     return 0;
 }

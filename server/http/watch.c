@@ -15,23 +15,27 @@
 #include "server/base/clock.h"
 
 enum {
-    WATCH_SLOW_MS = 250,  /* the tick when only deadlines matter */
-    WATCH_AFTERGLOW = 40, /* quick ticks after the last waiting connection, so that short requests wake nobody */
-    WATCH_SIGHTS = 2      /* ticks that a client that has shut its side is given: it may still want its answer */
+    WATCH_SLOW_MS = 250, /* the tick when only deadlines matter */
+    WATCH_AFTERGLOW =
+        40, /* quick ticks after the last waiting connection, so that short requests wake nobody */
+    WATCH_SIGHTS =
+        2 /* ticks that a client that has shut its side is given: it may still want its answer */
 };
 
-static const char watch_head[] = "HTTP/1.1 408 Request Timeout\r\nContent-Type: application/problem+json\r\n"
-                                 "Cache-Control: no-store\r\nConnection: close\r\n";
-static const char watch_body[] = "{\"type\":\"about:blank\",\"title\":\"Request Timeout\",\"status\":408,"
-                                 "\"detail\":\"the request did not arrive in time as a whole\"}";
+static const char watch_head[] =
+    "HTTP/1.1 408 Request Timeout\r\nContent-Type: application/problem+json\r\n"
+    "Cache-Control: no-store\r\nConnection: close\r\n";
+static const char watch_body[] =
+    "{\"type\":\"about:blank\",\"title\":\"Request Timeout\",\"status\":408,"
+    "\"detail\":\"the request did not arrive in time as a whole\"}";
 
 struct watch_lingerer {
     int fd;
     int64_t deadline;
 };
 
-/* The ring of watched connections closes in `ring`; those whose client waits come first, so that a quick tick need not
- * look at thousands of others. */
+/* The ring of watched connections closes in `ring`; those whose client waits come first, so that
+ * a quick tick need not look at thousands of others. */
 struct srv_watch {
     pthread_mutex_t lock;
     pthread_cond_t wake;
@@ -46,11 +50,13 @@ struct srv_watch {
     struct watch_lingerer linger[SRV_WATCH_LINGERING];
 };
 
-/* the time is over: says so to a client whose request does not come to its end, and ends the connection */
+/* the time is over: says so to a client whose request does not come to its end, and ends the
+ * connection */
 static void watch_expire(struct srv_watch *watch, struct srv_watched *watched) {
     if (watched->phase == SRV_WATCH_READING) {
         atomic_store(&watched->late, 1);
-        (void)!send(watched->fd, watch->timeout, strlen(watch->timeout), MSG_DONTWAIT | MSG_NOSIGNAL);
+        (void)!send(watched->fd, watch->timeout, strlen(watch->timeout),
+                    MSG_DONTWAIT | MSG_NOSIGNAL);
     }
     shutdown(watched->fd, SHUT_RDWR);
     watched->deadline = 0;
@@ -64,8 +70,9 @@ static void watch_look(struct srv_watched *watched) {
     if (watched->seen >= WATCH_SIGHTS) watched->left(watched);
 }
 
-/* Shows a client's end in mid-request to libmicrohttpd. A read that gives less than was asked for counts there as the
- * last one until epoll speaks again, and an end that came with that data is not spoken of again. */
+/* Shows a client's end in mid-request to libmicrohttpd. A read that gives less than was asked
+ * for counts there as the last one until epoll speaks again, and an end that came with that data
+ * is not spoken of again. */
 static void watch_end(struct srv_watched *watched) {
     struct pollfd look = {.fd = watched->fd, .events = POLLRDHUP};
     int unread = 0;
@@ -88,9 +95,11 @@ static void watch_round(struct srv_watch *watch) {
     int64_t now = srv_clock_now();
     int slow = now - watch->listened >= (int64_t)(WATCH_SLOW_MS - SRV_WATCH_TICK_MS) * 1000000;
     if (slow) watch->listened = now;
-    for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring; watched = watched->next) {
+    for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring;
+         watched = watched->next) {
         if (watched->phase != SRV_WATCH_WAITING && !slow) return;
-        if (watched->phase == SRV_WATCH_WAITING || watched->phase == SRV_WATCH_LISTENING) watch_look(watched);
+        if (watched->phase == SRV_WATCH_WAITING || watched->phase == SRV_WATCH_LISTENING)
+            watch_look(watched);
         if (watched->phase == SRV_WATCH_READING && slow) watch_end(watched);
         if (watched->deadline && now > watched->deadline) watch_expire(watch, watched);
     }
@@ -168,8 +177,8 @@ enum pend_status srv_watch_new(struct srv_watch **watch) {
     pthread_cond_init(&made->wake, &monotonic);
     pthread_condattr_destroy(&monotonic);
     made->ring.next = made->ring.previous = &made->ring;
-    snprintf(made->timeout, sizeof made->timeout, "%sContent-Length: %zu\r\n\r\n%s", watch_head, sizeof watch_body - 1,
-             watch_body);
+    snprintf(made->timeout, sizeof made->timeout, "%sContent-Length: %zu\r\n\r\n%s", watch_head,
+             sizeof watch_body - 1, watch_body);
     if (!pthread_create(&made->thread, NULL, watch_main, made)) return PEND_OK;
     pthread_cond_destroy(&made->wake);
     pthread_mutex_destroy(&made->lock);
@@ -219,8 +228,8 @@ void srv_watch_remove(struct srv_watch *watch, struct srv_watched *watched) {
     pthread_mutex_unlock(&watch->lock);
 }
 
-void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched, enum srv_watch_phase phase,
-                     int64_t deadline) {
+void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched,
+                     enum srv_watch_phase phase, int64_t deadline) {
     pthread_mutex_lock(&watch->lock);
     int waits = phase == SRV_WATCH_WAITING;
     if (waits != (watched->phase == SRV_WATCH_WAITING)) {
@@ -241,7 +250,8 @@ void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched, enum 
 
 void srv_watch_leave_all(struct srv_watch *watch) {
     pthread_mutex_lock(&watch->lock);
-    for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring; watched = watched->next)
+    for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring;
+         watched = watched->next)
         if ((watched->phase == SRV_WATCH_WAITING || watched->phase == SRV_WATCH_STREAMING ||
              watched->phase == SRV_WATCH_LISTENING) &&
             watched->seen < WATCH_SIGHTS) {
@@ -258,12 +268,16 @@ int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience) {
     if (patience < moment) patience = moment;
     pthread_mutex_lock(&watch->lock);
     for (int i = 0; i < watch->lingerers; i++) busy += watch->linger[i].deadline > lingering;
-    for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring; watched = watched->next) {
+    for (struct srv_watched *watched = watch->ring.next; watched != &watch->ring;
+         watched = watched->next) {
         int unread = 0;
-        /* a browser asks again on another connection; a proxy must not, where it has sent a POST on this one */
+        /* a browser asks again on another connection; a proxy must not, where it has sent a POST
+         * on this one */
         int64_t kept = atomic_load(&watched->relayed) ? patience : moment;
-        busy += watched->phase != SRV_WATCH_IDLE || now - watched->since < (watched->served ? moment : patience) ||
-                (watched->served && now - began < kept) || ioctl(watched->fd, FIONREAD, &unread) || unread;
+        busy += watched->phase != SRV_WATCH_IDLE ||
+                now - watched->since < (watched->served ? moment : patience) ||
+                (watched->served && now - began < kept) || ioctl(watched->fd, FIONREAD, &unread) ||
+                unread;
     }
     pthread_mutex_unlock(&watch->lock);
     return busy;

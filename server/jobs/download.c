@@ -30,7 +30,7 @@ struct download {
     int asked;                /* the storage reads a piece */
     int stale;                /* that piece is not wanted any more */
     int gone;                 /* nobody waits any more: who gets the piece ends the download */
-    long part, chunk;        /* that follow upon what was read */
+    long part, chunk;         /* that follow upon what was read */
     enum srv_stored stored;   /* why nothing more can be read; SRV_STORED = nothing is wrong */
     int first, count;         /* pieces that are here: a ring */
     size_t bytes[DOWNLOAD_AHEAD];
@@ -54,8 +54,8 @@ static void download_end(struct download *download) {
 
 static enum srv_stored download_run(struct srv_store *store, struct srv_store_call *call) {
     struct download *download = download_of((struct srv_ask *)call);
-    return srv_store_chunk(store, download->id, download->read.part, download->read.chunk, download->read.to,
-                           &download->read.bytes);
+    return srv_store_chunk(store, download->id, download->read.part, download->read.chunk,
+                           download->read.to, &download->read.bytes);
 }
 
 /* asks for the next piece where there is room for it, and any; called with the lock */
@@ -123,12 +123,14 @@ static int download_ready(void *context) {
     return has;
 }
 
-static enum pend_status download_fetch(void *context, void *data, size_t cap, size_t *bytes, struct pend_error *error) {
+static enum pend_status download_fetch(void *context, void *data, size_t cap, size_t *bytes,
+                                       struct pend_error *error) {
     struct download *download = context;
     enum pend_status status = PEND_OK;
     *bytes = 0;
     if (cap < SRV_CHUNK_BYTES)
-        return pend_fail(error, PEND_BUG, -1, 0, "a chunk of %d bytes has no room", SRV_CHUNK_BYTES);
+        return pend_fail(error, PEND_BUG, -1, 0, "a chunk of %d bytes has no room",
+                         SRV_CHUNK_BYTES);
     pthread_mutex_lock(&download->lock);
     enum srv_stored stored = download->stored;
     if (download->count) {
@@ -139,9 +141,10 @@ static enum pend_status download_fetch(void *context, void *data, size_t cap, si
         download_ask(download);
     } else if (stored != SRV_STORED) {
         status = pend_fail(error, PEND_CANCELLED, -1, 0,
-                           stored == SRV_STORED_NONE      ? "the job's results are not kept any more"
-                           : stored == SRV_STORED_DAMAGED ? "the job's results are damaged where they are kept"
-                                                          : "the store is out of reach");
+                           stored == SRV_STORED_NONE ? "the job's results are not kept any more"
+                           : stored == SRV_STORED_DAMAGED
+                               ? "the job's results are damaged where they are kept"
+                               : "the store is out of reach");
     } else if (download->part < download->parts) {
         status = pend_fail(error, PEND_BUG, -1, 0, "nothing was read yet");
     }
@@ -176,8 +179,8 @@ static void download_free(struct srv_source *source) {
     if (!asked) download_end(download);
 }
 
-enum srv_room srv_download_new(struct srv_source **source, struct srv_exchange *exchange, const char *id, long parts,
-                               void *body, size_t body_bytes) {
+enum srv_room srv_download_new(struct srv_source **source, struct srv_exchange *exchange,
+                               const char *id, long parts, void *body, size_t body_bytes) {
     struct srv_service *service = exchange->service;
     struct download *made = malloc(sizeof *made + (size_t)DOWNLOAD_AHEAD * SRV_CHUNK_BYTES);
     *source = NULL;
@@ -185,22 +188,27 @@ enum srv_room srv_download_new(struct srv_source **source, struct srv_exchange *
         free(body);
         return SRV_ROOM_NONE;
     }
-    *made = (struct download){
-        .source = {.from = {.fetch = download_fetch, .again = download_again, .context = made, .ready = download_ready},
-                   .body = body,
-                   .body_bytes = body_bytes,
-                   .park = download_park,
-                   .free = download_free},
-        .ask = {.call = {.run = download_run}, .done = download_done},
-        .storage = service->storage,
-        .hold = {.service = service, .payer = srv_exchange_payer(exchange), .kind = SRV_MEMORY_COMPUTATIONS},
-        .parts = parts,
-        .body = body,
-        .stored = SRV_STORED};
+    *made = (struct download){.source = {.from = {.fetch = download_fetch,
+                                                  .again = download_again,
+                                                  .context = made,
+                                                  .ready = download_ready},
+                                         .body = body,
+                                         .body_bytes = body_bytes,
+                                         .park = download_park,
+                                         .free = download_free},
+                              .ask = {.call = {.run = download_run}, .done = download_done},
+                              .storage = service->storage,
+                              .hold = {.service = service,
+                                       .payer = srv_exchange_payer(exchange),
+                                       .kind = SRV_MEMORY_COMPUTATIONS},
+                              .parts = parts,
+                              .body = body,
+                              .stored = SRV_STORED};
     memcpy(made->id, id, sizeof made->id);
     pthread_mutex_init(&made->lock, NULL);
     if (made->hold.payer) srv_clients_share(service->clients, made->hold.payer);
-    enum srv_room room = srv_hold_try(&made->hold, sizeof *made + (size_t)DOWNLOAD_AHEAD * SRV_CHUNK_BYTES);
+    enum srv_room room =
+        srv_hold_try(&made->hold, sizeof *made + (size_t)DOWNLOAD_AHEAD * SRV_CHUNK_BYTES);
     if (room == SRV_ROOM)
         *source = &made->source;
     else

@@ -68,7 +68,8 @@ static enum pend_status listener_event(struct srv_listener *listener) {
     api_buffer_init(&json, EVENTS_TEXT);
     srv_events_id(&listener->job, listener->told);
     enum pend_status status = api_job_write(&view, &json);
-    if (status == PEND_OK) status = api_buffer_format(text, "event: progress\nid: %s\ndata: ", listener->told);
+    if (status == PEND_OK)
+        status = api_buffer_format(text, "event: progress\nid: %s\ndata: ", listener->told);
     if (status == PEND_OK) status = api_buffer_add(text, json.data, json.bytes);
     if (status == PEND_OK) status = api_buffer_text(text, "\n\n");
     api_buffer_clear(&json);
@@ -119,22 +120,26 @@ static void listener_free(struct srv_events *events, struct srv_listener *listen
 /* so many of so many, at least one */
 static int events_part(int most, int share) { return most / share > 0 ? most / share : 1; }
 
-/* whether a client has its share of the streams, or all clients of its address or account have theirs */
+/* whether a client has its share of the streams, or all clients of its address or account have
+ * theirs */
 static int events_sated(const struct srv_events *events, const struct srv_identity *who) {
     int own = 0, all = 0;
     for (const struct srv_listener *at = events->first; at; at = at->next) {
         own += !strcmp(at->exchange->identity.key, who->key);
         all += !strcmp(at->exchange->identity.source, who->source);
     }
-    return own >= events_part(events->most, SRV_EVENTS_SHARE) || all >= events_part(3 * events->most, SRV_EVENTS_SHARE);
+    return own >= events_part(events->most, SRV_EVENTS_SHARE) ||
+           all >= events_part(3 * events->most, SRV_EVENTS_SHARE);
 }
 
-enum pend_status srv_events_open(struct srv_events *events, struct srv_exchange *exchange, const struct srv_job *job,
-                                 const char *last, int *own) {
+enum pend_status srv_events_open(struct srv_events *events, struct srv_exchange *exchange,
+                                 const struct srv_job *job, const char *last, int *own) {
     struct srv_listener *made = calloc(1, sizeof *made);
     if (!made) return PEND_NO_MEMORY;
-    *made = (struct srv_listener){
-        .exchange = exchange, .job = *job, .beat_at = srv_clock_now() + (int64_t)SRV_EVENTS_BEAT_S * 1000000000};
+    *made =
+        (struct srv_listener){.exchange = exchange,
+                              .job = *job,
+                              .beat_at = srv_clock_now() + (int64_t)SRV_EVENTS_BEAT_S * 1000000000};
     if (last) snprintf(made->told, sizeof made->told, "%s", last);
     api_buffer_init(&made->text, EVENTS_TEXT);
     enum pend_status status = api_buffer_format(&made->text, "retry: %d\n\n", SRV_EVENTS_RETRY_MS);
@@ -160,7 +165,8 @@ enum pend_status srv_events_open(struct srv_events *events, struct srv_exchange 
     return status;
 }
 
-long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap, void (*pause)(struct srv_exchange *)) {
+long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap,
+                     void (*pause)(struct srv_exchange *)) {
     struct srv_events *events = exchange->service->events;
     long result = SRV_INFLIGHT_BROKEN;
     pthread_mutex_lock(&events->lock);
@@ -263,7 +269,8 @@ static void look_tell(struct srv_events *events) {
 
 /* waits for something to do; 0 at the end; with the lock */
 static int events_wait(struct srv_events *events, int64_t asked) {
-    int64_t look = asked + (int64_t)EVENTS_LOOK_MS * 1000000, least = asked + (int64_t)EVENTS_LEAST_MS * 1000000;
+    int64_t look = asked + (int64_t)EVENTS_LOOK_MS * 1000000,
+            least = asked + (int64_t)EVENTS_LEAST_MS * 1000000;
     while (!events->over) {
         int64_t now = srv_clock_now(), until = events->news ? least : look;
         struct timespec time = {until / 1000000000, until % 1000000000};
@@ -290,7 +297,8 @@ static void *events_main(void *context) {
         pthread_mutex_unlock(&events->lock);
         asked = srv_clock_now();
         events->look.ask.call.run = look_run;
-        if (events->look.count) srv_storage_wait(events->service->storage, SRV_ASK_READ, &events->look.ask);
+        if (events->look.count)
+            srv_storage_wait(events->service->storage, SRV_ASK_READ, &events->look.ask);
         pthread_mutex_lock(&events->lock);
         look_tell(events);
     }

@@ -1,7 +1,8 @@
-/* Who listens to the progress of jobs: streams of server-sent events, and the one thread that looks for what is new.
+/* Who listens to the progress of jobs: streams of server-sent events, and the one thread that
+ * looks for what is new.
  * Leaves to others: jobs themselves (store), connections (http), a job as JSON (job_view).
- * Invariant: an open stream holds one event's memory, no worker and no thread; a reader that is slow misses steps,
- * never the last word. */
+ * Invariant: an open stream holds one event's memory, no worker and no thread; a reader that is
+ * slow misses steps, never the last word. */
 #ifndef SRV_EVENTS_H
 #define SRV_EVENTS_H
 
@@ -10,7 +11,8 @@
 enum {
     SRV_EVENTS_BEAT_S = 10, /* a comment after so long without an event */
     SRV_EVENTS_RETRY_MS = 2000,
-    SRV_EVENTS_SHARE = 4, /* one client may have an open stream in so many, all of an address three */
+    SRV_EVENTS_SHARE =
+        4, /* one client may have an open stream in so many, all of an address three */
     SRV_EVENT_ID = 48
 };
 
@@ -24,7 +26,8 @@ struct srv_events;
  *
  * PEND_NO_MEMORY
  */
-PEND_MUST_CHECK enum pend_status srv_events_new(struct srv_events **events, struct srv_service *service, int most);
+PEND_MUST_CHECK enum pend_status srv_events_new(struct srv_events **events,
+                                                struct srv_service *service, int most);
 
 /** Starts its thread, once service->storage is there. PEND_NO_MEMORY when that cannot be had. */
 PEND_MUST_CHECK enum pend_status srv_events_start(struct srv_events *events);
@@ -38,25 +41,31 @@ void srv_events_free(struct srv_events **events);
 /** Some job may have got on. Any thread; NULL is accepted. */
 void srv_events_news(struct srv_events *events);
 
-/** What tells a job's state from its states before and after, as the `id` of an event: "running-12". */
+/** What tells a job's state from its states before and after, as the `id` of an event:
+ * "running-12". */
 void srv_events_id(const struct srv_job *job, char id[SRV_EVENT_ID]);
 
 /**
- * Answers an exchange with a stream of a job's events, beginning with its state now unless `last` is the id of that.
+ * Answers an exchange with a stream of a job's events, beginning with its state now unless `last`
+ * is the id of that.
  *
  * PEND_LIMIT     too many streams are open; `own` is set where it is the client who has too many.
  * PEND_NO_MEMORY
  */
-PEND_MUST_CHECK enum pend_status srv_events_open(struct srv_events *events, struct srv_exchange *exchange,
-                                                 const struct srv_job *job, const char *last, int *own);
+PEND_MUST_CHECK enum pend_status srv_events_open(struct srv_events *events,
+                                                 struct srv_exchange *exchange,
+                                                 const struct srv_job *job, const char *last,
+                                                 int *own);
 
 /** As srv_inflight_read, of an exchange whose `listens` is set. */
-long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap, void (*pause)(struct srv_exchange *));
+long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap,
+                     void (*pause)(struct srv_exchange *));
 
 /** The reader is gone, or the server is stopping and wants the stream to end. Any thread. */
 void srv_events_leave(struct srv_exchange *exchange, enum srv_stop why);
 
-/** Ends every stream after what was told: the clients come again, to whom they find. Any thread; NULL is accepted. */
+/** Ends every stream after what was told: the clients come again, to whom they find. Any thread;
+ * NULL is accepted. */
 void srv_events_drain(struct srv_events *events);
 
 #endif

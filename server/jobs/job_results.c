@@ -15,21 +15,23 @@ static void results_deliver(struct srv_store_request *asked) {
     struct srv_exchange *exchange = asked->exchange;
     struct srv_source *source;
     int op = 0;
-    while (op < API_OP_COUNT && strcmp(api_op_at((enum api_op_id)op)->name, asked->job.operation)) op++;
+    while (op < API_OP_COUNT && strcmp(api_op_at((enum api_op_id)op)->name, asked->job.operation))
+        op++;
     if (op == API_OP_COUNT) {
         srv_exchange_busy(exchange, 1, "this version does not know the job's operation");
         srv_store_request_end(asked);
         return;
     }
-    enum srv_room room =
-        srv_download_new(&source, exchange, asked->id, asked->job.parts, asked->request, asked->request_bytes);
+    enum srv_room room = srv_download_new(&source, exchange, asked->id, asked->job.parts,
+                                          asked->request, asked->request_bytes);
     asked->request = NULL;
     if (room != SRV_ROOM) {
         srv_exchange_crowded(exchange, room, "reading the job's results");
         srv_store_request_end(asked);
         return;
     }
-    if (!strcmp(exchange->method, "GET")) source->ranged = srv_range_read(exchange->field[SRV_RANGE], &source->range);
+    if (!strcmp(exchange->method, "GET"))
+        source->ranged = srv_range_read(exchange->field[SRV_RANGE], &source->range);
     /* the bytes that are numbered are those of the answer as it is */
     if (source->ranged) exchange->coding = SRV_IDENTITY;
     exchange->source = source;
@@ -56,11 +58,13 @@ static void results_found(struct srv_store_request *asked, enum srv_stored store
     if (stored != SRV_STORED)
         srv_store_request_refuse(asked, stored);
     else if (job->state <= SRV_JOB_RUNNING)
-        srv_exchange_problem(exchange, 409, "the job is %s, with %ld of %ld parts done: its results come with its end",
-                             srv_job_word(job->state), job->done, job->parts);
+        srv_exchange_problem(
+            exchange, 409,
+            "the job is %s, with %ld of %ld parts done: its results come with its end",
+            srv_job_word(job->state), job->done, job->parts);
     else
-        srv_exchange_problem(exchange, 409, "the job has no results: it is %s%s%.200s", srv_job_word(job->state),
-                             job->message[0] ? ": " : "", job->message);
+        srv_exchange_problem(exchange, 409, "the job has no results: it is %s%s%.200s",
+                             srv_job_word(job->state), job->message[0] ? ": " : "", job->message);
     srv_store_request_end(asked);
 }
 

@@ -1,6 +1,7 @@
 /* What a job found out, in the representation that is asked for.
  * Leaves to others: the encoding (compute, api/call/results), the parts in the store.
- * Invariant: the same job, representation and engine: the same bytes, whenever and from whichever process. */
+ * Invariant: the same job, representation and engine: the same bytes, whenever and from
+ * whichever process. */
 #ifndef SRV_JOB_RESULTS_H
 #define SRV_JOB_RESULTS_H
 

@@ -1,5 +1,6 @@
 /* A job of the store as its client reads it.
- * Leaves to others: the JSON (api/call/job_json), who may see it (jobs). Invariant: says nothing that the store did not. */
+ * Leaves to others: the JSON (api/call/job_json), who may see it (jobs). Invariant: says nothing
+ * that the store did not. */
 #ifndef SRV_JOB_VIEW_H
 #define SRV_JOB_VIEW_H
 

@@ -49,8 +49,10 @@ static int jobs_prefers(const char *list, const char *name) {
 int srv_jobs_wanted(const struct srv_exchange *exchange) {
     /* what answers a table computes; anything else is there at once */
     const struct api_op *op = api_op_at(exchange->op);
-    if (exchange->method && !strcmp(exchange->method, "QUERY")) return 0; /* it is to change nothing */
-    return op && op->table && exchange->service->storage && jobs_prefers(exchange->field[SRV_PREFER], "respond-async");
+    if (exchange->method && !strcmp(exchange->method, "QUERY"))
+        return 0; /* it is to change nothing */
+    return op && op->table && exchange->service->storage &&
+           jobs_prefers(exchange->field[SRV_PREFER], "respond-async");
 }
 
 /* visible ASCII, with or without the quotes of a structured field */
@@ -79,7 +81,8 @@ static int jobs_read_query(const char *query, struct srv_store_request *asked) {
             memcpy(asked->id, at + 7, SRV_ID_BYTES - 1);
             asked->before = asked->id;
             if (!srv_store_request_id_good(asked->id)) return 0;
-        } else if (!strncmp(at, "limit=", 6) && bytes > 6 && bytes < 10 && strspn(at + 6, "0123456789") == bytes - 6) {
+        } else if (!strncmp(at, "limit=", 6) && bytes > 6 && bytes < 10 &&
+                   strspn(at + 6, "0123456789") == bytes - 6) {
             asked->most = atoi(at + 6);
             if (asked->most < 1 || asked->most > JOBS_PAGE) return 0;
         } else {
@@ -143,27 +146,31 @@ static void jobs_digest(const char *text, unsigned char digest[SRV_DIGEST_BYTES]
     }
 }
 
-/* Refuses what would be accepted and fail for its size at the first part, or at the largest. Returns 1 where it fits.
+/* Refuses what would be accepted and fail for its size at the first part, or at the largest.
+ * Returns 1 where it fits.
  */
 static int jobs_fit(struct srv_exchange *exchange, const struct api_plan *plan, size_t body_bytes) {
     const struct srv_config *config = srv_service_config(exchange->service);
     double bytes = plan->bytes + 2 * (double)body_bytes, answer = config->limits.answer_bytes;
     if (srv_hold_never(config, bytes))
-        srv_exchange_problem(exchange, 422,
-                             "a part of this job would take about %.0f bytes of memory while it is computed, and "
-                             "max-held-bytes leaves at most %.0f to one",
-                             bytes, srv_hold_most(config));
+        srv_exchange_problem(
+            exchange, 422,
+            "a part of this job would take about %.0f bytes of memory while it is computed, and "
+            "max-held-bytes leaves at most %.0f to one",
+            bytes, srv_hold_most(config));
     else if (plan->kept > answer)
-        srv_exchange_problem(exchange, 422,
-                             "a part of this job would have at least %.0f bytes of results, more than "
-                             "max-answer-bytes allows: %.0f; ask for fewer instants, members or columns",
-                             plan->kept, answer);
+        srv_exchange_problem(
+            exchange, 422,
+            "a part of this job would have at least %.0f bytes of results, more than "
+            "max-answer-bytes allows: %.0f; ask for fewer instants, members or columns",
+            plan->kept, answer);
     else
         return 1;
     return 0;
 }
 
-/* reads the request as a whole; returns 1 when the job may be kept, else the exchange is answered */
+/* reads the request as a whole; returns 1 when the job may be kept, else the exchange is
+ * answered */
 static int jobs_plan(struct srv_store_request *asked) {
     struct srv_exchange *exchange = asked->exchange;
     const struct srv_service *service = exchange->service;
@@ -175,16 +182,17 @@ static int jobs_plan(struct srv_store_request *asked) {
                                   .body = exchange->body.bytes ? exchange->body.data : NULL,
                                   .body_bytes = exchange->body.bytes};
     api_buffer_init(&asked->body, exchange->body.bytes + JOBS_SPARE);
-    int http = api_plan_read(&plan, &request, srv_service_job_limits(service), service->config.job_part_seconds,
-                             &asked->body, &exchange->answer);
+    int http = api_plan_read(&plan, &request, srv_service_job_limits(service),
+                             service->config.job_part_seconds, &asked->body, &exchange->answer);
     if (http) {
         srv_exchange_answered(exchange, http, "application/problem+json");
         return 0;
     }
     if (plan.cost > JOBS_COST * limit) {
-        srv_exchange_problem(exchange, 422,
-                             "this would compute for about %.0f s, longer than max-job-seconds allows: %.15g s",
-                             plan.cost, limit);
+        srv_exchange_problem(
+            exchange, 422,
+            "this would compute for about %.0f s, longer than max-job-seconds allows: %.15g s",
+            plan.cost, limit);
         return 0;
     }
     if (!jobs_fit(exchange, &plan, asked->body.bytes)) return 0;
@@ -201,7 +209,9 @@ void srv_jobs_submit(struct srv_exchange *exchange) {
     struct srv_store_request *asked = srv_store_request_begin(exchange, &srv_store_request_jobs);
     if (!asked) return;
     if (!jobs_read_key(exchange->field[SRV_IDEMPOTENCY_KEY], asked->key)) {
-        srv_exchange_problem(exchange, 400, "Idempotency-Key must be 1 to %d visible ASCII characters", SRV_STORE_REQUEST_KEY);
+        srv_exchange_problem(exchange, 400,
+                             "Idempotency-Key must be 1 to %d visible ASCII characters",
+                             SRV_STORE_REQUEST_KEY);
         srv_store_request_end(asked);
         return;
     }
@@ -210,7 +220,8 @@ void srv_jobs_submit(struct srv_exchange *exchange) {
 
 /* --- one job --- */
 
-/* a question: the end of a job that this client may end; SRV_STORED_CLASH where it is somebody else's */
+/* a question: the end of a job that this client may end; SRV_STORED_CLASH where it is somebody
+ * else's */
 static enum srv_stored jobs_drop(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = (struct srv_store_request *)call;
     enum srv_stored stored = srv_store_request_find(store, call);
@@ -227,17 +238,20 @@ static void jobs_found(struct srv_store_request *asked, enum srv_stored stored) 
     srv_store_request_end(asked);
 }
 
-/* Who knows an id may read the job, so that it is there is no secret: who may not end it is told so. */
+/* Who knows an id may read the job, so that it is there is no secret: who may not end it is told
+ * so. */
 static void jobs_denied(struct srv_exchange *exchange, const struct srv_job *job) {
     const char *owner = srv_identity_word(job->client);
     if (exchange->identity.kind == SRV_IDENTITY_TOKEN || strcmp(owner, "token") != 0)
-        srv_exchange_problem(exchange, 403,
-                             "this job is not yours to end: it was posted %s, and only from there it can be ended",
-                             !strcmp(owner, "token")     ? "with another token"
-                             : !strcmp(owner, "account") ? "from another account"
-                                                         : "without a token, from another address");
+        srv_exchange_problem(
+            exchange, 403,
+            "this job is not yours to end: it was posted %s, and only from there it can be ended",
+            !strcmp(owner, "token")     ? "with another token"
+            : !strcmp(owner, "account") ? "from another account"
+                                        : "without a token, from another address");
     else
-        srv_admission_challenge(exchange, "this job was posted with a token, which is needed to end it");
+        srv_admission_challenge(exchange,
+                                "this job was posted with a token, which is needed to end it");
 }
 
 static void jobs_dropped(struct srv_store_request *asked, enum srv_stored stored) {
@@ -282,13 +296,15 @@ static int jobs_ended(struct srv_store_request *asked) {
 static void jobs_listen(struct srv_store_request *asked) {
     struct srv_exchange *exchange = asked->exchange;
     int own, most = (int)asked->service->config.event_streams;
-    enum pend_status status =
-        srv_events_open(asked->service->events, exchange, &asked->job, exchange->field[SRV_LAST_EVENT_ID], &own);
+    enum pend_status status = srv_events_open(asked->service->events, exchange, &asked->job,
+                                              exchange->field[SRV_LAST_EVENT_ID], &own);
     if (status == PEND_NO_MEMORY) {
         srv_exchange_busy(exchange, 1, "out of memory");
     } else if (status != PEND_OK && own) {
-        srv_exchange_problem(exchange, 429,
-                             "you have a quarter of max-event-streams, %d, open, or all of your address three", most);
+        srv_exchange_problem(
+            exchange, 429,
+            "you have a quarter of max-event-streams, %d, open, or all of your address three",
+            most);
         srv_exchange_retry(exchange, 5);
     } else if (status != PEND_OK) {
         srv_exchange_busy(exchange, 5, "too many streams of events are open: max-event-streams");
@@ -318,8 +334,8 @@ void srv_jobs_events(struct srv_exchange *exchange) {
 
 static enum srv_stored jobs_find_page(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = (struct srv_store_request *)call;
-    return srv_store_list(store, asked->exchange->identity.key, asked->before, asked->most, asked->page,
-                          &asked->count);
+    return srv_store_list(store, asked->exchange->identity.key, asked->before, asked->most,
+                          asked->page, &asked->count);
 }
 
 static void jobs_found_page(struct srv_store_request *asked, enum srv_stored stored) {
@@ -331,8 +347,11 @@ static void jobs_found_page(struct srv_store_request *asked, enum srv_stored sto
     } else {
         for (int i = 0; i < asked->count; i++) view[i] = srv_job_view(&asked->page[i]);
         int full = asked->count == asked->most;
-        if (full) snprintf(next, sizeof next, "/v1/jobs?before=%s&limit=%d", view[asked->count - 1].id, asked->most);
-        jobs_written(exchange, 200, api_jobs_write(view, asked->count, full ? next : NULL, &exchange->answer));
+        if (full)
+            snprintf(next, sizeof next, "/v1/jobs?before=%s&limit=%d", view[asked->count - 1].id,
+                     asked->most);
+        jobs_written(exchange, 200,
+                     api_jobs_write(view, asked->count, full ? next : NULL, &exchange->answer));
     }
     srv_store_request_end(asked);
 }
@@ -341,14 +360,16 @@ void srv_jobs_list(struct srv_exchange *exchange) {
     struct srv_store_request *asked = srv_store_request_begin(exchange, &srv_store_request_jobs);
     if (!asked) return;
     if (!jobs_read_query(exchange->query, asked)) {
-        srv_exchange_problem(exchange, 422, "the query may say before=ID and limit=1 to %d, got ?%.100s", JOBS_PAGE,
-                             exchange->query);
+        srv_exchange_problem(exchange, 422,
+                             "the query may say before=ID and limit=1 to %d, got ?%.100s",
+                             JOBS_PAGE, exchange->query);
         srv_store_request_end(asked);
         return;
     }
     if (exchange->identity.kind == SRV_IDENTITY_ADDRESS) {
-        srv_admission_challenge(exchange,
-                                "a list is of what was posted with a token, and an address is nobody's alone");
+        srv_admission_challenge(
+            exchange,
+            "a list is of what was posted with a token, and an address is nobody's alone");
         srv_store_request_end(asked);
         return;
     }

@@ -9,12 +9,14 @@ static enum srv_stored poll_run(struct srv_store *store, struct srv_store_call *
     for (int i = 0; i < poll->count && stored < SRV_STORED_FULL; i++) {
         struct srv_job job;
         stored = srv_store_job(store, poll->job[i].id, &job);
-        poll->job[i].ended = stored == SRV_STORED_NONE || (stored == SRV_STORED && job.state > SRV_JOB_RUNNING);
+        poll->job[i].ended =
+            stored == SRV_STORED_NONE || (stored == SRV_STORED && job.state > SRV_JOB_RUNNING);
     }
     return stored < SRV_STORED_FULL ? SRV_STORED : stored;
 }
 
-struct srv_part_poll *srv_part_poll_new(int most, void (*done)(struct srv_ask *ask), void *context) {
+struct srv_part_poll *srv_part_poll_new(int most, void (*done)(struct srv_ask *ask),
+                                        void *context) {
     struct srv_part_poll *poll = calloc(1, sizeof *poll + (size_t)most * sizeof poll->job[0]);
     if (!poll) return NULL;
     poll->ask = (struct srv_ask){.call = {.run = poll_run}, .done = done};

@@ -11,7 +11,8 @@ enum { PART_RUN_KEEP = 1 << 20 };
 
 void srv_part_run_init(struct srv_part_run *run, struct srv_service *service) {
     size_t most = (size_t)srv_service_config(service)->limits.answer_bytes;
-    *run = (struct srv_part_run){.service = service, .hold = {.service = service, .kind = SRV_MEMORY_JOBS}};
+    *run = (struct srv_part_run){.service = service,
+                                 .hold = {.service = service, .kind = SRV_MEMORY_JOBS}};
     api_buffer_init(&run->out, most);
     api_buffer_init(&run->carry, most);
 }
@@ -71,49 +72,57 @@ static int part_run_hurry(void *company) {
 }
 
 /* makes the part ready */
-static enum pend_status part_run_begin(struct srv_part_run *run, const struct srv_lease *lease, struct pend_error *error) {
+static enum pend_status part_run_begin(struct srv_part_run *run, const struct srv_lease *lease,
+                                       struct pend_error *error) {
     struct srv_service *service = run->service;
     struct api_request request = {.op = part_run_op(lease->operation),
                                   .content_type = "application/json",
                                   .body = run->request,
                                   .body_bytes = run->request_bytes};
     if (request.op == API_OP_COUNT)
-        return pend_fail(error, PEND_INVALID, -1, 0, "this version does not know the operation '%.60s'",
-                         lease->operation);
-    PEND_TRY(api_part_new(&run->part, &request, srv_service_job_limits(service), lease->part, lease->parts, error));
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "this version does not know the operation '%.60s'", lease->operation);
+    PEND_TRY(api_part_new(&run->part, &request, srv_service_job_limits(service), lease->part,
+                          lease->parts, error));
     api_part_clock(run->part, srv_clock_seconds, NULL);
     if (!lease->start) return PEND_OK;
     return api_part_resume(run->part, lease->start, lease->start_bytes, error);
 }
 
-/* Reserves the memory of a part. Returns 1 when it may begin, 0 when it is to wait until others hold less. */
-static int part_run_room(struct srv_part_run *run, enum pend_status *status, struct pend_error *error) {
+/* Reserves the memory of a part. Returns 1 when it may begin, 0 when it is to wait until others
+ * hold less. */
+static int part_run_room(struct srv_part_run *run, enum pend_status *status,
+                         struct pend_error *error) {
     size_t bytes = part_run_bytes(run);
     enum srv_room room = srv_hold_try(&run->hold, bytes);
     run->roomy = room == SRV_ROOM;
     if (room == SRV_ROOM_NEVER)
-        *status = pend_fail(error, PEND_LIMIT, -1, 0,
-                            "a part takes about %zu bytes of memory, more than max-held-bytes", bytes);
+        *status =
+            pend_fail(error, PEND_LIMIT, -1, 0,
+                      "a part takes about %zu bytes of memory, more than max-held-bytes", bytes);
     else if (room != SRV_ROOM)
         nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
     return run->roomy;
 }
 
 /* one piece of a part */
-static enum pend_status part_run_piece(struct srv_part_run *run, int *done, struct pend_error *error) {
+static enum pend_status part_run_piece(struct srv_part_run *run, int *done,
+                                       struct pend_error *error) {
     double limit = srv_service_job_limits(run->service)->compute_seconds;
     enum pend_status status = api_part_run(run->part, &run->out, done, error);
     if (status == PEND_OK && *done) status = api_part_carry(run->part, &run->carry);
     if (status == PEND_LIMIT && run->out.bytes + run->out.limit / 2 > run->out.limit)
-        return pend_fail(error, status, -1, 0, "a part's results are larger than max-answer-bytes: %zu bytes",
+        return pend_fail(error, status, -1, 0,
+                         "a part's results are larger than max-answer-bytes: %zu bytes",
                          run->out.limit);
     if (status == PEND_OK && (double)run->spent > 1e9 * limit)
-        return pend_fail(error, PEND_DEADLINE, -1, 0, "a part computed longer than max-job-seconds allows: %.15g s",
-                         limit);
+        return pend_fail(error, PEND_DEADLINE, -1, 0,
+                         "a part computed longer than max-job-seconds allows: %.15g s", limit);
     return status;
 }
 
-enum srv_part_run_end srv_part_run_turn(struct srv_part_run *run, const struct srv_lease *lease, int level) {
+enum srv_part_run_end srv_part_run_turn(struct srv_part_run *run, const struct srv_lease *lease,
+                                        int level) {
     struct part_run_turn turn = {run, level};
     struct pend_error error = {.text = ""};
     enum pend_status status = PEND_OK;
@@ -125,7 +134,8 @@ enum srv_part_run_end srv_part_run_turn(struct srv_part_run *run, const struct s
             run->roomy = 0;
             status = part_run_begin(run, lease, &error);
         }
-        if (status == PEND_OK && !run->roomy && !part_run_room(run, &status, &error) && status == PEND_OK)
+        if (status == PEND_OK && !run->roomy && !part_run_room(run, &status, &error) &&
+            status == PEND_OK)
             return SRV_PART_RUN_YIELDS;
         if (status == PEND_OK) {
             api_part_hurry(run->part, part_run_hurry, &turn);

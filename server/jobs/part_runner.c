@@ -26,16 +26,16 @@ struct srv_part_runner {
     pthread_cond_t some;
     pthread_t thread;
     int started, over;
-    int wanted;           /* somebody should look whether there is a part */
-    int64_t poll_at;      /* ns: when to look without being told */
-    int doubt, asking;    /* a job may have ended elsewhere; the poll is under way */
-    int64_t ended_at;    /* ns: not before */
-    int64_t idle;         /* ns: since when there was nothing to do; 0 = there is, or nobody knows */
-    int draining;         /* 1 = no more claims, 2 = asked to give back, 3 = given back */
+    int wanted;        /* somebody should look whether there is a part */
+    int64_t poll_at;   /* ns: when to look without being told */
+    int doubt, asking; /* a job may have ended elsewhere; the poll is under way */
+    int64_t ended_at;  /* ns: not before */
+    int64_t idle;      /* ns: since when there was nothing to do; 0 = there is, or nobody knows */
+    int draining;      /* 1 = no more claims, 2 = asked to give back, 3 = given back */
     struct srv_ask claim; /* for parts, `asked` at most */
     int claiming, asked, claimed;
     struct srv_lease lease[SRV_CLAIMS]; /* of the claim */
-    int count, most_long;               /* slots; parts that are not small and may be held at a time */
+    int count, most_long; /* slots; parts that are not small and may be held at a time */
     struct srv_part_slot slot[];
 };
 
@@ -44,24 +44,27 @@ enum {
     RUNNER_AGAIN_MS = 200,
     RUNNER_BEAT_MS = 500,
     RUNNER_ENDED_MS = 20, /* from one poll to the next, however much news there is */
-    RUNNER_DEAF_MS = 50,   /* and where there is no news */
+    RUNNER_DEAF_MS = 50,  /* and where there is no news */
     RUNNER_CONTENDED_MS = 5,
-    RUNNER_YOUNG_MS = 20, /* a part that is held for less is not asked about: it may be over by then */
-    RUNNER_LONG_MS = 200, /* a part that computes for longer is no small one, whatever was estimated */
-    RUNNER_SMALL = 128    /* slots for small parts */
+    RUNNER_YOUNG_MS =
+        20, /* a part that is held for less is not asked about: it may be over by then */
+    RUNNER_LONG_MS =
+        200,           /* a part that computes for longer is no small one, whatever was estimated */
+    RUNNER_SMALL = 128 /* slots for small parts */
 };
 
 static int64_t runner_ms(int ms) { return (int64_t)ms * 1000000; }
 
-/* how often a part is held for longer: well within its lease, and often enough to hear that its job was dismissed by
- * another process, should that be news that got lost */
+/* how often a part is held for longer: well within its lease, and often enough to hear that its
+ * job was dismissed by another process, should that be news that got lost */
 static int64_t runner_beat_ns(const struct srv_part_runner *runner) {
     int64_t third = runner->lease_us * 1000 / 3;
     return third < runner_ms(RUNNER_BEAT_MS) ? third : runner_ms(RUNNER_BEAT_MS);
 }
 
 static enum srv_stored runner_release(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_part_runner *runner = (struct srv_part_runner *)((char *)call - offsetof(struct srv_part_runner, release));
+    struct srv_part_runner *runner =
+        (struct srv_part_runner *)((char *)call - offsetof(struct srv_part_runner, release));
     return srv_store_release(store, runner->name);
 }
 
@@ -96,10 +99,12 @@ static void runner_rest(struct srv_part_runner *runner, enum srv_stored claimed,
 }
 
 static enum srv_stored runner_claim_run(struct srv_store *store, struct srv_store_call *call) {
-    struct srv_part_runner *runner = (struct srv_part_runner *)((char *)call - offsetof(struct srv_part_runner, claim));
+    struct srv_part_runner *runner =
+        (struct srv_part_runner *)((char *)call - offsetof(struct srv_part_runner, claim));
     /* what a batch that is run again had claimed was rolled back */
     for (int i = 0; i < runner->claimed; i++) srv_lease_clear(&runner->lease[i]);
-    return srv_store_claim_some(store, runner->name, runner->lease_us, runner->lease, runner->asked, &runner->claimed);
+    return srv_store_claim_some(store, runner->name, runner->lease_us, runner->lease, runner->asked,
+                                &runner->claimed);
 }
 
 /* a slot has a part; called with the lock */
@@ -127,7 +132,8 @@ static void slot_begins(struct srv_part_slot *slot, const struct srv_lease *leas
 
 /* the answer to a claim */
 static void runner_claimed(struct srv_ask *ask) {
-    struct srv_part_runner *runner = (struct srv_part_runner *)((char *)ask - offsetof(struct srv_part_runner, claim));
+    struct srv_part_runner *runner =
+        (struct srv_part_runner *)((char *)ask - offsetof(struct srv_part_runner, claim));
     enum srv_stored stored = ask->call.stored;
     int64_t now = srv_clock_now();
     int given = 0;
@@ -162,14 +168,18 @@ static void slot_answered(struct srv_part_slot *slot, enum srv_stored stored) {
         srv_part_run_say(&slot->run, "the store's disk is full");
         srv_part_slot_ask(slot, SRV_PART_SLOT_FAIL);
     } else if (stored == SRV_STORED_DAMAGED && asked == SRV_PART_SLOT_REQUEST) {
-        srv_part_run_say(&slot->run, "the store's record of this job is damaged (request): submit the job again");
+        srv_part_run_say(
+            &slot->run,
+            "the store's record of this job is damaged (request): submit the job again");
         srv_part_slot_ask(slot, SRV_PART_SLOT_FAIL);
     } else if (stored >= SRV_STORED_FULL) {
         slot_retry(slot, asked);
     } else {
         if (asked == SRV_PART_SLOT_FINISH)
-            srv_metrics_count(stored == SRV_STORED ? &metrics->parts_kept : &metrics->parts_lost, 1);
-        if (asked == SRV_PART_SLOT_FAIL) srv_metrics_count(&metrics->parts_failed, stored == SRV_STORED);
+            srv_metrics_count(stored == SRV_STORED ? &metrics->parts_kept : &metrics->parts_lost,
+                              1);
+        if (asked == SRV_PART_SLOT_FAIL)
+            srv_metrics_count(&metrics->parts_failed, stored == SRV_STORED);
         srv_events_news(slot->runner->service->events);
         slot_end(slot);
     }
@@ -190,7 +200,8 @@ static void slot_beaten(struct srv_ask *beat) {
     pthread_mutex_lock(&runner->lock);
     slot->beating = 0;
     if (srv_part_slot_beats(slot)) {
-        slot->beat_at = srv_clock_now() + (stored == SRV_STORED ? runner_beat_ns(runner) : runner_ms(RUNNER_AGAIN_MS));
+        slot->beat_at = srv_clock_now() + (stored == SRV_STORED ? runner_beat_ns(runner)
+                                                                : runner_ms(RUNNER_AGAIN_MS));
         if (stored == SRV_STORED_LOST) atomic_store(&slot->run.stop, 1);
     }
     pthread_cond_signal(&runner->some);
@@ -203,7 +214,8 @@ static void runner_polled(struct srv_ask *ask) {
     int deaf = !srv_storage_hears(runner->service->storage);
     pthread_mutex_lock(&runner->lock);
     for (int i = 0; i < runner->count && ask->call.stored == SRV_STORED; i++)
-        if (srv_part_slot_holds(&runner->slot[i]) && srv_part_poll_ended(runner->poll, runner->slot[i].lease.job))
+        if (srv_part_slot_holds(&runner->slot[i]) &&
+            srv_part_poll_ended(runner->poll, runner->slot[i].lease.job))
             atomic_store(&runner->slot[i].run.stop, 1);
     runner->poll->count = 0;
     runner->asking = 0;
@@ -255,11 +267,13 @@ static int slot_run(struct srv_task *task) {
 
 /* whether a part keeps a worker for long: as it was estimated, or because it does */
 static int slot_long(const struct srv_part_slot *slot, int64_t now) {
-    int computes = slot->state == SRV_PART_SLOT_COMPUTE && now - slot->held_at > runner_ms(RUNNER_LONG_MS);
+    int computes =
+        slot->state == SRV_PART_SLOT_COMPUTE && now - slot->held_at > runner_ms(RUNNER_LONG_MS);
     return srv_part_slot_holds(slot) && (slot->lease.part_us > SRV_SMALL_US || computes);
 }
 
-/* how many parts may be claimed: of long ones no more than are computed soon, and some small ones beside them */
+/* how many parts may be claimed: of long ones no more than are computed soon, and some small
+ * ones beside them */
 static int runner_room(const struct srv_part_runner *runner, int64_t now) {
     int idle = 0, waiting = 0, longs = 0;
     for (int i = 0; i < runner->count; i++) {
@@ -290,7 +304,8 @@ static void runner_claim(struct srv_part_runner *runner, int64_t now) {
 }
 
 static void runner_beat(struct srv_part_slot *slot, int64_t now) {
-    if (srv_part_slot_holds(slot) && !slot->beating && now >= slot->beat_at) srv_part_slot_beat(slot);
+    if (srv_part_slot_holds(slot) && !slot->beating && now >= slot->beat_at)
+        srv_part_slot_beat(slot);
 }
 
 /* asks which of the jobs that it has parts of have ended */
@@ -321,11 +336,14 @@ static void runner_retry(struct srv_part_slot *slot, int64_t now) {
 /* ns: when there is something to do without being told */
 static int64_t runner_next(const struct srv_part_runner *runner, int64_t now) {
     int64_t next = now + runner_ms(RUNNER_POLL_MS);
-    if (!runner->draining && runner->poll_at > now && runner->poll_at < next) next = runner->poll_at;
-    if (!runner->draining && runner->doubt && !runner->asking && runner->ended_at < next) next = runner->ended_at;
+    if (!runner->draining && runner->poll_at > now && runner->poll_at < next)
+        next = runner->poll_at;
+    if (!runner->draining && runner->doubt && !runner->asking && runner->ended_at < next)
+        next = runner->ended_at;
     for (int i = 0; i < runner->count; i++) {
         const struct srv_part_slot *slot = &runner->slot[i];
-        if (srv_part_slot_holds(slot) && !slot->beating && slot->beat_at < next) next = slot->beat_at;
+        if (srv_part_slot_holds(slot) && !slot->beating && slot->beat_at < next)
+            next = slot->beat_at;
         if (slot->state == SRV_PART_SLOT_RETRY && slot->at < next) next = slot->at;
     }
     return next;
@@ -353,7 +371,8 @@ static void *runner_main(void *context) {
 /* --- from outside --- */
 
 static void runner_released(struct srv_ask *ask) {
-    struct srv_part_runner *runner = (struct srv_part_runner *)((char *)ask - offsetof(struct srv_part_runner, release));
+    struct srv_part_runner *runner =
+        (struct srv_part_runner *)((char *)ask - offsetof(struct srv_part_runner, release));
     pthread_mutex_lock(&runner->lock);
     runner->draining = 3;
     pthread_mutex_unlock(&runner->lock);
@@ -365,12 +384,15 @@ static void runner_name(char name[SRV_NAME_BYTES]) {
     uint64_t bits = 0;
     gethostname(host, sizeof host - 1);
     if (getrandom(&bits, sizeof bits, GRND_NONBLOCK) < 0) bits = (uint64_t)srv_clock_now();
-    snprintf(name, SRV_NAME_BYTES, "%s:%ld:%016llx", host, (long)getpid(), (unsigned long long)bits);
+    snprintf(name, SRV_NAME_BYTES, "%s:%ld:%016llx", host, (long)getpid(),
+             (unsigned long long)bits);
 }
 
-enum pend_status srv_part_runner_new(struct srv_part_runner **runner, struct srv_service *service, int parts) {
+enum pend_status srv_part_runner_new(struct srv_part_runner **runner, struct srv_service *service,
+                                     int parts) {
     int slots = parts ? parts + RUNNER_SMALL : 0;
-    struct srv_part_runner *made = *runner = calloc(1, sizeof *made + (size_t)slots * sizeof made->slot[0]);
+    struct srv_part_runner *made = *runner =
+        calloc(1, sizeof *made + (size_t)slots * sizeof made->slot[0]);
     pthread_condattr_t clock;
     if (!made) return PEND_NO_MEMORY;
     if (!(made->poll = srv_part_poll_new(slots, runner_polled, made))) {
@@ -467,7 +489,8 @@ int srv_part_runner_drain(struct srv_part_runner *runner) {
     pthread_cond_signal(&runner->some);
     if (!busy && runner->draining == 1) {
         runner->draining = runner->started ? 2 : 3;
-        if (runner->started) srv_storage_ask(runner->service->storage, SRV_ASK_WRITE, &runner->release);
+        if (runner->started)
+            srv_storage_ask(runner->service->storage, SRV_ASK_WRITE, &runner->release);
     }
     int over = runner->draining == 3;
     pthread_mutex_unlock(&runner->lock);

@@ -19,14 +19,15 @@ int srv_part_slot_holds(const struct srv_part_slot *slot) {
 
 static enum srv_stored slot_request(struct srv_store *store, struct srv_store_call *call) {
     struct srv_part_slot *slot = srv_part_slot_of_ask((struct srv_ask *)call);
-    return srv_store_job_request(store, slot->lease.job, &slot->run.request, &slot->run.request_bytes);
+    return srv_store_job_request(store, slot->lease.job, &slot->run.request,
+                                 &slot->run.request_bytes);
 }
 
 static enum srv_stored slot_finish(struct srv_store *store, struct srv_store_call *call) {
     struct srv_part_slot *slot = srv_part_slot_of_ask((struct srv_ask *)call);
     const struct api_buffer *out = &slot->run.out, *carry = &slot->run.carry;
-    return srv_store_finish(store, &slot->lease, out->data, out->bytes, carry->bytes ? carry->data : NULL,
-                            carry->bytes);
+    return srv_store_finish(store, &slot->lease, out->data, out->bytes,
+                            carry->bytes ? carry->data : NULL, carry->bytes);
 }
 
 static enum srv_stored slot_fail(struct srv_store *store, struct srv_store_call *call) {
@@ -45,7 +46,9 @@ void srv_part_slot_ask(struct srv_part_slot *slot, enum srv_part_slot_state stat
     enum srv_ask_kind kind = state == SRV_PART_SLOT_REQUEST ? SRV_ASK_READ : SRV_ASK_WRITE;
     slot->state = state;
     slot->ask.call.finish = state == SRV_PART_SLOT_FINISH ? &slot->lease : NULL;
-    slot->ask.call.run = state == SRV_PART_SLOT_REQUEST ? slot_request : state == SRV_PART_SLOT_FINISH ? slot_finish : slot_fail;
+    slot->ask.call.run = state == SRV_PART_SLOT_REQUEST  ? slot_request
+                         : state == SRV_PART_SLOT_FINISH ? slot_finish
+                                                         : slot_fail;
     srv_storage_ask(slot->service->storage, kind, &slot->ask);
 }
 
@@ -64,7 +67,8 @@ int srv_part_slot_beats(const struct srv_part_slot *slot) {
 
 /* --- beginning and end --- */
 
-void srv_part_slot_init(struct srv_part_slot *slot, void (*asked)(struct srv_ask *ask), void (*beaten)(struct srv_ask *beat)) {
+void srv_part_slot_init(struct srv_part_slot *slot, void (*asked)(struct srv_ask *ask),
+                        void (*beaten)(struct srv_ask *beat)) {
     slot->ask.done = asked;
     slot->beat = (struct srv_ask){.call = {.run = slot_extend}, .done = beaten};
     srv_part_run_init(&slot->run, slot->service);

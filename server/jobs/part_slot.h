@@ -1,6 +1,8 @@
-/* A part of a job that this process holds, or room for one, and what is asked of the store about it.
+/* A part of a job that this process holds, or room for one, and what is asked of the store about
+ * it.
  * Leaves to others: when to ask and what follows an answer (part_runner), computing (part_run).
- * Invariant: beside the beat, which only holds the part for longer, at most one question is under way. */
+ * Invariant: beside the beat, which only holds the part for longer, at most one question is
+ * under way. */
 #ifndef SRV_PART_SLOT_H
 #define SRV_PART_SLOT_H
 
@@ -42,9 +44,11 @@ struct srv_part_slot {
  * An idle slot.
  *
  * slot           its service, runner, holder, lease_us and task are set, all else is zero.
- * asked, beaten  called when the answer to a question, or to a beat, is there, on a thread of the storage.
+ * asked, beaten  called when the answer to a question, or to a beat, is there, on a thread of the
+ *                storage.
  */
-void srv_part_slot_init(struct srv_part_slot *slot, void (*asked)(struct srv_ask *ask), void (*beaten)(struct srv_ask *beat));
+void srv_part_slot_init(struct srv_part_slot *slot, void (*asked)(struct srv_ask *ask),
+                        void (*beaten)(struct srv_ask *beat));
 
 /** Frees what an idle slot holds. */
 void srv_part_slot_clear(struct srv_part_slot *slot);

@@ -15,7 +15,8 @@ enum { SCENES_HEAD = 512 };
 
 static const char scenes_json[] = "application/json";
 
-static const struct srv_store_request_words scenes_words = {"scenes", "the same scene again is kept once"};
+static const struct srv_store_request_words scenes_words = {"scenes",
+                                                            "the same scene again is kept once"};
 
 /* --- answers --- */
 
@@ -30,8 +31,10 @@ static void scenes_refuse(struct srv_store_request *asked, enum srv_stored store
         srv_exchange_problem(
             exchange, 429,
             "no more scenes can be kept: the client has max-client-scenes, %.0f, or "
-            "max-client-scene-bytes, %.0f, of them, all of its address have max-address-clients times "
-            "as many, or all clients have max-store-scene-bytes, %.0f; DELETE those that are not needed",
+            "max-client-scene-bytes, %.0f, of them, all of its address have max-address-clients "
+            "times "
+            "as many, or all clients have max-store-scene-bytes, %.0f; DELETE those that are not "
+            "needed",
             exchange->service->config.client_scenes, exchange->service->config.client_scene_bytes,
             exchange->service->config.store_scene_bytes);
         srv_exchange_retry(exchange, 3600);
@@ -43,7 +46,8 @@ static void scenes_refuse(struct srv_store_request *asked, enum srv_stored store
 }
 
 /* answers with a scene; its bytes are those that were kept, for ever */
-static void scenes_give(struct srv_exchange *exchange, int status, const char *id, const void *data, size_t bytes) {
+static void scenes_give(struct srv_exchange *exchange, int status, const char *id, const void *data,
+                        size_t bytes) {
     if (api_buffer_add(&exchange->answer, data, bytes) != PEND_OK) {
         srv_exchange_busy(exchange, 1, "out of memory");
         return;
@@ -72,8 +76,8 @@ static enum srv_stored scenes_find(struct srv_store *store, struct srv_store_cal
     return srv_store_scene(store, asked->id, &asked->kept, &asked->kept_bytes);
 }
 
-/* the scene that is there already, kept for this client too, else the new one; between the two another process may keep
- * the same */
+/* the scene that is there already, kept for this client too, else the new one; between the two
+ * another process may keep the same */
 static enum srv_stored scenes_put(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = (struct srv_store_request *)call;
     const struct srv_identity *who = &asked->exchange->identity;
@@ -82,8 +86,8 @@ static enum srv_stored scenes_put(struct srv_store *store, struct srv_store_call
         stored = srv_store_scene_keep(store, asked->id, who->key, who->source);
         if (stored == SRV_STORED) return scenes_find(store, call);
         if (stored == SRV_STORED_NONE)
-            stored =
-                srv_store_scene_put(store, asked->id, who->key, who->source, asked->scene.data, asked->scene.bytes);
+            stored = srv_store_scene_put(store, asked->id, who->key, who->source, asked->scene.data,
+                                         asked->scene.bytes);
     }
     return stored;
 }
@@ -118,8 +122,8 @@ static int scenes_check(struct srv_store_request *asked) {
                                   .body_bytes = exchange->body.bytes};
     srv_clock_stamp(&now);
     api_buffer_init(&asked->scene, (size_t)config->scene_bytes + SCENES_HEAD);
-    int http = api_scene_read(&request, &config->limits, config->scene_bytes, now.text, asked->id, &asked->scene,
-                              &exchange->answer);
+    int http = api_scene_read(&request, &config->limits, config->scene_bytes, now.text, asked->id,
+                              &asked->scene, &exchange->answer);
     if (http) srv_exchange_answered(exchange, http, "application/problem+json");
     return !http;
 }
@@ -167,9 +171,10 @@ static void scenes_gone(struct srv_store_request *asked, enum srv_stored stored)
     if (stored == SRV_STORED)
         srv_exchange_static(exchange, 204, NULL, NULL, 0);
     else if (stored == SRV_STORED_CLASH)
-        srv_exchange_problem(exchange, 403,
-                             "this scene is not yours to take away: it was not stored with your token or "
-                             "account, or you have let it go already");
+        srv_exchange_problem(
+            exchange, 403,
+            "this scene is not yours to take away: it was not stored with your token or "
+            "account, or you have let it go already");
     else
         scenes_refuse(asked, stored);
     srv_store_request_end(asked);
@@ -179,8 +184,9 @@ void srv_scenes_drop(struct srv_exchange *exchange) {
     struct srv_store_request *asked = srv_store_request_begin(exchange, &scenes_words);
     if (!asked) return;
     if (exchange->identity.kind == SRV_IDENTITY_ADDRESS) {
-        srv_admission_challenge(exchange,
-                                "a scene is taken away with the token it was stored with, and stays without one");
+        srv_admission_challenge(
+            exchange,
+            "a scene is taken away with the token it was stored with, and stays without one");
     } else if (srv_store_request_id_good(exchange->argument)) {
         memcpy(asked->id, exchange->argument, SRV_ID_BYTES);
         if (srv_admission_count(exchange)) {

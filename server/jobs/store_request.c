@@ -14,10 +14,12 @@ const struct srv_store_request_words srv_store_request_jobs = {
     "jobs", "a job whose request is repeated with the same Idempotency-Key is made once"};
 
 int srv_store_request_id_good(const char *id) {
-    return strlen(id) == SRV_ID_BYTES - 1 && strspn(id, srv_store_request_letters) == SRV_ID_BYTES - 1;
+    return strlen(id) == SRV_ID_BYTES - 1 &&
+           strspn(id, srv_store_request_letters) == SRV_ID_BYTES - 1;
 }
 
-struct srv_store_request *srv_store_request_begin(struct srv_exchange *exchange, const struct srv_store_request_words *words) {
+struct srv_store_request *srv_store_request_begin(struct srv_exchange *exchange,
+                                                  const struct srv_store_request_words *words) {
     struct srv_store_request *asked = exchange->service->storage ? calloc(1, sizeof *asked) : NULL;
     exchange->apart = 1;
     if (asked) {
@@ -30,7 +32,8 @@ struct srv_store_request *srv_store_request_begin(struct srv_exchange *exchange,
     if (exchange->service->storage)
         srv_exchange_busy(exchange, 1, "out of memory");
     else
-        srv_exchange_problem(exchange, 404, "this server keeps no %s: its option --store is none", words->many);
+        srv_exchange_problem(exchange, 404, "this server keeps no %s: its option --store is none",
+                             words->many);
     exchange->finish(exchange);
     return NULL;
 }
@@ -53,23 +56,27 @@ static void store_request_done(struct srv_ask *ask) {
 }
 
 /* what will be asked, and who hears the answer */
-static void store_request_sends(struct srv_store_request *asked,
-                         enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
-                         void (*answer)(struct srv_store_request *asked, enum srv_stored stored)) {
+static void
+store_request_sends(struct srv_store_request *asked,
+                    enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
+                    void (*answer)(struct srv_store_request *asked, enum srv_stored stored)) {
     asked->ask.call.run = run;
     asked->ask.done = store_request_done;
     asked->answer = answer;
 }
 
 void srv_store_request_ask(struct srv_store_request *asked, enum srv_ask_kind kind,
-                    enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
-                    void (*answer)(struct srv_store_request *asked, enum srv_stored stored)) {
+                           enum srv_stored (*run)(struct srv_store *store,
+                                                  struct srv_store_call *call),
+                           void (*answer)(struct srv_store_request *asked,
+                                          enum srv_stored stored)) {
     store_request_sends(asked, run, answer);
     srv_storage_ask(asked->service->storage, kind, &asked->ask);
 }
 
 static int store_request_work(struct srv_task *task) {
-    struct srv_store_request *asked = (struct srv_store_request *)((char *)task - offsetof(struct srv_store_request, task));
+    struct srv_store_request *asked =
+        (struct srv_store_request *)((char *)task - offsetof(struct srv_store_request, task));
     struct srv_exchange *exchange = asked->exchange;
     struct srv_service *service = asked->service;
     int64_t begin = srv_clock_now();
@@ -95,22 +102,25 @@ static void store_request_crowded(struct srv_exchange *exchange, enum pend_statu
         return;
     }
     srv_metrics_count(&metrics->refused_client, 1);
-    srv_exchange_problem(exchange, 429,
-                         "%.0f requests of yours wait for a worker, max-client-queue, or those of your address "
-                         "are three quarters of max-queue",
-                         srv_service_config(exchange->service)->client_queue);
+    srv_exchange_problem(
+        exchange, 429,
+        "%.0f requests of yours wait for a worker, max-client-queue, or those of your address "
+        "are three quarters of max-queue",
+        srv_service_config(exchange->service)->client_queue);
     srv_exchange_retry(exchange, 1);
 }
 
-void srv_store_request_work(struct srv_store_request *asked, int (*check)(struct srv_store_request *asked),
-                     enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
-                     void (*answer)(struct srv_store_request *asked, enum srv_stored stored)) {
+void srv_store_request_work(
+    struct srv_store_request *asked, int (*check)(struct srv_store_request *asked),
+    enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
+    void (*answer)(struct srv_store_request *asked, enum srv_stored stored)) {
     struct srv_exchange *exchange = asked->exchange;
     store_request_sends(asked, run, answer);
     asked->check = check;
     exchange->queued = srv_clock_now();
-    asked->task = (struct srv_task){
-        .run = store_request_work, .lane = &exchange->account->lane, .level = exchange->body.bytes > STORE_REQUEST_LONG_BODY};
+    asked->task = (struct srv_task){.run = store_request_work,
+                                    .lane = &exchange->account->lane,
+                                    .level = exchange->body.bytes > STORE_REQUEST_LONG_BODY};
     enum pend_status status = srv_queue_push(asked->service->queue, &asked->task);
     if (status == PEND_OK) return;
     store_request_crowded(exchange, status);
@@ -126,14 +136,18 @@ void srv_store_request_refuse(struct srv_store_request *asked, enum srv_stored s
     struct srv_exchange *exchange = asked->exchange;
     switch (stored) {
     case SRV_STORED_NONE:
-        srv_exchange_problem(exchange, 404, "there is no job of this id; ended ones are kept for keep-seconds, %.15g s",
-                             exchange->service->config.keep_seconds);
+        srv_exchange_problem(
+            exchange, 404,
+            "there is no job of this id; ended ones are kept for keep-seconds, %.15g s",
+            exchange->service->config.keep_seconds);
         break;
     case SRV_STORED_CLASH:
-        srv_exchange_problem(exchange, 422, "this Idempotency-Key has come with another request before%s",
+        srv_exchange_problem(exchange, 422,
+                             "this Idempotency-Key has come with another request before%s",
                              exchange->identity.kind != SRV_IDENTITY_ADDRESS
                                  ? ""
-                                 : ", from your address; who sends Authorization: Bearer SECRET has keys of its own");
+                                 : ", from your address; who sends Authorization: Bearer SECRET "
+                                   "has keys of its own");
         break;
     case SRV_STORED_QUOTA:
         srv_exchange_problem(exchange, 429, "%.200s", asked->job.message);

@@ -1,6 +1,7 @@
-/* An exchange on its way to the store and back, maybe by way of a worker: what the routes of jobs and scenes have in
- * common. Leaves to others: what is asked and what follows (jobs, job_results, scenes). Invariant: every exchange that
- * comes in goes out through its finish, once, and not before the store has answered. */
+/* An exchange on its way to the store and back, maybe by way of a worker: what the routes of
+ * jobs and scenes have in common. Leaves to others: what is asked and what follows (jobs,
+ * job_results, scenes). Invariant: every exchange that comes in goes out through its finish,
+ * once, and not before the store has answered. */
 #ifndef SRV_STORE_REQUEST_H
 #define SRV_STORE_REQUEST_H
 
@@ -50,10 +51,13 @@ struct srv_store_request {
 
 extern const struct srv_store_request_words srv_store_request_jobs;
 
-/** A store request for an exchange; NULL, with the exchange answered and gone, where that cannot be. */
-struct srv_store_request *srv_store_request_begin(struct srv_exchange *exchange, const struct srv_store_request_words *words);
+/** A store request for an exchange; NULL, with the exchange answered and gone, where that cannot
+ * be. */
+struct srv_store_request *srv_store_request_begin(struct srv_exchange *exchange,
+                                                  const struct srv_store_request_words *words);
 
-/** A store request for the job that the path names; NULL, with the exchange answered and gone, where it cannot be one's id.
+/** A store request for the job that the path names; NULL, with the exchange answered and gone,
+ * where it cannot be one's id.
  */
 struct srv_store_request *srv_store_request_begin_one(struct srv_exchange *exchange);
 
@@ -63,21 +67,24 @@ struct srv_store_request *srv_store_request_begin_one(struct srv_exchange *excha
  * answer  called on a thread of the storage; ends the store request, or asks again.
  */
 void srv_store_request_ask(struct srv_store_request *asked, enum srv_ask_kind kind,
-                    enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
-                    void (*answer)(struct srv_store_request *asked, enum srv_stored stored));
+                           enum srv_stored (*run)(struct srv_store *store,
+                                                  struct srv_store_call *call),
+                           void (*answer)(struct srv_store_request *asked, enum srv_stored stored));
 
 /**
  * Has a worker read the request, then asks the store to keep what it says.
  *
- * check   called by a worker; returns 1 when the store may be asked, else it has answered the exchange.
+ * check   called by a worker; returns 1 when the store may be asked, else it has answered the
+ *         exchange.
  * run     the question, a write.
  * answer  as in srv_store_request_ask.
  *
  * Without room in the queue the exchange is answered and gone.
  */
-void srv_store_request_work(struct srv_store_request *asked, int (*check)(struct srv_store_request *asked),
-                     enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
-                     void (*answer)(struct srv_store_request *asked, enum srv_stored stored));
+void srv_store_request_work(
+    struct srv_store_request *asked, int (*check)(struct srv_store_request *asked),
+    enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),
+    void (*answer)(struct srv_store_request *asked, enum srv_stored stored));
 
 /** A question: the job of store request->id, into store request->job. */
 enum srv_stored srv_store_request_find(struct srv_store *store, struct srv_store_call *call);

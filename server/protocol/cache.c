@@ -35,7 +35,8 @@ enum pend_status srv_cache_new(struct srv_cache **cache, size_t cap, uint64_t sa
 
 int srv_cache_on(const struct srv_cache *cache) { return cache->cap > 0; }
 
-/* eight bytes at a time, each product of 64 bits folded: who does not know the salt cannot choose keys of one row */
+/* eight bytes at a time, each product of 64 bits folded: who does not know the salt cannot
+ * choose keys of one row */
 static uint64_t cache_hash(const struct srv_cache *cache, const char *key, size_t bytes) {
     uint64_t hash = cache->salt ^ bytes, word;
     for (; bytes; key += sizeof word) {
@@ -50,11 +51,15 @@ static uint64_t cache_hash(const struct srv_cache *cache, const char *key, size_
     return hash;
 }
 
-static struct cache_entry **cache_row(struct srv_cache *cache, uint64_t hash) { return &cache->row[hash % CACHE_ROWS]; }
+static struct cache_entry **cache_row(struct srv_cache *cache, uint64_t hash) {
+    return &cache->row[hash % CACHE_ROWS];
+}
 
-static struct cache_entry *cache_look(struct srv_cache *cache, uint64_t hash, const void *key, size_t bytes) {
+static struct cache_entry *cache_look(struct srv_cache *cache, uint64_t hash, const void *key,
+                                      size_t bytes) {
     struct cache_entry *entry = *cache_row(cache, hash);
-    while (entry && !(entry->hash == hash && entry->bytes == bytes && !memcmp(entry->key, key, bytes)))
+    while (entry &&
+           !(entry->hash == hash && entry->bytes == bytes && !memcmp(entry->key, key, bytes)))
         entry = entry->next_in_row;
     return entry;
 }
@@ -81,9 +86,10 @@ static void cache_count(struct srv_cache *cache, const struct cache_entry *entry
 }
 
 struct srv_cache_size srv_cache_size(const struct srv_cache *cache) {
-    return (struct srv_cache_size){.bytes = atomic_load_explicit(&cache->bytes, memory_order_relaxed),
-                                   .bodies = atomic_load_explicit(&cache->bodies, memory_order_relaxed),
-                                   .entries = atomic_load_explicit(&cache->entries, memory_order_relaxed)};
+    return (struct srv_cache_size){
+        .bytes = atomic_load_explicit(&cache->bytes, memory_order_relaxed),
+        .bodies = atomic_load_explicit(&cache->bodies, memory_order_relaxed),
+        .entries = atomic_load_explicit(&cache->entries, memory_order_relaxed)};
 }
 
 /* --- the order of use --- */
@@ -136,16 +142,21 @@ struct srv_response_body *srv_cache_find(struct srv_cache *cache, const void *ke
     return response_body;
 }
 
-static struct cache_entry *cache_entry_new(const void *key, size_t bytes, uint64_t hash, struct srv_response_body *response_body) {
+static struct cache_entry *cache_entry_new(const void *key, size_t bytes, uint64_t hash,
+                                           struct srv_response_body *response_body) {
     struct cache_entry *made = malloc(sizeof *made + bytes);
     if (!made) return NULL;
-    *made = (struct cache_entry){.response_body = srv_response_body_share(response_body), .hash = hash, .bytes = bytes};
+    *made = (struct cache_entry){
+        .response_body = srv_response_body_share(response_body), .hash = hash, .bytes = bytes};
     memcpy(made->key, key, bytes);
     return made;
 }
 
-void srv_cache_add(struct srv_cache *cache, const void *key, size_t bytes, struct srv_response_body *response_body) {
-    if (bytes > SRV_CACHE_KEY || srv_response_body_bytes(response_body) + bytes > cache->cap / SRV_CACHE_PART) return;
+void srv_cache_add(struct srv_cache *cache, const void *key, size_t bytes,
+                   struct srv_response_body *response_body) {
+    if (bytes > SRV_CACHE_KEY ||
+        srv_response_body_bytes(response_body) + bytes > cache->cap / SRV_CACHE_PART)
+        return;
     uint64_t hash = cache_hash(cache, key, bytes);
     struct cache_entry *made = cache_entry_new(key, bytes, hash, response_body);
     if (!made) return;
@@ -180,8 +191,10 @@ int srv_cache_valid(struct srv_cache *cache) {
         if (!earlier) bytes += srv_response_body_bytes(entry->response_body);
     }
     for (int row = 0; row < CACHE_ROWS; row++)
-        for (struct cache_entry *entry = cache->row[row]; entry; entry = entry->next_in_row) in_rows++;
-    int good = bytes == cache->bytes && entries == cache->entries && in_rows == entries && bytes <= cache->cap;
+        for (struct cache_entry *entry = cache->row[row]; entry; entry = entry->next_in_row)
+            in_rows++;
+    int good = bytes == cache->bytes && entries == cache->entries && in_rows == entries &&
+               bytes <= cache->cap;
     pthread_mutex_unlock(&cache->lock);
     return good;
 }

@@ -1,7 +1,7 @@
 /* Answers that can be given again, in bounded memory, found by keys of any bytes.
  * Leaves to others: what a key is made of (compute).
- * Invariant: what it says it holds is what its keys and response bodies take; never above its bound; the least recently used
- * key goes first. */
+ * Invariant: what it says it holds is what its keys and response bodies take; never above its
+ * bound; the least recently used key goes first. */
 #ifndef SRV_CACHE_H
 #define SRV_CACHE_H
 
@@ -10,7 +10,8 @@
 #include "server/protocol/response_body.h"
 
 enum {
-    SRV_CACHE_PART = 8, /* a response body above an eighth of the bound is not taken in: it would push out too many */
+    SRV_CACHE_PART = 8, /* a response body above an eighth of the bound is not taken in: it would
+                           push out too many */
     SRV_CACHE_KEY = 65536
 };
 
@@ -33,19 +34,23 @@ void srv_cache_free(struct srv_cache **cache);
 struct srv_response_body *srv_cache_find(struct srv_cache *cache, const void *key, size_t bytes);
 
 /**
- * Makes a key lead to a response body from now on. Several keys may lead to one response body, whose memory counts once.
+ * Makes a key lead to a response body from now on. Several keys may lead to one response body,
+ * whose memory counts once.
  *
  * Does nothing where the response body or the key is too large, or without memory.
  */
-void srv_cache_add(struct srv_cache *cache, const void *key, size_t bytes, struct srv_response_body *response_body);
+void srv_cache_add(struct srv_cache *cache, const void *key, size_t bytes,
+                   struct srv_response_body *response_body);
 
-/** Lets go of what was not used for longest until it is so many bytes smaller, or empty. Any thread. */
+/** Lets go of what was not used for longest until it is so many bytes smaller, or empty. Any
+ * thread. */
 void srv_cache_shrink(struct srv_cache *cache, size_t bytes);
 
 /** True when it can take anything in. */
 int srv_cache_on(const struct srv_cache *cache);
 
-/** Bytes, of which are bodies of response bodies, and keys that it holds; any thread, without a lock. */
+/** Bytes, of which are bodies of response bodies, and keys that it holds; any thread, without a
+ * lock. */
 struct srv_cache_size {
     size_t bytes, bodies, entries;
 };

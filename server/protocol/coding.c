@@ -9,12 +9,13 @@ static const struct srv_coding_row *const coding_table[SRV_CODINGS] = {
     [SRV_ZSTD] = &srv_coding_zstd,
 };
 
-static const char *const coding_texts[] = {"application/json", "application/x-ndjson", "application/problem+json",
-                                           "text/"};
+static const char *const coding_texts[] = {"application/json", "application/x-ndjson",
+                                           "application/problem+json", "text/"};
 
 const struct srv_coding_row *srv_coding_at(enum srv_coding coding) { return coding_table[coding]; }
 
-/* thousandths of a q-value in the parameters of an element; 1000 where there is none, 0 where it is none */
+/* thousandths of a q-value in the parameters of an element; 1000 where there is none, 0 where it
+ * is none */
 static int coding_quality(const char *at, const char *end) {
     while (at < end && *at != ';') at++;
     if (at == end) return 1000;
@@ -77,11 +78,13 @@ int srv_coding_worth(const char *media_type) {
     return 0;
 }
 
-enum pend_status srv_coding_whole(enum srv_coding coding, const void *data, size_t bytes, struct api_buffer *out) {
+enum pend_status srv_coding_whole(enum srv_coding coding, const void *data, size_t bytes,
+                                  struct api_buffer *out) {
     const struct srv_coding_row *row = coding_table[coding];
     if (row->whole) return row->whole(data, bytes, out);
     void *state = row->begin();
-    enum pend_status status = state ? row->write(state, data, bytes, SRV_CODING_END, out) : PEND_NO_MEMORY;
+    enum pend_status status =
+        state ? row->write(state, data, bytes, SRV_CODING_END, out) : PEND_NO_MEMORY;
     if (state) row->free(state);
     return status;
 }

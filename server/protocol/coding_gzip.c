@@ -9,8 +9,8 @@ enum {
     GZIP_ROOM = 16384
 };
 
-/* A stream. ISA-L writes it at 3.5 ms a megabyte of digits, a third of what zlib takes at its level 1, and in 3 % fewer
- * bytes. */
+/* A stream. ISA-L writes it at 3.5 ms a megabyte of digits, a third of what zlib takes at its
+ * level 1, and in 3 % fewer bytes. */
 struct gzip_stream {
     struct isal_zstream stream;
     unsigned char level[ISAL_DEF_LVL1_DEFAULT];
@@ -27,8 +27,8 @@ static void *gzip_begin(void) {
     return made;
 }
 
-static enum pend_status gzip_write(void *state, const void *data, size_t bytes, enum srv_coding_end end,
-                                   struct api_buffer *out) {
+static enum pend_status gzip_write(void *state, const void *data, size_t bytes,
+                                   enum srv_coding_end end, struct api_buffer *out) {
     struct isal_zstream *stream = &((struct gzip_stream *)state)->stream;
     stream->next_in = (void *)data;
     stream->avail_in = (uint32_t)bytes;
@@ -49,12 +49,14 @@ static enum pend_status gzip_write(void *state, const void *data, size_t bytes, 
 static enum pend_status gzip_whole(const void *data, size_t bytes, struct api_buffer *out) {
     struct libdeflate_compressor *compressor = libdeflate_alloc_compressor(GZIP_LEVEL);
     if (!compressor) return PEND_NO_MEMORY;
-    enum pend_status status = api_buffer_room(out, libdeflate_gzip_compress_bound(compressor, bytes));
+    enum pend_status status =
+        api_buffer_room(out, libdeflate_gzip_compress_bound(compressor, bytes));
     if (status == PEND_OK)
-        out->bytes += libdeflate_gzip_compress(compressor, data, bytes, out->data + out->bytes, out->cap - out->bytes);
+        out->bytes += libdeflate_gzip_compress(compressor, data, bytes, out->data + out->bytes,
+                                               out->cap - out->bytes);
     libdeflate_free_compressor(compressor);
     return status;
 }
 
-const struct srv_coding_row srv_coding_gzip = {"gzip",    sizeof(struct gzip_stream), gzip_begin, gzip_write, free,
-                                               gzip_whole};
+const struct srv_coding_row srv_coding_gzip = {
+    "gzip", sizeof(struct gzip_stream), gzip_begin, gzip_write, free, gzip_whole};

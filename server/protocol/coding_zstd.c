@@ -3,7 +3,7 @@
 #include "server/protocol/coding.h"
 
 enum {
-    ZSTD_LEVEL = 1,   /* of digits it makes the least bytes as well, 2.28 of 1, at 5 ms a megabyte */
+    ZSTD_LEVEL = 1, /* of digits it makes the least bytes as well, 2.28 of 1, at 5 ms a megabyte */
     ZSTD_WINDOW = 18, /* 256 KiB, the block that is sent at once */
     ZSTD_ROOM = 16384
 };
@@ -16,8 +16,8 @@ static void *zstd_begin(void) {
     return context;
 }
 
-static enum pend_status zstd_write(void *state, const void *data, size_t bytes, enum srv_coding_end end,
-                                   struct api_buffer *out) {
+static enum pend_status zstd_write(void *state, const void *data, size_t bytes,
+                                   enum srv_coding_end end, struct api_buffer *out) {
     static const ZSTD_EndDirective directive[] = {ZSTD_e_continue, ZSTD_e_flush, ZSTD_e_end};
     ZSTD_inBuffer in = {data, bytes, 0};
     for (;;) {
@@ -32,4 +32,5 @@ static enum pend_status zstd_write(void *state, const void *data, size_t bytes, 
 
 static void zstd_free(void *state) { ZSTD_freeCCtx(state); }
 
-const struct srv_coding_row srv_coding_zstd = {"zstd", 1300000, zstd_begin, zstd_write, zstd_free, NULL};
+const struct srv_coding_row srv_coding_zstd = {"zstd",     1300000,   zstd_begin,
+                                               zstd_write, zstd_free, NULL};

@@ -4,13 +4,15 @@
 #include <string.h>
 #include <strings.h>
 
-const char srv_cors_expose[] = "Accept-Ranges, Content-Disposition, Content-Range, ETag, Location, Preference-Applied, "
-                               "RateLimit-Limit, RateLimit-Remaining, "
-                               "RateLimit-Reset, Retry-After, WWW-Authenticate, X-Columns, X-Energy-Drift, X-Horizon, "
-                               "X-Request-Id, X-Trust-Until, X-Warning";
+const char srv_cors_expose[] =
+    "Accept-Ranges, Content-Disposition, Content-Range, ETag, Location, Preference-Applied, "
+    "RateLimit-Limit, RateLimit-Remaining, "
+    "RateLimit-Reset, Retry-After, WWW-Authenticate, X-Columns, X-Energy-Drift, X-Horizon, "
+    "X-Request-Id, X-Trust-Until, X-Warning";
 
-const char srv_cors_fields[] = "Accept, Authorization, Content-Type, Idempotency-Key, If-None-Match, If-Range, "
-                               "Last-Event-ID, Prefer, Range, Traceparent, X-Request-Id";
+const char srv_cors_fields[] =
+    "Accept, Authorization, Content-Type, Idempotency-Key, If-None-Match, If-Range, "
+    "Last-Event-ID, Prefer, Range, Traceparent, X-Request-Id";
 
 /* is an entry in a list of them? */
 static int cors_lists(const char *list, const char *entry) {
@@ -26,12 +28,14 @@ static int cors_lists(const char *list, const char *entry) {
 int srv_cors_varies(const char *allowed) { return strcmp(allowed, "*") && strcmp(allowed, "none"); }
 
 const char *srv_cors_origin(const char *allowed, const char *origin, int closed) {
-    int listed = origin && *origin && strcmp(origin, "*") && strcmp(origin, "none") && cors_lists(allowed, origin);
+    int listed = origin && *origin && strcmp(origin, "*") && strcmp(origin, "none") &&
+                 cors_lists(allowed, origin);
     if (!closed && cors_lists(allowed, "*")) return "*";
     return listed ? origin : NULL;
 }
 
-/* is the origin the one that the host is of? The scheme is the proxy's business, and so is a port that it took off */
+/* is the origin the one that the host is of? The scheme is the proxy's business, and so is a
+ * port that it took off */
 static int cors_same(const char *origin, const char *host) {
     const char *at = strstr(origin, "://");
     if (!at || !host) return 0;

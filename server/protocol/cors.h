@@ -7,14 +7,16 @@
 /* Of Access-Control-Expose-Headers: fields that a page's script may see. */
 extern const char srv_cors_expose[];
 
-/* Of Access-Control-Allow-Headers: fields that a page's request may have; all that mean something here. */
+/* Of Access-Control-Allow-Headers: fields that a page's request may have; all that mean
+ * something here. */
 extern const char srv_cors_fields[];
 
 /**
  * The value of Access-Control-Allow-Origin.
  *
- * allowed  "*" for every page, "none", or a list of origins "https://a.org, http://localhost:8000", among which "*" may
- *          be: what is open is open to every page then, what is closed to those that are listed.
+ * allowed  "*" for every page, "none", or a list of origins "https://a.org, http://localhost:8000",
+ *          among which "*" may be: what is open is open to every page then, what is closed to those
+ *          that are listed.
  * origin   of the request's Origin, or NULL.
  * closed   non-zero for what only listed pages may read: lists, and what changes jobs and scenes.
  *

@@ -20,16 +20,24 @@ enum {
 /* clang-format off */
 static const unsigned char strict_class[256] = {
     ['\t'] = STRICT_BLANK, [' '] = STRICT_BLANK, [0x80 ... 0xff] = STRICT_BLANK,
-    ['0' ... '9'] = STRICT_MARK | STRICT_HEX, ['A' ... 'F'] = STRICT_MARK | STRICT_HEX, ['a' ... 'f'] = STRICT_MARK | STRICT_HEX,
+    ['0' ... '9'] = STRICT_MARK | STRICT_HEX, ['A' ... 'F'] = STRICT_MARK | STRICT_HEX,
+    ['a' ... 'f'] = STRICT_MARK | STRICT_HEX,
     ['G' ... 'Z'] = STRICT_MARK, ['g' ... 'z'] = STRICT_MARK,
-    ['!'] = STRICT_MARK, ['$'] = STRICT_MARK, ['%'] = STRICT_MARK, ['&'] = STRICT_MARK, ['\''] = STRICT_MARK,
-    ['*'] = STRICT_MARK, ['+'] = STRICT_MARK, ['-'] = STRICT_MARK, ['.'] = STRICT_MARK, ['_'] = STRICT_MARK,
+    ['!'] = STRICT_MARK, ['$'] = STRICT_MARK, ['%'] = STRICT_MARK, ['&'] = STRICT_MARK,
+    ['\''] = STRICT_MARK,
+    ['*'] = STRICT_MARK, ['+'] = STRICT_MARK, ['-'] = STRICT_MARK, ['.'] = STRICT_MARK,
+    ['_'] = STRICT_MARK,
     ['~'] = STRICT_MARK,
-    ['#'] = STRICT_TOKEN_MARK, ['^'] = STRICT_TOKEN_MARK, ['`'] = STRICT_TOKEN_MARK, ['|'] = STRICT_TOKEN_MARK,
-    ['('] = STRICT_HOST_MARK, [')'] = STRICT_HOST_MARK, [','] = STRICT_HOST_MARK, [';'] = STRICT_HOST_MARK,
-    ['='] = STRICT_HOST_MARK, [':'] = STRICT_HOST_MARK, ['['] = STRICT_HOST_MARK, [']'] = STRICT_HOST_MARK,
-    ['"'] = STRICT_DELIMITER, ['/'] = STRICT_DELIMITER, ['<'] = STRICT_DELIMITER, ['>'] = STRICT_DELIMITER,
-    ['?'] = STRICT_DELIMITER, ['@'] = STRICT_DELIMITER, ['\\'] = STRICT_DELIMITER, ['{'] = STRICT_DELIMITER,
+    ['#'] = STRICT_TOKEN_MARK, ['^'] = STRICT_TOKEN_MARK, ['`'] = STRICT_TOKEN_MARK,
+    ['|'] = STRICT_TOKEN_MARK,
+    ['('] = STRICT_HOST_MARK, [')'] = STRICT_HOST_MARK, [','] = STRICT_HOST_MARK,
+    [';'] = STRICT_HOST_MARK,
+    ['='] = STRICT_HOST_MARK, [':'] = STRICT_HOST_MARK, ['['] = STRICT_HOST_MARK,
+    [']'] = STRICT_HOST_MARK,
+    ['"'] = STRICT_DELIMITER, ['/'] = STRICT_DELIMITER, ['<'] = STRICT_DELIMITER,
+    ['>'] = STRICT_DELIMITER,
+    ['?'] = STRICT_DELIMITER, ['@'] = STRICT_DELIMITER, ['\\'] = STRICT_DELIMITER,
+    ['{'] = STRICT_DELIMITER,
     ['}'] = STRICT_DELIMITER,
 };
 /* clang-format on */
@@ -61,8 +69,8 @@ static void strict_go(struct srv_http_strict *strict, enum srv_http_strict_place
 }
 
 /* goes on where the one byte came that had to come */
-static void strict_expect(struct srv_http_strict *strict, unsigned char c, unsigned char wanted, enum srv_http_strict_place place,
-                         const char *detail) {
+static void strict_expect(struct srv_http_strict *strict, unsigned char c, unsigned char wanted,
+                          enum srv_http_strict_place place, const char *detail) {
     if (c == wanted)
         strict_go(strict, place);
     else
@@ -76,10 +84,12 @@ static void strict_begin(struct srv_http_strict *strict, unsigned char c) {
         strict_go(strict, SRV_STRICT_START_LF);
     } else if (strict_is(c, STRICT_TOKEN)) {
         long requests = strict->requests + 1, complete = strict->complete;
-        *strict = (struct srv_http_strict){.requests = requests, .complete = complete, .part = 1, .bytes = 1};
+        *strict = (struct srv_http_strict){
+            .requests = requests, .complete = complete, .part = 1, .bytes = 1};
         strict->place = SRV_STRICT_IN_METHOD;
     } else {
-        strict_refuse(strict, 400, "a request must begin with a method; this port speaks plain HTTP/1.1");
+        strict_refuse(strict, 400,
+                      "a request must begin with a method; this port speaks plain HTTP/1.1");
     }
 }
 
@@ -87,7 +97,9 @@ static void strict_method(struct srv_http_strict *strict, unsigned char c) {
     if (c == ' ')
         strict_go(strict, SRV_STRICT_IN_TARGET);
     else if (!strict_is(c, STRICT_TOKEN))
-        strict_refuse(strict, 400, "the request line must be a method, one blank, the target, one blank, and HTTP/1.1");
+        strict_refuse(
+            strict, 400,
+            "the request line must be a method, one blank, the target, one blank, and HTTP/1.1");
     else if (++strict->part > SRV_STRICT_METHOD)
         strict_refuse(strict, 501, "the method is none that is known here");
 }
@@ -125,7 +137,8 @@ static void strict_line(struct srv_http_strict *strict, unsigned char c) {
         strict->place = SRV_STRICT_IN_NAME;
         strict->part = 1;
         strict->name[0] = (char)(c | 32);
-        if (++strict->fields > SRV_STRICT_FIELDS) strict_refuse(strict, 431, "the request has more than 100 header fields");
+        if (++strict->fields > SRV_STRICT_FIELDS)
+            strict_refuse(strict, 431, "the request has more than 100 header fields");
     } else if (c == ' ' || c == '\t') {
         strict_refuse(strict, 400, "a header field must not be folded, nor begin with a blank");
     } else {
@@ -136,7 +149,8 @@ static void strict_line(struct srv_http_strict *strict, unsigned char c) {
 /* counts a field that may come once, and not among the trailers */
 static int strict_once(struct srv_http_strict *strict, int *count, const char *twice) {
     if (strict->trailer)
-        strict_refuse(strict, 400, "Host, Content-Length and Transfer-Encoding cannot be trailer fields");
+        strict_refuse(strict, 400,
+                      "Host, Content-Length and Transfer-Encoding cannot be trailer fields");
     else if (++*count > 1)
         strict_refuse(strict, 400, twice);
     return strict->place != SRV_STRICT_REFUSED;
@@ -145,21 +159,26 @@ static int strict_once(struct srv_http_strict *strict, int *count, const char *t
 static void strict_name_end(struct srv_http_strict *strict) {
     size_t bytes = (size_t)strict->part;
     strict->field = STRICT_OTHER;
-    for (size_t i = 0; i < sizeof strict_fields / sizeof *strict_fields && bytes <= SRV_STRICT_NAME; i++)
-        if (strlen(strict_fields[i].name) == bytes && !memcmp(strict_fields[i].name, strict->name, bytes))
+    for (size_t i = 0; i < sizeof strict_fields / sizeof *strict_fields && bytes <= SRV_STRICT_NAME;
+         i++)
+        if (strlen(strict_fields[i].name) == bytes &&
+            !memcmp(strict_fields[i].name, strict->name, bytes))
             strict->field = strict_fields[i].field;
     strict_go(strict, SRV_STRICT_BEFORE_VALUE);
-    if (strict->field == STRICT_HOST) strict_once(strict, &strict->hosts, "there are two header fields Host");
+    if (strict->field == STRICT_HOST)
+        strict_once(strict, &strict->hosts, "there are two header fields Host");
     if (strict->field == STRICT_CODING)
         strict_once(strict, &strict->codings, "there are two header fields Transfer-Encoding");
-    if (strict->field == STRICT_LENGTH) strict_once(strict, &strict->lengths, "there are two header fields Content-Length");
+    if (strict->field == STRICT_LENGTH)
+        strict_once(strict, &strict->lengths, "there are two header fields Content-Length");
 }
 
 static void strict_name(struct srv_http_strict *strict, unsigned char c) {
     if (c == ':')
         strict_name_end(strict);
     else if (!strict_is(c, STRICT_TOKEN))
-        strict_refuse(strict, 400, "a header field must be a name, a colon at once behind it, and a value");
+        strict_refuse(strict, 400,
+                      "a header field must be a name, a colon at once behind it, and a value");
     else if (strict->part++ < SRV_STRICT_NAME)
         strict->name[strict->part - 1] = (char)(c | 32);
 }
@@ -172,7 +191,8 @@ static void strict_known(struct srv_http_strict *strict, unsigned char c) {
     static const char coding[] = "chunked";
     switch (strict->field) {
     case STRICT_HOST:
-        if (!strict_is(c, STRICT_AUTHORITY)) strict_refuse(strict, 400, "the header field Host is no host");
+        if (!strict_is(c, STRICT_AUTHORITY))
+            strict_refuse(strict, 400, "the header field Host is no host");
         return;
     case STRICT_LENGTH:
         if (c < '0' || c > '9')
@@ -202,7 +222,9 @@ static void strict_value(struct srv_http_strict *strict, unsigned char c) {
     if (c == '\r') {
         strict_value_end(strict);
     } else if (!strict_is(c, STRICT_VALUE)) {
-        strict_refuse(strict, 400, "the value of a header field has a control character, or a line ends without CR LF");
+        strict_refuse(
+            strict, 400,
+            "the value of a header field has a control character, or a line ends without CR LF");
     } else if (strict->place == SRV_STRICT_IN_VALUE || !(c == ' ' || c == '\t')) {
         strict->place = SRV_STRICT_IN_VALUE;
         strict->part++;
@@ -235,7 +257,8 @@ static void strict_head_end(struct srv_http_strict *strict) {
         strict_complete(strict);
 }
 
-static const char strict_no_chunk[] = "a chunk must be its size in hexadecimal digits, CR LF, its bytes, CR LF";
+static const char strict_no_chunk[] =
+    "a chunk must be its size in hexadecimal digits, CR LF, its bytes, CR LF";
 
 static void strict_size(struct srv_http_strict *strict, unsigned char c) {
     if (strict->place == SRV_STRICT_CHUNK) strict->left = 0;
@@ -254,11 +277,13 @@ static void strict_extension(struct srv_http_strict *strict, unsigned char c) {
     if (c == '\r')
         strict_go(strict, SRV_STRICT_SIZE_LF);
     else if (!strict_is(c, STRICT_VALUE) || ++strict->part > SRV_STRICT_EXTENSIONS)
-        strict_refuse(strict, 400, "the extensions of a chunk are too long or have a control character");
+        strict_refuse(strict, 400,
+                      "the extensions of a chunk are too long or have a control character");
 }
 
 static void strict_size_end(struct srv_http_strict *strict, unsigned char c) {
-    strict_expect(strict, c, '\n', strict->left ? SRV_STRICT_IN_CHUNK : SRV_STRICT_LINE, strict_no_chunk);
+    strict_expect(strict, c, '\n', strict->left ? SRV_STRICT_IN_CHUNK : SRV_STRICT_LINE,
+                  strict_no_chunk);
     if (strict->place != SRV_STRICT_LINE) return;
     strict->trailer = 1;
     strict->fields = strict->bytes = 0;
@@ -350,9 +375,12 @@ static int strict_in_head(const struct srv_http_strict *strict) {
     return strict->place >= SRV_STRICT_IN_METHOD && strict->place <= SRV_STRICT_END_LF;
 }
 
-void srv_http_strict_init(struct srv_http_strict *strict) { *strict = (struct srv_http_strict){.place = SRV_STRICT_START}; }
+void srv_http_strict_init(struct srv_http_strict *strict) {
+    *strict = (struct srv_http_strict){.place = SRV_STRICT_START};
+}
 
-/* is the strict reader within what is taken out: a chunk's extensions, or the value of a cookie's field? */
+/* is the strict reader within what is taken out: a chunk's extensions, or the value of a
+ * cookie's field? */
 static int strict_takes_out(const struct srv_http_strict *strict) {
     int value = strict->place == SRV_STRICT_BEFORE_VALUE || strict->place == SRV_STRICT_IN_VALUE;
     return strict->place == SRV_STRICT_IN_EXTENSION || (value && strict->field == STRICT_COOKIE);
@@ -380,5 +408,6 @@ size_t srv_http_strict_read(struct srv_http_strict *strict, char *data, size_t b
 }
 
 int srv_http_strict_within(const struct srv_http_strict *strict) {
-    return strict->place != SRV_STRICT_START && strict->place != SRV_STRICT_START_LF && strict->place != SRV_STRICT_REFUSED;
+    return strict->place != SRV_STRICT_START && strict->place != SRV_STRICT_START_LF &&
+           strict->place != SRV_STRICT_REFUSED;
 }

@@ -1,6 +1,9 @@
-/* The strict front: reads along with every byte of a connection and stops at the first that no request may have.
- * Leaves to others: fetching the bytes and telling the client (http), what a request means (request_head, router).
- * Invariant: what passes can be cut into requests in one way only, that of RFC 9112 without its leniencies. */
+/* The strict front: reads along with every byte of a connection and stops at the first that no
+ * request may have.
+ * Leaves to others: fetching the bytes and telling the client (http), what a request means
+ * (request_head, router).
+ * Invariant: what passes can be cut into requests in one way only, that of RFC 9112 without its
+ * leniencies. */
 #ifndef SRV_HTTP_STRICT_H
 #define SRV_HTTP_STRICT_H
 
@@ -66,14 +69,14 @@ void srv_http_strict_init(struct srv_http_strict *strict);
 /**
  * Reads along.
  *
- * The values of cookies are taken out, however TCP has cut them, as nobody needs them and libmicrohttpd would take them
- * apart at great expense of memory: the field stays, and is empty.
+ * The values of cookies are taken out, however TCP has cut them, as nobody needs them and
+ * libmicrohttpd would take them apart at great expense of memory: the field stays, and is empty.
  *
- * The extensions of chunks are taken out: nobody needs them either, and libmicrohttpd 1.0 takes the end of such a line
- * for the chunk's first byte.
+ * The extensions of chunks are taken out: nobody needs them either, and libmicrohttpd 1.0 takes the
+ * end of such a line for the chunk's first byte.
  *
- * Returns how many bytes may be passed on, from `data` on: all that were not taken out, or, once the stream is refused,
- * those of the requests that were complete before the one at fault.
+ * Returns how many bytes may be passed on, from `data` on: all that were not taken out, or, once
+ * the stream is refused, those of the requests that were complete before the one at fault.
  * O(bytes), a nanosecond or two a byte of a head, no time for a body.
  */
 size_t srv_http_strict_read(struct srv_http_strict *strict, char *data, size_t bytes);

@@ -6,20 +6,23 @@
 
 #include "api/call/digest.h"
 
-_Static_assert((int)SRV_IDENTITY_KEY == (int)API_DIGEST_BYTES + 2, "a key is a digest with its kind before it");
+_Static_assert((int)SRV_IDENTITY_KEY == (int)API_DIGEST_BYTES + 2,
+               "a key is a digest with its kind before it");
 
 enum { IDENTITY_DIGITS = 12 /* of a digest, where it is shown */ };
 
-const char srv_identity_rule[] = "a bearer token is a secret of at least 128 bits that the client draws at random: 22 "
-                                 "to 4096 characters of A-Z, a-z, "
-                                 "0-9 and -._~+/, at least 32 where all are hexadecimal digits, at least 8 of them "
-                                 "different, with = at the end only; "
-                                 "for example the output of: openssl rand -hex 16";
+const char srv_identity_rule[] =
+    "a bearer token is a secret of at least 128 bits that the client draws at random: 22 "
+    "to 4096 characters of A-Z, a-z, "
+    "0-9 and -._~+/, at least 32 where all are hexadecimal digits, at least 8 of them "
+    "different, with = at the end only; "
+    "for example the output of: openssl rand -hex 16";
 
 static const char identity_letter[] = {'n', 'a', 't'};
 static const char *const identity_word[] = {"address", "account", "token"};
 
-static void identity_key(char key[SRV_IDENTITY_KEY], enum srv_identity_kind kind, const char *text) {
+static void identity_key(char key[SRV_IDENTITY_KEY], enum srv_identity_kind kind,
+                         const char *text) {
     const char *const parts[] = {"identity", identity_word[kind], text, NULL};
     key[0] = identity_letter[kind];
     key[1] = ':';
@@ -31,11 +34,13 @@ int srv_identity_begin(struct srv_identity *identity, const char *address, const
     for (const char *at = account; at && *at && good; at++) good = *at >= ' ' && *at <= '~';
     srv_peer_network(address, identity->network);
     identity->kind = account && *account && good ? SRV_IDENTITY_ACCOUNT : SRV_IDENTITY_ADDRESS;
-    identity_key(identity->key, identity->kind, identity->kind == SRV_IDENTITY_ACCOUNT ? account : identity->network);
+    identity_key(identity->key, identity->kind,
+                 identity->kind == SRV_IDENTITY_ACCOUNT ? account : identity->network);
     memcpy(identity->source, identity->key, sizeof identity->source);
     identity->secret[0] = 0;
     if (identity->kind == SRV_IDENTITY_ACCOUNT)
-        snprintf(identity->shown, sizeof identity->shown, "account:%.*s", IDENTITY_DIGITS, identity->key + 2);
+        snprintf(identity->shown, sizeof identity->shown, "account:%.*s", IDENTITY_DIGITS,
+                 identity->key + 2);
     else
         snprintf(identity->shown, sizeof identity->shown, "%s", address);
     return good;
@@ -57,7 +62,8 @@ static int identity_letters(const char *text, size_t bytes, int *hex) {
 
 /* token68 of RFC 9110, 11.2, with enough in it that nobody guesses it */
 static int identity_good(const char *token) {
-    static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~+/";
+    static const char letters[] =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~+/";
     size_t bytes = strspn(token, letters), all = bytes + strspn(token + bytes, "=");
     int hex, different = identity_letters(token, bytes, &hex);
     return !token[all] && all <= SRV_TOKEN_MOST && different >= SRV_TOKEN_LETTERS &&
@@ -74,13 +80,15 @@ int srv_identity_token(struct srv_identity *identity, const char *authorization)
     if (!identity_good(token)) return 0;
     identity->kind = SRV_IDENTITY_TOKEN;
     identity_key(identity->key, identity->kind, token);
-    snprintf(identity->secret, sizeof identity->secret, "token:%.*s", IDENTITY_DIGITS, identity->key + 2);
+    snprintf(identity->secret, sizeof identity->secret, "token:%.*s", IDENTITY_DIGITS,
+             identity->key + 2);
     return 1;
 }
 
 int srv_identity_owns(const struct srv_identity *identity, const char *owner) {
     return !strcmp(owner, identity->key) || !strcmp(owner, identity->source) ||
-           (identity->source[0] == identity_letter[SRV_IDENTITY_ADDRESS] && !strcmp(owner, identity->network));
+           (identity->source[0] == identity_letter[SRV_IDENTITY_ADDRESS] &&
+            !strcmp(owner, identity->network));
 }
 
 const char *srv_identity_word(const char *key) {

@@ -1,19 +1,23 @@
-/* Who asks: a bearer token of the client's own, else the account that a trusted proxy names, else the address.
- * Leaves to others: whom a proxy's header fields name (peer), what follows from it (admission, jobs, scenes, events).
- * Invariant: what is kept or shown of a token or an account is a digest of all of it; two tokens are two identities,
- * and no token, account or address ever has the key of another kind. */
+/* Who asks: a bearer token of the client's own, else the account that a trusted proxy names,
+ * else the address.
+ * Leaves to others: whom a proxy's header fields name (peer), what follows from it (admission,
+ * jobs, scenes, events).
+ * Invariant: what is kept or shown of a token or an account is a digest of all of it; two tokens
+ * are two identities, and no token, account or address ever has the key of another kind. */
 #ifndef SRV_IDENTITY_H
 #define SRV_IDENTITY_H
 
 #include "server/protocol/peer.h"
 
 enum {
-    SRV_IDENTITY_KEY = 67,    /* bytes of a key with its NUL: a letter for the kind, a colon, 64 digits */
+    SRV_IDENTITY_KEY =
+        67, /* bytes of a key with its NUL: a letter for the kind, a colon, 64 digits */
     SRV_IDENTITY_SHOWN = 48,  /* bytes of what may be shown */
     SRV_TOKEN_LEAST = 22,     /* characters of a token: 22 of base 64 have 132 bits, */
     SRV_TOKEN_LEAST_HEX = 32, /* 32 hexadecimal digits have 128 */
     SRV_TOKEN_MOST = 4096,
-    SRV_TOKEN_LETTERS = 8 /* different characters that a token has at least: what was drawn at random has */
+    SRV_TOKEN_LETTERS =
+        8 /* different characters that a token has at least: what was drawn at random has */
 };
 
 /* What names a client. */
@@ -22,10 +26,14 @@ enum srv_identity_kind { SRV_IDENTITY_ADDRESS, SRV_IDENTITY_ACCOUNT, SRV_IDENTIT
 struct srv_identity {
     enum srv_identity_kind kind;
     char key[SRV_IDENTITY_KEY];      /* who it is; stores, lanes, quotas and lists go by it */
-    char source[SRV_IDENTITY_KEY];   /* the key of the address or account it came from; `key` itself without a token */
-    char network[SRV_PEER_BYTES];    /* the address, of IPv6 its network: by this a store of before knows it */
-    char shown[SRV_IDENTITY_SHOWN];  /* for the log: the address, or "account:" and 12 digits of the digest */
-    char secret[SRV_IDENTITY_SHOWN]; /* for the log: "token:" and 12 digits of the digest; "" without a token */
+    char source[SRV_IDENTITY_KEY];   /* the key of the address or account it came from; `key` itself
+                                        without a token */
+    char network[SRV_PEER_BYTES];    /* the address, of IPv6 its network: by this a store of before
+                                        knows it */
+    char shown[SRV_IDENTITY_SHOWN];  /* for the log: the address, or "account:" and 12 digits of the
+                                        digest */
+    char secret[SRV_IDENTITY_SHOWN]; /* for the log: "token:" and 12 digits of the digest; ""
+                                        without a token */
 };
 
 /* The rule for tokens, as a sentence for problems. */
@@ -34,16 +42,18 @@ extern const char srv_identity_rule[];
 /**
  * Whom a request comes from, without its token.
  *
- * address  as text; of IPv6 its network of 64 bits is the client, of ::ffff:192.0.2.1 the IPv4 address.
+ * address  as text; of IPv6 its network of 64 bits is the client, of ::ffff:192.0.2.1 the IPv4
+ *          address.
  * account  what a trusted proxy says the client is, taken as a whole; NULL where it says nothing.
  *
- * Returns 0 where the account has control characters or bytes above 0x7e: then the address is who asks, for the log.
+ * Returns 0 where the account has control characters or bytes above 0x7e: then the address is who
+ * asks, for the log.
  */
 int srv_identity_begin(struct srv_identity *identity, const char *address, const char *account);
 
 /**
- * Makes the identity a token's, where the field Authorization has the scheme Bearer; other schemes are not looked at,
- * as a proxy may have asked for them.
+ * Makes the identity a token's, where the field Authorization has the scheme Bearer; other schemes
+ * are not looked at, as a proxy may have asked for them.
  *
  * authorization  the field's value, or NULL.
  *
@@ -52,8 +62,8 @@ int srv_identity_begin(struct srv_identity *identity, const char *address, const
 int srv_identity_token(struct srv_identity *identity, const char *authorization);
 
 /**
- * True where a thing that was made by `owner` may be ended by this identity: its token or account made it; or its
- * address or account did, without a token.
+ * True where a thing that was made by `owner` may be ended by this identity: its token or account
+ * made it; or its address or account did, without a token.
  *
  * owner  a key, or the text of a network in a store of before.
  */

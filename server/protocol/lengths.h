@@ -1,7 +1,8 @@
-/* How long answers are whose length shows only when they are written: remembered by their entity tags, so that a range
- * of one is not written twice each time.
+/* How long answers are whose length shows only when they are written: remembered by their entity
+ * tags, so that a range of one is not written twice each time.
  * Leaves to others: what a tag stands for (result).
- * Invariant: bounded: a new one takes the place of an older one, and one that was forgotten is found out again. */
+ * Invariant: bounded: a new one takes the place of an older one, and one that was forgotten is
+ * found out again. */
 #ifndef SRV_LENGTHS_H
 #define SRV_LENGTHS_H
 

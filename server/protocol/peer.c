@@ -34,11 +34,13 @@ static char *peer_next(char **list) {
     *list = comma ? comma + 1 : NULL;
     if (comma) *comma = 0;
     element += strspn(element, " \t");
-    for (size_t bytes = strlen(element); bytes && strchr(" \t", element[bytes - 1]);) element[--bytes] = 0;
+    for (size_t bytes = strlen(element); bytes && strchr(" \t", element[bytes - 1]);)
+        element[--bytes] = 0;
     return element;
 }
 
-enum pend_status srv_peers_read(struct srv_peers *peers, const char *text, struct pend_error *error) {
+enum pend_status srv_peers_read(struct srv_peers *peers, const char *text,
+                                struct pend_error *error) {
     char copy[1024];
     *peers = (struct srv_peers){0};
     if (!strcmp(text, "none")) return PEND_OK;
@@ -48,9 +50,10 @@ enum pend_status srv_peers_read(struct srv_peers *peers, const char *text, struc
         char shown[64];
         snprintf(shown, sizeof shown, "%s", element);
         if (!peer_network(peers, element))
-            return pend_fail(error, PEND_INVALID, -1, 0,
-                             "trusted-proxy must be a list of at most %d networks like 10.0.0.0/8, got '%s'",
-                             SRV_PEER_NETWORKS, shown);
+            return pend_fail(
+                error, PEND_INVALID, -1, 0,
+                "trusted-proxy must be a list of at most %d networks like 10.0.0.0/8, got '%s'",
+                SRV_PEER_NETWORKS, shown);
     }
     return PEND_OK;
 }
@@ -113,13 +116,14 @@ static char *peer_bare(char *text) {
     return text;
 }
 
-void srv_peer_client(const struct srv_peers *peers, const char *peer, const char *header, const char *value,
-                     char client[SRV_PEER_BYTES]) {
+void srv_peer_client(const struct srv_peers *peers, const char *peer, const char *header,
+                     const char *value, char client[SRV_PEER_BYTES]) {
     char copy[1024], *element[64];
     unsigned char address[16];
     int count = 0, forwarded = !strcasecmp(header, "Forwarded");
     snprintf(client, SRV_PEER_BYTES, "%s", peer);
-    if (!value || !*value || !srv_peer_names_addresses(header) || !srv_peer_trusted(peers, peer)) return;
+    if (!value || !*value || !srv_peer_names_addresses(header) || !srv_peer_trusted(peers, peer))
+        return;
     /* of a long list the end counts */
     size_t bytes = strlen(value), cut = bytes < sizeof copy ? 0 : bytes - sizeof copy + 1;
     snprintf(copy, sizeof copy, "%s", value + cut);

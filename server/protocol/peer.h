@@ -1,4 +1,5 @@
-/* Who a request comes from: the other end of the connection, or, behind a proxy that is trusted, whom that names.
+/* Who a request comes from: the other end of the connection, or, behind a proxy that is trusted,
+ * whom that names.
  * Leaves to others: what follows from it (clients, log).
  * Invariant: a header field of somebody who is not trusted changes nothing. */
 #ifndef SRV_PEER_H
@@ -24,29 +25,32 @@ struct srv_peers {
  *
  * PEND_INVALID  error says which entry is none.
  */
-PEND_MUST_CHECK enum pend_status srv_peers_read(struct srv_peers *peers, const char *text, struct pend_error *error);
+PEND_MUST_CHECK enum pend_status srv_peers_read(struct srv_peers *peers, const char *text,
+                                                struct pend_error *error);
 
 /** True where the word of an address is taken: it is in one of the networks. */
 int srv_peer_trusted(const struct srv_peers *peers, const char *address);
 
-/** True for a field that names addresses, "X-Forwarded-For" or "Forwarded"; any other one names an account. */
+/** True for a field that names addresses, "X-Forwarded-For" or "Forwarded"; any other one names
+ * an account. */
 int srv_peer_names_addresses(const char *header);
 
-/** The network of an address, as text: of IPv6 that of 64 bits, which is what one household gets; of an IPv4 address,
- * also one that is written as IPv6, itself; of anything else the text. */
+/** The network of an address, as text: of IPv6 that of 64 bits, which is what one household gets;
+ * of an IPv4 address, also one that is written as IPv6, itself; of anything else the text. */
 void srv_peer_network(const char *address, char network[SRV_PEER_BYTES]);
 
 /**
  * The address that a request comes from.
  *
  * peer    address at the other end, as text.
- * header  the field in which proxies tell, "X-Forwarded-For" or "Forwarded" (RFC 7239); of any other one the address is
- *         the peer.
+ * header  the field in which proxies tell, "X-Forwarded-For" or "Forwarded" (RFC 7239); of any
+ *         other one the address is the peer.
  * value   of that field in the request, all of them joined by commas; NULL where there is none.
- * client  out: of the addresses that proxies told, from the last on, the first that is not of a trusted proxy itself;
- *         the peer where it is not trusted or tells nothing that is an address.
+ * client  out: of the addresses that proxies told, from the last on, the first that is not of a
+ *         trusted proxy itself; the peer where it is not trusted or tells nothing that is an
+ *         address.
  */
-void srv_peer_client(const struct srv_peers *peers, const char *peer, const char *header, const char *value,
-                     char client[SRV_PEER_BYTES]);
+void srv_peer_client(const struct srv_peers *peers, const char *peer, const char *header,
+                     const char *value, char client[SRV_PEER_BYTES]);
 
 #endif

@@ -4,14 +4,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A long body has grown by doubling; what it does not need goes back, since it may be kept. Short ones become buffer pool.
+/* A long body has grown by doubling; what it does not need goes back, since it may be kept. Short
+ * ones become buffer pool.
  */
 static void response_body_trim(struct api_buffer *body) {
     if (body->cap > SRV_SPARE_BYTES) api_buffer_trim(body);
 }
 
-struct srv_response_body *srv_response_body_new(int status, const char *media_type, struct api_buffer *body, size_t text,
-                                    struct srv_memory *memory, struct srv_buffer_pool *pool) {
+struct srv_response_body *srv_response_body_new(int status, const char *media_type,
+                                                struct api_buffer *body, size_t text,
+                                                struct srv_memory *memory,
+                                                struct srv_buffer_pool *pool) {
     struct srv_response_body *made = calloc(1, sizeof *made + text);
     if (!made) {
         srv_buffer_pool_give(pool, body);
@@ -30,9 +33,11 @@ struct srv_response_body *srv_response_body_new(int status, const char *media_ty
     return made;
 }
 
-void srv_response_body_header(struct srv_response_body *response_body, const char *name, const char *value) {
+void srv_response_body_header(struct srv_response_body *response_body, const char *name,
+                              const char *value) {
     size_t bytes = strlen(value) + 1;
-    assert(response_body->headers < SRV_RESPONSE_BODY_HEADERS && bytes <= response_body->text_cap - response_body->text_bytes);
+    assert(response_body->headers < SRV_RESPONSE_BODY_HEADERS &&
+           bytes <= response_body->text_cap - response_body->text_bytes);
     char *copy = response_body->text + response_body->text_bytes;
     memcpy(copy, value, bytes);
     response_body->text_bytes += bytes;

@@ -1,6 +1,7 @@
 /* A finished answer that several exchanges and the cache may have at once.
  * Leaves to others: computing it (compute), sending it (http), keeping it (cache).
- * Invariant: nobody changes a response body once a second one has it; the last one that lets go frees it. */
+ * Invariant: nobody changes a response body once a second one has it; the last one that lets go
+ * frees it. */
 #ifndef SRV_RESPONSE_BODY_H
 #define SRV_RESPONSE_BODY_H
 
@@ -44,11 +45,14 @@ struct srv_response_body {
  *
  * Returns NULL without memory.
  */
-struct srv_response_body *srv_response_body_new(int status, const char *media_type, struct api_buffer *body, size_t text,
-                                    struct srv_memory *memory, struct srv_buffer_pool *pool);
+struct srv_response_body *srv_response_body_new(int status, const char *media_type,
+                                                struct api_buffer *body, size_t text,
+                                                struct srv_memory *memory,
+                                                struct srv_buffer_pool *pool);
 
 /** Adds a header field; the name is static, the value is copied. There must be room. */
-void srv_response_body_header(struct srv_response_body *response_body, const char *name, const char *value);
+void srv_response_body_header(struct srv_response_body *response_body, const char *name,
+                              const char *value);
 
 /** One more has it. */
 struct srv_response_body *srv_response_body_share(struct srv_response_body *response_body);

@@ -16,11 +16,13 @@ static const char *sql_word(const struct srv_sql_driver *driver, const char *tok
                  {"{skip}", driver->skip},   {"{alone}", driver->alone}, {"{ring}", driver->ring},
                  {"{bytes}", driver->bytes}, {"{hot}", driver->hot}};
     for (size_t i = 0; i < sizeof words / sizeof *words; i++)
-        if (strlen(words[i].token) == bytes && !memcmp(words[i].token, token, bytes)) return words[i].word;
+        if (strlen(words[i].token) == bytes && !memcmp(words[i].token, token, bytes))
+            return words[i].word;
     return NULL;
 }
 
-/* where a statement names its rows of values among its tables, and what stands before and after them */
+/* where a statement names its rows of values among its tables, and what stands before and after
+ * them */
 static const struct {
     const char *token, *before, *after;
 } sql_lists[] = {{"{from ", "FROM ", ""}, {"{using ", "USING ", ""}, {"{beside ", "", ","}};
@@ -40,12 +42,15 @@ static void sql_add(char text[SQL_LIST_TEXT], const char *more) {
     snprintf(text + bytes, SQL_LIST_TEXT - bytes, "%s", more);
 }
 
-/* the rows of values as a table v of columns c1, c2, ...; nothing where statements run on one row at a time */
+/* the rows of values as a table v of columns c1, c2, ...; nothing where statements run on one
+ * row at a time */
 static const char *sql_rows(const struct srv_sql_driver *driver, const char *token, size_t bytes,
                             char text[SQL_LIST_TEXT]) {
     char piece[32], names[SQL_LIST_TEXT] = "";
     int list = 0;
-    while (list < SQL_LISTS && strncmp(token, sql_lists[list].token, strlen(sql_lists[list].token)) != 0) list++;
+    while (list < SQL_LISTS &&
+           strncmp(token, sql_lists[list].token, strlen(sql_lists[list].token)) != 0)
+        list++;
     if (list == SQL_LISTS) return NULL;
     text[0] = '\0';
     if (!driver->lists) return text;
@@ -67,8 +72,8 @@ static const char *sql_rows(const struct srv_sql_driver *driver, const char *tok
 }
 
 /* a value of a row, or the rows themselves; NULL where the token is neither */
-static const char *sql_list_word(const struct srv_sql_driver *driver, const char *token, size_t bytes,
-                                 char text[SQL_LIST_TEXT]) {
+static const char *sql_list_word(const struct srv_sql_driver *driver, const char *token,
+                                 size_t bytes, char text[SQL_LIST_TEXT]) {
     if (token[1] < '0' || token[1] > '9') return sql_rows(driver, token, bytes, text);
     snprintf(text, SQL_LIST_TEXT, "%s%.*s", driver->lists ? "v.c" : "$", (int)bytes - 2, token + 1);
     return text;

@@ -1,6 +1,9 @@
-/* What a database must be able to do to be a store: statements, rows, and the words that differ between dialects.
- * Leaves to others: the statements (store_statements), the libraries (store_sqlite, store_postgres).
- * Invariant: a connection is used by one thread at a time; what came from outside goes in as a parameter only. */
+/* What a database must be able to do to be a store: statements, rows, and the words that differ
+ * between dialects.
+ * Leaves to others: the statements (store_statements), the libraries (store_sqlite,
+ * store_postgres).
+ * Invariant: a connection is used by one thread at a time; what came from outside goes in as a
+ * parameter only. */
 #ifndef SRV_SQL_H
 #define SRV_SQL_H
 
@@ -9,7 +12,12 @@
 
 #include "core/base/status.h"
 
-enum { SRV_SQL_PARAMETERS = 24, SRV_SQL_STATEMENTS = 96, SRV_SQL_TEXT = 2048, SRV_SQL_COMPLAINT = 240 };
+enum {
+    SRV_SQL_PARAMETERS = 24,
+    SRV_SQL_STATEMENTS = 96,
+    SRV_SQL_TEXT = 2048,
+    SRV_SQL_COMPLAINT = 240
+};
 
 /* What became of a call to a store. */
 enum srv_stored {
@@ -18,18 +26,19 @@ enum srv_stored {
     SRV_STORED_CLASH,   /* the key or id is taken by another request */
     SRV_STORED_QUOTA,   /* a quota would be exceeded */
     SRV_STORED_LOST,    /* the lease was lost, or the job ended meanwhile; nothing was written */
-    SRV_STORED_DAMAGED, /* what is kept of it is not what can have been written; others are as before */
+    SRV_STORED_DAMAGED, /* what is kept of it is not what can have been written; others are as
+                           before */
     SRV_STORED_FULL,    /* the disk is full; nothing was written */
     SRV_STORED_AGAIN,   /* another process was in the way; nothing was written */
-    SRV_STORED_AWAY,    /* the store cannot be reached now; whether the call took effect is unknown */
-    SRV_STORED_BROKEN   /* the store is damaged, out of memory, or not what this version can read */
+    SRV_STORED_AWAY,  /* the store cannot be reached now; whether the call took effect is unknown */
+    SRV_STORED_BROKEN /* the store is damaged, out of memory, or not what this version can read */
 };
 
 /* Passes on what is not SRV_STORED. */
-#define SRV_STORED_TRY(call)                                                                                           \
-    do {                                                                                                               \
-        enum srv_stored stored_try_ = (call);                                                                          \
-        if (stored_try_ != SRV_STORED) return stored_try_;                                                             \
+#define SRV_STORED_TRY(call)                                                                       \
+    do {                                                                                           \
+        enum srv_stored stored_try_ = (call);                                                      \
+        if (stored_try_ != SRV_STORED) return stored_try_;                                         \
     } while (0)
 
 /* A parameter, or a field of a row; data is borrowed. */
@@ -46,7 +55,8 @@ struct srv_sql {
     char complaint[SRV_SQL_COMPLAINT]; /* what the database said of the last failure */
 };
 
-/** Receives a row; its fields are valid during the call. Anything but SRV_STORED ends the statement with that. */
+/** Receives a row; its fields are valid during the call. Anything but SRV_STORED ends the
+ * statement with that. */
 typedef enum srv_stored srv_row_fn(void *context, const struct srv_value field[]);
 
 /* A kind of database. */
@@ -55,19 +65,23 @@ struct srv_sql_driver {
     int batch;          /* calls worth one transaction */
     int distant;        /* it may be out of reach for a while */
     int shared;         /* several processes may change it at the same time */
-    /* what stands in statements for {begin}; {now}, microseconds since 1970 by the database's clock; {lock} and {skip}:
-     * the rows read are locked, those that another transaction has locked are waited for, or left out; {alone}: one
-     * migration at a time; {ring}: wakes the processes that listen, once committed; {bytes}: the type of byte strings;
-     * {hot}: what a table is told whose few rows change with every transaction
+    /* what stands in statements for {begin}; {now}, microseconds since 1970 by the database's
+     * clock; {lock} and {skip}:
+     * the rows read are locked, those that another transaction has locked are waited for, or left
+     * out; {alone}: one migration at a time; {ring}: wakes the processes that listen, once
+     * committed; {bytes}: the type of byte strings; {hot}: what a table is told whose few rows
+     * change with every transaction
      */
     const char *begin, *now, *lock, *skip, *alone, *ring, *bytes, *hot;
-    /* It runs a statement on many rows of values at once. Such a statement has {1}, {2}, ... for a row's values, and
-     * one of {from twb}, {using twb} and {beside twb} where it names the rows among its tables, with a letter for the
-     * type of each value: t a text, w a whole number, b bytes. Elsewhere it is a statement on $1, $2, ... */
+    /* It runs a statement on many rows of values at once. Such a statement has {1}, {2}, ... for
+     * a row's values, and one of {from twb}, {using twb} and {beside twb} where it names the
+     * rows among its tables, with a letter for the type of each value: t a text, w a whole
+     * number, b bytes. Elsewhere it is a statement on $1, $2, ... */
     int lists;
 
     /**
-     * Connects. Where the database cannot be reached just now the connection is like one that was lost.
+     * Connects. Where the database cannot be reached just now the connection is like one that was
+     * lost.
      *
      * PEND_INVALID, PEND_NO_MEMORY
      */
@@ -80,22 +94,26 @@ struct srv_sql_driver {
      * text   with $1, $2, ... for the values; a lost connection is made anew by a {begin} only.
      * row    called for every row; NULL where none is of interest.
      *
-     * A statement on rows of values runs on those that were posted to it since the last `run`, and on these.
+     * A statement on rows of values runs on those that were posted to it since the last `run`, and
+     * on these.
      *
      * SRV_STORED_FULL, SRV_STORED_AGAIN, SRV_STORED_AWAY, SRV_STORED_BROKEN
      */
-    enum srv_stored (*run)(struct srv_sql *sql, int id, const char *text, const struct srv_value value[], int count,
-                           srv_row_fn *row, void *context);
+    enum srv_stored (*run)(struct srv_sql *sql, int id, const char *text,
+                           const struct srv_value value[], int count, srv_row_fn *row,
+                           void *context);
     /**
-     * As run, of a statement of whose rows none is of interest, and without waiting: what became of it is the answer to
-     * the next `run`, which fails where it did. NULL = run is as good.
+     * As run, of a statement of whose rows none is of interest, and without waiting: what became of
+     * it is the answer to the next `run`, which fails where it did. NULL = run is as good.
      *
-     * text  {look} as well: reads will come, each a transaction of its own; a lost connection is made anew. The rows of
-     *       a statement on rows of values are gathered, and run before any other statement does: no two of them may
-     *       change the same row of a table.
+     * text  {look} as well: reads will come, each a transaction of its own; a lost connection is
+     *       made anew. The rows of a statement on rows of values are gathered, and run before any
+     *       other statement does: no two of them may change the same row of a table.
      */
-    enum srv_stored (*post)(struct srv_sql *sql, int id, const char *text, const struct srv_value value[], int count);
-    /** Whether so many bytes of results may be written, and small things after them; NULL = it may be tried. */
+    enum srv_stored (*post)(struct srv_sql *sql, int id, const char *text,
+                            const struct srv_value value[], int count);
+    /** Whether so many bytes of results may be written, and small things after them; NULL = it
+     * may be tried. */
     int (*room)(struct srv_sql *sql, size_t bytes);
     /** As srv_store_listen. */
     int (*listen)(struct srv_sql *sql, int timeout_ms);
@@ -106,7 +124,8 @@ extern const struct srv_sql_driver srv_sql_sqlite, srv_sql_postgres;
 /** Notes what the database said, the first line of it. */
 void srv_sql_complain(struct srv_sql *sql, const char *text);
 
-/** The letters of the types of a statement on rows of values, up to a "}"; NULL where it is none. */
+/** The letters of the types of a statement on rows of values, up to a "}"; NULL where it is none.
+ */
 const char *srv_sql_columns(const char *text);
 
 /**

@@ -5,8 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Before the elements stand the number of dimensions, whether some are NULL, the elements' type, their number and the
- * subscript of the first; before each element its length. All are numbers of four bytes. */
+/* Before the elements stand the number of dimensions, whether some are NULL, the elements' type,
+ * their number and the subscript of the first; before each element its length. All are numbers
+ * of four bytes. */
 enum { LIST_HEAD = 20, LIST_LENGTH = 4, LIST_FIRST = 4096 };
 
 /* the types of elements, as PostgreSQL numbers them */
@@ -41,7 +42,8 @@ static int list_put(struct srv_sql_column *column, const struct srv_value *value
     return 1;
 }
 
-int srv_sql_list_add(struct srv_sql_list *list, const char *text, const struct srv_value value[], int count) {
+int srv_sql_list_add(struct srv_sql_list *list, const char *text, const struct srv_value value[],
+                     int count) {
     if (!list->text) {
         list->text = text;
         list->letters = srv_sql_columns(text);

@@ -1,4 +1,5 @@
-/* Rows of values that are gathered for one statement, as the arrays that PostgreSQL reads in its binary form.
+/* Rows of values that are gathered for one statement, as the arrays that PostgreSQL reads in its
+ * binary form.
  * Leaves to others: the statements' dialect (sql), when they are sent (store_postgres).
  * Invariant: every column has as many values as the list has rows. */
 #ifndef SRV_SQL_LIST_H
@@ -26,7 +27,8 @@ struct srv_sql_list {
  *
  * Returns 0 when memory is short: the list is empty then, as its row is not whole.
  */
-int srv_sql_list_add(struct srv_sql_list *list, const char *text, const struct srv_value value[], int count);
+int srv_sql_list_add(struct srv_sql_list *list, const char *text, const struct srv_value value[],
+                     int count);
 
 /**
  * The columns as parameters of one statement, each an array in binary form.

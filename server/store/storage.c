@@ -45,7 +45,8 @@ struct srv_storage {
 };
 
 /* notes whether the store answered, and says so when that changes */
-static void storage_note(struct srv_storage *storage, const struct srv_store *store, enum srv_stored stored) {
+static void storage_note(struct srv_storage *storage, const struct srv_store *store,
+                         enum srv_stored stored) {
     int away = stored == SRV_STORED_AWAY || stored == SRV_STORED_BROKEN;
     if (atomic_exchange(&storage->away, away) == away) return;
     if (away)
@@ -55,9 +56,10 @@ static void storage_note(struct srv_storage *storage, const struct srv_store *st
     if (!away) storage->news(storage->context);
 }
 
-/* takes the asks of a line, most of them at once; waits until a time if there are none. Returns their number */
-static int storage_take(struct srv_storage *storage, enum srv_ask_kind kind, int most, int64_t until,
-                        struct srv_store_call *call[]) {
+/* takes the asks of a line, most of them at once; waits until a time if there are none. Returns
+ * their number */
+static int storage_take(struct srv_storage *storage, enum srv_ask_kind kind, int most,
+                        int64_t until, struct srv_store_call *call[]) {
     struct storage_line *line = &storage->line[kind];
     struct timespec time = {until / 1000000000, until % 1000000000};
     int count = 0, late = 0;
@@ -73,17 +75,19 @@ static int storage_take(struct srv_storage *storage, enum srv_ask_kind kind, int
     return count;
 }
 
-/* What is done beside what is asked: rounds of pieces, one a second, between which others have their turn. While there
- * is more to sweep, a round takes its whole second, and the next one begins at its end. */
+/* What is done beside what is asked: rounds of pieces, one a second, between which others have
+ * their turn. While there is more to sweep, a round takes its whole second, and the next one
+ * begins at its end. */
 struct storage_round {
-    int64_t next, begun;    /* ns: when a piece is due; when the round began */
-    int64_t before, looked; /* us by the store's clock: when the rounds before this one and this one began */
-    int pieces;             /* that this one has had; 0 = it has not begun */
+    int64_t next, begun; /* ns: when a piece is due; when the round began */
+    int64_t before,
+        looked; /* us by the store's clock: when the rounds before this one and this one began */
+    int pieces; /* that this one has had; 0 = it has not begun */
 };
 
 /* a piece of a sweep; 1 when there is more */
-static int storage_piece(struct srv_storage *storage, struct srv_store *store, struct storage_round *round,
-                         enum srv_stored *stored) {
+static int storage_piece(struct srv_storage *storage, struct srv_store *store,
+                         struct storage_round *round, enum srv_stored *stored) {
     struct srv_store_sweep sweep;
     int64_t looked = round->pieces ? round->before : round->looked;
     if (!round->pieces) round->before = looked;
@@ -91,15 +95,17 @@ static int storage_piece(struct srv_storage *storage, struct srv_store *store, s
     if (*stored != SRV_STORED) return 0;
     if (!round->pieces++) round->looked = looked;
     if (sweep.released || sweep.given_up) {
-        srv_log_message(storage->log,
-                        "%d parts of jobs were taken back from workers that fell silent, %d jobs given up",
-                        sweep.released, sweep.given_up);
+        srv_log_message(
+            storage->log,
+            "%d parts of jobs were taken back from workers that fell silent, %d jobs given up",
+            sweep.released, sweep.given_up);
         storage->news(storage->context);
     }
     return sweep.more;
 }
 
-static void storage_sweep(struct srv_storage *storage, struct srv_store *store, struct storage_round *round) {
+static void storage_sweep(struct srv_storage *storage, struct srv_store *store,
+                          struct storage_round *round) {
     struct srv_store_figures figures;
     enum srv_stored stored;
     int64_t now = srv_clock_now(), second = srv_clock_span(SWEEP_MS / 1000.0);
@@ -134,15 +140,17 @@ static void *storage_serve(void *context) {
     int count;
     if (most > MOST_TOGETHER) most = MOST_TOGETHER;
     do {
-        count = storage_take(storage, desk->kind, most,
-                             desk->kind == SRV_ASK_WRITE ? round.next : srv_clock_now() + second, call);
+        count =
+            storage_take(storage, desk->kind, most,
+                         desk->kind == SRV_ASK_WRITE ? round.next : srv_clock_now() + second, call);
         if (count) srv_store_together(desk->store, call, count);
         for (int i = 0; i < count; i++) {
             storage_note(storage, desk->store, call[i]->stored);
             ((struct srv_ask *)call[i])->done((struct srv_ask *)call[i]);
         }
         /* what waited goes first: it may hold parts for longer whose leases a sweep would end */
-        if (desk->kind == SRV_ASK_WRITE && srv_clock_now() >= round.next) storage_sweep(storage, desk->store, &round);
+        if (desk->kind == SRV_ASK_WRITE && srv_clock_now() >= round.next)
+            storage_sweep(storage, desk->store, &round);
     } while (count || !storage_over(storage));
     return NULL;
 }
@@ -156,7 +164,8 @@ static void *storage_listen(void *context) {
     return NULL;
 }
 
-static enum pend_status storage_start(struct srv_storage *storage, const char *url, const struct srv_store_rules *rules,
+static enum pend_status storage_start(struct srv_storage *storage, const char *url,
+                                      const struct srv_store_rules *rules,
                                       struct pend_error *error) {
     for (int i = 0; i < THREADS; i++) {
         struct storage_desk *desk = &storage->desk[i];
@@ -164,16 +173,20 @@ static enum pend_status storage_start(struct srv_storage *storage, const char *u
         desk->storage = storage;
         desk->kind = i < WRITERS ? SRV_ASK_WRITE : SRV_ASK_READ;
         PEND_TRY(srv_store_open(&desk->store, url, rules, error));
-        if (!i && !srv_store_settled(desk->store)) storage_note(storage, desk->store, SRV_STORED_AWAY);
+        if (!i && !srv_store_settled(desk->store))
+            storage_note(storage, desk->store, SRV_STORED_AWAY);
         if (listens && srv_store_listen(desk->store, 0) < 0) continue;
-        desk->runs = !pthread_create(&desk->thread, NULL, listens ? storage_listen : storage_serve, desk);
-        if (!desk->runs) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no thread for the store can be had");
+        desk->runs =
+            !pthread_create(&desk->thread, NULL, listens ? storage_listen : storage_serve, desk);
+        if (!desk->runs)
+            return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no thread for the store can be had");
     }
     return PEND_OK;
 }
 
-enum pend_status srv_storage_new(struct srv_storage **storage, const char *url, const struct srv_store_rules *rules,
-                                 struct srv_log *log, void (*news)(void *context), void *context,
+enum pend_status srv_storage_new(struct srv_storage **storage, const char *url,
+                                 const struct srv_store_rules *rules, struct srv_log *log,
+                                 void (*news)(void *context), void *context,
                                  struct pend_error *error) {
     struct srv_storage *made = *storage = calloc(1, sizeof *made);
     pthread_condattr_t clock;
@@ -244,8 +257,10 @@ static void storage_wait_done(struct srv_ask *ask) {
     pthread_mutex_unlock(&waiter->lock);
 }
 
-enum srv_stored srv_storage_wait(struct srv_storage *storage, enum srv_ask_kind kind, struct srv_ask *ask) {
-    struct storage_waiter waiter = {.ask = {.call = {.run = storage_wait_run}, .done = storage_wait_done}, .own = ask};
+enum srv_stored srv_storage_wait(struct srv_storage *storage, enum srv_ask_kind kind,
+                                 struct srv_ask *ask) {
+    struct storage_waiter waiter = {
+        .ask = {.call = {.run = storage_wait_run}, .done = storage_wait_done}, .own = ask};
     pthread_mutex_init(&waiter.lock, NULL);
     pthread_cond_init(&waiter.answered, NULL);
     srv_storage_ask(storage, kind, &waiter.ask);

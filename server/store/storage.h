@@ -1,18 +1,21 @@
 /* The threads that talk to the store, so that nobody else waits for a disk or a database.
- * Leaves to others: what is asked (store's calls), what follows from an answer (the asker's `done`).
- * Invariant: a call that was taken comes back through its `done`, once; calls that write are done in the order in which
- * they came where there is one writer. */
+ * Leaves to others: what is asked (store's calls), what follows from an answer (the asker's
+ * `done`).
+ * Invariant: a call that was taken comes back through its `done`, once; calls that write are
+ * done in the order in which they came where there is one writer. */
 #ifndef SRV_STORAGE_H
 #define SRV_STORAGE_H
 
 #include "server/base/log.h"
 #include "server/store/store.h"
 
-/* Something to ask of the store; lives inside its owner's structure, so that asking allocates nothing. */
+/* Something to ask of the store; lives inside its owner's structure, so that asking allocates
+ * nothing. */
 struct srv_ask {
-    struct srv_store_call call;        /* first: run and, afterwards, stored */
-    void (*done)(struct srv_ask *ask); /* on a thread of the storage: short, may end the ask's life */
-    struct srv_ask *next;              /* the storage's */
+    struct srv_store_call call; /* first: run and, afterwards, stored */
+    void (*done)(
+        struct srv_ask *ask); /* on a thread of the storage: short, may end the ask's life */
+    struct srv_ask *next;     /* the storage's */
 };
 
 enum srv_ask_kind {
@@ -27,26 +30,30 @@ struct srv_storage;
  * Opens the store and starts the threads.
  *
  * storage  out; NULL on failure.
- * news     called on a thread of the storage whenever there may be something to claim or to stop, by whomever, and when
- *          the store has come back; short.
+ * news     called on a thread of the storage whenever there may be something to claim or to stop,
+ *          by whomever, and when the store has come back; short.
  * log      hears when the store is lost, and when it is back; outlives the storage.
  * error    the sentence for the operator.
  *
- * As srv_store_open, and PEND_NO_MEMORY when threads cannot be had. A database that cannot be reached is waited for.
+ * As srv_store_open, and PEND_NO_MEMORY when threads cannot be had. A database that cannot be
+ * reached is waited for.
  */
 PEND_MUST_CHECK enum pend_status srv_storage_new(struct srv_storage **storage, const char *url,
-                                                 const struct srv_store_rules *rules, struct srv_log *log,
-                                                 void (*news)(void *context), void *context, struct pend_error *error);
+                                                 const struct srv_store_rules *rules,
+                                                 struct srv_log *log, void (*news)(void *context),
+                                                 void *context, struct pend_error *error);
 
 /** Waits until all that was asked is answered, then ends the threads and closes the store. */
 void srv_storage_free(struct srv_storage **storage);
 
-/** Hands an ask over. Any thread; does not wait. Calls that wait at the same time share a write to disk. */
+/** Hands an ask over. Any thread; does not wait. Calls that wait at the same time share a write
+ * to disk. */
 void srv_storage_ask(struct srv_storage *storage, enum srv_ask_kind kind, struct srv_ask *ask);
 
-/** Asks and waits for the answer; `done` is not called. For threads that may wait: neither libmicrohttpd's nor a
- * worker's. */
-enum srv_stored srv_storage_wait(struct srv_storage *storage, enum srv_ask_kind kind, struct srv_ask *ask);
+/** Asks and waits for the answer; `done` is not called. For threads that may wait: neither
+ * libmicrohttpd's nor a worker's. */
+enum srv_stored srv_storage_wait(struct srv_storage *storage, enum srv_ask_kind kind,
+                                 struct srv_ask *ask);
 
 /** True while the store answers. */
 int srv_storage_here(const struct srv_storage *storage);

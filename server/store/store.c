@@ -6,8 +6,8 @@
 
 #include "server/store/store_call.h"
 
-enum pend_status srv_store_open(struct srv_store **store, const char *url, const struct srv_store_rules *rules,
-                                struct pend_error *error) {
+enum pend_status srv_store_open(struct srv_store **store, const char *url,
+                                const struct srv_store_rules *rules, struct pend_error *error) {
     static const struct srv_sql_driver *const drivers[] = {&srv_sql_sqlite, &srv_sql_postgres};
     const struct srv_sql_driver *driver = NULL;
     struct srv_store *made = NULL;
@@ -16,17 +16,22 @@ enum pend_status srv_store_open(struct srv_store **store, const char *url, const
     for (size_t i = 0; i < sizeof drivers / sizeof *drivers; i++)
         if (!strncmp(url, drivers[i]->scheme, strlen(drivers[i]->scheme))) driver = drivers[i];
     if (!driver)
-        return pend_fail(error, PEND_INVALID, -1, 0, "wants sqlite:PATH or postgresql://..., got \"%.80s\"", url);
-    if (!(made = calloc(1, sizeof *made))) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
+        return pend_fail(error, PEND_INVALID, -1, 0,
+                         "wants sqlite:PATH or postgresql://..., got \"%.80s\"", url);
+    if (!(made = calloc(1, sizeof *made)))
+        return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     made->rules = *rules;
     made->tally.place =
-        driver->shared ? (int)(((unsigned)getpid() ^ (unsigned)((uintptr_t)made >> 8)) % SRV_TALLY_PLACES) : 0;
+        driver->shared
+            ? (int)(((unsigned)getpid() ^ (unsigned)((uintptr_t)made >> 8)) % SRV_TALLY_PLACES)
+            : 0;
     status = driver->open(&made->sql, url, error);
     if (status == PEND_OK) {
         enum srv_stored stored = srv_store_settle(made);
         int waits = stored == SRV_STORED_AWAY && driver->distant;
         if (stored != SRV_STORED && !waits)
-            status = pend_fail(error, PEND_INVALID, -1, 0, "its tables cannot be used: %.180s", made->sql->complaint);
+            status = pend_fail(error, PEND_INVALID, -1, 0, "its tables cannot be used: %.180s",
+                               made->sql->complaint);
     }
     if (status == PEND_OK)
         *store = made;

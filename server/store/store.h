@@ -1,7 +1,7 @@
 /* Where jobs and scenes are kept: what every store can do, whatever database is behind it.
  * Leaves to others: the databases (store_sqlite, store_postgres), running what a job asks for.
- * Invariant: what a call returned SRV_STORED for is on disk and survives the death of any process; a part's result is
- * taken once, from the attempt that holds its lease. */
+ * Invariant: what a call returned SRV_STORED for is on disk and survives the death of any
+ * process; a part's result is taken once, from the attempt that holds its lease. */
 #ifndef SRV_STORE_H
 #define SRV_STORE_H
 
@@ -13,16 +13,17 @@
 enum {
     SRV_ID_BYTES = 27,            /* of a job or scene, with its NUL: 26 letters of base 32 */
     SRV_DIGEST_BYTES = 32,        /* of a request */
-    SRV_REQUEST_HEAD_BYTES = 256,      /* what a job says of its end */
+    SRV_REQUEST_HEAD_BYTES = 256, /* what a job says of its end */
     SRV_NAME_BYTES = 96,          /* clients, workers, operations, idempotency keys */
     SRV_CHUNK_BYTES = 256 * 1024, /* a piece of a part's result; only the last is shorter */
-    SRV_CLAIMS = 64,              /* parts that one claim takes at most: so many only if each computes for */
-    SRV_SMALL_US = 5000,          /* no longer than this, and all of them for */
-    SRV_CLAIM_US = 20000,         /* no longer than this, as it is estimated */
-    SRV_ROW_BYTES = 1024,         /* what a job or a scene is counted for, beside its request, results or body */
-    SRV_PART_BYTES = 256,        /* and each part of a job after the first */
-    SRV_MOST_KILLS =
-        3 /* workers that may vanish with one part, and no part of the job be done between, before it is given up */
+    SRV_CLAIMS = 64,     /* parts that one claim takes at most: so many only if each computes for */
+    SRV_SMALL_US = 5000, /* no longer than this, and all of them for */
+    SRV_CLAIM_US = 20000, /* no longer than this, as it is estimated */
+    SRV_ROW_BYTES =
+        1024, /* what a job or a scene is counted for, beside its request, results or body */
+    SRV_PART_BYTES = 256, /* and each part of a job after the first */
+    SRV_MOST_KILLS = 3    /* workers that may vanish with one part, and no part of the job be done
+                             between, before it is given up */
 };
 
 /* The status words of OGC API - Processes; the numbers are what the databases hold. */
@@ -42,7 +43,8 @@ struct srv_store_rules {
     int64_t keep_us;                               /* from a job's end to its removal */
     long client_scenes;                            /* scenes of one client */
     long long client_scene_bytes, all_scene_bytes; /* of scenes, of one client and in all */
-    /* What comes from one address or account, whoever says to be its client, has these bounds; 0 = none. */
+    /* What comes from one address or account, whoever says to be its client, has these bounds; 0
+     * = none. */
     long source_clients; /* clients of one source that have jobs */
     long source_jobs, source_scenes;
     long long source_bytes;
@@ -51,17 +53,19 @@ struct srv_store_rules {
 /* A job to be kept; texts are shorter than SRV_NAME_BYTES and not NULL unless said. */
 struct srv_job_order {
     const char *id, *client, *operation;
-    const char *source; /* the address or account that the client comes from; NULL = the client is one itself */
+    const char *source; /* the address or account that the client comes from; NULL = the client is
+                           one itself */
     const char *key;    /* the client's own idempotency key, or NULL */
     const void *request;
     size_t request_bytes;
     const unsigned char *digest; /* SRV_DIGEST_BYTES, of operation and request */
-    long parts;                 /* >= 1 */
-    int chained;                 /* non-zero: a part starts from what the one before it carried over */
-    int64_t cost_us;             /* computation of all parts, as it is estimated */
+    long parts;                  /* >= 1 */
+    int chained;     /* non-zero: a part starts from what the one before it carried over */
+    int64_t cost_us; /* computation of all parts, as it is estimated */
 };
 
-/* What is known of a job. Times are microseconds since 1970 by the store's clock, 0 = has not happened. */
+/* What is known of a job. Times are microseconds since 1970 by the store's clock, 0 = has not
+ * happened. */
 struct srv_job {
     char id[SRV_ID_BYTES], client[SRV_NAME_BYTES], operation[SRV_NAME_BYTES];
     enum srv_job_state state;
@@ -74,7 +78,8 @@ struct srv_job {
     long long bytes; /* of results */
     long long held;  /* bytes that its row and its request are counted for */
     char message[SRV_REQUEST_HEAD_BYTES];
-    const char *flaw; /* NULL, or the column of its row that holds what nobody can have written: it has failed */
+    const char *flaw; /* NULL, or the column of its row that holds what nobody can have written: it
+                         has failed */
 };
 
 /* A piece of a job that a worker holds for a while. */
@@ -85,7 +90,8 @@ struct srv_lease {
     int64_t part_us; /* of computation, as it is estimated */
     void *request;   /* of the job; NULL where it is long; freed by srv_lease_clear */
     size_t request_bytes;
-    void *start; /* what the part before it carried over; NULL where there is none; freed by srv_lease_clear */
+    void *start; /* what the part before it carried over; NULL where there is none; freed by
+                    srv_lease_clear */
     size_t start_bytes;
 };
 
@@ -99,17 +105,21 @@ struct srv_store;
  * url    "sqlite:PATH" or "postgresql://...".
  * error  the sentence for the operator.
  *
- * A database that cannot be reached just now is no failure: calls return SRV_STORED_AWAY until it can be.
+ * A database that cannot be reached just now is no failure: calls return SRV_STORED_AWAY until it
+ * can be.
  *
- * PEND_INVALID    the url names no known store, the file cannot be opened, or the tables are of a newer version.
+ * PEND_INVALID    the url names no known store, the file cannot be opened, or the tables are of a
+ *                 newer version.
  * PEND_NO_MEMORY
  */
 PEND_MUST_CHECK enum pend_status srv_store_open(struct srv_store **store, const char *url,
-                                                const struct srv_store_rules *rules, struct pend_error *error);
+                                                const struct srv_store_rules *rules,
+                                                struct pend_error *error);
 
 void srv_store_close(struct srv_store **store);
 
-/** True once its tables are known to be as this version wants them: not before the database was reached. */
+/** True once its tables are known to be as this version wants them: not before the database was
+ * reached. */
 int srv_store_settled(const struct srv_store *store);
 
 /** What the database said about the last failure; "" when nothing. */
@@ -118,38 +128,46 @@ const char *srv_store_complaint(const struct srv_store *store);
 /** Calls that one srv_store_together is best made of, at most. */
 int srv_store_batch(const struct srv_store *store);
 
-/* One call of a batch: does its work on the store and returns the result, which is final once `stored` is set. */
+/* One call of a batch: does its work on the store and returns the result, which is final once
+ * `stored` is set. */
 struct srv_store_call {
     enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call);
-    enum srv_stored stored;         /* out */
-    const struct srv_lease *finish; /* what `run` is to end by srv_store_finish, so that the rows of all parts that a
-                                     * batch ends can be read at once; NULL: nobody knows */
+    enum srv_stored stored; /* out */
+    const struct srv_lease
+        *finish; /* what `run` is to end by srv_store_finish, so that the rows of all parts that a
+                  * batch ends can be read at once; NULL: nobody knows */
 };
 
 /**
- * Runs calls in one transaction with one write to disk; a call that fails leaves no trace, the others stand. Where the
- * transaction as a whole fails, each is run again by itself; so is one that finds the disk full.
+ * Runs calls in one transaction with one write to disk; a call that fails leaves no trace, the
+ * others stand. Where the transaction as a whole fails, each is run again by itself; so is one that
+ * finds the disk full.
  *
- * calls  count of them; `stored` of each is set to what its run returned, or to the commit's failure.
+ * calls  count of them; `stored` of each is set to what its run returned, or to the commit's
+ *        failure.
  */
 void srv_store_together(struct srv_store *store, struct srv_store_call *const calls[], int count);
 
 /**
  * Keeps a job.
  *
- * job  out: the new job, or the one that the same key and digest made before (its id differs from the order's). The
- *      key of a job that failed, was dismissed or is past its time is free again.
+ * job  out: the new job, or the one that the same key and digest made before (its id differs from
+ *      the order's). The key of a job that failed, was dismissed or is past its time is free again.
  *
  * SRV_STORED_CLASH  the client used the key for another request.
- * SRV_STORED_QUOTA  too many open jobs, or too many bytes are kept, of the client or of all clients of its source;
- *                   job->message says which.
+ * SRV_STORED_QUOTA  too many open jobs, or too many bytes are kept, of the client or of all clients
+ *                   of its source; job->message says which.
  *
- * The request is counted, and kept until the job fails, is dismissed or expires. Quotas are looked up, not locked:
- * several processes that accept jobs at one instant may pass them by what one transaction of each has accepted.
+ * The request is counted, and kept until the job fails, is dismissed or expires. Quotas are looked
+ * up, not locked:
+ * several processes that accept jobs at one instant may pass them by what one transaction of each
+ * has accepted.
  */
-enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_order *order, struct srv_job *job);
+enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_order *order,
+                                 struct srv_job *job);
 
-/** Reads a job; one whose row is damaged has failed from now on, and its message says why. SRV_STORED_NONE */
+/** Reads a job; one whose row is damaged has failed from now on, and its message says why.
+ * SRV_STORED_NONE */
 enum srv_stored srv_store_job(struct srv_store *store, const char *id, struct srv_job *job);
 
 /**
@@ -158,9 +176,11 @@ enum srv_stored srv_store_job(struct srv_store *store, const char *id, struct sr
  * request  out, malloc'ed, the caller's.
  *
  * SRV_STORED_NONE
- * SRV_STORED_DAMAGED  it is not what was written: the job has failed from now on, and its message says why.
+ * SRV_STORED_DAMAGED  it is not what was written: the job has failed from now on, and its message
+ *                     says why.
  */
-enum srv_stored srv_store_job_request(struct srv_store *store, const char *id, void **request, size_t *bytes);
+enum srv_stored srv_store_job_request(struct srv_store *store, const char *id, void **request,
+                                      size_t *bytes);
 
 /**
  * A client's jobs, newest first.
@@ -169,27 +189,31 @@ enum srv_stored srv_store_job_request(struct srv_store *store, const char *id, v
  * job     out, room for most.
  * count   out.
  */
-enum srv_stored srv_store_list(struct srv_store *store, const char *client, const char *before, int most,
-                               struct srv_job job[], int *count);
+enum srv_stored srv_store_list(struct srv_store *store, const char *client, const char *before,
+                               int most, struct srv_job job[], int *count);
 
-/** Ends a job for its client: nothing of it runs on, its request and its results go. SRV_STORED_NONE */
+/** Ends a job for its client: nothing of it runs on, its request and its results go.
+ * SRV_STORED_NONE */
 enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struct srv_job *job);
 
 /**
- * Takes a part that waits, those that nobody held before first. Clients take turns. Of one client's jobs that one is
- * next whose creation plus remaining computation is earliest: a short job goes before a long one, and a job that has
- * waited for as long as it computes goes before every new one. Its cost depends on nothing that waits. A job whose row
- * is damaged fails, and SRV_STORED_AGAIN says to ask for another.
+ * Takes a part that waits, those that nobody held before first. Clients take turns. Of one client's
+ * jobs that one is next whose creation plus remaining computation is earliest: a short job goes
+ * before a long one, and a job that has waited for as long as it computes goes before every new
+ * one. Its cost depends on nothing that waits. A job whose row is damaged fails, and
+ * SRV_STORED_AGAIN says to ask for another.
  *
  * worker  a name that no other process has.
  * lease   out.
  *
  * SRV_STORED_NONE  nothing waits.
  */
-enum srv_stored srv_store_claim(struct srv_store *store, const char *worker, int64_t lease_us, struct srv_lease *lease);
+enum srv_stored srv_store_claim(struct srv_store *store, const char *worker, int64_t lease_us,
+                                struct srv_lease *lease);
 
 /**
- * As srv_store_claim, several parts: one of each of as many jobs, of the clients in turn, while they are small.
+ * As srv_store_claim, several parts: one of each of as many jobs, of the clients in turn, while
+ * they are small.
  *
  * lease  out, room for `most`.
  * most   1 .. SRV_CLAIMS.
@@ -202,7 +226,8 @@ enum srv_stored srv_store_claim_some(struct srv_store *store, const char *worker
 void srv_lease_clear(struct srv_lease *lease);
 
 /** Holds a part for longer. SRV_STORED_LOST */
-enum srv_stored srv_store_extend(struct srv_store *store, const struct srv_lease *lease, int64_t lease_us);
+enum srv_stored srv_store_extend(struct srv_store *store, const struct srv_lease *lease,
+                                 int64_t lease_us);
 
 /**
  * Keeps a part's result; the last one ends the job.
@@ -210,14 +235,17 @@ enum srv_stored srv_store_extend(struct srv_store *store, const struct srv_lease
  * carry  for a chained job: what the next part starts from; not for the last part.
  *
  * SRV_STORED_LOST   another attempt has the part, or the job is over.
- * SRV_STORED_QUOTA  the client's quota of bytes would be passed: the job has failed with that message.
+ * SRV_STORED_QUOTA  the client's quota of bytes would be passed: the job has failed with that
+ *                   message.
  * Repeating a call whose outcome is unknown is safe.
  */
-enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease *lease, const void *data, size_t bytes,
-                                 const void *carry, size_t carry_bytes);
+enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease *lease,
+                                 const void *data, size_t bytes, const void *carry,
+                                 size_t carry_bytes);
 
 /** Ends a job as failed; the message is for its client. SRV_STORED_LOST */
-enum srv_stored srv_store_fail(struct srv_store *store, const struct srv_lease *lease, const char *message);
+enum srv_stored srv_store_fail(struct srv_store *store, const struct srv_lease *lease,
+                               const char *message);
 
 /** Gives back every part that a worker holds, without a mark against them. */
 enum srv_stored srv_store_release(struct srv_store *store, const char *worker);
@@ -228,11 +256,12 @@ enum srv_stored srv_store_release(struct srv_store *store, const char *worker);
  * data   out, room for SRV_CHUNK_BYTES.
  *
  * SRV_STORED_NONE     there is no such chunk.
- * SRV_STORED_DAMAGED  it is not what was written: bits have changed, or it is another job's or part's. Chunks that
- *                     were written before version 5 of the tables have no seal that could tell.
+ * SRV_STORED_DAMAGED  it is not what was written: bits have changed, or it is another job's or
+ *                     part's. Chunks that were written before version 5 of the tables have no seal
+ *                     that could tell.
  */
-enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long part, long chunk, void *data,
-                                size_t *bytes);
+enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long part, long chunk,
+                                void *data, size_t *bytes);
 
 /* What a sweep found. */
 struct srv_store_sweep {
@@ -243,26 +272,28 @@ struct srv_store_sweep {
 };
 
 /**
- * Puts parts back whose lease ran out, gives up what kills its workers, removes what is dismissed or past its time; a
- * piece at a time: at most 64 parts, 64 chunks of results of a job that has ended, and 128 jobs that expired, 512
- * where one statement removes them all. Any
- * process may, at any time. After the store's clock has jumped ahead no job expires for ten minutes: a clock that was
- * set by mistake, and is set back, costs nobody a result.
+ * Puts parts back whose lease ran out, gives up what kills its workers, removes what is dismissed
+ * or past its time; a piece at a time: at most 64 parts, 64 chunks of results of a job that has
+ * ended, and 128 jobs that expired, 512 where one statement removes them all. Any process may, at
+ * any time. After the store's clock has jumped ahead no job expires for ten minutes: a clock that
+ * was set by mistake, and is set back, costs nobody a result.
  *
- * looked  us by the store's clock, 0 at first: leases count that had run out when this process looked the last time, so
- *         that after a pause it holds its own for longer before it judges any; becomes now. NULL: all that have
- *         run out.
+ * looked  us by the store's clock, 0 at first: leases count that had run out when this process
+ *         looked the last time, so that after a pause it holds its own for longer before it judges
+ *         any; becomes now. NULL: all that have run out.
  */
-enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked, struct srv_store_sweep *sweep);
+enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked,
+                                struct srv_store_sweep *sweep);
 
 /* What is in a store, for metrics and for whoever decides how many workers there should be. */
 struct srv_store_figures {
     long jobs[SRV_JOB_STATES];
     long long bytes; /* kept for jobs: rows, requests, results */
-    long parts;     /* that could be claimed now */
+    long parts;      /* that could be claimed now */
     long scenes;
     long long scene_bytes;
-    const char *full; /* why no job can be kept, as a sentence's part; NULL = it can, or nobody knows */
+    const char
+        *full; /* why no job can be kept, as a sentence's part; NULL = it can, or nobody knows */
 };
 
 /** Reads the sums that every call keeps up to date; its cost depends on nothing that is kept. */
@@ -275,13 +306,16 @@ enum srv_stored srv_store_figures(struct srv_store *store, struct srv_store_figu
  * source  the address or account that the client comes from; NULL = the client is one itself.
  *
  * SRV_STORED_CLASH  the id has another body; this client does not keep it.
- * SRV_STORED_QUOTA  the client, all clients of its source, or all clients would have too many, or too many bytes.
+ * SRV_STORED_QUOTA  the client, all clients of its source, or all clients would have too many, or
+ *                   too many bytes.
  */
-enum srv_stored srv_store_scene_put(struct srv_store *store, const char *id, const char *client, const char *source,
-                                    const void *body, size_t bytes);
+enum srv_stored srv_store_scene_put(struct srv_store *store, const char *id, const char *client,
+                                    const char *source, const void *body, size_t bytes);
 
-/** As srv_store_scene_put, of a scene that is there, whatever its body. SRV_STORED_NONE, SRV_STORED_QUOTA */
-enum srv_stored srv_store_scene_keep(struct srv_store *store, const char *id, const char *client, const char *source);
+/** As srv_store_scene_put, of a scene that is there, whatever its body. SRV_STORED_NONE,
+ * SRV_STORED_QUOTA */
+enum srv_stored srv_store_scene_keep(struct srv_store *store, const char *id, const char *client,
+                                     const char *source);
 
 /**
  * Keeps a scene no more for this client; it goes with the last who keeps it.
@@ -291,11 +325,14 @@ enum srv_stored srv_store_scene_keep(struct srv_store *store, const char *id, co
  */
 enum srv_stored srv_store_scene_drop(struct srv_store *store, const char *id, const char *client);
 
-/** Reads a scene; body is malloc'ed and the caller's. SRV_STORED_NONE; SRV_STORED_DAMAGED: it is not what was kept */
-enum srv_stored srv_store_scene(struct srv_store *store, const char *id, void **body, size_t *bytes);
+/** Reads a scene; body is malloc'ed and the caller's. SRV_STORED_NONE; SRV_STORED_DAMAGED: it is
+ * not what was kept */
+enum srv_stored srv_store_scene(struct srv_store *store, const char *id, void **body,
+                                size_t *bytes);
 
 /**
- * Waits until another process may have kept, ended or given back something; a hint only, on a connection of its own.
+ * Waits until another process may have kept, ended or given back something; a hint only, on a
+ * connection of its own.
  *
  * Returns 1 when there may be news, 0 after the time; -1 where other processes cannot be heard.
  */

@@ -30,17 +30,19 @@ static void call_notes(struct srv_store *store, enum srv_statement id) {
     if (!call_spares(id)) store->ahead.leases = store->ahead.rows = 0;
 }
 
-enum srv_stored srv_store_run(struct srv_store *store, enum srv_statement id, const struct srv_value value[], int count,
-                              srv_row_fn *row, void *context) {
+enum srv_stored srv_store_run(struct srv_store *store, enum srv_statement id,
+                              const struct srv_value value[], int count, srv_row_fn *row,
+                              void *context) {
     const char *text = srv_statement_text[id];
     call_notes(store, id);
-    enum srv_stored stored = store->sql->driver->run(store->sql, (int)id, text, value, count, row, context);
+    enum srv_stored stored =
+        store->sql->driver->run(store->sql, (int)id, text, value, count, row, context);
     store->failed |= stored != SRV_STORED;
     return stored;
 }
 
-enum srv_stored srv_store_post(struct srv_store *store, enum srv_statement id, const struct srv_value value[],
-                               int count) {
+enum srv_stored srv_store_post(struct srv_store *store, enum srv_statement id,
+                               const struct srv_value value[], int count) {
     const struct srv_sql_driver *driver = store->sql->driver;
     if (!driver->post) return srv_store_run(store, id, value, count, NULL, NULL);
     const char *text = srv_statement_text[id];
@@ -68,7 +70,8 @@ static enum srv_stored store_open(struct srv_store *store) {
     return srv_store_post(store, SQL_BEGIN, NULL, 0);
 }
 
-/* sums that cannot be added to are counted anew: those of the clients whose sums a transaction would have changed */
+/* sums that cannot be added to are counted anew: those of the clients whose sums a transaction
+ * would have changed */
 static enum srv_stored store_mend(struct srv_store *store) {
     struct srv_tally tally = store->tally;
     SRV_STORED_TRY(store_open(store));
@@ -138,8 +141,8 @@ enum srv_stored srv_store_now(struct srv_store *store, int64_t *now) {
     return SRV_STORED;
 }
 
-enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, const char *name, srv_whole_fn *whole,
-                                void **data, size_t *bytes) {
+enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, const char *name,
+                                srv_whole_fn *whole, void **data, size_t *bytes) {
     struct srv_row_bytes row = {.name = name, .whole = whole};
     *data = NULL;
     *bytes = 0;
@@ -155,7 +158,8 @@ enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, 
     return stored;
 }
 
-/* a full disk is tried twice: what the first try found in the way may be given back before the second */
+/* a full disk is tried twice: what the first try found in the way may be given back before the
+ * second */
 static void store_single(struct srv_store *store, struct srv_store_call *call) {
     for (int i = 0; i < TRIES; i++) {
         call->stored = call->run(store, call);
@@ -167,12 +171,14 @@ static void store_single(struct srv_store *store, struct srv_store_call *call) {
 static void batch_ahead(struct srv_store *store, struct srv_store_call *const calls[], int count) {
     struct srv_store_ahead *ahead = &store->ahead;
     for (int i = 0; i < count && store->sql->driver->lists && ahead->leases < SRV_STORE_AHEAD; i++)
-        if (calls[i]->finish && calls[i]->finish->parts == 1) ahead->lease[ahead->leases++] = calls[i]->finish;
+        if (calls[i]->finish && calls[i]->finish->parts == 1)
+            ahead->lease[ahead->leases++] = calls[i]->finish;
     if (ahead->leases == 1) ahead->leases = 0;
 }
 
 /* runs the calls of a batch; SRV_STORED when all of them are committed */
-static enum srv_stored store_batch(struct srv_store *store, struct srv_store_call *const calls[], int count) {
+static enum srv_stored store_batch(struct srv_store *store, struct srv_store_call *const calls[],
+                                   int count) {
     SRV_STORED_TRY(store_open(store));
     batch_ahead(store, calls, count);
     store->together = 1;

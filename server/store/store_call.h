@@ -1,6 +1,7 @@
 /* A call on the store: its transaction, alone or among others of a batch, and its statements.
  * Leaves to others: what a call does (store_jobs, store_leases, store_sweep, store_scenes).
- * Invariant: between begin and end a call's writes stand or fall together; no call begins before the tables are known.
+ * Invariant: between begin and end a call's writes stand or fall together; no call begins before
+ * the tables are known.
  */
 #ifndef SRV_STORE_CALL_H
 #define SRV_STORE_CALL_H
@@ -16,9 +17,10 @@ struct srv_store_held {
     long part_state, attempt;
 };
 
-/* The rows of parts that a batch is going to end, of jobs of one part: locked and read by one statement when the
- * first of them is asked for. A row is good once, and as long as nothing was written but by calls that finish, claim
- * or submit: none of these changes a job whose only part somebody else holds. */
+/* The rows of parts that a batch is going to end, of jobs of one part: locked and read by one
+ * statement when the first of them is asked for. A row is good once, and as long as nothing was
+ * written but by calls that finish, claim or submit: none of these changes a job whose only part
+ * somebody else holds. */
 struct srv_store_ahead {
     int leases, rows, read;
     const struct srv_lease *lease[SRV_STORE_AHEAD];
@@ -32,13 +34,15 @@ struct srv_store {
     int together; /* a batch's transaction is open */
     int settled;  /* the tables are there, as this version wants them */
     int wrote;    /* the call that runs has changed something */
-    int failed;   /* a statement of the transaction has failed, or a call that has written something */
+    int failed;   /* a statement of the transaction has failed, or a call that has written something
+                   */
     int64_t now;  /* us by the store's clock, in this transaction; 0 = not known yet */
     struct srv_tally tally;
     struct srv_store_ahead ahead; /* empty unless a batch runs */
     struct {
-        int64_t from;    /* us: no job that expired before is left but those that other processes had locked */
-        int64_t seen;    /* us by the store's clock at the last sweep, 0 = there was none */
+        int64_t from; /* us: no job that expired before is left but those that other processes had
+                         locked */
+        int64_t seen; /* us by the store's clock at the last sweep, 0 = there was none */
         int64_t seen_ns; /* by the monotonic clock, then */
         int64_t hold_ns; /* no job expires before this instant of the monotonic clock */
     } expiry;
@@ -50,49 +54,54 @@ enum srv_stored srv_store_settle(struct srv_store *store);
 /** Begins a call: a transaction of its own, unless it is one of a batch. */
 enum srv_stored srv_store_begin(struct srv_store *store);
 
-/** Begins a call of one statement, which reads: without a transaction where a statement is one by itself. */
+/** Begins a call of one statement, which reads: without a transaction where a statement is one by
+ * itself. */
 enum srv_stored srv_store_look(struct srv_store *store);
 
 /**
- * Ends a call: what it wrote stays or goes. Returns `stored`, or why it could not be ended. A call of a batch that
- * wrote something which is to go ends the batch: its calls are then run one by one.
+ * Ends a call: what it wrote stays or goes. Returns `stored`, or why it could not be ended. A call
+ * of a batch that wrote something which is to go ends the batch: its calls are then run one by one.
  */
 enum srv_stored srv_store_end(struct srv_store *store, int keep, enum srv_stored stored);
 
 /** Runs a statement; row is called for each row that it answers with, or NULL. */
-enum srv_stored srv_store_run(struct srv_store *store, enum srv_statement id, const struct srv_value value[], int count,
-                              srv_row_fn *row, void *context);
+enum srv_stored srv_store_run(struct srv_store *store, enum srv_statement id,
+                              const struct srv_value value[], int count, srv_row_fn *row,
+                              void *context);
 
 /**
- * The store's clock, us since 1970: read once in a transaction, and a microsecond later at every call.
+ * The store's clock, us since 1970: read once in a transaction, and a microsecond later at every
+ * call.
  *
  * SRV_STORED_BROKEN  a newer program has changed the tables while this one ran.
  */
 enum srv_stored srv_store_now(struct srv_store *store, int64_t *now);
 
 /**
- * As srv_store_run, of a statement whose rows are of no interest: its failure may be that of a later one, or of the
- * call's end.
+ * As srv_store_run, of a statement whose rows are of no interest: its failure may be that of a
+ * later one, or of the call's end.
  */
-enum srv_stored srv_store_post(struct srv_store *store, enum srv_statement id, const struct srv_value value[],
-                               int count);
+enum srv_stored srv_store_post(struct srv_store *store, enum srv_statement id,
+                               const struct srv_value value[], int count);
 
 /* Posts a statement with the values that are listed at the end. */
-#define SRV_POST(store, id, ...)                                                                                       \
-    srv_store_post((store), (id), (const struct srv_value[]){__VA_ARGS__},                                             \
-                   (int)(sizeof(const struct srv_value[]){__VA_ARGS__} / sizeof(struct srv_value)))
+#define SRV_POST(store, id, ...)                                                                   \
+    srv_store_post(                                                                                \
+        (store), (id), (const struct srv_value[]){__VA_ARGS__},                                    \
+        (int)(sizeof(const struct srv_value[]){__VA_ARGS__} / sizeof(struct srv_value)))
 
 /** Runs a statement that has neither values nor rows. */
 enum srv_stored srv_store_plain(struct srv_store *store, enum srv_statement id);
 
 /* Runs a statement with the values that are listed at the end. */
-#define SRV_RUN(store, id, row, context, ...)                                                                          \
-    srv_store_run((store), (id), (const struct srv_value[]){__VA_ARGS__},                                              \
-                  (int)(sizeof(const struct srv_value[]){__VA_ARGS__} / sizeof(struct srv_value)), (row), (context))
+#define SRV_RUN(store, id, row, context, ...)                                                      \
+    srv_store_run((store), (id), (const struct srv_value[]){__VA_ARGS__},                          \
+                  (int)(sizeof(const struct srv_value[]){__VA_ARGS__} / sizeof(struct srv_value)), \
+                  (row), (context))
 
-/** A whole call of one statement, of one parameter, that answers with one field of bytes: malloc'ed, the caller's; and
- * with what `whole` judges them by. */
-enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, const char *name, srv_whole_fn *whole,
-                                void **data, size_t *bytes);
+/** A whole call of one statement, of one parameter, that answers with one field of bytes:
+ * malloc'ed, the caller's; and with what `whole` judges them by. */
+enum srv_stored srv_store_bytes(struct srv_store *store, enum srv_statement id, const char *name,
+                                srv_whole_fn *whole, void **data, size_t *bytes);
 
 #endif

@@ -1,6 +1,7 @@
 /* Claims: which parts of jobs a worker is to compute next, several small ones at a time.
  * Leaves to others: what becomes of them (store_leases).
- * Invariant: a part that is claimed was nobody's; what a claim costs does not depend on how many parts wait. */
+ * Invariant: a part that is claimed was nobody's; what a claim costs does not depend on how many
+ * parts wait. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,7 +27,8 @@ static enum srv_stored row_lease(void *context, const struct srv_value field[]) 
     struct srv_lease *lease = row->lease;
     lease->part = (long)srv_row_whole(&field[0], 0, lease->parts - 1, "shards", &row->flaw);
     lease->attempt = (long)srv_row_whole(&field[1], 1, SRV_ROW_MOST, "attempt", &row->flaw);
-    if (field[2].kind != SRV_SQL_NULL && field[2].kind != SRV_SQL_BYTES && !row->flaw) row->flaw = "start";
+    if (field[2].kind != SRV_SQL_NULL && field[2].kind != SRV_SQL_BYTES && !row->flaw)
+        row->flaw = "start";
     if (field[2].kind == SRV_SQL_BYTES) {
         lease->start_bytes = field[2].bytes;
         lease->start = malloc(field[2].bytes + 1);
@@ -66,7 +68,8 @@ static enum srv_stored row_client(void *context, const struct srv_value field[])
     return SRV_STORED;
 }
 
-/* what this transaction has changed and not yet written counts as well: the turns that its claims took */
+/* what this transaction has changed and not yet written counts as well: the turns that its
+ * claims took */
 static enum srv_stored clients_order(struct srv_store *store, struct row_clients *rows) {
     struct srv_tally_client *client;
     for (int i = 0; i < rows->count; i++) {
@@ -112,29 +115,35 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
     job->waiting = (long)srv_row_whole(&field[4], 0, job->begun, "waiting", flaw);
     job->chained = (int)srv_row_whole(&field[5], 0, 1, "chained", flaw);
     job->done = (long)srv_row_whole(&field[6], 0, job->begun, "done", flaw);
-    job->state = (enum srv_job_state)srv_row_whole(&field[7], SRV_JOB_ACCEPTED, SRV_JOB_RUNNING, "state", flaw);
+    job->state = (enum srv_job_state)srv_row_whole(&field[7], SRV_JOB_ACCEPTED, SRV_JOB_RUNNING,
+                                                   "state", flaw);
     ready->part_us = srv_row_whole(&field[8], 0, SRV_ROW_MOST, "part", flaw);
-    /* the claim takes `part` off the rank, by a statement whose failure comes too late to name the job */
+    /* the claim takes `part` off the rank, by a statement whose failure comes too late to name
+     * the job */
     srv_row_whole(&field[9], -CLAIM_RANK, CLAIM_RANK, "rank", flaw);
     job->created = srv_row_whole(&field[10], 0, SRV_ROW_LATEST, "created", flaw);
     snprintf(job->client, sizeof job->client, "%s", rows->client);
     if (!*flaw && !srv_seal_job_whole(job, &field[11])) *flaw = "seal";
-    /* what was held before comes last, unless there is much of it: it may be what kills its workers */
+    /* what was held before comes last, unless there is much of it: it may be what kills its
+     * workers */
     int last = !job->chained && job->begun < job->parts && job->waiting <= LAST_PARTS;
     ready->again = job->waiting > 0 && !last;
     /* one that is too long for a claim, or is no bytes, is read and judged by itself */
     const struct srv_value *request = &field[13];
     if (request->kind != SRV_SQL_BYTES) return SRV_STORED;
-    if (!*flaw && !srv_seal_request_whole(&field[11], request->data, request->bytes)) *flaw = "request";
+    if (!*flaw && !srv_seal_request_whole(&field[11], request->data, request->bytes))
+        *flaw = "request";
     if (*flaw || !(ready->request = malloc(request->bytes + 1))) return SRV_STORED;
     if (request->bytes) memcpy(ready->request, request->data, request->bytes);
     ready->request_bytes = request->bytes;
     return SRV_STORED;
 }
 
-/* Nobody whose turn it is has a job that can be claimed: those of whom it is only said are counted anew, so that they
- * stand in nobody's way. What this transaction has claimed, and what another has locked, is there. */
-static enum srv_stored claim_mend(struct srv_store *store, const struct row_clients *clients, int *mended) {
+/* Nobody whose turn it is has a job that can be claimed: those of whom it is only said are
+ * counted anew, so that they stand in nobody's way. What this transaction has claimed, and what
+ * another has locked, is there. */
+static enum srv_stored claim_mend(struct srv_store *store, const struct row_clients *clients,
+                                  int *mended) {
     *mended = clients->nameless;
     if (clients->nameless) SRV_STORED_TRY(srv_store_plain(store, SQL_CLIENTS_NAMELESS));
     for (int i = 0; i < clients->count; i++) {
@@ -143,7 +152,8 @@ static enum srv_stored claim_mend(struct srv_store *store, const struct row_clie
         struct srv_tally_client *client;
         SRV_STORED_TRY(srv_store_client(store, name, &client));
         if (client->ready) continue;
-        SRV_STORED_TRY(SRV_RUN(store, SQL_CLIENT_READY, srv_row_wholes, &some, srv_value_text(name)));
+        SRV_STORED_TRY(
+            SRV_RUN(store, SQL_CLIENT_READY, srv_row_wholes, &some, srv_value_text(name)));
         if (some.whole[0]) continue;
         SRV_STORED_TRY(srv_store_recount_client(store, name));
         *mended = 1;
@@ -151,8 +161,10 @@ static enum srv_stored claim_mend(struct srv_store *store, const struct row_clie
     return SRV_STORED;
 }
 
-/* a job that was to be claimed is damaged: it fails, or goes where it has no name to fail under; so is an account */
-static enum srv_stored claim_damaged(struct srv_store *store, const char *client, const struct ready *ready) {
+/* a job that was to be claimed is damaged: it fails, or goes where it has no name to fail under;
+ * so is an account */
+static enum srv_stored claim_damaged(struct srv_store *store, const char *client,
+                                     const struct ready *ready) {
     struct srv_job job;
     if (!ready) return srv_store_recount(store, client);
     if (!*ready->job.id) {
@@ -164,29 +176,34 @@ static enum srv_stored claim_damaged(struct srv_store *store, const char *client
     return srv_store_condemn(store, &job);
 }
 
-/* takes the first part of a job that nobody has held, and that starts from nothing: its row is known without looking
+/* takes the first part of a job that nobody has held, and that starts from nothing: its row is
+ * known without looking
  */
-static enum srv_stored claim_first(struct srv_store *store, const struct ready *ready, const char *worker,
-                                   int64_t lease_us, struct srv_lease *lease) {
+static enum srv_stored claim_first(struct srv_store *store, const struct ready *ready,
+                                   const char *worker, int64_t lease_us, struct srv_lease *lease) {
     lease->part = ready->job.begun;
     lease->attempt = 1;
-    return SRV_POST(store, SQL_PART_FIRST, srv_value_text(ready->job.id), srv_value_whole(lease->part),
-                    srv_value_text(worker), srv_value_whole(lease_us));
+    return SRV_POST(store, SQL_PART_FIRST, srv_value_text(ready->job.id),
+                    srv_value_whole(lease->part), srv_value_text(worker),
+                    srv_value_whole(lease_us));
 }
 
 /* takes a part of the job, whichever is next */
-static enum srv_stored claim_next(struct srv_store *store, struct ready *ready, const char *worker, int64_t lease_us,
-                                  struct srv_lease *lease) {
+static enum srv_stored claim_next(struct srv_store *store, struct ready *ready, const char *worker,
+                                  int64_t lease_us, struct srv_lease *lease) {
     struct row_lease row = {.lease = lease};
-    if (!ready->again && !ready->job.chained) return claim_first(store, ready, worker, lease_us, lease);
+    if (!ready->again && !ready->job.chained)
+        return claim_first(store, ready, worker, lease_us, lease);
     SRV_STORED_TRY(SRV_RUN(store, ready->again ? SQL_PART_AGAIN : SQL_PART_NEXT, row_lease, &row,
-                           srv_value_text(ready->job.id), srv_value_text(worker), srv_value_whole(lease_us)));
+                           srv_value_text(ready->job.id), srv_value_text(worker),
+                           srv_value_whole(lease_us)));
     ready->flaw = row.rows ? row.flaw : "ready";
     return ready->flaw ? SRV_STORED_DAMAGED : SRV_STORED;
 }
 
-static enum srv_stored claim_part(struct srv_store *store, const char *client, int64_t weight, const char *worker,
-                                   int64_t lease_us, struct ready *ready, struct srv_lease *lease) {
+static enum srv_stored claim_part(struct srv_store *store, const char *client, int64_t weight,
+                                  const char *worker, int64_t lease_us, struct ready *ready,
+                                  struct srv_lease *lease) {
     struct srv_job was = ready->job, is;
     struct srv_tally_client *turn;
     if (ready->flaw) return SRV_STORED_DAMAGED;
@@ -198,8 +215,8 @@ static enum srv_stored claim_part(struct srv_store *store, const char *client, i
     lease->request = ready->request;
     lease->request_bytes = ready->request_bytes;
     ready->request = NULL;
-    SRV_STORED_TRY(SRV_POST(store, SQL_JOB_CLAIM, srv_value_text(was.id), srv_value_whole(ready->again),
-                            srv_value_whole(!ready->again)));
+    SRV_STORED_TRY(SRV_POST(store, SQL_JOB_CLAIM, srv_value_text(was.id),
+                            srv_value_whole(ready->again), srv_value_whole(!ready->again)));
     is = was;
     is.state = SRV_JOB_RUNNING;
     is.waiting -= ready->again;
@@ -228,17 +245,19 @@ static int claim_suits(const struct claim *claim, int64_t part_us) {
 }
 
 /* takes parts of a client's jobs, one of each */
-static enum srv_stored claim_client(struct srv_store *store, const char *client, int64_t weight, int most,
-                                    struct claim *claim) {
+static enum srv_stored claim_client(struct srv_store *store, const char *client, int64_t weight,
+                                    int most, struct claim *claim) {
     struct row_ready rows = {.client = client};
-    enum srv_stored stored =
-        SRV_RUN(store, SQL_JOBS_READY, row_ready, &rows, srv_value_text(client), srv_value_whole(most));
-    for (int i = 0; i < rows.rows && stored == SRV_STORED && claim_suits(claim, rows.ready[i].part_us); i++) {
+    enum srv_stored stored = SRV_RUN(store, SQL_JOBS_READY, row_ready, &rows,
+                                     srv_value_text(client), srv_value_whole(most));
+    for (int i = 0;
+         i < rows.rows && stored == SRV_STORED && claim_suits(claim, rows.ready[i].part_us); i++) {
         struct ready *ready = &rows.ready[i];
         /* a damaged one is seen to when it is the first */
         if (ready->flaw && claim->count) break;
         claim->sum_us += ready->part_us;
-        stored = claim_part(store, client, weight, claim->worker, claim->lease_us, ready, &claim->lease[claim->count]);
+        stored = claim_part(store, client, weight, claim->worker, claim->lease_us, ready,
+                            &claim->lease[claim->count]);
         claim->count++;
         if (stored != SRV_STORED_DAMAGED) continue;
         claim->bad = 1;
@@ -249,16 +268,18 @@ static enum srv_stored claim_client(struct srv_store *store, const char *client,
 }
 
 /* asks the clients, those whose turn it is first */
-static enum srv_stored claim_turns(struct srv_store *store, const struct row_clients *clients, struct claim *claim) {
+static enum srv_stored claim_turns(struct srv_store *store, const struct row_clients *clients,
+                                   struct claim *claim) {
     enum srv_stored stored = SRV_STORED;
     for (int i = 0; i < clients->count && stored == SRV_STORED && claim->count < claim->most; i++) {
         const char *name = clients->client[i].name;
         /* each gets its share of what is left */
         int others = clients->count - i, share = (claim->most - claim->count + others - 1) / others;
         if (clients->client[i].flaw && claim->count) break;
-        stored = clients->client[i].flaw ? SRV_STORED_DAMAGED
-                                         : claim_client(store, name, clients->client[i].weight,
-                                                        share < SRV_CLAIMS ? share : SRV_CLAIMS, claim);
+        stored = clients->client[i].flaw
+                     ? SRV_STORED_DAMAGED
+                     : claim_client(store, name, clients->client[i].weight,
+                                    share < SRV_CLAIMS ? share : SRV_CLAIMS, claim);
         if (stored == SRV_STORED_DAMAGED) memcpy(claim->client, name, sizeof claim->client);
         if (claim->count && !claim_suits(claim, 0)) break;
     }
@@ -279,13 +300,15 @@ enum srv_stored srv_store_claim_some(struct srv_store *store, const char *worker
     if (stored == SRV_STORED && !claim.count) {
         /* what is ready but locked by another process will be free in a moment */
         stored = claim_mend(store, &clients, &mended);
-        if (stored == SRV_STORED) stored = mended || clients.count ? SRV_STORED_AGAIN : SRV_STORED_NONE;
+        if (stored == SRV_STORED)
+            stored = mended || clients.count ? SRV_STORED_AGAIN : SRV_STORED_NONE;
     }
     stored = srv_store_end(store, mended || stored == SRV_STORED, stored);
     if (stored == SRV_STORED_DAMAGED && claim.client[0]) {
         SRV_STORED_TRY(srv_store_begin(store));
         stored = claim_damaged(store, claim.client, claim.bad ? &claim.damaged : NULL);
-        stored = srv_store_end(store, stored == SRV_STORED, stored == SRV_STORED ? SRV_STORED_AGAIN : stored);
+        stored = srv_store_end(store, stored == SRV_STORED,
+                               stored == SRV_STORED ? SRV_STORED_AGAIN : stored);
     }
     for (int i = 0; i < most && stored != SRV_STORED; i++) srv_lease_clear(&lease[i]);
     if (stored == SRV_STORED) *count = claim.count;

@@ -8,7 +8,8 @@
 #include "server/store/store_rows.h"
 #include "server/store/store_seals.h"
 
-enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, const char *name, struct srv_job *job) {
+enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, const char *name,
+                               struct srv_job *job) {
     struct srv_row_jobs rows = {.cap = 1, .job = job};
     SRV_STORED_TRY(SRV_RUN(store, id, srv_row_job, &rows, srv_value_text(name)));
     return rows.count ? SRV_STORED : SRV_STORED_NONE;
@@ -27,13 +28,14 @@ enum srv_stored srv_store_condemn(struct srv_store *store, struct srv_job *job) 
     job->parts = 1;
     job->chained = 0;
     srv_seal_job(seal, job, "", 0);
-    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_CONDEMN, NULL, NULL, srv_value_text(job->id), srv_value_text(job->client),
-                           srv_value_text(job->operation), srv_value_text(job->message), srv_value_whole(job->created),
-                           srv_value_whole(job->finished), srv_value_whole(job->expires), srv_value_whole(job->held),
-                           srv_value_bytes("", 0), srv_value_bytes(seal, sizeof seal)));
+    SRV_STORED_TRY(SRV_RUN(
+        store, SQL_JOB_CONDEMN, NULL, NULL, srv_value_text(job->id), srv_value_text(job->client),
+        srv_value_text(job->operation), srv_value_text(job->message), srv_value_whole(job->created),
+        srv_value_whole(job->finished), srv_value_whole(job->expires), srv_value_whole(job->held),
+        srv_value_bytes("", 0), srv_value_bytes(seal, sizeof seal)));
     /* its parts and results go by and by */
-    SRV_STORED_TRY(SRV_RUN(store, SQL_REMOVAL_PUT, NULL, NULL, srv_value_text(job->id), srv_value_text(job->client),
-                           srv_value_whole(0)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_REMOVAL_PUT, NULL, NULL, srv_value_text(job->id),
+                           srv_value_text(job->client), srv_value_whole(0)));
     store->tally.ring = 1;
     /* what the row said of itself cannot be taken off the sums */
     return srv_store_recount(store, job->client);
@@ -46,15 +48,17 @@ enum srv_stored srv_store_lock(struct srv_store *store, const char *id, struct s
 
 int srv_job_open(const struct srv_job *job) { return job->state <= SRV_JOB_RUNNING; }
 
-/* the key of a job that nobody will compute, or that is past its time, is free: what it says would be of no use */
+/* the key of a job that nobody will compute, or that is past its time, is free: what it says
+ * would be of no use */
 static int submit_spent(const struct srv_job *job) {
     return job->state >= SRV_JOB_FAILED || (job->expires > 0 && job->expires < job->now);
 }
 
-static enum srv_stored submit_known(struct srv_store *store, const struct srv_job_order *order, struct srv_job *job) {
+static enum srv_stored submit_known(struct srv_store *store, const struct srv_job_order *order,
+                                    struct srv_job *job) {
     struct srv_row_jobs rows = {.cap = 1, .job = job, .with_digest = 1};
-    SRV_STORED_TRY(
-        SRV_RUN(store, SQL_JOB_OF_KEY, srv_row_job, &rows, srv_value_text(order->client), srv_value_text(order->key)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_OF_KEY, srv_row_job, &rows, srv_value_text(order->client),
+                           srv_value_text(order->key)));
     if (!rows.count) return SRV_STORED_NONE;
     if (submit_spent(job)) {
         SRV_STORED_TRY(SRV_POST(store, SQL_KEY_FREE, srv_value_text(job->id)));
@@ -65,13 +69,17 @@ static enum srv_stored submit_known(struct srv_store *store, const struct srv_jo
 
 /* what a job is counted for before it has results */
 static long long submit_held(const struct srv_job_order *order) {
-    return SRV_ROW_BYTES + (long long)order->request_bytes + SRV_PART_BYTES * (long long)(order->parts - 1);
+    return SRV_ROW_BYTES + (long long)order->request_bytes +
+           SRV_PART_BYTES * (long long)(order->parts - 1);
 }
 
 /* the job as the statement SQL_JOB_PUT makes it */
 static void submit_job(const struct srv_job_order *order, int64_t now, struct srv_job *job) {
-    *job = (struct srv_job){
-        .parts = order->parts, .chained = order->chained, .created = now, .now = now, .held = submit_held(order)};
+    *job = (struct srv_job){.parts = order->parts,
+                            .chained = order->chained,
+                            .created = now,
+                            .now = now,
+                            .held = submit_held(order)};
     snprintf(job->id, sizeof job->id, "%s", order->id);
     snprintf(job->client, sizeof job->client, "%s", order->client);
     snprintf(job->operation, sizeof job->operation, "%s", order->operation);
@@ -88,14 +96,15 @@ static enum srv_stored submit_count(struct srv_store *store, const struct srv_jo
     return srv_store_count_bytes(store, job->client, job->held);
 }
 
-static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_order *order, struct srv_job *job) {
+static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_order *order,
+                                  struct srv_job *job) {
     struct srv_tally_client *client;
     int64_t now, part_us = order->cost_us / order->parts;
     unsigned char seal[SRV_SEAL_JOB_BYTES];
     SRV_STORED_TRY(srv_tally_look(&store->tally, store->sql, order->client, &client));
     if (client->jobs_were + client->jobs >= store->rules.client_jobs) {
-        snprintf(job->message, sizeof job->message, "the client has max-client-jobs, %ld, open jobs",
-                 store->rules.client_jobs);
+        snprintf(job->message, sizeof job->message,
+                 "the client has max-client-jobs, %ld, open jobs", store->rules.client_jobs);
         return SRV_STORED_QUOTA;
     }
     SRV_STORED_TRY(srv_store_source(store, order->client, order->source, job->message));
@@ -103,19 +112,22 @@ static enum srv_stored submit_new(struct srv_store *store, const struct srv_job_
     SRV_STORED_TRY(srv_store_now(store, &now));
     submit_job(order, now, job);
     srv_seal_job(seal, job, order->request, order->request_bytes);
-    SRV_STORED_TRY(SRV_POST(store, SQL_JOB_PUT, srv_value_text(order->id), srv_value_text(order->client),
-                            srv_value_text(order->operation), srv_value_bytes(order->request, order->request_bytes),
-                            srv_value_text(order->key), srv_value_bytes(order->digest, SRV_DIGEST_BYTES),
-                            srv_value_whole(order->parts), srv_value_whole(order->chained), srv_value_whole(part_us),
-                            srv_value_whole(now + part_us * order->parts), srv_value_whole(now),
-                            srv_value_whole(job->held), srv_value_bytes(seal, sizeof seal)));
+    SRV_STORED_TRY(SRV_POST(
+        store, SQL_JOB_PUT, srv_value_text(order->id), srv_value_text(order->client),
+        srv_value_text(order->operation), srv_value_bytes(order->request, order->request_bytes),
+        srv_value_text(order->key), srv_value_bytes(order->digest, SRV_DIGEST_BYTES),
+        srv_value_whole(order->parts), srv_value_whole(order->chained), srv_value_whole(part_us),
+        srv_value_whole(now + part_us * order->parts), srv_value_whole(now),
+        srv_value_whole(job->held), srv_value_bytes(seal, sizeof seal)));
     return submit_count(store, job);
 }
 
-enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_order *order, struct srv_job *job) {
+enum srv_stored srv_store_submit(struct srv_store *store, const struct srv_job_order *order,
+                                 struct srv_job *job) {
     *job = (struct srv_job){0};
     SRV_STORED_TRY(srv_store_begin(store));
-    /* of two processes that keep the same key at one instant the second is told so by the index, and tries again */
+    /* of two processes that keep the same key at one instant the second is told so by the index,
+     * and tries again */
     enum srv_stored stored = order->key ? submit_known(store, order, job) : SRV_STORED_NONE;
     int known = stored != SRV_STORED_NONE;
     if (!known) stored = submit_new(store, order, job);
@@ -132,7 +144,8 @@ enum srv_stored srv_store_job(struct srv_store *store, const char *id, struct sr
 }
 
 /* a job that failed or was dismissed has no request any more */
-static int request_whole(const struct srv_value field[], const char *id, const void *request, size_t bytes) {
+static int request_whole(const struct srv_value field[], const char *id, const void *request,
+                         size_t bytes) {
     (void)id;
     int kept = field[2].kind != SRV_SQL_WHOLE || field[2].whole <= SRV_JOB_SUCCESSFUL;
     return !kept || srv_seal_request_whole(field, request, bytes);
@@ -147,28 +160,34 @@ static enum srv_stored request_condemn(struct srv_store *store, const char *id) 
     return srv_store_condemn(store, &job);
 }
 
-enum srv_stored srv_store_job_request(struct srv_store *store, const char *id, void **request, size_t *bytes) {
-    enum srv_stored stored = srv_store_bytes(store, SQL_JOB_REQUEST, id, request_whole, request, bytes);
+enum srv_stored srv_store_job_request(struct srv_store *store, const char *id, void **request,
+                                      size_t *bytes) {
+    enum srv_stored stored =
+        srv_store_bytes(store, SQL_JOB_REQUEST, id, request_whole, request, bytes);
     if (stored != SRV_STORED_DAMAGED) return stored;
     SRV_STORED_TRY(srv_store_begin(store));
     stored = request_condemn(store, id);
-    return srv_store_end(store, stored == SRV_STORED, stored == SRV_STORED ? SRV_STORED_DAMAGED : stored);
+    return srv_store_end(store, stored == SRV_STORED,
+                         stored == SRV_STORED ? SRV_STORED_DAMAGED : stored);
 }
 
 /* the page after a job, or the first */
-static enum srv_stored list_page(struct srv_store *store, const char *client, const char *before, int most,
-                                 struct srv_row_jobs *rows) {
+static enum srv_stored list_page(struct srv_store *store, const char *client, const char *before,
+                                 int most, struct srv_row_jobs *rows) {
     struct srv_row_wholes created = {.count = 1};
-    if (!before) return SRV_RUN(store, SQL_JOBS, srv_row_job, rows, srv_value_text(client), srv_value_whole(most));
-    SRV_STORED_TRY(
-        SRV_RUN(store, SQL_JOB_CREATED, srv_row_wholes, &created, srv_value_text(before), srv_value_text(client)));
+    if (!before)
+        return SRV_RUN(store, SQL_JOBS, srv_row_job, rows, srv_value_text(client),
+                       srv_value_whole(most));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_CREATED, srv_row_wholes, &created, srv_value_text(before),
+                           srv_value_text(client)));
     if (!created.rows) return SRV_STORED;
-    return SRV_RUN(store, SQL_JOBS_BEFORE, srv_row_job, rows, srv_value_text(client), srv_value_whole(most),
-                   srv_value_text(before), srv_value_whole(created.whole[0]));
+    return SRV_RUN(store, SQL_JOBS_BEFORE, srv_row_job, rows, srv_value_text(client),
+                   srv_value_whole(most), srv_value_text(before),
+                   srv_value_whole(created.whole[0]));
 }
 
-enum srv_stored srv_store_list(struct srv_store *store, const char *client, const char *before, int most,
-                               struct srv_job job[], int *count) {
+enum srv_stored srv_store_list(struct srv_store *store, const char *client, const char *before,
+                               int most, struct srv_job job[], int *count) {
     struct srv_row_jobs rows = {.cap = most, .job = job};
     *count = 0;
     SRV_STORED_TRY(srv_store_look(store));
@@ -180,14 +199,14 @@ enum srv_stored srv_store_list(struct srv_store *store, const char *client, cons
 /* its parts: few go at once, many by and by, as its results do */
 static enum srv_stored end_parts(struct srv_store *store, const struct srv_job *job) {
     if (job->bytes > 0 || job->begun > SRV_FEW_PARTS)
-        return SRV_POST(store, SQL_REMOVAL_PUT, srv_value_text(job->id), srv_value_text(job->client),
-                        srv_value_whole(job->bytes));
+        return SRV_POST(store, SQL_REMOVAL_PUT, srv_value_text(job->id),
+                        srv_value_text(job->client), srv_value_whole(job->bytes));
     if (!job->begun) return SRV_STORED;
     return SRV_POST(store, SQL_PARTS_REMOVE, srv_value_text(job->id));
 }
 
-enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job, enum srv_job_state state,
-                                  const char *message) {
+enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job,
+                                  enum srv_job_state state, const char *message) {
     struct srv_job was = *job;
     SRV_STORED_TRY(srv_store_now(store, &job->now));
     /* a job that has ended is removed when it was said to be */
@@ -195,7 +214,8 @@ enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job, 
         job->finished = job->now;
         job->expires = job->now + store->rules.keep_us;
     }
-    if (was.state != SRV_JOB_DISMISSED && was.state != SRV_JOB_FAILED) SRV_STORED_TRY(end_parts(store, &was));
+    if (was.state != SRV_JOB_DISMISSED && was.state != SRV_JOB_FAILED)
+        SRV_STORED_TRY(end_parts(store, &was));
     job->state = state;
     job->held = SRV_ROW_BYTES;
     job->waiting = 0;
@@ -205,8 +225,9 @@ enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job, 
     char text[SRV_REQUEST_HEAD_BYTES];
     snprintf(text, sizeof text, "%s", message);
     memcpy(job->message, text, sizeof text);
-    SRV_STORED_TRY(SRV_POST(store, SQL_JOB_END, srv_value_text(job->id), srv_value_whole(state), srv_value_text(text),
-                            srv_value_whole(job->finished), srv_value_whole(job->expires), srv_value_whole(job->held),
+    SRV_STORED_TRY(SRV_POST(store, SQL_JOB_END, srv_value_text(job->id), srv_value_whole(state),
+                            srv_value_text(text), srv_value_whole(job->finished),
+                            srv_value_whole(job->expires), srv_value_whole(job->held),
                             srv_value_bytes("", 0)));
     store->tally.ring = 1;
     return SRV_STORED;
@@ -217,6 +238,7 @@ enum srv_stored srv_store_dismiss(struct srv_store *store, const char *id, struc
     enum srv_stored stored = srv_store_lock(store, id, job);
     int dismissed = stored == SRV_STORED && job->state == SRV_JOB_DISMISSED;
     if (stored == SRV_STORED && !dismissed)
-        stored = srv_store_job_end(store, job, SRV_JOB_DISMISSED, srv_job_open(job) ? "" : job->message);
+        stored =
+            srv_store_job_end(store, job, SRV_JOB_DISMISSED, srv_job_open(job) ? "" : job->message);
     return srv_store_end(store, stored == SRV_STORED && !dismissed, stored);
 }

@@ -1,6 +1,7 @@
 /* Jobs: submitted, read, listed, ended.
  * Leaves to others: their parts (store_leases), their removal (store_sweep).
- * Invariant: a job ends once; a client's key makes one job, however many submissions come at once. */
+ * Invariant: a job ends once; a client's key makes one job, however many submissions come at
+ * once. */
 #ifndef SRV_STORE_JOBS_H
 #define SRV_STORE_JOBS_H
 
@@ -9,24 +10,27 @@
 /* a job that ends has no more parts than so many removed at once */
 enum { SRV_FEW_PARTS = 16 };
 
-/** Reads a job by a statement of its id, in a call that has begun; its `flaw` may be set. SRV_STORED_NONE */
-enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, const char *name, struct srv_job *job);
+/** Reads a job by a statement of its id, in a call that has begun; its `flaw` may be set.
+ * SRV_STORED_NONE */
+enum srv_stored srv_store_find(struct srv_store *store, enum srv_statement id, const char *name,
+                               struct srv_job *job);
 
 /** True for a job that has not ended. */
 int srv_job_open(const struct srv_job *job);
 
 /**
- * Ends a job that was locked, in a call that has begun: without success. Its request goes at once, its parts and
- * results go by and by; no attempt can write any more.
+ * Ends a job that was locked, in a call that has begun: without success. Its request goes at once,
+ * its parts and results go by and by; no attempt can write any more.
  *
  * state  SRV_JOB_FAILED or SRV_JOB_DISMISSED.
  * job    in: as it was read; out: as it is.
  */
-enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job, enum srv_job_state state,
-                                  const char *message);
+enum srv_stored srv_store_job_end(struct srv_store *store, struct srv_job *job,
+                                  enum srv_job_state state, const char *message);
 
 /**
- * Ends a job whose row is damaged, in a call that has begun: it has failed, and what was kept of it goes.
+ * Ends a job whose row is damaged, in a call that has begun: it has failed, and what was kept of it
+ * goes.
  *
  * job  id, client, operation and the message are read; becomes what is kept now.
  */

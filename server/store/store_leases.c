@@ -11,12 +11,13 @@
 
 enum { PART_HELD = 1, PART_DONE = 2 };
 
-enum srv_stored srv_store_extend(struct srv_store *store, const struct srv_lease *lease, int64_t lease_us) {
+enum srv_stored srv_store_extend(struct srv_store *store, const struct srv_lease *lease,
+                                 int64_t lease_us) {
     struct srv_row_wholes row = {.count = 1};
     SRV_STORED_TRY(srv_store_begin(store));
-    enum srv_stored stored =
-        SRV_RUN(store, SQL_PART_EXTEND, srv_row_wholes, &row, srv_value_text(lease->job),
-                srv_value_whole(lease->part), srv_value_whole(lease->attempt), srv_value_whole(lease_us));
+    enum srv_stored stored = SRV_RUN(store, SQL_PART_EXTEND, srv_row_wholes, &row,
+                                     srv_value_text(lease->job), srv_value_whole(lease->part),
+                                     srv_value_whole(lease->attempt), srv_value_whole(lease_us));
     if (stored == SRV_STORED && !row.rows) stored = SRV_STORED_LOST;
     return srv_store_end(store, stored == SRV_STORED, stored);
 }
@@ -35,25 +36,27 @@ static enum srv_stored row_held(void *context, const struct srv_value field[]) {
 }
 
 static int ahead_order(const void *a, const void *b) {
-    return strcmp((*(const struct srv_lease *const *)a)->job, (*(const struct srv_lease *const *)b)->job);
+    return strcmp((*(const struct srv_lease *const *)a)->job,
+                  (*(const struct srv_lease *const *)b)->job);
 }
 
-/* locks and reads the rows of all parts that the batch is going to end, in the order of their jobs, so that two
- * processes that lock some of the same rows do not wait for each other */
+/* locks and reads the rows of all parts that the batch is going to end, in the order of their
+ * jobs, so that two processes that lock some of the same rows do not wait for each other */
 static enum srv_stored ahead_read(struct srv_store *store) {
     struct srv_store_ahead *ahead = &store->ahead;
     int last = ahead->leases - 1;
     ahead->read = 1;
     qsort(ahead->lease, (size_t)ahead->leases, sizeof *ahead->lease, ahead_order);
     for (int i = 0; i < last; i++)
-        SRV_STORED_TRY(
-            SRV_POST(store, SQL_LEASE, srv_value_text(ahead->lease[i]->job), srv_value_whole(ahead->lease[i]->part)));
+        SRV_STORED_TRY(SRV_POST(store, SQL_LEASE, srv_value_text(ahead->lease[i]->job),
+                                srv_value_whole(ahead->lease[i]->part)));
     return SRV_RUN(store, SQL_LEASE, row_held, ahead, srv_value_text(ahead->lease[last]->job),
                    srv_value_whole(ahead->lease[last]->part));
 }
 
 /* takes the row of a part that was read ahead; returns 0 where there is none */
-static int ahead_take(struct srv_store_ahead *ahead, const struct srv_lease *lease, struct srv_store_held *held) {
+static int ahead_take(struct srv_store_ahead *ahead, const struct srv_lease *lease,
+                      struct srv_store_held *held) {
     for (int i = 0; i < ahead->rows && lease->parts == 1; i++) {
         if (strcmp(ahead->held[i].job.id, lease->job) != 0) continue;
         *held = ahead->held[i];
@@ -64,20 +67,22 @@ static int ahead_take(struct srv_store_ahead *ahead, const struct srv_lease *lea
 }
 
 /* locks and reads a part and its job */
-static enum srv_stored lease_read(struct srv_store *store, const struct srv_lease *lease, struct srv_store_held *held) {
+static enum srv_stored lease_read(struct srv_store *store, const struct srv_lease *lease,
+                                  struct srv_store_held *held) {
     struct srv_row_jobs row = {.cap = 1, .job = &held->job, .with_lease = 1};
     if (store->ahead.leases && !store->ahead.read) SRV_STORED_TRY(ahead_read(store));
     if (ahead_take(&store->ahead, lease, held)) return SRV_STORED;
-    SRV_STORED_TRY(
-        SRV_RUN(store, SQL_LEASE, srv_row_job, &row, srv_value_text(lease->job), srv_value_whole(lease->part)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_LEASE, srv_row_job, &row, srv_value_text(lease->job),
+                           srv_value_whole(lease->part)));
     held->part_state = row.part_state;
     held->attempt = row.attempt;
     return row.count ? SRV_STORED : SRV_STORED_NONE;
 }
 
-/* locks the job and the part; LOST unless this attempt holds it or, with `done`, has already finished it */
-static enum srv_stored lease_check(struct srv_store *store, const struct srv_lease *lease, struct srv_job *job,
-                                   int *done) {
+/* locks the job and the part; LOST unless this attempt holds it or, with `done`, has already
+ * finished it */
+static enum srv_stored lease_check(struct srv_store *store, const struct srv_lease *lease,
+                                   struct srv_job *job, int *done) {
     struct srv_store_held held;
     *done = 0;
     enum srv_stored stored = lease_read(store, lease, &held);
@@ -87,18 +92,20 @@ static enum srv_stored lease_check(struct srv_store *store, const struct srv_lea
     if (job->flaw) return SRV_STORED_DAMAGED;
     if (held.attempt != lease->attempt || job->state > SRV_JOB_SUCCESSFUL) return SRV_STORED_LOST;
     *done = held.part_state == PART_DONE;
-    return *done || (held.part_state == PART_HELD && srv_job_open(job)) ? SRV_STORED : SRV_STORED_LOST;
+    return *done || (held.part_state == PART_HELD && srv_job_open(job)) ? SRV_STORED
+                                                                        : SRV_STORED_LOST;
 }
 
-static enum srv_stored finish_data(struct srv_store *store, const struct srv_lease *lease, const char *data,
-                                   size_t bytes) {
+static enum srv_stored finish_data(struct srv_store *store, const struct srv_lease *lease,
+                                   const char *data, size_t bytes) {
     for (size_t at = 0; at < bytes; at += SRV_CHUNK_BYTES) {
         size_t piece = bytes - at < SRV_CHUNK_BYTES ? bytes - at : SRV_CHUNK_BYTES;
         long chunk = (long)(at / SRV_CHUNK_BYTES);
         unsigned char seal[API_SEAL_BYTES];
         srv_seal_chunk(seal, lease->job, lease->part, chunk, data + at, piece);
-        SRV_STORED_TRY(SRV_POST(store, SQL_RESULT_PUT, srv_value_text(lease->job), srv_value_whole(lease->part),
-                                srv_value_whole(chunk), srv_value_bytes(data + at, piece),
+        SRV_STORED_TRY(SRV_POST(store, SQL_RESULT_PUT, srv_value_text(lease->job),
+                                srv_value_whole(lease->part), srv_value_whole(chunk),
+                                srv_value_bytes(data + at, piece),
                                 srv_value_bytes(seal, sizeof seal)));
     }
     return SRV_POST(store, SQL_PART_END, srv_value_text(lease->job), srv_value_whole(lease->part),
@@ -106,28 +113,31 @@ static enum srv_stored finish_data(struct srv_store *store, const struct srv_lea
 }
 
 /* the job has a part more that is done; the last one ends it */
-static enum srv_stored finish_step(struct srv_store *store, struct srv_job *job, size_t bytes, const void *carry,
-                                   size_t carry_bytes) {
+static enum srv_stored finish_step(struct srv_store *store, struct srv_job *job, size_t bytes,
+                                   const void *carry, size_t carry_bytes) {
     struct srv_job was = *job;
     int64_t now;
     job->done++;
     job->bytes += (long long)bytes;
     if (job->done < job->parts) {
-        SRV_STORED_TRY(SRV_POST(store, SQL_JOB_STEP, srv_value_text(job->id), srv_value_whole((int64_t)bytes),
+        SRV_STORED_TRY(SRV_POST(store, SQL_JOB_STEP, srv_value_text(job->id),
+                                srv_value_whole((int64_t)bytes),
                                 srv_value_bytes(carry, carry_bytes)));
         store->tally.ring |= carry != NULL;
         return srv_store_count_job(store, &was, job);
     }
     SRV_STORED_TRY(srv_store_now(store, &now));
-    SRV_STORED_TRY(SRV_POST(store, SQL_JOB_SUCCEED, srv_value_text(job->id), srv_value_whole((int64_t)bytes),
-                            srv_value_whole(now), srv_value_whole(now + store->rules.keep_us)));
+    SRV_STORED_TRY(SRV_POST(store, SQL_JOB_SUCCEED, srv_value_text(job->id),
+                            srv_value_whole((int64_t)bytes), srv_value_whole(now),
+                            srv_value_whole(now + store->rules.keep_us)));
     job->state = SRV_JOB_SUCCESSFUL;
     store->tally.ring = 1;
     return srv_store_count_job(store, &was, job);
 }
 
-enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease *lease, const void *data, size_t bytes,
-                                 const void *carry, size_t carry_bytes) {
+enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease *lease,
+                                 const void *data, size_t bytes, const void *carry,
+                                 size_t carry_bytes) {
     struct srv_job job;
     int64_t now;
     int done, over = 0;
@@ -135,7 +145,8 @@ enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = lease_check(store, lease, &job, &done);
     if (stored != SRV_STORED || done) return srv_store_end(store, 0, stored);
-    /* all that is read comes before what is written: the latter is gathered over the calls of a batch */
+    /* all that is read comes before what is written: the latter is gathered over the calls of a
+     * batch */
     stored = srv_store_room(store, job.client, bytes, message);
     if (stored == SRV_STORED) stored = srv_store_now(store, &now);
     if (stored == SRV_STORED_QUOTA) {
@@ -152,7 +163,8 @@ enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease
     return srv_store_end(store, keep, keep && over ? SRV_STORED_QUOTA : stored);
 }
 
-enum srv_stored srv_store_fail(struct srv_store *store, const struct srv_lease *lease, const char *message) {
+enum srv_stored srv_store_fail(struct srv_store *store, const struct srv_lease *lease,
+                               const char *message) {
     struct srv_job job;
     int done;
     SRV_STORED_TRY(srv_store_begin(store));
@@ -180,19 +192,20 @@ static enum srv_stored row_part(void *context, const struct srv_value field[]) {
 
 /* a part waits again; with `mark` because its lease ran out, which counts against it */
 static enum srv_stored part_back(struct srv_store *store, const char *id, int64_t number, int mark,
-                                  struct srv_store_sweep *sweep) {
+                                 struct srv_store_sweep *sweep) {
     struct srv_row_wholes row = {.count = 1};
     struct srv_job job;
     char message[SRV_REQUEST_HEAD_BYTES];
     enum srv_stored stored = srv_store_lock(store, id, &job);
-    /* what no open job has any more is not looked at again and again; a job that ended while its row was waited for
-     * keeps its parts that are done */
-    if (stored == SRV_STORED_NONE) return SRV_RUN(store, SQL_PARTS_REMOVE_SOME, NULL, NULL, srv_value_text(id));
+    /* what no open job has any more is not looked at again and again; a job that ended while its
+     * row was waited for keeps its parts that are done */
+    if (stored == SRV_STORED_NONE)
+        return SRV_RUN(store, SQL_PARTS_REMOVE_SOME, NULL, NULL, srv_value_text(id));
     if (stored == SRV_STORED && !srv_job_open(&job))
         return SRV_RUN(store, SQL_PARTS_HELD_REMOVE, NULL, NULL, srv_value_text(id));
     SRV_STORED_TRY(stored);
-    SRV_STORED_TRY(SRV_RUN(store, SQL_PART_BACK, srv_row_wholes, &row, srv_value_text(id), srv_value_whole(number),
-                           srv_value_whole(mark)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_PART_BACK, srv_row_wholes, &row, srv_value_text(id),
+                           srv_value_whole(number), srv_value_whole(mark)));
     if (!row.rows) return SRV_STORED;
     sweep->released++;
     struct srv_job was = job;
@@ -201,7 +214,8 @@ static enum srv_stored part_back(struct srv_store *store, const char *id, int64_
     if (row.whole[0] < SRV_MOST_KILLS) return SRV_POST(store, SQL_JOB_WAIT, srv_value_text(id));
     sweep->given_up++;
     snprintf(message, sizeof message,
-             "given up: %d workers ended or fell silent over part %lld of %ld, and nothing was done between",
+             "given up: %d workers ended or fell silent over part %lld of %ld, and nothing was "
+             "done between",
              SRV_MOST_KILLS, (long long)number + 1, job.parts);
     return srv_store_job_end(store, &job, SRV_JOB_FAILED, message);
 }
@@ -209,8 +223,9 @@ static enum srv_stored part_back(struct srv_store *store, const char *id, int64_
 enum srv_stored srv_store_back(struct srv_store *store, const char *worker, int64_t before,
                                struct srv_store_sweep *sweep, int *found) {
     struct row_parts rows = {0};
-    enum srv_stored stored = worker ? SRV_RUN(store, SQL_PARTS_OF, row_part, &rows, srv_value_text(worker))
-                                    : SRV_RUN(store, SQL_PARTS_LATE, row_part, &rows, srv_value_whole(before));
+    enum srv_stored stored =
+        worker ? SRV_RUN(store, SQL_PARTS_OF, row_part, &rows, srv_value_text(worker))
+               : SRV_RUN(store, SQL_PARTS_LATE, row_part, &rows, srv_value_whole(before));
     *found = rows.count;
     SRV_STORED_TRY(stored);
     for (int i = 0; i < rows.count; i++)
@@ -242,21 +257,23 @@ struct row_chunk {
 
 static enum srv_stored row_chunk(void *context, const struct srv_value field[]) {
     struct row_chunk *row = context;
-    if (field[0].kind != SRV_SQL_BYTES || field[0].bytes > SRV_CHUNK_BYTES) return SRV_STORED_DAMAGED;
+    if (field[0].kind != SRV_SQL_BYTES || field[0].bytes > SRV_CHUNK_BYTES)
+        return SRV_STORED_DAMAGED;
     row->rows++;
     row->bytes = field[0].bytes;
     if (row->bytes) memcpy(row->data, field[0].data, row->bytes);
-    int whole = srv_seal_chunk_whole(&field[1], row->job, row->part, row->chunk, row->data, row->bytes);
+    int whole =
+        srv_seal_chunk_whole(&field[1], row->job, row->part, row->chunk, row->data, row->bytes);
     return whole ? SRV_STORED : SRV_STORED_DAMAGED;
 }
 
-enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long part, long chunk, void *data,
-                                size_t *bytes) {
+enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long part, long chunk,
+                                void *data, size_t *bytes) {
     struct row_chunk row = {.data = data, .job = id, .part = part, .chunk = chunk};
     *bytes = 0;
     SRV_STORED_TRY(srv_store_look(store));
-    enum srv_stored stored =
-        SRV_RUN(store, SQL_RESULT, row_chunk, &row, srv_value_text(id), srv_value_whole(part), srv_value_whole(chunk));
+    enum srv_stored stored = SRV_RUN(store, SQL_RESULT, row_chunk, &row, srv_value_text(id),
+                                     srv_value_whole(part), srv_value_whole(chunk));
     if (stored == SRV_STORED && !row.rows) stored = SRV_STORED_NONE;
     stored = srv_store_end(store, 1, stored);
     if (stored == SRV_STORED) *bytes = row.bytes;

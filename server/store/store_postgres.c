@@ -15,8 +15,8 @@ enum { TYPE_BYTEA = 17, TYPE_INT8 = 20, TYPE_TEXT = 25 };
 /* bytes that are sent without waiting for an answer */
 enum { POST_BYTES = 1 << 20 };
 enum { FIRST_WAIT_MS = 100, MOST_WAIT_MS = 5000 };
-/* nobody waits for a database longer than ANSWER_MS for an answer and CONNECT_S for a connection; a listener that hears
- * nothing asks so often whether the line still holds */
+/* nobody waits for a database longer than ANSWER_MS for an answer and CONNECT_S for a
+ * connection; a listener that hears nothing asks so often whether the line still holds */
 enum { ANSWER_MS = 10000, LISTEN_MS = 5000, PATIENT_MS = 24 * 3600 * 1000 };
 #define CONNECT_S "5"
 
@@ -29,11 +29,13 @@ struct postgres_sql {
     int patient;       /* the tables are brought to a new version: that takes as long as it takes */
     int64_t listen_ms; /* when to say LISTEN, again */
     char kept[SRV_SQL_STATEMENTS];
-    int round;           /* of preparations, in the names of prepared statements */
-    int unsure;          /* statements were prepared since the last answer: should that be a failure they may not be */
+    int round;  /* of preparations, in the names of prepared statements */
+    int unsure; /* statements were prepared since the last answer: should that be a failure they may
+                   not be */
     size_t posted_bytes; /* of statements that were sent, or wait to be, since the last answer */
-    struct srv_sql_list *list[SRV_SQL_STATEMENTS]; /* rows of values of each, NULL where there never were any */
-    int listed[SRV_SQL_STATEMENTS], lists;         /* those that have rows, first come first */
+    struct srv_sql_list
+        *list[SRV_SQL_STATEMENTS]; /* rows of values of each, NULL where there never were any */
+    int listed[SRV_SQL_STATEMENTS], lists; /* those that have rows, first come first */
 };
 
 static int64_t postgres_clock_ms(void) {
@@ -92,8 +94,8 @@ static PGresult *postgres_answer(struct postgres_sql *own, int said) {
     return answer;
 }
 
-/* the answer to the last statement of a pipeline, or the first complaint about those before it; NULL when the line is
- * lost */
+/* the answer to the last statement of a pipeline, or the first complaint about those before it;
+ * NULL when the line is lost */
 static PGresult *postgres_sync(struct postgres_sql *own, int said) {
     int64_t until_ms = postgres_until(own);
     PGresult *answer = NULL, *bad = NULL, *next;
@@ -106,7 +108,8 @@ static PGresult *postgres_sync(struct postgres_sql *own, int said) {
         over = status == PGRES_PIPELINE_SYNC || PQstatus(own->connection) != CONNECTION_OK;
         if (!next) continue;
         PGresult **place = status == PGRES_FATAL_ERROR ? &bad : &answer;
-        int passing = status == PGRES_PIPELINE_SYNC || status == PGRES_PIPELINE_ABORTED || (place == &bad && bad);
+        int passing = status == PGRES_PIPELINE_SYNC || status == PGRES_PIPELINE_ABORTED ||
+                      (place == &bad && bad);
         PQclear(passing ? next : *place);
         if (!passing) *place = next;
     }
@@ -122,29 +125,33 @@ static PGresult *postgres_sync(struct postgres_sql *own, int said) {
     return bad;
 }
 
-/* Every statement on the tables has an index that suits it. Its plan must use this index from the first row on: a plan
- * that was made while a table was empty, or before its statistics were collected, would scan and sort the table. */
-#define POSTGRES_PLANS                                                                                                 \
-    "SET plan_cache_mode = force_generic_plan; SET enable_seqscan = off; SET enable_bitmapscan = off;"                 \
-    "SET enable_sort = off; SET enable_hashjoin = off; SET enable_mergejoin = off; SET jit = off;"                     \
+/* Every statement on the tables has an index that suits it. Its plan must use this index from
+ * the first row on: a plan that was made while a table was empty, or before its statistics were
+ * collected, would scan and sort the table. */
+#define POSTGRES_PLANS                                                                             \
+    "SET plan_cache_mode = force_generic_plan; SET enable_seqscan = off; SET enable_bitmapscan = " \
+    "off;"                                                                                         \
+    "SET enable_sort = off; SET enable_hashjoin = off; SET enable_mergejoin = off; SET jit = off;" \
     "SET max_parallel_workers_per_gather = 0"
 
-/* what a connection is told first: a process that was stopped in the middle of a transaction must not hold its rows,
- * and nobody waits for them without end */
+/* what a connection is told first: a process that was stopped in the middle of a transaction
+ * must not hold its rows, and nobody waits for them without end */
 static int postgres_settle(struct postgres_sql *own) {
     if (PQsetnonblocking(own->connection, 1)) return 0;
     PQsetNoticeProcessor(own->connection, postgres_quiet, NULL);
     PGresult *result = postgres_answer(
-        own, PQsendQuery(own->connection, "SET idle_in_transaction_session_timeout = 5000; SET lock_timeout = 5000;"
-                                          "SET statement_timeout = 8000; SET synchronous_commit = on;"
-                                          "SET client_min_messages = warning;"
-                                          "SET default_transaction_isolation = 'read committed';" POSTGRES_PLANS));
+        own, PQsendQuery(own->connection,
+                         "SET idle_in_transaction_session_timeout = 5000; SET lock_timeout = 5000;"
+                         "SET statement_timeout = 8000; SET synchronous_commit = on;"
+                         "SET client_min_messages = warning;"
+                         "SET default_transaction_isolation = 'read committed';" POSTGRES_PLANS));
     int good = PQresultStatus(result) == PGRES_COMMAND_OK;
     PQclear(result);
     return good && PQenterPipelineMode(own->connection);
 }
 
-/* a link that is cut without a word is noticed in about ten seconds, unless the url says otherwise */
+/* a link that is cut without a word is noticed in about ten seconds, unless the url says
+ * otherwise */
 static PGconn *postgres_connect(const char *url) {
     static const char *const word[] = {"connect_timeout",
                                        "keepalives_idle",
@@ -169,11 +176,14 @@ static void postgres_complain(struct postgres_sql *own, const PGresult *result) 
 /* notes why there is no connection, and when to try again */
 static void postgres_lost(struct postgres_sql *own) {
     postgres_complain(own, NULL);
-    own->wait_ms = !own->wait_ms ? FIRST_WAIT_MS : own->wait_ms < MOST_WAIT_MS / 2 ? 2 * own->wait_ms : MOST_WAIT_MS;
+    own->wait_ms = !own->wait_ms                     ? FIRST_WAIT_MS
+                   : own->wait_ms < MOST_WAIT_MS / 2 ? 2 * own->wait_ms
+                                                     : MOST_WAIT_MS;
     own->retry_ms = postgres_clock_ms() + own->wait_ms;
 }
 
-static enum pend_status postgres_open(struct srv_sql **sql, const char *url, struct pend_error *error) {
+static enum pend_status postgres_open(struct srv_sql **sql, const char *url,
+                                      struct pend_error *error) {
     struct postgres_sql *own = calloc(1, sizeof *own);
     enum pend_status status = PEND_OK;
     *sql = NULL;
@@ -182,18 +192,22 @@ static enum pend_status postgres_open(struct srv_sql **sql, const char *url, str
     char *said = NULL;
     PQconninfoOption *options = PQconninfoParse(url, &said);
     if (!options) {
-        /* what the library quotes may be a piece of the password, unless it is the name of a parameter */
-        if (said && strncmp(said, "invalid URI query parameter", 27) != 0) said[strcspn(said, "\"")] = 0;
+        /* what the library quotes may be a piece of the password, unless it is the name of a
+         * parameter */
+        if (said && strncmp(said, "invalid URI query parameter", 27) != 0)
+            said[strcspn(said, "\"")] = 0;
         srv_sql_complain(&own->sql, said ? said : "out of memory");
-        status = pend_fail(error, PEND_INVALID, -1, 0,
-                           "the url of the database: %.120s (values are not shown, as one may be the password)",
-                           own->sql.complaint);
+        status = pend_fail(
+            error, PEND_INVALID, -1, 0,
+            "the url of the database: %.120s (values are not shown, as one may be the password)",
+            own->sql.complaint);
     }
     PQconninfoFree(options);
     PQfreemem(said);
     if (status == PEND_OK) own->connection = postgres_connect(url);
     /* a database that is away now may come: then the connection is like one that was lost */
-    if (own->connection && (PQstatus(own->connection) != CONNECTION_OK || !postgres_settle(own))) postgres_lost(own);
+    if (own->connection && (PQstatus(own->connection) != CONNECTION_OK || !postgres_settle(own)))
+        postgres_lost(own);
     if (status == PEND_OK)
         *sql = &own->sql;
     else
@@ -242,7 +256,8 @@ static enum srv_stored postgres_result(struct postgres_sql *own, const PGresult 
     postgres_complain(own, result);
     for (size_t i = 0; state && i < sizeof rows / sizeof *rows; i++)
         if (!strncmp(state, rows[i].state, strlen(rows[i].state))) return rows[i].stored;
-    return !state || PQstatus(own->connection) != CONNECTION_OK ? SRV_STORED_AWAY : SRV_STORED_BROKEN;
+    return !state || PQstatus(own->connection) != CONNECTION_OK ? SRV_STORED_AWAY
+                                                                : SRV_STORED_BROKEN;
 }
 
 /* parameters as libpq wants them */
@@ -253,7 +268,8 @@ struct postgres_values {
     int64_t whole[SRV_SQL_PARAMETERS];
 };
 
-static void postgres_values(struct postgres_values *out, const struct srv_value value[], int count) {
+static void postgres_values(struct postgres_values *out, const struct srv_value value[],
+                            int count) {
     memset(out, 0, sizeof *out);
     for (int i = 0; i < count; i++) switch (value[i].kind) {
         case SRV_SQL_NULL:
@@ -297,21 +313,23 @@ static void postgres_fields(const PGresult *result, int row, struct srv_value fi
     }
 }
 
-/* puts a statement into the pipeline, and its preparation before it; returns 0 when that cannot be */
-static int postgres_put(struct postgres_sql *own, int id, const char *text, const struct postgres_values *values,
-                        int count) {
+/* puts a statement into the pipeline, and its preparation before it; returns 0 when that cannot
+ * be */
+static int postgres_put(struct postgres_sql *own, int id, const char *text,
+                        const struct postgres_values *values, int count) {
     char spelt[SRV_SQL_TEXT], name[32];
     if (id < 0 || !own->kept[id]) srv_sql_spell(&srv_sql_postgres, text, spelt);
     if (id < 0)
-        return PQsendQueryParams(own->connection, spelt, count, values->type, values->data, values->bytes,
-                                 values->binary, 1);
+        return PQsendQueryParams(own->connection, spelt, count, values->type, values->data,
+                                 values->bytes, values->binary, 1);
     snprintf(name, sizeof name, "s%d_%d", id, own->round);
     if (!own->kept[id]) {
         if (!PQsendPrepare(own->connection, name, spelt, count, values->type)) return 0;
         own->kept[id] = 1;
         own->unsure = 1;
     }
-    return PQsendQueryPrepared(own->connection, name, count, values->data, values->bytes, values->binary, 1);
+    return PQsendQueryPrepared(own->connection, name, count, values->data, values->bytes,
+                               values->binary, 1);
 }
 
 /* puts a statement on the rows of values that were gathered for it into the pipeline */
@@ -345,8 +363,8 @@ static int postgres_put_lists(struct postgres_sql *own, int last) {
 }
 
 /* keeps a row of values for a statement; returns 0 when memory is short */
-static int postgres_gather(struct postgres_sql *own, int id, const char *text, const struct srv_value value[],
-                           int count) {
+static int postgres_gather(struct postgres_sql *own, int id, const char *text,
+                           const struct srv_value value[], int count) {
     if (!own->list[id] && !(own->list[id] = calloc(1, sizeof *own->list[id]))) return 0;
     if (!own->list[id]->rows) own->listed[own->lists++] = id;
     if (srv_sql_list_add(own->list[id], text, value, count)) return 1;
@@ -354,10 +372,10 @@ static int postgres_gather(struct postgres_sql *own, int id, const char *text, c
     return 0;
 }
 
-/* puts a statement into the pipeline, behind those on rows that were gathered before it; with `later` a statement on
- * rows waits for more of them. Returns 0 when that cannot be */
-static int postgres_send(struct postgres_sql *own, int id, const char *text, const struct srv_value value[], int count,
-                         int later) {
+/* puts a statement into the pipeline, behind those on rows that were gathered before it; with
+ * `later` a statement on rows waits for more of them. Returns 0 when that cannot be */
+static int postgres_send(struct postgres_sql *own, int id, const char *text,
+                         const struct srv_value value[], int count, int later) {
     struct postgres_values values;
     if (!strcmp(text, "{begin}") || !strcmp(text, "ROLLBACK")) postgres_drop_lists(own);
     for (int i = 0; i < count; i++) own->posted_bytes += value[i].bytes + sizeof value[i].whole;
@@ -375,8 +393,8 @@ static int postgres_here(struct postgres_sql *own, const char *text) {
     return (!strcmp(text, "{begin}") || !strcmp(text, "{look}")) && postgres_again(own);
 }
 
-static enum srv_stored postgres_post(struct srv_sql *sql, int id, const char *text, const struct srv_value value[],
-                                     int count) {
+static enum srv_stored postgres_post(struct srv_sql *sql, int id, const char *text,
+                                     const struct srv_value value[], int count) {
     struct postgres_sql *own = (struct postgres_sql *)sql;
     if (!postgres_here(own, text)) return SRV_STORED_AWAY;
     if (!strcmp(text, "{look}")) return SRV_STORED;
@@ -388,8 +406,9 @@ static enum srv_stored postgres_post(struct srv_sql *sql, int id, const char *te
     return stored;
 }
 
-static enum srv_stored postgres_run(struct srv_sql *sql, int id, const char *text, const struct srv_value value[],
-                                    int count, srv_row_fn *row, void *context) {
+static enum srv_stored postgres_run(struct srv_sql *sql, int id, const char *text,
+                                    const struct srv_value value[], int count, srv_row_fn *row,
+                                    void *context) {
     struct postgres_sql *own = (struct postgres_sql *)sql;
     struct srv_value field[SRV_SQL_PARAMETERS];
     if (!postgres_here(own, text)) return SRV_STORED_AWAY;
@@ -397,7 +416,8 @@ static enum srv_stored postgres_run(struct srv_sql *sql, int id, const char *tex
     PGresult *result = postgres_sync(own, postgres_send(own, id, text, value, count, 0));
     if (!strcmp(text, "COMMIT") || !strcmp(text, "ROLLBACK")) own->patient = 0;
     enum srv_stored stored = postgres_result(own, result);
-    int rows = stored == SRV_STORED ? PQntuples(result) : 0, columns = stored == SRV_STORED ? PQnfields(result) : 0;
+    int rows = stored == SRV_STORED ? PQntuples(result) : 0,
+        columns = stored == SRV_STORED ? PQnfields(result) : 0;
     for (int i = 0; i < rows && stored == SRV_STORED && row && columns <= SRV_SQL_PARAMETERS; i++) {
         postgres_fields(result, i, field, columns);
         stored = row(context, field);
@@ -422,7 +442,8 @@ static int postgres_listen(struct srv_sql *sql, int timeout_ms) {
     struct postgres_sql *own = (struct postgres_sql *)sql;
     int lost = PQstatus(own->connection) != CONNECTION_OK && !postgres_again(own);
     if (!lost && postgres_clock_ms() >= own->listen_ms) {
-        PGresult *result = postgres_sync(own, postgres_send(own, -1, "LISTEN pendulumd", NULL, 0, 0));
+        PGresult *result =
+            postgres_sync(own, postgres_send(own, -1, "LISTEN pendulumd", NULL, 0, 0));
         lost = PQresultStatus(result) != PGRES_COMMAND_OK;
         own->listen_ms = lost ? 0 : postgres_clock_ms() + LISTEN_MS;
         PQclear(result);
@@ -439,12 +460,14 @@ const struct srv_sql_driver srv_sql_postgres = {
     .distant = 1,
     .shared = 1,
     .begin = "BEGIN",
-    // stable within a statement, so that a condition on it can use an index; clock_timestamp() cannot
+    // stable within a statement, so that a condition on it can use an index; clock_timestamp()
+    // cannot
     .now = "(extract(epoch from statement_timestamp()) * 1000000)::bigint",
     .lock = "FOR UPDATE",
     .skip = "FOR UPDATE SKIP LOCKED",
-    .alone = "SELECT set_config('statement_timeout', '0', true), set_config('lock_timeout', '0', true), "
-             "pg_advisory_xact_lock(7016996765293437281)",
+    .alone =
+        "SELECT set_config('statement_timeout', '0', true), set_config('lock_timeout', '0', true), "
+        "pg_advisory_xact_lock(7016996765293437281)",
     .ring = "NOTIFY pendulumd",
     .bytes = "BYTEA",
     .hot = "WITH (fillfactor = 20)",

@@ -5,11 +5,12 @@
 
 #include "server/store/store_rows.h"
 
-/* clients of one address that take a turn each; of more of them each claim counts for more turns, so that together they
- * take few more than so many */
+/* clients of one address that take a turn each; of more of them each claim counts for more
+ * turns, so that together they take few more than so many */
 enum { SOURCE_TURNS = 8 };
 
-enum srv_stored srv_store_client(struct srv_store *store, const char *name, struct srv_tally_client **client) {
+enum srv_stored srv_store_client(struct srv_store *store, const char *name,
+                                 struct srv_tally_client **client) {
     *client = srv_tally_client(&store->tally, name);
     return *client ? SRV_STORED : SRV_STORED_AGAIN;
 }
@@ -46,7 +47,8 @@ long srv_job_claimable(const struct srv_job *job) {
     return job->waiting > 0 || (job->begun < job->parts && job->begun == job->done);
 }
 
-enum srv_stored srv_store_count_job(struct srv_store *store, const struct srv_job *was, const struct srv_job *is) {
+enum srv_stored srv_store_count_job(struct srv_store *store, const struct srv_job *was,
+                                    const struct srv_job *is) {
     struct srv_store_figures *change = &store->tally.change;
     struct srv_tally_client *client;
     long before = srv_job_claimable(was), after = srv_job_claimable(is);
@@ -79,7 +81,8 @@ enum srv_stored srv_store_room(struct srv_store *store, const char *name, size_t
                  "DELETE jobs that are not needed any more",
                  rules->client_bytes);
     else if (all.bytes + (long long)bytes > rules->all_bytes)
-        snprintf(message, SRV_REQUEST_HEAD_BYTES, "all kept jobs would pass max-store-bytes, %lld bytes", rules->all_bytes);
+        snprintf(message, SRV_REQUEST_HEAD_BYTES,
+                 "all kept jobs would pass max-store-bytes, %lld bytes", rules->all_bytes);
     else
         return SRV_STORED;
     return SRV_STORED_QUOTA;
@@ -98,14 +101,17 @@ enum srv_stored srv_store_source(struct srv_store *store, const char *name, cons
     int counted = client->jobs_were > 0 || client->bytes_were > 0 || client->bytes > 0;
     if (rules->source_clients && !counted && clients >= rules->source_clients)
         snprintf(message, SRV_REQUEST_HEAD_BYTES,
-                 "%ld clients of your address have jobs: max-address-clients allows no more", rules->source_clients);
+                 "%ld clients of your address have jobs: max-address-clients allows no more",
+                 rules->source_clients);
     else if (rules->source_jobs && jobs >= rules->source_jobs)
         snprintf(message, SRV_REQUEST_HEAD_BYTES,
-                 "the clients of your address have %ld open jobs together: max-address-clients times max-client-jobs",
+                 "the clients of your address have %ld open jobs together: max-address-clients "
+                 "times max-client-jobs",
                  rules->source_jobs);
     else if (rules->source_bytes && bytes > rules->source_bytes)
         snprintf(message, SRV_REQUEST_HEAD_BYTES,
-                 "the clients of your address keep %lld bytes of jobs together: max-address-clients allows no more; "
+                 "the clients of your address keep %lld bytes of jobs together: "
+                 "max-address-clients allows no more; "
                  "DELETE jobs that are not needed any more",
                  rules->source_bytes);
     else
@@ -113,7 +119,8 @@ enum srv_stored srv_store_source(struct srv_store *store, const char *name, cons
     return SRV_STORED_QUOTA;
 }
 
-enum srv_stored srv_store_room_scene(struct srv_store *store, const char *name, size_t bytes, int anew) {
+enum srv_stored srv_store_room_scene(struct srv_store *store, const char *name, size_t bytes,
+                                     int anew) {
     const struct srv_store_rules *rules = &store->rules;
     struct srv_tally_client *client;
     struct srv_store_figures all;
@@ -121,7 +128,8 @@ enum srv_stored srv_store_room_scene(struct srv_store *store, const char *name, 
     SRV_STORED_TRY(srv_tally_look(&store->tally, store->sql, name, &client));
     SRV_STORED_TRY(srv_tally_totals(&store->tally, store->sql, &all));
     int good = client->scenes_were + client->scenes < rules->client_scenes &&
-               client->scene_bytes_were + client->scene_bytes + (int64_t)bytes <= rules->client_scene_bytes &&
+               client->scene_bytes_were + client->scene_bytes + (int64_t)bytes <=
+                   rules->client_scene_bytes &&
                (!anew || all.scene_bytes + (long long)bytes <= rules->all_scene_bytes);
     return good ? SRV_STORED : SRV_STORED_QUOTA;
 }

@@ -1,34 +1,41 @@
 /* What clients keep and hold, and how much of it they may.
  * Leaves to others: what follows when it is too much (store_jobs, store_leases, store_scenes).
- * Invariant: sums are changed in the transaction that changes what they count, so that they always equal a recount. */
+ * Invariant: sums are changed in the transaction that changes what they count, so that they
+ * always equal a recount. */
 #ifndef SRV_STORE_QUOTAS_H
 #define SRV_STORE_QUOTAS_H
 
 #include "server/store/store_call.h"
 
-/** The changes of a client's sums in this transaction. SRV_STORED_AGAIN when it has too many clients. */
-enum srv_stored srv_store_client(struct srv_store *store, const char *name, struct srv_tally_client **client);
+/** The changes of a client's sums in this transaction. SRV_STORED_AGAIN when it has too many
+ * clients. */
+enum srv_stored srv_store_client(struct srv_store *store, const char *name,
+                                 struct srv_tally_client **client);
 
 /** Adds to what is kept for a client's jobs, and in all. */
 enum srv_stored srv_store_count_bytes(struct srv_store *store, const char *client, long long bytes);
 
-/** Counts a client's jobs, bytes and scenes anew; what this transaction has changed of them is written already. */
+/** Counts a client's jobs, bytes and scenes anew; what this transaction has changed of them is
+ * written already. */
 enum srv_stored srv_store_recount_client(struct srv_store *store, const char *client);
 
 /**
- * Counts a client's jobs, bytes and scenes anew, and all sums: what was kept of them cannot be. What this transaction
- * has changed so far is written already. O(all jobs)
+ * Counts a client's jobs, bytes and scenes anew, and all sums: what was kept of them cannot be.
+ * What this transaction has changed so far is written already. O(all jobs)
  */
 enum srv_stored srv_store_recount(struct srv_store *store, const char *client);
 
 /** Parts of a job that can be claimed now. */
 long srv_job_claimable(const struct srv_job *job);
 
-/** Counts what became of a job between two readings of it: its state, its parts that can be claimed, its bytes. */
-enum srv_stored srv_store_count_job(struct srv_store *store, const struct srv_job *was, const struct srv_job *is);
+/** Counts what became of a job between two readings of it: its state, its parts that can be
+ * claimed, its bytes. */
+enum srv_stored srv_store_count_job(struct srv_store *store, const struct srv_job *was,
+                                    const struct srv_job *is);
 
 /**
- * Whether a client may keep so many bytes more for its jobs: under its quota, under that of all, and on the disk.
+ * Whether a client may keep so many bytes more for its jobs: under its quota, under that of all,
+ * and on the disk.
  *
  * SRV_STORED_FULL
  * SRV_STORED_QUOTA  message says which.
@@ -37,7 +44,8 @@ enum srv_stored srv_store_room(struct srv_store *store, const char *client, size
                                char message[SRV_REQUEST_HEAD_BYTES]);
 
 /**
- * Whether all clients of an address or account together may have one more open job; O(clients of the source).
+ * Whether all clients of an address or account together may have one more open job; O(clients of
+ * the source).
  *
  * client  whose changes in this transaction are known; notes its source.
  * source  NULL, or the client itself: the client's own quotas say all.
@@ -55,6 +63,7 @@ enum srv_stored srv_store_source(struct srv_store *store, const char *client, co
  *
  * SRV_STORED_FULL, SRV_STORED_QUOTA
  */
-enum srv_stored srv_store_room_scene(struct srv_store *store, const char *client, size_t bytes, int anew);
+enum srv_stored srv_store_room_scene(struct srv_store *store, const char *client, size_t bytes,
+                                     int anew);
 
 #endif

@@ -11,7 +11,8 @@ struct srv_value srv_value_whole(int64_t whole) {
 }
 
 struct srv_value srv_value_text(const char *text) {
-    return (struct srv_value){text ? SRV_SQL_STRING : SRV_SQL_NULL, 0, text, text ? strlen(text) : 0};
+    return (struct srv_value){text ? SRV_SQL_STRING : SRV_SQL_NULL, 0, text,
+                              text ? strlen(text) : 0};
 }
 
 struct srv_value srv_value_bytes(const void *data, size_t bytes) {
@@ -41,20 +42,22 @@ enum srv_stored srv_row_bytes(void *context, const struct srv_value field[]) {
 }
 
 void srv_row_text(const struct srv_value *field, char text[], size_t cap) {
-    snprintf(text, cap, "%s", field->kind == SRV_SQL_STRING && field->data ? (const char *)field->data : "");
+    snprintf(text, cap, "%s",
+             field->kind == SRV_SQL_STRING && field->data ? (const char *)field->data : "");
 }
 
-int64_t srv_row_whole(const struct srv_value *field, int64_t least, int64_t most, const char *column,
-                      const char **flaw) {
-    if (field->kind == SRV_SQL_WHOLE && field->whole >= least && field->whole <= most) return field->whole;
+int64_t srv_row_whole(const struct srv_value *field, int64_t least, int64_t most,
+                      const char *column, const char **flaw) {
+    if (field->kind == SRV_SQL_WHOLE && field->whole >= least && field->whole <= most)
+        return field->whole;
     if (!*flaw) *flaw = column;
     return least;
 }
 
-void srv_row_word(const struct srv_value *field, size_t least, char text[], size_t cap, const char *column,
-                  const char **flaw) {
-    int good = field->kind == SRV_SQL_STRING && field->data && field->bytes >= least && field->bytes < cap &&
-               strlen(field->data) == field->bytes;
+void srv_row_word(const struct srv_value *field, size_t least, char text[], size_t cap,
+                  const char *column, const char **flaw) {
+    int good = field->kind == SRV_SQL_STRING && field->data && field->bytes >= least &&
+               field->bytes < cap && strlen(field->data) == field->bytes;
     memcpy(text, good ? field->data : "", good ? field->bytes + 1 : 1);
     if (!good && !*flaw) *flaw = column;
 }
@@ -77,8 +80,8 @@ void srv_row_job_fail(struct srv_job *job, const char *flaw) {
     job->parts = 1;
     job->done = job->begun = job->waiting = 0;
     job->started = job->finished = job->expires = 0;
-    snprintf(job->message, sizeof job->message, "the store's record of this job is damaged (%s): submit the job again",
-             flaw);
+    snprintf(job->message, sizeof job->message,
+             "the store's record of this job is damaged (%s): submit the job again", flaw);
 }
 
 enum srv_stored srv_row_job(void *context, const struct srv_value field[]) {
@@ -91,7 +94,8 @@ enum srv_stored srv_row_job(void *context, const struct srv_value field[]) {
     rows->count++;
     srv_row_word(&field[1], 1, job->client, sizeof job->client, "client", &flaw);
     srv_row_word(&field[2], 1, job->operation, sizeof job->operation, "operation", &flaw);
-    job->state = (enum srv_job_state)srv_row_whole(&field[3], 0, SRV_JOB_STATES - 1, "state", &flaw);
+    job->state =
+        (enum srv_job_state)srv_row_whole(&field[3], 0, SRV_JOB_STATES - 1, "state", &flaw);
     job->parts = (long)srv_row_whole(&field[4], 1, SRV_ROW_MOST, "shards", &flaw);
     job->done = (long)srv_row_whole(&field[5], 0, SRV_ROW_MOST, "done", &flaw);
     job->created = srv_row_whole(&field[6], 0, SRV_ROW_LATEST, "created", &flaw);
@@ -106,7 +110,8 @@ enum srv_stored srv_row_job(void *context, const struct srv_value field[]) {
     job->chained = (int)srv_row_whole(&field[15], 0, 1, "chained", &flaw);
     job->held = srv_row_whole(&field[16], 0, SRV_ROW_MOST, "held", &flaw);
     if (rows->with_digest) {
-        int good = field[SRV_ROW_JOB].kind == SRV_SQL_BYTES && field[SRV_ROW_JOB].bytes == SRV_DIGEST_BYTES;
+        int good = field[SRV_ROW_JOB].kind == SRV_SQL_BYTES &&
+                   field[SRV_ROW_JOB].bytes == SRV_DIGEST_BYTES;
         /* one that is damaged is no request's: whoever uses the key again is told of a clash */
         memset(rows->digest, 0, SRV_DIGEST_BYTES);
         if (good) memcpy(rows->digest, field[SRV_ROW_JOB].data, SRV_DIGEST_BYTES);
@@ -117,7 +122,8 @@ enum srv_stored srv_row_job(void *context, const struct srv_value field[]) {
     if (rows->with_lease) {
         const char *part = NULL;
         rows->part_state = (long)srv_row_whole(&field[SRV_ROW_JOB], 0, 2, "state", &part);
-        rows->attempt = (long)srv_row_whole(&field[SRV_ROW_JOB + 1], 0, SRV_ROW_MOST, "attempt", &part);
+        rows->attempt =
+            (long)srv_row_whole(&field[SRV_ROW_JOB + 1], 0, SRV_ROW_MOST, "attempt", &part);
     }
     return SRV_STORED;
 }

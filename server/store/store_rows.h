@@ -25,8 +25,10 @@ struct srv_row_wholes {
 /** Takes a row into a struct srv_row_wholes. */
 enum srv_stored srv_row_wholes(void *context, const struct srv_value field[]);
 
-/* Whether bytes are what was written under a name; `field` is what follows them in their row: seal, sealed, ... */
-typedef int srv_whole_fn(const struct srv_value field[], const char *name, const void *data, size_t bytes);
+/* Whether bytes are what was written under a name; `field` is what follows them in their row:
+ * seal, sealed, ... */
+typedef int srv_whole_fn(const struct srv_value field[], const char *name, const void *data,
+                         size_t bytes);
 
 /* One field of bytes. */
 struct srv_row_bytes {
@@ -36,28 +38,32 @@ struct srv_row_bytes {
     size_t bytes;
 };
 
-/** Takes a row into a struct srv_row_bytes. SRV_STORED_DAMAGED where it is no bytes or not those that were written,
+/** Takes a row into a struct srv_row_bytes. SRV_STORED_DAMAGED where it is no bytes or not those
+ * that were written,
  * SRV_STORED_BROKEN when out of memory. */
 enum srv_stored srv_row_bytes(void *context, const struct srv_value field[]);
 
 /** Copies a field of text; what is none becomes "". */
 void srv_row_text(const struct srv_value *field, char text[], size_t cap);
 
-/* What is read may have been altered where it was kept, on a disk or by somebody else's program: every field of a row
- * is looked at when it is read. SQLite keeps any type in any column. */
+/* What is read may have been altered where it was kept, on a disk or by somebody else's program:
+ * every field of a row is looked at when it is read. SQLite keeps any type in any column. */
 
-/** A field that is a number of least .. most; else `least`, and *flaw names its column where it names none yet. */
-int64_t srv_row_whole(const struct srv_value *field, int64_t least, int64_t most, const char *column,
-                      const char **flaw);
+/** A field that is a number of least .. most; else `least`, and *flaw names its column where it
+ * names none yet. */
+int64_t srv_row_whole(const struct srv_value *field, int64_t least, int64_t most,
+                      const char *column, const char **flaw);
 
 /** A field that is a text of least .. cap - 1 bytes, copied; else "", and *flaw as above. */
-void srv_row_word(const struct srv_value *field, size_t least, char text[], size_t cap, const char *column,
-                  const char **flaw);
+void srv_row_word(const struct srv_value *field, size_t least, char text[], size_t cap,
+                  const char *column, const char **flaw);
 
-/** Makes a job one that has failed because of a column: nothing of it is believed but whose it is. */
+/** Makes a job one that has failed because of a column: nothing of it is believed but whose it
+ * is. */
 void srv_row_job_fail(struct srv_job *job, const char *flaw);
 
-/* the last instant of the year 9999 in microseconds since 1970: what is later was written by no clock */
+/* the last instant of the year 9999 in microseconds since 1970: what is later was written by no
+ * clock */
 #define SRV_ROW_LATEST INT64_C(253402300799999999)
 /* more parts, or bytes, than there can be */
 #define SRV_ROW_MOST (INT64_C(1) << 53)
@@ -74,8 +80,8 @@ struct srv_row_jobs {
     long part_state, attempt;
 };
 
-/** Takes a row into a struct srv_row_jobs. A row that cannot have been written is a job that has failed, see `flaw`;
- * one without an id is left out. */
+/** Takes a row into a struct srv_row_jobs. A row that cannot have been written is a job that has
+ * failed, see `flaw`; one without an id is left out. */
 enum srv_stored srv_row_job(void *context, const struct srv_value field[]);
 
 #endif

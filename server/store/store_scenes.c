@@ -1,7 +1,7 @@
 /* Scenes in the store: kept as long as somebody keeps them, read.
  * Leaves to others: what a scene says, and how its id is found (scenes).
- * Invariant: a scene that was kept never changes; it goes with the last of its keepers, and no link that a keeper was
- * given is dead before. */
+ * Invariant: a scene that was kept never changes; it goes with the last of its keepers, and no
+ * link that a keeper was given is dead before. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,9 +10,10 @@
 #include "server/store/store_rows.h"
 #include "server/store/store_seals.h"
 
-/* whether one more scene is within the bounds of a client and of its source; anew: nobody keeps it yet */
-static enum srv_stored scene_room(struct srv_store *store, const char *client, const char *source, size_t bytes,
-                                  int anew) {
+/* whether one more scene is within the bounds of a client and of its source; anew: nobody keeps
+ * it yet */
+static enum srv_stored scene_room(struct srv_store *store, const char *client, const char *source,
+                                  size_t bytes, int anew) {
     const struct srv_store_rules *rules = &store->rules;
     struct srv_row_wholes all = {.count = 1};
     SRV_STORED_TRY(srv_store_room_scene(store, client, bytes + SRV_ROW_BYTES, anew));
@@ -22,8 +23,8 @@ static enum srv_stored scene_room(struct srv_store *store, const char *client, c
 }
 
 /* a client keeps a scene more, or one less */
-static enum srv_stored scene_count(struct srv_store *store, const char *name, const char *source, int count,
-                                   size_t bytes) {
+static enum srv_stored scene_count(struct srv_store *store, const char *name, const char *source,
+                                   int count, size_t bytes) {
     struct srv_tally_client *client;
     SRV_STORED_TRY(srv_store_client(store, name, &client));
     client->scenes += count;
@@ -38,23 +39,25 @@ static void scene_count_all(struct srv_store *store, int count, size_t bytes) {
     store->tally.change.scene_bytes += count * (long long)(bytes + SRV_ROW_BYTES);
 }
 
-static enum srv_stored scene_keeper(struct srv_store *store, const char *id, const char *client, int *keeps) {
+static enum srv_stored scene_keeper(struct srv_store *store, const char *id, const char *client,
+                                    int *keeps) {
     struct srv_row_wholes row = {.count = 1};
-    SRV_STORED_TRY(SRV_RUN(store, SQL_KEEPER, srv_row_wholes, &row, srv_value_text(id), srv_value_text(client)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_KEEPER, srv_row_wholes, &row, srv_value_text(id),
+                           srv_value_text(client)));
     *keeps = row.whole[0] > 0;
     return SRV_STORED;
 }
 
-static enum srv_stored scene_keeper_put(struct srv_store *store, const char *id, const char *client, const char *source,
-                                        size_t bytes) {
-    SRV_STORED_TRY(SRV_POST(store, SQL_KEEPER_PUT, srv_value_text(id), srv_value_text(client), srv_value_text(source),
-                            srv_value_whole((int64_t)bytes)));
+static enum srv_stored scene_keeper_put(struct srv_store *store, const char *id, const char *client,
+                                        const char *source, size_t bytes) {
+    SRV_STORED_TRY(SRV_POST(store, SQL_KEEPER_PUT, srv_value_text(id), srv_value_text(client),
+                            srv_value_text(source), srv_value_whole((int64_t)bytes)));
     return scene_count(store, client, source, 1, bytes);
 }
 
 /* one more keeps a scene that is there and locked */
-static enum srv_stored scene_keep(struct srv_store *store, const char *id, const char *client, const char *source,
-                                  size_t bytes) {
+static enum srv_stored scene_keep(struct srv_store *store, const char *id, const char *client,
+                                  const char *source, size_t bytes) {
     int keeps;
     SRV_STORED_TRY(scene_keeper(store, id, client, &keeps));
     if (keeps) return SRV_STORED;
@@ -71,21 +74,21 @@ static enum srv_stored scene_lock(struct srv_store *store, const char *id, size_
 }
 
 /* a scene that nobody has */
-static enum srv_stored scene_new(struct srv_store *store, const char *id, const char *client, const char *source,
-                                 const void *body, size_t bytes) {
+static enum srv_stored scene_new(struct srv_store *store, const char *id, const char *client,
+                                 const char *source, const void *body, size_t bytes) {
     struct srv_row_wholes put = {.count = 1};
     unsigned char seal[API_SEAL_BYTES];
     SRV_STORED_TRY(scene_room(store, client, source, bytes, 1));
     srv_seal_scene(seal, id, body, bytes);
-    SRV_STORED_TRY(SRV_RUN(store, SQL_SCENE_PUT, srv_row_wholes, &put, srv_value_text(id), srv_value_bytes(body, bytes),
-                           srv_value_bytes(seal, sizeof seal)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_SCENE_PUT, srv_row_wholes, &put, srv_value_text(id),
+                           srv_value_bytes(body, bytes), srv_value_bytes(seal, sizeof seal)));
     if (!put.rows) return SRV_STORED_AGAIN;
     scene_count_all(store, 1, bytes);
     return scene_keeper_put(store, id, client, source, bytes);
 }
 
-static enum srv_stored scene_put(struct srv_store *store, const char *id, const char *client, const char *source,
-                                 const void *body, size_t bytes) {
+static enum srv_stored scene_put(struct srv_store *store, const char *id, const char *client,
+                                 const char *source, const void *body, size_t bytes) {
     struct srv_row_bytes there = {.name = id, .whole = srv_seal_scene_whole};
     size_t kept;
     enum srv_stored found = scene_lock(store, id, &kept);
@@ -98,18 +101,20 @@ static enum srv_stored scene_put(struct srv_store *store, const char *id, const 
     return same ? scene_keep(store, id, client, source, bytes) : SRV_STORED_CLASH;
 }
 
-enum srv_stored srv_store_scene_put(struct srv_store *store, const char *id, const char *client, const char *source,
-                                    const void *body, size_t bytes) {
+enum srv_stored srv_store_scene_put(struct srv_store *store, const char *id, const char *client,
+                                    const char *source, const void *body, size_t bytes) {
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = scene_put(store, id, client, source ? source : client, body, bytes);
     return srv_store_end(store, stored == SRV_STORED, stored);
 }
 
-enum srv_stored srv_store_scene_keep(struct srv_store *store, const char *id, const char *client, const char *source) {
+enum srv_stored srv_store_scene_keep(struct srv_store *store, const char *id, const char *client,
+                                     const char *source) {
     size_t bytes;
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = scene_lock(store, id, &bytes);
-    if (stored == SRV_STORED) stored = scene_keep(store, id, client, source ? source : client, bytes);
+    if (stored == SRV_STORED)
+        stored = scene_keep(store, id, client, source ? source : client, bytes);
     return srv_store_end(store, stored == SRV_STORED, stored);
 }
 
@@ -134,6 +139,7 @@ enum srv_stored srv_store_scene_drop(struct srv_store *store, const char *id, co
     return srv_store_end(store, stored == SRV_STORED, stored);
 }
 
-enum srv_stored srv_store_scene(struct srv_store *store, const char *id, void **body, size_t *bytes) {
+enum srv_stored srv_store_scene(struct srv_store *store, const char *id, void **body,
+                                size_t *bytes) {
     return srv_store_bytes(store, SQL_SCENE, id, srv_seal_scene_whole, body, bytes);
 }

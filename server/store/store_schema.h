@@ -1,6 +1,7 @@
 /* The tables, version by version, and how a database gets them.
  * Leaves to others: the statements on them (store_statements), when it is time (store_call).
- * Invariant: tables are changed in one transaction, one process at a time; those of a newer version are left alone. */
+ * Invariant: tables are changed in one transaction, one process at a time; those of a newer
+ * version are left alone. */
 #ifndef SRV_STORE_SCHEMA_H
 #define SRV_STORE_SCHEMA_H
 
@@ -16,7 +17,8 @@ enum { SRV_SCHEMA = 6 }; /* the version that this program knows */
  */
 enum srv_stored srv_schema_settle(struct srv_sql *sql);
 
-/** Says that the tables are of a newer version than this program knows. Returns SRV_STORED_BROKEN. */
+/** Says that the tables are of a newer version than this program knows. Returns
+ * SRV_STORED_BROKEN. */
 enum srv_stored srv_schema_newer(struct srv_sql *sql, int64_t version);
 
 #endif

@@ -5,12 +5,14 @@
 
 /* which rule a row's seal follows; -1 where the row says neither */
 static int64_t seal_rule(const struct srv_value *sealed) {
-    int known = sealed->kind == SRV_SQL_WHOLE && (sealed->whole == SRV_SEALED_BEFORE || sealed->whole == SRV_SEALED);
+    int known = sealed->kind == SRV_SQL_WHOLE &&
+                (sealed->whole == SRV_SEALED_BEFORE || sealed->whole == SRV_SEALED);
     return known ? sealed->whole : -1;
 }
 
 static int seal_equals(const struct srv_value *field, const unsigned char *want, size_t bytes) {
-    return field->kind == SRV_SQL_BYTES && field->bytes == bytes && !memcmp(field->data, want, bytes);
+    return field->kind == SRV_SQL_BYTES && field->bytes == bytes &&
+           !memcmp(field->data, want, bytes);
 }
 
 /* --- jobs --- */
@@ -19,13 +21,13 @@ static int seal_equals(const struct srv_value *field, const unsigned char *want,
 static void seal_row(unsigned char seal[API_SEAL_BYTES], const struct srv_job *job,
                      const unsigned char request[API_SEAL_BYTES]) {
     char place[SRV_ID_BYTES + 2 * SRV_NAME_BYTES + 64];
-    snprintf(place, sizeof place, "job %s of %s: %s in %ld%s", job->id, job->client, job->operation, job->parts,
-             job->chained ? " chained" : "");
+    snprintf(place, sizeof place, "job %s of %s: %s in %ld%s", job->id, job->client, job->operation,
+             job->parts, job->chained ? " chained" : "");
     api_seal(seal, place, (long)job->created, request, API_SEAL_BYTES);
 }
 
-void srv_seal_job(unsigned char seal[SRV_SEAL_JOB_BYTES], const struct srv_job *job, const void *request,
-                  size_t bytes) {
+void srv_seal_job(unsigned char seal[SRV_SEAL_JOB_BYTES], const struct srv_job *job,
+                  const void *request, size_t bytes) {
     api_seal(seal, "request", 0, request, bytes);
     seal_row(seal + API_SEAL_BYTES, job, seal);
 }
@@ -51,15 +53,15 @@ int srv_seal_request_whole(const struct srv_value field[2], const void *request,
 
 /* --- chunks of results --- */
 
-void srv_seal_chunk(unsigned char seal[API_SEAL_BYTES], const char *job, long part, long chunk, const void *data,
-                    size_t bytes) {
+void srv_seal_chunk(unsigned char seal[API_SEAL_BYTES], const char *job, long part, long chunk,
+                    const void *data, size_t bytes) {
     char place[SRV_ID_BYTES + 64];
     snprintf(place, sizeof place, "results of job %s, part %ld", job, part);
     api_seal(seal, place, chunk, data, bytes);
 }
 
-int srv_seal_chunk_whole(const struct srv_value field[2], const char *job, long part, long chunk, const void *data,
-                         size_t bytes) {
+int srv_seal_chunk_whole(const struct srv_value field[2], const char *job, long part, long chunk,
+                         const void *data, size_t bytes) {
     unsigned char want[API_SEAL_BYTES];
     char place[64];
     int64_t rule = seal_rule(&field[1]);
@@ -76,13 +78,15 @@ int srv_seal_chunk_whole(const struct srv_value field[2], const char *job, long 
 
 /* --- scenes --- */
 
-void srv_seal_scene(unsigned char seal[API_SEAL_BYTES], const char *id, const void *body, size_t bytes) {
+void srv_seal_scene(unsigned char seal[API_SEAL_BYTES], const char *id, const void *body,
+                    size_t bytes) {
     char place[SRV_ID_BYTES + 16];
     snprintf(place, sizeof place, "scene %.*s", SRV_ID_BYTES, id);
     api_seal(seal, place, 0, body, bytes);
 }
 
-int srv_seal_scene_whole(const struct srv_value field[2], const char *id, const void *body, size_t bytes) {
+int srv_seal_scene_whole(const struct srv_value field[2], const char *id, const void *body,
+                         size_t bytes) {
     unsigned char want[API_SEAL_BYTES];
     int64_t rule = seal_rule(&field[1]);
     if (rule != SRV_SEALED) return rule == SRV_SEALED_BEFORE && field[0].kind == SRV_SQL_NULL;

@@ -1,44 +1,56 @@
-/* Seals: what tells that a row came back from the database as it was written, to the place that it was written for.
+/* Seals: what tells that a row came back from the database as it was written, to the place that
+ * it was written for.
  * Leaves to others: the rows themselves (store_rows), and what becomes of a damaged one.
- * Invariant: every row of a job, a chunk of results or a scene that this version writes has a seal, and says so in its
- * column `sealed`; only a row that says it is older may have none. No secret goes into a seal: it tells accidents and
- * exchanged rows, not a forger who can write to the database. */
+ * Invariant: every row of a job, a chunk of results or a scene that this version writes has a
+ * seal, and says so in its column `sealed`; only a row that says it is older may have none. No
+ * secret goes into a seal: it tells accidents and exchanged rows, not a forger who can write to
+ * the database. */
 #ifndef SRV_STORE_SEALS_H
 #define SRV_STORE_SEALS_H
 
 #include "api/call/digest.h"
 #include "server/store/store.h"
 
-/* the value of a row's column `sealed`: the row was written before version 6 of the tables, or it has a seal of ours */
+/* the value of a row's column `sealed`: the row was written before version 6 of the tables, or
+ * it has a seal of ours */
 enum { SRV_SEALED_BEFORE, SRV_SEALED };
 
-/* of a job's row: the seal of its request, then the seal of that with all of the row that never changes */
+/* of a job's row: the seal of its request, then the seal of that with all of the row that never
+ * changes */
 enum { SRV_SEAL_JOB_BYTES = 2 * API_SEAL_BYTES };
 
-/** Makes the seal of a job's row from its id, client, operation, parts, chained and created, and from its request.
- * O(bytes). */
-void srv_seal_job(unsigned char seal[SRV_SEAL_JOB_BYTES], const struct srv_job *job, const void *request, size_t bytes);
+/** Makes the seal of a job's row from its id, client, operation, parts, chained and created, and
+ * from its request. O(bytes). */
+void srv_seal_job(unsigned char seal[SRV_SEAL_JOB_BYTES], const struct srv_job *job,
+                  const void *request, size_t bytes);
 
-/** Returns whether a job's row is what was written, but for its request; `field` is its columns seal and sealed. O(1).
+/** Returns whether a job's row is what was written, but for its request; `field` is its columns
+ * seal and sealed. O(1).
  */
 int srv_seal_job_whole(const struct srv_job *job, const struct srv_value field[2]);
 
-/** Returns whether a job's request is what was written; `field` is the columns seal and sealed of the row. O(bytes). */
+/** Returns whether a job's request is what was written; `field` is the columns seal and sealed of
+ * the row. O(bytes). */
 int srv_seal_request_whole(const struct srv_value field[2], const void *request, size_t bytes);
 
-/** Makes the seal of a chunk of results: of its bytes, its job, its part and its number in that. O(bytes). */
-void srv_seal_chunk(unsigned char seal[API_SEAL_BYTES], const char *job, long part, long chunk, const void *data,
-                    size_t bytes);
+/** Makes the seal of a chunk of results: of its bytes, its job, its part and its number in that.
+ * O(bytes). */
+void srv_seal_chunk(unsigned char seal[API_SEAL_BYTES], const char *job, long part, long chunk,
+                    const void *data, size_t bytes);
 
-/** Returns whether a chunk is what was written for this place; `field` is the columns seal and sealed of the row. One
- * of version 5 has a seal that does not know its job, one of before has none. O(bytes). */
-int srv_seal_chunk_whole(const struct srv_value field[2], const char *job, long part, long chunk, const void *data,
-                         size_t bytes);
+/** Returns whether a chunk is what was written for this place; `field` is the columns seal and
+ * sealed of the row. One of version 5 has a seal that does not know its job, one of before has
+ * none. O(bytes). */
+int srv_seal_chunk_whole(const struct srv_value field[2], const char *job, long part, long chunk,
+                         const void *data, size_t bytes);
 
 /** Makes the seal of a scene: of its id and its body. O(bytes). */
-void srv_seal_scene(unsigned char seal[API_SEAL_BYTES], const char *id, const void *body, size_t bytes);
+void srv_seal_scene(unsigned char seal[API_SEAL_BYTES], const char *id, const void *body,
+                    size_t bytes);
 
-/** Returns whether a scene is what was written; `field` is the columns seal and sealed of the row. O(bytes). */
-int srv_seal_scene_whole(const struct srv_value field[2], const char *id, const void *body, size_t bytes);
+/** Returns whether a scene is what was written; `field` is the columns seal and sealed of the
+ * row. O(bytes). */
+int srv_seal_scene_whole(const struct srv_value field[2], const char *id, const void *body,
+                         size_t bytes);
 
 #endif

@@ -13,7 +13,8 @@
 
 #include "server/store/store_sqlite_disk.h"
 
-/* how long others are waited for: who write, and, where the log of writes is to be carried over, who read as well */
+/* how long others are waited for: who write, and, where the log of writes is to be carried over,
+ * who read as well */
 enum { BUSY_MS = 5000, CARRY_MS = 100, BUSY_NAP_US = 1000 };
 
 struct sqlite_sql {
@@ -35,8 +36,8 @@ static int64_t sqlite_clock_ms(void) {
     return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
 }
 
-/* another process writes, for some milliseconds: SQLite's own handler naps up to a tenth of a second between two looks,
- * and comes too late again and again where there is much to write */
+/* another process writes, for some milliseconds: SQLite's own handler naps up to a tenth of a
+ * second between two looks, and comes too late again and again where there is much to write */
 static int sqlite_busy(void *context, int tries) {
     struct sqlite_sql *own = context;
     const struct timespec nap = {0, BUSY_NAP_US * 1000};
@@ -54,8 +55,8 @@ static void sqlite_now(sqlite3_context *context, int count, sqlite3_value **valu
     sqlite3_result_int64(context, (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000);
 }
 
-/* a ring is heard by whoever watches the file's times, in any process; nobody opens the file for it, as closing it
- * would end SQLite's locks */
+/* a ring is heard by whoever watches the file's times, in any process; nobody opens the file for
+ * it, as closing it would end SQLite's locks */
 static void sqlite_ring(sqlite3_context *context, int count, sqlite3_value **value) {
     struct sqlite_sql *own = sqlite3_user_data(context);
     (void)count, (void)value;
@@ -73,20 +74,23 @@ static void sqlite_close(struct srv_sql *sql) {
     free(own);
 }
 
-/* what a connection is told first: every commit is on disk before it returns, and readers do not wait for the writer */
-static const char *const sqlite_settings = "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA temp_store = "
-                                           "MEMORY; PRAGMA journal_size_limit = 4194304;";
+/* what a connection is told first: every commit is on disk before it returns, and readers do not
+ * wait for the writer */
+static const char *const sqlite_settings =
+    "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA temp_store = "
+    "MEMORY; PRAGMA journal_size_limit = 4194304;";
 
-/* A new store is its owner's alone, as the log and the index of it are then, whatever the process's umask; one that is
- * there keeps its mode, which its owner may have widened on purpose. That it cannot be made is told by the library. */
+/* A new store is its owner's alone, as the log and the index of it are then, whatever the
+ * process's umask; one that is there keeps its mode, which its owner may have widened on
+ * purpose. That it cannot be made is told by the library. */
 static void sqlite_private(const char *path) {
     int fd = open(path, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR);
     if (fd >= 0) close(fd);
 }
 
-/* What a file from elsewhere may have in it reaches nothing beyond its own rows: its triggers call no function that
- * could, it has no views, and nobody writes its schema. Plain triggers stay: an operator may count or audit with one,
- * as the drill does. */
+/* What a file from elsewhere may have in it reaches nothing beyond its own rows: its triggers
+ * call no function that could, it has no views, and nobody writes its schema. Plain triggers
+ * stay: an operator may count or audit with one, as the drill does. */
 static int sqlite_distrust(sqlite3 *db) {
     int code = sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
     if (code == SQLITE_OK) code = sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL);
@@ -94,7 +98,8 @@ static int sqlite_distrust(sqlite3 *db) {
     return code;
 }
 
-static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, struct pend_error *error) {
+static enum pend_status sqlite_open(struct srv_sql **sql, const char *url,
+                                    struct pend_error *error) {
     const char *path = url + strlen(srv_sql_sqlite.scheme);
     struct sqlite_sql *own = calloc(1, sizeof *own);
     enum pend_status status = PEND_OK;
@@ -116,8 +121,10 @@ static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, struc
         sqlite3_extended_result_codes(own->db, 1);
         sqlite3_busy_handler(own->db, sqlite_busy, own);
         if (sqlite_distrust(own->db) != SQLITE_OK ||
-            sqlite3_create_function(own->db, "now_us", 0, SQLITE_UTF8, NULL, sqlite_now, NULL, NULL) != SQLITE_OK ||
-            sqlite3_create_function(own->db, "ring", 0, SQLITE_UTF8, own, sqlite_ring, NULL, NULL) != SQLITE_OK ||
+            sqlite3_create_function(own->db, "now_us", 0, SQLITE_UTF8, NULL, sqlite_now, NULL,
+                                    NULL) != SQLITE_OK ||
+            sqlite3_create_function(own->db, "ring", 0, SQLITE_UTF8, own, sqlite_ring, NULL,
+                                    NULL) != SQLITE_OK ||
             sqlite3_exec(own->db, sqlite_settings, NULL, NULL, &said) != SQLITE_OK ||
             sqlite3_prepare_v2(own->db, "ROLLBACK", -1, &own->rollback, NULL) != SQLITE_OK ||
             srv_sqlite_disk_open(&own->disk, own->db) != SQLITE_OK)
@@ -135,7 +142,8 @@ static enum pend_status sqlite_open(struct srv_sql **sql, const char *url, struc
 /* what the library's result code means for a store */
 static enum srv_stored sqlite_result(struct sqlite_sql *own, int code) {
     if (code == SQLITE_OK || code == SQLITE_ROW || code == SQLITE_DONE) return SRV_STORED;
-    srv_sql_complain(&own->sql, code == SQLITE_FULL ? sqlite3_errstr(code) : sqlite3_errmsg(own->db));
+    srv_sql_complain(&own->sql,
+                     code == SQLITE_FULL ? sqlite3_errstr(code) : sqlite3_errmsg(own->db));
     /* a NULL where there can be none was added to */
     if (code == SQLITE_CONSTRAINT_NOTNULL) return SRV_STORED_DAMAGED;
     switch (code & 0xff) {
@@ -147,7 +155,8 @@ static enum srv_stored sqlite_result(struct sqlite_sql *own, int code) {
         return SRV_STORED_AGAIN;
     /* a write that came up short is what some file systems answer in place of "no space" */
     case SQLITE_IOERR:
-        return code == SQLITE_IOERR_WRITE || code == SQLITE_IOERR_SHMSIZE ? SRV_STORED_FULL : SRV_STORED_AWAY;
+        return code == SQLITE_IOERR_WRITE || code == SQLITE_IOERR_SHMSIZE ? SRV_STORED_FULL
+                                                                          : SRV_STORED_AWAY;
     case SQLITE_CANTOPEN:
         return SRV_STORED_AWAY;
     default:
@@ -173,8 +182,8 @@ static int sqlite_bind(sqlite3_stmt *statement, const struct srv_value value[], 
             code = sqlite3_bind_text(statement, at, value[i].data, -1, SQLITE_STATIC);
             break;
         case SRV_SQL_BYTES:
-            code =
-                sqlite3_bind_blob64(statement, at, value[i].bytes ? value[i].data : "", value[i].bytes, SQLITE_STATIC);
+            code = sqlite3_bind_blob64(statement, at, value[i].bytes ? value[i].data : "",
+                                       value[i].bytes, SQLITE_STATIC);
             break;
         }
     }
@@ -205,8 +214,8 @@ static void sqlite_fields(sqlite3_stmt *statement, struct srv_value field[], int
     }
 }
 
-/* A transaction whose end failed is not left open: it would keep every other process from writing, and this one from
- * beginning another. */
+/* A transaction whose end failed is not left open: it would keep every other process from
+ * writing, and this one from beginning another. */
 static void sqlite_leave(struct sqlite_sql *own) {
     if (sqlite3_get_autocommit(own->db)) return;
     sqlite3_step(own->rollback);
@@ -230,8 +239,9 @@ static void sqlite_committed(struct sqlite_sql *own) {
     own->patience_ms = BUSY_MS;
 }
 
-static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text, const struct srv_value value[],
-                                  int count, srv_row_fn *row, void *context) {
+static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text,
+                                  const struct srv_value value[], int count, srv_row_fn *row,
+                                  void *context) {
     struct sqlite_sql *own = (struct sqlite_sql *)sql;
     sqlite3_stmt *once = NULL, **statement = id < 0 ? &once : &own->kept[id];
     struct srv_value field[SRV_SQL_PARAMETERS];
@@ -242,7 +252,8 @@ static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text,
     if (code == SQLITE_OK && !*statement) {
         char spelt[SRV_SQL_TEXT];
         srv_sql_spell(&srv_sql_sqlite, text, spelt);
-        code = sqlite3_prepare_v3(own->db, spelt, -1, id < 0 ? 0 : SQLITE_PREPARE_PERSISTENT, statement, NULL);
+        code = sqlite3_prepare_v3(own->db, spelt, -1, id < 0 ? 0 : SQLITE_PREPARE_PERSISTENT,
+                                  statement, NULL);
     }
     if (code == SQLITE_OK) code = sqlite_bind(*statement, value, count);
     if (code == SQLITE_OK) {
@@ -279,7 +290,9 @@ static int sqlite_listen(struct srv_sql *sql, int timeout_ms) {
     int heard = 0;
     if (own->ear < 0) {
         own->ear = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
-        if (own->ear < 0 || inotify_add_watch(own->ear, sqlite3_db_filename(own->db, "main"), IN_ATTRIB) < 0) return -1;
+        if (own->ear < 0 ||
+            inotify_add_watch(own->ear, sqlite3_db_filename(own->db, "main"), IN_ATTRIB) < 0)
+            return -1;
     }
     struct pollfd waiting = {own->ear, POLLIN, 0};
     if (poll(&waiting, 1, timeout_ms) > 0)
@@ -290,7 +303,8 @@ static int sqlite_listen(struct srv_sql *sql, int timeout_ms) {
 const struct srv_sql_driver srv_sql_sqlite = {
     .scheme = "sqlite:",
     .batch = 64,
-    // readers too: where they overlap without end, the log of writes never starts anew, and fills the disk
+    // readers too: where they overlap without end, the log of writes never starts anew, and fills
+    // the disk
     .begin = "BEGIN IMMEDIATE",
     .now = "now_us()",
     .lock = "",

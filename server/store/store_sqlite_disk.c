@@ -6,12 +6,14 @@
 enum {
     LOG_PAGES = 1000,      /* the log is carried over when it has so many */
     FILE_STEP = 256 << 10, /* bytes by which the file grows */
-    /* bytes of the disk that results leave alone, so that a full one has room for the ends of jobs; half of it for the
-     * log of writes */
+    /* bytes of the disk that results leave alone, so that a full one has room for the ends of
+     * jobs; half of it for the log of writes */
     DISK_SPARE = 4 << 20,
-    /* and those that the file leaves alone for whatever it grows: without a log nothing at all can be written */
+    /* and those that the file leaves alone for whatever it grows: without a log nothing at all
+     * can be written */
     DISK_LOG = 1 << 20,
-    CHECKPOINT_LOCK = 1 /* WAL_CKPT_LOCK of SQLite's file format, among the locks of the shared memory */
+    CHECKPOINT_LOCK =
+        1 /* WAL_CKPT_LOCK of SQLite's file format, among the locks of the shared memory */
 };
 
 static int disk_hook(void *context, sqlite3 *db, const char *name, int pages) {
@@ -38,8 +40,10 @@ int srv_sqlite_disk_open(struct srv_sqlite_disk *disk, sqlite3 *db) {
     if (code == SQLITE_OK) code = sqlite3_prepare_v2(db, "PRAGMA page_size", -1, &size, NULL);
     if (code == SQLITE_OK) code = disk_pragma(size, &disk->page_bytes);
     sqlite3_finalize(size);
-    if (code == SQLITE_OK) code = sqlite3_prepare_v2(db, "PRAGMA page_count", -1, &disk->pages, NULL);
-    if (code == SQLITE_OK) code = sqlite3_prepare_v2(db, "PRAGMA freelist_count", -1, &disk->unused, NULL);
+    if (code == SQLITE_OK)
+        code = sqlite3_prepare_v2(db, "PRAGMA page_count", -1, &disk->pages, NULL);
+    if (code == SQLITE_OK)
+        code = sqlite3_prepare_v2(db, "PRAGMA freelist_count", -1, &disk->unused, NULL);
     return code;
 }
 
@@ -54,16 +58,21 @@ void srv_sqlite_disk_begin(struct srv_sqlite_disk *disk, int full) {
     if (full) sqlite3_wal_checkpoint_v2(disk->db, NULL, SQLITE_CHECKPOINT_TRUNCATE, NULL, NULL);
 }
 
-static const char *disk_file(const struct srv_sqlite_disk *disk) { return sqlite3_db_filename(disk->db, "main"); }
+static const char *disk_file(const struct srv_sqlite_disk *disk) {
+    return sqlite3_db_filename(disk->db, "main");
+}
 
 /* bytes that the disk has left; much where that cannot be known */
 static double disk_left(const struct srv_sqlite_disk *disk) {
     struct statvfs state;
-    return statvfs(disk_file(disk), &state) ? 1e18 : (double)state.f_bavail * (double)state.f_frsize;
+    return statvfs(disk_file(disk), &state) ? 1e18
+                                            : (double)state.f_bavail * (double)state.f_frsize;
 }
 
-/* the bytes of all pages, those of this transaction among them, and by how much the file is shorter */
-static int disk_measure(const struct srv_sqlite_disk *disk, sqlite3_int64 *bytes, sqlite3_int64 *shorter) {
+/* the bytes of all pages, those of this transaction among them, and by how much the file is
+ * shorter */
+static int disk_measure(const struct srv_sqlite_disk *disk, sqlite3_int64 *bytes,
+                        sqlite3_int64 *shorter) {
     struct stat file;
     int code = disk_pragma(disk->pages, bytes);
     *bytes *= disk->page_bytes;
@@ -80,21 +89,25 @@ int srv_sqlite_disk_room(struct srv_sqlite_disk *disk, size_t bytes) {
     disk->promised += (double)bytes;
     double log = DISK_SPARE / 2 + disk->promised, file = DISK_SPARE / 2 + (double)bytes;
     if (left >= 2 * log) return 1;
-    if (disk_measure(disk, &whole, &shorter) != SQLITE_OK || disk_pragma(disk->unused, &unused) != SQLITE_OK) return 0;
+    if (disk_measure(disk, &whole, &shorter) != SQLITE_OK ||
+        disk_pragma(disk->unused, &unused) != SQLITE_OK)
+        return 0;
     /* pages that are unused serve as well */
     file -= (double)(unused * disk->page_bytes);
     return left >= log + (double)shorter + (file > 0 ? file : 0);
 }
 
-/* Lengthens the file. SQLite does so by writing single bytes into blocks that it believes to be new, which would spoil
- * the pages that a checkpoint of another process, ours or an administrator's, puts there at the same time. So the lock
- * of checkpoints is held meanwhile. A file that is being carried over to is left as it is: it grows by that. */
+/* Lengthens the file. SQLite does so by writing single bytes into blocks that it believes to be
+ * new, which would spoil the pages that a checkpoint of another process, ours or an
+ * administrator's, puts there at the same time. So the lock of checkpoints is held meanwhile. A
+ * file that is being carried over to is left as it is: it grows by that. */
 static int disk_lengthen(struct srv_sqlite_disk *disk, sqlite3_int64 bytes) {
     sqlite3_file *file = NULL;
     int code = sqlite3_file_control(disk->db, "main", SQLITE_FCNTL_FILE_POINTER, &file);
     if (code != SQLITE_OK) return code;
     if (file->pMethods->iVersion < 2) return SQLITE_OK;
-    if (file->pMethods->xShmLock(file, CHECKPOINT_LOCK, 1, SQLITE_SHM_LOCK | SQLITE_SHM_EXCLUSIVE) != SQLITE_OK)
+    if (file->pMethods->xShmLock(file, CHECKPOINT_LOCK, 1,
+                                 SQLITE_SHM_LOCK | SQLITE_SHM_EXCLUSIVE) != SQLITE_OK)
         return SQLITE_OK;
     code = sqlite3_file_control(disk->db, "main", SQLITE_FCNTL_SIZE_HINT, &bytes);
     file->pMethods->xShmLock(file, CHECKPOINT_LOCK, 1, SQLITE_SHM_UNLOCK | SQLITE_SHM_EXCLUSIVE);
@@ -105,7 +118,8 @@ int srv_sqlite_disk_take(struct srv_sqlite_disk *disk) {
     sqlite3_int64 bytes, shorter;
     int code = disk_measure(disk, &bytes, &shorter);
     if (code != SQLITE_OK || !shorter) return code;
-    if (disk_left(disk) >= (double)shorter + FILE_STEP + DISK_LOG && disk_lengthen(disk, bytes) == SQLITE_OK)
+    if (disk_left(disk) >= (double)shorter + FILE_STEP + DISK_LOG &&
+        disk_lengthen(disk, bytes) == SQLITE_OK)
         return SQLITE_OK;
     /* who only reads is not refused: a file that others left short, or a failing machine, may be */
     return sqlite3_total_changes(disk->db) == disk->changes ? SQLITE_OK : SQLITE_FULL;

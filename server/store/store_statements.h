@@ -1,178 +1,248 @@
 /* Every statement on the store's tables, in the dialect that both databases share.
- * Leaves to others: the tables (store_schema), what is done with rows (the files of the store), the dialects (sql).
- * Invariant: what comes from outside is a parameter; a statement that may find many rows says how many it takes, and
- * finds them through an index, so that its cost does not depend on how many rows are kept. What is done to many jobs in
- * one transaction are statements on rows of values ({from ...} and the like, see sql). */
+ * Leaves to others: the tables (store_schema), what is done with rows (the files of the store),
+ * the dialects (sql).
+ * Invariant: what comes from outside is a parameter; a statement that may find many rows says
+ * how many it takes, and finds them through an index, so that its cost does not depend on how
+ * many rows are kept. What is done to many jobs in one transaction are statements on rows of
+ * values ({from ...} and the like, see sql). */
 #ifndef SRV_STORE_STATEMENTS_H
 #define SRV_STORE_STATEMENTS_H
 
 #include "server/store/sql.h"
 
-#define JOB_COLUMNS                                                                                                    \
-    "jobs.id, jobs.client, jobs.operation, jobs.state, jobs.shards, jobs.done, jobs.created, jobs.started, "           \
-    "jobs.finished, jobs.expires, {now}, jobs.bytes, jobs.message, jobs.begun, jobs.waiting, jobs.chained, "           \
-    "jobs.held, "                                                                                                      \
+#define JOB_COLUMNS                                                                                \
+    "jobs.id, jobs.client, jobs.operation, jobs.state, jobs.shards, jobs.done, jobs.created, "     \
+    "jobs.started, "                                                                               \
+    "jobs.finished, jobs.expires, {now}, jobs.bytes, jobs.message, jobs.begun, jobs.waiting, "     \
+    "jobs.chained, "                                                                               \
+    "jobs.held, "                                                                                  \
     "jobs.seal, jobs.sealed"
-/* whether a part of a job can be claimed, once `waiting`, `begun` and `done` have these values: 1 or 0 */
-#define READY(waiting, begun, done)                                                                                    \
-    "CASE WHEN " waiting " > 0 OR (" begun " < shards AND (chained = 0 OR " begun " = " done ")) THEN 1 ELSE 0 END"
-/* a number that can have been counted, or a change of one: what was altered must not make a sum overflow */
+/* whether a part of a job can be claimed, once `waiting`, `begun` and `done` have these values:
+ * 1 or 0 */
+#define READY(waiting, begun, done)                                                                \
+    "CASE WHEN " waiting " > 0 OR (" begun " < shards AND (chained = 0 OR " begun " = " done       \
+    ")) THEN 1 ELSE 0 END"
+/* a number that can have been counted, or a change of one: what was altered must not make a sum
+ * overflow */
 #define SANE "BETWEEN 0 AND 9007199254740992"
 #define BOUNDED "BETWEEN -9007199254740992 AND 9007199254740992"
-#define CAN_BE_COUNTED                                                                                                 \
-    "bytes " SANE " AND held " SANE " AND shards " SANE " AND begun " SANE " AND waiting " SANE                        \
-    " AND state BETWEEN 0 "                                                                                            \
+#define CAN_BE_COUNTED                                                                             \
+    "bytes " SANE " AND held " SANE " AND shards " SANE " AND begun " SANE " AND waiting " SANE    \
+    " AND state BETWEEN 0 "                                                                        \
     "AND 4"
 /* an id or a name that no statement finds by its letters */
-#define NAMELESS(id, most)                                                                                             \
-    "(" id " IS NULL OR LENGTH(" id ") NOT BETWEEN 1 AND " most " OR CAST(" id " AS TEXT) <> " id ")"
-#define STATE_COUNT(state) "CAST(COALESCE(SUM(CASE WHEN state = " state " THEN 1 ELSE 0 END), 0) AS BIGINT)"
+#define NAMELESS(id, most)                                                                         \
+    "(" id " IS NULL OR LENGTH(" id ") NOT BETWEEN 1 AND " most " OR CAST(" id " AS TEXT) <> " id  \
+    ")"
+#define STATE_COUNT(state)                                                                         \
+    "CAST(COALESCE(SUM(CASE WHEN state = " state " THEN 1 ELSE 0 END), 0) AS BIGINT)"
 
 /* Each statement, in the dialect that both databases share. */
-#define STATEMENTS(X)                                                                                                  \
-    X(BEGIN, "{begin}")                                                                                                \
-    X(COMMIT, "COMMIT")                                                                                                \
-    X(ROLLBACK, "ROLLBACK")                                                                                            \
-    X(RING, "{ring}")                                                                                                  \
-    X(NOW, "SELECT {now}, (SELECT MAX(version) FROM pendulumd)")                                                       \
-    X(CLIENT, "SELECT jobs, bytes, scenes, scene_bytes FROM clients WHERE name = $1")                                  \
-    X(CLIENT_CHANGE,                                                                                                   \
-      "INSERT INTO clients (name, turn, jobs, ready, bytes, scenes, scene_bytes, source, weight) VALUES ($1, CAST($2 " \
-      "AS BIGINT) + CAST($9 AS BIGINT) - 1 + COALESCE((SELECT MIN(turn) FROM clients WHERE jobs > 0), 0), $3, $4, "    \
-      "$5, "                                                                                                           \
-      "$6, $7, $8, $9) ON CONFLICT "                                                                                   \
-      "(name) DO UPDATE SET jobs = clients.jobs + $3, ready = clients.ready + $4, bytes = clients.bytes + $5, "        \
-      "scenes = clients.scenes + $6, scene_bytes = clients.scene_bytes + $7, turn = CASE WHEN clients.jobs = 0 AND "   \
-      "clients.turn + $2 < EXCLUDED.turn THEN EXCLUDED.turn ELSE clients.turn + $2 END, source = CASE WHEN "           \
-      "EXCLUDED.source <> '' AND clients.jobs = 0 AND clients.bytes = 0 THEN EXCLUDED.source ELSE clients.source "     \
-      "END, weight = CASE WHEN EXCLUDED.source <> '' THEN EXCLUDED.weight ELSE clients.weight END")                    \
-    X(SOURCE, "SELECT CAST(COUNT(*) AS BIGINT), CAST(COALESCE(SUM(jobs), 0) AS BIGINT), CAST(COALESCE(SUM(bytes), 0) " \
-              "AS BIGINT), CAST(COALESCE(SUM(CASE WHEN jobs > 0 THEN 1 ELSE 0 END), 0) AS BIGINT) FROM clients WHERE " \
-              "source = $1 AND (jobs > 0 OR bytes > 0) AND jobs " SANE " AND bytes " SANE)                             \
-    X(CLIENT_LEAVES, "DELETE FROM clients WHERE name = $1 AND jobs = 0 AND bytes = 0 AND scenes = 0")                  \
-    X(CLIENTS, "SELECT name, turn, weight FROM clients WHERE ready > 0 ORDER BY turn, name LIMIT 8")                   \
-    X(CLIENT_READY, "SELECT CAST(COUNT(*) AS BIGINT) FROM (SELECT 1 FROM jobs WHERE client = $1 AND ready = 1 LIMIT "  \
-                    "1) AS found")                                                                                     \
-    X(CLIENTS_NAMELESS, "DELETE FROM clients WHERE " NAMELESS("name", "95"))                                           \
-    X(TOTALS, "SELECT CAST(COALESCE(SUM(accepted), 0) AS BIGINT), CAST(COALESCE(SUM(running), 0) AS BIGINT), "         \
-              "CAST(COALESCE(SUM(successful), 0) AS BIGINT), CAST(COALESCE(SUM(failed), 0) AS BIGINT), "               \
-              "CAST(COALESCE(SUM(dismissed), 0) AS BIGINT), CAST(COALESCE(SUM(waiting), 0) AS BIGINT), "               \
-              "CAST(COALESCE(SUM(bytes), 0) AS BIGINT), CAST(COALESCE(SUM(scenes), 0) AS BIGINT), "                    \
-              "CAST(COALESCE(SUM(scene_bytes), 0) AS BIGINT), (SELECT COUNT(*) FROM totals), COUNT(*) FROM totals "    \
-              "WHERE accepted " BOUNDED " AND running " BOUNDED " AND successful " BOUNDED " AND failed " BOUNDED      \
-              " AND dismissed " BOUNDED " AND waiting " BOUNDED " AND bytes " BOUNDED " AND scenes " BOUNDED           \
-              " AND scene_bytes " BOUNDED)                                                                             \
-    X(TOTALS_CLEAR, "DELETE FROM totals")                                                                              \
-    X(TOTALS_RECOUNT,                                                                                                  \
-      "INSERT INTO totals (place, accepted, running, successful, failed, dismissed, waiting, bytes, scenes, "          \
-      "scene_bytes) SELECT 0, " STATE_COUNT("0") ", " STATE_COUNT("1") ", " STATE_COUNT("2") ", " STATE_COUNT(         \
-          "3") ", " STATE_COUNT("4") ", CAST(COALESCE(SUM(CASE WHEN ready = 0 THEN 0 WHEN chained = 1 THEN 1 ELSE "    \
-                                     "waiting + "                                                                      \
-                                     "shards - begun END), 0) AS BIGINT), CAST(COALESCE(SUM(bytes + held), 0) AS "     \
-                                     "BIGINT) + (SELECT "                                                              \
-                                     "CAST(COALESCE(SUM(bytes), 0) AS BIGINT) FROM removals WHERE bytes " SANE         \
-                                     "), (SELECT COUNT(*) FROM scenes), "                                              \
-                                     "(SELECT CAST(COALESCE(SUM(LENGTH(body) + 1024), 0) AS BIGINT) FROM scenes) "     \
-                                     "FROM jobs WHERE " CAN_BE_COUNTED)                                                \
-    X(CLIENT_LOCK, "SELECT jobs FROM clients WHERE name = $1 {lock}")                                                  \
-    X(CLIENT_RECOUNT,                                                                                                  \
-      "UPDATE clients SET jobs = (SELECT COUNT(*) FROM jobs WHERE client = $1 AND state BETWEEN 0 AND 1), ready = "    \
-      "(SELECT COUNT(*) FROM jobs WHERE client = $1 AND ready = 1), bytes = COALESCE((SELECT CAST(SUM(jobs.bytes + "   \
-      "jobs.held) AS BIGINT) FROM jobs WHERE jobs.client = $1 AND " CAN_BE_COUNTED "), 0) + COALESCE((SELECT "         \
-      "CAST(SUM(removals.bytes) AS BIGINT) FROM removals WHERE removals.client = $1 AND removals.bytes " SANE          \
-      "), 0), "                                                                                                        \
-      "turn = CASE WHEN turn " SANE " THEN turn ELSE 0 END, weight = CASE WHEN weight " SANE                           \
-      " AND weight > 0 THEN weight ELSE 1 END, source = COALESCE(source, ''), scenes = (SELECT COUNT(*) FROM keepers " \
-      "WHERE "                                                                                                         \
-      "keepers.client = $1), scene_bytes = COALESCE((SELECT CAST(SUM(keepers.bytes + 1024) AS BIGINT) FROM keepers "   \
-      "WHERE keepers.client = $1 AND keepers.bytes " SANE "), 0) WHERE name = $1")                                     \
-    X(TOTALS_CHANGE,                                                                                                   \
-      "INSERT INTO totals (place, accepted, running, successful, failed, dismissed, waiting, bytes, scenes, "          \
-      "scene_bytes) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10) ON CONFLICT (place) DO UPDATE SET "               \
-      "accepted = totals.accepted + $2, running = totals.running + $3, successful = totals.successful + $4, "          \
-      "failed = totals.failed + $5, dismissed = totals.dismissed + $6, waiting = totals.waiting + $7, "                \
-      "bytes = totals.bytes + $8, scenes = totals.scenes + $9, scene_bytes = totals.scene_bytes + $10")                \
-    X(JOB_PUT, "INSERT INTO jobs (id, client, operation, request, key, digest, shards, chained, part, rank, created, " \
-               "held, seal, sealed) SELECT {1}, {2}, {3}, {4}, {5}, {6}, {7}, {8}, {9}, {10}, {11}, {12}, {13}, 1 "    \
-               "{from tttbtbwwwwwwb}")                                                                                 \
-    X(JOB, "SELECT " JOB_COLUMNS " FROM jobs WHERE id = $1")                                                           \
-    X(JOB_LOCK, "SELECT " JOB_COLUMNS " FROM jobs WHERE id = $1 {lock}")                                               \
-    X(JOB_OF_KEY, "SELECT " JOB_COLUMNS ", digest FROM jobs WHERE client = $1 AND key = $2")                           \
-    X(KEY_FREE, "UPDATE jobs SET key = NULL WHERE id = $1")                                                            \
-    X(JOB_REQUEST, "SELECT request, seal, sealed, state FROM jobs WHERE id = $1")                                      \
-    X(JOBS_READY, "SELECT id, operation, shards, begun, waiting, chained, done, state, part, rank, created, seal, "    \
-                  "sealed, CASE WHEN LENGTH(request) <= 4096 THEN request END FROM jobs WHERE client = $1 AND ready "  \
-                  "= 1 ORDER BY rank, "                                                                                \
-                  "created LIMIT $2 {skip}")                                                                           \
-    X(JOB_CLAIM, "UPDATE jobs SET rank = rank - part * {3}, state = 1, started = CASE WHEN started = 0 THEN {now} "    \
-                 "ELSE started END, waiting = waiting - {2}, begun = begun + {3}, ready = " READY(                     \
-                     "waiting - {2}", "begun + {3}", "done") " {from tww} WHERE id = {1}")                             \
-    X(JOB_WAIT, "UPDATE jobs SET waiting = waiting + 1, ready = 1 WHERE id = $1")                                      \
-    X(JOB_STEP, "UPDATE jobs SET done = done + 1, bytes = bytes + $2, carry = $3, ready = " READY(                     \
-                    "waiting", "begun", "done + 1") " WHERE id = $1")                                                  \
-    X(JOB_SUCCEED, "UPDATE jobs SET state = 2, done = done + 1, bytes = bytes + {2}, carry = NULL, ready = 0, "        \
-                   "waiting = 0, finished = {3}, expires = {4} {from twww} WHERE id = {1}")                            \
-    X(JOB_END, "UPDATE jobs SET state = $2, message = $3, finished = $4, expires = $5, held = $6, bytes = 0, "         \
-               "ready = 0, waiting = 0, carry = NULL, request = $7 WHERE id = $1")                                     \
-    X(JOB_CONDEMN,                                                                                                     \
-      "UPDATE jobs SET client = $2, operation = $3, state = 3, message = $4, shards = 1, begun = 0, done = 0, "        \
-      "waiting = 0, chained = 0, carry = NULL, ready = 0, rank = 0, part = 0, created = $5, started = 0, finished = "  \
-      "$6, expires = $7, bytes = 0, held = $8, request = $9, seal = $10, sealed = 1 WHERE id = $1")                    \
-    X(JOBS_NAMELESS, "DELETE FROM jobs WHERE (ready = 1 OR expires > 0) AND " NAMELESS("id", "26"))                    \
-    X(REMOVALS_NAMELESS, "DELETE FROM removals WHERE " NAMELESS("job", "26"))                                          \
-    X(JOBS_EXPIRED, "SELECT id, client, state, bytes, held, begun, expires FROM jobs WHERE expires > 0 AND "           \
-                    "expires >= $1 AND expires < {now} ORDER BY expires LIMIT $2 {skip}")                              \
-    X(JOBS_REMOVE, "DELETE FROM jobs {using t} WHERE id = {1}")                                                        \
-    X(JOBS, "SELECT " JOB_COLUMNS " FROM jobs WHERE client = $1 ORDER BY created DESC, id DESC LIMIT $2")              \
-    X(JOB_CREATED, "SELECT created FROM jobs WHERE id = $1 AND client = $2")                                           \
-    X(JOBS_BEFORE, "SELECT " JOB_COLUMNS " FROM jobs WHERE client = $1 AND (created, id) < ($4, $3) "                  \
-                   "ORDER BY created DESC, id DESC LIMIT $2")                                                          \
-    X(REMOVAL_PUT, "INSERT INTO removals (job, client, bytes) VALUES ($1, $2, $3) ON CONFLICT DO NOTHING")             \
-    X(REMOVAL, "SELECT job, client, bytes FROM removals WHERE job <> '.' ORDER BY job LIMIT 1 {skip}")                 \
-    X(REMOVAL_END, "DELETE FROM removals WHERE job = $1")                                                              \
-    X(LEASE, "SELECT " JOB_COLUMNS ", shards.state, shards.attempt FROM {beside tw} jobs JOIN shards ON shards.job = " \
-             "jobs.id WHERE jobs.id = {1} AND shards.number = {2} {lock}")                                             \
-    X(PART_FIRST,                                                                                                     \
-      "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, start, bytes) SELECT {1}, {2}, "         \
-      "1, 1, 0, {3}, {now} + {4}, NULL, 0 {from twtw}")                                                                \
-    X(PART_NEXT, "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, start, bytes) SELECT id, "   \
-                  "begun, 1, 1, 0, $2, {now} + $3, carry, 0 FROM jobs WHERE id = $1 ON CONFLICT DO NOTHING "           \
-                  "RETURNING number, attempt, start")                                                                  \
-    X(PART_AGAIN, "UPDATE shards SET state = 1, attempt = attempt + 1, worker = $2, lease = {now} + $3 WHERE job = "  \
-                   "$1 AND number = (SELECT MIN(number) FROM shards WHERE job = $1 AND state = 0) RETURNING number, "  \
-                   "attempt, start")                                                                                   \
-    X(PART_EXTEND, "UPDATE shards SET lease = {now} + $4 WHERE job = $1 AND number = $2 AND attempt = $3 AND state "  \
-                    "= 1 AND EXISTS (SELECT 1 FROM jobs WHERE id = $1 AND state < 2) RETURNING number")                \
-    X(PART_END, "UPDATE shards SET state = 2, bytes = {3}, start = NULL, worker = '' {from tww} WHERE job = {1} AND " \
-                 "number = {2}")                                                                                       \
-    X(PARTS_CLEARED, "UPDATE shards SET kills = 0 WHERE job = $1 AND kills > 0")                                      \
-    X(PART_BACK, "UPDATE shards SET state = 0, kills = CASE WHEN kills < 99 THEN kills + $3 ELSE kills END, worker "  \
-                  "= '' WHERE job = $1 AND number = $2 AND "                                                           \
-                  "state = 1 AND ($3 = 0 OR lease < {now}) RETURNING kills")                                           \
-    X(PARTS_LATE, "SELECT job, number FROM shards WHERE state = 1 AND lease < $1 ORDER BY lease LIMIT 64")            \
-    X(PARTS_OF, "SELECT job, number FROM shards WHERE state = 1 AND worker = $1 LIMIT 64")                            \
-    X(PARTS_REMOVE, "DELETE FROM shards {using t} WHERE job = {1}")                                                   \
-    X(PARTS_REMOVE_SOME, "DELETE FROM shards WHERE job = $1 AND number IN (SELECT number FROM shards WHERE job = $1 " \
-                          "ORDER BY number LIMIT 512) RETURNING number")                                               \
-    X(PARTS_HELD_REMOVE, "DELETE FROM shards WHERE job = $1 AND number IN (SELECT number FROM shards WHERE job = $1 " \
-                          "AND state = 1 ORDER BY number LIMIT 512)")                                                  \
-    X(RESULT_PUT,                                                                                                      \
-      "INSERT INTO results (job, shard, chunk, data, seal, sealed) SELECT {1}, {2}, {3}, {4}, {5}, 1 {from twwbb}")    \
-    X(RESULT, "SELECT data, seal, sealed FROM results WHERE job = $1 AND shard = $2 AND chunk = $3")                   \
-    X(RESULTS_REMOVE, "DELETE FROM results {using t} WHERE job = {1}")                                                 \
-    X(RESULTS_REMOVE_SOME,                                                                                             \
-      "DELETE FROM results WHERE job = $1 AND (shard, chunk) IN (SELECT shard, chunk FROM results WHERE job = $1 "     \
-      "ORDER BY shard, chunk LIMIT 64) RETURNING chunk")                                                               \
-    X(KEEPERS_FROM, "SELECT CAST(COUNT(*) AS BIGINT) FROM keepers WHERE source = $1")                                  \
-    X(KEEPER, "SELECT CAST(COUNT(*) AS BIGINT) FROM keepers WHERE scene = $1 AND client = $2")                         \
-    X(KEEPERS, "SELECT CAST(COUNT(*) AS BIGINT) FROM keepers WHERE scene = $1")                                        \
-    X(KEEPER_PUT, "INSERT INTO keepers (scene, client, source, bytes) VALUES ($1, $2, $3, $4)")                        \
-    X(KEEPER_REMOVE, "DELETE FROM keepers WHERE scene = $1 AND client = $2")                                           \
-    X(SCENE_PUT, "INSERT INTO scenes (id, client, body, created, seal, sealed) VALUES ($1, '', $2, {now}, $3, 1) ON "  \
-                 "CONFLICT DO NOTHING "                                                                                \
-                 "RETURNING created")                                                                                  \
-    X(SCENE_LOCK, "SELECT CAST(LENGTH(body) AS BIGINT) FROM scenes WHERE id = $1 {lock}")                              \
-    X(SCENE_REMOVE, "DELETE FROM scenes WHERE id = $1")                                                                \
+#define STATEMENTS(X)                                                                              \
+    X(BEGIN, "{begin}")                                                                            \
+    X(COMMIT, "COMMIT")                                                                            \
+    X(ROLLBACK, "ROLLBACK")                                                                        \
+    X(RING, "{ring}")                                                                              \
+    X(NOW, "SELECT {now}, (SELECT MAX(version) FROM pendulumd)")                                   \
+    X(CLIENT, "SELECT jobs, bytes, scenes, scene_bytes FROM clients WHERE name = $1")              \
+    X(CLIENT_CHANGE, "INSERT INTO clients (name, turn, jobs, ready, bytes, scenes, scene_bytes, "  \
+                     "source, weight) VALUES ($1, CAST($2 "                                        \
+                     "AS BIGINT) + CAST($9 AS BIGINT) - 1 + COALESCE((SELECT MIN(turn) FROM "      \
+                     "clients WHERE jobs > 0), 0), $3, $4, "                                       \
+                     "$5, "                                                                        \
+                     "$6, $7, $8, $9) ON CONFLICT "                                                \
+                     "(name) DO UPDATE SET jobs = clients.jobs + $3, ready = clients.ready + $4, " \
+                     "bytes = clients.bytes + $5, "                                                \
+                     "scenes = clients.scenes + $6, scene_bytes = clients.scene_bytes + $7, turn " \
+                     "= CASE WHEN clients.jobs = 0 AND "                                           \
+                     "clients.turn + $2 < EXCLUDED.turn THEN EXCLUDED.turn ELSE clients.turn + "   \
+                     "$2 END, source = CASE WHEN "                                                 \
+                     "EXCLUDED.source <> '' AND clients.jobs = 0 AND clients.bytes = 0 THEN "      \
+                     "EXCLUDED.source ELSE clients.source "                                        \
+                     "END, weight = CASE WHEN EXCLUDED.source <> '' THEN EXCLUDED.weight ELSE "    \
+                     "clients.weight END")                                                         \
+    X(SOURCE, "SELECT CAST(COUNT(*) AS BIGINT), CAST(COALESCE(SUM(jobs), 0) AS BIGINT), "          \
+              "CAST(COALESCE(SUM(bytes), 0) "                                                      \
+              "AS BIGINT), CAST(COALESCE(SUM(CASE WHEN jobs > 0 THEN 1 ELSE 0 END), 0) AS "        \
+              "BIGINT) FROM clients WHERE "                                                        \
+              "source = $1 AND (jobs > 0 OR bytes > 0) AND jobs " SANE " AND bytes " SANE)         \
+    X(CLIENT_LEAVES,                                                                               \
+      "DELETE FROM clients WHERE name = $1 AND jobs = 0 AND bytes = 0 AND scenes = 0")             \
+    X(CLIENTS,                                                                                     \
+      "SELECT name, turn, weight FROM clients WHERE ready > 0 ORDER BY turn, name LIMIT 8")        \
+    X(CLIENT_READY, "SELECT CAST(COUNT(*) AS BIGINT) FROM (SELECT 1 FROM jobs WHERE client = $1 "  \
+                    "AND ready = 1 LIMIT "                                                         \
+                    "1) AS found")                                                                 \
+    X(CLIENTS_NAMELESS, "DELETE FROM clients WHERE " NAMELESS("name", "95"))                       \
+    X(TOTALS,                                                                                      \
+      "SELECT CAST(COALESCE(SUM(accepted), 0) AS BIGINT), CAST(COALESCE(SUM(running), 0) AS "      \
+      "BIGINT), "                                                                                  \
+      "CAST(COALESCE(SUM(successful), 0) AS BIGINT), CAST(COALESCE(SUM(failed), 0) AS BIGINT), "   \
+      "CAST(COALESCE(SUM(dismissed), 0) AS BIGINT), CAST(COALESCE(SUM(waiting), 0) AS BIGINT), "   \
+      "CAST(COALESCE(SUM(bytes), 0) AS BIGINT), CAST(COALESCE(SUM(scenes), 0) AS BIGINT), "        \
+      "CAST(COALESCE(SUM(scene_bytes), 0) AS BIGINT), (SELECT COUNT(*) FROM totals), COUNT(*) "    \
+      "FROM totals "                                                                               \
+      "WHERE accepted " BOUNDED " AND running " BOUNDED " AND successful " BOUNDED                 \
+      " AND failed " BOUNDED " AND dismissed " BOUNDED " AND waiting " BOUNDED                     \
+      " AND bytes " BOUNDED " AND scenes " BOUNDED " AND scene_bytes " BOUNDED)                    \
+    X(TOTALS_CLEAR, "DELETE FROM totals")                                                          \
+    X(TOTALS_RECOUNT,                                                                              \
+      "INSERT INTO totals (place, accepted, running, successful, failed, dismissed, waiting, "     \
+      "bytes, scenes, "                                                                            \
+      "scene_bytes) SELECT 0, " STATE_COUNT("0") ", " STATE_COUNT("1") ", " STATE_COUNT(           \
+          "2") ", " STATE_COUNT("3") ", " STATE_COUNT("4") ", CAST(COALESCE(SUM(CASE WHEN ready "  \
+                                                           "= 0 THEN 0 WHEN chained = 1 THEN 1 "   \
+                                                           "ELSE "                                 \
+                                                           "waiting + "                            \
+                                                           "shards - begun END), 0) AS BIGINT), "  \
+                                                           "CAST(COALESCE(SUM(bytes + held), 0) "  \
+                                                           "AS "                                   \
+                                                           "BIGINT) + (SELECT "                    \
+                                                           "CAST(COALESCE(SUM(bytes), 0) AS "      \
+                                                           "BIGINT) FROM removals WHERE "          \
+                                                           "bytes " SANE                           \
+                                                           "), (SELECT COUNT(*) FROM scenes), "    \
+                                                           "(SELECT "                              \
+                                                           "CAST(COALESCE(SUM(LENGTH(body) + "     \
+                                                           "1024), 0) AS BIGINT) FROM scenes) "    \
+                                                           "FROM jobs WHERE " CAN_BE_COUNTED)      \
+    X(CLIENT_LOCK, "SELECT jobs FROM clients WHERE name = $1 {lock}")                              \
+    X(CLIENT_RECOUNT,                                                                              \
+      "UPDATE clients SET jobs = (SELECT COUNT(*) FROM jobs WHERE client = $1 AND state BETWEEN "  \
+      "0 AND 1), ready = "                                                                         \
+      "(SELECT COUNT(*) FROM jobs WHERE client = $1 AND ready = 1), bytes = COALESCE((SELECT "     \
+      "CAST(SUM(jobs.bytes + "                                                                     \
+      "jobs.held) AS BIGINT) FROM jobs WHERE jobs.client = $1 AND " CAN_BE_COUNTED                 \
+      "), 0) + COALESCE((SELECT "                                                                  \
+      "CAST(SUM(removals.bytes) AS BIGINT) FROM removals WHERE removals.client = $1 AND "          \
+      "removals.bytes " SANE "), 0), "                                                             \
+      "turn = CASE WHEN turn " SANE " THEN turn ELSE 0 END, weight = CASE WHEN weight " SANE       \
+      " AND weight > 0 THEN weight ELSE 1 END, source = COALESCE(source, ''), scenes = (SELECT "   \
+      "COUNT(*) FROM keepers "                                                                     \
+      "WHERE "                                                                                     \
+      "keepers.client = $1), scene_bytes = COALESCE((SELECT CAST(SUM(keepers.bytes + 1024) AS "    \
+      "BIGINT) FROM keepers "                                                                      \
+      "WHERE keepers.client = $1 AND keepers.bytes " SANE "), 0) WHERE name = $1")                 \
+    X(TOTALS_CHANGE, "INSERT INTO totals (place, accepted, running, successful, failed, "          \
+                     "dismissed, waiting, bytes, scenes, "                                         \
+                     "scene_bytes) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10) ON CONFLICT "  \
+                     "(place) DO UPDATE SET "                                                      \
+                     "accepted = totals.accepted + $2, running = totals.running + $3, successful " \
+                     "= totals.successful + $4, "                                                  \
+                     "failed = totals.failed + $5, dismissed = totals.dismissed + $6, waiting = "  \
+                     "totals.waiting + $7, "                                                       \
+                     "bytes = totals.bytes + $8, scenes = totals.scenes + $9, scene_bytes = "      \
+                     "totals.scene_bytes + $10")                                                   \
+    X(JOB_PUT, "INSERT INTO jobs (id, client, operation, request, key, digest, shards, chained, "  \
+               "part, rank, created, "                                                             \
+               "held, seal, sealed) SELECT {1}, {2}, {3}, {4}, {5}, {6}, {7}, {8}, {9}, {10}, "    \
+               "{11}, {12}, {13}, 1 "                                                              \
+               "{from tttbtbwwwwwwb}")                                                             \
+    X(JOB, "SELECT " JOB_COLUMNS " FROM jobs WHERE id = $1")                                       \
+    X(JOB_LOCK, "SELECT " JOB_COLUMNS " FROM jobs WHERE id = $1 {lock}")                           \
+    X(JOB_OF_KEY, "SELECT " JOB_COLUMNS ", digest FROM jobs WHERE client = $1 AND key = $2")       \
+    X(KEY_FREE, "UPDATE jobs SET key = NULL WHERE id = $1")                                        \
+    X(JOB_REQUEST, "SELECT request, seal, sealed, state FROM jobs WHERE id = $1")                  \
+    X(JOBS_READY, "SELECT id, operation, shards, begun, waiting, chained, done, state, part, "     \
+                  "rank, created, seal, "                                                          \
+                  "sealed, CASE WHEN LENGTH(request) <= 4096 THEN request END FROM jobs WHERE "    \
+                  "client = $1 AND ready "                                                         \
+                  "= 1 ORDER BY rank, "                                                            \
+                  "created LIMIT $2 {skip}")                                                       \
+    X(JOB_CLAIM, "UPDATE jobs SET rank = rank - part * {3}, state = 1, started = CASE WHEN "       \
+                 "started = 0 THEN {now} "                                                         \
+                 "ELSE started END, waiting = waiting - {2}, begun = begun + {3}, ready = " READY( \
+                     "waiting - {2}", "begun + {3}", "done") " {from tww} WHERE id = {1}")         \
+    X(JOB_WAIT, "UPDATE jobs SET waiting = waiting + 1, ready = 1 WHERE id = $1")                  \
+    X(JOB_STEP, "UPDATE jobs SET done = done + 1, bytes = bytes + $2, carry = $3, ready = " READY( \
+                    "waiting", "begun", "done + 1") " WHERE id = $1")                              \
+    X(JOB_SUCCEED,                                                                                 \
+      "UPDATE jobs SET state = 2, done = done + 1, bytes = bytes + {2}, carry = NULL, ready = 0, " \
+      "waiting = 0, finished = {3}, expires = {4} {from twww} WHERE id = {1}")                     \
+    X(JOB_END, "UPDATE jobs SET state = $2, message = $3, finished = $4, expires = $5, held = "    \
+               "$6, bytes = 0, "                                                                   \
+               "ready = 0, waiting = 0, carry = NULL, request = $7 WHERE id = $1")                 \
+    X(JOB_CONDEMN, "UPDATE jobs SET client = $2, operation = $3, state = 3, message = $4, shards " \
+                   "= 1, begun = 0, done = 0, "                                                    \
+                   "waiting = 0, chained = 0, carry = NULL, ready = 0, rank = 0, part = 0, "       \
+                   "created = $5, started = 0, finished = "                                        \
+                   "$6, expires = $7, bytes = 0, held = $8, request = $9, seal = $10, sealed = 1 " \
+                   "WHERE id = $1")                                                                \
+    X(JOBS_NAMELESS,                                                                               \
+      "DELETE FROM jobs WHERE (ready = 1 OR expires > 0) AND " NAMELESS("id", "26"))               \
+    X(REMOVALS_NAMELESS, "DELETE FROM removals WHERE " NAMELESS("job", "26"))                      \
+    X(JOBS_EXPIRED,                                                                                \
+      "SELECT id, client, state, bytes, held, begun, expires FROM jobs WHERE expires > 0 AND "     \
+      "expires >= $1 AND expires < {now} ORDER BY expires LIMIT $2 {skip}")                        \
+    X(JOBS_REMOVE, "DELETE FROM jobs {using t} WHERE id = {1}")                                    \
+    X(JOBS, "SELECT " JOB_COLUMNS                                                                  \
+            " FROM jobs WHERE client = $1 ORDER BY created DESC, id DESC LIMIT $2")                \
+    X(JOB_CREATED, "SELECT created FROM jobs WHERE id = $1 AND client = $2")                       \
+    X(JOBS_BEFORE,                                                                                 \
+      "SELECT " JOB_COLUMNS " FROM jobs WHERE client = $1 AND (created, id) < ($4, $3) "           \
+      "ORDER BY created DESC, id DESC LIMIT $2")                                                   \
+    X(REMOVAL_PUT,                                                                                 \
+      "INSERT INTO removals (job, client, bytes) VALUES ($1, $2, $3) ON CONFLICT DO NOTHING")      \
+    X(REMOVAL,                                                                                     \
+      "SELECT job, client, bytes FROM removals WHERE job <> '.' ORDER BY job LIMIT 1 {skip}")      \
+    X(REMOVAL_END, "DELETE FROM removals WHERE job = $1")                                          \
+    X(LEASE, "SELECT " JOB_COLUMNS                                                                 \
+             ", shards.state, shards.attempt FROM {beside tw} jobs JOIN shards ON shards.job = "   \
+             "jobs.id WHERE jobs.id = {1} AND shards.number = {2} {lock}")                         \
+    X(PART_FIRST, "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, start, " \
+                  "bytes) SELECT {1}, {2}, "                                                       \
+                  "1, 1, 0, {3}, {now} + {4}, NULL, 0 {from twtw}")                                \
+    X(PART_NEXT,                                                                                   \
+      "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, start, bytes) "      \
+      "SELECT id, "                                                                                \
+      "begun, 1, 1, 0, $2, {now} + $3, carry, 0 FROM jobs WHERE id = $1 ON CONFLICT DO NOTHING "   \
+      "RETURNING number, attempt, start")                                                          \
+    X(PART_AGAIN, "UPDATE shards SET state = 1, attempt = attempt + 1, worker = $2, lease = "      \
+                  "{now} + $3 WHERE job = "                                                        \
+                  "$1 AND number = (SELECT MIN(number) FROM shards WHERE job = $1 AND state = 0) " \
+                  "RETURNING number, "                                                             \
+                  "attempt, start")                                                                \
+    X(PART_EXTEND,                                                                                 \
+      "UPDATE shards SET lease = {now} + $4 WHERE job = $1 AND number = $2 AND attempt = $3 AND "  \
+      "state "                                                                                     \
+      "= 1 AND EXISTS (SELECT 1 FROM jobs WHERE id = $1 AND state < 2) RETURNING number")          \
+    X(PART_END, "UPDATE shards SET state = 2, bytes = {3}, start = NULL, worker = '' {from tww} "  \
+                "WHERE job = {1} AND "                                                             \
+                "number = {2}")                                                                    \
+    X(PARTS_CLEARED, "UPDATE shards SET kills = 0 WHERE job = $1 AND kills > 0")                   \
+    X(PART_BACK, "UPDATE shards SET state = 0, kills = CASE WHEN kills < 99 THEN kills + $3 ELSE " \
+                 "kills END, worker "                                                              \
+                 "= '' WHERE job = $1 AND number = $2 AND "                                        \
+                 "state = 1 AND ($3 = 0 OR lease < {now}) RETURNING kills")                        \
+    X(PARTS_LATE,                                                                                  \
+      "SELECT job, number FROM shards WHERE state = 1 AND lease < $1 ORDER BY lease LIMIT 64")     \
+    X(PARTS_OF, "SELECT job, number FROM shards WHERE state = 1 AND worker = $1 LIMIT 64")         \
+    X(PARTS_REMOVE, "DELETE FROM shards {using t} WHERE job = {1}")                                \
+    X(PARTS_REMOVE_SOME,                                                                           \
+      "DELETE FROM shards WHERE job = $1 AND number IN (SELECT number FROM shards WHERE job = $1 " \
+      "ORDER BY number LIMIT 512) RETURNING number")                                               \
+    X(PARTS_HELD_REMOVE,                                                                           \
+      "DELETE FROM shards WHERE job = $1 AND number IN (SELECT number FROM shards WHERE job = $1 " \
+      "AND state = 1 ORDER BY number LIMIT 512)")                                                  \
+    X(RESULT_PUT, "INSERT INTO results (job, shard, chunk, data, seal, sealed) SELECT {1}, {2}, "  \
+                  "{3}, {4}, {5}, 1 {from twwbb}")                                                 \
+    X(RESULT,                                                                                      \
+      "SELECT data, seal, sealed FROM results WHERE job = $1 AND shard = $2 AND chunk = $3")       \
+    X(RESULTS_REMOVE, "DELETE FROM results {using t} WHERE job = {1}")                             \
+    X(RESULTS_REMOVE_SOME, "DELETE FROM results WHERE job = $1 AND (shard, chunk) IN (SELECT "     \
+                           "shard, chunk FROM results WHERE job = $1 "                             \
+                           "ORDER BY shard, chunk LIMIT 64) RETURNING chunk")                      \
+    X(KEEPERS_FROM, "SELECT CAST(COUNT(*) AS BIGINT) FROM keepers WHERE source = $1")              \
+    X(KEEPER, "SELECT CAST(COUNT(*) AS BIGINT) FROM keepers WHERE scene = $1 AND client = $2")     \
+    X(KEEPERS, "SELECT CAST(COUNT(*) AS BIGINT) FROM keepers WHERE scene = $1")                    \
+    X(KEEPER_PUT, "INSERT INTO keepers (scene, client, source, bytes) VALUES ($1, $2, $3, $4)")    \
+    X(KEEPER_REMOVE, "DELETE FROM keepers WHERE scene = $1 AND client = $2")                       \
+    X(SCENE_PUT, "INSERT INTO scenes (id, client, body, created, seal, sealed) VALUES ($1, '', "   \
+                 "$2, {now}, $3, 1) ON "                                                           \
+                 "CONFLICT DO NOTHING "                                                            \
+                 "RETURNING created")                                                              \
+    X(SCENE_LOCK, "SELECT CAST(LENGTH(body) AS BIGINT) FROM scenes WHERE id = $1 {lock}")          \
+    X(SCENE_REMOVE, "DELETE FROM scenes WHERE id = $1")                                            \
     X(SCENE, "SELECT body, seal, sealed FROM scenes WHERE id = $1")
 
 enum srv_statement {
@@ -182,8 +252,8 @@ enum srv_statement {
         SQL_COUNT
 };
 
-/* the LIMITs of PARTS_LATE and PARTS_OF, PARTS_REMOVE_SOME, RESULTS_REMOVE_SOME: as many rows mean that there may be
- * more; and the most that JOBS_EXPIRED is asked for */
+/* the LIMITs of PARTS_LATE and PARTS_OF, PARTS_REMOVE_SOME, RESULTS_REMOVE_SOME: as many rows
+ * mean that there may be more; and the most that JOBS_EXPIRED is asked for */
 enum { SQL_PARTS_MOST = 64, SQL_PARTS_REMOVED = 512, SQL_CHUNKS_MOST = 64, SQL_EXPIRED_MOST = 512 };
 
 /* the text of each */

@@ -1,7 +1,8 @@
-/* Sweeping: what ran out, was dismissed or is past its time; and what is in the store, in figures.
+/* Sweeping: what ran out, was dismissed or is past its time; and what is in the store, in
+ * figures.
  * Leaves to others: when to sweep (storage).
- * Invariant: a sweep takes a piece at a time, so that no other call waits long; any process may, at any time; a job is
- * removed as it is, and not before the time that its client was told. */
+ * Invariant: a sweep takes a piece at a time, so that no other call waits long; any process may,
+ * at any time; a job is removed as it is, and not before the time that its client was told. */
 #include <string.h>
 #include <time.h>
 
@@ -10,12 +11,13 @@
 #include "server/store/store_quotas.h"
 #include "server/store/store_rows.h"
 
-/* bytes of results that are removed together with their job; of larger ones a piece at a time. And by how much the
- * store's clock may run ahead of this process' from one sweep to the next, and for how long it is not trusted then */
+/* bytes of results that are removed together with their job; of larger ones a piece at a time.
+ * And by how much the store's clock may run ahead of this process' from one sweep to the next,
+ * and for how long it is not trusted then */
 enum { SWEEP_SMALL = 1 << 20, SWEEP_JUMP_S = 300, SWEEP_HOLD_S = 600 };
 
-/* jobs that are past their time in one piece: where each is removed by statements of its own, and where all are by one;
- * and the bytes of results after which a piece ends */
+/* jobs that are past their time in one piece: where each is removed by statements of its own,
+ * and where all are by one; and the bytes of results after which a piece ends */
 enum { SWEEP_SINGLE = 128, SWEEP_LIST = SQL_EXPIRED_MOST, SWEEP_PIECE = 16 << 20 };
 
 /* A job that is dismissed or removed and whose parts and results are still there. */
@@ -43,9 +45,11 @@ static enum srv_stored sweep_removal(struct srv_store *store, struct srv_store_s
     if (!removal.rows) return SRV_STORED;
     sweep->more = 1;
     if (!*removal.job) return srv_store_plain(store, SQL_REMOVALS_NAMELESS);
-    SRV_STORED_TRY(SRV_RUN(store, SQL_RESULTS_REMOVE_SOME, srv_row_wholes, &chunks, srv_value_text(removal.job)));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_RESULTS_REMOVE_SOME, srv_row_wholes, &chunks,
+                           srv_value_text(removal.job)));
     if (chunks.rows == SQL_CHUNKS_MOST) return SRV_STORED;
-    SRV_STORED_TRY(SRV_RUN(store, SQL_PARTS_REMOVE_SOME, srv_row_wholes, &parts, srv_value_text(removal.job)));
+    SRV_STORED_TRY(
+        SRV_RUN(store, SQL_PARTS_REMOVE_SOME, srv_row_wholes, &parts, srv_value_text(removal.job)));
     if (parts.rows == SQL_PARTS_REMOVED) return SRV_STORED;
     SRV_STORED_TRY(SRV_POST(store, SQL_REMOVAL_END, srv_value_text(removal.job)));
     return removal.flaw ? srv_store_recount(store, removal.client)
@@ -67,8 +71,8 @@ static enum srv_stored row_expired(void *context, const struct srv_value field[]
     rows->nameless |= !*job.id;
     if (job.flaw) return SRV_STORED;
     srv_row_word(&field[1], 1, job.client, sizeof job.client, "client", &job.flaw);
-    job.state =
-        (enum srv_job_state)srv_row_whole(&field[2], SRV_JOB_SUCCESSFUL, SRV_JOB_STATES - 1, "state", &job.flaw);
+    job.state = (enum srv_job_state)srv_row_whole(&field[2], SRV_JOB_SUCCESSFUL, SRV_JOB_STATES - 1,
+                                                  "state", &job.flaw);
     job.bytes = srv_row_whole(&field[3], 0, SRV_ROW_MOST, "bytes", &job.flaw);
     job.held = srv_row_whole(&field[4], 0, SRV_ROW_MOST, "held", &job.flaw);
     job.begun = (long)srv_row_whole(&field[5], 0, SRV_ROW_MOST, "begun", &job.flaw);
@@ -78,9 +82,11 @@ static enum srv_stored row_expired(void *context, const struct srv_value field[]
 }
 
 /* counts a job that is removed; what is large stays a while, and is counted as long */
-static enum srv_stored expired_count(struct srv_store *store, const struct srv_job *job, int large) {
+static enum srv_stored expired_count(struct srv_store *store, const struct srv_job *job,
+                                     int large) {
     store->tally.change.jobs[job->state]--;
-    SRV_STORED_TRY(srv_store_count_bytes(store, job->client, -job->held - (large ? 0 : job->bytes)));
+    SRV_STORED_TRY(
+        srv_store_count_bytes(store, job->client, -job->held - (large ? 0 : job->bytes)));
     if (!large) return SRV_STORED;
     return SRV_POST(store, SQL_REMOVAL_PUT, srv_value_text(job->id), srv_value_text(job->client),
                     srv_value_whole(job->bytes));
@@ -92,7 +98,8 @@ static enum srv_stored expired_remove(struct srv_store *store, const struct srv_
     int kept = job->state == SRV_JOB_SUCCESSFUL,
         large = kept && (job->bytes > SWEEP_SMALL || job->begun > SRV_FEW_PARTS);
     SRV_STORED_TRY(expired_count(store, job, large));
-    if (kept && !large && job->bytes > 0) SRV_STORED_TRY(SRV_POST(store, SQL_RESULTS_REMOVE, srv_value_text(job->id)));
+    if (kept && !large && job->bytes > 0)
+        SRV_STORED_TRY(SRV_POST(store, SQL_RESULTS_REMOVE, srv_value_text(job->id)));
     if (kept && !large) SRV_STORED_TRY(SRV_POST(store, SQL_PARTS_REMOVE, srv_value_text(job->id)));
     return SRV_POST(store, SQL_JOBS_REMOVE, srv_value_text(job->id));
 }
@@ -106,17 +113,20 @@ static int64_t sweep_clock_ns(void) {
 /* false for a while after the store's clock has jumped ahead */
 static int sweep_trusts(struct srv_store *store, int64_t now) {
     int64_t now_ns = sweep_clock_ns(), passed_us = (now_ns - store->expiry.seen_ns) / 1000;
-    if (store->expiry.seen && now - store->expiry.seen > passed_us + (int64_t)SWEEP_JUMP_S * 1000000)
+    if (store->expiry.seen &&
+        now - store->expiry.seen > passed_us + (int64_t)SWEEP_JUMP_S * 1000000)
         store->expiry.hold_ns = now_ns + (int64_t)SWEEP_HOLD_S * 1000000000;
     store->expiry.seen = now;
     store->expiry.seen_ns = now_ns;
     return now_ns >= store->expiry.hold_ns;
 }
 
-static enum srv_stored sweep_expired(struct srv_store *store, int64_t now, struct srv_store_sweep *sweep) {
+static enum srv_stored sweep_expired(struct srv_store *store, int64_t now,
+                                     struct srv_store_sweep *sweep) {
     struct row_expired rows = {0};
     if (!sweep_trusts(store, now)) return SRV_STORED;
-    SRV_STORED_TRY(SRV_RUN(store, SQL_JOBS_EXPIRED, row_expired, &rows, srv_value_whole(store->expiry.from),
+    SRV_STORED_TRY(SRV_RUN(store, SQL_JOBS_EXPIRED, row_expired, &rows,
+                           srv_value_whole(store->expiry.from),
                            srv_value_whole(store->sql->driver->lists ? SWEEP_LIST : SWEEP_SINGLE)));
     int64_t bytes = 0;
     for (int i = 0; i < rows.count; i++) {
@@ -132,15 +142,16 @@ static enum srv_stored sweep_expired(struct srv_store *store, int64_t now, struc
         SRV_STORED_TRY(srv_store_condemn(store, &job));
     }
     if (rows.nameless) SRV_STORED_TRY(srv_store_plain(store, SQL_JOBS_NAMELESS));
-    /* the next piece does not look again at the places of those that were removed; when nothing is left all places are
-     * looked at once more, because other processes may have locked some */
+    /* the next piece does not look again at the places of those that were removed; when nothing
+     * is left all places are looked at once more, because other processes may have locked some */
     sweep->more |= rows.count > 0;
     sweep->expired = rows.count;
     store->expiry.from = rows.count ? rows.job[rows.count - 1].expires : 0;
     return SRV_STORED;
 }
 
-enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked, struct srv_store_sweep *sweep) {
+enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked,
+                                struct srv_store_sweep *sweep) {
     int64_t now = 0;
     int late = 0;
     *sweep = (struct srv_store_sweep){0};
@@ -158,8 +169,10 @@ enum srv_stored srv_store_sweep(struct srv_store *store, int64_t *looked, struct
 /* why not even a small job can be kept */
 static const char *figures_full(struct srv_store *store, const struct srv_store_figures *figures) {
     const struct srv_sql_driver *driver = store->sql->driver;
-    if (figures->bytes + SRV_ROW_BYTES > store->rules.all_bytes) return "the store is full: max-store-bytes";
-    return driver->room && !driver->room(store->sql, SRV_ROW_BYTES) ? "the store's disk is full" : NULL;
+    if (figures->bytes + SRV_ROW_BYTES > store->rules.all_bytes)
+        return "the store is full: max-store-bytes";
+    return driver->room && !driver->room(store->sql, SRV_ROW_BYTES) ? "the store's disk is full"
+                                                                    : NULL;
 }
 
 enum srv_stored srv_store_figures(struct srv_store *store, struct srv_store_figures *figures) {

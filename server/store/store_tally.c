@@ -6,14 +6,15 @@
 
 #include "server/store/store_rows.h"
 
-static enum srv_stored tally_run(struct srv_sql *sql, enum srv_statement id, const struct srv_value value[], int count,
-                                 srv_row_fn *row, void *context) {
+static enum srv_stored tally_run(struct srv_sql *sql, enum srv_statement id,
+                                 const struct srv_value value[], int count, srv_row_fn *row,
+                                 void *context) {
     return sql->driver->run(sql, (int)id, srv_statement_text[id], value, count, row, context);
 }
 
 /* changes are of no interest to who makes them */
-static enum srv_stored tally_post(struct srv_sql *sql, enum srv_statement id, const struct srv_value value[],
-                                  int count) {
+static enum srv_stored tally_post(struct srv_sql *sql, enum srv_statement id,
+                                  const struct srv_value value[], int count) {
     if (!sql->driver->post) return tally_run(sql, id, value, count, NULL, NULL);
     return sql->driver->post(sql, (int)id, srv_statement_text[id], value, count);
 }
@@ -71,7 +72,8 @@ enum { TALLY_SUMS = SRV_JOB_STATES + 4 };
 /* The totals of all places. */
 struct tally_row {
     struct srv_store_figures figures;
-    int flawed; /* a sum is less than nothing, a row holds what cannot be added, or there is none at all */
+    int flawed; /* a sum is less than nothing, a row holds what cannot be added, or there is none at
+                   all */
 };
 
 static enum srv_stored tally_row(void *context, const struct srv_value field[]) {
@@ -82,13 +84,14 @@ static enum srv_stored tally_row(void *context, const struct srv_value field[]) 
     figures->bytes = field[SRV_JOB_STATES + 1].whole;
     figures->scenes = (long)field[SRV_JOB_STATES + 2].whole;
     figures->scene_bytes = field[SRV_JOB_STATES + 3].whole;
-    row->flawed = !field[TALLY_SUMS].whole || field[TALLY_SUMS].whole != field[TALLY_SUMS + 1].whole;
+    row->flawed =
+        !field[TALLY_SUMS].whole || field[TALLY_SUMS].whole != field[TALLY_SUMS + 1].whole;
     for (int i = 0; i < TALLY_SUMS; i++) row->flawed |= field[i].whole < 0;
     return SRV_STORED;
 }
 
-/* reads the totals of before this transaction; those that cannot have been counted are counted anew, with what this
- * transaction has changed so far */
+/* reads the totals of before this transaction; those that cannot have been counted are counted
+ * anew, with what this transaction has changed so far */
 static enum srv_stored tally_read(struct srv_tally *tally, struct srv_sql *sql) {
     struct tally_row row = {.flawed = 0};
     SRV_STORED_TRY(tally_run(sql, SQL_TOTALS, NULL, 0, tally_row, &row));
@@ -103,7 +106,8 @@ static enum srv_stored tally_read(struct srv_tally *tally, struct srv_sql *sql) 
     return SRV_STORED;
 }
 
-enum srv_stored srv_tally_totals(struct srv_tally *tally, struct srv_sql *sql, struct srv_store_figures *figures) {
+enum srv_stored srv_tally_totals(struct srv_tally *tally, struct srv_sql *sql,
+                                 struct srv_store_figures *figures) {
     if (!tally->known) SRV_STORED_TRY(tally_read(tally, sql));
     *figures = tally->were;
     for (int i = 0; i < SRV_JOB_STATES; i++) figures->jobs[i] += tally->change.jobs[i];
@@ -114,8 +118,8 @@ enum srv_stored srv_tally_totals(struct srv_tally *tally, struct srv_sql *sql, s
     return SRV_STORED;
 }
 
-enum srv_stored srv_tally_source(struct srv_tally *tally, struct srv_sql *sql, const char *source, int64_t *clients,
-                                 int64_t *jobs, int64_t *bytes) {
+enum srv_stored srv_tally_source(struct srv_tally *tally, struct srv_sql *sql, const char *source,
+                                 int64_t *clients, int64_t *jobs, int64_t *bytes) {
     struct srv_row_wholes all = {.count = 4};
     struct srv_value value[] = {srv_value_text(source)};
     if (strcmp(tally->source, source) != 0) {
@@ -140,7 +144,8 @@ enum srv_stored srv_tally_source(struct srv_tally *tally, struct srv_sql *sql, c
 }
 
 static int tally_order(const void *a, const void *b) {
-    return strcmp(((const struct srv_tally_client *)a)->name, ((const struct srv_tally_client *)b)->name);
+    return strcmp(((const struct srv_tally_client *)a)->name,
+                  ((const struct srv_tally_client *)b)->name);
 }
 
 static enum srv_stored tally_client(const struct srv_tally_client *client, struct srv_sql *sql) {
@@ -153,7 +158,8 @@ static enum srv_stored tally_client(const struct srv_tally_client *client, struc
                                 srv_value_whole(client->scene_bytes),
                                 srv_value_text(client->source),
                                 srv_value_whole(client->weight > 0 ? client->weight : 1)};
-    if (!(client->turn | client->jobs | client->ready | client->bytes | client->scenes | client->scene_bytes))
+    if (!(client->turn | client->jobs | client->ready | client->bytes | client->scenes |
+          client->scene_bytes))
         return SRV_STORED;
     SRV_STORED_TRY(tally_post(sql, SQL_CLIENT_CHANGE, value, 9));
     if (client->bytes >= 0 && client->scenes >= 0) return SRV_STORED;
@@ -162,11 +168,12 @@ static enum srv_stored tally_client(const struct srv_tally_client *client, struc
 
 static enum srv_stored tally_all(const struct srv_tally *tally, struct srv_sql *sql) {
     const struct srv_store_figures *change = &tally->change;
-    struct srv_value value[] = {srv_value_whole(tally->place),    srv_value_whole(change->jobs[0]),
-                                srv_value_whole(change->jobs[1]), srv_value_whole(change->jobs[2]),
-                                srv_value_whole(change->jobs[3]), srv_value_whole(change->jobs[4]),
-                                srv_value_whole(change->parts),  srv_value_whole(change->bytes),
-                                srv_value_whole(change->scenes),  srv_value_whole(change->scene_bytes)};
+    struct srv_value value[] = {
+        srv_value_whole(tally->place),    srv_value_whole(change->jobs[0]),
+        srv_value_whole(change->jobs[1]), srv_value_whole(change->jobs[2]),
+        srv_value_whole(change->jobs[3]), srv_value_whole(change->jobs[4]),
+        srv_value_whole(change->parts),   srv_value_whole(change->bytes),
+        srv_value_whole(change->scenes),  srv_value_whole(change->scene_bytes)};
     int64_t some = change->parts | change->bytes | change->scenes | change->scene_bytes;
     for (int i = 0; i < SRV_JOB_STATES; i++) some |= change->jobs[i];
     return some ? tally_post(sql, SQL_TOTALS_CHANGE, value, 10) : SRV_STORED;

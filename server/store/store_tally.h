@@ -1,7 +1,8 @@
 /* What a transaction changes in the sums that the store keeps: of each client, and of all.
  * Leaves to others: when a sum is too large (store_quotas), the transaction (store_call).
- * Invariant: sums are written once a transaction, as its last writes, clients in the order of their names and then the
- * totals: so transactions of several processes wait for each other in one order only, and not for long. */
+ * Invariant: sums are written once a transaction, as its last writes, clients in the order of
+ * their names and then the totals: so transactions of several processes wait for each other in
+ * one order only, and not for long. */
 #ifndef SRV_STORE_TALLY_H
 #define SRV_STORE_TALLY_H
 
@@ -16,24 +17,26 @@ enum {
 /* What is kept for one client. */
 struct srv_tally_client {
     char name[SRV_NAME_BYTES];
-    char source[SRV_NAME_BYTES];   /* the address or account that it comes from; "" = not known here */
-    int known;                     /* `jobs_were` and what follows it were read */
+    char
+        source[SRV_NAME_BYTES]; /* the address or account that it comes from; "" = not known here */
+    int known;                  /* `jobs_were` and what follows it were read */
     int64_t jobs_were, bytes_were; /* before this transaction */
     int64_t scenes_were, scene_bytes_were;
-    int64_t jobs, ready, turn, bytes; /* changes: open jobs, jobs of which a part can be claimed, turns, bytes kept */
-    int64_t scenes, scene_bytes;      /* changes */
-    int64_t weight;                   /* turns that a claim of its jobs counts for, where `source` is known */
+    int64_t jobs, ready, turn,
+        bytes; /* changes: open jobs, jobs of which a part can be claimed, turns, bytes kept */
+    int64_t scenes, scene_bytes; /* changes */
+    int64_t weight; /* turns that a claim of its jobs counts for, where `source` is known */
 };
 
 /* The changes of one transaction; begins as {0}. */
 struct srv_tally {
     int count, known;
-    int ring;                                          /* other processes are to be woken */
-    int place;                                         /* this connection's row of the totals; stays */
-    char source[SRV_NAME_BYTES];                       /* the one that was read last; "" = none was */
+    int ring;                    /* other processes are to be woken */
+    int place;                   /* this connection's row of the totals; stays */
+    char source[SRV_NAME_BYTES]; /* the one that was read last; "" = none was */
     int64_t source_clients, source_jobs, source_bytes; /* of it, before this transaction */
-    int64_t source_open;                               /* clients of it with open jobs, before this transaction */
-    struct srv_store_figures were;                     /* once known: before this transaction */
+    int64_t source_open;           /* clients of it with open jobs, before this transaction */
+    struct srv_store_figures were; /* once known: before this transaction */
     struct srv_store_figures change;
     struct srv_tally_client client[SRV_TALLY_CLIENTS];
 };
@@ -45,26 +48,30 @@ void srv_tally_clear(struct srv_tally *tally);
 struct srv_tally_client *srv_tally_client(struct srv_tally *tally, const char *name);
 
 /**
- * Counts the sums of the client `name` anew from its rows. The client's row is locked by a statement of its own first:
- * the rows are then counted as they are once everybody has committed who had changed these sums, so that no change
- * is lost or counted twice. O(rows of the client); for sums that are damaged or out of step.
+ * Counts the sums of the client `name` anew from its rows. The client's row is locked by a
+ * statement of its own first:
+ * the rows are then counted as they are once everybody has committed who had changed these sums, so
+ * that no change is lost or counted twice. O(rows of the client); for sums that are damaged or out
+ * of step.
  */
 enum srv_stored srv_tally_count_anew(struct srv_sql *sql, const char *name);
 
-/** As srv_tally_client, and reads what there was before. SRV_STORED_AGAIN when the transaction has too many clients. */
+/** As srv_tally_client, and reads what there was before. SRV_STORED_AGAIN when the transaction
+ * has too many clients. */
 enum srv_stored srv_tally_look(struct srv_tally *tally, struct srv_sql *sql, const char *name,
                                struct srv_tally_client **client);
 
-/** Reads all totals: those of before, and of this transaction. Totals that cannot have been counted are counted anew,
- * O(all that is kept). */
-enum srv_stored srv_tally_totals(struct srv_tally *tally, struct srv_sql *sql, struct srv_store_figures *figures);
+/** Reads all totals: those of before, and of this transaction. Totals that cannot have been
+ * counted are counted anew, O(all that is kept). */
+enum srv_stored srv_tally_totals(struct srv_tally *tally, struct srv_sql *sql,
+                                 struct srv_store_figures *figures);
 
 /**
- * What all clients of an address or account have: clients with jobs, open jobs, bytes; of before, and of this
- * transaction. O(clients of it).
+ * What all clients of an address or account have: clients with jobs, open jobs, bytes; of before,
+ * and of this transaction. O(clients of it).
  */
-enum srv_stored srv_tally_source(struct srv_tally *tally, struct srv_sql *sql, const char *source, int64_t *clients,
-                                 int64_t *jobs, int64_t *bytes);
+enum srv_stored srv_tally_source(struct srv_tally *tally, struct srv_sql *sql, const char *source,
+                                 int64_t *clients, int64_t *jobs, int64_t *bytes);
 
 /** Writes the changes, and wakes other processes. */
 enum srv_stored srv_tally_write(struct srv_tally *tally, struct srv_sql *sql);

@@ -11,19 +11,22 @@ static const char admission_invalid[] = "Bearer realm=\"pendulumd\", error=\"inv
 
 void srv_admission_client(struct srv_exchange *exchange) {
     const struct srv_service *service = exchange->service;
-    const char *header = srv_service_config(service)->client_header, *value = exchange->field[SRV_FORWARDED];
+    const char *header = srv_service_config(service)->client_header,
+               *value = exchange->field[SRV_FORWARDED];
     const char *account = NULL;
     char address[SRV_PEER_BYTES];
     srv_peer_client(srv_service_trusted(service), exchange->peer, header, value, address);
-    if (value && !srv_peer_names_addresses(header) && srv_peer_trusted(srv_service_trusted(service), exchange->peer))
+    if (value && !srv_peer_names_addresses(header) &&
+        srv_peer_trusted(srv_service_trusted(service), exchange->peer))
         account = value;
     exchange->unnamed = !srv_identity_begin(&exchange->identity, address, account);
 }
 
 int srv_admission_identify(struct srv_exchange *exchange) {
     if (exchange->unnamed) {
-        srv_exchange_problem(exchange, 400, "the field %.60s, which says who asks, must be visible ASCII characters",
-                             srv_service_config(exchange->service)->client_header);
+        srv_exchange_problem(
+            exchange, 400, "the field %.60s, which says who asks, must be visible ASCII characters",
+            srv_service_config(exchange->service)->client_header);
         return 0;
     }
     if (srv_identity_token(&exchange->identity, exchange->field[SRV_AUTHORIZATION])) return 1;
@@ -39,7 +42,8 @@ void srv_admission_challenge(struct srv_exchange *exchange, const char *format, 
     vsnprintf(why, sizeof why, format, arguments);
     va_end(arguments);
     srv_exchange_problem(exchange, 401,
-                         "%s: draw a secret of your own, as with openssl rand -hex 16, and send it with every request "
+                         "%s: draw a secret of your own, as with openssl rand -hex 16, and send it "
+                         "with every request "
                          "as Authorization: Bearer SECRET",
                          why);
     srv_exchange_header(exchange, "WWW-Authenticate", admission_realm);
@@ -48,17 +52,19 @@ void srv_admission_challenge(struct srv_exchange *exchange, const char *format, 
 int srv_admission_count(struct srv_exchange *exchange) {
     struct srv_service *service = exchange->service;
     double a_minute = srv_service_config(service)->requests_a_minute;
-    exchange->account = srv_clients_take(service->clients, exchange->identity.key, exchange->identity.source);
+    exchange->account =
+        srv_clients_take(service->clients, exchange->identity.key, exchange->identity.source);
     if (!exchange->account) {
         srv_exchange_busy(exchange, 1, "out of memory");
         return 0;
     }
     if (a_minute <= 0) return 1;
-    exchange->quota = srv_clients_quota(service->clients, exchange->account, a_minute, service->config.address_clients,
-                                        srv_clock_now());
+    exchange->quota = srv_clients_quota(service->clients, exchange->account, a_minute,
+                                        service->config.address_clients, srv_clock_now());
     if (exchange->quota.granted) return 1;
     srv_metrics_count(&service->metrics.refused_rate, 1);
-    srv_exchange_problem(exchange, 429, "more requests than the limit max-requests-a-minute of %.0f", a_minute);
+    srv_exchange_problem(exchange, 429,
+                         "more requests than the limit max-requests-a-minute of %.0f", a_minute);
     srv_exchange_retry(exchange, exchange->quota.retry);
     return 0;
 }

@@ -1,19 +1,21 @@
 /* Who a request counts for, and whether that client may ask now.
- * Leaves to others: room in the queue (queue), memory (exchange), limits of a request's contents (api).
+ * Leaves to others: room in the queue (queue), memory (exchange), limits of a request's contents
+ * (api).
  * Invariant: a request that is refused here has cost no more than its head. */
 #ifndef SRV_ADMISSION_H
 #define SRV_ADMISSION_H
 
 #include "server/work/exchange.h"
 
-/** Sets exchange->identity to whom a request comes from, the peer or whom a trusted proxy names, for the log of
- * whatever becomes of it; its token is not looked at yet. */
+/** Sets exchange->identity to whom a request comes from, the peer or whom a trusted proxy names,
+ * for the log of whatever becomes of it; its token is not looked at yet. */
 void srv_admission_client(struct srv_exchange *exchange);
 
 /**
  * Makes exchange->identity whole, once a request: a token's, where there is one.
  *
- * Returns 1 when it is good. Else the exchange is answered: 401 for what is no token, 400 for what is no account.
+ * Returns 1 when it is good. Else the exchange is answered: 401 for what is no token, 400 for what
+ * is no account.
  */
 int srv_admission_identify(struct srv_exchange *exchange);
 
@@ -24,8 +26,8 @@ void srv_admission_challenge(struct srv_exchange *exchange, const char *format, 
 /**
  * Counts a request that will compute.
  *
- * Returns 1 when it may go on: exchange->account is set. Else the exchange is answered: 429 over the quota, 503 without
- * memory.
+ * Returns 1 when it may go on: exchange->account is set. Else the exchange is answered: 429 over
+ * the quota, 503 without memory.
  */
 int srv_admission_count(struct srv_exchange *exchange);
 

@@ -26,7 +26,8 @@ enum pend_status srv_clients_new(struct srv_clients **clients) {
     if (!made) return PEND_NO_MEMORY;
     pthread_mutex_init(&made->lock, NULL);
     made->idle.next = made->idle.previous = &made->idle;
-    /* where the heap is differs from run to run: enough that nobody can choose addresses of one row */
+    /* where the heap is differs from run to run: enough that nobody can choose addresses of one
+     * row */
     made->salt = (uint64_t)(uintptr_t)made * 0x9e3779b97f4a7c15u;
     return PEND_OK;
 }
@@ -100,7 +101,8 @@ static void clients_give(struct srv_clients *clients, struct srv_client *client)
 }
 
 /* the record of where a client comes from, if it has none yet; 0 without memory; with the lock */
-static int clients_trace(struct srv_clients *clients, struct srv_client *client, const char *source) {
+static int clients_trace(struct srv_clients *clients, struct srv_client *client,
+                         const char *source) {
     if (client->source) return 1;
     int itself = !source || !strcmp(source, client->key);
     client->source = itself ? client : clients_take(clients, source);
@@ -111,7 +113,8 @@ static int clients_trace(struct srv_clients *clients, struct srv_client *client,
     return client->source != NULL;
 }
 
-struct srv_client *srv_clients_take(struct srv_clients *clients, const char *key, const char *source) {
+struct srv_client *srv_clients_take(struct srv_clients *clients, const char *key,
+                                    const char *source) {
     pthread_mutex_lock(&clients->lock);
     struct srv_client *client = clients_take(clients, key);
     if (client && !clients_trace(clients, client, source)) {
@@ -142,13 +145,14 @@ void srv_clients_give(struct srv_clients *clients, struct srv_client *client) {
 /* what came in since the last time, at so many a minute */
 static void bucket_fill(struct srv_bucket *bucket, double a_minute, int64_t now) {
     double grown = a_minute;
-    if (bucket->counted) grown = bucket->tokens + 1e-9 * (double)(now - bucket->counted) * a_minute / 60;
+    if (bucket->counted)
+        grown = bucket->tokens + 1e-9 * (double)(now - bucket->counted) * a_minute / 60;
     bucket->tokens = grown < a_minute ? grown : a_minute;
     bucket->counted = now;
 }
 
-struct srv_quota srv_clients_quota(struct srv_clients *clients, struct srv_client *client, double a_minute,
-                                   double shares, int64_t now) {
+struct srv_quota srv_clients_quota(struct srv_clients *clients, struct srv_client *client,
+                                   double a_minute, double shares, int64_t now) {
     struct srv_quota quota = {0};
     pthread_mutex_lock(&clients->lock);
     struct srv_bucket *own = &client->own, *all = &client->source->all;
@@ -159,9 +163,11 @@ struct srv_quota srv_clients_quota(struct srv_clients *clients, struct srv_clien
         own->tokens -= 1;
         all->tokens -= 1;
     }
-    /* told of the one that has less left; an address that is at its end has as many times more a minute */
+    /* told of the one that has less left; an address that is at its end has as many times more a
+     * minute */
     int crowded = all->tokens < own->tokens;
-    double left = crowded ? all->tokens : own->tokens, rate = crowded ? a_minute * shares : a_minute;
+    double left = crowded ? all->tokens : own->tokens,
+           rate = crowded ? a_minute * shares : a_minute;
     pthread_mutex_unlock(&clients->lock);
     quota.left = left;
     quota.refresh = (a_minute - left) * 60 / rate;

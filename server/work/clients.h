@@ -1,7 +1,8 @@
-/* A record for each client: its lane in the queue, and its quota beside that of the address it comes from.
- * Leaves to others: who a client is (identity), the order of the lanes' tasks (queue), telling a client that it has to
- * wait (router). Invariant: a record lives while somebody has it; records that nobody has are kept up to a bound, the
- * oldest go first. */
+/* A record for each client: its lane in the queue, and its quota beside that of the address it
+ * comes from.
+ * Leaves to others: who a client is (identity), the order of the lanes' tasks (queue), telling a
+ * client that it has to wait (router). Invariant: a record lives while somebody has it; records
+ * that nobody has are kept up to a bound, the oldest go first. */
 #ifndef SRV_CLIENTS_H
 #define SRV_CLIENTS_H
 
@@ -24,7 +25,8 @@ struct srv_client {
     struct srv_link idle;           /* in the ring of those that nobody has */
     struct srv_client *next_in_row; /* of the same hash */
     int users;
-    struct srv_client *source; /* the record of the address or account it comes from, which may be itself; while used */
+    struct srv_client *source;  /* the record of the address or account it comes from, which may be
+                                   itself; while used */
     struct srv_bucket own, all; /* what it may send, and what all may together whose source it is */
     atomic_llong held, bodies;  /* bytes that it holds in memory; of them those of bodies (hold) */
     atomic_int connections;     /* that it has open */
@@ -43,11 +45,13 @@ void srv_clients_free(struct srv_clients **clients);
  * The record of a client, made where there is none; to be given back.
  *
  * key     who it is, shorter than SRV_CLIENT_KEY: longer ones are cut.
- * source  the key of the address or account it comes from; NULL or the same where that is who it is.
+ * source  the key of the address or account it comes from; NULL or the same where that is who it
+ *         is.
  *
  * Returns NULL without memory. Any thread.
  */
-struct srv_client *srv_clients_take(struct srv_clients *clients, const char *key, const char *source);
+struct srv_client *srv_clients_take(struct srv_clients *clients, const char *key,
+                                    const char *source);
 
 /** One more has a record that somebody has. */
 void srv_clients_share(struct srv_clients *clients, struct srv_client *client);
@@ -63,12 +67,12 @@ struct srv_quota {
 };
 
 /**
- * Takes one request off a client's quota of so many a minute, which may all come at once, and off that of its source,
- * which all of its clients share.
+ * Takes one request off a client's quota of so many a minute, which may all come at once, and off
+ * that of its source, which all of its clients share.
  *
  * shares  how many times a client's quota the source has.
  */
-struct srv_quota srv_clients_quota(struct srv_clients *clients, struct srv_client *client, double a_minute,
-                                   double shares, int64_t now);
+struct srv_quota srv_clients_quota(struct srv_clients *clients, struct srv_client *client,
+                                   double a_minute, double shares, int64_t now);
 
 #endif

@@ -8,16 +8,22 @@
 #include "server/base/clock.h"
 
 enum {
-    COMPUTE_HOLD = 1 << 20,      /* bytes of an answer that may stream are held, so that it can be shared and kept */
-    COMPUTE_SHARE = 1 << 23,     /* the same where several wait for it, or where it is soon complete */
+    COMPUTE_HOLD =
+        1
+        << 20, /* bytes of an answer that may stream are held, so that it can be shared and kept */
+    COMPUTE_SHARE = 1 << 23, /* the same where several wait for it, or where it is soon complete */
     COMPUTE_LONG_BODY = 1 << 18, /* bytes of a body that takes a while to read */
     COMPUTE_READ = 5,            /* times a body: the memory that reading it takes */
-    COMPUTE_READ_FREE = 1 << 16, /* bytes of a body for which that is not counted: it is read in one go */
-    COMPUTE_REFUSE_COST = 3,     /* times max-compute-seconds: an estimate may be wrong by this factor */
-    COMPUTE_REFUSE_STEPS = 30    /* the same where steps are estimated, which the call itself looks after */
+    COMPUTE_READ_FREE =
+        1 << 16, /* bytes of a body for which that is not counted: it is read in one go */
+    COMPUTE_REFUSE_COST =
+        3, /* times max-compute-seconds: an estimate may be wrong by this factor */
+    COMPUTE_REFUSE_STEPS =
+        30 /* the same where steps are estimated, which the call itself looks after */
 };
 
-/* s of computation after which a stream begins, however little there is; a whole one that is waited for all the same */
+/* s of computation after which a stream begins, however little there is; a whole one that is
+ * waited for all the same */
 static const double compute_patience = 0.05, compute_soon = 0.25;
 
 /* s of computation from which on it belongs to the next level of the queue */
@@ -42,7 +48,8 @@ static size_t compute_bytes(const struct srv_work *work) {
     size_t buffers = work->out.cap + work->coded.cap + work->ready_cap;
     double call = work->call ? api_call_bytes(work->call) : 0;
     if (call > 0 && buffers < work->foreseen) buffers = work->foreseen;
-    return (size_t)call + buffers + (work->coder ? row->bytes : 0) + (work->source ? work->source->body_bytes : 0);
+    return (size_t)call + buffers + (work->coder ? row->bytes : 0) +
+           (work->source ? work->source->body_bytes : 0);
 }
 
 /* counts what a work holds by now */
@@ -53,10 +60,11 @@ static void compute_hold(struct srv_work *work) { srv_hold_set(&work->hold, comp
 static void compute_done(struct srv_service *service) { atomic_fetch_sub(&service->computing, 1); }
 
 /* lets everybody go who waits for a work, and ends it */
-static void compute_release(struct srv_work *work, struct srv_response_body *response_body, const char *cache, int status,
-                            const char *detail) {
+static void compute_release(struct srv_work *work, struct srv_response_body *response_body,
+                            const char *cache, int status, const char *detail) {
     struct srv_service *service = work->service;
-    for (struct srv_exchange *next, *exchange = srv_inflight_take(work); exchange; exchange = next) {
+    for (struct srv_exchange *next, *exchange = srv_inflight_take(work); exchange;
+         exchange = next) {
         next = exchange->next_beside;
         exchange->waited = work->begun > exchange->queued ? work->begun - exchange->queued : 0;
         exchange->computed = work->spent;
@@ -74,15 +82,19 @@ static void compute_release(struct srv_work *work, struct srv_response_body *res
     compute_done(service);
 }
 
-static void compute_fail(struct srv_work *work, const char *detail) { compute_release(work, NULL, NULL, 503, detail); }
+static void compute_fail(struct srv_work *work, const char *detail) {
+    compute_release(work, NULL, NULL, 503, detail);
+}
 
 /* the answer is complete: in out */
 static void compute_settle(struct srv_work *work) {
     struct srv_service *service = work->service;
     struct api_answer answer = api_call_answer(work->call);
-    if (answer.status == 200 && work->key_bytes) srv_metrics_count(&service->metrics.cache_missed, 1);
+    if (answer.status == 200 && work->key_bytes)
+        srv_metrics_count(&service->metrics.cache_missed, 1);
     enum srv_coding coding = srv_result_code(work, answer.media_type);
-    struct srv_response_body *response_body = srv_result_response_body(work, answer, coding, &work->out);
+    struct srv_response_body *response_body =
+        srv_result_response_body(work, answer, coding, &work->out);
     compute_hold(work); /* the answer's memory is counted with the response body now */
     if (!response_body) {
         compute_fail(work, "out of memory");
@@ -115,11 +127,12 @@ static int compute_pass(struct srv_work *work, int ended) {
     struct srv_service *service = work->service;
     int over = 0;
     if (work->coder) {
-        enum srv_coding_end how = ended                      ? SRV_CODING_END
+        enum srv_coding_end how = ended                       ? SRV_CODING_END
                                   : srv_inflight_hungry(work) ? SRV_CODING_FLUSH
-                                                             : SRV_CODING_MORE;
+                                                              : SRV_CODING_MORE;
         const struct srv_coding_row *row = srv_coding_at(work->coding);
-        if (row->write(work->coder, work->out.data, work->out.bytes, how, &work->coded) != PEND_OK) ended = -1;
+        if (row->write(work->coder, work->out.data, work->out.bytes, how, &work->coded) != PEND_OK)
+            ended = -1;
         work->out.bytes = 0;
     }
     if (ended < 0 && !srv_inflight_stop(work)) srv_metrics_count(&service->metrics.broken, 1);
@@ -134,10 +147,12 @@ static void compute_promise(struct srv_work *work) {
     struct api_answer answer = api_call_answer(work->call);
     struct api_buffer none;
     const struct srv_coding_row *row = srv_coding_at(work->coding);
-    int coded = row && srv_service_config(work->service)->compress_above > 0 && srv_coding_worth(answer.media_type);
+    int coded = row && srv_service_config(work->service)->compress_above > 0 &&
+                srv_coding_worth(answer.media_type);
     api_buffer_init(&none, 0);
     if (coded && !(work->coder = row->begin())) return;
-    struct srv_response_body *head = srv_result_response_body(work, answer, coded ? work->coding : SRV_IDENTITY, &none);
+    struct srv_response_body *head =
+        srv_result_response_body(work, answer, coded ? work->coding : SRV_IDENTITY, &none);
     if (!head) {
         /* the next piece tries again, from the beginning */
         if (coded) row->free(work->coder);
@@ -148,7 +163,8 @@ static void compute_promise(struct srv_work *work) {
     work->promised = reader != NULL;
     if (reader) {
         srv_exchange_response_body(reader, head);
-        /* a message of known length has no trailers: what is told of an answer that is computed goes before it */
+        /* a message of known length has no trailers: what is told of an answer that is computed
+         * goes before it */
         reader->trails = answer.tells && (answer.length < 0 || coded || !work->source);
         reader->stream_bytes = coded || reader->trails ? -1 : answer.length;
         reader->waited = work->begun - reader->queued;
@@ -161,8 +177,8 @@ static void compute_promise(struct srv_work *work) {
     compute_apart(others);
 }
 
-/* whether a larger answer than usual is held: it is worth more whole than early. One that is to be compressed is not,
- * as that takes a worker long in one go. */
+/* whether a larger answer than usual is held: it is worth more whole than early. One that is to
+ * be compressed is not, as that takes a worker long in one go. */
 static int compute_whole(struct srv_work *work, int alone) {
     double seconds = compute_seconds(work);
     if (work->coding && srv_coding_worth(api_call_answer(work->call).media_type)) return 0;
@@ -171,7 +187,8 @@ static int compute_whole(struct srv_work *work, int alone) {
     size_t before = work->foreseen, next = 2 * work->out.cap + SRV_INFLIGHT_BLOCK;
     if (next <= before) return 1;
     work->foreseen = next;
-    if (srv_hold_room(work->service) && srv_hold_try(&work->hold, compute_bytes(work)) == SRV_ROOM) return 1;
+    if (srv_hold_room(work->service) && srv_hold_try(&work->hold, compute_bytes(work)) == SRV_ROOM)
+        return 1;
     work->foreseen = before;
     return 0;
 }
@@ -187,7 +204,8 @@ static int compute_ripe(struct srv_work *work) {
 
 /* --- turns on a worker --- */
 
-/* ends a computation early; the bytes of a promised answer are sent, and then the connection is cut */
+/* ends a computation early; the bytes of a promised answer are sent, and then the connection is
+ * cut */
 static void compute_stop(struct srv_work *work, int status, const char *detail) {
     enum api_progress progress = api_call_stop(work->call, status, detail, &work->out);
     if (progress == API_BROKEN)
@@ -209,13 +227,15 @@ static int compute_over(struct srv_work *work) {
     }
     if (compute_seconds(work) <= limit) return 0;
     srv_metrics_count(&metrics->overtime, 1);
-    snprintf(detail, sizeof detail, "the computation took longer than max-compute-seconds allows: %.15g s", limit);
+    snprintf(detail, sizeof detail,
+             "the computation took longer than max-compute-seconds allows: %.15g s", limit);
     compute_stop(work, 503, detail);
     return 1;
 }
 
-/* Reserves what the work will hold after its next piece. Where there is no room it ends, and 0 is returned: 503 for
- * now, 429 where its client holds too much, 422 for what no client may hold. */
+/* Reserves what the work will hold after its next piece. Where there is no room it ends, and 0
+ * is returned: 503 for now, 429 where its client holds too much, 422 for what no client may
+ * hold. */
 static int compute_room(struct srv_work *work) {
     struct srv_metrics *metrics = &work->service->metrics;
     size_t bytes = compute_bytes(work);
@@ -226,19 +246,21 @@ static int compute_room(struct srv_work *work) {
     double share = srv_hold_share(srv_service_config(work->service));
     if (room == SRV_ROOM_NONE)
         snprintf(detail, sizeof detail,
-                 "this takes about %zu bytes of memory, and what is held already leaves no room: max-held-bytes",
+                 "this takes about %zu bytes of memory, and what is held already leaves no room: "
+                 "max-held-bytes",
                  bytes);
     else if (room == SRV_ROOM_CLIENT)
-        snprintf(detail, sizeof detail,
-                 "this takes about %zu bytes of memory, and requests of yours hold too much beside it: "
-                 "max-client-held-bytes is %.0f; read or end those that are open",
-                 bytes, share);
-    else
         snprintf(
             detail, sizeof detail,
-            "this takes about %zu bytes of memory, more than the limit max-client-held-bytes of %.0f: ask for fewer "
-            "numbers at a time, or for a representation that flows",
+            "this takes about %zu bytes of memory, and requests of yours hold too much beside it: "
+            "max-client-held-bytes is %.0f; read or end those that are open",
             bytes, share);
+    else
+        snprintf(detail, sizeof detail,
+                 "this takes about %zu bytes of memory, more than the limit max-client-held-bytes "
+                 "of %.0f: ask for fewer "
+                 "numbers at a time, or for a representation that flows",
+                 bytes, share);
     compute_stop(work, room == SRV_ROOM_NONE ? 503 : room == SRV_ROOM_CLIENT ? 429 : 422, detail);
     return 0;
 }
@@ -260,7 +282,8 @@ static int compute_piece(struct srv_work *work) {
     return progress != API_WAITS || !work->source->park(work->source, work);
 }
 
-/* the worker goes on with it unless somebody waits: then it goes to the end of its client's lane, and 1 is returned */
+/* the worker goes on with it unless somebody waits: then it goes to the end of its client's
+ * lane, and 1 is returned */
 static int compute_turn(struct srv_work *work) {
     struct srv_queue *queue = work->service->queue;
     srv_metrics_count(&work->service->metrics.slices, 1);
@@ -283,14 +306,15 @@ static int compute_hurry(void *company) {
 
 /* --- the first turn: reading the request --- */
 
-/* does If-Range, where there is one, name this very answer? A date names none: answers have no dates */
+/* does If-Range, where there is one, name this very answer? A date names none: answers have no
+ * dates */
 static int compute_range_holds(const struct srv_exchange *exchange, const char *etag) {
     const char *known = exchange->field[SRV_IF_RANGE];
     return !known || !strcmp(known, etag);
 }
 
-/* answers a request that was read and needs no computation: it is in the client's memory, in the cache, or computed
- * already by another; returns 1 when it is */
+/* answers a request that was read and needs no computation: it is in the client's memory, in the
+ * cache, or computed already by another; returns 1 when it is */
 static int compute_spared(struct srv_work *work) {
     struct srv_service *service = work->service;
     struct srv_exchange *exchange = work->waiters;
@@ -322,14 +346,17 @@ static int compute_spared(struct srv_work *work) {
 /* a computation that is sure to outrun its limit is not begun */
 static int compute_too_long(struct srv_work *work) {
     char detail[256], job[96] = "";
-    double limit = work->limits->compute_seconds, most = srv_service_job_limits(work->service)->compute_seconds;
+    double limit = work->limits->compute_seconds,
+           most = srv_service_job_limits(work->service)->compute_seconds;
     int factor = api_call_foresees(work->call) ? COMPUTE_REFUSE_STEPS : COMPUTE_REFUSE_COST;
     if (work->cost <= factor * limit) return 0;
     if (work->service->storage && work->cost <= most)
-        snprintf(job, sizeof job, "; a job, by Prefer: respond-async, may take max-job-seconds, %.15g s", most);
-    snprintf(detail, sizeof detail,
-             "this would compute for about %.0f s, longer than max-compute-seconds allows: %.15g s%s", work->cost,
-             limit, job);
+        snprintf(job, sizeof job,
+                 "; a job, by Prefer: respond-async, may take max-job-seconds, %.15g s", most);
+    snprintf(
+        detail, sizeof detail,
+        "this would compute for about %.0f s, longer than max-compute-seconds allows: %.15g s%s",
+        work->cost, limit, job);
     (void)api_call_stop(work->call, 422, detail, &work->out);
     compute_settle(work);
     return 1;
@@ -341,7 +368,8 @@ static int compute_read_room(struct srv_work *work, size_t body) {
     work->foreseen = COMPUTE_READ * body;
     enum srv_room room = srv_hold_try(&work->hold, work->foreseen);
     if (room == SRV_ROOM) return 1;
-    for (struct srv_exchange *next, *exchange = srv_inflight_take(work); exchange; exchange = next) {
+    for (struct srv_exchange *next, *exchange = srv_inflight_take(work); exchange;
+         exchange = next) {
         next = exchange->next_beside;
         srv_exchange_crowded(exchange, room, "reading the body");
         exchange->finish(exchange);
@@ -351,10 +379,12 @@ static int compute_read_room(struct srv_work *work, size_t body) {
     return 0;
 }
 
-/* what its answer will take while it is computed: all of it, or what is held before it streams and two blocks */
+/* what its answer will take while it is computed: all of it, or what is held before it streams
+ * and two blocks */
 static void compute_foresee(struct srv_work *work) {
     double answer = api_call_answer_bytes(work->call);
-    work->foreseen = (size_t)(answer < COMPUTE_HOLD ? answer : COMPUTE_HOLD) + SRV_INFLIGHT_BLOCK / 2;
+    work->foreseen =
+        (size_t)(answer < COMPUTE_HOLD ? answer : COMPUTE_HOLD) + SRV_INFLIGHT_BLOCK / 2;
     if (answer > COMPUTE_HOLD) work->foreseen += 2 * SRV_INFLIGHT_BLOCK;
 }
 
@@ -383,8 +413,9 @@ static int compute_open(struct srv_work *work) {
     srv_buffer_pool_take(&work->service->pool, &work->out);
     api_call_clock(work->call, srv_clock_seconds, NULL);
     api_call_hurry(work->call, compute_hurry, work);
-    enum api_progress progress = source ? api_call_results(work->call, &request, &source->from, &work->out)
-                                        : api_call_open(work->call, &request, &work->out);
+    enum api_progress progress =
+        source ? api_call_results(work->call, &request, &source->from, &work->out)
+               : api_call_open(work->call, &request, &work->out);
     if (progress == API_DONE) {
         compute_settle(work);
         return 0;
@@ -439,10 +470,11 @@ static void compute_refuse(struct srv_work *work, enum pend_status status) {
         srv_exchange_busy(exchange, 1, "every worker is busy and the queue is full: max-queue");
     } else {
         srv_metrics_count(&metrics->refused_client, 1);
-        srv_exchange_problem(exchange, 429,
-                             "%.0f requests of yours wait for a worker, max-client-queue, or those of your address "
-                             "are three quarters of max-queue",
-                             srv_service_config(service)->client_queue);
+        srv_exchange_problem(
+            exchange, 429,
+            "%.0f requests of yours wait for a worker, max-client-queue, or those of your address "
+            "are three quarters of max-queue",
+            srv_service_config(service)->client_queue);
         srv_exchange_retry(exchange, 1);
     }
     exchange->finish(exchange);

@@ -10,7 +10,7 @@
 
 enum {
     EXCHANGE_MAGIC = 0x65786368,
-    EXCHANGE_KEEP = 4096,     /* largest buffer that stays with its connection for the next request */
+    EXCHANGE_KEEP = 4096, /* largest buffer that stays with its connection for the next request */
     EXCHANGE_ANSWER = 1 << 16 /* bytes of an own answer that needs room */
 };
 
@@ -19,8 +19,9 @@ const char srv_exchange_vary[] = "Accept, Accept-Encoding";
 const char srv_exchange_accepts[] = "application/json";
 
 static const char exchange_problem_type[] = "application/problem+json";
-static const char exchange_no_memory[] = "{\"type\":\"about:blank\",\"title\":\"Service Unavailable\",\"status\":503,"
-                                         "\"detail\":\"out of memory\"}";
+static const char exchange_no_memory[] =
+    "{\"type\":\"about:blank\",\"title\":\"Service Unavailable\",\"status\":503,"
+    "\"detail\":\"out of memory\"}";
 
 void srv_exchange_init(struct srv_exchange *exchange, struct srv_service *service) {
     *exchange = (struct srv_exchange){.magic = EXCHANGE_MAGIC, .service = service};
@@ -31,7 +32,8 @@ void srv_exchange_init(struct srv_exchange *exchange, struct srv_service *servic
 
 struct srv_client *srv_exchange_payer(struct srv_exchange *exchange) {
     if (!exchange->payer && exchange->identity.source[0])
-        exchange->payer = srv_clients_take(exchange->service->clients, exchange->identity.source, NULL);
+        exchange->payer =
+            srv_clients_take(exchange->service->clients, exchange->identity.source, NULL);
     return exchange->payer;
 }
 
@@ -79,7 +81,8 @@ void srv_exchange_reset(struct srv_exchange *exchange) {
     exchange->stop = SRV_GO_ON;
     exchange->streams = exchange->listens = exchange->apart = 0;
     memset(exchange->field, 0, sizeof exchange->field);
-    exchange->method = exchange->path = exchange->query = exchange->id = exchange->argument = exchange->trace = NULL;
+    exchange->method = exchange->path = exchange->query = exchange->id = exchange->argument =
+        exchange->trace = NULL;
     exchange->coding = SRV_IDENTITY;
     exchange->quota = (struct srv_quota){0};
     exchange->identity.shown[0] = exchange->identity.secret[0] = 0;
@@ -90,15 +93,17 @@ void srv_exchange_reset(struct srv_exchange *exchange) {
     exchange->target[0] = 0;
     exchange->media_type = exchange->data = NULL;
     exchange->status = exchange->headers = exchange->close = 0;
-    exchange->received = exchange->queued = exchange->sending = exchange->waited = exchange->computed = 0;
+    exchange->received = exchange->queued = exchange->sending = exchange->waited =
+        exchange->computed = 0;
     exchange->steps = 0;
     exchange->cache = NULL;
     exchange->bytes = exchange->text_bytes = 0;
 }
 
 int srv_exchange_valid(const struct srv_exchange *exchange) {
-    return exchange->magic == EXCHANGE_MAGIC && exchange->service && exchange->headers <= SRV_HEADERS &&
-           exchange->text_bytes <= SRV_TEXT_BYTES && (!exchange->bytes || exchange->data || exchange->streams) &&
+    return exchange->magic == EXCHANGE_MAGIC && exchange->service &&
+           exchange->headers <= SRV_HEADERS && exchange->text_bytes <= SRV_TEXT_BYTES &&
+           (!exchange->bytes || exchange->data || exchange->streams) &&
            memchr(exchange->target, 0, SRV_TARGET_BYTES);
 }
 
@@ -115,8 +120,8 @@ void srv_exchange_header(struct srv_exchange *exchange, const char *name, const 
     exchange->header[exchange->headers++].value = value;
 }
 
-void srv_exchange_static(struct srv_exchange *exchange, int status, const char *media_type, const char *data,
-                         size_t bytes) {
+void srv_exchange_static(struct srv_exchange *exchange, int status, const char *media_type,
+                         const char *data, size_t bytes) {
     exchange->status = status;
     exchange->media_type = media_type;
     exchange->data = data;
@@ -124,13 +129,16 @@ void srv_exchange_static(struct srv_exchange *exchange, int status, const char *
 }
 
 void srv_exchange_answered(struct srv_exchange *exchange, int status, const char *media_type) {
-    srv_exchange_static(exchange, status, media_type, exchange->answer.data, exchange->answer.bytes);
+    srv_exchange_static(exchange, status, media_type, exchange->answer.data,
+                        exchange->answer.bytes);
     if (status >= 400) srv_exchange_header(exchange, "Cache-Control", "no-store");
     if (status == 415) srv_exchange_header(exchange, "Accept-Post", srv_exchange_accepts);
 }
 
-void srv_exchange_response_body(struct srv_exchange *exchange, struct srv_response_body *response_body) {
-    srv_exchange_static(exchange, response_body->status, response_body->media_type, response_body->body.data, response_body->body.bytes);
+void srv_exchange_response_body(struct srv_exchange *exchange,
+                                struct srv_response_body *response_body) {
+    srv_exchange_static(exchange, response_body->status, response_body->media_type,
+                        response_body->body.data, response_body->body.bytes);
     exchange_drop(exchange);
     exchange->response_body = srv_response_body_share(response_body);
     exchange->steps = response_body->steps;
@@ -169,7 +177,8 @@ void srv_exchange_not_modified(struct srv_exchange *exchange, const char *etag) 
         srv_metrics_count(&exchange->service->metrics.not_modified, 1);
     } else {
         srv_exchange_problem(exchange, 412,
-                             "If-None-Match names the answer that this request has; the method QUERY in place of %s is "
+                             "If-None-Match names the answer that this request has; the method "
+                             "QUERY in place of %s is "
                              "answered 304 then, and without the field %s is answered in full",
                              exchange->method, exchange->method);
     }
@@ -195,7 +204,8 @@ void srv_exchange_problem(struct srv_exchange *exchange, int status, const char 
         srv_exchange_answered(exchange, status, exchange_problem_type);
         return;
     }
-    srv_exchange_static(exchange, 503, exchange_problem_type, exchange_no_memory, sizeof exchange_no_memory - 1);
+    srv_exchange_static(exchange, 503, exchange_problem_type, exchange_no_memory,
+                        sizeof exchange_no_memory - 1);
     srv_exchange_header(exchange, "Cache-Control", "no-store");
 }
 
@@ -226,19 +236,23 @@ void srv_exchange_crowded(struct srv_exchange *exchange, enum srv_room room, con
     double share = srv_hold_share(config);
     if (room == SRV_ROOM_NONE) {
         srv_metrics_count(&metrics->refused_held, 1);
-        srv_exchange_busy(exchange, 1, "all that is in memory leaves no room for this request: max-held-bytes");
+        srv_exchange_busy(exchange, 1,
+                          "all that is in memory leaves no room for this request: max-held-bytes");
         return;
     }
     srv_metrics_count(&metrics->refused_share, 1);
     if (room == SRV_ROOM_NEVER) {
-        srv_exchange_problem(exchange, 413,
-                             "%s takes more memory than one client may hold: max-client-held-bytes, %.0f", what, share);
+        srv_exchange_problem(
+            exchange, 413,
+            "%s takes more memory than one client may hold: max-client-held-bytes, %.0f", what,
+            share);
         return;
     }
-    srv_exchange_problem(exchange, 429,
-                         "requests of yours hold too much memory for %s: max-client-held-bytes is %.0f; read or end "
-                         "those that are open",
-                         what, share);
+    srv_exchange_problem(
+        exchange, 429,
+        "requests of yours hold too much memory for %s: max-client-held-bytes is %.0f; read or end "
+        "those that are open",
+        what, share);
     srv_exchange_retry(exchange, 5);
 }
 

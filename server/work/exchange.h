@@ -1,4 +1,5 @@
-/* One request and its answer, with no socket in sight: what http hands to the router and the workers.
+/* One request and its answer, with no socket in sight: what http hands to the router and the
+ * workers.
  * Leaves to others: bytes on the wire (http), what an answer says (router, compute).
  * Invariant: one thread at a time owns an exchange, but for the fields that are compute's. */
 #ifndef SRV_EXCHANGE_H
@@ -17,29 +18,30 @@
 #include "server/protocol/response_body.h"
 #include "server/work/service.h"
 
-/* name, how several of them are taken: ONE = refused, LIST = joined by commas, LAST = the last counts */
-#define SRV_FIELD_LIST(X)                                                                                              \
-    X(SRV_CONTENT_LENGTH, "Content-Length", ONE)                                                                       \
-    X(SRV_TRANSFER_ENCODING, "Transfer-Encoding", ONE)                                                                 \
-    X(SRV_CONTENT_TYPE, "Content-Type", ONE)                                                                           \
-    X(SRV_CONTENT_ENCODING, "Content-Encoding", LIST)                                                                  \
-    X(SRV_EXPECT, "Expect", LIST)                                                                                      \
-    X(SRV_ACCEPT, "Accept", LIST)                                                                                      \
-    X(SRV_ACCEPT_ENCODING, "Accept-Encoding", LIST)                                                                    \
-    X(SRV_IF_NONE_MATCH, "If-None-Match", LIST)                                                                        \
-    X(SRV_RANGE, "Range", ONE)                                                                                         \
-    X(SRV_IF_RANGE, "If-Range", ONE)                                                                                   \
-    X(SRV_LAST_EVENT_ID, "Last-Event-ID", LAST)                                                                        \
-    X(SRV_HOST, "Host", ONE)                                                                                           \
-    X(SRV_FETCH_SITE, "Sec-Fetch-Site", LAST)                                                                          \
-    X(SRV_ORIGIN, "Origin", LAST)                                                                                      \
-    X(SRV_PREFLIGHT, "Access-Control-Request-Method", LAST)                                                            \
-    X(SRV_PREFER, "Prefer", LIST)                                                                                      \
-    X(SRV_IDEMPOTENCY_KEY, "Idempotency-Key", ONE)                                                                     \
-    X(SRV_AUTHORIZATION, "Authorization", ONE)                                                                         \
-    X(SRV_REQUEST_ID, "X-Request-Id", LAST)                                                                            \
-    X(SRV_TRACE, "Traceparent", LAST)                                                                                  \
-    X(SRV_FORWARDED, "", LIST) /* the name is the option client-header */                                              \
+/* name, how several of them are taken: ONE = refused, LIST = joined by commas, LAST = the last
+ * counts */
+#define SRV_FIELD_LIST(X)                                                                          \
+    X(SRV_CONTENT_LENGTH, "Content-Length", ONE)                                                   \
+    X(SRV_TRANSFER_ENCODING, "Transfer-Encoding", ONE)                                             \
+    X(SRV_CONTENT_TYPE, "Content-Type", ONE)                                                       \
+    X(SRV_CONTENT_ENCODING, "Content-Encoding", LIST)                                              \
+    X(SRV_EXPECT, "Expect", LIST)                                                                  \
+    X(SRV_ACCEPT, "Accept", LIST)                                                                  \
+    X(SRV_ACCEPT_ENCODING, "Accept-Encoding", LIST)                                                \
+    X(SRV_IF_NONE_MATCH, "If-None-Match", LIST)                                                    \
+    X(SRV_RANGE, "Range", ONE)                                                                     \
+    X(SRV_IF_RANGE, "If-Range", ONE)                                                               \
+    X(SRV_LAST_EVENT_ID, "Last-Event-ID", LAST)                                                    \
+    X(SRV_HOST, "Host", ONE)                                                                       \
+    X(SRV_FETCH_SITE, "Sec-Fetch-Site", LAST)                                                      \
+    X(SRV_ORIGIN, "Origin", LAST)                                                                  \
+    X(SRV_PREFLIGHT, "Access-Control-Request-Method", LAST)                                        \
+    X(SRV_PREFER, "Prefer", LIST)                                                                  \
+    X(SRV_IDEMPOTENCY_KEY, "Idempotency-Key", ONE)                                                 \
+    X(SRV_AUTHORIZATION, "Authorization", ONE)                                                     \
+    X(SRV_REQUEST_ID, "X-Request-Id", LAST)                                                        \
+    X(SRV_TRACE, "Traceparent", LAST)                                                              \
+    X(SRV_FORWARDED, "", LIST) /* the name is the option client-header */                          \
     X(SRV_USER_AGENT, "User-Agent", LAST)
 
 /* The header fields that the server looks at. */
@@ -70,8 +72,8 @@ struct srv_source {
     size_t body_bytes;
     int ranged; /* the client wants `range` of it, if the answer is the one that it knows already */
     struct api_range range;
-    /* has the work rest until the source is ready, and come back to the queue then: returns 1, and the work is not the
-     * caller's any more; 0 where it is ready, or the work is to stop */
+    /* has the work rest until the source is ready, and come back to the queue then: returns 1,
+     * and the work is not the caller's any more; 0 where it is ready, or the work is to stop */
     int (*park)(struct srv_source *source, struct srv_work *work);
     void (*free)(struct srv_source *source);
 };
@@ -83,18 +85,19 @@ struct srv_exchange {
     /* the request */
     const char *method; /* valid until the exchange is answered, as are the fields */
     const char *field[SRV_FIELD_COUNT];
-    char peer[SRV_PEER_BYTES];     /* the other end of the connection; outlives the request */
-    struct srv_identity identity;  /* who asks; its `shown` is "" before that is known */
-    int unnamed;                   /* who it is could not be read from what a trusted proxy says */
-    struct srv_client *account;    /* of that client; NULL where the route needs none */
-    struct srv_client *payer;      /* of that client's address: whose share of memory it takes; NULL before it does */
+    char peer[SRV_PEER_BYTES];    /* the other end of the connection; outlives the request */
+    struct srv_identity identity; /* who asks; its `shown` is "" before that is known */
+    int unnamed;                  /* who it is could not be read from what a trusted proxy says */
+    struct srv_client *account;   /* of that client; NULL where the route needs none */
+    struct srv_client
+        *payer; /* of that client's address: whose share of memory it takes; NULL before it does */
     char target[SRV_TARGET_BYTES]; /* as it came */
-    const char *path, *query;      /* of the target; the path decoded, query NULL where there is none */
-    const char *host;              /* that it was sent to: of an absolute target, else of Host; NULL = none */
-    int closed;                    /* only listed web pages may read the answer (cors) */
-    const char *id, *trace;        /* X-Request-Id; traceparent, or NULL */
-    enum srv_coding coding;        /* that the client wants */
-    int64_t length;                /* of the body: Content-Length, 0 without one, -1 when chunked */
+    const char *path, *query; /* of the target; the path decoded, query NULL where there is none */
+    const char *host; /* that it was sent to: of an absolute target, else of Host; NULL = none */
+    int closed;       /* only listed web pages may read the answer (cors) */
+    const char *id, *trace; /* X-Request-Id; traceparent, or NULL */
+    enum srv_coding coding; /* that the client wants */
+    int64_t length;         /* of the body: Content-Length, 0 without one, -1 when chunked */
     struct api_buffer body;
     const struct srv_route *route;
     enum api_op_id op;    /* that the route names */
@@ -103,23 +106,25 @@ struct srv_exchange {
     /* being computed; compute's, under its lock */
     struct srv_work *work;            /* that computes the answer, NULL before and after */
     struct srv_exchange *next_beside; /* that waits for the same */
-    struct srv_work *stream;       /* that the answer's body is read from, piece by piece; NULL for one that is whole */
-    int streams;                   /* the answer is a stream, even where that is gone */
+    struct srv_work *stream; /* that the answer's body is read from, piece by piece; NULL for one
+                                that is whole */
+    int streams;             /* the answer is a stream, even where that is gone */
     struct srv_listener *listener; /* of a stream of events; events', under its lock */
     int listens;                   /* the answer is one, even where the listener is gone */
     struct srv_source *source;     /* the answer is taken from there; NULL = it is computed */
-    int apart;                     /* its bytes do not say what is answered: it is not looked up, nor kept, by them */
-    int stop;                      /* enum srv_stop: why it is not waited for any more */
+    int apart; /* its bytes do not say what is answered: it is not looked up, nor kept, by them */
+    int stop;  /* enum srv_stop: why it is not waited for any more */
 
     /* the answer */
     int status; /* 0 until it is known */
     const char *media_type;
-    const char *data; /* the body; lies in `answer` or `response body`, or lasts longer than the exchange */
+    const char *
+        data; /* the body; lies in `answer` or `response body`, or lasts longer than the exchange */
     size_t bytes;
-    int trails;                  /* a stream has trailers: api_remarks_names */
-    int64_t stream_bytes;        /* of a stream's body, -1 = not known before its end */
+    int trails;                              /* a stream has trailers: api_remarks_names */
+    int64_t stream_bytes;                    /* of a stream's body, -1 = not known before its end */
     struct srv_response_body *response_body; /* that it is, or NULL */
-    struct srv_quota quota;      /* what the client may still ask; to be told where quota.refresh > 0 */
+    struct srv_quota quota; /* what the client may still ask; to be told where quota.refresh > 0 */
     struct api_buffer answer;
     struct {
         const char *name, *value;
@@ -131,12 +136,13 @@ struct srv_exchange {
     int64_t received, queued, sending; /* ns when, 0 = has not happened */
     int64_t waited, computed;          /* ns how long, 0 = not at all */
     long steps;
-    const char
-        *cache; /* "exact", "digest", "joined": why it was not computed; NULL = it was, or is nothing to compute */
+    const char *cache; /* "exact", "digest", "joined": why it was not computed; NULL = it was, or is
+                          nothing to compute */
     struct srv_hold hold; /* of its body and its own answer */
     size_t share;         /* bytes of `response body` that the payer is charged with */
 
-    /** Gives the answered exchange back to where it came from; afterwards it is no more the caller's. Any thread. */
+    /** Gives the answered exchange back to where it came from; afterwards it is no more the
+     * caller's. Any thread. */
     void (*finish)(struct srv_exchange *exchange);
 
     size_t text_bytes;
@@ -168,19 +174,22 @@ char *srv_exchange_text(struct srv_exchange *exchange, size_t bytes);
 void srv_exchange_header(struct srv_exchange *exchange, const char *name, const char *value);
 
 /** Answers with bytes that last longer than the exchange. */
-void srv_exchange_static(struct srv_exchange *exchange, int status, const char *media_type, const char *data,
-                         size_t bytes);
+void srv_exchange_static(struct srv_exchange *exchange, int status, const char *media_type,
+                         const char *data, size_t bytes);
 
 /** Answers with a response body, of which the exchange takes a share. */
-void srv_exchange_response_body(struct srv_exchange *exchange, struct srv_response_body *response_body);
+void srv_exchange_response_body(struct srv_exchange *exchange,
+                                struct srv_response_body *response_body);
 
-/** True for a method that changes nothing (RFC 9110, 9.2.1), with or without a body: GET, HEAD, QUERY. */
+/** True for a method that changes nothing (RFC 9110, 9.2.1), with or without a body: GET, HEAD,
+ * QUERY. */
 int srv_exchange_safe(const struct srv_exchange *exchange);
 
 /** True when the request's If-None-Match names an entity tag. */
 int srv_exchange_matches(const struct srv_exchange *exchange, const char *etag);
 
-/** Answers 304: the client has it already; or 412 where the method is not a safe one (RFC 9110, 13.1.2). */
+/** Answers 304: the client has it already; or 412 where the method is not a safe one (RFC 9110,
+ * 13.1.2). */
 void srv_exchange_not_modified(struct srv_exchange *exchange, const char *etag);
 
 /** Answers with what is in exchange->answer. */
@@ -200,8 +209,8 @@ void srv_exchange_busy(struct srv_exchange *exchange, int seconds, const char *d
 /** Adds Retry-After. */
 void srv_exchange_retry(struct srv_exchange *exchange, double seconds);
 
-/** Counts bytes of a body as held by this exchange, all of it so far. Returns whether there is room; counted either
- * way.
+/** Counts bytes of a body as held by this exchange, all of it so far. Returns whether there is
+ * room; counted either way.
  */
 enum srv_room srv_exchange_hold(struct srv_exchange *exchange, size_t bytes);
 
@@ -209,8 +218,8 @@ enum srv_room srv_exchange_hold(struct srv_exchange *exchange, size_t bytes);
 void srv_exchange_crowded(struct srv_exchange *exchange, enum srv_room room, const char *what);
 
 /**
- * The exchange is answered and its body needed no more: frees that, and counts the answer. One that finds no room
- * becomes a problem.
+ * The exchange is answered and its body needed no more: frees that, and counts the answer. One that
+ * finds no room becomes a problem.
  */
 void srv_exchange_settle(struct srv_exchange *exchange);
 

@@ -6,9 +6,10 @@
 
 #include "server/base/clock.h"
 
-/* ns: between two looks of a worker; longest nap. The nap is longer than a tick of the kernel's clock (4 ms): a shorter
- * time than that is what the processor's own timer has to be set to and back for each nap, which in a virtual machine
- * takes ten times as long as going to sleep and waking. It is no more than a net: workers look. */
+/* ns: between two looks of a worker; longest nap. The nap is longer than a tick of the kernel's
+ * clock (4 ms): a shorter time than that is what the processor's own timer has to be set to and
+ * back for each nap, which in a virtual machine takes ten times as long as going to sleep and
+ * waking. It is no more than a net: workers look. */
 static const int64_t fairness_look = 400000, fairness_nap = 5000000;
 
 void srv_fairness_init(struct srv_fairness *fairness, const struct srv_queue *queue, int workers) {
@@ -24,7 +25,8 @@ void srv_fairness_clear(struct srv_fairness *fairness) { sem_destroy(&fairness->
 
 /* every worker has a short task, or is about to */
 static int fairness_all_busy(struct srv_fairness *fairness) {
-    return atomic_load(&fairness->computing) + srv_queue_waiting(fairness->queue, 0) >= fairness->workers;
+    return atomic_load(&fairness->computing) + srv_queue_waiting(fairness->queue, 0) >=
+           fairness->workers;
 }
 
 void srv_fairness_nap(struct srv_fairness *fairness, int fd) {
@@ -33,17 +35,21 @@ void srv_fairness_nap(struct srv_fairness *fairness, int fd) {
     int64_t end = srv_clock_now() + fairness_nap;
     struct timespec until = {end / 1000000000, end % 1000000000};
     atomic_store(&fairness->napping, 1);
-    int over = !fairness_all_busy(fairness) || sem_clockwait(&fairness->wake, CLOCK_MONOTONIC, &until);
+    int over =
+        !fairness_all_busy(fairness) || sem_clockwait(&fairness->wake, CLOCK_MONOTONIC, &until);
     /* who took the flag away has raised the semaphore, or is about to */
     if (over && !atomic_exchange(&fairness->napping, 0))
         while (sem_wait(&fairness->wake)) continue;
 }
 
 static void fairness_wake(struct srv_fairness *fairness) {
-    if (atomic_load(&fairness->napping) && atomic_exchange(&fairness->napping, 0)) sem_post(&fairness->wake);
+    if (atomic_load(&fairness->napping) && atomic_exchange(&fairness->napping, 0))
+        sem_post(&fairness->wake);
 }
 
-void srv_fairness_begin(struct srv_fairness *fairness, int level) { atomic_fetch_add(&fairness->computing, !level); }
+void srv_fairness_begin(struct srv_fairness *fairness, int level) {
+    atomic_fetch_add(&fairness->computing, !level);
+}
 
 void srv_fairness_end(struct srv_fairness *fairness, int level) {
     atomic_fetch_sub(&fairness->computing, !level);

@@ -3,12 +3,15 @@
 #include <math.h>
 
 enum {
-    HOLD_PART = 4,           /* a client may hold this part of all */
-    HOLD_BESIDE = 32 << 20,  /* and not less than an answer of the greatest size with so many bytes beside it */
+    HOLD_PART = 4, /* a client may hold this part of all */
+    HOLD_BESIDE =
+        32
+        << 20, /* and not less than an answer of the greatest size with so many bytes beside it */
     HOLD_BODY = 1 << 16,     /* bytes of a body for which the client's bodies are not looked at */
     HOLD_UNKNOWN = 48 << 20, /* bytes that may be allocated without being counted */
     HOLD_SMALL = 1 << 16,    /* bytes that there is room for even when too much is allocated */
-    HOLD_LARGE = 1 << 20,    /* what is larger leaves this part of all to what is not, so that others are served */
+    HOLD_LARGE = 1 << 20, /* what is larger leaves this part of all to what is not, so that others
+                             are served */
     HOLD_LEFT = 8
 };
 
@@ -28,7 +31,9 @@ double srv_hold_share(const struct srv_config *config) {
     return fmin(fmax(most / HOLD_PART, config->limits.answer_bytes + HOLD_BESIDE), most / 2);
 }
 
-double srv_hold_most(const struct srv_config *config) { return config->held_bytes - config->held_bytes / HOLD_LEFT; }
+double srv_hold_most(const struct srv_config *config) {
+    return config->held_bytes - config->held_bytes / HOLD_LEFT;
+}
 
 int srv_hold_never(const struct srv_config *config, double bytes) {
     return bytes > (bytes > HOLD_LARGE ? srv_hold_most(config) : config->held_bytes);
@@ -42,10 +47,12 @@ static double hold_all(const struct srv_service *service) {
 
 int srv_hold_room(const struct srv_service *service) {
     struct srv_cache_size cache = srv_cache_size(service->cache);
-    return (double)srv_memory_all(&service->memory) - (double)cache.bodies <= srv_service_config(service)->held_bytes;
+    return (double)srv_memory_all(&service->memory) - (double)cache.bodies <=
+           srv_service_config(service)->held_bytes;
 }
 
-/* more was allocated than was counted, and than the process is to have: only what is small is let in */
+/* more was allocated than was counted, and than the process is to have: only what is small is
+ * let in */
 static int hold_tight(struct srv_service *service, size_t change) {
     if (change <= HOLD_SMALL) return 0;
     srv_memory_look(&service->memory);
@@ -63,11 +70,13 @@ static enum srv_room hold_refused(const struct srv_hold *hold, size_t change) {
     if (srv_hold_never(config, (double)hold->bytes)) return SRV_ROOM_NEVER;
     if (payer && (double)atomic_load(&payer->held) > share) return SRV_ROOM_CLIENT;
     int body = hold->kind == SRV_MEMORY_BODIES && hold->bytes > HOLD_BODY;
-    if (payer && body && (double)atomic_load(&payer->bodies) > share / 2 && (double)hold->bytes <= share / 2)
+    if (payer && body && (double)atomic_load(&payer->bodies) > share / 2 &&
+        (double)hold->bytes <= share / 2)
         return SRV_ROOM_CLIENT;
     double excess = hold_all(service) - most;
     if (excess > 0) srv_cache_shrink(service->cache, (size_t)excess);
-    return (excess > 0 && hold_all(service) > most) || hold_tight(service, change) ? SRV_ROOM_NONE : SRV_ROOM;
+    return (excess > 0 && hold_all(service) > most) || hold_tight(service, change) ? SRV_ROOM_NONE
+                                                                                   : SRV_ROOM;
 }
 
 enum srv_room srv_hold_try(struct srv_hold *hold, size_t bytes) {

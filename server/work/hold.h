@@ -1,5 +1,7 @@
-/* Memory that something holds: counted for all and for the client that pays for it, when it is promised, and bounded.
- * Leaves to others: what is held (exchange, inflight, part_run), what a refusal says to the client (exchange).
+/* Memory that something holds: counted for all and for the client that pays for it, when it is
+ * promised, and bounded.
+ * Leaves to others: what is held (exchange, inflight, part_run), what a refusal says to the
+ * client (exchange).
  * Invariant: a hold counts its bytes once; set to 0 it counts nothing. */
 #ifndef SRV_HOLD_H
 #define SRV_HOLD_H
@@ -25,8 +27,8 @@ struct srv_hold {
 void srv_hold_set(struct srv_hold *hold, size_t bytes);
 
 /**
- * Counts bytes, all that is to be held from now on, where there is room for what they are more than before. What only
- * the cache has makes room.
+ * Counts bytes, all that is to be held from now on, where there is room for what they are more than
+ * before. What only the cache has makes room.
  *
  * Returns SRV_ROOM, or why there is none; then nothing has changed.
  */
@@ -35,7 +37,8 @@ enum srv_room srv_hold_try(struct srv_hold *hold, size_t bytes);
 /** Bytes that one client may hold. */
 double srv_hold_share(const struct srv_config *config);
 
-/** True where a part of a job that holds so many bytes has no room even where nobody else holds anything. */
+/** True where a part of a job that holds so many bytes has no room even where nobody else holds
+ * anything. */
 int srv_hold_never(const struct srv_config *config, double bytes);
 
 /** Bytes that such a part may hold at most. */

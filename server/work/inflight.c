@@ -29,9 +29,13 @@ void srv_inflight_free(struct srv_inflight **inflight) {
     free(gone);
 }
 
-static void inflight_lock(struct srv_work *work) { pthread_mutex_lock(&work->service->inflight->lock); }
+static void inflight_lock(struct srv_work *work) {
+    pthread_mutex_lock(&work->service->inflight->lock);
+}
 
-static void inflight_unlock(struct srv_work *work) { pthread_mutex_unlock(&work->service->inflight->lock); }
+static void inflight_unlock(struct srv_work *work) {
+    pthread_mutex_unlock(&work->service->inflight->lock);
+}
 
 struct srv_work *srv_inflight_begin(struct srv_exchange *exchange) {
     struct srv_service *service = exchange->service;
@@ -39,15 +43,16 @@ struct srv_work *srv_inflight_begin(struct srv_exchange *exchange) {
     if (!made) return NULL;
     size_t limit = (size_t)srv_service_config(service)->limits.answer_bytes;
     made->service = service;
-    made->limits = exchange->source ? srv_service_job_limits(service) : &srv_service_config(service)->limits;
+    made->limits =
+        exchange->source ? srv_service_job_limits(service) : &srv_service_config(service)->limits;
     made->source = exchange->source;
     exchange->source = NULL;
     made->account = exchange->account;
     made->task.lane = &made->account->lane;
     made->coding = exchange->coding;
     srv_clients_share(service->clients, made->account);
-    made->hold =
-        (struct srv_hold){.service = service, .payer = srv_exchange_payer(exchange), .kind = SRV_MEMORY_COMPUTATIONS};
+    made->hold = (struct srv_hold){
+        .service = service, .payer = srv_exchange_payer(exchange), .kind = SRV_MEMORY_COMPUTATIONS};
     if (made->hold.payer) srv_clients_share(service->clients, made->hold.payer);
     api_buffer_init(&made->out, limit);
     api_buffer_init(&made->coded, limit);
@@ -84,9 +89,11 @@ static struct srv_work **inflight_row(struct srv_inflight *inflight, const char 
     return &inflight->row[row % INFLIGHT_ROWS];
 }
 
-static struct srv_work *inflight_find(struct srv_inflight *inflight, const char *key, size_t bytes) {
+static struct srv_work *inflight_find(struct srv_inflight *inflight, const char *key,
+                                      size_t bytes) {
     struct srv_work *work = *inflight_row(inflight, key);
-    while (work && !(work->key_bytes == bytes && !memcmp(work->key, key, bytes))) work = work->next_in_row;
+    while (work && !(work->key_bytes == bytes && !memcmp(work->key, key, bytes)))
+        work = work->next_in_row;
     return work;
 }
 
@@ -135,7 +142,8 @@ struct srv_exchange *srv_inflight_take(struct srv_work *work) {
     inflight_unlist(work);
     struct srv_exchange *taken = work->waiters;
     work->waiters = NULL;
-    for (struct srv_exchange *exchange = taken; exchange; exchange = exchange->next_beside) exchange->work = NULL;
+    for (struct srv_exchange *exchange = taken; exchange; exchange = exchange->next_beside)
+        exchange->work = NULL;
     inflight_unlock(work);
     return taken;
 }
@@ -143,7 +151,8 @@ struct srv_exchange *srv_inflight_take(struct srv_work *work) {
 int srv_inflight_waiters(struct srv_work *work) {
     int count = 0;
     inflight_lock(work);
-    for (struct srv_exchange *exchange = work->waiters; exchange; exchange = exchange->next_beside) count++;
+    for (struct srv_exchange *exchange = work->waiters; exchange; exchange = exchange->next_beside)
+        count++;
     inflight_unlock(work);
     return count;
 }
@@ -163,9 +172,10 @@ static void inflight_detach(struct srv_work *work, struct srv_exchange *exchange
 }
 
 /* called with the lock; the work to be ended, or NULL */
-static struct srv_work *inflight_leave_work(struct srv_work *work, struct srv_exchange *exchange, enum srv_stop why,
-                                           int *detached) {
-    int alone = work->waiters == exchange && !exchange->next_beside, withdrawn = alone && inflight_withdraw(work);
+static struct srv_work *inflight_leave_work(struct srv_work *work, struct srv_exchange *exchange,
+                                            enum srv_stop why, int *detached) {
+    int alone = work->waiters == exchange && !exchange->next_beside,
+        withdrawn = alone && inflight_withdraw(work);
     /* a worker that reads the request needs the exchange */
     *detached = work->opened || withdrawn;
     if (*detached) inflight_detach(work, exchange);
@@ -176,8 +186,8 @@ static struct srv_work *inflight_leave_work(struct srv_work *work, struct srv_ex
 }
 
 /* the reader goes; called with the lock; the work to be ended, or NULL */
-static struct srv_work *inflight_leave_stream(struct srv_work *work, struct srv_exchange *exchange, enum srv_stop why,
-                                             int *detached) {
+static struct srv_work *inflight_leave_stream(struct srv_work *work, struct srv_exchange *exchange,
+                                              enum srv_stop why, int *detached) {
     *detached = work->reader_waits;
     exchange->stream = NULL;
     work->reader = NULL;
@@ -186,7 +196,8 @@ static struct srv_work *inflight_leave_stream(struct srv_work *work, struct srv_
     return work->over || inflight_withdraw(work) ? work : NULL;
 }
 
-struct srv_work *srv_inflight_leave(struct srv_exchange *exchange, enum srv_stop why, int *detached) {
+struct srv_work *srv_inflight_leave(struct srv_exchange *exchange, enum srv_stop why,
+                                    int *detached) {
     struct srv_work *gone = NULL;
     struct srv_inflight *inflight = exchange->service->inflight;
     *detached = 0;
@@ -211,7 +222,8 @@ struct srv_exchange *srv_inflight_stream(struct srv_work *work, struct srv_excha
     *last = NULL;
     *others = work->waiters;
     work->waiters = NULL;
-    for (struct srv_exchange *exchange = *others; exchange; exchange = exchange->next_beside) exchange->work = NULL;
+    for (struct srv_exchange *exchange = *others; exchange; exchange = exchange->next_beside)
+        exchange->work = NULL;
     work->reader = reader;
     if (reader) {
         reader->work = NULL;
@@ -223,9 +235,13 @@ struct srv_exchange *srv_inflight_stream(struct srv_work *work, struct srv_excha
 }
 
 /* what was appended last, to be sent next */
-static struct api_buffer *inflight_chunk(struct srv_work *work) { return work->coder ? &work->coded : &work->out; }
+static struct api_buffer *inflight_chunk(struct srv_work *work) {
+    return work->coder ? &work->coded : &work->out;
+}
 
-static int inflight_drained(const struct srv_work *work) { return work->taken == work->ready.bytes; }
+static int inflight_drained(const struct srv_work *work) {
+    return work->taken == work->ready.bytes;
+}
 
 int srv_inflight_hungry(struct srv_work *work) {
     inflight_lock(work);
@@ -282,7 +298,8 @@ void srv_inflight_unpark(struct srv_work *work) {
     inflight_unlock(work);
 }
 
-long srv_inflight_read(struct srv_exchange *exchange, char *to, size_t cap, void (*pause)(struct srv_exchange *)) {
+long srv_inflight_read(struct srv_exchange *exchange, char *to, size_t cap,
+                       void (*pause)(struct srv_exchange *)) {
     struct srv_inflight *inflight = exchange->service->inflight;
     int again = 0;
     pthread_mutex_lock(&inflight->lock);
@@ -291,7 +308,8 @@ long srv_inflight_read(struct srv_exchange *exchange, char *to, size_t cap, void
         pthread_mutex_unlock(&inflight->lock);
         return SRV_INFLIGHT_BROKEN;
     }
-    if (inflight_drained(work) && (work->parked || work->fetching || work->over) && inflight_chunk(work)->bytes)
+    if (inflight_drained(work) && (work->parked || work->fetching || work->over) &&
+        inflight_chunk(work)->bytes)
         inflight_swap(work);
     if (work->parked && !inflight_chunk(work)->bytes) {
         again = 1;
@@ -316,7 +334,8 @@ void srv_inflight_told(struct srv_exchange *exchange, struct api_remarks *told) 
     told->count = 0;
     pthread_mutex_lock(&inflight->lock);
     struct srv_work *work = exchange->stream;
-    struct api_answer answer = work && work->ended > 0 ? api_call_answer(work->call) : (struct api_answer){0};
+    struct api_answer answer =
+        work && work->ended > 0 ? api_call_answer(work->call) : (struct api_answer){0};
     if (answer.told) *told = *answer.told;
     pthread_mutex_unlock(&inflight->lock);
 }

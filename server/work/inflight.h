@@ -1,7 +1,7 @@
-/* Computations under way: who waits for each, who may join one, and the blocks between one and the reader of its
- * stream. Leaves to others: computing (compute), suspending and resuming a connection (http). Invariant: all that
- * several threads touch of a work is under the one lock of the computations in flight; a work is freed once no worker, queue or reader
- * has it. */
+/* Computations under way: who waits for each, who may join one, and the blocks between one and
+ * the reader of its stream. Leaves to others: computing (compute), suspending and resuming a
+ * connection (http). Invariant: all that several threads touch of a work is under the one lock
+ * of the computations in flight; a work is freed once no worker, queue or reader has it. */
 #ifndef SRV_INFLIGHT_H
 #define SRV_INFLIGHT_H
 
@@ -29,7 +29,7 @@ struct srv_work {
     double cost;                  /* s, estimated */
     int64_t queued, begun, spent; /* ns: when, when, how long on workers */
     char etag[SRV_ETAG_BYTES];    /* as the header field; "" before it is known */
-    char key[SRV_INFLIGHT_KEY];     /* of the cache and of the computations in flight */
+    char key[SRV_INFLIGHT_KEY];   /* of the cache and of the computations in flight */
     size_t key_bytes;
     struct srv_hold hold; /* what it holds, and was promised */
     size_t foreseen;      /* bytes that out, coded and ready will come to */
@@ -38,7 +38,7 @@ struct srv_work {
 
     /* under the lock */
     struct srv_exchange *waiters;
-    int opened;         /* the request was read: its exchange is not needed for more than its answer */
+    int opened; /* the request was read: its exchange is not needed for more than its answer */
     enum srv_stop stop; /* why not to go on */
     int listed;
     struct srv_work *next_in_row;
@@ -72,7 +72,8 @@ void srv_inflight_end(struct srv_work *work);
 /**
  * Says that the request was read. Its key is set.
  *
- * Where the same is computed already the work's exchange waits for that from now on, and the work has nothing to do:
+ * Where the same is computed already the work's exchange waits for that from now on, and the work
+ * has nothing to do:
  * returns 1. Else others may join this one. Returns 0.
  */
 int srv_inflight_opened(struct srv_work *work);
@@ -86,17 +87,19 @@ struct srv_exchange *srv_inflight_take(struct srv_work *work);
 /**
  * An exchange waits for its work no more, nor reads its stream.
  *
- * Returns the work where it was the last, and the work waits for a worker or a reader: then the caller ends it. A work
- * that is with a worker is stopped by that.
- * *detached: 1 when the caller is to call the exchange's finish, and to answer it unless it is a stream's reader; 0
- * when the worker will, or did, or nobody waits for that.
+ * Returns the work where it was the last, and the work waits for a worker or a reader: then the
+ * caller ends it. A work that is with a worker is stopped by that. *detached: 1 when the caller is
+ * to call the exchange's finish, and to answer it unless it is a stream's reader; 0 when the worker
+ * will, or did, or nobody waits for that.
  */
-struct srv_work *srv_inflight_leave(struct srv_exchange *exchange, enum srv_stop why, int *detached);
+struct srv_work *srv_inflight_leave(struct srv_exchange *exchange, enum srv_stop why,
+                                    int *detached);
 
 /* --- streams --- */
 
 /**
- * Makes the one who waits longest the reader; it is suspended until its finish is called, even if it leaves.
+ * Makes the one who waits longest the reader; it is suspended until its finish is called, even if
+ * it leaves.
  *
  * others  out: the others, as srv_inflight_take gives them.
  *
@@ -115,31 +118,36 @@ int srv_inflight_hungry(struct srv_work *work);
  *
  * ended  0 = more will come, 1 = that was all, -1 = the rest is missing.
  *
- * Returns 1 when the worker is to go on. Else the work is not the worker's any more: it waits for its reader, or is
- * over or gone; *over says which.
+ * Returns 1 when the worker is to go on. Else the work is not the worker's any more: it waits for
+ * its reader, or is over or gone; *over says which.
  */
 int srv_inflight_pass(struct srv_work *work, int ended, int *over);
 
 /**
- * Has a work rest that waits for its source. The work is not the worker's any more: it may be withdrawn and ended.
+ * Has a work rest that waits for its source. The work is not the worker's any more: it may be
+ * withdrawn and ended.
  *
  * Returns 0, and the worker goes on, where the work is to stop.
  */
 int srv_inflight_park(struct srv_work *work);
 
-/** Queues a work that rests since srv_inflight_park, if it still does. Any thread; the work must not have ended. */
+/** Queues a work that rests since srv_inflight_park, if it still does. Any thread; the work must
+ * not have ended. */
 void srv_inflight_unpark(struct srv_work *work);
 
 /**
  * Takes bytes of a stream, on the thread of the reader's connection.
  *
- * pause  called, with the lock, where there are none: suspends the connection. The exchange's finish resumes it.
+ * pause  called, with the lock, where there are none: suspends the connection. The exchange's
+ *        finish resumes it.
  *
  * Returns how many, SRV_INFLIGHT_WAIT after pause, SRV_INFLIGHT_END or SRV_INFLIGHT_BROKEN. O(cap).
  */
-long srv_inflight_read(struct srv_exchange *exchange, char *to, size_t cap, void (*pause)(struct srv_exchange *));
+long srv_inflight_read(struct srv_exchange *exchange, char *to, size_t cap,
+                       void (*pause)(struct srv_exchange *));
 
-/** What is told of a stream's computation, copied, once srv_inflight_read came to SRV_INFLIGHT_END; nothing before. */
+/** What is told of a stream's computation, copied, once srv_inflight_read came to
+ * SRV_INFLIGHT_END; nothing before. */
 void srv_inflight_told(struct srv_exchange *exchange, struct api_remarks *told);
 
 #endif

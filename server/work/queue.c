@@ -7,9 +7,9 @@
 #include <stddef.h>
 #include <stdlib.h>
 
-/* Workers wait for the semaphore, which has at least as many as there are tasks. A condition variable would do, but
- * that of the C library before 2.41 can lose a signal when several threads wait (its bug 25847): a task would lie here
- * until the next one comes. */
+/* Workers wait for the semaphore, which has at least as many as there are tasks. A condition
+ * variable would do, but that of the C library before 2.41 can lose a signal when several
+ * threads wait (its bug 25847): a task would lie here until the next one comes. */
 struct srv_queue {
     pthread_mutex_t lock;
     sem_t some;
@@ -47,7 +47,9 @@ static struct srv_road *queue_road(struct srv_link *link, int level) {
                                (size_t)level * sizeof(((struct srv_road *)0)->at[0]));
 }
 
-static struct srv_road *queue_road_of(struct srv_lane *lane) { return lane->road ? lane->road : &lane->own; }
+static struct srv_road *queue_road_of(struct srv_lane *lane) {
+    return lane->road ? lane->road : &lane->own;
+}
 
 /* --- the queue --- */
 
@@ -90,7 +92,8 @@ static void queue_count(struct srv_queue *queue, const struct srv_task *task, in
 static void queue_lane_add(struct srv_queue *queue, struct srv_lane *lane, int level) {
     struct srv_road *road = queue_road_of(lane);
     if (!road->at[level].lanes.next) link_ring(&road->at[level].lanes);
-    if (link_empty(&road->at[level].lanes)) link_append(&queue->roads[level], &road->at[level].link);
+    if (link_empty(&road->at[level].lanes))
+        link_append(&queue->roads[level], &road->at[level].link);
     link_append(&road->at[level].lanes, &lane->at[level].link);
     road->at[level].busy++;
 }
@@ -136,7 +139,8 @@ enum pend_status srv_queue_push(struct srv_queue *queue, struct srv_task *task) 
     pthread_mutex_lock(&queue->lock);
     if (srv_queue_count(queue) >= queue->cap || queue->closed)
         status = PEND_LIMIT;
-    else if (task->lane->count >= queue->lane_cap || queue_road_of(task->lane)->count >= queue_road_cap(queue))
+    else if (task->lane->count >= queue->lane_cap ||
+             queue_road_of(task->lane)->count >= queue_road_cap(queue))
         status = PEND_INVALID;
     else
         queue_add(queue, task);
@@ -155,7 +159,9 @@ void srv_queue_again(struct srv_queue *queue, struct srv_task *task) {
 /* the level whose turn it is; called with the lock, when there is a task */
 static int queue_level(struct srv_queue *queue) {
     unsigned turn = queue->turn++;
-    int first = turn % SRV_QUEUE_SHARE == SRV_QUEUE_SHARE - 1 ? (int)(turn / SRV_QUEUE_SHARE % SRV_QUEUE_LEVELS) : 0;
+    int first = turn % SRV_QUEUE_SHARE == SRV_QUEUE_SHARE - 1
+                    ? (int)(turn / SRV_QUEUE_SHARE % SRV_QUEUE_LEVELS)
+                    : 0;
     while (link_empty(&queue->roads[first])) first = (first + 1) % SRV_QUEUE_LEVELS;
     return first;
 }
@@ -167,7 +173,8 @@ static struct srv_task *queue_take(struct srv_queue *queue) {
     struct srv_lane *lane = queue_lane(road->at[level].lanes.next, level);
     struct srv_task *task = (struct srv_task *)lane->at[level].tasks.next;
     int turns = road->at[level].busy < SRV_QUEUE_TURNS ? road->at[level].busy : SRV_QUEUE_TURNS;
-    /* the lane goes behind the others of its road, and the road behind the others once it had its turns */
+    /* the lane goes behind the others of its road, and the road behind the others once it had
+     * its turns */
     link_remove(&lane->at[level].link);
     link_append(&road->at[level].lanes, &lane->at[level].link);
     if (++road->at[level].turns >= turns) {
@@ -211,7 +218,9 @@ int srv_queue_remove(struct srv_queue *queue, struct srv_task *task) {
     return there;
 }
 
-int srv_queue_count(const struct srv_queue *queue) { return atomic_load_explicit(&queue->count, memory_order_relaxed); }
+int srv_queue_count(const struct srv_queue *queue) {
+    return atomic_load_explicit(&queue->count, memory_order_relaxed);
+}
 
 int srv_queue_waiting(const struct srv_queue *queue, int level) {
     return atomic_load_explicit(&queue->at[level], memory_order_relaxed);
@@ -236,7 +245,9 @@ static int queue_lane_valid(const struct srv_lane *lane, int level, int most) {
     const struct srv_link *ring = &lane->at[level].tasks;
     for (const struct srv_link *link = ring->next; link != ring; link = link->next) {
         const struct srv_task *task = (const struct srv_task *)link;
-        if (link->next->previous != link || !task->queued || task->lane != lane || task->level != level) return -1;
+        if (link->next->previous != link || !task->queued || task->lane != lane ||
+            task->level != level)
+            return -1;
         if (++count > most) return -1;
     }
     return count ? count : -1;
@@ -249,7 +260,9 @@ static int queue_road_valid(struct srv_road *road, int level, int most) {
     for (struct srv_link *link = ring->next; link != ring; link = link->next) {
         struct srv_lane *lane = queue_lane(link, level);
         int some = queue_lane_valid(lane, level, most);
-        if (some < 0 || link->next->previous != link || queue_road_of(lane) != road || ++busy > most) return -1;
+        if (some < 0 || link->next->previous != link || queue_road_of(lane) != road ||
+            ++busy > most)
+            return -1;
         count += some;
     }
     return busy == road->at[level].busy && count <= road->count ? count : -1;

@@ -11,22 +11,25 @@ enum {
 _Static_assert((int)SRV_ETAG_BYTES > 2 + 1 + RESULT_DIGITS + 1, "a tag is W/\"digest\"");
 _Static_assert((int)SRV_INFLIGHT_KEY > RESULT_DIGITS, "a key is the digest and the coding");
 
-/* s after which a computation that was out of time or memory may be tried again: it may find a machine that is less
- * busy */
+/* s after which a computation that was out of time or memory may be tried again: it may find a
+ * machine that is less busy */
 static const char result_retry[] = "60";
 
 /* --- the exact bytes of a request --- */
 
-/* the bytes of a request that make its answer, as a key: written behind its body; returns its length, 0 without memory
+/* the bytes of a request that make its answer, as a key: written behind its body; returns its
+ * length, 0 without memory
  */
 static size_t result_exact_key(struct srv_exchange *exchange, const char **key) {
     struct api_buffer *body = &exchange->body;
     size_t bytes = body->bytes;
-    const char *part[] = {exchange->path, exchange->field[SRV_ACCEPT], exchange->field[SRV_CONTENT_TYPE]};
+    const char *part[] = {exchange->path, exchange->field[SRV_ACCEPT],
+                          exchange->field[SRV_CONTENT_TYPE]};
     enum pend_status status = PEND_OK;
     for (size_t i = 0; i < sizeof part / sizeof *part && status == PEND_OK; i++)
         status = api_buffer_add(body, part[i] ? part[i] : "", part[i] ? strlen(part[i]) + 1 : 1);
-    if (status == PEND_OK) status = api_buffer_add(body, &(char){(char)('0' + exchange->coding)}, 1);
+    if (status == PEND_OK)
+        status = api_buffer_add(body, &(char){(char)('0' + exchange->coding)}, 1);
     size_t all = body->bytes;
     body->bytes = bytes;
     *key = body->data;
@@ -35,14 +38,16 @@ static size_t result_exact_key(struct srv_exchange *exchange, const char **key) 
 
 /* such an exchange is never answered from the exact bytes */
 static int result_unkeyed(const struct srv_exchange *exchange) {
-    return !srv_cache_on(exchange->service->cache) || exchange->apart || exchange->body.bytes > SRV_CACHE_KEY ||
-           exchange->query;
+    return !srv_cache_on(exchange->service->cache) || exchange->apart ||
+           exchange->body.bytes > SRV_CACHE_KEY || exchange->query;
 }
 
-void srv_result_give(struct srv_exchange *exchange, struct srv_response_body *response_body, const char *cache) {
+void srv_result_give(struct srv_exchange *exchange, struct srv_response_body *response_body,
+                     const char *cache) {
     exchange->cache = cache;
     srv_exchange_response_body(exchange, response_body);
-    if (response_body->status != 200 || !srv_exchange_matches(exchange, response_body->etag)) return;
+    if (response_body->status != 200 || !srv_exchange_matches(exchange, response_body->etag))
+        return;
     if (!srv_exchange_safe(exchange)) {
         srv_exchange_not_modified(exchange, response_body->etag);
         return;
@@ -56,7 +61,8 @@ int srv_result_cached(struct srv_exchange *exchange) {
     const char *key;
     if (result_unkeyed(exchange)) return 0;
     size_t bytes = result_exact_key(exchange, &key);
-    struct srv_response_body *response_body = bytes ? srv_cache_find(exchange->service->cache, key, bytes) : NULL;
+    struct srv_response_body *response_body =
+        bytes ? srv_cache_find(exchange->service->cache, key, bytes) : NULL;
     if (!response_body) return 0;
     srv_metrics_count(&exchange->service->metrics.cache_exact, 1);
     srv_result_give(exchange, response_body, "exact");
@@ -75,8 +81,8 @@ void srv_result_remember(struct srv_exchange *exchange, struct srv_response_body
 
 enum srv_coding srv_result_code(struct srv_work *work, const char *media_type) {
     double least = srv_service_config(work->service)->compress_above;
-    if (!work->coding || least <= 0 || (double)work->out.bytes < least || work->out.bytes > RESULT_MOST_CODED ||
-        !srv_coding_worth(media_type))
+    if (!work->coding || least <= 0 || (double)work->out.bytes < least ||
+        work->out.bytes > RESULT_MOST_CODED || !srv_coding_worth(media_type))
         return SRV_IDENTITY;
     work->coded.bytes = 0;
     srv_buffer_pool_take(&work->service->pool, &work->coded);
@@ -94,36 +100,42 @@ static int result_range(const struct api_answer *answer, char text[], size_t cap
     int part = answer->status == 206;
     if (!part && answer->status != 416) return 0;
     if (part)
-        snprintf(text, cap, "bytes %lld-%lld/%lld", answer->first, answer->first + answer->length - 1, answer->total);
+        snprintf(text, cap, "bytes %lld-%lld/%lld", answer->first,
+                 answer->first + answer->length - 1, answer->total);
     else
         snprintf(text, cap, "bytes */%lld", answer->total);
     return 1;
 }
 
-struct srv_response_body *srv_result_response_body(struct srv_work *work, struct api_answer answer, enum srv_coding coding,
-                                       struct api_buffer *body) {
+struct srv_response_body *srv_result_response_body(struct srv_work *work, struct api_answer answer,
+                                                   enum srv_coding coding,
+                                                   struct api_buffer *body) {
     char disposition[128], range[96];
     const char *columns = answer.columns, *file = answer.file_name;
     if (file) snprintf(disposition, sizeof disposition, "inline; filename=\"%.80s\"", file);
     size_t text = 352 + SRV_ETAG_BYTES + (columns ? strlen(columns) + 1 : 0);
-    for (int i = 0; answer.told && i < answer.told->count; i++) text += strlen(answer.told->field[i].value) + 1;
+    for (int i = 0; answer.told && i < answer.told->count; i++)
+        text += strlen(answer.told->field[i].value) + 1;
     struct srv_service *service = work->service;
-    struct srv_response_body *made =
-        srv_response_body_new(answer.status, answer.media_type, body, text, &service->memory, &service->pool);
+    struct srv_response_body *made = srv_response_body_new(answer.status, answer.media_type, body,
+                                                           text, &service->memory, &service->pool);
     if (!made) return NULL;
     made->steps = api_call_steps(work->call);
     if (answer.status >= 400) srv_response_body_header(made, "Cache-Control", "no-store");
     if (answer.status == 415) srv_response_body_header(made, "Accept-Post", srv_exchange_accepts);
-    if (answer.status == 503 || answer.status == 429) srv_response_body_header(made, "Retry-After", result_retry);
+    if (answer.status == 503 || answer.status == 429)
+        srv_response_body_header(made, "Retry-After", result_retry);
     srv_response_body_header(made, "Vary", srv_exchange_vary);
     if (answer.status < 400 && work->etag[0]) {
         /* a coding may compress differently another time */
         stpcpy(stpcpy(made->etag, coding && work->source ? "W/" : ""), work->etag);
         srv_response_body_header(made, "ETag", made->etag);
     }
-    if (answer.status < 400 && work->source) srv_response_body_header(made, "Accept-Ranges", "bytes");
+    if (answer.status < 400 && work->source)
+        srv_response_body_header(made, "Accept-Ranges", "bytes");
     if (answer.status == 206) srv_lengths_note(&service->lengths, work->etag, answer.total);
-    if (result_range(&answer, range, sizeof range)) srv_response_body_header(made, "Content-Range", range);
+    if (result_range(&answer, range, sizeof range))
+        srv_response_body_header(made, "Content-Range", range);
     if (columns) srv_response_body_header(made, "X-Columns", columns);
     if (file) srv_response_body_header(made, "Content-Disposition", disposition);
     for (int i = 0; answer.told && i < answer.told->count; i++)
@@ -157,10 +169,12 @@ struct srv_response_body *srv_result_find(struct srv_work *work) {
     srv_result_key(work, SRV_IDENTITY);
     found = srv_cache_find(cache, work->key, work->key_bytes);
     srv_result_key(work, work->coding);
-    if (!found || api_buffer_add(&work->out, found->body.data, found->body.bytes) != PEND_OK) return found;
+    if (!found || api_buffer_add(&work->out, found->body.data, found->body.bytes) != PEND_OK)
+        return found;
     enum srv_coding coding = srv_result_code(work, found->media_type);
     struct srv_response_body *coded =
-        coding ? srv_result_response_body(work, api_call_answer(work->call), coding, &work->out) : NULL;
+        coding ? srv_result_response_body(work, api_call_answer(work->call), coding, &work->out)
+               : NULL;
     work->out.bytes = 0;
     if (!coded) return found;
     srv_cache_add(cache, work->key, work->key_bytes, coded);

@@ -1,22 +1,26 @@
 #include "server/work/service.h"
 
 const struct srv_config *srv_service_config(const struct srv_service *service) {
-    const struct srv_reloaded *reloaded = atomic_load_explicit(&service->reloaded, memory_order_acquire);
+    const struct srv_reloaded *reloaded =
+        atomic_load_explicit(&service->reloaded, memory_order_acquire);
     return reloaded ? &reloaded->config : &service->config;
 }
 
 const struct srv_peers *srv_service_trusted(const struct srv_service *service) {
-    const struct srv_reloaded *reloaded = atomic_load_explicit(&service->reloaded, memory_order_acquire);
+    const struct srv_reloaded *reloaded =
+        atomic_load_explicit(&service->reloaded, memory_order_acquire);
     return reloaded ? &reloaded->trusted : &service->trusted;
 }
 
 const char *srv_service_hosts(const struct srv_service *service) {
-    const struct srv_reloaded *reloaded = atomic_load_explicit(&service->reloaded, memory_order_acquire);
+    const struct srv_reloaded *reloaded =
+        atomic_load_explicit(&service->reloaded, memory_order_acquire);
     return reloaded ? reloaded->hosts : service->hosts;
 }
 
 const struct api_limits *srv_service_job_limits(const struct srv_service *service) {
-    const struct srv_reloaded *reloaded = atomic_load_explicit(&service->reloaded, memory_order_acquire);
+    const struct srv_reloaded *reloaded =
+        atomic_load_explicit(&service->reloaded, memory_order_acquire);
     return reloaded ? &reloaded->job_limits : &service->job_limits;
 }
 

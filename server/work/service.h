@@ -27,7 +27,8 @@ struct srv_part_runner;
 /* How far the end of this process is. */
 enum srv_drain {
     SRV_DRAIN_NOT,  /* it serves */
-    SRV_DRAIN_LAST, /* nobody new is let in; what comes on open connections is answered, and ends its connection */
+    SRV_DRAIN_LAST, /* nobody new is let in; what comes on open connections is answered, and ends
+                       its connection */
     SRV_DRAIN_HURRY /* what runs is ended, and nothing is begun */
 };
 
@@ -41,7 +42,8 @@ struct srv_reloaded {
 };
 
 struct srv_service {
-    struct srv_config config; /* that it began with: for what a reload may change see srv_service_config */
+    struct srv_config
+        config; /* that it began with: for what a reload may change see srv_service_config */
     _Atomic(struct srv_reloaded *) reloaded; /* NULL = nothing was */
     struct srv_peers trusted;                /* proxies that may say who the client is */
     const char *hosts;                       /* that it answers to */
@@ -50,10 +52,10 @@ struct srv_service {
     struct srv_fairness fairness; /* who goes first, the sockets or the workers */
     struct srv_clients *clients;
     struct srv_cache *cache;
-    struct srv_inflight *inflight; /* computations that others may join */
-    struct srv_storage *storage; /* where jobs are kept; NULL = nowhere */
-    struct srv_part_runner *runner;   /* that computes them; NULL with the storage */
-    struct srv_events *events;   /* who listens to them; NULL with the storage */
+    struct srv_inflight *inflight;  /* computations that others may join */
+    struct srv_storage *storage;    /* where jobs are kept; NULL = nowhere */
+    struct srv_part_runner *runner; /* that computes them; NULL with the storage */
+    struct srv_events *events;      /* who listens to them; NULL with the storage */
     struct api_limits job_limits;
     struct srv_buffer_pool pool;
     struct srv_lengths lengths; /* of results that were written once */
@@ -70,7 +72,8 @@ struct srv_service {
     int workers;
 };
 
-/** The options that are in force. What it shows stays readable to the end of the service. Any thread. */
+/** The options that are in force. What it shows stays readable to the end of the service. Any
+ * thread. */
 const struct srv_config *srv_service_config(const struct srv_service *service);
 
 /** The proxies whose word is taken, as they are in force; the same holds. */
@@ -82,7 +85,8 @@ const char *srv_service_hosts(const struct srv_service *service);
 /** The limits of a job's request, as they are in force; the same holds. */
 const struct api_limits *srv_service_job_limits(const struct srv_service *service);
 
-/** Why this process takes no jobs just now, as a sentence without a full stop, or NULL where it does. */
+/** Why this process takes no jobs just now, as a sentence without a full stop, or NULL where it
+ * does. */
 const char *srv_service_jobless(const struct srv_service *service);
 
 /** What the gauges of /metrics show just now. */

@@ -31,11 +31,14 @@ static void *workers_main(void *argument) {
 
 enum pend_status srv_workers_new(struct srv_workers **workers, int count, struct srv_queue *queue,
                                  struct srv_fairness *fairness) {
-    struct srv_workers *made = *workers = calloc(1, sizeof *made + (size_t)count * sizeof *made->thread);
+    struct srv_workers *made = *workers =
+        calloc(1, sizeof *made + (size_t)count * sizeof *made->thread);
     if (!made) return PEND_NO_MEMORY;
     made->queue = queue;
     made->fairness = fairness;
-    while (made->count < count && !pthread_create(&made->thread[made->count], NULL, workers_main, made)) made->count++;
+    while (made->count < count &&
+           !pthread_create(&made->thread[made->count], NULL, workers_main, made))
+        made->count++;
     if (made->count == count) return PEND_OK;
     srv_workers_free(workers);
     return PEND_NO_MEMORY;

@@ -18,9 +18,11 @@ int srv_workers_default(void);
  * queue   outlives the workers.
  * fairness  of the same queue, told what they do; outlives them; NULL = nobody is told.
  *
- * PEND_NO_MEMORY  also when the threads cannot be had; none is left running then and the queue is closed.
+ * PEND_NO_MEMORY  also when the threads cannot be had; none is left running then and the queue is
+ *                 closed.
  */
-PEND_MUST_CHECK enum pend_status srv_workers_new(struct srv_workers **workers, int count, struct srv_queue *queue,
+PEND_MUST_CHECK enum pend_status srv_workers_new(struct srv_workers **workers, int count,
+                                                 struct srv_queue *queue,
                                                  struct srv_fairness *fairness);
 
 /** Closes the queue, waits until every task in it was run, and ends the threads. */

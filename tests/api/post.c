@@ -8,7 +8,8 @@
 #include "tests/harness/test.h"
 
 static int is_json(const char *media_type) {
-    return !strcmp(media_type, "application/json") || !strcmp(media_type, "application/problem+json");
+    return !strcmp(media_type, "application/json") ||
+           !strcmp(media_type, "application/problem+json");
 }
 
 struct test_reply test_send(const struct api_request *request, const struct api_limits *limits) {
@@ -29,7 +30,8 @@ struct test_reply test_send(const struct api_request *request, const struct api_
     struct api_problem problem;
     api_problem_init(&problem);
     if (is_json(reply.media_type) && reply.out.bytes)
-        CHECK_SAYING(api_json_new(&reply.json, reply.out.data, reply.out.bytes, 64, &problem) == PEND_OK,
+        CHECK_SAYING(api_json_new(&reply.json, reply.out.data, reply.out.bytes, 64, &problem) ==
+                         PEND_OK,
                      "the answer is no JSON: %s: %.200s", problem.detail, reply.out.data);
     api_problem_clear(&problem);
     return reply;
@@ -37,8 +39,11 @@ struct test_reply test_send(const struct api_request *request, const struct api_
 
 struct test_reply test_post_as(enum api_op_id op, const char *body, const char *accept,
                                const struct api_limits *limits) {
-    struct api_request request = {
-        .op = op, .content_type = "application/json", .accept = accept, .body = body, .body_bytes = strlen(body)};
+    struct api_request request = {.op = op,
+                                  .content_type = "application/json",
+                                  .accept = accept,
+                                  .body = body,
+                                  .body_bytes = strlen(body)};
     return test_send(&request, limits);
 }
 
@@ -51,11 +56,13 @@ void test_reply_free(struct test_reply *reply) {
     api_buffer_clear(&reply->out);
 }
 
-/* looking: a visitor is called with the value at the pointer, because values live on the stack of their reader */
+/* looking: a visitor is called with the value at the pointer, because values live on the stack
+ * of their reader */
 
 typedef void visit_fn(const struct api_value *value, void *context);
 
-static void visit_from(const struct api_value *value, const char *pointer, visit_fn *visit, void *context) {
+static void visit_from(const struct api_value *value, const char *pointer, visit_fn *visit,
+                       void *context) {
     char step[80];
     if (!*pointer) {
         visit(value, context);
@@ -66,11 +73,13 @@ static void visit_from(const struct api_value *value, const char *pointer, visit
     memcpy(step, pointer + 1, bytes);
     step[bytes] = 0;
     int array = api_value_kind(value) == API_ARRAY;
-    struct api_value next = array ? api_value_item(value, atoi(step)) : api_value_member(value, step);
+    struct api_value next =
+        array ? api_value_item(value, atoi(step)) : api_value_member(value, step);
     visit_from(&next, pointer + 1 + bytes, visit, context);
 }
 
-static void visit_at(const struct test_reply *reply, const char *pointer, visit_fn *visit, void *context) {
+static void visit_at(const struct test_reply *reply, const char *pointer, visit_fn *visit,
+                     void *context) {
     if (!reply->json) return;
     struct api_value root = api_json_root(reply->json);
     visit_from(&root, pointer, visit, context);
@@ -123,12 +132,12 @@ int test_reply_has_fault(const struct test_reply *reply, const char *pointer, co
     return 0;
 }
 
-void test_refused(enum api_op_id op, const char *body, const char *pointer, const char *piece, const char *file,
-                  int line) {
+void test_refused(enum api_op_id op, const char *body, const char *pointer, const char *piece,
+                  const char *file, int line) {
     struct test_reply reply = test_post(op, body);
     int good = reply.status == 422 && !strcmp(reply.media_type, "application/problem+json") &&
                test_reply_faults(&reply) == 1 && test_reply_has_fault(&reply, pointer, piece);
-    test_check(good, file, line, "expected one fault at \"%s\" with \"%s\", got %d %s", pointer, piece, reply.status,
-               reply.out.data);
+    test_check(good, file, line, "expected one fault at \"%s\" with \"%s\", got %d %s", pointer,
+               piece, reply.status, reply.out.data);
     test_reply_free(&reply);
 }

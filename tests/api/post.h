@@ -1,6 +1,7 @@
-/* Whole requests for tests: a body in, the answer out, parsed; and looks into it by JSON pointers.
- * Leaves to others: what is asked and expected (test_*). Invariant: every JSON answer was read back by api's own
- * reader, so that an answer which is no JSON fails its test. */
+/* Whole requests for tests: a body in, the answer out, parsed; and looks into it by JSON
+ * pointers.
+ * Leaves to others: what is asked and expected (test_*). Invariant: every JSON answer was read
+ * back by api's own reader, so that an answer which is no JSON fails its test. */
 #ifndef TEST_POST_H
 #define TEST_POST_H
 
@@ -37,18 +38,21 @@ const char *test_reply_text(const struct test_reply *reply, const char *pointer)
 /** Number of items or members at a pointer; -1 where nothing is. */
 int test_reply_count(const struct test_reply *reply, const char *pointer);
 
-/** True when the reply is a problem with a fault at exactly this pointer whose detail contains the piece. */
+/** True when the reply is a problem with a fault at exactly this pointer whose detail contains
+ * the piece. */
 int test_reply_has_fault(const struct test_reply *reply, const char *pointer, const char *piece);
 
 /** Number of faults that the problem lists. */
 int test_reply_faults(const struct test_reply *reply);
 
 /**
- * Checks that a body is refused with a 422 whose one fault is at the pointer and contains the piece.
+ * Checks that a body is refused with a 422 whose one fault is at the pointer and contains the
+ * piece.
  */
-void test_refused(enum api_op_id op, const char *body, const char *pointer, const char *piece, const char *file,
-                  int line);
+void test_refused(enum api_op_id op, const char *body, const char *pointer, const char *piece,
+                  const char *file, int line);
 
-#define CHECK_REFUSED(op, body, pointer, piece) test_refused((op), (body), (pointer), (piece), __FILE__, __LINE__)
+#define CHECK_REFUSED(op, body, pointer, piece)                                                    \
+    test_refused((op), (body), (pointer), (piece), __FILE__, __LINE__)
 
 #endif

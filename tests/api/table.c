@@ -8,8 +8,8 @@
 
 double test_wild(unsigned long long *seed) {
     for (;;) {
-        unsigned long long bits =
-            (unsigned long long)(test_random(seed) * 0x1p32) << 32 | (unsigned long long)(test_random(seed) * 0x1p32);
+        unsigned long long bits = (unsigned long long)(test_random(seed) * 0x1p32) << 32 |
+                                  (unsigned long long)(test_random(seed) * 0x1p32);
         double x;
         memcpy(&x, &bits, sizeof x);
         if (isfinite(x)) return x;
@@ -40,8 +40,8 @@ void test_table_clear(struct test_table *table) {
     for (int c = 0; c < TEST_COLUMNS; c++) free(table->data[c]);
 }
 
-enum pend_status test_table_encode(const struct test_table *table, const struct api_format *format, long cut,
-                                   struct api_buffer *out) {
+enum pend_status test_table_encode(const struct test_table *table, const struct api_format *format,
+                                   long cut, struct api_buffer *out) {
     struct api_writer *writer;
     PEND_TRY(api_writer_new(&writer, format, &table->table, out));
     enum pend_status status = PEND_OK;
@@ -52,7 +52,8 @@ enum pend_status test_table_encode(const struct test_table *table, const struct 
             block[c] = table->data[c] + at * api_column_numbers(&table->table.column[c]);
         status = api_writer_block(writer, rows, block, out, NULL);
     }
-    for (int done = 0; !done && status == PEND_OK;) status = api_writer_finish(writer, &table->stats, out, &done);
+    for (int done = 0; !done && status == PEND_OK;)
+        status = api_writer_finish(writer, &table->stats, out, &done);
     api_writer_free(&writer);
     return status;
 }

@@ -1,5 +1,6 @@
 /* A table of samples for tests: every kind of column, filled with wild numbers.
- * Leaves to others: what its bytes should be (test_encode_*). Invariant: every finite double may occur. */
+ * Leaves to others: what its bytes should be (test_encode_*). Invariant: every finite double may
+ * occur. */
 #ifndef TEST_TABLE_H
 #define TEST_TABLE_H
 
@@ -22,7 +23,7 @@ void test_table_clear(struct test_table *table);
 double test_wild(unsigned long long *seed);
 
 /** Encodes the table cut into blocks of `cut` rows. */
-enum pend_status test_table_encode(const struct test_table *table, const struct api_format *format, long cut,
-                                   struct api_buffer *out);
+enum pend_status test_table_encode(const struct test_table *table, const struct api_format *format,
+                                   long cut, struct api_buffer *out);
 
 #endif

@@ -1,5 +1,7 @@
-/* A wrong wall clock for one process, as LD_PRELOAD: seconds are added that stand in a file and may change any time.
- * Leaves to others: durations (the monotonic clock is not touched), which process gets it (house.py).
+/* A wrong wall clock for one process, as LD_PRELOAD: seconds are added that stand in a file and
+ * may change any time.
+ * Leaves to others: durations (the monotonic clock is not touched), which process gets it
+ * (house.py).
  * Invariant: without the file named by DRILL_CLOCK the clock is the right one. */
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -26,7 +28,8 @@ __attribute__((constructor)) static void clock_begin(void) {
 int clock_gettime(clockid_t clock, struct timespec *now) {
     if (!right) right = (clock_fn *)(uintptr_t)dlsym(RTLD_NEXT, "clock_gettime");
     int status = right(clock, now);
-    if (!status && ahead && (clock == CLOCK_REALTIME || clock == CLOCK_REALTIME_COARSE)) now->tv_sec += *ahead;
+    if (!status && ahead && (clock == CLOCK_REALTIME || clock == CLOCK_REALTIME_COARSE))
+        now->tv_sec += *ahead;
     return status;
 }
 

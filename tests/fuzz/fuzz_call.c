@@ -1,7 +1,8 @@
-/* Whole requests under bodies that nobody would send: libFuzzer's entry, and tests that replay files and make mutations
- * of good requests from a seed. libFuzzer: clang -fsanitize=fuzzer,address -DFUZZER, with api and core. Leaves to
- * others: the grammar of JSON (fuzz_json). Invariant: every call ends, with an answer or a problem of a known status,
- * and what it says is JSON (or CSV of even lines) again. */
+/* Whole requests under bodies that nobody would send: libFuzzer's entry, and tests that replay
+ * files and make mutations of good requests from a seed. libFuzzer: clang
+ * -fsanitize=fuzzer,address -DFUZZER, with api and core. Leaves to others: the grammar of JSON
+ * (fuzz_json). Invariant: every call ends, with an answer or a problem of a known status, and
+ * what it says is JSON (or CSV of even lines) again. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -32,7 +33,8 @@ static struct api_limits fuzz_limits(void) {
 }
 
 /* every line has as many commas as the header */
-/* a line of words, which can only be the last ones, tells what does not hold of the numbers above it */
+/* a line of words, which can only be the last ones, tells what does not hold of the numbers
+ * above it */
 static int csv_is_even(const char *text, size_t bytes) {
     long first = -1, commas = 0;
     const char *words = memmem(text, bytes, "\n# ", 3);
@@ -110,22 +112,31 @@ static const char *answer_complaint(struct api_answer answer, const struct api_b
     const char *type = answer.media_type;
     if (!status_is_known(answer.status)) return "a status that nobody knows";
     if (answer.status == 503) return "it ran out of something";
-    if ((answer.status == 200) != !strstr(answer.media_type, "problem")) return "status and media type disagree";
-    if (answer.length >= 0 && (size_t)answer.length != out->bytes) return "another length than was foreseen";
-    if (strstr(type, "csv")) return csv_is_even(out->data, out->bytes) ? NULL : "uneven lines of CSV";
-    if (strstr(type, "ndjson")) return ndjson_is_sound(out->data, out->bytes) ? NULL : "a line that is no JSON";
-    if (strstr(type, "octet")) return octets_are_finite(out->data, out->bytes) ? NULL : "octets that are no numbers";
-    if (strstr(type, "npz")) return npz_is_sound(out->data, out->bytes) ? NULL : "an archive that is none";
-    if (strstr(type, "matlab")) return mat_is_sound(out->data, out->bytes) ? NULL : "a MAT-file that is none";
+    if ((answer.status == 200) != !strstr(answer.media_type, "problem"))
+        return "status and media type disagree";
+    if (answer.length >= 0 && (size_t)answer.length != out->bytes)
+        return "another length than was foreseen";
+    if (strstr(type, "csv"))
+        return csv_is_even(out->data, out->bytes) ? NULL : "uneven lines of CSV";
+    if (strstr(type, "ndjson"))
+        return ndjson_is_sound(out->data, out->bytes) ? NULL : "a line that is no JSON";
+    if (strstr(type, "octet"))
+        return octets_are_finite(out->data, out->bytes) ? NULL : "octets that are no numbers";
+    if (strstr(type, "npz"))
+        return npz_is_sound(out->data, out->bytes) ? NULL : "an archive that is none";
+    if (strstr(type, "matlab"))
+        return mat_is_sound(out->data, out->bytes) ? NULL : "a MAT-file that is none";
     return json_is_sound(out->data, out->bytes) ? NULL : "an answer that is no JSON";
 }
 
-/* runs a call to its end; where its answer flows and `pieces` says so, as a server does that sends it in pieces */
+/* runs a call to its end; where its answer flows and `pieces` says so, as a server does that
+ * sends it in pieces */
 static enum api_progress run(struct api_call *call, int pieces, struct api_buffer *out) {
     struct api_buffer piece;
     enum api_progress progress = API_MORE;
     if (!pieces || !api_call_streams(call)) {
-        for (int runs = 0; progress == API_MORE && runs < RUN_CAP; runs++) progress = api_call_run(call, out);
+        for (int runs = 0; progress == API_MORE && runs < RUN_CAP; runs++)
+            progress = api_call_run(call, out);
         return progress;
     }
     api_buffer_init(&piece, out->limit);
@@ -140,12 +151,14 @@ static enum api_progress run(struct api_call *call, int pieces, struct api_buffe
 }
 
 /* reads a scene; what is kept of it must be JSON */
-static const char *scene_complaint(const struct api_request *request, const struct api_limits *limits, int *status) {
+static const char *scene_complaint(const struct api_request *request,
+                                   const struct api_limits *limits, int *status) {
     struct api_buffer scene, problem;
     char id[API_SCENE_ID];
     api_buffer_init(&scene, ROOM * 8);
     api_buffer_init(&problem, ROOM * 8);
-    int http = api_scene_read(request, limits, ROOM, "2026-01-31T09:30:00.125Z", id, &scene, &problem);
+    int http =
+        api_scene_read(request, limits, ROOM, "2026-01-31T09:30:00.125Z", id, &scene, &problem);
     const struct api_buffer *said = http ? &problem : &scene;
     const char *fault = json_is_sound(said->data, said->bytes) ? NULL : "a scene that is no JSON";
     if (http && !status_is_known(http)) fault = "a status that nobody knows";
@@ -156,12 +169,12 @@ static const char *scene_complaint(const struct api_request *request, const stru
     return fault;
 }
 
-/* runs one request; the first byte says which and in what form, the rest is the body. *status is told where it is not
- * NULL. Returns what is wrong, or NULL. */
+/* runs one request; the first byte says which and in what form, the rest is the body. *status is
+ * told where it is not NULL. Returns what is wrong, or NULL. */
 static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
-    static const enum api_op_id ops[] = {API_OP_TRAJECTORIES, API_OP_FORCES,    API_OP_MODES,
-                                         API_OP_TREES,        API_OP_ENSEMBLES, API_OP_EQUATIONS,
-                                         API_OP_LYAPUNOV,     API_OP_SECTIONS,  API_OP_TRAJECTORIES};
+    static const enum api_op_id ops[] = {
+        API_OP_TRAJECTORIES, API_OP_FORCES,   API_OP_MODES,    API_OP_TREES,       API_OP_ENSEMBLES,
+        API_OP_EQUATIONS,    API_OP_LYAPUNOV, API_OP_SECTIONS, API_OP_TRAJECTORIES};
     static const char *const accepts[FORMATS] = {NULL,
                                                  "text/csv, */*;q=0.1",
                                                  "application/x-ndjson, */*;q=0.1",
@@ -206,51 +219,60 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes) {
 
 #else
 
-#define ARMS                                                                                                           \
-    "\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":2.0,\"mass\":1.0},{\"name\":\"b\",\"parent\":\"a\","           \
-    "\"length\":"                                                                                                      \
+#define ARMS                                                                                       \
+    "\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":2.0,\"mass\":1.0},{\"name\":\"b\","        \
+    "\"parent\":\"a\","                                                                            \
+    "\"length\":"                                                                                  \
     "1.5,\"mass\":1e-1}],\"gravity\":9.81}"
-#define LISTS "\"pendulum\":{\"length\":[2,1.5,0.75,1.25],\"mass\":[1,1,1,0.1],\"parent\":[0,1,2,2]}"
+#define LISTS                                                                                      \
+    "\"pendulum\":{\"length\":[2,1.5,0.75,1.25],\"mass\":[1,1,1,0.1],\"parent\":[0,1,2,2]}"
 #define PAPER "\"pendulum\":{\"L\":[2,1.5,0.75],\"m\":[1,1,1],\"S\":[[1,0,0],[1,1,0],[1,1,1]]}"
 
 /* good requests, the first character for the operation and the form */
 static const char *const seeds[] = {
-    "0{" ARMS ",\"initial\":{\"theta\":[0.1,-0.2],\"thetad\":[1,0],\"unit\":\"deg\"},\"times\":[0,0.5,1],\"method\":"
+    "0{" ARMS ",\"initial\":{\"theta\":[0.1,-0.2],\"thetad\":[1,0],\"unit\":\"deg\"},\"times\":[0,"
+    "0.5,1],\"method\":"
     "\"rkf45\",\"rtol\":1e-6,\"atol\":1e-9}",
-    "9{" LISTS
-    ",\"times\":{\"start\":0,\"stop\":1,\"step\":0.1},\"output\":[\"phi\",\"phid\",\"phidd\",\"theta\",\"z\","
+    "9{" LISTS ",\"times\":{\"start\":0,\"stop\":1,\"step\":0.1},\"output\":[\"phi\",\"phid\","
+    "\"phidd\",\"theta\",\"z\","
     "\"zd\",\"lambda\",\"energy\"],\"digits\":6,\"precision\":\"double\"}",
-    "0{" PAPER ",\"initial\":{\"mode\":2,\"amplitude\":0.1},\"times\":{\"start\":1,\"stop\":-1,\"count\":9},\"method\":"
+    "0{" PAPER ",\"initial\":{\"mode\":2,\"amplitude\":0.1},\"times\":{\"start\":1,\"stop\":-1,"
+    "\"count\":9},\"method\":"
     "\"linear\"}",
     "0{" ARMS ",\"times\":{\"stop\":2,\"count\":50},\"method\":\"ode23\"}",
     "0{" PAPER ",\"times\":{\"stop\":0.5,\"count\":5},\"method\":\"msadams\"}",
     "1{" LISTS ",\"state\":{\"phi\":[1,2,3,4],\"phid\":[0.1,0.2,0.3,0.4]}}",
-    ":{" PAPER ",\"states\":[{},{\"phi\":[1,2,3]},{\"mode\":1,\"amplitude\":3,\"unit\":\"deg\"}],\"digits\":3}",
-    "2{" LISTS ",\"select\":{\"slowest\":2},\"vectors\":true,\"normalize\":\"mass\",\"include\":[\"A\",\"M\",\"S\","
+    ":{" PAPER ",\"states\":[{},{\"phi\":[1,2,3]},{\"mode\":1,\"amplitude\":3,\"unit\":\"deg\"}],"
+    "\"digits\":3}",
+    "2{" LISTS ",\"select\":{\"slowest\":2},\"vectors\":true,\"normalize\":\"mass\",\"include\":["
+    "\"A\",\"M\",\"S\","
     "\"B\"],\"initial\":{\"phi\":[0,0,0,0]}}",
     "2{" ARMS ",\"select\":{\"from\":0,\"to\":9},\"vectors\":false}",
     "3{" ARMS "}",
     "3{" PAPER "}",
-    "6{" LISTS
-    ",\"initial\":{\"phi\":[1,2,3,4]},\"duration\":1,\"transient\":0.1,\"samples\":3,\"count\":2,\"digits\":5}",
-    "7{" LISTS
-    ",\"section\":{\"arm\":2,\"theta\":10,\"unit\":\"deg\",\"direction\":\"both\"},\"duration\":3,\"count\":2}",
+    "6{" LISTS ",\"initial\":{\"phi\":[1,2,3,4]},\"duration\":1,\"transient\":0.1,\"samples\":3,"
+    "\"count\":2,\"digits\":5}",
+    "7{" LISTS ",\"section\":{\"arm\":2,\"theta\":10,\"unit\":\"deg\",\"direction\":\"both\"},"
+    "\"duration\":3,\"count\":2}",
     "7{" ARMS ",\"section\":{\"arm\":\"b\",\"phi\":-1},\"duration\":1,\"rtol\":1e-6,\"digits\":5}",
     "6{" ARMS ",\"duration\":0.5,\"samples\":2,\"count\":\"all\"}",
     "5{" LISTS ",\"form\":\"compact\",\"initial\":{\"theta\":[1,2,3,4],\"unit\":\"deg\"}}",
     "5{" PAPER ",\"initial\":{\"mode\":1,\"amplitude\":0.5},\"form\":\"explicit\"}",
     "8{\"title\":\"\\u00e9\",\"request\":{" LISTS
     ",\"times\":[0,1e0]},\"view\":{\"trails\":[1,2],\"on\":true,\"none\":null}}",
-    "4{" ARMS ",\"states\":[{},{\"phi\":[1,2]}],\"duration\":1,\"observables\":[\"final\",\"flips\",\"first_flip\","
+    "4{" ARMS ",\"states\":[{},{\"phi\":[1,2]}],\"duration\":1,\"observables\":[\"final\","
+    "\"flips\",\"first_flip\","
     "\"lambda_max\",\"sign_change\",\"lyapunov\",\"parameters\"],\"digits\":4}",
-    "4{" LISTS
-    ",\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":0,\"stop\":3,\"count\":4,\"unit\":\"rad\"},{\"vary\":"
-    "\"mass\",\"arm\":2,\"start\":1,\"stop\":2,\"count\":3,\"scale\":\"log\"}],\"initial\":{},\"duration\":1,"
+    "4{" LISTS ",\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":0,\"stop\":3,\"count\":4,"
+    "\"unit\":\"rad\"},{\"vary\":"
+    "\"mass\",\"arm\":2,\"start\":1,\"stop\":2,\"count\":3,\"scale\":\"log\"}],\"initial\":{},"
+    "\"duration\":1,"
     "\"observables\":["
     "\"flip_time\"],\"picture\":{\"of\":\"flip_time\",\"arm\":2,\"scale\":\"log\"}}",
-    "4{" LISTS
-    ",\"random\":{\"count\":5,\"seed\":3,\"draw\":[{\"vary\":\"length\",\"arm\":1,\"distribution\":\"normal\",\"mean\":"
-    "1,\"deviation\":1},{\"vary\":\"gravity\",\"distribution\":\"uniform\",\"low\":1,\"high\":9}]},\"times\":[0,1],"
+    "4{" LISTS ",\"random\":{\"count\":5,\"seed\":3,\"draw\":[{\"vary\":\"length\",\"arm\":1,"
+    "\"distribution\":\"normal\",\"mean\":"
+    "1,\"deviation\":1},{\"vary\":\"gravity\",\"distribution\":\"uniform\",\"low\":1,\"high\":9}]},"
+    "\"times\":[0,1],"
     "\"observables\":[\"trajectory\"],\"output\":[\"theta\",\"lambda\"]}",
 };
 
@@ -322,7 +344,8 @@ static size_t replace(char *text, size_t bytes, size_t at, size_t old, const cha
     return bytes - old + length;
 }
 
-/* the bytes of the value that begins at `at`: a number, a word, a text, or brackets with what is in them */
+/* the bytes of the value that begins at `at`: a number, a word, a text, or brackets with what is
+ * in them */
 static size_t value_bytes(const char *text, size_t bytes, size_t at) {
     size_t i = at;
     int depth = 0, quoted = 0;
@@ -361,8 +384,11 @@ static size_t mutate(char *text, size_t bytes, unsigned long long *state) {
     if (!at) return bytes;
     size_t length = value_bytes(text, bytes, at);
     int key = text[at + length] == ':', way = test_random_int(state, 24);
-    const char *name = names[test_random_int(state, NAMES)], *value = values[test_random_int(state, VALUES)];
-    if (way == 0) return replace(text, bytes, at, (size_t)test_random_int(state, 2), value); /* hardly JSON any more */
+    const char *name = names[test_random_int(state, NAMES)],
+               *value = values[test_random_int(state, VALUES)];
+    if (way == 0)
+        return replace(text, bytes, at, (size_t)test_random_int(state, 2),
+                       value); /* hardly JSON any more */
     if (way < 3) return lose(text, bytes, at, length);
     snprintf(member, sizeof member, "\"%s\":%s,", name, value);
     if (way < 5) return replace(text, bytes, 2, 0, member);
@@ -386,7 +412,9 @@ static int sound(const char *text, size_t bytes, int *status) {
 }
 
 /* the same request in another representation, whole or in pieces */
-static void in_form(char *text, unsigned form) { *text = (char)('0' + (*text - '0') % OPS + (int)(OPS * form)); }
+static void in_form(char *text, unsigned form) {
+    *text = (char)('0' + (*text - '0') % OPS + (int)(OPS * form));
+}
 
 TEST(fuzz_call_answers_the_seeds) {
     for (int i = 0; i < SEEDS; i++)
@@ -414,13 +442,14 @@ TEST(fuzz_call_survives_mutations) {
         int status = 0;
         memcpy(text, seed, bytes);
         in_form(text, (unsigned)test_random_int(&state, 2 * FORMATS));
-        for (int times = test_random_int(&state, 4); times >= 0; times--) bytes = mutate(text, bytes, &state);
+        for (int times = test_random_int(&state, 4); times >= 0; times--)
+            bytes = mutate(text, bytes, &state);
         if (!sound(text, bytes, &status)) return;
         answered += status == 200;
         refused += status == 422;
     }
-    CHECK_SAYING(answered > runs / 50 && refused > runs / 4, "of %ld %ld were answered, %ld refused", runs, answered,
-                 refused);
+    CHECK_SAYING(answered > runs / 50 && refused > runs / 4,
+                 "of %ld %ld were answered, %ld refused", runs, answered, refused);
 }
 
 /* FUZZ_FILES: names of files with inputs that once failed, separated by spaces */

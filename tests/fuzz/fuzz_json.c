@@ -1,7 +1,9 @@
-/* The JSON reader under bytes that nobody would send: libFuzzer's entry, and tests that replay files and make mutations
- * of their own from a seed. libFuzzer: clang -fsanitize=fuzzer,address -DFUZZER, with api and core. Leaves to others:
- * what the fields of a request mean (fuzz_request). Invariant: a document is accepted exactly when the plain recursive
- * checker below accepts it, and then every value of it can be reached; inputs end at a page that cannot be read. */
+/* The JSON reader under bytes that nobody would send: libFuzzer's entry, and tests that replay
+ * files and make mutations of their own from a seed. libFuzzer: clang -fsanitize=fuzzer,address
+ * -DFUZZER, with api and core. Leaves to others:
+ * what the fields of a request mean (fuzz_request). Invariant: a document is accepted exactly
+ * when the plain recursive checker below accepts it, and then every value of it can be reached;
+ * inputs end at a page that cannot be read. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -85,16 +87,23 @@ static long check_character(struct checker *c) {
         if (high < 0xd800 || high > 0xdfff) return high > 0 ? high : -1;
         if (high > 0xdbff || !check_take(c, '\\') || !check_take(c, 'u')) return -1;
         low = check_hex(c);
-        return low >= 0xdc00 && low <= 0xdfff ? 0x10000 + (high - 0xd800) * 0x400 + low - 0xdc00 : -1;
+        return low >= 0xdc00 && low <= 0xdfff ? 0x10000 + (high - 0xd800) * 0x400 + low - 0xdc00
+                                              : -1;
     }
-    int length = lead < 0x80 ? 1 : lead < 0xc0 ? 0 : lead < 0xe0 ? 2 : lead < 0xf0 ? 3 : lead < 0xf8 ? 4 : 0;
+    int length = lead < 0x80   ? 1
+                 : lead < 0xc0 ? 0
+                 : lead < 0xe0 ? 2
+                 : lead < 0xf0 ? 3
+                 : lead < 0xf8 ? 4
+                               : 0;
     long code = length == 1 ? (long)lead : (long)(lead & (0xffu >> (length + 1)));
     if (!length || c->end - c->at < length - 1) return -1;
     for (int i = 1; i < length; i++) {
         if (*c->at >> 6 != 2) return -1;
         code = code << 6 | (*c->at++ & 0x3f);
     }
-    return code >= least[length] && code <= 0x10ffff && (code < 0xd800 || code > 0xdfff) ? code : -1;
+    return code >= least[length] && code <= 0x10ffff && (code < 0xd800 || code > 0xdfff) ? code
+                                                                                         : -1;
 }
 
 /* a string, its characters behind each other and a -1; NULL where it is none */
@@ -208,7 +217,8 @@ static char *guard; /* the end of readable memory */
 
 static void guard_prepare(void) {
     size_t page = (size_t)sysconf(_SC_PAGESIZE), room = (ROOM + page - 1) / page * page;
-    char *memory = mmap(NULL, room + page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    char *memory =
+        mmap(NULL, room + page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (memory == MAP_FAILED || mprotect(memory + room, page, PROT_NONE)) abort();
     guard = memory + room;
 }
@@ -223,7 +233,8 @@ static const char *complaint(const uint8_t *data, size_t bytes) {
     struct api_problem problem;
     api_problem_init(&problem);
     enum pend_status status = api_json_new(&document, text, bytes, DEPTH, &problem);
-    int verdict = check_document((const unsigned char *)text, bytes), open = verdict < 0 || problem.status == 422;
+    int verdict = check_document((const unsigned char *)text, bytes),
+        open = verdict < 0 || problem.status == 422;
     if (status == PEND_NO_MEMORY) fault = "out of memory";
     if ((status == PEND_OK) != (document != NULL))
         fault = "a document in spite of a failure, or none in spite of success";
@@ -250,11 +261,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes) {
 
 /* documents to start from: small, but with everything in them */
 static const char *const seeds[] = {
-    "{\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":2.0,\"mass\":1.0},{\"name\":\"b\",\"parent\":\"a\",\"length\":"
+    "{\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":2.0,\"mass\":1.0},{\"name\":\"b\","
+    "\"parent\":\"a\",\"length\":"
     "1.5,"
     "\"mass\":1e-1}],\"gravity\":9.81},\"times\":{\"start\":0,\"stop\":5,\"step\":0.01}}",
     "{\"L\":[2,1.5],\"m\":[1,1],\"S\":[[1,0],[1,1]]}",
-    " [ 1 , null,\ttrue,\nfalse,\"\\u20ac \\ud83d\\ude00 \xe2\x82\xac\\n\",{},[],[[-0.5E+10]],1e308] ",
+    " [ 1 , null,\ttrue,\nfalse,\"\\u20ac \\ud83d\\ude00 "
+    "\xe2\x82\xac\\n\",{},[],[[-0.5E+10]],1e308] ",
     "\"\xf0\x9f\x98\x80\xc3\xa9\\\\\\\"\\/\"",
     "[[[[[[[[[[[[[[[1]]]]]]]]]]]]]]]",
     "{\"a\":1,\"b\":{\"a\":1},\"\":[{\"a\":1},{\"a\":2}]}",
@@ -263,13 +276,14 @@ static const char *const seeds[] = {
 enum { SEEDS = sizeof seeds / sizeof *seeds };
 
 /* pieces that are put in */
-static const char *const pieces[] = {"[",    "]",       "{",       "}",     ",",    ":",        "\"",          "\\",
-                                     "\\u",  "\\ud800", "\\u0000", "1e999", "-",    "0",        ".",           "e",
-                                     "null", "\"a\":",  " ",       "\n",    "\xff", "\xc0\x80", "\xed\xa0\x80"};
+static const char *const pieces[] = {
+    "[", "]", "{", "}", ",",    ":",      "\"", "\\", "\\u",  "\\ud800",  "\\u0000",     "1e999",
+    "-", "0", ".", "e", "null", "\"a\":", " ",  "\n", "\xff", "\xc0\x80", "\xed\xa0\x80"};
 
 enum { PIECES = sizeof pieces / sizeof *pieces };
 
-static size_t replace(char *text, size_t bytes, size_t at, size_t old, const char *piece, size_t length) {
+static size_t replace(char *text, size_t bytes, size_t at, size_t old, const char *piece,
+                      size_t length) {
     if (bytes - old + length > ROOM) return bytes;
     memmove(text + at + length, text + at + old, bytes - at - old);
     memcpy(text + at, piece, length);
@@ -278,8 +292,10 @@ static size_t replace(char *text, size_t bytes, size_t at, size_t old, const cha
 
 static size_t mutate(char *text, size_t bytes, unsigned long long *state) {
     size_t at = bytes ? (size_t)test_random_int(state, (int)bytes) : 0, old = bytes - at;
-    const char *other = seeds[test_random_int(state, SEEDS)], *piece = pieces[test_random_int(state, PIECES)];
-    size_t length = 1 + (size_t)test_random_int(state, (int)strlen(other)), random = (size_t)test_random_int(state, 8);
+    const char *other = seeds[test_random_int(state, SEEDS)],
+               *piece = pieces[test_random_int(state, PIECES)];
+    size_t length = 1 + (size_t)test_random_int(state, (int)strlen(other)),
+           random = (size_t)test_random_int(state, 8);
     char byte = (char)test_random_int(state, 256);
     if (old > random) old = random;
     switch (test_random_int(state, 6)) {
@@ -314,11 +330,13 @@ TEST(fuzz_json_reader_and_checker_agree_on_mutations) {
         const char *seed = seeds[test_random_int(&state, SEEDS)];
         size_t bytes = strlen(seed);
         memcpy(text, seed, bytes);
-        for (int times = test_random_int(&state, 6); times >= 0; times--) bytes = mutate(text, bytes, &state);
+        for (int times = test_random_int(&state, 6); times >= 0; times--)
+            bytes = mutate(text, bytes, &state);
         if (!sound(text, bytes)) return;
         accepted += check_document((const unsigned char *)text, bytes) == 1;
     }
-    CHECK_SAYING(accepted > runs / 50 && accepted < runs / 2, "%ld of %ld accepted", accepted, runs);
+    CHECK_SAYING(accepted > runs / 50 && accepted < runs / 2, "%ld of %ld accepted", accepted,
+                 runs);
 }
 
 static void replay(const char *path) {
@@ -332,7 +350,8 @@ static void replay(const char *path) {
 /* FUZZ_FILES: names of files with inputs that once failed, separated by spaces, are tried too */
 TEST(fuzz_json_reader_accepts_the_seeds) {
     char *names = strdup(getenv("FUZZ_FILES") ? getenv("FUZZ_FILES") : ""), *rest = names;
-    for (char *name = strtok_r(names, " ", &rest); name; name = strtok_r(NULL, " ", &rest)) replay(name);
+    for (char *name = strtok_r(names, " ", &rest); name; name = strtok_r(NULL, " ", &rest))
+        replay(name);
     free(names);
     for (int i = 0; i < SEEDS; i++) {
         CHECK_INT(check_document((const unsigned char *)seeds[i], strlen(seeds[i])), 1);

@@ -1,4 +1,5 @@
-/* Allocation counting and faults, by the linker's --wrap of malloc, calloc, realloc and aligned_alloc.
+/* Allocation counting and faults, by the linker's --wrap of malloc, calloc, realloc and
+ * aligned_alloc.
  * Leaves to others: deciding which allocation fails (the test).
  * Invariant: with faults off every call goes straight through. */
 #include <stdatomic.h>
@@ -18,7 +19,8 @@ void *__wrap_aligned_alloc(size_t alignment, size_t bytes);
 static atomic_long alloc_count, alloc_fail_at;
 static atomic_int alloc_for_good;
 
-/* GSL forgets some of what it has where the memory for this method runs out in the middle: not ours to mend */
+/* GSL forgets some of what it has where the memory for this method runs out in the middle: not
+ * ours to mend */
 const char *__lsan_default_suppressions(void);
 const char *__lsan_default_options(void);
 const char *__lsan_default_options(void) { return "print_suppressions=0"; }
@@ -39,8 +41,12 @@ static int alloc_fails(void) {
 }
 
 void *__wrap_malloc(size_t bytes) { return alloc_fails() ? NULL : __real_malloc(bytes); }
-void *__wrap_calloc(size_t count, size_t bytes) { return alloc_fails() ? NULL : __real_calloc(count, bytes); }
-void *__wrap_realloc(void *old, size_t bytes) { return alloc_fails() ? NULL : __real_realloc(old, bytes); }
+void *__wrap_calloc(size_t count, size_t bytes) {
+    return alloc_fails() ? NULL : __real_calloc(count, bytes);
+}
+void *__wrap_realloc(void *old, size_t bytes) {
+    return alloc_fails() ? NULL : __real_realloc(old, bytes);
+}
 void *__wrap_aligned_alloc(size_t alignment, size_t bytes) {
     return alloc_fails() ? NULL : __real_aligned_alloc(alignment, bytes);
 }

@@ -1,7 +1,8 @@
-/* Faults of the disk, by the linker's --wrap of the calls with which SQLite writes: pwrite, fsync, fdatasync and
- * ftruncate.
+/* Faults of the disk, by the linker's --wrap of the calls with which SQLite writes: pwrite,
+ * fsync, fdatasync and ftruncate.
  * Leaves to others: deciding which call fails (the test).
- * Invariant: with faults off every call goes straight through; while they are on, nothing waits for a disk. */
+ * Invariant: with faults off every call goes straight through; while they are on, nothing waits
+ * for a disk. */
 #include <errno.h>
 #include <stdatomic.h>
 #include <sys/types.h>
@@ -46,4 +47,6 @@ ssize_t __wrap_pwrite64(int fd, const void *data, size_t bytes, off_t at) {
 }
 int __wrap_fsync(int fd) { return disk_fails() ? -1 : disk_fail_at ? 0 : __real_fsync(fd); }
 int __wrap_fdatasync(int fd) { return disk_fails() ? -1 : disk_fail_at ? 0 : __real_fdatasync(fd); }
-int __wrap_ftruncate64(int fd, off_t bytes) { return disk_fails() ? -1 : __real_ftruncate64(fd, bytes); }
+int __wrap_ftruncate64(int fd, off_t bytes) {
+    return disk_fails() ? -1 : __real_ftruncate64(fd, bytes);
+}

@@ -25,13 +25,14 @@ static int fence_read(const char *path, const char *name, char text[], int cap) 
 static int fence_write(const char *path, const char *name, const char *text) {
     char file[TEST_FENCE_PATH + 40];
     snprintf(file, sizeof file, "%s/%s", path, name);
-    int fd = open(file, O_WRONLY | O_CLOEXEC), good = fd >= 0 && write(fd, text, strlen(text)) == (ssize_t)strlen(text);
+    int fd = open(file, O_WRONLY | O_CLOEXEC),
+        good = fd >= 0 && write(fd, text, strlen(text)) == (ssize_t)strlen(text);
     if (fd >= 0) close(fd);
     return good;
 }
 
-/* where cgroup v2 is mounted, and behind it the path of this program's group; returns the bytes of the mount's path, 0
- * where there is none */
+/* where cgroup v2 is mounted, and behind it the path of this program's group; returns the bytes
+ * of the mount's path, 0 where there is none */
 static size_t fence_own(char path[TEST_FENCE_PATH]) {
     char line[1024], mount[256] = "", group[256] = "";
     FILE *mounts = fopen("/proc/self/mounts", "re");
@@ -47,9 +48,11 @@ static size_t fence_own(char path[TEST_FENCE_PATH]) {
 }
 
 /* makes a group below `parent`; it counts where its parent hands memory on */
-static int fence_make(struct test_fence *fence, const char *parent, const char *most, char reason[200]) {
+static int fence_make(struct test_fence *fence, const char *parent, const char *most,
+                      char reason[200]) {
     static int number;
-    int bytes = snprintf(fence->path, sizeof fence->path, "%s/pendulumd-test-%d-%d", parent, (int)getpid(), ++number);
+    int bytes = snprintf(fence->path, sizeof fence->path, "%s/pendulumd-test-%d-%d", parent,
+                         (int)getpid(), ++number);
     if (bytes < (int)sizeof fence->path && !mkdir(fence->path, 0755)) {
         if (fence_write(fence->path, "memory.max", most)) {
             /* without the file there is no swap to be had */
@@ -81,8 +84,8 @@ int test_fence_open(struct test_fence *fence, long long bytes, char reason[200])
 int test_fence_enter(const struct test_fence *fence, int pid) {
     char number[16];
     snprintf(number, sizeof number, "%d", pid);
-    return CHECK_SAYING(fence_write(fence->path, "cgroup.procs", number), "process %d does not get into %s: %s", pid,
-                        fence->path, strerror(errno));
+    return CHECK_SAYING(fence_write(fence->path, "cgroup.procs", number),
+                        "process %d does not get into %s: %s", pid, fence->path, strerror(errno));
 }
 
 double test_fence_peak(const struct test_fence *fence) {
@@ -95,10 +98,12 @@ void test_fence_close(struct test_fence *fence) {
     if (!fence->path[0]) return;
     int got = fence_read(fence->path, "memory.events", text, sizeof text);
     const char *killed = got > 0 ? strstr(text, "\noom_kill ") : NULL;
-    CHECK_SAYING(!killed || !atoi(killed + 10), "the system has killed for want of memory: %s", text);
+    CHECK_SAYING(!killed || !atoi(killed + 10), "the system has killed for want of memory: %s",
+                 text);
     /* a process that was waited for may still be leaving it */
     int removed = 0;
-    for (double end = test_clock() + TEST_PATIENCE; !removed && test_clock() < end; test_sleep(0.002))
+    for (double end = test_clock() + TEST_PATIENCE; !removed && test_clock() < end;
+         test_sleep(0.002))
         removed = !rmdir(fence->path);
     CHECK_SAYING(removed, "%s cannot be removed: %s", fence->path, strerror(errno));
     fence->path[0] = 0;

@@ -27,7 +27,8 @@ static int postgres_find(struct test_postgres *postgres) {
     glob_t found;
     int there = !glob("/usr/lib/postgresql/*/bin/initdb", 0, NULL, &found) && found.gl_pathc > 0;
     if (there)
-        snprintf(postgres->bin, sizeof postgres->bin, "%.*s", (int)(strlen(found.gl_pathv[found.gl_pathc - 1]) - 7),
+        snprintf(postgres->bin, sizeof postgres->bin, "%.*s",
+                 (int)(strlen(found.gl_pathv[found.gl_pathc - 1]) - 7),
                  found.gl_pathv[found.gl_pathc - 1]);
     globfree(&found);
     return there;
@@ -39,12 +40,13 @@ static void postgres_drop(void) {
     if (user && (setgroups(0, NULL) || setgid(user->pw_gid) || setuid(user->pw_uid))) _exit(126);
 }
 
-/* starts a program of PostgreSQL's, or one whose path is given, with its output in the directory's log; PostgreSQL's
- * finds its fellows by the path in argv[0] */
-static pid_t postgres_spawn(const struct test_postgres *postgres, const char *program, char *argv[]) {
+/* starts a program of PostgreSQL's, or one whose path is given, with its output in the
+ * directory's log; PostgreSQL's finds its fellows by the path in argv[0] */
+static pid_t postgres_spawn(const struct test_postgres *postgres, const char *program,
+                            char *argv[]) {
     char path[PATH_BYTES], log[PATH_BYTES];
-    snprintf(path, sizeof path, "%s%s%s", program[0] == '/' ? "" : postgres->bin, program[0] == '/' ? "" : "/",
-             program);
+    snprintf(path, sizeof path, "%s%s%s", program[0] == '/' ? "" : postgres->bin,
+             program[0] == '/' ? "" : "/", program);
     snprintf(log, sizeof log, "%s/log", postgres->directory);
     pid_t pid = fork();
     if (pid) return pid;
@@ -76,17 +78,18 @@ static int postgres_ready(const struct test_postgres *postgres) {
 }
 
 static int postgres_serve(struct test_postgres *postgres) {
-    char *argv[] = {
-        "postgres", "-D", "data", "-k", postgres->directory, "-c", "listen_addresses=", "-c", "max_connections=40",
-        "-c", "shared_buffers=16MB", "-c", "logging_collector=off",
-        /* processes are killed here, never the system: what was written survives without waiting for disks */
-        "-c", "fsync=off", NULL};
+    char *argv[] = {"postgres", "-D", "data", "-k", postgres->directory, "-c",
+                    "listen_addresses=", "-c", "max_connections=40", "-c", "shared_buffers=16MB",
+                    "-c", "logging_collector=off",
+                    /* processes are killed here, never the system: what was written survives
+                     * without waiting for disks */
+                    "-c", "fsync=off", NULL};
     postgres->pid = postgres_spawn(postgres, "postgres", argv);
     return postgres->pid > 0 && postgres_ready(postgres);
 }
 
-/* The directory with a new database that all of this program's begin as, as to copy is quicker than to make one; and
- * who removes it. */
+/* The directory with a new database that all of this program's begin as, as to copy is quicker
+ * than to make one; and who removes it. */
 static char postgres_first[64];
 static pid_t postgres_owner;
 
@@ -114,7 +117,8 @@ static int postgres_directory(char directory[64]) {
 /* makes the first database where there is none yet */
 static int postgres_make(const struct test_postgres *postgres) {
     char data[80];
-    char *argv[] = {"initdb", "-D", data, "-U", "pendulumd", "-A", "trust", "-E", "UTF8", "--locale=C", "-N", NULL};
+    char *argv[] = {"initdb", "-D", data,   "-U",         "pendulumd", "-A",
+                    "trust",  "-E", "UTF8", "--locale=C", "-N",        NULL};
     if (postgres_first[0]) return 1;
     if (!postgres_directory(postgres_first)) return 0;
     postgres_owner = getpid();
@@ -141,7 +145,8 @@ struct test_postgres *test_postgres_start(void) {
         return NULL;
     }
     int good = postgres_make(postgres) && postgres_copy(postgres) && postgres_serve(postgres);
-    snprintf(postgres->url, sizeof postgres->url, "postgresql://pendulumd@/postgres?host=%s", postgres->directory);
+    snprintf(postgres->url, sizeof postgres->url, "postgresql://pendulumd@/postgres?host=%s",
+             postgres->directory);
     if (!good) test_postgres_stop(&postgres);
     return postgres;
 }
@@ -174,7 +179,8 @@ void test_postgres_freeze(const struct test_postgres *postgres, int frozen) {
     int child, number = frozen ? SIGSTOP : SIGCONT;
     /* it first, so that it has no more children than are read */
     kill(postgres->pid, number);
-    snprintf(path, sizeof path, "/proc/%d/task/%d/children", (int)postgres->pid, (int)postgres->pid);
+    snprintf(path, sizeof path, "/proc/%d/task/%d/children", (int)postgres->pid,
+             (int)postgres->pid);
     FILE *children = fopen(path, "r");
     while (children && fscanf(children, "%d", &child) == 1) kill(child, number);
     if (children) fclose(children);

@@ -47,12 +47,14 @@ static void quad_gram(const struct pend_tree *tree, test_quad gram[]) {
     memset(gram, 0, n * n * sizeof *gram);
     for (int k = 0; k < tree->n; k++)
         for (int i = k; i >= 0; i = tree->parent[i])
-            for (int j = k; j >= 0; j = tree->parent[j]) gram[(size_t)i * n + (size_t)j] += tree->mass[k];
+            for (int j = k; j >= 0; j = tree->parent[j])
+                gram[(size_t)i * n + (size_t)j] += tree->mass[k];
 }
 
-/* turns S^T diag(m) S into Re M (the lower triangle with its diagonal) and Im M (below and above, by sign) */
-static void quad_inertia(const struct pend_tree *tree, const double phi[], const test_quad gram[], test_quad re[],
-                         test_quad im[], test_quad unit[]) {
+/* turns S^T diag(m) S into Re M (the lower triangle with its diagonal) and Im M (below and
+ * above, by sign) */
+static void quad_inertia(const struct pend_tree *tree, const double phi[], const test_quad gram[],
+                         test_quad re[], test_quad im[], test_quad unit[]) {
     int n = tree->n;
     test_quad *c = unit, *s = unit + n;
     for (int i = 0; i < n; i++) c[i] = test_quad_cos(phi[i]), s[i] = test_quad_sin(phi[i]);
@@ -87,8 +89,8 @@ static void quad_solve(int n, test_quad a[], test_quad b[]) {
     }
 }
 
-void test_quad_dynamics(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
-                        test_quad acc[], test_quad force[]) {
+void test_quad_dynamics(const struct pend_tree *tree, double gravity, const double phi[],
+                        const double rate[], test_quad acc[], test_quad force[]) {
     size_t n = (size_t)tree->n;
     test_quad *gram = malloc((4 * n * n + 2 * n) * sizeof *gram);
     if (!gram) abort();
@@ -107,7 +109,8 @@ void test_quad_dynamics(const struct pend_tree *tree, double gravity, const doub
     // (bbb): lambda = g sin(phi) (S^T m) - l^-1 (Im phi'' + Re phi'^2)
     for (size_t i = 0; i < n; i++) {
         test_quad sum = 0;
-        for (size_t j = 0; j < n; j++) sum += im[i * n + j] * acc[j] + re[i * n + j] * rate[j] * rate[j];
+        for (size_t j = 0; j < n; j++)
+            sum += im[i * n + j] * acc[j] + re[i * n + j] * rate[j] * rate[j];
         force[i] = (test_quad)gravity * unit[n + i] * gram[i * n + i] - sum / tree->len[i];
     }
     free(gram);

@@ -1,4 +1,5 @@
-/* The paper's dense matrix form in quadruple precision: what every fast or double computation is measured against.
+/* The paper's dense matrix form in quadruple precision: what every fast or double computation is
+ * measured against.
  * Leaves to others: trees (harness/trees).
  * Invariant: no formula shared with core; a 113-bit significand wherever the compiler has one. */
 #ifndef QUAD_H
@@ -22,14 +23,15 @@ test_quad test_quad_abs(test_quad x);
 test_quad test_quad_read(const char *text);
 
 /**
- * (aaa) and (bbb) as printed: M = diag(e^{-i phi} l) S^T diag(m) S diag(l e^{i phi}), Cholesky of Re M.
+ * (aaa) and (bbb) as printed: M = diag(e^{-i phi} l) S^T diag(m) S diag(l e^{i phi}), Cholesky of
+ * Re M.
  *
  * tree        arrays in its stored order; the parameters are taken as the doubles that they are.
  * acc, force  out, n values each.
  * O(n^3), about 0.15 s for n = 200. Aborts when out of memory.
  */
-void test_quad_dynamics(const struct pend_tree *tree, double gravity, const double phi[], const double rate[],
-                        test_quad acc[], test_quad force[]);
+void test_quad_dynamics(const struct pend_tree *tree, double gravity, const double phi[],
+                        const double rate[], test_quad acc[], test_quad force[]);
 
 /** Largest |x - exact| over the largest |exact| (0 when all are 0); NaN when anything is. */
 double test_quad_gap(int n, const double x[], const test_quad exact[]);

@@ -1,17 +1,22 @@
-/* Short requests that reach every operation, method, precision and representation: what the loops of faults go through.
- * Leaves to others: how they are sent, and what fails meanwhile (test_faults of api and of server).
- * Invariant: each of them answers within milliseconds; every operation is there, which the tests check. */
+/* Short requests that reach every operation, method, precision and representation: what the
+ * loops of faults go through.
+ * Leaves to others: how they are sent, and what fails meanwhile (test_faults of api and of
+ * server).
+ * Invariant: each of them answers within milliseconds; every operation is there, which the tests
+ * check. */
 #ifndef TEST_REQUESTS_H
 #define TEST_REQUESTS_H
 
 #include "api/op/op.h"
 
-#define TEST_TREE                                                                                                      \
-    "\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":1,\"mass\":1},{\"parent\":\"a\",\"length\":1,\"mass\":2}]}"
+#define TEST_TREE                                                                                  \
+    "\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":1,\"mass\":1},{\"parent\":\"a\","          \
+    "\"length\":1,\"mass\":2}]}"
 #define TEST_TIMES "\"times\":[0,0.1,0.25]"
 #define TEST_MOTION "{" TEST_TREE ",\"initial\":{\"theta\":[1,2]}," TEST_TIMES ","
-#define TEST_GRID                                                                                                      \
-    "{" TEST_TREE ",\"duration\":0.5,\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":-3,\"stop\":3,\"count\":4},"    \
+#define TEST_GRID                                                                                  \
+    "{" TEST_TREE ",\"duration\":0.5,\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":-3,"        \
+    "\"stop\":3,\"count\":4},"                                                                     \
     "{\"vary\":\"theta\",\"arm\":2,\"start\":-2,\"stop\":2,\"count\":3}]"
 
 static const struct test_request {
@@ -20,9 +25,11 @@ static const struct test_request {
 } test_requests[] = {
     {API_OP_TREES, "{" TEST_TREE "}", NULL},
     {API_OP_TREES, "{\"pendulum\":{\"L\":[1,1],\"m\":[1,1],\"S\":[[1,0],[1,1]]}}", NULL},
-    {API_OP_TREES, "{\"pendulum\":{\"length\":[1,0],\"mass\":[1,\"x\"],\"parent\":[0,3]},\"more\":1}", NULL},
+    {API_OP_TREES,
+     "{\"pendulum\":{\"length\":[1,0],\"mass\":[1,\"x\"],\"parent\":[0,3]},\"more\":1}", NULL},
     {API_OP_TRAJECTORIES,
-     "{" TEST_TREE ",\"initial\":{\"mode\":2,\"amplitude\":0.5},\"times\":{\"stop\":1,\"step\":0.002},"
+     "{" TEST_TREE
+     ",\"initial\":{\"mode\":2,\"amplitude\":0.5},\"times\":{\"stop\":1,\"step\":0.002},"
      "\"output\":[\"phi\",\"z\",\"energy\",\"lambda\"]}",
      NULL},
     {API_OP_TRAJECTORIES, TEST_MOTION "\"digits\":6}", "text/csv"},
@@ -38,9 +45,11 @@ static const struct test_request {
     {API_OP_TRAJECTORIES, TEST_MOTION "\"method\":\"symplectic\"}", NULL},
     {API_OP_TRAJECTORIES, TEST_MOTION "\"precision\":\"extended\",\"trust\":true}", NULL},
     {API_OP_TRAJECTORIES, TEST_MOTION "\"precision\":\"quad\",\"rtol\":1e-30}", NULL},
-    {API_OP_FORCES, "{" TEST_TREE ",\"states\":[{},{\"theta\":[1,2]},{\"mode\":1,\"amplitude\":1}]}", NULL},
+    {API_OP_FORCES,
+     "{" TEST_TREE ",\"states\":[{},{\"theta\":[1,2]},{\"mode\":1,\"amplitude\":1}]}", NULL},
     {API_OP_FORCES, "{" TEST_TREE "}", "text/csv"},
-    {API_OP_MODES, "{" TEST_TREE ",\"include\":[\"A\",\"M\",\"S\",\"B\"],\"initial\":{\"theta\":[1,2]}}", NULL},
+    {API_OP_MODES,
+     "{" TEST_TREE ",\"include\":[\"A\",\"M\",\"S\",\"B\"],\"initial\":{\"theta\":[1,2]}}", NULL},
     {API_OP_MODES, "{" TEST_TREE ",\"about\":[\"down\",\"up\"]}", "application/x-npz"},
     {API_OP_ENSEMBLES, TEST_GRID ",\"observables\":[\"first_flip\",\"energy_drift\"]}", NULL},
     {API_OP_ENSEMBLES, TEST_GRID ",\"observables\":[\"first_flip\"]}", "image/png"},
@@ -51,7 +60,9 @@ static const struct test_request {
     {API_OP_EQUATIONS, "{" TEST_TREE ",\"initial\":{\"phi\":[1,2]}}", NULL},
     {API_OP_LYAPUNOV, "{" TEST_TREE ",\"duration\":1,\"samples\":4,\"count\":3}", NULL},
     {API_OP_SECTIONS,
-     "{" TEST_TREE ",\"initial\":{\"theta\":[1,2]},\"duration\":3,\"section\":{\"arm\":1,\"theta\":0}}", NULL},
+     "{" TEST_TREE
+     ",\"initial\":{\"theta\":[1,2]},\"duration\":3,\"section\":{\"arm\":1,\"theta\":0}}",
+     NULL},
     {API_OP_PRESETS, NULL, NULL},
     {API_OP_PRESET, NULL, NULL},
 };

@@ -26,7 +26,9 @@ static double **runs_at(const struct pend_samples *samples, int i) {
     return (double **)((char *)samples + runs_array[i].offset);
 }
 
-static size_t runs_width(const struct test_record *record, int i) { return runs_array[i].wide ? (size_t)record->n : 1; }
+static size_t runs_width(const struct test_record *record, int i) {
+    return runs_array[i].wide ? (size_t)record->n : 1;
+}
 
 /* the arrays exactly as long as the count of samples, so that a sanitizer sees one too many */
 static void runs_allocate(struct test_record *record, long count) {
@@ -45,12 +47,13 @@ static struct pend_samples runs_view(const struct test_record *record, long at, 
 }
 
 /* a new run in the place of one, by way of bytes */
-static void runs_carry(struct test_record *record, struct pend_run **run, const struct pend_method *method,
-                       const struct pend_problem *problem) {
+static void runs_carry(struct test_record *record, struct pend_run **run,
+                       const struct pend_method *method, const struct pend_problem *problem) {
     struct pend_checkpoint checkpoint = {.way = PEND_CHECKPOINT_COUNT};
     struct pend_run *next;
     if (!CHECK(pend_run_carry(*run, &checkpoint) == PEND_OK)) return;
-    checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_TAKE, .bytes = checkpoint.used, .at = malloc(checkpoint.used)};
+    checkpoint = (struct pend_checkpoint){
+        .way = PEND_CHECKPOINT_TAKE, .bytes = checkpoint.used, .at = malloc(checkpoint.used)};
     if (!checkpoint.at) abort();
     CHECK(pend_run_carry(*run, &checkpoint) == PEND_OK && pend_checkpoint_whole(&checkpoint));
     pend_run_free(run);
@@ -64,12 +67,14 @@ static void runs_carry(struct test_record *record, struct pend_run **run, const 
 }
 
 /* carried: the problem, where each call is to have a run of its own; else NULL */
-static void runs_loop(struct test_record *record, struct pend_run **run, const struct pend_method *method,
-                      const struct pend_problem *carried, long count, long block, double work) {
+static void runs_loop(struct test_record *record, struct pend_run **run,
+                      const struct pend_method *method, const struct pend_problem *carried,
+                      long count, long block, double work) {
     long *at = &record->samples.count;
     int done = 0;
     while (!done && record->status == PEND_OK) {
-        struct pend_samples view = runs_view(record, *at, block < count - *at ? block : count - *at);
+        struct pend_samples view =
+            runs_view(record, *at, block < count - *at ? block : count - *at);
         record->status = pend_run_next(*run, &view, work, &done, &record->error);
         record->calls++;
         *at += view.count;
@@ -99,7 +104,8 @@ void test_record_carried(struct test_record *record, const struct pend_method *m
     runs_record(record, method, problem, 1, block, work);
 }
 
-void test_record(struct test_record *record, const char *method, const struct pend_problem *problem) {
+void test_record(struct test_record *record, const char *method,
+                 const struct pend_problem *problem) {
     test_record_blocks(record, pend_method_find(method), problem, problem->times.count, INFINITY);
 }
 
@@ -117,7 +123,8 @@ static double runs_gap(const double a[], const double b[], size_t count) {
 
 struct test_record_gap test_record_gap(const struct test_record *a, const struct test_record *b) {
     size_t count = (size_t)(a->samples.count * a->n);
-    if (a->samples.count != b->samples.count || a->n != b->n) return (struct test_record_gap){NAN, NAN, NAN};
+    if (a->samples.count != b->samples.count || a->n != b->n)
+        return (struct test_record_gap){NAN, NAN, NAN};
     return (struct test_record_gap){runs_gap(a->samples.phi, b->samples.phi, count),
                                     runs_gap(a->samples.rate, b->samples.rate, count),
                                     runs_gap(a->samples.force, b->samples.force, count)};
@@ -127,7 +134,8 @@ int test_record_same(const struct test_record *a, const struct test_record *b) {
     if (a->samples.count != b->samples.count || a->n != b->n || a->status != b->status) return 0;
     for (int i = 0; i < RUNS_ARRAYS; i++) {
         size_t bytes = (size_t)a->samples.count * runs_width(a, i) * sizeof(double);
-        if (bytes && memcmp(*runs_at(&a->samples, i), *runs_at(&b->samples, i), bytes) != 0) return 0;
+        if (bytes && memcmp(*runs_at(&a->samples, i), *runs_at(&b->samples, i), bytes) != 0)
+            return 0;
     }
     return 1;
 }
@@ -137,12 +145,12 @@ void test_paper_init(struct test_paper *paper, long count) {
     static const int parent[] = {-1, 0, 1, 1};
     *paper = (struct test_paper){0};
     if (pend_tree_new(&paper->tree, 4, length, mass, parent, NULL) != PEND_OK) abort();
-    paper->problem =
-        (struct pend_problem){.tree = paper->tree,
-                              .gravity = 9.81,
-                              .phi = paper->phi,
-                              .rate = paper->rate,
-                              .times = {.count = count, .span = 5, .divisor = count > 1 ? (double)(count - 1) : 1}};
+    paper->problem = (struct pend_problem){
+        .tree = paper->tree,
+        .gravity = 9.81,
+        .phi = paper->phi,
+        .rate = paper->rate,
+        .times = {.count = count, .span = 5, .divisor = count > 1 ? (double)(count - 1) : 1}};
 }
 
 void test_paper_clear(struct test_paper *paper) { pend_tree_free(&paper->tree); }
@@ -173,7 +181,8 @@ int test_paper_read(struct test_paper_row row[TEST_PAPER_ROWS]) {
 struct test_record_gap test_paper_gap(const struct test_record *record, long stride,
                                       const struct test_paper_row row[TEST_PAPER_ROWS]) {
     struct test_record_gap worst = {0, 0, 0};
-    if (record->samples.count < (TEST_PAPER_ROWS - 1) * stride + 1) return (struct test_record_gap){NAN, NAN, NAN};
+    if (record->samples.count < (TEST_PAPER_ROWS - 1) * stride + 1)
+        return (struct test_record_gap){NAN, NAN, NAN};
     for (int i = 0; i < TEST_PAPER_ROWS; i++) {
         size_t at = (size_t)(i * stride) * 4;
         worst.phi = fmax(worst.phi, runs_gap(record->samples.phi + at, row[i].phi, 4));

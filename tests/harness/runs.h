@@ -1,4 +1,5 @@
-/* Whole integrations for tests: a problem with its tree, all its samples at once, and the paper's example.
+/* Whole integrations for tests: a problem with its tree, all its samples at once, and the
+ * paper's example.
  * Leaves to others: the integration (core/integrate/run), random trees (harness/trees).
  * Invariant: aborts when out of memory; checks nothing by itself. */
 #ifndef RUNS_H
@@ -17,18 +18,20 @@ struct test_record {
 };
 
 /**
- * Runs a problem to its end or failure, all outputs wanted, in blocks of `block` samples and `work` arm-evaluations.
- * A failure of pend_run_new is recorded too. Ends with test_record_clear.
+ * Runs a problem to its end or failure, all outputs wanted, in blocks of `block` samples and `work`
+ * arm-evaluations. A failure of pend_run_new is recorded too. Ends with test_record_clear.
  */
 void test_record_blocks(struct test_record *record, const struct pend_method *method,
                         const struct pend_problem *problem, long block, double work);
 
-/** The same, but after every call of pend_run_next all is carried into a new run of the problem, which goes on. */
+/** The same, but after every call of pend_run_next all is carried into a new run of the problem,
+ * which goes on. */
 void test_record_carried(struct test_record *record, const struct pend_method *method,
                          const struct pend_problem *problem, long block, double work);
 
 /** The same with one big block; the method by its name. */
-void test_record(struct test_record *record, const char *method, const struct pend_problem *problem);
+void test_record(struct test_record *record, const char *method,
+                 const struct pend_problem *problem);
 
 void test_record_clear(struct test_record *record);
 

@@ -72,7 +72,8 @@ static pid_t launch(const char *const options[], const char *listen, const char 
     int count = 0;
     const char *prefix = getenv("TEST_UNDER");
     snprintf(under, sizeof under, "%s", prefix ? prefix : "");
-    for (char *at = strtok(under, " "); at && count < WORDS / 2; at = strtok(NULL, " ")) word[count++] = at;
+    for (char *at = strtok(under, " "); at && count < WORDS / 2; at = strtok(NULL, " "))
+        word[count++] = at;
     path_from_program(program, 2, "pendulumd");
     word[count++] = program;
     if (listen) {
@@ -81,9 +82,11 @@ static pid_t launch(const char *const options[], const char *listen, const char 
             "--header-seconds", "3600", "--body-seconds",  "3600",  "--send-seconds",       "3600",
             "--idle-seconds",   "3600", "--drain-seconds", "86400", "--drain-idle-seconds", "0.25",
             "--hosts",          "*"};
-        for (size_t i = 0; i < sizeof strict / sizeof *strict; i++) word[count++] = (char *)strict[i];
+        for (size_t i = 0; i < sizeof strict / sizeof *strict; i++)
+            word[count++] = (char *)strict[i];
     }
-    for (int i = 0; options && options[i] && count < WORDS - 1; i++) word[count++] = (char *)options[i];
+    for (int i = 0; options && options[i] && count < WORDS - 1; i++)
+        word[count++] = (char *)options[i];
     word[count] = NULL;
     fflush(stdout);
     pid_t pid = fork();
@@ -141,10 +144,11 @@ struct test_server *test_server_start(const char *const options[]) {
     struct test_server *server = server_new(options, "127.0.0.1:0");
     if (!server) return NULL;
     double end = test_clock() + TEST_PATIENCE;
-    while (!(server->port = port_in_log(server)) && !reap(server) && test_clock() < end) test_sleep(0.002);
+    while (!(server->port = port_in_log(server)) && !reap(server) && test_clock() < end)
+        test_sleep(0.002);
     if (server->port) return server;
-    CHECK_SAYING(0, "the server did not get ready (exit status %d); it said: %s", server->exit_status,
-                 test_server_log(server));
+    CHECK_SAYING(0, "the server did not get ready (exit status %d); it said: %s",
+                 server->exit_status, test_server_log(server));
     if (server->pid) kill(server->pid, SIGKILL), test_server_wait(server);
     server_free(server);
     return NULL;
@@ -221,7 +225,8 @@ int test_client_open(struct test_client *client, int port) {
     struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons((uint16_t)port)};
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     *client = (struct test_client){.fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
-    if (client->fd >= 0 && connect(client->fd, (struct sockaddr *)&address, sizeof address) == 0) return 1;
+    if (client->fd >= 0 && connect(client->fd, (struct sockaddr *)&address, sizeof address) == 0)
+        return 1;
     CHECK_SAYING(0, "connecting to port %d: %s", port, strerror(errno));
     test_client_close(client);
     return 0;
@@ -260,7 +265,8 @@ static int client_more(struct test_client *client, double end) {
     double left = end - test_clock();
     struct pollfd wait = {.fd = client->fd, .events = POLLIN};
     if (poll(&wait, 1, left > 0 ? (int)(left * 1000) + 1 : 0) <= 0) return -1;
-    ssize_t got = recv(client->fd, client->data + client->bytes, client->cap - client->bytes - 1, 0);
+    ssize_t got =
+        recv(client->fd, client->data + client->bytes, client->cap - client->bytes - 1, 0);
     if (got <= 0) return got < 0 ? -1 : 0; /* a reset is no end */
     client->bytes += (size_t)got;
     client->data[client->bytes] = 0;
@@ -369,13 +375,15 @@ static int body_to_the_end(struct test_client *client, struct test_reply *reply,
 static int body_receive(struct test_client *client, struct test_reply *reply, double end) {
     const char *coding = test_reply_header(reply, "Transfer-Encoding");
     const char *length = test_reply_header(reply, "Content-Length");
-    if (coding) return !strcasecmp(coding, "chunked") && !length && body_chunked(client, reply, end);
+    if (coding)
+        return !strcasecmp(coding, "chunked") && !length && body_chunked(client, reply, end);
     if (!length) return body_to_the_end(client, reply, end);
     size_t count = strtoul(length, NULL, 10);
     return client_need(client, count, end) && body_take(client, reply, count);
 }
 
-int test_client_receive(struct test_client *client, struct test_reply *reply, int bodiless, double seconds) {
+int test_client_receive(struct test_client *client, struct test_reply *reply, int bodiless,
+                        double seconds) {
     double end = test_clock() + seconds;
     int status, interim = -1;
     *reply = (struct test_reply){.body = calloc(1, 1)};
@@ -403,8 +411,8 @@ int test_client_ended(struct test_client *client, double seconds) {
     return more == 0 && client->bytes == before;
 }
 
-int test_request(const struct test_server *server, struct test_reply *reply, const char *method, const char *path,
-                 const char *headers, const char *body) {
+int test_request(const struct test_server *server, struct test_reply *reply, const char *method,
+                 const char *path, const char *headers, const char *body) {
     struct test_client client;
     char line[256];
     *reply = (struct test_reply){0};
@@ -418,7 +426,8 @@ int test_request(const struct test_server *server, struct test_reply *reply, con
     test_client_say(&client, " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n");
     test_client_say(&client, headers);
     snprintf(line, sizeof line, "%sContent-Length: %zu\r\n",
-             strcasestr(headers, "content-type:") ? "" : "Content-Type: application/json\r\n", body ? strlen(body) : 0);
+             strcasestr(headers, "content-type:") ? "" : "Content-Type: application/json\r\n",
+             body ? strlen(body) : 0);
     if (body) test_client_say(&client, line);
     test_client_say(&client, "\r\n");
     if (body) test_client_say(&client, body);
@@ -449,7 +458,9 @@ void test_reply_record(const struct test_reply *reply, const char *method, const
     static int begun;
     char file_path[4096];
     /* what is packed says the same as what is not, and is no text */
-    if (reply->body_bytes > 4 << 20 || test_reply_header(reply, "Content-Encoding") || getenv("TEST_UNDER")) return;
+    if (reply->body_bytes > 4 << 20 || test_reply_header(reply, "Content-Encoding") ||
+        getenv("TEST_UNDER"))
+        return;
     path_from_program(file_path, 0, "replies.ndjson");
     FILE *file = fopen(file_path, begun ? "a" : "w");
     if (!file) return;

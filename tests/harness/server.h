@@ -1,6 +1,7 @@
 /* A live daemon as a child process, and a small HTTP client that shows every byte.
  * Leaves to others: what is asked and what is right (tests/wire).
- * Invariant: a server that a test started is gone when the test program is; all traffic stays on loopback. */
+ * Invariant: a server that a test started is gone when the test program is; all traffic stays on
+ * loopback. */
 #ifndef TEST_SERVER_H
 #define TEST_SERVER_H
 
@@ -12,11 +13,14 @@ struct test_server;
 enum { TEST_PATIENCE = 120 };
 
 /**
- * Starts the daemon of the same build (build/MODE/pendulumd) and waits until it says `listening on`.
+ * Starts the daemon of the same build (build/MODE/pendulumd) and waits until it says `listening
+ * on`.
  *
- * options  command line, ended by NULL; NULL for none. `--listen 127.0.0.1:0 --store none --hosts *` and an hour for
- * all that a client or a drain may take go in front, so that own ones win. A prefix such as "valgrind -q" can be given
- * in the environment variable TEST_UNDER. Returns NULL, with a failed check, when it does not get ready within
+ * options  command line, ended by NULL; NULL for none. `--listen 127.0.0.1:0 --store none --hosts
+ *          *` and an hour for
+ * all that a client or a drain may take go in front, so that own ones win. A prefix such as
+ * "valgrind -q" can be given in the environment variable TEST_UNDER. Returns NULL, with a failed
+ * check, when it does not get ready within
  * TEST_PATIENCE. Ends with test_server_stop.
  */
 struct test_server *test_server_start(const char *const options[]);
@@ -36,13 +40,15 @@ void test_server_signal(const struct test_server *server, int number);
 /**
  * Waits for the end of the process, at most TEST_PATIENCE.
  *
- * Returns its exit status, 128 + the signal that killed it, or -1 (and kills it) when it did not end.
+ * Returns its exit status, 128 + the signal that killed it, or -1 (and kills it) when it did not
+ * end.
  */
 int test_server_wait(struct test_server *server);
 
 /**
- * Stops it with SIGTERM where it still runs, checks exit status 0 and that standard error holds nothing but the
- * `listening on` line and JSON lines, frees it and clears the pointer. NULL is accepted.
+ * Stops it with SIGTERM where it still runs, checks exit status 0 and that standard error holds
+ * nothing but the `listening on` line and JSON lines, frees it and clears the pointer. NULL is
+ * accepted.
  */
 void test_server_stop(struct test_server **server);
 
@@ -96,9 +102,11 @@ int test_client_say(struct test_client *client, const char *text);
  * seconds   the longest wait in all.
  * Returns the status, or 0 when no whole reply came.
  */
-int test_client_receive(struct test_client *client, struct test_reply *reply, int bodiless, double seconds);
+int test_client_receive(struct test_client *client, struct test_reply *reply, int bodiless,
+                        double seconds);
 
-/** Waits until the other side closes; 1 when it did within the time, 0 when it did not or sent more bytes. */
+/** Waits until the other side closes; 1 when it did within the time, 0 when it did not or sent
+ * more bytes. */
 int test_client_ended(struct test_client *client, double seconds);
 
 /** The value of a header (any case), or NULL. */
@@ -110,15 +118,16 @@ void test_reply_clear(struct test_reply *reply);
  * One request on a connection of its own; every reply is recorded (test_reply_record).
  *
  * headers  further header lines, each ended by CR LF, or "".
- * body     NULL for none; else sent with its Content-Length and as application/json unless headers name a type.
+ * body     NULL for none; else sent with its Content-Length and as application/json unless headers
+ *          name a type.
  * Returns the status, or 0 when no whole reply came within TEST_PATIENCE.
  */
-int test_request(const struct test_server *server, struct test_reply *reply, const char *method, const char *path,
-                 const char *headers, const char *body);
+int test_request(const struct test_server *server, struct test_reply *reply, const char *method,
+                 const char *path, const char *headers, const char *body);
 
 /**
- * Appends a reply as a line {"method", "path", "status", "content_type", "body"} to replies.ndjson beside the test
- * program, for tests/rules/replies.py; those above 4 MB are left out, and all under
+ * Appends a reply as a line {"method", "path", "status", "content_type", "body"} to replies.ndjson
+ * beside the test program, for tests/rules/replies.py; those above 4 MB are left out, and all under
  * TEST_UNDER, which runs beside. The body is text, or null where there was none.
  */
 void test_reply_record(const struct test_reply *reply, const char *method, const char *path);

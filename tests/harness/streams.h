@@ -1,6 +1,6 @@
-/* Streams of requests, good and malformed, and what becomes of each: one table for the front alone (server/test_front)
- * and for a live server (wire/test_malformed). Leaves to others: sending them. Invariant: what is refused is refused
- * for the one reason that its name says. */
+/* Streams of requests, good and malformed, and what becomes of each: one table for the front
+ * alone (server/test_front) and for a live server (wire/test_malformed). Leaves to others:
+ * sending them. Invariant: what is refused is refused for the one reason that its name says. */
 #ifndef STREAMS_H
 #define STREAMS_H
 
@@ -11,8 +11,8 @@
 #define POST "POST / HTTP/1.1\r\n" HOST
 #define CHUNKED POST "Transfer-Encoding: chunked\r\n\r\n"
 
-/* A stream, the status that refuses it (0 = all is well) and how many requests are complete before that; bytes is given
- * where it holds a NUL. */
+/* A stream, the status that refuses it (0 = all is well) and how many requests are complete
+ * before that; bytes is given where it holds a NUL. */
 struct stream {
     const char *what, *stream;
     int status, complete;
@@ -32,13 +32,16 @@ static const struct stream streams[] = {
     {"bytes beyond ASCII in a value", GET "X: caf\xc3\xa9\r\n\r\n", 0, 1, 0},
     {"names in capitals", "GET / HTTP/1.1\r\nHOST: a\r\nCONTENT-LENGTH: 0\r\n\r\n", 0, 1, 0},
     {"a body", POST "Content-Length: 5\r\n\r\nhello" GET "\r\n", 0, 2, 0},
-    {"a body that looks like a request", POST "Content-Length: 29\r\n\r\nGET / HTTP/1.1\r\nHost: a\r\n\r\n..", 0, 1, 0},
+    {"a body that looks like a request",
+     POST "Content-Length: 29\r\n\r\nGET / HTTP/1.1\r\nHost: a\r\n\r\n..", 0, 1, 0},
     {"a body without end", POST "Content-Length: 5\r\n\r\nhell", 0, 0, 0},
     {"chunks", CHUNKED "5\r\nhello\r\n0\r\n\r\n" GET "\r\n", 0, 2, 0},
-    {"chunks with capitals, zeros and extensions", CHUNKED "00A;x=\"y\"\r\n0123456789\r\n000\r\n\r\n", 0, 1, 0},
-    {"chunks with an extension at the last", CHUNKED "1;a=b\r\na\r\n0;c=d\r\n\r\n" GET "\r\n", 0, 2, 0},
-    {"chunks with an extension before a trailer", CHUNKED "1\r\na\r\n0;c\r\nX: /hidden HTTP/1.1\r\n\r\n" GET "\r\n", 0,
-     2, 0},
+    {"chunks with capitals, zeros and extensions",
+     CHUNKED "00A;x=\"y\"\r\n0123456789\r\n000\r\n\r\n", 0, 1, 0},
+    {"chunks with an extension at the last", CHUNKED "1;a=b\r\na\r\n0;c=d\r\n\r\n" GET "\r\n", 0, 2,
+     0},
+    {"chunks with an extension before a trailer",
+     CHUNKED "1\r\na\r\n0;c\r\nX: /hidden HTTP/1.1\r\n\r\n" GET "\r\n", 0, 2, 0},
     {"chunks with trailer fields", CHUNKED "1\r\na\r\n0\r\nX: y\r\n\r\n" GET "\r\n", 0, 2, 0},
     {"Chunked with a capital", POST "Transfer-Encoding: Chunked\r\n\r\n0\r\n\r\n", 0, 1, 0},
 
@@ -60,24 +63,31 @@ static const struct stream streams[] = {
     {"a length with a blank behind", POST "Content-Length: 1 \r\n\r\na", 400, 0, 0},
     {"a length with a blank within", POST "Content-Length: 1 0\r\n\r\na", 400, 0, 0},
     {"a length beyond 64 bits", POST "Content-Length: 18446744073709551617\r\n\r\na", 413, 0, 0},
-    {"a length and chunks", POST "Content-Length: 1\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400, 0, 0},
-    {"chunks and a length", POST "Transfer-Encoding: chunked\r\nContent-Length: 1\r\n\r\n0\r\n\r\n", 400, 0, 0},
-    {"chunks in HTTP/1.0", "POST / HTTP/1.0\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400, 0, 0},
-    {"two codings", POST "Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400, 0, 0},
+    {"a length and chunks", POST "Content-Length: 1\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n",
+     400, 0, 0},
+    {"chunks and a length", POST "Transfer-Encoding: chunked\r\nContent-Length: 1\r\n\r\n0\r\n\r\n",
+     400, 0, 0},
+    {"chunks in HTTP/1.0", "POST / HTTP/1.0\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400, 0,
+     0},
+    {"two codings",
+     POST "Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400, 0, 0},
     {"a list of codings", POST "Transfer-Encoding: gzip, chunked\r\n\r\n0\r\n\r\n", 501, 0, 0},
     {"chunked twice", POST "Transfer-Encoding: chunked, chunked\r\n\r\n0\r\n\r\n", 501, 0, 0},
     {"identity", POST "Transfer-Encoding: identity\r\n\r\n", 501, 0, 0},
     {"an unknown coding", POST "Transfer-Encoding: xchunked\r\n\r\n0\r\n\r\n", 501, 0, 0},
     {"a coding cut short", POST "Transfer-Encoding: chunke\r\n\r\n0\r\n\r\n", 501, 0, 0},
     {"an empty coding", POST "Transfer-Encoding:\r\n\r\n0\r\n\r\n", 501, 0, 0},
-    {"a coding with a blank behind", POST "Transfer-Encoding: chunked \r\n\r\n0\r\n\r\n", 501, 0, 0},
+    {"a coding with a blank behind", POST "Transfer-Encoding: chunked \r\n\r\n0\r\n\r\n", 501, 0,
+     0},
     {"a coding in quotes", POST "Transfer-Encoding: \"chunked\"\r\n\r\n0\r\n\r\n", 501, 0, 0},
-    {"a coding behind a vertical tab", POST "Transfer-Encoding: \vchunked\r\n\r\n0\r\n\r\n", 400, 0, 0},
+    {"a coding behind a vertical tab", POST "Transfer-Encoding: \vchunked\r\n\r\n0\r\n\r\n", 400, 0,
+     0},
 
     {"a blank before the colon", "GET / HTTP/1.1\r\nHost : a\r\n\r\n", 400, 0, 0},
     {"a tab before the colon", GET "X\t: a\r\n\r\n", 400, 0, 0},
     {"a length with a blank before its colon", POST "Content-Length : 1\r\n\r\na", 400, 0, 0},
-    {"a coding with a blank before its colon", POST "Transfer-Encoding : chunked\r\n\r\n0\r\n\r\n", 400, 0, 0},
+    {"a coding with a blank before its colon", POST "Transfer-Encoding : chunked\r\n\r\n0\r\n\r\n",
+     400, 0, 0},
     {"a field without a name", GET ": a\r\n\r\n", 400, 0, 0},
     {"a field without a colon", GET "X\r\n\r\n", 400, 0, 0},
     {"a name with a comma", GET "X,Y: a\r\n\r\n", 400, 0, 0},
@@ -109,7 +119,8 @@ static const struct stream streams[] = {
     {"a blank before the method", " GET / HTTP/1.1\r\n" HOST "\r\n", 400, 0, 0},
     {"no target", "GET HTTP/1.1\r\n" HOST "\r\n", 400, 0, 0},
     {"a target beyond ASCII", "GET /caf\xc3\xa9 HTTP/1.1\r\n" HOST "\r\n", 400, 0, 0},
-    {"a target with a NUL", "GET /\0 HTTP/1.1\r\n\r\n", 400, 0, sizeof "GET /\0 HTTP/1.1\r\n\r\n" - 1},
+    {"a target with a NUL", "GET /\0 HTTP/1.1\r\n\r\n", 400, 0,
+     sizeof "GET /\0 HTTP/1.1\r\n\r\n" - 1},
     {"a target with a DEL", "GET /\x7f HTTP/1.1\r\n" HOST "\r\n", 400, 0, 0},
     {"no version", "GET /\r\n\r\n", 400, 0, 0},
     {"a version in small letters", "GET / http/1.1\r\n" HOST "\r\n", 400, 0, 0},
@@ -151,7 +162,8 @@ static const struct stream streams[] = {
 
     {"a blank line with a blank before", " \r\n" GET "\r\n", 400, 0, 0},
     {"a method with a slash", "GE/T / HTTP/1.1\r\n" HOST "\r\n", 400, 0, 0},
-    {"a method with a NUL", "GE\0T / HTTP/1.1\r\n\r\n", 400, 0, sizeof "GE\0T / HTTP/1.1\r\n\r\n" - 1},
+    {"a method with a NUL", "GE\0T / HTTP/1.1\r\n\r\n", 400, 0,
+     sizeof "GE\0T / HTTP/1.1\r\n\r\n" - 1},
     {"a CR in the target", "GET /\rX: y HTTP/1.1\r\n" HOST "\r\n", 400, 0, 0},
     {"a version with a sign", "GET / HTTP/+1.1\r\n" HOST "\r\n", 400, 0, 0},
     {"a version with a blank", "GET / HTTP /1.1\r\n" HOST "\r\n", 400, 0, 0},
@@ -175,24 +187,30 @@ static const struct stream streams[] = {
     {"a length in Arabic digits", POST "Content-Length: \xd9\xa1\r\n\r\na", 400, 0, 0},
     {"a length folded", POST "Content-Length:\r\n 1\r\n\r\na", 400, 0, 0},
     {"a length of nineteen digits", POST "Content-Length: 9223372036854775808\r\n\r\na", 413, 0, 0},
-    {"a second length that is zero", POST "Content-Length: 1\r\nContent-Length: 0\r\n\r\na", 400, 0, 0},
-    {"two lengths in other cases", POST "Content-Length: 1\r\ncONTENT-lENGTH: 1\r\n\r\na", 400, 0, 0},
-    {"a length of a GET with chunks", GET "Content-Length: 0\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400, 0,
+    {"a second length that is zero", POST "Content-Length: 1\r\nContent-Length: 0\r\n\r\na", 400, 0,
      0},
+    {"two lengths in other cases", POST "Content-Length: 1\r\ncONTENT-lENGTH: 1\r\n\r\na", 400, 0,
+     0},
+    {"a length of a GET with chunks",
+     GET "Content-Length: 0\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400, 0, 0},
     {"chunked, and a parameter", POST "Transfer-Encoding: chunked;q=1\r\n\r\n0\r\n\r\n", 501, 0, 0},
-    {"chunked, then identity", POST "Transfer-Encoding: chunked, identity\r\n\r\n0\r\n\r\n", 501, 0, 0},
-    {"a coding with a comma before", POST "Transfer-Encoding: ,chunked\r\n\r\n0\r\n\r\n", 501, 0, 0},
+    {"chunked, then identity", POST "Transfer-Encoding: chunked, identity\r\n\r\n0\r\n\r\n", 501, 0,
+     0},
+    {"a coding with a comma before", POST "Transfer-Encoding: ,chunked\r\n\r\n0\r\n\r\n", 501, 0,
+     0},
     {"a coding with a NUL", POST "Transfer-Encoding: chunked\0\r\n\r\n0\r\n\r\n", 400, 0,
      sizeof POST "Transfer-Encoding: chunked\0\r\n\r\n0\r\n\r\n" - 1},
     {"a coding folded", POST "Transfer-Encoding:\r\n chunked\r\n\r\n0\r\n\r\n", 501, 0, 0},
-    {"a coding and an empty one", POST "Transfer-Encoding: chunked\r\nTransfer-Encoding:\r\n\r\n0\r\n\r\n", 400, 0, 0},
+    {"a coding and an empty one",
+     POST "Transfer-Encoding: chunked\r\nTransfer-Encoding:\r\n\r\n0\r\n\r\n", 400, 0, 0},
     {"a name of two words", GET "X Y: a\r\n\r\n", 400, 0, 0},
     {"a name in brackets of another kind", GET "X(Y): a\r\n\r\n", 400, 0, 0},
     {"a name with a slash", GET "X/Y: a\r\n\r\n", 400, 0, 0},
     {"a name with an equals sign", GET "X=Y: a\r\n\r\n", 400, 0, 0},
     {"a name with a DEL", GET "X\x7f: a\r\n\r\n", 400, 0, 0},
     {"a value with an escape", GET "X: \x1b[2J\r\n\r\n", 400, 0, 0},
-    {"a value with a bare LF and a field", GET "X: a\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400, 0, 0},
+    {"a value with a bare LF and a field", GET "X: a\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n",
+     400, 0, 0},
     {"an empty line of a bare LF between fields", GET "\nX: a\r\n\r\n", 400, 0, 0},
     {"a chunk with a decimal point", CHUNKED "5.0\r\nhello\r\n0\r\n\r\n", 400, 0, 0},
     {"a chunk with an underscore", CHUNKED "0_5\r\nhello\r\n0\r\n\r\n", 400, 0, 0},
@@ -203,9 +221,10 @@ static const struct stream streams[] = {
     {"a chunk with a bare CR in its extension", CHUNKED "5;a\rb\r\nhello\r\n0\r\n\r\n", 400, 0, 0},
     {"a trailer without a colon", CHUNKED "0\r\nX\r\n\r\n", 400, 0, 0},
     {"a trailer with a bare LF", CHUNKED "0\r\nX: y\n\r\n", 400, 0, 0},
-    {"a trailer with a NUL", CHUNKED "0\r\nX: \0\r\n\r\n", 400, 0, sizeof CHUNKED "0\r\nX: \0\r\n\r\n" - 1},
-    {"a second good one, then a bad one", GET "\r\n" POST "Content-Length: 1\r\n\r\na" GET "X: \x01\r\n\r\n", 400, 2,
-     0},
+    {"a trailer with a NUL", CHUNKED "0\r\nX: \0\r\n\r\n", 400, 0,
+     sizeof CHUNKED "0\r\nX: \0\r\n\r\n" - 1},
+    {"a second good one, then a bad one",
+     GET "\r\n" POST "Content-Length: 1\r\n\r\na" GET "X: \x01\r\n\r\n", 400, 2, 0},
     {"a good one with chunks, then a bare LF", CHUNKED "1\r\na\r\n0\r\n\r\n\n", 400, 1, 0},
 
     {"a good one before a bad one", GET "\r\n" GET "X : a\r\n\r\n", 400, 1, 0},

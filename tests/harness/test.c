@@ -39,22 +39,27 @@ int test_check_int(long long got, long long want, const char *what, const char *
     return test_check(got == want, file, line, "%s is %lld, expected %lld", what, got, want);
 }
 
-int test_check_text(const char *got, const char *want, const char *what, const char *file, int line) {
+int test_check_text(const char *got, const char *want, const char *what, const char *file,
+                    int line) {
     if (!got) got = "(null)";
     if (!want) want = "(null)";
-    return test_check(!strcmp(got, want), file, line, "%s is \"%s\", expected \"%s\"", what, got, want);
+    return test_check(!strcmp(got, want), file, line, "%s is \"%s\", expected \"%s\"", what, got,
+                      want);
 }
 
-int test_check_residual(double residual, double tolerance, const char *what, const char *file, int line) {
-    if (test_list_residuals) printf("  %-60s residual %9.2e  tolerance %9.2e\n", what, residual, tolerance);
+int test_check_residual(double residual, double tolerance, const char *what, const char *file,
+                        int line) {
+    if (test_list_residuals)
+        printf("  %-60s residual %9.2e  tolerance %9.2e\n", what, residual, tolerance);
     if (!(residual <= tolerance))
-        return test_check(0, file, line, "%s: residual %.3e is above the tolerance %.3e", what, residual, tolerance);
-    /* how small a residual is depends on the order of the sums, which is each instruction set's own: tolerances are
-     * kept tight on the widest, and hold on all */
+        return test_check(0, file, line, "%s: residual %.3e is above the tolerance %.3e", what,
+                          residual, tolerance);
+    /* how small a residual is depends on the order of the sums, which is each instruction set's
+     * own: tolerances are kept tight on the widest, and hold on all */
     if (pend_isa_best() == PEND_ISA_BASE) return test_check(1, file, line, "%s", what);
     return test_check(tolerance <= 1000 * fmax(residual, 1e-18), file, line,
-                      "%s: tolerance %.3e is over 1000 times slacker than the residual %.3e", what, tolerance,
-                      residual);
+                      "%s: tolerance %.3e is over 1000 times slacker than the residual %.3e", what,
+                      tolerance, residual);
 }
 
 void test_skip(const char *reason) {
@@ -69,16 +74,20 @@ double test_random(unsigned long long *state) {
     return (double)((x ^ (x >> 31)) >> 11) * 0x1p-53;
 }
 
-int test_random_int(unsigned long long *state, int below) { return (int)(test_random(state) * below); }
+int test_random_int(unsigned long long *state, int below) {
+    return (int)(test_random(state) * below);
+}
 
-/* seconds that processors spent on this program and on the programs that it started and that have ended */
+/* seconds that processors spent on this program and on the programs that it started and that
+ * have ended */
 static double test_processor_seconds(void) {
     struct rusage own, ended;
     getrusage(RUSAGE_SELF, &own);
     getrusage(RUSAGE_CHILDREN, &ended);
-    return (double)(own.ru_utime.tv_sec + own.ru_stime.tv_sec + ended.ru_utime.tv_sec + ended.ru_stime.tv_sec) +
-           1e-6 *
-               (double)(own.ru_utime.tv_usec + own.ru_stime.tv_usec + ended.ru_utime.tv_usec + ended.ru_stime.tv_usec);
+    return (double)(own.ru_utime.tv_sec + own.ru_stime.tv_sec + ended.ru_utime.tv_sec +
+                    ended.ru_stime.tv_sec) +
+           1e-6 * (double)(own.ru_utime.tv_usec + own.ru_stime.tv_usec + ended.ru_utime.tv_usec +
+                           ended.ru_stime.tv_usec);
 }
 
 /* runs one test and says how it ended: 0 passed, 1 failed, 2 skipped */
@@ -96,7 +105,8 @@ static int test_run(const struct test_case *test) {
     if (test_skipped && !test_faults) return 2;
     if (!test_checks) printf("  %s checked nothing\n", test->name);
     int failed = test_faults || !test_checks;
-    double seconds = (double)(end.tv_sec - begin.tv_sec) + 1e-9 * (double)(end.tv_nsec - begin.tv_nsec);
+    double seconds =
+        (double)(end.tv_sec - begin.tv_sec) + 1e-9 * (double)(end.tv_nsec - begin.tv_nsec);
     printf("%s %s (%.2f s, %.2f s of processors)\n", failed ? "FAIL" : "ok  ", test->name, seconds,
            test_processor_seconds() - worked);
     fflush(stdout);
@@ -109,8 +119,8 @@ static int test_wanted(const struct test_case *test, const char *word) {
     return strstr(test->name, word) || strstr(test->file, word);
 }
 
-/* usage: run [PART-OF-A-NAME-OR-FILE | =NAME ...]; the last line is "N passed, N failed", with ", N skipped" where any
- * were */
+/* usage: run [PART-OF-A-NAME-OR-FILE | =NAME ...]; the last line is "N passed, N failed", with
+ * ", N skipped" where any were */
 int main(int argc, char **argv) {
     int ended[3] = {0, 0, 0};
     const char *tolerance = getenv("TOL");

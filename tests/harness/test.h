@@ -1,4 +1,5 @@
-/* The test harness: tests register themselves, checks report and go on, numbers are checked on both sides.
+/* The test harness: tests register themselves, checks report and go on, numbers are checked on
+ * both sides.
  * Leaves to others: what is tested; starting servers (harness/server).
  * Invariant: a failed check fails its test; a test that checks nothing fails. */
 #ifndef TEST_H
@@ -15,17 +16,23 @@ struct test_case {
 void test_register(struct test_case *test);
 
 /** Defines a test; its name is a sentence: TEST(tree_rejects_a_cycle) { ... } */
-#define TEST(name_)                                                                                                    \
-    static void test_##name_(void);                                                                                    \
-    static struct test_case case_##name_ = {#name_, __FILE__, test_##name_, NULL};                                     \
-    __attribute__((constructor)) static void register_##name_(void) { test_register(&case_##name_); }                  \
+#define TEST(name_)                                                                                \
+    static void test_##name_(void);                                                                \
+    static struct test_case case_##name_ = {#name_, __FILE__, test_##name_, NULL};                 \
+    __attribute__((constructor)) static void register_##name_(void) {                              \
+        test_register(&case_##name_);                                                              \
+    }                                                                                              \
     static void test_##name_(void)
 
-/* Each check prints what it saw when it fails and returns non-zero when it passed; the test goes on either way. */
-int test_check(int pass, const char *file, int line, const char *format, ...) __attribute__((format(printf, 4, 5)));
+/* Each check prints what it saw when it fails and returns non-zero when it passed; the test goes
+ * on either way. */
+int test_check(int pass, const char *file, int line, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
 int test_check_int(long long got, long long want, const char *what, const char *file, int line);
-int test_check_text(const char *got, const char *want, const char *what, const char *file, int line);
-int test_check_residual(double residual, double tolerance, const char *what, const char *file, int line);
+int test_check_text(const char *got, const char *want, const char *what, const char *file,
+                    int line);
+int test_check_residual(double residual, double tolerance, const char *what, const char *file,
+                        int line);
 
 #define CHECK(condition) test_check(!!(condition), __FILE__, __LINE__, "%s", #condition)
 #define CHECK_SAYING(condition, ...) test_check(!!(condition), __FILE__, __LINE__, __VA_ARGS__)
@@ -33,33 +40,35 @@ int test_check_residual(double residual, double tolerance, const char *what, con
 #define CHECK_TEXT(got, want) test_check_text((got), (want), #got, __FILE__, __LINE__)
 
 /**
- * A numeric law: passes when residual <= tolerance and tolerance <= 1000 * residual (1e-18 stands in for a smaller
- * residual), so that a tolerance cannot go slack. With TOL=0 in the environment every residual is listed.
+ * A numeric law: passes when residual <= tolerance and tolerance <= 1000 * residual (1e-18 stands
+ * in for a smaller residual), so that a tolerance cannot go slack. With TOL=0 in the environment
+ * every residual is listed.
  */
-#define CHECK_RESIDUAL(residual, tolerance, what)                                                                      \
+#define CHECK_RESIDUAL(residual, tolerance, what)                                                  \
     test_check_residual((residual), (tolerance), (what), __FILE__, __LINE__)
 
 /** Leaves the test when the condition fails, for what everything after it needs. */
-#define REQUIRE(condition)                                                                                             \
-    do {                                                                                                               \
-        if (!CHECK(condition)) return;                                                                                 \
+#define REQUIRE(condition)                                                                         \
+    do {                                                                                           \
+        if (!CHECK(condition)) return;                                                             \
     } while (0)
 
 /** Marks the running test as skipped, aloud, with the reason; return from the test afterwards. */
 void test_skip(const char *reason);
 
 /**
- * Allocation faults: the count-th allocation from now (1 = the next) fails, once, or from there on for good.
- * test_alloc_faults_off ends it. test_alloc_count is the number of allocations since the program began.
+ * Allocation faults: the count-th allocation from now (1 = the next) fails, once, or from there on
+ * for good. test_alloc_faults_off ends it. test_alloc_count is the number of allocations since the
+ * program began.
  */
 void test_alloc_fail(long count, int for_good);
 void test_alloc_faults_off(void);
 long test_alloc_count(void);
 
 /**
- * Faults of the disk: the count-th call from now (1 = the next) with which SQLite writes, syncs or cuts a file fails
- * with an errno, once, or from there on for good. Until test_disk_faults_off, which returns how many there were,
- * nothing is waited for.
+ * Faults of the disk: the count-th call from now (1 = the next) with which SQLite writes, syncs or
+ * cuts a file fails with an errno, once, or from there on for good. Until test_disk_faults_off,
+ * which returns how many there were, nothing is waited for.
  */
 void test_disk_fail(long count, int for_good, int error);
 long test_disk_faults_off(void);

@@ -69,10 +69,16 @@ int test_parents_next(int n, int parent[]) {
     return 0;
 }
 
-void test_tree_init(struct test_tree *t, int n, const int parent[], double spread, unsigned long long *seed) {
+void test_tree_init(struct test_tree *t, int n, const int parent[], double spread,
+                    unsigned long long *seed) {
     double *block = trees_room(4 * (size_t)n, sizeof *block);
-    *t = (struct test_tree){
-        n, block, block + n, trees_room((size_t)n, sizeof *t->parent), block + 2 * n, block + 3 * n, NULL};
+    *t = (struct test_tree){n,
+                            block,
+                            block + n,
+                            trees_room((size_t)n, sizeof *t->parent),
+                            block + 2 * n,
+                            block + 3 * n,
+                            NULL};
     memcpy(t->parent, parent, (size_t)n * sizeof *parent);
     for (int i = 0; i < n; i++) {
         t->length[i] = pow(10, 0.3 * (2 * test_random(seed) - 1));
@@ -83,7 +89,8 @@ void test_tree_init(struct test_tree *t, int n, const int parent[], double sprea
     test_tree_rebuild(t);
 }
 
-void test_tree_random(struct test_tree *t, enum test_tree_kind kind, int n, double spread, unsigned long long *seed) {
+void test_tree_random(struct test_tree *t, enum test_tree_kind kind, int n, double spread,
+                      unsigned long long *seed) {
     int *parent = trees_room((size_t)n, sizeof *parent);
     test_parents(kind, n, parent, seed);
     test_parents_shuffle(n, parent, seed);
@@ -108,7 +115,8 @@ void test_tree_dynamics(const struct test_tree *t, double gravity, double acc[],
     size_t bytes = pend_dynamics_work_bytes(t->n);
     char *work = aligned_alloc(64, bytes);
     if (!work) abort();
-    for (size_t at = 0; at < bytes; at += sizeof signalling) memcpy(work + at, &signalling, sizeof signalling);
+    for (size_t at = 0; at < bytes; at += sizeof signalling)
+        memcpy(work + at, &signalling, sizeof signalling);
     pend_dynamics(t->tree, gravity, t->phi, t->rate, work, acc, force);
     free(work);
 }

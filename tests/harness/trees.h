@@ -17,7 +17,8 @@ enum test_tree_kind {
     TEST_TREE_KINDS
 };
 
-/* A pendulum with a state. length .. parent are in the caller's order, phi and rate in the tree's stored order. */
+/* A pendulum with a state. length .. parent are in the caller's order, phi and rate in the
+ * tree's stored order. */
 struct test_tree {
     int n;
     double *length, *mass;
@@ -29,34 +30,38 @@ struct test_tree {
 /** A word for a kind. */
 const char *test_tree_kind_name(enum test_tree_kind kind);
 
-/** Parents of a kind, from 0, -1 = the pivot, each before its children. seed is used by the random kinds. */
+/** Parents of a kind, from 0, -1 = the pivot, each before its children. seed is used by the
+ * random kinds. */
 void test_parents(enum test_tree_kind kind, int n, int parent[], unsigned long long *seed);
 
 /** Renumbers the arms at random: the same tree, parents no longer first. */
 void test_parents_shuffle(int n, int parent[], unsigned long long *seed);
 
 /**
- * Steps through all (n-1)! parent lists with parent[k] < k and one arm at the pivot: start with test_parents_first,
- * end when test_parents_next returns 0. Over n = 1 .. 8 there are 5914.
+ * Steps through all (n-1)! parent lists with parent[k] < k and one arm at the pivot: start with
+ * test_parents_first, end when test_parents_next returns 0. Over n = 1 .. 8 there are 5914.
  */
 void test_parents_first(int n, int parent[]);
 int test_parents_next(int n, int parent[]);
 
 /**
- * A tree with the parents given: lengths 10^±0.3 m, masses 10^±spread kg (uniform in the exponent), angles uniform in
- * (-pi, pi), rates in ±3 rad/s. Aborts when out of memory.
+ * A tree with the parents given: lengths 10^±0.3 m, masses 10^±spread kg (uniform in the exponent),
+ * angles uniform in (-pi, pi), rates in ±3 rad/s. Aborts when out of memory.
  */
-void test_tree_init(struct test_tree *t, int n, const int parent[], double spread, unsigned long long *seed);
+void test_tree_init(struct test_tree *t, int n, const int parent[], double spread,
+                    unsigned long long *seed);
 
 /** The same for a random tree of a kind, its arms numbered at random. */
-void test_tree_random(struct test_tree *t, enum test_tree_kind kind, int n, double spread, unsigned long long *seed);
+void test_tree_random(struct test_tree *t, enum test_tree_kind kind, int n, double spread,
+                      unsigned long long *seed);
 
 /** Builds t->tree anew after a change of length, mass or parent; the state is left as it is. */
 void test_tree_rebuild(struct test_tree *t);
 
 void test_tree_clear(struct test_tree *t);
 
-/** pend_dynamics of the tree in its state, with scratch of its own that begins as signalling NaN. */
+/** pend_dynamics of the tree in its state, with scratch of its own that begins as signalling NaN.
+ */
 void test_tree_dynamics(const struct test_tree *t, double gravity, double acc[], double force[]);
 
 /** Largest |a - b| over the largest |b| (0 when both are all 0); NaN when anything is. */

@@ -9,7 +9,8 @@
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
 
-/* the methods that solve the equations of motion, and the tolerances that these laws hold them to */
+/* the methods that solve the equations of motion, and the tolerances that these laws hold them
+ * to */
 static const struct {
     const char *name;
     double rtol, atol;
@@ -18,25 +19,31 @@ static const struct {
     double swing; /* rad: three periods of a pendulum */
     double unit;  /* rad: the same motion in another unit of time, where atol is another */
 } law_method[] = {
-    {"taylor", 1e-13, 0, 1e-11, 1e-14, 1e-12, 1e-14},     {"ode23", 1e-6, 1e-8, 1e-2, 1e-6, 1e-3, 1e-8},
-    {"rkf45", 1e-12, 1e-14, 2e-9, 1e-12, 2e-9, 1e-11},    {"rk8pd", 1e-13, 1e-15, 1e-11, 1e-13, 1e-11, 1e-13},
-    {"msadams", 1e-12, 1e-14, 2e-9, 1e-12, 1e-10, 1e-11}, {"symplectic", 0, 0, 1e-11, 1e-14, 1e-12, 1e-13},
+    {"taylor", 1e-13, 0, 1e-11, 1e-14, 1e-12, 1e-14},
+    {"ode23", 1e-6, 1e-8, 1e-2, 1e-6, 1e-3, 1e-8},
+    {"rkf45", 1e-12, 1e-14, 2e-9, 1e-12, 2e-9, 1e-11},
+    {"rk8pd", 1e-13, 1e-15, 1e-11, 1e-13, 1e-11, 1e-13},
+    {"msadams", 1e-12, 1e-14, 2e-9, 1e-12, 1e-10, 1e-11},
+    {"symplectic", 0, 0, 1e-11, 1e-14, 1e-12, 1e-13},
 };
 
 enum { LAW_METHODS = sizeof law_method / sizeof *law_method, ARMS = 6 };
 
-static struct pend_problem law_problem(const struct test_tree *t, int method, double span, long count) {
-    return (struct pend_problem){.tree = t->tree,
-                                 .gravity = 9.81,
-                                 .phi = t->phi,
-                                 .rate = t->rate,
-                                 .rtol = law_method[method].rtol,
-                                 .atol = law_method[method].atol,
-                                 .times = {.count = count, .span = span, .divisor = (double)(count - 1)}};
+static struct pend_problem law_problem(const struct test_tree *t, int method, double span,
+                                       long count) {
+    return (struct pend_problem){
+        .tree = t->tree,
+        .gravity = 9.81,
+        .phi = t->phi,
+        .rate = t->rate,
+        .rtol = law_method[method].rtol,
+        .atol = law_method[method].atol,
+        .times = {.count = count, .span = span, .divisor = (double)(count - 1)}};
 }
 
 /* the state of a record's last sample, in stored order */
-static void last_state(const struct test_record *record, const struct pend_tree *tree, double phi[], double rate[]) {
+static void last_state(const struct test_record *record, const struct pend_tree *tree, double phi[],
+                       double rate[]) {
     long last = (record->samples.count - 1) * record->n;
     for (int k = 0; k < tree->n; k++) {
         phi[k] = record->samples.phi[last + tree->order[k]];
@@ -61,7 +68,8 @@ TEST(integration_there_and_back_ends_where_it_began) {
         problem.times.span = -1;
         test_record(&back, law_method[m].name, &problem);
         last_state(&back, t.tree, phi, rate);
-        for (int k = 0; k < ARMS; k++) gap = fmax(gap, fmax(fabs(phi[k] - t.phi[k]), fabs(rate[k] - t.rate[k])));
+        for (int k = 0; k < ARMS; k++)
+            gap = fmax(gap, fmax(fabs(phi[k] - t.phi[k]), fabs(rate[k] - t.rate[k])));
         CHECK(moved > 0.5);
         CHECK_RESIDUAL(gap, law_method[m].back, law_method[m].name);
         test_record_clear(&there);
@@ -151,9 +159,11 @@ TEST(integration_of_a_turning_pendulum_is_elliptic) {
 
 static const struct {
     const char *name;
-    double least, most, rtol[2]; /* rk8pd is not quite at its limit where roundings end the comparison */
-} law_order[] = {
-    {"ode23", 2.7, 3.3, {1e-5, 1e-8}}, {"rkf45", 4.6, 5.4, {1e-7, 1e-11}}, {"rk8pd", 7.5, 9.5, {1e-8, 1e-12}}};
+    double least, most,
+        rtol[2]; /* rk8pd is not quite at its limit where roundings end the comparison */
+} law_order[] = {{"ode23", 2.7, 3.3, {1e-5, 1e-8}},
+                 {"rkf45", 4.6, 5.4, {1e-7, 1e-11}},
+                 {"rk8pd", 7.5, 9.5, {1e-8, 1e-12}}};
 
 /* error at the last instant, and steps */
 static double order_error(const struct test_tree *t, int i, double rtol, double *steps) {
@@ -177,8 +187,8 @@ TEST(integration_converges_with_the_order_of_its_method) {
         double steps[2], coarse = order_error(&t, (int)i, law_order[i].rtol[0], &steps[0]);
         double fine = order_error(&t, (int)i, law_order[i].rtol[1], &steps[1]);
         double order = log(coarse / fine) / log(steps[1] / steps[0]);
-        CHECK_SAYING(order > law_order[i].least && order < law_order[i].most, "%s: order %.2f (%g, %g steps)",
-                     law_order[i].name, order, steps[0], steps[1]);
+        CHECK_SAYING(order > law_order[i].least && order < law_order[i].most,
+                     "%s: order %.2f (%g, %g steps)", law_order[i].name, order, steps[0], steps[1]);
     }
     test_tree_clear(&t);
 }
@@ -200,8 +210,10 @@ TEST(integration_does_not_care_for_the_unit_of_mass) {
         for (int k = 0; k < ARMS; k++) t.mass[k] /= 1024;
         test_tree_rebuild(&t);
         struct test_record_gap gap = test_record_gap(&light, &heavy);
-        CHECK_SAYING(gap.phi == 0 && gap.rate == 0, "%s: %g %g", law_method[m].name, gap.phi, gap.rate);
-        for (int i = 0; i < 11 * ARMS; i++) CHECK(heavy.samples.force[i] == 1024 * light.samples.force[i]);
+        CHECK_SAYING(gap.phi == 0 && gap.rate == 0, "%s: %g %g", law_method[m].name, gap.phi,
+                     gap.rate);
+        for (int i = 0; i < 11 * ARMS; i++)
+            CHECK(heavy.samples.force[i] == 1024 * light.samples.force[i]);
         test_record_clear(&light);
         test_record_clear(&heavy);
     }
@@ -227,7 +239,8 @@ TEST(integration_does_not_care_when_it_begins) {
     test_tree_clear(&t);
 }
 
-/* a fourth of gravity, a half of the rates: the same motion in twice the time, up to the tolerance for the rates */
+/* a fourth of gravity, a half of the rates: the same motion in twice the time, up to the
+ * tolerance for the rates */
 TEST(integration_does_not_care_for_the_unit_of_time) {
     unsigned long long seed = 6;
     struct test_tree t;
@@ -242,7 +255,8 @@ TEST(integration_does_not_care_for_the_unit_of_time) {
         problem.times.span = 2;
         test_record(&slow, law_method[m].name, &problem);
         for (int k = 0; k < ARMS; k++) t.rate[k] *= 2;
-        CHECK_RESIDUAL(fmax(test_record_gap(&fast, &slow).phi, 1e-16), law_method[m].unit, law_method[m].name);
+        CHECK_RESIDUAL(fmax(test_record_gap(&fast, &slow).phi, 1e-16), law_method[m].unit,
+                       law_method[m].name);
         test_record_clear(&fast);
         test_record_clear(&slow);
     }
@@ -263,7 +277,8 @@ TEST(integration_by_any_method_gives_one_motion) {
         problem.atol = 1e-15;
         test_record(&rk8pd, "rk8pd", &problem);
         struct test_record_gap gap = test_record_gap(&taylor, &rk8pd);
-        CHECK_SAYING(gap.phi < 1e-9, "%s: %g", test_tree_kind_name((enum test_tree_kind)kind), gap.phi);
+        CHECK_SAYING(gap.phi < 1e-9, "%s: %g", test_tree_kind_name((enum test_tree_kind)kind),
+                     gap.phi);
         phi = fmax(phi, gap.phi);
         force = fmax(force, gap.force);
         test_record_clear(&taylor);

@@ -1,4 +1,5 @@
-/* Law: the fast form of the dynamics is the paper's matrix form, for every small tree and for random big ones.
+/* Law: the fast form of the dynamics is the paper's matrix form, for every small tree and for
+ * random big ones.
  * Leaves to others: single trees with known answers (tests/core).
  * Invariant: exact answers in quadruple precision; errors are relative to the largest component. */
 #include <math.h>
@@ -13,28 +14,32 @@
 
 enum { MOST = 200 };
 
-/* the worst errors so far, and the tree that has the worst of all: with this seed the same tree comes again */
+/* the worst errors so far, and the tree that has the worst of all: with this seed the same tree
+ * comes again */
 struct worst {
     double acc, force;
     int n;
     unsigned long long seed;
 };
 
-static void worst_note(struct worst *worst, double acc, double force, int n, unsigned long long seed) {
+static void worst_note(struct worst *worst, double acc, double force, int n,
+                       unsigned long long seed) {
     // written so that NaN is the worst of all
-    if (!(fmax(acc, force) <= fmax(worst->acc, worst->force)) || isnan(acc + force)) worst->n = n, worst->seed = seed;
+    if (!(fmax(acc, force) <= fmax(worst->acc, worst->force)) || isnan(acc + force))
+        worst->n = n, worst->seed = seed;
     if (!(acc <= worst->acc)) worst->acc = acc;
     if (!(force <= worst->force)) worst->force = force;
 }
 
-static void worst_check(const struct worst *worst, double acc, double force, const char *what, const char *file,
-                        int line) {
+static void worst_check(const struct worst *worst, double acc, double force, const char *what,
+                        const char *file, int line) {
     test_check_residual(worst->acc, acc, what, file, line);
     test_check_residual(worst->force, force, what, file, line);
-    test_check(worst->acc <= acc && worst->force <= force, file, line, "%s: the worst has %d arms and seed %llu", what,
-               worst->n, worst->seed);
+    test_check(worst->acc <= acc && worst->force <= force, file, line,
+               "%s: the worst has %d arms and seed %llu", what, worst->n, worst->seed);
 }
-#define WORST_CHECK(worst, acc, force, what) worst_check(worst, acc, force, what, __FILE__, __LINE__)
+#define WORST_CHECK(worst, acc, force, what)                                                       \
+    worst_check(worst, acc, force, what, __FILE__, __LINE__)
 
 /* the fast form against quadruple precision */
 static void worst_of(struct worst *worst, const struct test_tree *t, unsigned long long seed) {
@@ -42,7 +47,8 @@ static void worst_of(struct worst *worst, const struct test_tree *t, unsigned lo
     test_quad exact_acc[MOST], exact_force[MOST];
     test_tree_dynamics(t, 9.81, acc, force);
     test_quad_dynamics(t->tree, 9.81, t->phi, t->rate, exact_acc, exact_force);
-    worst_note(worst, test_quad_gap(t->n, acc, exact_acc), test_quad_gap(t->n, force, exact_force), t->n, seed);
+    worst_note(worst, test_quad_gap(t->n, acc, exact_acc), test_quad_gap(t->n, force, exact_force),
+               t->n, seed);
 }
 
 /* all parent lists of up to 8 arms, with random states */
@@ -75,7 +81,8 @@ TEST(law_fast_form_is_the_matrix_form_for_all_5914_trees_with_masses_16_decades_
     WORST_CHECK(&worst, 2e-11, 2e-11, "masses of 10^+-8, up to 8 arms");
 }
 
-static struct worst worst_of_random(double spread, int trees, int largest, unsigned long long seed) {
+static struct worst worst_of_random(double spread, int trees, int largest,
+                                    unsigned long long seed) {
     struct worst worst = {0};
     for (int i = 0; i < trees; i++) {
         struct test_tree t;
@@ -127,8 +134,10 @@ TEST(law_fast_form_agrees_with_gsl) {
         int n = 1 + test_random_int(&seed, i < TEST_TREE_KINDS ? MOST : 50);
         test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, 0.3, &seed);
         test_tree_dynamics(&t, 9.81, acc, force);
-        REQUIRE(pend_reference_dynamics(t.tree, 9.81, t.phi, t.rate, matrix_acc, matrix_force) == PEND_OK);
-        worst_note(&worst, test_gap(n, acc, matrix_acc), test_gap(n, force, matrix_force), n, begin);
+        REQUIRE(pend_reference_dynamics(t.tree, 9.81, t.phi, t.rate, matrix_acc, matrix_force) ==
+                PEND_OK);
+        worst_note(&worst, test_gap(n, acc, matrix_acc), test_gap(n, force, matrix_force), n,
+                   begin);
         test_tree_clear(&t);
     }
     WORST_CHECK(&worst, 5e-11, 5e-11, "fast form against GSL's Cholesky");
@@ -146,10 +155,13 @@ TEST(law_of_the_matrix_form_notices_wrong_variants) {
     CHECK_SAYING(test_quad_gap(8, acc, exact_acc) > 1e-2, "gravity upwards goes unseen");
     test_tree_dynamics(&t, 9.81, acc, force);
     for (int k = 0; k < 8; k++) force[k] = -force[k];
-    CHECK_SAYING(test_quad_gap(8, force, exact_force) > 1e-2, "tension taken for compression goes unseen");
+    CHECK_SAYING(test_quad_gap(8, force, exact_force) > 1e-2,
+                 "tension taken for compression goes unseen");
     t.phi[3] += 1e-9;
     test_tree_dynamics(&t, 9.81, acc, force);
-    CHECK_SAYING(test_quad_gap(8, acc, exact_acc) > 1e-12, "an angle that is off by 1e-9 goes unseen");
-    CHECK_SAYING(test_quad_gap(8, force, exact_force) > 1e-12, "an angle that is off by 1e-9 goes unseen");
+    CHECK_SAYING(test_quad_gap(8, acc, exact_acc) > 1e-12,
+                 "an angle that is off by 1e-9 goes unseen");
+    CHECK_SAYING(test_quad_gap(8, force, exact_force) > 1e-12,
+                 "an angle that is off by 1e-9 goes unseen");
     test_tree_clear(&t);
 }

@@ -1,6 +1,8 @@
-/* Laws: Newton's second law holds at every tip, energy is conserved, and small motions about hanging are (lin).
+/* Laws: Newton's second law holds at every tip, energy is conserved, and small motions about
+ * hanging are (lin).
  * Leaves to others: the matrix form (test_matrix_form), symmetries.
- * Invariant: accelerations and forces come from core/dynamics/dynamics, tip motion from core/dynamics/kinematics. */
+ * Invariant: accelerations and forces come from core/dynamics/dynamics, tip motion from
+ * core/dynamics/kinematics. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,8 +14,10 @@
 
 enum { N = 120 };
 
-/* Largest miss of m (z'' + i g) = B [lambda u] over the tips, relative to the largest force on any. */
-static double newton_miss(const struct test_tree *t, double gravity, const double acc[], const double force[]) {
+/* Largest miss of m (z'' + i g) = B [lambda u] over the tips, relative to the largest force on
+ * any. */
+static double newton_miss(const struct test_tree *t, double gravity, const double acc[],
+                          const double force[]) {
     double re[N], im[N], most = 0, miss = 0;
     pend_kinematics_acceleration(t->tree, t->phi, t->rate, acc, re, im);
     for (int k = 0; k < t->n; k++) {
@@ -41,7 +45,8 @@ TEST(law_newtons_second_law_holds_at_every_tip) {
     for (int i = 0; i < 20 * TEST_TREE_KINDS; i++) {
         struct test_tree t;
         double acc[N], force[N];
-        test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), 2 + test_random_int(&seed, N - 1), 0.3, &seed);
+        test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS),
+                         2 + test_random_int(&seed, N - 1), 0.3, &seed);
         test_tree_dynamics(&t, 9.81, acc, force);
         worst = fmax(worst, newton_miss(&t, 9.81, acc, force));
         // forces swapped between two arms
@@ -74,7 +79,8 @@ TEST(law_the_accelerations_conserve_the_energy) {
     for (int i = 0; i < 20 * TEST_TREE_KINDS; i++) {
         struct test_tree t;
         double acc[N], force[N];
-        test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), 1 + test_random_int(&seed, N), 0.3, &seed);
+        test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS),
+                         1 + test_random_int(&seed, N), 0.3, &seed);
         test_tree_dynamics(&t, 9.81, acc, force);
         worst = fmax(worst, power_miss(&t, 9.81, acc));
         for (int k = 0; k < t.n; k++) acc[k] *= 1 + 1e-9;
@@ -116,8 +122,8 @@ TEST(law_the_energy_stays_along_a_short_step) {
         }
         test_tree_clear(&t);
     }
-    CHECK_SAYING(ratio_least > 7 && ratio_most < 9, "halving h divides the change by %g to %g, expected 8", ratio_least,
-                 ratio_most);
+    CHECK_SAYING(ratio_least > 7 && ratio_most < 9,
+                 "halving h divides the change by %g to %g, expected 8", ratio_least, ratio_most);
 }
 
 TEST(law_small_motions_about_hanging_are_the_linearization) {

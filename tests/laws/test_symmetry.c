@@ -1,6 +1,7 @@
-/* Laws: what a change of names, units, direction or sense of time does to accelerations and forces, and what an arm
- * that weighs nothing does not do. Leaves to others: the values themselves (test_matrix_form). Invariant: each law is
- * tried on trees of every kind, and on a variant that breaks it. */
+/* Laws: what a change of names, units, direction or sense of time does to accelerations and
+ * forces, and what an arm that weighs nothing does not do. Leaves to others: the values
+ * themselves (test_matrix_form). Invariant: each law is tried on trees of every kind, and on a
+ * variant that breaks it. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -38,7 +39,8 @@ static double answer_gap(int n, const struct answer *got, const struct answer *w
 }
 
 static void tree_number(struct test_tree *t, int i, double spread, unsigned long long *seed) {
-    test_tree_random(t, (enum test_tree_kind)(i % TEST_TREE_KINDS), 2 + test_random_int(seed, N - 1), spread, seed);
+    test_tree_random(t, (enum test_tree_kind)(i % TEST_TREE_KINDS),
+                     2 + test_random_int(seed, N - 1), spread, seed);
 }
 
 TEST(law_names_of_arms_do_not_matter) {
@@ -55,13 +57,15 @@ TEST(law_names_of_arms_do_not_matter) {
         }
         for (int j = 0; j < t.n; j++) parent[name[j]] = t.parent[j] < 0 ? -1 : name[t.parent[j]];
         test_tree_init(&other, t.n, parent, 0, &seed);
-        for (int j = 0; j < t.n; j++) other.length[name[j]] = t.length[j], other.mass[name[j]] = t.mass[j];
+        for (int j = 0; j < t.n; j++)
+            other.length[name[j]] = t.length[j], other.mass[name[j]] = t.mass[j];
         test_tree_rebuild(&other);
         for (int j = 0; j < t.n; j++) {
             other.phi[other.tree->place[name[j]]] = t.phi[t.tree->place[j]];
             other.rate[other.tree->place[name[j]]] = t.rate[t.tree->place[j]];
         }
-        struct answer want = answer_of(&t, GRAVITY), got = answer_of(&other, GRAVITY), renamed = {{0}, {0}};
+        struct answer want = answer_of(&t, GRAVITY), got = answer_of(&other, GRAVITY),
+                      renamed = {{0}, {0}};
         for (int j = 0; j < t.n; j++) {
             renamed.acc[j] = got.acc[name[j]];
             renamed.force[j] = got.force[name[j]];
@@ -150,7 +154,8 @@ TEST(law_a_mirror_image_moves_as_the_mirror_image) {
         tree_number(&t, i, 0.3, &seed);
         struct answer want = answer_of(&t, GRAVITY);
         answer_scale(&want, -1, 1);
-        for (int k = 0; k < t.n; k++) t.phi[k] = 3.141592653589793 - t.phi[k], t.rate[k] = -t.rate[k];
+        for (int k = 0; k < t.n; k++)
+            t.phi[k] = 3.141592653589793 - t.phi[k], t.rate[k] = -t.rate[k];
         struct answer got = answer_of(&t, GRAVITY);
         worst = fmax(worst, answer_gap(t.n, &got, &want));
         test_tree_clear(&t);
@@ -180,7 +185,8 @@ TEST(law_an_arm_that_weighs_nothing_changes_nothing) {
     double worst = 0, worst_guest = 0, spoilt = 0;
     for (int i = 0; i < TREES; i++) {
         struct test_tree t, more;
-        test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), 1 + test_random_int(&seed, N - 1), 0.3, &seed);
+        test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS),
+                         1 + test_random_int(&seed, N - 1), 0.3, &seed);
         struct answer want = answer_of(&t, GRAVITY);
         int host = test_random_int(&seed, t.n);
         tree_join(&more, &t, host, 1e-300, &seed);

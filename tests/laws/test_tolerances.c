@@ -1,5 +1,5 @@
-/* Tolerances mean what they say: while a motion does not amplify errors, a run is off by at most 30 times its
- * tolerance.
+/* Tolerances mean what they say: while a motion does not amplify errors, a run is off by at most 30
+ * times its tolerance.
  */
 #include <math.h>
 #include <string.h>
@@ -12,7 +12,8 @@
 
 enum { INSTANTS = 7, ARMS_MAX = 32 };
 
-/* a motion up to where a deviation of its start has grown thirtyfold (make bench-precision tells where) */
+/* a motion up to where a deviation of its start has grown thirtyfold (make bench-precision tells
+ * where) */
 struct motion {
     const char *name;
     int n;
@@ -33,8 +34,10 @@ static int motion_init(struct motion *m) {
     if (pend_tree_new(&m->tree, m->n, paper ? paper_length : one, paper ? paper_mass : one,
                       paper ? paper_parent : chain, NULL) != PEND_OK)
         return 0;
-    m->problem = (struct pend_problem){.tree = m->tree, .gravity = 9.81, .phi = m->start, .rate = m->rest};
-    m->problem.times = (struct pend_times){.count = INSTANTS, .span = m->stop, .divisor = INSTANTS - 1};
+    m->problem =
+        (struct pend_problem){.tree = m->tree, .gravity = 9.81, .phi = m->start, .rate = m->rest};
+    m->problem.times =
+        (struct pend_times){.count = INSTANTS, .span = m->stop, .divisor = INSTANTS - 1};
     test_record_blocks(&m->exact, pend_method_taylor.extended, &m->problem, INSTANTS, INFINITY);
     return m->exact.status == PEND_OK;
 }
@@ -47,7 +50,8 @@ static void motion_clear(struct motion *m) {
 /* atol of a case: pure relative, as rtol, the default */
 enum atol_kind { ATOL_ZERO, ATOL_RTOL, ATOL_DEFAULT, ATOL_KINDS };
 
-static double motion_error(const struct motion *m, const struct pend_method *method, double rtol, enum atol_kind atol) {
+static double motion_error(const struct motion *m, const struct pend_method *method, double rtol,
+                           enum atol_kind atol) {
     struct pend_problem problem = m->problem;
     struct test_record record;
     problem.rtol = rtol;
@@ -61,24 +65,29 @@ static double motion_error(const struct motion *m, const struct pend_method *met
 }
 
 TEST(tolerances_bound_the_error_of_a_run) {
-    struct motion motion[] = {
-        {.name = "the paper's example", .n = 4, .stop = 4},
-        {.name = "double pendulum", .n = 2, .phi = 2 - M_PI_2, .phi_next = 2.5 - M_PI_2, .stop = 2.5},
-        {.name = "chain of 32", .n = 32, .stop = 1},
-        {.name = "one arm", .n = 1, .phi = 2 - M_PI_2, .stop = 10}};
+    struct motion motion[] = {{.name = "the paper's example", .n = 4, .stop = 4},
+                              {.name = "double pendulum",
+                               .n = 2,
+                               .phi = 2 - M_PI_2,
+                               .phi_next = 2.5 - M_PI_2,
+                               .stop = 2.5},
+                              {.name = "chain of 32", .n = 32, .stop = 1},
+                              {.name = "one arm", .n = 1, .phi = 2 - M_PI_2, .stop = 10}};
     const double rtol[] = {1e-4, 1e-7, 1e-10, 1e-13};
     for (size_t i = 0; i < sizeof motion / sizeof *motion; i++) {
         REQUIRE(motion_init(&motion[i]));
         const struct pend_method *method;
         for (int k = 0; (method = pend_method_at(k)); k++) {
             if (!(method->flags & PEND_METHOD_TOLERANCES)) continue;
-            // ode23 takes a million steps for the last tolerance, which the next test asks of it once
+            // ode23 takes a million steps for the last tolerance, which the next test asks of it
+            // once
             int tolerances = method == &pend_method_ode23 ? 3 : 4;
             for (int j = 0; j < tolerances; j++)
                 for (int a = 0; a < ATOL_KINDS; a++) {
-                    double over = motion_error(&motion[i], method, rtol[j], (enum atol_kind)a) / rtol[j];
-                    CHECK_SAYING(over <= 30, "%s, %s, rtol %g, atol %d: the error is %.3g rtol", method->name,
-                                 motion[i].name, rtol[j], a, over);
+                    double over =
+                        motion_error(&motion[i], method, rtol[j], (enum atol_kind)a) / rtol[j];
+                    CHECK_SAYING(over <= 30, "%s, %s, rtol %g, atol %d: the error is %.3g rtol",
+                                 method->name, motion[i].name, rtol[j], a, over);
                 }
         }
         motion_clear(&motion[i]);
@@ -87,8 +96,11 @@ TEST(tolerances_bound_the_error_of_a_run) {
 
 /* however tight a method lets them be, they are obeyed as far as doubles can, and the run ends */
 TEST(tolerances_can_be_the_tightest_of_a_method) {
-    struct motion motion = {
-        .name = "double pendulum", .n = 2, .phi = 2 - M_PI_2, .phi_next = 2.5 - M_PI_2, .stop = 2.5};
+    struct motion motion = {.name = "double pendulum",
+                            .n = 2,
+                            .phi = 2 - M_PI_2,
+                            .phi_next = 2.5 - M_PI_2,
+                            .stop = 2.5};
     REQUIRE(motion_init(&motion));
     const struct pend_method *method;
     for (int k = 0; (method = pend_method_at(k)); k++) {
@@ -101,8 +113,11 @@ TEST(tolerances_can_be_the_tightest_of_a_method) {
 
 /* an absolute tolerance of a radian is loose, but a motion remains one */
 TEST(tolerances_as_loose_as_they_may_be_end_a_run_well) {
-    struct motion motion = {
-        .name = "double pendulum", .n = 2, .phi = 2 - M_PI_2, .phi_next = 2.5 - M_PI_2, .stop = 2.5};
+    struct motion motion = {.name = "double pendulum",
+                            .n = 2,
+                            .phi = 2 - M_PI_2,
+                            .phi_next = 2.5 - M_PI_2,
+                            .stop = 2.5};
     REQUIRE(motion_init(&motion));
     const struct pend_method *method;
     for (int k = 0; (method = pend_method_at(k)); k++) {
@@ -139,15 +154,19 @@ static int member_deliver(void *context, long i, const struct pend_outcome *outc
 }
 
 static double member_gap(const struct member_end *end) {
-    const double *exact = end->motion->exact.samples.phi + (size_t)(INSTANTS - 1) * (size_t)end->motion->n;
+    const double *exact =
+        end->motion->exact.samples.phi + (size_t)(INSTANTS - 1) * (size_t)end->motion->n;
     double gap = 0;
     for (int k = 0; k < end->motion->n; k++) gap = fmax(gap, fabs(end->phi[k] - exact[k]));
     return gap;
 }
 
 TEST(tolerances_of_members_and_of_32_digits_are_those_of_taylor) {
-    struct motion motion = {
-        .name = "double pendulum", .n = 2, .phi = 2 - M_PI_2, .phi_next = 2.5 - M_PI_2, .stop = 2.5};
+    struct motion motion = {.name = "double pendulum",
+                            .n = 2,
+                            .phi = 2 - M_PI_2,
+                            .phi_next = 2.5 - M_PI_2,
+                            .stop = 2.5};
     REQUIRE(motion_init(&motion));
     for (int e = 4; e <= 12; e += 4) {
         double rtol = pow(10, -e);
@@ -164,11 +183,14 @@ TEST(tolerances_of_members_and_of_32_digits_are_those_of_taylor) {
         struct pend_extended *extended;
         REQUIRE(pend_ensemble_new(&ensemble, &problem, pend_isa_best(), NULL) == PEND_OK);
         CHECK_INT(pend_ensemble_run(ensemble, 0, 1), PEND_OK);
-        CHECK_SAYING(member_gap(&end) <= 30 * rtol, "a member, %g: %g", rtol, member_gap(&end) / rtol);
+        CHECK_SAYING(member_gap(&end) <= 30 * rtol, "a member, %g: %g", rtol,
+                     member_gap(&end) / rtol);
         pend_ensemble_free(&ensemble);
-        REQUIRE(pend_extended_new(&extended, motion.tree, rtol, rtol, 0, pend_isa_best(), NULL) == PEND_OK);
+        REQUIRE(pend_extended_new(&extended, motion.tree, rtol, rtol, 0, pend_isa_best(), NULL) ==
+                PEND_OK);
         CHECK_INT(pend_extended_run(extended, &problem, 0, 1), PEND_OK);
-        CHECK_SAYING(member_gap(&end) <= 30 * rtol, "32 digits, %g: %g", rtol, member_gap(&end) / rtol);
+        CHECK_SAYING(member_gap(&end) <= 30 * rtol, "32 digits, %g: %g", rtol,
+                     member_gap(&end) / rtol);
         pend_extended_free(&extended);
     }
     motion_clear(&motion);

@@ -32,19 +32,21 @@ static int pair_init(struct pair *pair, const double phi[ARMS]) {
     return pend_tree_new(&pair->tree, ARMS, one, one, parent, NULL) == PEND_OK;
 }
 
-static struct pend_problem pair_problem(const struct pair *pair, const double phi[ARMS], double stop) {
+static struct pend_problem pair_problem(const struct pair *pair, const double phi[ARMS],
+                                        double stop) {
     int rest = phi == pair->rest;
-    return (struct pend_problem){.tree = pair->tree,
-                                 .gravity = 9.81,
-                                 .phi = phi,
-                                 .phi_low = rest ? pair->rest_low : NULL,
-                                 .rate = huge_rate,
-                                 .times = {.count = INSTANTS, .span = stop, .divisor = INSTANTS - 1}};
+    return (struct pend_problem){
+        .tree = pair->tree,
+        .gravity = 9.81,
+        .phi = phi,
+        .phi_low = rest ? pair->rest_low : NULL,
+        .rate = huge_rate,
+        .times = {.count = INSTANTS, .span = stop, .divisor = INSTANTS - 1}};
 }
 
 /* every number of two runs but the angles is the same; angles have moved as far */
-static void check_turned(const struct test_record *huge, const struct test_record *rest, const double phi[ARMS],
-                         const char *what) {
+static void check_turned(const struct test_record *huge, const struct test_record *rest,
+                         const double phi[ARMS], const char *what) {
     size_t bytes = sizeof(double[INSTANTS * ARMS]);
     REQUIRE(huge->status == PEND_OK && rest->status == PEND_OK && huge->samples.count == INSTANTS);
     CHECK_SAYING(!memcmp(huge->samples.rate, rest->samples.rate, bytes), "rates, %s", what);
@@ -55,8 +57,8 @@ static void check_turned(const struct test_record *huge, const struct test_recor
         for (int k = 0; k < ARMS; k++) {
             double told = huge->samples.phi[i * ARMS + k],
                    moved = rest->samples.phi[i * ARMS + k] - rest->samples.phi[k];
-            CHECK_SAYING(fabs(told - (phi[k] + moved)) <= 2e-15 + 0x1p-52 * fabs(phi[k]), "angle %.17g, %s", told,
-                         what);
+            CHECK_SAYING(fabs(told - (phi[k] + moved)) <= 2e-15 + 0x1p-52 * fabs(phi[k]),
+                         "angle %.17g, %s", told, what);
         }
     CHECK(!memcmp(huge->samples.phi, phi, sizeof(double[ARMS])));
 }
@@ -67,7 +69,8 @@ TEST(whole_turns_do_not_matter_to_any_method) {
         REQUIRE(pair_init(&pair, huge_phi[i]));
         for (int m = 0; pend_method_at(m); m++)
             for (int extended = 0; extended <= (pend_method_at(m)->extended != NULL); extended++) {
-                const struct pend_method *method = extended ? pend_method_at(m)->extended : pend_method_at(m);
+                const struct pend_method *method =
+                    extended ? pend_method_at(m)->extended : pend_method_at(m);
                 struct test_record huge, rest;
                 struct pend_problem problem = pair_problem(&pair, huge_phi[i], 2);
                 test_record_blocks(&huge, method, &problem, INSTANTS, INFINITY);
@@ -119,8 +122,8 @@ static int crowd_deliver(void *context, long i, const struct pend_outcome *outco
     return 0;
 }
 
-static void crowd_rows(void *context, long i, long first, int count, const double phi[], const double rate[],
-                       const double force[], const double theta[]) {
+static void crowd_rows(void *context, long i, long first, int count, const double phi[],
+                       const double rate[], const double force[], const double theta[]) {
     (void)rate, (void)force, (void)theta, (void)first, (void)count;
     memcpy(((struct crowd *)context)->row[i], phi, sizeof(double[ARMS]));
 }
@@ -150,7 +153,8 @@ TEST(whole_turns_do_not_matter_to_members) {
             double moved = crowd.end[1][k] - pair.rest[k];
             // members carry no second half of their start's rest
             CHECK(fabs(crowd.rate[0][k] - crowd.rate[1][k]) < 1e-12);
-            CHECK(fabs(crowd.end[0][k] - (huge_phi[i][k] + moved)) <= 1e-12 + 0x1p-52 * fabs(huge_phi[i][k]));
+            CHECK(fabs(crowd.end[0][k] - (huge_phi[i][k] + moved)) <=
+                  1e-12 + 0x1p-52 * fabs(huge_phi[i][k]));
         }
         CHECK(crowd.flip[0] == crowd.flip[1] || fabs(crowd.flip[0] - crowd.flip[1]) < 1e-12 ||
               (isnan(crowd.flip[0]) && isnan(crowd.flip[1])));
@@ -161,7 +165,8 @@ TEST(whole_turns_do_not_matter_to_members) {
 
 /* ---- sections, exponents, modes */
 
-static double first_passage(const struct pair *pair, const double phi[ARMS], double state[2 * ARMS]) {
+static double first_passage(const struct pair *pair, const double phi[ARMS],
+                            double state[2 * ARMS]) {
     struct pend_section_problem problem = {.tree = pair->tree,
                                            .gravity = 9.81,
                                            .phi = phi,
@@ -182,13 +187,18 @@ static double first_passage(const struct pair *pair, const double phi[ARMS], dou
 }
 
 static double exponent(const struct pair *pair, const double phi[ARMS]) {
-    struct pend_lyapunov_problem problem = {
-        .tree = pair->tree, .gravity = 9.81, .phi = phi, .rate = huge_rate, .interval = 0.5, .count = 1};
+    struct pend_lyapunov_problem problem = {.tree = pair->tree,
+                                            .gravity = 9.81,
+                                            .phi = phi,
+                                            .rate = huge_rate,
+                                            .interval = 0.5,
+                                            .count = 1};
     struct pend_lyapunov *lyapunov;
     int done = 0;
     double found = NAN;
     if (pend_lyapunov_new(&lyapunov, &problem, NULL) != PEND_OK) return NAN;
-    if (pend_lyapunov_go(lyapunov, 100000, &done, NULL) == PEND_OK && done) pend_lyapunov_exponents(lyapunov, &found);
+    if (pend_lyapunov_go(lyapunov, 100000, &done, NULL) == PEND_OK && done)
+        pend_lyapunov_exponents(lyapunov, &found);
     pend_lyapunov_free(&lyapunov);
     return found;
 }
@@ -204,7 +214,8 @@ TEST(whole_turns_do_not_matter_to_sections_exponents_and_modes) {
             CHECK(fabs(state[0][ARMS + k] - state[1][ARMS + k]) < 1e-10);
             CHECK(fabs(state[0][k] - (huge_phi[i][k] + (state[1][k] - pair.rest[k]))) <=
                   1e-10 + 0x1p-52 * fabs(huge_phi[i][k]));
-            CHECK(fabs(remainder(pend_modes_theta(huge_phi[i][k], 0) - pair.rest[k] - M_PI_2, 2 * M_PI)) < 1e-15);
+            CHECK(fabs(remainder(pend_modes_theta(huge_phi[i][k], 0) - pair.rest[k] - M_PI_2,
+                                 2 * M_PI)) < 1e-15);
         }
         CHECK(fabs(exponent(&pair, huge_phi[i]) - exponent(&pair, pair.rest)) < 1e-5);
         pend_tree_free(&pair.tree);
@@ -226,7 +237,8 @@ static int spin_deliver(void *context, long i, const struct pend_outcome *outcom
     return 0;
 }
 
-/* a million radians without gravity: what is left to err is the rounding of the angle that is told */
+/* a million radians without gravity: what is left to err is the rounding of the angle that is
+ * told */
 TEST(whole_turns_of_a_free_spin_add_up) {
     const double one = 1, start = 0.5, spin = 1.25, end = 1000000.5;
     const int parent = -1;
@@ -237,15 +249,19 @@ TEST(whole_turns_of_a_free_spin_add_up) {
     problem.times = (struct pend_times){.count = 3, .span = 8e5, .divisor = 2};
     for (int extended = 0; extended < 2; extended++) {
         struct test_record record;
-        test_record_blocks(&record, extended ? pend_method_taylor.extended : &pend_method_taylor, &problem, 3,
-                           INFINITY);
+        test_record_blocks(&record, extended ? pend_method_taylor.extended : &pend_method_taylor,
+                           &problem, 3, INFINITY);
         CHECK_INT(record.status, PEND_OK);
         CHECK_SAYING(record.samples.phi[2] == end, "%.17g", record.samples.phi[2]);
         CHECK(record.samples.phi[1] == 500000.5 && record.samples.rate[2] == spin);
         test_record_clear(&record);
     }
-    struct pend_ensemble_problem many = {
-        .tree = tree, .duration = 8e5, .rtol = 1e-12, .fetch = spin_fetch, .deliver = spin_deliver, .context = &phi};
+    struct pend_ensemble_problem many = {.tree = tree,
+                                         .duration = 8e5,
+                                         .rtol = 1e-12,
+                                         .fetch = spin_fetch,
+                                         .deliver = spin_deliver,
+                                         .context = &phi};
     struct pend_ensemble *ensemble;
     REQUIRE(pend_ensemble_new(&ensemble, &many, pend_isa_best(), NULL) == PEND_OK);
     CHECK_INT(pend_ensemble_run(ensemble, 0, 1), PEND_OK);
@@ -254,12 +270,12 @@ TEST(whole_turns_of_a_free_spin_add_up) {
     pend_tree_free(&tree);
 }
 
-/* Arms in one line turn like one rigid body where nothing pulls: every step is like the last, and so is what it rounds.
- * They drifted by 5e-6 rad in this time. */
+/* Arms in one line turn like one rigid body where nothing pulls: every step is like the last,
+ * and so is what it rounds. They drifted by 5e-6 rad in this time. */
 TEST(arms_that_turn_as_one_do_so_to_rounding) {
     enum { MOST = 3 };
-    const double length[MOST] = {1, 1.3, 1.6}, mass[MOST] = {1, 0.5, 1 / 3.0}, phi[MOST] = {0.3, 0.3, 0.3},
-                 rate[MOST] = {1, 1, 1};
+    const double length[MOST] = {1, 1.3, 1.6}, mass[MOST] = {1, 0.5, 1 / 3.0},
+                 phi[MOST] = {0.3, 0.3, 0.3}, rate[MOST] = {1, 1, 1};
     const int parent[MOST] = {-1, 0, 1};
     for (int n = 2; n <= MOST; n++) {
         struct pend_tree *tree;

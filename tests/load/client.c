@@ -1,6 +1,9 @@
-/* A load client that sees every single request: closed loops, dripping and idle connections, one epoll thread.
- * Leaves to others: what is asked (files of raw messages), starting servers and judging the figures (load.py).
- * Invariant: loopback only; an answer is read to its last byte before the next request of its connection goes out. */
+/* A load client that sees every single request: closed loops, dripping and idle connections, one
+ * epoll thread.
+ * Leaves to others: what is asked (files of raw messages), starting servers and judging the
+ * figures (load.py).
+ * Invariant: loopback only; an answer is read to its last byte before the next request of its
+ * connection goes out. */
 #include <arpa/inet.h>
 #include <errno.h>
 #include <getopt.h>
@@ -25,14 +28,17 @@ enum {
 
 static const char client_usage[] =
     "usage: client --port P [options] MESSAGE[=STATUS]...\n"
-    "Each MESSAGE is a file with one raw request; STATUS (200) is what must answer it, 0 anything.\n"
+    "Each MESSAGE is a file with one raw request; STATUS (200) is what must answer it, 0 "
+    "anything.\n"
     "  --connections N   closed loops (8)          --seconds S       how long (5)\n"
-    "  --requests N      ends after so many (no end) --close-every N  new connection after N answers (0 = never)\n"
+    "  --requests N      ends after so many (no end) --close-every N  new connection after N "
+    "answers (0 = never)\n"
     "  --leave-every N   leaves instead of reading every N-th answer (0 = never)\n"
     "  --drip N          connections that send a byte a second\n"
     "  --idle N          connections that say nothing\n"
     "  --spread          each connection from a loopback address of its own\n"
-    "  --slow-ms T       lists requests that took longer (0 = none); a stall of all runs --at-stall COMMAND\n"
+    "  --slow-ms T       lists requests that took longer (0 = none); a stall of all runs "
+    "--at-stall COMMAND\n"
     "  --seed N          of the mix (1)\n";
 
 /* What a connection is for. */
@@ -140,7 +146,8 @@ static void client_open(struct client_connection *connection) {
         if (bind(connection->fd, (struct sockaddr *)&from, sizeof from)) die("bind");
     }
     to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    if (connect(connection->fd, (struct sockaddr *)&to, sizeof to) && errno != EINPROGRESS) die("connect");
+    if (connect(connection->fd, (struct sockaddr *)&to, sizeof to) && errno != EINPROGRESS)
+        die("connect");
     connection->answers = 0;
     connection->begun = 0;
     connection->message = NULL;
@@ -158,7 +165,8 @@ static int client_done(void) { return ask.requests >= 0 && got.begun >= ask.requ
 static void client_begin(struct client_connection *connection) {
     connection->message = &ask.message[client_random() % (uint64_t)ask.messages];
     connection->sent = 0;
-    connection->head_bytes = connection->status = connection->chunked = connection->chunk_state = connection->close = 0;
+    connection->head_bytes = connection->status = connection->chunked = connection->chunk_state =
+        connection->close = 0;
     connection->left = 0;
     connection->begun = now();
     got.begun++;
@@ -168,8 +176,8 @@ static void client_begin(struct client_connection *connection) {
 static int client_send(struct client_connection *connection) {
     const struct client_message *message = connection->message;
     while (connection->sent < message->bytes) {
-        ssize_t sent =
-            send(connection->fd, message->data + connection->sent, message->bytes - connection->sent, MSG_NOSIGNAL);
+        ssize_t sent = send(connection->fd, message->data + connection->sent,
+                            message->bytes - connection->sent, MSG_NOSIGNAL);
         if (sent < 0 && errno == EAGAIN) {
             client_watch(connection, EPOLL_CTL_MOD, EPOLLIN | EPOLLOUT);
             return 1;
@@ -190,8 +198,8 @@ static void client_broken(struct client_connection *connection) {
     else
         got.refused++;
     if (got.broken + got.refused <= 5)
-        fprintf(stderr, "connection %d: %s after %zu bytes of %s and %d of its answer\n", connection->number,
-                errno ? strerror(errno) : "ended", connection->sent,
+        fprintf(stderr, "connection %d: %s after %zu bytes of %s and %d of its answer\n",
+                connection->number, errno ? strerror(errno) : "ended", connection->sent,
                 connection->message ? connection->message->name : "-", connection->head_bytes);
     client_close(connection);
     if (!client_done()) client_open(connection);
@@ -208,8 +216,8 @@ static void client_complete(struct client_connection *connection) {
         fprintf(stderr, "%s was answered %d\n", message->name, connection->status);
     if (ask.slow_ms > 0 && (double)took > ask.slow_ms * 1e6 && got.slow++ < 200)
         fprintf(stderr, "slow: at %.3f s, %.0f ms, connection %d, answer %d of it, %s\n",
-                (double)(time - client_start) / 1e9, (double)took / 1e6, connection->number, connection->answers + 1,
-                message->name);
+                (double)(time - client_start) / 1e9, (double)took / 1e6, connection->number,
+                connection->answers + 1, message->name);
     connection->begun = 0;
     connection->answers++;
     if (connection->close || (ask.close_every && connection->answers >= ask.close_every)) {
@@ -238,12 +246,14 @@ static void client_head(struct client_connection *connection) {
     connection->chunked = strcasestr(connection->head, "\r\nTransfer-Encoding: chunked") != NULL;
     connection->close = strcasestr(connection->head, "\r\nConnection: close") != NULL;
     connection->left = length ? strtoll(length + 17, NULL, 10) : connection->chunked ? 0 : -1;
-    if (connection->status == 204 || connection->status == 304 || !strncmp(connection->message->data, "HEAD ", 5))
+    if (connection->status == 204 || connection->status == 304 ||
+        !strncmp(connection->message->data, "HEAD ", 5))
         connection->left = connection->chunked = 0;
 }
 
 /* takes bytes of the head; returns how many */
-static size_t client_take_head(struct client_connection *connection, const char *data, size_t bytes) {
+static size_t client_take_head(struct client_connection *connection, const char *data,
+                               size_t bytes) {
     size_t taken = 0;
     while (taken < bytes && connection->head_bytes < CLIENT_HEAD) {
         char *head = connection->head;
@@ -257,13 +267,16 @@ static size_t client_take_head(struct client_connection *connection, const char 
     return taken;
 }
 
-/* takes bytes of chunks; chunk_state: 0 a size comes, 1 its line ends, 2 CR, 3 LF behind a chunk, 4.. the trailer */
-static size_t client_take_chunk(struct client_connection *connection, const char *data, size_t bytes) {
+/* takes bytes of chunks; chunk_state: 0 a size comes, 1 its line ends, 2 CR, 3 LF behind a
+ * chunk, 4.. the trailer */
+static size_t client_take_chunk(struct client_connection *connection, const char *data,
+                                size_t bytes) {
     size_t taken = 0;
     while (taken < bytes && connection->chunk_state < 6) {
         char c = data[taken];
         if (connection->left > 0) {
-            size_t run = (size_t)connection->left < bytes - taken ? (size_t)connection->left : bytes - taken;
+            size_t run =
+                (size_t)connection->left < bytes - taken ? (size_t)connection->left : bytes - taken;
             connection->left -= (int64_t)run;
             taken += run;
             if (!connection->left) connection->chunk_state = 2;
@@ -299,7 +312,8 @@ static void client_receive(struct client_connection *connection) {
         return;
     }
     if (count <= 0) {
-        int whole = !count && connection->begun && connection->status && connection->left == -1 && !connection->chunked;
+        int whole = !count && connection->begun && connection->status && connection->left == -1 &&
+                    !connection->chunked;
         connection->close |= whole;
         if (whole)
             client_complete(connection);
@@ -322,11 +336,13 @@ static void client_receive(struct client_connection *connection) {
     if (connection->chunked)
         run = client_take_chunk(connection, data, bytes);
     else if (connection->left > 0)
-        connection->left -= (int64_t)(run = (size_t)connection->left < bytes ? (size_t)connection->left : bytes);
+        connection->left -=
+            (int64_t)(run = (size_t)connection->left < bytes ? (size_t)connection->left : bytes);
     else
         run = connection->left < 0 ? bytes : 0;
     if (run < bytes) {
-        fprintf(stderr, "%s: %zu bytes behind the answer\n", connection->message->name, bytes - run);
+        fprintf(stderr, "%s: %zu bytes behind the answer\n", connection->message->name,
+                bytes - run);
         got.wrong++;
     }
     int over = connection->chunked ? connection->chunk_state == 6 : !connection->left;
@@ -350,11 +366,13 @@ static void client_event(struct client_connection *connection, uint32_t events) 
     }
 }
 
-/* the dripping connections take turns, so that each sends a byte a second: one in a field that never ends */
+/* the dripping connections take turns, so that each sends a byte a second: one in a field that
+ * never ends */
 static void client_drip(struct client_connection connection[], int64_t *at, int *turn) {
     static const char head[] = "POST /v1/trees HTTP/1.1\r\nHost: x\r\nX-Drip: ";
     int64_t pause = ask.drip ? INT64_C(1000000000) / ask.drip : 0;
-    for (int64_t time = now(); ask.drip && time > *at; *at += pause, *turn = (*turn + 1) % ask.drip) {
+    for (int64_t time = now(); ask.drip && time > *at;
+         *at += pause, *turn = (*turn + 1) % ask.drip) {
         struct client_connection *one = &connection[*turn];
         char c = one->sent < sizeof head - 1 ? head[one->sent] : 'a';
         if (one->answers == 0 && send(one->fd, &c, 1, MSG_NOSIGNAL) == 1) one->sent++;
@@ -367,7 +385,8 @@ static void client_stall(void) {
     if (ask.slow_ms <= 0 || !got.last || (double)(time - got.last) < ask.slow_ms * 1e6) return;
     fprintf(stderr, "stall: at %.3f s, nothing for %.0f ms\n", (double)(time - client_start) / 1e9,
             (double)(time - got.last) / 1e6);
-    if (!got.stalls++ && ask.at_stall && system(ask.at_stall)) fprintf(stderr, "the command failed\n");
+    if (!got.stalls++ && ask.at_stall && system(ask.at_stall))
+        fprintf(stderr, "the command failed\n");
     got.last = now();
 }
 
@@ -382,7 +401,8 @@ static void client_run(struct client_connection connection[], int count) {
         if (!events) client_stall();
         if (!client_done()) continue;
         alive = 0;
-        for (int i = 0; i < count; i++) alive |= connection[i].kind == CLIENT_LOOP && connection[i].fd >= 0;
+        for (int i = 0; i < count; i++)
+            alive |= connection[i].kind == CLIENT_LOOP && connection[i].fd >= 0;
     }
 }
 
@@ -458,12 +478,14 @@ static void client_options(int argc, char **argv) {
 }
 
 static void client_report(double seconds) {
-    printf("{\"seconds\":%.3f,\"requests\":%ld,\"rate\":%.1f,\"wrong\":%ld,\"broken\":%ld,\"refused\":%ld,\"left\":%ld,"
-           "\"slow\":%ld,\"stalls\":%ld,\"bytes\":%lld,\"p50\":%.3f,\"p99\":%.3f,\"p999\":%.3f,\"longest\":%.3f,"
+    printf("{\"seconds\":%.3f,\"requests\":%ld,\"rate\":%.1f,\"wrong\":%ld,\"broken\":%ld,"
+           "\"refused\":%ld,\"left\":%ld,"
+           "\"slow\":%ld,\"stalls\":%ld,\"bytes\":%lld,\"p50\":%.3f,\"p99\":%.3f,\"p999\":%.3f,"
+           "\"longest\":%.3f,"
            "\"drips_ended\":%ld}\n",
-           seconds, got.complete, (double)got.complete / seconds, got.wrong, got.broken, got.refused, got.left,
-           got.slow, got.stalls, (long long)got.bytes, quantile_ms(0.5), quantile_ms(0.99), quantile_ms(0.999),
-           (double)got.longest / 1e6, got.drips_ended);
+           seconds, got.complete, (double)got.complete / seconds, got.wrong, got.broken,
+           got.refused, got.left, got.slow, got.stalls, (long long)got.bytes, quantile_ms(0.5),
+           quantile_ms(0.99), quantile_ms(0.999), (double)got.longest / 1e6, got.drips_ended);
 }
 
 int main(int argc, char **argv) {
@@ -477,7 +499,9 @@ int main(int argc, char **argv) {
     client_start = now();
     for (int i = 0; i < count; i++) {
         connection[i].number = i;
-        connection[i].kind = i < ask.drip ? CLIENT_DRIP : i < ask.drip + ask.idle ? CLIENT_IDLE : CLIENT_LOOP;
+        connection[i].kind = i < ask.drip              ? CLIENT_DRIP
+                             : i < ask.drip + ask.idle ? CLIENT_IDLE
+                                                       : CLIENT_LOOP;
         client_open(&connection[i]);
     }
     client_run(connection, count);

@@ -44,8 +44,8 @@ void ground_clear(struct ground *ground) {
 struct srv_store *ground_open(const struct ground *ground) {
     struct pend_error error;
     struct srv_store *store;
-    CHECK_SAYING(srv_store_open(&store, ground->url, &ground->rules, &error) == PEND_OK, "%s: %s", ground->url,
-                 error.text);
+    CHECK_SAYING(srv_store_open(&store, ground->url, &ground->rules, &error) == PEND_OK, "%s: %s",
+                 ground->url, error.text);
     return store;
 }
 
@@ -62,17 +62,20 @@ void ground_test(int postgres, void (*test)(struct ground *ground, struct srv_st
     ground_clear(&ground);
 }
 
-enum srv_stored ground_claim(struct srv_store *store, const char *worker, int64_t lease_us, struct srv_lease *lease) {
+enum srv_stored ground_claim(struct srv_store *store, const char *worker, int64_t lease_us,
+                             struct srv_lease *lease) {
     enum srv_stored stored = srv_store_claim(store, worker, lease_us, lease);
     if (stored == SRV_STORED) free(lease->request);
     lease->request = NULL;
     return stored;
 }
 
-void ground_pause_ms(int ms) { nanosleep(&(struct timespec){ms / 1000, ms % 1000 * 1000000L}, NULL); }
+void ground_pause_ms(int ms) {
+    nanosleep(&(struct timespec){ms / 1000, ms % 1000 * 1000000L}, NULL);
+}
 
-enum srv_stored ground_submit(struct srv_store *store, const char *id, const char *client, const char *key, long parts,
-                              int chained, struct srv_job *job) {
+enum srv_stored ground_submit(struct srv_store *store, const char *id, const char *client,
+                              const char *key, long parts, int chained, struct srv_job *job) {
     unsigned char digest[SRV_DIGEST_BYTES] = {1, 2, 3};
     struct srv_job_order order = {.id = id,
                                   .client = client,
@@ -97,7 +100,8 @@ static struct srv_sql *ground_connect(const struct ground *ground) {
 void ground_run(const struct ground *ground, const char *text) {
     struct srv_sql *sql = ground_connect(ground);
     if (!sql) return;
-    CHECK_SAYING(sql->driver->run(sql, -1, text, NULL, 0, NULL, NULL) == SRV_STORED, "%s: %s", text, sql->complaint);
+    CHECK_SAYING(sql->driver->run(sql, -1, text, NULL, 0, NULL, NULL) == SRV_STORED, "%s: %s", text,
+                 sql->complaint);
     sql->driver->close(sql);
 }
 
@@ -105,8 +109,8 @@ long long ground_ask(const struct ground *ground, const char *text) {
     struct srv_row_wholes row = {.count = 1};
     struct srv_sql *sql = ground_connect(ground);
     if (!sql) return -1;
-    CHECK_SAYING(sql->driver->run(sql, -1, text, NULL, 0, srv_row_wholes, &row) == SRV_STORED, "%s: %s", text,
-                 sql->complaint);
+    CHECK_SAYING(sql->driver->run(sql, -1, text, NULL, 0, srv_row_wholes, &row) == SRV_STORED,
+                 "%s: %s", text, sql->complaint);
     sql->driver->close(sql);
     return row.rows ? row.whole[0] : -1;
 }
@@ -116,43 +120,59 @@ long long ground_ask(const struct ground *ground, const char *text) {
 
 int ground_sums(const struct ground *ground) {
     static const char *const wrong[][2] = {
-        {"open jobs", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE jobs <> (SELECT COUNT(*) FROM jobs WHERE "
+        {"open jobs", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE jobs <> (SELECT COUNT(*) "
+                      "FROM jobs WHERE "
                       "client = name AND state < 2)"},
-        {"ready jobs", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE ready <> (SELECT COUNT(*) FROM jobs WHERE "
+        {"ready jobs", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE ready <> (SELECT "
+                       "COUNT(*) FROM jobs WHERE "
                        "client = name AND ready = 1)"},
         {"bytes", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE bytes <> " SUM(
-                      "jobs.bytes + held", "jobs WHERE client = name") " + " SUM("removals.bytes",
-                                                                                 "removals WHERE client = name")},
-        {"scenes", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE scenes <> (SELECT COUNT(*) FROM keepers WHERE "
-                   "client = name) OR scene_bytes <> " SUM("keepers.bytes + 1024", "keepers WHERE client = name")},
-        {"clients of jobs", "SELECT CAST(COUNT(*) AS BIGINT) FROM jobs WHERE client NOT IN (SELECT name FROM clients)"},
-        {"clients of nothing", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE jobs = 0 AND bytes = 0 AND scenes = "
-                               "0"},
-        {"jobs' rows", "SELECT CAST(COUNT(*) AS BIGINT) FROM jobs WHERE held <> 1024 + LENGTH(request) + CASE WHEN "
-                       "state < 3 THEN 256 * (shards - 1) ELSE 0 END OR (state >= 3 AND LENGTH(request) > 0)"},
+                      "jobs.bytes + held",
+                      "jobs WHERE client = name") " + " SUM("removals.bytes",
+                                                            "removals WHERE client = name")},
+        {"scenes", "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE scenes <> (SELECT COUNT(*) "
+                   "FROM keepers WHERE "
+                   "client = name) OR scene_bytes <> " SUM("keepers.bytes + 1024",
+                                                           "keepers WHERE client = name")},
+        {"clients of jobs", "SELECT CAST(COUNT(*) AS BIGINT) FROM jobs WHERE client NOT IN (SELECT "
+                            "name FROM clients)"},
+        {"clients of nothing",
+         "SELECT CAST(COUNT(*) AS BIGINT) FROM clients WHERE jobs = 0 AND bytes = 0 AND scenes = "
+         "0"},
+        {"jobs' rows",
+         "SELECT CAST(COUNT(*) AS BIGINT) FROM jobs WHERE held <> 1024 + LENGTH(request) + CASE "
+         "WHEN "
+         "state < 3 THEN 256 * (shards - 1) ELSE 0 END OR (state >= 3 AND LENGTH(request) > 0)"},
         {"jobs' results",
-         "SELECT CAST(COUNT(*) AS BIGINT) FROM jobs WHERE bytes <> CASE WHEN state >= 3 THEN 0 ELSE " SUM(
-             "LENGTH(data)", "results WHERE job = id") " END"},
-        {"all bytes",
-         "SELECT CAST(" TOTAL("bytes") " - " SUM("bytes + held", "jobs") " - " SUM("bytes", "removals") " AS BIGINT)"},
+         "SELECT CAST(COUNT(*) AS BIGINT) FROM jobs WHERE bytes <> CASE WHEN state >= 3 THEN 0 "
+         "ELSE " SUM("LENGTH(data)", "results WHERE job = id") " END"},
+        {"all bytes", "SELECT CAST(" TOTAL("bytes") " - " SUM("bytes + held", "jobs") " - " SUM(
+                          "bytes", "removals") " AS BIGINT)"},
         {"all scenes", "SELECT CAST(" TOTAL("scenes") " - (SELECT COUNT(*) FROM scenes) + " TOTAL(
                            "scene_bytes") " - " SUM("LENGTH(body) + 1024", "scenes") " AS BIGINT)"},
         {"shards that wait",
-         "SELECT " TOTAL("waiting") " - " SUM(
-             "CASE WHEN ready = 0 THEN 0 WHEN chained = 1 THEN 1 ELSE jobs.waiting + shards - begun END", "jobs")},
-        {"accepted jobs", "SELECT " TOTAL("accepted") " - (SELECT COUNT(*) FROM jobs WHERE state = 0)"},
-        {"running jobs", "SELECT " TOTAL("running") " - (SELECT COUNT(*) FROM jobs WHERE state = 1)"},
-        {"successful jobs", "SELECT " TOTAL("successful") " - (SELECT COUNT(*) FROM jobs WHERE state = 2)"},
+         "SELECT " TOTAL("waiting") " - " SUM("CASE WHEN ready = 0 THEN 0 WHEN chained = 1 THEN 1 "
+                                              "ELSE jobs.waiting + shards - begun END",
+                                              "jobs")},
+        {"accepted jobs",
+         "SELECT " TOTAL("accepted") " - (SELECT COUNT(*) FROM jobs WHERE state = 0)"},
+        {"running jobs",
+         "SELECT " TOTAL("running") " - (SELECT COUNT(*) FROM jobs WHERE state = 1)"},
+        {"successful jobs",
+         "SELECT " TOTAL("successful") " - (SELECT COUNT(*) FROM jobs WHERE state = 2)"},
         {"failed jobs", "SELECT " TOTAL("failed") " - (SELECT COUNT(*) FROM jobs WHERE state = 3)"},
-        {"dismissed jobs", "SELECT " TOTAL("dismissed") " - (SELECT COUNT(*) FROM jobs WHERE state = 4)"},
+        {"dismissed jobs",
+         "SELECT " TOTAL("dismissed") " - (SELECT COUNT(*) FROM jobs WHERE state = 4)"},
     };
     struct srv_sql *sql = ground_connect(ground);
     int good = sql != NULL;
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong && sql; i++) {
         struct srv_row_wholes row = {.count = 1};
-        enum srv_stored stored = sql->driver->run(sql, -1, wrong[i][1], NULL, 0, srv_row_wholes, &row);
-        good &= CHECK_SAYING(stored == SRV_STORED && row.whole[0] == 0, "the sum of %s is wrong by %lld %s",
-                             wrong[i][0], (long long)row.whole[0], sql->complaint);
+        enum srv_stored stored =
+            sql->driver->run(sql, -1, wrong[i][1], NULL, 0, srv_row_wholes, &row);
+        good &= CHECK_SAYING(stored == SRV_STORED && row.whole[0] == 0,
+                             "the sum of %s is wrong by %lld %s", wrong[i][0],
+                             (long long)row.whole[0], sql->complaint);
     }
     if (sql) sql->driver->close(sql);
     return good;

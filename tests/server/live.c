@@ -9,12 +9,31 @@
 #include "tests/harness/test.h"
 
 struct srv_config live_config(const char *const options[]) {
-    static const char *const fixed[] = {
-        "pendulumd", "--listen",           "127.0.0.1:0",   "--access-log",         "off",  "--store",
-        "none",      "--max-wait-seconds", "3600",          "--header-seconds",     "3600", "--body-seconds",
-        "3600",      "--send-seconds",     "3600",          "--idle-seconds",       "3600", "--max-compute-seconds",
-        "86400",     "--max-steps",        "1000000000000", "--drain-idle-seconds", "0",    "--hosts",
-        "*"};
+    static const char *const fixed[] = {"pendulumd",
+                                        "--listen",
+                                        "127.0.0.1:0",
+                                        "--access-log",
+                                        "off",
+                                        "--store",
+                                        "none",
+                                        "--max-wait-seconds",
+                                        "3600",
+                                        "--header-seconds",
+                                        "3600",
+                                        "--body-seconds",
+                                        "3600",
+                                        "--send-seconds",
+                                        "3600",
+                                        "--idle-seconds",
+                                        "3600",
+                                        "--max-compute-seconds",
+                                        "86400",
+                                        "--max-steps",
+                                        "1000000000000",
+                                        "--drain-idle-seconds",
+                                        "0",
+                                        "--hosts",
+                                        "*"};
     enum { FIXED = sizeof fixed / sizeof *fixed };
     char *argv[FIXED + 32];
     struct srv_config config;
@@ -36,17 +55,21 @@ struct srv_daemon *live_start(const char *const options[]) {
     return daemon;
 }
 
-int live_port(const struct srv_daemon *daemon) { return atoi(strrchr(srv_daemon_url(daemon), ':') + 1); }
+int live_port(const struct srv_daemon *daemon) {
+    return atoi(strrchr(srv_daemon_url(daemon), ':') + 1);
+}
 
 int live_say(const struct srv_daemon *daemon, struct test_client *client, const char *text) {
     return test_client_open(client, live_port(daemon)) && CHECK(test_client_say(client, text));
 }
 
-int live_post(const struct srv_daemon *daemon, struct test_client *client, const char *path, const char *body) {
+int live_post(const struct srv_daemon *daemon, struct test_client *client, const char *path,
+              const char *body) {
     char text[4096];
     snprintf(text, sizeof text,
-             "POST %s HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: %zu\r\n\r\n%s", path,
-             strlen(body), body);
+             "POST %s HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: "
+             "%zu\r\n\r\n%s",
+             path, strlen(body), body);
     return live_say(daemon, client, text);
 }
 
@@ -69,7 +92,8 @@ double live_metric(const struct srv_daemon *daemon, const char *sample) {
         char line[128];
         snprintf(line, sizeof line, "\n%s", sample);
         const char *at = strstr(reply.body, line);
-        if (CHECK_SAYING(at != NULL, "no sample %s", sample)) value = strtod(at + strlen(line), NULL);
+        if (CHECK_SAYING(at != NULL, "no sample %s", sample))
+            value = strtod(at + strlen(line), NULL);
     }
     test_reply_clear(&reply);
     test_client_close(&client);
@@ -84,7 +108,8 @@ int live_await(const struct srv_daemon *daemon, const char *sample, double value
 
 int live_await_least(const struct srv_daemon *daemon, const char *sample, double least) {
     double until = test_clock() + TEST_PATIENCE, now;
-    while (!((now = live_metric(daemon, sample)) >= least) && test_clock() < until) test_sleep(0.005);
+    while (!((now = live_metric(daemon, sample)) >= least) && test_clock() < until)
+        test_sleep(0.005);
     return CHECK_SAYING(now >= least, "%s is %g, below %g", sample, now, least);
 }
 

@@ -9,17 +9,17 @@
 #include "tests/harness/server.h"
 
 /* Bodies: one that is computed for many seconds; */
-#define LIVE_LONG                                                                                                      \
-    "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"                                                \
+#define LIVE_LONG                                                                                  \
+    "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"                            \
     "\"times\":{\"start\":0,\"stop\":100000,\"count\":5}}"
 /* and one that is computed for a quarter of an hour, or for hours where threads are watched */
-#define LIVE_ENDLESS                                                                                                   \
-    "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"                                                \
+#define LIVE_ENDLESS                                                                               \
+    "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"                            \
     "\"times\":{\"start\":0,\"stop\":1e8,\"count\":5}}"
 #define LIVE_SHORT "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]}}"
 
-/** Loads a configuration from options as on a command line, ended by NULL; a free port of loopback, no access log, and
- * limits of time that no test reaches. */
+/** Loads a configuration from options as on a command line, ended by NULL; a free port of
+ * loopback, no access log, and limits of time that no test reaches. */
 struct srv_config live_config(const char *const options[]);
 
 /** Starts a daemon; NULL, with a failed check, if that does not work. */
@@ -32,16 +32,20 @@ int live_port(const struct srv_daemon *daemon);
 int live_say(const struct srv_daemon *daemon, struct test_client *client, const char *text);
 
 /** Connects and posts JSON to a path. */
-int live_post(const struct srv_daemon *daemon, struct test_client *client, const char *path, const char *body);
+int live_post(const struct srv_daemon *daemon, struct test_client *client, const char *path,
+              const char *body);
 
-/** The status of one request on a connection of its own, 0 where there is no answer within TEST_PATIENCE. */
+/** The status of one request on a connection of its own, 0 where there is no answer within
+ * TEST_PATIENCE. */
 int live_status(const struct srv_daemon *daemon, const char *text);
 
-/** A sample of /metrics, named as its line begins, with the space before the value; NAN, with a failed check, without.
+/** A sample of /metrics, named as its line begins, with the space before the value; NAN, with a
+ * failed check, without.
  */
 double live_metric(const struct srv_daemon *daemon, const char *sample);
 
-/** Waits until a sample has a value; returns 0, with a failed check, where it has another one after TEST_PATIENCE. */
+/** Waits until a sample has a value; returns 0, with a failed check, where it has another one
+ * after TEST_PATIENCE. */
 int live_await(const struct srv_daemon *daemon, const char *sample, double value);
 
 /** Waits until a sample has at least a value, as live_await does. */

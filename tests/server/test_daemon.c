@@ -57,7 +57,8 @@ TEST(a_request_id_is_taken_over_or_given_and_never_twice) {
         {"", NULL},
         {"X-Request-Id: with blank\r\n", NULL},
         {"X-Request-Id:\r\n", NULL},
-        {"X-Request-Id: 0123456789012345678901234567890123456789012345678901234567890123456789\r\n", NULL},
+        {"X-Request-Id: 0123456789012345678901234567890123456789012345678901234567890123456789\r\n",
+         NULL},
         {"X-Request-Id: \"quoted\"\r\n", NULL},
     };
     struct srv_daemon *daemon = live_start(NULL);
@@ -72,7 +73,8 @@ TEST(a_request_id_is_taken_over_or_given_and_never_twice) {
         const char *id = test_reply_header(&reply, "X-Request-Id");
         if (!CHECK(id != NULL)) continue;
         if (asked[i].taken) CHECK_TEXT(id, asked[i].taken);
-        if (!asked[i].taken) CHECK(strlen(id) == 16 && strspn(id, "0123456789abcdef") == 16 && strcmp(id, last));
+        if (!asked[i].taken)
+            CHECK(strlen(id) == 16 && strspn(id, "0123456789abcdef") == 16 && strcmp(id, last));
         snprintf(last, sizeof last, "%s", id);
         test_reply_clear(&reply);
     }
@@ -86,7 +88,9 @@ TEST(the_front_refuses_behind_good_requests_and_within_bodies) {
         int status[3];
     } said[] = {
         {HEALTH HEALTH "GET / HTTP/1.1\nHost: x\n\n" HEALTH, {200, 200, 400}},
-        {"POST /v1/trees HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nhello\n" HEALTH, {400}},
+        {"POST /v1/trees HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: "
+         "chunked\r\n\r\n5\r\nhello\n" HEALTH,
+         {400}},
         {"POST /healthz HTTP/1.1\r\nHost: x\r\nContent-Length: 1\r\n\r\naa/b" HEALTH, {405, 400}},
         {"GET /v1/presets HTTP/1.1\r\nHost: x\r\n\r\nGET : HTTP/1.1\r\n\r\n" HEALTH, {200, 400}},
         {"GET /healthz HTTP/1.1\r\nHost: x\r\nX : y\r\n\r\n" HEALTH, {400}},
@@ -121,14 +125,17 @@ TEST(an_early_no_reaches_a_client_that_is_still_sending) {
     for (int chunked = 0; chunked < 2; chunked++) {
         struct test_client client;
         struct test_reply reply;
-        if (!live_say(daemon, &client,
-                      chunked ? "POST /v1/trees HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n800000\r\n"
-                              : "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Length: 8388608\r\n\r\n"))
+        if (!live_say(
+                daemon, &client,
+                chunked ? "POST /v1/trees HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: "
+                          "chunked\r\n\r\n800000\r\n"
+                        : "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Length: 8388608\r\n\r\n"))
             continue;
         int sent = 0;
         double begin = test_clock();
         while (sent < 128 && test_client_send(&client, rubbish, sizeof rubbish)) sent++;
-        CHECK_SAYING(sent == 128 || test_clock() > begin + 1e-3 * SRV_WATCH_LINGER_MS, "%d pieces were taken", sent);
+        CHECK_SAYING(sent == 128 || test_clock() > begin + 1e-3 * SRV_WATCH_LINGER_MS,
+                     "%d pieces were taken", sent);
         CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 413);
         CHECK(strstr(reply.body, "max-body-bytes") != NULL);
         test_reply_clear(&reply);
@@ -139,7 +146,8 @@ TEST(an_early_no_reaches_a_client_that_is_still_sending) {
 }
 
 TEST(connections_beyond_the_cap_are_told_so) {
-    static const char *const options[] = {"--max-connections", "4", "--max-client-connections", "8", NULL};
+    static const char *const options[] = {"--max-connections", "4", "--max-client-connections", "8",
+                                          NULL};
     struct srv_daemon *daemon = live_start(options);
     struct test_client client[4];
     REQUIRE(daemon != NULL);
@@ -161,15 +169,18 @@ TEST(connections_beyond_the_cap_are_told_so) {
 
 TEST(bodies_together_stay_within_their_memory) {
     enum { BODIES = 4, BYTES = 200000 };
-    static const char *const options[] = {"--max-held-bytes", "2400K", "--max-client-held-bytes", "2400K", NULL};
+    static const char *const options[] = {"--max-held-bytes", "2400K", "--max-client-held-bytes",
+                                          "2400K", NULL};
     static char body[BYTES];
     struct srv_daemon *daemon = live_start(options);
     struct test_client client[BODIES + 1], *last = &client[BODIES];
     struct test_reply reply;
-    static const char head[] = "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Length: 200000\r\n\r\n";
+    static const char head[] =
+        "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Length: 200000\r\n\r\n";
     REQUIRE(daemon != NULL);
     memset(body, ' ', sizeof body);
-    /* small ones count against all that is held, large ones of one client against half of its share */
+    /* small ones count against all that is held, large ones of one client against half of its
+     * share */
     for (int i = 0; i < BODIES; i++) {
         REQUIRE(live_say(daemon, &client[i], head));
         test_client_send(&client[i], body, i < 2 ? BYTES - 1 : 60000);
@@ -207,7 +218,8 @@ TEST(times_for_heads_bodies_and_silence_are_totals) {
     } slow[] = {
         {"GET /healthz HTTP/1.1\r\nHost: x\r\nX: ", "a", 408, 0.3},
         {"POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Length: 500\r\n\r\n", "a", 408, 0.3},
-        {"POST /v1/trees HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n", "1\r\na\r\n", 408, 0.3},
+        {"POST /v1/trees HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n", "1\r\na\r\n",
+         408, 0.3},
         {"G", "", 408, 0.3},
         {"", "", 0, 0.9},
     };
@@ -324,8 +336,8 @@ static void daemon_lasting(struct srv_daemon *daemon, double seconds, char body[
     snprintf(strstr(body, "\"stop\""), 64, "\"stop\":%.0f,\"count\":5}}", stop * seconds / took);
 }
 
-/* a daemon whose drain has begun while it computes for a client, and a connection that was open before; where the
- * computation was over too soon, once more with a longer one */
+/* a daemon whose drain has begun while it computes for a client, and a connection that was open
+ * before; where the computation was over too soon, once more with a longer one */
 static struct srv_daemon *daemon_draining(struct test_client *running, struct test_client *open) {
     static const char *const options[] = {"--workers", "1", NULL};
     for (double seconds = 1; seconds < 100; seconds *= 4) {
@@ -339,9 +351,11 @@ static struct srv_daemon *daemon_draining(struct test_client *running, struct te
         double slices = live_metric(daemon, "pendulumd_slices_total ");
         if (!live_post(daemon, running, "/v1/trajectories", body)) return NULL;
         live_await_least(daemon, "pendulumd_slices_total ", slices + 1);
-        /* a drain waits a moment even where nothing is computed: what counts is that no answer comes just now */
+        /* a drain waits a moment even where nothing is computed: what counts is that no answer
+         * comes just now */
         struct pollfd look = {.fd = running->fd, .events = POLLIN};
-        if (live_metric(daemon, "pendulumd_computations ") > 0 && !srv_daemon_drain(daemon, 0) && !poll(&look, 1, 50))
+        if (live_metric(daemon, "pendulumd_computations ") > 0 && !srv_daemon_drain(daemon, 0) &&
+            !poll(&look, 1, 50))
             return daemon;
         test_client_close(running);
         test_client_close(open);
@@ -352,7 +366,8 @@ static struct srv_daemon *daemon_draining(struct test_client *running, struct te
 
 /* does anybody still listen there? */
 static int daemon_listens(const struct srv_daemon *daemon) {
-    struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons((uint16_t)live_port(daemon))};
+    struct sockaddr_in address = {.sin_family = AF_INET,
+                                  .sin_port = htons((uint16_t)live_port(daemon))};
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     int good = !connect(fd, (struct sockaddr *)&address, sizeof address);
@@ -372,7 +387,8 @@ TEST(a_drain_lets_nobody_in_and_answers_who_is_there) {
     CHECK(!daemon_listens(daemon));
     /* what comes on a connection that was open is computed, and is the connection's last */
     snprintf(text, sizeof text,
-             "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: %zu\r\n\r\n%s",
+             "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: "
+             "application/json\r\nContent-Length: %zu\r\n\r\n%s",
              strlen(LIVE_SHORT), LIVE_SHORT);
     test_client_say(&open, text);
     CHECK_INT(test_client_receive(&open, &reply, 0, TEST_PATIENCE), 200);
@@ -395,7 +411,8 @@ TEST(who_waits_to_be_accepted_at_the_end_is_answered) {
         struct srv_daemon *daemon = live_start(NULL);
         struct test_reply reply;
         REQUIRE(daemon != NULL);
-        for (int i = 0; i < COUNT; i++) REQUIRE(live_post(daemon, &client[i], "/v1/trees", LIVE_SHORT));
+        for (int i = 0; i < COUNT; i++)
+            REQUIRE(live_post(daemon, &client[i], "/v1/trees", LIVE_SHORT));
         daemon_drained(daemon);
         srv_daemon_free(&daemon);
         for (int i = 0; i < COUNT; i++) {
@@ -476,7 +493,8 @@ static void *daemon_client(void *argument) {
     } address = {AF_INET, (unsigned short)(crowd->port << 8 | crowd->port >> 8), 0x0100007f, ""};
     char text[512];
     snprintf(text, sizeof text,
-             "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: %zu\r\n\r\n%s",
+             "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: "
+             "application/json\r\nContent-Length: %zu\r\n\r\n%s",
              strlen(LIVE_SHORT), LIVE_SHORT);
     for (;;) {
         struct test_client client = {.fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
@@ -490,7 +508,8 @@ static void *daemon_client(void *argument) {
             int status = test_client_receive(&client, &reply, 0, TEST_PATIENCE);
             crowd->answered += status == 200;
             crowd->refused += status == 503;
-            /* a connection that was idle may be closed under a request (RFC 9112 9.5); a fresh one, never */
+            /* a connection that was idle may be closed under a request (RFC 9112 9.5); a fresh
+             * one, never */
             crowd->lost += status == 0 && first;
             more = status && reply.keep_alive;
             test_reply_clear(&reply);
@@ -569,7 +588,9 @@ TEST(a_daemon_that_cannot_start_says_why_and_leaves_nothing) {
         enum pend_status status = srv_daemon_new(&daemon, &config, &error);
         test_alloc_faults_off();
         passed = status == PEND_OK;
-        if (!passed) CHECK_SAYING(status == PEND_NO_MEMORY && !daemon && error.text[0], "allocation %ld", fail);
+        if (!passed)
+            CHECK_SAYING(status == PEND_NO_MEMORY && !daemon && error.text[0], "allocation %ld",
+                         fail);
     }
     CHECK(passed);
     if (daemon) CHECK_INT(live_status(daemon, HEALTH), 200);
@@ -592,15 +613,16 @@ TEST(requests_survive_want_of_memory) {
         test_alloc_fail(fail, 0);
         char text[512];
         snprintf(text, sizeof text,
-                 "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: %zu\r\n"
+                 "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: "
+                 "application/json\r\nContent-Length: %zu\r\n"
                  "Connection: close\r\n\r\n%s",
                  strlen(LIVE_SHORT), LIVE_SHORT);
         send(client.fd, text, strlen(text), MSG_NOSIGNAL);
         test_sleep(0.02);
         test_alloc_faults_off();
         int status = test_client_receive(&client, &reply, 0, 5);
-        CHECK_SAYING(status == 200 || status == 503 || status == 0 || status == 500, "allocation %ld: %d", fail,
-                     status);
+        CHECK_SAYING(status == 200 || status == 503 || status == 0 || status == 500,
+                     "allocation %ld: %d", fail, status);
         good = status == 200 ? good + 1 : 0;
         test_reply_clear(&reply);
         test_client_close(&client);

@@ -9,13 +9,18 @@ const char *ask_long(double span) {
     static char body[8192];
     enum { ARMS = 60 };
     size_t at = (size_t)snprintf(body, sizeof body, "{\"pendulum\":{\"length\":[");
-    for (int i = 0; i < ARMS; i++) at += (size_t)snprintf(body + at, sizeof body - at, i ? ",1" : "1");
+    for (int i = 0; i < ARMS; i++)
+        at += (size_t)snprintf(body + at, sizeof body - at, i ? ",1" : "1");
     at += (size_t)snprintf(body + at, sizeof body - at, "],\"mass\":[");
-    for (int i = 0; i < ARMS; i++) at += (size_t)snprintf(body + at, sizeof body - at, i ? ",1" : "1");
+    for (int i = 0; i < ARMS; i++)
+        at += (size_t)snprintf(body + at, sizeof body - at, i ? ",1" : "1");
     at += (size_t)snprintf(body + at, sizeof body - at, "],\"parent\":[");
-    for (int i = 0; i < ARMS; i++) at += (size_t)snprintf(body + at, sizeof body - at, i ? ",%d" : "%d", i);
-    snprintf(body + at, sizeof body - at,
-             "]},\"times\":{\"start\":0,\"stop\":%g,\"count\":5},\"method\":\"taylor\",\"rtol\":1e-12}", span);
+    for (int i = 0; i < ARMS; i++)
+        at += (size_t)snprintf(body + at, sizeof body - at, i ? ",%d" : "%d", i);
+    snprintf(
+        body + at, sizeof body - at,
+        "]},\"times\":{\"start\":0,\"stop\":%g,\"count\":5},\"method\":\"taylor\",\"rtol\":1e-12}",
+        span);
     return body;
 }
 
@@ -53,12 +58,13 @@ void ask_problem(const struct test_reply *reply, int status, const char *pointer
     CHECK_SAYING(number && number->valueint == status, "status is not in %s", reply->body);
     static const char *const text[] = {"type", "title", "detail"};
     for (int i = 0; i < 3; i++) {
-        const char *value = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(problem, text[i]));
+        const char *value =
+            cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(problem, text[i]));
         CHECK_SAYING(value && *value, "no %s in %s", text[i], reply->body);
     }
     if (pointer)
-        CHECK_SAYING(has_pointer(cJSON_GetObjectItemCaseSensitive(problem, "errors"), pointer), "no %s in %s", pointer,
-                     reply->body);
+        CHECK_SAYING(has_pointer(cJSON_GetObjectItemCaseSensitive(problem, "errors"), pointer),
+                     "no %s in %s", pointer, reply->body);
     cJSON_Delete(problem);
 }
 

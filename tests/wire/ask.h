@@ -10,23 +10,27 @@
 #include "tests/harness/test.h"
 
 /** The paper's four arms; a JSON object. */
-#define ASK_FOUR_ARMS "{\"L\":[2,1.5,0.75,1.25],\"m\":[1,1,1,0.1],\"S\":[[1,0,0,0],[1,1,0,0],[1,1,1,0],[1,1,0,1]]}"
+#define ASK_FOUR_ARMS                                                                              \
+    "{\"L\":[2,1.5,0.75,1.25],\"m\":[1,1,1,0.1],\"S\":[[1,0,0,0],[1,1,0,0],[1,1,1,0],[1,1,0,1]]}"
 
 /** A double pendulum; a JSON object. */
 #define ASK_DOUBLE "{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]}"
 
 /** The paper's example: released from the horizontal, 501 instants to 5 s. */
-#define ASK_EXAMPLE                                                                                                    \
-    "{\"pendulum\":" ASK_FOUR_ARMS ",\"times\":{\"start\":0,\"stop\":5,\"step\":0.01},\"method\":\"taylor\","          \
+#define ASK_EXAMPLE                                                                                \
+    "{\"pendulum\":" ASK_FOUR_ARMS                                                                 \
+    ",\"times\":{\"start\":0,\"stop\":5,\"step\":0.01},\"method\":\"taylor\","                     \
     "\"rtol\":1e-12,\"output\":[\"phi\",\"phid\",\"lambda\"]}"
 
 /** A request that is answered at once. */
 #define ASK_LITTLE "{\"pendulum\":" ASK_DOUBLE "}"
 
 /**
- * A long computation with a short answer: 5 instants of a chain of 60 arms, released from the horizontal.
+ * A long computation with a short answer: 5 instants of a chain of 60 arms, released from the
+ * horizontal.
  *
- * span  s of the pendulum's time; on one core 10 take some tenths of a second, more under a sanitizer.
+ * span  s of the pendulum's time; on one core 10 take some tenths of a second, more under a
+ *       sanitizer.
  * Returns a static text.
  */
 const char *ask_long(double span);
@@ -50,7 +54,8 @@ double ask_at(const cJSON *rows, int row, int column);
 /** The number behind a name in /metrics; -1 where there is none. */
 double ask_metric(const struct test_server *server, const char *name);
 
-/** Waits until that number is from `least` to `most`; returns 0, with a failed check, where that does not come. */
+/** Waits until that number is from `least` to `most`; returns 0, with a failed check, where that
+ * does not come. */
 int ask_await(const struct test_server *server, const char *name, double least, double most);
 
 #endif

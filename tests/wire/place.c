@@ -10,7 +10,8 @@ int place_begin(struct place *place, int postgres) {
     *place = (struct place){.lease = "60"};
     if (postgres) {
         place->postgres = test_postgres_start();
-        if (place->postgres) snprintf(place->url, sizeof place->url, "%s", test_postgres_url(place->postgres));
+        if (place->postgres)
+            snprintf(place->url, sizeof place->url, "%s", test_postgres_url(place->postgres));
         return CHECK(place->postgres != NULL);
     }
     snprintf(place->directory, sizeof place->directory, "/tmp/pendulumd-test-XXXXXX");
@@ -27,8 +28,8 @@ void place_end(struct place *place) {
     CHECK(!system(command));
 }
 
-struct test_server *place_serve(const struct place *place, const char *role, const char *part, const char *option,
-                                const char *value) {
+struct test_server *place_serve(const struct place *place, const char *role, const char *part,
+                                const char *option, const char *value) {
     const char *const options[] = {"--store",
                                    place->url,
                                    "--cache-bytes",
@@ -54,9 +55,9 @@ void stop_after_deaths(struct test_server **server) {
     test_server_drop(server);
 }
 
-/* The stores that drills are run on. Sanitizers look at the code and not at what a client sees, and the stores' own
- * code is run on both under either of them by the tests of server: here one of them has PostgreSQL and the other has
- * SQLite. */
+/* The stores that drills are run on. Sanitizers look at the code and not at what a client sees,
+ * and the stores' own code is run on both under either of them by the tests of server: here one
+ * of them has PostgreSQL and the other has SQLite. */
 #if defined __SANITIZE_ADDRESS__
 enum { PLACE_FIRST = 1, PLACE_LAST = 1 };
 #elif defined __SANITIZE_THREAD__
@@ -77,19 +78,21 @@ void place_on_both(void (*drill)(struct place *place)) {
     }
 }
 
-int submit(const struct test_server *server, const char *path, const char *headers, const char *body, char id[ID + 1]) {
+int submit(const struct test_server *server, const char *path, const char *headers,
+           const char *body, char id[ID + 1]) {
     struct test_reply reply;
     id[0] = 0;
     int status = test_request(server, &reply, "POST", path, headers, body);
     const char *location = test_reply_header(&reply, "Location");
-    if (status == 202 && CHECK(location && strlen(location) == 9 + ID && !strncmp(location, "/v1/jobs/", 9)))
+    if (status == 202 &&
+        CHECK(location && strlen(location) == 9 + ID && !strncmp(location, "/v1/jobs/", 9)))
         memcpy(id, location + 9, ID + 1);
     test_reply_clear(&reply);
     return status;
 }
 
-int job_get(const struct test_server *server, struct test_reply *reply, const char *id, const char *what,
-            const char *headers) {
+int job_get(const struct test_server *server, struct test_reply *reply, const char *id,
+            const char *what, const char *headers) {
     char path[96];
     snprintf(path, sizeof path, "/v1/jobs/%s%s", id, what);
     return test_request(server, reply, "GET", path, headers, NULL);
@@ -102,7 +105,8 @@ void job_wait(const struct test_server *server, const char *id, char word[WORDS]
         struct test_reply reply;
         if (job_get(server, &reply, id, "", "") == 200) {
             cJSON *json = ask_json(&reply);
-            const char *status = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "status"));
+            const char *status =
+                cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "status"));
             snprintf(word, WORDS, "%s", status ? status : "");
             cJSON_Delete(json);
         } else {

@@ -15,8 +15,8 @@ enum { ID = 26, WORDS = 24 };
 struct place {
     struct test_postgres *postgres; /* NULL: SQLite */
     char directory[64], url[256];
-    const char
-        *lease; /* s, for daemons that are served from now on; a minute, so that a busy machine takes none away */
+    const char *lease; /* s, for daemons that are served from now on; a minute, so that a busy
+                          machine takes none away */
 };
 
 /** A new store; returns 0 with a failed check. */
@@ -27,19 +27,21 @@ void place_end(struct place *place);
 /** Runs a drill on both stores; without PostgreSQL it says so aloud. */
 void place_on_both(void (*drill)(struct place *place));
 
-/** A daemon on the store, without a cache so that nothing is answered from memory; one more option may follow. */
-struct test_server *place_serve(const struct place *place, const char *role, const char *part, const char *option,
-                                const char *value);
+/** A daemon on the store, without a cache so that nothing is answered from memory; one more
+ * option may follow. */
+struct test_server *place_serve(const struct place *place, const char *role, const char *part,
+                                const char *option, const char *value);
 
 /** Ends a daemon that may have said that another fell silent, or the store. */
 void stop_after_deaths(struct test_server **server);
 
 /** Submits; the status, and the new job's id, "" where there is none. */
-int submit(const struct test_server *server, const char *path, const char *headers, const char *body, char id[ID + 1]);
+int submit(const struct test_server *server, const char *path, const char *headers,
+           const char *body, char id[ID + 1]);
 
 /** Asks for a job, or what follows its id in the path: "/results". */
-int job_get(const struct test_server *server, struct test_reply *reply, const char *id, const char *what,
-            const char *headers);
+int job_get(const struct test_server *server, struct test_reply *reply, const char *id,
+            const char *what, const char *headers);
 
 /** Waits until a job has ended; its last word. */
 void job_wait(const struct test_server *server, const char *id, char word[WORDS]);

@@ -53,13 +53,15 @@ TEST(pipelined_requests_are_answered_in_their_order) {
     REQUIRE(test_client_open(&client, test_server_port(server)));
     /* slow and quick ones mixed: the quick must not overtake */
     for (int i = 0; i < COUNT; i++) {
-        char *text = i % 5 ? message("/v1/trees", ASK_LITTLE) : message("/v1/trajectories", ASK_EXAMPLE);
+        char *text =
+            i % 5 ? message("/v1/trees", ASK_LITTLE) : message("/v1/trajectories", ASK_EXAMPLE);
         test_client_say(&client, text);
         free(text);
     }
     for (int i = 0; i < COUNT; i++) {
         if (!CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200)) break;
-        CHECK_SAYING((strstr(reply.body, "\"lambda\"") != NULL) == (i % 5 == 0), "answer %d is another's", i);
+        CHECK_SAYING((strstr(reply.body, "\"lambda\"") != NULL) == (i % 5 == 0),
+                     "answer %d is another's", i);
         test_reply_clear(&reply);
     }
     test_client_close(&client);
@@ -89,7 +91,8 @@ TEST(expect_100_continue_is_answered_before_the_body) {
     REQUIRE(server != NULL);
     REQUIRE(test_client_open(&client, test_server_port(server)));
     snprintf(head, sizeof head,
-             "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nExpect: 100-continue\r\n"
+             "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nExpect: "
+             "100-continue\r\n"
              "Content-Length: %zu\r\n\r\n",
              strlen(ASK_LITTLE));
     test_client_say(&client, head);
@@ -128,9 +131,11 @@ TEST(many_half_requests_hold_nobody_up) {
     REQUIRE(server != NULL);
     for (int i = 0; i < COUNT; i++) {
         test_client_open(&slow[i], test_server_port(server));
-        test_client_say(&slow[i], i % 2 ? "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Le"
-                                        : "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
-                                          "Content-Length: 1000\r\n\r\n{\"pend");
+        test_client_say(
+            &slow[i],
+            i % 2 ? "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Le"
+                  : "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+                    "Content-Length: 1000\r\n\r\n{\"pend");
     }
     for (int i = 0; i < 20; i++) CHECK(still_healthy(server));
     for (int i = 0; i < COUNT; i++) test_client_close(&slow[i]);
@@ -138,8 +143,8 @@ TEST(many_half_requests_hold_nobody_up) {
 }
 
 TEST(a_client_that_vanishes_leaves_no_computation_behind) {
-    static const char *const options[] = {"--workers",     "1", "--max-compute-seconds", "86400", "--max-steps",
-                                          "1000000000000", NULL};
+    static const char *const options[] = {
+        "--workers", "1", "--max-compute-seconds", "86400", "--max-steps", "1000000000000", NULL};
     struct test_server *server = test_server_start(options);
     REQUIRE(server != NULL);
     /* six that would take an hour and more each */
@@ -161,8 +166,9 @@ TEST(a_client_that_stops_reading_stalls_only_itself) {
     struct test_server *server = test_server_start(NULL);
     enum { COUNT = 8 };
     struct test_client lazy[COUNT];
-    char *text = message("/v1/trajectories",
-                         "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"start\":0,\"stop\":10,\"count\":20001}}");
+    char *text =
+        message("/v1/trajectories", "{\"pendulum\":" ASK_DOUBLE
+                                    ",\"times\":{\"start\":0,\"stop\":10,\"count\":20001}}");
     REQUIRE(server != NULL);
     for (int i = 0; i < COUNT; i++) {
         REQUIRE(test_client_open(&lazy[i], test_server_port(server)));
@@ -202,8 +208,9 @@ static void *crowd_member(void *context) {
 TEST(many_clients_at_once_all_get_their_answers) {
     enum { COUNT = 64 };
     pthread_t thread[COUNT];
-    char *text = message("/v1/trajectories", "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"start\":0,\"stop\":1,"
-                                             "\"step\":0.01}}");
+    char *text = message("/v1/trajectories",
+                         "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"start\":0,\"stop\":1,"
+                         "\"step\":0.01}}");
     struct crowd crowd = {test_server_start(NULL), text, 0};
     REQUIRE(crowd.server != NULL);
     for (int i = 0; i < COUNT; i++) pthread_create(&thread[i], NULL, crowd_member, &crowd);
@@ -213,8 +220,8 @@ TEST(many_clients_at_once_all_get_their_answers) {
     test_server_stop(&crowd.server);
 }
 
-/* one turn of a server's loop can see them all at once: as many as libmicrohttpd takes from the system at a time, one
- * fewer, one more, and twice as many */
+/* one turn of a server's loop can see them all at once: as many as libmicrohttpd takes from the
+ * system at a time, one fewer, one more, and twice as many */
 TEST(requests_that_come_at_the_same_moment_are_all_answered) {
     static const int counts[] = {127, 128, 129, 256};
     enum { MOST = 256 };
@@ -223,12 +230,15 @@ TEST(requests_that_come_at_the_same_moment_are_all_answered) {
     REQUIRE(server != NULL);
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
         int good = 0;
-        for (int k = 0; k < counts[i]; k++) REQUIRE(test_client_open(&client[k], test_server_port(server)));
-        /* the first round leaves every connection idle and known; in the second the server finds all of them ready */
+        for (int k = 0; k < counts[i]; k++)
+            REQUIRE(test_client_open(&client[k], test_server_port(server)));
+        /* the first round leaves every connection idle and known; in the second the server finds
+         * all of them ready */
         for (int round = 0; round < 2; round++) {
             struct test_reply reply;
             if (round) test_server_signal(server, SIGSTOP);
-            for (int k = 0; k < counts[i]; k++) test_client_say(&client[k], "GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n");
+            for (int k = 0; k < counts[i]; k++)
+                test_client_say(&client[k], "GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n");
             if (round) test_server_signal(server, SIGCONT);
             for (int k = 0; k < counts[i] && good == k + round * counts[i]; k++) {
                 good += test_client_receive(&client[k], &reply, 0, TEST_PATIENCE) == 200;
@@ -236,8 +246,8 @@ TEST(requests_that_come_at_the_same_moment_are_all_answered) {
             }
             test_sleep(0.05);
         }
-        CHECK_SAYING(good == 2 * counts[i], "of %d requests at once, only %d were answered", counts[i],
-                     good - counts[i]);
+        CHECK_SAYING(good == 2 * counts[i], "of %d requests at once, only %d were answered",
+                     counts[i], good - counts[i]);
         for (int k = 0; k < counts[i]; k++) test_client_close(&client[k]);
     }
     test_server_stop(&server);
@@ -256,7 +266,8 @@ TEST(a_head_without_end_is_refused) {
     for (int i = 0; i < 1024; i++)
         if (!test_client_say(&client, line)) break;
     int status = test_client_receive(&client, &reply, 0, TEST_PATIENCE);
-    CHECK_SAYING(status == 0 || status == 413 || status == 431 || status == 400, "status %d", status);
+    CHECK_SAYING(status == 0 || status == 413 || status == 431 || status == 400, "status %d",
+                 status);
     test_reply_clear(&reply);
     test_client_close(&client);
     CHECK(still_healthy(server));

@@ -1,5 +1,5 @@
-/* Results of jobs that are downloaded while their store is silent, gone or changed: what becomes of the downloads, and
- * of who computes meanwhile. */
+/* Results of jobs that are downloaded while their store is silent, gone or changed: what becomes
+ * of the downloads, and of who computes meanwhile. */
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
@@ -23,7 +23,8 @@ struct download {
 };
 
 /* asks for the results and waits for the first byte, which is not taken yet */
-static int download_begin(struct download *download, const struct test_server *server, const char *id) {
+static int download_begin(struct download *download, const struct test_server *server,
+                          const char *id) {
     char text[256];
     int little = 1 << 16;
     memset(download, 0, sizeof *download);
@@ -31,18 +32,21 @@ static int download_begin(struct download *download, const struct test_server *s
     setsockopt(download->client.fd, SOL_SOCKET, SO_RCVBUF, &little, sizeof little);
     download->cap = BODY_BYTES + 4096;
     download->data = malloc(download->cap);
-    snprintf(text, sizeof text, "GET /v1/jobs/%s/results HTTP/1.1\r\nHost: a\r\nConnection: close\r\n" OCTETS "\r\n",
+    snprintf(text, sizeof text,
+             "GET /v1/jobs/%s/results HTTP/1.1\r\nHost: a\r\nConnection: close\r\n" OCTETS "\r\n",
              id);
     struct pollfd ready = {download->client.fd, POLLIN, 0};
     return CHECK(download->data && test_client_say(&download->client, text) &&
                  poll(&ready, 1, 1000 * TEST_PATIENCE) == 1);
 }
 
-/* reads on until nothing comes for so many seconds; returns 1 at its end, 0 where it stands still */
+/* reads on until nothing comes for so many seconds; returns 1 at its end, 0 where it stands
+ * still */
 static int download_read(struct download *download, double seconds) {
     struct pollfd ready = {download->client.fd, POLLIN, 0};
     while (poll(&ready, 1, (int)(1000 * seconds)) == 1) {
-        ssize_t got = recv(download->client.fd, download->data + download->bytes, download->cap - download->bytes, 0);
+        ssize_t got = recv(download->client.fd, download->data + download->bytes,
+                           download->cap - download->bytes, 0);
         if (got <= 0) return 1;
         download->bytes += (size_t)got;
     }
@@ -67,10 +71,11 @@ static struct test_server *downloads_serve(const struct place *place, char id[ID
     char body[256], word[WORDS];
     struct test_server *server = place_serve(place, "all", "1", "--workers", "1");
     if (!server) return NULL;
-    snprintf(body, sizeof body,
-             "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"initial\":{\"theta\":[1]},"
-             "\"times\":{\"stop\":10,\"count\":%d},\"output\":[\"phi\",\"phid\",\"lambda\"]}",
-             INSTANTS);
+    snprintf(
+        body, sizeof body,
+        "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"initial\":{\"theta\":[1]},"
+        "\"times\":{\"stop\":10,\"count\":%d},\"output\":[\"phi\",\"phid\",\"lambda\"]}",
+        INSTANTS);
     CHECK_INT(submit(server, "/v1/trajectories", ASYNC, body, id), 202);
     job_wait(server, id, word);
     CHECK_TEXT(word, "successful");
@@ -90,8 +95,8 @@ static void downloads_compute(struct test_server *server) {
 static void check_whole(const struct download *download, const struct test_reply *whole) {
     const char *body;
     size_t bytes = download_body(download, &body);
-    CHECK_SAYING(bytes == whole->body_bytes && !memcmp(body, whole->body, bytes), "%zu bytes of %zu", bytes,
-                 whole->body_bytes);
+    CHECK_SAYING(bytes == whole->body_bytes && !memcmp(body, whole->body, bytes),
+                 "%zu bytes of %zu", bytes, whole->body_bytes);
 }
 
 static void silence(struct place *place) {
@@ -106,8 +111,10 @@ static void silence(struct place *place) {
     test_postgres_freeze(place->postgres, 1);
     for (int i = 0; i < DOWNLOADS; i++) CHECK(!download_read(&download[i], 0.3));
     downloads_compute(server);
-    /* all that was while neither download went on or ended: nobody waited for the database's limit */
-    for (int i = 0; i < DOWNLOADS; i++) CHECK(!download_read(&download[i], 0.3) && download[i].bytes < BODY_BYTES);
+    /* all that was while neither download went on or ended: nobody waited for the database's
+     * limit */
+    for (int i = 0; i < DOWNLOADS; i++)
+        CHECK(!download_read(&download[i], 0.3) && download[i].bytes < BODY_BYTES);
     test_postgres_freeze(place->postgres, 0);
     for (int i = 0; i < DOWNLOADS; i++) {
         CHECK(download_read(&download[i], TEST_PATIENCE));
@@ -118,7 +125,8 @@ static void silence(struct place *place) {
     test_server_stop(&server);
 }
 
-/* who waited for a silent database goes: nothing is kept for them once it speaks, and the job is what it was */
+/* who waited for a silent database goes: nothing is kept for them once it speaks, and the job is
+ * what it was */
 static void leaving(struct place *place) {
     char id[ID + 1];
     struct download download[DOWNLOADS], last;
@@ -153,7 +161,8 @@ static void leaving(struct place *place) {
     download_end(&last);
 }
 
-/* the database goes, and comes again: the download is cut short of its length, and can be had afterwards */
+/* the database goes, and comes again: the download is cut short of its length, and can be had
+ * afterwards */
 static void absence(struct place *place) {
     char id[ID + 1];
     const char *body;
@@ -186,7 +195,9 @@ static void on_postgres(void (*drill)(struct place *place)) {
     place_end(&place);
 }
 
-TEST(who_computes_does_not_wait_for_a_database_that_falls_silent_in_mid_download) { on_postgres(silence); }
+TEST(who_computes_does_not_wait_for_a_database_that_falls_silent_in_mid_download) {
+    on_postgres(silence);
+}
 
 TEST(downloads_that_wait_for_a_silent_database_end_with_who_asked) { on_postgres(leaving); }
 

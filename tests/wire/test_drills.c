@@ -1,5 +1,5 @@
-/* Drills with a whole process: told to end under load, killed, asked twenty thousand times, and left with streams that
- * nobody reads. */
+/* Drills with a whole process: told to end under load, killed, asked twenty thousand times, and
+ * left with streams that nobody reads. */
 #include <netinet/in.h>
 #include <pthread.h>
 #include <signal.h>
@@ -28,11 +28,13 @@ static double resident(const struct test_server *server) {
     return 1024 * kilobytes;
 }
 
-static size_t message(char *text, size_t cap, const char *path, const char *accept, const char *body) {
-    return (size_t)snprintf(text, cap,
-                            "POST %s HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nAccept: %s\r\n"
-                            "Content-Length: %zu\r\n\r\n%s",
-                            path, accept, strlen(body), body);
+static size_t message(char *text, size_t cap, const char *path, const char *accept,
+                      const char *body) {
+    return (size_t)snprintf(
+        text, cap,
+        "POST %s HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nAccept: %s\r\n"
+        "Content-Length: %zu\r\n\r\n%s",
+        path, accept, strlen(body), body);
 }
 
 /* --- told to end under load --- */
@@ -44,7 +46,8 @@ struct drill {
     const char *path[KINDS], *accept[KINDS], *body[KINDS];
     /* counted by all clients */
     int number, answered, refused, cut, untold;
-    int number_untold[UNTOLD]; /* requests on which the connection ended before the first byte of an answer */
+    int number_untold[UNTOLD]; /* requests on which the connection ended before the first byte of an
+                                  answer */
 };
 
 /* a connection of the client's own, or 0 when nobody listens any more */
@@ -53,7 +56,8 @@ static int drill_open(struct test_client *client, int port) {
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     struct timeval patience = {.tv_sec = 5};
     *client = (struct test_client){.fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
-    /* a server that is about to go drops those who come: they are not kept waiting for the system's minutes */
+    /* a server that is about to go drops those who come: they are not kept waiting for the
+     * system's minutes */
     setsockopt(client->fd, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
     if (!connect(client->fd, (struct sockaddr *)&address, sizeof address)) return 1;
     test_client_close(client);
@@ -65,10 +69,12 @@ static int count_up(int *counter) { return __atomic_fetch_add(counter, 1, __ATOM
 /* sends a request whose id is its number */
 static int drill_say(struct drill *drill, struct test_client *client, int kind, int number) {
     char text[2048];
-    snprintf(text, sizeof text,
-             "POST %s HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nAccept: %s\r\n"
-             "X-Request-Id: drill-%06d\r\nContent-Length: %zu\r\n\r\n%s",
-             drill->path[kind], drill->accept[kind], number, strlen(drill->body[kind]), drill->body[kind]);
+    snprintf(
+        text, sizeof text,
+        "POST %s HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nAccept: %s\r\n"
+        "X-Request-Id: drill-%06d\r\nContent-Length: %zu\r\n\r\n%s",
+        drill->path[kind], drill->accept[kind], number, strlen(drill->body[kind]),
+        drill->body[kind]);
     return test_client_say(client, text);
 }
 
@@ -86,7 +92,8 @@ static void *drill_client(void *context) {
             if (status == 200) count_up(&drill->answered);
             if (status == 503) count_up(&drill->refused);
             if (!status && reply.head) count_up(&drill->cut);
-            if (!status && !reply.head) drill->number_untold[count_up(&drill->untold) % UNTOLD] = number;
+            if (!status && !reply.head)
+                drill->number_untold[count_up(&drill->untold) % UNTOLD] = number;
             more = status && reply.keep_alive;
             test_reply_clear(&reply);
         }
@@ -110,14 +117,17 @@ TEST(told_to_end_under_load_it_answers_everything_that_it_took) {
     };
     for (int i = 0; i < CLIENTS; i++) pthread_create(&thread[i], NULL, drill_client, &drill);
     int before = 0;
-    for (double end = test_clock() + TEST_PATIENCE; before < 10 * CLIENTS && test_clock() < end; test_sleep(0.01))
+    for (double end = test_clock() + TEST_PATIENCE; before < 10 * CLIENTS && test_clock() < end;
+         test_sleep(0.01))
         before = __atomic_load_n(&drill.answered, __ATOMIC_RELAXED);
     test_server_signal(server, SIGTERM);
     CHECK_INT(test_server_wait(server), 0);
     for (int i = 0; i < CLIENTS; i++) pthread_join(thread[i], NULL);
     CHECK_SAYING(before >= CLIENTS, "only %d requests were answered before the end", before);
-    CHECK_SAYING(!drill.cut, "%d answers were cut (%d answered, %d refused)", drill.cut, drill.answered, drill.refused);
-    /* a connection that has been idle may end under a request that is just being sent; what was read is in the log */
+    CHECK_SAYING(!drill.cut, "%d answers were cut (%d answered, %d refused)", drill.cut,
+                 drill.answered, drill.refused);
+    /* a connection that has been idle may end under a request that is just being sent; what was
+     * read is in the log */
     const char *log = test_server_log(server);
     CHECK(drill.untold < UNTOLD);
     for (int i = 0; i < drill.untold && i < UNTOLD; i++) {
@@ -155,8 +165,10 @@ TEST(killed_under_load_it_starts_again_on_its_port) {
 
 /* --- asked often --- */
 
-/* requests of every kind, good and bad, on connections that change now and then, or are left in mid-answer */
-static int ask_often(struct test_server *server, char text[][2048], const int status[], int kinds, int count) {
+/* requests of every kind, good and bad, on connections that change now and then, or are left in
+ * mid-answer */
+static int ask_often(struct test_server *server, char text[][2048], const int status[], int kinds,
+                     int count) {
     struct test_client client = {.fd = -1};
     struct test_reply reply;
     int good = 0;
@@ -184,8 +196,8 @@ TEST(twenty_thousand_mixed_requests_leave_no_memory_behind) {
         int status;
     } kind[KINDS_ASKED] = {
         {"/v1/trees", "*/*", ASK_LITTLE, 200},
-        {"/v1/trajectories", "*/*", "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"start\":0,\"stop\":1,\"step\":0.1}}",
-         200},
+        {"/v1/trajectories", "*/*",
+         "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"start\":0,\"stop\":1,\"step\":0.1}}", 200},
         {"/v1/trajectories", "text/csv",
          "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"start\":0,\"stop\":1,\"step\":0.1}}", 200},
         {"/v1/forces", "*/*", "{\"pendulum\":" ASK_DOUBLE ",\"state\":{\"phi\":[1,2]}}", 200},
@@ -229,7 +241,8 @@ TEST(streams_that_nobody_reads_hold_little_and_end_with_their_clients) {
     double idle = resident(server);
     /* a gigabyte each, on two workers */
     message(text, sizeof text, "/v1/trajectories", "text/csv",
-            "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"start\":0,\"stop\":1000,\"count\":10000000}}");
+            "{\"pendulum\":" ASK_DOUBLE
+            ",\"times\":{\"start\":0,\"stop\":1000,\"count\":10000000}}");
     for (int i = 0; i < COUNT; i++) {
         REQUIRE(test_client_open(&lazy[i], test_server_port(server)));
         test_client_say(&lazy[i], text);
@@ -245,7 +258,8 @@ TEST(streams_that_nobody_reads_hold_little_and_end_with_their_clients) {
     /* each of them has its line once its computation is over */
     const char *log = NULL;
     int over = 0;
-    for (double until = left + TEST_PATIENCE; over < COUNT && test_clock() < until; test_sleep(0.01)) {
+    for (double until = left + TEST_PATIENCE; over < COUNT && test_clock() < until;
+         test_sleep(0.01)) {
         over = 0;
         log = test_server_log(server);
         for (const char *at = log; (at = strstr(at, "\"bytes_out\":")); at++) {
@@ -257,7 +271,8 @@ TEST(streams_that_nobody_reads_hold_little_and_end_with_their_clients) {
     }
     double gone = test_clock() - left;
     CHECK_INT(over, COUNT);
-    printf("  %d streams that nobody read held %.1f MB, and were over %.0f ms after their clients left\n", COUNT,
-           held / 1e6, gone * 1e3);
+    printf("  %d streams that nobody read held %.1f MB, and were over %.0f ms after their clients "
+           "left\n",
+           COUNT, held / 1e6, gone * 1e3);
     test_server_stop(&server);
 }

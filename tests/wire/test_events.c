@@ -1,4 +1,5 @@
-/* The progress of jobs as server-sent events, on both stores: what is told, to how many, and how it ends. */
+/* The progress of jobs as server-sent events, on both stores: what is told, to how many, and how
+ * it ends. */
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
@@ -15,8 +16,9 @@
 #define WAY "10000"
 #endif
 /* one trajectory of a dozen parts or more, a tenth of a second or so each */
-#define JOB                                                                                                            \
-    "{\"pendulum\":" ASK_DOUBLE ",\"initial\":{\"phi\":[1,2]},\"times\":{\"start\":0,\"stop\":" WAY                    \
+#define JOB                                                                                        \
+    "{\"pendulum\":" ASK_DOUBLE                                                                    \
+    ",\"initial\":{\"phi\":[1,2]},\"times\":{\"start\":0,\"stop\":" WAY                            \
     ",\"step\":0.5},\"rtol\":1e-14,\"output\":[\"phi\"]}"
 
 enum { HEARD = 1 << 17 };
@@ -28,16 +30,19 @@ struct ear {
     char text[HEARD]; /* all that came, head and chunks as they are */
 };
 
-static int ear_open(struct ear *ear, const struct test_server *server, const char *id, const char *headers) {
+static int ear_open(struct ear *ear, const struct test_server *server, const char *id,
+                    const char *headers) {
     char text[512];
     memset(ear, 0, sizeof *ear);
     if (!test_client_open(&ear->client, test_server_port(server))) return 0;
-    snprintf(text, sizeof text, "GET /v1/jobs/%s/events HTTP/1.1\r\nHost: x\r\nAccept: text/event-stream\r\n%s\r\n", id,
-             headers);
+    snprintf(text, sizeof text,
+             "GET /v1/jobs/%s/events HTTP/1.1\r\nHost: x\r\nAccept: text/event-stream\r\n%s\r\n",
+             id, headers);
     return test_client_say(&ear->client, text);
 }
 
-/* hears on until some text has come, or the stream has ended where that is NULL; returns 1 when it has */
+/* hears on until some text has come, or the stream has ended where that is NULL; returns 1 when
+ * it has */
 static int ear_hear(struct ear *ear, const char *text) {
     double end = test_clock() + TEST_PATIENCE;
     while (test_clock() < end && ear->bytes < HEARD - 1) {
@@ -71,7 +76,8 @@ static int course_events(struct place *place) {
         CHECK(ear_hear(&ear[0], "\"status\":\"accepted\""));
         worker = place_serve(place, "worker", "0.03", NULL, NULL);
         CHECK(ear_hear(&ear[0], NULL));
-        CHECK(strstr(ear[0].text, "Content-Type: text/event-stream\r\n") && strstr(ear[0].text, "no-store"));
+        CHECK(strstr(ear[0].text, "Content-Type: text/event-stream\r\n") &&
+              strstr(ear[0].text, "no-store"));
         CHECK(strstr(ear[0].text, "retry: 2000\n\n"));
         events = ear_count(&ear[0], "event: progress\n");
         CHECK_INT(ear_count(&ear[0], "\nid: "), events);
@@ -82,7 +88,8 @@ static int course_events(struct place *place) {
         const char *end = strstr(ear[0].text, "\nid: successful-");
         if (CHECK(end != NULL)) {
             CHECK(!strstr(end, "event: "));
-            snprintf(last, sizeof last, "Last-Event-ID: %.*s\r\n", (int)strcspn(end + 5, "\n"), end + 5);
+            snprintf(last, sizeof last, "Last-Event-ID: %.*s\r\n", (int)strcspn(end + 5, "\n"),
+                     end + 5);
             CHECK_INT(job_get(api, &reply, id, "/events", last), 204);
             test_reply_clear(&reply);
         }
@@ -90,7 +97,9 @@ static int course_events(struct place *place) {
         CHECK(strstr(reply.body, "successful") && !strstr(reply.body, "running"));
         test_reply_clear(&reply);
         test_client_close(&ear[0].client);
-        CHECK_INT(test_request(api, &reply, "GET", "/v1/jobs/00000000000000000000000000/events", "", NULL), 404);
+        CHECK_INT(test_request(api, &reply, "GET", "/v1/jobs/00000000000000000000000000/events", "",
+                               NULL),
+                  404);
         test_reply_clear(&reply);
     }
     test_server_stop(&worker);
@@ -114,7 +123,8 @@ static void a_silence(struct place *place) {
     struct test_server *api = place_serve(place, "api", "0.1", NULL, NULL);
     if (!api) return;
     CHECK_INT(submit(api, "/v1/trajectories", ASYNC, JOB, id), 202);
-    CHECK(ear_open(&ear[0], api, id, "") && ear_open(&ear[1], api, id, "Last-Event-ID: accepted-0\r\n"));
+    CHECK(ear_open(&ear[0], api, id, "") &&
+          ear_open(&ear[1], api, id, "Last-Event-ID: accepted-0\r\n"));
     CHECK(ear_hear(&ear[0], "\"status\":\"accepted\""));
     CHECK(ear_hear(&ear[0], "\n:\n\n") && ear_hear(&ear[1], "\n:\n\n"));
     /* who has heard of this is not told again */
@@ -125,7 +135,8 @@ static void a_silence(struct place *place) {
     snprintf(path, sizeof path, "/v1/jobs/%s", id);
     CHECK_INT(test_request(api, &reply, "DELETE", path, "", NULL), 200);
     test_reply_clear(&reply);
-    CHECK(ear_hear(&ear[0], "\"status\":\"dismissed\"") && ear_hear(&ear[1], "\"status\":\"dismissed\""));
+    CHECK(ear_hear(&ear[0], "\"status\":\"dismissed\"") &&
+          ear_hear(&ear[1], "\"status\":\"dismissed\""));
     CHECK(ear_hear(&ear[0], NULL) && ear_hear(&ear[1], NULL));
     for (int i = 0; i < 2; i++) test_client_close(&ear[i].client);
     test_server_stop(&api);
@@ -139,7 +150,8 @@ TEST(a_silent_stream_has_a_heartbeat) {
 
 static double here_of(const struct test_server *server, double wanted) {
     double now = -1;
-    for (double end = test_clock() + TEST_PATIENCE; test_clock() < end && now != wanted; test_sleep(0.05))
+    for (double end = test_clock() + TEST_PATIENCE; test_clock() < end && now != wanted;
+         test_sleep(0.05))
         now = ask_metric(server, "pendulumd_event_streams");
     return now;
 }
@@ -151,8 +163,9 @@ TEST(streams_are_counted_and_a_client_has_its_share) {
     static struct ear crowd[MOST];
     struct test_reply reply;
     REQUIRE(place_begin(&place, 0));
-    const char *const options[] = {"--store", place.url,         "--role",      "api", "--max-event-streams",
-                                   "8",       "--trusted-proxy", "127.0.0.0/8", NULL};
+    const char *const options[] = {
+        "--store", place.url,         "--role",      "api", "--max-event-streams",
+        "8",       "--trusted-proxy", "127.0.0.0/8", NULL};
     struct test_server *server = test_server_start(options);
     if (server && CHECK_INT(submit(server, "/v1/trajectories", ASYNC, JOB, id), 202)) {
         for (int i = 0; i < MOST; i++) {
@@ -177,7 +190,8 @@ TEST(streams_are_counted_and_a_client_has_its_share) {
             test_client_close(&crowd[i].client);
         }
         CHECK(here_of(server, MOST / 2) == MOST / 2);
-        CHECK(ear_open(&crowd[0], server, id, "X-Forwarded-For: 10.0.0.9\r\n") && ear_hear(&crowd[0], "accepted"));
+        CHECK(ear_open(&crowd[0], server, id, "X-Forwarded-For: 10.0.0.9\r\n") &&
+              ear_hear(&crowd[0], "accepted"));
         /* told to end, it ends the streams as whole answers, at once, though the job goes on */
         test_server_signal(server, SIGTERM);
         for (int i = 1; i < MOST; i += 2) {

@@ -14,7 +14,8 @@ static int golden(double row[ROWS][COLUMNS]) {
     while (file && rows < ROWS && fgets(line, sizeof line, file)) {
         if (line[0] == '#') continue;
         int at = 0, used;
-        for (int k = 0; k < COLUMNS && sscanf(line + at, "%lf%n", &row[rows][k], &used) == 1; k++) at += used;
+        for (int k = 0; k < COLUMNS && sscanf(line + at, "%lf%n", &row[rows][k], &used) == 1; k++)
+            at += used;
         rows++;
     }
     if (file) fclose(file);
@@ -22,7 +23,8 @@ static int golden(double row[ROWS][COLUMNS]) {
 }
 
 /* the largest difference of one quantity over all rows, and the largest value */
-static double worst(const cJSON *answer, const char *name, double row[ROWS][COLUMNS], int first, double *largest) {
+static double worst(const cJSON *answer, const char *name, double row[ROWS][COLUMNS], int first,
+                    double *largest) {
     const cJSON *rows = cJSON_GetObjectItemCaseSensitive(answer, name);
     double difference = 0;
     *largest = 0;
@@ -70,9 +72,11 @@ TEST(paper_example_comes_bit_for_bit_the_same_twice) {
     ask(server, &first, "/v1/trajectories", ASK_EXAMPLE);
     ask(server, &second, "/v1/trajectories", ASK_EXAMPLE);
     /* all but the seconds that it took */
-    char *end_first = strstr(first.body, "\"stats\""), *end_second = strstr(second.body, "\"stats\"");
+    char *end_first = strstr(first.body, "\"stats\""),
+         *end_second = strstr(second.body, "\"stats\"");
     CHECK(end_first && end_second && end_first - first.body == end_second - second.body);
-    CHECK(end_first && end_second && !memcmp(first.body, second.body, (size_t)(end_first - first.body)));
+    CHECK(end_first && end_second &&
+          !memcmp(first.body, second.body, (size_t)(end_first - first.body)));
     test_reply_clear(&first);
     test_reply_clear(&second);
     test_server_stop(&server);
@@ -85,7 +89,8 @@ TEST(ode23_with_its_defaults_is_as_far_off_as_matlab_is) {
     struct test_server *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     CHECK_INT(ask(server, &reply, "/v1/trajectories",
-                  "{\"pendulum\":" ASK_FOUR_ARMS ",\"times\":{\"start\":0,\"stop\":5,\"step\":0.01},"
+                  "{\"pendulum\":" ASK_FOUR_ARMS
+                  ",\"times\":{\"start\":0,\"stop\":5,\"step\":0.01},"
                   "\"method\":\"ode23\",\"output\":[\"phi\"]}"),
               200);
     cJSON *answer = ask_json(&reply);

@@ -1,4 +1,5 @@
-/* Whose a job or a scene is: tokens, accounts of a proxy, addresses; hosts and web pages of others; on both stores. */
+/* Whose a job or a scene is: tokens, accounts of a proxy, addresses; hosts and web pages of
+ * others; on both stores. */
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,11 +16,13 @@
 static int post(const struct test_server *server, const char *headers, int span, char id[ID + 1]) {
     char body[256], lines[512];
     snprintf(lines, sizeof lines, ASYNC "%s", headers);
-    snprintf(body, sizeof body, "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"start\":0,\"stop\":%d,\"count\":5}}", span);
+    snprintf(body, sizeof body,
+             "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"start\":0,\"stop\":%d,\"count\":5}}", span);
     return submit(server, "/v1/trajectories", lines, body, id);
 }
 
-static int drop(const struct test_server *server, const char *kind, const char *id, const char *headers) {
+static int drop(const struct test_server *server, const char *kind, const char *id,
+                const char *headers) {
     struct test_reply reply;
     char path[96];
     snprintf(path, sizeof path, "/v1/%s/%s", kind, id);
@@ -87,14 +90,17 @@ static void two_tokens(struct place *place) {
 
 TEST(two_tokens_cannot_see_or_end_each_others_jobs) { place_on_both(two_tokens); }
 
-static int scene(const struct test_server *server, const char *headers, const char *title, char id[ID + 1]) {
+static int scene(const struct test_server *server, const char *headers, const char *title,
+                 char id[ID + 1]) {
     struct test_reply reply;
     char body[400];
-    snprintf(body, sizeof body, "{\"title\":\"%s\",\"request\":{\"pendulum\":%s,\"times\":[0,1]}}", title, ASK_DOUBLE);
+    snprintf(body, sizeof body, "{\"title\":\"%s\",\"request\":{\"pendulum\":%s,\"times\":[0,1]}}",
+             title, ASK_DOUBLE);
     int status = test_request(server, &reply, "POST", "/v1/scenes", headers, body);
     const char *location = test_reply_header(&reply, "Location");
     id[0] = 0;
-    if (status == 201 && CHECK(location && strlen(location) == 11 + ID)) memcpy(id, location + 11, ID + 1);
+    if (status == 201 && CHECK(location && strlen(location) == 11 + ID))
+        memcpy(id, location + 11, ID + 1);
     test_reply_clear(&reply);
     return status;
 }
@@ -156,7 +162,8 @@ TEST(a_token_that_is_none_is_refused_and_not_repeated) {
     };
     static const char *const good[] = {
         "Bearer abcdefghijklmnopqrstuv", "BEARER   0123456789abcdef0123456789abcdef",
-        "bearer eyJhbGciOi.eyJzdWIiOiIx_~+/-MjM0NTY3ODkw==", "Basic YWxhZGRpbjpvcGVuc2VzYW1l", "Digest x"};
+        "bearer eyJhbGciOi.eyJzdWIiOiIx_~+/-MjM0NTY3ODkw==", "Basic YWxhZGRpbjpvcGVuc2VzYW1l",
+        "Digest x"};
     struct test_reply reply;
     struct test_server *server = test_server_start(NULL);
     char headers[160];
@@ -168,10 +175,12 @@ TEST(a_token_that_is_none_is_refused_and_not_repeated) {
         if (status == 401) {
             ask_problem(&reply, 401, NULL);
             const char *asks = test_reply_header(&reply, "WWW-Authenticate");
-            CHECK_SAYING(asks && strstr(asks, "invalid_token"), "%s", asks ? asks : "no WWW-Authenticate");
+            CHECK_SAYING(asks && strstr(asks, "invalid_token"), "%s",
+                         asks ? asks : "no WWW-Authenticate");
             /* the rule is told, the token is not */
             CHECK(strstr(reply.body, "22") && strstr(reply.body, "128 bits"));
-            CHECK_SAYING(!strstr(reply.body, bad[i][6] && bad[i][7] ? bad[i] + 7 : "Bearer  "), "%s", reply.body);
+            CHECK_SAYING(!strstr(reply.body, bad[i][6] && bad[i][7] ? bad[i] + 7 : "Bearer  "),
+                         "%s", reply.body);
         }
         test_reply_clear(&reply);
     }
@@ -186,13 +195,16 @@ TEST(a_token_that_is_none_is_refused_and_not_repeated) {
     test_server_stop(&server);
 }
 
-#define KKK "KKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKK"
+#define KKK                                                                                        \
+    "KKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKKK" \
+    "KKKK"
 
 /* a daemon behind a proxy that says who asks, which is the test itself */
 static struct test_server *behind(const struct place *place, const char *header, const char *option,
                                   const char *value) {
     const char *const options[] = {
-        "--store", place->url, "--trusted-proxy", "127.0.0.1", "--client-header", header, option, value, NULL};
+        "--store", place->url, "--trusted-proxy", "127.0.0.1", "--client-header", header, option,
+        value,     NULL};
     return test_server_start(options);
 }
 
@@ -212,7 +224,8 @@ static void accounts(struct place *place) {
     CHECK_INT(listed(server, "X-Account: " KKK "alice\r\n" BOB, alices), 0);
     CHECK_INT(drop(server, "jobs", alices, "X-Account: " KKK "alice\r\n" BOB), 200);
     CHECK_INT(drop(server, "jobs", bobs, "X-Account: " KKK "bob\r\n"), 200);
-    CHECK_INT(test_request(server, &reply, "GET", "/v1/jobs", "X-Account: j\xc3\xb6rg\r\n", NULL), 400);
+    CHECK_INT(test_request(server, &reply, "GET", "/v1/jobs", "X-Account: j\xc3\xb6rg\r\n", NULL),
+              400);
     ask_problem(&reply, 400, NULL);
     test_reply_clear(&reply);
     CHECK_INT(test_request(server, &reply, "GET", "/readyz", "", NULL), 200);
@@ -230,7 +243,8 @@ static void addresses(struct place *place) {
     CHECK_INT(post(server, "X-Forwarded-For: 2001:db8:1:2::1\r\n", 1, second), 202);
     CHECK_INT(post(server, "X-Forwarded-For: 192.0.2.1\r\n" ALICE, 1, third), 202);
     CHECK_INT(listed(server, "X-Forwarded-For: 192.0.2.1\r\n", first), -401);
-    /* without a token: who comes from the same address, of IPv6 the same network, and knows the id */
+    /* without a token: who comes from the same address, of IPv6 the same network, and knows the
+     * id */
     CHECK_INT(drop(server, "jobs", first, "X-Forwarded-For: 192.0.2.2\r\n"), 403);
     CHECK_INT(drop(server, "jobs", first, "X-Forwarded-For: 192.0.2.2\r\n" ALICE), 403);
     CHECK_INT(drop(server, "jobs", third, "X-Forwarded-For: 192.0.2.1\r\n"), 401);
@@ -243,14 +257,20 @@ static void addresses(struct place *place) {
     test_server_stop(&server);
 }
 
-TEST(a_job_without_a_token_is_its_addresss_and_a_token_is_nobodys_address) { place_on_both(addresses); }
+TEST(a_job_without_a_token_is_its_addresss_and_a_token_is_nobodys_address) {
+    place_on_both(addresses);
+}
 
 /* opens a stream of a job's events as a client of an address; its status */
-static int listens(const struct test_server *server, struct test_client *client, const char *id, const char *headers) {
+static int listens(const struct test_server *server, struct test_client *client, const char *id,
+                   const char *headers) {
     char text[512], data[4096] = "";
     size_t bytes = 0;
-    snprintf(text, sizeof text, "GET /v1/jobs/%s/events HTTP/1.1\r\nHost: localhost\r\n%s\r\n", id, headers);
-    if (!test_client_open(client, test_server_port(server)) || !CHECK(test_client_say(client, text))) return 0;
+    snprintf(text, sizeof text, "GET /v1/jobs/%s/events HTTP/1.1\r\nHost: localhost\r\n%s\r\n", id,
+             headers);
+    if (!test_client_open(client, test_server_port(server)) ||
+        !CHECK(test_client_say(client, text)))
+        return 0;
     while (bytes < 12) {
         long got = recv(client->fd, data + bytes, sizeof data - 1 - bytes, 0);
         if (got <= 0) return 0;
@@ -265,8 +285,9 @@ TEST(event_streams_are_counted_by_client_and_by_network) {
     char id[ID + 1], headers[128];
     REQUIRE(place_begin(&place, 0));
     /* an api process computes nothing, so the job lives */
-    const char *const options[] = {"--store", place.url,         "--role",    "api", "--max-event-streams",
-                                   "8",       "--trusted-proxy", "127.0.0.1", NULL};
+    const char *const options[] = {
+        "--store", place.url,         "--role",    "api", "--max-event-streams",
+        "8",       "--trusted-proxy", "127.0.0.1", NULL};
     struct test_server *server = test_server_start(options);
     if (server) {
         CHECK_INT(post(server, "", 1, id), 202);
@@ -278,7 +299,9 @@ TEST(event_streams_are_counted_by_client_and_by_network) {
         /* each token counts for itself, but one network has three quarters at most: 6 */
         for (int i = 3; i < 8; i++) {
             snprintf(headers, sizeof headers,
-                     "X-Forwarded-For: 2001:db8:1:2::1\r\nAuthorization: Bearer token-number-%d-abcdefgh\r\n", i);
+                     "X-Forwarded-For: 2001:db8:1:2::1\r\nAuthorization: Bearer "
+                     "token-number-%d-abcdefgh\r\n",
+                     i);
             CHECK_INT(listens(server, &client[i], id, headers), i < 7 ? 200 : 429);
         }
         /* somebody else has room still */
@@ -301,7 +324,8 @@ static int file_has(const char *path, const char *text) {
         if ((file = fopen(name, "rb"))) {
             FILE *copy = open_memstream(&data, &size);
             char block[4096];
-            while (copy && (bytes = fread(block, 1, sizeof block, file)) > 0) fwrite(block, 1, bytes, copy);
+            while (copy && (bytes = fread(block, 1, sizeof block, file)) > 0)
+                fwrite(block, 1, bytes, copy);
             if (copy) fclose(copy);
             fclose(file);
         }
@@ -337,14 +361,16 @@ TEST(tokens_accounts_and_addresses_are_nowhere_in_clear_but_addresses_in_the_log
         CHECK_INT(test_server_wait(server), 0);
         const char *log = test_server_log(server);
         for (int i = 0; i < 2; i++) CHECK_SAYING(!strstr(log, secrets[i]), "%s", log);
-        CHECK_SAYING(strstr(log, "\"client\":\"account:") && strstr(log, "\"token\":\"token:"), "%s", log);
+        CHECK_SAYING(strstr(log, "\"client\":\"account:") && strstr(log, "\"token\":\"token:"),
+                     "%s", log);
         CHECK(strstr(log, "\"client\":\"127.0.0.1\"") != NULL);
     }
     test_server_drop(&server);
     place_end(&place);
 }
 
-/* a list and an end cost the store something: they count as what computes does; reading by id does not */
+/* a list and an end cost the store something: they count as what computes does; reading by id
+ * does not */
 TEST(lists_and_ends_count_for_the_quota_of_requests) {
     struct place place;
     struct test_reply reply;

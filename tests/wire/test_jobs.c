@@ -1,4 +1,5 @@
-/* Jobs as a client sees them, on both stores: the same bits as an undisturbed answer, whatever dies meanwhile. */
+/* Jobs as a client sees them, on both stores: the same bits as an undisturbed answer, whatever
+ * dies meanwhile. */
 #include <poll.h>
 #include <pthread.h>
 #include <signal.h>
@@ -20,17 +21,20 @@ enum { KILLS = 4, MOST_LIFE = 3 };
 #define PART "0.02"
 enum { KILLS = 6, MOST_LIFE = 1 };
 #endif
-#define FLIPS                                                                                                          \
-    "{\"pendulum\":" ASK_DOUBLE ",\"duration\":20,\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":-3,\"stop\":3,"    \
-    "\"count\":60},{\"vary\":\"theta\",\"arm\":2,\"start\":-3,\"stop\":3,\"count\":" SECOND "}],"                      \
+#define FLIPS                                                                                      \
+    "{\"pendulum\":" ASK_DOUBLE                                                                    \
+    ",\"duration\":20,\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":-3,\"stop\":3,"            \
+    "\"count\":60},{\"vary\":\"theta\",\"arm\":2,\"start\":-3,\"stop\":3,\"count\":" SECOND "}],"  \
     "\"observables\":[\"first_flip\",\"final\"]}"
 
 /* one trajectory of many parts */
-#define LONG_WAY                                                                                                       \
-    "{\"pendulum\":" ASK_DOUBLE ",\"initial\":{\"phi\":[1,2]},\"times\":{\"start\":0,\"stop\":" WAY                    \
+#define LONG_WAY                                                                                   \
+    "{\"pendulum\":" ASK_DOUBLE                                                                    \
+    ",\"initial\":{\"phi\":[1,2]},\"times\":{\"start\":0,\"stop\":" WAY                            \
     ",\"step\":0.5},\"rtol\":1e-14,\"output\":[\"phi\",\"lambda\"]}"
 
-#define PASSAGES(duration) "{\"pendulum\":" ASK_DOUBLE ",\"section\":{\"arm\":1,\"theta\":0},\"duration\":" duration "}"
+#define PASSAGES(duration)                                                                         \
+    "{\"pendulum\":" ASK_DOUBLE ",\"section\":{\"arm\":1,\"theta\":0},\"duration\":" duration "}"
 
 /* the one thing that may differ between two answers */
 static void blank_seconds(struct test_reply *reply) {
@@ -46,18 +50,21 @@ static void check_same(struct test_reply *one, struct test_reply *two, const cha
     blank_seconds(one);
     blank_seconds(two);
     int same = one->body_bytes == two->body_bytes && !memcmp(one->body, two->body, one->body_bytes);
-    CHECK_SAYING(same && one->body_bytes > 20, "%s differs: %zu and %zu bytes", what, one->body_bytes, two->body_bytes);
+    CHECK_SAYING(same && one->body_bytes > 20, "%s differs: %zu and %zu bytes", what,
+                 one->body_bytes, two->body_bytes);
 }
 
-/* one request whose reply, maybe of bytes that are no text, is not recorded; a body makes it a POST */
-static int fetch(const struct test_server *server, struct test_reply *reply, const char *path, const char *accept,
-                 const char *body) {
+/* one request whose reply, maybe of bytes that are no text, is not recorded; a body makes it a
+ * POST */
+static int fetch(const struct test_server *server, struct test_reply *reply, const char *path,
+                 const char *accept, const char *body) {
     struct test_client client;
     static char text[16384];
     *reply = (struct test_reply){0};
     if (!test_client_open(&client, test_server_port(server))) return 0;
     snprintf(text, sizeof text,
-             "%s %s HTTP/1.1\r\nHost: x\r\nConnection: close\r\nAccept: %s\r\nContent-Type: application/json\r\n"
+             "%s %s HTTP/1.1\r\nHost: x\r\nConnection: close\r\nAccept: %s\r\nContent-Type: "
+             "application/json\r\n"
              "Content-Length: %zu\r\n\r\n%s",
              body ? "POST" : "GET", path, accept, body ? strlen(body) : 0, body ? body : "");
     test_client_say(&client, text);
@@ -71,7 +78,8 @@ static const struct {
 } kinds[] = {
     {"/v1/ensembles",
      FLIPS,
-     {"application/json", "text/csv", "application/octet-stream", "application/x-ndjson", "image/png"}},
+     {"application/json", "text/csv", "application/octet-stream", "application/x-ndjson",
+      "image/png"}},
     {"/v1/trajectories", ASK_EXAMPLE, {"application/json", "text/csv", "application/octet-stream"}},
     {"/v1/trajectories", LONG_WAY, {"application/json", "text/csv", "application/octet-stream"}},
     {"/v1/forces", ASK_LITTLE, {"application/json", "text/csv"}},
@@ -106,9 +114,11 @@ static void answers_are_the_same(struct place *place) {
             CHECK_INT(fetch(server, &now, kinds[i].path, accept, kinds[i].body), 200);
             CHECK_INT(fetch(server, &kept, path, accept, NULL), 200);
             const char *tag = test_reply_header(&now, "ETag");
-            CHECK_TEXT(test_reply_header(&kept, "Content-Type"), test_reply_header(&now, "Content-Type"));
+            CHECK_TEXT(test_reply_header(&kept, "Content-Type"),
+                       test_reply_header(&now, "Content-Type"));
             /* the same to the byte, so that ranges can be asked for: its tag is a strong one */
-            CHECK(tag && !strncmp(tag, "W/", 2) && !strcmp(tag + 2, test_reply_header(&kept, "ETag")));
+            CHECK(tag && !strncmp(tag, "W/", 2) &&
+                  !strcmp(tag + 2, test_reply_header(&kept, "ETag")));
             CHECK_TEXT(test_reply_header(&kept, "Accept-Ranges"), "bytes");
             check_same(&now, &kept, kinds[i].accept[a]);
             test_reply_clear(&now);
@@ -155,10 +165,12 @@ static void ranges(struct place *place) {
             ask_problem(&reply, 416, NULL);
             snprintf(text, sizeof text, "bytes */%zu", whole.body_bytes);
         } else {
-            CHECK(reply.body_bytes == count && !memcmp(reply.body, whole.body + row[i].first, count));
+            CHECK(reply.body_bytes == count &&
+                  !memcmp(reply.body, whole.body + row[i].first, count));
             CHECK_TEXT(test_reply_header(&reply, "ETag"), tag);
             CHECK(!test_reply_header(&reply, "Content-Encoding"));
-            snprintf(text, sizeof text, "bytes %zu-%zu/%zu", row[i].first, row[i].first + count - 1, whole.body_bytes);
+            snprintf(text, sizeof text, "bytes %zu-%zu/%zu", row[i].first, row[i].first + count - 1,
+                     whole.body_bytes);
         }
         if (row[i].status == 200)
             CHECK(!range);
@@ -167,13 +179,14 @@ static void ranges(struct place *place) {
         test_reply_clear(&reply);
     }
     /* a range does not matter to HEAD, nor to who has the answer already */
-    snprintf(headers, sizeof headers, "Accept: text/csv\r\nRange: bytes=0-9\r\nIf-None-Match: %s\r\n", tag);
+    snprintf(headers, sizeof headers,
+             "Accept: text/csv\r\nRange: bytes=0-9\r\nIf-None-Match: %s\r\n", tag);
     CHECK_INT(job_get(server, &reply, id, "/results", headers), 304);
     test_reply_clear(&reply);
     snprintf(text, sizeof text, "/v1/jobs/%s/results", id);
-    CHECK_INT(
-        test_request(server, &reply, "HEAD", text, "Accept: application/octet-stream\r\nRange: bytes=0-9\r\n", NULL),
-        200);
+    CHECK_INT(test_request(server, &reply, "HEAD", text,
+                           "Accept: application/octet-stream\r\nRange: bytes=0-9\r\n", NULL),
+              200);
     const char *length = test_reply_header(&reply, "Content-Length");
     CHECK(length && atol(length) > 100000 && !test_reply_header(&reply, "Content-Range"));
     test_reply_clear(&reply);
@@ -186,8 +199,8 @@ TEST(results_come_in_ranges_as_well) { place_on_both(ranges); }
 TEST(results_of_a_job_are_those_of_a_request_bit_for_bit) { place_on_both(answers_are_the_same); }
 
 /* a problem of that status from some method and path */
-static void refused(const struct test_server *server, const char *method, const char *path, const char *headers,
-                    const char *body, int status) {
+static void refused(const struct test_server *server, const char *method, const char *path,
+                    const char *headers, const char *body, int status) {
     struct test_reply reply;
     test_request(server, &reply, method, path, headers, body);
     ask_problem(&reply, status, NULL);
@@ -199,8 +212,12 @@ static void refusals(struct place *place) {
     struct test_reply reply;
     struct test_server *server = place_serve(place, "all", "1", NULL, NULL);
     if (!server) return;
-    CHECK_INT(submit(server, "/v1/trajectories", ASYNC "Idempotency-Key: \"one\"\r\n", ask_long(1e6), id), 202);
-    CHECK_INT(submit(server, "/v1/trajectories", ASYNC "Idempotency-Key: one\r\n", ask_long(1e6), again), 202);
+    CHECK_INT(
+        submit(server, "/v1/trajectories", ASYNC "Idempotency-Key: \"one\"\r\n", ask_long(1e6), id),
+        202);
+    CHECK_INT(
+        submit(server, "/v1/trajectories", ASYNC "Idempotency-Key: one\r\n", ask_long(1e6), again),
+        202);
     CHECK_TEXT(again, id);
     refused(server, "POST", "/v1/trajectories", ASYNC "Idempotency-Key: one\r\n", ASK_EXAMPLE, 422);
     refused(server, "POST", "/v1/forces", ASYNC "Idempotency-Key: one\r\n", ASK_LITTLE, 422);
@@ -242,7 +259,8 @@ static void failures(struct place *place) {
     if (!server) return;
     /* found out while it is computed */
     CHECK_INT(submit(server, "/v1/trajectories", ASYNC,
-                     "{\"pendulum\":" ASK_DOUBLE ",\"initial\":{\"phi\":[0,0],\"phid\":[1e200,0]},\"times\":[0,1]}",
+                     "{\"pendulum\":" ASK_DOUBLE
+                     ",\"initial\":{\"phi\":[0,0],\"phid\":[1e200,0]},\"times\":[0,1]}",
                      id),
               202);
     job_wait(server, id, word);
@@ -263,7 +281,9 @@ static void failures(struct place *place) {
     CHECK_INT(test_request(server, &reply, "DELETE", path, "", NULL), 200);
     test_reply_clear(&reply);
     CHECK_INT(submit(server, "/v1/trajectories", ASYNC,
-                     "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"start\":0,\"stop\":1,\"count\":9999}}", id),
+                     "{\"pendulum\":" ASK_DOUBLE
+                     ",\"times\":{\"start\":0,\"stop\":1,\"count\":9999}}",
+                     id),
               202);
     job_wait(server, id, word);
     CHECK_TEXT(word, "failed");
@@ -279,7 +299,8 @@ TEST(what_is_wrong_about_a_job_is_said) { place_on_both(refusals); }
 
 enum { DISMISSALS = 4 };
 
-/* a worker hears of it long before it looks after its lease, which it does when a third of the hour is over */
+/* a worker hears of it long before it looks after its lease, which it does when a third of the
+ * hour is over */
 static void a_dismissal(struct place *place) {
     char id[ID + 1], path[64];
     struct test_reply reply;
@@ -318,7 +339,9 @@ static void poison(struct place *place) {
         job_wait(server, id, word);
         CHECK_TEXT(word, "failed");
         CHECK_INT(job_get(server, &reply, id, "", ""), 200);
-        CHECK_SAYING(strstr(reply.body, "given up: 3 workers ended or fell silent over part 1 of 1"), "%s", reply.body);
+        CHECK_SAYING(
+            strstr(reply.body, "given up: 3 workers ended or fell silent over part 1 of 1"), "%s",
+            reply.body);
         test_reply_clear(&reply);
         snprintf(path, sizeof path, "/v1/jobs/%s/results", id);
         refused(server, "GET", path, "", NULL, 409);
@@ -335,7 +358,8 @@ static void forgotten(struct place *place) {
     struct test_server *server = place_serve(place, "all", "1", "--keep-seconds", "1");
     if (!server) return;
     CHECK_INT(submit(server, "/v1/forces", ASYNC, ASK_LITTLE, id), 202);
-    for (double end = test_clock() + TEST_PATIENCE; status != 404 && test_clock() < end; test_sleep(0.1)) {
+    for (double end = test_clock() + TEST_PATIENCE; status != 404 && test_clock() < end;
+         test_sleep(0.1)) {
         status = job_get(server, &reply, id, "", "");
         test_reply_clear(&reply);
     }
@@ -368,8 +392,8 @@ static void padding(struct place *place) {
 
 TEST(a_request_is_kept_without_its_blanks_and_not_after_its_job) { place_on_both(padding); }
 
-/* processes that sleep longer than their leases, more often than a poisonous job would be tried, go on with their
- * parts; one on each store, asleep at the same time */
+/* processes that sleep longer than their leases, more often than a poisonous job would be tried,
+ * go on with their parts; one on each store, asleep at the same time */
 TEST(a_process_that_slept_takes_nothing_from_itself) {
     struct place place[2];
     struct test_server *server[2];
@@ -405,11 +429,13 @@ TEST(ensembles_that_make_no_sense_make_no_job) {
     static const struct {
         const char *rest, *pointer;
     } bad[] = {
-        {"\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":100000},{\"vary\":\"theta\",\"arm\":"
+        {"\"grid\":[{\"vary\":\"theta\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":100000},{"
+         "\"vary\":\"theta\",\"arm\":"
          "2,"
          "\"start\":0,\"stop\":1,\"count\":100000}]",
          "/grid"},
-        {"\"grid\":[{\"vary\":\"theta\",\"arm\":3,\"start\":0,\"stop\":1,\"count\":2}]", "/grid/0/arm"},
+        {"\"grid\":[{\"vary\":\"theta\",\"arm\":3,\"start\":0,\"stop\":1,\"count\":2}]",
+         "/grid/0/arm"},
         {"\"states\":[{}],\"observables\":[\"colour\"]", "/observables/0"},
     };
     struct place place;
@@ -430,10 +456,12 @@ TEST(ensembles_that_make_no_sense_make_no_job) {
 
 /* what FLIPS answers undisturbed */
 static void flips_now(const struct test_server *server, struct test_reply *reply) {
-    CHECK_INT(test_request(server, reply, "POST", "/v1/ensembles", "Accept: text/csv\r\n", FLIPS), 200);
+    CHECK_INT(test_request(server, reply, "POST", "/v1/ensembles", "Accept: text/csv\r\n", FLIPS),
+              200);
 }
 
-static void check_flips(const struct test_server *server, const char *id, struct test_reply *right) {
+static void check_flips(const struct test_server *server, const char *id,
+                        struct test_reply *right) {
     char word[WORDS];
     struct test_reply kept;
     job_wait(server, id, word);
@@ -450,13 +478,15 @@ static void check_flips(const struct test_server *server, const char *id, struct
 static int is_open(const struct test_server *server, const char *id) {
     struct test_reply reply;
     int open = job_get(server, &reply, id, "", "") == 200 &&
-               (strstr(reply.body, "\"status\":\"running\"") || strstr(reply.body, "\"status\":\"accepted\""));
+               (strstr(reply.body, "\"status\":\"running\"") ||
+                strstr(reply.body, "\"status\":\"accepted\""));
     test_reply_clear(&reply);
     return open;
 }
 
-/* waits until this life of a server has kept so many parts, or no job is left: three lives in a row in which nothing of
- * a job gets done end it as poison, and on a busy machine a life may be too short for anything */
+/* waits until this life of a server has kept so many parts, or no job is left: three lives in a
+ * row in which nothing of a job gets done end it as poison, and on a busy machine a life may be
+ * too short for anything */
 static void until_kept(const struct test_server *server, int parts, char id[][ID + 1], int jobs) {
     for (double end = test_clock() + TEST_PATIENCE; test_clock() < end; test_sleep(0.01)) {
         if (ask_metric(server, "pendulumd_job_parts_total{end=\"kept\"}") >= parts) return;
@@ -493,7 +523,8 @@ static void kills(struct place *place) {
 
 TEST(a_daemon_killed_at_any_instant_loses_no_job_and_no_bit) { place_on_both(kills); }
 
-/* kills a server again and again while it computes LONG_WAY; how often the job was still running before a kill */
+/* kills a server again and again while it computes LONG_WAY; how often the job was still running
+ * before a kill */
 static int kill_running(struct place *place, const struct test_reply *right) {
     unsigned long long random = (unsigned long long)(test_clock() * 1e6);
     char id[1][ID + 1], word[WORDS];
@@ -520,15 +551,17 @@ static int kill_running(struct place *place, const struct test_reply *right) {
     return killed_running;
 }
 
-/* the parts of a trajectory begin where the one before ended, in whatever process; those in between were killed. Where
- * a job was over before it could be killed, another one is tried */
+/* the parts of a trajectory begin where the one before ended, in whatever process; those in
+ * between were killed. Where a job was over before it could be killed, another one is tried */
 static void chained_kills(struct place *place) {
     struct test_reply right;
     int killed_running = 0;
     place->lease = "0.7";
     struct test_server *server = place_serve(place, "all", PART, NULL, NULL);
     if (!server) return;
-    CHECK_INT(test_request(server, &right, "POST", "/v1/trajectories", "Accept: text/csv\r\n", LONG_WAY), 200);
+    CHECK_INT(
+        test_request(server, &right, "POST", "/v1/trajectories", "Accept: text/csv\r\n", LONG_WAY),
+        200);
     test_server_stop(&server);
     for (int i = 0; i < 10 && !killed_running; i++) killed_running = kill_running(place, &right);
     CHECK_SAYING(killed_running > 0, "every job was over before it was killed once");
@@ -559,8 +592,8 @@ static void drains(struct place *place) {
 
 TEST(a_daemon_that_drains_gives_its_parts_back) { place_on_both(drains); }
 
-/* one job is submitted while a process is stopped; where there is no answer within a second the process goes on, as it
- * was stopped in the middle of a write. Returns whether there was one */
+/* one job is submitted while a process is stopped; where there is no answer within a second the
+ * process goes on, as it was stopped in the middle of a write. Returns whether there was one */
 static int written_meanwhile(const struct test_server *sleeper, const struct test_server *api) {
     char text[1024];
     struct test_client client;
@@ -580,7 +613,8 @@ static int written_meanwhile(const struct test_server *sleeper, const struct tes
     return answered && status == 202;
 }
 
-/* stops a process, but not in the middle of a write: then it would hold an SQLite file until it goes on */
+/* stops a process, but not in the middle of a write: then it would hold an SQLite file until it
+ * goes on */
 static void stop_between_writes(const struct test_server *sleeper, const struct test_server *api) {
     int written = 0;
     for (int i = 0; i < 100 && !written; i++) {
@@ -605,7 +639,8 @@ static void roles(struct place *place) {
         refused(worker, "POST", "/v1/forces", "", ASK_LITTLE, 503);
         CHECK_INT(test_request(worker, &reply, "GET", "/readyz", "", NULL), 200);
         test_reply_clear(&reply);
-        for (int i = 0; i < 2; i++) CHECK_INT(submit(api, "/v1/ensembles", ASYNC, FLIPS, id[i]), 202);
+        for (int i = 0; i < 2; i++)
+            CHECK_INT(submit(api, "/v1/ensembles", ASYNC, FLIPS, id[i]), 202);
         test_sleep(0.1);
         /* one falls silent for longer than its lease, and wakes; another dies */
         stop_between_writes(sleeper, api);
@@ -628,7 +663,8 @@ TEST(api_and_workers_share_a_store_and_survive_each_other) { place_on_both(roles
 static int ready_in_time(const struct test_server *server, int wanted) {
     struct test_reply reply;
     int status = 0;
-    for (double end = test_clock() + TEST_PATIENCE; test_clock() < end && status != wanted; test_sleep(0.05)) {
+    for (double end = test_clock() + TEST_PATIENCE; test_clock() < end && status != wanted;
+         test_sleep(0.05)) {
         status = test_request(server, &reply, "GET", "/readyz?need=jobs", "", NULL);
         test_reply_clear(&reply);
     }
@@ -649,7 +685,8 @@ TEST(a_daemon_starts_before_its_database_and_finds_it) {
     if (CHECK(server != NULL)) {
         CHECK_INT(ready_in_time(server, 503), 503);
         double end = test_clock() + TEST_PATIENCE;
-        while (!strstr(test_server_log(server), "out of reach") && test_clock() < end) test_sleep(0.05);
+        while (!strstr(test_server_log(server), "out of reach") && test_clock() < end)
+            test_sleep(0.05);
         CHECK(strstr(test_server_log(server), "out of reach") != NULL);
         /* what needs no store is answered; what needs it is told to come again */
         CHECK_INT(ask(server, &reply, "/v1/forces", ASK_LITTLE), 200);
@@ -728,7 +765,8 @@ static void *doubled_main(void *context) {
         char text[600];
         if (!test_client_open(&client, test_server_port(own->server))) return NULL;
         snprintf(text, sizeof text,
-                 "POST /v1/forces HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n%sContent-Length: "
+                 "POST /v1/forces HTTP/1.1\r\nHost: x\r\nContent-Type: "
+                 "application/json\r\n%sContent-Length: "
                  "%zu\r\n\r\n%s",
                  headers, strlen(ASK_LITTLE), ASK_LITTLE);
         test_client_say(&client, text);
@@ -771,7 +809,8 @@ static void doubles(struct place *place) {
             seen++;
         }
         const cJSON *links = cJSON_GetObjectItemCaseSensitive(json, "links");
-        const char *next = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(cJSON_GetArrayItem(links, 0), "href"));
+        const char *next = cJSON_GetStringValue(
+            cJSON_GetObjectItemCaseSensitive(cJSON_GetArrayItem(links, 0), "href"));
         snprintf(path, sizeof path, "%s", next ? next : "");
         cJSON_Delete(json);
         test_reply_clear(&reply);

@@ -10,10 +10,10 @@ static int begin_long(struct test_client *client, struct test_server *server, do
     char head[256];
     const char *body = ask_long(span);
     if (!test_client_open(client, test_server_port(server))) return 0;
-    snprintf(
-        head, sizeof head,
-        "POST /v1/trajectories HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: %zu\r\n\r\n",
-        strlen(body));
+    snprintf(head, sizeof head,
+             "POST /v1/trajectories HTTP/1.1\r\nHost: x\r\nContent-Type: "
+             "application/json\r\nContent-Length: %zu\r\n\r\n",
+             strlen(body));
     return test_client_say(client, head) && test_client_say(client, body);
 }
 
@@ -29,8 +29,9 @@ TEST(a_body_that_stops_in_the_middle_gets_408) {
     struct test_reply reply;
     REQUIRE(server != NULL);
     REQUIRE(test_client_open(&client, test_server_port(server)));
-    test_client_say(&client, "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
-                             "Content-Length: 50\r\n\r\n{\"pendulum\":");
+    test_client_say(&client,
+                    "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+                    "Content-Length: 50\r\n\r\n{\"pendulum\":");
     test_client_receive(&client, &reply, 0, TEST_PATIENCE);
     ask_problem(&reply, 408, NULL);
     test_reply_record(&reply, "POST", "/v1/trees");
@@ -59,8 +60,9 @@ TEST(a_head_that_drips_runs_out_of_time) {
 }
 
 TEST(a_full_queue_is_answered_503) {
-    static const char *const options[] = {"--workers", "1",           "--max-queue",   "1", "--max-compute-seconds",
-                                          "86400",     "--max-steps", "1000000000000", NULL};
+    static const char *const options[] = {
+        "--workers", "1",           "--max-queue",   "1", "--max-compute-seconds",
+        "86400",     "--max-steps", "1000000000000", NULL};
     struct test_server *server = test_server_start(options);
     struct test_client busy, waiting;
     struct test_reply reply;
@@ -89,13 +91,15 @@ TEST(a_computation_that_would_outrun_its_time_is_refused_before_it_runs) {
     REQUIRE(server != NULL);
     ask(server, &reply, "/v1/trajectories", ask_long(1000000));
     ask_problem(&reply, 422, NULL);
-    CHECK_SAYING(strstr(reply.body, "max-compute-seconds") != NULL, "the limit is not named: %s", reply.body);
+    CHECK_SAYING(strstr(reply.body, "max-compute-seconds") != NULL, "the limit is not named: %s",
+                 reply.body);
     test_reply_clear(&reply);
     test_server_stop(&server);
 }
 
 TEST(a_draining_server_is_not_ready_and_ends_with_its_last_client) {
-    static const char *const options[] = {"--max-compute-seconds", "86400", "--max-steps", "1000000000000", NULL};
+    static const char *const options[] = {"--max-compute-seconds", "86400", "--max-steps",
+                                          "1000000000000", NULL};
     struct test_server *server = test_server_start(options);
     struct test_client open, busy;
     struct test_reply reply;
@@ -107,7 +111,8 @@ TEST(a_draining_server_is_not_ready_and_ends_with_its_last_client) {
     REQUIRE(begin_long(&busy, server, 1e6));
     ask_await(server, "pendulumd_computations", 1, 1);
     test_server_signal(server, SIGTERM);
-    /* the connection that was open is answered 503, or is closed, as soon as the signal was heard */
+    /* the connection that was open is answered 503, or is closed, as soon as the signal was
+     * heard */
     int status = 200;
     for (double end = test_clock() + TEST_PATIENCE; status == 200 && test_clock() < end;) {
         test_sleep(0.05);

@@ -1,6 +1,6 @@
-/* Malformed messages on the wire: every stream of harness/streams.h, and requests that are framed well but say what
- * they may not. Each is answered as expected and the connection closed, the server is healthy afterwards, and a request
- * that hides behind the fault is never run. */
+/* Malformed messages on the wire: every stream of harness/streams.h, and requests that are
+ * framed well but say what they may not. Each is answered as expected and the connection closed,
+ * the server is healthy afterwards, and a request that hides behind the fault is never run. */
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <signal.h>
@@ -25,7 +25,8 @@ static const struct {
     {"an authority for a GET", "GET a:80 HTTP/1.1\r\n" HOST "\r\n", 400},
     {"an absolute target without host", "GET http:///healthz HTTP/1.1\r\n" HOST "\r\n", 400},
     {"an absolute target with a user", "GET http://u@a/healthz HTTP/1.1\r\n" HOST "\r\n", 400},
-    {"an absolute target with a user and a password", "GET http://u:p@a/healthz HTTP/1.1\r\n" HOST "\r\n", 400},
+    {"an absolute target with a user and a password",
+     "GET http://u:p@a/healthz HTTP/1.1\r\n" HOST "\r\n", 400},
     {"an absolute target of another scheme", "GET ftp://a/healthz HTTP/1.1\r\n" HOST "\r\n", 400},
     {"an absolute target of a file", "GET file:///etc/passwd HTTP/1.1\r\n" HOST "\r\n", 400},
     {"a scheme without slashes", "GET http:healthz HTTP/1.1\r\n" HOST "\r\n", 400},
@@ -41,7 +42,9 @@ static const struct {
     {"an encoded line end", "GET /healthz%0d%0aX:%20y HTTP/1.1\r\n" HOST "\r\n", 400},
     {"an encoded DEL", "GET /healthz%7f HTTP/1.1\r\n" HOST "\r\n", 400},
     {"two types",
-     "POST /v1/trees HTTP/1.1\r\n" HOST "Content-Type: application/json\r\nContent-Type: text/plain\r\n\r\n", 400},
+     "POST /v1/trees HTTP/1.1\r\n" HOST
+     "Content-Type: application/json\r\nContent-Type: text/plain\r\n\r\n",
+     400},
 };
 
 enum { UNSAID = sizeof unsaid / sizeof *unsaid };
@@ -58,10 +61,10 @@ static void say_stream(struct test_client *client, const char *text, size_t byte
     test_client_send(client, text, (size_t)(end - text));
 }
 
-/* one stream, behind it a hidden request, all of it at once or in pieces; returns how many answers came, the last one's
- * status in `status` */
-static int say_all(struct test_server *server, const char *what, const char *text, size_t bytes, int at_once, int good,
-                   int *status) {
+/* one stream, behind it a hidden request, all of it at once or in pieces; returns how many
+ * answers came, the last one's status in `status` */
+static int say_all(struct test_server *server, const char *what, const char *text, size_t bytes,
+                   int at_once, int good, int *status) {
     struct test_client client;
     struct test_reply reply;
     int answers = 0, on = 1, off = 0;
@@ -71,11 +74,13 @@ static int say_all(struct test_server *server, const char *what, const char *tex
     say_stream(&client, text, bytes);
     test_client_say(&client, HIDDEN);
     setsockopt(client.fd, IPPROTO_TCP, TCP_CORK, &off, sizeof off);
-    while (answers <= good && (*status = test_client_receive(&client, &reply, 0, TEST_PATIENCE)) != 0) {
+    while (answers <= good &&
+           (*status = test_client_receive(&client, &reply, 0, TEST_PATIENCE)) != 0) {
         answers++;
         if (answers > good) {
             ask_problem(&reply, *status, NULL);
-            CHECK_SAYING(!reply.keep_alive, "%s: the refusal does not say that the connection ends", what);
+            CHECK_SAYING(!reply.keep_alive, "%s: the refusal does not say that the connection ends",
+                         what);
         }
         test_reply_clear(&reply);
     }
@@ -109,7 +114,8 @@ TEST(malformed_messages_are_refused_and_the_connection_closed) {
         const char *what = framing ? streams[i].what : unsaid[i - STREAMS].what;
         const char *text = framing ? streams[i].stream : unsaid[i - STREAMS].text;
         size_t bytes = framing && streams[i].bytes ? streams[i].bytes : strlen(text);
-        int wanted = framing ? streams[i].status : unsaid[i - STREAMS].status, good = framing ? streams[i].complete : 0;
+        int wanted = framing ? streams[i].status : unsaid[i - STREAMS].status,
+            good = framing ? streams[i].complete : 0;
         if (!wanted) continue;
         int answers = say_all(server, what, text, bytes, at_once, good, &status);
         CHECK_SAYING(answers == good + 1, "%s: %d answers, expected %d", what, answers, good + 1);
@@ -122,7 +128,8 @@ TEST(malformed_messages_are_refused_and_the_connection_closed) {
     CHECK_SAYING(malformed >= 2 * 100, "only %d messages were tried", malformed / 2);
     test_server_signal(server, SIGTERM);
     CHECK_INT(test_server_wait(server), 0);
-    /* every answer has its line in the log, and there is no line of a request that nobody may have run */
+    /* every answer has its line in the log, and there is no line of a request that nobody may
+     * have run */
     const char *log = test_server_log(server);
     CHECK_INT(count(log, "hidden"), 0);
     CHECK_INT(count(log, "{\"time\":"), lines);
@@ -150,7 +157,8 @@ TEST(well_formed_streams_are_answered_request_by_request) {
         }
         test_reply_clear(&reply);
         int wanted = streams[i].complete + !strstr(streams[i].stream, "HTTP/1.0");
-        CHECK_SAYING(answers == wanted, "%s: %d answers, expected %d", streams[i].what, answers, wanted);
+        CHECK_SAYING(answers == wanted, "%s: %d answers, expected %d", streams[i].what, answers,
+                     wanted);
         test_client_close(&client);
         tried++;
     }

@@ -1,5 +1,5 @@
-/* What a daemon of little memory does with those who do not read, do not send, or go away: its resident memory, what it
- * says that it holds, and whether somebody else is served meanwhile. */
+/* What a daemon of little memory does with those who do not read, do not send, or go away: its
+ * resident memory, what it says that it holds, and whether somebody else is served meanwhile. */
 #include <arpa/inet.h>
 #include <poll.h>
 #include <stdio.h>
@@ -32,7 +32,8 @@ enum { SPACE = 1 << 30, CROWD = 20, BODY = 1 << 17 };
 static const char *memory_long(int instants) {
     static char body[256];
     snprintf(body, sizeof body,
-             "{\"pendulum\":" ONE_ARM ",\"initial\":{\"theta\":[1]},\"times\":{\"stop\":10,\"count\":%d},"
+             "{\"pendulum\":" ONE_ARM
+             ",\"initial\":{\"theta\":[1]},\"times\":{\"stop\":10,\"count\":%d},"
              "\"output\":[\"phi\",\"phid\",\"lambda\"]}",
              instants);
     return body;
@@ -53,14 +54,16 @@ static struct test_server *memory_serve_limited(const char *const options[]) {
     return server;
 }
 
-/* As test_server_start, in a group of cgroup v2 that gets as much memory as may be resident; where the machine lets
- * none be made, with little address space. Sanitizers and other tools would not live with either. */
+/* As test_server_start, in a group of cgroup v2 that gets as much memory as may be resident;
+ * where the machine lets none be made, with little address space. Sanitizers and other tools
+ * would not live with either. */
 static struct test_server *memory_serve(const char *const options[]) {
     char reason[200];
     memory_fence.path[0] = 0;
     if (memory_tools) return test_server_start(options);
     if (!test_fence_open(&memory_fence, (long long)resident_most, reason)) {
-        printf("  bounded by RLIMIT_AS, %d MB, as no cgroup v2 can be made: %s\n", SPACE >> 20, reason);
+        printf("  bounded by RLIMIT_AS, %d MB, as no cgroup v2 can be made: %s\n", SPACE >> 20,
+               reason);
         return memory_serve_limited(options);
     }
     struct test_server *server = test_server_start(options);
@@ -91,7 +94,8 @@ static double memory_resident(const struct test_server *server) {
 
 /* a connection from 127.0.0.`from` */
 static int memory_open(struct test_client *client, const struct test_server *server, int from) {
-    struct sockaddr_in own = {.sin_family = AF_INET, .sin_addr.s_addr = htonl(0x7f000000u + (unsigned)from)};
+    struct sockaddr_in own = {.sin_family = AF_INET,
+                              .sin_addr.s_addr = htonl(0x7f000000u + (unsigned)from)};
     struct sockaddr_in there = {.sin_family = AF_INET,
                                 .sin_port = htons((unsigned short)test_server_port(server)),
                                 .sin_addr.s_addr = htonl(0x7f000001)};
@@ -103,17 +107,20 @@ static int memory_open(struct test_client *client, const struct test_server *ser
 }
 
 /* sends a request whole, and reads nothing */
-static int memory_send(struct test_client *client, const struct test_server *server, int from, const char *method,
-                       const char *path, const char *headers, const char *body) {
+static int memory_send(struct test_client *client, const struct test_server *server, int from,
+                       const char *method, const char *path, const char *headers,
+                       const char *body) {
     char head[512];
     snprintf(head, sizeof head,
-             "%s %s HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n%sContent-Length: %zu\r\n\r\n", method,
-             path, headers, strlen(body));
+             "%s %s HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n%sContent-Length: "
+             "%zu\r\n\r\n",
+             method, path, headers, strlen(body));
     return memory_open(client, server, from) && CHECK(test_client_say(client, head)) &&
            CHECK(test_client_say(client, body));
 }
 
-/* the status of an answer that is left where it is, 0 while there is none, -1 once the connection has ended */
+/* the status of an answer that is left where it is, 0 while there is none, -1 once the
+ * connection has ended */
 static int memory_peek(const struct test_client *client, int *retry) {
     char text[1024];
     struct pollfd look = {.fd = client->fd, .events = POLLIN};
@@ -129,7 +136,8 @@ static int memory_peek(const struct test_client *client, int *retry) {
 static void memory_other_is_served(const struct test_server *server) {
     struct test_client other;
     struct test_reply reply;
-    if (!memory_send(&other, server, 99, "POST", "/v1/trajectories", "Accept: application/json\r\n", ASK_EXAMPLE))
+    if (!memory_send(&other, server, 99, "POST", "/v1/trajectories", "Accept: application/json\r\n",
+                     ASK_EXAMPLE))
         return;
     test_client_receive(&other, &reply, 0, TEST_PATIENCE);
     CHECK_INT(reply.status, 200);
@@ -138,7 +146,8 @@ static void memory_other_is_served(const struct test_server *server) {
 }
 
 /* waits until everybody has a head, looking at memory and at somebody else; how many got 200 */
-static int memory_crowd(const struct test_server *server, const struct test_client client[], int count) {
+static int memory_crowd(const struct test_server *server, const struct test_client client[],
+                        int count) {
     double most = 0, until = test_clock() + TEST_PATIENCE;
     int answered = 0, good = 0;
     while (answered < count && test_clock() < until) {
@@ -149,8 +158,8 @@ static int memory_crowd(const struct test_server *server, const struct test_clie
             answered += status != 0;
             good += status == 200;
             if (status && status != 200)
-                CHECK_SAYING((status == 503 || status == 429) && retry, "answer %d is %d, Retry-After %d", i, status,
-                             retry);
+                CHECK_SAYING((status == 503 || status == 429) && retry,
+                             "answer %d is %d, Retry-After %d", i, status, retry);
         }
         double now = memory_resident(server);
         if (now > most) most = now;
@@ -161,7 +170,8 @@ static int memory_crowd(const struct test_server *server, const struct test_clie
         double now = memory_resident(server);
         if (now > most) most = now;
     }
-    CHECK_SAYING(most <= resident_most, "%.0f bytes are resident of at most %.0f", most, resident_most);
+    CHECK_SAYING(most <= resident_most, "%.0f bytes are resident of at most %.0f", most,
+                 resident_most);
     CHECK(ask_metric(server, "pendulumd_held_bytes") <= 64 << 20);
     return good;
 }
@@ -176,14 +186,16 @@ static void memory_await_base(const struct test_server *server) {
     CHECK_INT((int)ask_metric(server, "pendulumd_computations"), 0);
 }
 
-static const char *const memory_options[] = {"--max-held-bytes", HELD, "--cache-bytes", "0", "--workers", "2", NULL};
+static const char *const memory_options[] = {
+    "--max-held-bytes", HELD, "--cache-bytes", "0", "--workers", "2", NULL};
 
 TEST(answers_that_nobody_reads_leave_the_process_its_memory) {
     struct test_server *server = memory_serve(memory_options);
     struct test_client client[CROWD];
     REQUIRE(server != NULL);
     for (int i = 0; i < CROWD; i++)
-        REQUIRE(memory_send(&client[i], server, 2 + i, "POST", "/v1/trajectories", NPZ, memory_long(500000 + i)));
+        REQUIRE(memory_send(&client[i], server, 2 + i, "POST", "/v1/trajectories", NPZ,
+                            memory_long(500000 + i)));
     int good = memory_crowd(server, client, CROWD);
     CHECK_SAYING(good >= 2 && good <= 4, "%d answers of 16 MB have room in 64", good);
     CHECK(ask_metric(server, "pendulumd_held_kind_bytes{kind=\"computations\"}") > good * 16e6);
@@ -191,13 +203,16 @@ TEST(answers_that_nobody_reads_leave_the_process_its_memory) {
     memory_await_base(server);
     /* one client alone: its share is half, where that is little */
     for (int i = 0; i < CROWD; i++)
-        REQUIRE(memory_send(&client[i], server, 2, "POST", "/v1/trajectories", NPZ, memory_long(250000 + i)));
+        REQUIRE(memory_send(&client[i], server, 2, "POST", "/v1/trajectories", NPZ,
+                            memory_long(250000 + i)));
     good = memory_crowd(server, client, CROWD);
     CHECK_SAYING(good >= 1 && good <= 4, "%d answers of 8 MB have room in 32", good);
-    CHECK(ask_metric(server, "pendulumd_refused_total{limit=\"max-client-held-bytes\"}") >= CROWD - 4);
+    CHECK(ask_metric(server, "pendulumd_refused_total{limit=\"max-client-held-bytes\"}") >=
+          CROWD - 4);
     memory_close(client, CROWD);
     memory_await_base(server);
-    CHECK_SAYING(memory_resident(server) < 64 << 20, "%.0f bytes stay resident", memory_resident(server));
+    CHECK_SAYING(memory_resident(server) < 64 << 20, "%.0f bytes stay resident",
+                 memory_resident(server));
     memory_stop(&server);
 }
 
@@ -213,8 +228,8 @@ TEST(an_answer_that_never_has_room_is_told_the_limit) {
     test_reply_clear(&reply);
     test_client_close(&client);
     /* what flows has room whatever its length */
-    REQUIRE(memory_send(&client, server, 2, "POST", "/v1/trajectories", "Accept: application/octet-stream\r\n",
-                        memory_long(2000000)));
+    REQUIRE(memory_send(&client, server, 2, "POST", "/v1/trajectories",
+                        "Accept: application/octet-stream\r\n", memory_long(2000000)));
     while (!memory_peek(&client, NULL)) test_sleep(0.01);
     CHECK_INT(memory_peek(&client, NULL), 200);
     test_client_close(&client);
@@ -240,7 +255,8 @@ TEST(modes_that_nobody_reads_leave_the_process_its_memory) {
     struct test_client client[CROWD];
     REQUIRE(server != NULL);
     for (int i = 0; i < CROWD; i++)
-        REQUIRE(memory_send(&client[i], server, 2 + i, "POST", "/v1/modes", NPZ, memory_chain(700, 1 + i)));
+        REQUIRE(memory_send(&client[i], server, 2 + i, "POST", "/v1/modes", NPZ,
+                            memory_chain(700, 1 + i)));
     int good = memory_crowd(server, client, CROWD);
     CHECK_SAYING(good >= 1, "%d modes of 700 arms have room", good);
     memory_close(client, CROWD);
@@ -250,7 +266,8 @@ TEST(modes_that_nobody_reads_leave_the_process_its_memory) {
 
 TEST(results_that_nobody_reads_leave_the_process_its_memory) {
     static char url[300];
-    const char *const options[] = {"--max-held-bytes", HELD, "--cache-bytes", "0", "--store", url, NULL};
+    const char *const options[] = {
+        "--max-held-bytes", HELD, "--cache-bytes", "0", "--store", url, NULL};
     struct test_client client[CROWD];
     struct place place;
     char path[64], id[ID + 1], word[WORDS];
@@ -262,7 +279,8 @@ TEST(results_that_nobody_reads_leave_the_process_its_memory) {
     job_wait(server, id, word);
     CHECK_TEXT(word, "successful");
     snprintf(path, sizeof path, "/v1/jobs/%s/results", id);
-    for (int i = 0; i < CROWD; i++) REQUIRE(memory_send(&client[i], server, 2 + i, "GET", path, NPZ, ""));
+    for (int i = 0; i < CROWD; i++)
+        REQUIRE(memory_send(&client[i], server, 2 + i, "GET", path, NPZ, ""));
     int good = memory_crowd(server, client, CROWD);
     CHECK_SAYING(good >= 2 && good <= 4, "%d results of 16 MB have room in 64", good);
     memory_close(client, CROWD);
@@ -272,8 +290,8 @@ TEST(results_that_nobody_reads_leave_the_process_its_memory) {
 }
 
 /* a request as a job is refused, with the name of the limit; then one that has room is computed */
-static void memory_refuse_job(const char *const options[], const char *limit, const char *path, const char *large,
-                              const char *small) {
+static void memory_refuse_job(const char *const options[], const char *limit, const char *path,
+                              const char *large, const char *small) {
     struct test_reply reply;
     char id[ID + 1], word[WORDS];
     struct test_server *server = memory_serve(options);
@@ -314,8 +332,9 @@ TEST(bodies_that_drip_leave_other_clients_their_memory) {
     int refused = 0;
     for (int i = 0; i < SLOW; i++) {
         REQUIRE(memory_open(&client[i], server, 2));
-        test_client_say(&client[i], "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
-                                    "Content-Length: 8388608\r\n\r\n");
+        test_client_say(&client[i],
+                        "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+                        "Content-Length: 8388608\r\n\r\n");
         test_client_send(&client[i], piece, SENT);
     }
     for (int i = 0; i < SLOW; i++) {
@@ -335,7 +354,8 @@ TEST(bodies_that_drip_leave_other_clients_their_memory) {
 TEST(idle_connections_of_one_client_leave_room_for_others) {
     enum { IDLE = 80 };
     static const char *const options[] = {"--max-connections", "64", NULL};
-    static const char *const behind[] = {"--max-connections", "64", "--trusted-proxy", "127.0.0.2", NULL};
+    static const char *const behind[] = {"--max-connections", "64", "--trusted-proxy", "127.0.0.2",
+                                         NULL};
     struct test_client client[IDLE];
     struct test_server *server = test_server_start(options);
     REQUIRE(server != NULL);
@@ -372,10 +392,12 @@ TEST(idle_connections_of_one_client_leave_room_for_others) {
 }
 
 /* a stream of a job's events, asked for by a proxy for an address of its client's network */
-static int memory_listen(struct test_client *client, const struct test_server *server, const char *id, int last) {
+static int memory_listen(struct test_client *client, const struct test_server *server,
+                         const char *id, int last) {
     char path[80], headers[120];
     snprintf(path, sizeof path, "/v1/jobs/%s/events", id);
-    snprintf(headers, sizeof headers, "X-Forwarded-For: 2001:db8:0:%x::%x\r\n", last / 16, last % 16);
+    snprintf(headers, sizeof headers, "X-Forwarded-For: 2001:db8:0:%x::%x\r\n", last / 16,
+             last % 16);
     if (!memory_send(client, server, 2, "GET", path, headers, "")) return 0;
     double until = test_clock() + TEST_PATIENCE;
     while (!memory_peek(client, NULL) && test_clock() < until) test_sleep(0.005);
@@ -384,8 +406,15 @@ static int memory_listen(struct test_client *client, const struct test_server *s
 
 TEST(streams_of_events_are_counted_by_network) {
     static char url[300];
-    const char *const options[] = {
-        "--trusted-proxy", "127.0.0.2", "--max-event-streams", "8", "--role", "api", "--store", url, NULL};
+    const char *const options[] = {"--trusted-proxy",
+                                   "127.0.0.2",
+                                   "--max-event-streams",
+                                   "8",
+                                   "--role",
+                                   "api",
+                                   "--store",
+                                   url,
+                                   NULL};
     struct test_client client[4];
     struct place place;
     char id[ID + 1];
@@ -418,7 +447,8 @@ TEST(nothing_is_held_for_who_went_away_whenever_that_was) {
     snprintf(whole, sizeof whole, "%s%s", head, body);
     size_t bytes = strlen(whole);
     /* in the head, in the body, at the end of it, while it is computed, while it is read */
-    for (size_t cut = 20; cut <= bytes; cut += cut + 40 < bytes || cut == bytes ? 40 : bytes - cut) {
+    for (size_t cut = 20; cut <= bytes;
+         cut += cut + 40 < bytes || cut == bytes ? 40 : bytes - cut) {
         REQUIRE(memory_open(&client, server, 2));
         test_client_send(&client, whole, cut);
         test_client_close(&client);
@@ -432,7 +462,8 @@ TEST(nothing_is_held_for_who_went_away_whenever_that_was) {
     for (int i = 0; i < 3; i++) {
         char some[100000];
         const char *accept[] = {"Accept: text/csv\r\nAccept-Encoding: gzip\r\n",
-                                "Accept: text/csv\r\nAccept-Encoding: zstd\r\n", "Accept: application/json\r\n"};
+                                "Accept: text/csv\r\nAccept-Encoding: zstd\r\n",
+                                "Accept: application/json\r\n"};
         REQUIRE(memory_send(&client, server, 2, "POST", "/v1/trajectories", accept[i], body));
         CHECK(recv(client.fd, some, sizeof some, 0) > 0);
         test_client_close(&client);

@@ -6,15 +6,18 @@
 
 #define ALICE "Authorization: Bearer alice-Zm9vYmFyYmF6cXV4MTIz\r\n"
 #define EVIL "Origin: https://evil.example\r\n"
-#define HEADERS                                                                                                        \
-    "Accept, Authorization, Content-Type, Idempotency-Key, If-None-Match, If-Range, Last-Event-ID, Prefer, Range, "    \
+#define HEADERS                                                                                    \
+    "Accept, Authorization, Content-Type, Idempotency-Key, If-None-Match, If-Range, "              \
+    "Last-Event-ID, Prefer, Range, "                                                               \
     "Traceparent, X-Request-Id"
 
 /* sends a request as it is; its status */
 static int said(const struct test_server *server, struct test_reply *reply, const char *text) {
     struct test_client client;
     *reply = (struct test_reply){0};
-    if (!test_client_open(&client, test_server_port(server)) || !CHECK(test_client_say(&client, text))) return 0;
+    if (!test_client_open(&client, test_server_port(server)) ||
+        !CHECK(test_client_say(&client, text)))
+        return 0;
     int status = test_client_receive(&client, reply, 0, TEST_PATIENCE);
     test_client_close(&client);
     return status;
@@ -24,7 +27,8 @@ static int said(const struct test_server *server, struct test_reply *reply, cons
 static int told(const struct test_server *server, const char *path, const char *host) {
     struct test_reply reply;
     char text[512];
-    snprintf(text, sizeof text, "GET %s HTTP/1.1\r\nHost: %s\r\nConnection: close\r\n\r\n", path, host);
+    snprintf(text, sizeof text, "GET %s HTTP/1.1\r\nHost: %s\r\nConnection: close\r\n\r\n", path,
+             host);
     int status = said(server, &reply, text);
     if (status == 421) ask_problem(&reply, 421, NULL);
     test_reply_record(&reply, "GET", path);
@@ -35,8 +39,9 @@ static int told(const struct test_server *server, const char *path, const char *
 
 TEST(a_server_on_loopback_answers_to_loopbacks_names_alone) {
     static const char *const options[] = {"--hosts", "auto", NULL};
-    static const char *const good[] = {"localhost",   "LOCALHOST:8080", "localhost.", "lab.localhost",
-                                       "127.0.0.1:1", "127.1.2.3",      "[::1]:8080"};
+    static const char *const good[] = {"localhost",     "LOCALHOST:8080", "localhost.",
+                                       "lab.localhost", "127.0.0.1:1",    "127.1.2.3",
+                                       "[::1]:8080"};
     static const char *const bad[] = {"evil.example",
                                       "evil.example:80",
                                       "localhost.evil.example",
@@ -59,10 +64,15 @@ TEST(a_server_on_loopback_answers_to_loopbacks_names_alone) {
         CHECK_SAYING(status == 421 || (i >= 9 && status == 400), "%s: %d", bad[i], status);
         CHECK_SAYING(told(server, "/", bad[i]) == status, "%s", bad[i]);
     }
-    /* the target's own host counts, where it has one; without any it is HTTP/1.0, which no browser speaks */
-    CHECK_INT(said(server, &reply, "GET http://evil.example/v1/presets HTTP/1.1\r\nHost: localhost\r\n\r\n"), 421);
+    /* the target's own host counts, where it has one; without any it is HTTP/1.0, which no
+     * browser speaks */
+    CHECK_INT(said(server, &reply,
+                   "GET http://evil.example/v1/presets HTTP/1.1\r\nHost: localhost\r\n\r\n"),
+              421);
     test_reply_clear(&reply);
-    CHECK_INT(said(server, &reply, "GET http://localhost:1/v1/presets HTTP/1.1\r\nHost: evil.example\r\n\r\n"), 200);
+    CHECK_INT(said(server, &reply,
+                   "GET http://localhost:1/v1/presets HTTP/1.1\r\nHost: evil.example\r\n\r\n"),
+              200);
     test_reply_clear(&reply);
     CHECK_INT(said(server, &reply, "GET /v1/presets HTTP/1.0\r\n\r\n"), 200);
     test_reply_clear(&reply);
@@ -78,9 +88,11 @@ TEST(a_server_on_loopback_answers_to_loopbacks_names_alone) {
 }
 
 TEST(hosts_are_those_that_are_listed) {
-    static const char *const options[] = {"--hosts", "Pendulum.school.example, *.lab.example, 192.0.2.7, h:8443", NULL};
+    static const char *const options[] = {
+        "--hosts", "Pendulum.school.example, *.lab.example, 192.0.2.7, h:8443", NULL};
     static const char *const proxied[] = {"--hosts", "auto", "--trusted-proxy", "127.0.0.1", NULL};
-    static const char *const wrong[] = {"", "a b", "http://a.org", "a/b", "*a.org", "a,,b", "[::1", "a:b", "*.*.org"};
+    static const char *const wrong[] = {"",     "a b",  "http://a.org", "a/b",    "*a.org",
+                                        "a,,b", "[::1", "a:b",          "*.*.org"};
     char text[512];
     struct test_server *server = test_server_start(options);
     if (!server) return;
@@ -96,22 +108,26 @@ TEST(hosts_are_those_that_are_listed) {
     CHECK_INT(told(server, "/v1/presets", "school.example"), 421);
     CHECK_INT(told(server, "/v1/presets", "localhost"), 421);
     test_server_stop(&server);
-    /* behind a proxy, which passes on what it was asked by, any host is good unless they are listed */
+    /* behind a proxy, which passes on what it was asked by, any host is good unless they are
+     * listed */
     if (!(server = test_server_start(proxied))) return;
     CHECK_INT(told(server, "/v1/presets", "school.example"), 200);
     test_server_stop(&server);
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         const char *const bad[] = {"--hosts", wrong[i], NULL};
-        CHECK_SAYING(test_server_run(bad, text, sizeof text) == 2 && strstr(text, "--hosts"), "%s: %s", wrong[i], text);
+        CHECK_SAYING(test_server_run(bad, text, sizeof text) == 2 && strstr(text, "--hosts"),
+                     "%s: %s", wrong[i], text);
     }
 }
 
 /* what a browser asks before a page's request, and what it hears of the origin and the methods */
-static const char *preflight(const struct test_server *server, struct test_reply *reply, const char *path,
-                             const char *method, const char *origin, const char **methods) {
+static const char *preflight(const struct test_server *server, struct test_reply *reply,
+                             const char *path, const char *method, const char *origin,
+                             const char **methods) {
     char text[512];
     snprintf(text, sizeof text,
-             "OPTIONS %s HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n%sAccess-Control-Request-Method: %s\r\n"
+             "OPTIONS %s HTTP/1.1\r\nHost: localhost\r\nConnection: "
+             "close\r\n%sAccess-Control-Request-Method: %s\r\n"
              "Access-Control-Request-Headers: x-anything, authorization\r\n\r\n",
              path, origin, method);
     CHECK_INT(said(server, reply, text), 204);
@@ -121,8 +137,8 @@ static const char *preflight(const struct test_server *server, struct test_reply
     return test_reply_header(reply, "Access-Control-Allow-Origin");
 }
 
-static int sent(const struct test_server *server, struct test_reply *reply, const char *method, const char *path,
-                const char *headers, const char *body) {
+static int sent(const struct test_server *server, struct test_reply *reply, const char *method,
+                const char *path, const char *headers, const char *body) {
     int status = test_request(server, reply, method, path, headers, body);
     if (status >= 400) ask_problem(reply, status, NULL);
     return status;
@@ -167,11 +183,13 @@ TEST(a_page_of_another_origin_may_compute_and_read_by_id_and_no_more) {
             {"POST", "/v1/scenes", EVIL ALICE, SCENE},
             {"POST", "/v1/scenes", "Origin: null\r\n", SCENE},
             {"GET", "/v1/jobs", EVIL "Sec-Fetch-Site: cross-site\r\n" ALICE, NULL},
-            {"GET", "/v1/jobs", "Origin: http://localhost:1\r\nSec-Fetch-Site: same-site\r\n" ALICE, NULL},
+            {"GET", "/v1/jobs", "Origin: http://localhost:1\r\nSec-Fetch-Site: same-site\r\n" ALICE,
+             NULL},
         };
         for (size_t i = 0; i < sizeof closed / sizeof *closed; i++) {
             const char *to = closed[i].path[0] ? closed[i].path : path;
-            CHECK_INT(sent(server, &reply, closed[i].method, to, closed[i].headers, closed[i].body), 403);
+            CHECK_INT(sent(server, &reply, closed[i].method, to, closed[i].headers, closed[i].body),
+                      403);
             CHECK_SAYING(strstr(reply.body, "cors-origins") != NULL, "%s", reply.body);
             CHECK(!test_reply_header(&reply, "Access-Control-Allow-Origin"));
             test_reply_clear(&reply);
@@ -182,10 +200,11 @@ TEST(a_page_of_another_origin_may_compute_and_read_by_id_and_no_more) {
         test_reply_clear(&reply);
         /* the server's own page may, however its browser says so */
         char own[160];
-        snprintf(own, sizeof own, "Origin: http://127.0.0.1:%d\r\nHost: 127.0.0.1:%d\r\n", test_server_port(server),
-                 test_server_port(server));
+        snprintf(own, sizeof own, "Origin: http://127.0.0.1:%d\r\nHost: 127.0.0.1:%d\r\n",
+                 test_server_port(server), test_server_port(server));
         char text[512];
-        snprintf(text, sizeof text, "GET /v1/jobs HTTP/1.1\r\nConnection: close\r\n%s" ALICE "\r\n", own);
+        snprintf(text, sizeof text, "GET /v1/jobs HTTP/1.1\r\nConnection: close\r\n%s" ALICE "\r\n",
+                 own);
         CHECK_INT(said(server, &reply, text), 200);
         test_reply_clear(&reply);
         snprintf(text, sizeof text,
@@ -194,7 +213,8 @@ TEST(a_page_of_another_origin_may_compute_and_read_by_id_and_no_more) {
         CHECK_INT(said(server, &reply, text), 200);
         test_reply_clear(&reply);
         CHECK_INT(sent(server, &reply, "GET", "/v1/jobs",
-                       "Origin: https://school.example\r\nSec-Fetch-Site: same-origin\r\n" ALICE, NULL),
+                       "Origin: https://school.example\r\nSec-Fetch-Site: same-origin\r\n" ALICE,
+                       NULL),
                   200);
         test_reply_clear(&reply);
     }
@@ -208,19 +228,28 @@ TEST(a_page_whose_origin_is_listed_may_do_all) {
     const char *methods;
     char id[ID + 1], path[96];
     REQUIRE(place_begin(&place, 0));
-    struct test_server *server = place_serve(&place, "all", "1", "--cors-origins", "*, https://good.example");
+    struct test_server *server =
+        place_serve(&place, "all", "1", "--cors-origins", "*, https://good.example");
     if (server) {
-        CHECK_INT(submit(server, "/v1/trajectories", "Origin: https://good.example\r\n" ASYNC ALICE, MOTION, id), 202);
+        CHECK_INT(submit(server, "/v1/trajectories", "Origin: https://good.example\r\n" ASYNC ALICE,
+                         MOTION, id),
+                  202);
         snprintf(path, sizeof path, "/v1/jobs/%s", id);
-        CHECK_TEXT(preflight(server, &reply, path, "DELETE", "Origin: https://good.example\r\n", &methods),
-                   "https://good.example");
+        CHECK_TEXT(
+            preflight(server, &reply, path, "DELETE", "Origin: https://good.example\r\n", &methods),
+            "https://good.example");
         CHECK_TEXT(methods, "GET, HEAD, DELETE, OPTIONS");
         test_reply_clear(&reply);
-        CHECK_INT(sent(server, &reply, "GET", "/v1/jobs", "Origin: https://good.example\r\n" ALICE, NULL), 200);
-        CHECK_TEXT(test_reply_header(&reply, "Access-Control-Allow-Origin"), "https://good.example");
+        CHECK_INT(
+            sent(server, &reply, "GET", "/v1/jobs", "Origin: https://good.example\r\n" ALICE, NULL),
+            200);
+        CHECK_TEXT(test_reply_header(&reply, "Access-Control-Allow-Origin"),
+                   "https://good.example");
         CHECK_SAYING(strstr(reply.body, id) != NULL, "%s", reply.body);
         test_reply_clear(&reply);
-        CHECK_INT(sent(server, &reply, "DELETE", path, "Origin: https://good.example\r\n" ALICE, NULL), 200);
+        CHECK_INT(
+            sent(server, &reply, "DELETE", path, "Origin: https://good.example\r\n" ALICE, NULL),
+            200);
         test_reply_clear(&reply);
         CHECK_INT(sent(server, &reply, "POST", "/v1/trajectories", EVIL, MOTION), 200);
         CHECK_TEXT(test_reply_header(&reply, "Access-Control-Allow-Origin"), "*");

@@ -5,7 +5,8 @@
 
 #include "tests/wire/ask.h"
 
-/* the path under which a document says that the page's files are; "" with a failed check where it does not */
+/* the path under which a document says that the page's files are; "" with a failed check where
+ * it does not */
 static void page_of(struct test_server *server, const char *path, char page[64]) {
     struct test_reply reply;
     page[0] = 0;
@@ -39,12 +40,14 @@ TEST(documents_of_the_page_may_load_from_this_server_only) {
 }
 
 /* one request whose reply, of bytes that are no text, is not recorded */
-static int fetch(struct test_server *server, struct test_reply *reply, const char *path, const char *headers) {
+static int fetch(struct test_server *server, struct test_reply *reply, const char *path,
+                 const char *headers) {
     struct test_client client;
     char text[400];
     *reply = (struct test_reply){0};
     if (!test_client_open(&client, test_server_port(server))) return 0;
-    snprintf(text, sizeof text, "GET %s HTTP/1.1\r\nHost: x\r\nConnection: close\r\n%s\r\n", path, headers);
+    snprintf(text, sizeof text, "GET %s HTTP/1.1\r\nHost: x\r\nConnection: close\r\n%s\r\n", path,
+             headers);
     test_client_say(&client, text);
     int status = test_client_receive(&client, reply, 0, TEST_PATIENCE);
     test_client_close(&client);
@@ -56,9 +59,12 @@ static const struct {
     const char *file, *type;
     int packed;
 } file[] = {
-    {"lib/uplot.js", "text/javascript; charset=utf-8", 1},   {"lib/uplot.css", "text/css; charset=utf-8", 1},
-    {"lib/katex.js", "text/javascript; charset=utf-8", 1},   {"lib/katex.css", "text/css; charset=utf-8", 1},
-    {"lib/qrcode.js", "text/javascript; charset=utf-8", 1},  {"lib/licenses.txt", "text/plain; charset=utf-8", 1},
+    {"lib/uplot.js", "text/javascript; charset=utf-8", 1},
+    {"lib/uplot.css", "text/css; charset=utf-8", 1},
+    {"lib/katex.js", "text/javascript; charset=utf-8", 1},
+    {"lib/katex.css", "text/css; charset=utf-8", 1},
+    {"lib/qrcode.js", "text/javascript; charset=utf-8", 1},
+    {"lib/licenses.txt", "text/plain; charset=utf-8", 1},
     {"lib/fonts/KaTeX_Main-Regular.woff2", "font/woff2", 0},
 };
 enum { FILES = sizeof file / sizeof *file };
@@ -77,7 +83,8 @@ TEST(files_of_the_page_are_kept_for_ever_and_come_gzipped_to_who_takes_that) {
             snprintf(path, sizeof path, "%s/%s", page, file[i].file);
             CHECK_INT(fetch(server, &reply, path, accept[k]), 200);
             CHECK_TEXT(test_reply_header(&reply, "Content-Type"), file[i].type);
-            CHECK_TEXT(test_reply_header(&reply, "Cache-Control"), "public, max-age=31536000, immutable");
+            CHECK_TEXT(test_reply_header(&reply, "Cache-Control"),
+                       "public, max-age=31536000, immutable");
             CHECK_TEXT(test_reply_header(&reply, "Vary"), "Accept-Encoding");
             const char *coding = test_reply_header(&reply, "Content-Encoding");
             int packed = k == 1 && file[i].packed;

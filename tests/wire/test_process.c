@@ -25,8 +25,8 @@ TEST(help_and_version_are_told_on_standard_output) {
 }
 
 /* both texts as an answer's stats tell them */
-static void stats_name(struct test_server *server, const char *path, const char *body, const char *version,
-                       const char *engine) {
+static void stats_name(struct test_server *server, const char *path, const char *body,
+                       const char *version, const char *engine) {
     struct test_reply reply;
     CHECK_INT(ask(server, &reply, path, body), 200);
     cJSON *answer = ask_json(&reply);
@@ -43,7 +43,8 @@ TEST(program_answers_and_metrics_name_one_version_and_engine) {
         {"/v1/trajectories", "{\"pendulum\":" ASK_DOUBLE ",\"times\":{\"stop\":1,\"count\":3}}"},
         {"/v1/ensembles", "{\"pendulum\":" ASK_DOUBLE ",\"states\":[{},{}],\"duration\":1}"},
         {"/v1/lyapunov", "{\"pendulum\":" ASK_DOUBLE ",\"duration\":1}"},
-        {"/v1/sections", "{\"pendulum\":" ASK_DOUBLE ",\"duration\":5,\"section\":{\"arm\":1,\"theta\":0}}"}};
+        {"/v1/sections",
+         "{\"pendulum\":" ASK_DOUBLE ",\"duration\":5,\"section\":{\"arm\":1,\"theta\":0}}"}};
     char text[512], want[256], version[64], engine[64];
     struct test_reply reply;
     CHECK_INT(test_server_run(option, text, sizeof text), 0);
@@ -56,7 +57,8 @@ TEST(program_answers_and_metrics_name_one_version_and_engine) {
     CHECK_TEXT(reply.body, want);
     test_reply_clear(&reply);
     CHECK_INT(test_request(server, &reply, "GET", "/metrics", "", NULL), 200);
-    snprintf(want, sizeof want, "\npendulumd_build_info{version=\"%s\",engine=\"%s\"} 1\n", version, engine);
+    snprintf(want, sizeof want, "\npendulumd_build_info{version=\"%s\",engine=\"%s\"} 1\n", version,
+             engine);
     CHECK_SAYING(strstr(reply.body, want) != NULL, "the metrics have no line %s", want);
     test_reply_clear(&reply);
     for (size_t i = 0; i < sizeof asked / sizeof *asked; i++)
@@ -64,7 +66,8 @@ TEST(program_answers_and_metrics_name_one_version_and_engine) {
     test_server_stop(&server);
 }
 
-/* of 1024 files, as many systems allow, an eighth is for sockets that linger and 128 for the rest */
+/* of 1024 files, as many systems allow, an eighth is for sockets that linger and 128 for the
+ * rest */
 TEST(few_open_files_leave_most_of_them_to_connections) {
     if (getenv("TEST_UNDER")) return test_skip("the daemon runs under another program");
     setenv("TEST_UNDER", "prlimit --nofile=1024:1024", 1);
@@ -92,7 +95,8 @@ TEST(a_terminal_shows_messages_and_no_requests_unless_asked) {
     static const char *const asked[] = {"--access-log", "on", NULL};
     if (getenv("TEST_UNDER")) return test_skip("the daemon runs under another program");
     for (int wanted = 0; wanted < 2; wanted++) {
-        /* a program that gives another one a terminal and passes on what it says there; words end with blanks */
+        /* a program that gives another one a terminal and passes on what it says there; words
+         * end with blanks */
         setenv("TEST_UNDER", "/usr/bin/python3 -c import\tpty,sys;pty.spawn(sys.argv[1:])", 1);
         struct test_server *server = test_server_start(wanted ? asked : NULL);
         unsetenv("TEST_UNDER");
@@ -132,7 +136,8 @@ TEST(a_bad_option_is_a_clear_message_and_status_2) {
     char text[4096];
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         int status = test_server_run(bad[i].option, text, sizeof text);
-        CHECK_SAYING(status == 2, "%s %s ended with %d", bad[i].option[0], bad[i].option[1], status);
+        CHECK_SAYING(status == 2, "%s %s ended with %d", bad[i].option[0], bad[i].option[1],
+                     status);
         CHECK_SAYING(strstr(text, bad[i].word) != NULL, "the message is: %s", text);
     }
 }
@@ -191,7 +196,8 @@ TEST(every_request_leaves_one_json_line_in_the_log) {
         const cJSON *status = cJSON_GetObjectItemCaseSensitive(entry, "status");
         if (status) {
             CHECK_INT(status->valueint, lines ? 404 : 200);
-            CHECK_TEXT(cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(entry, "method")), lines ? "GET" : "POST");
+            CHECK_TEXT(cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(entry, "method")),
+                       lines ? "GET" : "POST");
             lines++;
         }
         cJSON_Delete(entry);
@@ -258,15 +264,19 @@ TEST(a_worker_may_end_when_nothing_is_left_to_compute) {
     snprintf(store, sizeof store, "sqlite:%s/store.db", directory);
     snprintf(command, sizeof command, "rm -rf '%s'", directory);
     const char *const api[] = {"--store", store, "--role", "api", NULL};
-    const char *const worker[] = {"--store", store, "--role", "worker", "--until-idle-seconds", "0.3", NULL};
+    const char *const worker[] = {"--store", store, "--role", "worker", "--until-idle-seconds",
+                                  "0.3",     NULL};
     struct test_server *asked = test_server_start(api);
     REQUIRE(asked);
-    CHECK_INT(test_request(asked, &reply, "POST", "/v1/trajectories", "Prefer: respond-async\r\n", ASK_EXAMPLE), 202);
+    CHECK_INT(test_request(asked, &reply, "POST", "/v1/trajectories", "Prefer: respond-async\r\n",
+                           ASK_EXAMPLE),
+              202);
     snprintf(path, sizeof path, "%s", test_reply_header(&reply, "Location"));
     test_reply_clear(&reply);
     struct test_server *works = test_server_start(worker);
     CHECK_INT(test_server_wait(works), 0);
-    CHECK_SAYING(strstr(test_server_log(works), "nothing to compute"), "it says %s", test_server_log(works));
+    CHECK_SAYING(strstr(test_server_log(works), "nothing to compute"), "it says %s",
+                 test_server_log(works));
     test_server_drop(&works);
     CHECK_INT(test_request(asked, &reply, "GET", path, "", NULL), 200);
     CHECK_SAYING(strstr(reply.body, "\"status\":\"successful\""), "the job: %s", reply.body);

@@ -1,4 +1,5 @@
-/* What a job says of its progress while it runs: the parts that are done, and the time that is left. */
+/* What a job says of its progress while it runs: the parts that are done, and the time that is
+ * left. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,9 +12,10 @@
 #else
 #define ROWS "150"
 #endif
-#define LONG_MAP                                                                                                       \
-    "{\"pendulum\":" ASK_DOUBLE ",\"duration\":20,\"rtol\":1e-9,\"observables\":[\"final\"],\"grid\":["                \
-    "{\"vary\":\"theta\",\"arm\":1,\"start\":0.5,\"stop\":2.5,\"count\":" ROWS "},"                                    \
+#define LONG_MAP                                                                                   \
+    "{\"pendulum\":" ASK_DOUBLE                                                                    \
+    ",\"duration\":20,\"rtol\":1e-9,\"observables\":[\"final\"],\"grid\":["                        \
+    "{\"vary\":\"theta\",\"arm\":1,\"start\":0.5,\"stop\":2.5,\"count\":" ROWS "},"                \
     "{\"vary\":\"theta\",\"arm\":2,\"start\":0.5,\"stop\":2.5,\"count\":150}]}"
 
 enum { MOST_LOOKS = 4000 };
@@ -50,8 +52,9 @@ static int by_size(const void *one, const void *two) {
     return (a > b) - (a < b);
 }
 
-/* at what was said: the time that it really took, as a multiple of it; the median over the middle of a job, and whether
- * it falls. A busy machine changes its pace, so there is much room, but on both sides */
+/* at what was said: the time that it really took, as a multiple of it; the median over the
+ * middle of a job, and whether it falls. A busy machine changes its pace, so there is much room,
+ * but on both sides */
 static int looks_good(const struct look look[], int count) {
     static double ratio[MOST_LOOKS];
     const struct look *first = NULL, *last = NULL;
@@ -68,7 +71,8 @@ static int looks_good(const struct look look[], int count) {
     }
     if (ratios < 5 || last->at <= first->at) return 0;
     qsort(ratio, (size_t)ratios, sizeof *ratio, by_size);
-    printf("  it took %.2f times what it said, %d times; from %.2f s at %.0f %% to %.2f s at %.0f %%\n",
+    printf("  it took %.2f times what it said, %d times; from %.2f s at %.0f %% to %.2f s at %.0f "
+           "%%\n",
            ratio[ratios / 2], ratios, first->left, first->progress, last->left, last->progress);
     return ratio[ratios / 2] > 0.2 && ratio[ratios / 2] < 5 && last->left < 0.7 * first->left;
 }
@@ -89,7 +93,8 @@ static int progress_of(const struct test_server *server) {
     return looks_good(look, count + 1);
 }
 
-/* a machine whose pace changes in the middle of a job makes it say what is wrong: then another one is looked at */
+/* a machine whose pace changes in the middle of a job makes it say what is wrong: then another
+ * one is looked at */
 static void progress(struct place *place) {
     int good = 0;
     struct test_server *server = place_serve(place, "all", "0.05", "--workers", "2");

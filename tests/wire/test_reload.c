@@ -49,10 +49,12 @@ static int house_reload(struct house *house, const char *word, int count) {
     test_server_signal(house->server, SIGHUP);
     for (double end = test_clock() + TEST_PATIENCE; test_clock() < end; test_sleep(0.01)) {
         int found = 0;
-        for (const char *at = test_server_log(house->server); (at = strstr(at, word)); at++) found++;
+        for (const char *at = test_server_log(house->server); (at = strstr(at, word)); at++)
+            found++;
         if (found == count) return 1;
     }
-    return CHECK_SAYING(0, "it does not say %s %d times but: %s", word, count, test_server_log(house->server));
+    return CHECK_SAYING(0, "it does not say %s %d times but: %s", word, count,
+                        test_server_log(house->server));
 }
 
 static int house_ask(const struct house *house, const char *fields, char origin[64]) {
@@ -70,13 +72,15 @@ TEST(a_reload_puts_new_options_in_force_and_names_those_that_want_a_restart) {
     REQUIRE(house_begin(&house, "cache-bytes = 0\nmax-arms = 1\ncors-origins = none\n"));
     CHECK_INT(house_ask(&house, "Origin: https://a.example\r\n", origin), 422);
     CHECK_TEXT(origin, "");
-    house_write(&house, "cache-bytes = 0\nmax-arms = 10\ncors-origins = https://a.example\nworkers = "
-                        "3\nmax-requests-a-minute = 1000\n");
+    house_write(&house,
+                "cache-bytes = 0\nmax-arms = 10\ncors-origins = https://a.example\nworkers = "
+                "3\nmax-requests-a-minute = 1000\n");
     REQUIRE(house_reload(&house, "reload: 3 options have changed", 1));
     CHECK_INT(house_ask(&house, "Origin: https://a.example\r\n", origin), 200);
     CHECK_TEXT(origin, "https://a.example");
     const char *log = test_server_log(house.server);
-    CHECK(strstr(log, "reload: max-arms has a new value") && strstr(log, "reload: cors-origins has a new value"));
+    CHECK(strstr(log, "reload: max-arms has a new value") &&
+          strstr(log, "reload: cors-origins has a new value"));
     CHECK(strstr(log, "reload: workers has another value now, which takes a restart"));
     /* and back, to what the file leaves away */
     house_write(&house, "cache-bytes = 0\nmax-arms = 1\n");
@@ -164,14 +168,16 @@ TEST(closed_standard_streams_are_nobodys_socket) {
     char *end = strstr(program, "/tests/wire/");
     REQUIRE(bytes > 0 && end);
     strcpy(end, "/pendulumd");
-    snprintf(command, sizeof command,
-             "'%s' --listen 127.0.0.1:0 --store none <&- >&- 2>&- & pid=$!; for i in $(seq 1000); do "
-             "[ \"$(readlink /proc/$pid/fd/2)\" = /dev/null ] && break; sleep 0.02; done; "
-             "readlink /proc/$pid/fd/0 /proc/$pid/fd/1 /proc/$pid/fd/2 >%s/fds; kill $pid; wait $pid",
-             program, directory);
+    snprintf(
+        command, sizeof command,
+        "'%s' --listen 127.0.0.1:0 --store none <&- >&- 2>&- & pid=$!; for i in $(seq 1000); do "
+        "[ \"$(readlink /proc/$pid/fd/2)\" = /dev/null ] && break; sleep 0.02; done; "
+        "readlink /proc/$pid/fd/0 /proc/$pid/fd/1 /proc/$pid/fd/2 >%s/fds; kill $pid; wait $pid",
+        program, directory);
     CHECK_INT(system(command), 0);
     snprintf(command, sizeof command,
-             "test \"$(cat %s/fds | tr '\\n' ' ')\" = '/dev/null /dev/null /dev/null '; s=$?; rm -r %s; exit $s",
+             "test \"$(cat %s/fds | tr '\\n' ' ')\" = '/dev/null /dev/null /dev/null '; s=$?; rm "
+             "-r %s; exit $s",
              directory, directory);
     CHECK_INT(system(command), 0);
 }

@@ -11,12 +11,15 @@ static const struct {
 } route[] = {
     {"POST", "/v1/trees", ASK_LITTLE, "application/json", "\"subtree_mass\""},
     {"POST", "/v1/trajectories", ASK_EXAMPLE, "application/json", "\"lambda\""},
-    {"POST", "/v1/forces", "{\"pendulum\":" ASK_DOUBLE ",\"state\":{\"theta\":[0,0]}}", "application/json", "\"zdd\""},
+    {"POST", "/v1/forces", "{\"pendulum\":" ASK_DOUBLE ",\"state\":{\"theta\":[0,0]}}",
+     "application/json", "\"zdd\""},
     {"POST", "/v1/modes", ASK_LITTLE, "application/json", "\"omega\""},
-    {"POST", "/v1/ensembles", "{\"pendulum\":" ASK_DOUBLE ",\"states\":[{},{}],\"duration\":1}", "application/json",
-     "\"final\""},
-    {"POST", "/v1/lyapunov", "{\"pendulum\":" ASK_DOUBLE ",\"duration\":1}", "application/json", "\"exponents\""},
-    {"POST", "/v1/sections", "{\"pendulum\":" ASK_DOUBLE ",\"duration\":5,\"section\":{\"arm\":1,\"theta\":0}}",
+    {"POST", "/v1/ensembles", "{\"pendulum\":" ASK_DOUBLE ",\"states\":[{},{}],\"duration\":1}",
+     "application/json", "\"final\""},
+    {"POST", "/v1/lyapunov", "{\"pendulum\":" ASK_DOUBLE ",\"duration\":1}", "application/json",
+     "\"exponents\""},
+    {"POST", "/v1/sections",
+     "{\"pendulum\":" ASK_DOUBLE ",\"duration\":5,\"section\":{\"arm\":1,\"theta\":0}}",
      "application/json", "\"direction\""},
     {"POST", "/v1/equations", ASK_LITTLE, "application/json", "ell_{2}"},
     {"GET", "/", NULL, "text/html; charset=utf-8", "<title>"},
@@ -34,10 +37,12 @@ TEST(every_route_answers) {
     struct test_server *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     for (int i = 0; i < ROUTES; i++) {
-        CHECK_INT(test_request(server, &reply, route[i].method, route[i].path, "", route[i].body), 200);
+        CHECK_INT(test_request(server, &reply, route[i].method, route[i].path, "", route[i].body),
+                  200);
         const char *type = test_reply_header(&reply, "Content-Type");
         if (route[i].type) CHECK_TEXT(type, route[i].type);
-        CHECK_SAYING(reply.body && strstr(reply.body, route[i].word), "%s has no %s", route[i].path, route[i].word);
+        CHECK_SAYING(reply.body && strstr(reply.body, route[i].word), "%s has no %s", route[i].path,
+                     route[i].word);
         test_reply_clear(&reply);
     }
     test_server_stop(&server);
@@ -58,11 +63,14 @@ TEST(every_preset_can_be_fetched_and_integrated) {
         CHECK_INT(test_request(server, &one, "GET", path, "", NULL), 200);
         cJSON *got = ask_json(&one), *body = cJSON_CreateObject();
         test_reply_clear(&one);
-        cJSON_AddItemToObject(body, "pendulum", cJSON_DetachItemFromObjectCaseSensitive(got, "pendulum"));
-        cJSON_AddItemToObject(body, "initial", cJSON_DetachItemFromObjectCaseSensitive(got, "initial"));
+        cJSON_AddItemToObject(body, "pendulum",
+                              cJSON_DetachItemFromObjectCaseSensitive(got, "pendulum"));
+        cJSON_AddItemToObject(body, "initial",
+                              cJSON_DetachItemFromObjectCaseSensitive(got, "initial"));
         cJSON_AddItemToObject(body, "times", cJSON_Parse("[0,0.5,1]"));
         char *text = cJSON_PrintUnformatted(body);
-        CHECK_SAYING(ask(server, &one, "/v1/trajectories", text) == 200, "%s: %s: %.300s", path, text, one.body);
+        CHECK_SAYING(ask(server, &one, "/v1/trajectories", text) == 200, "%s: %s: %.300s", path,
+                     text, one.body);
         test_reply_clear(&one);
         cJSON_free(text);
         cJSON_Delete(body);
@@ -96,7 +104,9 @@ static int listed(const char *list, const char *word) {
     size_t bytes = strlen(word);
     for (; list && *list; list += strcspn(list, ","), list += *list == ',') {
         list += strspn(list, " ");
-        if (!strncasecmp(list, word, bytes) && (!list[bytes] || list[bytes] == ',' || list[bytes] == ' ')) return 1;
+        if (!strncasecmp(list, word, bytes) &&
+            (!list[bytes] || list[bytes] == ',' || list[bytes] == ' '))
+            return 1;
     }
     return 0;
 }
@@ -137,31 +147,41 @@ static const struct {
     {"POST", "/v1/trees", "Accept: image/png\r\n", ASK_LITTLE, 406, NULL},
     {"POST", "/v1/trajectories", "Accept: text/html\r\n", ASK_LITTLE, 406, NULL},
     {"POST", "/v1/trees", "Content-Type: text/plain\r\n", ASK_LITTLE, 415, NULL},
-    {"POST", "/v1/trees", "Content-Type: application/x-www-form-urlencoded\r\n", ASK_LITTLE, 415, NULL},
+    {"POST", "/v1/trees", "Content-Type: application/x-www-form-urlencoded\r\n", ASK_LITTLE, 415,
+     NULL},
     {"POST", "/v1/trees", "", "", 400, NULL},
     {"POST", "/v1/trees", "", "{", 400, NULL},
     {"POST", "/v1/trees", "", "{\"pendulum\":" ASK_DOUBLE "} x", 400, NULL},
-    {"POST", "/v1/trees", "", "{\"pendulum\":" ASK_DOUBLE ",\"pendulum\":" ASK_DOUBLE "}", 400, NULL},
-    {"POST", "/v1/trees", "", "{\"pendulum\":{\"length\":[1e999],\"mass\":[1],\"parent\":[0]}}", 400, NULL},
-    {"POST", "/v1/trees", "", "{\"pendulum\":{\"length\":[NaN],\"mass\":[1],\"parent\":[0]}}", 400, NULL},
+    {"POST", "/v1/trees", "", "{\"pendulum\":" ASK_DOUBLE ",\"pendulum\":" ASK_DOUBLE "}", 400,
+     NULL},
+    {"POST", "/v1/trees", "", "{\"pendulum\":{\"length\":[1e999],\"mass\":[1],\"parent\":[0]}}",
+     400, NULL},
+    {"POST", "/v1/trees", "", "{\"pendulum\":{\"length\":[NaN],\"mass\":[1],\"parent\":[0]}}", 400,
+     NULL},
     {"POST", "/v1/trees", "", "[]", 422, NULL},
     {"POST", "/v1/trees", "", "{}", 422, "/pendulum"},
     {"POST", "/v1/trees", "", "{\"pendulum\":" ASK_DOUBLE ",\"colour\":1}", 422, "/colour"},
-    {"POST", "/v1/trees", "", "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,0],\"parent\":[0,1]}}", 422,
-     "/pendulum/mass/1"},
-    {"POST", "/v1/trees", "", "{\"pendulum\":{\"length\":[-1,1],\"mass\":[1,0],\"parent\":[0,1]}}", 422,
-     "/pendulum/length/0"},
-    {"POST", "/v1/trees", "", "{\"pendulum\":{\"L\":[1,1],\"m\":[1,1],\"S\":[[1,0],[1,2]]}}", 422, "/pendulum/S/1/1"},
-    {"POST", "/v1/forces", "", "{\"pendulum\":" ASK_DOUBLE ",\"state\":{\"phi\":[0]}}", 422, "/state/phi"},
-    {"POST", "/v1/lyapunov", "", "{\"pendulum\":" ASK_DOUBLE ",\"duration\":1,\"count\":5}", 422, "/count"},
-    {"POST", "/v1/sections", "", "{\"pendulum\":" ASK_DOUBLE ",\"duration\":1,\"section\":{\"arm\":3}}", 422,
-     "/section/arm"},
+    {"POST", "/v1/trees", "", "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,0],\"parent\":[0,1]}}",
+     422, "/pendulum/mass/1"},
+    {"POST", "/v1/trees", "", "{\"pendulum\":{\"length\":[-1,1],\"mass\":[1,0],\"parent\":[0,1]}}",
+     422, "/pendulum/length/0"},
+    {"POST", "/v1/trees", "", "{\"pendulum\":{\"L\":[1,1],\"m\":[1,1],\"S\":[[1,0],[1,2]]}}", 422,
+     "/pendulum/S/1/1"},
+    {"POST", "/v1/forces", "", "{\"pendulum\":" ASK_DOUBLE ",\"state\":{\"phi\":[0]}}", 422,
+     "/state/phi"},
+    {"POST", "/v1/lyapunov", "", "{\"pendulum\":" ASK_DOUBLE ",\"duration\":1,\"count\":5}", 422,
+     "/count"},
+    {"POST", "/v1/sections", "",
+     "{\"pendulum\":" ASK_DOUBLE ",\"duration\":1,\"section\":{\"arm\":3}}", 422, "/section/arm"},
     {"POST", "/v1/equations", "", "{\"pendulum\":" ASK_DOUBLE ",\"form\":\"long\"}", 422, "/form"},
-    {"POST", "/v1/modes", "", "{\"pendulum\":" ASK_DOUBLE ",\"normalize\":\"big\"}", 422, "/normalize"},
-    {"POST", "/v1/trajectories", "", "{\"pendulum\":" ASK_DOUBLE ",\"times\":[0,2,1]}", 422, "/times/2"},
-    {"POST", "/v1/trajectories", "", "{\"pendulum\":" ASK_DOUBLE ",\"times\":[0,1],\"rtol\":5}", 422, "/rtol"},
-    {"POST", "/v1/trajectories", "", "{\"pendulum\":" ASK_DOUBLE ",\"times\":[0,1],\"method\":\"euler\"}", 422,
-     "/method"},
+    {"POST", "/v1/modes", "", "{\"pendulum\":" ASK_DOUBLE ",\"normalize\":\"big\"}", 422,
+     "/normalize"},
+    {"POST", "/v1/trajectories", "", "{\"pendulum\":" ASK_DOUBLE ",\"times\":[0,2,1]}", 422,
+     "/times/2"},
+    {"POST", "/v1/trajectories", "", "{\"pendulum\":" ASK_DOUBLE ",\"times\":[0,1],\"rtol\":5}",
+     422, "/rtol"},
+    {"POST", "/v1/trajectories", "",
+     "{\"pendulum\":" ASK_DOUBLE ",\"times\":[0,1],\"method\":\"euler\"}", 422, "/method"},
 };
 
 TEST(requests_that_cannot_be_answered_are_refused_with_their_problem) {
@@ -169,7 +189,8 @@ TEST(requests_that_cannot_be_answered_are_refused_with_their_problem) {
     struct test_server *server = test_server_start(NULL);
     REQUIRE(server != NULL);
     for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {
-        test_request(server, &reply, refused[i].method, refused[i].path, refused[i].headers, refused[i].body);
+        test_request(server, &reply, refused[i].method, refused[i].path, refused[i].headers,
+                     refused[i].body);
         if (reply.status != refused[i].status)
             printf("  %s %s %s%.100s\n", refused[i].method, refused[i].path, refused[i].headers,
                    refused[i].body ? refused[i].body : "");
@@ -187,8 +208,9 @@ TEST(a_body_above_the_limit_is_refused_before_it_is_read) {
     REQUIRE(server != NULL);
     /* announced too large: the answer comes though no byte of the body is sent */
     REQUIRE(test_client_open(&client, test_server_port(server)));
-    test_client_say(&client, "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
-                             "Content-Length: 4097\r\n\r\n");
+    test_client_say(&client,
+                    "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+                    "Content-Length: 4097\r\n\r\n");
     test_client_receive(&client, &reply, 0, TEST_PATIENCE);
     ask_problem(&reply, 413, NULL);
     test_reply_record(&reply, "POST", "/v1/trees");
@@ -196,8 +218,9 @@ TEST(a_body_above_the_limit_is_refused_before_it_is_read) {
     test_client_close(&client);
     /* not announced: chunks that go on and on */
     REQUIRE(test_client_open(&client, test_server_port(server)));
-    test_client_say(&client, "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
-                             "Transfer-Encoding: chunked\r\n\r\n");
+    test_client_say(&client,
+                    "POST /v1/trees HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+                    "Transfer-Encoding: chunked\r\n\r\n");
     char chunk[1100] = "400\r\n";
     memset(chunk + 5, ' ', 1024);
     strcpy(chunk + 5 + 1024, "\r\n");
@@ -218,7 +241,9 @@ TEST(csv_comes_when_it_is_asked_for) {
     struct test_reply reply;
     struct test_server *server = test_server_start(NULL);
     REQUIRE(server != NULL);
-    CHECK_INT(test_request(server, &reply, "POST", "/v1/trajectories", "Accept: text/csv\r\n", ASK_EXAMPLE), 200);
+    CHECK_INT(test_request(server, &reply, "POST", "/v1/trajectories", "Accept: text/csv\r\n",
+                           ASK_EXAMPLE),
+              200);
     const char *type = test_reply_header(&reply, "Content-Type");
     CHECK_SAYING(type && !strncmp(type, "text/csv", 8), "the type is %s", type);
     CHECK(reply.body && !strncmp(reply.body, "t,phi_1,phi_2,phi_3,phi_4,phid_1,", 33));
@@ -242,7 +267,9 @@ TEST(an_answer_that_the_client_has_is_not_sent_again) {
     CHECK_INT(test_request(server, &reply, "QUERY", "/v1/trees", headers, ASK_LITTLE), 304);
     CHECK(!reply.body_bytes);
     test_reply_clear(&reply);
-    CHECK_INT(test_request(server, &reply, "POST", "/v1/trees", "If-None-Match: \"other\"\r\n", ASK_LITTLE), 200);
+    CHECK_INT(test_request(server, &reply, "POST", "/v1/trees", "If-None-Match: \"other\"\r\n",
+                           ASK_LITTLE),
+              200);
     test_reply_clear(&reply);
     test_server_stop(&server);
 }
@@ -254,8 +281,11 @@ TEST(what_is_counted_is_there_for_prometheus) {
     CHECK_INT(test_request(server, &reply, "POST", "/v1/trees", "", ASK_LITTLE), 200);
     test_reply_clear(&reply);
     CHECK_INT(test_request(server, &reply, "GET", "/metrics", "", NULL), 200);
-    CHECK_TEXT(test_reply_header(&reply, "Content-Type"), "text/plain; version=0.0.4; charset=utf-8");
-    CHECK(strstr(reply.body, "\npendulumd_requests_total{route=\"POST /v1/trees\",status=\"200\"} 1\n") != NULL);
+    CHECK_TEXT(test_reply_header(&reply, "Content-Type"),
+               "text/plain; version=0.0.4; charset=utf-8");
+    CHECK(strstr(reply.body,
+                 "\npendulumd_requests_total{route=\"POST /v1/trees\",status=\"200\"} 1\n") !=
+          NULL);
     test_reply_clear(&reply);
     test_server_stop(&server);
 }

@@ -1,4 +1,5 @@
-/* Scenes as a class has them: one id for all, the same bytes for ever, whatever dies meanwhile; on both stores. */
+/* Scenes as a class has them: one id for all, the same bytes for ever, whatever dies meanwhile;
+ * on both stores. */
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -6,9 +7,12 @@
 
 #include "tests/wire/place.h"
 
-#define SCENE "{\"title\":\"Zw\\u00f6lf <b>\",\"request\":" ASK_EXAMPLE ",\"view\":{\"speed\":0.5,\"trails\":[1,2]}}"
-#define SCENE_AGAIN                                                                                                    \
-    "{\"view\":{\"trails\":[1.0,2e0],\"speed\":5e-1},\n \"request\":" ASK_EXAMPLE ",\"title\":\"Zw\xc3\xb6lf <b>\"}"
+#define SCENE                                                                                      \
+    "{\"title\":\"Zw\\u00f6lf <b>\",\"request\":" ASK_EXAMPLE                                      \
+    ",\"view\":{\"speed\":0.5,\"trails\":[1,2]}}"
+#define SCENE_AGAIN                                                                                \
+    "{\"view\":{\"trails\":[1.0,2e0],\"speed\":5e-1},\n \"request\":" ASK_EXAMPLE                  \
+    ",\"title\":\"Zw\xc3\xb6lf <b>\"}"
 
 static struct test_server *serve(const struct place *place, const char *option, const char *value) {
     const char *const options[] = {"--store", place->url, option, value, NULL};
@@ -21,7 +25,8 @@ static int put(const struct test_server *server, const char *body, char path[64]
     path[0] = 0;
     int status = ask((struct test_server *)server, &reply, "/v1/scenes", body);
     const char *location = test_reply_header(&reply, "Location");
-    if (status == 201 && CHECK(location && strlen(location) == 11 + ID && !strncmp(location, "/v1/scenes/", 11)))
+    if (status == 201 &&
+        CHECK(location && strlen(location) == 11 + ID && !strncmp(location, "/v1/scenes/", 11)))
         strcpy(path, location);
     if (text) *text = strdup(reply.body);
     test_reply_clear(&reply);
@@ -55,7 +60,8 @@ static void lasts(struct place *place) {
         char body[400], other[64];
         char *kept = NULL;
         check_there(server, path, text);
-        snprintf(body, sizeof body, "{\"title\":\"life %d\",\"request\":{\"pendulum\":%s,\"times\":[0,1]}}", life,
+        snprintf(body, sizeof body,
+                 "{\"title\":\"life %d\",\"request\":{\"pendulum\":%s,\"times\":[0,1]}}", life,
                  ASK_DOUBLE);
         CHECK_INT(put(server, body, other, &kept), 201);
         test_server_signal(server, SIGKILL);
@@ -102,8 +108,10 @@ static void refusals(struct place *place) {
     } bad[] = {
         {"{", NULL, 400},
         {"{}", "/request", 422},
-        {"{\"request\":{\"pendulum\":" ASK_DOUBLE ",\"times\":[0,1],\"rtoll\":1}}", "/request/rtoll", 422},
-        {"{\"request\":{\"pendulum\":{\"length\":[1,1],\"mass\":[1,0],\"parent\":[0,1]},\"times\":[0,1]}}",
+        {"{\"request\":{\"pendulum\":" ASK_DOUBLE ",\"times\":[0,1],\"rtoll\":1}}",
+         "/request/rtoll", 422},
+        {"{\"request\":{\"pendulum\":{\"length\":[1,1],\"mass\":[1,0],\"parent\":[0,1]},\"times\":["
+         "0,1]}}",
          "/request/pendulum/mass/1", 422},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
@@ -111,7 +119,8 @@ static void refusals(struct place *place) {
         ask_problem(&reply, bad[i].status, bad[i].pointer);
         test_reply_clear(&reply);
     }
-    static const char *const none[] = {"/v1/scenes/nothing", "/v1/scenes/00000000000000000000000000",
+    static const char *const none[] = {"/v1/scenes/nothing",
+                                       "/v1/scenes/00000000000000000000000000",
                                        "/v1/scenes/0000000000000000000000000%27"};
     for (int i = 0; i < 3; i++) {
         test_request(server, &reply, "GET", none[i], "", NULL);

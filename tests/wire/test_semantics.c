@@ -4,15 +4,15 @@
 
 #include "tests/wire/ask.h"
 
-static int answer(const struct test_server *server, const char *method, const char *path, const char *fields,
-                  const char *body, struct test_reply *reply) {
+static int answer(const struct test_server *server, const char *method, const char *path,
+                  const char *fields, const char *body, struct test_reply *reply) {
     char all[1024];
     snprintf(all, sizeof all, "Content-Type: application/json\r\n%s", fields);
     return test_request(server, reply, method, path, all, body);
 }
 
-static int answered(const struct test_server *server, const char *method, const char *path, const char *fields,
-                    const char *body) {
+static int answered(const struct test_server *server, const char *method, const char *path,
+                    const char *fields, const char *body) {
     struct test_reply reply;
     int status = answer(server, method, path, fields, body, &reply);
     test_reply_clear(&reply);
@@ -39,7 +39,8 @@ TEST(a_query_is_a_post_that_changes_nothing) {
     CHECK_TEXT(test_reply_header(&queried, "Allow"), "POST, QUERY, OPTIONS");
     test_reply_clear(&queried);
     CHECK_INT(test_request(server, &queried, "OPTIONS", "/v1/forces",
-                           "Origin: https://a.example\r\nAccess-Control-Request-Method: QUERY\r\n", ""),
+                           "Origin: https://a.example\r\nAccess-Control-Request-Method: QUERY\r\n",
+                           ""),
               204);
     CHECK_TEXT(test_reply_header(&queried, "Access-Control-Allow-Methods"), "POST, QUERY, OPTIONS");
     test_reply_clear(&queried);
@@ -52,12 +53,14 @@ TEST(if_none_match_is_304_for_safe_methods_and_412_for_others) {
     char fields[2][256] = {"", "If-None-Match: *\r\n"};
     REQUIRE(server != NULL);
     CHECK_INT(answer(server, "POST", "/v1/trees", "", ASK_LITTLE, &reply), 200);
-    snprintf(fields[0], sizeof fields[0], "If-None-Match: \"x\", %s\r\n", test_reply_header(&reply, "ETag"));
+    snprintf(fields[0], sizeof fields[0], "If-None-Match: \"x\", %s\r\n",
+             test_reply_header(&reply, "ETag"));
     test_reply_clear(&reply);
     for (int i = 0; i < 2; i++) {
         /* from the exact bytes, from what they mean, and of one that nobody has asked before */
-        static const char *const body[] = {ASK_LITTLE, " " ASK_LITTLE,
-                                           "{\"pendulum\":{\"length\":[2],\"mass\":[1],\"parent\":[0]}}"};
+        static const char *const body[] = {
+            ASK_LITTLE, " " ASK_LITTLE,
+            "{\"pendulum\":{\"length\":[2],\"mass\":[1],\"parent\":[0]}}"};
         for (int k = 0; k < 3; k++) {
             if (!i && k == 2) continue;
             CHECK_INT(answer(server, "POST", "/v1/trees", fields[i], body[k], &reply), 412);
@@ -85,9 +88,12 @@ TEST(a_body_in_a_coding_or_of_another_type_is_415_and_says_what_is_taken) {
         ask_problem(&reply, 415, NULL);
         test_reply_clear(&reply);
     }
-    CHECK_INT(answered(server, "POST", "/v1/trees", "Content-Encoding: identity\r\n", ASK_LITTLE), 200);
+    CHECK_INT(answered(server, "POST", "/v1/trees", "Content-Encoding: identity\r\n", ASK_LITTLE),
+              200);
     CHECK_INT(answered(server, "GET", "/v1/presets", "Content-Encoding: gzip\r\n", ""), 200);
-    CHECK_INT(test_request(server, &reply, "POST", "/v1/trees", "Content-Type: text/csv\r\n", ASK_LITTLE), 415);
+    CHECK_INT(
+        test_request(server, &reply, "POST", "/v1/trees", "Content-Type: text/csv\r\n", ASK_LITTLE),
+        415);
     CHECK_TEXT(test_reply_header(&reply, "Accept-Post"), "application/json");
     test_reply_clear(&reply);
     test_server_stop(&server);
@@ -111,7 +117,8 @@ TEST(a_trace_of_zeros_is_none) {
         char fields[128];
         snprintf(fields, sizeof fields, "Traceparent: %s\r\n", told[i].trace);
         CHECK_INT(test_request(server, &reply, "GET", "/healthz", fields, NULL), 200);
-        CHECK_SAYING(!test_reply_header(&reply, "Traceparent") == !told[i].taken, "%s", told[i].trace);
+        CHECK_SAYING(!test_reply_header(&reply, "Traceparent") == !told[i].taken, "%s",
+                     told[i].trace);
         test_reply_clear(&reply);
     }
     test_server_stop(&server);
@@ -123,7 +130,9 @@ TEST(the_description_is_kept_and_packed) {
     char fields[128];
     REQUIRE(server != NULL);
     CHECK_INT(test_request(server, &plain, "GET", "/openapi.json", "", NULL), 200);
-    CHECK_INT(test_request(server, &packed, "GET", "/openapi.json", "Accept-Encoding: gzip\r\n", NULL), 200);
+    CHECK_INT(
+        test_request(server, &packed, "GET", "/openapi.json", "Accept-Encoding: gzip\r\n", NULL),
+        200);
     CHECK_TEXT(test_reply_header(&packed, "Content-Encoding"), "gzip");
     CHECK(packed.body_bytes * 3 < plain.body_bytes);
     CHECK_TEXT(test_reply_header(&plain, "Cache-Control"), "no-cache");

@@ -1,4 +1,5 @@
-/* Sweeps as jobs: a map of flips as a picture and as arrays, trees of random masses, members that fail. */
+/* Sweeps as jobs: a map of flips as a picture and as arrays, trees of random masses, members
+ * that fail. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -60,16 +61,20 @@ static double reply_number(const struct test_reply *reply, const char *name) {
     return value;
 }
 
-/* submits, and watches it to its end; the path of its results, and how many different values of progress were seen */
+/* submits, and watches it to its end; the path of its results, and how many different values of
+ * progress were seen */
 static int sweep_run(const struct sweep *sweep, const char *body, char path[PATH]) {
     struct test_reply reply;
     double last = -1, progress = 0;
     int steps = 0;
-    CHECK_INT(test_request(sweep->server, &reply, "POST", "/v1/ensembles", "Prefer: respond-async\r\n", body), 202);
+    CHECK_INT(test_request(sweep->server, &reply, "POST", "/v1/ensembles",
+                           "Prefer: respond-async\r\n", body),
+              202);
     const char *location = test_reply_header(&reply, "Location");
     snprintf(path, PATH, "%s", location ? location : "/nowhere");
     test_reply_clear(&reply);
-    for (double end = test_clock() + TEST_PATIENCE; progress < 100 && test_clock() < end; test_sleep(0.002)) {
+    for (double end = test_clock() + TEST_PATIENCE; progress < 100 && test_clock() < end;
+         test_sleep(0.002)) {
         CHECK_INT(test_request(sweep->server, &reply, "GET", path, "", NULL), 200);
         progress = reply_number(&reply, "progress");
         CHECK(progress >= last);
@@ -83,12 +88,14 @@ static int sweep_run(const struct sweep *sweep, const char *body, char path[PATH
 }
 
 /* the results in a form that may be no text; it is not recorded */
-static int sweep_fetch(const struct sweep *sweep, struct test_reply *reply, const char *path, const char *accept) {
+static int sweep_fetch(const struct sweep *sweep, struct test_reply *reply, const char *path,
+                       const char *accept) {
     struct test_client client;
     char text[256];
     *reply = (struct test_reply){0};
     if (!test_client_open(&client, test_server_port(sweep->server))) return 0;
-    snprintf(text, sizeof text, "GET %s HTTP/1.1\r\nHost: x\r\nConnection: close\r\nAccept: %s\r\n\r\n", path, accept);
+    snprintf(text, sizeof text,
+             "GET %s HTTP/1.1\r\nHost: x\r\nConnection: close\r\nAccept: %s\r\n\r\n", path, accept);
     test_client_say(&client, text);
     int status = test_client_receive(&client, reply, 0, TEST_PATIENCE);
     test_client_close(&client);
@@ -101,9 +108,10 @@ static unsigned png_whole(const char *at) {
 }
 
 TEST(a_map_of_flips_is_a_job_with_progress_a_picture_and_arrays) {
-    static const char body[] =
-        "{\"pendulum\":" ASK_DOUBLE ",\"duration\":20,\"rtol\":1e-9,\"observables\":[\"first_flip\"],"
-        "\"grid\":[" AXIS("1") "," AXIS("2") "],\"picture\":{\"of\":\"first_flip\",\"scale\":\"log\"}}";
+    static const char body[] = "{\"pendulum\":" ASK_DOUBLE
+                               ",\"duration\":20,\"rtol\":1e-9,\"observables\":[\"first_flip\"],"
+                               "\"grid\":[" AXIS("1") "," AXIS(
+                                   "2") "],\"picture\":{\"of\":\"first_flip\",\"scale\":\"log\"}}";
     const unsigned side = (unsigned)atoi(SIDE);
     struct sweep sweep;
     struct test_reply reply;
@@ -115,7 +123,8 @@ TEST(a_map_of_flips_is_a_job_with_progress_a_picture_and_arrays) {
     CHECK_SAYING(steps >= 3, "its progress was told %d times", steps);
     CHECK_INT(sweep_fetch(&sweep, &reply, path, "image/png"), 200);
     CHECK(reply.body_bytes > 100 && !memcmp(reply.body, "\x89PNG\r\n\x1a\n", 8));
-    if (reply.body_bytes > 24) CHECK(png_whole(reply.body + 16) == side && png_whole(reply.body + 20) == side);
+    if (reply.body_bytes > 24)
+        CHECK(png_whole(reply.body + 16) == side && png_whole(reply.body + 20) == side);
     test_reply_clear(&reply);
     CHECK_INT(sweep_fetch(&sweep, &reply, path, "application/x-npz"), 200);
     /* four columns of doubles: member, status, time, arm */
@@ -125,9 +134,11 @@ TEST(a_map_of_flips_is_a_job_with_progress_a_picture_and_arrays) {
 }
 
 /* calls for every line of a CSV but its first, with its numbers; their number */
-static int csv_rows(const char *text, int columns, void (*row)(const double value[], void *context), void *context) {
+static int csv_rows(const char *text, int columns, void (*row)(const double value[], void *context),
+                    void *context) {
     int rows = 0;
-    for (const char *line = strchr(text, '\n'); line && line[1]; line = strchr(line + 1, '\n'), rows++) {
+    for (const char *line = strchr(text, '\n'); line && line[1];
+         line = strchr(line + 1, '\n'), rows++) {
         double value[16] = {0};
         char *at = (char *)line + 1;
         for (int i = 0; i < columns; i++, at += *at == ',') value[i] = strtod(at, &at);
@@ -153,8 +164,10 @@ static void spread_row(const double value[], void *context) {
 TEST(ten_thousand_trees_of_varied_masses_are_a_job) {
     static const char body[] =
         "{\"pendulum\":" ASK_DOUBLE ",\"initial\":{\"theta\":[1,2]},\"duration\":2,\"observables\":"
-        "[\"parameters\",\"energy_drift\"],\"random\":{\"count\":10000,\"seed\":7,\"draw\":[{\"vary\":"
-        "\"mass\",\"arm\":1,\"distribution\":\"uniform\",\"low\":0.5,\"high\":2},{\"vary\":\"mass\","
+        "[\"parameters\",\"energy_drift\"],\"random\":{\"count\":10000,\"seed\":7,\"draw\":[{"
+        "\"vary\":"
+        "\"mass\",\"arm\":1,\"distribution\":\"uniform\",\"low\":0.5,\"high\":2},{\"vary\":"
+        "\"mass\","
         "\"arm\":2,\"distribution\":\"normal\",\"mean\":1,\"deviation\":0.05}]}}";
     struct sweep sweep;
     struct test_reply reply;
@@ -179,14 +192,15 @@ static void member_row(const double value[], void *context) {
 }
 
 TEST(members_that_fail_are_told_and_others_stand) {
-    /* a start that no double can follow, one that needs more steps than are allowed, and two good ones */
+    /* a start that no double can follow, one that needs more steps than are allowed, and two
+     * good ones */
     static const char body[] =
         "{\"pendulum\":" ASK_DOUBLE ",\"duration\":5,\"states\":["
         "{\"theta\":[2,2.5]},{\"theta\":[0,0],\"thetad\":[1e200,0]},"
         "{\"theta\":[0,0],\"thetad\":[1000000,0]},{\"theta\":[3,1]}],\"observables\":[\"final\"]}";
-    static const char good[] =
-        "{\"pendulum\":" ASK_DOUBLE ",\"duration\":5,\"states\":[{\"theta\":[2,2.5]},{\"theta\":[3,1]}],"
-        "\"observables\":[\"final\"]}";
+    static const char good[] = "{\"pendulum\":" ASK_DOUBLE
+                               ",\"duration\":5,\"states\":[{\"theta\":[2,2.5]},{\"theta\":[3,1]}],"
+                               "\"observables\":[\"final\"]}";
     struct sweep sweep;
     struct test_reply reply, right;
     char path[PATH];
@@ -194,7 +208,9 @@ TEST(members_that_fail_are_told_and_others_stand) {
     REQUIRE(sweep_begin(&sweep, "100000"));
     sweep_run(&sweep, body, path);
     CHECK_INT(sweep_fetch(&sweep, &reply, path, "text/csv"), 200);
-    CHECK_INT(test_request(sweep.server, &right, "POST", "/v1/ensembles", "Accept: text/csv\r\n", good), 200);
+    CHECK_INT(
+        test_request(sweep.server, &right, "POST", "/v1/ensembles", "Accept: text/csv\r\n", good),
+        200);
     double(*at)[6] = all, (*other)[6] = alone;
     CHECK_INT(csv_rows(reply.body, 6, member_row, &at), 4);
     CHECK_INT(csv_rows(right.body, 6, member_row, &other), 2);

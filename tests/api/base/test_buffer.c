@@ -53,7 +53,8 @@ TEST(buffer_grows_by_few_allocations) {
     long before = test_alloc_count();
     int failed = 0;
     api_buffer_init(&buffer, 1 << 24);
-    for (int i = 0; i < 1 << 20; i++) failed += api_buffer_add(&buffer, "0123456789abcdef", 16) != PEND_OK;
+    for (int i = 0; i < 1 << 20; i++)
+        failed += api_buffer_add(&buffer, "0123456789abcdef", 16) != PEND_OK;
     CHECK_INT(failed, 0);
     CHECK_INT((long long)buffer.bytes, 1 << 24);
     CHECK_SAYING(test_alloc_count() - before < 20, "%ld allocations", test_alloc_count() - before);
@@ -67,7 +68,8 @@ TEST(buffer_formats_a_text_of_any_length) {
     for (int width = 0; width < 3000; width += 7) {
         buffer.bytes = 0;
         faults += api_buffer_format(&buffer, "%*d|", width, 7) != PEND_OK;
-        faults += (int)buffer.bytes != (width > 1 ? width : 1) + 1 || buffer.data[buffer.bytes - 1] != '|';
+        faults += (int)buffer.bytes != (width > 1 ? width : 1) + 1 ||
+                  buffer.data[buffer.bytes - 1] != '|';
     }
     CHECK_INT(faults, 0);
     api_buffer_clear(&buffer);

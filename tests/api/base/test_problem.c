@@ -16,7 +16,8 @@ static const char *text_of(const struct api_problem *problem) {
     api_buffer_init(&out, sizeof text - 1);
     text[0] = 0;
     if (!CHECK_INT(api_problem_write(problem, &out), PEND_OK)) return text;
-    CHECK_SAYING(!api_json_new(&document, out.data, out.bytes, 8, &reading), "no JSON: %s", reading.detail);
+    CHECK_SAYING(!api_json_new(&document, out.data, out.bytes, 8, &reading), "no JSON: %s",
+                 reading.detail);
     memcpy(text, out.data, out.bytes);
     text[out.bytes] = 0;
     api_json_free(&document);
@@ -30,8 +31,9 @@ TEST(problem_that_was_set_is_written) {
     api_problem_init(&problem);
     CHECK_INT(problem.status, 0);
     api_problem_set(&problem, 404, "there is nothing at %s", "/nowhere");
-    CHECK_TEXT(text_of(&problem), "{\"type\":\"about:blank\",\"title\":\"Not Found\",\"status\":404,"
-                                  "\"detail\":\"there is nothing at /nowhere\"}");
+    CHECK_TEXT(text_of(&problem),
+               "{\"type\":\"about:blank\",\"title\":\"Not Found\",\"status\":404,"
+               "\"detail\":\"there is nothing at /nowhere\"}");
     api_problem_clear(&problem);
     CHECK_INT(problem.status, 0);
 }
@@ -50,22 +52,27 @@ TEST(problem_keeps_what_was_stated_first) {
 TEST(problem_of_faults_is_a_422_with_pointers) {
     struct api_problem problem;
     api_problem_init(&problem);
-    api_problem_fault(&problem, "/pendulum/arms/3/mass", "must be greater than %d, got %g", 0, -1.0);
+    api_problem_fault(&problem, "/pendulum/arms/3/mass", "must be greater than %d, got %g", 0,
+                      -1.0);
     api_problem_fault(&problem, "", "has \"no\" arms");
     CHECK_TEXT(text_of(&problem),
-               "{\"type\":\"about:blank\",\"title\":\"Unprocessable Content\",\"status\":422,\"detail\":\"2 faults in "
-               "the request: see errors\",\"errors\":[{\"pointer\":\"/pendulum/arms/3/mass\",\"detail\":\"must be "
+               "{\"type\":\"about:blank\",\"title\":\"Unprocessable "
+               "Content\",\"status\":422,\"detail\":\"2 faults in "
+               "the request: see "
+               "errors\",\"errors\":[{\"pointer\":\"/pendulum/arms/3/mass\",\"detail\":\"must be "
                "greater than 0, got -1\"},{\"pointer\":\"\",\"detail\":\"has \\\"no\\\" arms\"}]}");
     api_problem_clear(&problem);
 }
 
 TEST(problem_has_a_title_for_every_status_that_is_used) {
-    static const int statuses[] = {400, 404, 405, 406, 408, 413, 414, 415, 417, 422, 429, 431, 500, 501, 503, 505};
+    static const int statuses[] = {400, 404, 405, 406, 408, 413, 414, 415,
+                                   417, 422, 429, 431, 500, 501, 503, 505};
     for (size_t i = 0; i < sizeof statuses / sizeof *statuses; i++) {
         struct api_problem problem;
         api_problem_init(&problem);
         api_problem_set(&problem, statuses[i], "x");
-        CHECK_SAYING(!strstr(problem.title, "Error") || statuses[i] == 500, "%d: %s", statuses[i], problem.title);
+        CHECK_SAYING(!strstr(problem.title, "Error") || statuses[i] == 500, "%d: %s", statuses[i],
+                     problem.title);
         api_problem_clear(&problem);
     }
 }

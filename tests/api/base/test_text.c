@@ -5,7 +5,8 @@
 
 #include "tests/harness/test.h"
 
-/* by the definition: decode, and see that the shortest form of what is an allowed character was used */
+/* by the definition: decode, and see that the shortest form of what is an allowed character was
+ * used */
 static int utf8_by_definition(const unsigned char *p, int bytes) {
     int length = p[0] < 0x80             ? 1
                  : (p[0] & 0xe0) == 0xc0 ? 2
@@ -19,7 +20,8 @@ static int utf8_by_definition(const unsigned char *p, int bytes) {
         if (p[i] >> 6 != 2) return 0;
         code = code << 6 | (p[i] & 0x3f);
     }
-    return code >= least[length] && code <= 0x10ffff && (code < 0xd800 || code > 0xdfff) ? length : 0;
+    return code >= least[length] && code <= 0x10ffff && (code < 0xd800 || code > 0xdfff) ? length
+                                                                                         : 0;
 }
 
 /* every pair of bytes, followed by bytes that are a continuation or not, and cut short */
@@ -30,7 +32,8 @@ TEST(text_knows_utf8) {
         for (int second = 0; second < 256; second++)
             for (int t = 0; t < 36; t++)
                 for (int bytes = 1; bytes <= 4; bytes++) {
-                    unsigned char text[] = {(unsigned char)lead, (unsigned char)second, tails[t / 6], tails[t % 6]};
+                    unsigned char text[] = {(unsigned char)lead, (unsigned char)second,
+                                            tails[t / 6], tails[t % 6]};
                     int length = api_text_utf8((const char *)text, (size_t)bytes);
                     faults += length != utf8_by_definition(text, bytes);
                     good += length > 1;

@@ -8,11 +8,13 @@
 #include "tests/api/post.h"
 #include "tests/harness/test.h"
 
-#define TREE                                                                                                           \
-    "\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":1,\"mass\":1},{\"parent\":\"a\",\"length\":1,\"mass\":2}]}"
+#define TREE                                                                                       \
+    "\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":1,\"mass\":1},{\"parent\":\"a\","          \
+    "\"length\":1,\"mass\":2}]}"
 
-static const char trajectory[] = "{" TREE ",\"initial\":{\"mode\":2,\"amplitude\":0.5},\"times\":{\"stop\":4,\"step\":"
-                                 "0.002},\"output\":[\"phi\",\"z\",\"energy\",\"lambda\"]}";
+static const char trajectory[] =
+    "{" TREE ",\"initial\":{\"mode\":2,\"amplitude\":0.5},\"times\":{\"stop\":4,\"step\":"
+    "0.002},\"output\":[\"phi\",\"z\",\"energy\",\"lambda\"]}";
 
 /* a clock that the test sets, and that goes on by a tick each time it is asked */
 struct clock {
@@ -41,10 +43,12 @@ static void check_envelope(struct api_request request, int status, const char *p
 TEST(the_envelope_is_checked_before_the_body) {
     static const char json[] = "application/json";
     check_envelope((struct api_request){.content_type = json}, 200, "\"n\":1");
-    check_envelope((struct api_request){.content_type = json, .accept = "application/*;q=0.1"}, 200, "\"n\":1");
+    check_envelope((struct api_request){.content_type = json, .accept = "application/*;q=0.1"}, 200,
+                   "\"n\":1");
     check_envelope((struct api_request){.content_type = json, .query = ""}, 200, "\"n\":1");
     check_envelope((struct api_request){0}, 415, "with Content-Type: application/json");
-    check_envelope((struct api_request){.content_type = "text/plain"}, 415, "application/json, not text/plain");
+    check_envelope((struct api_request){.content_type = "text/plain"}, 415,
+                   "application/json, not text/plain");
     check_envelope((struct api_request){.content_type = json, .accept = "text/html"}, 406,
                    "none of the representations served here: application/json");
     check_envelope((struct api_request){.content_type = json, .query = "pretty=1"}, 422,
@@ -65,7 +69,8 @@ TEST(bytes_that_are_no_json_are_refused_with_their_place) {
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         struct test_reply reply = test_post(API_OP_TREES, bad[i].body);
         CHECK_INT(reply.status, 400);
-        CHECK_SAYING(test_reply_text(&reply, "/detail") && strstr(test_reply_text(&reply, "/detail"), bad[i].piece),
+        CHECK_SAYING(test_reply_text(&reply, "/detail") &&
+                         strstr(test_reply_text(&reply, "/detail"), bad[i].piece),
                      "%s gives %s", bad[i].body, reply.out.data);
         test_reply_free(&reply);
     }
@@ -118,7 +123,8 @@ TEST(a_clock_cuts_the_work_but_does_not_change_the_answer) {
     CHECK(slow_runs > 2 && none_runs == slow_runs);
     CHECK_INT(fast_runs, 1 + (long long)fast.bytes / (1 << 18));
     CHECK(!strstr(none.data, "compute_seconds"));
-    char *slow_seconds = strstr(slow.data, ",\"compute_seconds\":"), *fast_seconds = strstr(fast.data, ",\"compute_s");
+    char *slow_seconds = strstr(slow.data, ",\"compute_seconds\":"),
+         *fast_seconds = strstr(fast.data, ",\"compute_s");
     REQUIRE(slow_seconds && fast_seconds);
     CHECK(atof(slow_seconds + 19) >= slow_runs && atof(fast_seconds + 19) <= 1e-6);
     *slow_seconds = *fast_seconds = 0;
@@ -156,7 +162,8 @@ TEST(a_hurried_call_comes_back_after_a_quarter_of_a_millisecond) {
         api_call_free(&call);
         api_buffer_clear(&out);
     }
-    CHECK_SAYING(runs[1] > runs[0] && runs[1] <= 4 * runs[0], "%d runs, %d in hurry", runs[0], runs[1]);
+    CHECK_SAYING(runs[1] > runs[0] && runs[1] <= 4 * runs[0], "%d runs, %d in hurry", runs[0],
+                 runs[1]);
     CHECK(asked >= runs[1] - 1 && asked <= runs[1]);
 }
 
@@ -177,11 +184,13 @@ TEST(a_call_that_is_stopped_ends_as_a_problem_alone) {
         if (runs) CHECK_INT(api_call_open(call, &request, &out), API_MORE);
         if (runs > 1) CHECK_INT(api_call_run(call, &out), API_MORE);
         if (runs > 1) CHECK(out.bytes > 100);
-        CHECK_INT(api_call_stop(call, 503, "the computation outran max-compute-seconds", &out), API_DONE);
+        CHECK_INT(api_call_stop(call, 503, "the computation outran max-compute-seconds", &out),
+                  API_DONE);
         CHECK_INT(api_call_answer(call).status, 503);
         CHECK_TEXT(api_call_answer(call).media_type, "application/problem+json");
         CHECK(!api_buffer_add(&out, "", 1));
-        CHECK(!strncmp(out.data, "before|{\"type\":", 15) && strstr(out.data, "outran max-compute-seconds"));
+        CHECK(!strncmp(out.data, "before|{\"type\":", 15) &&
+              strstr(out.data, "outran max-compute-seconds"));
         CHECK_INT(api_call_run(call, &out), API_DONE);
         api_call_free(&call);
         api_buffer_clear(&out);
@@ -189,8 +198,8 @@ TEST(a_call_that_is_stopped_ends_as_a_problem_alone) {
 }
 
 /* a call of the long trajectory that was opened, in a representation */
-static struct api_call *open_as(const char *body, const char *accept, const struct api_limits *limits,
-                                struct api_buffer *out) {
+static struct api_call *open_as(const char *body, const char *accept,
+                                const struct api_limits *limits, struct api_buffer *out) {
     struct api_call *call = NULL;
     struct api_request request = {.op = API_OP_TRAJECTORIES,
                                   .content_type = "application/json",
@@ -257,7 +266,8 @@ TEST(what_fails_after_the_promise_is_broken_off) {
         CHECK_INT(out.bytes > before, format->problem_line);
         CHECK(!api_buffer_add(&out, "", 1));
         if (format->problem_line)
-            CHECK(strstr(out.data + before, "{\"problem\":{\"type\":") && strstr(out.data + before, "no more"));
+            CHECK(strstr(out.data + before, "{\"problem\":{\"type\":") &&
+                  strstr(out.data + before, "no more"));
         CHECK_INT(api_call_run(call, &out), API_BROKEN);
         CHECK_INT(api_call_stop(call, 503, "no more", &out), API_BROKEN);
         api_call_free(&call);
@@ -271,8 +281,8 @@ TEST(a_computation_that_fails_after_the_promise_says_so_in_a_last_line) {
     api_limits_init(&limits);
     limits.steps = 100;
     api_buffer_init(&out, 10000000);
-    struct api_call *call =
-        open_as("{" TREE ",\"times\":{\"stop\":90,\"step\":0.01}}", "application/x-ndjson", &limits, &out);
+    struct api_call *call = open_as("{" TREE ",\"times\":{\"stop\":90,\"step\":0.01}}",
+                                    "application/x-ndjson", &limits, &out);
     REQUIRE(call);
     api_call_promise(call);
     enum api_progress progress = API_MORE;
@@ -281,9 +291,11 @@ TEST(a_computation_that_fails_after_the_promise_says_so_in_a_last_line) {
     REQUIRE(!api_buffer_add(&out, "", 1));
     char *last = strstr(out.data, "{\"problem\":");
     REQUIRE(last && last > out.data);
-    CHECK(last[-1] == '\n' && strstr(last, "max-steps") && !strcmp(out.data + out.bytes - 3, "}\n"));
+    CHECK(last[-1] == '\n' && strstr(last, "max-steps") &&
+          !strcmp(out.data + out.bytes - 3, "}\n"));
     int lines = 0;
-    for (char *at = out.data; at < last; at = strchr(at, '\n') + 1, lines++) CHECK(!strncmp(at, "{\"t\":", 5));
+    for (char *at = out.data; at < last; at = strchr(at, '\n') + 1, lines++)
+        CHECK(!strncmp(at, "{\"t\":", 5));
     CHECK(lines > 10);
     api_call_free(&call);
     api_buffer_clear(&out);
@@ -311,9 +323,12 @@ TEST(only_answers_that_are_held_have_a_size) {
         CHECK(!api_buffer_add(&out, "", 1));
         if (!format->block) {
             CHECK_INT(api_call_answer(call).status, 422);
-            CHECK(strstr(out.data, format->most_bytes ? format->media_type : "max-answer-bytes of 268435456"));
-            CHECK_SAYING(strstr(out.data, "application/x-ndjson, text/csv, application/octet-stream\"}") != NULL, "%s",
-                         out.data);
+            CHECK(strstr(out.data, format->most_bytes ? format->media_type
+                                                      : "max-answer-bytes of 268435456"));
+            CHECK_SAYING(
+                strstr(out.data, "application/x-ndjson, text/csv, application/octet-stream\"}") !=
+                    NULL,
+                "%s", out.data);
         }
         api_call_free(&call);
         api_buffer_clear(&out);
@@ -328,7 +343,8 @@ static struct etag { char text[80]; } etag_of(const char *body, const char *acce
     api_limits_init(&limits);
     api_buffer_init(&out, 10000000);
     struct api_call *call = open_as(body, accept, &limits, &out);
-    snprintf(etag.text, sizeof etag.text, "%s", call && api_call_etag(call) ? api_call_etag(call) : "none");
+    snprintf(etag.text, sizeof etag.text, "%s",
+             call && api_call_etag(call) ? api_call_etag(call) : "none");
     CHECK_INT((long long)strlen(etag.text), 64);
     CHECK_TEXT(api_call_answer(call).etag, etag.text);
     api_call_free(&call);
@@ -358,7 +374,8 @@ TEST(the_etag_depends_on_what_was_asked_and_not_on_how_it_was_written) {
     for (int i = 0; i < OTHER; i++) {
         seen[i] = etag_of(other[i], NULL);
         CHECK_SAYING(strcmp(seen[i].text, first.text) != 0, "%s", other[i]);
-        for (int j = 0; j < i; j++) CHECK_SAYING(strcmp(seen[i].text, seen[j].text) != 0, "%d and %d", i, j);
+        for (int j = 0; j < i; j++)
+            CHECK_SAYING(strcmp(seen[i].text, seen[j].text) != 0, "%d and %d", i, j);
     }
     CHECK(strcmp(etag_of(same[0], "text/csv").text, first.text) != 0);
     CHECK_TEXT(etag_of(same[0], "*/*").text, first.text);
@@ -387,7 +404,8 @@ static struct etag digest_of(enum api_op_id op, const char *body) {
 TEST(the_etag_is_the_same_with_defaults_written_out) {
     static const struct {
         enum api_op_id op;
-        const char *plain, *usual, *other; /* without a field, with its default, with another value */
+        const char *plain, *usual,
+            *other; /* without a field, with its default, with another value */
     } field[] = {
         {API_OP_TRAJECTORIES, "", "\"method\":\"taylor\"", "\"method\":\"rkf45\""},
         {API_OP_TRAJECTORIES, "", "\"precision\":\"double\"", "\"precision\":\"extended\""},
@@ -396,28 +414,33 @@ TEST(the_etag_is_the_same_with_defaults_written_out) {
         {API_OP_TRAJECTORIES, "\"method\":\"ode23\"", "\"method\":\"ode23\",\"rtol\":1e-3",
          "\"method\":\"ode23\",\"rtol\":1e-10"},
         {API_OP_TRAJECTORIES, "", "\"trust\":false", "\"trust\":true"},
-        {API_OP_TRAJECTORIES, "", "\"output\":[\"phi\",\"phid\",\"lambda\"]", "\"output\":[\"phi\",\"phid\"]"},
+        {API_OP_TRAJECTORIES, "", "\"output\":[\"phi\",\"phid\",\"lambda\"]",
+         "\"output\":[\"phi\",\"phid\"]"},
         {API_OP_TRAJECTORIES, "", "\"output\":[\"phi\",\"phid\",\"lambda\"]",
          "\"output\":[\"phid\",\"phi\",\"lambda\"]"},
         {API_OP_TRAJECTORIES, "", "\"initial\":{}", "\"initial\":{\"theta\":[0]}"},
         {API_OP_TRAJECTORIES, "", "\"initial\":{\"phi\":[0],\"phid\":[0.0],\"unit\":\"rad\"}",
          "\"initial\":{\"phi\":[-0.0]}"},
-        {API_OP_TRAJECTORIES, "\"initial\":{\"theta\":[0]}", "\"initial\":{\"theta\":[0],\"thetad\":[0]}",
+        {API_OP_TRAJECTORIES, "\"initial\":{\"theta\":[0]}",
+         "\"initial\":{\"theta\":[0],\"thetad\":[0]}",
          "\"initial\":{\"theta\":[0],\"thetad\":[1]}"},
-        {API_OP_TRAJECTORIES, "\"initial\":{\"phi\":[1]}", "\"initial\":{\"phi\":[1],\"unit\":\"rad\"}",
+        {API_OP_TRAJECTORIES, "\"initial\":{\"phi\":[1]}",
+         "\"initial\":{\"phi\":[1],\"unit\":\"rad\"}",
          "\"initial\":{\"phi\":[1],\"unit\":\"deg\"}"},
         {API_OP_MODES, "", "\"select\":\"all\"", "\"select\":{\"slowest\":1}"},
         {API_OP_MODES, "", "\"vectors\":true", "\"vectors\":false"},
         {API_OP_MODES, "", "\"normalize\":\"first\"", "\"normalize\":\"mass\""},
         {API_OP_MODES, "\"vectors\":true", "\"normalize\":\"first\"", "\"initial\":{}"},
-        {API_OP_FORCES, "\"state\":{\"phi\":[1]}", "\"state\":{\"phi\":[1],\"phid\":[0],\"unit\":\"rad\"}",
+        {API_OP_FORCES, "\"state\":{\"phi\":[1]}",
+         "\"state\":{\"phi\":[1],\"phid\":[0],\"unit\":\"rad\"}",
          "\"state\":{\"phi\":[1],\"phid\":[2]}"},
         {API_OP_FORCES, "\"states\":[{},{\"phi\":[1]}]", "\"states\":[{\"phi\":[0]},{\"phi\":[1]}]",
          "\"states\":[{\"phi\":[1]},{\"phi\":[1]}]"},
     };
     for (size_t i = 0; i < sizeof field / sizeof *field; i++) {
         const char *part[] = {field[i].plain, field[i].usual, field[i].other};
-        const char *times = field[i].op == API_OP_TRAJECTORIES ? ",\"times\":{\"stop\":1,\"count\":3}" : "";
+        const char *times =
+            field[i].op == API_OP_TRAJECTORIES ? ",\"times\":{\"stop\":1,\"count\":3}" : "";
         struct etag digest[3];
         for (int k = 0; k < 3; k++) {
             char body[400];
@@ -430,6 +453,8 @@ TEST(the_etag_is_the_same_with_defaults_written_out) {
     static const char start[] = "{" ONE "},\"times\":{\"start\":0,\"stop\":1,\"count\":3}}";
     static const char gravity[] = "{" ONE ",\"gravity\":9.81},\"times\":{\"stop\":1,\"count\":3}}";
     static const char moon[] = "{" ONE ",\"gravity\":1.62},\"times\":{\"stop\":1,\"count\":3}}";
-    CHECK_TEXT(digest_of(API_OP_TRAJECTORIES, start).text, digest_of(API_OP_TRAJECTORIES, gravity).text);
-    CHECK(strcmp(digest_of(API_OP_TRAJECTORIES, start).text, digest_of(API_OP_TRAJECTORIES, moon).text) != 0);
+    CHECK_TEXT(digest_of(API_OP_TRAJECTORIES, start).text,
+               digest_of(API_OP_TRAJECTORIES, gravity).text);
+    CHECK(strcmp(digest_of(API_OP_TRAJECTORIES, start).text,
+                 digest_of(API_OP_TRAJECTORIES, moon).text) != 0);
 }

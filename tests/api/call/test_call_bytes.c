@@ -1,5 +1,5 @@
-/* What a call says of its memory, against what the C library says was allocated: before each turn, of every operation,
- * representation and method. */
+/* What a call says of its memory, against what the C library says was allocated: before each
+ * turn, of every operation, representation and method. */
 #include <malloc.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -22,19 +22,26 @@ static double bytes_allocated(void) {
 /* a chain, a star, or a tree of two branches an arm; all arms alike, or no two */
 static const char *bytes_pendulum(char *to, int n, int kind) {
     char *at = to + sprintf(to, "\"pendulum\":{\"length\":[");
-    for (int i = 0; i < n; i++) at += sprintf(at, "%s%g", i ? "," : "", kind == 2 ? 1 + 0.001 * i : 1);
+    for (int i = 0; i < n; i++)
+        at += sprintf(at, "%s%g", i ? "," : "", kind == 2 ? 1 + 0.001 * i : 1);
     at += sprintf(at, "],\"mass\":[");
     for (int i = 0; i < n; i++) at += sprintf(at, "%s1", i ? "," : "");
     at += sprintf(at, "],\"parent\":[");
-    for (int i = 0; i < n; i++) at += sprintf(at, "%s%d", i ? "," : "", !kind ? i : kind == 1 ? i > 0 : (i + 1) / 2);
+    for (int i = 0; i < n; i++)
+        at += sprintf(at, "%s%d", i ? "," : "", !kind ? i : kind == 1 ? i > 0 : (i + 1) / 2);
     strcpy(at, "]}");
     return to;
 }
 
-/* the most that was allocated after a turn, and what was told before the last; 0 where a turn took more than told */
-static int bytes_hold(enum api_op_id op, const char *accept, const char *body, double *taken, double *told) {
-    struct api_request request = {
-        .op = op, .content_type = "application/json", .accept = accept, .body = body, .body_bytes = strlen(body)};
+/* the most that was allocated after a turn, and what was told before the last; 0 where a turn
+ * took more than told */
+static int bytes_hold(enum api_op_id op, const char *accept, const char *body, double *taken,
+                      double *told) {
+    struct api_request request = {.op = op,
+                                  .content_type = "application/json",
+                                  .accept = accept,
+                                  .body = body,
+                                  .body_bytes = strlen(body)};
     struct api_limits limits;
     struct api_buffer out;
     struct api_call *call;
@@ -63,22 +70,24 @@ static int bytes_hold(enum api_op_id op, const char *accept, const char *body, d
     return held;
 }
 
-static void bytes_check(enum api_op_id op, const char *accept, const char *pendulum, const char *rest) {
+static void bytes_check(enum api_op_id op, const char *accept, const char *pendulum,
+                        const char *rest) {
     static char body[TEXT];
     double taken, told;
     snprintf(body, sizeof body, "{%s%s}", pendulum, rest);
     int held = bytes_hold(op, accept, body, &taken, &told);
-    CHECK_SAYING(held, "operation %d, %s, %.40s...%.100s: %.0f bytes were told, %.0f taken", op, accept, pendulum, rest,
-                 told, taken);
+    CHECK_SAYING(held, "operation %d, %s, %.40s...%.100s: %.0f bytes were told, %.0f taken", op,
+                 accept, pendulum, rest, told, taken);
     /* what is told is for the widest lanes, which these are a quarter of */
     double slack = pend_isa_best() == PEND_ISA_BASE ? 2 * loose : loose;
-    CHECK_SAYING(told < small || told < slack * taken, "operation %d, %s, %.40s...%.100s: %.0f told, %.0f taken", op,
-                 accept, pendulum, rest, told, taken);
+    CHECK_SAYING(told < small || told < slack * taken,
+                 "operation %d, %s, %.40s...%.100s: %.0f told, %.0f taken", op, accept, pendulum,
+                 rest, told, taken);
 }
 
 static const int bytes_arms[] = {1, 3, 9, 70, 600};
-static const char octets[] = "application/octet-stream", json[] = "application/json", npz[] = "application/x-npz",
-                  mat[] = "application/x-matlab-data";
+static const char octets[] = "application/octet-stream", json[] = "application/json",
+                  npz[] = "application/x-npz", mat[] = "application/x-matlab-data";
 
 /* does the C library tell what is allocated? Not where a sanitizer has its place */
 static int bytes_known(void) {
@@ -107,10 +116,12 @@ TEST(a_trajectory_tells_its_memory_before_it_takes_it) {
         for (size_t i = 0; i < sizeof how / sizeof *how; i++)
             for (int kind = 0; kind < 3; kind++) {
                 snprintf(rest, sizeof rest, ",\"times\":{\"stop\":0.01,\"count\":5},%s", how[i]);
-                bytes_check(API_OP_TRAJECTORIES, octets, bytes_pendulum(pendulum, bytes_arms[a], kind), rest);
+                bytes_check(API_OP_TRAJECTORIES, octets,
+                            bytes_pendulum(pendulum, bytes_arms[a], kind), rest);
             }
     bytes_pendulum(pendulum, 3, 0);
-    const char many[] = ",\"times\":{\"stop\":1,\"count\":200000},\"output\":[\"phi\",\"z\",\"energy\"]";
+    const char many[] =
+        ",\"times\":{\"stop\":1,\"count\":200000},\"output\":[\"phi\",\"z\",\"energy\"]";
     bytes_check(API_OP_TRAJECTORIES, npz, pendulum, many);
     bytes_check(API_OP_TRAJECTORIES, mat, pendulum, many);
     bytes_check(API_OP_TRAJECTORIES, json, pendulum, many);
@@ -120,8 +131,9 @@ TEST(a_trajectory_tells_its_memory_before_it_takes_it) {
     strcpy(at, "],\"method\":\"linear\"");
     bytes_check(API_OP_TRAJECTORIES, json, pendulum, rest);
     bytes_pendulum(pendulum, 600, 2);
-    bytes_check(API_OP_TRAJECTORIES, octets, pendulum,
-                ",\"times\":{\"stop\":0.01,\"count\":5},\"initial\":{\"mode\":1,\"amplitude\":0.1}");
+    bytes_check(
+        API_OP_TRAJECTORIES, octets, pendulum,
+        ",\"times\":{\"stop\":0.01,\"count\":5},\"initial\":{\"mode\":1,\"amplitude\":0.1}");
 }
 
 TEST(modes_tell_their_memory_before_they_take_it) {
@@ -147,28 +159,33 @@ TEST(what_looks_for_passages_exponents_forces_and_ensembles_tells_its_memory) {
             char *at = angles;
             bytes_pendulum(pendulum, n, kind);
             for (int i = 0; i < n; i++) at += sprintf(at, "%s2", i ? "," : "");
-            snprintf(rest, sizeof rest, ",\"initial\":{\"theta\":[%s]},\"duration\":0.05,\"samples\":3,\"count\":%d",
+            snprintf(rest, sizeof rest,
+                     ",\"initial\":{\"theta\":[%s]},\"duration\":0.05,\"samples\":3,\"count\":%d",
                      angles, n < 70 ? 2 * n : 3);
             bytes_check(API_OP_LYAPUNOV, json, pendulum, rest);
             snprintf(rest, sizeof rest,
-                     ",\"initial\":{\"theta\":[%s]},\"duration\":0.05,\"count\":9,\"section\":{\"arm\":1,\"theta\":0}",
+                     ",\"initial\":{\"theta\":[%s]},\"duration\":0.05,\"count\":9,\"section\":{"
+                     "\"arm\":1,\"theta\":0}",
                      angles);
             bytes_check(API_OP_SECTIONS, json, pendulum, rest);
             at = states;
-            for (int i = 0; i < 2 + 2000 / n; i++) at += sprintf(at, "%s{\"theta\":[%s]}", i ? "," : "", angles);
+            for (int i = 0; i < 2 + 2000 / n; i++)
+                at += sprintf(at, "%s{\"theta\":[%s]}", i ? "," : "", angles);
             snprintf(rest, sizeof rest, ",\"states\":[%s]", states);
             bytes_check(API_OP_FORCES, json, pendulum, rest);
             bytes_check(API_OP_TREES, json, pendulum, "");
             if (n <= 20) bytes_check(API_OP_EQUATIONS, json, pendulum, ",\"form\":\"explicit\"");
             bytes_check(API_OP_EQUATIONS, json, pendulum, ",\"form\":\"compact\"");
             snprintf(rest, sizeof rest,
-                     ",\"duration\":0.01,\"initial\":{\"theta\":[%s]},\"grid\":[{\"vary\":\"theta\",\"arm\":1,"
+                     ",\"duration\":0.01,\"initial\":{\"theta\":[%s]},\"grid\":[{\"vary\":"
+                     "\"theta\",\"arm\":1,"
                      "\"start\":0,\"stop\":1,\"count\":%d}]",
                      angles, n < 70 ? 3000 : 9);
             bytes_check(API_OP_ENSEMBLES, json, pendulum, rest);
         }
     bytes_pendulum(pendulum, 1, 0);
     bytes_check(API_OP_SECTIONS, npz, pendulum,
-                ",\"initial\":{\"theta\":[0],\"thetad\":[50]},\"duration\":4000,\"count\":50000,\"section\":{\"arm\":1,"
+                ",\"initial\":{\"theta\":[0],\"thetad\":[50]},\"duration\":4000,\"count\":50000,"
+                "\"section\":{\"arm\":1,"
                 "\"theta\":0}");
 }

@@ -1,4 +1,5 @@
-/* A call, a job's parts and its results while an allocation fails: whichever it is, and of every operation. */
+/* A call, a job's parts and its results while an allocation fails: whichever it is, and of every
+ * operation. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,7 +11,8 @@
 
 enum { NO_FAULT = 1000000000, MOST_BYTES = 10000000 };
 
-/* which allocation fails next: the first hundred, and then one in so many of those so far: they repeat */
+/* which allocation fails next: the first hundred, and then one in so many of those so far: they
+ * repeat */
 static long faults_next(long count) { return count + (count < 100 ? 1 : count / 25); }
 
 static struct api_request faults_request(const struct test_request *one) {
@@ -32,8 +34,9 @@ TEST(the_faults_reach_every_operation) {
 
 /* --- calls --- */
 
-/* makes a call while the count-th allocation fails; returns its status, 0 where not even a call could be made. Only the
- * call is under faults: whether its answer is whole is looked at afterwards. */
+/* makes a call while the count-th allocation fails; returns its status, 0 where not even a call
+ * could be made. Only the call is under faults: whether its answer is whole is looked at
+ * afterwards. */
 static int faults_call(int i, long count, int for_good, struct api_buffer *out) {
     struct api_request request = faults_request(&test_requests[i]);
     struct api_limits limits;
@@ -57,18 +60,23 @@ TEST(whichever_allocation_fails_a_call_ends_cleanly) {
             struct api_buffer whole, out;
             api_buffer_init(&whole, MOST_BYTES);
             int usual = faults_call(i, NO_FAULT, 0, &whole), faults = 0;
-            CHECK_SAYING(usual == 200 || (i == 2 && usual == 422), "request %d: %d %.*s", i, usual, (int)whole.bytes,
-                         whole.data);
+            CHECK_SAYING(usual == 200 || (i == 2 && usual == 422), "request %d: %d %.*s", i, usual,
+                         (int)whole.bytes, whole.data);
             for (long count = 1;; count = faults_next(count), faults++) {
                 api_buffer_init(&out, MOST_BYTES);
                 long before = test_alloc_count();
-                int status = faults_call(i, count, for_good, &out), reached = test_alloc_count() - before >= count;
-                int same = out.bytes == whole.bytes && status == usual && !memcmp(out.data, whole.data, out.bytes);
+                int status = faults_call(i, count, for_good, &out),
+                    reached = test_alloc_count() - before >= count;
+                int same = out.bytes == whole.bytes && status == usual &&
+                           !memcmp(out.data, whole.data, out.bytes);
                 /* a fault is got round, or it is a 503, or it cost a refusal some of its words */
                 int clean = same || status == 503 || status == 0 || (usual == 422 && status == 422);
-                CHECK_SAYING(clean, "request %d, allocation %ld: %d %.*s", i, count, status, (int)out.bytes, out.data);
-                int whole_problem = !out.bytes || (out.data[0] == '{' && out.data[out.bytes - 1] == '}');
-                CHECK_SAYING(same || test_requests[i].accept || whole_problem, "request %d, allocation %ld", i, count);
+                CHECK_SAYING(clean, "request %d, allocation %ld: %d %.*s", i, count, status,
+                             (int)out.bytes, out.data);
+                int whole_problem =
+                    !out.bytes || (out.data[0] == '{' && out.data[out.bytes - 1] == '}');
+                CHECK_SAYING(same || test_requests[i].accept || whole_problem,
+                             "request %d, allocation %ld", i, count);
                 api_buffer_clear(&out);
                 if (!reached) break;
             }
@@ -89,7 +97,8 @@ TEST(the_same_request_gives_the_same_bytes) {
     }
 }
 
-/* --- jobs: the plan, two parts with what one carries over to the other, and the answer from them --- */
+/* --- jobs: the plan, two parts with what one carries over to the other, and the answer from
+ * them --- */
 
 /* What a job has kept, of parts that were computed one after the other. */
 struct faults_job {
@@ -127,7 +136,8 @@ static enum pend_status faults_part(struct faults_job *job, const struct api_req
     return status;
 }
 
-static enum pend_status faults_fetch(void *context, void *data, size_t cap, size_t *bytes, struct pend_error *error) {
+static enum pend_status faults_fetch(void *context, void *data, size_t cap, size_t *bytes,
+                                     struct pend_error *error) {
     struct faults_job *job = context;
     (void)error;
     *bytes = job->kept.bytes - job->read < cap ? job->kept.bytes - job->read : cap;
@@ -138,7 +148,8 @@ static enum pend_status faults_fetch(void *context, void *data, size_t cap, size
 
 static void faults_again(void *context) { ((struct faults_job *)context)->read = 0; }
 
-static void faults_answer(struct faults_job *job, const struct api_request *request, const struct api_limits *limits) {
+static void faults_answer(struct faults_job *job, const struct api_request *request,
+                          const struct api_limits *limits) {
     struct api_source source = {faults_fetch, faults_again, job, NULL};
     struct api_call *call;
     job->http = 503;
@@ -191,8 +202,8 @@ TEST(whichever_allocation_fails_a_job_is_computed_or_fails_for_want_of_memory) {
                 int same = job.http == 200 && job.answer.bytes == whole.answer.bytes &&
                            !memcmp(job.answer.data, whole.answer.data, job.answer.bytes);
                 CHECK_SAYING(same || job.http == 503 || job.status == PEND_NO_MEMORY,
-                             "request %d, allocation %ld: %d, %d %.*s", i, count, job.http, job.status,
-                             (int)job.answer.bytes, job.answer.data);
+                             "request %d, allocation %ld: %d, %d %.*s", i, count, job.http,
+                             job.status, (int)job.answer.bytes, job.answer.data);
                 faults_job_clear(&job);
             }
             faults_job_clear(&whole);

@@ -5,14 +5,17 @@
 #include "api/call/call.h"
 #include "tests/harness/test.h"
 
-#define DOUBLE "\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"theta\":[2,2.5]}"
+#define DOUBLE                                                                                     \
+    "\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"theta\":[2,2." \
+    "5]}"
 
-/* a clock that goes on by a millisecond whenever it is looked at: a piece of work takes one or two */
+/* a clock that goes on by a millisecond whenever it is looked at: a piece of work takes one or
+ * two */
 static double foresight_now(void *context) { return *(double *)context += 0.001; }
 
 /* runs a request to its end with a clock; its status, steps, and what it says */
-static int foresight_run(enum api_op_id op, const char *body, const struct api_limits *limits, long *steps,
-                         struct api_buffer *out) {
+static int foresight_run(enum api_op_id op, const char *body, const struct api_limits *limits,
+                         long *steps, struct api_buffer *out) {
     struct api_request request = {.op = op,
                                   .content_type = "application/json",
                                   .accept = "application/json",
@@ -32,10 +35,11 @@ static int foresight_run(enum api_op_id op, const char *body, const struct api_l
     return status;
 }
 
-static const char *const foresight_how[] = {"\"method\":\"taylor\"",      "\"method\":\"ode23\"",
-                                            "\"method\":\"rkf45\"",       "\"method\":\"rk8pd\"",
-                                            "\"method\":\"msadams\"",     "\"method\":\"symplectic\",\"step\":0.01",
-                                            "\"precision\":\"extended\"", "\"trust\":true"};
+static const char *const foresight_how[] = {
+    "\"method\":\"taylor\"",      "\"method\":\"ode23\"",
+    "\"method\":\"rkf45\"",       "\"method\":\"rk8pd\"",
+    "\"method\":\"msadams\"",     "\"method\":\"symplectic\",\"step\":0.01",
+    "\"precision\":\"extended\"", "\"trust\":true"};
 enum { HOW = sizeof foresight_how / sizeof *foresight_how };
 
 /* what a hopeless computation took before it was refused */
@@ -50,7 +54,8 @@ static void foresight_hopeless(enum api_op_id op, const char *rest, const char *
     snprintf(body, sizeof body, "{" DOUBLE ",%s}", rest);
     CHECK_INT(foresight_run(op, body, &limits, &steps, &out), 422);
     CHECK_SAYING(steps <= 500000, "%s: %ld of 5000000 steps were taken", rest, steps);
-    CHECK_SAYING(strstr(out.data, name) && strstr(out.data, "respond-async"), "%s: %s", rest, out.data);
+    CHECK_SAYING(strstr(out.data, name) && strstr(out.data, "respond-async"), "%s: %s", rest,
+                 out.data);
     api_buffer_clear(&out);
 }
 
@@ -60,7 +65,8 @@ TEST(what_takes_far_too_many_steps_is_refused_as_it_begins) {
         snprintf(rest, sizeof rest, "\"times\":{\"stop\":1e9,\"count\":5},%s", foresight_how[i]);
         foresight_hopeless(API_OP_TRAJECTORIES, rest, "max-steps");
     }
-    foresight_hopeless(API_OP_SECTIONS, "\"duration\":1e9,\"count\":1500000,\"section\":{\"arm\":1,\"theta\":0}",
+    foresight_hopeless(API_OP_SECTIONS,
+                       "\"duration\":1e9,\"count\":1500000,\"section\":{\"arm\":1,\"theta\":0}",
                        "max-steps");
     foresight_hopeless(API_OP_LYAPUNOV, "\"duration\":390000,\"count\":4", "max-steps");
 }
@@ -71,9 +77,10 @@ TEST(what_takes_far_too_long_is_refused_as_it_begins) {
     long steps = 0;
     api_limits_init(&limits);
     limits.compute_seconds = 1;
-    CHECK_INT(
-        foresight_run(API_OP_TRAJECTORIES, "{" DOUBLE ",\"times\":{\"stop\":2e6,\"count\":5}}", &limits, &steps, &out),
-        422);
+    CHECK_INT(foresight_run(API_OP_TRAJECTORIES,
+                            "{" DOUBLE ",\"times\":{\"stop\":2e6,\"count\":5}}", &limits, &steps,
+                            &out),
+              422);
     CHECK(strstr(out.data, "max-compute-seconds") != NULL);
     CHECK_SAYING(steps < 4000000, "%ld steps were taken", steps);
     api_buffer_clear(&out);
@@ -88,14 +95,19 @@ TEST(what_takes_just_as_many_steps_as_it_may_is_not_refused) {
         int n = 1 + test_random_int(&random, 5);
         long steps = 0;
         char *at = body + sprintf(body, "{\"pendulum\":{\"length\":[");
-        for (int k = 0; k < n; k++) at += sprintf(at, "%s%.3g", k ? "," : "", 0.1 + 2 * test_random(&random));
+        for (int k = 0; k < n; k++)
+            at += sprintf(at, "%s%.3g", k ? "," : "", 0.1 + 2 * test_random(&random));
         at += sprintf(at, "],\"mass\":[");
-        for (int k = 0; k < n; k++) at += sprintf(at, "%s%.3g", k ? "," : "", 0.1 + 2 * test_random(&random));
+        for (int k = 0; k < n; k++)
+            at += sprintf(at, "%s%.3g", k ? "," : "", 0.1 + 2 * test_random(&random));
         at += sprintf(at, "],\"parent\":[");
-        for (int k = 0; k < n; k++) at += sprintf(at, "%s%d", k ? "," : "", k ? 1 + test_random_int(&random, k) : 0);
+        for (int k = 0; k < n; k++)
+            at += sprintf(at, "%s%d", k ? "," : "", k ? 1 + test_random_int(&random, k) : 0);
         at += sprintf(at, "]},\"initial\":{\"theta\":[");
-        for (int k = 0; k < n; k++) at += sprintf(at, "%s%.3g", k ? "," : "", 6 * test_random(&random) - 3);
-        sprintf(at, "]},\"times\":{\"stop\":%d,\"count\":5},%s}", i >= 6 ? 8 : 30, foresight_how[i]);
+        for (int k = 0; k < n; k++)
+            at += sprintf(at, "%s%.3g", k ? "," : "", 6 * test_random(&random) - 3);
+        sprintf(at, "]},\"times\":{\"stop\":%d,\"count\":5},%s}", i >= 6 ? 8 : 30,
+                foresight_how[i]);
         api_limits_init(&limits);
         limits.compute_seconds = 3600;
         CHECK_INT(foresight_run(API_OP_TRAJECTORIES, body, &limits, &steps, &out), 200);

@@ -12,8 +12,8 @@ static void canonical(const char *text, struct api_buffer *out) {
     struct api_problem problem;
     api_problem_init(&problem);
     api_buffer_init(out, 1 << 20);
-    if (CHECK_SAYING(api_json_new(&document, text, strlen(text), DEPTH, &problem) == PEND_OK, "%s: %s", text,
-                     problem.detail)) {
+    if (CHECK_SAYING(api_json_new(&document, text, strlen(text), DEPTH, &problem) == PEND_OK,
+                     "%s: %s", text, problem.detail)) {
         struct api_value root = api_json_root(document);
         CHECK(api_canonical_write(&root, out) == PEND_OK);
     }

@@ -29,12 +29,14 @@ TEST(digest_is_sha_256_of_the_canonical_form) {
     char digest[API_DIGEST_BYTES];
     api_digest(digest, parts, NULL);
     CHECK_TEXT(digest, "fb4f439eb71110cf0a8f104dc390980ba0996d0c36012852e05614899c2b8b20");
-    CHECK_TEXT(digest_of("true").digest, "54eb9b2b21f5391d07ddabd3760bb91617c5c351f67237dffde2439de7de52b0");
+    CHECK_TEXT(digest_of("true").digest,
+               "54eb9b2b21f5391d07ddabd3760bb91617c5c351f67237dffde2439de7de52b0");
 }
 
 TEST(digest_of_the_same_value_in_other_words_is_the_same) {
     static const char *const same[][2] = {
-        {"{\"a\":1,\"b\":[2,3],\"c\":{\"d\":null}}", " { \"c\":{\"d\" : null},\n\"b\":[2.0,3e0], \"a\":10e-1 }"},
+        {"{\"a\":1,\"b\":[2,3],\"c\":{\"d\":null}}",
+         " { \"c\":{\"d\" : null},\n\"b\":[2.0,3e0], \"a\":10e-1 }"},
         {"\"\\u00e9/\"", "\"\xc3\xa9\\/\""},
         {"[0.1,1000]", "[1E-1,1e3]"},
     };
@@ -92,7 +94,8 @@ TEST(digest_of_values_that_differ_differs) {
     for (int i = 0; i < COUNT; i++) {
         text[i] = digest_of(other[i]);
         for (int j = 0; j < i; j++)
-            CHECK_SAYING(strcmp(text[i].digest, text[j].digest) != 0, "%s and %s", other[i], other[j]);
+            CHECK_SAYING(strcmp(text[i].digest, text[j].digest) != 0, "%s and %s", other[i],
+                         other[j]);
     }
 }
 

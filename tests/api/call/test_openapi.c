@@ -15,13 +15,15 @@ static struct api_json *document_new(void) {
     struct api_json *document = NULL;
     struct api_problem problem;
     api_problem_init(&problem);
-    enum pend_status status = api_json_new(&document, api_openapi_json, api_openapi_bytes, DEPTH, &problem);
+    enum pend_status status =
+        api_json_new(&document, api_openapi_json, api_openapi_bytes, DEPTH, &problem);
     CHECK_SAYING(status == PEND_OK, "%s", problem.detail);
     api_problem_clear(&problem);
     return document;
 }
 
-/* the value at the end of a way of keys; the way itself lies in `steps`, since values point at their parents */
+/* the value at the end of a way of keys; the way itself lies in `steps`, since values point at
+ * their parents */
 static const struct api_value *find(const struct api_json *document, struct api_value steps[STEPS],
                                     const char *const keys[]) {
     int i = 0;
@@ -52,12 +54,14 @@ TEST(openapi_document_tells_every_limit_as_the_table_has_it) {
     for (; api_limits_row(rows); rows++) {
         const struct api_limit_row *row = api_limits_row(rows);
         char line[300];
-        snprintf(line, sizeof line, "| `%s` | %.0f %s | %s |", row->name, row->start, row->unit, row->meaning);
+        snprintf(line, sizeof line, "| `%s` | %.0f %s | %s |", row->name, row->start, row->unit,
+                 row->meaning);
         CHECK_SAYING(strstr(text, line) != NULL, "missing: %s", line);
     }
     int told = 0;
     for (const char *at = text; (at = strstr(at, "| `max-")); at++) told++;
-    CHECK_SAYING(told >= rows, "%d of %d limits", told, rows); /* beside these, limits of the server */
+    CHECK_SAYING(told >= rows, "%d of %d limits", told,
+                 rows); /* beside these, limits of the server */
     api_json_free(&document);
 }
 
@@ -65,9 +69,10 @@ TEST(openapi_document_names_the_methods_that_there_are) {
     struct api_json *document = document_new();
     struct api_value steps[STEPS];
     REQUIRE(document);
-    const struct api_value *names =
-        find(document, steps, (const char *const[]){"components", "schemas", "Method", "enum", NULL});
-    const char *text = text_at(document, (const char *const[]){"components", "schemas", "Method", "description", NULL});
+    const struct api_value *names = find(
+        document, steps, (const char *const[]){"components", "schemas", "Method", "enum", NULL});
+    const char *text = text_at(
+        document, (const char *const[]){"components", "schemas", "Method", "description", NULL});
     int count = 0;
     for (; pend_method_at(count); count++) {
         char row[80];
@@ -77,13 +82,15 @@ TEST(openapi_document_names_the_methods_that_there_are) {
         CHECK_SAYING(strstr(text, row) != NULL, "missing: %s", row);
     }
     CHECK_INT(api_value_count(names), count);
-    CHECK_TEXT(text_at(document, (const char *const[]){"components", "schemas", "Method", "default", NULL}),
+    CHECK_TEXT(text_at(document,
+                       (const char *const[]){"components", "schemas", "Method", "default", NULL}),
                pend_method_at(0)->name);
     api_json_free(&document);
 }
 
 /* "| `taylor` | 1e-12 | 1e-16 to 0.1 |" */
-static void check_tolerance(const char *text, const char *method, const char *start, double least, double most) {
+static void check_tolerance(const char *text, const char *method, const char *start, double least,
+                            double most) {
     char number[2][API_NUMBER_BYTES + 1], row[160];
     *api_number_write(number[0], least) = *api_number_write(number[1], most) = 0;
     snprintf(row, sizeof row, "| `%s` | %s | %s to %s |", method, start, number[0], number[1]);
@@ -93,10 +100,10 @@ static void check_tolerance(const char *text, const char *method, const char *st
 TEST(openapi_document_tells_the_tolerances_of_every_method) {
     struct api_json *document = document_new();
     REQUIRE(document);
-    static const char *const rtol[] = {"components",  "schemas", "TrajectoryRequest", "properties", "rtol",
-                                       "description", NULL};
-    static const char *const atol[] = {"components",  "schemas", "TrajectoryRequest", "properties", "atol",
-                                       "description", NULL};
+    static const char *const rtol[] = {
+        "components", "schemas", "TrajectoryRequest", "properties", "rtol", "description", NULL};
+    static const char *const atol[] = {
+        "components", "schemas", "TrajectoryRequest", "properties", "atol", "description", NULL};
     for (int i = 0; pend_method_at(i); i++) {
         const struct pend_method *method = pend_method_at(i);
         char name[40], start[API_NUMBER_BYTES + 20];
@@ -105,9 +112,12 @@ TEST(openapi_document_tells_the_tolerances_of_every_method) {
         CHECK_INT(strstr(text_at(document, rtol), name) != NULL, obeys);
         if (!obeys) continue;
         *api_number_write(start, method->rtol_default) = 0;
-        check_tolerance(text_at(document, rtol), method->name, start, method->rtol_min, method->rtol_max);
-        snprintf(start, sizeof start, method->atol_divisor > 0 ? "rtol / %g" : "0", method->atol_divisor);
-        check_tolerance(text_at(document, atol), method->name, start, method->atol_min, method->atol_max);
+        check_tolerance(text_at(document, rtol), method->name, start, method->rtol_min,
+                        method->rtol_max);
+        snprintf(start, sizeof start, method->atol_divisor > 0 ? "rtol / %g" : "0",
+                 method->atol_divisor);
+        check_tolerance(text_at(document, atol), method->name, start, method->atol_min,
+                        method->atol_max);
     }
     api_json_free(&document);
 }

@@ -1,4 +1,5 @@
-/* Tests of api/call/part, api/call/results and api/encode/encode_raw: an answer by parts is the answer. */
+/* Tests of api/call/part, api/call/results and api/encode/encode_raw: an answer by parts is the
+ * answer. */
 #include "api/call/part.h"
 
 #include <stdio.h>
@@ -12,19 +13,23 @@
 
 enum { MOST_PARTS = 7 };
 
-/* instants far apart and close together, so that parts end inside a step and between two instants */
-#define TRAJECTORY(how)                                                                                                \
-    "{\"pendulum\":{\"length\":[2,1.5,0.75],\"mass\":[1,1,1],\"parent\":[0,1,1]},\"initial\":{\"phi\":[0.5,1,-1]},"    \
+/* instants far apart and close together, so that parts end inside a step and between two
+ * instants */
+#define TRAJECTORY(how)                                                                            \
+    "{\"pendulum\":{\"length\":[2,1.5,0.75],\"mass\":[1,1,1],\"parent\":[0,1,1]},\"initial\":{"    \
+    "\"phi\":[0.5,1,-1]},"                                                                         \
     "\"times\":[0,0.001,0.002,0.003,0.4,0.401,0.402,1.5,1.501,2.9,2.901,2.902,3]," how "}"
 
-/* requests of every kind of answer; the number of parts that each can be cut into is at least `parts` */
+/* requests of every kind of answer; the number of parts that each can be cut into is at least
+ * `parts` */
 static const struct {
     enum api_op_id op;
     const char *body;
     int parts, json_only;
 } cases[] = {
     {API_OP_ENSEMBLES,
-     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"duration\":2,\"random\":{\"count\":60,"
+     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"duration\":2,\"random\":{"
+     "\"count\":60,"
      "\"seed\":5,"
      "\"draw\":[{\"vary\":\"theta\",\"arm\":1,\"distribution\":\"uniform\",\"low\":-3,\"high\":3},"
      "{\"vary\":\"theta\",\"arm\":2,\"distribution\":\"uniform\",\"low\":-3,\"high\":3}]},"
@@ -32,7 +37,8 @@ static const struct {
      7, 0},
     {API_OP_TRAJECTORIES,
      "{\"pendulum\":{\"length\":[2,1.5,0.75,1.25],\"mass\":[1,1,1,0.1],\"parent\":[0,1,2,2]},"
-     "\"times\":{\"start\":0,\"stop\":2,\"step\":0.01},\"output\":[\"phi\",\"z\",\"lambda\",\"energy\"]}",
+     "\"times\":{\"start\":0,\"stop\":2,\"step\":0.01},\"output\":[\"phi\",\"z\",\"lambda\","
+     "\"energy\"]}",
      7, 0},
     {API_OP_TRAJECTORIES, TRAJECTORY("\"method\":\"ode23\",\"output\":[\"phi\",\"phidd\"]"), 7, 0},
     {API_OP_TRAJECTORIES, TRAJECTORY("\"method\":\"rkf45\""), 7, 0},
@@ -43,32 +49,41 @@ static const struct {
     {API_OP_TRAJECTORIES, TRAJECTORY("\"precision\":\"extended\",\"rtol\":1e-28"), 7, 0},
     {API_OP_TRAJECTORIES, TRAJECTORY("\"trust\":true"), 7, 0},
     {API_OP_FORCES,
-     "{\"pendulum\":{\"length\":[2,1.5],\"mass\":[1,1],\"parent\":[0,1]},\"states\":[{\"phi\":[1,2]},{\"phi\":[0.5,0."
+     "{\"pendulum\":{\"length\":[2,1.5],\"mass\":[1,1],\"parent\":[0,1]},\"states\":[{\"phi\":[1,2]"
+     "},{\"phi\":[0.5,0."
      "25]}]}",
      1, 0},
-    {API_OP_FORCES, "{\"pendulum\":{\"length\":[2,1.5],\"mass\":[1,1],\"parent\":[0,1]},\"state\":{\"phi\":[1,2]}}", 1,
-     0},
+    {API_OP_FORCES,
+     "{\"pendulum\":{\"length\":[2,1.5],\"mass\":[1,1],\"parent\":[0,1]},\"state\":{\"phi\":[1,2]}"
+     "}",
+     1, 0},
     {API_OP_MODES,
-     "{\"pendulum\":{\"length\":[2,1.5,1],\"mass\":[1,1,2],\"parent\":[0,1,1]},\"include\":[\"A\",\"M\"],"
+     "{\"pendulum\":{\"length\":[2,1.5,1],\"mass\":[1,1,2],\"parent\":[0,1,1]},\"include\":[\"A\","
+     "\"M\"],"
      "\"initial\":{\"phi\":[0,1,2]}}",
      1, 1},
-    {API_OP_MODES, "{\"pendulum\":{\"length\":[2,1.5,1],\"mass\":[1,1,2],\"parent\":[0,1,1]}}", 1, 0},
+    {API_OP_MODES, "{\"pendulum\":{\"length\":[2,1.5,1],\"mass\":[1,1,2],\"parent\":[0,1,1]}}", 1,
+     0},
     {API_OP_MODES,
-     "{\"pendulum\":{\"length\":[2,1.5,1],\"mass\":[1,1,2],\"parent\":[0,1,1]},\"about\":[\"down\",\"up\",\"down\"],"
+     "{\"pendulum\":{\"length\":[2,1.5,1],\"mass\":[1,1,2],\"parent\":[0,1,1]},\"about\":[\"down\","
+     "\"up\",\"down\"],"
      "\"initial\":{\"phi\":[0,3,1]},\"digits\":9}",
      1, 0},
     {API_OP_LYAPUNOV,
-     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"duration\":5,\"samples\":150,\"count\":3}", 1,
-     0},
+     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"duration\":5,\"samples\":"
+     "150,\"count\":3}",
+     1, 0},
     {API_OP_SECTIONS,
-     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"section\":{\"arm\":1,\"theta\":0},"
+     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"section\":{\"arm\":1,"
+     "\"theta\":0},"
      "\"duration\":20}",
      1, 0},
 };
 enum { CASES = sizeof cases / sizeof *cases };
 
-static const char *const accepts[] = {"application/json",         "application/x-ndjson", "text/csv",
-                                      "application/octet-stream", "application/x-npz",    "application/x-matlab-data"};
+static const char *const accepts[] = {"application/json",  "application/x-ndjson",
+                                      "text/csv",          "application/octet-stream",
+                                      "application/x-npz", "application/x-matlab-data"};
 enum { ACCEPTS = sizeof accepts / sizeof *accepts };
 
 static struct api_request request_of(int i, const char *accept) {
@@ -79,7 +94,8 @@ static struct api_request request_of(int i, const char *accept) {
                                 .body_bytes = strlen(cases[i].body)};
 }
 
-/* all parts of a case, one behind the other, each from what the one before carried over as a copy of just its bytes */
+/* all parts of a case, one behind the other, each from what the one before carried over as a
+ * copy of just its bytes */
 static int compute_parts(int i, long parts, struct api_buffer *kept) {
     struct api_request request = request_of(i, NULL);
     struct api_limits limits;
@@ -94,16 +110,20 @@ static int compute_parts(int i, long parts, struct api_buffer *kept) {
         struct api_part *part;
         int done = 0;
         strcpy(body, cases[i].body);
-        if (!CHECK_SAYING(api_part_new(&part, &request, &limits, p, parts, &error) == PEND_OK, "%s", error.text)) break;
+        if (!CHECK_SAYING(api_part_new(&part, &request, &limits, p, parts, &error) == PEND_OK, "%s",
+                          error.text))
+            break;
         /* it is read once a part: who read it again would find nothing */
         memset(body, 0, request.body_bytes);
         if (carried.bytes) {
-            CHECK_SAYING(api_part_resume(part, carried.data, carried.bytes, &error) == PEND_OK, "%s", error.text);
+            CHECK_SAYING(api_part_resume(part, carried.data, carried.bytes, &error) == PEND_OK,
+                         "%s", error.text);
             api_buffer_clear(&carried);
         }
         size_t before = kept->bytes;
         while (!done)
-            if (!CHECK_SAYING(api_part_run(part, kept, &done, &error) == PEND_OK, "%s", error.text)) break;
+            if (!CHECK_SAYING(api_part_run(part, kept, &done, &error) == PEND_OK, "%s", error.text))
+                break;
         CHECK(kept->bytes > before);
         CHECK(api_part_carry(part, &carried) == PEND_OK);
         CHECK(!!carried.bytes == (cases[i].op == API_OP_TRAJECTORIES && p + 1 < parts));
@@ -122,12 +142,14 @@ struct pieces {
     int here; /* the next piece is */
 };
 
-static enum pend_status pieces_fetch(void *context, void *data, size_t cap, size_t *bytes, struct pend_error *error) {
+static enum pend_status pieces_fetch(void *context, void *data, size_t cap, size_t *bytes,
+                                     struct pend_error *error) {
     struct pieces *pieces = context;
     (void)error;
     CHECK(pieces->here);
     pieces->here = 0;
-    size_t piece = 1 + (size_t)test_random_int(pieces->random, test_random_int(pieces->random, 2) ? 40 : 200000);
+    size_t piece = 1 + (size_t)test_random_int(pieces->random,
+                                               test_random_int(pieces->random, 2) ? 40 : 200000);
     if (piece > pieces->bytes - pieces->at) piece = pieces->bytes - pieces->at;
     if (piece > cap) piece = cap;
     if (piece) memcpy(data, pieces->data + pieces->at, piece);
@@ -147,8 +169,9 @@ static int pieces_ready(void *context) {
 static void pieces_again(void *context) { ((struct pieces *)context)->at = 0; }
 
 /* the answer of a request from kept parts, or a range of it; its status */
-static struct api_answer fetch_range(const struct api_request *request, const struct api_limits *limits,
-                                     const char *data, size_t bytes, unsigned long long *random,
+static struct api_answer fetch_range(const struct api_request *request,
+                                     const struct api_limits *limits, const char *data,
+                                     size_t bytes, unsigned long long *random,
                                      const struct api_range *range, struct api_buffer *out) {
     struct pieces pieces = {data, bytes, 0, random, 0};
     struct api_source source = {pieces_fetch, pieces_again, &pieces, pieces_ready};
@@ -168,8 +191,9 @@ static struct api_answer fetch_range(const struct api_request *request, const st
     return answer;
 }
 
-static struct api_answer fetch(const struct api_request *request, const struct api_limits *limits, const char *data,
-                               size_t bytes, unsigned long long *random, struct api_buffer *out) {
+static struct api_answer fetch(const struct api_request *request, const struct api_limits *limits,
+                               const char *data, size_t bytes, unsigned long long *random,
+                               struct api_buffer *out) {
     return fetch_range(request, limits, data, bytes, random, NULL, out);
 }
 
@@ -187,10 +211,12 @@ TEST(an_answer_from_parts_is_the_answer_at_once) {
                 struct test_reply whole = test_send(&request, NULL);
                 api_buffer_init(&out, 1 << 28);
                 CHECK_INT(whole.status, 200);
-                struct api_answer head = fetch(&request, &limits, kept.data, kept.bytes, &random, &out);
-                CHECK_SAYING(out.bytes == whole.out.bytes && !memcmp(out.data, whole.out.data, out.bytes),
-                             "case %d as %s in %ld parts: %zu bytes, at once %zu", i, accepts[a], parts, out.bytes,
-                             whole.out.bytes);
+                struct api_answer head =
+                    fetch(&request, &limits, kept.data, kept.bytes, &random, &out);
+                CHECK_SAYING(out.bytes == whole.out.bytes &&
+                                 !memcmp(out.data, whole.out.data, out.bytes),
+                             "case %d as %s in %ld parts: %zu bytes, at once %zu", i, accepts[a],
+                             parts, out.bytes, whole.out.bytes);
                 CHECK(head.status == 200 && (head.length < 0 || (size_t)head.length == out.bytes));
                 CHECK_TEXT(head.media_type, whole.media_type);
                 api_buffer_clear(&out);
@@ -202,8 +228,9 @@ TEST(an_answer_from_parts_is_the_answer_at_once) {
 }
 
 /* a range of an answer against the same bytes of the whole */
-static void check_range(int i, const char *accept, const struct api_buffer *kept, const struct api_buffer *whole,
-                        struct api_range range, unsigned long long *random) {
+static void check_range(int i, const char *accept, const struct api_buffer *kept,
+                        const struct api_buffer *whole, struct api_range range,
+                        unsigned long long *random) {
     struct api_limits limits;
     struct api_buffer out;
     struct api_request request = request_of(i, accept);
@@ -212,11 +239,14 @@ static void check_range(int i, const char *accept, const struct api_buffer *kept
     if (last < 0 || last >= total) last = total - 1;
     api_limits_init(&limits);
     api_buffer_init(&out, 1 << 28);
-    struct api_answer head = fetch_range(&request, &limits, kept->data, kept->bytes, random, &range, &out);
+    struct api_answer head =
+        fetch_range(&request, &limits, kept->data, kept->bytes, random, &range, &out);
     if (first <= last) {
         CHECK_INT(head.status, 206);
-        CHECK(head.first == first && head.length == last - first + 1 && (long long)out.bytes == head.length);
-        CHECK_SAYING((long long)out.bytes == head.length && !memcmp(out.data, whole->data + first, out.bytes),
+        CHECK(head.first == first && head.length == last - first + 1 &&
+              (long long)out.bytes == head.length);
+        CHECK_SAYING((long long)out.bytes == head.length &&
+                         !memcmp(out.data, whole->data + first, out.bytes),
                      "case %d as %s, bytes %lld to %lld", i, accept, first, last);
     } else {
         CHECK_INT(head.status, 416);
@@ -240,9 +270,10 @@ TEST(a_range_of_an_answer_is_those_bytes_of_it) {
             api_buffer_init(&whole, 1 << 28);
             CHECK_INT(fetch(&request, &limits, kept.data, kept.bytes, &random, &whole).status, 200);
             long long total = (long long)whole.bytes, some = test_random_int(&random, (int)total);
-            const struct api_range ranges[] = {{0, 0},     {0, -1},         {total - 1, -1}, {total - 1, total + 5},
-                                               {-1, 1},    {-1, total + 9}, {-1, 0},         {total, -1},
-                                               {some, -1}, {some, some},    {some / 2, some}};
+            const struct api_range ranges[] = {
+                {0, 0},     {0, -1},         {total - 1, -1}, {total - 1, total + 5},
+                {-1, 1},    {-1, total + 9}, {-1, 0},         {total, -1},
+                {some, -1}, {some, some},    {some / 2, some}};
             for (size_t r = 0; r < sizeof ranges / sizeof *ranges; r++)
                 check_range(i, accepts[a], &kept, &whole, ranges[r], &random);
             api_buffer_clear(&whole);
@@ -260,7 +291,8 @@ TEST(a_plan_tells_parts_cost_and_digest_or_the_problem) {
     for (int i = 0; i < CASES; i++) {
         struct api_request request = request_of(i, "nothing/at-all");
         CHECK_INT(api_plan_read(&plan, &request, &limits, 1e-9, NULL, &out), 0);
-        CHECK_SAYING(plan.parts >= cases[i].parts && plan.cost >= 0, "case %d: %ld parts", i, plan.parts);
+        CHECK_SAYING(plan.parts >= cases[i].parts && plan.cost >= 0, "case %d: %ld parts", i,
+                     plan.parts);
         CHECK_INT(plan.chained, cases[i].op == API_OP_TRAJECTORIES && plan.parts > 1);
         CHECK_INT(api_plan_read(&again, &request, &limits, 1e9, NULL, &out), 0);
         CHECK_INT(again.parts, 1);
@@ -272,7 +304,8 @@ TEST(a_plan_tells_parts_cost_and_digest_or_the_problem) {
     CHECK_INT(api_plan_read(&plan, &bad, &limits, 1, NULL, &out), 400);
     CHECK(out.bytes > 0 && !memcmp(out.data, "{\"type\"", 7));
     out.bytes = 0;
-    struct api_request tree = {.op = API_OP_TREES, .content_type = "application/json", .body = "{}", .body_bytes = 2};
+    struct api_request tree = {
+        .op = API_OP_TREES, .content_type = "application/json", .body = "{}", .body_bytes = 2};
     CHECK_INT(api_plan_read(&plan, &tree, &limits, 1, NULL, &out), 422);
     api_buffer_clear(&out);
 }
@@ -282,8 +315,10 @@ TEST(a_job_is_the_same_whichever_engine_computes_it) {
     struct api_limits limits;
     struct api_plan plan;
     struct api_buffer out;
-    struct api_request request = {
-        .op = API_OP_MODES, .content_type = "application/json", .body = body, .body_bytes = sizeof body - 1};
+    struct api_request request = {.op = API_OP_MODES,
+                                  .content_type = "application/json",
+                                  .body = body,
+                                  .body_bytes = sizeof body - 1};
     api_limits_init(&limits);
     api_buffer_init(&out, 1 << 20);
     CHECK_INT(api_plan_read(&plan, &request, &limits, 1, NULL, &out), 0);
@@ -326,7 +361,8 @@ TEST(a_part_goes_on_from_what_is_its_own_and_from_nothing_else) {
     }
     /* with any byte of it altered, and as another part's */
     for (size_t at = 0; at <= carried.bytes; at++) {
-        REQUIRE(api_part_new(&part, &request, &limits, at == carried.bytes ? 2 : 1, 3, &error) == PEND_OK);
+        REQUIRE(api_part_new(&part, &request, &limits, at == carried.bytes ? 2 : 1, 3, &error) ==
+                PEND_OK);
         if (at < carried.bytes) carried.data[at] = (char)~carried.data[at];
         CHECK_INT(api_part_resume(part, carried.data, carried.bytes, &error), PEND_INVALID);
         CHECK_SAYING(strstr(error.text, "damaged"), "%s", error.text);
@@ -334,7 +370,8 @@ TEST(a_part_goes_on_from_what_is_its_own_and_from_nothing_else) {
         api_part_free(&part);
     }
     REQUIRE(api_part_new(&part, &request, &limits, 1, 3, &error) == PEND_OK);
-    CHECK_SAYING(api_part_resume(part, carried.data, carried.bytes, &error) == PEND_OK, "%s", error.text);
+    CHECK_SAYING(api_part_resume(part, carried.data, carried.bytes, &error) == PEND_OK, "%s",
+                 error.text);
     api_part_free(&part);
     REQUIRE(api_part_new(&part, &other, &limits, 1, 3, &error) == PEND_OK);
     CHECK_INT(api_part_resume(part, carried.data, carried.bytes, &error), PEND_INVALID);
@@ -404,7 +441,8 @@ TEST(allocation_faults_leave_nothing_behind_in_parts_and_results) {
         test_alloc_fail(count, 1);
         enum pend_status status = api_part_new(&part, &request, &limits, 0, 1, &error);
         while (status == PEND_OK && !done) status = api_part_run(part, &kept, &done, &error);
-        if (status == PEND_OK) answer = fetch(&request, &limits, kept.data, kept.bytes, &random, &out);
+        if (status == PEND_OK)
+            answer = fetch(&request, &limits, kept.data, kept.bytes, &random, &out);
         test_alloc_faults_off();
         good = answer.status == 200;
         if (status != PEND_OK)
@@ -418,7 +456,8 @@ TEST(allocation_faults_leave_nothing_behind_in_parts_and_results) {
     CHECK(good);
 }
 
-/* what a job keeps of its request: blanks and order do not count, the meaning is the same, and it is never longer */
+/* what a job keeps of its request: blanks and order do not count, the meaning is the same, and
+ * it is never longer */
 TEST(a_request_is_kept_without_its_padding) {
     static char padded[70000];
     struct api_limits limits;
@@ -428,7 +467,8 @@ TEST(a_request_is_kept_without_its_padding) {
         struct api_buffer body, again, out;
         struct api_plan plan, same;
         size_t bytes = 0;
-        /* blanks after each colon and comma that stands outside of texts; no text of the cases has one */
+        /* blanks after each colon and comma that stands outside of texts; no text of the cases
+         * has one */
         for (const char *at = cases[i].body; *at; at++) {
             padded[bytes++] = *at;
             for (int k = 0; k < 100 && strchr(":,", *at); k++) padded[bytes++] = " \n\t"[k % 3];
@@ -439,7 +479,8 @@ TEST(a_request_is_kept_without_its_padding) {
         api_buffer_init(&again, bytes);
         api_buffer_init(&out, 1 << 20);
         CHECK_INT(api_plan_read(&plan, &request, &limits, 1, &body, &out), 0);
-        CHECK_SAYING(body.bytes <= strlen(cases[i].body) + 8, "%zu bytes of %zu", body.bytes, strlen(cases[i].body));
+        CHECK_SAYING(body.bytes <= strlen(cases[i].body) + 8, "%zu bytes of %zu", body.bytes,
+                     strlen(cases[i].body));
         request.body = body.data;
         request.body_bytes = body.bytes;
         CHECK_INT(api_plan_read(&same, &request, &limits, 1, &again, &out), 0);

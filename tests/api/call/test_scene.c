@@ -7,7 +7,9 @@
 #include "api/base/text.h"
 #include "tests/harness/test.h"
 
-#define REQUEST "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"times\":{\"stop\":1,\"step\":0.1}}"
+#define REQUEST                                                                                    \
+    "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"times\":{\"stop\":1,"      \
+    "\"step\":0.1}}"
 #define CREATED "2026-01-31T09:30:00.125Z"
 
 /* What became of one body. */
@@ -17,7 +19,8 @@ struct scene {
     struct api_buffer text, problem; /* NUL-terminated */
 };
 
-static struct scene scene_of_bytes(const char *body, size_t bytes, double most, const char *accept) {
+static struct scene scene_of_bytes(const char *body, size_t bytes, double most,
+                                   const char *accept) {
     struct scene scene = {.http = 0};
     struct api_limits limits;
     struct api_request request = {
@@ -25,12 +28,16 @@ static struct scene scene_of_bytes(const char *body, size_t bytes, double most, 
     api_limits_init(&limits);
     api_buffer_init(&scene.text, 1 << 20);
     api_buffer_init(&scene.problem, 1 << 20);
-    scene.http = api_scene_read(&request, &limits, most, CREATED, scene.id, &scene.text, &scene.problem);
-    CHECK(api_buffer_add(&scene.text, "", 1) == PEND_OK && api_buffer_add(&scene.problem, "", 1) == PEND_OK);
+    scene.http =
+        api_scene_read(&request, &limits, most, CREATED, scene.id, &scene.text, &scene.problem);
+    CHECK(api_buffer_add(&scene.text, "", 1) == PEND_OK &&
+          api_buffer_add(&scene.problem, "", 1) == PEND_OK);
     return scene;
 }
 
-static struct scene scene_of(const char *body) { return scene_of_bytes(body, strlen(body), 1 << 18, NULL); }
+static struct scene scene_of(const char *body) {
+    return scene_of_bytes(body, strlen(body), 1 << 18, NULL);
+}
 
 static void scene_end(struct scene *scene) {
     api_buffer_clear(&scene->text);
@@ -40,19 +47,23 @@ static void scene_end(struct scene *scene) {
 static void check_refused(const char *body, int http, const char *word) {
     struct scene scene = scene_of(body);
     CHECK_INT(scene.http, http);
-    CHECK_SAYING(strstr(scene.problem.data, word) != NULL, "%s is not in %s", word, scene.problem.data);
+    CHECK_SAYING(strstr(scene.problem.data, word) != NULL, "%s is not in %s", word,
+                 scene.problem.data);
     CHECK_INT((long long)scene.text.bytes, 1);
     scene_end(&scene);
 }
 
 TEST(scene_is_told_back_whole_in_one_form) {
-    struct scene scene = scene_of("{\"view\":{\"speed\":1.50},\"request\":" REQUEST ",\"title\":\"A\"}");
+    struct scene scene =
+        scene_of("{\"view\":{\"speed\":1.50},\"request\":" REQUEST ",\"title\":\"A\"}");
     char wanted[600];
     CHECK_INT(scene.http, 0);
     CHECK_INT((long long)strspn(scene.id, "0123456789abcdefghjkmnpqrstvwxyz"), API_SCENE_ID - 1);
     snprintf(wanted, sizeof wanted,
-             "{\"id\":\"%s\",\"created\":\"" CREATED "\",\"title\":\"A\",\"request\":{\"pendulum\":{\"length\":[1,1],"
-             "\"mass\":[1,1],\"parent\":[0,1]},\"times\":{\"step\":0.1,\"stop\":1}},\"view\":{\"speed\":1.5},\"links\":"
+             "{\"id\":\"%s\",\"created\":\"" CREATED
+             "\",\"title\":\"A\",\"request\":{\"pendulum\":{\"length\":[1,1],"
+             "\"mass\":[1,1],\"parent\":[0,1]},\"times\":{\"step\":0.1,\"stop\":1}},\"view\":{"
+             "\"speed\":1.5},\"links\":"
              "{\"self\":\"/v1/scenes/%s\",\"page\":\"/#s=%s\"}}",
              scene.id, scene.id, scene.id);
     CHECK_TEXT(scene.text.data, wanted);
@@ -63,7 +74,8 @@ TEST(scene_has_the_same_id_however_it_is_spelt_and_another_if_anything_differs) 
     static const char *const same[] = {
         "{\"request\":" REQUEST "}",
         " { \"view\" : {}, \"title\":\"\", \"request\":" REQUEST "}",
-        ("{\"request\":{\"times\":{\"step\":1e-1,\"stop\":1.0},\"pendulum\":{\"parent\":[0,1],\"mass\":[1,1],"
+        ("{\"request\":{\"times\":{\"step\":1e-1,\"stop\":1.0},\"pendulum\":{\"parent\":[0,1],"
+         "\"mass\":[1,1],"
          "\"length\":"
          "[1,1.0]}}}"),
     };
@@ -71,9 +83,11 @@ TEST(scene_has_the_same_id_however_it_is_spelt_and_another_if_anything_differs) 
         "{\"request\":" REQUEST ",\"title\":\"a\"}",
         "{\"request\":" REQUEST ",\"view\":{\"a\":1}}",
         "{\"request\":" REQUEST ",\"view\":{\"a\":-1}}",
-        "{\"request\":{\"pendulum\":{\"length\":[1,1.0000000000000002],\"mass\":[1,1],\"parent\":[0,1]},\"times\":{"
+        "{\"request\":{\"pendulum\":{\"length\":[1,1.0000000000000002],\"mass\":[1,1],\"parent\":["
+        "0,1]},\"times\":{"
         "\"stop\":1,\"step\":0.1}}}",
-        "{\"request\":{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"times\":{\"stop\":1,\"step\":"
+        "{\"request\":{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"times\":{"
+        "\"stop\":1,\"step\":"
         "0.1},\"method\":\"ode23\"}}",
     };
     enum { SAME = sizeof same / sizeof *same, OTHER = sizeof other / sizeof *other };
@@ -102,9 +116,9 @@ TEST(scene_tells_every_fault_below_request) {
     check_refused("{\"request\":" REQUEST ",\"titel\":\"\"}", 422, "did you mean \\\"title\\\"");
     check_refused("{\"request\":" REQUEST ",\"title\":7}", 422, "\"/title\"");
     check_refused("{\"request\":" REQUEST ",\"view\":[]}", 422, "\"/view\"");
-    const char *three =
-        "{\"request\":{\"pendulum\":{\"length\":[1,-1],\"mass\":[1,1],\"parent\":[0,1]},\"times\":[1,1],\"rtol\":9},"
-        "\"title\":null}";
+    const char *three = "{\"request\":{\"pendulum\":{\"length\":[1,-1],\"mass\":[1,1],\"parent\":["
+                        "0,1]},\"times\":[1,1],\"rtol\":9},"
+                        "\"title\":null}";
     check_refused(three, 422, "\"/request/pendulum/length/1\"");
     check_refused(three, 422, "\"/request/times/1\"");
     check_refused(three, 422, "\"/request/rtol\"");
@@ -147,8 +161,8 @@ TEST(scene_is_bounded_in_its_title_its_view_and_all_of_it) {
 }
 
 TEST(scene_is_json_and_nothing_else) {
-    struct scene scene =
-        scene_of_bytes("{\"request\":" REQUEST "}", strlen("{\"request\":" REQUEST "}"), 1 << 18, "text/csv");
+    struct scene scene = scene_of_bytes("{\"request\":" REQUEST "}",
+                                        strlen("{\"request\":" REQUEST "}"), 1 << 18, "text/csv");
     CHECK_INT(scene.http, 406);
     scene_end(&scene);
 }

@@ -18,7 +18,8 @@ static void seen(const unsigned char rgb[3], double lab[3]) {
         x[i] = y <= 0.04045 ? y / 12.92 : pow((y + 0.055) / 1.055, 2.4);
     }
     for (int i = 0; i < 3; i++) cone[i] = cbrt(in[i][0] * x[0] + in[i][1] * x[1] + in[i][2] * x[2]);
-    for (int i = 0; i < 3; i++) lab[i] = out[i][0] * cone[0] + out[i][1] * cone[1] + out[i][2] * cone[2];
+    for (int i = 0; i < 3; i++)
+        lab[i] = out[i][0] * cone[0] + out[i][1] * cone[1] + out[i][2] * cone[2];
 }
 
 TEST(shades_are_evenly_apart_and_grow_lighter) {

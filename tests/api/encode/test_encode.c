@@ -34,15 +34,18 @@ static enum pend_status encode(const struct api_format *format, const struct api
             int width = table->column[c].width;
             block[c] = data[c] + at * (width ? width : 1);
         }
-        status = api_writer_block(writer, table->rows - at < cut ? table->rows - at : cut, block, out, error);
+        status = api_writer_block(writer, table->rows - at < cut ? table->rows - at : cut, block,
+                                  out, error);
     }
-    for (int done = 0; !done && status == PEND_OK;) status = api_writer_finish(writer, stats, out, &done);
+    for (int done = 0; !done && status == PEND_OK;)
+        status = api_writer_finish(writer, stats, out, &done);
     api_writer_free(&writer);
     if (status == PEND_OK) status = api_buffer_add(out, "", 1);
     return status;
 }
 
-static const double t[] = {0, 0.5}, phi[] = {1, -2.5, 1e-7, 4, 5, 1. / 3}, re[] = {1, 2, 3, 4}, im[] = {5, 6, 7, 8};
+static const double t[] = {0, 0.5}, phi[] = {1, -2.5, 1e-7, 4, 5, 1. / 3}, re[] = {1, 2, 3, 4},
+                    im[] = {5, 6, 7, 8};
 static const double energy[] = {-9.81, 1e300};
 static const double *const data[] = {t, phi, re, im, energy};
 
@@ -55,9 +58,10 @@ TEST(a_table_becomes_one_object_of_arrays) {
     api_stats_whole(&stats, "steps", 100000);
     api_stats_number(&stats, "drift", 2.5e-16);
     CHECK(!encode(&api_format_json, &table, data, 2, &stats, &out, NULL));
-    CHECK_TEXT(out.data, "{\"t\":[0,0.5],\"phi\":[[1,-2.5,1e-7],[4,5,0.3333333333333333]],"
-                         "\"z\":{\"re\":[[1,2],[3,4]],\"im\":[[5,6],[7,8]]},\"energy\":[-9.81,1e300],"
-                         "\"stats\":{\"method\":\"taylor\",\"steps\":100000,\"drift\":2.5e-16}}");
+    CHECK_TEXT(out.data,
+               "{\"t\":[0,0.5],\"phi\":[[1,-2.5,1e-7],[4,5,0.3333333333333333]],"
+               "\"z\":{\"re\":[[1,2],[3,4]],\"im\":[[5,6],[7,8]]},\"energy\":[-9.81,1e300],"
+               "\"stats\":{\"method\":\"taylor\",\"steps\":100000,\"drift\":2.5e-16}}");
     api_buffer_clear(&out);
 }
 
@@ -67,7 +71,9 @@ TEST(a_single_row_stands_without_the_outer_array) {
     api_buffer_init(&out, 10000);
     table.single = 1;
     CHECK(!encode(&api_format_json, &table, data, 1, NULL, &out, NULL));
-    CHECK_TEXT(out.data, "{\"t\":0,\"phi\":[1,-2.5,1e-7],\"z\":{\"re\":[1,2],\"im\":[5,6]},\"energy\":-9.81}");
+    CHECK_TEXT(
+        out.data,
+        "{\"t\":0,\"phi\":[1,-2.5,1e-7],\"z\":{\"re\":[1,2],\"im\":[5,6]},\"energy\":-9.81}");
     api_buffer_clear(&out);
 }
 
@@ -112,8 +118,8 @@ TEST(the_bytes_do_not_depend_on_the_blocks_and_stay_below_the_estimate) {
             const struct api_format *format = api_format_at(f);
             CHECK(cut.bytes == whole.bytes && !memcmp(cut.data, whole.data, whole.bytes));
             double bytes = (double)whole.bytes - 1, most = format->bytes(&table);
-            CHECK_SAYING(format->exact ? bytes == most : bytes <= most, "%.0f bytes of %s, estimated %.0f", bytes,
-                         format->media_type, most);
+            CHECK_SAYING(format->exact ? bytes == most : bytes <= most,
+                         "%.0f bytes of %s, estimated %.0f", bytes, format->media_type, most);
             api_buffer_clear(&whole);
             api_buffer_clear(&cut);
         }
@@ -138,7 +144,8 @@ TEST(every_double_reads_back_from_json_and_csv) {
     REQUIRE(!encode(&api_format_json, &table, columns, 64, NULL, &json, NULL));
     REQUIRE(!encode(&api_format_csv, &table, columns, 64, NULL, &csv, NULL));
     REQUIRE(!api_json_new(&document, json.data, json.bytes - 1, 9, &problem));
-    struct api_value root = api_json_root(document), x = api_value_member(&root, "x"), row = api_value_item(&x, 0);
+    struct api_value root = api_json_root(document), x = api_value_member(&root, "x"),
+                     row = api_value_item(&x, 0);
     for (int i = 0; i < ROWS; i++, row = api_value_next(&row)) {
         const double *back = api_value_numbers(&row, &count);
         if (!CHECK(back && count == 3 && !memcmp(back, numbers + 3 * i, 3 * sizeof *back))) break;
@@ -146,7 +153,8 @@ TEST(every_double_reads_back_from_json_and_csv) {
     char *at = strchr(csv.data, '\n') + 1;
     for (int i = 0; i < 3 * ROWS; i++, at++) {
         double back = strtod(at, &at);
-        if (!CHECK_SAYING(!memcmp(&back, &numbers[i], sizeof back) && *at == (i % 3 == 2 ? '\n' : ','),
+        if (!CHECK_SAYING(!memcmp(&back, &numbers[i], sizeof back) &&
+                              *at == (i % 3 == 2 ? '\n' : ','),
                           "number %d is %.17g, not %.17g", i, back, numbers[i]))
             break;
     }
@@ -166,7 +174,8 @@ TEST(a_number_that_is_not_finite_ends_a_table_by_its_place) {
         wrong[4] = bad[i];
         const double *columns[] = {t, wrong, re, im, energy};
         api_buffer_init(&out, 10000);
-        CHECK_INT(encode(&api_format_json, &table, columns, 1, NULL, &out, &error), PEND_NOT_FINITE);
+        CHECK_INT(encode(&api_format_json, &table, columns, 1, NULL, &out, &error),
+                  PEND_NOT_FINITE);
         CHECK(strstr(error.text, "phi of arm 2 at t = 0.5 s"));
         CHECK_INT(error.arm, 1);
         table.column[0].name = "x";

@@ -13,7 +13,8 @@ TEST(csv_of_short_and_long_rows_reads_back) {
         struct test_table table = test_table_new(40, arms[a]);
         struct api_buffer out;
         api_buffer_init(&out, 10000000);
-        REQUIRE(!test_table_encode(&table, &api_format_csv, 16, &out) && !api_buffer_add(&out, "", 1));
+        REQUIRE(!test_table_encode(&table, &api_format_csv, 16, &out) &&
+                !api_buffer_add(&out, "", 1));
         char *at = strchr(out.data, '\n') + 1;
         for (long i = 0; i < 40; i++)
             for (int c = 0; c < TEST_COLUMNS; c++) {

@@ -33,13 +33,17 @@ struct matrix {
 };
 
 static int matrix_read(const char *at, struct matrix *matrix) {
-    struct element whole_one = element_at(at), flags = element_at(whole_one.data), size = element_at(flags.next),
-                   name = element_at(size.next);
-    if (whole_one.type != 14 || flags.type != 6 || flags.bytes != 8 || size.type != 5 || size.bytes != 8 ||
-        name.type != 1 || name.bytes >= sizeof matrix->name)
+    struct element whole_one = element_at(at), flags = element_at(whole_one.data),
+                   size = element_at(flags.next), name = element_at(size.next);
+    if (whole_one.type != 14 || flags.type != 6 || flags.bytes != 8 || size.type != 5 ||
+        size.bytes != 8 || name.type != 1 || name.bytes >= sizeof matrix->name)
         return 0;
-    *matrix = (struct matrix){
-        whole(flags.data, 4), (long)whole(size.data, 4), (long)whole(size.data + 4, 4), "", name.next, whole_one.next};
+    *matrix = (struct matrix){whole(flags.data, 4),
+                              (long)whole(size.data, 4),
+                              (long)whole(size.data + 4, 4),
+                              "",
+                              name.next,
+                              whole_one.next};
     memcpy(matrix->name, name.data, name.bytes);
     return 1;
 }
@@ -58,7 +62,8 @@ static int variable(const struct api_buffer *mat, const char *name, struct matri
     return CHECK(at == end) && CHECK_INT(there, 1);
 }
 
-/* the numbers of one part, arm by arm, against those of a column, row by row; returns what follows */
+/* the numbers of one part, arm by arm, against those of a column, row by row; returns what
+ * follows */
 static const char *check_part(const struct matrix *matrix, const char *at, const double column[]) {
     struct element part = element_at(at);
     CHECK_INT((long long)part.type, 9);
@@ -66,7 +71,8 @@ static const char *check_part(const struct matrix *matrix, const char *at, const
     int same = 1;
     for (long i = 0; i < matrix->rows; i++)
         for (long k = 0; k < matrix->columns; k++)
-            same &= !memcmp(part.data + 8 * (k * matrix->rows + i), &column[i * matrix->columns + k], 8);
+            same &= !memcmp(part.data + 8 * (k * matrix->rows + i),
+                            &column[i * matrix->columns + k], 8);
     CHECK(same);
     return part.next;
 }
@@ -78,7 +84,8 @@ static int field(const struct matrix *matrix, const char *name, struct matrix *f
     CHECK_INT((long long)matrix->flags, 2);
     CHECK_INT((long long)whole(width.data, 4), 32);
     for (size_t i = 0; i < names.bytes; i += 32, at = element_at(at).next)
-        if (!strcmp(names.data + i, name)) return CHECK(matrix_read(at, found)) && CHECK_TEXT(found->name, "");
+        if (!strcmp(names.data + i, name))
+            return CHECK(matrix_read(at, found)) && CHECK_TEXT(found->name, "");
     return CHECK_SAYING(0, "no field %s", name);
 }
 
@@ -97,7 +104,8 @@ TEST(mat_holds_every_array_under_its_name) {
     CHECK(check_part(&found, found.rest, table.data[TEST_PHI]) == found.end);
     REQUIRE(variable(&mat, "z", &found));
     CHECK(found.rows == 3000 && found.columns == 5 && found.flags == (6 | 1 << 11));
-    CHECK(check_part(&found, check_part(&found, found.rest, table.data[TEST_RE]), table.data[TEST_IM]) == found.end);
+    CHECK(check_part(&found, check_part(&found, found.rest, table.data[TEST_RE]),
+                     table.data[TEST_IM]) == found.end);
     REQUIRE(variable(&mat, "energy", &found) && field(&found, "kinetic", &part));
     check_part(&part, part.rest, table.data[TEST_KINETIC]);
     REQUIRE(field(&found, "total", &part));
@@ -116,7 +124,8 @@ TEST(mat_tells_the_statistics_as_a_structure) {
     REQUIRE(!test_table_encode(&table, &api_format_mat, 1, &mat));
     REQUIRE(variable(&mat, "stats", &stats) && field(&stats, "method", &part));
     struct element text = element_at(part.rest);
-    CHECK(part.flags == 4 && part.rows == 1 && part.columns == 6 && text.type == 4 && text.bytes == 12);
+    CHECK(part.flags == 4 && part.rows == 1 && part.columns == 6 && text.type == 4 &&
+          text.bytes == 12);
     CHECK(!memcmp(text.data, "t\0a\0y\0l\0o\0r\0", 12));
     REQUIRE(field(&stats, "steps", &part));
     check_part(&part, part.rest, &steps);

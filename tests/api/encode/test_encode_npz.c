@@ -35,7 +35,8 @@ static struct found member(const struct api_buffer *zip, const char *name) {
     const char *end = zip->data + zip->bytes - 22;
     struct found none = {NULL, 0};
     if (!CHECK(zip->bytes > 22 && !memcmp(end, "PK\5\6", 4))) return none;
-    unsigned long count = whole(end + 10, 2), size = whole(end + 12, 4), offset = whole(end + 16, 4);
+    unsigned long count = whole(end + 10, 2), size = whole(end + 12, 4),
+                  offset = whole(end + 16, 4);
     if (!CHECK_INT((long long)(offset + size + 22), (long long)zip->bytes)) return none;
     const char *entry = zip->data + offset;
     for (unsigned long i = 0; i < count; i++, entry += 46 + whole(entry + 28, 2)) {
@@ -44,7 +45,8 @@ static struct found member(const struct api_buffer *zip, const char *name) {
         if (length != strlen(name) || memcmp(entry + 46, name, length)) continue;
         const char *local = zip->data + whole(entry + 42, 4);
         struct found found = {local + 30 + length, whole(entry + 24, 4)};
-        CHECK(!memcmp(local, "PK\3\4", 4) && !memcmp(local + 4, entry + 6, 26) && !memcmp(local + 30, name, length));
+        CHECK(!memcmp(local, "PK\3\4", 4) && !memcmp(local + 4, entry + 6, 26) &&
+              !memcmp(local + 30, name, length));
         CHECK_INT((long long)whole(entry + 10, 2), 0); /* stored */
         CHECK_INT((long long)whole(entry + 20, 4), (long long)found.bytes);
         CHECK_INT((long long)whole(entry + 16, 4), (long long)crc(found.data, found.bytes));
@@ -54,13 +56,15 @@ static struct found member(const struct api_buffer *zip, const char *name) {
 }
 
 /* checks the description of a member and returns its data */
-static const char *array(const struct api_buffer *zip, const char *name, const char *description, size_t bytes) {
+static const char *array(const struct api_buffer *zip, const char *name, const char *description,
+                         size_t bytes) {
     struct found found = member(zip, name);
     if (!CHECK_SAYING(found.data != NULL, "no %s", name)) return NULL;
     size_t head = 10 + whole(found.data + 8, 2);
     CHECK(!memcmp(found.data, "\x93NUMPY\1\0", 8));
     CHECK_INT((long long)(head % 64), 0);
-    CHECK_SAYING(!memcmp(found.data + 10, description, strlen(description)), "%s: %.60s", name, found.data + 10);
+    CHECK_SAYING(!memcmp(found.data + 10, description, strlen(description)), "%s: %.60s", name,
+                 found.data + 10);
     CHECK(found.data[head - 1] == '\n');
     CHECK_INT((long long)(found.bytes - head), (long long)bytes);
     return found.data + head;
@@ -71,11 +75,15 @@ TEST(npz_holds_every_array_under_its_name) {
     struct api_buffer zip;
     api_buffer_init(&zip, 10000000);
     REQUIRE(!test_table_encode(&table, &api_format_npz, 64, &zip));
-    const char *t = array(&zip, "t.npy", "{'descr': '<f8', 'fortran_order': False, 'shape': (300,), }", 300 * 8);
-    const char *phi = array(&zip, "phi.npy", "{'descr': '<f8', 'fortran_order': False, 'shape': (300, 2), }", 600 * 8);
-    const char *z = array(&zip, "z.npy", "{'descr': '<c16', 'fortran_order': False, 'shape': (300, 2), }", 600 * 16);
+    const char *t = array(&zip, "t.npy",
+                          "{'descr': '<f8', 'fortran_order': False, 'shape': (300,), }", 300 * 8);
+    const char *phi = array(
+        &zip, "phi.npy", "{'descr': '<f8', 'fortran_order': False, 'shape': (300, 2), }", 600 * 8);
+    const char *z = array(
+        &zip, "z.npy", "{'descr': '<c16', 'fortran_order': False, 'shape': (300, 2), }", 600 * 16);
     const char *kinetic =
-        array(&zip, "energy_kinetic.npy", "{'descr': '<f8', 'fortran_order': False, 'shape': (300,), }", 300 * 8);
+        array(&zip, "energy_kinetic.npy",
+              "{'descr': '<f8', 'fortran_order': False, 'shape': (300,), }", 300 * 8);
     REQUIRE(t && phi && z && kinetic);
     CHECK(!memcmp(t, table.data[TEST_T], 300 * 8));
     CHECK(!memcmp(phi, table.data[TEST_PHI], 600 * 8));
@@ -95,9 +103,12 @@ TEST(npz_tells_the_statistics_as_arrays_without_an_axis) {
     double drift;
     api_buffer_init(&zip, 1000000);
     REQUIRE(!test_table_encode(&table, &api_format_npz, 1, &zip));
-    const char *method = array(&zip, "stats_method.npy", "{'descr': '<U6', 'fortran_order': False, 'shape': (), }", 24);
-    const char *steps = array(&zip, "stats_steps.npy", "{'descr': '<i8', 'fortran_order': False, 'shape': (), }", 8);
-    const char *size = array(&zip, "stats_drift.npy", "{'descr': '<f8', 'fortran_order': False, 'shape': (), }", 8);
+    const char *method = array(&zip, "stats_method.npy",
+                               "{'descr': '<U6', 'fortran_order': False, 'shape': (), }", 24);
+    const char *steps = array(&zip, "stats_steps.npy",
+                              "{'descr': '<i8', 'fortran_order': False, 'shape': (), }", 8);
+    const char *size = array(&zip, "stats_drift.npy",
+                             "{'descr': '<f8', 'fortran_order': False, 'shape': (), }", 8);
     REQUIRE(method && steps && size);
     CHECK(!memcmp(method, "t\0\0\0a\0\0\0y\0\0\0l\0\0\0o\0\0\0r\0\0\0", 24));
     CHECK_INT((long long)whole(steps, 8), 100000);

@@ -21,8 +21,10 @@ TEST(json_bodies_are_known_by_their_content_type) {
                                       "application/problem+json",
                                       "application/json; charset=\"",
                                       "application/json, text/plain"};
-    for (size_t i = 0; i < sizeof good / sizeof *good; i++) CHECK_SAYING(api_negotiate_json(good[i]), "%s", good[i]);
-    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) CHECK_SAYING(!api_negotiate_json(bad[i]), "%s", bad[i]);
+    for (size_t i = 0; i < sizeof good / sizeof *good; i++)
+        CHECK_SAYING(api_negotiate_json(good[i]), "%s", good[i]);
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+        CHECK_SAYING(!api_negotiate_json(bad[i]), "%s", bad[i]);
     CHECK(!api_negotiate_json(NULL));
 }
 
@@ -67,8 +69,8 @@ TEST(accept_chooses_by_quality_and_nearness) {
         {"text/csv;q=", ""},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
-        CHECK_SAYING(!strcmp(chosen(cases[i].accept), cases[i].media_type), "%s chose \"%s\"", cases[i].accept,
-                     chosen(cases[i].accept));
+        CHECK_SAYING(!strcmp(chosen(cases[i].accept), cases[i].media_type), "%s chose \"%s\"",
+                     cases[i].accept, chosen(cases[i].accept));
 }
 
 TEST(only_json_is_served_where_there_are_no_samples) {
@@ -81,7 +83,8 @@ TEST(a_refusal_lists_what_is_served) {
     api_problem_init(&problem);
     api_negotiate_refuse(&problem, 1);
     CHECK_INT(problem.status, 406);
-    CHECK(strstr(problem.detail, "application/json, application/x-ndjson, text/csv, application/octet-stream"));
+    CHECK(strstr(problem.detail,
+                 "application/json, application/x-ndjson, text/csv, application/octet-stream"));
     api_problem_clear(&problem);
     api_negotiate_refuse(&problem, 0);
     CHECK(strstr(problem.detail, "application/json") && !strstr(problem.detail, "text/csv"));

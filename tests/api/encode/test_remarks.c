@@ -46,7 +46,8 @@ TEST(warnings_are_comments_below_a_csv_table) {
     struct api_buffer out = encode(&table, &api_format_csv);
     const char *at = strchr(out.data, '#');
     REQUIRE(at && at[-1] == '\n');
-    CHECK_TEXT(at, "# trust_until: 8.75\n# warning: digits are lost: beyond t = 8.5 s\n# warning: energy is lost\n");
+    CHECK_TEXT(at, "# trust_until: 8.75\n# warning: digits are lost: beyond t = 8.5 s\n# warning: "
+                   "energy is lost\n");
     api_buffer_clear(&out);
     test_table_clear(&table);
     table = test_table_new(3, 2);
@@ -67,7 +68,8 @@ TEST(warnings_come_back_from_what_is_kept_of_a_part) {
         size_t bytes;
         REQUIRE(api_raw_head(at, &kind, &bytes));
         // of two parts that warn alike there is one warning
-        for (int i = 0; kind == API_RAW_STATS && i < 2; i++) CHECK(api_raw_add(figures, at + API_RAW_HEAD, bytes));
+        for (int i = 0; kind == API_RAW_STATS && i < 2; i++)
+            CHECK(api_raw_add(figures, at + API_RAW_HEAD, bytes));
         at += API_RAW_HEAD + bytes;
     }
     api_raw_stats(figures, &stats);
@@ -85,8 +87,10 @@ TEST(fields_of_a_header_tell_figures_and_warnings) {
     struct api_remarks told;
     api_remarks_fields(&told, &table.stats);
     REQUIRE(told.count == 4);
-    static const char *const want[][2] = {
-        {"X-Horizon", "8.5"}, {"X-Trust-Until", "8.75"}, {"X-Warning", first}, {"X-Warning", second}};
+    static const char *const want[][2] = {{"X-Horizon", "8.5"},
+                                          {"X-Trust-Until", "8.75"},
+                                          {"X-Warning", first},
+                                          {"X-Warning", second}};
     for (int i = 0; i < 4; i++) {
         CHECK_TEXT(told.field[i].name, want[i][0]);
         CHECK_TEXT(told.field[i].value, want[i][1]);

@@ -16,7 +16,8 @@ TEST(json_arena_gives_pieces_side_by_side_until_the_block_is_full) {
     for (size_t bytes = 1;; bytes = bytes % 90 + 1, pieces++) {
         char *piece = api_arena_take(bytes);
         if (!piece) break;
-        faults += piece < end || piece >= end + alignof(max_align_t) || (uintptr_t)piece % alignof(max_align_t);
+        faults += piece < end || piece >= end + alignof(max_align_t) ||
+                  (uintptr_t)piece % alignof(max_align_t);
         end = piece + bytes;
         /* gives nothing back: the next piece is behind it all the same */
         api_arena_give(piece);

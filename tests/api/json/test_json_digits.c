@@ -77,7 +77,8 @@ TEST(json_digits_four_are_taken_with_their_commas_and_nothing_else) {
     static const char *const others[] = {"1,0,1,0]", "1,0,1,:,", "1,0,1,/,", "10,1,0,1",
                                          " 1,0,1,0", "1.0,1,0,", "-,0,1,0,"};
     double x[4] = {-1, -1, -1, -1};
-    for (size_t i = 0; i < sizeof others / sizeof *others; i++) CHECK_INT(api_digits_four(others[i], x), 0);
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++)
+        CHECK_INT(api_digits_four(others[i], x), 0);
     CHECK(x[0] == -1 && x[3] == -1);
     CHECK_INT(api_digits_four("9,0,4,1,", x), 1);
     CHECK(x[0] == 9 && x[1] == 0 && x[2] == 4 && x[3] == 1);

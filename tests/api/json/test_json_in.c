@@ -46,11 +46,14 @@ static void refuses_bytes(const char *text, size_t bytes, int want, const char *
     int status;
     struct api_json *document = parse_bytes(text, bytes, DEPTH, &status);
     CHECK_SAYING(!document && status == want, "%.60s: status %d, expected %d", text, status, want);
-    CHECK_SAYING(strstr(detail, says) != NULL, "%.60s: \"%s\" does not say \"%s\"", text, detail, says);
+    CHECK_SAYING(strstr(detail, says) != NULL, "%.60s: \"%s\" does not say \"%s\"", text, detail,
+                 says);
     api_json_free(&document);
 }
 
-static void refuses(const char *text, const char *says) { refuses_bytes(text, strlen(text), 400, says); }
+static void refuses(const char *text, const char *says) {
+    refuses_bytes(text, strlen(text), 400, says);
+}
 
 /* grammar */
 
@@ -245,13 +248,16 @@ TEST(json_values_are_found) {
         enum api_kind kind;
         double number;
         int count;
-    } table[] = {{"n", API_NULL, 0, 0},   {"t", API_BOOL, 1, 0},   {"f", API_BOOL, 0, 0},   {"x", API_NUMBER, -1500, 0},
-                 {"s", API_STRING, 0, 0}, {"o", API_OBJECT, 0, 1}, {"e", API_ARRAY, 0, 0},  {"a", API_ARRAY, 0, 3},
-                 {"m", API_ARRAY, 0, 4},  {"A", API_NUMBER, 0, 0}, {"N", API_MISSING, 0, 0}};
+    } table[] = {{"n", API_NULL, 0, 0},       {"t", API_BOOL, 1, 0},   {"f", API_BOOL, 0, 0},
+                 {"x", API_NUMBER, -1500, 0}, {"s", API_STRING, 0, 0}, {"o", API_OBJECT, 0, 1},
+                 {"e", API_ARRAY, 0, 0},      {"a", API_ARRAY, 0, 3},  {"m", API_ARRAY, 0, 4},
+                 {"A", API_NUMBER, 0, 0},     {"N", API_MISSING, 0, 0}};
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         value = api_value_member(&root, table[i].key);
-        CHECK_SAYING(api_value_kind(&value) == table[i].kind, "%s is %d", table[i].key, api_value_kind(&value));
-        CHECK_SAYING(api_value_number(&value) == table[i].number, "%s is %g", table[i].key, api_value_number(&value));
+        CHECK_SAYING(api_value_kind(&value) == table[i].kind, "%s is %d", table[i].key,
+                     api_value_kind(&value));
+        CHECK_SAYING(api_value_number(&value) == table[i].number, "%s is %g", table[i].key,
+                     api_value_number(&value));
         CHECK_INT(api_value_count(&value), table[i].count);
         CHECK((api_value_text(&value) != NULL) == (table[i].kind == API_STRING));
     }
@@ -263,8 +269,10 @@ TEST(json_values_are_found) {
 }
 
 TEST(json_arrays_of_numbers_are_doubles) {
-    struct api_json *document = parse("{\"a\":[1,2.5,-3],\"b\":[[1,0],[],[7]],\"e\":[],\"m\":[1,2,null],\"x\":4}");
-    struct api_value root = api_json_root(document), a = api_value_member(&root, "a"), b = api_value_member(&root, "b");
+    struct api_json *document =
+        parse("{\"a\":[1,2.5,-3],\"b\":[[1,0],[],[7]],\"e\":[],\"m\":[1,2,null],\"x\":4}");
+    struct api_value root = api_json_root(document), a = api_value_member(&root, "a"),
+                     b = api_value_member(&root, "b");
     struct api_value e = api_value_member(&root, "e"), m = api_value_member(&root, "m"),
                      x = api_value_member(&root, "x");
     int count = -1;
@@ -274,7 +282,8 @@ TEST(json_arrays_of_numbers_are_doubles) {
     CHECK(numbers[0] == 1 && numbers[1] == 2.5 && numbers[2] == -3);
     CHECK(api_value_numbers(&e, &count) != NULL);
     CHECK_INT(count, 0);
-    CHECK(!api_value_numbers(&b, &count) && !api_value_numbers(&m, &count) && !api_value_numbers(&x, &count));
+    CHECK(!api_value_numbers(&b, &count) && !api_value_numbers(&m, &count) &&
+          !api_value_numbers(&x, &count));
     CHECK(!api_value_numbers(&root, &count));
     struct api_value row = api_value_item(&b, 2);
     numbers = api_value_numbers(&row, &count);
@@ -289,7 +298,8 @@ TEST(json_arrays_of_numbers_are_doubles) {
 
 /* "0:1 1:null ..." of an array's items by walking and by number */
 TEST(json_items_are_walked) {
-    static const char *const texts[] = {"[]", "[5]", "[1,2,3,4]", "[null,2,[3],\"x\",5]", "[[],[[]],{}]"};
+    static const char *const texts[] = {"[]", "[5]", "[1,2,3,4]", "[null,2,[3],\"x\",5]",
+                                        "[[],[[]],{}]"};
     static const int counts[] = {0, 1, 4, 5, 3};
     for (int i = 0; i < 5; i++) {
         struct api_json *document = parse(texts[i]);
@@ -340,7 +350,8 @@ struct maker {
 
 static void put(struct maker *maker, const char *text) {
     static const char *const space[] = {"", "", "", " ", "\n", "\t \r\n"};
-    maker->used += (size_t)sprintf(maker->text + maker->used, "%s%s", text, space[test_random_int(&maker->seed, 6)]);
+    maker->used += (size_t)sprintf(maker->text + maker->used, "%s%s", text,
+                                   space[test_random_int(&maker->seed, 6)]);
 }
 
 static double make_number(struct maker *maker) {
@@ -352,9 +363,11 @@ static double make_number(struct maker *maker) {
     return x;
 }
 
-/* makes a value (read == NULL) or checks one that was made from the same seed; returns the number of faults */
+/* makes a value (read == NULL) or checks one that was made from the same seed; returns the
+ * number of faults */
 static int make(struct maker *maker, const struct api_value *read, int depth) {
-    int kind = test_random_int(&maker->seed, depth ? 7 : 4), faults = 0, count = test_random_int(&maker->seed, 6);
+    int kind = test_random_int(&maker->seed, depth ? 7 : 4), faults = 0,
+        count = test_random_int(&maker->seed, 6);
     char key[40];
     if (kind < 2) {
         double x = make_number(maker);
@@ -372,7 +385,9 @@ static int make(struct maker *maker, const struct api_value *read, int depth) {
     }
     int object = kind == 4, numbers = kind == 5;
     put(maker, object ? "{" : "[");
-    if (read) faults += api_value_count(read) != count || api_value_kind(read) != (object ? API_OBJECT : API_ARRAY);
+    if (read)
+        faults += api_value_count(read) != count ||
+                  api_value_kind(read) != (object ? API_OBJECT : API_ARRAY);
     for (int i = 0; i < count; i++) {
         snprintf(key, sizeof key, "%s\"k%d\":", i ? "," : "", i);
         put(maker, object ? key : i ? "," : "");
@@ -411,8 +426,10 @@ TEST(json_of_random_documents_is_read_as_it_was_written) {
 /* damage */
 
 static const char sample[] =
-    "{\"pendulum\":{\"arms\":[{\"name\":\"tr\\u00fcnk\",\"length\":1.5,\"mass\":1e-1},{\"name\":\"\xe2\x82\xac\\\"\","
-    "\"parent\":null,\"length\":-0.5E+2}],\"gravity\":9.81},\n \"times\" : [ 0, 0.5,1 ],\"S\":[[1,0],[1,1],[]],"
+    "{\"pendulum\":{\"arms\":[{\"name\":\"tr\\u00fcnk\",\"length\":1.5,\"mass\":1e-1},{\"name\":"
+    "\"\xe2\x82\xac\\\"\","
+    "\"parent\":null,\"length\":-0.5E+2}],\"gravity\":9.81},\n \"times\" : [ 0, 0.5,1 "
+    "],\"S\":[[1,0],[1,1],[]],"
     "\"states\":[{\"phi\":[0]},{}],\"x\":[true,false,1,\"\\ud83d\\ude00\",[]]}";
 
 /* the text at the end of a page behind which nothing can be read */
@@ -437,13 +454,14 @@ TEST(json_cut_anywhere_is_refused_without_reading_on) {
     int status, accepted = 0;
     REQUIRE(guarded.page && sizeof sample < guarded.bytes);
     for (size_t bytes = 0; bytes < sizeof sample - 1; bytes++) {
-        struct api_json *document = parse_bytes(guarded_text(&guarded, sample, bytes), bytes, DEPTH, &status);
+        struct api_json *document =
+            parse_bytes(guarded_text(&guarded, sample, bytes), bytes, DEPTH, &status);
         accepted += document != NULL || status != 400;
         api_json_free(&document);
     }
     CHECK_INT(accepted, 0);
-    struct api_json *document =
-        parse_bytes(guarded_text(&guarded, sample, sizeof sample - 1), sizeof sample - 1, DEPTH, &status);
+    struct api_json *document = parse_bytes(guarded_text(&guarded, sample, sizeof sample - 1),
+                                            sizeof sample - 1, DEPTH, &status);
     CHECK(document != NULL);
     api_json_free(&document);
     munmap(guarded.page, 2 * guarded.bytes);
@@ -481,7 +499,8 @@ TEST(json_without_memory_fails_cleanly_whichever_allocation_fails) {
             api_problem_init(&problem);
             long before = test_alloc_count();
             test_alloc_fail(++count, for_good);
-            enum pend_status code = api_json_new(&document, sample, sizeof sample - 1, DEPTH, &problem);
+            enum pend_status code =
+                api_json_new(&document, sample, sizeof sample - 1, DEPTH, &problem);
             test_alloc_faults_off();
             made = test_alloc_count() - before;
             faults += problem.status || (code == PEND_OK) != (document != NULL);
@@ -531,9 +550,12 @@ static void points(const struct api_value *value, const char *want) {
 
 TEST(json_pointers_lead_to_the_value) {
     struct api_json *document = parse("{\"a\":{\"b\":[1,[2,3],{\"c/d~e\":4}]}}");
-    struct api_value root = api_json_root(document), a = api_value_member(&root, "a"), b = api_value_member(&a, "b");
-    struct api_value row = api_value_item(&b, 1), number = api_value_item(&row, 1), object = api_value_next(&row);
-    struct api_value odd = api_value_member(&object, "c/d~e"), none = api_value_member(&odd, "none");
+    struct api_value root = api_json_root(document), a = api_value_member(&root, "a"),
+                     b = api_value_member(&a, "b");
+    struct api_value row = api_value_item(&b, 1), number = api_value_item(&row, 1),
+                     object = api_value_next(&row);
+    struct api_value odd = api_value_member(&object, "c/d~e"),
+                     none = api_value_member(&odd, "none");
     struct api_value deeper = api_value_item(&none, 3);
     points(&root, "");
     points(&b, "/a/b");
@@ -562,7 +584,8 @@ TEST(json_pointers_that_are_too_long_are_cut) {
     /* and a chain of parents that is longer than any document's */
     struct api_value chain[400] = {{0}};
     char pointer[API_POINTER_BYTES];
-    for (int i = 1; i < 400; i++) chain[i] = (struct api_value){.parent = &chain[i - 1], .index = 7};
+    for (int i = 1; i < 400; i++)
+        chain[i] = (struct api_value){.parent = &chain[i - 1], .index = 7};
     api_value_pointer(&chain[399], pointer);
     CHECK(strstr(pointer, "/7/7/7") == pointer && strstr(pointer, "..."));
 }
@@ -580,7 +603,8 @@ TEST(json_fields_that_are_not_known_are_faulted_with_what_was_meant) {
         {"l", "is not a known field; did you mean \"L\"?"},
         {"x", "is not a known field; allowed here: length, mass, parent, L, rtol"},
         {"", "is not a known field; allowed here: length, mass, parent, L, rtol"},
-        {"completely different", "is not a known field; allowed here: length, mass, parent, L, rtol"},
+        {"completely different",
+         "is not a known field; allowed here: length, mass, parent, L, rtol"},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         char text[100];
@@ -643,7 +667,8 @@ TEST(json_numbers_are_read_with_their_range) {
         snprintf(text, sizeof text, "{\"x\":%s}", table[i].text);
         struct api_json *document = parse(text);
         struct api_value root = api_json_root(document), value = api_value_member(&root, "x");
-        CHECK_INT(api_value_read_number(&value, table[i].least, table[i].greatest, table[i].unit, &x, &problem),
+        CHECK_INT(api_value_read_number(&value, table[i].least, table[i].greatest, table[i].unit,
+                                        &x, &problem),
                   table[i].result);
         CHECK_TEXT(problem.count ? problem.faults[0].detail : "", table[i].says);
         CHECK((x != -77) == (table[i].result == 1));
@@ -659,7 +684,8 @@ static struct api_buffer small_arrays(int count) {
     struct api_buffer text;
     api_buffer_init(&text, 10000000);
     CHECK(!api_buffer_add(&text, "[", 1));
-    for (int i = 0; i < count; i++) CHECK(!api_buffer_text(&text, i ? ",[ 1, 2, 3, 4]" : "[ 1, 2, 3, 4]"));
+    for (int i = 0; i < count; i++)
+        CHECK(!api_buffer_text(&text, i ? ",[ 1, 2, 3, 4]" : "[ 1, 2, 3, 4]"));
     CHECK(!api_buffer_add(&text, "]", 1));
     return text;
 }
@@ -670,7 +696,8 @@ TEST(a_document_may_have_so_many_values_besides_numbers_in_arrays) {
         struct api_problem problem;
         struct api_json *document;
         api_problem_init(&problem);
-        CHECK_INT(api_json_new(&document, text.data, text.bytes, 4, &problem), beyond ? PEND_INVALID : PEND_OK);
+        CHECK_INT(api_json_new(&document, text.data, text.bytes, 4, &problem),
+                  beyond ? PEND_INVALID : PEND_OK);
         CHECK_INT(problem.status, beyond ? 422 : 0);
         CHECK(!beyond || strstr(problem.detail, "more than 300000 values"));
         api_json_free(&document);
@@ -685,15 +712,19 @@ TEST(members_and_items_are_walked_alike) {
     struct api_problem problem;
     api_problem_init(&problem);
     REQUIRE(!api_json_new(&document, text, sizeof text - 1, 9, &problem));
-    struct api_value root = api_json_root(document), a = api_value_first(&root), b = api_value_next(&a);
+    struct api_value root = api_json_root(document), a = api_value_first(&root),
+                     b = api_value_next(&a);
     struct api_value c = api_value_next(&b), end = api_value_next(&c), none = api_value_first(&c);
     CHECK_TEXT(a.key, "a");
     CHECK_TEXT(b.key, "b");
     CHECK_TEXT(c.key, "c");
     CHECK(api_value_kind(&end) == API_MISSING && api_value_kind(&none) == API_MISSING);
-    struct api_value one = api_value_first(&a), two = api_value_next(&one), three = api_value_next(&two);
-    CHECK(api_value_number(&one) == 1 && api_value_number(&two) == 2 && api_value_kind(&three) == API_MISSING);
-    struct api_value list = api_value_first(&b), number = api_value_next(&list), behind = api_value_next(&number);
+    struct api_value one = api_value_first(&a), two = api_value_next(&one),
+                     three = api_value_next(&two);
+    CHECK(api_value_number(&one) == 1 && api_value_number(&two) == 2 &&
+          api_value_kind(&three) == API_MISSING);
+    struct api_value list = api_value_first(&b), number = api_value_next(&list),
+                     behind = api_value_next(&number);
     CHECK(api_value_kind(&list) == API_ARRAY && api_value_number(&number) == 3);
     CHECK(api_value_kind(&behind) == API_MISSING && !number.key && number.index == 1);
     api_json_free(&document);

@@ -16,11 +16,13 @@ TEST(json_keys_are_refused_once_they_are_there_whatever_their_length) {
     for (int i = 0; i < MOST; i++) {
         key[i].at = bytes;
         /* lengths of 3 to 34 bytes, alike but for the last of them */
-        bytes += (size_t)sprintf(text + bytes, "%.*s%03d", i % 32, "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa", i);
+        bytes += (size_t)sprintf(text + bytes, "%.*s%03d", i % 32,
+                                 "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa", i);
         key[i].bytes = bytes - key[i].at;
         added += api_keys_add(&keys, 0, MOST + 1, text, key[i]) == PEND_OK;
     }
-    for (int i = 0; i < MOST; i++) refused += api_keys_add(&keys, 0, MOST + 1, text, key[i]) == PEND_INVALID;
+    for (int i = 0; i < MOST; i++)
+        refused += api_keys_add(&keys, 0, MOST + 1, text, key[i]) == PEND_INVALID;
     CHECK_INT(added, MOST);
     CHECK_INT(refused, MOST);
     api_keys_clear(&keys);

@@ -26,8 +26,10 @@ TEST(commas_go_where_they_are_due) {
     CHECK(!api_out_number(&out, "e", 1. / 3, 3));
     CHECK(!api_out_matrix(&out, "f", 2, (double[]){1, 2, 3, 4}, 0));
     CHECK(!api_buffer_text(&out, "}"));
-    CHECK_TEXT(written(&out), "{\"a\":-3,\"b\":[[1,0.5],[]],\"c\\\"\":\"ends with a comma,\",\"d\":null,\"e\":0.333,"
-                              "\"f\":[[1,2],[3,4]]}");
+    CHECK_TEXT(
+        written(&out),
+        "{\"a\":-3,\"b\":[[1,0.5],[]],\"c\\\"\":\"ends with a comma,\",\"d\":null,\"e\":0.333,"
+        "\"f\":[[1,2],[3,4]]}");
     api_buffer_clear(&out);
 }
 
@@ -47,13 +49,15 @@ TEST(no_number_is_longer_than_is_said) {
     api_buffer_init(&out, 1000);
     CHECK(!api_buffer_room(&out, 100));
     for (int i = 0; i < 200000; i++) {
-        unsigned long long bits = (unsigned long long)(test_random(&seed) * 0x1p53) << 11 ^ (unsigned long long)i;
+        unsigned long long bits =
+            (unsigned long long)(test_random(&seed) * 0x1p53) << 11 ^ (unsigned long long)i;
         double x = i % 2 ? ldexp(test_random(&seed) - 0.5, test_random_int(&seed, 120) - 60) : 0;
         if (i % 2 == 0) memcpy(&x, &bits, sizeof x);
         if (!isfinite(x)) continue;
         int digits = test_random_int(&seed, 18);
         long bytes = api_out_digits(out.data, x, digits) - out.data;
-        if (!CHECK_SAYING(bytes < api_out_number_bytes(digits), "%.17g takes %ld bytes at %d digits", x, bytes, digits))
+        if (!CHECK_SAYING(bytes < api_out_number_bytes(digits),
+                          "%.17g takes %ld bytes at %d digits", x, bytes, digits))
             break;
     }
     api_buffer_clear(&out);

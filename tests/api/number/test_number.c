@@ -13,7 +13,8 @@
 
 enum { CANARY = 0x5a };
 
-/* what is written, as a string; "" where a byte behind API_NUMBER_BYTES was touched or the text is too long */
+/* what is written, as a string; "" where a byte behind API_NUMBER_BYTES was touched or the text
+ * is too long */
 static const char *written(double x, int digits, char text[API_NUMBER_BYTES + 9]) {
     memset(text, CANARY, API_NUMBER_BYTES + 8);
     char *end = digits ? api_number_write_digits(text, x, digits) : api_number_write(text, x);
@@ -30,7 +31,8 @@ static double from_bits(uint64_t bits) {
 }
 
 static uint64_t random_bits(unsigned long long *seed) {
-    uint64_t high = (uint64_t)test_random_int(seed, 1 << 30), low = (uint64_t)test_random_int(seed, 1 << 30);
+    uint64_t high = (uint64_t)test_random_int(seed, 1 << 30),
+             low = (uint64_t)test_random_int(seed, 1 << 30);
     return high << 34 ^ low << 4 ^ (uint64_t)test_random_int(seed, 16);
 }
 
@@ -57,7 +59,8 @@ static int is_json(const char *p) {
     return !*p;
 }
 
-/* the significant digits of a decimal without zeros at either end, and the power of ten of the first */
+/* the significant digits of a decimal without zeros at either end, and the power of ten of the
+ * first */
 static void significant(const char *text, char digits[64], int *exponent) {
     int count = 0, point = -1, power = 0;
     for (; *text; text++) {
@@ -89,7 +92,8 @@ static int digit_count(const char *text) {
     return (int)strlen(digits);
 }
 
-/* prints what is wrong with the way x is written, at most a few times; returns the number of faults */
+/* prints what is wrong with the way x is written, at most a few times; returns the number of
+ * faults */
 static int faults_of(double x) {
     static int told;
     char text[API_NUMBER_BYTES + 9], rounded[64];
@@ -181,14 +185,16 @@ TEST(number_of_everyday_size_reads_back_and_is_the_shortest) {
     for (int i = 0; i < 100000; i++) {
         faults += faults_of(20 * test_random(&seed) - 10);
         faults += faults_of(i * 0.01);
-        faults += faults_of(test_random_int(&seed, 100000000) / pow(10, test_random_int(&seed, 12)));
-        faults += faults_of(ldexp((double)test_random_int(&seed, 1 << 30), test_random_int(&seed, 60) - 50));
+        faults +=
+            faults_of(test_random_int(&seed, 100000000) / pow(10, test_random_int(&seed, 12)));
+        faults += faults_of(
+            ldexp((double)test_random_int(&seed, 1 << 30), test_random_int(&seed, 60) - 50));
     }
     CHECK_INT(faults, 0);
 }
 
-/* the neighbours too: the interval that reads back to a power of two is lopsided, and short decimals are near those of
- * ten */
+/* the neighbours too: the interval that reads back to a power of two is lopsided, and short
+ * decimals are near those of ten */
 TEST(number_next_to_every_power_of_two_and_ten_reads_back_and_is_the_shortest) {
     int faults = 0, tried = 0;
     for (int e = -1074; e < 1024; e++)
@@ -219,7 +225,8 @@ TEST(number_of_a_whole_value_is_exact) {
     CHECK_INT(faults, 0);
 }
 
-/* of the decimals of that length that read back it is the nearest, which is x rounded to that length */
+/* of the decimals of that length that read back it is the nearest, which is x rounded to that
+ * length */
 TEST(number_is_the_nearest_of_the_shortest) {
     unsigned long long seed = 5;
     int faults = 0;
@@ -241,8 +248,10 @@ static int rounding_faults(double x, int digits) {
     written(x, 0, shortest);
     snprintf(want, sizeof want, "%.*e", digits - 1, x);
     if (isinf(strtod(want, NULL))) return !is_json(text) || isinf(strtod(text, NULL));
-    int fault = !is_json(text) || !same_decimal(text, digit_count(shortest) <= digits ? shortest : want);
-    if (fault && told++ < 10) printf("  %a to %d digits: \"%s\", expected \"%s\"\n", x, digits, text, want);
+    int fault =
+        !is_json(text) || !same_decimal(text, digit_count(shortest) <= digits ? shortest : want);
+    if (fault && told++ < 10)
+        printf("  %a to %d digits: \"%s\", expected \"%s\"\n", x, digits, text, want);
     return fault;
 }
 
@@ -259,7 +268,8 @@ TEST(number_rounded_to_digits_is_that_of_printf) {
 }
 
 TEST(number_rounded_is_never_beyond_the_largest_double) {
-    static const char *const want[] = {"1e308", "1.7e308", "1.79e308", "1.797e308", "1.7976e308", "1.79769e308"};
+    static const char *const want[] = {"1e308",     "1.7e308",    "1.79e308",
+                                       "1.797e308", "1.7976e308", "1.79769e308"};
     char text[API_NUMBER_BYTES + 9];
     for (int digits = 1; digits <= 17; digits++)
         for (int sign = -1; sign <= 1; sign += 2) {
@@ -319,7 +329,8 @@ TEST(number_rounded_at_a_tie_goes_to_the_even_digit) {
     CHECK_INT(faults, 0);
 }
 
-/* numbers as they come in rows: alike, of all sizes, with zeros, ties, carries and whole numbers among them */
+/* numbers as they come in rows: alike, of all sizes, with zeros, ties, carries and whole numbers
+ * among them */
 static double row_number(int kind, unsigned long long *seed) {
     int way = kind ? test_random_int(seed, 8 * kind) : 7;
     if (way == 0) return 0;
@@ -342,7 +353,8 @@ TEST(number_rows_are_their_numbers_one_by_one) {
     for (long round = 0; round < rounds; round++) {
         double value[MOST];
         int digits = (int)(round % 18), width = 1 + test_random_int(&seed, 20);
-        struct api_number_rows rows = {test_random_int(&seed, MOST / width + 1), width, value, digits, 0, "\n", 1};
+        struct api_number_rows rows = {
+            test_random_int(&seed, MOST / width + 1), width, value, digits, 0, "\n", 1};
         if (round & 1) rows.open = '[', memcpy(rows.close, "],", 3), rows.close_bytes = 2;
         char *at = want;
         for (long i = 0; i < rows.rows; i++) {
@@ -362,7 +374,8 @@ TEST(number_rows_are_their_numbers_one_by_one) {
 }
 
 TEST(number_written_as_an_integer_is_that_of_printf) {
-    static const long long table[] = {0, 1, -1, 9, 10, 99, 100, 12345, INT_MAX, INT_MIN, LLONG_MAX, LLONG_MIN};
+    static const long long table[] = {0,   1,     -1,      9,       10,        99,
+                                      100, 12345, INT_MAX, INT_MIN, LLONG_MAX, LLONG_MIN};
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         char text[API_NUMBER_BYTES + 1], want[32];
         *api_number_write_int(text, table[i]) = 0;
@@ -383,7 +396,8 @@ TEST(number_is_read_exactly_rounded) {
         {"-0.0", -0.0},
         {"0e999", 0},
         {"9007199254740993", 9007199254740992},
-        {"9007199254740993.0000000000000000000000000000000000000000000000000000000001", 9007199254740994},
+        {"9007199254740993.0000000000000000000000000000000000000000000000000000000001",
+         9007199254740994},
         {"1e23", 1e23},
         {"8.5e22", 8.5e22},
         {"2.2250738585072011e-308", 0x0.fffffffffffffp-1022},
@@ -399,7 +413,8 @@ TEST(number_is_read_exactly_rounded) {
         {"100000000000000000000000000000000000000000000000000000000000000000000e-68", 1},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++)
-        CHECK_SAYING(same(read(table[i].text), table[i].x), "%s is read as %a", table[i].text, read(table[i].text));
+        CHECK_SAYING(same(read(table[i].text), table[i].x), "%s is read as %a", table[i].text,
+                     read(table[i].text));
 }
 
 TEST(number_of_random_digits_is_read_as_strtod_does) {
@@ -419,8 +434,10 @@ TEST(number_of_random_digits_is_read_as_strtod_does) {
 /* a locale of the test's own: few machines have one with a decimal comma */
 static int locale_with_comma(const char *directory) {
     char command[160], text[8];
-    snprintf(command, sizeof command, "localedef -c -i de_DE -f UTF-8 '%s/de_DE.UTF-8' >/dev/null 2>&1", directory);
-    if (system(command) || setenv("LOCPATH", directory, 1) || !setlocale(LC_NUMERIC, "de_DE.UTF-8")) return 0;
+    snprintf(command, sizeof command,
+             "localedef -c -i de_DE -f UTF-8 '%s/de_DE.UTF-8' >/dev/null 2>&1", directory);
+    if (system(command) || setenv("LOCPATH", directory, 1) || !setlocale(LC_NUMERIC, "de_DE.UTF-8"))
+        return 0;
     snprintf(text, sizeof text, "%.1f", 0.5);
     return !strcmp(text, "0,5");
 }
@@ -434,7 +451,8 @@ TEST(number_does_not_obey_the_locale) {
         CHECK_TEXT(written(25, 1, text), "20");
         CHECK(read("0.5") == 0.5);
     } else
-        test_skip("no locale with a decimal comma can be made: the package locales is not installed");
+        test_skip(
+            "no locale with a decimal comma can be made: the package locales is not installed");
     setlocale(LC_NUMERIC, "C");
     unsetenv("LOCPATH");
     snprintf(command, sizeof command, "rm -rf '%s'", directory);

@@ -8,7 +8,8 @@ extern "C" {
 #include <string.h>
 
 /* the digits by printf, and the point put in by hand */
-static void expected(unsigned long high, unsigned long low, int before, char text[18], int *significant) {
+static void expected(unsigned long high, unsigned long low, int before, char text[18],
+                     int *significant) {
     char digits[17];
     snprintf(digits, sizeof digits, "%08lu%08lu", high, low);
     snprintf(text, 18, "%.*s.%s", before, digits, digits + before);
@@ -17,7 +18,8 @@ static void expected(unsigned long high, unsigned long low, int before, char tex
 
 /* numbers of all lengths, with and without zeros behind */
 static unsigned long number(unsigned long long *seed) {
-    static const unsigned long power[] = {1, 10, 100, 1000, 10000, 100000, 1000000, 10000000, 100000000};
+    static const unsigned long power[] = {1,      10,      100,      1000,     10000,
+                                          100000, 1000000, 10000000, 100000000};
     int zeros = test_random_int(seed, 9);
     return (unsigned long)test_random_int(seed, (int)power[8 - zeros]) * power[zeros];
 }
@@ -33,7 +35,8 @@ template <class digits16> static void agrees() {
         expected(high, low, before, want, &significant);
         digits.store_with_point(got, before);
         digits.store(plain);
-        faults += strcmp(got, want) != 0 || digits.significant(0) != significant || digits.significant(3) != 17;
+        faults += strcmp(got, want) != 0 || digits.significant(0) != significant ||
+                  digits.significant(3) != 17;
         memmove(got + before, got + before + 1, (size_t)(17 - before));
         faults += strcmp(got, plain) != 0;
     }

@@ -36,7 +36,8 @@ template <class short_numbers> static int faults_of(int everyday, int *taken, in
         for (int i = 0; i < short_numbers::COUNT; i++) {
             char got[API_NUMBER_BYTES] = {}, want[API_NUMBER_BYTES] = {};
             long bytes = numbers.write(got, x, i) - got;
-            faults += bytes != api_number_write_digits(want, x[i], digits) - want || memcmp(got, want, (size_t)bytes);
+            faults += bytes != api_number_write_digits(want, x[i], digits) - want ||
+                      memcmp(got, want, (size_t)bytes);
         }
     }
     return faults;

@@ -14,8 +14,9 @@
 #define AXIS2 "{\"vary\":\"theta\",\"arm\":2,\"start\":-2,\"stop\":2,\"count\":5}"
 
 TEST(ensembles_members_end_where_trajectories_end) {
-    struct test_reply many = test_post(API_OP_ENSEMBLES, "{" TURNED ",\"states\":[{\"theta\":[1,2,-1],\"thetad\":[0,1,"
-                                                         "2]},{},{\"mode\":2,\"amplitude\":0.3}],\"duration\":2}");
+    struct test_reply many =
+        test_post(API_OP_ENSEMBLES, "{" TURNED ",\"states\":[{\"theta\":[1,2,-1],\"thetad\":[0,1,"
+                                    "2]},{},{\"mode\":2,\"amplitude\":0.3}],\"duration\":2}");
     static const char *const state[] = {"{\"theta\":[1,2,-1],\"thetad\":[0,1,2]}", "{}",
                                         "{\"mode\":2,\"amplitude\":0.3}"};
     double worst = 0;
@@ -35,30 +36,33 @@ TEST(ensembles_members_end_where_trajectories_end) {
     }
     CHECK_RESIDUAL(worst, 1e-14, "final angles against trajectories");
     CHECK_TEXT(test_reply_text(&many, "/stats/method"), "taylor");
-    CHECK(test_reply_number(&many, "/stats/members") == 3 && test_reply_number(&many, "/stats/failed") == 0);
+    CHECK(test_reply_number(&many, "/stats/members") == 3 &&
+          test_reply_number(&many, "/stats/failed") == 0);
     test_reply_free(&many);
 }
 
 TEST(ensembles_trajectories_are_member_major_and_those_of_trajectories) {
-    struct test_reply many =
-        test_post(API_OP_ENSEMBLES, "{" TURNED ",\"states\":[{},{\"phi\":[1,2,3]}],\"times\":{\"start\":1,"
-                                    "\"stop\":2,\"count\":5},\"observables\":[\"trajectory\"],"
-                                    "\"output\":[\"theta\",\"thetad\",\"lambda\",\"phi\"]}");
+    struct test_reply many = test_post(
+        API_OP_ENSEMBLES, "{" TURNED ",\"states\":[{},{\"phi\":[1,2,3]}],\"times\":{\"start\":1,"
+                          "\"stop\":2,\"count\":5},\"observables\":[\"trajectory\"],"
+                          "\"output\":[\"theta\",\"thetad\",\"lambda\",\"phi\"]}");
     double worst = 0;
     CHECK_INT(test_reply_count(&many, "/t"), 10);
     for (int i = 0; i < 2; i++) {
-        struct test_reply one =
-            test_post(API_OP_TRAJECTORIES,
-                      i ? "{" TURNED ",\"initial\":{\"phi\":[1,2,3]},\"times\":{\"start\":1,\"stop\":2,\"count\":5},"
-                          "\"output\":[\"theta\",\"thetad\",\"lambda\",\"phi\"]}"
-                        : "{" TURNED ",\"times\":{\"start\":1,\"stop\":2,\"count\":5},"
-                          "\"output\":[\"theta\",\"thetad\",\"lambda\",\"phi\"]}");
+        struct test_reply one = test_post(
+            API_OP_TRAJECTORIES,
+            i ? "{" TURNED
+                ",\"initial\":{\"phi\":[1,2,3]},\"times\":{\"start\":1,\"stop\":2,\"count\":5},"
+                "\"output\":[\"theta\",\"thetad\",\"lambda\",\"phi\"]}"
+              : "{" TURNED ",\"times\":{\"start\":1,\"stop\":2,\"count\":5},"
+                "\"output\":[\"theta\",\"thetad\",\"lambda\",\"phi\"]}");
         static const char *const name[] = {"theta", "thetad", "lambda", "phi"};
         for (int j = 0; j < 5 * 3 * 4; j++) {
             char pointer[2][40];
             snprintf(pointer[0], 40, "/%s/%d/%d", name[j % 4], 5 * i + j / 12, j / 4 % 3);
             snprintf(pointer[1], 40, "/%s/%d/%d", name[j % 4], j / 12, j / 4 % 3);
-            worst = fmax(worst, fabs(test_reply_number(&many, pointer[0]) - test_reply_number(&one, pointer[1])));
+            worst = fmax(worst, fabs(test_reply_number(&many, pointer[0]) -
+                                     test_reply_number(&one, pointer[1])));
         }
         CHECK(test_reply_number(&many, i ? "/member/9" : "/member/0") == i);
         CHECK(test_reply_number(&many, i ? "/t/9" : "/t/4") == 2);
@@ -70,15 +74,17 @@ TEST(ensembles_trajectories_are_member_major_and_those_of_trajectories) {
 
 TEST(ensembles_grids_run_through_their_axes_the_first_fastest) {
     struct test_reply reply = test_post(
-        API_OP_ENSEMBLES,
-        "{" TURNED
-        ",\"grid\":[{\"vary\":\"phi\",\"arm\":3,\"start\":-90,\"stop\":90,\"count\":3,\"unit\":\"deg\"},{\"vary\":"
-        "\"gravity\",\"start\":1,\"stop\":4,\"count\":2},{\"vary\":\"mass\",\"arm\":1,\"start\":1,\"stop\":100,"
-        "\"count\":3,"
-        "\"scale\":\"log\"}],\"initial\":{\"phi\":[1,2,3],\"phid\":[5,6,7]},\"duration\":0.1,\"observables\":["
-        "\"start\",\"parameters\"]}");
+        API_OP_ENSEMBLES, "{" TURNED ",\"grid\":[{\"vary\":\"phi\",\"arm\":3,\"start\":-90,"
+                          "\"stop\":90,\"count\":3,\"unit\":\"deg\"},{\"vary\":"
+                          "\"gravity\",\"start\":1,\"stop\":4,\"count\":2},{\"vary\":\"mass\","
+                          "\"arm\":1,\"start\":1,\"stop\":100,"
+                          "\"count\":3,"
+                          "\"scale\":\"log\"}],\"initial\":{\"phi\":[1,2,3],\"phid\":[5,6,7]},"
+                          "\"duration\":0.1,\"observables\":["
+                          "\"start\",\"parameters\"]}");
     CHECK_INT(test_reply_count(&reply, "/member"), 18);
-    static const double angle[] = {-M_PI / 2, 0, M_PI / 2}, gravity[] = {1, 4}, mass[] = {1, 10, 100};
+    static const double angle[] = {-M_PI / 2, 0, M_PI / 2}, gravity[] = {1, 4},
+                        mass[] = {1, 10, 100};
     for (int i = 0; i < 18; i++) {
         char pointer[4][40];
         snprintf(pointer[0], 40, "/start/phi/%d/2", i);
@@ -96,8 +102,10 @@ TEST(ensembles_grids_run_through_their_axes_the_first_fastest) {
 TEST(ensembles_draws_depend_on_seed_and_member_alone) {
     static const char *const form =
         "{" TWO ",\"random\":{\"count\":%d,\"seed\":%d,\"draw\":[{\"vary\":\"theta\",\"arm\":2,"
-        "\"distribution\":\"normal\",\"mean\":180,\"deviation\":10,\"unit\":\"deg\"},{\"vary\":\"length\","
-        "\"arm\":1,\"distribution\":\"uniform\",\"low\":2,\"high\":3}]},\"duration\":0.1,\"observables\":["
+        "\"distribution\":\"normal\",\"mean\":180,\"deviation\":10,\"unit\":\"deg\"},{\"vary\":"
+        "\"length\","
+        "\"arm\":1,\"distribution\":\"uniform\",\"low\":2,\"high\":3}]},\"duration\":0.1,"
+        "\"observables\":["
         "\"start\",\"parameters\"]}";
     char body[600];
     struct test_reply reply[3];
@@ -135,7 +143,8 @@ static struct test_reply answer_as(const char *accept, const char *body) {
 /* one member turns over, the other never does; only its first arm's force changes sign */
 TEST(ensembles_a_time_that_never_comes_is_no_number_where_text_can_say_so) {
     static const char body[] =
-        "{" TWO ",\"states\":[{},{\"theta\":[0,0],\"thetad\":[30,30]}],\"duration\":1,\"observables\":"
+        "{" TWO
+        ",\"states\":[{},{\"theta\":[0,0],\"thetad\":[30,30]}],\"duration\":1,\"observables\":"
         "[\"first_flip\",\"flip_time\"]}";
     static const struct {
         const char *accept, *never[2];
@@ -148,8 +157,8 @@ TEST(ensembles_a_time_that_never_comes_is_no_number_where_text_can_say_so) {
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         struct test_reply reply = answer_as(row[i].accept, body);
         for (int j = 0; j < 2; j++)
-            CHECK_SAYING(strstr(reply.out.data, row[i].never[j]) != NULL, "%s: no %s in %.400s", row[i].accept,
-                         row[i].never[j], reply.out.data);
+            CHECK_SAYING(strstr(reply.out.data, row[i].never[j]) != NULL, "%s: no %s in %.400s",
+                         row[i].accept, row[i].never[j], reply.out.data);
         CHECK(!strstr(reply.out.data, "-1"));
         test_reply_free(&reply);
     }
@@ -165,23 +174,31 @@ TEST(ensembles_a_time_that_never_comes_is_no_number_where_text_can_say_so) {
 TEST(ensembles_a_member_that_fails_leaves_the_others_alone) {
     struct test_reply reply = test_post(
         API_OP_ENSEMBLES,
-        "{" TWO ",\"states\":[{},{\"phi\":[0,0],\"phid\":[1e200,0]},{\"phi\":[1,1]}],\"duration\":1,\"observables\":["
+        "{" TWO ",\"states\":[{},{\"phi\":[0,0],\"phid\":[1e200,0]},{\"phi\":[1,1]}],\"duration\":"
+        "1,\"observables\":["
         "\"final\",\"first_flip\",\"lambda_max\",\"sign_change\",\"energy_drift\",\"lyapunov\"]}");
     CHECK_INT(reply.status, 200);
-    CHECK(test_reply_number(&reply, "/status/0") == 0 && test_reply_number(&reply, "/status/1") != 0);
-    CHECK(test_reply_number(&reply, "/status/2") == 0 && test_reply_number(&reply, "/stats/failed") == 1);
-    CHECK(test_reply_number(&reply, "/final/phi/2/0") != 0 && test_reply_number(&reply, "/final/phi/1/0") == 0);
+    CHECK(test_reply_number(&reply, "/status/0") == 0 &&
+          test_reply_number(&reply, "/status/1") != 0);
+    CHECK(test_reply_number(&reply, "/status/2") == 0 &&
+          test_reply_number(&reply, "/stats/failed") == 1);
+    CHECK(test_reply_number(&reply, "/final/phi/2/0") != 0 &&
+          test_reply_number(&reply, "/final/phi/1/0") == 0);
     CHECK(strstr(reply.out.data, "\"first_flip\":{\"time\":[null,") != NULL);
     test_reply_free(&reply);
-    reply = test_post(API_OP_ENSEMBLES,
-                      "{" TWO ",\"states\":[{\"phi\":[0,0],\"phid\":[1e200,0]},{}],\"times\":[0,1],\"observables\":["
-                      "\"trajectory\"]}");
-    CHECK(test_reply_number(&reply, "/status/1") != 0 && test_reply_number(&reply, "/status/3") == 0);
+    reply = test_post(
+        API_OP_ENSEMBLES,
+        "{" TWO
+        ",\"states\":[{\"phi\":[0,0],\"phid\":[1e200,0]},{}],\"times\":[0,1],\"observables\":["
+        "\"trajectory\"]}");
+    CHECK(test_reply_number(&reply, "/status/1") != 0 &&
+          test_reply_number(&reply, "/status/3") == 0);
     CHECK(test_reply_number(&reply, "/t/1") == 1 && test_reply_number(&reply, "/phi/1/0") == 0);
     test_reply_free(&reply);
 }
 
-/* of a motion that was not followed to its end nothing is told but how it began, however far it was followed */
+/* of a motion that was not followed to its end nothing is told but how it began, however far it
+ * was followed */
 TEST(ensembles_tell_nothing_of_a_member_that_failed) {
     enum { COLUMNS = 2 + 4 + 5 + 4 + 2 + 2 + 2 + 4 + 4 + 2 + 1 + 1 };
     double numbers[2 * COLUMNS];
@@ -190,8 +207,10 @@ TEST(ensembles_tell_nothing_of_a_member_that_failed) {
     limits.steps = 100000;
     struct test_reply reply = test_post_as(
         API_OP_ENSEMBLES,
-        "{" TWO ",\"states\":[{\"phi\":[1,2],\"phid\":[1e9,0]},{\"phi\":[1,2],\"phid\":[9,0]}],\"duration\":1,"
-        "\"observables\":[\"start\",\"parameters\",\"final\",\"first_flip\",\"flip_time\",\"flips\","
+        "{" TWO ",\"states\":[{\"phi\":[1,2],\"phid\":[1e9,0]},{\"phi\":[1,2],\"phid\":[9,0]}],"
+        "\"duration\":1,"
+        "\"observables\":[\"start\",\"parameters\",\"final\",\"first_flip\",\"flip_time\","
+        "\"flips\","
         "\"lambda_max\",\"lambda_min\",\"sign_change\",\"energy_drift\",\"lyapunov\"]}",
         "application/octet-stream", &limits);
     CHECK_INT(reply.status, 200);
@@ -199,22 +218,25 @@ TEST(ensembles_tell_nothing_of_a_member_that_failed) {
     memcpy(numbers, reply.out.data, sizeof numbers);
     const double *lost = numbers, *good = numbers + COLUMNS;
     CHECK(lost[1] == 3 && good[1] == 0 && lost[2] == 1 && lost[4] == 1e9 && lost[6] > 0);
-    for (int i = 11; i < COLUMNS; i++) CHECK_SAYING(lost[i] == 0 || lost[i] == -1, "number %d is %g", i, lost[i]);
+    for (int i = 11; i < COLUMNS; i++)
+        CHECK_SAYING(lost[i] == 0 || lost[i] == -1, "number %d is %g", i, lost[i]);
     /* a flip that did come to pass, and its arm */
     CHECK(lost[15] == -1 && lost[16] == 0 && good[15] > 0 && good[16] > 0 && good[11] != 0);
     test_reply_free(&reply);
 }
 
 TEST(ensembles_come_in_every_representation) {
-    const char *body =
-        "{" TWO ",\"grid\":[" AXIS1 "," AXIS2 "],\"duration\":3,\"observables\":[\"first_flip\",\"flips\"]}";
-    struct test_reply csv = answer_as("text/csv", body), lines = answer_as("application/x-ndjson", body);
+    const char *body = "{" TWO ",\"grid\":[" AXIS1 "," AXIS2
+                       "],\"duration\":3,\"observables\":[\"first_flip\",\"flips\"]}";
+    struct test_reply csv = answer_as("text/csv", body),
+                      lines = answer_as("application/x-ndjson", body);
     static const char head[] = "member,status,first_flip_time,first_flip_arm,flips_1,flips_2\n0,0,";
     CHECK(!strncmp(csv.out.data, head, sizeof head - 1));
     CHECK(!strncmp(lines.out.data, "{\"member\":0,", 12));
     struct test_reply octets = answer_as("application/octet-stream", body);
     CHECK_INT((long long)octets.out.bytes, 35 * 6 * 8);
-    struct test_reply npz = answer_as("application/x-npz", body), mat = answer_as("application/x-matlab-data", body);
+    struct test_reply npz = answer_as("application/x-npz", body),
+                      mat = answer_as("application/x-matlab-data", body);
     CHECK(!memcmp(npz.out.data, "PK", 2) && !memcmp(mat.out.data, "MATLAB", 6));
     struct test_reply png = answer_as("image/png", body);
     CHECK(!memcmp(png.out.data, "\x89PNG\r\n\x1a\n", 8));
@@ -236,11 +258,13 @@ TEST(ensembles_pictures_are_refused_where_there_is_nothing_to_draw) {
          "needs a \"grid\" of two axes"},
         {"{" TWO ",\"grid\":[" AXIS1 "],\"duration\":1,\"observables\":[\"flips\"]}", "/picture",
          "needs a \"grid\" of two"},
-        {"{" TWO ",\"grid\":[" AXIS1 "," AXIS2 "],\"duration\":1}", "/picture", "needs an observable to draw"},
+        {"{" TWO ",\"grid\":[" AXIS1 "," AXIS2 "],\"duration\":1}", "/picture",
+         "needs an observable to draw"},
         {"{" TWO ",\"grid\":[" AXIS1 "," AXIS2
          "],\"duration\":1,\"observables\":[\"flips\"],\"picture\":{\"of\":\"final\"}}",
          "/picture/of", "must be one of \"flips\""},
-        {"{" TWO ",\"grid\":[" AXIS1 "," AXIS2 "],\"duration\":1,\"observables\":[\"flips\"],\"picture\":{\"arm\":3}}",
+        {"{" TWO ",\"grid\":[" AXIS1 "," AXIS2
+         "],\"duration\":1,\"observables\":[\"flips\"],\"picture\":{\"arm\":3}}",
          "/picture/arm", "from 1 to 2"},
         {"{" TWO ",\"grid\":[" AXIS1 "," AXIS2
          "],\"duration\":1,\"observables\":[\"lyapunov\"],\"picture\":{\"arm\":1}}",
@@ -249,8 +273,8 @@ TEST(ensembles_pictures_are_refused_where_there_is_nothing_to_draw) {
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         struct test_reply reply = test_post_as(API_OP_ENSEMBLES, bad[i].body, "image/png", NULL);
         CHECK_INT(reply.status, 422);
-        CHECK_SAYING(test_reply_has_fault(&reply, bad[i].pointer, bad[i].piece), "%s: %.400s", bad[i].body,
-                     reply.out.data);
+        CHECK_SAYING(test_reply_has_fault(&reply, bad[i].pointer, bad[i].piece), "%s: %.400s",
+                     bad[i].body, reply.out.data);
         test_reply_free(&reply);
     }
     struct test_reply forces = test_post_as(API_OP_FORCES, "{" TWO "}", "image/png", NULL);
@@ -269,69 +293,84 @@ TEST(ensembles_refuse_what_makes_no_sense_at_its_pointer) {
         {"{" TWO ",\"states\":[{}],\"duration\":-1}", "/duration", "got -1"},
         {"{" TWO ",\"states\":[]" MORE "}", "/states", "at least one state"},
         {"{" TWO ",\"states\":[{}],\"initial\":{}" MORE "}", "/initial", "does not go together"},
-        {"{" TWO ",\"states\":[{}],\"grid\":[" AXIS1 "]" MORE "}", "/grid", "does not go together with \"states\""},
+        {"{" TWO ",\"states\":[{}],\"grid\":[" AXIS1 "]" MORE "}", "/grid",
+         "does not go together with \"states\""},
         {"{" TWO ",\"grid\":[]" MORE "}", "/grid", "1 to 8 axes"},
-        {"{" TWO ",\"grid\":[{\"vary\":\"theta\",\"arm\":3,\"start\":0,\"stop\":1,\"count\":2}]" MORE "}",
-         "/grid/0/arm", "a number from 1 to 2, got 3"},
-        {"{" TWO ",\"grid\":[{\"vary\":\"theta\",\"arm\":\"b\",\"start\":0,\"stop\":1,\"count\":2}]" MORE "}",
-         "/grid/0/arm", "got the text \"b\""},
-        {"{" TWO ",\"grid\":[{\"vary\":\"theta\",\"start\":0,\"stop\":1,\"count\":2}]" MORE "}", "/grid/0/arm",
-         "is missing"},
-        {"{" TWO ",\"grid\":[{\"vary\":\"gravity\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":2}]" MORE "}",
-         "/grid/0/arm", "does not go together with gravity"},
-        {"{" TWO ",\"grid\":[{\"vary\":\"thetta\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":2}]" MORE "}",
-         "/grid/0/vary", "did you mean \"theta\""},
-        {"{" TWO ",\"grid\":[{\"vary\":\"mass\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":2}]" MORE "}",
-         "/grid/0/start", "greater than 0"},
-        {"{" TWO ",\"grid\":[{\"vary\":\"phi\",\"arm\":1,\"start\":-1,\"stop\":1,\"count\":2,\"scale\":\"log\"}]" MORE
-         "}",
-         "/grid/0/start", "logarithmic"},
-        {"{" TWO ",\"grid\":[{\"vary\":\"mass\",\"arm\":1,\"start\":1,\"stop\":2,\"count\":2,\"unit\":\"deg\"}]" MORE
-         "}",
-         "/grid/0/unit", "leave it out"},
-        {"{" TWO ",\"grid\":[{\"vary\":\"mass\",\"arm\":1,\"start\":1,\"stop\":2,\"count\":0}]" MORE "}",
-         "/grid/0/count", "whole number"},
-        {"{" TWO ",\"grid\":[" AXIS1 ",{\"vary\":\"phi\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":2}]" MORE "}",
-         "/grid/1", "varies already"},
         {"{" TWO
-         ",\"grid\":[{\"vary\":\"phi\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":100000},{\"vary\":\"phi\",\"arm\":2,"
+         ",\"grid\":[{\"vary\":\"theta\",\"arm\":3,\"start\":0,\"stop\":1,\"count\":2}]" MORE "}",
+         "/grid/0/arm", "a number from 1 to 2, got 3"},
+        {"{" TWO
+         ",\"grid\":[{\"vary\":\"theta\",\"arm\":\"b\",\"start\":0,\"stop\":1,\"count\":2}]" MORE
+         "}",
+         "/grid/0/arm", "got the text \"b\""},
+        {"{" TWO ",\"grid\":[{\"vary\":\"theta\",\"start\":0,\"stop\":1,\"count\":2}]" MORE "}",
+         "/grid/0/arm", "is missing"},
+        {"{" TWO
+         ",\"grid\":[{\"vary\":\"gravity\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":2}]" MORE "}",
+         "/grid/0/arm", "does not go together with gravity"},
+        {"{" TWO
+         ",\"grid\":[{\"vary\":\"thetta\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":2}]" MORE "}",
+         "/grid/0/vary", "did you mean \"theta\""},
+        {"{" TWO ",\"grid\":[{\"vary\":\"mass\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":2}]" MORE
+         "}",
+         "/grid/0/start", "greater than 0"},
+        {"{" TWO ",\"grid\":[{\"vary\":\"phi\",\"arm\":1,\"start\":-1,\"stop\":1,\"count\":2,"
+         "\"scale\":\"log\"}]" MORE "}",
+         "/grid/0/start", "logarithmic"},
+        {"{" TWO ",\"grid\":[{\"vary\":\"mass\",\"arm\":1,\"start\":1,\"stop\":2,\"count\":2,"
+         "\"unit\":\"deg\"}]" MORE "}",
+         "/grid/0/unit", "leave it out"},
+        {"{" TWO ",\"grid\":[{\"vary\":\"mass\",\"arm\":1,\"start\":1,\"stop\":2,\"count\":0}]" MORE
+         "}",
+         "/grid/0/count", "whole number"},
+        {"{" TWO ",\"grid\":[" AXIS1
+         ",{\"vary\":\"phi\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":2}]" MORE "}",
+         "/grid/1", "varies already"},
+        {"{" TWO ",\"grid\":[{\"vary\":\"phi\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":100000},{"
+         "\"vary\":\"phi\",\"arm\":2,"
          "\"start\":0,\"stop\":1,\"count\":100000}]" MORE "}",
          "/grid", "10000000000 members, more than the limit max-members of 4194304"},
-        {"{" TWO
-         ",\"random\":{\"count\":5000000,\"draw\":[{\"vary\":\"phi\",\"arm\":1,\"distribution\":\"uniform\",\"low\":0,"
+        {"{" TWO ",\"random\":{\"count\":5000000,\"draw\":[{\"vary\":\"phi\",\"arm\":1,"
+         "\"distribution\":\"uniform\",\"low\":0,"
          "\"high\":1}]}" MORE "}",
          "/random/count", "max-members"},
         {"{" TWO ",\"random\":{\"count\":5}" MORE "}", "/random/draw", "is missing"},
-        {"{" TWO
-         ",\"random\":{\"count\":5,\"seed\":-1,\"draw\":[{\"vary\":\"phi\",\"arm\":1,\"distribution\":\"uniform\","
+        {"{" TWO ",\"random\":{\"count\":5,\"seed\":-1,\"draw\":[{\"vary\":\"phi\",\"arm\":1,"
+         "\"distribution\":\"uniform\","
          "\"low\":0,\"high\":1}]}" MORE "}",
          "/random/seed", "whole number"},
-        {"{" TWO
-         ",\"random\":{\"count\":5,\"draw\":[{\"vary\":\"phi\",\"arm\":1,\"distribution\":\"uniform\",\"low\":2,"
+        {"{" TWO ",\"random\":{\"count\":5,\"draw\":[{\"vary\":\"phi\",\"arm\":1,\"distribution\":"
+         "\"uniform\",\"low\":2,"
          "\"high\":1}]}" MORE "}",
          "/random/draw/0/high", "must not be less"},
-        {"{" TWO
-         ",\"random\":{\"count\":5,\"draw\":[{\"vary\":\"phi\",\"arm\":1,\"distribution\":\"normal\",\"mean\":2,"
+        {"{" TWO ",\"random\":{\"count\":5,\"draw\":[{\"vary\":\"phi\",\"arm\":1,\"distribution\":"
+         "\"normal\",\"mean\":2,"
          "\"deviation\":-1}]}" MORE "}",
          "/random/draw/0/deviation", "got -1"},
-        {"{" TWO
-         ",\"random\":{\"count\":5,\"draw\":[{\"vary\":\"phi\",\"arm\":1,\"distribution\":\"normal\",\"mean\":2,"
+        {"{" TWO ",\"random\":{\"count\":5,\"draw\":[{\"vary\":\"phi\",\"arm\":1,\"distribution\":"
+         "\"normal\",\"mean\":2,"
          "\"deviation\":1,\"low\":0}]}" MORE "}",
          "/random/draw/0/low", "no meaning"},
-        {"{" TWO ",\"states\":[{}],\"observables\":[\"flipz\"]" MORE "}", "/observables/0", "did you mean \"flips\""},
-        {"{" TWO ",\"states\":[{}],\"observables\":[]" MORE "}", "/observables", "at least one name"},
-        {"{" TWO ",\"states\":[{}],\"observables\":[\"flips\",\"flips\"]" MORE "}", "/observables/1", "named twice"},
-        {"{" TWO ",\"states\":[{}],\"observables\":[\"flips\",\"trajectory\"],\"times\":[0,1]}", "/observables",
-         "another request"},
-        {"{" TWO ",\"states\":[{}],\"observables\":[\"trajectory\"],\"times\":[0,1]" MORE "}", "/duration",
-         "does not go together"},
-        {"{" TWO ",\"states\":[{}],\"times\":[0,1]" MORE "}", "/times", "is for the observable \"trajectory\""},
+        {"{" TWO ",\"states\":[{}],\"observables\":[\"flipz\"]" MORE "}", "/observables/0",
+         "did you mean \"flips\""},
+        {"{" TWO ",\"states\":[{}],\"observables\":[]" MORE "}", "/observables",
+         "at least one name"},
+        {"{" TWO ",\"states\":[{}],\"observables\":[\"flips\",\"flips\"]" MORE "}",
+         "/observables/1", "named twice"},
+        {"{" TWO ",\"states\":[{}],\"observables\":[\"flips\",\"trajectory\"],\"times\":[0,1]}",
+         "/observables", "another request"},
+        {"{" TWO ",\"states\":[{}],\"observables\":[\"trajectory\"],\"times\":[0,1]" MORE "}",
+         "/duration", "does not go together"},
+        {"{" TWO ",\"states\":[{}],\"times\":[0,1]" MORE "}", "/times",
+         "is for the observable \"trajectory\""},
         {"{" TWO ",\"states\":[{}],\"output\":[\"phi\"]" MORE "}", "/output", "leave it out"},
-        {"{" TWO ",\"states\":[{}],\"method\":\"rk8pd\"" MORE "}", "/method", "must be one of \"taylor\""},
+        {"{" TWO ",\"states\":[{}],\"method\":\"rk8pd\"" MORE "}", "/method",
+         "must be one of \"taylor\""},
         {"{" TWO ",\"states\":[{}],\"rtol\":1" MORE "}", "/rtol", "0.1"},
         {"{" TWO ",\"states\":[{\"phi\":[1]}]" MORE "}", "/states/0/phi", "must have 2 numbers"},
         {"{" TWO ",\"states\":[{}],\"duration\":1e8}", "", "max-compute-seconds"},
-        {"{" TWO ",\"grid\":[{\"vary\":\"phi\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":20000}],\"observables\":["
+        {"{" TWO ",\"grid\":[{\"vary\":\"phi\",\"arm\":1,\"start\":0,\"stop\":1,\"count\":20000}],"
+         "\"observables\":["
          "\"trajectory\"],\"times\":{\"stop\":1,\"count\":1000}}",
          "", "20000000 rows, instants times members, more than the limit max-samples"},
     };
@@ -339,7 +378,8 @@ TEST(ensembles_refuse_what_makes_no_sense_at_its_pointer) {
         CHECK_REFUSED(API_OP_ENSEMBLES, bad[i].body, bad[i].pointer, bad[i].piece);
 }
 
-/* a checked ensemble of a body, and its raw rows computed in ranges of members of the sizes given */
+/* a checked ensemble of a body, and its raw rows computed in ranges of members of the sizes
+ * given */
 static double *raw_rows(const char *body, const long size[], int sizes, size_t *bytes) {
     struct api_limits limits;
     struct api_json *document;
@@ -349,17 +389,21 @@ static double *raw_rows(const char *body, const long size[], int sizes, size_t *
     api_problem_init(&problem);
     if (!CHECK(api_json_new(&document, body, strlen(body), 16, &problem) == PEND_OK)) return NULL;
     struct api_value root = api_json_root(document);
-    struct api_reading reading = {.root = &root, .format = api_format_at(0), .limits = &limits, .problem = &problem};
+    struct api_reading reading = {
+        .root = &root, .format = api_format_at(0), .limits = &limits, .problem = &problem};
     if (!CHECK(api_ensemble_new(&ensemble, &reading) == PEND_OK)) return NULL;
     CHECK(api_ensemble_prepare(ensemble, NULL) == PEND_OK);
-    long count = api_ensemble_count(ensemble), numbers = api_ensemble_rows(ensemble) * api_ensemble_numbers(ensemble);
+    long count = api_ensemble_count(ensemble),
+         numbers = api_ensemble_rows(ensemble) * api_ensemble_numbers(ensemble);
     *bytes = (size_t)(count * numbers) * sizeof(double);
     double *raw = malloc(*bytes);
     for (long first = 0, i = 0; first < count; i++) {
         struct api_member_range *range;
         long members = size[i % sizes] < count - first ? size[i % sizes] : count - first;
         int done = 0;
-        if (!CHECK(api_member_range_new(&range, ensemble, first, members, raw + first * numbers, NULL) == PEND_OK)) break;
+        if (!CHECK(api_member_range_new(&range, ensemble, first, members, raw + first * numbers,
+                                        NULL) == PEND_OK))
+            break;
         while (!done && CHECK(api_member_range_go(range, &done) == PEND_OK)) {
         }
         CHECK(api_member_range_stats(range).finished == members);
@@ -373,21 +417,22 @@ static double *raw_rows(const char *body, const long size[], int sizes, size_t *
 }
 
 TEST(ensembles_have_the_same_bits_however_they_are_cut_into_ranges) {
-    static const char *const body[] = {"{" TURNED ",\"random\":{\"count\":150,\"seed\":4,\"draw\":[{\"vary\":\"theta\","
-                                       "\"arm\":2,\"distribution\":\"uniform\",\"low\":"
-                                       "-3,\"high\":3},{\"vary\":\"mass\",\"arm\":1,\"distribution\":\"uniform\","
-                                       "\"low\":1,\"high\":9}]},\"duration\":3,\"observables\":["
-                                       "\"final\",\"flips\",\"first_flip\",\"flip_time\",\"lambda_max\",\"lambda_min\","
-                                       "\"sign_change\",\"energy_drift\","
-                                       "\"lyapunov\"]}",
-                                       "{" TWO ",\"grid\":[" AXIS1 "," AXIS2
-                                       "],\"duration\":9,\"observables\":[\"flip_time\"]}",
-                                       "{" TWO ",\"grid\":[" AXIS1 "," AXIS2
-                                       "],\"times\":{\"stop\":1,\"count\":11},\"observables\":[\"trajectory\"]}"};
+    static const char *const body[] = {
+        "{" TURNED ",\"random\":{\"count\":150,\"seed\":4,\"draw\":[{\"vary\":\"theta\","
+        "\"arm\":2,\"distribution\":\"uniform\",\"low\":"
+        "-3,\"high\":3},{\"vary\":\"mass\",\"arm\":1,\"distribution\":\"uniform\","
+        "\"low\":1,\"high\":9}]},\"duration\":3,\"observables\":["
+        "\"final\",\"flips\",\"first_flip\",\"flip_time\",\"lambda_max\",\"lambda_min\","
+        "\"sign_change\",\"energy_drift\","
+        "\"lyapunov\"]}",
+        "{" TWO ",\"grid\":[" AXIS1 "," AXIS2 "],\"duration\":9,\"observables\":[\"flip_time\"]}",
+        "{" TWO ",\"grid\":[" AXIS1 "," AXIS2
+        "],\"times\":{\"stop\":1,\"count\":11},\"observables\":[\"trajectory\"]}"};
     static const long whole[] = {1000}, parts[] = {1, 13, 5};
     for (int i = 0; i < 3; i++) {
         size_t bytes[2];
-        double *a = raw_rows(body[i], whole, 1, &bytes[0]), *b = raw_rows(body[i], parts, 3, &bytes[1]);
+        double *a = raw_rows(body[i], whole, 1, &bytes[0]),
+               *b = raw_rows(body[i], parts, 3, &bytes[1]);
         REQUIRE(a && b);
         CHECK(bytes[0] == bytes[1] && !memcmp(a, b, bytes[0]));
         free(a);
@@ -398,13 +443,14 @@ TEST(ensembles_have_the_same_bits_however_they_are_cut_into_ranges) {
 TEST(ensembles_of_trees_with_varied_masses_and_large_answers_come_in_turns) {
     struct test_reply reply = test_post_as(
         API_OP_ENSEMBLES,
-        "{" TURNED
-        ",\"random\":{\"count\":2000,\"draw\":[{\"vary\":\"mass\",\"arm\":1,\"distribution\":\"normal\",\"mean\":1,"
+        "{" TURNED ",\"random\":{\"count\":2000,\"draw\":[{\"vary\":\"mass\",\"arm\":1,"
+        "\"distribution\":\"normal\",\"mean\":1,"
         "\"deviation\":0.4}]},\"duration\":0.2,\"observables\":[\"parameters\",\"final\"]}",
         "text/csv", NULL);
     CHECK_INT(reply.status, 200);
     CHECK(reply.runs > 5 && reply.steps > 2000);
-    // about six in a thousand draws of a mass are not positive: these members fail, and the answer says so
+    // about six in a thousand draws of a mass are not positive: these members fail, and the answer
+    // says so
     int failed = 0, lines = 0;
     for (const char *at = reply.out.data; (at = strchr(at, '\n')); at++) {
         lines++;
@@ -417,7 +463,8 @@ TEST(ensembles_of_trees_with_varied_masses_and_large_answers_come_in_turns) {
 }
 
 TEST(ensembles_survive_allocation_faults) {
-    const char *body = "{" TWO ",\"grid\":[" AXIS1 "," AXIS2 "],\"duration\":1,\"observables\":[\"first_flip\"]}";
+    const char *body =
+        "{" TWO ",\"grid\":[" AXIS1 "," AXIS2 "],\"duration\":1,\"observables\":[\"first_flip\"]}";
     static const char *const accept[] = {"application/json", "image/png"};
     for (int form = 0; form < 2; form++) {
         int good = 0;
@@ -428,8 +475,10 @@ TEST(ensembles_survive_allocation_faults) {
             struct api_buffer out;
             api_limits_init(&limits);
             api_buffer_init(&out, 1 << 24);
-            struct api_request request = {
-                .op = API_OP_ENSEMBLES, .content_type = "application/json", .accept = accept[form], .body = body};
+            struct api_request request = {.op = API_OP_ENSEMBLES,
+                                          .content_type = "application/json",
+                                          .accept = accept[form],
+                                          .body = body};
             request.body_bytes = strlen(body);
             if (api_call_new(&call, &limits) == PEND_OK) {
                 enum api_progress progress = api_call_open(call, &request, &out);
@@ -447,16 +496,19 @@ TEST(ensembles_survive_allocation_faults) {
 }
 
 TEST(ensembles_say_which_members_lose_their_digits) {
-    static const char body[] = "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"duration\":20,"
-                               "\"states\":[{\"theta\":[2,2.5]},{\"theta\":[0.1,0.1]},{\"theta\":[2.5,2.5]}]%s}";
+    static const char body[] =
+        "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"duration\":20,"
+        "\"states\":[{\"theta\":[2,2.5]},{\"theta\":[0.1,0.1]},{\"theta\":[2.5,2.5]}]%s}";
     char text[600];
     snprintf(text, sizeof text, body, ",\"observables\":[\"horizon\"]");
     struct test_reply reply = test_post(API_OP_ENSEMBLES, text);
     CHECK_INT(reply.status, 200);
     double held = test_reply_number(&reply, "/horizon/0");
     CHECK_SAYING(held > 7 && held < 9.7, "%g", held); // the truth is 8.8 s
-    CHECK(test_reply_number(&reply, "/horizon/1") == 20 && test_reply_number(&reply, "/horizon/2") < 20);
-    CHECK(test_reply_number(&reply, "/stats/lost") == 2 && test_reply_number(&reply, "/status/0") == 0);
+    CHECK(test_reply_number(&reply, "/horizon/1") == 20 &&
+          test_reply_number(&reply, "/horizon/2") < 20);
+    CHECK(test_reply_number(&reply, "/stats/lost") == 2 &&
+          test_reply_number(&reply, "/status/0") == 0);
     CHECK(strstr(test_reply_text(&reply, "/warnings/0"), "some members lose their digits"));
     test_reply_free(&reply);
     snprintf(text, sizeof text, body, ",\"accuracy\":1");

@@ -1,4 +1,5 @@
-/* What is said of which tree. That the formulas and programs are right: tests/rules/equations.py. */
+/* What is said of which tree. That the formulas and programs are right:
+ * tests/rules/equations.py. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,20 +15,26 @@ TEST(equations_of_two_arms_are_those_of_the_textbook) {
     CHECK(test_reply_number(&reply, "/n") == 2);
     CHECK_TEXT(test_reply_text(&reply, "/form"), "explicit");
     CHECK_TEXT(test_reply_text(&reply, "/latex/S"), "S=\\begin{pmatrix}1&0\\\\1&1\\end{pmatrix}");
-    CHECK_TEXT(test_reply_text(&reply, "/latex/B"), "B=S^{-\\mathsf{T}}=\\begin{pmatrix}1&-1\\\\0&1\\end{pmatrix}");
-    CHECK_TEXT(
-        test_reply_text(&reply, "/latex/M"),
-        "M(\\phi)=\\begin{pmatrix}(m_{1}+m_{2})\\ell_{1}^{2}&m_{2}\\ell_{1}\\ell_{2}e^{\\mathrm{i}(\\phi_{2}-\\phi_"
-        "{1})}\\\\m_{2}\\ell_{1}\\ell_{2}e^{\\mathrm{i}(\\phi_{1}-\\phi_{2})}&m_{2}\\ell_{2}^{2}\\end{pmatrix}");
-    CHECK_TEXT(
-        test_reply_text(&reply, "/latex/aaa"),
-        "\\begin{aligned}&(m_{1}+m_{2})\\ell_{1}^{2}\\ddot{\\phi}_{1}+m_{2}\\ell_{1}\\ell_{2}\\cos(\\phi_{2}-\\phi_{"
-        "1})\\ddot{\\phi}_{2}=m_{2}\\ell_{1}\\ell_{2}\\sin(\\phi_{2}-\\phi_{1})\\dot{\\phi}_{2}^{2}-g(m_{1}+m_{2})\\"
-        "ell_{1}\\cos\\phi_{1}\\\\[1ex]&m_{2}\\ell_{1}\\ell_{2}\\cos(\\phi_{1}-\\phi_{2})\\ddot{\\phi}_{1}+m_{2}\\"
-        "ell_{2}^{2}\\ddot{\\phi}_{2}=m_{2}\\ell_{1}\\ell_{2}\\sin(\\phi_{1}-\\phi_{2})\\dot{\\phi}_{1}^{2}-gm_{2}\\"
-        "ell_{2}\\cos\\phi_{2}\\end{aligned}");
+    CHECK_TEXT(test_reply_text(&reply, "/latex/B"),
+               "B=S^{-\\mathsf{T}}=\\begin{pmatrix}1&-1\\\\0&1\\end{pmatrix}");
+    CHECK_TEXT(test_reply_text(&reply, "/latex/M"),
+               "M(\\phi)=\\begin{pmatrix}(m_{1}+m_{2})\\ell_{1}^{2}&m_{2}\\ell_{1}\\ell_{2}e^{"
+               "\\mathrm{i}(\\phi_{2}-\\phi_"
+               "{1})}\\\\m_{2}\\ell_{1}\\ell_{2}e^{\\mathrm{i}(\\phi_{1}-\\phi_{2})}&m_{2}\\ell_{2}"
+               "^{2}\\end{pmatrix}");
+    CHECK_TEXT(test_reply_text(&reply, "/latex/aaa"),
+               "\\begin{aligned}&(m_{1}+m_{2})\\ell_{1}^{2}\\ddot{\\phi}_{1}+m_{2}\\ell_{1}\\ell_{"
+               "2}\\cos(\\phi_{2}-\\phi_{"
+               "1})\\ddot{\\phi}_{2}=m_{2}\\ell_{1}\\ell_{2}\\sin(\\phi_{2}-\\phi_{1})\\dot{\\phi}_"
+               "{2}^{2}-g(m_{1}+m_{2})\\"
+               "ell_{1}\\cos\\phi_{1}\\\\[1ex]&m_{2}\\ell_{1}\\ell_{2}\\cos(\\phi_{1}-\\phi_{2})"
+               "\\ddot{\\phi}_{1}+m_{2}\\"
+               "ell_{2}^{2}\\ddot{\\phi}_{2}=m_{2}\\ell_{1}\\ell_{2}\\sin(\\phi_{1}-\\phi_{2})"
+               "\\dot{\\phi}_{1}^{2}-gm_{2}\\"
+               "ell_{2}\\cos\\phi_{2}\\end{aligned}");
     CHECK_TEXT(test_reply_text(&reply, "/latex/parameters"),
-               "\\ell=(1,\\,2)\\,\\mathrm{m},\\qquad m=(3,\\,0.5)\\,\\mathrm{kg},\\qquad g=9.81\\,\\mathrm{m/s^{2}}");
+               "\\ell=(1,\\,2)\\,\\mathrm{m},\\qquad m=(3,\\,0.5)\\,\\mathrm{kg},\\qquad "
+               "g=9.81\\,\\mathrm{m/s^{2}}");
     test_reply_free(&reply);
 }
 
@@ -37,8 +44,10 @@ TEST(equations_start_where_the_request_does) {
     CHECK_INT(reply.status, 200);
     CHECK(strstr(test_reply_text(&reply, "/code/matlab"), "phi0 = [1e-9; 2];") != NULL);
     CHECK(strstr(test_reply_text(&reply, "/code/matlab"), "w0 = [0; -3];") != NULL);
-    CHECK(strstr(test_reply_text(&reply, "/code/python"), "phi0 = np.array([1e-9, 2], dtype=float)") != NULL);
-    CHECK(strstr(test_reply_text(&reply, "/curl"), "\"initial\":{\"phi\":[1e-9,2],\"phid\":[0,-3]}") != NULL);
+    CHECK(strstr(test_reply_text(&reply, "/code/python"),
+                 "phi0 = np.array([1e-9, 2], dtype=float)") != NULL);
+    CHECK(strstr(test_reply_text(&reply, "/curl"),
+                 "\"initial\":{\"phi\":[1e-9,2],\"phid\":[0,-3]}") != NULL);
     test_reply_free(&reply);
 }
 
@@ -61,8 +70,9 @@ TEST(equations_are_explicit_up_to_eight_arms_and_can_be_up_to_twenty) {
     static const struct {
         int n;
         const char *asked, *form;
-    } rows[] = {{1, NULL, "explicit"},       {8, NULL, "explicit"},        {9, NULL, "compact"},
-                {9, "explicit", "explicit"}, {20, "explicit", "explicit"}, {20, "compact", "compact"},
+    } rows[] = {{1, NULL, "explicit"},        {8, NULL, "explicit"},
+                {9, NULL, "compact"},         {9, "explicit", "explicit"},
+                {20, "explicit", "explicit"}, {20, "compact", "compact"},
                 {21, NULL, "compact"}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         struct test_reply reply = chain(rows[i].n, rows[i].asked);
@@ -88,8 +98,9 @@ TEST(equations_of_a_large_tree_are_short_formulas_and_whole_programs) {
 }
 
 TEST(equations_tell_nothing_back_but_numbers) {
-    struct test_reply reply = test_post(API_OP_EQUATIONS, "{\"pendulum\":{\"arms\":[{\"name\":\"');evil(\\\"\\n%\","
-                                                          "\"length\":1,\"mass\":1}]}}");
+    struct test_reply reply =
+        test_post(API_OP_EQUATIONS, "{\"pendulum\":{\"arms\":[{\"name\":\"');evil(\\\"\\n%\","
+                                    "\"length\":1,\"mass\":1}]}}");
     CHECK_INT(reply.status, 200);
     CHECK(!strstr(reply.out.data, "evil"));
     test_reply_free(&reply);
@@ -97,16 +108,18 @@ TEST(equations_tell_nothing_back_but_numbers) {
 
 TEST(equations_that_cannot_be_written_are_refused) {
     CHECK_REFUSED(API_OP_EQUATIONS, "{" DOUBLE ",\"form\":\"short\"}", "/form", "\"explicit\"");
-    CHECK_REFUSED(API_OP_EQUATIONS, "{" DOUBLE ",\"forms\":\"compact\"}", "/forms", "did you mean \"form\"");
-    CHECK_REFUSED(API_OP_EQUATIONS, "{\"pendulum\":{\"length\":[1],\"mass\":[0],\"parent\":[0]}}", "/pendulum/mass/0",
-                  "0");
+    CHECK_REFUSED(API_OP_EQUATIONS, "{" DOUBLE ",\"forms\":\"compact\"}", "/forms",
+                  "did you mean \"form\"");
+    CHECK_REFUSED(API_OP_EQUATIONS, "{\"pendulum\":{\"length\":[1],\"mass\":[0],\"parent\":[0]}}",
+                  "/pendulum/mass/0", "0");
     CHECK_REFUSED(API_OP_EQUATIONS, "{" DOUBLE ",\"initial\":{\"phi\":[0]}}", "/initial/phi", "2");
 }
 
 TEST(equations_from_a_mode_that_is_beyond_all_numbers_are_a_problem) {
-    struct test_reply reply =
-        test_post(API_OP_EQUATIONS, "{\"pendulum\":{\"length\":[4e-324,1.5,0.75],\"mass\":[1,1,1],\"parent\":[0,1,2]},"
-                                    "\"initial\":{\"mode\":3,\"amplitude\":1}}");
+    struct test_reply reply = test_post(
+        API_OP_EQUATIONS,
+        "{\"pendulum\":{\"length\":[4e-324,1.5,0.75],\"mass\":[1,1,1],\"parent\":[0,1,2]},"
+        "\"initial\":{\"mode\":3,\"amplitude\":1}}");
     CHECK_SAYING(reply.status == 422 || reply.status == 200, "%d", reply.status);
     CHECK(!strstr(reply.out.data, "nan") && !strstr(reply.out.data, "inf"));
     test_reply_free(&reply);

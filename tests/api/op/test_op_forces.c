@@ -15,35 +15,42 @@ TEST(a_hanging_tree_at_rest_pulls_with_its_weight) {
     for (int k = 0; k < 3; k++) {
         char pointer[60];
         snprintf(pointer, sizeof pointer, "/lambda/%d", k);
-        CHECK(fabs(test_reply_number(&reply, pointer) + 9.81 * weight[k]) <= 1e-14 * 9.81 * weight[k]);
+        CHECK(fabs(test_reply_number(&reply, pointer) + 9.81 * weight[k]) <=
+              1e-14 * 9.81 * weight[k]);
         snprintf(pointer, sizeof pointer, "/phidd/%d", k);
         CHECK(fabs(test_reply_number(&reply, pointer)) < 1e-14);
     }
     CHECK(test_reply_number(&reply, "/energy/kinetic") == 0);
-    CHECK(fabs(test_reply_number(&reply, "/energy/total") + 9.81 * (2 * 1.7 + 1 + 3 * 1.9)) < 1e-13);
+    CHECK(fabs(test_reply_number(&reply, "/energy/total") + 9.81 * (2 * 1.7 + 1 + 3 * 1.9)) <
+          1e-13);
     test_reply_free(&reply);
 }
 
 TEST(a_single_arm_obeys_its_formula) {
     double phi = -0.4, rate = 3, m = 1.5, l = 0.8, g = 1.62;
-    struct test_reply reply = test_post(
-        API_OP_FORCES, "{\"pendulum\":{\"L\":[0.8],\"m\":[1.5],\"S\":[[1]],\"gravity\":1.62},\"state\":{\"phi\":[-0.4],"
-                       "\"phid\":[3]}}");
-    double gap = fabs(test_reply_number(&reply, "/lambda/0") - (-m * l * rate * rate + g * m * sin(phi)));
+    struct test_reply reply =
+        test_post(API_OP_FORCES, "{\"pendulum\":{\"L\":[0.8],\"m\":[1.5],\"S\":[[1]],\"gravity\":1."
+                                 "62},\"state\":{\"phi\":[-0.4],"
+                                 "\"phid\":[3]}}");
+    double gap =
+        fabs(test_reply_number(&reply, "/lambda/0") - (-m * l * rate * rate + g * m * sin(phi)));
     gap = fmax(gap, fabs(test_reply_number(&reply, "/phidd/0") + g / l * cos(phi)));
     double acc = test_reply_number(&reply, "/phidd/0");
-    gap = fmax(gap, fabs(test_reply_number(&reply, "/zdd/re/0") + l * (acc * sin(phi) + rate * rate * cos(phi))));
-    gap = fmax(gap, fabs(test_reply_number(&reply, "/zdd/im/0") - l * (acc * cos(phi) - rate * rate * sin(phi))));
+    gap = fmax(gap, fabs(test_reply_number(&reply, "/zdd/re/0") +
+                         l * (acc * sin(phi) + rate * rate * cos(phi))));
+    gap = fmax(gap, fabs(test_reply_number(&reply, "/zdd/im/0") -
+                         l * (acc * cos(phi) - rate * rate * sin(phi))));
     gap = fmax(gap, fabs(test_reply_number(&reply, "/zd/im/0") - l * rate * cos(phi)));
     CHECK_RESIDUAL(gap, 1e-14, "single arm");
     test_reply_free(&reply);
 }
 
 TEST(newtons_law_holds_at_every_tip) {
-    struct test_reply reply =
-        test_post(API_OP_FORCES, "{" THREE ",\"state\":{\"phi\":[0.3,-1.2,2],\"phid\":[1,-2,0.5]}}");
+    struct test_reply reply = test_post(
+        API_OP_FORCES, "{" THREE ",\"state\":{\"phi\":[0.3,-1.2,2],\"phid\":[1,-2,0.5]}}");
     /* arm 1: m z'' = lambda u - i g m */
-    double gap = fabs(2 * test_reply_number(&reply, "/zdd/re/0") - test_reply_number(&reply, "/lambda/0") * cos(0.3));
+    double gap = fabs(2 * test_reply_number(&reply, "/zdd/re/0") -
+                      test_reply_number(&reply, "/lambda/0") * cos(0.3));
     gap = fmax(gap, fabs(2 * test_reply_number(&reply, "/zdd/im/0") + 2 * 9.81 -
                          test_reply_number(&reply, "/lambda/0") * sin(0.3)));
     CHECK_RESIDUAL(gap, 1e-13, "m z'' = lambda u - i g m");
@@ -54,7 +61,8 @@ TEST(states_give_one_row_each_in_their_order) {
     enum { STATES = 200 };
     char *body = malloc(STATES * 60 + 200), *at = body;
     at += sprintf(at, "{" THREE ",\"states\":[");
-    for (int i = 0; i < STATES; i++) at += sprintf(at, "%s{\"phi\":[%d,0.5,-1],\"phid\":[1,%d,0]}", i ? "," : "", i, i);
+    for (int i = 0; i < STATES; i++)
+        at += sprintf(at, "%s{\"phi\":[%d,0.5,-1],\"phid\":[1,%d,0]}", i ? "," : "", i, i);
     strcpy(at, "]}");
     struct test_reply many = test_post(API_OP_FORCES, body);
     CHECK_INT(many.status, 200);
@@ -77,25 +85,28 @@ TEST(states_give_one_row_each_in_their_order) {
 }
 
 TEST(states_in_modes_stand_beside_states_by_angles) {
-    struct test_reply reply = test_post(
-        API_OP_FORCES,
-        "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"states\":[{\"theta\":[0.01,0.0141421356]},"
-        "{\"mode\":1,\"amplitude\":0.0141421356},{}]}");
+    struct test_reply reply =
+        test_post(API_OP_FORCES, "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
+                                 "\"states\":[{\"theta\":[0.01,0.0141421356]},"
+                                 "{\"mode\":1,\"amplitude\":0.0141421356},{}]}");
     CHECK_INT(reply.status, 200);
-    CHECK(fabs(test_reply_number(&reply, "/phidd/0/0") - test_reply_number(&reply, "/phidd/1/0")) < 1e-8);
+    CHECK(fabs(test_reply_number(&reply, "/phidd/0/0") - test_reply_number(&reply, "/phidd/1/0")) <
+          1e-8);
     CHECK(fabs(test_reply_number(&reply, "/phidd/1/0")) > 1e-3);
     CHECK(test_reply_number(&reply, "/z/re/2/1") == 2);
     test_reply_free(&reply);
 }
 
 TEST(forces_as_csv_have_a_line_a_state) {
-    struct test_reply reply = test_post_as(
-        API_OP_FORCES, "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]},\"states\":[{},{\"phi\":[1]}],\"digits\":3}",
-        "text/csv", NULL);
-    CHECK_TEXT(reply.out.data, "phidd_1,lambda_1,z_re_1,z_im_1,zd_re_1,zd_im_1,zdd_re_1,zdd_im_1,energy_kinetic,"
-                               "energy_potential,energy_total\n"
-                               "-9.81,0,1,0,-0.0,0,0,-9.81,0,0,0\n"
-                               "-5.3,8.25,0.54,0.841,-0.0,0,4.46,-2.86,0,8.25,8.25\n");
+    struct test_reply reply = test_post_as(API_OP_FORCES,
+                                           "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]},"
+                                           "\"states\":[{},{\"phi\":[1]}],\"digits\":3}",
+                                           "text/csv", NULL);
+    CHECK_TEXT(reply.out.data,
+               "phidd_1,lambda_1,z_re_1,z_im_1,zd_re_1,zd_im_1,zdd_re_1,zdd_im_1,energy_kinetic,"
+               "energy_potential,energy_total\n"
+               "-9.81,0,1,0,-0.0,0,0,-9.81,0,0,0\n"
+               "-5.3,8.25,0.54,0.841,-0.0,0,4.46,-2.86,0,8.25,8.25\n");
     test_reply_free(&reply);
 }
 
@@ -110,7 +121,8 @@ TEST(faults_of_states_have_their_pointers) {
          "must have 3 numbers, one for each arm, got 2"},
         {"{" THREE ",\"states\":[{},7]}", "/states/1", "must be an object, got 7"},
         {"{" THREE ",\"initial\":{}}", "/initial", "not a known field"},
-        {"{" THREE ",\"digits\":\"all\"}", "/digits", "must be a whole number from 1 to 17, got the text \"all\""},
+        {"{" THREE ",\"digits\":\"all\"}", "/digits",
+         "must be a whole number from 1 to 17, got the text \"all\""},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
         CHECK_REFUSED(API_OP_FORCES, bad[i].body, bad[i].pointer, bad[i].piece);
@@ -120,8 +132,10 @@ TEST(too_many_states_are_refused_by_the_limits_name) {
     struct api_limits limits;
     api_limits_init(&limits);
     limits.samples = 1;
-    struct test_reply reply = test_post_as(API_OP_FORCES, "{" THREE ",\"states\":[{},{}]}", NULL, &limits);
-    CHECK(test_reply_has_fault(&reply, "/states", "has 2 states, more than the limit max-samples of 1"));
+    struct test_reply reply =
+        test_post_as(API_OP_FORCES, "{" THREE ",\"states\":[{},{}]}", NULL, &limits);
+    CHECK(test_reply_has_fault(&reply, "/states",
+                               "has 2 states, more than the limit max-samples of 1"));
     test_reply_free(&reply);
     limits.samples = 10;
     limits.answer_bytes = 500;
@@ -131,10 +145,11 @@ TEST(too_many_states_are_refused_by_the_limits_name) {
 }
 
 TEST(forces_that_overflow_end_as_a_problem_with_their_place) {
-    struct test_reply reply =
-        test_post(API_OP_FORCES, "{" THREE ",\"states\":[{},{\"phi\":[0,0,0],\"phid\":[0,0,1e200]}]}");
+    struct test_reply reply = test_post(
+        API_OP_FORCES, "{" THREE ",\"states\":[{},{\"phi\":[0,0,0],\"phid\":[0,0,1e200]}]}");
     CHECK_INT(reply.status, 422);
-    CHECK(strstr(test_reply_text(&reply, "/detail"), "in row 2 is beyond the numbers that a double holds"));
+    CHECK(strstr(test_reply_text(&reply, "/detail"),
+                 "in row 2 is beyond the numbers that a double holds"));
     test_reply_free(&reply);
 }
 
@@ -159,51 +174,61 @@ TEST(states_are_not_held_before_the_size_of_the_answer_is_known) {
 }
 
 TEST(forces_of_a_mode_that_is_beyond_all_numbers_are_a_problem) {
-    static const char *const length[] = {"4e-324,1.5,0.75", "4e-324,4e-324,4e-324", "1e308,1e308,1e308"};
+    static const char *const length[] = {"4e-324,1.5,0.75", "4e-324,4e-324,4e-324",
+                                         "1e308,1e308,1e308"};
     static const char *const normalize[] = {"first", "mass", "max"};
     for (int i = 0; i < 3; i++) {
         char body[300];
         for (int k = 1; k <= 3; k++) {
             snprintf(body, sizeof body,
-                     "{\"pendulum\":{\"length\":[%s],\"mass\":[1,1,1],\"parent\":[0,1,2]},\"state\":{\"mode\":%d,"
+                     "{\"pendulum\":{\"length\":[%s],\"mass\":[1,1,1],\"parent\":[0,1,2]},"
+                     "\"state\":{\"mode\":%d,"
                      "\"amplitude\":1}}",
                      length[i], k);
             struct test_reply reply = test_post(API_OP_FORCES, body);
-            CHECK_SAYING(reply.status == 200 || reply.status == 422, "%d for %s", reply.status, body);
+            CHECK_SAYING(reply.status == 200 || reply.status == 422, "%d for %s", reply.status,
+                         body);
             test_reply_free(&reply);
             snprintf(body, sizeof body,
-                     "{\"pendulum\":{\"length\":[%s],\"mass\":[1,1,1],\"parent\":[0,1,2]},\"normalize\":\"%s\"}",
+                     "{\"pendulum\":{\"length\":[%s],\"mass\":[1,1,1],\"parent\":[0,1,2]},"
+                     "\"normalize\":\"%s\"}",
                      length[i], normalize[k - 1]);
             reply = test_post(API_OP_MODES, body);
-            CHECK_SAYING(reply.status == 200 || reply.status == 422, "%d for %s", reply.status, body);
+            CHECK_SAYING(reply.status == 200 || reply.status == 422, "%d for %s", reply.status,
+                         body);
             test_reply_free(&reply);
         }
     }
 }
 
-/* angles in one direction are one state, however many turns lie between them; rests by a reference of 60 digits */
+/* angles in one direction are one state, however many turns lie between them; rests by a
+ * reference of 60 digits */
 TEST(forces_of_huge_angles_are_those_of_their_rests) {
     static const struct {
         const char *huge, *rest;
-    } start[] = {
-        {"1e15,1", "2.1096981170701126,1"}, {"1e22,1", "-1.0201773925590870,1"}, {"1,-1e300", "1,2.1838724841522326"}};
+    } start[] = {{"1e15,1", "2.1096981170701126,1"},
+                 {"1e22,1", "-1.0201773925590870,1"},
+                 {"1,-1e300", "1,2.1838724841522326"}};
     for (size_t i = 0; i < sizeof start / sizeof *start; i++) {
         const char *states[] = {start[i].huge, start[i].rest};
         struct test_reply reply[2];
         for (int j = 0; j < 2; j++) {
             char body[200];
             snprintf(body, sizeof body,
-                     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"state\":{\"phi\":[%s],"
+                     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"state\":{"
+                     "\"phi\":[%s],"
                      "\"phid\":[1,2]}}",
                      states[j]);
             reply[j] = test_post(API_OP_FORCES, body);
             CHECK_INT(reply[j].status, 200);
         }
-        static const char *const numbers[] = {"/phidd/0", "/phidd/1", "/lambda/0", "/lambda/1", "/energy/total"};
+        static const char *const numbers[] = {"/phidd/0", "/phidd/1", "/lambda/0", "/lambda/1",
+                                              "/energy/total"};
         for (int k = 0; k < 5; k++) {
-            double got = test_reply_number(&reply[0], numbers[k]), want = test_reply_number(&reply[1], numbers[k]);
-            CHECK_SAYING(fabs(got - want) <= 1e-14 * (1 + fabs(want)), "%s of %s: %.17g, not %.17g", numbers[k],
-                         states[0], got, want);
+            double got = test_reply_number(&reply[0], numbers[k]),
+                   want = test_reply_number(&reply[1], numbers[k]);
+            CHECK_SAYING(fabs(got - want) <= 1e-14 * (1 + fabs(want)), "%s of %s: %.17g, not %.17g",
+                         numbers[k], states[0], got, want);
         }
         test_reply_free(&reply[0]);
         test_reply_free(&reply[1]);

@@ -6,11 +6,13 @@
 #include "tests/harness/test.h"
 
 #define DOUBLE "\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]}"
-#define TRIPLE "\"pendulum\":{\"length\":[2,2,2],\"mass\":[3,3,3],\"parent\":[0,1,1],\"gravity\":10}"
+#define TRIPLE                                                                                     \
+    "\"pendulum\":{\"length\":[2,2,2],\"mass\":[3,3,3],\"parent\":[0,1,1],\"gravity\":10}"
 #define MIXED "\"pendulum\":{\"length\":[0.7,1,0.9,0.3],\"mass\":[2,1,3,0.5],\"parent\":[2,0,2,1]}"
 
 /* the largest difference from n numbers in an array */
-static double gap_of(const struct test_reply *reply, const char *array, int n, const double want[]) {
+static double gap_of(const struct test_reply *reply, const char *array, int n,
+                     const double want[]) {
     double gap = test_reply_count(reply, array) == n ? 0 : INFINITY;
     for (int i = 0; i < n; i++) {
         char pointer[60];
@@ -28,7 +30,8 @@ TEST(the_papers_double_pendulum_has_its_modes) {
     CHECK(gap_of(&reply, "/vectors/0", 2, (double[]){1, sqrt(2)}) < 1e-14);
     CHECK(gap_of(&reply, "/vectors/1", 2, (double[]){1, -sqrt(2)}) < 1e-14);
     CHECK(gap_of(&reply, "/mode", 2, (double[]){1, 2}) == 0);
-    CHECK(fabs(test_reply_number(&reply, "/frequency/0") * test_reply_number(&reply, "/period/0") - 1) < 1e-15);
+    CHECK(fabs(test_reply_number(&reply, "/frequency/0") * test_reply_number(&reply, "/period/0") -
+               1) < 1e-15);
     CHECK(test_reply_number(&reply, "/identity/relative_difference") < 1e-14);
     CHECK(fabs(test_reply_number(&reply, "/identity/length_total_over_g") - 2 / 9.81) < 1e-16);
     test_reply_free(&reply);
@@ -51,8 +54,8 @@ static double matrix_at(const struct test_reply *reply, const char *name, int i,
 }
 
 TEST(matrices_and_vectors_are_in_the_callers_order) {
-    struct test_reply reply =
-        test_post(API_OP_MODES, "{" MIXED ",\"include\":[\"B\",\"A\",\"S\",\"M\"],\"normalize\":\"mass\"}");
+    struct test_reply reply = test_post(
+        API_OP_MODES, "{" MIXED ",\"include\":[\"B\",\"A\",\"S\",\"M\"],\"normalize\":\"mass\"}");
     CHECK_INT(reply.status, 200);
     double eigen = 0, mass = 0, inverse = 0;
     for (int k = 0; k < 4; k++)
@@ -100,8 +103,8 @@ TEST(a_selection_is_part_of_all_modes) {
         snprintf(body, sizeof body, "{" MIXED ",\"select\":%s}", cases[i].select);
         struct test_reply some = test_post(API_OP_MODES, body);
         CHECK_INT(some.status, 200);
-        CHECK_SAYING(test_reply_count(&some, "/omega") == cases[i].count, "%s gives %.200s", cases[i].select,
-                     some.out.data);
+        CHECK_SAYING(test_reply_count(&some, "/omega") == cases[i].count, "%s gives %.200s",
+                     cases[i].select, some.out.data);
         CHECK_INT(test_reply_count(&some, "/vectors"), cases[i].count);
         CHECK_INT(test_reply_count(&some, "/identity") > 0, i == 0);
         for (int k = 0; k < cases[i].count; k++) {
@@ -111,7 +114,8 @@ TEST(a_selection_is_part_of_all_modes) {
             CHECK(test_reply_number(&some, pointer) == want);
             snprintf(pointer, sizeof pointer, "/mode/%d", k);
             CHECK(test_reply_number(&some, pointer) == cases[i].first + k);
-            CHECK(matrix_at(&some, "vectors", k, 3) == matrix_at(&all, "vectors", cases[i].first - 1 + k, 3));
+            CHECK(matrix_at(&some, "vectors", k, 3) ==
+                  matrix_at(&all, "vectors", cases[i].first - 1 + k, 3));
         }
         test_reply_free(&some);
     }
@@ -127,7 +131,8 @@ TEST(vectors_can_be_left_out) {
 }
 
 TEST(amplitudes_and_phases_rebuild_the_start) {
-    static const char body[] = "{" MIXED ",\"initial\":{\"theta\":[0.1,-0.2,0.3,0.05],\"thetad\":[1,0.5,-1,0.2]}}";
+    static const char body[] =
+        "{" MIXED ",\"initial\":{\"theta\":[0.1,-0.2,0.3,0.05],\"thetad\":[1,0.5,-1,0.2]}}";
     static const double theta[] = {0.1, -0.2, 0.3, 0.05}, rate[] = {1, 0.5, -1, 0.2};
     struct test_reply reply = test_post(API_OP_MODES, body);
     double gap = 0;
@@ -140,7 +145,8 @@ TEST(amplitudes_and_phases_rebuild_the_start) {
             snprintf(pointer, sizeof pointer, "/phase/%d", k);
             double phase = test_reply_number(&reply, pointer);
             snprintf(pointer, sizeof pointer, "/omega/%d", k);
-            double omega = test_reply_number(&reply, pointer), v = matrix_at(&reply, "vectors", k, i);
+            double omega = test_reply_number(&reply, pointer),
+                   v = matrix_at(&reply, "vectors", k, i);
             angle += amplitude * v * cos(phase);
             velocity -= amplitude * v * omega * sin(phase);
         }
@@ -148,13 +154,15 @@ TEST(amplitudes_and_phases_rebuild_the_start) {
     }
     CHECK_RESIDUAL(gap, 1e-13, "the start as a sum of modes");
     test_reply_free(&reply);
-    reply = test_post(API_OP_MODES, "{" DOUBLE ",\"initial\":{\"mode\":2,\"amplitude\":0.2},\"vectors\":false,"
-                                    "\"select\":{\"fastest\":1}}");
+    reply = test_post(API_OP_MODES,
+                      "{" DOUBLE ",\"initial\":{\"mode\":2,\"amplitude\":0.2},\"vectors\":false,"
+                      "\"select\":{\"fastest\":1}}");
     CHECK(gap_of(&reply, "/amplitude", 1, (double[]){0.2 / sqrt(2)}) < 1e-14);
     test_reply_free(&reply);
 }
 
-/* what A v = lambda v misses, lambda = omega^2 - growth^2, over the size of its terms; and the modes that grow */
+/* what A v = lambda v misses, lambda = omega^2 - growth^2, over the size of its terms; and the
+ * modes that grow */
 static double equilibrium_residual(const struct test_reply *reply, int n, int *growing) {
     double worst = 0;
     for (int k = 0; k < n; k++) {
@@ -166,7 +174,8 @@ static double equilibrium_residual(const struct test_reply *reply, int n, int *g
         CHECK((omega > 0) != (growth > 0));
         *growing += growth > 0;
         for (int i = 0; i < n; i++) {
-            double sum = -(omega * omega - growth * growth) * matrix_at(reply, "vectors", k, i), size = fabs(sum);
+            double sum = -(omega * omega - growth * growth) * matrix_at(reply, "vectors", k, i),
+                   size = fabs(sum);
             for (int j = 0; j < n; j++) {
                 double term = matrix_at(reply, "A", i, j) * matrix_at(reply, "vectors", k, j);
                 sum += term;
@@ -180,18 +189,23 @@ static double equilibrium_residual(const struct test_reply *reply, int n, int *g
 
 TEST(modes_about_standing_arms_grow_and_swing) {
     struct test_reply reply =
-        test_post(API_OP_MODES, "{" MIXED ",\"about\":[\"up\",\"down\",\"up\",\"down\"],\"include\":[\"A\"]}");
+        test_post(API_OP_MODES,
+                  "{" MIXED ",\"about\":[\"up\",\"down\",\"up\",\"down\"],\"include\":[\"A\"]}");
     CHECK_INT(reply.status, 200);
     int growing = 0;
-    CHECK_RESIDUAL(equilibrium_residual(&reply, 4, &growing), 1e-14, "A v = lambda v about standing arms");
+    CHECK_RESIDUAL(equilibrium_residual(&reply, 4, &growing), 1e-14,
+                   "A v = lambda v about standing arms");
     CHECK_INT(growing, 2);
     CHECK_INT(test_reply_count(&reply, "/period"), -1);
     /* (A^-1)_kk = ±l_k/g: the lengths of standing arms count below 0 */
-    CHECK(fabs(test_reply_number(&reply, "/identity/length_total_over_g") - (-0.7 + 1 - 0.9 + 0.3) / 9.81) < 1e-16);
+    CHECK(fabs(test_reply_number(&reply, "/identity/length_total_over_g") -
+               (-0.7 + 1 - 0.9 + 0.3) / 9.81) < 1e-16);
     CHECK(test_reply_number(&reply, "/identity/relative_difference") < 1e-14);
     test_reply_free(&reply);
-    /* the inverted pendulum, and both arms of two inverted: they grow as fast as hanging ones swing */
-    reply = test_post(API_OP_MODES, "{\"pendulum\":{\"L\":[2],\"m\":[1],\"S\":[[1]]},\"about\":[\"up\"]}");
+    /* the inverted pendulum, and both arms of two inverted: they grow as fast as hanging ones
+     * swing */
+    reply = test_post(API_OP_MODES,
+                      "{\"pendulum\":{\"L\":[2],\"m\":[1],\"S\":[[1]]},\"about\":[\"up\"]}");
     CHECK(gap_of(&reply, "/growth", 1, (double[]){sqrt(9.81 / 2)}) < 1e-15);
     CHECK(gap_of(&reply, "/omega", 1, (double[]){0}) == 0);
     test_reply_free(&reply);
@@ -210,14 +224,16 @@ TEST(a_start_about_standing_arms_rises_falls_and_swings) {
     /* angles from the equilibrium: arms 1 and 3 stand at theta = pi */
     static const double theta[] = {0.1, -0.2, 0.3, 0.05}, rate[] = {1, 0.5, -1, 0.2};
     struct test_reply reply =
-        test_post(API_OP_MODES, "{" MIXED ",\"about\":[\"up\",\"down\",\"up\",\"down\"],\"initial\":{\"theta\":"
-                                "[3.241592653589793,-0.2,-2.841592653589793,0.05],\"thetad\":[1,0.5,-1,0.2]}}");
+        test_post(API_OP_MODES,
+                  "{" MIXED ",\"about\":[\"up\",\"down\",\"up\",\"down\"],\"initial\":{\"theta\":"
+                  "[3.241592653589793,-0.2,-2.841592653589793,0.05],\"thetad\":[1,0.5,-1,0.2]}}");
     double gap = 0;
     CHECK_INT(reply.status, 200);
     for (int i = 0; i < 4; i++) {
         double angle = 0, velocity = 0;
         for (int k = 0; k < 4; k++) {
-            static const char *const names[] = {"amplitude", "phase", "omega", "growth", "rising", "falling"};
+            static const char *const names[] = {"amplitude", "phase",  "omega",
+                                                "growth",    "rising", "falling"};
             double x[6], v = matrix_at(&reply, "vectors", k, i);
             for (int j = 0; j < 6; j++) {
                 char pointer[60];
@@ -238,11 +254,14 @@ TEST(modes_are_rows_of_a_table_in_other_representations) {
     struct test_reply json = test_post(API_OP_MODES, body);
     struct test_reply csv = test_post_as(API_OP_MODES, body, "text/csv", NULL);
     CHECK_INT(csv.status, 200);
-    CHECK(!strncmp(csv.out.data, "mode,omega,frequency,period,amplitude,phase,vectors_1,vectors_2,vectors_3", 73));
+    CHECK(!strncmp(csv.out.data,
+                   "mode,omega,frequency,period,amplitude,phase,vectors_1,vectors_2,vectors_3",
+                   73));
     struct test_reply octets = test_post_as(API_OP_MODES, body, "application/octet-stream", NULL);
     CHECK_INT(octets.status, 200);
     REQUIRE(octets.out.bytes == 3 * 9 * sizeof(double));
-    static const char *const names[] = {"mode", "omega", "frequency", "period", "amplitude", "phase"};
+    static const char *const names[] = {"mode",   "omega",     "frequency",
+                                        "period", "amplitude", "phase"};
     for (int k = 0; k < 3; k++) {
         double row[9];
         memcpy(row, octets.out.data + k * sizeof row, sizeof row);
@@ -259,18 +278,21 @@ TEST(modes_are_rows_of_a_table_in_other_representations) {
     static const char *const types[] = {"text/csv", "application/x-ndjson", "application/x-npz",
                                         "application/x-matlab-data", "application/octet-stream"};
     for (int i = 0; i < 5; i++) {
-        struct test_reply none =
-            test_post_as(API_OP_MODES, "{" DOUBLE ",\"select\":{\"from\":99,\"to\":100}}", types[i], NULL);
+        struct test_reply none = test_post_as(
+            API_OP_MODES, "{" DOUBLE ",\"select\":{\"from\":99,\"to\":100}}", types[i], NULL);
         CHECK_INT(none.status, 200);
         test_reply_free(&none);
-        struct test_reply refused = test_post_as(API_OP_MODES, "{" DOUBLE ",\"include\":[\"A\"]}", types[i], NULL);
-        CHECK(test_reply_has_fault(&refused, "/include", "matrices are answered in application/json only"));
+        struct test_reply refused =
+            test_post_as(API_OP_MODES, "{" DOUBLE ",\"include\":[\"A\"]}", types[i], NULL);
+        CHECK(test_reply_has_fault(&refused, "/include",
+                                   "matrices are answered in application/json only"));
         test_reply_free(&refused);
     }
 }
 
 TEST(a_multiple_frequency_that_is_cut_keeps_its_basis) {
-    static const char star[] = "{\"pendulum\":{\"length\":[1,1,1,1,1],\"mass\":[1,1,1,1,1],\"parent\":[0,1,1,1,1]}";
+    static const char star[] =
+        "{\"pendulum\":{\"length\":[1,1,1,1,1],\"mass\":[1,1,1,1,1],\"parent\":[0,1,1,1,1]}";
     char body[300];
     snprintf(body, sizeof body, "%s}", star);
     struct test_reply all = test_post(API_OP_MODES, body);
@@ -279,7 +301,8 @@ TEST(a_multiple_frequency_that_is_cut_keeps_its_basis) {
         struct test_reply some = test_post(API_OP_MODES, body);
         for (int k = 0; k < count; k++)
             for (int i = 0; i < 5; i++)
-                CHECK(fabs(matrix_at(&some, "vectors", k, i) - matrix_at(&all, "vectors", k, i)) < 1e-14);
+                CHECK(fabs(matrix_at(&some, "vectors", k, i) - matrix_at(&all, "vectors", k, i)) <
+                      1e-14);
         test_reply_free(&some);
     }
     test_reply_free(&all);
@@ -290,11 +313,13 @@ static void body_of(struct api_buffer *body, int n, const char *more) {
     char piece[40];
     api_buffer_init(body, 1 << 20);
     for (int list = 0; list < 3; list++) {
-        static const char *const names[] = {"{\"pendulum\":{\"length\":[", "],\"mass\":[", "],\"parent\":["};
+        static const char *const names[] = {"{\"pendulum\":{\"length\":[", "],\"mass\":[",
+                                            "],\"parent\":["};
         REQUIRE(api_buffer_text(body, names[list]) == PEND_OK);
         for (int i = 0; i < n; i++) {
             if (list < 2)
-                snprintf(piece, sizeof piece, "%s%.6f", i ? "," : "", 1 + fmod((list + 1) * 0.6180339887 * i, 1));
+                snprintf(piece, sizeof piece, "%s%.6f", i ? "," : "",
+                         1 + fmod((list + 1) * 0.6180339887 * i, 1));
             if (list == 2) snprintf(piece, sizeof piece, "%s%d", i ? "," : "", (i + 2) / 3);
             REQUIRE(api_buffer_text(body, piece) == PEND_OK);
         }
@@ -316,8 +341,10 @@ TEST(a_search_comes_back_every_turn) {
     api_limits_init(&limits);
     api_buffer_init(&out, 1 << 26);
     body_of(&body, 300, "");
-    struct api_request request = {
-        .op = API_OP_MODES, .content_type = "application/json", .body = body.data, .body_bytes = body.bytes};
+    struct api_request request = {.op = API_OP_MODES,
+                                  .content_type = "application/json",
+                                  .body = body.data,
+                                  .body_bytes = body.bytes};
     REQUIRE(api_call_new(&call, &limits) == PEND_OK);
     api_call_clock(call, ticking, &time);
     CHECK_INT(api_call_open(call, &request, &out), API_MORE);
@@ -344,7 +371,8 @@ TEST(all_modes_of_a_thousand_arms_are_the_same_in_json_and_in_doubles) {
     struct api_buffer body;
     body_of(&body, N, "");
     struct test_reply json = test_post(API_OP_MODES, body.data);
-    struct test_reply octets = test_post_as(API_OP_MODES, body.data, "application/octet-stream", NULL);
+    struct test_reply octets =
+        test_post_as(API_OP_MODES, body.data, "application/octet-stream", NULL);
     CHECK_INT(json.status, 200);
     CHECK_INT(octets.status, 200);
     CHECK(test_reply_number(&json, "/identity/relative_difference") < 1e-13);
@@ -369,7 +397,8 @@ TEST(too_much_names_the_way_out) {
     api_limits_init(&limits);
     limits.answer_bytes = 600000;
     struct test_reply reply = test_post_as(API_OP_MODES, body.data, NULL, &limits);
-    CHECK(test_reply_has_fault(&reply, "", "fewer modes by \"select\", or only the frequencies by \"vectors\": false"));
+    CHECK(test_reply_has_fault(
+        &reply, "", "fewer modes by \"select\", or only the frequencies by \"vectors\": false"));
     CHECK(test_reply_has_fault(&reply, "", "application/octet-stream"));
     test_reply_free(&reply);
     reply = test_post_as(API_OP_MODES, body.data, "application/octet-stream", &limits);
@@ -381,9 +410,10 @@ TEST(too_much_names_the_way_out) {
     test_reply_free(&reply);
     limits.mode_arms = 100;
     reply = test_post_as(API_OP_MODES, body.data, NULL, &limits);
-    CHECK(test_reply_has_fault(&reply, "/pendulum",
-                               "at most 100 arms (the limit max-mode-arms) for all modes, and at most "
-                               "50 modes of 200 arms; here are 200 modes"));
+    CHECK(test_reply_has_fault(
+        &reply, "/pendulum",
+        "at most 100 arms (the limit max-mode-arms) for all modes, and at most "
+        "50 modes of 200 arms; here are 200 modes"));
     test_reply_free(&reply);
     api_buffer_clear(&body);
 }
@@ -392,23 +422,29 @@ TEST(faults_of_modes_have_their_pointers) {
     static const struct {
         const char *body, *pointer, *piece;
     } bad[] = {
-        {"{" DOUBLE ",\"select\":\"some\"}", "/select", "must be one of \"all\", got the text \"some\""},
+        {"{" DOUBLE ",\"select\":\"some\"}", "/select",
+         "must be one of \"all\", got the text \"some\""},
         {"{" DOUBLE ",\"select\":3}", "/select", "got 3"},
         {"{" DOUBLE ",\"select\":{}}", "/select", "must be \"all\", or have one of"},
-        {"{" DOUBLE ",\"select\":{\"slowest\":3}}", "/select/slowest", "must be a whole number from 1 to 2, got 3"},
+        {"{" DOUBLE ",\"select\":{\"slowest\":3}}", "/select/slowest",
+         "must be a whole number from 1 to 2, got 3"},
         {"{" DOUBLE ",\"select\":{\"fastest\":0}}", "/select/fastest", "got 0"},
         {"{" DOUBLE ",\"select\":{\"slowest\":1,\"fastest\":1}}", "/select", "have one of"},
-        {"{" DOUBLE ",\"select\":{\"from\":2,\"to\":1}}", "/select/to", "must not be below from (2 rad/s), got 1"},
+        {"{" DOUBLE ",\"select\":{\"from\":2,\"to\":1}}", "/select/to",
+         "must not be below from (2 rad/s), got 1"},
         {"{" DOUBLE ",\"select\":{\"from\":2}}", "/select/to", "is missing"},
-        {"{" DOUBLE ",\"select\":{\"from\":-2,\"to\":1}}", "/select/from", "at least 0 rad/s, got -2"},
+        {"{" DOUBLE ",\"select\":{\"from\":-2,\"to\":1}}", "/select/from",
+         "at least 0 rad/s, got -2"},
         {"{" DOUBLE ",\"select\":{\"slow\":2,\"slowest\":1}}", "/select/slow", "not a known field"},
         {"{" DOUBLE ",\"vectors\":1}", "/vectors", "must be true or false, got 1"},
-        {"{" DOUBLE ",\"normalize\":\"maximum\"}", "/normalize", "must be one of \"first\", \"mass\", \"max\""},
+        {"{" DOUBLE ",\"normalize\":\"maximum\"}", "/normalize",
+         "must be one of \"first\", \"mass\", \"max\""},
         {"{" DOUBLE ",\"about\":\"up\"}", "/about", "\"down\" or \"up\" for each of the 2 arms"},
         {"{" DOUBLE ",\"about\":[\"up\"]}", "/about", "\"down\" or \"up\" for each of the 2 arms"},
         {"{" DOUBLE ",\"about\":[\"up\",\"left\"]}", "/about/1", "must be one of \"down\", \"up\""},
         {"{" DOUBLE ",\"include\":\"A\"}", "/include", "must be an array of names"},
-        {"{" DOUBLE ",\"include\":[\"A\",\"Q\"]}", "/include/1", "must be one of \"A\", \"M\", \"S\", \"B\""},
+        {"{" DOUBLE ",\"include\":[\"A\",\"Q\"]}", "/include/1",
+         "must be one of \"A\", \"M\", \"S\", \"B\""},
         {"{" DOUBLE ",\"include\":[\"A\",\"A\"]}", "/include/1", "is in the list already"},
         {"{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]],\"gravity\":0}}", "/pendulum",
          "finding the modes needs a gravity greater than 0, got 0"},
@@ -434,12 +470,13 @@ TEST(pendulums_beyond_what_a_double_holds_have_no_modes) {
         snprintf(body, sizeof body, "{\"pendulum\":{%s}}", bad[i]);
         struct test_reply reply = test_post(API_OP_MODES, body);
         CHECK_INT(reply.status, 422);
-        CHECK_SAYING(memmem(reply.out.data, reply.out.bytes, "too far apart", 13) != NULL, "%s", bad[i]);
+        CHECK_SAYING(memmem(reply.out.data, reply.out.bytes, "too far apart", 13) != NULL, "%s",
+                     bad[i]);
         test_reply_free(&reply);
     }
     /* far, and yet not too far */
-    struct test_reply good =
-        test_post(API_OP_MODES, "{\"pendulum\":{\"length\":[1e100,1e-100],\"mass\":[1,1],\"parent\":[0,1]}}");
+    struct test_reply good = test_post(
+        API_OP_MODES, "{\"pendulum\":{\"length\":[1e100,1e-100],\"mass\":[1,1],\"parent\":[0,1]}}");
     CHECK_INT(good.status, 200);
     test_reply_free(&good);
 }

@@ -6,19 +6,25 @@
 #include "tests/api/post.h"
 #include "tests/harness/test.h"
 
-#define DOUBLE "\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"theta\":[1,0.5]}"
-#define NAMED                                                                                                          \
-    "\"pendulum\":{\"arms\":[{\"name\":\"low\",\"parent\":\"top\",\"length\":1,\"mass\":1},{\"name\":\"top\","         \
-    "\"length\":1,"                                                                                                    \
+#define DOUBLE                                                                                     \
+    "\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"theta\":[1,0." \
+    "5]}"
+#define NAMED                                                                                      \
+    "\"pendulum\":{\"arms\":[{\"name\":\"low\",\"parent\":\"top\",\"length\":1,\"mass\":1},{"      \
+    "\"name\":\"top\","                                                                            \
+    "\"length\":1,"                                                                                \
     "\"mass\":1}]},\"initial\":{\"theta\":[0.5,1]}"
 
 TEST(sections_answers_states_in_the_section_one_row_a_passage) {
     struct test_reply reply = test_post(
-        API_OP_SECTIONS, "{" DOUBLE ",\"duration\":20,\"section\":{\"arm\":1,\"theta\":0,\"direction\":\"both\"}}");
+        API_OP_SECTIONS,
+        "{" DOUBLE ",\"duration\":20,\"section\":{\"arm\":1,\"theta\":0,\"direction\":\"both\"}}");
     CHECK_INT(reply.status, 200);
     int rows = test_reply_count(&reply, "/t");
-    CHECK(rows > 10 && test_reply_count(&reply, "/phi") == rows && test_reply_count(&reply, "/direction") == rows);
-    CHECK(test_reply_number(&reply, "/stats/passages") == rows && test_reply_number(&reply, "/stats/until") == 20);
+    CHECK(rows > 10 && test_reply_count(&reply, "/phi") == rows &&
+          test_reply_count(&reply, "/direction") == rows);
+    CHECK(test_reply_number(&reply, "/stats/passages") == rows &&
+          test_reply_number(&reply, "/stats/until") == 20);
     for (int i = 0; i < rows; i++) {
         char at[40];
         snprintf(at, sizeof at, "/phi/%d/0", i);
@@ -32,29 +38,32 @@ TEST(sections_answers_states_in_the_section_one_row_a_passage) {
 }
 
 TEST(sections_arms_are_meant_by_name_and_angles_by_either_unit) {
-    struct test_reply number =
-        test_post(API_OP_SECTIONS, "{" DOUBLE ",\"duration\":9,\"section\":{\"arm\":1,\"theta\":0.1}}");
-    struct test_reply name = test_post(
-        API_OP_SECTIONS,
-        "{" NAMED ",\"duration\":9,\"section\":{\"arm\":\"top\",\"theta\":5.729577951308232,\"unit\":\"deg\"}}");
+    struct test_reply number = test_post(
+        API_OP_SECTIONS, "{" DOUBLE ",\"duration\":9,\"section\":{\"arm\":1,\"theta\":0.1}}");
+    struct test_reply name =
+        test_post(API_OP_SECTIONS, "{" NAMED ",\"duration\":9,\"section\":{\"arm\":\"top\","
+                                   "\"theta\":5.729577951308232,\"unit\":\"deg\"}}");
     CHECK_INT(name.status, 200);
     CHECK_INT(test_reply_count(&name, "/t"), test_reply_count(&number, "/t"));
     CHECK(test_reply_count(&name, "/t") > 2);
     CHECK(fabs(test_reply_number(&name, "/t/2") - test_reply_number(&number, "/t/2")) < 1e-12);
     /* the order of arms is the caller's */
-    CHECK(fabs(test_reply_number(&name, "/phi/2/0") - test_reply_number(&number, "/phi/2/1")) < 1e-11);
+    CHECK(fabs(test_reply_number(&name, "/phi/2/0") - test_reply_number(&number, "/phi/2/1")) <
+          1e-11);
     test_reply_free(&number);
     test_reply_free(&name);
 }
 
 TEST(sections_end_at_their_count_and_may_be_empty) {
     struct test_reply few =
-        test_post(API_OP_SECTIONS, "{" DOUBLE ",\"duration\":1e6,\"count\":300,\"section\":{\"arm\":2,\"phi\":-1}}");
+        test_post(API_OP_SECTIONS,
+                  "{" DOUBLE ",\"duration\":1e6,\"count\":300,\"section\":{\"arm\":2,\"phi\":-1}}");
     CHECK_INT(test_reply_count(&few, "/t"), 300);
     CHECK(test_reply_number(&few, "/stats/until") == test_reply_number(&few, "/t/299"));
     test_reply_free(&few);
     struct test_reply none = test_post(
-        API_OP_SECTIONS, "{" DOUBLE ",\"duration\":5,\"section\":{\"arm\":1,\"theta\":180,\"unit\":\"deg\"}}");
+        API_OP_SECTIONS,
+        "{" DOUBLE ",\"duration\":5,\"section\":{\"arm\":1,\"theta\":180,\"unit\":\"deg\"}}");
     CHECK_INT(none.status, 200);
     CHECK_INT(test_reply_count(&none, "/t"), 0);
     CHECK_INT(test_reply_count(&none, "/phi"), 0);
@@ -62,13 +71,15 @@ TEST(sections_end_at_their_count_and_may_be_empty) {
 }
 
 TEST(sections_come_in_every_representation_however_many_rows_there_are) {
-    static const char *const accept[] = {"text/csv", "application/x-ndjson", "application/octet-stream",
-                                         "application/x-npz", "application/x-matlab-data"};
+    static const char *const accept[] = {"text/csv", "application/x-ndjson",
+                                         "application/octet-stream", "application/x-npz",
+                                         "application/x-matlab-data"};
     static const char *const theta[] = {"0", "3"};
     for (int empty = 0; empty < 2; empty++)
         for (int i = 0; i < 5; i++) {
             char body[300];
-            snprintf(body, sizeof body, "{" DOUBLE ",\"duration\":5,\"section\":{\"arm\":1,\"theta\":%s}}",
+            snprintf(body, sizeof body,
+                     "{" DOUBLE ",\"duration\":5,\"section\":{\"arm\":1,\"theta\":%s}}",
                      theta[empty]);
             struct test_reply reply = test_post_as(API_OP_SECTIONS, body, accept[i], NULL);
             CHECK_INT(reply.status, 200);
@@ -82,12 +93,15 @@ TEST(sections_come_in_every_representation_however_many_rows_there_are) {
 TEST(sections_that_make_no_sense_are_refused) {
 #define IN(what) "{" DOUBLE ",\"duration\":1,\"section\":" what "}"
     CHECK_REFUSED(API_OP_SECTIONS, "{" DOUBLE ",\"duration\":1}", "/section", "");
-    CHECK_REFUSED(API_OP_SECTIONS, "{" DOUBLE ",\"section\":{\"arm\":1,\"phi\":0}}", "/duration", "");
+    CHECK_REFUSED(API_OP_SECTIONS, "{" DOUBLE ",\"section\":{\"arm\":1,\"phi\":0}}", "/duration",
+                  "");
     CHECK_REFUSED(API_OP_SECTIONS, IN("{\"arm\":1}"), "/section", "\"theta\" or \"phi\"");
     CHECK_REFUSED(API_OP_SECTIONS, IN("{\"arm\":3,\"phi\":0}"), "/section/arm", "1 to 2");
     CHECK_REFUSED(API_OP_SECTIONS, IN("{\"phi\":0}"), "/section/arm", "");
-    CHECK_REFUSED(API_OP_SECTIONS, IN("{\"arm\":1,\"phi\":0,\"theta\":0}"), "/section/phi", "one of the two");
-    CHECK_REFUSED(API_OP_SECTIONS, IN("{\"arm\":1,\"phi\":0,\"direction\":\"left\"}"), "/section/direction", "\"up\"");
+    CHECK_REFUSED(API_OP_SECTIONS, IN("{\"arm\":1,\"phi\":0,\"theta\":0}"), "/section/phi",
+                  "one of the two");
+    CHECK_REFUSED(API_OP_SECTIONS, IN("{\"arm\":1,\"phi\":0,\"direction\":\"left\"}"),
+                  "/section/direction", "\"up\"");
     CHECK_REFUSED(API_OP_SECTIONS, IN("{\"arm\":1,\"phi\":1e9}"), "/section/phi", "1000000");
     CHECK_REFUSED(API_OP_SECTIONS, IN("{\"arm\":1,\"phi\":0},\"count\":0"), "/count", "0");
 }
@@ -97,29 +111,34 @@ TEST(sections_of_too_many_steps_are_refused) {
     api_limits_init(&limits);
     limits.steps = 100;
     struct test_reply reply = test_post_as(
-        API_OP_SECTIONS, "{" DOUBLE ",\"duration\":1e4,\"section\":{\"arm\":1,\"theta\":0}}", NULL, &limits);
+        API_OP_SECTIONS, "{" DOUBLE ",\"duration\":1e4,\"section\":{\"arm\":1,\"theta\":0}}", NULL,
+        &limits);
     CHECK_INT(reply.status, 422);
     CHECK(strstr(reply.out.data, "max-steps") != NULL);
     test_reply_free(&reply);
 }
 
 TEST(sections_say_how_many_of_their_passages_hold) {
-    struct test_reply reply =
-        test_post(API_OP_SECTIONS, "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
-                                   "\"initial\":{\"theta\":[2,2.5]},\"duration\":100,"
-                                   "\"section\":{\"arm\":1,\"theta\":0}}");
-    double held = test_reply_number(&reply, "/stats/horizon"), holding = test_reply_number(&reply, "/stats/holding");
+    struct test_reply reply = test_post(
+        API_OP_SECTIONS, "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
+                         "\"initial\":{\"theta\":[2,2.5]},\"duration\":100,"
+                         "\"section\":{\"arm\":1,\"theta\":0}}");
+    double held = test_reply_number(&reply, "/stats/horizon"),
+           holding = test_reply_number(&reply, "/stats/holding");
     CHECK_SAYING(held > 7 && held < 9.7, "%g", held); // the truth is 8.8 s
     CHECK(holding >= 1 && holding < test_reply_number(&reply, "/stats/passages"));
-    CHECK(strstr(reply.out.data, "\"warnings\":[\"digits are lost before the end: beyond t = ") != NULL);
+    CHECK(strstr(reply.out.data, "\"warnings\":[\"digits are lost before the end: beyond t = ") !=
+          NULL);
     for (int i = 0; i < 2; i++) {
         char at[40];
         snprintf(at, sizeof at, "/t/%d", (int)holding - 1 + i);
         CHECK((test_reply_number(&reply, at) <= held) == !i);
     }
     test_reply_free(&reply);
-    reply = test_post(API_OP_SECTIONS, "{" DOUBLE ",\"duration\":3,\"section\":{\"arm\":1,\"theta\":0}}");
+    reply = test_post(API_OP_SECTIONS,
+                      "{" DOUBLE ",\"duration\":3,\"section\":{\"arm\":1,\"theta\":0}}");
     CHECK(test_reply_number(&reply, "/stats/horizon") == 3 && !strstr(reply.out.data, "warnings"));
-    CHECK(test_reply_number(&reply, "/stats/holding") == test_reply_number(&reply, "/stats/passages"));
+    CHECK(test_reply_number(&reply, "/stats/holding") ==
+          test_reply_number(&reply, "/stats/passages"));
     test_reply_free(&reply);
 }

@@ -7,7 +7,9 @@
 #include "tests/harness/runs.h"
 #include "tests/harness/test.h"
 
-#define PAPER "\"pendulum\":{\"L\":[2,1.5,0.75,1.25],\"m\":[1,1,1,0.1],\"S\":[[1,0,0,0],[1,1,0,0],[1,1,1,0],[1,1,0,1]]}"
+#define PAPER                                                                                      \
+    "\"pendulum\":{\"L\":[2,1.5,0.75,1.25],\"m\":[1,1,1,0.1],\"S\":[[1,0,0,0],[1,1,0,0],[1,1,1,0]" \
+    ",[1,1,0,1]]}"
 #define TIMES "\"times\":{\"start\":0,\"stop\":5,\"step\":0.01}"
 
 static const char example[] = "{" PAPER "," TIMES ",\"method\":\"taylor\",\"rtol\":1e-12}";
@@ -44,7 +46,8 @@ TEST(the_papers_example_agrees_with_the_reference) {
 }
 
 TEST(csv_has_the_digits_of_json) {
-    static const char *const bodies[] = {example, "{" PAPER "," TIMES ",\"digits\":5,\"output\":[\"phi\",\"z\"]}"};
+    static const char *const bodies[] = {example, "{" PAPER "," TIMES
+                                                  ",\"digits\":5,\"output\":[\"phi\",\"z\"]}"};
     static const int columns[] = {13, 13};
     for (int b = 0; b < 2; b++) {
         struct test_reply json = test_post(API_OP_TRAJECTORIES, bodies[b]);
@@ -63,7 +66,8 @@ TEST(csv_has_the_digits_of_json) {
             char pointer[60];
             snprintf(pointer, sizeof pointer, "/t/%d", rows);
             int same = number[0] == test_reply_number(&json, pointer);
-            for (int k = 0; k < 12; k++) same &= number[k + 1] == at(&json, names[b][k / 4], rows, k % 4);
+            for (int k = 0; k < 12; k++)
+                same &= number[k + 1] == at(&json, names[b][k / 4], rows, k % 4);
             if (!CHECK_SAYING(same, "row %d differs", rows)) break;
         }
         CHECK_INT(rows, 501);
@@ -87,34 +91,42 @@ static int longest_mantissa(const char *text) {
 TEST(digits_are_significant_digits) {
     for (int digits = 1; digits <= 17; digits += 4) {
         char body[400];
-        snprintf(body, sizeof body, "{" PAPER ",\"times\":[0,0.5,1],\"output\":[\"phi\"],\"digits\":%d}", digits);
+        snprintf(body, sizeof body,
+                 "{" PAPER ",\"times\":[0,0.5,1],\"output\":[\"phi\"],\"digits\":%d}", digits);
         struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
         char *stats = strstr(reply.out.data, "\"stats\"");
         REQUIRE(stats);
         *stats = 0;
-        CHECK_INT(longest_mantissa(reply.out.data), digits < 16 ? digits : longest_mantissa(reply.out.data));
+        CHECK_INT(longest_mantissa(reply.out.data),
+                  digits < 16 ? digits : longest_mantissa(reply.out.data));
         CHECK(longest_mantissa(reply.out.data) <= digits);
         *stats = '"';
         test_reply_free(&reply);
     }
     CHECK_REFUSED(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0],\"digits\":0}", "/digits",
                   "must be a whole number from 1 to 17, got 0");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0],\"digits\":18}", "/digits", "got 18");
-    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0],\"digits\":6.5}", "/digits", "got 6.5");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0],\"digits\":18}", "/digits",
+                  "got 18");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0],\"digits\":6.5}", "/digits",
+                  "got 6.5");
 }
 
 TEST(backwards_in_time_leads_back) {
-    struct test_reply there = test_post(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0,1],\"digits\":17}");
+    struct test_reply there =
+        test_post(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0,1],\"digits\":17}");
     char body[800];
     snprintf(body, sizeof body,
-             "{" PAPER ",\"initial\":{\"phi\":[%.17g,%.17g,%.17g,%.17g],\"phid\":[%.17g,%.17g,%.17g,%.17g]},"
+             "{" PAPER
+             ",\"initial\":{\"phi\":[%.17g,%.17g,%.17g,%.17g],\"phid\":[%.17g,%.17g,%.17g,%.17g]},"
              "\"times\":{\"start\":1,\"stop\":0,\"step\":0.5}}",
-             at(&there, "phi", 1, 0), at(&there, "phi", 1, 1), at(&there, "phi", 1, 2), at(&there, "phi", 1, 3),
-             at(&there, "phid", 1, 0), at(&there, "phid", 1, 1), at(&there, "phid", 1, 2), at(&there, "phid", 1, 3));
+             at(&there, "phi", 1, 0), at(&there, "phi", 1, 1), at(&there, "phi", 1, 2),
+             at(&there, "phi", 1, 3), at(&there, "phid", 1, 0), at(&there, "phid", 1, 1),
+             at(&there, "phid", 1, 2), at(&there, "phid", 1, 3));
     struct test_reply back = test_post(API_OP_TRAJECTORIES, body);
     double gap = 0;
     CHECK(test_reply_number(&back, "/t/1") == 0.5);
-    for (int k = 0; k < 4; k++) gap = fmax(gap, fabs(at(&back, "phi", 2, k)) + fabs(at(&back, "phid", 2, k)));
+    for (int k = 0; k < 4; k++)
+        gap = fmax(gap, fabs(at(&back, "phi", 2, k)) + fabs(at(&back, "phid", 2, k)));
     CHECK_RESIDUAL(gap, 1e-11, "there and back");
     CHECK(fabs(at(&there, "phi", 1, 0)) > 1);
     test_reply_free(&there);
@@ -131,7 +143,8 @@ TEST(an_answer_beyond_the_limit_is_refused_before_it_is_computed) {
     CHECK(test_reply_has_fault(&reply, "/times", "asks for 501 rows of 13 numbers, up to"));
     CHECK(test_reply_has_fault(&reply, "/times", "more than the limit max-answer-bytes of 100000"));
     test_reply_free(&reply);
-    reply = test_post_as(API_OP_TRAJECTORIES, "{" PAPER "," TIMES ",\"digits\":5,\"output\":[\"phi\"]}", NULL, &limits);
+    reply = test_post_as(API_OP_TRAJECTORIES,
+                         "{" PAPER "," TIMES ",\"digits\":5,\"output\":[\"phi\"]}", NULL, &limits);
     CHECK_INT(reply.status, 200);
     test_reply_free(&reply);
 }
@@ -143,15 +156,18 @@ TEST(a_run_beyond_the_step_limit_ends_as_a_problem) {
     struct test_reply reply = test_post_as(API_OP_TRAJECTORIES, example, "text/csv", &limits);
     CHECK_INT(reply.status, 422);
     CHECK_TEXT(reply.media_type, "application/problem+json");
-    CHECK(
-        strstr(reply.out.data, "the limit of 20 steps was reached before the last instant, 5 s (max-steps): ask for"));
+    CHECK(strstr(
+        reply.out.data,
+        "the limit of 20 steps was reached before the last instant, 5 s (max-steps): ask for"));
     test_reply_free(&reply);
 }
 
 TEST(numbers_that_overflow_end_as_a_problem) {
     static const char *const bodies[] = {
-        "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]},\"initial\":{\"phi\":[0],\"phid\":[1e200]},\"times\":[0,1]}",
-        "{\"pendulum\":{\"L\":[1e200],\"m\":[1e308],\"S\":[[1]]},\"times\":[0,1],\"output\":[\"energy\"]}",
+        "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]},\"initial\":{\"phi\":[0],\"phid\":[1e200]}"
+        ",\"times\":[0,1]}",
+        "{\"pendulum\":{\"L\":[1e200],\"m\":[1e308],\"S\":[[1]]},\"times\":[0,1],\"output\":["
+        "\"energy\"]}",
     };
     for (int i = 0; i < 2; i++) {
         struct test_reply reply = test_post(API_OP_TRAJECTORIES, bodies[i]);
@@ -162,21 +178,24 @@ TEST(numbers_that_overflow_end_as_a_problem) {
 }
 
 TEST(what_is_still_to_come_is_refused_by_name) {
-    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0],\"events\":[]}", "/events", "is not served yet");
+    CHECK_REFUSED(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0],\"events\":[]}", "/events",
+                  "is not served yet");
 }
 
 TEST(all_faults_of_a_request_are_told_at_once) {
-    struct test_reply reply = test_post(
-        API_OP_TRAJECTORIES,
-        "{\"pendulum\":{\"length\":[1,-1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"phi\":[1,2,3]},"
-        "\"times\":{\"start\":0,\"step\":0},\"method\":\"runge\",\"rtol\":\"small\",\"output\":[\"psi\"],\"digits\":99,"
-        "\"precision\":\"octuple\",\"meta\":{}}");
+    struct test_reply reply =
+        test_post(API_OP_TRAJECTORIES, "{\"pendulum\":{\"length\":[1,-1],\"mass\":[1,1],\"parent\":"
+                                       "[0,1]},\"initial\":{\"phi\":[1,2,3]},"
+                                       "\"times\":{\"start\":0,\"step\":0},\"method\":\"runge\","
+                                       "\"rtol\":\"small\",\"output\":[\"psi\"],\"digits\":99,"
+                                       "\"precision\":\"octuple\",\"meta\":{}}");
     static const char *const pointers[] = {
         "/pendulum/length/1", "/initial/phi", "/times/stop", "/times/step", "/method", "/rtol",
         "/output/0",          "/digits",      "/precision",  "/meta"};
     CHECK_INT(reply.status, 422);
     for (size_t i = 0; i < sizeof pointers / sizeof *pointers; i++)
-        CHECK_SAYING(test_reply_has_fault(&reply, pointers[i], ""), "no fault at %s: %s", pointers[i], reply.out.data);
+        CHECK_SAYING(test_reply_has_fault(&reply, pointers[i], ""), "no fault at %s: %s",
+                     pointers[i], reply.out.data);
     CHECK_INT(test_reply_faults(&reply), 10);
     CHECK_TEXT(test_reply_text(&reply, "/detail"), "10 faults in the request: see errors");
     test_reply_free(&reply);
@@ -184,8 +203,9 @@ TEST(all_faults_of_a_request_are_told_at_once) {
 
 /* ---- how long digits hold */
 
-#define TUMBLE                                                                                                         \
-    "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"theta\":[2,2.5]},"                \
+#define TUMBLE                                                                                     \
+    "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"theta\":[2,"  \
+    "2.5]},"                                                                                       \
     "\"times\":{\"start\":0,\"stop\":30,\"step\":0.25},\"output\":[\"thetad\"],"
 
 static double trust_until(const char *more) {
@@ -200,16 +220,19 @@ static double trust_until(const char *more) {
 
 TEST(trust_tells_how_long_a_chaotic_motion_is_known) {
     double usual = trust_until("\"trust\":true"), strict = trust_until("\"trust\":1e-10");
-    double loose = trust_until("\"trust\":true,\"rtol\":1e-6"), coarse = trust_until("\"trust\":0.1");
+    double loose = trust_until("\"trust\":true,\"rtol\":1e-6"),
+           coarse = trust_until("\"trust\":0.1");
     CHECK_SAYING(usual > 8 && usual < 20, "%g", usual);
-    CHECK_SAYING(strict < usual && usual < coarse && loose < usual, "%g %g %g %g", strict, usual, coarse, loose);
+    CHECK_SAYING(strict < usual && usual < coarse && loose < usual, "%g %g %g %g", strict, usual,
+                 coarse, loose);
     CHECK_SAYING(trust_until("\"trust\":0.01,\"method\":\"ode23\"") < 3, "ode23 is coarse");
     CHECK_SAYING(trust_until("\"trust\":0.01,\"method\":\"linear\"") < 1, "this is no small swing");
     CHECK(fmod(usual, 0.25) == 0);
 }
 
 TEST(trust_of_a_tame_motion_reaches_the_last_instant) {
-    struct test_reply reply = test_post(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0,1,5],\"trust\":true}");
+    struct test_reply reply =
+        test_post(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0,1,5],\"trust\":true}");
     CHECK(test_reply_number(&reply, "/stats/trust_until") == 5);
     test_reply_free(&reply);
     reply = test_post(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[3,2,-2],\"trust\":true}");
@@ -225,12 +248,13 @@ TEST(trust_that_makes_no_sense_is_refused) {
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         char body[400];
         snprintf(body, sizeof body, "{" PAPER ",\"times\":[0],\"trust\":%s}", bad[i]);
-        CHECK_REFUSED(API_OP_TRAJECTORIES, body, "/trust", "must be true, false, or a number of radians");
+        CHECK_REFUSED(API_OP_TRAJECTORIES, body, "/trust",
+                      "must be true, false, or a number of radians");
     }
 }
 
-/* the double pendulum from (2, 2.5): by 90 digits the angles of 32 hold to 1e-6 until 32.5 s at rtol 1e-28, 35.5 s at
- * 1e-30, and those of 1e-12 until 8.75 s */
+/* the double pendulum from (2, 2.5): by 90 digits the angles of 32 hold to 1e-6 until 32.5 s at
+ * rtol 1e-28, 35.5 s at 1e-30, and those of 1e-12 until 8.75 s */
 TEST(trust_judges_32_digits_too) {
     static const struct {
         const char *rtol;
@@ -241,13 +265,15 @@ TEST(trust_judges_32_digits_too) {
         snprintf(
             body, sizeof body,
             "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"phi\":"
-            "[0.42920367320510344,0.92920367320510344]},\"times\":{\"stop\":60,\"step\":0.25},\"output\":[\"phi\"],"
+            "[0.42920367320510344,0.92920367320510344]},\"times\":{\"stop\":60,\"step\":0.25},"
+            "\"output\":[\"phi\"],"
             "\"precision\":\"extended\",\"trust\":true%s}",
             runs[i].rtol);
         struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
         CHECK_INT(reply.status, 200);
         double until = test_reply_number(&reply, "/stats/trust_until");
-        CHECK_SAYING(until >= runs[i].least && until <= runs[i].most, "%g s with%s", until, runs[i].rtol);
+        CHECK_SAYING(until >= runs[i].least && until <= runs[i].most, "%g s with%s", until,
+                     runs[i].rtol);
         CHECK_INT(strstr(reply.out.data, "such digits doubles have too") != NULL, i == 2);
         test_reply_free(&reply);
     }
@@ -255,7 +281,8 @@ TEST(trust_judges_32_digits_too) {
 
 TEST(an_energy_that_was_lost_is_told_in_words) {
     struct test_reply reply =
-        test_post(API_OP_TRAJECTORIES, "{" PAPER ",\"times\":[0,100],\"method\":\"ode23\",\"output\":[\"phi\"]}");
+        test_post(API_OP_TRAJECTORIES,
+                  "{" PAPER ",\"times\":[0,100],\"method\":\"ode23\",\"output\":[\"phi\"]}");
     CHECK(test_reply_number(&reply, "/stats/energy_drift") > 0.01);
     CHECK(strstr(reply.out.data, "the energy was not kept") != NULL);
     test_reply_free(&reply);
@@ -265,12 +292,15 @@ TEST(an_energy_that_was_lost_is_told_in_words) {
 }
 
 TEST(extended_precision_follows_a_chaotic_motion_to_its_end) {
-    struct test_reply loose = test_post(API_OP_TRAJECTORIES, TUMBLE "\"precision\":\"extended\",\"rtol\":1e-26}");
-    struct test_reply tight = test_post(API_OP_TRAJECTORIES, TUMBLE "\"precision\":\"extended\",\"rtol\":1e-30}");
+    struct test_reply loose =
+        test_post(API_OP_TRAJECTORIES, TUMBLE "\"precision\":\"extended\",\"rtol\":1e-26}");
+    struct test_reply tight =
+        test_post(API_OP_TRAJECTORIES, TUMBLE "\"precision\":\"extended\",\"rtol\":1e-30}");
     struct test_reply plain = test_post(API_OP_TRAJECTORIES, TUMBLE "\"rtol\":1e-16}");
     CHECK(tight.status == 200 && plain.status == 200);
     CHECK_TEXT(test_reply_text(&tight, "/stats/method"), "taylor");
-    double a = test_reply_number(&loose, "/thetad/100/1"), b = test_reply_number(&tight, "/thetad/100/1");
+    double a = test_reply_number(&loose, "/thetad/100/1"),
+           b = test_reply_number(&tight, "/thetad/100/1");
     double off = fabs(test_reply_number(&plain, "/thetad/100/1") - b);
     CHECK_SAYING(fabs(a - b) < 1e-6 && fabs(b) > 0.01, "25 s: %g and %g", a, b);
     CHECK_SAYING(off > 1e-3, "doubles are right too, within %g", off);
@@ -283,7 +313,8 @@ TEST(extended_precision_follows_a_chaotic_motion_to_its_end) {
 static struct test_reply tumble(const char *accept, const char *more) {
     char body[512];
     snprintf(body, sizeof body,
-             "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"theta\":[2,2.5]},"
+             "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{"
+             "\"theta\":[2,2.5]},"
              "\"times\":{\"stop\":20,\"step\":0.1},\"output\":[\"phi\"]%s}",
              more);
     return test_post_as(API_OP_TRAJECTORIES, body, accept, NULL);
@@ -293,7 +324,8 @@ TEST(horizon_is_told_by_default_and_in_words_where_it_falls_short) {
     struct test_reply reply = tumble("application/json", "");
     double usual = test_reply_number(&reply, "/stats/horizon");
     CHECK_SAYING(usual >= 7 && usual <= 9.7, "%g", usual); // the truth is 8.8 s
-    CHECK(strstr(reply.out.data, "},\"warnings\":[\"digits are lost before the last instant: beyond t = "));
+    CHECK(strstr(reply.out.data,
+                 "},\"warnings\":[\"digits are lost before the last instant: beyond t = "));
     test_reply_free(&reply);
     reply = tumble("application/json", ",\"accuracy\":0.01");
     CHECK(test_reply_number(&reply, "/stats/horizon") > usual + 3);
@@ -302,7 +334,8 @@ TEST(horizon_is_told_by_default_and_in_words_where_it_falls_short) {
     CHECK(test_reply_number(&reply, "/stats/horizon") == 20 && !strstr(reply.out.data, "warnings"));
     test_reply_free(&reply);
     reply = tumble("text/csv", "");
-    CHECK(strstr(reply.out.data, "\n# warning: digits are lost before the last instant: beyond t = "));
+    CHECK(strstr(reply.out.data,
+                 "\n# warning: digits are lost before the last instant: beyond t = "));
     test_reply_free(&reply);
     reply = tumble("application/x-ndjson", "");
     CHECK(strstr(reply.out.data, "}\n{\"stats\":{\"method\":\"taylor\"") &&
@@ -329,19 +362,22 @@ TEST(accuracy_that_makes_no_sense_is_refused) {
     }
 }
 
-/* what a swing of 1e-12 rad is made of is lost beside pi/2; theta and phi'' are as small, and have their digits */
+/* what a swing of 1e-12 rad is made of is lost beside pi/2; theta and phi'' are as small, and
+ * have their digits */
 TEST(small_angles_from_hanging_keep_their_digits) {
     static const struct {
         const char *body;
         double largest;
-    } ways[] = {
-        {"\"method\":\"taylor\"", 2e-13}, {"\"precision\":\"extended\"", 2e-15}, {"\"method\":\"linear\"", 2e-15}};
+    } ways[] = {{"\"method\":\"taylor\"", 2e-13},
+                {"\"precision\":\"extended\"", 2e-15},
+                {"\"method\":\"linear\"", 2e-15}};
     const double frequency = sqrt(9.81);
     for (size_t w = 0; w < sizeof ways / sizeof *ways; w++)
         for (int turned = 0; turned < 2; turned++) {
             char body[400];
             snprintf(body, sizeof body,
-                     "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"initial\":{\"theta\":[%s]},"
+                     "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},\"initial\":{"
+                     "\"theta\":[%s]},"
                      "\"times\":[0,0.25,1,3],\"output\":[\"theta\",\"thetad\",\"phidd\"],%s}",
                      turned ? "-3.25e-12" : "1e-12", ways[w].body);
             struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
@@ -354,13 +390,16 @@ TEST(small_angles_from_hanging_keep_their_digits) {
                 snprintf(place, sizeof place, "/theta/%d/0", i);
                 worst = fmax(worst, fabs(test_reply_number(&reply, place) - theta) / fabs(start));
                 snprintf(place, sizeof place, "/phidd/%d/0", i);
-                worst = fmax(worst, fabs(test_reply_number(&reply, place) + 9.81 * theta) / fabs(9.81 * start));
+                worst = fmax(worst, fabs(test_reply_number(&reply, place) + 9.81 * theta) /
+                                        fabs(9.81 * start));
             }
-            CHECK_SAYING(worst <= ways[w].largest, "%s: off by %g of the swing", ways[w].body, worst);
+            CHECK_SAYING(worst <= ways[w].largest, "%s: off by %g of the swing", ways[w].body,
+                         worst);
             test_reply_free(&reply);
         }
-    struct test_reply reply = test_post(API_OP_FORCES, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
-                                                       "\"state\":{\"theta\":[1e-12]}}");
+    struct test_reply reply =
+        test_post(API_OP_FORCES, "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]},"
+                                 "\"state\":{\"theta\":[1e-12]}}");
     double got = test_reply_number(&reply, "/phidd/0");
     CHECK_SAYING(fabs(got + 9.81e-12) < 1e-25, "%.17g", got);
     test_reply_free(&reply);
@@ -372,7 +411,8 @@ TEST(small_angles_from_hanging_keep_their_digits) {
 }
 
 /* the largest error of theta over the scale, against scale cos(frequency t), 16 rows */
-static double swing_error(const struct test_reply *reply, int from, double scale, double frequency) {
+static double swing_error(const struct test_reply *reply, int from, double scale,
+                          double frequency) {
     double worst = 0;
     for (int i = 0; i < 16; i++) {
         char place[60];
@@ -384,8 +424,9 @@ static double swing_error(const struct test_reply *reply, int from, double scale
 }
 
 #define ONE_ARM "\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0]}"
-#define SWING_ROWS                                                                                                     \
-    "\"times\":{\"stop\":1.875,\"step\":0.125},\"observables\":[\"trajectory\"],\"output\":[\"theta\",\"thetad\"]"
+#define SWING_ROWS                                                                                 \
+    "\"times\":{\"stop\":1.875,\"step\":0.125},\"observables\":[\"trajectory\"],\"output\":["      \
+    "\"theta\",\"thetad\"]"
 
 /* the same of members, however their start is given */
 TEST(small_angles_of_members_keep_their_digits) {
@@ -401,22 +442,27 @@ TEST(small_angles_of_members_keep_their_digits) {
         CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
         for (int member = 0; member < 2; member++) {
             double error = swing_error(&reply, 16 * member, (1 + member) * 1e-12, frequency);
-            CHECK_SAYING(error <= 2e-12, "%s, member %d: off by %g of the swing", ways[w], member, error);
+            CHECK_SAYING(error <= 2e-12, "%s, member %d: off by %g of the swing", ways[w], member,
+                         error);
         }
         test_reply_free(&reply);
     }
-    struct test_reply reply = test_post(API_OP_ENSEMBLES, "{" ONE_ARM ",\"states\":[{\"theta\":[1e-12]}],"
-                                                          "\"duration\":1,\"observables\":[\"final\"]}");
-    double rate = test_reply_number(&reply, "/final/phid/0/0"), exact = -1e-12 * frequency * sin(frequency);
+    struct test_reply reply =
+        test_post(API_OP_ENSEMBLES, "{" ONE_ARM ",\"states\":[{\"theta\":[1e-12]}],"
+                                    "\"duration\":1,\"observables\":[\"final\"]}");
+    double rate = test_reply_number(&reply, "/final/phid/0/0"),
+           exact = -1e-12 * frequency * sin(frequency);
     CHECK_SAYING(fabs(rate - exact) <= 1e-11 * fabs(exact), "%.17g beside %.17g", rate, exact);
     test_reply_free(&reply);
 }
 
-/* a swing of 1e-12 rad passes its lowest point every half a period, and half its height in between */
+/* a swing of 1e-12 rad passes its lowest point every half a period, and half its height in
+ * between */
 TEST(small_swings_pass_a_section_in_time) {
     const double half = M_PI / sqrt(9.81);
-    struct test_reply reply = test_post(API_OP_SECTIONS, "{" ONE_ARM ",\"initial\":{\"theta\":[1e-12]},\"duration\":10,"
-                                                         "\"section\":{\"arm\":1,\"theta\":0,\"direction\":\"both\"}}");
+    struct test_reply reply =
+        test_post(API_OP_SECTIONS, "{" ONE_ARM ",\"initial\":{\"theta\":[1e-12]},\"duration\":10,"
+                                   "\"section\":{\"arm\":1,\"theta\":0,\"direction\":\"both\"}}");
     CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
     CHECK_INT(test_reply_count(&reply, "/t"), 10);
     for (int i = 0; i < 10; i++) {
@@ -426,8 +472,9 @@ TEST(small_swings_pass_a_section_in_time) {
         CHECK_SAYING(fabs(t - (i + 0.5) * half) < 1e-11, "passage %d at %.17g", i, t);
     }
     test_reply_free(&reply);
-    reply = test_post(API_OP_SECTIONS, "{" ONE_ARM ",\"initial\":{\"theta\":[1e-12]},\"duration\":1,"
-                                       "\"section\":{\"arm\":1,\"theta\":5e-13,\"direction\":\"both\"}}");
+    reply = test_post(API_OP_SECTIONS,
+                      "{" ONE_ARM ",\"initial\":{\"theta\":[1e-12]},\"duration\":1,"
+                      "\"section\":{\"arm\":1,\"theta\":5e-13,\"direction\":\"both\"}}");
     double t = test_reply_number(&reply, "/t/0");
     CHECK_SAYING(fabs(t - half / 3) < 1e-11, "half its height at %.17g", t);
     test_reply_free(&reply);
@@ -435,25 +482,31 @@ TEST(small_swings_pass_a_section_in_time) {
 
 /* forces of a list of states have the digits that those of each alone have */
 TEST(small_angles_of_many_states_keep_their_digits) {
-    struct test_reply reply = test_post(API_OP_FORCES, "{" ONE_ARM ",\"states\":[{\"theta\":[1e-12]},{\"theta\":[1]},"
-                                                       "{\"theta\":[-3e-12]},{\"theta\":[1e17],\"unit\":\"rad\"}]}");
-    double first = test_reply_number(&reply, "/phidd/0/0"), third = test_reply_number(&reply, "/phidd/2/0");
+    struct test_reply reply =
+        test_post(API_OP_FORCES, "{" ONE_ARM ",\"states\":[{\"theta\":[1e-12]},{\"theta\":[1]},"
+                                 "{\"theta\":[-3e-12]},{\"theta\":[1e17],\"unit\":\"rad\"}]}");
+    double first = test_reply_number(&reply, "/phidd/0/0"),
+           third = test_reply_number(&reply, "/phidd/2/0");
     CHECK_SAYING(fabs(first + 9.81e-12) < 1e-25, "%.17g", first);
     CHECK_SAYING(fabs(third - 3 * 9.81e-12) < 3e-25, "%.17g", third);
-    double second = test_reply_number(&reply, "/phidd/1/0"), fourth = test_reply_number(&reply, "/phidd/3/0");
+    double second = test_reply_number(&reply, "/phidd/1/0"),
+           fourth = test_reply_number(&reply, "/phidd/3/0");
     CHECK(fabs(second + 9.81 * sin(1)) < 1e-14);
-    CHECK_SAYING(fabs(fourth + 9.81 * sin(1e17)) < 1e-14, "%.17g beside %.17g", fourth, -9.81 * sin(1e17));
+    CHECK_SAYING(fabs(fourth + 9.81 * sin(1e17)) < 1e-14, "%.17g beside %.17g", fourth,
+                 -9.81 * sin(1e17));
     test_reply_free(&reply);
 }
 
-/* degrees make angles of many turns that a double does not hold: what it leaves counts wherever a motion starts */
+/* degrees make angles of many turns that a double does not hold: what it leaves counts wherever
+ * a motion starts */
 TEST(huge_angles_in_degrees_are_exact_wherever_a_motion_starts) {
     const char *const starts[] = {"{\"theta\":[999999999999990],\"unit\":\"deg\"}",
                                   "{\"theta\":[270],\"unit\":\"deg\"}"};
     double rate[2], t[2], exponent[2], acc[2];
     for (int i = 0; i < 2; i++) {
         char body[500];
-        snprintf(body, sizeof body, "{" ONE_ARM ",\"states\":[%s],\"duration\":1,\"observables\":[\"final\"]}",
+        snprintf(body, sizeof body,
+                 "{" ONE_ARM ",\"states\":[%s],\"duration\":1,\"observables\":[\"final\"]}",
                  starts[i]);
         struct test_reply reply = test_post(API_OP_ENSEMBLES, body);
         rate[i] = test_reply_number(&reply, "/final/phid/0/0");
@@ -462,12 +515,14 @@ TEST(huge_angles_in_degrees_are_exact_wherever_a_motion_starts) {
         reply = test_post(API_OP_FORCES, body);
         acc[i] = test_reply_number(&reply, "/phidd/0/0");
         test_reply_free(&reply);
-        snprintf(body, sizeof body, "{" ONE_ARM ",\"initial\":%s,\"duration\":3,\"section\":{\"arm\":1,\"theta\":0}}",
+        snprintf(body, sizeof body,
+                 "{" ONE_ARM ",\"initial\":%s,\"duration\":3,\"section\":{\"arm\":1,\"theta\":0}}",
                  starts[i]);
         reply = test_post(API_OP_SECTIONS, body);
         t[i] = test_reply_number(&reply, "/t/0");
         test_reply_free(&reply);
-        snprintf(body, sizeof body, "{" ONE_ARM ",\"initial\":%s,\"duration\":10,\"count\":1}", starts[i]);
+        snprintf(body, sizeof body, "{" ONE_ARM ",\"initial\":%s,\"duration\":10,\"count\":1}",
+                 starts[i]);
         reply = test_post(API_OP_LYAPUNOV, body);
         exponent[i] = test_reply_number(&reply, "/exponents/0/0");
         test_reply_free(&reply);
@@ -475,7 +530,8 @@ TEST(huge_angles_in_degrees_are_exact_wherever_a_motion_starts) {
     CHECK_SAYING(fabs(rate[0] - rate[1]) < 1e-11, "%.17g beside %.17g", rate[0], rate[1]);
     CHECK_SAYING(fabs(acc[0] - acc[1]) < 1e-13, "%.17g beside %.17g", acc[0], acc[1]);
     CHECK_SAYING(fabs(t[0] - t[1]) < 1e-11, "%.17g beside %.17g", t[0], t[1]);
-    CHECK_SAYING(fabs(exponent[0] - exponent[1]) < 1e-7, "%.17g beside %.17g", exponent[0], exponent[1]);
+    CHECK_SAYING(fabs(exponent[0] - exponent[1]) < 1e-7, "%.17g beside %.17g", exponent[0],
+                 exponent[1]);
 }
 
 /* the state after 20 s to all digits of a double, and a horizon that reaches that far */
@@ -483,7 +539,8 @@ TEST(quad_precision_is_served_with_its_horizon) {
     struct test_reply reply = test_post(
         API_OP_TRAJECTORIES,
         "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"phi\":"
-        "[0.42920367320510344,0.92920367320510344]},\"times\":[0,10,20],\"output\":[\"phi\",\"theta\",\"lambda\"],"
+        "[0.42920367320510344,0.92920367320510344]},\"times\":[0,10,20],\"output\":[\"phi\","
+        "\"theta\",\"lambda\"],"
         "\"precision\":\"quad\",\"rtol\":1e-34}");
     CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
     CHECK(test_reply_number(&reply, "/stats/horizon") == 20);

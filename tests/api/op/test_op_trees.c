@@ -6,23 +6,26 @@
 
 TEST(trees_answers_the_papers_matrices) {
     struct test_reply reply = test_post(
-        API_OP_TREES, "{\"pendulum\":{\"length\":[2,1.5,0.75,1.25],\"mass\":[1,1,1,0.1],\"parent\":[0,1,2,2]}}");
+        API_OP_TREES,
+        "{\"pendulum\":{\"length\":[2,1.5,0.75,1.25],\"mass\":[1,1,1,0.1],\"parent\":[0,1,2,2]}}");
     CHECK_INT(reply.status, 200);
     CHECK_TEXT(reply.media_type, "application/json");
-    CHECK_TEXT(reply.out.data, "{\"n\":4,\"gravity\":9.81,\"length_total\":5.5,\"arms\":["
-                               "{\"name\":\"1\",\"parent\":null,\"length\":2,\"mass\":1},"
-                               "{\"name\":\"2\",\"parent\":\"1\",\"length\":1.5,\"mass\":1},"
-                               "{\"name\":\"3\",\"parent\":\"2\",\"length\":0.75,\"mass\":1},"
-                               "{\"name\":\"4\",\"parent\":\"2\",\"length\":1.25,\"mass\":0.1}],"
-                               "\"parent\":[0,1,2,2],\"depth\":[1,2,3,3],\"subtree_mass\":[3.1,2.1,1,0.1],"
-                               "\"S\":[[1,0,0,0],[1,1,0,0],[1,1,1,0],[1,1,0,1]],"
-                               "\"B\":[[1,-1,0,0],[0,1,-1,-1],[0,0,1,0],[0,0,0,1]]}");
+    CHECK_TEXT(reply.out.data,
+               "{\"n\":4,\"gravity\":9.81,\"length_total\":5.5,\"arms\":["
+               "{\"name\":\"1\",\"parent\":null,\"length\":2,\"mass\":1},"
+               "{\"name\":\"2\",\"parent\":\"1\",\"length\":1.5,\"mass\":1},"
+               "{\"name\":\"3\",\"parent\":\"2\",\"length\":0.75,\"mass\":1},"
+               "{\"name\":\"4\",\"parent\":\"2\",\"length\":1.25,\"mass\":0.1}],"
+               "\"parent\":[0,1,2,2],\"depth\":[1,2,3,3],\"subtree_mass\":[3.1,2.1,1,0.1],"
+               "\"S\":[[1,0,0,0],[1,1,0,0],[1,1,1,0],[1,1,0,1]],"
+               "\"B\":[[1,-1,0,0],[0,1,-1,-1],[0,0,1,0],[0,0,0,1]]}");
     test_reply_free(&reply);
 }
 
 TEST(trees_keeps_the_callers_order_and_s_times_b_transposed_is_one) {
-    struct test_reply reply =
-        test_post(API_OP_TREES, "{\"pendulum\":{\"length\":[1,2,3,4,5],\"mass\":[1,2,3,4,5],\"parent\":[4,0,2,2,4]}}");
+    struct test_reply reply = test_post(
+        API_OP_TREES,
+        "{\"pendulum\":{\"length\":[1,2,3,4,5],\"mass\":[1,2,3,4,5],\"parent\":[4,0,2,2,4]}}");
     for (int i = 0; i < 5; i++)
         for (int j = 0; j < 5; j++) {
             double product = 0;
@@ -61,8 +64,8 @@ TEST(names_of_arms_come_back_as_they_were_given) {
 }
 
 TEST(trees_serves_json_only) {
-    struct test_reply reply =
-        test_post_as(API_OP_TREES, "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]}}", "text/csv", NULL);
+    struct test_reply reply = test_post_as(
+        API_OP_TREES, "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]}}", "text/csv", NULL);
     CHECK_INT(reply.status, 406);
     test_reply_free(&reply);
 }

@@ -7,8 +7,9 @@
 #include "tests/api/post.h"
 #include "tests/harness/test.h"
 
-#define BODY(members)                                                                                                  \
-    "{\"pendulum\":{\"length\":[1,0.5],\"mass\":[1,2],\"parent\":[2,0]},\"initial\":{\"phi\":[0.3,-1],\"phid\":[1,"    \
+#define BODY(members)                                                                              \
+    "{\"pendulum\":{\"length\":[1,0.5],\"mass\":[1,2],\"parent\":[2,0]},\"initial\":{\"phi\":[0."  \
+    "3,-1],\"phid\":[1,"                                                                           \
     "-2]},\"times\":{\"stop\":0.4,\"count\":5}" members "}"
 
 TEST(the_default_output_is_phi_phid_lambda) {
@@ -19,13 +20,15 @@ TEST(the_default_output_is_phi_phid_lambda) {
 }
 
 TEST(columns_are_in_the_order_asked_for) {
-    struct test_reply reply = test_post_as(
-        API_OP_TRAJECTORIES,
-        BODY(",\"output\":[\"energy\",\"zd\",\"lambda\",\"theta\",\"z\",\"phid\",\"phidd\",\"phi\",\"thetad\"]"),
-        "text/csv", NULL);
-    static const char header[] =
-        "t,energy_kinetic,energy_potential,energy_total,zd_re_1,zd_re_2,zd_im_1,zd_im_2,lambda_1,lambda_2,theta_1,"
-        "theta_2,z_re_1,z_re_2,z_im_1,z_im_2,phid_1,phid_2,phidd_1,phidd_2,phi_1,phi_2,thetad_1,thetad_2\n";
+    struct test_reply reply =
+        test_post_as(API_OP_TRAJECTORIES,
+                     BODY(",\"output\":[\"energy\",\"zd\",\"lambda\",\"theta\",\"z\",\"phid\","
+                          "\"phidd\",\"phi\",\"thetad\"]"),
+                     "text/csv", NULL);
+    static const char header[] = "t,energy_kinetic,energy_potential,energy_total,zd_re_1,zd_re_2,"
+                                 "zd_im_1,zd_im_2,lambda_1,lambda_2,theta_1,"
+                                 "theta_2,z_re_1,z_re_2,z_im_1,z_im_2,phid_1,phid_2,phidd_1,phidd_"
+                                 "2,phi_1,phi_2,thetad_1,thetad_2\n";
     CHECK_INT(reply.status, 200);
     CHECK_SAYING(!strncmp(reply.out.data, header, sizeof header - 1), "%.300s", reply.out.data);
     test_reply_free(&reply);
@@ -39,9 +42,9 @@ static double at(const struct test_reply *reply, const char *name, int i, int k)
 }
 
 TEST(every_output_fits_the_others) {
-    struct test_reply reply = test_post(
-        API_OP_TRAJECTORIES,
-        BODY(",\"output\":[\"phi\",\"phid\",\"phidd\",\"theta\",\"thetad\",\"z\",\"zd\",\"lambda\",\"energy\"]"));
+    struct test_reply reply =
+        test_post(API_OP_TRAJECTORIES, BODY(",\"output\":[\"phi\",\"phid\",\"phidd\",\"theta\","
+                                            "\"thetad\",\"z\",\"zd\",\"lambda\",\"energy\"]"));
     double worst = 0, size = 0, moved = 0;
     CHECK_INT(reply.status, 200);
     for (int i = 0; i < 5; i++) {
@@ -56,7 +59,8 @@ TEST(every_output_fits_the_others) {
         double potential = 9.81 * (at(&reply, "z/im", i, 0) + 2 * at(&reply, "z/im", i, 1));
         double kinetic = 0;
         for (int k = 0; k < 2; k++)
-            kinetic += (k + 1) / 2. * (pow(at(&reply, "zd/re", i, k), 2) + pow(at(&reply, "zd/im", i, k), 2));
+            kinetic += (k + 1) / 2. *
+                       (pow(at(&reply, "zd/re", i, k), 2) + pow(at(&reply, "zd/im", i, k), 2));
         worst = fmax(worst, fabs(at(&reply, "energy/potential", i, -1) - potential) / 10);
         worst = fmax(worst, fabs(at(&reply, "energy/kinetic", i, -1) - kinetic) / 10);
         worst = fmax(worst, fabs(at(&reply, "energy/total", i, -1) - kinetic - potential) / 10);
@@ -91,9 +95,11 @@ TEST(faults_of_output_have_their_pointers) {
         {BODY(",\"output\":\"phi\""), "/output", "must be an array of at least one name"},
         {BODY(",\"output\":[]"), "/output", "must be an array of at least one name"},
         {BODY(",\"output\":[\"phi\",\"lamda\"]"), "/output/1", "did you mean \"lambda\"?"},
-        {BODY(",\"output\":[\"phi\",\"temperature\"]"), "/output/1", "must be one of \"phi\", \"phid\""},
+        {BODY(",\"output\":[\"phi\",\"temperature\"]"), "/output/1",
+         "must be one of \"phi\", \"phid\""},
         {BODY(",\"output\":[\"phi\",3]"), "/output/1", "got 3"},
-        {BODY(",\"output\":[\"phi\",\"z\",\"phi\"]"), "/output/2", "\"phi\" is in the list already"},
+        {BODY(",\"output\":[\"phi\",\"z\",\"phi\"]"), "/output/2",
+         "\"phi\" is in the list already"},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
         CHECK_REFUSED(API_OP_TRAJECTORIES, bad[i].body, bad[i].pointer, bad[i].piece);

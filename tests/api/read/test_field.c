@@ -27,8 +27,10 @@ TEST(a_list_of_numbers_is_read_with_nan_for_its_faults) {
     struct field_case test;
     double out[3] = {7, 7, 7};
     begin(&test, "{\"good\":[1,2,3],\"short\":[4],\"mixed\":[5,\"x\",6],\"word\":\"y\"}");
-    struct api_value good = api_value_member(&test.root, "good"), lacking = api_value_member(&test.root, "lacking");
-    struct api_value few = api_value_member(&test.root, "short"), mixed = api_value_member(&test.root, "mixed");
+    struct api_value good = api_value_member(&test.root, "good"),
+                     lacking = api_value_member(&test.root, "lacking");
+    struct api_value few = api_value_member(&test.root, "short"),
+                     mixed = api_value_member(&test.root, "mixed");
     struct api_value word = api_value_member(&test.root, "word");
     CHECK_INT(api_field_numbers(&lacking, 3, "arm", out, &test.problem), 0);
     CHECK(out[0] == 7);
@@ -51,10 +53,15 @@ TEST(whole_numbers_words_and_truths_are_left_alone_unless_good) {
     static const char *const words[] = {"left", "right", NULL};
     long whole = 5;
     int word = 5, truth = 5;
-    begin(&test, "{\"n\":3,\"half\":0.5,\"word\":\"right\",\"wrong\":\"rihgt\",\"true\":true,\"no\":null}");
-    struct api_value n = api_value_member(&test.root, "n"), half = api_value_member(&test.root, "half");
-    struct api_value right = api_value_member(&test.root, "word"), wrong = api_value_member(&test.root, "wrong");
-    struct api_value yes = api_value_member(&test.root, "true"), no = api_value_member(&test.root, "no");
+    begin(
+        &test,
+        "{\"n\":3,\"half\":0.5,\"word\":\"right\",\"wrong\":\"rihgt\",\"true\":true,\"no\":null}");
+    struct api_value n = api_value_member(&test.root, "n"),
+                     half = api_value_member(&test.root, "half");
+    struct api_value right = api_value_member(&test.root, "word"),
+                     wrong = api_value_member(&test.root, "wrong");
+    struct api_value yes = api_value_member(&test.root, "true"),
+                     no = api_value_member(&test.root, "no");
     CHECK_INT(api_field_whole(&half, 0, 9, &whole, &test.problem), -1);
     CHECK_INT(api_field_whole(&n, 4, 9, &whole, &test.problem), -1);
     CHECK_INT(whole, 5);

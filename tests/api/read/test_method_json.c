@@ -6,8 +6,9 @@
 #include "tests/api/post.h"
 #include "tests/harness/test.h"
 
-#define BODY(members)                                                                                                  \
-    "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]},\"initial\":{\"phi\":[-1]},\"times\":[0,0.5],\"output\":["        \
+#define BODY(members)                                                                              \
+    "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]},\"initial\":{\"phi\":[-1]},\"times\":[0,0.5]" \
+    ",\"output\":["                                                                                \
     "\"phi\"]," members "}"
 
 TEST(every_method_of_the_table_is_served_by_its_name) {
@@ -33,17 +34,18 @@ TEST(tolerances_have_the_methods_own_range) {
         const struct pend_method *method = pend_method_at(i);
         char body[300], piece[160];
         snprintf(body, sizeof body, BODY("\"method\":\"%s\",\"rtol\":1e-40"), method->name);
-        snprintf(piece, sizeof piece, "must be from %.15g to %.15g for method %s, got 1e-40", method->rtol_min,
-                 method->rtol_max, method->name);
+        snprintf(piece, sizeof piece, "must be from %.15g to %.15g for method %s, got 1e-40",
+                 method->rtol_min, method->rtol_max, method->name);
         if (!(method->flags & PEND_METHOD_TOLERANCES))
-            snprintf(piece, sizeof piece, "has no meaning for method %s: leave it out", method->name);
+            snprintf(piece, sizeof piece, "has no meaning for method %s: leave it out",
+                     method->name);
         CHECK_REFUSED(API_OP_TRAJECTORIES, body, "/rtol", piece);
         snprintf(body, sizeof body, BODY("\"method\":\"%s\",\"atol\":2e3"), method->name);
         snprintf(piece, sizeof piece, "for method %s", method->name);
         CHECK_REFUSED(API_OP_TRAJECTORIES, body, "/atol", piece);
         if (!(method->flags & PEND_METHOD_TOLERANCES)) continue;
-        snprintf(body, sizeof body, BODY("\"method\":\"%s\",\"rtol\":%.17g,\"atol\":%.17g"), method->name,
-                 method->rtol_max, method->atol_max);
+        snprintf(body, sizeof body, BODY("\"method\":\"%s\",\"rtol\":%.17g,\"atol\":%.17g"),
+                 method->name, method->rtol_max, method->atol_max);
         struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
         CHECK_SAYING(reply.status == 200, "%s: %s", method->name, reply.out.data);
         test_reply_free(&reply);
@@ -51,10 +53,13 @@ TEST(tolerances_have_the_methods_own_range) {
 }
 
 TEST(a_tighter_tolerance_takes_more_steps) {
-    struct test_reply loose = test_post(API_OP_TRAJECTORIES, BODY("\"method\":\"ode23\",\"rtol\":1e-2"));
-    struct test_reply tight = test_post(API_OP_TRAJECTORIES, BODY("\"method\":\"ode23\",\"rtol\":1e-6"));
+    struct test_reply loose =
+        test_post(API_OP_TRAJECTORIES, BODY("\"method\":\"ode23\",\"rtol\":1e-2"));
+    struct test_reply tight =
+        test_post(API_OP_TRAJECTORIES, BODY("\"method\":\"ode23\",\"rtol\":1e-6"));
     CHECK(test_reply_number(&loose, "/stats/steps") > 0);
-    CHECK(test_reply_number(&tight, "/stats/steps") > 2 * test_reply_number(&loose, "/stats/steps"));
+    CHECK(test_reply_number(&tight, "/stats/steps") >
+          2 * test_reply_number(&loose, "/stats/steps"));
     test_reply_free(&loose);
     test_reply_free(&tight);
 }
@@ -69,9 +74,11 @@ TEST(faults_of_a_method_have_their_pointers) {
         {BODY("\"method\":\"rk8pd\",\"precision\":\"extended\""), "/precision",
          "\"extended\" is for method taylor only, not for rk8pd"},
         {BODY("\"precision\":\"extended\",\"rtol\":1e-31"), "/rtol", "must be from 1e-30 to 0.1"},
-        {BODY("\"precision\":\"single\""), "/precision", "must be one of \"double\", \"extended\", \"quad\""},
+        {BODY("\"precision\":\"single\""), "/precision",
+         "must be one of \"double\", \"extended\", \"quad\""},
         {BODY("\"precision\":\"quad\",\"rtol\":1e-12"), "/rtol", "must be from 1e-58 to 1e-16"},
-        {BODY("\"method\":\"ode23\",\"precision\":\"quad\""), "/precision", "\"quad\" is for method taylor only"},
+        {BODY("\"method\":\"ode23\",\"precision\":\"quad\""), "/precision",
+         "\"quad\" is for method taylor only"},
         {BODY("\"method\":\"symplectic\",\"step\":-1"), "/step",
          "must be from 1e-09 to 1000000000 for method symplectic"},
         {BODY("\"method\":\"symplectic\",\"step\":0"), "/step",
@@ -85,20 +92,22 @@ TEST(faults_of_a_method_have_their_pointers) {
 
 TEST(linear_needs_gravity_and_few_arms) {
     CHECK_REFUSED(API_OP_TRAJECTORIES,
-                  "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]],\"gravity\":-1},\"times\":[0],\"method\":\"linear\"}",
+                  "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]],\"gravity\":-1},\"times\":[0],"
+                  "\"method\":\"linear\"}",
                   "/method", "method linear needs a gravity greater than 0, got -1");
     struct api_limits limits;
     api_limits_init(&limits);
     limits.mode_arms = 1;
-    struct test_reply reply =
-        test_post_as(API_OP_TRAJECTORIES,
-                     "{\"pendulum\":{\"L\":[1,1],\"m\":[1,1],\"S\":[[1,0],[1,1]]},\"times\":[0],\"method\":\"linear\"}",
-                     NULL, &limits);
+    struct test_reply reply = test_post_as(API_OP_TRAJECTORIES,
+                                           "{\"pendulum\":{\"L\":[1,1],\"m\":[1,1],\"S\":[[1,0],[1,"
+                                           "1]]},\"times\":[0],\"method\":\"linear\"}",
+                                           NULL, &limits);
     CHECK(test_reply_has_fault(&reply, "/method", "method linear takes at most 1 arms"));
     test_reply_free(&reply);
 }
 
-/* the default of atol is a thousandth of rtol, and 0 is taken as it stands, by methods that compare by component */
+/* the default of atol is a thousandth of rtol, and 0 is taken as it stands, by methods that
+ * compare by component */
 TEST(the_default_of_atol_follows_rtol) {
     static const char *const names[] = {"ode23", "rkf45", "rk8pd", "msadams"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
@@ -106,7 +115,8 @@ TEST(the_default_of_atol_follows_rtol) {
         struct test_reply reply[3];
         for (int j = 0; j < 3; j++) {
             char body[300];
-            snprintf(body, sizeof body, BODY("\"method\":\"%s\",\"rtol\":1e-5%s"), names[i], atols[j]);
+            snprintf(body, sizeof body, BODY("\"method\":\"%s\",\"rtol\":1e-5%s"), names[i],
+                     atols[j]);
             reply[j] = test_post(API_OP_TRAJECTORIES, body);
             CHECK_SAYING(reply[j].status == 200, "%s%s: %s", names[i], atols[j], reply[j].out.data);
         }

@@ -10,8 +10,9 @@
 
 #define DOUBLE "\"pendulum\":{\"L\":[2,1],\"m\":[1,3],\"S\":[[1,0],[1,1]]}"
 #define FORCES(state) "{" DOUBLE ",\"state\":" state "}"
-#define START(state)                                                                                                   \
-    "{" DOUBLE ",\"initial\":" state ",\"times\":[0],\"output\":[\"phi\",\"phid\",\"theta\",\"thetad\"]}"
+#define START(state)                                                                               \
+    "{" DOUBLE ",\"initial\":" state                                                               \
+    ",\"times\":[0],\"output\":[\"phi\",\"phid\",\"theta\",\"thetad\"]}"
 
 static const double pi = 3.14159265358979323846;
 
@@ -24,7 +25,8 @@ static double at(const struct test_reply *reply, const char *name, int i) {
 
 TEST(a_state_left_out_is_at_rest_and_horizontal) {
     static const char *const bodies[] = {START("{}"), START("{\"unit\":\"deg\"}"),
-                                         "{" DOUBLE ",\"times\":[0],\"output\":[\"phi\",\"phid\",\"theta\"]}"};
+                                         "{" DOUBLE
+                                         ",\"times\":[0],\"output\":[\"phi\",\"phid\",\"theta\"]}"};
     for (int i = 0; i < 3; i++) {
         struct test_reply reply = test_post(API_OP_TRAJECTORIES, bodies[i]);
         CHECK_INT(reply.status, 200);
@@ -36,11 +38,13 @@ TEST(a_state_left_out_is_at_rest_and_horizontal) {
 }
 
 TEST(phi_and_theta_give_the_same_state) {
-    struct test_reply phi = test_post(API_OP_TRAJECTORIES, START("{\"phi\":[0.5,-0.25],\"phid\":[1,2]}"));
+    struct test_reply phi =
+        test_post(API_OP_TRAJECTORIES, START("{\"phi\":[0.5,-0.25],\"phid\":[1,2]}"));
     CHECK(at(&phi, "phi", 0) == 0.5 && at(&phi, "phi", 1) == -0.25);
     CHECK(at(&phi, "thetad", 0) == 1 && at(&phi, "phid", 1) == 2);
     CHECK(at(&phi, "theta", 0) == 0.5 + pi / 2);
-    struct test_reply theta = test_post(API_OP_TRAJECTORIES, START("{\"theta\":[0.5,0],\"thetad\":[1,2]}"));
+    struct test_reply theta =
+        test_post(API_OP_TRAJECTORIES, START("{\"theta\":[0.5,0],\"thetad\":[1,2]}"));
     CHECK(at(&theta, "phi", 0) == 0.5 - pi / 2 && at(&theta, "phi", 1) == -pi / 2);
     CHECK(at(&theta, "theta", 1) == 0);
     CHECK(at(&theta, "phid", 0) == 1 && at(&theta, "phid", 1) == 2);
@@ -49,16 +53,18 @@ TEST(phi_and_theta_give_the_same_state) {
 }
 
 TEST(degrees_are_degrees_for_angles_and_velocities) {
-    struct test_reply reply =
-        test_post(API_OP_TRAJECTORIES, START("{\"theta\":[90,-180],\"thetad\":[360,0],\"unit\":\"deg\"}"));
+    struct test_reply reply = test_post(
+        API_OP_TRAJECTORIES, START("{\"theta\":[90,-180],\"thetad\":[360,0],\"unit\":\"deg\"}"));
     CHECK(fabs(at(&reply, "phi", 0)) < 1e-15 && at(&reply, "phi", 1) == -1.5 * pi);
     CHECK(at(&reply, "phid", 0) == 2 * pi);
     test_reply_free(&reply);
 }
 
 TEST(a_mode_starts_at_rest_with_its_amplitude) {
-    struct test_reply slow = test_post(API_OP_TRAJECTORIES, START("{\"mode\":1,\"amplitude\":0.1}"));
-    struct test_reply fast = test_post(API_OP_TRAJECTORIES, START("{\"mode\":2,\"amplitude\":-3,\"unit\":\"deg\"}"));
+    struct test_reply slow =
+        test_post(API_OP_TRAJECTORIES, START("{\"mode\":1,\"amplitude\":0.1}"));
+    struct test_reply fast =
+        test_post(API_OP_TRAJECTORIES, START("{\"mode\":2,\"amplitude\":-3,\"unit\":\"deg\"}"));
     double a = at(&slow, "theta", 0), b = at(&slow, "theta", 1);
     double c = at(&fast, "theta", 0), d = at(&fast, "theta", 1);
     CHECK(a * b > 0 && c * d < 0); /* in phase, and against each other */
@@ -75,48 +81,59 @@ TEST(faults_of_a_state_have_their_pointers) {
     } bad[] = {
         {FORCES("[1,2]"), "/state", "must be an object, got an array"},
         {FORCES("{\"phi\":[1]}"), "/state/phi", "must have 2 numbers, one for each arm, got 1"},
-        {FORCES("{\"phi\":\"up\"}"), "/state/phi", "must be an array of 2 numbers, got the text \"up\""},
+        {FORCES("{\"phi\":\"up\"}"), "/state/phi",
+         "must be an array of 2 numbers, got the text \"up\""},
         {FORCES("{\"phi\":[1,[2]]}"), "/state/phi/1", "must be a number, got an array"},
         {FORCES("{\"phid\":[1,2]}"), "/state/phi", "is missing, and \"phid\" needs it"},
-        {FORCES("{\"phi\":[1,2],\"theta\":[1,2]}"), "/state/theta", "does not go together with \"phi\""},
-        {FORCES("{\"phi\":[1,2],\"thetad\":[1,2]}"), "/state/thetad", "does not go together with \"phi\""},
-        {FORCES("{\"theta\":[1,2],\"mode\":1}"), "/state/mode", "does not go together with \"theta\""},
+        {FORCES("{\"phi\":[1,2],\"theta\":[1,2]}"), "/state/theta",
+         "does not go together with \"phi\""},
+        {FORCES("{\"phi\":[1,2],\"thetad\":[1,2]}"), "/state/thetad",
+         "does not go together with \"phi\""},
+        {FORCES("{\"theta\":[1,2],\"mode\":1}"), "/state/mode",
+         "does not go together with \"theta\""},
         {FORCES("{\"phi\":[1,2],\"unit\":\"grad\"}"), "/state/unit", "\"rad\""},
-        {FORCES("{\"phi\":[1,2],\"unit\":\"turns\"}"), "/state/unit", "must be one of \"rad\", \"deg\", got the text"},
+        {FORCES("{\"phi\":[1,2],\"unit\":\"turns\"}"), "/state/unit",
+         "must be one of \"rad\", \"deg\", got the text"},
         {FORCES("{\"phi\":[1,2],\"Phid\":[1,2]}"), "/state/Phid", "did you mean \"phid\"?"},
-        {FORCES("{\"mode\":3,\"amplitude\":1}"), "/state/mode", "must be a whole number from 1 to 2, got 3"},
+        {FORCES("{\"mode\":3,\"amplitude\":1}"), "/state/mode",
+         "must be a whole number from 1 to 2, got 3"},
         {FORCES("{\"mode\":1.5,\"amplitude\":1}"), "/state/mode", "got 1.5"},
         {FORCES("{\"mode\":1}"), "/state/amplitude", "is missing"},
         {FORCES("{\"amplitude\":1}"), "/state/mode", "is missing, and \"amplitude\" needs it"},
-        {FORCES("{\"mode\":1,\"amplitude\":\"big\"}"), "/state/amplitude", "must be a number, got the text \"big\""},
+        {FORCES("{\"mode\":1,\"amplitude\":\"big\"}"), "/state/amplitude",
+         "must be a number, got the text \"big\""},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
         CHECK_REFUSED(API_OP_FORCES, bad[i].body, bad[i].pointer, bad[i].piece);
 }
 
 TEST(a_start_in_a_mode_needs_gravity_and_few_arms) {
-    CHECK_REFUSED(
-        API_OP_FORCES,
-        "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]],\"gravity\":0},\"state\":{\"mode\":1,\"amplitude\":1}}",
-        "/state/mode", "a start in a mode needs a gravity greater than 0, got 0");
+    CHECK_REFUSED(API_OP_FORCES,
+                  "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]],\"gravity\":0},\"state\":{"
+                  "\"mode\":1,\"amplitude\":1}}",
+                  "/state/mode", "a start in a mode needs a gravity greater than 0, got 0");
     struct api_limits limits;
     api_limits_init(&limits);
     limits.mode_arms = 1;
-    struct test_reply reply = test_post_as(API_OP_FORCES, FORCES("{\"mode\":1,\"amplitude\":1}"), NULL, &limits);
-    CHECK(test_reply_has_fault(&reply, "/state/mode", "takes at most 1 arms (the limit max-mode-arms)"));
+    struct test_reply reply =
+        test_post_as(API_OP_FORCES, FORCES("{\"mode\":1,\"amplitude\":1}"), NULL, &limits);
+    CHECK(test_reply_has_fault(&reply, "/state/mode",
+                               "takes at most 1 arms (the limit max-mode-arms)"));
     test_reply_free(&reply);
 }
 
 TEST(a_state_is_checked_even_where_the_tree_is_faulty) {
     struct test_reply reply = test_post(
-        API_OP_FORCES, "{\"pendulum\":{\"L\":[1,-1],\"m\":[1,1],\"S\":[[1,0],[1,1]]},\"state\":{\"phi\":[1]}}");
+        API_OP_FORCES,
+        "{\"pendulum\":{\"L\":[1,-1],\"m\":[1,1],\"S\":[[1,0],[1,1]]},\"state\":{\"phi\":[1]}}");
     CHECK(test_reply_has_fault(&reply, "/pendulum/L/1", "got -1"));
     CHECK(test_reply_has_fault(&reply, "/state/phi", "must have 2 numbers"));
     CHECK_INT(test_reply_faults(&reply), 2);
     test_reply_free(&reply);
 }
 
-/* theta = 2 is phi = 2 - pi/2, which no double is: the sum of two keeps 32 digits of it, of degrees too */
+/* theta = 2 is phi = 2 - pi/2, which no double is: the sum of two keeps 32 digits of it, of
+ * degrees too */
 TEST(a_single_state_keeps_what_rounding_leaves_of_it) {
     const test_quad half_turn = test_quad_read("3.14159265358979323846264338327950288");
     static const char *const bodies[] = {"{\"theta\":[2,-7.25],\"thetad\":[0.1,3]}",
@@ -135,7 +152,8 @@ TEST(a_single_state_keeps_what_rounding_leaves_of_it) {
         api_problem_init(&problem);
         REQUIRE(pend_tree_new(&tree.tree, 2, one, one, chain, NULL) == PEND_OK);
         REQUIRE(api_states_new(&states, 1, 2) == PEND_OK);
-        REQUIRE(api_json_new(&document, bodies[form], strlen(bodies[form]), 8, &problem) == PEND_OK);
+        REQUIRE(api_json_new(&document, bodies[form], strlen(bodies[form]), 8, &problem) ==
+                PEND_OK);
         struct api_value root = api_json_root(document);
         api_states_read(states, 0, &root, &tree, &limits, &problem);
         for (int k = 0; k < 2; k++) {

@@ -8,7 +8,8 @@
 #include "tests/api/post.h"
 #include "tests/harness/test.h"
 
-#define BODY(times) "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]},\"output\":[\"phi\"],\"times\":" times "}"
+#define BODY(times)                                                                                \
+    "{\"pendulum\":{\"L\":[1],\"m\":[1],\"S\":[[1]]},\"output\":[\"phi\"],\"times\":" times "}"
 
 /* reads times; the instants come back, and -1 where they are refused */
 static long read_times(const char *text, double t[], long cap) {
@@ -38,7 +39,8 @@ TEST(the_papers_grid_has_501_instants_with_both_ends) {
     for (int i = 0; i <= 500; i++) {
         char decimal[60];
         snprintf(decimal, sizeof decimal, "%d.%02d", i / 100, i % 100);
-        CHECK_SAYING(t[i] == strtod(decimal, NULL), "instant %d is %.17g, not %s", i, t[i], decimal);
+        CHECK_SAYING(t[i] == strtod(decimal, NULL), "instant %d is %.17g, not %s", i, t[i],
+                     decimal);
     }
 }
 
@@ -70,10 +72,10 @@ TEST(a_grid_by_its_step_ends_at_stop_or_before) {
         CHECK_SAYING(count == good[i].count, "%s has %ld instants", good[i].text, count);
         if (count < 1) continue;
         CHECK_SAYING(t[0] == good[i].first, "%s begins at %.17g", good[i].text, t[0]);
-        CHECK_SAYING(count < 2 || fabs(t[1] - good[i].second) <= 1e-15 * fabs(good[i].second), "%s goes on at %.17g",
-                     good[i].text, t[1]);
-        CHECK_SAYING(fabs(t[count - 1] - good[i].last) <= 3e-17 + 2e-16 * fabs(good[i].last), "%s ends at %.17g",
-                     good[i].text, t[count - 1]);
+        CHECK_SAYING(count < 2 || fabs(t[1] - good[i].second) <= 1e-15 * fabs(good[i].second),
+                     "%s goes on at %.17g", good[i].text, t[1]);
+        CHECK_SAYING(fabs(t[count - 1] - good[i].last) <= 3e-17 + 2e-16 * fabs(good[i].last),
+                     "%s ends at %.17g", good[i].text, t[count - 1]);
     }
 }
 
@@ -83,12 +85,14 @@ TEST(a_step_that_divides_within_rounding_gives_both_ends_exactly) {
         char text[160];
         double t[130], start = test_random(&seed) * 20 - 10, span = test_random(&seed) * 10 + 1;
         long steps = 1 + test_random_int(&seed, 120);
-        snprintf(text, sizeof text, "{\"start\":%.17g,\"stop\":%.17g,\"step\":%.17g}", start, start + span,
-                 span / (double)steps * (1 + 1e-10 * (test_random(&seed) - 0.5)));
+        snprintf(text, sizeof text, "{\"start\":%.17g,\"stop\":%.17g,\"step\":%.17g}", start,
+                 start + span, span / (double)steps * (1 + 1e-10 * (test_random(&seed) - 0.5)));
         long count = read_times(text, t, 130);
-        if (!CHECK_SAYING(count == steps + 1, "%s gives %ld instants, not %ld", text, count, steps + 1)) return;
-        if (!CHECK_SAYING(t[0] == start && t[steps] == start + span, "%s goes from %.17g to %.17g", text, t[0],
-                          t[steps]))
+        if (!CHECK_SAYING(count == steps + 1, "%s gives %ld instants, not %ld", text, count,
+                          steps + 1))
+            return;
+        if (!CHECK_SAYING(t[0] == start && t[steps] == start + span, "%s goes from %.17g to %.17g",
+                          text, t[0], t[steps]))
             return;
     }
 }
@@ -121,24 +125,34 @@ TEST(faults_of_times_have_their_pointers) {
         {BODY("5"), "/times", "must be an object, got 5"},
         {BODY("{\"start\":0,\"stop\":1}"), "/times", "must have a \"step\" or a \"count\""},
         {BODY("{\"start\":0,\"step\":1}"), "/times/stop", "is missing"},
-        {BODY("{\"start\":0,\"stop\":1,\"step\":0.5,\"count\":3}"), "/times/count", "give one of the two"},
+        {BODY("{\"start\":0,\"stop\":1,\"step\":0.5,\"count\":3}"), "/times/count",
+         "give one of the two"},
         {BODY("{\"start\":0,\"stop\":1,\"step\":0}"), "/times/step", "must not be 0"},
         {BODY("{\"start\":0,\"stop\":1,\"step\":-0.1}"), "/times/step",
          "must be positive to get from 0 to 1 s, got -0.1"},
-        {BODY("{\"start\":\"now\",\"stop\":1,\"step\":1}"), "/times/start", "must be a number, got the text \"now\""},
-        {BODY("{\"start\":0,\"stop\":1,\"steps\":1,\"count\":2}"), "/times/steps", "did you mean \"step\"?"},
-        {BODY("{\"start\":0,\"stop\":1,\"step\":1e-9}"), "/times/step", "more than the limit max-samples of 10000000"},
-        {BODY("{\"start\":0,\"stop\":1e300,\"step\":1e-300}"), "/times/step", "more than the limit max-samples"},
+        {BODY("{\"start\":\"now\",\"stop\":1,\"step\":1}"), "/times/start",
+         "must be a number, got the text \"now\""},
+        {BODY("{\"start\":0,\"stop\":1,\"steps\":1,\"count\":2}"), "/times/steps",
+         "did you mean \"step\"?"},
+        {BODY("{\"start\":0,\"stop\":1,\"step\":1e-9}"), "/times/step",
+         "more than the limit max-samples of 10000000"},
+        {BODY("{\"start\":0,\"stop\":1e300,\"step\":1e-300}"), "/times/step",
+         "more than the limit max-samples"},
         {BODY("{\"start\":0,\"stop\":1,\"count\":10000001}"), "/times/count",
-         "asks for 10000001 instants, more than the limit max-samples of 10000000: ask for fewer at a time"},
-        {BODY("{\"start\":0,\"stop\":1,\"count\":0}"), "/times/count", "must be a whole number from 1 to"},
+         "asks for 10000001 instants, more than the limit max-samples of 10000000: ask for fewer "
+         "at a time"},
+        {BODY("{\"start\":0,\"stop\":1,\"count\":0}"), "/times/count",
+         "must be a whole number from 1 to"},
         {BODY("{\"start\":0,\"stop\":1,\"count\":2.5}"), "/times/count", "got 2.5"},
         {BODY("{\"start\":0,\"stop\":1,\"count\":1}"), "/times/count", "must be at least 2"},
-        {BODY("{\"start\":1,\"stop\":1,\"count\":2}"), "/times/count", "must be 1 where start and stop are the same"},
-        {BODY("{\"start\":-1e308,\"stop\":1e308,\"count\":2}"), "/times", "must not span more time than"},
+        {BODY("{\"start\":1,\"stop\":1,\"count\":2}"), "/times/count",
+         "must be 1 where start and stop are the same"},
+        {BODY("{\"start\":-1e308,\"stop\":1e308,\"count\":2}"), "/times",
+         "must not span more time than"},
         {BODY("[]"), "/times", "must have at least one instant"},
         {BODY("[0,1,1]"), "/times/2", "must be greater than the instant before it (1), got 1"},
-        {BODY("[0,2,1.5,3]"), "/times/2", "must be greater than the instant before it (2), got 1.5"},
+        {BODY("[0,2,1.5,3]"), "/times/2",
+         "must be greater than the instant before it (2), got 1.5"},
         {BODY("[2,1,3]"), "/times/2", "must be less than the instant before it (1), got 3"},
         {BODY("[0,\"1\"]"), "/times/1", "must be a number, got the text \"1\""},
     };

@@ -1,8 +1,9 @@
-/* Accelerations and forces of given states against MuJoCo's smooth dynamics and against the paper's dense form with
- * LAPACK (OpenBLAS, one thread), in one run, interleaved, the smallest of many times.
+/* Accelerations and forces of given states against MuJoCo's smooth dynamics and against the
+ * paper's dense form with LAPACK (OpenBLAS, one thread), in one run, interleaved, the smallest
+ * of many times.
  * Leaves to others: correctness against exact answers (tests/laws), integration.
- * Invariant: the same trees every time; a peer's accelerations agree before it is timed; a peer that is not installed
- * is skipped aloud. */
+ * Invariant: the same trees every time; a peer's accelerations agree before it is timed; a peer
+ * that is not installed is skipped aloud. */
 #include <dlfcn.h>
 #include <math.h>
 #include <stdio.h>
@@ -56,7 +57,8 @@ struct subject {
 #endif
 };
 
-typedef void dposv_fn(const char *, const int *, const int *, double *, const int *, double *, const int *, int *);
+typedef void dposv_fn(const char *, const int *, const int *, double *, const int *, double *,
+                      const int *, int *);
 typedef void threads_fn(int);
 
 static dposv_fn *dposv;
@@ -89,7 +91,8 @@ static void subject_init(struct subject *s, int n, int chain) {
 
 static void subject_lanes(struct subject *s) {
     size_t bytes = 8 * (size_t)s->n * sizeof(double);
-    s->lane_phi = room(bytes), s->lane_rate = room(bytes), s->lane_acc = room(bytes), s->lane_force = room(bytes);
+    s->lane_phi = room(bytes), s->lane_rate = room(bytes), s->lane_acc = room(bytes),
+    s->lane_force = room(bytes);
     s->lane_work = room(pend_dynamics_vec_bytes(s->n));
     for (int k = 0; k < s->n; k++)
         for (int i = 0; i < 8; i++) {
@@ -100,23 +103,28 @@ static void subject_lanes(struct subject *s) {
 
 /* the forms: each evaluates its state, or its states, once */
 
-static void run_ours(struct subject *s) { pend_dynamics(s->tree, GRAVITY, s->phi, s->rate, s->work, s->acc, s->force); }
+static void run_ours(struct subject *s) {
+    pend_dynamics(s->tree, GRAVITY, s->phi, s->rate, s->work, s->acc, s->force);
+}
 
 static void run_careful(struct subject *s) {
     pend_dynamics_careful(s->tree, GRAVITY, s->phi, s->rate, s->work, s->acc, s->force);
 }
 
 static void run_lanes(struct subject *s) {
-    pend_dynamics_vec(s->tree, GRAVITY, s->lane_phi, s->lane_rate, s->lane_work, s->lane_acc, s->lane_force);
+    pend_dynamics_vec(s->tree, GRAVITY, s->lane_phi, s->lane_rate, s->lane_work, s->lane_acc,
+                      s->lane_force);
 }
 
-/* (aaa) as printed, Re M and Im M filled by sub-tree masses: arm i is on the way to arm j for j from i to end[i] */
+/* (aaa) as printed, Re M and Im M filled by sub-tree masses: arm i is on the way to arm j for j
+ * from i to end[i] */
 static void run_dense(struct subject *s) {
     const struct pend_tree *t = s->tree;
     int n = s->n, one = 1, info;
     size_t stride = (size_t)n;
     memset(s->matrix, 0, stride * stride * sizeof *s->matrix);
-    for (int k = 0; k < n; k++) s->acc[k] = -GRAVITY * cos(s->phi[k]) * t->len[k] * t->subtree_mass[k];
+    for (int k = 0; k < n; k++)
+        s->acc[k] = -GRAVITY * cos(s->phi[k]) * t->len[k] * t->subtree_mass[k];
     for (int i = 0; i < n; i++) {
         s->matrix[(size_t)i * stride + (size_t)i] = t->len[i] * t->len[i] * t->subtree_mass[i];
         for (int j = i + 1; j < t->end[i]; j++) {
@@ -160,11 +168,12 @@ static int begin_dense(struct subject *s) {
 
 #ifdef MUJOCO
 /* what is called of libmujoco, by its header's types; the library itself is opened at run time */
-#define MUJOCO_CALLS(X)                                                                                                \
-    X(mj_defaultVFS)                                                                                                   \
-    X(mj_makeEmptyFileVFS)                                                                                             \
-    X(mj_loadXML)                                                                                                      \
-    X(mj_makeData) X(mj_fwdPosition) X(mj_fwdVelocity) X(mj_fwdAcceleration) X(mj_deleteData) X(mj_deleteModel)
+#define MUJOCO_CALLS(X)                                                                            \
+    X(mj_defaultVFS)                                                                               \
+    X(mj_makeEmptyFileVFS)                                                                         \
+    X(mj_loadXML)                                                                                  \
+    X(mj_makeData)                                                                                 \
+    X(mj_fwdPosition) X(mj_fwdVelocity) X(mj_fwdAcceleration) X(mj_deleteData) X(mj_deleteModel)
 static struct {
 #define MUJOCO_MEMBER(name) __typeof__(&name) name;
     MUJOCO_CALLS(MUJOCO_MEMBER)
@@ -173,8 +182,8 @@ static struct {
 static int mujoco_open(void) {
     void *library = dlopen("libmujoco.so", RTLD_NOW);
     int missing = !library;
-#define MUJOCO_SYMBOL(name)                                                                                            \
-    mujoco.name = library ? (__typeof__(&name))dlsym(library, #name) : NULL;                                           \
+#define MUJOCO_SYMBOL(name)                                                                        \
+    mujoco.name = library ? (__typeof__(&name))dlsym(library, #name) : NULL;                       \
     missing |= !mujoco.name;
     MUJOCO_CALLS(MUJOCO_SYMBOL)
     return !missing;
@@ -191,15 +200,18 @@ static void run_mujoco(struct subject *s) {
 static char *mujoco_text(const struct pend_tree *t, size_t *bytes) {
     char *text = must(malloc(400 * (size_t)t->n + 1000)), *at = text;
     int *open = must(malloc((size_t)t->n * sizeof *open)), depth = 0;
-    at += sprintf(at,
-                  "<mujoco><compiler angle=\"radian\"/><option gravity=\"0 %.17g 0\"><flag constraint=\"disable\" "
-                  "contact=\"disable\" equality=\"disable\" frictionloss=\"disable\" limit=\"disable\" "
-                  "passive=\"disable\" actuation=\"disable\"/></option><worldbody>\n",
-                  -GRAVITY);
+    at += sprintf(
+        at,
+        "<mujoco><compiler angle=\"radian\"/><option gravity=\"0 %.17g 0\"><flag "
+        "constraint=\"disable\" "
+        "contact=\"disable\" equality=\"disable\" frictionloss=\"disable\" limit=\"disable\" "
+        "passive=\"disable\" actuation=\"disable\"/></option><worldbody>\n",
+        -GRAVITY);
     for (int k = 0; k < t->n; k++) {
         while (depth && open[depth - 1] != t->parent[k]) at += sprintf(at, "</body>"), depth--;
         at += sprintf(at,
-                      "<body pos=\"%.17g 0 0\"><joint type=\"hinge\" axis=\"0 0 1\"/><inertial pos=\"%.17g 0 0\" "
+                      "<body pos=\"%.17g 0 0\"><joint type=\"hinge\" axis=\"0 0 1\"/><inertial "
+                      "pos=\"%.17g 0 0\" "
                       "mass=\"%.17g\" diaginertia=\"1e-13 1e-13 1e-13\"/>\n",
                       k ? t->len[t->parent[k]] : 0.0, t->len[k], t->mass[k]);
         open[depth++] = k;
@@ -286,18 +298,26 @@ static const struct line {
     int states, peers_states; /* that one run evaluates */
     int (*begin)(struct subject *);
 } lines[] = {
-    {"random tree of 4, one state / the careful form", 4, 0, run_ours, run_careful, 1, 1, begin_nothing},
+    {"random tree of 4, one state / the careful form", 4, 0, run_ours, run_careful, 1, 1,
+     begin_nothing},
     {"random tree of 10, one state / MuJoCo", 10, 0, run_ours, run_mujoco, 1, 1, begin_mujoco},
     {"random tree of 64, one state / MuJoCo", 64, 0, run_ours, run_mujoco, 1, 1, begin_mujoco},
     {"random tree of 1024, one state / MuJoCo", 1024, 0, run_ours, run_mujoco, 1, 1, begin_mujoco},
     {"chain of 64, one state / MuJoCo", 64, 1, run_ours, run_mujoco, 1, 1, begin_mujoco},
-    {"random tree of 64, one state / matrix form, LAPACK", 64, 0, run_ours, run_dense, 1, 1, begin_dense},
-    {"random tree of 1024, one state / matrix form, LAPACK", 1024, 0, run_ours, run_dense, 1, 1, begin_dense},
-    {"random tree of 64, one state / the careful form", 64, 0, run_ours, run_careful, 1, 1, begin_nothing},
-    {"random tree of 64, 8 states in lanes / one at a time", 64, 0, run_lanes, run_ours, 8, 1, begin_nothing},
-    {"chain of 64, 8 states in lanes / one at a time", 64, 1, run_lanes, run_ours, 8, 1, begin_nothing},
-    {"chain of 1024, one state / the careful form", 1024, 1, run_ours, run_careful, 1, 1, begin_nothing},
-    {"random tree of 1000000, one state / the careful form", 1000000, 0, run_ours, run_careful, 1, 1, begin_nothing},
+    {"random tree of 64, one state / matrix form, LAPACK", 64, 0, run_ours, run_dense, 1, 1,
+     begin_dense},
+    {"random tree of 1024, one state / matrix form, LAPACK", 1024, 0, run_ours, run_dense, 1, 1,
+     begin_dense},
+    {"random tree of 64, one state / the careful form", 64, 0, run_ours, run_careful, 1, 1,
+     begin_nothing},
+    {"random tree of 64, 8 states in lanes / one at a time", 64, 0, run_lanes, run_ours, 8, 1,
+     begin_nothing},
+    {"chain of 64, 8 states in lanes / one at a time", 64, 1, run_lanes, run_ours, 8, 1,
+     begin_nothing},
+    {"chain of 1024, one state / the careful form", 1024, 1, run_ours, run_careful, 1, 1,
+     begin_nothing},
+    {"random tree of 1000000, one state / the careful form", 1000000, 0, run_ours, run_careful, 1,
+     1, begin_nothing},
 };
 
 /* s, of `turns` runs */
@@ -307,7 +327,8 @@ static double once(run_fn *run, struct subject *s, long turns) {
     return (now() - begin) / (double)turns;
 }
 
-/* as many runs as take about a tenth of a millisecond: a pass that nothing disturbs is likely then */
+/* as many runs as take about a tenth of a millisecond: a pass that nothing disturbs is likely
+ * then */
 static long turns_for(run_fn *run, struct subject *s) {
     double time = once(run, s, 1);
     time = fmin(time, once(run, s, 1));
@@ -317,11 +338,12 @@ static long turns_for(run_fn *run, struct subject *s) {
 /* largest trees whose exact accelerations and forces take less than a second */
 enum { EXACT_ARMS = 256 };
 
-/* The errors of ours, over the largest component: against quadruple precision, or where that takes too long against the
- * careful form. */
+/* The errors of ours, over the largest component: against quadruple precision, or where that
+ * takes too long against the careful form. */
 static void errors(struct subject *s, const struct line *line, double *acc, double *force) {
     size_t n = (size_t)s->n;
-    test_quad *exact_acc = must(malloc(n * sizeof *exact_acc)), *exact_force = must(malloc(n * sizeof *exact_force));
+    test_quad *exact_acc = must(malloc(n * sizeof *exact_acc)),
+              *exact_force = must(malloc(n * sizeof *exact_force));
     if (s->n <= EXACT_ARMS) {
         test_quad_dynamics(s->tree, GRAVITY, s->phi, s->rate, exact_acc, exact_force);
     } else {
@@ -349,11 +371,12 @@ static void run_line(const struct line *line) {
             ours = fmin(ours, once(line->ours, &s, turns));
             peers = fmin(peers, once(line->peers, &s, peers_turns));
         } while (now() - begin < 2);
-        ours *= 1e9 / ((double)line->n * line->states), peers *= 1e9 / ((double)line->n * line->peers_states);
+        ours *= 1e9 / ((double)line->n * line->states),
+            peers *= 1e9 / ((double)line->n * line->peers_states);
         double acc, force;
         errors(&s, line, &acc, &force);
-        printf("%-58s %10.2f %10.2f %8.1f  ns an arm and state   %.0e %.0e\n", line->name, ours, peers, peers / ours,
-               acc, force);
+        printf("%-58s %10.2f %10.2f %8.1f  ns an arm and state   %.0e %.0e\n", line->name, ours,
+               peers, peers / ours, acc, force);
     } else {
         printf("%-58s skipped: the peer is not installed\n", line->name);
     }
@@ -366,7 +389,8 @@ int main(int argc, char **argv) {
     threads_fn *threads = blas ? (threads_fn *)dlsym(blas, "openblas_set_num_threads") : NULL;
     if (threads) threads(1);
     if (blas) dposv = (dposv_fn *)dlsym(blas, "dposv_");
-    printf("%-58s %10s %10s %8s  unit                  errors of our phi'', lambda\n", "", "ours", "peer's", "ratio");
+    printf("%-58s %10s %10s %8s  unit                  errors of our phi'', lambda\n", "", "ours",
+           "peer's", "ratio");
     for (size_t i = 0; i < sizeof lines / sizeof *lines; i++) {
         int wanted = argc < 2;
         for (int j = 1; j < argc; j++) wanted |= strstr(lines[i].name, argv[j]) != NULL;

@@ -1,7 +1,10 @@
-/* Horizons that are told beside the truth: 200 random motions, 500 members of ensembles, 50 sections, 2 to 6 arms.
- * Leaves to others: quick checks of the same (tests/core/integrate/test_horizon, test_ensemble_horizon, test_section).
- * Invariant: truth is the same motion in 32 digits, and is taken for it only up to its own horizon; what holds up to
- * there or to its end is counted apart. Cost is the least of several times, with and without, taken in turn. */
+/* Horizons that are told beside the truth: 200 random motions, 500 members of ensembles, 50
+ * sections, 2 to 6 arms.
+ * Leaves to others: quick checks of the same (tests/core/integrate/test_horizon,
+ * test_ensemble_horizon, test_section).
+ * Invariant: truth is the same motion in 32 digits, and is taken for it only up to its own
+ * horizon; what holds up to there or to its end is counted apart. Cost is the least of several
+ * times, with and without, taken in turn. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,7 +15,15 @@
 #include "core/integrate/run.h"
 #include "core/integrate/section.h"
 
-enum { ARMS_MAX = 6, MOTIONS = 200, TREES = 5, MEMBERS = 100, SECTIONS = 50, TURNS = 5, RATIOS = 600 };
+enum {
+    ARMS_MAX = 6,
+    MOTIONS = 200,
+    TREES = 5,
+    MEMBERS = 100,
+    SECTIONS = 50,
+    TURNS = 5,
+    RATIOS = 600
+};
 
 static const double accuracy = 1e-6, gravity = 9.81, spacing = 0.05;
 
@@ -67,10 +78,12 @@ static void tally_add(double told, double truth, int parted) {
 static void tally_print(const char *name) {
     int n = tally.parted;
     qsort(tally.ratio, (size_t)n, sizeof *tally.ratio, tally_order);
-    printf("%-14s %4d parted, %4d held; told over true: least %.2f, 10 %% %.2f, median %.2f, 90 %% %.2f, most %.2f; "
+    printf("%-14s %4d parted, %4d held; told over true: least %.2f, 10 %% %.2f, median %.2f, 90 %% "
+           "%.2f, most %.2f; "
            "late by over a tenth: %d; cost %+.0f %%\n",
-           name, n, tally.held, tally.ratio[0], tally.ratio[n / 10], tally.ratio[n / 2], tally.ratio[n * 9 / 10],
-           tally.ratio[n - 1], tally.late, 100 * (tally.told / tally.plain - 1));
+           name, n, tally.held, tally.ratio[0], tally.ratio[n / 10], tally.ratio[n / 2],
+           tally.ratio[n * 9 / 10], tally.ratio[n - 1], tally.late,
+           100 * (tally.told / tally.plain - 1));
     memset(&tally, 0, sizeof tally);
 }
 
@@ -109,11 +122,12 @@ static struct motion draw_motion(int i) {
 
 static struct pend_problem problem_of(const struct motion *motion, double duration) {
     long count = 1 + (long)ceil(duration / spacing);
-    return (struct pend_problem){.tree = motion->tree,
-                                 .gravity = gravity,
-                                 .phi = motion->phi,
-                                 .rate = motion->rate,
-                                 .times = {.count = count, .span = duration, .divisor = (double)(count - 1)}};
+    return (struct pend_problem){
+        .tree = motion->tree,
+        .gravity = gravity,
+        .phi = motion->phi,
+        .rate = motion->rate,
+        .times = {.count = count, .span = duration, .divisor = (double)(count - 1)}};
 }
 
 /* rows of angles, rates and forces, the caller's order */
@@ -133,9 +147,13 @@ static void rows_free(struct rows *rows) {
     for (int i = 0; i < 3; i++) free(rows->value[i]);
 }
 
-static double run(const struct pend_method *method, const struct pend_problem *problem, struct rows *rows) {
-    struct pend_samples samples = {
-        .cap = rows->count, .t = rows->t, .phi = rows->value[0], .rate = rows->value[1], .force = rows->value[2]};
+static double run(const struct pend_method *method, const struct pend_problem *problem,
+                  struct rows *rows) {
+    struct pend_samples samples = {.cap = rows->count,
+                                   .t = rows->t,
+                                   .phi = rows->value[0],
+                                   .rate = rows->value[1],
+                                   .force = rows->value[2]};
     struct pend_run *made;
     int done = 0;
     double begun = seconds();
@@ -146,17 +164,20 @@ static double run(const struct pend_method *method, const struct pend_problem *p
     return seconds() - begun;
 }
 
-/* the last instant up to which rows are those of better ones, all of them or the angles alone; parted: there is a later
- * one that the better ones can judge */
-static double rows_truth(const struct rows *rows, const struct rows *exact, int n, int kinds, int *parted) {
+/* the last instant up to which rows are those of better ones, all of them or the angles alone;
+ * parted: there is a later one that the better ones can judge */
+static double rows_truth(const struct rows *rows, const struct rows *exact, int n, int kinds,
+                         int *parted) {
     double largest[3] = {1, 0, 0}, truth = 0;
     *parted = 0;
     for (long i = 0; i < rows->count && rows->t[i] <= exact->horizon; i++) {
         for (int kind = 1; kind < kinds; kind++)
-            for (long k = i * n; k < (i + 1) * n; k++) largest[kind] = fmax(largest[kind], fabs(exact->value[kind][k]));
+            for (long k = i * n; k < (i + 1) * n; k++)
+                largest[kind] = fmax(largest[kind], fabs(exact->value[kind][k]));
         for (int kind = 0; kind < kinds; kind++)
             for (long k = i * n; k < (i + 1) * n; k++)
-                *parted |= !(fabs(rows->value[kind][k] - exact->value[kind][k]) <= accuracy * largest[kind]);
+                *parted |= !(fabs(rows->value[kind][k] - exact->value[kind][k]) <=
+                             accuracy * largest[kind]);
         if (*parted) return truth;
         truth = rows->t[i];
     }
@@ -212,15 +233,16 @@ static int members_deliver(void *context, long i, const struct pend_outcome *out
     return 0;
 }
 
-static void members_rows(void *context, long i, long first, int count, const double phi[], const double rate[],
-                         const double force[]) {
+static void members_rows(void *context, long i, long first, int count, const double phi[],
+                         const double rate[], const double force[]) {
     const struct members *members = context;
     const int *order = members->start[i].tree->order;
     const double *from[3] = {phi, rate, force};
     for (int row = 0; row < count; row++)
         for (int kind = 0; kind < 3; kind++)
             for (int k = 0; k < members->n; k++)
-                members->rows[i].value[kind][(first + row) * members->n + order[k]] = from[kind][row * members->n + k];
+                members->rows[i].value[kind][(first + row) * members->n + order[k]] =
+                    from[kind][row * members->n + k];
 }
 
 static double members_run(const struct pend_ensemble_problem *problem) {
@@ -296,7 +318,8 @@ static double section_run(const struct pend_section_problem *problem, struct row
     double phi[ARMS_MAX], rate[ARMS_MAX], begun = seconds();
     check(pend_section_new(&section, problem, NULL) == PEND_OK, "a section");
     for (long i = 1; found != PEND_FOUND_END && i < rows->count; i += found == PEND_FOUND_PASSAGE) {
-        check(pend_section_next(section, 1000, &found, &passage, phi, rate, NULL) == PEND_OK, "a section");
+        check(pend_section_next(section, 1000, &found, &passage, phi, rate, NULL) == PEND_OK,
+              "a section");
         if (found != PEND_FOUND_PASSAGE) continue;
         rows->t[i] = passage.time;
         for (int k = 0; k < n; k++) rows->value[0][i * n + order[k]] = phi[k];
@@ -332,7 +355,8 @@ static void study_sections(void) {
         tally.plain += least[0];
         tally.told += least[1];
         // the start is row 0
-        for (int k = 0; k < motion.tree->n; k++) rows.value[0][motion.tree->order[k]] = motion.phi[k];
+        for (int k = 0; k < motion.tree->n; k++)
+            rows.value[0][motion.tree->order[k]] = motion.phi[k];
         struct pend_problem alone = problem_of(&motion, 1);
         alone.times = (struct pend_times){.count = rows.count, .list = rows.t};
         alone.accuracy = accuracy;
@@ -341,7 +365,8 @@ static void study_sections(void) {
         int parted;
         double truth = rows_truth(&rows, &exact, motion.tree->n, 1, &parted), told = 0;
         // what is told counts by passages too
-        for (long row = 0; row < rows.count && rows.t[row] <= rows.horizon; row++) told = rows.t[row];
+        for (long row = 0; row < rows.count && rows.t[row] <= rows.horizon; row++)
+            told = rows.t[row];
         tally_add(told, truth, parted);
         rows_free(&rows);
         rows_free(&exact);

@@ -1,4 +1,5 @@
-/* Runs each hot loop a few times, each from a function of its own, so that an instruction counter can tell them apart.
+/* Runs each hot loop a few times, each from a function of its own, so that an instruction counter
+ * can tell them apart.
  * Leaves to others: counting, and what the counts should be (tests/rules/instructions.sh).
  * Invariant: the same work every time.
  */
@@ -35,7 +36,8 @@ struct subject {
 static void subject_init(struct subject *s, int n, int chain) {
     enum { LANES = PEND_DYNAMICS_VEC };
     unsigned long long seed = 7;
-    size_t count = (size_t)n, bytes = LANES * count * sizeof(double), one = pend_dynamics_work_bytes(n);
+    size_t count = (size_t)n, bytes = LANES * count * sizeof(double),
+           one = pend_dynamics_work_bytes(n);
     double *length = room(count * sizeof *length), *mass = room(count * sizeof *mass);
     int *parent = (int *)room(count * sizeof *parent);
     for (int i = 0; i < n; i++) {
@@ -46,7 +48,8 @@ static void subject_init(struct subject *s, int n, int chain) {
     if (pend_tree_new(&s->tree, n, length, mass, parent, NULL)) exit(1);
     s->phi = room(bytes), s->rate = room(bytes), s->acc = room(bytes), s->force = room(bytes);
     s->work = room(one > pend_dynamics_vec_bytes(n) ? one : pend_dynamics_vec_bytes(n));
-    for (int k = 0; k < LANES * n; k++) s->phi[k] = 6 * random_number(&seed), s->rate[k] = 2 * random_number(&seed);
+    for (int k = 0; k < LANES * n; k++)
+        s->phi[k] = 6 * random_number(&seed), s->rate[k] = 2 * random_number(&seed);
     free(length);
     free(mass);
     free(parent);
@@ -80,12 +83,14 @@ COUNTED count_chain(struct subject *s) {
 
 COUNTED count_lanes(struct subject *s);
 COUNTED count_lanes(struct subject *s) {
-    pend_dynamics_vec_for(PEND_ISA_AVX2, s->tree, GRAVITY, s->phi, s->rate, s->work, s->acc, s->force);
+    pend_dynamics_vec_for(PEND_ISA_AVX2, s->tree, GRAVITY, s->phi, s->rate, s->work, s->acc,
+                          s->force);
 }
 
 /* steps of the Taylor method */
 static void steps(const struct subject *s, int count) {
-    struct pend_problem problem = {.tree = s->tree, .gravity = GRAVITY, .phi = s->phi, .rate = s->rate};
+    struct pend_problem problem = {
+        .tree = s->tree, .gravity = GRAVITY, .phi = s->phi, .rate = s->rate};
     struct pend_error error;
     void *stepper;
     double reached;

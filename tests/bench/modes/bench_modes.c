@@ -1,4 +1,5 @@
-/* Modes against LAPACK (OpenBLAS, one thread), ARPACK and GSL in one run, interleaved, the smallest of several times.
+/* Modes against LAPACK (OpenBLAS, one thread), ARPACK and GSL in one run, interleaved, the
+ * smallest of several times.
  * Leaves to others: correctness (tests/core/modes/test_modes*.c).
  * Invariant: the same trees every time; a peer that is not installed is skipped aloud. */
 #include <dlfcn.h>
@@ -15,15 +16,18 @@
 
 #define GRAVITY 9.81
 
-typedef void dsyevd_fn(const char *, const char *, const int *, double *, const int *, double *, double *, const int *,
-                       int *, const int *, int *);
-typedef void dsygvd_fn(const int *, const char *, const char *, const int *, double *, const int *, double *,
-                       const int *, double *, double *, const int *, int *, const int *, int *);
-typedef void dstemr_fn(const char *, const char *, const int *, double *, double *, const double *, const double *,
-                       const int *, const int *, int *, double *, double *, const int *, const int *, int *, int *,
+typedef void dsyevd_fn(const char *, const char *, const int *, double *, const int *, double *,
                        double *, const int *, int *, const int *, int *);
-typedef void dsaupd_fn(int *, const char *, const int *, const char *, const int *, const double *, double *,
-                       const int *, double *, const int *, int *, int *, double *, double *, const int *, int *);
+typedef void dsygvd_fn(const int *, const char *, const char *, const int *, double *, const int *,
+                       double *, const int *, double *, double *, const int *, int *, const int *,
+                       int *);
+typedef void dstemr_fn(const char *, const char *, const int *, double *, double *, const double *,
+                       const double *, const int *, const int *, int *, double *, double *,
+                       const int *, const int *, int *, int *, double *, const int *, int *,
+                       const int *, int *);
+typedef void dsaupd_fn(int *, const char *, const int *, const char *, const int *, const double *,
+                       double *, const int *, double *, const int *, int *, int *, double *,
+                       double *, const int *, int *);
 typedef void threads_fn(int);
 
 static struct {
@@ -82,7 +86,8 @@ static void subject_init(struct subject *s, int n, int reach, int alike, int den
     for (int i = 0; i < n; i++) {
         s->length[i] = subject_number(alike, &seed);
         s->mass[i] = subject_number(alike, &seed);
-        if (i && reach > 0) s->parent[i] = i - 1 - (int)(random_number(&seed) * (i < reach ? i : reach));
+        if (i && reach > 0)
+            s->parent[i] = i - 1 - (int)(random_number(&seed) * (i < reach ? i : reach));
         if (i && reach <= 0) s->parent[i] = reach == STAR ? 0 : (i - 1) / 2;
         if (!i) s->parent[i] = -1;
     }
@@ -147,7 +152,8 @@ static double time_dsyevd(const struct subject *s, int vectors) {
     int n = s->n, room = (int)(1 + 6 * n + 2 * n * n), numbers = 3 + 5 * n, info;
     fill_scaled(s);
     double begin = now();
-    peer.dsyevd(vectors ? "V" : "N", "L", &n, s->a, &n, s->omega, s->room, &room, s->numbers, &numbers, &info);
+    peer.dsyevd(vectors ? "V" : "N", "L", &n, s->a, &n, s->omega, s->room, &room, s->numbers,
+                &numbers, &info);
     return now() - begin;
 }
 
@@ -160,10 +166,12 @@ static double time_dsygvd(const struct subject *s) {
     for (int k = 0; k < n; k++) {
         s->a[(size_t)k * n + k] = GRAVITY * t->len[k] * t->subtree_mass[k];
         for (int j = k; j >= 0; j = t->parent[j])
-            s->b[(size_t)k * n + j] = s->b[(size_t)j * n + k] = t->len[j] * t->len[k] * t->subtree_mass[k];
+            s->b[(size_t)k * n + j] = s->b[(size_t)j * n + k] =
+                t->len[j] * t->len[k] * t->subtree_mass[k];
     }
     double begin = now();
-    peer.dsygvd(&type, "V", "L", &n, s->a, &n, s->b, &n, s->omega, s->room, &room, s->numbers, &numbers, &info);
+    peer.dsygvd(&type, "V", "L", &n, s->a, &n, s->b, &n, s->omega, s->room, &room, s->numbers,
+                &numbers, &info);
     return now() - begin;
 }
 
@@ -180,8 +188,8 @@ static double time_dstemr(const struct subject *s) {
         beside[k] = k + 1 < n ? -next / sqrt(t->mass[k] * t->mass[k + 1]) : 0;
     }
     double begin = now();
-    peer.dstemr("V", "A", &n, diagonal, beside, &zero, &zero, &one, &n, &found, s->omega, s->a, &n, &n, support, &rac,
-                s->room, &room, s->numbers, &numbers, &info);
+    peer.dstemr("V", "A", &n, diagonal, beside, &zero, &zero, &one, &n, &found, s->omega, s->a, &n,
+                &n, support, &rac, s->room, &room, s->numbers, &numbers, &info);
     double time = now() - begin;
     free(support);
     return time;
@@ -204,12 +212,14 @@ static double time_arpack(const struct subject *s, int k) {
     int parameters[11] = {1, 0, 3000, 1, 0, 0, 1}, pointers[11];
     double tolerance = 1e-12, *residual = must(malloc((size_t)n * sizeof *residual));
     double *vectors = must(malloc((size_t)n * (size_t)basis * sizeof *vectors));
-    double *work = must(malloc(3 * (size_t)n * sizeof *work)), *room = must(malloc((size_t)length * sizeof *room));
+    double *work = must(malloc(3 * (size_t)n * sizeof *work)),
+           *room = must(malloc((size_t)length * sizeof *room));
     double begin = now();
     do {
-        peer.dsaupd(&ido, "I", &n, "LM", &k, &tolerance, residual, &basis, vectors, &n, parameters, pointers, work,
-                    room, &length, &info);
-        if (ido == 1 || ido == -1) solve_by_sweeps(s->tree, work + pointers[0] - 1, work + pointers[1] - 1);
+        peer.dsaupd(&ido, "I", &n, "LM", &k, &tolerance, residual, &basis, vectors, &n, parameters,
+                    pointers, work, room, &length, &info);
+        if (ido == 1 || ido == -1)
+            solve_by_sweeps(s->tree, work + pointers[0] - 1, work + pointers[1] - 1);
     } while (ido == 1 || ido == -1);
     double time = now() - begin;
     free(residual);
@@ -268,14 +278,17 @@ static double time_peer(const struct line *line, const struct subject *s) {
 /* tip displacements of a mode */
 static void tips_of(const struct subject *s, const struct pend_modes *modes, int mode, double x[]) {
     const double *theta = modes->vector + (size_t)mode * (size_t)s->n;
-    for (int k = 0; k < s->n; k++) x[k] = (k ? x[s->tree->parent[k]] : 0) + s->tree->len[k] * theta[k];
+    for (int k = 0; k < s->n; k++)
+        x[k] = (k ? x[s->tree->parent[k]] : 0) + s->tree->len[k] * theta[k];
 }
 
 /* |(L - omega^2 M) x| in the norm of M^-1 */
-static double residual_of(const struct subject *s, const struct pend_modes *modes, int mode, const double x[]) {
+static double residual_of(const struct subject *s, const struct pend_modes *modes, int mode,
+                          const double x[]) {
     const double *theta = modes->vector + (size_t)mode * (size_t)s->n;
     double *force = must(malloc((size_t)s->n * sizeof *force)), sum = 0;
-    for (int k = 0; k < s->n; k++) force[k] = -modes->omega[mode] * modes->omega[mode] * s->tree->mass[k] * x[k];
+    for (int k = 0; k < s->n; k++)
+        force[k] = -modes->omega[mode] * modes->omega[mode] * s->tree->mass[k] * x[k];
     for (int k = 0; k < s->n; k++) {
         double pull = GRAVITY * s->tree->subtree_mass[k] * theta[k];
         force[k] += pull;
@@ -286,16 +299,20 @@ static double residual_of(const struct subject *s, const struct pend_modes *mode
     return sqrt(sum);
 }
 
-/* how good ours are: neighbours' products in the mass inner product, residuals over the norm; or the sum of 1/omega^2
+/* how good ours are: neighbours' products in the mass inner product, residuals over the norm; or
+ * the sum of 1/omega^2
  */
 static void print_accuracy(const struct line *line, const struct subject *s) {
-    struct pend_modes_request request = line->request, last = {GRAVITY, .select = PEND_SELECT_FASTEST, .count = 1};
+    struct pend_modes_request request = line->request,
+                              last = {GRAVITY, .select = PEND_SELECT_FASTEST, .count = 1};
     struct pend_modes *modes, *fastest;
-    double trace = 0, orthogonality = 0, residual = 0, *x = must(malloc(2 * (size_t)s->n * sizeof *x)), *y = x + s->n;
+    double trace = 0, orthogonality = 0, residual = 0,
+           *x = must(malloc(2 * (size_t)s->n * sizeof *x)), *y = x + s->n;
     request.gravity = GRAVITY;
     if (pend_modes_select(&modes, s->tree, &request, NULL)) exit(1);
     if (pend_modes_select(&fastest, s->tree, &last, NULL)) exit(1);
-    for (int i = modes->count - 1; i >= 0; i--) trace += GRAVITY / (modes->omega[i] * modes->omega[i]);
+    for (int i = modes->count - 1; i >= 0; i--)
+        trace += GRAVITY / (modes->omega[i] * modes->omega[i]);
     for (int i = 0; modes->vector && i < modes->count; i++) {
         double dot = 0;
         tips_of(s, modes, i, i % 2 ? y : x);
@@ -307,7 +324,8 @@ static void print_accuracy(const struct line *line, const struct subject *s) {
         printf("%60s neighbours' products %.1e, residuals %.1e\n", "", orthogonality,
                residual / (fastest->omega[0] * fastest->omega[0]));
     else
-        printf("%60s sum of g/omega^2 over l_tot - 1: %.1e\n", "", fabs(trace / s->tree->length_total - 1));
+        printf("%60s sum of g/omega^2 over l_tot - 1: %.1e\n", "",
+               fabs(trace / s->tree->length_total - 1));
     pend_modes_free(&modes);
     pend_modes_free(&fastest);
     free(x);
@@ -326,26 +344,28 @@ static void run_line(const struct line *line) {
         printf("%-58s skipped: the peer is not installed\n", line->name);
         return;
     }
-    subject_init(&s, line->n, line->reach, line->alike, line->peer != ALONE && line->peer != ARPACK);
+    subject_init(&s, line->n, line->reach, line->alike,
+                 line->peer != ALONE && line->peer != ARPACK);
     for (int pass = 0; pass < line->passes; pass++) {
         for (int i = 0; i < line->ours; i++) ours = fmin(ours, time_modes(&s, line->request));
         if (line->peer != ALONE) theirs = fmin(theirs, time_peer(line, &s));
     }
     if (line->peer == ALONE)
-        printf("%-58s %10.3f %10s %8s  ms, largest memory so far %.2f GB\n", line->name, 1e3 * ours, "-", "-",
-               memory_so_far());
+        printf("%-58s %10.3f %10s %8s  ms, largest memory so far %.2f GB\n", line->name, 1e3 * ours,
+               "-", "-", memory_so_far());
     else
-        printf("%-58s %10.3f %10.3f %8.1f  ms\n", line->name, 1e3 * ours, 1e3 * theirs, theirs / ours);
+        printf("%-58s %10.3f %10.3f %8.1f  ms\n", line->name, 1e3 * ours, 1e3 * theirs,
+               theirs / ours);
     print_accuracy(line, &s);
     fflush(stdout);
     subject_clear(&s);
 }
 
-#define ALL                                                                                                            \
+#define ALL                                                                                        \
     { .vectors = 1 }
-#define VALUES                                                                                                         \
+#define VALUES                                                                                     \
     { .vectors = 0 }
-#define SLOWEST(k)                                                                                                     \
+#define SLOWEST(k)                                                                                 \
     { .vectors = 1, .select = PEND_SELECT_SLOWEST, .count = k }
 
 static const struct line lines[] = {
@@ -357,23 +377,30 @@ static const struct line lines[] = {
     {"random_1000 all with vectors / GSL symmv", 1000, 1000, 0, ALL, GSL, 1, 3},
     {"chain_4000 all with vectors / dstemr", 4000, CHAIN, 0, ALL, DSTEMR, 2, 2},
     {"binary_511 all with vectors / dsyevd", 511, BINARY, EQUAL_ARMS, ALL, DSYEVD, 5, 20},
-    {"binary_511 off by 1e-6 all with vectors / dsyevd", 511, BINARY, NEARLY_EQUAL_ARMS, ALL, DSYEVD, 3, 3},
-    {"star_400 off by 1e-6 all with vectors / dsyevd", 400, STAR, NEARLY_EQUAL_ARMS, ALL, DSYEVD, 5, 5},
+    {"binary_511 off by 1e-6 all with vectors / dsyevd", 511, BINARY, NEARLY_EQUAL_ARMS, ALL,
+     DSYEVD, 3, 3},
+    {"star_400 off by 1e-6 all with vectors / dsyevd", 400, STAR, NEARLY_EQUAL_ARMS, ALL, DSYEVD, 5,
+     5},
     {"star_2000 equal arms all with vectors / dsyevd", 2000, STAR, EQUAL_ARMS, ALL, DSYEVD, 1, 5},
-    {"random_100000 20 slowest with vectors / ARPACK", 100000, 100000, 0, SLOWEST(20), ARPACK, 1, 3},
+    {"random_100000 20 slowest with vectors / ARPACK", 100000, 100000, 0, SLOWEST(20), ARPACK, 1,
+     3},
     {"random_1000000 20 slowest with vectors", 1000000, 1000000, 0, SLOWEST(20), ALONE, 2, 1},
     {"random_4000 frequencies / dsyevd", 4000, 4000, 0, VALUES, DSYEVD_VALUES, 1, 4},
     {"random_4000 all with vectors / dsyevd", 4000, 4000, 0, ALL, DSYEVD, 1, 4},
 };
 
-static void *symbol(void *library, const char *name) { return library ? dlsym(library, name) : NULL; }
+static void *symbol(void *library, const char *name) {
+    return library ? dlsym(library, name) : NULL;
+}
 
 /* usage: run [PART-OF-A-NAME ...] */
 int main(int argc, char **argv) {
-    /* memory that was freed is used again, but for very large blocks: LAPACK has its matrices beforehand, too */
+    /* memory that was freed is used again, but for very large blocks: LAPACK has its matrices
+     * beforehand, too */
     (void)mallopt(M_MMAP_THRESHOLD, 32 << 20);
     (void)mallopt(M_TRIM_THRESHOLD, 1 << 30);
-    void *blas = dlopen("libopenblas.so.0", RTLD_NOW | RTLD_GLOBAL), *arpack = dlopen("libarpack.so.2", RTLD_NOW);
+    void *blas = dlopen("libopenblas.so.0", RTLD_NOW | RTLD_GLOBAL),
+         *arpack = dlopen("libarpack.so.2", RTLD_NOW);
     threads_fn *threads = (threads_fn *)symbol(blas, "openblas_set_num_threads");
     if (threads) threads(1);
     peer.dsyevd = (dsyevd_fn *)symbol(blas, "dsyevd_");

@@ -12,7 +12,8 @@ void bench_register(struct bench *bench) {
     bench_last = &bench->next;
 }
 
-/* the thread's processor time: others on the machine slow it down, but what they take is not counted */
+/* the thread's processor time: others on the machine slow it down, but what they take is not
+ * counted */
 static double now(void) {
     struct timespec time;
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -55,7 +56,7 @@ int main(int argc, char **argv) {
     for (struct bench *bench = bench_first; bench; bench = bench->next) {
         if (!bench->passes) continue;
         qsort(bench->figure, (size_t)bench->passes, sizeof *bench->figure, ascending);
-        printf("%-44s %14.1f %14.1f   %s\n", bench->name, bench->figure[bench->passes / 2], bench->figure[0],
-               bench->unit);
+        printf("%-44s %14.1f %14.1f   %s\n", bench->name, bench->figure[bench->passes / 2],
+               bench->figure[0], bench->unit);
     }
 }

@@ -1,6 +1,7 @@
-/* Timing of small pieces: each is run in short passes, the passes of all interleaved, so that a slow spell hits all
- * alike. Leaves to others: what is timed (bench_*.c), load over sockets. Invariant: one thread; the figure is the
- * median of the passes, the smallest stands beside it, both in the thread's processor time. */
+/* Timing of small pieces: each is run in short passes, the passes of all interleaved, so that a
+ * slow spell hits all alike. Leaves to others: what is timed (bench_*.c), load over sockets.
+ * Invariant: one thread; the figure is the median of the passes, the smallest stands beside it,
+ * both in the thread's processor time. */
 #ifndef BENCH_H
 #define BENCH_H
 
@@ -18,11 +19,14 @@ struct bench {
 
 void bench_register(struct bench *bench);
 
-/** Defines a benchmark: BENCH(name, "request") { prepare; while (bench_go(bench, 1)) work; clear up; } */
-#define BENCH(name_, unit_)                                                                                            \
-    static void bench_##name_(struct bench *bench);                                                                    \
-    static struct bench case_##name_ = {.name = #name_, .unit = unit_, .run = bench_##name_};                          \
-    __attribute__((constructor)) static void register_##name_(void) { bench_register(&case_##name_); }                 \
+/** Defines a benchmark: BENCH(name, "request") { prepare; while (bench_go(bench, 1)) work; clear
+ * up; } */
+#define BENCH(name_, unit_)                                                                        \
+    static void bench_##name_(struct bench *bench);                                                \
+    static struct bench case_##name_ = {.name = #name_, .unit = unit_, .run = bench_##name_};      \
+    __attribute__((constructor)) static void register_##name_(void) {                              \
+        bench_register(&case_##name_);                                                             \
+    }                                                                                              \
     static void bench_##name_(struct bench *bench)
 
 /**

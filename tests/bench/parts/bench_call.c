@@ -1,5 +1,6 @@
 /* Whole requests without a socket: the paper's example, its parts, and the other operations.
- * Leaves to others: single numbers (bench_number), the integration alone (bench_trajectory), the wire (load tests).
+ * Leaves to others: single numbers (bench_number), the integration alone (bench_trajectory), the
+ * wire (load tests).
  * Invariant: every call is answered with 200. */
 #include <math.h>
 #include <string.h>
@@ -8,14 +9,20 @@
 #include "api/encode/encode.h"
 #include "tests/bench/parts/bench.h"
 
-#define PAPER "\"pendulum\":{\"L\":[2,1.5,0.75,1.25],\"m\":[1,1,1,0.1],\"S\":[[1,0,0,0],[1,1,0,0],[1,1,1,0],[1,1,0,1]]}"
+#define PAPER                                                                                      \
+    "\"pendulum\":{\"L\":[2,1.5,0.75,1.25],\"m\":[1,1,1,0.1],\"S\":[[1,0,0,0],[1,1,0,0],[1,1,1,0]" \
+    ",[1,1,0,1]]}"
 #define TIMES "\"times\":{\"start\":0,\"stop\":5,\"step\":0.01}"
 
-static void call(struct bench *bench, enum api_op_id op, const char *body, const char *accept, int open_only) {
+static void call(struct bench *bench, enum api_op_id op, const char *body, const char *accept,
+                 int open_only) {
     struct api_limits limits;
     struct api_buffer out;
-    struct api_request request = {
-        .op = op, .content_type = "application/json", .accept = accept, .body = body, .body_bytes = strlen(body)};
+    struct api_request request = {.op = op,
+                                  .content_type = "application/json",
+                                  .accept = accept,
+                                  .body = body,
+                                  .body_bytes = strlen(body)};
     api_limits_init(&limits);
     while (bench_go(bench, 1)) {
         struct api_call *one;
@@ -23,7 +30,8 @@ static void call(struct bench *bench, enum api_op_id op, const char *body, const
         if (api_call_new(&one, &limits) != PEND_OK) bench_broken("out of memory");
         enum api_progress progress = api_call_open(one, &request, &out);
         while (!open_only && progress == API_MORE) progress = api_call_run(one, &out);
-        if (progress == API_MORE ? !open_only : api_call_answer(one).status != 200) bench_broken("a refused request");
+        if (progress == API_MORE ? !open_only : api_call_answer(one).status != 200)
+            bench_broken("a refused request");
         api_call_free(&one);
         api_buffer_clear(&out);
     }
@@ -48,7 +56,8 @@ static void encode(struct bench *bench, const struct api_format *format, int dig
             api_writer_block(writer, ROWS, data, &out, NULL) != PEND_OK)
             bench_broken("a table that cannot be written");
         for (int done = 0; !done;)
-            if (api_writer_finish(writer, NULL, &out, &done) != PEND_OK) bench_broken("a table without an end");
+            if (api_writer_finish(writer, NULL, &out, &done) != PEND_OK)
+                bench_broken("a table without an end");
         api_writer_free(&writer);
         api_buffer_clear(&out);
     }
@@ -60,12 +69,22 @@ static const char example_6_digits[] =
     "{" PAPER "," TIMES ",\"rtol\":1e-12,\"digits\":6,\"output\":[\"phi\",\"phid\"]}";
 
 BENCH(call_paper_json, "request") { call(bench, API_OP_TRAJECTORIES, example, NULL, 0); }
-BENCH(call_paper_json_6_digits, "request") { call(bench, API_OP_TRAJECTORIES, example_6_digits, NULL, 0); }
+BENCH(call_paper_json_6_digits, "request") {
+    call(bench, API_OP_TRAJECTORIES, example_6_digits, NULL, 0);
+}
 BENCH(call_paper_csv, "request") { call(bench, API_OP_TRAJECTORIES, example, "text/csv", 0); }
-BENCH(call_paper_ndjson, "request") { call(bench, API_OP_TRAJECTORIES, example, "application/x-ndjson", 0); }
-BENCH(call_paper_octets, "request") { call(bench, API_OP_TRAJECTORIES, example, "application/octet-stream", 0); }
-BENCH(call_paper_npz, "request") { call(bench, API_OP_TRAJECTORIES, example, "application/x-npz", 0); }
-BENCH(call_paper_mat, "request") { call(bench, API_OP_TRAJECTORIES, example, "application/x-matlab-data", 0); }
+BENCH(call_paper_ndjson, "request") {
+    call(bench, API_OP_TRAJECTORIES, example, "application/x-ndjson", 0);
+}
+BENCH(call_paper_octets, "request") {
+    call(bench, API_OP_TRAJECTORIES, example, "application/octet-stream", 0);
+}
+BENCH(call_paper_npz, "request") {
+    call(bench, API_OP_TRAJECTORIES, example, "application/x-npz", 0);
+}
+BENCH(call_paper_mat, "request") {
+    call(bench, API_OP_TRAJECTORIES, example, "application/x-matlab-data", 0);
+}
 BENCH(call_paper_read_alone, "request") { call(bench, API_OP_TRAJECTORIES, example, NULL, 1); }
 BENCH(call_paper_written_alone_json, "answer") { encode(bench, &api_format_json, 0); }
 BENCH(call_paper_written_alone_json_6_digits, "answer") { encode(bench, &api_format_json, 6); }
@@ -76,5 +95,7 @@ BENCH(call_paper_with_forces_json, "request") {
 }
 
 BENCH(call_trees, "request") { call(bench, API_OP_TREES, "{" PAPER "}", NULL, 0); }
-BENCH(call_forces, "request") { call(bench, API_OP_FORCES, "{" PAPER ",\"state\":{\"phi\":[1,2,3,4]}}", NULL, 0); }
+BENCH(call_forces, "request") {
+    call(bench, API_OP_FORCES, "{" PAPER ",\"state\":{\"phi\":[1,2,3,4]}}", NULL, 0);
+}
 BENCH(call_modes, "request") { call(bench, API_OP_MODES, "{" PAPER "}", NULL, 0); }

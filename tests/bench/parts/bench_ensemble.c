@@ -1,6 +1,7 @@
-/* Double pendulums of 20 s at round-off accuracy: in an ensemble, one by one, and by GSL on the same O(n) equations;
- * with observables; the usual flip map. Leaves to others: single trajectories. Invariant: all lines start from angles
- * near (2, 2.5); one core; ns a member, so that 15 000 members a second are 66 667. */
+/* Double pendulums of 20 s at round-off accuracy: in an ensemble, one by one, and by GSL on the
+ * same O(n) equations; with observables; the usual flip map. Leaves to others: single
+ * trajectories. Invariant: all lines start from angles near (2, 2.5); one core; ns a member, so
+ * that 15 000 members a second are 66 667. */
 #include <math.h>
 
 #include "core/ensemble/ensemble.h"
@@ -54,13 +55,15 @@ static int drop(void *context, long i, const struct pend_outcome *outcome) {
     return outcome->status != PEND_OK;
 }
 
-static void ensemble(struct bench *bench, struct pend_ensemble_problem problem, int n, long members) {
+static void ensemble(struct bench *bench, struct pend_ensemble_problem problem, int n,
+                     long members) {
     struct pend_tree *tree = pendulum(n);
     struct pend_ensemble *work;
     problem.tree = tree;
     problem.gravity = 9.81;
     problem.deliver = drop;
-    if (pend_ensemble_new(&work, &problem, pend_isa_best(), NULL) != PEND_OK) bench_broken("ensemble");
+    if (pend_ensemble_new(&work, &problem, pend_isa_best(), NULL) != PEND_OK)
+        bench_broken("ensemble");
     long first = 0;
     while (bench_go(bench, members)) {
         if (pend_ensemble_run(work, first, members) != PEND_OK) bench_broken("ensemble");
@@ -71,25 +74,37 @@ static void ensemble(struct bench *bench, struct pend_ensemble_problem problem, 
 }
 
 static struct pend_ensemble_problem near_problem(unsigned observe, double bound) {
-    return (struct pend_ensemble_problem){
-        .duration = duration, .rtol = 1e-15, .fetch = near_fetch, .observe = observe, .bound = bound};
+    return (struct pend_ensemble_problem){.duration = duration,
+                                          .rtol = 1e-15,
+                                          .fetch = near_fetch,
+                                          .observe = observe,
+                                          .bound = bound};
 }
 
 BENCH(ensemble_20_s, "member") { ensemble(bench, near_problem(0, 0), 2, 8 * MEMBERS); }
 BENCH(ensemble_20_s_flips, "member") { ensemble(bench, near_problem(0, M_PI), 2, 8 * MEMBERS); }
-BENCH(ensemble_20_s_extremes, "member") { ensemble(bench, near_problem(PEND_OBSERVE_EXTREMES, 0), 2, 8 * MEMBERS); }
-BENCH(ensemble_20_s_signs, "member") { ensemble(bench, near_problem(PEND_OBSERVE_SIGNS, 0), 2, 8 * MEMBERS); }
-BENCH(ensemble_20_s_lyapunov, "member") { ensemble(bench, near_problem(PEND_OBSERVE_LYAPUNOV, 0), 2, 4 * MEMBERS); }
+BENCH(ensemble_20_s_extremes, "member") {
+    ensemble(bench, near_problem(PEND_OBSERVE_EXTREMES, 0), 2, 8 * MEMBERS);
+}
+BENCH(ensemble_20_s_signs, "member") {
+    ensemble(bench, near_problem(PEND_OBSERVE_SIGNS, 0), 2, 8 * MEMBERS);
+}
+BENCH(ensemble_20_s_lyapunov, "member") {
+    ensemble(bench, near_problem(PEND_OBSERVE_LYAPUNOV, 0), 2, 4 * MEMBERS);
+}
 
 BENCH(ensemble_flip_map, "member") {
-    struct pend_ensemble_problem problem = {.duration = duration, .rtol = 1e-15, .fetch = map_fetch, .bound = M_PI};
+    struct pend_ensemble_problem problem = {
+        .duration = duration, .rtol = 1e-15, .fetch = map_fetch, .bound = M_PI};
     problem.until = PEND_UNTIL_FIRST;
     problem.spare = 1;
     ensemble(bench, problem, 2, 64 * MEMBERS);
 }
 
 BENCH(ensemble_32_arms_1_s, "member") {
-    ensemble(bench, (struct pend_ensemble_problem){.duration = 1, .rtol = 1e-9, .fetch = rest_fetch}, 32, 16);
+    ensemble(bench,
+             (struct pend_ensemble_problem){.duration = 1, .rtol = 1e-9, .fetch = rest_fetch}, 32,
+             16);
 }
 
 /* the same members by a method of single trajectories */
@@ -105,7 +120,8 @@ static void singly(struct bench *bench, const char *name, double tolerance) {
         start(i++, from);
         problem.times = (struct pend_times){.count = 2, .span = duration, .divisor = 1};
         problem.rtol = problem.atol = tolerance;
-        if (pend_run_new(&run, pend_method_find(name), &problem, NULL) != PEND_OK) bench_broken(name);
+        if (pend_run_new(&run, pend_method_find(name), &problem, NULL) != PEND_OK)
+            bench_broken(name);
         while (!done)
             if (pend_run_next(run, &samples, 1e9, &done, NULL) != PEND_OK) bench_broken(name);
         pend_run_free(&run);

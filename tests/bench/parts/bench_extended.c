@@ -1,7 +1,8 @@
-/* 32 digits: a tumbling double pendulum alone and in lanes, beside the same recurrences in the compiler's quad; and
- * very long runs: the energy of symplectic, of taylor, and of GSL's rk4 with as much time. Leaves to others:
- * trajectories in doubles (bench_trajectory). Invariant: what is timed ends where 32 digits say, or tells how far its
- * energy is off. */
+/* 32 digits: a tumbling double pendulum alone and in lanes, beside the same recurrences in the
+ * compiler's quad; and very long runs: the energy of symplectic, of taylor, and of GSL's rk4
+ * with as much time. Leaves to others:
+ * trajectories in doubles (bench_trajectory). Invariant: what is timed ends where 32 digits say,
+ * or tells how far its energy is off. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -39,16 +40,21 @@ static int pair_fetch(void *context, long i, struct pend_member *member) {
 static int pair_deliver(void *context, long i, const struct pend_outcome *outcome) {
     (void)context, (void)i;
     for (int k = 0; k < ARMS; k++)
-        if (!(fabs(outcome->phi[k] - tumbled[k]) <= 1e-15 * fabs(tumbled[k]))) bench_broken("a digit");
+        if (!(fabs(outcome->phi[k] - tumbled[k]) <= 1e-15 * fabs(tumbled[k])))
+            bench_broken("a digit");
     return 0;
 }
 
 static void extended(struct bench *bench, int single) {
     struct pend_tree *tree = pair_new();
     struct pend_extended *extended;
-    struct pend_ensemble_problem problem = {
-        .tree = tree, .gravity = pull, .duration = 20, .fetch = pair_fetch, .deliver = pair_deliver};
-    if (pend_extended_new(&extended, tree, 1e-30, 0, single, pend_isa_best(), NULL) != PEND_OK) bench_broken("memory");
+    struct pend_ensemble_problem problem = {.tree = tree,
+                                            .gravity = pull,
+                                            .duration = 20,
+                                            .fetch = pair_fetch,
+                                            .deliver = pair_deliver};
+    if (pend_extended_new(&extended, tree, 1e-30, 0, single, pend_isa_best(), NULL) != PEND_OK)
+        bench_broken("memory");
     long count = single ? 1 : pend_extended_width(extended);
     struct pend_extended_state start = {.phi = (double *)tumble, .rate = (double *)still}, end;
     double phi[ARMS], rate[ARMS];
@@ -59,7 +65,8 @@ static void extended(struct bench *bench, int single) {
             continue;
         }
         pend_extended_start(extended, 0, pull, &start, 20);
-        while (pend_extended_lane(extended, 0) == PEND_EXTENDED_UNDER_WAY) pend_extended_step(extended);
+        while (pend_extended_lane(extended, 0) == PEND_EXTENDED_UNDER_WAY)
+            pend_extended_step(extended);
         pend_extended_end(extended, 0, &end);
         pair_deliver(NULL, 0, &(struct pend_outcome){.phi = phi});
     }
@@ -67,11 +74,15 @@ static void extended(struct bench *bench, int single) {
     pend_tree_free(&tree);
 }
 
-BENCH(extended_double_pendulum_alone, "s of 20 s, all digits of a double at the end") { extended(bench, 1); }
-BENCH(extended_double_pendulum_in_lanes, "s of 20 s and member, all digits at the end") { extended(bench, 0); }
+BENCH(extended_double_pendulum_alone, "s of 20 s, all digits of a double at the end") {
+    extended(bench, 1);
+}
+BENCH(extended_double_pendulum_in_lanes, "s of 20 s and member, all digits at the end") {
+    extended(bench, 0);
+}
 
-/* ---- the peer: the same recurrences, order and step rule in numbers of the compiler's own; 1 / (j + 1) is a double,
- * so that only its time counts */
+/* ---- the peer: the same recurrences, order and step rule in numbers of the compiler's own; 1 /
+ * (j + 1) is a double, so that only its time counts */
 
 #ifdef __x86_64__
 #define JETS_NUM __float128
@@ -105,7 +116,8 @@ struct quad {
 static void quad_init(struct quad *q, const struct pend_tree *tree) {
     num *at = q->array;
     memset(q, 0, sizeof *q);
-    q->system = (struct jets_system){.n = ARMS, .stride = ARMS, .tile = 8, .parent = tree->parent, .end = tree->end};
+    q->system = (struct jets_system){
+        .n = ARMS, .stride = ARMS, .tile = 8, .parent = tree->parent, .end = tree->end};
     q->system.share = q->share;
     q->system.rate = q->series[0];
     q->system.force = q->series[1] + ARMS;
@@ -132,9 +144,11 @@ static double quad_step(struct quad *q) {
     }
     jets_factor(s);
     jets_orders(s, pull, ORDER);
-    for (int k = 0; k < ARMS; k++) lead = fmax(lead, fmax(fabs((double)s->rate[k]), fabs((double)s->rate[ARMS + k])));
+    for (int k = 0; k < ARMS; k++)
+        lead = fmax(lead, fmax(fabs((double)s->rate[k]), fabs((double)s->rate[ARMS + k])));
     for (int j = ORDER - 3; j <= ORDER; j++)
-        for (int k = 0; k < ARMS; k++) x = fmin(x, pow(0x1p-106 * lead / fabs((double)s->rate[j * ARMS + k]), 1.0 / j));
+        for (int k = 0; k < ARMS; k++)
+            x = fmin(x, pow(0x1p-106 * lead / fabs((double)s->rate[j * ARMS + k]), 1.0 / j));
     for (int k = 0; k < ARMS; k++) {
         num phi = 0, rate = 0;
         for (int j = ORDER; j >= 0; j--) {
@@ -176,10 +190,12 @@ static double swing_error(const struct pend_tree *tree, const double phi[], cons
            pend_kinematics_energy_scale(tree, pull, first.kinetic);
 }
 
-static void swing_method(struct bench *bench, const struct pend_method *method, double rtol, char *text) {
+static void swing_method(struct bench *bench, const struct pend_method *method, double rtol,
+                         char *text) {
     struct pend_tree *tree = pair_new();
     double phi[ARMS], rate[ARMS], worst = 0;
-    struct pend_problem problem = {.tree = tree, .gravity = pull, .phi = swing, .rate = still, .rtol = rtol};
+    struct pend_problem problem = {
+        .tree = tree, .gravity = pull, .phi = swing, .rate = still, .rtol = rtol};
     problem.times = (struct pend_times){.count = 2, .span = 1000, .divisor = 1};
     while (bench_go(bench, 1000)) {
         void *stepper;
@@ -222,7 +238,8 @@ static int swing_derivative(double t, const double y[], double f[], void *contex
 BENCH(long_run_gsl_rk4_of_4_ms, "") {
     static char text[80];
     enum { STEPS = 250000 };
-    struct swing_equations equations = {pair_new(), aligned_alloc(64, (pend_dynamics_work_bytes(ARMS) + 63) / 64 * 64)};
+    struct swing_equations equations = {
+        pair_new(), aligned_alloc(64, (pend_dynamics_work_bytes(ARMS) + 63) / 64 * 64)};
     gsl_odeiv2_system system = {swing_derivative, NULL, 2 * ARMS, &equations};
     gsl_odeiv2_step *step = gsl_odeiv2_step_alloc(gsl_odeiv2_step_rk4, 2 * ARMS);
     double y[2 * ARMS], error[2 * ARMS];
@@ -231,7 +248,8 @@ BENCH(long_run_gsl_rk4_of_4_ms, "") {
         memcpy(y, swing, sizeof swing);
         memcpy(y + ARMS, still, sizeof still);
         for (int i = 0; i < STEPS; i++)
-            if (gsl_odeiv2_step_apply(step, 0.004 * i, 0.004, y, error, NULL, NULL, &system)) bench_broken("rk4");
+            if (gsl_odeiv2_step_apply(step, 0.004 * i, 0.004, y, error, NULL, NULL, &system))
+                bench_broken("rk4");
     }
     swing_tell(bench, text, swing_error(equations.tree, y, y + ARMS));
     gsl_odeiv2_step_free(step);

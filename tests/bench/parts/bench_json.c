@@ -1,5 +1,5 @@
-/* Reading a request's JSON, beside cJSON: 8 MiB of numbers, and 3 MiB of small objects, which is nearly as many as the
- * reader takes (API_SCAN_VALUES).
+/* Reading a request's JSON, beside cJSON: 8 MiB of numbers, and 3 MiB of small objects, which is
+ * nearly as many as the reader takes (API_SCAN_VALUES).
  * Leaves to others: reading the parts of a request (bench_call).
  * Invariant: bodies are made once and are the same for both readers. */
 #include <stdio.h>
@@ -42,7 +42,9 @@ static void item_number(char *text, unsigned short seed[3]) {
     memcpy(end, ",", 2);
 }
 
-static void item_digit(char *text, unsigned short seed[3]) { sprintf(text, "%d,", (int)(2 * erand48(seed))); }
+static void item_digit(char *text, unsigned short seed[3]) {
+    sprintf(text, "%d,", (int)(2 * erand48(seed)));
+}
 
 static void item_arm(char *text, unsigned short seed[3]) {
     sprintf(text, "{\"name\":\"arm %d\",\"parent\":\"arm 1\",\"length\":%.3f,\"mass\":1.5},",
@@ -56,7 +58,8 @@ static void item_state(char *text, unsigned short seed[3]) {
 static const struct {
     item_fn item;
     size_t bytes;
-} kinds[KINDS] = {{item_number, 8 * MIB}, {item_digit, 8 * MIB}, {item_arm, 3 * MIB}, {item_state, 3 * MIB}};
+} kinds[KINDS] = {
+    {item_number, 8 * MIB}, {item_digit, 8 * MIB}, {item_arm, 3 * MIB}, {item_state, 3 * MIB}};
 
 static const struct body *body(enum kind kind) {
     static struct body bodies[KINDS];
@@ -70,7 +73,8 @@ static void ours(struct bench *bench, enum kind kind) {
         struct api_json *document;
         struct api_problem problem;
         api_problem_init(&problem);
-        if (api_json_new(&document, text->text, text->bytes, 16, &problem)) bench_broken(problem.detail);
+        if (api_json_new(&document, text->text, text->bytes, 16, &problem))
+            bench_broken(problem.detail);
         api_json_free(&document);
     }
 }

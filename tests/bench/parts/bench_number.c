@@ -1,4 +1,5 @@
-/* Writing a double: ours, C's printf and cJSON, on the numbers of a trajectory, on any bits, and rounded.
+/* Writing a double: ours, C's printf and cJSON, on the numbers of a trajectory, on any bits, and
+ * rounded.
  * Leaves to others: whether they are right (tests/api/number/test_number).
  * Invariant: every writer of a group writes the same numbers. */
 #include <math.h>
@@ -30,7 +31,8 @@ static struct numbers *everyday(void) {
 static struct numbers *any_bits(void) {
     static struct numbers numbers;
     unsigned short seed[3] = {2};
-    for (int i = 0; i < COUNT; i++) numbers.value[i] = ldexp(erand48(seed) - 0.5, (int)(2000 * erand48(seed)) - 1000);
+    for (int i = 0; i < COUNT; i++)
+        numbers.value[i] = ldexp(erand48(seed) - 0.5, (int)(2000 * erand48(seed)) - 1000);
     return &numbers;
 }
 
@@ -82,7 +84,8 @@ BENCH(number_everyday_cjson, "number") {
     cJSON *array = cJSON_CreateDoubleArray(numbers->value, COUNT);
     if (!array) bench_broken("out of memory");
     while (bench_go(bench, COUNT))
-        if (!cJSON_PrintPreallocated(array, numbers->text, sizeof numbers->text, 0)) bench_broken("cJSON");
+        if (!cJSON_PrintPreallocated(array, numbers->text, sizeof numbers->text, 0))
+            bench_broken("cJSON");
     cJSON_Delete(array);
 }
 
@@ -90,7 +93,8 @@ BENCH(number_everyday_cjson, "number") {
 BENCH(number_everyday_read, "number") {
     struct numbers *numbers = everyday();
     double sum = 0;
-    for (int i = 0; i < COUNT; i++) *api_number_write(numbers->text + i * API_NUMBER_BYTES, numbers->value[i]) = 0;
+    for (int i = 0; i < COUNT; i++)
+        *api_number_write(numbers->text + i * API_NUMBER_BYTES, numbers->value[i]) = 0;
     while (bench_go(bench, COUNT))
         for (int i = 0; i < COUNT; i++) {
             const char *text = numbers->text + i * API_NUMBER_BYTES;

@@ -20,10 +20,12 @@ static void integrate(struct bench *bench, const char *name, double tolerance) {
     problem.times = (struct pend_times){.count = INSTANTS, .start = 0, .span = 5, .divisor = 500};
     problem.rtol = problem.atol = tolerance;
     while (bench_go(bench, 1)) {
-        struct pend_samples samples = {.cap = INSTANTS, .t = t, .phi = phi, .rate = rate, .force = force};
+        struct pend_samples samples = {
+            .cap = INSTANTS, .t = t, .phi = phi, .rate = rate, .force = force};
         struct pend_run *run;
         int done = 0;
-        if (pend_run_new(&run, pend_method_find(name), &problem, NULL) != PEND_OK) bench_broken(name);
+        if (pend_run_new(&run, pend_method_find(name), &problem, NULL) != PEND_OK)
+            bench_broken(name);
         while (!done)
             if (pend_run_next(run, &samples, 1e9, &done, NULL) != PEND_OK) bench_broken(name);
         pend_run_free(&run);
@@ -42,9 +44,11 @@ static void answer(struct bench *bench, const char *accept, const char *more) {
     char body[512];
     strcpy(body, "{\"pendulum\":{\"L\":[2,1.5,0.75,1.25],\"m\":[1,1,1,0.1],"
                  "\"S\":[[1,0,0,0],[1,1,0,0],[1,1,1,0],[1,1,0,1]]},"
-                 "\"times\":{\"start\":0,\"stop\":5,\"step\":0.01},\"output\":[\"phi\",\"phid\"],\"rtol\":1e-9");
+                 "\"times\":{\"start\":0,\"stop\":5,\"step\":0.01},\"output\":[\"phi\",\"phid\"],"
+                 "\"rtol\":1e-9");
     strcat(body, more);
-    struct api_request request = {.op = API_OP_TRAJECTORIES, .content_type = "application/json", .accept = accept};
+    struct api_request request = {
+        .op = API_OP_TRAJECTORIES, .content_type = "application/json", .accept = accept};
     request.body = body;
     request.body_bytes = strlen(body);
     struct api_limits limits;

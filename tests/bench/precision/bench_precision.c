@@ -1,7 +1,9 @@
-/* Work and precision: the true error of every method that has tolerances, over the tolerance, on fourteen motions.
+/* Work and precision: the true error of every method that has tolerances, over the tolerance, on
+ * fourteen motions.
  * Leaves to others: how fast methods are at equal accuracy (bench_trajectories).
- * Invariant: truth is the same motion in 32 digits; nothing is counted beyond the horizon, which is where a deviation
- * at the start has grown HORIZON_GROWTH times: later errors tell about the motion and not about the method. */
+ * Invariant: truth is the same motion in 32 digits; nothing is counted beyond the horizon, which
+ * is where a deviation at the start has grown HORIZON_GROWTH times: later errors tell about the
+ * motion and not about the method. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -27,7 +29,8 @@ struct bench_system {
     double *phi, *rate;
     struct pend_problem problem;
     double *truth;           /* INSTANTS rows of n angles, the caller's order */
-    double growth[INSTANTS]; /* how far neighbours have parted, over how far they were, largest so far */
+    double growth[INSTANTS]; /* how far neighbours have parted, over how far they were, largest so
+                                far */
 };
 
 static void broken(const char *what) {
@@ -43,14 +46,16 @@ static void *room(size_t bytes) {
 
 /* ---- motions */
 
-static void system_init(struct bench_system *s, const char *name, int n, const double length[], const double mass[],
-                        const int parent[], double stop) {
+static void system_init(struct bench_system *s, const char *name, int n, const double length[],
+                        const double mass[], const int parent[], double stop) {
     *s = (struct bench_system){.name = name};
     if (pend_tree_new(&s->tree, n, length, mass, parent, NULL) != PEND_OK) broken(name);
     s->phi = room((size_t)n * sizeof(double));
     s->rate = room((size_t)n * sizeof(double));
-    s->problem = (struct pend_problem){.tree = s->tree, .gravity = 9.81, .phi = s->phi, .rate = s->rate};
-    s->problem.times = (struct pend_times){.count = INSTANTS, .span = stop, .divisor = INSTANTS - 1};
+    s->problem =
+        (struct pend_problem){.tree = s->tree, .gravity = 9.81, .phi = s->phi, .rate = s->rate};
+    s->problem.times =
+        (struct pend_times){.count = INSTANTS, .span = stop, .divisor = INSTANTS - 1};
 }
 
 /* uniform in [0, 1), the same on every machine */
@@ -60,7 +65,8 @@ static double uniform(unsigned long long *seed) {
 }
 
 /* each arm hangs on a random earlier one; lengths and masses within a factor of 4 */
-static void system_random(struct bench_system *s, const char *name, int n, double stop, unsigned long long *seed) {
+static void system_random(struct bench_system *s, const char *name, int n, double stop,
+                          unsigned long long *seed) {
     double length[ARMS_MAX], mass[ARMS_MAX];
     int parent[ARMS_MAX];
     for (int k = 0; k < n; k++) {
@@ -89,14 +95,15 @@ static void systems_init(struct bench_system system[SYSTEMS]) {
     system_random(&system[3], "tree of 200, 0.5 s", 200, 0.5, &seed);
     system_init(&system[4], "one arm, 10 s", 1, one, one, chain, 10);
     system[4].phi[0] = 2 - M_PI_2;
-    for (int i = 5; i < SYSTEMS; i++) system_random(&system[i], "random tree, 3 s", 2 + (i - 5) % 7, 3, &seed);
+    for (int i = 5; i < SYSTEMS; i++)
+        system_random(&system[i], "random tree, 3 s", 2 + (i - 5) % 7, 3, &seed);
 }
 
 /* ---- runs */
 
 /* INSTANTS rows of angles in the caller's order; non-zero on success */
-static int run_all(const struct pend_method *method, const struct pend_problem *problem, double phi[],
-                   struct pend_run_stats *stats, struct pend_error *error) {
+static int run_all(const struct pend_method *method, const struct pend_problem *problem,
+                   double phi[], struct pend_run_stats *stats, struct pend_error *error) {
     struct pend_run *run;
     double t[INSTANTS];
     struct pend_samples samples = {.cap = INSTANTS, .t = t, .phi = phi};
@@ -153,8 +160,8 @@ static int ascending(const void *left, const void *right) {
     return (a > b) - (a < b);
 }
 
-static struct ratio measure(const struct bench_system *s, const struct pend_method *method, double rtol, double atol,
-                            int given) {
+static struct ratio measure(const struct bench_system *s, const struct pend_method *method,
+                            double rtol, double atol, int given) {
     int n = s->tree->n;
     double *phi = room((size_t)(INSTANTS * n) * sizeof(double));
     struct pend_problem problem = s->problem;
@@ -184,8 +191,9 @@ static void print_line(const char *method, const char *atol, struct ratio ratio[
     for (int i = 0; i < count; i++) evaluations += ratio[i].evaluations;
     qsort(ratio, (size_t)count, sizeof *ratio, ascending);
     const struct ratio *worst = &ratio[count - 1];
-    printf("%-12s %-14s %9.2g %9.2g %9.2g   %s, rtol %.0e  (%ld evaluations)\n", method, atol, ratio[count / 2].over,
-           ratio[count * 9 / 10].over, worst->over, worst->name, worst->rtol, evaluations);
+    printf("%-12s %-14s %9.2g %9.2g %9.2g   %s, rtol %.0e  (%ld evaluations)\n", method, atol,
+           ratio[count / 2].over, ratio[count * 9 / 10].over, worst->over, worst->name, worst->rtol,
+           evaluations);
     fflush(stdout);
 }
 
@@ -201,9 +209,11 @@ int main(int argc, char **argv) {
         printf("%-24s %3d arms: growth %.3g, horizon %g s\n", system[i].name, system[i].tree->n,
                system[i].growth[INSTANTS - 1], pend_times_at(&system[i].problem.times, j));
     }
-    printf("%-12s %-14s %9s %9s %9s   the largest\n", "error / rtol", "atol", "median", "90 %", "largest");
+    printf("%-12s %-14s %9s %9s %9s   the largest\n", "error / rtol", "atol", "median", "90 %",
+           "largest");
     for (int i = -1; i < 0 || pend_method_at(i); i++) {
-        // before the table's methods the same as the first in 32 digits, as truth is, but with looser tolerances
+        // before the table's methods the same as the first in 32 digits, as truth is, but with
+        // looser tolerances
         const struct pend_method *method = i < 0 ? pend_method_taylor.extended : pend_method_at(i);
         const char *name = i < 0 ? "extended" : method->name;
         if (argc > 1 && !strstr(name, argv[1])) continue;

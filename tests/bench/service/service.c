@@ -1,7 +1,9 @@
-/* The peer: a service of the obvious kind, as one writes it in an afternoon from packaged parts: libmicrohttpd, cJSON,
- * and GSL's rk8pd at 1e-9 on the paper's matrix equation (aaa). It answers POST with t, phi and phid.
+/* The peer: a service of the obvious kind, as one writes it in an afternoon from packaged parts:
+ * libmicrohttpd, cJSON, and GSL's rk8pd at 1e-9 on the paper's matrix equation (aaa). It answers
+ * POST with t, phi and phid.
  * Leaves to others: everything else; what it is measured against is the daemon (tests/load).
- * Invariant: no trick, and no carelessness either: optimized, a Cholesky of its own instead of calls for 4 x 4, no log.
+ * Invariant: no trick, and no carelessness either: optimized, a Cholesky of its own instead of
+ * calls for 4 x 4, no log.
  */
 #include <cjson/cJSON.h>
 #include <gsl/gsl_errno.h>
@@ -19,7 +21,8 @@ enum { ARMS = 64, BODY = 65536 };
 /* A pendulum tree as the paper writes it. */
 struct problem {
     int n;
-    double length[ARMS], weight[ARMS], coupling[ARMS][ARMS]; /* l, S^T m, diag(l) S^T diag(m) S diag(l) */
+    double length[ARMS], weight[ARMS],
+        coupling[ARMS][ARMS]; /* l, S^T m, diag(l) S^T diag(m) S diag(l) */
     double start, step;
     int rows;
 };
@@ -49,7 +52,8 @@ static int solve(int n, double a[ARMS][ARMS], double b[]) {
     return 1;
 }
 
-/* (aaa): Re M phi'' = Im M phi'^2 - g cos(phi) l (S^T m), with M = diag(e^{-i phi} l) S^T diag(m) S diag(l e^{i phi})
+/* (aaa): Re M phi'' = Im M phi'^2 - g cos(phi) l (S^T m), with M = diag(e^{-i phi} l) S^T diag(m) S
+ * diag(l e^{i phi})
  */
 static int equation(double t, const double y[], double dydt[], void *context) {
     const struct problem *problem = context;
@@ -80,12 +84,15 @@ static double number(const cJSON *object, const char *name) {
 
 /* reads {"pendulum": {"L", "m", "S"}, "times": {"start", "stop", "step"}}; 0 if it is not that */
 static int problem_read(struct problem *problem, const cJSON *request) {
-    const cJSON *pendulum = cJSON_GetObjectItem(request, "pendulum"), *times = cJSON_GetObjectItem(request, "times");
-    const cJSON *length = cJSON_GetObjectItem(pendulum, "L"), *mass = cJSON_GetObjectItem(pendulum, "m"),
+    const cJSON *pendulum = cJSON_GetObjectItem(request, "pendulum"),
+                *times = cJSON_GetObjectItem(request, "times");
+    const cJSON *length = cJSON_GetObjectItem(pendulum, "L"),
+                *mass = cJSON_GetObjectItem(pendulum, "m"),
                 *paths = cJSON_GetObjectItem(pendulum, "S");
     int n = problem->n = cJSON_GetArraySize(length);
     double m[ARMS], path[ARMS][ARMS];
-    if (n < 1 || n > ARMS || cJSON_GetArraySize(mass) != n || cJSON_GetArraySize(paths) != n) return 0;
+    if (n < 1 || n > ARMS || cJSON_GetArraySize(mass) != n || cJSON_GetArraySize(paths) != n)
+        return 0;
     for (int k = 0; k < n; k++) {
         const cJSON *row = cJSON_GetArrayItem(paths, k);
         problem->length[k] = cJSON_GetArrayItem(length, k)->valuedouble;
@@ -113,9 +120,11 @@ static char *problem_solve(struct problem *problem) {
     size_t n = (size_t)problem->n;
     double y[2 * ARMS] = {0}, t = problem->start;
     gsl_odeiv2_system system = {equation, NULL, 2 * n, problem};
-    gsl_odeiv2_driver *driver = gsl_odeiv2_driver_alloc_y_new(&system, gsl_odeiv2_step_rk8pd, 1e-3, 1e-9, 1e-9);
+    gsl_odeiv2_driver *driver =
+        gsl_odeiv2_driver_alloc_y_new(&system, gsl_odeiv2_step_rk8pd, 1e-3, 1e-9, 1e-9);
     cJSON *answer = cJSON_CreateObject(), *instants = cJSON_AddArrayToObject(answer, "t"),
-          *phi = cJSON_AddArrayToObject(answer, "phi"), *rate = cJSON_AddArrayToObject(answer, "phid");
+          *phi = cJSON_AddArrayToObject(answer, "phi"),
+          *rate = cJSON_AddArrayToObject(answer, "phid");
     for (int i = 0; i < problem->rows; i++) {
         double instant = problem->start + i * problem->step;
         if (i && gsl_odeiv2_driver_apply(driver, &t, instant, y)) break;
@@ -130,15 +139,17 @@ static char *problem_solve(struct problem *problem) {
 }
 
 static enum MHD_Result say(struct MHD_Connection *connection, unsigned status, char *text) {
-    struct MHD_Response *response = MHD_create_response_from_buffer(strlen(text), text, MHD_RESPMEM_MUST_FREE);
+    struct MHD_Response *response =
+        MHD_create_response_from_buffer(strlen(text), text, MHD_RESPMEM_MUST_FREE);
     MHD_add_response_header(response, "Content-Type", "application/json");
     enum MHD_Result queued = MHD_queue_response(connection, status, response);
     MHD_destroy_response(response);
     return queued;
 }
 
-static enum MHD_Result handle(void *context, struct MHD_Connection *connection, const char *url, const char *method,
-                              const char *version, const char *data, size_t *bytes, void **state) {
+static enum MHD_Result handle(void *context, struct MHD_Connection *connection, const char *url,
+                              const char *method, const char *version, const char *data,
+                              size_t *bytes, void **state) {
     struct body *body = *state;
     (void)context, (void)url, (void)method, (void)version;
     if (!body) return (*state = calloc(1, sizeof *body)) ? MHD_YES : MHD_NO;
@@ -172,10 +183,12 @@ int main(void) {
     sigaddset(&ends, SIGINT);
     sigprocmask(SIG_BLOCK, &ends, NULL);
     gsl_set_error_handler_off();
-    struct sockaddr_in loopback = {.sin_family = AF_INET, .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
+    struct sockaddr_in loopback = {.sin_family = AF_INET,
+                                   .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
     struct MHD_Daemon *daemon =
         MHD_start_daemon(MHD_USE_EPOLL_INTERNAL_THREAD | MHD_USE_TURBO, 0, NULL, NULL, handle, NULL,
-                         MHD_OPTION_SOCK_ADDR, &loopback, MHD_OPTION_NOTIFY_COMPLETED, completed, NULL, MHD_OPTION_END);
+                         MHD_OPTION_SOCK_ADDR, &loopback, MHD_OPTION_NOTIFY_COMPLETED, completed,
+                         NULL, MHD_OPTION_END);
     if (!daemon) return 1;
     printf("%d\n", MHD_get_daemon_info(daemon, MHD_DAEMON_INFO_BIND_PORT)->port);
     fflush(stdout);

@@ -1,7 +1,8 @@
-/* Single trajectories at equal accuracy: ours against GSL, SUNDIALS and the paper's code in GNU Octave.
+/* Single trajectories at equal accuracy: ours against GSL, SUNDIALS and the paper's code in GNU
+ * Octave.
  * Leaves to others: the peers (peers).
- * Invariant: who is timed has reached the error asked for, against numbers of 32 digits; all take turns, so that a slow
- * spell hits all alike, and the figure is the smallest. */
+ * Invariant: who is timed has reached the error asked for, against numbers of 32 digits; all
+ * take turns, so that a slow spell hits all alike, and the figure is the smallest. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -18,7 +19,8 @@ extern const struct pend_method pend_method_taylor_extended;
 /* ---- problems */
 
 struct start {
-    double length[PROBLEM_ARMS_MAX], mass[PROBLEM_ARMS_MAX], theta[PROBLEM_ARMS_MAX], rate[PROBLEM_ARMS_MAX];
+    double length[PROBLEM_ARMS_MAX], mass[PROBLEM_ARMS_MAX], theta[PROBLEM_ARMS_MAX],
+        rate[PROBLEM_ARMS_MAX];
     int parent[PROBLEM_ARMS_MAX];
 };
 
@@ -29,7 +31,9 @@ static void broken(const char *what) {
 
 static void finish(struct problem *problem, int n, const struct start *start) {
     problem->gravity = 9.81;
-    if (pend_tree_new(&problem->tree, n, start->length, start->mass, start->parent, NULL) != PEND_OK) broken("tree");
+    if (pend_tree_new(&problem->tree, n, start->length, start->mass, start->parent, NULL) !=
+        PEND_OK)
+        broken("tree");
     for (int k = 0; k < n; k++) {
         problem->phi[k] = start->theta[problem->tree->order[k]] - M_PI_2;
         problem->rate[k] = start->rate[problem->tree->order[k]];
@@ -37,7 +41,8 @@ static void finish(struct problem *problem, int n, const struct start *start) {
 }
 
 static void make_paper(struct problem *problem) {
-    struct start start = {.length = {2, 1.5, 0.75, 1.25}, .mass = {1, 1, 1, 0.1}, .parent = {-1, 0, 1, 1}};
+    struct start start = {
+        .length = {2, 1.5, 0.75, 1.25}, .mass = {1, 1, 1, 0.1}, .parent = {-1, 0, 1, 1}};
     for (int k = 0; k < 4; k++) start.theta[k] = M_PI_2;
     finish(problem, 4, &start);
 }
@@ -81,27 +86,39 @@ static const struct {
     void (*make)(struct problem *problem);
 } cases[] = {
     {{.name = "paper's example", .count = 501, .stop = 5, .until = 5, .error = 1e-12}, make_paper},
-    {{.name = "paper's example, to draw", .count = 501, .stop = 5, .until = 5, .error = 1e-6}, make_paper},
-    {{.name = "double pendulum", .count = 2001, .stop = 20, .until = 5, .error = 1e-12}, make_double},
-    {{.name = "double pendulum, to draw", .count = 2001, .stop = 20, .until = 5, .error = 1e-6}, make_double},
-    {{.name = "double pendulum in lanes", .count = 5, .stop = 20, .until = 5, .error = 1e-12, .members = 64},
+    {{.name = "paper's example, to draw", .count = 501, .stop = 5, .until = 5, .error = 1e-6},
+     make_paper},
+    {{.name = "double pendulum", .count = 2001, .stop = 20, .until = 5, .error = 1e-12},
+     make_double},
+    {{.name = "double pendulum, to draw", .count = 2001, .stop = 20, .until = 5, .error = 1e-6},
+     make_double},
+    {{.name = "double pendulum in lanes",
+      .count = 5,
+      .stop = 20,
+      .until = 5,
+      .error = 1e-12,
+      .members = 64},
      make_double},
     {{.name = "chain of 32", .count = 201, .stop = 2, .until = 1.5, .error = 1e-9}, make_chain},
-    {{.name = "chain of 32, to draw", .count = 201, .stop = 2, .until = 1.5, .error = 1e-4}, make_chain},
+    {{.name = "chain of 32, to draw", .count = 201, .stop = 2, .until = 1.5, .error = 1e-4},
+     make_chain},
     {{.name = "random tree of 200", .count = 101, .stop = 1, .until = 1, .error = 1e-9}, make_tree},
-    {{.name = "random tree of 200, to draw", .count = 101, .stop = 1, .until = 1, .error = 1e-6}, make_tree},
+    {{.name = "random tree of 200, to draw", .count = 101, .stop = 1, .until = 1, .error = 1e-6},
+     make_tree},
 };
 
 /* ---- ours */
 
-static int solve(const struct pend_method *method, const struct problem *problem, double tolerance, double phi[]) {
+static int solve(const struct pend_method *method, const struct problem *problem, double tolerance,
+                 double phi[]) {
     static double t[4096];
     struct pend_problem ask = {.tree = problem->tree,
                                .gravity = problem->gravity,
                                .phi = problem->phi,
                                .rate = problem->rate,
                                .rtol = tolerance};
-    ask.times = (struct pend_times){.count = problem->count, .span = problem->stop, .divisor = problem->count - 1};
+    ask.times = (struct pend_times){
+        .count = problem->count, .span = problem->stop, .divisor = problem->count - 1};
     struct pend_samples samples = {.cap = problem->count, .t = t, .phi = phi};
     struct pend_run *run;
     int done = 0;
@@ -136,8 +153,8 @@ static int crowd_deliver(void *context, long i, const struct pend_outcome *outco
     return outcome->status != PEND_OK;
 }
 
-static void crowd_rows(void *context, long i, long first, int count, const double phi[], const double rate[],
-                       const double force[]) {
+static void crowd_rows(void *context, long i, long first, int count, const double phi[],
+                       const double rate[], const double force[]) {
     struct crowd *crowd = context;
     size_t n = (size_t)crowd->problem->tree->n;
     (void)rate, (void)force;
@@ -173,11 +190,14 @@ struct contestant {
     double tolerance, error, best; /* best: s, 0 = takes no part */
 };
 
-/* the largest error up to the instant that counts; ours are in the caller's order of arms, the peers' as stored */
-static double gap(const struct problem *problem, const double phi[], const double want[], int callers) {
+/* the largest error up to the instant that counts; ours are in the caller's order of arms, the
+ * peers' as stored */
+static double gap(const struct problem *problem, const double phi[], const double want[],
+                  int callers) {
     double worst = 0;
     int n = problem->tree->n;
-    for (int i = 0; i < problem->count && problem_time(problem, i) <= problem->until * (1 + 1e-12); i++) {
+    for (int i = 0; i < problem->count && problem_time(problem, i) <= problem->until * (1 + 1e-12);
+         i++) {
         for (int k = 0; k < n; k++) {
             int at = callers ? k : problem->tree->order[k];
             double error = fabs(phi[i * n + k] - want[i * n + at]);
@@ -195,7 +215,8 @@ static double now(void) {
 }
 
 /* the loosest tolerance, in steps of half a decade, that reaches the error */
-static void tune(const struct problem *problem, struct contestant *who, double phi[], const double want[]) {
+static void tune(const struct problem *problem, struct contestant *who, double phi[],
+                 const double want[]) {
     for (double tolerance = problem->error * 30; tolerance > 0.9e-16; tolerance /= sqrt(10)) {
         double begin = now();
         if (who->solver(problem, fmin(tolerance, 1e-3), phi)) return;
@@ -237,14 +258,16 @@ static void compare(const struct problem *problem) {
     enum { COUNT = sizeof who / sizeof *who };
     size_t numbers = (size_t)problem->count * (size_t)problem->tree->n;
     double *phi = malloc(numbers * sizeof *phi), *want = malloc(numbers * sizeof *want);
-    if (!phi || !want || solve(&pend_method_taylor_extended, problem, 1e-24, want)) broken("reference");
+    if (!phi || !want || solve(&pend_method_taylor_extended, problem, 1e-24, want))
+        broken("reference");
     for (int i = 0; i < COUNT; i++) tune(problem, &who[i], phi, want);
     race(problem, who, COUNT, phi);
     if (problem->members) who->best /= problem->members;
     for (int i = 1; i < COUNT; i++) {
         printf("%-28s %9.3f %8.0e  %-24s", problem->name, who->best * 1e3, who->error, who[i].name);
         if (who[i].best)
-            printf(" %10.3f %8.0e %8.1f\n", who[i].best * 1e3, who[i].error, who[i].best / who->best);
+            printf(" %10.3f %8.0e %8.1f\n", who[i].best * 1e3, who[i].error,
+                   who[i].best / who->best);
         else
             printf(" %10s %8.0e\n", "-", who[i].error);
     }
@@ -261,12 +284,14 @@ static const char octave_script[] =
     "function d=rhs(y,M,g,L,S,m,N) p=y(1:N);w=y(N+1:2*N);A=M(p);"
     "d=[w;real(A)\\(imag(A)*(w.^2)-g*cos(p).*L.*(S'*m))];end\n"
     "f=@(t,y) rhs(y,M,g,L,S,m,N);t=linspace(0,5,501);y0=zeros(8,1);\n"
-    "[t1,y]=ode23(f,[0 .01],y0);c=cputime;[t1,y]=ode23(f,t,y0);printf('%g ',cputime-c);printf('%.17g ',y(:,1:N)');\n";
+    "[t1,y]=ode23(f,[0 .01],y0);c=cputime;[t1,y]=ode23(f,t,y0);printf('%g "
+    "',cputime-c);printf('%.17g ',y(:,1:N)');\n";
 
 static void octave(const struct problem *problem) {
     char path[] = "/tmp/bench-octave-XXXXXX", command[128];
     size_t numbers = (size_t)problem->count * (size_t)problem->tree->n;
-    double *phi = malloc(numbers * sizeof *phi), *want = malloc(numbers * sizeof *want), seconds = 0, best = INFINITY;
+    double *phi = malloc(numbers * sizeof *phi), *want = malloc(numbers * sizeof *want),
+           seconds = 0, best = INFINITY;
     int file = mkstemp(path);
     FILE *script = file < 0 ? NULL : fdopen(file, "w");
     if (!script || !phi || !want) broken("octave's script");
@@ -302,7 +327,8 @@ static void octave(const struct problem *problem) {
 /* usage: run [PART-OF-A-NAME] */
 int main(int argc, char **argv) {
     peers_open();
-    printf("%-28s %9s %8s  %-24s %10s %8s %8s\n", "", "ours, ms", "error", "peer", "peer, ms", "error", "ratio");
+    printf("%-28s %9s %8s  %-24s %10s %8s %8s\n", "", "ours, ms", "error", "peer", "peer, ms",
+           "error", "ratio");
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct problem problem = cases[i].problem;
         if (argc > 1 && !strstr(problem.name, argv[1])) continue;

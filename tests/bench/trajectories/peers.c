@@ -21,8 +21,8 @@
 /* small systems gain nothing from LAPACK */
 enum { PEERS_SMALL = 24 };
 
-typedef void peers_dposv_fn(const char *, const int *, const int *, double *, const int *, double *, const int *,
-                            int *);
+typedef void peers_dposv_fn(const char *, const int *, const int *, double *, const int *, double *,
+                            const int *, int *);
 
 static peers_dposv_fn *peers_dposv;
 
@@ -55,7 +55,8 @@ static int peers_fast(double t, const double y[], double f[], void *context) {
     return 0;
 }
 
-/* solves re x = b, b becomes x; the lower triangle by rows, which is LAPACK's upper one by columns */
+/* solves re x = b, b becomes x; the lower triangle by rows, which is LAPACK's upper one by
+ * columns */
 static void peers_solve(int n, double re[], double b[]) {
     if (n > PEERS_SMALL && peers_dposv) {
         int one = 1, info;
@@ -140,7 +141,8 @@ static int peers_gsl(const struct problem *problem, double tolerance, double phi
     double y[2 * PROBLEM_ARMS_MAX], t = 0;
     if (peers_system_init(&x, problem)) return 1;
     gsl_odeiv2_system system = {rhs, NULL, 2 * n, &x};
-    gsl_odeiv2_driver *driver = gsl_odeiv2_driver_alloc_y_new(&system, type, 1e-3, tolerance, tolerance);
+    gsl_odeiv2_driver *driver =
+        gsl_odeiv2_driver_alloc_y_new(&system, type, 1e-3, tolerance, tolerance);
     int failed = !driver;
     memcpy(y, problem->phi, n * sizeof *y);
     memcpy(y + n, problem->rate, n * sizeof *y);
@@ -193,8 +195,8 @@ static int peers_cvode(const struct problem *problem, double tolerance, double p
     void *cvode = CVodeCreate(CV_ADAMS, context);
     SUNNonlinearSolver solver = SUNNonlinSol_FixedPoint(y, 0, context);
     int failed = CVodeInit(cvode, peers_sundials, 0, y) || CVodeSetUserData(cvode, x) ||
-                 CVodeSStolerances(cvode, tolerance, tolerance) || CVodeSetMaxNumSteps(cvode, 10000000) ||
-                 CVodeSetNonlinearSolver(cvode, solver);
+                 CVodeSStolerances(cvode, tolerance, tolerance) ||
+                 CVodeSetMaxNumSteps(cvode, 10000000) || CVodeSetNonlinearSolver(cvode, solver);
 #if SUNDIALS_VERSION_MAJOR < 7
     CVodeSetErrFile(cvode, NULL);
 #endif
@@ -213,24 +215,27 @@ static int peers_arkode(const struct problem *problem, double tolerance, double 
                         struct peers_system *x, SUNContext context) {
     size_t n = (size_t)x->n;
     void *arkode = ERKStepCreate(peers_sundials, 0, y, context);
-    int failed = ERKStepSetUserData(arkode, x) || ERKStepSStolerances(arkode, tolerance, tolerance) ||
-                 ERKStepSetOrder(arkode, 8) || ERKStepSetMaxNumSteps(arkode, 10000000);
+    int failed = ERKStepSetUserData(arkode, x) ||
+                 ERKStepSStolerances(arkode, tolerance, tolerance) || ERKStepSetOrder(arkode, 8) ||
+                 ERKStepSetMaxNumSteps(arkode, 10000000);
 #if SUNDIALS_VERSION_MAJOR < 7
     ERKStepSetErrFile(arkode, NULL);
 #endif
     for (int i = 1; i < problem->count && !failed; i++) {
         sunrealtype t, wanted = problem_time(problem, i);
-        failed = ERKStepSetStopTime(arkode, wanted) || ERKStepEvolve(arkode, wanted, y, &t, ARK_NORMAL) < 0;
+        failed = ERKStepSetStopTime(arkode, wanted) ||
+                 ERKStepEvolve(arkode, wanted, y, &t, ARK_NORMAL) < 0;
         memcpy(phi + (size_t)i * n, NV_DATA_S(y), n * sizeof *phi);
     }
     ERKStepFree(&arkode);
     return failed;
 }
 
-typedef int peers_sundials_fn(const struct problem *problem, double tolerance, double phi[], N_Vector y,
-                              struct peers_system *x, SUNContext context);
+typedef int peers_sundials_fn(const struct problem *problem, double tolerance, double phi[],
+                              N_Vector y, struct peers_system *x, SUNContext context);
 
-static int peers_with_sundials(const struct problem *problem, double tolerance, double phi[], peers_sundials_fn *run) {
+static int peers_with_sundials(const struct problem *problem, double tolerance, double phi[],
+                               peers_sundials_fn *run) {
     size_t n = (size_t)problem->tree->n;
     struct peers_system x;
     SUNContext context;

@@ -1,12 +1,14 @@
 /* The other solvers: GSL and SUNDIALS on the paper's matrix form and on the O(n) form.
  * Leaves to others: tolerances, clocks (bench_trajectories).
- * Invariant: a peer gets what helps it: the O(n) form without forces, a matrix form without a needless product. */
+ * Invariant: a peer gets what helps it: the O(n) form without forces, a matrix form without a
+ * needless product. */
 #ifndef BENCH_PEERS_H
 #define BENCH_PEERS_H
 
 #include "tests/bench/trajectories/problem.h"
 
-/** Looks for LAPACK (OpenBLAS, one thread); small trees and machines without it use a Cholesky of peers.c. */
+/** Looks for LAPACK (OpenBLAS, one thread); small trees and machines without it use a Cholesky of
+ * peers.c. */
 void peers_open(void);
 
 problem_solver peer_rk8pd_matrix, peer_msadams_matrix, peer_rk8pd, peer_msadams;

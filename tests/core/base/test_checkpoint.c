@@ -22,13 +22,16 @@ TEST(checkpoint_puts_back_what_it_took_down) {
     show(&one, &checkpoint);
     CHECK_INT(checkpoint.used, sizeof bytes);
     CHECK(!pend_checkpoint_whole(&checkpoint));
-    checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_TAKE, .at = bytes, .bytes = sizeof bytes};
+    checkpoint =
+        (struct pend_checkpoint){.way = PEND_CHECKPOINT_TAKE, .at = bytes, .bytes = sizeof bytes};
     show(&one, &checkpoint);
     CHECK(pend_checkpoint_whole(&checkpoint) && !pend_checkpoint_puts(&checkpoint));
-    checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_PUT, .at = bytes, .bytes = sizeof bytes};
+    checkpoint =
+        (struct pend_checkpoint){.way = PEND_CHECKPOINT_PUT, .at = bytes, .bytes = sizeof bytes};
     CHECK(pend_checkpoint_puts(&checkpoint));
     show(&two, &checkpoint);
-    CHECK(pend_checkpoint_whole(&checkpoint) && two.number == 7 && !memcmp(two.row, one.row, sizeof one.row));
+    CHECK(pend_checkpoint_whole(&checkpoint) && two.number == 7 &&
+          !memcmp(two.row, one.row, sizeof one.row));
 }
 
 TEST(checkpoint_touches_nothing_beyond_its_bytes) {
@@ -36,16 +39,21 @@ TEST(checkpoint_touches_nothing_beyond_its_bytes) {
     char bytes[64];
     for (size_t room = 0; room < sizeof(int) + 3 * sizeof(double); room++) {
         memset(bytes, 'x', sizeof bytes);
-        struct pend_checkpoint checkpoint = {.way = PEND_CHECKPOINT_TAKE, .at = bytes, .bytes = room};
+        struct pend_checkpoint checkpoint = {
+            .way = PEND_CHECKPOINT_TAKE, .at = bytes, .bytes = room};
         show(&one, &checkpoint);
-        CHECK(!pend_checkpoint_whole(&checkpoint) && checkpoint.used == sizeof(int) + 3 * sizeof(double));
+        CHECK(!pend_checkpoint_whole(&checkpoint) &&
+              checkpoint.used == sizeof(int) + 3 * sizeof(double));
         CHECK(bytes[room] == 'x');
-        checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_PUT, .at = bytes, .bytes = room};
+        checkpoint =
+            (struct pend_checkpoint){.way = PEND_CHECKPOINT_PUT, .at = bytes, .bytes = room};
         show(&two, &checkpoint);
-        CHECK(!pend_checkpoint_whole(&checkpoint) && !pend_checkpoint_puts(&checkpoint) && two.row[0] == 4);
+        CHECK(!pend_checkpoint_whole(&checkpoint) && !pend_checkpoint_puts(&checkpoint) &&
+              two.row[0] == 4);
     }
     /* too long is not whole either */
-    struct pend_checkpoint checkpoint = {.way = PEND_CHECKPOINT_PUT, .at = bytes, .bytes = sizeof bytes};
+    struct pend_checkpoint checkpoint = {
+        .way = PEND_CHECKPOINT_PUT, .at = bytes, .bytes = sizeof bytes};
     show(&two, &checkpoint);
     CHECK(!pend_checkpoint_whole(&checkpoint));
 }
@@ -61,7 +69,8 @@ TEST(checkpoint_refuses_numbers_that_nobody_counted) {
         checkpoint.at = bytes;
         pend_checkpoint_counts(&checkpoint, count, 3);
         pend_checkpoint_int(&checkpoint, &choice, 1);
-        checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_PUT, .at = bytes, .bytes = checkpoint.used};
+        checkpoint = (struct pend_checkpoint){
+            .way = PEND_CHECKPOINT_PUT, .at = bytes, .bytes = checkpoint.used};
         int other = i == 3 ? 2 : i == 4 ? -1 : 12345;
         if (i < 3)
             memcpy(bytes + sizeof(long) * (size_t)i, &bad[i], sizeof bad[i]);

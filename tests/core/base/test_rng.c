@@ -1,5 +1,7 @@
-/* Tests of core/base/rng: the published vectors, the distributions, independence of places and members.
- * Leaves to others: what is drawn (test_op_ensembles). Invariant: seeds are fixed, so that statistics are too. */
+/* Tests of core/base/rng: the published vectors, the distributions, independence of places and
+ * members.
+ * Leaves to others: what is drawn (test_op_ensembles). Invariant: seeds are fixed, so that
+ * statistics are too. */
 #include "core/base/rng.h"
 
 #include <math.h>
@@ -38,7 +40,8 @@ TEST(rng_numbers_have_the_moments_of_their_distributions) {
         cross += (u - 0.5) * x / COUNT;
     }
     // four deviations of each mean
-    CHECK(fabs(uniform[1] - 0.5) < 4 * sqrt(1.0 / 12 / COUNT) && fabs(uniform[2] - 1.0 / 3) < 4 * sqrt(0.089 / COUNT));
+    CHECK(fabs(uniform[1] - 0.5) < 4 * sqrt(1.0 / 12 / COUNT) &&
+          fabs(uniform[2] - 1.0 / 3) < 4 * sqrt(0.089 / COUNT));
     CHECK(fabs(normal[1]) < 4 / sqrt(COUNT) && fabs(normal[2] - 1) < 4 * sqrt(2.0 / COUNT));
     CHECK(fabs(normal[3]) < 4 * sqrt(15.0 / COUNT) && fabs(normal[4] - 3) < 4 * sqrt(96.0 / COUNT));
     CHECK(fabs(cross) < 4 * sqrt(1.0 / 12 / COUNT));
@@ -51,7 +54,8 @@ TEST(rng_normal_is_the_inverse_of_the_error_function) {
         // the smaller tail, relative to itself; its derivative tells what that is in x
         double tail = u < 0.5 ? u : 1 - u, got = 0.5 * erfc(fabs(x) / sqrt(2));
         double slope = exp(-x * x / 2) / sqrt(2 * M_PI);
-        worst = fmax(worst, fabs(got - tail - 0x1p-54 * (u < 0.5 ? 1 : -1)) / slope / (1 + fabs(x)));
+        worst =
+            fmax(worst, fabs(got - tail - 0x1p-54 * (u < 0.5 ? 1 : -1)) / slope / (1 + fabs(x)));
     }
     CHECK_RESIDUAL(worst, 5e-15, "error of a normal number");
 }
@@ -59,6 +63,8 @@ TEST(rng_normal_is_the_inverse_of_the_error_function) {
 TEST(rng_depends_on_seed_member_and_place) {
     double x = pend_rng_uniform(1, 2, 3);
     CHECK(x == pend_rng_uniform(1, 2, 3));
-    CHECK(x != pend_rng_uniform(2, 2, 3) && x != pend_rng_uniform(1, 3, 3) && x != pend_rng_uniform(1, 2, 4));
-    CHECK(x != pend_rng_uniform(1ull << 32 | 1, 2, 3) && x != pend_rng_uniform(1, 1ull << 32 | 2, 3));
+    CHECK(x != pend_rng_uniform(2, 2, 3) && x != pend_rng_uniform(1, 3, 3) &&
+          x != pend_rng_uniform(1, 2, 4));
+    CHECK(x != pend_rng_uniform(1ull << 32 | 1, 2, 3) &&
+          x != pend_rng_uniform(1, 1ull << 32 | 2, 3));
 }

@@ -10,14 +10,16 @@
 
 TEST(status_names_every_code) {
     for (int code = 0; code < PEND_STATUS_COUNT; code++) {
-        const char *name = pend_status_name((enum pend_status)code), *text = pend_status_text((enum pend_status)code);
+        const char *name = pend_status_name((enum pend_status)code),
+                   *text = pend_status_text((enum pend_status)code);
         int http = pend_status_http((enum pend_status)code);
         CHECK_SAYING(!strncmp(name, "PEND_", 5), "code %d is named %s", code, name);
         CHECK_SAYING(strlen(text) > 5, "%s says \"%s\"", name, text);
-        CHECK_SAYING(http == 200 || http == 422 || http == 500 || http == 503, "%s has HTTP status %d", name, http);
+        CHECK_SAYING(http == 200 || http == 422 || http == 500 || http == 503,
+                     "%s has HTTP status %d", name, http);
         for (int other = 0; other < code; other++)
-            CHECK_SAYING(strcmp(text, pend_status_text((enum pend_status)other)), "%s and code %d share a text", name,
-                         other);
+            CHECK_SAYING(strcmp(text, pend_status_text((enum pend_status)other)),
+                         "%s and code %d share a text", name, other);
     }
     CHECK_TEXT(pend_status_name(PEND_OK), "PEND_OK");
     CHECK_TEXT(pend_status_name(PEND_BUG), "PEND_BUG");
@@ -40,7 +42,8 @@ TEST(status_knows_an_unknown_code) {
 TEST(status_fail_fills_an_error_and_returns_its_code) {
     struct pend_error error;
     memset(&error, 0x55, sizeof error);
-    CHECK_INT(pend_fail(&error, PEND_NOT_FINITE, 3, 1.5, "arm %d at %g s", 4, 1.5), PEND_NOT_FINITE);
+    CHECK_INT(pend_fail(&error, PEND_NOT_FINITE, 3, 1.5, "arm %d at %g s", 4, 1.5),
+              PEND_NOT_FINITE);
     CHECK_INT(error.code, PEND_NOT_FINITE);
     CHECK_INT(error.arm, 3);
     CHECK(error.time == 1.5);

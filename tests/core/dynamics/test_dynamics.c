@@ -1,4 +1,5 @@
-/* Tests of core/dynamics/dynamics: known motions, the interface's promises, and trees that break lesser forms.
+/* Tests of core/dynamics/dynamics: known motions, the interface's promises, and trees that break
+ * lesser forms.
  * Leaves to others: agreement with the matrix form over all trees, symmetries, energy (laws).
  * Invariant: residuals are relative to the largest component. */
 #include "core/dynamics/dynamics.h"
@@ -23,7 +24,8 @@ TEST(dynamics_of_a_single_arm_are_the_textbooks) {
         double acc, force, g = 20 * test_random(&seed) - 5;
         test_tree_random(&t, TEST_TREE_CHAIN, 1, 2, &seed);
         test_tree_dynamics(&t, g, &acc, &force);
-        double l = t.length[0], m = t.mass[0], pull = m * l * t.rate[0] * t.rate[0], weight = m * g * sin(t.phi[0]);
+        double l = t.length[0], m = t.mass[0], pull = m * l * t.rate[0] * t.rate[0],
+               weight = m * g * sin(t.phi[0]);
         worst_acc = fmax(worst_acc, fabs(acc + g * cos(t.phi[0]) / l) / fabs(g / l));
         worst_force = fmax(worst_force, fabs(force - (weight - pull)) / (pull + fabs(m * g)));
         test_tree_clear(&t);
@@ -61,7 +63,8 @@ TEST(dynamics_reproduce_the_papers_forces_for_one_tree_alone) {
     REQUIRE(test_paper_read(row));
     test_parents_first(4, parent);
     do {
-        struct test_tree t = {.n = 4, .length = (double *)length, .mass = (double *)mass, .parent = parent};
+        struct test_tree t = {
+            .n = 4, .length = (double *)length, .mass = (double *)mass, .parent = parent};
         double worst = 0, phi[4], rate[4], want[4], acc[4], force[4];
         test_tree_rebuild(&t);
         t.phi = phi, t.rate = rate;
@@ -84,14 +87,15 @@ TEST(dynamics_reproduce_the_papers_forces_for_one_tree_alone) {
 }
 
 /* accelerations of a double pendulum as textbooks print them, angles from hanging */
-static void double_pendulum(const double l[2], const double m[2], double g, const double a[2], const double w[2],
-                            double acc[2]) {
+static void double_pendulum(const double l[2], const double m[2], double g, const double a[2],
+                            const double w[2], double acc[2]) {
     double d = a[0] - a[1], den = 2 * m[0] + m[1] - m[1] * cos(2 * d);
     acc[0] = (-g * (2 * m[0] + m[1]) * sin(a[0]) - m[1] * g * sin(a[0] - 2 * a[1]) -
               2 * sin(d) * m[1] * (w[1] * w[1] * l[1] + w[0] * w[0] * l[0] * cos(d))) /
              (l[0] * den);
     acc[1] = 2 * sin(d) *
-             (w[0] * w[0] * l[0] * (m[0] + m[1]) + g * (m[0] + m[1]) * cos(a[0]) + w[1] * w[1] * l[1] * m[1] * cos(d)) /
+             (w[0] * w[0] * l[0] * (m[0] + m[1]) + g * (m[0] + m[1]) * cos(a[0]) +
+              w[1] * w[1] * l[1] * m[1] * cos(d)) /
              (l[1] * den);
 }
 
@@ -119,7 +123,8 @@ TEST(dynamics_keep_their_promises) {
     test_tree_random(&t, TEST_TREE_ATTACHED, N, 1, &seed);
     test_tree_dynamics(&t, 9.81, acc, force);
     test_tree_dynamics(&t, 9.81, alone, NULL);
-    CHECK_SAYING(!memcmp(acc, alone, sizeof acc), "without forces the accelerations are other bits");
+    CHECK_SAYING(!memcmp(acc, alone, sizeof acc),
+                 "without forces the accelerations are other bits");
 
     // acc may be the same array as rate, the scratch may hold anything, nothing is allocated
     void *work = aligned_alloc(64, pend_dynamics_work_bytes(N));
@@ -130,8 +135,10 @@ TEST(dynamics_keep_their_promises) {
     long before = test_alloc_count();
     pend_dynamics(t.tree, 9.81, t.phi, aliased, work, aliased, alone);
     CHECK_INT(test_alloc_count(), before);
-    CHECK_SAYING(!memcmp(acc, aliased, sizeof acc), "with acc on top of rate the accelerations are other bits");
-    CHECK_SAYING(!memcmp(force, alone, sizeof acc), "with acc on top of rate the forces are other bits");
+    CHECK_SAYING(!memcmp(acc, aliased, sizeof acc),
+                 "with acc on top of rate the accelerations are other bits");
+    CHECK_SAYING(!memcmp(force, alone, sizeof acc),
+                 "with acc on top of rate the forces are other bits");
     free(work);
     test_tree_clear(&t);
 }
@@ -152,7 +159,8 @@ static void worst_of(struct worst *worst, const struct test_tree *t) {
     test_quad exact_acc[64], exact_force[64];
     test_tree_dynamics(t, 9.81, acc, force);
     test_quad_dynamics(t->tree, 9.81, t->phi, t->rate, exact_acc, exact_force);
-    double gap_acc = test_quad_gap(t->n, acc, exact_acc), gap_force = test_quad_gap(t->n, force, exact_force);
+    double gap_acc = test_quad_gap(t->n, acc, exact_acc),
+           gap_force = test_quad_gap(t->n, force, exact_force);
     if (!(gap_acc <= worst->acc)) worst->acc = gap_acc;
     if (!(gap_force <= worst->force)) worst->force = gap_force;
 }
@@ -168,7 +176,8 @@ TEST(dynamics_bear_light_joints_between_heavy_arms_nearly_aligned) {
             double line = 6 * test_random(&seed);
             for (int k = 0; k < n; k++) {
                 t.mass[k] = test_random_int(&seed, 2) ? 1e8 : 1e-8;
-                t.phi[k] = line + 2 * DOWN * test_random_int(&seed, 2) + pow(10, -digits) * (test_random(&seed) - 0.5);
+                t.phi[k] = line + 2 * DOWN * test_random_int(&seed, 2) +
+                           pow(10, -digits) * (test_random(&seed) - 0.5);
             }
             test_tree_rebuild(&t);
             worst_of(&worst, &t);
@@ -179,7 +188,8 @@ TEST(dynamics_bear_light_joints_between_heavy_arms_nearly_aligned) {
 }
 
 TEST(dynamics_of_a_y_with_a_light_hub_are_finite_to_the_last_bit_of_alignment) {
-    // two of 1e8 kg on a joint of 1e-8 kg, from half a turn apart down to one unit in the last place, and aligned
+    // two of 1e8 kg on a joint of 1e-8 kg, from half a turn apart down to one unit in the last
+    // place, and aligned
     struct worst worst = {0, 0};
     unsigned long long seed = 7;
     for (double gap = 1; gap > 1e-17; gap /= 3)
@@ -199,7 +209,8 @@ TEST(dynamics_of_a_y_with_a_light_hub_are_finite_to_the_last_bit_of_alignment) {
 }
 
 TEST(dynamics_bear_many_heavy_arms_in_two_directions_at_a_light_joint) {
-    // heavy and light arms side by side, along two lines: what they do across each line is all that counts
+    // heavy and light arms side by side, along two lines: what they do across each line is all that
+    // counts
     struct worst worst = {0, 0};
     unsigned long long seed = 11;
     for (int digits = 0; digits <= 16; digits += 2)
@@ -210,19 +221,24 @@ TEST(dynamics_bear_many_heavy_arms_in_two_directions_at_a_light_joint) {
             test_tree_random(&t, TEST_TREE_STAR, n, 0, &seed);
             for (int k = 0; k < n; k++) {
                 int arm = t.tree->order[k];
-                t.mass[arm] = k == 0 || test_random_int(&seed, 3) == 0 ? 1e-8 : 1e8 * (1 + test_random(&seed));
-                t.phi[k] = line[test_random_int(&seed, 2)] + pow(10, -digits) * (test_random(&seed) - 0.5);
+                t.mass[arm] = k == 0 || test_random_int(&seed, 3) == 0
+                                  ? 1e-8
+                                  : 1e8 * (1 + test_random(&seed));
+                t.phi[k] =
+                    line[test_random_int(&seed, 2)] + pow(10, -digits) * (test_random(&seed) - 0.5);
             }
             test_tree_rebuild(&t);
             worst_of(&worst, &t);
             test_tree_clear(&t);
         }
     CHECK_RESIDUAL(worst.acc, 1e-12, "phi'' of stars with arms of 1e-8 and 1e8 in two directions");
-    CHECK_RESIDUAL(worst.force, 5e-8, "lambda of stars with arms of 1e-8 and 1e8 in two directions");
+    CHECK_RESIDUAL(worst.force, 5e-8,
+                   "lambda of stars with arms of 1e-8 and 1e8 in two directions");
 }
 
 TEST(dynamics_bear_the_smallest_masses_there_are) {
-    // a few units in the last place of the smallest double, against the same tree with a few kilograms
+    // a few units in the last place of the smallest double, against the same tree with a few
+    // kilograms
     unsigned long long seed = 12;
     double acc[6], force[6], acc_tiny[6], force_tiny[6];
     struct test_tree t;
@@ -287,7 +303,8 @@ TEST(dynamics_take_a_hundred_thousand_arms) {
         struct test_tree t;
         test_tree_random(&t, (enum test_tree_kind)kind, N, 0.3, &seed);
         test_tree_dynamics(&t, 9.81, acc, acc + N);
-        CHECK_SAYING(all_finite(2 * N, acc), "%s of %d arms", test_tree_kind_name((enum test_tree_kind)kind), N);
+        CHECK_SAYING(all_finite(2 * N, acc), "%s of %d arms",
+                     test_tree_kind_name((enum test_tree_kind)kind), N);
         test_tree_clear(&t);
     }
     free(acc);
@@ -302,8 +319,9 @@ struct eight {
 
 static void eight_init(struct eight *e, int n) {
     size_t bytes = (size_t)n * PEND_DYNAMICS_VEC * sizeof(double);
-    *e = (struct eight){
-        .n = n, .phi = aligned_alloc(64, 4 * bytes), .work = aligned_alloc(64, pend_dynamics_vec_bytes(n))};
+    *e = (struct eight){.n = n,
+                        .phi = aligned_alloc(64, 4 * bytes),
+                        .work = aligned_alloc(64, pend_dynamics_vec_bytes(n))};
     if (!e->phi || !e->work) abort();
     memset(e->work, 0xff, pend_dynamics_vec_bytes(n));
     e->rate = e->phi + n * PEND_DYNAMICS_VEC;
@@ -334,7 +352,8 @@ TEST(dynamics_of_eight_states_are_those_of_each_to_the_bit) {
             double phi[8][MOST], rate[8][MOST], acc[MOST], force[MOST];
             int n = 1 + test_random_int(&seed, MOST);
             // with masses of 10^+-8 some states of the eight are for the careful form
-            test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, i % 2 ? 8 : 0.3, &seed);
+            test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, i % 2 ? 8 : 0.3,
+                             &seed);
             eight_init(&e, n);
             for (int j = 0; j < 8; j++) {
                 for (int k = 0; k < n; k++) {
@@ -346,11 +365,14 @@ TEST(dynamics_of_eight_states_are_those_of_each_to_the_bit) {
             void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
             REQUIRE(work);
             long before = test_alloc_count();
-            pend_dynamics_vec_for((enum pend_isa)isa, t.tree, 9.81, e.phi, e.rate, e.work, e.acc, e.force);
+            pend_dynamics_vec_for((enum pend_isa)isa, t.tree, 9.81, e.phi, e.rate, e.work, e.acc,
+                                  e.force);
             CHECK_INT(test_alloc_count(), before);
             for (int j = 0; j < 8; j++) {
-                pend_dynamics_for((enum pend_isa)isa, t.tree, 9.81, phi[j], rate[j], work, acc, force);
-                for (int k = 0; k < n; k++) other += acc[k] != e.acc[8 * k + j] || force[k] != e.force[8 * k + j];
+                pend_dynamics_for((enum pend_isa)isa, t.tree, 9.81, phi[j], rate[j], work, acc,
+                                  force);
+                for (int k = 0; k < n; k++)
+                    other += acc[k] != e.acc[8 * k + j] || force[k] != e.force[8 * k + j];
             }
             free(work);
             eight_clear(&e);
@@ -361,8 +383,8 @@ TEST(dynamics_of_eight_states_are_those_of_each_to_the_bit) {
 }
 
 TEST(dynamics_of_huge_trees_have_the_bits_of_lanes) {
-    // below and above the number of arms from which one state's sweeps do without jumps, and its blocks lend their
-    // angles
+    // below and above the number of arms from which one state's sweeps do without jumps, and its
+    // blocks lend their angles
     static const int arms[] = {8000, 9001};
     unsigned long long seed = 17;
     for (int i = 0; i < 2 * TEST_TREE_KINDS; i++) {
@@ -381,7 +403,8 @@ TEST(dynamics_of_huge_trees_have_the_bits_of_lanes) {
             other += acc[k] != e.acc[8 * k + 3] || force[k] != e.force[8 * k + 3];
             moved += acc[k] != 0 && force[k] != 0;
         }
-        CHECK_SAYING(other == 0, "%s of %d arms: %d differ", test_tree_kind_name((enum test_tree_kind)kind), n, other);
+        CHECK_SAYING(other == 0, "%s of %d arms: %d differ",
+                     test_tree_kind_name((enum test_tree_kind)kind), n, other);
         CHECK(moved > n / 2);
         eight_clear(&e);
         test_tree_clear(&t);
@@ -398,7 +421,8 @@ TEST(dynamics_of_many_states_are_those_of_each_to_the_bit) {
     void *work = aligned_alloc(64, (pend_dynamics_many_bytes(N) + 63) / 64 * 64);
     REQUIRE(work);
     for (int j = 0; j < MOST; j++)
-        for (int k = 0; k < N; k++) phi[j][k] = 6 * test_random(&seed), rate[j][k] = test_random(&seed);
+        for (int k = 0; k < N; k++)
+            phi[j][k] = 6 * test_random(&seed), rate[j][k] = test_random(&seed);
     for (int count = 0; count <= MOST; count++) {
         int other = 0;
         memset(acc, 0, sizeof acc);
@@ -406,7 +430,8 @@ TEST(dynamics_of_many_states_are_those_of_each_to_the_bit) {
         for (int j = 0; j < count; j++) {
             double one_acc[N], one_force[N];
             pend_dynamics(t.tree, 9.81, phi[j], rate[j], work, one_acc, one_force);
-            other += memcmp(acc[j], one_acc, sizeof one_acc) || memcmp(force[j], one_force, sizeof one_force);
+            other += memcmp(acc[j], one_acc, sizeof one_acc) ||
+                     memcmp(force[j], one_force, sizeof one_force);
         }
         CHECK_SAYING(!other, "%d of %d states differ", other, count);
         if (count < MOST) CHECK(acc[count][0] == 0);
@@ -426,9 +451,11 @@ TEST(dynamics_of_a_lane_do_not_depend_on_its_place_or_neighbours) {
         double acc[N], force[N];
         for (int place = 0; place < 8; place++) {
             // the neighbours are other states, and once not even numbers
-            for (int k = 0; k < 8 * N; k++) e.phi[k] = place == 7 ? NAN : 6 * test_random(&seed), e.rate[k] = 1;
+            for (int k = 0; k < 8 * N; k++)
+                e.phi[k] = place == 7 ? NAN : 6 * test_random(&seed), e.rate[k] = 1;
             eight_fill(&e, place, t.phi, t.rate);
-            pend_dynamics_vec_for((enum pend_isa)isa, t.tree, 9.81, e.phi, e.rate, e.work, e.acc, e.force);
+            pend_dynamics_vec_for((enum pend_isa)isa, t.tree, 9.81, e.phi, e.rate, e.work, e.acc,
+                                  e.force);
             int other = 0;
             for (int k = 0; k < N; k++) {
                 if (!place) acc[k] = e.acc[8 * k], force[k] = e.force[8 * k];
@@ -452,7 +479,8 @@ TEST(dynamics_of_every_instruction_set_keep_the_digits) {
             test_quad exact_acc[MOST], exact_force[MOST];
             struct worst *worst = i % 2 ? &wide : &narrow;
             int n = 1 + test_random_int(&seed, i < 10 ? MOST : 20);
-            test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, i % 2 ? 8 : 0.3, &seed);
+            test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), n, i % 2 ? 8 : 0.3,
+                             &seed);
             void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
             REQUIRE(work);
             pend_dynamics_for((enum pend_isa)isa, t.tree, 9.81, t.phi, t.rate, work, acc, force);
@@ -519,7 +547,8 @@ TEST(dynamics_have_the_same_bits_with_avx2_and_avx512) {
         void *work = aligned_alloc(64, pend_dynamics_work_bytes(n));
         REQUIRE(work);
         for (int j = 0; j < 2; j++)
-            pend_dynamics_for(j ? PEND_ISA_AVX512 : PEND_ISA_AVX2, t.tree, 9.81, t.phi, t.rate, work, acc[j], force[j]);
+            pend_dynamics_for(j ? PEND_ISA_AVX512 : PEND_ISA_AVX2, t.tree, 9.81, t.phi, t.rate,
+                              work, acc[j], force[j]);
         other += memcmp(acc[0], acc[1], sizeof(double) * (size_t)n) ||
                  memcmp(force[0], force[1], sizeof(double) * (size_t)n);
         free(work);

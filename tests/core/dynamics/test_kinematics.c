@@ -1,4 +1,5 @@
-/* Tests of core/dynamics/kinematics: positions, velocities, accelerations, energies and forces against their definitions.
+/* Tests of core/dynamics/kinematics: positions, velocities, accelerations, energies and forces
+ * against their definitions.
  * Leaves to others: conservation and balance of forces (laws).
  * Invariant: definitions are written out with S, through pend_tree_path, tip by tip. */
 #include "core/dynamics/kinematics.h"
@@ -14,7 +15,8 @@
 enum { N = 40 };
 
 /* S times a vector of arms, all in stored order */
-static void sum_over_paths(const struct test_tree *t, const double complex arm[], double complex tip[]) {
+static void sum_over_paths(const struct test_tree *t, const double complex arm[],
+                           double complex tip[]) {
     double path[N * N];
     const int *order = t->tree->order;
     pend_tree_path(t->tree, path);
@@ -24,7 +26,8 @@ static void sum_over_paths(const struct test_tree *t, const double complex arm[]
     }
 }
 
-static double gap_complex(int n, const double re[], const double im[], const double complex want[]) {
+static double gap_complex(int n, const double re[], const double im[],
+                          const double complex want[]) {
     double most = 0, gap = 0;
     for (int k = 0; k < n; k++) {
         most = fmax(most, cabs(want[k]));
@@ -72,7 +75,8 @@ TEST(kinematics_energy_is_the_sum_over_tips) {
         struct test_tree t;
         double z_re[N], z_im[N], re[N], im[N];
         long double kinetic = 0, potential = 0, size = 0;
-        test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), 1 + test_random_int(&seed, N), 1, &seed);
+        test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS),
+                         1 + test_random_int(&seed, N), 1, &seed);
         pend_kinematics_position(t.tree, t.phi, z_re, z_im);
         pend_kinematics_velocity(t.tree, t.phi, t.rate, re, im);
         for (int k = 0; k < t.n; k++) {
@@ -83,7 +87,8 @@ TEST(kinematics_energy_is_the_sum_over_tips) {
         }
         struct pend_energy energy = pend_kinematics_energy(t.tree, 9.81, t.phi, t.rate);
         worst = fmax(worst, fabs((double)((energy.kinetic - kinetic) / kinetic)));
-        worst_potential = fmax(worst_potential, fabs((double)((energy.potential - potential) / size)));
+        worst_potential =
+            fmax(worst_potential, fabs((double)((energy.potential - potential) / size)));
         test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-14, "kinetic energy = sum m |z'|^2 / 2");
@@ -106,7 +111,8 @@ TEST(kinematics_energies_of_several_states_are_those_of_each) {
         }
         pend_kinematics_energies(t.tree, 9.81, STATES, phi, rate, energy);
         for (int i = 0; i < STATES; i++) {
-            struct pend_energy alone = pend_kinematics_energy(t.tree, 9.81, phi + i * n, rate + i * n);
+            struct pend_energy alone =
+                pend_kinematics_energy(t.tree, 9.81, phi + i * n, rate + i * n);
             same += alone.kinetic == energy[i].kinetic && alone.potential == energy[i].potential;
         }
         test_tree_clear(&t);
@@ -124,7 +130,8 @@ TEST(kinematics_kinetic_energy_is_the_quadratic_form_of_re_m) {
         REQUIRE(pend_reference_mass_matrix(t.tree, t.phi, re, im) == PEND_OK);
         for (int i = 0; i < N; i++)
             for (int j = 0; j < N; j++) form += t.rate[i] * re[i * N + j] * t.rate[j] / 2;
-        worst = fmax(worst, fabs(pend_kinematics_energy(t.tree, 9.81, t.phi, t.rate).kinetic / form - 1));
+        worst = fmax(worst,
+                     fabs(pend_kinematics_energy(t.tree, 9.81, t.phi, t.rate).kinetic / form - 1));
         test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst, 1e-13, "kinetic energy = phi'^T Re M phi' / 2");
@@ -146,8 +153,9 @@ TEST(kinematics_energy_keeps_its_digits_in_a_long_chain) {
     for (int k = 0; k < LONG; k++) zero[k] = 1.5707963267948966;
     energy = pend_kinematics_energy(tree, 9.81, zero, rate);
     CHECK(fabs(energy.potential / (9.81 * n * (n + 1) / 2) - 1) < 1e-15);
-    CHECK_RESIDUAL(fabs(pend_kinematics_energy_scale(tree, -9.81, 7) / (9.81 * n * (n + 1) / 2 + 7) - 1), 1e-15,
-                   "energy scale of a chain");
+    CHECK_RESIDUAL(
+        fabs(pend_kinematics_energy_scale(tree, -9.81, 7) / (9.81 * n * (n + 1) / 2 + 7) - 1),
+        1e-15, "energy scale of a chain");
     pend_tree_free(&tree);
     free(one);
     free(parent);
@@ -170,8 +178,10 @@ TEST(kinematics_energy_keeps_its_digits_in_a_wide_star) {
         size += (long double)t.tree->mass[k] * fabs(v[3 * WIDE + k]);
     }
     struct pend_energy energy = pend_kinematics_energy(t.tree, 1, t.phi, t.rate);
-    CHECK_RESIDUAL(fabs((double)(energy.kinetic / kinetic - 1)), 1e-15, "kinetic energy of 200000 arms");
-    CHECK_RESIDUAL(fabs((double)((energy.potential - moment) / size)), 1e-14, "potential energy of 200000 arms");
+    CHECK_RESIDUAL(fabs((double)(energy.kinetic / kinetic - 1)), 1e-15,
+                   "kinetic energy of 200000 arms");
+    CHECK_RESIDUAL(fabs((double)((energy.potential - moment) / size)), 1e-14,
+                   "potential energy of 200000 arms");
     test_tree_clear(&t);
     free(v);
 }
@@ -187,12 +197,14 @@ TEST(kinematics_force_is_bbb_for_any_accelerations) {
         pend_kinematics_force(t.tree, 9.81, t.phi, t.rate, acc, got);
         worst = fmax(worst, test_gap(N, got, force));
 
-        // accelerations that obey no law: lambda = g sin(phi) (S^T m) - l^-1 [ Im phi'' + Re phi'^2 ]
+        // accelerations that obey no law: lambda = g sin(phi) (S^T m) - l^-1 [ Im phi'' + Re phi'^2
+        // ]
         REQUIRE(pend_reference_mass_matrix(t.tree, t.phi, re, im) == PEND_OK);
         for (int k = 0; k < N; k++) acc[k] = 20 * test_random(&seed) - 10;
         for (int i = 0; i < N; i++) {
             double sum = 0;
-            for (int j = 0; j < N; j++) sum += im[i * N + j] * acc[j] + re[i * N + j] * t.rate[j] * t.rate[j];
+            for (int j = 0; j < N; j++)
+                sum += im[i * N + j] * acc[j] + re[i * N + j] * t.rate[j] * t.rate[j];
             want[i] = 9.81 * sin(t.phi[i]) * t.tree->subtree_mass[i] - sum / t.tree->len[i];
         }
         pend_kinematics_force(t.tree, 9.81, t.phi, t.rate, acc, got);

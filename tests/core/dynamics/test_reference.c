@@ -1,4 +1,5 @@
-/* Tests of core/dynamics/reference: the paper's matrices against quadruple precision and known answers.
+/* Tests of core/dynamics/reference: the paper's matrices against quadruple precision and known
+ * answers.
  * Leaves to others: agreement of the fast form (laws).
  * Invariant: masses of 10^±0.3, where a dense double factorization keeps 11 digits. */
 #include "core/dynamics/reference.h"
@@ -20,7 +21,8 @@ TEST(reference_dynamics_agree_with_quadruple_precision) {
         struct test_tree t;
         double acc[N], force[N], alone[N];
         test_quad exact_acc[N], exact_force[N];
-        test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS), 1 + test_random_int(&seed, N), 0.3, &seed);
+        test_tree_random(&t, (enum test_tree_kind)(i % TEST_TREE_KINDS),
+                         1 + test_random_int(&seed, N), 0.3, &seed);
         REQUIRE(pend_reference_dynamics(t.tree, 9.81, t.phi, t.rate, acc, force) == PEND_OK);
         REQUIRE(pend_reference_dynamics(t.tree, 9.81, t.phi, t.rate, alone, NULL) == PEND_OK);
         test_quad_dynamics(t.tree, 9.81, t.phi, t.rate, exact_acc, exact_force);
@@ -101,7 +103,8 @@ TEST(reference_linearization_knows_the_papers_pendulums) {
         }
     pend_tree_free(&tree);
 
-    // two arms at one joint: omega^2 = 3 -+ sqrt 6 with (1, +-r, +-r), and 1 with (0, 1, -1), r = sqrt(3/2)
+    // two arms at one joint: omega^2 = 3 -+ sqrt 6 with (1, +-r, +-r), and 1 with (0, 1, -1), r =
+    // sqrt(3/2)
     double r = sqrt(1.5);
     const double vector[3][3] = {{1, r, r}, {0, 1, -1}, {1, -r, -r}};
     const double square[3] = {3 - sqrt(6), 1, 3 + sqrt(6)};

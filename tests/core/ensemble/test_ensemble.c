@@ -1,6 +1,6 @@
-/* Tests of core/ensemble/ensemble: equal to single runs, the same bits in any lane, crossings at their exact time, failures
- * apart. Leaves to others: the series (test_jets), the step rule (test_method_taylor). Invariant: every instruction set
- * that this processor has is tested. */
+/* Tests of core/ensemble/ensemble: equal to single runs, the same bits in any lane, crossings at
+ * their exact time, failures apart. Leaves to others: the series (test_jets), the step rule
+ * (test_method_taylor). Invariant: every instruction set that this processor has is tested. */
 #include "core/ensemble/ensemble.h"
 
 #include <math.h>
@@ -59,7 +59,8 @@ static int crowd_deliver(void *context, long i, const struct pend_outcome *outco
 
 static int crowd_tree(struct crowd *crowd, int n) {
     static const int parent[ARMS_MAX] = {-1, 0, 0, 1, 3, 1};
-    static const double length[ARMS_MAX] = {1, 0.8, 0.7, 0.9, 0.5, 0.6}, mass[ARMS_MAX] = {1, 0.5, 0.7, 1.2, 0.4, 0.9};
+    static const double length[ARMS_MAX] = {1, 0.8, 0.7, 0.9, 0.5, 0.6},
+                        mass[ARMS_MAX] = {1, 0.5, 0.7, 1.2, 0.4, 0.9};
     memset(crowd, 0, sizeof *crowd);
     crowd->broken = -1;
     return CHECK(pend_tree_new(&crowd->tree, n, length, mass, parent, NULL) == PEND_OK);
@@ -75,7 +76,8 @@ static struct pend_ensemble_problem crowd_problem(struct crowd *crowd, double du
                                           .context = crowd};
 }
 
-static int crowd_run(const struct pend_ensemble_problem *problem, enum pend_isa isa, long first, long count) {
+static int crowd_run(const struct pend_ensemble_problem *problem, enum pend_isa isa, long first,
+                     long count) {
     struct pend_ensemble *ensemble;
     if (!CHECK(pend_ensemble_new(&ensemble, problem, isa, NULL) == PEND_OK)) return 0;
     long allocations = test_alloc_count();
@@ -86,10 +88,12 @@ static int crowd_run(const struct pend_ensemble_problem *problem, enum pend_isa 
 }
 
 /* one member by the single method at rtol 1e-15: the state at the end */
-static void crowd_single(struct crowd *crowd, long i, double duration, double phi[], double rate[]) {
+static void crowd_single(struct crowd *crowd, long i, double duration, double phi[],
+                         double rate[]) {
     double start[2][ARMS_MAX], length[ARMS_MAX], mass[ARMS_MAX], reached = 0;
     int n = crowd->tree->n, parent[ARMS_MAX];
-    struct pend_member member = {.phi = start[0], .rate = start[1], .length = length, .mass = mass, .gravity = 9.81};
+    struct pend_member member = {
+        .phi = start[0], .rate = start[1], .length = length, .mass = mass, .gravity = 9.81};
     memcpy(length, crowd->tree->len, (size_t)n * sizeof(double));
     memcpy(mass, crowd->tree->mass, (size_t)n * sizeof(double));
     memcpy(parent, crowd->tree->parent, (size_t)n * sizeof(int));
@@ -105,7 +109,8 @@ static void crowd_single(struct crowd *crowd, long i, double duration, double ph
         .tree = tree, .gravity = member.gravity, .phi = from[0], .rate = from[1], .rtol = 1e-15};
     void *stepper;
     REQUIRE(pend_method_taylor.open(&stepper, &problem, NULL) == PEND_OK);
-    while (fabs(reached) < fabs(duration) && !pend_method_taylor.step(stepper, duration, &reached, NULL)) {
+    while (fabs(reached) < fabs(duration) &&
+           !pend_method_taylor.step(stepper, duration, &reached, NULL)) {
     }
     double at[2][ARMS_MAX];
     struct pend_points points = {.phi = at[0], .rate = at[1]};
@@ -131,9 +136,11 @@ TEST(ensemble_members_end_where_single_runs_end) {
             CHECK_INT(crowd.delivered, MEMBERS);
             for (long i = 0; i < MEMBERS; i++) {
                 crowd_single(&crowd, i, duration, phi, rate);
-                CHECK(crowd.time[i] == duration && crowd.status[i] == PEND_OK && crowd.arm[i] == -1);
+                CHECK(crowd.time[i] == duration && crowd.status[i] == PEND_OK &&
+                      crowd.arm[i] == -1);
                 for (int k = 0; k < n; k++) {
-                    double error = fmax(fabs(phi[k] - crowd.phi[i][k]), fabs(rate[k] - crowd.rate[i][k]) / 10);
+                    double error =
+                        fmax(fabs(phi[k] - crowd.phi[i][k]), fabs(rate[k] - crowd.rate[i][k]) / 10);
                     if (!(error <= worst)) worst = error;
                 }
             }
@@ -152,7 +159,8 @@ TEST(ensemble_members_have_the_same_bits_in_any_lane_and_any_company) {
             a.bound = b.bound = M_PI;
             REQUIRE(crowd_run(&a, (enum pend_isa)isa, 0, MEMBERS));
             // in pieces that put every member into another lane
-            REQUIRE(crowd_run(&b, (enum pend_isa)isa, 29, 11) && crowd_run(&b, (enum pend_isa)isa, 3, 26));
+            REQUIRE(crowd_run(&b, (enum pend_isa)isa, 29, 11) &&
+                    crowd_run(&b, (enum pend_isa)isa, 3, 26));
             REQUIRE(crowd_run(&b, (enum pend_isa)isa, 0, 3));
             CHECK(!memcmp(whole.phi, parts.phi, sizeof whole.phi));
             CHECK(!memcmp(whole.rate, parts.rate, sizeof whole.rate));
@@ -173,7 +181,8 @@ TEST(ensemble_gives_the_same_bits_with_avx2_and_avx512) {
     for (int n = 2; n <= ARMS_MAX; n += 2) {
         REQUIRE(crowd_tree(&narrow, n) && crowd_tree(&broad, n));
         struct pend_ensemble_problem a = crowd_problem(&narrow, 2), b = crowd_problem(&broad, 2);
-        REQUIRE(crowd_run(&a, PEND_ISA_AVX2, 0, MEMBERS) && crowd_run(&b, PEND_ISA_AVX512, 0, MEMBERS));
+        REQUIRE(crowd_run(&a, PEND_ISA_AVX2, 0, MEMBERS) &&
+                crowd_run(&b, PEND_ISA_AVX512, 0, MEMBERS));
         CHECK(!memcmp(narrow.phi, broad.phi, sizeof narrow.phi) &&
               !memcmp(narrow.rate, broad.rate, sizeof narrow.rate));
         pend_tree_free(&narrow.tree);
@@ -181,7 +190,8 @@ TEST(ensemble_gives_the_same_bits_with_avx2_and_avx512) {
     }
 }
 
-/* a single arm with energy to turn over: theta' from theta, and the time between by the period's integral */
+/* a single arm with energy to turn over: theta' from theta, and the time between by the period's
+ * integral */
 static int spin_fetch(void *context, long i, struct pend_member *member) {
     const double *rate = context;
     member->phi[0] = -M_PI / 2;
@@ -202,7 +212,8 @@ static int spin_deliver(void *context, long i, const struct pend_outcome *outcom
     return 0;
 }
 
-/* time from hanging to upright: the integral of d theta / theta' by the midpoint rule, exact for a smooth period */
+/* time from hanging to upright: the integral of d theta / theta' by the midpoint rule, exact for
+ * a smooth period */
 static double spin_time(double rate) {
     double sum = 0;
     enum { POINTS = 4000 };
@@ -219,7 +230,8 @@ TEST(ensemble_times_the_flips_of_a_spinning_arm) {
     int pivot = -1;
     struct pend_tree *tree;
     REQUIRE(pend_tree_new(&tree, 1, &one, &one, &pivot, NULL) == PEND_OK);
-    struct pend_ensemble_problem problem = {.tree = tree, .gravity = 9.81, .duration = 6.5 * want, .rtol = 1e-15};
+    struct pend_ensemble_problem problem = {
+        .tree = tree, .gravity = 9.81, .duration = 6.5 * want, .rtol = 1e-15};
     problem.bound = M_PI;
     problem.fetch = spin_fetch;
     problem.deliver = spin_deliver;
@@ -244,7 +256,8 @@ TEST(ensemble_sees_an_arm_that_only_touches_its_bound) {
     REQUIRE(pend_tree_new(&tree, 1, &one, &one, &pivot, NULL) == PEND_OK);
     for (int i = 0; i < 2; i++) {
         // the turning point is inside a step; a hair below it is touched, a hair above is not
-        struct pend_ensemble_problem problem = {.tree = tree, .gravity = 9.81, .duration = 1, .rtol = 1e-15};
+        struct pend_ensemble_problem problem = {
+            .tree = tree, .gravity = 9.81, .duration = 1, .rtol = 1e-15};
         problem.bound = top + (i ? 1e-9 : -1e-9);
         problem.fetch = spin_fetch;
         problem.deliver = spin_deliver;
@@ -262,11 +275,14 @@ TEST(ensemble_delivers_a_broken_member_as_failed_and_the_others_whole) {
     REQUIRE(crowd_tree(&sound, 3) && crowd_tree(&ill, 3));
     ill.broken = 7;
     struct pend_ensemble_problem a = crowd_problem(&sound, 1), b = crowd_problem(&ill, 1);
-    REQUIRE(crowd_run(&a, pend_isa_best(), 0, MEMBERS) && crowd_run(&b, pend_isa_best(), 0, MEMBERS));
+    REQUIRE(crowd_run(&a, pend_isa_best(), 0, MEMBERS) &&
+            crowd_run(&b, pend_isa_best(), 0, MEMBERS));
     CHECK_INT(ill.delivered, MEMBERS);
     CHECK_INT(ill.status[7], PEND_NOT_FINITE);
     for (int i = 0; i < MEMBERS; i++) {
-        if (i != 7) CHECK(ill.status[i] == PEND_OK && !memcmp(sound.phi[i], ill.phi[i], sizeof sound.phi[i]));
+        if (i != 7)
+            CHECK(ill.status[i] == PEND_OK &&
+                  !memcmp(sound.phi[i], ill.phi[i], sizeof sound.phi[i]));
     }
     pend_tree_free(&sound.tree);
     pend_tree_free(&ill.tree);
@@ -315,7 +331,8 @@ struct notes {
     struct crowd *crowd;
     int n;
     double most[MEMBERS][ARMS_MAX], most_time[MEMBERS][ARMS_MAX], least[MEMBERS][ARMS_MAX];
-    double least_time[MEMBERS][ARMS_MAX], change[MEMBERS][ARMS_MAX], drift[MEMBERS], lyapunov[MEMBERS];
+    double least_time[MEMBERS][ARMS_MAX], change[MEMBERS][ARMS_MAX], drift[MEMBERS],
+        lyapunov[MEMBERS];
     long rows[MEMBERS];
     double phi[MEMBERS][8][ARMS_MAX], rate[MEMBERS][8][ARMS_MAX], force[MEMBERS][8][ARMS_MAX];
 };
@@ -340,8 +357,8 @@ static int notes_deliver(void *context, long i, const struct pend_outcome *outco
     return 0;
 }
 
-static void notes_rows(void *context, long i, long first, int count, const double phi[], const double rate[],
-                       const double force[], const double theta[]) {
+static void notes_rows(void *context, long i, long first, int count, const double phi[],
+                       const double rate[], const double force[], const double theta[]) {
     struct notes *notes = context;
     (void)theta;
     for (int row = 0; row < count; row++) {
@@ -354,19 +371,23 @@ static void notes_rows(void *context, long i, long first, int count, const doubl
     notes->rows[i] += count;
 }
 
-/* angles, rates and forces of member i at count equidistant instants of the duration, the first at 0; in stored order
- * of a tree whose stored order is the caller's */
-static int notes_samples(struct crowd *crowd, long i, double duration, int count, double phi[], double rate[],
-                         double force[]) {
+/* angles, rates and forces of member i at count equidistant instants of the duration, the first
+ * at 0; in stored order of a tree whose stored order is the caller's */
+static int notes_samples(struct crowd *crowd, long i, double duration, int count, double phi[],
+                         double rate[], double force[]) {
     double start[4][ARMS_MAX], *t = malloc((size_t)count * sizeof(double));
     struct pend_member member = {
         .phi = start[0], .rate = start[1], .length = start[2], .mass = start[3], .gravity = 9.81};
     memcpy(start[2], crowd->tree->len, (size_t)crowd->tree->n * sizeof(double));
     memcpy(start[3], crowd->tree->mass, (size_t)crowd->tree->n * sizeof(double));
     crowd_fetch(crowd, i, &member);
-    struct pend_problem problem = {
-        .tree = crowd->tree, .gravity = member.gravity, .phi = start[0], .rate = start[1], .rtol = 1e-15};
-    problem.times = (struct pend_times){.count = count, .start = 0, .span = duration, .divisor = count - 1};
+    struct pend_problem problem = {.tree = crowd->tree,
+                                   .gravity = member.gravity,
+                                   .phi = start[0],
+                                   .rate = start[1],
+                                   .rtol = 1e-15};
+    problem.times =
+        (struct pend_times){.count = count, .start = 0, .span = duration, .divisor = count - 1};
     struct pend_samples samples = {.cap = count, .t = t, .phi = phi, .rate = rate, .force = force};
     struct pend_run *run;
     int done = 0, fine = pend_run_new(&run, &pend_method_taylor, &problem, NULL) == PEND_OK;
@@ -377,10 +398,11 @@ static int notes_samples(struct crowd *crowd, long i, double duration, int count
 }
 
 /* a crowd of chains, whose stored order is the caller's */
-static int notes_new(struct notes *notes, struct crowd *crowd, int n, double duration, unsigned observe,
-                     struct pend_ensemble_problem *problem) {
+static int notes_new(struct notes *notes, struct crowd *crowd, int n, double duration,
+                     unsigned observe, struct pend_ensemble_problem *problem) {
     static const int parent[ARMS_MAX] = {-1, 0, 1, 2, 3, 4};
-    static const double length[ARMS_MAX] = {1, 0.8, 0.7, 0.9, 0.5, 0.6}, mass[ARMS_MAX] = {1, 0.5, 0.7, 1.2, 0.4, 0.9};
+    static const double length[ARMS_MAX] = {1, 0.8, 0.7, 0.9, 0.5, 0.6},
+                        mass[ARMS_MAX] = {1, 0.5, 0.7, 1.2, 0.4, 0.9};
     memset(crowd, 0, sizeof *crowd);
     memset(notes, 0, sizeof *notes);
     crowd->broken = -1;
@@ -397,7 +419,8 @@ static int notes_new(struct notes *notes, struct crowd *crowd, int n, double dur
     return made;
 }
 
-/* the value of the parabola through three samples a step apart at its vertex, and where, in steps from the middle */
+/* the value of the parabola through three samples a step apart at its vertex, and where, in
+ * steps from the middle */
 static double vertex(double a, double b, double c, double *at) {
     *at = 0.5 * (a - c) / (a - 2 * b + c);
     return b - 0.25 * (a - c) * *at;
@@ -414,7 +437,8 @@ TEST(ensemble_knows_the_true_extremes_of_the_forces) {
         REQUIRE(crowd_run(&problem, pend_isa_best(), 0, MEMBERS));
         for (int a = 0; a < 3; a++) samples[a] = malloc(sizeof(double) * FINE * (size_t)n);
         for (long i = 0; i < MEMBERS; i += 5) {
-            if (!notes_samples(&crowd, i, duration, FINE, samples[0], samples[1], samples[2])) break;
+            if (!notes_samples(&crowd, i, duration, FINE, samples[0], samples[1], samples[2]))
+                break;
             for (int k = 0; k < n; k++) {
                 const double *force = samples[2] + k;
                 for (int sign = -1; sign <= 1; sign += 2) {
@@ -423,11 +447,13 @@ TEST(ensemble_knows_the_true_extremes_of_the_forces) {
                         if (force[j * n] * sign > force[best * n] * sign) best = j;
                     double at = 0, value = force[best * n], size = fabs(force[0]) + 10;
                     if (best > 0 && best < FINE - 1)
-                        value = vertex(force[(best - 1) * n], force[best * n], force[(best + 1) * n], &at);
+                        value = vertex(force[(best - 1) * n], force[best * n],
+                                       force[(best + 1) * n], &at);
                     double got = sign > 0 ? notes.most[i][k] : notes.least[i][k];
                     double time = sign > 0 ? notes.most_time[i][k] : notes.least_time[i][k];
                     CHECK((got - force[best * n]) * sign >= -1e-10 * size);
-                    // a single arm has the same extremes again and again, the forces of six turn too fast for parabolas
+                    // a single arm has the same extremes again and again, the forces of six turn
+                    // too fast for parabolas
                     if (n != 2) continue;
                     worst[0] = fmax(worst[0], fabs(got - value) / size);
                     worst[1] = fmax(worst[1], fabs(time - (best + at) * step));
@@ -488,7 +514,8 @@ TEST(ensemble_does_not_take_the_start_at_zero_for_a_change_of_sign) {
         problem.fetch = level_fetch;
         REQUIRE(crowd_run(&problem, pend_isa_best(), 0, 1));
         for (int k = 0; k < n; k++) CHECK(isnan(notes.change[0][k]) || notes.change[0][k] > 0.1);
-        // a single arm is level again at half its period, 1.18 s: its force touches 0 and does not change sign
+        // a single arm is level again at half its period, 1.18 s: its force touches 0 and does not
+        // change sign
         problem.duration = 3;
         REQUIRE(crowd_run(&problem, pend_isa_best(), 0, 1));
         CHECK(n > 1 || isnan(notes.change[0][0]));
@@ -502,7 +529,8 @@ TEST(ensemble_rows_are_those_of_single_runs) {
     for (int n = 1; n <= ARMS_MAX; n++) {
         struct crowd crowd;
         struct pend_ensemble_problem problem;
-        double duration = n % 2 ? 1.4 : -1.4, times[8], phi[8 * ARMS_MAX], rate[8 * ARMS_MAX], force[8 * ARMS_MAX];
+        double duration = n % 2 ? 1.4 : -1.4, times[8], phi[8 * ARMS_MAX], rate[8 * ARMS_MAX],
+               force[8 * ARMS_MAX];
         REQUIRE(notes_new(&notes, &crowd, n, duration, 0, &problem));
         for (int j = 0; j < 8; j++) times[j] = 0 + duration * j / 7;
         problem.times = times;
@@ -532,7 +560,8 @@ TEST(ensemble_observes_the_same_bits_with_avx2_and_avx512_and_in_any_lane) {
         test_skip("this processor has no AVX-512");
         return;
     }
-    const unsigned all = PEND_OBSERVE_EXTREMES | PEND_OBSERVE_SIGNS | PEND_OBSERVE_ENERGY | PEND_OBSERVE_LYAPUNOV;
+    const unsigned all =
+        PEND_OBSERVE_EXTREMES | PEND_OBSERVE_SIGNS | PEND_OBSERVE_ENERGY | PEND_OBSERVE_LYAPUNOV;
     static const double times[8] = {0, 0.1, 0.2, 0.9, 1.3, 1.4, 1.5, 2};
     for (int n = 2; n <= ARMS_MAX; n += 4) {
         for (int i = 0; i < 3; i++) {
@@ -548,7 +577,8 @@ TEST(ensemble_observes_the_same_bits_with_avx2_and_avx512_and_in_any_lane) {
             pend_tree_free(&crowd.tree);
             notes[i].crowd = NULL;
         }
-        CHECK(!memcmp(&notes[0], &notes[1], sizeof notes[0]) && !memcmp(&notes[0], &notes[2], sizeof notes[0]));
+        CHECK(!memcmp(&notes[0], &notes[1], sizeof notes[0]) &&
+              !memcmp(&notes[0], &notes[2], sizeof notes[0]));
         CHECK(notes[0].lyapunov[3] != 0 && notes[0].most[3][1] > notes[0].least[3][1]);
     }
 }
@@ -596,10 +626,12 @@ TEST(ensemble_lyapunov_estimate_is_the_exponent_where_that_is_known) {
     pend_tree_free(&crowd.tree);
 }
 
-/* the growth of a difference by the variational equation of a double pendulum, Runge and Kutta's fourth order */
+/* the growth of a difference by the variational equation of a double pendulum, Runge and Kutta's
+ * fourth order */
 static void double_rate(const double y[4], double d[4]) {
     double s = sin(y[0] - y[1]), c = cos(y[0] - y[1]), g = 9.81;
-    double p = -s * y[3] * y[3] - 2 * g * sin(y[0]), q = s * y[2] * y[2] - g * sin(y[1]), det = 2 - c * c;
+    double p = -s * y[3] * y[3] - 2 * g * sin(y[0]), q = s * y[2] * y[2] - g * sin(y[1]),
+           det = 2 - c * c;
     d[0] = y[2], d[1] = y[3], d[2] = (p - c * q) / det, d[3] = (2 * q - c * p) / det;
 }
 
@@ -612,7 +644,8 @@ static int double_fetch(void *context, long i, struct pend_member *member) {
 
 static void double_step(double y[4], double h) {
     double k[4][4], x[4];
-    static const double part[4] = {0, 0.5, 0.5, 1}, weight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
+    static const double part[4] = {0, 0.5, 0.5, 1},
+                        weight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
     for (int j = 0; j < 4; j++) {
         for (int a = 0; a < 4; a++) x[a] = y[a] + (j ? part[j] * h * k[j - 1][a] : 0);
         double_rate(x, k[j]);
@@ -634,7 +667,8 @@ TEST(ensemble_lyapunov_estimate_is_the_growth_of_a_small_difference) {
     problem.fetch = double_fetch;
     REQUIRE(crowd_run(&problem, pend_isa_best(), 0, 8));
     for (int i = 0; i < 8; i++) {
-        // central differences of two neighbours, 1e-6 to either side along the ensemble's own direction
+        // central differences of two neighbours, 1e-6 to either side along the ensemble's own
+        // direction
         double y[2][4], sum = 0, gap = 0;
         for (int k = 0; k < 2; k++) sum += pow(cos(k + 1), 2) + pow(sin(3 * k + 2), 2);
         for (int side = 0; side < 2; side++) {
@@ -663,7 +697,8 @@ TEST(ensemble_spares_only_members_that_never_cross) {
         b.spare = 1;
         for (int until = PEND_UNTIL_TIME; until <= PEND_UNTIL_ALL; until++) {
             a.until = b.until = (enum pend_until)until;
-            REQUIRE(crowd_run(&a, pend_isa_best(), 0, MEMBERS) && crowd_run(&b, pend_isa_best(), 0, MEMBERS));
+            REQUIRE(crowd_run(&a, pend_isa_best(), 0, MEMBERS) &&
+                    crowd_run(&b, pend_isa_best(), 0, MEMBERS));
             // bits of the times, NaN where there was none
             CHECK(!memcmp(all.first, some.first, sizeof all.first));
             CHECK(!memcmp(all.arm, some.arm, sizeof all.arm));

@@ -26,7 +26,8 @@ static int horizon_deliver(void *context, long i, const struct pend_outcome *out
     return 0;
 }
 
-static void horizon_run(struct horizon_bag *bag, double accuracy, double duration, enum pend_isa isa) {
+static void horizon_run(struct horizon_bag *bag, double accuracy, double duration,
+                        enum pend_isa isa) {
     struct pend_ensemble *ensemble;
     const struct pend_ensemble_problem problem = {.tree = bag->t->tree,
                                                   .gravity = 9.81,
@@ -58,18 +59,21 @@ TEST(ensemble_horizons_are_near_those_of_single_runs) {
             struct pend_member start = {.phi = t.phi};
             (void)horizon_fetch(&told, i, &start);
             memset(t.rate, 0, (size_t)n * sizeof(double));
-            const struct pend_problem alone = {.tree = t.tree,
-                                               .gravity = 9.81,
-                                               .phi = t.phi,
-                                               .rate = t.rate,
-                                               .rtol = 1e-12,
-                                               .accuracy = 1e-6,
-                                               .times = {.count = 1201, .span = duration, .divisor = 1200}};
+            const struct pend_problem alone = {
+                .tree = t.tree,
+                .gravity = 9.81,
+                .phi = t.phi,
+                .rate = t.rate,
+                .rtol = 1e-12,
+                .accuracy = 1e-6,
+                .times = {.count = 1201, .span = duration, .divisor = 1200}};
             test_record(&record, "taylor", &alone);
             double want = fabs(record.stats.horizon), got = fabs(told.horizon[i]);
             // two computations part by errors of their own
-            CHECK_SAYING(got > 0.6 * want && got < 1.5 * want, "%d arms, member %d: %g, alone %g", n, i, got, want);
-            CHECK(isnan(plain.horizon[i]) && !memcmp(plain.final[i], told.final[i], sizeof plain.final[i]));
+            CHECK_SAYING(got > 0.6 * want && got < 1.5 * want, "%d arms, member %d: %g, alone %g",
+                         n, i, got, want);
+            CHECK(isnan(plain.horizon[i]) &&
+                  !memcmp(plain.final[i], told.final[i], sizeof plain.final[i]));
             CHECK(fabs(narrow.horizon[i]) > 0.6 * want && fabs(narrow.horizon[i]) < 1.5 * want);
             short_of += got < 12;
             test_record_clear(&record);

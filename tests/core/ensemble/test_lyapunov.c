@@ -34,11 +34,15 @@ static void tumble(struct test_tree *t) {
 }
 
 /* `intervals` intervals, cut after `steps` steps; exponents, and where the motion is then */
-static int run(const struct test_tree *t, int count, double interval, long intervals, long steps, double exponent[],
-               double phi[], double rate[]) {
+static int run(const struct test_tree *t, int count, double interval, long intervals, long steps,
+               double exponent[], double phi[], double rate[]) {
     struct pend_lyapunov *lyapunov;
-    const struct pend_lyapunov_problem problem = {
-        .tree = t->tree, .gravity = 9.81, .phi = t->phi, .rate = t->rate, .count = count, .interval = interval};
+    const struct pend_lyapunov_problem problem = {.tree = t->tree,
+                                                  .gravity = 9.81,
+                                                  .phi = t->phi,
+                                                  .rate = t->rate,
+                                                  .count = count,
+                                                  .interval = interval};
     if (!CHECK(pend_lyapunov_new(&lyapunov, &problem, NULL) == PEND_OK)) return 0;
     int good = 1;
     for (long i = 0; i < intervals && good;) {
@@ -62,12 +66,14 @@ static double log_inertia(const struct pend_tree *tree, const double phi[]) {
     for (int k = 0; k < n; k++) {
         sum += log(re[k * n + k]);
         for (int i = k + 1; i < n; i++)
-            for (int j = n - 1; j >= k; j--) re[i * n + j] -= re[i * n + k] / re[k * n + k] * re[k * n + j];
+            for (int j = n - 1; j >= k; j--)
+                re[i * n + j] -= re[i * n + k] / re[k * n + k] * re[k * n + j];
     }
     return sum;
 }
 
-/* Liouville: angles and momenta Re M phi' keep their volume, so that of angles and rates goes as 1 / det Re M */
+/* Liouville: angles and momenta Re M phi' keep their volume, so that of angles and rates goes as
+ * 1 / det Re M */
 TEST(lyapunov_exponents_add_up_to_what_liouville_says) {
     double worst = 0, largest = 0;
     for (int n = 1; n <= ARMS; n++)
@@ -87,13 +93,15 @@ TEST(lyapunov_exponents_add_up_to_what_liouville_says) {
     CHECK_RESIDUAL(worst, 1e-7, "exponents");
 }
 
-/* what is left after a time does not depend on how often the directions were made orthonormal on the way */
+/* what is left after a time does not depend on how often the directions were made orthonormal on
+ * the way */
 TEST(lyapunov_exponents_do_not_depend_on_the_interval) {
     static const double interval[] = {0.05, 0.02, 0.1, 0.5, 4};
     struct test_tree t;
     double exponent[5][4], phi[2], rate[2], worst = 0;
     tumble(&t);
-    for (int i = 0; i < 5; i++) run(&t, 4, interval[i], lrint(4 / interval[i]), 1000, exponent[i], phi, rate);
+    for (int i = 0; i < 5; i++)
+        run(&t, 4, interval[i], lrint(4 / interval[i]), 1000, exponent[i], phi, rate);
     for (int i = 1; i < 5; i++)
         for (int k = 0; k < 4; k++) worst = fmax(worst, fabs(exponent[i][k] - exponent[0][k]));
     CHECK(exponent[0][0] > 0.5);
@@ -108,7 +116,8 @@ TEST(lyapunov_exponents_of_chaos_come_in_pairs_and_two_vanish) {
     run(&t, 4, 0.1, 4000, 1000, exponent, phi, rate);
     CHECK_SAYING(exponent[0] > 1 && exponent[0] < 3, "the largest is %g", exponent[0]);
     CHECK_SAYING(fabs(exponent[0] + exponent[3]) < 0.03, "%g and %g", exponent[0], exponent[3]);
-    CHECK_SAYING(fabs(exponent[1]) < 0.05 && fabs(exponent[2]) < 0.05, "%g and %g", exponent[1], exponent[2]);
+    CHECK_SAYING(fabs(exponent[1]) < 0.05 && fabs(exponent[2]) < 0.05, "%g and %g", exponent[1],
+                 exponent[2]);
     test_tree_clear(&t);
 }
 
@@ -150,7 +159,8 @@ TEST(lyapunov_exponent_is_about_the_one_of_an_ensembles_member) {
     CHECK(pend_ensemble_run(ensemble, 0, 1) == PEND_OK);
     pend_ensemble_free(&ensemble);
     run(&t, 1, 0.1, 4000, 1000, exponent, phi, rate);
-    CHECK_SAYING(fabs(exponent[0] - estimate.value) < 0.15 * estimate.value, "%g and %g", exponent[0], estimate.value);
+    CHECK_SAYING(fabs(exponent[0] - estimate.value) < 0.15 * estimate.value, "%g and %g",
+                 exponent[0], estimate.value);
     test_tree_clear(&t);
 }
 
@@ -160,7 +170,8 @@ TEST(lyapunov_exponents_of_one_arm_vanish) {
     tree_of(&t, 1, 3);
     run(&t, 2, 0.25, 4000, 1000, exponent, phi, rate);
     /* neighbours part as the time does: log(1000) / 1000 */
-    CHECK_SAYING(fabs(exponent[0]) < 0.02 && fabs(exponent[1]) < 0.02, "%g and %g", exponent[0], exponent[1]);
+    CHECK_SAYING(fabs(exponent[0]) < 0.02 && fabs(exponent[1]) < 0.02, "%g and %g", exponent[0],
+                 exponent[1]);
     CHECK(exponent[0] > 0.001 && exponent[1] < -0.001);
     test_tree_clear(&t);
 }
@@ -185,12 +196,14 @@ TEST(lyapunov_forgets_a_transient) {
     const struct pend_lyapunov_problem problem = {
         .tree = t.tree, .gravity = 9.81, .phi = t.phi, .rate = t.rate, .count = 1, .interval = 0.1};
     REQUIRE(pend_lyapunov_new(&lyapunov, &problem, NULL) == PEND_OK);
-    for (int i = 0, done; i < 20; i += done) REQUIRE(pend_lyapunov_go(lyapunov, 1000, &done, NULL) == PEND_OK);
+    for (int i = 0, done; i < 20; i += done)
+        REQUIRE(pend_lyapunov_go(lyapunov, 1000, &done, NULL) == PEND_OK);
     pend_lyapunov_exponents(lyapunov, first);
     pend_lyapunov_forget(lyapunov);
     pend_lyapunov_exponents(lyapunov, rest);
     CHECK(rest[0] == 0);
-    for (int i = 0, done; i < 60; i += done) REQUIRE(pend_lyapunov_go(lyapunov, 1000, &done, NULL) == PEND_OK);
+    for (int i = 0, done; i < 60; i += done)
+        REQUIRE(pend_lyapunov_go(lyapunov, 1000, &done, NULL) == PEND_OK);
     pend_lyapunov_exponents(lyapunov, rest);
     pend_lyapunov_free(&lyapunov);
     double phi[2], rate[2];
@@ -227,14 +240,15 @@ TEST(lyapunov_problems_that_make_no_sense_are_refused) {
     test_tree_clear(&t);
 }
 
-/* the largest exponent over 400 s beside that over 3000 s: most within the error, nearly all within twice of it; of
- * small swings, which tend to 0, within twice of it from there */
+/* the largest exponent over 400 s beside that over 3000 s: most within the error, nearly all
+ * within twice of it; of small swings, which tend to 0, within twice of it from there */
 TEST(lyapunov_errors_are_of_the_size_of_the_scatter) {
     enum { STARTS = 6 };
     int within = 0, twice = 0;
     for (int i = 0; i < STARTS; i++) {
         static const int parent[] = {-1, 0};
-        static const double aside[STARTS][2] = {{2, 2.5}, {3, 3}, {2.2, 1}, {2.5, -2}, {0.3, 0.3}, {0.5, 0.2}};
+        static const double aside[STARTS][2] = {{2, 2.5},  {3, 3},     {2.2, 1},
+                                                {2.5, -2}, {0.3, 0.3}, {0.5, 0.2}};
         unsigned long long seed = 1;
         struct test_tree t;
         struct pend_lyapunov *lyapunov;
@@ -243,8 +257,13 @@ TEST(lyapunov_errors_are_of_the_size_of_the_scatter) {
         for (int k = 0; k < 2; k++) t.length[k] = t.mass[k] = 1;
         test_tree_rebuild(&t);
         for (int k = 0; k < 2; k++) t.phi[k] = aside[i][k] - M_PI_2, t.rate[k] = 0;
-        const struct pend_lyapunov_problem problem = {
-            .tree = t.tree, .gravity = 9.81, .phi = t.phi, .rate = t.rate, .count = 1, .interval = 0.25, .rtol = 1e-10};
+        const struct pend_lyapunov_problem problem = {.tree = t.tree,
+                                                      .gravity = 9.81,
+                                                      .phi = t.phi,
+                                                      .rate = t.rate,
+                                                      .count = 1,
+                                                      .interval = 0.25,
+                                                      .rtol = 1e-10};
         int tame = i >= 4, long_run = tame ? 1600 : 8000;
         REQUIRE(pend_lyapunov_new(&lyapunov, &problem, NULL) == PEND_OK);
         pend_lyapunov_errors(lyapunov, &error);
@@ -259,8 +278,8 @@ TEST(lyapunov_errors_are_of_the_size_of_the_scatter) {
         pend_lyapunov_exponents(lyapunov, &last);
         pend_lyapunov_errors(lyapunov, &last_error);
         double off = tame ? exponent : exponent - last;
-        CHECK_SAYING(fabs(off) <= 3 * error && error < (tame ? 0.05 : 0.25), "%g +- %g, then %g +- %g", exponent, error,
-                     last, last_error);
+        CHECK_SAYING(fabs(off) <= 3 * error && error < (tame ? 0.05 : 0.25),
+                     "%g +- %g, then %g +- %g", exponent, error, last, last_error);
         CHECK(tame || last_error < error);
         within += fabs(off) <= error;
         twice += fabs(off) <= 2 * error;

@@ -1,4 +1,5 @@
-/* Tests of core/extended/extended and core/extended/method_extended: the reference's digits, laws to 28 digits, every instruction set.
+/* Tests of core/extended/extended and core/extended/method_extended: the reference's digits,
+ * laws to 28 digits, every instruction set.
  * Leaves to others: single operations (test_pairs).
  * Invariant: what is compared has more digits than a double, or the test says so. */
 #include "core/extended/extended.h"
@@ -34,15 +35,17 @@ static double full_gap(int n, const struct full *a, const struct full *b) {
 }
 
 /* the state a time after another; as many steps as it took in *steps, where wanted */
-static struct full follow(const struct pend_tree *tree, const struct full *start, double t, double rtol, int single,
-                          enum pend_isa isa, long *steps) {
+static struct full follow(const struct pend_tree *tree, const struct full *start, double t,
+                          double rtol, int single, enum pend_isa isa, long *steps) {
     struct pend_extended *extended;
     struct full from = *start, to = {{0}, {0}, {0}, {0}};
     struct pend_extended_state from_view = full_view(&from), to_view = full_view(&to);
-    if (!CHECK(pend_extended_new(&extended, tree, rtol, 0, single, isa, NULL) == PEND_OK)) return to;
+    if (!CHECK(pend_extended_new(&extended, tree, rtol, 0, single, isa, NULL) == PEND_OK))
+        return to;
     pend_extended_start(extended, 0, 9.81, &from_view, t);
     while (pend_extended_lane(extended, 0) == PEND_EXTENDED_UNDER_WAY) pend_extended_step(extended);
-    CHECK(pend_extended_lane(extended, 0) == PEND_EXTENDED_STOPPED && pend_extended_time(extended, 0) == t);
+    CHECK(pend_extended_lane(extended, 0) == PEND_EXTENDED_STOPPED &&
+          pend_extended_time(extended, 0) == t);
     pend_extended_end(extended, 0, &to_view);
     if (steps) *steps = pend_extended_steps(extended, 0);
     pend_extended_free(&extended);
@@ -58,16 +61,18 @@ static struct full full_start(const struct test_tree *t) {
 
 /* ---- the reference's digits */
 
-/* t (a double, and how much later the decimal is), phi[4], phi'[4] with all digits that a quad holds: sums of two
- * doubles from 25 digits of text */
+/* t (a double, and how much later the decimal is), phi[4], phi'[4] with all digits that a quad
+ * holds: sums of two doubles from 25 digits of text */
 static int reference_row(FILE *file, double *t, double *late, struct full *row) {
     char text[64];
     for (int i = 0; i < 13; i++) {
         if (fscanf(file, "%63s", text) != 1) return 0;
         test_quad x = test_quad_read(text);
         if (i == 0) *t = (double)x, *late = (double)(x - *t);
-        if (i >= 1 && i < 5) row->phi[i - 1] = (double)x, row->phi_low[i - 1] = (double)(x - (double)x);
-        if (i >= 5 && i < 9) row->rate[i - 5] = (double)x, row->rate_low[i - 5] = (double)(x - (double)x);
+        if (i >= 1 && i < 5)
+            row->phi[i - 1] = (double)x, row->phi_low[i - 1] = (double)(x - (double)x);
+        if (i >= 5 && i < 9)
+            row->rate[i - 5] = (double)x, row->rate_low[i - 5] = (double)(x - (double)x);
     }
     return 1;
 }
@@ -85,7 +90,8 @@ TEST(extended_has_all_25_digits_of_the_reference) {
     for (int c; (c = getc(file)) == '#';)
         while (c != '\n' && c != EOF) c = getc(file);
     fseek(file, -1, SEEK_CUR);
-    REQUIRE(pend_extended_new(&extended, paper.tree, 1e-30, 0, 1, pend_isa_best(), NULL) == PEND_OK);
+    REQUIRE(pend_extended_new(&extended, paper.tree, 1e-30, 0, 1, pend_isa_best(), NULL) ==
+            PEND_OK);
     pend_extended_start(extended, 0, 9.81, &view, 5);
     long allocations = test_alloc_count();
     while (reference_row(file, &t, &late, &row)) {
@@ -108,7 +114,9 @@ TEST(extended_has_all_25_digits_of_the_reference) {
     }
     CHECK_INT(test_alloc_count(), allocations);
     CHECK_INT(rows, TEST_PAPER_ROWS);
-    CHECK_RESIDUAL(worst, 5e-24, "phi and phi' over all 51 instants; the reference has 25 digits of numbers up to 9");
+    CHECK_RESIDUAL(
+        worst, 5e-24,
+        "phi and phi' over all 51 instants; the reference has 25 digits of numbers up to 9");
     pend_extended_free(&extended);
     fclose(file);
     test_paper_clear(&paper);
@@ -154,10 +162,11 @@ TEST(extended_keeps_the_energy_to_28_digits) {
     for (int n = 2; n <= MOST; n += 9) {
         struct test_tree t;
         test_tree_random(&t, TEST_TREE_LIMBS, n, 0.3, &seed);
-        struct full start = full_start(&t), end = follow(t.tree, &start, 0.5, 1e-30, 1, pend_isa_best(), NULL),
-                    high = end;
+        struct full start = full_start(&t),
+                    end = follow(t.tree, &start, 0.5, 1e-30, 1, pend_isa_best(), NULL), high = end;
         test_quad first = quad_energy(t.tree, &start), scale = 0;
-        for (int k = 0; k < n; k++) scale += (test_quad)9.81 * t.tree->len[k] * t.tree->subtree_mass[k];
+        for (int k = 0; k < n; k++)
+            scale += (test_quad)9.81 * t.tree->len[k] * t.tree->subtree_mass[k];
         worst = fmax(worst, (double)(test_quad_abs(quad_energy(t.tree, &end) - first) / scale));
         memset(high.phi_low, 0, sizeof high.phi_low);
         plain = fmax(plain, (double)(test_quad_abs(quad_energy(t.tree, &high) - first) / scale));
@@ -171,7 +180,8 @@ TEST(extended_error_follows_the_tolerance) {
     unsigned long long seed = 3;
     struct test_tree t;
     test_tree_random(&t, TEST_TREE_ATTACHED, 3, 0.3, &seed);
-    struct full start = full_start(&t), best = follow(t.tree, &start, 1, 1e-30, 1, pend_isa_best(), NULL);
+    struct full start = full_start(&t),
+                best = follow(t.tree, &start, 1, 1e-30, 1, pend_isa_best(), NULL);
     long last = 0;
     double before = 0;
     for (double rtol = 1e-28; rtol < 1e-5; rtol *= 1e4) {
@@ -200,7 +210,8 @@ TEST(extended_accelerations_and_forces_are_those_of_the_equations) {
         test_tree_random(&t, TEST_TREE_ATTACHED, n, n % 3 ? 0.3 : 3, &seed);
         struct full start = full_start(&t);
         struct pend_extended_state view = full_view(&start), at_view = full_view(&at);
-        REQUIRE(pend_extended_new(&extended, t.tree, 1e-28, 0, n % 2, pend_isa_best(), NULL) == PEND_OK);
+        REQUIRE(pend_extended_new(&extended, t.tree, 1e-28, 0, n % 2, pend_isa_best(), NULL) ==
+                PEND_OK);
         pend_extended_start(extended, 0, 9.81, &view, 1);
         pend_extended_step(extended);
         x = 0.5 * pend_extended_time(extended, 0);
@@ -250,7 +261,8 @@ static void lanes_all(struct lanes_run *run, enum pend_isa isa, long first, long
                                             .fetch = lanes_fetch,
                                             .deliver = lanes_deliver,
                                             .context = run};
-    if (!CHECK(pend_extended_new(&extended, run->t->tree, 1e-25, 0, 0, isa, NULL) == PEND_OK)) return;
+    if (!CHECK(pend_extended_new(&extended, run->t->tree, 1e-25, 0, 0, isa, NULL) == PEND_OK))
+        return;
     CHECK(pend_extended_width(extended) >= 2);
     long allocations = test_alloc_count();
     CHECK(pend_extended_run(extended, &problem, first, count) == PEND_OK);
@@ -290,10 +302,12 @@ TEST(extended_bits_are_the_same_in_wide_lanes_and_alone) {
         struct full alone = follow(t.tree, &start, 0.5, 1e-30, 1, pend_isa_best(), NULL);
         for (int isa = PEND_ISA_AVX2; isa <= (int)pend_isa_best(); isa++) {
             struct full lane = follow(t.tree, &start, 0.5, 1e-30, 0, (enum pend_isa)isa, NULL);
-            CHECK_SAYING(full_gap(n, &alone, &lane) == 0, "%d arms, set %d: %g", n, isa, full_gap(n, &alone, &lane));
+            CHECK_SAYING(full_gap(n, &alone, &lane) == 0, "%d arms, set %d: %g", n, isa,
+                         full_gap(n, &alone, &lane));
         }
         struct full base = follow(t.tree, &start, 0.5, 1e-30, 0, PEND_ISA_BASE, NULL);
-        CHECK_SAYING(full_gap(n, &alone, &base) < 1e-27, "%d arms: %g", n, full_gap(n, &alone, &base));
+        CHECK_SAYING(full_gap(n, &alone, &base) < 1e-27, "%d arms: %g", n,
+                     full_gap(n, &alone, &base));
         test_tree_clear(&t);
     }
 }
@@ -303,10 +317,15 @@ TEST(extended_refuses_tolerances_out_of_range_and_fails_cleanly_without_memory) 
     struct pend_extended *extended;
     struct pend_error error;
     test_paper_init(&paper, 2);
-    CHECK(pend_extended_new(&extended, paper.tree, 1e-31, 0, 1, pend_isa_best(), &error) == PEND_INVALID && !extended);
-    CHECK(pend_extended_new(&extended, paper.tree, 1e-20, -1, 1, pend_isa_best(), &error) == PEND_INVALID && !extended);
+    CHECK(pend_extended_new(&extended, paper.tree, 1e-31, 0, 1, pend_isa_best(), &error) ==
+              PEND_INVALID &&
+          !extended);
+    CHECK(pend_extended_new(&extended, paper.tree, 1e-20, -1, 1, pend_isa_best(), &error) ==
+              PEND_INVALID &&
+          !extended);
     test_alloc_fail(1, 0);
-    CHECK(pend_extended_new(&extended, paper.tree, 1e-20, 0, 1, pend_isa_best(), &error) == PEND_NO_MEMORY &&
+    CHECK(pend_extended_new(&extended, paper.tree, 1e-20, 0, 1, pend_isa_best(), &error) ==
+              PEND_NO_MEMORY &&
           !extended);
     test_alloc_faults_off();
     test_paper_clear(&paper);
@@ -323,9 +342,12 @@ TEST(extended_refuses_trees_whose_series_would_fill_the_memory) {
     REQUIRE(pend_tree_new(&tree, ARMS, one, one, parent, NULL) == PEND_OK);
     /* at every instruction set */
     for (int isa = PEND_ISA_BASE; isa <= (int)pend_isa_best(); isa++) {
-        CHECK(pend_extended_new(&extended, tree, 1e-20, 0, 1, (enum pend_isa)isa, &error) == PEND_INVALID && !extended);
-        CHECK_SAYING(strstr(error.text, "32 digits are for smaller trees: the series of 100000 arms"), "%s",
-                     error.text);
+        CHECK(pend_extended_new(&extended, tree, 1e-20, 0, 1, (enum pend_isa)isa, &error) ==
+                  PEND_INVALID &&
+              !extended);
+        CHECK_SAYING(
+            strstr(error.text, "32 digits are for smaller trees: the series of 100000 arms"), "%s",
+            error.text);
     }
     pend_tree_free(&tree);
 }
@@ -341,7 +363,8 @@ TEST(extended_method_gives_doubles_that_are_right_to_the_last_digit) {
     test_record_blocks(&record, pend_method_find("taylor")->extended, &paper.problem, 64, 1000);
     CHECK_INT(record.status, PEND_OK);
     struct test_record_gap gap = test_paper_gap(&record, 10, row);
-    // instants are doubles, the reference's are decimals: that shows in the last digits of what moves fast
+    // instants are doubles, the reference's are decimals: that shows in the last digits of what
+    // moves fast
     CHECK_RESIDUAL(gap.phi, 2e-14, "phi");
     CHECK_RESIDUAL(gap.rate, 1e-13, "phi'");
     CHECK_RESIDUAL(gap.force, 1e-11, "lambda");
@@ -368,7 +391,8 @@ TEST(extended_method_fails_cleanly_without_memory) {
     for (long i = 1;; i++) {
         struct pend_run *run;
         test_alloc_fail(i, 0);
-        enum pend_status status = pend_run_new(&run, pend_method_find("taylor")->extended, &paper.problem, NULL);
+        enum pend_status status =
+            pend_run_new(&run, pend_method_find("taylor")->extended, &paper.problem, NULL);
         test_alloc_faults_off();
         CHECK(status == PEND_OK ? run != NULL : status == PEND_NO_MEMORY && !run);
         pend_run_free(&run);

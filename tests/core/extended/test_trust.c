@@ -19,17 +19,19 @@ static void tumble_init(struct test_tree *t) {
 }
 
 static struct pend_problem tumble_problem(const struct test_tree *t, double span, long count) {
-    return (struct pend_problem){.tree = t->tree,
-                                 .gravity = 9.81,
-                                 .phi = t->phi,
-                                 .rate = t->rate,
-                                 .times = {.count = count, .span = span, .divisor = (double)(count - 1)}};
+    return (struct pend_problem){
+        .tree = t->tree,
+        .gravity = 9.81,
+        .phi = t->phi,
+        .rate = t->rate,
+        .times = {.count = count, .span = span, .divisor = (double)(count - 1)}};
 }
 
 static double tumble_until(const struct pend_problem *problem, double tolerance, double work) {
     struct pend_trust *trust;
     int done = 0;
-    if (!CHECK(pend_trust_new(&trust, &pend_method_taylor, problem, tolerance, NULL) == PEND_OK)) return NAN;
+    if (!CHECK(pend_trust_new(&trust, &pend_method_taylor, problem, tolerance, NULL) == PEND_OK))
+        return NAN;
     while (!done)
         if (!CHECK(pend_trust_next(trust, work, &done, NULL) == PEND_OK)) break;
     double until = pend_trust_until(trust);
@@ -51,7 +53,8 @@ TEST(trust_ends_at_the_last_instant_where_the_digits_hold) {
            fabs(plain.samples.phi[2 * i + 1] - exact.samples.phi[2 * i + 1]) <= 1e-6)
         i++;
     REQUIRE(i > 100 && i < 501);
-    CHECK_SAYING(until == plain.samples.t[i - 1], "%g instead of %g", until, plain.samples.t[i - 1]);
+    CHECK_SAYING(until == plain.samples.t[i - 1], "%g instead of %g", until,
+                 plain.samples.t[i - 1]);
     test_record_clear(&plain);
     test_record_clear(&exact);
     test_tree_clear(&t);
@@ -78,8 +81,10 @@ TEST(trust_carried_says_the_same) {
         struct pend_checkpoint checkpoint = {.way = PEND_CHECKPOINT_COUNT};
         REQUIRE(pend_trust_next(trust, 300, &done, NULL) == PEND_OK);
         CHECK(pend_trust_carry(trust, &checkpoint) == PEND_OK);
-        checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_TAKE, .bytes = checkpoint.used, .at = malloc(checkpoint.used)};
-        REQUIRE(checkpoint.at && pend_trust_carry(trust, &checkpoint) == PEND_OK && pend_checkpoint_whole(&checkpoint));
+        checkpoint = (struct pend_checkpoint){
+            .way = PEND_CHECKPOINT_TAKE, .bytes = checkpoint.used, .at = malloc(checkpoint.used)};
+        REQUIRE(checkpoint.at && pend_trust_carry(trust, &checkpoint) == PEND_OK &&
+                pend_checkpoint_whole(&checkpoint));
         REQUIRE(pend_trust_new(&next, &pend_method_taylor, &problem, 1e-6, NULL) == PEND_OK);
         checkpoint.way = PEND_CHECKPOINT_PUT;
         checkpoint.used = 0;
@@ -116,7 +121,8 @@ TEST(trust_says_what_either_run_says) {
     tumble_init(&t);
     struct pend_problem problem = tumble_problem(&t, 30, 121);
     problem.rtol = 2;
-    CHECK(pend_trust_new(&trust, &pend_method_taylor, &problem, 1e-6, &error) == PEND_INVALID && !trust);
+    CHECK(pend_trust_new(&trust, &pend_method_taylor, &problem, 1e-6, &error) == PEND_INVALID &&
+          !trust);
     problem.rtol = 0;
     problem.step_cap = 20;
     REQUIRE(pend_trust_new(&trust, &pend_method_taylor, &problem, 1e-6, NULL) == PEND_OK);

@@ -21,12 +21,13 @@ static void tumble_init(struct test_tree *t, double aside) {
 }
 
 static struct pend_problem tumble_problem(const struct test_tree *t, double span, long count) {
-    return (struct pend_problem){.tree = t->tree,
-                                 .gravity = 9.81,
-                                 .phi = t->phi,
-                                 .rate = t->rate,
-                                 .times = {.count = count, .span = span, .divisor = (double)(count - 1)},
-                                 .accuracy = accuracy};
+    return (struct pend_problem){
+        .tree = t->tree,
+        .gravity = 9.81,
+        .phi = t->phi,
+        .rate = t->rate,
+        .times = {.count = count, .span = span, .divisor = (double)(count - 1)},
+        .accuracy = accuracy};
 }
 
 /* the last instant up to which all numbers of a record are those of a better one */
@@ -53,7 +54,8 @@ static double true_horizon(const struct test_record *record, const struct pend_p
     struct test_record exact;
     struct pend_problem better = *problem;
     better.rtol = better.atol = better.step = better.accuracy = 0;
-    test_record_blocks(&exact, pend_method_taylor.extended, &better, problem->times.count, INFINITY);
+    test_record_blocks(&exact, pend_method_taylor.extended, &better, problem->times.count,
+                       INFINITY);
     double until = truth(record, &exact);
     test_record_clear(&exact);
     return until;
@@ -74,7 +76,8 @@ TEST(horizon_is_where_the_digits_end) {
         problem.rtol = list[i].rtol;
         test_record(&record, list[i].method, &problem);
         double until = true_horizon(&record, &problem), told = record.stats.horizon;
-        CHECK_SAYING(until > 0.5 && until < 17 && told <= 1.1 * until && told >= list[i].least * until,
+        CHECK_SAYING(until > 0.5 && until < 17 && told <= 1.1 * until &&
+                         told >= list[i].least * until,
                      "%s, rtol %g: %g told, %g true", list[i].method, list[i].rtol, told, until);
         test_record_clear(&record);
     }
@@ -88,7 +91,8 @@ TEST(horizon_of_32_digits_is_four_times_as_far) {
     struct test_record record;
     test_record_blocks(&record, pend_method_taylor.extended, &problem, 501, INFINITY);
     // the motion in 90 digits and this one part by 1e-6 rad at 32.5 s
-    CHECK_SAYING(record.stats.horizon <= 1.1 * 32.5 && record.stats.horizon >= 0.8 * 32.5, "%g", record.stats.horizon);
+    CHECK_SAYING(record.stats.horizon <= 1.1 * 32.5 && record.stats.horizon >= 0.8 * 32.5, "%g",
+                 record.stats.horizon);
     test_record_clear(&record);
     test_tree_clear(&t);
 }
@@ -118,7 +122,8 @@ TEST(horizon_of_random_trees_is_seldom_late_and_never_by_a_tenth) {
     CHECK_SAYING(parted >= TREES / 2 && early <= parted / 4, "%d parted, %d early", parted, early);
 }
 
-/* What steps leave out may nearly cancel, over many of them: then the first terms of what is left out are not enough.
+/* What steps leave out may nearly cancel, over many of them: then the first terms of what is left
+ * out are not enough.
  */
 TEST(horizon_of_steps_that_nearly_cancel_is_not_late) {
     enum { ARMS = 3 };
@@ -147,12 +152,13 @@ TEST(horizon_of_steps_that_nearly_cancel_is_not_late) {
             t.phi[k] = list[i].phi[k], t.rate[k] = list[i].rate[k];
         }
         test_tree_rebuild(&t);
-        struct pend_problem problem = tumble_problem(&t, list[i].span, 1 + (long)(list[i].span * 20));
+        struct pend_problem problem =
+            tumble_problem(&t, list[i].span, 1 + (long)(list[i].span * 20));
         problem.rtol = 1e-9;
         test_record(&record, "taylor", &problem);
         double until = true_horizon(&record, &problem), told = record.stats.horizon;
-        CHECK_SAYING(until < 25 && told <= 1.1 * until && told >= 0.7 * until, "motion %zu: %g told, %g true", i, told,
-                     until);
+        CHECK_SAYING(until < 25 && told <= 1.1 * until && told >= 0.7 * until,
+                     "motion %zu: %g told, %g true", i, told, until);
         test_record_clear(&record);
         test_tree_clear(&t);
     }
@@ -229,8 +235,8 @@ TEST(horizon_carried_says_the_same) {
         test_record(&whole, methods[i], &problem);
         test_record_carried(&carried, pend_method_find(methods[i]), &problem, 7, 500);
         CHECK(test_record_same(&whole, &carried));
-        CHECK_SAYING(whole.stats.horizon == carried.stats.horizon && whole.stats.horizon < 12, "%s: %g and %g",
-                     methods[i], whole.stats.horizon, carried.stats.horizon);
+        CHECK_SAYING(whole.stats.horizon == carried.stats.horizon && whole.stats.horizon < 12,
+                     "%s: %g and %g", methods[i], whole.stats.horizon, carried.stats.horizon);
         test_record_clear(&whole);
         test_record_clear(&carried);
     }
@@ -257,7 +263,8 @@ TEST(horizon_fails_cleanly_without_memory) {
     test_tree_clear(&t);
 }
 
-/* its digits go with the phases of its modes: never within a million seconds, and at some time for certain */
+/* its digits go with the phases of its modes: never within a million seconds, and at some time
+ * for certain */
 TEST(horizon_of_the_linear_motion_is_far) {
     struct test_tree t;
     tumble_init(&t, 0.1);

@@ -38,7 +38,8 @@ TEST(gsl_methods_solve_the_papers_example) {
     test_paper_clear(&paper);
 }
 
-/* instants so close that every step ends at one cost what they cost, but no more: landing loses no step size */
+/* instants so close that every step ends at one cost what they cost, but no more: landing loses
+ * no step size */
 TEST(gsl_methods_keep_their_step_size_when_they_land) {
     static const char *const name[] = {"rkf45", "rk8pd", "msadams"};
     const double list[] = {0, 1, 1 + 1e-13, 1 + 2e-13, 2};
@@ -51,8 +52,8 @@ TEST(gsl_methods_keep_their_step_size_when_they_land) {
         paper.problem.times = (struct pend_times){.count = 5, .list = list};
         test_record(&near, name[i], &paper.problem);
         CHECK_INT(near.status, PEND_OK);
-        CHECK_SAYING(near.stats.steps <= far.stats.steps + far.stats.steps / 4, "%s: %ld steps with, %ld without",
-                     name[i], near.stats.steps, far.stats.steps);
+        CHECK_SAYING(near.stats.steps <= far.stats.steps + far.stats.steps / 4,
+                     "%s: %ld steps with, %ld without", name[i], near.stats.steps, far.stats.steps);
         test_record_clear(&near);
         test_record_clear(&far);
     }

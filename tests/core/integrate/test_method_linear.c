@@ -21,22 +21,25 @@ static void swing_init(struct test_tree *t, int n, double amplitude, unsigned lo
 }
 
 static struct pend_problem swing_problem(const struct test_tree *t, double span, long count) {
-    return (struct pend_problem){.tree = t->tree,
-                                 .gravity = GRAVITY,
-                                 .phi = t->phi,
-                                 .rate = t->rate,
-                                 .times = {.count = count, .span = span, .divisor = (double)(count - 1)}};
+    return (struct pend_problem){
+        .tree = t->tree,
+        .gravity = GRAVITY,
+        .phi = t->phi,
+        .rate = t->rate,
+        .times = {.count = count, .span = span, .divisor = (double)(count - 1)}};
 }
 
 /* largest |theta'' + A theta| at all samples, relative to the largest |theta''| */
-static double residual(const struct test_record *record, const struct pend_tree *tree, const double a[]) {
+static double residual(const struct test_record *record, const struct pend_tree *tree,
+                       const double a[]) {
     double worst = 0, largest = 0;
     int n = tree->n;
     for (long i = 0; i < record->samples.count; i++)
         for (int k = 0; k < n; k++) {
             double sum = record->samples.acc[i * n + tree->order[k]];
             largest = fmax(largest, fabs(sum));
-            for (int j = 0; j < n; j++) sum += a[k * n + j] * (record->samples.phi[i * n + tree->order[j]] + QUARTER);
+            for (int j = 0; j < n; j++)
+                sum += a[k * n + j] * (record->samples.phi[i * n + tree->order[j]] + QUARTER);
             worst = fmax(worst, fabs(sum));
         }
     return worst / largest;
@@ -69,9 +72,11 @@ TEST(linear_differentiates_its_own_motion) {
     double rate_gap = 0, acc_gap = 0, step = 1.0 / (COUNT - 1);
     for (long i = 1; i + 1 < COUNT; i++)
         for (int k = 0; k < ARMS; k++) {
-            const double *phi = record.samples.phi + i * ARMS + k, *rate = record.samples.rate + i * ARMS + k;
+            const double *phi = record.samples.phi + i * ARMS + k,
+                         *rate = record.samples.rate + i * ARMS + k;
             rate_gap = fmax(rate_gap, fabs((phi[ARMS] - phi[-ARMS]) / (2 * step) - *rate));
-            acc_gap = fmax(acc_gap, fabs((rate[ARMS] - rate[-ARMS]) / (2 * step) - record.samples.acc[i * ARMS + k]));
+            acc_gap = fmax(acc_gap, fabs((rate[ARMS] - rate[-ARMS]) / (2 * step) -
+                                         record.samples.acc[i * ARMS + k]));
         }
     CHECK_RESIDUAL(rate_gap, 1e-4, "rate against differences of phi");
     CHECK_RESIDUAL(acc_gap, 1e-3, "acc against differences of rate");
@@ -99,10 +104,12 @@ TEST(linear_is_the_limit_of_small_swings) {
         test_tree_clear(&t);
     }
     CHECK_RESIDUAL(error[1], 1e-10, "phi at amplitude 1e-4");
-    CHECK_SAYING(error[0] / error[1] > 900 && error[0] / error[1] < 1100, "ratio %g", error[0] / error[1]);
+    CHECK_SAYING(error[0] / error[1] > 900 && error[0] / error[1] < 1100, "ratio %g",
+                 error[0] / error[1]);
 }
 
-/* the forces of the motion that linear hands out: hanging at rest each arm carries what hangs on it */
+/* the forces of the motion that linear hands out: hanging at rest each arm carries what hangs on
+ * it */
 TEST(linear_forces_follow_from_its_motion) {
     enum { ARMS = 5 };
     struct test_tree t;
@@ -114,7 +121,8 @@ TEST(linear_forces_follow_from_its_motion) {
     for (long i = 0; i < 3; i++)
         for (int k = 0; k < ARMS; k++) {
             double weight = GRAVITY * t.tree->subtree_mass[k];
-            worst = fmax(worst, fabs(record.samples.force[i * ARMS + t.tree->order[k]] + weight) / weight);
+            worst = fmax(worst,
+                         fabs(record.samples.force[i * ARMS + t.tree->order[k]] + weight) / weight);
         }
     CHECK_RESIDUAL(worst, 1e-15, "force hanging at rest");
     test_record_clear(&record);
@@ -135,7 +143,8 @@ TEST(linear_swings_about_the_nearest_hanging_position) {
     for (long i = 0; i < 11; i++)
         for (int k = 0; k < ARMS; k++) {
             double turns = (t.tree->place[k] - 1) * 4 * QUARTER;
-            gap = fmax(gap, fabs(turned.samples.phi[i * ARMS + k] - turns - plain.samples.phi[i * ARMS + k]));
+            gap = fmax(gap, fabs(turned.samples.phi[i * ARMS + k] - turns -
+                                 plain.samples.phi[i * ARMS + k]));
         }
     CHECK_RESIDUAL(gap, 1e-14, "phi but for whole turns");
     test_record_clear(&plain);
@@ -151,7 +160,8 @@ TEST(linear_repeats_after_the_period_of_a_mode) {
     struct pend_modes *modes;
     swing_init(&t, ARMS, 0, 9);
     REQUIRE(pend_modes_new(&modes, t.tree, GRAVITY, 1, NULL) == PEND_OK);
-    for (int k = 0; k < modes->count; k++) pend_modes_scale(modes, t.tree, k, PEND_NORMALIZE_MAX, -1);
+    for (int k = 0; k < modes->count; k++)
+        pend_modes_scale(modes, t.tree, k, PEND_NORMALIZE_MAX, -1);
     for (int k = 0; k < ARMS; k++) t.phi[k] = 0.1 * modes->vector[2 * ARMS + k] - QUARTER;
     struct pend_problem problem = swing_problem(&t, 8 * QUARTER / modes->omega[2], 3);
     test_record(&record, "linear", &problem);

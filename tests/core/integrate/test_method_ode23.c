@@ -5,11 +5,13 @@
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
 
-/* What a separate transcription of MATLAB's ode23 (another language, the paper's matrix form, Gaussian elimination)
- * gives for the paper's example over 0:.01:5 with RelTol 1e-3 and AbsTol 1e-6. */
+/* What a separate transcription of MATLAB's ode23 (another language, the paper's matrix form,
+ * Gaussian elimination) gives for the paper's example over 0:.01:5 with RelTol 1e-3 and AbsTol
+ * 1e-6. */
 enum { MATLAB_STEPS = 197, MATLAB_FAILED = 22, MATLAB_EVALUATIONS = 658 };
-static const double matlab_end[8] = {-0.9410172426987587, -2.4566853708000975, 4.621912896678883,  5.668938767737061,
-                                     -3.1310259317365894, 2.3210535153049103,  -3.088956172845715, 4.640701477489687};
+static const double matlab_end[8] = {-0.9410172426987587, -2.4566853708000975, 4.621912896678883,
+                                     5.668938767737061,   -3.1310259317365894, 2.3210535153049103,
+                                     -3.088956172845715,  4.640701477489687};
 
 TEST(ode23_is_matlabs_on_the_papers_example) {
     struct test_paper paper;
@@ -35,13 +37,15 @@ TEST(ode23_is_matlabs_on_the_papers_example) {
 }
 
 /* a record of the paper's example over the instants of a list */
-static void record_list(struct test_record *record, struct test_paper *paper, const double list[], long count) {
+static void record_list(struct test_record *record, struct test_paper *paper, const double list[],
+                        long count) {
     paper->problem.times = (struct pend_times){.count = count, .list = list};
     test_record(record, "ode23", &paper->problem);
 }
 
 TEST(ode23_takes_the_same_steps_whatever_lies_in_between) {
-    const double rough[] = {0, 0.01, 5}, fine[] = {0, 1e-7, 0.02, 0.5, 1.25, 1.2500001, 3, 4.999, 5};
+    const double rough[] = {0, 0.01, 5},
+                 fine[] = {0, 1e-7, 0.02, 0.5, 1.25, 1.2500001, 3, 4.999, 5};
     struct test_paper paper;
     struct test_record a, b;
     test_paper_init(&paper, 2);
@@ -54,7 +58,8 @@ TEST(ode23_takes_the_same_steps_whatever_lies_in_between) {
     test_paper_clear(&paper);
 }
 
-/* MATLAB begins with |y'| alone: h = 0.8 rtol^(1/3) threshold / |phi''|, here 0.08 * 1e-3 / (g / l_1) */
+/* MATLAB begins with |y'| alone: h = 0.8 rtol^(1/3) threshold / |phi''|, here 0.08 * 1e-3 / (g /
+ * l_1) */
 TEST(ode23_begins_with_matlabs_first_step) {
     const double first = 0.08e-3 / (9.81 / 2), list[] = {0, first * 0.999999, first * 1.000001, 5};
     struct test_paper paper;
@@ -78,8 +83,8 @@ TEST(ode23_begins_with_matlabs_first_step) {
     test_paper_clear(&paper);
 }
 
-/* No step is longer than a tenth of the time, as in MATLAB. The first gap between wanted instants bounds no step, which
- * it does in MATLAB. */
+/* No step is longer than a tenth of the time, as in MATLAB. The first gap between wanted
+ * instants bounds no step, which it does in MATLAB. */
 TEST(ode23_limits_its_steps_by_the_span_alone) {
     struct test_paper paper;
     struct test_record record;
@@ -98,7 +103,8 @@ TEST(ode23_limits_its_steps_by_the_span_alone) {
     test_paper_clear(&paper);
 }
 
-/* equally spaced instants inside one step lie on one cubic: fourth differences vanish, third do not */
+/* equally spaced instants inside one step lie on one cubic: fourth differences vanish, third do
+ * not */
 TEST(ode23_interpolates_with_a_cubic) {
     enum { COUNT = 9 };
     double list[COUNT + 2], third = 0, fourth = 0;

@@ -1,4 +1,5 @@
-/* Tests of core/integrate/method_symplectic and its kernel: order, symplecticity, reversal, energy over 1e5 periods, the grid.
+/* Tests of core/integrate/method_symplectic and its kernel: order, symplecticity, reversal,
+ * energy over 1e5 periods, the grid.
  * Leaves to others: laws that all methods share (tests/laws/test_integration).
  * Invariant: what is compared with comes from 32 digits or from the map itself. */
 #include "core/integrate/method.h"
@@ -16,13 +17,15 @@
 
 enum { MOST = 8 };
 
-static struct pend_problem tree_problem(const struct test_tree *t, double span, long count, double step) {
-    return (struct pend_problem){.tree = t->tree,
-                                 .gravity = 9.81,
-                                 .phi = t->phi,
-                                 .rate = t->rate,
-                                 .step = step,
-                                 .times = {.count = count, .span = span, .divisor = (double)(count - 1)}};
+static struct pend_problem tree_problem(const struct test_tree *t, double span, long count,
+                                        double step) {
+    return (struct pend_problem){
+        .tree = t->tree,
+        .gravity = 9.81,
+        .phi = t->phi,
+        .rate = t->rate,
+        .step = step,
+        .times = {.count = count, .span = span, .divisor = (double)(count - 1)}};
 }
 
 TEST(gauss_tableau_is_exactly_symplectic_and_symmetric) {
@@ -56,22 +59,25 @@ static const struct symplectic_kernel *kernel_of(int isa) {
 }
 
 /* a step of length h of z = (phi, p), 2 n values */
-static void map_step(int isa, const struct pend_tree *tree, double h, const double z[], double out[]) {
+static void map_step(int isa, const struct pend_tree *tree, double h, const double z[],
+                     double out[]) {
     const struct symplectic_kernel *kernel = kernel_of(isa);
     double low[2][MOST] = {{0}}, phi[MOST], p[MOST];
-    struct symplectic_system system = {.n = tree->n,
-                                       .parent = tree->parent,
-                                       .end = tree->end,
-                                       .gravity = 9.81,
-                                       .subtree_mass = tree->subtree_mass,
-                                       .length = fabs(h),
-                                       .lanes = aligned_alloc(64, kernel->count(tree->n) * sizeof(double))};
+    struct symplectic_system system = {
+        .n = tree->n,
+        .parent = tree->parent,
+        .end = tree->end,
+        .gravity = 9.81,
+        .subtree_mass = tree->subtree_mass,
+        .length = fabs(h),
+        .lanes = aligned_alloc(64, kernel->count(tree->n) * sizeof(double))};
     if (!system.lanes) abort();
     size_t bytes = (size_t)tree->n * sizeof(double);
     memcpy(phi, z, bytes);
     memcpy(p, z + tree->n, bytes);
     for (int j = 0; j < GAUSS_STAGES; j++) system.weight[j] = h * gauss_weight[j];
-    struct symplectic_state from = {phi, low[0], p, low[0]}, to = {out, low[1], out + tree->n, low[1]};
+    struct symplectic_state from = {phi, low[0], p, low[0]},
+                            to = {out, low[1], out + tree->n, low[1]};
     kernel->load(&system, tree->len, tree->mass);
     CHECK(kernel->step(&system, &from, &to) == 1);
     free(system.lanes);
@@ -96,8 +102,8 @@ static void map_turn(int isa, const struct pend_tree *tree, double z[], int way)
 }
 
 /* the Jacobian by differences of order 8: column c of 2 n; in (phi, phi') where rates is set */
-static void map_jacobian(int isa, const struct pend_tree *tree, double h, const double z[], int rates,
-                         double jacobian[]) {
+static void map_jacobian(int isa, const struct pend_tree *tree, double h, const double z[],
+                         int rates, double jacobian[]) {
     static const double weight[4] = {4.0 / 5, -1.0 / 5, 4.0 / 105, -1.0 / 280};
     int m = 2 * tree->n;
     memset(jacobian, 0, (size_t)(m * m) * sizeof *jacobian);
@@ -110,7 +116,8 @@ static void map_jacobian(int isa, const struct pend_tree *tree, double h, const 
             if (rates) map_turn(isa, tree, at, 1);
             map_step(isa, tree, h, at, out);
             if (rates) map_turn(isa, tree, out, 0);
-            for (int r = 0; r < m; r++) jacobian[r * m + c] += (i > 0 ? 1 : -1) * weight[abs(i) - 1] * out[r] / d;
+            for (int r = 0; r < m; r++)
+                jacobian[r * m + c] += (i > 0 ? 1 : -1) * weight[abs(i) - 1] * out[r] / d;
         }
 }
 
@@ -122,8 +129,8 @@ static double map_defect(int n, const double jacobian[]) {
         for (int b = 0; b < m; b++) {
             double sum = b == a + n ? -1 : a == b + n ? 1 : 0;
             for (int k = 0; k < n; k++)
-                sum +=
-                    jacobian[k * m + a] * jacobian[(k + n) * m + b] - jacobian[(k + n) * m + a] * jacobian[k * m + b];
+                sum += jacobian[k * m + a] * jacobian[(k + n) * m + b] -
+                       jacobian[(k + n) * m + a] * jacobian[k * m + b];
             if (!(fabs(sum) <= worst)) worst = fabs(sum);
         }
     return worst;
@@ -149,7 +156,8 @@ TEST(symplectic_step_is_a_symplectic_map) {
             test_tree_clear(&t);
         }
     CHECK_RESIDUAL(worst, 1e-9, "J^T Omega J - Omega in (phi, p)");
-    CHECK_SAYING(plain > 1e-3, "angles and rates are no canonical coordinates, but their defect is %g", plain);
+    CHECK_SAYING(plain > 1e-3,
+                 "angles and rates are no canonical coordinates, but their defect is %g", plain);
 }
 
 TEST(symplectic_kernels_agree) {
@@ -161,10 +169,12 @@ TEST(symplectic_kernels_agree) {
         memcpy(z, t.phi, (size_t)n * sizeof *z);
         memcpy(z + n, t.rate, (size_t)n * sizeof *z);
         map_turn(PEND_ISA_BASE, t.tree, z, 1);
-        for (int isa = 0; isa <= (int)pend_isa_best(); isa++) map_step(isa, t.tree, 0.02, z, out[isa]);
+        for (int isa = 0; isa <= (int)pend_isa_best(); isa++)
+            map_step(isa, t.tree, 0.02, z, out[isa]);
         for (int i = 0; i < 2 * n && pend_isa_best() > PEND_ISA_BASE; i++)
             CHECK(fabs(out[0][i] - out[1][i]) < 1e-12 * (1 + fabs(out[0][i])));
-        if (pend_isa_best() == PEND_ISA_AVX512) CHECK(!memcmp(out[1], out[2], (size_t)(2 * n) * sizeof(double)));
+        if (pend_isa_best() == PEND_ISA_AVX512)
+            CHECK(!memcmp(out[1], out[2], (size_t)(2 * n) * sizeof(double)));
         CHECK(out[0][0] != z[0]);
         test_tree_clear(&t);
     }
@@ -196,7 +206,8 @@ static double pair_error(const struct test_tree *t, double step, long count) {
     return gap;
 }
 
-/* largest error of the energy of a tumbling pair: the sixteenth power of the step, whatever chaos does to the angles */
+/* largest error of the energy of a tumbling pair: the sixteenth power of the step, whatever
+ * chaos does to the angles */
 static double pair_drift(struct test_tree *t, double step) {
     struct test_record record;
     t->phi[0] = 2 - M_PI_2;
@@ -212,8 +223,10 @@ static double pair_drift(struct test_tree *t, double step) {
 TEST(symplectic_has_order_sixteen) {
     struct test_tree t;
     pair_init(&t);
-    double coarse = pair_drift(&t, 0.03), fine = pair_drift(&t, 0.02), order = log(coarse / fine) / log(1.5);
-    CHECK_SAYING(order > 14.5 && order < 17.5, "order %.2f: error %g, then %g", order, coarse, fine);
+    double coarse = pair_drift(&t, 0.03), fine = pair_drift(&t, 0.02),
+           order = log(coarse / fine) / log(1.5);
+    CHECK_SAYING(order > 14.5 && order < 17.5, "order %.2f: error %g, then %g", order, coarse,
+                 fine);
     test_tree_clear(&t);
 }
 
@@ -235,7 +248,8 @@ TEST(symplectic_steps_do_not_depend_on_the_instants) {
     CHECK_INT(few.stats.steps, 128);
     CHECK_INT(many.stats.steps, 128);
     for (int i = 0; i < 9; i++)
-        CHECK(!memcmp(few.samples.phi + (size_t)i * 2, many.samples.phi + (size_t)i * 200, 2 * sizeof(double)));
+        CHECK(!memcmp(few.samples.phi + (size_t)i * 2, many.samples.phi + (size_t)i * 200,
+                      2 * sizeof(double)));
     test_record_clear(&few);
     test_record_clear(&many);
     test_tree_clear(&t);
@@ -272,8 +286,8 @@ TEST(symplectic_runs_backwards_to_its_start) {
 /* ---- very long runs */
 
 /* mean and largest deviation of the energy over some steps of a stepper that is under way */
-static void long_stretch(void *stepper, const struct test_tree *t, long steps, double start, double *mean,
-                         double *most) {
+static void long_stretch(void *stepper, const struct test_tree *t, long steps, double start,
+                         double *mean, double *most) {
     double sum = 0, reached;
     *most = 0;
     for (long i = 0; i < steps; i++) {
@@ -304,19 +318,22 @@ TEST(symplectic_energy_does_not_drift_in_a_hundred_thousand_periods) {
     test_tree_rebuild(&t);
     t.phi[0] = 1.5 - M_PI_2;
     t.rate[0] = 0;
-    // 5.8 steps a period of 2.33 s: the energy swings with it, and must do so in the same way at the end
+    // 5.8 steps a period of 2.33 s: the energy swings with it, and must do so in the same way at
+    // the end
     struct pend_problem problem = tree_problem(&t, 1e6, 2, 0.4);
     void *stepper;
     double reached, start = 9.81 * sin(t.phi[0]), mean[2], most[2];
     REQUIRE(pend_method_symplectic.open(&stepper, &problem, NULL) == PEND_OK);
     long allocations = test_alloc_count();
     long_stretch(stepper, &t, 6000, start, &mean[0], &most[0]);
-    for (long i = 0; i < LONG_STEPS; i++) REQUIRE(!pend_method_symplectic.step(stepper, 1e9, &reached, NULL));
+    for (long i = 0; i < LONG_STEPS; i++)
+        REQUIRE(!pend_method_symplectic.step(stepper, 1e9, &reached, NULL));
     long_stretch(stepper, &t, 6000, start, &mean[1], &most[1]);
     CHECK_INT(test_alloc_count(), allocations);
     CHECK_RESIDUAL(fmax(most[0], most[1]) / 9.81, 1e-8, "energy, relative to g l m");
     CHECK_SAYING(most[1] < 1.1 * most[0], "%g at the end, %g at the start", most[1], most[0]);
-    CHECK_RESIDUAL(fabs(mean[1] - mean[0]) / 9.81, 1e-12, "drift of the mean energy, relative to g l m");
+    CHECK_RESIDUAL(fabs(mean[1] - mean[0]) / 9.81, 1e-12,
+                   "drift of the mean energy, relative to g l m");
     pend_method_symplectic.close(&stepper);
     test_tree_clear(&t);
 }
@@ -338,7 +355,8 @@ TEST(symplectic_says_when_its_step_is_too_long) {
     problem.times = (struct pend_times){.count = 2, .span = problem.step, .divisor = 1};
     test_record_clear(&record);
     test_record(&record, "symplectic", &problem);
-    CHECK_SAYING(problem.step > 0.01 && record.status == PEND_OK, "%g s: %s", problem.step, record.error.text);
+    CHECK_SAYING(problem.step > 0.01 && record.status == PEND_OK, "%g s: %s", problem.step,
+                 record.error.text);
     test_record_clear(&record);
     test_tree_clear(&t);
 }
@@ -380,7 +398,8 @@ TEST(symplectic_stays_where_nothing_moves) {
     test_tree_clear(&t);
 }
 
-/* a start at rest with an arm upright shows a scout no motion at all, and falls by its own rounding */
+/* a start at rest with an arm upright shows a scout no motion at all, and falls by its own
+ * rounding */
 TEST(symplectic_chooses_a_step_that_works_from_an_unstable_equilibrium) {
     const double one[] = {1, 1}, rate[2] = {0};
     // theta = (0, 180) degrees, to 32 digits
@@ -390,7 +409,8 @@ TEST(symplectic_chooses_a_step_that_works_from_an_unstable_equilibrium) {
     struct pend_tree *tree;
     struct test_record record;
     REQUIRE(pend_tree_new(&tree, 2, one, one, parent, NULL) == PEND_OK);
-    struct pend_problem problem = {.tree = tree, .gravity = 9.81, .phi = phi, .phi_low = low, .rate = rate};
+    struct pend_problem problem = {
+        .tree = tree, .gravity = 9.81, .phi = phi, .phi_low = low, .rate = rate};
     problem.times = (struct pend_times){.count = 61, .span = 60, .divisor = 60};
     test_record(&record, "symplectic", &problem);
     CHECK_SAYING(record.status == PEND_OK, "%s", record.error.text);
@@ -399,14 +419,16 @@ TEST(symplectic_chooses_a_step_that_works_from_an_unstable_equilibrium) {
     pend_tree_free(&tree);
 }
 
-/* stages of long chains need not converge with the steps that the series foretells, and are rounded as long sums */
+/* stages of long chains need not converge with the steps that the series foretells, and are
+ * rounded as long sums */
 TEST(symplectic_chooses_a_step_that_works_for_long_chains) {
     unsigned long long seed = 300;
     for (int i = 0; i < 3; i++) {
         struct test_tree t;
         struct test_record record;
         test_tree_random(&t, TEST_TREE_CHAIN, 300, 0.3, &seed);
-        struct pend_problem problem = {.tree = t.tree, .gravity = 9.81, .phi = t.phi, .rate = t.rate};
+        struct pend_problem problem = {
+            .tree = t.tree, .gravity = 9.81, .phi = t.phi, .rate = t.rate};
         problem.times = (struct pend_times){.count = 3, .span = 0.05, .divisor = 2};
         test_record(&record, "symplectic", &problem);
         CHECK_SAYING(record.status == PEND_OK, "%s", record.error.text);
@@ -416,8 +438,8 @@ TEST(symplectic_chooses_a_step_that_works_for_long_chains) {
     }
 }
 
-/* rounding keeps the stages of chains of thousands of arms a few hundred millionths apart: that is as near as they
- * come, and no step is refused or divided for it */
+/* rounding keeps the stages of chains of thousands of arms a few hundred millionths apart: that
+ * is as near as they come, and no step is refused or divided for it */
 TEST(symplectic_chooses_a_step_that_works_for_chains_of_thousands) {
     unsigned long long seed = 4;
     struct test_tree t;
@@ -428,8 +450,8 @@ TEST(symplectic_chooses_a_step_that_works_for_chains_of_thousands) {
     test_record(&record, "symplectic", &problem);
     CHECK_SAYING(record.status == PEND_OK, "%s", record.error.text);
     CHECK_SAYING(record.stats.energy_drift < 1e-10, "%g", record.stats.energy_drift);
-    CHECK_SAYING(record.stats.steps < 50 && record.stats.evaluations < 8000, "%ld steps, %ld evaluations",
-                 record.stats.steps, record.stats.evaluations);
+    CHECK_SAYING(record.stats.steps < 50 && record.stats.evaluations < 8000,
+                 "%ld steps, %ld evaluations", record.stats.steps, record.stats.evaluations);
     test_record_clear(&record);
     test_tree_clear(&t);
 }

@@ -1,4 +1,5 @@
-/* Tests of core/integrate/method_taylor: the paper's example, conserved energy, reversal, dense output, odd scales.
+/* Tests of core/integrate/method_taylor: the paper's example, conserved energy, reversal, dense
+ * output, odd scales.
  * Leaves to others: the series (test_jets), the time loop (test_run).
  * Invariant: the stepper is driven directly, through its descriptor. */
 #include "core/integrate/method.h"
@@ -34,7 +35,8 @@ static int ride_open(struct ride *ride, const struct pend_problem *problem) {
 static int ride_to(struct ride *ride, double t, double limit) {
     struct pend_error error = {0};
     while (fabs(ride->reached) < fabs(t)) {
-        if (!CHECK_SAYING(!pend_method_taylor.step(ride->stepper, limit, &ride->reached, &error), "%s", error.text)) {
+        if (!CHECK_SAYING(!pend_method_taylor.step(ride->stepper, limit, &ride->reached, &error),
+                          "%s", error.text)) {
             return 0;
         }
     }
@@ -56,13 +58,15 @@ static int paper_rows(double row[ROWS][COLUMNS]) {
     return rows == ROWS;
 }
 
-/* the paper's example at 501 instants against the reference's 51: largest errors of phi, phi' and lambda */
+/* the paper's example at 501 instants against the reference's 51: largest errors of phi, phi'
+ * and lambda */
 static void paper_errors(double rtol, double error[3]) {
     double row[ROWS][COLUMNS];
     struct ride ride;
     REQUIRE(paper_rows(row));
     REQUIRE(pend_tree_new(&ride.tree, ARMS, paper_len, paper_mass, paper_parent, NULL) == PEND_OK);
-    struct pend_problem problem = {.tree = ride.tree, .gravity = 9.81, .phi = zero, .rate = zero, .rtol = rtol};
+    struct pend_problem problem = {
+        .tree = ride.tree, .gravity = 9.81, .phi = zero, .rate = zero, .rtol = rtol};
     REQUIRE(ride_open(&ride, &problem));
     for (int i = 0; i <= 500; i++) {
         double t = i / 100.0, phi[ARMS], rate[ARMS], acc[ARMS], force[ARMS];
@@ -101,7 +105,8 @@ TEST(taylor_error_follows_the_tolerance) {
 
 /* J, of a double pendulum with unit lengths and masses */
 static double double_energy(const double phi[], const double rate[]) {
-    double kinetic = rate[0] * rate[0] + 0.5 * rate[1] * rate[1] + rate[0] * rate[1] * cos(phi[0] - phi[1]);
+    double kinetic =
+        rate[0] * rate[0] + 0.5 * rate[1] * rate[1] + rate[0] * rate[1] * cos(phi[0] - phi[1]);
     return kinetic + 9.81 * (2 * sin(phi[0]) + sin(phi[1]));
 }
 
@@ -112,7 +117,8 @@ TEST(taylor_keeps_the_energy_of_a_double_pendulum_for_a_thousand_seconds) {
     struct ride ride;
     double start[2] = {2 - acos(0), 2.5 - acos(0)}, rest[2] = {0, 0}, phi[2], rate[2], worst = 0;
     REQUIRE(pend_tree_new(&ride.tree, 2, one, one, chain, NULL) == PEND_OK);
-    struct pend_problem problem = {.tree = ride.tree, .gravity = 9.81, .phi = start, .rate = rest, .rtol = 1e-16};
+    struct pend_problem problem = {
+        .tree = ride.tree, .gravity = 9.81, .phi = start, .rate = rest, .rtol = 1e-16};
     REQUIRE(ride_open(&ride, &problem));
     double energy = double_energy(start, rest), fastest = 0;
     long allocations = test_alloc_count();
@@ -125,7 +131,8 @@ TEST(taylor_keeps_the_energy_of_a_double_pendulum_for_a_thousand_seconds) {
     }
     CHECK_INT(test_alloc_count(), allocations);
     CHECK(ride.reached >= 1000 && fastest > 5);
-    CHECK_RESIDUAL(worst / (3 * 9.81), 1e-12, "energy drift over 1000 s, relative to g sum l (S^T m)");
+    CHECK_RESIDUAL(worst / (3 * 9.81), 1e-12,
+                   "energy drift over 1000 s, relative to g sum l (S^T m)");
     pend_method_taylor.close(&ride.stepper);
     pend_tree_free(&ride.tree);
 }
@@ -134,7 +141,8 @@ TEST(taylor_runs_backwards_to_its_start) {
     struct ride ride;
     double phi[ARMS], rate[ARMS], t = 3, back = -3, there[2][ARMS], error = 0;
     REQUIRE(pend_tree_new(&ride.tree, ARMS, paper_len, paper_mass, paper_parent, NULL) == PEND_OK);
-    struct pend_problem problem = {.tree = ride.tree, .gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-15};
+    struct pend_problem problem = {
+        .tree = ride.tree, .gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-15};
     struct pend_points points = {phi, rate, NULL, NULL, NULL};
     REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, t, t));
     pend_method_taylor.at(ride.stepper, &t, 1, &points);
@@ -155,11 +163,13 @@ TEST(taylor_ends_a_step_where_the_next_begins) {
     struct ride ride;
     double phi[2][ARMS], rate[2][ARMS];
     REQUIRE(pend_tree_new(&ride.tree, ARMS, paper_len, paper_mass, paper_parent, NULL) == PEND_OK);
-    struct pend_problem problem = {.tree = ride.tree, .gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-10};
+    struct pend_problem problem = {
+        .tree = ride.tree, .gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-10};
     REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, 0.1, 5));
     for (int i = 0; i < 30; i++) {
         double t = ride.reached;
-        struct pend_points end = {phi[0], rate[0], NULL, NULL, NULL}, start = {phi[1], rate[1], NULL, NULL, NULL};
+        struct pend_points end = {phi[0], rate[0], NULL, NULL, NULL},
+                           start = {phi[1], rate[1], NULL, NULL, NULL};
         pend_method_taylor.at(ride.stepper, &t, 1, &end);
         REQUIRE(!pend_method_taylor.step(ride.stepper, 5, &ride.reached, NULL));
         pend_method_taylor.at(ride.stepper, &t, 1, &start);
@@ -174,7 +184,8 @@ TEST(taylor_gives_an_instant_the_same_bits_whatever_it_is_asked_with) {
     enum { COUNT = 9 };
     double t[COUNT], phi[2][COUNT * ARMS], rate[2][COUNT * ARMS];
     REQUIRE(pend_tree_new(&ride.tree, ARMS, paper_len, paper_mass, paper_parent, NULL) == PEND_OK);
-    struct pend_problem problem = {.tree = ride.tree, .gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-10};
+    struct pend_problem problem = {
+        .tree = ride.tree, .gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-10};
     REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, 0.5, 5));
     double step = 0.01;
     for (int i = 0; i < COUNT; i++) t[i] = ride.reached - step * (COUNT - 1 - i) / COUNT;
@@ -189,13 +200,15 @@ TEST(taylor_gives_an_instant_the_same_bits_whatever_it_is_asked_with) {
     pend_tree_free(&ride.tree);
 }
 
-/* one arm from the horizontal; lengths scale times by the square root, to the last bit when it is a power of two */
+/* one arm from the horizontal; lengths scale times by the square root, to the last bit when it
+ * is a power of two */
 static int single_arm(double len, double gravity, double t, double *phi) {
     struct ride ride;
     double mass = 1, start = 0, rate = 0;
     int pivot = -1;
     if (pend_tree_new(&ride.tree, 1, &len, &mass, &pivot, NULL) != PEND_OK) return 0;
-    struct pend_problem problem = {.tree = ride.tree, .gravity = gravity, .phi = &start, .rate = &start, .rtol = 1e-14};
+    struct pend_problem problem = {
+        .tree = ride.tree, .gravity = gravity, .phi = &start, .rate = &start, .rtol = 1e-14};
     struct pend_points points = {phi, &rate, NULL, NULL, NULL};
     int done = ride_open(&ride, &problem) && ride_to(&ride, t, t);
     if (done) pend_method_taylor.at(ride.stepper, &t, 1, &points);
@@ -219,7 +232,8 @@ TEST(taylor_turns_freely_without_gravity) {
     double phi, rate, t = 1e6, start = 0.5, spin = 1.25;
     struct pend_points points = {.phi = &phi, .rate = &rate};
     REQUIRE(pend_tree_new(&ride.tree, 1, one, one, paper_parent, NULL) == PEND_OK);
-    struct pend_problem problem = {.tree = ride.tree, .gravity = 0, .phi = &start, .rate = &spin, .rtol = 1e-12};
+    struct pend_problem problem = {
+        .tree = ride.tree, .gravity = 0, .phi = &start, .rate = &spin, .rtol = 1e-12};
     REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, t, t));
     pend_method_taylor.at(ride.stepper, &t, 1, &points);
     CHECK_SAYING(phi == 1250000.5 && rate == spin, "%.17g after 200 000 turns, %.17g", phi, rate);
@@ -232,7 +246,8 @@ TEST(taylor_stays_at_rest_when_hanging) {
     double phi[2], rate[2], t = 100, hang[2] = {-M_PI / 2, -M_PI / 2};
     struct pend_points points = {phi, rate, NULL, NULL, NULL};
     REQUIRE(pend_tree_new(&ride.tree, 2, one, one, chain, NULL) == PEND_OK);
-    struct pend_problem problem = {.tree = ride.tree, .gravity = 9.81, .phi = hang, .rate = zero, .rtol = 1e-10};
+    struct pend_problem problem = {
+        .tree = ride.tree, .gravity = 9.81, .phi = hang, .rate = zero, .rtol = 1e-10};
     REQUIRE(ride_open(&ride, &problem) && ride_to(&ride, t, t));
     pend_method_taylor.at(ride.stepper, &t, 1, &points);
     CHECK_SAYING(fabs(phi[1] - hang[1]) < 1e-15, "%g", phi[1] - hang[1]);
@@ -245,7 +260,8 @@ TEST(taylor_says_when_and_which_arm_ceased_to_be_finite) {
     double start[2] = {0, 1}, wild[2] = {1e200, 0};
     struct pend_error error = {0};
     REQUIRE(pend_tree_new(&ride.tree, 2, one, one, chain, NULL) == PEND_OK);
-    struct pend_problem problem = {.tree = ride.tree, .gravity = 9.81, .phi = start, .rate = wild, .rtol = 1e-10};
+    struct pend_problem problem = {
+        .tree = ride.tree, .gravity = 9.81, .phi = start, .rate = wild, .rtol = 1e-10};
     REQUIRE(ride_open(&ride, &problem));
     enum pend_status status = pend_method_taylor.step(ride.stepper, 1, &ride.reached, &error);
     CHECK(status == PEND_OK || status == PEND_NOT_FINITE || status == PEND_STEP_TOO_SMALL);
@@ -260,13 +276,15 @@ TEST(taylor_says_at_once_that_steps_are_too_short_to_end) {
         double start[2] = {0, 1}, rate[2] = {wild, -wild};
         struct pend_error error = {0};
         REQUIRE(pend_tree_new(&ride.tree, 2, one, one, chain, NULL) == PEND_OK);
-        struct pend_problem problem = {.tree = ride.tree, .gravity = 9.81, .phi = start, .rate = rate, .rtol = 1e-10};
+        struct pend_problem problem = {
+            .tree = ride.tree, .gravity = 9.81, .phi = start, .rate = rate, .rtol = 1e-10};
         REQUIRE(ride_open(&ride, &problem));
         enum pend_status status = PEND_OK;
         int steps = 0;
         for (; status == PEND_OK && steps < 100; steps++)
             status = pend_method_taylor.step(ride.stepper, 1, &ride.reached, &error);
-        CHECK_SAYING(status == PEND_STEP_TOO_SMALL || status == PEND_NOT_FINITE, "status %d at rate %g", status, wild);
+        CHECK_SAYING(status == PEND_STEP_TOO_SMALL || status == PEND_NOT_FINITE,
+                     "status %d at rate %g", status, wild);
         CHECK_SAYING(steps == 1 && error.text[0], "%d steps at rate %g", steps, wild);
         pend_method_taylor.close(&ride.stepper);
         pend_tree_free(&ride.tree);
@@ -289,7 +307,8 @@ TEST(taylor_steps_and_samples_of_a_large_tree_allocate_nothing) {
         parent[k] = k ? test_random_int(&seed, k) : -1;
     }
     REQUIRE(pend_tree_new(&ride.tree, MANY, len, len, parent, NULL) == PEND_OK);
-    struct pend_problem problem = {.tree = ride.tree, .gravity = 9.81, .phi = phi, .rate = rate, .rtol = 1e-10};
+    struct pend_problem problem = {
+        .tree = ride.tree, .gravity = 9.81, .phi = phi, .rate = rate, .rtol = 1e-10};
     size_t all = (size_t)MANY * INSTANTS;
     struct pend_points points = {rows, rows + all, rows + 2 * all, rows + 3 * all, NULL};
     REQUIRE(ride_open(&ride, &problem));
@@ -311,7 +330,8 @@ TEST(taylor_steps_and_samples_of_a_large_tree_allocate_nothing) {
 TEST(taylor_open_fails_cleanly_without_memory) {
     struct ride ride;
     REQUIRE(pend_tree_new(&ride.tree, ARMS, paper_len, paper_mass, paper_parent, NULL) == PEND_OK);
-    struct pend_problem problem = {.tree = ride.tree, .gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-10};
+    struct pend_problem problem = {
+        .tree = ride.tree, .gravity = 9.81, .phi = zero, .rate = zero, .rtol = 1e-10};
     struct pend_error error = {0};
     test_alloc_fail(1, 0);
     enum pend_status status = pend_method_taylor.open(&ride.stepper, &problem, &error);

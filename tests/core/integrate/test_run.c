@@ -10,7 +10,8 @@
 #include "tests/harness/test.h"
 #include "tests/harness/trees.h"
 
-/* a random tree, its arms numbered at random so that the caller's order is not the stored one, and a problem with it */
+/* a random tree, its arms numbered at random so that the caller's order is not the stored one,
+ * and a problem with it */
 struct bench {
     struct test_tree tree;
     struct pend_problem problem;
@@ -18,11 +19,12 @@ struct bench {
 
 static void bench_init(struct bench *bench, int n, unsigned long long seed) {
     test_tree_random(&bench->tree, TEST_TREE_ATTACHED, n, 0.3, &seed);
-    bench->problem = (struct pend_problem){.tree = bench->tree.tree,
-                                           .gravity = 9.81,
-                                           .phi = bench->tree.phi,
-                                           .rate = bench->tree.rate,
-                                           .times = {.count = 31, .start = 2, .span = 0.75, .divisor = 30}};
+    bench->problem =
+        (struct pend_problem){.tree = bench->tree.tree,
+                              .gravity = 9.81,
+                              .phi = bench->tree.phi,
+                              .rate = bench->tree.rate,
+                              .times = {.count = 31, .start = 2, .span = 0.75, .divisor = 30}};
 }
 
 static void bench_clear(struct bench *bench) { test_tree_clear(&bench->tree); }
@@ -72,23 +74,26 @@ TEST(run_begins_with_the_start_itself_in_the_callers_order) {
 }
 
 /* row i of what a record holds, in stored order */
-static void row_stored(const struct test_record *record, const struct pend_tree *tree, const double rows[], long i,
-                       double row[]) {
+static void row_stored(const struct test_record *record, const struct pend_tree *tree,
+                       const double rows[], long i, double row[]) {
     for (int k = 0; k < tree->n; k++) row[k] = rows[i * record->n + tree->order[k]];
 }
 
-/* largest error of what follows from phi and rate at every sample, relative to the largest of its kind */
+/* largest error of what follows from phi and rate at every sample, relative to the largest of
+ * its kind */
 struct derived {
     double acc, force, position, velocity, energy;
 };
 
 enum { DERIVED_ARMS = 6 };
 
-static struct derived derived_gap(const struct test_record *record, const struct pend_problem *problem) {
+static struct derived derived_gap(const struct test_record *record,
+                                  const struct pend_problem *problem) {
     const struct pend_tree *tree = problem->tree;
     int n = tree->n;
     struct derived worst = {0, 0, 0, 0, 0};
-    double phi[DERIVED_ARMS], rate[DERIVED_ARMS], got[DERIVED_ARMS], re[DERIVED_ARMS], im[DERIVED_ARMS];
+    double phi[DERIVED_ARMS], rate[DERIVED_ARMS], got[DERIVED_ARMS], re[DERIVED_ARMS],
+        im[DERIVED_ARMS];
     double acc[DERIVED_ARMS], force[DERIVED_ARMS];
     void *work = aligned_alloc(64, (pend_dynamics_work_bytes(n) + 63) / 64 * 64);
     if (!work) abort();
@@ -128,7 +133,8 @@ TEST(run_derives_everything_from_the_state_at_the_instant) {
         REQUIRE(record.status == PEND_OK);
         struct derived gap = derived_gap(&record, &bench.problem);
         CHECK_SAYING(gap.position == 0 && gap.velocity == 0 && gap.energy == 0, "%s", method->name);
-        if (!(method->flags & (PEND_METHOD_LINEAR | PEND_METHOD_SERIES))) CHECK(gap.acc == 0 && gap.force == 0);
+        if (!(method->flags & (PEND_METHOD_LINEAR | PEND_METHOD_SERIES)))
+            CHECK(gap.acc == 0 && gap.force == 0);
         if (method->flags & PEND_METHOD_SERIES) CHECK_RESIDUAL(gap.acc, 1e-10, method->name);
         if (method->flags & PEND_METHOD_SERIES) CHECK_RESIDUAL(gap.force, 1e-11, method->name);
         test_record_clear(&record);
@@ -175,8 +181,8 @@ TEST(run_gives_the_same_bits_whatever_else_is_wanted) {
             CHECK_INT(pend_run_next(run, &one, INFINITY, &done, NULL), PEND_OK);
             CHECK(done);
             size_t values = want == WANT_KINETIC ? COUNT : COUNT * ARMS;
-            CHECK_SAYING(!memcmp(out, *want_at(&all.samples, want), values * sizeof(double)), "%s, array %d",
-                         method->name, want);
+            CHECK_SAYING(!memcmp(out, *want_at(&all.samples, want), values * sizeof(double)),
+                         "%s, array %d", method->name, want);
             pend_run_free(&run);
         }
         test_record_clear(&all);
@@ -202,7 +208,8 @@ TEST(run_works_for_a_single_instant) {
     bench_clear(&bench);
 }
 
-/* from rest the motion backwards is the motion forwards, and every operation on the way is mirrored too */
+/* from rest the motion backwards is the motion forwards, and every operation on the way is
+ * mirrored too */
 TEST(run_goes_backwards_from_rest_as_it_goes_forwards) {
     struct bench bench;
     bench_init(&bench, 5, 11);
@@ -244,8 +251,8 @@ TEST(run_gives_the_same_bits_however_the_blocks_are_cut) {
         for (int i = 0; i < 20; i++) {
             struct test_record cut;
             test_record_blocks(&cut, method, &bench.problem, block[i % 5], work[i / 5]);
-            CHECK_SAYING(test_record_same(&whole, &cut), "%s in blocks of %ld, work %g", method->name, block[i % 5],
-                         work[i / 5]);
+            CHECK_SAYING(test_record_same(&whole, &cut), "%s in blocks of %ld, work %g",
+                         method->name, block[i % 5], work[i / 5]);
             CHECK(cut.stats.energy_drift == whole.stats.energy_drift);
             test_record_clear(&cut);
         }
@@ -265,8 +272,8 @@ TEST(run_comes_back_when_its_work_is_used_up) {
         test_record_blocks(&small, method, &bench.problem, 2, 0);
         test_record_blocks(&large, method, &bench.problem, 2, 1000);
         double total = (double)large.stats.evaluations * 5, share = total / (double)large.calls;
-        CHECK_SAYING(small.calls >= small.stats.steps, "%s: %ld calls, %ld steps", method->name, small.calls,
-                     small.stats.steps);
+        CHECK_SAYING(small.calls >= small.stats.steps, "%s: %ld calls, %ld steps", method->name,
+                     small.calls, small.stats.steps);
         CHECK_SAYING(share > 400 && share < 1600, "%s: %g a call", method->name, share);
         test_record_clear(&small);
         test_record_clear(&large);
@@ -346,7 +353,8 @@ TEST(run_measures_the_drift_at_every_step) {
     double drift = 0, start = record.samples.kinetic[0] + record.samples.potential[0];
     double scale = pend_kinematics_energy_scale(bench.tree.tree, 9.81, record.samples.kinetic[0]);
     for (long i = 0; i < 401; i++)
-        drift = fmax(drift, fabs(record.samples.kinetic[i] + record.samples.potential[i] - start) / scale);
+        drift = fmax(drift,
+                     fabs(record.samples.kinetic[i] + record.samples.potential[i] - start) / scale);
     CHECK(drift > 1e-16);
     CHECK(record.stats.energy_drift == drift);
     test_record_clear(&record);
@@ -392,7 +400,8 @@ TEST(run_drift_is_nought_where_there_is_no_energy) {
 
 /* ---- what is refused */
 
-static void check_refused(const struct pend_method *method, const struct pend_problem *problem, const char *word) {
+static void check_refused(const struct pend_method *method, const struct pend_problem *problem,
+                          const char *word) {
     struct pend_run *run = (struct pend_run *)1;
     struct pend_error error = {.text = ""};
     CHECK_INT(pend_run_new(&run, method, problem, &error), PEND_INVALID);
@@ -410,22 +419,30 @@ static void check_times_refused(struct bench *bench, struct pend_times times, co
 TEST(run_refuses_times_that_are_not_strictly_monotonic) {
     struct bench bench;
     bench_init(&bench, 3, 27);
-    check_times_refused(&bench, (struct pend_times){.count = 3, .list = (double[]){0, 1, 1}}, "instant 3 (1 s)");
-    check_times_refused(&bench, (struct pend_times){.count = 3, .list = (double[]){0, 0, 1}}, "instant 2 (0 s)");
-    check_times_refused(&bench, (struct pend_times){.count = 3, .list = (double[]){0, 2, 1}}, "instant 3 (1 s)");
-    check_times_refused(&bench, (struct pend_times){.count = 4, .list = (double[]){0, -1, -0.5, -2}}, "instant 3");
-    check_times_refused(&bench, (struct pend_times){.count = 2, .list = (double[]){5, 5}}, "strictly");
-    check_times_refused(&bench, (struct pend_times){.count = 2, .start = 1, .span = 0, .divisor = 1}, "strictly");
-    /* a grid finer than the numbers are at 1e9 s */
-    check_times_refused(&bench, (struct pend_times){.count = 101, .start = 1e9, .span = 1e-6, .divisor = 100},
+    check_times_refused(&bench, (struct pend_times){.count = 3, .list = (double[]){0, 1, 1}},
+                        "instant 3 (1 s)");
+    check_times_refused(&bench, (struct pend_times){.count = 3, .list = (double[]){0, 0, 1}},
+                        "instant 2 (0 s)");
+    check_times_refused(&bench, (struct pend_times){.count = 3, .list = (double[]){0, 2, 1}},
+                        "instant 3 (1 s)");
+    check_times_refused(
+        &bench, (struct pend_times){.count = 4, .list = (double[]){0, -1, -0.5, -2}}, "instant 3");
+    check_times_refused(&bench, (struct pend_times){.count = 2, .list = (double[]){5, 5}},
                         "strictly");
+    check_times_refused(
+        &bench, (struct pend_times){.count = 2, .start = 1, .span = 0, .divisor = 1}, "strictly");
+    /* a grid finer than the numbers are at 1e9 s */
+    check_times_refused(
+        &bench, (struct pend_times){.count = 101, .start = 1e9, .span = 1e-6, .divisor = 100},
+        "strictly");
     bench_clear(&bench);
 }
 
 TEST(run_accepts_a_grid_as_fine_as_the_numbers) {
     struct bench bench;
     bench_init(&bench, 3, 29);
-    bench.problem.times = (struct pend_times){.count = 5, .start = 1, .span = 4 * 0x1p-52, .divisor = 4};
+    bench.problem.times =
+        (struct pend_times){.count = 5, .start = 1, .span = 4 * 0x1p-52, .divisor = 4};
     struct test_record record;
     test_record(&record, "taylor", &bench.problem);
     CHECK_INT(record.status, PEND_OK);
@@ -437,14 +454,22 @@ TEST(run_accepts_a_grid_as_fine_as_the_numbers) {
 TEST(run_refuses_times_that_are_not_finite) {
     struct bench bench;
     bench_init(&bench, 3, 31);
-    check_times_refused(&bench, (struct pend_times){.count = 0, .span = 1, .divisor = 1}, "at least one");
-    check_times_refused(&bench, (struct pend_times){.count = 3, .list = (double[]){0, NAN, 1}}, "finite");
-    check_times_refused(&bench, (struct pend_times){.count = 2, .list = (double[]){0, INFINITY}}, "finite");
-    check_times_refused(&bench, (struct pend_times){.count = 2, .start = NAN, .span = 1, .divisor = 1}, "finite");
-    check_times_refused(&bench, (struct pend_times){.count = 2, .span = INFINITY, .divisor = 1}, "finite");
-    check_times_refused(&bench, (struct pend_times){.count = 2, .span = 1, .divisor = 0}, "divisor");
-    check_times_refused(&bench, (struct pend_times){.count = 2, .span = 1, .divisor = NAN}, "finite");
-    check_times_refused(&bench, (struct pend_times){.count = 2, .list = (double[]){-1e308, 1e308}}, "too long");
+    check_times_refused(&bench, (struct pend_times){.count = 0, .span = 1, .divisor = 1},
+                        "at least one");
+    check_times_refused(&bench, (struct pend_times){.count = 3, .list = (double[]){0, NAN, 1}},
+                        "finite");
+    check_times_refused(&bench, (struct pend_times){.count = 2, .list = (double[]){0, INFINITY}},
+                        "finite");
+    check_times_refused(
+        &bench, (struct pend_times){.count = 2, .start = NAN, .span = 1, .divisor = 1}, "finite");
+    check_times_refused(&bench, (struct pend_times){.count = 2, .span = INFINITY, .divisor = 1},
+                        "finite");
+    check_times_refused(&bench, (struct pend_times){.count = 2, .span = 1, .divisor = 0},
+                        "divisor");
+    check_times_refused(&bench, (struct pend_times){.count = 2, .span = 1, .divisor = NAN},
+                        "finite");
+    check_times_refused(&bench, (struct pend_times){.count = 2, .list = (double[]){-1e308, 1e308}},
+                        "too long");
     bench_clear(&bench);
 }
 
@@ -454,7 +479,8 @@ TEST(run_refuses_tolerances_out_of_the_methods_range) {
     const struct pend_method *method;
     for (int m = 0; (method = pend_method_at(m)); m++) {
         if (!(method->flags & PEND_METHOD_TOLERANCES)) continue;
-        const double bad_rtol[] = {-1e-6, method->rtol_min / 2, method->rtol_max * 2, NAN, INFINITY};
+        const double bad_rtol[] = {-1e-6, method->rtol_min / 2, method->rtol_max * 2, NAN,
+                                   INFINITY};
         const double bad_atol[] = {-1e-6, method->atol_max * 2, NAN, INFINITY};
         for (int i = 0; i < 5; i++) {
             struct pend_problem problem = bench.problem;
@@ -495,7 +521,8 @@ TEST(run_refuses_a_start_or_gravity_that_is_not_finite) {
 TEST(run_stops_at_its_step_limit_and_stays_stopped) {
     struct bench bench;
     bench_init(&bench, 4, 37);
-    bench.problem.times = (struct pend_times){.count = 101, .start = 10, .span = 50, .divisor = 100};
+    bench.problem.times =
+        (struct pend_times){.count = 101, .start = 10, .span = 50, .divisor = 100};
     bench.problem.step_cap = 20;
     const struct pend_method *method;
     for (int m = 0; (method = pend_method_at(m)); m++) {
@@ -510,8 +537,8 @@ TEST(run_stops_at_its_step_limit_and_stays_stopped) {
         CHECK(!done);
         CHECK_INT(pend_run_stats(run).steps, 20);
         CHECK(samples.count >= 1 && samples.count < 101);
-        CHECK_SAYING(error.time >= t[samples.count - 1] && error.time < t[samples.count - 1] + 0.5, "%s: %g",
-                     method->name, error.time);
+        CHECK_SAYING(error.time >= t[samples.count - 1] && error.time < t[samples.count - 1] + 0.5,
+                     "%s: %g", method->name, error.time);
         CHECK(strstr(error.text, "limit of 20 steps"));
         CHECK_INT(pend_run_next(run, &samples, INFINITY, &done, &again), PEND_TOO_MANY_STEPS);
         CHECK_INT(samples.count, 0);
@@ -521,7 +548,8 @@ TEST(run_stops_at_its_step_limit_and_stays_stopped) {
     bench_clear(&bench);
 }
 
-/* the squares of such rates are no numbers; only a method that scales its time could get on, by 1e-200 s a step */
+/* the squares of such rates are no numbers; only a method that scales its time could get on, by
+ * 1e-200 s a step */
 TEST(run_ends_where_numbers_overflow_and_says_when) {
     struct bench bench;
     bench_init(&bench, 4, 39);
@@ -538,7 +566,8 @@ TEST(run_ends_where_numbers_overflow_and_says_when) {
         enum pend_status status = pend_run_new(&run, method, &bench.problem, &error);
         if (!CHECK_INT(status, PEND_OK)) continue;
         status = pend_run_next(run, &samples, INFINITY, &done, &error);
-        enum pend_status want = method->flags & PEND_METHOD_SERIES ? PEND_STEP_TOO_SMALL : PEND_NOT_FINITE;
+        enum pend_status want =
+            method->flags & PEND_METHOD_SERIES ? PEND_STEP_TOO_SMALL : PEND_NOT_FINITE;
         CHECK_SAYING(status == want, "%s: %s", method->name, error.text);
         CHECK_INT(samples.count, 1);
         CHECK(error.code == status && error.time >= 2 && error.time < 2.1);
@@ -555,7 +584,8 @@ struct outcome {
     struct pend_error error;
 };
 
-static struct outcome outcome_of(double length, double gravity, double rate, long count, struct pend_samples samples) {
+static struct outcome outcome_of(double length, double gravity, double rate, long count,
+                                 struct pend_samples samples) {
     const int parent = -1;
     const double mass = 1, phi = 1;
     double t[11];
@@ -582,14 +612,16 @@ static struct outcome outcome_of(double length, double gravity, double rate, lon
 /* ---- from one process to another */
 
 /* the same problem carried after every block and nearly every step, and as a whole, bit for bit */
-static void carried_is_whole(const struct pend_method *method, const struct pend_problem *problem, long block) {
+static void carried_is_whole(const struct pend_method *method, const struct pend_problem *problem,
+                             long block) {
     struct test_record whole, carried;
     test_record_blocks(&whole, method, problem, problem->times.count, INFINITY);
     test_record_carried(&carried, method, problem, block, 1);
     CHECK_INT(whole.status, PEND_OK);
     CHECK_INT(carried.status, PEND_OK);
     CHECK_SAYING(carried.calls > 5, "%s was carried %ld times", method->name, carried.calls);
-    CHECK_SAYING(test_record_same(&whole, &carried), "%s is another one when carried", method->name);
+    CHECK_SAYING(test_record_same(&whole, &carried), "%s is another one when carried",
+                 method->name);
     CHECK_INT(carried.stats.steps, whole.stats.steps);
     CHECK_INT(carried.stats.rejected, whole.stats.rejected);
     CHECK_INT(carried.stats.evaluations, whole.stats.evaluations);
@@ -633,8 +665,10 @@ TEST(run_does_not_go_on_from_what_is_not_its_own) {
     size_t all = checkpoint.used;
     /* every length but the right one is seen */
     for (size_t less = 0; less < all; less += 7) {
-        checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_TAKE, .bytes = less, .at = bytes};
-        CHECK(pend_run_carry(run, &checkpoint) == PEND_OK && !pend_checkpoint_whole(&checkpoint) && checkpoint.used == all);
+        checkpoint =
+            (struct pend_checkpoint){.way = PEND_CHECKPOINT_TAKE, .bytes = less, .at = bytes};
+        CHECK(pend_run_carry(run, &checkpoint) == PEND_OK && !pend_checkpoint_whole(&checkpoint) &&
+              checkpoint.used == all);
     }
     checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_TAKE, .bytes = all, .at = bytes};
     CHECK(pend_run_carry(run, &checkpoint) == PEND_OK && pend_checkpoint_whole(&checkpoint));
@@ -648,10 +682,13 @@ TEST(run_does_not_go_on_from_what_is_not_its_own) {
     bench_clear(&bench);
 }
 
-/* Carries a run half-way, puts it back with some bytes altered and goes on a little: whatever the bytes are, it is
- * refused, or the run goes on or fails with a reason. Returns how many were refused. */
-static long altered_are_harmless(const struct pend_method *method, const struct pend_problem *problem) {
-    static const long long alter[] = {-1, 12345, 0x7fffffff, 0x7fffffffffffffff, -0x7fffffffffffffff - 1};
+/* Carries a run half-way, puts it back with some bytes altered and goes on a little: whatever
+ * the bytes are, it is refused, or the run goes on or fails with a reason. Returns how many were
+ * refused. */
+static long altered_are_harmless(const struct pend_method *method,
+                                 const struct pend_problem *problem) {
+    static const long long alter[] = {-1, 12345, 0x7fffffff, 0x7fffffffffffffff,
+                                      -0x7fffffffffffffff - 1};
     enum { ALTERS = sizeof alter / sizeof *alter };
     double t[64];
     struct pend_samples samples = {.cap = 7, .t = t};
@@ -665,7 +702,8 @@ static long altered_are_harmless(const struct pend_method *method, const struct 
     size_t bytes = checkpoint.used;
     char *whole = malloc(bytes), *altered = malloc(bytes);
     checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_TAKE, .bytes = bytes, .at = whole};
-    CHECK(whole && altered && pend_run_carry(run, &checkpoint) == PEND_OK && pend_checkpoint_whole(&checkpoint));
+    CHECK(whole && altered && pend_run_carry(run, &checkpoint) == PEND_OK &&
+          pend_checkpoint_whole(&checkpoint));
     pend_run_free(&run);
     for (size_t at = 0; at < bytes; at++)
         for (size_t i = 0; i < (at % 8 ? 1 : ALTERS + 1); i++) {
@@ -676,8 +714,10 @@ static long altered_are_harmless(const struct pend_method *method, const struct 
             else
                 memcpy(altered + at, &alter[i], size < bytes - at ? size : bytes - at);
             if (pend_run_new(&run, method, problem, NULL) != PEND_OK) continue;
-            checkpoint = (struct pend_checkpoint){.way = PEND_CHECKPOINT_PUT, .bytes = bytes, .at = altered};
-            int good = pend_run_carry(run, &checkpoint) == PEND_OK && pend_checkpoint_whole(&checkpoint);
+            checkpoint =
+                (struct pend_checkpoint){.way = PEND_CHECKPOINT_PUT, .bytes = bytes, .at = altered};
+            int good =
+                pend_run_carry(run, &checkpoint) == PEND_OK && pend_checkpoint_whole(&checkpoint);
             refused += !good;
             for (int turn = 0; good && turn < 3; turn++)
                 good = pend_run_next(run, &samples, 200, &done, NULL) == PEND_OK && !done;
@@ -696,13 +736,15 @@ TEST(run_put_back_from_altered_bytes_is_refused_or_goes_on) {
         bench_init(&bench, 3, 61);
         bench.problem.step_cap = 100000;
         if (method->flags & PEND_METHOD_FIXED_STEP) bench.problem.step = 0.02;
-        CHECK_SAYING(altered_are_harmless(method, &bench.problem) > 10, "%s refuses nothing", method->name);
+        CHECK_SAYING(altered_are_harmless(method, &bench.problem) > 10, "%s refuses nothing",
+                     method->name);
         if (method->extended) CHECK(altered_are_harmless(method->extended, &bench.problem) > 10);
         bench_clear(&bench);
     }
 }
 
-/* a motion may be finite where what follows from it is not: energy goes with the square of the length */
+/* a motion may be finite where what follows from it is not: energy goes with the square of the
+ * length */
 TEST(run_hands_out_no_number_that_is_not_finite) {
     double x[11], y[11];
     struct outcome outcome = outcome_of(1e200, 0, 1, 11, (struct pend_samples){.rate = x});

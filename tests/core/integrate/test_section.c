@@ -27,8 +27,8 @@ static void tree_of(struct test_tree *t, int n, unsigned long long seed) {
     }
 }
 
-static struct pend_section_problem section_of(const struct test_tree *t, double duration, int arm, double angle,
-                                              unsigned ways) {
+static struct pend_section_problem section_of(const struct test_tree *t, double duration, int arm,
+                                              double angle, unsigned ways) {
     return (struct pend_section_problem){.tree = t->tree,
                                          .gravity = 9.81,
                                          .phi = t->phi,
@@ -46,8 +46,8 @@ static void search(struct search *found, const struct pend_section_problem *prob
     if (!CHECK(pend_section_new(&section, problem, NULL) == PEND_OK)) return;
     while (what != PEND_FOUND_END && found->count < MOST) {
         int i = found->count;
-        if (!CHECK(pend_section_next(section, steps, &what, &found->passage[i], found->phi[i], found->rate[i], NULL) ==
-                   PEND_OK))
+        if (!CHECK(pend_section_next(section, steps, &what, &found->passage[i], found->phi[i],
+                                     found->rate[i], NULL) == PEND_OK))
             break;
         found->count += what == PEND_FOUND_PASSAGE;
     }
@@ -57,12 +57,14 @@ static void search(struct search *found, const struct pend_section_problem *prob
 }
 
 /* the motion at equal distances; phi of the arm, by stored number */
-static void watch(struct test_record *record, const struct test_tree *t, double duration, long count) {
-    const struct pend_problem problem = {.tree = t->tree,
-                                         .gravity = 9.81,
-                                         .phi = t->phi,
-                                         .rate = t->rate,
-                                         .times = {.count = count, .span = duration, .divisor = (double)(count - 1)}};
+static void watch(struct test_record *record, const struct test_tree *t, double duration,
+                  long count) {
+    const struct pend_problem problem = {
+        .tree = t->tree,
+        .gravity = 9.81,
+        .phi = t->phi,
+        .rate = t->rate,
+        .times = {.count = count, .span = duration, .divisor = (double)(count - 1)}};
     test_record(record, "taylor", &problem);
 }
 
@@ -95,9 +97,12 @@ TEST(section_finds_as_many_passages_as_a_fine_look_at_the_motion) {
             CHECK_INT(up.count, ups);
             CHECK_INT(down.count, downs);
             CHECK_INT(both.count, ups + downs);
-            for (int i = 1; i < both.count; i++) CHECK(both.passage[i].time > both.passage[i - 1].time);
-            for (int i = 0; i < up.count; i++) CHECK(up.passage[i].way == PEND_WAY_UP && up.rate[i][arm] >= 0);
-            for (int i = 0; i < down.count; i++) CHECK(down.passage[i].way == PEND_WAY_DOWN && down.rate[i][arm] <= 0);
+            for (int i = 1; i < both.count; i++)
+                CHECK(both.passage[i].time > both.passage[i - 1].time);
+            for (int i = 0; i < up.count; i++)
+                CHECK(up.passage[i].way == PEND_WAY_UP && up.rate[i][arm] >= 0);
+            for (int i = 0; i < down.count; i++)
+                CHECK(down.passage[i].way == PEND_WAY_DOWN && down.rate[i][arm] <= 0);
             all += both.count;
             test_record_clear(&record);
             test_tree_clear(&t);
@@ -114,10 +119,12 @@ TEST(section_passages_are_found_to_rounding) {
         struct test_record record;
         double times[MOST];
         tree_of(&t, 3, seed);
-        const struct pend_section_problem problem = section_of(&t, 5, 1, 0.25, PEND_WAY_UP | PEND_WAY_DOWN);
+        const struct pend_section_problem problem =
+            section_of(&t, 5, 1, 0.25, PEND_WAY_UP | PEND_WAY_DOWN);
         search(&both, &problem, 1000);
         for (int i = 0; i < both.count; i++) {
-            double turned = remainder(both.phi[i][1] - 0.25, 2 * M_PI), slope = fmax(1, fabs(both.rate[i][1]));
+            double turned = remainder(both.phi[i][1] - 0.25, 2 * M_PI),
+                   slope = fmax(1, fabs(both.rate[i][1]));
             off = fmax(off, fabs(turned) / slope / fmax(1, fabs(both.phi[i][1])));
             times[i] = both.passage[i].time;
         }
@@ -136,7 +143,8 @@ TEST(section_passages_are_found_to_rounding) {
             test_record(&record, "taylor", &from_start);
             for (int i = 0; i < both.count; i++)
                 for (int k = 0; k < 3; k++)
-                    gap = fmax(gap, fabs(record.samples.phi[(i + 1) * 3 + t.tree->order[k]] - both.phi[i][k]));
+                    gap = fmax(gap, fabs(record.samples.phi[(i + 1) * 3 + t.tree->order[k]] -
+                                         both.phi[i][k]));
             test_record_clear(&record);
         }
         test_tree_clear(&t);
@@ -145,8 +153,8 @@ TEST(section_passages_are_found_to_rounding) {
     CHECK_SAYING(gap <= 1e-9, "the states are off by %g", gap);
 }
 
-/* an arm let go at theta = 1 comes back to it and no further: what is a hair below is passed twice, what is a hair
- * beyond never */
+/* an arm let go at theta = 1 comes back to it and no further: what is a hair below is passed
+ * twice, what is a hair beyond never */
 TEST(section_passages_that_graze_are_found_and_those_that_miss_are_not) {
     static const double hair[] = {1e-3, 1e-6, 1e-9, 1e-11};
     const int parent[] = {-1};
@@ -159,13 +167,15 @@ TEST(section_passages_that_graze_are_found_and_those_that_miss_are_not) {
         test_tree_rebuild(&t);
         t.phi[0] = 1 - M_PI_2;
         t.rate[0] = 0;
-        struct pend_section_problem problem = section_of(&t, 3.2, 0, 1 - hair[i] - M_PI_2, PEND_WAY_UP | PEND_WAY_DOWN);
+        struct pend_section_problem problem =
+            section_of(&t, 3.2, 0, 1 - hair[i] - M_PI_2, PEND_WAY_UP | PEND_WAY_DOWN);
         search(&below, &problem, 1000);
         /* the period is 2.14 s: away at once, there and back after one */
         CHECK_INT(below.count, 3);
         if (below.count == 3)
             CHECK(below.passage[0].way == PEND_WAY_DOWN && below.passage[1].way == PEND_WAY_UP &&
-                  below.passage[2].way == PEND_WAY_DOWN && fabs(below.passage[1].time - 2.14) < 0.05);
+                  below.passage[2].way == PEND_WAY_DOWN &&
+                  fabs(below.passage[1].time - 2.14) < 0.05);
         problem.angle = 1 + hair[i] - M_PI_2;
         search(&beyond, &problem, 1000);
         CHECK_INT(beyond.count, 0);
@@ -180,7 +190,8 @@ TEST(section_in_which_a_motion_starts_is_not_passed_by_that) {
         tree_of(&t, 1, 2);
         t.phi[0] = 0.5;
         t.rate[0] = way;
-        const struct pend_section_problem problem = section_of(&t, 0.05, 0, 0.5, PEND_WAY_UP | PEND_WAY_DOWN);
+        const struct pend_section_problem problem =
+            section_of(&t, 0.05, 0, 0.5, PEND_WAY_UP | PEND_WAY_DOWN);
         search(&found, &problem, 1000);
         CHECK_INT(found.count, 0);
         test_tree_clear(&t);
@@ -219,7 +230,8 @@ TEST(sections_that_make_no_sense_are_refused) {
     test_tree_clear(&t);
 }
 
-/* the passages of the motion itself, by 32 digits, agree with those found as far as they are said to hold */
+/* the passages of the motion itself, by 32 digits, agree with those found as far as they are
+ * said to hold */
 TEST(section_says_which_passages_hold) {
     int short_of = 0;
     for (int i = 0; i < 6; i++) {
@@ -237,17 +249,22 @@ TEST(section_says_which_passages_hold) {
             if (what != PEND_FOUND_PASSAGE || lost > 0) continue;
             struct test_record record;
             const double list[] = {0, passage.time};
-            const struct pend_problem motion = {
-                .tree = t.tree, .gravity = 9.81, .phi = t.phi, .rate = t.rate, .times = {.count = 2, .list = list}};
+            const struct pend_problem motion = {.tree = t.tree,
+                                                .gravity = 9.81,
+                                                .phi = t.phi,
+                                                .rate = t.rate,
+                                                .times = {.count = 2, .list = list}};
             test_record_blocks(&record, pend_method_taylor.extended, &motion, 2, INFINITY);
             for (int k = 0; k < t.n; k++) exact[k] = record.samples.phi[t.n + t.tree->order[k]];
-            for (int k = 0; k < t.n; k++) fast = fabs(exact[k] - phi[k]) > problem.accuracy ? 1 : fast;
+            for (int k = 0; k < t.n; k++)
+                fast = fabs(exact[k] - phi[k]) > problem.accuracy ? 1 : fast;
             if (fast > 0) lost = passage.time;
             test_record_clear(&record);
         }
         double held = pend_section_held(section);
         // passages are a second or so apart
-        CHECK_SAYING(lost ? held <= 1.1 * lost && held >= 0.6 * lost : held > 9, "%d: held %g, lost %g", i, held, lost);
+        CHECK_SAYING(lost ? held <= 1.1 * lost && held >= 0.6 * lost : held > 9,
+                     "%d: held %g, lost %g", i, held, lost);
         short_of += held < 15;
         pend_section_free(&section);
         test_tree_clear(&t);

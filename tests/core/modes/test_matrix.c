@@ -1,5 +1,5 @@
-/* Tests of core/modes/matrix: its rows against the whole matrices of reference and tree, and against each other about any
- * equilibrium.
+/* Tests of core/modes/matrix: its rows against the whole matrices of reference and tree, and
+ * against each other about any equilibrium.
  * Leaves to others: those matrices themselves (test_reference, test_tree).
  * Invariant: masses of 10^±0.3, where a dense double factorization keeps 11 digits. */
 #include "core/modes/matrix.h"
@@ -20,18 +20,22 @@ TEST(matrix_rows_are_those_of_the_whole_matrices) {
         int n = 1 + test_random_int(&seed, N);
         struct test_tree t;
         test_tree_random(&t, (enum test_tree_kind)(round % TEST_TREE_KINDS), n, 0.3, &seed);
-        double a[N * N], m[N * N], im[N * N], s[N * N], b[N * N], row[N], zero[N] = {0}, size_a = 0, size_m = 0;
+        double a[N * N], m[N * N], im[N * N], s[N * N], b[N * N], row[N], zero[N] = {0}, size_a = 0,
+                                                                          size_m = 0;
         REQUIRE(pend_reference_linearization(t.tree, 9.81, a, NULL) == PEND_OK);
         REQUIRE(pend_reference_mass_matrix(t.tree, zero, m, im) == PEND_OK);
         pend_tree_path(t.tree, s);
         pend_tree_force_map(t.tree, b);
-        for (int i = 0; i < n * n; i++) size_a = fmax(size_a, fabs(a[i])), size_m = fmax(size_m, fabs(m[i]));
+        for (int i = 0; i < n * n; i++)
+            size_a = fmax(size_a, fabs(a[i])), size_m = fmax(size_m, fabs(m[i]));
         for (int i = 0; i < n; i++) {
             int at = t.tree->place[i];
             pend_matrix_row(t.tree, 9.81, NULL, PEND_MATRIX_A, i, row);
-            for (int j = 0; j < n; j++) worst_a = fmax(worst_a, fabs(row[j] - a[at * n + t.tree->place[j]]) / size_a);
+            for (int j = 0; j < n; j++)
+                worst_a = fmax(worst_a, fabs(row[j] - a[at * n + t.tree->place[j]]) / size_a);
             pend_matrix_row(t.tree, 9.81, NULL, PEND_MATRIX_M, i, row);
-            for (int j = 0; j < n; j++) worst_m = fmax(worst_m, fabs(row[j] - m[at * n + t.tree->place[j]]) / size_m);
+            for (int j = 0; j < n; j++)
+                worst_m = fmax(worst_m, fabs(row[j] - m[at * n + t.tree->place[j]]) / size_m);
             pend_matrix_row(t.tree, 9.81, NULL, PEND_MATRIX_S, i, row);
             for (int j = 0; j < n; j++) other = fmax(other, fabs(row[j] - s[i * n + j]));
             pend_matrix_row(t.tree, 9.81, NULL, PEND_MATRIX_B, i, row);
@@ -62,7 +66,8 @@ TEST(matrix_a_times_m_is_the_stiffness_about_any_equilibrium) {
             for (int j = 0; j < n; j++) {
                 int k = t.tree->place[j];
                 double sum = 0, terms = 0, pull = 9.81 * t.tree->len[k] * t.tree->subtree_mass[k];
-                for (int p = 0; p < n; p++) sum += m[i][p] * a[p][j], terms += fabs(m[i][p] * a[p][j]);
+                for (int p = 0; p < n; p++)
+                    sum += m[i][p] * a[p][j], terms += fabs(m[i][p] * a[p][j]);
                 wrong = fmax(wrong, fabs(sum - (i == j ? up[k] ? -pull : pull : 0)));
                 size = fmax(size, terms);
             }

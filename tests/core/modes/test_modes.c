@@ -11,7 +11,8 @@
 
 #define GRAVITY 9.81
 
-static struct pend_tree *tree_of(int n, const double length[], const double mass[], const int parent[]) {
+static struct pend_tree *tree_of(int n, const double length[], const double mass[],
+                                 const int parent[]) {
     struct pend_tree *tree = NULL;
     CHECK_INT(pend_tree_new(&tree, n, length, mass, parent, NULL), PEND_OK);
     return tree;
@@ -28,13 +29,16 @@ static double entry(const struct pend_modes *modes, const struct pend_tree *tree
     return modes->vector[(size_t)mode * modes->n + tree->place[i]];
 }
 
-static void normalize(struct pend_modes *modes, const struct pend_tree *tree, enum pend_normalize rule) {
+static void normalize(struct pend_modes *modes, const struct pend_tree *tree,
+                      enum pend_normalize rule) {
     for (int k = 0; k < modes->count; k++) pend_modes_scale(modes, tree, k, rule, -1);
 }
 
-/* largest relative error of omega, largest error of the entries, against lists in the caller's order */
+/* largest relative error of omega, largest error of the entries, against lists in the caller's
+ * order */
 static void check_against(int n, const double mass, const int parent[], const double omega_unit[],
-                          const double vector[], enum pend_normalize rule, double tolerance, const char *what) {
+                          const double vector[], enum pend_normalize rule, double tolerance,
+                          const char *what) {
     double length[8] = {0}, masses[8] = {0}, worst = 0;
     for (int i = 0; i < n; i++) length[i] = 0.7, masses[i] = mass;
     struct pend_tree *tree = tree_of(n, length, masses, parent);
@@ -42,7 +46,8 @@ static void check_against(int n, const double mass, const int parent[], const do
     normalize(modes, tree, rule);
     for (int k = 0; k < n; k++) {
         worst = fmax(worst, fabs(modes->omega[k] / (sqrt(GRAVITY / 0.7) * omega_unit[k]) - 1));
-        for (int i = 0; i < n; i++) worst = fmax(worst, fabs(entry(modes, tree, k, i) - vector[k * n + i]));
+        for (int i = 0; i < n; i++)
+            worst = fmax(worst, fabs(entry(modes, tree, k, i) - vector[k * n + i]));
     }
     CHECK_RESIDUAL(worst, tolerance, what);
     pend_modes_free(&modes);
@@ -52,16 +57,20 @@ static void check_against(int n, const double mass, const int parent[], const do
 TEST(modes_of_the_papers_double_pendulum) {
     const double omega[] = {sqrt(2 - sqrt(2)), sqrt(2 + sqrt(2))}, r = sqrt(2);
     const double first[] = {1, r, 1, -r}, max[] = {1 / r, 1, -1 / r, 1};
-    check_against(2, 1.3, (int[]){-1, 0}, omega, first, PEND_NORMALIZE_FIRST, 5e-15, "double pendulum, first");
-    check_against(2, 1.3, (int[]){-1, 0}, omega, max, PEND_NORMALIZE_MAX, 5e-15, "double pendulum, max");
+    check_against(2, 1.3, (int[]){-1, 0}, omega, first, PEND_NORMALIZE_FIRST, 5e-15,
+                  "double pendulum, first");
+    check_against(2, 1.3, (int[]){-1, 0}, omega, max, PEND_NORMALIZE_MAX, 5e-15,
+                  "double pendulum, max");
 }
 
 TEST(modes_of_the_papers_three_arms_at_one_joint) {
     const double omega[] = {sqrt(3 - sqrt(6)), 1, sqrt(3 + sqrt(6))}, r = sqrt(1.5);
     const double first[] = {1, r, r, 0, 1, -1, 1, -r, -r};
-    check_against(3, 0.2, (int[]){-1, 0, 0}, omega, first, PEND_NORMALIZE_FIRST, 5e-15, "non-standard triple, first");
+    check_against(3, 0.2, (int[]){-1, 0, 0}, omega, first, PEND_NORMALIZE_FIRST, 5e-15,
+                  "non-standard triple, first");
     const double max[] = {1 / r, 1, 1, 0, 1, -1, -1 / r, 1, 1};
-    check_against(3, 0.2, (int[]){-1, 0, 0}, omega, max, PEND_NORMALIZE_MAX, 5e-15, "non-standard triple, max");
+    check_against(3, 0.2, (int[]){-1, 0, 0}, omega, max, PEND_NORMALIZE_MAX, 5e-15,
+                  "non-standard triple, max");
 }
 
 TEST(modes_of_one_arm) {
@@ -69,13 +78,15 @@ TEST(modes_of_one_arm) {
     struct pend_tree *tree = tree_of(1, &length, &mass, (int[]){-1});
     struct pend_modes *modes = modes_of(tree, GRAVITY);
     CHECK_INT(modes->count, 1);
-    CHECK_RESIDUAL(fabs(modes->omega[0] / sqrt(GRAVITY / length) - 1), 5e-16, "one arm's frequency");
+    CHECK_RESIDUAL(fabs(modes->omega[0] / sqrt(GRAVITY / length) - 1), 5e-16,
+                   "one arm's frequency");
     CHECK_RESIDUAL(fabs(modes->vector[0] * length * sqrt(mass) - 1), 5e-16, "one arm's mass norm");
     pend_modes_free(&modes);
     pend_tree_free(&tree);
 }
 
-/* A v = omega^2 v with the paper's A, the largest residual over the largest entry of A v, both of one mode */
+/* A v = omega^2 v with the paper's A, the largest residual over the largest entry of A v, both
+ * of one mode */
 static double residual(const struct pend_modes *modes, const double a[]) {
     int n = modes->n;
     double worst = 0;
@@ -84,7 +95,8 @@ static double residual(const struct pend_modes *modes, const double a[]) {
         double error = 0, size = 0;
         for (int i = 0; i < n; i++) {
             double sum = 0, terms = 0;
-            for (int j = 0; j < n; j++) sum += a[i * n + j] * v[j], terms += fabs(a[i * n + j] * v[j]);
+            for (int j = 0; j < n; j++)
+                sum += a[i * n + j] * v[j], terms += fabs(a[i * n + j] * v[j]);
             error = fmax(error, fabs(sum - modes->omega[k] * modes->omega[k] * v[i]));
             size = fmax(size, terms);
         }
@@ -94,13 +106,15 @@ static double residual(const struct pend_modes *modes, const double a[]) {
 }
 
 /* largest | V^T Re(0) V - I |, with Re(0) = g diag(l S^T m) A^{-1} */
-static double orthogonality(const struct pend_modes *modes, const struct pend_tree *tree, const double a_inverse[]) {
+static double orthogonality(const struct pend_modes *modes, const struct pend_tree *tree,
+                            const double a_inverse[]) {
     int n = modes->n;
     double worst = 0, *product = malloc((size_t)n * sizeof *product);
     for (int k = 0; k < modes->count; k++) {
         for (int i = 0; i < n; i++) {
             product[i] = 0;
-            for (int j = 0; j < n; j++) product[i] += a_inverse[i * n + j] * modes->vector[(size_t)k * n + j];
+            for (int j = 0; j < n; j++)
+                product[i] += a_inverse[i * n + j] * modes->vector[(size_t)k * n + j];
             product[i] *= GRAVITY * tree->len[i] * tree->subtree_mass[i];
         }
         for (int other = 0; other <= k; other++) {
@@ -120,13 +134,15 @@ static double trace_gap(const struct pend_modes *modes, const struct pend_tree *
     return fabs(sum * GRAVITY / tree->length_total - 1);
 }
 
-/* (A^{-1})_kk = sum over modes of (V_k)^2 g l_k (S^T m)_k / omega^2 ... = l_k/g, from frequencies and vectors alone */
+/* (A^{-1})_kk = sum over modes of (V_k)^2 g l_k (S^T m)_k / omega^2 ... = l_k/g, from
+ * frequencies and vectors alone */
 static double diagonal_gap(const struct pend_modes *modes, const struct pend_tree *tree) {
     double worst = 0;
     for (int k = 0; k < modes->n; k++) {
         double sum = 0, weight = GRAVITY * tree->len[k] * tree->subtree_mass[k];
         for (int mode = 0; mode < modes->n; mode++) {
-            double v = modes->vector[(size_t)mode * modes->n + k], square = modes->omega[mode] * modes->omega[mode];
+            double v = modes->vector[(size_t)mode * modes->n + k],
+                   square = modes->omega[mode] * modes->omega[mode];
             sum += v * v * weight / (square * square);
         }
         worst = fmax(worst, fabs(sum * GRAVITY / tree->len[k] - 1));
@@ -141,7 +157,8 @@ TEST(modes_solve_the_papers_linearization) {
         for (int n = 1; n <= 60; n = 2 * n + 1) {
             struct test_tree t;
             test_tree_random(&t, (enum test_tree_kind)kind, n, 0.3, &seed);
-            double *a = malloc(2 * (size_t)n * (size_t)n * sizeof *a), *a_inverse = a + (size_t)n * n;
+            double *a = malloc(2 * (size_t)n * (size_t)n * sizeof *a),
+                   *a_inverse = a + (size_t)n * n;
             CHECK_INT(pend_reference_linearization(t.tree, GRAVITY, a, a_inverse), PEND_OK);
             struct pend_modes *modes = modes_of(t.tree, GRAVITY);
             worst[0] = fmax(worst[0], residual(modes, a));
@@ -159,9 +176,11 @@ TEST(modes_solve_the_papers_linearization) {
     CHECK_RESIDUAL(worst[3], 1e-12, "(A^-1)_kk = l_k/g");
 }
 
-/* largest relative difference of the frequencies, and of the vectors taken in the caller's order of `a` through map */
-static double modes_gap(const struct pend_modes *a, const struct pend_tree *a_tree, const struct pend_modes *b,
-                        const struct pend_tree *b_tree, const int map[], double omega_scale, double vector_scale) {
+/* largest relative difference of the frequencies, and of the vectors taken in the caller's order
+ * of `a` through map */
+static double modes_gap(const struct pend_modes *a, const struct pend_tree *a_tree,
+                        const struct pend_modes *b, const struct pend_tree *b_tree, const int map[],
+                        double omega_scale, double vector_scale) {
     double worst = 0;
     for (int k = 0; k < a->count; k++) {
         worst = fmax(worst, fabs(b->omega[k] / (a->omega[k] * omega_scale) - 1));
@@ -216,7 +235,8 @@ TEST(modes_scale_with_gravity_length_and_mass) {
     for (int i = 0; i < N; i++) length[i] = 3 * t.length[i], mass[i] = 5 * t.mass[i];
     struct pend_tree *other = tree_of(N, length, mass, t.parent);
     struct pend_modes *a = modes_of(t.tree, GRAVITY), *b = modes_of(other, 7 * GRAVITY);
-    CHECK_RESIDUAL(modes_gap(a, t.tree, b, other, NULL, sqrt(7.0 / 3), 3 * sqrt(5)), 1e-12, "scaled");
+    CHECK_RESIDUAL(modes_gap(a, t.tree, b, other, NULL, sqrt(7.0 / 3), 3 * sqrt(5)), 1e-12,
+                   "scaled");
     pend_modes_free(&a);
     pend_modes_free(&b);
     pend_tree_free(&other);
@@ -270,14 +290,16 @@ TEST(modes_decompose_a_start) {
     double theta[N], rate[N], amplitude[N], phase[N];
     for (int rule = 0; rule < 3; rule++) {
         normalize(modes, t.tree, (enum pend_normalize)rule);
-        CHECK_INT(pend_modes_decompose(modes, t.tree, NULL, t.phi, t.rate, amplitude, phase), PEND_OK);
+        CHECK_INT(pend_modes_decompose(modes, t.tree, NULL, t.phi, t.rate, amplitude, phase),
+                  PEND_OK);
         memset(theta, 0, sizeof theta);
         memset(rate, 0, sizeof rate);
         for (int k = 0; k < N; k++) {
             CHECK(amplitude[k] >= 0 && phase[k] > -M_PI && phase[k] <= M_PI);
             for (int i = 0; i < N; i++) {
                 theta[i] += amplitude[k] * modes->vector[k * N + i] * cos(phase[k]);
-                rate[i] -= amplitude[k] * modes->omega[k] * modes->vector[k * N + i] * sin(phase[k]);
+                rate[i] -=
+                    amplitude[k] * modes->omega[k] * modes->vector[k * N + i] * sin(phase[k]);
             }
         }
         CHECK_RESIDUAL(test_gap(N, theta, t.phi), 1e-13, "theta from the modes");
@@ -319,7 +341,8 @@ TEST(modes_survive_any_allocation_that_fails) {
             double amplitude[10], phase[10];
             test_alloc_fail(count, for_good);
             enum pend_status status = pend_modes_new(&modes, t.tree, GRAVITY, 1, NULL);
-            if (!status) status = pend_modes_decompose(modes, t.tree, NULL, t.phi, t.rate, amplitude, phase);
+            if (!status)
+                status = pend_modes_decompose(modes, t.tree, NULL, t.phi, t.rate, amplitude, phase);
             test_alloc_faults_off();
             if (status) CHECK_INT(status, PEND_NO_MEMORY);
             pend_modes_free(&modes);
@@ -345,7 +368,8 @@ TEST(modes_of_like_branches_and_crowds_survive_any_allocation_that_fails) {
             up[i] = (unsigned char)(variant > 3 && i % 3 == 0);
         }
         test_tree_rebuild(&t);
-        struct pend_modes_request request = {.gravity = GRAVITY, .vectors = 1, .up = variant > 3 ? up : NULL};
+        struct pend_modes_request request = {
+            .gravity = GRAVITY, .vectors = 1, .up = variant > 3 ? up : NULL};
         if (variant > 1) request.select = PEND_SELECT_FASTEST, request.count = 30;
         for (long count = 1;; count++) {
             struct pend_modes *modes = NULL;
@@ -367,7 +391,8 @@ static double gsl_gap(const struct pend_tree *tree) {
     struct pend_modes *fast = modes_of(tree, GRAVITY), *dense = NULL;
     double worst = 0;
     CHECK_INT(pend_modes_gsl_new(&dense, tree, GRAVITY, 1, NULL), PEND_OK);
-    for (int k = 0; k < tree->n; k++) worst = fmax(worst, fabs(fast->omega[k] / dense->omega[k] - 1));
+    for (int k = 0; k < tree->n; k++)
+        worst = fmax(worst, fabs(fast->omega[k] / dense->omega[k] - 1));
     pend_modes_free(&fast);
     pend_modes_free(&dense);
     return worst;
@@ -448,12 +473,13 @@ TEST(modes_of_two_heavy_bobs_on_a_light_hub) {
     const double length[] = {1, 1, 1}, mass[] = {1e-12, 1, 1 + 1e-6};
     struct pend_tree *tree = tree_of(3, length, mass, (int[]){-1, 0, 0});
     struct pend_modes *modes = modes_of(tree, GRAVITY);
-    /* with M the two masses, mu = m1 m2 / M: the hub follows at once, lambda = g/2 and g; then the hub's own, g M / m0
+    /* with M the two masses, mu = m1 m2 / M: the hub follows at once, lambda = g/2 and g; then the
+     * hub's own, g M / m0
      */
     CHECK_RESIDUAL(fabs(modes->omega[0] / sqrt(GRAVITY / 2) - 1), 1e-12, "bobs together");
     CHECK_RESIDUAL(fabs(modes->omega[1] / sqrt(GRAVITY) - 1), 1e-15, "bobs against each other");
-    CHECK_RESIDUAL(fabs(modes->omega[2] / sqrt(2 * GRAVITY * (mass[1] + mass[2]) / mass[0]) - 1), 1e-11,
-                   "the hub alone");
+    CHECK_RESIDUAL(fabs(modes->omega[2] / sqrt(2 * GRAVITY * (mass[1] + mass[2]) / mass[0]) - 1),
+                   1e-11, "the hub alone");
     CHECK_RESIDUAL(trace_gap(modes, tree), 1e-15, "trace identity of two heavy bobs");
     pend_modes_free(&modes);
     pend_tree_free(&tree);
@@ -465,12 +491,14 @@ static double selection_gap(const struct pend_modes *part, const struct pend_mod
     for (int k = 0; k < part->count; k++) {
         int of_all = part->first + k;
         worst = fmax(worst, fabs(part->omega[k] / all->omega[of_all] - 1));
-        worst = fmax(worst, test_gap(all->n, part->vector + (size_t)k * all->n, all->vector + (size_t)of_all * all->n));
+        worst = fmax(worst, test_gap(all->n, part->vector + (size_t)k * all->n,
+                                     all->vector + (size_t)of_all * all->n));
     }
     return worst;
 }
 
-static void check_selections(const struct pend_tree *tree, unsigned long long *seed, double *worst) {
+static void check_selections(const struct pend_tree *tree, unsigned long long *seed,
+                             double *worst) {
     struct pend_modes *all = modes_of(tree, GRAVITY), *part = NULL;
     int n = tree->n, count = 1 + test_random_int(seed, n);
     struct pend_modes_request request = {.gravity = GRAVITY, .vectors = 1, .count = count};
@@ -484,7 +512,8 @@ static void check_selections(const struct pend_tree *tree, unsigned long long *s
     request.select = PEND_SELECT_FASTEST;
     CHECK_INT(pend_modes_select(&part, tree, &request, NULL), PEND_OK);
     CHECK(part->count == count && part->first == n - count);
-    for (int k = 0; k < count; k++) *worst = fmax(*worst, fabs(part->omega[k] / all->omega[n - count + k] - 1));
+    for (int k = 0; k < count; k++)
+        *worst = fmax(*worst, fabs(part->omega[k] / all->omega[n - count + k] - 1));
     pend_modes_free(&part);
     /* an interval that begins and ends between modes, and one that begins and ends on modes */
     int low = test_random_int(seed, n), high = low + test_random_int(seed, n - low);
@@ -493,7 +522,8 @@ static void check_selections(const struct pend_tree *tree, unsigned long long *s
     request.to = all->omega[high] * (1 + 1e-9);
     CHECK_INT(pend_modes_select(&part, tree, &request, NULL), PEND_OK);
     CHECK(part->first <= low && part->first + part->count > high);
-    for (int k = 0; k < part->count; k++) CHECK(part->omega[k] >= request.from && part->omega[k] <= request.to);
+    for (int k = 0; k < part->count; k++)
+        CHECK(part->omega[k] >= request.from && part->omega[k] <= request.to);
     *worst = fmax(*worst, selection_gap(part, all));
     pend_modes_free(&part);
     request.from = request.to = 2 * all->omega[n - 1];
@@ -508,8 +538,8 @@ TEST(modes_selected_are_those_of_the_whole) {
     double worst = 0;
     for (int round = 0; round < 80; round++) {
         struct test_tree t;
-        test_tree_random(&t, (enum test_tree_kind)(round % TEST_TREE_KINDS), 1 + test_random_int(&seed, 70), 0.3,
-                         &seed);
+        test_tree_random(&t, (enum test_tree_kind)(round % TEST_TREE_KINDS),
+                         1 + test_random_int(&seed, 70), 0.3, &seed);
         for (int i = 0; round % 2 && i < t.n; i++) t.length[i] = t.mass[i] = 1;
         test_tree_rebuild(&t);
         check_selections(t.tree, &seed, &worst);
@@ -539,12 +569,16 @@ TEST(modes_selected_about_any_equilibrium_are_those_of_the_whole) {
         request.count = 1 + test_random_int(&seed, n - first);
         REQUIRE(pend_modes_select(&some, t.tree, &request, NULL) == PEND_OK);
         CHECK(some->count == request.count && some->first == first);
-        CHECK_INT(some->growing, all->growing > first ? fmin(all->growing - first, request.count) : 0);
-        /* a multiple frequency that like branches do not explain, cut in two, has its vectors in another basis */
-        int end = first + request.count, cut = first && all->omega[first] - all->omega[first - 1] < 1e-12;
+        CHECK_INT(some->growing,
+                  all->growing > first ? fmin(all->growing - first, request.count) : 0);
+        /* a multiple frequency that like branches do not explain, cut in two, has its vectors in
+         * another basis */
+        int end = first + request.count,
+            cut = first && all->omega[first] - all->omega[first - 1] < 1e-12;
         cut |= end < n && all->omega[end] - all->omega[end - 1] < 1e-12;
         if (!cut) worst = fmax(worst, selection_gap(some, all));
-        for (int k = 0; k < some->count; k++) worst = fmax(worst, fabs(some->omega[k] / all->omega[first + k] - 1));
+        for (int k = 0; k < some->count; k++)
+            worst = fmax(worst, fabs(some->omega[k] / all->omega[first + k] - 1));
         pend_modes_free(&all);
         pend_modes_free(&some);
         test_tree_clear(&t);
@@ -555,11 +589,12 @@ TEST(modes_selected_about_any_equilibrium_are_those_of_the_whole) {
 TEST(modes_refuse_selections_that_mean_nothing) {
     const double length[] = {1, 1}, mass[] = {1, 1};
     struct pend_tree *tree = tree_of(2, length, mass, (int[]){-1, 0});
-    const struct pend_modes_request bad[] = {{.gravity = 1, .select = PEND_SELECT_SLOWEST, .count = 3},
-                                             {.gravity = 1, .select = PEND_SELECT_SLOWEST},
-                                             {.gravity = 1, .select = PEND_SELECT_FASTEST, .count = -1},
-                                             {.gravity = 1, .select = PEND_SELECT_BETWEEN, .from = 2, .to = 1},
-                                             {.gravity = 1, .select = PEND_SELECT_BETWEEN, .from = NAN}};
+    const struct pend_modes_request bad[] = {
+        {.gravity = 1, .select = PEND_SELECT_SLOWEST, .count = 3},
+        {.gravity = 1, .select = PEND_SELECT_SLOWEST},
+        {.gravity = 1, .select = PEND_SELECT_FASTEST, .count = -1},
+        {.gravity = 1, .select = PEND_SELECT_BETWEEN, .from = 2, .to = 1},
+        {.gravity = 1, .select = PEND_SELECT_BETWEEN, .from = NAN}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         struct pend_modes *modes = NULL;
         struct pend_error error;
@@ -569,9 +604,10 @@ TEST(modes_refuse_selections_that_mean_nothing) {
     pend_tree_free(&tree);
 }
 
-/* about an equilibrium K theta = lambda Re(0) theta with K = g diag(+-l S^T m): worst residual over its terms */
-static double upright_residual(const struct pend_modes *modes, const struct pend_tree *tree, const unsigned char up[],
-                               const double a_inverse[]) {
+/* about an equilibrium K theta = lambda Re(0) theta with K = g diag(+-l S^T m): worst residual
+ * over its terms */
+static double upright_residual(const struct pend_modes *modes, const struct pend_tree *tree,
+                               const unsigned char up[], const double a_inverse[]) {
     int n = tree->n;
     double worst = 0;
     for (int k = 0; k < n; k++) {
@@ -626,8 +662,10 @@ TEST(modes_of_standing_arms_grow_at_the_rates_at_which_hanging_ones_swing) {
     struct pend_modes_request request = {.gravity = GRAVITY, .vectors = 1, .up = up};
     struct pend_modes *modes = NULL;
     CHECK_INT(pend_modes_select(&modes, tree, &request, NULL), PEND_OK);
-    CHECK_RESIDUAL(fabs(modes->omega[0] / -sqrt(GRAVITY * (2 + sqrt(2))) - 1), 1e-15, "fast growth");
-    CHECK_RESIDUAL(fabs(modes->omega[1] / -sqrt(GRAVITY * (2 - sqrt(2))) - 1), 1e-15, "slow growth");
+    CHECK_RESIDUAL(fabs(modes->omega[0] / -sqrt(GRAVITY * (2 + sqrt(2))) - 1), 1e-15,
+                   "fast growth");
+    CHECK_RESIDUAL(fabs(modes->omega[1] / -sqrt(GRAVITY * (2 - sqrt(2))) - 1), 1e-15,
+                   "slow growth");
     CHECK_INT(modes->growing, 2);
     pend_modes_free(&modes);
     pend_tree_free(&tree);

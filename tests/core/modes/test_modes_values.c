@@ -55,7 +55,8 @@ static double value_error(const struct pend_laplacian *l, double value, int i, t
 }
 
 /* worst relative error of all eigenvalues of a random tree */
-static double worst_error(enum test_tree_kind kind, int n, double spread, unsigned long long *seed) {
+static double worst_error(enum test_tree_kind kind, int n, double spread,
+                          unsigned long long *seed) {
     struct test_tree t;
     test_tree_random(&t, kind, n, spread, seed);
     struct pend_laplacian *l = laplacian_of(t.tree);
@@ -98,7 +99,8 @@ TEST(modes_values_of_a_chain_of_a_million_unit_arms) {
     test_quad *pivot = malloc(N * sizeof *pivot);
     CHECK_RESIDUAL(value_error(l, slowest, 0, pivot), 1e-14, "slowest mode of a million unit arms");
     /* the hanging chain of string: sqrt(g/length) times half the first zero of J_0 */
-    CHECK_RESIDUAL(fabs(sqrt(slowest * N / GRAVITY) / (0.5 * 2.404825557695773) - 1), 1e-5, "against a hanging string");
+    CHECK_RESIDUAL(fabs(sqrt(slowest * N / GRAVITY) / (0.5 * 2.404825557695773) - 1), 1e-5,
+                   "against a hanging string");
     free(pivot);
     free(one);
     free(parent);
@@ -139,11 +141,13 @@ TEST(modes_values_hold_at_every_instruction_set) {
             if (!kernel) continue;
             struct pend_modes_probe probe[SHIFTS], alone;
             test_quad pivot[N];
-            for (int i = 0; i < SHIFTS; i++) probe[i].shift = l->least * pow(l->most / l->least, (i + 0.5) / SHIFTS);
+            for (int i = 0; i < SHIFTS; i++)
+                probe[i].shift = l->least * pow(l->most / l->least, (i + 0.5) / SHIFTS);
             kernel->probe(l, SHIFTS, probe);
             for (int i = 0; i < SHIFTS; i++) {
                 CHECK_INT(probe[i].below, quad_below(l, probe[i].shift, pivot));
-                /* p'/p by a difference of counts' own pivots is too coarse: compare with the base kernel instead */
+                /* p'/p by a difference of counts' own pivots is too coarse: compare with the
+                 * base kernel instead */
                 alone.shift = probe[i].shift;
                 pend_modes_kernel_of(PEND_ISA_BASE)->probe(l, 1, &alone);
                 worst = fmax(worst, fabs(probe[i].log_rate / alone.log_rate - 1));
@@ -177,7 +181,8 @@ TEST(modes_values_log_derivatives_are_sums_over_the_eigenvalues) {
             size += fabs(inverse);
             bend += inverse * inverse;
         }
-        worst = fmax(worst, fmax(fabs(probe.log_rate - rate) / size, fabs(probe.log_bend / bend - 1)));
+        worst =
+            fmax(worst, fmax(fabs(probe.log_rate - rate) / size, fabs(probe.log_bend / bend - 1)));
     }
     CHECK_RESIDUAL(worst, 1e-10, "sums 1/(s - lambda) and 1/(s - lambda)^2");
     pend_laplacian_free(&l);

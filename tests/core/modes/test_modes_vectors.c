@@ -29,8 +29,9 @@ static void tips_of(const struct pend_tree *tree, const double theta[], double x
 }
 
 /* residual of one mode; norm: of the matrix */
-static void measure_residual(struct quality *q, const struct pend_tree *tree, double omega, const double theta[],
-                             const double x[], const double size[], double norm, double force[], double terms[]) {
+static void measure_residual(struct quality *q, const struct pend_tree *tree, double omega,
+                             const double theta[], const double x[], const double size[],
+                             double norm, double force[], double terms[]) {
     double squares = 0, worst = 0, scale = 0;
     for (int k = 0; k < tree->n; k++) {
         force[k] = -omega * omega * tree->mass[k] * x[k];
@@ -56,7 +57,8 @@ static void measure_residual(struct quality *q, const struct pend_tree *tree, do
 static struct quality measure(const struct pend_modes *modes, const struct pend_tree *tree) {
     int n = tree->n;
     size_t square = (size_t)n * (size_t)n;
-    double *x = malloc((2 * square + 3 * (size_t)n) * sizeof *x), *size = x + square, *force = size + square;
+    double *x = malloc((2 * square + 3 * (size_t)n) * sizeof *x), *size = x + square,
+           *force = size + square;
     double *terms = force + n, *diagonal = terms + n, norm = 0, trace = 0;
     struct quality q = {0, 0, 0, 0, 0};
     memset(diagonal, 0, (size_t)n * sizeof *diagonal);
@@ -64,13 +66,16 @@ static struct quality measure(const struct pend_modes *modes, const struct pend_
     norm = modes->omega[n - 1] * modes->omega[n - 1];
     for (int i = 0; i < n; i++) {
         const double *theta = modes->vector + (size_t)i * n;
-        double *xi = x + (size_t)i * n, *si = size + (size_t)i * n, square_i = modes->omega[i] * modes->omega[i];
+        double *xi = x + (size_t)i * n, *si = size + (size_t)i * n,
+               square_i = modes->omega[i] * modes->omega[i];
         tips_of(tree, theta, xi, si);
         measure_residual(&q, tree, modes->omega[i], theta, xi, si, norm, force, terms);
         trace += GRAVITY / square_i;
         for (int k = 0; k < n; k++)
-            diagonal[k] += theta[k] / square_i * (theta[k] / square_i) * GRAVITY * tree->len[k] * tree->subtree_mass[k];
-        for (int k = 0; k < n; k++) force[k] = tree->mass[k] * xi[k], terms[k] = tree->mass[k] * si[k];
+            diagonal[k] += theta[k] / square_i * (theta[k] / square_i) * GRAVITY * tree->len[k] *
+                           tree->subtree_mass[k];
+        for (int k = 0; k < n; k++)
+            force[k] = tree->mass[k] * xi[k], terms[k] = tree->mass[k] * si[k];
         for (int j = 0; j <= i; j++) {
             double dot[4] = {0}, sum = 0, total;
             const double *xj = x + (size_t)j * n, *sj = size + (size_t)j * n;
@@ -86,7 +91,8 @@ static struct quality measure(const struct pend_modes *modes, const struct pend_
         }
     }
     q.trace = fabs(trace / tree->length_total - 1);
-    for (int k = 0; k < n; k++) q.diagonal = fmax(q.diagonal, fabs(diagonal[k] * GRAVITY / tree->len[k] - 1));
+    for (int k = 0; k < n; k++)
+        q.diagonal = fmax(q.diagonal, fabs(diagonal[k] * GRAVITY / tree->len[k] - 1));
     free(x);
     return q;
 }
@@ -99,8 +105,10 @@ static void worse(struct quality *worst, struct quality q) {
     worst->diagonal = fmax(worst->diagonal, q.diagonal);
 }
 
-/* all modes of a tree of a kind; alike: unit arms, their masses off by at most `off`, and if it is 2 their lengths */
-static struct quality quality_of(enum test_tree_kind kind, int n, double spread, int alike, double off) {
+/* all modes of a tree of a kind; alike: unit arms, their masses off by at most `off`, and if it
+ * is 2 their lengths */
+static struct quality quality_of(enum test_tree_kind kind, int n, double spread, int alike,
+                                 double off) {
     unsigned long long seed = 5;
     struct test_tree t;
     struct pend_modes *modes = NULL;
@@ -112,14 +120,16 @@ static struct quality quality_of(enum test_tree_kind kind, int n, double spread,
     }
     if (alike) test_tree_rebuild(&t);
     struct pend_error error = {.text = ""};
-    int found = CHECK_SAYING(pend_modes_new(&modes, t.tree, GRAVITY, 1, &error) == PEND_OK, "%s", error.text);
+    int found = CHECK_SAYING(pend_modes_new(&modes, t.tree, GRAVITY, 1, &error) == PEND_OK, "%s",
+                             error.text);
     if (found) q = measure(modes, t.tree);
     pend_modes_free(&modes);
     test_tree_clear(&t);
     return q;
 }
 
-static void check_quality(struct quality q, double orthogonality, double residual, const char *what) {
+static void check_quality(struct quality q, double orthogonality, double residual,
+                          const char *what) {
     char text[100];
     snprintf(text, sizeof text, "%s: V^T Re(0) V = I", what);
     CHECK_RESIDUAL(q.orthogonality, orthogonality, text);
@@ -151,13 +161,17 @@ TEST(modes_vectors_of_nearly_equal_arms) {
         snprintf(text, sizeof text, "binary tree, masses off by %.0e", off);
         check_quality(quality_of(TEST_TREE_BINARY, 511, 0.3, 1, off), 1e-12, 1e-13, text);
     }
-    check_quality(quality_of(TEST_TREE_BINARY, 511, 0.3, 1, 1e-6), 1e-12, 1e-13, "binary tree, masses off by 1e-6");
-    check_quality(quality_of(TEST_TREE_STAR, 200, 0.3, 1, 1e-12), 1e-12, 1e-13, "star, masses off by 1e-12");
-    check_quality(quality_of(TEST_TREE_BROOM, 300, 0.3, 1, 1e-9), 1e-12, 1e-13, "broom, masses off by 1e-9");
+    check_quality(quality_of(TEST_TREE_BINARY, 511, 0.3, 1, 1e-6), 1e-12, 1e-13,
+                  "binary tree, masses off by 1e-6");
+    check_quality(quality_of(TEST_TREE_STAR, 200, 0.3, 1, 1e-12), 1e-12, 1e-13,
+                  "star, masses off by 1e-12");
+    check_quality(quality_of(TEST_TREE_BROOM, 300, 0.3, 1, 1e-9), 1e-12, 1e-13,
+                  "broom, masses off by 1e-9");
 }
 
 TEST(modes_vectors_of_crowds) {
-    /* a crowd of eigenvalues that differ by ever less: finer arithmetic tells them apart, until they are one number */
+    /* a crowd of eigenvalues that differ by ever less: finer arithmetic tells them apart, until
+     * they are one number */
     struct quality worst = {0, 0, 0, 0, 0};
     for (double off = 1e-2; off > 1e-15; off *= 1e-2) {
         worse(&worst, quality_of(TEST_TREE_STAR, 150, 0.3, 2, off));
@@ -175,19 +189,23 @@ TEST(modes_vectors_of_unequal_masses) {
 }
 
 TEST(modes_vectors_of_wild_masses) {
-    /* angles cannot say more than this: displacements of heavy bobs are small differences of large angles */
+    /* angles cannot say more than this: displacements of heavy bobs are small differences of
+     * large angles */
     double worst = 0;
     for (int kind = 0; kind < TEST_TREE_KINDS; kind++)
         worst = fmax(worst, quality_of((enum test_tree_kind)kind, 300, 6, 0, 0).terms);
     CHECK_RESIDUAL(worst, 1e-13, "masses 10^±6: orthogonality and residual over their terms");
 }
 
-/* orthogonality of some modes, and the largest residual over the norm; columns are too long for a matrix of all pairs
+/* orthogonality of some modes, and the largest residual over the norm; columns are too long for a
+ * matrix of all pairs
  */
-static struct quality quality_of_part(const struct pend_tree *tree, const struct pend_modes *part, double norm) {
+static struct quality quality_of_part(const struct pend_tree *tree, const struct pend_modes *part,
+                                      double norm) {
     size_t n = (size_t)tree->n;
     struct quality q = {0, 0, 0, 0, 0};
-    double *x = malloc(((size_t)part->count + 3) * n * sizeof *x), *size = x + (size_t)part->count * n;
+    double *x = malloc(((size_t)part->count + 3) * n * sizeof *x),
+           *size = x + (size_t)part->count * n;
     double *force = size + n, *terms = force + n;
     for (int i = 0; i < part->count; i++) {
         double *xi = x + (size_t)i * n;
@@ -215,7 +233,8 @@ TEST(modes_vectors_of_a_part_of_a_hundred_thousand_arms) {
         struct pend_modes_request request = {
             .gravity = GRAVITY, .vectors = 1, .select = PEND_SELECT_SLOWEST, .count = 12};
         REQUIRE(pend_modes_select(&part, t.tree, &request, NULL) == PEND_OK);
-        request = (struct pend_modes_request){.gravity = GRAVITY, .select = PEND_SELECT_FASTEST, .count = 1};
+        request = (struct pend_modes_request){
+            .gravity = GRAVITY, .select = PEND_SELECT_FASTEST, .count = 1};
         REQUIRE(pend_modes_select(&fastest, t.tree, &request, NULL) == PEND_OK);
         worse(&worst, quality_of_part(t.tree, part, fastest->omega[0] * fastest->omega[0]));
         pend_modes_free(&part);
@@ -223,7 +242,8 @@ TEST(modes_vectors_of_a_part_of_a_hundred_thousand_arms) {
         test_tree_clear(&t);
     }
     CHECK_RESIDUAL(worst.orthogonality, 1e-12, "12 slowest of 100 000 arms: V^T Re(0) V = I");
-    CHECK_SAYING(worst.residual <= 1e-13, "12 slowest of 100 000 arms: residual %.2e", worst.residual);
+    CHECK_SAYING(worst.residual <= 1e-13, "12 slowest of 100 000 arms: residual %.2e",
+                 worst.residual);
 }
 
 TEST(modes_vectors_hold_at_every_instruction_set) {
@@ -248,7 +268,8 @@ TEST(modes_vectors_hold_at_every_instruction_set) {
         const struct pend_modes_kernel *kernel = pend_modes_kernel_of((enum pend_isa)(kind / 2));
         int fine = kind % 2;
         if (!kernel) continue;
-        double *work = aligned_alloc(64, (size_t)(6 * kernel->lanes * N * 8 + 63) / 64 * 64), value[8];
+        double *work = aligned_alloc(64, (size_t)(6 * kernel->lanes * N * 8 + 63) / 64 * 64),
+               value[8];
         double theta[8][N], tip[8][N], *theta_row[8], *tip_row[8];
         for (int first = 0; first + kernel->lanes <= N; first += kernel->lanes) {
             for (int i = 0; i < kernel->lanes; i++) {

@@ -1,4 +1,5 @@
-/* Tests of core/simd/double_double: every operation against quad precision, in the base instruction set: without fused multiply-add.
+/* Tests of core/simd/double_double: every operation against quad precision, in the base
+ * instruction set: without fused multiply-add.
  * Leaves to others: the wider sets, which test_extended runs.
  * Invariant: errors in units of 2^-104 of the larger operand or of the result. */
 #pragma GCC diagnostic ignored "-Wpsabi"
@@ -16,7 +17,9 @@
 /* quads are finer than pairs by a few bits only */
 static const double unit = 0x1p-104;
 
-static test_quad quad_of(pairs2 x, int lane) { return (test_quad)x.high[lane] + (test_quad)x.low[lane]; }
+static test_quad quad_of(pairs2 x, int lane) {
+    return (test_quad)x.high[lane] + (test_quad)x.low[lane];
+}
 
 /* a number of all sizes and signs with 106 random bits */
 static double any(unsigned long long *seed, double decades) {
@@ -27,7 +30,8 @@ static pairs2 any_pair(unsigned long long *seed, double decades) {
     double first = any(seed, decades), second = any(seed, decades);
     // the low part in 32 bits, so that a quad holds the sum exactly
     float rest = (float)(test_random(seed) - 0.5), other = (float)(test_random(seed) - 0.5);
-    return pairs2_settle((pairs2){{first, second}, {first * 0x1p-53 * rest, second * 0x1p-53 * other}});
+    return pairs2_settle(
+        (pairs2){{first, second}, {first * 0x1p-53 * rest, second * 0x1p-53 * other}});
 }
 
 static void worse(double *worst, pairs2 got, int lane, test_quad want, test_quad size) {

@@ -1,5 +1,7 @@
-/* Tests of core/simd/vec: the elementary functions of vectors against quad precision, in the base instruction set.
- * Leaves to others: the wider sets, which run the same operations (test_jets and test_ensemble run all of them).
+/* Tests of core/simd/vec: the elementary functions of vectors against quad precision, in the
+ * base instruction set.
+ * Leaves to others: the wider sets, which run the same operations (test_jets and test_ensemble
+ * run all of them).
  * Invariant: errors in units of the last place. */
 #pragma GCC diagnostic ignored "-Wpsabi"
 #include "core/simd/vec.h"
@@ -10,17 +12,21 @@
 #include "tests/harness/test.h"
 
 /* distance in ulps of 1: what a sine or cosine may be off by */
-static double ulps(double got, test_quad want) { return (double)test_quad_abs(((test_quad)got - want) * 0x1p53); }
+static double ulps(double got, test_quad want) {
+    return (double)test_quad_abs(((test_quad)got - want) * 0x1p53);
+}
 
 static double sincos_worst(double range, unsigned long long seed) {
     double worst = 0;
     for (int i = 0; i < 20000; i++) {
-        double x = range * (2 * test_random(&seed) - 1), low = x * 0x1p-53 * (2 * test_random(&seed) - 1);
+        double x = range * (2 * test_random(&seed) - 1),
+               low = x * 0x1p-53 * (2 * test_random(&seed) - 1);
         if (i % 8 == 0) x = M_PI_2 * round(x / M_PI_2);
         lanes2 sine, cosine;
         lanes2_sincos(lanes2_of(x), lanes2_of(low), &sine, &cosine);
         test_quad exact = (test_quad)x + (test_quad)low;
-        worst = fmax(worst, fmax(ulps(sine[0], test_quad_sin(exact)), ulps(cosine[1], test_quad_cos(exact))));
+        worst = fmax(worst, fmax(ulps(sine[0], test_quad_sin(exact)),
+                                 ulps(cosine[1], test_quad_cos(exact))));
     }
     return worst;
 }
@@ -44,12 +50,14 @@ TEST(lanes_sine_of_small_angles_keeps_its_digits) {
 static double between_worst(double range, double apart, unsigned long long seed) {
     double worst = 0;
     for (int i = 0; i < 20000; i++) {
-        double x = range * (2 * test_random(&seed) - 1), base = range * (2 * test_random(&seed) - 1);
+        double x = range * (2 * test_random(&seed) - 1),
+               base = range * (2 * test_random(&seed) - 1);
         if (i % 4 == 0) base = x + M_PI_2 * (i / 4 % 5 - 2) + apart * (test_random(&seed) - 0.5);
         lanes2 sine, cosine;
         lanes2_between(lanes2_of(x), lanes2_of(base), &sine, &cosine);
         test_quad exact = (test_quad)x - (test_quad)base;
-        worst = fmax(worst, fmax(ulps(sine[0], test_quad_sin(exact)), ulps(cosine[1], test_quad_cos(exact))));
+        worst = fmax(worst, fmax(ulps(sine[0], test_quad_sin(exact)),
+                                 ulps(cosine[1], test_quad_cos(exact))));
     }
     return worst;
 }
@@ -63,11 +71,13 @@ TEST(lanes_sine_of_a_difference_keeps_its_digits_near_multiples_of_a_half_turn) 
     double worst = 0;
     unsigned long long seed = 6;
     for (int i = 0; i < 20000; i++) {
-        double x = 8 * test_random(&seed), base = x + M_PI * (i % 5 - 2) + pow(10, -15 * test_random(&seed));
+        double x = 8 * test_random(&seed),
+               base = x + M_PI * (i % 5 - 2) + pow(10, -15 * test_random(&seed));
         lanes2 sine, cosine;
         lanes2_between(lanes2_of(x), lanes2_of(base), &sine, &cosine);
         test_quad exact = test_quad_sin((test_quad)x - (test_quad)base);
-        if (exact != 0) worst = fmax(worst, (double)test_quad_abs(((test_quad)sine[0] - exact) / exact));
+        if (exact != 0)
+            worst = fmax(worst, (double)test_quad_abs(((test_quad)sine[0] - exact) / exact));
     }
     CHECK_RESIDUAL(worst, 5e-16, "relative error of sin(x - base)");
 }

@@ -15,8 +15,10 @@ static const double GRAVITY = 9.81;
 
 enum { COUNT = 41, RUN_ARMS = 24 };
 
-/* angles of a chain released from horizontal at COUNT instants; lengths, masses and time in units of their own */
-static int run_chain(const struct pend_method *method, double rtol, const double unit[3], double phi[]) {
+/* angles of a chain released from horizontal at COUNT instants; lengths, masses and time in
+ * units of their own */
+static int run_chain(const struct pend_method *method, double rtol, const double unit[3],
+                     double phi[]) {
     double len[RUN_ARMS], mass[RUN_ARMS], zero[RUN_ARMS] = {0}, t[COUNT];
     int parent[RUN_ARMS], done = 0;
     struct pend_tree *tree;
@@ -27,8 +29,11 @@ static int run_chain(const struct pend_method *method, double rtol, const double
         parent[k] = k - 1;
     }
     if (pend_tree_new(&tree, RUN_ARMS, len, mass, parent, NULL) != PEND_OK) return 0;
-    struct pend_problem ask = {
-        .tree = tree, .gravity = GRAVITY * unit[0] / unit[2] / unit[2], .phi = zero, .rate = zero, .rtol = rtol};
+    struct pend_problem ask = {.tree = tree,
+                               .gravity = GRAVITY * unit[0] / unit[2] / unit[2],
+                               .phi = zero,
+                               .rate = zero,
+                               .rtol = rtol};
     ask.times = (struct pend_times){.count = COUNT, .span = 0.8 * unit[2], .divisor = COUNT - 1};
     struct pend_samples samples = {.cap = COUNT, .t = t, .phi = phi};
     enum pend_status status = pend_run_new(&run, method, &ask, NULL);
@@ -58,8 +63,9 @@ TEST(chain_error_of_a_run_follows_the_tolerance) {
 TEST(chain_has_the_same_bits_in_any_unit_of_length_mass_and_time) {
     static double want[COUNT * RUN_ARMS], phi[COUNT * RUN_ARMS];
     REQUIRE(run_chain(&pend_method_taylor, 1e-9, plain, want));
-    static const double unit[][3] = {{0x1p-10, 1, 1}, {0x1p10, 1, 1}, {1, 0x1p-60, 1},         {1, 0x1p60, 1},
-                                     {1, 1, 0x1p-10}, {1, 1, 0x1p10}, {0x1p40, 0x1p90, 0x1p30}};
+    static const double unit[][3] = {{0x1p-10, 1, 1},         {0x1p10, 1, 1},  {1, 0x1p-60, 1},
+                                     {1, 0x1p60, 1},          {1, 1, 0x1p-10}, {1, 1, 0x1p10},
+                                     {0x1p40, 0x1p90, 0x1p30}};
     for (size_t i = 0; i < sizeof unit / sizeof *unit; i++) {
         REQUIRE(run_chain(&pend_method_taylor, 1e-9, unit[i], phi));
         CHECK(!memcmp(phi, want, sizeof phi) && phi[COUNT * RUN_ARMS - 1] != 0);

@@ -1,4 +1,5 @@
-/* Tests of core/taylor/jets: the series obeys the equations of motion all over a step, on every small tree and on wild ones.
+/* Tests of core/taylor/jets: the series obeys the equations of motion all over a step, on every
+ * small tree and on wild ones.
  * Leaves to others: steps (test_method_taylor), the equations themselves (test_dynamics).
  * Invariant: residuals are relative to the largest value among the arms. */
 #include "core/taylor/jets.h"
@@ -23,7 +24,8 @@ struct scene {
     void *block, *work;
 };
 
-static int scene_open(struct scene *s, int n, const int parent[], double decades, unsigned long long *seed) {
+static int scene_open(struct scene *s, int n, const int parent[], double decades,
+                      unsigned long long *seed) {
     double len[ARMS_MAX], mass[ARMS_MAX];
     memset(s, 0, sizeof *s);
     for (int k = 0; k < n; k++) {
@@ -50,7 +52,8 @@ static void scene_close(struct scene *s) {
     pend_tree_free(&s->tree);
 }
 
-/* sum of a series of one arm at x; what = 0 phi - phi(0), 1 phi', 2 phi'', 3 lambda, all in units of the series */
+/* sum of a series of one arm at x; what = 0 phi - phi(0), 1 phi', 2 phi'', 3 lambda, all in
+ * units of the series */
 static double series_at(const struct pend_jets *jets, int order, int k, double x, int what) {
     double sum = 0;
     for (int j = order; j >= 0; j--) {
@@ -67,8 +70,8 @@ static double series_at(const struct pend_jets *jets, int order, int k, double x
 static double series_reach(const struct pend_jets *jets, int n, double eps) {
     double lead = 0, reach = INFINITY;
     for (int k = 0; k < n; k++)
-        lead =
-            fmax(lead, fabs(jets->rate[pend_jets_place(jets, k, 0)]) + fabs(jets->rate[pend_jets_place(jets, k, 1)]));
+        lead = fmax(lead, fabs(jets->rate[pend_jets_place(jets, k, 0)]) +
+                              fabs(jets->rate[pend_jets_place(jets, k, 1)]));
     for (int j = ORDER - 3; j <= ORDER; j++) {
         for (int k = 0; k < n; k++) {
             double c = fabs(jets->rate[pend_jets_place(jets, k, j)]);
@@ -81,14 +84,16 @@ static double series_reach(const struct pend_jets *jets, int n, double eps) {
 /* largest differences of phi'' and lambda, series against equations, x units after the start */
 static void scene_residual(struct scene *s, double unit, double x, double residual[2]) {
     int n = s->tree->n;
-    double phi[ARMS_MAX] = {0}, rate[ARMS_MAX] = {0}, acc[ARMS_MAX], force[ARMS_MAX], scale[2] = {0}, worst[2] = {0};
+    double phi[ARMS_MAX] = {0}, rate[ARMS_MAX] = {0}, acc[ARMS_MAX], force[ARMS_MAX],
+           scale[2] = {0}, worst[2] = {0};
     for (int k = 0; k < n; k++) {
         phi[k] = s->phi[k] + series_at(&s->jets, ORDER, k, x, 0);
         rate[k] = series_at(&s->jets, ORDER, k, x, 1) / unit;
     }
     pend_dynamics(s->tree, s->gravity, phi, rate, s->work, acc, force);
     for (int k = 0; k < n; k++) {
-        double series[2] = {series_at(&s->jets, ORDER, k, x, 2), series_at(&s->jets, ORDER, k, x, 3)};
+        double series[2] = {series_at(&s->jets, ORDER, k, x, 2),
+                            series_at(&s->jets, ORDER, k, x, 3)};
         double want[2] = {acc[k], force[k]};
         for (int i = 0; i < 2; i++) {
             scale[i] = fmax(scale[i], fabs(want[i]));
@@ -157,7 +162,8 @@ TEST(jets_obey_the_equations_of_motion_on_large_random_trees) {
     CHECK_RESIDUAL(residual[1], 1e-12, "lambda of the series against the equations");
 }
 
-/* blocks of eight arms: whole and broken ones, straight and crowded ones, edges to near and far blocks; and levels */
+/* blocks of eight arms: whole and broken ones, straight and crowded ones, edges to near and far
+ * blocks; and levels */
 TEST(jets_obey_the_equations_of_motion_on_large_trees_of_every_kind) {
     unsigned long long seed = 5;
     static const int sizes[] = {9, 15, 16, 17, 40, 65, 72, 127, 200, 255};
@@ -208,7 +214,8 @@ TEST(jets_have_the_same_bits_in_avx2_and_avx512) {
     }
 }
 
-/* the largest differences of phi'' and lambda at order 0 from the equations, over the largest values */
+/* the largest differences of phi'' and lambda at order 0 from the equations, over the largest
+ * values */
 static void scene_start(struct scene *s, double residual[2]) {
     int n = s->tree->n;
     double acc[ARMS_MAX], force[ARMS_MAX], scale[2] = {0, 0}, worst[2] = {0, 0};
@@ -216,7 +223,8 @@ static void scene_start(struct scene *s, double residual[2]) {
     pend_dynamics(s->tree, s->gravity, s->phi, s->rate, s->work, acc, force);
     for (int k = 0; k < n; k++) {
         double first = s->jets.rate[pend_jets_place(&s->jets, k, 1)] * 256;
-        double error[2] = {fabs(first - acc[k]), fabs(s->jets.force[pend_jets_place(&s->jets, k, 0)] * 256 - force[k])};
+        double error[2] = {fabs(first - acc[k]),
+                           fabs(s->jets.force[pend_jets_place(&s->jets, k, 0)] * 256 - force[k])};
         scale[0] = fmax(scale[0], fabs(acc[k]));
         scale[1] = fmax(scale[1], fabs(force[k]));
         for (int i = 0; i < 2; i++) {
@@ -270,8 +278,8 @@ TEST(jets_obey_the_equations_of_motion_on_chains_of_every_length) {
     CHECK_RESIDUAL(residual[1], 1e-12, "lambda of the series against the equations");
 }
 
-/* the largest differences between a chain's coefficients and those of the same chain in blocks, over the order's
- * largest */
+/* the largest differences between a chain's coefficients and those of the same chain in blocks,
+ * over the order's largest */
 static int scene_compare(struct scene *s, double unit, double worst[2]) {
     int n = s->tree->n, isa = (int)s->jets.isa;
     struct scene other = {.tree = s->tree};
@@ -305,7 +313,8 @@ static int scene_compare(struct scene *s, double unit, double worst[2]) {
     return 1;
 }
 
-/* random directions, arms laid on one line but for 1 .. 1e-12 of a turn, and folded back on each other */
+/* random directions, arms laid on one line but for 1 .. 1e-12 of a turn, and folded back on each
+ * other */
 static void scene_align(struct scene *s, int i, unsigned long long *seed) {
     for (int k = 0; k < s->tree->n && i % 3; k++) {
         double off = pow(10, -(i % 13)) * test_random(seed);
@@ -385,16 +394,17 @@ TEST(jets_notice_a_wrong_coefficient) {
     scene_close(&s);
 }
 
-/* what errors in one direction become, from the series of two neighbours on both sides of the motion, cut where the
- * linear equations are */
-static double spread_by_neighbours(struct scene *s, double unit, double x, const double phi[], const double rate[],
-                                   double to_phi[], double to_rate[]) {
+/* what errors in one direction become, from the series of two neighbours on both sides of the
+ * motion, cut where the linear equations are */
+static double spread_by_neighbours(struct scene *s, double unit, double x, const double phi[],
+                                   const double rate[], double to_phi[], double to_rate[]) {
     const double near = 1e-5, sign[2] = {1, -1};
     double force[2][PEND_JETS_PAD], most = 0;
     int n = s->tree->n;
     for (int k = 0; k < n; k++) to_phi[k] = to_rate[k] = 0;
     for (int side = 0; side < 2; side++) {
-        for (int k = 0; k < n; k++) s->phi[k] += sign[side] * near * phi[k], s->rate[k] += sign[side] * near * rate[k];
+        for (int k = 0; k < n; k++)
+            s->phi[k] += sign[side] * near * phi[k], s->rate[k] += sign[side] * near * rate[k];
         pend_jets_expand(&s->jets, s->gravity, unit, &s->state, JETS_SPREAD);
         for (int k = 0; k < n; k++) {
             double share = sign[side] / (2 * near);
@@ -402,7 +412,8 @@ static double spread_by_neighbours(struct scene *s, double unit, double x, const
             to_rate[k] += share * series_at(&s->jets, JETS_SPREAD, k, x, 1) / unit;
             force[side][k] = s->jets.force[pend_jets_place(&s->jets, k, 0)] / (unit * unit);
         }
-        for (int k = 0; k < n; k++) s->phi[k] -= sign[side] * near * phi[k], s->rate[k] -= sign[side] * near * rate[k];
+        for (int k = 0; k < n; k++)
+            s->phi[k] -= sign[side] * near * phi[k], s->rate[k] -= sign[side] * near * rate[k];
     }
     for (int k = 0; k < n; k++) most = fmax(most, fabs(force[0][k] - force[1][k]) / (2 * near));
     return most;
@@ -414,25 +425,27 @@ TEST(jets_spread_errors_as_neighbours_part) {
     for (int i = 0; i < TREES; i++) {
         _Alignas(64) double phi[PEND_JETS_PAD] = {0}, rate[PEND_JETS_PAD] = {0};
         _Alignas(64) double answers[4 * PEND_JETS_PAD * PEND_JETS_PAD];
-        double to_phi[PEND_JETS_PAD], to_rate[PEND_JETS_PAD], unit = i % 2 ? -0.125 : 0.0625, x = 0.7, size = 0;
+        double to_phi[PEND_JETS_PAD], to_rate[PEND_JETS_PAD], unit = i % 2 ? -0.125 : 0.0625,
+                                                              x = 0.7, size = 0;
         int n = 1 + i % PEND_JETS_PAD, parent[PEND_JETS_PAD] = {-1};
         struct scene s;
         for (int k = 1; k < n; k++) parent[k] = test_random_int(&seed, k);
         if (!CHECK(scene_open(&s, n, parent, 0.5, &seed))) return;
         CHECK(pend_jets_answers_bytes(s.tree) <= sizeof answers && !pend_jets_spreads(&s.jets));
-        for (int k = 0; k < n; k++) phi[k] = 2 * test_random(&seed) - 1, rate[k] = 6 * test_random(&seed) - 3;
+        for (int k = 0; k < n; k++)
+            phi[k] = 2 * test_random(&seed) - 1, rate[k] = 6 * test_random(&seed) - 3;
         double want = spread_by_neighbours(&s, unit, x, phi, rate, to_phi, to_rate);
         pend_jets_answers(&s.jets, answers);
         CHECK(pend_jets_spreads(&s.jets));
         pend_jets_expand(&s.jets, s.gravity, unit, &s.state, ORDER);
         double got = pend_jets_spread(&s.jets, s.gravity, x, unit, phi, rate);
         for (int k = 0; k < n; k++) size = fmax(size, fmax(fabs(to_phi[k]), fabs(to_rate[k])));
-        CHECK_SAYING(fabs(got - want) <= 1e-6 * (1 + want), "%d arms: forces off by %g, by neighbours %g", n, got,
-                     want);
+        CHECK_SAYING(fabs(got - want) <= 1e-6 * (1 + want),
+                     "%d arms: forces off by %g, by neighbours %g", n, got, want);
         for (int k = 0; k < n; k++)
             CHECK_SAYING(fabs(phi[k] - to_phi[k]) + fabs(rate[k] - to_rate[k]) <= 1e-6 * size,
-                         "%d arms, arm %d: %g and %g, by neighbours %g and %g", n, k, phi[k], rate[k], to_phi[k],
-                         to_rate[k]);
+                         "%d arms, arm %d: %g and %g, by neighbours %g and %g", n, k, phi[k],
+                         rate[k], to_phi[k], to_rate[k]);
         scene_close(&s);
     }
 }
@@ -449,7 +462,8 @@ TEST(jets_foretell_what_a_step_leaves_out) {
         for (int k = 1; k < n; k++) parent[k] = i % 2 ? k - 1 : test_random_int(&seed, k);
         if (!CHECK(scene_open(&s, n, parent, 0.3, &seed))) return;
         size_t bytes = pend_jets_seats(s.tree) * sizeof(double);
-        double *rate = aligned_alloc(64, bytes), *phi = aligned_alloc(64, bytes), size = 0, off = 0, off_phi = 0;
+        double *rate = aligned_alloc(64, bytes), *phi = aligned_alloc(64, bytes), size = 0, off = 0,
+               off_phi = 0;
         if (!CHECK(rate && phi)) return;
         pend_jets_expand(&s.jets, s.gravity, 0.0625, &s.state, ORDER);
         double x = pend_jets_reach(&s.jets, STEP, log2(1e-8), -INFINITY);
@@ -464,7 +478,8 @@ TEST(jets_foretell_what_a_step_leaves_out) {
             off = fmax(off, fabs(rate[pend_jets_seat(&s.jets, k)] - want));
             off_phi = fmax(off_phi, STEP * fabs(phi[pend_jets_seat(&s.jets, k)] - want_phi));
         }
-        CHECK_SAYING(off <= size && off_phi <= size, "%d arms: off by %g and %g of %g", n, off, off_phi, size);
+        CHECK_SAYING(off <= size && off_phi <= size, "%d arms: off by %g and %g of %g", n, off,
+                     off_phi, size);
         near += off <= 0.1 * size && off_phi <= 0.1 * size;
         all++;
         free(rate);

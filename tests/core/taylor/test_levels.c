@@ -1,4 +1,5 @@
-/* Tests of core/taylor/levels: every arm has a seat, every joint finds its children, and trees for blocks are left to them.
+/* Tests of core/taylor/levels: every arm has a seat, every joint finds its children, and trees
+ * for blocks are left to them.
  * Leaves to others: what is computed in levels (test_jets).
  * Invariant: all is checked against the tree's own parents. */
 #include "core/taylor/levels.h"
@@ -45,12 +46,14 @@ static int wrong_seats(const struct cut *cut) {
     for (int k = 0; k < cut->tree->n; k++) {
         int seat = l->seat[k], p = cut->tree->parent[k];
         int parent = pend_levels_place(p < 0 ? l->count * LEVEL_ARMS : l->seat[p]);
-        wrong += l->arm[seat] != k || l->block[seat / LEVEL_ARMS].parents[seat % LEVEL_ARMS] != parent;
+        wrong +=
+            l->arm[seat] != k || l->block[seat / LEVEL_ARMS].parents[seat % LEVEL_ARMS] != parent;
     }
     return wrong + abs(seated - cut->tree->n);
 }
 
-/* how often child c of arm k is found from k's block; what c feels across must be kept where it is found */
+/* how often child c of arm k is found from k's block; what c feels across must be kept where it
+ * is found */
 static int found(const struct cut *cut, int k, int c) {
     const struct levels *l = &cut->levels;
     const struct level_block *block = &l->block[l->seat[k] / LEVEL_ARMS];
@@ -72,7 +75,8 @@ static int wrong_children(const struct cut *cut) {
     return wrong;
 }
 
-/* blocks whose arms have all their parents in the lanes above, or that touch one another, and do not say so */
+/* blocks whose arms have all their parents in the lanes above, or that touch one another, and do
+ * not say so */
 static int wrong_blocks(const struct cut *cut) {
     const struct levels *l = &cut->levels;
     int wrong = 0;
@@ -80,7 +84,8 @@ static int wrong_blocks(const struct cut *cut) {
         const struct level_block *block = &l->block[i];
         for (int lane = 0; lane < LEVEL_ARMS; lane++) {
             int k = l->arm[i * LEVEL_ARMS + lane];
-            wrong += block->aligned && block->parents[lane] != pend_levels_place(block->above * LEVEL_ARMS + lane);
+            wrong += block->aligned &&
+                     block->parents[lane] != pend_levels_place(block->above * LEVEL_ARMS + lane);
             if (k < 0) continue;
             wrong += block->leaves != (cut->tree->end[k] == k + 1);
             wrong += l->seat[cut->tree->parent[k]] / LEVEL_ARMS <= i;
@@ -96,7 +101,8 @@ TEST(levels_seat_every_arm_and_find_every_child) {
         static int parent[ARMS_MAX];
         int n = i < 300 ? 1 + i : 300 + test_random_int(&seed, ARMS_MAX - 300);
         struct cut cut;
-        test_parents((enum test_tree_kind)(i % 3 ? TEST_TREE_ATTACHED : i % TEST_TREE_KINDS), n, parent, &seed);
+        test_parents((enum test_tree_kind)(i % 3 ? TEST_TREE_ATTACHED : i % TEST_TREE_KINDS), n,
+                     parent, &seed);
         REQUIRE(cut_open(&cut, n, parent));
         if (cut.memory) {
             layered++;
@@ -107,8 +113,8 @@ TEST(levels_seat_every_arm_and_find_every_child) {
         }
         cut_close(&cut);
     }
-    CHECK_SAYING(layered > 200 && aligned > 1000, "%d trees in layers, %d blocks below their parents", layered,
-                 aligned);
+    CHECK_SAYING(layered > 200 && aligned > 1000,
+                 "%d trees in layers, %d blocks below their parents", layered, aligned);
 }
 
 static int blocks_of(int n, const int parent[]) {
@@ -120,8 +126,8 @@ static int blocks_of(int n, const int parent[]) {
 }
 
 TEST(levels_leave_deep_crowded_and_narrow_trees_to_blocks) {
-    static const enum test_tree_kind others[] = {TEST_TREE_CHAIN, TEST_TREE_STAR, TEST_TREE_CATERPILLAR,
-                                                 TEST_TREE_BROOM};
+    static const enum test_tree_kind others[] = {TEST_TREE_CHAIN, TEST_TREE_STAR,
+                                                 TEST_TREE_CATERPILLAR, TEST_TREE_BROOM};
     unsigned long long seed = 2;
     int parent[ARMS_MAX];
     for (size_t i = 0; i < sizeof others / sizeof *others; i++) {

@@ -30,11 +30,13 @@ TEST(presets_build_without_a_fault_and_move) {
     for (int i = 0; i < pend_preset_count(); i++) {
         struct pend_preset p;
         struct test_tree t = {0};
-        double acc[PEND_PRESET_ARMS], force[PEND_PRESET_ARMS], phi[PEND_PRESET_ARMS], rate[PEND_PRESET_ARMS];
+        double acc[PEND_PRESET_ARMS], force[PEND_PRESET_ARMS], phi[PEND_PRESET_ARMS],
+            rate[PEND_PRESET_ARMS];
         pend_preset_get(i, &p);
         CHECK_INT(pend_preset_find(p.name), i);
         CHECK_SAYING(is_slug(p.name), "%s is not fit for a URL", p.name);
-        CHECK_SAYING(strlen(p.title) > 3 && strlen(p.description) > 40, "%s says too little", p.name);
+        CHECK_SAYING(strlen(p.title) > 3 && strlen(p.description) > 40, "%s says too little",
+                     p.name);
         t = (struct test_tree){.n = p.n, .length = p.length, .mass = p.mass, .parent = p.parent};
         REQUIRE(pend_tree_new(&t.tree, p.n, p.length, p.mass, p.parent, NULL) == PEND_OK);
         double liveliest = 0;
@@ -48,13 +50,15 @@ TEST(presets_build_without_a_fault_and_move) {
         for (int k = 0; k < p.n; k++) liveliest = fmax(liveliest, fabs(acc[k]) + fabs(rate[k]));
         CHECK_SAYING(liveliest > 0.1, "%s stays where it is", p.name);
         double samples = p.stop / p.step;
-        CHECK_SAYING(samples >= 100 && samples <= 5000 && fabs(samples - round(samples)) < 1e-9, "%s has %g samples",
-                     p.name, samples);
+        CHECK_SAYING(samples >= 100 && samples <= 5000 && fabs(samples - round(samples)) < 1e-9,
+                     "%s has %g samples", p.name, samples);
         pend_tree_free(&t.tree);
     }
 }
 
-static void preset_by_name(const char *name, struct pend_preset *p) { pend_preset_get(pend_preset_find(name), p); }
+static void preset_by_name(const char *name, struct pend_preset *p) {
+    pend_preset_get(pend_preset_find(name), p);
+}
 
 TEST(preset_of_the_paper_is_the_papers_example) {
     struct pend_preset p;
@@ -89,7 +93,8 @@ TEST(preset_two_to_one_has_frequencies_in_that_ratio) {
     preset_by_name("two-to-one", &p);
     REQUIRE(pend_tree_new(&tree, p.n, p.length, p.mass, p.parent, NULL) == PEND_OK);
     REQUIRE(pend_reference_linearization(tree, p.gravity, a, NULL) == PEND_OK);
-    double trace = a[0] + a[3], det = a[0] * a[3] - a[1] * a[2], root = sqrt(trace * trace - 4 * det);
+    double trace = a[0] + a[3], det = a[0] * a[3] - a[1] * a[2],
+           root = sqrt(trace * trace - 4 * det);
     CHECK_RESIDUAL(fabs(sqrt((trace + root) / (trace - root)) - 2), 1e-15, "frequencies as 2 to 1");
     pend_tree_free(&tree);
 }

@@ -35,12 +35,13 @@ static void fault_note(void *context, enum pend_field field, int i, int j, const
 
 static int fault_seen(const struct fault_list *list, enum pend_field field, int i, int j) {
     for (int k = 0; k < list->count; k++)
-        if (list->fault[k].field == field && list->fault[k].i == i && list->fault[k].j == j) return 1;
+        if (list->fault[k].field == field && list->fault[k].i == i && list->fault[k].j == j)
+            return 1;
     return 0;
 }
 
-static enum pend_status try_tree(int n, const double length[], const double mass[], const int parent[],
-                                 struct fault_list *list) {
+static enum pend_status try_tree(int n, const double length[], const double mass[],
+                                 const int parent[], struct fault_list *list) {
     struct pend_tree *tree = (struct pend_tree *)list;
     struct pend_fault_sink sink = {.report = fault_note, .context = list};
     list->count = 0;
@@ -50,14 +51,16 @@ static enum pend_status try_tree(int n, const double length[], const double mass
     return status;
 }
 
-static enum pend_status try_path(int n, const double path[], int parent[], struct fault_list *list) {
+static enum pend_status try_path(int n, const double path[], int parent[],
+                                 struct fault_list *list) {
     struct pend_fault_sink sink = {.report = fault_note, .context = list};
     list->count = 0;
     return pend_tree_parent_from_path(n, path, parent, &sink);
 }
 
 static void check_ints(const int got[], const int want[], int n, const char *what) {
-    for (int i = 0; i < n; i++) CHECK_SAYING(got[i] == want[i], "%s[%d] is %d, expected %d", what, i, got[i], want[i]);
+    for (int i = 0; i < n; i++)
+        CHECK_SAYING(got[i] == want[i], "%s[%d] is %d, expected %d", what, i, got[i], want[i]);
 }
 
 TEST(tree_stores_arms_depth_first_with_the_largest_sub_tree_last) {
@@ -71,8 +74,10 @@ TEST(tree_stores_arms_depth_first_with_the_largest_sub_tree_last) {
     check_ints(tree->parent, (const int[]){-1, 0, 0, 0, 3, 3}, 6, "parent");
     check_ints(tree->end, (const int[]){6, 2, 3, 6, 5, 6}, 6, "end");
     check_ints(tree->depth, (const int[]){1, 2, 2, 2, 3, 3}, 6, "depth");
-    for (int k = 0; k < 6; k++) CHECK(tree->len[k] == length[tree->order[k]] && tree->mass[k] == mass[tree->order[k]]);
-    CHECK(tree->subtree_mass[0] == 210 && tree->subtree_mass[3] == 90 && tree->subtree_mass[2] == 60);
+    for (int k = 0; k < 6; k++)
+        CHECK(tree->len[k] == length[tree->order[k]] && tree->mass[k] == mass[tree->order[k]]);
+    CHECK(tree->subtree_mass[0] == 210 && tree->subtree_mass[3] == 90 &&
+          tree->subtree_mass[2] == 60);
     CHECK(tree->length_total == 21);
     CHECK_INT(tree->n, 6);
     pend_tree_free(&tree);
@@ -109,7 +114,8 @@ TEST(tree_accepts_every_parent_list_of_up_to_8_arms) {
             for (int k = 0; k < n; k++) {
                 int p = parent[t.tree->order[k]];
                 faulty += t.tree->parent[k] != (p < 0 ? -1 : t.tree->place[p]);
-                faulty += t.tree->mass[k] != t.mass[t.tree->order[k]] || t.tree->len[k] != t.length[t.tree->order[k]];
+                faulty += t.tree->mass[k] != t.mass[t.tree->order[k]] ||
+                          t.tree->len[k] != t.length[t.tree->order[k]];
             }
             test_tree_clear(&t);
             count++;
@@ -126,7 +132,8 @@ TEST(tree_takes_a_million_arms_of_any_kind) {
     REQUIRE(parent && one);
     for (int i = 0; i < n; i++) one[i] = 1;
     unsigned long long seed = 5;
-    static const enum test_tree_kind kinds[] = {TEST_TREE_CHAIN, TEST_TREE_STAR, TEST_TREE_ATTACHED};
+    static const enum test_tree_kind kinds[] = {TEST_TREE_CHAIN, TEST_TREE_STAR,
+                                                TEST_TREE_ATTACHED};
     for (int i = 0; i < 3; i++) {
         struct pend_tree *tree;
         test_parents(kinds[i], n, parent, &seed);
@@ -182,7 +189,8 @@ TEST(tree_needs_at_least_one_arm) {
 
 TEST(tree_reports_every_fault_at_once) {
     struct fault_list list;
-    // values: 3 bad lengths, 4 bad masses; parents: 2 that are no arm, 1 on itself, a cycle of 3, 2 roots too many
+    // values: 3 bad lengths, 4 bad masses; parents: 2 that are no arm, 1 on itself, a cycle of 3, 2
+    // roots too many
     static const double length[] = {1, 0, -1, NAN, 1, 1, 1, 1, 1, 1, 1};
     static const double mass[] = {INFINITY, 1, 1, 1, -INFINITY, -0.0, 1, 1, 1, 1, -2.5};
     static const int parent[] = {-1, 5, 1, 11, -2, 2, 6, -1, 0, -1, 2};
@@ -191,9 +199,12 @@ TEST(tree_reports_every_fault_at_once) {
     for (int i = 1; i <= 3; i++) CHECK(fault_seen(&list, PEND_FIELD_LENGTH, i, -1));
     CHECK(fault_seen(&list, PEND_FIELD_MASS, 0, -1) && fault_seen(&list, PEND_FIELD_MASS, 4, -1));
     CHECK(fault_seen(&list, PEND_FIELD_MASS, 5, -1) && fault_seen(&list, PEND_FIELD_MASS, 10, -1));
-    CHECK(fault_seen(&list, PEND_FIELD_PARENT, 3, -1) && fault_seen(&list, PEND_FIELD_PARENT, 4, -1));
-    CHECK(fault_seen(&list, PEND_FIELD_PARENT, 7, -1) && fault_seen(&list, PEND_FIELD_PARENT, 9, -1));
-    CHECK(fault_seen(&list, PEND_FIELD_PARENT, 6, -1) && fault_seen(&list, PEND_FIELD_PARENT, 1, -1));
+    CHECK(fault_seen(&list, PEND_FIELD_PARENT, 3, -1) &&
+          fault_seen(&list, PEND_FIELD_PARENT, 4, -1));
+    CHECK(fault_seen(&list, PEND_FIELD_PARENT, 7, -1) &&
+          fault_seen(&list, PEND_FIELD_PARENT, 9, -1));
+    CHECK(fault_seen(&list, PEND_FIELD_PARENT, 6, -1) &&
+          fault_seen(&list, PEND_FIELD_PARENT, 1, -1));
     // without a sink the verdict is the same
     struct pend_tree *tree;
     CHECK_INT(pend_tree_new(&tree, 11, length, mass, parent, NULL), PEND_INVALID);
@@ -208,7 +219,8 @@ TEST(tree_faults_say_what_was_wrong_and_what_would_be_right) {
     CHECK_INT(try_tree(3, good, good, (const int[]){-1, 0, 3}, &list), PEND_INVALID);
     CHECK_TEXT(list.fault[0].text, "must be 0 (the pivot) or the number of an arm, 1 to 3");
     CHECK_INT(try_tree(3, good, good, (const int[]){1, -1, -1}, &list), PEND_INVALID);
-    CHECK_TEXT(list.fault[0].text, "only one arm can hang at the pivot (0), and arm 2 does already");
+    CHECK_TEXT(list.fault[0].text,
+               "only one arm can hang at the pivot (0), and arm 2 does already");
     CHECK_INT(try_tree(2, good, good, (const int[]){-1, 1}, &list), PEND_INVALID);
     CHECK_TEXT(list.fault[0].text, "an arm cannot hang on itself");
     CHECK_INT(try_tree(4, good, good, (const int[]){-1, 3, 1, 2}, &list), PEND_INVALID);
@@ -221,7 +233,8 @@ TEST(tree_without_an_arm_at_the_pivot_has_a_cycle_too) {
     static const double good[] = {1, 1, 1, 1, 1};
     CHECK_INT(try_tree(5, good, good, (const int[]){1, 2, 0, 1, 3}, &list), PEND_INVALID);
     CHECK_INT(list.count, 2);
-    CHECK(fault_seen(&list, PEND_FIELD_PARENT, -1, -1) && fault_seen(&list, PEND_FIELD_PARENT, 0, -1));
+    CHECK(fault_seen(&list, PEND_FIELD_PARENT, -1, -1) &&
+          fault_seen(&list, PEND_FIELD_PARENT, 0, -1));
 }
 
 TEST(tree_names_only_the_first_arms_of_a_long_cycle) {
@@ -233,8 +246,9 @@ TEST(tree_names_only_the_first_arms_of_a_long_cycle) {
     parent[100] = N - 1;
     CHECK_INT(try_tree(N, one, one, parent, &list), PEND_INVALID);
     CHECK_INT(list.count, 1);
-    CHECK_TEXT(list.fault[0].text, "a cycle of 900 arms that never reaches the pivot: 101 > 1000 > 999 > 998 > 997 > "
-                                   "996 > 995 > 994 > ... > 101");
+    CHECK_TEXT(list.fault[0].text,
+               "a cycle of 900 arms that never reaches the pivot: 101 > 1000 > 999 > 998 > 997 > "
+               "996 > 995 > 994 > ... > 101");
 }
 
 TEST(tree_refuses_sums_that_are_not_finite) {
@@ -314,9 +328,12 @@ TEST(tree_path_faults_name_the_wrong_entry) {
         {3, 1, 0.5, "must be 0 or 1, got 0.5"},
         {0, 0, NAN, "must be 0 or 1, got nan"},
         {1, 0, -1, "must be 0 or 1, got -1"},
-        {3, 0, 0, "must be 1: row 4 has to be row 2 (the arm it hangs on) with a 1 added at column 4"},
-        {0, 2, 1, "must be 0: the other rows make arm 1 the one at the pivot, so no arm precedes it"},
-        {1, 3, 1, "must be 0: row 2 has to be row 1 (the arm it hangs on) with a 1 added at column 2"},
+        {3, 0, 0,
+         "must be 1: row 4 has to be row 2 (the arm it hangs on) with a 1 added at column 4"},
+        {0, 2, 1,
+         "must be 0: the other rows make arm 1 the one at the pivot, so no arm precedes it"},
+        {1, 3, 1,
+         "must be 0: row 2 has to be row 1 (the arm it hangs on) with a 1 added at column 2"},
     };
     for (size_t s = 0; s < sizeof spoil / sizeof *spoil; s++) {
         double path[16];
@@ -324,8 +341,8 @@ TEST(tree_path_faults_name_the_wrong_entry) {
         path[spoil[s].i * 4 + spoil[s].j] = spoil[s].value;
         CHECK_INT(try_path(4, path, parent, &list), PEND_INVALID);
         CHECK_INT(list.count, 1);
-        CHECK_SAYING(fault_seen(&list, PEND_FIELD_PATH, spoil[s].i, spoil[s].j), "case %d blames (%d, %d)", (int)s,
-                     list.fault[0].i, list.fault[0].j);
+        CHECK_SAYING(fault_seen(&list, PEND_FIELD_PATH, spoil[s].i, spoil[s].j),
+                     "case %d blames (%d, %d)", (int)s, list.fault[0].i, list.fault[0].j);
         CHECK_TEXT(list.fault[0].text, spoil[s].text);
     }
     CHECK(parent[0] == 9 && parent[3] == 9);
@@ -348,8 +365,9 @@ TEST(tree_path_faults_come_all_at_once) {
     CHECK(list.count >= 1);
 }
 
-/* What one flipped entry does: 0 = the result is another tree's path matrix, 1 = that entry alone is blamed, 2 = one
- * other entry is, which mends the matrix as well, 3 = more are, 4 = wrong: accepted and no path matrix. */
+/* What one flipped entry does: 0 = the result is another tree's path matrix, 1 = that entry
+ * alone is blamed, 2 = one other entry is, which mends the matrix as well, 3 = more are, 4 =
+ * wrong: accepted and no path matrix. */
 static int flip_outcome(int n, double path[], int i, int j) {
     struct fault_list list;
     int parent[8];
@@ -384,9 +402,11 @@ TEST(tree_path_blames_a_flipped_entry_of_every_small_tree) {
     CHECK_INT(outcome[4], 0);
     CHECK(outcome[0] > 0);
     CHECK_SAYING(outcome[1] > total * 7 / 10,
-                 "of %ld flips %ld give another tree, %ld are blamed alone, %ld on one other entry, %ld on several",
+                 "of %ld flips %ld give another tree, %ld are blamed alone, %ld on one other "
+                 "entry, %ld on several",
                  total, outcome[0], outcome[1], outcome[2], outcome[3]);
-    CHECK_SAYING(outcome[3] < total / 30, "%ld of %ld flips are blamed on several entries", outcome[3], total);
+    CHECK_SAYING(outcome[3] < total / 30, "%ld of %ld flips are blamed on several entries",
+                 outcome[3], total);
 }
 
 TEST(tree_force_map_is_the_inverse_transpose_of_the_path) {
@@ -429,7 +449,8 @@ TEST(tree_path_has_no_eigenvalue_but_1) {
         pend_tree_path(t.tree, path);
         for (int k = 0; k < N; k++) {
             diagonal += path[t.tree->order[k] * N + t.tree->order[k]] == 1;
-            for (int j = k + 1; j < N; j++) upper += path[t.tree->order[k] * N + t.tree->order[j]] != 0;
+            for (int j = k + 1; j < N; j++)
+                upper += path[t.tree->order[k] * N + t.tree->order[j]] != 0;
         }
         CHECK_INT(diagonal, N);
         CHECK_INT(upper, 0);
@@ -438,7 +459,8 @@ TEST(tree_path_has_no_eigenvalue_but_1) {
 }
 
 /* counts the faults with words and those without */
-static void fault_count_words(void *context, enum pend_field field, int i, int j, const char *text) {
+static void fault_count_words(void *context, enum pend_field field, int i, int j,
+                              const char *text) {
     (void)field, (void)i, (void)j;
     ++((int *)context)[text ? 0 : 1];
 }

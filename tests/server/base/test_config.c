@@ -10,12 +10,14 @@
 #include "tests/harness/test.h"
 
 /* loads from words of a command line, separated by blanks, and up to two variables */
-static enum pend_status config_of(struct srv_config *config, const char *line, const char *one, const char *two,
-                                  struct pend_error *error) {
-    char copy[1024], *argv[32] = {(char *)"pendulumd"}, *environment[] = {(char *)one, (char *)two, NULL};
+static enum pend_status config_of(struct srv_config *config, const char *line, const char *one,
+                                  const char *two, struct pend_error *error) {
+    char copy[1024], *argv[32] = {(char *)"pendulumd"},
+                     *environment[] = {(char *)one, (char *)two, NULL};
     int argc = 1;
     snprintf(copy, sizeof copy, "%s", line);
-    for (char *word = strtok(copy, " "); word && argc < 32; word = strtok(NULL, " ")) argv[argc++] = word;
+    for (char *word = strtok(copy, " "); word && argc < 32; word = strtok(NULL, " "))
+        argv[argc++] = word;
     if (!one) environment[0] = environment[1], environment[1] = NULL;
     *error = (struct pend_error){.text = ""};
     return srv_config_load(config, argc, argv, environment, error);
@@ -45,7 +47,8 @@ TEST(the_defaults_are_those_of_the_table) {
     struct api_limits limits;
     api_limits_init(&limits);
     for (int i = 0; api_limits_row(i); i++)
-        CHECK_INT((long long)*api_limits_value(&config.limits, i), (long long)*api_limits_value(&limits, i));
+        CHECK_INT((long long)*api_limits_value(&config.limits, i),
+                  (long long)*api_limits_value(&limits, i));
 }
 
 TEST(every_option_can_be_set_in_all_three_places) {
@@ -57,17 +60,20 @@ TEST(every_option_can_be_set_in_all_three_places) {
         char line[128], variable[128] = "PENDULUMD_", text[128], path[64];
         const char *value = row.start;
         for (size_t k = 0; k <= strlen(row.name); k++)
-            variable[10 + k] = row.name[k] == '-' ? '_' : (char)(row.name[k] & (row.name[k] >= 'a' ? ~32 : ~0));
+            variable[10 + k] =
+                row.name[k] == '-' ? '_' : (char)(row.name[k] & (row.name[k] >= 'a' ? ~32 : ~0));
         snprintf(variable + strlen(variable), 64, "=%s", value);
         snprintf(line, sizeof line, "--%s %s", row.name, value);
-        CHECK_SAYING(config_of(&config, line, NULL, NULL, &error) == PEND_OK, "%s: %s", line, error.text);
-        CHECK_SAYING(config_of(&again, "", variable, NULL, &error) == PEND_OK && !again.warning[0], "%s: %s%s",
-                     variable, error.text, again.warning);
+        CHECK_SAYING(config_of(&config, line, NULL, NULL, &error) == PEND_OK, "%s: %s", line,
+                     error.text);
+        CHECK_SAYING(config_of(&again, "", variable, NULL, &error) == PEND_OK && !again.warning[0],
+                     "%s: %s%s", variable, error.text, again.warning);
         CHECK(!memcmp(&config, &again, sizeof config));
         snprintf(text, sizeof text, "%s = %s\n", row.name, value);
         config_file(path, text);
         snprintf(line, sizeof line, "--config=%s", path);
-        CHECK_SAYING(config_of(&again, line, NULL, NULL, &error) == PEND_OK, "%s: %s", text, error.text);
+        CHECK_SAYING(config_of(&again, line, NULL, NULL, &error) == PEND_OK, "%s: %s", text,
+                     error.text);
         unlink(path);
     }
 }
@@ -78,7 +84,8 @@ TEST(later_places_win) {
     char path[64], line[128], variable[128];
     config_file(path, "# three of them\nmax-queue = 5\n\n  max-arms=6 # six\nworkers = 7\n");
     snprintf(line, sizeof line, "--workers 9 --config %s", path);
-    REQUIRE(config_of(&config, line, "PENDULUMD_MAX_ARMS=8", "PENDULUMD_WORKERS=8", &error) == PEND_OK);
+    REQUIRE(config_of(&config, line, "PENDULUMD_MAX_ARMS=8", "PENDULUMD_WORKERS=8", &error) ==
+            PEND_OK);
     CHECK_INT((long long)config.queue, 5);
     CHECK_INT((long long)config.limits.arms, 8);
     CHECK_INT((long long)config.workers, 9);
@@ -96,8 +103,8 @@ TEST(later_places_win) {
 TEST(bytes_take_a_unit) {
     struct srv_config config;
     struct pend_error error;
-    REQUIRE(config_of(&config, "--max-body-bytes 2K --max-held-bytes 3G --max-answer-bytes 4m", NULL, NULL, &error) ==
-            PEND_OK);
+    REQUIRE(config_of(&config, "--max-body-bytes 2K --max-held-bytes 3G --max-answer-bytes 4m",
+                      NULL, NULL, &error) == PEND_OK);
     CHECK_INT((long long)config.limits.body_bytes, 2048);
     CHECK_INT((long long)config.held_bytes, 3ll << 30);
     CHECK_INT((long long)config.limits.answer_bytes, 4 << 20);
@@ -153,7 +160,8 @@ TEST(a_bad_value_is_refused_by_name) {
         struct pend_error error;
         enum pend_status status = config_of(&config, bad[i].line, bad[i].variable, NULL, &error);
         CHECK_SAYING(status == PEND_INVALID, "'%s' is accepted", bad[i].line);
-        CHECK_SAYING(strstr(error.text, bad[i].word) != NULL, "'%s' says: %s", bad[i].line, error.text);
+        CHECK_SAYING(strstr(error.text, bad[i].word) != NULL, "'%s' says: %s", bad[i].line,
+                     error.text);
     }
 }
 
@@ -174,8 +182,10 @@ TEST(a_bad_file_is_refused_with_its_line) {
         char path[64], line[128];
         config_file(path, bad[i].text);
         snprintf(line, sizeof line, "--config %s", path);
-        CHECK_SAYING(config_of(&config, line, NULL, NULL, &error) == PEND_INVALID, "'%s' is accepted", bad[i].text);
-        CHECK_SAYING(strstr(error.text, bad[i].word) != NULL, "'%s' says: %s", bad[i].text, error.text);
+        CHECK_SAYING(config_of(&config, line, NULL, NULL, &error) == PEND_INVALID,
+                     "'%s' is accepted", bad[i].text);
+        CHECK_SAYING(strstr(error.text, bad[i].word) != NULL, "'%s' says: %s", bad[i].text,
+                     error.text);
         unlink(path);
     }
 }
@@ -204,11 +214,13 @@ TEST(a_drain_that_is_shorter_than_a_computation_gives_a_warning) {
     CHECK(config_of(&config, "", NULL, NULL, &error) == PEND_OK && !config.warning[0]);
     CHECK(config.drain_seconds > config.limits.compute_seconds);
     CHECK(config_of(&config, "--drain-seconds 30", NULL, NULL, &error) == PEND_OK);
-    CHECK_SAYING(strstr(config.warning, "drain-seconds is 30, less than max-compute-seconds of 60"), "%s",
-                 config.warning);
-    CHECK(config_of(&config, "--max-compute-seconds 600", NULL, NULL, &error) == PEND_OK && config.warning[0]);
+    CHECK_SAYING(strstr(config.warning, "drain-seconds is 30, less than max-compute-seconds of 60"),
+                 "%s", config.warning);
+    CHECK(config_of(&config, "--max-compute-seconds 600", NULL, NULL, &error) == PEND_OK &&
+          config.warning[0]);
     /* a worker answers no computation */
-    CHECK(config_of(&config, "--role worker --drain-seconds 5", NULL, NULL, &error) == PEND_OK && !config.warning[0]);
+    CHECK(config_of(&config, "--role worker --drain-seconds 5", NULL, NULL, &error) == PEND_OK &&
+          !config.warning[0]);
 }
 
 TEST(a_variable_that_names_no_option_gives_a_warning) {
@@ -224,9 +236,12 @@ TEST(a_variable_that_names_no_option_gives_a_warning) {
 TEST(help_and_version_are_tasks) {
     struct srv_config config;
     struct pend_error error;
-    CHECK(config_of(&config, "--help", NULL, NULL, &error) == PEND_OK && config.task == SRV_CONFIG_HELP);
-    CHECK(config_of(&config, "--version", NULL, NULL, &error) == PEND_OK && config.task == SRV_CONFIG_VERSION);
-    CHECK(config_of(&config, "--help=markdown", NULL, NULL, &error) == PEND_OK && config.task == SRV_CONFIG_TABLE);
+    CHECK(config_of(&config, "--help", NULL, NULL, &error) == PEND_OK &&
+          config.task == SRV_CONFIG_HELP);
+    CHECK(config_of(&config, "--version", NULL, NULL, &error) == PEND_OK &&
+          config.task == SRV_CONFIG_VERSION);
+    CHECK(config_of(&config, "--help=markdown", NULL, NULL, &error) == PEND_OK &&
+          config.task == SRV_CONFIG_TABLE);
     CHECK(config_of(&config, "--version --config /nonexistent", NULL, NULL, &error) == PEND_OK);
 }
 
@@ -241,7 +256,8 @@ TEST(the_help_tells_every_option_and_the_limits) {
         snprintf(name, sizeof name, "\n  --%s ", row.name);
         CHECK_SAYING(strstr(text.data, name) && strstr(text.data, row.meaning), "no %s", row.name);
     }
-    for (int i = 0; api_limits_row(i); i++) CHECK(strstr(text.data, api_limits_row(i)->name) != NULL);
+    for (int i = 0; api_limits_row(i); i++)
+        CHECK(strstr(text.data, api_limits_row(i)->name) != NULL);
     CHECK(rows > 20);
     api_buffer_clear(&text);
 }
@@ -259,7 +275,8 @@ TEST(the_readme_has_the_table_of_options) {
     api_buffer_init(&table, 65536);
     REQUIRE(srv_config_table(&table) == PEND_OK && api_buffer_add(&table, "", 1) == PEND_OK);
     CHECK_SAYING(strstr(readme, table.data) != NULL,
-                 "server/README.md does not have the table that build/release/pendulumd --help=markdown prints");
+                 "server/README.md does not have the table that build/release/pendulumd "
+                 "--help=markdown prints");
     api_buffer_clear(&table);
 }
 
@@ -284,7 +301,9 @@ TEST(the_readme_names_what_a_reload_may_change) {
         for (int k = 0; limit && (of_requests = api_limits_row(k)); k++)
             limit = strcmp(of_requests->name, row.name) != 0;
         int of_jobs = !strncmp(row.name, "max-job-", 8);
-        CHECK_SAYING(of_jobs || !limit, "%s may change, and server/README.md does not say so", row.name);
-        CHECK_SAYING(!strstr(text, quoted) || srv_reload_may(row.name), "%s wants a restart", row.name);
+        CHECK_SAYING(of_jobs || !limit, "%s may change, and server/README.md does not say so",
+                     row.name);
+        CHECK_SAYING(!strstr(text, quoted) || srv_reload_may(row.name), "%s wants a restart",
+                     row.name);
     }
 }

@@ -27,15 +27,16 @@ TEST(port_0_takes_a_free_port_and_says_which) {
 }
 
 TEST(names_and_every_address_can_be_listened_on) {
-    static const char *const address[] = {"localhost:0", "*:0", "0.0.0.0:0"}, *const shown[] = {
-                                                                                  "http://localhost:", "http://",
-                                                                                  "http://0.0.0.0:"};
+    static const char *const address[] = {"localhost:0", "*:0", "0.0.0.0:0"},
+                             *const shown[] = {"http://localhost:", "http://", "http://0.0.0.0:"};
     for (int i = 0; i < 3; i++) {
         char url[SRV_URL_BYTES];
         struct pend_error error = {.text = ""};
         struct test_client client;
         int fd;
-        if (!CHECK_SAYING(srv_listen_open(address[i], &fd, url, &error) == PEND_OK, "%s", error.text)) continue;
+        if (!CHECK_SAYING(srv_listen_open(address[i], &fd, url, &error) == PEND_OK, "%s",
+                          error.text))
+            continue;
         CHECK_SAYING(!strncmp(url, shown[i], strlen(shown[i])), "%s", url);
         if (i) {
             CHECK(test_client_open(&client, atoi(strrchr(url, ':') + 1)));

@@ -38,8 +38,8 @@ static const char *log_member(const char *line, const char *name, char out[256])
     struct api_json *document = NULL;
     api_problem_init(&problem);
     out[0] = 0;
-    if (!CHECK_SAYING(api_json_new(&document, line, strcspn(line, "\n"), 8, &problem) == PEND_OK, "no JSON: %.200s",
-                      line))
+    if (!CHECK_SAYING(api_json_new(&document, line, strcspn(line, "\n"), 8, &problem) == PEND_OK,
+                      "no JSON: %.200s", line))
         return out;
     struct api_value root = api_json_root(document), value = api_value_member(&root, name);
     const char *text = api_value_text(&value);

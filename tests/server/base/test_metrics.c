@@ -10,7 +10,9 @@
 
 #include "tests/harness/test.h"
 
-static const char *metrics_label(int route) { return route == 0 ? "POST /v1/trees" : route == 1 ? "GET /x" : NULL; }
+static const char *metrics_label(int route) {
+    return route == 0 ? "POST /v1/trees" : route == 1 ? "GET /x" : NULL;
+}
 
 /* the value of a sample, by the start of its line; NaN where there is none */
 static double metrics_value(const char *text, const char *sample) {
@@ -42,20 +44,24 @@ static int metrics_line_good(const char *line, size_t bytes) {
     return stop == end;
 }
 
-/* checks the form: every line, one HELP and TYPE before the samples of a name, which stand together */
+/* checks the form: every line, one HELP and TYPE before the samples of a name, which stand
+ * together */
 static void metrics_check_form(const char *text) {
     char seen[64][64], name[64] = "";
     int count = 0, comments = 0;
     for (const char *line = text; *line;) {
         size_t bytes = strcspn(line, "\n");
-        CHECK_SAYING(line[bytes] == '\n' && metrics_line_good(line, bytes), "bad line %.*s", (int)bytes, line);
+        CHECK_SAYING(line[bytes] == '\n' && metrics_line_good(line, bytes), "bad line %.*s",
+                     (int)bytes, line);
         if (!strncmp(line, "# TYPE ", 7)) {
             comments++;
             snprintf(name, sizeof name, "%.*s", (int)strcspn(line + 7, " "), line + 7);
-            for (int i = 0; i < count; i++) CHECK_SAYING(strcmp(seen[i], name), "%s has two types", name);
+            for (int i = 0; i < count; i++)
+                CHECK_SAYING(strcmp(seen[i], name), "%s has two types", name);
             if (count < 64) snprintf(seen[count++], 64, "%s", name);
         } else if (*line != '#') {
-            CHECK_SAYING(!strncmp(line, name, strlen(name)), "%.*s stands under %s", (int)bytes, line, name);
+            CHECK_SAYING(!strncmp(line, name, strlen(name)), "%.*s stands under %s", (int)bytes,
+                         line, name);
         }
         line += bytes + (line[bytes] == '\n');
     }
@@ -82,8 +88,10 @@ TEST(metrics_are_counted_and_written_in_prometheus_form) {
     CHECK(srv_metrics_write(&metrics, &gauges, metrics_label, &out) == PEND_OK);
     REQUIRE(api_buffer_add(&out, "", 1) == PEND_OK);
     metrics_check_form(out.data);
-    CHECK(metrics_value(out.data, "pendulumd_requests_total{route=\"POST /v1/trees\",status=\"200\"}") == 2);
-    CHECK(metrics_value(out.data, "pendulumd_requests_total{route=\"GET /x\",status=\"404\"}") == 1);
+    CHECK(metrics_value(out.data,
+                        "pendulumd_requests_total{route=\"POST /v1/trees\",status=\"200\"}") == 2);
+    CHECK(metrics_value(out.data, "pendulumd_requests_total{route=\"GET /x\",status=\"404\"}") ==
+          1);
     CHECK(metrics_value(out.data, "pendulumd_requests_total{route=\"none\",status=\"0\"}") == 2);
     CHECK(metrics_value(out.data, "pendulumd_worker_busy_seconds_total") == 1.5);
     CHECK(metrics_value(out.data, "pendulumd_queue_depth") == 3);
@@ -98,10 +106,13 @@ TEST(metrics_are_counted_and_written_in_prometheus_form) {
         snprintf(sample, sizeof sample, "%s\"%s\"}", stage, bucket[i].le);
         CHECK(metrics_value(out.data, sample) == bucket[i].count);
     }
-    CHECK(metrics_value(out.data, "pendulumd_request_duration_seconds_count{stage=\"compute\"}") == 4);
-    CHECK(fabs(metrics_value(out.data, "pendulumd_request_duration_seconds_sum{stage=\"compute\"}") - 7200.000020002) <
-          1e-6);
-    CHECK(metrics_value(out.data, "pendulumd_request_duration_seconds_count{stage=\"queue\"}") == 0);
+    CHECK(metrics_value(out.data, "pendulumd_request_duration_seconds_count{stage=\"compute\"}") ==
+          4);
+    CHECK(
+        fabs(metrics_value(out.data, "pendulumd_request_duration_seconds_sum{stage=\"compute\"}") -
+             7200.000020002) < 1e-6);
+    CHECK(metrics_value(out.data, "pendulumd_request_duration_seconds_count{stage=\"queue\"}") ==
+          0);
     api_buffer_clear(&out);
     /* no room: said, not cut silently */
     api_buffer_init(&out, 1000);
@@ -120,5 +131,7 @@ TEST(no_count_is_lost_between_threads) {
     memset(&metrics, 0, sizeof metrics);
     for (int i = 0; i < 4; i++) CHECK(!pthread_create(&thread[i], NULL, metrics_crowd, &metrics));
     for (int i = 0; i < 4; i++) pthread_join(thread[i], NULL);
-    CHECK_INT((long)(metrics.requests[0][200] + metrics.requests[1][200] + metrics.requests[2][200]), 80000);
+    CHECK_INT(
+        (long)(metrics.requests[0][200] + metrics.requests[1][200] + metrics.requests[2][200]),
+        80000);
 }

@@ -16,7 +16,8 @@ static int notify_supervisor(const char *path) {
     strcpy(address.sun_path, path);
     if (path[0] == '@') address.sun_path[0] = 0;
     int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    int bad = bind(fd, (struct sockaddr *)&address, (socklen_t)(offsetof(struct sockaddr_un, sun_path) + strlen(path)));
+    int bad = bind(fd, (struct sockaddr *)&address,
+                   (socklen_t)(offsetof(struct sockaddr_un, sun_path) + strlen(path)));
     CHECK(fd >= 0 && !bad);
     return fd;
 }

@@ -21,7 +21,8 @@ struct watch_pair {
 };
 
 static void watch_left(struct srv_watched *watched) {
-    struct watch_pair *pair = (struct watch_pair *)((char *)watched - offsetof(struct watch_pair, watched));
+    struct watch_pair *pair =
+        (struct watch_pair *)((char *)watched - offsetof(struct watch_pair, watched));
     pair->when = test_clock();
     atomic_fetch_add(&pair->left, 1);
 }
@@ -46,7 +47,8 @@ static void watch_close(struct watch_pair *pair) {
 }
 
 static int watch_await(struct watch_pair *pair) {
-    for (double until = test_clock() + TEST_PATIENCE; !pair->left && test_clock() < until;) test_sleep(0.001);
+    for (double until = test_clock() + TEST_PATIENCE; !pair->left && test_clock() < until;)
+        test_sleep(0.001);
     return pair->left;
 }
 
@@ -71,7 +73,8 @@ TEST(a_waiting_client_that_goes_away_is_noticed_once) {
             test_client_close(&pair.client);
         CHECK_INT(watch_await(&pair), 1);
         /* a client that has only shut its side may want its answer, and is given a moment */
-        if (way == 2) CHECK_SAYING(pair.when - begin > 0.02, "noticed after %.3f s", pair.when - begin);
+        if (way == 2)
+            CHECK_SAYING(pair.when - begin > 0.02, "noticed after %.3f s", pair.when - begin);
         test_sleep(0.1);
         CHECK_INT(pair.left, 1);
         srv_watch_remove(watch, &pair.watched);
@@ -96,7 +99,8 @@ TEST(a_client_is_only_looked_at_while_it_waits) {
 }
 
 TEST(a_request_that_is_late_gets_408_and_an_answer_that_is_not_taken_an_end) {
-    static const enum srv_watch_phase phase[] = {SRV_WATCH_READING, SRV_WATCH_IDLE, SRV_WATCH_SENDING};
+    static const enum srv_watch_phase phase[] = {SRV_WATCH_READING, SRV_WATCH_IDLE,
+                                                 SRV_WATCH_SENDING};
     for (int i = 0; i < 3; i++) {
         struct srv_watch *watch;
         struct watch_pair pair;
@@ -145,7 +149,8 @@ TEST(busy_counts_what_is_not_over) {
     test_sleep(0.3);
     CHECK_INT(srv_watch_busy(watch, 0, 0), 0);
     test_client_say(&pair.client, "G");
-    for (double until = test_clock() + TEST_PATIENCE; !srv_watch_busy(watch, 0, 0) && test_clock() < until;)
+    for (double until = test_clock() + TEST_PATIENCE;
+         !srv_watch_busy(watch, 0, 0) && test_clock() < until;)
         test_sleep(0.001);
     CHECK_INT(srv_watch_busy(watch, 0, 0), 1);
     srv_watch_remove(watch, &pair.watched);
@@ -159,7 +164,8 @@ TEST(a_drain_waits_for_idle_connections_whose_client_may_be_asking) {
     struct watch_pair pair;
     REQUIRE(srv_watch_new(&watch) == PEND_OK && watch_open(&pair));
     int64_t now = srv_clock_now();
-    /* one that was just opened may be about to ask; so may one that has asked before, however long it is silent */
+    /* one that was just opened may be about to ask; so may one that has asked before, however
+     * long it is silent */
     srv_watch_add(watch, &pair.watched, 0);
     test_sleep(0.3);
     CHECK_INT(srv_watch_busy(watch, now - minute, minute), 1);
@@ -168,7 +174,8 @@ TEST(a_drain_waits_for_idle_connections_whose_client_may_be_asking) {
     CHECK_INT(srv_watch_busy(watch, now, minute), 0);
     srv_watch_phase(watch, &pair.watched, SRV_WATCH_IDLE, 0);
     pair.watched.since = now - 2 * minute;
-    /* a browser's is waited for a moment after the drain began, a proxy's for as long as patience says */
+    /* a browser's is waited for a moment after the drain began, a proxy's for as long as
+     * patience says */
     CHECK_INT(srv_watch_busy(watch, srv_clock_now(), minute), 1);
     CHECK_INT(srv_watch_busy(watch, now - (int64_t)SRV_WATCH_MOMENT_MS * 1000000, minute), 0);
     atomic_store(&pair.watched.relayed, 1);
@@ -214,11 +221,13 @@ TEST(a_lingering_socket_reads_on_so_that_nothing_is_reset) {
     CHECK(watch_moment(watch, begin));
     int sent = 0;
     for (; sent < 100 && test_client_send(&pair.client, rubbish, sizeof rubbish); sent++) continue;
-    CHECK_SAYING(sent == 100 || test_clock() > begin + 1e-3 * SRV_WATCH_LINGER_MS, "%d pieces were taken", sent);
+    CHECK_SAYING(sent == 100 || test_clock() > begin + 1e-3 * SRV_WATCH_LINGER_MS,
+                 "%d pieces were taken", sent);
     CHECK_INT(test_client_receive(&pair.client, &reply, 0, TEST_PATIENCE), 413);
     test_reply_clear(&reply);
     test_client_close(&pair.client);
-    for (double until = test_clock() + TEST_PATIENCE; srv_watch_busy(watch, 0, 0) && test_clock() < until;)
+    for (double until = test_clock() + TEST_PATIENCE;
+         srv_watch_busy(watch, 0, 0) && test_clock() < until;)
         test_sleep(0.005);
     CHECK_INT(srv_watch_busy(watch, 0, 0), 0);
     srv_watch_free(&watch);

@@ -1,4 +1,5 @@
-/* Tests of server/jobs/part_poll: jobs that go on, that ended, that nobody knows, and a store that cannot say. */
+/* Tests of server/jobs/part_poll: jobs that go on, that ended, that nobody knows, and a store
+ * that cannot say. */
 #include "server/jobs/part_poll.h"
 
 #include <stdio.h>
@@ -7,18 +8,22 @@
 #include "tests/harness/test.h"
 
 static const struct srv_store_rules poll_rules = {.client_jobs = 100,
-                                                    .client_bytes = 1 << 28,
-                                                    .all_bytes = 1LL << 30,
-                                                    .keep_us = 3600000000LL,
-                                                    .client_scenes = 3,
-                                                    .client_scene_bytes = 1 << 20,
-                                                    .all_scene_bytes = 1 << 24};
+                                                  .client_bytes = 1 << 28,
+                                                  .all_bytes = 1LL << 30,
+                                                  .keep_us = 3600000000LL,
+                                                  .client_scenes = 3,
+                                                  .client_scene_bytes = 1 << 20,
+                                                  .all_scene_bytes = 1 << 24};
 
 static void poll_submit(struct srv_store *store, const char *id) {
     unsigned char digest[SRV_DIGEST_BYTES] = {0};
     struct srv_job job;
-    struct srv_job_order order = {
-        .id = id, .client = "anna", .operation = "forces", .request = "", .digest = digest, .parts = 1};
+    struct srv_job_order order = {.id = id,
+                                  .client = "anna",
+                                  .operation = "forces",
+                                  .request = "",
+                                  .digest = digest,
+                                  .parts = 1};
     CHECK_INT(srv_store_submit(store, &order, &job), SRV_STORED);
 }
 
@@ -28,7 +33,8 @@ static enum srv_stored poll_ask(struct srv_part_poll *poll, struct srv_store *st
 
 TEST(a_poll_says_of_each_job_whether_it_has_ended) {
     char directory[] = "/tmp/pendulumd-test-XXXXXX", url[96], command[128];
-    const char *const id[] = {"jobthatgoesonandonandonand", "jobthatwasdismissedbysome1", "jobthatnobodyhaseverknown2"};
+    const char *const id[] = {"jobthatgoesonandonandonand", "jobthatwasdismissedbysome1",
+                              "jobthatnobodyhaseverknown2"};
     struct srv_store *store;
     struct srv_job job;
     struct pend_error error;
@@ -61,7 +67,8 @@ TEST(a_store_that_cannot_say_ends_no_job) {
     struct pend_error error;
     struct srv_part_poll *poll = srv_part_poll_new(1, NULL, NULL);
     REQUIRE(poll);
-    REQUIRE(srv_store_open(&store, "postgresql://nobody@/none?host=/nowhere", &poll_rules, &error) == PEND_OK);
+    REQUIRE(srv_store_open(&store, "postgresql://nobody@/none?host=/nowhere", &poll_rules,
+                           &error) == PEND_OK);
     srv_part_poll_list(poll, "jobthatgoesonandonandonand");
     CHECK_INT(poll_ask(poll, store), SRV_STORED_AWAY);
     CHECK(!srv_part_poll_ended(poll, "jobthatgoesonandonandonand"));

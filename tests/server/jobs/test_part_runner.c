@@ -1,4 +1,5 @@
-/* Tests of server/jobs/part_runner: what becomes of a part when its daemon drains, and memory that is not there. */
+/* Tests of server/jobs/part_runner: what becomes of a part when its daemon drains, and memory
+ * that is not there. */
 #include "server/jobs/part_runner.h"
 
 #include <stdatomic.h>
@@ -24,36 +25,43 @@ enum { ID = SRV_ID_BYTES - 1 };
 /* requests that were read since the program began */
 static atomic_int runner_reads;
 
-enum pend_status __real_api_request_read(const struct api_request *request, const struct api_format *format,
-                                         const struct api_limits *limits, struct api_problem *problem, void **state,
-                                         char digest[API_DIGEST_BYTES], struct api_buffer *canonical);
-enum pend_status __wrap_api_request_read(const struct api_request *request, const struct api_format *format,
-                                         const struct api_limits *limits, struct api_problem *problem, void **state,
-                                         char digest[API_DIGEST_BYTES], struct api_buffer *canonical);
+enum pend_status
+__real_api_request_read(const struct api_request *request, const struct api_format *format,
+                        const struct api_limits *limits, struct api_problem *problem, void **state,
+                        char digest[API_DIGEST_BYTES], struct api_buffer *canonical);
+enum pend_status
+__wrap_api_request_read(const struct api_request *request, const struct api_format *format,
+                        const struct api_limits *limits, struct api_problem *problem, void **state,
+                        char digest[API_DIGEST_BYTES], struct api_buffer *canonical);
 
-enum pend_status __wrap_api_request_read(const struct api_request *request, const struct api_format *format,
-                                         const struct api_limits *limits, struct api_problem *problem, void **state,
-                                         char digest[API_DIGEST_BYTES], struct api_buffer *canonical) {
+enum pend_status
+__wrap_api_request_read(const struct api_request *request, const struct api_format *format,
+                        const struct api_limits *limits, struct api_problem *problem, void **state,
+                        char digest[API_DIGEST_BYTES], struct api_buffer *canonical) {
     atomic_fetch_add(&runner_reads, 1);
     return __real_api_request_read(request, format, limits, problem, state, digest, canonical);
 }
 
-enum srv_stored __real_srv_store_claim_some(struct srv_store *store, const char *worker, int64_t lease_us,
-                                            struct srv_lease lease[], int most, int *count);
-enum srv_stored __wrap_srv_store_claim_some(struct srv_store *store, const char *worker, int64_t lease_us,
-                                            struct srv_lease lease[], int most, int *count);
+enum srv_stored __real_srv_store_claim_some(struct srv_store *store, const char *worker,
+                                            int64_t lease_us, struct srv_lease lease[], int most,
+                                            int *count);
+enum srv_stored __wrap_srv_store_claim_some(struct srv_store *store, const char *worker,
+                                            int64_t lease_us, struct srv_lease lease[], int most,
+                                            int *count);
 
 /* 1: the next claim that finds something is taken back and is to be made again; 2: it was */
 static atomic_int runner_again;
 static atomic_int runner_kept; /* what it had is still there when it is made again */
 
-enum srv_stored __wrap_srv_store_claim_some(struct srv_store *store, const char *worker, int64_t lease_us,
-                                            struct srv_lease lease[], int most, int *count) {
+enum srv_stored __wrap_srv_store_claim_some(struct srv_store *store, const char *worker,
+                                            int64_t lease_us, struct srv_lease lease[], int most,
+                                            int *count) {
     if (atomic_load(&runner_again) == 2) {
         atomic_store(&runner_again, 3);
         atomic_store(&runner_kept, lease[0].request != NULL);
     }
-    enum srv_stored stored = __real_srv_store_claim_some(store, worker, lease_us, lease, most, count);
+    enum srv_stored stored =
+        __real_srv_store_claim_some(store, worker, lease_us, lease, most, count);
     if (stored != SRV_STORED || atomic_load(&runner_again) != 1) return stored;
     CHECK(lease[0].request != NULL);
     CHECK_INT(srv_store_release(store, worker), SRV_STORED);
@@ -62,7 +70,8 @@ enum srv_stored __wrap_srv_store_claim_some(struct srv_store *store, const char 
 }
 
 /* posts a job to a live daemon; its id */
-static void runner_post(const struct srv_daemon *daemon, const char *path, const char *body, char id[SRV_ID_BYTES]) {
+static void runner_post(const struct srv_daemon *daemon, const char *path, const char *body,
+                        char id[SRV_ID_BYTES]) {
     struct test_client client;
     struct test_reply reply;
     char text[1024];
@@ -74,7 +83,8 @@ static void runner_post(const struct srv_daemon *daemon, const char *path, const
     if (!live_say(daemon, &client, text)) return;
     CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 202);
     const char *location = test_reply_header(&reply, "Location");
-    if (CHECK(location && strlen(location) == 9 + ID)) snprintf(id, SRV_ID_BYTES, "%s", location + 9);
+    if (CHECK(location && strlen(location) == 9 + ID))
+        snprintf(id, SRV_ID_BYTES, "%s", location + 9);
     test_reply_clear(&reply);
     test_client_close(&client);
 }
@@ -97,7 +107,8 @@ TEST(a_part_that_was_running_is_given_back_by_a_drain_and_lost_by_nobody) {
     struct srv_store *store = runner_look(url);
     if (daemon && store) {
         runner_post(daemon, "/v1/trajectories", LIVE_LONG, id);
-        for (double until = test_clock() + TEST_PATIENCE; job.state == SRV_JOB_ACCEPTED && test_clock() < until;) {
+        for (double until = test_clock() + TEST_PATIENCE;
+             job.state == SRV_JOB_ACCEPTED && test_clock() < until;) {
             CHECK_INT(srv_store_job(store, id, &job), SRV_STORED);
             test_sleep(0.005);
         }
@@ -128,10 +139,12 @@ TEST(a_claim_that_is_made_again_lets_go_of_what_it_had) {
         atomic_store(&runner_kept, 0);
         atomic_store(&runner_again, 1);
         runner_post(daemon, "/v1/trajectories",
-                    "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"times\":{\"start\":0,"
+                    "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"times\":{"
+                    "\"start\":0,"
                     "\"stop\":1,\"count\":5}}",
                     id);
-        for (double until = test_clock() + TEST_PATIENCE; job.state <= SRV_JOB_RUNNING && test_clock() < until;) {
+        for (double until = test_clock() + TEST_PATIENCE;
+             job.state <= SRV_JOB_RUNNING && test_clock() < until;) {
             if (!CHECK_INT(srv_store_job(store, id, &job), SRV_STORED)) break;
             test_sleep(0.005);
         }
@@ -165,23 +178,26 @@ TEST(a_runner_that_was_not_started_ends_and_want_of_memory_is_told) {
 }
 
 /* a job from its submission to its results, and how often its request was read on the way */
-static void runner_count(const struct srv_daemon *daemon, struct srv_store *store, const char *path, const char *body,
-                         long least) {
+static void runner_count(const struct srv_daemon *daemon, struct srv_store *store, const char *path,
+                         const char *body, long least) {
     char id[SRV_ID_BYTES], text[128];
     struct srv_job job = {.state = SRV_JOB_ACCEPTED};
     int before = atomic_load(&runner_reads);
     runner_post(daemon, path, body, id);
-    for (double until = test_clock() + TEST_PATIENCE; job.state <= SRV_JOB_RUNNING && test_clock() < until;) {
+    for (double until = test_clock() + TEST_PATIENCE;
+         job.state <= SRV_JOB_RUNNING && test_clock() < until;) {
         CHECK_INT(srv_store_job(store, id, &job), SRV_STORED);
         test_sleep(0.005);
     }
     CHECK_INT(job.state, SRV_JOB_SUCCESSFUL);
     CHECK_SAYING(job.parts >= least, "%ld parts", job.parts);
     CHECK_INT(atomic_load(&runner_reads) - before, 1 + job.parts);
-    snprintf(text, sizeof text, "GET /v1/jobs/%s HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n", id);
+    snprintf(text, sizeof text, "GET /v1/jobs/%s HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n",
+             id);
     CHECK_INT(live_status(daemon, text), 200);
     CHECK_INT(atomic_load(&runner_reads) - before, 1 + job.parts);
-    snprintf(text, sizeof text, "GET /v1/jobs/%s/results HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n", id);
+    snprintf(text, sizeof text,
+             "GET /v1/jobs/%s/results HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n", id);
     CHECK_INT(live_status(daemon, text), 200);
     CHECK_INT(atomic_load(&runner_reads) - before, 2 + job.parts);
 }
@@ -190,12 +206,14 @@ TEST(a_request_is_read_once_when_its_job_is_taken_and_once_a_part) {
     char directory[] = "/tmp/pendulumd-test-XXXXXX", url[96], command[96];
     REQUIRE(mkdtemp(directory));
     snprintf(url, sizeof url, "sqlite:%s/store.db", directory);
-    const char *const options[] = {"--store", url, "--workers", "2", "--job-part-seconds", "0.001", NULL};
+    const char *const options[] = {"--store", url, "--workers", "2", "--job-part-seconds",
+                                   "0.001",   NULL};
     struct srv_daemon *daemon = live_start(options);
     struct srv_store *store = runner_look(url);
     if (daemon && store) {
         runner_count(daemon, store, "/v1/trajectories",
-                     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":{\"phi\":[1,2]},"
+                     "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"initial\":"
+                     "{\"phi\":[1,2]},"
                      "\"times\":{\"start\":0,\"stop\":100,\"count\":2000}}",
                      3);
         runner_count(daemon, store, "/v1/modes", LIVE_SHORT, 1);

@@ -13,7 +13,8 @@ struct cache_room {
     struct srv_buffer_pool pool;
 };
 
-static struct srv_response_body *cache_response_body(struct cache_room *room, size_t bytes, char fill) {
+static struct srv_response_body *cache_response_body(struct cache_room *room, size_t bytes,
+                                                     char fill) {
     struct api_buffer body;
     api_buffer_init(&body, 1 << 24);
     if (api_buffer_room(&body, bytes) != PEND_OK) return NULL;
@@ -22,7 +23,8 @@ static struct srv_response_body *cache_response_body(struct cache_room *room, si
     return srv_response_body_new(200, "application/json", &body, 64, &room->memory, &room->pool);
 }
 
-static void cache_put(struct srv_cache *cache, struct cache_room *room, const char *key, size_t bytes, char fill) {
+static void cache_put(struct srv_cache *cache, struct cache_room *room, const char *key,
+                      size_t bytes, char fill) {
     struct srv_response_body *response_body = cache_response_body(room, bytes, fill);
     if (!CHECK(response_body != NULL)) return;
     srv_cache_add(cache, key, strlen(key), response_body);
@@ -41,7 +43,8 @@ static char cache_get(struct srv_cache *cache, const char *key) {
 TEST(a_response_body_lives_as_long_as_somebody_has_it) {
     struct cache_room room = {0};
     srv_buffer_pool_init(&room.pool);
-    struct srv_response_body *one = cache_response_body(&room, 1000, 'a'), *two = srv_response_body_share(one);
+    struct srv_response_body *one = cache_response_body(&room, 1000, 'a'),
+                             *two = srv_response_body_share(one);
     CHECK(room.memory.all >= 1000);
     srv_response_body_header(one, "ETag", "\"x\"");
     CHECK_TEXT(one->header[0].value, "\"x\"");
@@ -157,7 +160,8 @@ static void *cache_crowd(void *argument) {
         struct srv_response_body *found = srv_cache_find(crowd->cache, key, strlen(key));
         if (found) crowd->wrong += found->body.data[found->body.bytes - 1] != 'A' + k % 26;
         if (!found) {
-            found = cache_response_body(crowd->room, 100 + (size_t)test_random_int(&random, 3000), (char)('A' + k % 26));
+            found = cache_response_body(crowd->room, 100 + (size_t)test_random_int(&random, 3000),
+                                        (char)('A' + k % 26));
             if (found) srv_cache_add(crowd->cache, key, strlen(key), found);
         }
         srv_response_body_drop(&found);

@@ -1,4 +1,5 @@
-/* Tests of server/protocol/coding, coding_gzip and coding_zstd: the choice, and that what was written can be read. */
+/* Tests of server/protocol/coding, coding_gzip and coding_zstd: the choice, and that what was
+ * written can be read. */
 #include "server/protocol/coding.h"
 
 #include <stdlib.h>
@@ -35,14 +36,16 @@ TEST(the_coding_a_client_likes_best_is_chosen) {
     };
     for (size_t i = 0; i < sizeof asked / sizeof *asked; i++)
         CHECK_SAYING(srv_coding_choose(asked[i].accept) == asked[i].coding, "%s: %d",
-                     asked[i].accept ? asked[i].accept : "none", srv_coding_choose(asked[i].accept));
+                     asked[i].accept ? asked[i].accept : "none",
+                     srv_coding_choose(asked[i].accept));
     CHECK(srv_coding_worth("application/json") && srv_coding_worth("text/csv; charset=utf-8"));
     CHECK(!srv_coding_worth("application/octet-stream") && !srv_coding_worth("application/x-npz") &&
           !srv_coding_worth(NULL));
 }
 
 /* undoes a coding; returns the length, or a number above cap where it cannot be read */
-static size_t coding_undo(enum srv_coding coding, const struct api_buffer *in, char *to, size_t cap) {
+static size_t coding_undo(enum srv_coding coding, const struct api_buffer *in, char *to,
+                          size_t cap) {
     if (coding == SRV_ZSTD) {
         ZSTD_DCtx *context = ZSTD_createDCtx();
         ZSTD_inBuffer from = {in->data, in->bytes, 0};
@@ -56,12 +59,16 @@ static size_t coding_undo(enum srv_coding coding, const struct api_buffer *in, c
         ZSTD_freeDCtx(context);
         return ZSTD_isError(left) ? cap + 1 : out.pos;
     }
-    z_stream stream = {
-        .next_in = (void *)in->data, .avail_in = (uInt)in->bytes, .next_out = (void *)to, .avail_out = (uInt)cap};
+    z_stream stream = {.next_in = (void *)in->data,
+                       .avail_in = (uInt)in->bytes,
+                       .next_out = (void *)to,
+                       .avail_out = (uInt)cap};
     if (inflateInit2(&stream, 15 + 16) != Z_OK) return cap + 1;
     int result = inflate(&stream, Z_SYNC_FLUSH);
     inflateEnd(&stream);
-    return result == Z_OK || result == Z_STREAM_END || result == Z_BUF_ERROR ? cap - stream.avail_out : cap + 1;
+    return result == Z_OK || result == Z_STREAM_END || result == Z_BUF_ERROR
+               ? cap - stream.avail_out
+               : cap + 1;
 }
 
 TEST(what_was_written_is_read_again_whole_and_in_pieces) {
@@ -76,21 +83,24 @@ TEST(what_was_written_is_read_again_whole_and_in_pieces) {
         api_buffer_init(&out, 2 * BYTES);
         CHECK(srv_coding_whole((enum srv_coding)coding, text, BYTES, &out) == PEND_OK);
         CHECK_SAYING(out.bytes < 0.6 * BYTES, "%s: %zu bytes", row->name, out.bytes);
-        CHECK(coding_undo((enum srv_coding)coding, &out, back, BYTES + 1) == BYTES && !memcmp(text, back, BYTES));
+        CHECK(coding_undo((enum srv_coding)coding, &out, back, BYTES + 1) == BYTES &&
+              !memcmp(text, back, BYTES));
         out.bytes = 0;
         void *state = row->begin();
         REQUIRE(state != NULL);
         for (int at = 0; at < BYTES;) {
             int piece = test_random_int(&random, 90000), flush = test_random_int(&random, 4) == 0;
             if (piece > BYTES - at) piece = BYTES - at;
-            CHECK(row->write(state, text + at, (size_t)piece, flush ? SRV_CODING_FLUSH : SRV_CODING_MORE, &out) ==
-                  PEND_OK);
+            CHECK(row->write(state, text + at, (size_t)piece,
+                             flush ? SRV_CODING_FLUSH : SRV_CODING_MORE, &out) == PEND_OK);
             at += piece;
             /* what was flushed needs nothing behind it */
-            if (flush) CHECK(coding_undo((enum srv_coding)coding, &out, back, BYTES + 1) == (size_t)at);
+            if (flush)
+                CHECK(coding_undo((enum srv_coding)coding, &out, back, BYTES + 1) == (size_t)at);
         }
         CHECK(row->write(state, "", 0, SRV_CODING_END, &out) == PEND_OK);
-        CHECK(coding_undo((enum srv_coding)coding, &out, back, BYTES + 1) == BYTES && !memcmp(text, back, BYTES));
+        CHECK(coding_undo((enum srv_coding)coding, &out, back, BYTES + 1) == BYTES &&
+              !memcmp(text, back, BYTES));
         row->free(state);
         api_buffer_clear(&out);
         /* no room */

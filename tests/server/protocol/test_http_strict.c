@@ -1,4 +1,5 @@
-/* Tests of server/protocol/http_strict: what passes, what is refused with which status, and that cutting the stream changes nothing.
+/* Tests of server/protocol/http_strict: what passes, what is refused with which status, and that
+ * cutting the stream changes nothing.
  */
 #include "server/protocol/http_strict.h"
 
@@ -35,18 +36,20 @@ TEST(the_front_knows_good_streams_from_bad_ones) {
         size_t bytes = strict_length(wanted), passed;
         srv_http_strict_init(&strict);
         passed = strict_read(&strict, wanted->stream, bytes);
-        CHECK_SAYING(strict.status == wanted->status, "%s: status %d, expected %d", wanted->what, strict.status,
-                     wanted->status);
-        CHECK_SAYING(strict.complete == wanted->complete, "%s: %ld requests complete, expected %d", wanted->what,
-                     strict.complete, wanted->complete);
+        CHECK_SAYING(strict.status == wanted->status, "%s: status %d, expected %d", wanted->what,
+                     strict.status, wanted->status);
+        CHECK_SAYING(strict.complete == wanted->complete, "%s: %ld requests complete, expected %d",
+                     wanted->what, strict.complete, wanted->complete);
         size_t whole = bytes - strict_extensions(wanted->stream);
-        CHECK_SAYING(wanted->status ? passed < bytes && strict.detail && strict.detail[0] : passed == whole,
+        CHECK_SAYING(wanted->status ? passed < bytes && strict.detail && strict.detail[0]
+                                    : passed == whole,
                      "%s: %zu of %zu bytes passed", wanted->what, passed, bytes);
     }
 }
 
 /* reads the stream in pieces; returns the bytes passed */
-static size_t strict_in_pieces(struct srv_http_strict *strict, const struct stream *stream, size_t first, size_t piece) {
+static size_t strict_in_pieces(struct srv_http_strict *strict, const struct stream *stream,
+                               size_t first, size_t piece) {
     size_t bytes = strict_length(stream), passed = 0;
     srv_http_strict_init(strict);
     for (size_t at = 0, next; at < bytes; at = next) {
@@ -76,8 +79,10 @@ TEST(the_front_does_not_mind_how_a_stream_is_cut) {
 
 TEST(the_front_takes_the_extensions_of_chunks_out) {
     static const char stream[] = CHUNKED "5;a=\"b\"\r\nhello\r\n00a ;\r\n",
-                      good[] = CHUNKED "5;a\r\nhello\r\nA;b=c\r\n;;;;;;;;;;\r\n0;\r\nX: ;\r\n\r\n" GET "\r\n",
-                      wanted[] = CHUNKED "5\r\nhello\r\nA\r\n;;;;;;;;;;\r\n0\r\nX: ;\r\n\r\n" GET "\r\n";
+                      good[] = CHUNKED
+                      "5;a\r\nhello\r\nA;b=c\r\n;;;;;;;;;;\r\n0;\r\nX: ;\r\n\r\n" GET "\r\n",
+                      wanted[] =
+                          CHUNKED "5\r\nhello\r\nA\r\n;;;;;;;;;;\r\n0\r\nX: ;\r\n\r\n" GET "\r\n";
     struct srv_http_strict strict;
     char data[sizeof good], all[sizeof good];
     for (size_t piece = 1; piece < sizeof good; piece++) {
@@ -90,8 +95,8 @@ TEST(the_front_takes_the_extensions_of_chunks_out) {
             memcpy(all + kept, data, passed);
             kept += passed;
         }
-        CHECK_SAYING(kept == sizeof wanted - 1 && !memcmp(all, wanted, kept), "cut at %zu: %.*s", piece, (int)kept,
-                     all);
+        CHECK_SAYING(kept == sizeof wanted - 1 && !memcmp(all, wanted, kept), "cut at %zu: %.*s",
+                     piece, (int)kept, all);
         CHECK_INT(strict.complete, 2);
     }
     srv_http_strict_init(&strict);
@@ -121,12 +126,15 @@ static int strict_long(const char *before, const char *piece, int count, const c
 TEST(the_front_keeps_heads_within_their_limits) {
     CHECK_INT(strict_long("GET /", "a", SRV_STRICT_TARGET - 1, " HTTP/1.1\r\n" HOST "\r\n"), 0);
     CHECK_INT(strict_long("GET /", "a", SRV_STRICT_TARGET, " HTTP/1.1\r\n" HOST "\r\n"), 414);
-    CHECK_INT(strict_long("GET /?", "&", SRV_STRICT_PARAMETERS - 1, " HTTP/1.1\r\n" HOST "\r\n"), 0);
+    CHECK_INT(strict_long("GET /?", "&", SRV_STRICT_PARAMETERS - 1, " HTTP/1.1\r\n" HOST "\r\n"),
+              0);
     CHECK_INT(strict_long("GET /?", "&", SRV_STRICT_PARAMETERS, " HTTP/1.1\r\n" HOST "\r\n"), 414);
     CHECK_INT(strict_long(GET, "X: y\r\n", SRV_STRICT_FIELDS - 1, "\r\n"), 0);
     CHECK_INT(strict_long(GET, "X: y\r\n", SRV_STRICT_FIELDS, "\r\n"), 431);
     CHECK_INT(strict_long(GET "Cookie: a=b", "; a=b", 1000, "\r\n\r\n"), 0);
-    CHECK_INT(strict_long(GET "X: ", "a", SRV_STRICT_HEAD - (int)sizeof(GET "X: \r\n\r\n"), "\r\n\r\n"), 0);
+    CHECK_INT(
+        strict_long(GET "X: ", "a", SRV_STRICT_HEAD - (int)sizeof(GET "X: \r\n\r\n"), "\r\n\r\n"),
+        0);
     CHECK_INT(strict_long(GET "X: ", "a", SRV_STRICT_HEAD, "\r\n\r\n"), 431);
     CHECK_INT(strict_long(GET, "a", SRV_STRICT_HEAD, ": b\r\n\r\n"), 431);
     CHECK_INT(strict_long(CHUNKED "0\r\n", "X: y\r\n", SRV_STRICT_FIELDS, "\r\n"), 0);
@@ -140,14 +148,16 @@ TEST(the_front_keeps_heads_within_their_limits) {
 TEST(the_front_takes_cookies_out_wherever_the_stream_is_cut) {
     static const char stream[] =
         GET "cOOkie: a=b;c:d\r\nCookies: a\r\nX-Cookie: c\r\nCookie:e=f;g=h\r\nCookie: \r\n\r\n";
-    static const char rest[] = GET "cOOkie:\r\nCookies: a\r\nX-Cookie: c\r\nCookie:\r\nCookie:\r\n\r\n";
+    static const char rest[] =
+        GET "cOOkie:\r\nCookies: a\r\nX-Cookie: c\r\nCookie:\r\nCookie:\r\n\r\n";
     enum { BYTES = sizeof stream - 1 };
     for (size_t cut = 0; cut < BYTES; cut++) {
         char text[sizeof stream] = "", joined[sizeof stream] = "";
         struct srv_http_strict strict;
         srv_http_strict_init(&strict);
         memcpy(text, stream, BYTES);
-        size_t first = srv_http_strict_read(&strict, text, cut), second = srv_http_strict_read(&strict, text + cut, BYTES - cut);
+        size_t first = srv_http_strict_read(&strict, text, cut),
+               second = srv_http_strict_read(&strict, text + cut, BYTES - cut);
         memcpy(joined, text, first);
         memcpy(joined + first, text + cut, second);
         CHECK_SAYING(!strcmp(joined, rest), "cut at %zu: %s", cut, joined);
@@ -183,7 +193,8 @@ TEST(the_front_tells_when_it_is_within_a_request) {
 }
 
 TEST(the_front_never_lets_random_bytes_out_of_step) {
-    /* mutations of good streams: whatever the verdict, counts stay in order and nothing is passed after a refusal */
+    /* mutations of good streams: whatever the verdict, counts stay in order and nothing is
+     * passed after a refusal */
     unsigned long long random = 7;
     for (int round = 0; round < 20000; round++) {
         char stream[512];
@@ -194,11 +205,13 @@ TEST(the_front_never_lets_random_bytes_out_of_step) {
             stream[test_random_int(&random, (int)bytes)] = (char)test_random_int(&random, 256);
         struct srv_http_strict strict;
         srv_http_strict_init(&strict);
-        size_t passed = srv_http_strict_read(&strict, stream, bytes), later = strict_read(&strict, GET "\r\n", 26);
-        int good = strict.complete <= strict.requests && strict.requests <= strict.complete + 1 && passed <= bytes;
+        size_t passed = srv_http_strict_read(&strict, stream, bytes),
+               later = strict_read(&strict, GET "\r\n", 26);
+        int good = strict.complete <= strict.requests && strict.requests <= strict.complete + 1 &&
+                   passed <= bytes;
         if (strict.status && passed < bytes) good = good && !later && strict.status >= 400;
-        if (!CHECK_SAYING(good, "round %d: %ld of %ld requests, status %d", round, strict.complete, strict.requests,
-                          strict.status))
+        if (!CHECK_SAYING(good, "round %d: %ld of %ld requests, status %d", round, strict.complete,
+                          strict.requests, strict.status))
             return;
     }
 }

@@ -25,7 +25,8 @@ TEST(an_ipv6_network_is_one_client_and_a_mapped_address_is_ipv4) {
     };
     struct srv_identity one, two;
     for (size_t i = 0; i < sizeof pair / sizeof *pair; i++) {
-        int same = !strcmp(key_of(&one, pair[i].one, NULL, NULL), key_of(&two, pair[i].two, NULL, NULL));
+        int same =
+            !strcmp(key_of(&one, pair[i].one, NULL, NULL), key_of(&two, pair[i].two, NULL, NULL));
         CHECK_SAYING(same == pair[i].same, "%s and %s", pair[i].one, pair[i].two);
         CHECK_TEXT(one.source, one.key);
         CHECK_TEXT(one.shown, pair[i].one);
@@ -40,7 +41,8 @@ TEST(a_token_an_account_and_an_address_of_one_text_are_three) {
     key_of(&account, "192.0.2.1", "abcdefghijklmnopqrstuv", NULL);
     key_of(&token, "192.0.2.1", NULL, TOKEN);
     key_of(&again, "198.51.100.1", "abcdefghijklmnopqrstuv", TOKEN);
-    CHECK(strcmp(address.key, account.key) && strcmp(account.key, token.key) && strcmp(address.key, token.key));
+    CHECK(strcmp(address.key, account.key) && strcmp(account.key, token.key) &&
+          strcmp(address.key, token.key));
     CHECK(strcmp(account.key + 2, token.key + 2) != 0);
     CHECK_TEXT(again.key, token.key);
     /* where it came from is kept beside: the address, or the account */
@@ -52,7 +54,8 @@ TEST(a_token_an_account_and_an_address_of_one_text_are_three) {
     CHECK_TEXT(srv_identity_word("192.0.2.1"), "address");
     CHECK_TEXT(srv_identity_word("2001:db8::"), "address");
     /* what may be shown says neither */
-    CHECK(strlen(token.secret) == 18 && !strncmp(token.secret, "token:", 6) && !strstr(token.secret, "abcdef"));
+    CHECK(strlen(token.secret) == 18 && !strncmp(token.secret, "token:", 6) &&
+          !strstr(token.secret, "abcdef"));
     CHECK(strlen(account.shown) == 20 && !strncmp(account.shown, "account:", 8));
     CHECK_TEXT(token.shown, "192.0.2.1");
 }
@@ -81,9 +84,11 @@ TEST(things_are_ended_by_who_made_them) {
     struct srv_identity maker, other;
     key_of(&maker, "2001:db8:1:2::1", NULL, NULL);
     key_of(&other, "2001:db8:1:2::2", NULL, TOKEN);
-    /* without a token: the network, with a token or not; and the text of the network, as stores of before have it */
+    /* without a token: the network, with a token or not; and the text of the network, as stores
+     * of before have it */
     CHECK(srv_identity_owns(&maker, maker.key) && srv_identity_owns(&other, maker.key));
-    CHECK(srv_identity_owns(&maker, "2001:db8:1:2::") && !srv_identity_owns(&maker, "2001:db8:1:3::"));
+    CHECK(srv_identity_owns(&maker, "2001:db8:1:2::") &&
+          !srv_identity_owns(&maker, "2001:db8:1:3::"));
     /* with one: the token alone */
     CHECK(srv_identity_owns(&other, other.key) && !srv_identity_owns(&maker, other.key));
     key_of(&maker, "192.0.2.1", "anna", NULL);

@@ -1,5 +1,5 @@
-/* A live daemon over a store in which every column of every row was altered in every way: it may refuse, fail jobs and
- * say why, but not end, hang, or do anything else to what was not altered. */
+/* A live daemon over a store in which every column of every row was altered in every way: it may
+ * refuse, fail jobs and say why, but not end, hang, or do anything else to what was not altered. */
 #include <sqlite3.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,8 +12,8 @@
 #include "tests/server/ground.h"
 #include "tests/server/live.h"
 
-static const char altered_body[] =
-    "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"times\":{\"start\":0,\"stop\":5,\"count\":41}}";
+static const char altered_body[] = "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]"
+                                   "},\"times\":{\"start\":0,\"stop\":5,\"count\":41}}";
 
 /* what is written in place of a value; %1$s is the column */
 static const struct {
@@ -27,14 +27,17 @@ static const struct {
     {"empty", "''", "''"},
     {"long", "CAST(zeroblob(100000) AS TEXT) || hex(zeroblob(50000))", "repeat('x', 100000)"},
     {"bytes", "X'00ff00'", "'\\x00ff00'::bytea"},
-    {"middle", "CAST(substr(%1$s, 1, length(%1$s) / 2) || X'5a' || substr(%1$s, length(%1$s) / 2 + 2) AS BLOB)",
+    {"middle",
+     "CAST(substr(%1$s, 1, length(%1$s) / 2) || X'5a' || substr(%1$s, length(%1$s) / 2 + 2) AS "
+     "BLOB)",
      "set_byte(%1$s, length(%1$s) / 2, 255 - get_byte(%1$s, length(%1$s) / 2))"},
 };
 enum { WAYS = sizeof altered_way / sizeof *altered_way, MOST_COLUMNS = 40, MOST_CASES = 1200 };
 
-/* the tables; which column says whose a row is; the lives of jobs whose rows are altered: one that waits, one whose
- * first part is done, one whose second part is held by somebody who vanished, one that was successful, one that was
- * dismissed with its results; "p" is no job, but a scene. And all the lives that have such rows. */
+/* the tables; which column says whose a row is; the lives of jobs whose rows are altered: one
+ * that waits, one whose first part is done, one whose second part is held by somebody who
+ * vanished, one that was successful, one that was dismissed with its results; "p" is no job, but
+ * a scene. And all the lives that have such rows. */
 static const struct {
     const char *table, *owner, *lives, *all;
 } altered_table[] = {{"jobs", "id", "hs", "whgsd"},   {"shards", "job", "gs", "hgsd"},
@@ -70,7 +73,8 @@ static int altered_run(struct altered *all, const char *text) {
 
 static enum srv_stored altered_name(void *context, const struct srv_value field[]) {
     struct altered_columns *columns = context;
-    if (columns->count < MOST_COLUMNS) snprintf(columns->name[columns->count++], 32, "%s", (const char *)field[0].data);
+    if (columns->count < MOST_COLUMNS)
+        snprintf(columns->name[columns->count++], 32, "%s", (const char *)field[0].data);
     return SRV_STORED;
 }
 
@@ -82,29 +86,33 @@ static void altered_seal(struct altered *all, const struct altered_case *one) {
     unsigned char seal[SRV_SEAL_JOB_BYTES];
     struct srv_job job = {.parts = 2, .chained = 1};
     struct srv_row_wholes created = {.count = 1};
-    struct srv_value value[] = {srv_value_text(one->id), srv_value_bytes(seal, sizeof seal), srv_value_whole(0)};
+    struct srv_value value[] = {srv_value_text(one->id), srv_value_bytes(seal, sizeof seal),
+                                srv_value_whole(0)};
     const struct srv_sql_driver *driver = all->sql->driver;
     if (one->life == 'p') {
         srv_seal_scene(seal, one->id, altered_scene, sizeof altered_scene - 1);
         value[1].bytes = API_SEAL_BYTES;
-        CHECK(driver->run(all->sql, -1, "UPDATE scenes SET seal = $2 WHERE id = $1", value, 2, NULL, NULL) ==
-              SRV_STORED);
+        CHECK(driver->run(all->sql, -1, "UPDATE scenes SET seal = $2 WHERE id = $1", value, 2, NULL,
+                          NULL) == SRV_STORED);
         return;
     }
-    CHECK(driver->run(all->sql, -1, "SELECT created FROM jobs WHERE id = $1", value, 1, srv_row_wholes, &created) ==
-          SRV_STORED);
+    CHECK(driver->run(all->sql, -1, "SELECT created FROM jobs WHERE id = $1", value, 1,
+                      srv_row_wholes, &created) == SRV_STORED);
     job.created = created.whole[0];
     snprintf(job.id, sizeof job.id, "%s", one->id);
     snprintf(job.client, sizeof job.client, "%s", one->client);
     snprintf(job.operation, sizeof job.operation, "trajectories");
     srv_seal_job(seal, &job, altered_body, sizeof altered_body - 1);
-    CHECK(driver->run(all->sql, -1, "UPDATE jobs SET seal = $2 WHERE id = $1", value, 2, NULL, NULL) == SRV_STORED);
+    CHECK(driver->run(all->sql, -1, "UPDATE jobs SET seal = $2 WHERE id = $1", value, 2, NULL,
+                      NULL) == SRV_STORED);
     for (long part = 0; part < 2 && one->life != 'w'; part++) {
-        srv_seal_chunk(seal, one->id, part, 0, altered_result[part].data, altered_result[part].bytes);
+        srv_seal_chunk(seal, one->id, part, 0, altered_result[part].data,
+                       altered_result[part].bytes);
         value[1].bytes = API_SEAL_BYTES;
         value[2].whole = part;
-        CHECK(driver->run(all->sql, -1, "UPDATE results SET seal = $2 WHERE job = $1 AND shard = $3", value, 3, NULL,
-                          NULL) == SRV_STORED);
+        CHECK(driver->run(all->sql, -1,
+                          "UPDATE results SET seal = $2 WHERE job = $1 AND shard = $3", value, 3,
+                          NULL, NULL) == SRV_STORED);
     }
 }
 
@@ -112,7 +120,8 @@ static void altered_look(struct altered *all, int table) {
     struct altered_columns *columns = &all->columns[table];
     char text[256];
     snprintf(text, sizeof text,
-             all->postgres ? "SELECT column_name::text FROM information_schema.columns WHERE table_schema = 'public' "
+             all->postgres ? "SELECT column_name::text FROM information_schema.columns WHERE "
+                             "table_schema = 'public' "
                              "AND table_name = '%s'"
                            : "SELECT name FROM pragma_table_info('%s')",
              altered_table[table].table);
@@ -130,14 +139,16 @@ static void altered_clone(struct altered *all, int t, const struct altered_case 
         int id = !strcmp(name, "id") || !strcmp(name, "job") || !strcmp(name, "scene");
         int client = !strcmp(name, "client") || !strcmp(name, "source") || !strcmp(name, "name");
         snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", comma, name);
-        snprintf(values + strlen(values), sizeof values - strlen(values), "%s%s%s%s", comma, id || client ? "'" : "",
+        snprintf(values + strlen(values), sizeof values - strlen(values), "%s%s%s%s", comma,
+                 id || client ? "'" : "",
                  id       ? one->id
                  : client ? one->client
                           : name,
                  id || client ? "'" : "");
     }
-    snprintf(text, sizeof text, "INSERT INTO %s (%s) SELECT %s FROM %s WHERE %s = '%s%c'", table, list, values, table,
-             altered_table[t].owner, !strcmp(table, "clients") ? "client" : "", one->life);
+    snprintf(text, sizeof text, "INSERT INTO %s (%s) SELECT %s FROM %s WHERE %s = '%s%c'", table,
+             list, values, table, altered_table[t].owner, !strcmp(table, "clients") ? "client" : "",
+             one->life);
     CHECK_SAYING(altered_run(all, text), "%s: %s", text, all->sql->complaint);
 }
 
@@ -198,7 +209,9 @@ static void altered_template(struct srv_store *store, char life) {
     api_buffer_init(&carry, 1 << 20);
     api_buffer_init(&out, 1 << 20);
     if (life == 'p') {
-        CHECK_INT(srv_store_scene_put(store, id, client, NULL, altered_scene, sizeof altered_scene - 1), SRV_STORED);
+        CHECK_INT(
+            srv_store_scene_put(store, id, client, NULL, altered_scene, sizeof altered_scene - 1),
+            SRV_STORED);
         return;
     }
     CHECK_INT(srv_store_submit(store, &order, &job), SRV_STORED);
@@ -207,7 +220,8 @@ static void altered_template(struct srv_store *store, char life) {
         CHECK_TEXT(lease.job, id);
         altered_part(number, &carry, &out);
         if (life != 'g' || !number)
-            CHECK_INT(srv_store_finish(store, &lease, out.data, out.bytes, number ? NULL : carry.data, carry.bytes),
+            CHECK_INT(srv_store_finish(store, &lease, out.data, out.bytes,
+                                       number ? NULL : carry.data, carry.bytes),
                       SRV_STORED);
         CHECK(out.bytes <= SRV_CHUNK_BYTES);
         altered_result[number].bytes = 0;
@@ -225,7 +239,8 @@ static void altered_case(struct altered *all, int table, const char *column, int
     char text[2048], value[512];
     struct altered_case *one = &all->one[all->count];
     if (!CHECK(all->count < MOST_CASES)) return;
-    *one = (struct altered_case){.life = life, .table = altered_table[table].table, .way = altered_way[way].name};
+    *one = (struct altered_case){
+        .life = life, .table = altered_table[table].table, .way = altered_way[way].name};
     snprintf(one->id, sizeof one->id, "case%04daaaaaaaaaaaaaaaaaa", all->count);
     snprintf(one->account, sizeof one->account, "c%04d", all->count++);
     struct srv_identity identity;
@@ -238,14 +253,16 @@ static void altered_case(struct altered *all, int table, const char *column, int
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wformat-nonliteral"
 #pragma GCC diagnostic ignored "-Wformat-extra-args"
-    snprintf(value, sizeof value, all->postgres ? altered_way[way].postgres : altered_way[way].sqlite, column);
+    snprintf(value, sizeof value,
+             all->postgres ? altered_way[way].postgres : altered_way[way].sqlite, column);
 #pragma GCC diagnostic pop
     snprintf(text, sizeof text, "UPDATE %s SET %s = %s WHERE %s = '%s'", one->table, column, value,
              altered_table[table].owner, strcmp(one->table, "clients") ? one->id : one->client);
     one->bad = altered_run(all, text);
 }
 
-/* a table that nobody alters is one that was forgotten here; test_altered_sums has those that are the same for all */
+/* a table that nobody alters is one that was forgotten here; test_altered_sums has those that
+ * are the same for all */
 static enum srv_stored altered_known(void *context, const struct srv_value field[]) {
     const char *name = field[0].data;
     int known = !strcmp(name, "totals") || !strcmp(name, "pendulumd");
@@ -257,11 +274,12 @@ static enum srv_stored altered_known(void *context, const struct srv_value field
 
 static void altered_tables(struct altered *all) {
     int count = 0;
-    CHECK(all->sql->driver->run(all->sql, -1,
-                                all->postgres ? "SELECT table_name::text FROM information_schema.tables WHERE "
-                                                "table_schema = 'public'"
-                                              : "SELECT name FROM sqlite_master WHERE type = 'table'",
-                                NULL, 0, altered_known, &count) == SRV_STORED);
+    CHECK(all->sql->driver->run(
+              all->sql, -1,
+              all->postgres ? "SELECT table_name::text FROM information_schema.tables WHERE "
+                              "table_schema = 'public'"
+                            : "SELECT name FROM sqlite_master WHERE type = 'table'",
+              NULL, 0, altered_known, &count) == SRV_STORED);
     CHECK_INT(count, TABLES + 2);
 }
 
@@ -279,7 +297,8 @@ static void altered_all(struct altered *all) {
         for (const char *life = altered_table[t].all; *life; life++) {
             char text[128];
             snprintf(text, sizeof text, "DELETE FROM %s WHERE %s = '%s%c'", altered_table[t].table,
-                     altered_table[t].owner, strcmp(altered_table[t].table, "clients") ? "" : "client", *life);
+                     altered_table[t].owner,
+                     strcmp(altered_table[t].table, "clients") ? "" : "client", *life);
             CHECK(altered_run(all, text));
         }
 }
@@ -287,11 +306,13 @@ static void altered_all(struct altered *all) {
 /* --- asking --- */
 
 /* one request on a connection that is kept; the reply's status, and its body up to `cap` */
-static int altered_ask(const struct srv_daemon *daemon, struct test_client *client, const char *method,
-                       const char *path, const char *key, char body[], size_t cap) {
+static int altered_ask(const struct srv_daemon *daemon, struct test_client *client,
+                       const char *method, const char *path, const char *key, char body[],
+                       size_t cap) {
     char text[512];
     struct test_reply reply;
-    snprintf(text, sizeof text, "%s %s HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Key: %s\r\n\r\n", method, path, key);
+    snprintf(text, sizeof text, "%s %s HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Key: %s\r\n\r\n", method,
+             path, key);
     if (client->fd < 0 && !test_client_open(client, live_port(daemon))) return 0;
     if (!test_client_say(client, text)) return 0;
     int status = test_client_receive(client, &reply, 0, TEST_PATIENCE);
@@ -301,11 +322,13 @@ static int altered_ask(const struct srv_daemon *daemon, struct test_client *clie
     return status;
 }
 
-/* what nothing can be known of in one look: when the job's turn is, whether it is, and whose it is */
+/* what nothing can be known of in one look: when the job's turn is, whether it is, and whose it
+ * is */
 static int altered_lies_well(const struct altered_case *one) {
-    static const char *const lies[] = {"jobs.ready", "jobs.turn",    "jobs.id",      "jobs.client",  "jobs.part",
-                                       "jobs.rank",  "jobs.begun",   "jobs.shards",  "jobs.waiting", "jobs.chained",
-                                       "shards.job", "shards.lease", "shards.state", "shards.number"};
+    static const char *const lies[] = {"jobs.ready",   "jobs.turn",    "jobs.id",    "jobs.client",
+                                       "jobs.part",    "jobs.rank",    "jobs.begun", "jobs.shards",
+                                       "jobs.waiting", "jobs.chained", "shards.job", "shards.lease",
+                                       "shards.state", "shards.number"};
     char name[64];
     snprintf(name, sizeof name, "%s.%s", one->table, one->column);
     for (size_t i = 0; i < sizeof lies / sizeof *lies; i++)
@@ -320,16 +343,20 @@ static int altered_over(const char *body) {
 
 static void altered_judge(const struct altered_case *one, int status, const char *body) {
     char what[160];
-    snprintf(what, sizeof what, "%s.%s %s of a job '%c': ", one->table, one->column, one->way, one->life);
-    int known = altered_over(body) || strstr(body, "\"status\":\"accepted\"") || strstr(body, "\"status\":\"running\"");
+    snprintf(what, sizeof what, "%s.%s %s of a job '%c': ", one->table, one->column, one->way,
+             one->life);
+    int known = altered_over(body) || strstr(body, "\"status\":\"accepted\"") ||
+                strstr(body, "\"status\":\"running\"");
     CHECK_SAYING((status == 200 && known) || status == 404, "%s%d %.300s", what, status, body);
     const char *end = one->life == 'd' ? "dismissed" : "successful";
     if (!one->bad || !strcmp(one->table, "removals"))
         CHECK_SAYING(strstr(body, end), "%s%d %.300s", what, status, body);
-    CHECK_SAYING(!strstr(body, "\"status\":\"failed\"") || !strstr(body, "\"message\":\"\""), "%s%.300s", what, body);
+    CHECK_SAYING(!strstr(body, "\"status\":\"failed\"") || !strstr(body, "\"message\":\"\""),
+                 "%s%.300s", what, body);
 }
 
-/* a scene is given as it was kept, or not at all, and its owner can let it go, but where it says that it is another's
+/* a scene is given as it was kept, or not at all, and its owner can let it go, but where it says
+ * that it is another's
  */
 static void altered_picture(const struct srv_daemon *daemon, struct test_client *client,
                             const struct altered_case *one) {
@@ -345,13 +372,14 @@ static void altered_picture(const struct srv_daemon *daemon, struct test_client 
                  "%s.%s %s: %d %.200s", one->table, one->column, one->way, status, body);
     status = altered_ask(daemon, client, "DELETE", path, one->account, body, sizeof body);
     int keeper = !strcmp(one->table, "keepers") && one->bad;
-    CHECK_SAYING(status == 204 || (id && status == 404) || (keeper && status == 403), "%s.%s %s: DELETE %d %.200s",
-                 one->table, one->column, one->way, status, body);
+    CHECK_SAYING(status == 204 || (id && status == 404) || (keeper && status == 403),
+                 "%s.%s %s: DELETE %d %.200s", one->table, one->column, one->way, status, body);
 }
 
 static void altered_serve(struct altered *all, const char *url) {
-    const char *const options[] = {"--store",         url,           "--workers", "1", "--client-header", "X-Key",
-                                   "--trusted-proxy", "127.0.0.0/8", NULL};
+    const char *const options[] = {
+        "--store",         url,           "--workers", "1", "--client-header", "X-Key",
+        "--trusted-proxy", "127.0.0.0/8", NULL};
     struct srv_daemon *daemon = live_start(options);
     struct test_client client = {.fd = -1};
     char path[128], body[2048];
@@ -382,15 +410,17 @@ static void altered_serve(struct altered *all, const char *url) {
         int status = altered_ask(daemon, &client, "GET", path, one->account, body, sizeof body);
         altered_judge(one, status, body);
         failed += strstr(body, "\"status\":\"failed\"") != NULL;
-        CHECK_SAYING(status == 404 || altered_over(body) || altered_lies_well(one), "%s.%s %s '%c': %.300s", one->table,
-                     one->column, one->way, one->life, body);
+        CHECK_SAYING(status == 404 || altered_over(body) || altered_lies_well(one),
+                     "%s.%s %s '%c': %.300s", one->table, one->column, one->way, one->life, body);
         snprintf(path, sizeof path, "/v1/jobs/%s/results", one->id);
         status = altered_ask(daemon, &client, "GET", path, one->account, body, sizeof body);
-        CHECK_SAYING(status == 200 || status == 404 || status == 409 || status == 422 || status == 500 || status == 503,
+        CHECK_SAYING(status == 200 || status == 404 || status == 409 || status == 422 ||
+                         status == 500 || status == 503,
                      "%d %s", status, body);
         if (!one->bad) CHECK_INT(status, one->life == 'd' ? 409 : 200);
         if (one->bad && !strcmp(one->table, "results") && !strcmp(one->column, "data"))
-            CHECK_SAYING(status != 200 && strstr(body, "damaged"), "%s of results: %d %.200s", one->way, status, body);
+            CHECK_SAYING(status != 200 && strstr(body, "damaged"), "%s of results: %d %.200s",
+                         one->way, status, body);
         status = altered_ask(daemon, &client, "GET", "/v1/jobs", one->account, body, sizeof body);
         CHECK_INT(status, 200);
     }
@@ -399,9 +429,10 @@ static void altered_serve(struct altered *all, const char *url) {
     for (int i = 0; i < all->count; i++) {
         if (all->one[i].life == 'p') continue;
         snprintf(path, sizeof path, "/v1/jobs/%s", all->one[i].id);
-        int status = altered_ask(daemon, &client, "DELETE", path, all->one[i].account, body, sizeof body);
-        CHECK_SAYING(status == 200 || status == 404 || altered_lies_well(&all->one[i]), "%s: %d %s", path, status,
-                     body);
+        int status =
+            altered_ask(daemon, &client, "DELETE", path, all->one[i].account, body, sizeof body);
+        CHECK_SAYING(status == 200 || status == 404 || altered_lies_well(&all->one[i]), "%s: %d %s",
+                     path, status, body);
     }
     CHECK_INT(altered_ask(daemon, &client, "GET", "/readyz", "x", body, sizeof body), 200);
     test_client_close(&client);
@@ -413,7 +444,8 @@ static void altered_nulls(const char *path) {
     sqlite3 *db;
     REQUIRE(sqlite3_open(path, &db) == SQLITE_OK);
     CHECK_INT(sqlite3_exec(db,
-                           "PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = replace(sql, ' NOT NULL', '') "
+                           "PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = "
+                           "replace(sql, ' NOT NULL', '') "
                            "WHERE type = 'table'",
                            NULL, NULL, NULL),
               SQLITE_OK);
@@ -421,7 +453,8 @@ static void altered_nulls(const char *path) {
 }
 
 STORE_TEST(no_altered_row_harms_more_than_its_job) {
-    struct altered all = {.postgres = ground->postgres != NULL, .one = calloc(MOST_CASES, sizeof *all.one)};
+    struct altered all = {.postgres = ground->postgres != NULL,
+                          .one = calloc(MOST_CASES, sizeof *all.one)};
     struct pend_error error;
     REQUIRE(all.one);
     for (int part = 0; part < 2; part++) api_buffer_init(&altered_result[part], 1 << 20);
@@ -444,14 +477,16 @@ STORE_TEST(no_altered_row_harms_more_than_its_job) {
             enum srv_stored stored = SRV_STORED_AGAIN;
             for (int tries = 0; stored == SRV_STORED_AGAIN && tries < 10; tries++)
                 stored = srv_store_dismiss(store, all.one[i].id, &job);
-            CHECK_SAYING(stored == SRV_STORED || stored == SRV_STORED_NONE, "%s.%s %s '%c': %d %s", all.one[i].table,
-                         all.one[i].column, all.one[i].way, all.one[i].life, stored, srv_store_complaint(store));
+            CHECK_SAYING(stored == SRV_STORED || stored == SRV_STORED_NONE, "%s.%s %s '%c': %d %s",
+                         all.one[i].table, all.one[i].column, all.one[i].way, all.one[i].life,
+                         stored, srv_store_complaint(store));
         }
         struct srv_store_sweep sweep;
         enum srv_stored stored;
         int sweeps = 0;
         do stored = srv_store_sweep(store, NULL, &sweep);
-        while (((stored == SRV_STORED && sweep.more) || stored == SRV_STORED_AGAIN) && ++sweeps < 2000);
+        while (((stored == SRV_STORED && sweep.more) || stored == SRV_STORED_AGAIN) &&
+               ++sweeps < 2000);
         CHECK_SAYING(stored == SRV_STORED && sweeps < 2000, "%d after %d: %s", stored, sweeps,
                      srv_store_complaint(store));
     }

@@ -1,6 +1,6 @@
-/* Rows that are the same for all clients, altered in every way: the sums of all that is kept, and the version of the
- * tables. What cannot have been written is found and counted anew, or refused with a reason; nothing that is kept is
- * lost by it. */
+/* Rows that are the same for all clients, altered in every way: the sums of all that is kept,
+ * and the version of the tables. What cannot have been written is found and counted anew, or
+ * refused with a reason; nothing that is kept is lost by it. */
 #include <sqlite3.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -45,7 +45,8 @@ static void sums_nulls(const char *path) {
     sqlite3 *db;
     REQUIRE(sqlite3_open(path, &db) == SQLITE_OK);
     CHECK_INT(sqlite3_exec(db,
-                           "PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = replace(sql, ' NOT NULL', '') "
+                           "PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = "
+                           "replace(sql, ' NOT NULL', '') "
                            "WHERE type = 'table'; PRAGMA schema_version = 1000",
                            NULL, NULL, NULL),
               SQLITE_OK);
@@ -66,12 +67,14 @@ static int sums_run(struct srv_sql *sql, const char *text) {
     return sql->driver->run(sql, -1, text, NULL, 0, NULL, NULL) == SRV_STORED;
 }
 
-static void sums_look(const struct ground *ground, struct srv_sql *sql, struct sums_columns *columns) {
+static void sums_look(const struct ground *ground, struct srv_sql *sql,
+                      struct sums_columns *columns) {
     columns->count = 0;
     CHECK(sql->driver->run(sql, -1,
-                           ground->postgres ? "SELECT column_name::text FROM information_schema.columns WHERE "
-                                              "table_schema = 'public' AND table_name = 'totals'"
-                                            : "SELECT name FROM pragma_table_info('totals')",
+                           ground->postgres
+                               ? "SELECT column_name::text FROM information_schema.columns WHERE "
+                                 "table_schema = 'public' AND table_name = 'totals'"
+                               : "SELECT name FROM pragma_table_info('totals')",
                            NULL, 0, sums_name, columns) == SRV_STORED);
     CHECK(columns->count > 8);
 }
@@ -79,11 +82,13 @@ static void sums_look(const struct ground *ground, struct srv_sql *sql, struct s
 /* --- the sums --- */
 
 /* a call that may have to be made again while sums are counted anew */
-#define SUMS_CALL(what, call)                                                                                          \
-    do {                                                                                                               \
-        enum srv_stored stored_ = SRV_STORED_AGAIN;                                                                    \
-        for (int tries_ = 0; stored_ == SRV_STORED_AGAIN && tries_ < 5; tries_++) stored_ = (call);                    \
-        CHECK_SAYING(stored_ == SRV_STORED, "%s: %s is %d %s", what, #call, stored_, srv_store_complaint(store));      \
+#define SUMS_CALL(what, call)                                                                      \
+    do {                                                                                           \
+        enum srv_stored stored_ = SRV_STORED_AGAIN;                                                \
+        for (int tries_ = 0; stored_ == SRV_STORED_AGAIN && tries_ < 5; tries_++)                  \
+            stored_ = (call);                                                                      \
+        CHECK_SAYING(stored_ == SRV_STORED, "%s: %s is %d %s", what, #call, stored_,               \
+                     srv_store_complaint(store));                                                  \
     } while (0)
 
 /* a job from its beginning to its end, and a scene */
@@ -99,8 +104,10 @@ static void sums_live(struct srv_store *store, const char *id, const char *what)
     SUMS_CALL(what, srv_store_scene_drop(store, "scene", "anna"));
     SUMS_CALL(what, srv_store_dismiss(store, id, &job));
     SUMS_CALL(what, srv_store_figures(store, &figures));
-    for (int i = 0; i < SRV_JOB_STATES; i++) CHECK_SAYING(figures.jobs[i] >= 0, "%s: %ld", what, figures.jobs[i]);
-    CHECK_SAYING(figures.bytes >= 0 && figures.parts >= 0 && figures.scenes >= 0 && figures.scene_bytes >= 0,
+    for (int i = 0; i < SRV_JOB_STATES; i++)
+        CHECK_SAYING(figures.jobs[i] >= 0, "%s: %ld", what, figures.jobs[i]);
+    CHECK_SAYING(figures.bytes >= 0 && figures.parts >= 0 && figures.scenes >= 0 &&
+                     figures.scene_bytes >= 0,
                  "%s: %lld bytes", what, figures.bytes);
 }
 
@@ -156,8 +163,8 @@ static struct srv_store *sums_open(const struct ground *ground, struct pend_erro
     struct srv_store *store;
     *error = (struct pend_error){.text = ""};
     enum pend_status status = srv_store_open(&store, ground->url, &ground->rules, error);
-    CHECK_SAYING(store ? status == PEND_OK : status == PEND_INVALID && strlen(error->text) > 20, "%d: %s", status,
-                 error->text);
+    CHECK_SAYING(store ? status == PEND_OK : status == PEND_INVALID && strlen(error->text) > 20,
+                 "%d: %s", status, error->text);
     return store;
 }
 
@@ -183,8 +190,8 @@ STORE_TEST(a_version_that_was_altered_is_refused_with_words_and_harms_nothing) {
         if (!sums_run(sql, text)) continue;
         /* who has the store open goes on, or says why not */
         enum srv_stored stored = ground_submit(store, id, "anna", NULL, 1, 0, &job);
-        CHECK_SAYING(stored == SRV_STORED ||
-                         (stored == SRV_STORED_BROKEN && strstr(srv_store_complaint(store), "version")),
+        CHECK_SAYING(stored == SRV_STORED || (stored == SRV_STORED_BROKEN &&
+                                              strstr(srv_store_complaint(store), "version")),
                      "%s: %d %s", text, stored, srv_store_complaint(store));
         /* who opens it is told why it cannot be used */
         struct srv_store *other = sums_open(ground, &error);

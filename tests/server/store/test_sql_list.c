@@ -16,7 +16,8 @@ TEST(a_statement_on_rows_is_spelt_for_one_row_or_for_lists) {
     srv_sql_spell(&srv_sql_postgres, "DELETE FROM t {using t} WHERE a = {1}", out);
     CHECK_TEXT(out, "DELETE FROM t USING unnest($1::text[]) AS v(c1) WHERE a = v.c1");
     srv_sql_spell(&srv_sql_postgres, "SELECT 1 FROM {beside wb} t WHERE a = {2} AND b = {1}", out);
-    CHECK_TEXT(out, "SELECT 1 FROM unnest($1::bigint[], $2::bytea[]) AS v(c1, c2), t WHERE a = v.c2 AND b = v.c1");
+    CHECK_TEXT(out, "SELECT 1 FROM unnest($1::bigint[], $2::bytea[]) AS v(c1, c2), t WHERE a = "
+                    "v.c2 AND b = v.c1");
     CHECK(!strncmp(srv_sql_columns(text), "tw}", 3));
     CHECK(!srv_sql_columns("SELECT {now}"));
 }
@@ -38,16 +39,18 @@ TEST(a_list_is_an_array_of_each_column) {
     srv_sql_list_arrays(&list, data, bytes);
     CHECK_INT(bytes[0], 20 + 3 * 4 + 2 * 3);
     CHECK_INT(bytes[1], 20 + 3 * 12);
-    /* dimensions, NULLs, type, elements, first subscript; then the elements, that of NULL without bytes */
+    /* dimensions, NULLs, type, elements, first subscript; then the elements, that of NULL
+     * without bytes */
     unsigned want[] = {1, 1, 25, 3, 1, 3};
     for (int i = 0; i < 6; i++) CHECK_INT(list_number(data[0] + 4 * i), want[i]);
     CHECK(!memcmp(data[0] + 24, "abc\xff\xff\xff\xff", 7));
-    CHECK(list_number(data[1] + 4) == 0 && list_number(data[1] + 8) == 20 && list_number(data[1] + 20) == 8);
+    CHECK(list_number(data[1] + 4) == 0 && list_number(data[1] + 8) == 20 &&
+          list_number(data[1] + 20) == 8);
     CHECK(!memcmp(data[1] + 24, "\xff\xff\xff\xff\xff\xff\xff\xff", 8));
     /* an empty list begins anew */
     srv_sql_list_empty(&list);
-    CHECK(
-        srv_sql_list_add(&list, "DELETE FROM t {using t} WHERE a = {1}", &(struct srv_value){.kind = SRV_SQL_NULL}, 1));
+    CHECK(srv_sql_list_add(&list, "DELETE FROM t {using t} WHERE a = {1}",
+                           &(struct srv_value){.kind = SRV_SQL_NULL}, 1));
     srv_sql_list_arrays(&list, data, bytes);
     CHECK(list.columns == 1 && bytes[0] == 24 && list_number(data[0] + 12) == 1);
     srv_sql_list_free(&list);
@@ -55,8 +58,8 @@ TEST(a_list_is_an_array_of_each_column) {
 
 enum { ID_INSERT = 90, ID_UPDATE, ID_SELECT, ROWS = 300 };
 
-static enum srv_stored list_one(struct srv_sql *sql, int id, const char *text, const struct srv_value value[],
-                                int count) {
+static enum srv_stored list_one(struct srv_sql *sql, int id, const char *text,
+                                const struct srv_value value[], int count) {
     if (sql->driver->post) return sql->driver->post(sql, id, text, value, count);
     return sql->driver->run(sql, id, text, value, count, NULL, NULL);
 }
@@ -67,10 +70,11 @@ static enum srv_stored list_plain(struct srv_sql *sql, const char *text) {
 
 static long long list_sum(struct srv_sql *sql) {
     struct srv_row_wholes row = {.count = 1};
-    CHECK_INT(sql->driver->run(sql, -1,
-                               "SELECT CAST(COALESCE(SUM(b + LENGTH(c)), 0) AS BIGINT) + 1000000 * COUNT(*) + "
-                               "1000000000 * COUNT(a) FROM list_test",
-                               NULL, 0, srv_row_wholes, &row),
+    CHECK_INT(sql->driver->run(
+                  sql, -1,
+                  "SELECT CAST(COALESCE(SUM(b + LENGTH(c)), 0) AS BIGINT) + 1000000 * COUNT(*) + "
+                  "1000000000 * COUNT(a) FROM list_test",
+                  NULL, 0, srv_row_wholes, &row),
               SRV_STORED);
     return row.whole[0];
 }
@@ -83,7 +87,9 @@ static enum srv_stored list_fill(struct srv_sql *sql, int from) {
         snprintf(name, sizeof name, "n%d", i);
         struct srv_value row[] = {srv_value_text(i % 3 ? name : NULL), srv_value_whole(i),
                                   srv_value_bytes(large, i % 7 ? (size_t)i % 7 : sizeof large)};
-        stored = list_one(sql, ID_INSERT, "INSERT INTO list_test (a, b, c) SELECT {1}, {2}, {3} {from twb}", row, 3);
+        stored =
+            list_one(sql, ID_INSERT,
+                     "INSERT INTO list_test (a, b, c) SELECT {1}, {2}, {3} {from twb}", row, 3);
         memset(name, 'x', sizeof name); /* the value was copied */
     }
     return stored;
@@ -100,7 +106,8 @@ STORE_TEST(rows_of_values_take_effect_before_the_next_statement) {
     CHECK_INT(list_plain(sql, "{begin}"), SRV_STORED);
     CHECK_INT(list_fill(sql, 0), SRV_STORED);
     long long want = 0;
-    for (int i = 0; i < ROWS; i++) want += i + (i % 7 ? i % 7 : 9000) + 1000000 + (i % 3 ? 1000000000 : 0);
+    for (int i = 0; i < ROWS; i++)
+        want += i + (i % 7 ? i % 7 : 9000) + 1000000 + (i % 3 ? 1000000000 : 0);
     CHECK_INT(list_sum(sql), want);
     CHECK_INT(list_plain(sql, "COMMIT"), SRV_STORED);
     /* what was gathered goes with its transaction */
@@ -112,7 +119,8 @@ STORE_TEST(rows_of_values_take_effect_before_the_next_statement) {
     /* each row of values changes its own row, in the order in which statements were first posted */
     for (int i = 0; i < ROWS; i++) {
         struct srv_value row[] = {srv_value_whole(i), srv_value_whole(i % 2 ? -i : 0)};
-        CHECK_INT(list_one(sql, ID_UPDATE, "UPDATE list_test SET b = b + {2} {from ww} WHERE b = {1}", row, 2),
+        CHECK_INT(list_one(sql, ID_UPDATE,
+                           "UPDATE list_test SET b = b + {2} {from ww} WHERE b = {1}", row, 2),
                   SRV_STORED);
         if (i % 2) want -= i;
     }

@@ -35,11 +35,12 @@ static void setting_news(void *context) { atomic_fetch_add(&((struct setting *)c
 static int setting_begin(struct setting *setting, const char *url) {
     struct pend_error error;
     snprintf(setting->directory, sizeof setting->directory, "/tmp/pendulumd-test-XXXXXX");
-    if (!CHECK(mkdtemp(setting->directory) && srv_log_new(&setting->log, -1, open("/dev/null", O_WRONLY)) == PEND_OK))
+    if (!CHECK(mkdtemp(setting->directory) &&
+               srv_log_new(&setting->log, -1, open("/dev/null", O_WRONLY)) == PEND_OK))
         return 0;
     snprintf(setting->url, sizeof setting->url, "sqlite:%s/store.db", setting->directory);
-    return CHECK(srv_storage_new(&setting->storage, url ? url : setting->url, &storage_rules, setting->log,
-                                 setting_news, setting, &error) == PEND_OK);
+    return CHECK(srv_storage_new(&setting->storage, url ? url : setting->url, &storage_rules,
+                                 setting->log, setting_news, setting, &error) == PEND_OK);
 }
 
 static void setting_end(struct setting *setting) {
@@ -61,8 +62,12 @@ struct submission {
 static enum srv_stored submission_run(struct srv_store *store, struct srv_store_call *call) {
     struct submission *own = (struct submission *)call;
     unsigned char digest[SRV_DIGEST_BYTES] = {0};
-    struct srv_job_order order = {
-        .id = own->id, .client = "anna", .operation = "forces", .request = "", .digest = digest, .parts = 1};
+    struct srv_job_order order = {.id = own->id,
+                                  .client = "anna",
+                                  .operation = "forces",
+                                  .request = "",
+                                  .digest = digest,
+                                  .parts = 1};
     return srv_store_submit(store, &order, &own->job);
 }
 
@@ -81,7 +86,8 @@ struct submitter {
 
 static void *submitter_main(void *context) {
     struct submitter *own = context;
-    for (int i = 0; i < EACH; i++) srv_storage_ask(own->storage, SRV_ASK_WRITE, &own->submission[i].ask);
+    for (int i = 0; i < EACH; i++)
+        srv_storage_ask(own->storage, SRV_ASK_WRITE, &own->submission[i].ask);
     return NULL;
 }
 
@@ -93,8 +99,10 @@ TEST(everything_that_many_threads_ask_is_answered_once_and_kept) {
     atomic_int done = 0, good = 0;
     REQUIRE(setting_begin(&setting, NULL));
     for (int i = 0; i < SUBMITTERS * EACH; i++) {
-        submission[i] = (struct submission){
-            .ask = {.call = {.run = submission_run}, .done = submission_done}, .done = &done, .good = &good};
+        submission[i] =
+            (struct submission){.ask = {.call = {.run = submission_run}, .done = submission_done},
+                                .done = &done,
+                                .good = &good};
         snprintf(submission[i].id, sizeof submission[i].id, "j%d", i);
     }
     for (int i = 0; i < SUBMITTERS; i++) {
@@ -118,7 +126,8 @@ TEST(everything_that_many_threads_ask_is_answered_once_and_kept) {
 TEST(who_may_wait_waits_and_sees_what_was_written) {
     struct setting setting = {0};
     atomic_int none = 0;
-    struct submission submission = {.ask = {.call = {.run = submission_run}}, .id = "j", .done = &none, .good = &none};
+    struct submission submission = {
+        .ask = {.call = {.run = submission_run}}, .id = "j", .done = &none, .good = &none};
     REQUIRE(setting_begin(&setting, NULL));
     CHECK_INT(srv_storage_wait(setting.storage, SRV_ASK_WRITE, &submission.ask), SRV_STORED);
     CHECK_TEXT(submission.job.id, "j");
@@ -126,7 +135,8 @@ TEST(who_may_wait_waits_and_sees_what_was_written) {
     CHECK(srv_storage_here(setting.storage));
     CHECK(none == 0);
     /* the figures follow within a second or so */
-    for (double until = test_clock() + TEST_PATIENCE; !srv_storage_figures(setting.storage).parts;) {
+    for (double until = test_clock() + TEST_PATIENCE;
+         !srv_storage_figures(setting.storage).parts;) {
         if (test_clock() > until) break;
         test_sleep(0.01);
     }
@@ -186,11 +196,13 @@ static void *silence_main(void *context) {
     return NULL;
 }
 
-/* the line stands and nothing comes: what was asked is answered when the limit of 10 s is over, and not before; whoever
- * asks then waits for a connection at most; and it goes on when the database does */
+/* the line stands and nothing comes: what was asked is answered when the limit of 10 s is over,
+ * and not before; whoever asks then waits for a connection at most; and it goes on when the
+ * database does */
 TEST(nobody_waits_for_a_database_that_is_silent_longer_than_the_limit) {
     struct setting setting = {0};
-    struct silence silence[SRV_ASK_KINDS], later = {&setting, SRV_ASK_WRITE, {.id = "later"}, SRV_STORED, 0};
+    struct silence silence[SRV_ASK_KINDS],
+        later = {&setting, SRV_ASK_WRITE, {.id = "later"}, SRV_STORED, 0};
     pthread_t thread[SRV_ASK_KINDS];
     atomic_int none = 0;
     if (access("/usr/lib/postgresql", F_OK)) {
@@ -202,7 +214,8 @@ TEST(nobody_waits_for_a_database_that_is_silent_longer_than_the_limit) {
     if (setting_begin(&setting, test_postgres_url(postgres))) {
         test_postgres_freeze(postgres, 1);
         for (int i = 0; i < SRV_ASK_KINDS; i++) {
-            silence[i] = (struct silence){&setting, (enum srv_ask_kind)i, {.id = "j"}, SRV_STORED, 0};
+            silence[i] =
+                (struct silence){&setting, (enum srv_ask_kind)i, {.id = "j"}, SRV_STORED, 0};
             silence[i].submission.ask.call.run = submission_run;
             silence[i].submission.done = silence[i].submission.good = &none;
             REQUIRE(!pthread_create(&thread[i], NULL, silence_main, &silence[i]));
@@ -210,8 +223,8 @@ TEST(nobody_waits_for_a_database_that_is_silent_longer_than_the_limit) {
         for (int i = 0; i < SRV_ASK_KINDS; i++) {
             pthread_join(thread[i], NULL);
             CHECK_INT(silence[i].stored, SRV_STORED_AWAY);
-            CHECK_SAYING(silence[i].seconds > 5 && silence[i].seconds < TEST_PATIENCE, "it took %.1f s",
-                         silence[i].seconds);
+            CHECK_SAYING(silence[i].seconds > 5 && silence[i].seconds < TEST_PATIENCE,
+                         "it took %.1f s", silence[i].seconds);
         }
         CHECK(!srv_storage_here(setting.storage));
         later.submission.ask.call.run = submission_run;
@@ -222,7 +235,8 @@ TEST(nobody_waits_for_a_database_that_is_silent_longer_than_the_limit) {
         test_postgres_freeze(postgres, 0);
         CHECK(storage_comes(&setting, 1));
         CHECK(storage_tells(&setting, news));
-        CHECK_INT(srv_storage_wait(setting.storage, SRV_ASK_WRITE, &later.submission.ask), SRV_STORED);
+        CHECK_INT(srv_storage_wait(setting.storage, SRV_ASK_WRITE, &later.submission.ask),
+                  SRV_STORED);
         setting_end(&setting);
     }
     test_postgres_stop(&postgres);

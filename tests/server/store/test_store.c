@@ -1,4 +1,5 @@
-/* Tests of server/store/store, server/store/sql and both databases behind them: a job as a whole, opening, being away. */
+/* Tests of server/store/store, server/store/sql and both databases behind them: a job as a
+ * whole, opening, being away. */
 #include "server/store/store.h"
 
 #include <signal.h>
@@ -20,8 +21,8 @@ STORE_TEST(a_job_lives_from_submit_to_results) {
     CHECK_INT(ground_claim(store, "w", SECOND, &lease), SRV_STORED_NONE);
     CHECK_INT(ground_submit(store, "j1", "anna", NULL, 2, 0, &job), SRV_STORED);
     CHECK_TEXT(job.id, "j1");
-    CHECK(job.state == SRV_JOB_ACCEPTED && job.created > 1600000000LL * SECOND && job.now >= job.created &&
-          !job.started);
+    CHECK(job.state == SRV_JOB_ACCEPTED && job.created > 1600000000LL * SECOND &&
+          job.now >= job.created && !job.started);
     CHECK_INT(srv_store_job_request(store, "j1", &request, &bytes), SRV_STORED);
     CHECK(bytes == 7 && !memcmp(request, "{\"a\":1}", 7));
     free(request);
@@ -33,10 +34,12 @@ STORE_TEST(a_job_lives_from_submit_to_results) {
         CHECK_INT(srv_store_extend(store, &lease, 60 * SECOND), SRV_STORED);
         CHECK_INT(srv_store_finish(store, &lease, data, i ? 0 : sizeof data, NULL, 0), SRV_STORED);
         CHECK_INT(srv_store_job(store, "j1", &job), SRV_STORED);
-        CHECK(job.done == i + 1 && job.state == (i ? SRV_JOB_SUCCESSFUL : SRV_JOB_RUNNING) && job.bytes == sizeof data);
+        CHECK(job.done == i + 1 && job.state == (i ? SRV_JOB_SUCCESSFUL : SRV_JOB_RUNNING) &&
+              job.bytes == sizeof data);
         srv_lease_clear(&lease);
     }
-    CHECK(job.finished >= job.started && llabs(job.expires - job.finished - ground_rules.keep_us) < SECOND);
+    CHECK(job.finished >= job.started &&
+          llabs(job.expires - job.finished - ground_rules.keep_us) < SECOND);
     for (long chunk = 0; chunk < 3; chunk++) {
         size_t want = chunk < 2 ? SRV_CHUNK_BYTES : 1000;
         CHECK_INT(srv_store_chunk(store, "j1", 0, chunk, back, &bytes), SRV_STORED);
@@ -73,13 +76,15 @@ STORE_TEST(a_store_outlives_its_processes_and_versions_are_kept_apart) {
     struct pend_error error;
     struct srv_sql *sql;
     REQUIRE(driver->open(&sql, ground->url, &error) == PEND_OK);
-    CHECK_INT(driver->run(sql, -1, "UPDATE pendulumd SET version = 99", NULL, 0, NULL, NULL), SRV_STORED);
+    CHECK_INT(driver->run(sql, -1, "UPDATE pendulumd SET version = 99", NULL, 0, NULL, NULL),
+              SRV_STORED);
     driver->close(sql);
     CHECK_INT(srv_store_open(&again, ground->url, &ground_rules, &error), PEND_INVALID);
     CHECK_SAYING(strstr(error.text, "version 99") != NULL, "%s", error.text);
     /* and by who had it open before: nothing is written into tables that it does not know */
     CHECK_INT(ground_submit(store, "k", "anna", NULL, 1, 0, &job), SRV_STORED_BROKEN);
-    CHECK_SAYING(strstr(srv_store_complaint(store), "version 99") != NULL, "%s", srv_store_complaint(store));
+    CHECK_SAYING(strstr(srv_store_complaint(store), "version 99") != NULL, "%s",
+                 srv_store_complaint(store));
     CHECK_INT(srv_store_job(store, "j", &job), SRV_STORED_BROKEN);
     CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM jobs"), 1);
 }
@@ -91,7 +96,8 @@ STORE_TEST(a_store_is_opened_while_another_process_writes) {
     struct srv_job job;
     REQUIRE(driver->open(&sql, ground->url, &error) == PEND_OK);
     REQUIRE(driver->run(sql, -1, "{begin}", NULL, 0, NULL, NULL) == SRV_STORED);
-    CHECK_INT(driver->run(sql, -1, "UPDATE pendulumd SET version = version", NULL, 0, NULL, NULL), SRV_STORED);
+    CHECK_INT(driver->run(sql, -1, "UPDATE pendulumd SET version = version", NULL, 0, NULL, NULL),
+              SRV_STORED);
     struct srv_store *again = ground_open(ground);
     REQUIRE(again);
     CHECK_INT(driver->run(sql, -1, "COMMIT", NULL, 0, NULL, NULL), SRV_STORED);

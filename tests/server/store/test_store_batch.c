@@ -1,4 +1,5 @@
-/* Tests of batches that end parts: what is read ahead and written together is what single calls would have done. */
+/* Tests of batches that end parts: what is read ahead and written together is what single calls
+ * would have done. */
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -48,8 +49,8 @@ static void work_together(struct srv_store *store, struct work work[], int count
     }
     srv_store_together(store, calls, count);
     for (int i = 0; i < count; i++)
-        CHECK_SAYING((int)work[i].call.stored == work[i].expected, "call %d, deed %d: %d, not %d", i, work[i].deed,
-                     work[i].call.stored, work[i].expected);
+        CHECK_SAYING((int)work[i].call.stored == work[i].expected, "call %d, deed %d: %d, not %d",
+                     i, work[i].deed, work[i].call.stored, work[i].expected);
 }
 
 /* jobs of one part, all of them held by "w" */
@@ -60,13 +61,15 @@ static void work_begin(struct srv_store *store, struct srv_lease lease[], int co
         snprintf(id, sizeof id, "j%02d", i);
         CHECK_INT(ground_submit(store, id, i % 3 ? "anna" : "berta", NULL, 1, 0, &job), SRV_STORED);
     }
-    for (int i = 0; i < count; i++) CHECK_INT(ground_claim(store, "w", 60 * (int64_t)SECOND, &lease[i]), SRV_STORED);
+    for (int i = 0; i < count; i++)
+        CHECK_INT(ground_claim(store, "w", 60 * (int64_t)SECOND, &lease[i]), SRV_STORED);
 }
 
 static enum srv_job_state work_state(struct srv_store *store, const struct srv_lease *lease) {
     struct srv_job job = {.state = SRV_JOB_STATES};
     CHECK_INT(srv_store_job(store, lease->job, &job), SRV_STORED);
-    if (job.state == SRV_JOB_SUCCESSFUL) CHECK(job.done == 1 && job.bytes == WORK_BYTES && job.expires > job.finished);
+    if (job.state == SRV_JOB_SUCCESSFUL)
+        CHECK(job.done == 1 && job.bytes == WORK_BYTES && job.expires > job.finished);
     return job.state;
 }
 
@@ -78,13 +81,15 @@ static struct {
     int runs;
 } counted;
 
-static enum srv_stored counted_run(struct srv_sql *sql, int id, const char *text, const struct srv_value value[],
-                                   int count, srv_row_fn *row, void *context) {
+static enum srv_stored counted_run(struct srv_sql *sql, int id, const char *text,
+                                   const struct srv_value value[], int count, srv_row_fn *row,
+                                   void *context) {
     counted.runs++;
     return counted.real->run(sql, id, text, value, count, row, context);
 }
 
-/* of two clients: their sums, the totals and the clock are read, forty parts by one statement, and all is committed */
+/* of two clients: their sums, the totals and the clock are read, forty parts by one statement,
+ * and all is committed */
 TEST(a_batch_waits_for_the_database_a_few_times_however_many_parts_it_ends) {
     struct srv_lease lease[JOBS] = {0};
     struct work work[JOBS] = {0};
@@ -122,23 +127,24 @@ TEST(a_batch_waits_for_the_database_a_few_times_however_many_parts_it_ends) {
 STORE_TEST(a_job_that_a_batch_ends_is_not_finished_by_it) {
     struct srv_lease lease[8] = {0};
     work_begin(store, lease, 8);
-    struct work work[] = {{.deed = FINISH, .lease = &lease[0]},
-                          {.deed = EXTEND, .lease = &lease[1]},
-                          {.deed = DISMISS, .lease = &lease[1]},
-                          {.deed = FINISH, .lease = &lease[1], .expected = SRV_STORED_LOST},
-                          {.deed = SUBMIT},
-                          {.deed = FINISH, .lease = &lease[2]},
-                          {.deed = DISMISS, .lease = &lease[2]},
-                          {.deed = FAIL, .lease = &lease[3]},
-                          {.deed = FINISH, .lease = &lease[3], .expected = SRV_STORED_LOST},
-                          {.deed = FINISH, .lease = &lease[4]},
-                          {.deed = FINISH, .lease = &lease[4]}, /* again: it is done, and counted once */
-                          {.deed = EXTEND, .lease = &lease[4], .expected = SRV_STORED_LOST},
-                          {.deed = FINISH, .lease = &lease[5]}};
+    struct work work[] = {
+        {.deed = FINISH, .lease = &lease[0]},
+        {.deed = EXTEND, .lease = &lease[1]},
+        {.deed = DISMISS, .lease = &lease[1]},
+        {.deed = FINISH, .lease = &lease[1], .expected = SRV_STORED_LOST},
+        {.deed = SUBMIT},
+        {.deed = FINISH, .lease = &lease[2]},
+        {.deed = DISMISS, .lease = &lease[2]},
+        {.deed = FAIL, .lease = &lease[3]},
+        {.deed = FINISH, .lease = &lease[3], .expected = SRV_STORED_LOST},
+        {.deed = FINISH, .lease = &lease[4]},
+        {.deed = FINISH, .lease = &lease[4]}, /* again: it is done, and counted once */
+        {.deed = EXTEND, .lease = &lease[4], .expected = SRV_STORED_LOST},
+        {.deed = FINISH, .lease = &lease[5]}};
     work_together(store, work, sizeof work / sizeof *work);
-    static const enum srv_job_state want[] = {SRV_JOB_SUCCESSFUL, SRV_JOB_DISMISSED,  SRV_JOB_DISMISSED,
-                                              SRV_JOB_FAILED,     SRV_JOB_SUCCESSFUL, SRV_JOB_SUCCESSFUL,
-                                              SRV_JOB_RUNNING,    SRV_JOB_RUNNING};
+    static const enum srv_job_state want[] = {
+        SRV_JOB_SUCCESSFUL, SRV_JOB_DISMISSED,  SRV_JOB_DISMISSED, SRV_JOB_FAILED,
+        SRV_JOB_SUCCESSFUL, SRV_JOB_SUCCESSFUL, SRV_JOB_RUNNING,   SRV_JOB_RUNNING};
     for (int i = 0; i < 8; i++) CHECK_INT(work_state(store, &lease[i]), want[i]);
     ground_sums(ground);
 }
@@ -154,7 +160,8 @@ STORE_TEST(a_part_that_a_batch_gives_back_is_not_finished_by_it) {
     work_together(store, work, 4);
     CHECK_INT(work_state(store, &lease[0]), SRV_JOB_SUCCESSFUL);
     ground_sums(ground);
-    /* who has them now finishes them, and the attempt of before does not, in whatever order they come */
+    /* who has them now finishes them, and the attempt of before does not, in whatever order they
+     * come */
     for (int i = 1; i < 6; i++) {
         CHECK_INT(ground_claim(store, "w", 60 * (int64_t)SECOND, &again[i]), SRV_STORED);
         CHECK_INT(again[i].attempt, 2);
@@ -171,7 +178,8 @@ STORE_TEST(a_part_that_a_batch_gives_back_is_not_finished_by_it) {
     ground_sums(ground);
 }
 
-/* one part's job is gone, one's row is damaged, one's results pass the quota: the others are kept */
+/* one part's job is gone, one's row is damaged, one's results pass the quota: the others are
+ * kept */
 STORE_TEST(what_is_wrong_with_one_part_of_a_batch_harms_no_other) {
     struct srv_lease lease[6] = {0};
     work_begin(store, lease, 6);

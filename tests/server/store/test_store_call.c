@@ -16,8 +16,8 @@ struct call_submit {
 static enum srv_stored call_submit(struct srv_store *store, struct srv_store_call *call) {
     struct call_submit *own = (struct call_submit *)call;
     own->runs++;
-    enum srv_stored stored =
-        ground_submit(store, own->id, "anna", strcmp(own->id, "twin") ? NULL : "j1", 1, 0, &own->job);
+    enum srv_stored stored = ground_submit(store, own->id, "anna",
+                                           strcmp(own->id, "twin") ? NULL : "j1", 1, 0, &own->job);
     return own->spoil && own->runs == 1 ? own->spoil : stored;
 }
 
@@ -32,7 +32,8 @@ STORE_TEST(a_batch_is_one_transaction_of_independent_calls) {
     if (srv_store_batch(store) == 1)
         for (int i = 1; i < 4; i++) srv_store_together(store, &all[i], 1);
     for (int i = 0; i < 4; i++)
-        CHECK_SAYING((calls[i].call.stored == SRV_STORED) == (i != 2), "call %d: %d", i, calls[i].call.stored);
+        CHECK_SAYING((calls[i].call.stored == SRV_STORED) == (i != 2), "call %d: %d", i,
+                     calls[i].call.stored);
     CHECK_INT(srv_store_job(store, "j4", &job), SRV_STORED);
     CHECK_INT(srv_store_job(store, "twin", &job), SRV_STORED);
     /* a failure that spoils the whole transaction: each is done again by itself, once */
@@ -40,7 +41,8 @@ STORE_TEST(a_batch_is_one_transaction_of_independent_calls) {
     hard[0].call.run = hard[1].call.run = call_submit;
     struct srv_store_call *both[] = {&hard[0].call, &hard[1].call};
     srv_store_together(store, both, 2);
-    CHECK(hard[0].call.stored == SRV_STORED && hard[1].call.stored == SRV_STORED && hard[1].runs == 2);
+    CHECK(hard[0].call.stored == SRV_STORED && hard[1].call.stored == SRV_STORED &&
+          hard[1].runs == 2);
     CHECK_INT(srv_store_job(store, "h1", &job), SRV_STORED);
     CHECK_INT(srv_store_job(store, "h2", &job), SRV_STORED);
 }

@@ -1,5 +1,6 @@
-/* Laws of cost: what a call costs does not depend on how many jobs are kept or wait. On SQLite the steps of its virtual
- * machine are counted, on PostgreSQL the plan of every statement is looked at, with statistics and without. */
+/* Laws of cost: what a call costs does not depend on how many jobs are kept or wait. On SQLite
+ * the steps of its virtual machine are counted, on PostgreSQL the plan of every statement is
+ * looked at, with statistics and without. */
 #include <sqlite3.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -26,23 +27,31 @@ static int cost_watch(sqlite3 *db, const char **error, const struct sqlite3_api_
     return SQLITE_OK;
 }
 
-/* copies of the job "one" that have ended and are kept, and of the job "two" that wait, with the sums that count them
+/* copies of the job "one" that have ended and are kept, and of the job "two" that wait, with the
+ * sums that count them
  */
 static void cost_fill(const struct ground *ground, int count) {
     static const char *const text[][2] = {
-        {"INSERT INTO jobs (id, client, operation, request, digest, state, shards, begun, done, chained, ready, rank, "
-         "created, started, finished, expires, bytes, part, held) SELECT 'k' || n.i, client, operation, request, "
+        {"INSERT INTO jobs (id, client, operation, request, digest, state, shards, begun, done, "
+         "chained, ready, rank, "
+         "created, started, finished, expires, bytes, part, held) SELECT 'k' || n.i, client, "
+         "operation, request, "
          "digest, "
-         "2, 1, 1, 1, 0, 0, rank + n.i, created + n.i, started, finished, expires + n.i, 1, part, held FROM jobs, ",
+         "2, 1, 1, 1, 0, 0, rank + n.i, created + n.i, started, finished, expires + n.i, 1, part, "
+         "held FROM jobs, ",
          "WHERE id = 'one'"},
-        {"INSERT INTO shards SELECT 'k' || n.i, number, state, attempt, kills, worker, lease, start, bytes FROM "
+        {"INSERT INTO shards SELECT 'k' || n.i, number, state, attempt, kills, worker, lease, "
+         "start, bytes FROM "
          "shards, ",
          "WHERE job = 'one'"},
-        {"INSERT INTO results (job, shard, chunk, data, seal) SELECT 'k' || n.i, shard, chunk, data, seal FROM "
+        {"INSERT INTO results (job, shard, chunk, data, seal) SELECT 'k' || n.i, shard, chunk, "
+         "data, seal FROM "
          "results, ",
          "WHERE job = 'one'"},
-        {"INSERT INTO jobs (id, client, operation, request, digest, shards, chained, rank, created, part, held) SELECT "
-         "'w' || n.i, client, operation, request, digest, 1, 0, rank + n.i, created + n.i, part, held FROM jobs, ",
+        {"INSERT INTO jobs (id, client, operation, request, digest, shards, chained, rank, "
+         "created, part, held) SELECT "
+         "'w' || n.i, client, operation, request, digest, 1, 0, rank + n.i, created + n.i, part, "
+         "held FROM jobs, ",
          "WHERE id = 'two'"},
     };
     char numbers[200], command[1000];
@@ -50,21 +59,23 @@ static void cost_fill(const struct ground *ground, int count) {
         snprintf(numbers, sizeof numbers, "generate_series(1, %d) AS n(i)", count);
     else
         snprintf(numbers, sizeof numbers,
-                 "(WITH RECURSIVE m(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM m WHERE i < %d) SELECT i FROM m) AS n",
+                 "(WITH RECURSIVE m(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM m WHERE i < %d) "
+                 "SELECT i FROM m) AS n",
                  count);
     for (size_t i = 0; i < sizeof text / sizeof *text; i++) {
         snprintf(command, sizeof command, "%s%s %s", text[i][0], numbers, text[i][1]);
         ground_run(ground, command);
     }
     snprintf(command, sizeof command,
-             "UPDATE clients SET jobs = jobs + %d, ready = ready + %d, bytes = bytes + %lld WHERE name = 'anna'", count,
-             count, count * (2LL * (SRV_ROW_BYTES + 7) + 1));
+             "UPDATE clients SET jobs = jobs + %d, ready = ready + %d, bytes = bytes + %lld WHERE "
+             "name = 'anna'",
+             count, count, count * (2LL * (SRV_ROW_BYTES + 7) + 1));
     ground_run(ground, command);
-    snprintf(
-        command, sizeof command,
-        "UPDATE totals SET successful = successful + %d, accepted = accepted + %d, waiting = waiting + %d, bytes = "
-        "bytes + %lld WHERE place = (SELECT MIN(place) FROM totals)",
-        count, count, count, count * (2LL * (SRV_ROW_BYTES + 7) + 1));
+    snprintf(command, sizeof command,
+             "UPDATE totals SET successful = successful + %d, accepted = accepted + %d, waiting = "
+             "waiting + %d, bytes = "
+             "bytes + %lld WHERE place = (SELECT MIN(place) FROM totals)",
+             count, count, count, count * (2LL * (SRV_ROW_BYTES + 7) + 1));
     ground_run(ground, command);
 }
 
@@ -136,7 +147,8 @@ static void cost_measure(int count, long steps[CALLS]) {
 }
 
 TEST(what_a_call_costs_does_not_depend_on_what_is_kept) {
-    static const char *const name[CALLS] = {"submit", "claim", "finish", "list", "list on", "figures", "sweep"};
+    static const char *const name[CALLS] = {"submit",  "claim",   "finish", "list",
+                                            "list on", "figures", "sweep"};
     long few[CALLS], many[CALLS];
     sqlite3_auto_extension((void (*)(void))cost_watch);
     cost_measure(FEW, few);
@@ -147,7 +159,8 @@ TEST(what_a_call_costs_does_not_depend_on_what_is_kept) {
                      "%s: %ld steps among %d, %ld among %d", name[i], few[i], FEW, many[i], MANY);
 }
 
-/* what a plan must not say of tables that grow; figures and the version are read whole, they have a few rows */
+/* what a plan must not say of tables that grow; figures and the version are read whole, they
+ * have a few rows */
 struct cost_plan {
     const char *statement;
     int scans;
@@ -156,7 +169,8 @@ struct cost_plan {
 static enum srv_stored cost_row(void *context, const struct srv_value field[]) {
     struct cost_plan *plan = context;
     const char *line = field[0].data;
-    int scan = strstr(line, "Seq Scan") && !strstr(line, "on totals") && !strstr(line, "on pendulumd");
+    int scan =
+        strstr(line, "Seq Scan") && !strstr(line, "on totals") && !strstr(line, "on pendulumd");
     int sort = strstr(line, "Sort") != NULL || strstr(line, "Bitmap") != NULL;
     plan->scans += scan || sort;
     CHECK_SAYING(!scan && !sort, "%s: %s", plan->statement, line);
@@ -167,7 +181,8 @@ static enum srv_stored cost_row(void *context, const struct srv_value field[]) {
 static int cost_mends(const char *text) { return strstr(text, "BETWEEN") != NULL; }
 
 /* the plan that a prepared statement has, whatever its values are */
-static enum srv_stored cost_explain(struct srv_sql *sql, const char *statement, struct cost_plan *plan) {
+static enum srv_stored cost_explain(struct srv_sql *sql, const char *statement,
+                                    struct cost_plan *plan) {
     char command[SRV_SQL_TEXT + 100], text[SRV_SQL_TEXT], nulls[200] = "";
     int values = 0;
     srv_sql_spell(&srv_sql_postgres, statement, text);

@@ -1,5 +1,6 @@
-/* A job's and a scene's life in which something fails: a statement, an allocation, a write to the disk; the n-th, for
- * every n, once and from there on. What was said to be kept is kept, nothing else is, and the next life is untouched.
+/* A job's and a scene's life in which something fails: a statement, an allocation, a write to the
+ * disk; the n-th, for every n, once and from there on. What was said to be kept is kept, nothing
+ * else is, and the next life is untouched.
  */
 #include <errno.h>
 #include <limits.h>
@@ -16,8 +17,8 @@ static char life_data[LIFE_BYTES], life_back[SRV_CHUNK_BYTES];
 
 /* --- a driver of which a statement fails --- */
 
-/* how: the connection is lost before the statement took effect, or after it; the database says to try again, or that
- * it is damaged */
+/* how: the connection is lost before the statement took effect, or after it; the database says
+ * to try again, or that it is damaged */
 enum fault { FAULT_AWAY, FAULT_AWAY_AFTER, FAULT_AGAIN, FAULT_BROKEN, FAULTS };
 
 static struct {
@@ -44,19 +45,24 @@ static enum srv_stored faulty_end(struct srv_sql *sql, const char *text) {
         faulty.real->run(sql, SQL_ROLLBACK, "ROLLBACK", NULL, 0, NULL, NULL);
     faulty.lost = lost;
     srv_sql_complain(sql, "a test wants it to fail");
-    return lost ? SRV_STORED_AWAY : faulty.fault == FAULT_AGAIN ? SRV_STORED_AGAIN : SRV_STORED_BROKEN;
+    return lost                          ? SRV_STORED_AWAY
+           : faulty.fault == FAULT_AGAIN ? SRV_STORED_AGAIN
+                                         : SRV_STORED_BROKEN;
 }
 
-static enum srv_stored faulty_run(struct srv_sql *sql, int id, const char *text, const struct srv_value value[],
-                                  int count, srv_row_fn *row, void *context) {
+static enum srv_stored faulty_run(struct srv_sql *sql, int id, const char *text,
+                                  const struct srv_value value[], int count, srv_row_fn *row,
+                                  void *context) {
     if (!faulty_fails(text)) return faulty.real->run(sql, id, text, value, count, row, context);
-    if (!faulty.lost && faulty.fault == FAULT_AWAY_AFTER) faulty.real->run(sql, id, text, value, count, row, context);
+    if (!faulty.lost && faulty.fault == FAULT_AWAY_AFTER)
+        faulty.real->run(sql, id, text, value, count, row, context);
     return faulty_end(sql, text);
 }
 
-static enum srv_stored faulty_post(struct srv_sql *sql, int id, const char *text, const struct srv_value value[],
-                                   int count) {
-    return faulty_fails(text) ? faulty_end(sql, text) : faulty.real->post(sql, id, text, value, count);
+static enum srv_stored faulty_post(struct srv_sql *sql, int id, const char *text,
+                                   const struct srv_value value[], int count) {
+    return faulty_fails(text) ? faulty_end(sql, text)
+                              : faulty.real->post(sql, id, text, value, count);
 }
 
 static void faulty_begin(struct srv_store *store) {
@@ -80,7 +86,8 @@ static void faulty_fail(long count, int for_good, enum fault fault) {
 
 /* What the store said: of the job, of each part's claim and end, of the scene. */
 struct life {
-    enum srv_stored submitted, claimed[LIFE_PARTS], finished[LIFE_PARTS], put, kept, dropped, dismissed;
+    enum srv_stored submitted, claimed[LIFE_PARTS], finished[LIFE_PARTS], put, kept, dropped,
+        dismissed;
 };
 
 /* one call of a batch, as the threads of storage make it */
@@ -106,7 +113,8 @@ static enum srv_stored life_claim(struct srv_store *store, struct srv_store_call
 static enum srv_stored life_finish(struct srv_store *store, struct srv_store_call *call) {
     const struct life_call *own = (struct life_call *)call;
     int last = own->lease->part == LIFE_PARTS - 1;
-    return srv_store_finish(store, own->lease, life_data, LIFE_BYTES, last ? NULL : "carry", last ? 0 : 5);
+    return srv_store_finish(store, own->lease, life_data, LIFE_BYTES, last ? NULL : "carry",
+                            last ? 0 : 5);
 }
 
 static enum srv_stored life_put(struct srv_store *store, struct srv_store_call *call) {
@@ -115,7 +123,8 @@ static enum srv_stored life_put(struct srv_store *store, struct srv_store_call *
 }
 
 /* a call together with another, so that what fails is the batch first */
-static enum srv_stored life_together(struct srv_store *store, struct life_call *one, struct life_call *two) {
+static enum srv_stored life_together(struct srv_store *store, struct life_call *one,
+                                     struct life_call *two) {
     struct srv_store_call *const calls[] = {&one->call, &two->call};
     srv_store_together(store, calls, 2);
     return one->call.stored;
@@ -141,7 +150,8 @@ static void life_parts(struct srv_store *store, struct life *life) {
         }
         srv_lease_clear(&lease);
     }
-    for (long chunk = 0; chunk < 2; chunk++) srv_store_chunk(store, "job", 0, chunk, life_back, &bytes);
+    for (long chunk = 0; chunk < 2; chunk++)
+        srv_store_chunk(store, "job", 0, chunk, life_back, &bytes);
     srv_store_job(store, "job", &job);
 }
 
@@ -183,28 +193,32 @@ static void life_kept(struct srv_store *store, const struct life *life, const ch
     struct srv_job job;
     size_t bytes;
     enum srv_stored stored = srv_store_job(store, "job", &job);
-    CHECK_SAYING(stored == SRV_STORED || stored == SRV_STORED_NONE, "%s: the job: %d %s", what, stored,
-                 srv_store_complaint(store));
-    if (life->submitted == SRV_STORED) CHECK_SAYING(stored == SRV_STORED, "%s: the job is gone: %d", what, stored);
+    CHECK_SAYING(stored == SRV_STORED || stored == SRV_STORED_NONE, "%s: the job: %d %s", what,
+                 stored, srv_store_complaint(store));
+    if (life->submitted == SRV_STORED)
+        CHECK_SAYING(stored == SRV_STORED, "%s: the job is gone: %d", what, stored);
     for (long part = 0; part < LIFE_PARTS; part++) {
         if (life->finished[part] != SRV_STORED) continue;
-        CHECK_SAYING(job.done > part && job.state != SRV_JOB_FAILED, "%s: part %ld is not done", what, part);
+        CHECK_SAYING(job.done > part && job.state != SRV_JOB_FAILED, "%s: part %ld is not done",
+                     what, part);
         stored = srv_store_chunk(store, "job", part, 0, life_back, &bytes);
-        CHECK_SAYING(stored == SRV_STORED && bytes == SRV_CHUNK_BYTES && !memcmp(life_back, life_data, bytes),
+        CHECK_SAYING(stored == SRV_STORED && bytes == SRV_CHUNK_BYTES &&
+                         !memcmp(life_back, life_data, bytes),
                      "%s: part %ld: %d, %zu bytes", what, part, stored, bytes);
     }
 }
 
 /* ends what is left; nothing is left then */
 static void life_clear(const struct ground *ground, struct srv_store *store, const char *what) {
-    static const char *const tables[] = {"jobs",   "shards",  "results", "removals WHERE job = 'job'",
-                                         "scenes", "keepers", "clients"};
+    static const char *const tables[] = {
+        "jobs", "shards", "results", "removals WHERE job = 'job'", "scenes", "keepers", "clients"};
     struct srv_store_sweep sweep;
     struct srv_job job;
     char text[128];
     int sweeps = 0;
     enum srv_stored stored = srv_store_release(store, "worker");
-    CHECK_SAYING(stored == SRV_STORED, "%s: release %d %s", what, stored, srv_store_complaint(store));
+    CHECK_SAYING(stored == SRV_STORED, "%s: release %d %s", what, stored,
+                 srv_store_complaint(store));
     stored = srv_store_dismiss(store, "job", &job);
     ground_run(ground, "UPDATE jobs SET expires = 1");
     CHECK_SAYING(stored == SRV_STORED || stored == SRV_STORED_NONE, "%s: dismiss %d", what, stored);
@@ -223,26 +237,30 @@ static void life_clear(const struct ground *ground, struct srv_store *store, con
 static void life_whole(const struct ground *ground, const char *what) {
     CHECK_SAYING(ground_sums(ground), "%s", what);
     if (!ground->postgres)
-        CHECK_SAYING(ground_ask(ground, "SELECT COUNT(*) FROM pragma_integrity_check WHERE integrity_check = 'ok'") ==
-                         1,
-                     "%s: the file is damaged", what);
+        CHECK_SAYING(
+            ground_ask(
+                ground,
+                "SELECT COUNT(*) FROM pragma_integrity_check WHERE integrity_check = 'ok'") == 1,
+            "%s: the file is damaged", what);
 }
 
-/* after a life with a fault: everything is as the store said, and a life without one is a good one */
-static void life_judge(const struct ground *ground, struct srv_store *store, const struct life *life,
-                       const char *what) {
+/* after a life with a fault: everything is as the store said, and a life without one is a good
+ * one */
+static void life_judge(const struct ground *ground, struct srv_store *store,
+                       const struct life *life, const char *what) {
     struct life good;
     life_whole(ground, what);
     life_kept(store, life, what);
     life_clear(ground, store, what);
     life_run(store, &good);
-    CHECK_SAYING(good.submitted == SRV_STORED && good.put == SRV_STORED && good.kept == SRV_STORED &&
-                     good.dropped == SRV_STORED,
-                 "%s: the next: %d %d %d %d %s", what, good.submitted, good.put, good.kept, good.dropped,
-                 srv_store_complaint(store));
+    CHECK_SAYING(good.submitted == SRV_STORED && good.put == SRV_STORED &&
+                     good.kept == SRV_STORED && good.dropped == SRV_STORED,
+                 "%s: the next: %d %d %d %d %s", what, good.submitted, good.put, good.kept,
+                 good.dropped, srv_store_complaint(store));
     for (int i = 0; i < LIFE_PARTS; i++)
-        CHECK_SAYING(good.claimed[i] == SRV_STORED && good.finished[i] == SRV_STORED, "%s: the next part %d: %d %d %s",
-                     what, i, good.claimed[i], good.finished[i], srv_store_complaint(store));
+        CHECK_SAYING(good.claimed[i] == SRV_STORED && good.finished[i] == SRV_STORED,
+                     "%s: the next part %d: %d %d %s", what, i, good.claimed[i], good.finished[i],
+                     srv_store_complaint(store));
     life_kept(store, &good, what);
     life_clear(ground, store, what);
 }
@@ -250,7 +268,8 @@ static void life_judge(const struct ground *ground, struct srv_store *store, con
 static struct srv_store *life_open(const struct ground *ground) {
     struct pend_error error;
     struct srv_store *store;
-    CHECK_SAYING(srv_store_open(&store, ground->url, &ground->rules, &error) == PEND_OK, "%s", error.text);
+    CHECK_SAYING(srv_store_open(&store, ground->url, &ground->rules, &error) == PEND_OK, "%s",
+                 error.text);
     return store;
 }
 
@@ -263,14 +282,17 @@ STORE_TEST(a_life_survives_every_statement_that_fails) {
         struct srv_store *own = life_open(ground);
         REQUIRE(own);
         CHECK(own->sql->driver->run(own->sql, -1,
-                                    ground->postgres ? "SET synchronous_commit = off" : "PRAGMA synchronous = OFF",
+                                    ground->postgres ? "SET synchronous_commit = off"
+                                                     : "PRAGMA synchronous = OFF",
                                     NULL, 0, NULL, NULL) == SRV_STORED);
         faulty_begin(own);
-        /* every third, on PostgreSQL every fourteenth, others in each mode: each costs connections for the recount */
+        /* every third, on PostgreSQL every fourteenth, others in each mode: each costs
+         * connections for the recount */
         long step = ground->postgres ? 14 : 3, n = 1 + mode * 5 % step;
         for (int over = 0; !over && n < MOST_FAULTS; n += step) {
             char what[80];
-            snprintf(what, sizeof what, "statement %ld, fault %d%s", n, mode / 2, mode % 2 ? " for good" : "");
+            snprintf(what, sizeof what, "statement %ld, fault %d%s", n, mode / 2,
+                     mode % 2 ? " for good" : "");
             faulty_fail(n, mode % 2, (enum fault)(mode / 2));
             life_run(own, &life);
             over = faulty.count < n;
@@ -289,7 +311,8 @@ STORE_TEST(a_life_survives_every_allocation_that_fails) {
     for (int i = 0; i < LIFE_BYTES; i++) life_data[i] = (char)(i * 31);
     for (int for_good = 0; for_good < 2; for_good++) {
         long n = 1;
-        /* the first sixty, and then one in forty of those so far: the same few allocate again and again */
+        /* the first sixty, and then one in forty of those so far: the same few allocate again
+         * and again */
         for (int over = 0; !over && n < MOST_FAULTS; n += n < 60 ? 1 : n / 40) {
             struct life life = {.submitted = SRV_STORED_BROKEN};
             struct pend_error error;
@@ -326,7 +349,8 @@ static void life_disk(struct ground *ground, struct srv_store *store) {
             struct srv_store *own = life_open(ground);
             char what[80];
             REQUIRE(own);
-            snprintf(what, sizeof what, "write %ld, %s%s", n, strerror(errors[mode / 2]), mode % 2 ? " for good" : "");
+            snprintf(what, sizeof what, "write %ld, %s%s", n, strerror(errors[mode / 2]),
+                     mode % 2 ? " for good" : "");
             test_disk_fail(n, mode % 2, errors[mode / 2]);
             life_run(own, &life);
             over = test_disk_faults_off() < n;

@@ -56,7 +56,8 @@ STORE_TEST(doubled_submissions_from_eight_clients_make_one_job) {
         doubled[i].number = i;
         REQUIRE(doubled[i].store);
     }
-    for (int i = 0; i < 8; i++) REQUIRE(!pthread_create(&thread[i], NULL, submit_doubled, &doubled[i]));
+    for (int i = 0; i < 8; i++)
+        REQUIRE(!pthread_create(&thread[i], NULL, submit_doubled, &doubled[i]));
     for (int i = 0; i < 8; i++) pthread_join(thread[i], NULL);
     for (int i = 0; i < 8; i++) {
         CHECK_INT(doubled[i].stored, SRV_STORED);
@@ -74,17 +75,20 @@ STORE_TEST(a_list_is_the_clients_own_newest_first) {
     (void)ground;
     for (int i = 0; i < 10; i++) {
         snprintf(id, sizeof id, "j%d", i);
-        CHECK_INT(ground_submit(store, id, i % 2 ? "anna" : "berta", NULL, 1, 0, &job[0]), SRV_STORED);
+        CHECK_INT(ground_submit(store, id, i % 2 ? "anna" : "berta", NULL, 1, 0, &job[0]),
+                  SRV_STORED);
     }
     CHECK_INT(srv_store_list(store, "anna", NULL, 3, job, &count), SRV_STORED);
-    CHECK(count == 3 && !strcmp(job[0].id, "j9") && !strcmp(job[1].id, "j7") && !strcmp(job[2].id, "j5"));
+    CHECK(count == 3 && !strcmp(job[0].id, "j9") && !strcmp(job[1].id, "j7") &&
+          !strcmp(job[2].id, "j5"));
     CHECK_INT(srv_store_list(store, "anna", "j5", 3, job, &count), SRV_STORED);
     CHECK(count == 2 && !strcmp(job[0].id, "j3") && !strcmp(job[1].id, "j1"));
     CHECK_INT(srv_store_list(store, "anna", "j4", 3, job, &count), SRV_STORED);
     CHECK_INT(count, 0);
 }
 
-/* a key whose job was dismissed, has failed or is past its time makes a new job, whatever is asked with it */
+/* a key whose job was dismissed, has failed or is past its time makes a new job, whatever is
+ * asked with it */
 STORE_TEST(a_key_is_free_again_once_its_job_is_gone) {
     struct srv_job job;
     struct srv_lease lease;
@@ -131,7 +135,8 @@ static void finishes(struct srv_store *store, const char *id) {
 static void on_expiring(struct ground *ground, struct srv_store *unused) {
     struct srv_job job;
     (void)unused;
-    /* kept for an hour: a repeat leads to the result; kept for no time: it makes a new job, swept or not */
+    /* kept for an hour: a repeat leads to the result; kept for no time: it makes a new job,
+     * swept or not */
     struct srv_store *store = ground_open(ground);
     if (!store) return;
     CHECK_INT(ground_submit(store, "a", "anna", "k", 1, 0, &job), SRV_STORED);

@@ -1,4 +1,5 @@
-/* Tests of server/store/store_leases: parts and who holds them; random histories of them agree with a model. */
+/* Tests of server/store/store_leases: parts and who holds them; random histories of them agree
+ * with a model. */
 #include "server/store/store_leases.h"
 
 #include <stdio.h>
@@ -65,7 +66,8 @@ STORE_TEST(what_kills_three_workers_is_given_up) {
     struct srv_job job;
     (void)ground;
     CHECK_INT(ground_submit(store, "poison", "anna", NULL, 7, 0, &job), SRV_STORED);
-    /* one before the others, which are done: that the job gets on speaks for it; and as often as it may be afterwards
+    /* one before the others, which are done: that the job gets on speaks for it; and as often as it
+     * may be afterwards
      */
     for (int i = 0; i <= SRV_MOST_KILLS; i++) {
         CHECK_INT(ground_claim(store, "w", 1000, &lease), SRV_STORED);
@@ -160,7 +162,8 @@ STORE_TEST(clients_take_turns_and_so_do_jobs) {
         snprintf(id, sizeof id, "a%d", i);
         CHECK_INT(ground_submit(store, id, "anna", NULL, 1, 0, &job), SRV_STORED);
     }
-    for (int i = 0; i < 4; i++) CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
+    for (int i = 0; i < 4; i++)
+        CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
     CHECK_TEXT(lease.job, "a3");
     CHECK_INT(ground_submit(store, "b", "berta", NULL, 2, 0, &job), SRV_STORED);
     for (int i = 0; i < 4; i++) {
@@ -233,14 +236,16 @@ STORE_TEST(one_claim_takes_several_small_parts_or_one_long) {
     CHECK_INT(srv_store_claim_some(store, "w", 60 * SECOND, lease, SRV_CLAIMS, &count), SRV_STORED);
     for (int i = 0; i < count; i++) {
         annas += lease[i].job[0] == 'a';
-        CHECK(lease[i].part == 0 && lease[i].attempt == 1 && lease[i].request_bytes > 0 && lease[i].request);
+        CHECK(lease[i].part == 0 && lease[i].attempt == 1 && lease[i].request_bytes > 0 &&
+              lease[i].request);
         CHECK_INT(srv_store_extend(store, &lease[i], 60 * SECOND), SRV_STORED);
         CHECK_INT(srv_store_finish(store, &lease[i], "x", 1, NULL, 0), SRV_STORED);
         srv_lease_clear(&lease[i]);
     }
     /* berta has four; the rest of the claim is anna's, or is left for the next */
     CHECK_SAYING(count - annas == 4 && annas >= SRV_CLAIMS / 2, "%d of %d", annas, count);
-    /* what takes longer together than a claim may is not claimed together: 4 ms each, 20 ms in all */
+    /* what takes longer together than a claim may is not claimed together: 4 ms each, 20 ms in
+     * all */
     for (int i = 0; i < 20; i++) {
         snprintf(id, sizeof id, "c%d", i);
         submit_cost(store, id, 1, 4000);
@@ -276,7 +281,8 @@ struct model_job {
 static int model_claimable(const struct model_job *job, int part) {
     if (!job->open || part >= job->parts) return 0;
     if (job->part[part] == MODEL_BACK) return 1;
-    return job->part[part] == MODEL_FRESH && (!job->chained || !part || job->part[part - 1] == MODEL_DONE);
+    return job->part[part] == MODEL_FRESH &&
+           (!job->chained || !part || job->part[part - 1] == MODEL_DONE);
 }
 
 static int model_any(const struct model_job job[], int jobs) {
@@ -302,7 +308,8 @@ static int model_agrees(struct srv_store *store, const struct model_job model[],
         for (int s = 0; s < model[j].parts; s++) done += model[j].part[s] == MODEL_DONE;
         good = srv_store_job(store, id, &job) == SRV_STORED && job.done == done &&
                (job.state == SRV_JOB_DISMISSED) == model[j].dismissed &&
-               (job.state == SRV_JOB_FAILED) == model[j].failed && (job.state <= SRV_JOB_RUNNING) == model[j].open;
+               (job.state == SRV_JOB_FAILED) == model[j].failed &&
+               (job.state <= SRV_JOB_RUNNING) == model[j].open;
     }
     return good;
 }
@@ -322,17 +329,17 @@ STORE_TEST(random_histories_agree_with_a_model) {
                                       .chained = test_random_int(&random, 2),
                                       .parts = 1 + test_random_int(&random, MODEL_PARTS)};
             snprintf(id, sizeof id, "m%d", jobs++);
-            good = ground_submit(store, id, jobs % 3 ? "anna" : "berta", NULL, own->parts, own->chained, &job) ==
-                   SRV_STORED;
+            good = ground_submit(store, id, jobs % 3 ? "anna" : "berta", NULL, own->parts,
+                                 own->chained, &job) == SRV_STORED;
         } else if (act < 5 && leases < 200) {
             struct srv_lease *lease = &held[leases];
-            enum srv_stored stored =
-                ground_claim(store, test_random_int(&random, 2) ? "w0" : "w1", 3600LL * SECOND, lease);
+            enum srv_stored stored = ground_claim(store, test_random_int(&random, 2) ? "w0" : "w1",
+                                                  3600LL * SECOND, lease);
             good = stored == (model_any(model, jobs) ? SRV_STORED : SRV_STORED_NONE);
             if (stored == SRV_STORED) {
                 struct model_job *own = &model[atoi(lease->job + 1)];
-                good =
-                    good && model_claimable(own, (int)lease->part) && lease->attempt == own->attempt[lease->part] + 1;
+                good = good && model_claimable(own, (int)lease->part) &&
+                       lease->attempt == own->attempt[lease->part] + 1;
                 own->part[lease->part] = MODEL_HELD;
                 own->attempt[lease->part] = lease->attempt;
                 leases++;
@@ -341,14 +348,14 @@ STORE_TEST(random_histories_agree_with_a_model) {
             /* any lease that was ever given, the lost ones too */
             struct srv_lease *lease = &held[test_random_int(&random, leases)];
             struct model_job *own = &model[atoi(lease->job + 1)];
-            int mine =
-                own->open && own->part[lease->part] == MODEL_HELD && own->attempt[lease->part] == lease->attempt;
+            int mine = own->open && own->part[lease->part] == MODEL_HELD &&
+                       own->attempt[lease->part] == lease->attempt;
             int was = !own->dismissed && !own->failed && own->part[lease->part] == MODEL_DONE &&
                       own->attempt[lease->part] == lease->attempt;
             int fail = test_random_int(&random, 12) == 0;
             const char *carry = own->chained && lease->part + 1 < own->parts ? "c" : NULL;
-            enum srv_stored stored =
-                fail ? srv_store_fail(store, lease, "no") : srv_store_finish(store, lease, "r", 1, carry, 1);
+            enum srv_stored stored = fail ? srv_store_fail(store, lease, "no")
+                                          : srv_store_finish(store, lease, "r", 1, carry, 1);
             good = stored == (mine || (was && !fail) ? SRV_STORED : SRV_STORED_LOST);
             if (mine && fail) own->failed = 1;
             if (mine && fail) own->open = 0;
@@ -416,7 +423,8 @@ STORE_TEST(many_clients_of_one_address_take_few_turns) {
     CHECK_SAYING(of_other >= 7 && of_other <= 12, "%d of %d", of_other, CLAIMS);
 }
 
-/* a sweep that finds a lease run out, and its job successful once its row is locked, takes away what is still held */
+/* a sweep that finds a lease run out, and its job successful once its row is locked, takes away
+ * what is still held */
 STORE_TEST(a_job_that_has_ended_keeps_the_parts_that_are_done) {
     struct srv_store_sweep sweep;
     struct srv_lease lease;
@@ -424,9 +432,9 @@ STORE_TEST(a_job_that_has_ended_keeps_the_parts_that_are_done) {
     CHECK_INT(ground_submit(store, "job", "anna", NULL, 1, 0, &job), SRV_STORED);
     CHECK_INT(ground_claim(store, "w", 60 * SECOND, &lease), SRV_STORED);
     CHECK_INT(srv_store_finish(store, &lease, "x", 1, NULL, 0), SRV_STORED);
-    ground_run(ground,
-               "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, bytes) VALUES ('job', 1, "
-               "1, 1, 0, 'gone', 1, 0)");
+    ground_run(ground, "INSERT INTO shards (job, number, state, attempt, kills, worker, lease, "
+                       "bytes) VALUES ('job', 1, "
+                       "1, 1, 0, 'gone', 1, 0)");
     CHECK_INT(srv_store_sweep(store, NULL, &sweep), SRV_STORED);
     CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM shards WHERE state = 1"), 0);
     CHECK_INT(ground_ask(ground, "SELECT CAST(COUNT(*) AS BIGINT) FROM shards WHERE state = 2"), 1);

@@ -12,8 +12,11 @@ STORE_TEST(quotas_hold_and_say_so) {
     struct srv_lease lease;
     struct srv_job job;
     struct srv_store_sweep sweep;
-    struct srv_store_rules tight = {
-        .client_jobs = 2, .client_bytes = 3400, .all_bytes = 5000, .keep_us = 3600LL * SECOND, .client_scenes = 1};
+    struct srv_store_rules tight = {.client_jobs = 2,
+                                    .client_bytes = 3400,
+                                    .all_bytes = 5000,
+                                    .keep_us = 3600LL * SECOND,
+                                    .client_scenes = 1};
     struct srv_store *own;
     struct pend_error error;
     static char data[1600];
@@ -47,8 +50,8 @@ STORE_TEST(quotas_hold_and_say_so) {
     srv_store_close(&own);
 }
 
-static enum srv_stored submit_from(struct srv_store *store, const char *id, const char *client, const char *source,
-                                   struct srv_job *job) {
+static enum srv_stored submit_from(struct srv_store *store, const char *id, const char *client,
+                                   const char *source, struct srv_job *job) {
     unsigned char digest[SRV_DIGEST_BYTES] = {1};
     struct srv_job_order order = {.id = id,
                                   .client = client,
@@ -75,7 +78,8 @@ STORE_TEST(all_clients_of_an_address_share_its_bounds) {
     REQUIRE((own = ground_open(ground)) != NULL);
     for (int i = 0; i < 4; i++) {
         snprintf(name, sizeof name, "t%d", i);
-        CHECK_INT(submit_from(own, name, name, "home", &job), i < 3 ? SRV_STORED : SRV_STORED_QUOTA);
+        CHECK_INT(submit_from(own, name, name, "home", &job),
+                  i < 3 ? SRV_STORED : SRV_STORED_QUOTA);
     }
     CHECK(strstr(job.message, "max-address-clients") != NULL);
     CHECK_INT(submit_from(own, "t0b", "t0", "home", &job), SRV_STORED);
@@ -88,7 +92,8 @@ STORE_TEST(all_clients_of_an_address_share_its_bounds) {
     CHECK_INT(srv_store_dismiss(own, "s0", &job), SRV_STORED);
     for (int i = 0; i < 4; i++) {
         CHECK_INT(ground_claim(own, "w", 60 * SECOND, &lease), SRV_STORED);
-        CHECK_INT(srv_store_finish(own, &lease, data, i < 2 ? sizeof data : 1, NULL, 0), SRV_STORED);
+        CHECK_INT(srv_store_finish(own, &lease, data, i < 2 ? sizeof data : 1, NULL, 0),
+                  SRV_STORED);
         srv_lease_clear(&lease);
     }
     CHECK_INT(submit_from(own, "t1b", "t1", "home", &job), SRV_STORED_QUOTA);
@@ -97,7 +102,8 @@ STORE_TEST(all_clients_of_an_address_share_its_bounds) {
     srv_store_close(&own);
 }
 
-static enum srv_stored submit_bytes(struct srv_store *store, const char *id, size_t bytes, struct srv_job *job) {
+static enum srv_stored submit_bytes(struct srv_store *store, const char *id, size_t bytes,
+                                    struct srv_job *job) {
     static const char request[12000];
     unsigned char digest[SRV_DIGEST_BYTES] = {1};
     struct srv_job_order order = {.id = id,
@@ -188,20 +194,24 @@ static void *quotas_count_anew(void *context) {
     struct quotas_counter *counter = context;
     counter->stored = srv_store_begin(counter->store);
     if (counter->stored == SRV_STORED)
-        counter->stored = srv_store_end(counter->store, 1, srv_store_recount_client(counter->store, "anna"));
+        counter->stored =
+            srv_store_end(counter->store, 1, srv_store_recount_client(counter->store, "anna"));
     return NULL;
 }
 
-/* A submit and a recount side by side: on PostgreSQL the recount waits for the row that the submit has changed, and
- * must count what the submit has committed meanwhile. A sum that missed it would fall below zero at the job's end. */
+/* A submit and a recount side by side: on PostgreSQL the recount waits for the row that the
+ * submit has changed, and must count what the submit has committed meanwhile. A sum that missed
+ * it would fall below zero at the job's end. */
 STORE_TEST(sums_are_counted_anew_with_what_others_have_just_changed) {
     const struct srv_sql_driver *driver = ground->postgres ? &srv_sql_postgres : &srv_sql_sqlite;
-    static const char *const submit[] = {
-        "INSERT INTO jobs (id, client, operation, request, key, digest, shards, chained, part, rank, created, held) "
-        "SELECT 'j2', client, operation, request, key, digest, shards, chained, part, rank, created, held FROM jobs "
-        "WHERE id = 'j1'",
-        "UPDATE clients SET jobs = jobs + 1, ready = ready + 1, bytes = bytes + (SELECT held FROM jobs WHERE id = 'j1')"
-        " WHERE name = 'anna'"};
+    static const char *const submit[] = {"INSERT INTO jobs (id, client, operation, request, key, "
+                                         "digest, shards, chained, part, rank, created, held) "
+                                         "SELECT 'j2', client, operation, request, key, digest, "
+                                         "shards, chained, part, rank, created, held FROM jobs "
+                                         "WHERE id = 'j1'",
+                                         "UPDATE clients SET jobs = jobs + 1, ready = ready + 1, "
+                                         "bytes = bytes + (SELECT held FROM jobs WHERE id = 'j1')"
+                                         " WHERE name = 'anna'"};
     struct srv_store *other = ground_open(ground);
     struct srv_job job;
     struct srv_sql *sql;
@@ -213,7 +223,8 @@ STORE_TEST(sums_are_counted_anew_with_what_others_have_just_changed) {
     CHECK_INT(srv_store_job(other, "j1", &job), SRV_STORED);
     REQUIRE(driver->open(&sql, ground->url, &error) == PEND_OK);
     CHECK_INT(driver->run(sql, -1, "{begin}", NULL, 0, NULL, NULL), SRV_STORED);
-    for (int i = 0; i < 2; i++) CHECK_INT(driver->run(sql, -1, submit[i], NULL, 0, NULL, NULL), SRV_STORED);
+    for (int i = 0; i < 2; i++)
+        CHECK_INT(driver->run(sql, -1, submit[i], NULL, 0, NULL, NULL), SRV_STORED);
     REQUIRE(!pthread_create(&thread, NULL, quotas_count_anew, &counter));
     ground_pause_ms(300);
     CHECK_INT(driver->run(sql, -1, "COMMIT", NULL, 0, NULL, NULL), SRV_STORED);

@@ -12,7 +12,8 @@ STORE_TEST(scenes_last_and_never_change) {
     size_t bytes;
     (void)ground;
     CHECK_INT(srv_store_scene(store, "s", &body, &bytes), SRV_STORED_NONE);
-    for (int i = 0; i < 2; i++) CHECK_INT(srv_store_scene_put(store, "s", "anna", NULL, "{}", 2), SRV_STORED);
+    for (int i = 0; i < 2; i++)
+        CHECK_INT(srv_store_scene_put(store, "s", "anna", NULL, "{}", 2), SRV_STORED);
     CHECK_INT(srv_store_scene_put(store, "s", "berta", NULL, "{ }", 3), SRV_STORED_CLASH);
     CHECK_INT(srv_store_scene_put(store, "t", "anna", NULL, "", 0), SRV_STORED);
     CHECK_INT(srv_store_scene_put(store, "u", "anna", NULL, "a\0b", 3), SRV_STORED);
@@ -65,7 +66,8 @@ STORE_TEST(the_scenes_of_all_clients_of_an_address_are_bounded) {
     for (int i = 0; i < 6; i++) {
         snprintf(client, sizeof client, "t%d", i);
         snprintf(id, sizeof id, "s%d", i);
-        CHECK_INT(srv_store_scene_put(bounded, id, client, "home", "{}", 2), i < 5 ? SRV_STORED : SRV_STORED_QUOTA);
+        CHECK_INT(srv_store_scene_put(bounded, id, client, "home", "{}", 2),
+                  i < 5 ? SRV_STORED : SRV_STORED_QUOTA);
     }
     CHECK_INT(srv_store_scene_put(bounded, "elsewhere", "t9", "school", "{}", 2), SRV_STORED);
     CHECK_INT(srv_store_scene_drop(bounded, "s0", "t0"), SRV_STORED);
@@ -87,8 +89,8 @@ STORE_TEST(scenes_are_bounded_in_bytes) {
     for (int i = 0; i < 8; i++) {
         snprintf(id, sizeof id, "s%d", i);
         int fits = i < 3 || i == 4 || i == 5;
-        CHECK_SAYING(srv_store_scene_put(own, id, i < 4 ? "anna" : "berta", NULL, body, sizeof body) ==
-                         (fits ? SRV_STORED : SRV_STORED_QUOTA),
+        CHECK_SAYING(srv_store_scene_put(own, id, i < 4 ? "anna" : "berta", NULL, body,
+                                         sizeof body) == (fits ? SRV_STORED : SRV_STORED_QUOTA),
                      "scene %d", i);
     }
     /* one that is there takes no more room for all, but for its keeper */

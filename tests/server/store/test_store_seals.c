@@ -1,4 +1,5 @@
-/* Tests of server/store/store_seals: a row that could have been written, but was not written like that, or not there. */
+/* Tests of server/store/store_seals: a row that could have been written, but was not written
+ * like that, or not there. */
 #include "server/store/store_seals.h"
 
 #include <stdio.h>
@@ -8,11 +9,12 @@
 #include "tests/server/ground.h"
 
 /* a statement with one byte string in it, spelt as the database wants it: %s */
-static void seals_bytes(const struct ground *ground, const char *before, const char *text, const char *after) {
+static void seals_bytes(const struct ground *ground, const char *before, const char *text,
+                        const char *after) {
     char hex[64], statement[512];
     for (size_t i = 0; text[i]; i++) snprintf(hex + 2 * i, 3, "%02x", (unsigned char)text[i]);
-    snprintf(statement, sizeof statement, ground->postgres ? "%s '\\x%s'::bytea %s" : "%s X'%s' %s", before, hex,
-             after);
+    snprintf(statement, sizeof statement, ground->postgres ? "%s '\\x%s'::bytea %s" : "%s X'%s' %s",
+             before, hex, after);
     ground_run(ground, statement);
 }
 
@@ -21,15 +23,16 @@ static int seals_claim(struct srv_store *store, struct srv_lease *lease) {
     enum srv_stored stored = SRV_STORED_AGAIN;
     for (int tries = 0; stored == SRV_STORED_AGAIN && tries < 20; tries++)
         stored = srv_store_claim(store, "w", 60 * (int64_t)SECOND, lease);
-    CHECK_SAYING(stored == SRV_STORED || stored == SRV_STORED_NONE, "the claims end with %d: %s", stored,
-                 srv_store_complaint(store));
+    CHECK_SAYING(stored == SRV_STORED || stored == SRV_STORED_NONE, "the claims end with %d: %s",
+                 stored, srv_store_complaint(store));
     return stored == SRV_STORED;
 }
 
 static void seals_failed(struct srv_store *store, const char *id, const char *word) {
     struct srv_job job;
     CHECK_INT(srv_store_job(store, id, &job), SRV_STORED);
-    CHECK_SAYING(job.state == SRV_JOB_FAILED && strstr(job.message, word), "%s is %d: %s", id, job.state, job.message);
+    CHECK_SAYING(job.state == SRV_JOB_FAILED && strstr(job.message, word), "%s is %d: %s", id,
+                 job.state, job.message);
     /* it stays so when it is looked at again */
     CHECK_INT(srv_store_job(store, id, &job), SRV_STORED);
     CHECK_SAYING(job.state == SRV_JOB_FAILED && !job.flaw, "%s: %s", id, job.flaw ? job.flaw : "");
@@ -74,9 +77,10 @@ STORE_TEST(a_long_request_is_judged_when_it_is_read) {
     free(back);
     if (!CHECK(seals_claim(store, &lease))) return;
     CHECK(!lease.request);
-    ground_run(ground, ground->postgres ? "UPDATE jobs SET request = set_byte(request, 5000, 33)"
-                                        : "UPDATE jobs SET request = CAST(substr(request, 1, 5000) || X'21' || "
-                                          "substr(request, 5002) AS BLOB)");
+    ground_run(ground, ground->postgres
+                           ? "UPDATE jobs SET request = set_byte(request, 5000, 33)"
+                           : "UPDATE jobs SET request = CAST(substr(request, 1, 5000) || X'21' || "
+                             "substr(request, 5002) AS BLOB)");
     CHECK_INT(srv_store_job_request(store, "long", &back, &bytes), SRV_STORED_DAMAGED);
     CHECK(!back);
     CHECK_INT(srv_store_finish(store, &lease, "r", 1, NULL, 0), SRV_STORED_LOST);
@@ -91,8 +95,9 @@ STORE_TEST(a_long_request_is_judged_when_it_is_read) {
 
 STORE_TEST(what_never_changes_of_a_job_has_not_changed) {
     static const char *const change[] = {
-        "operation = 'forces'", "shards = 3", "chained = 1", "created = created + 1", "client = 'berta'",
-        "seal = NULL",          "sealed = 0", "sealed = 2",  "id = 'moved'",
+        "operation = 'forces'", "shards = 3",  "chained = 1", "created = created + 1",
+        "client = 'berta'",     "seal = NULL", "sealed = 0",  "sealed = 2",
+        "id = 'moved'",
     };
     enum { CHANGES = sizeof change / sizeof *change };
     struct srv_job job, page[10];
@@ -104,12 +109,14 @@ STORE_TEST(what_never_changes_of_a_job_has_not_changed) {
         CHECK_INT(ground_submit(store, "j", "anna", NULL, 2, 0, &job), SRV_STORED);
         snprintf(text, sizeof text, "UPDATE jobs SET %s WHERE id = 'j'", change[i]);
         ground_run(ground, text);
-        const char *id = i == CHANGES - 1 ? "moved" : "j", *client = strstr(text, "berta") ? "berta" : "anna";
+        const char *id = i == CHANGES - 1 ? "moved" : "j",
+                   *client = strstr(text, "berta") ? "berta" : "anna";
         CHECK_INT(srv_store_list(store, client, NULL, 10, page, &count), SRV_STORED);
-        CHECK_SAYING(count == 1 && page[0].state == SRV_JOB_FAILED, "%s: %d", change[i], page[0].state);
+        CHECK_SAYING(count == 1 && page[0].state == SRV_JOB_FAILED, "%s: %d", change[i],
+                     page[0].state);
         CHECK_INT(srv_store_job(store, id, &job), SRV_STORED);
-        CHECK_SAYING(job.state == SRV_JOB_FAILED && strstr(job.message, "seal"), "%s: %d %s", change[i], job.state,
-                     job.message);
+        CHECK_SAYING(job.state == SRV_JOB_FAILED && strstr(job.message, "seal"), "%s: %d %s",
+                     change[i], job.state, job.message);
         seals_failed(store, id, "seal");
         CHECK_INT(srv_store_job_request(store, id, &request, &bytes), SRV_STORED);
         free(request);
@@ -163,12 +170,14 @@ STORE_TEST(a_chunk_or_a_scene_without_its_seal_is_damaged) {
     CHECK_INT(srv_store_scene_put(store, "scene", "anna", NULL, "{}", 2), SRV_STORED);
     CHECK_INT(srv_store_scene_put(store, "other", "anna", NULL, "[]", 2), SRV_STORED);
     for (size_t i = 0; i < sizeof change / sizeof *change; i++) {
-        snprintf(text, sizeof text, "UPDATE results SET %s WHERE job = 'one' AND shard = %zu", change[i], i % 2);
+        snprintf(text, sizeof text, "UPDATE results SET %s WHERE job = 'one' AND shard = %zu",
+                 change[i], i % 2);
         ground_run(ground, text);
         CHECK_INT(srv_store_chunk(store, "one", (long)i % 2, 0, back, &bytes), SRV_STORED_DAMAGED);
         snprintf(text, sizeof text, "UPDATE scenes SET %s WHERE id = 'scene'", change[i]);
         ground_run(ground, text);
-        CHECK_SAYING(srv_store_scene(store, "scene", &body, &bytes) == SRV_STORED_DAMAGED && !body, "%s", change[i]);
+        CHECK_SAYING(srv_store_scene(store, "scene", &body, &bytes) == SRV_STORED_DAMAGED && !body,
+                     "%s", change[i]);
         CHECK_INT(srv_store_scene_put(store, "scene", "anna", NULL, "{}", 2), SRV_STORED_DAMAGED);
         /* it can be let go, and kept anew */
         CHECK_INT(srv_store_scene_drop(store, "scene", "anna"), SRV_STORED);

@@ -1,4 +1,5 @@
-/* Tests of server/store/store_sqlite beside those that run on each store: the file, and what is in one from elsewhere. */
+/* Tests of server/store/store_sqlite beside those that run on each store: the file, and what is
+ * in one from elsewhere. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,7 +12,9 @@ static int mode_of(const struct ground *ground, const char *end) {
     char path[128];
     struct stat stat_of;
     snprintf(path, sizeof path, "%s/store.db%s", ground->path, end);
-    return CHECK_SAYING(!stat(path, &stat_of), "%s is not there", path) ? (int)(stat_of.st_mode & 0777) : -1;
+    return CHECK_SAYING(!stat(path, &stat_of), "%s is not there", path)
+               ? (int)(stat_of.st_mode & 0777)
+               : -1;
 }
 
 TEST(a_new_store_is_its_owners_alone) {
@@ -47,20 +50,21 @@ TEST(a_store_from_elsewhere_runs_nothing_of_its_own) {
     struct srv_store *store = ground_open(&ground);
     srv_store_close(&store);
     char command[400];
-    snprintf(
-        command, sizeof command,
-        "python3 -c \"import sqlite3; c = sqlite3.connect('%s/store.db'); c.execute('CREATE TRIGGER t AFTER INSERT ON "
-        "jobs BEGIN SELECT load_extension(NEW.id); END'); c.commit()\"",
-        ground.path);
+    snprintf(command, sizeof command,
+             "python3 -c \"import sqlite3; c = sqlite3.connect('%s/store.db'); c.execute('CREATE "
+             "TRIGGER t AFTER INSERT ON "
+             "jobs BEGIN SELECT load_extension(NEW.id); END'); c.commit()\"",
+             ground.path);
     REQUIRE(!system(command));
     store = ground_open(&ground);
     if (store) {
         CHECK_INT(ground_submit(store, "j", "anna", NULL, 1, 0, &job), SRV_STORED_BROKEN);
         CHECK_INT(srv_store_job(store, "j", &job), SRV_STORED_NONE);
         REQUIRE(srv_sql_sqlite.open(&sql, ground.url, &error) == PEND_OK);
-        CHECK_INT(srv_sql_sqlite.run(sql, -1, "PRAGMA writable_schema = ON", NULL, 0, NULL, NULL), SRV_STORED);
-        CHECK(srv_sql_sqlite.run(sql, -1, "DELETE FROM sqlite_schema WHERE name = 't'", NULL, 0, NULL, NULL) !=
-              SRV_STORED);
+        CHECK_INT(srv_sql_sqlite.run(sql, -1, "PRAGMA writable_schema = ON", NULL, 0, NULL, NULL),
+                  SRV_STORED);
+        CHECK(srv_sql_sqlite.run(sql, -1, "DELETE FROM sqlite_schema WHERE name = 't'", NULL, 0,
+                                 NULL, NULL) != SRV_STORED);
         srv_sql_sqlite.close(sql);
     }
     srv_store_close(&store);

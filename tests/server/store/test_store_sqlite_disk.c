@@ -1,4 +1,5 @@
-/* Tests of server/store/store_sqlite_disk: a disk that is full, and what the database takes of it. */
+/* Tests of server/store/store_sqlite_disk: a disk that is full, and what the database takes of
+ * it. */
 #include "server/store/store_sqlite_disk.h"
 
 #include <pthread.h>
@@ -74,7 +75,8 @@ TEST(a_full_disk_is_said_and_harms_nothing) {
     ground_clear(&ground);
 }
 
-/* what is committed can be carried over to the file although the disk has not a byte left: the log gives its room back
+/* what is committed can be carried over to the file although the disk has not a byte left: the log
+ * gives its room back
  */
 TEST(a_log_of_writes_is_emptied_on_a_disk_without_room) {
     struct ground ground;
@@ -113,7 +115,8 @@ static enum srv_stored call_dismiss(struct srv_store *store, struct srv_store_ca
     return srv_store_dismiss(store, own->id, &own->job);
 }
 
-/* it is what makes room: a connection that has not met the full disk yet does it at the first asking */
+/* it is what makes room: a connection that has not met the full disk yet does it at the first
+ * asking */
 TEST(a_job_is_dismissed_on_a_disk_without_room) {
     struct ground ground;
     struct srv_lease lease;
@@ -140,7 +143,8 @@ TEST(a_job_is_dismissed_on_a_disk_without_room) {
     ground_clear(&ground);
 }
 
-/* as another program, or a machine that failed, may leave it: who reads is answered, who writes is told */
+/* as another program, or a machine that failed, may leave it: who reads is answered, who writes
+ * is told */
 TEST(a_file_that_is_short_on_a_full_disk_can_be_read) {
     struct ground ground;
     struct srv_job job;
@@ -184,20 +188,23 @@ TEST(whatever_is_committed_has_its_place_in_the_file) {
     REQUIRE(sql);
     for (int i = 0; i < RESULTS; i++) {
         REQUIRE(submit_and_claim(store[i % CONNECTIONS], i, &lease));
-        CHECK_INT(srv_store_finish(store[(i + 1) % CONNECTIONS], &lease, data, RESULT, NULL, 0), SRV_STORED);
+        CHECK_INT(srv_store_finish(store[(i + 1) % CONNECTIONS], &lease, data, RESULT, NULL, 0),
+                  SRV_STORED);
         double pages = asked(sql, "PRAGMA page_count") * asked(sql, "PRAGMA page_size");
         double file = file_bytes(&ground, ""), log = file_bytes(&ground, "-wal");
         CHECK_SAYING(pages > (double)i * RESULT && pages <= file && file <= pages + (1 << 18),
                      "%.0f bytes of pages in a file of %.0f", pages, file);
         if (log > longest) longest = log;
     }
-    CHECK_SAYING(longest > LOG_BYTES / 2 && longest < LOG_BYTES + 2 * RESULT, "a log of %.0f bytes", longest);
+    CHECK_SAYING(longest > LOG_BYTES / 2 && longest < LOG_BYTES + 2 * RESULT, "a log of %.0f bytes",
+                 longest);
     srv_sql_sqlite.close(sql);
     for (int i = 0; i < CONNECTIONS; i++) srv_store_close(&store[i]);
     ground_clear(&ground);
 }
 
-/* a backup reads for as long as it takes: writers go on, and the log is emptied when it has ended */
+/* a backup reads for as long as it takes: writers go on, and the log is emptied when it has
+ * ended */
 TEST(a_reader_that_does_not_end_stops_nobody) {
     struct ground ground;
     struct srv_lease lease;
@@ -227,7 +234,8 @@ TEST(a_reader_that_does_not_end_stops_nobody) {
     ground_clear(&ground);
 }
 
-/* a process that writes much and carries its log over without being the one that may write, as SQLite's own shell does
+/* a process that writes much and carries its log over without being the one that may write, as
+ * SQLite's own shell does
  */
 struct stranger {
     struct srv_sql *sql;
@@ -239,13 +247,16 @@ static void *stranger_main(void *context) {
     struct srv_row_wholes row = {.count = 3};
     for (int i = 0; i < 20; i++) {
         struct srv_value value[] = {srv_value_whole(i)};
-        CHECK_INT(srv_sql_sqlite.run(own->sql, -1,
-                                     "INSERT INTO results (job, shard, chunk, data) WITH RECURSIVE n(k) AS (SELECT 1 "
-                                     "UNION ALL SELECT k + 1 FROM n WHERE k < 20000) SELECT 'stranger', $1, k, "
-                                     "zeroblob(60) FROM n",
-                                     value, 1, NULL, NULL),
-                  SRV_STORED);
-        srv_sql_sqlite.run(own->sql, -1, "PRAGMA wal_checkpoint(PASSIVE)", NULL, 0, srv_row_wholes, &row);
+        CHECK_INT(
+            srv_sql_sqlite.run(
+                own->sql, -1,
+                "INSERT INTO results (job, shard, chunk, data) WITH RECURSIVE n(k) AS (SELECT 1 "
+                "UNION ALL SELECT k + 1 FROM n WHERE k < 20000) SELECT 'stranger', $1, k, "
+                "zeroblob(60) FROM n",
+                value, 1, NULL, NULL),
+            SRV_STORED);
+        srv_sql_sqlite.run(own->sql, -1, "PRAGMA wal_checkpoint(PASSIVE)", NULL, 0, srv_row_wholes,
+                           &row);
     }
     own->over = 1;
     return NULL;
@@ -264,7 +275,9 @@ TEST(who_carries_the_log_over_meanwhile_finds_its_pages_whole) {
     REQUIRE(!pthread_create(&thread, NULL, stranger_main, &stranger));
     while (!stranger.over) CHECK_INT(srv_store_job(store, "j", &job), SRV_STORED);
     pthread_join(thread, NULL);
-    CHECK_INT((long long)asked(stranger.sql, "SELECT integrity_check = 'ok' FROM pragma_integrity_check LIMIT 1"), 1);
+    CHECK_INT((long long)asked(stranger.sql,
+                               "SELECT integrity_check = 'ok' FROM pragma_integrity_check LIMIT 1"),
+              1);
     srv_sql_sqlite.close(stranger.sql);
     srv_store_close(&store);
     ground_clear(&ground);

@@ -30,7 +30,8 @@ STORE_TEST(a_dismissed_job_stops_and_frees_what_it_held) {
     CHECK_INT(srv_store_figures(store, &figures), SRV_STORED);
     CHECK(figures.bytes == SRV_ROW_BYTES && figures.jobs[SRV_JOB_DISMISSED] == 1 && !figures.parts);
     ground_sums(ground);
-    /* the list of removals keeps a page of the disk, so that a job can be dismissed when there is no other */
+    /* the list of removals keeps a page of the disk, so that a job can be dismissed when there
+     * is no other */
     CHECK_INT(ground_ask(ground, "SELECT COUNT(*) FROM removals"), 1);
     if (ground->postgres) {
         ground_run(ground, "VACUUM removals");
@@ -90,7 +91,8 @@ static int brief_sweep(struct srv_store *store, int *expired) {
     return sweeps;
 }
 
-/* 300 jobs with results take no more pieces than their number asks for, and go as they are: nobody reads "dismissed" */
+/* 300 jobs with results take no more pieces than their number asks for, and go as they are:
+ * nobody reads "dismissed" */
 STORE_TEST(expired_jobs_go_many_at_a_time_and_as_they_are) {
     struct srv_store *own = brief_open(ground);
     struct srv_store_figures figures;
@@ -148,9 +150,11 @@ STORE_TEST(a_job_that_ended_expires_when_it_was_said_to) {
     CHECK_INT(srv_store_job(store, "j", &ended), SRV_STORED);
     ground_pause_ms(3);
     CHECK_INT(srv_store_dismiss(store, "j", &job), SRV_STORED);
-    CHECK(job.state == SRV_JOB_DISMISSED && job.expires == ended.expires && job.finished == ended.finished);
+    CHECK(job.state == SRV_JOB_DISMISSED && job.expires == ended.expires &&
+          job.finished == ended.finished);
     CHECK_INT(srv_store_job(store, "j", &job), SRV_STORED);
-    CHECK(job.state == SRV_JOB_DISMISSED && job.expires == ended.expires && job.finished == ended.finished);
+    CHECK(job.state == SRV_JOB_DISMISSED && job.expires == ended.expires &&
+          job.finished == ended.finished);
     ground_sums(ground);
 }
 

@@ -1,4 +1,5 @@
-/* Tests of server/work/clients, server/protocol/peer and server/protocol/cors: how often somebody asks, and through whom. */
+/* Tests of server/work/clients, server/protocol/peer and server/protocol/cors: how often
+ * somebody asks, and through whom. */
 #include "server/work/clients.h"
 
 #include <math.h>
@@ -123,8 +124,10 @@ TEST(clients_of_one_address_share_its_quota) {
                       *same = srv_clients_take(clients, "t:1", "n:school"),
                       *home = srv_clients_take(clients, "n:home", "n:home");
     CHECK(one == same && one->source == home && home->source == home);
-    for (int i = 0; i < 7; i++) CHECK_INT(srv_clients_quota(clients, one, 6, 2, now).granted, i < 6);
-    for (int i = 0; i < 7; i++) CHECK_INT(srv_clients_quota(clients, home, 6, 2, now).granted, i < 6);
+    for (int i = 0; i < 7; i++)
+        CHECK_INT(srv_clients_quota(clients, one, 6, 2, now).granted, i < 6);
+    for (int i = 0; i < 7; i++)
+        CHECK_INT(srv_clients_quota(clients, home, 6, 2, now).granted, i < 6);
     srv_clients_give(clients, one);
     srv_clients_give(clients, same);
     srv_clients_give(clients, home);
@@ -153,7 +156,8 @@ TEST(only_a_trusted_proxy_is_believed) {
         {"10.0.0.0/9", "10.128.0.1", "X-Forwarded-For", "1.2.3.4", "10.128.0.1"},
         {"10.0.0.0/9", "10.127.0.1", "X-Forwarded-For", "1.2.3.4", "1.2.3.4"},
         {"0.0.0.0/0", "9.9.9.9", "X-Forwarded-For", "1.2.3.4", "1.2.3.4"},
-        {"127.0.0.1", "127.0.0.1", "Forwarded", "for=1.2.3.4;proto=http, for=\"[2001:db8::7]:99\"", "2001:db8::7"},
+        {"127.0.0.1", "127.0.0.1", "Forwarded", "for=1.2.3.4;proto=http, for=\"[2001:db8::7]:99\"",
+         "2001:db8::7"},
         {"127.0.0.1", "127.0.0.1", "Forwarded", "proto=https;For=1.2.3.4", "1.2.3.4"},
         {"127.0.0.1", "127.0.0.1", "Forwarded", "by=1.2.3.4", "127.0.0.1"},
         {"127.0.0.1", "127.0.0.1", "X-Api-Key", "1.2.3.4", "127.0.0.1"},
@@ -164,12 +168,15 @@ TEST(only_a_trusted_proxy_is_believed) {
     struct pend_error error;
     char client[SRV_PEER_BYTES];
     for (size_t i = 0; i < sizeof told / sizeof *told; i++) {
-        if (!CHECK_SAYING(srv_peers_read(&peers, told[i].trusted, &error) == PEND_OK, "%s", error.text)) continue;
+        if (!CHECK_SAYING(srv_peers_read(&peers, told[i].trusted, &error) == PEND_OK, "%s",
+                          error.text))
+            continue;
         srv_peer_client(&peers, told[i].peer, told[i].header, told[i].value, client);
         CHECK_SAYING(!strcmp(client, told[i].client), "row %zu: %s", i, client);
     }
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
-        CHECK_SAYING(srv_peers_read(&peers, wrong[i], &error) == PEND_INVALID, "%s is accepted", wrong[i]);
+        CHECK_SAYING(srv_peers_read(&peers, wrong[i], &error) == PEND_INVALID, "%s is accepted",
+                     wrong[i]);
     /* a list of many trusted hops ends at the first that is not */
     char value[2000] = "7.7.7.7";
     for (int i = 0; i < 150; i++) strcat(value, ",10.0.0.1");
@@ -185,10 +192,12 @@ TEST(origins_are_compared_whole) {
     CHECK(!srv_cors_origin("none", "https://a.org", 0));
     CHECK_TEXT(srv_cors_origin(list, "https://a.org", 0), "https://a.org");
     CHECK_TEXT(srv_cors_origin(list, "http://localhost:8000", 0), "http://localhost:8000");
-    CHECK(!srv_cors_origin(list, "http://localhost:80", 0) && !srv_cors_origin(list, "https://a.org.evil.org", 0));
+    CHECK(!srv_cors_origin(list, "http://localhost:80", 0) &&
+          !srv_cors_origin(list, "https://a.org.evil.org", 0));
     CHECK(!srv_cors_origin(list, NULL, 0) && !srv_cors_origin(list, "", 0));
     /* what is closed is for those that are listed, whoever else may read what is open */
-    CHECK(!srv_cors_origin("*", "https://a.org", 1) && !srv_cors_origin("*", "*", 1) && !srv_cors_origin(list, "*", 1));
+    CHECK(!srv_cors_origin("*", "https://a.org", 1) && !srv_cors_origin("*", "*", 1) &&
+          !srv_cors_origin(list, "*", 1));
     CHECK_TEXT(srv_cors_origin("*, https://a.org", "https://a.org", 1), "https://a.org");
     CHECK_TEXT(srv_cors_origin("*, https://a.org", "https://a.org", 0), "*");
     CHECK(!srv_cors_origin("*, https://a.org", "https://b.org", 1));
@@ -219,6 +228,7 @@ TEST(a_page_of_the_server_is_not_foreign) {
         {"https://good.org", "cross-site", "a.org", 0}, /* listed */
     };
     for (size_t i = 0; i < sizeof row / sizeof *row; i++)
-        CHECK_SAYING(srv_cors_foreign("*, https://good.org", row[i].origin, row[i].site, row[i].host) == row[i].foreign,
+        CHECK_SAYING(srv_cors_foreign("*, https://good.org", row[i].origin, row[i].site,
+                                      row[i].host) == row[i].foreign,
                      "row %zu", i);
 }

@@ -21,8 +21,8 @@ static void compute_finish(struct srv_exchange *exchange) {
 }
 
 /* an exchange that posts a body to a path, ready for the queue */
-static void compute_post(struct srv_exchange *exchange, struct srv_service *service, const char *path,
-                         const char *body) {
+static void compute_post(struct srv_exchange *exchange, struct srv_service *service,
+                         const char *path, const char *body) {
     srv_exchange_init(exchange, service);
     exchange->finish = compute_finish;
     snprintf(exchange->peer, sizeof exchange->peer, "127.0.0.1");
@@ -116,8 +116,10 @@ static double compute_cost(const char *body) {
     struct api_limits limits;
     struct api_call *call;
     struct api_buffer out;
-    struct api_request request = {
-        .op = API_OP_TRAJECTORIES, .content_type = "application/json", .body = body, .body_bytes = strlen(body)};
+    struct api_request request = {.op = API_OP_TRAJECTORIES,
+                                  .content_type = "application/json",
+                                  .body = body,
+                                  .body_bytes = strlen(body)};
     api_limits_init(&limits);
     api_buffer_init(&out, 1 << 20);
     if (!CHECK(api_call_new(&call, &limits) == PEND_OK)) return 1;
@@ -164,7 +166,8 @@ TEST(a_computation_that_outruns_its_time_says_so) {
     CHECK(exchange.bytes && strstr(exchange.data, "max-compute-seconds"));
     const char *again = exchange.status == 422 ? "1" : NULL;
     for (int i = 0; i < exchange.response_body->headers; i++)
-        if (!strcmp(exchange.response_body->header[i].name, "Retry-After")) again = exchange.response_body->header[i].value;
+        if (!strcmp(exchange.response_body->header[i].name, "Retry-After"))
+            again = exchange.response_body->header[i].value;
     CHECK(again && atoi(again) > 0);
     srv_exchange_clear(&exchange);
     live_service_clear(&service);
@@ -186,7 +189,8 @@ TEST(an_answer_that_leaves_no_memory_is_503) {
         srv_compute_begin(&exchange);
         CHECK(compute_await(1));
         CHECK_INT(exchange.status, never ? 422 : 503);
-        CHECK(exchange.bytes && strstr(exchange.data, never ? "max-client-held-bytes of 100" : "max-held-bytes"));
+        CHECK(exchange.bytes &&
+              strstr(exchange.data, never ? "max-client-held-bytes of 100" : "max-held-bytes"));
         srv_exchange_clear(&exchange);
     }
     srv_workers_free(&workers);
@@ -239,7 +243,8 @@ TEST(a_computation_survives_want_of_memory_wherever_it_comes) {
         int untouched = test_alloc_count() - before < n;
         test_alloc_faults_off();
         srv_workers_free(&workers);
-        CHECK_SAYING(exchange.status == 200 || exchange.status == 503, "fault %d: status %d", n, exchange.status);
+        CHECK_SAYING(exchange.status == 200 || exchange.status == 503, "fault %d: status %d", n,
+                     exchange.status);
         CHECK(srv_cache_valid(service.cache) && !service.computing);
         answered = untouched && exchange.status == 200;
         srv_exchange_clear(&exchange);

@@ -1,5 +1,6 @@
-/* One request of every operation while an allocation fails: on a worker, and through a live daemon as an answer and as
- * a job. A fault costs its own request an answer at most: nothing stays held, and the next request is answered. */
+/* One request of every operation while an allocation fails: on a worker, and through a live
+ * daemon as an answer and as a job. A fault costs its own request an answer at most: nothing
+ * stays held, and the next request is answered. */
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -31,9 +32,10 @@ static void faults_finish(struct srv_exchange *exchange) {
     atomic_fetch_add(&faults_finished, 1);
 }
 
-/* computes a request while the n-th allocation fails; returns its status, and sets *over when there were no so many */
-static int faults_compute(struct srv_service *service, const struct test_request *one, long n, int for_good,
-                          int *over) {
+/* computes a request while the n-th allocation fails; returns its status, and sets *over when
+ * there were no so many */
+static int faults_compute(struct srv_service *service, const struct test_request *one, long n,
+                          int for_good, int *over) {
     struct srv_exchange exchange;
     char path[64];
     srv_exchange_init(&exchange, service);
@@ -60,8 +62,8 @@ static int faults_compute(struct srv_service *service, const struct test_request
     return status;
 }
 
-/* waits until the worker, which hands an answer over before it clears up, has nothing in hand; returns 0 if it never
- * comes to that */
+/* waits until the worker, which hands an answer over before it clears up, has nothing in hand;
+ * returns 0 if it never comes to that */
 static int faults_rest(struct srv_service *service) {
     double until = test_clock() + TEST_PATIENCE;
     while (srv_memory_all(&service->memory) || service->computing || service->busy) {
@@ -85,11 +87,12 @@ TEST(every_operation_on_a_worker_survives_want_of_memory_wherever_it_comes) {
             int over = 0, faults = 0, usual = i == 2 ? 422 : 200;
             for (long n = 1; !over; n += n < 60 ? 1 : n / 12, faults++) {
                 int status = faults_compute(&service, &test_requests[i], n, for_good, &over);
-                CHECK_SAYING(status == usual || status == 503, "request %d, allocation %ld%s: %d", i, n,
-                             for_good ? " for good" : "", status);
+                CHECK_SAYING(status == usual || status == 503, "request %d, allocation %ld%s: %d",
+                             i, n, for_good ? " for good" : "", status);
                 /* nothing is left of it: neither memory that is counted nor a computation */
-                CHECK_SAYING(faults_rest(&service), "request %d, allocation %ld: %lld bytes are held, %d are computed",
-                             i, n, (long long)srv_memory_all(&service.memory), (int)service.computing);
+                CHECK_SAYING(faults_rest(&service),
+                             "request %d, allocation %ld: %lld bytes are held, %d are computed", i,
+                             n, (long long)srv_memory_all(&service.memory), (int)service.computing);
             }
             CHECK_SAYING(faults > 3, "request %d met %d faults only", i, faults);
             CHECK_INT(faults_compute(&service, &test_requests[i], 1000000000, 0, &over), usual);
@@ -103,22 +106,24 @@ TEST(every_operation_on_a_worker_survives_want_of_memory_wherever_it_comes) {
 
 /* a request whose answer is sent while it is computed, in blocks that are compressed */
 static const struct test_request faults_stream = {
-    API_OP_TRAJECTORIES, "{" TEST_TREE ",\"initial\":{\"theta\":[1,2]},\"times\":{\"stop\":2,\"count\":20000}}",
+    API_OP_TRAJECTORIES,
+    "{" TEST_TREE ",\"initial\":{\"theta\":[1,2]},\"times\":{\"stop\":2,\"count\":20000}}",
     "text/csv\r\nAccept-Encoding: gzip"};
 
 enum { FAULTS_ANSWER, FAULTS_JOB, FAULTS_GONE /* the client leaves in the middle of the answer */ };
 
 /* sends a request on a connection of its own */
-static int faults_send(const struct srv_daemon *daemon, struct test_client *client, const struct test_request *one,
-                       int job) {
+static int faults_send(const struct srv_daemon *daemon, struct test_client *client,
+                       const struct test_request *one, int job) {
     char text[2048], path[64];
     if (!test_client_open(client, live_port(daemon))) return 0;
-    int bytes = snprintf(text, sizeof text,
-                         "%s %s HTTP/1.1\r\nHost: x\r\nConnection: close\r\n%s%s%s%s%sContent-Length: %zu\r\n\r\n%s",
-                         one->body ? "POST" : "GET", faults_path(one, path), job ? "Prefer: respond-async\r\n" : "",
-                         one->accept ? "Accept: " : "", one->accept ? one->accept : "", one->accept ? "\r\n" : "",
-                         one->body ? "Content-Type: application/json\r\n" : "", one->body ? strlen(one->body) : 0,
-                         one->body ? one->body : "");
+    int bytes = snprintf(
+        text, sizeof text,
+        "%s %s HTTP/1.1\r\nHost: x\r\nConnection: close\r\n%s%s%s%s%sContent-Length: %zu\r\n\r\n%s",
+        one->body ? "POST" : "GET", faults_path(one, path), job ? "Prefer: respond-async\r\n" : "",
+        one->accept ? "Accept: " : "", one->accept ? one->accept : "", one->accept ? "\r\n" : "",
+        one->body ? "Content-Type: application/json\r\n" : "", one->body ? strlen(one->body) : 0,
+        one->body ? one->body : "");
     return send(client->fd, text, (size_t)bytes, MSG_NOSIGNAL) == bytes;
 }
 
@@ -130,7 +135,8 @@ static void faults_read(const struct test_client *client, int kind, char head[],
     ssize_t bytes = 1;
     while (bytes > 0 && !(kind == FAULTS_GONE && got)) {
         if (!CHECK(poll(&look, 1, (int)(1000 * TEST_PATIENCE)) == 1)) break;
-        bytes = recv(client->fd, got + 1 < cap ? head + got : rest, got + 1 < cap ? cap - 1 - got : sizeof rest, 0);
+        bytes = recv(client->fd, got + 1 < cap ? head + got : rest,
+                     got + 1 < cap ? cap - 1 - got : sizeof rest, 0);
         if (bytes > 0 && got + 1 < cap) got += (size_t)bytes;
     }
     head[got] = 0;
@@ -143,7 +149,8 @@ static void faults_job(const struct srv_daemon *daemon, const char *location) {
     char text[160];
     int ended = 0;
     for (double until = test_clock() + TEST_PATIENCE; !ended && test_clock() < until;) {
-        snprintf(text, sizeof text, "GET %s HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n", location);
+        snprintf(text, sizeof text, "GET %s HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n",
+                 location);
         if (!live_say(daemon, &client, text)) return;
         CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
         int failed = strstr(reply.body, "\"status\":\"failed\"") != NULL;
@@ -156,9 +163,10 @@ static void faults_job(const struct srv_daemon *daemon, const char *location) {
     CHECK_SAYING(ended, "%s does not end", location);
 }
 
-/* one request while the n-th allocation of the process fails; returns its status, 0 where it had no answer, and sets
- * *over when there were no so many */
-static int faults_ask(const struct srv_daemon *daemon, const struct test_request *one, long n, int kind, int *over) {
+/* one request while the n-th allocation of the process fails; returns its status, 0 where it had
+ * no answer, and sets *over when there were no so many */
+static int faults_ask(const struct srv_daemon *daemon, const struct test_request *one, long n,
+                      int kind, int *over) {
     struct test_client client;
     char head[4096], location[80] = "";
     int status = 0;
@@ -178,17 +186,18 @@ static int faults_ask(const struct srv_daemon *daemon, const struct test_request
     if (status >= 500) CHECK_SAYING(strstr(head, "\"status\":5"), "%s: %s", one->body, head);
     if (status != 202) return status;
     const char *at = strstr(head, "\nLocation: ");
-    if (CHECK_SAYING(at && sscanf(at, "\nLocation: %79s", location) == 1, "%s", head)) faults_job(daemon, location);
+    if (CHECK_SAYING(at && sscanf(at, "\nLocation: %79s", location) == 1, "%s", head))
+        faults_job(daemon, location);
     return status;
 }
 
-static void faults_loop(const struct srv_daemon *daemon, const struct test_request *one, long first, int kind,
-                        int usual) {
+static void faults_loop(const struct srv_daemon *daemon, const struct test_request *one, long first,
+                        int kind, int usual) {
     int over = 0, faults = 0;
     for (long n = first; !over; n += 1 + n / 3, faults++) {
         int status = faults_ask(daemon, one, n, kind, &over);
-        CHECK_SAYING(status == usual || status == 503 || status == 500 || status == 0, "%s, allocation %ld: %d",
-                     one->body, n, status);
+        CHECK_SAYING(status == usual || status == 503 || status == 500 || status == 0,
+                     "%s, allocation %ld: %d", one->body, n, status);
     }
     CHECK_SAYING(faults > 3, "%s met %d faults only", one->body, faults);
     /* and the next is as it was */
@@ -204,7 +213,8 @@ TEST(every_operation_of_a_live_daemon_survives_want_of_memory_as_an_answer_and_a
     REQUIRE(daemon);
     for (int i = 0; i < TEST_REQUESTS; i++) {
         faults_loop(daemon, &test_requests[i], 1 + i % 3, FAULTS_ANSWER, i == 2 ? 422 : 200);
-        if (api_op_at(test_requests[i].op)->table) faults_loop(daemon, &test_requests[i], 1 + i % 4, FAULTS_JOB, 202);
+        if (api_op_at(test_requests[i].op)->table)
+            faults_loop(daemon, &test_requests[i], 1 + i % 4, FAULTS_JOB, 202);
     }
     for (long first = 1; first < 4; first++) {
         faults_loop(daemon, &faults_stream, first, FAULTS_ANSWER, 200);
@@ -214,7 +224,8 @@ TEST(every_operation_of_a_live_daemon_survives_want_of_memory_as_an_answer_and_a
     static const char *const nothing[] = {"pendulumd_held_kind_bytes{kind=\"bodies\"} ",
                                           "pendulumd_held_kind_bytes{kind=\"computations\"} ",
                                           "pendulumd_held_kind_bytes{kind=\"answers\"} ",
-                                          "pendulumd_jobs{state=\"running\"} ", "pendulumd_jobs{state=\"accepted\"} "};
+                                          "pendulumd_jobs{state=\"running\"} ",
+                                          "pendulumd_jobs{state=\"accepted\"} "};
     for (size_t i = 0; i < sizeof nothing / sizeof *nothing; i++) live_await(daemon, nothing[i], 0);
     srv_daemon_free(&daemon);
     snprintf(command, sizeof command, "rm -rf '%s'", directory);

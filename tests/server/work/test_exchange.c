@@ -1,4 +1,5 @@
-/* Tests of server/work/exchange, server/http/request_head and server/http/router: an exchange's way without a socket. */
+/* Tests of server/work/exchange, server/http/request_head and server/http/router: an exchange's
+ * way without a socket. */
 #include "server/work/exchange.h"
 
 #include <stdio.h>
@@ -47,8 +48,9 @@ TEST(a_problem_replaces_the_answer_and_is_not_stored) {
     srv_exchange_problem(&exchange, 404, "no \"%s\" here", "x");
     CHECK_INT(exchange.status, 404);
     CHECK_TEXT(exchange.media_type, "application/problem+json");
-    CHECK_TEXT(answer_text(&exchange, text), "{\"type\":\"about:blank\",\"title\":\"Not Found\",\"status\":404,"
-                                             "\"detail\":\"no \\\"x\\\" here\"}");
+    CHECK_TEXT(answer_text(&exchange, text),
+               "{\"type\":\"about:blank\",\"title\":\"Not Found\",\"status\":404,"
+               "\"detail\":\"no \\\"x\\\" here\"}");
     CHECK_TEXT(answer_header(&exchange, "Cache-Control"), "no-store");
     CHECK(!answer_header(&exchange, "Allow"));
     srv_exchange_busy(&exchange, 7, "later");
@@ -56,7 +58,8 @@ TEST(a_problem_replaces_the_answer_and_is_not_stored) {
     CHECK_TEXT(answer_header(&exchange, "Retry-After"), "7");
     CHECK(srv_exchange_valid(&exchange));
     srv_exchange_reset(&exchange);
-    CHECK(srv_exchange_valid(&exchange) && !exchange.status && !exchange.bytes && !exchange.headers);
+    CHECK(srv_exchange_valid(&exchange) && !exchange.status && !exchange.bytes &&
+          !exchange.headers);
     srv_exchange_clear(&exchange);
     CHECK(!srv_exchange_valid(&exchange));
     live_service_clear(&service);
@@ -122,7 +125,8 @@ TEST(a_client_holds_no_more_than_its_share_and_others_the_rest) {
     CHECK_INT(srv_exchange_hold(&other, 1100000), SRV_ROOM_NEVER);
     srv_exchange_crowded(&two, SRV_ROOM_CLIENT, "the body");
     CHECK_INT(two.status, 429);
-    CHECK(strstr(answer_text(&two, text), "max-client-held-bytes") && answer_header(&two, "Retry-After"));
+    CHECK(strstr(answer_text(&two, text), "max-client-held-bytes") &&
+          answer_header(&two, "Retry-After"));
     srv_exchange_crowded(&other, SRV_ROOM_NEVER, "the body");
     CHECK_INT(other.status, 413);
     srv_exchange_crowded(&other, SRV_ROOM_NONE, "the body");
@@ -137,7 +141,8 @@ TEST(small_texts_end_where_their_room_does) {
     struct srv_exchange exchange;
     live_service(&service, 4);
     srv_exchange_init(&exchange, &service);
-    char *first = srv_exchange_text(&exchange, 10), *second = srv_exchange_text(&exchange, SRV_TEXT_BYTES - 10);
+    char *first = srv_exchange_text(&exchange, 10),
+         *second = srv_exchange_text(&exchange, SRV_TEXT_BYTES - 10);
     CHECK(first && second == first + 10);
     CHECK(!srv_exchange_text(&exchange, 1));
     CHECK(srv_exchange_text(&exchange, 0) != NULL);
@@ -192,15 +197,17 @@ TEST(targets_are_taken_apart) {
         {"/a%2fb%2F", "/a%2fb%2F", NULL},
         {"/a?%zz", "/a", "%zz"},
     };
-    static const char *const bad[] = {"/%",  "/%0",       "/%zz",        "/%00",          "/%0a", "/%7F",
-                                      "a",   "ftp://a/b", "http://",     "http:///",      "a:80", "/a#b",
-                                      "/\"", "/a\\b",     "http://u@h/", "http://u:p@h/a"};
+    static const char *const bad[] = {
+        "/%",      "/%0",      "/%zz", "/%00", "/%0a", "/%7F",  "a",           "ftp://a/b",
+        "http://", "http:///", "a:80", "/a#b", "/\"",  "/a\\b", "http://u@h/", "http://u:p@h/a"};
     struct srv_service service;
     struct srv_exchange exchange;
     live_service(&service, 4);
     srv_exchange_init(&exchange, &service);
     for (size_t i = 0; i < sizeof good / sizeof *good; i++) {
-        if (!CHECK_SAYING(answer_head(&exchange, "GET", good[i].target), "%s is refused", good[i].target)) continue;
+        if (!CHECK_SAYING(answer_head(&exchange, "GET", good[i].target), "%s is refused",
+                          good[i].target))
+            continue;
         CHECK_TEXT(exchange.path, good[i].path);
         CHECK_TEXT(exchange.query, good[i].query);
     }
@@ -223,8 +230,9 @@ TEST(lengths_and_expectations_are_checked) {
         int status;
         long long length;
     } heads[] = {
-        {"Content-Length", "100", 0, 100},       {"Content-Length", "101", 413, 101}, {"Content-Length", "0", 0, 0},
-        {"Transfer-Encoding", "chunked", 0, -1}, {"Expect", "100-Continue", 0, 0},    {"Expect", "200-ok", 417, 0},
+        {"Content-Length", "100", 0, 100}, {"Content-Length", "101", 413, 101},
+        {"Content-Length", "0", 0, 0},     {"Transfer-Encoding", "chunked", 0, -1},
+        {"Expect", "100-Continue", 0, 0},  {"Expect", "200-ok", 417, 0},
     };
     for (size_t i = 0; i < sizeof heads / sizeof *heads; i++) {
         srv_exchange_reset(&exchange);
@@ -239,7 +247,8 @@ TEST(lengths_and_expectations_are_checked) {
     live_service_clear(&service);
 }
 
-/* a path of the pattern: each variable is a%20b; and what the variables are read as, NULL without any */
+/* a path of the pattern: each variable is a%20b; and what the variables are read as, NULL
+ * without any */
 static const char *answer_fill(const char *pattern, char path[128], char argument[128]) {
     int variables = 0;
     char *at = path;
@@ -318,7 +327,8 @@ TEST(methods_that_a_path_does_not_have_are_told_those_it_has) {
     srv_exchange_init(&exchange, &service);
     for (size_t i = 0; i < sizeof asked / sizeof *asked; i++) {
         int status = answer_route(&exchange, asked[i].method, asked[i].path);
-        CHECK_SAYING(status == asked[i].status, "%s %s: %d", asked[i].method, asked[i].path, status);
+        CHECK_SAYING(status == asked[i].status, "%s %s: %d", asked[i].method, asked[i].path,
+                     status);
         CHECK_TEXT(answer_header(&exchange, "Allow"), asked[i].allow);
     }
     srv_exchange_clear(&exchange);

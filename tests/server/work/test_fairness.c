@@ -75,11 +75,13 @@ static void *nap_on(void *argument) {
     return NULL;
 }
 
-/* the shortest nap, us, while a worker looks or does not, for 0.1 s; for longer until it is below `below` */
+/* the shortest nap, us, while a worker looks or does not, for 0.1 s; for longer until it is
+ * below `below` */
 static long nap_least(struct nap *nap, int look, long below) {
     double begin = test_clock();
     atomic_store(&nap->least, 1000000);
-    while (test_clock() < begin + 0.1 || (atomic_load(&nap->least) >= below && test_clock() < begin + TEST_PATIENCE))
+    while (test_clock() < begin + 0.1 ||
+           (atomic_load(&nap->least) >= below && test_clock() < begin + TEST_PATIENCE))
         if (look) srv_fairness_look(&nap->fairness);
     return atomic_load(&nap->least);
 }
@@ -93,8 +95,8 @@ TEST(a_worker_that_looks_wakes_the_thread_only_when_something_came) {
     long quiet = nap_least(&nap, 0, 1000000), vain = nap_least(&nap, 1, 1000000);
     CHECK(eventfd_write(nap.fd, 1) == 0);
     long unseen = nap_least(&nap, 0, 1000000), seen = nap_least(&nap, 1, 900);
-    CHECK_SAYING(quiet >= 4500 && vain >= 4500 && unseen >= 4500 && seen < 900, "naps of %ld, %ld, %ld, %ld us", quiet,
-                 vain, unseen, seen);
+    CHECK_SAYING(quiet >= 4500 && vain >= 4500 && unseen >= 4500 && seen < 900,
+                 "naps of %ld, %ld, %ld, %ld us", quiet, vain, unseen, seen);
     atomic_store(&nap.stop, 1);
     pthread_join(nap.thread, NULL);
     srv_fairness_end(&nap.fairness, 0);

@@ -1,4 +1,5 @@
-/* Tests of server/work/compute and server/work/inflight through a daemon: what is shared, streamed, cut, counted and refused. */
+/* Tests of server/work/compute and server/work/inflight through a daemon: what is shared,
+ * streamed, cut, counted and refused. */
 #include "server/work/inflight.h"
 
 #include <poll.h>
@@ -11,24 +12,27 @@
 #include "tests/harness/test.h"
 #include "tests/server/live.h"
 
-#define DOUBLE "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"output\":[\"phi\"],"
+#define DOUBLE                                                                                     \
+    "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"output\":[\"phi\"],"
 
 #define JOINED "pendulumd_cache_lookups_total{result=\"joined\"} "
 #define EXACT "pendulumd_cache_lookups_total{result=\"exact\"} "
 #define MISSED "pendulumd_cache_lookups_total{result=\"missed\"} "
 
 /* posts with further header lines; asks by QUERY where the client may have the answer */
-static int share_post(const struct srv_daemon *daemon, struct test_client *client, const char *headers,
-                      const char *body) {
+static int share_post(const struct srv_daemon *daemon, struct test_client *client,
+                      const char *headers, const char *body) {
     char text[4096];
     snprintf(text, sizeof text,
-             "%s /v1/trajectories HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n%sContent-Length: "
+             "%s /v1/trajectories HTTP/1.1\r\nHost: x\r\nContent-Type: "
+             "application/json\r\n%sContent-Length: "
              "%zu\r\n\r\n%s",
              strstr(headers, "If-None-Match") ? "QUERY" : "POST", headers, strlen(body), body);
     return live_say(daemon, client, text);
 }
 
-static int share_ask(const struct srv_daemon *daemon, struct test_reply *reply, const char *headers, const char *body) {
+static int share_ask(const struct srv_daemon *daemon, struct test_reply *reply, const char *headers,
+                     const char *body) {
     struct test_client client;
     *reply = (struct test_reply){0};
     if (!share_post(daemon, &client, headers, body)) return 0;
@@ -47,10 +51,11 @@ TEST(the_same_again_comes_from_the_cache_in_every_coding) {
     struct test_reply first, reply;
     static const char body[] = DOUBLE "\"times\":{\"start\":0,\"stop\":5,\"step\":0.01}}";
     /* the same request in other words */
-    static const char other[] =
-        "{\"times\":{\"step\":1e-2,\"stop\":5.0,\"start\":0},\"output\":[\"phi\"],\"pendulum\":{\"parent\":[0,1],"
-        "\"mass\":[1,1.0],\"length\":[1,1]}}";
-    static const char *const gzip = "Accept-Encoding: gzip\r\n", *const zstd = "Accept-Encoding: zstd\r\n";
+    static const char other[] = "{\"times\":{\"step\":1e-2,\"stop\":5.0,\"start\":0},\"output\":["
+                                "\"phi\"],\"pendulum\":{\"parent\":[0,1],"
+                                "\"mass\":[1,1.0],\"length\":[1,1]}}";
+    static const char *const gzip = "Accept-Encoding: gzip\r\n", *const zstd =
+                                                                     "Accept-Encoding: zstd\r\n";
     char match[256];
     REQUIRE(daemon != NULL);
     CHECK_INT(share_ask(daemon, &first, "", body), 200);
@@ -59,7 +64,8 @@ TEST(the_same_again_comes_from_the_cache_in_every_coding) {
     snprintf(match, sizeof match, "If-None-Match: \"x\", %s\r\n", share_header(&first, "ETag"));
     for (int turn = 0; turn < 2; turn++) {
         CHECK_INT(share_ask(daemon, &reply, "", turn ? body : other), 200);
-        CHECK(reply.body_bytes == first.body_bytes && !memcmp(reply.body, first.body, first.body_bytes));
+        CHECK(reply.body_bytes == first.body_bytes &&
+              !memcmp(reply.body, first.body, first.body_bytes));
         CHECK_TEXT(test_reply_header(&reply, "ETag"), share_header(&first, "ETag"));
         test_reply_clear(&reply);
         for (int coding = 0; coding < 2; coding++) {
@@ -108,20 +114,22 @@ TEST(without_a_cache_304_needs_no_computation_all_the_same) {
 
 enum { CLASS = 12 };
 
-/* a daemon that computes the same for all of a class; where that was over before all were there, once more what takes
- * longer */
+/* a daemon that computes the same for all of a class; where that was over before all were there,
+ * once more what takes longer */
 static struct srv_daemon *class_joined(struct test_client client[CLASS]) {
     static const char *const options[] = {"--workers", "2", NULL};
     for (int stop = 12000; stop < 10000000; stop *= 4) {
         struct srv_daemon *daemon = live_start(options);
         char body[256];
         double joined = 0, exact = 0;
-        snprintf(body, sizeof body, DOUBLE "\"times\":{\"start\":0,\"stop\":%d,\"count\":5}}", stop);
+        snprintf(body, sizeof body, DOUBLE "\"times\":{\"start\":0,\"stop\":%d,\"count\":5}}",
+                 stop);
         for (int i = 0; i < CLASS; i++) {
             if (!daemon || !share_post(daemon, &client[i], "", body)) return NULL;
             if (!i) live_await_least(daemon, "pendulumd_slices_total ", 1);
         }
-        for (double until = test_clock() + TEST_PATIENCE; joined + exact < CLASS - 1 && test_clock() < until;) {
+        for (double until = test_clock() + TEST_PATIENCE;
+             joined + exact < CLASS - 1 && test_clock() < until;) {
             joined = live_metric(daemon, JOINED);
             exact = live_metric(daemon, EXACT);
         }
@@ -160,8 +168,8 @@ TEST(an_answer_of_megabytes_is_shared_and_kept_too) {
     enum { FEW = 6 };
     static const char before[] = DOUBLE "\"times\":{\"start\":0,\"stop\":6000,\"count\":5}}";
     static const char body[] = DOUBLE "\"times\":{\"start\":0,\"stop\":200,\"count\":150001}}";
-    static const char *const options[] = {"--workers", "1", NULL}, *const octets =
-                                                                       "Accept: application/octet-stream\r\n";
+    static const char *const options[] = {"--workers", "1", NULL},
+                             *const octets = "Accept: application/octet-stream\r\n";
     struct srv_daemon *daemon = live_start(options);
     struct test_client blocker, client[FEW];
     struct test_reply reply[FEW], again;
@@ -181,7 +189,8 @@ TEST(an_answer_of_megabytes_is_shared_and_kept_too) {
     double exact = live_metric(daemon, EXACT);
     CHECK(live_metric(daemon, JOINED) + exact == FEW - 1);
     CHECK_INT(share_ask(daemon, &again, octets, body), 200);
-    CHECK(again.body_bytes == reply[0].body_bytes && !memcmp(again.body, reply[0].body, again.body_bytes));
+    CHECK(again.body_bytes == reply[0].body_bytes &&
+          !memcmp(again.body, reply[0].body, again.body_bytes));
     CHECK(live_metric(daemon, EXACT) == exact + 1);
     test_reply_clear(&again);
     for (int i = 0; i < FEW; i++) test_reply_clear(&reply[i]);
@@ -207,11 +216,14 @@ TEST(a_long_answer_flows_and_is_the_same_in_every_coding_and_protocol) {
     int lines = 0;
     for (size_t i = 0; i < reply.body_bytes; i++) lines += reply.body[i] == '\n';
     CHECK_INT(lines, 300003); /* the last one warns: the digits do not reach so far */
-    CHECK(strstr(reply.body + reply.body_bytes - 300, "\n# warning: digits are lost") && reply.trailer &&
-          strstr(reply.trailer, "X-Horizon: ") && strstr(reply.trailer, "X-Warning: digits are lost"));
-    CHECK_INT(share_ask(daemon, &coded, "Accept: text/csv\r\nAccept-Encoding: zstd\r\n", STREAM), 200);
+    CHECK(strstr(reply.body + reply.body_bytes - 300, "\n# warning: digits are lost") &&
+          reply.trailer && strstr(reply.trailer, "X-Horizon: ") &&
+          strstr(reply.trailer, "X-Warning: digits are lost"));
+    CHECK_INT(share_ask(daemon, &coded, "Accept: text/csv\r\nAccept-Encoding: zstd\r\n", STREAM),
+              200);
     CHECK_TEXT(test_reply_header(&coded, "Content-Encoding"), "zstd");
-    CHECK(coded.body_bytes < 0.7 * (double)reply.body_bytes && coded.body_bytes > 0.2 * (double)reply.body_bytes);
+    CHECK(coded.body_bytes < 0.7 * (double)reply.body_bytes &&
+          coded.body_bytes > 0.2 * (double)reply.body_bytes);
     /* HTTP/1.0 knows no chunks: the end of the connection is the end */
     snprintf(text, sizeof text,
              "POST /v1/trajectories HTTP/1.0\r\nContent-Type: application/json\r\nAccept: "
@@ -240,7 +252,8 @@ TEST(a_slow_reader_holds_little_memory_and_no_worker_and_is_missed_at_once) {
     REQUIRE(daemon != NULL);
     for (int i = 0; i < SLOW; i++) {
         char body[512];
-        snprintf(body, sizeof body, DOUBLE "\"times\":{\"start\":0,\"stop\":%d,\"count\":1000001}}", 3000 + i);
+        snprintf(body, sizeof body, DOUBLE "\"times\":{\"start\":0,\"stop\":%d,\"count\":1000001}}",
+                 3000 + i);
         REQUIRE(share_post(daemon, &slow[i], "Accept: text/csv\r\n", body));
     }
     /* they stand still once the sockets are full: the worker has nothing to do */
@@ -261,7 +274,8 @@ TEST(a_slow_reader_holds_little_memory_and_no_worker_and_is_missed_at_once) {
     double begin = test_clock();
     for (int i = 0; i < SLOW; i++) test_client_close(&slow[i]);
     live_await(daemon, "pendulumd_computations ", 0);
-    printf("  %d streams were over %.0f ms after their clients had gone\n", SLOW, 1e3 * (test_clock() - begin));
+    printf("  %d streams were over %.0f ms after their clients had gone\n", SLOW,
+           1e3 * (test_clock() - begin));
     srv_daemon_free(&daemon);
 }
 
@@ -286,7 +300,8 @@ TEST(a_stream_that_breaks_is_seen_to_be_incomplete) {
         char text[1024];
         REQUIRE(daemon != NULL);
         snprintf(text, sizeof text,
-                 "POST /v1/trajectories HTTP/1.%d\r\nHost: x\r\nContent-Type: application/json\r\nAccept: "
+                 "POST /v1/trajectories HTTP/1.%d\r\nHost: x\r\nContent-Type: "
+                 "application/json\r\nAccept: "
                  "text/csv\r\nContent-Length: %zu\r\n\r\n%s",
                  !old, strlen(ENDLESS), ENDLESS);
         REQUIRE(live_say(daemon, &client, text));
@@ -296,7 +311,8 @@ TEST(a_stream_that_breaks_is_seen_to_be_incomplete) {
         /* no patience: the server ends what runs */
         srv_daemon_drain(daemon, 1);
         int status = test_client_receive(&client, &reply, 0, TEST_PATIENCE);
-        /* the test's client, as others, knows no better of an HTTP/1.0 answer that ends without a reset */
+        /* the test's client, as others, knows no better of an HTTP/1.0 answer that ends without
+         * a reset */
         CHECK_INT(status, 0);
         test_reply_clear(&reply);
         test_client_close(&client);
@@ -305,38 +321,50 @@ TEST(a_stream_that_breaks_is_seen_to_be_incomplete) {
 }
 
 TEST(requests_a_minute_are_counted_for_each_client) {
-    static const char *const options[] = {
-        "--max-requests-a-minute", "3", "--trusted-proxy", "127.0.0.0/8", "--cache-bytes", "0", NULL};
+    static const char *const options[] = {"--max-requests-a-minute",
+                                          "3",
+                                          "--trusted-proxy",
+                                          "127.0.0.0/8",
+                                          "--cache-bytes",
+                                          "0",
+                                          NULL};
     static const char body[] = DOUBLE "\"times\":[0,1]}";
     struct srv_daemon *daemon = live_start(options);
     struct test_reply reply;
     REQUIRE(daemon != NULL);
     for (int i = 0; i < 5; i++) {
-        CHECK_INT(share_ask(daemon, &reply, "X-Forwarded-For: 192.0.2.1\r\n", body), i < 3 ? 200 : 429);
+        CHECK_INT(share_ask(daemon, &reply, "X-Forwarded-For: 192.0.2.1\r\n", body),
+                  i < 3 ? 200 : 429);
         CHECK_TEXT(test_reply_header(&reply, "RateLimit-Limit"), "3");
         CHECK_INT(atoi(share_header(&reply, "RateLimit-Remaining")), i < 3 ? 2 - i : 0);
         CHECK(atoi(share_header(&reply, "RateLimit-Reset")) > 0);
-        if (i >= 3) CHECK(atoi(share_header(&reply, "Retry-After")) > 0 && strstr(reply.body, "max-requests-a-minute"));
+        if (i >= 3)
+            CHECK(atoi(share_header(&reply, "Retry-After")) > 0 &&
+                  strstr(reply.body, "max-requests-a-minute"));
         test_reply_clear(&reply);
     }
     CHECK_INT(share_ask(daemon, &reply, "X-Forwarded-For: 192.0.2.2\r\n", body), 200);
     test_reply_clear(&reply);
     /* what computes nothing is not counted */
-    CHECK_INT(live_status(daemon, "GET /healthz HTTP/1.1\r\nHost: x\r\nX-Forwarded-For: 192.0.2.1\r\n\r\n"), 200);
+    CHECK_INT(live_status(daemon,
+                          "GET /healthz HTTP/1.1\r\nHost: x\r\nX-Forwarded-For: 192.0.2.1\r\n\r\n"),
+              200);
     CHECK(live_metric(daemon, "pendulumd_refused_total{limit=\"max-requests-a-minute\"} ") == 2);
     srv_daemon_free(&daemon);
 }
 
 TEST(one_client_cannot_fill_the_queue) {
     static const char *const options[] = {
-        "--workers", "1", "--max-queue", "20", "--max-client-queue", "3", "--trusted-proxy", "127.0.0.1", NULL};
+        "--workers",       "1",         "--max-queue", "20", "--max-client-queue", "3",
+        "--trusted-proxy", "127.0.0.1", NULL};
     struct srv_daemon *daemon = live_start(options);
     struct test_client client[8];
     struct test_reply reply;
     REQUIRE(daemon != NULL);
     for (int i = 0; i < 8; i++) {
         char body[512];
-        snprintf(body, sizeof body, DOUBLE "\"times\":{\"start\":0,\"stop\":%d,\"count\":5}}", 100000000 + i);
+        snprintf(body, sizeof body, DOUBLE "\"times\":{\"start\":0,\"stop\":%d,\"count\":5}}",
+                 100000000 + i);
         REQUIRE(share_post(daemon, &client[i], "X-Forwarded-For: 192.0.2.1\r\n", body));
         if (i == 0) live_await(daemon, "pendulumd_workers_busy ", 1);
         if (i < 4) live_await(daemon, "pendulumd_computations ", i + 1);
@@ -345,7 +373,9 @@ TEST(one_client_cannot_fill_the_queue) {
         test_reply_clear(&reply);
     }
     /* another client is served at once, in front of those that take many minutes */
-    CHECK_INT(share_ask(daemon, &reply, "X-Forwarded-For: 192.0.2.2\r\n", DOUBLE "\"times\":[0,1]}"), 200);
+    CHECK_INT(
+        share_ask(daemon, &reply, "X-Forwarded-For: 192.0.2.2\r\n", DOUBLE "\"times\":[0,1]}"),
+        200);
     test_reply_clear(&reply);
     for (int i = 0; i < 8; i++) test_client_close(&client[i]);
     CHECK(live_metric(daemon, "pendulumd_refused_total{limit=\"max-client-queue\"} ") == 4);
@@ -353,20 +383,24 @@ TEST(one_client_cannot_fill_the_queue) {
     srv_daemon_free(&daemon);
 }
 
-/* who draws a token for each request fills three quarters of the queue, and waits in turn with others */
+/* who draws a token for each request fills three quarters of the queue, and waits in turn with
+ * others */
 TEST(one_address_cannot_fill_the_queue_with_tokens) {
     enum { TOKENS = 12 };
-    static const char *const options[] = {"--workers",       "1",         "--max-queue", "8", "--max-client-queue", "3",
-                                          "--trusted-proxy", "127.0.0.1", NULL};
+    static const char *const options[] = {
+        "--workers",       "1",         "--max-queue", "8", "--max-client-queue", "3",
+        "--trusted-proxy", "127.0.0.1", NULL};
     struct srv_daemon *daemon = live_start(options);
     struct test_client client[TOKENS];
     struct test_reply reply;
     REQUIRE(daemon != NULL);
     for (int i = 0; i < TOKENS; i++) {
         char body[512], headers[160];
-        snprintf(body, sizeof body, DOUBLE "\"times\":{\"start\":0,\"stop\":%d,\"count\":5}}", 100000000 + i);
+        snprintf(body, sizeof body, DOUBLE "\"times\":{\"start\":0,\"stop\":%d,\"count\":5}}",
+                 100000000 + i);
         snprintf(headers, sizeof headers,
-                 "X-Forwarded-For: 192.0.2.1\r\nAuthorization: Bearer a-new-one-each-time-%04d\r\n", i);
+                 "X-Forwarded-For: 192.0.2.1\r\nAuthorization: Bearer a-new-one-each-time-%04d\r\n",
+                 i);
         REQUIRE(share_post(daemon, &client[i], headers, body));
         if (i == 0) live_await(daemon, "pendulumd_workers_busy ", 1);
         if (i < 7) live_await(daemon, "pendulumd_computations ", i + 1);
@@ -374,7 +408,9 @@ TEST(one_address_cannot_fill_the_queue_with_tokens) {
         CHECK_INT(test_client_receive(&client[i], &reply, 0, TEST_PATIENCE), 429);
         test_reply_clear(&reply);
     }
-    CHECK_INT(share_ask(daemon, &reply, "X-Forwarded-For: 192.0.2.2\r\n", DOUBLE "\"times\":[0,1]}"), 200);
+    CHECK_INT(
+        share_ask(daemon, &reply, "X-Forwarded-For: 192.0.2.2\r\n", DOUBLE "\"times\":[0,1]}"),
+        200);
     test_reply_clear(&reply);
     for (int i = 0; i < TOKENS; i++) test_client_close(&client[i]);
     live_await(daemon, "pendulumd_computations ", 0);
@@ -390,7 +426,8 @@ TEST(pages_of_other_origins_may_ask_and_traces_go_on) {
     char text[512];
     REQUIRE(daemon != NULL);
     REQUIRE(live_say(daemon, &client,
-                     "OPTIONS /v1/trees HTTP/1.1\r\nHost: x\r\nOrigin: https://c.org\r\nAccess-Control-Request-Method: "
+                     "OPTIONS /v1/trees HTTP/1.1\r\nHost: x\r\nOrigin: "
+                     "https://c.org\r\nAccess-Control-Request-Method: "
                      "POST\r\nAccess-Control-Request-Headers: content-type, x-y\r\n\r\n"));
     CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 204);
     CHECK_TEXT(test_reply_header(&reply, "Access-Control-Allow-Origin"), "*");
@@ -399,7 +436,8 @@ TEST(pages_of_other_origins_may_ask_and_traces_go_on) {
     CHECK(!strstr(share_header(&reply, "Access-Control-Allow-Headers"), "x-y"));
     CHECK_TEXT(test_reply_header(&reply, "Allow"), "POST, QUERY, OPTIONS");
     test_reply_clear(&reply);
-    snprintf(text, sizeof text, "GET /healthz HTTP/1.1\r\nHost: x\r\nOrigin: https://c.org\r\ntraceparent: %s\r\n\r\n",
+    snprintf(text, sizeof text,
+             "GET /healthz HTTP/1.1\r\nHost: x\r\nOrigin: https://c.org\r\ntraceparent: %s\r\n\r\n",
              trace);
     test_client_say(&client, text);
     CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
@@ -414,7 +452,9 @@ TEST(pages_of_other_origins_may_ask_and_traces_go_on) {
     test_client_close(&client);
     srv_daemon_free(&daemon);
     daemon = live_start(options);
-    REQUIRE(daemon && live_say(daemon, &client, "GET /healthz HTTP/1.1\r\nHost: x\r\nOrigin: https://b.org\r\n\r\n"));
+    REQUIRE(daemon &&
+            live_say(daemon, &client,
+                     "GET /healthz HTTP/1.1\r\nHost: x\r\nOrigin: https://b.org\r\n\r\n"));
     CHECK_INT(test_client_receive(&client, &reply, 0, TEST_PATIENCE), 200);
     CHECK_TEXT(test_reply_header(&reply, "Access-Control-Allow-Origin"), "https://b.org");
     CHECK_TEXT(test_reply_header(&reply, "Vary"), "Origin");
@@ -428,23 +468,25 @@ TEST(pages_of_other_origins_may_ask_and_traces_go_on) {
 }
 
 TEST(what_is_known_of_the_digits_is_told_with_every_answer) {
-    static const char
-        octets[] = "Accept: application/octet-stream\r\n",
-        trusted[] = DOUBLE
-        "\"initial\":{\"theta\":[2,2.5]},\"trust\":true,\"times\":{\"start\":0,\"stop\":20,\"count\":40001}}";
+    static const char octets[] = "Accept: application/octet-stream\r\n",
+                      trusted[] = DOUBLE "\"initial\":{\"theta\":[2,2.5]},\"trust\":true,\"times\":"
+                                         "{\"start\":0,\"stop\":20,\"count\":40001}}";
     struct srv_daemon *daemon = live_start(NULL);
     struct test_reply reply;
     REQUIRE(daemon != NULL);
-    /* doubles have no place for it: before the body, or behind it where that is sent before all is computed */
+    /* doubles have no place for it: before the body, or behind it where that is sent before all
+     * is computed */
     CHECK_INT(share_ask(daemon, &reply, octets, STREAM), 200);
-    CHECK(reply.trailer ? strstr(reply.trailer, "X-Horizon: ") && strstr(reply.trailer, "X-Warning: ") &&
-                              strstr(share_header(&reply, "Trailer"), "X-Horizon")
-                        : *share_header(&reply, "X-Horizon") && *share_header(&reply, "X-Warning"));
+    CHECK(reply.trailer
+              ? strstr(reply.trailer, "X-Horizon: ") && strstr(reply.trailer, "X-Warning: ") &&
+                    strstr(share_header(&reply, "Trailer"), "X-Horizon")
+              : *share_header(&reply, "X-Horizon") && *share_header(&reply, "X-Warning"));
     CHECK_INT((long long)reply.body_bytes, 300001 * 24);
     test_reply_clear(&reply);
     /* what was asked for is told before the body */
     CHECK_INT(share_ask(daemon, &reply, octets, trusted), 200);
-    double until = atof(share_header(&reply, "X-Trust-Until")), horizon = atof(share_header(&reply, "X-Horizon"));
+    double until = atof(share_header(&reply, "X-Trust-Until")),
+           horizon = atof(share_header(&reply, "X-Horizon"));
     CHECK_SAYING(!reply.trailer && horizon > 0.5 * until && horizon <= 1.1 * until &&
                      *share_header(&reply, "X-Warning"),
                  "%g and %g", horizon, until);

@@ -20,7 +20,8 @@ TEST(a_lane_is_first_in_first_out_and_the_queue_is_bounded) {
         CHECK(srv_queue_push(queue, &task[3]) == PEND_LIMIT && !task[3].queued);
         CHECK_INT(srv_queue_count(queue), 3);
         CHECK(srv_queue_waiting(queue, 0) == 3 && !srv_queue_waiting(queue, 1));
-        CHECK(!srv_queue_shorter(queue, 0) && srv_queue_shorter(queue, 1) && srv_queue_shorter(queue, 3));
+        CHECK(!srv_queue_shorter(queue, 0) && srv_queue_shorter(queue, 1) &&
+              srv_queue_shorter(queue, 3));
         CHECK(srv_queue_valid(queue));
         for (int i = 0; i < 3; i++) CHECK(srv_queue_pop(queue) == &task[i]);
         CHECK(srv_queue_valid(queue) && srv_queue_count(queue) == 0);
@@ -69,7 +70,8 @@ TEST(lanes_take_turns_however_much_one_brings) {
     srv_queue_free(&queue);
 }
 
-/* an address that has many clients, or says so, has a turn for each, eight at most; another one waits no longer */
+/* an address that has many clients, or says so, has a turn for each, eight at most; another one
+ * waits no longer */
 TEST(lanes_of_one_road_take_its_turns) {
     enum { LANES = 20, EACH = 3 };
     struct srv_queue *queue;
@@ -89,7 +91,8 @@ TEST(lanes_of_one_road_take_its_turns) {
     CHECK_INT(home.own.count, LANES * EACH);
     CHECK(srv_queue_valid(queue));
     for (int turn = 0; turn < EACH; turn++) {
-        for (int i = 0; i < SRV_QUEUE_TURNS; i++, at++) CHECK(srv_queue_pop(queue) == &task[at % LANES][at / LANES]);
+        for (int i = 0; i < SRV_QUEUE_TURNS; i++, at++)
+            CHECK(srv_queue_pop(queue) == &task[at % LANES][at / LANES]);
         CHECK(srv_queue_pop(queue) == &some[turn]);
     }
     for (; at < LANES * EACH; at++) CHECK(srv_queue_pop(queue) == &task[at % LANES][at / LANES]);
@@ -206,8 +209,11 @@ TEST(random_pushes_pops_and_removals_keep_a_queue_whole) {
             task[i].lane = &lane[i % LANES];
             task[i].level = test_random_int(&random, SRV_QUEUE_LEVELS);
             int many = task[i].lane->count >= TASKS / 4 ||
-                       (i % LANES < 3 && lane[0].count + lane[1].count + lane[2].count >= TASKS / 2 - TASKS / 8);
-            enum pend_status right = waiting >= TASKS / 2 ? PEND_LIMIT : many ? PEND_INVALID : PEND_OK;
+                       (i % LANES < 3 &&
+                        lane[0].count + lane[1].count + lane[2].count >= TASKS / 2 - TASKS / 8);
+            enum pend_status right = waiting >= TASKS / 2 ? PEND_LIMIT
+                                     : many               ? PEND_INVALID
+                                                          : PEND_OK;
             good = srv_queue_push(queue, &task[i]) == right;
             waiting += right == PEND_OK;
         } else if (act == 1 && waiting) {
@@ -271,7 +277,8 @@ TEST(workers_wait_for_tasks_and_are_woken) {
     REQUIRE(srv_workers_new(&workers, 2, queue, NULL) == PEND_OK);
     test_sleep(0.02);
     CHECK(srv_queue_push(queue, &task.task) == PEND_OK);
-    for (double until = test_clock() + TEST_PATIENCE; !task.runs && test_clock() < until;) test_sleep(0.001);
+    for (double until = test_clock() + TEST_PATIENCE; !task.runs && test_clock() < until;)
+        test_sleep(0.001);
     CHECK_INT(task.runs, 1);
     srv_workers_free(&workers);
     srv_queue_free(&queue);
