@@ -67,7 +67,7 @@ same("routes in api/call/openapi.yaml", routes, paths)
 
 # methods: the descriptors of the core
 source = "".join(text(f"core/integrate/{name}.c") for name in ("method_taylor", "method_ode23", "method_gsl", "method_symplectic", "method_linear"))
-methods = set(re.findall(r'\.name = "(\w+)"', source)) | set(re.findall(r"GSL_STEPPER\((\w+),", source.replace("GSL_STEPPER(name_", "")))
+methods = set(re.findall(r'\.name = "(\w+)"', source)) | set(re.findall(r"GSL_STEPPER\(\s*(\w+),", source.replace("GSL_STEPPER(name_", "")))
 same("methods in README.md", methods, first_cells(readme, "| method | what it is |"))
 enums = [node["enum"] for node in walk(openapi) if isinstance(node, dict) and "taylor" in (node.get("enum") or ())]
 same("methods in api/call/openapi.yaml", methods, set().union(*enums) if enums else ())

@@ -20,7 +20,7 @@ warnings.simplefilter("ignore", DeprecationWarning)  # jsonschema 4.18 and later
 import jsonschema  # noqa: E402
 
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "api"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "api/call"))
 from openapi_embed import load  # noqa: E402
 
 METHODS = ("get", "post", "put", "delete", "patch")
