@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -131,8 +132,13 @@ static enum MHD_Result connection_answer(struct connection *connection) {
 
 /* --- the way to a worker and back --- */
 
+/* Has the connection of an exchange go on. The thread of the sockets may end both before this
+ * returns. */
 static void connection_finish(struct srv_exchange *exchange) {
-    MHD_resume_connection(((struct connection *)exchange)->mhd);
+    struct connection *connection = (struct connection *)exchange;
+    int wake = connection->all->wake;
+    MHD_resume_connection(connection->mhd);
+    eventfd_write(wake, 1);
 }
 
 /* whoever works on an exchange's answer need not go on */
@@ -466,7 +472,6 @@ static void connection_begin(struct srv_connections *all, struct MHD_Connection 
                              void **socket) {
     /* read at once: from 1.0 on the next question overwrites the answer */
     int fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
-    srv_recv_hooks_here(&all->hooks);
     int connections = 1 + atomic_fetch_add(&all->service->connections, 1);
     struct connection *connection = calloc(1, sizeof *connection);
     if (connection && !srv_recv_hooks_add(&all->hooks, fd, &connection->hook)) {

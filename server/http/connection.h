@@ -18,6 +18,7 @@ struct srv_connections {
     struct srv_service *service;
     struct srv_watch *watch;
     struct srv_recv_hooks hooks;
+    int wake; /* an eventfd: readable when the thread of the sockets is to look again */
 };
 
 /** Of MHD_start_daemon: may somebody connect? Who has far more connections than a client may have

@@ -1,8 +1,12 @@
 #include "server/http/http.h"
 
 #include <microhttpd.h>
+#include <pthread.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -13,13 +17,18 @@
 enum {
     HTTP_POOL = 24576, /* bytes of libmicrohttpd's memory a connection: holds what the strict reader
                           lets pass */
-    HTTP_SPARE = 64    /* connections beyond the cap that are told so */
+    HTTP_WAIT_MS = 60000, /* longest wait: a net, as whatever happens is told */
+    HTTP_SPARE = 64       /* connections beyond the cap that are told so */
 };
 
 struct srv_http {
     struct srv_connections all;
     struct MHD_Daemon *daemon;
-    int fd;           /* that it listens on; -1 = no more */
+    pthread_t thread;
+    int events; /* an epoll descriptor: readable while libmicrohttpd has work or `wake` is set */
+    int fd;     /* that it listens on; the thread's own once `listen` is 0 */
+    atomic_int listen; /* 1; 0 = the thread is to listen no more; -1 = it does not */
+    atomic_int end;
     int64_t settling; /* ns: since when nobody new is let in, then since when it does not listen */
 };
 
@@ -29,7 +38,68 @@ static size_t http_unescape(void *context, struct MHD_Connection *mhd, char *tex
     return strlen(text);
 }
 
+/* --- the thread --- */
+
+/* Takes in who has connected already, and listens no more. */
+static void http_close(struct srv_http *http) {
+    struct sockaddr_storage address;
+    socklen_t bytes = sizeof address;
+    MHD_quiesce_daemon(http->daemon);
+    for (int fd; (fd = accept4(http->fd, (struct sockaddr *)&address, &bytes,
+                               SOCK_CLOEXEC | SOCK_NONBLOCK)) >= 0;) {
+        MHD_add_connection(http->daemon, fd, (struct sockaddr *)&address, bytes);
+        bytes = sizeof address;
+    }
+    close(http->fd);
+    atomic_store(&http->listen, -1);
+}
+
+/* Waits until libmicrohttpd has something to do, a connection's time is up, or somebody wakes the
+ * thread. The workers get their turn before: what comes may gather while they compute. */
+static void http_wait(struct srv_http *http) {
+    MHD_UNSIGNED_LONG_LONG ms;
+    int most = -1;
+    if (MHD_get_timeout(http->daemon, &ms) == MHD_YES)
+        most = ms < HTTP_WAIT_MS ? (int)ms : HTTP_WAIT_MS;
+    if (!most) return;
+    srv_fairness_nap(&http->all.service->fairness, http->events);
+    struct epoll_event events[2];
+    int count = epoll_wait(http->events, events, 2, most);
+    for (int i = 0; i < count; i++) {
+        eventfd_t times;
+        if (events[i].data.fd == http->all.wake) eventfd_read(http->all.wake, &times);
+    }
+}
+
+/* libmicrohttpd is asked what has come, and never waits itself: with 128 events at once (0.9.75 to
+ * 1.0.1) it would ask for more before it looks at any, and fall asleep over them. */
+static void *http_main(void *context) {
+    struct srv_http *http = context;
+    srv_recv_hooks_here(&http->all.hooks);
+    while (!atomic_load(&http->end)) {
+        http_wait(http);
+        MHD_run(http->daemon);
+        if (!atomic_load(&http->listen)) http_close(http);
+    }
+    return NULL;
+}
+
 /* --- start and end --- */
+
+/* Adds a descriptor to those that the thread waits for. */
+static int http_listen_for(struct srv_http *http, int fd) {
+    struct epoll_event event = {.events = EPOLLIN, .data.fd = fd};
+    return !epoll_ctl(http->events, EPOLL_CTL_ADD, fd, &event);
+}
+
+/* Drops what there is, all but the listening socket. The thread has ended before. */
+static void http_drop(struct srv_http *http) {
+    if (http->daemon) MHD_stop_daemon(http->daemon);
+    if (http->all.wake >= 0) close(http->all.wake);
+    if (http->events >= 0) close(http->events);
+    srv_recv_hooks_clear(&http->all.hooks);
+    free(http);
+}
 
 enum pend_status srv_http_new(struct srv_http **http, struct srv_service *service,
                               struct srv_watch *watch, int fd, struct pend_error *error) {
@@ -39,8 +109,10 @@ enum pend_status srv_http_new(struct srv_http **http, struct srv_service *servic
         close(fd);
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     }
-    *made = (struct srv_http){.all = {.service = service, .watch = watch}, .fd = fd};
-    srv_recv_hooks_init(&made->all.hooks, &service->fairness);
+    *made = (struct srv_http){.all = {.service = service, .watch = watch}, .fd = fd, .listen = 1};
+    made->all.wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    made->events = epoll_create1(EPOLL_CLOEXEC);
+    srv_recv_hooks_init(&made->all.hooks);
     struct MHD_OptionItem options[] = {
         {MHD_OPTION_LISTEN_SOCKET, fd, NULL},
         {MHD_OPTION_CONNECTION_LIMIT, (intptr_t)config->connections + HTTP_SPARE, NULL},
@@ -53,30 +125,19 @@ enum pend_status srv_http_new(struct srv_http **http, struct srv_service *servic
         {MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, NULL},
         {MHD_OPTION_END, 0, NULL},
     };
-    unsigned flags =
-        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_TURBO;
+    unsigned flags = MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_TURBO;
     made->daemon =
         MHD_start_daemon(flags, 0, srv_connection_allow, &made->all, srv_connection_request,
                          &made->all, MHD_OPTION_ARRAY, options, MHD_OPTION_END);
-    if (made->daemon) return PEND_OK;
-    close(fd);
-    free(made);
+    if (made->daemon && http_listen_for(made, made->all.wake) &&
+        http_listen_for(made,
+                        MHD_get_daemon_info(made->daemon, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd) &&
+        !pthread_create(&made->thread, NULL, http_main, made))
+        return PEND_OK;
     *http = NULL;
+    if (!made->daemon) close(fd); /* libmicrohttpd closes it otherwise */
+    http_drop(made);
     return pend_fail(error, PEND_NO_MEMORY, -1, 0, "libmicrohttpd does not start");
-}
-
-/* takes in who has connected already, and listens no more */
-static void http_close(struct srv_http *http) {
-    struct sockaddr_storage address;
-    socklen_t bytes = sizeof address;
-    MHD_quiesce_daemon(http->daemon);
-    for (int fd; (fd = accept4(http->fd, (struct sockaddr *)&address, &bytes,
-                               SOCK_CLOEXEC | SOCK_NONBLOCK)) >= 0;) {
-        MHD_add_connection(http->daemon, fd, (struct sockaddr *)&address, bytes);
-        bytes = sizeof address;
-    }
-    close(http->fd);
-    http->fd = -1;
 }
 
 int srv_http_quiesce(struct srv_http *http) {
@@ -86,8 +147,12 @@ int srv_http_quiesce(struct srv_http *http) {
         http->settling = now;
     }
     if (now - http->settling < (int64_t)SRV_HTTP_SETTLE_MS * 1000000) return 0;
-    if (http->fd < 0) return 1;
-    http_close(http);
+    int listen = atomic_load(&http->listen);
+    if (listen < 0) return 1;
+    if (listen > 0) {
+        atomic_store(&http->listen, 0);
+        eventfd_write(http->all.wake, 1);
+    }
     http->settling = now;
     return 0;
 }
@@ -96,8 +161,10 @@ void srv_http_free(struct srv_http **http) {
     struct srv_http *gone = *http;
     *http = NULL;
     if (!gone) return;
-    if (gone->fd >= 0) http_close(gone);
-    MHD_stop_daemon(gone->daemon);
-    srv_recv_hooks_clear(&gone->all.hooks);
-    free(gone);
+    if (atomic_load(&gone->listen) > 0) atomic_store(&gone->listen, 0);
+    atomic_store(&gone->end, 1);
+    eventfd_write(gone->all.wake, 1);
+    pthread_join(gone->thread, NULL);
+    if (!atomic_load(&gone->listen)) http_close(gone);
+    http_drop(gone);
 }

@@ -2,14 +2,11 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <sys/epoll.h>
 #include <sys/socket.h>
 
 static _Thread_local struct srv_recv_hooks *hooks_here;
 
-void srv_recv_hooks_init(struct srv_recv_hooks *hooks, struct srv_fairness *fairness) {
-    *hooks = (struct srv_recv_hooks){.fairness = fairness};
-}
+void srv_recv_hooks_init(struct srv_recv_hooks *hooks) { *hooks = (struct srv_recv_hooks){0}; }
 
 void srv_recv_hooks_clear(struct srv_recv_hooks *hooks) {
     free(hooks->by_fd);
@@ -67,16 +64,4 @@ ssize_t hook_recv(int fd, void *data, size_t bytes, int flags) {
         held += shown;
     } while (!hook->strict.status && (!held || (shown < (size_t)got && (size_t)got == asked)));
     return (ssize_t)held;
-}
-
-/* libmicrohttpd (0.9.75 to 1.0.1) asks for 128 events, and when it gets as many it asks for more
- * before it looks at any of them, with the same timeout: it falls asleep over 128 requests until
- * a 129th comes. So its waiting goes through here too, and never gets as many as it asks for;
- * what is left out comes the next time. */
-int hook_epoll_wait(int fd, struct epoll_event *events, int most,
-                    int timeout) __asm__("epoll_wait");
-
-int hook_epoll_wait(int fd, struct epoll_event *events, int most, int timeout) {
-    if (hooks_here && timeout) srv_fairness_nap(hooks_here->fairness, fd);
-    return epoll_pwait(fd, events, most > 1 ? most - 1 : most, timeout, NULL);
 }

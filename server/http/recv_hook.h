@@ -1,12 +1,10 @@
-/* What libmicrohttpd reads and waits for goes through here: the strict reader sees every byte
- * first, and the workers get their turn. Leaves to others: libmicrohttpd itself and what a
- * connection is (http), the bytes (http_strict), who goes first (fairness). Invariant: on a
- * thread that has not said that it reads here, recv and epoll_wait are the C library's. */
+/* What libmicrohttpd reads goes through here: the strict reader sees every byte first.
+ * Leaves to others: libmicrohttpd itself and what a connection is (http), the bytes (http_strict).
+ * Invariant: on a thread that has not said that it reads here, recv is the C library's. */
 #ifndef SRV_RECV_HOOK_H
 #define SRV_RECV_HOOK_H
 
 #include "server/protocol/http_strict.h"
-#include "server/work/fairness.h"
 
 /* A connection as its bytes come. */
 struct srv_recv_hook {
@@ -18,12 +16,11 @@ struct srv_recv_hook {
 
 /* All of them, by their sockets. */
 struct srv_recv_hooks {
-    struct srv_fairness *fairness;
     struct srv_recv_hook **by_fd;
     int fds; /* room in by_fd */
 };
 
-void srv_recv_hooks_init(struct srv_recv_hooks *hooks, struct srv_fairness *fairness);
+void srv_recv_hooks_init(struct srv_recv_hooks *hooks);
 
 void srv_recv_hooks_clear(struct srv_recv_hooks *hooks);
 
