@@ -1,7 +1,8 @@
-/* What a computation has in hand, as bytes: a checkpoint is shown every part of it in a fixed
- * order and takes it down, puts it back, or only counts. Leaves to others: which parts there are
- * (the owners' `carry`), where the bytes are kept (server). Invariant: one function shows the
- * parts for all three, so that what is taken down is what is put back. */
+/* The state of a computation as bytes: its owner shows every part to a checkpoint in a fixed
+ * order, and the checkpoint saves the parts, restores them, or counts their bytes.
+ * Leaves to others: which parts there are (the owners' `carry`), where the bytes are kept (server).
+ * Invariant: the owner's one function shows the parts for all three, so that what is restored is
+ * what was saved. */
 #ifndef PEND_CHECKPOINT_H
 #define PEND_CHECKPOINT_H
 
@@ -9,40 +10,48 @@
 
 enum pend_checkpoint_way { PEND_CHECKPOINT_COUNT, PEND_CHECKPOINT_TAKE, PEND_CHECKPOINT_PUT };
 
-/* a counter that is larger was never counted: it leaves room for any number of steps more */
+/* The largest value that a counter can have; sums of counters up to this cannot overflow a long. */
 #define PEND_CHECKPOINT_MOST (1L << 53)
 
 struct pend_checkpoint {
     enum pend_checkpoint_way way;
-    char *at;     /* the bytes; only read when they are put back */
-    size_t used;  /* bytes shown so far */
-    size_t bytes; /* there are; nothing beyond is touched */
+    char *at;     /* `bytes` bytes; PEND_CHECKPOINT_PUT only reads them */
+    size_t used;  /* bytes of the parts shown so far */
+    size_t bytes; /* size of the memory at `at` */
 };
 
-/** Shows a part: so many bytes at `data`. What no room or no bytes are left for is only counted. */
+/**
+ * Shows a part: `bytes` bytes at `data`, which are saved, overwritten or only counted. A part that
+ * exceeds the checkpoint's memory makes the checkpoint refuse. O(bytes).
+ */
 void pend_checkpoint_part(struct pend_checkpoint *checkpoint, void *data, size_t bytes);
 
-/** Shows an array of doubles. */
+/** Shows an array of `count` doubles, as pend_checkpoint_part. */
 void pend_checkpoint_row(struct pend_checkpoint *checkpoint, double row[], size_t count);
 
 /**
- * Shows a whole number of 0 .. most. One that is put back and lies outside becomes 0 and makes the
- * checkpoint refuse: what is put back comes from a disk, and must neither index beyond an array nor
- * overflow when it is counted on.
+ * Shows an integer from 0 to `most`. A restored integer outside this range becomes 0 and makes the
+ * checkpoint refuse: restored bytes come from a disk, and must neither index beyond an array nor
+ * overflow when they are counted on.
  */
 void pend_checkpoint_int(struct pend_checkpoint *checkpoint, int *number, int most);
 
-/** Shows `count` counters: each of 0 .. PEND_CHECKPOINT_MOST, as pend_checkpoint_int. */
+/** Shows `count` counters, each from 0 to PEND_CHECKPOINT_MOST, as pend_checkpoint_int. */
 void pend_checkpoint_counts(struct pend_checkpoint *checkpoint, long number[], size_t count);
 
-/** Makes the checkpoint one that is not whole, and ends putting back: what it holds cannot be
- * gone on from. */
+/**
+ * Marks the checkpoint as unusable: from here on it only counts, and pend_checkpoint_whole returns
+ * false.
+ */
 void pend_checkpoint_refuse(struct pend_checkpoint *checkpoint);
 
-/** True while parts are put back. */
+/** Returns true while the checkpoint restores parts. */
 int pend_checkpoint_puts(const struct pend_checkpoint *checkpoint);
 
-/** True where the parts shown were just the bytes that there are. */
+/** Returns true if the parts shown filled exactly the checkpoint's memory. */
 int pend_checkpoint_whole(const struct pend_checkpoint *checkpoint);
+
+/** Returns true if the invariants of the structure hold. O(1). For assertions. */
+int pend_checkpoint_valid(const struct pend_checkpoint *checkpoint);
 
 #endif

@@ -1,15 +1,16 @@
-/* The instruction sets that kernels are compiled for, and which of them this processor runs.
+/* The instruction sets that kernels are compiled for, and the best one that this processor runs.
  * Leaves to others: the kernels (kernel_*), compiling them once for each set (Makefile).
- * Invariant: the answer is the same every time in one process. */
+ * Invariant: the result is the same for every call in a process. */
 #ifndef PEND_ISA_H
 #define PEND_ISA_H
 
-/* Widths in doubles are 2, 4 and 8. Results agree to the last bit between avx2 and avx512; base
- * has no fused multiply-add. */
+/* Vectors hold 2, 4 and 8 doubles. Results agree to the last bit between avx2 and avx512; base
+ * has no fused multiply-add and rounds differently. */
 enum pend_isa { PEND_ISA_BASE, PEND_ISA_AVX2, PEND_ISA_AVX512, PEND_ISA_COUNT };
 
 /**
- * The widest set that the processor and its operating system support. O(1), safe on any thread.
+ * Returns the widest set that the processor and its operating system support. O(1), safe on any
+ * thread.
  */
 enum pend_isa pend_isa_best(void);
 

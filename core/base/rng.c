@@ -1,5 +1,6 @@
 #include "core/base/rng.h"
 
+#include <assert.h>
 #include <math.h>
 
 void pend_rng_philox(uint32_t c[4], const uint32_t key[2]) {
@@ -26,9 +27,10 @@ double pend_rng_uniform(uint64_t seed, uint64_t i, uint32_t place) {
     return (double)rng_bits(seed, i, place) * 0x1p-53;
 }
 
-/* the natural logarithm by products and sums alone, 0 < x <= 1: those of the C library differ
- * between machines */
+/* the natural logarithm, 0 < x <= 1, by sums, products and quotients alone, because the C
+ * library's logarithms differ between machines */
 static double rng_log(double x) {
+    assert(x > 0 && x <= 1);
     int exponent;
     double m = frexp(x, &exponent);
     if (m < 0.70710678118654752) {
@@ -93,6 +95,7 @@ double pend_rng_normal(uint64_t seed, uint64_t i, uint32_t place) {
     if (fabs(q) <= 0.425) return q * rng_ratio(a, b, 0.180625 - q * q);
     double tail = q < 0 ? p : ((double)((1ull << 53) - 1 - bits) + 0.5) * 0x1p-53,
            r = sqrt(-rng_log(tail));
+    assert(tail > 0 && tail < 0.075 && r > 1.6);
     double x = r <= 5 ? rng_ratio(c, d, r - 1.6) : rng_ratio(e, f, r - 5);
     return q < 0 ? -x : x;
 }

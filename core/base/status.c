@@ -1,5 +1,6 @@
 #include "core/base/status.h"
 
+#include <assert.h>
 #include <stdarg.h>
 #include <stdio.h>
 
@@ -12,6 +13,8 @@ static const struct {
     PEND_STATUS_LIST(X)
 #undef X
 };
+
+static_assert(PEND_OK == 0, "0 is success");
 
 static int status_known(enum pend_status code) { return (unsigned)code < PEND_STATUS_COUNT; }
 
@@ -29,6 +32,8 @@ int pend_status_http(enum pend_status code) {
 
 enum pend_status pend_fail(struct pend_error *error, enum pend_status code, int arm, double time,
                            const char *format, ...) {
+    assert(code != PEND_OK && status_known(code));
+    assert(arm >= -1 && format);
     if (!error) return code;
     error->code = code;
     error->arm = arm;

@@ -27,7 +27,7 @@ enum pend_status {
 
 #define PEND_MUST_CHECK __attribute__((warn_unused_result))
 
-/** Passes a failure up; only for functions that own nothing. */
+/** Returns a failure of `call` to the caller; only for functions that own nothing at this point. */
 #define PEND_TRY(call)                                                                             \
     do {                                                                                           \
         enum pend_status pend_try_status_ = (call);                                                \
@@ -44,19 +44,20 @@ struct pend_error {
 };
 
 /**
- * The text of a code, a static string.
+ * Returns the text of a code, a static string.
  *
  * code  any value; an unknown one gives "unknown status".
  */
 const char *pend_status_text(enum pend_status code);
 
 /**
- * The name of a code as written in the source ("PEND_OK"), a static string.
+ * Returns the name of a code as written in the source ("PEND_OK"), a static string; "unknown" for
+ * an unknown code.
  */
 const char *pend_status_name(enum pend_status code);
 
 /**
- * The HTTP status that a code stands for (200, 422, 500, 503).
+ * Returns the HTTP status that a code stands for (200, 422, 500, 503); 500 for an unknown code.
  */
 int pend_status_http(enum pend_status code);
 
@@ -66,8 +67,8 @@ int pend_status_http(enum pend_status code);
  *
  * error   may be NULL: then only the code is returned.
  * code    not PEND_OK.
- * arm     the caller's arm number from 0, or -1 where no arm is to blame.
- * time    s, 0 where none applies.
+ * arm     the caller's arm number from 0, or -1 if the failure concerns no single arm.
+ * time    s, 0 if the failure concerns no instant.
  * format  printf format of the sentence that says what was wrong, where, and what would be right.
  */
 enum pend_status pend_fail(struct pend_error *error, enum pend_status code, int arm, double time,
@@ -83,16 +84,16 @@ enum pend_field {
     PEND_FIELD_PATH    /* S[i][j] */
 };
 
-/** Receives every fault of an input, one call each; i and j are indices from 0, -1 where none
- * applies. */
+/** Receives the faults of an input, one call each; i and j are indices from 0, or -1 if the fault
+ * concerns no index. */
 typedef void pend_fault_fn(void *context, enum pend_field field, int i, int j, const char *text);
 
-/* Where faults go. Words cost time, and a hostile input has millions of faults: after `worded`
- * of them text is NULL. */
+/* The receiver of faults. Composing texts costs time, and a hostile input has millions of faults:
+ * text is NULL for all faults after the first `worded`. */
 struct pend_fault_sink {
     pend_fault_fn *report;
     void *context;
-    long worded; /* 0 = no end to the words */
+    long worded; /* 0 = all faults have a text */
 };
 
 #endif

@@ -5,9 +5,9 @@
 
 static const double HALF_PI = 1.57079632679489661923;
 
-/* One preset as it is written down. A NULL list stands for: parent - a chain; length, mass - all
- * 1; phi and theta - all arms at the angle `all`; rate - at rest. theta is measured from
- * hanging, phi from the positive real axis. */
+/* A row of the table of presets. A NULL list means: parent, a chain; length and mass, all 1; phi
+ * and theta, all arms at the angle `all`; rate, at rest. theta is measured from hanging, phi from
+ * the positive real axis. */
 struct shape {
     const char *name, *title, *description;
     int n;
@@ -190,8 +190,9 @@ static double shape_phi(const struct shape *shape, int k) {
 }
 
 void pend_preset_get(int i, struct pend_preset *preset) {
+    assert(i >= 0 && i < SHAPE_COUNT);
     const struct shape *shape = &shape_table[i];
-    assert(shape->n <= PEND_PRESET_ARMS);
+    assert(shape->n >= 1 && shape->n <= PEND_PRESET_ARMS);
     *preset = (struct pend_preset){.name = shape->name,
                                    .title = shape->title,
                                    .description = shape->description,

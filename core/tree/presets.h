@@ -8,21 +8,21 @@
 
 enum { PEND_PRESET_ARMS = 64 };
 
-/* A ready pendulum with a start worth looking at; arms parent before child. */
+/* A pendulum with an interesting start; parents come before children. */
 struct pend_preset {
     const char *name;        /* as in a URL: "paper-four-arms" */
     const char *title;       /* a few words */
-    const char *description; /* a sentence or two: where it comes from, what to look for */
+    const char *description; /* a sentence or two: its origin, what to look for */
     int n;
     double length[PEND_PRESET_ARMS], mass[PEND_PRESET_ARMS]; /* m, kg */
     int parent[PEND_PRESET_ARMS];                            /* from 0, -1 = the pivot */
     double gravity;                                          /* m/s^2 */
     double phi[PEND_PRESET_ARMS], rate[PEND_PRESET_ARMS];    /* rad, rad/s */
-    double stop, step;                                       /* s: times 0 .. stop worth watching */
+    double stop, step;                                       /* s: suggested times 0 .. stop */
 };
 
 /**
- * Number of presets.
+ * Returns the number of presets.
  */
 int pend_preset_count(void);
 
@@ -32,7 +32,7 @@ int pend_preset_count(void);
 void pend_preset_get(int i, struct pend_preset *preset);
 
 /**
- * The number of the preset of that name, or -1.
+ * Returns the number of the preset of that name, or -1.
  */
 int pend_preset_find(const char *name);
 

@@ -65,9 +65,10 @@ static double tree_check_values(int n, const double value[], enum pend_field fie
 /* the parent where it is an arm, else -1 */
 static int tree_parent_arm(int n, int parent) { return parent >= 0 && parent < n ? parent : -1; }
 
-/* faults parents that are no arm, and all arms at the pivot but the first */
+/* faults parents that are not arms, and all arms at the pivot except the first */
 static void tree_check_parents(int n, const int parent[], struct tree_faults *faults) {
     int root = -1;
+    assert(n >= 1);
     for (int i = 0; i < n; i++) {
         if (parent[i] < -1 || parent[i] >= n)
             tree_fault(faults, PEND_FIELD_PARENT, i, -1,
@@ -84,9 +85,9 @@ static void tree_check_parents(int n, const int parent[], struct tree_faults *fa
                    "one arm must hang at the pivot (0), but none does");
 }
 
-/* lists the arms so that each comes after all arms that it carries; size: arms in the sub-tree
- * of each. Returns the number listed; an arm that is left out has waiting > 0 and hangs on
- * itself. */
+/* Lists the arms so that each comes after all arms that it carries; size: the number of arms in
+ * each sub-tree. Returns the number of arms listed; an arm that is not listed has waiting > 0 and
+ * is part of a cycle, or carries one. */
 static int tree_list_from_leaves(int n, const int parent[], int waiting[], int size[], int list[]) {
     int listed = 0;
     memset(waiting, 0, (size_t)n * sizeof *waiting);
@@ -103,6 +104,7 @@ static int tree_list_from_leaves(int n, const int parent[], int waiting[], int s
         size[p] += size[i];
         if (--waiting[p] == 0) list[listed++] = p;
     }
+    assert(listed <= n);
     return listed;
 }
 
@@ -127,8 +129,8 @@ static void tree_fault_cycle(const int parent[], int first, int waiting[],
                    first + 1);
 }
 
-/* places the arms depth first: siblings in the caller's order, but the one with the largest
- * sub-tree last */
+/* places the arms depth first: siblings in the caller's order, except that the one with the largest
+ * sub-tree is last */
 static void tree_place(int n, const int parent[], const int size[], const int list[], int heavy[],
                        int used[], int place[]) {
     for (int i = 0; i < n; i++) heavy[i] = -1, used[i] = 0;
@@ -136,7 +138,7 @@ static void tree_place(int n, const int parent[], const int size[], const int li
         int p = parent[i];
         if (p >= 0 && (heavy[p] < 0 || size[i] >= size[heavy[p]])) heavy[p] = i;
     }
-    // first how far behind its parent's place an arm goes, then, parents first, the place itself
+    // first the distance of an arm from its parent's place, then, parents first, the place itself
     for (int i = 0; i < n; i++) {
         int p = parent[i];
         if (p < 0) {
@@ -154,7 +156,7 @@ static void tree_place(int n, const int parent[], const int size[], const int li
     }
 }
 
-/* how stored arm k stands among its siblings */
+/* the position of stored arm k among its siblings, and its number of children */
 static unsigned char tree_kin(const int parent[], const int end[], int k) {
     int p = parent[k], kin = 0;
     if (end[k] == k + 1)
@@ -179,6 +181,7 @@ static void tree_store(int n, const double length[], const double mass[], const 
         part->order[k] = i;
     }
     part->depth[0] = 1;
+    assert(part->parent[0] == -1 && part->end[0] == n);
     for (int k = 1; k < n; k++) part->depth[k] = part->depth[part->parent[k]] + 1;
     for (int k = n - 1; k > 0; k--) part->subtree_mass[part->parent[k]] += part->subtree_mass[k];
     for (int k = 0; k < n; k++) part->kin[k] = tree_kin(part->parent, part->end, k);
@@ -245,23 +248,24 @@ enum pend_status pend_tree_new(struct pend_tree **tree, int n, const double leng
 }
 
 void pend_tree_free(struct pend_tree **tree) {
+    assert(!*tree || pend_tree_valid(*tree));
     free(*tree);
     *tree = NULL;
 }
 
-/* A path matrix on its way to becoming a tree. Arms join it in the order of their score, which
- * in the path matrix of a tree rises by 2 or more an arm away from the pivot, so that one wrong
- * entry hardly disturbs it. */
+/* A path matrix while its tree is found. Arms join the tree in the order of their score, which
+ * in a path matrix rises by 2 or more from an arm to its children, so that one wrong entry hardly
+ * changes the order. */
 struct path_reading {
     int n;
     const double *path;
-    int *score;    /* arms on the way to tip k, less arms beyond arm k */
+    int *score;    /* arms on the path to tip k, less arms that arm k carries */
     int *arm;      /* in the order of joining */
     int *parent;   /* the best guess */
-    int *mismatch; /* of the arm that joins: entries that differ if it hangs on arm j */
+    int *mismatch; /* of the joining arm: entries that differ if its parent is arm j */
 };
 
-/* row i: what is not 0 counts as 1, and the diagonal as 1 whatever it says */
+/* row i: every entry that is not 0 counts as 1, and the diagonal always counts as 1 */
 static const double *path_row(const struct path_reading *in, int i) {
     return in->path + (size_t)i * (size_t)in->n;
 }
@@ -290,8 +294,8 @@ static void path_order(const struct path_reading *in) {
     }
 }
 
-/* lets each arm join on the arm whose own way, and itself, is most like its row; O(n^2) as the
- * ways grow arm by arm */
+/* makes each arm a child of the arm whose path, that arm included, differs least from its row;
+ * O(n^2), since a path differs from its parent's path by one arm */
 static void path_read(const struct path_reading *in) {
     in->parent[in->arm[0]] = -1;
     for (int a = 1; a < in->n; a++) {
@@ -302,11 +306,12 @@ static void path_read(const struct path_reading *in) {
             in->mismatch[j] = (p < 0 ? ones : in->mismatch[p]) + 1 - 2 * (row[j] != 0);
             if (in->mismatch[j] < in->mismatch[best]) best = j;
         }
+        assert(best != i);
         in->parent[i] = best;
     }
 }
 
-/* faults that nobody reads the words of: they are only counted, without a look at each entry */
+/* counts the faults of a row whose texts are not wanted */
 static void path_count_row(int n, const double row[], const int on_way[], int i,
                            struct tree_faults *faults) {
     int wrong = 0;
@@ -314,7 +319,7 @@ static void path_count_row(int n, const double row[], const int on_way[], int i,
     while (wrong-- > 0) tree_fault(faults, PEND_FIELD_PATH, i, -1, "is wrong");
 }
 
-/* faults the entries of row i that differ from the way to tip i in the tree that was read */
+/* faults the entries of row i that differ from the path to tip i in the tree that was found */
 static void path_check_row(const struct path_reading *in, int i, int on_way[],
                            struct tree_faults *faults) {
     const double *row = path_row(in, i);
@@ -366,6 +371,7 @@ enum pend_status pend_tree_parent_from_path(int n, const double path[], int pare
 }
 
 void pend_tree_path(const struct pend_tree *tree, double path[]) {
+    assert(pend_tree_valid(tree));
     size_t n = (size_t)tree->n;
     memset(path, 0, n * n * sizeof *path);
     for (int k = 0; k < tree->n; k++)
@@ -374,6 +380,7 @@ void pend_tree_path(const struct pend_tree *tree, double path[]) {
 }
 
 void pend_tree_force_map(const struct pend_tree *tree, double force_map[]) {
+    assert(pend_tree_valid(tree));
     size_t n = (size_t)tree->n;
     memset(force_map, 0, n * n * sizeof *force_map);
     for (int k = 0; k < tree->n; k++) {
@@ -383,12 +390,17 @@ void pend_tree_force_map(const struct pend_tree *tree, double force_map[]) {
     }
 }
 
-/* the sub-tree of arm k is a run inside its parent's, and what it carries fits */
-static int tree_arm_valid(const struct pend_tree *tree, int k) {
-    int p = tree->parent[k], order = tree->order[k];
+/* the length and the masses of arm k, and that the caller's number of it leads back to it */
+static int tree_values_valid(const struct pend_tree *tree, int k) {
+    int order = tree->order[k];
     if (order < 0 || order >= tree->n || tree->place[order] != k) return 0;
     if (!(tree->len[k] > 0 && isfinite(tree->len[k]) && tree->mass[k] > 0)) return 0;
-    if (!(tree->subtree_mass[k] >= tree->mass[k] && isfinite(tree->subtree_mass[k]))) return 0;
+    return tree->subtree_mass[k] >= tree->mass[k] && isfinite(tree->subtree_mass[k]);
+}
+
+/* the sub-tree of arm k is a run inside its parent's, and its mass is part of the parent's */
+static int tree_arm_valid(const struct pend_tree *tree, int k) {
+    int p = tree->parent[k];
     if (tree->end[k] <= k || tree->end[k] > tree->n) return 0;
     if (p >= k || tree->kin[k] != tree_kin(tree->parent, tree->end, k)) return 0;
     if (k == 0) return p == -1 && tree->depth[0] == 1 && tree->end[0] == tree->n;
@@ -398,7 +410,7 @@ static int tree_arm_valid(const struct pend_tree *tree, int k) {
     return tree->end[k] <= tree->end[p] && tree->subtree_mass[k] <= tree->subtree_mass[p];
 }
 
-/* the children of k fill its run, and the last is the largest */
+/* the children's runs fill the run of k, and the last of them is the largest */
 static int tree_children_valid(const struct pend_tree *tree, int k) {
     int next = k + 1, largest = 0, last = 0;
     for (; next < tree->end[k]; next = tree->end[next]) {
@@ -412,7 +424,7 @@ static int tree_children_valid(const struct pend_tree *tree, int k) {
 int pend_tree_valid(const struct pend_tree *tree) {
     if (!tree || tree->n < 1 || !isfinite(tree->length_total)) return 0;
     for (int k = 0; k < tree->n; k++)
-        if (!tree_arm_valid(tree, k)) return 0;
+        if (!tree_values_valid(tree, k) || !tree_arm_valid(tree, k)) return 0;
     for (int k = 0; k < tree->n; k++)
         if (!tree_children_valid(tree, k)) return 0;
     return 1;

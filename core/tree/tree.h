@@ -1,6 +1,6 @@
 /* The immutable pendulum tree: arms stored parent before child in depth-first order, and the S,
  * B, S^T m of the paper.
- * Leaves to others: angles and motion (state, dynamics), names and JSON (api).
+ * Leaves to others: angles and motion (dynamics), names and JSON (api).
  * Invariant: parent[k] < k, parent[0] = -1, and the sub-tree of arm k is the run k .. end[k]-1. */
 #ifndef PEND_TREE_H
 #define PEND_TREE_H
@@ -9,21 +9,21 @@
 
 #include "core/base/status.h"
 
-/* How an arm stands among its siblings, in stored order, and whether any hang on it. */
+/* The position of an arm among its siblings, in stored order, and its number of children. */
 enum pend_kin {
-    PEND_KIN_LEAF = 1,  /* nothing hangs on it */
-    PEND_KIN_FIRST = 2, /* it comes right after its parent */
-    PEND_KIN_LAST = 4,  /* its sub-tree ends with its parent's */
-    PEND_KIN_FORK = 8   /* two or more arms hang on it */
+    PEND_KIN_LEAF = 1,  /* the arm carries no other arm */
+    PEND_KIN_FIRST = 2, /* the arm follows its parent immediately */
+    PEND_KIN_LAST = 4,  /* the arm's sub-tree ends where its parent's ends */
+    PEND_KIN_FORK = 8   /* the arm carries two or more arms */
 };
 
 /* Stored arm k is the caller's arm order[k]; place is the inverse. All arrays have n entries and
- * one owner. */
+ * belong to the tree. */
 struct pend_tree {
     int n;
     const double *len;          /* m */
     const double *mass;         /* kg, at the tip */
-    const double *subtree_mass; /* kg, S^T m: the mass that hangs on the arm, its own included */
+    const double *subtree_mass; /* kg, S^T m: the mass of the arm's sub-tree, its own included */
     const int *parent; /* stored number of the arm whose tip carries this one, -1 = the pivot */
     const int *end;    /* one past the last stored arm of the sub-tree */
     const int *depth;  /* 1 for the arm at the pivot */
@@ -43,9 +43,11 @@ struct pend_tree {
  * parent  n numbers from 0, -1 = the pivot; exactly one arm at the pivot, no cycle; any order.
  * faults  receives every fault found, not only the first; may be NULL.
  *
- * PEND_INVALID   some fault was reported.
- * PEND_NO_MEMORY O(n), one allocation. Of siblings the one with the largest sub-tree (most arms) is
- * stored last, so that both sweeps keep about log2 n arms alive; ties in the caller's order.
+ * PEND_INVALID    some fault was reported.
+ * PEND_NO_MEMORY
+ * O(n), one allocation. The sibling with the largest sub-tree (most arms) is stored last, so that
+ * a sweep keeps the values of about log2 n arms at a time; equal siblings stay in the caller's
+ * order.
  */
 PEND_MUST_CHECK enum pend_status pend_tree_new(struct pend_tree **tree, int n,
                                                const double length[], const double mass[],
@@ -56,22 +58,24 @@ PEND_MUST_CHECK enum pend_status pend_tree_new(struct pend_tree **tree, int n,
 void pend_tree_free(struct pend_tree **tree);
 
 /**
- * Reads the parents out of a path matrix S (row k = the arms on the way from the pivot to tip k).
+ * Finds the parents from a path matrix S (row k = the arms on the path from the pivot to tip k).
  *
  * n       number of arms, >= 1.
  * path    n x n entries, row-major, each to be exactly 0 or 1.
  * parent  out, n numbers from 0, -1 = the pivot.
  * faults  receives every fault with its row i and column j (PEND_FIELD_PATH); may be NULL.
  *
- * PEND_INVALID  path is the path matrix of no tree with one arm at the pivot.
- * O(n^2), allocates O(n).
+ * PEND_INVALID    path is not the path matrix of a tree with one arm at the pivot.
+ * PEND_NO_MEMORY  O(n).
+ * O(n^2).
  */
 PEND_MUST_CHECK enum pend_status pend_tree_parent_from_path(int n, const double path[],
                                                             int parent[],
                                                             const struct pend_fault_sink *faults);
 
 /**
- * The path (connectivity) matrix S of the paper in the caller's order: z = S [l e^{i phi}].
+ * Fills in the path (connectivity) matrix S of the paper, in the caller's order:
+ * z = S [l e^{i phi}].
  *
  * path  out, n x n row-major, entries 0 and 1.
  * O(n^2).
@@ -79,8 +83,8 @@ PEND_MUST_CHECK enum pend_status pend_tree_parent_from_path(int n, const double 
 void pend_tree_path(const struct pend_tree *tree, double path[]);
 
 /**
- * B = S^{-T}, which carries the arm forces, in the caller's order: 1 on the diagonal, -1 at (parent
- * of k, k).
+ * Fills in B = S^{-T}, which turns arm forces into forces on tips, in the caller's order: 1 on the
+ * diagonal, -1 at (parent of k, k).
  *
  * force_map  out, n x n row-major.
  * O(n^2).
@@ -88,7 +92,7 @@ void pend_tree_path(const struct pend_tree *tree, double path[]);
 void pend_tree_force_map(const struct pend_tree *tree, double force_map[]);
 
 /**
- * True when every invariant of the structure holds. O(n). For asserts, tests and fault loops.
+ * Returns true if every invariant of the structure holds. O(n). For assertions and tests.
  */
 int pend_tree_valid(const struct pend_tree *tree);
 

@@ -1,7 +1,8 @@
-/* Payne and Hanek's reduction: of the product of a number and 1 / (2 pi) only the fraction is
- * formed, from as many places of 1 / (2 pi) as bear on it. */
+/* Payne and Hanek's reduction: only the fraction of the product of a number and 1 / (2 pi) is
+ * formed, from those binary places of 1 / (2 pi) that affect it. */
 #include "core/tree/turns.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdint.h>
 
@@ -38,6 +39,7 @@ static struct pend_sum sum_mul(struct pend_sum a, struct pend_sum b) {
 static void turns_fraction(uint64_t m, int e, uint64_t fraction[FRACTION]) {
     uint64_t place[FRACTION], carry = 0;
     int word = e / WORD, bit = e % WORD;
+    assert(m <= UINT64_C(1) << 53 && e >= 0 && word + FRACTION < TABLE);
     for (int i = 0; i < FRACTION; i++)
         place[i] =
             bit ? turns_inverse[word + i] << bit | turns_inverse[word + i + 1] >> (WORD - bit)
@@ -59,7 +61,7 @@ static void turns_fraction(uint64_t m, int e, uint64_t fraction[FRACTION]) {
 /* 2 pi */
 static const struct pend_sum turns_whole = {0x1.921fb54442d18p+2, 0x1.1a62633145c07p-52};
 
-/* a fraction, taken between -1/2 and 1/2, times 2 pi */
+/* 2 pi times a fraction, which is read as a number from -1/2 to 1/2 */
 static struct pend_sum turns_angle(uint64_t fraction[FRACTION]) {
     struct pend_sum sum = {0, 0};
     int negative = fraction[0] >> (WORD - 1) != 0;
@@ -76,7 +78,7 @@ static struct pend_sum turns_angle(uint64_t fraction[FRACTION]) {
     return negative ? (struct pend_sum){-sum.high, -sum.low} : sum;
 }
 
-/* the same of a number alone */
+/* the remainder of one double, rad */
 static struct pend_sum turns_reduce(double x) {
     uint64_t fraction[FRACTION];
     int e = 0;
@@ -94,6 +96,7 @@ static struct pend_sum turns_reduce(double x) {
 struct pend_sum pend_turns_rest(double phi, double low, struct pend_sum *turns) {
     static const struct pend_sum none = {0, 0};
     struct pend_sum rest = {phi, low};
+    assert(isfinite(phi) && isfinite(low));
     if (turns) *turns = none;
     if (fabs(phi) <= PEND_TURNS_FROM) return rest;
     rest = sum_add(turns_reduce(phi), turns_reduce(low));
@@ -101,7 +104,8 @@ struct pend_sum pend_turns_rest(double phi, double low, struct pend_sum *turns) 
     if (around != 0)
         rest =
             sum_add(rest, (struct pend_sum){-around * turns_whole.high, -around * turns_whole.low});
-    // the difference as a sum of two, from which the start comes back to its last bit
+    assert(fabs(rest.high) <= turns_whole.high / 2 * (1 + 0x1p-50));
+    // the difference as a sum of two, so that remainder and turns add up to phi to its last bit
     if (turns) {
         *turns = sum_of(phi, -rest.high);
         turns->low += low - rest.low;
