@@ -1,12 +1,15 @@
 #!/bin/bash
-# Compares documents with code: options, limits, methods, routes. With --write it brings the options' table up to date.
+# Compares documents with code: options, limits, methods, routes; every path, link and identifier that a document names has to
+# exist. With --write it brings the options' table up to date.
 # usage: docs.sh BUILD [--write]     (build/release, for the help)
 # Leaves to others: whether replies obey api/call/openapi.yaml (replies.py).
 # Invariant: every list has one home in the code; a document that tells another list fails.
 set -u
 cd "$(dirname "$0")/../.." || exit
 exec /usr/bin/python3 - "$@" <<'END'
-import re, subprocess, sys
+import os, re, subprocess, sys
+from fnmatch import fnmatch
+from pathlib import Path
 import yaml
 
 build, write = sys.argv[1], "--write" in sys.argv
@@ -66,7 +69,7 @@ paths = {f"{verb.upper()} {path}" for path, item in openapi["paths"].items() for
 same("routes in api/call/openapi.yaml", routes, paths)
 
 # methods: the descriptors of the core
-source = "".join(text(f"core/integrate/{name}.c") for name in ("method_taylor", "method_ode23", "method_gsl", "method_symplectic", "method_linear"))
+source = "".join(path.read_text(encoding="utf-8") for path in sorted(Path("core/integrate").glob("method_*.c")))
 methods = set(re.findall(r'\.name = "(\w+)"', source)) | set(re.findall(r"GSL_STEPPER\(\s*(\w+),", source.replace("GSL_STEPPER(name_", "")))
 same("methods in README.md", methods, first_cells(readme, "| method | what it is |"))
 enums = [node["enum"] for node in walk(openapi) if isinstance(node, dict) and "taylor" in (node.get("enum") or ())]
@@ -77,6 +80,95 @@ limits = re.findall(r'X\(\w+, "(max-[\w-]+)", (\d+),', text("api/base/limits.h")
 sentences = " ".join(node for node in walk(openapi) if isinstance(node, str))
 told = [(name, value) for name, value in limits if re.search(rf"{name}\W[^.]*?\b{value}\b", sentences)]
 same("limits in api/call/openapi.yaml", limits, told)
+
+# what documents name: links and their headings, paths, identifiers. In names X, ROOM, FOLDER and NAME stand for any.
+PLACES = ("api", "core", "docker", "server", "tests")
+SOURCES = (".c", ".h", ".cpp", ".py", ".sh", ".js", ".mjs", ".yaml", ".yml", ".mk", ".conf", ".css", ".html", ".sbatch", ".service")
+ANY = re.compile(r"(?<![A-Za-z0-9])(?:X|ROOM|FOLDER|NAME)(?![A-Za-z0-9])|[*]")
+FILE = re.compile(r"[\w.{}*/-]+\.(?:cpp|c|h|py|sh|mjs|js|yaml|mk|md|conf|sbatch)")
+
+
+def tree_of_files():
+    for place in PLACES:
+        for folder, folders, names in os.walk(place):
+            folders[:] = [f for f in folders if f not in ("node_modules", "__pycache__")]
+            yield from (f"{folder}/{name}" for name in names + folders)
+
+
+everything = sorted({*os.listdir("."), *PLACES, *tree_of_files()})
+documents = [path for path in everything if path.endswith(".md")]
+words = set()
+for path in everything:
+    if path != "tests/rules/docs.sh" and (path.endswith(SOURCES) or path in ("Makefile", "docker/Dockerfile")):
+        words.update(re.findall(r"\w+", text(path)) if Path(path).is_file() else ())
+stems = {re.sub(r"\.\w+$", "", Path(path).name) for path in everything}
+
+
+def exists(name, home):
+    """Whether a path, with an ending or without, is there: from the document's folder, from its room or from the top."""
+    name = ANY.sub("*", name.rstrip("/"))
+    for start in {home + "/", home.partition("/")[0] + "/", ""}:
+        whole = os.path.normpath(start + name)
+        if any(fnmatch(path, whole) or fnmatch(path, whole + ".*") for path in everything):
+            return True
+    return "/" not in name and any(fnmatch(Path(path).name, name) for path in everything)
+
+
+def known(word):
+    if word in words or word in stems:
+        return True
+    return bool(ANY.search(word)) and any(fnmatch(w, ANY.sub("*", word)) for w in words)
+
+
+def headings(path):
+    for heading in re.findall(r"(?m)^#+ +(.*)", text(path)):
+        yield re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
+
+
+def stale(path, markdown):
+    """What a document names that is not there."""
+    home = str(Path(path).parent).removeprefix(".")
+    prose = re.sub(r"(?ms)^```.*?^```", "", markdown)
+    for target in re.findall(r"\]\(([^)\s]+)\)", prose):
+        file, _, heading = target.partition("#")
+        place = os.path.normpath(f"{home or '.'}/{file}") if file else path
+        if re.match(r"\w+:", target):
+            continue
+        if not os.path.exists(place):
+            yield f"links to {target}"
+        elif heading and heading not in headings(place):
+            yield f"links to {target}, which has no such heading"
+    for target in re.findall(r"`make ((?!check\b)[a-z][a-z-]*)", prose):
+        if not re.search(rf"(?m)^(?:[a-z -]* )?{target}(?: [a-z -]*)?:|^ROOMS :=.* {target.removeprefix('test-')}\b", text("Makefile")):
+            yield f"names make {target}"
+    for name in re.findall(r"`([^`\n]+)`", prose):
+        first = name.split()[0].split("=")[-1].rstrip(",;:")
+        if FILE.fullmatch(first) or re.fullmatch(r"(?:[\w{}*-]+/)+[\w{}*-]*", first):
+            if not first.startswith(("/", "build/")) and not exists(first, home) and not re.fullmatch(r"(?:application|text|image)/.+|\w+/\w+/\w+", first):
+                yield f"names the path {first}"
+            continue
+        for word in re.findall(r"\b(?:pend|api|srv|PEND|API|SRV)_\w+|\b\w+(?=\()|^[a-z]+(?:_[a-z0-9]+)+$", name):
+            if not known(word):
+                yield f"names {word}"
+
+
+# a sample in which every kind of stale name is noticed, and no other
+fresh = "`core/tree/tree.c` `tree/tree` `tree.h` `test_X.c` `pend_tree_new` `api_op_X` `tree_store` [a](README.md#invariants) `make bench-page` `make test-core T=tree` `GET /v1/no` `image/png`"
+wrong = ("`core/tree/no.c`", "`tree/no`", "`no_such.h`", "`no_X_such.c`", "`pend_no_such`", "`no_such(a)`", "`no_such_word`", "`make no`", "[a](no.md)", "[a](README.md#no)")
+for each, count in [(fresh, 0), *((name, 1) for name in wrong)]:
+    found = list(stale("core/README.md", each))
+    counts[len(found) == count] += 1
+    if len(found) != count:
+        print(f"FAIL of {each} the rule says {found}")
+
+awaited = ("loads.h", "pend_loads")
+for path in documents:
+    complaints = [c for c in stale(path, text(path)) if not any(a in c for a in awaited)]
+    counts[not complaints] += 1
+    for complaint in complaints:
+        print(f"  {path} {complaint}")
+    if complaints:
+        print(f"FAIL {path} names what is not there")
 
 print(f"{counts[True]} passed, {counts[False]} failed")
 sys.exit(counts[False] > 0)
